@@ -1,0 +1,79 @@
+# One folder = one library. rubicon_library(tuples LINKS rubicon_model) takes all sources of the folder it stands in.
+
+find_program(RUBICON_CCACHE ccache)
+if(RUBICON_CCACHE)
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${RUBICON_CCACHE})
+endif()
+
+add_library(rubicon_options INTERFACE)
+target_include_directories(rubicon_options INTERFACE ${CMAKE_SOURCE_DIR}/src ${CMAKE_SOURCE_DIR}/include)
+target_compile_options(rubicon_options INTERFACE
+  -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion -Wnon-virtual-dtor -Woverloaded-virtual -Werror)
+if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  # g++ 12 reports overflows that are not there in inlined std::vector<uint8_t> and std::string code at -O2.
+  target_compile_options(rubicon_options INTERFACE
+    -Wno-error=stringop-overflow -Wno-error=array-bounds -Wno-error=restrict -Wno-error=maybe-uninitialized)
+endif()
+if(RUBICON_SANITIZE)
+  target_compile_options(rubicon_options INTERFACE -fsanitize=${RUBICON_SANITIZE} -fno-omit-frame-pointer)
+  target_link_options(rubicon_options INTERFACE -fsanitize=${RUBICON_SANITIZE})
+  if(RUBICON_SANITIZE MATCHES "undefined")
+    target_compile_options(rubicon_options INTERFACE -fno-sanitize-recover=undefined)
+  endif()
+endif()
+if(RUBICON_FUZZ)
+  target_compile_options(rubicon_options INTERFACE -fsanitize=fuzzer-no-link)
+endif()
+
+function(rubicon_library name)
+  cmake_parse_arguments(ARG "" "" "LINKS;EXCLUDE" ${ARGN})
+  file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${name}/*.cpp)
+  foreach(folder ${ARG_EXCLUDE})
+    list(FILTER sources EXCLUDE REGEX "/${name}/${folder}/")
+  endforeach()
+  string(REPLACE "/" "_" target rubicon_${name})
+  add_library(${target} STATIC ${sources})
+  target_link_libraries(${target} PUBLIC rubicon_options ${ARG_LINKS})
+endfunction()
+
+# A network plug-in: src/networks/<name>, with its sample.yaml compiled in as kSample (<name>_sample.h).
+function(rubicon_network name)
+  cmake_parse_arguments(ARG "" "FOLDER" "LINKS" ${ARGN})
+  if(NOT ARG_FOLDER)
+    set(ARG_FOLDER ${CMAKE_CURRENT_SOURCE_DIR}/networks/${name})
+  endif()
+  file(GLOB sources CONFIGURE_DEPENDS ${ARG_FOLDER}/*.cpp)
+  set(header ${CMAKE_BINARY_DIR}/generated/networks/${name}/${name}_sample.h)
+  file(READ ${ARG_FOLDER}/sample.yaml sample)
+  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${ARG_FOLDER}/sample.yaml)
+  file(CONFIGURE OUTPUT ${header} CONTENT
+"#pragma once
+#include <string_view>
+namespace rubicon::networks::${name} {
+inline constexpr std::string_view kSample = R\"sample(${sample})sample\";
+}
+" @ONLY)
+  add_library(rubicon_networks_${name} STATIC ${sources})
+  target_include_directories(rubicon_networks_${name} PUBLIC ${CMAKE_BINARY_DIR}/generated)
+  target_link_libraries(rubicon_networks_${name} PUBLIC rubicon_network ${ARG_LINKS})
+endfunction()
+
+# tests/<folder>/*.cpp -> <folder>_test, run by CTest case by case.
+function(rubicon_test folder)
+  cmake_parse_arguments(ARG "" "TIMEOUT" "LINKS" ${ARGN})
+  file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${folder}/*.cpp)
+  if(NOT sources)
+    return()
+  endif()
+  if(NOT ARG_TIMEOUT)
+    set(ARG_TIMEOUT 120)
+  endif()
+  string(REPLACE "/" "_" target ${folder}_test)
+  add_executable(${target} ${sources})
+  target_include_directories(${target} PRIVATE ${CMAKE_SOURCE_DIR}/tests)
+  target_compile_definitions(${target} PRIVATE
+    RUBICON_SOURCE_DIR="${CMAKE_SOURCE_DIR}" RUBICON_BINARY_DIR="${CMAKE_BINARY_DIR}")
+  target_link_libraries(${target} PRIVATE ${ARG_LINKS} GTest::gmock GTest::gtest_main)
+  add_test(NAME ${target} COMMAND ${target} --gtest_brief=1)
+  set_tests_properties(${target} PROPERTIES TIMEOUT ${ARG_TIMEOUT})
+endfunction()

@@ -1,0 +1,77 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/result.h"
+
+namespace rubicon::base {
+
+using Bytes = std::vector<std::uint8_t>;
+using ByteView = std::span<const std::uint8_t>;
+
+/// Takes integers from a byte string, never beyond its end. After a short read every further read gives zero and
+/// ok() is false: parse a whole record, then ask once.
+class ByteReader {
+ public:
+  explicit ByteReader(ByteView bytes) : bytes_(bytes) {}
+
+  std::uint8_t u8();
+  std::uint16_t u16_be();
+  std::uint32_t u32_be();
+  std::uint64_t u64_be();
+  std::uint16_t u16_le();
+  std::uint32_t u32_le();
+  ByteView take(std::size_t count);
+  void skip(std::size_t count) { take(count); }
+
+  std::size_t position() const { return position_; }
+  std::size_t remaining() const { return bytes_.size() - position_; }
+  bool ok() const { return ok_; }
+
+ private:
+  ByteView bytes_;
+  std::size_t position_ = 0;
+  bool ok_ = true;
+};
+
+/// Appends integers to a byte string it owns.
+class ByteWriter {
+ public:
+  ByteWriter& u8(std::uint8_t value);
+  ByteWriter& u16_be(std::uint16_t value);
+  ByteWriter& u32_be(std::uint32_t value);
+  ByteWriter& u64_be(std::uint64_t value);
+  ByteWriter& u16_le(std::uint16_t value);
+  ByteWriter& u32_le(std::uint32_t value);
+  ByteWriter& bytes(ByteView value);
+
+  const Bytes& view() const { return bytes_; }
+  Bytes take() { return std::move(bytes_); }
+
+ private:
+  Bytes bytes_;
+};
+
+/// Lower-case hex without separators.
+std::string to_hex(ByteView bytes);
+/// Accepts upper and lower case and blanks between bytes; kInvalid names the offending position.
+Result<Bytes> from_hex(std::string_view text);
+
+inline ByteView as_bytes(std::string_view text) {
+  return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
+}
+inline std::string_view as_text(ByteView bytes) {
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+}  // namespace rubicon::base
+
+namespace rubicon {
+using base::Bytes;
+using base::ByteView;
+}  // namespace rubicon

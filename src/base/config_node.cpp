@@ -1,0 +1,19 @@
+#include "base/config_node.h"
+
+#include <fmt/format.h>
+
+namespace rubicon::base {
+
+std::string to_string(const ConfigPlace& place) {
+  if (place.line == 0) return place.file;
+  return fmt::format("{}:{}:{}", place.file, place.line, place.column);
+}
+
+const ConfigNode* ConfigNode::find(const std::string& key) const {
+  for (const auto& [name, node] : entries) {
+    if (name == key) return &node;
+  }
+  return nullptr;
+}
+
+}  // namespace rubicon::base

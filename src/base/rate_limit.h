@@ -1,0 +1,26 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <unordered_map>
+
+#include "base/time.h"
+
+namespace rubicon::base {
+
+/// Says "log this" at most once per subject and minute, and counts what it swallowed. Bounded: beyond 1024 subjects
+/// all newcomers share one budget.
+class RateLimit {
+ public:
+  explicit RateLimit(Duration period = std::chrono::minutes(1)) : period_(period) {}
+
+  bool allow(const std::string& subject, SteadyTime now);
+  std::uint64_t swallowed() const { return swallowed_; }
+
+ private:
+  Duration period_;
+  std::unordered_map<std::string, SteadyTime> last_;
+  std::uint64_t swallowed_ = 0;
+};
+
+}  // namespace rubicon::base

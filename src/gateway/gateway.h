@@ -1,0 +1,62 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "base/log.h"
+#include "base/scheduler.h"
+#include "model/message.h"
+#include "network/supervisor.h"
+#include "tuples/tuple_space.h"
+
+namespace rubicon::gateway {
+
+struct GatewayLimits {
+  std::size_t queue = 10000;   ///< readings waiting per network (limits.queue)
+  std::size_t devices = 20000; ///< joins waiting per network: one a device (limits.devices)
+};
+
+using MessageCall = std::function<void(const Message&)>;
+using tuples::Handle;
+
+/// Routes messages: own networks <-> local listeners <-> other islands through their GATEWAY tuple (D1.4,
+/// Implementation). Delivers in a later turn, once and in order per source; every message that cannot be delivered is answered
+/// with an Acknowledge{kUndeliverable | kBusy | ..., reason} to its source, unless it is an Acknowledge itself.
+class Gateway final : public network::MessageSink {
+ public:
+  Gateway(Scheduler& scheduler, TupleSpace& space, base::LogSink& log, GatewayLimits limits = {});
+  ~Gateway() override;
+
+  /// Where messages for own networks go (the supervisor); set once, before anything is sent.
+  void connect(network::Supervisor& networks);
+
+  /// All messages of this kind that reach this island, from own networks or other islands.
+  [[nodiscard]] Handle subscribe(MessageKind kind, MessageCall call);
+  /// All Opaque messages with this type tag.
+  [[nodiscard]] Handle subscribe_user(std::string_view type, MessageCall call);
+
+  /// To an own network, a local listener (empty network) or another island. Origin and number are set here when origin is
+  /// kNobody. Delivery happens in a later turn.
+  void send(Message message);
+
+  /// Who undeliverable messages of an own component are reported to is Message.source; answers to this island with an
+  /// empty network go to the kAcknowledge listeners.
+  void from_network(const std::string& network, Message message) override;
+
+  struct Counters {
+    std::uint64_t delivered = 0, dropped_readings = 0, refused_busy = 0, undeliverable = 0, duplicates = 0,
+                  looped = 0, malformed = 0;
+  };
+  Counters counters() const;
+  /// Counters of one network's queue.
+  Counters counters(const std::string& network) const;
+
+ private:
+  struct Parts;
+  std::unique_ptr<Parts> parts_;
+};
+
+}  // namespace rubicon::gateway

@@ -1,0 +1,146 @@
+#include "model/key.h"
+
+#include <fmt/format.h>
+
+#include <charconv>
+
+namespace rubicon::model {
+
+namespace {
+
+bool is_part_character(char c) {
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
+}
+
+Result<void> check_size(std::string_view key) {
+  if (key.empty()) return fail(ErrorCode::kInvalid, "key is empty");
+  if (key.size() > kMaxKeyLength) {
+    return fail(ErrorCode::kInvalid,
+                fmt::format("key {} has {} characters, at most {} are allowed", quoted(key), key.size(), kMaxKeyLength));
+  }
+  return {};
+}
+
+Result<void> check_part(std::string_view key, std::string_view part) {
+  const auto offset = static_cast<std::size_t>(part.data() - key.data());
+  if (part.empty()) {
+    return fail(ErrorCode::kInvalid, fmt::format("key {}: empty part at position {}", quoted(key), offset));
+  }
+  for (std::size_t i = 0; i < part.size(); ++i) {
+    if (is_part_character(part[i])) continue;
+    return fail(ErrorCode::kInvalid, fmt::format("key {}: {} at position {}; parts are [A-Za-z0-9_-]+", quoted(key),
+                                                 quoted(part.substr(i, 1)), offset + i));
+  }
+  return {};
+}
+
+Result<std::vector<std::string_view>> bounded_parts(std::string_view key) {
+  if (auto size = check_size(key); !size) return fail(size.error());
+  auto parts = key_parts(key);
+  if (parts.size() > kMaxKeyParts) {
+    return fail(ErrorCode::kInvalid,
+                fmt::format("key {} has {} parts, at most {} are allowed", quoted(key), parts.size(), kMaxKeyParts));
+  }
+  return parts;
+}
+
+Result<void> check_pattern_key(std::string_view key) {
+  const auto parts = bounded_parts(key);
+  if (!parts) return fail(parts.error());
+  for (std::size_t i = 0; i < parts->size(); ++i) {
+    const auto part = (*parts)[i];
+    if (part == "*") continue;
+    if (part == "**") {
+      if (i + 1 == parts->size()) continue;
+      return fail(ErrorCode::kInvalid, fmt::format("pattern {}: ** may only be the last part", quoted(key)));
+    }
+    if (auto ok = check_part(key, part); !ok) return ok;
+  }
+  return {};
+}
+
+}  // namespace
+
+std::vector<std::string_view> key_parts(std::string_view key) {
+  std::vector<std::string_view> parts;
+  std::size_t begin = 0;
+  for (std::size_t dot = key.find('.'); dot != key.npos; dot = key.find('.', begin)) {
+    parts.push_back(key.substr(begin, dot - begin));
+    begin = dot + 1;
+  }
+  parts.push_back(key.substr(begin));
+  return parts;
+}
+
+Result<void> check_key(std::string_view key) {
+  const auto parts = bounded_parts(key);
+  if (!parts) return fail(parts.error());
+  for (const auto part : *parts) {
+    if (auto ok = check_part(key, part); !ok) return ok;
+  }
+  return {};
+}
+
+std::string to_key_part(std::string_view text, std::size_t limit) {
+  std::string part(text.substr(0, limit));
+  for (auto& c : part) {
+    if (!is_part_character(c)) c = '_';
+  }
+  return part.empty() ? "_" : part;
+}
+
+std::string quoted(std::string_view text) {
+  std::string out = "'";
+  for (const char c : text.substr(0, 60)) {
+    if (c >= 0x20 && c < 0x7f) {
+      out += c;
+    } else {
+      out += fmt::format("\\x{:02x}", static_cast<unsigned char>(c));
+    }
+  }
+  out += text.size() > 60 ? "...'" : "'";
+  return out;
+}
+
+Result<Pattern> Pattern::parse(std::string_view text) {
+  Pattern pattern;
+  const auto colon = text.find(':');
+  if (colon != text.npos) {
+    const auto owner = text.substr(0, colon);
+    std::uint32_t id = 0;
+    const auto end = std::from_chars(owner.data(), owner.data() + owner.size(), id);
+    const bool any = owner == "*";
+    if (!any && (end.ec != std::errc() || end.ptr != owner.data() + owner.size() || id == 0)) {
+      return fail(ErrorCode::kInvalid, fmt::format("pattern {}: expected an owner id or * before the colon", quoted(text)));
+    }
+    if (!any) pattern.owner = OwnerId(id);
+    text.remove_prefix(colon + 1);
+  }
+  if (auto ok = check_pattern_key(text); !ok) return fail(ok.error());
+  pattern.key = text;
+  return pattern;
+}
+
+bool Pattern::matches(OwnerId of, std::string_view concrete) const {
+  if (owner && *owner != of) return false;
+  std::string_view wanted = key;
+  while (true) {
+    const auto want_dot = wanted.find('.');
+    const auto want = wanted.substr(0, want_dot);
+    if (want == "**") return true;
+    const auto have_dot = concrete.find('.');
+    if (want != "*" && want != concrete.substr(0, have_dot)) return false;
+    if (want_dot == wanted.npos) return have_dot == concrete.npos;
+    wanted.remove_prefix(want_dot + 1);
+    if (have_dot == concrete.npos) return wanted == "**";
+    concrete.remove_prefix(have_dot + 1);
+  }
+}
+
+bool Pattern::exact() const { return key.find('*') == key.npos; }
+
+std::string to_string(const Pattern& pattern) {
+  return pattern.owner ? fmt::format("{}:{}", number(*pattern.owner), pattern.key) : pattern.key;
+}
+
+}  // namespace rubicon::model

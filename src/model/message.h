@@ -1,0 +1,129 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "base/bytes.h"
+#include "base/time.h"
+#include "model/address.h"
+#include "model/point.h"
+
+namespace rubicon::model {
+
+/// A device is there, with these capabilities (D1.4: RubiconMessageJoin). Repeated joins refresh; the list is complete.
+struct Join {
+  std::string device_type;  ///< a DeviceType's name, or empty
+  std::string name;         ///< for people; empty = none
+  std::string model;        ///< manufacturer and model; empty = unknown
+  std::vector<Capability> capabilities;
+  /// False when the device is known by configuration only and was not heard yet.
+  bool heard = true;
+};
+
+/// The device lives; nothing else to say.
+struct KeepAlive {};
+
+/// The device is gone for good and says so, or its network knows.
+struct Leave {
+  std::string reason;
+};
+
+struct Reading {
+  PointId point;  ///< a sensor; also an actuator's or a property's state
+  Value value;
+  WallTime user_time{};  ///< when the device measured; zero = not known, the proxy publishes none
+};
+
+struct Updates {
+  std::vector<Reading> readings;
+};
+
+/// Do this (D1.4: RubiconMessageCtrlActuateCmd). Answered with an Acknowledge of the same request.
+struct Actuate {
+  std::uint64_t request = 0;
+  PointId point;
+  Value value;
+};
+
+/// From now on report exactly these sensors, each at least every `period` (D1.4: RubiconMessageCtrlPeriodicCmd). Empty =
+/// stop, or go as slow as the device allows.
+struct Sample {
+  std::uint64_t request = 0;
+  std::vector<PointId> points;
+  std::chrono::milliseconds period{0};
+};
+
+struct SetProperty {
+  std::uint64_t request = 0;
+  PointId point;
+  Value value;
+};
+
+/// What became of a request. An acknowledgement of bus or firmware means sent, never more.
+enum class Outcome : std::uint8_t { kSent, kFailed, kUnsupported, kUndeliverable, kRefused, kBusy };
+std::string_view to_string(Outcome outcome);
+
+struct Acknowledge {
+  std::uint64_t request = 0;
+  Outcome outcome = Outcome::kSent;
+  std::string text;
+};
+
+enum class LineState : std::uint8_t { kDown, kConnecting, kUp, kEnded };
+std::string_view to_string(LineState state);
+
+/// How a network is: its line and its counters (all that it wants seen; names are `[a-z-]+`).
+struct State {
+  LineState line = LineState::kDown;
+  std::string reason;
+  std::map<std::string, std::uint64_t> counters;
+};
+
+/// Application bytes with a type tag, never read on the way (D1.4: user object).
+struct Opaque {
+  std::string type;
+  Bytes bytes;
+};
+
+using Body =
+    std::variant<Join, KeepAlive, Leave, Updates, Actuate, Sample, SetProperty, Acknowledge, State, Opaque>;
+
+/// Index of a body's alternative: what listeners subscribe to.
+enum class MessageKind : std::uint8_t {
+  kJoin,
+  kKeepAlive,
+  kLeave,
+  kUpdates,
+  kActuate,
+  kSample,
+  kSetProperty,
+  kAcknowledge,
+  kState,
+  kOpaque
+};
+std::string_view to_string(MessageKind kind);
+
+/// Most islands a message may enter after its origin.
+inline constexpr std::uint8_t kMaxHops = 4;
+
+/// What networks, gateways and listeners exchange (D1.4: RubiconMessage).
+struct Message {
+  IslandId origin = kNobody;  ///< the island it was born on; set by its gateway
+  std::uint64_t number = 0;   ///< unique per origin for ever; set by its gateway; what makes delivery once
+  std::uint8_t hops = 0;
+  Address source;
+  Address destination;
+  Body body;
+
+  MessageKind kind() const { return static_cast<MessageKind>(body.index()); }
+};
+
+}  // namespace rubicon::model
+
+namespace rubicon {
+using model::Message;
+using model::MessageKind;
+}  // namespace rubicon

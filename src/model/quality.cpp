@@ -1,0 +1,19 @@
+#include "model/quality.h"
+
+namespace rubicon::model {
+
+std::string_view to_string(Quality quality) {
+  switch (quality) {
+    case Quality::kNetworkDown: return "network-down";
+    case Quality::kDeviceOffline: return "device-offline";
+    case Quality::kBad: return "bad";
+    case Quality::kUnknown: return "unknown";
+    case Quality::kStale: return "stale";
+    case Quality::kStored: return "stored";
+    case Quality::kAssumed: return "assumed";
+    case Quality::kGood: return "good";
+  }
+  return "unknown";
+}
+
+}  // namespace rubicon::model

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "base/config_reader.h"
+#include "base/log.h"
+#include "base/result.h"
+#include "base/scheduler.h"
+#include "model/message.h"
+#include "model/type_catalogue.h"
+#include "transport/transports.h"
+
+namespace rubicon::network {
+
+/// What a plug-in knows of the world. Owned by the supervisor, outlives the network.
+class NetworkHost {
+ public:
+  virtual ~NetworkHost() = default;
+
+  /// Upwards: Join, KeepAlive, Leave, Updates, Acknowledge, State, Opaque. Fill source.device and body (and the
+  /// destination if it is not this island); the host fills in the rest. Only queues; may be called from anywhere but
+  /// make().
+  virtual void deliver(Message message) = 0;
+  /// The line is lost: open() will be called again after a pause. What waits for the line may stay in the network.
+  virtual void failed(Error why) = 0;
+
+  virtual Scheduler& scheduler() = 0;
+  virtual transport::Transports& transports() = 0;
+  virtual const Log& log() const = 0;
+
+  /// deliver() in short: `body` from `device` to this island's gateway.
+  void deliver(std::string device, model::Body body);
+};
+
+/// A network of devices behind one line. Destroyed = stopped, at once and without a word to the host.
+class Network {
+ public:
+  virtual ~Network() = default;
+  /// Makes the line, again after failed(). Never blocks: success may be announced later by State{kUp}; a Result with an
+  /// error counts as failed().
+  virtual Result<void> open() = 0;
+  /// Downwards: Actuate, Sample, SetProperty, Opaque; the destination is a device of this network. An error answers the
+  /// request (kUnsupported is a valid answer, silence is not); else an Acknowledge with the request's number follows.
+  virtual Result<void> send(const Message& message) = 0;
+};
+
+/// What `make` gets. `options` is the network's map without the keys common to all networks (type, silence, devices,
+/// ...): read every key, then the caller reports the unknown ones.
+struct NetworkConfig {
+  std::string id;  ///< `wsn-1`
+  IslandId island{};
+  ConfigReader& options;
+  const TypeCatalogue& types;
+  std::string directory;  ///< of the configuration file: relative paths start here; empty = the working directory
+};
+
+/// One type of network. `make` checks the options (reporting to options.error) and must not open anything.
+struct NetworkType {
+  std::string_view name;           ///< `log`
+  std::string_view summary;        ///< one line for people
+  std::string_view sample_config;  ///< the plug-in's sample.yaml: a map of one network id
+  Result<std::unique_ptr<Network>> (*make)(const NetworkConfig&, NetworkHost&);
+  /// Longest pause between attempts to open: 1 s for local and unicast peers, 30 s else.
+  Duration longest_pause = std::chrono::seconds(1);
+};
+
+}  // namespace rubicon::network

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "network/network.h"
+
+namespace rubicon::network {
+
+/// Where delivered messages go: the gateway. Called from inside deliver(); it must only queue.
+class MessageSink {
+ public:
+  virtual ~MessageSink() = default;
+  virtual void from_network(const std::string& network, Message message) = 0;
+};
+
+/// Owns the networks of an island, is their host, opens their lines and opens lost ones again after a growing, jittered
+/// pause, for ever. Delivers State{kDown, reason} for a lost line. Opens nothing before start(), so that all listeners
+/// are attached first.
+class Supervisor {
+ public:
+  Supervisor(IslandId island, Scheduler& scheduler, transport::Transports& transports, base::LogSink& log,
+             MessageSink& sink);
+  ~Supervisor();
+
+  /// kDuplicate for an id already there; else what `make` says.
+  Result<void> add(const NetworkType& type, const NetworkConfig& config);
+  /// Opens all lines, and from now on those of added networks at once.
+  void start();
+  /// Destroys a network; a State{kDown} is delivered for it.
+  void remove(const std::string& id);
+
+  bool has(const std::string& id) const;
+  std::vector<std::string> ids() const;
+  /// To message.destination.network; kNotFound if there is none.
+  Result<void> send(const Message& message);
+
+ private:
+  class Slot;
+  IslandId island_;
+  Scheduler& scheduler_;
+  transport::Transports& transports_;
+  base::LogSink& log_;
+  MessageSink& sink_;
+  bool started_ = false;
+  std::map<std::string, std::unique_ptr<Slot>> slots_;
+};
+
+}  // namespace rubicon::network

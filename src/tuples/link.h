@@ -1,0 +1,58 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "tuples/tuple.h"
+
+namespace rubicon::tuples {
+
+/// How a component came or went.
+enum class PeerEvent : std::uint8_t { kUp, kLeft, kLost };
+
+/// One subscription as it travels to owners.
+struct SubscriptionSpec {
+  std::uint32_t id = 0;  ///< unique per subscriber
+  Pattern pattern;
+  Flow flow;
+};
+
+/// One changed tuple on its way to a subscriber; the views live as long as the call. tuple.owner is the sender.
+using Change = Event;
+
+/// What a Link tells its TupleSpace; never from inside a call of the space into the link.
+class LinkListener {
+ public:
+  virtual ~LinkListener() = default;
+  virtual void on_changes(OwnerId owner, std::span<const Change> changes) = 0;
+  virtual void on_subscribe(OwnerId subscriber, const SubscriptionSpec& spec) = 0;
+  virtual void on_unsubscribe(OwnerId subscriber, std::uint32_t id) = 0;
+  virtual void on_remote_set(const RemoteSet& wish) = 0;
+  virtual void on_reply(const Reply& reply) = 0;
+  /// kLeft and kLost also end the peer's subscriptions; its cached tuples stay readable until its owner is back.
+  virtual void on_peer(OwnerId peer, PeerEvent event) = 0;
+};
+
+/// How tuple spaces reach each other: one end of an ecology, for one component. Owned by runtime; outlives the space.
+/// Everything is asynchronous and ordered per pair of components. Nothing blocks.
+class Link {
+ public:
+  virtual ~Link() = default;
+
+  /// From now on the listener is told; peers already there are announced in a later turn. nullptr detaches.
+  virtual void attach(LinkListener* listener) = 0;
+
+  /// Hands over the tuples that changed for this subscriber in this turn, each at most once, latest value. False =
+  /// no room now: nothing was taken, try again a little later.
+  virtual bool publish(OwnerId subscriber, std::span<const Change> changes) = 0;
+
+  virtual void subscribe(const SubscriptionSpec& spec) = 0;
+  virtual void unsubscribe(std::uint32_t id) = 0;
+  /// kNotFound when no such owner is present, kBusy when the bounded window is full.
+  virtual Result<void> remote_set(const RemoteSet& wish) = 0;
+  virtual void reply(const Reply& reply) = 0;
+  virtual std::vector<OwnerId> peers() const = 0;
+};
+
+}  // namespace rubicon::tuples
