@@ -1,6 +1,7 @@
 #include "base/timer_heap.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace rubicon::base {
 
