@@ -1,0 +1,26 @@
+#include "tuples/tuple.h"
+
+#include "base/assert.h"
+
+namespace rubicon::tuples {
+
+std::string_view to_string(EventKind kind) {
+  switch (kind) {
+    case EventKind::kSet: return "set";
+    case EventKind::kDeleted: return "deleted";
+    case EventKind::kExpired: return "expired";
+  }
+  base::assertion_failed("EventKind in range", __FILE__, __LINE__);
+}
+
+std::string_view to_string(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::kApplied: return "applied";
+    case Verdict::kRefused: return "refused";
+    case Verdict::kExpired: return "expired";
+    case Verdict::kNoSuchOwner: return "no-such-owner";
+  }
+  base::assertion_failed("Verdict in range", __FILE__, __LINE__);
+}
+
+}  // namespace rubicon::tuples
