@@ -1,0 +1,51 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "base/scheduler.h"
+#include "proxy/device.h"
+
+namespace rubicon::proxy {
+
+/// What became of a command (docs/life-of-a-command.md). The first two are under way, all others are final.
+enum class CommandState : std::uint8_t {
+  kQueued,      ///< waits for the line, the device, or the network's acknowledgement
+  kSent,        ///< acknowledged by bus or firmware; no report of the device yet
+  kConfirmed,   ///< the device reported the commanded value after the sending
+  kAssumed,     ///< sent to an actuator that never reports
+  kRefused,     ///< the network or the device said no
+  kFailed,      ///< the network tried and could not
+  kTimedOut,    ///< sent, but nothing came back in time
+  kExpired,     ///< its time ended before it could be sent
+  kSuperseded,  ///< a newer command took its place
+};
+std::string_view to_string(CommandState state);
+
+/// One command on its way, named by its creator and the creator's request number. Owned by the command desk.
+struct Command {
+  DeviceNumber device = 0;
+  PointNumber point = 0;
+  OwnerId creator{};
+  std::uint64_t creator_request = 0;
+  Value value;
+  std::string text;          ///< as published: the value's own text, not the commander's spelling
+  Duration time_to_live{0};  ///< zero = the commander named none
+  CommandState state = CommandState::kQueued;
+  WallTime since{};
+  std::string reason;
+  std::uint64_t request = 0;  ///< names it to the network and to its deadline; a new one at each step
+  WallTime handed_over{};     ///< to the network; zero = it waits for line or device
+  Timer deadline;             ///< expiry, then the waits for acknowledgement and confirmation
+};
+
+/// {state, creator, request, value, since, reason}
+std::string command_text(const Command& command);
+
+/// A commander's text -> value: by the type and within the range the point itself declared.
+Result<Value> parse_command(const Point& point, std::string_view text);
+
+/// The device reports what was commanded; real numbers may differ by what a 16-bit float loses (0.1 %).
+bool confirms(const Value& reported, const Value& commanded);
+
+}  // namespace rubicon::proxy

@@ -1,0 +1,283 @@
+#include "proxy/command_desk.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "model/key.h"
+
+namespace rubicon::proxy {
+
+namespace {
+
+constexpr std::size_t kMaxPerDevice = 100;
+constexpr std::size_t kMaxPerIsland = 10000;
+
+bool newest_wins(const Point& point) {
+  return !point.type || point.type->report == model::Report::kState;
+}
+
+std::string seconds_text(Duration span) {
+  return fmt::format("{:g} s", std::chrono::duration<double>(span).count());
+}
+
+}  // namespace
+
+CommandDesk::CommandDesk(Surroundings& around, DeviceDirectory& directory, TupleMirror& mirror,
+                         std::function<void(Device&)> rate_changed)
+    : around_(around),
+      directory_(directory),
+      mirror_(mirror),
+      rate_changed_(std::move(rate_changed)),
+      next_turn_(around.scheduler, [this] { take_in(); }),
+      rate_type_(around.types.find("rate")) {}
+
+tuples::Judgement CommandDesk::judge(const tuples::RemoteSet& wish) {
+  Device* device = nullptr;
+  const auto point = target_of(wish, device);
+  return point ? accept(wish, *device, **point) : tuples::Judgement::refused(point.error());
+}
+
+Result<Point*> CommandDesk::target_of(const tuples::RemoteSet& wish, Device*& device) {
+  const auto tuple = around_.space.find(wish.key);
+  if (!tuple) {
+    return fail(ErrorCode::kNotFound, fmt::format("{}: no such actuator or property here", model::quoted(wish.key)));
+  }
+  const auto place = mirror_.place_of(*tuple);
+  if (!place || place->role != TupleMirror::Role::kCommand) {
+    return fail(ErrorCode::kRefused,
+                fmt::format("{}: published by the island; set the .command of an actuator or a writable property",
+                            model::quoted(wish.key)));
+  }
+  device = directory_.find(place->device);
+  auto* point = device ? find_point(*device, place->point) : nullptr;
+  if (!point) return fail(ErrorCode::kNotFound, fmt::format("{}: its device is gone", model::quoted(wish.key)));
+  return point;
+}
+
+tuples::Judgement CommandDesk::accept(const tuples::RemoteSet& wish, Device& device, Point& point) {
+  auto value = parse_command(point, wish.value);
+  if (!value) return tuples::Judgement::refused(value.error());
+  const bool replaces = newest_wins(point) && point.live_commands > 0;
+  if (!replaces && (waiting(device.number) >= kMaxPerDevice || live_ >= kMaxPerIsland)) {
+    return tuples::Judgement::refused(
+        {ErrorCode::kBusy, fmt::format("{}: {} commands wait for {} already, {} on the island", model::quoted(wish.key),
+                                       waiting(device.number), device.key, live_)});
+  }
+  auto command = std::make_unique<Command>();
+  command->device = device.number;
+  command->point = point.number;
+  command->creator = wish.from;
+  command->creator_request = wish.request;
+  command->text = to_text(*value);
+  command->value = std::move(*value);
+  if (wish.time_to_live_given) command->time_to_live = wish.time_to_live;
+  ++point.live_commands;
+  ++live_;
+  inbox_.push_back(std::move(command));
+  next_turn_.ask();
+  return tuples::Judgement::applied();
+}
+
+std::size_t CommandDesk::waiting(DeviceNumber device) const {
+  const auto queue = queues_.find(device);
+  const auto arrived = std::count_if(inbox_.begin(), inbox_.end(), [&](const auto& c) { return c->device == device; });
+  return static_cast<std::size_t>(arrived) + (queue == queues_.end() ? 0 : queue->second.size());
+}
+
+void CommandDesk::take_in() {
+  for (auto& command : std::exchange(inbox_, {})) start(std::move(command));
+}
+
+void CommandDesk::start(std::unique_ptr<Command> command) {
+  auto* device = directory_.find(command->device);
+  auto* point = device ? find_point(*device, command->point) : nullptr;
+  if (!point) {
+    --live_;
+    return;
+  }
+  if (newest_wins(*point)) supersede(*device, *point, *command);
+  auto& started = *command;
+  queues_[device->number].push_back(std::move(command));
+  if (point->type && point->type == rate_type_ && point->id.kind == Kind::kProperty && point->id.instance.empty()) {
+    set_rate(*device, *point, started);
+    return;
+  }
+  change(*device, *point, started, CommandState::kQueued, {});
+  if (can_send(*device->network) && device->status != DeviceStatus::kUnreachable) {
+    hand_over(*device, *point, started);
+  } else {
+    wait(*device, started);
+  }
+}
+
+void CommandDesk::set_rate(Device& device, Point& point, Command& command) {
+  const auto* whole = std::get_if<std::int64_t>(&command.value);
+  if (!whole || *whole <= 0) {
+    settle(device, point, command, CommandState::kRefused, "rate is a positive number of milliseconds");
+    return;
+  }
+  device.rate = std::chrono::milliseconds(*whole);
+  mirror_.own_value(device, point, command.value, Quality::kGood);
+  settle(device, point, command, CommandState::kConfirmed, {});
+  rate_changed_(device);
+}
+
+void CommandDesk::supersede(Device& device, Point& point, const Command& by) {
+  const auto queue = queues_.find(device.number);
+  if (queue == queues_.end()) return;
+  for (std::size_t i = queue->second.size(); i-- > 0;) {
+    auto& older = *queue->second[i];
+    if (older.point != point.number || &older == &by) continue;
+    settle(device, point, older, CommandState::kSuperseded,
+           fmt::format("by request {} of {}", by.creator_request, number(by.creator)));
+    return;  // at most one of a state's commands is live
+  }
+}
+
+void CommandDesk::wait(Device& device, Command& command) {
+  Duration patience = command.time_to_live;
+  if (patience == Duration::zero()) {
+    patience = can_send(*device.network) ? around_.config.queue_expiry : around_.config.command_time_to_live;
+  }
+  const auto serial = command.request = around_.next_request();
+  by_request_.emplace(serial, &command);
+  command.deadline = around_.scheduler.after(patience, [this, serial] { deadline_passed(serial); });
+}
+
+void CommandDesk::hand_over(Device& device, const Point& point, Command& command) {
+  by_request_.erase(command.request);
+  const auto serial = command.request = around_.next_request();
+  by_request_.emplace(serial, &command);
+  command.handed_over = around_.clock.now().wall;
+  Message message;
+  message.source.island = around_.space.self();
+  message.destination = {around_.space.self(), device.network->id, device.address};
+  if (point.id.kind == Kind::kProperty) {
+    message.body = model::SetProperty{serial, point.id, command.value};
+  } else {
+    message.body = model::Actuate{serial, point.id, command.value};
+  }
+  around_.gateway.send(std::move(message));
+  command.deadline =
+      around_.scheduler.after(around_.config.confirmation_wait, [this, serial] { deadline_passed(serial); });
+}
+
+void CommandDesk::deliver(Device& device) {
+  const auto queue = queues_.find(device.number);
+  if (queue == queues_.end() || !can_send(*device.network)) return;
+  for (auto& command : queue->second) {
+    if (command->handed_over != WallTime{}) continue;
+    if (const auto* point = find_point(device, command->point)) hand_over(device, *point, *command);
+  }
+}
+
+void CommandDesk::deadline_passed(std::uint64_t serial) {
+  around_.clock.refresh();
+  const auto found = by_request_.find(serial);
+  if (found == by_request_.end()) return;
+  auto& command = *found->second;
+  auto* device = directory_.find(command.device);
+  auto* point = device ? find_point(*device, command.point) : nullptr;
+  if (!point) return drop(command);
+  const auto waited = seconds_text(around_.config.confirmation_wait);
+  if (command.handed_over == WallTime{}) {
+    settle(*device, *point, command, CommandState::kExpired,
+           can_send(*device->network) ? "the device did not come back in time" : "the line did not come back in time");
+  } else if (command.state == CommandState::kQueued) {
+    settle(*device, *point, command, CommandState::kTimedOut, "no acknowledgement within " + waited);
+  } else {
+    settle(*device, *point, command, CommandState::kTimedOut, "no report of the device within " + waited);
+  }
+}
+
+bool CommandDesk::acknowledged(const model::Acknowledge& answer) {
+  const auto found = by_request_.find(answer.request);
+  if (found == by_request_.end() || found->second->handed_over == WallTime{}) return false;
+  auto& command = *found->second;
+  auto* device = directory_.find(command.device);
+  auto* point = device ? find_point(*device, command.point) : nullptr;
+  if (!point) {
+    drop(command);
+    return true;
+  }
+  switch (answer.outcome) {
+    case model::Outcome::kSent: sent(*device, *point, command); break;
+    case model::Outcome::kFailed: settle(*device, *point, command, CommandState::kFailed, answer.text); break;
+    default:
+      settle(*device, *point, command, CommandState::kRefused,
+             answer.text.empty() ? std::string(to_string(answer.outcome)) : answer.text);
+  }
+  return true;
+}
+
+void CommandDesk::sent(Device& device, Point& point, Command& command) {
+  if (command.state != CommandState::kQueued) return;
+  if (!point.details->capability.reports) {
+    mirror_.assume(device, point, command.value);
+    settle(device, point, command, CommandState::kAssumed, "the actuator does not report");
+    return;
+  }
+  change(device, point, command, CommandState::kSent, {});
+  const auto serial = command.request;
+  command.deadline =
+      around_.scheduler.after(around_.config.confirmation_wait, [this, serial] { deadline_passed(serial); });
+}
+
+void CommandDesk::reported(Device& device, Point& point, const model::Reading& reading) {
+  const auto queue = queues_.find(device.number);
+  if (queue == queues_.end()) return;
+  for (auto& command : queue->second) {
+    if (command->point != point.number || command->handed_over == WallTime{}) continue;
+    // Without a time of its own a report counts as newer once the sending is acknowledged: what overtakes the
+    // acknowledgement may have been under way before the command.
+    const bool newer = reading.user_time == WallTime{} ? command->state == CommandState::kSent
+                                                       : reading.user_time >= command->handed_over;
+    if (!newer || !confirms(reading.value, command->value)) continue;
+    settle(device, point, *command, CommandState::kConfirmed, {});
+    return;
+  }
+}
+
+void CommandDesk::change(Device& device, Point& point, Command& command, CommandState state, std::string reason) {
+  command.state = state;
+  command.reason = std::move(reason);
+  command.since = around_.clock.now().wall;
+  point.details->command = command_text(command);
+  mirror_.publish_status(device, point);
+}
+
+void CommandDesk::settle(Device& device, Point& point, Command& command, CommandState state, std::string reason) {
+  --point.live_commands;
+  change(device, point, command, state, std::move(reason));
+  drop(command);
+}
+
+void CommandDesk::drop(Command& command) {
+  by_request_.erase(command.request);
+  --live_;
+  const auto queue = queues_.find(command.device);
+  std::erase_if(queue->second, [&](const auto& one) { return one.get() == &command; });
+  if (queue->second.empty()) queues_.erase(queue);
+}
+
+void CommandDesk::forget(const Device& device) {
+  const auto queue = queues_.find(device.number);
+  if (queue == queues_.end()) return;
+  for (const auto& command : queue->second) by_request_.erase(command->request);
+  live_ -= queue->second.size();
+  queues_.erase(queue);
+}
+
+void CommandDesk::forget(const Device& device, PointNumber point) {
+  const auto queue = queues_.find(device.number);
+  if (queue == queues_.end()) return;
+  for (std::size_t i = queue->second.size(); i-- > 0;) {
+    if (queue->second[i]->point != point) continue;
+    const bool last = queue->second.size() == 1;
+    drop(*queue->second[i]);
+    if (last) return;
+  }
+}
+
+}  // namespace rubicon::proxy

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <unordered_map>
+#include <vector>
+
+#include "proxy/command.h"
+#include "proxy/tuple_mirror.h"
+
+namespace rubicon::proxy {
+
+/// Decides about commands inside the reply and follows each one to its end (docs/life-of-a-command.md). What cannot be
+/// sent now waits, bounded in number and time. Commands live in memory only: none is ever executed twice.
+class CommandDesk {
+ public:
+  /// `rate_changed`: the one property the proxy executes itself was set.
+  CommandDesk(Surroundings& around, DeviceDirectory& directory, TupleMirror& mirror,
+              std::function<void(Device&)> rate_changed);
+
+  /// Somebody wishes to set one of the proxy's tuples.
+  tuples::Judgement judge(const tuples::RemoteSet& wish);
+  /// The device or its line is back: sends what waits, in order.
+  void deliver(Device& device);
+  /// True if the request was a command of ours.
+  bool acknowledged(const model::Acknowledge& answer);
+  /// A good reading of a point with live commands; call after the value was published.
+  void reported(Device& device, Point& point, const model::Reading& reading);
+  /// The device left, or one of its points vanished: their commands end with them.
+  void forget(const Device& device);
+  void forget(const Device& device, PointNumber point);
+
+ private:
+  using Queue = std::vector<std::unique_ptr<Command>>;
+
+  Result<Point*> target_of(const tuples::RemoteSet& wish, Device*& device);
+  tuples::Judgement accept(const tuples::RemoteSet& wish, Device& device, Point& point);
+  void take_in();
+  void start(std::unique_ptr<Command> command);
+  void set_rate(Device& device, Point& point, Command& command);
+  void supersede(Device& device, Point& point, const Command& by);
+  void hand_over(Device& device, const Point& point, Command& command);
+  void wait(Device& device, Command& command);
+  void sent(Device& device, Point& point, Command& command);
+  void deadline_passed(std::uint64_t serial);
+  void change(Device& device, Point& point, Command& command, CommandState state, std::string reason);
+  /// Final: publishes the state and drops the command.
+  void settle(Device& device, Point& point, Command& command, CommandState state, std::string reason);
+  void drop(Command& command);
+  std::size_t waiting(DeviceNumber device) const;
+
+  Surroundings& around_;
+  DeviceDirectory& directory_;
+  TupleMirror& mirror_;
+  std::function<void(Device&)> rate_changed_;
+  NextTurn next_turn_;
+  const Type* rate_type_;
+  Queue inbox_;                                             ///< judged in this turn
+  std::unordered_map<DeviceNumber, Queue> queues_;          ///< live commands, oldest first
+  std::unordered_map<std::uint64_t, Command*> by_request_;  ///< the live ones, by Command::request
+  std::size_t live_ = 0;
+};
+
+}  // namespace rubicon::proxy

@@ -1,0 +1,140 @@
+#include "proxy/demand.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace rubicon::proxy {
+
+namespace {
+
+/// Devices told in one turn of the loop.
+constexpr std::size_t kSlice = 1000;
+constexpr Duration kBusyPause = std::chrono::seconds(1);
+
+}  // namespace
+
+Demand::Demand(Surroundings& around, DeviceDirectory& directory, TupleMirror& mirror, Liveness& liveness)
+    : around_(around),
+      directory_(directory),
+      mirror_(mirror),
+      liveness_(liveness),
+      next_turn_(around.scheduler, [this] { flush(); }) {}
+
+void Demand::wanted(const tuples::Demand& demand) {
+  const auto place = mirror_.place_of(demand.tuple);
+  auto* device = place ? directory_.find(place->device) : nullptr;
+  auto* point = device ? find_point(*device, place->point) : nullptr;
+  if (!point || point->id.kind != Kind::kSensor) return;
+  if (demand.wanted && !point->wanted) point->wanted_at = around_.clock.now().steady;
+  point->wanted = demand.wanted;
+  point->interval = demand.interval;
+  ask(*device);
+}
+
+void Demand::repeat(Device& device) {
+  device.sampling.repeat |= !device.sampling.points.empty() || device.sampling.unsure;
+  ask(device);
+}
+
+void Demand::changed(Device& device) {
+  ask(device);
+}
+
+void Demand::ask(Device& device) {
+  if (std::exchange(device.sampling.queued, true)) return;
+  queue_.push_back(device.number);
+  next_turn_.ask();
+}
+
+void Demand::flush() {
+  const auto count = std::min(queue_.size(), kSlice);
+  for (std::size_t i = 0; i < count; ++i) {
+    auto* device = directory_.find(queue_[i]);
+    if (!device) continue;
+    device->sampling.queued = false;
+    tell(*device);
+  }
+  queue_.erase(queue_.begin(), queue_.begin() + static_cast<std::ptrdiff_t>(count));
+  if (!queue_.empty()) next_turn_.ask();
+}
+
+std::chrono::milliseconds Demand::period_of(const Device& device) const {
+  Duration shortest = Duration::max();
+  for (const auto& point : device.points) {
+    if (!point.wanted) continue;
+    shortest = std::min(shortest, point.interval == Duration::zero() ? Duration(device.rate) : point.interval);
+  }
+  if (shortest == Duration::max()) return std::chrono::milliseconds(0);
+  return std::max(std::chrono::duration_cast<std::chrono::milliseconds>(shortest), std::chrono::milliseconds(1));
+}
+
+void Demand::tell(Device& device) {
+  auto& sampling = device.sampling;
+  if (!can_send(*device.network)) return;  // asked again when the line is up
+  std::vector<PointId> points;
+  for (const auto& point : device.points) {
+    if (point.wanted) points.push_back(point.id);
+  }
+  const auto period = period_of(device);
+  const bool same = points == sampling.points && period == sampling.period;
+  if (!std::exchange(sampling.repeat, false) && same) return;
+  if (period < sampling.period || sampling.points.empty()) sampling.faster_at = around_.clock.now().steady;
+  sampling.points = std::move(points);
+  sampling.period = period;
+  send(device);
+}
+
+void Demand::send(Device& device) {
+  auto& sampling = device.sampling;
+  requests_.erase(sampling.request);
+  sampling.request = around_.next_request();
+  sampling.unsure = true;
+  requests_.emplace(sampling.request, device.number);
+  Message message;
+  message.source.island = around_.space.self();
+  message.destination = {around_.space.self(), device.network->id, device.address};
+  message.body = model::Sample{sampling.request, sampling.points, sampling.period};
+  around_.gateway.send(std::move(message));
+  liveness_.watch(device);
+}
+
+bool Demand::acknowledged(const model::Acknowledge& answer) {
+  const auto found = requests_.find(answer.request);
+  if (found == requests_.end()) return false;
+  auto* device = directory_.find(found->second);
+  requests_.erase(found);
+  if (!device) return true;
+  device->sampling.request = 0;
+  if (answer.outcome == model::Outcome::kSent) {
+    device->sampling.unsure = false;
+    note_refusal(*device, {});
+  } else if (answer.outcome == model::Outcome::kBusy) {
+    device->sampling.repeat = true;
+    busy_.push_back(device->number);
+    if (busy_timer_.pending()) return true;
+    busy_timer_ = around_.scheduler.after(kBusyPause, [this] {
+      for (const auto number : std::exchange(busy_, {})) {
+        if (auto* again = directory_.find(number)) ask(*again);
+      }
+    });
+  } else {
+    note_refusal(*device, fmt::format("sampling {}: {}", to_string(answer.outcome), answer.text));
+  }
+  return true;
+}
+
+void Demand::note_refusal(Device& device, std::string why) {
+  if (device.sampling.refusal == why) return;
+  device.sampling.refusal = std::move(why);
+  for (auto& point : device.points) {
+    if (point.wanted) mirror_.publish_status(device, point);
+  }
+  liveness_.watch(device);
+}
+
+void Demand::forget(const Device& device) {
+  requests_.erase(device.sampling.request);
+}
+
+}  // namespace rubicon::proxy

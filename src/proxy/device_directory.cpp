@@ -1,0 +1,190 @@
+#include "proxy/device_directory.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+#include "model/key.h"
+#include "proxy/naming.h"
+
+namespace rubicon::proxy {
+
+namespace {
+
+/// The longest last part of a point's keys.
+constexpr std::string_view kLongestEnd = ".description";
+
+bool assign(std::string& to, const std::string& from) {
+  if (to == from) return false;
+  to = from;
+  return true;
+}
+
+}  // namespace
+
+DeviceDirectory::DeviceDirectory(Surroundings& around) : around_(around) {
+  for (const auto& [id, rules] : around_.config.networks) network(id);
+}
+
+Network& DeviceDirectory::network(const std::string& id) {
+  if (last_network_ && last_network_->id == id) return *last_network_;
+  auto& slot = networks_[id];
+  if (!slot) {
+    slot = std::make_unique<Network>();
+    slot->id = id;
+    slot->key = fmt::format("{}.{}", around_.config.prefix, model::to_key_part(id));
+    slot->since = around_.clock.now().wall;
+    const auto rules = around_.config.networks.find(id);
+    if (rules != around_.config.networks.end()) slot->rules = rules->second;
+    for (const auto& [address, names] : slot->rules.devices) {
+      slot->reserved.emplace(device_id(slot->rules, address), address);
+    }
+  }
+  last_network_ = slot.get();
+  return *slot;
+}
+
+Device* DeviceDirectory::find(Network& network, const std::string& address) {
+  const auto found = network.devices.find(std::string_view(address));
+  return found == network.devices.end() ? nullptr : found->second.get();
+}
+
+Device* DeviceDirectory::find(DeviceNumber number) {
+  const auto found = by_number_.find(number);
+  return found == by_number_.end() ? nullptr : found->second;
+}
+
+Result<DeviceDirectory::Joined> DeviceDirectory::join(Network& network, const std::string& address,
+                                                      const model::Join& join) {
+  Joined joined;
+  joined.device = find(network, address);
+  if (!joined.device) {
+    auto admitted = admit(network, address);
+    if (!admitted) {
+      ++network.faults.refused_joins;
+      return fail(admitted.error());
+    }
+    joined.device = *admitted;
+    joined.fresh = true;
+  }
+  joined.changed = take_identity(*joined.device, join);
+  joined.changed |= reconcile(*joined.device, join, joined.vanished);
+  joined.changed |= joined.fresh;
+  return joined;
+}
+
+Result<Device*> DeviceDirectory::admit(Network& network, const std::string& address) {
+  if (by_number_.size() >= around_.config.max_devices) {
+    return fail(ErrorCode::kBusy, fmt::format("join of {} on {}: the limit of {} devices is reached",
+                                              model::quoted(address), network.id, around_.config.max_devices));
+  }
+  auto id = device_id(network.rules, address);
+  const auto kept = network.reserved.find(id);
+  const auto holder = network.by_id.find(id);
+  const bool reserved = kept != network.reserved.end() && kept->second != address;
+  if (reserved || holder != network.by_id.end()) {
+    const auto& other = reserved ? kept->second : holder->second->address;
+    return fail(ErrorCode::kDuplicate, fmt::format("join of {} on {}: its key part {} belongs to {}; give it an id",
+                                                   model::quoted(address), network.id, id, model::quoted(other)));
+  }
+  auto device = std::make_unique<Device>();
+  device->number = ++last_number_;
+  device->network = &network;
+  device->address = address;
+  device->key = fmt::format("{}.{}", network.key, id);
+  device->id = std::move(id);
+  device->rate = network.rules.rate;
+  auto* raw = device.get();
+  network.devices.emplace(address, std::move(device));
+  network.by_id.emplace(raw->id, raw);
+  by_number_.emplace(raw->number, raw);
+  return raw;
+}
+
+bool DeviceDirectory::take_identity(Device& device, const model::Join& join) {
+  const auto* names = names_of(device.network->rules, device.address);
+  bool changed = assign(device.type, join.device_type);
+  changed |= assign(device.model, join.model);
+  changed |= assign(device.name, names && !names->name.empty() ? names->name : join.name);
+  return changed;
+}
+
+bool DeviceDirectory::reconcile(Device& device, const model::Join& join, std::vector<Point>& vanished) {
+  bool changed = false;
+  std::vector<Point> points;
+  points.reserve(std::min(join.capabilities.size(), kMaxPoints));
+  std::set<std::pair<Kind, std::string_view>> taken;
+  for (const auto& capability : join.capabilities) {
+    auto* known = find_point(device, capability.point);
+    if (known && known->details) {
+      changed |= !(known->details->capability == capability) || !known->details->declared;
+      known->details->capability = capability;
+      known->details->declared = true;
+      taken.emplace(known->id.kind, known->details->id);
+      points.push_back(std::move(*known));
+      continue;
+    }
+    auto made = make_point(device, capability);
+    if (made && points.size() >= kMaxPoints) {
+      made = fail(ErrorCode::kBusy, fmt::format("a device may have {} points", kMaxPoints));
+    } else if (made && !taken.emplace(made->id.kind, made->details->id).second) {
+      made = fail(ErrorCode::kDuplicate, fmt::format("{} is there twice", made->details->id));
+    }
+    if (!made) {
+      ++device.network->faults.refused_points;
+      around_.warn(device.key, fmt::format("{}: point refused: {}", device.key, made.error().text));
+      continue;
+    }
+    points.push_back(std::move(*made));
+    changed = true;
+  }
+  for (auto& point : device.points) {
+    if (!point.details) continue;
+    const bool stays = !point.details->declared && taken.emplace(point.id.kind, point.details->id).second;
+    (stays ? points : vanished).push_back(std::move(point));
+  }
+  device.points = std::move(points);
+  return changed || !vanished.empty();
+}
+
+Result<Point> DeviceDirectory::make_point(Device& device, const Capability& capability) {
+  Point point;
+  point.id = capability.point;
+  point.type = around_.types.find(capability.point.type);
+  point.details = std::make_unique<PointDetails>();
+  point.details->capability = capability;
+  point.details->id = point_id(names_of(device.network->rules, device.address), capability, point.type);
+  point.since = around_.clock.now().wall;
+  const auto key = point_key(device, point, "");
+  if (key.size() + kLongestEnd.size() > model::kMaxKeyLength) {
+    return fail(ErrorCode::kOutOfRange, fmt::format("key {} is too long", model::quoted(key)));
+  }
+  point.number = ++device.last_point;
+  return point;
+}
+
+Point* DeviceDirectory::add_undeclared(Device& device, const PointId& id) {
+  const bool possible =
+      id.kind == Kind::kSensor && around_.types.find(id.type) != nullptr && device.points.size() < kMaxPoints;
+  if (!possible) return nullptr;
+  Capability capability;
+  capability.point = id;
+  auto made = make_point(device, capability);
+  const bool taken = made && std::any_of(device.points.begin(), device.points.end(), [&](const Point& point) {
+                       return point.id.kind == id.kind && point.details->id == made->details->id;
+                     });
+  if (!made || taken) return nullptr;
+  made->details->declared = false;
+  device.points.push_back(std::move(*made));
+  return &device.points.back();
+}
+
+void DeviceDirectory::remove(Device& device) {
+  auto& network = *device.network;
+  by_number_.erase(device.number);
+  network.by_id.erase(device.id);
+  network.devices.erase(std::string(device.address));
+}
+
+}  // namespace rubicon::proxy

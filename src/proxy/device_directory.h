@@ -1,0 +1,54 @@
+#pragma once
+
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "proxy/surroundings.h"
+
+namespace rubicon::proxy {
+
+/// Most points one device may have; more in a join are refused and counted.
+inline constexpr std::size_t kMaxPoints = 1024;
+
+/// Which devices there are, what they can do, and which key part belongs to which address. Knows nothing of tuples.
+class DeviceDirectory {
+ public:
+  explicit DeviceDirectory(Surroundings& around);
+
+  /// The network with this id; one that the configuration does not name gets the default rules.
+  Network& network(const std::string& id);
+  const std::map<std::string, std::unique_ptr<Network>>& networks() const { return networks_; }
+
+  Device* find(Network& network, const std::string& address);
+  Device* find(DeviceNumber number);
+
+  struct Joined {
+    Device* device = nullptr;
+    bool fresh = false;           ///< it was not known before
+    bool changed = false;         ///< points, capabilities or names differ from what they were
+    std::vector<Point> vanished;  ///< points it had and has no more
+  };
+  /// kBusy at the device cap, kDuplicate if another address has its key.
+  Result<Joined> join(Network& network, const std::string& address, const model::Join& join);
+
+  /// A point made by a value that arrived for it; nullptr if it cannot be.
+  Point* add_undeclared(Device& device, const PointId& id);
+
+  void remove(Device& device);
+  std::size_t size() const { return by_number_.size(); }
+
+ private:
+  Result<Device*> admit(Network& network, const std::string& address);
+  bool take_identity(Device& device, const model::Join& join);
+  bool reconcile(Device& device, const model::Join& join, std::vector<Point>& vanished);
+  Result<Point> make_point(Device& device, const Capability& capability);
+
+  Surroundings& around_;
+  std::map<std::string, std::unique_ptr<Network>> networks_;
+  Network* last_network_ = nullptr;
+  std::unordered_map<DeviceNumber, Device*> by_number_;
+  DeviceNumber last_number_ = 0;
+};
+
+}  // namespace rubicon::proxy

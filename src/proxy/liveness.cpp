@@ -1,0 +1,116 @@
+#include "proxy/liveness.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace rubicon::proxy {
+
+namespace {
+
+constexpr Duration kShortestDeadline = std::chrono::seconds(3);
+/// Devices looked at in one turn of the loop.
+constexpr int kSlice = 1000;
+
+bool ages(const Point& point) {
+  return point.id.kind == Kind::kSensor && !(point.type && point.type->report == model::Report::kEvent);
+}
+
+std::string seconds_text(Duration span) {
+  return fmt::format("{:g} s", std::chrono::duration<double>(span).count());
+}
+
+}  // namespace
+
+std::optional<SteadyTime> stale_at(const Device& device, const Point& point) {
+  if (const auto& own = point.details->capability.deadline) {
+    return *own == Duration::zero() ? std::nullopt : std::optional(point.heard_at + *own);
+  }
+  if (!ages(point)) return std::nullopt;
+  const auto silence = device.network->rules.silence;
+  const bool sampled = point.wanted && device.sampling.refusal.empty();
+  if (!sampled) return silence ? std::optional(point.heard_at + *silence) : std::nullopt;
+  const auto patience = std::max<Duration>(3 * device.sampling.period, kShortestDeadline);
+  // A sensor that is just beginning to be sampled gets its first period, but no longer than unsampled ones have.
+  auto grace = std::max(point.wanted_at, device.sampling.faster_at) + patience;
+  if (silence) grace = std::min(grace, point.heard_at + *silence);
+  return std::max(point.heard_at + patience, grace);
+}
+
+Liveness::Liveness(Surroundings& around, DeviceDirectory& directory, TupleMirror& mirror,
+                   std::function<void(Device&)> lost)
+    : around_(around), directory_(directory), mirror_(mirror), lost_(std::move(lost)) {}
+
+std::optional<SteadyTime> Liveness::next_look(const Device& device) const {
+  std::optional<SteadyTime> next;
+  const auto earlier = [&next](std::optional<SteadyTime> when) {
+    if (when && (!next || *when < *next)) next = when;
+  };
+  const auto silence = device.network->rules.silence;
+  if (silence && device.status == DeviceStatus::kReachable) earlier(device.heard_at + *silence);
+  for (const auto& point : device.points) {
+    if (point.quality == Quality::kGood) earlier(stale_at(device, point));
+  }
+  return next;
+}
+
+void Liveness::watch(Device& device) {
+  if (const auto when = next_look(device)) arm(device, *when);
+}
+
+void Liveness::arm(Device& device, SteadyTime when) {
+  if (when >= device.check_at) return;
+  device.check_at = when;
+  checks_.push({when, device.number});
+  set_timer();
+}
+
+void Liveness::set_timer() {
+  if (checks_.empty() || checks_.top().when >= timer_at_) return;
+  timer_at_ = checks_.top().when;
+  timer_ = around_.scheduler.at(timer_at_, [this] { look_at_due(); });
+}
+
+void Liveness::look_at_due() {
+  const auto now = around_.clock.refresh().steady;
+  timer_at_ = SteadyTime::max();
+  for (int looked = 0; looked < kSlice && !checks_.empty() && checks_.top().when <= now; ++looked) {
+    const auto check = checks_.top();
+    checks_.pop();
+    auto* device = directory_.find(check.device);
+    if (!device || device->check_at != check.when) continue;  // gone, or armed again for an earlier time
+    device->check_at = SteadyTime::max();
+    look(*device, now);
+    watch(*device);
+  }
+  set_timer();
+}
+
+void Liveness::look(Device& device, SteadyTime now) {
+  for (auto& point : device.points) {
+    if (point.quality != Quality::kGood) continue;
+    const auto due = stale_at(device, point);
+    if (!due || *due > now) continue;
+    mirror_.set_quality(device, point, Quality::kStale,
+                        fmt::format("not heard for {}", seconds_text(now - point.heard_at)));
+  }
+  const auto silence = device.network->rules.silence;
+  if (!silence || device.status != DeviceStatus::kReachable || device.heard_at + *silence > now) return;
+  device.status = DeviceStatus::kUnreachable;
+  device.since = around_.clock.now().wall;
+  device.reason = fmt::format("silent for {}", seconds_text(*silence));
+  lost_(device);
+}
+
+void Liveness::interrupted(Device& device, const std::string& reason) {
+  for (auto& point : device.points) {
+    if (point.id.kind == Kind::kProperty) continue;
+    if (point.quality != Quality::kGood && point.quality != Quality::kAssumed) continue;
+    point.quality = Quality::kStale;
+    point.since = around_.clock.now().wall;
+    point.details->reason = reason;
+  }
+  mirror_.all_points(device);
+}
+
+}  // namespace rubicon::proxy

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <queue>
+#include <vector>
+
+#include "proxy/tuple_mirror.h"
+
+namespace rubicon::proxy {
+
+/// Notices silence: devices not heard for the network's silence become unreachable, values older than their deadline
+/// stale. One heap entry a device and one timer in all: a reading only notes the time, the look at the deadline finds
+/// out whether anything is due.
+class Liveness {
+ public:
+  Liveness(Surroundings& around, DeviceDirectory& directory, TupleMirror& mirror, std::function<void(Device&)> lost);
+
+  /// A point became good, a device reachable, or a rule changed: look at the device in time.
+  void watch(Device& device);
+  /// Values seen before an interruption say nothing about what happened during it.
+  void interrupted(Device& device, const std::string& reason);
+
+ private:
+  struct Check {
+    SteadyTime when;
+    DeviceNumber device;
+    bool operator>(const Check& other) const { return when > other.when; }
+  };
+  void arm(Device& device, SteadyTime when);
+  void set_timer();
+  void look_at_due();
+  void look(Device& device, SteadyTime now);
+  std::optional<SteadyTime> next_look(const Device& device) const;
+
+  Surroundings& around_;
+  DeviceDirectory& directory_;
+  TupleMirror& mirror_;
+  std::function<void(Device&)> lost_;
+  std::priority_queue<Check, std::vector<Check>, std::greater<>> checks_;
+  Timer timer_;
+  SteadyTime timer_at_ = SteadyTime::max();
+};
+
+/// When a good value becomes stale; nullopt = never. The rule is in docs/tuple-keys.md, "Deadlines".
+std::optional<SteadyTime> stale_at(const Device& device, const Point& point);
+
+}  // namespace rubicon::proxy

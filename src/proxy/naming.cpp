@@ -1,0 +1,88 @@
+#include "proxy/naming.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "model/key.h"
+
+namespace rubicon::proxy {
+
+namespace {
+
+std::string type_part(const Capability& capability, const Type* type) {
+  if (type) return std::string(type->name);
+  if (capability.type_name.empty()) return fmt::format("type{}", static_cast<unsigned>(capability.point.type));
+  // The first `-` of an id ends the type's name.
+  auto part = model::to_key_part(capability.type_name, 40);
+  std::replace(part.begin(), part.end(), '-', '_');
+  return part;
+}
+
+/// `light-1` -> `light-window`; the type stays.
+std::string renamed(const std::map<std::string, std::string>& names, const std::string& id) {
+  const auto name = names.find(id);
+  if (name == names.end() || name->second.empty()) return id;
+  return fmt::format("{}-{}", id.substr(0, id.find('-')), model::to_key_part(name->second, 40));
+}
+
+std::string owner_of_property(const DeviceNames& names, const std::string& id) {
+  const auto as_sensor = renamed(names.sensors, id);
+  return as_sensor != id ? as_sensor : renamed(names.actuators, id);
+}
+
+void check_names(const std::string& path, const std::map<std::string, std::string>& names,
+                 std::vector<std::string>& out) {
+  std::map<std::string, std::string> taken;
+  for (const auto& [id, name] : names) {
+    const auto [other, fresh] = taken.emplace(renamed(names, id), id);
+    if (!fresh) out.push_back(fmt::format("{}: {} and {} both become {}", path, other->second, id, other->first));
+  }
+}
+
+}  // namespace
+
+const DeviceNames* names_of(const NetworkRules& rules, const std::string& address) {
+  const auto names = rules.devices.find(address);
+  return names == rules.devices.end() ? nullptr : &names->second;
+}
+
+std::string device_id(const NetworkRules& rules, const std::string& address) {
+  const auto* names = names_of(rules, address);
+  return model::to_key_part(names && !names->id.empty() ? names->id : address);
+}
+
+std::string point_id(const DeviceNames* names, const Capability& capability, const Type* type) {
+  const auto& instance = capability.point.instance;
+  auto id = type_part(capability, type);
+  if (capability.point.kind == Kind::kProperty) {
+    if (instance.empty()) return id;
+    return fmt::format("{}-{}", id, model::to_key_part(names ? owner_of_property(*names, instance) : instance));
+  }
+  id = fmt::format("{}-{}", id, instance.empty() ? "1" : model::to_key_part(instance, 40));
+  if (!names) return id;
+  return renamed(capability.point.kind == Kind::kSensor ? names->sensors : names->actuators, id);
+}
+
+std::vector<std::string> collisions(const ProxyConfig& config) {
+  std::vector<std::string> out;
+  std::map<std::string, std::string> networks;
+  for (const auto& [network, rules] : config.networks) {
+    const auto [twin, fresh] = networks.emplace(model::to_key_part(network), network);
+    if (!fresh) out.push_back(fmt::format("networks {} and {} both become {}", twin->second, network, twin->first));
+    std::map<std::string, std::string> ids;
+    for (const auto& [address, names] : rules.devices) {
+      const auto path = fmt::format("networks.{}.devices.{}", network, address);
+      const auto [other, alone] = ids.emplace(device_id(rules, address), address);
+      if (!alone) {
+        out.push_back(fmt::format("networks.{}.devices: {} and {} both become {}", network, other->second, address,
+                                  other->first));
+      }
+      check_names(path + ".sensors", names.sensors, out);
+      check_names(path + ".actuators", names.actuators, out);
+    }
+  }
+  return out;
+}
+
+}  // namespace rubicon::proxy

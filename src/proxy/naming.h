@@ -1,0 +1,23 @@
+#pragma once
+
+#include <string>
+
+#include "model/point.h"
+#include "proxy/proxy_config.h"
+
+namespace rubicon::proxy {
+
+/// Everything in a configuration by which two things would claim one key, one line each; empty = sound.
+std::vector<std::string> collisions(const ProxyConfig& config);
+
+/// Key part of a device: the configured id, else its address (`1.4.6` -> `1_4_6`).
+std::string device_id(const NetworkRules& rules, const std::string& address);
+
+/// Key part of a sensor or actuator: type and instance, always both, the instance as named at installation time
+/// (`light-window`). A property: its type, and what it belongs to (`rate`, `threshold-light-window`).
+std::string point_id(const DeviceNames* names, const Capability& capability, const Type* type);
+
+/// The names given to a device at installation time, or nullptr.
+const DeviceNames* names_of(const NetworkRules& rules, const std::string& address);
+
+}  // namespace rubicon::proxy

@@ -1,0 +1,108 @@
+#include "proxy/network_board.h"
+
+#include <fmt/format.h>
+
+#include "model/key.h"
+#include "proxy/tuple_text.h"
+
+namespace rubicon::proxy {
+
+namespace {
+
+constexpr tuples::SetOptions kJson{"application/json", {}, {}};
+constexpr Duration kDevicesPause = std::chrono::milliseconds(250);
+constexpr Duration kCountersPause = std::chrono::seconds(1);
+/// Counters a network may publish; more are not shown.
+constexpr std::size_t kMaxProperties = 256;
+
+}  // namespace
+
+NetworkBoard::NetworkBoard(Surroundings& around, DeviceDirectory& directory) : around_(around), directory_(directory) {}
+
+void NetworkBoard::begin() {
+  std::string island = fmt::format("{{\"id\":{},\"name\":", number(around_.space.self()));
+  append_json(around_.config.island_name, island);
+  std::ignore = around_.space.set(around_.config.prefix + ".island", island + '}', kJson);
+  publish_networks();
+  for (const auto& [id, network] : directory_.networks()) declare(*network);
+}
+
+void NetworkBoard::publish_networks() {
+  std::string list = "[";
+  for (const auto& [id, network] : directory_.networks()) {
+    if (list.size() > 1) list += ',';
+    append_json(id, list);
+  }
+  std::ignore = around_.space.set(around_.config.prefix + ".networks", list + ']', kJson);
+}
+
+void NetworkBoard::declare(Network& network) {
+  if (network.status_tuple != TupleRef{}) return;
+  if (!around_.config.networks.contains(network.id)) publish_networks();
+  const auto status = around_.space.set(network.key + ".status", network_status_text(network), kJson);
+  const auto devices = around_.space.set(network.key + ".devices", "[]", kJson);
+  if (!status || !devices) {
+    around_.warn(network.id, fmt::format("tuples of network {} cannot be made", model::quoted(network.id)));
+    return;
+  }
+  network.status_tuple = *status;
+  network.devices_tuple = *devices;
+  publish_property(network, "line", std::string(to_string(network.line)));
+}
+
+void NetworkBoard::line_changed(Network& network) {
+  std::ignore = around_.space.set(network.status_tuple, network_status_text(network), kJson);
+  publish_property(network, "line", std::string(to_string(network.line)));
+}
+
+void NetworkBoard::publish_property(Network& network, const std::string& name, std::string value) {
+  const auto part = model::to_key_part(name);
+  if (network.published.size() >= kMaxProperties && !network.published.contains(part)) return;
+  auto& published = network.published[part];
+  if (published == value) return;
+  std::ignore = around_.space.set(fmt::format("{}.property.{}.value", network.key, part), value);
+  published = std::move(value);
+}
+
+void NetworkBoard::devices_changed(Network& network) {
+  network.devices_dirty = true;
+  if (devices_timer_.pending()) return;
+  const auto when = std::max(devices_at_, around_.clock.now().steady);
+  devices_timer_ = around_.scheduler.at(when, [this] { publish_devices(); });
+}
+
+void NetworkBoard::publish_devices() {
+  devices_at_ = around_.clock.refresh().steady + kDevicesPause;
+  for (const auto& [id, network] : directory_.networks()) {
+    if (!std::exchange(network->devices_dirty, false)) continue;
+    std::ignore = around_.space.set(network->devices_tuple, reachable_devices(*network), kJson);
+  }
+}
+
+void NetworkBoard::refresh_counters() {
+  if (counters_timer_.pending()) return;
+  const auto when = std::max(counters_at_, around_.clock.now().steady);
+  counters_timer_ = around_.scheduler.at(when, [this] { publish_counters(); });
+}
+
+void NetworkBoard::publish_counters() {
+  counters_at_ = around_.clock.refresh().steady + kCountersPause;
+  for (const auto& [id, slot] : directory_.networks()) {
+    auto& network = *slot;
+    for (const auto& [name, count] : network.reported) publish_property(network, name, std::to_string(count));
+    const auto queue = around_.gateway.counters(id);
+    const auto& faults = network.faults;
+    const std::pair<const char*, std::uint64_t> own[] = {{"devices", network.devices.size()},
+                                                         {"dropped-readings", queue.dropped_readings},
+                                                         {"refused-busy", queue.refused_busy},
+                                                         {"undeliverable", queue.undeliverable},
+                                                         {"refused-joins", faults.refused_joins},
+                                                         {"refused-points", faults.refused_points},
+                                                         {"unknown-devices", faults.unknown_devices},
+                                                         {"undeclared-points", faults.undeclared_points},
+                                                         {"bad-values", faults.bad_values}};
+    for (const auto& [name, count] : own) publish_property(network, name, std::to_string(count));
+  }
+}
+
+}  // namespace rubicon::proxy

@@ -1,0 +1,270 @@
+#include "proxy/proxy.h"
+
+#include <fmt/format.h>
+
+#include "base/assert.h"
+#include "model/key.h"
+#include "proxy/command_desk.h"
+#include "proxy/demand.h"
+#include "proxy/liveness.h"
+#include "proxy/naming.h"
+#include "proxy/network_board.h"
+
+namespace rubicon::proxy {
+
+using tuples::Handle;
+
+/// The parts and the wires between them: messages come in here, each part is told in the order of the life of a
+/// reading; no part calls back.
+struct Proxy::Parts {
+  Parts(ProxyConfig rules, Scheduler& scheduler, TupleSpace& space, gateway::Gateway& gateway,
+        const TypeCatalogue& types, base::LogSink& log);
+
+  void listen();
+  template <class Body>
+  void on(MessageKind kind, void (Parts::*call)(Device*, Network&, const Message&, const Body&));
+
+  void join(Device*, Network& network, const Message& message, const model::Join& join);
+  void keep_alive(Device* device, Network& network, const Message& message, const model::KeepAlive&);
+  void leave(Device* device, Network& network, const Message& message, const model::Leave& leave);
+  void updates(Device* device, Network& network, const Message& message, const model::Updates& updates);
+  void state(Device* device, Network& network, const Message& message, const model::State& state);
+  void acknowledge(const Message& message);
+
+  void heard(Device& device);
+  void reachable(Device& device, bool was_lost);
+  void lost(Device& device);
+  void reading(Device& device, const model::Reading& reading);
+  void set_line(Network& network, const model::State& state);
+  void line_went_down(Network& network);
+  void line_came_up(Network& network);
+  void stranger(Network& network, const Message& message);
+  void take_rate(Device& device);
+
+  const ProxyConfig config;
+  Surroundings around;
+  DeviceDirectory directory;
+  NetworkBoard board;
+  TupleMirror mirror;
+  Liveness liveness;
+  Demand demand;
+  CommandDesk desk;
+  const Type* rate_type;
+  std::vector<Handle> handles;
+};
+
+Proxy::Parts::Parts(ProxyConfig rules, Scheduler& scheduler, TupleSpace& space, gateway::Gateway& gateway,
+                    const TypeCatalogue& types, base::LogSink& log)
+    : config(std::move(rules)),
+      around{config, scheduler, space, gateway, types, Log(log, "proxy"), TurnClock(scheduler)},
+      directory(around),
+      board(around, directory),
+      mirror(around, directory),
+      liveness(around, directory, mirror, [this](Device& device) { lost(device); }),
+      demand(around, directory, mirror, liveness),
+      desk(around, directory, mirror, [this](Device& device) { demand.changed(device); }),
+      rate_type(types.find("rate")) {
+  for (const auto& line : collisions(config)) around.log.error(line);
+  board.begin();
+  listen();
+}
+
+template <class Body>
+void Proxy::Parts::on(MessageKind kind, void (Parts::*call)(Device*, Network&, const Message&, const Body&)) {
+  handles.push_back(around.gateway.subscribe(kind, [this, call](const Message& message) {
+    RUBICON_DEBUG_ASSERT(around.scheduler.on_loop_thread());
+    // Devices of other islands are mirrored by their own proxy.
+    if (message.source.island != around.space.self() || message.source.network.empty()) return;
+    auto& network = directory.network(message.source.network);
+    board.declare(network);
+    auto* device = message.source.device.empty() ? nullptr : directory.find(network, message.source.device);
+    (this->*call)(device, network, message, *std::get_if<Body>(&message.body));
+  }));
+}
+
+void Proxy::Parts::listen() {
+  on<model::Join>(MessageKind::kJoin, &Parts::join);
+  on<model::KeepAlive>(MessageKind::kKeepAlive, &Parts::keep_alive);
+  on<model::Leave>(MessageKind::kLeave, &Parts::leave);
+  on<model::Updates>(MessageKind::kUpdates, &Parts::updates);
+  on<model::State>(MessageKind::kState, &Parts::state);
+  handles.push_back(
+      around.gateway.subscribe(MessageKind::kAcknowledge, [this](const Message& message) { acknowledge(message); }));
+  const auto self = around.space.self();
+  handles.push_back(around.space.watch_demand({self, config.prefix + ".*.*.sensor.*.value"},
+                                              [this](const tuples::Demand& wanted) { demand.wanted(wanted); }));
+  handles.push_back(around.space.judge({self, config.prefix + ".**"},
+                                       [this](const tuples::RemoteSet& wish) { return desk.judge(wish); }));
+}
+
+void Proxy::Parts::join(Device*, Network& network, const Message& message, const model::Join& join) {
+  if (message.source.device.empty()) return stranger(network, message);
+  const auto joined = directory.join(network, message.source.device, join);
+  board.refresh_counters();
+  if (!joined) {
+    around.warn(network.id + "/join", joined.error().text);
+    return;
+  }
+  auto& device = *joined->device;
+  for (const auto& point : joined->vanished) desk.forget(device, point.number);
+  const bool first = device.status == DeviceStatus::kUnknown;
+  if (join.heard && first) device.status = DeviceStatus::kReachable;
+  if (joined->fresh) device.since = around.clock.now().wall;
+  mirror.joined(*joined);
+  take_rate(device);
+  if (join.heard) {
+    device.heard_at = around.clock.now().steady;
+    if (first || device.status == DeviceStatus::kUnreachable) reachable(device, !joined->fresh);
+  }
+  liveness.watch(device);
+  if (!joined->fresh) demand.repeat(device);
+}
+
+void Proxy::Parts::take_rate(Device& device) {
+  for (auto& point : device.points) {
+    if (point.id.kind != Kind::kProperty || !point.type || point.type != rate_type || !point.id.instance.empty())
+      continue;
+    if (std::exchange(device.rate_point, point.number) == point.number) return;
+    const auto* initial = std::get_if<std::int64_t>(&point.details->capability.initial);
+    if (initial && *initial > 0) device.rate = std::chrono::milliseconds(*initial);
+    mirror.own_value(device, point, static_cast<std::int64_t>(device.rate.count()), Quality::kGood);
+  }
+}
+
+void Proxy::Parts::keep_alive(Device* device, Network& network, const Message& message, const model::KeepAlive&) {
+  device ? heard(*device) : stranger(network, message);
+}
+
+void Proxy::Parts::leave(Device* device, Network& network, const Message&, const model::Leave& leave) {
+  if (!device) return;
+  around.log.info(fmt::format("{} left: {}", device->key, leave.reason));
+  desk.forget(*device);
+  demand.forget(*device);
+  mirror.left(*device);
+  directory.remove(*device);
+  board.devices_changed(network);
+  board.refresh_counters();
+}
+
+void Proxy::Parts::updates(Device* device, Network& network, const Message& message, const model::Updates& updates) {
+  if (!device) [[unlikely]]
+    return stranger(network, message);
+  heard(*device);
+  for (const auto& one : updates.readings) reading(*device, one);
+}
+
+void Proxy::Parts::reading(Device& device, const model::Reading& reading) {
+  auto* point = find_point(device, reading.point);
+  if (!point) [[unlikely]] {
+    point = directory.add_undeclared(device, reading.point);
+    if (!point) {
+      ++device.network->faults.undeclared_points;
+      board.refresh_counters();
+      around.warn(device.key + "/undeclared",
+                  fmt::format("{}: value for a {} of type {} it never declared", device.key,
+                              to_string(reading.point.kind), static_cast<unsigned>(reading.point.type)));
+      return;
+    }
+    mirror.added(device, *point);
+  }
+  if (mirror.reading(device, *point, reading)) [[unlikely]]
+    liveness.watch(device);
+  if (point->live_commands != 0 && point->quality == Quality::kGood) [[unlikely]]
+    desk.reported(device, *point, reading);
+}
+
+void Proxy::Parts::heard(Device& device) {
+  device.heard_at = around.clock.now().steady;
+  board.refresh_counters();
+  if (!device.network->line_known) [[unlikely]]
+    set_line(*device.network, {model::LineState::kUp, {}, {}});
+  if (device.status == DeviceStatus::kReachable) [[likely]]
+    return;
+  reachable(device, true);
+  liveness.watch(device);
+}
+
+void Proxy::Parts::reachable(Device& device, bool was_known) {
+  device.status = DeviceStatus::kReachable;
+  device.since = around.clock.now().wall;
+  device.reason.clear();
+  mirror.device_status(device);
+  board.devices_changed(*device.network);
+  if (!was_known) return;
+  mirror.all_points(device);
+  demand.repeat(device);
+  desk.deliver(device);
+}
+
+void Proxy::Parts::lost(Device& device) {
+  liveness.interrupted(device, "not heard since the device was out of reach");
+  mirror.device_status(device);
+  board.devices_changed(*device.network);
+}
+
+void Proxy::Parts::state(Device*, Network& network, const Message&, const model::State& state) {
+  for (const auto& [name, count] : state.counters) network.reported[name] = count;
+  board.refresh_counters();
+  set_line(network, state);
+}
+
+void Proxy::Parts::set_line(Network& network, const model::State& state) {
+  const bool same = network.line_known && network.line == state.line && network.reason == state.reason;
+  network.line_known = true;
+  if (same) return;
+  network.line = state.line;
+  network.reason = state.reason;
+  network.since = around.clock.now().wall;
+  board.line_changed(network);
+  const bool down = state.line == model::LineState::kDown || state.line == model::LineState::kEnded;
+  if (down && !network.down) line_went_down(network);
+  if (state.line == model::LineState::kUp) line_came_up(network);
+}
+
+void Proxy::Parts::line_went_down(Network& network) {
+  network.down = true;
+  for (auto& [address, device] : network.devices) {
+    liveness.interrupted(*device, "not heard since the line was down");
+    // Where silence says nothing, the line decides who can be reached.
+    if (network.rules.silence || device->status != DeviceStatus::kReachable) continue;
+    device->status = DeviceStatus::kUnreachable;
+    device->since = network.since;
+    device->reason = fmt::format("the line is down: {}", network.reason);
+    mirror.device_status(*device);
+  }
+  board.devices_changed(network);
+}
+
+void Proxy::Parts::line_came_up(Network& network) {
+  network.down = false;
+  for (auto& [address, device] : network.devices) {
+    if (!network.rules.silence && device->status == DeviceStatus::kUnreachable) {
+      reachable(*device, true);
+      continue;
+    }
+    mirror.all_points(*device);
+    demand.repeat(*device);
+    if (device->status != DeviceStatus::kUnreachable) desk.deliver(*device);
+  }
+}
+
+void Proxy::Parts::stranger(Network& network, const Message& message) {
+  ++network.faults.unknown_devices;
+  board.refresh_counters();
+  around.warn(network.id + "/stranger", fmt::format("{} from {}, which never joined", to_string(message.kind()),
+                                                    model::quoted(to_string(message.source))));
+}
+
+void Proxy::Parts::acknowledge(const Message& message) {
+  const auto* answer = std::get_if<model::Acknowledge>(&message.body);
+  if (!answer) return;
+  if (!desk.acknowledged(*answer)) demand.acknowledged(*answer);
+}
+
+Proxy::Proxy(ProxyConfig config, Scheduler& scheduler, TupleSpace& space, gateway::Gateway& gateway,
+             const TypeCatalogue& types, base::LogSink& log)
+    : parts_(std::make_unique<Parts>(std::move(config), scheduler, space, gateway, types, log)) {}
+
+Proxy::~Proxy() = default;
+
+}  // namespace rubicon::proxy

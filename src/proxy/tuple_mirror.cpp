@@ -1,0 +1,223 @@
+#include "proxy/tuple_mirror.h"
+
+#include <fmt/format.h>
+
+#include "model/key.h"
+#include "proxy/tuple_text.h"
+
+namespace rubicon::proxy {
+
+namespace {
+
+constexpr std::string_view kJson = "application/json";
+constexpr Duration kRefreshPause = std::chrono::seconds(1);
+/// Status texts written in one turn of the loop.
+constexpr std::size_t kFlushSlice = 1000;
+
+bool writable(const Point& point) {
+  return point.id.kind == Kind::kActuator ||
+         (point.id.kind == Kind::kProperty && point.details->capability.access != Access::kRead);
+}
+
+}  // namespace
+
+TupleMirror::TupleMirror(Surroundings& around, DeviceDirectory& directory)
+    : around_(around), directory_(directory), last_flush_(around.clock.now().steady - kRefreshPause) {}
+
+TupleRef TupleMirror::declare(std::string_view key, std::string_view value, std::string_view media_type) {
+  const auto made = around_.space.declare(key, value, {media_type, {}, {}});
+  if (made) return *made;
+  around_.warn("declare", fmt::format("tuple {} cannot be made: {}", model::quoted(key), made.error().text));
+  return {};
+}
+
+void TupleMirror::remember(TupleRef tuple, Place place) {
+  places_[tuple.index] = {tuple.generation, place};
+}
+
+std::optional<TupleMirror::Place> TupleMirror::place_of(TupleRef tuple) const {
+  const auto found = places_.find(tuple.index);
+  if (found == places_.end() || found->second.generation != tuple.generation) return std::nullopt;
+  return found->second.place;
+}
+
+void TupleMirror::joined(const DeviceDirectory::Joined& joined) {
+  auto& device = *joined.device;
+  for (const auto& point : joined.vanished) erase_point(device, point);
+  if (joined.fresh) declare_device(device);
+  if (!joined.changed) return;
+  for (auto& point : device.points) {
+    if (point.status == TupleRef{}) {
+      declare_point(device, point);
+    } else {
+      std::ignore =
+          around_.space.set(point_key(device, point, "description"), point_description(point), {kJson, {}, {}});
+    }
+  }
+  std::ignore = around_.space.set(device.key + ".description", device_description(device), {kJson, {}, {}});
+}
+
+void TupleMirror::declare_device(Device& device) {
+  device.status_tuple = declare(device.key + ".status", device_status_text(device), kJson);
+}
+
+void TupleMirror::declare_point(Device& device, Point& point) {
+  point.value = declare(point_key(device, point, "value"), {}, "text/plain");
+  remember(point.value, {Role::kValue, device.number, point.number});
+  write_point_status(device, point, status_text_);
+  point.status = declare(point_key(device, point, "status"), status_text_, kJson);
+  declare(point_key(device, point, "description"), point_description(point), kJson);
+  if (writable(point)) {
+    point.command = declare(point_key(device, point, "command"), {}, "text/plain");
+    remember(point.command, {Role::kCommand, device.number, point.number});
+  }
+  initial_value(device, point);
+}
+
+void TupleMirror::initial_value(const Device& device, Point& point) {
+  const auto& initial = point.details->capability.initial;
+  if (std::holds_alternative<std::monostate>(initial)) return;
+  if (point.type && !TypeCatalogue::check(*point.type, initial)) return;
+  own_value(device, point, initial, device.status == DeviceStatus::kReachable ? Quality::kGood : Quality::kStored);
+}
+
+void TupleMirror::added(Device& device, Point& point) {
+  declare_point(device, point);
+  std::ignore = around_.space.set(device.key + ".description", device_description(device), {kJson, {}, {}});
+}
+
+void TupleMirror::erase_point(const Device& device, const Point& point) {
+  places_.erase(point.value.index);
+  places_.erase(point.command.index);
+  for (const auto last : {"value", "status", "description", "command"}) {
+    std::ignore = around_.space.erase(point_key(device, point, last));
+  }
+}
+
+void TupleMirror::left(Device& device) {
+  for (const auto& point : device.points) erase_point(device, point);
+  std::ignore = around_.space.erase(device.key + ".status");
+  std::ignore = around_.space.erase(device.key + ".description");
+}
+
+void TupleMirror::device_status(const Device& device) {
+  std::ignore = around_.space.set(device.status_tuple, device_status_text(device), {kJson, {}, {}});
+}
+
+void TupleMirror::all_points(Device& device) {
+  for (auto& point : device.points) mark(device, point);
+  ask_flush(true);
+}
+
+bool TupleMirror::reading(Device& device, Point& point, const model::Reading& reading) {
+  if (std::holds_alternative<std::monostate>(reading.value)) {
+    bad_value(device, point, "the device has no value");
+    return false;
+  }
+  if (point.type) {
+    if (const auto fits = TypeCatalogue::check(*point.type, reading.value); !fits) [[unlikely]] {
+      bad_value(device, point, fits.error().text);
+      return false;
+    }
+  }
+  const auto& now = around_.clock.now();
+  point.heard_at = now.steady;
+  point.heard = now.wall;
+  store_value(point, reading.value, reading.user_time);
+  if (point.quality != Quality::kGood) [[unlikely]] {
+    set_quality(device, point, Quality::kGood, {});
+    return true;
+  }
+  if (!point.dirty) {
+    mark(device, point);
+    ask_flush(false);
+  }
+  return false;
+}
+
+void TupleMirror::store_value(Point& point, const Value& value, WallTime user_time) {
+  to_text(value, value_text_);
+  if (point.text != value_text_) {
+    point.text = value_text_;
+    point.changed = around_.clock.now().wall;
+  }
+  std::ignore = around_.space.set(point.value, value_text_, {media_type(value), user_time, {}});
+}
+
+void TupleMirror::bad_value(const Device& device, Point& point, const std::string& why) {
+  ++device.network->faults.bad_values;
+  around_.warn(device.key, fmt::format("{}: {}: {}", device.key, point.details->id, why));
+  set_quality(device, point, Quality::kBad, why);
+}
+
+void TupleMirror::assume(const Device& device, Point& point, const Value& value) {
+  store_value(point, value, {});
+  set_quality(device, point, Quality::kAssumed, "commanded; the actuator does not report");
+}
+
+void TupleMirror::own_value(const Device& device, Point& point, const Value& value, Quality quality) {
+  const auto& now = around_.clock.now();
+  store_value(point, value, {});
+  point.heard_at = now.steady;
+  if (quality == Quality::kGood) point.heard = now.wall;
+  set_quality(device, point, quality, {});
+}
+
+void TupleMirror::set_quality(const Device& device, Point& point, Quality quality, std::string reason) {
+  if (point.quality != quality) point.since = around_.clock.now().wall;
+  const bool same = point.quality == quality && point.details->reason == reason;
+  point.quality = quality;
+  point.details->reason = std::move(reason);
+  if (!same) publish_status(device, point);
+}
+
+void TupleMirror::publish_status(const Device& device, Point& point) {
+  point.dirty = false;
+  write_point_status(device, point, status_text_);
+  std::ignore = around_.space.set(point.status, status_text_, {kJson, {}, {}});
+}
+
+void TupleMirror::mark(Device& device, Point& point) {
+  point.dirty = true;
+  if (device.dirty) return;
+  device.dirty = true;
+  dirty_.push_back(device.number);
+}
+
+void TupleMirror::ask_flush(bool at_once) {
+  urgent_ |= at_once;
+  const auto now = around_.clock.now().steady;
+  const auto when = at_once ? now : std::max(now, last_flush_ + kRefreshPause);
+  if (when >= flush_at_) return;
+  flush_at_ = when;
+  flush_timer_ = around_.scheduler.at(when, [this] { flush(); });
+}
+
+void TupleMirror::flush() {
+  around_.clock.refresh();
+  if (flushing_.empty()) {
+    flushing_.swap(dirty_);
+    urgent_ = false;
+  }
+  std::size_t written = 0;
+  while (!flushing_.empty() && written < kFlushSlice) {
+    auto* device = directory_.find(flushing_.back());
+    flushing_.pop_back();
+    if (!device) continue;
+    device->dirty = false;
+    for (auto& point : device->points) {
+      if (!point.dirty) continue;
+      publish_status(*device, point);
+      ++written;
+    }
+  }
+  flush_at_ = SteadyTime::max();
+  last_flush_ = around_.clock.now().steady;
+  if (!flushing_.empty()) {
+    ask_flush(true);
+  } else if (!dirty_.empty()) {
+    ask_flush(urgent_);
+  }
+}
+
+}  // namespace rubicon::proxy

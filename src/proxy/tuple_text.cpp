@@ -1,0 +1,151 @@
+#include "proxy/tuple_text.h"
+
+#include <fmt/format.h>
+
+#include <iterator>
+#include <nlohmann/json.hpp>
+
+#include "proxy/naming.h"
+
+namespace rubicon::proxy {
+
+namespace {
+
+using Tree = nlohmann::ordered_json;
+
+std::string dump(const Tree& tree) {
+  return tree.dump(-1, ' ', false, Tree::error_handler_t::replace);
+}
+
+/// The reason that belongs to the quality shown, and since when it holds.
+std::pair<std::string_view, WallTime> reason_of(const Device& device, const Point& point) {
+  if (device.network->down) return {device.network->reason, device.network->since};
+  if (device.status == DeviceStatus::kUnreachable) return {device.reason, device.since};
+  std::string_view reason = point.details->reason;
+  if (reason.empty() && point.wanted && point.quality != Quality::kGood) reason = device.sampling.refusal;
+  return {reason, point.since};
+}
+
+Tree words_of(std::string_view words) {
+  Tree list = Tree::array();
+  while (!words.empty()) {
+    const auto comma = words.find(',');
+    list.push_back(words.substr(0, comma));
+    words.remove_prefix(comma == words.npos ? words.size() : comma + 1);
+  }
+  return list;
+}
+
+void add_range(Tree& tree, const char* name, std::optional<double> own, double of_type) {
+  const double bound = own.value_or(of_type);
+  if (std::isfinite(bound)) tree[name] = bound;
+}
+
+}  // namespace
+
+void append_seconds(WallTime time, std::string& out) {
+  const auto micros = time.time_since_epoch().count();
+  fmt::format_to(std::back_inserter(out), "{}", micros / 1000000);
+  auto rest = micros % 1000000;
+  if (rest <= 0) return;
+  int digits = 6;
+  for (; rest % 10 == 0; rest /= 10) --digits;
+  fmt::format_to(std::back_inserter(out), ".{:0{}}", rest, digits);
+}
+
+void append_json(std::string_view text, std::string& out) {
+  if (text.empty()) {
+    out += "\"\"";
+    return;
+  }
+  out += dump(Tree(text));
+}
+
+void write_point_status(const Device& device, const Point& point, std::string& out) {
+  const auto [reason, since] = reason_of(device, point);
+  out = "{\"quality\":\"";
+  out += to_string(shown_quality(device, point));
+  out += "\",\"since\":";
+  append_seconds(since, out);
+  out += ",\"heard\":";
+  append_seconds(point.heard, out);
+  out += ",\"changed\":";
+  append_seconds(point.changed, out);
+  out += ",\"reason\":";
+  append_json(reason, out);
+  if (!point.details->command.empty()) {
+    out += ",\"command\":";
+    out += point.details->command;
+  }
+  out += '}';
+}
+
+std::string device_status_text(const Device& device) {
+  std::string out = fmt::format("{{\"status\":\"{}\",\"since\":", to_string(device.status));
+  append_seconds(device.since, out);
+  out += ",\"reason\":";
+  append_json(device.reason, out);
+  return out + '}';
+}
+
+std::string network_status_text(const Network& network) {
+  std::string out = fmt::format("{{\"line\":\"{}\",\"since\":", to_string(network.line));
+  append_seconds(network.since, out);
+  out += ",\"reason\":";
+  append_json(network.reason, out);
+  return out + '}';
+}
+
+std::string point_description(const Point& point) {
+  const auto& capability = point.details->capability;
+  const model::Type unknown{};
+  const auto& type = point.type ? *point.type : unknown;
+  Tree tree;
+  tree["type"] = point.type ? std::string(type.name) : capability.type_name;
+  tree["type_id"] = static_cast<unsigned>(point.id.type);
+  tree["quantity"] = type.quantity;
+  tree["unit"] = capability.unit.empty() ? std::string(type.unit) : capability.unit;
+  tree["data_type"] = point.type ? to_string(type.data) : std::string_view("unknown");
+  add_range(tree, "minimum", capability.minimum, type.minimum);
+  add_range(tree, "maximum", capability.maximum, type.maximum);
+  if (!type.words.empty()) tree["words"] = words_of(type.words);
+  tree["access"] = to_string(capability.access);
+  tree["report"] = type.report == model::Report::kEvent ? "event" : "state";
+  tree["instance"] = point.details->id.substr(std::min(point.details->id.find('-'), point.details->id.size() - 1) + 1);
+  return dump(tree);
+}
+
+std::string device_description(const Device& device) {
+  Tree lists[3] = {Tree::array(), Tree::array(), Tree::array()};
+  Tree capabilities = Tree::array();
+  for (const auto& point : device.points) {
+    lists[static_cast<std::size_t>(point.id.kind)].push_back(point.details->id);
+    const auto type = point.details->id.substr(0, point.details->id.find('-'));
+    if (std::find(capabilities.begin(), capabilities.end(), type) == capabilities.end()) capabilities.push_back(type);
+  }
+  Tree tree;
+  tree["name"] = device.name;
+  tree["model"] = device.model;
+  tree["type"] = device.type;
+  tree["address"] = device.address;
+  tree["network"] = device.network->id;
+  tree["capabilities"] = std::move(capabilities);
+  tree["sensors"] = std::move(lists[0]);
+  tree["actuators"] = std::move(lists[1]);
+  tree["properties"] = std::move(lists[2]);
+  return dump(tree);
+}
+
+std::string reachable_devices(const Network& network) {
+  std::string out = "[";
+  for (const auto& [id, device] : network.by_id) {
+    if (device->status != DeviceStatus::kReachable) continue;
+    if (out.size() > 1) out += ',';
+    out += '"';
+    out += id;  // a key part needs no escapes
+    out += '"';
+  }
+  return out + ']';
+}
+
+}  // namespace rubicon::proxy

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <string>
+
+#include "proxy/device.h"
+
+namespace rubicon::proxy {
+
+// The JSON texts of the proxy's tuples. Times are seconds since 1970; 0 = never.
+
+/// {quality, since, heard, changed, reason[, command]}. Written into a string that keeps its memory.
+void write_point_status(const Device& device, const Point& point, std::string& out);
+
+/// {status, since, reason}
+std::string device_status_text(const Device& device);
+/// {type, type_id, quantity, unit, data_type, minimum, maximum, words, access, report, instance}
+std::string point_description(const Point& point);
+/// {name, model, type, address, network, capabilities, sensors, actuators, properties}
+std::string device_description(const Device& device);
+/// {line, since, reason}
+std::string network_status_text(const Network& network);
+/// Ids of the reachable devices.
+std::string reachable_devices(const Network& network);
+
+/// Appends microseconds as seconds: `1767225600.25`.
+void append_seconds(WallTime time, std::string& out);
+/// Appends text as a JSON string; broken UTF-8 is replaced.
+void append_json(std::string_view text, std::string& out);
+
+}  // namespace rubicon::proxy
