@@ -63,6 +63,7 @@ struct RemoteSet {
   WallTime user_time{};
   Duration lifetime{0};
   Duration time_to_live{0};  ///< from the sending on; what remains is handed on with it. Zero = none given
+  bool time_to_live_given = false;  ///< by the caller; else the space put its default
 };
 
 enum class Verdict : std::uint8_t { kApplied, kRefused, kExpired, kNoSuchOwner };

@@ -311,7 +311,8 @@ Handle TupleSpace::subscribe(const Pattern& pattern, const Flow& flow, EventCall
 
 std::uint64_t TupleSpace::set_remote(OwnerId owner, std::string_view key, std::string_view value, Duration time_to_live,
                                      ReplyCall call, const SetOptions& options) {
-  if (time_to_live <= Duration(0)) time_to_live = std::chrono::seconds(5);
+  const bool given = time_to_live > Duration(0);
+  if (!given) time_to_live = std::chrono::seconds(5);
   const auto request = parts_->next_request++;
   RemoteSet wish{parts_->self,
                  owner,
@@ -321,7 +322,8 @@ std::uint64_t TupleSpace::set_remote(OwnerId owner, std::string_view key, std::s
                  std::string(options.media_type),
                  options.user_time,
                  options.lifetime,
-                 time_to_live};
+                 time_to_live,
+                 given};
   auto* parts = parts_.get();
   auto timer = parts->scheduler.after(time_to_live, [parts, request] {
     parts->take_reply({parts->self, request, Verdict::kExpired, ErrorCode::kExpired, "no answer in time"});
