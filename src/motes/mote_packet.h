@@ -1,0 +1,77 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "base/bytes.h"
+
+namespace rubicon::motes {
+
+/// Addresses with a meaning (wsn.md 6): a mote id of kBaseMote is the computer behind an island's sink.
+inline constexpr std::uint16_t kBaseMote = 0xfffd;
+inline constexpr std::uint16_t kBroadcast = 0xffff;
+inline constexpr std::uint16_t kSinkMote = 1;
+
+/// AM types that carry something for us (wsn.md 6).
+enum class AmType : std::uint8_t { kCommand = 0x0b, kSerialData = 0x0c, kNetMessage = 0x1c, kConfig = 0x25 };
+
+/// Component ids of the motes: the first two bytes behind the NetMsg header (wsn.md 6).
+inline constexpr std::uint8_t kTransportSynaptic = 1;
+inline constexpr std::uint8_t kTransportConnectionless = 3;
+inline constexpr std::uint8_t kTransportAck = 9;
+inline constexpr std::uint8_t kApplicationMockup = 5;
+inline constexpr std::uint8_t kApplicationControl = 10;
+
+/// Serial AM header, 7 bytes behind the dispatch byte 00 (wsn.md 3). `length` is what was written there: the frame
+/// alone says how long the payload is.
+struct AmHeader {
+  std::uint16_t destination = 0;
+  std::uint16_t source = 0;
+  std::uint8_t length = 0;
+  std::uint8_t group = 0;
+  std::uint8_t type = 0;
+
+  friend bool operator==(const AmHeader&, const AmHeader&) = default;
+};
+
+/// What sink and computer exchange: dispatch byte, AM header, payload; no framing.
+struct MotePacket {
+  AmHeader am;
+  Bytes payload;
+
+  bool is(AmType type) const { return am.type == static_cast<std::uint8_t>(type); }
+};
+
+/// The radio message inside a packet of AM type 1C (wsn.md 5). `counted` is its nbytes field: wrong in everything a
+/// sink forwards. `record` reaches to the end of the frame and may end in padding or stale mote memory.
+struct NetMessage {
+  std::uint16_t destination_island = 0;
+  std::uint16_t destination_mote = 0;
+  std::uint16_t source_island = 0;
+  std::uint16_t source_mote = 0;
+  std::uint8_t reliable = 0;
+  std::uint16_t sequence = 0;
+  std::uint8_t counted = 0;
+  std::uint8_t transport = 0;
+  std::uint8_t application = 0;
+  Bytes record;
+};
+
+/// Longest packet that a length byte can announce (sf protocol, recorder).
+inline constexpr std::size_t kMaxPacket = 255;
+/// Dispatch byte and AM header.
+inline constexpr std::size_t kAmOverhead = 8;
+
+Result<MotePacket> decode_packet(ByteView bytes);
+/// Writes `am.length` as it stands; use packet_of() for a true one.
+Bytes encode_packet(const MotePacket& packet);
+
+/// From a packet's payload; needs NetMsg header, transport, application and a first record byte (15 bytes, wsn.md 3).
+Result<NetMessage> decode_net(ByteView payload);
+Bytes encode_net(const NetMessage& message);
+
+/// A packet from the computer to the sink with true lengths, not padded (wsn.md 3).
+MotePacket packet_of(AmType type, Bytes payload);
+MotePacket packet_of(NetMessage message);
+
+}  // namespace rubicon::motes

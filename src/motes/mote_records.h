@@ -1,0 +1,107 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "base/bytes.h"
+#include "motes/mote_packet.h"
+
+namespace rubicon::motes {
+
+/// Transducer ids = mask bits of the motes (wsn.md 6). kRssi1 carries the readings of all five anchors.
+enum class Transducer : std::uint16_t {
+  kLight = 0x0001,
+  kTemperature = 0x0002,
+  kAccelerationX = 0x0004,
+  kAccelerationY = 0x0008,
+  kPir = 0x0010,
+  kMicrophone = 0x0020,
+  kHumidity = 0x0040,
+  kMagnetic = 0x0080,
+  kRssi1 = 0x0100,
+  kRssi2 = 0x0200,
+  kRssi3 = 0x0400,
+  kRssi4 = 0x0800,
+  kRssi5 = 0x1000,
+};
+
+/// Words that stand behind this id in an Updates item; 1 for ids nobody defined.
+std::size_t words_of(std::uint16_t transducer);
+
+/// A mote joined (SERIAL_JOINED).
+struct Joined {
+  std::uint16_t island = 0;
+  std::uint16_t mote = 0;
+  std::uint8_t mote_type = 0;
+  std::uint16_t transducers = 0;
+  std::uint8_t actuators = 0;
+};
+
+/// Raw readings of one transducer, in the order of the wire.
+struct RawReading {
+  std::uint16_t transducer = 0;
+  std::vector<std::uint16_t> words;
+
+  friend bool operator==(const RawReading&, const RawReading&) = default;
+};
+
+struct RawUpdates {
+  std::vector<RawReading> readings;
+};
+
+/// The only two fields that the released mote fills in DEMO_DATA; the rest is stale memory (wsn.md 7.1).
+struct DemoData {
+  std::uint16_t light = 0;
+  std::uint16_t temperature = 0;
+};
+
+struct ReadUpdates {
+  std::uint16_t period_ms = 0;
+  std::uint16_t transducers = 0;
+};
+
+struct PeriodicCommand {
+  std::uint16_t transducers = 0;
+  std::uint16_t period_ms = 0;
+};
+
+struct ActuateCommand {
+  std::uint16_t actuator = 0;
+  std::int32_t value = 0;
+};
+
+/// Application acknowledgement (LEARNING_NOTIFICATION under transport 9): arrived, not done.
+struct MoteAck {
+  std::uint16_t sequence = 0;
+  std::uint8_t status = 0;
+};
+
+/// Bytes of an application we do not read, whole and with what stands behind them.
+struct OtherRecord {
+  std::uint8_t type = 0;
+  Bytes bytes;
+};
+
+using Record =
+    std::variant<Joined, RawUpdates, DemoData, ReadUpdates, PeriodicCommand, ActuateCommand, MoteAck, OtherRecord>;
+
+/// Parses by type under transport and application; ignores all bytes behind the record. kInvalid if it is cut short.
+Result<Record> decode_record(const NetMessage& message);
+
+/// The record alone: not padded, without transport and application.
+Bytes encode_record(const Record& record);
+
+/// Own AM type 25, not inside a NetMsg: the computer sets the sink's island (wsn.md 7.1).
+struct ConfigCommand {
+  std::uint8_t command = 0;
+  std::uint16_t value = 0;
+};
+inline constexpr std::uint8_t kSetIslandId = 10;
+
+Result<ConfigCommand> decode_config(ByteView payload);
+Bytes encode_config(const ConfigCommand& command);
+
+}  // namespace rubicon::motes

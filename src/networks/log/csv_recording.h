@@ -1,0 +1,60 @@
+#pragma once
+
+#include <set>
+
+#include "networks/log/csv_mapping.h"
+#include "networks/log/csv_reader.h"
+#include "networks/log/recording.h"
+
+namespace rubicon::networks::log {
+
+/// Text tables, one row a moment (log.md 2): each row becomes one message per device that has a value in it.
+class CsvRecording final : public Recording {
+ public:
+  CsvRecording(CsvMapping mapping, ReplayCounters& counters, Complaint complain);
+
+  void begin(std::string_view file_name, std::vector<std::string> labels) override;
+  void feed(ByteView bytes) override { reader_.feed(bytes); }
+  void end() override { reader_.end(); }
+  std::optional<Step> next() override;
+  bool absolute_times() const override;
+  RecordTime period() const override { return mapping_.period; }
+  std::vector<std::string> label_tables() const override;
+  std::vector<std::string> devices() const override;
+
+ private:
+  /// A mapped column found in the present file.
+  struct Placed {
+    std::size_t cell;
+    const ColumnMapping* mapping;
+  };
+
+  std::optional<Step> on_line(const TextLine& line);
+  bool on_comment(std::string_view text);
+  void on_names(std::string_view text, std::uint64_t offset);
+  void place(const std::vector<std::string>& names, std::uint64_t offset);
+  std::optional<Step> row(const TextLine& line);
+  std::optional<Step> damaged(const TextLine& line, std::string_view what);
+  std::optional<RecordTime> row_time();
+  void read_cells(const TextLine& line, std::size_t device, Step& step);
+  void introduce(Step& step);
+  model::Join join_of(const DeviceMapping& device) const;
+  model::Updates properties_of(const DeviceMapping& device, std::size_t& label);
+
+  CsvMapping mapping_;
+  ReplayCounters& counters_;
+  Complaint complain_;
+  LineReader reader_;
+  std::vector<std::vector<Placed>> placed_;  ///< per device
+  std::vector<std::string> labels_;
+  std::map<std::string, std::string> comments_;
+  std::vector<std::string_view> cells_;
+  std::optional<std::size_t> time_cell_;
+  std::size_t header_left_ = 0;
+  std::uint64_t row_number_ = 0;
+  bool names_known_ = false;
+  bool introduced_ = false;  ///< in the present file
+  bool joined_ = false;      ///< at all
+};
+
+}  // namespace rubicon::networks::log

@@ -1,0 +1,76 @@
+#include "networks/log/iso_time.h"
+
+#include <charconv>
+
+namespace rubicon::networks::log {
+
+namespace {
+
+/// Takes exactly `digits` decimal digits from the front.
+bool take_number(std::string_view& text, std::size_t digits, int& number) {
+  if (text.size() < digits) return false;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + digits, number);
+  if (error != std::errc{} || end != text.data() + digits || text.front() == '-') return false;
+  text.remove_prefix(digits);
+  return true;
+}
+
+bool take_sign(std::string_view& text, std::string_view any_of) {
+  if (text.empty() || any_of.find(text.front()) == std::string_view::npos) return false;
+  text.remove_prefix(1);
+  return true;
+}
+
+/// `.25` -> 250000; digits beyond microseconds are dropped.
+std::optional<std::chrono::microseconds> take_fraction(std::string_view& text) {
+  std::chrono::microseconds fraction{0};
+  if (!take_sign(text, ".,")) return fraction;
+  int weight = 100'000;
+  bool any = false;
+  while (!text.empty() && text.front() >= '0' && text.front() <= '9') {
+    fraction += std::chrono::microseconds((text.front() - '0') * weight);
+    weight /= 10;
+    text.remove_prefix(1);
+    any = true;
+  }
+  if (!any) return std::nullopt;
+  return fraction;
+}
+
+/// `Z`, `+01:00`, `-0530` or nothing.
+std::optional<std::chrono::minutes> take_zone(std::string_view& text) {
+  if (text.empty() || take_sign(text, "Zz")) return std::chrono::minutes{0};
+  const int sign = text.front() == '-' ? -1 : 1;
+  int hours = 0, minutes = 0;
+  if (!take_sign(text, "+-") || !take_number(text, 2, hours)) return std::nullopt;
+  take_sign(text, ":");
+  if (!take_number(text, 2, minutes) || hours > 23 || minutes > 59) return std::nullopt;
+  return sign * (std::chrono::hours(hours) + std::chrono::minutes(minutes));
+}
+
+}  // namespace
+
+std::optional<WallTime> parse_iso_time(std::string_view text) {
+  int year = 0, month = 0, day = 0, hour = 0, minute = 0, second = 0;
+  if (!take_number(text, 4, year) || !take_sign(text, "-") || !take_number(text, 2, month) || !take_sign(text, "-") ||
+      !take_number(text, 2, day))
+    return std::nullopt;
+  std::chrono::microseconds fraction{0};
+  if (take_sign(text, "Tt ")) {
+    if (!take_number(text, 2, hour) || !take_sign(text, ":") || !take_number(text, 2, minute)) return std::nullopt;
+    if (take_sign(text, ":")) {
+      if (!take_number(text, 2, second)) return std::nullopt;
+      const auto parsed = take_fraction(text);
+      if (!parsed) return std::nullopt;
+      fraction = *parsed;
+    }
+  }
+  const auto zone = take_zone(text);
+  const std::chrono::year_month_day date{std::chrono::year(year), std::chrono::month(static_cast<unsigned>(month)),
+                                         std::chrono::day(static_cast<unsigned>(day))};
+  if (!zone || !text.empty() || !date.ok() || hour > 23 || minute > 59 || second > 60) return std::nullopt;
+  return std::chrono::sys_days(date) + std::chrono::hours(hour) + std::chrono::minutes(minute) +
+         std::chrono::seconds(second) + fraction - *zone;
+}
+
+}  // namespace rubicon::networks::log

@@ -1,0 +1,83 @@
+#include "networks/log/log_options.h"
+
+#include <fmt/format.h>
+
+#include "networks/log/file_list.h"
+
+namespace rubicon::networks::log {
+
+namespace {
+
+constexpr double kSlowest = 0.001;
+constexpr double kFastest = 1e6;
+
+void read_files(ConfigReader& options, LogOptions& out) {
+  if (options.has("file") && options.has("files")) options.error("file", "given together with files, expected one");
+  out.files = options.texts(options.has("file") ? "file" : "files");
+  if (out.files.empty()) options.error("file", "missing, expected a path (or files: a list of paths)");
+  for (const std::string& file : out.files) {
+    if (file.empty()) options.error(options.has("file") ? "file" : "files", "empty path, expected a file");
+  }
+}
+
+void read_speed(ConfigReader& options, LogOptions& out) {
+  const std::string speed = options.text("speed", "1");
+  if (speed == "max") {
+    out.speed = 0;
+    return;
+  }
+  const auto factor = number_of(speed);
+  if (!factor || *factor < kSlowest || *factor > kFastest)
+    options.error("speed", fmt::format("`{}`, expected max or a factor from {} to {}", speed, kSlowest, kFastest));
+  else
+    out.speed = *factor;
+}
+
+void read_pacing(ConfigReader& options, LogOptions& out) {
+  read_speed(options, out);
+  out.loop = options.boolean("loop", false);
+  out.start = options.duration("start", Duration::zero());
+  if (options.has("longest-gap")) out.longest_gap = options.duration("longest-gap", Duration::zero());
+  if (options.has("between-files")) out.between_files = options.duration("between-files", Duration::zero());
+  const std::string end = options.choice("end", "hold", {"hold", "leave", "stop"});
+  out.end = end == "leave" ? LogOptions::End::kLeave : end == "stop" ? LogOptions::End::kStop : LogOptions::End::kHold;
+  out.recorded_times = options.choice("times", "recorded", {"recorded", "replay"}) == "recorded";
+}
+
+void read_motes(ConfigReader& options, LogOptions& out) {
+  const std::string board = options.choice("board", "STANDARD", {"STANDARD", "EM1000", "SE1000", "IRIS", "MICAZ"});
+  out.calibration.board = motes::parse_board(board).value_or(motes::Board::kStandard);
+  const std::string units = options.choice("units", "physical", {"physical", "raw"});
+  out.calibration.units = units == "raw" ? motes::Units::kRaw : motes::Units::kPhysical;
+  out.calibration.temperature_at_zero =
+      options.real("temperature-at-zero", out.calibration.temperature_at_zero, -50, 0);
+  out.calibration.threshold =
+      static_cast<std::uint16_t>(options.integer("threshold", out.calibration.threshold, 1, 4095));
+}
+
+void resolve_tables(CsvMapping& mapping, const std::string& directory) {
+  for (DeviceMapping& device : mapping.devices) {
+    for (PropertyMapping& property : device.properties) {
+      if (property.source == PropertyMapping::Source::kTable) property.text = resolved(property.text, directory);
+    }
+  }
+}
+
+}  // namespace
+
+LogOptions read_log_options(const network::NetworkConfig& config) {
+  ConfigReader& options = config.options;
+  LogOptions out;
+  out.directory = config.directory;
+  read_files(options, out);
+  read_pacing(options, out);
+  if (options.choice("format", "packets", {"packets", "csv"}) == "csv") {
+    out.csv = read_csv_mapping(options, config.types);
+    resolve_tables(*out.csv, config.directory);
+  } else {
+    read_motes(options, out);
+  }
+  return out;
+}
+
+}  // namespace rubicon::networks::log

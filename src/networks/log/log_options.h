@@ -1,0 +1,33 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "motes/mote_units.h"
+#include "network/network.h"
+#include "networks/log/csv_mapping.h"
+
+namespace rubicon::networks::log {
+
+/// What a `type: log` network is told in the configuration.
+struct LogOptions {
+  enum class End { kHold, kLeave, kStop };
+
+  std::vector<std::string> files;  ///< as configured
+  std::string directory;           ///< where relative paths start
+  double speed = 1;                ///< 0 = as fast as possible
+  bool loop = false;
+  Duration start = Duration::zero();
+  std::optional<Duration> longest_gap;
+  std::optional<Duration> between_files;
+  End end = End::kHold;
+  bool recorded_times = true;     ///< user time of values: when they were recorded, not when they are replayed
+  std::optional<CsvMapping> csv;  ///< absent: the original recorder's packets
+  motes::Calibration calibration;
+};
+
+/// Reads the options; what is wrong stands in the reader's errors.
+LogOptions read_log_options(const network::NetworkConfig& config);
+
+}  // namespace rubicon::networks::log

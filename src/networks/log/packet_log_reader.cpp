@@ -1,0 +1,102 @@
+#include "networks/log/packet_log_reader.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "motes/mote_packet.h"
+
+namespace rubicon::networks::log {
+
+namespace {
+
+constexpr std::size_t kHeader = 13;   // timestamp 8, direction 1, length 4 (log.md 1)
+constexpr std::size_t kAmLength = 5;  // of the length field in a packet (wsn.md 3)
+
+enum class Verdict { kSound, kFaulty, kNeedsMore };
+
+struct Header {
+  std::int64_t time = 0;
+  std::uint8_t direction = 0;
+  std::uint32_t length = 0;
+};
+
+Header read_header(ByteView bytes) {
+  base::ByteReader reader(bytes);
+  Header header;
+  header.time = static_cast<std::int64_t>(reader.u64_be());
+  header.direction = reader.u8();
+  header.length = reader.u32_be();
+  return header;
+}
+
+bool sound(const Header& header) {
+  return header.direction <= 1 && header.length >= motes::kAmOverhead && header.length <= motes::kMaxPacket;
+}
+
+Verdict judge(ByteView left) {
+  if (left.size() < kHeader) return Verdict::kNeedsMore;
+  const Header header = read_header(left);
+  if (!sound(header)) return Verdict::kFaulty;
+  if (left.size() < kHeader + header.length) return Verdict::kNeedsMore;
+  const ByteView packet = left.subspan(kHeader, header.length);
+  const bool fits = packet[0] == 0 && packet[kAmLength] + motes::kAmOverhead == packet.size();
+  return fits ? Verdict::kSound : Verdict::kFaulty;
+}
+
+/// What is wrong with a record that is not sound; only asked at the start of a damaged stretch.
+std::string fault_of(ByteView left) {
+  if (judge(left) == Verdict::kNeedsMore) return "record cut short by the end of the file";
+  const Header header = read_header(left);
+  if (header.direction > 1) return fmt::format("direction {}, expected 0 or 1", header.direction);
+  if (!sound(header))
+    return fmt::format("packet length {}, expected {} to {}", static_cast<std::int32_t>(header.length),
+                       motes::kAmOverhead, motes::kMaxPacket);
+  return fmt::format("dispatch byte {:02x} and AM length {} in a packet of {} bytes", left[kHeader],
+                     left[kHeader + kAmLength], header.length);
+}
+
+}  // namespace
+
+void PacketLogReader::feed(ByteView bytes) {
+  buffer_.erase(buffer_.begin(), buffer_.begin() + static_cast<std::ptrdiff_t>(position_));
+  base_ += position_;
+  position_ = 0;
+  buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
+}
+
+void PacketLogReader::skip_one() {
+  if (!damage_) damage_ = Damage{base_ + position_, 0, fault_of(ByteView(buffer_).subspan(position_))};
+  ++damage_->bytes;
+  ++position_;
+}
+
+std::optional<PacketLogReader::Item> PacketLogReader::damage_or_nothing() {
+  if (!damage_) return std::nullopt;
+  return Item(*std::exchange(damage_, std::nullopt));
+}
+
+PacketRecord PacketLogReader::take_record() {
+  const ByteView left = ByteView(buffer_).subspan(position_);
+  const Header header = read_header(left);
+  const ByteView packet = left.subspan(kHeader, header.length);
+  PacketRecord record{base_ + position_, std::chrono::milliseconds(header.time), header.direction == 1,
+                      Bytes(packet.begin(), packet.end())};
+  position_ += kHeader + packet.size();
+  return record;
+}
+
+std::optional<PacketLogReader::Item> PacketLogReader::next() {
+  while (position_ < buffer_.size()) {
+    const Verdict verdict = judge(ByteView(buffer_).subspan(position_));
+    if (verdict == Verdict::kNeedsMore && !ended_) return std::nullopt;
+    if (verdict == Verdict::kSound) {
+      if (damage_) return damage_or_nothing();
+      return Item(take_record());
+    }
+    skip_one();
+  }
+  return ended_ ? damage_or_nothing() : std::nullopt;
+}
+
+}  // namespace rubicon::networks::log

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "base/bytes.h"
+#include "model/message.h"
+#include "networks/log/replay_clock.h"
+
+namespace rubicon::networks::log {
+
+/// What was found in the files so far; `lines` counts those of text tables.
+struct ReplayCounters {
+  std::uint64_t records = 0;
+  std::uint64_t readings = 0;
+  std::uint64_t damaged = 0;
+  std::uint64_t skipped_bytes = 0;
+  std::uint64_t lines = 0;
+};
+
+/// What devices said at one moment of a recording.
+struct Step {
+  RecordTime time{};
+  /// UTC of the moment, where the recording knows it.
+  std::optional<WallTime> wall;
+  /// Device and what it said, in order.
+  std::vector<std::pair<std::string, model::Body>> said;
+};
+
+/// A damaged place: byte offset in the present file, and what is wrong there.
+using Complaint = std::function<void(std::uint64_t offset, std::string_view what)>;
+
+/// A recording format: bytes of one file after the other -> steps. Knows no files and no clock.
+class Recording {
+ public:
+  virtual ~Recording() = default;
+  /// A file begins; `labels` holds what side tables say about it, in the order of label_tables().
+  virtual void begin(std::string_view file_name, std::vector<std::string> labels) = 0;
+  virtual void feed(ByteView bytes) = 0;
+  /// The file has no more bytes.
+  virtual void end() = 0;
+  /// The next step, or nothing until more bytes come.
+  virtual std::optional<Step> next() = 0;
+  /// Whether times of one file continue those of the file before.
+  virtual bool absolute_times() const = 0;
+  /// Pause between two files whose times are not related.
+  virtual RecordTime period() const = 0;
+  /// Side tables to be looked up at each file: key (the last number in the file's name), value.
+  virtual std::vector<std::string> label_tables() const { return {}; }
+  /// All devices told of so far, for the end policy.
+  virtual std::vector<std::string> devices() const = 0;
+};
+
+}  // namespace rubicon::networks::log
