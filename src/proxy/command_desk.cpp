@@ -12,6 +12,7 @@ namespace {
 
 constexpr std::size_t kMaxPerDevice = 100;
 constexpr std::size_t kMaxPerIsland = 10000;
+constexpr Duration kLongestWait = std::chrono::hours(24);
 
 bool newest_wins(const Point& point) {
   return !point.type || point.type->report == model::Report::kState;
@@ -29,8 +30,7 @@ CommandDesk::CommandDesk(Surroundings& around, DeviceDirectory& directory, Tuple
       directory_(directory),
       mirror_(mirror),
       rate_changed_(std::move(rate_changed)),
-      next_turn_(around.scheduler, [this] { take_in(); }),
-      rate_type_(around.types.find("rate")) {}
+      next_turn_(around.scheduler, [this] { take_in(); }) {}
 
 tuples::Judgement CommandDesk::judge(const tuples::RemoteSet& wish) {
   Device* device = nullptr;
@@ -58,6 +58,11 @@ Result<Point*> CommandDesk::target_of(const tuples::RemoteSet& wish, Device*& de
 tuples::Judgement CommandDesk::accept(const tuples::RemoteSet& wish, Device& device, Point& point) {
   auto value = parse_command(point, wish.value);
   if (!value) return tuples::Judgement::refused(value.error());
+  if (is_rate(point) && !rate_of(*value)) {
+    return tuples::Judgement::refused(
+        {ErrorCode::kOutOfRange,
+         fmt::format("rate: {} is not a number of milliseconds from 1 to a day", model::quoted(wish.value))});
+  }
   const bool replaces = newest_wins(point) && point.live_commands > 0;
   if (!replaces && (waiting(device.number) >= kMaxPerDevice || live_ >= kMaxPerIsland)) {
     return tuples::Judgement::refused(
@@ -71,7 +76,7 @@ tuples::Judgement CommandDesk::accept(const tuples::RemoteSet& wish, Device& dev
   command->creator_request = wish.request;
   command->text = to_text(*value);
   command->value = std::move(*value);
-  if (wish.time_to_live_given) command->time_to_live = wish.time_to_live;
+  if (wish.time_to_live_given) command->time_to_live = std::min(wish.time_to_live, kLongestWait);
   ++point.live_commands;
   ++live_;
   inbox_.push_back(std::move(command));
@@ -99,10 +104,7 @@ void CommandDesk::start(std::unique_ptr<Command> command) {
   if (newest_wins(*point)) supersede(*device, *point, *command);
   auto& started = *command;
   queues_[device->number].push_back(std::move(command));
-  if (point->type && point->type == rate_type_ && point->id.kind == Kind::kProperty && point->id.instance.empty()) {
-    set_rate(*device, *point, started);
-    return;
-  }
+  if (is_rate(*point)) return set_rate(*device, *point, started);
   change(*device, *point, started, CommandState::kQueued, {});
   if (can_send(*device->network) && device->status != DeviceStatus::kUnreachable) {
     hand_over(*device, *point, started);
@@ -112,12 +114,7 @@ void CommandDesk::start(std::unique_ptr<Command> command) {
 }
 
 void CommandDesk::set_rate(Device& device, Point& point, Command& command) {
-  const auto* whole = std::get_if<std::int64_t>(&command.value);
-  if (!whole || *whole <= 0) {
-    settle(device, point, command, CommandState::kRefused, "rate is a positive number of milliseconds");
-    return;
-  }
-  device.rate = std::chrono::milliseconds(*whole);
+  device.rate = std::chrono::milliseconds(std::get<std::int64_t>(command.value));
   mirror_.own_value(device, point, command.value, Quality::kGood);
   settle(device, point, command, CommandState::kConfirmed, {});
   rate_changed_(device);

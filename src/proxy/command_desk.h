@@ -54,7 +54,6 @@ class CommandDesk {
   TupleMirror& mirror_;
   std::function<void(Device&)> rate_changed_;
   NextTurn next_turn_;
-  const Type* rate_type_;
   Queue inbox_;                                             ///< judged in this turn
   std::unordered_map<DeviceNumber, Queue> queues_;          ///< live commands, oldest first
   std::unordered_map<std::uint64_t, Command*> by_request_;  ///< the live ones, by Command::request

@@ -10,6 +10,7 @@ namespace {
 
 /// Devices told in one turn of the loop.
 constexpr std::size_t kSlice = 1000;
+constexpr std::chrono::milliseconds kLongestPeriod = std::chrono::hours(24);
 constexpr Duration kBusyPause = std::chrono::seconds(1);
 
 }  // namespace
@@ -66,7 +67,8 @@ std::chrono::milliseconds Demand::period_of(const Device& device) const {
     shortest = std::min(shortest, point.interval == Duration::zero() ? Duration(device.rate) : point.interval);
   }
   if (shortest == Duration::max()) return std::chrono::milliseconds(0);
-  return std::max(std::chrono::duration_cast<std::chrono::milliseconds>(shortest), std::chrono::milliseconds(1));
+  return std::clamp(std::chrono::duration_cast<std::chrono::milliseconds>(shortest), std::chrono::milliseconds(1),
+                    kLongestPeriod);
 }
 
 void Demand::tell(Device& device) {

@@ -15,6 +15,17 @@ std::string_view to_string(DeviceStatus status) {
   return "unknown";
 }
 
+bool is_rate(const Point& point) {
+  return point.id.kind == Kind::kProperty && point.id.instance.empty() && point.type && point.type->name == "rate";
+}
+
+std::optional<std::chrono::milliseconds> rate_of(const Value& value) {
+  constexpr std::chrono::milliseconds kLongest = std::chrono::hours(24);
+  const auto* whole = std::get_if<std::int64_t>(&value);
+  if (!whole || *whole < 1 || *whole > kLongest.count()) return std::nullopt;
+  return std::chrono::milliseconds(*whole);
+}
+
 Quality shown_quality(const Device& device, const Point& point) {
   if (device.network->down) return Quality::kNetworkDown;
   if (device.status == DeviceStatus::kUnreachable) return Quality::kDeviceOffline;

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <unordered_map>
@@ -132,6 +133,11 @@ struct Network {
 inline bool can_send(const Network& network) {
   return !network.line_known || network.line == model::LineState::kUp || network.line == model::LineState::kEnded;
 }
+
+/// The property of a device that the proxy executes itself: the sampling period where nobody names one.
+bool is_rate(const Point& point);
+/// A usable rate; nullopt for anything that is not a whole number of milliseconds from 1 to a day.
+std::optional<std::chrono::milliseconds> rate_of(const Value& value);
 
 /// Quality as published: the line hides the device, the device hides the point.
 Quality shown_quality(const Device& device, const Point& point);

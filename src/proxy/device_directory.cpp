@@ -12,6 +12,7 @@ namespace rubicon::proxy {
 
 namespace {
 
+constexpr Duration kLongestSilence = std::chrono::hours(24 * 366);
 /// The longest last part of a point's keys.
 constexpr std::string_view kLongestEnd = ".description";
 
@@ -37,6 +38,7 @@ Network& DeviceDirectory::network(const std::string& id) {
     slot->since = around_.clock.now().wall;
     const auto rules = around_.config.networks.find(id);
     if (rules != around_.config.networks.end()) slot->rules = rules->second;
+    if (slot->rules.silence) slot->rules.silence = std::min(*slot->rules.silence, kLongestSilence);
     for (const auto& [address, names] : slot->rules.devices) {
       slot->reserved.emplace(device_id(slot->rules, address), address);
     }

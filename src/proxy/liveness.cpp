@@ -9,6 +9,7 @@ namespace rubicon::proxy {
 namespace {
 
 constexpr Duration kShortestDeadline = std::chrono::seconds(3);
+constexpr Duration kLongestDeadline = std::chrono::hours(24 * 366);
 /// Devices looked at in one turn of the loop.
 constexpr int kSlice = 1000;
 
@@ -24,7 +25,7 @@ std::string seconds_text(Duration span) {
 
 std::optional<SteadyTime> stale_at(const Device& device, const Point& point) {
   if (const auto& own = point.details->capability.deadline) {
-    return *own == Duration::zero() ? std::nullopt : std::optional(point.heard_at + *own);
+    return *own <= Duration::zero() ? std::nullopt : std::optional(point.heard_at + std::min(*own, kLongestDeadline));
   }
   if (!ages(point)) return std::nullopt;
   const auto silence = device.network->rules.silence;

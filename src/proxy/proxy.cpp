@@ -49,7 +49,6 @@ struct Proxy::Parts {
   Liveness liveness;
   Demand demand;
   CommandDesk desk;
-  const Type* rate_type;
   std::vector<Handle> handles;
 };
 
@@ -62,8 +61,7 @@ Proxy::Parts::Parts(ProxyConfig rules, Scheduler& scheduler, TupleSpace& space, 
       mirror(around, directory),
       liveness(around, directory, mirror, [this](Device& device) { lost(device); }),
       demand(around, directory, mirror, liveness),
-      desk(around, directory, mirror, [this](Device& device) { demand.changed(device); }),
-      rate_type(types.find("rate")) {
+      desk(around, directory, mirror, [this](Device& device) { demand.changed(device); }) {
   for (const auto& line : collisions(config)) around.log.error(line);
   board.begin();
   listen();
@@ -122,11 +120,8 @@ void Proxy::Parts::join(Device*, Network& network, const Message& message, const
 
 void Proxy::Parts::take_rate(Device& device) {
   for (auto& point : device.points) {
-    if (point.id.kind != Kind::kProperty || !point.type || point.type != rate_type || !point.id.instance.empty())
-      continue;
-    if (std::exchange(device.rate_point, point.number) == point.number) return;
-    const auto* initial = std::get_if<std::int64_t>(&point.details->capability.initial);
-    if (initial && *initial > 0) device.rate = std::chrono::milliseconds(*initial);
+    if (!is_rate(point) || std::exchange(device.rate_point, point.number) == point.number) continue;
+    device.rate = rate_of(point.details->capability.initial).value_or(device.rate);
     mirror.own_value(device, point, static_cast<std::int64_t>(device.rate.count()), Quality::kGood);
   }
 }

@@ -1,0 +1,89 @@
+#include "island.h"
+
+namespace rubicon::proxy {
+namespace {
+
+using Board = Island;
+
+TEST_F(Board, AnIslandShowsItselfAndItsNetworks) {
+  config.island_name = "home \"A\"";
+  config.networks["garden"];
+  start();
+  EXPECT_EQ(json("proxy.island")["id"], 6541);
+  EXPECT_EQ(json("proxy.island")["name"], "home \"A\"");
+  EXPECT_EQ(json("proxy.networks"), (std::vector<std::string>{"garden", "hall"}));
+  EXPECT_EQ(json("proxy.hall.status")["line"], "up");
+  EXPECT_EQ(json("proxy.garden.status")["line"], "connecting");
+  EXPECT_EQ(text("proxy.hall.devices"), "[]");
+  EXPECT_EQ(text("proxy.hall.property.line.value"), "up");
+}
+
+TEST_F(Board, ListsTheReachableDevices) {
+  start();
+  join("7", lamp());
+  join("1.4.6", lamp());
+  auto sleeping = lamp();
+  sleeping.heard = false;
+  join("9", sleeping);
+  time.run_for(1s);
+  EXPECT_EQ(json("proxy.hall.devices"), (std::vector<std::string>{"1_4_6", "7"}));
+}
+
+TEST_F(Board, PublishesTheListAtMostFourTimesASecond) {
+  start();
+  int lists = 0;
+  const auto ears =
+      space->subscribe({kIsland, "proxy.hall.devices"}, {.passive = true}, [&](const Event&) { ++lists; });
+  time.run_for(1s);
+  lists = 0;
+  for (int device = 0; device < 1000; ++device) {
+    join(std::to_string(device), lamp());
+    time.run_for(2ms);
+  }
+  time.run_for(1s);
+  EXPECT_GE(lists, 8);
+  EXPECT_LE(lists, 10);
+  EXPECT_EQ(json("proxy.hall.devices").size(), 1000u);
+}
+
+TEST_F(Board, ShowsTheCountersOfTheNetwork) {
+  start();
+  say("", model::State{model::LineState::kUp, {}, {{"bad-frames", 3}}});
+  time.run_for(1s);
+  EXPECT_EQ(text("proxy.hall.property.bad-frames.value"), "3");
+  say("", model::State{model::LineState::kUp, {}, {{"bad-frames", 4}}});
+  time.run_for(1s);
+  EXPECT_EQ(text("proxy.hall.property.bad-frames.value"), "4");
+}
+
+TEST_F(Board, ShowsTheReadingsItsQueueDropped) {
+  limits.queue = 10;
+  start();
+  join("7", lamp());
+  for (int i = 0; i < 30; ++i) hall().say("7", updates(sensor(kGlow), 1.0 + i));
+  time.run_for(2s);
+  EXPECT_EQ(text("proxy.hall.property.dropped-readings.value"), "20");
+  EXPECT_EQ(text("proxy.hall.7.sensor.glow-1.value"), "30");
+}
+
+TEST_F(Board, AnInventiveNetworkDoesNotFillTheTupleSpace) {
+  start();
+  model::State state{model::LineState::kUp, {}, {}};
+  for (int i = 0; i < 5000; ++i) state.counters["counter-" + std::to_string(i)] = 1;
+  say("", state);
+  time.run_for(1s);
+  int shown = 0;
+  space->list({kIsland, "proxy.hall.property.**"}, [&](const tuples::TupleView&) { ++shown; });
+  EXPECT_LE(shown, 256);
+}
+
+TEST_F(Board, ANetworkThatNeverSpeaksOfItsLineCountsAsUpOnceItDelivers) {
+  start();
+  gate->from_network("mute", Message{kIsland, 1, 0, {kIsland, "mute", "7"}, {kIsland, {}, {}}, lamp()});
+  time.run_for(1s);
+  EXPECT_EQ(json("proxy.mute.status")["line"], "up");
+  EXPECT_EQ(json("proxy.networks"), (std::vector<std::string>{"hall", "mute"}));
+}
+
+}  // namespace
+}  // namespace rubicon::proxy

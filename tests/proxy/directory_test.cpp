@@ -1,0 +1,222 @@
+#include "island.h"
+
+namespace rubicon::proxy {
+namespace {
+
+using Directory = Island;
+
+TEST_F(Directory, AJoinMakesAllTuplesEmptyAndUnknown) {
+  start();
+  join("1.4.6", lamp());
+  const std::string device = "proxy.hall.1_4_6";
+  for (const auto* point : {".sensor.glow-1", ".sensor.glow-2", ".actuator.flap-1"}) {
+    EXPECT_EQ(text(device + point + ".value"), "");
+    EXPECT_EQ(quality(device + point), "unknown");
+    EXPECT_TRUE(exists(device + point + ".description"));
+  }
+  EXPECT_EQ(text(device + ".actuator.flap-1.command"), "");
+  EXPECT_FALSE(exists(device + ".sensor.glow-1.command"));
+  EXPECT_EQ(json(device + ".status")["status"], "reachable");
+}
+
+TEST_F(Directory, DescribesDeviceAndPoints) {
+  start();
+  auto message = lamp();
+  message.capabilities[0].maximum = 500;
+  join("7", message);
+  const auto device = json("proxy.hall.7.description");
+  EXPECT_EQ(device["name"], "Lamp");
+  EXPECT_EQ(device["model"], "ACME L1");
+  EXPECT_EQ(device["address"], "7");
+  EXPECT_EQ(device["network"], "hall");
+  EXPECT_EQ(device["sensors"], (std::vector<std::string>{"glow-1", "glow-2"}));
+  EXPECT_EQ(device["actuators"], (std::vector<std::string>{"flap-1"}));
+  const auto glow = json("proxy.hall.7.sensor.glow-1.description");
+  EXPECT_EQ(glow["type"], "glow");
+  EXPECT_EQ(glow["type_id"], 0x8001);
+  EXPECT_EQ(glow["unit"], "lx");
+  EXPECT_EQ(glow["minimum"], 0);
+  EXPECT_EQ(glow["maximum"], 500);
+  EXPECT_EQ(glow["report"], "state");
+  EXPECT_EQ(glow["instance"], "1");
+  EXPECT_EQ(json("proxy.hall.7.actuator.flap-1.description")["words"], (std::vector<std::string>{"shut", "open"}));
+}
+
+TEST_F(Directory, UsesTheNamesGivenAtInstallation) {
+  auto& names = rules().devices["7"];
+  names.id = "kitchen";
+  names.name = "Kitchen lamp";
+  names.sensors["glow-1"] = "window";
+  start();
+  join("7", lamp());
+  EXPECT_TRUE(exists("proxy.hall.kitchen.sensor.glow-window.value"));
+  EXPECT_FALSE(exists("proxy.hall.kitchen.sensor.glow-1.value"));
+  EXPECT_EQ(json("proxy.hall.kitchen.description")["name"], "Kitchen lamp");
+  report("7", sensor(kGlow), 12.5);
+  EXPECT_EQ(text("proxy.hall.kitchen.sensor.glow-window.value"), "12.5");
+}
+
+TEST_F(Directory, HonoursAnotherPrefix) {
+  config.prefix = "house";
+  start();
+  join("7", lamp());
+  EXPECT_TRUE(exists("house.hall.7.sensor.glow-1.value"));
+  EXPECT_EQ(json("house.networks"), (std::vector<std::string>{"hall"}));
+}
+
+TEST_F(Directory, RefusesASecondAddressForOneKey) {
+  start();
+  join("1.4.6", lamp());
+  report("1.4.6", sensor(kGlow), 1.5);
+  join("1_4_6", lamp());
+  report("1_4_6", sensor(kGlow), 9.5);
+  EXPECT_EQ(text("proxy.hall.1_4_6.sensor.glow-1.value"), "1.5");
+  EXPECT_TRUE(log.contain("belongs to '1.4.6'"));
+  time.run_for(1s);
+  EXPECT_EQ(text("proxy.hall.property.refused-joins.value"), "1");
+}
+
+TEST_F(Directory, KeepsAConfiguredIdForItsAddress) {
+  rules().devices["7"].id = "8";
+  start();
+  join("8", lamp());
+  EXPECT_FALSE(exists("proxy.hall.8.status"));
+  join("7", lamp());
+  EXPECT_EQ(json("proxy.hall.8.description")["address"], "7");
+}
+
+TEST_F(Directory, LogsIdsThatCollideAtLoad) {
+  rules().devices["7"].id = "x";
+  rules().devices["8"].id = "x";
+  start();
+  EXPECT_TRUE(log.contain("both become x"));
+}
+
+TEST_F(Directory, RefusesAndCountsJoinsBeyondTheCap) {
+  config.max_devices = 2;
+  start();
+  for (const auto* device : {"1", "2", "3", "4"}) join(device, lamp());
+  EXPECT_TRUE(exists("proxy.hall.2.status"));
+  EXPECT_FALSE(exists("proxy.hall.3.status"));
+  time.run_for(1s);
+  EXPECT_EQ(text("proxy.hall.property.refused-joins.value"), "2");
+  say("1", model::Leave{"switched off"});
+  join("4", lamp());
+  EXPECT_TRUE(exists("proxy.hall.4.status"));
+}
+
+TEST_F(Directory, ARejoinKeepsValuesAndDropsWhatVanished) {
+  start();
+  join("7", lamp());
+  report("7", sensor(kGlow, "1"), 1.5);
+  report("7", sensor(kGlow, "2"), 2.5);
+  auto changed = lamp();
+  changed.capabilities = {capability(Kind::kSensor, kMood, "1"), capability(Kind::kSensor, kGlow, "2")};
+  join("7", changed);
+  EXPECT_FALSE(exists("proxy.hall.7.sensor.glow-1.value"));
+  EXPECT_FALSE(exists("proxy.hall.7.actuator.flap-1.command"));
+  EXPECT_EQ(text("proxy.hall.7.sensor.glow-2.value"), "2.5");
+  EXPECT_EQ(quality("proxy.hall.7.sensor.glow-2"), "good");
+  EXPECT_EQ(quality("proxy.hall.7.sensor.mood-1"), "unknown");
+  EXPECT_EQ(json("proxy.hall.7.description")["sensors"], (std::vector<std::string>{"mood-1", "glow-2"}));
+}
+
+TEST_F(Directory, ARepeatedJoinPublishesNothingNew) {
+  start();
+  join("7", lamp());
+  int sets = 0;
+  const auto ears = space->subscribe({kIsland, "proxy.hall.7.**"}, {.passive = true}, [&](const Event&) { ++sets; });
+  time.run_for(2s);
+  sets = 0;
+  join("7", lamp());
+  time.run_for(2s);
+  EXPECT_EQ(sets, 0);
+}
+
+TEST_F(Directory, ALeaveDeletesAllTuplesOfTheDevice) {
+  start();
+  join("7", lamp());
+  join("8", lamp());
+  say("7", model::Leave{"removed"});
+  time.run_for(1s);
+  int left = 0;
+  space->list({kIsland, "proxy.hall.7.**"}, [&](const tuples::TupleView&) { ++left; });
+  EXPECT_EQ(left, 0);
+  EXPECT_TRUE(exists("proxy.hall.8.status"));
+  EXPECT_EQ(json("proxy.hall.devices"), (std::vector<std::string>{"8"}));
+}
+
+TEST_F(Directory, ADeviceThatJoinsAfterItLeftStartsAnew) {
+  start();
+  join("7", lamp());
+  report("7", sensor(kGlow), 1.5);
+  say("7", model::Leave{""});
+  join("7", lamp());
+  EXPECT_EQ(text("proxy.hall.7.sensor.glow-1.value"), "");
+  report("7", sensor(kGlow), 2.5);
+  EXPECT_EQ(text("proxy.hall.7.sensor.glow-1.value"), "2.5");
+}
+
+TEST_F(Directory, AValueOfAnUndeclaredSensorMakesThatSensor) {
+  start();
+  join("7", lamp());
+  report("7", sensor(kMood, "9"), std::string("night"));
+  EXPECT_EQ(text("proxy.hall.7.sensor.mood-9.value"), "night");
+  EXPECT_EQ(quality("proxy.hall.7.sensor.mood-9"), "good");
+  EXPECT_EQ(json("proxy.hall.7.description")["sensors"], (std::vector<std::string>{"glow-1", "glow-2", "mood-9"}));
+  join("7", lamp());
+  EXPECT_EQ(text("proxy.hall.7.sensor.mood-9.value"), "night");
+}
+
+TEST_F(Directory, CountsValuesOfUndeclaredPointsOfUnknownType) {
+  start();
+  join("7", lamp());
+  report("7", sensor(TypeId{0x9999}), 1.5);
+  report("7", actuator(kKnob, "3"), std::int64_t{3});
+  time.run_for(1s);
+  EXPECT_EQ(text("proxy.hall.property.undeclared-points.value"), "2");
+}
+
+TEST_F(Directory, CountsMessagesOfDevicesThatNeverJoined) {
+  start();
+  report("99", sensor(kGlow), 1.5);
+  say("99", model::KeepAlive{});
+  time.run_for(1s);
+  EXPECT_FALSE(exists("proxy.hall.99.status"));
+  EXPECT_EQ(text("proxy.hall.property.unknown-devices.value"), "2");
+}
+
+TEST_F(Directory, RefusesTwoPointsOfOneName) {
+  rules().devices["7"].sensors = {{"glow-1", "x"}, {"glow-2", "x"}};
+  start();
+  join("7", lamp());
+  report("7", sensor(kGlow, "1"), 1.5);
+  report("7", sensor(kGlow, "2"), 2.5);
+  EXPECT_EQ(text("proxy.hall.7.sensor.glow-x.value"), "1.5");
+}
+
+TEST_F(Directory, SurvivesAddressesFromHell) {
+  start();
+  for (const auto* device : {"../../etc", "a.b*c", "\n", "\xff\xfe", ".", "proxy.**"}) join(device, lamp());
+  join(std::string(10000, 'x'), lamp());
+  EXPECT_TRUE(exists("proxy.hall.______etc.status"));
+  EXPECT_TRUE(exists("proxy.hall.a_b_c.status"));
+  EXPECT_TRUE(exists("proxy.hall." + std::string(64, 'x') + ".status"));
+  EXPECT_EQ(json("proxy.hall.a_b_c.description")["address"], "a.b*c");
+}
+
+TEST_F(Directory, ForgetsTheNetworksOfOtherIslands) {
+  start();
+  Message message;
+  message.origin = OwnerId{77};
+  message.number = 1;
+  message.source = {OwnerId{77}, "hall", "7"};
+  message.destination = {kIsland, {}, {}};
+  message.body = lamp();
+  gate->send(message);
+  time.run_ready();
+  EXPECT_FALSE(exists("proxy.hall.7.status"));
+}
+
+}  // namespace
+}  // namespace rubicon::proxy

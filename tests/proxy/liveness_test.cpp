@@ -1,0 +1,203 @@
+#include "island.h"
+
+namespace rubicon::proxy {
+namespace {
+
+const std::string kDevice = "proxy.hall.7";
+
+class Silence : public Island {
+ protected:
+  void begin() {
+    start();
+    join("7", lamp());
+  }
+  std::string status() const { return json(kDevice + ".status")["status"]; }
+};
+
+TEST_F(Silence, AQuietDeviceBecomesUnreachableAfterTheSilenceOfItsNetwork) {
+  begin();
+  report("7", sensor(kGlow), 1.5);
+  time.run_for(59s);
+  EXPECT_EQ(status(), "reachable");
+  time.run_for(2s);
+  EXPECT_EQ(status(), "unreachable");
+  EXPECT_EQ(json(kDevice + ".status")["reason"], "silent for 60 s");
+  EXPECT_EQ(quality(kDevice + ".sensor.glow-1"), "device-offline");
+  EXPECT_EQ(text(kDevice + ".sensor.glow-1.value"), "1.5");
+  EXPECT_EQ(text("proxy.hall.devices"), "[]");
+}
+
+TEST_F(Silence, AnyMessageKeepsADeviceReachable) {
+  begin();
+  for (int minute = 0; minute < 10; ++minute) {
+    time.run_for(50s);
+    say("7", model::KeepAlive{});
+  }
+  EXPECT_EQ(status(), "reachable");
+  EXPECT_EQ(quality(kDevice + ".sensor.glow-1"), "unknown");
+}
+
+TEST_F(Silence, AKeepAliveBringsTheDeviceBackButNotItsValues) {
+  begin();
+  report("7", sensor(kGlow), 1.5);
+  time.run_for(70s);
+  say("7", model::KeepAlive{});
+  time.run_for(300ms);
+  EXPECT_EQ(status(), "reachable");
+  EXPECT_EQ(quality(kDevice + ".sensor.glow-1"), "stale");
+  EXPECT_EQ(json("proxy.hall.devices"), (std::vector<std::string>{"7"}));
+  report("7", sensor(kGlow), 1.5);
+  EXPECT_EQ(quality(kDevice + ".sensor.glow-1"), "good");
+}
+
+TEST_F(Silence, AJoinBringsADeviceBack) {
+  begin();
+  time.run_for(70s);
+  ASSERT_EQ(status(), "unreachable");
+  join("7", lamp());
+  EXPECT_EQ(status(), "reachable");
+}
+
+TEST_F(Silence, EachNetworkHasItsOwnSilence) {
+  rules().silence = 5s;
+  begin();
+  time.run_for(6s);
+  EXPECT_EQ(status(), "unreachable");
+}
+
+TEST_F(Silence, NeverMeansThatTheLineDecides) {
+  rules().silence = std::nullopt;
+  begin();
+  report("7", sensor(kGlow), 1.5);
+  time.run_for(24h);
+  EXPECT_EQ(status(), "reachable");
+  EXPECT_EQ(quality(kDevice + ".sensor.glow-1"), "good");
+  hall().lose_line();
+  time.run_for(1s);
+  EXPECT_EQ(status(), "unreachable");
+  hall().line_works = true;
+  time.run_for(5s);
+  EXPECT_EQ(status(), "reachable");
+}
+
+TEST_F(Silence, ADeviceKnownByConfigurationOnlyIsUnknownUntilHeard) {
+  start();
+  auto message = lamp();
+  message.heard = false;
+  join("7", message);
+  EXPECT_EQ(status(), "unknown");
+  time.run_for(10min);
+  EXPECT_EQ(status(), "unknown");
+  report("7", sensor(kGlow), 1.5);
+  EXPECT_EQ(status(), "reachable");
+  time.run_for(61s);
+  EXPECT_EQ(status(), "unreachable");
+}
+
+TEST_F(Silence, ManyReadingsLeaveOneTimer) {
+  begin();
+  for (int i = 0; i < 1000; ++i) {
+    report("7", sensor(kGlow), 1.5);
+    time.run_for(59ms);
+  }
+  EXPECT_EQ(status(), "reachable");
+  time.run_for(61s);
+  EXPECT_EQ(status(), "unreachable");
+}
+
+TEST_F(Silence, ASensorOlderThanItsDeadlineIsStaleWhileItsDeviceLives) {
+  start();
+  auto message = lamp();
+  message.capabilities[0].deadline = 10s;
+  message.capabilities[1].deadline = 0s;
+  join("7", message);
+  report("7", sensor(kGlow, "1"), 1.5);
+  report("7", sensor(kGlow, "2"), 2.5);
+  for (int i = 0; i < 11; ++i) {
+    time.run_for(1s);
+    say("7", model::KeepAlive{});
+  }
+  EXPECT_EQ(quality(kDevice + ".sensor.glow-1"), "stale");
+  EXPECT_EQ(quality(kDevice + ".sensor.glow-2"), "good");
+  EXPECT_EQ(json(kDevice + ".sensor.glow-1.status")["reason"], "not heard for 10 s");
+  report("7", sensor(kGlow, "1"), 1.5);
+  EXPECT_EQ(quality(kDevice + ".sensor.glow-1"), "good");
+}
+
+TEST_F(Silence, ASampledSensorIsStaleAfterThreePeriods) {
+  begin();
+  const auto ears = space->subscribe({kIsland, kDevice + ".sensor.glow-1.value"}, {.minimum = 2s}, [](const Event&) {});
+  time.run_ready();
+  report("7", sensor(kGlow), 1.5);
+  time.run_for(5900ms);
+  EXPECT_EQ(quality(kDevice + ".sensor.glow-1"), "good");
+  time.run_for(200ms);
+  EXPECT_EQ(quality(kDevice + ".sensor.glow-1"), "stale");
+}
+
+TEST_F(Silence, AFastSampledSensorHasThreeSeconds) {
+  begin();
+  const auto ears =
+      space->subscribe({kIsland, kDevice + ".sensor.glow-1.value"}, {.minimum = 10ms}, [](const Event&) {});
+  time.run_ready();
+  report("7", sensor(kGlow), 1.5);
+  time.run_for(2900ms);
+  EXPECT_EQ(quality(kDevice + ".sensor.glow-1"), "good");
+  time.run_for(200ms);
+  EXPECT_EQ(quality(kDevice + ".sensor.glow-1"), "stale");
+}
+
+TEST_F(Silence, AnOldValueIsNotStaleTheMomentSomebodySubscribes) {
+  begin();
+  report("7", sensor(kGlow), 1.5);
+  time.run_for(30s);
+  const auto ears = space->subscribe({kIsland, kDevice + ".sensor.glow-1.value"}, {}, [](const Event&) {});
+  time.run_for(2s);
+  EXPECT_EQ(quality(kDevice + ".sensor.glow-1"), "good");
+  time.run_for(1100ms);
+  EXPECT_EQ(quality(kDevice + ".sensor.glow-1"), "stale");
+}
+
+TEST_F(Silence, ADeadSensorDoesNotLiveOnSubscriptions) {
+  begin();
+  report("7", sensor(kGlow), 1.5);
+  for (int i = 0; i < 31; ++i) {
+    const auto ears = space->subscribe({kIsland, kDevice + ".sensor.glow-1.value"}, {}, [](const Event&) {});
+    time.run_for(2s);
+    say("7", model::KeepAlive{});
+  }
+  EXPECT_EQ(quality(kDevice + ".sensor.glow-1"), "stale");
+}
+
+TEST_F(Silence, AnActuatorThatReportsChangesOnlyStaysGood) {
+  begin();
+  report("7", actuator(kFlap), true);
+  for (int i = 0; i < 20; ++i) {
+    time.run_for(30s);
+    say("7", model::KeepAlive{});
+  }
+  EXPECT_EQ(quality(kDevice + ".actuator.flap-1"), "good");
+}
+
+TEST_F(Silence, AnActuatorOutOfReachIsStaleWhenItsDeviceReturns) {
+  begin();
+  report("7", actuator(kFlap), true);
+  time.run_for(70s);
+  EXPECT_EQ(quality(kDevice + ".actuator.flap-1"), "device-offline");
+  say("7", model::KeepAlive{});
+  EXPECT_EQ(quality(kDevice + ".actuator.flap-1"), "stale");
+}
+
+TEST_F(Silence, ThousandsOfDevicesFallSilentAtOnce) {
+  start();
+  for (int device = 0; device < 3000; ++device) hall().say(std::to_string(device), lamp());
+  time.run_for(61s);
+  int lost = 0;
+  space->list({kIsland, "proxy.hall.*.status"}, [&](const tuples::TupleView& tuple) {
+    if (tuple.value.find("unreachable") != tuple.value.npos) ++lost;
+  });
+  EXPECT_EQ(lost, 3000);
+}
+
+}  // namespace
+}  // namespace rubicon::proxy

@@ -1,0 +1,175 @@
+#include "island.h"
+
+namespace rubicon::proxy {
+namespace {
+
+const std::string kPoint = "proxy.hall.7.sensor.glow-1";
+
+class Mirror : public Island {
+ protected:
+  void begin() {
+    start();
+    join("7", lamp());
+  }
+  double field(const std::string& name) const { return json(kPoint + ".status")[name]; }
+};
+
+TEST_F(Mirror, AReadingBecomesATextValue) {
+  begin();
+  report("7", sensor(kGlow), 686.6);
+  EXPECT_EQ(text(kPoint + ".value"), "686.6");
+  EXPECT_EQ(quality(kPoint), "good");
+  EXPECT_EQ(space->get(kIsland, kPoint + ".value")->media_type, "text/plain");
+}
+
+TEST_F(Mirror, TheUserTimeIsThatOfTheMeasurement) {
+  begin();
+  const auto measured = time.wall_now() - 3s;
+  report("7", sensor(kGlow), 1.5, measured);
+  EXPECT_EQ(space->get(kIsland, kPoint + ".value")->user_time, measured);
+  report("7", sensor(kGlow), 1.5);
+  EXPECT_EQ(space->get(kIsland, kPoint + ".value")->user_time, WallTime{});
+}
+
+TEST_F(Mirror, HeardAndChangedAreNeverConfused) {
+  begin();
+  EXPECT_EQ(field("heard"), 0);
+  report("7", sensor(kGlow), 1.5);
+  const auto first = base::to_seconds(time.wall_now());
+  EXPECT_EQ(field("heard"), first);
+  EXPECT_EQ(field("changed"), first);
+  time.run_for(10s);
+  const auto before = space->get(kIsland, kPoint + ".value")->sequence;
+  report("7", sensor(kGlow), 1.5);
+  time.run_for(1s);
+  EXPECT_EQ(field("changed"), first);
+  EXPECT_EQ(field("heard"), first + 10);
+  EXPECT_EQ(field("since"), first);
+  EXPECT_EQ(space->get(kIsland, kPoint + ".value")->sequence, before + 1);
+}
+
+TEST_F(Mirror, RefreshesOfHeardArePublishedAtMostOnceASecond) {
+  begin();
+  report("7", sensor(kGlow), 1.5);
+  int sets = 0;
+  const auto ears = space->subscribe({kIsland, kPoint + ".status"}, {.passive = true}, [&](const Event&) { ++sets; });
+  time.run_for(1s);
+  sets = 0;
+  for (int i = 0; i < 100; ++i) {
+    report("7", sensor(kGlow), 1.5 + i % 2);
+    time.run_for(100ms);
+  }
+  EXPECT_GE(sets, 9);
+  EXPECT_LE(sets, 11);
+}
+
+TEST_F(Mirror, AValueThatDoesNotFitIsBadAndTheLastGoodOneStays) {
+  begin();
+  report("7", sensor(kGlow), 1.5);
+  report("7", sensor(kGlow), 5000.0);
+  EXPECT_EQ(text(kPoint + ".value"), "1.5");
+  EXPECT_EQ(quality(kPoint), "bad");
+  EXPECT_NE(json(kPoint + ".status")["reason"], "");
+  report("7", sensor(kGlow), std::string("hot"));
+  EXPECT_EQ(quality(kPoint), "bad");
+  report("7", sensor(kGlow), std::numeric_limits<double>::quiet_NaN());
+  EXPECT_EQ(quality(kPoint), "bad");
+  report("7", sensor(kGlow), 2.5);
+  EXPECT_EQ(quality(kPoint), "good");
+  EXPECT_EQ(json(kPoint + ".status")["reason"], "");
+  time.run_for(1s);
+  EXPECT_EQ(text("proxy.hall.property.bad-values.value"), "3");
+}
+
+TEST_F(Mirror, AReadingWithoutAValueIsBad) {
+  begin();
+  report("7", sensor(kGlow), {});
+  EXPECT_EQ(quality(kPoint), "bad");
+}
+
+TEST_F(Mirror, StructuredValuesAreJson) {
+  start();
+  auto message = lamp();
+  message.capabilities.push_back(capability(Kind::kSensor, TypeId{0x9000}));
+  message.capabilities.back().type_name = "posture";
+  join("7", message);
+  report("7", sensor(TypeId{0x9000}), model::Json{R"({"x":1})"});
+  const auto tuple = space->get(kIsland, "proxy.hall.7.sensor.posture-1.value");
+  ASSERT_TRUE(tuple);
+  EXPECT_EQ(tuple->value, R"({"x":1})");
+  EXPECT_EQ(tuple->media_type, "application/json");
+}
+
+TEST_F(Mirror, ALostLineShowsNetworkDownAndComesBackStale) {
+  begin();
+  report("7", sensor(kGlow, "1"), 1.5);
+  hall().lose_line();
+  time.run_for(1s);
+  EXPECT_EQ(quality(kPoint), "network-down");
+  EXPECT_EQ(quality("proxy.hall.7.sensor.glow-2"), "network-down");
+  EXPECT_NE(json("proxy.hall.status")["line"], "up");
+  EXPECT_EQ(text(kPoint + ".value"), "1.5");
+  hall().line_works = true;
+  time.run_for(5s);
+  EXPECT_EQ(json("proxy.hall.status")["line"], "up");
+  EXPECT_EQ(quality(kPoint), "stale");
+  EXPECT_EQ(quality("proxy.hall.7.sensor.glow-2"), "unknown");
+  report("7", sensor(kGlow, "1"), 1.5);
+  EXPECT_EQ(quality(kPoint), "good");
+}
+
+TEST_F(Mirror, AnEndedRecordingShowsNetworkDown) {
+  begin();
+  report("7", sensor(kGlow, "1"), 1.5);
+  say("", model::State{model::LineState::kEnded, "end of file", {}});
+  EXPECT_EQ(quality(kPoint), "network-down");
+  EXPECT_EQ(json(kPoint + ".status")["reason"], "end of file");
+  EXPECT_EQ(json("proxy.hall.status")["line"], "ended");
+}
+
+TEST_F(Mirror, ALineThatGoesDownUnderTenThousandPointsIsShownInSlices) {
+  start();
+  for (int device = 0; device < 5000; ++device) hall().say(std::to_string(device), lamp());
+  time.run_ready();
+  hall().lose_line();
+  time.run_for(1s);
+  int down = 0;
+  space->list({kIsland, "proxy.hall.*.sensor.*.status"}, [&](const tuples::TupleView& tuple) {
+    if (tuple.value.find("network-down") != tuple.value.npos) ++down;
+  });
+  EXPECT_EQ(down, 10000);
+}
+
+TEST_F(Mirror, AValueKnownAtTheJoinIsPublished) {
+  start();
+  auto message = lamp();
+  message.capabilities.push_back(capability(Kind::kProperty, kKnob, ""));
+  message.capabilities.back().initial = std::int64_t{12};
+  join("7", message);
+  EXPECT_EQ(text("proxy.hall.7.property.knob.value"), "12");
+  EXPECT_EQ(quality("proxy.hall.7.property.knob"), "good");
+  EXPECT_TRUE(exists("proxy.hall.7.property.knob.command"));
+}
+
+TEST_F(Mirror, AReadOnlyPropertyHasNoCommand) {
+  start();
+  auto message = lamp();
+  message.capabilities.push_back(capability(Kind::kProperty, kKnob, "glow-1"));
+  message.capabilities.back().access = Access::kRead;
+  join("7", message);
+  EXPECT_TRUE(exists("proxy.hall.7.property.knob-glow-1.value"));
+  EXPECT_FALSE(exists("proxy.hall.7.property.knob-glow-1.command"));
+  report("7", {Kind::kProperty, kKnob, "glow-1"}, std::int64_t{4});
+  EXPECT_EQ(text("proxy.hall.7.property.knob-glow-1.value"), "4");
+}
+
+TEST_F(Mirror, TextsOfDevicesAreEscapedInJson) {
+  start();
+  auto message = lamp();
+  message.name = "the \"big\"\n\xff lamp";
+  join("7", message);
+  EXPECT_EQ(json("proxy.hall.7.description")["name"], "the \"big\"\n\xef\xbf\xbd lamp");
+}
+
+}  // namespace
+}  // namespace rubicon::proxy
