@@ -1,0 +1,12 @@
+#include "network/network.h"
+
+namespace rubicon::network {
+
+void NetworkHost::deliver(std::string device, model::Body body) {
+  Message message;
+  message.source.device = std::move(device);
+  message.body = std::move(body);
+  deliver(std::move(message));
+}
+
+}  // namespace rubicon::network

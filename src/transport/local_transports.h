@@ -1,0 +1,13 @@
+#pragma once
+
+#include "transport/transports.h"
+
+namespace rubicon::transport {
+
+/// The machine's own files.
+class LocalTransports final : public Transports {
+ public:
+  Result<std::unique_ptr<FileSource>> open_file(const std::string& path) override;
+};
+
+}  // namespace rubicon::transport
