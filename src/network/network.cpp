@@ -1,5 +1,7 @@
 #include "network/network.h"
 
+#include <utility>
+
 namespace rubicon::network {
 
 void NetworkHost::deliver(std::string device, model::Body body) {

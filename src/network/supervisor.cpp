@@ -3,89 +3,103 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <functional>
 #include <random>
+#include <utility>
+
+#include "base/assert.h"
 
 namespace rubicon::network {
 
 namespace {
-constexpr Duration kFirstPause = std::chrono::milliseconds(100);
-}
 
-/// One network, and the world as it sees it.
+constexpr Duration kFirstPause = std::chrono::milliseconds(100);
+
+}  // namespace
+
+/// The host of one network. Its line is open, or a new attempt is pending, or it waits for the start.
 class Supervisor::Slot final : public NetworkHost {
  public:
-  Slot(Supervisor& owner, const NetworkConfig& config, Duration longest_pause)
-      : owner_(owner),
-        id_(config.id),
-        log_(owner.log_, config.id),
+  Slot(Supervisor& supervisor, std::string id, Duration longest_pause)
+      : supervisor_(supervisor),
+        id_(std::move(id)),
         longest_pause_(longest_pause),
-        random_(static_cast<std::minstd_rand::result_type>(std::hash<std::string>{}(config.id))) {}
+        log_(supervisor.log_, id_),
+        dice_(static_cast<std::uint_fast32_t>(std::hash<std::string>{}(id_) + number(supervisor.island_))) {}
+
+  /// The network goes first and cannot reach anybody any more.
+  ~Slot() override {
+    closed_ = true;
+    network_.reset();
+  }
+
+  Slot(const Slot&) = delete;
+  Slot& operator=(const Slot&) = delete;
 
   using NetworkHost::deliver;
-  void deliver(Message message) override;
-  void failed(Error why) override;
-  Scheduler& scheduler() override { return owner_.scheduler_; }
-  transport::Transports& transports() override { return owner_.transports_; }
+
+  void deliver(Message message) override {
+    if (closed_) return;
+    message.source.island = supervisor_.island_;
+    message.source.network = id_;
+    if (message.destination.island == model::kNobody) message.destination.island = supervisor_.island_;
+    if (message.kind() == MessageKind::kState) complete(std::get<model::State>(message.body));
+    supervisor_.sink_.from_network(id_, std::move(message));
+  }
+
+  void failed(Error why) override {
+    if (closed_ || retry_.pending()) return;
+    const Duration pause = next_pause();
+    log_.warning(fmt::format("line lost: {}; next attempt in {} ms", why.text,
+                             std::chrono::duration_cast<std::chrono::milliseconds>(pause).count()));
+    retry_ = scheduler().after(pause, [this] { open(); });
+    deliver({}, model::State{model::LineState::kDown, std::move(why.text), {}});
+  }
+
+  Scheduler& scheduler() override { return supervisor_.scheduler_; }
+  transport::Transports& transports() override { return supervisor_.transports_; }
   const Log& log() const override { return log_; }
 
-  Result<void> make(const NetworkType& type, const NetworkConfig& config);
-  void open();
-  Result<void> send(const Message& message) { return network_->send(message); }
-  void line_down(std::string reason);
+  void own(std::unique_ptr<Network> network) { network_ = std::move(network); }
+
+  void open() {
+    opened_ = true;
+    ++attempts_;
+    if (auto opened = network_->open(); !opened) failed(std::move(opened.error()));
+  }
+
+  Result<void> send(const Message& message) {
+    if (!opened_) return fail(ErrorCode::kUnreachable, fmt::format("network {} is not open yet", id_));
+    return network_->send(message);
+  }
 
  private:
-  Duration next_pause();
-
-  Supervisor& owner_;
-  std::string id_;
-  Log log_;
-  Duration longest_pause_;
-  std::minstd_rand random_;
-  unsigned failures_ = 0;
-  Timer retry_;
-  std::unique_ptr<Network> network_;  // last: destroyed first, while the host still stands
-};
-
-Result<void> Supervisor::Slot::make(const NetworkType& type, const NetworkConfig& config) {
-  auto made = type.make(config, *this);
-  if (!made) return fail(made.error());
-  network_ = std::move(*made);
-  return {};
-}
-
-void Supervisor::Slot::deliver(Message message) {
-  if (const auto* state = std::get_if<model::State>(&message.body); state && state->line == model::LineState::kUp) {
-    failures_ = 0;
+  void complete(model::State& state) {
+    if (state.line == model::LineState::kUp) failures_ = 0;
+    state.counters["attempts"] = attempts_;
   }
-  message.source.island = owner_.island_;
-  message.source.network = id_;
-  if (message.destination.island == model::kNobody) message.destination.island = owner_.island_;
-  owner_.sink_.from_network(id_, std::move(message));
-}
 
-void Supervisor::Slot::line_down(std::string reason) {
-  deliver("", model::State{model::LineState::kDown, std::move(reason), {{"attempts", failures_}}});
-}
+  /// 100 ms, doubled with each failure in a row, at most the type's longest, the last quarter of it by chance.
+  Duration next_pause() {
+    Duration pause = kFirstPause;
+    for (unsigned i = 0; i < failures_ && pause < longest_pause_; ++i) pause *= 2;
+    ++failures_;
+    pause = std::min(pause, longest_pause_);
+    return pause - pause / 4 * static_cast<Duration::rep>(dice_() % 1000) / 1000;
+  }
 
-Duration Supervisor::Slot::next_pause() {
-  const auto doubled = kFirstPause * (1U << std::min(failures_, 16U));
-  const auto pause = std::min<Duration>(doubled, longest_pause_);
-  std::uniform_real_distribution<double> jitter(0.5, 1.0);
-  return std::chrono::duration_cast<Duration>(pause * jitter(random_));
-}
-
-void Supervisor::Slot::failed(Error why) {
-  if (retry_.pending()) return;
-  retry_ = owner_.scheduler_.after(next_pause(), [this] { open(); });
-  ++failures_;
-  if (failures_ == 1) log_.warning(fmt::format("line lost: {}", why.text));
-  line_down(std::move(why.text));
-}
-
-void Supervisor::Slot::open() {
-  retry_.cancel();
-  if (auto opened = network_->open(); !opened) failed(opened.error());
-}
+  Supervisor& supervisor_;
+  std::string id_;
+  Duration longest_pause_;
+  Log log_;
+  std::minstd_rand dice_;
+  std::unique_ptr<Network> network_;
+  Timer retry_;
+  std::uint64_t attempts_ = 0;
+  unsigned failures_ = 0;
+  bool opened_ = false;
+  bool closed_ = false;
+};
 
 Supervisor::Supervisor(IslandId island, Scheduler& scheduler, transport::Transports& transports, base::LogSink& log,
                        MessageSink& sink)
@@ -95,38 +109,45 @@ Supervisor::~Supervisor() = default;
 
 Result<void> Supervisor::add(const NetworkType& type, const NetworkConfig& config) {
   if (has(config.id)) return fail(ErrorCode::kDuplicate, fmt::format("network {} is already there", config.id));
-  auto slot = std::make_unique<Slot>(*this, config, type.longest_pause);
-  if (auto made = slot->make(type, config); !made) return made;
-  auto& placed = *slots_.emplace(config.id, std::move(slot)).first->second;
-  if (started_) placed.open();
+  auto slot = std::make_unique<Slot>(*this, config.id, type.longest_pause);
+  auto network = type.make(config, *slot);
+  if (!network) return fail(std::move(network.error()));
+  slot->own(std::move(*network));
+  Slot& added = *slots_.emplace(config.id, std::move(slot)).first->second;
+  if (started_) added.open();
   return {};
 }
 
 void Supervisor::start() {
-  started_ = true;
-  for (auto& [id, slot] : slots_) slot->open();
+  RUBICON_DEBUG_ASSERT(scheduler_.on_loop_thread());
+  if (std::exchange(started_, true)) return;
+  for (const auto& [id, slot] : slots_) slot->open();
 }
 
 void Supervisor::remove(const std::string& id) {
-  const auto found = slots_.find(id);
-  if (found == slots_.end()) return;
-  found->second->line_down("removed");
-  slots_.erase(found);
+  if (slots_.erase(id) == 0) return;
+  Message message;
+  message.source = {island_, id, {}};
+  message.destination.island = island_;
+  message.body = model::State{model::LineState::kDown, "the network was removed", {}};
+  sink_.from_network(id, std::move(message));
 }
 
-bool Supervisor::has(const std::string& id) const { return slots_.contains(id); }
+bool Supervisor::has(const std::string& id) const {
+  return slots_.contains(id);
+}
 
 std::vector<std::string> Supervisor::ids() const {
-  std::vector<std::string> all;
-  for (const auto& [id, slot] : slots_) all.push_back(id);
-  return all;
+  std::vector<std::string> ids;
+  for (const auto& [id, slot] : slots_) ids.push_back(id);
+  return ids;
 }
 
 Result<void> Supervisor::send(const Message& message) {
   const auto found = slots_.find(message.destination.network);
-  if (found == slots_.end()) {
-    return fail(ErrorCode::kNotFound, fmt::format("no network '{}' on this island", message.destination.network));
-  }
+  if (found == slots_.end())
+    return fail(ErrorCode::kNotFound, fmt::format("no network {} on island {}", message.destination.network,
+                                                  number(island_)));
   return found->second->send(message);
 }
 

@@ -6,36 +6,47 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <cstring>
+#include <limits>
+#include <system_error>
+#include <utility>
 
 namespace rubicon::transport {
 
 namespace {
 
-tl::unexpected<Error> failed(std::string_view what, const std::string& path) {
-  const auto code = errno == ENOENT ? ErrorCode::kNotFound : ErrorCode::kIo;
-  return fail(code, fmt::format("{} {}: {}", what, path, std::strerror(errno)));
+auto io_error(const std::string& path, std::string_view doing, int error) {
+  const auto code = error == ENOENT ? ErrorCode::kNotFound : ErrorCode::kIo;
+  return fail(code, fmt::format("{}: cannot {}: {}", path, doing, std::generic_category().message(error)));
 }
 
 class LocalFile final : public FileSource {
  public:
-  LocalFile(int descriptor, std::string path, std::uint64_t size)
-      : descriptor_(descriptor), path_(std::move(path)), size_(size) {}
+  LocalFile(int descriptor, std::string path) : descriptor_(descriptor), path_(std::move(path)) {}
   ~LocalFile() override { ::close(descriptor_); }
   LocalFile(const LocalFile&) = delete;
   LocalFile& operator=(const LocalFile&) = delete;
 
+  Result<void> examine() {
+    struct stat status {};
+    if (::fstat(descriptor_, &status) != 0) return io_error(path_, "examine", errno);
+    if (S_ISDIR(status.st_mode)) return fail(ErrorCode::kIo, path_ + ": is a directory, expected a file");
+    if (!S_ISREG(status.st_mode)) return fail(ErrorCode::kIo, path_ + ": is not a regular file");
+    size_ = static_cast<std::uint64_t>(status.st_size);
+    return {};
+  }
+
   Result<std::size_t> read(std::span<std::uint8_t> into) override {
-    ssize_t count = 0;
-    do {
-      count = ::read(descriptor_, into.data(), into.size());
-    } while (count < 0 && errno == EINTR);
-    if (count < 0) return failed("reading", path_);
-    return static_cast<std::size_t>(count);
+    for (;;) {
+      const auto count = ::read(descriptor_, into.data(), into.size());
+      if (count >= 0) return static_cast<std::size_t>(count);
+      if (errno != EINTR) return io_error(path_, "read", errno);
+    }
   }
 
   Result<void> seek(std::uint64_t offset) override {
-    if (::lseek(descriptor_, static_cast<off_t>(offset), SEEK_SET) < 0) return failed("seeking in", path_);
+    if (offset > static_cast<std::uint64_t>(std::numeric_limits<off_t>::max()))
+      return fail(ErrorCode::kOutOfRange, fmt::format("{}: cannot seek to {}", path_, offset));
+    if (::lseek(descriptor_, static_cast<off_t>(offset), SEEK_SET) < 0) return io_error(path_, "seek", errno);
     return {};
   }
 
@@ -44,21 +55,18 @@ class LocalFile final : public FileSource {
  private:
   int descriptor_;
   std::string path_;
-  std::uint64_t size_;
+  std::uint64_t size_ = 0;
 };
 
 }  // namespace
 
 Result<std::unique_ptr<FileSource>> LocalTransports::open_file(const std::string& path) {
-  // O_NONBLOCK: opening a FIFO nobody writes to must not stop the loop.
+  if (path.find('\0') != std::string::npos) return fail(ErrorCode::kNotFound, "a path with a zero byte in it");
   const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-  if (descriptor < 0) return failed("opening", path);
-  struct stat about {};
-  if (::fstat(descriptor, &about) < 0 || !S_ISREG(about.st_mode)) {
-    ::close(descriptor);
-    return fail(ErrorCode::kIo, fmt::format("opening {}: not a regular file", path));
-  }
-  return std::make_unique<LocalFile>(descriptor, path, static_cast<std::uint64_t>(about.st_size));
+  if (descriptor < 0) return io_error(path, "open", errno);
+  auto file = std::make_unique<LocalFile>(descriptor, path);
+  if (auto sound = file->examine(); !sound) return fail(sound.error());
+  return file;
 }
 
 }  // namespace rubicon::transport

@@ -4,7 +4,7 @@
 
 namespace rubicon::transport {
 
-/// The machine's own files.
+/// The machine's own files. Only regular ones: a FIFO or a device could block the loop.
 class LocalTransports final : public Transports {
  public:
   Result<std::unique_ptr<FileSource>> open_file(const std::string& path) override;

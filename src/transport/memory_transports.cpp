@@ -8,41 +8,54 @@ namespace rubicon::transport {
 
 namespace {
 
+/// Looks the file up at each call, so that a test may change it, or take it away, while it is being read.
 class MemoryFile final : public FileSource {
  public:
-  MemoryFile(MemoryTransports::File file, std::string path) : file_(std::move(file)), path_(std::move(path)) {}
+  MemoryFile(const std::map<std::string, MemoryTransports::File>& files, std::string path)
+      : files_(files), path_(std::move(path)) {}
 
   Result<std::size_t> read(std::span<std::uint8_t> into) override {
-    if (file_.fails_at && position_ >= *file_.fails_at) {
-      return fail(ErrorCode::kIo, fmt::format("reading {}: failed at offset {}", path_, position_));
-    }
-    const auto end = std::min<std::uint64_t>(file_.content.size(), file_.fails_at.value_or(file_.content.size()));
-    const auto count = std::min<std::uint64_t>(into.size(), end > position_ ? end - position_ : 0);
-    const auto from = file_.content.begin() + static_cast<std::ptrdiff_t>(position_);
-    std::copy_n(from, count, into.begin());
+    const auto found = files_.find(path_);
+    if (found == files_.end()) return fail(ErrorCode::kIo, path_ + ": cannot read: the file is gone");
+    const auto& [bytes, fails_at] = found->second;
+    if (fails_at && position_ >= *fails_at)
+      return fail(ErrorCode::kIo, fmt::format("{}: cannot read at {}: Input/output error", path_, position_));
+    const std::uint64_t end = std::min<std::uint64_t>(bytes.size(), fails_at.value_or(bytes.size()));
+    const auto count = std::min<std::uint64_t>(into.size(), end - std::min(position_, end));
+    std::copy_n(bytes.data() + position_, count, into.data());
     position_ += count;
     return static_cast<std::size_t>(count);
   }
 
   Result<void> seek(std::uint64_t offset) override {
-    position_ = std::min<std::uint64_t>(offset, file_.content.size());
+    position_ = std::min(offset, size());
     return {};
   }
 
-  std::uint64_t size() const override { return file_.content.size(); }
+  std::uint64_t size() const override {
+    const auto found = files_.find(path_);
+    return found == files_.end() ? 0 : found->second.bytes.size();
+  }
 
  private:
-  MemoryTransports::File file_;
+  const std::map<std::string, MemoryTransports::File>& files_;
   std::string path_;
   std::uint64_t position_ = 0;
 };
 
 }  // namespace
 
+void MemoryTransports::put(const std::string& path, std::string_view text) {
+  const auto bytes = base::as_bytes(text);
+  put(path, Bytes(bytes.begin(), bytes.end()));
+}
+
 Result<std::unique_ptr<FileSource>> MemoryTransports::open_file(const std::string& path) {
-  const auto found = files_.find(path);
-  if (found == files_.end()) return fail(ErrorCode::kNotFound, fmt::format("opening {}: no such file", path));
-  return std::make_unique<MemoryFile>(found->second, path);
+  if (files_.contains(path)) return std::make_unique<MemoryFile>(files_, path);
+  const bool is_folder = std::any_of(files_.begin(), files_.end(),
+                                     [&](const auto& file) { return file.first.starts_with(path + '/'); });
+  if (is_folder) return fail(ErrorCode::kIo, path + ": is a directory, expected a file");
+  return fail(ErrorCode::kNotFound, path + ": cannot open: No such file or directory");
 }
 
 }  // namespace rubicon::transport

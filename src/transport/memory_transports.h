@@ -8,21 +8,20 @@
 
 namespace rubicon::transport {
 
-/// Files that exist in memory only: the twin of LocalTransports for tests, also for disks that fail.
+/// The twin of LocalTransports for tests: files of memory that can fail where a test wants. Outlives the files it opened.
 class MemoryTransports final : public Transports {
  public:
-  void put(const std::string& path, Bytes content) { files_[path].content = std::move(content); }
-  void remove(const std::string& path) { files_.erase(path); }
-  /// Reading at or behind this offset gives kIo.
-  void fail_at(const std::string& path, std::uint64_t offset) { files_[path].fails_at = offset; }
-
-  /// The file keeps the content it had when it was opened.
-  Result<std::unique_ptr<FileSource>> open_file(const std::string& path) override;
-
   struct File {
-    Bytes content;
-    std::optional<std::uint64_t> fails_at;
+    Bytes bytes;
+    std::optional<std::uint64_t> fails_at;  ///< reading this offset is an I/O error
   };
+
+  void put(const std::string& path, Bytes bytes) { files_[path] = {std::move(bytes), std::nullopt}; }
+  void put(const std::string& path, std::string_view text);
+  void fail_at(const std::string& path, std::uint64_t offset) { files_[path].fails_at = offset; }
+  void remove(const std::string& path) { files_.erase(path); }
+
+  Result<std::unique_ptr<FileSource>> open_file(const std::string& path) override;
 
  private:
   std::map<std::string, File> files_;

@@ -1,0 +1,134 @@
+#include "transport/asio_scheduler.h"
+
+#include <atomic>
+#include <boost/asio/executor_work_guard.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "base/assert.h"
+#include "base/timer_heap.h"
+
+namespace rubicon::transport {
+
+namespace asio = boost::asio;
+
+/// Shared with the calls waiting in the io_context, which may run after the scheduler is gone.
+struct AsioScheduler::Parts : std::enable_shared_from_this<AsioScheduler::Parts> {
+  explicit Parts(asio::io_context& c) : context(c), alarm(c), thread(std::this_thread::get_id()) {}
+
+  void post(std::function<void()> call) {
+    posted.push_back(std::move(call));
+    if (std::exchange(batch_asked, true)) return;
+    asio::post(context, [self = shared_from_this()] { self->run_batch(); });
+  }
+
+  void run_batch() {
+    batch_asked = false;
+    batch.clear();
+    batch.swap(posted);
+    for (std::size_t i = 0; i < batch.size() && alive; ++i) std::exchange(batch[i], nullptr)();
+    batch.clear();
+  }
+
+  void arm() {
+    const auto next = timers.next();
+    if (!next || *next >= armed_for) return;
+    armed_for = *next;
+    alarm.expires_at(*next);
+    alarm.async_wait([self = shared_from_this()](boost::system::error_code error) {
+      if (!error) self->run_due();
+    });
+  }
+
+  /// Calls made by a timer see its posts run first, as in virtual time.
+  void run_due() {
+    if (!alive) return;
+    armed_for = SteadyTime::max();
+    const SteadyTime now = std::chrono::steady_clock::now();
+    while (auto call = alive ? timers.take_due(now) : nullptr) {
+      call();
+      run_batch();
+    }
+    if (alive) arm();
+  }
+
+  asio::io_context& context;
+  asio::steady_timer alarm;
+  std::atomic<std::thread::id> thread;
+  base::TimerHeap timers;
+  SteadyTime armed_for = SteadyTime::max();
+  std::vector<std::function<void()>> posted, batch;
+  bool batch_asked = false;
+  bool alive = true;
+};
+
+AsioScheduler::AsioScheduler(asio::io_context& context) : parts_(std::make_shared<Parts>(context)) {}
+
+AsioScheduler::~AsioScheduler() {
+  parts_->alive = false;
+  parts_->alarm.cancel();
+  parts_->posted.clear();
+}
+
+SteadyTime AsioScheduler::now() const {
+  return std::chrono::steady_clock::now();
+}
+
+WallTime AsioScheduler::wall_now() const {
+  return std::chrono::floor<std::chrono::microseconds>(std::chrono::system_clock::now());
+}
+
+void AsioScheduler::post(std::function<void()> call) {
+  if (on_loop_thread()) return parts_->post(std::move(call));
+  asio::post(parts_->context, [parts = parts_, call = std::move(call)]() mutable {
+    if (parts->alive) parts->post(std::move(call));
+  });
+}
+
+Timer AsioScheduler::at(SteadyTime when, std::function<void()> call) {
+  RUBICON_DEBUG_ASSERT(on_loop_thread());
+  Timer timer = parts_->timers.add(when, std::move(call));
+  parts_->arm();
+  return timer;
+}
+
+bool AsioScheduler::on_loop_thread() const {
+  return parts_->thread.load(std::memory_order_relaxed) == std::this_thread::get_id();
+}
+
+void AsioScheduler::adopt_thread() {
+  parts_->thread = std::this_thread::get_id();
+}
+
+struct Loop::Parts {
+  asio::io_context context{1};
+  AsioScheduler scheduler{context};
+};
+
+Loop::Loop() : parts_(std::make_unique<Parts>()) {}
+Loop::~Loop() = default;
+
+AsioScheduler& Loop::scheduler() {
+  return parts_->scheduler;
+}
+
+asio::io_context& Loop::context() {
+  return parts_->context;
+}
+
+void Loop::run() {
+  parts_->scheduler.adopt_thread();
+  const auto busy = asio::make_work_guard(parts_->context);
+  parts_->context.run();
+  parts_->context.restart();
+}
+
+void Loop::stop() {
+  parts_->context.stop();
+}
+
+}  // namespace rubicon::transport

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <memory>
+
+#include "base/scheduler.h"
+
+namespace boost::asio {
+class io_context;
+}
+
+namespace rubicon::transport {
+
+/// Real time on an io_context, which must outlive it. Posts run in batches: what a batch posts waits for the next one, so
+/// that timers and I/O always get their turn. post() may be called from other threads, everything else only on the loop's.
+class AsioScheduler final : public base::Scheduler {
+ public:
+  explicit AsioScheduler(boost::asio::io_context& context);
+  ~AsioScheduler() override;
+
+  SteadyTime now() const override;
+  WallTime wall_now() const override;
+  void post(std::function<void()> call) override;
+  Timer at(SteadyTime when, std::function<void()> call) override;
+  bool on_loop_thread() const override;
+
+  /// The calling thread becomes the loop's; at first it is the one that made the scheduler.
+  void adopt_thread();
+
+ private:
+  struct Parts;
+  std::shared_ptr<Parts> parts_;
+};
+
+/// The loop of a process: an io_context and the scheduler on it.
+class Loop {
+ public:
+  Loop();
+  ~Loop();
+
+  AsioScheduler& scheduler();
+  boost::asio::io_context& context();
+
+  /// Runs until stop(), on this thread.
+  void run();
+  /// May be called from anywhere, other threads included.
+  void stop();
+
+ private:
+  struct Parts;
+  std::unique_ptr<Parts> parts_;
+};
+
+}  // namespace rubicon::transport
