@@ -15,6 +15,8 @@ constexpr std::uint16_t kMeantByAddedMask = 0x1f43;  // LIGHT, TEMP, HUMID, RSSI
 constexpr std::uint16_t kDefinedBits = 0x1fff;
 constexpr std::uint16_t kUnset = 0xffff;
 constexpr double kRoomTemperature = 25.0;
+/// The firmware adds 50 to the register, which is 45 above dBm (wsn.md 11).
+constexpr double kCc2420Offset = -95.0;
 
 bool is_telosb(Board board) {
   return board != Board::kIris && board != Board::kMicaz;
@@ -36,7 +38,7 @@ constexpr Naming kNamings[] = {
     {Transducer::kAccelerationX, "", "accelerationRaw"},
     {Transducer::kAccelerationY, "", "accelerationRaw"},
     {Transducer::kPir, "pir", "pirRaw"},
-    {Transducer::kMicrophone, "", "microphoneRaw"},
+    {Transducer::kMicrophone, "microphone", "microphoneRaw"},
     {Transducer::kHumidity, "humidity", "humidityRaw"},
     {Transducer::kMagnetic, "magnetic", "magneticRaw"},
     {Transducer::kRssi1, "rssi", "rssiRaw"},
@@ -55,6 +57,7 @@ bool has_formula(Transducer transducer, Board board) {
     case Transducer::kLight:
     case Transducer::kHumidity: return is_telosb(board);
     case Transducer::kRssi1: return has_cc2420(board);
+    case Transducer::kMicrophone: return board == Board::kSe1000;
     case Transducer::kTemperature:
     case Transducer::kPir:
     case Transducer::kMagnetic: return true;
@@ -77,6 +80,13 @@ double lux_of(std::uint16_t count) {
   const double volts = count / 4096.0 * 1.5;
   const double amperes = volts / 100e3;
   return 0.625e6 * amperes * 1000.0;
+}
+
+/// The register behind it has 8 bits and ends at 0 dBm: anything far outside is no reading.
+std::optional<model::Value> dbm_of(std::uint16_t count) {
+  const double dbm = static_cast<std::int16_t>(count) + kCc2420Offset;
+  if (dbm < -150 || dbm > 50) return std::nullopt;
+  return dbm;
 }
 
 /// Steinhart-Hart equation of the MTS300's thermistor (wsn.md 11).
@@ -162,9 +172,10 @@ std::optional<model::Value> convert(const MoteSensor& sensor, std::uint16_t coun
   switch (transducer) {
     case Transducer::kLight: return rounded(lux_of(count), 1);
     case Transducer::kHumidity: return rounded(humidity_of(count, celsius.value_or(kRoomTemperature)), 2);
+    case Transducer::kMicrophone: return rounded(count / 4096.0 * 2.5, 3);
     case Transducer::kPir:
     case Transducer::kMagnetic: return count >= calibration.threshold;
-    case Transducer::kRssi1: return std::int64_t{static_cast<std::int16_t>(count)} - 95;
+    case Transducer::kRssi1: return dbm_of(count);
     default: break;
   }
   const std::optional<double> degrees = temperature_of(count, calibration);

@@ -73,6 +73,7 @@ class LogNetwork final : public network::Network {
   std::optional<Step> step_;  ///< read, not yet due
   RecordTime position_{};
   std::uint64_t told_ = 0;  ///< in this round
+  std::uint64_t rounds_ = 0;
   bool told_of_step_back_ = false;
   SteadyTime next_report_{};
   base::RateLimit complaints_;
@@ -184,7 +185,9 @@ void LogNetwork::deliver(const std::string& device, model::Body body, WallTime w
 
 void LogNetwork::finish() {
   if (options_.loop && told_ > 0) {
-    report(LineState::kUp, "playing again");
+    ++rounds_;
+    host_.log().info(fmt::format("{}: end reached, playing again", chain_.path()));
+    report(LineState::kUp);
     timer_ = host_.scheduler().after(kBreath, [this] { play_again(); });
     return;
   }
@@ -222,7 +225,8 @@ void LogNetwork::report(LineState line, std::string reason) {
                     {"readings", counters_.readings},
                     {"damaged", counters_.damaged},
                     {"skipped-bytes", counters_.skipped_bytes},
-                    {"lines", counters_.lines}};
+                    {"lines", counters_.lines},
+                    {"rounds", rounds_}};
   host_.deliver("", std::move(state));
 }
 
