@@ -86,7 +86,8 @@ class TypeCatalogue {
   static std::span<const DeviceType> device_types();
 
   /// Text of a user or a file -> value, by type: boolean words (and on/off, true/false, 1/0), enumeration words or
-  /// their number, decimal numbers within the range (no hex, no NaN, no blanks inside). Errors name type, text, expectation.
+  /// their number, decimal numbers within the range (no hex, no NaN, no blanks inside). Errors name type, text,
+  /// expectation.
   static Result<Value> parse(const Type& type, std::string_view text);
 
   /// Whether a value a device reported fits (kind of data and range).
