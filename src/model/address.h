@@ -16,8 +16,12 @@ using IslandId = OwnerId;
 inline constexpr OwnerId kNobody{0};
 inline constexpr std::uint32_t kMaxIslandId = 65532;
 
-constexpr std::uint32_t number(OwnerId id) { return static_cast<std::uint32_t>(id); }
-constexpr bool is_island(OwnerId id) { return number(id) >= 1 && number(id) <= kMaxIslandId; }
+constexpr std::uint32_t number(OwnerId id) {
+  return static_cast<std::uint32_t>(id);
+}
+constexpr bool is_island(OwnerId id) {
+  return number(id) >= 1 && number(id) <= kMaxIslandId;
+}
 
 /// Where a message comes from or goes to. Empty device = the network itself; empty network = the island's gateway.
 /// The device is spelled as its network spells it (`1.4.6`, `7`), not as in a key.

@@ -15,8 +15,8 @@ bool is_part_character(char c) {
 Result<void> check_size(std::string_view key) {
   if (key.empty()) return fail(ErrorCode::kInvalid, "key is empty");
   if (key.size() > kMaxKeyLength) {
-    return fail(ErrorCode::kInvalid,
-                fmt::format("key {} has {} characters, at most {} are allowed", quoted(key), key.size(), kMaxKeyLength));
+    return fail(ErrorCode::kInvalid, fmt::format("key {} has {} characters, at most {} are allowed", quoted(key),
+                                                 key.size(), kMaxKeyLength));
   }
   return {};
 }
@@ -111,7 +111,8 @@ Result<Pattern> Pattern::parse(std::string_view text) {
     const auto end = std::from_chars(owner.data(), owner.data() + owner.size(), id);
     const bool any = owner == "*";
     if (!any && (end.ec != std::errc() || end.ptr != owner.data() + owner.size() || id == 0)) {
-      return fail(ErrorCode::kInvalid, fmt::format("pattern {}: expected an owner id or * before the colon", quoted(text)));
+      return fail(ErrorCode::kInvalid,
+                  fmt::format("pattern {}: expected an owner id or * before the colon", quoted(text)));
     }
     if (!any) pattern.owner = OwnerId(id);
     text.remove_prefix(colon + 1);
@@ -137,7 +138,9 @@ bool Pattern::matches(OwnerId of, std::string_view concrete) const {
   }
 }
 
-bool Pattern::exact() const { return key.find('*') == key.npos; }
+bool Pattern::exact() const {
+  return key.find('*') == key.npos;
+}
 
 std::string to_string(const Pattern& pattern) {
   return pattern.owner ? fmt::format("{}:{}", number(*pattern.owner), pattern.key) : pattern.key;

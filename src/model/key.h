@@ -26,8 +26,8 @@ std::string quoted(std::string_view text);
 /// The parts of a checked key or pattern, as views into it.
 std::vector<std::string_view> key_parts(std::string_view key);
 
-/// Which tuples: an owner, or any, and a key whose parts may be `*` (exactly one part), the last one `**` (the rest, also
-/// none). Text form: `proxy.*.status`, `6541:proxy.**`; `*:` in front also means any owner.
+/// Which tuples: an owner, or any, and a key whose parts may be `*` (exactly one part), the last one `**` (the rest,
+/// also none). Text form: `proxy.*.status`, `6541:proxy.**`; `*:` in front also means any owner.
 struct Pattern {
   std::optional<OwnerId> owner;
   std::string key;

@@ -48,8 +48,8 @@ struct Actuate {
   Value value;
 };
 
-/// From now on report exactly these sensors, each at least every `period` (D1.4: RubiconMessageCtrlPeriodicCmd). Empty =
-/// stop, or go as slow as the device allows.
+/// From now on report exactly these sensors, each at least every `period` (D1.4: RubiconMessageCtrlPeriodicCmd). Empty
+/// = stop, or go as slow as the device allows.
 struct Sample {
   std::uint64_t request = 0;
   std::vector<PointId> points;
@@ -88,8 +88,7 @@ struct Opaque {
   Bytes bytes;
 };
 
-using Body =
-    std::variant<Join, KeepAlive, Leave, Updates, Actuate, Sample, SetProperty, Acknowledge, State, Opaque>;
+using Body = std::variant<Join, KeepAlive, Leave, Updates, Actuate, Sample, SetProperty, Acknowledge, State, Opaque>;
 
 /// Index of a body's alternative: what listeners subscribe to.
 enum class MessageKind : std::uint8_t {

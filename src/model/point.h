@@ -9,8 +9,8 @@
 namespace rubicon::model {
 
 /// One sensor, actuator or property of a device: kind, type and instance, always all three. The instance is what
-/// stands behind the `-` in keys (`1`, `window`); it never shifts when another is added. A property has an empty instance
-/// when it belongs to the device; else the id of the sensor or actuator it belongs to (`light-1`).
+/// stands behind the `-` in keys (`1`, `window`); it never shifts when another is added. A property has an empty
+/// instance when it belongs to the device; else the id of the sensor or actuator it belongs to (`light-1`).
 struct PointId {
   Kind kind = Kind::kSensor;
   TypeId type{};

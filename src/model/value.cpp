@@ -32,7 +32,9 @@ struct Writer {
 
 }  // namespace
 
-void to_text(const Value& value, std::string& out) { std::visit(Writer{out}, value); }
+void to_text(const Value& value, std::string& out) {
+  std::visit(Writer{out}, value);
+}
 
 std::string to_text(const Value& value) {
   std::string out;

@@ -1,0 +1,143 @@
+#include "model/message_fields.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "model/message_cbor.h"
+
+namespace rubicon::model {
+
+using nlohmann::json;
+
+FieldReader::FieldReader(const json& map, std::string path, Error& error)
+    : map_(&map), path_(std::move(path)), error_(&error) {
+  if (map.is_object()) return;
+  map_ = nullptr;
+  if (ok()) *error_ = {ErrorCode::kInvalid, fmt::format("message: {} is not a map", path_)};
+}
+
+const json* FieldReader::find(const char* key) const {
+  if (!map_) return nullptr;
+  const auto found = map_->find(key);
+  return found == map_->end() ? nullptr : &*found;
+}
+
+void FieldReader::wrong(const char* key, std::string_view expected) {
+  if (!ok()) return;
+  const auto* where = path_.empty() ? "" : ".";
+  *error_ = {ErrorCode::kInvalid, fmt::format("message: {}{}{}: expected {}", path_, where, key, expected)};
+}
+
+std::uint64_t FieldReader::number(const char* key, std::uint64_t maximum) {
+  const auto* found = find(key);
+  if (!found) return 0;
+  if (found->is_number_unsigned() && found->get<std::uint64_t>() <= maximum) return found->get<std::uint64_t>();
+  wrong(key, fmt::format("a whole number from 0 to {}", maximum));
+  return 0;
+}
+
+std::int64_t FieldReader::signed_number(const char* key) {
+  const auto* found = find(key);
+  if (!found) return 0;
+  const bool fits = found->is_number_integer() &&
+                    (!found->is_number_unsigned() || found->get<std::uint64_t>() <= std::uint64_t{INT64_MAX});
+  if (fits) return found->get<std::int64_t>();
+  wrong(key, "a whole number of 64 bits");
+  return 0;
+}
+
+double FieldReader::real(const char* key) {
+  const auto* found = find(key);
+  if (found && found->is_number() && std::isfinite(found->get<double>())) return found->get<double>();
+  if (found) wrong(key, "a finite number");
+  return 0;
+}
+
+bool FieldReader::boolean(const char* key) {
+  const auto* found = find(key);
+  if (found && found->is_boolean()) return found->get<bool>();
+  if (found) wrong(key, "true or false");
+  return false;
+}
+
+std::string FieldReader::text(const char* key, std::size_t maximum) {
+  const auto* found = find(key);
+  if (!found) return {};
+  if (found->is_string() && found->get_ref<const std::string&>().size() <= maximum) return found->get<std::string>();
+  wrong(key, fmt::format("a text of at most {} bytes", maximum));
+  return {};
+}
+
+Bytes FieldReader::bytes(const char* key) {
+  const auto* found = find(key);
+  if (!found) return {};
+  if (found->is_binary()) return static_cast<const Bytes&>(found->get_binary());
+  wrong(key, "a byte string");
+  return {};
+}
+
+Value FieldReader::value(const char* key) {
+  const auto* found = find(key);
+  if (!found || found->is_null()) return {};
+  if (found->is_boolean()) return found->get<bool>();
+  if (found->is_number_integer()) return signed_number(key);
+  if (found->is_number_float()) return real(key);
+  if (found->is_string()) return text(key, 65536);
+  if (found->is_object()) {
+    auto text = FieldReader(*found, path_ + "." + key, *error_).text("json", 65536);
+    if (json::accept(text)) return Json{std::move(text)};
+  }
+  wrong(key, "null, true, false, a number, a text or {\"json\": JSON text}");
+  return {};
+}
+
+FieldReader FieldReader::map(const char* key) {
+  static const json kEmpty = json::object();
+  const auto* found = find(key);
+  return FieldReader(found ? *found : kEmpty, path_.empty() ? key : path_ + "." + key, *error_);
+}
+
+void FieldReader::each(const char* key, const std::function<void(FieldReader&)>& visit) {
+  const auto* found = find(key);
+  if (!found) return;
+  if (!found->is_array() || found->size() > kMaxMessageEntries) {
+    return wrong(key, fmt::format("a list of at most {} maps", kMaxMessageEntries));
+  }
+  for (std::size_t i = 0; i < found->size() && ok(); ++i) {
+    FieldReader item((*found)[i], fmt::format("{}.{}[{}]", path_, key, i), *error_);
+    if (item.ok()) visit(item);
+  }
+}
+
+std::map<std::string, std::uint64_t> FieldReader::counters(const char* key) {
+  std::map<std::string, std::uint64_t> out;
+  const auto* found = find(key);
+  if (!found) return out;
+  if (!found->is_object() || found->size() > kMaxMessageEntries) {
+    wrong(key, "a map of names to numbers");
+    return out;
+  }
+  for (const auto& [name, count] : found->items()) {
+    if (!count.is_number_unsigned()) {
+      wrong(key, "whole numbers from 0");
+      return out;
+    }
+    out.emplace(name, count.get<std::uint64_t>());
+  }
+  return out;
+}
+
+json value_to_json(const Value& value) {
+  struct Writer {
+    json operator()(std::monostate) const { return nullptr; }
+    json operator()(bool on) const { return on; }
+    json operator()(std::int64_t number) const { return number; }
+    json operator()(double number) const { return number; }
+    json operator()(const std::string& text) const { return text; }
+    json operator()(const Json& structured) const { return json{{"json", structured.text}}; }
+  };
+  return std::visit(Writer{}, value);
+}
+
+}  // namespace rubicon::model
