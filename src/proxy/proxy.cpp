@@ -35,6 +35,7 @@ struct Proxy::Parts {
   void reachable(Device& device, bool was_lost);
   void lost(Device& device);
   void reading(Device& device, const model::Reading& reading);
+  void presume_line(Network& network);
   void set_line(Network& network, const model::State& state);
   void line_went_down(Network& network);
   void line_came_up(Network& network);
@@ -71,8 +72,9 @@ template <class Body>
 void Proxy::Parts::on(MessageKind kind, void (Parts::*call)(Device*, Network&, const Message&, const Body&)) {
   handles.push_back(around.gateway.subscribe(kind, [this, call](const Message& message) {
     RUBICON_DEBUG_ASSERT(around.scheduler.on_loop_thread());
-    // Devices of other islands are mirrored by their own proxy.
-    if (message.source.island != around.space.self() || message.source.network.empty()) return;
+    // Devices of other islands are mirrored by their own proxy; a foreign message may not pass for one of ours.
+    const auto self = around.space.self();
+    if (message.origin != self || message.source.island != self || message.source.network.empty()) return;
     auto& network = directory.network(message.source.network);
     board.declare(network);
     auto* device = message.source.device.empty() ? nullptr : directory.find(network, message.source.device);
@@ -111,6 +113,7 @@ void Proxy::Parts::join(Device*, Network& network, const Message& message, const
   mirror.joined(*joined);
   take_rate(device);
   if (join.heard) {
+    if (!network.line_known) presume_line(network);
     device.heard_at = around.clock.now().steady;
     if (first || device.status == DeviceStatus::kUnreachable) reachable(device, !joined->fresh);
   }
@@ -183,9 +186,9 @@ void Proxy::Parts::reachable(Device& device, bool was_known) {
   device.status = DeviceStatus::kReachable;
   device.since = around.clock.now().wall;
   device.reason.clear();
-  mirror.device_status(device);
   board.devices_changed(*device.network);
   if (!was_known) return;
+  mirror.device_status(device);
   mirror.all_points(device);
   demand.repeat(device);
   desk.deliver(device);
@@ -201,6 +204,11 @@ void Proxy::Parts::state(Device*, Network& network, const Message&, const model:
   for (const auto& [name, count] : state.counters) network.reported[name] = count;
   board.refresh_counters();
   set_line(network, state);
+}
+
+/// A network that never speaks of its line has one that works when its devices are heard.
+void Proxy::Parts::presume_line(Network& network) {
+  set_line(network, {model::LineState::kUp, {}, {}});
 }
 
 void Proxy::Parts::set_line(Network& network, const model::State& state) {
@@ -252,7 +260,7 @@ void Proxy::Parts::stranger(Network& network, const Message& message) {
 
 void Proxy::Parts::acknowledge(const Message& message) {
   const auto* answer = std::get_if<model::Acknowledge>(&message.body);
-  if (!answer) return;
+  if (!answer || message.origin != around.space.self()) return;
   if (!desk.acknowledged(*answer)) demand.acknowledged(*answer);
 }
 

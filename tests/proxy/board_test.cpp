@@ -79,7 +79,7 @@ TEST_F(Board, AnInventiveNetworkDoesNotFillTheTupleSpace) {
 
 TEST_F(Board, ANetworkThatNeverSpeaksOfItsLineCountsAsUpOnceItDelivers) {
   start();
-  gate->from_network("mute", Message{kIsland, 1, 0, {kIsland, "mute", "7"}, {kIsland, {}, {}}, lamp()});
+  gate->from_network("mute", Message{model::kNobody, 0, 0, {kIsland, "mute", "7"}, {kIsland, {}, {}}, lamp()});
   time.run_for(1s);
   EXPECT_EQ(json("proxy.mute.status")["line"], "up");
   EXPECT_EQ(json("proxy.networks"), (std::vector<std::string>{"hall", "mute"}));

@@ -205,17 +205,19 @@ TEST_F(Directory, SurvivesAddressesFromHell) {
   EXPECT_EQ(json("proxy.hall.a_b_c.description")["address"], "a.b*c");
 }
 
-TEST_F(Directory, ForgetsTheNetworksOfOtherIslands) {
+TEST_F(Directory, LeavesTheDevicesOfOtherIslandsToTheirProxies) {
   start();
-  Message message;
-  message.origin = OwnerId{77};
-  message.number = 1;
-  message.source = {OwnerId{77}, "hall", "7"};
-  message.destination = {kIsland, {}, {}};
-  message.body = lamp();
-  gate->send(message);
-  time.run_ready();
-  EXPECT_FALSE(exists("proxy.hall.7.status"));
+  for (const auto pretended : {OwnerId{77}, kIsland}) {
+    Message message;
+    message.origin = OwnerId{77};
+    message.number = 1;
+    message.source = {pretended, "hall", "7"};
+    message.destination = {kIsland, {}, {}};
+    message.body = lamp();
+    gate->send(message);
+    time.run_ready();
+    EXPECT_FALSE(exists("proxy.hall.7.status"));
+  }
 }
 
 }  // namespace
