@@ -4,45 +4,42 @@ namespace rubicon::gateway {
 
 namespace {
 
-constexpr std::size_t kMaxOpen = 10000;
-
-const std::uint64_t* request_in(const model::Body& body) {
-  if (const auto* actuate = std::get_if<model::Actuate>(&body)) return &actuate->request;
-  if (const auto* sample = std::get_if<model::Sample>(&body)) return &sample->request;
-  if (const auto* property = std::get_if<model::SetProperty>(&body)) return &property->request;
-  return nullptr;
-}
-
-void set_request(model::Body& body, std::uint64_t request) {
-  if (auto* actuate = std::get_if<model::Actuate>(&body)) actuate->request = request;
-  if (auto* sample = std::get_if<model::Sample>(&body)) sample->request = request;
-  if (auto* property = std::get_if<model::SetProperty>(&body)) property->request = request;
-}
+constexpr std::uint64_t kOurs = std::uint64_t{1} << 63;
 
 }  // namespace
 
-std::uint64_t request_of(const Message& message) {
-  const auto* request = request_in(message.body);
-  return request ? *request : message.number;
+std::uint64_t* request_of(Message& message) {
+  if (auto* actuate = std::get_if<model::Actuate>(&message.body)) return &actuate->request;
+  if (auto* sample = std::get_if<model::Sample>(&message.body)) return &sample->request;
+  if (auto* set = std::get_if<model::SetProperty>(&message.body)) return &set->request;
+  return nullptr;
 }
 
-void ForeignRequests::translate(Message& message) {
-  const auto* request = request_in(message.body);
-  if (!request) return;
-  open_.emplace(++last_, Asker{message.source, *request});
-  order_.push_back(last_);
-  set_request(message.body, last_);
-  if (order_.size() <= kMaxOpen) return;
-  open_.erase(order_.front());
-  order_.pop_front();
+std::uint64_t answerable_number(const Message& message) {
+  if (const auto* actuate = std::get_if<model::Actuate>(&message.body)) return actuate->request;
+  if (const auto* sample = std::get_if<model::Sample>(&message.body)) return sample->request;
+  if (const auto* set = std::get_if<model::SetProperty>(&message.body)) return set->request;
+  return message.number;
 }
 
-std::optional<ForeignRequests::Asker> ForeignRequests::asker(std::uint64_t request) {
-  const auto found = open_.find(request);
-  if (found == open_.end()) return std::nullopt;
-  auto asker = std::move(found->second);
-  open_.erase(found);
-  return asker;
+void ForeignRequests::lend(Message& message, SteadyTime now) {
+  std::uint64_t* request = request_of(message);
+  if (request == nullptr) return;
+  while (!askers_.empty() && (askers_.size() >= kLimit || now - askers_.begin()->second.since > kLongestWait))
+    askers_.erase(askers_.begin());
+  askers_[++last_] = {message.source, *request, now};
+  *request = last_;
+}
+
+bool ForeignRequests::give_back(Message& answer) {
+  auto* acknowledge = std::get_if<model::Acknowledge>(&answer.body);
+  if (acknowledge == nullptr || acknowledge->request < kOurs) return false;
+  const auto found = askers_.find(acknowledge->request);
+  if (found == askers_.end()) return true;
+  acknowledge->request = found->second.request;
+  answer.destination = std::move(found->second.address);
+  askers_.erase(found);
+  return true;
 }
 
 }  // namespace rubicon::gateway

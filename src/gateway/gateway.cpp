@@ -2,260 +2,264 @@
 
 #include <fmt/format.h>
 
-#include <deque>
+#include <array>
 #include <map>
+#include <utility>
+#include <vector>
 
 #include "base/assert.h"
 #include "base/rate_limit.h"
 #include "gateway/foreign_requests.h"
 #include "gateway/inbox.h"
+#include "gateway/island_door.h"
 #include "gateway/listeners.h"
-#include "gateway/seen_messages.h"
-#include "model/message_cbor.h"
 
 namespace rubicon::gateway {
 
+using model::Outcome;
+
 namespace {
 
-constexpr std::string_view kGatewayKey = "GATEWAY";
+/// Bytes from other islands that may wait for the next turn.
+constexpr std::size_t kForeignBytes = 16 << 20;
 
-model::Outcome outcome_of(ErrorCode code) {
+Outcome outcome_of(ErrorCode code) {
   switch (code) {
-    case ErrorCode::kUnsupported: return model::Outcome::kUnsupported;
-    case ErrorCode::kRefused:
+    case ErrorCode::kUnsupported: return Outcome::kUnsupported;
     case ErrorCode::kInvalid:
-    case ErrorCode::kOutOfRange: return model::Outcome::kRefused;
-    case ErrorCode::kBusy: return model::Outcome::kBusy;
+    case ErrorCode::kOutOfRange:
+    case ErrorCode::kRefused: return Outcome::kRefused;
+    case ErrorCode::kBusy: return Outcome::kBusy;
     case ErrorCode::kNotFound:
-    case ErrorCode::kUnreachable: return model::Outcome::kUndeliverable;
-    default: return model::Outcome::kFailed;
+    case ErrorCode::kUnreachable: return Outcome::kUndeliverable;
+    default: return Outcome::kFailed;
   }
+}
+
+/// Requests and application messages nobody hears must be answered; reports may go unheard.
+bool expects_ears(MessageKind kind) {
+  return kind == MessageKind::kOpaque || kind == MessageKind::kActuate || kind == MessageKind::kSample ||
+         kind == MessageKind::kSetProperty;
+}
+
+void add(Gateway::Counters& sum, const Gateway::Counters& part) {
+  sum.delivered += part.delivered;
+  sum.dropped_readings += part.dropped_readings;
+  sum.refused_busy += part.refused_busy;
+  sum.undeliverable += part.undeliverable;
+  sum.duplicates += part.duplicates;
+  sum.looped += part.looped;
+  sum.malformed += part.malformed;
 }
 
 }  // namespace
 
 struct Gateway::Parts {
-  Parts(Scheduler& a_scheduler, TupleSpace& a_space, base::LogSink& sink, GatewayLimits some_limits)
-      : scheduler(a_scheduler), space(a_space), log(sink, "gateway"), limits(some_limits) {
-    // Numbers stay unique over restarts: microseconds since 1970, with room for 1024 messages in each.
-    last_number = static_cast<std::uint64_t>(scheduler.wall_now().time_since_epoch().count()) << 10;
-  }
+  Parts(Scheduler& s, TupleSpace& space, base::LogSink& sink, GatewayLimits l)
+      : scheduler(s),
+        self(space.self()),
+        log(sink, "gateway"),
+        limits(l),
+        last_number(static_cast<std::uint64_t>(s.wall_now().time_since_epoch().count()) << 10),
+        door(
+            space, limits, [this](Message message, std::size_t size) { return arrived(std::move(message), size); },
+            [this](const Envelope& envelope, Outcome outcome, std::string why) {
+              undelivered(envelope, outcome, std::move(why));
+            }) {}
+
+  Inbox& inbox(const std::string& network);
+  Result<void> arrived(Message message, std::size_t size);
+  void send(Message message);
+  void stamp(Message& message);
+  void ask_turn();
+  void turn();
+  /// Counts and answers.
+  void undelivered(const Envelope& envelope, Outcome outcome, std::string why);
+  void answer(const Envelope& envelope, Outcome outcome, std::string why);
+  void tell_drops(Inbox& box);
+  void no_room(Inbox& box, const Message& message);
+
+  void route(Message& message, Counters& count);
+  void to_listeners(const Message& message, Counters& count);
+  void to_network(Message& message, Counters& count);
 
   Scheduler& scheduler;
-  TupleSpace& space;
+  IslandId self;
   Log log;
+  base::RateLimit log_limit;
   GatewayLimits limits;
   network::Supervisor* networks = nullptr;
-  Listeners listeners;
+  std::uint64_t last_number;  ///< from the wall clock on, so that no number comes twice, restarts included
   std::map<std::string, Inbox> inboxes;
-  std::pair<const std::string, Inbox>* last_inbox = nullptr;
-  std::deque<Message> outbox;   ///< sent here, or arrived from another island; not yet routed
-  std::deque<Message> answers;  ///< of the gateway itself; as many as there were messages to answer
-  SeenMessages seen;
-  ForeignRequests foreign;
-  Counters counters;
-  base::RateLimit log_limit;
-  std::uint64_t last_number = 0;
-  std::shared_ptr<bool> asked = std::make_shared<bool>(false);  ///< a drain is posted
-  Handle judge;
-
-  OwnerId self() const { return space.self(); }
-  Inbox& inbox(const std::string& network);
-  void stamp(Message& message);
-  void ask();
-  void drain();
-  void route(Message& message);
-  void to_network(Message& message);
-  void to_island(Message& message);
-  void acknowledged(Message& message);
-  void answer(const Message& message, model::Outcome outcome, std::string text);
-  tuples::Judgement arrived(const tuples::RemoteSet& wish);
+  Inbox* last_inbox = nullptr;
+  std::vector<Message> foreign, outbox;  ///< from other islands; from own components
+  std::size_t foreign_bytes = 0;
+  std::array<Listeners, std::variant_size_v<model::Body>> listeners;
+  std::map<std::string, Listeners, std::less<>> user_listeners;
+  ForeignRequests requests;
+  Counters own;
+  bool turn_asked = false;
+  std::shared_ptr<bool> alive = std::make_shared<bool>(true);
+  IslandDoor door;
 };
 
 Inbox& Gateway::Parts::inbox(const std::string& network) {
-  if (last_inbox && last_inbox->first == network) return last_inbox->second;
-  last_inbox = &*inboxes.try_emplace(network, limits).first;
-  return last_inbox->second;
+  if (last_inbox == nullptr || last_inbox->network() != network)
+    last_inbox = &inboxes.try_emplace(network, network, limits).first->second;
+  return *last_inbox;
 }
 
 void Gateway::Parts::stamp(Message& message) {
-  if (message.origin == model::kNobody) {
-    message.origin = self();
-    message.number = ++last_number;
-    message.hops = 0;
-  }
+  if (message.origin != model::kNobody) return;
+  message.origin = self;
+  message.number = ++last_number;
 }
 
-void Gateway::Parts::ask() {
-  if (std::exchange(*asked, true)) return;
-  scheduler.post([this, alive = std::weak_ptr(asked)] {
-    if (!alive.expired()) drain();
+void Gateway::Parts::ask_turn() {
+  if (std::exchange(turn_asked, true)) return;
+  scheduler.post([this, still = std::weak_ptr<bool>(alive)] {
+    if (still.lock()) turn();
   });
 }
 
-void Gateway::Parts::drain() {
-  *asked = false;
-  Message message;
-  for (auto& [network, inbox] : inboxes) {
-    while (inbox.take(message)) {
-      ++inbox.counters.delivered;
-      route(message);
-    }
+/// One turn of the loop: everything that waits, and nothing that comes meanwhile.
+void Gateway::Parts::turn() {
+  turn_asked = false;
+  auto from_abroad = std::exchange(foreign, {});
+  auto from_here = std::exchange(outbox, {});
+  foreign_bytes = 0;
+  for (auto& [network, box] : inboxes) {
+    box.drain([&, count = &box.counters](Message& message) {
+      requests.give_back(message);
+      route(message, *count);
+    });
+    tell_drops(box);
   }
-  for (auto count = outbox.size(); count > 0; --count) {
-    message = std::move(outbox.front());
-    outbox.pop_front();
-    route(message);
-  }
-  for (auto count = answers.size(); count > 0; --count) {
-    message = std::move(answers.front());
-    answers.pop_front();
-    route(message);
-  }
+  for (Message& message : from_abroad) route(message, own);
+  for (Message& message : from_here) route(message, own);
 }
 
-void Gateway::Parts::route(Message& message) {
-  ++counters.delivered;
-  if (message.destination.island != self()) return to_island(message);
-  if (message.kind() == MessageKind::kAcknowledge) return acknowledged(message);
-  if (!message.destination.network.empty()) return to_network(message);
-  const bool heard = listeners.tell(message);
-  if (heard || message.kind() != MessageKind::kOpaque) return;
-  const auto& type = std::get<model::Opaque>(message.body).type;
-  answer(message, model::Outcome::kUndeliverable, fmt::format("nobody on this island listens to '{}'", type));
+Result<void> Gateway::Parts::arrived(Message message, std::size_t size) {
+  if (foreign.size() >= limits.queue || foreign_bytes + size > kForeignBytes) {
+    ++own.refused_busy;
+    return fail(ErrorCode::kBusy, "too many messages are waiting at this gateway");
+  }
+  foreign_bytes += size;
+  foreign.push_back(std::move(message));
+  ask_turn();
+  return {};
 }
 
-void Gateway::Parts::acknowledged(Message& message) {
-  auto& acknowledge = std::get<model::Acknowledge>(message.body);
-  if (auto asker = foreign.asker(acknowledge.request)) {
-    acknowledge.request = asker->request;
-    message.destination = std::move(asker->address);
-    return to_island(message);
-  }
-  listeners.tell(message);
+void Gateway::Parts::send(Message message) {
+  stamp(message);
+  if (message.destination.island == model::kNobody) message.destination.island = self;
+  if (outbox.size() >= limits.queue)
+    return undelivered(Envelope(message), Outcome::kBusy, "too many messages are waiting at this gateway");
+  outbox.push_back(std::move(message));
+  ask_turn();
 }
 
-void Gateway::Parts::to_network(Message& message) {
-  if (!networks) {
-    return answer(message, model::Outcome::kUndeliverable, "this island has no networks");
-  }
-  if (message.source.island != self()) foreign.translate(message);
-  auto sent = networks->send(message);
-  if (sent) return;
-  answer(message, outcome_of(sent.error().code), std::move(sent.error().text));
+void Gateway::Parts::undelivered(const Envelope& envelope, Outcome outcome, std::string why) {
+  if (outcome == Outcome::kBusy) ++own.refused_busy;
+  if (outcome == Outcome::kUndeliverable) ++own.undeliverable;
+  answer(envelope, outcome, std::move(why));
 }
 
-void Gateway::Parts::to_island(Message& message) {
-  const auto island = message.destination.island;
-  if (message.hops >= model::kMaxHops) {
-    ++counters.looped;
-    return answer(message, model::Outcome::kUndeliverable,
-                  fmt::format("hop limit: entered {} islands already", message.hops));
-  }
-  const auto form = model::to_cbor(message);
-  tuples::SetOptions options;
-  options.media_type = model::kMessageMediaType;
-  seen.first(message.origin, message.number);
-  space.set_remote(island, kGatewayKey, base::as_text(form), {},
-                   [this, alive = std::weak_ptr(asked), message](const tuples::Reply& reply) {
-                     if (alive.expired() || reply.verdict == tuples::Verdict::kApplied) return;
-                     const auto outcome = reply.verdict == tuples::Verdict::kRefused ? outcome_of(reply.code)
-                                                                                     : model::Outcome::kUndeliverable;
-                     answer(message, outcome,
-                            fmt::format("island {}: {} {}", number(message.destination.island),
-                                        to_string(reply.verdict), reply.text));
-                   },
-                   options);
+/// Answers have as much room again as what they answer.
+void Gateway::Parts::answer(const Envelope& envelope, Outcome outcome, std::string why) {
+  if (!envelope.answerable || outbox.size() >= limits.queue * 2) return;
+  Message answer;
+  answer.source = envelope.destination;
+  answer.destination = envelope.source;
+  answer.body = model::Acknowledge{envelope.number, outcome, std::move(why)};
+  stamp(answer);
+  outbox.push_back(std::move(answer));
+  ask_turn();
 }
 
-void Gateway::Parts::answer(const Message& message, model::Outcome outcome, std::string text) {
-  ++counters.undeliverable;
-  if (message.kind() == MessageKind::kAcknowledge) return;
-  Message reply;
-  stamp(reply);
-  reply.source = message.destination;
-  reply.source.island = self();
-  reply.destination = message.source;
-  reply.body = model::Acknowledge{request_of(message), outcome, std::move(text)};
-  answers.push_back(std::move(reply));
-  ask();
+void Gateway::Parts::tell_drops(Inbox& box) {
+  const auto dropped = box.counters.dropped_readings;
+  if (dropped == box.told_drops || !log_limit.allow(box.network() + " drops", scheduler.now())) return;
+  box.told_drops = dropped;
+  log.warning(
+      fmt::format("network {}: {} readings dropped so far, more than {} waited", box.network(), dropped, limits.queue));
 }
 
-tuples::Judgement Gateway::Parts::arrived(const tuples::RemoteSet& wish) {
-  const auto refuse = [this, &wish](ErrorCode code, std::string why) {
-    ++counters.malformed;
-    if (log_limit.allow(fmt::format("{}", number(wish.from)), scheduler.now())) {
-      log.warning(fmt::format("message from {} refused: {}", number(wish.from), why));
-    }
-    return tuples::Judgement::refused({code, std::move(why)});
-  };
-  if (!model::is_message_media_type(wish.media_type)) {
-    return refuse(ErrorCode::kInvalid, fmt::format("GATEWAY: media type {} is not {}", model::quoted(wish.media_type),
-                                                   model::kMessageMediaType));
+void Gateway::Parts::no_room(Inbox& box, const Message& message) {
+  ++box.counters.refused_busy;
+  auto why = fmt::format("too many messages of network {} are waiting", box.network());
+  if (log_limit.allow(box.network(), scheduler.now())) log.warning(why);
+  if (message.kind() == MessageKind::kOpaque) answer(Envelope(message), Outcome::kBusy, std::move(why));
+}
+
+void Gateway::Parts::route(Message& message, Counters& count) {
+  if (message.destination.island != self) return door.send(message);
+  // An answer for a device is for those who know it: networks take none.
+  if (message.destination.network.empty() || message.kind() == MessageKind::kAcknowledge)
+    return to_listeners(message, count);
+  to_network(message, count);
+}
+
+void Gateway::Parts::to_listeners(const Message& message, Counters& count) {
+  std::size_t heard = listeners[message.body.index()].tell(message);
+  if (const auto* opaque = std::get_if<model::Opaque>(&message.body)) {
+    const auto user = user_listeners.find(opaque->type);
+    if (user != user_listeners.end()) heard += user->second.tell(message);
   }
-  auto message = model::from_cbor(base::as_bytes(wish.value));
-  if (!message) return refuse(message.error().code, "GATEWAY: " + message.error().text);
-  if (outbox.size() >= limits.queue) {
-    ++counters.refused_busy;
-    return tuples::Judgement::refused({ErrorCode::kBusy, "GATEWAY: too many messages waiting on this island"});
+  if (heard > 0 || !expects_ears(message.kind())) {
+    ++count.delivered;
+    return;
   }
-  if (message->origin == model::kNobody) {  // a plain component need not number its messages
-    message->source.island = wish.from;
-    stamp(*message);
-    message->origin = wish.from;
-  } else if (message->origin == self() || !seen.first(message->origin, message->number)) {
-    ++(message->origin == self() ? counters.looped : counters.duplicates);
-    return tuples::Judgement::consumed();
-  }
-  if (message->destination.island == model::kNobody) message->destination.island = self();
-  ++message->hops;
-  outbox.push_back(std::move(*message));
-  ask();
-  return tuples::Judgement::consumed();
+  undelivered(Envelope(message), Outcome::kUndeliverable,
+              fmt::format("nobody on island {} listens to {} messages", number(self), to_string(message.kind())));
+}
+
+void Gateway::Parts::to_network(Message& message, Counters& count) {
+  const Envelope envelope(message);
+  if (networks == nullptr) return undelivered(envelope, Outcome::kUndeliverable, "this island has no networks");
+  const bool foreign_asker = message.source.island != self || !message.source.network.empty();
+  if (foreign_asker) requests.lend(message, scheduler.now());
+  if (auto sent = networks->send(message); !sent)
+    return undelivered(envelope, outcome_of(sent.error().code), std::move(sent.error().text));
+  ++count.delivered;
 }
 
 Gateway::Gateway(Scheduler& scheduler, TupleSpace& space, base::LogSink& log, GatewayLimits limits)
-    : parts_(std::make_unique<Parts>(scheduler, space, log, limits)) {
-  parts_->judge = space.judge({space.self(), std::string(kGatewayKey)},
-                              [parts = parts_.get()](const auto& wish) { return parts->arrived(wish); });
-  tuples::SetOptions options;
-  options.media_type = model::kMessageMediaType;
-  RUBICON_ASSERT(space.declare(kGatewayKey, {}, options).has_value());
-}
+    : parts_(std::make_unique<Parts>(scheduler, space, log, limits)) {}
 
 Gateway::~Gateway() = default;
 
-void Gateway::connect(network::Supervisor& networks) { parts_->networks = &networks; }
+void Gateway::connect(network::Supervisor& networks) {
+  parts_->networks = &networks;
+}
 
 Handle Gateway::subscribe(MessageKind kind, MessageCall call) {
-  return parts_->listeners.subscribe(kind, std::move(call));
+  return parts_->listeners[static_cast<std::size_t>(kind)].add(std::move(call));
 }
 
 Handle Gateway::subscribe_user(std::string_view type, MessageCall call) {
-  return parts_->listeners.subscribe_user(type, std::move(call));
+  return parts_->user_listeners[std::string(type)].add(std::move(call));
 }
 
 void Gateway::send(Message message) {
   RUBICON_DEBUG_ASSERT(parts_->scheduler.on_loop_thread());
-  parts_->stamp(message);
-  if (message.source.island == model::kNobody) message.source.island = parts_->self();
-  if (parts_->outbox.size() >= parts_->limits.queue) {
-    ++parts_->counters.refused_busy;
-    return parts_->answer(message, model::Outcome::kBusy, "too many messages waiting");
-  }
-  parts_->outbox.push_back(std::move(message));
-  parts_->ask();
+  parts_->send(std::move(message));
 }
 
 void Gateway::from_network(const std::string& network, Message message) {
   RUBICON_DEBUG_ASSERT(parts_->scheduler.on_loop_thread());
   parts_->stamp(message);
-  auto& inbox = parts_->inbox(network);
-  if (!inbox.put(message)) parts_->answer(message, model::Outcome::kBusy, "too many messages waiting");
-  parts_->ask();
+  Inbox& box = parts_->inbox(network);
+  if (!box.add(message)) parts_->no_room(box, message);
+  parts_->ask_turn();
 }
 
-Gateway::Counters Gateway::counters() const { return parts_->counters; }
+Gateway::Counters Gateway::counters() const {
+  Counters sum = parts_->own;
+  add(sum, parts_->door.counters);
+  for (const auto& [network, box] : parts_->inboxes) add(sum, box.counters);
+  return sum;
+}
 
 Gateway::Counters Gateway::counters(const std::string& network) const {
   const auto found = parts_->inboxes.find(network);

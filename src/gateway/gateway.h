@@ -15,16 +15,17 @@
 namespace rubicon::gateway {
 
 struct GatewayLimits {
-  std::size_t queue = 10000;   ///< readings waiting per network (limits.queue)
-  std::size_t devices = 20000; ///< joins waiting per network: one a device (limits.devices)
+  std::size_t queue = 10000;    ///< readings waiting per network (limits.queue)
+  std::size_t devices = 20000;  ///< joins waiting per network: one a device (limits.devices)
 };
 
 using MessageCall = std::function<void(const Message&)>;
 using tuples::Handle;
 
 /// Routes messages: own networks <-> local listeners <-> other islands through their GATEWAY tuple (D1.4,
-/// Implementation). Delivers in a later turn, once and in order per source; every message that cannot be delivered is answered
-/// with an Acknowledge{kUndeliverable | kBusy | ..., reason} to its source, unless it is an Acknowledge itself.
+/// Implementation). Delivers in a later turn, once and in order per source; every message that cannot be delivered is
+/// answered with an Acknowledge{kUndeliverable | kBusy | ..., reason} to its source, unless it is an Acknowledge
+/// itself.
 class Gateway final : public network::MessageSink {
  public:
   Gateway(Scheduler& scheduler, TupleSpace& space, base::LogSink& log, GatewayLimits limits = {});
@@ -38,8 +39,8 @@ class Gateway final : public network::MessageSink {
   /// All Opaque messages with this type tag.
   [[nodiscard]] Handle subscribe_user(std::string_view type, MessageCall call);
 
-  /// To an own network, a local listener (empty network) or another island. Origin and number are set here when origin is
-  /// kNobody. Delivery happens in a later turn.
+  /// To an own network, a local listener (empty network) or another island. Origin and number are set here when origin
+  /// is kNobody. Delivery happens in a later turn.
   void send(Message message);
 
   /// Who undeliverable messages of an own component are reported to is Message.source; answers to this island with an
@@ -47,8 +48,8 @@ class Gateway final : public network::MessageSink {
   void from_network(const std::string& network, Message message) override;
 
   struct Counters {
-    std::uint64_t delivered = 0, dropped_readings = 0, refused_busy = 0, undeliverable = 0, duplicates = 0,
-                  looped = 0, malformed = 0;
+    std::uint64_t delivered = 0, dropped_readings = 0, refused_busy = 0, undeliverable = 0, duplicates = 0, looped = 0,
+                  malformed = 0;
   };
   Counters counters() const;
   /// Counters of one network's queue.

@@ -1,94 +1,107 @@
 #include "gateway/inbox.h"
 
+#include <algorithm>
+#include <utility>
+
 namespace rubicon::gateway {
 
-bool Inbox::put(Message& message) {
+namespace {
+
+/// More room than this is given back when the load that needed it is over.
+constexpr std::size_t kRoomKept = 1024;
+
+std::size_t weight(const model::Updates& updates) {
+  return std::max<std::size_t>(1, updates.readings.size());
+}
+
+}  // namespace
+
+bool Inbox::add(Message& message) {
   switch (message.kind()) {
-    case MessageKind::kUpdates:
-      return put_updates(message, std::get<model::Updates>(message.body).readings.size());
-    case MessageKind::kJoin: return put_join(message);
-    case MessageKind::kKeepAlive:
-      if (alive_.contains(message.source.device)) return true;
-      if (!put_other(message)) return true;  // one sign of life less: the next one counts as well
-      alive_.emplace(at(first_ + queue_.size() - 1).message.source.device, first_ + queue_.size() - 1);
-      return true;
-    case MessageKind::kLeave:
-      joins_.erase(message.source.device);  // what joins later is another life of the device
-      alive_.erase(message.source.device);
-      return put_other(message);
-    default: return put_other(message);
+    case MessageKind::kUpdates: return add_updates(message);
+    case MessageKind::kJoin: return add_join(message);
+    case MessageKind::kKeepAlive: return add_keep_alive(message);
+    default: return add_other(message);
   }
 }
 
-std::uint64_t Inbox::append(Message& message) {
-  queue_.push_back({std::move(message), false});
-  return first_ + queue_.size() - 1;
-}
-
-bool Inbox::put_updates(Message& message, std::size_t readings) {
-  readings_ += readings;
-  updates_.push_back(append(message));
-  while (readings_ > limits_.queue && updates_.size() > 1) drop_oldest_readings();
+bool Inbox::add_updates(Message& message) {
+  readings_ += weight(*std::get_if<model::Updates>(&message.body));
+  push(message);
+  while (readings_ > limits_.queue) drop_oldest_updates();
   return true;
 }
 
-void Inbox::drop_oldest_readings() {
-  auto& oldest = at(updates_.front());
-  updates_.pop_front();
-  const auto readings = std::get<model::Updates>(oldest.message.body).readings.size();
-  readings_ -= readings;
-  counters.dropped_readings += readings;
-  oldest.message = Message{};
+void Inbox::drop_oldest_updates() {
+  while (waiting_[oldest_].dropped || waiting_[oldest_].message.kind() != MessageKind::kUpdates) ++oldest_;
+  Waiting& oldest = waiting_[oldest_];
+  const auto& updates = *std::get_if<model::Updates>(&oldest.message.body);
+  counters.dropped_readings += updates.readings.size();
+  readings_ -= weight(updates);
+  oldest.message.body = model::KeepAlive{};
   oldest.dropped = true;
+  if (++dropped_ > kRoomKept + limits_.queue / 2) close_ranks();
 }
 
-bool Inbox::put_join(Message& message) {
-  const auto found = joins_.find(message.source.device);
-  if (found != joins_.end()) {
-    at(found->second).message = std::move(message);
+/// Nullptr when no further device has room.
+Inbox::Marks* Inbox::marks_of(const std::string& device) {
+  if (const auto found = marks_.find(device); found != marks_.end()) return &found->second;
+  if (marks_.size() >= limits_.devices) return nullptr;
+  return &marks_[device];
+}
+
+bool Inbox::add_join(Message& message) {
+  Marks* marks = marks_of(message.source.device);
+  if (marks == nullptr) return false;
+  if (marks->join != kNone) {
+    waiting_[marks->join].message = std::move(message);
     return true;
   }
-  if (joins_.size() >= limits_.devices) {
-    ++counters.refused_busy;
-    return false;
-  }
-  const auto position = append(message);
-  joins_.emplace(at(position).message.source.device, position);
+  marks->join = waiting_.size();
+  push(message);
   return true;
 }
 
-bool Inbox::put_other(Message& message) {
-  if (others_ >= limits_.queue) {
-    ++counters.refused_busy;
-    return false;
-  }
+bool Inbox::add_keep_alive(Message& message) {
+  Marks* marks = marks_of(message.source.device);
+  if (marks == nullptr) return false;
+  if (marks->keep_alive != kNone) return true;
+  marks->keep_alive = waiting_.size();
+  push(message);
+  return true;
+}
+
+bool Inbox::add_other(Message& message) {
+  if (others_ >= limits_.queue) return false;
   ++others_;
-  append(message);
+  // What joins after it left is a new story.
+  if (message.kind() == MessageKind::kLeave) marks_.erase(message.source.device);
+  push(message);
   return true;
 }
 
-bool Inbox::take(Message& into) {
-  while (!queue_.empty()) {
-    const bool dropped = queue_.front().dropped;
-    if (!dropped) into = std::move(queue_.front().message);
-    queue_.pop_front();
-    const auto position = first_++;
-    if (dropped) continue;
-    if (const auto* updates = std::get_if<model::Updates>(&into.body)) {
-      readings_ -= updates->readings.size();
-      updates_.pop_front();
-      return true;
-    }
-    if (into.kind() == MessageKind::kJoin) {
-      const auto found = joins_.find(into.source.device);
-      if (found != joins_.end() && found->second == position) joins_.erase(found);
-      return true;
-    }
-    if (into.kind() == MessageKind::kKeepAlive) alive_.erase(into.source.device);
-    --others_;
-    return true;
+void Inbox::close_ranks() {
+  std::erase_if(waiting_, [](const Waiting& one) { return one.dropped; });
+  oldest_ = dropped_ = 0;
+  marks_.clear();
+  for (std::size_t i = 0; i < waiting_.size(); ++i) {
+    const Message& message = waiting_[i].message;
+    if (message.kind() == MessageKind::kLeave) marks_.erase(message.source.device);
+    if (message.kind() == MessageKind::kJoin) marks_[message.source.device].join = i;
+    if (message.kind() == MessageKind::kKeepAlive) marks_[message.source.device].keep_alive = i;
   }
-  return false;
+}
+
+void Inbox::begin_drain() {
+  leaving_.swap(waiting_);
+  if (!marks_.empty()) marks_.clear();
+  readings_ = others_ = oldest_ = dropped_ = 0;
+}
+
+void Inbox::end_drain() {
+  const std::size_t used = leaving_.size();
+  leaving_.clear();
+  if (leaving_.capacity() > std::max(kRoomKept, used * 4)) leaving_.shrink_to_fit();
 }
 
 }  // namespace rubicon::gateway

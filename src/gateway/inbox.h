@@ -1,48 +1,68 @@
 #pragma once
 
-#include <cstdint>
-#include <deque>
+#include <limits>
 #include <string>
 #include <unordered_map>
+#include <vector>
 
 #include "gateway/gateway.h"
-#include "model/message.h"
 
 namespace rubicon::gateway {
 
-/// What one network delivered and nobody has heard yet: in order, and bounded. When full, the oldest readings go;
-/// joins and signs of life of one device coalesce; the rest is refused.
+/// What one network said and nobody heard yet, in order and bounded: of readings the oldest are dropped, of joins and
+/// signs of life the latest per device is kept, the rest is refused once there is no room.
 class Inbox {
  public:
-  explicit Inbox(GatewayLimits limits) : limits_(limits) {}
+  Inbox(std::string network, GatewayLimits limits) : network_(std::move(network)), limits_(limits) {}
 
-  /// False: refused, the message is untouched and the caller answers.
-  bool put(Message& message);
-  /// Takes the oldest message; false when there is none.
-  bool take(Message& into);
+  const std::string& network() const { return network_; }
+  /// False, and the message untouched: no room for it.
+  bool add(Message& message);
 
-  bool empty() const { return queue_.empty(); }
+  /// Hands over all that waits; what comes meanwhile waits for the next time.
+  template <class Call>
+  void drain(Call call) {
+    begin_drain();
+    for (Waiting& one : leaving_) {
+      if (!one.dropped) call(one.message);
+    }
+    end_drain();
+  }
+
   Gateway::Counters counters;
+  std::uint64_t told_drops = 0;  ///< dropped readings the log knows of
 
  private:
-  struct Entry {
+  struct Waiting {
     Message message;
     bool dropped = false;
   };
-  bool put_updates(Message& message, std::size_t readings);
-  bool put_join(Message& message);
-  bool put_other(Message& message);
-  std::uint64_t append(Message& message);
-  void drop_oldest_readings();
-  Entry& at(std::uint64_t position) { return queue_[static_cast<std::size_t>(position - first_)]; }
+  static constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
+  /// Where a device's Join and KeepAlive stand.
+  struct Marks {
+    std::size_t join = kNone;
+    std::size_t keep_alive = kNone;
+  };
 
+  bool add_updates(Message& message);
+  bool add_join(Message& message);
+  bool add_keep_alive(Message& message);
+  bool add_other(Message& message);
+  void push(Message& message) { waiting_.push_back({std::move(message)}); }
+  Marks* marks_of(const std::string& device);
+  void drop_oldest_updates();
+  void close_ranks();
+  void begin_drain();
+  void end_drain();
+
+  std::string network_;
   GatewayLimits limits_;
-  std::deque<Entry> queue_;
-  std::uint64_t first_ = 0;                                 ///< position of the front of the queue
-  std::deque<std::uint64_t> updates_;                       ///< positions of Updates not dropped
-  std::unordered_map<std::string, std::uint64_t> joins_;    ///< device -> position of its last Join
-  std::unordered_map<std::string, std::uint64_t> alive_;    ///< device -> position of its last KeepAlive
-  std::size_t readings_ = 0, others_ = 0;
+  std::vector<Waiting> waiting_, leaving_;
+  std::unordered_map<std::string, Marks> marks_;
+  std::size_t readings_ = 0;  ///< waiting; a message without any counts as one
+  std::size_t others_ = 0;
+  std::size_t oldest_ = 0;   ///< no Updates wait before this place
+  std::size_t dropped_ = 0;  ///< places of dropped messages
 };
 
 }  // namespace rubicon::gateway

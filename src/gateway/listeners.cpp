@@ -1,50 +1,41 @@
 #include "gateway/listeners.h"
 
-#include <algorithm>
+#include <utility>
 
 namespace rubicon::gateway {
 
-Handle Listeners::add(List& list, const std::shared_ptr<Lists>& lists, MessageCall call) {
+Handle Listeners::add(MessageCall call) {
   auto listener = std::make_shared<Listener>(Listener{std::move(call)});
-  list.push_back(listener);
-  return Handle([listener, alive = std::weak_ptr(lists)] {
-    listener->ended = true;  // swept by the next message, so that a running walk is not disturbed
-    if (alive.expired()) listener->call = nullptr;
+  content_->listeners.push_back(listener);
+  return Handle([content = std::weak_ptr<Content>(content_), gone = std::weak_ptr<Listener>(listener)] {
+    const auto still = gone.lock();
+    if (const auto all = content.lock(); all && still) all->end(still.get());
   });
 }
 
-Handle Listeners::subscribe(MessageKind kind, MessageCall call) {
-  return add(lists_->by_kind[static_cast<std::size_t>(kind)], lists_, std::move(call));
-}
-
-Handle Listeners::subscribe_user(std::string_view type, MessageCall call) {
-  return add(lists_->by_type[std::string(type)], lists_, std::move(call));
-}
-
-bool Listeners::tell(List& list, const Message& message) {
-  bool told = false;
-  bool ended = false;
-  for (std::size_t i = 0, present = list.size(); i < present; ++i) {
-    const auto listener = list[i].get();
-    ended |= listener->ended;
-    if (listener->ended) continue;
-    const auto keep = list[i];
-    keep->call(message);
-    told = true;
+void Listeners::Content::end(const Listener* listener) {
+  for (const auto& one : listeners) {
+    if (one.get() == listener) one->ended = untidy = true;
   }
-  if (ended) std::erase_if(list, [](const auto& listener) { return listener->ended; });
-  return told;
+  if (depth == 0) tidy();
 }
 
-bool Listeners::tell(const Message& message) {
-  bool told = tell(lists_->by_kind[message.body.index()], message);
-  const auto* opaque = std::get_if<model::Opaque>(&message.body);
-  if (!opaque) return told;
-  const auto found = lists_->by_type.find(opaque->type);
-  if (found == lists_->by_type.end()) return told;
-  told |= tell(found->second, message);
-  if (found->second.empty()) lists_->by_type.erase(found);
-  return told;
+void Listeners::Content::tidy() {
+  if (std::exchange(untidy, false)) std::erase_if(listeners, [](const auto& one) { return one->ended; });
+}
+
+std::size_t Listeners::tell(const Message& message) {
+  Content& content = *content_;
+  std::size_t heard = 0;
+  ++content.depth;
+  for (std::size_t i = 0, count = content.listeners.size(); i < count; ++i) {
+    Listener& listener = *content.listeners[i];
+    if (listener.ended) continue;
+    listener.call(message);
+    ++heard;
+  }
+  if (--content.depth == 0) content.tidy();
+  return heard;
 }
 
 }  // namespace rubicon::gateway

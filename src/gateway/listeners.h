@@ -1,38 +1,34 @@
 #pragma once
 
-#include <array>
 #include <memory>
-#include <string>
-#include <unordered_map>
 #include <vector>
 
 #include "gateway/gateway.h"
 
 namespace rubicon::gateway {
 
-/// Who wants to hear of which messages. Calls may subscribe and unsubscribe anybody, themselves included.
+/// Those who want one kind of message. They may come and go, themselves included, while they are being called.
 class Listeners {
  public:
-  Handle subscribe(MessageKind kind, MessageCall call);
-  Handle subscribe_user(std::string_view type, MessageCall call);
-
-  /// False if nobody listens.
-  bool tell(const Message& message);
+  [[nodiscard]] Handle add(MessageCall call);
+  /// How many heard it.
+  std::size_t tell(const Message& message);
+  bool empty() const { return content_->listeners.empty(); }
 
  private:
   struct Listener {
     MessageCall call;
     bool ended = false;
   };
-  using List = std::vector<std::shared_ptr<Listener>>;
-  struct Lists {
-    std::array<List, std::variant_size_v<model::Body>> by_kind;
-    std::unordered_map<std::string, List> by_type;
+  /// Shared with the handles, which may outlive the gateway.
+  struct Content {
+    std::vector<std::shared_ptr<Listener>> listeners;
+    int depth = 0;
+    bool untidy = false;
+    void end(const Listener* listener);
+    void tidy();
   };
-  static Handle add(List& list, const std::shared_ptr<Lists>& lists, MessageCall call);
-  static bool tell(List& list, const Message& message);
-
-  std::shared_ptr<Lists> lists_ = std::make_shared<Lists>();
+  std::shared_ptr<Content> content_ = std::make_shared<Content>();
 };
 
 }  // namespace rubicon::gateway

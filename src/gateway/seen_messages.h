@@ -1,28 +1,35 @@
 #pragma once
 
 #include <cstdint>
-#include <deque>
+#include <list>
 #include <unordered_map>
-#include <unordered_set>
+#include <vector>
 
 #include "model/address.h"
 
 namespace rubicon::gateway {
 
-/// Remembers which messages of which island passed, so that each is delivered once however many ways lead here.
-/// Bounded: the last 4096 of each of the last 1024 origins.
+/// Remembers which messages were taken in, so that each counts once on whatever ways it arrives. Bounded: the last 4096
+/// numbers of the 1024 origins heard last.
 class SeenMessages {
  public:
-  /// True the first time.
-  bool first(IslandId origin, std::uint64_t number);
+  static constexpr std::size_t kNumbers = 4096;
+  static constexpr std::size_t kOrigins = 1024;
+
+  bool seen(IslandId origin, std::uint64_t number) const;
+  void note(IslandId origin, std::uint64_t number);
 
  private:
   struct Window {
-    std::unordered_set<std::uint64_t> numbers;
-    std::deque<std::uint64_t> order;
+    std::uint64_t highest = 0;
+    std::vector<std::uint64_t> numbers;  ///< a ring once it is full
+    std::size_t next = 0;
+    std::list<IslandId>::iterator age;
   };
+  Window& window(IslandId origin);
+
   std::unordered_map<IslandId, Window> windows_;
-  std::deque<IslandId> origins_;
+  std::list<IslandId> by_age_;  ///< heard last first
 };
 
 }  // namespace rubicon::gateway

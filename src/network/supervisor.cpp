@@ -146,8 +146,8 @@ std::vector<std::string> Supervisor::ids() const {
 Result<void> Supervisor::send(const Message& message) {
   const auto found = slots_.find(message.destination.network);
   if (found == slots_.end())
-    return fail(ErrorCode::kNotFound, fmt::format("no network {} on island {}", message.destination.network,
-                                                  number(island_)));
+    return fail(ErrorCode::kNotFound,
+                fmt::format("no network {} on island {}", message.destination.network, number(island_)));
   return found->second->send(message);
 }
 

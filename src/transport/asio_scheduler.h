@@ -10,8 +10,9 @@ class io_context;
 
 namespace rubicon::transport {
 
-/// Real time on an io_context, which must outlive it. Posts run in batches: what a batch posts waits for the next one, so
-/// that timers and I/O always get their turn. post() may be called from other threads, everything else only on the loop's.
+/// Real time on an io_context, which must outlive it. Posts run in batches: what a batch posts waits for the next one,
+/// so that timers and I/O always get their turn. post() may be called from other threads, everything else only on the
+/// loop's.
 class AsioScheduler final : public base::Scheduler {
  public:
   explicit AsioScheduler(boost::asio::io_context& context);

@@ -52,8 +52,8 @@ void MemoryTransports::put(const std::string& path, std::string_view text) {
 
 Result<std::unique_ptr<FileSource>> MemoryTransports::open_file(const std::string& path) {
   if (files_.contains(path)) return std::make_unique<MemoryFile>(files_, path);
-  const bool is_folder = std::any_of(files_.begin(), files_.end(),
-                                     [&](const auto& file) { return file.first.starts_with(path + '/'); });
+  const bool is_folder =
+      std::any_of(files_.begin(), files_.end(), [&](const auto& file) { return file.first.starts_with(path + '/'); });
   if (is_folder) return fail(ErrorCode::kIo, path + ": is a directory, expected a file");
   return fail(ErrorCode::kNotFound, path + ": cannot open: No such file or directory");
 }

@@ -8,7 +8,8 @@
 
 namespace rubicon::transport {
 
-/// The twin of LocalTransports for tests: files of memory that can fail where a test wants. Outlives the files it opened.
+/// The twin of LocalTransports for tests: files of memory that can fail where a test wants. Outlives the files it
+/// opened.
 class MemoryTransports final : public Transports {
  public:
   struct File {

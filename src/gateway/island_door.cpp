@@ -1,0 +1,102 @@
+#include "gateway/island_door.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "base/assert.h"
+#include "gateway/foreign_requests.h"
+#include "model/message_cbor.h"
+
+namespace rubicon::gateway {
+
+namespace {
+
+constexpr std::string_view kKey = "GATEWAY";
+
+}  // namespace
+
+Envelope::Envelope(const Message& message)
+    : source(message.source),
+      destination(message.destination),
+      number(answerable_number(message)),
+      answerable(message.kind() != MessageKind::kAcknowledge) {}
+
+IslandDoor::IslandDoor(TupleSpace& space, const GatewayLimits& limits, Arrival arrival, Failure failure)
+    : space_(space), limit_(limits.queue), arrival_(std::move(arrival)), failure_(std::move(failure)) {
+  RUBICON_ASSERT(space_.declare(kKey));
+  judge_ =
+      space_.judge({space_.self(), std::string(kKey)}, [this](const tuples::RemoteSet& wish) { return take(wish); });
+}
+
+IslandDoor::~IslandDoor() {
+  judge_.reset();
+  static_cast<void>(space_.erase(kKey));
+}
+
+void IslandDoor::send(const Message& message) {
+  const Envelope envelope(message);
+  const IslandId to = message.destination.island;
+  if (under_way_ >= limit_)
+    return failure_(envelope, model::Outcome::kBusy, "too many messages to other islands are under way");
+  ++under_way_;
+  const Bytes bytes = model::to_cbor(message);
+  tuples::SetOptions options;
+  options.media_type = model::kMessageMediaType;
+  auto answer = [this, alive = std::weak_ptr<bool>(alive_), envelope](const tuples::Reply& reply) {
+    if (alive.lock()) answered(envelope, reply);
+  };
+  space_.set_remote(to, kKey, base::as_text(bytes), Duration(0), std::move(answer), options);
+}
+
+void IslandDoor::answered(const Envelope& envelope, const tuples::Reply& reply) {
+  --under_way_;
+  if (reply.verdict == tuples::Verdict::kApplied) {
+    ++counters.delivered;
+    return;
+  }
+  const bool busy = reply.verdict == tuples::Verdict::kRefused && reply.code == ErrorCode::kBusy;
+  failure_(envelope, busy ? model::Outcome::kBusy : model::Outcome::kUndeliverable,
+           fmt::format("island {}: {}{}{}", number(envelope.destination.island), to_string(reply.verdict),
+                       reply.text.empty() ? "" : ": ", reply.text));
+}
+
+tuples::Judgement IslandDoor::malformed(Error why) {
+  ++counters.malformed;
+  return tuples::Judgement::refused(std::move(why));
+}
+
+tuples::Judgement IslandDoor::take(const tuples::RemoteSet& wish) {
+  if (!model::is_message_media_type(wish.media_type))
+    return malformed({ErrorCode::kUnsupported, fmt::format("GATEWAY takes {}, got {}", model::kMessageMediaType,
+                                                           model::quoted(wish.media_type))});
+  auto message = model::from_cbor(base::as_bytes(wish.value));
+  if (!message) return malformed(std::move(message.error()));
+  // A component that is no island posts without origin and number: nothing to recognise its message by.
+  if (message->origin == model::kNobody) {
+    message->origin = wish.from;
+    message->number = 0;
+  } else if (message->origin == space_.self()) {
+    ++counters.looped;
+    return tuples::Judgement::consumed();
+  }
+  const bool numbered = message->number != 0;
+  if (numbered && seen_.seen(message->origin, message->number)) {
+    ++counters.duplicates;
+    return tuples::Judgement::consumed();
+  }
+  if (message->hops >= model::kMaxHops) {
+    ++counters.looped;
+    return tuples::Judgement::refused(
+        {ErrorCode::kRefused, fmt::format("hop limit of {} reached", unsigned{model::kMaxHops})});
+  }
+  ++message->hops;
+  if (message->source.island == model::kNobody) message->source.island = wish.from;
+  const auto [origin, number] = std::pair(message->origin, message->number);
+  if (auto taken = arrival_(std::move(*message), wish.value.size()); !taken)
+    return tuples::Judgement::refused(std::move(taken.error()));
+  if (numbered) seen_.note(origin, number);
+  return tuples::Judgement::consumed();
+}
+
+}  // namespace rubicon::gateway

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "gateway/gateway.h"
+#include "gateway/seen_messages.h"
+
+namespace rubicon::gateway {
+
+/// What is kept of a message under way, to answer it when it turns out undeliverable.
+struct Envelope {
+  explicit Envelope(const Message& message);
+
+  Address source, destination;
+  std::uint64_t number = 0;  ///< what an answer names
+  bool answerable = true;    ///< an Acknowledge never is
+};
+
+/// The ways to and from other islands: their GATEWAY tuple and ours, which takes messages in and keeps no value.
+class IslandDoor {
+ public:
+  /// A message came in; an error refuses it.
+  using Arrival = std::function<Result<void>(Message message, std::size_t size)>;
+  /// A message sent did not reach its island.
+  using Failure = std::function<void(const Envelope& envelope, model::Outcome outcome, std::string why)>;
+
+  IslandDoor(TupleSpace& space, const GatewayLimits& limits, Arrival arrival, Failure failure);
+  ~IslandDoor();
+  IslandDoor(const IslandDoor&) = delete;
+  IslandDoor& operator=(const IslandDoor&) = delete;
+
+  void send(const Message& message);
+
+  Gateway::Counters counters;
+
+ private:
+  tuples::Judgement take(const tuples::RemoteSet& wish);
+  tuples::Judgement malformed(Error why);
+  void answered(const Envelope& envelope, const tuples::Reply& reply);
+
+  TupleSpace& space_;
+  std::size_t limit_;
+  Arrival arrival_;
+  Failure failure_;
+  SeenMessages seen_;
+  std::size_t under_way_ = 0;
+  std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
+  Handle judge_;
+};
+
+}  // namespace rubicon::gateway
