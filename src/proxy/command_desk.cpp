@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "model/key.h"
+#include "proxy/tuple_text.h"
 
 namespace rubicon::proxy {
 
@@ -74,7 +75,7 @@ tuples::Judgement CommandDesk::accept(const tuples::RemoteSet& wish, Device& dev
   command->point = point.number;
   command->creator = wish.from;
   command->creator_request = wish.request;
-  command->text = to_text(*value);
+  write_value(point.type, *value, command->text);
   command->value = std::move(*value);
   if (wish.time_to_live_given) command->time_to_live = std::min(wish.time_to_live, kLongestWait);
   ++point.live_commands;

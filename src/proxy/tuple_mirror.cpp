@@ -136,7 +136,7 @@ bool TupleMirror::reading(Device& device, Point& point, const model::Reading& re
 }
 
 void TupleMirror::store_value(Point& point, const Value& value, WallTime user_time) {
-  to_text(value, value_text_);
+  write_value(point.type, value, value_text_);
   if (point.text != value_text_) {
     point.text = value_text_;
     point.changed = around_.clock.now().wall;

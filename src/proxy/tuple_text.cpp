@@ -43,6 +43,13 @@ void add_range(Tree& tree, const char* name, std::optional<double> own, double o
 
 }  // namespace
 
+void write_value(const Type* type, const Value& value, std::string& out) {
+  const auto* on = std::get_if<bool>(&value);
+  if (!on || !type || type->words.empty()) return to_text(value, out);
+  const auto comma = std::min(type->words.find(','), type->words.size() - 1);
+  out = *on ? type->words.substr(comma + 1) : type->words.substr(0, comma);
+}
+
 void append_seconds(WallTime time, std::string& out) {
   const auto micros = time.time_since_epoch().count();
   fmt::format_to(std::back_inserter(out), "{}", micros / 1000000);

@@ -8,6 +8,10 @@ namespace rubicon::proxy {
 
 // The JSON texts of the proxy's tuples. Times are seconds since 1970; 0 = never.
 
+/// A value as its tuple shows it: booleans by the words of their type, `on` and `off` where it has none. Written into a
+/// string that keeps its memory.
+void write_value(const Type* type, const Value& value, std::string& out);
+
 /// {quality, since, heard, changed, reason[, command]}. Written into a string that keeps its memory.
 void write_point_status(const Device& device, const Point& point, std::string& out);
 

@@ -61,7 +61,7 @@ TEST_F(Commands, TheStatusNamesTheCommander) {
   set(kFlapCommand, "open");
   EXPECT_EQ(command()["creator"], 70001);
   EXPECT_EQ(command()["request"], 1);
-  EXPECT_EQ(command()["value"], "on");
+  EXPECT_EQ(command()["value"], "open");
   EXPECT_EQ(space->get(kIsland, kFlapCommand)->creator, kRobot);
   EXPECT_EQ(text(kFlapCommand), "open");
 }
@@ -111,10 +111,10 @@ TEST_F(Commands, ADeviceThatIgnoresACommandEndsTimedOutWithTheOldValue) {
   EXPECT_EQ(command_state(kFlapPoint), "sent");
   time.run_for(200ms);
   EXPECT_EQ(command_state(kFlapPoint), "timed-out");
-  EXPECT_EQ(text(kFlapPoint + ".value"), "off");
+  EXPECT_EQ(text(kFlapPoint + ".value"), "shut");
   report("7", actuator(kFlap), true);
   EXPECT_EQ(command_state(kFlapPoint), "timed-out") << "final";
-  EXPECT_EQ(text(kFlapPoint + ".value"), "on");
+  EXPECT_EQ(text(kFlapPoint + ".value"), "open");
 }
 
 TEST_F(Commands, ANetworkThatNeverAnswersEndsTimedOut) {

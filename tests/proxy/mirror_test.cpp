@@ -22,6 +22,14 @@ TEST_F(Mirror, AReadingBecomesATextValue) {
   EXPECT_EQ(space->get(kIsland, kPoint + ".value")->media_type, "text/plain");
 }
 
+TEST_F(Mirror, ABooleanIsSpelledByTheWordsOfItsType) {
+  begin();
+  report("7", actuator(kFlap), true);
+  EXPECT_EQ(text("proxy.hall.7.actuator.flap-1.value"), "open");
+  report("7", actuator(kFlap), false);
+  EXPECT_EQ(text("proxy.hall.7.actuator.flap-1.value"), "shut");
+}
+
 TEST_F(Mirror, TheUserTimeIsThatOfTheMeasurement) {
   begin();
   const auto measured = time.wall_now() - 3s;
