@@ -1,0 +1,180 @@
+#include "runtime/island_config.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <charconv>
+#include <set>
+
+#include "model/key.h"
+
+namespace rubicon::runtime {
+
+namespace {
+
+using base::ConfigErrors;
+
+void read_island(ConfigReader& root, IslandConfig& config) {
+  auto island = root.map("island");
+  if (!root.has("island")) root.error("", "'island' is missing, expected island: {id: 1..65532, name: ...}");
+  if (root.has("island") && !island.has("id")) island.error("", "'id' is missing, expected 1..65532");
+  config.id = OwnerId(static_cast<std::uint32_t>(island.integer("id", 1, 1, model::kMaxIslandId)));
+  config.proxy.island_name = island.text("name", "island");
+  config.proxy.prefix = island.text("prefix", "proxy");
+  if (config.proxy.prefix != model::to_key_part(config.proxy.prefix)) {
+    island.error("prefix", "expected one key part: [A-Za-z0-9_-]+, at most 64 characters");
+  }
+  island.finish();
+}
+
+void read_general(ConfigReader& root, IslandConfig& config) {
+  auto tuples = root.map("tuples");
+  tuples.choice("engine", "memory", {"memory"});
+  tuples.finish();
+  auto discovery = root.map("discovery");
+  discovery.choice("new-devices", "auto", {"auto"});
+  discovery.finish();
+  auto limits = root.map("limits");
+  config.limits.queue = static_cast<std::size_t>(limits.integer("queue", 10000, 1, 10'000'000));
+  config.limits.devices = static_cast<std::size_t>(limits.integer("devices", 20000, 1, 1'000'000));
+  config.proxy.max_devices = config.limits.devices;
+  limits.finish();
+  auto commands = root.map("commands");
+  config.proxy.command_time_to_live = commands.duration("time-to-live", config.proxy.command_time_to_live);
+  config.proxy.confirmation_wait = commands.duration("confirmation-wait", config.proxy.confirmation_wait);
+  config.proxy.queue_expiry = commands.duration("queue-expiry", config.proxy.queue_expiry);
+  commands.finish();
+}
+
+model::DataType data_type(ConfigReader& type) {
+  using model::DataType;
+  const auto word = type.choice("data", "real", {"boolean", "integer", "real", "enumeration", "text", "json", "bytes"});
+  for (const auto data : {DataType::kBoolean, DataType::kInteger, DataType::kReal, DataType::kEnumeration,
+                          DataType::kText, DataType::kJson, DataType::kBytes}) {
+    if (to_string(data) == word) return data;
+  }
+  return DataType::kReal;
+}
+
+/// `id: 0x8001` or decimal.
+std::uint16_t type_id(ConfigReader& type) {
+  const auto text = type.required_text("id");
+  unsigned id = 0;
+  const bool hex = text.starts_with("0x");
+  const auto* begin = text.data() + (hex ? 2 : 0);
+  const auto [end, error] = std::from_chars(begin, text.data() + text.size(), id, hex ? 16 : 10);
+  if (error == std::errc() && end == text.data() + text.size() && id <= 0xffff) return static_cast<std::uint16_t>(id);
+  if (type.has("id")) type.error("id", "expected 0x8000..0xffff");
+  return model::kFirstSiteType;
+}
+
+void read_types(ConfigReader& root, IslandConfig& config) {
+  for (auto& [name, type] : root.maps("types")) {
+    model::SiteType site;
+    site.id = type_id(type);
+    site.name = name;
+    site.quantity = type.text("quantity", name);
+    site.unit = type.text("unit", "1");
+    site.data = data_type(type);
+    site.minimum = type.real("minimum", site.minimum, -1e300, 1e300);
+    site.maximum = type.real("maximum", site.maximum, -1e300, 1e300);
+    site.report =
+        type.choice("report", "state", {"state", "event"}) == "event" ? model::Report::kEvent : model::Report::kState;
+    site.words = fmt::format("{}", fmt::join(type.texts("words"), ","));
+    type.finish();
+    if (auto declared = config.types.declare(site); !declared) type.error("", declared.error().text);
+  }
+}
+
+std::map<std::string, std::string> read_names(ConfigReader& device, const std::string& key) {
+  std::map<std::string, std::string> names;
+  auto map = device.map(key);
+  std::set<std::string> taken;
+  for (const auto& from : map.keys()) {
+    const auto to = map.required_text(from);
+    if (to.empty() || to != model::to_key_part(to)) map.error(from, "expected a name of [A-Za-z0-9_-]+");
+    const auto dash = from.rfind('-');
+    if (dash == from.npos) map.error(from, "expected a sensor or actuator id such as light-1");
+    if (!taken.insert(from.substr(0, dash) + "-" + to).second) map.error(from, "two of one type get the same name");
+    names.emplace(from, to);
+  }
+  return names;
+}
+
+void read_devices(ConfigReader& network, proxy::NetworkRules& rules) {
+  std::map<std::string, std::string> addresses;  // by key part
+  for (auto& [address, device] : network.maps("devices")) {
+    proxy::DeviceNames names;
+    names.id = device.text("id", "");
+    names.name = device.text("name", "");
+    names.sensors = read_names(device, "sensors");
+    names.actuators = read_names(device, "actuators");
+    device.finish();
+    if (!names.id.empty() && names.id != model::to_key_part(names.id)) {
+      device.error("id", "expected one key part: [A-Za-z0-9_-]+, at most 64 characters");
+    }
+    const auto part = names.id.empty() ? model::to_key_part(address) : names.id;
+    const auto [taken, fresh] = addresses.emplace(part, address);
+    if (!fresh) device.error("", fmt::format("its id '{}' is taken by device '{}'", part, taken->second));
+    rules.devices.emplace(address, std::move(names));
+  }
+}
+
+const network::NetworkType* find_type(std::span<const network::NetworkType> types, std::string_view name) {
+  const auto found = std::find_if(types.begin(), types.end(), [name](const auto& type) { return type.name == name; });
+  return found == types.end() ? nullptr : &*found;
+}
+
+std::string type_names(std::span<const network::NetworkType> types) {
+  std::vector<std::string_view> names;
+  for (const auto& type : types) names.push_back(type.name);
+  return fmt::format("{}", fmt::join(names, ", "));
+}
+
+/// The plug-in's own keys, without the common ones.
+ConfigNode plug_in_options(const ConfigNode& network) {
+  ConfigNode options = network;
+  std::erase_if(options.entries, [](const auto& entry) {
+    return entry.first == "type" || entry.first == "silence" || entry.first == "rate" || entry.first == "devices";
+  });
+  return options;
+}
+
+void read_network(const std::string& id, ConfigReader& network, std::span<const network::NetworkType> types,
+                  IslandConfig& config) {
+  NetworkSetup setup{id, nullptr, plug_in_options(network.here())};
+  proxy::NetworkRules rules;
+  const auto type = network.required_text("type");
+  setup.type = find_type(types, type);
+  if (!setup.type && !type.empty()) {
+    network.error("type", fmt::format("is '{}', expected one of: {}", type, type_names(types)));
+  }
+  if (id != model::to_key_part(id)) network.error("", "a network id has [A-Za-z0-9_-]+, at most 64 characters");
+  if (setup.type && id != type && !id.starts_with(type + "-")) {
+    network.error("", fmt::format("a network of type {} is called {} or {}-<name>", type, type, type));
+  }
+  rules.silence = network.duration_or_never("silence", rules.silence);
+  const auto rate = network.duration("rate", rules.rate);
+  rules.rate = std::chrono::duration_cast<std::chrono::milliseconds>(rate);
+  if (rules.rate < std::chrono::milliseconds(1)) network.error("rate", "expected at least 1ms");
+  read_devices(network, rules);
+  config.proxy.networks.emplace(id, std::move(rules));
+  config.networks.push_back(std::move(setup));
+}
+
+}  // namespace
+
+IslandConfig read_island_config(const ConfigNode& root_node, std::span<const network::NetworkType> types,
+                                ConfigErrors& errors) {
+  IslandConfig config;
+  ConfigReader root(root_node, "", errors);
+  read_island(root, config);
+  read_general(root, config);
+  read_types(root, config);
+  for (auto& [id, network] : root.maps("networks")) read_network(id, network, types, config);
+  root.finish();
+  return config;
+}
+
+}  // namespace rubicon::runtime

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/config_reader.h"
+#include "gateway/gateway.h"
+#include "model/type_catalogue.h"
+#include "network/network.h"
+#include "proxy/proxy_config.h"
+
+namespace rubicon::runtime {
+
+/// One entry of `networks:`; `options` are the plug-in's own keys.
+struct NetworkSetup {
+  std::string id;
+  const network::NetworkType* type = nullptr;
+  ConfigNode options;
+};
+
+/// A whole configuration file, checked except for the plug-ins' own keys.
+struct IslandConfig {
+  IslandId id{};
+  std::string directory;  ///< of the file; relative paths in it start there
+  proxy::ProxyConfig proxy;
+  gateway::GatewayLimits limits;
+  TypeCatalogue types;
+  std::vector<NetworkSetup> networks;
+};
+
+/// Reads the shape of docs/architecture.md, section 5. Everything wrong is in `errors`; the result is then only good
+/// for finding more errors.
+IslandConfig read_island_config(const ConfigNode& root, std::span<const network::NetworkType> types,
+                                base::ConfigErrors& errors);
+
+/// `networks.dummy-1.seed=7` or any other path: replaces or creates the value, at the place `--set ...`.
+Result<void> apply_override(ConfigNode& root, std::string_view assignment);
+
+/// File -> tree with the overrides applied; kNotFound, kIo or the errors of parse_yaml.
+Result<ConfigNode> load_config(const std::string& path, const std::vector<std::string>& overrides);
+
+}  // namespace rubicon::runtime
