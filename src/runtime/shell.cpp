@@ -1,0 +1,277 @@
+#include "runtime/shell.h"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <nlohmann/json.hpp>
+
+#include "base/bytes.h"
+#include "base/config_reader.h"
+#include "model/key.h"
+#include "model/message_cbor.h"
+#include "runtime/event_json.h"
+
+namespace rubicon::runtime {
+
+namespace {
+
+using nlohmann::json;
+using Line = nlohmann::ordered_json;
+
+constexpr std::size_t kMaxSubscriptions = 1000;
+
+std::string text_of(const Line& line) {
+  return line.dump(-1, ' ', false, Line::error_handler_t::replace);
+}
+
+/// The first word; `rest` loses it and the blanks around it.
+std::string_view take_word(std::string_view& rest) {
+  const auto begin = rest.find_first_not_of(" \t");
+  if (begin == rest.npos) {
+    rest = {};
+    return {};
+  }
+  rest.remove_prefix(begin);
+  const auto word = rest.substr(0, rest.find_first_of(" \t"));
+  rest.remove_prefix(word.size());
+  if (!rest.empty()) rest.remove_prefix(1);
+  return word;
+}
+
+/// `KEY` of the island or `OWNER:KEY`.
+Result<std::pair<OwnerId, std::string>> target(std::string_view text, OwnerId island) {
+  auto pattern = Pattern::parse(text);
+  if (!pattern) return fail(pattern.error());
+  if (!pattern->exact())
+    return fail(ErrorCode::kInvalid, fmt::format("{}: expected a key without *", model::quoted(text)));
+  return std::pair(pattern->owner.value_or(island), std::move(pattern->key));
+}
+
+std::string value_text(const tuples::TupleView& tuple) {
+  return is_utf8(tuple.value) ? std::string(tuple.value) : base::to_hex(base::as_bytes(tuple.value));
+}
+
+/// One word behind the pattern of `subscribe`.
+Result<void> read_flow(std::string_view word, tuples::Flow& flow) {
+  const auto value = word.substr(std::min(word.size(), word.find('=') + 1));
+  if (word == "passive") {
+    flow.passive = true;
+    return {};
+  }
+  if (word.starts_with("min=") || word.starts_with("max=")) {
+    const auto span = base::parse_duration(value);
+    if (!span)
+      return fail(ErrorCode::kInvalid, fmt::format("{}: expected a duration such as 500ms", model::quoted(word)));
+    (word.starts_with("min=") ? flow.minimum : flow.maximum) = *span;
+    return {};
+  }
+  if (word.starts_with("deadband=")) {
+    const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), flow.dead_band);
+    if (error == std::errc() && end == value.data() + value.size() && flow.dead_band >= 0) return {};
+  }
+  return fail(ErrorCode::kInvalid,
+              fmt::format("{}: expected min=SPAN, max=SPAN, deadband=NUMBER or passive", model::quoted(word)));
+}
+
+}  // namespace
+
+const std::map<std::string_view, Shell::Command>& Shell::commands() {
+  static const std::map<std::string_view, Command> all{
+      {"set", {"set KEY VALUE", &Shell::set}},
+      {"get", {"get KEY", &Shell::get}},
+      {"ls", {"ls PATTERN", &Shell::list}},
+      {"subscribe", {"subscribe PATTERN [min=SPAN] [max=SPAN] [deadband=NUMBER] [passive]", &Shell::subscribe}},
+      {"unsubscribe", {"unsubscribe PATTERN", &Shell::unsubscribe}},
+      {"devices", {"devices", &Shell::devices}},
+      {"stats", {"stats", &Shell::stats}},
+      {"post", {"post HEX", &Shell::post}},
+      {"help", {"help", &Shell::help}},
+      {"quit", {"quit", &Shell::quit}},
+  };
+  return all;
+}
+
+Shell::Shell(TupleSpace& space, OwnerId island, std::string prefix, Write answer, Write event,
+             std::function<void()> quit)
+    : space_(space),
+      island_(island),
+      prefix_(std::move(prefix)),
+      answer_(std::move(answer)),
+      event_(std::move(event)),
+      quit_(std::move(quit)),
+      everything_(space.subscribe({island, "**"}, {{}, {}, 0, true}, [](const tuples::Event&) {})) {}
+
+Shell::~Shell() = default;
+
+void Shell::line(std::string_view text) {
+  if (text.ends_with('\r')) text.remove_suffix(1);
+  auto rest = text;
+  const auto word = take_word(rest);
+  if (word.empty() || word.starts_with('#')) return;
+  const auto slot = slots_.emplace_back(std::make_shared<Answer>());
+  const auto found = commands().find(word);
+  if (found == commands().end()) {
+    return fail_with(slot, ErrorCode::kInvalid, fmt::format("unknown command {}; try help", model::quoted(word)));
+  }
+  (this->*found->second.run)(rest, slot);
+}
+
+void Shell::line_too_long() {
+  fail_with(slots_.emplace_back(std::make_shared<Answer>()), ErrorCode::kOutOfRange,
+            fmt::format("line longer than {} bytes", kMaxLine));
+}
+
+void Shell::finish(const Slot& slot, std::string last_line) {
+  slot->lines.push_back(std::move(last_line));
+  slot->done = true;
+  flush();
+}
+
+void Shell::fail_with(const Slot& slot, ErrorCode code, std::string text) {
+  finish(slot, error_line({code, std::move(text)}));
+}
+
+void Shell::flush() {
+  while (!slots_.empty() && slots_.front()->done) {
+    const auto slot = slots_.front();
+    slots_.pop_front();
+    for (auto& line : slot->lines) answer_(std::move(line));
+  }
+  if (slots_.empty() && idle_) std::exchange(idle_, nullptr)();
+}
+
+void Shell::when_idle(std::function<void()> call) {
+  idle_ = std::move(call);
+  flush();
+}
+
+void Shell::set(std::string_view rest, const Slot& slot) {
+  const auto word = take_word(rest);
+  auto where = target(word, island_);
+  if (!where) return fail_with(slot, where.error().code, where.error().text);
+  remote_set(where->first, where->second, rest, "text/plain", slot);
+}
+
+void Shell::post(std::string_view rest, const Slot& slot) {
+  const auto bytes = base::from_hex(take_word(rest));
+  if (!bytes || bytes->empty()) return fail_with(slot, ErrorCode::kInvalid, "expected: post HEX");
+  remote_set(island_, "GATEWAY", base::as_text(*bytes), model::kMessageMediaType, slot);
+}
+
+void Shell::remote_set(OwnerId owner, const std::string& key, std::string_view value, std::string_view media_type,
+                       const Slot& slot) {
+  tuples::SetOptions options;
+  options.media_type = media_type;
+  const auto answered = [this, slot, key, owner, alive = std::weak_ptr(alive_)](const tuples::Reply& reply) {
+    if (alive.expired()) return;
+    if (reply.verdict == tuples::Verdict::kApplied) {
+      return finish(slot, text_of({{"ok", true},
+                                   {"owner", number(owner)},
+                                   {"key", key},
+                                   {"verdict", to_string(reply.verdict)},
+                                   {"request", reply.request}}));
+    }
+    const auto code = reply.verdict == tuples::Verdict::kRefused   ? reply.code
+                      : reply.verdict == tuples::Verdict::kExpired ? ErrorCode::kExpired
+                                                                   : ErrorCode::kNotFound;
+    finish(slot, text_of({{"ok", false},
+                          {"owner", number(owner)},
+                          {"key", key},
+                          {"verdict", to_string(reply.verdict)},
+                          {"request", reply.request},
+                          {"error", {{"code", to_string(code)}, {"text", reply.text}}}}));
+  };
+  space_.set_remote(owner, key, value, {}, answered, options);
+}
+
+void Shell::get(std::string_view rest, const Slot& slot) {
+  auto where = target(take_word(rest), island_);
+  if (!where) return fail_with(slot, where.error().code, where.error().text);
+  const auto tuple = space_.get(where->first, where->second);
+  if (!tuple) {
+    return fail_with(slot, ErrorCode::kNotFound, fmt::format("no tuple {} of {}", where->second, number(where->first)));
+  }
+  finish(slot, tuple_line(*tuple));
+}
+
+void Shell::list(std::string_view rest, const Slot& slot) {
+  auto pattern = Pattern::parse(take_word(rest));
+  if (!pattern) return fail_with(slot, pattern.error().code, pattern.error().text);
+  if (!pattern->owner) pattern->owner = island_;
+  std::size_t count = 0;
+  space_.list(*pattern, [&](const tuples::TupleView& tuple) {
+    ++count;
+    slot->lines.push_back(text_of({{"key", tuple.key}, {"value", value_text(tuple)}, {"mimetype", tuple.media_type}}));
+  });
+  finish(slot, text_of({{"ok", true}, {"count", count}}));
+}
+
+void Shell::subscribe(std::string_view rest, const Slot& slot) {
+  const auto name = take_word(rest);
+  auto pattern = Pattern::parse(name);
+  if (!pattern) return fail_with(slot, pattern.error().code, pattern.error().text);
+  tuples::Flow flow;
+  for (auto word = take_word(rest); !word.empty(); word = take_word(rest)) {
+    if (auto read = read_flow(word, flow); !read) return fail_with(slot, read.error().code, read.error().text);
+  }
+  if (subscriptions_.size() >= kMaxSubscriptions && !subscriptions_.contains(std::string(name))) {
+    return fail_with(slot, ErrorCode::kBusy, fmt::format("at most {} subscriptions", kMaxSubscriptions));
+  }
+  finish(slot, text_of({{"ok", true}, {"subscribed", name}}));
+  subscriptions_[std::string(name)] =
+      space_.subscribe(*pattern, flow, [this](const tuples::Event& event) { event_(event_line(event)); });
+}
+
+void Shell::unsubscribe(std::string_view rest, const Slot& slot) {
+  const std::string name(take_word(rest));
+  if (subscriptions_.erase(name) == 0) {
+    return fail_with(slot, ErrorCode::kNotFound, fmt::format("no subscription {}", model::quoted(name)));
+  }
+  finish(slot, text_of({{"ok", true}, {"unsubscribed", name}}));
+}
+
+void Shell::devices(std::string_view, const Slot& slot) {
+  std::size_t count = 0;
+  space_.list({island_, prefix_ + ".*.*.status"}, [&](const tuples::TupleView& tuple) {
+    const auto device = tuple.key.substr(0, tuple.key.rfind('.'));
+    const auto status = json::parse(tuple.value, nullptr, false);
+    const auto about = space_.get(island_, std::string(device) + ".description");
+    const auto description = about ? json::parse(about->value, nullptr, false) : json();
+    if (!status.is_object()) return;
+    ++count;
+    slot->lines.push_back(text_of({{"device", device},
+                                   {"name", description.is_object() ? description.value("name", "") : ""},
+                                   {"status", status.value("status", "unknown")},
+                                   {"since", status.value("since", 0.0)}}));
+  });
+  finish(slot, text_of({{"ok", true}, {"count", count}}));
+}
+
+void Shell::stats(std::string_view, const Slot& slot) {
+  Line networks = Line::object();
+  space_.list({island_, prefix_ + ".*.property.*.value"}, [&](const tuples::TupleView& tuple) {
+    const auto parts = model::key_parts(tuple.key);
+    networks[std::string(parts[1])][std::string(parts[3])] = value_text(tuple);
+  });
+  const auto own = space_.stats();
+  finish(slot, text_of({{"ok", true},
+                        {"tuples", own.cached},
+                        {"subscriptions", own.subscriptions},
+                        {"events", own.events},
+                        {"merged", own.merged},
+                        {"dropped", own.dropped},
+                        {"networks", networks}}));
+}
+
+void Shell::help(std::string_view, const Slot& slot) {
+  Line usage = Line::array();
+  for (const auto& [name, command] : commands()) usage.push_back(command.usage);
+  finish(slot, text_of({{"ok", true}, {"commands", usage}}));
+}
+
+void Shell::quit(std::string_view, const Slot& slot) {
+  finish(slot, text_of({{"ok", true}}));
+  when_idle(quit_);
+}
+
+}  // namespace rubicon::runtime
