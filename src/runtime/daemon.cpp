@@ -1,0 +1,227 @@
+#include "runtime/daemon.h"
+
+#include <fmt/format.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/signal_set.hpp>
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+
+#include "runtime/console.h"
+#include "runtime/event_json.h"
+#include "runtime/island.h"
+#include "runtime/live_table.h"
+#include "runtime/network_types.h"
+#include "runtime/shell.h"
+#include "runtime/spdlog_sink.h"
+#include "transport/asio_scheduler.h"
+#include "transport/local_transports.h"
+
+namespace rubicon::runtime {
+
+namespace {
+
+using tuples::Handle;
+
+/// Components of the daemon itself; ids above 65535 belong to no island.
+constexpr OwnerId kConsoleComponent{65536};
+constexpr Duration kRedraw = std::chrono::milliseconds(500);
+
+Result<IslandConfig> load(const std::string& file, const std::vector<std::string>& overrides,
+                          base::ConfigErrors& errors) {
+  auto root = load_config(file, overrides);
+  if (!root) return fail(root.error());
+  auto config = read_island_config(*root, network_types(), errors);
+  config.directory = std::filesystem::path(file).parent_path().string();
+  return config;
+}
+
+ScreenSize screen_size() {
+  winsize size{};
+  if (::ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) < 0 || size.ws_row == 0) return {};
+  return {size.ws_row, size.ws_col};
+}
+
+/// A running daemon: the loop, the island, and the console component that watches, shows and commands.
+class Session {
+ public:
+  Session(const RunOptions& options, LogSink& log)
+      : options_(options),
+        log_(log, "daemon"),
+        ecology_(loop_.scheduler()),
+        signals_(loop_.context(), SIGTERM, SIGINT),
+        output_(loop_.context(), STDOUT_FILENO, [this] { loop_.stop(); }) {}
+
+  Result<void> prepare(IslandConfig config, LogSink& sink) {
+    base::ConfigErrors errors;
+    auto island = Island::make(std::move(config), loop_.scheduler(), transports_, sink, ecology_, errors);
+    if (!island) return fail(island.error());
+    island_ = std::move(*island);
+    auto link = ecology_.join(kConsoleComponent);
+    if (!link) return fail(link.error());
+    link_ = std::move(*link);
+    space_ = std::make_unique<TupleSpace>(kConsoleComponent, loop_.scheduler(), *link_);
+    for (const auto& text : options_.watch) {
+      auto pattern = Pattern::parse(text);
+      if (!pattern) return fail(pattern.error());
+      watch(*pattern, true);
+    }
+    return {};
+  }
+
+  void run() {
+    signals_.async_wait([this](const boost::system::error_code& error, int) {
+      if (!error) loop_.stop();
+    });
+    const bool table = options_.watch.empty() && !options_.shell && ::isatty(STDOUT_FILENO);
+    if (options_.shell || table) make_shell(table);
+    if (table) show_table();
+    island_->start();
+    log_.info(
+        fmt::format("island {} is up: {} networks", number(island_->config().id), island_->networks().ids().size()));
+    loop_.run();
+    if (table) std::fputs("\x1b[?25h\x1b[2J\x1b[H", stdout);
+    if (output_.dropped() > 0)
+      log_.warning(fmt::format("{} lines were dropped: the reader is slow", output_.dropped()));
+  }
+
+ private:
+  void watch(const Pattern& pattern, bool print) {
+    watches_.push_back(space_->subscribe(pattern, {}, [this, print](const tuples::Event& event) {
+      if (print) output_.event(event_line(event));
+    }));
+  }
+
+  void make_shell(bool table) {
+    const auto& config = island_->config();
+    const auto answer = [this, table](std::string line) {
+      if (table) {
+        last_answer_ = std::move(line);
+      } else {
+        output_.answer(std::move(line));
+      }
+    };
+    shell_ = std::make_unique<Shell>(
+        *space_, config.id, config.proxy.prefix, answer, [this](std::string line) { output_.event(std::move(line)); },
+        [this] { output_.when_empty([this] { loop_.stop(); }); });
+    // The shell answers from its copies: it starts to read when the first of them is there.
+    first_copy_ = space_->subscribe({config.id, "GATEWAY"}, {{}, {}, 0, true}, [this, table](const tuples::Event&) {
+      if (!input_) read_input(table);
+    });
+  }
+
+  void read_input(bool table) {
+    ConsoleReader::Calls calls;
+    calls.line = [this](std::string_view line) { shell_->line(line); };
+    calls.too_long = [this] { shell_->line_too_long(); };
+    calls.pause = [this] { return output_.crowded(); };
+    calls.end = [this, table] {
+      if (table || !options_.watch.empty()) return;  // still something to show
+      shell_->when_idle([this] { output_.when_empty([this] { loop_.stop(); }); });
+    };
+    input_ = std::make_unique<ConsoleReader>(loop_.context(), STDIN_FILENO, Shell::kMaxLine, std::move(calls));
+  }
+
+  void show_table() {
+    const auto& config = island_->config();
+    table_ = std::make_unique<LiveTable>(*space_, config.id, config.proxy.island_name, config.proxy.prefix);
+    // Somebody is looking: this is real demand, and sensors are sampled for it.
+    watch({config.id, config.proxy.prefix + ".**"}, false);
+    output_.screen("\x1b[2J");
+    redraw();
+  }
+
+  void redraw() {
+    const auto size = screen_size();
+    const auto screen = table_->render(loop_.scheduler().wall_now(), {size.rows - 2, size.columns});
+    const auto answer = last_answer_.substr(0, static_cast<std::size_t>(size.columns));
+    // The cursor stays where the user is typing, on the last line.
+    output_.screen(
+        fmt::format("\x1b"
+                    "7\x1b[H{}\x1b[0m\x1b[{};1H\x1b[2K{}\x1b"
+                    "8\x1b[{};1H",
+                    screen, size.rows - 1, answer, size.rows));
+    redraw_ = loop_.scheduler().after(kRedraw, [this] { redraw(); });
+  }
+
+  const RunOptions& options_;
+  Log log_;
+  transport::Loop loop_;
+  transport::LocalTransports transports_;
+  tuples::MemoryEcology ecology_;
+  boost::asio::signal_set signals_;
+  ConsoleWriter output_;
+  std::unique_ptr<Island> island_;
+  std::unique_ptr<tuples::Link> link_;
+  std::unique_ptr<TupleSpace> space_;
+  std::vector<Handle> watches_;
+  std::unique_ptr<Shell> shell_;
+  std::unique_ptr<LiveTable> table_;
+  Handle first_copy_;
+  std::unique_ptr<ConsoleReader> input_;
+  Timer redraw_;
+  std::string last_answer_;
+};
+
+int report(const Error& error) {
+  fmt::print(stderr, "{}\n", error.text);
+  return error.code == ErrorCode::kIo ? kExitFailed : kExitConfiguration;
+}
+
+}  // namespace
+
+int run(const RunOptions& options) {
+  std::signal(SIGPIPE, SIG_IGN);  // a closed standard output ends the session by an error of write()
+  base::ConfigErrors errors;
+  auto config = load(options.file, options.overrides, errors);
+  if (!config) return report(config.error());
+  if (!errors.empty()) return check(options.file, options.overrides);
+  // Where the table owns the terminal, only what is worth losing a line of it is logged.
+  const bool table = options.watch.empty() && !options.shell && ::isatty(STDOUT_FILENO) && ::isatty(STDERR_FILENO);
+  SpdlogSink sink(table && options.log_level == "info" ? "error" : options.log_level);
+  Session session(options, sink);
+  if (auto ready = session.prepare(std::move(*config), sink); !ready) return report(ready.error());
+  session.run();
+  return kExitOk;
+}
+
+int check(const std::string& file, const std::vector<std::string>& overrides) {
+  base::ConfigErrors errors;
+  auto config = load(file, overrides, errors);
+  if (!config) return report(config.error());
+  const auto networks = config->networks.size();
+  std::size_t devices = 0;
+  for (const auto& [id, rules] : config->proxy.networks) devices += rules.devices.size();
+  // Making the networks checks their own keys; nothing is opened.
+  base::NullLogSink quiet;
+  transport::Loop loop;
+  transport::LocalTransports transports;
+  tuples::MemoryEcology ecology(loop.scheduler());
+  auto island = Island::make(std::move(*config), loop.scheduler(), transports, quiet, ecology, errors);
+  if (!errors.empty()) {
+    fmt::print(stderr, "{}\n", errors.text());
+    return kExitConfiguration;
+  }
+  if (!island) return report(island.error());
+  fmt::print("{}: good: {} networks, {} devices named\n", file, networks, devices);
+  return kExitOk;
+}
+
+int list_networks() {
+  for (const auto& type : network_types()) {
+    fmt::print("{}: {}\n", type.name, type.summary);
+    std::string_view sample = type.sample_config;
+    while (!sample.empty()) {
+      const auto end = std::min(sample.find('\n'), sample.size());
+      fmt::print("    {}\n", sample.substr(0, end));
+      sample.remove_prefix(std::min(end + 1, sample.size()));
+    }
+    fmt::print("\n");
+  }
+  return kExitOk;
+}
+
+}  // namespace rubicon::runtime

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <string>
+
+#include "base/time.h"
+#include "tuples/tuple_space.h"
+
+namespace rubicon::runtime {
+
+struct ScreenSize {
+  int rows = 24;
+  int columns = 80;
+};
+
+/// The table that `run` shows on a terminal: networks, devices, values with unit, quality and age. A pure function of
+/// the tuples a component can see.
+class LiveTable {
+ public:
+  LiveTable(const TupleSpace& space, OwnerId island, std::string name, std::string prefix);
+
+  /// One screen of text, lines separated by newlines, at most size.rows of them; the last one is a command to try. What
+  /// does not fit is counted in a line of its own.
+  std::string render(WallTime now, ScreenSize size) const;
+
+ private:
+  struct Row {
+    std::string text;
+    bool heading = false;
+  };
+  std::string top_line(WallTime now) const;
+  void network_rows(std::vector<Row>& rows) const;
+  void device_rows(std::vector<Row>& rows, WallTime now) const;
+  void point_rows(const std::string& device, std::vector<Row>& rows, WallTime now) const;
+  std::string command_to_try() const;
+  std::string value(const std::string& key) const;
+
+  const TupleSpace& space_;
+  OwnerId island_;
+  std::string name_;
+  std::string prefix_;
+};
+
+}  // namespace rubicon::runtime

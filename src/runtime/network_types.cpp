@@ -1,0 +1,15 @@
+#include "runtime/network_types.h"
+
+#include <array>
+
+#include "networks/dummy/dummy_network.h"
+#include "networks/log/log_network.h"
+
+namespace rubicon::runtime {
+
+std::span<const network::NetworkType> network_types() {
+  static const std::array kTypes{networks::dummy::kType, networks::log::kType};
+  return kTypes;
+}
+
+}  // namespace rubicon::runtime
