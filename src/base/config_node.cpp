@@ -9,6 +9,13 @@ std::string to_string(const ConfigPlace& place) {
   return fmt::format("{}:{}:{}", place.file, place.line, place.column);
 }
 
+ConfigNode::ConfigNode() = default;
+ConfigNode::~ConfigNode() = default;
+ConfigNode::ConfigNode(const ConfigNode&) = default;
+ConfigNode& ConfigNode::operator=(const ConfigNode&) = default;
+ConfigNode::ConfigNode(ConfigNode&&) noexcept = default;
+ConfigNode& ConfigNode::operator=(ConfigNode&&) noexcept = default;
+
 const ConfigNode* ConfigNode::find(const std::string& key) const {
   for (const auto& [name, node] : entries) {
     if (name == key) return &node;

@@ -27,6 +27,14 @@ struct ConfigNode {
   std::vector<ConfigNode> items;                              ///< of a list
   std::vector<std::pair<std::string, ConfigNode>> entries;    ///< of a map, in the order of the file, keys unique
 
+  // Defined out of line: clang needs the type complete before a pair of it.
+  ConfigNode();
+  ~ConfigNode();
+  ConfigNode(const ConfigNode&);
+  ConfigNode& operator=(const ConfigNode&);
+  ConfigNode(ConfigNode&&) noexcept;
+  ConfigNode& operator=(ConfigNode&&) noexcept;
+
   const ConfigNode* find(const std::string& key) const;
 };
 
