@@ -43,8 +43,13 @@ endfunction()
 
 # A network plug-in: src/networks/<name>, with its sample.yaml compiled in as kSample (<name>_sample.h).
 function(rubicon_network name)
-  cmake_parse_arguments(ARG "" "FOLDER" "LINKS" ${ARGN})
-  if(NOT ARG_FOLDER)
+  cmake_parse_arguments(ARG "" "FOLDER;NAMESPACE" "LINKS" ${ARGN})
+  if(NOT ARG_NAMESPACE)
+    set(ARG_NAMESPACE ${name})
+  endif()
+  if(ARG_FOLDER)
+    set(elsewhere ${ARG_FOLDER}/..)
+  else()
     set(ARG_FOLDER ${CMAKE_CURRENT_SOURCE_DIR}/networks/${name})
   endif()
   file(GLOB sources CONFIGURE_DEPENDS ${ARG_FOLDER}/*.cpp)
@@ -58,12 +63,12 @@ function(rubicon_network name)
   file(CONFIGURE OUTPUT ${header} CONTENT
 "#pragma once
 #include <string_view>
-namespace rubicon::networks::${name} {
+namespace rubicon::networks::${ARG_NAMESPACE} {
 inline constexpr std::string_view kSample = R\"sample(${sample})sample\";
 }
 " @ONLY)
   add_library(rubicon_networks_${name} STATIC ${sources})
-  target_include_directories(rubicon_networks_${name} PUBLIC ${CMAKE_BINARY_DIR}/generated)
+  target_include_directories(rubicon_networks_${name} PUBLIC ${CMAKE_BINARY_DIR}/generated ${elsewhere})
   target_link_libraries(rubicon_networks_${name} PUBLIC rubicon_network ${ARG_LINKS})
 endfunction()
 

@@ -91,6 +91,7 @@ tuples::Judgement IslandDoor::take(const tuples::RemoteSet& wish) {
         {ErrorCode::kRefused, fmt::format("hop limit of {} reached", unsigned{model::kMaxHops})});
   }
   ++message->hops;
+  if (message->destination.island == model::kNobody) message->destination.island = space_.self();
   if (message->source.island == model::kNobody) message->source.island = wish.from;
   const auto [origin, number] = std::pair(message->origin, message->number);
   if (auto taken = arrival_(std::move(*message), wish.value.size()); !taken)

@@ -1,0 +1,108 @@
+#include "network-template/template_network.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "model/key.h"
+// The build makes this header from sample.yaml.
+#include "networks/template/template_sample.h"
+
+namespace rubicon::networks::template_network {
+
+namespace {
+
+using model::PointId;
+
+/// What the configuration says, checked.
+struct Options {
+  std::string device;
+  double temperature = 0;
+};
+
+/// One device with a thermometer and a lamp. A real network would talk to it through a line of host.transports().
+class TemplateNetwork final : public network::Network {
+ public:
+  TemplateNetwork(Options options, const TypeCatalogue& types, network::NetworkHost& host)
+      : options_(std::move(options)),
+        host_(host),
+        thermometer_{Kind::kSensor, types.find("temperature")->id, "1"},
+        lamp_{Kind::kActuator, types.find("switch")->id, "1"} {}
+
+  // Called at the start and again after each host_.failed(why). Must not block: begin to connect, and deliver
+  // State{kUp} when the line works. Here there is nothing to connect.
+  Result<void> open() override {
+    host_.deliver({}, model::State{model::LineState::kUp, {}, {}});
+    model::Join join;
+    join.name = "Template lamp";
+    join.capabilities.resize(2);
+    join.capabilities[0].point = thermometer_;
+    join.capabilities[1].point = lamp_;
+    join.capabilities[1].access = model::Access::kReadWrite;
+    host_.deliver(options_.device, std::move(join));
+    return {};
+  }
+
+  // Called for every message to a device of this network. Either an error, or later an Acknowledge: never silence.
+  Result<void> send(const Message& message) override {
+    if (message.destination.device != options_.device)
+      return fail(ErrorCode::kNotFound, fmt::format("no device {}", model::quoted(message.destination.device)));
+    if (const auto* sample = std::get_if<model::Sample>(&message.body)) return this->sample(*sample);
+    if (const auto* actuate = std::get_if<model::Actuate>(&message.body)) return this->actuate(*actuate);
+    return fail(ErrorCode::kUnsupported, fmt::format("the lamp takes no {}", to_string(message.kind())));
+  }
+
+ private:
+  // Somebody wants exactly these sensors, this often; an empty list means nobody wants any more.
+  Result<void> sample(const model::Sample& sample) {
+    for (const PointId& point : sample.points) {
+      if (point != thermometer_) return fail(ErrorCode::kNotFound, "the lamp has only a temperature-1");
+    }
+    timer_.cancel();
+    host_.deliver(options_.device, model::Acknowledge{sample.request, model::Outcome::kSent, {}});
+    if (!sample.points.empty()) measure(std::max<Duration>(sample.period, std::chrono::milliseconds(100)));
+    return {};
+  }
+
+  // All waiting goes through the scheduler, so that tests need no time. The timer ends with the network.
+  void measure(Duration period) {
+    report(thermometer_, options_.temperature);
+    timer_ = host_.scheduler().after(period, [this, period] { measure(period); });
+  }
+
+  // The acknowledgement says that the command went out; what the device then reports is what counts.
+  Result<void> actuate(const model::Actuate& actuate) {
+    if (actuate.point != lamp_) return fail(ErrorCode::kNotFound, "the lamp has only a switch-1");
+    host_.deliver(options_.device, model::Acknowledge{actuate.request, model::Outcome::kSent, {}});
+    report(lamp_, actuate.value);
+    return {};
+  }
+
+  void report(const PointId& point, Value value) {
+    host_.deliver(options_.device, model::Updates{{{point, std::move(value), host_.scheduler().wall_now()}}});
+  }
+
+  Options options_;
+  network::NetworkHost& host_;
+  PointId thermometer_, lamp_;
+  Timer timer_;
+};
+
+// Reads every option; what is wrong goes to options.error with file, line and column. Opens nothing yet.
+Result<std::unique_ptr<network::Network>> make(const network::NetworkConfig& config, network::NetworkHost& host) {
+  const std::size_t errors = config.options.errors().lines().size();
+  Options options;
+  options.device = config.options.required_text("device");
+  options.temperature = config.options.real("temperature", 20, -50, 100);
+  if (config.options.errors().lines().size() > errors)
+    return fail(ErrorCode::kInvalid, fmt::format("network {}: wrong options", config.id));
+  return std::make_unique<TemplateNetwork>(std::move(options), config.types, host);
+}
+
+}  // namespace
+
+// Local and unicast lines are tried again at least every second; say 30 s as last member if yours is not.
+const network::NetworkType kType{"template", "an example to copy: one lamp with a thermometer", kSample, make};
+
+}  // namespace rubicon::networks::template_network

@@ -1,0 +1,167 @@
+#include "networks/dummy/dummy_device.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace rubicon::networks::dummy {
+
+namespace {
+
+using namespace std::chrono_literals;
+using Behaviour = ActuatorScript::Behaviour;
+
+/// No wave is worth a shorter period; a period of zero would never let the loop go.
+constexpr Duration kShortestPeriod = 10ms;
+
+template <class Scripts>
+std::size_t place_of(const Scripts& scripts, const model::PointId& point) {
+  const auto found = std::find_if(scripts.begin(), scripts.end(),
+                                  [&](const auto& script) { return script.capability.point == point; });
+  return static_cast<std::size_t>(found - scripts.begin());
+}
+
+auto no_such(const model::PointId& point, const std::string& device) {
+  return fail(ErrorCode::kNotFound,
+              fmt::format("device {} has no {} of type {} with instance '{}'", device, to_string(point.kind),
+                          static_cast<unsigned>(point.type), point.instance));
+}
+
+/// The measured number that follows from what an actuator was set to.
+Value following(const Wave& wave, const Value& commanded) {
+  if (const auto* on = std::get_if<bool>(&commanded)) return wave.level(*on);
+  if (const auto* whole = std::get_if<std::int64_t>(&commanded)) return wave.value_of(static_cast<double>(*whole));
+  if (const auto* real = std::get_if<double>(&commanded)) return wave.value_of(*real);
+  return wave.level(true);
+}
+
+}  // namespace
+
+void DummyDevice::start() {
+  Scheduler& scheduler = host_.scheduler();
+  began_ = scheduler.now();
+  join_timer_ = scheduler.at(began_ + script_.join, [this] { join(); });
+  if (script_.leave) leave_timer_ = scheduler.at(began_ + *script_.leave, [this] { leave(); });
+  if (script_.rejoin) rejoin_timer_ = scheduler.at(began_ + *script_.rejoin, [this] { join(); });
+}
+
+void DummyDevice::join() {
+  joined_ = true;
+  greet();
+  live_timer_ = host_.scheduler().after(script_.keep_alive, [this] { live(); });
+}
+
+void DummyDevice::greet() {
+  if (!joined_) return;
+  model::Join join;
+  join.device_type = script_.type;
+  join.name = script_.name;
+  join.model = script_.model;
+  for (const auto& sensor : script_.sensors) join.capabilities.push_back(sensor.capability);
+  for (const auto& actuator : script_.actuators) join.capabilities.push_back(actuator.capability);
+  for (const auto& property : script_.properties) join.capabilities.push_back(property);
+  tell(std::move(join));
+}
+
+void DummyDevice::leave() {
+  tell(model::Leave{"the script says so"});
+  joined_ = false;
+  live_timer_.cancel();
+  sample_timer_.cancel();
+  sampled_.clear();
+  jobs_.clear();
+}
+
+void DummyDevice::live() {
+  tell(model::KeepAlive{});
+  live_timer_ = host_.scheduler().after(script_.keep_alive, [this] { live(); });
+}
+
+/// Nothing comes through a line that is down.
+void DummyDevice::tell(model::Body body) {
+  if (line_is_up_) host_.deliver(script_.address, std::move(body));
+}
+
+void DummyDevice::report(const model::PointId& point, Value value) {
+  tell(model::Updates{{{point, std::move(value), host_.scheduler().wall_now()}}});
+}
+
+void DummyDevice::acknowledge(std::uint64_t request, model::Outcome outcome, std::string text) {
+  tell(model::Acknowledge{request, outcome, std::move(text)});
+}
+
+Result<void> DummyDevice::send(const Message& message) {
+  if (!joined_) return fail(ErrorCode::kUnreachable, fmt::format("device {} is not there now", script_.address));
+  if (const auto* wanted = std::get_if<model::Sample>(&message.body)) return sample(*wanted);
+  if (const auto* command = std::get_if<model::Actuate>(&message.body)) return actuate(*command);
+  if (const auto* set = std::get_if<model::SetProperty>(&message.body)) return set_property(*set);
+  return fail(ErrorCode::kUnsupported, fmt::format("simulated devices take no {}", to_string(message.kind())));
+}
+
+Result<void> DummyDevice::sample(const model::Sample& sample) {
+  std::vector<std::size_t> wanted;
+  for (const auto& point : sample.points) {
+    const std::size_t place = place_of(script_.sensors, point);
+    if (place == script_.sensors.size()) return no_such(point, script_.address);
+    wanted.push_back(place);
+  }
+  sampled_ = std::move(wanted);
+  period_ = std::max<Duration>(sample.period, kShortestPeriod);
+  acknowledge(sample.request, model::Outcome::kSent);
+  measure();
+  return {};
+}
+
+void DummyDevice::measure() {
+  sample_timer_.cancel();
+  if (sampled_.empty()) return;
+  model::Updates updates;
+  const Duration since = host_.scheduler().now() - began_;
+  for (const std::size_t place : sampled_) {
+    auto& [capability, wave] = script_.sensors[place];
+    const auto followed = followed_.find(capability.point);
+    Value value = followed != followed_.end() ? followed->second : wave.at(since);
+    updates.readings.push_back({capability.point, std::move(value), host_.scheduler().wall_now()});
+  }
+  tell(std::move(updates));
+  sample_timer_ = host_.scheduler().after(period_, [this] { measure(); });
+}
+
+Result<void> DummyDevice::actuate(const model::Actuate& actuate) {
+  const std::size_t place = place_of(script_.actuators, actuate.point);
+  if (place == script_.actuators.size()) return no_such(actuate.point, script_.address);
+  const ActuatorScript& actuator = script_.actuators[place];
+  if (actuator.behaviour == Behaviour::kFail) {
+    acknowledge(actuate.request, model::Outcome::kFailed, "the script says so");
+    return {};
+  }
+  acknowledge(actuate.request, model::Outcome::kSent);
+  if (actuator.behaviour == Behaviour::kIgnore) return {};
+  jobs_[place] = {place, actuate.value, host_.scheduler().after(actuator.delay, [this, place] { obey(place); })};
+  return {};
+}
+
+void DummyDevice::obey(std::size_t actuator) {
+  const Value value = std::move(jobs_.at(actuator).value);
+  jobs_.erase(actuator);
+  const ActuatorScript& script = script_.actuators[actuator];
+  if (script.behaviour != Behaviour::kSilent) report(script.capability.point, value);
+  if (!script.sensor) return;
+  const std::size_t sensor = place_of(script_.sensors, *script.sensor);
+  followed_[*script.sensor] = following(script_.sensors[sensor].wave, value);
+  if (std::find(sampled_.begin(), sampled_.end(), sensor) != sampled_.end())
+    report(*script.sensor, followed_[*script.sensor]);
+}
+
+Result<void> DummyDevice::set_property(const model::SetProperty& set) {
+  const auto found = std::find_if(script_.properties.begin(), script_.properties.end(),
+                                  [&](const auto& property) { return property.point == set.point; });
+  if (found == script_.properties.end()) return no_such(set.point, script_.address);
+  found->initial = set.value;
+  acknowledge(set.request, model::Outcome::kSent);
+  report(set.point, set.value);
+  return {};
+}
+
+}  // namespace rubicon::networks::dummy

@@ -1,0 +1,82 @@
+#include "networks/dummy/dummy_network.h"
+
+#include <fmt/format.h>
+
+#include <map>
+#include <utility>
+
+#include "model/key.h"
+#include "networks/dummy/dummy_device.h"
+#include "networks/dummy/dummy_sample.h"
+
+namespace rubicon::networks::dummy {
+
+namespace {
+
+class DummyNetwork final : public network::Network {
+ public:
+  DummyNetwork(Script script, network::NetworkHost& host) : script_(std::move(script)), host_(host) {
+    for (DeviceScript& device : script_.devices) {
+      std::string address = device.address;
+      devices_.try_emplace(std::move(address), std::move(device), host_, up_);
+    }
+  }
+
+  Result<void> open() override {
+    const bool first = !std::exchange(begun_, true);
+    if (first) begin();
+    if (is_cut(host_.scheduler().now())) return fail(ErrorCode::kUnreachable, "the script keeps the line down");
+    up_ = true;
+    host_.deliver({}, model::State{model::LineState::kUp, {}, {}});
+    if (first) return {};
+    for (auto& [address, device] : devices_) device.greet();
+    return {};
+  }
+
+  Result<void> send(const Message& message) override {
+    if (!up_) return fail(ErrorCode::kUnreachable, "the line is down");
+    const auto found = devices_.find(message.destination.device);
+    if (found == devices_.end())
+      return fail(ErrorCode::kNotFound, fmt::format("no device {}", model::quoted(message.destination.device)));
+    return found->second.send(message);
+  }
+
+ private:
+  bool is_cut(SteadyTime now) const {
+    if (!script_.down_at || now < began_ + *script_.down_at) return false;
+    return !script_.up_at || now < began_ + *script_.up_at;
+  }
+
+  void begin() {
+    began_ = host_.scheduler().now();
+    if (script_.down_at) cut_timer_ = host_.scheduler().at(began_ + *script_.down_at, [this] { cut(); });
+    for (auto& [address, device] : devices_) device.start();
+  }
+
+  void cut() {
+    up_ = false;
+    host_.failed({ErrorCode::kUnreachable, "the script cut the line"});
+  }
+
+  Script script_;
+  network::NetworkHost& host_;
+  std::map<std::string, DummyDevice> devices_;
+  SteadyTime began_{};
+  bool begun_ = false;
+  bool up_ = false;
+  Timer cut_timer_;
+};
+
+Result<std::unique_ptr<network::Network>> make(const network::NetworkConfig& config, network::NetworkHost& host) {
+  const std::size_t errors = config.options.errors().lines().size();
+  Script script = read_script(config);
+  if (config.options.errors().lines().size() > errors)
+    return fail(ErrorCode::kInvalid, fmt::format("network {}: wrong options", config.id));
+  return std::make_unique<DummyNetwork>(std::move(script), host);
+}
+
+}  // namespace
+
+const network::NetworkType kType{"dummy", "devices played from the configuration: waves and actuators", kSample, make};
+
+}  // namespace rubicon::networks::dummy
