@@ -1,0 +1,45 @@
+#include <cstdlib>
+
+#include "motes/mote_codec.h"
+
+namespace {
+
+using namespace rubicon;
+
+/// What was decoded must encode to the bytes it came from.
+void check_round_trip(ByteView bytes) {
+  const auto packet = motes::decode_packet(bytes);
+  if (!packet) return;
+  const Bytes again = motes::encode_packet(*packet);
+  if (!std::equal(again.begin(), again.end(), bytes.begin(), bytes.end())) std::abort();
+  const auto message = motes::decode_net(packet->payload);
+  if (!message) return;
+  if (motes::encode_net(*message) != packet->payload) std::abort();
+  if (const auto record = motes::decode_record(*message); record && motes::encode_record(*record).empty()) std::abort();
+}
+
+}  // namespace
+
+/// Input: one byte of settings, then packets, each behind a length byte, through one codec.
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  static const TypeCatalogue types;
+  if (size == 0) return 0;
+  motes::Calibration calibration;
+  calibration.board = static_cast<motes::Board>(data[0] % 5);
+  calibration.units = (data[0] & 0x40) != 0 ? motes::Units::kRaw : motes::Units::kPhysical;
+  const auto island = (data[0] & 0x80) != 0 ? std::optional<std::uint16_t>(11) : std::nullopt;
+  motes::MoteCodec codec(types, calibration, island);
+  base::ByteReader reader({data + 1, size - 1});
+  while (reader.remaining() > 0) {
+    const std::size_t length = std::min<std::size_t>(reader.u8(), reader.remaining());
+    const ByteView packet = reader.take(length);
+    check_round_trip(packet);
+    if (const auto events = codec.decode(packet); events) {
+      for (const Message& message : events->messages) {
+        const auto* updates = std::get_if<model::Updates>(&message.body);
+        if (updates != nullptr && updates->readings.empty()) std::abort();
+      }
+    }
+  }
+  return 0;
+}
