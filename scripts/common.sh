@@ -1,0 +1,38 @@
+# Sourced by ./run and ./test: says what is done, installs missing packages, configures and builds a preset.
+
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+
+say() { printf '[%s] %s\n' "$(basename "$0")" "$*" >&2; }
+
+as_root() {
+  if [ "$(id -u)" -eq 0 ]; then "$@"
+  elif command -v sudo >/dev/null; then sudo "$@"
+  else
+    say "missing packages and neither root nor sudo; install them by hand: ${missing[*]}"
+    exit 1
+  fi
+}
+
+install_missing() {
+  local wanted present
+  mapfile -t wanted < <(grep -vE '^(#|$)' "$root/scripts/packages.txt")
+  present=$(dpkg-query -W -f='${Package} ${Status}\n' "${wanted[@]}" 2>/dev/null | awk '/install ok installed/ {print $1}')
+  mapfile -t missing < <(comm -23 <(printf '%s\n' "${wanted[@]}" | sort) <(printf '%s\n' "$present" | sort))
+  [ "${#missing[@]}" -eq 0 ] && return
+  say "installing ${#missing[@]} missing packages: ${missing[*]}"
+  as_root apt-get update -qq
+  as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${missing[@]}" >&2
+}
+
+# build PRESET [TARGET...]
+build() {
+  local preset=$1 directory=$root/build/$1
+  shift
+  if [ ! -f "$directory/build.ninja" ]; then
+    say "configuring build/$preset"
+    (cd "$root" && cmake --preset "$preset" >"$root/build-$preset.log" 2>&1) || { cat "$root/build-$preset.log" >&2; exit 1; }
+    mv "$root/build-$preset.log" "$directory/configure.log"
+  fi
+  say "building build/$preset"
+  cmake --build "$directory" --target "${@:-all}" >"$directory/build.log" 2>&1 || { tail -n 60 "$directory/build.log" >&2; say "building build/$preset failed: build/$preset/build.log"; exit 1; }
+}
