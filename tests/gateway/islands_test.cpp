@@ -1,0 +1,217 @@
+#include "gateway/islands.h"
+#include "model/message_cbor.h"
+
+namespace rubicon::gateway {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
+using tuples::Reply;
+using tuples::Verdict;
+
+class BetweenIslands : public Islands {
+ protected:
+  /// Posts bytes to island one as a component that is no gateway would.
+  Reply post(const Bytes& bytes, std::string_view media_type = model::kMessageMediaType) {
+    Reply answer;
+    bool answered = false;
+    tuples::SetOptions options;
+    options.media_type = media_type;
+    robot.set_remote(
+        OwnerId{1}, "GATEWAY", base::as_text(bytes), 0s,
+        [&](const Reply& reply) {
+          answer = reply;
+          answered = true;
+        },
+        options);
+    time.run_for(10s);
+    EXPECT_TRUE(answered);
+    return answer;
+  }
+  /// Lets an island pass on whatever it hears, unchanged, to the next one.
+  void forward(Island& from, Island& to) {
+    from.handles.push_back(from.gateway.subscribe(MessageKind::kOpaque, [&](const Message& message) {
+      from.heard.push_back(message);
+      Message onward = message;
+      onward.destination = to.address();
+      from.gateway.send(std::move(onward));
+    }));
+  }
+
+  std::unique_ptr<tuples::Link> robot_link = *ecology.join(OwnerId{70001});
+  TupleSpace robot{OwnerId{70001}, time, *robot_link};
+};
+
+TEST_F(BetweenIslands, MessagesArriveOnceAndInOrder) {
+  two.listen(MessageKind::kOpaque);
+  for (int i = 0; i < 50; ++i) one.send(two.address(), note(std::to_string(i)));
+  time.run_for(10s);
+  ASSERT_THAT(two.heard, SizeIs(50));
+  for (std::size_t i = 0; i < 50; ++i) EXPECT_EQ(text_of(two.heard[i]), std::to_string(i));
+  EXPECT_EQ(two.heard[0].origin, OwnerId{1});
+  EXPECT_EQ(two.heard[0].hops, 1);
+  EXPECT_THAT(one.answers(), IsEmpty());
+}
+
+TEST_F(BetweenIslands, ADeviceSendsToADeviceOfAnotherIsland) {
+  one.network("a").say_to("7", two.address("b", "8"), note("hi"));
+  time.run_for(1s);
+  ASSERT_THAT(two.network("b").sent, SizeIs(1));
+  EXPECT_EQ(two.network("b").sent[0].source, one.address("a", "7"));
+  EXPECT_EQ(text_of(two.network("b").sent[0]), "hi");
+}
+
+TEST_F(BetweenIslands, AnUndeliverableMessageOfADeviceIsAnsweredOnItsOwnIsland) {
+  one.network("a").say_to("7", two.address("nowhere", "8"), note("hi"));
+  time.run_for(1s);
+  ASSERT_THAT(one.heard, SizeIs(1));
+  EXPECT_EQ(one.heard[0].destination, one.address("a", "7"));
+  EXPECT_EQ(one.answers()[0].outcome, Outcome::kUndeliverable);
+  EXPECT_THAT(one.answers()[0].text, HasSubstr("no network nowhere on island 2"));
+  EXPECT_THAT(one.network("a").sent, IsEmpty());
+}
+
+TEST_F(BetweenIslands, ACommandIsAnsweredToItsIslandWithItsOwnRequestNumber) {
+  one.send(two.address("a", "7"), model::Actuate{5, kLamp, true});
+  two.send(two.address("a", "7"), model::Actuate{5, kLamp, false});
+  time.run_for(1s);
+  ASSERT_THAT(two.network("a").sent, SizeIs(2));
+  for (const auto& message : std::vector(two.network("a").sent)) {
+    const auto& command = std::get<model::Actuate>(message.body);
+    two.network("a").say("7",
+                         Acknowledge{command.request, Outcome::kSent, command.value == Value(true) ? "on" : "off"});
+  }
+  time.run_for(1s);
+  EXPECT_THAT(one.answers(), ElementsAre(::testing::FieldsAre(5u, Outcome::kSent, "on")));
+  EXPECT_THAT(two.answers(), ElementsAre(::testing::FieldsAre(5u, Outcome::kSent, "off")));
+}
+
+TEST_F(BetweenIslands, AnErrorOfTheOtherIslandsNetworkIsAnswered) {
+  two.network("a").why = {ErrorCode::kUnsupported, "no lamps here"};
+  one.send(two.address("a", "7"), model::Actuate{6, kLamp, true});
+  time.run_for(1s);
+  EXPECT_THAT(one.answers(), ElementsAre(::testing::FieldsAre(6u, Outcome::kUnsupported, "no lamps here")));
+}
+
+TEST_F(BetweenIslands, AnUnreachableIslandIsAnsweredWithTheReason) {
+  one.send({OwnerId{99}, "a", "7"}, model::Actuate{5, kLamp, true});
+  ecology.cut(OwnerId{1}, OwnerId{2});
+  one.send(two.address("a", "7"), model::Actuate{6, kLamp, true});
+  time.run_for(10s);
+  ASSERT_THAT(one.answers(), SizeIs(2));
+  EXPECT_EQ(one.answers()[0].request, 5u);
+  EXPECT_EQ(one.answers()[0].outcome, Outcome::kUndeliverable);
+  EXPECT_THAT(one.answers()[0].text, HasSubstr("island 99"));
+  EXPECT_EQ(one.answers()[1].request, 6u);
+  EXPECT_THAT(two.network("a").sent, IsEmpty());
+}
+
+TEST_F(BetweenIslands, AMessageLostOnTheWayIsAnsweredWhenItsTimeEnds) {
+  one.send(two.address("a", "7"), model::Actuate{6, kLamp, true});
+  time.post([&] { ecology.cut(OwnerId{1}, OwnerId{2}); });
+  time.run_for(10s);
+  ASSERT_THAT(one.answers(), SizeIs(1));
+  EXPECT_EQ(one.answers()[0].outcome, Outcome::kUndeliverable);
+}
+
+TEST_F(BetweenIslands, InARingThatForwardsEverythingEachMessageArrivesOnce) {
+  forward(one, two);
+  forward(two, three);
+  forward(three, one);
+  one.send(two.address(), note("from one"));
+  three.network("a").say_to("7", one.address(), note("from three"));
+  time.run_for(1min);
+  EXPECT_THAT(texts_of(one.heard_of(MessageKind::kOpaque)), ElementsAre("from three"));
+  EXPECT_THAT(texts_of(two.heard_of(MessageKind::kOpaque)), ::testing::UnorderedElementsAre("from one", "from three"));
+  EXPECT_THAT(texts_of(three.heard_of(MessageKind::kOpaque)), ElementsAre("from one"));
+  EXPECT_EQ(one.gateway.counters().looped + three.gateway.counters().looped, 2u);
+}
+
+TEST_F(BetweenIslands, TheSameMessageOnTwoWaysArrivesOnce) {
+  three.listen(MessageKind::kOpaque);
+  two.handles.push_back(two.gateway.subscribe(MessageKind::kOpaque, [&](const Message& message) {
+    Message onward = message;
+    onward.destination = three.address();
+    two.gateway.send(Message(onward));
+    two.gateway.send(std::move(onward));
+  }));
+  one.send(two.address(), note("hello"));
+  time.run_for(1s);
+  EXPECT_THAT(three.heard, SizeIs(1));
+  EXPECT_EQ(three.heard[0].hops, 2);
+  EXPECT_EQ(three.gateway.counters().duplicates, 1u);
+  EXPECT_THAT(one.answers(), IsEmpty());
+}
+
+TEST_F(BetweenIslands, AMessageThatEnteredTooManyIslandsIsAnsweredToItsSource) {
+  Message old;
+  old.origin = OwnerId{2};
+  old.number = 77;
+  old.hops = model::kMaxHops;
+  old.source = two.address("a", "7");
+  old.destination = three.address();
+  old.body = note("tired");
+  three.listen(MessageKind::kOpaque);
+  one.gateway.send(old);
+  time.run_for(1s);
+  EXPECT_THAT(three.heard, IsEmpty());
+  EXPECT_EQ(three.gateway.counters().looped, 1u);
+  ASSERT_THAT(two.answers(), SizeIs(1));
+  EXPECT_EQ(two.answers()[0].request, 77u);
+  EXPECT_THAT(two.answers()[0].text, HasSubstr("hop limit"));
+}
+
+TEST_F(BetweenIslands, AFloodedIslandAnswersBusyAndLosesNothing) {
+  two.listen(MessageKind::kOpaque);
+  for (Island* island : {&one, &three}) {
+    for (int i = 0; i < 100; ++i) island->send(two.address(), note("x"));
+  }
+  time.run_for(10s);
+  const auto refused = one.answers().size() + three.answers().size();
+  EXPECT_EQ(two.heard_of(MessageKind::kOpaque).size() + refused, 200u);
+  EXPECT_GT(refused, 0u);
+  for (const auto& answer : three.answers()) EXPECT_EQ(answer.outcome, Outcome::kBusy);
+}
+
+TEST_F(BetweenIslands, RefusesWhatIsNoMessageAndCountsIt) {
+  const auto wrong_type = post(model::to_cbor(Message{}), "text/plain");
+  EXPECT_EQ(wrong_type.verdict, Verdict::kRefused);
+  EXPECT_THAT(wrong_type.text, HasSubstr("text/plain"));
+  const auto garbage = post({0xff, 0x00, 0x13});
+  EXPECT_EQ(garbage.verdict, Verdict::kRefused);
+  EXPECT_FALSE(garbage.text.empty());
+  EXPECT_EQ(post({}).verdict, Verdict::kRefused);
+  EXPECT_EQ(one.gateway.counters().malformed, 3u);
+}
+
+TEST_F(BetweenIslands, TheGatewayTupleKeepsNoValue) {
+  one.listen(MessageKind::kOpaque);
+  Message message;
+  message.origin = OwnerId{2};
+  message.number = 5;
+  message.source = two.address();
+  message.destination = one.address();
+  message.body = note("hello");
+  EXPECT_EQ(post(model::to_cbor(message)).verdict, Verdict::kApplied);
+  EXPECT_THAT(one.heard, SizeIs(1));
+  EXPECT_EQ(one.space.get(OwnerId{1}, "GATEWAY")->value, "");
+}
+
+TEST_F(BetweenIslands, AMessageOnItsWayThroughIsHandedOn) {
+  three.listen(MessageKind::kOpaque);
+  Message message;
+  message.origin = OwnerId{2};
+  message.number = 5;
+  message.source = two.address("a", "7");
+  message.destination = three.address();
+  message.body = note("through one");
+  EXPECT_EQ(post(model::to_cbor(message)).verdict, Verdict::kApplied);
+  ASSERT_THAT(three.heard, SizeIs(1));
+  EXPECT_EQ(three.heard[0].hops, 2);
+  EXPECT_EQ(three.heard[0].source, two.address("a", "7"));
+}
+
+}  // namespace
+}  // namespace rubicon::gateway

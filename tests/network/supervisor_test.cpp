@@ -1,0 +1,232 @@
+#include "network/supervisor.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "base/virtual_scheduler.h"
+#include "support/collecting_log.h"
+#include "transport/memory_transports.h"
+
+namespace rubicon::network {
+namespace {
+
+using namespace std::chrono_literals;
+using model::LineState;
+using model::State;
+using ::testing::ElementsAre;
+
+/// What the tests tell networks to do, and what these did.
+struct Script {
+  bool opens = true;
+  bool says_up = true;
+  bool fails_inside_open = false;
+  bool fails_inside_send = false;
+  bool speaks_when_destroyed = false;
+  std::vector<SteadyTime> openings;
+  std::vector<Message> sent;
+  NetworkHost* host = nullptr;
+};
+Script* script = nullptr;
+
+class Played final : public Network {
+ public:
+  explicit Played(NetworkHost& host) : host_(host) { script->host = &host; }
+  ~Played() override {
+    if (!script->speaks_when_destroyed) return;
+    host_.deliver("7", model::KeepAlive{});
+    host_.failed({ErrorCode::kIo, "gone"});
+  }
+  Played(const Played&) = delete;
+  Played& operator=(const Played&) = delete;
+
+  Result<void> open() override {
+    script->openings.push_back(host_.scheduler().now());
+    if (script->fails_inside_open) host_.failed({ErrorCode::kIo, "first word"});
+    if (!script->opens) return fail(ErrorCode::kIo, "no cable");
+    if (script->says_up) host_.deliver({}, State{LineState::kUp, {}, {}});
+    return {};
+  }
+  Result<void> send(const Message& message) override {
+    script->sent.push_back(message);
+    if (script->fails_inside_send) host_.failed({ErrorCode::kIo, "pulled"});
+    return {};
+  }
+
+ private:
+  NetworkHost& host_;
+};
+
+NetworkType played(Duration longest_pause = 1s) {
+  return {"played", "", "",
+          [](const NetworkConfig&, NetworkHost& host) -> Result<std::unique_ptr<Network>> {
+            return std::make_unique<Played>(host);
+          },
+          longest_pause};
+}
+
+struct Sink final : MessageSink {
+  void from_network(const std::string& network, Message message) override {
+    EXPECT_EQ(network, message.source.network);
+    messages.push_back(std::move(message));
+  }
+  std::vector<State> states() const {
+    std::vector<State> all;
+    for (const auto& message : messages) {
+      if (const auto* state = std::get_if<State>(&message.body)) all.push_back(*state);
+    }
+    return all;
+  }
+  std::vector<Message> messages;
+};
+
+class SupervisorTest : public ::testing::Test {
+ protected:
+  SupervisorTest() { script = &played_; }
+
+  Result<void> add(const std::string& id, const NetworkType& type) {
+    ConfigErrors errors;
+    const ConfigNode nothing;
+    ConfigReader options(nothing, "networks." + id, errors);
+    return supervisor.add(type, {id, IslandId{1}, options, types, {}});
+  }
+  std::vector<Duration> pauses() const {
+    std::vector<Duration> all;
+    for (std::size_t i = 1; i < played_.openings.size(); ++i)
+      all.push_back(played_.openings[i] - played_.openings[i - 1]);
+    return all;
+  }
+
+  Script played_;
+  VirtualScheduler time;
+  transport::MemoryTransports files;
+  support::CollectingLog log;
+  Sink sink;
+  TypeCatalogue types;
+  Supervisor supervisor{IslandId{1}, time, files, log, sink};
+};
+
+TEST_F(SupervisorTest, OpensNothingBeforeTheStartAndLaterAddedNetworksAtOnce) {
+  ASSERT_TRUE(add("a-1", played()));
+  time.run_for(10s);
+  EXPECT_TRUE(played_.openings.empty());
+  supervisor.start();
+  EXPECT_EQ(played_.openings.size(), 1u);
+  ASSERT_TRUE(add("a-2", played()));
+  EXPECT_EQ(played_.openings.size(), 2u);
+  EXPECT_THAT(supervisor.ids(), ElementsAre("a-1", "a-2"));
+}
+
+TEST_F(SupervisorTest, RefusesASecondNetworkOfTheSameId) {
+  ASSERT_TRUE(add("a-1", played()));
+  const auto again = add("a-1", played());
+  ASSERT_FALSE(again);
+  EXPECT_EQ(again.error().code, ErrorCode::kDuplicate);
+}
+
+TEST_F(SupervisorTest, FillsInWhereMessagesComeFromAndGoTo) {
+  ASSERT_TRUE(add("a-1", played()));
+  supervisor.start();
+  played_.host->deliver("7", model::KeepAlive{});
+  EXPECT_EQ(sink.messages.back().source, (Address{IslandId{1}, "a-1", "7"}));
+  EXPECT_EQ(sink.messages.back().destination, (Address{IslandId{1}, "", ""}));
+  Message abroad;
+  abroad.destination = {IslandId{2}, "b", "8"};
+  abroad.body = model::Opaque{};
+  played_.host->deliver(std::move(abroad));
+  EXPECT_EQ(sink.messages.back().destination, (Address{IslandId{2}, "b", "8"}));
+}
+
+TEST_F(SupervisorTest, OpensALostLineAgainAfterGrowingPausesForEver) {
+  ASSERT_TRUE(add("a-1", played(5s)));
+  played_.opens = false;
+  supervisor.start();
+  time.run_for(10min);
+  const auto waited = pauses();
+  ASSERT_GT(waited.size(), 100u);
+  Duration full = 100ms;
+  for (const Duration pause : waited) {
+    EXPECT_LE(pause, full);
+    EXPECT_GE(pause, full * 3 / 4);
+    full = std::min<Duration>(full * 2, 5s);
+  }
+}
+
+TEST_F(SupervisorTest, TellsWhyTheLineIsDownAndCountsAttempts) {
+  ASSERT_TRUE(add("a-1", played()));
+  played_.opens = false;
+  supervisor.start();
+  ASSERT_EQ(sink.states().size(), 1u);
+  EXPECT_EQ(sink.states()[0].line, LineState::kDown);
+  EXPECT_EQ(sink.states()[0].reason, "no cable");
+  played_.opens = true;
+  time.run_for(1s);
+  EXPECT_EQ(sink.states().back().line, LineState::kUp);
+  EXPECT_EQ(sink.states().back().counters.at("attempts"), 2u);
+}
+
+TEST_F(SupervisorTest, BeginsWithTheShortestPauseAgainOnceTheLineWasUp) {
+  ASSERT_TRUE(add("a-1", played(30s)));
+  played_.opens = false;
+  supervisor.start();
+  time.run_for(20s);
+  played_.opens = true;
+  time.run_for(60s);
+  played_.openings = {time.now()};
+  played_.host->failed({ErrorCode::kIo, "pulled"});
+  time.run_for(1s);
+  ASSERT_EQ(pauses().size(), 1u);
+  EXPECT_LE(pauses()[0], 100ms);
+}
+
+TEST_F(SupervisorTest, RetriesOnceHoweverOftenTheNetworkFailed) {
+  ASSERT_TRUE(add("a-1", played()));
+  played_.fails_inside_open = true;
+  played_.opens = false;
+  supervisor.start();
+  played_.host->failed({ErrorCode::kIo, "third word"});
+  EXPECT_EQ(sink.states().size(), 1u);
+  played_.fails_inside_open = false;
+  played_.opens = true;
+  time.run_for(10s);
+  EXPECT_EQ(played_.openings.size(), 2u);
+}
+
+TEST_F(SupervisorTest, ANetworkMayFailInsideSend) {
+  ASSERT_TRUE(add("a-1", played()));
+  supervisor.start();
+  played_.fails_inside_send = true;
+  Message message;
+  message.destination = {IslandId{1}, "a-1", "7"};
+  EXPECT_TRUE(supervisor.send(message));
+  time.run_for(1s);
+  EXPECT_EQ(played_.openings.size(), 2u);
+}
+
+TEST_F(SupervisorTest, SaysThatThereIsNoSuchNetworkOrThatItIsNotOpenYet) {
+  Message message;
+  message.destination = {IslandId{1}, "a-1", "7"};
+  EXPECT_EQ(supervisor.send(message).error().code, ErrorCode::kNotFound);
+  ASSERT_TRUE(add("a-1", played()));
+  EXPECT_EQ(supervisor.send(message).error().code, ErrorCode::kUnreachable);
+  supervisor.start();
+  EXPECT_TRUE(supervisor.send(message));
+  EXPECT_EQ(played_.sent.size(), 1u);
+}
+
+TEST_F(SupervisorTest, ARemovedNetworkSaysNothingMoreAndIsReportedDown) {
+  ASSERT_TRUE(add("a-1", played()));
+  supervisor.start();
+  played_.host->failed({ErrorCode::kIo, "pulled"});
+  played_.speaks_when_destroyed = true;
+  sink.messages.clear();
+  supervisor.remove("a-1");
+  supervisor.remove("a-1");
+  ASSERT_EQ(sink.messages.size(), 1u);
+  EXPECT_EQ(sink.states().at(0).line, LineState::kDown);
+  EXPECT_FALSE(supervisor.has("a-1"));
+  time.run_for(10s);
+  EXPECT_EQ(played_.openings.size(), 1u);
+}
+
+}  // namespace
+}  // namespace rubicon::network

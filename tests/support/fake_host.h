@@ -1,0 +1,44 @@
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include "base/virtual_scheduler.h"
+#include "network/network.h"
+#include "support/collecting_log.h"
+#include "transport/memory_transports.h"
+
+namespace rubicon::support {
+
+/// A host in virtual time that keeps all that a network says.
+class FakeHost final : public network::NetworkHost {
+ public:
+  using NetworkHost::deliver;
+  void deliver(Message message) override { delivered.push_back(std::move(message)); }
+  void failed(Error why) override { failures.push_back(std::move(why)); }
+  Scheduler& scheduler() override { return time; }
+  transport::Transports& transports() override { return *lines; }
+  const Log& log() const override { return voice_; }
+
+  /// All bodies of one kind, in order, with the device that said them.
+  template <class Body>
+  std::vector<std::pair<std::string, Body>> all() const {
+    std::vector<std::pair<std::string, Body>> found;
+    for (const auto& message : delivered) {
+      if (const auto* body = std::get_if<Body>(&message.body)) found.emplace_back(message.source.device, *body);
+    }
+    return found;
+  }
+
+  VirtualScheduler time;
+  transport::MemoryTransports files;
+  transport::Transports* lines = &files;  ///< a test may put others here
+  CollectingLog words;
+  std::vector<Message> delivered;
+  std::vector<Error> failures;
+
+ private:
+  Log voice_{words, "network"};
+};
+
+}  // namespace rubicon::support

@@ -1,0 +1,104 @@
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "transport/local_transports.h"
+#include "transport/memory_transports.h"
+
+namespace rubicon::transport {
+namespace {
+
+/// Reads in pieces of three bytes, as streams do.
+std::string read_all(FileSource& file) {
+  std::string text;
+  std::uint8_t piece[3];
+  for (;;) {
+    const auto count = file.read(piece);
+    if (!count || *count == 0) return count ? text : text + "!";
+    text.append(reinterpret_cast<const char*>(piece), *count);
+  }
+}
+
+/// The same file on disk and in memory.
+class Files : public ::testing::TestWithParam<bool> {
+ protected:
+  Files() {
+    folder_ = std::filesystem::temp_directory_path() / ("rubicon-files-" + std::to_string(::getpid()));
+    std::filesystem::create_directories(folder_ / "sub");
+    std::ofstream(path("letters")) << "abcdefgh";
+    memory_.put(path("letters"), "abcdefgh");
+    memory_.put(path("sub/x"), "");
+  }
+  ~Files() override { std::filesystem::remove_all(folder_); }
+
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  Transports& transports() { return GetParam() ? static_cast<Transports&>(local_) : memory_; }
+
+  std::filesystem::path folder_;
+  LocalTransports local_;
+  MemoryTransports memory_;
+};
+
+TEST_P(Files, AreReadInPiecesToTheEnd) {
+  auto file = transports().open_file(path("letters"));
+  ASSERT_TRUE(file);
+  EXPECT_EQ((*file)->size(), 8u);
+  EXPECT_EQ(read_all(**file), "abcdefgh");
+  EXPECT_EQ(read_all(**file), "");
+}
+
+TEST_P(Files, AreReadFromWhereOneSeeks) {
+  auto file = transports().open_file(path("letters"));
+  ASSERT_TRUE(file);
+  ASSERT_TRUE((*file)->seek(6));
+  EXPECT_EQ(read_all(**file), "gh");
+  ASSERT_TRUE((*file)->seek(0));
+  EXPECT_EQ(read_all(**file), "abcdefgh");
+  ASSERT_TRUE((*file)->seek(100));
+  EXPECT_EQ(read_all(**file), "");
+}
+
+TEST_P(Files, AMissingOneIsNotFoundAndNamed) {
+  auto file = transports().open_file(path("nothing"));
+  ASSERT_FALSE(file);
+  EXPECT_EQ(file.error().code, ErrorCode::kNotFound);
+  EXPECT_NE(file.error().text.find(path("nothing")), std::string::npos);
+  EXPECT_NE(file.error().text.find("No such file"), std::string::npos);
+}
+
+TEST_P(Files, ADirectoryIsRefused) {
+  auto file = transports().open_file(path("sub"));
+  ASSERT_FALSE(file);
+  EXPECT_EQ(file.error().code, ErrorCode::kIo);
+  EXPECT_NE(file.error().text.find("is a directory"), std::string::npos);
+}
+
+INSTANTIATE_TEST_SUITE_P(LocalAndMemory, Files, ::testing::Bool(),
+                         [](const auto& which) { return which.param ? "Local" : "Memory"; });
+
+TEST(LocalTransports, RefusesAFifoInsteadOfBlocking) {
+  const auto path = std::filesystem::temp_directory_path() / ("rubicon-fifo-" + std::to_string(::getpid()));
+  ASSERT_EQ(::mkfifo(path.c_str(), 0600), 0);
+  LocalTransports local;
+  const auto file = local.open_file(path.string());
+  std::filesystem::remove(path);
+  ASSERT_FALSE(file);
+  EXPECT_NE(file.error().text.find("not a regular file"), std::string::npos);
+}
+
+TEST(MemoryTransports, FailsWhereATestWants) {
+  MemoryTransports memory;
+  memory.put("a", "abcdefgh");
+  memory.fail_at("a", 4);
+  auto file = memory.open_file("a");
+  ASSERT_TRUE(file);
+  EXPECT_EQ(read_all(**file), "abcd!");
+  memory.remove("a");
+  EXPECT_EQ(read_all(**file), "!");
+}
+
+}  // namespace
+}  // namespace rubicon::transport
