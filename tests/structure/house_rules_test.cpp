@@ -1,0 +1,92 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <regex>
+#include <set>
+
+#include "structure/tree.h"
+
+namespace rubicon::structure {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::vector<SourceFile> all_sources() {
+  std::vector<SourceFile> all;
+  for (const auto* folder : {"src", "apps", "tests", "bench", "examples", "include"}) {
+    for (auto& file : files_below(folder, {".h", ".cpp"})) all.push_back(std::move(file));
+  }
+  return all;
+}
+
+TEST(HouseRules, NoSourceFileIsLongerThan500Lines) {
+  for (const auto& file : all_sources()) {
+    EXPECT_LE(std::count(file.text.begin(), file.text.end(), '\n'), 500) << file.path;
+  }
+}
+
+TEST(HouseRules, NoTypeIsCalledManagerHandlerHelperUtilImplBaseDataOrInfo) {
+  static const std::regex kBad(
+      R"re(\b(?:class|struct|enum class)\s+(\w*(?:Manager|Handler|Helper|Util|Utils|Impl|Base|Data|Info))\b[^;]*\{)re");
+  for (const auto& file : all_sources()) {
+    for (std::sregex_iterator it(file.text.begin(), file.text.end(), kBad), end; it != end; ++it) {
+      ADD_FAILURE() << file.path << " names a type " << (*it)[1];
+    }
+  }
+}
+
+TEST(HouseRules, NothingIsLeftToDoLaterAndNoMachineIsNamed) {
+  // Spelled in two pieces, so that this file does not find itself.
+  const std::vector<std::string> words{std::string("TO") + "DO", std::string("FIX") + "ME", std::string("/wo") + "rk/",
+                                       std::string("DISABLED") + "_"};
+  for (const auto& file : all_sources()) {
+    for (const auto& word : words) EXPECT_EQ(file.text.find(word), std::string::npos) << file.path << ": " << word;
+  }
+}
+
+TEST(HouseRules, EveryNetworkFolderHasItsFourParts) {
+  std::vector<fs::path> folders{fs::path(RUBICON_SOURCE_DIR) / "examples/network-template"};
+  for (const auto& entry : fs::directory_iterator(fs::path(RUBICON_SOURCE_DIR) / "src/networks")) {
+    folders.push_back(entry.path());
+  }
+  for (const auto& folder : folders) {
+    auto name = folder.filename().string();
+    if (name == "network-template") name = "template";
+    for (const auto& part :
+         {name + "_network.h", name + "_network.cpp", std::string("sample.yaml"), std::string("README.md")}) {
+      EXPECT_TRUE(fs::exists(folder / part)) << folder.filename() << " has no " << part;
+    }
+  }
+}
+
+TEST(HouseRules, EveryFuzzTargetHasSeeds) {
+  std::size_t targets = 0;
+  for (const auto& file : files_below("tests/fuzz", {".cpp"})) {
+    const auto stem = fs::path(file.path).stem().string();
+    if (!stem.ends_with("_fuzz")) continue;
+    ++targets;
+    const auto seeds = fs::path(RUBICON_SOURCE_DIR) / "tests/fuzz/seeds" / stem.substr(0, stem.size() - 5);
+    EXPECT_TRUE(fs::exists(seeds) && !fs::is_empty(seeds)) << stem << " has no seeds in " << seeds.filename();
+  }
+  EXPECT_GE(targets, 7U);
+}
+
+TEST(HouseRules, TheCoverageTableOfD14NamesTestsThatExist) {
+  std::set<std::string> tests;
+  static const std::regex kTest(R"re(TEST(?:_P|_F)?\((\w+),\s*(\w+)\))re");
+  for (const auto& file : files_below("tests", {".cpp"})) {
+    for (std::sregex_iterator it(file.text.begin(), file.text.end(), kTest), end; it != end; ++it) {
+      tests.insert((*it)[1].str() + "." + (*it)[2].str());
+    }
+  }
+  static const std::regex kNamed(R"re(`([A-Z]\w+\.[A-Z]\w+)`)re");
+  const auto table = read_text(fs::path(RUBICON_SOURCE_DIR) / "docs/d1.4.md");
+  std::size_t named = 0;
+  for (std::sregex_iterator it(table.begin(), table.end(), kNamed), end; it != end; ++it, ++named) {
+    EXPECT_TRUE(tests.contains((*it)[1].str())) << "docs/d1.4.md names " << (*it)[1] << ", no such test";
+  }
+  EXPECT_GE(named, 15U);
+}
+
+}  // namespace
+}  // namespace rubicon::structure

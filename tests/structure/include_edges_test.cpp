@@ -1,0 +1,114 @@
+#include <gtest/gtest.h>
+
+#include <map>
+#include <regex>
+#include <set>
+
+#include "structure/tree.h"
+
+namespace rubicon::structure {
+namespace {
+
+using Names = std::set<std::string>;
+
+/// What each folder may include besides base, model and itself (docs/architecture.md, section 2).
+const std::map<std::string, Names> kFolderEdges{
+    {"base", {}},
+    {"model", {}},
+    {"transport", {}},
+    {"tuples", {}},
+    {"network", {"transport"}},
+    {"motes", {}},
+    {"networks/dummy", {"network", "transport"}},
+    {"networks/log", {"network", "transport", "motes"}},
+    {"gateway", {"network", "tuples"}},
+    {"proxy", {"gateway", "tuples"}},
+    {"runtime", {"transport", "tuples", "network", "motes", "networks", "gateway", "proxy"}},
+    {"apps", {"runtime"}},
+};
+
+/// Third-party headers, by their beginning, and the folders that may use them.
+const std::map<std::string, Names> kLibraryEdges{
+    {"tl/", {"base"}},
+    {"boost/asio", {"transport", "runtime"}},
+    {"boost/", {"transport", "runtime"}},
+    {"yaml-cpp/", {"runtime"}},
+    {"spdlog/", {"runtime"}},
+    {"CLI/", {"apps"}},
+    {"nlohmann/", {"model", "proxy", "runtime"}},
+    {"thread", {"transport", "runtime"}},
+    {"mutex", {"transport", "runtime"}},
+    {"condition_variable", {"transport", "runtime"}},
+    {"future", {"transport", "runtime"}},
+};
+
+/// `src/networks/log/x.cpp` -> `networks/log`, `src/base/x.h` -> `base`, `apps/...` -> `apps`.
+std::string folder_of(const std::string& path) {
+  if (path.starts_with("apps/")) return "apps";
+  const auto inner = path.starts_with("src/") ? path.substr(4) : path;
+  const auto first = inner.substr(0, inner.find('/'));
+  if (first != "networks") return first;
+  const auto rest = inner.substr(first.size() + 1);
+  return first + "/" + rest.substr(0, rest.find('/'));
+}
+
+bool library_allowed(const std::string& header, const std::string& folder) {
+  for (const auto& [prefix, folders] : kLibraryEdges) {
+    const bool whole = prefix.find('/') == prefix.npos;
+    if (whole ? header == prefix : header.starts_with(prefix)) return folders.contains(folder);
+  }
+  return true;
+}
+
+bool folder_allowed(const std::string& target, const std::string& folder) {
+  if (target == folder) return true;
+  if (folder != "base" && target == "base") return true;
+  if (folder != "base" && target == "model") return true;
+  const auto edges = kFolderEdges.find(folder);
+  if (edges == kFolderEdges.end()) return false;
+  return edges->second.contains(target) || edges->second.contains(target.substr(0, target.find('/')));
+}
+
+std::vector<std::string> forbidden_edges(const SourceFile& file) {
+  static const std::regex kInclude(R"re(^[ \t]*#[ \t]*include[ \t]*([<"])([^>"]+)[>"])re", std::regex::multiline);
+  std::vector<std::string> found;
+  const auto folder = folder_of(file.path);
+  for (std::sregex_iterator it(file.text.begin(), file.text.end(), kInclude), end; it != end; ++it) {
+    const auto header = (*it)[2].str();
+    if ((*it)[1] == "<") {
+      if (!library_allowed(header, folder)) found.push_back(file.path + " includes <" + header + ">");
+    } else if (!header.ends_with("_sample.h") && !folder_allowed(folder_of(header), folder)) {
+      found.push_back(file.path + " includes " + header);
+    }
+  }
+  return found;
+}
+
+TEST(IncludeEdges, EveryIncludeFollowsTheLayers) {
+  auto files = files_below("src", {".h", ".cpp"});
+  for (auto& file : files_below("apps", {".h", ".cpp"})) files.push_back(std::move(file));
+  ASSERT_GT(files.size(), 50U);
+  for (const auto& file : files) {
+    EXPECT_TRUE(kFolderEdges.contains(folder_of(file.path))) << file.path << " lies in a folder the rule does not name";
+    for (const auto& edge : forbidden_edges(file)) ADD_FAILURE() << edge;
+  }
+}
+
+TEST(IncludeEdges, AForbiddenEdgeIsFound) {
+  EXPECT_EQ(forbidden_edges({"src/tuples/store.cpp", "#include \"proxy/proxy.h\"\n"}).size(), 1U);
+  EXPECT_EQ(forbidden_edges({"src/base/bytes.cpp", "#include \"model/key.h\"\n"}).size(), 1U);
+  EXPECT_EQ(forbidden_edges({"src/networks/dummy/wave.cpp", "#include \"networks/log/csv_reader.h\"\n"}).size(), 1U);
+  EXPECT_EQ(forbidden_edges({"src/networks/dummy/wave.cpp", "#include \"motes/mote_codec.h\"\n"}).size(), 1U);
+  EXPECT_EQ(forbidden_edges({"src/proxy/demand.cpp", "#include <thread>\n"}).size(), 1U);
+  EXPECT_EQ(forbidden_edges({"src/gateway/gateway.cpp", "# include <boost/asio/io_context.hpp>\n"}).size(), 1U);
+}
+
+TEST(IncludeEdges, AnAllowedEdgeIsNotFound) {
+  EXPECT_TRUE(
+      forbidden_edges({"src/networks/log/log.cpp", "#include \"motes/mote_codec.h\"\n#include <vector>\n"}).empty());
+  EXPECT_TRUE(
+      forbidden_edges({"src/proxy/demand.cpp", "#include \"gateway/gateway.h\"\n#include \"base/time.h\"\n"}).empty());
+}
+
+}  // namespace
+}  // namespace rubicon::structure

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <vector>
+
+namespace rubicon::structure {
+
+struct SourceFile {
+  std::string path;  ///< from the root of the project, with slashes
+  std::string text;
+};
+
+inline std::string read_text(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+/// All files with one of these endings below a folder of the project.
+inline std::vector<SourceFile> files_below(const std::string& folder, const std::vector<std::string>& endings) {
+  namespace fs = std::filesystem;
+  std::vector<SourceFile> files;
+  const fs::path root(RUBICON_SOURCE_DIR);
+  if (!fs::exists(root / folder)) return files;
+  for (const auto& entry : fs::recursive_directory_iterator(root / folder)) {
+    if (!entry.is_regular_file()) continue;
+    for (const auto& ending : endings) {
+      if (entry.path().extension() == ending) {
+        files.push_back({fs::relative(entry.path(), root).generic_string(), read_text(entry.path())});
+      }
+    }
+  }
+  return files;
+}
+
+}  // namespace rubicon::structure
