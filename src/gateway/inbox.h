@@ -3,6 +3,7 @@
 #include <limits>
 #include <string>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "gateway/gateway.h"
@@ -34,6 +35,7 @@ class Inbox {
 
  private:
   struct Waiting {
+    explicit Waiting(Message&& waiting) : message(std::move(waiting)) {}
     Message message;
     bool dropped = false;
   };
@@ -48,7 +50,7 @@ class Inbox {
   bool add_join(Message& message);
   bool add_keep_alive(Message& message);
   bool add_other(Message& message);
-  void push(Message& message) { waiting_.push_back({std::move(message)}); }
+  void push(Message& message) { waiting_.emplace_back(std::move(message)); }
   Marks* marks_of(const std::string& device);
   void drop_oldest_updates();
   void close_ranks();
