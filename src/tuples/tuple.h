@@ -18,18 +18,18 @@ struct TupleView {
   std::string_view key;
   std::string_view value;
   std::string_view media_type;
-  OwnerId creator{};          ///< who wrote it last; differs from the owner after a remote set
-  std::uint64_t sequence = 0; ///< +1 by the owner at each set, from 1
-  WallTime write_time{};      ///< when the owner published
-  WallTime user_time{};       ///< when the device measured; zero = not given
-  WallTime expire_time{};     ///< zero = never
+  OwnerId creator{};           ///< who wrote it last; differs from the owner after a remote set
+  std::uint64_t sequence = 0;  ///< +1 by the owner at each set, from 1
+  WallTime write_time{};       ///< when the owner published
+  WallTime user_time{};        ///< when the device measured; zero = not given
+  WallTime expire_time{};      ///< zero = never
 };
 
 enum class EventKind : std::uint8_t { kSet, kDeleted, kExpired };
 std::string_view to_string(EventKind kind);
 
-/// What happened to a tuple: set (equal values too), deleted by its owner, or its expiry time came. For the last two the
-/// view shows the last value.
+/// What happened to a tuple: set (equal values too), deleted by its owner, or its expiry time came. For the last two
+/// the view shows the last value.
 struct Event {
   EventKind kind = EventKind::kSet;
   TupleView tuple;
@@ -38,7 +38,8 @@ using EventCall = std::function<void(const Event&)>;
 
 /// How often a subscriber wants to hear of a tuple. Deletion and expiry are always told at once.
 struct Flow {
-  Duration minimum{0};   ///< at most one event in this time, the latest value always delivered; also the wanted sampling period
+  Duration minimum{
+      0};  ///< at most one event in this time, the latest value always delivered; also the wanted sampling period
   Duration maximum{0};   ///< the present value again when nothing came for this long; zero = no heartbeat
   double dead_band = 0;  ///< numeric values: changes smaller than this against the last delivered one are held back
   bool passive = false;  ///< sees what there is, creates no demand
@@ -62,7 +63,7 @@ struct RemoteSet {
   std::string media_type = "text/plain";
   WallTime user_time{};
   Duration lifetime{0};
-  Duration time_to_live{0};  ///< from the sending on; what remains is handed on with it. Zero = none given
+  Duration time_to_live{0};         ///< from the sending on; what remains is handed on with it. Zero = none given
   bool time_to_live_given = false;  ///< by the caller; else the space put its default
 };
 

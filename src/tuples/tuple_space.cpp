@@ -3,10 +3,19 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <map>
-#include <set>
+#include <limits>
+
+#include "base/assert.h"
+#include "tuples/space_parts.h"
 
 namespace rubicon::tuples {
+
+namespace {
+
+constexpr Duration kDefaultTimeToLive = std::chrono::seconds(5);
+constexpr std::size_t kNoBudget = std::numeric_limits<std::size_t>::max();
+
+}  // namespace
 
 void Handle::reset() {
   if (auto end = std::exchange(end_, nullptr)) end();
@@ -20,210 +29,15 @@ Handle& Handle::operator=(Handle&& other) noexcept {
   return *this;
 }
 
-struct TupleSpace::Parts {
-  struct Tuple {
-    std::string value, media_type;
-    TupleView view;
-    TupleRef ref;
-    std::uint64_t version = 0;
-  };
-  struct Subscription {
-    OwnerId who{};
-    std::uint32_t id = 0;
-    Pattern pattern;
-    Flow flow;
-    EventCall call;
-  };
-  struct Watch {
-    Pattern pattern;
-    DemandCall call;
-    std::map<std::string, std::pair<bool, Duration>> last;
-  };
-  struct Request {
-    ReplyCall call;
-    Timer timer;
-  };
-  using Name = std::pair<OwnerId, std::string>;
-
-  Parts(OwnerId s, Scheduler& sc, Link& l) : self(s), scheduler(sc), link(l) {}
-
-  OwnerId self;
-  Scheduler& scheduler;
-  Link& link;
-  std::map<Name, Tuple> tuples;
-  std::map<std::uint32_t, std::string> own_by_index;
-  std::uint32_t next_index = 0;
-  std::map<std::uint32_t, std::shared_ptr<Subscription>> local;
-  std::map<std::pair<OwnerId, std::uint32_t>, std::shared_ptr<Subscription>> distant;
-  std::vector<std::shared_ptr<Watch>> watches;
-  std::vector<std::pair<Pattern, std::shared_ptr<Judge>>> judges;
-  std::vector<std::shared_ptr<PeerCall>> peer_calls;
-  std::map<std::uint64_t, Request> requests;
-  std::map<std::string, Timer> expiry;
-  std::shared_ptr<bool> alive = std::make_shared<bool>(true);
-  std::uint32_t next_id = 1;
-  std::uint64_t next_request = 1;
-  std::uint64_t sets = 0, events = 0;
-  bool demand_posted = false;
-
-  template <class Call>
-  void later(Call call) {
-    scheduler.post([live = std::weak_ptr<bool>(alive), call = std::move(call)] {
-      if (live.lock()) call();
-    });
-  }
-
-  void tell(const std::shared_ptr<Subscription>& s, EventKind kind, const Tuple& t) {
-    ++events;
-    struct Copy {
-      EventKind kind;
-      TupleView view;
-      std::string key, value, media;
-    };
-    auto copy = std::make_shared<Copy>(Copy{kind, t.view, std::string(t.view.key), t.value, t.media_type});
-    later([this, weak = std::weak_ptr<Subscription>(s), copy] {
-      auto still = weak.lock();
-      if (!still) return;
-      Event event{copy->kind, copy->view};
-      event.tuple.key = copy->key;
-      event.tuple.value = copy->value;
-      event.tuple.media_type = copy->media;
-      if (still->who == self) {
-        still->call(event);
-      } else {
-        link.publish(still->who, std::span(&event, 1));
-      }
-    });
-  }
-
-  void announce(EventKind kind, const Tuple& t) {
-    for (const auto& [id, s] : local) {
-      if (s->pattern.matches(t.view.owner, t.view.key)) tell(s, kind, t);
-    }
-    if (t.view.owner != self) return;
-    std::set<OwnerId> told;
-    for (const auto& [id, s] : distant) {
-      if (s->pattern.matches(t.view.owner, t.view.key) && told.insert(s->who).second) tell(s, kind, t);
-    }
-  }
-
-  void check_demand() {
-    if (demand_posted) return;
-    demand_posted = true;
-    later([this] {
-      demand_posted = false;
-      for (const auto& watch : std::vector(watches)) {
-        std::map<std::string, std::pair<bool, Duration>> now;
-        for (const auto& [name, t] : tuples) {
-          if (name.first == self && watch->pattern.matches(self, name.second))
-            now[name.second] = demand_of(name.second);
-        }
-        auto last = std::exchange(watch->last, now);
-        for (const auto& [key, d] : now) {
-          const auto before = last.contains(key) ? last[key] : std::pair(false, Duration(0));
-          if (before == d || !tuples.contains({self, key})) continue;
-          watch->call(Demand{tuples.at({self, key}).ref, key, d.first, d.second});
-        }
-      }
-    });
-  }
-
-  std::pair<bool, Duration> demand_of(const std::string& key) const {
-    bool wanted = false;
-    Duration shortest = Duration::max();
-    auto look = [&](const Subscription& s) {
-      if (s.flow.passive || !s.pattern.matches(self, key)) return;
-      wanted = true;
-      shortest = std::min(shortest, s.flow.minimum);
-    };
-    for (const auto& [id, s] : local) look(*s);
-    for (const auto& [id, s] : distant) look(*s);
-    return {wanted, wanted ? shortest : Duration(0)};
-  }
-
-  Tuple& store(OwnerId owner, std::string_view key, std::string_view value, const SetOptions& options,
-               OwnerId creator) {
-    auto [found, fresh] = tuples.try_emplace(Name(owner, key));
-    auto& t = found->second;
-    if (fresh) {
-      t.ref = {next_index++, 1};
-      own_by_index[t.ref.index] = key;
-      t.view.owner = owner;
-      t.view.key = found->first.second;
-      check_demand();
-    }
-    t.value = value;
-    t.media_type = options.media_type;
-    t.view.value = t.value;
-    t.view.media_type = t.media_type;
-    t.view.creator = creator;
-    ++t.view.sequence;
-    t.view.write_time = scheduler.wall_now();
-    t.view.user_time = options.user_time;
-    t.view.expire_time =
-        options.lifetime > Duration(0)
-            ? t.view.write_time + std::chrono::duration_cast<std::chrono::microseconds>(options.lifetime)
-            : WallTime{};
-    if (owner == self) arm_expiry(std::string(key), options.lifetime);
-    ++sets;
-    announce(EventKind::kSet, t);
-    return t;
-  }
-
-  void arm_expiry(const std::string& key, Duration lifetime) {
-    expiry.erase(key);
-    if (lifetime <= Duration(0)) return;
-    expiry[key] = scheduler.after(lifetime, [this, key] { remove({self, key}, EventKind::kExpired); });
-  }
-
-  void remove(Name name, EventKind kind) {
-    const auto found = tuples.find(name);
-    if (found == tuples.end()) return;
-    announce(kind, found->second);
-    own_by_index.erase(found->second.ref.index);
-    tuples.erase(found);
-    check_demand();
-  }
-
-  Judgement decide(const RemoteSet& wish) {
-    std::shared_ptr<Judge> best;
-    std::size_t length = 0;
-    for (const auto& [pattern, judge] : judges) {
-      if (!pattern.matches(self, wish.key)) continue;
-      const std::size_t score = pattern.exact() ? 100000 : pattern.key.size();
-      if (!best || score > length) {
-        best = judge;
-        length = score;
-      }
-    }
-    if (best) return (*best)(wish);
-    if (!tuples.contains({self, wish.key})) {
-      return Judgement::refused({ErrorCode::kNotFound, fmt::format("no tuple {}", wish.key)});
-    }
-    return Judgement::refused({ErrorCode::kRefused, fmt::format("{} is read-only", wish.key)});
-  }
-
-  Reply answer(const RemoteSet& wish) {
-    const auto judgement = decide(wish);
-    if (judgement.verdict == Verdict::kApplied && judgement.store) {
-      store(self, wish.key, wish.value, {wish.media_type, wish.user_time, wish.lifetime}, wish.from);
-    }
-    return {wish.from, wish.request, judgement.verdict, judgement.code, judgement.text};
-  }
-
-  void take_reply(const Reply& reply) {
-    auto node = requests.extract(reply.request);
-    if (node && node.mapped().call) node.mapped().call(reply);
-  }
-};
-
 TupleSpace::TupleSpace(OwnerId self, Scheduler& scheduler, Link& link)
     : parts_(std::make_unique<Parts>(self, scheduler, link)) {
   link.attach(this);
 }
+
 TupleSpace::~TupleSpace() {
   parts_->link.attach(nullptr);
 }
+
 OwnerId TupleSpace::self() const {
   return parts_->self;
 }
@@ -234,87 +48,90 @@ Result<TupleRef> TupleSpace::declare(std::string_view key, std::string_view valu
 }
 
 Result<TupleRef> TupleSpace::set(std::string_view key, std::string_view value, const SetOptions& options) {
-  if (auto ok = model::check_key(key); !ok) return fail(ok.error());
-  return parts_->store(parts_->self, key, value, options, parts_->self).ref;
+  return parts_->write(key, value, options, parts_->self);
 }
 
 Result<void> TupleSpace::set(TupleRef tuple, std::string_view value, const SetOptions& options) {
-  const auto found = parts_->own_by_index.find(tuple.index);
-  if (found == parts_->own_by_index.end()) return fail(ErrorCode::kNotFound, "the tuple is gone");
-  parts_->store(parts_->self, found->second, value, options, parts_->self);
+  auto& parts = *parts_;
+  if (!parts.store.is_present(tuple) || parts.condemned(tuple.index)) {
+    return fail(ErrorCode::kNotFound, "setting a tuple by its short name: it was deleted or expired");
+  }
+  if (value.size() > kMaxValueSize) {
+    const auto key = parts.store.at(tuple.index).key();
+    return parts.write(key, value, options, parts.self).map([](TupleRef) {});
+  }
+  parts.write(tuple.index, value, options, parts.self);
   return {};
 }
 
 Result<void> TupleSpace::erase(std::string_view key) {
-  if (!find(key)) return fail(ErrorCode::kNotFound, fmt::format("no tuple {}", model::quoted(key)));
-  parts_->remove({parts_->self, std::string(key)}, EventKind::kDeleted);
+  const auto index = parts_->find(parts_->self, key);
+  if (index == kNone) return fail(ErrorCode::kNotFound, fmt::format("erasing {}: no such tuple", model::quoted(key)));
+  parts_->remove(index, EventKind::kDeleted);
   return {};
 }
 
 void TupleSpace::erase(const Pattern& pattern) {
-  std::vector<std::string> keys;
-  for (const auto& [name, t] : parts_->tuples) {
-    if (name.first == parts_->self && pattern.matches(name.first, name.second)) keys.push_back(name.second);
-  }
-  for (const auto& key : keys) parts_->remove({parts_->self, key}, EventKind::kDeleted);
+  if (!is_sound(pattern) || (pattern.owner && *pattern.owner != parts_->self)) return;
+  parts_->open_turn();
+  parts_->walk(Walk::Aim::kErase, {parts_->self, pattern.key}, nullptr);
 }
 
 std::optional<TupleRef> TupleSpace::find(std::string_view key) const {
-  const auto found = parts_->tuples.find({parts_->self, std::string(key)});
-  if (found == parts_->tuples.end()) return std::nullopt;
-  return found->second.ref;
+  const auto index = parts_->find(parts_->self, key);
+  if (index == kNone) return std::nullopt;
+  return TupleRef{index, parts_->store.at(index).generation};
 }
 
 bool TupleSpace::has_subscriber(TupleRef tuple) const {
-  const auto found = parts_->own_by_index.find(tuple.index);
-  if (found == parts_->own_by_index.end()) return false;
-  auto any = [&](const auto& map) {
-    return std::any_of(map.begin(), map.end(),
-                       [&](const auto& e) { return e.second->pattern.matches(parts_->self, found->second); });
-  };
-  return any(parts_->local) || any(parts_->distant);
+  if (!parts_->store.is_present(tuple)) return false;
+  const auto& members = parts_->store.subscribers(tuple.index).members;
+  return std::any_of(members.begin(), members.end(), [](const auto& member) { return member->alive; });
 }
 
 Handle TupleSpace::watch_demand(const Pattern& pattern, DemandCall call) {
-  auto watch = std::make_shared<Parts::Watch>(Parts::Watch{pattern, std::move(call), {}});
-  parts_->watches.push_back(watch);
-  parts_->check_demand();
-  return Handle([parts = parts_.get(), live = std::weak_ptr<bool>(parts_->alive), watch] {
-    if (live.lock()) std::erase(parts->watches, watch);
-  });
+  if (!is_sound(pattern)) return {};
+  parts_->open_turn();
+  return parts_->handle(
+      [parts = parts_.get(), watch = parts_->demand.add(pattern, std::move(call))] { parts->demand.remove(watch); });
 }
 
 Handle TupleSpace::judge(const Pattern& pattern, Judge judge) {
-  auto shared = std::make_shared<Judge>(std::move(judge));
-  parts_->judges.emplace_back(pattern, shared);
-  return Handle([parts = parts_.get(), live = std::weak_ptr<bool>(parts_->alive), shared] {
-    if (live.lock()) std::erase_if(parts->judges, [&](const auto& j) { return j.second == shared; });
-  });
+  if (!is_sound(pattern)) return {};
+  return parts_->handle(
+      [parts = parts_.get(), seat = parts_->judges.add(pattern, std::move(judge))] { parts->judges.remove(seat); });
 }
 
 Handle TupleSpace::subscribe(const Pattern& pattern, const Flow& flow, EventCall call) {
-  const auto id = parts_->next_id++;
-  auto s = std::make_shared<Parts::Subscription>(Parts::Subscription{parts_->self, id, pattern, flow, std::move(call)});
-  parts_->local[id] = s;
-  for (const auto& [name, t] : parts_->tuples) {
-    if (pattern.matches(name.first, name.second)) parts_->tell(s, EventKind::kSet, t);
-  }
-  parts_->link.subscribe({id, pattern, flow});
-  parts_->check_demand();
-  return Handle([parts = parts_.get(), live = std::weak_ptr<bool>(parts_->alive), id] {
-    if (!live.lock()) return;
-    parts->local.erase(id);
-    parts->link.unsubscribe(id);
-    parts->check_demand();
+  if (!is_sound(pattern)) return {};
+  auto& parts = *parts_;
+  const auto id = parts.free_wire_id();
+  const auto subscription = parts.subscribe(pattern, flow, std::move(call), nullptr, id);
+  parts.by_wire_id.emplace(id, subscription);
+  const bool others = !pattern.owner || *pattern.owner != parts.self;
+  if (others) parts.link.subscribe({id, pattern, subscription->flow});
+  return parts.handle([&parts, subscription, others] {
+    parts.by_wire_id.erase(subscription->wire_id);
+    if (others) parts.link.unsubscribe(subscription->wire_id);
+    parts.unsubscribe(subscription);
   });
 }
 
 std::uint64_t TupleSpace::set_remote(OwnerId owner, std::string_view key, std::string_view value, Duration time_to_live,
                                      ReplyCall call, const SetOptions& options) {
+  auto* parts = parts_.get();
+  RUBICON_DEBUG_ASSERT(parts->scheduler.on_loop_thread());
+  const auto request = parts->requests.next_number();
   const bool given = time_to_live > Duration(0);
-  if (!given) time_to_live = std::chrono::seconds(5);
-  const auto request = parts_->next_request++;
-  RemoteSet wish{parts_->self,
+  const auto left = given ? std::min(time_to_live, kLongest) : kDefaultTimeToLive;
+  if (parts->requests.full()) {
+    parts->later([request, me = parts->self, call = std::move(call)] {
+      if (call) call({me, request, Verdict::kRefused, ErrorCode::kBusy, "too many remote sets wait for their answer"});
+    });
+    return request;
+  }
+  parts->requests.open(request, left, std::move(call));
+  RemoteSet wish{parts->self,
                  owner,
                  request,
                  std::string(key),
@@ -322,32 +139,35 @@ std::uint64_t TupleSpace::set_remote(OwnerId owner, std::string_view key, std::s
                  std::string(options.media_type),
                  options.user_time,
                  options.lifetime,
-                 time_to_live,
+                 left,
                  given};
-  auto* parts = parts_.get();
-  auto timer = parts->scheduler.after(time_to_live, [parts, request] {
-    parts->take_reply({parts->self, request, Verdict::kExpired, ErrorCode::kExpired, "no answer in time"});
-  });
-  parts->requests[request] = {std::move(call), std::move(timer)};
   if (owner == parts->self) {
-    parts->later([parts, wish] { parts->take_reply(parts->answer(wish)); });
+    parts->later([parts, wish = std::move(wish)] { parts->judge_own(wish); });
   } else if (auto sent = parts->link.remote_set(wish); !sent) {
-    parts->later([parts, request, error = sent.error()] {
-      parts->take_reply({parts->self, request, Verdict::kNoSuchOwner, error.code, error.text});
+    const auto verdict = sent.error().code == ErrorCode::kNotFound ? Verdict::kNoSuchOwner : Verdict::kRefused;
+    parts->later([parts, reply = Reply{parts->self, request, verdict, sent.error().code, sent.error().text}] {
+      parts->requests.answer(reply);
     });
   }
   return request;
 }
 
 std::optional<TupleView> TupleSpace::get(OwnerId owner, std::string_view key) const {
-  const auto found = parts_->tuples.find({owner, std::string(key)});
-  if (found == parts_->tuples.end()) return std::nullopt;
-  return found->second.view;
+  const auto index = parts_->find(owner, key);
+  if (index == kNone) return std::nullopt;
+  return parts_->store.view(index);
 }
 
 void TupleSpace::list(const Pattern& pattern, const std::function<void(const TupleView&)>& visit) const {
-  for (const auto& [name, t] : parts_->tuples) {
-    if (pattern.matches(name.first, name.second)) visit(t.view);
+  if (!is_sound(pattern)) return;
+  auto& store = parts_->store;
+  PatternWalk walk(store.trie(), pattern);
+  auto budget = kNoBudget;
+  while (const auto index = walk.next(budget)) {
+    if (parts_->condemned(*index)) continue;
+    store.pool().pin(*index);
+    visit(store.view(*index));
+    store.pool().unpin(*index);
   }
 }
 
@@ -356,71 +176,20 @@ std::vector<OwnerId> TupleSpace::peers() const {
 }
 
 Handle TupleSpace::watch_peers(PeerCall call) {
-  auto shared = std::make_shared<PeerCall>(std::move(call));
-  parts_->peer_calls.push_back(shared);
-  return Handle([parts = parts_.get(), live = std::weak_ptr<bool>(parts_->alive), shared] {
-    if (live.lock()) std::erase(parts->peer_calls, shared);
-  });
+  auto watch = parts_->peer_calls.emplace_back(std::make_shared<PeerCall>(std::move(call)));
+  return parts_->handle([parts = parts_.get(), watch] { std::erase(parts->peer_calls, watch); });
 }
 
 TupleSpace::Stats TupleSpace::stats() const {
-  Stats stats;
-  for (const auto& [name, t] : parts_->tuples) ++(name.first == parts_->self ? stats.own : stats.cached);
-  stats.subscriptions = parts_->local.size();
-  stats.sets = parts_->sets;
-  stats.events = parts_->events;
-  return stats;
-}
-
-void TupleSpace::on_changes(OwnerId owner, std::span<const Change> changes) {
-  for (const auto& change : changes) {
-    Parts::Name name(owner, change.tuple.key);
-    if (change.kind != EventKind::kSet) {
-      parts_->remove(name, change.kind);
-      continue;
-    }
-    auto found = parts_->tuples.find(name);
-    if (found != parts_->tuples.end() && found->second.view.sequence >= change.tuple.sequence) continue;
-    auto& t = found != parts_->tuples.end() ? found->second : parts_->tuples[name];
-    t.value = change.tuple.value;
-    t.media_type = change.tuple.media_type;
-    t.view = change.tuple;
-    t.view.key = parts_->tuples.find(name)->first.second;
-    t.view.value = t.value;
-    t.view.media_type = t.media_type;
-    parts_->announce(EventKind::kSet, t);
-  }
-}
-
-void TupleSpace::on_subscribe(OwnerId subscriber, const SubscriptionSpec& spec) {
-  auto s = std::make_shared<Parts::Subscription>(Parts::Subscription{subscriber, spec.id, spec.pattern, spec.flow, {}});
-  parts_->distant[{subscriber, spec.id}] = s;
-  for (const auto& [name, t] : parts_->tuples) {
-    if (name.first == parts_->self && spec.pattern.matches(name.first, name.second)) {
-      parts_->tell(s, EventKind::kSet, t);
-    }
-  }
-  parts_->check_demand();
-}
-
-void TupleSpace::on_unsubscribe(OwnerId subscriber, std::uint32_t id) {
-  parts_->distant.erase({subscriber, id});
-  parts_->check_demand();
-}
-
-void TupleSpace::on_remote_set(const RemoteSet& wish) {
-  parts_->link.reply(parts_->answer(wish));
-}
-void TupleSpace::on_reply(const Reply& reply) {
-  parts_->take_reply(reply);
-}
-
-void TupleSpace::on_peer(OwnerId peer, PeerEvent event) {
-  if (event != PeerEvent::kUp) {
-    std::erase_if(parts_->distant, [&](const auto& e) { return e.first.first == peer; });
-    parts_->check_demand();
-  }
-  for (const auto& call : std::vector(parts_->peer_calls)) (*call)(peer, event);
+  const auto& parts = *parts_;
+  return {parts.store.own(),
+          parts.store.cached(),
+          parts.by_number.size(),
+          parts.queue.size() + parts.outbox.size(),
+          parts.sets,
+          parts.queue.delivered(),
+          parts.queue.merged() + parts.outbox.merged(),
+          parts.queue.dropped() + parts.outbox.dropped() + parts.dropped};
 }
 
 }  // namespace rubicon::tuples

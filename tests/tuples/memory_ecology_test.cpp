@@ -1,18 +1,9 @@
 #include <gtest/gtest.h>
 
-#include "base/virtual_scheduler.h"
-#include "tuples/memory/memory_ecology.h"
-#include "tuples/tuple_space.h"
+#include "tuples/component.h"
 
 namespace rubicon::tuples {
 namespace {
-
-struct Component {
-  Component(MemoryEcology& ecology, Scheduler& scheduler, std::uint32_t id)
-      : link(std::move(*ecology.join(OwnerId(id)))), space(OwnerId(id), scheduler, *link) {}
-  std::unique_ptr<Link> link;
-  TupleSpace space;
-};
 
 TEST(MemoryEcology, RefusesASecondComponentWithTheSameId) {
   VirtualScheduler scheduler;

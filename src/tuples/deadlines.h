@@ -1,0 +1,93 @@
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "base/scheduler.h"
+#include "tuples/store.h"
+
+namespace rubicon::tuples {
+
+/// Something to look at when its time comes: a tuple's expiry (no subscription), or a tuple for a paced subscription.
+struct Deadline {
+  SteadyTime when{};
+  std::uint64_t subscription = 0;
+  std::uint32_t tuple = kNone;
+  std::uint32_t generation = 0;
+};
+
+/// Deadlines on one timer, armed for the earliest. They are not taken back: who is called looks whether it still
+/// matters.
+class Deadlines {
+ public:
+  using Call = std::function<void(const Deadline&, SteadyTime now)>;
+  using StillMatters = std::function<bool(const Deadline&)>;
+
+  Deadlines(Scheduler& scheduler, Call call, StillMatters still_matters);
+
+  void add(const Deadline& deadline);
+  std::size_t size() const { return heap_.size(); }
+
+ private:
+  void run();
+  void arm();
+  void sweep();
+
+  Scheduler& scheduler_;
+  Call call_;
+  StillMatters still_matters_;
+  std::vector<Deadline> heap_;
+  std::size_t sweep_at_ = 1024;
+  SteadyTime armed_ = SteadyTime::max();
+  Timer timer_;
+};
+
+/// Longest lifetime or interval that counts; anything longer is cut, so that no sum of times overflows.
+inline constexpr Duration kLongest = std::chrono::hours(24 * 3650);
+
+/// When tuples expire, as time of this process's steady clock: wall clocks may jump or differ.
+class Expiry {
+ public:
+  Expiry(Deadlines& deadlines, Store& store) : deadlines_(deadlines), store_(store) {}
+
+  /// Counts from `now`; no lifetime = never.
+  void set(std::uint32_t index, Duration lifetime, SteadyTime now);
+  void clear(std::uint32_t index) { times_.erase(index); }
+  /// False when the tuple was set again meanwhile; then its new time is armed.
+  bool is_due(std::uint32_t index, SteadyTime now);
+
+ private:
+  struct Times {
+    SteadyTime ends{};
+    SteadyTime armed = SteadyTime::max();
+  };
+  void arm(std::uint32_t index, Times& times);
+
+  Deadlines& deadlines_;
+  Store& store_;
+  std::unordered_map<std::uint32_t, Times> times_;
+};
+
+/// Minimum and maximum interval and dead band of the subscriptions that have them.
+class Pacer {
+ public:
+  enum class Due { kNothing, kChange, kHeartbeat };
+
+  Pacer(Deadlines& deadlines, Store& store) : deadlines_(deadlines), store_(store) {}
+
+  /// True: deliver the new value now. False: held back; if it still counts later, due() says so.
+  bool offer(Subscription& subscription, std::uint32_t index, SteadyTime now);
+  /// An initial value was delivered.
+  void begin(Subscription& subscription, std::uint32_t index, SteadyTime now);
+  Due due(Subscription& subscription, std::uint32_t index, SteadyTime now);
+
+ private:
+  bool within_dead_band(const Subscription& subscription, const Pace& pace, std::uint32_t index) const;
+  void delivered(Subscription& subscription, Pace& pace, std::uint32_t index, SteadyTime now);
+  void arm(const Subscription& subscription, Pace& pace, std::uint32_t index);
+
+  Deadlines& deadlines_;
+  Store& store_;
+};
+
+}  // namespace rubicon::tuples

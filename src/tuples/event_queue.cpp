@@ -1,0 +1,105 @@
+#include "tuples/event_queue.h"
+
+#include <algorithm>
+
+namespace rubicon::tuples {
+
+void EventQueue::push(std::uint32_t index, EventKind kind) {
+  auto* queued = room_for(index, kind);
+  if (!queued) return;
+  fill(*queued, index, kind, store_.at(index).subscribers);
+}
+
+void EventQueue::push_to(std::uint32_t index, EventKind kind, SubscriptionPtr target) {
+  if (size() >= 2 * limit_) {
+    ++dropped_;
+    return;
+  }
+  auto& queued = events_.emplace_back();
+  store_.pool().pin(index);
+  fill(queued, index, kind, 0);
+  queued.target = std::move(target);
+}
+
+EventQueue::Queued* EventQueue::room_for(std::uint32_t index, EventKind kind) {
+  if (size() >= limit_) {
+    const auto waiting = beyond_.find(index);
+    if (waiting != beyond_.end() && waiting->second >= taken_ && kind == EventKind::kSet) {
+      ++merged_;
+      auto& queued = events_[head_ + static_cast<std::size_t>(waiting->second - taken_)];
+      store_.sets().release(queued.set);
+      return &queued;
+    }
+    if (size() >= 2 * limit_) {
+      ++dropped_;
+      return nullptr;
+    }
+    beyond_[index] = taken_ + size();
+  }
+  store_.pool().pin(index);
+  return &events_.emplace_back();
+}
+
+void EventQueue::fill(Queued& queued, std::uint32_t index, EventKind kind, std::uint32_t set) {
+  const auto& tuple = store_.at(index);
+  queued.tuple = index;
+  queued.set = set;
+  store_.sets().use(queued.set);
+  queued.kind = kind;
+  queued.media_type = tuple.media_type;
+  queued.creator = tuple.creator;
+  queued.sequence = tuple.sequence;
+  queued.write_time = tuple.write_time;
+  queued.user_time = tuple.user_time;
+  queued.expire_time = tuple.expire_time;
+  queued.value = tuple.value;
+}
+
+void EventQueue::drain(std::size_t most) {
+  for (auto count = std::min(size(), most); count > 0; --count) {
+    // The calls may push, which moves the others.
+    const Queued queued = std::move(events_[head_]);
+    ++head_;
+    ++taken_;
+    deliver(queued);
+    store_.sets().release(queued.set);
+    store_.pool().unpin(queued.tuple);
+  }
+  shrink();
+}
+
+void EventQueue::deliver(const Queued& queued) {
+  const auto& tuple = store_.at(queued.tuple);
+  const Event event{queued.kind,
+                    {tuple.owner, tuple.key(), queued.value, store_.media_types().name(queued.media_type),
+                     queued.creator, queued.sequence, queued.write_time, queued.user_time, queued.expire_time}};
+  if (queued.target) {
+    call(*queued.target, event);
+    return;
+  }
+  const auto& subscribers = store_.sets()[queued.set].plain;
+  for (auto* subscription : subscribers) call(*subscription, event);
+}
+
+void EventQueue::call(Subscription& subscription, const Event& event) {
+  if (!subscription.alive) return;
+  ++delivered_;
+  subscription.running = true;
+  subscription.call(event);
+  subscription.running = false;
+  if (!subscription.alive) subscription.call = nullptr;
+}
+
+void EventQueue::shrink() {
+  if (size() < limit_) beyond_.clear();
+  if (head_ == events_.size()) {
+    events_.clear();
+    head_ = 0;
+    if (events_.capacity() > 65536) events_.shrink_to_fit();
+  } else if (head_ > 4096 && head_ > events_.size() / 2) {
+    events_.erase(events_.begin(), events_.begin() + static_cast<std::ptrdiff_t>(head_));
+    head_ = 0;
+  }
+}
+
+}  // namespace rubicon::tuples

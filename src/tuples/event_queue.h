@@ -1,0 +1,61 @@
+#pragma once
+
+#include <unordered_map>
+#include <vector>
+
+#include "tuples/store.h"
+
+namespace rubicon::tuples {
+
+/// What waits for local subscribers, each set in its order. Beyond the limit a further set of a tuple that already
+/// waits behind the limit replaces it (merged); what then still does not fit is dropped and counted.
+class EventQueue {
+ public:
+  static constexpr std::size_t kLimit = 1'000'000;
+
+  explicit EventQueue(Store& store, std::size_t limit = kLimit) : store_(store), limit_(limit) {}
+
+  /// To the plain local subscribers the tuple has now.
+  void push(std::uint32_t index, EventKind kind);
+  /// To one subscription.
+  void push_to(std::uint32_t index, EventKind kind, SubscriptionPtr target);
+  /// Makes the calls of what is queued now, at most `most` events; the calls may do anything to the space.
+  void drain(std::size_t most);
+
+  std::size_t size() const { return events_.size() - head_; }
+  std::uint64_t delivered() const { return delivered_; }
+  std::uint64_t merged() const { return merged_; }
+  std::uint64_t dropped() const { return dropped_; }
+
+ private:
+  struct Queued {
+    std::uint32_t tuple = 0;
+    std::uint32_t set = 0;
+    EventKind kind = EventKind::kSet;
+    std::uint16_t media_type = 0;
+    OwnerId creator{};
+    std::uint64_t sequence = 0;
+    WallTime write_time{};
+    WallTime user_time{};
+    WallTime expire_time{};
+    std::string value;
+    SubscriptionPtr target;
+  };
+  Queued* room_for(std::uint32_t index, EventKind kind);
+  void fill(Queued& queued, std::uint32_t index, EventKind kind, std::uint32_t set);
+  void deliver(const Queued& queued);
+  void call(Subscription& subscription, const Event& event);
+  void shrink();
+
+  Store& store_;
+  std::size_t limit_;
+  std::vector<Queued> events_;
+  std::size_t head_ = 0;
+  std::uint64_t taken_ = 0;                                  // events that ever left: head_ as a number that only grows
+  std::unordered_map<std::uint32_t, std::uint64_t> beyond_;  // tuple -> its place behind the limit, counted like taken_
+  std::uint64_t delivered_ = 0;
+  std::uint64_t merged_ = 0;
+  std::uint64_t dropped_ = 0;
+};
+
+}  // namespace rubicon::tuples

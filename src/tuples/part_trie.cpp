@@ -1,0 +1,190 @@
+#include "tuples/part_trie.h"
+
+#include <charconv>
+
+#include "base/assert.h"
+
+namespace rubicon::tuples {
+
+namespace {
+
+/// An owner as the text of a part: it is the first level of the trie.
+class OwnerPart {
+ public:
+  explicit OwnerPart(std::optional<model::OwnerId> owner) {
+    if (owner) size_ = static_cast<std::size_t>(std::to_chars(text_, text_ + sizeof text_, number(*owner)).ptr - text_);
+  }
+  std::string_view text() const { return size_ == 0 ? std::string_view("*") : std::string_view(text_, size_); }
+
+ private:
+  char text_[12];
+  std::size_t size_ = 0;
+};
+
+template <class Visit>
+void each_part(std::string_view key, Visit visit) {
+  while (true) {
+    const auto dot = key.find('.');
+    if (!visit(key.substr(0, dot)) || dot == key.npos) return;
+    key.remove_prefix(dot + 1);
+  }
+}
+
+}  // namespace
+
+PartTrie::PartTrie(PartNames& names) : names_(&names) {
+  nodes_.emplace_back();
+}
+
+std::uint32_t PartTrie::add(std::optional<model::OwnerId> owner, std::string_view key) {
+  auto node = make_child(kRoot, OwnerPart(owner).text());
+  each_part(key, [&](std::string_view part) {
+    node = make_child(node, part);
+    return true;
+  });
+  return node;
+}
+
+std::uint32_t PartTrie::find(std::optional<model::OwnerId> owner, std::string_view key) const {
+  const auto down = [&](std::uint32_t from, std::string_view text) {
+    const auto part = names_->find(text);
+    return part == kNoPart ? kNone : child(from, part);
+  };
+  auto node = down(kRoot, OwnerPart(owner).text());
+  if (node == kNone) return kNone;
+  each_part(key, [&](std::string_view part) {
+    node = down(node, part);
+    return node != kNone;
+  });
+  return node;
+}
+
+std::uint32_t PartTrie::make_child(std::uint32_t node, std::string_view text) {
+  const auto part = names_->acquire(text);
+  if (const auto there = child(node, part); there != kNone) {
+    names_->release(part);
+    return there;
+  }
+  const auto made = take_free_node();
+  const auto sibling = nodes_[node].first_child;
+  nodes_[made] = {node, part, kNone, sibling, kNone, kNone};
+  if (sibling != kNone) nodes_[sibling].previous_sibling = made;
+  nodes_[node].first_child = made;
+  children_.add(node, part, made);
+  return made;
+}
+
+std::uint32_t PartTrie::take_free_node() {
+  if (free_.empty()) {
+    nodes_.emplace_back();
+    return static_cast<std::uint32_t>(nodes_.size() - 1);
+  }
+  const auto node = free_.back();
+  free_.pop_back();
+  return node;
+}
+
+void PartTrie::clear(std::uint32_t node) {
+  nodes_[node].payload = kNone;
+  while (node != kRoot && nodes_[node].payload == kNone && nodes_[node].first_child == kNone) {
+    const auto parent = nodes_[node].parent;
+    unlink(node);
+    node = parent;
+  }
+}
+
+void PartTrie::unlink(std::uint32_t node) {
+  for (auto* walk : walks_) walk->forget(node);
+  const auto gone = nodes_[node];
+  if (gone.previous_sibling == kNone) {
+    nodes_[gone.parent].first_child = gone.next_sibling;
+  } else {
+    nodes_[gone.previous_sibling].next_sibling = gone.next_sibling;
+  }
+  if (gone.next_sibling != kNone) nodes_[gone.next_sibling].previous_sibling = gone.previous_sibling;
+  children_.remove(gone.parent, gone.part);
+  names_->release(gone.part);
+  nodes_[node] = {};
+  free_.push_back(node);
+}
+
+void PartTrie::matching(model::OwnerId owner, std::string_view key, std::vector<std::uint32_t>& payloads) const {
+  PartPath path;
+  path.parts[path.size++] = names_->find(OwnerPart(owner).text());
+  each_part(key, [&](std::string_view part) {
+    path.parts[path.size++] = names_->find(part);
+    return true;
+  });
+  match_from(kRoot, path, 0, payloads);
+}
+
+void PartTrie::match_from(std::uint32_t node, const PartPath& path, std::size_t at,
+                          std::vector<std::uint32_t>& payloads) const {
+  if (nodes_[node].first_child != kNone) {
+    if (const auto rest = child(node, kAnyRest); rest != kNone) payloads.push_back(nodes_[rest].payload);
+  }
+  if (at == path.size) {
+    if (nodes_[node].payload != kNone) payloads.push_back(nodes_[node].payload);
+    return;
+  }
+  if (path.parts[at] != kNoPart) {
+    if (const auto exact = child(node, path.parts[at]); exact != kNone) match_from(exact, path, at + 1, payloads);
+  }
+  if (const auto any = child(node, kAnyPart); any != kNone) match_from(any, path, at + 1, payloads);
+}
+
+PatternWalk::PatternWalk(PartTrie& trie, const model::Pattern& pattern) : trie_(trie) {
+  auto& names = trie_.names();
+  pattern_.parts[pattern_.size++] = names.acquire(OwnerPart(pattern.owner).text());
+  each_part(pattern.key, [&](std::string_view part) {
+    pattern_.parts[pattern_.size++] = names.acquire(part);
+    return true;
+  });
+  trie_.walks_.push_back(this);
+  enter(PartTrie::kRoot, 0);
+}
+
+PatternWalk::~PatternWalk() {
+  for (std::size_t i = 0; i < pattern_.size; ++i) trie_.names().release(pattern_.parts[i]);
+  std::erase(trie_.walks_, this);
+}
+
+void PatternWalk::enter(std::uint32_t node, std::size_t at) {
+  auto& frame = frames_[depth_++];
+  frame = {node, kNone, at};
+  if (at >= pattern_.size) return;
+  const auto part = pattern_.parts[at];
+  const bool wild = part == kAnyPart || part == kAnyRest;
+  frame.cursor = wild ? trie_.first_child(node) : trie_.child(node, part);
+}
+
+std::optional<std::uint32_t> PatternWalk::next(std::size_t& budget) {
+  while (depth_ > 0 && budget > 0) {
+    auto& frame = frames_[depth_ - 1];
+    const auto node = frame.cursor;
+    if (node == kNone) {
+      --depth_;
+      continue;
+    }
+    --budget;
+    const bool rest = any_rest(frame.at);
+    frame.cursor = rest || pattern_.parts[frame.at] == kAnyPart ? trie_.next_sibling(node) : kNone;
+    const auto at = rest ? frame.at : frame.at + 1;
+    enter(node, at);
+    const auto payload = trie_.payload(node);
+    if (payload != kNone && (at == pattern_.size || any_rest(at))) return payload;
+  }
+  return std::nullopt;
+}
+
+void PatternWalk::forget(std::uint32_t node) {
+  for (std::size_t i = 0; i < depth_; ++i) {
+    if (frames_[i].cursor == node) {
+      const auto part = pattern_.parts[frames_[i].at];
+      frames_[i].cursor = part == kAnyPart || part == kAnyRest ? trie_.next_sibling(node) : kNone;
+    }
+    if (frames_[i].node == node) frames_[i].cursor = kNone;
+  }
+}
+
+}  // namespace rubicon::tuples

@@ -1,0 +1,102 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "model/key.h"
+#include "tuples/child_table.h"
+#include "tuples/part_names.h"
+
+namespace rubicon::tuples {
+
+inline constexpr std::uint32_t kNone = 0xffffffff;
+
+/// A key or pattern as interned parts, its owner (or `*`) in front.
+struct PartPath {
+  std::array<PartId, model::kMaxKeyParts + 1> parts{};
+  std::size_t size = 0;
+};
+
+class PatternWalk;
+
+/// A tree of interned parts; a node may carry a payload, a number that means something to its user. The names must
+/// outlive it.
+class PartTrie {
+ public:
+  static constexpr std::uint32_t kRoot = 0;
+
+  explicit PartTrie(PartNames& names);
+
+  /// The key must have passed check_key (or the pattern's twin of it).
+  std::uint32_t add(std::optional<model::OwnerId> owner, std::string_view key);
+  std::uint32_t find(std::optional<model::OwnerId> owner, std::string_view key) const;
+
+  std::uint32_t payload(std::uint32_t node) const { return nodes_[node].payload; }
+  void set_payload(std::uint32_t node, std::uint32_t payload) { nodes_[node].payload = payload; }
+  /// Takes the payload away, and every node that is then of no use.
+  void clear(std::uint32_t node);
+
+  /// The payloads of all patterns in this trie that match a concrete key.
+  void matching(model::OwnerId owner, std::string_view key, std::vector<std::uint32_t>& payloads) const;
+
+  std::uint32_t child(std::uint32_t node, PartId part) const { return children_.find(node, part); }
+  std::uint32_t first_child(std::uint32_t node) const { return nodes_[node].first_child; }
+  std::uint32_t next_sibling(std::uint32_t node) const { return nodes_[node].next_sibling; }
+  PartNames& names() const { return *names_; }
+
+ private:
+  friend class PatternWalk;
+  struct Node {
+    std::uint32_t parent = kNone;
+    PartId part = kNoPart;
+    std::uint32_t first_child = kNone;
+    std::uint32_t next_sibling = kNone;
+    std::uint32_t previous_sibling = kNone;
+    std::uint32_t payload = kNone;
+  };
+  std::uint32_t make_child(std::uint32_t node, std::string_view part);
+  std::uint32_t take_free_node();
+  void unlink(std::uint32_t node);
+  void match_from(std::uint32_t node, const PartPath& path, std::size_t at, std::vector<std::uint32_t>& payloads) const;
+
+  PartNames* names_;
+  std::vector<Node> nodes_;
+  std::vector<std::uint32_t> free_;
+  ChildTable children_;
+  std::vector<PatternWalk*> walks_;
+};
+
+/// Visits the payloads that match a pattern, a few nodes at a time. The trie may change in between: nodes that go are
+/// stepped over, nodes that come may or may not be met. The trie must outlive it.
+class PatternWalk {
+ public:
+  PatternWalk(PartTrie& trie, const model::Pattern& pattern);
+  ~PatternWalk();
+  PatternWalk(const PatternWalk&) = delete;
+  PatternWalk& operator=(const PatternWalk&) = delete;
+
+  /// The next payload; nothing when the walk is over or the budget of nodes is spent.
+  std::optional<std::uint32_t> next(std::size_t& budget);
+  bool done() const { return depth_ == 0; }
+
+ private:
+  friend class PartTrie;
+  struct Frame {
+    std::uint32_t node = kNone;
+    std::uint32_t cursor = kNone;  ///< the child to enter next
+    std::size_t at = 0;            ///< the pattern's part that children must match
+  };
+  void enter(std::uint32_t node, std::size_t at);
+  bool any_rest(std::size_t at) const { return at < pattern_.size && pattern_.parts[at] == kAnyRest; }
+  void forget(std::uint32_t node);
+
+  PartTrie& trie_;
+  PartPath pattern_;
+  std::array<Frame, model::kMaxKeyParts + 2> frames_{};
+  std::size_t depth_ = 0;
+};
+
+}  // namespace rubicon::tuples

@@ -1,0 +1,54 @@
+#include "tuples/remote_sets.h"
+
+#include <algorithm>
+#include <tuple>
+
+namespace rubicon::tuples {
+
+namespace {
+
+/// Sorts patterns from narrow to wide: no wildcard, few wildcards, `**`; then the one with more said.
+auto width(const Pattern& pattern) {
+  std::size_t literal = 0;
+  const auto parts = model::key_parts(pattern.key);
+  for (const auto part : parts) literal += part != "*" && part != "**";
+  return std::tuple(!pattern.exact(), parts.back() == "**", model::kMaxKeyParts - literal);
+}
+
+}  // namespace
+
+Requests::Requests(OwnerId self, Scheduler& scheduler) : self_(self), scheduler_(scheduler) {}
+
+void Requests::open(std::uint64_t request, Duration time_to_live, ReplyCall call) {
+  auto timer = scheduler_.after(time_to_live, [this, request] {
+    answer({self_, request, Verdict::kExpired, ErrorCode::kExpired, "no answer within the time to live"});
+  });
+  open_.emplace(request, Open{std::move(call), scheduler_.now() + time_to_live, std::move(timer)});
+}
+
+std::optional<Duration> Requests::remaining(std::uint64_t request) const {
+  const auto found = open_.find(request);
+  if (found == open_.end()) return std::nullopt;
+  return found->second.ends - scheduler_.now();
+}
+
+void Requests::answer(const Reply& reply) {
+  const auto node = open_.extract(reply.request);
+  if (node && node.mapped().call) node.mapped().call(reply);
+}
+
+std::shared_ptr<Judges::Seat> Judges::add(const Pattern& pattern, Judge judge) {
+  auto seat = std::make_shared<Seat>(Seat{pattern, std::move(judge)});
+  const auto wider = [](const auto& one, const auto& other) { return width(one->pattern) < width(other->pattern); };
+  seats_.insert(std::upper_bound(seats_.begin(), seats_.end(), seat, wider), seat);
+  return seat;
+}
+
+std::shared_ptr<Judges::Seat> Judges::find(OwnerId self, std::string_view key) const {
+  for (const auto& seat : seats_) {
+    if (seat->pattern.matches(self, key)) return seat;
+  }
+  return nullptr;
+}
+
+}  // namespace rubicon::tuples

@@ -1,0 +1,166 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "tuples/space_parts.h"
+
+namespace rubicon::tuples {
+
+namespace {
+
+/// How long a copy lives from now on: what the owner gave the tuple, whatever the two wall clocks say.
+Duration lifetime_of(const TupleView& tuple) {
+  if (tuple.expire_time == WallTime{}) return Duration(0);
+  const auto from = static_cast<double>(tuple.write_time.time_since_epoch().count());
+  const auto to = static_cast<double>(tuple.expire_time.time_since_epoch().count());
+  const auto longest = std::chrono::duration<double, std::micro>(kLongest).count();
+  if (to - from >= longest) return kLongest;
+  return std::max(Duration(1), Duration(std::chrono::microseconds(static_cast<std::int64_t>(to - from))));
+}
+
+}  // namespace
+
+void TupleSpace::Parts::take_change(OwnerId owner, const Change& change) {
+  const auto& tuple = change.tuple;
+  if (owner == self || tuple.value.size() > kMaxValueSize) {
+    ++dropped;
+    return;
+  }
+  if (tuple.key.empty()) {
+    const auto closed = by_wire_id.find(static_cast<std::uint32_t>(tuple.sequence));
+    if (closed == by_wire_id.end()) return;
+    walk(Walk::Aim::kReconcile, {owner, closed->second->pattern.key}, nullptr);
+    return;
+  }
+  auto index = store.find(owner, tuple.key);
+  if (change.kind != EventKind::kSet) {
+    if (index != kNone) remove(index, change.kind);
+    return;
+  }
+  if (index != kNone) {
+    take_value(index, change);
+    return;
+  }
+  if (store.cached() >= kMaxCached || !model::check_key(tuple.key)) {
+    ++dropped;
+    return;
+  }
+  index = store.create(owner, tuple.key);
+  // Late news of what nobody here wants any more.
+  if (store.at(index).subscribers == 0) return store.remove(index, EventKind::kDeleted);
+  take_value(index, change);
+}
+
+/// Old news and repetitions are dropped, except after the owner came back: then its word counts, whatever the number.
+void TupleSpace::Parts::take_value(std::uint32_t index, const Change& change) {
+  auto& tuple = store.at(index);
+  const auto epoch = epochs[tuple.owner];
+  const bool confirmed = tuple.epoch == epoch;
+  const auto& news = change.tuple;
+  tuple.epoch = epoch;
+  if (confirmed && news.sequence <= tuple.sequence) return;
+  if (news.sequence == tuple.sequence && news.write_time == tuple.write_time && news.value == tuple.value) return;
+  tuple.value.assign(news.value);
+  set_media_type(tuple, news.media_type);
+  tuple.sequence = news.sequence;
+  tuple.creator = news.creator;
+  tuple.write_time = news.write_time;
+  tuple.user_time = news.user_time;
+  expiry.clear(index);
+  tuple.expire_time = news.expire_time;
+  if (const auto lifetime = lifetime_of(news); lifetime > Duration(0)) expiry.set(index, lifetime, now);
+  announce(index, EventKind::kSet);
+}
+
+void TupleSpace::Parts::drop_peer(OwnerId peer) {
+  const auto node = subscribers.extract(peer);
+  if (!node) return;
+  outbox.forget(*node.mapped().box);
+  for (const auto& [id, subscription] : node.mapped().subscriptions) unsubscribe(subscription);
+}
+
+Judgement TupleSpace::Parts::decide(const RemoteSet& wish) {
+  if (auto ok = model::check_key(wish.key); !ok) return Judgement::refused(ok.error());
+  if (wish.value.size() > kMaxValueSize) {
+    return Judgement::refused(
+        {ErrorCode::kOutOfRange, fmt::format("the value for {} has {} bytes, at most {} are allowed", wish.key,
+                                             wish.value.size(), kMaxValueSize)});
+  }
+  if (const auto seat = judges.find(self, wish.key)) return seat->judge(wish);
+  if (find(self, wish.key) == kNone) {
+    return Judgement::refused({ErrorCode::kNotFound, fmt::format("{} has no tuple {}", number(self), wish.key)});
+  }
+  return Judgement::refused({ErrorCode::kRefused, fmt::format("{} is read-only for others", wish.key)});
+}
+
+Reply TupleSpace::Parts::judge(const RemoteSet& wish) {
+  auto judgement = wish.time_to_live < Duration(0)
+                       ? Judgement{Verdict::kExpired, false, ErrorCode::kExpired, "the time to live ended on the way"}
+                       : decide(wish);
+  if (judgement.verdict == Verdict::kApplied && judgement.store) {
+    const auto set = write(wish.key, wish.value, {wish.media_type, wish.user_time, wish.lifetime}, wish.from);
+    if (!set) judgement = Judgement::refused(set.error());
+  }
+  return {wish.from, wish.request, judgement.verdict, judgement.code, std::move(judgement.text)};
+}
+
+void TupleSpace::Parts::judge_own(RemoteSet wish) {
+  const auto left = requests.remaining(wish.request);
+  if (!left) return;
+  // What is not over by now may be over in this very moment: zero would mean that no time was given.
+  wish.time_to_live = *left > Duration(0) ? *left : Duration(-1);
+  requests.answer(judge(wish));
+}
+
+void TupleSpace::on_changes(OwnerId owner, std::span<const Change> changes) {
+  parts_->open_turn();
+  for (const auto& change : changes) parts_->take_change(owner, change);
+}
+
+void TupleSpace::on_subscribe(OwnerId subscriber, const SubscriptionSpec& spec) {
+  auto& parts = *parts_;
+  if (spec.pattern.owner && *spec.pattern.owner != parts.self) return;
+  auto& peer = parts.subscribers[subscriber];
+  if (!peer.box) {
+    peer.box = std::make_shared<PeerBox>();
+    peer.box->id = subscriber;
+  }
+  on_unsubscribe(subscriber, spec.id);
+  if (!is_sound(spec.pattern) || peer.subscriptions.size() >= kMaxSubscriptionsPerPeer) {
+    ++parts.dropped;
+    return;
+  }
+  peer.subscriptions[spec.id] = parts.subscribe(spec.pattern, spec.flow, {}, peer.box, spec.id);
+}
+
+void TupleSpace::on_unsubscribe(OwnerId subscriber, std::uint32_t id) {
+  const auto peer = parts_->subscribers.find(subscriber);
+  if (peer == parts_->subscribers.end()) return;
+  const auto node = peer->second.subscriptions.extract(id);
+  if (node) parts_->unsubscribe(node.mapped());
+}
+
+void TupleSpace::on_remote_set(const RemoteSet& wish) {
+  parts_->link.reply(parts_->judge(wish));
+}
+
+void TupleSpace::on_reply(const Reply& reply) {
+  parts_->requests.answer(reply);
+}
+
+void TupleSpace::on_peer(OwnerId peer, PeerEvent event) {
+  auto& parts = *parts_;
+  if (event == PeerEvent::kUp) {
+    ++parts.epochs[peer];
+    parts.absent.erase(peer);
+  } else {
+    parts.absent.insert(peer);
+    parts.drop_peer(peer);
+  }
+  for (const auto& call : std::vector(parts.peer_calls)) {
+    if (std::find(parts.peer_calls.begin(), parts.peer_calls.end(), call) != parts.peer_calls.end())
+      (*call)(peer, event);
+  }
+}
+
+}  // namespace rubicon::tuples

@@ -1,0 +1,178 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "base/assert.h"
+#include "tuples/space_parts.h"
+
+namespace rubicon::tuples {
+
+namespace {
+
+constexpr std::size_t kEventsPerTurn = 20'000;
+constexpr std::size_t kNodesPerTurn = 20'000;
+constexpr Duration kLinkRetry = std::chrono::milliseconds(1);
+
+}  // namespace
+
+TupleSpace::Parts::Parts(OwnerId id, Scheduler& sched, Link& far)
+    : self(id),
+      scheduler(sched),
+      link(far),
+      store(id),
+      queue(store),
+      outbox(store, link),
+      demand(store, id),
+      deadlines(
+          sched, [this](const Deadline& deadline, SteadyTime at) { on_deadline(deadline, at); },
+          [this](const Deadline& deadline) { return still_matters(deadline); }),
+      expiry(deadlines, store),
+      pacer(deadlines, store),
+      requests(id, sched),
+      walk_budget(kNodesPerTurn) {}
+
+TupleSpace::Parts::~Parts() {
+  door.reset();
+}
+
+/// The clocks are read once a turn; whatever is written in it carries one time.
+void TupleSpace::Parts::open_turn() {
+  RUBICON_DEBUG_ASSERT(scheduler.on_loop_thread());
+  if (turn_is_open) return;
+  turn_is_open = true;
+  now = scheduler.now();
+  wall = scheduler.wall_now();
+  later([this] { end_turn(); });
+}
+
+void TupleSpace::Parts::end_turn() {
+  turn_is_open = false;
+  walk_budget = kNodesPerTurn;
+  run_walks();
+  queue.drain(kEventsPerTurn);
+  demand.drain();
+  flush_outbox();
+  store.sets().collect();
+  if (queue.size() > 0 || !walks.empty()) open_turn();
+}
+
+void TupleSpace::Parts::flush_outbox() {
+  if (outbox.empty() || outbox_retry.pending()) return;
+  const auto left = outbox.flush();
+  if (left == Outbox::Left::kMore) open_turn();
+  if (left == Outbox::Left::kNoRoom) outbox_retry = scheduler.after(kLinkRetry, [this] { flush_outbox(); });
+}
+
+std::uint32_t TupleSpace::Parts::find(OwnerId owner, std::string_view key) {
+  const auto index = store.find(owner, key);
+  if (index == kNone || erasing == 0 || !condemned(index)) return index;
+  remove(index, EventKind::kDeleted);
+  return kNone;
+}
+
+/// Erased by pattern, but the walk has not come by yet.
+bool TupleSpace::Parts::condemned(std::uint32_t index) const {
+  const auto& tuple = store.at(index);
+  return erasing > 0 && std::any_of(walks.begin(), walks.end(), [&](const auto& walk) {
+           return walk->aim == Walk::Aim::kErase && walk->is_older(tuple) &&
+                  walk->pattern.matches(tuple.owner, tuple.key());
+         });
+}
+
+Result<TupleRef> TupleSpace::Parts::write(std::string_view key, std::string_view value, const SetOptions& options,
+                                          OwnerId creator) {
+  if (value.size() > kMaxValueSize) {
+    return fail(ErrorCode::kOutOfRange, fmt::format("setting {}: the value has {} bytes, at most {} are allowed",
+                                                    model::quoted(key), value.size(), kMaxValueSize));
+  }
+  auto index = find(self, key);
+  if (index == kNone) {
+    if (auto ok = model::check_key(key); !ok) return fail(ok.error());
+    index = store.create(self, key);
+    demand.note(index, {});
+  }
+  write(index, value, options, creator);
+  return TupleRef{index, store.at(index).generation};
+}
+
+void TupleSpace::Parts::write(std::uint32_t index, std::string_view value, const SetOptions& options, OwnerId creator) {
+  open_turn();
+  auto& tuple = store.at(index);
+  tuple.value.assign(value);
+  set_media_type(tuple, options.media_type);
+  ++tuple.sequence;
+  tuple.creator = creator;
+  tuple.write_time = wall;
+  tuple.user_time = options.user_time;
+  if (options.lifetime > Duration(0)) {
+    const auto lifetime = std::min(options.lifetime, kLongest);
+    tuple.expire_time = wall + std::chrono::ceil<std::chrono::microseconds>(lifetime);
+    expiry.set(index, lifetime, now);
+  } else if (tuple.expire_time != WallTime{}) {
+    tuple.expire_time = {};
+    expiry.clear(index);
+  }
+  ++sets;
+  announce(index, EventKind::kSet);
+}
+
+void TupleSpace::Parts::set_media_type(Tuple& tuple, std::string_view name) {
+  if (store.media_types().name(tuple.media_type) == name) return;
+  tuple.media_type = store.media_types().intern(name);
+}
+
+void TupleSpace::Parts::announce(std::uint32_t index, EventKind kind) {
+  const auto& subscribers_now = store.subscribers(index);
+  if (!subscribers_now.plain.empty()) queue.push(index, kind);
+  for (auto* box : subscribers_now.peers) outbox.mark(*box, index);
+  for (auto* subscription : subscribers_now.paced) pace(*subscription, index, kind);
+}
+
+void TupleSpace::Parts::pace(Subscription& subscription, std::uint32_t index, EventKind kind) {
+  if (!subscription.alive) return;
+  if (kind == EventKind::kSet && !pacer.offer(subscription, index, now)) return;
+  deliver(by_number.at(subscription.number), index, kind);
+}
+
+void TupleSpace::Parts::deliver(const SubscriptionPtr& subscription, std::uint32_t index, EventKind kind) {
+  if (subscription->local()) {
+    queue.push_to(index, kind, subscription);
+  } else {
+    outbox.mark(*subscription->peer, index);
+  }
+}
+
+void TupleSpace::Parts::remove(std::uint32_t index, EventKind how) {
+  open_turn();
+  auto& tuple = store.at(index);
+  const bool own = tuple.owner == self;
+  const auto want = store.subscribers(index).want;
+  store.pool().pin(index);
+  announce(index, how);
+  if (tuple.expire_time != WallTime{}) expiry.clear(index);
+  store.remove(index, how);
+  if (own) demand.note(index, want);
+  store.pool().unpin(index);
+}
+
+bool TupleSpace::Parts::still_matters(const Deadline& deadline) const {
+  return store.is_present({deadline.tuple, deadline.generation}) &&
+         (deadline.subscription == 0 || by_number.contains(deadline.subscription));
+}
+
+void TupleSpace::Parts::on_deadline(const Deadline& deadline, SteadyTime at) {
+  if (!still_matters(deadline)) return;
+  if (deadline.subscription == 0) {
+    if (expiry.is_due(deadline.tuple, at)) remove(deadline.tuple, EventKind::kExpired);
+    return;
+  }
+  const auto& subscription = by_number.at(deadline.subscription);
+  const auto due = pacer.due(*subscription, deadline.tuple, at);
+  if (due == Pacer::Due::kNothing) return;
+  // A heartbeat says that the owner lives and the value stands.
+  if (due == Pacer::Due::kHeartbeat && absent.contains(store.at(deadline.tuple).owner)) return;
+  open_turn();
+  deliver(subscription, deadline.tuple, EventKind::kSet);
+}
+
+}  // namespace rubicon::tuples

@@ -1,0 +1,56 @@
+#pragma once
+
+#include "tuples/subscriber_sets.h"
+
+namespace rubicon::tuples {
+
+/// Own and cached tuples and who subscribed to what, without time, queues or links: the index of
+/// docs/decisions/003. Setting a tuple touches neither other tuples nor patterns.
+class Store {
+ public:
+  explicit Store(OwnerId self) : self_(self), tuples_(names_), patterns_(names_) {}
+
+  std::uint32_t find(OwnerId owner, std::string_view key) const;
+  /// A tuple with its subscribers, no value yet. The key is checked and not there.
+  std::uint32_t create(OwnerId owner, std::string_view key);
+  /// Its index stays valid while pinned.
+  void remove(std::uint32_t index, EventKind how);
+
+  Tuple& at(std::uint32_t index) { return pool_[index]; }
+  const Tuple& at(std::uint32_t index) const { return pool_[index]; }
+  const SubscriberSet& subscribers(std::uint32_t index) const { return sets_[pool_[index].subscribers]; }
+  bool is_present(TupleRef tuple) const;
+
+  /// From now on new tuples know the subscription; present ones are joined one by one.
+  void add(const SubscriptionPtr& subscription);
+  void drop(const SubscriptionPtr& subscription);
+  /// False if it was there already (or not there).
+  bool join(std::uint32_t index, const SubscriptionPtr& subscription);
+  bool leave(std::uint32_t index, const SubscriptionPtr& subscription);
+
+  TuplePool& pool() { return pool_; }
+  PartTrie& trie() { return tuples_; }
+  SubscriberSets& sets() { return sets_; }
+  MediaTypes& media_types() { return media_types_; }
+  TupleView view(std::uint32_t index) const;
+  std::size_t own() const { return own_; }
+  std::size_t cached() const { return cached_; }
+
+ private:
+  bool move_to(std::uint32_t index, std::uint32_t set);
+
+  OwnerId self_;
+  PartNames names_;
+  PartTrie tuples_;
+  PartTrie patterns_;
+  std::vector<std::vector<SubscriptionPtr>> by_pattern_;  // payloads of patterns_
+  std::vector<std::uint32_t> free_patterns_;
+  std::vector<std::uint32_t> matching_;
+  TuplePool pool_;
+  SubscriberSets sets_;
+  MediaTypes media_types_;
+  std::size_t own_ = 0;
+  std::size_t cached_ = 0;
+};
+
+}  // namespace rubicon::tuples

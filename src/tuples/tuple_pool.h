@@ -1,0 +1,77 @@
+#pragma once
+
+#include <deque>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "tuples/part_trie.h"
+#include "tuples/tuple_space.h"
+
+namespace rubicon::tuples {
+
+/// Media types, each stored once. Bounded, because they come from outside: what no longer fits becomes
+/// `application/octet-stream`.
+class MediaTypes {
+ public:
+  static constexpr std::size_t kMaxTypes = 4096;
+  static constexpr std::size_t kMaxLength = 254;
+
+  MediaTypes() : names_{"application/octet-stream", "text/plain", "application/json"} {}
+
+  std::uint16_t intern(std::string_view name);
+  std::string_view name(std::uint16_t id) const { return names_[id]; }
+
+ private:
+  std::deque<std::string> names_;  // views into them stay valid
+};
+
+/// One tuple as the store keeps it. A deleted one keeps its place while events about it wait (pins).
+struct Tuple {
+  std::unique_ptr<char[]> key_text;
+  std::string value;
+  std::uint64_t sequence = 0;
+  WallTime write_time{};
+  WallTime user_time{};
+  WallTime expire_time{};
+  OwnerId owner{};
+  OwnerId creator{};
+  std::uint32_t generation = 0;  ///< unlike that of any earlier tuple of this place
+  std::uint32_t node = kNone;
+  std::uint32_t subscribers = 0;  ///< id of an interned set
+  std::uint32_t pins = 0;
+  std::uint16_t media_type = 0;
+  std::uint16_t epoch = 0;  ///< of a copy: the owner's presence in which it was last confirmed
+  std::uint8_t key_size = 0;
+  bool present = false;
+  EventKind end = EventKind::kDeleted;  ///< how it ended, when not present
+
+  std::string_view key() const { return {key_text.get(), key_size}; }
+};
+
+/// Tuples at places that never move, named by index.
+class TuplePool {
+ public:
+  Tuple& operator[](std::uint32_t index) { return pages_[index / kPage][index % kPage]; }
+  const Tuple& operator[](std::uint32_t index) const { return pages_[index / kPage][index % kPage]; }
+  bool contains(std::uint32_t index) const { return index < used_; }
+
+  std::uint32_t take(OwnerId owner, std::string_view key);
+  /// The tuple is no longer there; its place becomes free with the last pin.
+  void end(std::uint32_t index, EventKind how);
+  void pin(std::uint32_t index) { ++(*this)[index].pins; }
+  void unpin(std::uint32_t index);
+
+  std::uint32_t generation() const { return generation_; }
+
+ private:
+  static constexpr std::uint32_t kPage = 256;
+  void release(std::uint32_t index);
+
+  std::vector<std::unique_ptr<Tuple[]>> pages_;
+  std::vector<std::uint32_t> free_;
+  std::uint32_t used_ = 0;
+  std::uint32_t generation_ = 0;
+};
+
+}  // namespace rubicon::tuples

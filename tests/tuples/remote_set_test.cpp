@@ -1,0 +1,150 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tuples/component.h"
+
+namespace rubicon::tuples {
+namespace {
+
+using namespace std::chrono_literals;
+
+struct RemoteSets : testing::Test, TwoComponents {
+  ReplyCall note() {
+    return [this](const Reply& reply) { replies.push_back(reply); };
+  }
+  const Reply& only() {
+    EXPECT_EQ(replies.size(), 1u);
+    static const Reply none{{}, 0, Verdict::kNoSuchOwner, ErrorCode::kIo, "no reply"};
+    return replies.empty() ? none : replies.back();
+  }
+  std::vector<Reply> replies;
+};
+
+TEST_F(RemoteSets, AnAppliedOneIsStoredWithItsCreator) {
+  const auto judge = island->space.judge(pattern("a.*"), [](const RemoteSet&) { return Judgement::applied(); });
+  const auto request = robot->space.set_remote(kIsland, "a.b", "5", 1s, note(), {"text/x", WallTime{2s}, 9s});
+  EXPECT_TRUE(replies.empty());
+  time.run_ready();
+  EXPECT_EQ(only().verdict, Verdict::kApplied);
+  EXPECT_EQ(only().request, request);
+  const auto tuple = *island->space.get(kIsland, "a.b");
+  EXPECT_EQ(tuple.value, "5");
+  EXPECT_EQ(tuple.creator, kRobot);
+  EXPECT_EQ(tuple.media_type, "text/x");
+  EXPECT_EQ(tuple.user_time, WallTime{2s});
+  EXPECT_EQ(tuple.expire_time, time.wall_now() + 9s);
+}
+
+TEST_F(RemoteSets, AConsumedOneIsNotStored) {
+  const auto judge = island->space.judge(pattern("G"), [](const RemoteSet&) { return Judgement::consumed(); });
+  robot->space.set_remote(kIsland, "G", "5", 1s, note());
+  time.run_ready();
+  EXPECT_EQ(only().verdict, Verdict::kApplied);
+  EXPECT_FALSE(island->space.find("G"));
+}
+
+TEST_F(RemoteSets, ARefusalSaysWhy) {
+  const auto judge = island->space.judge(pattern("**"), [](const RemoteSet&) {
+    return Judgement::refused({ErrorCode::kOutOfRange, "too hot"});
+  });
+  robot->space.set_remote(kIsland, "a", "5", 1s, note());
+  time.run_ready();
+  EXPECT_EQ(only().verdict, Verdict::kRefused);
+  EXPECT_EQ(only().code, ErrorCode::kOutOfRange);
+  EXPECT_EQ(only().text, "too hot");
+}
+
+TEST_F(RemoteSets, WithoutAJudgeTuplesAreReadOnly) {
+  ASSERT_TRUE(island->space.set("a", "1"));
+  robot->space.set_remote(kIsland, "a", "5", 1s, note());
+  robot->space.set_remote(kIsland, "b", "5", 1s, note());
+  robot->space.set_remote(kIsland, "b..c", "5", 1s, note());
+  time.run_ready();
+  ASSERT_EQ(replies.size(), 3u);
+  EXPECT_EQ(replies[0].code, ErrorCode::kRefused);
+  EXPECT_EQ(replies[1].code, ErrorCode::kNotFound);
+  EXPECT_EQ(replies[2].code, ErrorCode::kInvalid);
+  EXPECT_EQ(island->space.get(kIsland, "a")->value, "1");
+}
+
+TEST_F(RemoteSets, TheNarrowestJudgeDecides) {
+  const auto say = [](const char* text) {
+    return [text](const RemoteSet&) { return Judgement::refused({ErrorCode::kRefused, text}); };
+  };
+  std::vector<Handle> judges;
+  judges.push_back(island->space.judge(pattern("**"), say("anything")));
+  judges.push_back(island->space.judge(pattern("a.**"), say("rest")));
+  judges.push_back(island->space.judge(pattern("a.b"), say("exact")));
+  judges.push_back(island->space.judge(pattern("a.*"), say("part")));
+  for (const auto* key : {"a.b", "a.c", "a.c.d", "z"}) robot->space.set_remote(kIsland, key, "", 1s, note());
+  time.run_ready();
+  std::vector<std::string> texts;
+  for (const auto& reply : replies) texts.push_back(reply.text);
+  EXPECT_THAT(texts, testing::ElementsAre("exact", "part", "rest", "anything"));
+}
+
+TEST_F(RemoteSets, ToOneselfGoThroughTheSameJudgeLater) {
+  int judged = 0;
+  const auto judge = island->space.judge(pattern("a"), [&](const RemoteSet& wish) {
+    EXPECT_EQ(wish.from, kIsland);
+    EXPECT_TRUE(wish.time_to_live_given);
+    ++judged;
+    return Judgement::applied();
+  });
+  island->space.set_remote(kIsland, "a", "5", 1s, note());
+  EXPECT_EQ(judged, 0);
+  time.run_ready();
+  EXPECT_EQ(judged, 1);
+  EXPECT_EQ(only().verdict, Verdict::kApplied);
+}
+
+TEST_F(RemoteSets, AnAbsentOwnerIsSaidSo) {
+  robot->space.set_remote(OwnerId(5), "a", "5", 1s, note());
+  EXPECT_TRUE(replies.empty());
+  time.run_for(1h);
+  EXPECT_EQ(only().verdict, Verdict::kNoSuchOwner);
+}
+
+TEST_F(RemoteSets, ALostAnswerEndsWithTheTimeToLive) {
+  const auto judge = island->space.judge(pattern("a"), [](const RemoteSet&) { return Judgement::consumed(); });
+  robot->space.set_remote(kIsland, "a", "5", {}, note());
+  ecology.cut(kIsland, kRobot);
+  time.run_for(5s - 1ns);
+  EXPECT_TRUE(replies.empty());
+  time.run_for(1ns);
+  EXPECT_EQ(only().verdict, Verdict::kExpired);
+  ecology.mend(kIsland, kRobot);
+  time.run_for(1h);
+  EXPECT_EQ(replies.size(), 1u);
+}
+
+TEST_F(RemoteSets, BeyondTheBoundAreRefusedBusy) {
+  const auto judge = island->space.judge(pattern("a"), [](const RemoteSet&) { return Judgement::consumed(); });
+  std::size_t applied = 0, busy = 0;
+  for (int i = 0; i < 100'010; ++i) {
+    robot->space.set_remote(kIsland, "a", "5", 1s, [&](const Reply& reply) {
+      ++(reply.verdict == Verdict::kApplied ? applied : busy);
+      EXPECT_TRUE(reply.verdict == Verdict::kApplied || reply.code == ErrorCode::kBusy);
+    });
+  }
+  time.run_for(1h);
+  EXPECT_EQ(applied, 100'000u);
+  EXPECT_EQ(busy, 10u);
+}
+
+TEST_F(RemoteSets, AJudgeMayEndItselfAndEraseTheTuple) {
+  Handle judge;
+  ASSERT_TRUE(island->space.set("a", "1"));
+  judge = island->space.judge(pattern("a"), [&](const RemoteSet&) {
+    judge.reset();
+    EXPECT_TRUE(island->space.erase("a"));
+    return Judgement::applied();
+  });
+  robot->space.set_remote(kIsland, "a", "5", 1s, note());
+  time.run_ready();
+  EXPECT_EQ(only().verdict, Verdict::kApplied);
+  EXPECT_EQ(island->space.get(kIsland, "a")->sequence, 1u);
+}
+
+}  // namespace
+}  // namespace rubicon::tuples
