@@ -41,19 +41,20 @@ struct PointDetails {
   bool declared = true;  ///< false: made by a value that arrived, not by a join
 };
 
-/// One sensor, actuator or property of a device, with the short names of its tuples.
+/// One sensor, actuator or property of a device, with the short names of its tuples. What a reading needs stands first.
 struct Point {
-  PointId id;                           ///< as the network spells it
-  const Type* type = nullptr;           ///< nullptr = not in the catalogue
+  PointId id;                  ///< as the network spells it
+  const Type* type = nullptr;  ///< nullptr = not in the catalogue
+  TupleRef value;
   PointNumber number = 0;               ///< unique in its device
   std::uint16_t live_commands = 0;      ///< commands neither confirmed nor given up
   Quality quality = Quality::kUnknown;  ///< its own, whatever line and device are
   bool dirty = false;                   ///< its status tuple waits for the next flush
-  bool wanted = false;                  ///< somebody subscribed actively to its value
-  TupleRef value, status, command;
-  std::string text;       ///< the last good value
-  SteadyTime heard_at{};  ///< of the last good value
+  std::string text;                     ///< the last good value
+  SteadyTime heard_at{};                ///< of the last good value
   WallTime heard{}, changed{}, since{};
+  TupleRef status, command;
+  bool wanted = false;   ///< somebody subscribed actively to its value
   Duration interval{0};  ///< shortest period a subscriber named; zero = none
   SteadyTime wanted_at{};
   std::unique_ptr<PointDetails> details;
@@ -73,26 +74,26 @@ struct Sampling {
 
 struct Network;
 
-/// A device known to the island. Owned by its Network's map.
+/// A device known to the island. Owned by its Network's map. What a reading needs stands first.
 struct Device {
   DeviceNumber number = 0;
   Network* network = nullptr;
-  std::string address;  ///< as its network spells it
-  std::string id;       ///< its part of the keys
-  std::string key;      ///< `proxy.wsn-1.7`
   DeviceStatus status = DeviceStatus::kUnknown;
   bool dirty = false;                       ///< some of its points wait for the next flush
   SteadyTime heard_at{};                    ///< any message; meaningless while status is unknown
   SteadyTime check_at = SteadyTime::max();  ///< when the liveness looks at it next
   std::vector<Point> points;
+  std::string address;  ///< as its network spells it
+  std::string id;       ///< its part of the keys
+  std::string key;      ///< `proxy.wsn-1.7`
+  std::string type, name, model;
   WallTime since{};
   std::string reason;
-  std::string type, name, model;
   TupleRef status_tuple;
   std::chrono::milliseconds rate{1000};
   PointNumber rate_point = 0;  ///< the property that shows it; 0 = none
-  Sampling sampling;
   PointNumber last_point = 0;
+  Sampling sampling;
 };
 
 /// Finds std::string keys by string_view without a copy.

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <tuple>
+
 #include "model/key.h"
 #include "proxy/tuple_text.h"
 

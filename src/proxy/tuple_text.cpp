@@ -2,10 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <nlohmann/json.hpp>
-
-#include "proxy/naming.h"
 
 namespace rubicon::proxy {
 
