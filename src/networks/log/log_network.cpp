@@ -221,12 +221,9 @@ void LogNetwork::complain(std::uint64_t offset, std::string_view what) {
 void LogNetwork::report(LineState line, std::string reason) {
   next_report_ = host_.scheduler().now() + kCountersEvery;
   model::State state{line, std::move(reason), {}};
-  state.counters = {{"records", counters_.records},
-                    {"readings", counters_.readings},
-                    {"damaged", counters_.damaged},
-                    {"skipped-bytes", counters_.skipped_bytes},
-                    {"lines", counters_.lines},
-                    {"rounds", rounds_}};
+  state.counters = {{"records", counters_.records}, {"readings", counters_.readings},
+                    {"damaged", counters_.damaged}, {"skipped-bytes", counters_.skipped_bytes},
+                    {"lines", counters_.lines},     {"rounds", rounds_}};
   host_.deliver("", std::move(state));
 }
 
