@@ -48,7 +48,7 @@ class Supervisor::Slot final : public NetworkHost {
   }
 
   void failed(Error why) override {
-    if (closed_ || retry_.pending()) return;
+    if (closed_ || !opened_ || retry_.pending()) return;
     const Duration pause = next_pause();
     log_.warning(fmt::format("line lost: {}; next attempt in {} ms", why.text,
                              std::chrono::duration_cast<std::chrono::milliseconds>(pause).count()));

@@ -60,7 +60,7 @@ void DummyDevice::greet() {
   join.model = script_.model;
   for (const auto& sensor : script_.sensors) join.capabilities.push_back(sensor.capability);
   for (const auto& actuator : script_.actuators) join.capabilities.push_back(actuator.capability);
-  for (const auto& property : script_.properties) join.capabilities.push_back(property);
+  for (const auto& property : script_.properties) join.capabilities.push_back(property.capability);
   tell(std::move(join));
 }
 
@@ -132,6 +132,7 @@ Result<void> DummyDevice::actuate(const model::Actuate& actuate) {
   const std::size_t place = place_of(script_.actuators, actuate.point);
   if (place == script_.actuators.size()) return no_such(actuate.point, script_.address);
   const ActuatorScript& actuator = script_.actuators[place];
+  if (auto fits = TypeCatalogue::check(*actuator.type, actuate.value); !fits) return fits;
   if (actuator.behaviour == Behaviour::kFail) {
     acknowledge(actuate.request, model::Outcome::kFailed, "the script says so");
     return {};
@@ -155,10 +156,11 @@ void DummyDevice::obey(std::size_t actuator) {
 }
 
 Result<void> DummyDevice::set_property(const model::SetProperty& set) {
-  const auto found = std::find_if(script_.properties.begin(), script_.properties.end(),
-                                  [&](const auto& property) { return property.point == set.point; });
-  if (found == script_.properties.end()) return no_such(set.point, script_.address);
-  found->initial = set.value;
+  const std::size_t place = place_of(script_.properties, set.point);
+  if (place == script_.properties.size()) return no_such(set.point, script_.address);
+  PropertyScript& property = script_.properties[place];
+  if (auto fits = TypeCatalogue::check(*property.type, set.value); !fits) return fits;
+  property.capability.initial = set.value;
   acknowledge(set.request, model::Outcome::kSent);
   report(set.point, set.value);
   return {};

@@ -14,6 +14,7 @@ using model::Capability;
 
 /// More would be a mistake, and each costs memory.
 constexpr std::size_t kMaxDevices = 20000;
+constexpr std::int64_t kUsualRate = 1000;
 
 /// Reads one `simulate` map.
 class DeviceReader {
@@ -83,6 +84,7 @@ void DeviceReader::read_actuators(DeviceScript& device, ConfigReader& options) {
     ActuatorScript actuator;
     const Type* type = type_of(id, reader, Kind::kActuator, actuator.capability);
     if (type == nullptr) continue;
+    actuator.type = type;
     if (reader.has("value")) {
       auto value = TypeCatalogue::parse(*type, reader.text("value", ""));
       if (!value) reader.error("value", value.error().text);
@@ -114,9 +116,17 @@ void DeviceReader::read_followed(DeviceScript& device, ConfigReader& options, Ac
   if (!actuator.sensor) options.error("sensor", "is no sensor of this device");
 }
 
+PropertyScript property_of(const Type& type, Value value) {
+  PropertyScript property;
+  property.capability.point = {Kind::kProperty, type.id, {}};
+  property.capability.access = Access::kReadWrite;
+  property.capability.initial = std::move(value);
+  property.type = &type;
+  return property;
+}
+
 void DeviceReader::read_properties(DeviceScript& device, ConfigReader& options) {
   ConfigReader properties = options.map("properties");
-  bool has_rate = false;
   for (const std::string& name : properties.keys()) {
     const std::string text = properties.text(name, "");
     const Type* type = types_.find(name);
@@ -126,20 +136,10 @@ void DeviceReader::read_properties(DeviceScript& device, ConfigReader& options) 
     }
     auto value = TypeCatalogue::parse(*type, text);
     if (!value) properties.error(name, value.error().text);
-    Capability property;
-    property.point = {Kind::kProperty, type->id, {}};
-    property.access = Access::kReadWrite;
-    property.initial = value.value_or(Value{});
-    device.properties.push_back(std::move(property));
-    has_rate = has_rate || name == "rate";
+    device.properties.push_back(property_of(*type, value.value_or(Value{})));
   }
   const Type* rate = types_.find("rate");
-  if (has_rate || rate == nullptr) return;
-  Capability property;
-  property.point = {Kind::kProperty, rate->id, {}};
-  property.access = Access::kReadWrite;
-  property.initial = std::int64_t{1000};
-  device.properties.push_back(std::move(property));
+  if (rate != nullptr && !properties.has("rate")) device.properties.push_back(property_of(*rate, kUsualRate));
 }
 
 }  // namespace

@@ -18,9 +18,15 @@ struct SensorScript {
 struct ActuatorScript {
   enum class Behaviour { kObey, kIgnore, kFail, kSilent };
   model::Capability capability;
+  const Type* type = nullptr;
   Behaviour behaviour = Behaviour::kObey;
   Duration delay{};
   std::optional<model::PointId> sensor;  ///< follows the actuator
+};
+
+struct PropertyScript {
+  model::Capability capability;  ///< `initial` is its value
+  const Type* type = nullptr;
 };
 
 struct DeviceScript {
@@ -30,7 +36,7 @@ struct DeviceScript {
   Duration keep_alive{};
   std::vector<SensorScript> sensors;
   std::vector<ActuatorScript> actuators;
-  std::vector<model::Capability> properties;  ///< `initial` is their value
+  std::vector<PropertyScript> properties;
 };
 
 /// What the configuration says shall happen. All times count from the first opening of the line.
