@@ -152,6 +152,7 @@ Result<void> Gateway::Parts::arrived(Message message, std::size_t size) {
 
 void Gateway::Parts::send(Message message) {
   stamp(message);
+  if (message.source.island == model::kNobody) message.source.island = self;
   if (message.destination.island == model::kNobody) message.destination.island = self;
   if (outbox.size() >= limits.queue)
     return undelivered(Envelope(message), Outcome::kBusy, "too many messages are waiting at this gateway");
