@@ -66,12 +66,32 @@ std::uint32_t PartTrie::make_child(std::uint32_t node, std::string_view text) {
     return there;
   }
   const auto made = take_free_node();
-  const auto sibling = nodes_[node].first_child;
-  nodes_[made] = {node, part, kNone, sibling, kNone, kNone};
-  if (sibling != kNone) nodes_[sibling].previous_sibling = made;
-  nodes_[node].first_child = made;
-  children_.add(node, part, made);
+  nodes_[made].part = part;
+  link(node, made);
   return made;
+}
+
+std::uint32_t PartTrie::child(std::uint32_t node, PartId part) const {
+  if (nodes_[node].indexed) return children_.find(node, part);
+  auto at = nodes_[node].first_child;
+  while (at != kNone && nodes_[at].part != part) at = nodes_[at].next_sibling;
+  return at;
+}
+
+void PartTrie::link(std::uint32_t parent, std::uint32_t node) {
+  auto& above = nodes_[parent];
+  auto& made = nodes_[node];
+  made.parent = parent;
+  made.next_sibling = above.first_child;
+  if (made.next_sibling != kNone) nodes_[made.next_sibling].previous_sibling = node;
+  above.first_child = node;
+  ++above.children;
+  if (above.indexed) {
+    children_.add(parent, made.part, node);
+  } else if (above.children > kFewChildren) {
+    above.indexed = 1;
+    for (auto at = node; at != kNone; at = nodes_[at].next_sibling) children_.add(parent, nodes_[at].part, at);
+  }
 }
 
 std::uint32_t PartTrie::take_free_node() {
@@ -102,7 +122,9 @@ void PartTrie::unlink(std::uint32_t node) {
     nodes_[gone.previous_sibling].next_sibling = gone.next_sibling;
   }
   if (gone.next_sibling != kNone) nodes_[gone.next_sibling].previous_sibling = gone.previous_sibling;
-  children_.remove(gone.parent, gone.part);
+  auto& above = nodes_[gone.parent];
+  if (above.indexed) children_.remove(gone.parent, gone.part);
+  if (--above.children == 0) above.indexed = 0;
   names_->release(gone.part);
   nodes_[node] = {};
   free_.push_back(node);

@@ -42,7 +42,7 @@ class PartTrie {
   /// The payloads of all patterns in this trie that match a concrete key.
   void matching(model::OwnerId owner, std::string_view key, std::vector<std::uint32_t>& payloads) const;
 
-  std::uint32_t child(std::uint32_t node, PartId part) const { return children_.find(node, part); }
+  std::uint32_t child(std::uint32_t node, PartId part) const;
   std::uint32_t first_child(std::uint32_t node) const { return nodes_[node].first_child; }
   std::uint32_t next_sibling(std::uint32_t node) const { return nodes_[node].next_sibling; }
   PartNames& names() const { return *names_; }
@@ -56,9 +56,14 @@ class PartTrie {
     std::uint32_t next_sibling = kNone;
     std::uint32_t previous_sibling = kNone;
     std::uint32_t payload = kNone;
+    std::uint32_t children : 31 = 0;
+    std::uint32_t indexed : 1 = 0;  ///< its children are in the table
   };
+  /// Up to this many children are found by looking at each: they lie side by side, the table does not.
+  static constexpr std::uint32_t kFewChildren = 8;
   std::uint32_t make_child(std::uint32_t node, std::string_view part);
   std::uint32_t take_free_node();
+  void link(std::uint32_t parent, std::uint32_t node);
   void unlink(std::uint32_t node);
   void match_from(std::uint32_t node, const PartPath& path, std::size_t at, std::vector<std::uint32_t>& payloads) const;
 
