@@ -37,7 +37,7 @@ model::Opaque opaque_of(const NetMessage& message) {
   return {fmt::format("mote/{}/{}/{}", message.transport, message.application, message.record.front()), message.record};
 }
 
-RawUpdates updates_of(const DemoData& demo) {
+RawUpdates updates_of(const DemoReport& demo) {
   return {{{static_cast<std::uint16_t>(Transducer::kLight), {demo.light}},
            {static_cast<std::uint16_t>(Transducer::kTemperature), {demo.temperature}}}};
 }
@@ -98,7 +98,7 @@ void MoteCodec::on_record(const NetMessage& message, const Record& record, MoteE
     on_joined(*joined, events);
   } else if (const auto* updates = std::get_if<RawUpdates>(&record)) {
     on_updates(mote, *updates, events);
-  } else if (const auto* demo = std::get_if<DemoData>(&record)) {
+  } else if (const auto* demo = std::get_if<DemoReport>(&record)) {
     on_updates(mote, updates_of(*demo), events);
   } else if (const auto* ack = std::get_if<MoteAck>(&record)) {
     events.ack = HeardAck{mote, message.application, *ack};

@@ -76,7 +76,7 @@ Result<Record> decode_joined(ByteView record) {
 
 Result<Record> decode_demo(ByteView record) {
   base::ByteReader reader(record.subspan(1));
-  DemoData demo;
+  DemoReport demo;
   demo.light = reader.u16_be();
   demo.temperature = reader.u16_be();
   reader.skip(kDemoFieldsUnused * 2);
@@ -148,7 +148,7 @@ void write(base::ByteWriter& out, const RawUpdates& r) {
     for (const std::uint16_t word : reading.words) out.u16_be(word);
   }
 }
-void write(base::ByteWriter& out, const DemoData& r) {
+void write(base::ByteWriter& out, const DemoReport& r) {
   out.u8(kDemoType).u16_be(r.light).u16_be(r.temperature).bytes(Bytes(kDemoFieldsUnused * 2, 0));
 }
 void write(base::ByteWriter& out, const ReadUpdates& r) {

@@ -53,7 +53,7 @@ struct RawUpdates {
 };
 
 /// The only two fields that the released mote fills in DEMO_DATA; the rest is stale memory (wsn.md 7.1).
-struct DemoData {
+struct DemoReport {
   std::uint16_t light = 0;
   std::uint16_t temperature = 0;
 };
@@ -86,7 +86,7 @@ struct OtherRecord {
 };
 
 using Record =
-    std::variant<Joined, RawUpdates, DemoData, ReadUpdates, PeriodicCommand, ActuateCommand, MoteAck, OtherRecord>;
+    std::variant<Joined, RawUpdates, DemoReport, ReadUpdates, PeriodicCommand, ActuateCommand, MoteAck, OtherRecord>;
 
 /// Parses by type under transport and application; ignores all bytes behind the record. kInvalid if it is cut short.
 Result<Record> decode_record(const NetMessage& message);
