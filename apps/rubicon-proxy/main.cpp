@@ -32,7 +32,11 @@ int main(int argc, char** argv) {
   check->add_option("FILE", options.file, "island configuration (YAML)")->required();
   check->add_option("--set", options.overrides, "override a value before checking")->allow_extra_args(false);
   auto* networks = app.add_subcommand("networks", "List the network types with sample configurations");
-  CLI11_PARSE(app, argc, argv);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {  // also --help and --version, which end well
+    return app.exit(error) == 0 ? rubicon::runtime::kExitOk : rubicon::runtime::kExitFailed;
+  }
   if (check->parsed()) return rubicon::runtime::check(options.file, options.overrides);
   if (networks->parsed()) return rubicon::runtime::list_networks();
   return rubicon::runtime::run(options);

@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cerrno>
 #include <cstring>
@@ -40,24 +41,48 @@ ConfigNode& child(ConfigNode& map, const std::string& key, const std::string& sh
   return map.entries.emplace_back(key, std::move(fresh)).second;
 }
 
+/// `networks.knx-hall.devices."1.4.6".name=...`: the parts before the equals sign, dots inside quotes kept, and the
+/// text behind it. No parts: there is no equals sign, or a part is empty.
+struct Assignment {
+  std::vector<std::string> path;
+  std::string_view value;
+};
+
+Assignment split(std::string_view text) {
+  Assignment split{{""}, {}};
+  bool quoted = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] == '"') {
+      quoted = !quoted;
+    } else if (quoted || (text[i] != '.' && text[i] != '=')) {
+      split.path.back() += text[i];
+    } else if (split.path.back().empty()) {
+      return {};
+    } else if (text[i] == '.') {
+      split.path.emplace_back();
+    } else {
+      split.value = text.substr(i + 1);
+      return split;
+    }
+  }
+  return {};
+}
+
 }  // namespace
 
 Result<void> apply_override(ConfigNode& root, std::string_view assignment) {
-  const auto shown_as = fmt::format("--set {}", assignment.substr(0, 100));
-  const auto equals = assignment.find('=');
-  if (equals == assignment.npos || equals == 0) {
-    return fail(ErrorCode::kInvalid, fmt::format("{}: expected KEY.KEY...=VALUE", shown_as));
-  }
-  auto value = parse_yaml_value(assignment.substr(equals + 1), shown_as);
+  const auto shown_as = fmt::format("--set {}", model::quoted(assignment));
+  const auto [path, text] = split(assignment);
+  if (path.empty()) return fail(ErrorCode::kInvalid, fmt::format("{}: expected KEY.KEY...=VALUE", shown_as));
+  auto value = parse_yaml_value(text, shown_as);
   if (!value) return fail(value.error());
   ConfigNode* node = &root;
-  for (const auto part : model::key_parts(assignment.substr(0, equals))) {
-    if (part.empty()) return fail(ErrorCode::kInvalid, fmt::format("{}: empty part in the path", shown_as));
+  for (const auto& part : path) {
     if (node->kind == ConfigNode::Kind::kNull) node->kind = ConfigNode::Kind::kMap;
     if (node->kind != ConfigNode::Kind::kMap) {
       return fail(ErrorCode::kInvalid, fmt::format("{}: '{}' lies in something that is not a map", shown_as, part));
     }
-    node = &child(*node, std::string(part), shown_as);
+    node = &child(*node, part, shown_as);
   }
   *node = std::move(*value);
   return {};
@@ -68,9 +93,11 @@ Result<ConfigNode> load_config(const std::string& path, const std::vector<std::s
   if (!text) return fail(text.error());
   auto root = parse_yaml(*text, path);
   if (!root) return root;
+  std::vector<std::string> wrong;
   for (const auto& assignment : overrides) {
-    if (auto applied = apply_override(*root, assignment); !applied) return fail(applied.error());
+    if (auto applied = apply_override(*root, assignment); !applied) wrong.push_back(applied.error().text);
   }
+  if (!wrong.empty()) return fail(ErrorCode::kInvalid, fmt::format("{}", fmt::join(wrong, "\n")));
   return root;
 }
 

@@ -1,5 +1,6 @@
 #include "runtime/console.h"
 
+#include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -12,6 +13,8 @@
 #include <cerrno>
 #include <chrono>
 #include <optional>
+#include <string>
+#include <utility>
 
 namespace rubicon::runtime {
 
@@ -22,10 +25,23 @@ namespace {
 /// A pipe that poll calls writable takes this much without blocking (POSIX: PIPE_BUF).
 constexpr std::size_t kChunk = 4096;
 
+/// A pipe or terminal opened once more, so that it can be made non-blocking for us alone; else (sockets, terminals of
+/// another user) a duplicate.
+int reopened(int descriptor, int access) {
+  struct stat about {};
+  if (::fstat(descriptor, &about) == 0 && (S_ISFIFO(about.st_mode) || ::isatty(descriptor))) {
+    const auto path = "/proc/self/fd/" + std::to_string(descriptor);
+    const int fresh = ::open(path.c_str(), access | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
+    if (fresh >= 0) return fresh;
+  }
+  return ::fcntl(descriptor, F_DUPFD_CLOEXEC, 0);
+}
+
 /// A descriptor one can wait for; regular files and /dev/null are always ready and epoll does not take them.
 class Waiter {
  public:
-  Waiter(asio::io_context& context, int descriptor) : context_(context), descriptor_(::dup(descriptor)) {
+  Waiter(asio::io_context& context, int descriptor, int access)
+      : context_(context), descriptor_(reopened(descriptor, access)) {
     struct stat about {};
     const bool known = ::fstat(descriptor, &about) == 0;
     const bool always = !known || S_ISREG(about.st_mode) || (S_ISCHR(about.st_mode) && !::isatty(descriptor));
@@ -55,10 +71,11 @@ class Waiter {
 
 struct ConsoleWriter::Parts : std::enable_shared_from_this<ConsoleWriter::Parts> {
   Parts(asio::io_context& context, int descriptor, std::function<void()> on_closed)
-      : waiter(context, descriptor), closed(std::move(on_closed)) {}
+      : waiter(context, descriptor, O_WRONLY), closed(std::move(on_closed)) {}
 
   void put(std::string text) {
     if (broken) return;
+    waiting_bytes += text.size();
     lines.push_back(std::move(text));
     wait();
   }
@@ -79,6 +96,7 @@ struct ConsoleWriter::Parts : std::enable_shared_from_this<ConsoleWriter::Parts>
     offset = 0;
     while (!lines.empty() && (current.empty() || current.size() + lines.front().size() <= kChunk)) {
       current += lines.front();
+      waiting_bytes -= lines.front().size();
       lines.pop_front();
     }
   }
@@ -96,6 +114,7 @@ struct ConsoleWriter::Parts : std::enable_shared_from_this<ConsoleWriter::Parts>
   void breaks() {
     broken = true;
     lines.clear();
+    waiting_bytes = 0;
     current.clear();
     offset = 0;
     closed();
@@ -106,7 +125,8 @@ struct ConsoleWriter::Parts : std::enable_shared_from_this<ConsoleWriter::Parts>
   Waiter waiter;
   std::function<void()> closed, emptied;
   std::deque<std::string> lines;
-  std::string current;  ///< being written, up to `offset`
+  std::size_t waiting_bytes = 0;  ///< of the lines
+  std::string current;            ///< being written, up to `offset`
   std::size_t offset = 0;
   bool waiting = false, broken = false;
   std::uint64_t dropped = 0;
@@ -117,7 +137,7 @@ ConsoleWriter::ConsoleWriter(asio::io_context& context, int descriptor, std::fun
 ConsoleWriter::~ConsoleWriter() = default;
 
 bool ConsoleWriter::event(std::string line) {
-  if (parts_->lines.size() >= kMaxLines) {
+  if (parts_->lines.size() >= kMaxLines || parts_->waiting_bytes >= kMaxBytes) {
     ++parts_->dropped;
     return false;
   }
@@ -135,7 +155,7 @@ void ConsoleWriter::screen(std::string text) {
 }
 
 bool ConsoleWriter::crowded() const {
-  return parts_->lines.size() >= kMaxLines / 2;
+  return parts_->lines.size() >= kMaxLines / 2 || parts_->waiting_bytes >= kMaxBytes / 2;
 }
 bool ConsoleWriter::empty() const {
   return parts_->empty();
@@ -151,7 +171,7 @@ void ConsoleWriter::when_empty(std::function<void()> call) {
 
 struct ConsoleReader::Parts : std::enable_shared_from_this<ConsoleReader::Parts> {
   Parts(asio::io_context& context, int descriptor, std::size_t longest, Calls some_calls)
-      : waiter(context, descriptor), timer(context), max_line(longest), calls(std::move(some_calls)) {}
+      : waiter(context, descriptor, O_RDONLY), timer(context), max_line(longest), calls(std::move(some_calls)) {}
 
   void next() {
     if (calls.pause()) return pause();

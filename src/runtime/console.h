@@ -13,11 +13,12 @@ class io_context;
 
 namespace rubicon::runtime {
 
-/// Standard output that never stops the loop: at most kMaxLines wait for a slow reader, further events are dropped and
-/// counted. The descriptor's flags, which other processes may share, are left alone.
+/// Standard output that never stops the loop: at most kMaxLines and about kMaxBytes wait for a slow reader, further
+/// events are dropped and counted. The descriptor's flags, which other processes may share, are left alone.
 class ConsoleWriter {
  public:
   static constexpr std::size_t kMaxLines = 10'000;
+  static constexpr std::size_t kMaxBytes = 16 * 1024 * 1024;
 
   ConsoleWriter(boost::asio::io_context& context, int descriptor, std::function<void()> closed);
   ~ConsoleWriter();

@@ -1,5 +1,6 @@
 #include "runtime/daemon.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/ioctl.h>
 #include <unistd.h>
@@ -29,6 +30,21 @@ using tuples::Handle;
 /// Components of the daemon itself; ids above 65535 belong to no island.
 constexpr OwnerId kConsoleComponent{65536};
 constexpr Duration kRedraw = std::chrono::milliseconds(500);
+constexpr Duration kPatience = std::chrono::milliseconds(300);
+constexpr Duration kDropReport = std::chrono::seconds(1);
+constexpr std::size_t kMaxErrorsShown = 50;
+
+/// A standard descriptor that came closed would become the next file or socket we open.
+void open_missing_descriptors() {
+  while (true) {
+    const int descriptor = ::open("/dev/null", O_RDWR);
+    if (descriptor > STDERR_FILENO) {
+      ::close(descriptor);
+      return;
+    }
+    if (descriptor < 0) return;
+  }
+}
 
 Result<IslandConfig> load(const std::string& file, const std::vector<std::string>& overrides,
                           base::ConfigErrors& errors) {
@@ -66,15 +82,19 @@ class Session {
     space_ = std::make_unique<TupleSpace>(kConsoleComponent, loop_.scheduler(), *link_);
     for (const auto& text : options_.watch) {
       auto pattern = Pattern::parse(text);
-      if (!pattern) return fail(pattern.error());
-      watch(*pattern, true);
+      if (!pattern) return fail(ErrorCode::kInvalid, fmt::format("--watch: {}", pattern.error().text));
+      // In the island's own space: a distant component sees only the latest of a turn, a watcher sees each set.
+      watches_.push_back(
+          island_->space().subscribe(*pattern, {}, [this](const tuples::Event& event) { put_event(event_line(event)); }));
     }
     return {};
   }
 
   void run() {
     signals_.async_wait([this](const boost::system::error_code& error, int) {
-      if (!error) loop_.stop();
+      if (error) return;
+      finish();
+      patience_ = loop_.scheduler().after(kPatience, [this] { loop_.stop(); });
     });
     const bool table = options_.watch.empty() && !options_.shell && ::isatty(STDOUT_FILENO);
     if (options_.shell || table) make_shell(table);
@@ -89,10 +109,18 @@ class Session {
   }
 
  private:
-  void watch(const Pattern& pattern, bool print) {
-    watches_.push_back(space_->subscribe(pattern, {}, [this, print](const tuples::Event& event) {
-      if (print) output_.event(event_line(event));
-    }));
+  /// Stops once everything is written.
+  void finish() {
+    watches_.clear();
+    if (table_) return loop_.stop();
+    output_.when_empty([this] { loop_.stop(); });
+  }
+
+  void put_event(std::string line) {
+    if (output_.event(std::move(line)) || drops_.pending()) return;
+    drops_ = loop_.scheduler().after(kDropReport, [this] {
+      log_.warning(fmt::format("{} lines were dropped so far: the reader is slow", output_.dropped()));
+    });
   }
 
   void make_shell(bool table) {
@@ -104,9 +132,10 @@ class Session {
         output_.answer(std::move(line));
       }
     };
-    shell_ = std::make_unique<Shell>(
-        *space_, config.id, config.proxy.prefix, answer, [this](std::string line) { output_.event(std::move(line)); },
-        [this] { output_.when_empty([this] { loop_.stop(); }); });
+    const auto event = [this, table](std::string line) {
+      if (!table) put_event(std::move(line));
+    };
+    shell_ = std::make_unique<Shell>(*space_, config.id, config.proxy.prefix, answer, event, [this] { finish(); });
     // The shell answers from its copies: it starts to read when the first of them is there.
     first_copy_ = space_->subscribe({config.id, "GATEWAY"}, {{}, {}, 0, true}, [this, table](const tuples::Event&) {
       if (!input_) read_input(table);
@@ -120,7 +149,7 @@ class Session {
     calls.pause = [this] { return output_.crowded(); };
     calls.end = [this, table] {
       if (table || !options_.watch.empty()) return;  // still something to show
-      shell_->when_idle([this] { output_.when_empty([this] { loop_.stop(); }); });
+      shell_->when_idle([this] { finish(); });
     };
     input_ = std::make_unique<ConsoleReader>(loop_.context(), STDIN_FILENO, Shell::kMaxLine, std::move(calls));
   }
@@ -129,7 +158,8 @@ class Session {
     const auto& config = island_->config();
     table_ = std::make_unique<LiveTable>(*space_, config.id, config.proxy.island_name, config.proxy.prefix);
     // Somebody is looking: this is real demand, and sensors are sampled for it.
-    watch({config.id, config.proxy.prefix + ".**"}, false);
+    watches_.push_back(
+        space_->subscribe({config.id, config.proxy.prefix + ".**"}, {}, [](const tuples::Event&) {}));
     output_.screen("\x1b[2J");
     redraw();
   }
@@ -137,7 +167,7 @@ class Session {
   void redraw() {
     const auto size = screen_size();
     const auto screen = table_->render(loop_.scheduler().wall_now(), {size.rows - 2, size.columns});
-    const auto answer = last_answer_.substr(0, static_cast<std::size_t>(size.columns));
+    const auto answer = fitted(last_answer_, static_cast<std::size_t>(size.columns));
     // The cursor stays where the user is typing, on the last line.
     output_.screen(
         fmt::format("\x1b"
@@ -162,9 +192,15 @@ class Session {
   std::unique_ptr<LiveTable> table_;
   Handle first_copy_;
   std::unique_ptr<ConsoleReader> input_;
-  Timer redraw_;
+  Timer redraw_, patience_, drops_;
   std::string last_answer_;
 };
+
+void print_errors(const base::ConfigErrors& errors) {
+  const auto& lines = errors.lines();
+  for (std::size_t i = 0; i < std::min(lines.size(), kMaxErrorsShown); ++i) fmt::print(stderr, "{}\n", lines[i]);
+  if (lines.size() > kMaxErrorsShown) fmt::print(stderr, "... and {} more\n", lines.size() - kMaxErrorsShown);
+}
 
 int report(const Error& error) {
   fmt::print(stderr, "{}\n", error.text);
@@ -174,6 +210,7 @@ int report(const Error& error) {
 }  // namespace
 
 int run(const RunOptions& options) {
+  open_missing_descriptors();
   std::signal(SIGPIPE, SIG_IGN);  // a closed standard output ends the session by an error of write()
   base::ConfigErrors errors;
   auto config = load(options.file, options.overrides, errors);
@@ -202,7 +239,7 @@ int check(const std::string& file, const std::vector<std::string>& overrides) {
   tuples::MemoryEcology ecology(loop.scheduler());
   auto island = Island::make(std::move(*config), loop.scheduler(), transports, quiet, ecology, errors);
   if (!errors.empty()) {
-    fmt::print(stderr, "{}\n", errors.text());
+    print_errors(errors);
     return kExitConfiguration;
   }
   if (!island) return report(island.error());

@@ -28,6 +28,14 @@ void read_island(ConfigReader& root, IslandConfig& config) {
   island.finish();
 }
 
+/// A duration that must not be zero.
+Duration positive(ConfigReader& map, const std::string& key, Duration otherwise) {
+  const auto span = map.duration(key, otherwise);
+  if (span > Duration(0)) return span;
+  map.error(key, "expected more than 0s");
+  return otherwise;
+}
+
 void read_general(ConfigReader& root, IslandConfig& config) {
   auto tuples = root.map("tuples");
   tuples.choice("engine", "memory", {"memory"});
@@ -41,9 +49,9 @@ void read_general(ConfigReader& root, IslandConfig& config) {
   config.proxy.max_devices = config.limits.devices;
   limits.finish();
   auto commands = root.map("commands");
-  config.proxy.command_time_to_live = commands.duration("time-to-live", config.proxy.command_time_to_live);
-  config.proxy.confirmation_wait = commands.duration("confirmation-wait", config.proxy.confirmation_wait);
-  config.proxy.queue_expiry = commands.duration("queue-expiry", config.proxy.queue_expiry);
+  config.proxy.command_time_to_live = positive(commands, "time-to-live", config.proxy.command_time_to_live);
+  config.proxy.confirmation_wait = positive(commands, "confirmation-wait", config.proxy.confirmation_wait);
+  config.proxy.queue_expiry = positive(commands, "queue-expiry", config.proxy.queue_expiry);
   commands.finish();
 }
 
@@ -87,17 +95,20 @@ void read_types(ConfigReader& root, IslandConfig& config) {
   }
 }
 
+/// `light-1: window`: default ids to instance names.
 std::map<std::string, std::string> read_names(ConfigReader& device, const std::string& key) {
   std::map<std::string, std::string> names;
-  auto map = device.map(key);
   std::set<std::string> taken;
-  for (const auto& from : map.keys()) {
-    const auto to = map.required_text(from);
-    if (to.empty() || to != model::to_key_part(to)) map.error(from, "expected a name of [A-Za-z0-9_-]+");
+  const auto map = device.map(key);
+  for (const auto& [from, node] : map.here().entries) {
+    const auto wrong = [&, &id = from, &at = node.place](std::string_view text) {
+      device.errors().add(at, fmt::format("{}.{}", map.path(), id), text);
+    };
     const auto dash = from.rfind('-');
-    if (dash == from.npos) map.error(from, "expected a sensor or actuator id such as light-1");
-    if (!taken.insert(from.substr(0, dash) + "-" + to).second) map.error(from, "two of one type get the same name");
-    names.emplace(from, to);
+    if (node.text.empty() || node.text != model::to_key_part(node.text)) wrong("expected a name of [A-Za-z0-9_-]+");
+    if (dash == from.npos) wrong("expected a sensor or actuator id such as light-1");
+    if (!taken.insert(from.substr(0, dash) + "-" + node.text).second) wrong("two of one type get the same name");
+    names.emplace(from, node.text);
   }
   return names;
 }
@@ -155,6 +166,7 @@ void read_network(const std::string& id, ConfigReader& network, std::span<const 
     network.error("", fmt::format("a network of type {} is called {} or {}-<name>", type, type, type));
   }
   rules.silence = network.duration_or_never("silence", rules.silence);
+  if (rules.silence == Duration(0)) network.error("silence", "expected more than 0s, or never");
   const auto rate = network.duration("rate", rules.rate);
   rules.rate = std::chrono::duration_cast<std::chrono::milliseconds>(rate);
   if (rules.rate < std::chrono::milliseconds(1)) network.error("rate", "expected at least 1ms");

@@ -34,7 +34,8 @@ struct IslandConfig {
 IslandConfig read_island_config(const ConfigNode& root, std::span<const network::NetworkType> types,
                                 base::ConfigErrors& errors);
 
-/// `networks.dummy-1.seed=7` or any other path: replaces or creates the value, at the place `--set ...`.
+/// `networks.dummy-1.seed=7` or any other path (a part with dots in double quotes): replaces or creates the value, at
+/// the place `--set ...`.
 Result<void> apply_override(ConfigNode& root, std::string_view assignment);
 
 /// File -> tree with the overrides applied; kNotFound, kIo or the errors of parse_yaml.

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "model/key.h"
+#include "runtime/event_json.h"
 
 namespace rubicon::runtime {
 
@@ -15,7 +16,7 @@ namespace {
 
 using nlohmann::json;
 
-json parsed(const std::string& text) {
+json parsed(std::string_view text) {
   auto tree = json::parse(text, nullptr, false);
   return tree.is_object() ? tree : json::object();
 }
@@ -28,25 +29,47 @@ std::string age_text(double seconds) {
   return fmt::format("{:.0f}h", seconds / 3600);
 }
 
-/// Cut to the width in characters of UTF-8, padded with blanks.
-std::string fitted(std::string_view text, std::size_t width) {
-  std::string out;
-  std::size_t shown = 0;
-  for (const char c : text) {
-    const bool follows = (static_cast<unsigned char>(c) & 0xc0U) == 0x80;
-    if (!follows && shown == width) break;
-    if (!follows) ++shown;
-    out += static_cast<unsigned char>(c) < 0x20 || c == 0x7f ? '?' : c;
-  }
-  return out + std::string(width - shown, ' ');
-}
-
 std::string part_of(std::string_view key, std::size_t index) {
   const auto parts = model::key_parts(key);
   return index < parts.size() ? std::string(parts[index]) : std::string();
 }
 
+/// A member that is text, else nothing.
+std::string text_in(const json& object, const char* name) {
+  const auto found = object.find(name);
+  return found != object.end() && found->is_string() ? found->get<std::string>() : std::string();
+}
+
+double number_in(const json& object, const char* name) {
+  const auto found = object.find(name);
+  return found != object.end() && found->is_number() ? found->get<double>() : 0;
+}
+
+/// Control characters, those beyond ASCII included (U+0080..U+009F steer some terminals too), do not reach a screen.
+bool steers(std::string_view character) {
+  const auto first = static_cast<unsigned char>(character[0]);
+  if (first < 0x20 || first == 0x7f) return true;
+  return first == 0xc2 && character.size() > 1 && static_cast<unsigned char>(character[1]) < 0xa0;
+}
+
 }  // namespace
+
+std::string fitted(std::string_view text, std::size_t width) {
+  std::string out;
+  std::size_t shown = 0;
+  for (; !text.empty() && shown < width; ++shown) {
+    std::size_t length = 1;
+    while (length < text.size() && (static_cast<unsigned char>(text[length]) & 0xc0U) == 0x80) ++length;
+    const auto character = text.substr(0, length);
+    if (is_utf8(character) && !steers(character)) {
+      out += character;
+    } else {
+      out += '?';
+    }
+    text.remove_prefix(length);
+  }
+  return out + std::string(width - shown, ' ');
+}
 
 LiveTable::LiveTable(const TupleSpace& space, OwnerId island, std::string name, std::string prefix)
     : space_(space), island_(island), name_(std::move(name)), prefix_(std::move(prefix)) {}
@@ -70,10 +93,9 @@ std::string LiveTable::top_line(WallTime now) const {
 void LiveTable::network_rows(std::vector<Row>& rows) const {
   rows.push_back({fmt::format("{:<20}{:<12}{}", "NETWORK", "LINE", "WHY"), true});
   space_.list({island_, prefix_ + ".*.status"}, [&](const tuples::TupleView& tuple) {
-    const auto status = parsed(std::string(tuple.value));
-    rows.push_back(
-        {fmt::format("{:<20}{:<12}{}", part_of(tuple.key, 1), status.value("line", ""), status.value("reason", "")),
-         false});
+    const auto status = parsed(tuple.value);
+    rows.push_back({fitted(part_of(tuple.key, 1), 20) + fitted(text_in(status, "line"), 12) + text_in(status, "reason"),
+                    false});
   });
 }
 
@@ -81,61 +103,68 @@ void LiveTable::point_rows(const std::string& device, std::vector<Row>& rows, Wa
   const auto add = [&](const tuples::TupleView& tuple) {
     const auto point = std::string(tuple.key.substr(0, tuple.key.rfind('.')));
     const auto status = parsed(value(point + ".status"));
-    const auto about = parsed(value(point + ".description"));
-    auto unit = about.value("unit", "1");
+    auto unit = text_in(parsed(value(point + ".description")), "unit");
     if (unit == "1") unit.clear();
-    const auto heard = status.value("heard", 0.0);
-    const auto command = status.contains("command") ? status["command"].value("state", "") : std::string();
+    const auto heard = number_in(status, "heard");
+    const auto command = status.contains("command") ? status["command"] : json::object();
     rows.push_back({fmt::format("    {}  {} {} {:<14} {:>7}  {}", fitted(part_of(tuple.key, 4), 28),
-                                fitted(tuple.value, 14), fitted(unit, 8), status.value("quality", ""),
-                                age_text(heard > 0 ? base::to_seconds(now) - heard : -1), command),
+                                fitted(tuple.value, 14), fitted(unit, 8), text_in(status, "quality"),
+                                age_text(heard > 0 ? base::to_seconds(now) - heard : -1), text_in(command, "state")),
                     false});
   };
   space_.list({island_, device + ".sensor.*.value"}, add);
   space_.list({island_, device + ".actuator.*.value"}, add);
 }
 
-void LiveTable::device_rows(std::vector<Row>& rows, WallTime now) const {
+void LiveTable::device_rows(std::vector<Row>& rows, std::size_t room, WallTime now) const {
   std::set<std::string> devices;
   space_.list({island_, prefix_ + ".*.*.status"},
               [&](const tuples::TupleView& tuple) { devices.emplace(tuple.key.substr(0, tuple.key.rfind('.'))); });
   rows.push_back({fmt::format("{:<34}{:<15} {:<8} {:<14} {:>7}  {}", "DEVICE", "VALUE", "UNIT", "QUALITY", "HEARD",
                               "LAST COMMAND"),
                   true});
+  std::size_t done = 0;
   for (const auto& device : devices) {
+    if (rows.size() > room) break;  // an island may have more devices than one can draw twice a second
     const auto about = parsed(value(device + ".description"));
     const auto status = parsed(value(device + ".status"));
-    rows.push_back({fmt::format("  {}  {}  {}", device, about.value("name", ""), status.value("status", "")), false});
+    rows.push_back({fmt::format("  {}  {}  {}", device, text_in(about, "name"), text_in(status, "status")), false});
     point_rows(device, rows, now);
+    ++done;
   }
+  if (rows.size() <= room) return;
+  rows.resize(room - 1);
+  rows.push_back({fmt::format("  ... and more, {} devices not shown; enlarge the terminal, or use --watch and --shell",
+                              devices.size() - done),
+                  false});
 }
 
 std::string LiveTable::command_to_try() const {
-  std::string key;
-  std::string to;
+  std::string first;
   space_.list({island_, prefix_ + ".*.*.actuator.*.command"}, [&](const tuples::TupleView& tuple) {
+    if (!first.empty() && tuple.key > first) return;
     const auto point = std::string(tuple.key.substr(0, tuple.key.rfind('.')));
-    const auto about = parsed(value(point + ".description"));
-    if (about.value("data_type", "") != "boolean" || (!key.empty() && tuple.key > key)) return;
-    key = tuple.key;
-    const auto words = about.value("words", json::array({"off", "on"}));
-    const auto now = value(point + ".value");
-    to = words.size() == 2 && words[1] != now ? words[1] : words.at(0);
+    if (text_in(parsed(value(point + ".description")), "data_type") == "boolean") first = tuple.key;
   });
-  return key.empty() ? std::string("help, devices, ls **, quit") : fmt::format("set {} {}", key, to);
+  if (first.empty()) return "help, devices, quit";
+  const auto point = first.substr(0, first.rfind('.'));
+  const auto about = parsed(value(point + ".description"));
+  std::vector<std::string> words{"off", "on"};
+  if (const auto found = about.find("words"); found != about.end() && found->is_array() && found->size() == 2) {
+    for (std::size_t i = 0; i < 2; ++i) {
+      if ((*found)[i].is_string()) words[i] = (*found)[i].get<std::string>();
+    }
+  }
+  return fmt::format("set {} {}", first, value(point + ".value") == words[1] ? words[0] : words[1]);
 }
 
 std::string LiveTable::render(WallTime now, ScreenSize size) const {
+  const auto room = static_cast<std::size_t>(std::max(size.rows, 8)) - 2;
   std::vector<Row> rows{{top_line(now), true}, {}};
   network_rows(rows);
+  rows.resize(std::min(rows.size(), room - 3));
   rows.push_back({});
-  device_rows(rows, now);
-  const auto room = static_cast<std::size_t>(std::max(size.rows, 4)) - 2;
-  if (rows.size() > room) {
-    const auto hidden = rows.size() - room + 1;
-    rows.resize(room - 1);
-    rows.push_back({fmt::format("  ... {} more lines; enlarge the terminal, or use --watch and --shell", hidden)});
-  }
+  device_rows(rows, room, now);
   const auto width = static_cast<std::size_t>(std::max(size.columns, 20));
   std::string screen;
   for (const auto& row : rows) {

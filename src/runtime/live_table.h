@@ -1,6 +1,8 @@
 #pragma once
 
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "base/time.h"
 #include "tuples/tuple_space.h"
@@ -12,14 +14,17 @@ struct ScreenSize {
   int columns = 80;
 };
 
+/// Text of outsiders for a screen: cut to the width in characters, padded with blanks, nothing in it steers a terminal.
+std::string fitted(std::string_view text, std::size_t width);
+
 /// The table that `run` shows on a terminal: networks, devices, values with unit, quality and age. A pure function of
 /// the tuples a component can see.
 class LiveTable {
  public:
   LiveTable(const TupleSpace& space, OwnerId island, std::string name, std::string prefix);
 
-  /// One screen of text, lines separated by newlines, at most size.rows of them; the last one is a command to try. What
-  /// does not fit is counted in a line of its own.
+  /// One screen of text, lines separated by newlines, at most size.rows of them (at least 8); the last one is a command
+  /// to try. Devices that do not fit are counted in a line of their own.
   std::string render(WallTime now, ScreenSize size) const;
 
  private:
@@ -29,7 +34,8 @@ class LiveTable {
   };
   std::string top_line(WallTime now) const;
   void network_rows(std::vector<Row>& rows) const;
-  void device_rows(std::vector<Row>& rows, WallTime now) const;
+  /// Up to `room` rows in all.
+  void device_rows(std::vector<Row>& rows, std::size_t room, WallTime now) const;
   void point_rows(const std::string& device, std::vector<Row>& rows, WallTime now) const;
   std::string command_to_try() const;
   std::string value(const std::string& key) const;

@@ -51,6 +51,13 @@ std::string value_text(const tuples::TupleView& tuple) {
   return is_utf8(tuple.value) ? std::string(tuple.value) : base::to_hex(base::as_bytes(tuple.value));
 }
 
+/// A member of an object, or `otherwise` where there is none of that kind.
+json member(const json& object, const char* name, json otherwise) {
+  if (!object.is_object() || !object.contains(name)) return otherwise;
+  const auto& found = object[name];
+  return found.type() == otherwise.type() || (found.is_number() && otherwise.is_number()) ? found : otherwise;
+}
+
 /// One word behind the pattern of `subscribe`.
 Result<void> read_flow(std::string_view word, tuples::Flow& flow) {
   const auto value = word.substr(std::min(word.size(), word.find('=') + 1));
@@ -104,6 +111,7 @@ Shell::Shell(TupleSpace& space, OwnerId island, std::string prefix, Write answer
 Shell::~Shell() = default;
 
 void Shell::line(std::string_view text) {
+  if (quitting_) return;
   if (text.ends_with('\r')) text.remove_suffix(1);
   auto rest = text;
   const auto word = take_word(rest);
@@ -117,6 +125,7 @@ void Shell::line(std::string_view text) {
 }
 
 void Shell::line_too_long() {
+  if (quitting_) return;
   fail_with(slots_.emplace_back(std::make_shared<Answer>()), ErrorCode::kOutOfRange,
             fmt::format("line longer than {} bytes", kMaxLine));
 }
@@ -237,12 +246,11 @@ void Shell::devices(std::string_view, const Slot& slot) {
     const auto status = json::parse(tuple.value, nullptr, false);
     const auto about = space_.get(island_, std::string(device) + ".description");
     const auto description = about ? json::parse(about->value, nullptr, false) : json();
-    if (!status.is_object()) return;
     ++count;
     slot->lines.push_back(text_of({{"device", device},
-                                   {"name", description.is_object() ? description.value("name", "") : ""},
-                                   {"status", status.value("status", "unknown")},
-                                   {"since", status.value("since", 0.0)}}));
+                                   {"name", member(description, "name", "")},
+                                   {"status", member(status, "status", "unknown")},
+                                   {"since", member(status, "since", 0.0)}}));
   });
   finish(slot, text_of({{"ok", true}, {"count", count}}));
 }
@@ -270,6 +278,7 @@ void Shell::help(std::string_view, const Slot& slot) {
 }
 
 void Shell::quit(std::string_view, const Slot& slot) {
+  quitting_ = true;
   finish(slot, text_of({{"ok", true}}));
   when_idle(quit_);
 }

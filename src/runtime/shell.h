@@ -69,6 +69,7 @@ class Shell {
   std::string prefix_;
   Write answer_, event_;
   std::function<void()> quit_, idle_;
+  bool quitting_ = false;
   std::deque<Slot> slots_;
   std::map<std::string, tuples::Handle> subscriptions_;
   tuples::Handle everything_;  ///< passive: what get, ls, devices and stats answer from

@@ -1,7 +1,12 @@
 #include "runtime/spdlog_sink.h"
 
+#include <poll.h>
 #include <spdlog/logger.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
+#include <unistd.h>
+
+#include <cstdint>
+#include <utility>
 
 namespace rubicon::runtime {
 
@@ -17,6 +22,9 @@ spdlog::level::level_enum to_spdlog(base::LogLevel level) {
   return spdlog::level::err;
 }
 
+/// What a pipe that has room takes at once (POSIX: PIPE_BUF), less what stands before it.
+constexpr std::size_t kMaxLine = 3500;
+
 /// One log line stays one line, whatever a device put into its name.
 std::string one_line(std::string_view text) {
   std::string out(text);
@@ -26,9 +34,16 @@ std::string one_line(std::string_view text) {
   return out;
 }
 
+/// A pipe that nobody reads must not stop the loop.
+bool has_room(int descriptor) {
+  pollfd wanted{descriptor, POLLOUT, 0};
+  return ::poll(&wanted, 1, 0) != 0;
+}
+
 }  // namespace
 
 struct SpdlogSink::Parts {
+  std::uint64_t lost = 0;  ///< lines since the last one that was written
   spdlog::logger logger{"rubicon", std::make_shared<spdlog::sinks::stderr_color_sink_st>()};
 };
 
@@ -39,7 +54,13 @@ SpdlogSink::SpdlogSink(const std::string& level) : parts_(std::make_unique<Parts
 SpdlogSink::~SpdlogSink() = default;
 
 void SpdlogSink::write(base::LogLevel level, std::string_view who, std::string_view text) {
-  parts_->logger.log(to_spdlog(level), "{}: {}", who, one_line(text));
+  if (!parts_->logger.should_log(to_spdlog(level))) return;
+  if (!has_room(STDERR_FILENO)) {
+    ++parts_->lost;
+    return;
+  }
+  if (parts_->lost > 0) parts_->logger.warn("log: {} lines were lost, nobody read them", std::exchange(parts_->lost, 0));
+  parts_->logger.log(to_spdlog(level), "{}: {}", who, one_line(text).substr(0, kMaxLine));
 }
 
 }  // namespace rubicon::runtime

@@ -11,10 +11,13 @@
 #include <vector>
 
 #include "base/config_reader.h"
+#include "model/key.h"
 
 namespace rubicon::runtime {
 
 namespace {
+
+constexpr std::size_t kMaxErrors = 100;
 
 class ViewBuffer final : public std::streambuf {
  public:
@@ -88,7 +91,8 @@ class TreeBuilder final : public YAML::EventHandler {
     level.key = text;
     level.has_key = true;
     if (!level.keys.insert(text).second) {
-      errors.add(place(mark), "", fmt::format("key '{}' stands twice in this map", text.substr(0, 60)));
+      errors.add(place(mark), "", fmt::format("key {} stands twice in this map", model::quoted(text)));
+      if (errors.lines().size() >= kMaxErrors) stopped_ = true;
     }
   }
 
