@@ -42,6 +42,7 @@ EventQueue::Queued* EventQueue::room_for(std::uint32_t index, EventKind kind) {
 
 void EventQueue::fill(Queued& queued, std::uint32_t index, EventKind kind, std::uint32_t set) {
   const auto& tuple = store_.at(index);
+  __builtin_prefetch(tuple.key_text.get());  // wanted at the end of the turn
   queued.tuple = index;
   queued.set = set;
   store_.sets().use(queued.set);

@@ -16,7 +16,7 @@ inline constexpr std::size_t kMaxValueSize = 1024 * 1024;
 /// Copies of foreign tuples one component keeps; more are dropped and counted.
 inline constexpr std::size_t kMaxCached = 2'000'000;
 /// Subscriptions one distant component may hold here.
-inline constexpr std::size_t kMaxSubscriptionsPerPeer = 65'536;
+inline constexpr std::size_t kMaxSubscriptionsPerPeer = 10'000;
 
 /// A long walk over the tuples, done some nodes a turn.
 struct Walk {

@@ -9,6 +9,9 @@ namespace {
 /// Walks pause while more than this waits for local subscribers.
 constexpr std::size_t kQueueForWalks = 100'000;
 
+/// Changing a set copies it: so many members count as much as one node.
+constexpr std::size_t kMembersPerNode = 16;
+
 Flow bounded(Flow flow) {
   flow.minimum = std::clamp(flow.minimum, Duration(0), kLongest);
   flow.maximum = std::clamp(flow.maximum, Duration(0), kLongest);
@@ -66,6 +69,7 @@ bool TupleSpace::Parts::go_on(Walk& walk) {
     if (queue.size() > kQueueForWalks) return false;
     const auto index = walk.steps.next(walk_budget);
     if (!index) break;
+    walk_budget -= std::min(walk_budget, store.subscribers(*index).members.size() / kMembersPerNode);
     step(walk, *index);
   }
   if (!over && !walk.steps.done()) return false;

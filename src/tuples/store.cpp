@@ -19,18 +19,26 @@ std::uint32_t Store::create(OwnerId owner, std::string_view key) {
   tuples_.set_payload(node, index);
   auto& tuple = pool_[index];
   tuple.node = node;
-  matching_.clear();
-  patterns_.matching(owner, key, matching_);
-  std::uint32_t set = 0;
-  for (const auto pattern : matching_) {
-    for (const auto& subscription : by_pattern_[pattern]) {
-      if (subscription->local() || owner == self_) set = sets_.with(set, subscription);
-    }
-  }
+  const auto set = subscribers_of(owner, key);
   tuple.subscribers = set;
   sets_.use(set);
   ++(owner == self_ ? own_ : cached_);
   return index;
+}
+
+std::uint32_t Store::subscribers_of(OwnerId owner, std::string_view key) {
+  matching_.clear();
+  patterns_.matching(owner, key, matching_);
+  std::vector<SubscriptionPtr> members;
+  for (const auto pattern : matching_) {
+    for (const auto& subscription : by_pattern_[pattern]) {
+      if (subscription->local() || owner == self_) members.push_back(subscription);
+    }
+  }
+  if (members.size() > kFewSubscribers) return sets_.of(std::move(members));
+  std::uint32_t set = 0;
+  for (const auto& member : members) set = sets_.with(set, member);
+  return set;
 }
 
 void Store::remove(std::uint32_t index, EventKind how) {
@@ -55,6 +63,7 @@ void Store::add(const SubscriptionPtr& subscription) {
     }
     patterns_.set_payload(node, list);
   }
+  subscription->place = by_pattern_[list].size();
   by_pattern_[list].push_back(subscription);
 }
 
@@ -62,8 +71,11 @@ void Store::drop(const SubscriptionPtr& subscription) {
   const auto node = patterns_.find(subscription->pattern.owner, subscription->pattern.key);
   if (node == kNone || patterns_.payload(node) == kNone) return;
   const auto list = patterns_.payload(node);
-  std::erase(by_pattern_[list], subscription);
-  if (!by_pattern_[list].empty()) return;
+  auto& equals = by_pattern_[list];
+  equals.back()->place = subscription->place;
+  std::swap(equals[subscription->place], equals.back());
+  equals.pop_back();
+  if (!equals.empty()) return;
   free_patterns_.push_back(list);
   patterns_.clear(node);
 }

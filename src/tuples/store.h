@@ -37,6 +37,10 @@ class Store {
   std::size_t cached() const { return cached_; }
 
  private:
+  /// Up to this many are added one by one, along transitions that are remembered.
+  static constexpr std::size_t kFewSubscribers = 8;
+
+  std::uint32_t subscribers_of(OwnerId owner, std::string_view key);
   bool move_to(std::uint32_t index, std::uint32_t set);
 
   OwnerId self_;

@@ -46,6 +46,13 @@ std::uint32_t SubscriberSets::without(std::uint32_t id, const SubscriptionPtr& s
   return made;
 }
 
+std::uint32_t SubscriberSets::of(std::vector<SubscriptionPtr> members) {
+  std::sort(members.begin(), members.end(), [](const auto& a, const auto& b) { return a->number < b->number; });
+  std::uint64_t hash = 0;
+  for (const auto& member : members) hash += hash_of(*member);
+  return intern(std::move(members), hash);
+}
+
 std::uint32_t SubscriberSets::intern(std::vector<SubscriptionPtr> members, std::uint64_t hash) {
   if (members.empty()) return 0;
   const auto [begin, end] = by_hash_.equal_range(hash);

@@ -37,6 +37,7 @@ class SubscriberSets {
   const SubscriberSet& operator[](std::uint32_t id) const { return sets_[id]; }
   std::uint32_t with(std::uint32_t id, const SubscriptionPtr& subscription);
   std::uint32_t without(std::uint32_t id, const SubscriptionPtr& subscription);
+  std::uint32_t of(std::vector<SubscriptionPtr> members);
   void use(std::uint32_t id) { ++sets_[id].uses; }
   void release(std::uint32_t id) { --sets_[id].uses; }
   void collect();

@@ -27,6 +27,7 @@ struct Subscription {
   Flow flow;
   EventCall call;
   std::shared_ptr<PeerBox> peer;  ///< of a distant subscriber; null = local
+  std::size_t place = 0;          ///< among the subscriptions with this very pattern
   bool alive = true;
   bool running = false;  ///< inside its call
   std::unordered_map<std::uint32_t, Pace> paces;
