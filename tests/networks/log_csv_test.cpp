@@ -46,6 +46,16 @@ class LogCsv : public testing::Test {
   Made made_;
 };
 
+TEST_F(LogCsv, ItsSensorsAreGivenTheDeadlineOfTheOptions) {
+  open("t,h\n20.5,40\n", {{"deadline", scalar("90s")}});
+  listener_.time.run_for(500ms);
+  const auto joins = listener_.of<model::Join>();
+  ASSERT_EQ(joins.size(), 1u);
+  for (const auto& capability : std::get<model::Join>(joins[0].second.body).capabilities) {
+    EXPECT_EQ(capability.deadline, Duration(90s));
+  }
+}
+
 TEST_F(LogCsv, JoinsTheDeviceAndPlaysARowEachPeriod) {
   open("t,h\n20.5,40\n20.6,41\n");
   listener_.time.run_for(500ms);

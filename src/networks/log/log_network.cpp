@@ -180,6 +180,9 @@ void LogNetwork::deliver(const std::string& device, model::Body body, WallTime w
     for (model::Reading& reading : updates->readings) reading.user_time = when;
     counters_.readings += updates->readings.size();
   }
+  if (auto* join = std::get_if<model::Join>(&body)) {
+    for (auto& capability : join->capabilities) capability.deadline = capability.deadline.value_or(options_.deadline);
+  }
   host_.deliver(device, std::move(body));
 }
 

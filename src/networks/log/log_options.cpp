@@ -41,6 +41,7 @@ void read_pacing(ConfigReader& options, LogOptions& out) {
   if (options.has("between-files")) out.between_files = options.duration("between-files", Duration::zero());
   const std::string end = options.choice("end", "hold", {"hold", "leave", "stop"});
   out.end = end == "leave" ? LogOptions::End::kLeave : end == "stop" ? LogOptions::End::kStop : LogOptions::End::kHold;
+  out.deadline = options.duration_or_never("deadline", out.deadline).value_or(Duration::zero());
   out.recorded_times = options.choice("times", "recorded", {"recorded", "replay"}) == "recorded";
 }
 

@@ -22,6 +22,7 @@ struct LogOptions {
   std::optional<Duration> longest_gap;
   std::optional<Duration> between_files;
   End end = End::kHold;
+  Duration deadline = std::chrono::minutes(1);  ///< longest silence of a recorded sensor before it is stale; 0 = never
   bool recorded_times = true;     ///< user time of values: when they were recorded, not when they are replayed
   std::optional<CsvMapping> csv;  ///< absent: the original recorder's packets
   motes::Calibration calibration;
