@@ -5,6 +5,7 @@
 
 #include <charconv>
 #include <cmath>
+#include <unordered_map>
 
 namespace rubicon::base {
 
@@ -25,7 +26,7 @@ std::string_view kind_name(ConfigNode::Kind kind) {
 template <class Number>
 std::optional<Number> parse_number(std::string_view text) {
   Number number{};
-  if (text.starts_with('+')) text.remove_prefix(1);
+  if (text.starts_with('+') && !text.starts_with("+-")) text.remove_prefix(1);
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
   if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
   return number;
@@ -186,6 +187,7 @@ std::vector<std::string> ConfigReader::texts(const std::string& key) {
   if (found->kind == ConfigNode::Kind::kScalar) return {found->text};
   if (found->kind != ConfigNode::Kind::kList) {
     error(key, fmt::format("is {}, expected a list of values", kind_name(found->kind)));
+    return out;
   }
   for (const auto& item : found->items) {
     if (item.kind == ConfigNode::Kind::kScalar) {
@@ -218,9 +220,12 @@ std::vector<std::string> ConfigReader::keys() const {
 }
 
 void ConfigReader::finish() {
+  std::unordered_map<std::string_view, const ConfigPlace*> places;
+  for (const auto& key : map_->items) places.emplace(key.text, &key.place);
   for (const auto& [name, entry] : map_->entries) {
     if (known_.contains(name)) continue;
-    errors_->add(entry.place, path_, fmt::format("unknown key '{}', known: {}", shown(name), fmt::join(known_, ", ")));
+    const auto written = places.find(name);
+    errors_->add(written == places.end() ? entry.place : *written->second, path_, fmt::format("unknown key '{}', known: {}", shown(name), fmt::join(known_, ", ")));
   }
 }
 

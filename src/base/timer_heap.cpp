@@ -14,9 +14,9 @@ Timer& Timer::operator=(Timer&& other) noexcept {
 }
 
 void Timer::cancel() {
-  if (!entry_) return;
-  entry_->call = nullptr;
-  entry_.reset();
+  // What the call holds may own this timer: let go of everything before that is destroyed.
+  const auto entry = std::exchange(entry_, nullptr);
+  if (entry) const auto call = std::exchange(entry->call, nullptr);
 }
 
 bool TimerHeap::later(const Slot& a, const Slot& b) {
