@@ -20,8 +20,8 @@ class CborWalk {
     const auto argument = length(first & 31U);
     if (!in_.ok() || depth > kMaxDepth) return false;
     switch (major) {
-      case 0:
-      case 1: return true;
+      case 0: return true;
+      case 1: return argument <= std::uint64_t{INT64_MAX};  // the parser would wrap round below -2^63
       case 2:
       case 3: return take(argument);
       case 4: return items(argument, depth, false);

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "model/message_fields.h"
 
 namespace rubicon::model {
@@ -12,6 +14,7 @@ namespace {
 
 constexpr std::uint64_t kFormVersion = 1;
 constexpr std::uint64_t kAny64 = UINT64_MAX;
+constexpr std::uint64_t kLongestDeadline = 3'200'000'000'000;  // ms; what a configuration may say, fits a Duration
 
 json address_out(const Address& address) {
   json out{{"island", number(address.island)}};
@@ -52,10 +55,11 @@ json capability_out(const Capability& capability) {
   if (!capability.type_name.empty()) out["name"] = capability.type_name;
   out["access"] = to_string(capability.access);
   if (!capability.unit.empty()) out["unit"] = capability.unit;
-  if (capability.minimum) out["min"] = *capability.minimum;
-  if (capability.maximum) out["max"] = *capability.maximum;
+  // An infinite bound says no more than an absent one, and readers refuse it.
+  if (capability.minimum && std::isfinite(*capability.minimum)) out["min"] = *capability.minimum;
+  if (capability.maximum && std::isfinite(*capability.maximum)) out["max"] = *capability.maximum;
   if (capability.deadline) {
-    out["deadline-ms"] = std::chrono::duration_cast<std::chrono::milliseconds>(*capability.deadline).count();
+    out["deadline-ms"] = std::chrono::ceil<std::chrono::milliseconds>(*capability.deadline).count();
   }
   if (!capability.reports) out["reports"] = false;
   if (capability.initial.index() != 0) out["initial"] = value_to_json(capability.initial);
@@ -73,7 +77,7 @@ Capability capability_in(FieldReader& in) {
   if (in.has("min")) capability.minimum = in.real("min");
   if (in.has("max")) capability.maximum = in.real("max");
   if (in.has("deadline-ms")) {
-    capability.deadline = std::chrono::milliseconds(in.number("deadline-ms", 4'000'000'000'000ULL / 1000));
+    capability.deadline = std::chrono::milliseconds(in.number("deadline-ms", kLongestDeadline));
   }
   if (in.has("reports")) capability.reports = in.boolean("reports");
   capability.initial = in.value("initial");

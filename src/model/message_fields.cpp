@@ -133,7 +133,7 @@ json value_to_json(const Value& value) {
     json operator()(std::monostate) const { return nullptr; }
     json operator()(bool on) const { return on; }
     json operator()(std::int64_t number) const { return number; }
-    json operator()(double number) const { return number; }
+    json operator()(double number) const { return std::isfinite(number) ? json(number) : json(); }
     json operator()(const std::string& text) const { return text; }
     json operator()(const Json& structured) const { return json{{"json", structured.text}}; }
   };

@@ -102,6 +102,9 @@ Result<void> TypeCatalogue::declare(const SiteType& type) {
   if (!(type.minimum <= type.maximum)) {
     return fail(ErrorCode::kInvalid, fmt::format("type {}: the minimum is above the maximum", type.name));
   }
+  if (type.data == DataType::kEnumeration && type.words.empty()) {
+    return fail(ErrorCode::kInvalid, fmt::format("type {}: an enumeration needs its words", type.name));
+  }
   const auto& text = content_->owned.emplace_back(type);
   content_->add(content_->site.emplace_back(Type{TypeId(text.id), text.name, text.quantity, text.unit, text.data,
                                                  text.minimum, text.maximum, text.report, text.words}));

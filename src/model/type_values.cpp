@@ -124,6 +124,7 @@ Result<Value> TypeCatalogue::parse(const Type& type, std::string_view text) {
       if (text.size() > kMaxText) return refuse(ErrorCode::kOutOfRange, type, text, "at most 65536 bytes long");
       return Value(std::string(text));
     case DataType::kBytes:
+      if (text.size() > kMaxText) return refuse(ErrorCode::kOutOfRange, type, text, "at most 65536 bytes long");
       if (!base::from_hex(text)) return refuse(ErrorCode::kInvalid, type, text, "bytes in hex");
       return Value(std::string(text));
   }

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <limits>
+
+#include "base/bytes.h"
+#include "model/message_cbor.h"
+
+namespace rubicon::model {
+
+constexpr OwnerId kHome{6541};
+constexpr OwnerId kLab{12};
+
+inline Message message_with(Body body) {
+  return {kHome, 7, 1, {kHome, "wsn-1", "7"}, {kLab, "", ""}, std::move(body)};
+}
+
+inline Capability light_capability() {
+  Capability light;
+  light.point = {Kind::kSensor, TypeId{1}, "window"};
+  light.type_name = "light";
+  light.access = Access::kRead;
+  light.unit = "lx";
+  light.minimum = 0;
+  light.maximum = 1847.5;
+  light.deadline = std::chrono::seconds(3);
+  light.initial = std::int64_t{-5};
+  return light;
+}
+
+/// One of each kind, every field filled.
+inline std::vector<Message> every_kind() {
+  Capability dimmer;
+  dimmer.point = {Kind::kActuator, TypeId{0x219}, "1"};
+  dimmer.access = Access::kReadWrite;
+  dimmer.reports = false;
+  const PointId rate{Kind::kProperty, TypeId{0x600}, ""};
+  const WallTime when{std::chrono::microseconds(1'700'000'000'123'456)};
+  return {message_with(Join{"mote", "Kitchen mote", "TelosB", {light_capability(), dimmer}, false}),
+          message_with(KeepAlive{}),
+          message_with(Leave{"battery empty"}),
+          message_with(Updates{{{light_capability().point, 686.6, when}, {rate, std::int64_t{1000}, {}}}}),
+          message_with(Actuate{UINT64_MAX, dimmer.point, 12.5}),
+          message_with(Sample{3, {light_capability().point, rate}, std::chrono::milliseconds(250)}),
+          message_with(SetProperty{4, rate, std::int64_t{500}}),
+          message_with(Acknowledge{5, Outcome::kUndeliverable, "no such island"}),
+          message_with(State{LineState::kUp, "opened", {{"bad-frames", 3}, {"readings", UINT64_MAX}}}),
+          message_with(Opaque{"chat", {0x00, 0xff, 0x68}})};
+}
+
+}  // namespace rubicon::model
