@@ -18,8 +18,9 @@ struct SubscriptionSpec {
   Flow flow;
 };
 
-/// One changed tuple on its way to a subscriber; the views live as long as the call. tuple.owner is the sender. An empty
-/// key with a subscription's id as sequence ends the snapshot of that subscription; links carry it like any other.
+/// One changed tuple on its way to a subscriber; the views live as long as the call. tuple.owner is the sender. An
+/// empty key with a subscription's id as sequence ends the snapshot of that subscription; links carry it like any
+/// other.
 using Change = Event;
 
 /// What a Link tells its TupleSpace; never from inside a call of the space into the link.

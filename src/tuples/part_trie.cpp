@@ -59,6 +59,11 @@ std::uint32_t PartTrie::find(std::optional<model::OwnerId> owner, std::string_vi
   return node;
 }
 
+bool PartTrie::has_owner(model::OwnerId owner) const {
+  const auto part = names_->find(OwnerPart(owner).text());
+  return part != kNoPart && child(kRoot, part) != kNone;
+}
+
 std::uint32_t PartTrie::make_child(std::uint32_t node, std::string_view text) {
   const auto part = names_->acquire(text);
   if (const auto there = child(node, part); there != kNone) {

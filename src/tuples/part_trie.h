@@ -34,6 +34,8 @@ class PartTrie {
   std::uint32_t add(std::optional<model::OwnerId> owner, std::string_view key);
   std::uint32_t find(std::optional<model::OwnerId> owner, std::string_view key) const;
 
+  bool has_owner(model::OwnerId owner) const;
+
   std::uint32_t payload(std::uint32_t node) const { return nodes_[node].payload; }
   void set_payload(std::uint32_t node, std::uint32_t payload) { nodes_[node].payload = payload; }
   /// Takes the payload away, and every node that is then of no use.

@@ -15,7 +15,8 @@ Duration lifetime_of(const TupleView& tuple) {
   const auto to = static_cast<double>(tuple.expire_time.time_since_epoch().count());
   const auto longest = std::chrono::duration<double, std::micro>(kLongest).count();
   if (to - from >= longest) return kLongest;
-  return std::max(Duration(1), Duration(std::chrono::microseconds(static_cast<std::int64_t>(to - from))));
+  if (to <= from) return Duration(1);
+  return std::chrono::microseconds(static_cast<std::int64_t>(to - from));
 }
 
 }  // namespace
@@ -41,7 +42,7 @@ void TupleSpace::Parts::take_change(OwnerId owner, const Change& change) {
     take_value(index, change);
     return;
   }
-  if (store.cached() >= kMaxCached || !model::check_key(tuple.key)) {
+  if (store.cached() >= kMaxCached || tuple.sequence == 0 || !model::check_key(tuple.key)) {
     ++dropped;
     return;
   }
@@ -150,12 +151,16 @@ void TupleSpace::on_reply(const Reply& reply) {
 
 void TupleSpace::on_peer(OwnerId peer, PeerEvent event) {
   auto& parts = *parts_;
-  if (event == PeerEvent::kUp) {
+  if (event != PeerEvent::kUp) parts.drop_peer(peer);
+  // Without copies there is nothing to reconcile, whatever becomes of the peer.
+  if (!parts.store.trie().has_owner(peer)) {
+    parts.epochs.erase(peer);
+    parts.absent.erase(peer);
+  } else if (event == PeerEvent::kUp) {
     ++parts.epochs[peer];
     parts.absent.erase(peer);
   } else {
     parts.absent.insert(peer);
-    parts.drop_peer(peer);
   }
   for (const auto& call : std::vector(parts.peer_calls)) {
     if (std::find(parts.peer_calls.begin(), parts.peer_calls.end(), call) != parts.peer_calls.end())
