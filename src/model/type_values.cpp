@@ -43,7 +43,7 @@ std::optional<std::int64_t> word_index(std::string_view words, std::string_view 
 }
 
 std::optional<std::string_view> word_at(std::string_view words, std::int64_t index) {
-  for (; !words.empty(); --index) {
+  for (; index >= 0 && !words.empty(); --index) {
     const auto comma = words.find(',');
     if (index == 0) return words.substr(0, comma);
     if (comma == words.npos) break;
