@@ -47,7 +47,9 @@ void ConfigErrors::add(const ConfigPlace& place, std::string_view path, std::str
   lines_.push_back(line + std::string(text));
 }
 
-std::string ConfigErrors::text() const { return fmt::format("{}", fmt::join(lines_, "\n")); }
+std::string ConfigErrors::text() const {
+  return fmt::format("{}", fmt::join(lines_, "\n"));
+}
 
 std::optional<Duration> parse_duration(std::string_view text) {
   const auto unit_at = text.find_first_not_of("0123456789.");
@@ -77,7 +79,9 @@ std::string ConfigReader::path_of(const std::string& key) const {
   return path_.empty() ? key : path_ + "." + key;
 }
 
-bool ConfigReader::has(const std::string& key) const { return map_->find(key) != nullptr; }
+bool ConfigReader::has(const std::string& key) const {
+  return map_->find(key) != nullptr;
+}
 
 void ConfigReader::error(const std::string& key, std::string_view text) {
   const auto* node = key.empty() ? nullptr : map_->find(key);
@@ -225,7 +229,8 @@ void ConfigReader::finish() {
   for (const auto& [name, entry] : map_->entries) {
     if (known_.contains(name)) continue;
     const auto written = places.find(name);
-    errors_->add(written == places.end() ? entry.place : *written->second, path_, fmt::format("unknown key '{}', known: {}", shown(name), fmt::join(known_, ", ")));
+    errors_->add(written == places.end() ? entry.place : *written->second, path_,
+                 fmt::format("unknown key '{}', known: {}", shown(name), fmt::join(known_, ", ")));
   }
 }
 

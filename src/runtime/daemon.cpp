@@ -84,8 +84,8 @@ class Session {
       auto pattern = Pattern::parse(text);
       if (!pattern) return fail(ErrorCode::kInvalid, fmt::format("--watch: {}", pattern.error().text));
       // In the island's own space: a distant component sees only the latest of a turn, a watcher sees each set.
-      watches_.push_back(
-          island_->space().subscribe(*pattern, {}, [this](const tuples::Event& event) { put_event(event_line(event)); }));
+      watches_.push_back(island_->space().subscribe(
+          *pattern, {}, [this](const tuples::Event& event) { put_event(event_line(event)); }));
     }
     return {};
   }
@@ -158,8 +158,7 @@ class Session {
     const auto& config = island_->config();
     table_ = std::make_unique<LiveTable>(*space_, config.id, config.proxy.island_name, config.proxy.prefix);
     // Somebody is looking: this is real demand, and sensors are sampled for it.
-    watches_.push_back(
-        space_->subscribe({config.id, config.proxy.prefix + ".**"}, {}, [](const tuples::Event&) {}));
+    watches_.push_back(space_->subscribe({config.id, config.proxy.prefix + ".**"}, {}, [](const tuples::Event&) {}));
     output_.screen("\x1b[2J");
     redraw();
   }

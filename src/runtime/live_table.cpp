@@ -94,8 +94,8 @@ void LiveTable::network_rows(std::vector<Row>& rows) const {
   rows.push_back({fmt::format("{:<20}{:<12}{}", "NETWORK", "LINE", "WHY"), true});
   space_.list({island_, prefix_ + ".*.status"}, [&](const tuples::TupleView& tuple) {
     const auto status = parsed(tuple.value);
-    rows.push_back({fitted(part_of(tuple.key, 1), 20) + fitted(text_in(status, "line"), 12) + text_in(status, "reason"),
-                    false});
+    rows.push_back(
+        {fitted(part_of(tuple.key, 1), 20) + fitted(text_in(status, "line"), 12) + text_in(status, "reason"), false});
   });
 }
 

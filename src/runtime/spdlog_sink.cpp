@@ -59,7 +59,8 @@ void SpdlogSink::write(base::LogLevel level, std::string_view who, std::string_v
     ++parts_->lost;
     return;
   }
-  if (parts_->lost > 0) parts_->logger.warn("log: {} lines were lost, nobody read them", std::exchange(parts_->lost, 0));
+  if (parts_->lost > 0)
+    parts_->logger.warn("log: {} lines were lost, nobody read them", std::exchange(parts_->lost, 0));
   parts_->logger.log(to_spdlog(level), "{}: {}", who, one_line(text).substr(0, kMaxLine));
 }
 

@@ -90,6 +90,11 @@ class TreeBuilder final : public YAML::EventHandler {
   void take_key(const YAML::Mark& mark, Level& level, const std::string& text) {
     level.key = text;
     level.has_key = true;
+    ConfigNode key;
+    key.kind = ConfigNode::Kind::kScalar;
+    key.place = place(mark);
+    key.text = text;
+    level.node.items.push_back(std::move(key));
     if (!level.keys.insert(text).second) {
       errors.add(place(mark), "", fmt::format("key {} stands twice in this map", model::quoted(text)));
       if (errors.lines().size() >= kMaxErrors) stopped_ = true;

@@ -1,0 +1,288 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "daemon/process.h"
+
+namespace rubicon::daemon {
+namespace {
+
+using namespace std::chrono_literals;
+using nlohmann::json;
+using testing::HasSubstr;
+using Clock = std::chrono::steady_clock;
+
+const std::string kDaemon = RUBICON_BINARY_DIR "/bin/rubicon-proxy";
+const std::string kHome = RUBICON_SOURCE_DIR "/examples/home.yaml";
+const std::string kRoom = "proxy.dummy-1.room";
+
+/// The real program on a small island of its own.
+class Daemon : public testing::Test {
+ protected:
+  Daemon() {
+    directory_ = std::filesystem::path(testing::TempDir()) /
+                 ("rubicon_" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
+    std::filesystem::create_directories(directory_);
+    write("room.yaml",
+          "island: {id: 6541, name: test}\n"
+          "networks:\n"
+          "  dummy-1:\n"
+          "    type: dummy\n"
+          "    simulate:\n"
+          "      room:\n"
+          "        name: Room\n"
+          "        sensors: {temperature-1: {wave: constant, value: 21.5}}\n"
+          "        properties: {rate: 20}\n"
+          "        actuators: {lamp-1: {behaviour: obey, delay: 1ms}}\n");
+  }
+  ~Daemon() override { std::filesystem::remove_all(directory_); }
+
+  std::string write(const std::string& name, const std::string& text) {
+    std::ofstream(directory_ / name, std::ios::binary) << text;
+    return (directory_ / name).string();
+  }
+  std::string room() const { return (directory_ / "room.yaml").string(); }
+
+  static json parsed(const std::optional<std::string>& line) {
+    return line ? json::parse(*line, nullptr, false) : json();
+  }
+  /// Asks until the device has joined.
+  static bool joined(Process& shell) {
+    for (int i = 0; i < 1000; ++i) {
+      shell.write("devices\n");
+      const auto line = parsed(shell.line());
+      if (line.contains("device")) return parsed(shell.line())["count"] == 1;
+      if (line.is_null()) return false;
+    }
+    return false;
+  }
+
+  std::filesystem::path directory_;
+};
+
+TEST_F(Daemon, TellsItsVersionAndItsNetworks) {
+  const auto version = run_to_end({kDaemon, "--version"});
+  EXPECT_EQ(version.code, 0);
+  EXPECT_EQ(version.output.rfind("rubicon-proxy ", 0), 0U) << version.output;
+  const auto networks = run_to_end({kDaemon, "networks"});
+  EXPECT_EQ(networks.code, 0);
+  EXPECT_THAT(networks.output, HasSubstr("dummy: "));
+  EXPECT_THAT(networks.output, HasSubstr("log: "));
+  EXPECT_THAT(networks.output, HasSubstr("type: dummy"));
+}
+
+TEST_F(Daemon, AWrongCallEndsWithOneAndAWrongConfigurationWithTwo) {
+  EXPECT_EQ(run_to_end({kDaemon}).code, 1);
+  EXPECT_EQ(run_to_end({kDaemon, "dance"}).code, 1);
+  EXPECT_EQ(run_to_end({kDaemon, "run"}).code, 1);
+  EXPECT_EQ(run_to_end({kDaemon, "run", room(), "--log-level", "loud"}).code, 1);
+  EXPECT_EQ(run_to_end({kDaemon, "--help"}).code, 0);
+  EXPECT_EQ(run_to_end({kDaemon, "run", "/nowhere.yaml"}).code, 2);
+  EXPECT_EQ(run_to_end({kDaemon, "check", "/nowhere.yaml"}).code, 2);
+  EXPECT_EQ(run_to_end({kDaemon, "run", room(), "--watch", "a..b"}).code, 2);
+}
+
+TEST_F(Daemon, CheckSaysGoodOrAllThatIsWrong) {
+  const auto good = run_to_end({kDaemon, "check", kHome});
+  EXPECT_EQ(good.code, 0) << good.errors;
+  EXPECT_THAT(good.output, HasSubstr("good: 2 networks"));
+  const auto bad =
+      write("bad.yaml", "island: {id: 0}\nnetworks:\n  dummy-1:\n    type: dummy\n    sede: 1\n  knx: {type: knx}\n");
+  for (const auto* command : {"check", "run"}) {
+    const auto outcome = run_to_end({kDaemon, command, bad});
+    EXPECT_EQ(outcome.code, 2);
+    EXPECT_EQ(outcome.output, "");
+    EXPECT_THAT(outcome.errors, HasSubstr(bad + ":1:14: island.id: is '0', expected a whole number from 1"));
+    EXPECT_THAT(outcome.errors, HasSubstr(bad + ":5:5: networks.dummy-1: unknown key 'sede'"));
+    EXPECT_THAT(outcome.errors, HasSubstr(bad + ":6:15: networks.knx.type: is 'knx', expected one of: dummy, log"));
+  }
+  const auto set = run_to_end({kDaemon, "check", kHome, "--set", "networks.dummy-rooms.seed=x", "--set", "a.b=1"});
+  EXPECT_EQ(set.code, 2);
+  EXPECT_THAT(set.errors, HasSubstr("--set 'networks.dummy-rooms.seed=x': networks.dummy-rooms.seed: is 'x'"));
+  EXPECT_THAT(set.errors, HasSubstr("--set 'a.b=1': unknown key 'a'"));
+}
+
+TEST_F(Daemon, TheDemoIslandIsThereWithinThreeSecondsAndSmall) {
+  const auto start = Clock::now();
+  Process shell({kDaemon, "run", kHome, "--shell"});
+  std::set<std::string> devices;
+  while (devices.size() < 9 && Clock::now() < start + 20s) {
+    shell.write("devices\n");
+    for (auto line = parsed(shell.line()); line.contains("device"); line = parsed(shell.line())) {
+      devices.insert(line["device"]);
+    }
+  }
+  EXPECT_EQ(devices.size(), 9U);
+  EXPECT_LT(Clock::now() - start, 3s);
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+  EXPECT_LT(shell.resident_kilobytes(), 25 * 1024);
+#endif
+  RecordProperty("milliseconds_to_all_devices", static_cast<int>((Clock::now() - start) / 1ms));
+  shell.write("quit\n");
+  EXPECT_EQ(shell.exit_code(), 0);
+}
+
+TEST_F(Daemon, TheShellSetsGetsAndSubscribes) {
+  Process shell({kDaemon, "run", room(), "--shell"});
+  ASSERT_TRUE(joined(shell)) << shell.errors();
+  shell.write("subscribe " + kRoom + ".sensor.temperature-1.value\n");
+  EXPECT_EQ(parsed(shell.line_with("subscribed"))["ok"], true);
+  const auto event = parsed(shell.line_with("21.5"));
+  EXPECT_EQ(event["owner"], 6541);
+  EXPECT_EQ(event["event"], "set");
+  shell.write("unsubscribe " + kRoom + ".sensor.temperature-1.value\nset " + kRoom + ".actuator.lamp-1.command on\n");
+  EXPECT_EQ(parsed(shell.line_with("unsubscribed"))["ok"], true);
+  EXPECT_EQ(parsed(shell.line_with("verdict"))["verdict"], "applied");
+  json value;
+  for (int i = 0; i < 1000 && value != "on"; ++i) {
+    shell.write("get " + kRoom + ".actuator.lamp-1.value\n");
+    value = parsed(shell.line())["value"];
+  }
+  EXPECT_EQ(value, "on");
+  shell.write("set " + kRoom + ".actuator.lamp-1.command purple\nget " + kRoom + ".nothing\n");
+  EXPECT_EQ(parsed(shell.line())["error"]["code"], "invalid");
+  EXPECT_EQ(parsed(shell.line())["error"]["code"], "not-found");
+  shell.close_input();
+  EXPECT_EQ(shell.exit_code(), 0) << "the end of the input ends the shell";
+}
+
+TEST_F(Daemon, WatchPrintsALineForEachSetEqualValuesToo) {
+  Process watch({kDaemon, "run", room(), "--watch", "proxy.*.*.sensor.*.value"});
+  std::uint64_t next = 1;
+  for (int i = 0; i < 20; ++i) {
+    const auto event = parsed(watch.line());
+    ASSERT_TRUE(event.is_object()) << watch.errors();
+    EXPECT_EQ(event["key"], kRoom + ".sensor.temperature-1.value");
+    EXPECT_EQ(event["seq"], next++);
+    EXPECT_EQ(event["value"], i == 0 ? "" : "21.5");
+    EXPECT_EQ(event["mimetype"], "text/plain");
+    EXPECT_GT(event["write"].get<double>(), 1.6e9);
+  }
+  watch.signal(SIGTERM);
+  EXPECT_EQ(watch.exit_code(), 0);
+}
+
+TEST_F(Daemon, ManySetsInOneTurnAreAllWatched) {
+  Process both({kDaemon, "run", room(), "--shell", "--watch", "6541:" + kRoom + ".actuator.lamp-1.command"});
+  ASSERT_TRUE(parsed(both.line_with("\"seq\":1"))["ok"].is_null()) << both.errors();
+  std::string lines;
+  for (int i = 0; i < 50; ++i) lines += "set " + kRoom + ".actuator.lamp-1.command on\n";
+  both.write(lines);
+  int applied = 0;
+  std::uint64_t last = 1;
+  while (applied < 50 || last < 51) {
+    const auto line = parsed(both.line());
+    ASSERT_TRUE(line.is_object()) << applied << " " << last;
+    if (line.contains("verdict")) {
+      ++applied;
+      continue;
+    }
+    EXPECT_EQ(line["seq"], ++last);
+  }
+  both.close_input();
+  both.signal(SIGINT);
+  EXPECT_EQ(both.exit_code(), 0);
+}
+
+TEST_F(Daemon, TwoWatchesAndAShellKeepRunningAfterTheEndOfTheInput) {
+  Process both({kDaemon, "run", room(), "--shell", "--watch", "proxy.*.*.sensor.*.value", "--watch", "proxy.island"});
+  both.close_input();
+  for (int i = 0; i < 30; ++i) ASSERT_TRUE(both.line()) << both.errors();
+  both.signal(SIGTERM);
+  EXPECT_EQ(both.exit_code(), 0);
+}
+
+TEST_F(Daemon, ASignalEndsItInUnderASecond) {
+  for (const int number : {SIGTERM, SIGINT}) {
+    Process quiet({kDaemon, "run", room(), "--watch", "**"});
+    ASSERT_TRUE(quiet.line()) << quiet.errors();
+    const auto start = Clock::now();
+    quiet.signal(number);
+    EXPECT_EQ(quiet.exit_code(), 0);
+    EXPECT_LT(Clock::now() - start, 1s);
+  }
+}
+
+TEST_F(Daemon, AReaderThatStopsReadingDoesNotKeepItFromEnding) {
+  Process watch({kDaemon, "run", room(), "--shell", "--watch", "**", "--set",
+                 "networks.dummy-1.simulate.room.properties.rate=10"});
+  ASSERT_TRUE(watch.line());
+  for (int i = 0; i < 2000; ++i) watch.write("ls **\n");  // more answers than a pipe holds
+  const auto start = Clock::now();
+  watch.signal(SIGTERM);
+  EXPECT_EQ(watch.exit_code(), 0);
+  EXPECT_LT(Clock::now() - start, 1s);
+}
+
+TEST_F(Daemon, AClosedOutputEndsItQuietly) {
+  Process watch({kDaemon, "run", room(), "--watch", "**"});
+  ASSERT_TRUE(watch.line());
+  watch.close_output();
+  EXPECT_EQ(watch.exit_code(), 0) << "its next line finds nobody";
+}
+
+TEST_F(Daemon, GarbageOnTheInputIsAnsweredLineByLine) {
+  Process shell({kDaemon, "run", room(), "--shell"});
+  ASSERT_TRUE(joined(shell));
+  const std::string garbage = std::string("\0\x01\xff\xfe\n", 5) + "{}\n" + std::string(200'000, 'x') + "\nget " +
+                              std::string(10'000, 'k') + "\nset a\n\n\r\n";
+  shell.write(garbage + "get proxy.island\n");
+  for (const auto* code : {"invalid", "invalid", "out-of-range", "invalid", "not-found"}) {
+    const auto line = parsed(shell.line());
+    EXPECT_EQ(line["ok"], false);
+    EXPECT_EQ(line["error"]["code"], code) << line;
+  }
+  EXPECT_EQ(parsed(shell.line())["ok"], true);
+  std::string noise;
+  for (unsigned i = 0; i < 300'000; ++i) noise += static_cast<char>((i * 2654435761U) >> 24U);
+  shell.write(noise + "\nquit\n");
+  EXPECT_TRUE(shell.line_with("{\"ok\":true}"));
+  EXPECT_EQ(shell.exit_code(), 0);
+}
+
+TEST_F(Daemon, AScriptPostsAMessageWrittenByTheDocumentedForm) {
+  const auto script = run_to_end(
+      {"python3", RUBICON_SOURCE_DIR "/tests/daemon/post_message.py", "6541", "a-type-nobody-wants", "hello"});
+  ASSERT_EQ(script.code, 0) << script.errors;
+  Process shell({kDaemon, "run", room(), "--shell"});
+  shell.write(script.output);
+  const auto answer = parsed(shell.line());
+  EXPECT_EQ(answer["ok"], true) << answer;
+  EXPECT_EQ(answer["key"], "GATEWAY");
+  shell.write("post ff00\n");
+  EXPECT_EQ(parsed(shell.line())["error"]["code"], "invalid");
+}
+
+TEST_F(Daemon, RunsWithoutAnyStandardStream) {
+  const auto outcome = run_to_end({"sh", "-c",
+                                   "exec <&- >&- 2>&-; timeout -s TERM 1 '" + kDaemon + "' run '" + room() +
+                                       "' --shell --watch '**'; echo $? >'" + room() + ".code'"});
+  int code = -1;
+  std::ifstream(room() + ".code") >> code;
+  EXPECT_TRUE(code == 0 || code == 124) << code;
+}
+
+TEST_F(Daemon, AMissingRecordingIsNamedAndTheRestOfTheIslandLives) {
+  const auto file = write("lost.yaml",
+                          "island: {id: 6541}\nnetworks:\n  dummy: {type: dummy, simulate: {a: {sensors: "
+                          "{temperature-1: {}}}}}\n  log: {type: log, file: nowhere.bin}\n");
+  Process shell({kDaemon, "run", file, "--shell"});
+  json line;
+  for (int i = 0; i < 1000 && line["value"].dump().find("nowhere.bin") == std::string::npos; ++i) {
+    shell.write("get proxy.log.status\n");
+    line = parsed(shell.line());
+  }
+  EXPECT_THAT(line["value"].dump(), HasSubstr("down"));
+  EXPECT_THAT(line["value"].dump(), HasSubstr("nowhere.bin"));
+  EXPECT_TRUE(joined(shell));
+}
+
+}  // namespace
+}  // namespace rubicon::daemon

@@ -1,0 +1,264 @@
+#include "runtime/island_config.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "base/virtual_scheduler.h"
+#include "runtime/island.h"
+#include "runtime/network_types.h"
+#include "runtime/yaml.h"
+#include "transport/memory_transports.h"
+
+namespace rubicon::runtime {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::Contains;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::SizeIs;
+using testing::StartsWith;
+
+/// Reads a configuration, with overrides, up to the keys of the plug-ins.
+class IslandConfigs : public testing::Test {
+ protected:
+  IslandConfig read(std::string_view text, const std::vector<std::string>& overrides = {}) {
+    auto tree = parse_yaml(text, "x.yaml");
+    EXPECT_TRUE(tree) << tree.error().text;
+    if (!tree) return {};
+    for (const auto& assignment : overrides) {
+      const auto applied = apply_override(*tree, assignment);
+      EXPECT_TRUE(applied) << applied.error().text;
+    }
+    errors_ = {};
+    return read_island_config(*tree, network_types(), errors_);
+  }
+  /// Same, and the networks are made, as `check` does.
+  std::vector<std::string> all_errors(std::string_view text, const std::vector<std::string>& overrides = {}) {
+    auto config = read(text, overrides);
+    VirtualScheduler time;
+    transport::MemoryTransports files;
+    base::NullLogSink log;
+    tuples::MemoryEcology ecology(time);
+    const auto made = Island::make(std::move(config), time, files, log, ecology, errors_);
+    EXPECT_EQ(made.has_value(), errors_.empty());
+    return errors_.lines();
+  }
+
+  base::ConfigErrors errors_;
+};
+
+using IslandConfigTest = IslandConfigs;
+
+constexpr std::string_view kHead = "island: {id: 6541, name: home}\n";
+
+std::string with_network(std::string_view network) {
+  return std::string(kHead) + "networks:\n  " + std::string(network) + "\n";
+}
+
+TEST_F(IslandConfigTest, HasTheDefaultsOfTheManual) {
+  const auto config = read(with_network("dummy: {type: dummy}"));
+  EXPECT_THAT(errors_.lines(), IsEmpty());
+  EXPECT_EQ(number(config.id), 6541U);
+  EXPECT_EQ(config.proxy.prefix, "proxy");
+  EXPECT_EQ(config.proxy.command_time_to_live, 5s);
+  EXPECT_EQ(config.proxy.confirmation_wait, 5s);
+  EXPECT_EQ(config.proxy.queue_expiry, 60s);
+  EXPECT_EQ(config.limits.queue, 10000U);
+  EXPECT_EQ(config.limits.devices, 20000U);
+  EXPECT_EQ(config.proxy.networks.at("dummy").silence, Duration(60s));
+  EXPECT_EQ(config.proxy.networks.at("dummy").rate, 1s);
+}
+
+TEST_F(IslandConfigTest, ReadsEveryCommonKey) {
+  const auto config = read(
+      "island: {id: 1, name: lab, prefix: lab}\n"
+      "tuples: {engine: memory}\n"
+      "discovery: {new-devices: auto}\n"
+      "limits: {queue: 10, devices: 20}\n"
+      "commands: {time-to-live: 1s, confirmation-wait: 2s, queue-expiry: 3min}\n"
+      "types:\n"
+      "  mood: {id: 0x8001, quantity: mood, data: enumeration, words: [bad, good], report: event}\n"
+      "networks:\n"
+      "  dummy-hall:\n"
+      "    type: dummy\n"
+      "    silence: never\n"
+      "    rate: 250ms\n"
+      "    devices: {1.4.6: {id: kitchen, name: Küche, sensors: {light-1: window}, actuators: {lamp-1: top}}}\n");
+  EXPECT_THAT(errors_.lines(), IsEmpty());
+  EXPECT_EQ(config.proxy.prefix, "lab");
+  EXPECT_EQ(config.limits.queue, 10U);
+  EXPECT_EQ(config.proxy.max_devices, 20U);
+  EXPECT_EQ(config.proxy.queue_expiry, 3min);
+  EXPECT_EQ(config.types.find("mood")->report, model::Report::kEvent);
+  EXPECT_EQ(config.types.find("mood")->words, "bad,good");
+  const auto& rules = config.proxy.networks.at("dummy-hall");
+  EXPECT_EQ(rules.silence, std::nullopt);
+  EXPECT_EQ(rules.rate, 250ms);
+  const auto& names = rules.devices.at("1.4.6");
+  EXPECT_EQ(names.id, "kitchen");
+  EXPECT_EQ(names.name, "Küche");
+  EXPECT_EQ(names.sensors.at("light-1"), "window");
+  EXPECT_EQ(names.actuators.at("lamp-1"), "top");
+}
+
+TEST_F(IslandConfigTest, TellsAllThatIsWrongAtOnceWithTheirPlaces) {
+  const auto errors = all_errors(
+      "island: {id: 70000, name: home, colour: red}\n"
+      "tuples: {engine: dds}\n"
+      "limits:\n"
+      "  queue: many\n"
+      "networks:\n"
+      "  dummy-1:\n"
+      "    type: dummy\n"
+      "    silence: 60\n"
+      "    sede: 7\n"
+      "  knx-1: {type: knx}\n"
+      "surprise: 1\n");
+  EXPECT_THAT(errors, SizeIs(8));
+  EXPECT_THAT(errors, Contains("x.yaml:1:14: island.id: is '70000', expected a whole number from 1 to 65532"));
+  EXPECT_THAT(errors, Contains(StartsWith("x.yaml:1:33: island: unknown key 'colour', known: id, name, prefix")));
+  EXPECT_THAT(errors, Contains("x.yaml:2:18: tuples.engine: is 'dds', expected one of: memory"));
+  EXPECT_THAT(errors, Contains(HasSubstr("x.yaml:4:10: limits.queue: is 'many', expected a whole number")));
+  EXPECT_THAT(errors, Contains(HasSubstr("x.yaml:8:14: networks.dummy-1.silence: is '60', expected a duration")));
+  EXPECT_THAT(errors, Contains(HasSubstr("x.yaml:10:17: networks.knx-1.type: is 'knx', expected one of: dummy, log")));
+  EXPECT_THAT(errors, Contains(HasSubstr("x.yaml:11:1: unknown key 'surprise'")));
+  EXPECT_THAT(errors, Contains(StartsWith("x.yaml:9:5: networks.dummy-1: unknown key 'sede', known: ")));
+}
+
+TEST_F(IslandConfigTest, WantsAnIslandWithAnId) {
+  EXPECT_THAT(all_errors("networks:\n"), Contains(HasSubstr("'island' is missing")));
+  EXPECT_THAT(all_errors("island: {name: home}\n"), Contains("x.yaml:1:9: island: 'id' is missing, expected 1..65532"));
+  EXPECT_THAT(all_errors("island: home\n"), Contains(HasSubstr("x.yaml:1:9: island: is a value, expected a map")));
+  EXPECT_THAT(all_errors("island: {id: 1, prefix: a.b}\n"),
+              Contains(HasSubstr("island.prefix: expected one key part")));
+}
+
+TEST(IslandConfig, ANetworkIsCalledByItsTypeOrTypeAndName) {
+  const auto errors_of = [](const std::string& id) {
+    const auto tree = parse_yaml(with_network(id + ": {type: dummy}"), "x.yaml");
+    base::ConfigErrors errors;
+    read_island_config(tree.value(), network_types(), errors);
+    return errors.text();
+  };
+  EXPECT_EQ(errors_of("dummy"), "");
+  EXPECT_EQ(errors_of("dummy-1"), "");
+  EXPECT_EQ(errors_of("dummy-hall_2"), "");
+  EXPECT_THAT(errors_of("rooms"), HasSubstr("a network of type dummy is called dummy or dummy-<name>"));
+  EXPECT_THAT(errors_of("dummyhall"), HasSubstr("is called dummy or dummy-<name>"));
+  EXPECT_THAT(errors_of("dummy-a.b"), HasSubstr("a network id has [A-Za-z0-9_-]+"));
+}
+
+TEST_F(IslandConfigTest, RefusesTwoDevicesForOneKey) {
+  EXPECT_THAT(all_errors(with_network("dummy: {type: dummy, devices: {1: {id: a}, 2: {id: a}}}")),
+              Contains(HasSubstr("networks.dummy.devices.2: its id 'a' is taken by device '1'")));
+  EXPECT_THAT(all_errors(with_network("dummy: {type: dummy, devices: {1.4: {}, 1_4: {}}}")),
+              Contains(HasSubstr("its id '1_4' is taken by device '1.4'")));
+  EXPECT_THAT(all_errors(with_network("dummy: {type: dummy, devices: {1: {}, 2: {id: '1'}}}")),
+              Contains(HasSubstr("its id '1' is taken by device '1'")));
+}
+
+TEST_F(IslandConfigTest, RefusesBadNamesOfPoints) {
+  const auto errors = all_errors(
+      with_network("dummy: {type: dummy, devices: {1: {sensors: {light: a, light-1: b c, light-2: x, light-3: x}}}}"));
+  EXPECT_THAT(errors, Contains(HasSubstr("devices.1.sensors.light: expected a sensor or actuator id such as light-1")));
+  EXPECT_THAT(errors, Contains(HasSubstr("devices.1.sensors.light-1: expected a name of [A-Za-z0-9_-]+")));
+  EXPECT_THAT(errors, Contains(HasSubstr("devices.1.sensors.light-3: two of one type get the same name")));
+}
+
+TEST_F(IslandConfigTest, RefusesSpansThatMakeNoSense) {
+  const auto errors = all_errors(
+      "island: {id: 1}\ncommands: {time-to-live: 0s, queue-expiry: -1s}\nnetworks: {dummy: {type: dummy, silence: 0s, "
+      "rate: 0s}}\n");
+  EXPECT_THAT(errors, Contains(HasSubstr("commands.time-to-live: expected more than 0s")));
+  EXPECT_THAT(errors, Contains(HasSubstr("commands.queue-expiry: is '-1s', expected a duration")));
+  EXPECT_THAT(errors, Contains(HasSubstr("networks.dummy.silence: expected more than 0s, or never")));
+  EXPECT_THAT(errors, Contains(HasSubstr("networks.dummy.rate: expected at least 1ms")));
+}
+
+TEST_F(IslandConfigTest, ChecksTheTypesOfTheSite) {
+  const auto errors = all_errors(
+      "island: {id: 1}\n"
+      "types:\n"
+      "  low: {id: 0x10}\n"
+      "  mood: {id: 0x8001}\n"
+      "  again: {id: 32769}\n"
+      "  temperature: {id: 0x8002}\n"
+      "  bad-name: {id: 0x8003}\n"
+      "  shape: {id: 0x8004, data: round}\n"
+      "  nameless: {}\n");
+  EXPECT_THAT(errors, SizeIs(6)) << errors_.text();
+  EXPECT_THAT(errors, Contains(StartsWith("x.yaml:3:8: types.low: ")));
+  EXPECT_THAT(errors, Contains(StartsWith("x.yaml:5:10: types.again: ")));
+  EXPECT_THAT(errors, Contains(StartsWith("x.yaml:6:16: types.temperature: ")));
+  EXPECT_THAT(errors, Contains(StartsWith("x.yaml:7:13: types.bad-name: ")));
+  EXPECT_THAT(errors, Contains(HasSubstr("types.shape.data: is 'round', expected one of: boolean")));
+  EXPECT_THAT(errors, Contains(HasSubstr("types.nameless: 'id' is missing")));
+}
+
+TEST_F(IslandConfigTest, SurvivesValuesOfTheWrongKindEverywhere) {
+  for (const auto* key : {"island", "tuples", "discovery", "limits", "commands", "types", "networks"}) {
+    for (const auto* value : {"[1, 2]", "text", "{a: {b: [c]}}", "{a: []}", "[]"}) {
+      EXPECT_THAT(all_errors(std::string(key) + ": " + value + "\n"), testing::Not(IsEmpty())) << key << value;
+    }
+  }
+  for (const auto* key : {"silence", "rate", "devices", "simulate", "line", "seed"}) {
+    EXPECT_THAT(all_errors(with_network("dummy: {type: dummy, " + std::string(key) + ": [[1], {a: b}]}")),
+                testing::Not(IsEmpty()))
+        << key;
+  }
+}
+
+TEST_F(IslandConfigTest, AnOverrideReplacesOrCreatesAnyValue) {
+  const auto config = read(with_network("dummy: {type: dummy, silence: 1s}"),
+                           {"networks.dummy.silence=2s", "limits.queue=5", "island.name=other",
+                            "networks.dummy.devices.\"1.4.6\".name=Hall = way", "networks.dummy-2={type: dummy}"});
+  EXPECT_THAT(errors_.lines(), IsEmpty());
+  EXPECT_EQ(config.proxy.networks.at("dummy").silence, Duration(2s));
+  EXPECT_EQ(config.limits.queue, 5U);
+  EXPECT_EQ(config.proxy.island_name, "other");
+  EXPECT_EQ(config.proxy.networks.at("dummy").devices.at("1.4.6").name, "Hall = way");
+  EXPECT_THAT(config.networks, SizeIs(2));
+}
+
+TEST_F(IslandConfigTest, AnOverrideIsCheckedLikeTheFile) {
+  const auto errors = all_errors(with_network("dummy: {type: dummy}"),
+                                 {"networks.dummy.seed=many", "networks.dummy.sede=7", "limits.queue=0"});
+  EXPECT_THAT(errors, SizeIs(3));
+  EXPECT_THAT(errors,
+              Contains(StartsWith("--set 'networks.dummy.seed=many': networks.dummy.seed: is 'many', expected")));
+  EXPECT_THAT(errors, Contains(StartsWith("--set 'networks.dummy.sede=7': networks.dummy: unknown key 'sede'")));
+  EXPECT_THAT(errors, Contains(StartsWith("--set 'limits.queue=0': limits.queue: is '0', expected")));
+}
+
+TEST_F(IslandConfigTest, RefusesOverridesThatAreNone) {
+  auto tree = parse_yaml(with_network("dummy: {type: dummy}"), "x.yaml").value();
+  for (const auto* text : {"", "=", "a", "a.=1", ".a=1", "a..b=1", "=1", "\"a=1", "island.id.x=1", "a={", "a=*b"}) {
+    const auto applied = apply_override(tree, text);
+    ASSERT_FALSE(applied) << text;
+    EXPECT_THAT(applied.error().text, StartsWith("--set '")) << text;
+  }
+}
+
+TEST(ConfigFile, NamesTheFileThatIsNotThere) {
+  const auto missing = load_config("/nowhere/home.yaml", {});
+  ASSERT_FALSE(missing);
+  EXPECT_EQ(missing.error().code, ErrorCode::kNotFound);
+  EXPECT_THAT(missing.error().text, HasSubstr("/nowhere/home.yaml"));
+  EXPECT_EQ(load_config("/", {}).error().code, ErrorCode::kNotFound);
+}
+
+TEST(ConfigFile, TheDemoIslandIsRight) {
+  const auto tree = load_config(std::string(RUBICON_SOURCE_DIR) + "/examples/home.yaml", {});
+  ASSERT_TRUE(tree) << tree.error().text;
+  base::ConfigErrors errors;
+  const auto config = read_island_config(*tree, network_types(), errors);
+  EXPECT_EQ(errors.text(), "");
+  EXPECT_THAT(config.networks, SizeIs(2));
+}
+
+}  // namespace
+}  // namespace rubicon::runtime

@@ -1,0 +1,27 @@
+#include "runtime/virtual_island.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "runtime/network_types.h"
+#include "runtime/yaml.h"
+
+namespace rubicon::runtime {
+
+VirtualIsland::VirtualIsland(std::string_view rooms) {
+  const auto text =
+      "island: {id: 6541, name: home}\nnetworks:\n  dummy-1: {type: dummy, simulate: " + std::string(rooms) + "}\n";
+  const auto tree = parse_yaml(text, "island.yaml");
+  base::ConfigErrors errors;
+  auto config = read_island_config(tree.value(), network_types(), errors);
+  auto made = Island::make(std::move(config), time, files, log, ecology, errors);
+  EXPECT_TRUE(made) << errors.text();
+  island = std::move(made.value());
+  link = ecology.join(OwnerId(65536)).value();
+  space = std::make_unique<TupleSpace>(OwnerId(65536), time, *link);
+  island->start();
+  time.run_ready();
+}
+
+}  // namespace rubicon::runtime

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <memory>
+#include <string_view>
+
+#include "base/virtual_scheduler.h"
+#include "runtime/island.h"
+#include "transport/memory_transports.h"
+#include "tuples/memory/memory_ecology.h"
+
+namespace rubicon::runtime {
+
+/// Island 6541 with one simulated room, in virtual time, and a component beside it.
+class VirtualIsland {
+ public:
+  /// `rooms` is the map under `simulate:`.
+  explicit VirtualIsland(std::string_view rooms);
+
+  VirtualScheduler time;
+  transport::MemoryTransports files;
+  base::NullLogSink log;
+  tuples::MemoryEcology ecology{time};
+  std::unique_ptr<Island> island;
+  std::unique_ptr<tuples::Link> link;
+  std::unique_ptr<TupleSpace> space;  ///< of component 65536
+};
+
+}  // namespace rubicon::runtime
