@@ -19,6 +19,7 @@ using nlohmann::json;
 using Line = nlohmann::ordered_json;
 
 constexpr std::size_t kMaxSubscriptions = 1000;
+constexpr Duration kShortestHeartbeat = std::chrono::milliseconds(10);
 
 std::string text_of(const Line& line) {
   return line.dump(-1, ' ', false, Line::error_handler_t::replace);
@@ -67,8 +68,10 @@ Result<void> read_flow(std::string_view word, tuples::Flow& flow) {
   }
   if (word.starts_with("min=") || word.starts_with("max=")) {
     const auto span = base::parse_duration(value);
-    if (!span)
-      return fail(ErrorCode::kInvalid, fmt::format("{}: expected a duration such as 500ms", model::quoted(word)));
+    if (!span || (word.starts_with("max=") && *span < kShortestHeartbeat)) {
+      return fail(ErrorCode::kInvalid, fmt::format("{}: expected a duration such as 500ms, for max at least 10ms",
+                                                   model::quoted(word)));
+    }
     (word.starts_with("min=") ? flow.minimum : flow.maximum) = *span;
     return {};
   }

@@ -1,0 +1,45 @@
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "base/virtual_scheduler.h"
+#include "runtime/island.h"
+#include "runtime/network_types.h"
+#include "runtime/yaml.h"
+#include "transport/memory_transports.h"
+
+namespace {
+
+using namespace rubicon;
+
+/// Anything that parses must also be checked to the end, down to the keys of the plug-ins.
+void check(const ConfigNode& tree) {
+  VirtualScheduler time;
+  transport::MemoryTransports files;
+  base::NullLogSink log;
+  tuples::MemoryEcology ecology(time);
+  base::ConfigErrors errors;
+  auto config = runtime::read_island_config(tree, runtime::network_types(), errors);
+  const auto island = runtime::Island::make(std::move(config), time, files, log, ecology, errors);
+  if (island.has_value() != errors.empty()) __builtin_trap();
+}
+
+}  // namespace
+
+/// A file, and behind a NUL one override of the command line.
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
+  if (size > 65536) return 0;
+  const std::string_view all(reinterpret_cast<const char*>(bytes), size);
+  const auto nul = all.find('\0');
+  auto tree = runtime::parse_yaml(all.substr(0, nul), "fuzz.yaml");
+  if (!tree) {
+    if (tree.error().text.empty()) __builtin_trap();
+    return 0;
+  }
+  if (nul != all.npos) {
+    if (const auto applied = runtime::apply_override(*tree, all.substr(nul + 1)); !applied) return 0;
+  }
+  check(*tree);
+  return 0;
+}
