@@ -13,6 +13,7 @@
 #include "gateway/inbox.h"
 #include "gateway/island_door.h"
 #include "gateway/listeners.h"
+#include "model/key.h"
 
 namespace rubicon::gateway {
 
@@ -203,7 +204,8 @@ void Gateway::Parts::route(Message& message, Counters& count) {
 
 void Gateway::Parts::to_listeners(const Message& message, Counters& count) {
   std::size_t heard = listeners[message.body.index()].tell(message);
-  if (const auto* opaque = std::get_if<model::Opaque>(&message.body)) {
+  const auto* opaque = std::get_if<model::Opaque>(&message.body);
+  if (opaque) {
     const auto user = user_listeners.find(opaque->type);
     if (user != user_listeners.end()) heard += user->second.tell(message);
   }
@@ -211,8 +213,9 @@ void Gateway::Parts::to_listeners(const Message& message, Counters& count) {
     ++count.delivered;
     return;
   }
+  const auto what = opaque ? model::quoted(opaque->type) : std::string(to_string(message.kind()));
   undelivered(Envelope(message), Outcome::kUndeliverable,
-              fmt::format("nobody on island {} listens to {} messages", number(self), to_string(message.kind())));
+              fmt::format("nobody on island {} listens to {} messages", number(self), what));
 }
 
 void Gateway::Parts::to_network(Message& message, Counters& count) {

@@ -30,6 +30,7 @@ void Demand::wanted(const tuples::Demand& demand) {
   if (demand.wanted && !point->wanted) point->wanted_at = around_.clock.now().steady;
   point->wanted = demand.wanted;
   point->interval = demand.interval;
+  point->named = demand.named;
   ask(*device);
 }
 
@@ -64,7 +65,8 @@ std::chrono::milliseconds Demand::period_of(const Device& device) const {
   Duration shortest = Duration::max();
   for (const auto& point : device.points) {
     if (!point.wanted) continue;
-    shortest = std::min(shortest, point.interval == Duration::zero() ? Duration(device.rate) : point.interval);
+    if (point.named != Duration::zero()) shortest = std::min(shortest, point.named);
+    if (point.interval == Duration::zero()) shortest = std::min(shortest, Duration(device.rate));
   }
   if (shortest == Duration::max()) return std::chrono::milliseconds(0);
   return std::clamp(std::chrono::duration_cast<std::chrono::milliseconds>(shortest), std::chrono::milliseconds(1),

@@ -55,7 +55,8 @@ struct Point {
   WallTime heard{}, changed{}, since{};
   TupleRef status, command;
   bool wanted = false;   ///< somebody subscribed actively to its value
-  Duration interval{0};  ///< shortest period a subscriber named; zero = none
+  Duration interval{0};  ///< shortest wanted period; zero = a subscriber named none
+  Duration named{0};     ///< shortest period a subscriber named; zero = none
   SteadyTime wanted_at{};
   std::unique_ptr<PointDetails> details;
 };

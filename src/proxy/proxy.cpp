@@ -260,7 +260,8 @@ void Proxy::Parts::stranger(Network& network, const Message& message) {
 
 void Proxy::Parts::acknowledge(const Message& message) {
   const auto* answer = std::get_if<model::Acknowledge>(&message.body);
-  if (!answer || message.origin != around.space.self()) return;
+  // An answer for a device of ours may carry any number; it is no answer to us.
+  if (!answer || message.origin != around.space.self() || !message.destination.network.empty()) return;
   if (!desk.acknowledged(*answer)) demand.acknowledged(*answer);
 }
 

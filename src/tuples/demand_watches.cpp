@@ -62,7 +62,7 @@ void DemandWatches::tell_present(Watch& watch) {
 void DemandWatches::tell(Watch& watch, std::uint32_t index, const Want& want) {
   const auto& tuple = store_.at(index);
   store_.pool().pin(index);
-  watch.call(Demand{{index, tuple.generation}, tuple.key(), want.wanted, want.interval});
+  watch.call(Demand{{index, tuple.generation}, tuple.key(), want.wanted, want.interval, want.named});
   store_.pool().unpin(index);
 }
 

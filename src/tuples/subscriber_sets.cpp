@@ -86,7 +86,10 @@ void SubscriberSets::fill(SubscriberSet& set) {
     }
     if (member->flow.passive) continue;
     set.want.wanted = true;
-    set.want.interval = std::min(set.want.interval, member->flow.minimum);
+    const auto wish = member->flow.minimum;
+    set.want.interval = std::min(set.want.interval, wish);
+    const bool shorter = set.want.named == Duration(0) || wish < set.want.named;
+    if (wish != Duration(0) && shorter) set.want.named = wish;
   }
   if (!set.want.wanted) set.want.interval = Duration(0);
 }

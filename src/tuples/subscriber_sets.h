@@ -11,7 +11,8 @@ namespace rubicon::tuples {
 /// Whether a tuple is wanted, and how often.
 struct Want {
   bool wanted = false;
-  Duration interval{0};
+  Duration interval{0};  ///< shortest; zero = somebody named none
+  Duration named{0};     ///< shortest that was named; zero = nobody did
   friend bool operator==(const Want&, const Want&) = default;
 };
 

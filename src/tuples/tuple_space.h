@@ -27,6 +27,7 @@ struct Demand {
   std::string_view key;
   bool wanted = false;   ///< at least one active (not passive) subscription of any component, own ones included
   Duration interval{0};  ///< shortest wanted minimum interval; zero = at least one subscriber named none
+  Duration named{0};     ///< shortest interval that was named; zero = nobody named one
 };
 using DemandCall = std::function<void(const Demand&)>;
 using PeerCall = std::function<void(OwnerId peer, PeerEvent event)>;

@@ -63,6 +63,18 @@ TEST_F(OneIsland, SamplingStartsWithTheFirstSubscriberAndStopsWithTheLast) {
   EXPECT_TRUE(devices_of(1).sampled["7"].points.empty());
 }
 
+TEST_F(OneIsland, ASubscriberThatNamesNoPeriodDoesNotSlowDownOneThatDoes) {
+  Flow fast;
+  fast.minimum = 100ms;
+  auto unhurried = component(70001).subscribe({OwnerId(1), kValue}, {}, [](const Event&) {});
+  auto hurried = component(70002).subscribe({OwnerId(1), kValue}, fast, [](const Event&) {});
+  scheduler.run_ready();
+  EXPECT_EQ(devices_of(1).sampled["7"].period, 100ms);
+  hurried.reset();
+  scheduler.run_ready();
+  EXPECT_EQ(devices_of(1).sampled["7"].period, 1s);
+}
+
 TEST_F(OneIsland, ACrashedSubscribersDemandEndsToo) {
   auto wish = component(70001).subscribe({OwnerId(1), kValue}, {}, [](const Event&) {});
   scheduler.run_ready();
