@@ -39,12 +39,24 @@ ByteView ByteReader::take(std::size_t count) {
   return view;
 }
 
-std::uint8_t ByteReader::u8() { return static_cast<std::uint8_t>(big_endian(take(1))); }
-std::uint16_t ByteReader::u16_be() { return static_cast<std::uint16_t>(big_endian(take(2))); }
-std::uint32_t ByteReader::u32_be() { return static_cast<std::uint32_t>(big_endian(take(4))); }
-std::uint64_t ByteReader::u64_be() { return big_endian(take(8)); }
-std::uint16_t ByteReader::u16_le() { return static_cast<std::uint16_t>(little_endian(take(2))); }
-std::uint32_t ByteReader::u32_le() { return static_cast<std::uint32_t>(little_endian(take(4))); }
+std::uint8_t ByteReader::u8() {
+  return static_cast<std::uint8_t>(big_endian(take(1)));
+}
+std::uint16_t ByteReader::u16_be() {
+  return static_cast<std::uint16_t>(big_endian(take(2)));
+}
+std::uint32_t ByteReader::u32_be() {
+  return static_cast<std::uint32_t>(big_endian(take(4)));
+}
+std::uint64_t ByteReader::u64_be() {
+  return big_endian(take(8));
+}
+std::uint16_t ByteReader::u16_le() {
+  return static_cast<std::uint16_t>(little_endian(take(2)));
+}
+std::uint32_t ByteReader::u32_le() {
+  return static_cast<std::uint32_t>(little_endian(take(4)));
+}
 
 ByteWriter& ByteWriter::u8(std::uint8_t value) {
   bytes_.push_back(value);

@@ -22,10 +22,10 @@ struct ConfigNode {
 
   Kind kind = Kind::kNull;
   ConfigPlace place;
-  std::string text;                                           ///< of a scalar
-  bool was_quoted = false;                                    ///< a quoted scalar is text, whatever it looks like
-  std::vector<ConfigNode> items;                              ///< of a list
-  std::vector<std::pair<std::string, ConfigNode>> entries;    ///< of a map, in the order of the file, keys unique
+  std::string text;                                         ///< of a scalar
+  bool was_quoted = false;                                  ///< a quoted scalar is text, whatever it looks like
+  std::vector<ConfigNode> items;                            ///< of a list
+  std::vector<std::pair<std::string, ConfigNode>> entries;  ///< of a map, in the order of the file, keys unique
 
   // Defined out of line: clang needs the type complete before a pair of it.
   ConfigNode();

@@ -14,7 +14,9 @@ using SteadyTime = std::chrono::time_point<std::chrono::steady_clock, Duration>;
 using WallTime = std::chrono::sys_time<std::chrono::microseconds>;
 
 /// Seconds since 1970 with microseconds as fraction: the spelling of every time in tuples and JSON lines.
-inline double to_seconds(WallTime time) { return static_cast<double>(time.time_since_epoch().count()) / 1e6; }
+inline double to_seconds(WallTime time) {
+  return static_cast<double>(time.time_since_epoch().count()) / 1e6;
+}
 
 }  // namespace rubicon::base
 

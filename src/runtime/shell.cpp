@@ -69,8 +69,8 @@ Result<void> read_flow(std::string_view word, tuples::Flow& flow) {
   if (word.starts_with("min=") || word.starts_with("max=")) {
     const auto span = base::parse_duration(value);
     if (!span || (word.starts_with("max=") && *span < kShortestHeartbeat)) {
-      return fail(ErrorCode::kInvalid, fmt::format("{}: expected a duration such as 500ms, for max at least 10ms",
-                                                   model::quoted(word)));
+      return fail(ErrorCode::kInvalid,
+                  fmt::format("{}: expected a duration such as 500ms, for max at least 10ms", model::quoted(word)));
     }
     (word.starts_with("min=") ? flow.minimum : flow.maximum) = *span;
     return {};

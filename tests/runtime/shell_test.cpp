@@ -152,8 +152,8 @@ TEST_F(ShellTest, APassiveSubscriptionCreatesNoDemand) {
 }
 
 TEST_F(ShellTest, RefusesFlowsThatMakeNoSense) {
-  for (const auto* flow : {"min=", "min=5", "max=-1s", "max=1ms", "deadband=x", "deadband=-1", "deadband=nan", "min=5s,max=6s",
-                           "often", "=", "min"}) {
+  for (const auto* flow : {"min=", "min=5", "max=-1s", "max=1ms", "deadband=x", "deadband=-1", "deadband=nan",
+                           "min=5s,max=6s", "often", "=", "min"}) {
     EXPECT_EQ(code_of("subscribe a.b " + std::string(flow)), "invalid") << flow;
   }
 }
