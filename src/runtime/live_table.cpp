@@ -4,8 +4,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 #include <nlohmann/json.hpp>
-#include <set>
+#include <utility>
 
 #include "model/key.h"
 #include "runtime/event_json.h"
@@ -50,6 +51,17 @@ bool steers(std::string_view character) {
   const auto first = static_cast<unsigned char>(character[0]);
   if (first < 0x20 || first == 0x7f) return true;
   return first == 0xc2 && character.size() > 1 && static_cast<unsigned char>(character[1]) < 0xa0;
+}
+
+/// One device of each network in turn, so that a small screen shows something of all.
+std::vector<std::string> alternating(const std::vector<std::string>& devices) {
+  std::map<std::string, std::size_t> counts;
+  std::vector<std::pair<std::size_t, std::string>> ranked;
+  for (const auto& device : devices) ranked.emplace_back(counts[part_of(device, 1)]++, device);
+  std::sort(ranked.begin(), ranked.end());
+  std::vector<std::string> order;
+  for (auto& [rank, device] : ranked) order.push_back(std::move(device));
+  return order;
 }
 
 }  // namespace
@@ -99,7 +111,7 @@ void LiveTable::network_rows(std::vector<Row>& rows) const {
   });
 }
 
-void LiveTable::point_rows(const std::string& device, std::vector<Row>& rows, WallTime now) const {
+void LiveTable::point_rows(const std::string& device, std::vector<Row>& rows, const Page& page) const {
   const auto add = [&](const tuples::TupleView& tuple) {
     const auto point = std::string(tuple.key.substr(0, tuple.key.rfind('.')));
     const auto status = parsed(value(point + ".status"));
@@ -107,35 +119,46 @@ void LiveTable::point_rows(const std::string& device, std::vector<Row>& rows, Wa
     if (unit == "1") unit.clear();
     const auto heard = number_in(status, "heard");
     const auto command = status.contains("command") ? status["command"] : json::object();
-    rows.push_back({fmt::format("    {}  {} {} {:<14} {:>7}  {}", fitted(part_of(tuple.key, 4), 28),
-                                fitted(tuple.value, 14), fitted(unit, 8), text_in(status, "quality"),
-                                age_text(heard > 0 ? base::to_seconds(now) - heard : -1), text_in(command, "state")),
-                    false});
+    rows.push_back(
+        {fmt::format("    {} {} {} {:<14} {:>6}  {}", fitted(part_of(tuple.key, 4), page.id_width),
+                     fitted(tuple.value, 12), fitted(unit, 6), text_in(status, "quality"),
+                     age_text(heard > 0 ? base::to_seconds(page.now) - heard : -1), text_in(command, "state")),
+         false});
   };
   space_.list({island_, device + ".sensor.*.value"}, add);
   space_.list({island_, device + ".actuator.*.value"}, add);
 }
 
-void LiveTable::device_rows(std::vector<Row>& rows, std::size_t room, WallTime now) const {
-  std::set<std::string> devices;
-  space_.list({island_, prefix_ + ".*.*.status"},
-              [&](const tuples::TupleView& tuple) { devices.emplace(tuple.key.substr(0, tuple.key.rfind('.'))); });
-  rows.push_back({fmt::format("{:<34}{:<15} {:<8} {:<14} {:>7}  {}", "DEVICE", "VALUE", "UNIT", "QUALITY", "HEARD",
-                              "LAST COMMAND"),
-                  true});
+std::size_t LiveTable::device_rows(const std::vector<std::string>& devices, std::vector<Row>& rows,
+                                   const Page& page) const {
   std::size_t done = 0;
   for (const auto& device : devices) {
-    if (rows.size() > room) break;  // an island may have more devices than one can draw twice a second
+    if (rows.size() > page.room) break;  // an island may have more devices than one can draw twice a second
     const auto about = parsed(value(device + ".description"));
     const auto status = parsed(value(device + ".status"));
     rows.push_back({fmt::format("  {}  {}  {}", device, text_in(about, "name"), text_in(status, "status")), false});
-    point_rows(device, rows, now);
-    ++done;
+    point_rows(device, rows, page);
+    if (rows.size() < page.room) ++done;
   }
-  if (rows.size() <= room) return;
-  rows.resize(room - 1);
-  rows.push_back({fmt::format("  ... and more, {} devices not shown; enlarge the terminal, or use --watch and --shell",
-                              devices.size() - done),
+  return done;
+}
+
+void LiveTable::all_device_rows(std::vector<Row>& rows, const Page& page) const {
+  std::vector<std::string> devices;
+  space_.list({island_, prefix_ + ".*.*.status"},
+              [&](const tuples::TupleView& tuple) { devices.emplace_back(tuple.key.substr(0, tuple.key.rfind('.'))); });
+  std::sort(devices.begin(), devices.end());
+  rows.push_back({fmt::format("{:<{}} {:<12} {:<6} {:<14} {:>6}  {}", "DEVICE", page.id_width + 4, "VALUE", "UNIT",
+                              "QUALITY", "HEARD", "COMMAND"),
+                  true});
+  const auto above = rows.size();
+  device_rows(devices, rows, page);
+  if (rows.size() <= page.room) return;
+  rows.resize(above);
+  const auto shown = device_rows(alternating(devices), rows, page);
+  rows.resize(page.room - 1);
+  rows.push_back({fmt::format("  ... {} of {} devices do not fit; enlarge the terminal, or use --watch and --shell",
+                              devices.size() - shown, devices.size()),
                   false});
 }
 
@@ -164,8 +187,8 @@ std::string LiveTable::render(WallTime now, ScreenSize size) const {
   network_rows(rows);
   rows.resize(std::min(rows.size(), room - 3));
   rows.push_back({});
-  device_rows(rows, room, now);
   const auto width = static_cast<std::size_t>(std::max(size.columns, 20));
+  all_device_rows(rows, {now, room, std::clamp<std::size_t>(width, 70, 86) - 58});
   std::string screen;
   for (const auto& row : rows) {
     const auto text = fitted(row.text, width);

@@ -33,10 +33,17 @@ class LiveTable {
     bool heading = false;
   };
   std::string top_line(WallTime now) const;
+  /// What the rows of one screen have in common.
+  struct Page {
+    WallTime now;
+    std::size_t room;  ///< rows, what stands above the devices included
+    std::size_t id_width;
+  };
   void network_rows(std::vector<Row>& rows) const;
-  /// Up to `room` rows in all.
-  void device_rows(std::vector<Row>& rows, std::size_t room, WallTime now) const;
-  void point_rows(const std::string& device, std::vector<Row>& rows, WallTime now) const;
+  void all_device_rows(std::vector<Row>& rows, const Page& page) const;
+  /// Until the room is full; how many devices fit, with a line left for the count of the others.
+  std::size_t device_rows(const std::vector<std::string>& devices, std::vector<Row>& rows, const Page& page) const;
+  void point_rows(const std::string& device, std::vector<Row>& rows, const Page& page) const;
   std::string command_to_try() const;
   std::string value(const std::string& key) const;
 

@@ -72,9 +72,26 @@ TEST_F(LiveTableTest, EveryLineFitsTheTerminal) {
 }
 
 TEST_F(LiveTableTest, CountsDevicesThatDoNotFit) {
-  EXPECT_THAT(screen({10, 120}), HasSubstr("1 devices not shown"));
-  EXPECT_THAT(screen({10, 120}), Not(HasSubstr("proxy.dummy-1.tank")));
-  EXPECT_THAT(screen({40, 120}), Not(HasSubstr("not shown")));
+  EXPECT_THAT(screen({12, 120}), HasSubstr("1 of 2 devices do not fit"));
+  EXPECT_THAT(screen({12, 120}), Not(HasSubstr("proxy.dummy-1.tank")));
+  EXPECT_THAT(screen({40, 120}), Not(HasSubstr("do not fit")));
+}
+
+TEST_F(LiveTableTest, ShowsTheOutcomeOfACommandOnEightyColumns) {
+  world_.space->set_remote(OwnerId(6541), "proxy.dummy-1.tank.actuator.boiler-1.command", "on", 5s, {});
+  world_.time.run_for(6s);
+  EXPECT_THAT(screen({24, 80}), ContainsRegex("boiler-1 .* timed-out *\n"));
+}
+
+TEST(LiveTable, ASmallScreenShowsDevicesOfEveryNetwork) {
+  VirtualIsland world("{a: {}, b: {}, c: {}, d: {}}", "  dummy-2: {type: dummy, simulate: {e: {}, f: {}}}\n");
+  const auto all = world.space->subscribe({OwnerId(6541), "proxy.**"}, {}, [](const tuples::Event&) {});
+  world.time.run_for(1s);
+  LiveTable table(*world.space, OwnerId(6541), "home", "proxy");
+  const auto text = table.render(world.time.wall_now(), {12, 80});
+  EXPECT_THAT(text, HasSubstr("proxy.dummy-1.a"));
+  EXPECT_THAT(text, HasSubstr("proxy.dummy-2.e"));
+  EXPECT_THAT(text, HasSubstr("4 of 6 devices do not fit"));
 }
 
 TEST(LiveTable, SaysSomethingWhereNothingIs) {

@@ -9,9 +9,10 @@
 
 namespace rubicon::runtime {
 
-VirtualIsland::VirtualIsland(std::string_view rooms) {
+VirtualIsland::VirtualIsland(std::string_view rooms, std::string_view more) {
   const auto text =
-      "island: {id: 6541, name: home}\nnetworks:\n  dummy-1: {type: dummy, simulate: " + std::string(rooms) + "}\n";
+      "island: {id: 6541, name: home}\nnetworks:\n  dummy-1: {type: dummy, simulate: " + std::string(rooms) + "}\n" +
+      std::string(more);
   const auto tree = parse_yaml(text, "island.yaml");
   base::ConfigErrors errors;
   auto config = read_island_config(tree.value(), network_types(), errors);

@@ -10,11 +10,11 @@
 
 namespace rubicon::runtime {
 
-/// Island 6541 with one simulated room, in virtual time, and a component beside it.
+/// Island 6541 with simulated rooms, in virtual time, and a component beside it.
 class VirtualIsland {
  public:
-  /// `rooms` is the map under `simulate:`.
-  explicit VirtualIsland(std::string_view rooms);
+  /// `rooms` is the map under `simulate:`, `more` further networks.
+  explicit VirtualIsland(std::string_view rooms, std::string_view more = "");
 
   VirtualScheduler time;
   transport::MemoryTransports files;
