@@ -89,8 +89,9 @@ struct MemoryEcology::Shared : std::enable_shared_from_this<MemoryEcology::Share
   /// Tells `to` that `from` is there and what it subscribes to.
   void introduce(OwnerId from, OwnerId to) {
     deliver(from, to, [from](LinkListener& listener) { listener.on_peer(from, PeerEvent::kUp); });
-    for (const auto& [id, spec] : members.at(from).subscriptions) {
-      deliver(from, to, [from, spec](LinkListener& listener) { listener.on_subscribe(from, spec); });
+    for (const auto& subscription : members.at(from).subscriptions) {
+      deliver(from, to,
+              [from, spec = subscription.second](LinkListener& listener) { listener.on_subscribe(from, spec); });
     }
   }
 
