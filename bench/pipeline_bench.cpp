@@ -23,7 +23,7 @@ namespace {
 
 constexpr int kDevices = 10000;
 constexpr int kSensors = 4;
-constexpr int kMessagesPerTurn = 1000;
+constexpr int kMessagesPerTurn = 100;
 constexpr OwnerId kIsland{6541};
 
 struct NoTransports final : transport::Transports {
