@@ -122,7 +122,7 @@ struct Network {
   bool down = false;        ///< down or ended; a line that is being reopened stays down until it is up
   WallTime since{};
   std::string reason;
-  std::unordered_map<std::string, std::unique_ptr<Device>, TextHash, std::equal_to<>> devices;  ///< by address
+  std::unordered_map<std::string, Device, TextHash, std::equal_to<>> devices;  ///< by address; they never move
   std::map<std::string, Device*> by_id;         ///< the reachable ones are published in this order
   std::map<std::string, std::string> reserved;  ///< configured id -> the address it is kept for
   NetworkFaults faults;

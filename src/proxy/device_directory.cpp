@@ -49,7 +49,7 @@ Network& DeviceDirectory::network(const std::string& id) {
 
 Device* DeviceDirectory::find(Network& network, const std::string& address) {
   const auto found = network.devices.find(std::string_view(address));
-  return found == network.devices.end() ? nullptr : found->second.get();
+  return found == network.devices.end() ? nullptr : &found->second;
 }
 
 Device* DeviceDirectory::find(DeviceNumber number) {
@@ -90,18 +90,16 @@ Result<Device*> DeviceDirectory::admit(Network& network, const std::string& addr
     return fail(ErrorCode::kDuplicate, fmt::format("join of {} on {}: its key part {} belongs to {}; give it an id",
                                                    model::quoted(address), network.id, id, model::quoted(other)));
   }
-  auto device = std::make_unique<Device>();
+  auto* device = &network.devices[address];
   device->number = ++last_number_;
   device->network = &network;
   device->address = address;
   device->key = fmt::format("{}.{}", network.key, id);
   device->id = std::move(id);
   device->rate = network.rules.rate;
-  auto* raw = device.get();
-  network.devices.emplace(address, std::move(device));
-  network.by_id.emplace(raw->id, raw);
-  by_number_.emplace(raw->number, raw);
-  return raw;
+  network.by_id.emplace(device->id, device);
+  by_number_.emplace(device->number, device);
+  return device;
 }
 
 bool DeviceDirectory::take_identity(Device& device, const model::Join& join) {

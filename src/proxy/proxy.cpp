@@ -227,13 +227,13 @@ void Proxy::Parts::set_line(Network& network, const model::State& state) {
 void Proxy::Parts::line_went_down(Network& network) {
   network.down = true;
   for (auto& [address, device] : network.devices) {
-    liveness.interrupted(*device, "not heard since the line was down");
+    liveness.interrupted(device, "not heard since the line was down");
     // Where silence says nothing, the line decides who can be reached.
-    if (network.rules.silence || device->status != DeviceStatus::kReachable) continue;
-    device->status = DeviceStatus::kUnreachable;
-    device->since = network.since;
-    device->reason = fmt::format("the line is down: {}", network.reason);
-    mirror.device_status(*device);
+    if (network.rules.silence || device.status != DeviceStatus::kReachable) continue;
+    device.status = DeviceStatus::kUnreachable;
+    device.since = network.since;
+    device.reason = fmt::format("the line is down: {}", network.reason);
+    mirror.device_status(device);
   }
   board.devices_changed(network);
 }
@@ -241,13 +241,13 @@ void Proxy::Parts::line_went_down(Network& network) {
 void Proxy::Parts::line_came_up(Network& network) {
   network.down = false;
   for (auto& [address, device] : network.devices) {
-    if (!network.rules.silence && device->status == DeviceStatus::kUnreachable) {
-      reachable(*device, true);
+    if (!network.rules.silence && device.status == DeviceStatus::kUnreachable) {
+      reachable(device, true);
       continue;
     }
-    mirror.all_points(*device);
-    demand.repeat(*device);
-    if (device->status != DeviceStatus::kUnreachable) desk.deliver(*device);
+    mirror.all_points(device);
+    demand.repeat(device);
+    if (device.status != DeviceStatus::kUnreachable) desk.deliver(device);
   }
 }
 
