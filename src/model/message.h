@@ -21,6 +21,9 @@ struct Join {
   std::vector<Capability> capabilities;
   /// False when the device is known by configuration only and was not heard yet.
   bool heard = true;
+  /// Key part its network wants for it (a recording brings the one it was recorded under); empty = made from the
+  /// address. The configuration's id goes before.
+  std::string id{};
 };
 
 /// The device lives; nothing else to say.

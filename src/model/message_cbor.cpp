@@ -90,6 +90,7 @@ struct BodyWriter {
     if (!join.device_type.empty()) out["device-type"] = join.device_type;
     if (!join.name.empty()) out["name"] = join.name;
     if (!join.model.empty()) out["model"] = join.model;
+    if (!join.id.empty()) out["id"] = join.id;
     for (const auto& capability : join.capabilities) out["capabilities"].push_back(capability_out(capability));
     return out;
   }
@@ -136,6 +137,7 @@ struct BodyWriter {
 Join join_in(FieldReader& in) {
   Join join{in.text("device-type", 255), in.text("name", 255), in.text("model", 255), {}, true};
   if (in.has("heard")) join.heard = in.boolean("heard");
+  join.id = in.text("id", 255);
   in.each("capabilities", [&join](FieldReader& item) { join.capabilities.push_back(capability_in(item)); });
   return join;
 }

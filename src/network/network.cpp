@@ -11,4 +11,8 @@ void NetworkHost::deliver(std::string device, model::Body body) {
   deliver(std::move(message));
 }
 
+Result<void> Network::change(const NetworkConfig&) {
+  return fail(ErrorCode::kUnsupported, "this type of network takes new options only from the start");
+}
+
 }  // namespace rubicon::network

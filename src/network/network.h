@@ -34,18 +34,6 @@ class NetworkHost {
   void deliver(std::string device, model::Body body);
 };
 
-/// A network of devices behind one line. Destroyed = stopped, at once and without a word to the host.
-class Network {
- public:
-  virtual ~Network() = default;
-  /// Makes the line, again after failed(). Never blocks: success may be announced later by State{kUp}; a Result with an
-  /// error counts as failed().
-  virtual Result<void> open() = 0;
-  /// Downwards: Actuate, Sample, SetProperty, Opaque; the destination is a device of this network. An error answers the
-  /// request (kUnsupported is a valid answer, silence is not); else an Acknowledge with the request's number follows.
-  virtual Result<void> send(const Message& message) = 0;
-};
-
 /// What `make` gets. `options` is the network's map without the keys common to all networks (type, silence, devices,
 /// ...): read every key, then the caller reports the unknown ones.
 struct NetworkConfig {
@@ -56,6 +44,22 @@ struct NetworkConfig {
   std::string directory;  ///< of the configuration file: relative paths start here; empty = the working directory
 };
 
+/// A network of devices behind one line. Destroyed = stopped, at once and without a word to the host.
+class Network {
+ public:
+  virtual ~Network() = default;
+  /// Makes the line, again after failed(). Never blocks: success may be announced later by State{kUp}; a Result with an
+  /// error counts as failed().
+  virtual Result<void> open() = 0;
+  /// Downwards: Actuate, Sample, SetProperty, Opaque; the destination is a device of this network. An error answers the
+  /// request (kUnsupported is a valid answer, silence is not); else an Acknowledge with the request's number follows.
+  virtual Result<void> send(const Message& message) = 0;
+  /// Takes new options without losing the line: joins what is new or changed, lets leave what is gone. kUnsupported
+  /// (the default) and every other error mean that nothing was changed; the caller then makes the network anew. The
+  /// options were accepted by `make` before.
+  virtual Result<void> change(const NetworkConfig& config);
+};
+
 /// One type of network. `make` checks the options (reporting to options.error) and must not open anything.
 struct NetworkType {
   std::string_view name;           ///< `log`
@@ -64,6 +68,8 @@ struct NetworkType {
   Result<std::unique_ptr<Network>> (*make)(const NetworkConfig&, NetworkHost&);
   /// Longest pause between attempts to open: 1 s for local and unicast peers, 30 s else.
   Duration longest_pause = std::chrono::seconds(1);
+  /// Its options name every device it has: what is remembered of another one is not shown at start.
+  bool lists_devices = false;
 };
 
 }  // namespace rubicon::network

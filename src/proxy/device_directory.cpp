@@ -62,7 +62,7 @@ Result<DeviceDirectory::Joined> DeviceDirectory::join(Network& network, const st
   Joined joined;
   joined.device = find(network, address);
   if (!joined.device) {
-    auto admitted = admit(network, address);
+    auto admitted = admit(network, address, join.id);
     if (!admitted) {
       ++network.faults.refused_joins;
       return fail(admitted.error());
@@ -76,12 +76,12 @@ Result<DeviceDirectory::Joined> DeviceDirectory::join(Network& network, const st
   return joined;
 }
 
-Result<Device*> DeviceDirectory::admit(Network& network, const std::string& address) {
+Result<Device*> DeviceDirectory::admit(Network& network, const std::string& address, const std::string& wanted_id) {
   if (by_number_.size() >= around_.config.max_devices) {
     return fail(ErrorCode::kBusy, fmt::format("join of {} on {}: the limit of {} devices is reached",
                                               model::quoted(address), network.id, around_.config.max_devices));
   }
-  auto id = device_id(network.rules, address);
+  auto id = device_id(network.rules, address, wanted_id);
   const auto kept = network.reserved.find(id);
   const auto holder = network.by_id.find(id);
   const bool reserved = kept != network.reserved.end() && kept->second != address;

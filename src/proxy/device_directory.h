@@ -39,7 +39,7 @@ class DeviceDirectory {
   std::size_t size() const { return by_number_.size(); }
 
  private:
-  Result<Device*> admit(Network& network, const std::string& address);
+  Result<Device*> admit(Network& network, const std::string& address, const std::string& wanted_id);
   bool take_identity(Device& device, const model::Join& join);
   bool reconcile(Device& device, const model::Join& join, std::vector<Point>& vanished);
   Result<Point> make_point(Device& device, const Capability& capability);

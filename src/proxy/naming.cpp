@@ -47,9 +47,10 @@ const DeviceNames* names_of(const NetworkRules& rules, const std::string& addres
   return names == rules.devices.end() ? nullptr : &names->second;
 }
 
-std::string device_id(const NetworkRules& rules, const std::string& address) {
+std::string device_id(const NetworkRules& rules, const std::string& address, const std::string& wanted) {
   const auto* names = names_of(rules, address);
-  return model::to_key_part(names && !names->id.empty() ? names->id : address);
+  if (names && !names->id.empty()) return model::to_key_part(names->id);
+  return model::to_key_part(wanted.empty() ? address : wanted);
 }
 
 std::string point_id(const DeviceNames* names, const Capability& capability, const Type* type) {

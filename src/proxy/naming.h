@@ -10,8 +10,8 @@ namespace rubicon::proxy {
 /// Everything in a configuration by which two things would claim one key, one line each; empty = sound.
 std::vector<std::string> collisions(const ProxyConfig& config);
 
-/// Key part of a device: the configured id, else its address (`1.4.6` -> `1_4_6`).
-std::string device_id(const NetworkRules& rules, const std::string& address);
+/// Key part of a device: the configured id, else the one its network wants, else its address (`1.4.6` -> `1_4_6`).
+std::string device_id(const NetworkRules& rules, const std::string& address, const std::string& wanted = {});
 
 /// Key part of a sensor or actuator: type and instance, always both, the instance as named at installation time
 /// (`light-window`). A property: its type, and what it belongs to (`rate`, `threshold-light-window`).
