@@ -1,0 +1,177 @@
+#include "state/device_rows.h"
+
+namespace rubicon::state {
+
+namespace {
+
+constexpr const char* kSelect =
+    "SELECT d.row, d.network, d.address, d.id, d.decision, d.name, d.wanted_id, d.first_seen, d.last_heard, "
+    "a.capabilities, a.point_ids FROM device d LEFT JOIN announcement a ON a.device = d.row ";
+
+std::int64_t us(WallTime time) {
+  return time.time_since_epoch().count();
+}
+
+WallTime time_at(const Query& query, int column) {
+  return WallTime(std::chrono::microseconds(query.integer_at(column)));
+}
+
+/// Reads a row of kSelect.
+std::optional<KnownDevice> device_at(const Query& query, AnnouncementReader& announcements) {
+  const auto decision = query.integer_at(4);
+  const auto* join = announcements.join(query.blob_at(9));
+  const auto* point_ids = announcements.point_ids(query.blob_at(10));
+  if (!join || !point_ids || decision < 0 || decision > static_cast<int>(Decision::kIgnored)) return std::nullopt;
+  KnownDevice device;
+  device.network = query.text_at(1);
+  device.address = query.text_at(2);
+  device.id = query.text_at(3);
+  device.decision = static_cast<Decision>(decision);
+  device.join = *join;
+  device.join.name = query.text_at(5);
+  device.join.id = query.text_at(6);
+  device.point_ids = *point_ids;
+  device.first_seen = time_at(query, 7);
+  device.last_heard = time_at(query, 8);
+  return device;
+}
+
+}  // namespace
+
+Result<DeviceRows> DeviceRows::prepare(Database& database) {
+  struct Wish {
+    Statement& statement;
+    std::string sql;
+    const char* doing;
+  };
+  DeviceRows rows;
+  const Wish wishes[] = {
+      {rows.row_of_, "SELECT row FROM device WHERE network=? AND address=?", "looking for a device"},
+      {rows.exists_, "SELECT 1 FROM device WHERE row=?", "looking for a device"},
+      {rows.insert_,
+       "INSERT INTO device(id,decision,name,wanted_id,first_seen,last_heard,network,address) VALUES(?,?,?,?,?,?,?,?)",
+       "writing a device"},
+      {rows.insert_announcement_, "INSERT INTO announcement(capabilities,point_ids,device) VALUES(?,?,?)",
+       "writing a device"},
+      {rows.update_,
+       "UPDATE device SET id=?1, decision=?2, name=?3, wanted_id=?4, "
+       "first_seen=CASE first_seen WHEN 0 THEN ?5 ELSE first_seen END, last_heard=?6 WHERE row=?7",
+       "writing a device"},
+      // Most joins repeat what is there: no need to write it again.
+      {rows.update_announcement_,
+       "UPDATE announcement SET capabilities=?1, point_ids=?2 WHERE device=?3 AND (capabilities<>?1 OR point_ids<>?2)",
+       "writing a device"},
+      {rows.hear_, "UPDATE device SET last_heard=?1 WHERE row=?2 AND last_heard<?1", "writing a device"},
+      {rows.remove_, "DELETE FROM device WHERE row=?", "forgetting a device"},
+      {rows.remove_announcement_, "DELETE FROM announcement WHERE device=?", "forgetting a device"},
+      {rows.stalest_, "SELECT row FROM device WHERE row<>? ORDER BY decision<>0, last_heard, row LIMIT ?",
+       "looking for devices to forget"},
+      {rows.count_, "SELECT count(*) FROM device", "counting devices"},
+      {rows.read_, std::string(kSelect) + "WHERE d.row=?", "reading a device"},
+  };
+  for (const auto& wish : wishes) {
+    auto statement = database.prepare(wish.sql.c_str(), wish.doing);
+    if (!statement) return fail(statement.error());
+    wish.statement = std::move(*statement);
+  }
+  return rows;
+}
+
+Result<std::optional<DeviceRows::Row>> DeviceRows::row_of(const std::string& network, const std::string& address) {
+  Query query(row_of_);
+  const auto row = query.text(network).text(address).next();
+  if (!row) return fail(row.error());
+  return *row ? std::optional(query.integer_at(0)) : std::nullopt;
+}
+
+Result<bool> DeviceRows::exists(Row row) {
+  Query query(exists_);
+  return query.integer(row).next();
+}
+
+Result<DeviceRows::Row> DeviceRows::insert(const KnownDevice& device, const AnnouncementBytes& announcement) {
+  Query insert(insert_);
+  insert.text(device.id).integer(static_cast<std::int64_t>(device.decision)).text(device.join.name);
+  insert.text(device.join.id).integer(us(device.first_seen)).integer(us(device.last_heard));
+  insert.text(device.network).text(device.address);
+  if (auto done = insert.run(); !done) return fail(done.error());
+  const auto row = insert.last_row();
+  Query rest(insert_announcement_);
+  rest.blob(announcement.capabilities).blob(announcement.point_ids).integer(row);
+  if (auto done = rest.run(); !done) return fail(done.error());
+  return row;
+}
+
+Result<void> DeviceRows::update(Row row, const KnownDevice& device, const AnnouncementBytes& announcement) {
+  Query update(update_);
+  update.text(device.id).integer(static_cast<std::int64_t>(device.decision)).text(device.join.name);
+  update.text(device.join.id).integer(us(device.first_seen)).integer(us(device.last_heard)).integer(row);
+  if (auto done = update.run(); !done) return done;
+  Query rest(update_announcement_);
+  return rest.blob(announcement.capabilities).blob(announcement.point_ids).integer(row).run();
+}
+
+Result<void> DeviceRows::hear(Row row, WallTime heard) {
+  return Query(hear_).integer(us(heard)).integer(row).run();
+}
+
+Result<void> DeviceRows::remove(Row row) {
+  if (auto done = Query(remove_announcement_).integer(row).run(); !done) return done;
+  return Query(remove_).integer(row).run();
+}
+
+Result<std::vector<DeviceRows::Row>> DeviceRows::stalest(Row but, std::int64_t count) {
+  std::vector<Row> rows;
+  Query query(stalest_);
+  query.integer(but).integer(count);
+  while (true) {
+    const auto row = query.next();
+    if (!row) return fail(row.error());
+    if (!*row) return rows;
+    rows.push_back(query.integer_at(0));
+  }
+}
+
+Result<std::uint64_t> DeviceRows::count() {
+  Query query(count_);
+  const auto row = query.next();
+  if (!row) return fail(row.error());
+  return static_cast<std::uint64_t>(query.integer_at(0));
+}
+
+Result<void> DeviceRows::each(Database& database, const std::string& network, std::uint64_t& damaged,
+                              const std::function<Result<void>(Row, KnownDevice&&)>& visit) const {
+  const auto last = database.number("SELECT ifnull(max(row),0) FROM device", "reading devices");
+  if (!last) return fail(last.error());
+  // A statement of its own: the visitor may come back here.
+  const auto sql = std::string(kSelect) + "WHERE d.row<=?1 AND (?2='' OR d.network=?2) ORDER BY d.row";
+  auto statement = database.prepare(sql.c_str(), "reading devices");
+  if (!statement) return fail(statement.error());
+  AnnouncementReader announcements;
+  Query query(*statement);
+  query.integer(*last).text(network);
+  while (true) {
+    const auto row = query.next();
+    if (!row) return fail(row.error());
+    if (!*row) return {};
+    auto device = device_at(query, announcements);
+    if (!device) {
+      ++damaged;
+      continue;
+    }
+    if (auto done = visit(query.integer_at(0), std::move(*device)); !done) return done;
+  }
+}
+
+Result<std::optional<KnownDevice>> DeviceRows::read(Row row, std::uint64_t& damaged) {
+  AnnouncementReader announcements;
+  Query query(read_);
+  const auto there = query.integer(row).next();
+  if (!there) return fail(there.error());
+  if (!*there) return std::optional<KnownDevice>();
+  auto device = device_at(query, announcements);
+  if (!device) ++damaged;
+  return device;
+}
+
+}  // namespace rubicon::state

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "state/announcement.h"
+#include "state/sqlite.h"
+#include "state/state_store.h"
+
+namespace rubicon::state {
+
+/// The tables of devices and of what they announced; without their values.
+class DeviceRows {
+ public:
+  using Row = StateStore::Row;
+
+  static Result<DeviceRows> prepare(Database& database);
+
+  Result<std::optional<Row>> row_of(const std::string& network, const std::string& address);
+  Result<bool> exists(Row row);
+  Result<Row> insert(const KnownDevice& device, const AnnouncementBytes& announcement);
+  Result<void> update(Row row, const KnownDevice& device, const AnnouncementBytes& announcement);
+  /// Later only.
+  Result<void> hear(Row row, WallTime heard);
+  Result<void> remove(Row row);
+  /// Those to forget first: without a decision before others, then by last heard.
+  Result<std::vector<Row>> stalest(Row but, std::int64_t count);
+  Result<std::uint64_t> count();
+
+  /// Sound devices, by row, up to the last one there is now; `visit` says whether to go on. `damaged` grows by the
+  /// others.
+  Result<void> each(Database& database, const std::string& network, std::uint64_t& damaged,
+                    const std::function<Result<void>(Row, KnownDevice&&)>& visit) const;
+  Result<std::optional<KnownDevice>> read(Row row, std::uint64_t& damaged);
+
+ private:
+  DeviceRows() = default;
+
+  Statement row_of_, exists_, insert_, insert_announcement_, update_, update_announcement_, hear_, remove_,
+      remove_announcement_, stalest_, count_, read_;
+};
+
+}  // namespace rubicon::state

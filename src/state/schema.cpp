@@ -1,0 +1,103 @@
+#include "state/schema.h"
+
+#include <fmt/format.h>
+
+namespace rubicon::state {
+
+namespace {
+
+/// `device` is small, because it is written with every batch of values; what changes only with a new announcement
+/// stands apart. Rows are never used twice (AUTOINCREMENT), so that a row of a forgotten device names nobody. Times
+/// are microseconds since 1970. `value.form` is the alternative of model::Value.
+constexpr const char* kVersion1 = R"sql(
+CREATE TABLE meta(name TEXT PRIMARY KEY, value ANY) STRICT, WITHOUT ROWID;
+CREATE TABLE device(
+  row INTEGER PRIMARY KEY AUTOINCREMENT,
+  network TEXT NOT NULL,
+  address TEXT NOT NULL,
+  id TEXT NOT NULL,
+  decision INTEGER NOT NULL,
+  name TEXT NOT NULL,
+  wanted_id TEXT NOT NULL,
+  first_seen INTEGER NOT NULL,
+  last_heard INTEGER NOT NULL,
+  UNIQUE(network, address)) STRICT;
+CREATE TABLE announcement(
+  device INTEGER PRIMARY KEY REFERENCES device(row) ON DELETE CASCADE,
+  capabilities BLOB NOT NULL,
+  point_ids BLOB NOT NULL) STRICT;
+CREATE TABLE value(
+  device INTEGER NOT NULL REFERENCES device(row) ON DELETE CASCADE,
+  kind INTEGER NOT NULL,
+  type INTEGER NOT NULL,
+  instance TEXT NOT NULL,
+  form INTEGER NOT NULL,
+  value ANY,
+  heard INTEGER NOT NULL,
+  changed INTEGER NOT NULL,
+  user_time INTEGER NOT NULL,
+  set_by_user INTEGER NOT NULL,
+  PRIMARY KEY(device, kind, type, instance)) STRICT, WITHOUT ROWID;
+)sql";
+
+constexpr const char* kSteps[] = {kVersion1};
+
+}  // namespace
+
+std::span<const char* const> schema_steps() {
+  return kSteps;
+}
+
+Result<Header> read_header(Database& database, std::span<const char* const> steps) {
+  constexpr const char* kDoing = "reading its header";
+  const auto application = database.number("PRAGMA application_id", kDoing);
+  if (!application) return fail(application.error());
+  const auto version = database.number("PRAGMA user_version", kDoing);
+  if (!version) return fail(version.error());
+  const auto tables = database.number("SELECT count(*) FROM sqlite_schema", kDoing);
+  if (!tables) return fail(tables.error());
+  const auto* file = sqlite3_db_filename(database.handle(), "main");
+  if (*application == 0 && *version == 0 && *tables == 0) return Header{true, 0};
+  if (*application != kApplicationId) {
+    return fail(ErrorCode::kInvalid, fmt::format("state file {}: an SQLite database of another program", file));
+  }
+  const auto newest = static_cast<std::int64_t>(steps.size());
+  if (*version > newest) {
+    return fail(ErrorCode::kRefused, fmt::format("state file {}: made by a newer rubicon-proxy (version {} of the "
+                                                 "form, this one knows up to {})",
+                                                 file, *version, newest));
+  }
+  if (*version < 1) {
+    return fail(ErrorCode::kInvalid, fmt::format("state file {}: version {} of the form never was", file, *version));
+  }
+  return Header{false, *version};
+}
+
+Result<void> bring_up(Database& database, std::int64_t version, std::span<const char* const> steps,
+                      std::string_view finally) {
+  for (auto next = static_cast<std::size_t>(version); next < steps.size(); ++next) {
+    const bool last = next + 1 == steps.size();
+    const auto sql = fmt::format("BEGIN IMMEDIATE;{};{};PRAGMA application_id={};PRAGMA user_version={};COMMIT",
+                                 steps[next], last ? finally : "", kApplicationId, next + 1);
+    if (auto done = database.run(sql.c_str(), "bringing its form up to date"); !done) {
+      if (database.in_transaction()) std::ignore = database.run("ROLLBACK", "rolling back");
+      return done;
+    }
+  }
+  return {};
+}
+
+Result<IslandId> read_island(Database& database) {
+  const auto island = database.number("SELECT value FROM meta WHERE name='island'", "reading which island it is of");
+  if (!island) return fail(island.error());
+  if (*island >= 1 && *island <= model::kMaxIslandId) return IslandId(static_cast<std::uint32_t>(*island));
+  return fail(ErrorCode::kInvalid,
+              fmt::format("state file {}: island {}, expected 1 to {}", sqlite3_db_filename(database.handle(), "main"),
+                          *island, model::kMaxIslandId));
+}
+
+std::string sql_of_island(IslandId island) {
+  return fmt::format("INSERT INTO meta VALUES('island',{})", number(island));
+}
+
+}  // namespace rubicon::state

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "base/result.h"
+#include "model/address.h"
+#include "state/sqlite.h"
+
+namespace rubicon::state {
+
+/// Stands in the header of every state file (SQLite's application_id): `RbnS`.
+inline constexpr std::int64_t kApplicationId = 0x52626e53;
+
+/// SQL that brings a file of version N, the index in the table, to version N + 1. Steps are added, never changed.
+std::span<const char* const> schema_steps();
+
+/// What the header of a file says.
+struct Header {
+  bool fresh = false;  ///< nothing in it yet
+  std::int64_t version = 0;
+};
+
+/// kInvalid: another program's file; kRefused: of a newer version than `steps` make.
+Result<Header> read_header(Database& database, std::span<const char* const> steps);
+
+/// Applies the steps the file lacks, each as one transaction, `finally` (SQL) with the last of them; a process that
+/// dies between leaves a file of a whole version.
+Result<void> bring_up(Database& database, std::int64_t version, std::span<const char* const> steps,
+                      std::string_view finally = {});
+/// The last step of making a file: whose it is.
+std::string sql_of_island(IslandId island);
+
+/// The island a file belongs to; kInvalid when it says none.
+Result<IslandId> read_island(Database& database);
+
+}  // namespace rubicon::state

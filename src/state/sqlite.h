@@ -1,0 +1,102 @@
+#pragma once
+
+#include <sqlite3.h>
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "base/bytes.h"
+#include "base/result.h"
+
+namespace rubicon::state {
+
+/// What SQLite said as an Error: damage is kInvalid, a write to what may only be read kRefused, a lock of somebody else
+/// kBusy, the rest kIo. The text names the file, what was being done, and the cause.
+Error sqlite_error(sqlite3* database, std::string_view doing);
+
+/// A prepared statement; kept as long as its database. Used through Query.
+class Statement {
+ public:
+  Statement() = default;
+  Statement(sqlite3_stmt* statement, const char* doing) : statement_(statement), doing_(doing) {}
+
+ private:
+  friend class Query;
+  struct Finalize {
+    void operator()(sqlite3_stmt* statement) const { sqlite3_finalize(statement); }
+  };
+  std::unique_ptr<sqlite3_stmt, Finalize> statement_;
+  const char* doing_ = "";  ///< for error texts: `reading a device`
+};
+
+/// One use of a statement: bind its parameters in order, step, read columns. The statement is ready for the next use
+/// when the query goes out of scope. What is bound must live as long as the query.
+class Query {
+ public:
+  explicit Query(Statement& statement) : statement_(statement.statement_.get()), doing_(statement.doing_) {}
+  ~Query();
+  Query(const Query&) = delete;
+  Query& operator=(const Query&) = delete;
+
+  Query& integer(std::int64_t value);
+  Query& real(double value);
+  Query& text(std::string_view value);
+  Query& blob(ByteView value);
+  Query& null();
+
+  /// True: a row is there to be read; false: there are no more.
+  Result<bool> next();
+  /// Steps to the end; for statements without rows.
+  Result<void> run();
+  /// Rows the last insert, update or delete of the connection changed.
+  std::int64_t changes() const;
+  std::int64_t last_row() const;
+
+  /// SQLITE_INTEGER, SQLITE_FLOAT, SQLITE_TEXT, SQLITE_BLOB, SQLITE_NULL.
+  int type_of(int column) const;
+  std::int64_t integer_at(int column) const;
+  double real_at(int column) const;
+  std::string_view text_at(int column) const;  ///< valid until the next step
+  ByteView blob_at(int column) const;          ///< valid until the next step
+
+ private:
+  void keep(int code);
+
+  sqlite3_stmt* statement_;
+  const char* doing_;
+  int bound_ = 0;
+  int failure_ = SQLITE_OK;
+};
+
+/// A connection to one file. Nothing in it throws.
+class Database {
+ public:
+  enum class Mode {
+    kCreate,    ///< reads and writes, makes the file if there is none
+    kWrite,     ///< reads and writes what exists
+    kRead,      ///< reads
+    kUnmoving,  ///< reads a file that nobody writes, without side files beside it
+  };
+  static Result<Database> open(const std::string& path, Mode mode);
+
+  Result<void> run(const char* sql, const char* doing);
+  Result<Statement> prepare(const char* sql, const char* doing);
+  /// First column of the first row; kInvalid when there is none.
+  Result<std::int64_t> number(const char* sql, const char* doing);
+  Result<std::string> word(const char* sql, const char* doing);
+
+  /// Every committed transaction is on the disk when this returns.
+  Result<void> sync();
+  bool in_transaction() const { return sqlite3_get_autocommit(database_.get()) == 0; }
+  sqlite3* handle() const { return database_.get(); }
+
+ private:
+  struct Close {
+    void operator()(sqlite3* database) const { sqlite3_close_v2(database); }
+  };
+  std::unique_ptr<sqlite3, Close> database_;
+};
+
+}  // namespace rubicon::state
