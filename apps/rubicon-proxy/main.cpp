@@ -31,13 +31,20 @@ int main(int argc, char** argv) {
   auto* check = app.add_subcommand("check", "Say what is wrong with FILE, without running it");
   check->add_option("FILE", options.file, "island configuration (YAML)")->required();
   check->add_option("--set", options.overrides, "override a value before checking")->allow_extra_args(false);
+  std::string old_file;
+  auto* diff = check->add_option(
+      "--diff", old_file, "say what a reload would change: against OLD, or what the daemon was last started with");
+  diff->expected(0, 1)->type_name("OLD");
   auto* networks = app.add_subcommand("networks", "List the network types with sample configurations");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {  // also --help and --version, which end well
     return app.exit(error) == 0 ? rubicon::runtime::kExitOk : rubicon::runtime::kExitFailed;
   }
-  if (check->parsed()) return rubicon::runtime::check(options.file, options.overrides);
+  if (check->parsed()) {
+    const auto against = diff->count() > 0 ? std::optional(old_file) : std::nullopt;
+    return rubicon::runtime::check(options.file, options.overrides, against);
+  }
   if (networks->parsed()) return rubicon::runtime::list_networks();
   return rubicon::runtime::run(options);
 }

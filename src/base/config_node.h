@@ -38,6 +38,10 @@ struct ConfigNode {
   const ConfigNode* find(const std::string& key) const;
 };
 
+/// Where two trees say different things, as paths such as `devices.7.id`: at most `limit` of them, in the order of
+/// `now`, then what only `before` has. Places, comments and the order of keys do not count; empty = they say the same.
+std::vector<std::string> differences(const ConfigNode& before, const ConfigNode& now, std::size_t limit);
+
 }  // namespace rubicon::base
 
 namespace rubicon {

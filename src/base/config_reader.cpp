@@ -67,6 +67,19 @@ std::optional<Duration> parse_duration(std::string_view text) {
   return std::chrono::round<Duration>(std::chrono::duration<double>(*amount * seconds));
 }
 
+std::optional<std::uint64_t> parse_size(std::string_view text) {
+  constexpr std::pair<std::string_view, double> kUnits[] = {
+      {"B", 1}, {"kB", 1e3}, {"MB", 1e6}, {"GB", 1e9}, {"KiB", 1024.0}, {"MiB", 1048576.0}, {"GiB", 1073741824.0}};
+  const auto unit_at = text.find_first_not_of("0123456789.");
+  if (unit_at == 0 || unit_at == text.npos) return std::nullopt;
+  const auto amount = parse_number<double>(text.substr(0, unit_at));
+  for (const auto& [unit, bytes] : kUnits) {
+    if (!amount || unit != text.substr(unit_at) || *amount * bytes > 9e18) continue;
+    return static_cast<std::uint64_t>(*amount * bytes);
+  }
+  return std::nullopt;
+}
+
 ConfigReader::ConfigReader(const ConfigNode& map, std::string path, ConfigErrors& errors)
     : map_(&map), path_(std::move(path)), errors_(&errors) {
   if (map.kind == ConfigNode::Kind::kMap || map.kind == ConfigNode::Kind::kNull) return;
@@ -167,6 +180,14 @@ Duration ConfigReader::duration(const std::string& key, Duration otherwise) {
   if (!found) return otherwise;
   if (const auto duration = parse_duration(found->text)) return *duration;
   error(key, fmt::format("is '{}', expected a duration such as 250ms, 5s, 2min, 1h", shown(found->text)));
+  return otherwise;
+}
+
+std::uint64_t ConfigReader::size(const std::string& key, std::uint64_t otherwise) {
+  const auto* found = scalar(key);
+  if (!found) return otherwise;
+  if (const auto size = parse_size(found->text)) return *size;
+  error(key, fmt::format("is '{}', expected a size such as 512kB, 100MB, 2GiB", shown(found->text)));
   return otherwise;
 }
 

@@ -50,6 +50,9 @@ class ConfigReader {
   /// Same, or the word `never` (nullopt).
   std::optional<Duration> duration_or_never(const std::string& key, std::optional<Duration> otherwise);
 
+  /// `512kB`, `100MB`, `2GB`, `64KiB`, `256MiB`, `1GiB`, `4096B`: bytes; a bare number is refused.
+  std::uint64_t size(const std::string& key, std::uint64_t otherwise);
+
   /// The node under a key for own reading (marked as known); nullptr if absent.
   const ConfigNode* node(const std::string& key);
   /// A nested map; an empty one if absent, an error if not a map.
@@ -81,6 +84,9 @@ class ConfigReader {
   ConfigErrors* errors_;
   std::set<std::string> known_;
 };
+
+/// `100MB`, `64KiB`, ...: nullopt if it is not a size or beyond 2^63.
+std::optional<std::uint64_t> parse_size(std::string_view text);
 
 /// `250ms`, `5s`, ...: nullopt if it is not a duration.
 std::optional<Duration> parse_duration(std::string_view text);

@@ -233,6 +233,16 @@ Gateway::Gateway(Scheduler& scheduler, TupleSpace& space, base::LogSink& log, Ga
 
 Gateway::~Gateway() = default;
 
+void Gateway::limit(GatewayLimits limits) {
+  parts_->limits = limits;
+  for (auto& [network, box] : parts_->inboxes) box.limit(limits);
+}
+
+void Gateway::forget(const std::string& network) {
+  parts_->last_inbox = nullptr;
+  parts_->inboxes.erase(network);
+}
+
 void Gateway::connect(network::Supervisor& networks) {
   parts_->networks = &networks;
 }

@@ -17,6 +17,8 @@ namespace rubicon::gateway {
 struct GatewayLimits {
   std::size_t queue = 10000;    ///< readings waiting per network (limits.queue)
   std::size_t devices = 20000;  ///< joins waiting per network: one a device (limits.devices)
+
+  friend bool operator==(const GatewayLimits&, const GatewayLimits&) = default;
 };
 
 using MessageCall = std::function<void(const Message&)>;
@@ -46,6 +48,11 @@ class Gateway final : public network::MessageSink {
   /// Who undeliverable messages of an own component are reported to is Message.source; answers to this island with an
   /// empty network go to the kAcknowledge listeners.
   void from_network(const std::string& network, Message message) override;
+
+  /// Other bounds from now on; what waits already stays.
+  void limit(GatewayLimits limits);
+  /// Drops what waits of a network that was removed or is made anew.
+  void forget(const std::string& network);
 
   struct Counters {
     std::uint64_t delivered = 0, dropped_readings = 0, refused_busy = 0, undeliverable = 0, duplicates = 0, looped = 0,

@@ -16,6 +16,7 @@ class Inbox {
  public:
   Inbox(std::string network, GatewayLimits limits) : network_(std::move(network)), limits_(limits) {}
 
+  void limit(GatewayLimits limits) { limits_ = limits; }
   const std::string& network() const { return network_; }
   /// False, and the message untouched: no room for it.
   bool add(Message& message);

@@ -68,6 +68,8 @@ class Supervisor::Slot final : public NetworkHost {
     if (auto opened = network_->open(); !opened) failed(std::move(opened.error()));
   }
 
+  Result<void> change(const NetworkConfig& config) { return network_->change(config); }
+
   Result<void> send(const Message& message) {
     if (!opened_) return fail(ErrorCode::kUnreachable, fmt::format("network {} is not open yet", id_));
     return network_->send(message);
@@ -116,6 +118,12 @@ Result<void> Supervisor::add(const NetworkType& type, const NetworkConfig& confi
   Slot& added = *slots_.emplace(config.id, std::move(slot)).first->second;
   if (started_) added.open();
   return {};
+}
+
+Result<void> Supervisor::change(const NetworkConfig& config) {
+  const auto found = slots_.find(config.id);
+  if (found == slots_.end()) return fail(ErrorCode::kNotFound, fmt::format("there is no network {}", config.id));
+  return found->second->change(config);
 }
 
 void Supervisor::start() {

@@ -25,11 +25,12 @@ std::string seconds_text(Duration span) {
 
 }  // namespace
 
-CommandDesk::CommandDesk(Surroundings& around, DeviceDirectory& directory, TupleMirror& mirror,
+CommandDesk::CommandDesk(Surroundings& around, DeviceDirectory& directory, TupleMirror& mirror, Memory& memory,
                          std::function<void(Device&)> rate_changed)
     : around_(around),
       directory_(directory),
       mirror_(mirror),
+      memory_(memory),
       rate_changed_(std::move(rate_changed)),
       next_turn_(around.scheduler, [this] { take_in(); }) {}
 
@@ -249,6 +250,8 @@ void CommandDesk::settle(Device& device, Point& point, Command& command, Command
   --point.live_commands;
   change(device, point, command, state, std::move(reason));
   drop(command);
+  const bool taken = state == CommandState::kConfirmed || state == CommandState::kAssumed;
+  if (taken && point.id.kind == Kind::kProperty) memory_.property_set(device, point);
 }
 
 void CommandDesk::drop(Command& command) {

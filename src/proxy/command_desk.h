@@ -15,7 +15,7 @@ namespace rubicon::proxy {
 class CommandDesk {
  public:
   /// `rate_changed`: the one property the proxy executes itself was set.
-  CommandDesk(Surroundings& around, DeviceDirectory& directory, TupleMirror& mirror,
+  CommandDesk(Surroundings& around, DeviceDirectory& directory, TupleMirror& mirror, Memory& memory,
               std::function<void(Device&)> rate_changed);
 
   /// Somebody wishes to set one of the proxy's tuples.
@@ -52,6 +52,7 @@ class CommandDesk {
   Surroundings& around_;
   DeviceDirectory& directory_;
   TupleMirror& mirror_;
+  Memory& memory_;
   std::function<void(Device&)> rate_changed_;
   NextTurn next_turn_;
   Queue inbox_;                                             ///< judged in this turn

@@ -13,6 +13,7 @@
 #include "model/message.h"
 #include "model/quality.h"
 #include "proxy/proxy_config.h"
+#include "state/state_store.h"
 #include "tuples/tuple_space.h"
 
 namespace rubicon::proxy {
@@ -35,10 +36,11 @@ std::string_view to_string(DeviceStatus status);
 /// What is needed of a point seldom; apart, so that a reading touches little memory.
 struct PointDetails {
   Capability capability;
-  std::string id;        ///< its part of the keys: `light-window`
-  std::string reason;    ///< why the quality is what it is
-  std::string command;   ///< JSON of the last command and its state; empty = none yet
-  bool declared = true;  ///< false: made by a value that arrived, not by a join
+  std::string id;            ///< its part of the keys: `light-window`
+  std::string reason;        ///< why the quality is what it is
+  std::string command;       ///< JSON of the last command and its state; empty = none yet
+  bool set_by_user = false;  ///< a property a user gave its value
+  bool declared = true;      ///< false: made by a value that arrived, not by a join
 };
 
 /// One sensor, actuator or property of a device, with the short names of its tuples. What a reading needs stands first.
@@ -88,6 +90,8 @@ struct Device {
   std::string id;       ///< its part of the keys
   std::string key;      ///< `proxy.wsn-1.7`
   std::string type, name, model;
+  std::string announced_name;  ///< the device's own; `name` is the configuration's where that has one
+  std::string wanted_id;       ///< Join::id
   WallTime since{};
   std::string reason;
   TupleRef status_tuple;
@@ -95,6 +99,10 @@ struct Device {
   PointNumber rate_point = 0;  ///< the property that shows it; 0 = none
   PointNumber last_point = 0;
   Sampling sampling;
+  state::Decision decision = state::Decision::kNone;
+  std::int64_t state_row = 0;  ///< in the state file; 0 = not there
+  bool record_unsaved = false, values_unsaved = false;
+  WallTime saved{};  ///< what was heard before stands in the state file
 };
 
 /// Finds std::string keys by string_view without a copy.

@@ -22,6 +22,12 @@ bool assign(std::string& to, const std::string& from) {
   return true;
 }
 
+/// The configuration's name goes before the device's own.
+const std::string& name_of(const Device& device) {
+  const auto* names = names_of(device.network->rules, device.address);
+  return names && !names->name.empty() ? names->name : device.announced_name;
+}
+
 }  // namespace
 
 DeviceDirectory::DeviceDirectory(Surroundings& around) : around_(around) {
@@ -37,14 +43,24 @@ Network& DeviceDirectory::network(const std::string& id) {
     slot->key = fmt::format("{}.{}", around_.config.prefix, model::to_key_part(id));
     slot->since = around_.clock.now().wall;
     const auto rules = around_.config.networks.find(id);
-    if (rules != around_.config.networks.end()) slot->rules = rules->second;
-    if (slot->rules.silence) slot->rules.silence = std::min(*slot->rules.silence, kLongestSilence);
-    for (const auto& [address, names] : slot->rules.devices) {
-      slot->reserved.emplace(device_id(slot->rules, address), address);
-    }
+    configure(*slot, rules == around_.config.networks.end() ? NetworkRules{} : rules->second);
   }
   last_network_ = slot.get();
   return *slot;
+}
+
+void DeviceDirectory::configure(Network& network, NetworkRules rules) {
+  network.rules = std::move(rules);
+  if (network.rules.silence) network.rules.silence = std::min(*network.rules.silence, kLongestSilence);
+  network.reserved.clear();
+  for (const auto& [address, names] : network.rules.devices) {
+    network.reserved.emplace(device_id(network.rules, address), address);
+  }
+}
+
+void DeviceDirectory::remove_network(const std::string& id) {
+  last_network_ = nullptr;
+  networks_.erase(id);
 }
 
 Device* DeviceDirectory::find(Network& network, const std::string& address) {
@@ -76,26 +92,30 @@ Result<DeviceDirectory::Joined> DeviceDirectory::join(Network& network, const st
   return joined;
 }
 
+Result<void> DeviceDirectory::key_is_free(Network& network, const std::string& id, const std::string& address) {
+  const auto kept = network.reserved.find(id);
+  const auto holder = network.by_id.find(id);
+  const bool reserved = kept != network.reserved.end() && kept->second != address;
+  if (!reserved && holder == network.by_id.end()) return {};
+  const auto& other = reserved ? kept->second : holder->second->address;
+  return fail(ErrorCode::kDuplicate, fmt::format("join of {} on {}: its key part {} belongs to {}; give it an id",
+                                                 model::quoted(address), network.id, id, model::quoted(other)));
+}
+
 Result<Device*> DeviceDirectory::admit(Network& network, const std::string& address, const std::string& wanted_id) {
   if (by_number_.size() >= around_.config.max_devices) {
     return fail(ErrorCode::kBusy, fmt::format("join of {} on {}: the limit of {} devices is reached",
                                               model::quoted(address), network.id, around_.config.max_devices));
   }
   auto id = device_id(network.rules, address, wanted_id);
-  const auto kept = network.reserved.find(id);
-  const auto holder = network.by_id.find(id);
-  const bool reserved = kept != network.reserved.end() && kept->second != address;
-  if (reserved || holder != network.by_id.end()) {
-    const auto& other = reserved ? kept->second : holder->second->address;
-    return fail(ErrorCode::kDuplicate, fmt::format("join of {} on {}: its key part {} belongs to {}; give it an id",
-                                                   model::quoted(address), network.id, id, model::quoted(other)));
-  }
+  if (auto free = key_is_free(network, id, address); !free) return fail(std::move(free.error()));
   auto* device = &network.devices[address];
   device->number = ++last_number_;
   device->network = &network;
   device->address = address;
   device->key = fmt::format("{}.{}", network.key, id);
   device->id = std::move(id);
+  device->wanted_id = wanted_id;
   device->rate = network.rules.rate;
   network.by_id.emplace(device->id, device);
   by_number_.emplace(device->number, device);
@@ -103,11 +123,15 @@ Result<Device*> DeviceDirectory::admit(Network& network, const std::string& addr
 }
 
 bool DeviceDirectory::take_identity(Device& device, const model::Join& join) {
-  const auto* names = names_of(device.network->rules, device.address);
-  bool changed = assign(device.type, join.device_type);
-  changed |= assign(device.model, join.model);
-  changed |= assign(device.name, names && !names->name.empty() ? names->name : join.name);
-  return changed;
+  // A device that says less than before is still what it was.
+  if (!join.name.empty()) device.announced_name = join.name;
+  bool changed = !join.device_type.empty() && assign(device.type, join.device_type);
+  changed |= !join.model.empty() && assign(device.model, join.model);
+  return take_name(device) || changed;
+}
+
+bool DeviceDirectory::take_name(Device& device) {
+  return assign(device.name, name_of(device));
 }
 
 bool DeviceDirectory::reconcile(Device& device, const model::Join& join, std::vector<Point>& vanished) {
@@ -183,8 +207,33 @@ Point* DeviceDirectory::add_undeclared(Device& device, const PointId& id) {
 void DeviceDirectory::remove(Device& device) {
   auto& network = *device.network;
   by_number_.erase(device.number);
-  network.by_id.erase(device.id);
+  const auto named = network.by_id.find(device.id);
+  if (named != network.by_id.end() && named->second == &device) network.by_id.erase(named);
   network.devices.erase(std::string(device.address));
+}
+
+void DeviceDirectory::release(Device& device) {
+  device.network->by_id.erase(device.id);
+}
+
+Result<std::vector<Point>> DeviceDirectory::name(Device& device) {
+  auto& network = *device.network;
+  auto id = device_id(network.rules, device.address, device.wanted_id);
+  if (auto free = key_is_free(network, id, device.address); !free) return fail(std::move(free.error()));
+  device.id = std::move(id);
+  device.key = fmt::format("{}.{}", network.key, device.id);
+  network.by_id.emplace(device.id, &device);
+  const auto* names = names_of(network.rules, device.address);
+  std::vector<Point> vanished, points;
+  std::set<std::pair<Kind, std::string>> taken;
+  for (auto& point : device.points) {
+    point.details->id = point_id(names, point.details->capability, point.type);
+    const bool free = taken.emplace(point.id.kind, point.details->id).second;
+    (free ? points : vanished).push_back(std::move(point));
+  }
+  device.points = std::move(points);
+  network.faults.refused_points += vanished.size();
+  return vanished;
 }
 
 }  // namespace rubicon::proxy

@@ -36,11 +36,25 @@ class DeviceDirectory {
   Point* add_undeclared(Device& device, const PointId& id);
 
   void remove(Device& device);
+
+  /// New rules for a network. The devices whose key or point ids follow from them must have been released before, and
+  /// are named again after.
+  void configure(Network& network, NetworkRules rules);
+  /// Frees the device's key part; the device stays, without a name.
+  void release(Device& device);
+  /// Gives a released device and its points the ids that the present rules say. kDuplicate: its key part is taken; it
+  /// stays released. Points whose id is taken are moved out and returned.
+  Result<std::vector<Point>> name(Device& device);
+  /// The name for people by the present rules; true if it is another one now.
+  static bool take_name(Device& device);
+  /// Forgets a network without devices.
+  void remove_network(const std::string& id);
   std::size_t size() const { return by_number_.size(); }
 
  private:
+  Result<void> key_is_free(Network& network, const std::string& id, const std::string& address);
   Result<Device*> admit(Network& network, const std::string& address, const std::string& wanted_id);
-  bool take_identity(Device& device, const model::Join& join);
+  static bool take_identity(Device& device, const model::Join& join);
   bool reconcile(Device& device, const model::Join& join, std::vector<Point>& vanished);
   Result<Point> make_point(Device& device, const Capability& capability);
 

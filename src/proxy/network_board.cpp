@@ -52,6 +52,14 @@ void NetworkBoard::declare(Network& network) {
   publish_property(network, "line", std::string(to_string(network.line)));
 }
 
+void NetworkBoard::remove(Network& network) {
+  std::ignore = around_.space.erase(network.key + ".status");
+  std::ignore = around_.space.erase(network.key + ".devices");
+  for (const auto& [name, value] : network.published) {
+    std::ignore = around_.space.erase(fmt::format("{}.property.{}.value", network.key, name));
+  }
+}
+
 void NetworkBoard::line_changed(Network& network) {
   std::ignore = around_.space.set(network.status_tuple, network_status_text(network), kJson);
   publish_property(network, "line", std::string(to_string(network.line)));

@@ -16,6 +16,10 @@ class NetworkBoard {
   void begin();
   /// Makes the tuples of a network that appeared.
   void declare(Network& network);
+  /// Takes the tuples of a network away.
+  void remove(Network& network);
+  /// Networks came or went.
+  void networks_changed() { publish_networks(); }
   void line_changed(Network& network);
   void devices_changed(Network& network);
   /// Counters of the network, of its queue and of its devices, as far as they changed; at most once a second.

@@ -4,67 +4,27 @@
 
 #include "base/assert.h"
 #include "model/key.h"
-#include "proxy/command_desk.h"
-#include "proxy/demand.h"
-#include "proxy/liveness.h"
 #include "proxy/naming.h"
-#include "proxy/network_board.h"
+#include "proxy/proxy_parts.h"
 
 namespace rubicon::proxy {
 
-using tuples::Handle;
-
-/// The parts and the wires between them: messages come in here, each part is told in the order of the life of a
-/// reading; no part calls back.
-struct Proxy::Parts {
-  Parts(ProxyConfig rules, Scheduler& scheduler, TupleSpace& space, gateway::Gateway& gateway,
-        const TypeCatalogue& types, base::LogSink& log);
-
-  void listen();
-  template <class Body>
-  void on(MessageKind kind, void (Parts::*call)(Device*, Network&, const Message&, const Body&));
-
-  void join(Device*, Network& network, const Message& message, const model::Join& join);
-  void keep_alive(Device* device, Network& network, const Message& message, const model::KeepAlive&);
-  void leave(Device* device, Network& network, const Message& message, const model::Leave& leave);
-  void updates(Device* device, Network& network, const Message& message, const model::Updates& updates);
-  void state(Device* device, Network& network, const Message& message, const model::State& state);
-  void acknowledge(const Message& message);
-
-  void heard(Device& device);
-  void reachable(Device& device, bool was_lost);
-  void lost(Device& device);
-  void reading(Device& device, const model::Reading& reading);
-  void presume_line(Network& network);
-  void set_line(Network& network, const model::State& state);
-  void line_went_down(Network& network);
-  void line_came_up(Network& network);
-  void stranger(Network& network, const Message& message);
-  void take_rate(Device& device);
-
-  const ProxyConfig config;
-  Surroundings around;
-  DeviceDirectory directory;
-  NetworkBoard board;
-  TupleMirror mirror;
-  Liveness liveness;
-  Demand demand;
-  CommandDesk desk;
-  std::vector<Handle> handles;
-};
-
 Proxy::Parts::Parts(ProxyConfig rules, Scheduler& scheduler, TupleSpace& space, gateway::Gateway& gateway,
-                    const TypeCatalogue& types, base::LogSink& log)
+                    const TypeCatalogue& types, base::LogSink& log, state::StateStore* store)
     : config(std::move(rules)),
       around{config, scheduler, space, gateway, types, Log(log, "proxy"), TurnClock(scheduler)},
       directory(around),
+      memory(around, directory, store),
+      inbox(around),
       board(around, directory),
-      mirror(around, directory),
+      mirror(around, directory, memory),
       liveness(around, directory, mirror, [this](Device& device) { lost(device); }),
       demand(around, directory, mirror, liveness),
-      desk(around, directory, mirror, [this](Device& device) { demand.changed(device); }) {
+      desk(around, directory, mirror, memory, [this](Device& device) { demand.changed(device); }),
+      decisions_turn(scheduler, [this] { carry_out(); }) {
   for (const auto& line : collisions(config)) around.log.error(line);
   board.begin();
+  inbox.begin();
   listen();
 }
 
@@ -95,11 +55,25 @@ void Proxy::Parts::listen() {
                                               [this](const tuples::Demand& wanted) { demand.wanted(wanted); }));
   handles.push_back(around.space.judge({self, config.prefix + ".**"},
                                        [this](const tuples::RemoteSet& wish) { return desk.judge(wish); }));
+  for (const auto* inbox_key : {".inbox", ".inbox.*.*"}) {
+    handles.push_back(around.space.judge({self, config.prefix + inbox_key},
+                                         [this](const tuples::RemoteSet& wish) { return judge_inbox(wish); }));
+  }
 }
 
-void Proxy::Parts::join(Device*, Network& network, const Message& message, const model::Join& join) {
+void Proxy::Parts::join(Device* device, Network& network, const Message& message, const model::Join& join) {
   if (message.source.device.empty()) return stranger(network, message);
-  const auto joined = directory.join(network, message.source.device, join);
+  std::optional<state::KnownDevice> known;
+  if (!device) {
+    known = memory.recall(network.id, message.source.device);
+    if (!let_in(network, message.source.device, join, known)) return;
+  }
+  admit(network, {message.source.device, join, around.clock.now().steady}, known ? &*known : nullptr);
+}
+
+void Proxy::Parts::admit(Network& network, const Announcement& announced, const state::KnownDevice* known) {
+  const auto& join = announced.join;
+  const auto joined = directory.join(network, announced.address, join);
   board.refresh_counters();
   if (!joined) {
     around.warn(network.id + "/join", joined.error().text);
@@ -112,9 +86,12 @@ void Proxy::Parts::join(Device*, Network& network, const Message& message, const
   if (joined->fresh) device.since = around.clock.now().wall;
   mirror.joined(*joined);
   take_rate(device);
+  if (known) bring_back(device, *known);
+  const bool as_remembered = known && known->join.name == join.name && known->join.capabilities == join.capabilities;
+  if (joined->changed && !as_remembered) memory.record_changed(device);
   if (join.heard) {
     if (!network.line_known) presume_line(network);
-    device.heard_at = around.clock.now().steady;
+    device.heard_at = announced.heard_at;
     if (first || device.status == DeviceStatus::kUnreachable) reachable(device, !joined->fresh);
   }
   liveness.watch(device);
@@ -133,15 +110,28 @@ void Proxy::Parts::keep_alive(Device* device, Network& network, const Message& m
   device ? heard(*device) : stranger(network, message);
 }
 
-void Proxy::Parts::leave(Device* device, Network& network, const Message&, const model::Leave& leave) {
-  if (!device) return;
-  around.log.info(fmt::format("{} left: {}", device->key, leave.reason));
-  desk.forget(*device);
-  demand.forget(*device);
-  mirror.left(*device);
-  directory.remove(*device);
+void Proxy::Parts::remove(Device& device) {
+  auto& network = *device.network;
+  desk.forget(device);
+  demand.forget(device);
+  mirror.left(device);
+  directory.remove(device);
   board.devices_changed(network);
   board.refresh_counters();
+}
+
+void Proxy::Parts::leave(Device* device, Network& network, const Message& message, const model::Leave& leave) {
+  if (!device) {
+    const DeviceName name{network.id, message.source.device};
+    const auto* entry = inbox.find(name);
+    if (!entry || entry->ignored) return;
+    inbox.take(name);
+    memory.forget(name.network, name.address);
+    return;
+  }
+  around.log.info(fmt::format("{} left: {}", device->key, leave.reason));
+  memory.left(*device);
+  remove(*device);
 }
 
 void Proxy::Parts::updates(Device* device, Network& network, const Message& message, const model::Updates& updates) {
@@ -252,6 +242,7 @@ void Proxy::Parts::line_came_up(Network& network) {
 }
 
 void Proxy::Parts::stranger(Network& network, const Message& message) {
+  if (inbox.heard({network.id, message.source.device})) return;
   ++network.faults.unknown_devices;
   board.refresh_counters();
   around.warn(network.id + "/stranger", fmt::format("{} from {}, which never joined", to_string(message.kind()),
@@ -266,9 +257,21 @@ void Proxy::Parts::acknowledge(const Message& message) {
 }
 
 Proxy::Proxy(ProxyConfig config, Scheduler& scheduler, TupleSpace& space, gateway::Gateway& gateway,
-             const TypeCatalogue& types, base::LogSink& log)
-    : parts_(std::make_unique<Parts>(std::move(config), scheduler, space, gateway, types, log)) {}
+             const TypeCatalogue& types, base::LogSink& log, state::StateStore* store)
+    : parts_(std::make_unique<Parts>(std::move(config), scheduler, space, gateway, types, log, store)) {}
 
 Proxy::~Proxy() = default;
+
+void Proxy::restore() {
+  parts_->restore();
+}
+
+void Proxy::reconfigure(ProxyConfig config) {
+  parts_->reconfigure(std::move(config));
+}
+
+void Proxy::restart(const std::string& network) {
+  parts_->restart(network);
+}
 
 }  // namespace rubicon::proxy

@@ -7,17 +7,27 @@
 #include "gateway/gateway.h"
 #include "model/type_catalogue.h"
 #include "proxy/proxy_config.h"
+#include "state/state_store.h"
 #include "tuples/tuple_space.h"
 
 namespace rubicon::proxy {
 
 /// The island's face in the tuple space: device directory, tuple mirror, demand, command desk (D1.4, chapter 3). A
-/// listener of the gateway; attach it before networks start. Everything it takes by reference must outlive it.
+/// listener of the gateway; attach it before networks start. Everything it takes by reference must outlive it; without
+/// a store it forgets everything at its end.
 class Proxy {
  public:
   Proxy(ProxyConfig config, Scheduler& scheduler, TupleSpace& space, gateway::Gateway& gateway,
-        const TypeCatalogue& types, base::LogSink& log);
+        const TypeCatalogue& types, base::LogSink& log, state::StateStore* store = nullptr);
   ~Proxy();
+
+  /// Shows the devices that the state file remembers; call before the lines open.
+  void restore();
+  /// Takes new rules while everything runs: networks that went, came, or have other names, silence or rate; limits and
+  /// discovery. Prefix and island name stay.
+  void reconfigure(ProxyConfig config);
+  /// The network is being made anew: its devices are as after a restart of the island.
+  void restart(const std::string& network);
 
  private:
   struct Parts;

@@ -1,8 +1,11 @@
 #pragma once
 
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "base/time.h"
 
@@ -15,12 +18,36 @@ struct DeviceNames {
   std::string name;  ///< for people; empty = what the device says
   std::map<std::string, std::string> sensors;
   std::map<std::string, std::string> actuators;
+
+  friend bool operator==(const DeviceNames&, const DeviceNames&) = default;
 };
 
 struct NetworkRules {
   std::optional<Duration> silence = std::chrono::seconds(60);  ///< nullopt = never unreachable by silence
   std::chrono::milliseconds rate{1000};                        ///< sampling period where nobody names one
   std::map<std::string, DeviceNames> devices;                  ///< by address
+  bool lists_devices = false;  ///< its own options name every device it has (NetworkType::lists_devices)
+
+  friend bool operator==(const NetworkRules&, const NetworkRules&) = default;
+};
+
+/// What happens to a device that announces itself and is neither known nor named in the configuration.
+enum class Admission : std::uint8_t { kAuto, kAsk, kIgnore };
+std::string_view to_string(Admission admission);
+
+/// For devices of some networks, types or addresses; `*` and `?` stand for any text and any character, empty = any.
+struct DiscoveryRule {
+  std::string network, type, address;
+  Admission admission = Admission::kAuto;
+
+  friend bool operator==(const DiscoveryRule&, const DiscoveryRule&) = default;
+};
+
+struct DiscoveryRules {
+  Admission otherwise = Admission::kAuto;
+  std::vector<DiscoveryRule> rules;  ///< the first that fits decides
+
+  friend bool operator==(const DiscoveryRules&, const DiscoveryRules&) = default;
 };
 
 struct ProxyConfig {
@@ -30,6 +57,8 @@ struct ProxyConfig {
   Duration confirmation_wait = std::chrono::seconds(5);
   Duration queue_expiry = std::chrono::seconds(60);
   std::size_t max_devices = 20000;
+  Duration save_period = std::chrono::seconds(10);  ///< how often changed values are remembered
+  DiscoveryRules discovery;
   std::map<std::string, NetworkRules> networks;  ///< by network id; every network of the island stands here
 };
 

@@ -23,11 +23,12 @@ bool writable(const Point& point) {
 
 }  // namespace
 
-TupleMirror::TupleMirror(Surroundings& around, DeviceDirectory& directory)
-    : around_(around), directory_(directory), last_flush_(around.clock.now().steady - kRefreshPause) {}
+TupleMirror::TupleMirror(Surroundings& around, DeviceDirectory& directory, Memory& memory)
+    : around_(around), directory_(directory), memory_(memory), last_flush_(around.clock.now().steady - kRefreshPause) {}
 
-TupleRef TupleMirror::declare(std::string_view key, std::string_view value, std::string_view media_type) {
-  const auto made = around_.space.declare(key, value, {media_type, {}, {}});
+TupleRef TupleMirror::declare(std::string_view key, std::string_view value, std::string_view media_type,
+                              WallTime user_time) {
+  const auto made = around_.space.declare(key, value, {media_type, user_time, {}});
   if (made) return *made;
   around_.warn("declare", fmt::format("tuple {} cannot be made: {}", model::quoted(key), made.error().text));
   return {};
@@ -56,6 +57,10 @@ void TupleMirror::joined(const DeviceDirectory::Joined& joined) {
           around_.space.set(point_key(device, point, "description"), point_description(point), {kJson, {}, {}});
     }
   }
+  described(device);
+}
+
+void TupleMirror::described(const Device& device) {
   std::ignore = around_.space.set(device.key + ".description", device_description(device), {kJson, {}, {}});
 }
 
@@ -63,8 +68,9 @@ void TupleMirror::declare_device(Device& device) {
   device.status_tuple = declare(device.key + ".status", device_status_text(device), kJson);
 }
 
-void TupleMirror::declare_point(Device& device, Point& point) {
-  point.value = declare(point_key(device, point, "value"), {}, "text/plain");
+void TupleMirror::declare_point(Device& device, Point& point, const Kept* kept) {
+  const auto key = point_key(device, point, "value");
+  point.value = kept ? declare(key, kept->value, kept->media_type, kept->user_time) : declare(key, {}, "text/plain");
   remember(point.value, {Role::kValue, device.number, point.number});
   write_point_status(device, point, status_text_);
   point.status = declare(point_key(device, point, "status"), status_text_, kJson);
@@ -73,7 +79,7 @@ void TupleMirror::declare_point(Device& device, Point& point) {
     point.command = declare(point_key(device, point, "command"), {}, "text/plain");
     remember(point.command, {Role::kCommand, device.number, point.number});
   }
-  initial_value(device, point);
+  if (!kept) initial_value(device, point);
 }
 
 void TupleMirror::initial_value(const Device& device, Point& point) {
@@ -85,7 +91,7 @@ void TupleMirror::initial_value(const Device& device, Point& point) {
 
 void TupleMirror::added(Device& device, Point& point) {
   declare_point(device, point);
-  std::ignore = around_.space.set(device.key + ".description", device_description(device), {kJson, {}, {}});
+  described(device);
 }
 
 void TupleMirror::erase_point(const Device& device, const Point& point) {
@@ -100,6 +106,37 @@ void TupleMirror::left(Device& device) {
   for (const auto& point : device.points) erase_point(device, point);
   std::ignore = around_.space.erase(device.key + ".status");
   std::ignore = around_.space.erase(device.key + ".description");
+}
+
+std::map<PointNumber, TupleMirror::Kept> TupleMirror::retire(Device& device) {
+  std::map<PointNumber, Kept> kept;
+  for (const auto& point : device.points) {
+    const auto tuple = around_.space.get(around_.space.self(), point_key(device, point, "value"));
+    if (tuple) kept[point.number] = {std::string(tuple->value), std::string(tuple->media_type), tuple->user_time};
+  }
+  left(device);
+  return kept;
+}
+
+void TupleMirror::renamed(Device& device, const std::map<PointNumber, Kept>& kept) {
+  declare_device(device);
+  for (auto& point : device.points) {
+    const auto known = kept.find(point.number);
+    declare_point(device, point, known == kept.end() ? nullptr : &known->second);
+  }
+  described(device);
+}
+
+void TupleMirror::remembered(const Device& device, Point& point, const state::StoredValue& stored) {
+  if (point.quality != Quality::kUnknown) return;
+  const auto* json = std::get_if<Json>(&stored.value);
+  const auto text = json ? json->text : to_text(stored.value);
+  if (point.type && !TypeCatalogue::parse(*point.type, text)) return;
+  point.text = text;
+  point.heard = stored.heard;
+  point.changed = stored.changed;
+  std::ignore = around_.space.set(point.value, text, {media_type(stored.value), stored.user_time, {}});
+  set_quality(device, point, Quality::kStored, "from before the restart");
 }
 
 void TupleMirror::device_status(const Device& device) {
@@ -175,6 +212,7 @@ void TupleMirror::set_quality(const Device& device, Point& point, Quality qualit
 
 void TupleMirror::publish_status(const Device& device, Point& point) {
   point.dirty = false;
+  memory_.values_changed(device.number);
   write_point_status(device, point, status_text_);
   std::ignore = around_.space.set(point.status, status_text_, {kJson, {}, {}});
 }

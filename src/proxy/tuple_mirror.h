@@ -1,11 +1,13 @@
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <unordered_map>
 #include <vector>
 
 #include "proxy/device_directory.h"
+#include "proxy/memory.h"
 
 namespace rubicon::proxy {
 
@@ -13,11 +15,23 @@ namespace rubicon::proxy {
 /// wait for a flush, at most one a second; a changed quality is published at once.
 class TupleMirror {
  public:
-  TupleMirror(Surroundings& around, DeviceDirectory& directory);
+  TupleMirror(Surroundings& around, DeviceDirectory& directory, Memory& memory);
 
   /// After a join: makes what is missing, deletes what vanished, describes what changed.
   void joined(const DeviceDirectory::Joined& joined);
   void left(Device& device);
+  /// Takes a device's tuples away before it gets other keys; what they held is for renamed().
+  struct Kept {
+    std::string value, media_type;
+    WallTime user_time{};
+  };
+  std::map<PointNumber, Kept> retire(Device& device);
+  /// The device has its new keys: makes its tuples again, as they were.
+  void renamed(Device& device, const std::map<PointNumber, Kept>& kept);
+  /// Only the device's name changed.
+  void described(const Device& device);
+  /// The last value a point had before the island was restarted. Only where nothing is known yet.
+  void remembered(const Device& device, Point& point, const state::StoredValue& stored);
   /// One point made outside a join.
   void added(Device& device, Point& point);
 
@@ -46,10 +60,10 @@ class TupleMirror {
 
  private:
   void declare_device(Device& device);
-  void declare_point(Device& device, Point& point);
+  void declare_point(Device& device, Point& point, const Kept* kept = nullptr);
   void erase_point(const Device& device, const Point& point);
   void initial_value(const Device& device, Point& point);
-  TupleRef declare(std::string_view key, std::string_view value, std::string_view media_type);
+  TupleRef declare(std::string_view key, std::string_view value, std::string_view media_type, WallTime user_time = {});
   void remember(TupleRef tuple, Place place);
   void bad_value(const Device& device, Point& point, const std::string& why);
   void store_value(Point& point, const Value& value, WallTime user_time);
@@ -64,6 +78,7 @@ class TupleMirror {
 
   Surroundings& around_;
   DeviceDirectory& directory_;
+  Memory& memory_;
   std::unordered_map<std::uint32_t, Known> places_;  ///< by TupleRef::index
   std::vector<DeviceNumber> dirty_, flushing_;
   Timer flush_timer_;

@@ -14,6 +14,7 @@
 #include "runtime/console.h"
 #include "runtime/event_json.h"
 #include "runtime/island.h"
+#include "runtime/island_state.h"
 #include "runtime/live_table.h"
 #include "runtime/network_types.h"
 #include "runtime/shell.h"
@@ -69,11 +70,15 @@ class Session {
         log_(log, "daemon"),
         ecology_(loop_.scheduler()),
         signals_(loop_.context(), SIGTERM, SIGINT),
+        hang_up_(loop_.context(), SIGHUP),
         output_(loop_.context(), STDOUT_FILENO, [this] { loop_.stop(); }) {}
 
   Result<void> prepare(IslandConfig config, LogSink& sink) {
+    auto state = open_state(config, log_, loop_.scheduler().wall_now());
+    if (!state) return fail(std::move(state.error()));
     base::ConfigErrors errors;
-    auto island = Island::make(std::move(config), loop_.scheduler(), transports_, sink, ecology_, errors);
+    auto island =
+        Island::make(std::move(config), loop_.scheduler(), transports_, sink, ecology_, errors, std::move(*state));
     if (!island) return fail(island.error());
     island_ = std::move(*island);
     auto link = ecology_.join(kConsoleComponent);
@@ -96,10 +101,12 @@ class Session {
       finish();
       patience_ = loop_.scheduler().after(kPatience, [this] { loop_.stop(); });
     });
+    await_hang_up();
     const bool table = options_.watch.empty() && !options_.shell && ::isatty(STDOUT_FILENO);
     if (options_.shell || table) make_shell(table);
     if (table) show_table();
     island_->start();
+    keep_good();
     log_.info(
         fmt::format("island {} is up: {} networks", number(island_->config().id), island_->networks().ids().size()));
     loop_.run();
@@ -109,6 +116,43 @@ class Session {
   }
 
  private:
+  /// SIGHUP asks for a reload, as it does of every daemon.
+  void await_hang_up() {
+    hang_up_.async_wait([this](const boost::system::error_code& error, int) {
+      if (error) return;
+      std::ignore = reload(false);
+      await_hang_up();
+    });
+  }
+
+  /// Reads the file again; what it would change, or did change. On an error everything runs on as before.
+  Result<std::vector<std::string>> reload(bool try_only) {
+    base::ConfigErrors errors;
+    auto next = load(options_.file, options_.overrides, errors);
+    if (next && !errors.empty()) next = fail(ErrorCode::kInvalid, errors.text());
+    if (!next) return refused(next.error());
+    if (try_only) {
+      auto plan = plan_reload(island_->config(), *next);
+      if (!plan.refusals.empty()) return fail(ErrorCode::kRefused, plan.refusals.front());
+      return std::move(plan.lines);
+    }
+    auto plan = island_->reload(std::move(*next), errors);
+    if (!plan) return refused(plan.error());
+    for (const auto& line : plan->lines) log_.info("reload: " + line);
+    log_.info(fmt::format("reloaded {}: {} changes", options_.file, plan->lines.size()));
+    keep_good();
+    return std::move(plan->lines);
+  }
+
+  Result<std::vector<std::string>> refused(const Error& error) {
+    log_.error(fmt::format("{} was not taken, everything runs on as before: {}", options_.file, error.text));
+    return fail(error);
+  }
+
+  void keep_good() {
+    if (auto kept = keep_good_config(island_->config(), options_.file); !kept) log_.warning(kept.error().text);
+  }
+
   /// Stops once everything is written.
   void finish() {
     watches_.clear();
@@ -181,7 +225,7 @@ class Session {
   transport::Loop loop_;
   transport::LocalTransports transports_;
   tuples::MemoryEcology ecology_;
-  boost::asio::signal_set signals_;
+  boost::asio::signal_set signals_, hang_up_;
   ConsoleWriter output_;
   std::unique_ptr<Island> island_;
   std::unique_ptr<tuples::Link> link_;
@@ -214,7 +258,7 @@ int run(const RunOptions& options) {
   base::ConfigErrors errors;
   auto config = load(options.file, options.overrides, errors);
   if (!config) return report(config.error());
-  if (!errors.empty()) return check(options.file, options.overrides);
+  if (!errors.empty()) return check(options.file, options.overrides, std::nullopt);
   // Where the table owns the terminal, only what is worth losing a line of it is logged.
   const bool table = options.watch.empty() && !options.shell && ::isatty(STDOUT_FILENO) && ::isatty(STDERR_FILENO);
   SpdlogSink sink(table && options.log_level == "info" ? "error" : options.log_level);
@@ -224,7 +268,36 @@ int run(const RunOptions& options) {
   return kExitOk;
 }
 
-int check(const std::string& file, const std::vector<std::string>& overrides) {
+namespace {
+
+/// What a reload of `file` would do to an island that runs with `old_file`.
+int print_plan(const std::string& file, const std::string& old_file, const std::vector<std::string>& overrides) {
+  base::ConfigErrors errors;
+  const auto next = load(file, overrides, errors);
+  if (!next) return report(next.error());
+  const auto path = old_file.empty() ? good_config_path(*next) : old_file;
+  if (path.empty()) {
+    fmt::print(stderr,
+               "--diff: no state file, so nothing is kept of the running configuration; name it: --diff OLD\n");
+    return kExitConfiguration;
+  }
+  const auto now = load(path, overrides, errors);
+  if (!now) return report(now.error());
+  if (!errors.empty()) {
+    print_errors(errors);
+    return kExitConfiguration;
+  }
+  const auto plan = plan_reload(*now, *next);
+  for (const auto& line : plan.refusals) fmt::print("refused: {}\n", line);
+  for (const auto& line : plan.lines) fmt::print("{}\n", line);
+  if (plan.refusals.empty() && plan.lines.empty()) fmt::print("nothing would change\n");
+  return plan.refusals.empty() ? kExitOk : kExitConfiguration;
+}
+
+}  // namespace
+
+int check(const std::string& file, const std::vector<std::string>& overrides,
+          const std::optional<std::string>& old_file) {
   base::ConfigErrors errors;
   auto config = load(file, overrides, errors);
   if (!config) return report(config.error());
@@ -243,7 +316,7 @@ int check(const std::string& file, const std::vector<std::string>& overrides) {
   }
   if (!island) return report(island.error());
   fmt::print("{}: good: {} networks, {} devices named\n", file, networks, devices);
-  return kExitOk;
+  return old_file ? print_plan(file, *old_file, overrides) : kExitOk;
 }
 
 int list_networks() {

@@ -1,6 +1,11 @@
 #include "runtime/island.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <tuple>
+#include <utility>
 
 #include "proxy/proxy.h"
 
@@ -9,17 +14,29 @@ namespace rubicon::runtime {
 /// In the order of construction: what stands further down uses what stands above.
 struct Island::Parts {
   Parts(IslandConfig some_config, std::unique_ptr<tuples::Link> a_link, Scheduler& scheduler,
-        transport::Transports& transports, base::LogSink& log)
+        transport::Transports& some_transports, base::LogSink& sink, std::unique_ptr<state::StateStore> store)
       : config(std::move(some_config)),
+        transports(some_transports),
+        log(sink),
+        state(std::move(store)),
         link(std::move(a_link)),
         space(config.id, scheduler, *link),
-        gateway(scheduler, space, log, config.limits),
-        proxy(config.proxy, scheduler, space, gateway, config.types, log),
-        networks(config.id, scheduler, transports, log, gateway) {
+        gateway(scheduler, space, sink, config.limits),
+        proxy(config.proxy, scheduler, space, gateway, config.types, sink, state.get()),
+        networks(config.id, scheduler, some_transports, sink, gateway) {
     gateway.connect(networks);
   }
 
+  Result<void> add(NetworkSetup& setup, network::Supervisor& to, const std::string& directory,
+                   base::ConfigErrors& errors);
+  Result<void> try_options(IslandConfig& next, const ReloadPlan& plan, Scheduler& scheduler,
+                           base::ConfigErrors& errors);
+  void apply(IslandConfig next, const ReloadPlan& plan);
+
   IslandConfig config;
+  transport::Transports& transports;
+  base::LogSink& log;
+  std::unique_ptr<state::StateStore> state;
   std::unique_ptr<tuples::Link> link;
   TupleSpace space;
   gateway::Gateway gateway;
@@ -27,30 +44,100 @@ struct Island::Parts {
   network::Supervisor networks;
 };
 
-Island::Island(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
+Island::Island(std::unique_ptr<Parts> parts, Scheduler& scheduler) : parts_(std::move(parts)), scheduler_(scheduler) {}
 Island::~Island() = default;
+
+/// Reads the plug-in's options and makes the network; what is wrong stands in `errors` too.
+Result<void> Island::Parts::add(NetworkSetup& setup, network::Supervisor& to, const std::string& directory,
+                                base::ConfigErrors& errors) {
+  ConfigReader options(setup.options, "networks." + setup.id, errors);
+  const auto before = errors.lines().size();
+  const auto added = to.add(*setup.type, {setup.id, config.id, options, config.types, directory});
+  if (!added && errors.lines().size() == before) options.error("", added.error().text);
+  options.finish();
+  return added;
+}
 
 Result<std::unique_ptr<Island>> Island::make(IslandConfig config, Scheduler& scheduler,
                                              transport::Transports& transports, base::LogSink& log,
-                                             tuples::MemoryEcology& ecology, base::ConfigErrors& errors) {
+                                             tuples::MemoryEcology& ecology, base::ConfigErrors& errors,
+                                             std::unique_ptr<state::StateStore> state) {
   auto link = ecology.join(config.id);
   if (!link) return fail(link.error());
-  auto parts = std::make_unique<Parts>(std::move(config), std::move(*link), scheduler, transports, log);
+  auto parts =
+      std::make_unique<Parts>(std::move(config), std::move(*link), scheduler, transports, log, std::move(state));
   for (auto& setup : parts->config.networks) {
-    if (!setup.type) continue;
-    ConfigReader options(setup.options, "networks." + setup.id, errors);
-    const auto before = errors.lines().size();
-    const auto added = parts->networks.add(
-        *setup.type, {setup.id, parts->config.id, options, parts->config.types, parts->config.directory});
-    if (!added && errors.lines().size() == before) options.error("", added.error().text);
-    options.finish();
+    if (setup.type) std::ignore = parts->add(setup, parts->networks, parts->config.directory, errors);
   }
   if (!errors.empty()) return fail(ErrorCode::kInvalid, errors.text());
-  return std::unique_ptr<Island>(new Island(std::move(parts)));
+  return std::unique_ptr<Island>(new Island(std::move(parts), scheduler));
 }
 
 void Island::start() {
+  parts_->proxy.restore();
   parts_->networks.start();
+}
+
+namespace {
+
+/// Networks made on trial must not be heard.
+struct Nobody final : network::MessageSink {
+  void from_network(const std::string&, Message) override {}
+};
+
+NetworkSetup& setup_of(IslandConfig& config, const std::string& id) {
+  return *std::find_if(config.networks.begin(), config.networks.end(), [&](const auto& one) { return one.id == id; });
+}
+
+}  // namespace
+
+/// Makes the new and the changed networks once, without opening anything.
+Result<void> Island::Parts::try_options(IslandConfig& next, const ReloadPlan& plan, Scheduler& scheduler,
+                                        base::ConfigErrors& errors) {
+  Nobody nobody;
+  base::NullLogSink quiet;
+  network::Supervisor trial(config.id, scheduler, transports, quiet, nobody);
+  for (const auto* ids : {&plan.added, &plan.changed, &plan.retyped}) {
+    for (const auto& id : *ids) std::ignore = add(setup_of(next, id), trial, next.directory, errors);
+  }
+  if (!errors.empty()) return fail(ErrorCode::kInvalid, errors.text());
+  return {};
+}
+
+Result<ReloadPlan> Island::reload(IslandConfig next, base::ConfigErrors& errors) {
+  auto plan = plan_reload(parts_->config, next);
+  if (!plan.refusals.empty()) return fail(ErrorCode::kRefused, fmt::format("{}", fmt::join(plan.refusals, "; ")));
+  if (auto good = parts_->try_options(next, plan, scheduler_, errors); !good) return fail(std::move(good.error()));
+  parts_->apply(std::move(next), plan);
+  return plan;
+}
+
+void Island::Parts::apply(IslandConfig next, const ReloadPlan& plan) {
+  base::ConfigErrors errors;  // they were read without any a moment ago
+  const auto take_away = [this](const std::string& id) {
+    networks.remove(id);
+    gateway.forget(id);
+  };
+  std::vector<std::string> anew = plan.retyped;
+  for (const auto& id : plan.changed) {
+    ConfigReader options(setup_of(next, id).options, "networks." + id, errors);
+    if (!networks.change({id, config.id, options, config.types, next.directory})) anew.push_back(id);
+  }
+  for (const auto& id : plan.removed) take_away(id);
+  for (const auto& id : anew) take_away(id);
+  gateway.limit(next.limits);
+  config.directory = next.directory;
+  config.limits = next.limits;
+  config.proxy = next.proxy;
+  config.networks = std::move(next.networks);
+  proxy.reconfigure(config.proxy);
+  for (const auto& id : anew) proxy.restart(id);
+  for (const auto* ids : {&plan.added, &std::as_const(anew)}) {
+    for (const auto& id : *ids) {
+      const auto added = add(setup_of(config, id), networks, config.directory, errors);
+      if (!added) Log(log, "reload").error(fmt::format("network {}: {}", id, added.error().text));
+    }
+  }
 }
 
 TupleSpace& Island::space() {

@@ -5,6 +5,8 @@
 #include "base/log.h"
 #include "base/scheduler.h"
 #include "runtime/island_config.h"
+#include "runtime/reload_plan.h"
+#include "state/state_store.h"
 #include "transport/transports.h"
 #include "tuples/memory/memory_ecology.h"
 #include "tuples/tuple_space.h"
@@ -13,18 +15,24 @@ namespace rubicon::runtime {
 
 /// A whole island: its component of the tuple space, gateway, proxy and networks, wired so that every listener is
 /// attached before a line opens. Several may live in one process, on one ecology. Everything taken by reference must
-/// outlive it.
+/// outlive it. Without a state file it remembers nothing.
 class Island {
  public:
   /// Makes the networks (their own options are checked here, into `errors`) but opens nothing. kDuplicate if the
   /// island's id is present in the ecology, kInvalid if the errors are not empty.
   static Result<std::unique_ptr<Island>> make(IslandConfig config, Scheduler& scheduler,
                                               transport::Transports& transports, base::LogSink& log,
-                                              tuples::MemoryEcology& ecology, base::ConfigErrors& errors);
+                                              tuples::MemoryEcology& ecology, base::ConfigErrors& errors,
+                                              std::unique_ptr<state::StateStore> state = nullptr);
   ~Island();
 
-  /// Opens the lines.
+  /// Shows what is remembered, then opens the lines.
   void start();
+
+  /// Takes another configuration: what did not change is not touched, a network with other options keeps its line if
+  /// its type can do that. On an error (kInvalid, or kRefused for what needs a restart) nothing was changed; what is
+  /// wrong with the networks' own options stands in `errors`.
+  Result<ReloadPlan> reload(IslandConfig next, base::ConfigErrors& errors);
 
   TupleSpace& space();
   gateway::Gateway& gateway();
@@ -33,8 +41,9 @@ class Island {
 
  private:
   struct Parts;
-  explicit Island(std::unique_ptr<Parts> parts);
+  Island(std::unique_ptr<Parts> parts, Scheduler& scheduler);
   std::unique_ptr<Parts> parts_;
+  Scheduler& scheduler_;
 };
 
 }  // namespace rubicon::runtime

@@ -15,6 +15,8 @@ namespace {
 
 using base::ConfigErrors;
 
+constexpr std::uint64_t kSmallestState = 1 << 20;
+
 void read_island(ConfigReader& root, IslandConfig& config) {
   auto island = root.map("island");
   if (!root.has("island")) root.error("", "'island' is missing, expected island: {id: 1..65532, name: ...}");
@@ -36,13 +38,42 @@ Duration positive(ConfigReader& map, const std::string& key, Duration otherwise)
   return otherwise;
 }
 
+proxy::Admission admission(ConfigReader& map, std::string_view otherwise) {
+  const auto word = map.choice("new-devices", otherwise, {"auto", "ask", "ignore"});
+  for (const auto one : {proxy::Admission::kAsk, proxy::Admission::kIgnore}) {
+    if (to_string(one) == word) return one;
+  }
+  return proxy::Admission::kAuto;
+}
+
+void read_discovery(ConfigReader& root, proxy::DiscoveryRules& rules) {
+  auto discovery = root.map("discovery");
+  rules.otherwise = admission(discovery, "auto");
+  for (auto& rule : discovery.list("rules")) {
+    proxy::DiscoveryRule read{rule.text("network", ""), rule.text("type", ""), rule.text("address", "")};
+    if (!rule.has("new-devices")) rule.error("", "'new-devices' is missing, expected one of: auto, ask, ignore");
+    read.admission = admission(rule, "auto");
+    rules.rules.push_back(std::move(read));
+    rule.finish();
+  }
+  discovery.finish();
+}
+
+void read_state(ConfigReader& root, IslandConfig& config) {
+  auto state = root.map("state");
+  if (root.has("state")) config.state.file = state.required_text("file");
+  config.state.max_bytes = state.size("size", config.state.max_bytes);
+  if (config.state.max_bytes < kSmallestState) state.error("size", "expected at least 1MB");
+  config.proxy.save_period = positive(state, "save-every", config.proxy.save_period);
+  state.finish();
+}
+
 void read_general(ConfigReader& root, IslandConfig& config) {
   auto tuples = root.map("tuples");
   tuples.choice("engine", "memory", {"memory"});
   tuples.finish();
-  auto discovery = root.map("discovery");
-  discovery.choice("new-devices", "auto", {"auto"});
-  discovery.finish();
+  read_discovery(root, config.proxy.discovery);
+  read_state(root, config);
   auto limits = root.map("limits");
   config.limits.queue = static_cast<std::size_t>(limits.integer("queue", 10000, 1, 10'000'000));
   config.limits.devices = static_cast<std::size_t>(limits.integer("devices", 20000, 1, 1'000'000));
@@ -170,6 +201,7 @@ void read_network(const std::string& id, ConfigReader& network, std::span<const 
   const auto rate = network.duration("rate", rules.rate);
   rules.rate = std::chrono::duration_cast<std::chrono::milliseconds>(rate);
   if (rules.rate < std::chrono::milliseconds(1)) network.error("rate", "expected at least 1ms");
+  rules.lists_devices = setup.type && setup.type->lists_devices;
   read_devices(network, rules);
   config.proxy.networks.emplace(id, std::move(rules));
   config.networks.push_back(std::move(setup));
@@ -186,6 +218,10 @@ IslandConfig read_island_config(const ConfigNode& root_node, std::span<const net
   read_types(root, config);
   for (auto& [id, network] : root.maps("networks")) read_network(id, network, types, config);
   root.finish();
+  for (const auto* section : {"island", "tuples", "types", "state"}) {
+    const auto* node = root_node.find(section);
+    config.fixed.emplace_back(section, node ? *node : ConfigNode());
+  }
   return config;
 }
 

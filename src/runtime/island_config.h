@@ -1,7 +1,9 @@
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/config_reader.h"
@@ -19,6 +21,12 @@ struct NetworkSetup {
   ConfigNode options;
 };
 
+/// `state:`; an empty file = nothing is remembered.
+struct StateSetup {
+  std::string file;
+  std::uint64_t max_bytes = 256ULL << 20;
+};
+
 /// A whole configuration file, checked except for the plug-ins' own keys.
 struct IslandConfig {
   IslandId id{};
@@ -27,6 +35,9 @@ struct IslandConfig {
   gateway::GatewayLimits limits;
   TypeCatalogue types;
   std::vector<NetworkSetup> networks;
+  StateSetup state;
+  /// The sections that a running island cannot take anew, as they stand in the file.
+  std::vector<std::pair<std::string, ConfigNode>> fixed;
 };
 
 /// Reads the shape of docs/architecture.md, section 5. Everything wrong is in `errors`; the result is then only good

@@ -38,10 +38,11 @@ struct KnownDevice {
   std::string address;
   std::string id;  ///< its part of the keys; empty = it never had one (waiting, ignored)
   Decision decision = Decision::kNone;
-  model::Join join;                                               ///< its last announcement
-  std::vector<std::pair<model::PointId, std::string>> point_ids;  ///< the parts of the keys its points have: `light-1`
-  WallTime first_seen{}, last_heard{};                            ///< zero = never heard
-  std::vector<StoredValue> values;
+  model::Join join{};  ///< its last announcement
+  std::vector<std::pair<model::PointId, std::string>>
+      point_ids{};                      ///< the parts of the keys its points have: `light-1`
+  WallTime first_seen{}, last_heard{};  ///< zero = never heard
+  std::vector<StoredValue> values{};
 };
 
 struct StateOptions {
@@ -123,5 +124,8 @@ class StateStore {
   static Result<std::unique_ptr<StateStore>> make(Result<StateFile> file, const StateOptions& options);
   std::unique_ptr<Parts> parts_;
 };
+
+/// Moves a damaged file and what belongs to it to `<path>.damaged-<UTC time>`; the new name. kIo if that fails.
+Result<std::string> set_aside(const std::string& path, WallTime now);
 
 }  // namespace rubicon::state

@@ -1,6 +1,9 @@
 #include "island.h"
 
+#include <stdlib.h>
+
 #include <algorithm>
+#include <filesystem>
 
 namespace rubicon::proxy {
 
@@ -86,11 +89,45 @@ Island::Island() {
   robot = std::make_unique<TupleSpace>(kRobot, time, *robot_link);
 }
 
+Island::~Island() {
+  end();
+  if (!state_file_.empty()) std::filesystem::remove_all(std::filesystem::path(state_file_).parent_path());
+}
+
+void Island::remember() {
+  std::string folder = testing::TempDir() + "rubicon-proxy-XXXXXX";
+  ASSERT_NE(::mkdtemp(folder.data()), nullptr);
+  state_file_ = folder + "/island.state";
+}
+
+void Island::end() {
+  networks.reset();
+  proxy.reset();
+  gate.reset();
+  store.reset();
+}
+
+void Island::restart() {
+  end();
+  space.reset();
+  link.reset();
+  time.run_ready();
+  link = *ecology.join(kIsland);
+  space = std::make_unique<TupleSpace>(kIsland, time, *link);
+  start();
+}
+
 void Island::start() {
+  if (!state_file_.empty()) {
+    auto opened = state::StateStore::open(state_file_, kIsland);
+    ASSERT_TRUE(opened) << opened.error().text;
+    store = std::move(*opened);
+  }
   gate = std::make_unique<gateway::Gateway>(time, *space, log, limits);
   networks = std::make_unique<network::Supervisor>(kIsland, time, transports, log, *gate);
   gate->connect(*networks);
-  proxy = std::make_unique<Proxy>(config, time, *space, *gate, types, log);
+  proxy = std::make_unique<Proxy>(config, time, *space, *gate, types, log, store.get());
+  proxy->restore();
   const network::NetworkType type{.name = "played", .summary = "", .sample_config = "", .make = &PlayedNetwork::make};
   ConfigNode options;
   options.kind = ConfigNode::Kind::kMap;

@@ -95,8 +95,13 @@ class Island : public ::testing::Test {
   static constexpr OwnerId kIsland{6541}, kRobot{70001};
 
   Island();
+  ~Island() override;
   /// Call once, first; the configuration may be changed before.
   void start();
+  /// Ends everything but the state file and the robot, and starts again.
+  void restart();
+  /// From the start on the island remembers.
+  void remember();
   PlayedNetwork& hall() { return *PlayedNetwork::present().at("hall"); }
   NetworkRules& rules() { return config.networks["hall"]; }
 
@@ -125,7 +130,12 @@ class Island : public ::testing::Test {
   std::unique_ptr<TupleSpace> space, robot;
   std::unique_ptr<gateway::Gateway> gate;
   std::unique_ptr<network::Supervisor> networks;
+  std::unique_ptr<state::StateStore> store;
   std::unique_ptr<Proxy> proxy;
+
+ private:
+  void end();
+  std::string state_file_;
 };
 
 }  // namespace rubicon::proxy

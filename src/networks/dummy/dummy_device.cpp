@@ -52,6 +52,10 @@ void DummyDevice::join() {
   live_timer_ = host_.scheduler().after(script_.keep_alive, [this] { live(); });
 }
 
+void DummyDevice::retire() {
+  if (joined_) host_.deliver(script_.address, model::Leave{"no longer configured"});
+}
+
 void DummyDevice::greet() {
   if (!joined_) return;
   model::Join join;

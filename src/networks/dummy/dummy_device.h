@@ -18,6 +18,10 @@ class DummyDevice {
   /// The line is back: says again what it is.
   void greet();
   Result<void> send(const Message& message);
+  /// The configuration no longer names it.
+  void retire();
+  /// The configuration says the same of it.
+  bool plays(const DeviceScript& script) const { return base::differences(script_.written, script.written, 1).empty(); }
 
  private:
   struct Job {

@@ -33,6 +33,26 @@ class DummyNetwork final : public network::Network {
     return {};
   }
 
+  /// Device by device: the others go on with what they do.
+  Result<void> change(const network::NetworkConfig& config) override {
+    Script next = read_script(config);
+    if (next.seed != script_.seed || next.down_at != script_.down_at || next.up_at != script_.up_at)
+      return fail(ErrorCode::kUnsupported, "seed and line hold for the whole network");
+    std::map<std::string, DummyDevice> before = std::exchange(devices_, {});
+    for (DeviceScript& device : next.devices) {
+      const std::string address = device.address;
+      auto known = before.extract(address);
+      if (known && known.mapped().plays(device)) {
+        devices_.insert(std::move(known));
+      } else {
+        DummyDevice& fresh = devices_.try_emplace(address, std::move(device), host_, up_).first->second;
+        if (begun_) fresh.start();
+      }
+    }
+    for (auto& [address, device] : before) device.retire();
+    return {};
+  }
+
   Result<void> send(const Message& message) override {
     if (!up_) return fail(ErrorCode::kUnreachable, "the line is down");
     const auto found = devices_.find(message.destination.device);
@@ -77,6 +97,8 @@ Result<std::unique_ptr<network::Network>> make(const network::NetworkConfig& con
 
 }  // namespace
 
-const network::NetworkType kType{"dummy", "devices played from the configuration: waves and actuators", kSample, make};
+const network::NetworkType kType{
+    "dummy", "devices played from the configuration: waves and actuators", kSample, make, std::chrono::seconds(1),
+    true};
 
 }  // namespace rubicon::networks::dummy

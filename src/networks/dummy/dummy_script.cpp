@@ -147,14 +147,17 @@ void DeviceReader::read_properties(DeviceScript& device, ConfigReader& options) 
 Script read_script(const network::NetworkConfig& config) {
   Script script;
   ConfigReader& options = config.options;
-  const auto seed = static_cast<std::uint64_t>(options.integer("seed", 1, 0));
-  DeviceReader reader(config.types, seed);
+  script.seed = static_cast<std::uint64_t>(options.integer("seed", 1, 0));
+  DeviceReader reader(config.types, script.seed);
   auto devices = options.maps("simulate");
   if (devices.size() > kMaxDevices) {
     options.error("simulate", fmt::format("{} devices, expected at most {}", devices.size(), kMaxDevices));
     devices.clear();
   }
-  for (auto& [address, device] : devices) script.devices.push_back(reader.read(address, device));
+  for (auto& [address, device] : devices) {
+    script.devices.push_back(reader.read(address, device));
+    script.devices.back().written = device.here();
+  }
   ConfigReader line = options.map("line");
   if (line.has("down-at")) script.down_at = line.duration("down-at", 0s);
   if (line.has("up-at")) script.up_at = line.duration("up-at", 0s);

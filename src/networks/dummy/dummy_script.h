@@ -37,10 +37,12 @@ struct DeviceScript {
   std::vector<SensorScript> sensors;
   std::vector<ActuatorScript> actuators;
   std::vector<PropertyScript> properties;
+  ConfigNode written;  ///< as it stands in the configuration
 };
 
 /// What the configuration says shall happen. All times count from the first opening of the line.
 struct Script {
+  std::uint64_t seed = 1;
   std::vector<DeviceScript> devices;
   std::optional<Duration> down_at, up_at;
 };

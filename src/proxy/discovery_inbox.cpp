@@ -1,0 +1,207 @@
+#include "proxy/discovery_inbox.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+#include <tuple>
+
+#include "base/glob.h"
+#include "model/key.h"
+#include "proxy/naming.h"
+
+namespace rubicon::proxy {
+
+namespace {
+
+using Tree = nlohmann::ordered_json;
+
+constexpr tuples::SetOptions kJson{"application/json", {}, {}};
+constexpr Duration kPause = std::chrono::milliseconds(250);
+/// Devices listed in `proxy.inbox`; its count says how many there are.
+constexpr std::size_t kListed = 100;
+
+bool fits(const std::string& pattern, std::string_view text) {
+  return pattern.empty() || base::glob_matches(pattern, text);
+}
+
+std::string dump(const Tree& tree) {
+  return tree.dump(-1, ' ', false, Tree::error_handler_t::replace);
+}
+
+Tree describe(const DeviceName& device, const DiscoveryInbox::Entry& entry, const TypeCatalogue& types) {
+  Tree tree{{"key", entry.key},        {"network", device.network}, {"address", device.address},
+            {"name", entry.join.name}, {"model", entry.join.model}, {"type", entry.join.device_type}};
+  Tree lists[3] = {Tree::array(), Tree::array(), Tree::array()};
+  for (const auto& capability : entry.join.capabilities) {
+    lists[static_cast<std::size_t>(capability.point.kind)].push_back(
+        point_id(nullptr, capability, types.find(capability.point.type)));
+  }
+  tree["sensors"] = std::move(lists[0]);
+  tree["actuators"] = std::move(lists[1]);
+  tree["properties"] = std::move(lists[2]);
+  tree["since"] = base::to_seconds(entry.since);
+  tree["why"] = entry.why;
+  return tree;
+}
+
+}  // namespace
+
+std::string_view to_string(Admission admission) {
+  switch (admission) {
+    case Admission::kAuto: return "auto";
+    case Admission::kAsk: return "ask";
+    case Admission::kIgnore: return "ignore";
+  }
+  return "auto";
+}
+
+std::string key_of(const DeviceName& device) {
+  return fmt::format("{}.{}", model::to_key_part(device.network), model::to_key_part(device.address));
+}
+
+DiscoveryInbox::DiscoveryInbox(Surroundings& around) : around_(around) {}
+
+void DiscoveryInbox::begin() {
+  publish();
+}
+
+std::pair<Admission, std::string> DiscoveryInbox::admission(const DeviceName& device, const model::Join& join) const {
+  const auto& discovery = around_.config.discovery;
+  for (std::size_t i = 0; i < discovery.rules.size(); ++i) {
+    const auto& rule = discovery.rules[i];
+    if (!fits(rule.network, device.network) || !fits(rule.type, join.device_type) ||
+        !fits(rule.address, device.address))
+      continue;
+    return {rule.admission, fmt::format("discovery.rules[{}] says {}", i, to_string(rule.admission))};
+  }
+  return {discovery.otherwise, fmt::format("discovery.new-devices is {}", to_string(discovery.otherwise))};
+}
+
+DiscoveryInbox::Entry* DiscoveryInbox::enter(const DeviceName& device, const model::Join& join, std::string why) {
+  auto found = entries_.find(device);
+  if (found == entries_.end()) {
+    if (entries_.size() >= around_.config.max_devices) {
+      ++counters_.refused;
+      around_.warn("inbox", fmt::format("{} is not in the inbox: the limit of {} devices is reached", key_of(device),
+                                        around_.config.max_devices));
+      return nullptr;
+    }
+    found = entries_.emplace(device, Entry{}).first;
+    found->second.since = around_.clock.now().wall;
+  }
+  auto& entry = found->second;
+  entry.join = join;
+  entry.why = std::move(why);
+  return &entry;
+}
+
+bool DiscoveryInbox::wait(const DeviceName& device, const model::Join& join, std::string why) {
+  const auto* before = find(device);
+  const bool same = before && !before->ignored && before->why == why && before->join.name == join.name &&
+                    before->join.model == join.model && before->join.capabilities == join.capabilities;
+  if (same) return true;
+  auto* entry = enter(device, join, std::move(why));
+  if (!entry) return false;
+  if (entry->ignored) --counters_.ignored;
+  if (entry->ignored || entry->key.empty()) ++counters_.waiting;
+  entry->ignored = false;
+  show(device, *entry);
+  changed();
+  return true;
+}
+
+bool DiscoveryInbox::ignore(const DeviceName& device, const model::Join& join, std::string why) {
+  auto* entry = enter(device, join, std::move(why));
+  if (!entry) return false;
+  if (!entry->key.empty()) --counters_.waiting;
+  if (!entry->ignored) ++counters_.ignored;
+  entry->ignored = true;
+  hide(device, *entry);
+  changed();
+  return true;
+}
+
+void DiscoveryInbox::show(const DeviceName& device, Entry& entry) {
+  if (entry.key.empty()) {
+    const auto part = key_of(device);
+    entry.key = part;
+    for (int twin = 2; !keys_.insert(entry.key).second; ++twin) entry.key = fmt::format("{}_{}", part, twin);
+  }
+  const auto key = fmt::format("{}.inbox.{}", around_.config.prefix, entry.key);
+  const auto shown = around_.space.set(key, dump(describe(device, entry, around_.types)), kJson);
+  if (!shown) around_.warn("inbox", shown.error().text);
+}
+
+void DiscoveryInbox::hide(const DeviceName&, Entry& entry) {
+  if (entry.key.empty()) return;
+  std::ignore = around_.space.erase(fmt::format("{}.inbox.{}", around_.config.prefix, entry.key));
+  keys_.erase(entry.key);
+  entry.key.clear();
+}
+
+bool DiscoveryInbox::heard(const DeviceName& device) {
+  const auto found = entries_.find(device);
+  if (found == entries_.end()) return false;
+  ++counters_.unheard;
+  found->second.heard_at = around_.clock.now().steady;
+  found->second.heard = around_.clock.now().wall;
+  return true;
+}
+
+const DiscoveryInbox::Entry* DiscoveryInbox::find(const DeviceName& device) const {
+  const auto found = entries_.find(device);
+  return found == entries_.end() ? nullptr : &found->second;
+}
+
+std::optional<DiscoveryInbox::Entry> DiscoveryInbox::take(const DeviceName& device) {
+  const auto found = entries_.find(device);
+  if (found == entries_.end()) return std::nullopt;
+  --(found->second.ignored ? counters_.ignored : counters_.waiting);
+  hide(device, found->second);
+  auto entry = std::move(found->second);
+  entries_.erase(found);
+  changed();
+  return entry;
+}
+
+void DiscoveryInbox::drop_network(const std::string& network) {
+  for (auto at = entries_.lower_bound({network, {}}); at != entries_.end() && at->first.network == network;) {
+    const auto device = (at++)->first;
+    take(device);
+  }
+}
+
+std::vector<DeviceName> DiscoveryInbox::matching(std::string_view pattern) const {
+  std::vector<DeviceName> found;
+  for (const auto& [device, entry] : entries_) {
+    const auto key = entry.key.empty() ? key_of(device) : entry.key;
+    if (base::glob_matches(pattern, key)) found.push_back(device);
+  }
+  return found;
+}
+
+std::vector<DeviceName> DiscoveryInbox::waiting() const {
+  std::vector<DeviceName> found;
+  for (const auto& [device, entry] : entries_) {
+    if (!entry.ignored) found.push_back(device);
+  }
+  return found;
+}
+
+void DiscoveryInbox::changed() {
+  if (timer_.pending()) return;
+  timer_ = around_.scheduler.at(std::max(publish_at_, around_.clock.now().steady), [this] { publish(); });
+}
+
+void DiscoveryInbox::publish() {
+  publish_at_ = around_.clock.refresh().steady + kPause;
+  Tree list = Tree::array();
+  for (const auto& [device, entry] : entries_) {
+    if (list.size() >= kListed) break;
+    if (!entry.ignored) list.push_back(describe(device, entry, around_.types));
+  }
+  const Tree all{{"count", counters_.waiting}, {"ignored", counters_.ignored}, {"waiting", std::move(list)}};
+  std::ignore = around_.space.set(around_.config.prefix + ".inbox", dump(all), kJson);
+}
+
+}  // namespace rubicon::proxy

@@ -1,0 +1,74 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "proxy/device_directory.h"
+#include "state/state_store.h"
+
+namespace rubicon::proxy {
+
+/// What the proxy remembers across restarts (docs/state.md): decides what is written when; the state file does the
+/// rest. Records are written within a second, values every save period, decisions and properties set by users at once.
+/// What could not be written is tried again. Without a state file nothing is remembered.
+class Memory {
+ public:
+  Memory(Surroundings& around, DeviceDirectory& directory, state::StateStore* store);
+  /// Writes what is not written yet.
+  ~Memory();
+  Memory(const Memory&) = delete;
+  Memory& operator=(const Memory&) = delete;
+
+  /// What is remembered of a device; nullopt also when the file cannot be read.
+  std::optional<state::KnownDevice> recall(const std::string& network, const std::string& address);
+  /// All that is remembered of a network (empty = all), in the order in which the devices were first seen.
+  void each(const std::string& network, const std::function<void(state::KnownDevice&&)>& visit);
+
+  /// Joined, or joined anew with other capabilities or names.
+  void record_changed(Device& device);
+  /// Cheap: notes that some value or quality of the device is newer than what is written.
+  void values_changed(DeviceNumber number);
+  /// A user set a property, and the device took it.
+  void property_set(Device& device, Point& point);
+  /// A user approved the device, which has just joined.
+  void approved(Device& device);
+  /// A device that is not in the directory waits (kNone), or was ignored by a user.
+  void absent(const std::string& network, const std::string& address, const model::Join& join,
+              state::Decision decision);
+  /// A waiting device said that it is gone for good.
+  void forget(const std::string& network, const std::string& address);
+  /// The device said that it is gone for good: what the user decided about it stays.
+  void left(const Device& device);
+  /// Out of the directory, for reasons that say nothing about the device: everything stays.
+  void dropped(Device& device);
+
+  const state::StateStore* store() const { return store_; }
+
+ private:
+  void ask(Duration within);
+  void flush();
+  Result<void> save(Device& device);
+  Result<void> save_values(const Device& device);
+  /// False: the file cannot be written now, nothing of this transaction will be there.
+  bool remember(Device& device);
+  void written(Device& device);
+  void save_now(Device& device);
+  bool save_absent();
+  bool worked(Result<void> result);
+
+  Surroundings& around_;
+  DeviceDirectory& directory_;
+  state::StateStore* store_;
+  bool writable_;
+  std::vector<DeviceNumber> dirty_;
+  std::map<std::pair<std::string, std::string>, state::KnownDevice> absent_;  ///< not written yet
+  Timer timer_;
+  SteadyTime flush_at_ = SteadyTime::max();
+};
+
+/// What the device said of itself, put together again.
+model::Join announcement(const Device& device);
+
+}  // namespace rubicon::proxy

@@ -1,0 +1,142 @@
+#include <fmt/format.h>
+
+#include "proxy/naming.h"
+#include "proxy/proxy_parts.h"
+
+namespace rubicon::proxy {
+
+namespace {
+
+/// What the configuration says of the device's keys, as opposed to its name for people.
+bool same_keys(const DeviceNames* one, const DeviceNames* other) {
+  static const DeviceNames kNone;
+  const auto& a = one ? *one : kNone;
+  const auto& b = other ? *other : kNone;
+  return a.id == b.id && a.sensors == b.sensors && a.actuators == b.actuators;
+}
+
+}  // namespace
+
+/// Networks that went, that came, that have other rules; in this order, so that a key part given up can be taken.
+void Proxy::Parts::reconfigure(ProxyConfig next) {
+  around.clock.refresh();
+  next.prefix = config.prefix;
+  next.island_name = config.island_name;
+  const auto before = std::exchange(config, std::move(next)).networks;
+  bool moved = false;
+  for (const auto& [id, rules] : before) {
+    if (config.networks.contains(id)) continue;
+    moved = true;
+    drop_network(id);
+  }
+  for (const auto& [id, rules] : config.networks) {
+    const auto old = before.find(id);
+    if (old == before.end()) {
+      moved = true;
+      board.declare(directory.network(id));
+      restore(id);
+    } else if (!(old->second == rules)) {
+      change_rules(directory.network(id), rules);
+    }
+  }
+  if (moved) board.networks_changed();
+  board.refresh_counters();
+  ask_again();
+}
+
+void Proxy::Parts::restart(const std::string& id) {
+  around.clock.refresh();
+  auto& network = directory.network(id);
+  drop_devices(network);
+  network.line = model::LineState::kConnecting;
+  network.line_known = network.down = false;
+  network.since = around.clock.now().wall;
+  network.reason.clear();
+  board.line_changed(network);
+  restore(id);
+}
+
+void Proxy::Parts::drop_network(const std::string& id) {
+  auto& network = directory.network(id);
+  drop_devices(network);
+  inbox.drop_network(id);
+  board.remove(network);
+  directory.remove_network(id);
+}
+
+/// The devices leave the tuple space; what is remembered of them stays.
+void Proxy::Parts::drop_devices(Network& network) {
+  std::vector<Device*> devices;
+  for (auto& [address, device] : network.devices) devices.push_back(&device);
+  for (auto* device : devices) {
+    memory.dropped(*device);
+    remove(*device);
+  }
+}
+
+void Proxy::Parts::change_rules(Network& network, NetworkRules rules) {
+  std::vector<Device*> renamed;
+  for (auto& [address, device] : network.devices) {
+    if (!same_keys(names_of(network.rules, address), names_of(rules, address))) renamed.push_back(&device);
+  }
+  const auto old_rate = network.rules.rate;
+  rename(network, std::move(rules), renamed);
+  for (auto& [address, device] : network.devices) {
+    if (directory.take_name(device)) mirror.described(device);
+    if (old_rate != network.rules.rate && device.rate == old_rate) set_rate(device, network.rules.rate);
+    liveness.watch(device);
+  }
+}
+
+void Proxy::Parts::set_rate(Device& device, std::chrono::milliseconds rate) {
+  device.rate = rate;
+  auto* point = find_point(device, device.rate_point);
+  if (point) mirror.own_value(device, *point, static_cast<std::int64_t>(rate.count()), Quality::kGood);
+  demand.changed(device);
+}
+
+/// All old keys go before the first new one comes, so that two devices may swap theirs.
+void Proxy::Parts::rename(Network& network, NetworkRules rules, const std::vector<Device*>& renamed) {
+  std::vector<std::map<PointNumber, TupleMirror::Kept>> kept;
+  for (auto* device : renamed) {
+    kept.push_back(mirror.retire(*device));
+    directory.release(*device);
+  }
+  directory.configure(network, std::move(rules));
+  for (const auto& [id, address] : network.reserved) {
+    const auto holder = network.by_id.find(id);
+    if (holder == network.by_id.end() || holder->second->address == address) continue;
+    around.log.warning(fmt::format("{} gives up its key to {}", holder->second->key, address));
+    memory.dropped(*holder->second);
+    remove(*holder->second);
+  }
+  for (std::size_t i = 0; i < renamed.size(); ++i) {
+    auto& device = *renamed[i];
+    const auto vanished = directory.name(device);
+    if (!vanished) {
+      around.log.warning(vanished.error().text);
+      desk.forget(device);
+      demand.forget(device);
+      directory.remove(device);
+      continue;
+    }
+    for (const auto& point : *vanished) desk.forget(device, point.number);
+    for (auto& point : device.points) point.wanted = false;  // whoever wants the new keys is told anew
+    mirror.renamed(device, kept[i]);
+    memory.record_changed(device);
+    demand.changed(device);
+  }
+  board.devices_changed(network);
+}
+
+/// The discovery rules may say something else now of those who wait; ignored by rule, too.
+void Proxy::Parts::ask_again() {
+  for (const auto& name : inbox.matching("*")) {
+    const auto entry = *inbox.find(name);
+    auto& network = directory.network(name.network);
+    if (!let_in(network, name.address, entry.join, memory.recall(name.network, name.address))) continue;
+    admit(network, {name.address, entry.join, entry.heard_at}, nullptr);
+  }
+}
+
+}  // namespace rubicon::proxy

@@ -1,0 +1,93 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "proxy/command_desk.h"
+#include "proxy/demand.h"
+#include "proxy/discovery_inbox.h"
+#include "proxy/liveness.h"
+#include "proxy/memory.h"
+#include "proxy/network_board.h"
+#include "proxy/proxy.h"
+
+namespace rubicon::proxy {
+
+using tuples::Handle;
+
+/// The parts and the wires between them: messages come in here, each part is told in the order of the life of a
+/// reading; no part calls back.
+struct Proxy::Parts {
+  Parts(ProxyConfig rules, Scheduler& scheduler, TupleSpace& space, gateway::Gateway& gateway,
+        const TypeCatalogue& types, base::LogSink& log, state::StateStore* store);
+
+  void listen();
+  template <class Body>
+  void on(MessageKind kind, void (Parts::*call)(Device*, Network&, const Message&, const Body&));
+
+  void join(Device*, Network& network, const Message& message, const model::Join& join);
+  void keep_alive(Device* device, Network& network, const Message& message, const model::KeepAlive&);
+  void leave(Device* device, Network& network, const Message& message, const model::Leave& leave);
+  void updates(Device* device, Network& network, const Message& message, const model::Updates& updates);
+  void state(Device* device, Network& network, const Message& message, const model::State& state);
+  void acknowledge(const Message& message);
+
+  void heard(Device& device);
+  void reachable(Device& device, bool was_lost);
+  void lost(Device& device);
+  void reading(Device& device, const model::Reading& reading);
+  void presume_line(Network& network);
+  void set_line(Network& network, const model::State& state);
+  void line_went_down(Network& network);
+  void line_came_up(Network& network);
+  void stranger(Network& network, const Message& message);
+  void take_rate(Device& device);
+
+  // proxy_discovery.cpp: which devices are let in, and what is remembered of them
+  struct Announcement {
+    std::string address;
+    model::Join join;
+    SteadyTime heard_at{};  ///< meaningless if the join says that it was not heard
+  };
+  bool let_in(Network& network, const std::string& address, const model::Join& join,
+              const std::optional<state::KnownDevice>& known);
+  void admit(Network& network, const Announcement& announced, const state::KnownDevice* known);
+  void bring_back(Device& device, const state::KnownDevice& known);
+  void restore();
+  void restore(const std::string& network);
+  void restore(Network& network, state::KnownDevice&& known);
+  Device* device_with_key(std::string_view parts);
+  tuples::Judgement judge_inbox(const tuples::RemoteSet& wish);
+  void carry_out();
+  void approve(const DeviceName& name);
+  void ignore(const DeviceName& name);
+  void remove(Device& device);
+
+  // proxy_changes.cpp: new rules while running
+  void reconfigure(ProxyConfig next);
+  void restart(const std::string& id);
+  void drop_network(const std::string& id);
+  void drop_devices(Network& network);
+  void change_rules(Network& network, NetworkRules rules);
+  void rename(Network& network, NetworkRules rules, const std::vector<Device*>& renamed);
+  void set_rate(Device& device, std::chrono::milliseconds rate);
+  void ask_again();
+
+  ProxyConfig config;
+  Surroundings around;
+  DeviceDirectory directory;
+  Memory memory;
+  DiscoveryInbox inbox;
+  NetworkBoard board;
+  TupleMirror mirror;
+  Liveness liveness;
+  Demand demand;
+  CommandDesk desk;
+  std::vector<std::pair<DeviceName, state::Decision>> decisions;  ///< judged in this turn
+  NextTurn decisions_turn;
+  std::vector<Handle> handles;
+};
+
+}  // namespace rubicon::proxy

@@ -1,0 +1,54 @@
+#include "runtime/island_state.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <system_error>
+
+namespace rubicon::runtime {
+
+namespace fs = std::filesystem;
+
+std::string state_path(const IslandConfig& config) {
+  if (config.state.file.empty()) return {};
+  return (fs::path(config.directory) / config.state.file).string();
+}
+
+std::string good_config_path(const IslandConfig& config) {
+  const auto path = state_path(config);
+  return path.empty() ? path : path + ".good.yaml";
+}
+
+Result<std::unique_ptr<state::StateStore>> open_state(const IslandConfig& config, const Log& log, WallTime now) {
+  const auto path = state_path(config);
+  if (path.empty()) {
+    const auto& discovery = config.proxy.discovery;
+    if (discovery.otherwise != proxy::Admission::kAuto || !discovery.rules.empty())
+      log.warning("there is no state file: what is approved or ignored is forgotten at the end (state: {file: ...})");
+    return std::unique_ptr<state::StateStore>();
+  }
+  const state::StateOptions options{config.state.max_bytes};
+  auto store = state::StateStore::open(path, config.id, options);
+  if (!store && store.error().code == ErrorCode::kInvalid) {
+    auto aside = state::set_aside(path, now);
+    if (!aside) return fail(std::move(aside.error()));
+    log.error(fmt::format("{}; it is now {}, and the island begins with an empty memory", store.error().text, *aside));
+    store = state::StateStore::open(path, config.id, options);
+  }
+  if (store && (*store)->stats().read_only)
+    log.warning(fmt::format("{} can only be read: nothing new is remembered", path));
+  return store;
+}
+
+Result<void> keep_good_config(const IslandConfig& config, const std::string& file) {
+  const auto path = good_config_path(config);
+  std::error_code error;
+  if (path.empty() || fs::equivalent(file, path, error)) return {};
+  const auto fresh = path + ".new";
+  fs::copy_file(file, fresh, fs::copy_options::overwrite_existing, error);
+  if (!error) fs::rename(fresh, path, error);
+  if (error) return fail(ErrorCode::kIo, fmt::format("{}: cannot be written: {}", path, error.message()));
+  return {};
+}
+
+}  // namespace rubicon::runtime

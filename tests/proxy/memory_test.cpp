@@ -1,0 +1,154 @@
+#include "island.h"
+
+namespace rubicon::proxy {
+namespace {
+
+class Remembering : public Island {
+ protected:
+  void SetUp() override { remember(); }
+
+  static constexpr const char* kLamp = "proxy.hall.7";
+  static constexpr const char* kGlow1 = "proxy.hall.7.sensor.glow-1";
+
+  Join lamp_with_rate() const {
+    auto message = lamp();
+    const auto* rate = types.find("rate");
+    message.capabilities.push_back(capability(Kind::kProperty, rate->id, ""));
+    return message;
+  }
+};
+
+TEST_F(Remembering, AKnownDeviceIsThereAgainBeforeItSpeaks) {
+  start();
+  join("7", lamp());
+  time.run_for(2s);
+  restart();
+  EXPECT_EQ(json("proxy.hall.7.description")["name"], "Lamp");
+  EXPECT_EQ(json("proxy.hall.7.status")["status"], "unknown");
+  EXPECT_TRUE(exists("proxy.hall.7.actuator.flap-1.command"));
+  EXPECT_EQ(json("proxy.hall.devices"), nlohmann::json::array());
+}
+
+TEST_F(Remembering, TheLastValueIsPublishedAsStoredWithItsTimesUntilTheDeviceSpeaks) {
+  start();
+  join("7", lamp());
+  const WallTime measured = time.wall_now() - 5s;
+  report("7", sensor(kGlow), 12.5, measured);
+  const auto heard = json(kGlow1 + std::string(".status"))["heard"].get<double>();
+  time.run_for(20s);
+  restart();
+  time.run_ready();
+  EXPECT_EQ(text(kGlow1 + std::string(".value")), "12.5");
+  EXPECT_EQ(quality(kGlow1), "stored");
+  EXPECT_DOUBLE_EQ(json(kGlow1 + std::string(".status"))["heard"].get<double>(), heard);
+  EXPECT_EQ(space->get(kIsland, kGlow1 + std::string(".value"))->user_time, measured);
+  EXPECT_EQ(quality("proxy.hall.7.sensor.glow-2"), "unknown");
+  report("7", sensor(kGlow), 13.0);
+  EXPECT_EQ(quality(kGlow1), "good");
+  EXPECT_EQ(text(kGlow1 + std::string(".value")), "13");
+}
+
+TEST_F(Remembering, AValueOlderThanTheSavePeriodSurvivesACrash) {
+  start();
+  join("7", lamp());
+  report("7", sensor(kGlow), 12.5);
+  time.run_for(config.save_period + 1s);
+  report("7", sensor(kGlow), 99.0);
+  // What a killed process would leave: a second look at the file while the first process still holds it.
+  std::vector<state::StoredValue> found;
+  ASSERT_TRUE(store->each("hall", [&](auto, state::KnownDevice&& device) { found = device.values; }));
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(to_text(found[0].value), "12.5");
+}
+
+TEST_F(Remembering, APropertyThatAUserSetIsRememberedAndInForceAgain) {
+  start();
+  join("7", lamp_with_rate());
+  ASSERT_EQ(set("proxy.hall.7.property.rate.command", "250").verdict, Verdict::kApplied);
+  restart();
+  EXPECT_EQ(text("proxy.hall.7.property.rate.value"), "250");
+  join("7", lamp_with_rate());
+  const auto wanted = robot->subscribe({kIsland, kGlow1 + std::string(".value")}, {}, [](const Event&) {});
+  time.run_ready();
+  EXPECT_EQ(hall().sampled["7"].period, 250ms);
+}
+
+TEST_F(Remembering, ACommandIsNeverExecutedAgain) {
+  start();
+  join("7", lamp());
+  hall().answers = false;
+  ASSERT_EQ(set("proxy.hall.7.actuator.flap-1.command", "open").verdict, Verdict::kApplied);
+  time.run_for(30s);
+  restart();
+  join("7", lamp());
+  report("7", actuator(kFlap), false);
+  time.run_for(30s);
+  EXPECT_TRUE(hall().sent_bodies<model::Actuate>().empty());
+  EXPECT_EQ(text("proxy.hall.7.actuator.flap-1.command"), "");
+}
+
+TEST_F(Remembering, ADeviceThatLeftIsForgotten) {
+  start();
+  join("7", lamp());
+  time.run_for(2s);
+  say("7", model::Leave{"thrown away"});
+  restart();
+  EXPECT_FALSE(exists("proxy.hall.7.status"));
+}
+
+TEST_F(Remembering, AThinnerJoinDoesNotTakeNameAndModelAway) {
+  start();
+  join("7", lamp());
+  time.run_for(2s);
+  restart();
+  auto thin = lamp();
+  thin.name.clear();
+  thin.model.clear();
+  join("7", thin);
+  EXPECT_EQ(json("proxy.hall.7.description")["name"], "Lamp");
+  EXPECT_EQ(json("proxy.hall.7.description")["model"], "ACME L1");
+}
+
+TEST_F(Remembering, ANetworkThatListsItsDevicesShowsNoOthers) {
+  rules().lists_devices = true;
+  start();
+  join("7", lamp());
+  join("8", lamp());
+  report("7", sensor(kGlow), 12.5);
+  time.run_for(20s);
+  restart();
+  EXPECT_FALSE(exists("proxy.hall.7.status"));
+  auto listed = lamp();
+  listed.heard = false;
+  join("7", listed);
+  EXPECT_EQ(text(kGlow1 + std::string(".value")), "12.5");
+  EXPECT_EQ(quality(kGlow1), "stored");
+  EXPECT_FALSE(exists("proxy.hall.8.status"));
+}
+
+TEST_F(Remembering, AStoredValueThatNoLongerFitsItsTypeIsNotShown) {
+  start();
+  join("7", lamp());
+  report("7", sensor(kGlow), 12.5);
+  time.run_for(20s);
+  ASSERT_TRUE(store->each("hall", [&](auto row, state::KnownDevice&& device) {
+    device.values[0].value = std::string("bright");
+    ASSERT_TRUE(store->save_values(row, device.values));
+  }));
+  restart();
+  EXPECT_EQ(quality(kGlow1), "unknown");
+  EXPECT_EQ(text(kGlow1 + std::string(".value")), "");
+}
+
+TEST_F(Remembering, KeepsTheWantedKeyPart) {
+  start();
+  auto message = lamp();
+  message.id = "window";
+  join("7", message);
+  time.run_for(2s);
+  restart();
+  EXPECT_TRUE(exists("proxy.hall.window.status"));
+}
+
+}  // namespace
+}  // namespace rubicon::proxy

@@ -1,0 +1,168 @@
+#include <gmock/gmock.h>
+
+#include "runtime/network_types.h"
+#include "scenarios/ecology.h"
+
+namespace rubicon::scenarios {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+constexpr const char* kTwoNetworks = R"(
+island: {id: 6541, name: home}
+networks:
+  dummy-1:
+    type: dummy
+    simulate:
+      hall: {sensors: {temperature-1: {wave: constant, value: 21}}}
+      attic: {sensors: {temperature-1: {wave: constant, value: 12}}}
+  dummy-2:
+    type: dummy
+    simulate:
+      shed: {sensors: {temperature-1: {wave: constant, value: 5}}}
+)";
+
+/// An island made from text, whose file is then changed.
+class Reload : public Ecology {
+ protected:
+  runtime::IslandConfig read(const std::string& text) {
+    const auto tree = runtime::parse_yaml(text, "island.yaml");
+    EXPECT_TRUE(tree) << tree.error().text;
+    return runtime::read_island_config(tree.value(), runtime::network_types(), errors);
+  }
+  void start(const std::string& text) {
+    auto made = runtime::Island::make(read(text), scheduler, transports, log, ecology, errors);
+    ASSERT_TRUE(made.has_value()) << errors.text();
+    island = std::move(*made);
+    island->start();
+    robot = &component(70001);
+    everything = robot->subscribe({OwnerId(6541), "**"}, {.passive = true}, [this](const Event& event) {
+      if (recording) touched.emplace_back(event.tuple.key);
+    });
+    scheduler.run_for(1s);
+  }
+  Result<runtime::ReloadPlan> reload(const std::string& text) {
+    touched.clear();
+    recording = true;
+    auto done = island->reload(read(text), errors);
+    scheduler.run_for(100ms);
+    return done;
+  }
+  static std::string with(std::string text, const std::string& old_part, const std::string& new_part) {
+    const auto at = text.find(old_part);
+    EXPECT_NE(at, text.npos) << old_part;
+    return text.replace(at, old_part.size(), new_part);
+  }
+  bool exists(const std::string& key) { return robot->get(OwnerId(6541), key).has_value(); }
+
+  base::ConfigErrors errors;
+  std::unique_ptr<runtime::Island> island;
+  TupleSpace* robot = nullptr;
+  Handle everything;
+  bool recording = false;
+  std::vector<std::string> touched;
+};
+
+TEST_F(Reload, TheSameFileChangesNothing) {
+  start(kTwoNetworks);
+  const auto plan = reload(std::string("# a comment\n") + kTwoNetworks);
+  ASSERT_TRUE(plan);
+  EXPECT_THAT(plan->lines, IsEmpty());
+  EXPECT_THAT(touched, IsEmpty());
+}
+
+TEST_F(Reload, AChangedDeviceIsTheOnlyOneTouched) {
+  start(kTwoNetworks);
+  const auto plan = reload(with(kTwoNetworks, "hall: {sensors", "hall: {name: Hall, sensors"));
+  ASSERT_TRUE(plan) << plan.error().text;
+  EXPECT_THAT(plan->lines, ElementsAre("network dummy-1: its options change: simulate.hall.name"));
+  EXPECT_EQ(json(*robot, 6541, "proxy.dummy-1.hall.description")["name"], "Hall");
+  for (const auto& key : touched) EXPECT_THAT(key, HasSubstr("dummy-1.hall")) << key;
+  EXPECT_FALSE(touched.empty());
+}
+
+TEST_F(Reload, ARemovedDeviceLeavesAndANewOneJoins) {
+  start(kTwoNetworks);
+  ASSERT_TRUE(reload(with(kTwoNetworks, "attic:", "cellar:")));
+  EXPECT_FALSE(exists("proxy.dummy-1.attic.status"));
+  EXPECT_TRUE(exists("proxy.dummy-1.cellar.status"));
+  EXPECT_TRUE(exists("proxy.dummy-1.hall.status"));
+}
+
+TEST_F(Reload, ANetworkThatMustBeMadeAnewComesBackByItself) {
+  start(kTwoNetworks);
+  ASSERT_TRUE(reload(with(kTwoNetworks, "type: dummy\n    simulate:\n      shed",
+                          "type: dummy\n    seed: 9\n    simulate:\n      barn")));
+  EXPECT_FALSE(exists("proxy.dummy-2.shed.status"));
+  EXPECT_TRUE(exists("proxy.dummy-2.barn.status"));
+  EXPECT_EQ(json(*robot, 6541, "proxy.dummy-2.status")["line"], "up");
+  for (const auto& key : touched) EXPECT_THAT(key, testing::Not(HasSubstr("dummy-1."))) << key;
+}
+
+TEST_F(Reload, NetworksComeAndGo) {
+  start(kTwoNetworks);
+  auto text = with(kTwoNetworks, "dummy-2:", "dummy-3:");
+  ASSERT_TRUE(reload(text));
+  EXPECT_FALSE(exists("proxy.dummy-2.shed.status"));
+  EXPECT_FALSE(exists("proxy.dummy-2.status"));
+  EXPECT_TRUE(exists("proxy.dummy-3.shed.status"));
+  EXPECT_THAT(island->networks().ids(), ElementsAre("dummy-1", "dummy-3"));
+  ASSERT_TRUE(reload(kTwoNetworks));
+  EXPECT_TRUE(exists("proxy.dummy-2.shed.status"));
+}
+
+TEST_F(Reload, NamesGivenToDevicesTouchNoLine) {
+  start(kTwoNetworks);
+  const auto plan = reload(
+      with(kTwoNetworks, "  dummy-2:\n    type: dummy", "  dummy-2:\n    type: dummy\n    devices: {shed: {id: hut}}"));
+  ASSERT_TRUE(plan);
+  EXPECT_THAT(plan->lines, ElementsAre("network dummy-2: 1 devices are named anew: shed"));
+  EXPECT_TRUE(exists("proxy.dummy-2.hut.sensor.temperature-1.value"));
+  EXPECT_FALSE(exists("proxy.dummy-2.shed.status"));
+}
+
+TEST_F(Reload, WrongOptionsOfANetworkAreRefusedAndNothingChanges) {
+  start(kTwoNetworks);
+  const auto refused = reload(with(with(kTwoNetworks, "value: 5", "value: cold"), "attic", "cellar"));
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().text, HasSubstr("island.yaml:"));
+  EXPECT_THAT(refused.error().text, HasSubstr("dummy-2"));
+  EXPECT_TRUE(exists("proxy.dummy-1.attic.status"));
+  EXPECT_THAT(touched, IsEmpty());
+}
+
+TEST_F(Reload, WhatNeedsARestartIsRefusedByName) {
+  start(kTwoNetworks);
+  const auto refused = reload(with(kTwoNetworks, "name: home", "name: house"));
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::kRefused);
+  EXPECT_THAT(refused.error().text, HasSubstr("island.name"));
+  EXPECT_THAT(touched, IsEmpty());
+}
+
+TEST_F(Reload, ReloadsInARowAllHold) {
+  start(kTwoNetworks);
+  for (int i = 0; i < 20; ++i) {
+    const auto other = with(kTwoNetworks, "value: 12", "value: " + std::to_string(i));
+    ASSERT_TRUE(island->reload(read(other), errors));
+    ASSERT_TRUE(island->reload(read(kTwoNetworks), errors));
+  }
+  scheduler.run_for(1s);
+  EXPECT_TRUE(exists("proxy.dummy-1.attic.status"));
+  const auto wish =
+      robot->subscribe({OwnerId(6541), "proxy.dummy-1.attic.sensor.temperature-1.value"}, {}, [](const Event&) {});
+  scheduler.run_for(2s);
+  EXPECT_EQ(value(*robot, 6541, "proxy.dummy-1.attic.sensor.temperature-1.value"), "12");
+}
+
+TEST_F(Reload, LimitsAndDiscoveryAreTakenAnew) {
+  start(kTwoNetworks);
+  const auto plan = reload(std::string(kTwoNetworks) + "limits: {queue: 50}\ndiscovery: {new-devices: ask}\n");
+  ASSERT_TRUE(plan);
+  EXPECT_THAT(plan->lines, ElementsAre("limits change", "discovery rules change"));
+}
+
+}  // namespace
+}  // namespace rubicon::scenarios
