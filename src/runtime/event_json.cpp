@@ -63,9 +63,10 @@ bool is_utf8(std::string_view text) {
   return true;
 }
 
-std::string event_line(const tuples::Event& event) {
+std::string event_line(const tuples::Event& event, std::string_view through) {
   Line line;
   put_tuple(line, event.tuple);
+  if (!through.empty()) line["through"] = through;
   line["event"] = to_string(event.kind);
   return text_of(line);
 }

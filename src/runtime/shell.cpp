@@ -3,50 +3,22 @@
 #include <fmt/format.h>
 
 #include <charconv>
-#include <nlohmann/json.hpp>
 
 #include "base/bytes.h"
 #include "base/config_reader.h"
 #include "model/key.h"
 #include "model/message_cbor.h"
 #include "runtime/event_json.h"
+#include "runtime/shell_words.h"
 
 namespace rubicon::runtime {
 
 namespace {
 
 using nlohmann::json;
-using Line = nlohmann::ordered_json;
 
 constexpr std::size_t kMaxSubscriptions = 1000;
 constexpr Duration kShortestHeartbeat = std::chrono::milliseconds(10);
-
-std::string text_of(const Line& line) {
-  return line.dump(-1, ' ', false, Line::error_handler_t::replace);
-}
-
-/// The first word; `rest` loses it and the blanks around it.
-std::string_view take_word(std::string_view& rest) {
-  const auto begin = rest.find_first_not_of(" \t");
-  if (begin == rest.npos) {
-    rest = {};
-    return {};
-  }
-  rest.remove_prefix(begin);
-  const auto word = rest.substr(0, rest.find_first_of(" \t"));
-  rest.remove_prefix(word.size());
-  if (!rest.empty()) rest.remove_prefix(1);
-  return word;
-}
-
-/// `KEY` of the island or `OWNER:KEY`.
-Result<std::pair<OwnerId, std::string>> target(std::string_view text, OwnerId island) {
-  auto pattern = Pattern::parse(text);
-  if (!pattern) return fail(pattern.error());
-  if (!pattern->exact())
-    return fail(ErrorCode::kInvalid, fmt::format("{}: expected a key without *", model::quoted(text)));
-  return std::pair(pattern->owner.value_or(island), std::move(pattern->key));
-}
 
 std::string value_text(const tuples::TupleView& tuple) {
   return is_utf8(tuple.value) ? std::string(tuple.value) : base::to_hex(base::as_bytes(tuple.value));
@@ -87,7 +59,10 @@ Result<void> read_flow(std::string_view word, tuples::Flow& flow) {
 
 const std::map<std::string_view, Shell::Command>& Shell::commands() {
   static const std::map<std::string_view, Command> all{
-      {"set", {"set KEY VALUE", &Shell::set}},
+      {"set", {"set KEY[@SEQ] VALUE", &Shell::set}},
+      {"append", {"append KEY[@SEQ] TEXT", &Shell::append}},
+      {"link", {"link KEY TARGET", &Shell::link}},
+      {"unlink", {"unlink KEY", &Shell::unlink}},
       {"get", {"get KEY", &Shell::get}},
       {"ls", {"ls PATTERN", &Shell::list}},
       {"subscribe", {"subscribe PATTERN [min=SPAN] [max=SPAN] [deadband=NUMBER] [passive]", &Shell::subscribe}},
@@ -158,10 +133,7 @@ void Shell::when_idle(std::function<void()> call) {
 }
 
 void Shell::set(std::string_view rest, const Slot& slot) {
-  const auto word = take_word(rest);
-  auto where = target(word, island_);
-  if (!where) return fail_with(slot, where.error().code, where.error().text);
-  remote_set(where->first, where->second, rest, "text/plain", slot);
+  write(false, rest, slot);
 }
 
 void Shell::post(std::string_view rest, const Slot& slot) {
@@ -174,34 +146,35 @@ void Shell::remote_set(OwnerId owner, const std::string& key, std::string_view v
                        const Slot& slot) {
   tuples::SetOptions options;
   options.media_type = media_type;
-  const auto answered = [this, slot, key, owner, alive = std::weak_ptr(alive_)](const tuples::Reply& reply) {
+  space_.set_remote(owner, key, value, {}, reply_to(slot, owner, key), options);
+}
+
+tuples::ReplyCall Shell::reply_to(const Slot& slot, OwnerId owner, std::string key) {
+  return [this, slot, key = std::move(key), owner, alive = std::weak_ptr(alive_)](const tuples::Reply& reply) {
     if (alive.expired()) return;
-    if (reply.verdict == tuples::Verdict::kApplied) {
-      return finish(slot, text_of({{"ok", true},
-                                   {"owner", number(owner)},
-                                   {"key", key},
-                                   {"verdict", to_string(reply.verdict)},
-                                   {"request", reply.request}}));
+    const bool applied = reply.verdict == tuples::Verdict::kApplied;
+    Line line{{"ok", applied},
+              {"owner", number(owner)},
+              {"key", key},
+              {"verdict", to_string(reply.verdict)},
+              {"request", reply.request}};
+    if (reply.sequence != 0) line["seq"] = reply.sequence;
+    if (!applied) {
+      const auto code = reply.verdict == tuples::Verdict::kRefused   ? reply.code
+                        : reply.verdict == tuples::Verdict::kExpired ? ErrorCode::kExpired
+                                                                     : ErrorCode::kNotFound;
+      line["error"] = {{"code", to_string(code)}, {"text", reply.text}};
     }
-    const auto code = reply.verdict == tuples::Verdict::kRefused   ? reply.code
-                      : reply.verdict == tuples::Verdict::kExpired ? ErrorCode::kExpired
-                                                                   : ErrorCode::kNotFound;
-    finish(slot, text_of({{"ok", false},
-                          {"owner", number(owner)},
-                          {"key", key},
-                          {"verdict", to_string(reply.verdict)},
-                          {"request", reply.request},
-                          {"error", {{"code", to_string(code)}, {"text", reply.text}}}}));
+    finish(slot, text_of(line));
   };
-  space_.set_remote(owner, key, value, {}, answered, options);
 }
 
 void Shell::get(std::string_view rest, const Slot& slot) {
-  auto where = target(take_word(rest), island_);
+  const auto where = place(take_word(rest));
   if (!where) return fail_with(slot, where.error().code, where.error().text);
-  const auto tuple = space_.get(where->first, where->second);
+  const auto tuple = space_.get(where->owner, where->key);
   if (!tuple) {
-    return fail_with(slot, ErrorCode::kNotFound, fmt::format("no tuple {} of {}", where->second, number(where->first)));
+    return fail_with(slot, ErrorCode::kNotFound, fmt::format("no tuple {} of {}", where->key, number(where->owner)));
   }
   finish(slot, tuple_line(*tuple));
 }
@@ -220,8 +193,12 @@ void Shell::list(std::string_view rest, const Slot& slot) {
 
 void Shell::subscribe(std::string_view rest, const Slot& slot) {
   const auto name = take_word(rest);
-  auto pattern = Pattern::parse(name);
+  const bool through = name.starts_with(kArrow);
+  const auto pattern = Pattern::parse(through ? name.substr(kArrow.size()) : name);
   if (!pattern) return fail_with(slot, pattern.error().code, pattern.error().text);
+  if (through && !pattern->exact()) {
+    return fail_with(slot, ErrorCode::kInvalid, fmt::format("{}: expected a key without *", model::quoted(name)));
+  }
   tuples::Flow flow;
   for (auto word = take_word(rest); !word.empty(); word = take_word(rest)) {
     if (auto read = read_flow(word, flow); !read) return fail_with(slot, read.error().code, read.error().text);
@@ -231,7 +208,8 @@ void Shell::subscribe(std::string_view rest, const Slot& slot) {
   }
   finish(slot, text_of({{"ok", true}, {"subscribed", name}}));
   subscriptions_[std::string(name)] =
-      space_.subscribe(*pattern, flow, [this](const tuples::Event& event) { event_(event_line(event)); });
+      through ? follow(name, {pattern->owner.value_or(island_), pattern->key}, flow)
+              : space_.subscribe(*pattern, flow, [this](const tuples::Event& event) { event_(event_line(event)); });
 }
 
 void Shell::unsubscribe(std::string_view rest, const Slot& slot) {

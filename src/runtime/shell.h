@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "tuples/tuple_space.h"
+#include "tuples/meta_tuple.h"
 
 namespace rubicon::runtime {
 
@@ -48,6 +48,9 @@ class Shell {
   static const std::map<std::string_view, Command>& commands();
 
   void set(std::string_view rest, const Slot& slot);
+  void append(std::string_view rest, const Slot& slot);
+  void link(std::string_view rest, const Slot& slot);
+  void unlink(std::string_view rest, const Slot& slot);
   void get(std::string_view rest, const Slot& slot);
   void list(std::string_view rest, const Slot& slot);
   void subscribe(std::string_view rest, const Slot& slot);
@@ -60,6 +63,12 @@ class Shell {
 
   void remote_set(OwnerId owner, const std::string& key, std::string_view value, std::string_view media_type,
                   const Slot& slot);
+  /// `KEY[@SEQ] VALUE` behind `set` or `append`.
+  void write(bool append, std::string_view rest, const Slot& slot);
+  tuples::ReplyCall reply_to(const Slot& slot, OwnerId owner, std::string key);
+  /// `[->][OWNER:]KEY`; behind an arrow, the tuple that the meta tuple leads to now.
+  Result<tuples::TupleName> place(std::string_view word) const;
+  tuples::Handle follow(std::string_view name, const tuples::TupleName& meta, const tuples::Flow& flow);
   void finish(const Slot& slot, std::string last_line);
   void fail_with(const Slot& slot, ErrorCode code, std::string text);
   void flush();

@@ -37,8 +37,8 @@ void Requests::answer(const Reply& reply) {
   if (node && node.mapped().call) node.mapped().call(reply);
 }
 
-std::shared_ptr<Judges::Seat> Judges::add(const Pattern& pattern, Judge judge) {
-  auto seat = std::make_shared<Seat>(Seat{pattern, std::move(judge)});
+std::shared_ptr<Judges::Seat> Judges::add(const Pattern& pattern, Judge judge, Accepts accepts) {
+  auto seat = std::make_shared<Seat>(Seat{pattern, std::move(judge), accepts});
   const auto wider = [](const auto& one, const auto& other) { return width(one->pattern) < width(other->pattern); };
   seats_.insert(std::upper_bound(seats_.begin(), seats_.end(), seat, wider), seat);
   return seat;

@@ -42,8 +42,9 @@ class Judges {
   struct Seat {
     Pattern pattern;
     Judge judge;
+    Accepts accepts;
   };
-  std::shared_ptr<Seat> add(const Pattern& pattern, Judge judge);
+  std::shared_ptr<Seat> add(const Pattern& pattern, Judge judge, Accepts accepts);
   void remove(const std::shared_ptr<Seat>& seat) { std::erase(seats_, seat); }
   /// The narrowest that matches; the earlier one of equals.
   std::shared_ptr<Seat> find(OwnerId self, std::string_view key) const;

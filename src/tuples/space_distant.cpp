@@ -1,5 +1,3 @@
-#include <fmt/format.h>
-
 #include <algorithm>
 
 #include "tuples/space_parts.h"
@@ -78,39 +76,6 @@ void TupleSpace::Parts::drop_peer(OwnerId peer) {
   if (!node) return;
   outbox.forget(*node.mapped().box);
   for (const auto& [id, subscription] : node.mapped().subscriptions) unsubscribe(subscription);
-}
-
-Judgement TupleSpace::Parts::decide(const RemoteSet& wish) {
-  if (auto ok = model::check_key(wish.key); !ok) return Judgement::refused(ok.error());
-  if (wish.value.size() > kMaxValueSize) {
-    return Judgement::refused(
-        {ErrorCode::kOutOfRange, fmt::format("the value for {} has {} bytes, at most {} are allowed", wish.key,
-                                             wish.value.size(), kMaxValueSize)});
-  }
-  if (const auto seat = judges.find(self, wish.key)) return seat->judge(wish);
-  if (find(self, wish.key) == kNone) {
-    return Judgement::refused({ErrorCode::kNotFound, fmt::format("{} has no tuple {}", number(self), wish.key)});
-  }
-  return Judgement::refused({ErrorCode::kRefused, fmt::format("{} is read-only for others", wish.key)});
-}
-
-Reply TupleSpace::Parts::judge(const RemoteSet& wish) {
-  auto judgement = wish.time_to_live < Duration(0)
-                       ? Judgement{Verdict::kExpired, false, ErrorCode::kExpired, "the time to live ended on the way"}
-                       : decide(wish);
-  if (judgement.verdict == Verdict::kApplied && judgement.store) {
-    const auto set = write(wish.key, wish.value, {wish.media_type, wish.user_time, wish.lifetime}, wish.from);
-    if (!set) judgement = Judgement::refused(set.error());
-  }
-  return {wish.from, wish.request, judgement.verdict, judgement.code, std::move(judgement.text)};
-}
-
-void TupleSpace::Parts::judge_own(RemoteSet wish) {
-  const auto left = requests.remaining(wish.request);
-  if (!left) return;
-  // What is not over by now may be over in this very moment: zero would mean that no time was given.
-  wish.time_to_live = *left > Duration(0) ? *left : Duration(-1);
-  requests.answer(judge(wish));
 }
 
 void TupleSpace::on_changes(OwnerId owner, std::span<const Change> changes) {

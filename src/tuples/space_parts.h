@@ -64,6 +64,12 @@ struct TupleSpace::Parts {
   bool condemned(std::uint32_t index) const;
   Result<TupleRef> write(std::string_view key, std::string_view value, const SetOptions& options, OwnerId creator);
   void write(std::uint32_t index, std::string_view value, const SetOptions& options, OwnerId creator);
+  Result<TupleRef> append(std::string_view key, std::string_view bytes, const SetOptions& options, OwnerId creator);
+  Result<void> check_sequence(std::string_view key, std::uint32_t index, const SetOptions& options) const;
+  Result<void> check_append(std::string_view key, std::uint32_t index, std::size_t more,
+                            const SetOptions& options) const;
+  void stamp(Tuple& tuple, const SetOptions& options, OwnerId creator);
+  void live_for(Tuple& tuple, std::uint32_t index, Duration lifetime);
   void set_media_type(Tuple& tuple, std::string_view name);
   void announce(std::uint32_t index, EventKind kind);
   void deliver(const SubscriptionPtr& subscription, std::uint32_t index, EventKind kind);
@@ -88,6 +94,8 @@ struct TupleSpace::Parts {
   void take_change(OwnerId owner, const Change& change);
   void take_value(std::uint32_t index, const Change& change);
   void drop_peer(OwnerId peer);
+  std::uint64_t ask(RemoteSet wish, ReplyCall call);
+  void send(RemoteSet wish);
   Judgement decide(const RemoteSet& wish);
   Reply judge(const RemoteSet& wish);
   void judge_own(RemoteSet wish);

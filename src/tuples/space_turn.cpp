@@ -1,5 +1,3 @@
-#include <fmt/format.h>
-
 #include <algorithm>
 
 #include "base/assert.h"
@@ -77,48 +75,6 @@ bool TupleSpace::Parts::condemned(std::uint32_t index) const {
            return walk->aim == Walk::Aim::kErase && walk->is_older(tuple) &&
                   walk->pattern.matches(tuple.owner, tuple.key());
          });
-}
-
-Result<TupleRef> TupleSpace::Parts::write(std::string_view key, std::string_view value, const SetOptions& options,
-                                          OwnerId creator) {
-  if (value.size() > kMaxValueSize) {
-    return fail(ErrorCode::kOutOfRange, fmt::format("setting {}: the value has {} bytes, at most {} are allowed",
-                                                    model::quoted(key), value.size(), kMaxValueSize));
-  }
-  auto index = find(self, key);
-  if (index == kNone) {
-    if (auto ok = model::check_key(key); !ok) return fail(ok.error());
-    index = store.create(self, key);
-    demand.note(index, {});
-  }
-  write(index, value, options, creator);
-  return TupleRef{index, store.at(index).generation};
-}
-
-void TupleSpace::Parts::write(std::uint32_t index, std::string_view value, const SetOptions& options, OwnerId creator) {
-  open_turn();
-  auto& tuple = store.at(index);
-  tuple.value.assign(value);
-  set_media_type(tuple, options.media_type);
-  ++tuple.sequence;
-  tuple.creator = creator;
-  tuple.write_time = wall;
-  tuple.user_time = options.user_time;
-  if (options.lifetime > Duration(0)) {
-    const auto lifetime = std::min(options.lifetime, kLongest);
-    tuple.expire_time = wall + std::chrono::ceil<std::chrono::microseconds>(lifetime);
-    expiry.set(index, lifetime, now);
-  } else if (tuple.expire_time != WallTime{}) {
-    tuple.expire_time = {};
-    expiry.clear(index);
-  }
-  ++sets;
-  announce(index, EventKind::kSet);
-}
-
-void TupleSpace::Parts::set_media_type(Tuple& tuple, std::string_view name) {
-  if (store.media_types().name(tuple.media_type) == name) return;
-  tuple.media_type = store.media_types().intern(name);
 }
 
 void TupleSpace::Parts::announce(std::uint32_t index, EventKind kind) {

@@ -32,6 +32,7 @@ class Store {
   PartTrie& trie() { return tuples_; }
   SubscriberSets& sets() { return sets_; }
   MediaTypes& media_types() { return media_types_; }
+  const MediaTypes& media_types() const { return media_types_; }
   TupleView view(std::uint32_t index) const;
   std::size_t own() const { return own_; }
   std::size_t cached() const { return cached_; }

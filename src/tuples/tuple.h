@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -51,6 +52,9 @@ struct SetOptions {
   std::string_view media_type = "text/plain";
   WallTime user_time{};
   Duration lifetime{0};  ///< the tuple expires this long after the write; zero = never
+  /// Only if the tuple has this sequence now, else kRefused; 0 = only if it is not there. Sequences of a tuple that was
+  /// deleted and made again start anew.
+  std::optional<std::uint64_t> expected_sequence{};
 };
 
 /// A wish to change somebody else's tuple (or one's own, through the same judge).
@@ -65,6 +69,8 @@ struct RemoteSet {
   Duration lifetime{0};
   Duration time_to_live{0};         ///< from the sending on; what remains is handed on with it. Zero = none given
   bool time_to_live_given = false;  ///< by the caller; else the space put its default
+  bool append = false;              ///< `value` goes behind the present one; an empty media type = that of the tuple
+  std::optional<std::uint64_t> expected_sequence{};  ///< checked by the owner's space before its judge is asked
 };
 
 enum class Verdict : std::uint8_t { kApplied, kRefused, kExpired, kNoSuchOwner };
@@ -77,6 +83,8 @@ struct Reply {
   Verdict verdict = Verdict::kApplied;
   ErrorCode code = ErrorCode::kRefused;  ///< of a refusal
   std::string text;                      ///< why not
+  /// Of the tuple after the decision, when something was stored or a sequence was expected (0 = no such tuple); else 0.
+  std::uint64_t sequence = 0;
 };
 using ReplyCall = std::function<void(const Reply&)>;
 
@@ -92,5 +100,9 @@ struct Judgement {
   static Judgement refused(Error why) { return {Verdict::kRefused, false, why.code, std::move(why.text)}; }
 };
 using Judge = std::function<Judgement(const RemoteSet&)>;
+
+/// What a judge understands. One that looks at whole values would take a piece for one: appends only reach those who
+/// say that they know them (RemoteSet::append).
+enum class Accepts : std::uint8_t { kSets, kSetsAndAppends };
 
 }  // namespace rubicon::tuples

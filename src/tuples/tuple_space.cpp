@@ -15,6 +15,21 @@ namespace {
 constexpr Duration kDefaultTimeToLive = std::chrono::seconds(5);
 constexpr std::size_t kNoBudget = std::numeric_limits<std::size_t>::max();
 
+RemoteSet wish_of(OwnerId owner, std::string_view key, std::string_view value, Duration time_to_live,
+                  const SetOptions& options) {
+  RemoteSet wish;
+  wish.owner = owner;
+  wish.key = key;
+  wish.value = value;
+  wish.media_type = options.media_type;
+  wish.user_time = options.user_time;
+  wish.lifetime = options.lifetime;
+  wish.time_to_live_given = time_to_live > Duration(0);
+  wish.time_to_live = wish.time_to_live_given ? std::min(time_to_live, kLongest) : kDefaultTimeToLive;
+  wish.expected_sequence = options.expected_sequence;
+  return wish;
+}
+
 }  // namespace
 
 void Handle::reset() {
@@ -56,12 +71,24 @@ Result<void> TupleSpace::set(TupleRef tuple, std::string_view value, const SetOp
   if (!parts.store.is_present(tuple) || parts.condemned(tuple.index)) {
     return fail(ErrorCode::kNotFound, "setting a tuple by its short name: it was deleted or expired");
   }
-  if (value.size() > kMaxValueSize) {
+  if (value.size() > kMaxValueSize || options.expected_sequence) {
     const auto key = parts.store.at(tuple.index).key();
     return parts.write(key, value, options, parts.self).map([](TupleRef) {});
   }
   parts.write(tuple.index, value, options, parts.self);
   return {};
+}
+
+Result<void> TupleSpace::append(std::string_view key, std::string_view bytes, const SetOptions& options) {
+  return parts_->append(key, bytes, options, parts_->self).map([](TupleRef) {});
+}
+
+Result<void> TupleSpace::append(TupleRef tuple, std::string_view bytes, const SetOptions& options) {
+  auto& parts = *parts_;
+  if (!parts.store.is_present(tuple) || parts.condemned(tuple.index)) {
+    return fail(ErrorCode::kNotFound, "appending to a tuple by its short name: it was deleted or expired");
+  }
+  return append(parts.store.at(tuple.index).key(), bytes, options);
 }
 
 Result<void> TupleSpace::erase(std::string_view key) {
@@ -96,10 +123,11 @@ Handle TupleSpace::watch_demand(const Pattern& pattern, DemandCall call) {
       [parts = parts_.get(), watch = parts_->demand.add(pattern, std::move(call))] { parts->demand.remove(watch); });
 }
 
-Handle TupleSpace::judge(const Pattern& pattern, Judge judge) {
+Handle TupleSpace::judge(const Pattern& pattern, Judge judge, Accepts accepts) {
   if (!is_sound(pattern)) return {};
-  return parts_->handle(
-      [parts = parts_.get(), seat = parts_->judges.add(pattern, std::move(judge))] { parts->judges.remove(seat); });
+  return parts_->handle([parts = parts_.get(), seat = parts_->judges.add(pattern, std::move(judge), accepts)] {
+    parts->judges.remove(seat);
+  });
 }
 
 Handle TupleSpace::subscribe(const Pattern& pattern, const Flow& flow, EventCall call) {
@@ -119,37 +147,14 @@ Handle TupleSpace::subscribe(const Pattern& pattern, const Flow& flow, EventCall
 
 std::uint64_t TupleSpace::set_remote(OwnerId owner, std::string_view key, std::string_view value, Duration time_to_live,
                                      ReplyCall call, const SetOptions& options) {
-  auto* parts = parts_.get();
-  RUBICON_DEBUG_ASSERT(parts->scheduler.on_loop_thread());
-  const auto request = parts->requests.next_number();
-  const bool given = time_to_live > Duration(0);
-  const auto left = given ? std::min(time_to_live, kLongest) : kDefaultTimeToLive;
-  if (parts->requests.full()) {
-    parts->later([request, me = parts->self, call = std::move(call)] {
-      if (call) call({me, request, Verdict::kRefused, ErrorCode::kBusy, "too many remote sets wait for their answer"});
-    });
-    return request;
-  }
-  parts->requests.open(request, left, std::move(call));
-  RemoteSet wish{parts->self,
-                 owner,
-                 request,
-                 std::string(key),
-                 std::string(value),
-                 std::string(options.media_type),
-                 options.user_time,
-                 options.lifetime,
-                 left,
-                 given};
-  if (owner == parts->self) {
-    parts->later([parts, wish = std::move(wish)] { parts->judge_own(wish); });
-  } else if (auto sent = parts->link.remote_set(wish); !sent) {
-    const auto verdict = sent.error().code == ErrorCode::kNotFound ? Verdict::kNoSuchOwner : Verdict::kRefused;
-    parts->later([parts, reply = Reply{parts->self, request, verdict, sent.error().code, sent.error().text}] {
-      parts->requests.answer(reply);
-    });
-  }
-  return request;
+  return parts_->ask(wish_of(owner, key, value, time_to_live, options), std::move(call));
+}
+
+std::uint64_t TupleSpace::append_remote(OwnerId owner, std::string_view key, std::string_view bytes,
+                                        Duration time_to_live, ReplyCall call, const SetOptions& options) {
+  auto wish = wish_of(owner, key, bytes, time_to_live, options);
+  wish.append = true;
+  return parts_->ask(std::move(wish), std::move(call));
 }
 
 std::optional<TupleView> TupleSpace::get(OwnerId owner, std::string_view key) const {

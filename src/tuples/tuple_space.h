@@ -66,6 +66,12 @@ class TupleSpace final : private LinkListener {
   Result<TupleRef> declare(std::string_view key, std::string_view value = {}, const SetOptions& options = {});
   Result<TupleRef> set(std::string_view key, std::string_view value, const SetOptions& options = {});
   Result<void> set(TupleRef tuple, std::string_view value, const SetOptions& options = {});
+  /// Adds bytes behind the value of an own tuple, as one set: sequence +1, everybody sees the whole value. kNotFound
+  /// when there is none, kInvalid when `options` name another media type than it has (empty = whatever it has),
+  /// kOutOfRange beyond 1 MiB, kRefused when it has not the expected sequence; the tuple is then unchanged. Without a
+  /// lifetime it expires when it would have.
+  Result<void> append(std::string_view key, std::string_view bytes, const SetOptions& options = {});
+  Result<void> append(TupleRef tuple, std::string_view bytes, const SetOptions& options = {});
   Result<void> erase(std::string_view key);
   /// Deletes own tuples; long walks take several turns. Only keys count, an owner in the pattern must be self.
   void erase(const Pattern& pattern);
@@ -77,8 +83,9 @@ class TupleSpace final : private LinkListener {
   /// told at once (in a later turn). Changes within a turn are merged.
   [[nodiscard]] Handle watch_demand(const Pattern& pattern, DemandCall call);
 
-  /// Decides about remote sets on own keys that match; the narrowest pattern wins. Without one they are refused.
-  [[nodiscard]] Handle judge(const Pattern& pattern, Judge judge);
+  /// Decides about remote sets on own keys that match; the narrowest pattern wins. Without one they are refused, and
+  /// appends are unless it accepts them. What cannot be done anyway (sequence, size, media type) does not reach it.
+  [[nodiscard]] Handle judge(const Pattern& pattern, Judge judge, Accepts accepts = Accepts::kSets);
 
   // -- everybody's tuples
   /// Present matching tuples are told at once (in a later turn), then every change.
@@ -88,6 +95,11 @@ class TupleSpace final : private LinkListener {
   /// the time to live ends, kExpired. `time_to_live` zero = 5 s.
   std::uint64_t set_remote(OwnerId owner, std::string_view key, std::string_view value, Duration time_to_live,
                            ReplyCall call, const SetOptions& options = {});
+
+  /// Asks the owner to append, under the rules of append() and its judge. An answer that is lost leaves open whether
+  /// the bytes were added: who repeats it names the expected sequence.
+  std::uint64_t append_remote(OwnerId owner, std::string_view key, std::string_view bytes, Duration time_to_live,
+                              ReplyCall call, const SetOptions& options = {});
 
   /// Own tuple, or copy of a foreign one that a subscription of ours covers.
   std::optional<TupleView> get(OwnerId owner, std::string_view key) const;

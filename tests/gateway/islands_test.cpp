@@ -199,6 +199,24 @@ TEST_F(BetweenIslands, TheGatewayTupleKeepsNoValue) {
   EXPECT_EQ(one.space.get(OwnerId{1}, "GATEWAY")->value, "");
 }
 
+TEST_F(BetweenIslands, NothingIsAppendedToTheGatewayTuple) {
+  one.listen(MessageKind::kOpaque);
+  Message message;
+  message.body = note("hello");
+  const auto bytes = model::to_cbor(message);
+  for (const auto media_type : {model::kMessageMediaType, std::string_view("text/plain"), std::string_view()}) {
+    Reply reply;
+    robot.append_remote(OwnerId{1}, "GATEWAY", base::as_text(bytes), 1s, [&](const Reply& answer) { reply = answer; },
+                        {.media_type = media_type});
+    time.run_for(1s);
+    EXPECT_EQ(reply.verdict, Verdict::kRefused);
+    EXPECT_EQ(reply.code, ErrorCode::kRefused);
+    EXPECT_THAT(reply.text, HasSubstr("GATEWAY takes whole values"));
+  }
+  EXPECT_THAT(one.heard, IsEmpty());
+  EXPECT_EQ(one.space.get(OwnerId{1}, "GATEWAY")->value, "");
+}
+
 TEST_F(BetweenIslands, AMessageOnItsWayThroughIsHandedOn) {
   three.listen(MessageKind::kOpaque);
   Message message;

@@ -92,6 +92,40 @@ TEST_F(Commands, RefusesInsideTheReplyWhatCannotBe) {
   EXPECT_EQ(text(kFlapCommand), "");
 }
 
+TEST_F(Commands, NothingIsAppendedToWhatTheIslandPublishes) {
+  begin();
+  set(kFlapCommand, "open");
+  const auto sent = actuated().size();
+  for (const std::string key : {kFlapCommand.c_str(), "proxy.hall.7.property.knob.command", "proxy.hall.status"}) {
+    Reply reply;
+    robot->append_remote(kIsland, key, "1", 1s, [&](const Reply& answer) { reply = answer; }, {.media_type = {}});
+    time.run_ready();
+    EXPECT_EQ(reply.verdict, Verdict::kRefused) << key;
+    EXPECT_EQ(reply.code, ErrorCode::kRefused) << key;
+    EXPECT_NE(reply.text.find(key + " takes whole values"), std::string::npos) << reply.text;
+  }
+  EXPECT_EQ(text(kFlapCommand), "open");
+  EXPECT_EQ(actuated().size(), sent);
+}
+
+TEST_F(Commands, ACommandMayBeMadeOnlyIfNobodyElseCommandedMeanwhile) {
+  begin();
+  set(kFlapCommand, "open");
+  const auto seen = space->get(kIsland, kFlapCommand)->sequence;
+  set(kFlapCommand, "shut");
+  Reply reply;
+  const auto ask = [&](std::uint64_t sequence) {
+    robot->set_remote(kIsland, kFlapCommand, "open", 1s, [&](const Reply& answer) { reply = answer; },
+                      {.expected_sequence = sequence});
+    time.run_ready();
+    return reply.verdict;
+  };
+  EXPECT_EQ(ask(seen), Verdict::kRefused);
+  EXPECT_EQ(text(kFlapCommand), "shut");
+  EXPECT_EQ(ask(reply.sequence), Verdict::kApplied);
+  EXPECT_EQ(text(kFlapCommand), "open");
+}
+
 TEST_F(Commands, AHugeTextIsRefused) {
   start();
   auto message = lamp();

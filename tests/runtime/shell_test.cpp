@@ -182,7 +182,7 @@ TEST_F(ShellTest, PostsBytesIntoTheGateway) {
 
 TEST_F(ShellTest, HelpNamesEveryCommand) {
   const auto help = answer("help")["commands"];
-  EXPECT_THAT(help, SizeIs(10));
+  EXPECT_THAT(help, SizeIs(13));
 }
 
 TEST_F(ShellTest, BadLinesAreAnsweredAndNothingElse) {
