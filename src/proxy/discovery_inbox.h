@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "proxy/proxy.h"
 #include "proxy/surroundings.h"
 #include "state/state_store.h"
 
@@ -53,9 +54,7 @@ class DiscoveryInbox {
   std::vector<DeviceName> matching(std::string_view pattern) const;
   std::vector<DeviceName> waiting() const;
 
-  struct Counters {
-    std::uint64_t waiting = 0, ignored = 0, unheard = 0, refused = 0;
-  };
+  using Counters = Proxy::InboxCounters;
   const Counters& counters() const { return counters_; }
 
  private:

@@ -270,6 +270,10 @@ void Proxy::reconfigure(ProxyConfig config) {
   parts_->reconfigure(std::move(config));
 }
 
+Proxy::InboxCounters Proxy::inbox_counters() const {
+  return parts_->inbox.counters();
+}
+
 void Proxy::restart(const std::string& network) {
   parts_->restart(network);
 }

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
+#include <string>
 
 #include "base/log.h"
 #include "base/scheduler.h"
@@ -28,6 +30,13 @@ class Proxy {
   void reconfigure(ProxyConfig config);
   /// The network is being made anew: its devices are as after a restart of the island.
   void restart(const std::string& network);
+
+  struct InboxCounters {
+    std::uint64_t waiting = 0, ignored = 0;
+    std::uint64_t refused = 0;  ///< devices there was no room for
+    std::uint64_t unheard = 0;  ///< messages of waiting and ignored devices
+  };
+  InboxCounters inbox_counters() const;
 
  private:
   struct Parts;

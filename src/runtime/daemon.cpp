@@ -180,6 +180,7 @@ class Session {
       if (!table) put_event(std::move(line));
     };
     shell_ = std::make_unique<Shell>(*space_, config.id, config.proxy.prefix, answer, event, [this] { finish(); });
+    shell_->on_reload([this](bool try_only) { return reload(try_only); });
     // The shell answers from its copies: it starts to read when the first of them is there.
     first_copy_ = space_->subscribe({config.id, "GATEWAY"}, {{}, {}, 0, true}, [this, table](const tuples::Event&) {
       if (!input_) read_input(table);
@@ -277,8 +278,7 @@ int print_plan(const std::string& file, const std::string& old_file, const std::
   if (!next) return report(next.error());
   const auto path = old_file.empty() ? good_config_path(*next) : old_file;
   if (path.empty()) {
-    fmt::print(stderr,
-               "--diff: no state file, so nothing is kept of the running configuration; name it: --diff OLD\n");
+    fmt::print(stderr, "--diff: no state file, so nothing is kept of the running configuration; name it: --diff OLD\n");
     return kExitConfiguration;
   }
   const auto now = load(path, overrides, errors);

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "proxy/proxy.h"
+#include "runtime/island_metrics.h"
 
 namespace rubicon::runtime {
 
@@ -23,9 +24,12 @@ struct Island::Parts {
         space(config.id, scheduler, *link),
         gateway(scheduler, space, sink, config.limits),
         proxy(config.proxy, scheduler, space, gateway, config.types, sink, state.get()),
-        networks(config.id, scheduler, some_transports, sink, gateway) {
+        networks(config.id, scheduler, some_transports, sink, gateway),
+        metrics(scheduler, space, config.proxy.prefix) {
     gateway.connect(networks);
+    watch_numbers();
   }
+  void watch_numbers();
 
   Result<void> add(NetworkSetup& setup, network::Supervisor& to, const std::string& directory,
                    base::ConfigErrors& errors);
@@ -42,7 +46,41 @@ struct Island::Parts {
   gateway::Gateway gateway;
   proxy::Proxy proxy;
   network::Supervisor networks;
+  IslandMetrics metrics;
 };
+
+void Island::Parts::watch_numbers() {
+  metrics.add([this](const IslandMetrics::Say& say) {
+    const auto messages = gateway.counters();
+    say("gateway-delivered", messages.delivered);
+    say("gateway-dropped-readings", messages.dropped_readings);
+    say("gateway-refused-busy", messages.refused_busy);
+    say("gateway-undeliverable", messages.undeliverable);
+    say("gateway-duplicates", messages.duplicates);
+    say("gateway-looped", messages.looped);
+    say("gateway-malformed", messages.malformed);
+    const auto tuples = space.stats();
+    say("tuples-cached", tuples.cached);
+    say("tuples-subscriptions", tuples.subscriptions);
+    say("tuples-queued", tuples.queued);
+    say("tuples-merged", tuples.merged);
+    say("tuples-dropped", tuples.dropped);
+    const auto devices = proxy.inbox_counters();
+    say("inbox-waiting", devices.waiting);
+    say("inbox-ignored", devices.ignored);
+    say("inbox-refused", devices.refused);
+    say("inbox-unheard-messages", devices.unheard);
+  });
+  if (!state) return;
+  metrics.add([this](const IslandMetrics::Say& say) {
+    const auto file = state->stats();
+    say("state-devices", file.devices);
+    say("state-bytes", file.bytes);
+    say("state-failures", file.failures);
+    say("state-pruned", file.pruned);
+    say("state-damaged", file.damaged);
+  });
+}
 
 Island::Island(std::unique_ptr<Parts> parts, Scheduler& scheduler) : parts_(std::move(parts)), scheduler_(scheduler) {}
 Island::~Island() = default;
@@ -76,6 +114,7 @@ Result<std::unique_ptr<Island>> Island::make(IslandConfig config, Scheduler& sch
 void Island::start() {
   parts_->proxy.restore();
   parts_->networks.start();
+  parts_->metrics.start();
 }
 
 namespace {

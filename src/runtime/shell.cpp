@@ -70,6 +70,10 @@ const std::map<std::string_view, Shell::Command>& Shell::commands() {
       {"devices", {"devices", &Shell::devices}},
       {"stats", {"stats", &Shell::stats}},
       {"post", {"post HEX", &Shell::post}},
+      {"inbox", {"inbox", &Shell::inbox}},
+      {"approve", {"approve NETWORK.DEVICE", &Shell::approve}},
+      {"ignore", {"ignore NETWORK.DEVICE", &Shell::ignore}},
+      {"reload", {"reload [try]", &Shell::reload}},
       {"help", {"help", &Shell::help}},
       {"quit", {"quit", &Shell::quit}},
   };
@@ -242,6 +246,10 @@ void Shell::stats(std::string_view, const Slot& slot) {
     const auto parts = model::key_parts(tuple.key);
     networks[std::string(parts[1])][std::string(parts[3])] = value_text(tuple);
   });
+  Line island = Line::object();
+  space_.list({island_, prefix_ + ".property.*.value"}, [&](const tuples::TupleView& tuple) {
+    island[std::string(model::key_parts(tuple.key)[2])] = value_text(tuple);
+  });
   const auto own = space_.stats();
   finish(slot, text_of({{"ok", true},
                         {"tuples", own.cached},
@@ -249,6 +257,7 @@ void Shell::stats(std::string_view, const Slot& slot) {
                         {"events", own.events},
                         {"merged", own.merged},
                         {"dropped", own.dropped},
+                        {"island", island},
                         {"networks", networks}}));
 }
 

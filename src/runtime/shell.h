@@ -24,6 +24,11 @@ class Shell {
   Shell(TupleSpace& space, OwnerId island, std::string prefix, Write answer, Write event, std::function<void()> quit);
   ~Shell();
 
+  /// What `reload` does: takes the configuration anew, or says what that would change. The one thing here that no other
+  /// component can do.
+  using Reload = std::function<Result<std::vector<std::string>>(bool try_only)>;
+  void on_reload(Reload reload) { reload_ = std::move(reload); }
+
   /// One line without its end. Never fails: bad lines are answered with an error.
   void line(std::string_view text);
   /// A line that was cut because it was longer than kMaxLine.
@@ -59,6 +64,11 @@ class Shell {
   void stats(std::string_view rest, const Slot& slot);
   void post(std::string_view rest, const Slot& slot);
   void help(std::string_view rest, const Slot& slot);
+  void inbox(std::string_view rest, const Slot& slot);
+  void approve(std::string_view rest, const Slot& slot);
+  void ignore(std::string_view rest, const Slot& slot);
+  void decide(std::string_view word, std::string_view rest, const Slot& slot);
+  void reload(std::string_view rest, const Slot& slot);
   void quit(std::string_view rest, const Slot& slot);
 
   void remote_set(OwnerId owner, const std::string& key, std::string_view value, std::string_view media_type,
@@ -78,6 +88,7 @@ class Shell {
   std::string prefix_;
   Write answer_, event_;
   std::function<void()> quit_, idle_;
+  Reload reload_;
   bool quitting_ = false;
   std::deque<Slot> slots_;
   std::map<std::string, tuples::Handle> subscriptions_;

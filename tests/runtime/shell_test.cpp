@@ -182,7 +182,7 @@ TEST_F(ShellTest, PostsBytesIntoTheGateway) {
 
 TEST_F(ShellTest, HelpNamesEveryCommand) {
   const auto help = answer("help")["commands"];
-  EXPECT_THAT(help, SizeIs(13));
+  EXPECT_THAT(help, SizeIs(17));
 }
 
 TEST_F(ShellTest, BadLinesAreAnsweredAndNothingElse) {

@@ -39,7 +39,7 @@ class Reload : public Ecology {
     island->start();
     robot = &component(70001);
     everything = robot->subscribe({OwnerId(6541), "**"}, {.passive = true}, [this](const Event& event) {
-      if (recording) touched.emplace_back(event.tuple.key);
+      if (recording && !event.tuple.key.starts_with("proxy.property.")) touched.emplace_back(event.tuple.key);
     });
     scheduler.run_for(1s);
   }
