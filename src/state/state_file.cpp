@@ -65,6 +65,8 @@ Result<void> tune_reader(Database& database) {
 
 /// A log beyond 4 MiB is written back by the commit that reaches it; StateStore::tidy does so earlier.
 Result<void> tune_writer(Database& database, std::uint64_t max_bytes) {
+  // EXTRA for the switch of a new file to the log: a rollback journal that came back with the power would empty it.
+  if (auto done = apply(database, {"PRAGMA synchronous=EXTRA"}); !done) return done;
   const auto mode = database.word("PRAGMA journal_mode=WAL", "opening");
   if (!mode) return fail(mode.error());
   // Where the file system cannot do it, each commit waits for the disk.
@@ -98,6 +100,8 @@ Result<void> make_fresh(StateFile& file, std::optional<IslandId> island) {
   }
   if (auto done = bring_up(file.database, 0, schema_steps(), sql_of_island(*island)); !done) return done;
   file.island = *island;
+  // SQLite drops the log of a file without content, which it would be if the power failed: on the disk with it.
+  if (auto done = file.database.run("PRAGMA wal_checkpoint(FULL)", "making it"); !done) return done;
   sync_folder_of(file.path);
   return {};
 }
