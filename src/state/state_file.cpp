@@ -19,6 +19,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr int kPageBytes = 4096;
+constexpr int kSmallestFile = 512;  // a page; SQLite takes some shorter ones for empty
 
 /// Symbolic links resolved: the side files stand beside the file they belong to.
 std::string resolved(const std::string& path) {
@@ -33,8 +34,17 @@ Result<bool> exists(const std::string& path) {
     if (errno == ENOENT) return false;
     return fail(ErrorCode::kIo, fmt::format("state file {}: {}", path, std::strerror(errno)));
   }
-  if (S_ISREG(status.st_mode)) return true;
-  return fail(ErrorCode::kInvalid, fmt::format("state file {}: not a regular file", path));
+  if (!S_ISREG(status.st_mode)) return fail(ErrorCode::kInvalid, fmt::format("state file {}: not a file", path));
+  if (status.st_size > 0 && status.st_size < kSmallestFile) {
+    return fail(ErrorCode::kInvalid,
+                fmt::format("state file {}: {} bytes are no SQLite database", path, status.st_size));
+  }
+  return true;
+}
+
+/// To write one also needs to make files beside it.
+bool may_write(const std::string& path) {
+  return ::access(path.c_str(), W_OK) == 0 && ::access(fs::path(path).parent_path().c_str(), W_OK | X_OK) == 0;
 }
 
 bool has_content(const std::string& path) {
@@ -139,7 +149,7 @@ Result<Database> open_for_reading(const std::string& path) {
 /// A tool may tidy up after a process that died, as SQLite does for the last reader that leaves, but writes nothing.
 Result<Database> open_beside(const std::string& path) {
   auto database = Database::open(path, Database::Mode::kWrite);
-  if (!database || ::access(path.c_str(), W_OK) != 0) return open_for_reading(path);
+  if (!database || !may_write(path)) return open_for_reading(path);
   if (auto done = database->run("PRAGMA query_only=ON", "opening"); !done) return fail(done.error());
   const auto probe = database->number("SELECT count(*) FROM sqlite_schema", "reading");
   if (probe || probe.error().code == ErrorCode::kInvalid) return database;
@@ -147,7 +157,7 @@ Result<Database> open_beside(const std::string& path) {
 }
 
 Result<void> open_own(StateFile& file, bool present) {
-  file.read_only = present && ::access(file.path.c_str(), W_OK) != 0;
+  file.read_only = present && !may_write(file.path);
   if (!file.read_only) {
     auto lock = FileLock::take(file.path);
     if (lock) {

@@ -1,9 +1,8 @@
 #include <sys/mman.h>
-#include <sys/wait.h>
 
 #include <algorithm>
-#include <functional>
 
+#include "state/child.h"
 #include "state/crashing_disk.h"
 #include "state/state_support.h"
 
@@ -68,14 +67,6 @@ bool work(const std::string& path, Progress& progress) {
   store->reset();
   progress.operations = disk_operations();
   return true;
-}
-
-int run_child(const std::function<int()>& body) {
-  const auto child = ::fork();
-  if (child == 0) ::_exit(body());
-  int status = 0;
-  ::waitpid(child, &status, 0);
-  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
 
 class PowerLoss : public testing::Test {

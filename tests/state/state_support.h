@@ -18,12 +18,14 @@ namespace rubicon::state {
 
 inline constexpr IslandId kIsland{6541};
 
-/// A folder of its own, gone with the test.
+/// A folder of its own, gone with the test; in memory where there is a place for that, because many tests wait for the
+/// disk often.
 class Folder {
  public:
   Folder() {
     const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-    path_ = std::filesystem::path(testing::TempDir()) /
+    const std::string memory = "/dev/shm";
+    path_ = std::filesystem::path(::access(memory.c_str(), W_OK) == 0 ? memory : testing::TempDir()) /
             fmt::format("rubicon_{}_{}_{}", test->test_suite_name(), test->name(), ::getpid());
     std::filesystem::remove_all(path_);
     std::filesystem::create_directories(path_);
