@@ -24,7 +24,7 @@ constexpr int kSmallestFile = 512;  // a page; SQLite takes some shorter ones fo
 /// Symbolic links resolved: the side files stand beside the file they belong to.
 std::string resolved(const std::string& path) {
   std::error_code error;
-  auto real = fs::weakly_canonical(path, error);
+  auto real = fs::weakly_canonical(fs::absolute(path, error), error);
   return error ? path : real.string();
 }
 

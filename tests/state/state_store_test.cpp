@@ -271,7 +271,8 @@ TEST(StateStore, SaysSoWhenOneDeviceAloneIsBeyondTheBoundAndGoesOn) {
   options.max_bytes = 256 << 10;
   const auto store = opened(folder / "s", options);
   const auto row = *store->save(device_of("wsn-1", "1"));
-  const std::vector<StoredValue> big{value_at(sensor(1), std::string(300 << 10, 'x'), 1)};
+  std::vector<StoredValue> big;
+  for (int i = 0; i < 5; ++i) big.push_back(value_at(sensor(1, std::to_string(i)), std::string(60 << 10, 'x'), 1));
   const auto refused = store->save_values(row, big);
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().code, ErrorCode::kBusy);
