@@ -28,7 +28,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
       .write(reinterpret_cast<const char*>(bytes), static_cast<std::streamsize>(size));
   const auto store = state::StateStore::open(file, IslandId(6541));
   if (!store) return 0;
-  state::KnownDevice device{"wsn-1", "7", "7"};
+  state::KnownDevice device;
   std::ignore = (*store)->each("", [&](state::StateStore::Row, state::KnownDevice&& known) { device = known; });
   std::ignore = (*store)->save(device);
   std::ignore = (*store)->forget(device.network, device.address);
