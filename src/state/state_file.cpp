@@ -83,7 +83,9 @@ Result<void> tune_writer(Database& database, std::uint64_t max_bytes) {
   const auto* synchronous = *mode == "wal" ? "PRAGMA synchronous=NORMAL" : "PRAGMA synchronous=FULL";
   const auto bound = fmt::format("PRAGMA max_page_count={}", std::max<std::uint64_t>(max_bytes / kPageBytes, 1));
   return apply(database, {synchronous, bound.c_str(), "PRAGMA wal_autocheckpoint=1000",
-                          "PRAGMA journal_size_limit=4194304", "PRAGMA foreign_keys=ON"});
+                          "PRAGMA journal_size_limit=4194304", "PRAGMA foreign_keys=ON",
+                          // Only a stranger's program may hold the file from now on; the loop does not wait for it.
+                          "PRAGMA busy_timeout=20"});
 }
 
 Result<void> check_soundness(Database& database) {
