@@ -36,7 +36,11 @@ std::vector<StoredValue> values_of(int device, std::int64_t time) {
 
 /// `alike`: announcements are those of one kind of device; else each is different.
 KnownDevice device_of(int number, bool alike) {
-  KnownDevice device{"wsn-1", std::to_string(number), "mote_" + std::to_string(number), Decision::kApproved};
+  KnownDevice device;
+  device.network = "wsn-1";
+  device.address = std::to_string(number);
+  device.id = "mote_" + device.address;
+  device.decision = Decision::kApproved;
   device.join = {"mote", "Mote " + std::to_string(number), "Advantic EM1000", {}, true};
   for (int i = 0; i < 4; ++i) {
     model::Capability capability;

@@ -1,6 +1,7 @@
 #include <CLI/CLI.hpp>
 
 #include "runtime/daemon.h"
+#include "runtime/state_tool.h"
 
 namespace {
 
@@ -19,6 +20,35 @@ void describe_run(CLI::App& app, RunOptions& options) {
       ->capture_default_str();
 }
 
+/// `state FILE ...`: what an island remembers.
+struct StateTool {
+  CLI::App *state = nullptr, *show = nullptr, *exporting = nullptr, *importing = nullptr, *forget = nullptr;
+  std::string file, out, from = "-";
+  std::vector<std::string> devices;
+  bool force = false;
+
+  int run() const {
+    if (show->parsed()) return rubicon::runtime::show_state(file);
+    if (exporting->parsed()) return rubicon::runtime::export_state(file, out);
+    if (importing->parsed()) return rubicon::runtime::import_state(file, from, force);
+    return rubicon::runtime::forget_state(file, devices);
+  }
+};
+
+void describe_state(CLI::App& app, StateTool& tool) {
+  tool.state = app.add_subcommand("state", "Show, export, import or forget what an island remembers in FILE");
+  tool.state->add_option("FILE", tool.file, "state file of an island")->required();
+  tool.state->require_subcommand(1);
+  tool.show = tool.state->add_subcommand("show", "List the devices");
+  tool.exporting = tool.state->add_subcommand("export", "Write everything as JSON lines");
+  tool.exporting->add_option("--out", tool.out, "file to write instead of standard output");
+  tool.importing = tool.state->add_subcommand("import", "Merge an export into FILE: all of it or nothing");
+  tool.importing->add_option("EXPORT", tool.from, "what `export` wrote; - = standard input")->capture_default_str();
+  tool.importing->add_flag("--force", tool.force, "also the export of another island");
+  tool.forget = tool.state->add_subcommand("forget", "Forget devices");
+  tool.forget->add_option("DEVICE", tool.devices, "NETWORK/ADDRESS, or NETWORK.ID as in keys")->required();
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -35,6 +65,8 @@ int main(int argc, char** argv) {
   auto* diff = check->add_option(
       "--diff", old_file, "say what a reload would change: against OLD, or what the daemon was last started with");
   diff->expected(0, 1)->type_name("OLD");
+  StateTool state;
+  describe_state(app, state);
   auto* networks = app.add_subcommand("networks", "List the network types with sample configurations");
   try {
     app.parse(argc, argv);
@@ -46,5 +78,6 @@ int main(int argc, char** argv) {
     return rubicon::runtime::check(options.file, options.overrides, against);
   }
   if (networks->parsed()) return rubicon::runtime::list_networks();
+  if (state.state->parsed()) return state.run();
   return rubicon::runtime::run(options);
 }

@@ -12,6 +12,13 @@ namespace {
 constexpr std::size_t kSlice = 1000;
 constexpr std::chrono::milliseconds kLongestPeriod = std::chrono::hours(24);
 constexpr Duration kBusyPause = std::chrono::seconds(1);
+constexpr Duration kOverduePause = std::chrono::seconds(10);
+
+bool is_overdue(const Device& device) {
+  return device.status == DeviceStatus::kReachable && device.sampling.refusal.empty() &&
+         std::any_of(device.points.begin(), device.points.end(),
+                     [](const Point& point) { return point.wanted && point.quality == Quality::kStale; });
+}
 
 }  // namespace
 
@@ -37,6 +44,28 @@ void Demand::wanted(const tuples::Demand& demand) {
 void Demand::repeat(Device& device) {
   device.sampling.repeat |= !device.sampling.points.empty() || device.sampling.unsure;
   ask(device);
+}
+
+void Demand::overdue(Device& device) {
+  if (!is_overdue(device) || std::exchange(device.sampling.overdue, true)) return;
+  overdue_.push_back(device.number);
+  repeat(device);
+  if (overdue_timer_.pending()) return;
+  overdue_timer_ = around_.scheduler.after(kOverduePause, [this] { tell_overdue(); });
+}
+
+void Demand::tell_overdue() {
+  std::erase_if(overdue_, [this](DeviceNumber number) {
+    auto* device = directory_.find(number);
+    if (device && is_overdue(*device)) {
+      repeat(*device);
+      return false;
+    }
+    if (device) device->sampling.overdue = false;
+    return true;
+  });
+  if (overdue_.empty()) return;
+  overdue_timer_ = around_.scheduler.after(kOverduePause, [this] { tell_overdue(); });
 }
 
 void Demand::changed(Device& device) {

@@ -16,6 +16,9 @@ class Demand {
   void wanted(const tuples::Demand& demand);
   /// The device may have forgotten what it was told.
   void repeat(Device& device);
+  /// A sensor that is wanted has not been heard in time: the device may have lost what it was told. Told again now and
+  /// every ten seconds until it reports.
+  void overdue(Device& device);
   /// The device's rate or its points changed.
   void changed(Device& device);
   /// True if the request was a Sample of ours.
@@ -25,6 +28,7 @@ class Demand {
  private:
   void ask(Device& device);
   void flush();
+  void tell_overdue();
   void tell(Device& device);
   void send(Device& device);
   void note_refusal(Device& device, std::string why);
@@ -39,6 +43,8 @@ class Demand {
   std::unordered_map<std::uint64_t, DeviceNumber> requests_;  ///< at most one a device
   std::vector<DeviceNumber> busy_;                            ///< to be told again after a pause
   Timer busy_timer_;
+  std::vector<DeviceNumber> overdue_;
+  Timer overdue_timer_;
 };
 
 }  // namespace rubicon::proxy

@@ -73,6 +73,7 @@ struct Sampling {
   bool unsure = false;        ///< told, but not known to be accepted or refused
   bool queued = false;        ///< stands in the list of devices to be told this turn
   bool repeat = false;        ///< tell it even if nothing changed
+  bool overdue = false;       ///< stands in the list of devices to be told again until they report
 };
 
 struct Network;

@@ -39,8 +39,8 @@ std::optional<SteadyTime> stale_at(const Device& device, const Point& point) {
 }
 
 Liveness::Liveness(Surroundings& around, DeviceDirectory& directory, TupleMirror& mirror,
-                   std::function<void(Device&)> lost)
-    : around_(around), directory_(directory), mirror_(mirror), lost_(std::move(lost)) {}
+                   std::function<void(Device&)> stale, std::function<void(Device&)> lost)
+    : around_(around), directory_(directory), mirror_(mirror), stale_(std::move(stale)), lost_(std::move(lost)) {}
 
 std::optional<SteadyTime> Liveness::next_look(const Device& device) const {
   std::optional<SteadyTime> next;
@@ -88,13 +88,16 @@ void Liveness::look_at_due() {
 }
 
 void Liveness::look(Device& device, SteadyTime now) {
+  bool aged = false;
   for (auto& point : device.points) {
     if (point.quality != Quality::kGood) continue;
     const auto due = stale_at(device, point);
     if (!due || *due > now) continue;
     mirror_.set_quality(device, point, Quality::kStale,
                         fmt::format("not heard for {}", seconds_text(now - point.heard_at)));
+    aged = true;
   }
+  if (aged) stale_(device);
   const auto silence = device.network->rules.silence;
   if (!silence || device.status != DeviceStatus::kReachable || device.heard_at + *silence > now) return;
   device.status = DeviceStatus::kUnreachable;

@@ -14,7 +14,9 @@ namespace rubicon::proxy {
 /// out whether anything is due.
 class Liveness {
  public:
-  Liveness(Surroundings& around, DeviceDirectory& directory, TupleMirror& mirror, std::function<void(Device&)> lost);
+  /// `stale`: some of its values just became so. `lost`: it is unreachable from now on.
+  Liveness(Surroundings& around, DeviceDirectory& directory, TupleMirror& mirror, std::function<void(Device&)> stale,
+           std::function<void(Device&)> lost);
 
   /// A point became good, a device reachable, or a rule changed: look at the device in time.
   void watch(Device& device);
@@ -36,7 +38,7 @@ class Liveness {
   Surroundings& around_;
   DeviceDirectory& directory_;
   TupleMirror& mirror_;
-  std::function<void(Device&)> lost_;
+  std::function<void(Device&)> stale_, lost_;
   std::priority_queue<Check, std::vector<Check>, std::greater<>> checks_;
   Timer timer_;
   SteadyTime timer_at_ = SteadyTime::max();

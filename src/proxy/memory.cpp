@@ -15,6 +15,7 @@ using state::StoredValue;
 constexpr Duration kRecordDelay = std::chrono::seconds(1);
 /// Devices written in one turn of the loop.
 constexpr std::size_t kSlice = 200;
+constexpr Duration kTidyPause = std::chrono::minutes(1);
 
 }  // namespace
 
@@ -85,12 +86,12 @@ void Memory::flush() {
   around_.clock.refresh();
   const auto count = std::min(dirty_.size(), kSlice);
   std::vector<DeviceNumber> slice(dirty_.end() - static_cast<std::ptrdiff_t>(count), dirty_.end());
-  bool saved = worked(store_->begin()) && save_absent();
-  for (const auto number : slice) {
-    auto* device = directory_.find(number);
-    if (saved && device) saved = remember(*device);
-  }
-  saved = worked(store_->commit(!absent_.empty())) && saved;
+  const bool saved = transaction(!absent_.empty(), [&] {
+    return save_absent() && std::all_of(slice.begin(), slice.end(), [this](DeviceNumber number) {
+             auto* device = directory_.find(number);
+             return !device || remember(*device);
+           });
+  });
   if (!saved) {
     std::erase_if(dirty_, [this](DeviceNumber number) { return !directory_.find(number); });
     return ask(around_.config.save_period);
@@ -100,7 +101,18 @@ void Memory::flush() {
   for (const auto number : slice) {
     if (auto* device = directory_.find(number)) written(*device);
   }
-  if (!dirty_.empty()) ask(Duration(0));
+  if (!dirty_.empty()) return ask(Duration(0));
+  const auto now = around_.clock.now().steady;
+  if (now < tidy_at_) return;
+  tidy_at_ = now + kTidyPause;
+  worked(store_->tidy());
+}
+
+/// False: nothing of it is there.
+bool Memory::transaction(bool durable, const std::function<bool()>& write) {
+  if (!worked(store_->begin())) return false;
+  const bool written = write();
+  return worked(store_->commit(durable)) && written;
 }
 
 void Memory::written(Device& device) {
@@ -174,8 +186,7 @@ void Memory::approved(Device& device) {
 /// On the disk when it returns; if that fails, with what else waits.
 void Memory::save_now(Device& device) {
   if (!writable_) return;
-  const bool saved = worked(store_->begin()) && remember(device);
-  if (!worked(store_->commit(true)) || !saved) values_changed(device.number);
+  if (!transaction(true, [&] { return remember(device); })) values_changed(device.number);
 }
 
 void Memory::absent(const std::string& network, const std::string& address, const model::Join& join,
@@ -188,8 +199,7 @@ void Memory::absent(const std::string& network, const std::string& address, cons
   known.join = join;
   known.first_seen = around_.clock.now().wall;
   if (decision == Decision::kNone) return ask(kRecordDelay);
-  const bool saved = worked(store_->begin()) && save_absent();
-  if (worked(store_->commit(true)) && saved) {
+  if (transaction(true, [this] { return save_absent(); })) {
     absent_.clear();
   } else {
     ask(around_.config.save_period);

@@ -56,6 +56,7 @@ class Memory {
   void written(Device& device);
   void save_now(Device& device);
   bool save_absent();
+  bool transaction(bool durable, const std::function<bool()>& write);
   bool worked(Result<void> result);
 
   Surroundings& around_;
@@ -65,7 +66,7 @@ class Memory {
   std::vector<DeviceNumber> dirty_;
   std::map<std::pair<std::string, std::string>, state::KnownDevice> absent_;  ///< not written yet
   Timer timer_;
-  SteadyTime flush_at_ = SteadyTime::max();
+  SteadyTime flush_at_ = SteadyTime::max(), tidy_at_{};
 };
 
 /// What the device said of itself, put together again.

@@ -18,7 +18,9 @@ Proxy::Parts::Parts(ProxyConfig rules, Scheduler& scheduler, TupleSpace& space, 
       inbox(around),
       board(around, directory),
       mirror(around, directory, memory),
-      liveness(around, directory, mirror, [this](Device& device) { lost(device); }),
+      liveness(
+          around, directory, mirror, [this](Device& device) { demand.overdue(device); },
+          [this](Device& device) { lost(device); }),
       demand(around, directory, mirror, liveness),
       desk(around, directory, mirror, memory, [this](Device& device) { demand.changed(device); }),
       decisions_turn(scheduler, [this] { carry_out(); }) {

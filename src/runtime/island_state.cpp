@@ -29,7 +29,7 @@ Result<std::unique_ptr<state::StateStore>> open_state(const IslandConfig& config
   }
   const state::StateOptions options{config.state.max_bytes};
   auto store = state::StateStore::open(path, config.id, options);
-  if (!store && store.error().code == ErrorCode::kInvalid) {
+  if (!store && store.error().code == ErrorCode::kInvalid && fs::is_regular_file(path)) {
     auto aside = state::set_aside(path, now);
     if (!aside) return fail(std::move(aside.error()));
     log.error(fmt::format("{}; it is now {}, and the island begins with an empty memory", store.error().text, *aside));

@@ -19,11 +19,12 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr int kPageBytes = 4096;
+constexpr int kSmallestFile = 512;  // a page; SQLite takes some shorter ones for empty
 
 /// Symbolic links resolved: the side files stand beside the file they belong to.
 std::string resolved(const std::string& path) {
   std::error_code error;
-  auto real = fs::weakly_canonical(path, error);
+  auto real = fs::weakly_canonical(fs::absolute(path, error), error);
   return error ? path : real.string();
 }
 
@@ -33,8 +34,17 @@ Result<bool> exists(const std::string& path) {
     if (errno == ENOENT) return false;
     return fail(ErrorCode::kIo, fmt::format("state file {}: {}", path, std::strerror(errno)));
   }
-  if (S_ISREG(status.st_mode)) return true;
-  return fail(ErrorCode::kInvalid, fmt::format("state file {}: not a regular file", path));
+  if (!S_ISREG(status.st_mode)) return fail(ErrorCode::kInvalid, fmt::format("state file {}: not a file", path));
+  if (status.st_size > 0 && status.st_size < kSmallestFile) {
+    return fail(ErrorCode::kInvalid,
+                fmt::format("state file {}: {} bytes are no SQLite database", path, status.st_size));
+  }
+  return true;
+}
+
+/// To write one also needs to make files beside it.
+bool may_write(const std::string& path) {
+  return ::access(path.c_str(), W_OK) == 0 && ::access(fs::path(path).parent_path().c_str(), W_OK | X_OK) == 0;
 }
 
 bool has_content(const std::string& path) {
@@ -65,13 +75,17 @@ Result<void> tune_reader(Database& database) {
 
 /// A log beyond 4 MiB is written back by the commit that reaches it; StateStore::tidy does so earlier.
 Result<void> tune_writer(Database& database, std::uint64_t max_bytes) {
+  // EXTRA for the switch of a new file to the log: a rollback journal that came back with the power would empty it.
+  if (auto done = apply(database, {"PRAGMA synchronous=EXTRA"}); !done) return done;
   const auto mode = database.word("PRAGMA journal_mode=WAL", "opening");
   if (!mode) return fail(mode.error());
   // Where the file system cannot do it, each commit waits for the disk.
   const auto* synchronous = *mode == "wal" ? "PRAGMA synchronous=NORMAL" : "PRAGMA synchronous=FULL";
   const auto bound = fmt::format("PRAGMA max_page_count={}", std::max<std::uint64_t>(max_bytes / kPageBytes, 1));
   return apply(database, {synchronous, bound.c_str(), "PRAGMA wal_autocheckpoint=1000",
-                          "PRAGMA journal_size_limit=4194304", "PRAGMA foreign_keys=ON"});
+                          "PRAGMA journal_size_limit=4194304", "PRAGMA foreign_keys=ON",
+                          // Only a stranger's program may hold the file from now on; the loop does not wait for it.
+                          "PRAGMA busy_timeout=20"});
 }
 
 Result<void> check_soundness(Database& database) {
@@ -98,6 +112,8 @@ Result<void> make_fresh(StateFile& file, std::optional<IslandId> island) {
   }
   if (auto done = bring_up(file.database, 0, schema_steps(), sql_of_island(*island)); !done) return done;
   file.island = *island;
+  // SQLite drops the log of a file without content, which it would be if the power failed: on the disk with it.
+  if (auto done = file.database.run("PRAGMA wal_checkpoint(FULL)", "making it"); !done) return done;
   sync_folder_of(file.path);
   return {};
 }
@@ -135,7 +151,7 @@ Result<Database> open_for_reading(const std::string& path) {
 /// A tool may tidy up after a process that died, as SQLite does for the last reader that leaves, but writes nothing.
 Result<Database> open_beside(const std::string& path) {
   auto database = Database::open(path, Database::Mode::kWrite);
-  if (!database || ::access(path.c_str(), W_OK) != 0) return open_for_reading(path);
+  if (!database || !may_write(path)) return open_for_reading(path);
   if (auto done = database->run("PRAGMA query_only=ON", "opening"); !done) return fail(done.error());
   const auto probe = database->number("SELECT count(*) FROM sqlite_schema", "reading");
   if (probe || probe.error().code == ErrorCode::kInvalid) return database;
@@ -143,7 +159,7 @@ Result<Database> open_beside(const std::string& path) {
 }
 
 Result<void> open_own(StateFile& file, bool present) {
-  file.read_only = present && ::access(file.path.c_str(), W_OK) != 0;
+  file.read_only = present && !may_write(file.path);
   if (!file.read_only) {
     auto lock = FileLock::take(file.path);
     if (lock) {

@@ -95,6 +95,7 @@ struct StateStore::Parts {
   Result<void> prune(std::uint64_t goal, Row but);
   Result<void> remove(Row row);
   Result<void> put(Row row, std::span<const StoredValue> of_device);
+  Result<void> hear(Row row, std::span<const StoredValue> of_device);
 };
 
 Result<void> StateStore::Parts::prepare(const StateOptions& options) {
@@ -211,13 +212,17 @@ Result<void> StateStore::Parts::remove(Row row) {
 }
 
 Result<void> StateStore::Parts::put(Row row, std::span<const StoredValue> of_device) {
-  WallTime latest{};
   for (const auto& value : of_device) {
     const auto fresh = values.put(row, value);
     if (!fresh) return fail(fresh.error());
     if (*fresh) ++stats.values;
-    latest = std::max(latest, value.heard);
   }
+  return {};
+}
+
+Result<void> StateStore::Parts::hear(Row row, std::span<const StoredValue> of_device) {
+  WallTime latest{};
+  for (const auto& value : of_device) latest = std::max(latest, value.heard);
   return latest == WallTime{} ? Result<void>() : devices.hear(row, latest);
 }
 
@@ -293,7 +298,8 @@ Result<void> StateStore::save_values(Row device, std::span<const StoredValue> va
                   fmt::format("state file {}: device row {} was forgotten", parts.file.path, device));
     }
     if (auto room = parts.make_room(*bytes, device); !room) return room;
-    return parts.put(device, values);
+    if (auto done = parts.put(device, values); !done) return done;
+    return parts.hear(device, values);
   });
 }
 

@@ -51,8 +51,8 @@ struct StateOptions {
   std::uint64_t max_bytes = 256ULL << 20;
 };
 
-/// Largest text or JSON of a value that is kept, in bytes.
-inline constexpr std::size_t kMaxStoredValue = 1 << 20;
+/// Largest text or JSON of a value that is kept, in bytes: what a message may carry (docs/gateway.cddl).
+inline constexpr std::size_t kMaxStoredValue = 65536;
 
 struct StateFile;
 
