@@ -220,5 +220,27 @@ TEST_F(DemandOfSubscribers, TenThousandRandomSubscriptionsEndInTheUnionOfTheLive
   }
 }
 
+TEST_F(DemandOfSubscribers, ASensorThatIsWantedButSilentIsAskedForAgainUntilItReports) {
+  start();
+  join("7", lamp());
+  const auto wish =
+      robot->subscribe({kIsland, "proxy.hall.7.sensor.glow-1.value"}, {.minimum = 1s}, [](const Event&) {});
+  time.run_ready();
+  report("7", sensor(kGlow), 1.0);
+  hall().sent.clear();
+  hall().answers = false;  // from now on requests get lost, though the device lives
+  const auto live = [this](int seconds) {
+    for (int i = 0; i < seconds; ++i) {
+      say("7", model::KeepAlive{});
+      time.run_for(1s);
+    }
+    return hall().sent_bodies<model::Sample>().size();
+  };
+  EXPECT_EQ(live(5), 1U) << "told again when the value became stale";
+  EXPECT_EQ(live(20), 3U);
+  report("7", sensor(kGlow), 2.0);
+  EXPECT_EQ(live(2), 3U);
+}
+
 }  // namespace
 }  // namespace rubicon::proxy
