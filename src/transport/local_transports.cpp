@@ -70,7 +70,7 @@ LocalTransports::LocalTransports(Loop& loop) : loop_(&loop), names_(std::make_un
 LocalTransports::~LocalTransports() = default;
 
 Result<std::unique_ptr<UdpSocket>> LocalTransports::open_udp(const UdpOptions& options, UdpCalls calls) {
-  if (loop_ == nullptr) return fail(ErrorCode::kUnsupported, "no sockets without a loop");
+  if (loop_ == nullptr) return Transports::open_udp(options, std::move(calls));
   return open_asio_udp(loop_->context(), options, std::move(calls));
 }
 

@@ -59,7 +59,7 @@ void MemoryTransports::join(MemoryNet& net, std::string address) {
 }
 
 Result<std::unique_ptr<UdpSocket>> MemoryTransports::open_udp(const UdpOptions& options, UdpCalls calls) {
-  if (net_ == nullptr) return fail(ErrorCode::kUnsupported, "no sockets without a network");
+  if (net_ == nullptr) return Transports::open_udp(options, std::move(calls));
   return net_->open_udp(address_, options, std::move(calls));
 }
 

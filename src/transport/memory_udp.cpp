@@ -32,6 +32,8 @@ class MemoryUdp final : public UdpSocket {
   Result<void> send(const Endpoint& to, ByteView bytes) override {
     if (!is_numeric(to.address) || to.port == 0)
       return fail(ErrorCode::kInvalid, fmt::format("UDP: no endpoint: {}", to_string(to)));
+    if (bytes.size() > 65507)
+      return fail(ErrorCode::kOutOfRange, fmt::format("UDP {}: {} bytes do not fit", to_string(to), bytes.size()));
     if (net_.refuses > 0) {
       --net_.refuses;
       ++dropped_;

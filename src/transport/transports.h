@@ -28,10 +28,12 @@ class Transports {
   /// kNotFound or kIo with the path in the text; a directory is refused.
   virtual Result<std::unique_ptr<FileSource>> open_file(const std::string& path) = 0;
   /// A bound socket; kBusy if the port is taken, else kIo, with the port in the text.
-  virtual Result<std::unique_ptr<UdpSocket>> open_udp(const UdpOptions& options, UdpCalls calls) = 0;
+  /// By default there are none: kUnsupported.
+  virtual Result<std::unique_ptr<UdpSocket>> open_udp(const UdpOptions& options, UdpCalls calls);
   /// Asks for the addresses of a host, IPv4 ones first, never empty. `done` is called once, in a later turn;
   /// kUnreachable if there are none. Destroying the answer ends the wait, and `done` is not called.
-  virtual std::unique_ptr<Lookup> look_up(const std::string& host, LookupDone done) = 0;
+  /// Only for those who have sockets: asserted.
+  virtual std::unique_ptr<Lookup> look_up(const std::string& host, LookupDone done);
 };
 
 }  // namespace rubicon::transport

@@ -77,7 +77,7 @@ void SaladLine::receive(const transport::Endpoint& from, ByteView bytes) {
   const bool known = std::find(addresses_.begin(), addresses_.end(), from.address) != addresses_.end();
   if (!known && !options_.any_source) {
     ++counters_.other_source;
-    return;
+    return calls_.counted();
   }
   ++counters_.datagrams;
   calls_.received(bytes);

@@ -18,6 +18,7 @@ class SaladLine {
     std::function<void(Error)> failed;              ///< closed again
     std::function<void(ByteView)> received;         ///< from SALAD
     std::function<void(const Error&)> undelivered;  ///< what was sent met nobody, or the host cannot be found any more
+    std::function<void()> counted;                  ///< something from elsewhere was dropped
   };
   struct Counters {
     std::uint64_t datagrams = 0;     ///< received from SALAD

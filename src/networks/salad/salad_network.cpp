@@ -32,7 +32,8 @@ class SaladNetwork final : public network::Network {
         host_(host),
         line_(options_, host.transports(),
               {[this] { ready(); }, [this](Error why) { lost(std::move(why)); },
-               [this](ByteView bytes) { received(bytes); }, [this](const Error& error) { undelivered(error); }}) {}
+               [this](ByteView bytes) { received(bytes); }, [this](const Error& error) { undelivered(error); },
+               [this] { report_later(); }}) {}
   /// SALAD stops its updates (salad.md, section 2), if it hears it.
   ~SaladNetwork() override { static_cast<void>(line_.send(kStopUpdates)); }
   SaladNetwork(const SaladNetwork&) = delete;
@@ -178,9 +179,9 @@ Result<void> SaladNetwork::actuate(DeviceId id, const model::Actuate& command) {
     say(fmt::format("refused {}", id), fmt::format("command to device {} refused: {}", id, value.error().text));
     return fail(value.error());
   }
+  report_later();
   if (auto sent = line_.send(salad::actuate(device.actuator, *value)); !sent) return sent;
   ++commands_;
-  report_later();
   host_.deliver(std::to_string(id), model::Acknowledge{command.request, model::Outcome::kSent, {}});
   return {};
 }
