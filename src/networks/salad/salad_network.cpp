@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <set>
 #include <tuple>
 #include <utility>
@@ -193,6 +194,10 @@ Result<void> SaladNetwork::change(const network::NetworkConfig& config) {
     return fail(ErrorCode::kInvalid, fmt::format("network {}: wrong options", config.id));
   const auto line_of = [](const SaladOptions& o) { return std::tie(o.host, o.port, o.own_port, o.buffer); };
   if (line_of(next) != line_of(options_)) return fail(ErrorCode::kUnsupported, "the line changes");
+  const bool types_known = std::all_of(next.devices.begin(), next.devices.end(), [this](const auto& device) {
+    return types_.find(device.second.type_id) != nullptr;
+  });
+  if (!types_known) return fail(ErrorCode::kUnsupported, "a type is new");
   const auto before = std::exchange(options_, std::move(next));
   if (!joined_) return {};
   for (const auto& [id, device] : before.devices) {
