@@ -108,6 +108,7 @@ constexpr Type kTypes[] = {
     {TypeId(0x0257), "vacuum", "vacuum cleaner", "1", kEnumeration, -kNone, kNone, kEvent, "idle,clean,dock,pause"},
     {TypeId(0x0258), "tariff", "tariff", "1", kInteger, 0.0, 254.0, kState, ""},
     {TypeId(0x0259), "ventilation", "ventilation level", "%", kReal, 0.0, 100.0, kState, ""},
+    {TypeId(0x025a), "pressureRaw", "pressure on a seat or bed, device scale", "1", kReal, -kNone, kNone, kState, ""},
 };
 
 }  // namespace

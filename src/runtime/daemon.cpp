@@ -224,7 +224,7 @@ class Session {
   const RunOptions& options_;
   Log log_;
   transport::Loop loop_;
-  transport::LocalTransports transports_;
+  transport::LocalTransports transports_{loop_};
   tuples::MemoryEcology ecology_;
   boost::asio::signal_set signals_, hang_up_;
   ConsoleWriter output_;
@@ -307,7 +307,7 @@ int check(const std::string& file, const std::vector<std::string>& overrides,
   // Making the networks checks their own keys; nothing is opened.
   base::NullLogSink quiet;
   transport::Loop loop;
-  transport::LocalTransports transports;
+  transport::LocalTransports transports(loop);
   tuples::MemoryEcology ecology(loop.scheduler());
   auto island = Island::make(std::move(*config), loop.scheduler(), transports, quiet, ecology, errors);
   if (!errors.empty()) {

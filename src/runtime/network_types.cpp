@@ -4,11 +4,12 @@
 
 #include "networks/dummy/dummy_network.h"
 #include "networks/log/log_network.h"
+#include "networks/salad/salad_network.h"
 
 namespace rubicon::runtime {
 
 std::span<const network::NetworkType> network_types() {
-  static const std::array kTypes{networks::dummy::kType, networks::log::kType};
+  static const std::array kTypes{networks::dummy::kType, networks::log::kType, networks::salad::kType};
   return kTypes;
 }
 

@@ -122,9 +122,11 @@ asio::io_context& Loop::context() {
 
 void Loop::run() {
   parts_->scheduler.adopt_thread();
-  const auto busy = asio::make_work_guard(parts_->context);
-  parts_->context.run();
-  parts_->context.restart();
+  {
+    const auto busy = asio::make_work_guard(parts_->context);
+    parts_->context.run();
+  }
+  parts_->context.restart();  // the last work to go stops the context once more
 }
 
 void Loop::stop() {

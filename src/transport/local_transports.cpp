@@ -10,6 +10,11 @@
 #include <system_error>
 #include <utility>
 
+#include "base/assert.h"
+#include "transport/asio_scheduler.h"
+#include "transport/asio_udp.h"
+#include "transport/name_lookup.h"
+
 namespace rubicon::transport {
 
 namespace {
@@ -59,6 +64,20 @@ class LocalFile final : public FileSource {
 };
 
 }  // namespace
+
+LocalTransports::LocalTransports() = default;
+LocalTransports::LocalTransports(Loop& loop) : loop_(&loop), names_(std::make_unique<NameLookup>(loop.context())) {}
+LocalTransports::~LocalTransports() = default;
+
+Result<std::unique_ptr<UdpSocket>> LocalTransports::open_udp(const UdpOptions& options, UdpCalls calls) {
+  if (loop_ == nullptr) return Transports::open_udp(options, std::move(calls));
+  return open_asio_udp(loop_->context(), options, std::move(calls));
+}
+
+std::unique_ptr<Lookup> LocalTransports::look_up(const std::string& host, LookupDone done) {
+  RUBICON_ASSERT(names_ != nullptr);
+  return names_->look_up(host, std::move(done));
+}
 
 Result<std::unique_ptr<FileSource>> LocalTransports::open_file(const std::string& path) {
   if (path.find('\0') != std::string::npos) return fail(ErrorCode::kNotFound, "a path with a zero byte in it");

@@ -1,13 +1,30 @@
 #pragma once
 
+#include <memory>
+
 #include "transport/transports.h"
 
 namespace rubicon::transport {
 
-/// The machine's own files. Only regular ones: a FIFO or a device could block the loop.
+class Loop;
+class NameLookup;
+
+/// The machine's own files and sockets. Files only regular ones: a FIFO or a device could block the loop.
 class LocalTransports final : public Transports {
  public:
+  /// Files only; sockets and names are kUnsupported.
+  LocalTransports();
+  /// The loop must outlive it and all sockets it opened.
+  explicit LocalTransports(Loop& loop);
+  ~LocalTransports() override;
+
   Result<std::unique_ptr<FileSource>> open_file(const std::string& path) override;
+  Result<std::unique_ptr<UdpSocket>> open_udp(const UdpOptions& options, UdpCalls calls) override;
+  std::unique_ptr<Lookup> look_up(const std::string& host, LookupDone done) override;
+
+ private:
+  Loop* loop_ = nullptr;
+  std::unique_ptr<NameLookup> names_;
 };
 
 }  // namespace rubicon::transport

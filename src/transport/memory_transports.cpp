@@ -3,6 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
+
+#include "base/assert.h"
 
 namespace rubicon::transport {
 
@@ -48,6 +51,21 @@ class MemoryFile final : public FileSource {
 void MemoryTransports::put(const std::string& path, std::string_view text) {
   const auto bytes = base::as_bytes(text);
   put(path, Bytes(bytes.begin(), bytes.end()));
+}
+
+void MemoryTransports::join(MemoryNet& net, std::string address) {
+  net_ = &net;
+  address_ = std::move(address);
+}
+
+Result<std::unique_ptr<UdpSocket>> MemoryTransports::open_udp(const UdpOptions& options, UdpCalls calls) {
+  if (net_ == nullptr) return Transports::open_udp(options, std::move(calls));
+  return net_->open_udp(address_, options, std::move(calls));
+}
+
+std::unique_ptr<Lookup> MemoryTransports::look_up(const std::string& host, LookupDone done) {
+  RUBICON_ASSERT(net_ != nullptr);
+  return net_->look_up(host, std::move(done));
 }
 
 Result<std::unique_ptr<FileSource>> MemoryTransports::open_file(const std::string& path) {

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "base/bytes.h"
+#include "transport/memory_udp.h"
 #include "transport/transports.h"
 
 namespace rubicon::transport {
@@ -22,9 +23,17 @@ class MemoryTransports final : public Transports {
   void fail_at(const std::string& path, std::uint64_t offset) { files_[path].fails_at = offset; }
   void remove(const std::string& path) { files_.erase(path); }
 
+  /// Puts this host on a network under an address; the network must outlive it. Without one there are no sockets
+  /// (kUnsupported) and no names.
+  void join(MemoryNet& net, std::string address = "127.0.0.1");
+
   Result<std::unique_ptr<FileSource>> open_file(const std::string& path) override;
+  Result<std::unique_ptr<UdpSocket>> open_udp(const UdpOptions& options, UdpCalls calls) override;
+  std::unique_ptr<Lookup> look_up(const std::string& host, LookupDone done) override;
 
  private:
+  MemoryNet* net_ = nullptr;
+  std::string address_;
   std::map<std::string, File> files_;
 };
 

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "base/result.h"
+#include "transport/udp.h"
 
 namespace rubicon::transport {
 
@@ -26,6 +27,13 @@ class Transports {
   virtual ~Transports() = default;
   /// kNotFound or kIo with the path in the text; a directory is refused.
   virtual Result<std::unique_ptr<FileSource>> open_file(const std::string& path) = 0;
+  /// A bound socket; kBusy if the port is taken, else kIo, with the port in the text.
+  /// By default there are none: kUnsupported.
+  virtual Result<std::unique_ptr<UdpSocket>> open_udp(const UdpOptions& options, UdpCalls calls);
+  /// Asks for the addresses of a host, IPv4 ones first, never empty. `done` is called once, in a later turn;
+  /// kUnreachable if there are none. Destroying the answer ends the wait, and `done` is not called.
+  /// Only for those who have sockets: asserted.
+  virtual std::unique_ptr<Lookup> look_up(const std::string& host, LookupDone done);
 };
 
 }  // namespace rubicon::transport

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <set>
 
+#include "contract/peers.h"
 #include "network-template/template_network.h"
 #include "runtime/network_types.h"
 #include "runtime/yaml.h"
@@ -35,8 +36,9 @@ class NetworkContract : public ::testing::TestWithParam<network::NetworkType> {
       return entry.first == "type" || entry.first == "silence" || entry.first == "rate" || entry.first == "devices";
     });
     // Recordings named in samples stand beside the examples.
-    host_.lines = &disk_;
+    host_.lines = &lines_;
     directory_ = std::string(RUBICON_SOURCE_DIR) + "/examples";
+    peer_ = contract::peer_of(GetParam().name, options_, types_, host_);
   }
 
   Result<std::unique_ptr<network::Network>> make() {
@@ -78,6 +80,8 @@ class NetworkContract : public ::testing::TestWithParam<network::NetworkType> {
   TypeCatalogue types_;
   transport::LocalTransports disk_;
   support::FakeHost host_;
+  contract::DiskAndMemory lines_{disk_, host_.files};
+  std::unique_ptr<contract::Peer> peer_;
 };
 
 void NetworkContract::expect_an_answer(network::Network& network, const std::string& device, const model::Body& body,

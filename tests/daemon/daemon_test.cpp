@@ -75,6 +75,7 @@ TEST_F(Daemon, TellsItsVersionAndItsNetworks) {
   EXPECT_EQ(networks.code, 0);
   EXPECT_THAT(networks.output, HasSubstr("dummy: "));
   EXPECT_THAT(networks.output, HasSubstr("log: "));
+  EXPECT_THAT(networks.output, HasSubstr("salad: "));
   EXPECT_THAT(networks.output, HasSubstr("type: dummy"));
 }
 
@@ -92,7 +93,7 @@ TEST_F(Daemon, AWrongCallEndsWithOneAndAWrongConfigurationWithTwo) {
 TEST_F(Daemon, CheckSaysGoodOrAllThatIsWrong) {
   const auto good = run_to_end({kDaemon, "check", kHome});
   EXPECT_EQ(good.code, 0) << good.errors;
-  EXPECT_THAT(good.output, HasSubstr("good: 2 networks"));
+  EXPECT_THAT(good.output, HasSubstr("good: 3 networks"));
   const auto bad =
       write("bad.yaml", "island: {id: 0}\nnetworks:\n  dummy-1:\n    type: dummy\n    sede: 1\n  knx: {type: knx}\n");
   for (const auto* command : {"check", "run"}) {
@@ -101,7 +102,8 @@ TEST_F(Daemon, CheckSaysGoodOrAllThatIsWrong) {
     EXPECT_EQ(outcome.output, "");
     EXPECT_THAT(outcome.errors, HasSubstr(bad + ":1:14: island.id: is '0', expected a whole number from 1"));
     EXPECT_THAT(outcome.errors, HasSubstr(bad + ":5:5: networks.dummy-1: unknown key 'sede'"));
-    EXPECT_THAT(outcome.errors, HasSubstr(bad + ":6:15: networks.knx.type: is 'knx', expected one of: dummy, log"));
+    EXPECT_THAT(outcome.errors,
+                HasSubstr(bad + ":6:15: networks.knx.type: is 'knx', expected one of: dummy, log, salad"));
   }
   const auto set = run_to_end({kDaemon, "check", kHome, "--set", "networks.dummy-rooms.seed=x", "--set", "a.b=1"});
   EXPECT_EQ(set.code, 2);
@@ -111,15 +113,15 @@ TEST_F(Daemon, CheckSaysGoodOrAllThatIsWrong) {
 
 TEST_F(Daemon, TheDemoIslandIsThereWithinThreeSecondsAndSmall) {
   const auto start = Clock::now();
-  Process shell({kDaemon, "run", kHome, "--shell"});
+  Process shell({kDaemon, "run", kHome, "--shell", "--set", "networks.salad.rubicon_port=0"});
   std::set<std::string> devices;
-  while (devices.size() < 9 && Clock::now() < start + 20s) {
+  while (devices.size() < 9 + 55 && Clock::now() < start + 20s) {
     shell.write("devices\n");
     for (auto line = parsed(shell.line()); line.contains("device"); line = parsed(shell.line())) {
       devices.insert(line["device"]);
     }
   }
-  EXPECT_EQ(devices.size(), 9U);
+  EXPECT_EQ(devices.size(), 9U + 55U);
   EXPECT_LT(Clock::now() - start, 3s);
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
   EXPECT_LT(shell.resident_kilobytes(), 25 * 1024);

@@ -7,9 +7,11 @@
 #include <vector>
 
 #include "base/virtual_scheduler.h"
+#include "networks/salad/salad_options.h"
 #include "runtime/island.h"
 #include "runtime/network_types.h"
 #include "runtime/yaml.h"
+#include "transport/local_transports.h"
 #include "transport/memory_transports.h"
 
 namespace rubicon::runtime {
@@ -257,7 +259,25 @@ TEST(ConfigFile, TheDemoIslandIsRight) {
   base::ConfigErrors errors;
   const auto config = read_island_config(*tree, network_types(), errors);
   EXPECT_EQ(errors.text(), "");
-  EXPECT_THAT(config.networks, SizeIs(2));
+  EXPECT_THAT(config.networks, SizeIs(3));
+}
+
+TEST(ConfigFile, TheTwoSpellingsOfTheFlatSayTheSame) {
+  const std::string folder = std::string(RUBICON_SOURCE_DIR) + "/examples";
+  transport::LocalTransports disk;
+  const TypeCatalogue types;
+  std::vector<std::map<networks::salad::DeviceId, networks::salad::SaladDevice>> flats;
+  for (const auto* file : {"/salad.yaml", "/home.yaml"}) {
+    base::ConfigErrors errors;
+    const auto tree = load_config(folder + file, {});
+    ASSERT_TRUE(tree) << tree.error().text;
+    const auto config = read_island_config(*tree, network_types(), errors);
+    ConfigReader options(config.networks.back().options, "salad", errors);
+    flats.push_back(networks::salad::read_salad_options({"salad", IslandId{1}, options, types, folder}, disk).devices);
+    EXPECT_EQ(errors.text(), "");
+  }
+  EXPECT_THAT(flats[0], SizeIs(55));
+  EXPECT_EQ(flats[0], flats[1]);
 }
 
 }  // namespace

@@ -27,7 +27,7 @@ const std::map<std::string, Names> kFolderEdges{
     {"state", {}},
     {"proxy", {"gateway", "tuples", "state"}},
     {"runtime", {"transport", "tuples", "network", "motes", "recording", "networks", "gateway", "state", "proxy"}},
-    {"apps", {"runtime"}},
+    {"apps", {"runtime", "networks/salad", "transport"}},
 };
 
 /// Third-party headers, by their beginning, and the folders that may use them.

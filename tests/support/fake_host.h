@@ -13,6 +13,10 @@ namespace rubicon::support {
 /// A host in virtual time that keeps all that a network says.
 class FakeHost final : public network::NetworkHost {
  public:
+  FakeHost() { files.join(net); }
+  FakeHost(const FakeHost&) = delete;
+  FakeHost& operator=(const FakeHost&) = delete;
+
   using NetworkHost::deliver;
   void deliver(Message message) override { delivered.push_back(std::move(message)); }
   void failed(Error why) override { failures.push_back(std::move(why)); }
@@ -31,6 +35,7 @@ class FakeHost final : public network::NetworkHost {
   }
 
   VirtualScheduler time;
+  transport::MemoryNet net{time};  ///< `files` is on it as 127.0.0.1
   transport::MemoryTransports files;
   transport::Transports* lines = &files;  ///< a test may put others here
   CollectingLog words;

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/result.h"
+
+namespace rubicon::networks::salad {
+
+/// One logical line of a properties file, escapes resolved, in UTF-8.
+struct Property {
+  int line = 0;  ///< where it begins, from 1
+  std::string key, value;
+  std::string fault;  ///< not empty: what is wrong with the line; key and value are then not to be used
+};
+
+/// Reads a file by the rules of java.util.Properties.load (the Java API documentation): ISO 8859-1; `#` and `!` begin
+/// comment lines; `=`, `:` or blanks end the key; a backslash at the end continues a line; \t \n \r \f \uXXXX. Keys may
+/// be there twice.
+std::vector<Property> read_properties(std::string_view text);
+
+}  // namespace rubicon::networks::salad

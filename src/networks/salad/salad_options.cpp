@@ -1,0 +1,241 @@
+#include "networks/salad/salad_options.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "model/key.h"
+#include "networks/salad/properties_reader.h"
+
+namespace rubicon::networks::salad {
+
+namespace {
+
+constexpr std::size_t kLargestFile = 1 << 20;
+constexpr std::size_t kLongestName = 40;
+constexpr std::string_view kBlanks = " \t\r\n\f";
+constexpr std::string_view kDevice = "device_";
+/// Keys of the original's file (salad.md, section 5). Two of them have no effect here: the original never applied the
+/// first, and how long to wait between attempts is the supervisor's business.
+constexpr std::string_view kNoEffect[] = {"socket_accept_timeout_milliseconds", "socket_init_retry_milliseconds"};
+constexpr std::string_view kOriginalKeys[] = {"salad_host", "salad_port", "rubicon_port", "socket_buffer_size_bytes",
+                                              kNoEffect[0], kNoEffect[1]};
+
+/// SALAD's types (salad.md, section 5.1) and what they are in the catalogue.
+struct TypeName {
+  std::string_view salad, catalogue;
+};
+constexpr TypeName kTypes[] = {
+    {"sensor.switch", "switch"},
+    {"sensor.motion", "motion"},
+    {"sensor.pressure", "pressureRaw"},
+    {"sensor.soundrecognition", "soundRecognition"},
+    {"sensor.soundrecognition.confidence", "soundRecognitionConfidence"},
+    {"sensor.status", "status"},
+    {"actuator.light", "lamp"},
+    {"actuator.relay", "relay"},
+    {"actuator.status", "status"},
+};
+
+std::string_view trimmed(std::string_view text) {
+  const auto first = text.find_first_not_of(kBlanks);
+  if (first == text.npos) return {};
+  return text.substr(first, text.find_last_not_of(kBlanks) - first + 1);
+}
+
+/// Consecutive commas are one; tokens are trimmed.
+std::vector<std::string_view> tokens_of(std::string_view line) {
+  std::vector<std::string_view> tokens;
+  while (!line.empty()) {
+    const auto comma = std::min(line.find(','), line.size());
+    if (comma > 0) tokens.push_back(trimmed(line.substr(0, comma)));
+    line.remove_prefix(std::min(comma + 1, line.size()));
+  }
+  return tokens;
+}
+
+std::string known_types() {
+  std::string names;
+  for (const auto& type : kTypes) names += fmt::format("{}{}", names.empty() ? "" : ", ", type.salad);
+  return names;
+}
+
+/// SALAD's nine types, and `sensor.` or `actuator.` before any type of the catalogue.
+const Type* type_of(std::string_view name, const TypeCatalogue& types) {
+  const auto* known =
+      std::find_if(std::begin(kTypes), std::end(kTypes), [&](const auto& t) { return t.salad == name; });
+  if (known != std::end(kTypes)) return types.find(known->catalogue);
+  for (const std::string_view kind : {"sensor.", "actuator."}) {
+    if (name.starts_with(kind)) return types.find(name.substr(kind.size()));
+  }
+  return nullptr;
+}
+
+/// What ends a field of a datagram cannot stand in it.
+bool can_be_sent(std::string_view actuator) {
+  return actuator.size() <= 64 && std::all_of(actuator.begin(), actuator.end(), [](char c) {
+           return c > ' ' && c < 0x7f && c != ':' && c != '#' && c != ';';
+         });
+}
+
+/// Puts devices into the options, and what is wrong with them into the errors.
+class Table {
+ public:
+  Table(SaladOptions& options, const TypeCatalogue& types, ConfigErrors& errors)
+      : options_(options), types_(types), errors_(errors) {}
+
+  void add(std::string_view id_text, std::string_view line, const ConfigPlace& place, const std::string& path) {
+    const auto id = read_id(trimmed(id_text));
+    if (!id) {
+      errors_.add(place, path, fmt::format("is {}, expected a device id from 1 to 65535", model::quoted(id_text)));
+      return;
+    }
+    auto device = read_device(line, types_);
+    if (!device) return errors_.add(place, path, device.error().text);
+    const auto [other, fresh] = places_.emplace(*id, place);
+    if (!fresh)
+      return errors_.add(place, path, fmt::format("device {} is there already, at {}", *id, to_string(other->second)));
+    options_.devices.emplace(*id, std::move(*device));
+  }
+
+ private:
+  SaladOptions& options_;
+  const TypeCatalogue& types_;
+  ConfigErrors& errors_;
+  std::map<DeviceId, ConfigPlace> places_;
+};
+
+Result<std::string> read_text(const std::string& path, transport::Transports& transports) {
+  auto file = transports.open_file(path);
+  if (!file) return fail(file.error());
+  if ((*file)->size() > kLargestFile)
+    return fail(ErrorCode::kOutOfRange,
+                fmt::format("{}: {} bytes, a properties file has at most {}", path, (*file)->size(), kLargestFile));
+  std::string text;
+  Bytes piece(65536);
+  while (text.size() <= kLargestFile) {
+    const auto count = (*file)->read(piece);
+    if (!count) return fail(count.error());
+    if (*count == 0) break;
+    text += base::as_text(ByteView(piece).first(*count));
+  }
+  return text;
+}
+
+ConfigNode scalar(std::string text, ConfigPlace place) {
+  ConfigNode node;
+  node.kind = ConfigNode::Kind::kScalar;
+  node.text = std::move(text);
+  node.place = std::move(place);
+  return node;
+}
+
+/// The file's devices go to the table; its other known keys to the options, where those do not have them.
+void read_file(const std::string& path, std::string_view text, ConfigNode& merged, Table& table, SaladOptions& out,
+               ConfigErrors& errors) {
+  std::map<std::string, ConfigNode> found;  // the last of two equal keys counts, as in Java
+  for (auto& [line, key, value, fault] : read_properties(text)) {
+    const ConfigPlace place{path, line, 1};
+    if (!fault.empty()) {
+      errors.add(place, "", fault);
+    } else if (key.starts_with(kDevice)) {
+      table.add(key.substr(kDevice.size()), value, place, key);
+    } else if (std::find(std::begin(kOriginalKeys), std::end(kOriginalKeys), key) != std::end(kOriginalKeys)) {
+      found[key] = scalar(std::string(trimmed(value)), place);
+    } else if (key != "name") {
+      out.unknown_keys.push_back(key);
+    }
+  }
+  for (auto& [key, node] : found) {
+    if (merged.find(key) == nullptr) merged.entries.emplace_back(key, std::move(node));
+  }
+}
+
+/// `7: "FRIDGE, sensor.switch"` or `7: [FRIDGE, sensor.switch]`.
+void read_table(ConfigReader& options, Table& table) {
+  const auto nested = options.map("table");
+  for (const auto& [id, node] : nested.here().entries) {
+    const auto path = nested.path() + "." + id;
+    std::string line = node.text;
+    bool good = node.kind == ConfigNode::Kind::kScalar;
+    if (node.kind == ConfigNode::Kind::kList) {
+      good = std::all_of(node.items.begin(), node.items.end(),
+                         [](const auto& item) { return item.kind == ConfigNode::Kind::kScalar; });
+      for (const auto& item : node.items) line += (line.empty() ? "" : ",") + item.text;
+    }
+    if (good) {
+      table.add(id, line, node.place, path);
+    } else {
+      options.errors().add(node.place, path, "expected name, type and, if it has one, actuator id");
+    }
+  }
+}
+
+void read_line(ConfigReader& options, SaladOptions& out) {
+  out.host = trimmed(options.text("salad_host", out.host));
+  if (out.host.empty()) options.error("salad_host", "is empty, expected a host");
+  out.port = static_cast<std::uint16_t>(options.integer("salad_port", out.port, 1, 65535));
+  out.own_port = static_cast<std::uint16_t>(options.integer("rubicon_port", out.own_port, 0, 65535));
+  out.buffer = static_cast<std::size_t>(
+      options.integer("socket_buffer_size_bytes", static_cast<std::int64_t>(out.buffer), 16, 65536));
+  for (const auto key : kNoEffect) options.integer(std::string(key), 1000, 0, 1'000'000'000);
+}
+
+}  // namespace
+
+Result<SaladDevice> read_device(std::string_view line, const TypeCatalogue& types) {
+  const auto tokens = tokens_of(line);
+  if (tokens.size() > 3)
+    return fail(ErrorCode::kInvalid,
+                fmt::format("has {} parts, expected name, type and at most an actuator id", tokens.size()));
+  if (tokens.empty() || tokens[0].empty()) return fail(ErrorCode::kInvalid, "its name is missing");
+  if (tokens.size() < 2 || tokens[1].empty()) return fail(ErrorCode::kInvalid, "its type is missing");
+  SaladDevice device{std::string(tokens[0]), std::string(tokens[1]), {}, {}, !tokens[1].starts_with("actuator.")};
+  if (device.name != model::to_key_part(device.name, kLongestName))
+    return fail(ErrorCode::kInvalid, fmt::format("its name is {}, expected at most {} of [A-Za-z0-9_-]",
+                                                 model::quoted(device.name), kLongestName));
+  const auto* type = type_of(device.type, types);
+  if (type == nullptr)
+    return fail(ErrorCode::kInvalid,
+                fmt::format("its type is {}, expected one of: {}", model::quoted(device.type), known_types()));
+  device.type_id = type->id;
+  if (tokens.size() < 3) return device;
+  device.actuator = tokens[2];
+  if (device.actuator.empty() || !can_be_sent(device.actuator))
+    return fail(ErrorCode::kInvalid,
+                fmt::format("its actuator id is {}, expected printable characters without blank, :, ; and #",
+                            model::quoted(device.actuator)));
+  return device;
+}
+
+SaladOptions read_salad_options(const network::NetworkConfig& config, transport::Transports& transports) {
+  ConfigReader& options = config.options;
+  auto& errors = options.errors();
+  SaladOptions out;
+  Table table(out, config.types, errors);
+  ConfigNode merged = options.here();
+  const auto name = options.text("properties", "");
+  if (!name.empty()) {
+    const auto path = (std::filesystem::path(config.directory) / name).lexically_normal().string();
+    const auto text = read_text(path, transports);
+    if (text) {
+      read_file(path, *text, merged, table, out, errors);
+    } else {
+      options.error("properties", text.error().text);
+    }
+  }
+  read_table(options, table);
+  ConfigReader line(merged, options.path(), errors);
+  read_line(line, out);
+  for (const auto key : kOriginalKeys) options.node(std::string(key));  // known, and read above
+  out.any_source = options.boolean("any_source", false);
+  out.start_again = options.duration_or_never("start-again-after", out.start_again);
+  if (out.start_again && *out.start_again < std::chrono::milliseconds(100))
+    options.error("start-again-after", "expected at least 100ms, or never");
+  if (out.devices.empty() && errors.empty())
+    options.error("", "no devices, expected 'table', or 'properties' with the name of a file");
+  return out;
+}
+
+}  // namespace rubicon::networks::salad

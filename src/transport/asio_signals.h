@@ -1,0 +1,22 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "transport/asio_scheduler.h"
+
+namespace rubicon::transport {
+
+/// Calls on the loop's thread for the first of these signals (SIGTERM, ...); until destroyed they end nothing.
+class Signals {
+ public:
+  Signals(Loop& loop, const std::vector<int>& numbers, std::function<void()> call);
+  ~Signals();
+
+ private:
+  struct Parts;
+  std::unique_ptr<Parts> parts_;
+};
+
+}  // namespace rubicon::transport

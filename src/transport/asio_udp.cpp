@@ -1,0 +1,225 @@
+#include "transport/asio_udp.h"
+
+#include <fmt/format.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+
+#include <array>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/address.hpp>
+#include <boost/asio/ip/udp.hpp>
+#include <boost/asio/ip/v6_only.hpp>
+#include <cerrno>
+#include <deque>
+#include <optional>
+#include <utility>
+
+namespace rubicon::transport {
+
+namespace {
+
+namespace asio = boost::asio;
+using asio::ip::udp;
+using boost::system::error_code;
+
+/// Largest payload of an IPv4 datagram (RFC 768, RFC 791).
+constexpr std::size_t kLongest = 65507;
+
+auto io_error(std::string_view doing, const Endpoint& what, const error_code& error) {
+  const auto code = error == asio::error::address_in_use ? ErrorCode::kBusy : ErrorCode::kIo;
+  return fail(code, fmt::format("UDP {}: cannot {}: {}", to_string(what), doing, error.message()));
+}
+
+Endpoint endpoint_of(const udp::endpoint& endpoint) {
+  auto address = endpoint.address();
+  if (address.is_v6() && address.to_v6().is_v4_mapped())
+    address = asio::ip::make_address_v4(asio::ip::v4_mapped, address.to_v6());
+  return {address.to_string(), endpoint.port()};
+}
+
+/// What an ICMP message tells of one datagram; the socket is as good as before.
+bool tells_of_a_datagram(int error) {
+  return error == ECONNREFUSED || error == EHOSTUNREACH || error == ENETUNREACH || error == EMSGSIZE ||
+         error == EHOSTDOWN || error == ENETDOWN || error == EPROTO || error == ENOPROTOOPT || error == EACCES;
+}
+
+/// Lives as long as a call to the kernel is pending, which may be longer than the socket.
+struct Parts : std::enable_shared_from_this<Parts> {
+  Parts(asio::io_context& context, UdpCalls c, std::size_t largest)
+      : socket(context), calls(std::move(c)), buffer(largest) {}
+
+  error_code bind(const Endpoint& wanted);
+  error_code bind_one(const udp::endpoint& endpoint, bool both_families);
+  void receive();
+  void received(const error_code& error, std::size_t size);
+  bool take_error_reports();
+  Result<void> send(const Endpoint& to, ByteView bytes);
+  std::optional<error_code> try_send(const udp::endpoint& to, ByteView bytes);
+  void flush_later();
+  void flush();
+
+  udp::socket socket;
+  UdpCalls calls;
+  Bytes buffer;
+  udp::endpoint from;
+  std::deque<std::pair<udp::endpoint, Bytes>> queue;
+  std::uint64_t dropped = 0;
+  bool six = false;
+  bool alive = true;
+};
+
+error_code Parts::bind_one(const udp::endpoint& endpoint, bool both_families) {
+  error_code error;
+  socket.open(endpoint.protocol(), error);
+  if (error) return error;
+  six = endpoint.address().is_v6();
+  if (six) socket.set_option(asio::ip::v6_only(!both_families), error);
+  // Without this the system keeps what ICMP says to itself (ip(7), IP_RECVERR).
+  const int on = 1;
+  ::setsockopt(socket.native_handle(), IPPROTO_IP, IP_RECVERR, &on, sizeof on);
+  if (six) ::setsockopt(socket.native_handle(), IPPROTO_IPV6, IPV6_RECVERR, &on, sizeof on);
+  socket.non_blocking(true, error);
+  if (!error) socket.bind(endpoint, error);
+  if (error) {
+    error_code ignored;
+    socket.close(ignored);
+  }
+  return error;
+}
+
+error_code Parts::bind(const Endpoint& wanted) {
+  error_code error;
+  if (!wanted.address.empty()) {
+    const auto address = asio::ip::make_address(wanted.address, error);
+    return error ? error : bind_one({address, wanted.port}, false);
+  }
+  error = bind_one({udp::v6(), wanted.port}, true);
+  if (!error || error == asio::error::address_in_use || error == asio::error::access_denied) return error;
+  return bind_one({udp::v4(), wanted.port}, false);  // a machine without IPv6
+}
+
+void Parts::receive() {
+  socket.async_receive_from(asio::buffer(buffer), from, [self = shared_from_this()](auto error, std::size_t size) {
+    if (self->alive) self->received(error, size);
+  });
+}
+
+void Parts::received(const error_code& error, std::size_t size) {
+  const bool reports = take_error_reports();
+  if (!alive) return;
+  if (!error) {
+    calls.received(endpoint_of(from), ByteView(buffer).first(size));
+  } else if (!reports && !tells_of_a_datagram(error.value())) {
+    return calls.failed({ErrorCode::kIo, fmt::format("UDP: cannot receive: {}", error.message())});
+  }
+  if (alive) receive();
+}
+
+/// Empties the socket's queue of ICMP messages (ip(7), MSG_ERRQUEUE); true if there was one.
+bool Parts::take_error_reports() {
+  bool some = false;
+  for (int count = 0; alive && count < 100; ++count) {
+    sockaddr_storage address{};
+    std::array<char, 512> control{};
+    msghdr message{};
+    message.msg_name = &address;
+    message.msg_namelen = sizeof address;
+    message.msg_control = control.data();
+    message.msg_controllen = control.size();
+    if (::recvmsg(socket.native_handle(), &message, MSG_ERRQUEUE | MSG_DONTWAIT) < 0) return some;
+    some = true;
+    udp::endpoint to;
+    if (message.msg_namelen > to.capacity()) continue;
+    std::copy_n(reinterpret_cast<const char*>(&address), message.msg_namelen, reinterpret_cast<char*>(to.data()));
+    calls.undelivered(
+        {ErrorCode::kUnreachable, fmt::format("UDP {}: the datagram was not delivered", to_string(endpoint_of(to)))});
+  }
+  return some;
+}
+
+/// nullopt = the line is busy. An ICMP message about an earlier datagram ends one call, the next one sends.
+std::optional<error_code> Parts::try_send(const udp::endpoint& to, ByteView bytes) {
+  error_code error;
+  for (int attempt = 0; attempt < 3; ++attempt) {
+    socket.send_to(asio::buffer(bytes.data(), bytes.size()), to, 0, error);
+    if (!error || !tells_of_a_datagram(error.value())) break;
+  }
+  if (error == asio::error::would_block || error == asio::error::no_buffer_space) return std::nullopt;
+  return error;
+}
+
+Result<void> Parts::send(const Endpoint& to, ByteView bytes) {
+  if (bytes.size() > kLongest) {
+    return fail(ErrorCode::kOutOfRange,
+                fmt::format("UDP {}: {} bytes, at most {} fit", to_string(to), bytes.size(), kLongest));
+  }
+  error_code error;
+  auto address = asio::ip::make_address(to.address, error);
+  if (error || to.port == 0) return fail(ErrorCode::kInvalid, fmt::format("UDP: no endpoint: {}", to_string(to)));
+  if (six && address.is_v4()) address = asio::ip::make_address_v6(asio::ip::v4_mapped, address.to_v4());
+  const udp::endpoint target(address, to.port);
+  if (queue.empty()) {
+    const auto done = try_send(target, bytes);
+    if (done && !*done) return {};
+    if (done) {
+      ++dropped;
+      return io_error("send", to, *done);
+    }
+  }
+  if (queue.size() >= UdpSocket::kMaxQueued) {
+    ++dropped;
+    return fail(ErrorCode::kBusy, fmt::format("UDP {}: {} datagrams wait already", to_string(to), queue.size()));
+  }
+  queue.emplace_back(target, Bytes(bytes.begin(), bytes.end()));
+  if (queue.size() == 1) flush_later();
+  return {};
+}
+
+void Parts::flush_later() {
+  socket.async_wait(udp::socket::wait_write, [self = shared_from_this()](const error_code& error) {
+    if (self->alive && !error) self->flush();
+  });
+}
+
+void Parts::flush() {
+  while (!queue.empty()) {
+    const auto done = try_send(queue.front().first, queue.front().second);
+    if (!done) return flush_later();
+    if (*done) ++dropped;
+    queue.pop_front();
+  }
+}
+
+class AsioUdp final : public UdpSocket {
+ public:
+  explicit AsioUdp(std::shared_ptr<Parts> parts) : parts_(std::move(parts)) {}
+  ~AsioUdp() override {
+    parts_->alive = false;
+    error_code ignored;
+    parts_->socket.close(ignored);
+  }
+  AsioUdp(const AsioUdp&) = delete;
+  AsioUdp& operator=(const AsioUdp&) = delete;
+
+  Result<void> send(const Endpoint& to, ByteView bytes) override { return parts_->send(to, bytes); }
+  Endpoint local() const override {
+    error_code error;
+    const auto bound = parts_->socket.local_endpoint(error);
+    return error ? Endpoint{} : endpoint_of(bound);
+  }
+  std::uint64_t dropped() const override { return parts_->dropped; }
+
+ private:
+  std::shared_ptr<Parts> parts_;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<UdpSocket>> open_asio_udp(asio::io_context& context, const UdpOptions& options, UdpCalls calls) {
+  auto parts = std::make_shared<Parts>(context, std::move(calls), options.largest);
+  if (const auto error = parts->bind(options.local)) return io_error("open", options.local, error);
+  parts->receive();
+  return std::make_unique<AsioUdp>(std::move(parts));
+}
+
+}  // namespace rubicon::transport

@@ -1,0 +1,124 @@
+#include "transport/name_lookup.h"
+
+#include <fmt/format.h>
+#include <netdb.h>
+#include <sys/socket.h>
+
+#include <algorithm>
+#include <atomic>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/address.hpp>
+#include <boost/asio/ip/basic_endpoint.hpp>
+#include <boost/asio/ip/udp.hpp>
+#include <boost/asio/post.hpp>
+#include <mutex>
+#include <system_error>
+#include <thread>
+
+namespace rubicon::transport {
+
+namespace asio = boost::asio;
+
+namespace {
+
+/// Threads that may wait for a name server at one time.
+constexpr int kMaxThreads = 16;
+
+using Addresses = Result<std::vector<std::string>>;
+
+/// Blocks as long as the system's resolver does.
+Addresses ask(const std::string& host) {
+  addrinfo hints{};
+  hints.ai_socktype = SOCK_DGRAM;
+  addrinfo* found = nullptr;
+  const int error = ::getaddrinfo(host.c_str(), nullptr, &hints, &found);
+  if (error != 0)
+    return fail(ErrorCode::kUnreachable, fmt::format("host {} cannot be found: {}", host, ::gai_strerror(error)));
+  std::vector<std::string> addresses;
+  for (const auto family : {AF_INET, AF_INET6}) {
+    for (const addrinfo* one = found; one != nullptr; one = one->ai_next) {
+      asio::ip::udp::endpoint endpoint;
+      if (one->ai_family != family || one->ai_addrlen > endpoint.capacity()) continue;
+      std::copy_n(reinterpret_cast<const char*>(one->ai_addr), one->ai_addrlen,
+                  reinterpret_cast<char*>(endpoint.data()));
+      addresses.push_back(endpoint.address().to_string());
+    }
+  }
+  ::freeaddrinfo(found);
+  if (addresses.empty()) return fail(ErrorCode::kUnreachable, fmt::format("host {} has no address", host));
+  return addresses;
+}
+
+/// What the asker holds; its destruction takes the call away. Touched on the loop's thread only.
+class PendingLookup final : public Lookup {
+ public:
+  explicit PendingLookup(std::shared_ptr<LookupDone> done) : done_(std::move(done)) {}
+  ~PendingLookup() override { *done_ = nullptr; }
+  PendingLookup(const PendingLookup&) = delete;
+  PendingLookup& operator=(const PendingLookup&) = delete;
+
+ private:
+  std::shared_ptr<LookupDone> done_;
+};
+
+void tell(const std::shared_ptr<LookupDone>& done, Addresses addresses) {
+  if (const auto call = std::exchange(*done, nullptr)) call(std::move(addresses));
+}
+
+}  // namespace
+
+/// The way from the threads back to the loop: shut before the loop ends.
+struct NameLookup::Door {
+  explicit Door(asio::io_context& c) : context(&c) {}
+
+  void post(std::shared_ptr<LookupDone> done, Addresses addresses) {
+    const std::scoped_lock lock(mutex);
+    if (context == nullptr) return;
+    asio::post(*context, [done = std::move(done), addresses = std::move(addresses)]() mutable {
+      tell(done, std::move(addresses));
+    });
+  }
+
+  std::mutex mutex;
+  asio::io_context* context;
+  std::atomic<int> threads{0};
+};
+
+NameLookup::NameLookup(asio::io_context& context) : door_(std::make_shared<Door>(context)) {}
+
+NameLookup::~NameLookup() {
+  const std::scoped_lock lock(door_->mutex);
+  door_->context = nullptr;
+}
+
+std::unique_ptr<Lookup> NameLookup::look_up(const std::string& host, LookupDone done) {
+  auto call = std::make_shared<LookupDone>(std::move(done));
+  auto pending = std::make_unique<PendingLookup>(call);
+  boost::system::error_code error;
+  const auto numeric = asio::ip::make_address(host, error);
+  if (!error) {
+    door_->post(std::move(call), std::vector<std::string>{numeric.to_string()});
+    return pending;
+  }
+  if (door_->threads.fetch_add(1) >= kMaxThreads) {
+    --door_->threads;
+    door_->post(std::move(call),
+                fail(ErrorCode::kBusy, fmt::format("host {}: too many names wait for the name server", host)));
+    return pending;
+  }
+  try {
+    // The loop's thread keeps the call alive until its answer is posted, so it is never destroyed on the other one.
+    std::thread([door = door_, host, call]() mutable {
+      auto addresses = ask(host);
+      --door->threads;
+      door->post(std::move(call), std::move(addresses));
+    }).detach();
+  } catch (const std::system_error& refused) {
+    --door_->threads;
+    door_->post(std::move(call),
+                fail(ErrorCode::kIo, fmt::format("host {}: no thread to ask with: {}", host, refused.what())));
+  }
+  return pending;
+}
+
+}  // namespace rubicon::transport

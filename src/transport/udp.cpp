@@ -1,0 +1,24 @@
+#include "transport/udp.h"
+
+#include <fmt/format.h>
+
+#include "base/assert.h"
+#include "transport/transports.h"
+
+namespace rubicon::transport {
+
+std::string to_string(const Endpoint& endpoint) {
+  const bool six = endpoint.address.find(':') != std::string::npos;
+  return six ? fmt::format("[{}]:{}", endpoint.address, endpoint.port)
+             : fmt::format("{}:{}", endpoint.address.empty() ? "*" : endpoint.address, endpoint.port);
+}
+
+Result<std::unique_ptr<UdpSocket>> Transports::open_udp(const UdpOptions&, UdpCalls) {
+  return fail(ErrorCode::kUnsupported, "there are no sockets here");
+}
+
+std::unique_ptr<Lookup> Transports::look_up(const std::string&, LookupDone) {
+  base::assertion_failed("names are looked up where there are sockets", __FILE__, __LINE__);
+}
+
+}  // namespace rubicon::transport

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <compare>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "base/bytes.h"
+#include "base/result.h"
+
+namespace rubicon::transport {
+
+/// A numeric address (`127.0.0.1`, `::1`) and a port. IPv4 is always spelled as IPv4, whatever socket it came through.
+struct Endpoint {
+  std::string address;
+  std::uint16_t port = 0;
+
+  friend bool operator==(const Endpoint&, const Endpoint&) = default;
+  friend auto operator<=>(const Endpoint&, const Endpoint&) = default;
+};
+
+/// `127.0.0.1:9000`, `[::1]:9000`.
+std::string to_string(const Endpoint& endpoint);
+
+struct UdpOptions {
+  /// Numeric address and port to bind. An empty address takes datagrams on all of the machine's; port 0 = any free one.
+  Endpoint local;
+  /// Longest datagram that is received whole, in bytes (1..65536); a longer one arrives cut to this size.
+  std::size_t largest = 2048;
+};
+
+/// Called from the loop, never from inside a call to the socket. The socket may be destroyed in any of them.
+struct UdpCalls {
+  /// The bytes are only good during the call.
+  std::function<void(const Endpoint& from, ByteView bytes)> received;
+  /// A datagram could not be delivered (nobody listens there, no route); the socket goes on.
+  std::function<void(Error)> undelivered;
+  /// The socket receives nothing any more.
+  std::function<void(Error)> failed;
+};
+
+/// Sends and receives datagrams. Destroyed = closed, at once; what was sent before goes out if the system took it.
+class UdpSocket {
+ public:
+  /// Datagrams that wait for a busy line; more are refused.
+  static constexpr std::size_t kMaxQueued = 64;
+
+  virtual ~UdpSocket() = default;
+  /// Hands the datagram over, or queues it while the line is busy. kBusy beyond kMaxQueued (counted as dropped),
+  /// kInvalid if `to` is not numeric, kOutOfRange if it is too long for a datagram, else kIo.
+  virtual Result<void> send(const Endpoint& to, ByteView bytes) = 0;
+  /// What was bound, with the port the system chose.
+  virtual Endpoint local() const = 0;
+  /// Datagrams that send() refused or the system dropped after they were queued.
+  virtual std::uint64_t dropped() const = 0;
+};
+
+/// A name being looked up.
+class Lookup {
+ public:
+  virtual ~Lookup() = default;
+};
+
+using LookupDone = std::function<void(Result<std::vector<std::string>>)>;
+
+}  // namespace rubicon::transport

@@ -1,0 +1,266 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <memory>
+
+#include "base/virtual_scheduler.h"
+#include "transport/asio_scheduler.h"
+#include "transport/local_transports.h"
+#include "transport/memory_transports.h"
+
+namespace rubicon::transport {
+namespace {
+
+using namespace std::chrono_literals;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
+
+/// Where sockets are: the machine's own loopback, or memory.
+struct World {
+  virtual ~World() = default;
+  virtual Transports& transports() = 0;
+  /// Until it is so; false after a few seconds.
+  virtual bool until(const std::function<bool()>& so) = 0;
+};
+
+struct MachineWorld final : World {
+  Transports& transports() override { return local; }
+  bool until(const std::function<bool()>& so) override {
+    const auto end = loop.scheduler().now() + 10s;
+    look(so, end);
+    loop.run();
+    return so();
+  }
+  void look(const std::function<bool()>& so, SteadyTime end) {
+    if (so() || loop.scheduler().now() > end) return loop.stop();
+    timer = loop.scheduler().after(1ms, [this, so, end] { look(so, end); });
+  }
+
+  Loop loop;
+  LocalTransports local{loop};
+  Timer timer;
+};
+
+struct MemoryWorld final : World {
+  MemoryWorld() { memory.join(net); }
+  Transports& transports() override { return memory; }
+  bool until(const std::function<bool()>& so) override {
+    for (int i = 0; i < 1000 && !so(); ++i) time.run_for(10ms);
+    return so();
+  }
+
+  VirtualScheduler time;
+  MemoryNet net{time};
+  MemoryTransports memory;
+};
+
+/// A socket and all it heard.
+struct Listener {
+  std::vector<std::pair<Endpoint, std::string>> heard;
+  std::vector<Error> undelivered, failures;
+  std::unique_ptr<UdpSocket> socket;
+
+  Result<void> open(Transports& transports, UdpOptions options = {{"127.0.0.1", 0}, 2048}) {
+    UdpCalls calls;
+    calls.received = [this](const Endpoint& from, ByteView bytes) { heard.emplace_back(from, base::as_text(bytes)); };
+    calls.undelivered = [this](Error error) { undelivered.push_back(std::move(error)); };
+    calls.failed = [this](Error error) { failures.push_back(std::move(error)); };
+    auto opened = transports.open_udp(options, std::move(calls));
+    if (!opened) return fail(opened.error());
+    socket = std::move(*opened);
+    return {};
+  }
+  Endpoint at() const { return {"127.0.0.1", socket->local().port}; }
+};
+
+class Udp : public ::testing::TestWithParam<bool> {
+ protected:
+  Udp() {
+    if (GetParam()) {
+      world = std::make_unique<MachineWorld>();
+    } else {
+      world = std::make_unique<MemoryWorld>();
+    }
+  }
+  Transports& transports() { return world->transports(); }
+
+  std::unique_ptr<World> world;
+};
+
+TEST_P(Udp, DatagramsArriveWholeAndInOrderWithTheirSource) {
+  Listener a, b;
+  ASSERT_TRUE(a.open(transports()));
+  ASSERT_TRUE(b.open(transports()));
+  EXPECT_NE(a.at().port, 0);
+  for (const auto* text : {"one", "", "three"}) ASSERT_TRUE(a.socket->send(b.at(), base::as_bytes(text)));
+  ASSERT_TRUE(world->until([&] { return b.heard.size() == 3; }));
+  EXPECT_THAT(b.heard, ElementsAre(std::pair(a.at(), "one"), std::pair(a.at(), ""), std::pair(a.at(), "three")));
+  ASSERT_TRUE(b.socket->send(b.heard[0].first, base::as_bytes("back")));
+  EXPECT_TRUE(world->until([&] { return a.heard.size() == 1; }));
+}
+
+TEST_P(Udp, ASocketOnAllAddressesHearsIPv4AsIPv4) {
+  Listener all, one;
+  ASSERT_TRUE(all.open(transports(), {{"", 0}, 2048}));
+  ASSERT_TRUE(one.open(transports()));
+  ASSERT_TRUE(one.socket->send(all.at(), base::as_bytes("x")));
+  ASSERT_TRUE(world->until([&] { return !all.heard.empty(); }));
+  EXPECT_EQ(all.heard[0].first, one.at());
+  ASSERT_TRUE(all.socket->send(one.at(), base::as_bytes("y"))) << "and sends to it";
+  EXPECT_TRUE(world->until([&] { return !one.heard.empty(); }));
+}
+
+TEST_P(Udp, ALongDatagramArrivesCut) {
+  Listener a, b;
+  ASSERT_TRUE(a.open(transports()));
+  ASSERT_TRUE(b.open(transports(), {{"127.0.0.1", 0}, 16}));
+  ASSERT_TRUE(a.socket->send(b.at(), base::as_bytes(std::string(17, 'x'))));
+  ASSERT_TRUE(a.socket->send(b.at(), base::as_bytes("short")));
+  ASSERT_TRUE(world->until([&] { return b.heard.size() == 2; }));
+  EXPECT_EQ(b.heard[0].second, std::string(16, 'x'));
+  EXPECT_EQ(b.heard[1].second, "short");
+}
+
+TEST_P(Udp, ATakenPortIsRefusedUntilItsSocketIsGone) {
+  Listener a, b;
+  ASSERT_TRUE(a.open(transports(), {{"", 0}, 2048}));
+  const UdpOptions same{{"", a.at().port}, 2048};
+  const auto refused = b.open(transports(), same);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::kBusy);
+  EXPECT_THAT(refused.error().text, HasSubstr(std::to_string(a.at().port)));
+  a.socket.reset();
+  EXPECT_TRUE(b.open(transports(), same));
+}
+
+TEST_P(Udp, NobodyAtTheOtherEndIsToldAndHarmless) {
+  Listener a, b, c;
+  ASSERT_TRUE(a.open(transports()));
+  ASSERT_TRUE(b.open(transports()));
+  ASSERT_TRUE(c.open(transports()));
+  const auto gone = b.at();
+  b.socket.reset();
+  ASSERT_TRUE(a.socket->send(gone, base::as_bytes("x")));
+  ASSERT_TRUE(world->until([&] { return !a.undelivered.empty(); }));
+  EXPECT_EQ(a.undelivered[0].code, ErrorCode::kUnreachable);
+  EXPECT_THAT(a.undelivered[0].text, HasSubstr(to_string(gone)));
+  ASSERT_TRUE(a.socket->send(gone, base::as_bytes("x")));
+  ASSERT_TRUE(a.socket->send(c.at(), base::as_bytes("y"))) << "what ICMP says of the one does not cost the other";
+  ASSERT_TRUE(c.socket->send(a.at(), base::as_bytes("z")));
+  EXPECT_TRUE(world->until([&] { return !c.heard.empty() && !a.heard.empty(); }));
+  EXPECT_THAT(a.failures, IsEmpty());
+}
+
+TEST_P(Udp, TheSocketMayBeDestroyedWhileItIsCalled) {
+  Listener a, b;
+  ASSERT_TRUE(a.open(transports()));
+  UdpCalls calls;
+  bool called = false;
+  std::unique_ptr<UdpSocket> mortal;
+  calls.received = [&](const Endpoint&, ByteView) {
+    EXPECT_FALSE(std::exchange(called, true));
+    mortal.reset();
+  };
+  calls.undelivered = [](const Error&) {};
+  calls.failed = [](const Error&) { ADD_FAILURE(); };
+  mortal = std::move(transports().open_udp({{"127.0.0.1", 0}, 2048}, std::move(calls)).value());
+  const auto to = mortal->local();
+  ASSERT_TRUE(a.socket->send(to, base::as_bytes("1")));
+  ASSERT_TRUE(a.socket->send(to, base::as_bytes("2")));
+  EXPECT_TRUE(world->until([&] { return called; }));
+  EXPECT_EQ(mortal, nullptr);
+}
+
+TEST_P(Udp, RefusesWhatIsNoEndpointAndWhatFitsNoDatagram) {
+  Listener a;
+  ASSERT_TRUE(a.open(transports()));
+  EXPECT_EQ(a.socket->send({"localhost", 9}, {}).error().code, ErrorCode::kInvalid);
+  EXPECT_EQ(a.socket->send({"127.0.0.1", 0}, {}).error().code, ErrorCode::kInvalid);
+  EXPECT_EQ(a.socket->send(a.at(), Bytes(65508)).error().code, ErrorCode::kOutOfRange);
+}
+
+TEST_P(Udp, NamesAreLookedUpAndNumbersAreThemselves) {
+  std::vector<Result<std::vector<std::string>>> found;
+  const auto keep = [&](auto addresses) { found.push_back(std::move(addresses)); };
+  const auto number = transports().look_up("127.0.0.2", keep);
+  EXPECT_THAT(found, IsEmpty()) << "never from inside the call";
+  ASSERT_TRUE(world->until([&] { return found.size() == 1; }));
+  EXPECT_THAT(*found[0], ElementsAre("127.0.0.2"));
+  const auto name = transports().look_up("localhost", keep);
+  ASSERT_TRUE(world->until([&] { return found.size() == 2; }));
+  EXPECT_EQ(found[1].value().front(), "127.0.0.1") << "IPv4 first";
+  const auto nobody = transports().look_up("no-such-host.invalid", keep);
+  ASSERT_TRUE(world->until([&] { return found.size() == 3; }));
+  EXPECT_EQ(found[2].error().code, ErrorCode::kUnreachable);
+  EXPECT_THAT(found[2].error().text, HasSubstr("no-such-host.invalid"));
+}
+
+TEST_P(Udp, AForgottenLookupSaysNothing) {
+  bool said = false;
+  transports().look_up("localhost", [&](const auto&) { said = true; }).reset();
+  std::vector<std::string> other;
+  const auto kept = transports().look_up("localhost", [&](auto found) { other = found.value(); });
+  EXPECT_TRUE(world->until([&] { return !other.empty(); }));
+  EXPECT_FALSE(said);
+}
+
+INSTANTIATE_TEST_SUITE_P(On, Udp, ::testing::Bool(),
+                         [](const auto& machine) { return std::string(machine.param ? "TheMachine" : "Memory"); });
+
+TEST(MachineUdp, ALoopMayEndWhileNamesAreLookedUp) {
+  for (int i = 0; i < 20; ++i) {
+    Loop loop;
+    LocalTransports local(loop);
+    const auto kept = local.look_up("localhost", [](const auto&) { ADD_FAILURE() << "the loop never ran"; });
+  }
+}
+
+TEST(MachineUdp, AForeignAddressCannotBeBound) {
+  MachineWorld world;
+  Listener listener;
+  EXPECT_EQ(listener.open(world.local, {{"192.0.2.1", 0}, 2048}).error().code, ErrorCode::kIo);
+  EXPECT_FALSE(listener.open(world.local, {{"nonsense", 0}, 2048}));
+}
+
+TEST(MachineUdp, WithoutALoopThereAreOnlyFiles) {
+  EXPECT_EQ(LocalTransports().open_udp({}, {}).error().code, ErrorCode::kUnsupported);
+  EXPECT_EQ(MemoryTransports().open_udp({}, {}).error().code, ErrorCode::kUnsupported);
+}
+
+TEST(MemoryUdp, HostsHaveAddressesAndPortsOfTheirOwn) {
+  MemoryWorld world;
+  MemoryTransports other;
+  other.join(world.net, "192.168.1.141");
+  Listener here, there;
+  ASSERT_TRUE(here.open(world.memory, {{"", 9000}, 2048}));
+  ASSERT_TRUE(there.open(other, {{"", 9000}, 2048}));
+  ASSERT_TRUE(here.socket->send({"192.168.1.141", 9000}, base::as_bytes("x")));
+  world.time.run_for(1s);
+  ASSERT_THAT(there.heard, SizeIs(1));
+  EXPECT_EQ(there.heard[0].first, (Endpoint{"127.0.0.1", 9000}));
+  EXPECT_EQ(world.net.open_sockets(), 2u);
+}
+
+TEST(MemoryUdp, LosesRefusesAndKeepsQuietWhenATestWantsIt) {
+  MemoryWorld world;
+  Listener a, b;
+  ASSERT_TRUE(a.open(world.memory));
+  ASSERT_TRUE(b.open(world.memory));
+  world.net.loses = [](const MemoryDatagram& datagram) { return base::as_text(datagram.bytes) == "lost"; };
+  ASSERT_TRUE(a.socket->send(b.at(), base::as_bytes("lost")));
+  ASSERT_TRUE(a.socket->send(b.at(), base::as_bytes("kept")));
+  world.net.refuses = 1;
+  EXPECT_EQ(a.socket->send(b.at(), base::as_bytes("busy")).error().code, ErrorCode::kBusy);
+  EXPECT_EQ(a.socket->dropped(), 1u);
+  world.net.reports_unreachable = false;
+  ASSERT_TRUE(a.socket->send({"10.0.0.1", 7}, base::as_bytes("void")));
+  world.time.run_for(1s);
+  EXPECT_THAT(b.heard, SizeIs(1));
+  EXPECT_THAT(a.undelivered, IsEmpty());
+  EXPECT_THAT(world.net.sent(), SizeIs(3));
+}
+
+}  // namespace
+}  // namespace rubicon::transport
