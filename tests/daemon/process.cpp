@@ -7,7 +7,9 @@
 
 #include <charconv>
 #include <csignal>
+#include <filesystem>
 #include <fstream>
+#include <iterator>
 
 namespace rubicon::daemon {
 
@@ -148,6 +150,11 @@ long Process::resident_kilobytes() const {
     return kilobytes;
   }
   return -1;
+}
+
+long Process::open_descriptors() const {
+  const std::filesystem::directory_iterator all("/proc/" + std::to_string(pid_) + "/fd");
+  return std::distance(begin(all), end(all));
 }
 
 Outcome run_to_end(std::vector<std::string> arguments, const std::string& input) {

@@ -33,6 +33,8 @@ class Process {
   std::string errors();
   /// Of the process, in kilobytes.
   long resident_kilobytes() const;
+  /// Of the process.
+  long open_descriptors() const;
 
  private:
   bool fill(std::chrono::steady_clock::time_point deadline);

@@ -209,5 +209,24 @@ TEST_F(OneIsland, ALostLineIsSeenAtEverySensorAndHeals) {
   EXPECT_EQ(json(component(70000), 1, "proxy.scripted-1.7.sensor.temperature-1.status")["quality"], "good");
 }
 
+TEST_F(OneIsland, OfAThousandUpdatesASecondASlowSubscriberHearsOneAndTheLast) {
+  std::vector<std::string> heard;
+  const auto slow = component(70001).subscribe({OwnerId(1), kValue}, {.minimum = 1s, .maximum = 5s},
+                                               [&](const Event& event) { heard.emplace_back(event.tuple.value); });
+  scheduler.run_ready();
+  heard.clear();
+  for (int i = 1; i <= 10000; ++i) {
+    say(sensor("temperature"), static_cast<double>(i) / 100);
+    scheduler.run_for(1ms);
+  }
+  scheduler.run_for(1s);
+  EXPECT_GE(heard.size(), 10U);
+  EXPECT_LE(heard.size(), 12U);
+  EXPECT_EQ(heard.back(), "100");
+  heard.clear();
+  scheduler.run_for(20s);
+  EXPECT_EQ(heard, std::vector<std::string>(4, "100")) << "a constant value is heard each maximum interval";
+}
+
 }  // namespace
 }  // namespace rubicon::scenarios
