@@ -67,6 +67,44 @@ std::optional<Duration> parse_duration(std::string_view text) {
   return std::chrono::round<Duration>(std::chrono::duration<double>(*amount * seconds));
 }
 
+namespace {
+
+struct SizeUnit {
+  std::string_view name;
+  std::uint64_t bytes;
+};
+constexpr SizeUnit kSizeUnits[] = {{"TiB", 1ULL << 40},
+                                   {"TB", 1'000'000'000'000},
+                                   {"GiB", 1ULL << 30},
+                                   {"GB", 1'000'000'000},
+                                   {"MiB", 1ULL << 20},
+                                   {"MB", 1'000'000},
+                                   {"KiB", 1ULL << 10},
+                                   {"kB", 1000},
+                                   {"B", 1}};
+
+}  // namespace
+
+std::optional<std::uint64_t> parse_size(std::string_view text) {
+  const auto unit_at = text.find_first_not_of("0123456789.");
+  if (unit_at == 0 || unit_at == text.npos) return std::nullopt;
+  const auto amount = parse_number<double>(text.substr(0, unit_at));
+  for (const auto& unit : kSizeUnits) {
+    if (!amount || unit.name != text.substr(unit_at)) continue;
+    const double bytes = *amount * static_cast<double>(unit.bytes);
+    if (bytes > 9e18) return std::nullopt;
+    return static_cast<std::uint64_t>(std::round(bytes));
+  }
+  return std::nullopt;
+}
+
+std::string size_text(std::uint64_t bytes) {
+  for (const auto& unit : kSizeUnits) {
+    if (bytes >= unit.bytes && bytes % unit.bytes == 0) return fmt::format("{}{}", bytes / unit.bytes, unit.name);
+  }
+  return "0B";
+}
+
 ConfigReader::ConfigReader(const ConfigNode& map, std::string path, ConfigErrors& errors)
     : map_(&map), path_(std::move(path)), errors_(&errors) {
   if (map.kind == ConfigNode::Kind::kMap || map.kind == ConfigNode::Kind::kNull) return;
@@ -167,6 +205,21 @@ Duration ConfigReader::duration(const std::string& key, Duration otherwise) {
   if (!found) return otherwise;
   if (const auto duration = parse_duration(found->text)) return *duration;
   error(key, fmt::format("is '{}', expected a duration such as 250ms, 5s, 2min, 1h", shown(found->text)));
+  return otherwise;
+}
+
+std::uint64_t ConfigReader::size(const std::string& key, std::uint64_t otherwise, std::uint64_t minimum,
+                                 std::uint64_t maximum) {
+  const auto* found = scalar(key);
+  if (!found) return otherwise;
+  const auto size = parse_size(found->text);
+  if (!size) {
+    error(key, fmt::format("is '{}', expected a size such as 500kB, 64KiB, 100MB, 1GB", shown(found->text)));
+    return otherwise;
+  }
+  if (*size >= minimum && *size <= maximum) return *size;
+  error(key,
+        fmt::format("is '{}', expected from {} to {}", shown(found->text), size_text(minimum), size_text(maximum)));
   return otherwise;
 }
 

@@ -4,7 +4,9 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <vector>
 
+#include "base/byte_sink.h"
 #include "base/result.h"
 
 namespace rubicon::transport {
@@ -19,6 +21,19 @@ class FileSource {
   virtual std::uint64_t size() const = 0;
 };
 
+/// A file that grows at its end; nobody else can open it so meanwhile. Destroyed = closed, without sync().
+class AppendFile : public base::ByteSink {
+ public:
+  /// Not buffered: what it took, the operating system has. kIo when the disk is full; then a part may stand in the file
+  /// (size() tells).
+  Result<void> append(ByteView bytes) override = 0;
+  virtual std::uint64_t size() const = 0;
+  /// Cuts the file off.
+  virtual Result<void> truncate(std::uint64_t size) = 0;
+  /// Waits until the disk has everything: may take long.
+  virtual Result<void> sync() = 0;
+};
+
 /// Everything through which bytes enter and leave the process. Networks get it from their host, so that tests can hand
 /// them lines of memory. Later networks add their line here (UDP, TCP, serial), each with its twin.
 class Transports {
@@ -26,6 +41,16 @@ class Transports {
   virtual ~Transports() = default;
   /// kNotFound or kIo with the path in the text; a directory is refused.
   virtual Result<std::unique_ptr<FileSource>> open_file(const std::string& path) = 0;
+
+  // Files that are written; kUnsupported where there are none.
+  /// Opens a file at its end, makes an empty one if it is not there (its folder must be). kBusy if somebody else
+  /// appends to it; never truncates.
+  virtual Result<std::unique_ptr<AppendFile>> open_append(const std::string& path);
+  /// kDuplicate if there is something called `to`.
+  virtual Result<void> rename_file(const std::string& from, const std::string& to);
+  virtual Result<void> remove_file(const std::string& path);
+  /// Names of the regular files in a folder, sorted; an empty path is the working directory.
+  virtual Result<std::vector<std::string>> list_folder(const std::string& path);
 };
 
 }  // namespace rubicon::transport
