@@ -51,7 +51,7 @@ class ConfigReader {
   std::optional<Duration> duration_or_never(const std::string& key, std::optional<Duration> otherwise);
   /// Bytes: `100MB`, `64KiB`, `1.5GB`, `512B`; the unit is part of the value.
   std::uint64_t size(const std::string& key, std::uint64_t otherwise, std::uint64_t minimum = 0,
-                     std::uint64_t maximum = std::numeric_limits<std::int64_t>::max());
+                     std::uint64_t maximum = std::numeric_limits<std::uint64_t>::max());
 
   /// The node under a key for own reading (marked as known); nullptr if absent.
   const ConfigNode* node(const std::string& key);

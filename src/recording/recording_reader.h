@@ -40,6 +40,7 @@ class RecordingReader {
   void feed(ByteView bytes);
   /// No more bytes will come: what is left is damage. Without it a growing file can be followed.
   void end() { ended_ = true; }
+  bool ended() const { return ended_; }
   /// The next item, or nothing until more bytes come (or for good, after end()).
   std::optional<Item> next();
 

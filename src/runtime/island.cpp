@@ -17,11 +17,16 @@ struct Island::Parts {
         proxy(config.proxy, scheduler, space, gateway, config.types, log),
         networks(config.id, scheduler, transports, log, gateway) {
     gateway.connect(networks);
+    for (const auto& setup : config.recorders) {
+      recorders.push_back(std::make_unique<Recorder>(
+          setup, Recorder::Place{scheduler, space, transports, log, config.proxy.prefix, config.directory}));
+    }
   }
 
   IslandConfig config;
   std::unique_ptr<tuples::Link> link;
   TupleSpace space;
+  std::vector<std::unique_ptr<Recorder>> recorders;
   gateway::Gateway gateway;
   proxy::Proxy proxy;
   network::Supervisor networks;
@@ -38,7 +43,7 @@ Result<std::unique_ptr<Island>> Island::make(IslandConfig config, Scheduler& sch
   auto parts = std::make_unique<Parts>(std::move(config), std::move(*link), scheduler, transports, log);
   for (auto& setup : parts->config.networks) {
     if (!setup.type) continue;
-    ConfigReader options(setup.options, "networks." + setup.id, errors);
+    ConfigReader options(setup.options, "networks." + setup.key, errors);
     const auto before = errors.lines().size();
     const auto added = parts->networks.add(
         *setup.type, {setup.id, parts->config.id, options, parts->config.types, parts->config.directory});
@@ -50,6 +55,7 @@ Result<std::unique_ptr<Island>> Island::make(IslandConfig config, Scheduler& sch
 }
 
 void Island::start() {
+  for (auto& recorder : parts_->recorders) recorder->start();
   parts_->networks.start();
 }
 
@@ -61,6 +67,9 @@ gateway::Gateway& Island::gateway() {
 }
 network::Supervisor& Island::networks() {
   return parts_->networks;
+}
+const std::vector<std::unique_ptr<Recorder>>& Island::recorders() const {
+  return parts_->recorders;
 }
 const IslandConfig& Island::config() const {
   return parts_->config;

@@ -5,6 +5,7 @@
 #include "base/log.h"
 #include "base/scheduler.h"
 #include "runtime/island_config.h"
+#include "runtime/recorder.h"
 #include "transport/transports.h"
 #include "tuples/memory/memory_ecology.h"
 #include "tuples/tuple_space.h"
@@ -23,12 +24,13 @@ class Island {
                                               tuples::MemoryEcology& ecology, base::ConfigErrors& errors);
   ~Island();
 
-  /// Opens the lines.
+  /// Starts the recorders, opens the lines.
   void start();
 
   TupleSpace& space();
   gateway::Gateway& gateway();
   network::Supervisor& networks();
+  const std::vector<std::unique_ptr<Recorder>>& recorders() const;
   const IslandConfig& config() const;
 
  private:

@@ -9,6 +9,7 @@
 #include "model/type_catalogue.h"
 #include "network/network.h"
 #include "proxy/proxy_config.h"
+#include "runtime/recorder_config.h"
 
 namespace rubicon::runtime {
 
@@ -17,6 +18,7 @@ struct NetworkSetup {
   std::string id;
   const network::NetworkType* type = nullptr;
   ConfigNode options;
+  std::string key{};  ///< in the file; differs from the id where a recording stands for another network (`as`)
 };
 
 /// A whole configuration file, checked except for the plug-ins' own keys.
@@ -27,6 +29,7 @@ struct IslandConfig {
   gateway::GatewayLimits limits;
   TypeCatalogue types;
   std::vector<NetworkSetup> networks;
+  std::vector<RecorderSetup> recorders;
 };
 
 /// Reads the shape of docs/architecture.md, section 5. Everything wrong is in `errors`; the result is then only good
