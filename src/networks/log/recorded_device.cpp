@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "model/key.h"
 
@@ -16,7 +17,7 @@ namespace {
 using Tree = nlohmann::json;
 
 /// As many as a proxy takes for a device; a hostile recording must not unfold.
-constexpr std::size_t kMaxListed = 10'000;
+constexpr std::size_t kMaxListed = 1024;
 
 std::string text_in(const Tree& tree, const char* name) {
   const auto found = tree.find(name);
@@ -39,10 +40,6 @@ std::vector<std::string> texts_in(const Tree& tree, const char* name) {
   return texts;
 }
 
-std::string_view type_part(std::string_view id) {
-  return id.substr(0, id.find('-'));
-}
-
 std::string instance_part(std::string_view id) {
   const auto dash = id.find('-');
   return dash == id.npos ? std::string() : std::string(id.substr(dash + 1));
@@ -63,6 +60,10 @@ void set_deadline(RecordedPoint& point) {
 }
 
 }  // namespace
+
+std::string_view type_part(std::string_view id) {
+  return id.substr(0, id.find('-'));
+}
 
 bool ForeignTypes::is_free(TypeId id) const {
   if (id == TypeId{} || types_.find(id) != nullptr) return false;
@@ -137,8 +138,12 @@ bool describe(RecordedPoint& point, std::string_view text, ForeignTypes& types) 
   return true;
 }
 
+namespace {
+
+/// Where no description was recorded: what the id says.
 void describe_by_id(RecordedPoint& point, ForeignTypes& types) {
   auto& capability = point.capability;
+  capability = {};
   capability.type_name = type_part(point.id);
   capability.point = {point.kind, TypeId{}, instance_part(point.id)};
   point.type = types.find(capability.type_name, capability.point.type);
@@ -146,14 +151,13 @@ void describe_by_id(RecordedPoint& point, ForeignTypes& types) {
   set_deadline(point);
 }
 
-namespace {
-
 /// The recorded lists are by kind; the order among the kinds shows only in that of the capabilities. Points of types
 /// that were named already may come at any time; else the one that brings the next type.
 std::vector<RecordedDevice::PointKey> in_order(const RecordedDevice& device) {
   std::vector<RecordedDevice::PointKey> order;
   std::array<std::size_t, 3> next{};
   std::size_t named = 0;
+  std::set<std::string_view> types;
   const auto take = [&](const auto& fits) {
     for (std::size_t kind = 0; kind < next.size(); ++kind) {
       const auto& ids = device.listed[kind];
@@ -163,14 +167,11 @@ std::vector<RecordedDevice::PointKey> in_order(const RecordedDevice& device) {
     }
     return false;
   };
-  const auto seen = [&](std::string_view type) {
-    const auto end = device.capabilities.begin() + static_cast<std::ptrdiff_t>(named);
-    return std::find(device.capabilities.begin(), end, type) != end;
-  };
+  const auto seen = [&types](std::string_view type) { return types.contains(type); };
   for (;;) {
     if (take(seen)) continue;
     if (named < device.capabilities.size()) {
-      ++named;
+      types.insert(device.capabilities[named++]);
       continue;
     }
     if (!take([](std::string_view) { return true; })) return order;
@@ -179,7 +180,7 @@ std::vector<RecordedDevice::PointKey> in_order(const RecordedDevice& device) {
 
 }  // namespace
 
-model::Join join_of(RecordedDevice& device) {
+model::Join join_of(RecordedDevice& device, ForeignTypes& types) {
   model::Join join;
   join.device_type = device.type;
   join.name = device.name;
@@ -195,6 +196,7 @@ model::Join join_of(RecordedDevice& device) {
     const auto found = device.points.find(key);
     if (found == device.points.end() || std::exchange(found->second.joined, true)) continue;
     auto& point = found->second;
+    if (point.text.empty()) describe_by_id(point, types);
     if (point.waiting && point.waiting->user_time == WallTime{} && !device.joined()) {
       point.capability.initial = std::move(point.waiting->value);
       point.waiting.reset();

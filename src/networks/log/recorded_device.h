@@ -18,6 +18,7 @@ class ForeignTypes {
  public:
   explicit ForeignTypes(const TypeCatalogue& types) : types_(types) {}
 
+  const Type* known(std::string_view name) const { return types_.find(name); }
   /// The type called so; if there is none, `id` becomes a number for it.
   const Type* find(const std::string& name, TypeId& id);
 
@@ -34,7 +35,7 @@ struct RecordedPoint {
   Kind kind = Kind::kSensor;
   std::string id;         ///< its part of the key: `light-window`
   std::string text;       ///< its description as recorded; empty = none
-  Capability capability;  ///< from the description; from the id while there is none
+  Capability capability;  ///< from the description; where none was recorded, from the id at the Join
   const Type* type = nullptr;
   bool alive = false;          ///< its value tuple is there
   bool joined = false;         ///< it was in its device's last Join
@@ -66,12 +67,13 @@ struct RecordedDevice {
 /// Takes the JSON of a `.description` tuple (docs/tuple-keys.md); false if it is none.
 bool describe(RecordedDevice& device, std::string_view text);
 bool describe(RecordedPoint& point, std::string_view text, ForeignTypes& types);
-/// Where no description was recorded: what the id says.
-void describe_by_id(RecordedPoint& point, ForeignTypes& types);
 
 /// The Join that makes a proxy publish these descriptions; marks the points in it as joined. Values without a user time
 /// that wait become initial ones.
-model::Join join_of(RecordedDevice& device);
+model::Join join_of(RecordedDevice& device, ForeignTypes& types);
+
+/// `light-window` -> `light`.
+std::string_view type_part(std::string_view id);
 
 /// The text of a value tuple as the value it was made of; kInvalid if the type has no such value.
 Result<Value> recorded_value(const Type* type, std::string_view text, std::string_view media_type);

@@ -188,7 +188,7 @@ RecordedPoint* TupleRecording::point_called(RecordedDevice& device, std::string_
   if (fresh) {
     point.kind = found->first.first;
     point.id = id;
-    describe_by_id(point, types_);
+    point.type = types_.known(type_part(id));
   }
   return &point;
 }
@@ -298,7 +298,7 @@ void TupleRecording::settle() {
 void TupleRecording::join(RecordedDevice& device) {
   const auto address = device.address.empty() ? device.id : device.address;
   if (device.joined() && device.joined_as != address) leave(device, "it has another address");
-  auto told = join_of(device);
+  auto told = join_of(device, types_);
   step_.said.emplace_back(address, std::move(told));
   device.joined_as = address;
   device.changed = false;
