@@ -13,6 +13,7 @@ using recording::RecordKind;
 namespace {
 
 constexpr Duration kFlushEvery = std::chrono::seconds(1);
+constexpr Duration kRotateAgain = std::chrono::minutes(1);
 /// Tuples of a snapshot written in one turn of the loop.
 constexpr std::size_t kSlice = 1000;
 
@@ -142,8 +143,12 @@ bool Recorder::make_ready(WallTime first) {
 }
 
 void Recorder::rotate_if_due(WallTime now) {
-  if (in_snapshot_ || !file_.rotation_due(now)) return;
-  if (auto done = file_.rotate(); !done) failed(done.error());
+  if (in_snapshot_ || place_.scheduler.now() < rotate_again_ || !file_.rotation_due(now)) return;
+  if (auto done = file_.rotate(); !done) {
+    rotate_again_ = place_.scheduler.now() + kRotateAgain;
+    return failed(done.error());
+  }
+  if (auto done = file_.remove_old(); !done) failed(done.error());
   begin_snapshot(recording::kMarkSnapshot);
 }
 

@@ -67,7 +67,7 @@ class Recorder {
   Counters counters_;
   WallTime seen_{};  ///< the moment of this turn
   bool seen_is_fresh_ = false;
-  SteadyTime try_again_{};
+  SteadyTime try_again_{}, rotate_again_{};
   bool gap_ = false;                                       ///< something was dropped since the last snapshot
   std::vector<std::pair<OwnerId, std::string>> snapshot_;  ///< still to be written, from the back
   bool in_snapshot_ = false;

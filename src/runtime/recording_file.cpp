@@ -145,8 +145,7 @@ Result<void> RecordingFile::rotate() {
     const auto stem = name.substr(0, name.size() - extension.size());
     renamed = transports_.rename_file(path_, fmt::format("{}-{}{}", stem, twin, extension));
   }
-  if (!renamed) return renamed;
-  return remove_old();
+  return renamed;
 }
 
 Result<void> RecordingFile::remove_old() {

@@ -33,14 +33,14 @@ class RecordingFile {
   /// What a snapshot takes does not count: else one that is larger than a file would follow the other.
   void snapshot_ends() { weight_of_snapshot_ = file_ ? file_->size() - begin_of_session_ : 0; }
   bool rotation_due(WallTime now) const;
-  /// Closes the file, renames it by the time of its first record, and removes the oldest beyond those to keep. What
-  /// cannot be done is in the error; the file is closed in any case.
+  /// Closes the file and renames it by the time of its first record. After an error it is closed too.
   Result<void> rotate();
+  /// Removes the oldest of the renamed files beyond those to keep.
+  Result<void> remove_old();
 
  private:
   Result<Opened> take_up(WallTime first);
   Result<Opened> begin(WallTime first);
-  Result<void> remove_old();
 
   transport::Transports& transports_;
   std::string path_;

@@ -62,7 +62,8 @@ Result<std::unique_ptr<AppendFile>> MemoryTransports::open_append(const std::str
 }
 
 Result<void> MemoryTransports::rename_file(const std::string& from, const std::string& to) {
-  if (is_lost(from)) return fail(ErrorCode::kIo, from + ": cannot be called " + to + ": Read-only file system");
+  if (renames_refused_ || is_lost(from))
+    return fail(ErrorCode::kIo, from + ": cannot be called " + to + ": Read-only file system");
   if (files_.contains(to)) return fail(ErrorCode::kDuplicate, from + ": cannot be called " + to + ": that is there");
   auto file = files_.extract(from);
   if (file.empty()) return fail(ErrorCode::kNotFound, from + ": cannot be called " + to + ": no such file");

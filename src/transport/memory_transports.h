@@ -39,6 +39,7 @@ class MemoryTransports final : public Transports {
   void give_folder(const std::string& path) { lost_.erase(path); }
   /// Cutting files off fails, as on a disk that has become read-only.
   void refuse_cuts(bool refuse) { cuts_refused_ = refuse; }
+  void refuse_renames(bool refuse) { renames_refused_ = refuse; }
   bool has(const std::string& path) const { return files_.contains(path); }
   const Bytes& bytes(const std::string& path) { return files_[path].bytes; }
   std::vector<std::string> paths() const;
@@ -52,6 +53,7 @@ class MemoryTransports final : public Transports {
   std::optional<std::uint64_t> room_;
   std::set<std::string> lost_;
   bool cuts_refused_ = false;
+  bool renames_refused_ = false;
   std::size_t synced_ = 0;
 };
 

@@ -35,8 +35,9 @@ TestIsland::TestIsland(const std::string& yaml, transport::MemoryTransports& dis
 
 void TestIsland::command(const std::string& key, const std::string& value) {
   std::string answer = "none";
-  island->space().set_remote(island->config().id, key, value, std::chrono::seconds(5),
-                             [&](const tuples::Reply& reply) { answer = std::string(to_string(reply.verdict)) + reply.text; });
+  island->space().set_remote(island->config().id, key, value, std::chrono::seconds(5), [&](const tuples::Reply& reply) {
+    answer = std::string(to_string(reply.verdict)) + reply.text;
+  });
   time.run_ready();
   EXPECT_EQ(answer, "applied") << key;
 }
