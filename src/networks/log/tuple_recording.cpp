@@ -33,6 +33,13 @@ std::optional<Kind> kind_called(std::string_view word) {
   return std::nullopt;
 }
 
+/// Most keys are those of statuses: they need not be looked up.
+bool is_of_interest(std::string_view key) {
+  if (key.ends_with(".value") || key.ends_with(".description")) return true;
+  const auto dot = key.find('.');  // that of a network names it
+  return dot != key.npos && key.substr(dot) == ".status";
+}
+
 }  // namespace
 
 TupleRecording::TupleRecording(const TypeCatalogue& types, std::string network, ReplayCounters& counters,
@@ -142,6 +149,7 @@ TupleRecording::Place TupleRecording::place_of(const Record& record) {
   place.role = Role::kOther;
   if (island_ == model::kNobody && model::is_island(record.owner)) island_ = record.owner;
   if (record.owner != island_ || !record.key.starts_with(prefix_)) return place;
+  if (!is_of_interest(record.key.substr(prefix_.size()))) return place;
   if (const auto known = keys_.find(record.key); known != keys_.end()) return place = known->second;
   const auto found = resolve(record.key.substr(prefix_.size()));
   if (keys_.size() < kMaxKeys) keys_.emplace(record.key, found);
