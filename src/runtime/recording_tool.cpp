@@ -77,7 +77,8 @@ struct Summary {
     const auto parts = model::key_parts(record.key);
     const bool of_network = parts.size() == 3 && parts[2] == "status";
     const bool of_point = parts.size() == 6 && parts[5] == "value";
-    if (head && (of_network || of_point) && parts[0] == head->prefix) networks.emplace(parts[1]);
+    if (!head || !(of_network || of_point) || parts[0] != head->prefix) return;
+    if (parts[1] == model::to_key_part(parts[1])) networks.emplace(parts[1]);
   }
   void take(const recording::Damage& one) {
     ++damaged;
@@ -91,7 +92,7 @@ struct Summary {
 std::string text_of(const Summary& sum, const std::string& file) {
   std::string out = fmt::format("file: {}\n", file);
   if (sum.head) {
-    out += fmt::format("island: {}, prefix {}\n", number(sum.head->island), sum.head->prefix);
+    out += fmt::format("island: {}, prefix {}\n", number(sum.head->island), model::quoted(sum.head->prefix));
     out += fmt::format("written by: {}\n", model::quoted(sum.head->writer));
   } else {
     out += "island: the head is damaged\n";

@@ -301,7 +301,7 @@ TEST_F(Daemon, RecordsAndShowsWhatIsInTheRecording) {
   }
   const auto info = run_to_end({kDaemon, "recording", recording, "info"});
   EXPECT_EQ(info.code, 0) << info.errors;
-  EXPECT_THAT(info.output, HasSubstr("island: 6541, prefix proxy"));
+  EXPECT_THAT(info.output, HasSubstr("island: 6541, prefix 'proxy'"));
   EXPECT_THAT(info.output, HasSubstr("networks: dummy\n"));
   EXPECT_THAT(info.output, HasSubstr("damage: none"));
   const auto rows = run_to_end({kDaemon, "recording", recording, "export", "--pattern", "proxy.*.*.sensor.*.value"});

@@ -338,7 +338,7 @@ TEST_F(Recording, WhereNothingCanBeRenamedTheFileGrowsOn) {
   }
   EXPECT_LE(recorder->counters().failures, 4u);
   EXPECT_EQ(recorder->counters().dropped, 0u);
-  EXPECT_EQ(std::count(content().lines.begin(), content().lines.end(), "mark snapshot"), 0);
+  EXPECT_THAT(content().lines, testing::Not(testing::Contains("mark snapshot")));
   recorder.reset();
   EXPECT_EQ(content().sets().size(), 200u);
 }

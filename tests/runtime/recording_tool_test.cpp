@@ -95,7 +95,7 @@ TEST_F(RecordingTool, InfoCountsAndNamesDamage) {
   disk.put("a.rec", bytes);
   const auto text = info();
   for (const auto* line :
-       {"island: 6541, prefix proxy\n", "written by: \"test 1\"\n", "first record: 2026-01-01 00:00:00.250000 UTC\n",
+       {"island: 6541, prefix 'proxy'\n", "written by: 'test 1'\n", "first record: 2026-01-01 00:00:00.250000 UTC\n",
         "blocks: 1 ", "records: 3 (2 set, 1 deleted, 0 expired, 0 present in snapshots)\n", "keys: 2\n",
         "networks: wsn-1\n", "damage: 1 places, 7 bytes\n"}) {
     EXPECT_THAT(text, HasSubstr(line));

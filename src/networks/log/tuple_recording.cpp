@@ -170,7 +170,7 @@ TupleRecording::Place TupleRecording::resolve(std::string_view key) {
 }
 
 void TupleRecording::note_network(std::string_view name) {
-  if (networks_.contains(name) || networks_.size() >= kMaxNetworks) return;
+  if (networks_.contains(name) || networks_.size() >= kMaxNetworks || name != model::to_key_part(name)) return;
   networks_.emplace(name);
   if (chosen_by_user_) return;
   if (network_.empty()) network_ = name;
