@@ -1,6 +1,7 @@
 #include <CLI/CLI.hpp>
 
 #include "runtime/daemon.h"
+#include "runtime/recording_tool.h"
 #include "runtime/state_tool.h"
 
 namespace {
@@ -49,6 +50,19 @@ void describe_state(CLI::App& app, StateTool& tool) {
   tool.forget->add_option("DEVICE", tool.devices, "NETWORK/ADDRESS, or NETWORK.ID as in keys")->required();
 }
 
+CLI::App* describe_recording(CLI::App& app, rubicon::runtime::RecordingOptions& options, bool& csv) {
+  auto* recording = app.add_subcommand("recording", "Say what is in a recording, or write it as text");
+  recording->add_option("FILE", options.file, "what a recorder wrote")->required();
+  recording->add_option("ACTION", options.action, "info or export")
+      ->check(CLI::IsMember({"info", "export"}))
+      ->required();
+  auto* as_csv = recording->add_flag("--csv", csv, "export as a table (the default)");
+  recording->add_flag("--jsonl", options.jsonl, "export as JSON lines")->excludes(as_csv);
+  recording->add_option("--pattern", options.pattern, "export only what matches, for example proxy.*.*.sensor.**");
+  recording->add_option("--out", options.out, "export to this new file instead of standard output");
+  return recording;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -68,6 +82,9 @@ int main(int argc, char** argv) {
   StateTool state;
   describe_state(app, state);
   auto* networks = app.add_subcommand("networks", "List the network types with sample configurations");
+  rubicon::runtime::RecordingOptions recording_options;
+  bool csv = false;
+  auto* recording = describe_recording(app, recording_options, csv);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {  // also --help and --version, which end well
@@ -77,6 +94,7 @@ int main(int argc, char** argv) {
     const auto against = diff->count() > 0 ? std::optional(old_file) : std::nullopt;
     return rubicon::runtime::check(options.file, options.overrides, against);
   }
+  if (recording->parsed()) return rubicon::runtime::recording(recording_options);
   if (networks->parsed()) return rubicon::runtime::list_networks();
   if (state.state->parsed()) return state.run();
   return rubicon::runtime::run(options);

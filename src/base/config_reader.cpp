@@ -67,17 +67,42 @@ std::optional<Duration> parse_duration(std::string_view text) {
   return std::chrono::round<Duration>(std::chrono::duration<double>(*amount * seconds));
 }
 
+namespace {
+
+struct SizeUnit {
+  std::string_view name;
+  std::uint64_t bytes;
+};
+constexpr SizeUnit kSizeUnits[] = {{"TiB", 1ULL << 40},
+                                   {"TB", 1'000'000'000'000},
+                                   {"GiB", 1ULL << 30},
+                                   {"GB", 1'000'000'000},
+                                   {"MiB", 1ULL << 20},
+                                   {"MB", 1'000'000},
+                                   {"KiB", 1ULL << 10},
+                                   {"kB", 1000},
+                                   {"B", 1}};
+
+}  // namespace
+
 std::optional<std::uint64_t> parse_size(std::string_view text) {
-  constexpr std::pair<std::string_view, double> kUnits[] = {
-      {"B", 1}, {"kB", 1e3}, {"MB", 1e6}, {"GB", 1e9}, {"KiB", 1024.0}, {"MiB", 1048576.0}, {"GiB", 1073741824.0}};
   const auto unit_at = text.find_first_not_of("0123456789.");
   if (unit_at == 0 || unit_at == text.npos) return std::nullopt;
   const auto amount = parse_number<double>(text.substr(0, unit_at));
-  for (const auto& [unit, bytes] : kUnits) {
-    if (!amount || unit != text.substr(unit_at) || *amount * bytes > 9e18) continue;
-    return static_cast<std::uint64_t>(*amount * bytes);
+  for (const auto& unit : kSizeUnits) {
+    if (!amount || unit.name != text.substr(unit_at)) continue;
+    const double bytes = *amount * static_cast<double>(unit.bytes);
+    if (bytes > 9e18) return std::nullopt;
+    return static_cast<std::uint64_t>(std::round(bytes));
   }
   return std::nullopt;
+}
+
+std::string size_text(std::uint64_t bytes) {
+  for (const auto& unit : kSizeUnits) {
+    if (bytes >= unit.bytes && bytes % unit.bytes == 0) return fmt::format("{}{}", bytes / unit.bytes, unit.name);
+  }
+  return "0B";
 }
 
 ConfigReader::ConfigReader(const ConfigNode& map, std::string path, ConfigErrors& errors)
@@ -183,11 +208,18 @@ Duration ConfigReader::duration(const std::string& key, Duration otherwise) {
   return otherwise;
 }
 
-std::uint64_t ConfigReader::size(const std::string& key, std::uint64_t otherwise) {
+std::uint64_t ConfigReader::size(const std::string& key, std::uint64_t otherwise, std::uint64_t minimum,
+                                 std::uint64_t maximum) {
   const auto* found = scalar(key);
   if (!found) return otherwise;
-  if (const auto size = parse_size(found->text)) return *size;
-  error(key, fmt::format("is '{}', expected a size such as 512kB, 100MB, 2GiB", shown(found->text)));
+  const auto size = parse_size(found->text);
+  if (!size) {
+    error(key, fmt::format("is '{}', expected a size such as 500kB, 64KiB, 100MB, 1GB", shown(found->text)));
+    return otherwise;
+  }
+  if (*size >= minimum && *size <= maximum) return *size;
+  error(key,
+        fmt::format("is '{}', expected from {} to {}", shown(found->text), size_text(minimum), size_text(maximum)));
   return otherwise;
 }
 

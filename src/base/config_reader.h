@@ -49,9 +49,9 @@ class ConfigReader {
   Duration duration(const std::string& key, Duration otherwise);
   /// Same, or the word `never` (nullopt).
   std::optional<Duration> duration_or_never(const std::string& key, std::optional<Duration> otherwise);
-
-  /// `512kB`, `100MB`, `2GB`, `64KiB`, `256MiB`, `1GiB`, `4096B`: bytes; a bare number is refused.
-  std::uint64_t size(const std::string& key, std::uint64_t otherwise);
+  /// Bytes: `100MB`, `64KiB`, `1.5GB`, `512B`; the unit is part of the value.
+  std::uint64_t size(const std::string& key, std::uint64_t otherwise, std::uint64_t minimum = 0,
+                     std::uint64_t maximum = std::numeric_limits<std::uint64_t>::max());
 
   /// The node under a key for own reading (marked as known); nullptr if absent.
   const ConfigNode* node(const std::string& key);
@@ -85,11 +85,14 @@ class ConfigReader {
   std::set<std::string> known_;
 };
 
-/// `100MB`, `64KiB`, ...: nullopt if it is not a size or beyond 2^63.
-std::optional<std::uint64_t> parse_size(std::string_view text);
-
 /// `250ms`, `5s`, ...: nullopt if it is not a duration.
 std::optional<Duration> parse_duration(std::string_view text);
+
+/// Bytes in `100MB`, `64KiB`, ... (B; kB, MB, GB, TB by thousands; KiB, MiB, GiB, TiB by 1024): nullopt if it is no
+/// size.
+std::optional<std::uint64_t> parse_size(std::string_view text);
+/// The shortest exact spelling: `100MB`.
+std::string size_text(std::uint64_t bytes);
 
 }  // namespace rubicon::base
 

@@ -22,6 +22,7 @@ struct Island::Parts {
         state(std::move(store)),
         link(std::move(a_link)),
         space(config.id, scheduler, *link),
+        recorders({scheduler, space, some_transports, sink, config.proxy.prefix}),
         gateway(scheduler, space, sink, config.limits),
         proxy(config.proxy, scheduler, space, gateway, config.types, sink, state.get()),
         networks(config.id, scheduler, some_transports, sink, gateway),
@@ -43,6 +44,7 @@ struct Island::Parts {
   std::unique_ptr<state::StateStore> state;
   std::unique_ptr<tuples::Link> link;
   TupleSpace space;
+  Recorders recorders;  ///< ends after the networks: what they say last is recorded
   gateway::Gateway gateway;
   proxy::Proxy proxy;
   network::Supervisor networks;
@@ -70,6 +72,7 @@ void Island::Parts::watch_numbers() {
     say("inbox-ignored", devices.ignored);
     say("inbox-refused", devices.refused);
     say("inbox-unheard-messages", devices.unheard);
+    recorders.say(say);
   });
   if (!state) return;
   metrics.add([this](const IslandMetrics::Say& say) {
@@ -88,7 +91,7 @@ Island::~Island() = default;
 /// Reads the plug-in's options and makes the network; what is wrong stands in `errors` too.
 Result<void> Island::Parts::add(NetworkSetup& setup, network::Supervisor& to, const std::string& directory,
                                 base::ConfigErrors& errors) {
-  ConfigReader options(setup.options, "networks." + setup.id, errors);
+  ConfigReader options(setup.options, "networks." + setup.key, errors);
   const auto before = errors.lines().size();
   const auto added = to.add(*setup.type, {setup.id, config.id, options, config.types, directory});
   if (!added && errors.lines().size() == before) options.error("", added.error().text);
@@ -112,6 +115,7 @@ Result<std::unique_ptr<Island>> Island::make(IslandConfig config, Scheduler& sch
 }
 
 void Island::start() {
+  parts_->recorders.take(parts_->config.recorders, parts_->config.directory);
   parts_->proxy.restore();
   parts_->networks.start();
   parts_->metrics.start();
@@ -159,7 +163,8 @@ void Island::Parts::apply(IslandConfig next, const ReloadPlan& plan) {
   };
   std::vector<std::string> anew = plan.retyped;
   for (const auto& id : plan.changed) {
-    ConfigReader options(setup_of(next, id).options, "networks." + id, errors);
+    auto& setup = setup_of(next, id);
+    ConfigReader options(setup.options, "networks." + setup.key, errors);
     if (!networks.change({id, config.id, options, config.types, next.directory})) anew.push_back(id);
   }
   for (const auto& id : plan.removed) take_away(id);
@@ -169,6 +174,8 @@ void Island::Parts::apply(IslandConfig next, const ReloadPlan& plan) {
   config.limits = next.limits;
   config.proxy = next.proxy;
   config.networks = std::move(next.networks);
+  config.recorders = std::move(next.recorders);
+  recorders.take(config.recorders, config.directory);
   proxy.reconfigure(config.proxy);
   for (const auto& id : anew) proxy.restart(id);
   for (const auto* ids : {&plan.added, &std::as_const(anew)}) {

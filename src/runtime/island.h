@@ -5,6 +5,7 @@
 #include "base/log.h"
 #include "base/scheduler.h"
 #include "runtime/island_config.h"
+#include "runtime/recorders.h"
 #include "runtime/reload_plan.h"
 #include "state/state_store.h"
 #include "transport/transports.h"
@@ -26,7 +27,7 @@ class Island {
                                               std::unique_ptr<state::StateStore> state = nullptr);
   ~Island();
 
-  /// Shows what is remembered, then opens the lines.
+  /// Starts the recorders, shows what is remembered, then opens the lines.
   void start();
 
   /// Takes another configuration: what did not change is not touched, a network with other options keeps its line if

@@ -178,22 +178,34 @@ std::string type_names(std::span<const network::NetworkType> types) {
 ConfigNode plug_in_options(const ConfigNode& network) {
   ConfigNode options = network;
   std::erase_if(options.entries, [](const auto& entry) {
-    return entry.first == "type" || entry.first == "silence" || entry.first == "rate" || entry.first == "devices";
+    return entry.first == "type" || entry.first == "silence" || entry.first == "rate" || entry.first == "devices" ||
+           entry.first == "as";
   });
   return options;
 }
 
-void read_network(const std::string& id, ConfigReader& network, std::span<const network::NetworkType> types,
+/// `as: wsn-1`: a recording plays under the network id it was recorded under.
+std::string played_id(const std::string& key, ConfigReader& network, const std::string& type) {
+  if (!network.has("as")) return key;
+  auto id = network.text("as", key);
+  if (type != "log") network.error("as", "only a network of type log plays another one");
+  if (id == model::to_key_part(id)) return id;
+  network.error("as", "a network id has [A-Za-z0-9_-]+, at most 64 characters");
+  return key;
+}
+
+void read_network(const std::string& key, ConfigReader& network, std::span<const network::NetworkType> types,
                   IslandConfig& config) {
-  NetworkSetup setup{id, nullptr, plug_in_options(network.here())};
+  NetworkSetup setup{{}, nullptr, plug_in_options(network.here()), key};
   proxy::NetworkRules rules;
   const auto type = network.required_text("type");
   setup.type = find_type(types, type);
   if (!setup.type && !type.empty()) {
     network.error("type", fmt::format("is '{}', expected one of: {}", type, type_names(types)));
   }
-  if (id != model::to_key_part(id)) network.error("", "a network id has [A-Za-z0-9_-]+, at most 64 characters");
-  if (setup.type && id != type && !id.starts_with(type + "-")) {
+  setup.id = played_id(key, network, type);
+  if (key != model::to_key_part(key)) network.error("", "a network id has [A-Za-z0-9_-]+, at most 64 characters");
+  if (setup.type && key != type && !key.starts_with(type + "-")) {
     network.error("", fmt::format("a network of type {} is called {} or {}-<name>", type, type, type));
   }
   rules.silence = network.duration_or_never("silence", rules.silence);
@@ -203,7 +215,9 @@ void read_network(const std::string& id, ConfigReader& network, std::span<const 
   if (rules.rate < std::chrono::milliseconds(1)) network.error("rate", "expected at least 1ms");
   rules.lists_devices = setup.type && setup.type->lists_devices;
   read_devices(network, rules);
-  config.proxy.networks.emplace(id, std::move(rules));
+  if (!config.proxy.networks.emplace(setup.id, std::move(rules)).second) {
+    network.error(network.has("as") ? "as" : "", fmt::format("the network id '{}' is taken", setup.id));
+  }
   config.networks.push_back(std::move(setup));
 }
 
@@ -216,7 +230,8 @@ IslandConfig read_island_config(const ConfigNode& root_node, std::span<const net
   read_island(root, config);
   read_general(root, config);
   read_types(root, config);
-  for (auto& [id, network] : root.maps("networks")) read_network(id, network, types, config);
+  for (auto& [key, network] : root.maps("networks")) read_network(key, network, types, config);
+  config.recorders = read_recorders(root);
   root.finish();
   for (const auto* section : {"island", "tuples", "types", "state"}) {
     const auto* node = root_node.find(section);

@@ -11,6 +11,7 @@
 #include "model/type_catalogue.h"
 #include "network/network.h"
 #include "proxy/proxy_config.h"
+#include "runtime/recorder_config.h"
 
 namespace rubicon::runtime {
 
@@ -19,6 +20,7 @@ struct NetworkSetup {
   std::string id;
   const network::NetworkType* type = nullptr;
   ConfigNode options;
+  std::string key{};  ///< in the file; differs from the id where a recording stands for another network (`as`)
 };
 
 /// `state:`; an empty file = nothing is remembered.
@@ -38,6 +40,7 @@ struct IslandConfig {
   StateSetup state;
   /// The sections that a running island cannot take anew, as they stand in the file.
   std::vector<std::pair<std::string, ConfigNode>> fixed;
+  std::vector<RecorderSetup> recorders;
 };
 
 /// Reads the shape of docs/architecture.md, section 5. Everything wrong is in `errors`; the result is then only good

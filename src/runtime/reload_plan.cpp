@@ -76,6 +76,23 @@ void compare_networks(const IslandConfig& now, const IslandConfig& next, ReloadP
   }
 }
 
+void compare_recorders(const std::vector<RecorderSetup>& now, const std::vector<RecorderSetup>& next,
+                       ReloadPlan& plan) {
+  const auto called = [](const std::string& name) { return [&name](const auto& setup) { return setup.name == name; }; };
+  for (const auto& setup : now) {
+    if (std::none_of(next.begin(), next.end(), called(setup.name)))
+      plan.lines.push_back(fmt::format("recorder {}: ends", setup.name));
+  }
+  for (const auto& setup : next) {
+    const auto before = std::find_if(now.begin(), now.end(), called(setup.name));
+    if (before == now.end()) {
+      plan.lines.push_back(fmt::format("recorder {}: starts", setup.name));
+    } else if (!(*before == setup)) {
+      plan.lines.push_back(fmt::format("recorder {}: begins anew, its options change", setup.name));
+    }
+  }
+}
+
 }  // namespace
 
 ReloadPlan plan_reload(const IslandConfig& now, const IslandConfig& next) {
@@ -89,6 +106,7 @@ ReloadPlan plan_reload(const IslandConfig& now, const IslandConfig& next) {
     plan.refusals.push_back(fmt::format("{}: a running island cannot change this; restart it", list(full)));
   }
   compare_networks(now, next, plan);
+  compare_recorders(now.recorders, next.recorders, plan);
   if (!(now.limits == next.limits)) plan.lines.push_back("limits change");
   if (!(now.proxy.discovery == next.proxy.discovery)) plan.lines.push_back("discovery rules change");
   const bool commands = now.proxy.command_time_to_live == next.proxy.command_time_to_live &&

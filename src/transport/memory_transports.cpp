@@ -20,7 +20,7 @@ class MemoryFile final : public FileSource {
   Result<std::size_t> read(std::span<std::uint8_t> into) override {
     const auto found = files_.find(path_);
     if (found == files_.end()) return fail(ErrorCode::kIo, path_ + ": cannot read: the file is gone");
-    const auto& [bytes, fails_at] = found->second;
+    const auto& [bytes, fails_at, appending] = found->second;
     if (fails_at && position_ >= *fails_at)
       return fail(ErrorCode::kIo, fmt::format("{}: cannot read at {}: Input/output error", path_, position_));
     const std::uint64_t end = std::min<std::uint64_t>(bytes.size(), fails_at.value_or(bytes.size()));

@@ -2,6 +2,7 @@
 
 #include <map>
 #include <optional>
+#include <set>
 
 #include "base/bytes.h"
 #include "transport/memory_udp.h"
@@ -16,9 +17,10 @@ class MemoryTransports final : public Transports {
   struct File {
     Bytes bytes;
     std::optional<std::uint64_t> fails_at;  ///< reading this offset is an I/O error
+    bool appending = false;                 ///< somebody has it open for writing
   };
 
-  void put(const std::string& path, Bytes bytes) { files_[path] = {std::move(bytes), std::nullopt}; }
+  void put(const std::string& path, Bytes bytes) { files_[path] = {std::move(bytes), std::nullopt, false}; }
   void put(const std::string& path, std::string_view text);
   void fail_at(const std::string& path, std::uint64_t offset) { files_[path].fails_at = offset; }
   void remove(const std::string& path) { files_.erase(path); }
@@ -31,10 +33,37 @@ class MemoryTransports final : public Transports {
   Result<std::unique_ptr<UdpSocket>> open_udp(const UdpOptions& options, UdpCalls calls) override;
   std::unique_ptr<Lookup> look_up(const std::string& host, LookupDone done) override;
 
+  // Writing: the folders that files are in are always there, others when a test makes them missing.
+  Result<std::unique_ptr<AppendFile>> open_append(const std::string& path) override;
+  Result<void> rename_file(const std::string& from, const std::string& to) override;
+  Result<void> remove_file(const std::string& path) override;
+  Result<std::vector<std::string>> list_folder(const std::string& path) override;
+
+  /// The disk: how many bytes it still takes; then writing is an error after a part was written. nullopt = any.
+  void room(std::optional<std::uint64_t> bytes) { room_ = bytes; }
+  /// Opening and renaming in this folder fails as if it were not there (or may not be written).
+  void lose_folder(const std::string& path) { lost_.insert(path); }
+  void give_folder(const std::string& path) { lost_.erase(path); }
+  /// Cutting files off fails, as on a disk that has become read-only.
+  void refuse_cuts(bool refuse) { cuts_refused_ = refuse; }
+  void refuse_renames(bool refuse) { renames_refused_ = refuse; }
+  bool has(const std::string& path) const { return files_.contains(path); }
+  const Bytes& bytes(const std::string& path) { return files_[path].bytes; }
+  std::vector<std::string> paths() const;
+  std::size_t synced() const { return synced_; }  ///< how often a file was synced
+
  private:
+  class MemoryAppendFile;
+  bool is_lost(const std::string& path) const;
+
   MemoryNet* net_ = nullptr;
   std::string address_;
   std::map<std::string, File> files_;
+  std::optional<std::uint64_t> room_;
+  std::set<std::string> lost_;
+  bool cuts_refused_ = false;
+  bool renames_refused_ = false;
+  std::size_t synced_ = 0;
 };
 
 }  // namespace rubicon::transport

@@ -4,7 +4,9 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <vector>
 
+#include "base/byte_sink.h"
 #include "base/result.h"
 #include "transport/udp.h"
 
@@ -18,6 +20,19 @@ class FileSource {
   virtual Result<std::size_t> read(std::span<std::uint8_t> into) = 0;
   virtual Result<void> seek(std::uint64_t offset) = 0;
   virtual std::uint64_t size() const = 0;
+};
+
+/// A file that grows at its end; nobody else can open it so meanwhile. Destroyed = closed, without sync().
+class AppendFile : public base::ByteSink {
+ public:
+  /// Not buffered: what it took, the operating system has. kIo when the disk is full; then a part may stand in the file
+  /// (size() tells).
+  Result<void> append(ByteView bytes) override = 0;
+  virtual std::uint64_t size() const = 0;
+  /// Cuts the file off.
+  virtual Result<void> truncate(std::uint64_t size) = 0;
+  /// Waits until the disk has everything: may take long.
+  virtual Result<void> sync() = 0;
 };
 
 /// Everything through which bytes enter and leave the process. Networks get it from their host, so that tests can hand
@@ -34,6 +49,16 @@ class Transports {
   /// kUnreachable if there are none. Destroying the answer ends the wait, and `done` is not called.
   /// Only for those who have sockets: asserted.
   virtual std::unique_ptr<Lookup> look_up(const std::string& host, LookupDone done);
+
+  // Files that are written; kUnsupported where there are none.
+  /// Opens a file at its end, makes an empty one if it is not there (its folder must be). kBusy if somebody else
+  /// appends to it; never truncates.
+  virtual Result<std::unique_ptr<AppendFile>> open_append(const std::string& path);
+  /// kDuplicate if there is something called `to`.
+  virtual Result<void> rename_file(const std::string& from, const std::string& to);
+  virtual Result<void> remove_file(const std::string& path);
+  /// Names of the regular files in a folder, sorted; an empty path is the working directory.
+  virtual Result<std::vector<std::string>> list_folder(const std::string& path);
 };
 
 }  // namespace rubicon::transport

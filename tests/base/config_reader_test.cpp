@@ -1,5 +1,6 @@
 #include "base/config_reader.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <memory>
@@ -129,6 +130,20 @@ TEST_F(ConfigReaderTest, ADurationHasAUnit) {
   EXPECT_EQ(errors_.text(), "home.yaml:2:3: dev.silence: is '60', expected a duration such as 250ms, 5s, 2min, 1h");
   EXPECT_EQ(read(R"({"silence": "never"})").duration("silence", 1s), 1s);
   EXPECT_EQ(errors_.lines().size(), 2U);
+}
+
+TEST_F(ConfigReaderTest, ASizeHasAUnit) {
+  const std::pair<std::string_view, std::uint64_t> good[] = {
+      {"512B", 512},          {"100kB", 100'000},       {"64KiB", 65'536},
+      {"100MB", 100'000'000}, {"1.5GB", 1'500'000'000}, {"2TiB", 2ULL << 40}};
+  for (const auto& [text, bytes] : good) EXPECT_EQ(parse_size(text), bytes) << text;
+  for (const auto* text : {"", "100", "MB", "1 MB", "-1MB", "1mb", "1e3MB", "99999999TB", "0x10B"})
+    EXPECT_FALSE(parse_size(text)) << text;
+  EXPECT_EQ(read(R"({"size": "2MB"})").size("size", 7), 2'000'000u);
+  EXPECT_EQ(read(R"({"size": "2"})").size("size", 7), 7u);
+  EXPECT_EQ(errors_.text(), "home.yaml:2:3: dev.size: is '2', expected a size such as 500kB, 64KiB, 100MB, 1GB");
+  EXPECT_EQ(read(R"({"size": "1kB"})").size("size", 7, 65'536, 1'000'000'000), 7u);
+  EXPECT_THAT(errors_.text(), testing::HasSubstr("is '1kB', expected from 64KiB to 1GB"));
 }
 
 TEST_F(ConfigReaderTest, NeverIsADurationWhereItIsAllowed) {

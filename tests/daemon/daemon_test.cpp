@@ -8,6 +8,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <sstream>
 
 #include "daemon/process.h"
 
@@ -284,6 +285,63 @@ TEST_F(Daemon, AMissingRecordingIsNamedAndTheRestOfTheIslandLives) {
   EXPECT_THAT(line["value"].dump(), HasSubstr("down"));
   EXPECT_THAT(line["value"].dump(), HasSubstr("nowhere.bin"));
   EXPECT_TRUE(joined(shell));
+}
+
+TEST_F(Daemon, RecordsAndShowsWhatIsInTheRecording) {
+  const auto file =
+      write("recorded.yaml",
+            "island: {id: 6541}\nnetworks:\n  dummy: {type: dummy, simulate: {a: {name: \"a, b\", sensors: "
+            "{temperature-1: {wave: constant, value: 21.5}}}}}\n"
+            "recorders: {all: {file: home.rec, patterns: [\"proxy.**\"], active: yes}}\n");
+  const auto recording = (directory_ / "home.rec").string();
+  {
+    Process shell({kDaemon, "run", file, "--shell", "--watch", "proxy.dummy.a.sensor.*.value"});
+    EXPECT_TRUE(shell.line_with("21.5"));
+    shell.close_input();
+    shell.signal(SIGTERM);
+    EXPECT_EQ(shell.exit_code(), 0);
+  }
+  const auto info = run_to_end({kDaemon, "recording", recording, "info"});
+  EXPECT_EQ(info.code, 0) << info.errors;
+  EXPECT_THAT(info.output, HasSubstr("island: 6541, prefix 'proxy'"));
+  EXPECT_THAT(info.output, HasSubstr("networks: dummy\n"));
+  EXPECT_THAT(info.output, HasSubstr("damage: none"));
+  const auto rows = run_to_end({kDaemon, "recording", recording, "export", "--pattern", "proxy.*.*.sensor.*.value"});
+  EXPECT_EQ(rows.code, 0);
+  EXPECT_THAT(rows.output, HasSubstr(",6541,proxy.dummy.a.sensor.temperature-1.value,21.5,text,text/plain,6541,"));
+  const auto lines = run_to_end({kDaemon, "recording", recording, "export", "--jsonl", "--pattern", "**.description"});
+  EXPECT_EQ(lines.code, 2) << "a pattern that is none";
+  const auto out = (directory_ / "out.jsonl").string();
+  EXPECT_EQ(run_to_end({kDaemon, "recording", recording, "export", "--jsonl", "--out", out}).code, 0);
+  EXPECT_EQ(run_to_end({kDaemon, "recording", recording, "export", "--jsonl", "--out", out}).code, 1) << "it is there";
+  EXPECT_EQ(run_to_end({kDaemon, "recording", file, "info"}).code, 2);
+  EXPECT_EQ(run_to_end({kDaemon, "recording", recording + "x", "info"}).code, 2);
+}
+
+TEST_F(Daemon, KilledItLosesAtMostASecondOfItsRecording) {
+  const auto file = write("recorded.yaml",
+                          "island: {id: 6541}\nnetworks:\n  dummy: {type: dummy, simulate: {a: {sensors: "
+                          "{temperature-1: {wave: sine, low: 0, high: 20}}, properties: {rate: 20}}}}\n"
+                          "recorders: {all: {file: home.rec, patterns: [\"proxy.**\"]}}\n");
+  std::vector<double> seen;
+  {
+    Process watch({kDaemon, "run", file, "--watch", "proxy.dummy.a.sensor.*.value"});
+    const auto until = Clock::now() + 2500ms;
+    while (Clock::now() < until) {
+      const auto line = parsed(watch.line());
+      if (line.is_object() && !line["value"].get<std::string>().empty()) seen.push_back(line["write"].get<double>());
+    }
+    watch.signal(SIGKILL);
+    EXPECT_EQ(watch.exit_code(), 128 + SIGKILL);
+  }
+  const auto rows = run_to_end({kDaemon, "recording", (directory_ / "home.rec").string(), "export", "--jsonl",
+                                "--pattern", "proxy.dummy.a.sensor.*.value"});
+  EXPECT_EQ(rows.code, 0) << rows.errors;
+  std::istringstream text(rows.output);
+  double last = 0;
+  for (std::string line; std::getline(text, line);) last = json::parse(line)["write"].get<double>();
+  ASSERT_GT(seen.size(), 20u);
+  EXPECT_GE(last, seen.back() - 1.3);
 }
 
 }  // namespace

@@ -139,6 +139,66 @@ TEST_F(IslandConfigTest, WantsAnIslandWithAnId) {
               Contains(HasSubstr("island.prefix: expected one key part")));
 }
 
+TEST_F(IslandConfigs, ARecordingPlaysUnderAnotherNetworksId) {
+  const auto config = read("island: {id: 1}\nnetworks: {log-1: {type: log, as: wsn-1, file: a.rec, silence: never}}\n");
+  EXPECT_THAT(errors_.lines(), IsEmpty());
+  ASSERT_THAT(config.networks, SizeIs(1));
+  EXPECT_EQ(config.networks[0].id, "wsn-1");
+  EXPECT_EQ(config.networks[0].key, "log-1");
+  EXPECT_EQ(config.networks[0].options.find("as"), nullptr);
+  EXPECT_TRUE(config.proxy.networks.contains("wsn-1"));
+  EXPECT_THAT(all_errors("island: {id: 1}\nnetworks: {log-1: {type: log, as: wsn-1, fil: a.rec}}\n"),
+              Contains(HasSubstr("networks.log-1")));
+}
+
+TEST_F(IslandConfigs, WhatARecordingPlaysAsMustBeFree) {
+  const auto errors = [this](const std::string& networks) {
+    read("island: {id: 1}\nnetworks: {" + networks + "}\n");
+    return errors_.text();
+  };
+  EXPECT_THAT(errors("dummy-1: {type: dummy}, log-1: {type: log, as: dummy-1, file: a}"),
+              HasSubstr("networks.log-1.as: the network id 'dummy-1' is taken"));
+  EXPECT_THAT(errors("log-1: {type: log, as: dummy-1, file: a}, dummy-1: {type: dummy}"),
+              HasSubstr("networks.dummy-1: the network id 'dummy-1' is taken"));
+  EXPECT_THAT(errors("log-1: {type: log, as: x, file: a}, log-2: {type: log, as: x, file: a}"), HasSubstr("is taken"));
+  EXPECT_THAT(errors("log-1: {type: log, as: a.b, file: a}"), HasSubstr("a network id has [A-Za-z0-9_-]+"));
+  EXPECT_THAT(errors("log-1: {type: log, as: \"\", file: a}"), HasSubstr("a network id has [A-Za-z0-9_-]+"));
+  EXPECT_THAT(errors("dummy-1: {type: dummy, as: wsn-1}"), HasSubstr("only a network of type log plays another one"));
+}
+
+TEST_F(IslandConfigs, RecordersAreRead) {
+  const auto config = read(
+      "island: {id: 1}\nrecorders:\n  all: {file: a.rec, patterns: \"proxy.**\"}\n"
+      "  few: {file: b.rec, patterns: [\"proxy.*.status\", \"7:x\"], active: yes, minimum: 2s, compression: 19,"
+      " rotate: {size: never, every: 1h, keep: all}}\n");
+  EXPECT_THAT(errors_.lines(), IsEmpty());
+  ASSERT_THAT(config.recorders, SizeIs(2));
+  EXPECT_FALSE(config.recorders[0].active);
+  EXPECT_EQ(config.recorders[0].rotation.size, 100'000'000u);
+  EXPECT_EQ(config.recorders[0].rotation.keep, 10u);
+  EXPECT_EQ(config.recorders[0].compression, 3);
+  EXPECT_TRUE(config.recorders[1].active);
+  EXPECT_EQ(config.recorders[1].patterns[1].owner, OwnerId(7));
+  EXPECT_EQ(config.recorders[1].minimum, 2s);
+  EXPECT_EQ(config.recorders[1].rotation, (Rotation{std::nullopt, 1h, std::nullopt}));
+}
+
+TEST_F(IslandConfigs, EverythingWrongWithARecorderIsTold) {
+  read(
+      "island: {id: 1}\nrecorders:\n  a: {}\n  b: {file: \"\", patterns: []}\n"
+      "  c: {file: x, patterns: [\"a..b\"], minimum: 5, compression: 20, activ: yes,"
+      " rotate: {size: 1kB, every: 1s, keep: -1, at: noon}}\n  d: {file: x, patterns: [\"**\"]}\n");
+  const auto text = errors_.text();
+  for (const auto* part :
+       {"recorders.a: 'file' is missing", "recorders.a: 'patterns' is missing", "recorders.b.file: empty path",
+        "recorders.b.patterns: is empty", "empty part at position", "recorders.c.minimum: is '5'",
+        "recorders.c.compression: is '20'", "unknown key 'activ'", "recorders.c.rotate.size: is '1kB'",
+        "recorders.c.rotate.every: expected at least 10s", "recorders.c.rotate.keep: is '-1'", "unknown key 'at'",
+        "recorders.d.file: is written by recorder 'c' already"}) {
+    EXPECT_THAT(text, HasSubstr(part));
+  }
+}
+
 TEST(IslandConfig, ANetworkIsCalledByItsTypeOrTypeAndName) {
   const auto errors_of = [](const std::string& id) {
     const auto tree = parse_yaml(with_network(id + ": {type: dummy}"), "x.yaml");

@@ -76,6 +76,53 @@ TEST_P(Files, ADirectoryIsRefused) {
   EXPECT_NE(file.error().text.find("is a directory"), std::string::npos);
 }
 
+TEST_P(Files, GrowAtTheirEndAndAreCutOff) {
+  auto file = transports().open_append(path("letters"));
+  ASSERT_TRUE(file) << file.error().text;
+  EXPECT_EQ((*file)->size(), 8u);
+  ASSERT_TRUE((*file)->append(base::as_bytes("ij")));
+  ASSERT_TRUE((*file)->truncate(9));
+  ASSERT_TRUE((*file)->append(base::as_bytes("!")));
+  ASSERT_TRUE((*file)->sync());
+  EXPECT_EQ((*file)->size(), 10u);
+  EXPECT_EQ(read_all(**transports().open_file(path("letters"))), "abcdefghi!");
+}
+
+TEST_P(Files, AreMadeWhereThereIsAFolder) {
+  ASSERT_TRUE((*transports().open_append(path("sub/new")))->append(base::as_bytes("x")));
+  EXPECT_EQ(read_all(**transports().open_file(path("sub/new"))), "x");
+  memory_.lose_folder(path("lost"));
+  const auto refused = transports().open_append(path("lost/new"));
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::kNotFound);
+}
+
+TEST_P(Files, HaveOneWriterAtATime) {
+  auto first = transports().open_append(path("letters"));
+  const auto second = transports().open_append(path("letters"));
+  ASSERT_FALSE(second);
+  EXPECT_EQ(second.error().code, ErrorCode::kBusy);
+  first->reset();
+  EXPECT_TRUE(transports().open_append(path("letters")));
+}
+
+TEST_P(Files, AreRenamedButNeverOverAnother) {
+  ASSERT_TRUE(transports().open_append(path("other")));
+  EXPECT_EQ(transports().rename_file(path("letters"), path("other")).error().code, ErrorCode::kDuplicate);
+  ASSERT_TRUE(transports().rename_file(path("letters"), path("sub/letters")));
+  EXPECT_FALSE(transports().open_file(path("letters")));
+  EXPECT_EQ(read_all(**transports().open_file(path("sub/letters"))), "abcdefgh");
+  EXPECT_FALSE(transports().rename_file(path("letters"), path("again")));
+}
+
+TEST_P(Files, AreListedAndRemoved) {
+  ASSERT_TRUE(transports().open_append(path("b")));
+  EXPECT_EQ(transports().list_folder(folder_.string()).value(), (std::vector<std::string>{"b", "letters"}));
+  ASSERT_TRUE(transports().remove_file(path("b")));
+  EXPECT_EQ(transports().remove_file(path("b")).error().code, ErrorCode::kNotFound);
+  EXPECT_EQ(transports().list_folder(folder_.string()).value(), std::vector<std::string>{"letters"});
+}
+
 INSTANTIATE_TEST_SUITE_P(LocalAndMemory, Files, ::testing::Bool(),
                          [](const auto& which) { return which.param ? "Local" : "Memory"; });
 
@@ -87,6 +134,25 @@ TEST(LocalTransports, RefusesAFifoInsteadOfBlocking) {
   std::filesystem::remove(path);
   ASSERT_FALSE(file);
   EXPECT_NE(file.error().text.find("not a regular file"), std::string::npos);
+}
+
+TEST(LocalTransports, AppendsToNoFifoAndNoFolder) {
+  const auto path = std::filesystem::temp_directory_path() / ("rubicon-pipe-" + std::to_string(::getpid()));
+  ASSERT_EQ(::mkfifo(path.c_str(), 0600), 0);
+  LocalTransports local;
+  EXPECT_FALSE(local.open_append(path.string()));
+  std::filesystem::remove(path);
+  EXPECT_FALSE(local.open_append(std::filesystem::temp_directory_path().string()));
+}
+
+TEST(MemoryTransports, ADiskTakesWhatItHasRoomFor) {
+  MemoryTransports memory;
+  memory.room(3);
+  auto file = memory.open_append("a");
+  EXPECT_EQ((*file)->append(base::as_bytes("abcd")).error().code, ErrorCode::kIo);
+  EXPECT_EQ((*file)->size(), 3u);
+  ASSERT_TRUE((*file)->truncate(0));
+  EXPECT_TRUE((*file)->append(base::as_bytes("xyz")));
 }
 
 TEST(MemoryTransports, FailsWhereATestWants) {

@@ -33,6 +33,7 @@ Result<void> FileChain::open(std::vector<std::string> files) {
 
 Result<void> FileChain::rewind() {
   index_ = 0;
+  recording_.restart();
   return open_current();
 }
 
@@ -77,6 +78,7 @@ Result<FileChain::Got> FileChain::next(Step& step) {
     step = std::move(*found);
     return Got::kStep;
   }
+  if (auto failure = recording_.failure()) return fail(failure->code, fmt::format("{}: {}", path(), failure->text));
   if (!ended_) {
     const auto count = file_->read(piece_);
     if (!count) return fail(count.error());

@@ -11,6 +11,7 @@
 #include "networks/log/log_options.h"
 #include "networks/log/log_sample.h"
 #include "networks/log/packet_recording.h"
+#include "networks/log/tuple_recording.h"
 
 namespace rubicon::networks::log {
 
@@ -36,7 +37,7 @@ std::size_t readings_in(const model::Body& body) {
 bool told_when_passed_over(const model::Body& body) {
   if (const auto* updates = std::get_if<model::Updates>(&body))
     return updates->readings.front().point.kind == Kind::kProperty;
-  return std::holds_alternative<model::Join>(body);
+  return std::holds_alternative<model::Join>(body) || std::holds_alternative<model::Leave>(body);
 }
 
 class LogNetwork final : public network::Network {
@@ -44,15 +45,15 @@ class LogNetwork final : public network::Network {
   LogNetwork(const network::NetworkConfig& config, LogOptions options, network::NetworkHost& host)
       : options_(std::move(options)),
         host_(host),
-        clock_(options_.speed, options_.longest_gap, options_.start),
-        recording_(make_recording(config.types)),
-        chain_(host.transports(), *recording_) {}
+        types_(config.types),
+        clock_(options_.speed, options_.longest_gap, options_.start) {}
 
   Result<void> open() override;
   Result<void> send(const Message& message) override;
 
  private:
-  std::unique_ptr<Recording> make_recording(const TypeCatalogue& types);
+  Result<void> choose_format(const std::string& first_file);
+  std::unique_ptr<Recording> make_recording();
   void play();
   bool fetch();
   void tell(std::size_t& readings);
@@ -66,10 +67,11 @@ class LogNetwork final : public network::Network {
 
   LogOptions options_;
   network::NetworkHost& host_;
+  const TypeCatalogue& types_;
   ReplayClock clock_;
   ReplayCounters counters_;
-  std::unique_ptr<Recording> recording_;
-  FileChain chain_;
+  std::unique_ptr<Recording> recording_;  ///< from the first opening on, when the format is known
+  std::unique_ptr<FileChain> chain_;
   std::optional<Step> step_;  ///< read, not yet due
   RecordTime position_{};
   std::uint64_t told_ = 0;  ///< in this round
@@ -81,16 +83,40 @@ class LogNetwork final : public network::Network {
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);  ///< posted calls look whether we still are
 };
 
-std::unique_ptr<Recording> LogNetwork::make_recording(const TypeCatalogue& types) {
+std::unique_ptr<Recording> LogNetwork::make_recording() {
   Complaint complain = [this](std::uint64_t offset, std::string_view what) { this->complain(offset, what); };
   if (options_.csv) return std::make_unique<CsvRecording>(*options_.csv, counters_, std::move(complain));
-  return std::make_unique<PacketRecording>(types, options_.calibration, counters_, std::move(complain));
+  if (options_.format == LogOptions::Format::kTuples)
+    return std::make_unique<TupleRecording>(types_, options_.network, counters_, std::move(complain));
+  return std::make_unique<PacketRecording>(types_, options_.calibration, counters_, std::move(complain));
+}
+
+/// By the first bytes of a file, unless the configuration said it; then they must not contradict.
+Result<void> LogNetwork::choose_format(const std::string& first_file) {
+  using Format = LogOptions::Format;
+  if (options_.format == Format::kCsv) return {};
+  auto file = host_.transports().open_file(first_file);
+  if (!file) return fail(file.error());
+  Bytes beginning(recording::kMagic.size());
+  const auto count = (*file)->read(beginning);
+  if (!count) return fail(count.error());
+  const bool ours =
+      *count == beginning.size() && std::equal(beginning.begin(), beginning.end(), recording::kMagic.begin());
+  if (options_.format == Format::kFound) options_.format = ours ? Format::kTuples : Format::kPackets;
+  if (ours && options_.format == Format::kPackets)
+    return fail(ErrorCode::kInvalid, first_file + ": is a recording, expected packets (say format: recording)");
+  return {};
 }
 
 Result<void> LogNetwork::open() {
   auto files = list_files(options_.files, options_.directory);
   if (!files) return fail(files.error());
-  if (auto opened = chain_.open(std::move(*files)); !opened) return opened;
+  if (!recording_) {
+    if (auto chosen = choose_format(files->front()); !chosen) return chosen;
+    recording_ = make_recording();
+    chain_ = std::make_unique<FileChain>(host_.transports(), *recording_);
+  }
+  if (auto opened = chain_->open(std::move(*files)); !opened) return opened;
   step_.reset();
   clock_.restart(host_.scheduler().now());
   report(LineState::kUp);
@@ -140,7 +166,7 @@ void LogNetwork::play() {
 /// Fills step_ if the files give one without reading on; false when there is nothing to go on with.
 bool LogNetwork::fetch() {
   Step step;
-  const auto got = chain_.next(step);
+  const auto got = chain_->next(step);
   if (!got) {
     fail_line(got.error());
     return false;
@@ -156,7 +182,7 @@ bool LogNetwork::fetch() {
   }
   position_ = clock_.advance(step.time);
   if (clock_.went_back() && !std::exchange(told_of_step_back_, true))
-    host_.log().warning(fmt::format("{}: time steps back, taken as no pause", chain_.path()));
+    host_.log().warning(fmt::format("{}: time steps back, taken as no pause", chain_->path()));
   step_ = std::move(step);
   return true;
 }
@@ -177,7 +203,10 @@ void LogNetwork::tell(std::size_t& readings) {
 
 void LogNetwork::deliver(const std::string& device, model::Body body, WallTime when) {
   if (auto* updates = std::get_if<model::Updates>(&body)) {
-    for (model::Reading& reading : updates->readings) reading.user_time = when;
+    const bool as_recorded = options_.recorded_times && recording_->has_user_times();
+    if (!as_recorded) {
+      for (model::Reading& reading : updates->readings) reading.user_time = when;
+    }
     counters_.readings += updates->readings.size();
   }
   if (auto* join = std::get_if<model::Join>(&body)) {
@@ -189,12 +218,12 @@ void LogNetwork::deliver(const std::string& device, model::Body body, WallTime w
 void LogNetwork::finish() {
   if (options_.loop && told_ > 0) {
     ++rounds_;
-    host_.log().info(fmt::format("{}: end reached, playing again", chain_.path()));
+    host_.log().info(fmt::format("{}: end reached, playing again", chain_->path()));
     report(LineState::kUp);
     timer_ = host_.scheduler().after(kBreath, [this] { play_again(); });
     return;
   }
-  if (told_ == 0) host_.log().warning(fmt::format("{}: nothing in it to play", chain_.path()));
+  if (told_ == 0) host_.log().warning(fmt::format("{}: nothing in it to play", chain_->path()));
   if (options_.end == LogOptions::End::kLeave) {
     for (const std::string& device : recording_->devices()) host_.deliver(device, model::Leave{"the recording ended"});
   }
@@ -205,19 +234,19 @@ void LogNetwork::finish() {
 void LogNetwork::play_again() {
   told_ = 0;
   told_of_step_back_ = false;
-  if (auto opened = chain_.rewind(); !opened) return fail_line(opened.error());
+  if (auto opened = chain_->rewind(); !opened) return fail_line(opened.error());
   clock_.restart(host_.scheduler().now());
   play();
 }
 
 void LogNetwork::fail_line(Error why) {
-  host_.log().warning(why.text);
+  if (complaints_.allow(why.text, host_.scheduler().now())) host_.log().warning(why.text);
   host_.failed(std::move(why));
 }
 
 void LogNetwork::complain(std::uint64_t offset, std::string_view what) {
   if (!complaints_.allow("damage", host_.scheduler().now())) return;
-  host_.log().warning(fmt::format("{}: byte {}: {} ({} damaged places so far, next report in a minute)", chain_.path(),
+  host_.log().warning(fmt::format("{}: byte {}: {} ({} damaged places so far, next report in a minute)", chain_->path(),
                                   offset, what, counters_.damaged));
 }
 
@@ -240,6 +269,7 @@ Result<std::unique_ptr<network::Network>> make(const network::NetworkConfig& con
 
 }  // namespace
 
-const network::NetworkType kType{"log", "replays recordings: the original's packet logs and CSV tables", kSample, make};
+const network::NetworkType kType{"log", "replays recordings: our own, the original's packet logs, CSV tables", kSample,
+                                 make};
 
 }  // namespace rubicon::networks::log

@@ -72,12 +72,18 @@ LogOptions read_log_options(const network::NetworkConfig& config) {
   out.directory = config.directory;
   read_files(options, out);
   read_pacing(options, out);
-  if (options.choice("format", "packets", {"packets", "csv"}) == "csv") {
+  using Format = LogOptions::Format;
+  const auto format = options.choice("format", "", {"packets", "csv", "recording"});
+  out.format = format == "packets"     ? Format::kPackets
+               : format == "csv"       ? Format::kCsv
+               : format == "recording" ? Format::kTuples
+                                       : Format::kFound;
+  if (out.format == Format::kCsv) {
     out.csv = read_csv_mapping(options, config.types);
     resolve_tables(*out.csv, config.directory);
-  } else {
-    read_motes(options, out);
   }
+  if (out.format == Format::kTuples || out.format == Format::kFound) out.network = options.text("network", "");
+  if (out.format == Format::kPackets || out.format == Format::kFound) read_motes(options, out);
   return out;
 }
 

@@ -13,6 +13,8 @@ namespace rubicon::networks::log {
 /// What a `type: log` network is told in the configuration.
 struct LogOptions {
   enum class End { kHold, kLeave, kStop };
+  /// kFound: what the beginning of the first file says, a recording of our own or packets.
+  enum class Format { kFound, kPackets, kCsv, kTuples };
 
   std::vector<std::string> files;  ///< as configured
   std::string directory;           ///< where relative paths start
@@ -23,8 +25,10 @@ struct LogOptions {
   std::optional<Duration> between_files;
   End end = End::kHold;
   Duration deadline = std::chrono::minutes(1);  ///< longest silence of a recorded sensor before it is stale; 0 = never
-  bool recorded_times = true;     ///< user time of values: when they were recorded, not when they are replayed
-  std::optional<CsvMapping> csv;  ///< absent: the original recorder's packets
+  bool recorded_times = true;  ///< user time of values: when they were recorded, not when they are replayed
+  Format format = Format::kFound;
+  std::optional<CsvMapping> csv;  ///< of kCsv
+  std::string network;            ///< of a recording of our own: which one is played; empty = the only one
   motes::Calibration calibration;
 };
 

@@ -41,13 +41,19 @@ class Recording {
   virtual ~Recording() = default;
   /// A file begins; `labels` holds what side tables say about it, in the order of label_tables().
   virtual void begin(std::string_view file_name, std::vector<std::string> labels) = 0;
+  /// The first file follows again: a new round.
+  virtual void restart() {}
   virtual void feed(ByteView bytes) = 0;
   /// The file has no more bytes.
   virtual void end() = 0;
   /// The next step, or nothing until more bytes come.
   virtual std::optional<Step> next() = 0;
+  /// Why nothing more can be played, whatever the files hold.
+  virtual std::optional<Error> failure() const { return std::nullopt; }
   /// Whether times of one file continue those of the file before.
   virtual bool absolute_times() const = 0;
+  /// Readings carry the user times they were recorded with, or none.
+  virtual bool has_user_times() const { return false; }
   /// Pause between two files whose times are not related.
   virtual RecordTime period() const = 0;
   /// Side tables to be looked up at each file: key (the last number in the file's name), value.

@@ -1,0 +1,237 @@
+#include "networks/log/recorded_device.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "model/key.h"
+
+namespace rubicon::networks::log {
+
+namespace {
+
+using Tree = nlohmann::json;
+
+/// As many as a proxy takes for a device; a hostile recording must not unfold.
+constexpr std::size_t kMaxListed = 1024;
+
+std::string text_in(const Tree& tree, const char* name) {
+  const auto found = tree.find(name);
+  return found != tree.end() && found->is_string() ? found->get<std::string>() : std::string();
+}
+
+std::optional<double> number_in(const Tree& tree, const char* name) {
+  const auto found = tree.find(name);
+  if (found == tree.end() || !found->is_number()) return std::nullopt;
+  return found->get<double>();
+}
+
+std::vector<std::string> texts_in(const Tree& tree, const char* name) {
+  std::vector<std::string> texts;
+  const auto found = tree.find(name);
+  if (found == tree.end() || !found->is_array()) return texts;
+  for (const auto& one : *found) {
+    if (one.is_string() && texts.size() < kMaxListed) texts.push_back(one.get<std::string>());
+  }
+  return texts;
+}
+
+std::string instance_part(std::string_view id) {
+  const auto dash = id.find('-');
+  return dash == id.npos ? std::string() : std::string(id.substr(dash + 1));
+}
+
+Access access_in(const Tree& tree, Kind kind) {
+  const auto word = text_in(tree, "access");
+  for (const auto access : {Access::kRead, Access::kWrite, Access::kReadWrite}) {
+    if (word == to_string(access)) return access;
+  }
+  return kind == Kind::kActuator ? Access::kReadWrite : Access::kRead;
+}
+
+/// Rule 4 of the deadlines (docs/tuple-keys.md); what is left is for the network's option.
+void set_deadline(RecordedPoint& point) {
+  const bool event = point.type != nullptr && point.type->report == model::Report::kEvent;
+  if (point.kind != Kind::kSensor || event) point.capability.deadline = Duration::zero();
+}
+
+}  // namespace
+
+std::string_view type_part(std::string_view id) {
+  return id.substr(0, id.find('-'));
+}
+
+bool ForeignTypes::is_free(TypeId id) const {
+  if (id == TypeId{} || types_.find(id) != nullptr) return false;
+  return std::none_of(given_.begin(), given_.end(), [id](const auto& one) { return one.second == id; });
+}
+
+const Type* ForeignTypes::find(const std::string& name, TypeId& id) {
+  if (const auto* known = types_.find(name)) {
+    id = known->id;
+    return known;
+  }
+  if (const auto given = given_.find(name); given != given_.end()) {
+    id = given->second;
+    return nullptr;
+  }
+  while (!is_free(id) && next_ > 0) id = TypeId(next_--);
+  given_.emplace(name, id);
+  return nullptr;
+}
+
+bool RecordedDevice::complete() const {
+  if (text.empty()) return false;
+  for (std::size_t kind = 0; kind < listed.size(); ++kind) {
+    for (const auto& one : listed[kind]) {
+      const auto point = points.find({static_cast<Kind>(kind), one});
+      if (point == points.end() || point->second.text.empty()) return false;
+    }
+  }
+  return true;
+}
+
+bool describe(RecordedDevice& device, std::string_view text) {
+  const auto tree = Tree::parse(text, nullptr, false);
+  if (!tree.is_object()) return false;
+  device.text = text;
+  device.address = text_in(tree, "address");
+  device.name = text_in(tree, "name");
+  device.model = text_in(tree, "model");
+  device.type = text_in(tree, "type");
+  device.listed = {texts_in(tree, "sensors"), texts_in(tree, "actuators"), texts_in(tree, "properties")};
+  device.capabilities = texts_in(tree, "capabilities");
+  for (auto& [key, point] : device.points) {
+    const auto& ids = device.listed[static_cast<std::size_t>(key.first)];
+    if (std::find(ids.begin(), ids.end(), key.second) != ids.end()) continue;
+    point.alive = point.joined = false;
+    point.waiting.reset();
+  }
+  return true;
+}
+
+bool describe(RecordedPoint& point, std::string_view text, ForeignTypes& types) {
+  const auto tree = Tree::parse(text, nullptr, false);
+  if (!tree.is_object()) return false;
+  point.text = text;
+  auto& capability = point.capability;
+  const auto initial = std::move(capability.initial);
+  capability = {};
+  capability.initial = initial;
+  capability.type_name = text_in(tree, "type");
+  const auto id = std::clamp(number_in(tree, "type_id").value_or(0), 0.0, 65535.0);
+  capability.point = {point.kind, TypeId(static_cast<std::uint16_t>(id)), instance_part(point.id)};
+  // A type without a name is called by its number in keys.
+  const auto name = capability.type_name.empty() ? std::string(type_part(point.id)) : capability.type_name;
+  point.type = types.find(name, capability.point.type);
+  capability.access = access_in(tree, point.kind);
+  const auto unit = text_in(tree, "unit");
+  if (point.type == nullptr || unit != point.type->unit) capability.unit = unit;
+  const auto minimum = number_in(tree, "minimum"), maximum = number_in(tree, "maximum");
+  if (minimum && !(point.type && point.type->minimum == *minimum)) capability.minimum = minimum;
+  if (maximum && !(point.type && point.type->maximum == *maximum)) capability.maximum = maximum;
+  set_deadline(point);
+  return true;
+}
+
+namespace {
+
+/// Where no description was recorded: what the id says.
+void describe_by_id(RecordedPoint& point, ForeignTypes& types) {
+  auto& capability = point.capability;
+  capability = {};
+  capability.type_name = type_part(point.id);
+  capability.point = {point.kind, TypeId{}, instance_part(point.id)};
+  point.type = types.find(capability.type_name, capability.point.type);
+  capability.access = point.kind == Kind::kActuator ? Access::kReadWrite : Access::kRead;
+  set_deadline(point);
+}
+
+/// The recorded lists are by kind; the order among the kinds shows only in that of the capabilities. Points of types
+/// that were named already may come at any time; else the one that brings the next type.
+std::vector<RecordedDevice::PointKey> in_order(const RecordedDevice& device) {
+  std::vector<RecordedDevice::PointKey> order;
+  std::array<std::size_t, 3> next{};
+  std::size_t named = 0;
+  std::set<std::string_view> types;
+  const auto take = [&](const auto& fits) {
+    for (std::size_t kind = 0; kind < next.size(); ++kind) {
+      const auto& ids = device.listed[kind];
+      if (next[kind] == ids.size() || !fits(type_part(ids[next[kind]]))) continue;
+      order.emplace_back(static_cast<Kind>(kind), ids[next[kind]++]);
+      return true;
+    }
+    return false;
+  };
+  const auto seen = [&types](std::string_view type) { return types.contains(type); };
+  for (;;) {
+    if (take(seen)) continue;
+    if (named < device.capabilities.size()) {
+      types.insert(device.capabilities[named++]);
+      continue;
+    }
+    if (!take([](std::string_view) { return true; })) return order;
+  }
+}
+
+}  // namespace
+
+model::Join join_of(RecordedDevice& device, ForeignTypes& types) {
+  model::Join join;
+  join.device_type = device.type;
+  join.name = device.name;
+  join.model = device.model;
+  join.id = device.id;
+  auto order = in_order(device);
+  for (auto& [key, point] : device.points) {
+    point.joined = false;
+    const auto& ids = device.listed[static_cast<std::size_t>(key.first)];
+    if (point.alive && std::find(ids.begin(), ids.end(), key.second) == ids.end()) order.push_back(key);
+  }
+  for (const auto& key : order) {
+    const auto found = device.points.find(key);
+    if (found == device.points.end() || std::exchange(found->second.joined, true)) continue;
+    auto& point = found->second;
+    if (point.text.empty()) describe_by_id(point, types);
+    if (point.waiting && point.waiting->user_time == WallTime{} && !device.joined()) {
+      point.capability.initial = std::move(point.waiting->value);
+      point.waiting.reset();
+    }
+    join.capabilities.push_back(point.capability);
+  }
+  return join;
+}
+
+namespace {
+
+/// Whole numbers stay whole: 100000 is another text as a real number (1e+05).
+Result<Value> real_value(const Type& type, std::string_view text) {
+  std::int64_t whole = 0;
+  const auto* end = text.data() + text.size();
+  if (const auto [at, error] = std::from_chars(text.data(), end, whole); error == std::errc() && at == end)
+    return Value(whole);
+  double real = 0;
+  const auto [at, error] = std::from_chars(text.data(), end, real);
+  if (error == std::errc() && at == end && std::isfinite(real)) return Value(real);
+  return fail(ErrorCode::kInvalid, fmt::format("{}: {} is not a number", type.name, model::quoted(text)));
+}
+
+}  // namespace
+
+Result<Value> recorded_value(const Type* type, std::string_view text, std::string_view media_type) {
+  const bool json = type != nullptr ? type->data == model::DataType::kJson : media_type == "application/json";
+  if (json) return Value(Json{std::string(text)});
+  if (type == nullptr) return Value(std::string(text));
+  switch (type->data) {
+    case model::DataType::kReal: return real_value(*type, text);
+    case model::DataType::kText:
+    case model::DataType::kBytes: return Value(std::string(text));
+    default: return TypeCatalogue::parse(*type, text);
+  }
+}
+
+}  // namespace rubicon::networks::log

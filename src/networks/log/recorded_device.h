@@ -1,0 +1,81 @@
+#pragma once
+
+#include <array>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "model/message.h"
+#include "model/type_catalogue.h"
+
+namespace rubicon::networks::log {
+
+/// Numbers for types this island's catalogue does not know: the recorded one if it is free, else one of its own.
+class ForeignTypes {
+ public:
+  explicit ForeignTypes(const TypeCatalogue& types) : types_(types) {}
+
+  const Type* known(std::string_view name) const { return types_.find(name); }
+  /// The type called so; if there is none, `id` becomes a number for it.
+  const Type* find(const std::string& name, TypeId& id);
+
+ private:
+  bool is_free(TypeId id) const;
+
+  const TypeCatalogue& types_;
+  std::map<std::string, TypeId> given_;
+  std::uint16_t next_ = 0xffff;
+};
+
+/// What a recording says of one sensor, actuator or property.
+struct RecordedPoint {
+  Kind kind = Kind::kSensor;
+  std::string id;         ///< its part of the key: `light-window`
+  std::string text;       ///< its description as recorded; empty = none
+  Capability capability;  ///< from the description; where none was recorded, from the id at the Join
+  const Type* type = nullptr;
+  bool alive = false;          ///< its value tuple is there
+  bool joined = false;         ///< it was in its device's last Join
+  std::uint64_t sequence = 0;  ///< of the last value taken
+  WallTime write_time{};
+  std::optional<model::Reading> waiting;  ///< came before the Join
+};
+
+/// What a recording says of one device. Its points never move.
+struct RecordedDevice {
+  using PointKey = std::pair<Kind, std::string>;
+
+  std::string id;    ///< its part of the keys
+  std::string text;  ///< its description as recorded; empty = none
+  std::string address, name, model, type;
+  std::array<std::vector<std::string>, 3> listed;  ///< ids by kind, in order
+  std::vector<std::string> capabilities;           ///< types in the order of their first point
+  std::map<PointKey, RecordedPoint> points;
+  bool changed = false;         ///< since its last Join
+  bool queued = false;          ///< for a look at the end of the turn
+  std::string joined_as;        ///< address of its last Join; empty = it is not joined
+  std::uint64_t confirmed = 0;  ///< the snapshot that named it last
+
+  bool joined() const { return !joined_as.empty(); }
+  /// Its description and those of all points in it are known.
+  bool complete() const;
+};
+
+/// Takes the JSON of a `.description` tuple (docs/tuple-keys.md); false if it is none.
+bool describe(RecordedDevice& device, std::string_view text);
+bool describe(RecordedPoint& point, std::string_view text, ForeignTypes& types);
+
+/// The Join that makes a proxy publish these descriptions; marks the points in it as joined. Values without a user time
+/// that wait become initial ones.
+model::Join join_of(RecordedDevice& device, ForeignTypes& types);
+
+/// `light-window` -> `light`.
+std::string_view type_part(std::string_view id);
+
+/// The text of a value tuple as the value it was made of; kInvalid if the type has no such value.
+Result<Value> recorded_value(const Type* type, std::string_view text, std::string_view media_type);
+
+}  // namespace rubicon::networks::log

@@ -1,0 +1,96 @@
+#pragma once
+
+#include <memory>
+#include <set>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "networks/log/recorded_device.h"
+#include "networks/log/recording.h"
+#include "recording/recording_reader.h"
+
+namespace rubicon::networks::log {
+
+/// Recordings of our own (docs/recording-format.md): the tuples of one recorded network, as what its devices said.
+/// Descriptions become joins, values readings with their user times; commands and status tuples say nothing.
+class TupleRecording final : public Recording {
+ public:
+  /// `network`: which one; empty = the only one there is.
+  TupleRecording(const TypeCatalogue& types, std::string network, ReplayCounters& counters, Complaint complain);
+
+  void begin(std::string_view file_name, std::vector<std::string> labels) override;
+  void restart() override;
+  void feed(ByteView bytes) override { reader_.feed(bytes); }
+  void end() override;
+  std::optional<Step> next() override;
+  std::optional<Error> failure() const override { return failure_; }
+  bool absolute_times() const override { return true; }
+  bool has_user_times() const override { return true; }
+  RecordTime period() const override { return RecordTime{0}; }
+  std::vector<std::string> devices() const override;
+
+ private:
+  enum class Role : std::uint8_t { kUnknown, kOther, kDevice, kPoint, kValue };
+  /// What a key means for us.
+  struct Place {
+    Role role = Role::kUnknown;
+    RecordedDevice* device = nullptr;
+    RecordedPoint* point = nullptr;
+  };
+  struct TextHash {
+    using is_transparent = void;
+    std::size_t operator()(std::string_view text) const { return std::hash<std::string_view>{}(text); }
+  };
+  template <class T>
+  using ByText = std::unordered_map<std::string, T, TextHash, std::equal_to<>>;
+
+  std::optional<recording::Record> next_record();
+  void on_head(const recording::FileHead& head);
+  void on_block();
+  void on_damage(const recording::Damage& damage);
+  void take(const recording::Record& record);
+  void on_mark(const recording::Record& record);
+  void on_device(RecordedDevice& device, const recording::Record& record);
+  void on_point(RecordedDevice& device, RecordedPoint& point, const recording::Record& record);
+  void on_value(RecordedDevice& device, RecordedPoint& point, const recording::Record& record);
+
+  Place place_of(const recording::Record& record);
+  Place resolve(std::string_view key);
+  void note_network(std::string_view name);
+  RecordedDevice* device_called(std::string_view id);
+  RecordedPoint* point_called(RecordedDevice& device, std::string_view kind, std::string_view id);
+
+  void look_later(RecordedDevice& device);
+  void settle();
+  void snapshot_complete();
+  void join(RecordedDevice& device);
+  void leave(RecordedDevice& device, std::string reason);
+  void tell(RecordedDevice& device, RecordedPoint& point, Value value, WallTime user_time);
+  void bad(std::string text);
+
+  ForeignTypes types_;
+  std::string network_;
+  ReplayCounters& counters_;
+  Complaint complain_;
+  recording::RecordingReader reader_;
+  std::string prefix_ = "proxy.";
+  OwnerId island_ = model::kNobody;
+  bool chosen_by_user_;
+  std::set<std::string, std::less<>> networks_;  ///< found so far
+  bool looked_ahead_ = false;
+  std::optional<Error> failure_;
+  ByText<std::unique_ptr<RecordedDevice>> devices_;
+  ByText<Place> keys_;
+  std::vector<Place> places_;  ///< by the key numbers of the present block
+  std::vector<RecordedDevice*> unsettled_;
+  Step step_;
+  std::optional<recording::Record> kept_;  ///< the first record of the next step
+  WallTime turn_{};
+  std::uint64_t snapshot_ = 0;
+  bool in_snapshot_ = false;
+  bool snapshot_is_sound_ = false;
+  WallTime snapshot_since_{};
+};
+
+}  // namespace rubicon::networks::log

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "base/bytes.h"
+#include "recording/block.h"
+#include "recording/record.h"
+
+struct ZSTD_CCtx_s;
+
+namespace rubicon::recording {
+
+/// zstd levels: 1 fast and large to 19 slow and small.
+inline constexpr int kFastest = 1, kSmallest = 19, kUsual = 3;
+
+/// Collects records and makes one block of them. Memory is bounded by the size of a block.
+class BlockBuilder {
+ public:
+  explicit BlockBuilder(int compression = kUsual);
+  ~BlockBuilder();
+  BlockBuilder(const BlockBuilder&) = delete;
+  BlockBuilder& operator=(const BlockBuilder&) = delete;
+
+  /// False, and nothing is taken: value, key or media type is too long.
+  bool add(const Record& record);
+  bool empty() const { return records_ == 0; }
+  /// Time to close it.
+  bool full() const { return raw_.size() >= kBlockSize; }
+  std::uint32_t records() const { return records_; }
+  WallTime first() const { return WallTime(std::chrono::microseconds(first_)); }
+  WallTime last() const { return WallTime(std::chrono::microseconds(seen_)); }
+
+  /// The block of all records since the last one, valid until the next call; the builder is empty afterwards. Must not
+  /// be called while it is empty.
+  ByteView close();
+  /// Forgets what it holds.
+  void clear();
+
+ private:
+  /// What the block knows of one owner and key.
+  struct Known {
+    std::size_t hash = 0;
+    std::uint32_t at = 0;  ///< of the key's text in raw_
+    std::uint32_t owner = 0;
+    std::uint64_t sequence = 0;
+    std::uint16_t size = 0;
+    std::uint16_t media_type = 0;
+  };
+
+  std::uint32_t find(std::size_t hash, std::uint32_t owner, std::string_view key) const;
+  void remember(const Known& known);
+  void widen();
+  std::uint8_t* put_media_type(std::uint8_t* to, Known& known, std::string_view name);
+
+  int compression_;
+  std::unique_ptr<ZSTD_CCtx_s, void (*)(ZSTD_CCtx_s*)> packer_;
+  Bytes raw_, block_;
+  std::vector<Known> keys_;
+  std::vector<std::uint32_t> table_;  ///< open addressing: number of a key + 1, 0 = free
+  std::vector<std::string> media_types_;
+  std::uint32_t records_ = 0;
+  std::int64_t first_ = 0;
+  std::int64_t seen_ = 0;
+};
+
+}  // namespace rubicon::recording

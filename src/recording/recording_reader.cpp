@@ -1,0 +1,135 @@
+#include "recording/recording_reader.h"
+
+#include <fmt/format.h>
+#include <zstd.h>
+
+#include <algorithm>
+
+#include "base/assert.h"
+#include "recording/crc32c.h"
+
+namespace rubicon::recording {
+
+RecordingReader::RecordingReader()
+    : unpacker_(ZSTD_createDCtx(), [](ZSTD_DCtx_s* unpacker) { ZSTD_freeDCtx(unpacker); }) {
+  RUBICON_ASSERT(unpacker_ != nullptr);
+}
+RecordingReader::~RecordingReader() = default;
+RecordingReader::RecordingReader(RecordingReader&&) noexcept = default;
+RecordingReader& RecordingReader::operator=(RecordingReader&&) noexcept = default;
+
+void RecordingReader::feed(ByteView bytes) {
+  buffer_.erase(buffer_.begin(), buffer_.begin() + static_cast<std::ptrdiff_t>(position_));
+  base_ += position_;
+  position_ = 0;
+  buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
+}
+
+std::optional<RecordingReader::Item> RecordingReader::next() {
+  for (;;) {
+    if (records_) {
+      if (auto record = take_record()) return record;
+    }
+    if (found_) {
+      // What was skipped on the way to it comes first.
+      if (auto damage = take_damage()) return damage;
+      if (std::holds_alternative<BlockFound>(*found_)) records_.emplace(head_, raw_);
+      return std::exchange(found_, std::nullopt);
+    }
+    if (look() == Step::kWait) return ended_ ? take_damage() : std::nullopt;
+  }
+}
+
+std::optional<RecordingReader::Item> RecordingReader::take_record() {
+  if (auto record = records_->next()) return *record;
+  const auto fault = records_->fault();
+  if (fault.empty()) {
+    records_.reset();
+    return std::nullopt;
+  }
+  Damage damage{offset_, end_of_block_ - offset_, fmt::format("a block with {}", fault)};
+  records_.reset();
+  return damage;
+}
+
+std::optional<RecordingReader::Item> RecordingReader::take_damage() {
+  if (!damage_) return std::nullopt;
+  Item item = std::move(*damage_);
+  damage_.reset();
+  return item;
+}
+
+BlockDecoder RecordingReader::block() const {
+  return {head_, raw_};
+}
+
+/// Looks at what stands at the present position.
+RecordingReader::Step RecordingReader::look() {
+  const auto rest = ByteView(buffer_).subspan(position_);
+  if (rest.empty() || (rest.size() < kSync.size() && !ended_)) return Step::kWait;
+  const auto begins = [&rest](const auto& with) {
+    return rest.size() >= with.size() && std::equal(with.begin(), with.end(), rest.begin());
+  };
+  if (begins(kSync)) return look_at_block(rest);
+  if (begins(kMagic)) return look_at_head(rest);
+  const auto sync = find_sync(rest, 0);
+  const bool none = sync == rest.size();
+  // The beginning of a marker may stand at the end.
+  const auto keep = none && !ended_ ? kSync.size() - 1 : 0;
+  return skip(sync - keep, base_ + position_ == 0 ? "no recording begins here" : "no block begins here");
+}
+
+RecordingReader::Step RecordingReader::skip(std::size_t bytes, std::string_view why) {
+  if (bytes == 0) return Step::kWait;
+  if (!damage_) damage_ = Damage{base_ + position_, 0, std::string(why)};
+  damage_->bytes += bytes;
+  position_ += bytes;
+  return Step::kAgain;
+}
+
+RecordingReader::Step RecordingReader::look_at_head(ByteView rest) {
+  auto found = decode_head(rest.first(std::min(rest.size(), kMaxHead)));
+  switch (found.state) {
+    case HeadState::kSound:
+      position_ += found.size;
+      found_ = std::move(found.head);
+      return Step::kAgain;
+    case HeadState::kIncomplete:
+      if (!ended_) return Step::kWait;
+      return skip(kMagic.size(), "the head of the recording is cut short");
+    case HeadState::kNewer: return skip(kMagic.size(), "the recording is of a newer version");
+    case HeadState::kNoRecording:
+    case HeadState::kDamaged: break;
+  }
+  return skip(kMagic.size(), "the head of the recording is damaged");
+}
+
+RecordingReader::Step RecordingReader::look_at_block(ByteView rest) {
+  if (rest.size() < kBlockHead) {
+    if (!ended_) return Step::kWait;
+    return skip(kSync.size(), "the head of a block is cut short");
+  }
+  const auto head = decode_block_head(rest);
+  if (!head) return skip(kSync.size(), "the head of a block is damaged");
+  if (rest.size() - kBlockHead < head->packed) {
+    if (!ended_) return Step::kWait;
+    return skip(kSync.size(), "a block is cut short");
+  }
+  const auto packed = rest.subspan(kBlockHead, head->packed);
+  if (crc32c(packed) != head->sum) return skip(kSync.size(), "the check sum of a block is wrong");
+  if (!unpack(*head, packed)) return skip(kSync.size(), "a block cannot be unpacked");
+  offset_ = base_ + position_;
+  position_ += kBlockHead + head->packed;
+  end_of_block_ = base_ + position_;
+  head_ = *head;
+  found_ = BlockFound{offset_, head_};
+  return Step::kAgain;
+}
+
+bool RecordingReader::unpack(const BlockHead& head, ByteView packed) {
+  raw_.resize(head.raw);
+  const auto size = ZSTD_decompressDCtx(unpacker_.get(), raw_.data(), raw_.size(), packed.data(), packed.size());
+  return ZSTD_isError(size) == 0 && size == head.raw;
+}
+
+}  // namespace rubicon::recording

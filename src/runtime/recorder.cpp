@@ -1,0 +1,198 @@
+#include "runtime/recorder.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+
+namespace rubicon::runtime {
+
+using recording::Record;
+using recording::RecordKind;
+
+namespace {
+
+constexpr Duration kFlushEvery = std::chrono::seconds(1);
+constexpr Duration kRotateAgain = std::chrono::minutes(1);
+/// Tuples of a snapshot written in one turn of the loop.
+constexpr std::size_t kSlice = 1000;
+
+std::string resolved(const std::string& path, const std::string& directory) {
+  return (std::filesystem::path(directory) / path).string();
+}
+
+RecordKind kind_of(tuples::EventKind kind) {
+  switch (kind) {
+    case tuples::EventKind::kSet: break;
+    case tuples::EventKind::kDeleted: return RecordKind::kDeleted;
+    case tuples::EventKind::kExpired: return RecordKind::kExpired;
+  }
+  return RecordKind::kSet;
+}
+
+}  // namespace
+
+Recorder::Recorder(RecorderSetup setup, Place place)
+    : setup_(std::move(setup)),
+      place_(std::move(place)),
+      log_(place_.log, "recorder " + setup_.name),
+      block_(setup_.compression),
+      file_(place_.transports, resolved(setup_.file, place_.directory),
+            {place_.space.self(), place_.prefix, {}, "rubicon " RUBICON_VERSION}, setup_.rotation) {}
+
+Recorder::~Recorder() {
+  alive_.reset();
+  subscriptions_.clear();
+  write_block();
+}
+
+void Recorder::start() {
+  make_ready(place_.scheduler.wall_now());
+  begin_snapshot(recording::kMarkStart);
+  for (std::size_t i = 0; i < setup_.patterns.size(); ++i) {
+    const tuples::Flow flow{setup_.minimum, {}, 0, !setup_.active};
+    subscriptions_.push_back(place_.space.subscribe(setup_.patterns[i], flow,
+                                                    [this, i](const tuples::Event& event) { on_event(i, event); }));
+  }
+}
+
+void Recorder::on_event(std::size_t pattern, const tuples::Event& event) {
+  const auto& tuple = event.tuple;
+  // What two patterns match is told twice.
+  const auto end = setup_.patterns.begin() + static_cast<std::ptrdiff_t>(pattern);
+  if (std::any_of(setup_.patterns.begin(), end, [&](const auto& one) { return one.matches(tuple.owner, tuple.key); }))
+    return;
+  add(kind_of(event.kind), tuple);
+}
+
+void Recorder::add(RecordKind kind, const tuples::TupleView& tuple) {
+  take({kind, seen(), tuple.owner, tuple.key, tuple.value, tuple.media_type, tuple.creator, tuple.sequence,
+        tuple.write_time, tuple.user_time, tuple.expire_time});
+}
+
+void Recorder::mark(std::string_view word) {
+  const auto now = seen();
+  const auto self = place_.space.self();
+  take({RecordKind::kMark, now, self, {}, word, "text/plain", self, 0, now, {}, {}});
+}
+
+void Recorder::take(const Record& record) {
+  const bool first = block_.empty();
+  if (!block_.add(record)) {
+    ++counters_.dropped;
+    return complain(fmt::format("{}: too long to be recorded", model::quoted(record.key)));
+  }
+  if (block_.full()) return write_block();
+  if (first) flush_ = place_.scheduler.after(kFlushEvery, [this] { write_block(); });
+}
+
+/// The clock is read once a turn.
+WallTime Recorder::seen() {
+  if (seen_is_fresh_) return seen_;
+  seen_is_fresh_ = true;
+  seen_ = place_.scheduler.wall_now();
+  place_.scheduler.post([this, alive = std::weak_ptr<bool>(alive_)] {
+    if (alive.lock()) seen_is_fresh_ = false;
+  });
+  return seen_;
+}
+
+void Recorder::write_block() {
+  flush_.cancel();
+  if (block_.empty()) return;
+  const auto count = block_.records();
+  const auto last = block_.last();
+  if (!make_ready(block_.first())) {
+    counters_.dropped += count;
+    gap_ = true;
+    block_.clear();
+    return;
+  }
+  const auto bytes = block_.close();
+  if (auto written = file_.append(bytes); !written) {
+    counters_.dropped += count;
+    gap_ = true;
+    try_again_ = place_.scheduler.now() + kFlushEvery;
+    return failed(written.error());
+  }
+  counters_.records += count;
+  counters_.bytes += bytes.size();
+  if (!alive_) return;
+  rotate_if_due(last);
+  // After a gap the next snapshot says what is there by now.
+  if (std::exchange(gap_, false)) begin_snapshot(recording::kMarkSnapshot);
+}
+
+/// The file is open, or it is not its time to be tried again.
+bool Recorder::make_ready(WallTime first) {
+  if (file_.is_open()) return true;
+  if (place_.scheduler.now() < try_again_) return false;
+  auto opened = file_.open(first);
+  if (!opened) {
+    try_again_ = place_.scheduler.now() + kFlushEvery;
+    failed(opened.error());
+    return false;
+  }
+  if (opened->is_new) ++counters_.files;
+  counters_.cut += opened->cut;
+  if (opened->cut > 0) {
+    log_.warning(fmt::format("{}: {} bytes behind the last sound record were cut off", file_.path(), opened->cut));
+  }
+  log_.info(fmt::format("{}: {}", file_.path(), opened->is_new ? "a new recording begins" : "the recording goes on"));
+  return true;
+}
+
+void Recorder::rotate_if_due(WallTime now) {
+  if (in_snapshot_ || place_.scheduler.now() < rotate_again_ || !file_.rotation_due(now)) return;
+  if (auto done = file_.rotate(); !done) {
+    rotate_again_ = place_.scheduler.now() + kRotateAgain;
+    return failed(done.error());
+  }
+  if (auto done = file_.remove_old(); !done) failed(done.error());
+  begin_snapshot(recording::kMarkSnapshot);
+}
+
+void Recorder::failed(const Error& why) {
+  ++counters_.failures;
+  complain(why.text);
+}
+
+void Recorder::complain(std::string_view text) {
+  if (!complaints_.allow("failure", place_.scheduler.now())) return;
+  log_.error(fmt::format("{} ({} records dropped so far, next report in a minute)", text, counters_.dropped));
+}
+
+void Recorder::begin_snapshot(std::string_view word) {
+  snapshot_.clear();
+  for (const auto& pattern : setup_.patterns) {
+    place_.space.list(pattern,
+                      [this](const tuples::TupleView& tuple) { snapshot_.emplace_back(tuple.owner, tuple.key); });
+  }
+  if (setup_.patterns.size() > 1) {
+    std::sort(snapshot_.begin(), snapshot_.end());
+    snapshot_.erase(std::unique(snapshot_.begin(), snapshot_.end()), snapshot_.end());
+  }
+  const bool running = std::exchange(in_snapshot_, true);
+  mark(word);
+  if (!running) snapshot_slice();
+}
+
+void Recorder::snapshot_slice() {
+  for (std::size_t i = 0; i < kSlice && !snapshot_.empty(); ++i) {
+    const auto [owner, key] = std::move(snapshot_.back());
+    snapshot_.pop_back();
+    if (const auto tuple = place_.space.get(owner, key)) add(RecordKind::kPresent, *tuple);
+  }
+  if (snapshot_.empty()) {
+    mark(recording::kMarkComplete);
+    write_block();
+    in_snapshot_ = false;
+    file_.snapshot_ends();
+    return;
+  }
+  place_.scheduler.post([this, alive = std::weak_ptr<bool>(alive_)] {
+    if (alive.lock()) snapshot_slice();
+  });
+}
+
+}  // namespace rubicon::runtime

@@ -1,0 +1,36 @@
+#include "runtime/recorders.h"
+
+#include <algorithm>
+
+namespace rubicon::runtime {
+
+void Recorders::take(const std::vector<RecorderSetup>& setups, const std::string& directory) {
+  const bool moved = directory != place_.directory;
+  place_.directory = directory;
+  // All that end first: two recorders may swap their files.
+  std::erase_if(all_, [&](const auto& recorder) {
+    return moved || std::find(setups.begin(), setups.end(), recorder->setup()) == setups.end();
+  });
+  for (const auto& setup : setups) {
+    const bool runs =
+        std::any_of(all_.begin(), all_.end(), [&](const auto& recorder) { return recorder->setup() == setup; });
+    if (runs) continue;
+    all_.push_back(std::make_unique<Recorder>(setup, place_));
+    all_.back()->start();
+  }
+}
+
+void Recorders::say(const IslandMetrics::Say& say) const {
+  for (const auto& recorder : all_) {
+    const auto prefix = "recorder-" + recorder->setup().name + "-";
+    const auto& counters = recorder->counters();
+    say(prefix + "records", counters.records);
+    say(prefix + "bytes", counters.bytes);
+    say(prefix + "dropped", counters.dropped);
+    say(prefix + "files", counters.files);
+    say(prefix + "failures", counters.failures);
+    say(prefix + "cut", counters.cut);
+  }
+}
+
+}  // namespace rubicon::runtime

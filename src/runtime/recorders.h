@@ -1,0 +1,29 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "runtime/island_metrics.h"
+#include "runtime/recorder.h"
+
+namespace rubicon::runtime {
+
+/// The recorders of an island as its configuration says.
+class Recorders {
+ public:
+  /// `place.directory` is not used: each configuration brings its own.
+  explicit Recorders(Recorder::Place place) : place_(std::move(place)) {}
+
+  /// Starts what is new, ends what is gone, begins anew what changed; the others are not touched.
+  void take(const std::vector<RecorderSetup>& setups, const std::string& directory);
+
+  /// `recorder-<name>-records` and so on, of each.
+  void say(const IslandMetrics::Say& say) const;
+
+ private:
+  Recorder::Place place_;
+  std::vector<std::unique_ptr<Recorder>> all_;
+};
+
+}  // namespace rubicon::runtime

@@ -1,0 +1,26 @@
+#include "transport/transports.h"
+
+namespace rubicon::transport {
+
+namespace {
+
+auto no_files(const std::string& path) {
+  return fail(ErrorCode::kUnsupported, path + ": files cannot be written here");
+}
+
+}  // namespace
+
+Result<std::unique_ptr<AppendFile>> Transports::open_append(const std::string& path) {
+  return no_files(path);
+}
+Result<void> Transports::rename_file(const std::string& from, const std::string&) {
+  return no_files(from);
+}
+Result<void> Transports::remove_file(const std::string& path) {
+  return no_files(path);
+}
+Result<std::vector<std::string>> Transports::list_folder(const std::string& path) {
+  return no_files(path);
+}
+
+}  // namespace rubicon::transport

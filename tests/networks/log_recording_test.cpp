@@ -1,0 +1,349 @@
+#include <gmock/gmock.h>
+
+#include "log_support.h"
+#include "networks/log/recorded_device.h"
+#include "recording/block_builder.h"
+#include "recording/file_head.h"
+
+namespace rubicon::networks::log {
+namespace {
+
+using recording::Record;
+using recording::RecordKind;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+/// Writes recordings record by record; each call comes a second after the one before.
+class Writer {
+ public:
+  void mark(std::string_view word) { add(RecordKind::kMark, "", word, "text/plain"); }
+  void set(const std::string& key, std::string_view value, std::string_view media_type = "text/plain") {
+    add(RecordKind::kSet, key, value, media_type);
+  }
+  void describe(const std::string& key, std::string_view json) { set(key, json, "application/json"); }
+  void present(const std::string& key, std::string_view value) { add(RecordKind::kPresent, key, value, "text/plain"); }
+  void erase(const std::string& key) { add(RecordKind::kDeleted, key, "", "text/plain"); }
+  void add(RecordKind kind, const std::string& key, std::string_view value, std::string_view media_type) {
+    if (!same_turn) now += 1s;
+    const auto sequence = std::uint64_t{2} + count_++;
+    block_.add({kind, now, owner, key, value, media_type, owner, sequence, now, user, {}});
+  }
+  void close() {
+    const auto bytes = block_.close();
+    blocks_.append(base::as_text(bytes));
+  }
+  std::string file() {
+    if (!block_.empty()) close();
+    const auto head = recording::encode_head({OwnerId(6541), prefix, now, "test"});
+    return std::string(base::as_text(head)) + blocks_;
+  }
+
+  OwnerId owner{6541};
+  std::string prefix = "proxy";
+  WallTime now{std::chrono::seconds(1'700'000'000)};
+  WallTime user{};
+  bool same_turn = false;
+
+ private:
+  recording::BlockBuilder block_;
+  std::string blocks_;
+  std::uint64_t count_ = 0;
+};
+
+const std::string kLight =
+    R"({"type":"light","type_id":1,"quantity":"x","unit":"lx","data_type":"real","access":"read","report":"state","instance":"1"})";
+const std::string kMote =
+    R"({"name":"Mote ä","model":"EM1000","type":"mote","address":"0x07","network":"wsn-1","capabilities":["light"],"sensors":["light-1"],"actuators":[],"properties":[]})";
+
+class LogRecording : public testing::Test {
+ protected:
+  void join_mote(Writer& writer) {
+    writer.same_turn = true;
+    writer.set("proxy.wsn-1.7.sensor.light-1.value", "");
+    writer.describe("proxy.wsn-1.7.sensor.light-1.description", kLight);
+    writer.describe("proxy.wsn-1.7.description", kMote);
+    writer.same_turn = false;
+  }
+  void play(const std::string& file, std::vector<std::pair<std::string, ConfigNode>> more = {}, Duration span = 1min) {
+    listener_.files.files["home.rec"] = file;
+    std::vector<std::pair<std::string, ConfigNode>> options{{"file", scalar("home.rec")}};
+    options.insert(options.end(), more.begin(), more.end());
+    made_ = make_log(listener_, map(std::move(options)), types_);
+    ASSERT_NE(made_.network, nullptr) << (made_.errors.empty() ? "" : made_.errors.front());
+    opened_ = made_.network->open();
+    listener_.time.run_for(span);
+  }
+  std::vector<std::string> told() const {
+    std::vector<std::string> out;
+    for (const auto& reading : listener_.readings()) out.push_back(model::to_text(reading.value));
+    return out;
+  }
+  std::vector<model::Join> joins() const {
+    std::vector<model::Join> out;
+    for (const auto& [at, message] : listener_.of<model::Join>()) out.push_back(std::get<model::Join>(message.body));
+    return out;
+  }
+
+  TypeCatalogue types_;
+  Listener listener_;
+  Made made_;
+  Result<void> opened_;
+};
+
+TEST_F(LogRecording, IsRecognisedByItsFirstBytesAndPlaysJoinsAndReadings) {
+  Writer writer;
+  join_mote(writer);
+  writer.user = writer.now - 3s;
+  writer.set("proxy.wsn-1.7.sensor.light-1.value", "686.6");
+  writer.user = {};
+  writer.set("proxy.wsn-1.7.sensor.light-1.value", "686.6");
+  play(writer.file());
+  ASSERT_EQ(joins().size(), 1u);
+  const auto join = joins()[0];
+  EXPECT_EQ(join.id, "7");
+  EXPECT_EQ(join.name, "Mote ä");
+  EXPECT_EQ(join.model, "EM1000");
+  EXPECT_EQ(join.device_type, "mote");
+  EXPECT_EQ(listener_.of<model::Join>()[0].second.source.device, "0x07");
+  EXPECT_EQ(join.capabilities.at(0).deadline, Duration(1min));
+  EXPECT_THAT(told(), ElementsAre("686.6", "686.6"));
+  EXPECT_EQ(listener_.readings()[0].user_time, WallTime(1'699'999'997s));
+  EXPECT_EQ(listener_.readings()[1].user_time, WallTime{});
+  const auto updates = listener_.of<model::Updates>();
+  EXPECT_EQ(updates[1].first - updates[0].first, 1s);
+}
+
+TEST_F(LogRecording, CommandsStatusesAndOtherTuplesSayNothing) {
+  Writer writer;
+  join_mote(writer);
+  for (const auto* key : {"proxy.wsn-1.7.actuator.switch-1.command", "proxy.wsn-1.7.sensor.light-1.status",
+                          "proxy.wsn-1.7.status", "proxy.wsn-1.status", "proxy.wsn-1.devices", "proxy.networks",
+                          "proxy.wsn-1.property.line.value", "robot.position", "proxy.wsn-1", "proxy"}) {
+    writer.set(key, "1");
+  }
+  writer.owner = OwnerId(70000);
+  writer.set("proxy.wsn-1.7.sensor.light-1.value", "5");
+  play(writer.file());
+  EXPECT_EQ(joins().size(), 1u);
+  EXPECT_THAT(told(), IsEmpty());
+  EXPECT_THAT(listener_.of<model::Leave>(), IsEmpty());
+}
+
+TEST_F(LogRecording, DeletedDevicesLeaveAndLostSensorsGoWithTheNextJoin) {
+  Writer writer;
+  join_mote(writer);
+  writer.same_turn = true;
+  writer.describe("proxy.wsn-1.7.sensor.temperature-1.description",
+                  R"({"type":"temperature","type_id":2,"access":"read"})");
+  auto both = kMote;
+  both.replace(both.find("\"light-1\""), 9, "\"light-1\",\"temperature-1\"");
+  writer.describe("proxy.wsn-1.7.description", both);
+  writer.same_turn = false;
+  writer.now += 1s;
+  writer.same_turn = true;
+  writer.erase("proxy.wsn-1.7.sensor.temperature-1.value");
+  writer.erase("proxy.wsn-1.7.sensor.temperature-1.description");
+  writer.describe("proxy.wsn-1.7.description", kMote);
+  writer.now += 1s;
+  writer.erase("proxy.wsn-1.7.description");
+  play(writer.file());
+  std::vector<std::size_t> sizes;
+  for (const auto& join : joins()) sizes.push_back(join.capabilities.size());
+  EXPECT_THAT(sizes, ElementsAre(1u, 2u, 1u));
+  const auto leaves = listener_.of<model::Leave>();
+  ASSERT_EQ(leaves.size(), 1u);
+  EXPECT_EQ(leaves[0].second.source.device, "0x07");
+}
+
+TEST_F(LogRecording, SnapshotsTellNothingTwice) {
+  Writer first, second;
+  join_mote(first);
+  first.set("proxy.wsn-1.7.sensor.light-1.value", "1");
+  second.now = first.now;
+  second.mark("snapshot");
+  // The same write: sequence and time are those of the first file.
+  recording::BlockBuilder block;
+  block.add({RecordKind::kPresent,
+             first.now + 1s,
+             first.owner,
+             "proxy.wsn-1.7.sensor.light-1.value",
+             "1",
+             "text/plain",
+             first.owner,
+             5,
+             first.now,
+             {},
+             {}});
+  second.add(RecordKind::kPresent, "proxy.wsn-1.7.sensor.light-1.description", kLight, "application/json");
+  second.add(RecordKind::kPresent, "proxy.wsn-1.7.description", kMote, "application/json");
+  second.close();
+  const auto extra = block.close();
+  auto file = second.file() + std::string(base::as_text(extra));
+  Writer end;
+  end.now = second.now;
+  end.mark("complete");
+  file += end.file();
+  listener_.files.files["second.rec"] = file;
+  listener_.files.files["home.rec"] = first.file();
+  made_ = make_log(listener_, map({{"files", list({"home.rec", "second.rec"})}}), types_);
+  ASSERT_NE(made_.network, nullptr);
+  ASSERT_TRUE(made_.network->open());
+  listener_.time.run_for(1min);
+  EXPECT_EQ(joins().size(), 1u);
+  EXPECT_THAT(told(), ElementsAre("1"));
+  EXPECT_THAT(listener_.of<model::Leave>(), IsEmpty());
+}
+
+TEST_F(LogRecording, WhatACompleteSnapshotDoesNotNameLeaves) {
+  Writer writer;
+  join_mote(writer);
+  writer.mark("start");
+  writer.mark("complete");
+  play(writer.file());
+  EXPECT_EQ(listener_.of<model::Leave>().size(), 1u);
+}
+
+TEST_F(LogRecording, ADamagedSnapshotMakesNobodyLeave) {
+  Writer writer;
+  join_mote(writer);
+  writer.mark("snapshot");
+  writer.close();
+  auto file = writer.file() + "damage";
+  Writer end;
+  end.mark("complete");
+  const auto head = recording::encode_head({OwnerId(6541), "proxy", {}, "test"});
+  play(file + end.file().substr(0));
+  EXPECT_EQ(listener_.counter("damaged"), 1u);
+  EXPECT_THAT(listener_.of<model::Leave>(), IsEmpty());
+}
+
+TEST_F(LogRecording, AnotherNetworkIsPlayedByItsName) {
+  Writer writer;
+  writer.set("proxy.wsn-1.7.sensor.light-1.value", "1");
+  writer.set("proxy.knx.1_1_1.sensor.temperature-1.value", "20");
+  writer.set("proxy.knx.1_1_1.sensor.temperature-1.value", "21");
+  play(writer.file(), {{"network", scalar("knx")}});
+  EXPECT_EQ(joins().at(0).id, "1_1_1");
+  EXPECT_EQ(joins().at(0).capabilities.at(0).initial, Value(std::int64_t{20}));
+  EXPECT_THAT(told(), ElementsAre("21"));
+}
+
+TEST_F(LogRecording, SeveralNetworksFailTheLineWithTheirNamesAndTellNothing) {
+  Writer writer;
+  writer.set("proxy.wsn-1.7.sensor.light-1.value", "1");
+  writer.set("proxy.knx.1_1_1.sensor.temperature-1.value", "20");
+  play(writer.file());
+  ASSERT_FALSE(listener_.failures.empty());
+  EXPECT_EQ(listener_.failures[0].text,
+            "home.rec: the recording holds the networks knx, wsn-1; say which one to play, for example network: knx");
+  EXPECT_THAT(told(), IsEmpty());
+}
+
+TEST_F(LogRecording, AnotherPrefixIsThatOfTheRecording) {
+  Writer writer;
+  writer.prefix = "house";
+  writer.user = writer.now;
+  writer.set("house.wsn-1.7.sensor.light-1.value", "1");
+  writer.set("proxy.wsn-1.7.sensor.light-1.value", "2");
+  play(writer.file());
+  EXPECT_THAT(told(), ElementsAre("1"));
+}
+
+TEST_F(LogRecording, SaidToBePacketsItIsRefused) {
+  Writer writer;
+  join_mote(writer);
+  play(writer.file(), {{"format", scalar("packets")}});
+  ASSERT_FALSE(opened_);
+  EXPECT_THAT(opened_.error().text, HasSubstr("is a recording, expected packets"));
+}
+
+TEST_F(LogRecording, CutAtAnyByteOrBitsFlippedItPlaysWhatIsSound) {
+  Writer writer;
+  join_mote(writer);
+  writer.close();
+  for (int i = 0; i < 3; ++i) writer.set("proxy.wsn-1.7.sensor.light-1.value", std::to_string(i));
+  const auto whole = writer.file();
+  for (std::size_t size = 0; size < whole.size(); size += 3) {
+    listener_.heard.clear();
+    play(whole.substr(0, size), {{"format", scalar("recording")}, {"speed", scalar("max")}}, 1s);
+    EXPECT_LE(told().size(), 3u);
+  }
+  for (std::size_t bit = 0; bit < 8 * whole.size(); bit += 5) {
+    auto damaged = whole;
+    damaged[bit / 8] = static_cast<char>(damaged[bit / 8] ^ (1 << bit % 8));
+    listener_.heard.clear();
+    play(damaged, {{"format", scalar("recording")}, {"speed", scalar("max")}}, 1s);
+    EXPECT_GE(listener_.counter("damaged"), 1u) << bit;
+  }
+}
+
+TEST_F(LogRecording, BadDescriptionsAndValuesAreCountedAndTheRestPlays) {
+  Writer writer;
+  join_mote(writer);
+  for (const auto* bad : {"", "[]", "{", "7", "{\"sensors\":7,\"name\":[]}", "{\"sensors\":[7,null]}"})
+    writer.describe("proxy.wsn-1.9.description", bad);
+  writer.describe("proxy.wsn-1.7.sensor.light-1.description", std::string(100'000, '['));
+  writer.set("proxy.wsn-1.7.sensor.light-1.value", "bright");
+  writer.set("proxy.wsn-1.7.sensor.light-1.value", "nan");
+  writer.set("proxy.wsn-1.7.sensor.light-1.value", "7");
+  play(writer.file());
+  EXPECT_THAT(told(), ElementsAre("7"));
+  EXPECT_GE(listener_.counter("damaged"), 6u);
+}
+
+TEST(RecordedValues, ComeBackWithTheTextTheyHad) {
+  const TypeCatalogue types;
+  const auto text = [&](const char* type, std::string_view recorded) {
+    const auto value = recorded_value(types.find(type), recorded, "text/plain");
+    return value ? model::to_text(*value) : "error " + value.error().text;
+  };
+  for (const auto* number : {"21.5", "100000", "1e+05", "-0.001", "9007199254740993", "0", "5e-324"}) {
+    EXPECT_EQ(text("temperature", number), number);
+  }
+  EXPECT_EQ(recorded_value(types.find("contact"), "open", "text/plain"), Value(true));
+  EXPECT_EQ(recorded_value(nullptr, "on", "text/plain"), Value(std::string("on")));
+  EXPECT_EQ(recorded_value(nullptr, "[1]", "application/json"), Value(Json{"[1]"}));
+  EXPECT_THAT(text("temperature", "warm"), HasSubstr("is not a number"));
+  EXPECT_THAT(text("temperature", "inf"), HasSubstr("is not a number"));
+  EXPECT_THAT(text("temperature", ""), HasSubstr("is not a number"));
+}
+
+TEST(RecordedDevices, PointsJoinInAnOrderThatGivesTheSameCapabilities) {
+  const TypeCatalogue types;
+  ForeignTypes foreign(types);
+  RecordedDevice device;
+  ASSERT_TRUE(describe(device, R"({"capabilities":["switch","light","rate","temperature"],)"
+                               R"("sensors":["light-1","light-2","temperature-1"],"actuators":["switch-1","light-9"],)"
+                               R"("properties":["rate"]})"));
+  for (std::size_t kind = 0; kind < 3; ++kind) {
+    for (const auto& id : device.listed[kind]) {
+      auto& point = device.points[{static_cast<Kind>(kind), id}];
+      point.kind = static_cast<Kind>(kind);
+      point.id = id;
+    }
+  }
+  std::vector<std::string> order;
+  for (const auto& capability : join_of(device, foreign).capabilities) {
+    if (std::find(order.begin(), order.end(), capability.type_name) == order.end())
+      order.push_back(capability.type_name);
+  }
+  EXPECT_THAT(order, ElementsAre("switch", "light", "rate", "temperature"));
+}
+
+TEST(RecordedDevices, ForeignTypesGetTheirRecordedNumberWhileItIsFree) {
+  const TypeCatalogue types;
+  ForeignTypes foreign(types);
+  TypeId first{0x9001}, second{0x9001}, taken = types.find("light")->id, again{};
+  EXPECT_EQ(foreign.find("mood", first), nullptr);
+  EXPECT_EQ(first, TypeId{0x9001});
+  EXPECT_EQ(foreign.find("other", second), nullptr);
+  EXPECT_NE(second, TypeId{0x9001});
+  EXPECT_EQ(foreign.find("third", taken), nullptr);
+  EXPECT_EQ(types.find(taken), nullptr);
+  EXPECT_EQ(foreign.find("mood", again), nullptr);
+  EXPECT_EQ(again, first);
+}
+
+}  // namespace
+}  // namespace rubicon::networks::log
