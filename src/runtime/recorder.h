@@ -23,7 +23,7 @@ class Recorder {
     TupleSpace& space;  ///< the island's own: there each set is seen
     transport::Transports& transports;
     base::LogSink& log;
-    std::string prefix;     ///< of the island's keys
+    std::string prefix;       ///< of the island's keys
     std::string directory{};  ///< where a relative path starts
   };
   Recorder(RecorderSetup setup, Place place);
