@@ -72,6 +72,11 @@ void Demand::changed(Device& device) {
   ask(device);
 }
 
+void Demand::stop(Device& device) {
+  for (auto& point : device.points) point.wanted = false;
+  tell(device);
+}
+
 void Demand::ask(Device& device) {
   if (std::exchange(device.sampling.queued, true)) return;
   queue_.push_back(device.number);

@@ -21,6 +21,8 @@ class Demand {
   void overdue(Device& device);
   /// The device's rate or its points changed.
   void changed(Device& device);
+  /// Nothing is wanted of the device from now on, and it is told so.
+  void stop(Device& device);
   /// True if the request was a Sample of ours.
   bool acknowledged(const model::Acknowledge& answer);
   void forget(const Device& device);

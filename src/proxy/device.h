@@ -52,6 +52,7 @@ struct Point {
   std::uint16_t live_commands = 0;      ///< commands neither confirmed nor given up
   Quality quality = Quality::kUnknown;  ///< its own, whatever line and device are
   bool dirty = false;                   ///< its status tuple waits for the next flush
+  bool unsaved = false;                 ///< its value is newer than the state file's
   std::string text;                     ///< the last good value
   SteadyTime heard_at{};                ///< of the last good value
   WallTime heard{}, changed{}, since{};
@@ -103,7 +104,6 @@ struct Device {
   state::Decision decision = state::Decision::kNone;
   std::int64_t state_row = 0;  ///< in the state file; 0 = not there
   bool record_unsaved = false, values_unsaved = false;
-  WallTime saved{};  ///< what was heard before stands in the state file
 };
 
 /// Finds std::string keys by string_view without a copy.

@@ -29,10 +29,11 @@ std::string dump(const Tree& tree) {
 }
 
 Tree describe(const DeviceName& device, const DiscoveryInbox::Entry& entry, const TypeCatalogue& types) {
-  Tree tree{{"key", entry.key},        {"network", device.network}, {"address", device.address},
-            {"name", entry.join.name}, {"model", entry.join.model}, {"type", entry.join.device_type}};
+  const auto& join = entry.announced.join;
+  Tree tree{{"key", entry.key},  {"network", device.network}, {"address", device.address},
+            {"name", join.name}, {"model", join.model},       {"type", join.device_type}};
   Tree lists[3] = {Tree::array(), Tree::array(), Tree::array()};
-  for (const auto& capability : entry.join.capabilities) {
+  for (const auto& capability : join.capabilities) {
     lists[static_cast<std::size_t>(capability.point.kind)].push_back(
         point_id(nullptr, capability, types.find(capability.point.type)));
   }
@@ -53,6 +54,11 @@ std::string_view to_string(Admission admission) {
     case Admission::kIgnore: return "ignore";
   }
   return "auto";
+}
+
+bool says_the_same(const model::Join& one, const model::Join& other) {
+  return one.name == other.name && one.model == other.model && one.device_type == other.device_type &&
+         one.capabilities == other.capabilities;
 }
 
 std::string key_of(const DeviceName& device) {
@@ -77,48 +83,52 @@ std::pair<Admission, std::string> DiscoveryInbox::admission(const DeviceName& de
   return {discovery.otherwise, fmt::format("discovery.new-devices is {}", to_string(discovery.otherwise))};
 }
 
-DiscoveryInbox::Entry* DiscoveryInbox::enter(const DeviceName& device, const model::Join& join, std::string why) {
-  auto found = entries_.find(device);
-  if (found == entries_.end()) {
-    if (entries_.size() >= around_.config.max_devices) {
-      ++counters_.refused;
-      around_.warn("inbox", fmt::format("{} is not in the inbox: the limit of {} devices is reached", key_of(device),
-                                        around_.config.max_devices));
-      return nullptr;
-    }
-    found = entries_.emplace(device, Entry{}).first;
-    found->second.since = around_.clock.now().wall;
+/// Devices that only a rule hides make room for those that somebody has to see.
+bool DiscoveryInbox::make_room(Standing standing) {
+  if (entries_.size() < around_.config.max_devices) return true;
+  if (standing == Standing::kIgnoredByRule || by_rule_.empty()) return false;
+  take(DeviceName(*by_rule_.begin()));
+  return true;
+}
+
+DiscoveryInbox::Entry* DiscoveryInbox::enter(const DeviceName& device, Standing standing) {
+  const auto found = entries_.find(device);
+  if (found != entries_.end()) {
+    count(found->second, false);
+    return &found->second;
   }
-  auto& entry = found->second;
-  entry.join = join;
-  entry.why = std::move(why);
+  if (!make_room(standing)) {
+    ++counters_.refused;
+    around_.warn("inbox", fmt::format("{} is not in the inbox: the limit of {} devices is reached", key_of(device),
+                                      around_.config.max_devices));
+    return nullptr;
+  }
+  auto& entry = entries_[device];
+  entry.since = around_.clock.now().wall;
   return &entry;
 }
 
-bool DiscoveryInbox::wait(const DeviceName& device, const model::Join& join, std::string why) {
-  const auto* before = find(device);
-  const bool same = before && !before->ignored && before->why == why && before->join.name == join.name &&
-                    before->join.model == join.model && before->join.capabilities == join.capabilities;
-  if (same) return true;
-  auto* entry = enter(device, join, std::move(why));
-  if (!entry) return false;
-  if (entry->ignored) --counters_.ignored;
-  if (entry->ignored || entry->key.empty()) ++counters_.waiting;
-  entry->ignored = false;
-  show(device, *entry);
-  changed();
-  return true;
+void DiscoveryInbox::count(const Entry& entry, bool comes) {
+  auto& counter = entry.ignored() ? counters_.ignored : counters_.waiting;
+  comes ? ++counter : --counter;
 }
 
-bool DiscoveryInbox::ignore(const DeviceName& device, const model::Join& join, std::string why) {
-  auto* entry = enter(device, join, std::move(why));
-  if (!entry) return false;
-  if (!entry->key.empty()) --counters_.waiting;
-  if (!entry->ignored) ++counters_.ignored;
-  entry->ignored = true;
-  hide(device, *entry);
-  changed();
-  return true;
+DiscoveryInbox::Put DiscoveryInbox::put(const DeviceName& device, const Announced& announced, Standing standing,
+                                        std::string why) {
+  auto* entry = enter(device, standing);
+  if (!entry) return Put::kNoRoom;
+  const bool same =
+      entry->standing == standing && entry->why == why && says_the_same(entry->announced.join, announced.join);
+  const bool shown = !entry->key.empty();
+  entry->announced = announced;
+  entry->standing = standing;
+  entry->why = std::move(why);
+  count(*entry, true);
+  standing == Standing::kIgnoredByRule ? void(by_rule_.insert(device)) : void(by_rule_.erase(device));
+  if (entry->ignored()) hide(*entry);
+  if (!entry->ignored() && !(same && shown)) show(device, *entry);
+  if (!same || shown == entry->key.empty()) changed();
+  return same ? Put::kSame : Put::kNews;
 }
 
 void DiscoveryInbox::show(const DeviceName& device, Entry& entry) {
@@ -132,7 +142,7 @@ void DiscoveryInbox::show(const DeviceName& device, Entry& entry) {
   if (!shown) around_.warn("inbox", shown.error().text);
 }
 
-void DiscoveryInbox::hide(const DeviceName&, Entry& entry) {
+void DiscoveryInbox::hide(Entry& entry) {
   if (entry.key.empty()) return;
   std::ignore = around_.space.erase(fmt::format("{}.inbox.{}", around_.config.prefix, entry.key));
   keys_.erase(entry.key);
@@ -143,8 +153,8 @@ bool DiscoveryInbox::heard(const DeviceName& device) {
   const auto found = entries_.find(device);
   if (found == entries_.end()) return false;
   ++counters_.unheard;
-  found->second.heard_at = around_.clock.now().steady;
-  found->second.heard = around_.clock.now().wall;
+  found->second.announced.heard_at = around_.clock.now().steady;
+  found->second.announced.join.heard = true;
   return true;
 }
 
@@ -156,8 +166,9 @@ const DiscoveryInbox::Entry* DiscoveryInbox::find(const DeviceName& device) cons
 std::optional<DiscoveryInbox::Entry> DiscoveryInbox::take(const DeviceName& device) {
   const auto found = entries_.find(device);
   if (found == entries_.end()) return std::nullopt;
-  --(found->second.ignored ? counters_.ignored : counters_.waiting);
-  hide(device, found->second);
+  count(found->second, false);
+  hide(found->second);
+  by_rule_.erase(device);
   auto entry = std::move(found->second);
   entries_.erase(found);
   changed();
@@ -174,16 +185,13 @@ void DiscoveryInbox::drop_network(const std::string& network) {
 std::vector<DeviceName> DiscoveryInbox::matching(std::string_view pattern) const {
   std::vector<DeviceName> found;
   for (const auto& [device, entry] : entries_) {
-    const auto key = entry.key.empty() ? key_of(device) : entry.key;
-    if (base::glob_matches(pattern, key)) found.push_back(device);
-  }
-  return found;
-}
-
-std::vector<DeviceName> DiscoveryInbox::waiting() const {
-  std::vector<DeviceName> found;
-  for (const auto& [device, entry] : entries_) {
-    if (!entry.ignored) found.push_back(device);
+    const auto rules = around_.config.networks.find(device.network);
+    const auto part = rules == around_.config.networks.end()
+                          ? std::string()
+                          : device_id(rules->second, device.address, entry.announced.join.id);
+    if (base::glob_matches(pattern, entry.key.empty() ? key_of(device) : entry.key) ||
+        base::glob_matches(pattern, fmt::format("{}.{}", model::to_key_part(device.network), part)))
+      found.push_back(device);
   }
   return found;
 }
@@ -198,7 +206,7 @@ void DiscoveryInbox::publish() {
   Tree list = Tree::array();
   for (const auto& [device, entry] : entries_) {
     if (list.size() >= kListed) break;
-    if (!entry.ignored) list.push_back(describe(device, entry, around_.types));
+    if (!entry.ignored()) list.push_back(describe(device, entry, around_.types));
   }
   const Tree all{{"count", counters_.waiting}, {"ignored", counters_.ignored}, {"waiting", std::move(list)}};
   std::ignore = around_.space.set(around_.config.prefix + ".inbox", dump(all), kJson);

@@ -18,8 +18,22 @@ struct DeviceName {
   friend auto operator<=>(const DeviceName&, const DeviceName&) = default;
 };
 
-/// The devices that announced themselves and wait for somebody's word, and those that shall not be seen. Shows the
-/// waiting ones as tuples (docs/inbox.md): `proxy.inbox` in all, `proxy.inbox.<network>.<device>` each.
+/// What a device last said of itself.
+struct Announced {
+  model::Join join;
+  SteadyTime heard_at{};  ///< meaningless if the join says that it was not heard
+};
+
+/// Why a device is in the inbox and not in the directory.
+enum class Standing : std::uint8_t {
+  kWaits,  ///< for somebody's word
+  kLetIn,  ///< it may come, but its key is taken or there is no room: tried again when it speaks, or at a reload
+  kIgnoredByRule,  ///< not seen; makes room for others
+  kIgnoredByUser,
+};
+
+/// The devices that announced themselves and are not in the directory. Shows those that wait, for a word or for room,
+/// as tuples (docs/inbox.md): `proxy.inbox` in all, `proxy.inbox.<network>.<device>` each.
 class DiscoveryInbox {
  public:
   explicit DiscoveryInbox(Surroundings& around);
@@ -28,21 +42,20 @@ class DiscoveryInbox {
   void begin();
 
   struct Entry {
-    model::Join join;
-    std::string why;  ///< it waits, or is ignored
+    Announced announced;
+    Standing standing = Standing::kIgnoredByRule;
+    std::string why;  ///< it stands so
     WallTime since{};
-    SteadyTime heard_at{};
-    WallTime heard{};
-    bool ignored = false;
-    std::string key;  ///< of a waiting device's tuple
+    std::string key;  ///< of its tuple; empty = not seen
+
+    bool ignored() const { return standing == Standing::kIgnoredByRule || standing == Standing::kIgnoredByUser; }
   };
   /// What the rules say of a device that is neither known nor named in the configuration, and why.
   std::pair<Admission, std::string> admission(const DeviceName& device, const model::Join& join) const;
 
-  /// It waits from now on, or announced itself again. False: there is no room for it.
-  bool wait(const DeviceName& device, const model::Join& join, std::string why);
-  /// It is not shown from now on. False: there is no room for it, and it is not remembered here.
-  bool ignore(const DeviceName& device, const model::Join& join, std::string why);
+  enum class Put : std::uint8_t { kNoRoom, kSame, kNews };
+  /// It stands so from now on, or announced itself again.
+  Put put(const DeviceName& device, const Announced& announced, Standing standing, std::string why);
   /// True if the device is here: it said something, which goes no further.
   bool heard(const DeviceName& device);
   const Entry* find(const DeviceName& device) const;
@@ -50,27 +63,33 @@ class DiscoveryInbox {
   std::optional<Entry> take(const DeviceName& device);
   void drop_network(const std::string& network);
 
-  /// The devices here that fit `<network>.<device>`, ignored ones too; `*` and `?` as in a glob.
+  /// The devices here that fit `<network>.<device>`, ignored ones too; `*` and `?` as in a glob. They go by the key of
+  /// their tuple, by their address, and by the key they would have.
   std::vector<DeviceName> matching(std::string_view pattern) const;
-  std::vector<DeviceName> waiting() const;
 
   using Counters = Proxy::InboxCounters;
   const Counters& counters() const { return counters_; }
 
  private:
-  Entry* enter(const DeviceName& device, const model::Join& join, std::string why);
+  Entry* enter(const DeviceName& device, Standing standing);
+  bool make_room(Standing standing);
+  void count(const Entry& entry, bool comes);
   void show(const DeviceName& device, Entry& entry);
-  void hide(const DeviceName& device, Entry& entry);
+  void hide(Entry& entry);
   void changed();
   void publish();
 
   Surroundings& around_;
   std::map<DeviceName, Entry> entries_;
+  std::set<DeviceName> by_rule_;  ///< those ignored by rule
   std::set<std::string> keys_;
   Counters counters_;
   Timer timer_;
   SteadyTime publish_at_{};
 };
+
+/// But for the wanted key part and whether it was heard.
+bool says_the_same(const model::Join& one, const model::Join& other);
 
 /// The parts of a device's key: `wsn-1.7`.
 std::string key_of(const DeviceName& device);

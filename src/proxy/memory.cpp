@@ -13,6 +13,8 @@ using state::KnownDevice;
 using state::StoredValue;
 
 constexpr Duration kRecordDelay = std::chrono::seconds(1);
+/// Between two waits for the disk, however fast users decide.
+constexpr Duration kDurablePause = std::chrono::milliseconds(100);
 /// Devices written in one turn of the loop.
 constexpr std::size_t kSlice = 200;
 constexpr Duration kTidyPause = std::chrono::minutes(1);
@@ -38,39 +40,91 @@ Memory::~Memory() {
   }
 }
 
-bool Memory::worked(Result<void> result) {
-  if (!result) around_.warn("state", fmt::format("cannot remember: {}", result.error().text));
-  return result.has_value();
-}
-
 std::optional<KnownDevice> Memory::recall(const std::string& network, const std::string& address) {
   if (!store_) return std::nullopt;
+  const auto unwritten = absent_.find({network, address});
+  if (unwritten != absent_.end() && !unwritten->second) return std::nullopt;
   auto found = store_->find(network, address);
+  if (unwritten != absent_.end()) {
+    auto known = *unwritten->second;
+    if (found && *found) known.values = std::move((*found)->values);
+    return known;
+  }
   if (found) return std::move(*found);
   around_.warn("state", fmt::format("cannot recall {} on {}: {}", address, network, found.error().text));
   return std::nullopt;
 }
 
-void Memory::each(const std::string& network, const std::function<void(KnownDevice&&)>& visit) {
+void Memory::each(const std::string& network, const std::function<void(Row, KnownDevice&&)>& visit) {
   if (!store_) return;
-  const auto read =
-      store_->each(network, [&](state::StateStore::Row, KnownDevice&& device) { visit(std::move(device)); });
+  const auto read = store_->each(network, visit);
   if (!read) around_.log.error(fmt::format("cannot recall the known devices: {}", read.error().text));
 }
 
 void Memory::record_changed(Device& device) {
-  if (!writable_) return;
   device.record_unsaved = true;
-  if (!std::exchange(device.values_unsaved, true)) dirty_.push_back(device.number);
-  ask(kRecordDelay);
+  mark(device, kRecordDelay);
 }
 
 void Memory::values_changed(DeviceNumber number) {
   if (!writable_) return;
   auto* device = directory_.find(number);
-  if (!device || std::exchange(device->values_unsaved, true)) return;
-  dirty_.push_back(number);
-  ask(around_.config.save_period);
+  if (device && !device->values_unsaved) mark(*device, around_.config.save_period);
+}
+
+void Memory::property_set(Device& device, Point& point) {
+  point.details->set_by_user = true;
+  point.unsaved = true;
+  mark(device, kRecordDelay);
+  soon();
+}
+
+void Memory::approved(Device& device) {
+  device.decision = Decision::kApproved;
+  record_changed(device);
+  soon();
+}
+
+void Memory::absent(const std::string& network, const std::string& address, const model::Join& join,
+                    Decision decision) {
+  if (!writable_) return;
+  if (absent_.size() >= around_.config.max_devices && !absent_.contains({network, address})) {
+    return around_.warn("state", fmt::format("{} on {} is not remembered: {} others could not be written yet", address,
+                                             network, absent_.size()));
+  }
+  const auto now = around_.clock.now().wall;
+  absent_[{network, address}] = KnownDevice{network, address, {}, decision, join, {}, now, now, {}};
+  decision == Decision::kNone ? ask(kRecordDelay) : soon();
+}
+
+void Memory::forget(const std::string& network, const std::string& address) {
+  if (!writable_) return;
+  absent_[{network, address}] = std::nullopt;
+  ask(Duration(0));
+}
+
+void Memory::left(const Device& device) {
+  if (device.decision == Decision::kNone) return forget(device.network->id, device.address);
+  absent(device.network->id, device.address, announcement(device), device.decision);
+}
+
+void Memory::dropped(std::span<Device* const> devices) {
+  std::vector<Device*> unsaved(devices.begin(), devices.end());
+  std::erase_if(unsaved, [](const Device* device) { return !device->values_unsaved; });
+  if (writable_ && !unsaved.empty()) transaction(durable_, [&] { return write_devices(unsaved); });
+}
+
+void Memory::mark(Device& device, Duration within) {
+  if (!writable_) return;
+  if (!std::exchange(device.values_unsaved, true)) dirty_.push_back(device.number);
+  ask(within);
+}
+
+/// What a user decided is on the disk soon; what a crowd of them decides waits for the disk once.
+void Memory::soon() {
+  if (!writable_) return;
+  durable_ = true;
+  ask(std::max(Duration(0), Duration(durable_at_ - around_.clock.now().steady)));
 }
 
 void Memory::ask(Duration within) {
@@ -80,63 +134,100 @@ void Memory::ask(Duration within) {
   timer_ = around_.scheduler.at(when, [this] { flush(); });
 }
 
-/// One transaction a slice; what fails is tried again with the next.
+/// One transaction a slice; what fails is tried again after the save period.
 void Memory::flush() {
   flush_at_ = SteadyTime::max();
   around_.clock.refresh();
-  const auto count = std::min(dirty_.size(), kSlice);
-  std::vector<DeviceNumber> slice(dirty_.end() - static_cast<std::ptrdiff_t>(count), dirty_.end());
-  const bool saved = transaction(!absent_.empty(), [&] {
-    return save_absent() && std::all_of(slice.begin(), slice.end(), [this](DeviceNumber number) {
-             auto* device = directory_.find(number);
-             return !device || remember(*device);
-           });
+  std::vector<Name> absent;
+  std::vector<Device*> devices;
+  const bool saved = transaction(durable_, [&] {
+    bool written = true;
+    absent = write_absent(kSlice, written);
+    devices = next_devices(kSlice - absent.size());
+    return written && write_devices(devices);
   });
   if (!saved) {
+    for (auto* device : devices) device->state_row = 0;  // it may never have got that one
     std::erase_if(dirty_, [this](DeviceNumber number) { return !directory_.find(number); });
     return ask(around_.config.save_period);
   }
-  absent_.clear();
-  dirty_.resize(dirty_.size() - count);
-  for (const auto number : slice) {
-    if (auto* device = directory_.find(number)) written(*device);
+  if (durable_) durable_at_ = around_.clock.now().steady + kDurablePause;
+  for (const auto& name : absent) absent_.erase(name);
+  for (auto* device : devices) {
+    device->record_unsaved = device->values_unsaved = false;
+    for (auto& point : device->points) point.unsaved = false;
   }
-  if (!dirty_.empty()) return ask(Duration(0));
+  std::erase_if(dirty_, [this](DeviceNumber number) {
+    const auto* device = directory_.find(number);
+    return !device || !device->values_unsaved;
+  });
+  if (!dirty_.empty() || !absent_.empty()) return ask(Duration(0));
+  durable_ = false;
+  tidy();
+}
+
+void Memory::tidy() {
   const auto now = around_.clock.now().steady;
   if (now < tidy_at_) return;
   tidy_at_ = now + kTidyPause;
-  worked(store_->tidy());
+  goes_on(store_->tidy());
 }
 
 /// False: nothing of it is there.
 bool Memory::transaction(bool durable, const std::function<bool()>& write) {
-  if (!worked(store_->begin())) return false;
-  const bool written = write();
-  return worked(store_->commit(durable)) && written;
+  auto done = store_->begin();
+  const bool written = done && write();
+  if (done) done = store_->commit(durable);
+  if (!done) around_.warn("state", fmt::format("cannot remember: {}", done.error().text));
+  return done && written;
 }
 
-void Memory::written(Device& device) {
-  device.record_unsaved = device.values_unsaved = false;
-  device.saved = around_.clock.now().wall;
+/// What does not fit is left out; every other error means that the file cannot be written now.
+bool Memory::goes_on(const Result<void>& result) {
+  if (result) return true;
+  around_.warn("state", fmt::format("cannot remember: {}", result.error().text));
+  const auto code = result.error().code;
+  return code == ErrorCode::kNotFound || code == ErrorCode::kOutOfRange || code == ErrorCode::kBusy;
 }
 
-bool Memory::save_absent() {
+std::vector<Memory::Name> Memory::write_absent(std::size_t most, bool& written) {
+  std::vector<Name> names;
   for (const auto& [name, known] : absent_) {
-    const auto row = store_->save(known);
-    if (!row && !worked(fail(row.error())) && row.error().code != ErrorCode::kOutOfRange) return false;
+    if (names.size() >= most || !written) break;
+    written = write_one(name, known);
+    names.push_back(name);
   }
-  return true;
+  return names;
 }
 
-bool Memory::remember(Device& device) {
+bool Memory::write_one(const Name& name, const std::optional<KnownDevice>& known) {
+  if (!known) return goes_on(store_->forget(name.first, name.second));
+  const auto row = store_->save(*known);
+  return row || goes_on(fail(row.error()));
+}
+
+/// The last ones of the list that are still there.
+std::vector<Device*> Memory::next_devices(std::size_t most) {
+  std::vector<Device*> devices;
+  for (auto at = dirty_.rbegin(); at != dirty_.rend() && devices.size() < most; ++at) {
+    if (auto* device = directory_.find(*at)) devices.push_back(device);
+  }
+  return devices;
+}
+
+bool Memory::write_devices(std::span<Device* const> devices) {
+  return std::all_of(devices.begin(), devices.end(), [this](Device* device) { return write_one(*device); });
+}
+
+bool Memory::write_one(Device& device) {
   auto done = save(device);
   if (done) done = save_values(device);
-  if (done) return true;
-  const auto code = done.error().code;
-  // Forgotten to make room: it is written anew the next time.
-  if (code == ErrorCode::kNotFound) device.state_row = 0;
-  worked(std::move(done));
-  return code == ErrorCode::kNotFound || code == ErrorCode::kOutOfRange;
+  if (!done && done.error().code == ErrorCode::kNotFound) {  // forgotten to make room
+    device.state_row = 0;
+    done = save(device);
+    if (done) done = save_values(device);
+  }
+  return goes_on(done);
 }
 
 Result<void> Memory::save(Device& device) {
@@ -149,82 +240,27 @@ Result<void> Memory::save(Device& device) {
   known.join = announcement(device);
   for (const auto& point : device.points) known.point_ids.emplace_back(point.id, point.details->id);
   known.first_seen = around_.clock.now().wall;
+  if (device.status == DeviceStatus::kReachable) known.last_heard = known.first_seen;
   auto row = store_->save(known);
   if (!row) return fail(std::move(row.error()));
   device.state_row = *row;
-  absent_.erase({known.network, known.address});
   return {};
 }
 
 Result<void> Memory::save_values(const Device& device) {
   std::vector<StoredValue> values;
   for (const auto& point : device.points) {
-    const bool fresh = std::max(point.heard, point.changed) >= device.saved && point.changed != WallTime{};
-    if (!fresh || point.quality == Quality::kStored) continue;
+    if (!point.unsaved || point.changed == WallTime{} || point.quality == Quality::kStored) continue;
     const auto tuple = around_.space.get(around_.space.self(), point_key(device, point, "value"));
     if (!tuple) continue;
-    StoredValue value{point.id,      std::string(tuple->value), point.heard,
+    // The rate is the proxy's own: it says nothing about when the device was heard.
+    const auto heard = is_rate(point) ? WallTime{} : point.heard;
+    StoredValue value{point.id,      std::string(tuple->value), heard,
                       point.changed, tuple->user_time,          point.details->set_by_user};
     if (tuple->media_type == "application/json") value.value = Json{std::string(tuple->value)};
     values.push_back(std::move(value));
   }
   return values.empty() ? Result<void>{} : store_->save_values(device.state_row, values);
-}
-
-void Memory::property_set(Device& device, Point& point) {
-  point.details->set_by_user = true;
-  device.saved = {};
-  save_now(device);
-}
-
-void Memory::approved(Device& device) {
-  device.decision = Decision::kApproved;
-  device.record_unsaved = true;
-  save_now(device);
-}
-
-/// On the disk when it returns; if that fails, with what else waits.
-void Memory::save_now(Device& device) {
-  if (!writable_) return;
-  if (!transaction(true, [&] { return remember(device); })) values_changed(device.number);
-}
-
-void Memory::absent(const std::string& network, const std::string& address, const model::Join& join,
-                    Decision decision) {
-  if (!writable_) return;
-  auto& known = absent_[{network, address}];
-  known.network = network;
-  known.address = address;
-  known.decision = decision;
-  known.join = join;
-  known.first_seen = around_.clock.now().wall;
-  if (decision == Decision::kNone) return ask(kRecordDelay);
-  if (transaction(true, [this] { return save_absent(); })) {
-    absent_.clear();
-  } else {
-    ask(around_.config.save_period);
-  }
-}
-
-void Memory::left(const Device& device) {
-  if (!writable_) return;
-  if (device.decision != Decision::kNone) {
-    absent(device.network->id, device.address, announcement(device), device.decision);
-  } else {
-    forget(device.network->id, device.address);
-  }
-}
-
-void Memory::forget(const std::string& network, const std::string& address) {
-  if (!writable_) return;
-  absent_.erase({network, address});
-  auto gone = store_->forget(network, address);
-  if (!gone && gone.error().code != ErrorCode::kNotFound) worked(std::move(gone));
-}
-
-void Memory::dropped(Device& device) {
-  if (!writable_ || !device.values_unsaved) return;
-  remember(device);
 }
 
 }  // namespace rubicon::proxy

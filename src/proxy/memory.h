@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -11,8 +12,8 @@
 namespace rubicon::proxy {
 
 /// What the proxy remembers across restarts (docs/state.md): decides what is written when; the state file does the
-/// rest. Records are written within a second, values every save period, decisions and properties set by users at once.
-/// What could not be written is tried again. Without a state file nothing is remembered.
+/// rest. Records are written within a second, values every save period, decisions and properties set by users within
+/// 100 ms and durably. What could not be written is tried again. Without a state file nothing is remembered.
 class Memory {
  public:
   Memory(Surroundings& around, DeviceDirectory& directory, state::StateStore* store);
@@ -23,8 +24,9 @@ class Memory {
 
   /// What is remembered of a device; nullopt also when the file cannot be read.
   std::optional<state::KnownDevice> recall(const std::string& network, const std::string& address);
+  using Row = state::StateStore::Row;
   /// All that is remembered of a network (empty = all), in the order in which the devices were first seen.
-  void each(const std::string& network, const std::function<void(state::KnownDevice&&)>& visit);
+  void each(const std::string& network, const std::function<void(Row, state::KnownDevice&&)>& visit);
 
   /// Joined, or joined anew with other capabilities or names.
   void record_changed(Device& device);
@@ -34,39 +36,43 @@ class Memory {
   void property_set(Device& device, Point& point);
   /// A user approved the device, which has just joined.
   void approved(Device& device);
-  /// A device that is not in the directory waits (kNone), or was ignored by a user.
+  /// A device that is not in the directory waits (kNone), was ignored, or was approved and found no room.
   void absent(const std::string& network, const std::string& address, const model::Join& join,
               state::Decision decision);
   /// A waiting device said that it is gone for good.
   void forget(const std::string& network, const std::string& address);
   /// The device said that it is gone for good: what the user decided about it stays.
   void left(const Device& device);
-  /// Out of the directory, for reasons that say nothing about the device: everything stays.
-  void dropped(Device& device);
-
-  const state::StateStore* store() const { return store_; }
+  /// They go out of the directory, for reasons that say nothing about them: everything stays.
+  void dropped(std::span<Device* const> devices);
 
  private:
+  using Name = std::pair<std::string, std::string>;
+
+  void mark(Device& device, Duration within);
+  void soon();
   void ask(Duration within);
   void flush();
+  void tidy();
+  std::vector<Name> write_absent(std::size_t most, bool& written);
+  bool write_devices(std::span<Device* const> devices);
+  bool write_one(const Name& name, const std::optional<state::KnownDevice>& known);
+  bool write_one(Device& device);
   Result<void> save(Device& device);
   Result<void> save_values(const Device& device);
-  /// False: the file cannot be written now, nothing of this transaction will be there.
-  bool remember(Device& device);
-  void written(Device& device);
-  void save_now(Device& device);
-  bool save_absent();
+  std::vector<Device*> next_devices(std::size_t most);
   bool transaction(bool durable, const std::function<bool()>& write);
-  bool worked(Result<void> result);
+  bool goes_on(const Result<void>& result);
 
   Surroundings& around_;
   DeviceDirectory& directory_;
   state::StateStore* store_;
   bool writable_;
   std::vector<DeviceNumber> dirty_;
-  std::map<std::pair<std::string, std::string>, state::KnownDevice> absent_;  ///< not written yet
+  std::map<Name, std::optional<state::KnownDevice>> absent_;  ///< not written yet; nullopt = to be forgotten
   Timer timer_;
-  SteadyTime flush_at_ = SteadyTime::max(), tidy_at_{};
+  SteadyTime flush_at_ = SteadyTime::max(), tidy_at_{}, durable_at_{};
+  bool durable_ = false;  ///< what waits must be on the disk
 };
 
 /// What the device said of itself, put together again.

@@ -65,22 +65,28 @@ void Proxy::Parts::listen() {
 
 void Proxy::Parts::join(Device* device, Network& network, const Message& message, const model::Join& join) {
   if (message.source.device.empty()) return stranger(network, message);
+  const DeviceName name{network.id, message.source.device};
+  const Announced announced{join, around.clock.now().steady};
   std::optional<state::KnownDevice> known;
-  if (!device) {
-    known = memory.recall(network.id, message.source.device);
-    if (!let_in(network, message.source.device, join, known)) return;
-  }
-  admit(network, {message.source.device, join, around.clock.now().steady}, known ? &*known : nullptr);
-}
-
-void Proxy::Parts::admit(Network& network, const Announcement& announced, const state::KnownDevice* known) {
-  const auto& join = announced.join;
-  const auto joined = directory.join(network, announced.address, join);
-  board.refresh_counters();
-  if (!joined) {
-    around.warn(network.id + "/join", joined.error().text);
+  if (!device && !inbox.find(name)) known = memory.recall(name.network, name.address);
+  if (!device && !let_in(network, name, announced, known ? &*known : nullptr, !join.heard)) {
+    if (join.heard) inbox.heard(name);
     return;
   }
+  admit(network, name.address, announced, known ? &*known : nullptr);
+}
+
+/// False: there is no room for it, or its key is taken; it is in the inbox then.
+bool Proxy::Parts::admit(Network& network, const std::string& address, const Announced& announced,
+                         const state::KnownDevice* known) {
+  const auto& join = announced.join;
+  const auto joined = directory.join(network, address, join);
+  board.refresh_counters();
+  if (!joined) {
+    park({network.id, address}, announced, joined.error().text);
+    return false;
+  }
+  inbox.take({network.id, address});
   auto& device = *joined->device;
   for (const auto& point : joined->vanished) desk.forget(device, point.number);
   const bool first = device.status == DeviceStatus::kUnknown;
@@ -98,6 +104,7 @@ void Proxy::Parts::admit(Network& network, const Announcement& announced, const 
   }
   liveness.watch(device);
   if (!joined->fresh) demand.repeat(device);
+  return true;
 }
 
 void Proxy::Parts::take_rate(Device& device) {
@@ -126,7 +133,7 @@ void Proxy::Parts::leave(Device* device, Network& network, const Message& messag
   if (!device) {
     const DeviceName name{network.id, message.source.device};
     const auto* entry = inbox.find(name);
-    if (!entry || entry->ignored) return;
+    if (!entry || entry->ignored()) return;
     inbox.take(name);
     memory.forget(name.network, name.address);
     return;
@@ -265,7 +272,11 @@ Proxy::Proxy(ProxyConfig config, Scheduler& scheduler, TupleSpace& space, gatewa
 Proxy::~Proxy() = default;
 
 void Proxy::restore() {
-  parts_->restore();
+  parts_->restore(std::string());
+}
+
+std::vector<std::string> Proxy::objections(const ProxyConfig& next) const {
+  return parts_->objections(next);
 }
 
 void Proxy::reconfigure(ProxyConfig config) {

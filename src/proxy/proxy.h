@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "base/log.h"
 #include "base/scheduler.h"
@@ -25,6 +26,8 @@ class Proxy {
 
   /// Shows the devices that the state file remembers; call before the lines open.
   void restore();
+  /// Why new rules cannot be taken, one line each: names by which two points of a device would claim one key.
+  std::vector<std::string> objections(const ProxyConfig& next) const;
   /// Takes new rules while everything runs: networks that went, came, or have other names, silence or rate; limits and
   /// discovery. Prefix and island name stay.
   void reconfigure(ProxyConfig config);

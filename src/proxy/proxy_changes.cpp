@@ -1,5 +1,8 @@
 #include <fmt/format.h>
 
+#include <array>
+
+#include "model/key.h"
 #include "proxy/naming.h"
 #include "proxy/proxy_parts.h"
 
@@ -16,6 +19,27 @@ bool same_keys(const DeviceNames* one, const DeviceNames* other) {
 }
 
 }  // namespace
+
+std::vector<std::string> Proxy::Parts::objections(const ProxyConfig& next) const {
+  std::vector<std::string> lines;
+  for (const auto& [id, network] : directory.networks()) {
+    const auto rules = next.networks.find(id);
+    if (rules == next.networks.end()) continue;
+    for (const auto& [address, names] : rules->second.devices) {
+      const auto device = network->devices.find(address);
+      if (device == network->devices.end() || same_keys(names_of(network->rules, address), &names)) continue;
+      std::map<std::pair<Kind, std::string>, std::string> taken;
+      for (const auto& point : device->second.points) {
+        auto part = point_id(&names, point.details->capability, point.type);
+        const auto [other, free] = taken.emplace(std::pair(point.id.kind, part), point.details->id);
+        if (free) continue;
+        lines.push_back(fmt::format("networks.{}.devices.{}: {} and {} would both become {}", id, address,
+                                    other->second, point.details->id, part));
+      }
+    }
+  }
+  return lines;
+}
 
 /// Networks that went, that came, that have other rules; in this order, so that a key part given up can be taken.
 void Proxy::Parts::reconfigure(ProxyConfig next) {
@@ -68,10 +92,8 @@ void Proxy::Parts::drop_network(const std::string& id) {
 void Proxy::Parts::drop_devices(Network& network) {
   std::vector<Device*> devices;
   for (auto& [address, device] : network.devices) devices.push_back(&device);
-  for (auto* device : devices) {
-    memory.dropped(*device);
-    remove(*device);
-  }
+  memory.dropped(devices);
+  for (auto* device : devices) remove(*device);
 }
 
 void Proxy::Parts::change_rules(Network& network, NetworkRules rules) {
@@ -95,6 +117,22 @@ void Proxy::Parts::set_rate(Device& device, std::chrono::milliseconds rate) {
   demand.changed(device);
 }
 
+/// Who has a key that the configuration keeps for another device waits until it is free.
+void Proxy::Parts::free_reserved_keys(Network& network) {
+  for (const auto& [id, address] : network.reserved) {
+    const auto found = network.by_id.find(id);
+    if (found == network.by_id.end() || found->second->address == address) continue;
+    auto& holder = *found->second;
+    const auto said = last_said(holder);
+    const DeviceName name{network.id, holder.address};
+    const auto why =
+        fmt::format("{} gave up its key to {}, which the configuration names so", holder.key, model::quoted(address));
+    memory.dropped(std::array{&holder});
+    remove(holder);
+    park(name, said, why);
+  }
+}
+
 /// All old keys go before the first new one comes, so that two devices may swap theirs.
 void Proxy::Parts::rename(Network& network, NetworkRules rules, const std::vector<Device*>& renamed) {
   std::vector<std::map<PointNumber, TupleMirror::Kept>> kept;
@@ -103,21 +141,17 @@ void Proxy::Parts::rename(Network& network, NetworkRules rules, const std::vecto
     directory.release(*device);
   }
   directory.configure(network, std::move(rules));
-  for (const auto& [id, address] : network.reserved) {
-    const auto holder = network.by_id.find(id);
-    if (holder == network.by_id.end() || holder->second->address == address) continue;
-    around.log.warning(fmt::format("{} gives up its key to {}", holder->second->key, address));
-    memory.dropped(*holder->second);
-    remove(*holder->second);
-  }
+  free_reserved_keys(network);
   for (std::size_t i = 0; i < renamed.size(); ++i) {
     auto& device = *renamed[i];
     const auto vanished = directory.name(device);
     if (!vanished) {
-      around.log.warning(vanished.error().text);
+      const auto said = last_said(device);
+      const DeviceName name{network.id, device.address};
       desk.forget(device);
       demand.forget(device);
       directory.remove(device);
+      park(name, said, vanished.error().text);
       continue;
     }
     for (const auto& point : *vanished) desk.forget(device, point.number);
@@ -132,10 +166,13 @@ void Proxy::Parts::rename(Network& network, NetworkRules rules, const std::vecto
 /// The discovery rules may say something else now of those who wait; ignored by rule, too.
 void Proxy::Parts::ask_again() {
   for (const auto& name : inbox.matching("*")) {
-    const auto entry = *inbox.find(name);
+    const auto* entry = inbox.find(name);
+    if (!entry) continue;
+    const auto announced = entry->announced;
     auto& network = directory.network(name.network);
-    if (!let_in(network, name.address, entry.join, memory.recall(name.network, name.address))) continue;
-    admit(network, {name.address, entry.join, entry.heard_at}, nullptr);
+    if (!let_in(network, name, announced, nullptr, false)) continue;
+    const auto known = memory.recall(name.network, name.address);
+    admit(network, name.address, announced, known ? &*known : nullptr);
   }
 }
 

@@ -1,5 +1,9 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
+#include <iterator>
+
 #include "base/glob.h"
 #include "model/key.h"
 #include "proxy/naming.h"
@@ -13,11 +17,8 @@ using state::Decision;
 using state::KnownDevice;
 
 constexpr std::string_view kByUser = "a user decided so";
-
-bool says_the_same(const model::Join& one, const model::Join& other) {
-  return one.name == other.name && one.model == other.model && one.device_type == other.device_type &&
-         one.capabilities == other.capabilities;
-}
+/// Decisions carried out in one turn of the loop.
+constexpr std::size_t kSlice = 200;
 
 std::optional<Decision> decision_of(std::string_view word) {
   if (word == "approve") return Decision::kApproved;
@@ -27,31 +28,38 @@ std::optional<Decision> decision_of(std::string_view word) {
 
 }  // namespace
 
+Announced last_said(const Device& device) {
+  Announced announced{announcement(device), device.heard_at};
+  announced.join.heard = device.status != DeviceStatus::kUnknown;
+  return announced;
+}
+
 /// Ignored by a user: no. Known before, named in the configuration or by its network's options: yes. Else the rules.
-bool Proxy::Parts::let_in(Network& network, const std::string& address, const model::Join& join,
-                          const std::optional<KnownDevice>& known) {
-  const DeviceName name{network.id, address};
+bool Proxy::Parts::let_in(Network& network, const DeviceName& name, const Announced& announced,
+                          const KnownDevice* known, bool listed) {
   const auto* entry = inbox.find(name);
-  if (known && known->decision == Decision::kIgnored && !entry) inbox.ignore(name, join, std::string(kByUser));
-  const bool by_user =
-      (known && known->decision == Decision::kIgnored) || (entry && entry->ignored && entry->why == kByUser);
-  if (by_user) {
-    inbox.heard(name);
+  const bool hidden =
+      entry ? entry->standing == Standing::kIgnoredByUser : known && known->decision == Decision::kIgnored;
+  if (hidden) {
+    inbox.put(name, announced, Standing::kIgnoredByUser, std::string(kByUser));
     return false;
   }
-  const bool trusted = (known && (known->decision == Decision::kApproved || !known->id.empty())) || !join.heard ||
-                       names_of(network.rules, address) != nullptr;
-  auto [admission, why] = trusted ? std::pair(Admission::kAuto, std::string()) : inbox.admission(name, join);
-  if (admission == Admission::kAuto) {
-    inbox.take(name);
-    return true;
-  }
+  const bool trusted = entry ? entry->standing == Standing::kLetIn
+                             : known && (known->decision == Decision::kApproved || !known->id.empty());
+  if (trusted || listed || names_of(network.rules, name.address) != nullptr) return true;
+  auto [admission, why] = inbox.admission(name, announced.join);
+  if (admission == Admission::kAuto) return true;
   const bool asks = admission == Admission::kAsk;
-  const bool news = asks && (!entry || entry->ignored || !says_the_same(entry->join, join));
-  asks ? inbox.wait(name, join, std::move(why)) : inbox.ignore(name, join, std::move(why));
-  if (news && inbox.find(name)) memory.absent(name.network, name.address, join, Decision::kNone);
-  inbox.heard(name);
+  const auto put = inbox.put(name, announced, asks ? Standing::kWaits : Standing::kIgnoredByRule, std::move(why));
+  const bool news = put == DiscoveryInbox::Put::kNews && !(known && says_the_same(known->join, announced.join));
+  if (asks && news) memory.absent(name.network, name.address, announced.join, Decision::kNone);
   return false;
+}
+
+/// It may come, and cannot now: it is tried again when it speaks, and at a reload.
+void Proxy::Parts::park(const DeviceName& name, const Announced& announced, const std::string& why) {
+  around.warn(name.network + "/join", why);
+  inbox.put(name, announced, Standing::kLetIn, why);
 }
 
 void Proxy::Parts::bring_back(Device& device, const KnownDevice& known) {
@@ -76,36 +84,20 @@ void Proxy::Parts::bring_back(Device& device, const KnownDevice& known) {
   }
 }
 
-void Proxy::Parts::restore() {
-  memory.each({}, [this](KnownDevice&& known) {
-    if (!config.networks.contains(known.network)) return;
-    auto& network = directory.network(known.network);
-    restore(network, std::move(known));
-  });
-}
-
 void Proxy::Parts::restore(const std::string& id) {
-  memory.each(id, [this](KnownDevice&& known) {
-    auto& network = directory.network(known.network);
-    restore(network, std::move(known));
+  memory.each(id, [this](Memory::Row row, KnownDevice&& known) {
+    if (config.networks.contains(known.network)) restore(directory.network(known.network), row, std::move(known));
   });
 }
 
-void Proxy::Parts::restore(Network& network, KnownDevice&& known) {
+void Proxy::Parts::restore(Network& network, Memory::Row row, KnownDevice&& known) {
   const DeviceName name{network.id, known.address};
-  known.join.heard = false;
-  if (known.decision == Decision::kIgnored) {
-    inbox.ignore(name, known.join, std::string(kByUser));
-    return;
-  }
-  const bool named = names_of(network.rules, known.address) != nullptr;
-  if (known.id.empty()) {
-    if (known.decision == Decision::kApproved) return;  // it left
-    auto [admission, why] = named ? std::pair(Admission::kAuto, std::string()) : inbox.admission(name, known.join);
-    if (admission == Admission::kAsk) inbox.wait(name, known.join, std::move(why));
-    if (admission != Admission::kAuto) return;
-  }
-  if (!network.rules.lists_devices) admit(network, {known.address, known.join, {}}, &known);
+  Announced announced{known.join, {}};
+  announced.join.heard = false;
+  if (known.id.empty() && known.decision == Decision::kApproved) return;  // it left
+  if (!let_in(network, name, announced, &known, false) || network.rules.lists_devices) return;
+  if (!admit(network, name.address, announced, &known)) return;
+  directory.find(network, name.address)->state_row = row;
 }
 
 /// `approve` on `proxy.inbox.wsn-1.7`, or `approve wsn-1.*` on `proxy.inbox`.
@@ -123,10 +115,10 @@ tuples::Judgement Proxy::Parts::judge_inbox(const tuples::RemoteSet& wish) {
                      model::quoted(text))});
   }
   const std::string pattern = many ? std::string(text.substr(blank + 1)) : wish.key.substr(root.size() + 1);
-  std::vector<DeviceName> found;
-  for (auto& name : inbox.matching(pattern)) {
-    if (!many || !inbox.find(name)->ignored) found.push_back(std::move(name));
-  }
+  auto found = inbox.matching(pattern);
+  const auto hidden = [this](const DeviceName& name) { return inbox.find(name)->ignored(); };
+  // One that nobody sees is meant only if there is no other.
+  if (many || !std::all_of(found.begin(), found.end(), hidden)) std::erase_if(found, hidden);
   if (found.empty() && !many && *decision == Decision::kIgnored) {
     if (const auto* device = device_with_key(pattern)) found.push_back({device->network->id, device->address});
   }
@@ -134,6 +126,8 @@ tuples::Judgement Proxy::Parts::judge_inbox(const tuples::RemoteSet& wish) {
     return tuples::Judgement::refused(
         {ErrorCode::kNotFound, fmt::format("no device {} waits", model::quoted(pattern))});
   }
+  if (decisions.size() + found.size() > 2 * config.max_devices)
+    return tuples::Judgement::refused({ErrorCode::kBusy, "too many decisions at once, try again"});
   for (auto& name : found) decisions.emplace_back(std::move(name), *decision);
   decisions_turn.ask();
   return tuples::Judgement::consumed();
@@ -152,30 +146,39 @@ Device* Proxy::Parts::device_with_key(std::string_view parts) {
 
 void Proxy::Parts::carry_out() {
   around.clock.refresh();
-  for (const auto& [name, decision] : std::exchange(decisions, {})) {
-    decision == Decision::kApproved ? approve(name) : ignore(name);
-  }
+  const auto end = decisions.begin() + static_cast<std::ptrdiff_t>(std::min(decisions.size(), kSlice));
+  const std::vector slice(std::move_iterator(decisions.begin()), std::move_iterator(end));
+  decisions.erase(decisions.begin(), end);
+  for (const auto& [name, decision] : slice) decision == Decision::kApproved ? approve(name) : ignore(name);
+  if (!decisions.empty()) decisions_turn.ask();
 }
 
 void Proxy::Parts::approve(const DeviceName& name) {
-  auto entry = inbox.take(name);
+  const auto* entry = inbox.find(name);
   if (!entry) return;
-  around.log.info(fmt::format("{} was approved", key_of(name)));
+  const auto announced = entry->announced;
+  const auto known = memory.recall(name.network, name.address);
   auto& network = directory.network(name.network);
-  admit(network, {name.address, entry->join, entry->heard_at}, nullptr);
-  if (auto* device = directory.find(network, name.address)) memory.approved(*device);
+  around.log.info(fmt::format("{} was approved", key_of(name)));
+  if (admit(network, name.address, announced, known ? &*known : nullptr)) {
+    memory.approved(*directory.find(network, name.address));
+  } else {
+    memory.absent(name.network, name.address, announced.join, Decision::kApproved);
+  }
 }
 
 void Proxy::Parts::ignore(const DeviceName& name) {
-  model::Join join;
-  if (const auto* entry = inbox.find(name)) join = entry->join;
+  Announced announced;
+  if (const auto* entry = inbox.find(name)) announced = entry->announced;
   if (auto* device = directory.find(directory.network(name.network), name.address)) {
-    join = announcement(*device);
+    announced = last_said(*device);
+    demand.stop(*device);
+    memory.dropped(std::array{device});
     remove(*device);
   }
   around.log.info(fmt::format("{} is ignored from now on", key_of(name)));
-  inbox.ignore(name, join, std::string(kByUser));
-  memory.absent(name.network, name.address, join, Decision::kIgnored);
+  inbox.put(name, announced, Standing::kIgnoredByUser, std::string(kByUser));
+  memory.absent(name.network, name.address, announced.join, Decision::kIgnored);
 }
 
 }  // namespace rubicon::proxy

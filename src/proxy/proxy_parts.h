@@ -46,18 +46,13 @@ struct Proxy::Parts {
   void take_rate(Device& device);
 
   // proxy_discovery.cpp: which devices are let in, and what is remembered of them
-  struct Announcement {
-    std::string address;
-    model::Join join;
-    SteadyTime heard_at{};  ///< meaningless if the join says that it was not heard
-  };
-  bool let_in(Network& network, const std::string& address, const model::Join& join,
-              const std::optional<state::KnownDevice>& known);
-  void admit(Network& network, const Announcement& announced, const state::KnownDevice* known);
+  bool let_in(Network& network, const DeviceName& name, const Announced& announced, const state::KnownDevice* known,
+              bool listed);
+  bool admit(Network& network, const std::string& address, const Announced& announced, const state::KnownDevice* known);
+  void park(const DeviceName& name, const Announced& announced, const std::string& why);
   void bring_back(Device& device, const state::KnownDevice& known);
-  void restore();
   void restore(const std::string& network);
-  void restore(Network& network, state::KnownDevice&& known);
+  void restore(Network& network, Memory::Row row, state::KnownDevice&& known);
   Device* device_with_key(std::string_view parts);
   tuples::Judgement judge_inbox(const tuples::RemoteSet& wish);
   void carry_out();
@@ -66,11 +61,13 @@ struct Proxy::Parts {
   void remove(Device& device);
 
   // proxy_changes.cpp: new rules while running
+  std::vector<std::string> objections(const ProxyConfig& next) const;
   void reconfigure(ProxyConfig next);
   void restart(const std::string& id);
   void drop_network(const std::string& id);
   void drop_devices(Network& network);
   void change_rules(Network& network, NetworkRules rules);
+  void free_reserved_keys(Network& network);
   void rename(Network& network, NetworkRules rules, const std::vector<Device*>& renamed);
   void set_rate(Device& device, std::chrono::milliseconds rate);
   void ask_again();
@@ -89,5 +86,8 @@ struct Proxy::Parts {
   NextTurn decisions_turn;
   std::vector<Handle> handles;
 };
+
+/// What the device would announce now.
+Announced last_said(const Device& device);
 
 }  // namespace rubicon::proxy

@@ -176,6 +176,7 @@ bool TupleMirror::reading(Device& device, Point& point, const model::Reading& re
 
 void TupleMirror::store_value(Point& point, const Value& value, WallTime user_time) {
   write_value(point.type, value, value_text_);
+  point.unsaved = true;
   if (point.text != value_text_) {
     point.text = value_text_;
     point.changed = around_.clock.now().wall;

@@ -54,8 +54,8 @@ Result<DeviceRows> DeviceRows::prepare(Database& database) {
       {rows.insert_announcement_, "INSERT INTO announcement(capabilities,point_ids,device) VALUES(?,?,?)",
        "writing a device"},
       {rows.update_,
-       "UPDATE device SET id=?1, decision=?2, name=?3, wanted_id=?4, "
-       "first_seen=CASE first_seen WHEN 0 THEN ?5 ELSE first_seen END, last_heard=?6 WHERE row=?7",
+       "UPDATE device SET id=?1, decision=CASE ?2 WHEN 0 THEN decision ELSE ?2 END, name=?3, wanted_id=?4, "
+       "first_seen=CASE first_seen WHEN 0 THEN ?5 ELSE first_seen END, last_heard=max(last_heard, ?6) WHERE row=?7",
        "writing a device"},
       // Most joins repeat what is there: no need to write it again.
       {rows.update_announcement_,

@@ -146,7 +146,9 @@ Result<void> StateStore::Parts::transact(const std::function<Result<void>()>& wo
   if (begun) {
     if (broken) return fail(*broken);
     auto done = work();
-    const bool harmless = done || done.error().code == ErrorCode::kNotFound;  // found out before the first change
+    // Found out before the first change, or after devices were forgotten to make room.
+    const bool harmless =
+        done || done.error().code == ErrorCode::kNotFound || done.error().code == ErrorCode::kBusy;
     if (!harmless) broken = done.error();
     return done;
   }
@@ -280,7 +282,8 @@ Result<StateStore::Row> StateStore::save(const KnownDevice& device) {
     if (!fresh) return fail(fresh.error());
     row = *fresh;
     ++parts.stats.devices;
-    return parts.put(row, device.values);
+    if (auto put = parts.put(row, device.values); !put) return put;
+    return parts.hear(row, device.values);
   });
   if (!done) return fail(done.error());
   return row;

@@ -80,11 +80,12 @@ class StateStore {
   using Row = std::int64_t;
 
   /// Inserts or replaces what is known of (network, address), except values and first_seen of a known one (a first_seen
-  /// of zero is filled in). kOutOfRange: texts or lists beyond the bounds of docs/state.md. Deadlines are kept in
-  /// milliseconds, rounded up.
+  /// of zero is filled in), a decision by kNone, and last_heard by an earlier one. kOutOfRange: texts or lists beyond
+  /// the bounds of docs/state.md; kBusy: it does not fit below the bound of the file, and a transaction goes on without
+  /// it. Deadlines are kept in milliseconds, rounded up.
   Result<Row> save(const KnownDevice& device);
   /// Replaces the values of these points; the device's last_heard becomes the latest heard of them, if that is later.
-  /// kOutOfRange (and nothing is written): a value beyond kMaxStoredValue.
+  /// kOutOfRange (and nothing is written): a value beyond kMaxStoredValue; kBusy as for save.
   Result<void> save_values(Row device, std::span<const StoredValue> values);
   /// kNotFound: no such device.
   Result<void> forget(const std::string& network, const std::string& address);

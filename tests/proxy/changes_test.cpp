@@ -97,7 +97,22 @@ TEST_F(Changes, AConfiguredIdTakesItsKeyFromWhoHasIt) {
   change();
   EXPECT_EQ(json("proxy.hall.8.description")["address"], "7");
   EXPECT_FALSE(exists("proxy.hall.7.status"));
-  EXPECT_TRUE(log.contain("gives up its key"));
+  EXPECT_TRUE(log.contain("gave up its key"));
+  EXPECT_EQ(json("proxy.inbox.hall.8")["address"], "8");
+  rules().devices.clear();
+  change();
+  EXPECT_EQ(json("proxy.hall.7.description")["address"], "7");
+  EXPECT_EQ(json("proxy.hall.8.description")["address"], "8");
+  EXPECT_FALSE(exists("proxy.inbox.hall.8"));
+}
+
+TEST_F(Changes, NamesThatWouldMakeTwoPointsOneAreObjectedTo) {
+  start();
+  join("7", lamp());
+  rules().devices["7"].sensors["glow-1"] = "2";
+  rules().devices["8"].sensors["glow-1"] = "2";  // not there: nothing to say yet
+  EXPECT_THAT(proxy->objections(config), testing::ElementsAre("networks.hall.devices.7: glow-1 and glow-2 would both "
+                                                              "become glow-2"));
 }
 
 TEST_F(Changes, ARemovedNetworkTakesItsTuplesAlong) {

@@ -171,5 +171,132 @@ TEST_F(Discovery, NewRulesAreAskedAtOnceForThoseWhoWait) {
   EXPECT_FALSE(exists("proxy.hall.8.status"));
 }
 
+TEST_F(Discovery, AReloadAfterARestartLetsNobodyInWhoWaits) {
+  start();
+  join("7", lamp());
+  time.run_for(2s);
+  restart();
+  proxy->reconfigure(config);
+  time.run_ready();
+  EXPECT_FALSE(exists("proxy.hall.7.status"));
+  EXPECT_EQ(inbox()["count"], 1);
+}
+
+TEST_F(Discovery, WhoAnnouncedItselfSinceTheStartIsReachableOnceApproved) {
+  start();
+  join("7", lamp());
+  time.run_for(2s);
+  restart();
+  join("7", lamp());
+  ASSERT_EQ(set("proxy.inbox.hall.7", "approve").verdict, Verdict::kApplied);
+  EXPECT_EQ(json("proxy.hall.7.status")["status"], "reachable");
+}
+
+TEST_F(Discovery, ACrowdIsApprovedAtOnceAndForGood) {
+  constexpr int kCrowd = 1000;
+  start();
+  for (int i = 0; i < kCrowd; ++i) join(std::to_string(i), lamp());
+  time.run_for(2s);
+  const auto writes = store->stats().writes;
+  ASSERT_EQ(set("proxy.inbox", "approve *").verdict, Verdict::kApplied);
+  time.run_for(1s);
+  EXPECT_EQ(inbox()["count"], 0);
+  // One save and one set of values a device, and few commits.
+  EXPECT_LT(store->stats().writes - writes, 2 * kCrowd + 50);
+  restart();
+  for (int i = 0; i < kCrowd; ++i) EXPECT_TRUE(exists("proxy.hall." + std::to_string(i) + ".status")) << i;
+}
+
+TEST_F(Discovery, AnApprovalWithoutRoomIsKeptUntilThereIsRoom) {
+  config.max_devices = 2;
+  start();
+  for (const auto* address : {"1", "2"}) join(address, lamp());
+  ASSERT_EQ(set("proxy.inbox", "approve *").verdict, Verdict::kApplied);
+  join("3", lamp());
+  ASSERT_EQ(set("proxy.inbox.hall.3", "approve").verdict, Verdict::kApplied);
+  EXPECT_THAT(json("proxy.inbox.hall.3")["why"].get<std::string>(), testing::HasSubstr("limit of 2 devices"));
+  say("1", model::Leave{"broken"});
+  join("3", lamp());
+  EXPECT_TRUE(exists("proxy.hall.3.status"));
+  EXPECT_FALSE(exists("proxy.inbox.hall.3"));
+}
+
+TEST_F(Discovery, AnApprovalWithoutRoomSurvivesARestart) {
+  config.max_devices = 1;
+  start();
+  join("1", lamp());
+  ASSERT_EQ(set("proxy.inbox.hall.1", "approve").verdict, Verdict::kApplied);
+  join("3", lamp());
+  ASSERT_EQ(set("proxy.inbox.hall.3", "approve").verdict, Verdict::kApplied);
+  time.run_for(1s);
+  config.max_devices = 2;
+  restart();
+  join("3", lamp());
+  EXPECT_TRUE(exists("proxy.hall.3.status"));
+}
+
+TEST_F(Discovery, ADeviceWhoseKeyIsTakenIsInTheInboxWithTheReason) {
+  config.discovery.otherwise = Admission::kAuto;
+  start();
+  join("1.7", lamp());
+  join("1_7", lamp());
+  EXPECT_THAT(json("proxy.inbox.hall.1_7")["why"].get<std::string>(), testing::HasSubstr("give it an id"));
+  rules().devices["1_7"].id = "other";
+  proxy->reconfigure(config);
+  time.run_ready();
+  EXPECT_TRUE(exists("proxy.hall.other.status"));
+  EXPECT_FALSE(exists("proxy.inbox.hall.1_7"));
+}
+
+TEST_F(Discovery, AnIgnoredDeviceIsToldToStopAndIsAsItWasOnceApproved) {
+  config.discovery.otherwise = Admission::kAuto;
+  start();
+  auto message = lamp();
+  message.capabilities.push_back(capability(Kind::kProperty, types.find("rate")->id, ""));
+  join("7", message);
+  ASSERT_EQ(set("proxy.hall.7.property.rate.command", "250").verdict, Verdict::kApplied);
+  const auto wish = robot->subscribe({kIsland, "proxy.hall.7.sensor.glow-1.value"}, {}, [](const Event&) {});
+  time.run_ready();
+  ASSERT_FALSE(hall().sampled["7"].points.empty());
+  ASSERT_EQ(set("proxy.inbox.hall.7", "ignore").verdict, Verdict::kApplied);
+  EXPECT_TRUE(hall().sampled["7"].points.empty());
+  ASSERT_EQ(set("proxy.inbox.hall.7", "approve").verdict, Verdict::kApplied);
+  EXPECT_EQ(json("proxy.hall.7.status")["status"], "reachable");
+  EXPECT_EQ(text("proxy.hall.7.property.rate.value"), "250");
+  time.run_ready();
+  EXPECT_FALSE(hall().sampled["7"].points.empty());
+}
+
+TEST_F(Discovery, AnIgnoredDeviceIsApprovedByTheKeyItWouldHave) {
+  rules().devices["1.7"].id = "attic";
+  start();
+  join("1.7", lamp());
+  ASSERT_EQ(set("proxy.inbox.hall.attic", "ignore").verdict, Verdict::kApplied);
+  EXPECT_FALSE(exists("proxy.hall.attic.status"));
+  ASSERT_EQ(set("proxy.inbox.hall.attic", "approve").verdict, Verdict::kApplied);
+  EXPECT_TRUE(exists("proxy.hall.attic.status"));
+}
+
+TEST_F(Discovery, ApprovingOneThatWaitsSparesItsIgnoredTwin) {
+  start();
+  join("1.7", lamp());
+  ASSERT_EQ(set("proxy.inbox.hall.1_7", "ignore").verdict, Verdict::kApplied);
+  join("1_7", lamp());
+  ASSERT_EQ(set("proxy.inbox.hall.1_7", "approve").verdict, Verdict::kApplied);
+  EXPECT_EQ(json("proxy.hall.1_7.description")["address"], "1_7");
+  EXPECT_EQ(inbox()["ignored"], 1);
+}
+
+TEST_F(Discovery, DevicesThatARuleHidesMakeRoomForThoseThatWait) {
+  config.max_devices = 3;
+  config.discovery.rules = {{"", "", "s*", Admission::kIgnore}};
+  start();
+  for (int i = 0; i < 10; ++i) join("s" + std::to_string(i), lamp());
+  EXPECT_EQ(inbox()["ignored"], 3);
+  for (int i = 0; i < 3; ++i) join(std::to_string(i), lamp());
+  EXPECT_EQ(inbox()["count"], 3);
+  EXPECT_EQ(inbox()["ignored"], 0);
+}
+
 }  // namespace
 }  // namespace rubicon::proxy

@@ -119,7 +119,7 @@ void Island::restart() {
 
 void Island::start() {
   if (!state_file_.empty()) {
-    auto opened = state::StateStore::open(state_file_, kIsland);
+    auto opened = state::StateStore::open(state_file_, kIsland, state_options);
     ASSERT_TRUE(opened) << opened.error().text;
     store = std::move(*opened);
   }

@@ -126,6 +126,7 @@ class Island : public ::testing::Test {
   NoTransports transports;
   ProxyConfig config;
   gateway::GatewayLimits limits;
+  state::StateOptions state_options;
   std::unique_ptr<tuples::Link> link, robot_link;
   std::unique_ptr<TupleSpace> space, robot;
   std::unique_ptr<gateway::Gateway> gate;

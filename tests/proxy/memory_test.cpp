@@ -1,3 +1,7 @@
+#include <sys/resource.h>
+
+#include <csignal>
+
 #include "island.h"
 
 namespace rubicon::proxy {
@@ -148,6 +152,93 @@ TEST_F(Remembering, KeepsTheWantedKeyPart) {
   time.run_for(2s);
   restart();
   EXPECT_TRUE(exists("proxy.hall.window.status"));
+}
+
+TEST_F(Remembering, ARestartDoesNotForgetWhenADeviceWasHeard) {
+  start();
+  join("7", lamp());
+  report("7", sensor(kGlow), 12.5);
+  time.run_for(20s);
+  const auto heard = (*store->find("hall", "7"))->last_heard;
+  ASSERT_GT(heard, WallTime{});
+  restart();
+  time.run_for(20s);
+  EXPECT_EQ((*store->find("hall", "7"))->last_heard, heard);
+}
+
+TEST_F(Remembering, ValuesAreKeptAlsoWhenTheClockIsSetBack) {
+  start();
+  join("7", lamp());
+  report("7", sensor(kGlow), 12.5);
+  time.run_for(20s);
+  time.set_wall(time.wall_now() - 1h);
+  report("7", sensor(kGlow), 13.5);
+  time.run_for(20s);
+  restart();
+  EXPECT_EQ(text(kGlow1 + std::string(".value")), "13.5");
+}
+
+TEST_F(Remembering, ADeviceTooBigForTheFileDoesNotKeepOthersOut) {
+  state_options.max_bytes = 256 << 10;
+  start();
+  join("7", lamp());
+  auto big = lamp();
+  for (int i = 1; i <= 4; ++i) {
+    big.capabilities.push_back(capability(Kind::kSensor, TypeId{0x9000}, std::to_string(i)));
+    big.capabilities.back().type_name = "essay";
+  }
+  join("8", big);
+  for (int i = 1; i <= 4; ++i) report("8", sensor(TypeId{0x9000}, std::to_string(i)), std::string(60000, 'x'));
+  report("7", sensor(kGlow), 12.5);
+  time.run_for(20s);
+  restart();
+  EXPECT_EQ(text(kGlow1 + std::string(".value")), "12.5");
+  EXPECT_TRUE(exists("proxy.hall.8.status"));
+}
+
+/// Nothing can be written while one lives.
+class FullDisk {
+ public:
+  FullDisk() {
+    std::signal(SIGXFSZ, SIG_IGN);
+    ::getrlimit(RLIMIT_FSIZE, &before_);
+    const rlimit none{0, before_.rlim_max};
+    ::setrlimit(RLIMIT_FSIZE, &none);
+  }
+  ~FullDisk() { ::setrlimit(RLIMIT_FSIZE, &before_); }
+
+ private:
+  rlimit before_{};
+};
+
+TEST_F(Remembering, WhatCouldNotBeWrittenIsTriedAgain) {
+  start();
+  join("6", lamp());
+  time.run_for(20s);
+  {
+    const FullDisk full;
+    join("7", lamp());
+    report("7", sensor(kGlow), 12.5);
+    say("6", model::Leave{"thrown away"});
+    time.run_for(5s);
+    EXPECT_TRUE(log.contain("cannot remember"));
+  }
+  time.run_for(config.save_period + 20s);
+  EXPECT_EQ((*store->find("hall", "6")), std::nullopt);
+  const auto known = *store->find("hall", "7");
+  ASSERT_TRUE(known);
+  EXPECT_EQ(known->values.size(), 1U);
+}
+
+TEST_F(Remembering, WhatIsNotWrittenYetIsKnownAlready) {
+  config.discovery.otherwise = Admission::kAsk;
+  start();
+  join("7", lamp());
+  ASSERT_EQ(set("proxy.inbox.hall.7", "approve").verdict, Verdict::kApplied);
+  const FullDisk full;
+  say("7", model::Leave{"battery"});
+  join("7", lamp());
+  EXPECT_TRUE(exists("proxy.hall.7.status"));
 }
 
 }  // namespace
