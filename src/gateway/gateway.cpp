@@ -239,8 +239,11 @@ void Gateway::limit(GatewayLimits limits) {
 }
 
 void Gateway::forget(const std::string& network) {
+  const auto box = parts_->inboxes.find(network);
+  if (box == parts_->inboxes.end()) return;
+  add(parts_->own, box->second.counters);  // the island's sums never shrink
   parts_->last_inbox = nullptr;
-  parts_->inboxes.erase(network);
+  parts_->inboxes.erase(box);
 }
 
 void Gateway::connect(network::Supervisor& networks) {

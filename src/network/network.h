@@ -70,6 +70,8 @@ struct NetworkType {
   Duration longest_pause = std::chrono::seconds(1);
   /// Its options name every device it has: what is remembered of another one is not shown at start.
   bool lists_devices = false;
+  /// The option that names a file read together with the options: a reload looks whether that changed. Empty = none.
+  std::string_view file_option{};
 };
 
 }  // namespace rubicon::network

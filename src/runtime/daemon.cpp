@@ -132,9 +132,8 @@ class Session {
     if (next && !errors.empty()) next = fail(ErrorCode::kInvalid, errors.text());
     if (!next) return refused(next.error());
     if (try_only) {
-      auto plan = plan_reload(island_->config(), *next);
-      if (!plan.refusals.empty()) return fail(ErrorCode::kRefused, plan.refusals.front());
-      return std::move(plan.lines);
+      auto plan = island_->plan(*next, errors);
+      return plan ? Result<std::vector<std::string>>(std::move(plan->lines)) : fail(plan.error());
     }
     auto plan = island_->reload(std::move(*next), errors);
     if (!plan) return refused(plan.error());

@@ -9,6 +9,7 @@
 
 #include "proxy/proxy.h"
 #include "runtime/island_metrics.h"
+#include "runtime/options_file.h"
 
 namespace rubicon::runtime {
 
@@ -32,11 +33,13 @@ struct Island::Parts {
   }
   void watch_numbers();
 
-  Result<void> add(NetworkSetup& setup, network::Supervisor& to, const std::string& directory,
+  Result<void> add(const NetworkSetup& setup, network::Supervisor& to, const std::string& directory,
                    base::ConfigErrors& errors);
-  Result<void> try_options(IslandConfig& next, const ReloadPlan& plan, Scheduler& scheduler,
+  void add_what_files_changed(const IslandConfig& next, ReloadPlan& plan);
+  void note_file(const NetworkSetup& setup);
+  Result<void> try_options(const IslandConfig& next, const ReloadPlan& plan, Scheduler& scheduler,
                            base::ConfigErrors& errors);
-  void apply(IslandConfig next, const ReloadPlan& plan);
+  void apply(IslandConfig next, ReloadPlan& plan);
 
   IslandConfig config;
   transport::Transports& transports;
@@ -49,6 +52,7 @@ struct Island::Parts {
   proxy::Proxy proxy;
   network::Supervisor networks;
   IslandMetrics metrics;
+  std::map<std::string, std::size_t> file_digests;  ///< of what options name, by network id
 };
 
 void Island::Parts::watch_numbers() {
@@ -89,7 +93,7 @@ Island::Island(std::unique_ptr<Parts> parts, Scheduler& scheduler) : parts_(std:
 Island::~Island() = default;
 
 /// Reads the plug-in's options and makes the network; what is wrong stands in `errors` too.
-Result<void> Island::Parts::add(NetworkSetup& setup, network::Supervisor& to, const std::string& directory,
+Result<void> Island::Parts::add(const NetworkSetup& setup, network::Supervisor& to, const std::string& directory,
                                 base::ConfigErrors& errors) {
   ConfigReader options(setup.options, "networks." + setup.key, errors);
   const auto before = errors.lines().size();
@@ -108,7 +112,9 @@ Result<std::unique_ptr<Island>> Island::make(IslandConfig config, Scheduler& sch
   auto parts =
       std::make_unique<Parts>(std::move(config), std::move(*link), scheduler, transports, log, std::move(state));
   for (auto& setup : parts->config.networks) {
-    if (setup.type) std::ignore = parts->add(setup, parts->networks, parts->config.directory, errors);
+    if (!setup.type) continue;
+    std::ignore = parts->add(setup, parts->networks, parts->config.directory, errors);
+    parts->note_file(setup);
   }
   if (!errors.empty()) return fail(ErrorCode::kInvalid, errors.text());
   return std::unique_ptr<Island>(new Island(std::move(parts), scheduler));
@@ -128,14 +134,14 @@ struct Nobody final : network::MessageSink {
   void from_network(const std::string&, Message) override {}
 };
 
-NetworkSetup& setup_of(IslandConfig& config, const std::string& id) {
+const NetworkSetup& setup_of(const IslandConfig& config, const std::string& id) {
   return *std::find_if(config.networks.begin(), config.networks.end(), [&](const auto& one) { return one.id == id; });
 }
 
 }  // namespace
 
 /// Makes the new and the changed networks once, without opening anything.
-Result<void> Island::Parts::try_options(IslandConfig& next, const ReloadPlan& plan, Scheduler& scheduler,
+Result<void> Island::Parts::try_options(const IslandConfig& next, const ReloadPlan& plan, Scheduler& scheduler,
                                         base::ConfigErrors& errors) {
   Nobody nobody;
   base::NullLogSink quiet;
@@ -147,15 +153,45 @@ Result<void> Island::Parts::try_options(IslandConfig& next, const ReloadPlan& pl
   return {};
 }
 
-Result<ReloadPlan> Island::reload(IslandConfig next, base::ConfigErrors& errors) {
+void Island::Parts::note_file(const NetworkSetup& setup) {
+  file_digests[setup.id] = digest_of_options_file(setup, config.directory, transports);
+}
+
+/// Files that the options name may have changed though the options did not; a network may be missing since an earlier
+/// reload failed to make it.
+void Island::Parts::add_what_files_changed(const IslandConfig& next, ReloadPlan& plan) {
+  const auto running = networks.ids();
+  const auto has = [](const std::vector<std::string>& ids, const std::string& id) {
+    return std::find(ids.begin(), ids.end(), id) != ids.end();
+  };
+  for (const auto& setup : next.networks) {
+    if (has(plan.added, setup.id) || has(plan.changed, setup.id) || has(plan.retyped, setup.id)) continue;
+    if (!has(running, setup.id)) {
+      plan.added.push_back(setup.id);
+      plan.lines.push_back(fmt::format("network {}: is added, it could not be before", setup.id));
+    } else if (digest_of_options_file(setup, next.directory, transports) != file_digests[setup.id]) {
+      plan.changed.push_back(setup.id);
+      plan.lines.push_back(fmt::format("network {}: its {} file changed", setup.id, setup.type->file_option));
+    }
+  }
+}
+
+Result<ReloadPlan> Island::plan(const IslandConfig& next, base::ConfigErrors& errors) {
   auto plan = plan_reload(parts_->config, next);
+  for (auto& line : parts_->proxy.objections(next.proxy)) plan.refusals.push_back(std::move(line));
   if (!plan.refusals.empty()) return fail(ErrorCode::kRefused, fmt::format("{}", fmt::join(plan.refusals, "; ")));
+  parts_->add_what_files_changed(next, plan);
   if (auto good = parts_->try_options(next, plan, scheduler_, errors); !good) return fail(std::move(good.error()));
-  parts_->apply(std::move(next), plan);
   return plan;
 }
 
-void Island::Parts::apply(IslandConfig next, const ReloadPlan& plan) {
+Result<ReloadPlan> Island::reload(IslandConfig next, base::ConfigErrors& errors) {
+  auto planned = plan(next, errors);
+  if (planned) parts_->apply(std::move(next), *planned);
+  return planned;
+}
+
+void Island::Parts::apply(IslandConfig next, ReloadPlan& plan) {
   base::ConfigErrors errors;  // they were read without any a moment ago
   const auto take_away = [this](const std::string& id) {
     networks.remove(id);
@@ -163,7 +199,7 @@ void Island::Parts::apply(IslandConfig next, const ReloadPlan& plan) {
   };
   std::vector<std::string> anew = plan.retyped;
   for (const auto& id : plan.changed) {
-    auto& setup = setup_of(next, id);
+    const auto& setup = setup_of(next, id);
     ConfigReader options(setup.options, "networks." + setup.key, errors);
     if (!networks.change({id, config.id, options, config.types, next.directory})) anew.push_back(id);
   }
@@ -178,12 +214,13 @@ void Island::Parts::apply(IslandConfig next, const ReloadPlan& plan) {
   recorders.take(config.recorders, config.directory);
   proxy.reconfigure(config.proxy);
   for (const auto& id : anew) proxy.restart(id);
-  for (const auto* ids : {&plan.added, &std::as_const(anew)}) {
+  for (const auto* ids : {&std::as_const(plan.added), &std::as_const(anew)}) {
     for (const auto& id : *ids) {
       const auto added = add(setup_of(config, id), networks, config.directory, errors);
-      if (!added) Log(log, "reload").error(fmt::format("network {}: {}", id, added.error().text));
+      if (!added) plan.lines.push_back(fmt::format("network {}: could not be made: {}", id, added.error().text));
     }
   }
+  for (const auto& setup : config.networks) note_file(setup);
 }
 
 TupleSpace& Island::space() {

@@ -30,9 +30,12 @@ class Island {
   /// Starts the recorders, shows what is remembered, then opens the lines.
   void start();
 
+  /// What reload() would do with it; its errors.
+  Result<ReloadPlan> plan(const IslandConfig& next, base::ConfigErrors& errors);
   /// Takes another configuration: what did not change is not touched, a network with other options keeps its line if
   /// its type can do that. On an error (kInvalid, or kRefused for what needs a restart) nothing was changed; what is
-  /// wrong with the networks' own options stands in `errors`.
+  /// wrong with the networks' own options stands in `errors`. A network that cannot be made after all is named in the
+  /// plan's lines, and made by the next reload.
   Result<ReloadPlan> reload(IslandConfig next, base::ConfigErrors& errors);
 
   TupleSpace& space();

@@ -164,5 +164,79 @@ TEST_F(Reload, LimitsAndDiscoveryAreTakenAnew) {
   EXPECT_THAT(plan->lines, ElementsAre("limits change", "discovery rules change"));
 }
 
+TEST_F(Reload, ATrialSaysTheSameAndTouchesNothing) {
+  start(kTwoNetworks);
+  const auto plan = island->plan(read(with(kTwoNetworks, "attic", "cellar")), errors);
+  ASSERT_TRUE(plan);
+  EXPECT_THAT(plan->lines, ElementsAre("network dummy-1: its options change: simulate.cellar, simulate.attic"));
+  EXPECT_FALSE(island->plan(read(with(kTwoNetworks, "value: 5", "value: cold")), errors));
+  EXPECT_TRUE(exists("proxy.dummy-1.attic.status"));
+}
+
+TEST_F(Reload, NamesThatWouldMakeTwoSensorsOneAreRefused) {
+  constexpr const char* kPair = R"(
+island: {id: 6541}
+networks:
+  dummy-1:
+    type: dummy
+    simulate:
+      hall: {sensors: {temperature-1: {wave: constant, value: 21}, temperature-2: {wave: constant, value: 22}}}
+)";
+  start(kPair);
+  const auto refused = reload(std::string(kPair) + "    devices: {hall: {sensors: {temperature-1: \"2\"}}}\n");
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().text, HasSubstr("temperature-1 and temperature-2 would both become temperature-2"));
+  EXPECT_TRUE(exists("proxy.dummy-1.hall.sensor.temperature-1.value"));
+}
+
+TEST_F(Reload, AFileThatOptionsNameIsReadAgainWhenItChanged) {
+  constexpr const char* kFlat = R"(
+island: {id: 6541}
+networks: {salad: {type: salad, properties: flat.properties}}
+)";
+  constexpr const char* kTable =
+      "salad_host=localhost\nsalad_port=9000\nrubicon_port=9100\ndevice_1=DOOR,sensor.switch\n";
+  transports.put("flat.properties", kTable);
+  start(kFlat);
+  EXPECT_TRUE(exists("proxy.salad.1.description"));
+  transports.put("flat.properties", std::string(kTable) + "device_2=BED,sensor.pressure\n");
+  const auto plan = reload(kFlat);
+  ASSERT_TRUE(plan) << plan.error().text;
+  EXPECT_THAT(plan->lines, ElementsAre("network salad: its properties file changed"));
+  EXPECT_TRUE(exists("proxy.salad.2.description"));
+  EXPECT_THAT(reload(kFlat)->lines, IsEmpty());
+  transports.put("flat.properties", "device_1=DOOR,sensor.balloon\n");
+  EXPECT_FALSE(reload(kFlat));
+  EXPECT_TRUE(exists("proxy.salad.2.description"));
+}
+
+TEST_F(Reload, CountersOfANetworkMadeAnewAreNotLost) {
+  start(kTwoNetworks);
+  const auto before = island->gateway().counters().delivered;
+  ASSERT_GT(before, 0U);
+  ASSERT_TRUE(reload(with(kTwoNetworks, "dummy-2:", "dummy-3:")));
+  EXPECT_GE(island->gateway().counters().delivered, before);
+}
+
+TEST_F(Reload, RecordersComeChangeAndGo) {
+  start(kTwoNetworks);
+  const std::string one = kTwoNetworks + std::string("recorders: {all: {file: a.rec, patterns: [\"proxy.**\"]}}\n");
+  auto plan = reload(one);
+  ASSERT_TRUE(plan);
+  EXPECT_THAT(plan->lines, ElementsAre("recorder all: starts"));
+  scheduler.run_for(3s);
+  const auto size = transports.bytes("a.rec").size();
+  EXPECT_GT(size, 100U);
+  EXPECT_GT(std::stoi(value(*robot, 6541, "proxy.property.recorder-all-records.value")), 0);
+  EXPECT_THAT(reload(one)->lines, IsEmpty());
+  plan = reload(with(one, "a.rec", "b.rec"));
+  EXPECT_THAT(plan->lines, ElementsAre("recorder all: begins anew, its options change"));
+  scheduler.run_for(3s);
+  EXPECT_TRUE(transports.has("b.rec"));
+  EXPECT_THAT(reload(kTwoNetworks)->lines, ElementsAre("recorder all: ends"));
+  scheduler.run_for(2s);
+  EXPECT_FALSE(exists("proxy.property.recorder-all-records.value"));
+}
+
 }  // namespace
 }  // namespace rubicon::scenarios
