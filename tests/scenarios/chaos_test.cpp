@@ -11,7 +11,8 @@ namespace rubicon::scenarios {
 namespace {
 
 constexpr int kIslands = 2, kNetworks = 2, kDevices = 10;
-constexpr OwnerId kRobot{70001};
+constexpr OwnerId kRobot{70001};     // crashes
+constexpr OwnerId kOperator{70002};  // commands, and waits for every answer
 
 /// The world beyond the lines of one network: what its devices really measure, who is silent, whether the cable holds.
 struct World {
@@ -193,7 +194,7 @@ class Chaos : public Ecology {
 };
 
 void Chaos::command() {
-  auto& space = component(number(kRobot));
+  auto& space = component(number(kOperator));
   const auto key = "proxy.world-" + std::to_string(1 + pick(kNetworks)) + "." + std::to_string(1 + pick(kDevices)) +
                    ".actuator.switch-1.command";
   ++commands_;
@@ -218,7 +219,6 @@ void Chaos::misfortune() {
     case 5:
       robot_wishes_.clear();
       crash(number(kRobot));
-      answers_ = commands_;  // nobody is left to hear the others
       start_robot();
       break;
     case 6: {
@@ -227,8 +227,8 @@ void Chaos::misfortune() {
       start(id);
       break;
     }
-    case 7: ecology.cut(OwnerId(any_island()), kRobot); break;
-    case 8: ecology.mend(OwnerId(any_island()), kRobot); break;
+    case 7: ecology.cut(OwnerId(any_island()), pick(2) ? kRobot : kOperator); break;
+    case 8: ecology.mend(OwnerId(any_island()), pick(2) ? kRobot : kOperator); break;
     case 9: {
       base::ConfigErrors errors;
       const auto id = any_island();
@@ -243,7 +243,9 @@ void Chaos::heal() {
     world.cable = true;
     for (auto& [address, device] : world.devices) device.silent = false;
   }
-  for (std::uint32_t id = 1; id <= kIslands; ++id) ecology.mend(OwnerId(id), kRobot);
+  for (std::uint32_t id = 1; id <= kIslands; ++id) {
+    for (const auto component : {kRobot, kOperator}) ecology.mend(OwnerId(id), component);
+  }
 }
 
 TEST_F(Chaos, AfterTenMinutesOfMisfortuneEveryValueIsRightAndNothingGrew) {
