@@ -6,6 +6,7 @@
 
 #include "apps/salad-simulator/simulator.h"
 #include "runtime/island_config.h"
+#include "runtime/network_types.h"
 #include "runtime/spdlog_sink.h"
 #include "transport/asio_scheduler.h"
 #include "transport/asio_signals.h"
@@ -20,7 +21,7 @@ constexpr int kFailed = 1;
 constexpr int kConfiguration = 2;
 
 struct Arguments {
-  std::string table, network, proxy, script, period = "500ms", log_level = "info";
+  std::string table, network, proxy, bind, script, period = "500ms", log_level = "info";
   std::vector<std::string> misbehave;
   int port = -1;
   SimulatorOptions simulator;
@@ -32,6 +33,9 @@ void describe(CLI::App& app, Arguments& a) {
   app.add_option("--network", a.network, "which network of the island; the first of type salad if not given");
   app.add_option("--listen", a.port, "port for what the proxy sends; 0 = any free one [salad_port of FILE]")
       ->check(CLI::Range(0, 65535));
+  app.add_option("--bind", a.bind,
+                 "numeric address to listen on, `any` for all of the machine's [127.0.0.1 if the proxy is on this "
+                 "machine, else any]");
   app.add_option("--proxy", a.proxy, "HOST:PORT that updates go to [localhost, rubicon_port of FILE]");
   app.add_option("--period", a.period, "between two publications of all devices")->capture_default_str();
   app.add_option("--script", a.script, "file with timed steps: `at 2s set 7 1`, see README of networks/salad");
@@ -65,10 +69,12 @@ ConfigNode options_naming(const std::string& properties) {
   return options;
 }
 
-/// The options of a network in an island's configuration.
-Result<ConfigNode> network_options(const Arguments& a) {
+/// The options of a network in an island's configuration, and the types the site declared there.
+Result<ConfigNode> network_options(const Arguments& a, TypeCatalogue& types) {
   auto root = runtime::load_config(a.table, {});
   if (!root) return fail(root.error());
+  base::ConfigErrors not_ours;
+  types = runtime::read_island_config(*root, runtime::network_types(), not_ours).types;
   const auto* networks = root->find("networks");
   for (const auto& [id, network] : networks ? networks->entries : std::vector<std::pair<std::string, ConfigNode>>{}) {
     const auto* type = network.find("type");
@@ -79,12 +85,12 @@ Result<ConfigNode> network_options(const Arguments& a) {
               fmt::format("{}: no network of type salad{}{}", a.table, a.network.empty() ? "" : " called ", a.network));
 }
 
-Result<networks::salad::SaladOptions> read_options(const Arguments& a, const TypeCatalogue& types,
+Result<networks::salad::SaladOptions> read_options(const Arguments& a, TypeCatalogue& types,
                                                    transport::Transports& transports) {
   const bool yaml = a.table.ends_with(".yaml") || a.table.ends_with(".yml");
   const auto slash = a.table.rfind('/');
   const auto directory = slash == a.table.npos ? std::string() : a.table.substr(0, slash + 1);
-  auto node = yaml ? network_options(a) : Result<ConfigNode>(options_naming(a.table.substr(slash + 1)));
+  auto node = yaml ? network_options(a, types) : Result<ConfigNode>(options_naming(a.table.substr(slash + 1)));
   if (!node) return fail(node.error());
   base::ConfigErrors errors;
   ConfigReader reader(*node, "", errors);
@@ -107,6 +113,7 @@ Result<void> complete(Arguments& a, const networks::salad::SaladOptions& file) {
     options.proxy_host = a.proxy;
   }
   if (options.proxy_port == 0) return fail(ErrorCode::kInvalid, "--proxy: expected HOST:PORT, FILE has no fixed port");
+  options.bind = a.bind == "any" ? "" : a.bind.empty() ? listening_address(options.proxy_host) : a.bind;
   const auto period = base::parse_duration(a.period);
   if (!period || *period < std::chrono::milliseconds(1))
     return fail(ErrorCode::kInvalid, "--period: expected at least 1ms");
@@ -125,7 +132,7 @@ int report(const Error& error) {
 int run(Arguments& a) {
   transport::Loop loop;
   transport::LocalTransports transports(loop);
-  const TypeCatalogue types;
+  TypeCatalogue types;
   auto file = read_options(a, types, transports);
   if (!file) return report(file.error());
   if (auto complete_ones = complete(a, *file); !complete_ones) return report(complete_ones.error());
@@ -141,8 +148,9 @@ int run(Arguments& a) {
                       Log(sink, "salad-simulator"));
   const transport::Signals signals(loop, {SIGTERM, SIGINT, SIGHUP}, [&loop] { loop.stop(); });
   if (auto opened = simulator.open(); !opened) return report(opened.error());
-  fmt::print("{} devices, listening on port {}, sending to {}:{}\n", file->devices.size(), simulator.port(),
-             a.simulator.proxy_host, a.simulator.proxy_port);
+  fmt::print("{} devices, listening on {}port {}, sending to {}:{}\n", file->devices.size(),
+             a.simulator.bind.empty() ? "" : a.simulator.bind + " ", simulator.port(), a.simulator.proxy_host,
+             a.simulator.proxy_port);
   std::fflush(stdout);
   loop.run();
   return 0;

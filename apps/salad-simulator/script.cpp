@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 
 #include "base/config_reader.h"
@@ -11,6 +12,10 @@
 namespace rubicon::salad_simulator {
 
 namespace {
+
+constexpr auto kShortest = std::chrono::milliseconds(1);
+/// Whole numbers up to here are exact.
+constexpr double kLargest = 1e15;
 
 using Words = std::vector<std::string_view>;
 
@@ -78,11 +83,17 @@ std::optional<Step> step_of(const Form& form, const Words& words) {
   return step;
 }
 
-/// What takes no time would never let the loop go.
-bool makes_sense(const Step& step) {
-  const bool needs_span = step.kind == Step::Kind::kRandom || step.kind == Step::Kind::kRamp;
-  if (needs_span) return step.span >= std::chrono::milliseconds(1) && step.from <= step.to + 1e18;
-  return step.kind != Step::Kind::kRepeat || step.at >= std::chrono::milliseconds(1);
+/// What is wrong with its numbers; empty = nothing. What takes no time would never let the loop go.
+std::string_view senseless(const Step& step) {
+  using Kind = Step::Kind;
+  const bool moves = step.kind == Kind::kRandom || step.kind == Kind::kRamp;
+  if (moves && step.span < kShortest) return "expected a SPAN of at least 1ms";
+  if (step.kind == Kind::kRepeat && step.at < kShortest) return "expected to repeat after at least 1ms";
+  for (const double value : {step.from, step.to}) {
+    if (!std::isfinite(value) || std::abs(value) > kLargest) return "expected numbers from -1e15 to 1e15";
+  }
+  if (step.kind == Kind::kRandom && step.from > step.to) return "expected FROM <= TO";
+  return {};
 }
 
 }  // namespace
@@ -100,7 +111,9 @@ Result<std::vector<Step>> parse_script(std::string_view text) {
       if (!step) step = step_of(form, words);
       expected += fmt::format("{}'{}'", expected.empty() ? "" : ", ", form.text);
     }
-    if (!step || !makes_sense(*step))
+    if (const auto why = step ? senseless(*step) : std::string_view(); !why.empty())
+      return fail(ErrorCode::kInvalid, fmt::format("line {}: {}", line, why));
+    if (!step)
       return fail(ErrorCode::kInvalid,
                   fmt::format("line {}: {} ..., expected one of: {}", line, model::quoted(words[0]), expected));
     steps.push_back(*step);

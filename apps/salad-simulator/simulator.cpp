@@ -42,6 +42,13 @@ unsigned unused_id(const Simulator::Devices& devices) {
 
 }  // namespace
 
+std::string listening_address(std::string_view proxy_host) {
+  if (proxy_host == "::1") return "::1";
+  const bool numeric = proxy_host.find_first_not_of("0123456789.") == proxy_host.npos;
+  const bool here = proxy_host == "localhost" || (numeric && proxy_host.starts_with("127."));
+  return here ? "127.0.0.1" : "";
+}
+
 Simulator::Simulator(SimulatorOptions options, Devices devices, std::vector<Step> script, const TypeCatalogue& types,
                      Scheduler& scheduler, transport::Transports& transports, Log log)
     : options_(std::move(options)),
@@ -61,7 +68,7 @@ Result<void> Simulator::open() {
   calls.received = [this](const transport::Endpoint&, ByteView bytes) { received(bytes); };
   calls.undelivered = [](const Error&) {};  // a proxy that is not there yet
   calls.failed = [this](const Error& why) { log_.error(why.text); };
-  auto socket = transports_.open_udp({{"", options_.port}, 2048}, std::move(calls));
+  auto socket = transports_.open_udp({{options_.bind, options_.port}, 2048}, std::move(calls));
   if (!socket) return fail(socket.error());
   socket_ = std::move(*socket);
   look_up();

@@ -5,6 +5,7 @@
 #include <random>
 #include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "apps/salad-simulator/misbehaviour.h"
@@ -18,6 +19,7 @@ namespace rubicon::salad_simulator {
 
 struct SimulatorOptions {
   std::uint16_t port = 9000;             ///< where proxies send to; 0 = any free one
+  std::string bind = {};                 ///< numeric address it listens on; empty = all of the machine's
   std::string proxy_host = "localhost";  ///< where updates go
   std::uint16_t proxy_port = 9100;
   Duration period = std::chrono::milliseconds(500);
@@ -27,6 +29,9 @@ struct SimulatorOptions {
   std::set<Misbehaviour> misbehaviours;
   std::uint64_t seed = 1;
 };
+
+/// Where to listen for a proxy on this host: on loopback alone if it is there too, else on all addresses.
+std::string listening_address(std::string_view proxy_host);
 
 /// SALAD as a proxy sees it (salad.md, section 6, simulation variant): after a start datagram it publishes the stored
 /// value of every device each period, at first 0; a command to a device with this actuator id stores its value.

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/assert.h"
+#include "base/rate_limit.h"
 
 namespace rubicon::network {
 
@@ -50,8 +51,10 @@ class Supervisor::Slot final : public NetworkHost {
   void failed(Error why) override {
     if (closed_ || !opened_ || retry_.pending()) return;
     const Duration pause = next_pause();
-    log_.warning(fmt::format("line lost: {}; next attempt in {} ms", why.text,
-                             std::chrono::duration_cast<std::chrono::milliseconds>(pause).count()));
+    if (losses_.allow(why.text, scheduler().now())) {
+      log_.warning(fmt::format("line lost: {}; next attempt in {} ms (told once a minute)", why.text,
+                               std::chrono::duration_cast<std::chrono::milliseconds>(pause).count()));
+    }
     retry_ = scheduler().after(pause, [this] { open(); });
     deliver({}, model::State{model::LineState::kDown, std::move(why.text), {}});
   }
@@ -95,6 +98,7 @@ class Supervisor::Slot final : public NetworkHost {
   Duration longest_pause_;
   Log log_;
   std::minstd_rand dice_;
+  base::RateLimit losses_;  ///< by reason
   std::unique_ptr<Network> network_;
   Timer retry_;
   std::uint64_t attempts_ = 0;

@@ -1,5 +1,7 @@
 #include "recording/block_decoder.h"
 
+#include <algorithm>
+
 #include "recording/record_layout.h"
 
 namespace rubicon::recording {
@@ -7,7 +9,7 @@ namespace rubicon::recording {
 namespace {
 
 WallTime wall(std::int64_t micros) {
-  return WallTime(std::chrono::microseconds(micros));
+  return WallTime(std::clamp(std::chrono::microseconds(micros), -kFurthest, kFurthest));
 }
 
 }  // namespace

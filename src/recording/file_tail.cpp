@@ -1,5 +1,7 @@
 #include "recording/file_tail.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "recording/block.h"
@@ -24,12 +26,19 @@ Result<Bytes> read_range(const ReadAt& read, std::uint64_t from, std::uint64_t t
   return bytes;
 }
 
-/// End of the last sound block that begins in the first `starts` bytes; 0 if there is none.
-std::size_t last_sound_end(ByteView bytes, std::size_t starts) {
+/// Bytes that may be checked in vain: heads of long blocks behind each other would have them checked again and again.
+constexpr std::uint64_t kMostChecked = 64 << 20;
+
+/// End of the last sound block that begins in the first `starts` bytes; 0 if there is none, or `checked` is used up.
+std::size_t last_sound_end(ByteView bytes, std::size_t starts, std::uint64_t& checked) {
   std::size_t end = 0;
-  for (auto at = find_sync(bytes, 0); at < starts; at = find_sync(bytes, at + 1)) {
+  for (auto at = find_sync(bytes, 0); at < starts && checked < kMostChecked; at = find_sync(bytes, at + 1)) {
+    const auto head = decode_block_head(bytes.subspan(at));
+    if (!head) continue;
+    checked += head->packed;
     const auto size = sound_block(bytes.subspan(at));
     if (size != 0) end = std::max(end, at + size);
+    if (size != 0) checked -= head->packed;
   }
   return end;
 }
@@ -51,12 +60,20 @@ Result<FileTail> find_tail(std::uint64_t size, const ReadAt& read) {
   tail.has_head = true;
   tail.head = std::move(found.head);
   tail.sound = found.size;
+  std::uint64_t checked = 0;
   for (std::uint64_t high = size; high > found.size;) {
     const auto low = std::max<std::uint64_t>(found.size, high - std::min(high, kStride));
     // A block that begins below `high` may reach beyond it.
     const auto bytes = read_range(read, low, std::min<std::uint64_t>(size, high + kMaxBlock));
     if (!bytes) return fail(bytes.error());
-    if (const auto end = last_sound_end(*bytes, static_cast<std::size_t>(high - low)); end != 0) {
+    const auto end = last_sound_end(*bytes, static_cast<std::size_t>(high - low), checked);
+    const bool given_up = checked >= kMostChecked || (end == 0 && low > found.size && size - low >= kLongestTail);
+    if (given_up) {
+      return fail(ErrorCode::kInvalid,
+                  fmt::format("byte {}: no sound block in the last {} bytes, expected one (the file is left as it is)",
+                              low, size - low));
+    }
+    if (end != 0) {
       tail.sound = low + end;
       return tail;
     }

@@ -17,8 +17,12 @@ struct FileTail {
   std::uint64_t sound = 0;  ///< end of the last sound block; what is behind it must be cut off
 };
 
-/// Looks from the end backwards, so that the size of the file does not matter while its end is sound. kInvalid if it is
-/// no recording or its head is damaged, kUnsupported if it is of a newer version; else what `read` says.
+/// A tail longer than this, in bytes, is not what a crash leaves behind: it is not searched, and not cut off.
+inline constexpr std::uint64_t kLongestTail = 32 << 20;
+
+/// Looks from the end backwards, so that the size of the file does not matter while its end is sound; bounded in what
+/// it reads and checks, whatever the file holds. kInvalid if it is no recording, its head is damaged or no sound block
+/// is near its end, kUnsupported if it is of a newer version; else what `read` says.
 Result<FileTail> find_tail(std::uint64_t size, const ReadAt& read);
 
 }  // namespace rubicon::recording

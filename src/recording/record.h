@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <string_view>
 
@@ -26,6 +27,9 @@ inline constexpr std::string_view kMarkStart = "start";
 inline constexpr std::string_view kMarkSnapshot = "snapshot";
 /// The snapshot is complete: what it did not name is not there.
 inline constexpr std::string_view kMarkComplete = "complete";
+
+/// No record has a time further from 1970 than this (about 127,000 years), so that the difference of any two fits.
+inline constexpr std::chrono::microseconds kFurthest{4'000'000'000'000'000'000};
 
 /// One line of a recording. The views are valid during the call that hands it over.
 struct Record {

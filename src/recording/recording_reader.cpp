@@ -10,8 +10,8 @@
 
 namespace rubicon::recording {
 
-RecordingReader::RecordingReader()
-    : unpacker_(ZSTD_createDCtx(), [](ZSTD_DCtx_s* unpacker) { ZSTD_freeDCtx(unpacker); }) {
+RecordingReader::RecordingReader(std::size_t share)
+    : share_(share), unpacker_(ZSTD_createDCtx(), [](ZSTD_DCtx_s* unpacker) { ZSTD_freeDCtx(unpacker); }) {
   RUBICON_ASSERT(unpacker_ != nullptr);
 }
 RecordingReader::~RecordingReader() = default;
@@ -26,6 +26,8 @@ void RecordingReader::feed(ByteView bytes) {
 }
 
 std::optional<RecordingReader::Item> RecordingReader::next() {
+  work_ = 0;
+  busy_ = false;
   for (;;) {
     if (records_) {
       if (auto record = take_record()) return record;
@@ -35,6 +37,10 @@ std::optional<RecordingReader::Item> RecordingReader::next() {
       if (auto damage = take_damage()) return damage;
       if (std::holds_alternative<BlockFound>(*found_)) records_.emplace(head_, raw_);
       return std::exchange(found_, std::nullopt);
+    }
+    if (work_ > share_) {
+      busy_ = true;
+      return std::nullopt;
     }
     if (look() == Step::kWait) return ended_ ? take_damage() : std::nullopt;
   }
@@ -66,6 +72,7 @@ BlockDecoder RecordingReader::block() const {
 /// Looks at what stands at the present position.
 RecordingReader::Step RecordingReader::look() {
   const auto rest = ByteView(buffer_).subspan(position_);
+  work_ += kBlockHead;
   if (rest.empty() || (rest.size() < kSync.size() && !ended_)) return Step::kWait;
   const auto begins = [&rest](const auto& with) {
     return rest.size() >= with.size() && std::equal(with.begin(), with.end(), rest.begin());
@@ -73,6 +80,7 @@ RecordingReader::Step RecordingReader::look() {
   if (begins(kSync)) return look_at_block(rest);
   if (begins(kMagic)) return look_at_head(rest);
   const auto sync = find_sync(rest, 0);
+  work_ += sync;
   const bool none = sync == rest.size();
   // The beginning of a marker may stand at the end.
   const auto keep = none && !ended_ ? kSync.size() - 1 : 0;
@@ -116,6 +124,7 @@ RecordingReader::Step RecordingReader::look_at_block(ByteView rest) {
     return skip(kSync.size(), "a block is cut short");
   }
   const auto packed = rest.subspan(kBlockHead, head->packed);
+  work_ += packed.size();
   if (crc32c(packed) != head->sum) return skip(kSync.size(), "the check sum of a block is wrong");
   if (!unpack(*head, packed)) return skip(kSync.size(), "a block cannot be unpacked");
   offset_ = base_ + position_;
@@ -128,6 +137,7 @@ RecordingReader::Step RecordingReader::look_at_block(ByteView rest) {
 
 bool RecordingReader::unpack(const BlockHead& head, ByteView packed) {
   raw_.resize(head.raw);
+  work_ += head.raw;
   const auto size = ZSTD_decompressDCtx(unpacker_.get(), raw_.data(), raw_.size(), packed.data(), packed.size());
   return ZSTD_isError(size) == 0 && size == head.raw;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -26,12 +27,14 @@ struct BlockFound {
 };
 
 /// Takes the bytes of a recording in pieces of any size and gives its records. After damage it goes on at the next
-/// sound block. Holds at most a piece, a block and its unpacked records, whatever the file claims.
+/// sound block. Holds at most a piece, a block, its unpacked records and their keys, whatever the file claims.
 class RecordingReader {
  public:
   using Item = std::variant<FileHead, BlockFound, Record, Damage>;
 
-  RecordingReader();
+  /// `share`: about how many bytes one next() may look at, check and unpack without finding anything; a block is never
+  /// divided.
+  explicit RecordingReader(std::size_t share = std::numeric_limits<std::size_t>::max());
   ~RecordingReader();
   RecordingReader(RecordingReader&&) noexcept;
   RecordingReader& operator=(RecordingReader&&) noexcept;
@@ -41,8 +44,10 @@ class RecordingReader {
   /// No more bytes will come: what is left is damage. Without it a growing file can be followed.
   void end() { ended_ = true; }
   bool ended() const { return ended_; }
-  /// The next item, or nothing until more bytes come (or for good, after end()).
+  /// The next item, or nothing until more bytes come (or for good, after end()), or when the share is used up.
   std::optional<Item> next();
+  /// The last next() gave nothing because its share was used up: call it again before feeding.
+  bool busy() const { return busy_; }
 
   /// The records of the block found last, from its beginning.
   BlockDecoder block() const;
@@ -59,6 +64,9 @@ class RecordingReader {
   std::optional<Item> take_record();
   std::optional<Item> take_damage();
 
+  std::size_t share_;
+  std::size_t work_ = 0;
+  bool busy_ = false;
   Bytes buffer_;
   std::size_t position_ = 0;
   std::uint64_t base_ = 0;  ///< file offset of buffer_[0]

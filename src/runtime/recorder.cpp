@@ -14,6 +14,7 @@ namespace {
 
 constexpr Duration kFlushEvery = std::chrono::seconds(1);
 constexpr Duration kRotateAgain = std::chrono::minutes(1);
+constexpr Duration kLongestPause = std::chrono::minutes(1);
 /// Tuples of a snapshot written in one turn of the loop.
 constexpr std::size_t kSlice = 1000;
 
@@ -112,9 +113,10 @@ void Recorder::write_block() {
   if (auto written = file_.append(bytes); !written) {
     counters_.dropped += count;
     gap_ = true;
-    try_again_ = place_.scheduler.now() + kFlushEvery;
-    return failed(written.error());
+    return failed_to_write(written.error());
   }
+  // A disk that is nearly full takes something again and again: only what stays is a success.
+  if (place_.scheduler.now() - failed_at_ >= kLongestPause) pause_ = {};
   counters_.records += count;
   counters_.bytes += bytes.size();
   if (!alive_) return;
@@ -129,16 +131,20 @@ bool Recorder::make_ready(WallTime first) {
   if (place_.scheduler.now() < try_again_) return false;
   auto opened = file_.open(first);
   if (!opened) {
-    try_again_ = place_.scheduler.now() + kFlushEvery;
-    failed(opened.error());
+    failed_to_write(opened.error());
     return false;
   }
   if (opened->is_new) ++counters_.files;
   counters_.cut += opened->cut;
-  if (opened->cut > 0) {
+  const auto now = place_.scheduler.now();
+  if (opened->cut > 0 && complaints_.allow("cut", now)) {
     log_.warning(fmt::format("{}: {} bytes behind the last sound record were cut off", file_.path(), opened->cut));
   }
-  log_.info(fmt::format("{}: {}", file_.path(), opened->is_new ? "a new recording begins" : "the recording goes on"));
+  if (opened->is_new) {
+    log_.info(fmt::format("{}: a new recording begins", file_.path()));
+  } else if (complaints_.allow("goes on", now)) {
+    log_.info(fmt::format("{}: the recording goes on", file_.path()));
+  }
   return true;
 }
 
@@ -155,6 +161,13 @@ void Recorder::rotate_if_due(WallTime now) {
 void Recorder::failed(const Error& why) {
   ++counters_.failures;
   complain(why.text);
+}
+
+void Recorder::failed_to_write(const Error& why) {
+  failed_at_ = place_.scheduler.now();
+  pause_ = std::clamp<Duration>(2 * pause_, kFlushEvery, kLongestPause);
+  try_again_ = failed_at_ + pause_;
+  failed(why);
 }
 
 void Recorder::complain(std::string_view text) {

@@ -14,8 +14,8 @@
 namespace rubicon::runtime {
 
 /// Writes what some patterns match to a file (docs/recording.md). A block goes to the file when it is full, and once a
-/// second; what cannot be written is dropped and counted, and the file is tried again each second. Everything taken by
-/// reference must outlive it; its destruction writes what is left.
+/// second; what cannot be written is dropped and counted, and the file is tried again after a second, then after pauses
+/// that double up to a minute. Everything taken by reference must outlive it; its destruction writes what is left.
 class Recorder {
  public:
   struct Place {
@@ -54,6 +54,7 @@ class Recorder {
   bool make_ready(WallTime first);
   void rotate_if_due(WallTime now);
   void failed(const Error& why);
+  void failed_to_write(const Error& why);
   void complain(std::string_view text);
   void begin_snapshot(std::string_view word);
   void snapshot_slice();
@@ -67,8 +68,9 @@ class Recorder {
   Counters counters_;
   WallTime seen_{};  ///< the moment of this turn
   bool seen_is_fresh_ = false;
-  SteadyTime try_again_{}, rotate_again_{};
-  bool gap_ = false;                                       ///< something was dropped since the last snapshot
+  SteadyTime try_again_{}, rotate_again_{}, failed_at_{};
+  Duration pause_{};  ///< before the next attempt to write; zero = the last minute had no failure
+  bool gap_ = false;  ///< something was dropped since the last snapshot
   std::vector<std::pair<OwnerId, std::string>> snapshot_;  ///< still to be written, from the back
   bool in_snapshot_ = false;
   Timer flush_;

@@ -66,10 +66,6 @@ RecordingFile::RecordingFile(transport::Transports& transports, std::string path
                              Rotation rotation)
     : transports_(transports), path_(std::move(path)), identity_(std::move(identity)), rotation_(rotation) {}
 
-RecordingFile::~RecordingFile() {
-  if (file_) std::ignore = file_->sync();
-}
-
 Result<RecordingFile::Opened> RecordingFile::open(WallTime first) {
   auto file = transports_.open_append(path_);
   if (!file) return fail(file.error());
@@ -114,7 +110,8 @@ Result<RecordingFile::Opened> RecordingFile::take_up(WallTime first) {
     if (begun) begun->cut = cut;
     return begun;
   }
-  created_ = tail->head.created;
+  // A head of another clock, or a hostile one, does not rotate for ever, nor never.
+  created_ = std::clamp(tail->head.created, std::min(WallTime{}, first), first);
   return Opened{false, cut};
 }
 
@@ -129,15 +126,13 @@ Result<void> RecordingFile::append(ByteView block) {
 
 bool RecordingFile::rotation_due(WallTime now) const {
   if (!file_) return false;
-  if (rotation_.every && now - created_ >= *rotation_.every) return true;
+  if (rotation_.every && now - created_ >= std::chrono::floor<std::chrono::microseconds>(*rotation_.every)) return true;
   if (!rotation_.size || file_->size() < *rotation_.size) return false;
   return file_->size() - begin_of_session_ >= 2 * weight_of_snapshot_;
 }
 
 Result<void> RecordingFile::rotate() {
-  auto synced = file_->sync();
   file_.reset();
-  if (!synced) return synced;
   const auto name = rotated_name(path_, created_);
   auto renamed = transports_.rename_file(path_, name);
   const auto extension = parts_of(name).extension;

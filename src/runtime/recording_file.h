@@ -10,12 +10,11 @@
 namespace rubicon::runtime {
 
 /// The file a recorder writes, and those it wrote before: opens, cuts a damaged tail, appends, rotates. Blocks the loop
-/// for a write of a block, and at the end of a file until the disk has it.
+/// for a write of a block, never until the disk has it.
 class RecordingFile {
  public:
   /// `identity` says whose recording it is; its time is set when a file is begun.
   RecordingFile(transport::Transports& transports, std::string path, recording::FileHead identity, Rotation rotation);
-  ~RecordingFile();
 
   bool is_open() const { return file_ != nullptr; }
   const std::string& path() const { return path_; }

@@ -169,7 +169,7 @@ Result<void> export_recording(transport::Transports& transports, const Recording
   }
   std::string line;
   bool begun = options.jsonl;
-  return walk(transports, options.file, [&](const RecordingReader::Item& item) -> Result<void> {
+  auto walked = walk(transports, options.file, [&](const RecordingReader::Item& item) -> Result<void> {
     if (const auto* damage = std::get_if<recording::Damage>(&item))
       damaged(
           fmt::format("{}: byte {}: {}; {} bytes skipped", options.file, damage->offset, damage->why, damage->bytes));
@@ -181,6 +181,8 @@ Result<void> export_recording(transport::Transports& transports, const Recording
     options.jsonl ? append_json_line(*record, line) : append_csv_line(*record, line);
     return write(line);
   });
+  if (walked && !begun) return write(kCsvHeader);
+  return walked;
 }
 
 int recording(const RecordingOptions& options) {

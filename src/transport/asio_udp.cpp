@@ -137,14 +137,14 @@ bool Parts::take_error_reports() {
   return some;
 }
 
-/// nullopt = the line is busy. An ICMP message about an earlier datagram ends one call, the next one sends.
+/// nullopt = wait. An ICMP message about an earlier datagram ends one call, the next one sends.
 std::optional<error_code> Parts::try_send(const udp::endpoint& to, ByteView bytes) {
   error_code error;
   for (int attempt = 0; attempt < 3; ++attempt) {
     socket.send_to(asio::buffer(bytes.data(), bytes.size()), to, 0, error);
     if (!error || !tells_of_a_datagram(error.value())) break;
   }
-  if (error == asio::error::would_block || error == asio::error::no_buffer_space) return std::nullopt;
+  if (after_send(error.value()) == AfterSend::kWait) return std::nullopt;
   return error;
 }
 
@@ -163,6 +163,8 @@ Result<void> Parts::send(const Endpoint& to, ByteView bytes) {
     if (done && !*done) return {};
     if (done) {
       ++dropped;
+      if (after_send(done->value()) == AfterSend::kDrop)
+        return fail(ErrorCode::kBusy, fmt::format("UDP {}: dropped, the system has no room for it", to_string(to)));
       return io_error("send", to, *done);
     }
   }
@@ -214,6 +216,12 @@ class AsioUdp final : public UdpSocket {
 };
 
 }  // namespace
+
+AfterSend after_send(int error) {
+  if (error == 0) return AfterSend::kSent;
+  if (error == EAGAIN) return AfterSend::kWait;
+  return error == ENOBUFS ? AfterSend::kDrop : AfterSend::kRefused;
+}
 
 Result<std::unique_ptr<UdpSocket>> open_asio_udp(asio::io_context& context, const UdpOptions& options, UdpCalls calls) {
   auto parts = std::make_shared<Parts>(context, std::move(calls), options.largest);

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdio>
 #include <filesystem>
 #include <limits>
 #include <system_error>
@@ -66,11 +67,6 @@ class LocalAppendFile final : public AppendFile {
     return {};
   }
 
-  Result<void> sync() override {
-    if (::fdatasync(descriptor_) != 0) return refused(path_, "sync");
-    return {};
-  }
-
  private:
   int descriptor_;
   std::string path_;
@@ -89,12 +85,16 @@ Result<std::unique_ptr<AppendFile>> LocalTransports::open_append(const std::stri
 }
 
 Result<void> LocalTransports::rename_file(const std::string& from, const std::string& to) {
-  std::error_code why;
-  if (fs::exists(fs::symlink_status(to, why)))
+  int done = ::renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_NOREPLACE);
+  if (done != 0 && (errno == EINVAL || errno == ENOSYS)) {
+    // A file system that cannot promise it, as NFS: a second name is never made over another one.
+    done = ::link(from.c_str(), to.c_str());
+    if (done == 0) done = ::unlink(from.c_str());
+  }
+  if (done == 0) return {};
+  if (errno == EEXIST)
     return fail(ErrorCode::kDuplicate, fmt::format("{}: cannot be called {}: that is there", from, to));
-  fs::rename(from, to, why);
-  if (why) return refused(from, fmt::format("be called {}", to), why);
-  return {};
+  return refused(from, fmt::format("be called {}", to));
 }
 
 Result<void> LocalTransports::remove_file(const std::string& path) {

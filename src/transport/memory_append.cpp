@@ -38,11 +38,6 @@ class MemoryTransports::MemoryAppendFile final : public AppendFile {
     return {};
   }
 
-  Result<void> sync() override {
-    ++disk_.synced_;
-    return {};
-  }
-
  private:
   MemoryTransports& disk_;
   std::string path_;

@@ -50,7 +50,6 @@ class MemoryTransports final : public Transports {
   bool has(const std::string& path) const { return files_.contains(path); }
   const Bytes& bytes(const std::string& path) { return files_[path].bytes; }
   std::vector<std::string> paths() const;
-  std::size_t synced() const { return synced_; }  ///< how often a file was synced
 
  private:
   class MemoryAppendFile;
@@ -63,7 +62,6 @@ class MemoryTransports final : public Transports {
   std::set<std::string> lost_;
   bool cuts_refused_ = false;
   bool renames_refused_ = false;
-  std::size_t synced_ = 0;
 };
 
 }  // namespace rubicon::transport

@@ -22,7 +22,8 @@ class FileSource {
   virtual std::uint64_t size() const = 0;
 };
 
-/// A file that grows at its end; nobody else can open it so meanwhile. Destroyed = closed, without sync().
+/// A file that grows at its end; nobody else can open it so meanwhile. Destroyed = closed. When the disk has what the
+/// operating system took is left to that: to wait for it would hold up the loop for seconds.
 class AppendFile : public base::ByteSink {
  public:
   /// Not buffered: what it took, the operating system has. kIo when the disk is full; then a part may stand in the file
@@ -31,8 +32,6 @@ class AppendFile : public base::ByteSink {
   virtual std::uint64_t size() const = 0;
   /// Cuts the file off.
   virtual Result<void> truncate(std::uint64_t size) = 0;
-  /// Waits until the disk has everything: may take long.
-  virtual Result<void> sync() = 0;
 };
 
 /// Everything through which bytes enter and leave the process. Networks get it from their host, so that tests can hand
@@ -54,7 +53,7 @@ class Transports {
   /// Opens a file at its end, makes an empty one if it is not there (its folder must be). kBusy if somebody else
   /// appends to it; never truncates.
   virtual Result<std::unique_ptr<AppendFile>> open_append(const std::string& path);
-  /// kDuplicate if there is something called `to`.
+  /// kDuplicate if there is something called `to`: never over another file, also one that comes meanwhile.
   virtual Result<void> rename_file(const std::string& from, const std::string& to);
   virtual Result<void> remove_file(const std::string& path);
   /// Names of the regular files in a folder, sorted; an empty path is the working directory.

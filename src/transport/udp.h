@@ -47,7 +47,8 @@ class UdpSocket {
   static constexpr std::size_t kMaxQueued = 64;
 
   virtual ~UdpSocket() = default;
-  /// Hands the datagram over, or queues it while the line is busy. kBusy beyond kMaxQueued (counted as dropped),
+  /// Hands the datagram over, or queues it while the line is busy. kBusy beyond kMaxQueued, and when a queue of the
+  /// system is full (counted as dropped),
   /// kInvalid if `to` is not numeric, kOutOfRange if it is too long for a datagram, else kIo.
   virtual Result<void> send(const Endpoint& to, ByteView bytes) = 0;
   /// What was bound, with the port the system chose.

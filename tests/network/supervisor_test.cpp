@@ -164,6 +164,25 @@ TEST_F(SupervisorTest, TellsWhyTheLineIsDownAndCountsAttempts) {
   EXPECT_EQ(sink.states().back().counters.at("attempts"), 2u);
 }
 
+TEST_F(SupervisorTest, TellsTheLogOfAFlappingLineOnceAMinuteAndReason) {
+  ASSERT_TRUE(add("a-1", played()));
+  ASSERT_TRUE(add("a-2", played()));
+  supervisor.start();
+  const auto told = [this](std::string_view part) {
+    return std::count_if(log.lines.begin(), log.lines.end(),
+                         [part](const auto& line) { return line.find(part) != line.npos; });
+  };
+  for (int i = 0; i < 1200; ++i) {
+    played_.host->failed({ErrorCode::kIo, "pulled"});
+    time.run_for(250ms);
+  }
+  EXPECT_GT(played_.openings.size(), 1000u);
+  EXPECT_EQ(told("a-2: line lost: pulled"), 5);
+  played_.host->failed({ErrorCode::kIo, "burnt"});
+  EXPECT_EQ(told("a-2: line lost: burnt"), 1) << "another reason is news";
+  EXPECT_EQ(sink.states().back().reason, "burnt");
+}
+
 TEST_F(SupervisorTest, BeginsWithTheShortestPauseAgainOnceTheLineWasUp) {
   ASSERT_TRUE(add("a-1", played(30s)));
   played_.opens = false;

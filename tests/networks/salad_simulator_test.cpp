@@ -150,10 +150,26 @@ TEST_F(SimulatedSalad, WaitsForAProxyWhoseNameIsNotKnownYet) {
   EXPECT_GT(simulator->counters().datagrams, 0u);
 }
 
+TEST(SimulatorScript, ARampMayGoDownAndARandomMayStand) {
+  const auto steps = parse_script("at 0s ramp 7 100 -5 over 1s\nat 1s random 7 3 3 every 1s\n");
+  ASSERT_TRUE(steps) << steps.error().text;
+  EXPECT_EQ((*steps)[0].to, -5);
+  EXPECT_THAT(parse_script("at 0s random 7 2 1 every 1s").error().text, HasSubstr("line 1: expected FROM <= TO"));
+}
+
+TEST(SimulatorAddress, IsLoopbackWhereTheProxyIs) {
+  for (const auto* here : {"localhost", "127.0.0.1", "127.1.2.3"}) EXPECT_EQ(listening_address(here), "127.0.0.1");
+  EXPECT_EQ(listening_address("::1"), "::1");
+  for (const auto* there : {"island", "192.168.1.7", "127.example.org", "fe80::1", ""})
+    EXPECT_EQ(listening_address(there), "");
+}
+
 TEST(SimulatorScript, SaysWhichLineIsWrong) {
   for (const auto* wrong :
        {"dance", "at", "at 2 set 7 1", "at 2s set 0 1", "at 2s set 7 x", "at 2s set 7", "at 0s ramp 7 0 1 over 0s",
-        "at 0s random 7 0 1 every 0s", "at 0s repeat", "at 1s hold", "at 1s garbage please"}) {
+        "at 0s random 7 0 1 every 0s", "at 0s random 7 2 1 every 1s", "at 0s random 7 -1e16 1 every 1s",
+        "at 0s set 7 1e16", "at 0s set 7 1e999", "at 0s ramp 7 nan 1 over 1s", "at 0s ramp 7 0 inf over 1s",
+        "at 0s repeat", "at 1s hold", "at 1s garbage please"}) {
     const auto steps = parse_script(std::string("at 1s garbage\n") + wrong);
     ASSERT_FALSE(steps) << wrong;
     EXPECT_THAT(steps.error().text, HasSubstr("line 2: "));

@@ -53,6 +53,32 @@ TEST(RecordingDamage, CutAtAnyByteAllWholeBlocksAreReadAndTheRestIsNamed) {
   }
 }
 
+TEST(RecordingDamage, ATailThatNoCrashLeavesIsNotSearchedToItsBeginning) {
+  auto file = file_of(three_blocks());
+  const auto sound = file.size();
+  file.resize(sound + (20 << 20), 0);
+  EXPECT_EQ(tail_of(file)->sound, sound);
+  file.resize(sound + (40 << 20), 0);
+  const auto tail = tail_of(file);
+  ASSERT_FALSE(tail);
+  EXPECT_EQ(tail.error().code, ErrorCode::kInvalid);
+  EXPECT_THAT(tail.error().text, HasSubstr("no sound block in the last 33554432 bytes, expected one"));
+}
+
+TEST(RecordingDamage, HeadsThatMakeTheSameBytesBeCheckedAgainAndAgainAreGivenUp) {
+  auto file = file_of(three_blocks());
+  BlockHead head;
+  head.packed = head.raw = 1 << 20;
+  head.records = 1;
+  Bytes one(kBlockHead);
+  encode_block_head(head, one.data());
+  for (int i = 0; i < 2000; ++i) append(file, one);
+  file.resize(file.size() + (1 << 20), 0);
+  const auto tail = tail_of(file);
+  ASSERT_FALSE(tail);
+  EXPECT_THAT(tail.error().text, HasSubstr("no sound block"));
+}
+
 TEST(RecordingDamage, AnyFlippedBitCostsAtMostItsOwnBlock) {
   const auto file = file_of(three_blocks());
   const auto whole = read_all(file).lines;

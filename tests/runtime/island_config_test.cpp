@@ -169,7 +169,7 @@ TEST_F(IslandConfigs, WhatARecordingPlaysAsMustBeFree) {
 TEST_F(IslandConfigs, RecordersAreRead) {
   const auto config = read(
       "island: {id: 1}\nrecorders:\n  all: {file: a.rec, patterns: \"proxy.**\"}\n"
-      "  few: {file: b.rec, patterns: [\"proxy.*.status\", \"7:x\"], active: yes, minimum: 2s, compression: 19,"
+      "  few: {file: b.rec, patterns: [\"proxy.*.status\", \"7:x\"], active: yes, minimum: 2s, compression: 9,"
       " rotate: {size: never, every: 1h, keep: all}}\n");
   EXPECT_THAT(errors_.lines(), IsEmpty());
   ASSERT_THAT(config.recorders, SizeIs(2));
@@ -177,6 +177,7 @@ TEST_F(IslandConfigs, RecordersAreRead) {
   EXPECT_EQ(config.recorders[0].rotation.size, 100'000'000u);
   EXPECT_EQ(config.recorders[0].rotation.keep, 10u);
   EXPECT_EQ(config.recorders[0].compression, 3);
+  EXPECT_EQ(config.recorders[1].compression, 9);
   EXPECT_TRUE(config.recorders[1].active);
   EXPECT_EQ(config.recorders[1].patterns[1].owner, OwnerId(7));
   EXPECT_EQ(config.recorders[1].minimum, 2s);
@@ -186,16 +187,43 @@ TEST_F(IslandConfigs, RecordersAreRead) {
 TEST_F(IslandConfigs, EverythingWrongWithARecorderIsTold) {
   read(
       "island: {id: 1}\nrecorders:\n  a: {}\n  b: {file: \"\", patterns: []}\n"
-      "  c: {file: x, patterns: [\"a..b\"], minimum: 5, compression: 20, activ: yes,"
+      "  c: {file: x, patterns: [\"a..b\"], minimum: 5, compression: 10, activ: yes,"
       " rotate: {size: 1kB, every: 1s, keep: -1, at: noon}}\n  d: {file: x, patterns: [\"**\"]}\n");
   const auto text = errors_.text();
   for (const auto* part :
        {"recorders.a: 'file' is missing", "recorders.a: 'patterns' is missing", "recorders.b.file: empty path",
         "recorders.b.patterns: is empty", "empty part at position", "recorders.c.minimum: is '5'",
-        "recorders.c.compression: is '20'", "unknown key 'activ'", "recorders.c.rotate.size: is '1kB'",
+        "recorders.c.compression: is '10'", "unknown key 'activ'", "recorders.c.rotate.size: is '1kB'",
         "recorders.c.rotate.every: expected at least 10s", "recorders.c.rotate.keep: is '-1'", "unknown key 'at'",
         "recorders.d.file: is written by recorder 'c' already"}) {
     EXPECT_THAT(text, HasSubstr(part));
+  }
+}
+
+TEST_F(IslandConfigs, ARecordersNameIsAKeyPart) {
+  read("island: {id: 1}\nrecorders:\n  a.b: {file: x, patterns: [\"**\"]}\n  \"\": {file: y, patterns: [\"**\"]}\n  " +
+       std::string(41, 'n') + ": {file: z, patterns: [\"**\"]}\n");
+  ASSERT_THAT(errors_.lines(), SizeIs(3));
+  for (const auto& line : errors_.lines())
+    EXPECT_THAT(line, HasSubstr("a recorder's name has [A-Za-z0-9_-]+, at most 40"));
+}
+
+TEST_F(IslandConfigs, RecordersOfTheWrongShapeAreTold) {
+  for (const auto* wrong :
+       {"recorders: 7", "recorders: [a]", "recorders: {a: 7}", "recorders: {a: [file]}",
+        "recorders: {a: {file: [x], patterns: [\"**\"]}}", "recorders: {a: {file: x, patterns: {b: c}}}",
+        "recorders: {a: {file: x, patterns: [[\"**\"]]}}",
+        "recorders: {a: {file: x, patterns: [\"**\"], active: perhaps}}",
+        "recorders: {a: {file: x, patterns: [\"**\"], rotate: daily}}",
+        "recorders: {a: {file: x, patterns: [\"**\"], rotate: {size: 63kB}}}",
+        "recorders: {a: {file: x, patterns: [\"**\"], rotate: {size: 99999999999999999999MB}}}",
+        "recorders: {a: {file: x, patterns: [\"**\"], rotate: {keep: 100001}}}",
+        "recorders: {a: {file: x, patterns: [\"**\"], minimum: -1s}}",
+        "recorders: {a: {file: x, patterns: [\"**\"], compression: 0}}"}) {
+    errors_ = {};
+    read(std::string("island: {id: 1}\n") + wrong + "\n");
+    EXPECT_FALSE(errors_.empty()) << wrong;
+    EXPECT_THAT(errors_.text(), HasSubstr("recorders")) << wrong;
   }
 }
 

@@ -1,6 +1,11 @@
 #include "runtime/recording_tool.h"
 
 #include <gmock/gmock.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
 
 #include "recording/block_builder.h"
 #include "recording/file_head.h"
@@ -111,6 +116,90 @@ TEST_F(RecordingTool, OtherFilesAreRefused) {
     EXPECT_THAT(exported(false), testing::IsEmpty());
     EXPECT_EQ(done.error().code, ErrorCode::kInvalid);
   }
+}
+
+TEST_F(RecordingTool, AnEmptyRecordingIsATableWithoutLines) {
+  constexpr std::string_view kHeader =
+      "seen,event,owner,key,value,encoding,media_type,creator,sequence,write,user,expire\n";
+  disk.put("a.rec", recording::encode_head({OwnerId(6541), "proxy", kNow, "test 1"}));
+  EXPECT_EQ(exported(false), kHeader);
+  EXPECT_EQ(exported(true), "");
+  EXPECT_TRUE(done);
+  EXPECT_THAT(info(), HasSubstr("first record: none\nlast record: none\n"));
+  write({record(RecordKind::kMark, "", "start"), record(RecordKind::kSet, "proxy.a", "1")});
+  EXPECT_EQ(exported(false, "robot.**"), kHeader);
+}
+
+TEST_F(RecordingTool, WhatIsSoundIsExportedAndDamageIsTold) {
+  write({record(RecordKind::kSet, "proxy.a", "1")});
+  auto bytes = disk.bytes("a.rec");
+  const auto block =
+      Bytes(bytes.begin() + static_cast<std::ptrdiff_t>(recording::decode_head(bytes).size), bytes.end());
+  const auto at = bytes.size();
+  bytes.insert(bytes.end(), block.begin(), block.end());
+  bytes.back() ^= 1U;
+  bytes.insert(bytes.end(), block.begin(), block.end());
+  disk.put("a.rec", bytes);
+  const auto text = exported(false);
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 3);
+  EXPECT_EQ(damage, "a.rec: byte " + std::to_string(at) + ": the check sum of a block is wrong; " +
+                        std::to_string(block.size()) + " bytes skipped");
+}
+
+TEST_F(RecordingTool, WhereNothingCanBeWrittenTheWorkEnds) {
+  write({record(RecordKind::kSet, "proxy.a", "1"), record(RecordKind::kSet, "proxy.b", "2")});
+  RecordingOptions options;
+  options.file = "a.rec";
+  int calls = 0;
+  const auto ended = export_recording(
+      disk, options,
+      [&calls](std::string_view) -> Result<void> {
+        ++calls;
+        return fail(ErrorCode::kIo, "the pipe is closed");
+      },
+      [](std::string_view) {});
+  EXPECT_EQ(ended.error().text, "the pipe is closed");
+  EXPECT_EQ(calls, 1);
+}
+
+/// The subcommand itself, on the disk.
+class RecordingCommand : public RecordingTool {
+ protected:
+  RecordingCommand() {
+    std::filesystem::create_directory(folder_);
+    write({record(RecordKind::kSet, "proxy.a", "1")});
+    const auto& bytes = disk.bytes("a.rec");
+    std::ofstream(path("a.rec"), std::ios::binary) << base::as_text(bytes);
+    options.file = path("a.rec");
+    options.action = "export";
+    options.out = path("a.csv");
+  }
+  ~RecordingCommand() override { std::filesystem::remove_all(folder_); }
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+
+  std::filesystem::path folder_ =
+      std::filesystem::path(testing::TempDir()) / ("rubicon-recording-" + std::to_string(::getpid()));
+  RecordingOptions options;
+};
+
+TEST_F(RecordingCommand, WritesAFileButNeverOverAnother) {
+  EXPECT_EQ(recording(options), 0);
+  EXPECT_GT(std::filesystem::file_size(path("a.csv")), 80u);
+  EXPECT_EQ(recording(options), 1) << "it is there";
+}
+
+TEST_F(RecordingCommand, SaysByItsExitCodeWhoIsToBlame) {
+  options.out = path("no folder/a.csv");
+  EXPECT_EQ(recording(options), 1);
+  options.out = path("b.csv");
+  options.pattern = "a..b";
+  EXPECT_EQ(recording(options), 2);
+  options = {};
+  options.file = path("none.rec");
+  EXPECT_EQ(recording(options), 2);
+  std::ofstream(path("notes.txt")) << "notes";
+  options.file = path("notes.txt");
+  EXPECT_EQ(recording(options), 2);
 }
 
 TEST(RecordingText, TimesBeyondAnyCalendarAreNumbers) {

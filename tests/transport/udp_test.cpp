@@ -1,10 +1,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cerrno>
 #include <memory>
 
 #include "base/virtual_scheduler.h"
 #include "transport/asio_scheduler.h"
+#include "transport/asio_udp.h"
 #include "transport/local_transports.h"
 #include "transport/memory_transports.h"
 
@@ -16,6 +18,14 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
+
+TEST(AsioUdp, WaitsOnlyForWhatCanBeWaitedFor) {
+  EXPECT_EQ(after_send(0), AfterSend::kSent);
+  EXPECT_EQ(after_send(EAGAIN), AfterSend::kWait);
+  // A full queue of the device leaves the socket writable: to wait for that would spin.
+  EXPECT_EQ(after_send(ENOBUFS), AfterSend::kDrop);
+  EXPECT_EQ(after_send(EMSGSIZE), AfterSend::kRefused);
+}
 
 /// Where sockets are: the machine's own loopback, or memory.
 struct World {

@@ -79,6 +79,7 @@ Result<FileChain::Got> FileChain::next(Step& step) {
     return Got::kStep;
   }
   if (auto failure = recording_.failure()) return fail(failure->code, fmt::format("{}: {}", path(), failure->text));
+  if (recording_.has_more()) return Got::kNothingYet;
   if (!ended_) {
     const auto count = file_->read(piece_);
     if (!count) return fail(count.error());

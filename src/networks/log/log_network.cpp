@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <deque>
+#include <iterator>
 
 #include "base/rate_limit.h"
 #include "networks/log/csv_recording.h"
@@ -21,16 +23,28 @@ using namespace std::chrono_literals;
 using model::LineState;
 
 /// What one turn of the loop may deliver and read, so that the gateway's queue (10,000) never overflows and nobody
-/// waits.
-constexpr std::size_t kReadingsPerTurn = 2000;
+/// waits. What one message holds comes on top (a recording of ours: at most 250 readings).
+constexpr std::size_t kReadingsPerTurn = 1000;
 constexpr std::size_t kPiecesPerTurn = 16;
+/// Text of this size counts as a reading more.
+constexpr std::size_t kTextPerReading = 1024;
 constexpr Duration kCountersEvery = 5s;
 /// Between two rounds of a loop that is played as fast as possible, so that others get their turn.
 constexpr Duration kBreath = 1ms;
 
-std::size_t readings_in(const model::Body& body) {
+std::size_t text_in(const Value& value) {
+  if (const auto* text = std::get_if<std::string>(&value)) return text->size();
+  const auto* json = std::get_if<Json>(&value);
+  return json == nullptr ? 0 : json->text.size();
+}
+
+/// In readings.
+std::size_t weight_of(const model::Body& body) {
   const auto* updates = std::get_if<model::Updates>(&body);
-  return updates == nullptr ? 1 : updates->readings.size();
+  if (updates == nullptr) return 1;
+  std::size_t text = 0;
+  for (const auto& reading : updates->readings) text += text_in(reading.value);
+  return updates->readings.size() + text / kTextPerReading;
 }
 
 /// In the part before the start offset only what devices are is told, not what they measured.
@@ -53,15 +67,19 @@ class LogNetwork final : public network::Network {
 
  private:
   Result<void> choose_format(const std::string& first_file);
+  void leave_or_stay(const std::string& reason);
+  void leave_some(const std::string& reason);
   std::unique_ptr<Recording> make_recording();
   void play();
   bool fetch();
-  void tell(std::size_t& readings);
+  void tell(std::size_t& weight);
+  void now_up();
   void deliver(const std::string& device, model::Body body, WallTime when);
   void play_later();
   void finish();
   void play_again();
   void fail_line(Error why);
+  void end_line(const std::string& reason);
   void complain(std::uint64_t offset, std::string_view what);
   void report(LineState line, std::string reason = {});
 
@@ -72,7 +90,10 @@ class LogNetwork final : public network::Network {
   ReplayCounters counters_;
   std::unique_ptr<Recording> recording_;  ///< from the first opening on, when the format is known
   std::unique_ptr<FileChain> chain_;
-  std::optional<Step> step_;  ///< read, not yet due
+  std::optional<Step> step_;   ///< read, not yet due
+  std::size_t next_said_ = 0;  ///< what was told of it already goes before
+  bool up_ = false;
+  std::deque<std::string> leaving_;  ///< at the end, still to be told
   RecordTime position_{};
   std::uint64_t told_ = 0;  ///< in this round
   std::uint64_t rounds_ = 0;
@@ -91,7 +112,7 @@ std::unique_ptr<Recording> LogNetwork::make_recording() {
   return std::make_unique<PacketRecording>(types_, options_.calibration, counters_, std::move(complain));
 }
 
-/// By the first bytes of a file, unless the configuration said it; then they must not contradict.
+/// By the first bytes of a file, unless the configuration said it; kInvalid if they contradict.
 Result<void> LogNetwork::choose_format(const std::string& first_file) {
   using Format = LogOptions::Format;
   if (options_.format == Format::kCsv) return {};
@@ -102,6 +123,11 @@ Result<void> LogNetwork::choose_format(const std::string& first_file) {
   if (!count) return fail(count.error());
   const bool ours =
       *count == beginning.size() && std::equal(beginning.begin(), beginning.end(), recording::kMagic.begin());
+  if (options_.format == Format::kFound && *count < beginning.size())
+    return fail(ErrorCode::kIo,
+                fmt::format("{}: has {} bytes yet, expected at least {} to tell a recording from packets "
+                            "(or say format: packets, recording or csv)",
+                            first_file, *count, beginning.size()));
   if (options_.format == Format::kFound) options_.format = ours ? Format::kTuples : Format::kPackets;
   if (ours && options_.format == Format::kPackets)
     return fail(ErrorCode::kInvalid, first_file + ": is a recording, expected packets (say format: recording)");
@@ -109,17 +135,27 @@ Result<void> LogNetwork::choose_format(const std::string& first_file) {
 }
 
 Result<void> LogNetwork::open() {
+  timer_.cancel();
   auto files = list_files(options_.files, options_.directory);
   if (!files) return fail(files.error());
+  if (recording_ && recording_->failure()) {
+    chain_.reset();
+    recording_.reset();
+  }
   if (!recording_) {
-    if (auto chosen = choose_format(files->front()); !chosen) return chosen;
+    if (auto chosen = choose_format(files->front()); !chosen) {
+      if (chosen.error().code != ErrorCode::kInvalid) return chosen;
+      end_line(chosen.error().text);
+      return {};
+    }
     recording_ = make_recording();
     chain_ = std::make_unique<FileChain>(host_.transports(), *recording_);
   }
   if (auto opened = chain_->open(std::move(*files)); !opened) return opened;
   step_.reset();
+  up_ = false;
   clock_.restart(host_.scheduler().now());
-  report(LineState::kUp);
+  recording_->ready() ? now_up() : report(LineState::kConnecting, "the recording is being read");
   play_later();
   return {};
 }
@@ -145,20 +181,19 @@ void LogNetwork::play_later() {
 /// One turn: tells what is due, then waits for the next step, or goes on in the next turn.
 void LogNetwork::play() {
   timer_.cancel();
-  std::size_t readings = 0;
-  for (std::size_t pieces = 0; readings < kReadingsPerTurn && pieces < kPiecesPerTurn;) {
+  std::size_t weight = 0;
+  for (std::size_t pieces = 0; weight < kReadingsPerTurn && pieces < kPiecesPerTurn;) {
     if (!step_) {
-      ++pieces;
       if (!fetch()) return;
+      if (!step_) ++pieces;
       if (!step_) continue;
-      pieces = 0;
     }
     const SteadyTime due = clock_.due(position_);
     if (due > host_.scheduler().now()) {
       timer_ = host_.scheduler().at(due, [this] { play(); });
       return;
     }
-    tell(readings);
+    tell(weight);
   }
   play_later();
 }
@@ -168,9 +203,10 @@ bool LogNetwork::fetch() {
   Step step;
   const auto got = chain_->next(step);
   if (!got) {
-    fail_line(got.error());
+    recording_->failure() ? end_line(got.error().text) : fail_line(got.error());
     return false;
   }
+  if (!up_ && recording_->ready()) now_up();
   switch (*got) {
     case FileChain::Got::kStep: break;
     case FileChain::Got::kNothingYet: return true;
@@ -184,20 +220,29 @@ bool LogNetwork::fetch() {
   if (clock_.went_back() && !std::exchange(told_of_step_back_, true))
     host_.log().warning(fmt::format("{}: time steps back, taken as no pause", chain_->path()));
   step_ = std::move(step);
+  next_said_ = 0;
   return true;
 }
 
-void LogNetwork::tell(std::size_t& readings) {
+void LogNetwork::now_up() {
+  up_ = true;
+  report(LineState::kUp);
+}
+
+/// Goes on with it in the next turn when this one has told enough.
+void LogNetwork::tell(std::size_t& weight) {
   const bool passed_over = clock_.passed_over(position_);
   const WallTime now = host_.scheduler().wall_now();
   const WallTime when = options_.recorded_times ? step_->wall.value_or(now) : now;
-  for (auto& [device, body] : step_->said) {
+  auto& said = step_->said;
+  while (next_said_ < said.size() && weight < kReadingsPerTurn) {
+    auto& [device, body] = said[next_said_++];
+    weight += weight_of(body);
     if (passed_over && !told_when_passed_over(body)) continue;
-    readings += readings_in(body);
     ++told_;
     deliver(device, std::move(body), when);
   }
-  step_.reset();
+  if (next_said_ == said.size()) step_.reset();
   if (host_.scheduler().now() >= next_report_) report(LineState::kUp);
 }
 
@@ -224,17 +269,13 @@ void LogNetwork::finish() {
     return;
   }
   if (told_ == 0) host_.log().warning(fmt::format("{}: nothing in it to play", chain_->path()));
-  if (options_.end == LogOptions::End::kLeave) {
-    for (const std::string& device : recording_->devices()) host_.deliver(device, model::Leave{"the recording ended"});
-  }
-  report(LineState::kEnded, "the recording ended");
-  if (options_.end == LogOptions::End::kStop) report(LineState::kDown, "the recording ended");
+  leave_or_stay("the recording ended");
 }
 
 void LogNetwork::play_again() {
   told_ = 0;
   told_of_step_back_ = false;
-  if (auto opened = chain_->rewind(); !opened) return fail_line(opened.error());
+  if (auto opened = chain_->rewind(); !opened) return fail_line(std::move(opened.error()));
   clock_.restart(host_.scheduler().now());
   play();
 }
@@ -242,6 +283,34 @@ void LogNetwork::play_again() {
 void LogNetwork::fail_line(Error why) {
   if (complaints_.allow(why.text, host_.scheduler().now())) host_.log().warning(why.text);
   host_.failed(std::move(why));
+}
+
+/// What reading again cannot cure is told once, and the line does not come back.
+void LogNetwork::end_line(const std::string& reason) {
+  host_.log().error(reason);
+  leave_or_stay(reason);
+}
+
+/// As many at once as a turn may tell.
+void LogNetwork::leave_or_stay(const std::string& reason) {
+  if (recording_ && options_.end == LogOptions::End::kLeave) {
+    auto devices = recording_->devices();
+    leaving_.assign(std::make_move_iterator(devices.begin()), std::make_move_iterator(devices.end()));
+  }
+  leave_some(reason);
+}
+
+void LogNetwork::leave_some(const std::string& reason) {
+  for (std::size_t i = 0; i < kReadingsPerTurn && !leaving_.empty(); ++i) {
+    host_.deliver(std::move(leaving_.front()), model::Leave{reason});
+    leaving_.pop_front();
+  }
+  if (!leaving_.empty()) {
+    timer_ = host_.scheduler().after(kBreath, [this, reason] { leave_some(reason); });
+    return;
+  }
+  report(LineState::kEnded, reason);
+  if (options_.end == LogOptions::End::kStop) report(LineState::kDown, reason);
 }
 
 void LogNetwork::complain(std::uint64_t offset, std::string_view what) {

@@ -35,7 +35,8 @@ std::vector<std::string> texts_in(const Tree& tree, const char* name) {
   const auto found = tree.find(name);
   if (found == tree.end() || !found->is_array()) return texts;
   for (const auto& one : *found) {
-    if (one.is_string() && texts.size() < kMaxListed) texts.push_back(one.get<std::string>());
+    if (one.is_string() && !one.get_ref<const std::string&>().empty() && texts.size() < kMaxListed)
+      texts.push_back(one.get<std::string>());
   }
   return texts;
 }
@@ -84,6 +85,23 @@ const Type* ForeignTypes::find(const std::string& name, TypeId& id) {
   return nullptr;
 }
 
+bool ForeignTypes::has_room(const std::string& name) const {
+  return name.size() <= kMaxName && (known(name) != nullptr || given_.contains(name) || given_.size() < kMaxForeign);
+}
+
+bool ForeignTypes::take_key_type(std::string_view name) {
+  if (known(name) != nullptr || in_keys_.contains(name)) return true;
+  if (in_keys_.size() >= kMaxInKeys) return false;
+  in_keys_.emplace(name);
+  return true;
+}
+
+std::size_t RecordedDevice::text_cost() const {
+  std::size_t texts = capabilities.size();
+  for (const auto& ids : listed) texts += ids.size();
+  return text.empty() ? 0 : text.size() + texts * sizeof(std::string);
+}
+
 bool RecordedDevice::complete() const {
   if (text.empty()) return false;
   for (std::size_t kind = 0; kind < listed.size(); ++kind) {
@@ -95,6 +113,17 @@ bool RecordedDevice::complete() const {
   return true;
 }
 
+namespace {
+
+std::array<std::set<std::string_view>, 3> listed_in(const RecordedDevice& device) {
+  std::array<std::set<std::string_view>, 3> sets;
+  for (std::size_t kind = 0; kind < sets.size(); ++kind)
+    sets[kind] = {device.listed[kind].begin(), device.listed[kind].end()};
+  return sets;
+}
+
+}  // namespace
+
 bool describe(RecordedDevice& device, std::string_view text) {
   const auto tree = Tree::parse(text, nullptr, false);
   if (!tree.is_object()) return false;
@@ -105,9 +134,9 @@ bool describe(RecordedDevice& device, std::string_view text) {
   device.type = text_in(tree, "type");
   device.listed = {texts_in(tree, "sensors"), texts_in(tree, "actuators"), texts_in(tree, "properties")};
   device.capabilities = texts_in(tree, "capabilities");
+  const auto listed = listed_in(device);
   for (auto& [key, point] : device.points) {
-    const auto& ids = device.listed[static_cast<std::size_t>(key.first)];
-    if (std::find(ids.begin(), ids.end(), key.second) != ids.end()) continue;
+    if (listed[static_cast<std::size_t>(key.first)].contains(key.second)) continue;
     point.alive = point.joined = false;
     point.waiting.reset();
   }
@@ -117,16 +146,16 @@ bool describe(RecordedDevice& device, std::string_view text) {
 bool describe(RecordedPoint& point, std::string_view text, ForeignTypes& types) {
   const auto tree = Tree::parse(text, nullptr, false);
   if (!tree.is_object()) return false;
+  const auto type_name = text_in(tree, "type");
+  // A type without a name is called by its number in keys.
+  const auto name = type_name.empty() ? std::string(type_part(point.id)) : type_name;
+  if (!types.has_room(name)) return false;
   point.text = text;
   auto& capability = point.capability;
-  const auto initial = std::move(capability.initial);
   capability = {};
-  capability.initial = initial;
-  capability.type_name = text_in(tree, "type");
+  capability.type_name = type_name;
   const auto id = std::clamp(number_in(tree, "type_id").value_or(0), 0.0, 65535.0);
   capability.point = {point.kind, TypeId(static_cast<std::uint16_t>(id)), instance_part(point.id)};
-  // A type without a name is called by its number in keys.
-  const auto name = capability.type_name.empty() ? std::string(type_part(point.id)) : capability.type_name;
   point.type = types.find(name, capability.point.type);
   capability.access = access_in(tree, point.kind);
   const auto unit = text_in(tree, "unit");
@@ -187,10 +216,10 @@ model::Join join_of(RecordedDevice& device, ForeignTypes& types) {
   join.model = device.model;
   join.id = device.id;
   auto order = in_order(device);
+  const auto listed = listed_in(device);
   for (auto& [key, point] : device.points) {
     point.joined = false;
-    const auto& ids = device.listed[static_cast<std::size_t>(key.first)];
-    if (point.alive && std::find(ids.begin(), ids.end(), key.second) == ids.end()) order.push_back(key);
+    if (point.alive && !listed[static_cast<std::size_t>(key.first)].contains(key.second)) order.push_back(key);
   }
   for (const auto& key : order) {
     const auto found = device.points.find(key);
@@ -202,8 +231,44 @@ model::Join join_of(RecordedDevice& device, ForeignTypes& types) {
       point.waiting.reset();
     }
     join.capabilities.push_back(point.capability);
+    point.capability.initial = {};
   }
   return join;
+}
+
+bool RecordedStatus::is_heard(WallTime written) const {
+  constexpr std::chrono::milliseconds kOneTurn(100);
+  if (is_live()) return true;
+  return quality != Quality::kStored && heard != WallTime{} && written - heard <= kOneTurn;
+}
+
+namespace {
+
+std::string_view behind(std::string_view text, std::string_view mark) {
+  const auto at = text.find(mark);
+  return at == text.npos ? std::string_view() : text.substr(at + mark.size());
+}
+
+}  // namespace
+
+/// There is one for each reading and more: only the words that matter are looked at.
+std::optional<RecordedStatus> recorded_status(std::string_view text) {
+  constexpr std::size_t kNear = 200;
+  constexpr double kLast = 1e12;
+  text = text.substr(0, kNear);
+  const auto word = behind(text, R"("quality":")");
+  for (auto quality = Quality::kNetworkDown; quality <= Quality::kGood;
+       quality = static_cast<Quality>(static_cast<std::uint8_t>(quality) + 1)) {
+    if (word.substr(0, word.find('"')) != to_string(quality)) continue;
+    RecordedStatus status{quality, {}};
+    const auto heard = behind(text, R"("heard":)");
+    double seconds = 0;
+    if (std::from_chars(heard.data(), heard.data() + heard.size(), seconds).ec == std::errc() && seconds > 0 &&
+        seconds < kLast)
+      status.heard = WallTime(std::chrono::microseconds(static_cast<std::int64_t>(seconds * 1e6)));
+    return status;
+  }
+  return std::nullopt;
 }
 
 namespace {

@@ -46,9 +46,13 @@ class Recording {
   virtual void feed(ByteView bytes) = 0;
   /// The file has no more bytes.
   virtual void end() = 0;
-  /// The next step, or nothing until more bytes come.
+  /// The next step, or nothing until more bytes come. A moment with much to say comes as several steps of one time.
   virtual std::optional<Step> next() = 0;
-  /// Why nothing more can be played, whatever the files hold.
+  /// next() gave nothing so that others get their turn: call it again, feed nothing before.
+  virtual bool has_more() const { return false; }
+  /// What must be known before anything can be played is known.
+  virtual bool ready() const { return true; }
+  /// Why nothing more can be played, however often the files are read.
   virtual std::optional<Error> failure() const { return std::nullopt; }
   /// Whether times of one file continue those of the file before.
   virtual bool absolute_times() const = 0;
