@@ -63,7 +63,7 @@ TEST(SaladFlat, LivesWithTheSimulatorAndObeysCommands) {
   EXPECT_EQ(devices(shell, "unknown").first, 55) << "before SALAD is there";
   EXPECT_TRUE(becomes(shell, "proxy.salad.status", "SALAD is not there"));
   Process salad({kSimulator, kFlat, "--period", "50ms", "--misbehave", "all"});
-  EXPECT_TRUE(salad.line_with("55 devices, listening on port 9000")) << salad.errors();
+  EXPECT_TRUE(salad.line_with("55 devices, listening on 127.0.0.1 port 9000")) << salad.errors();
   EXPECT_TRUE(becomes(shell, kTelevision + ".value", "0")) << "the updates were asked for again";
   EXPECT_EQ(devices(shell, "reachable"), std::pair(55, 55));
   shell.write("set " + kTelevision + ".command 10\n");
