@@ -73,7 +73,7 @@ TEST(SaladFlat, LivesWithTheSimulatorAndObeysCommands) {
   shell.write("set proxy.salad.66.actuator.relay-knx_blind_down.command on\n");
   EXPECT_EQ(parsed(shell.line())["verdict"], "applied");
   EXPECT_TRUE(becomes(shell, "proxy.salad.66.actuator.relay-knx_blind_down.value", "on"));
-  const auto start = Clock::now();
+  [[maybe_unused]] const auto start = Clock::now();
   salad.signal(SIGTERM);
   EXPECT_EQ(salad.exit_code(), 0);
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
