@@ -3,7 +3,6 @@
 #include <zstd.h>
 
 #include <algorithm>
-#include <cstring>
 #include <functional>
 
 #include "base/assert.h"
@@ -29,8 +28,7 @@ std::uint8_t* put_difference(std::uint8_t* to, std::int64_t value, std::int64_t 
 }
 
 std::uint8_t* put_text(std::uint8_t* to, std::string_view text) {
-  std::memcpy(to, text.data(), text.size());
-  return to + text.size();
+  return std::copy(text.begin(), text.end(), to);
 }
 
 std::int64_t micros(WallTime time) {
@@ -63,7 +61,7 @@ std::uint32_t BlockBuilder::find(std::size_t hash, std::uint32_t owner, std::str
   for (auto slot = hash & mask; table_[slot] != 0; slot = (slot + 1) & mask) {
     const Known& known = keys_[table_[slot] - 1];
     if (known.hash != hash || known.owner != owner || known.size != key.size()) continue;
-    if (std::memcmp(raw_.data() + known.at, key.data(), key.size()) == 0) return table_[slot];
+    if (base::as_text(ByteView(raw_).subspan(known.at, key.size())) == key) return table_[slot];
   }
   return 0;
 }
