@@ -92,7 +92,14 @@ Result<DeviceDirectory::Joined> DeviceDirectory::join(Network& network, const st
   return joined;
 }
 
-Result<void> DeviceDirectory::key_is_free(Network& network, const std::string& id, const std::string& address) {
+bool DeviceDirectory::has_place(const Network& network, const std::string& address,
+                                const std::string& wanted_id) const {
+  return by_number_.size() < around_.config.max_devices &&
+         key_is_free(network, device_id(network.rules, address, wanted_id), address).has_value();
+}
+
+Result<void> DeviceDirectory::key_is_free(const Network& network, const std::string& id,
+                                          const std::string& address) const {
   const auto kept = network.reserved.find(id);
   const auto holder = network.by_id.find(id);
   const bool reserved = kept != network.reserved.end() && kept->second != address;

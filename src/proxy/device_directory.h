@@ -31,6 +31,8 @@ class DeviceDirectory {
   };
   /// kBusy at the device cap, kDuplicate if another address has its key.
   Result<Joined> join(Network& network, const std::string& address, const model::Join& join);
+  /// join() of a device that is not here would find room and a free key.
+  bool has_place(const Network& network, const std::string& address, const std::string& wanted_id) const;
 
   /// A point made by a value that arrived for it; nullptr if it cannot be.
   Point* add_undeclared(Device& device, const PointId& id);
@@ -52,7 +54,7 @@ class DeviceDirectory {
   std::size_t size() const { return by_number_.size(); }
 
  private:
-  Result<void> key_is_free(Network& network, const std::string& id, const std::string& address);
+  Result<void> key_is_free(const Network& network, const std::string& id, const std::string& address) const;
   Result<Device*> admit(Network& network, const std::string& address, const std::string& wanted_id);
   static bool take_identity(Device& device, const model::Join& join);
   bool reconcile(Device& device, const model::Join& join, std::vector<Point>& vanished);

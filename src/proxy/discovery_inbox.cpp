@@ -135,7 +135,7 @@ void DiscoveryInbox::show(const DeviceName& device, Entry& entry) {
   if (entry.key.empty()) {
     const auto part = key_of(device);
     entry.key = part;
-    for (int twin = 2; !keys_.insert(entry.key).second; ++twin) entry.key = fmt::format("{}_{}", part, twin);
+    for (int twin = 2; !keys_.emplace(entry.key, device).second; ++twin) entry.key = fmt::format("{}_{}", part, twin);
   }
   const auto key = fmt::format("{}.inbox.{}", around_.config.prefix, entry.key);
   const auto shown = around_.space.set(key, dump(describe(device, entry, around_.types)), kJson);
@@ -182,15 +182,31 @@ void DiscoveryInbox::drop_network(const std::string& network) {
   }
 }
 
-std::vector<DeviceName> DiscoveryInbox::matching(std::string_view pattern) const {
+std::vector<DeviceName> DiscoveryInbox::all() const {
+  std::vector<DeviceName> found;
+  for (const auto& [device, entry] : entries_) found.push_back(device);
+  return found;
+}
+
+std::vector<DeviceName> DiscoveryInbox::waiting_like(const std::string& pattern) const {
   std::vector<DeviceName> found;
   for (const auto& [device, entry] : entries_) {
+    if (pattern == fmt::format("{}.{}", device.network, device.address)) return {device};
+    if (!entry.ignored() && base::glob_matches(pattern, entry.key)) found.push_back(device);
+  }
+  return found;
+}
+
+std::vector<DeviceName> DiscoveryInbox::meant_by(const std::string& key) const {
+  if (const auto shown = keys_.find(key); shown != keys_.end()) return {shown->second};
+  std::vector<DeviceName> found;
+  for (const auto& [device, entry] : entries_) {
+    if (!entry.ignored()) continue;
     const auto rules = around_.config.networks.find(device.network);
     const auto part = rules == around_.config.networks.end()
                           ? std::string()
                           : device_id(rules->second, device.address, entry.announced.join.id);
-    if (base::glob_matches(pattern, entry.key.empty() ? key_of(device) : entry.key) ||
-        base::glob_matches(pattern, fmt::format("{}.{}", model::to_key_part(device.network), part)))
+    if (key == key_of(device) || key == fmt::format("{}.{}", model::to_key_part(device.network), part))
       found.push_back(device);
   }
   return found;

@@ -63,9 +63,12 @@ class DiscoveryInbox {
   std::optional<Entry> take(const DeviceName& device);
   void drop_network(const std::string& network);
 
-  /// The devices here that fit `<network>.<device>`, ignored ones too; `*` and `?` as in a glob. They go by the key of
-  /// their tuple, by their address, and by the key they would have.
-  std::vector<DeviceName> matching(std::string_view pattern) const;
+  std::vector<DeviceName> all() const;
+  /// Those that wait and fit `<network>.<device>`, `*` and `?` as in a glob; they go by the key of their tuple. Or the
+  /// one of exactly this network and address, ignored or not.
+  std::vector<DeviceName> waiting_like(const std::string& pattern) const;
+  /// Who has this key as its tuple's. If nobody has: the ignored ones that would have it, by address or configuration.
+  std::vector<DeviceName> meant_by(const std::string& key) const;
 
   using Counters = Proxy::InboxCounters;
   const Counters& counters() const { return counters_; }
@@ -81,8 +84,8 @@ class DiscoveryInbox {
 
   Surroundings& around_;
   std::map<DeviceName, Entry> entries_;
-  std::set<DeviceName> by_rule_;  ///< those ignored by rule
-  std::set<std::string> keys_;
+  std::set<DeviceName> by_rule_;            ///< those ignored by rule
+  std::map<std::string, DeviceName> keys_;  ///< of tuples
   Counters counters_;
   Timer timer_;
   SteadyTime publish_at_{};

@@ -24,9 +24,20 @@ constexpr Duration kTidyPause = std::chrono::minutes(1);
 model::Join announcement(const Device& device) {
   model::Join join{device.type, device.announced_name, device.model, {}, true, device.wanted_id};
   for (const auto& point : device.points) {
-    if (point.details->declared) join.capabilities.push_back(point.details->capability);
+    if (!point.details->declared) continue;
+    join.capabilities.push_back(point.details->capability);
+    join.capabilities.back().initial = std::monostate();
   }
   return join;
+}
+
+bool is_announcement(const model::Join& known, const model::Join& join) {
+  return known.name == join.name &&
+         std::equal(known.capabilities.begin(), known.capabilities.end(), join.capabilities.begin(),
+                    join.capabilities.end(), [](const Capability& one, Capability other) {
+                      other.initial = one.initial;
+                      return one == other;
+                    });
 }
 
 Memory::Memory(Surroundings& around, DeviceDirectory& directory, state::StateStore* store)
@@ -57,7 +68,16 @@ std::optional<KnownDevice> Memory::recall(const std::string& network, const std:
 
 void Memory::each(const std::string& network, const std::function<void(Row, KnownDevice&&)>& visit) {
   if (!store_) return;
-  const auto read = store_->each(network, visit);
+  const auto read = store_->each(network, [&](Row row, KnownDevice&& known) {
+    const auto unwritten = absent_.find({known.network, known.address});
+    if (unwritten != absent_.end()) {
+      if (!unwritten->second) return;
+      auto values = std::move(known.values);
+      known = *unwritten->second;
+      known.values = std::move(values);
+    }
+    visit(row, std::move(known));
+  });
   if (!read) around_.log.error(fmt::format("cannot recall the known devices: {}", read.error().text));
 }
 
@@ -88,7 +108,9 @@ void Memory::approved(Device& device) {
 void Memory::absent(const std::string& network, const std::string& address, const model::Join& join,
                     Decision decision) {
   if (!writable_) return;
-  if (absent_.size() >= around_.config.max_devices && !absent_.contains({network, address})) {
+  // A decision goes before what only waits.
+  const auto limit = around_.config.max_devices * (decision == Decision::kNone ? 1 : 2);
+  if (absent_.size() >= limit && !absent_.contains({network, address})) {
     return around_.warn("state", fmt::format("{} on {} is not remembered: {} others could not be written yet", address,
                                              network, absent_.size()));
   }
@@ -98,7 +120,7 @@ void Memory::absent(const std::string& network, const std::string& address, cons
 }
 
 void Memory::forget(const std::string& network, const std::string& address) {
-  if (!writable_) return;
+  if (!writable_ || (absent_.size() >= around_.config.max_devices && !absent_.contains({network, address}))) return;
   absent_[{network, address}] = std::nullopt;
   ask(Duration(0));
 }
@@ -111,7 +133,15 @@ void Memory::left(const Device& device) {
 void Memory::dropped(std::span<Device* const> devices) {
   std::vector<Device*> unsaved(devices.begin(), devices.end());
   std::erase_if(unsaved, [](const Device* device) { return !device->values_unsaved; });
-  if (writable_ && !unsaved.empty()) transaction(durable_, [&] { return write_devices(unsaved); });
+  if (!writable_ || unsaved.empty()) return;
+  if (transaction(durable_, [&] { return write_devices(unsaved); })) return;
+  for (const auto* device : unsaved) keep_decision(*device);
+}
+
+/// The file cannot be written now, and the device goes: what a user decided waits without it.
+void Memory::keep_decision(const Device& device) {
+  if (device.decision != Decision::kNone && device.record_unsaved)
+    absent(device.network->id, device.address, announcement(device), device.decision);
 }
 
 void Memory::mark(Device& device, Duration within) {

@@ -62,6 +62,7 @@ class Memory {
   Result<void> save_values(const Device& device);
   std::vector<Device*> next_devices(std::size_t most);
   bool transaction(bool durable, const std::function<bool()>& write);
+  void keep_decision(const Device& device);
   bool goes_on(const Result<void>& result);
 
   Surroundings& around_;
@@ -75,7 +76,9 @@ class Memory {
   bool durable_ = false;  ///< what waits must be on the disk
 };
 
-/// What the device said of itself, put together again.
+/// What the device said of itself, put together again; without initial values, which are old by now.
 model::Join announcement(const Device& device);
+/// The same as `join` says, but for its initial values.
+bool is_announcement(const model::Join& known, const model::Join& join);
 
 }  // namespace rubicon::proxy

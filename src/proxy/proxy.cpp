@@ -64,11 +64,13 @@ void Proxy::Parts::listen() {
 }
 
 void Proxy::Parts::join(Device* device, Network& network, const Message& message, const model::Join& join) {
-  if (message.source.device.empty()) return stranger(network, message);
+  if (message.source.device.empty()) return void(stranger(network, message));
   const DeviceName name{network.id, message.source.device};
   const Announced announced{join, around.clock.now().steady};
   std::optional<state::KnownDevice> known;
-  if (!device && !inbox.find(name)) known = memory.recall(name.network, name.address);
+  const auto* entry = device ? nullptr : inbox.find(name);
+  // Who waits for a word is remembered by the inbox; who was let in may have values from before.
+  if (!device && (!entry || entry->standing == Standing::kLetIn)) known = memory.recall(name.network, name.address);
   if (!device && !let_in(network, name, announced, known ? &*known : nullptr, !join.heard)) {
     if (join.heard) inbox.heard(name);
     return;
@@ -95,7 +97,7 @@ bool Proxy::Parts::admit(Network& network, const std::string& address, const Ann
   mirror.joined(*joined);
   take_rate(device);
   if (known) bring_back(device, *known);
-  const bool as_remembered = known && known->join.name == join.name && known->join.capabilities == join.capabilities;
+  const bool as_remembered = known && is_announcement(known->join, join);
   if (joined->changed && !as_remembered) memory.record_changed(device);
   if (join.heard) {
     if (!network.line_known) presume_line(network);
@@ -116,7 +118,8 @@ void Proxy::Parts::take_rate(Device& device) {
 }
 
 void Proxy::Parts::keep_alive(Device* device, Network& network, const Message& message, const model::KeepAlive&) {
-  device ? heard(*device) : stranger(network, message);
+  if (!device) device = stranger(network, message);
+  if (device) heard(*device);
 }
 
 void Proxy::Parts::remove(Device& device) {
@@ -134,8 +137,14 @@ void Proxy::Parts::leave(Device* device, Network& network, const Message& messag
     const DeviceName name{network.id, message.source.device};
     const auto* entry = inbox.find(name);
     if (!entry || entry->ignored()) return;
+    const auto known = memory.recall(name.network, name.address);
+    const auto decision = known ? known->decision : state::Decision::kNone;
+    if (decision == state::Decision::kNone) {
+      memory.forget(name.network, name.address);
+    } else {
+      memory.absent(name.network, name.address, entry->announced.join, decision);
+    }
     inbox.take(name);
-    memory.forget(name.network, name.address);
     return;
   }
   around.log.info(fmt::format("{} left: {}", device->key, leave.reason));
@@ -144,8 +153,10 @@ void Proxy::Parts::leave(Device* device, Network& network, const Message& messag
 }
 
 void Proxy::Parts::updates(Device* device, Network& network, const Message& message, const model::Updates& updates) {
-  if (!device) [[unlikely]]
-    return stranger(network, message);
+  if (!device) [[unlikely]] {
+    device = stranger(network, message);
+    if (!device) return;
+  }
   heard(*device);
   for (const auto& one : updates.readings) reading(*device, one);
 }
@@ -250,12 +261,20 @@ void Proxy::Parts::line_came_up(Network& network) {
   }
 }
 
-void Proxy::Parts::stranger(Network& network, const Message& message) {
-  if (inbox.heard({network.id, message.source.device})) return;
+/// The device, if it could not come before and can now.
+Device* Proxy::Parts::stranger(Network& network, const Message& message) {
+  const DeviceName name{network.id, message.source.device};
+  if (inbox.heard(name)) {
+    const auto* entry = inbox.find(name);
+    const bool comes =
+        entry->standing == Standing::kLetIn && directory.has_place(network, name.address, entry->announced.join.id);
+    return comes ? try_again(network, name) : nullptr;
+  }
   ++network.faults.unknown_devices;
   board.refresh_counters();
   around.warn(network.id + "/stranger", fmt::format("{} from {}, which never joined", to_string(message.kind()),
                                                     model::quoted(to_string(message.source))));
+  return nullptr;
 }
 
 void Proxy::Parts::acknowledge(const Message& message) {

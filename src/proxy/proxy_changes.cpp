@@ -57,7 +57,9 @@ void Proxy::Parts::reconfigure(ProxyConfig next) {
     const auto old = before.find(id);
     if (old == before.end()) {
       moved = true;
-      board.declare(directory.network(id));
+      auto& network = directory.network(id);
+      directory.configure(network, rules);
+      board.declare(network);
       restore(id);
     } else if (!(old->second == rules)) {
       change_rules(directory.network(id), rules);
@@ -84,6 +86,7 @@ void Proxy::Parts::drop_network(const std::string& id) {
   auto& network = directory.network(id);
   drop_devices(network);
   inbox.drop_network(id);
+  std::erase_if(decisions, [&id](const auto& one) { return one.first.network == id; });
   board.remove(network);
   directory.remove_network(id);
 }
@@ -135,6 +138,7 @@ void Proxy::Parts::free_reserved_keys(Network& network) {
 
 /// All old keys go before the first new one comes, so that two devices may swap theirs.
 void Proxy::Parts::rename(Network& network, NetworkRules rules, const std::vector<Device*>& renamed) {
+  memory.dropped(renamed);  // one of them may find no key
   std::vector<std::map<PointNumber, TupleMirror::Kept>> kept;
   for (auto* device : renamed) {
     kept.push_back(mirror.retire(*device));
@@ -165,14 +169,12 @@ void Proxy::Parts::rename(Network& network, NetworkRules rules, const std::vecto
 
 /// The discovery rules may say something else now of those who wait; ignored by rule, too.
 void Proxy::Parts::ask_again() {
-  for (const auto& name : inbox.matching("*")) {
+  for (const auto& name : inbox.all()) {
     const auto* entry = inbox.find(name);
     if (!entry) continue;
-    const auto announced = entry->announced;
     auto& network = directory.network(name.network);
-    if (!let_in(network, name, announced, nullptr, false)) continue;
-    const auto known = memory.recall(name.network, name.address);
-    admit(network, name.address, announced, known ? &*known : nullptr);
+    const auto announced = entry->announced;
+    if (let_in(network, name, announced, nullptr, false) && inbox.find(name)) try_again(network, name);
   }
 }
 

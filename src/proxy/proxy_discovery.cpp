@@ -62,6 +62,14 @@ void Proxy::Parts::park(const DeviceName& name, const Announced& announced, cons
   inbox.put(name, announced, Standing::kLetIn, why);
 }
 
+/// With what is remembered of it; nullptr if it still cannot come.
+Device* Proxy::Parts::try_again(Network& network, const DeviceName& name) {
+  const auto announced = inbox.find(name)->announced;
+  const auto known = memory.recall(name.network, name.address);
+  if (!admit(network, name.address, announced, known ? &*known : nullptr)) return nullptr;
+  return directory.find(network, name.address);
+}
+
 void Proxy::Parts::bring_back(Device& device, const KnownDevice& known) {
   device.decision = known.decision;
   for (const auto& stored : known.values) {
@@ -115,10 +123,12 @@ tuples::Judgement Proxy::Parts::judge_inbox(const tuples::RemoteSet& wish) {
                      model::quoted(text))});
   }
   const std::string pattern = many ? std::string(text.substr(blank + 1)) : wish.key.substr(root.size() + 1);
-  auto found = inbox.matching(pattern);
-  const auto hidden = [this](const DeviceName& name) { return inbox.find(name)->ignored(); };
-  // One that nobody sees is meant only if there is no other.
-  if (many || !std::all_of(found.begin(), found.end(), hidden)) std::erase_if(found, hidden);
+  auto found = many ? inbox.waiting_like(pattern) : inbox.meant_by(pattern);
+  if (found.size() > 1 && !many) {
+    return tuples::Judgement::refused(
+        {ErrorCode::kDuplicate, fmt::format("{} fits {} devices: set {} to {} {}.<address>", model::quoted(pattern),
+                                            found.size(), root, text, found.front().network)});
+  }
   if (found.empty() && !many && *decision == Decision::kIgnored) {
     if (const auto* device = device_with_key(pattern)) found.push_back({device->network->id, device->address});
   }
@@ -156,14 +166,12 @@ void Proxy::Parts::carry_out() {
 void Proxy::Parts::approve(const DeviceName& name) {
   const auto* entry = inbox.find(name);
   if (!entry) return;
-  const auto announced = entry->announced;
-  const auto known = memory.recall(name.network, name.address);
-  auto& network = directory.network(name.network);
+  const auto join = entry->announced.join;
   around.log.info(fmt::format("{} was approved", key_of(name)));
-  if (admit(network, name.address, announced, known ? &*known : nullptr)) {
-    memory.approved(*directory.find(network, name.address));
+  if (auto* device = try_again(directory.network(name.network), name)) {
+    memory.approved(*device);
   } else {
-    memory.absent(name.network, name.address, announced.join, Decision::kApproved);
+    memory.absent(name.network, name.address, join, Decision::kApproved);
   }
 }
 

@@ -42,13 +42,14 @@ struct Proxy::Parts {
   void set_line(Network& network, const model::State& state);
   void line_went_down(Network& network);
   void line_came_up(Network& network);
-  void stranger(Network& network, const Message& message);
+  Device* stranger(Network& network, const Message& message);
   void take_rate(Device& device);
 
   // proxy_discovery.cpp: which devices are let in, and what is remembered of them
   bool let_in(Network& network, const DeviceName& name, const Announced& announced, const state::KnownDevice* known,
               bool listed);
   bool admit(Network& network, const std::string& address, const Announced& announced, const state::KnownDevice* known);
+  Device* try_again(Network& network, const DeviceName& name);
   void park(const DeviceName& name, const Announced& announced, const std::string& why);
   void bring_back(Device& device, const state::KnownDevice& known);
   void restore(const std::string& network);

@@ -128,7 +128,8 @@ void TupleMirror::renamed(Device& device, const std::map<PointNumber, Kept>& kep
 }
 
 void TupleMirror::remembered(const Device& device, Point& point, const state::StoredValue& stored) {
-  if (point.quality != Quality::kUnknown) return;
+  // A value that the device itself knew when it joined is newer.
+  if (point.quality != Quality::kUnknown && point.quality != Quality::kStored) return;
   const auto* json = std::get_if<Json>(&stored.value);
   const auto text = json ? json->text : to_text(stored.value);
   if (point.type && !TypeCatalogue::parse(*point.type, text)) return;

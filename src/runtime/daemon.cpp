@@ -290,6 +290,9 @@ int print_plan(const std::string& file, const std::string& old_file, const std::
   for (const auto& line : plan.refusals) fmt::print("refused: {}\n", line);
   for (const auto& line : plan.lines) fmt::print("{}\n", line);
   if (plan.refusals.empty() && plan.lines.empty()) fmt::print("nothing would change\n");
+  const bool files = std::any_of(next->networks.begin(), next->networks.end(),
+                                 [](const auto& setup) { return !setup.type->file_option.empty(); });
+  if (files) fmt::print("whether files that options name have changed, `reload try` of the running island says\n");
   return plan.refusals.empty() ? kExitOk : kExitConfiguration;
 }
 

@@ -2,7 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <filesystem>
+#include <fstream>
+#include <string_view>
 #include <system_error>
 
 namespace rubicon::runtime {
@@ -19,6 +22,20 @@ std::string good_config_path(const IslandConfig& config) {
   return path.empty() ? path : path + ".good.yaml";
 }
 
+namespace {
+
+/// A database, or what a crash of the machine leaves of one: nothing or zeros. Any other file is somebody else's.
+bool may_have_been_ours(const std::string& path) {
+  constexpr std::string_view kDatabase("SQLite format 3\0", 16);
+  std::array<char, kDatabase.size()> head{};
+  std::ifstream file(path, std::ios::binary);
+  file.read(head.data(), head.size());
+  const std::string_view found(head.data(), head.size());
+  return fs::is_regular_file(path) && (found == kDatabase || found.find_first_not_of('\0') == std::string_view::npos);
+}
+
+}  // namespace
+
 Result<std::unique_ptr<state::StateStore>> open_state(const IslandConfig& config, const Log& log, WallTime now) {
   const auto path = state_path(config);
   if (path.empty()) {
@@ -29,7 +46,7 @@ Result<std::unique_ptr<state::StateStore>> open_state(const IslandConfig& config
   }
   const state::StateOptions options{config.state.max_bytes};
   auto store = state::StateStore::open(path, config.id, options);
-  if (!store && store.error().code == ErrorCode::kInvalid && fs::is_regular_file(path)) {
+  if (!store && store.error().code == ErrorCode::kInvalid && may_have_been_ours(path)) {
     auto aside = state::set_aside(path, now);
     if (!aside) return fail(std::move(aside.error()));
     log.error(fmt::format("{}; it is now {}, and the island begins with an empty memory", store.error().text, *aside));

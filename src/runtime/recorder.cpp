@@ -199,9 +199,11 @@ void Recorder::snapshot_slice() {
   if (snapshot_.empty()) {
     mark(recording::kMarkComplete);
     write_block();
-    in_snapshot_ = false;
-    file_.snapshot_ends();
-    return;
+    if (snapshot_.empty()) {  // else the block ended a gap: what is there by now is still owed
+      in_snapshot_ = false;
+      file_.snapshot_ends();
+      return;
+    }
   }
   place_.scheduler.post([this, alive = std::weak_ptr<bool>(alive_)] {
     if (alive.lock()) snapshot_slice();

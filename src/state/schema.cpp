@@ -59,7 +59,7 @@ Result<Header> read_header(Database& database, std::span<const char* const> step
   const auto* file = sqlite3_db_filename(database.handle(), "main");
   if (*application == 0 && *version == 0 && *tables == 0) return Header{true, 0};
   if (*application != kApplicationId) {
-    return fail(ErrorCode::kInvalid, fmt::format("state file {}: an SQLite database of another program", file));
+    return fail(ErrorCode::kRefused, fmt::format("state file {}: an SQLite database of another program", file));
   }
   const auto newest = static_cast<std::int64_t>(steps.size());
   if (*version > newest) {

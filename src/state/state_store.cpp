@@ -147,8 +147,7 @@ Result<void> StateStore::Parts::transact(const std::function<Result<void>()>& wo
     if (broken) return fail(*broken);
     auto done = work();
     // Found out before the first change, or after devices were forgotten to make room.
-    const bool harmless =
-        done || done.error().code == ErrorCode::kNotFound || done.error().code == ErrorCode::kBusy;
+    const bool harmless = done || done.error().code == ErrorCode::kNotFound || done.error().code == ErrorCode::kBusy;
     if (!harmless) broken = done.error();
     return done;
   }

@@ -61,9 +61,9 @@ struct StateFile;
 /// Commands are never stored.
 class StateStore {
  public:
-  /// Makes the file if there is none. kInvalid: not a state file, or damaged; kRefused: of another island, or made by a
-  /// newer version; kBusy: another process has it open for writing; kIo: cannot be read or made. A file that may only
-  /// be read is opened so, and every write fails with kRefused.
+  /// Makes the file if there is none. kInvalid: not a state file, or damaged; kRefused: of another island or
+  /// program, or made by a newer version; kBusy: another process has it open for writing; kIo: cannot be read or made.
+  /// A file that may only be read is opened so, and every write fails with kRefused.
   static Result<std::unique_ptr<StateStore>> open(const std::string& path, IslandId island, StateOptions options = {});
 
   enum class Use {

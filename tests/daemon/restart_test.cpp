@@ -129,7 +129,7 @@ TEST_F(DaemonWithMemory, CheckDiffComparesWithTheLastGoodFile) {
 }
 
 TEST_F(DaemonWithMemory, ADamagedStateFileIsSetAsideAndAForeignOneIsRefused) {
-  std::ofstream(directory_ / "home.state", std::ios::binary) << std::string(8192, 'x');
+  std::ofstream(directory_ / "home.state", std::ios::binary) << "SQLite format 3" << '\0' << std::string(8192, 'x');
   {
     Process daemon({kDaemon, "run", file(), "--shell"});
     ASSERT_TRUE(until(daemon, "inbox", "count", 2));
@@ -140,6 +140,14 @@ TEST_F(DaemonWithMemory, ADamagedStateFileIsSetAsideAndAForeignOneIsRefused) {
   const auto foreign = run_to_end({kDaemon, "run", file(), "--shell", "--set", "island.id=7"});
   EXPECT_EQ(foreign.code, 2);
   EXPECT_THAT(foreign.errors, HasSubstr("of island 6541"));
+}
+
+TEST_F(DaemonWithMemory, AFileOfAnotherKindIsNeverMovedAway) {
+  const auto before = std::filesystem::file_size(file());
+  const auto refused = run_to_end({kDaemon, "run", file(), "--shell", "--set", "state.file=home.yaml"});
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_THAT(refused.errors, HasSubstr("home.yaml"));
+  EXPECT_EQ(std::filesystem::file_size(file()), before);
 }
 
 TEST_F(DaemonWithMemory, TwoDaemonsDoNotShareOneMemory) {

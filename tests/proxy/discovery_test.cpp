@@ -287,6 +287,104 @@ TEST_F(Discovery, ApprovingOneThatWaitsSparesItsIgnoredTwin) {
   EXPECT_EQ(inbox()["ignored"], 1);
 }
 
+TEST_F(Discovery, AnApprovalMeansTheOneThatHasTheKey) {
+  start();
+  join("1.7", lamp());
+  join("1_7", lamp());
+  ASSERT_EQ(set("proxy.inbox.hall.1_7", "approve").verdict, Verdict::kApplied);
+  EXPECT_EQ(json("proxy.hall.1_7.description")["address"], "1.7");
+  EXPECT_EQ(inbox()["count"], 1);
+}
+
+TEST_F(Discovery, OfTwoIgnoredWithOneKeyTheAddressDecides) {
+  start();
+  for (const auto* address : {"1.7", "1_7"}) {
+    join(address, lamp());
+    ASSERT_EQ(set("proxy.inbox.hall.1_7", "ignore").verdict, Verdict::kApplied);
+  }
+  const auto refused = set("proxy.inbox.hall.1_7", "approve");
+  EXPECT_EQ(refused.code, ErrorCode::kDuplicate);
+  EXPECT_THAT(refused.text, testing::HasSubstr("proxy.inbox to approve hall.<address>"));
+  ASSERT_EQ(set("proxy.inbox", "approve hall.1.7").verdict, Verdict::kApplied);
+  EXPECT_EQ(json("proxy.hall.1_7.description")["address"], "1.7");
+}
+
+/// A device that a user approved and set to 250 ms, and that finds no room after a restart.
+class Parked : public Discovery {
+ protected:
+  Join patient() const {
+    auto message = lamp();
+    auto rate = capability(Kind::kProperty, types.find("rate")->id, "");
+    rate.initial = std::int64_t{1000};
+    message.capabilities.push_back(rate);
+    return message;
+  }
+  void park() {
+    start();
+    join("0", lamp());
+    ASSERT_EQ(set("proxy.inbox.hall.0", "approve").verdict, Verdict::kApplied);
+    join("7", patient());
+    ASSERT_EQ(set("proxy.inbox.hall.7", "approve").verdict, Verdict::kApplied);
+    ASSERT_EQ(set("proxy.hall.7.property.rate.command", "250").verdict, Verdict::kApplied);
+    time.run_for(1s);
+    config.max_devices = 1;
+    restart();
+    ASSERT_TRUE(exists("proxy.inbox.hall.7"));
+  }
+};
+
+TEST_F(Parked, ComesWithItsFirstWordOnceThereIsRoom) {
+  park();
+  say("0", model::Leave{"gone"});
+  time.run_for(2s);
+  report("7", sensor(kGlow), 5.0);
+  EXPECT_EQ(text("proxy.hall.7.sensor.glow-1.value"), "5");
+  EXPECT_EQ(text("proxy.hall.7.property.rate.value"), "250");
+  EXPECT_FALSE(exists("proxy.inbox.hall.7"));
+}
+
+TEST_F(Parked, ComesWithItsValuesWhenItJoins) {
+  park();
+  say("0", model::Leave{"gone"});
+  join("7", patient());
+  EXPECT_EQ(text("proxy.hall.7.property.rate.value"), "250");
+  time.run_for(20s);
+  restart();
+  EXPECT_EQ(text("proxy.hall.7.property.rate.value"), "250");
+}
+
+TEST_F(Parked, StaysApprovedWhenItLeaves) {
+  park();
+  say("7", model::Leave{"battery"});
+  time.run_for(1s);
+  say("0", model::Leave{"gone"});
+  join("7", patient());
+  EXPECT_TRUE(exists("proxy.hall.7.status"));
+}
+
+TEST_F(Discovery, DecisionsUnderWayDoNotBringARemovedNetworkBack) {
+  start();
+  for (int i = 0; i < 1000; ++i) join(std::to_string(i), lamp());
+  time.run_for(1s);
+  auto reply = Reply{};
+  robot->set_remote(kIsland, "proxy.inbox", "ignore hall.*", 5s, [&](const Reply& answer) { reply = answer; });
+  const auto rules_before = config.networks;
+  time.post([this] {
+    time.post([this] {
+      networks->remove("hall");
+      config.networks.clear();
+      proxy->reconfigure(config);
+    });
+  });
+  time.run_for(1s);
+  EXPECT_EQ(inbox()["ignored"], 0);
+  config.networks = rules_before;
+  config.networks["hall"].devices["3"].id = "three";
+  proxy->reconfigure(config);
+  time.run_for(1s);
+  EXPECT_TRUE(exists("proxy.hall.status"));
+}
+
 TEST_F(Discovery, DevicesThatARuleHidesMakeRoomForThoseThatWait) {
   config.max_devices = 3;
   config.discovery.rules = {{"", "", "s*", Admission::kIgnore}};

@@ -66,7 +66,7 @@ TEST(StateFile, OfANewerVersionIsRefusedAndLeftAsItIs) {
   EXPECT_EQ(read_all(folder / "s"), before);
 }
 
-TEST(StateFile, ThatIsNoneIsInvalidAndLeftAsItIs) {
+TEST(StateFile, ThatIsNoneIsInvalidOrRefusedAndLeftAsItIs) {
   Folder folder;
   for (const std::string& content : {std::string("island: {id: 6541}\n"), std::string(100000, 'x'),
                                      std::string(4096, '\0'), std::string("SQLite format 3\0", 16)}) {
@@ -76,7 +76,7 @@ TEST(StateFile, ThatIsNoneIsInvalidAndLeftAsItIs) {
   }
   run_sql(folder / "other", "CREATE TABLE device(row INTEGER)");
   const auto error = error_of(folder / "other");
-  EXPECT_EQ(error.code, ErrorCode::kInvalid);
+  EXPECT_EQ(error.code, ErrorCode::kRefused);
   EXPECT_THAT(error.text, HasSubstr("another program"));
   EXPECT_EQ(error_of(folder.path()).code, ErrorCode::kInvalid);
   EXPECT_EQ(error_of(folder / "none/s").code, ErrorCode::kIo);

@@ -261,6 +261,7 @@ Result<std::unique_ptr<network::Network>> make(const network::NetworkConfig& con
 }  // namespace
 
 const network::NetworkType kType{
-    "salad", "the devices of the SALAD middleware, over UDP", kSample, make, std::chrono::seconds(1), true, "properties"};
+    "salad",     "the devices of the SALAD middleware, over UDP", kSample, make, std::chrono::seconds(1), true,
+    "properties"};
 
 }  // namespace rubicon::networks::salad
