@@ -15,7 +15,7 @@ inline constexpr std::string_view kMessageMediaType = "application/rubicon+cbor"
 bool is_message_media_type(std::string_view media_type);
 
 /// Largest encoded message and most entries in each of its lists.
-inline constexpr std::size_t kMaxMessageBytes = 256 * 1024;
+inline constexpr std::size_t kMaxMessageBytes = 256UL * 1024;
 inline constexpr std::size_t kMaxMessageEntries = 4096;
 
 /// The CBOR form of docs/gateway.cddl. Types travel as number and, where the message has it, as name.

@@ -18,7 +18,7 @@ namespace rubicon::runtime {
 class ConsoleWriter {
  public:
   static constexpr std::size_t kMaxLines = 10'000;
-  static constexpr std::size_t kMaxBytes = 16 * 1024 * 1024;
+  static constexpr std::size_t kMaxBytes = 16UL * 1024 * 1024;
 
   ConsoleWriter(boost::asio::io_context& context, int descriptor, std::function<void()> closed);
   ~ConsoleWriter();

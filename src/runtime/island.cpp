@@ -97,7 +97,7 @@ Result<void> Island::Parts::add(const NetworkSetup& setup, network::Supervisor& 
                                 base::ConfigErrors& errors) {
   ConfigReader options(setup.options, "networks." + setup.key, errors);
   const auto before = errors.lines().size();
-  const auto added = to.add(*setup.type, {setup.id, config.id, options, config.types, directory});
+  auto added = to.add(*setup.type, {setup.id, config.id, options, config.types, directory});
   if (!added && errors.lines().size() == before) options.error("", added.error().text);
   options.finish();
   return added;

@@ -57,9 +57,11 @@ bool steers(std::string_view character) {
 std::vector<std::string> alternating(const std::vector<std::string>& devices) {
   std::map<std::string, std::size_t> counts;
   std::vector<std::pair<std::size_t, std::string>> ranked;
+  ranked.reserve(devices.size());
   for (const auto& device : devices) ranked.emplace_back(counts[part_of(device, 1)]++, device);
   std::sort(ranked.begin(), ranked.end());
   std::vector<std::string> order;
+  order.reserve(ranked.size());
   for (auto& [rank, device] : ranked) order.push_back(std::move(device));
   return order;
 }

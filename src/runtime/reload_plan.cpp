@@ -101,8 +101,8 @@ ReloadPlan plan_reload(const IslandConfig& now, const IslandConfig& next) {
     const auto& [section, node] = next.fixed[i];
     const auto paths = base::differences(now.fixed[i].second, node, kNamed + 1);
     if (paths.empty()) continue;
-    std::vector<std::string> full;
-    for (const auto& path : paths) full.push_back(path.empty() ? section : section + "." + path);
+    std::vector<std::string> full(paths);
+    for (auto& path : full) path = path.empty() ? section : fmt::format("{}.{}", section, path);
     plan.refusals.push_back(fmt::format("{}: a running island cannot change this; restart it", list(full)));
   }
   compare_networks(now, next, plan);

@@ -36,7 +36,7 @@ class Shell {
   /// Calls once no answer is outstanding (at once if none is).
   void when_idle(std::function<void()> call);
 
-  static constexpr std::size_t kMaxLine = 64 * 1024;
+  static constexpr std::size_t kMaxLine = 64UL * 1024;
 
  private:
   using Words = std::vector<std::string_view>;

@@ -8,7 +8,7 @@
 namespace rubicon::runtime {
 
 /// Bounds of a configuration: beyond them it is refused, however it is written.
-inline constexpr std::size_t kMaxYamlBytes = 8 * 1024 * 1024;
+inline constexpr std::size_t kMaxYamlBytes = 8UL * 1024 * 1024;
 inline constexpr std::size_t kMaxYamlNodes = 200'000;
 
 /// One YAML document whose top is a map -> tree with the place of every node; the items of a map are its keys with

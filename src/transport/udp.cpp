@@ -13,6 +13,7 @@ std::string to_string(const Endpoint& endpoint) {
              : fmt::format("{}:{}", endpoint.address.empty() ? "*" : endpoint.address, endpoint.port);
 }
 
+// NOLINTBEGIN(performance-unnecessary-value-param): those that have sockets keep what they are given
 Result<std::unique_ptr<UdpSocket>> Transports::open_udp(const UdpOptions&, UdpCalls) {
   return fail(ErrorCode::kUnsupported, "there are no sockets here");
 }
@@ -20,5 +21,6 @@ Result<std::unique_ptr<UdpSocket>> Transports::open_udp(const UdpOptions&, UdpCa
 std::unique_ptr<Lookup> Transports::look_up(const std::string&, LookupDone) {
   base::assertion_failed("names are looked up where there are sockets", __FILE__, __LINE__);
 }
+// NOLINTEND(performance-unnecessary-value-param)
 
 }  // namespace rubicon::transport

@@ -24,7 +24,7 @@ struct PeerBox {
 class Outbox {
  public:
   static constexpr std::size_t kFrameChanges = 512;
-  static constexpr std::size_t kFrameBytes = 256 * 1024;
+  static constexpr std::size_t kFrameBytes = 256UL * 1024;
   static constexpr std::size_t kFramesPerTurn = 16;
   static constexpr std::size_t kMaxWaiting = 4'000'000;
 

@@ -12,7 +12,7 @@
 
 namespace rubicon::tuples {
 
-inline constexpr std::size_t kMaxValueSize = 1024 * 1024;
+inline constexpr std::size_t kMaxValueSize = 1024UL * 1024;
 /// Copies of foreign tuples one component keeps; more are dropped and counted.
 inline constexpr std::size_t kMaxCached = 2'000'000;
 /// Subscriptions one distant component may hold here.

@@ -11,7 +11,7 @@
 namespace rubicon::networks::log {
 
 /// Longest line that is looked at; a longer one is skipped and reported.
-inline constexpr std::size_t kMaxLine = 64 * 1024;
+inline constexpr std::size_t kMaxLine = 64UL * 1024;
 
 /// A line of a text file without its line end (LF or CR LF), or the fact that it was too long.
 struct TextLine {

@@ -9,7 +9,7 @@ namespace rubicon::networks::log {
 
 namespace {
 
-constexpr std::size_t kPiece = 64 * 1024;
+constexpr std::size_t kPiece = 64UL * 1024;
 constexpr std::size_t kMaxTable = 16 * kPiece;
 
 /// The second cell of the line whose first cell is `key`.

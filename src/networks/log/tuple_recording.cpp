@@ -202,7 +202,7 @@ void TupleRecording::on_damage(const recording::Damage& damage) {
   complain_(damage.offset, fmt::format("{}; {} bytes skipped", damage.why, damage.bytes));
 }
 
-void TupleRecording::bad(std::string text) {
+void TupleRecording::bad(const std::string& text) {
   ++counters_.damaged;
   complain_(reader_.block_offset(), text);
 }

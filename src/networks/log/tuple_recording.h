@@ -90,7 +90,7 @@ class TupleRecording final : public Recording {
   void join(RecordedDevice& device);
   void leave(RecordedDevice& device, std::string reason);
   void tell(RecordedDevice& device, RecordedPoint& point, Value value, WallTime user_time);
-  void bad(std::string text);
+  void bad(const std::string& text);
 
   ForeignTypes types_;
   std::string network_;
