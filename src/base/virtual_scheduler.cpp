@@ -16,11 +16,13 @@ void VirtualScheduler::run_posted() {
 }
 
 void VirtualScheduler::run_ready() {
-  run_posted();
-  while (auto call = timers_.take_due(now_)) {
-    call();
+  do {
     run_posted();
-  }
+    while (auto call = timers_.take_due(now_)) {
+      call();
+      run_posted();
+    }
+  } while (outside_ && outside_());
 }
 
 void VirtualScheduler::advance_to(SteadyTime when) {

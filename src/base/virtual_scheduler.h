@@ -22,6 +22,9 @@ class VirtualScheduler final : public Scheduler {
   void run_ready();
   /// Moves time forward by `span`, running each timer at its own time.
   void run_for(Duration span);
+  /// `outside` is asked when nothing is left to do now, and waits a little for real parts: true if they posted
+  /// something.
+  void ask_outside(std::function<bool()> outside) { outside_ = std::move(outside); }
   /// Sets the wall clock, as an administrator or NTP would; monotonic time is untouched.
   void set_wall(WallTime wall) { wall_ = wall; }
 
@@ -34,6 +37,7 @@ class VirtualScheduler final : public Scheduler {
   Duration wall_rest_{};
   std::deque<std::function<void()>> posted_;
   TimerHeap timers_;
+  std::function<bool()> outside_;
 };
 
 }  // namespace rubicon::base

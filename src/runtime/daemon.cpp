@@ -21,6 +21,8 @@
 #include "runtime/spdlog_sink.h"
 #include "transport/asio_scheduler.h"
 #include "transport/local_transports.h"
+#include "tuples/dds/dds_ecology.h"
+#include "tuples/memory/memory_ecology.h"
 
 namespace rubicon::runtime {
 
@@ -29,7 +31,7 @@ namespace {
 using tuples::Handle;
 
 /// Components of the daemon itself; ids above 65535 belong to no island.
-constexpr OwnerId kConsoleComponent{65536};
+constexpr std::uint32_t kFirstComponent = 65536;
 constexpr Duration kRedraw = std::chrono::milliseconds(500);
 constexpr Duration kPatience = std::chrono::milliseconds(300);
 constexpr Duration kDropReport = std::chrono::seconds(1);
@@ -68,23 +70,23 @@ class Session {
   Session(const RunOptions& options, LogSink& log)
       : options_(options),
         log_(log, "daemon"),
-        ecology_(loop_.scheduler()),
         signals_(loop_.context(), SIGTERM, SIGINT),
         hang_up_(loop_.context(), SIGHUP),
         output_(loop_.context(), STDOUT_FILENO, [this] { loop_.stop(); }) {}
 
   Result<void> prepare(IslandConfig config, LogSink& sink) {
+    if (auto opened = open_ecology(config.engine, config.id, sink); !opened) return opened;
     auto state = open_state(config, log_, loop_.scheduler().wall_now());
     if (!state) return fail(std::move(state.error()));
     base::ConfigErrors errors;
     auto island =
-        Island::make(std::move(config), loop_.scheduler(), transports_, sink, ecology_, errors, std::move(*state));
+        Island::make(std::move(config), loop_.scheduler(), transports_, sink, *ecology_, errors, std::move(*state));
     if (!island) return fail(island.error());
     island_ = std::move(*island);
-    auto link = ecology_.join(kConsoleComponent);
+    auto link = ecology_->join(console_);
     if (!link) return fail(link.error());
     link_ = std::move(*link);
-    space_ = std::make_unique<TupleSpace>(kConsoleComponent, loop_.scheduler(), *link_);
+    space_ = std::make_unique<TupleSpace>(console_, loop_.scheduler(), *link_);
     for (const auto& text : options_.watch) {
       auto pattern = Pattern::parse(text);
       if (!pattern) return fail(ErrorCode::kInvalid, fmt::format("--watch: {}", pattern.error().text));
@@ -94,6 +96,8 @@ class Session {
     }
     return {};
   }
+
+  int exit_code() const { return exit_code_; }
 
   void run() {
     signals_.async_wait([this](const boost::system::error_code& error, int) {
@@ -116,6 +120,25 @@ class Session {
   }
 
  private:
+  Result<void> open_ecology(const EngineSetup& engine, IslandId id, LogSink& sink) {
+    if (!engine.dds) {
+      ecology_ = std::make_unique<tuples::MemoryEcology>(loop_.scheduler());
+      return {};
+    }
+    const auto post = [this](std::function<void()> call) { loop_.scheduler().post(std::move(call)); };
+    auto dds = tuples::dds::DdsEcology::open(engine.options, loop_.scheduler(), post, sink);
+    if (!dds) return fail(std::move(dds.error()));
+    (*dds)->watch_displaced([this](OwnerId displaced) {
+      log_.error(fmt::format("component {} was there before, in another process: this one ends", number(displaced)));
+      exit_code_ = kExitFailed;
+      finish();
+    });
+    // Of all components of all processes the consoles need ids that nobody gave them.
+    console_ = OwnerId(kFirstComponent + (static_cast<std::uint32_t>(::getpid()) << 8U) + number(id) % 256);
+    ecology_ = std::move(*dds);
+    return {};
+  }
+
   /// SIGHUP asks for a reload, as it does of every daemon.
   void await_hang_up() {
     hang_up_.async_wait([this](const boost::system::error_code& error, int) {
@@ -224,7 +247,9 @@ class Session {
   Log log_;
   transport::Loop loop_;
   transport::LocalTransports transports_{loop_};
-  tuples::MemoryEcology ecology_;
+  std::unique_ptr<tuples::Ecology> ecology_;
+  OwnerId console_{kFirstComponent};
+  int exit_code_ = kExitOk;
   boost::asio::signal_set signals_, hang_up_;
   ConsoleWriter output_;
   std::unique_ptr<Island> island_;
@@ -265,7 +290,7 @@ int run(const RunOptions& options) {
   Session session(options, sink);
   if (auto ready = session.prepare(std::move(*config), sink); !ready) return report(ready.error());
   session.run();
-  return kExitOk;
+  return session.exit_code();
 }
 
 namespace {

@@ -105,7 +105,7 @@ Result<void> Island::Parts::add(const NetworkSetup& setup, network::Supervisor& 
 
 Result<std::unique_ptr<Island>> Island::make(IslandConfig config, Scheduler& scheduler,
                                              transport::Transports& transports, base::LogSink& log,
-                                             tuples::MemoryEcology& ecology, base::ConfigErrors& errors,
+                                             tuples::Ecology& ecology, base::ConfigErrors& errors,
                                              std::unique_ptr<state::StateStore> state) {
   auto link = ecology.join(config.id);
   if (!link) return fail(link.error());

@@ -9,7 +9,7 @@
 #include "runtime/reload_plan.h"
 #include "state/state_store.h"
 #include "transport/transports.h"
-#include "tuples/memory/memory_ecology.h"
+#include "tuples/link.h"
 #include "tuples/tuple_space.h"
 
 namespace rubicon::runtime {
@@ -23,7 +23,7 @@ class Island {
   /// island's id is present in the ecology, kInvalid if the errors are not empty.
   static Result<std::unique_ptr<Island>> make(IslandConfig config, Scheduler& scheduler,
                                               transport::Transports& transports, base::LogSink& log,
-                                              tuples::MemoryEcology& ecology, base::ConfigErrors& errors,
+                                              tuples::Ecology& ecology, base::ConfigErrors& errors,
                                               std::unique_ptr<state::StateStore> state = nullptr);
   ~Island();
 

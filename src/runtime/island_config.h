@@ -12,6 +12,7 @@
 #include "network/network.h"
 #include "proxy/proxy_config.h"
 #include "runtime/recorder_config.h"
+#include "tuples/dds/dds_options.h"
 
 namespace rubicon::runtime {
 
@@ -21,6 +22,12 @@ struct NetworkSetup {
   const network::NetworkType* type = nullptr;
   ConfigNode options;
   std::string key{};  ///< in the file; differs from the id where a recording stands for another network (`as`)
+};
+
+/// `tuples:`: how the components reach each other.
+struct EngineSetup {
+  bool dds = false;  ///< else within this process only
+  tuples::dds::DdsOptions options;
 };
 
 /// `state:`; an empty file = nothing is remembered.
@@ -37,6 +44,7 @@ struct IslandConfig {
   gateway::GatewayLimits limits;
   TypeCatalogue types;
   std::vector<NetworkSetup> networks;
+  EngineSetup engine;
   StateSetup state;
   /// The sections that a running island cannot take anew, as they stand in the file.
   std::vector<std::pair<std::string, ConfigNode>> fixed;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -55,6 +56,14 @@ class Link {
   virtual Result<void> remote_set(const RemoteSet& wish) = 0;
   virtual void reply(const Reply& reply) = 0;
   virtual std::vector<OwnerId> peers() const = 0;
+};
+
+/// Where the links of a process come from: an engine, opened.
+class Ecology {
+ public:
+  virtual ~Ecology() = default;
+  /// kDuplicate if this process has a component of that id, kIo if the engine cannot make the link.
+  virtual Result<std::unique_ptr<Link>> join(OwnerId id) = 0;
 };
 
 }  // namespace rubicon::tuples

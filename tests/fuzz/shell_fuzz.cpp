@@ -12,6 +12,7 @@
 #include "runtime/shell.h"
 #include "runtime/yaml.h"
 #include "transport/memory_transports.h"
+#include "tuples/memory/memory_ecology.h"
 
 namespace {
 

@@ -8,6 +8,7 @@
 #include "runtime/network_types.h"
 #include "runtime/yaml.h"
 #include "transport/memory_transports.h"
+#include "tuples/memory/memory_ecology.h"
 
 namespace {
 

@@ -1,4 +1,5 @@
 #include "runtime/island_config.h"
+#include "tuples/memory/memory_ecology.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -110,7 +111,7 @@ TEST_F(IslandConfigTest, ReadsEveryCommonKey) {
 TEST_F(IslandConfigTest, TellsAllThatIsWrongAtOnceWithTheirPlaces) {
   const auto errors = all_errors(
       "island: {id: 70000, name: home, colour: red}\n"
-      "tuples: {engine: dds}\n"
+      "tuples: {engine: mqtt}\n"
       "limits:\n"
       "  queue: many\n"
       "networks:\n"
@@ -123,7 +124,7 @@ TEST_F(IslandConfigTest, TellsAllThatIsWrongAtOnceWithTheirPlaces) {
   EXPECT_THAT(errors, SizeIs(8));
   EXPECT_THAT(errors, Contains("x.yaml:1:14: island.id: is '70000', expected a whole number from 1 to 65532"));
   EXPECT_THAT(errors, Contains(StartsWith("x.yaml:1:33: island: unknown key 'colour', known: id, name, prefix")));
-  EXPECT_THAT(errors, Contains("x.yaml:2:18: tuples.engine: is 'dds', expected one of: memory"));
+  EXPECT_THAT(errors, Contains("x.yaml:2:18: tuples.engine: is 'mqtt', expected one of: memory, dds"));
   EXPECT_THAT(errors, Contains(HasSubstr("x.yaml:4:10: limits.queue: is 'many', expected a whole number")));
   EXPECT_THAT(errors, Contains(HasSubstr("x.yaml:8:14: networks.dummy-1.silence: is '60', expected a duration")));
   EXPECT_THAT(errors, Contains(HasSubstr("x.yaml:10:17: networks.knx-1.type: is 'knx', expected one of: dummy, log")));

@@ -5,15 +5,17 @@
 #include <vector>
 
 #include "base/virtual_scheduler.h"
-#include "tuples/memory/memory_ecology.h"
+#include "tuples/test_ecology.h"
 #include "tuples/tuple_space.h"
 
 namespace rubicon::tuples {
 
 /// One member of an ecology in virtual time.
 struct Component {
-  Component(MemoryEcology& ecology, Scheduler& scheduler, std::uint32_t id)
-      : link(std::move(*ecology.join(OwnerId(id)))), space(OwnerId(id), scheduler, *link) {}
+  Component(TestEcology& ecology, VirtualScheduler& scheduler, std::uint32_t id)
+      : link(std::move(*ecology.join(OwnerId(id)))), space(OwnerId(id), scheduler, *link) {
+    if (!kMeetAtOnce) scheduler.run_ready();
+  }
   std::unique_ptr<Link> link;
   TupleSpace space;
 };
@@ -39,7 +41,7 @@ using Seen = std::vector<std::string>;
 /// An island (1) and a robot (70000) that reach each other.
 struct TwoComponents {
   VirtualScheduler time;
-  MemoryEcology ecology{time};
+  TestEcology ecology{time};
   std::unique_ptr<Component> island = std::make_unique<Component>(ecology, time, 1);
   std::unique_ptr<Component> robot = std::make_unique<Component>(ecology, time, 70000);
   static constexpr OwnerId kIsland{1};

@@ -12,7 +12,7 @@ using testing::IsEmpty;
 
 struct Alone : testing::Test {
   VirtualScheduler time;
-  MemoryEcology ecology{time};
+  TestEcology ecology{time};
   Component me{ecology, time, 1};
   TupleSpace& space = me.space;
   Listener listener;

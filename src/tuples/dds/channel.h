@@ -1,0 +1,61 @@
+#pragma once
+
+#include <deque>
+#include <variant>
+
+#include "tuples/dds/entity.h"
+#include "tuples/dds/frame_codec.h"
+
+namespace rubicon::tuples::dds {
+
+/// Everything one component tells one other, in order: a queue of entries in front of a writer of its own, so that who
+/// does not take its frames holds up nobody else. Nothing blocks.
+class Channel {
+ public:
+  /// From and to whom.
+  struct Ends {
+    OwnerId source{}, target{};
+    std::uint64_t source_incarnation = 0, target_incarnation = 0;
+  };
+  /// `listener` is told on a thread of DDS when the other end can be reached; it must outlive the channel.
+  static Result<std::unique_ptr<Channel>> make(const Ends& ends, dds_entity_t participant, dds_entity_t topic,
+                                               const dds_listener_t* listener);
+
+  /// Entries encoded by a FrameWriter, at most kFrameBytes, or one longer entry.
+  void add(Bytes changes);
+  void add(RemoteSet wish, SteadyTime now);
+  void add(Reply reply);
+
+  enum class State : std::uint8_t { kEmpty, kMore, kFull };
+  /// Writes at most kFramesPerTurn frames. kMore: go on next turn; kFull: the other end takes nothing now.
+  State flush(SteadyTime now);
+
+  /// Bytes that wait, roughly.
+  std::size_t waiting() const { return waiting_; }
+
+  static constexpr std::size_t kFrameBytes = 32 * 1024;
+  static constexpr int kFramesPerTurn = 64;
+
+ private:
+  struct TimedSet {
+    RemoteSet wish;
+    SteadyTime since;
+  };
+  using Entry = std::variant<Bytes, TimedSet, Reply>;
+
+  Channel(const Ends& ends, Entity publisher, Entity writer)
+      : ends_(ends), publisher_(std::move(publisher)), writer_(std::move(writer)) {}
+  bool is_matched();
+  std::size_t fill(SteadyTime now);
+  bool write();
+  void push(Entry entry, std::size_t size);
+
+  Ends ends_;
+  Entity publisher_, writer_;
+  bool matched_ = false;
+  std::deque<std::pair<Entry, std::size_t>> entries_;
+  std::size_t waiting_ = 0;
+  FrameWriter frame_;
+};
+
+}  // namespace rubicon::tuples::dds

@@ -1,0 +1,92 @@
+#pragma once
+
+#include <map>
+#include <optional>
+
+#include "base/log.h"
+#include "base/rate_limit.h"
+#include "tuples/dds/dds_ecology.h"
+#include "tuples/dds/peer.h"
+#include "tuples/dds/signal.h"
+
+namespace rubicon::tuples::dds {
+
+/// One component's end of the ecology (docs/ecology.md): says that it is there and what it subscribes to, and has a
+/// channel to each component it tells something.
+class DdsLink final : public Link, private FrameReader {
+ public:
+  /// `displaced` is called in a later turn when another process has the id, and had it before.
+  DdsLink(OwnerId self, Entity participant, Duration lease, Scheduler& scheduler, DdsEcology::Post post,
+          std::function<void()> displaced, base::LogSink& log);
+  ~DdsLink() override;
+
+  void attach(LinkListener* listener) override;
+  bool publish(OwnerId subscriber, std::span<const Change> changes) override;
+  void subscribe(const SubscriptionSpec& spec) override;
+  void unsubscribe(std::uint32_t id) override;
+  Result<void> remote_set(const RemoteSet& wish) override;
+  void reply(const Reply& reply) override;
+  std::vector<OwnerId> peers() const override;
+
+ private:
+  struct Slot {
+    Bytes content;        ///< empty = nothing stands in it
+    bool written = true;  ///< DDS has it as it is
+  };
+
+  // FrameReader: the entries of the frame at hand
+  void on_changes(std::span<const Change> changes) override;
+  void on_set(RemoteSet&& wish) override;
+  void on_reply(Reply&& reply) override;
+
+  Result<void> enter();
+  Result<void> make_readers();
+  void leave();
+  void drain();
+  void take_presences();
+  void take_interests();
+  bool take_frames();
+  void present(OwnerId id, std::uint64_t incarnation, bool there, bool left);
+  void settle(OwnerId id, Peer& peer, bool left);
+  void come(OwnerId id, Peer& peer, std::uint64_t incarnation);
+  void go(OwnerId id, Peer& peer, PeerEvent event);
+  void interest(OwnerId id, std::uint64_t incarnation, std::uint32_t slot, std::optional<SubscriptionSpec> spec);
+  void frame(OwnerId source, std::uint64_t incarnation, ByteView content);
+  void hold(Peer& peer, std::uint64_t incarnation, ByteView content);
+  void tell(OwnerId id, ByteView content);
+  std::optional<OwnerId> owner_of(dds_instance_handle_t publication);
+
+  Channel* channel_to(OwnerId id, Peer& peer);
+  Peer* find_up(OwnerId id);
+  Peer* know(OwnerId id);
+  void ask_flush(Duration within);
+  void flush();
+  bool flush_slots();
+  bool write_slot(std::uint32_t number, const Slot& slot);
+  bool write_presence();
+  void warn(const std::string& subject, const std::string& text);
+
+  OwnerId self_;
+  Scheduler& scheduler_;
+  Log log_;
+  base::RateLimit log_limit_;
+  Duration lease_;
+  std::function<void()> displaced_;
+  bool is_displaced_ = false;
+  std::string summary_ = "{}";
+  Signal signal_;
+  Entity participant_, presence_topic_, interest_topic_, frame_topic_;
+  Entity presence_reader_, interest_reader_, frame_subscriber_, frame_reader_, presence_writer_, interest_writer_;
+  LinkListener* listener_ = nullptr;
+  std::uint64_t incarnation_ = 0;
+  std::map<OwnerId, Peer> peers_;
+  std::map<std::uint32_t, Slot> slots_;
+  std::map<std::uint32_t, std::uint32_t> slot_of_;  ///< by subscription id
+  std::set<std::uint32_t> free_slots_, unwritten_slots_;
+  std::map<dds_instance_handle_t, std::optional<OwnerId>> publications_;  ///< whose they are, by their partition
+  OwnerId reading_from_{};
+  Timer flush_timer_;
+  SteadyTime flush_at_ = SteadyTime::max();
+};
+
+}  // namespace rubicon::tuples::dds

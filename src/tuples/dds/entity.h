@@ -1,0 +1,48 @@
+#pragma once
+
+#include <dds/dds.h>
+
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "base/result.h"
+
+namespace rubicon::tuples::dds {
+
+/// A DDS entity, deleted with its owner (and what is below it). Once deleted, no listener of it runs any more.
+class Entity {
+ public:
+  Entity() = default;
+  explicit Entity(dds_entity_t entity) : entity_(entity) {}
+  Entity(Entity&& other) noexcept : entity_(std::exchange(other.entity_, 0)) {}
+  Entity& operator=(Entity&& other) noexcept;
+  Entity(const Entity&) = delete;
+  Entity& operator=(const Entity&) = delete;
+  ~Entity() { reset(); }
+
+  void reset();
+  dds_entity_t get() const { return entity_; }
+  explicit operator bool() const { return entity_ > 0; }
+
+ private:
+  dds_entity_t entity_ = 0;
+};
+
+/// What a dds_create_... answered; kIo with what was being made and DDS's own word for what went wrong.
+Result<Entity> made(dds_entity_t answer, const std::string& what);
+
+struct QosDeleter {
+  void operator()(dds_qos_t* qos) const { dds_delete_qos(qos); }
+};
+using Qos = std::unique_ptr<dds_qos_t, QosDeleter>;
+inline Qos make_qos() {
+  return Qos(dds_create_qos());
+}
+
+struct ListenerDeleter {
+  void operator()(dds_listener_t* listener) const { dds_delete_listener(listener); }
+};
+using DdsListener = std::unique_ptr<dds_listener_t, ListenerDeleter>;
+
+}  // namespace rubicon::tuples::dds

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <memory>
+#include <set>
+
+#include "tuples/dds/channel.h"
+
+namespace rubicon::tuples::dds {
+
+/// Another component as this one knows it. A component that starts again has a new incarnation, the later the higher.
+struct Peer {
+  std::set<std::uint64_t> alive;  ///< the highest of them counts; two = it just started again, or its id is taken twice
+  std::uint64_t incarnation = 0;  ///< that the listener was told of; 0 = none
+
+  struct Interest {
+    std::uint64_t incarnation = 0;
+    SubscriptionSpec spec;
+  };
+  std::map<std::uint32_t, Interest> interests;  ///< by slot, also those of incarnations not seen yet
+
+  struct Held {
+    std::uint64_t incarnation = 0;
+    Bytes content;
+  };
+  std::deque<Held> held;  ///< frames that came before the news that it is there
+  std::size_t held_bytes = 0;
+
+  std::unique_ptr<Channel> channel;  ///< made when something is to be told
+  std::uint64_t last_request = 0;    ///< of its remote sets; what comes again is dropped
+  std::uint64_t requests_of = 0;     ///< the incarnation that made them
+
+  bool is_up() const { return incarnation != 0; }
+};
+
+}  // namespace rubicon::tuples::dds

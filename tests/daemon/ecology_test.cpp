@@ -1,0 +1,120 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "daemon/private_network.h"
+#include "daemon/process.h"
+
+namespace rubicon::daemon {
+namespace {
+
+using namespace std::chrono_literals;
+using nlohmann::json;
+using testing::HasSubstr;
+using Clock = std::chrono::steady_clock;
+
+const std::string kDaemon = RUBICON_BINARY_DIR "/bin/rubicon-proxy";
+constexpr auto kLease = 1s;
+constexpr const char* kValue = "1:proxy.dummy-1.hall.sensor.temperature-1.value";
+
+/// Daemons in processes of their own that reach each other by DDS, on loopback in a network of their own.
+class TwoIslands : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (!alone_.entered()) GTEST_SKIP() << alone_.reason();
+    directory_ = std::filesystem::path(testing::TempDir()) /
+                 ("rubicon_" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
+    std::filesystem::create_directories(directory_);
+  }
+  void TearDown() override { std::filesystem::remove_all(directory_); }
+
+  std::string island(int id) const {
+    const auto file = (directory_ / (std::to_string(id) + ".yaml")).string();
+    std::ofstream(file, std::ios::binary)
+        << "island: {id: " << id << ", name: island}\ntuples: {engine: dds, lease: 1s}\n"
+        << "networks:\n  dummy-1: {type: dummy, simulate: {hall: {sensors: {temperature-1: {wave: sine, "
+           "low: 10, high: "
+           "30, period: 5s}}, actuators: {switch-1: {}}}}}\n";
+    return file;
+  }
+  static json ask(Process& shell, const std::string& command) {
+    shell.write(command + "\n");
+    const auto line = shell.line_with("\"ok\"");
+    return line ? json::parse(*line, nullptr, false) : json();
+  }
+  template <class Holds>
+  static testing::AssertionResult until(Process& shell, const std::string& command, Holds holds) {
+    json answer;
+    for (const auto end = Clock::now() + 10s; Clock::now() < end; std::this_thread::sleep_for(10ms)) {
+      answer = ask(shell, command);
+      if (holds(answer)) return testing::AssertionSuccess();
+    }
+    return testing::AssertionFailure() << command << ": " << answer;
+  }
+  static std::uint64_t sequence(Process& shell) {
+    return ask(shell, std::string("get ") + (kValue + 2)).value("seq", std::uint64_t{0});
+  }
+
+  PrivateNetwork alone_;
+  std::filesystem::path directory_;
+};
+
+TEST_F(TwoIslands, OneReadsAndCommandsTheOther) {
+  Process first({kDaemon, "run", island(1), "--shell", "--log-level", "error"});
+  Process second({kDaemon, "run", island(2), "--shell", "--log-level", "error"});
+  ASSERT_TRUE(ask(second, std::string("subscribe ") + kValue + " min=50ms").value("ok", false));
+  EXPECT_TRUE(until(second, std::string("get ") + kValue,
+                    [](const json& tuple) { return tuple.value("ok", false) && !tuple.value("value", "").empty(); }));
+  EXPECT_TRUE(until(second, "set 1:proxy.dummy-1.hall.actuator.switch-1.command on",
+                    [](const json& answer) { return answer.value("verdict", "") == "applied"; }));
+  EXPECT_TRUE(until(first, "get proxy.dummy-1.hall.actuator.switch-1.value",
+                    [](const json& tuple) { return tuple.value("value", "") == "on"; }));
+  EXPECT_EQ(ask(second, "set 77:proxy.x.command on").value("verdict", ""), "no-such-owner");
+}
+
+TEST_F(TwoIslands, SamplingStopsWithinTheLeaseOfAKilledSubscriber) {
+  Process first({kDaemon, "run", island(1), "--shell", "--log-level", "error"});
+  {
+    Process second({kDaemon, "run", island(2), "--shell", "--log-level", "error"});
+    ASSERT_TRUE(ask(second, std::string("subscribe ") + kValue + " min=50ms").value("ok", false));
+    EXPECT_TRUE(
+        until(first, std::string("get ") + (kValue + 2), [](const json& tuple) { return tuple.value("seq", 0) > 10; }));
+    second.signal(SIGKILL);
+    std::this_thread::sleep_for(kLease + 500ms);
+  }
+  const auto at_rest = sequence(first);
+  std::this_thread::sleep_for(300ms);  // six periods
+  EXPECT_EQ(sequence(first), at_rest);
+}
+
+TEST_F(TwoIslands, OfTwoWithOneIdTheLaterOneEnds) {
+  Process first({kDaemon, "run", island(1), "--shell", "--log-level", "error"});
+  ASSERT_TRUE(ask(first, "get proxy.networks").value("ok", false));
+  Process second({kDaemon, "run", island(1), "--shell"});
+  EXPECT_EQ(second.exit_code(), 1);
+  EXPECT_THAT(second.errors(), HasSubstr("component 1 was there before"));
+  EXPECT_TRUE(ask(first, "get proxy.networks").value("ok", false));
+}
+
+TEST_F(TwoIslands, AnIslandThatStartsAgainIsFollowed) {
+  Process second({kDaemon, "run", island(2), "--shell", "--log-level", "error"});
+  ASSERT_TRUE(ask(second, std::string("subscribe ") + kValue + " min=50ms").value("ok", false));
+  for (int start = 0; start < 3; ++start) {
+    Process first({kDaemon, "run", island(1), "--shell", "--log-level", "error"});
+    EXPECT_TRUE(
+        until(first, std::string("get ") + (kValue + 2), [](const json& tuple) { return tuple.value("seq", 0) > 3; }));
+    const auto now = sequence(first);
+    EXPECT_TRUE(until(second, std::string("get ") + kValue,
+                      [&](const json& tuple) { return tuple.value("seq", std::uint64_t{0}) >= now; }));
+    first.signal(SIGKILL);
+  }
+}
+
+}  // namespace
+}  // namespace rubicon::daemon

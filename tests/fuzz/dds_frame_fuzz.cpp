@@ -1,0 +1,39 @@
+#include <cstdlib>
+
+#include "tuples/dds/frame_codec.h"
+
+namespace {
+
+using namespace rubicon;
+using namespace rubicon::tuples;
+
+/// Writes down again what it is told.
+struct Copy final : dds::FrameReader {
+  void on_changes(std::span<const Change> changes) override {
+    for (const auto& change : changes) frame.add(change);
+  }
+  void on_set(RemoteSet&& wish) override { frame.add(wish); }
+  void on_reply(Reply&& reply) override { frame.add(reply); }
+
+  dds::FrameWriter frame;
+};
+
+}  // namespace
+
+/// Input: the content of a frame, and of an interest. What was understood must be understood alike once more.
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const ByteView input(data, size);
+  Copy once;
+  const auto read = dds::read_frame(input, OwnerId{1}, OwnerId{2}, once);
+  if (!read && read.error().text.empty()) std::abort();
+  Copy twice;
+  if (!dds::read_frame(once.frame.view(), OwnerId{1}, OwnerId{2}, twice)) std::abort();
+  if (base::as_text(once.frame.view()) != base::as_text(twice.frame.view())) std::abort();
+  const auto spec = dds::read_subscription(input);
+  if (!spec) return 0;
+  dds::FrameWriter content;
+  content.add(*spec);
+  const auto again = dds::read_subscription(content.view());
+  if (!again || again->id != spec->id || !(again->pattern == spec->pattern)) std::abort();
+  return 0;
+}

@@ -1,0 +1,125 @@
+#include "tuples/dds/frame_codec.h"
+
+#include <gmock/gmock.h>
+
+namespace rubicon::tuples::dds {
+namespace {
+
+constexpr OwnerId kIsland{6541}, kRobot{70001};
+
+struct Entries final : FrameReader {
+  void on_changes(std::span<const Change> some) override {
+    for (const auto& change : some) {
+      changes.push_back(change);
+      texts.emplace_back(change.tuple.key);
+      texts.emplace_back(change.tuple.value);
+    }
+  }
+  void on_set(RemoteSet&& wish) override { sets.push_back(std::move(wish)); }
+  void on_reply(Reply&& reply) override { replies.push_back(std::move(reply)); }
+
+  std::vector<Change> changes;
+  std::vector<std::string> texts;
+  std::vector<RemoteSet> sets;
+  std::vector<Reply> replies;
+};
+
+Change lamp() {
+  Change change;
+  change.tuple = {kIsland,
+                  "proxy.hall.lamp",
+                  std::string_view("on\0", 3),
+                  "text/plain",
+                  kRobot,
+                  300,
+                  WallTime(std::chrono::microseconds(1'800'000'000'000'000)),
+                  WallTime(std::chrono::microseconds(-5)),
+                  WallTime{}};
+  return change;
+}
+
+RemoteSet wish() {
+  RemoteSet set;
+  set.from = kRobot;
+  set.owner = kIsland;
+  set.request = 7;
+  set.key = "proxy.hall.lamp.command";
+  set.value = "off";
+  set.lifetime = std::chrono::seconds(3);
+  set.time_to_live = std::chrono::milliseconds(5001);
+  set.time_to_live_given = true;
+  set.append = true;
+  set.expected_sequence = 0;
+  return set;
+}
+
+TEST(Frame, BringsEveryEntryInItsOrderAsItWas) {
+  FrameWriter frame;
+  frame.add(lamp());
+  auto gone = lamp();
+  gone.kind = EventKind::kExpired;
+  frame.add(gone);
+  frame.add(wish());
+  frame.add(Reply{kRobot, 8, Verdict::kRefused, ErrorCode::kBusy, "later", 9});
+  Entries read;
+  ASSERT_TRUE(read_frame(frame.view(), kIsland, kRobot, read));
+  ASSERT_EQ(read.changes.size(), 2U);
+  const auto& tuple = read.changes[0].tuple;
+  EXPECT_EQ(tuple.owner, kIsland);
+  EXPECT_EQ(tuple.creator, kRobot);
+  EXPECT_EQ(tuple.sequence, 300U);
+  EXPECT_EQ(tuple.value, std::string_view("on\0", 3));
+  EXPECT_EQ(tuple.write_time, lamp().tuple.write_time);
+  EXPECT_EQ(tuple.user_time, lamp().tuple.user_time);
+  EXPECT_EQ(read.changes[1].kind, EventKind::kExpired);
+  ASSERT_EQ(read.sets.size(), 1U);
+  const auto& set = read.sets[0];
+  EXPECT_EQ(set.from, kIsland);
+  EXPECT_EQ(set.owner, kRobot);
+  EXPECT_EQ(set.time_to_live, wish().time_to_live);
+  EXPECT_TRUE(set.append && set.time_to_live_given);
+  EXPECT_EQ(set.expected_sequence, 0U);
+  ASSERT_EQ(read.replies.size(), 1U);
+  EXPECT_EQ(read.replies[0].code, ErrorCode::kBusy);
+  EXPECT_EQ(read.replies[0].text, "later");
+}
+
+TEST(Frame, CutAnywhereTellsWhatIsWholeAndWhereItEnds) {
+  FrameWriter frame;
+  frame.add(lamp());
+  const auto whole = frame.size();
+  frame.add(wish());
+  for (std::size_t size = 0; size < frame.size(); ++size) {
+    Entries read;
+    const auto done = read_frame(frame.view().first(size), kIsland, kRobot, read);
+    EXPECT_EQ(done.has_value(), size == 0 || size == whole) << size;
+    EXPECT_EQ(read.changes.size(), size >= whole ? 1U : 0U) << size;
+    EXPECT_TRUE(read.sets.empty());
+    if (done) continue;
+    EXPECT_THAT(done.error().text, testing::HasSubstr(size < whole ? "byte 0" : "byte"));
+  }
+}
+
+TEST(Frame, RefusesWhatNobodyWrites) {
+  Entries read;
+  for (const auto* hex : {"05", "ff", "0401ff0000", "04010a00", "00ffffffffffffffffff7f"}) {
+    EXPECT_FALSE(read_frame(*base::from_hex(hex), kIsland, kRobot, read)) << hex;
+  }
+  EXPECT_TRUE(read.changes.empty() && read.sets.empty() && read.replies.empty());
+}
+
+TEST(Interest, BringsASubscriptionAsItWas) {
+  SubscriptionSpec spec{
+      77, {kIsland, "proxy.*.status"}, {std::chrono::milliseconds(250), std::chrono::seconds(60), 0.5, true}};
+  FrameWriter content;
+  content.add(spec);
+  const auto read = read_subscription(content.view());
+  ASSERT_TRUE(read) << read.error().text;
+  EXPECT_EQ(read->id, spec.id);
+  EXPECT_EQ(read->pattern, spec.pattern);
+  EXPECT_EQ(read->flow, spec.flow);
+  for (std::size_t size = 0; size < content.size(); ++size) EXPECT_FALSE(read_subscription(content.view().first(size)));
+}
+
+}  // namespace
+}  // namespace rubicon::tuples::dds
