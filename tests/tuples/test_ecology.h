@@ -7,11 +7,11 @@ namespace rubicon::tuples {
 using TestEcology = dds::DdsTestEcology;
 /// Components see each other as soon as they are there, or after a turn.
 inline constexpr bool kMeetAtOnce = false;
-}
+}  // namespace rubicon::tuples
 #else
 #include "tuples/memory/memory_ecology.h"
 namespace rubicon::tuples {
 using TestEcology = MemoryEcology;
 inline constexpr bool kMeetAtOnce = true;
-}
+}  // namespace rubicon::tuples
 #endif
