@@ -64,10 +64,7 @@ void DdsLink::attach(LinkListener* listener) {
 /// Readers first: whoever sees us can reach us.
 Result<void> DdsLink::enter() {
   if (auto made_ones = make_readers(); !made_ones) return made_ones;
-  auto qos = make_qos();
-  dds_qset_reliability(qos.get(), DDS_RELIABILITY_RELIABLE, 0);
-  dds_qset_durability(qos.get(), DDS_DURABILITY_TRANSIENT_LOCAL);
-  dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, 1);
+  auto qos = make_kept_qos();
   dds_qset_writer_data_lifecycle(qos.get(), false);  // a crash must not look like a farewell
   auto interests = made(dds_create_writer(participant_.get(), interest_topic_.get(), qos.get(), nullptr), "interests");
   if (!interests) return fail(std::move(interests.error()));
@@ -179,7 +176,7 @@ void DdsLink::subscribe(const SubscriptionSpec& spec) {
   }
   FrameWriter content;
   content.add(spec);
-  slots_[number] = {content.take(), false};
+  slots_[number] = content.take();
   slot_of_[spec.id] = number;
   unwritten_slots_.insert(number);
   ask_flush(Duration(0));
@@ -188,15 +185,15 @@ void DdsLink::subscribe(const SubscriptionSpec& spec) {
 void DdsLink::unsubscribe(std::uint32_t id) {
   const auto found = slot_of_.find(id);
   if (found == slot_of_.end()) return;
-  slots_[found->second] = {{}, false};
+  slots_[found->second].clear();
   unwritten_slots_.insert(found->second);
   slot_of_.erase(found);
   ask_flush(Duration(0));
 }
 
-bool DdsLink::write_slot(std::uint32_t number, const Slot& slot) {
-  const auto interest = interest_of(self_, incarnation_, number, slot.content);
-  if (!slot.content.empty()) return dds_write(interest_writer_.get(), &interest) == DDS_RETCODE_OK;
+bool DdsLink::write_slot(std::uint32_t number, const Bytes& content) {
+  const auto interest = interest_of(self_, incarnation_, number, content);
+  if (!content.empty()) return dds_write(interest_writer_.get(), &interest) == DDS_RETCODE_OK;
   const auto gone = dds_dispose(interest_writer_.get(), &interest);
   if (gone != DDS_RETCODE_OK) return false;
   dds_unregister_instance(interest_writer_.get(), &interest);
@@ -207,11 +204,10 @@ bool DdsLink::write_slot(std::uint32_t number, const Slot& slot) {
 bool DdsLink::flush_slots() {
   while (!unwritten_slots_.empty()) {
     const auto number = *unwritten_slots_.begin();
-    auto& slot = slots_[number];
-    if (!write_slot(number, slot)) return false;
-    slot.written = true;
+    const auto& content = slots_[number];
+    if (!write_slot(number, content)) return false;
     unwritten_slots_.erase(unwritten_slots_.begin());
-    if (slot.content.empty()) free_slots_.insert(number);
+    if (content.empty()) free_slots_.insert(number);
   }
   return true;
 }

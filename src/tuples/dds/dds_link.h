@@ -29,11 +29,6 @@ class DdsLink final : public Link, private FrameReader {
   std::vector<OwnerId> peers() const override;
 
  private:
-  struct Slot {
-    Bytes content;        ///< empty = nothing stands in it
-    bool written = true;  ///< DDS has it as it is
-  };
-
   // FrameReader: the entries of the frame at hand
   void on_changes(std::span<const Change> changes) override;
   void on_set(RemoteSet&& wish) override;
@@ -62,7 +57,7 @@ class DdsLink final : public Link, private FrameReader {
   void ask_flush(Duration within);
   void flush();
   bool flush_slots();
-  bool write_slot(std::uint32_t number, const Slot& slot);
+  bool write_slot(std::uint32_t number, const Bytes& content);
   bool write_presence();
   void warn(const std::string& subject, const std::string& text);
 
@@ -80,7 +75,7 @@ class DdsLink final : public Link, private FrameReader {
   LinkListener* listener_ = nullptr;
   std::uint64_t incarnation_ = 0;
   std::map<OwnerId, Peer> peers_;
-  std::map<std::uint32_t, Slot> slots_;
+  std::map<std::uint32_t, Bytes> slots_;            ///< what stands in them; empty = nothing
   std::map<std::uint32_t, std::uint32_t> slot_of_;  ///< by subscription id
   std::set<std::uint32_t> free_slots_, unwritten_slots_;
   std::map<dds_instance_handle_t, std::optional<OwnerId>> publications_;  ///< whose they are, by their partition

@@ -17,14 +17,6 @@ constexpr std::size_t kMostHeld = 1 << 20;
 /// Components remembered that are not there, for what they may still bring.
 constexpr std::size_t kMostPeers = 10'000;
 
-Qos kept_qos() {
-  auto qos = make_qos();
-  dds_qset_reliability(qos.get(), DDS_RELIABILITY_RELIABLE, 0);
-  dds_qset_durability(qos.get(), DDS_DURABILITY_TRANSIENT_LOCAL);
-  dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, 1);
-  return qos;
-}
-
 /// Takes everything (or `most` samples) there is; each sample is told once, valid or not.
 template <class Sample, class Tell>
 std::size_t take(dds_entity_t reader, std::size_t most, Tell tell) {
@@ -69,7 +61,7 @@ Result<void> DdsLink::make_readers() {
   auto subscriber = made(dds_create_subscriber(pp, partition.get(), nullptr), "subscriber of frames");
   if (!subscriber) return fail(std::move(subscriber.error()));
   frame_subscriber_ = std::move(*subscriber);
-  auto presence = kept_qos();
+  auto presence = make_kept_qos();
   dds_qset_liveliness(presence.get(), DDS_LIVELINESS_AUTOMATIC, lease_.count());
   const auto reader = [this](Entity& entity, dds_entity_t parent, const Entity& of, const Qos& qos) -> Result<void> {
     auto reader_made = made(dds_create_reader(parent, of.get(), qos.get(), signal_.listener()), "reader");
@@ -78,7 +70,7 @@ Result<void> DdsLink::make_readers() {
     return {};
   };
   if (auto done = reader(frame_reader_, frame_subscriber_.get(), frame_topic_, frames); !done) return done;
-  if (auto done = reader(interest_reader_, pp, interest_topic_, kept_qos()); !done) return done;
+  if (auto done = reader(interest_reader_, pp, interest_topic_, make_kept_qos()); !done) return done;
   return reader(presence_reader_, pp, presence_topic_, presence);
 }
 

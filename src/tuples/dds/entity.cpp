@@ -22,4 +22,12 @@ Result<Entity> made(dds_entity_t answer, const std::string& what) {
   return fail(ErrorCode::kIo, fmt::format("DDS: {} cannot be made: {}", what, dds_strretcode(-answer)));
 }
 
+Qos make_kept_qos() {
+  auto qos = make_qos();
+  dds_qset_reliability(qos.get(), DDS_RELIABILITY_RELIABLE, 0);
+  dds_qset_durability(qos.get(), DDS_DURABILITY_TRANSIENT_LOCAL);
+  dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, 1);
+  return qos;
+}
+
 }  // namespace rubicon::tuples::dds

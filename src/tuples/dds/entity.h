@@ -40,6 +40,9 @@ inline Qos make_qos() {
   return Qos(dds_create_qos());
 }
 
+/// Of topics whose last sample of each instance late joiners get. Writing never blocks.
+Qos make_kept_qos();
+
 struct ListenerDeleter {
   void operator()(dds_listener_t* listener) const { dds_delete_listener(listener); }
 };
