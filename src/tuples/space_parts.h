@@ -20,7 +20,7 @@ inline constexpr std::size_t kMaxSubscriptionsPerPeer = 10'000;
 
 /// A long walk over the tuples, done some nodes a turn.
 struct Walk {
-  enum class Aim { kJoin, kLeave, kErase, kReconcile };
+  enum class Aim { kJoin, kLeave, kErase, kReconcile, kForget };
 
   Walk(Aim a, PartTrie& trie, const Pattern& p, SubscriptionPtr s, std::uint32_t g)
       : aim(a), pattern(p), subscription(std::move(s)), generation(g), steps(trie, p) {}
@@ -94,6 +94,10 @@ struct TupleSpace::Parts {
   void take_change(OwnerId owner, const Change& change);
   void take_value(std::uint32_t index, const Change& change);
   void drop_peer(OwnerId peer);
+  void end_snapshot(OwnerId owner, std::uint32_t wire_id);
+  void came(OwnerId owner);
+  void went(OwnerId owner);
+  void tell_peer_calls(OwnerId peer, PeerEvent event);
   std::uint64_t ask(RemoteSet wish, ReplyCall call);
   void send(RemoteSet wish);
   Judgement decide(const RemoteSet& wish);
@@ -121,7 +125,8 @@ struct TupleSpace::Parts {
   };
   std::map<OwnerId, Peer> subscribers;      // distant ones
   std::map<OwnerId, std::uint16_t> epochs;  // how often an owner came up
-  std::set<OwnerId> absent;                 // owners that were lost or left and are not back
+  std::map<OwnerId, Timer> absent;          // owners that were lost or left and are not back; ends their grace
+  std::map<OwnerId, std::string> summaries;
   std::vector<std::shared_ptr<PeerCall>> peer_calls;
 
   std::unordered_map<std::uint64_t, SubscriptionPtr> by_number;

@@ -24,13 +24,14 @@ struct TupleView {
   WallTime write_time{};       ///< when the owner published
   WallTime user_time{};        ///< when the device measured; zero = not given
   WallTime expire_time{};      ///< zero = never
+  bool owner_present = true;  ///< false: a copy whose owner left or was lost; it may be old. Only get() and list() know
 };
 
-enum class EventKind : std::uint8_t { kSet, kDeleted, kExpired };
+enum class EventKind : std::uint8_t { kSet, kDeleted, kExpired, kLost };
 std::string_view to_string(EventKind kind);
 
-/// What happened to a tuple: set (equal values too), deleted by its owner, or its expiry time came. For the last two
-/// the view shows the last value.
+/// What happened to a tuple: set (equal values too), deleted by its owner, its expiry time came, or (lost) its owner
+/// left or was lost and did not come back within kOwnerGrace. For the last three the view shows the last value.
 struct Event {
   EventKind kind = EventKind::kSet;
   TupleView tuple;

@@ -31,6 +31,11 @@ struct Demand {
 };
 using DemandCall = std::function<void(const Demand&)>;
 using PeerCall = std::function<void(OwnerId peer, PeerEvent event)>;
+/// The tuples of this owner that a subscription covers are all here: get() and list() see them.
+using SnapshotCall = std::function<void(OwnerId owner)>;
+
+/// How long copies stay readable whose owner left or was lost.
+inline constexpr Duration kOwnerGrace = std::chrono::seconds(60);
 
 class TupleSpace;
 
@@ -88,8 +93,9 @@ class TupleSpace final : private LinkListener {
   [[nodiscard]] Handle judge(const Pattern& pattern, Judge judge, Accepts accepts = Accepts::kSets);
 
   // -- everybody's tuples
-  /// Present matching tuples are told at once (in a later turn), then every change.
-  [[nodiscard]] Handle subscribe(const Pattern& pattern, const Flow& flow, EventCall call);
+  /// Present matching tuples are told at once (in a later turn), then every change. `snapshot` is told once for each
+  /// other owner, and again when it was away.
+  [[nodiscard]] Handle subscribe(const Pattern& pattern, const Flow& flow, EventCall call, SnapshotCall snapshot = {});
 
   /// Asks the owner (self is fine) to set its tuple; the answer comes exactly once, in a later turn: at the latest when
   /// the time to live ends, kExpired. `time_to_live` zero = 5 s.
@@ -108,6 +114,10 @@ class TupleSpace final : private LinkListener {
   // -- components
   std::vector<OwnerId> peers() const;
   [[nodiscard]] Handle watch_peers(PeerCall call);
+  /// What all others see of this component without subscribing (docs/ecology.md); kOutOfRange beyond kMaxSummary.
+  Result<void> describe(std::string_view summary);
+  /// What a present component says of itself; empty = nothing. Valid until the next turn.
+  std::string_view summary(OwnerId peer) const;
 
   /// Numbers for people and metrics: tuples own and cached, subscriptions, events queued, merged for slow peers.
   struct Stats {
@@ -123,6 +133,7 @@ class TupleSpace final : private LinkListener {
   void on_remote_set(const RemoteSet& wish) override;
   void on_reply(const Reply& reply) override;
   void on_peer(OwnerId peer, PeerEvent event) override;
+  void on_summary(OwnerId peer, std::string_view summary) override;
 
   struct Parts;
   std::unique_ptr<Parts> parts_;

@@ -83,7 +83,8 @@ bool DdsLink::write_presence() {
   presence.incarnation = incarnation_;
   presence.version = kVersion;
   presence.summary = summary_.data();
-  return dds_write(presence_writer_.get(), &presence) == DDS_RETCODE_OK;
+  presence_unwritten_ = dds_write(presence_writer_.get(), &presence) != DDS_RETCODE_OK;
+  return !presence_unwritten_;
 }
 
 /// Says farewell, and forgets everybody.
@@ -227,6 +228,7 @@ void DdsLink::flush() {
   if (!presence_writer_) return;
   const auto now = scheduler_.now();
   bool full = !flush_slots(), more = false;
+  if (presence_unwritten_) full |= !write_presence();
   for (auto& [id, peer] : peers_) {
     if (!peer.channel) continue;
     const auto state = peer.channel->flush(now);
@@ -235,6 +237,13 @@ void DdsLink::flush() {
   }
   if (listener_ && more) ask_flush(Duration(0));
   if (listener_ && full) ask_flush(kRetry);
+}
+
+void DdsLink::describe(std::string summary) {
+  if (summary == summary_) return;
+  summary_ = std::move(summary);
+  presence_unwritten_ = true;
+  ask_flush(Duration(0));
 }
 
 std::vector<OwnerId> DdsLink::peers() const {

@@ -2,6 +2,7 @@
 
 #include <map>
 #include <optional>
+#include <set>
 
 #include "base/log.h"
 #include "base/rate_limit.h"
@@ -27,6 +28,7 @@ class DdsLink final : public Link, private FrameReader {
   Result<void> remote_set(const RemoteSet& wish) override;
   void reply(const Reply& reply) override;
   std::vector<OwnerId> peers() const override;
+  void describe(std::string summary) override;
 
  private:
   // FrameReader: the entries of the frame at hand
@@ -41,8 +43,16 @@ class DdsLink final : public Link, private FrameReader {
   void take_presences();
   void take_interests();
   bool take_frames();
-  void present(OwnerId id, std::uint64_t incarnation, bool there, bool left);
+  /// What is heard of a component's presence.
+  struct PresenceNews {
+    OwnerId id;
+    std::uint64_t incarnation;
+    bool there, left;
+    std::string summary;
+  };
+  void present(const PresenceNews& news);
   void settle(OwnerId id, Peer& peer, bool left);
+  void tell_summary(OwnerId id, Peer& peer);
   void come(OwnerId id, Peer& peer, std::uint64_t incarnation);
   void go(OwnerId id, Peer& peer, PeerEvent event);
   void interest(OwnerId id, std::uint64_t incarnation, std::uint32_t slot, std::optional<SubscriptionSpec> spec);
@@ -68,7 +78,8 @@ class DdsLink final : public Link, private FrameReader {
   Duration lease_;
   std::function<void()> displaced_;
   bool is_displaced_ = false;
-  std::string summary_ = "{}";
+  std::string summary_;
+  bool presence_unwritten_ = false;
   Signal signal_;
   Entity participant_, presence_topic_, interest_topic_, frame_topic_;
   Entity presence_reader_, interest_reader_, frame_subscriber_, frame_reader_, presence_writer_, interest_writer_;

@@ -83,22 +83,21 @@ void DdsLink::drain() {
 }
 
 void DdsLink::take_presences() {
-  struct News {
-    OwnerId id;
-    std::uint64_t incarnation;
-    bool there, left;
-  };
-  std::vector<News> news;
+  std::vector<PresenceNews> news;
   take<rubicon_wire_Presence>(presence_reader_.get(), SIZE_MAX, [&](const auto& sample, const auto& info) {
-    news.push_back({OwnerId(sample.id), sample.incarnation, info.instance_state == DDS_IST_ALIVE,
-                    info.instance_state == DDS_IST_NOT_ALIVE_DISPOSED});
+    const bool there = info.instance_state == DDS_IST_ALIVE;
+    if (there && !info.valid_data) return;
+    news.push_back({OwnerId(sample.id), sample.incarnation, there, info.instance_state == DDS_IST_NOT_ALIVE_DISPOSED,
+                    there && sample.summary ? sample.summary : ""});
+    if (news.back().summary.size() > kMaxSummary) news.back().summary.clear();
   });
   for (const auto& one : news) {
-    if (listener_) present(one.id, one.incarnation, one.there, one.left);
+    if (listener_) present(one);
   }
 }
 
-void DdsLink::present(OwnerId id, std::uint64_t incarnation, bool there, bool left) {
+void DdsLink::present(const PresenceNews& news) {
+  const auto [id, incarnation, there, left, summary] = news;
   if (incarnation == 0) return;
   if (id == self_) {
     // The later one goes, so that all who look decide alike.
@@ -108,7 +107,7 @@ void DdsLink::present(OwnerId id, std::uint64_t incarnation, bool there, bool le
   auto* known = know(id);
   if (!known) return;
   auto& peer = *known;
-  there ? void(peer.alive.insert(incarnation)) : void(peer.alive.erase(incarnation));
+  there ? void(peer.alive[incarnation] = summary) : void(peer.alive.erase(incarnation));
   settle(id, peer, left);
 }
 
@@ -124,16 +123,24 @@ Peer* DdsLink::know(OwnerId id) {
 
 /// The latest incarnation that is alive is the peer.
 void DdsLink::settle(OwnerId id, Peer& peer, bool left) {
-  const auto wanted = peer.alive.empty() ? 0 : *peer.alive.rbegin();
-  if (wanted == peer.incarnation) return;
+  const auto wanted = peer.alive.empty() ? 0 : peer.alive.rbegin()->first;
+  if (wanted == peer.incarnation) return tell_summary(id, peer);
   if (peer.is_up()) go(id, peer, left ? PeerEvent::kLeft : PeerEvent::kLost);
   if (wanted != 0 && listener_) come(id, peer, wanted);
+}
+
+void DdsLink::tell_summary(OwnerId id, Peer& peer) {
+  if (!listener_ || !peer.is_up() || peer.alive.at(peer.incarnation) == peer.summary) return;
+  peer.summary = peer.alive.at(peer.incarnation);
+  listener_->on_summary(id, peer.summary);
 }
 
 void DdsLink::come(OwnerId id, Peer& peer, std::uint64_t incarnation) {
   peer.incarnation = incarnation;
   if (std::exchange(peer.requests_of, incarnation) != incarnation) peer.last_request = 0;
+  peer.summary.clear();
   listener_->on_peer(id, PeerEvent::kUp);
+  tell_summary(id, peer);
   for (const auto& [slot, one] : std::map(peer.interests)) {
     if (listener_ && one.incarnation == incarnation) listener_->on_subscribe(id, one.spec);
   }
