@@ -10,12 +10,6 @@
 
 namespace rubicon::tuples {
 
-/// How a component came or went, or that it says something else of itself.
-enum class PeerEvent : std::uint8_t { kUp, kLeft, kLost, kDescribed };
-
-/// Longest summary a component may give of itself, in bytes; longer ones are not taken.
-inline constexpr std::size_t kMaxSummary = 16UL * 1024;
-
 /// One subscription as it travels to owners.
 struct SubscriptionSpec {
   std::uint32_t id = 0;  ///< unique per subscriber

@@ -87,40 +87,39 @@ void TupleSpace::Parts::drop_peer(OwnerId peer) {
   for (const auto& [id, subscription] : node.mapped().subscriptions) unsubscribe(subscription);
 }
 
-void TupleSpace::on_changes(OwnerId owner, std::span<const Change> changes) {
-  parts_->open_turn();
-  for (const auto& change : changes) parts_->take_change(owner, change);
+void TupleSpace::Parts::on_changes(OwnerId owner, std::span<const Change> changes) {
+  open_turn();
+  for (const auto& change : changes) take_change(owner, change);
 }
 
-void TupleSpace::on_subscribe(OwnerId subscriber, const SubscriptionSpec& spec) {
-  auto& parts = *parts_;
-  if (spec.pattern.owner && *spec.pattern.owner != parts.self) return;
-  auto& peer = parts.subscribers[subscriber];
+void TupleSpace::Parts::on_subscribe(OwnerId subscriber, const SubscriptionSpec& spec) {
+  if (spec.pattern.owner && *spec.pattern.owner != self) return;
+  auto& peer = subscribers[subscriber];
   if (!peer.box) {
     peer.box = std::make_shared<PeerBox>();
     peer.box->id = subscriber;
   }
   on_unsubscribe(subscriber, spec.id);
   if (!is_sound(spec.pattern) || peer.subscriptions.size() >= kMaxSubscriptionsPerPeer) {
-    ++parts.dropped;
+    ++dropped;
     return;
   }
-  peer.subscriptions[spec.id] = parts.subscribe(spec.pattern, spec.flow, {}, peer.box, spec.id);
+  peer.subscriptions[spec.id] = subscribe(spec.pattern, spec.flow, {}, peer.box, spec.id);
 }
 
-void TupleSpace::on_unsubscribe(OwnerId subscriber, std::uint32_t id) {
-  const auto peer = parts_->subscribers.find(subscriber);
-  if (peer == parts_->subscribers.end()) return;
+void TupleSpace::Parts::on_unsubscribe(OwnerId subscriber, std::uint32_t id) {
+  const auto peer = subscribers.find(subscriber);
+  if (peer == subscribers.end()) return;
   const auto node = peer->second.subscriptions.extract(id);
-  if (node) parts_->unsubscribe(node.mapped());
+  if (node) unsubscribe(node.mapped());
 }
 
-void TupleSpace::on_remote_set(const RemoteSet& wish) {
-  parts_->link.reply(parts_->judge(wish));
+void TupleSpace::Parts::on_remote_set(const RemoteSet& wish) {
+  link.reply(judge(wish));
 }
 
-void TupleSpace::on_reply(const Reply& reply) {
-  parts_->requests.answer(reply);
+void TupleSpace::Parts::on_reply(const Reply& reply) {
+  requests.answer(reply);
 }
 
 void TupleSpace::Parts::came(OwnerId owner) {
@@ -150,15 +149,15 @@ void TupleSpace::Parts::tell_peer_calls(OwnerId peer, PeerEvent event) {
   }
 }
 
-void TupleSpace::on_peer(OwnerId peer, PeerEvent event) {
-  event == PeerEvent::kUp ? parts_->came(peer) : parts_->went(peer);
-  parts_->tell_peer_calls(peer, event);
+void TupleSpace::Parts::on_peer(OwnerId peer, PeerEvent event) {
+  event == PeerEvent::kUp ? came(peer) : went(peer);
+  tell_peer_calls(peer, event);
 }
 
-void TupleSpace::on_summary(OwnerId peer, std::string_view summary) {
-  if (summary.size() > kMaxSummary) return void(++parts_->dropped);
-  parts_->summaries[peer] = summary;
-  parts_->tell_peer_calls(peer, PeerEvent::kDescribed);
+void TupleSpace::Parts::on_summary(OwnerId peer, std::string_view summary) {
+  if (summary.size() > kMaxSummary) return void(++dropped);
+  summaries[peer] = summary;
+  tell_peer_calls(peer, PeerEvent::kDescribed);
 }
 
 }  // namespace rubicon::tuples

@@ -7,6 +7,7 @@
 #include "tuples/deadlines.h"
 #include "tuples/demand_watches.h"
 #include "tuples/event_queue.h"
+#include "tuples/link.h"
 #include "tuples/outbox.h"
 #include "tuples/remote_sets.h"
 
@@ -37,9 +38,17 @@ struct Walk {
 
 /// What TupleSpace is made of. Everything that happens in one turn of the loop is told at its end: one posted call
 /// makes the callbacks, tells demand and hands changes to the link.
-struct TupleSpace::Parts {
+struct TupleSpace::Parts final : LinkListener {
   Parts(OwnerId id, Scheduler& sched, Link& far);
-  ~Parts();
+  ~Parts() override;
+
+  void on_changes(OwnerId owner, std::span<const Change> changes) override;
+  void on_subscribe(OwnerId subscriber, const SubscriptionSpec& spec) override;
+  void on_unsubscribe(OwnerId subscriber, std::uint32_t id) override;
+  void on_remote_set(const RemoteSet& wish) override;
+  void on_reply(const Reply& reply) override;
+  void on_peer(OwnerId peer, PeerEvent event) override;
+  void on_summary(OwnerId peer, std::string_view summary) override;
 
   // -- turns
   void open_turn();

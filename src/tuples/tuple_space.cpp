@@ -44,9 +44,9 @@ Handle& Handle::operator=(Handle&& other) noexcept {
   return *this;
 }
 
-TupleSpace::TupleSpace(OwnerId self, Scheduler& scheduler, Link& link)
+TupleSpace::TupleSpace(OwnerId self, base::Scheduler& scheduler, Link& link)
     : parts_(std::make_unique<Parts>(self, scheduler, link)) {
-  link.attach(this);
+  link.attach(parts_.get());
 }
 
 TupleSpace::~TupleSpace() {
