@@ -16,7 +16,7 @@ namespace rubicon::tuples::dds {
 class DdsLink final : public Link, private FrameReader {
  public:
   /// `displaced` is called in a later turn when another process has the id, and had it before.
-  DdsLink(OwnerId self, Entity participant, Duration lease, Scheduler& scheduler, DdsEcology::Post post,
+  DdsLink(OwnerId self, Entity participant, const DdsOptions& options, Scheduler& scheduler, DdsEcology::Post post,
           std::function<void()> displaced, base::LogSink& log);
   ~DdsLink() override;
 
@@ -42,6 +42,7 @@ class DdsLink final : public Link, private FrameReader {
   void take_interests();
   bool take_frames();
   void present(OwnerId id, std::uint64_t incarnation, bool there, bool left);
+  bool refuses(Peer& peer, const RemoteSet& wish);
   void settle(OwnerId id, Peer& peer, bool left);
   void come(OwnerId id, Peer& peer, std::uint64_t incarnation);
   void go(OwnerId id, Peer& peer, PeerEvent event);
@@ -66,6 +67,8 @@ class DdsLink final : public Link, private FrameReader {
   Log log_;
   base::RateLimit log_limit_;
   Duration lease_;
+  bool trusts_others_;  ///< remote sets of other hosts are taken
+  std::string host_;
   std::function<void()> displaced_;
   bool is_displaced_ = false;
   std::string summary_ = "{}";

@@ -16,6 +16,7 @@ constexpr std::int32_t kQueuedFrames = 64;
 constexpr std::size_t kMostHeld = 1 << 20;
 /// Components remembered that are not there, for what they may still bring.
 constexpr std::size_t kMostPeers = 10'000;
+constexpr std::size_t kLongestHost = 64;
 
 /// Takes everything (or `most` samples) there is; each sample is told once, valid or not.
 template <class Sample, class Tell>
@@ -87,13 +88,16 @@ void DdsLink::take_presences() {
     OwnerId id;
     std::uint64_t incarnation;
     bool there, left;
+    std::optional<std::string> host;
   };
   std::vector<News> news;
   take<rubicon_wire_Presence>(presence_reader_.get(), SIZE_MAX, [&](const auto& sample, const auto& info) {
     news.push_back({OwnerId(sample.id), sample.incarnation, info.instance_state == DDS_IST_ALIVE,
-                    info.instance_state == DDS_IST_NOT_ALIVE_DISPOSED});
+                    info.instance_state == DDS_IST_NOT_ALIVE_DISPOSED,
+                    info.valid_data ? std::optional(std::string(sample.host).substr(0, kLongestHost)) : std::nullopt});
   });
-  for (const auto& one : news) {
+  for (auto& one : news) {
+    if (auto* peer = one.host && one.id != self_ ? know(one.id) : nullptr) peer->host = std::move(*one.host);
     if (listener_) present(one.id, one.incarnation, one.there, one.left);
   }
 }
@@ -272,7 +276,21 @@ void DdsLink::on_set(RemoteSet&& wish) {
   auto& peer = peers_[reading_from_];
   if (!listener_ || wish.request <= peer.last_request) return;  // a repetition
   peer.last_request = wish.request;
-  listener_->on_remote_set(wish);
+  if (!refuses(peer, wish)) listener_->on_remote_set(wish);
+}
+
+/// Who runs elsewhere may read; to set, it has to be trusted. Answers if so.
+bool DdsLink::refuses(Peer& peer, const RemoteSet& wish) {
+  if (trusts_others_ || peer.host == host_) return false;
+  if (peer.refused_sets++ == 0) {
+    log_.warning(
+        fmt::format("remote sets of component {} are refused: it runs on another host, and tuples.trust_lan is no",
+                    number(wish.from)));
+  }
+  reply({wish.from, wish.request, Verdict::kRefused, ErrorCode::kRefused,
+         fmt::format("setting '{}': component {} takes no remote sets from other hosts (its tuples.trust_lan is no)",
+                     wish.key, number(self_))});
+  return true;
 }
 
 void DdsLink::on_reply(Reply&& reply) {

@@ -5,6 +5,7 @@
 #include <map>
 #include <memory>
 #include <set>
+#include <string>
 
 #include "tuples/dds/channel.h"
 
@@ -31,6 +32,9 @@ struct Peer {
   std::unique_ptr<Channel> channel;  ///< made when something is to be told
   std::uint64_t last_request = 0;    ///< of its remote sets; what comes again is dropped
   std::uint64_t requests_of = 0;     ///< the incarnation that made them
+
+  std::string host;                ///< as it says: host_id() of where it runs
+  std::uint64_t refused_sets = 0;  ///< because it runs on another host
 
   bool is_up() const { return incarnation != 0; }
 };
