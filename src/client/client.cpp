@@ -72,9 +72,15 @@ struct Client::Parts {
   Parts(Options o, std::unique_ptr<transport::PollLoop> a_loop) : options(std::move(o)), loop(std::move(a_loop)) {}
 
   Result<void> join() {
-    auto opened = tuples::dds::DdsEcology::open(
-        {options.domain, options.interfaces, options.peers, options.tag, options.lease}, *loop,
-        [this](std::function<void()> call) { loop->post(std::move(call)); }, log);
+    tuples::dds::DdsOptions dds;
+    dds.domain = options.domain;
+    dds.interfaces = options.interfaces;
+    dds.peers = options.peers;
+    dds.tag = options.tag;
+    dds.lease = options.lease;
+    dds.trust_lan = true;  // who judges its own tuples decides itself
+    const auto post = [this](std::function<void()> call) { loop->post(std::move(call)); };
+    auto opened = tuples::dds::DdsEcology::open(std::move(dds), *loop, post, log);
     if (!opened) return fail(std::move(opened.error()));
     ecology = std::move(*opened);
     Error error;
