@@ -38,6 +38,7 @@ std::string peer(std::string_view address) {
 std::string peer_elements(const DdsOptions& options) {
   std::string out;
   for (const auto& host : options.peers) {
+    if (!has_address(host)) continue;
     if (host.find(':') != host.npos) {
       out += peer(host);
       continue;

@@ -36,7 +36,8 @@ unsigned port_of(std::uint32_t domain, unsigned process);
 /// Nothing leaves this host.
 bool is_loopback_only(const DdsOptions& options);
 
-/// Cyclone's own configuration of the domain (https://cdds.io/config), made for this host as it is now.
+/// Cyclone's own configuration of the domain (https://cdds.io/config), made for this host as it is now. Peers whose
+/// names are not resolved yet are left out.
 std::string domain_xml(const DdsOptions& options);
 
 }  // namespace rubicon::tuples::dds
