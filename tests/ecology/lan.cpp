@@ -132,6 +132,11 @@ void Lan::port(int host, const std::string& state) const {
   ip("link set port" + std::to_string(host) + " " + state);
 }
 
+void Lan::loopback_down(int number) const {
+  const Host::Visit visit(host(number));
+  ip("link set lo down");
+}
+
 void Lan::interface_down(int number) const {
   const Host::Visit visit(host(number));
   ip(std::string("link set ") + kCable + " down");

@@ -56,6 +56,7 @@ class Lan {
 
   void unplug(int host) { port(host, "down"); }
   void plug_in(int host) { port(host, "up"); }
+  void loopback_down(int host) const;
   void interface_down(int host) const;
   void interface_up(int host) const;
   void interface_without_multicast(int host) const;
