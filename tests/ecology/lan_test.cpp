@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
-#include <csignal>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <memory>
@@ -59,6 +59,13 @@ std::optional<Clock::duration> news(Process& probe, int peer, const std::string&
   const auto start = Clock::now();
   if (!probe.line_with("{\"peer\":" + std::to_string(peer) + ",\"event\":\"" + event + "\"")) return std::nullopt;
   return Clock::now() - start;
+}
+
+/// What everybody has to see each other in, if nobody else keeps the machine busy.
+Clock::duration patience() {
+  double load = 0;
+  ::getloadavg(&load, 1);
+  return load > 2 * std::thread::hardware_concurrency() ? 60s : 10s;
 }
 
 /// Waits until a probe counts so many others.
@@ -278,7 +285,7 @@ TEST_F(OnALan, TenIslandsSeeEachOther) {
   std::vector<std::unique_ptr<Process>> probes;
   for (int i = 0; i < kIslands; ++i) probes.push_back(probe(i, i + 1, "{interfaces: cable}"));
   for (auto& one : probes) EXPECT_TRUE(sees(*one, kIslands - 1));
-  EXPECT_LT(Clock::now() - start, 10s);
+  EXPECT_LT(Clock::now() - start, patience());
   RecordProperty("milliseconds", static_cast<int>((Clock::now() - start) / 1ms));
 }
 
@@ -290,7 +297,7 @@ TEST_F(OnALan, FiftyComponentsOfOneHostSeeEachOther) {
   std::vector<std::unique_ptr<Process>> probes;
   for (int i = 0; i < kComponents; ++i) probes.push_back(probe(0, 70'000 + i, "{}"));
   for (auto& one : probes) EXPECT_TRUE(sees(*one, kComponents - 1));
-  EXPECT_LT(Clock::now() - start, 10s);
+  EXPECT_LT(Clock::now() - start, patience());
   RecordProperty("milliseconds", static_cast<int>((Clock::now() - start) / 1ms));
 }
 
