@@ -277,6 +277,15 @@ TEST_F(ABreak, BetweenListedHostsIsShownAndHeals) {
   expect_convergence();
 }
 
+TEST_F(ABreak, OverTcpIsShownAndHeals) {
+  watch(", transport: tcp, port: 7500, peers: [\"" + Lan::address(0) + ":7500\", \"" + Lan::address(1) + ":7500\"]");
+  if (IsSkipped() || HasFatalFailure()) return;
+  lan_->unplug(1);
+  expect_loss();
+  lan_->plug_in(1);
+  expect_convergence();
+}
+
 TEST_F(OnALan, TenIslandsSeeEachOther) {
   constexpr int kIslands = 10;
   connect(kIslands);
