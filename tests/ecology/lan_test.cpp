@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <csignal>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -284,6 +285,25 @@ TEST_F(ABreak, OverTcpIsShownAndHeals) {
   expect_loss();
   lan_->plug_in(1);
   expect_convergence();
+}
+
+TEST_F(OnALan, EachIsLostByItsOwnLease) {
+  connect(1);
+  if (IsSkipped()) return;
+  auto patient = probe(0, 70'001, "{lease: 60s}");
+  auto brief = probe(0, 70'002, "{lease: 500ms}");
+  ASSERT_TRUE(news(*patient, 70'002, "up"));
+  ASSERT_TRUE(news(*brief, 70'001, "up"));
+  brief->signal(SIGKILL);
+  const auto gone = news(*patient, 70'002, "lost");
+  ASSERT_TRUE(gone);
+  EXPECT_LT(*gone, 3s);
+  auto again = probe(0, 70'003, "{lease: 500ms}");
+  ASSERT_TRUE(news(*again, 70'001, "up"));
+  patient->signal(SIGSTOP);
+  std::this_thread::sleep_for(2s);
+  patient->signal(SIGCONT);
+  EXPECT_EQ(ask(*again, "set 70001:probe.x 1").value("verdict", ""), "applied") << "two seconds of sixty";
 }
 
 TEST_F(OnALan, TenIslandsSeeEachOther) {
