@@ -56,6 +56,8 @@ class Link {
   virtual Result<void> remote_set(const RemoteSet& wish) = 0;
   virtual void reply(const Reply& reply) = 0;
   virtual std::vector<OwnerId> peers() const = 0;
+  /// Remote sets that never reached the listener: their sender is on a host that is not trusted.
+  virtual std::uint64_t refused() const { return 0; }
 };
 
 /// Where the links of a process come from: an engine, opened.

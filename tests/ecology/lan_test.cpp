@@ -120,6 +120,7 @@ class OnALan : public testing::Test {
       EXPECT_THAT(refused.dump(), HasSubstr("no remote sets from other hosts (its tuples.trust_lan is no)"));
       EXPECT_EQ(ask(*second, std::string("set ") + kSwitch + " on").value("verdict", ""), "refused");
       EXPECT_EQ(ask(*first, std::string("set ") + kSwitch + " off").value("verdict", ""), "applied") << "of this host";
+      EXPECT_TRUE(until(*first, "get proxy.property.tuples-refused.value", 10s, has_value("2")));
       first->write("quit\n");
       EXPECT_EQ(first->exit_code(), 0);
       const auto said = first->errors();

@@ -27,6 +27,7 @@ class DdsLink final : public Link, private FrameReader {
   Result<void> remote_set(const RemoteSet& wish) override;
   void reply(const Reply& reply) override;
   std::vector<OwnerId> peers() const override;
+  std::uint64_t refused() const override { return refused_; }
 
  private:
   // FrameReader: the entries of the frame at hand
@@ -69,6 +70,7 @@ class DdsLink final : public Link, private FrameReader {
   Duration lease_;
   bool trusts_others_;  ///< remote sets of other hosts are taken
   std::string host_;
+  std::uint64_t refused_ = 0;
   std::function<void()> displaced_;
   bool is_displaced_ = false;
   std::string summary_ = "{}";

@@ -281,7 +281,8 @@ void DdsLink::on_set(RemoteSet&& wish) {
 /// Who runs elsewhere may read; to set, it has to be trusted. Answers if so.
 bool DdsLink::refuses(Peer& peer, const RemoteSet& wish) {
   if (trusts_others_ || peer.host == host_) return false;
-  if (peer.refused_sets++ == 0) {
+  ++refused_;
+  if (!std::exchange(peer.was_refused, true)) {
     log_.warning(
         fmt::format("remote sets of component {} are refused: it runs on another host, and tuples.trust_lan is no",
                     number(wish.from)));
