@@ -75,6 +75,7 @@ void Island::Parts::watch_numbers() {
     say("tuples-queued", tuples.queued);
     say("tuples-merged", tuples.merged);
     say("tuples-dropped", tuples.dropped);
+    say("tuples-refused", link->refused());
     const auto devices = proxy.inbox_counters();
     say("inbox-waiting", devices.waiting);
     say("inbox-ignored", devices.ignored);
