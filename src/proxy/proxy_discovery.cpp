@@ -29,7 +29,7 @@ std::optional<Decision> decision_of(std::string_view word) {
 }  // namespace
 
 Announced last_said(const Device& device) {
-  Announced announced{announcement(device), device.heard_at};
+  Announced announced{announcement(device), device.heard_at, device.joined};
   announced.join.heard = device.status != DeviceStatus::kUnknown;
   return announced;
 }
@@ -66,7 +66,7 @@ void Proxy::Parts::park(const DeviceName& name, const Announced& announced, cons
 Device* Proxy::Parts::try_again(Network& network, const DeviceName& name) {
   const auto announced = inbox.find(name)->announced;
   const auto known = memory.recall(name.network, name.address);
-  if (!admit(network, name.address, announced, known ? &*known : nullptr)) return nullptr;
+  if (!enter(network, name.address, announced, known ? &*known : nullptr)) return nullptr;
   return directory.find(network, name.address);
 }
 
@@ -104,7 +104,7 @@ void Proxy::Parts::restore(Network& network, Memory::Row row, KnownDevice&& know
   announced.join.heard = false;
   if (known.id.empty() && known.decision == Decision::kApproved) return;  // it left
   if (!let_in(network, name, announced, &known, false) || network.rules.lists_devices) return;
-  if (!admit(network, name.address, announced, &known)) return;
+  if (!enter(network, name.address, announced, &known)) return;
   directory.find(network, name.address)->state_row = row;
 }
 
