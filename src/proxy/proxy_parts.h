@@ -52,8 +52,9 @@ struct Proxy::Parts {
               bool listed);
   bool admit(Network& network, const std::string& address, const Announced& announced, const state::KnownDevice* known);
   /// admit(), unless another island lists the device.
-  bool enter(Network& network, const std::string& address, const Announced& announced, const state::KnownDevice* known);
-  Device* try_again(Network& network, const DeviceName& name);
+  bool enter(Network& network, const std::string& address, const Announced& announced, const state::KnownDevice* known,
+             bool approved = false);
+  Device* try_again(Network& network, const DeviceName& name, bool approved = false);
   void park(const DeviceName& name, const Announced& announced, const std::string& why);
   void bring_back(Device& device, const state::KnownDevice& known);
   void restore(const std::string& network);

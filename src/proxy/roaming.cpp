@@ -55,12 +55,14 @@ std::vector<Roaming::Holder> Roaming::holders(const Identity& identity, const Ne
   return all;
 }
 
-bool Roaming::holds_back(const Network& network, const std::string& address, const Announced& announced) {
+bool Roaming::holds_back(const Network& network, const std::string& address, const Announced& announced,
+                         bool approved) {
   if (network.rules.roaming.empty()) return false;
   const auto all = holders(identity_of(network, address), network);
   if (all.empty()) return false;
   const DeviceName name{network.id, address};
   auto& rover = remember(name, announced);
+  rover.trusted |= approved;
   if (!announced.join.heard) return true;
   const bool newer =
       std::all_of(all.begin(), all.end(), [&](const Holder& one) { return announced.joined > one.claim.since; });
@@ -68,6 +70,11 @@ bool Roaming::holds_back(const Network& network, const std::string& address, con
   if (around_.clock.now().steady - rover.lost_at >= kForgotten) rover.losses = 0;
   if (newer && !(heard_there && rover.losses >= kPatience)) ask(name, rover, true);
   return true;
+}
+
+bool Roaming::trusts(const DeviceName& name) const {
+  const auto found = rovers_.find(name);
+  return found != rovers_.end() && found->second.trusted;
 }
 
 Roaming::Heard Roaming::heard(const Network& network, const std::string& address) {
@@ -95,7 +102,6 @@ std::optional<Announced> Roaming::take(const DeviceName& name) {
   rover.away = false;
   rover.decision.cancel();
   auto announced = std::exchange(rover.announced, {});
-  if (rover.losses == 0) rovers_.erase(found);
   return announced;
 }
 
@@ -139,6 +145,8 @@ void Roaming::decide(const DeviceName& name) {
 void Roaming::listed(Device& device) {
   const auto& network = *device.network;
   if (network.rules.roaming.empty()) return;
+  const auto rover = rovers_.find({network.id, device.address});
+  if (rover != rovers_.end() && !rover->second.away && rover->second.losses == 0) rovers_.erase(rover);
   const auto identity = identity_of(network, device.address);
   const auto claim = claim_of(device, around_.space.self());
   auto& own = own_[identity];
@@ -163,8 +171,13 @@ void Roaming::forget(const DeviceName& name) {
   rovers_.erase(name);
 }
 
-void Roaming::drop_network(const std::string& id) {
+std::map<DeviceName, Announced> Roaming::drop_network(const std::string& id) {
+  std::map<DeviceName, Announced> away;
+  for (auto& [name, rover] : rovers_) {
+    if (name.network == id && rover.away) away.emplace(name, std::move(rover.announced));
+  }
   std::erase_if(rovers_, [&id](const auto& one) { return one.first.network == id; });
+  return away;
 }
 
 void Roaming::enter_domain(const Network& network) {
@@ -192,6 +205,7 @@ void Roaming::claimed(const Identity& identity) {
 
 void Roaming::give_up(Device& device, const Claim& to, const std::string& tuple) {
   auto& rover = remember({device.network->id, device.address}, last_said(device));
+  rover.trusted = true;
   ++rover.losses;
   rover.lost_at = around_.clock.now().steady;
   calls_.moved(device, to, tuple);

@@ -32,7 +32,12 @@ class Roaming {
   WallTime stamp(const Network& network, const std::string& address) const;
 
   /// True: another one lists the device, which is remembered and arrives, or not, as the rules say.
-  bool holds_back(const Network& network, const std::string& address, const Announced& announced);
+  /// `approved`: by a user, a moment ago.
+  bool holds_back(const Network& network, const std::string& address, const Announced& announced,
+                  bool approved = false);
+
+  /// Was let in before, or approved, and has been with others since.
+  bool trusts(const DeviceName& name) const;
 
   enum class Heard { kUnknown, kElsewhere, kReturns };
   /// A device that is not in the directory said something. kReturns: nobody else lists it any more; take() it.
@@ -48,8 +53,9 @@ class Roaming {
   void forget(const DeviceName& name);
   /// The network has another domain now.
   void enter_domain(const Network& network);
-  /// The network goes, or its domain does. Its devices must be withdrawn.
-  void drop_network(const std::string& id);
+  /// The network goes, or its domain does. Its devices must be withdrawn. Returns those it
+  /// held back.
+  std::map<DeviceName, Announced> drop_network(const std::string& id);
 
   RoamingClaims& claims() { return claims_; }
   /// The device that one of our claim tuples stands for; nullptr = none.
@@ -59,7 +65,8 @@ class Roaming {
   /// A device that this island knows and has lost to another one, or listed again after that.
   struct Rover {
     Announced announced;
-    bool away = false;  ///< not listed here
+    bool away = false;     ///< not listed here
+    bool trusted = false;  ///< let in before, or approved
     bool by_join = false;
     SteadyTime asked_at{};
     Timer decision;

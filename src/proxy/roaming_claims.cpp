@@ -39,10 +39,12 @@ void RoamingClaims::follow(const std::set<std::string>& domains) {
     it = domains_.erase(it);
   }
   for (const auto& domain : domains) {
-    auto& handle = domains_[domain];
-    if (handle) continue;
-    handle = around_.space.subscribe({std::nullopt, fmt::format("ROAMING.{}.*", domain)}, {.passive = true},
-                                     [this, domain](const tuples::Event& event) { take(domain, event); });
+    if (domains_.contains(domain)) continue;
+    auto& followed = domains_[domain];
+    followed.since = around_.clock.now().steady;
+    followed.subscription =
+        around_.space.subscribe({std::nullopt, fmt::format("ROAMING.{}.*", domain)}, {.passive = true},
+                                [this, domain](const tuples::Event& event) { take(domain, event); });
   }
 }
 
@@ -81,10 +83,17 @@ void RoamingClaims::place(const Identity& identity, const std::string& tuple, Cl
   theirs_[{island, tuple}] = identity;
   peers_.try_emplace(island);
   auto& other = entries_[identity].others[island];
+  auto renewed_at = other.renewed_at;
   const bool renewed = other.tuple.empty() || other.claim.since != claim.since;
-  const auto renewed_at = renewed ? around_.clock.now().steady : other.renewed_at;
+  if (renewed) renewed_at = listened(island, identity.domain) ? around_.clock.now().steady : SteadyTime{};
   other = {std::move(claim), tuple, renewed_at, true};
   calls_.claimed(Identity(identity));
+}
+
+/// Else what arrives may be old.
+bool RoamingClaims::listened(OwnerId island, const std::string& domain) const {
+  const auto before = around_.clock.now().steady - kRoamingSettles;
+  return peers_.at(island).since <= before && domains_.at(domain).since <= before;
 }
 
 void RoamingClaims::drop(const Place& place) {

@@ -35,7 +35,7 @@ class RoamingClaims {
   struct Other {
     Claim claim;
     std::string tuple;        ///< its key
-    SteadyTime renewed_at{};  ///< when its `since` last changed, on our clock
+    SteadyTime renewed_at{};  ///< when its `since` last changed, on our clock; zero = before we listened
     bool fresh = false;       ///< said since the island is there
   };
   void each(const Identity& identity, const std::function<void(const Other&, Presence)>& visit) const;
@@ -56,6 +56,10 @@ class RoamingClaims {
     OwnerId former{};         ///< the last island that ceased to list it
     std::string tuple, text;  ///< of our own claim; empty = none
   };
+  struct Domain {
+    SteadyTime since{};
+    tuples::Handle subscription;
+  };
   struct Peer {
     bool up = true;
     bool left = false;
@@ -70,13 +74,14 @@ class RoamingClaims {
   void peer(OwnerId island, tuples::PeerEvent event);
   void each_of(OwnerId island, const std::function<void(const Identity&, Other&)>& visit);
   Presence presence(const Other& other) const;
+  bool listened(OwnerId island, const std::string& domain) const;
   std::string free_tuple(const Identity& identity) const;
   void tidy(const Identity& identity);
   void check_clock(const Claim& claim);
 
   Surroundings& around_;
   Calls calls_;
-  std::map<std::string, tuples::Handle> domains_;
+  std::map<std::string, Domain> domains_;
   std::map<Identity, Entry> entries_;
   std::map<Place, Identity> theirs_;
   std::map<std::string, Identity> own_;
