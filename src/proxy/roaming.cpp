@@ -146,7 +146,11 @@ void Roaming::listed(Device& device) {
   const auto& network = *device.network;
   if (network.rules.roaming.empty()) return;
   const auto rover = rovers_.find({network.id, device.address});
-  if (rover != rovers_.end() && !rover->second.away && rover->second.losses == 0) rovers_.erase(rover);
+  if (rover != rovers_.end()) {
+    rover->second.away = false;
+    rover->second.decision.cancel();
+    if (rover->second.losses == 0) rovers_.erase(rover);
+  }
   const auto identity = identity_of(network, device.address);
   const auto claim = claim_of(device, around_.space.self());
   auto& own = own_[identity];

@@ -21,6 +21,9 @@ class Listing {
         ears_(space.subscribe({std::nullopt, "proxy.*." + device + ".status"}, {.passive = true},
                               [this](const Event& event) { take(event); })) {}
 
+  Listing(const Listing&) = delete;
+  Listing& operator=(const Listing&) = delete;
+
   std::vector<std::uint32_t> owners() const {
     std::vector<std::uint32_t> all;
     for (const auto& [owner, key] : there_) all.push_back(number(owner));

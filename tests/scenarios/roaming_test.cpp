@@ -490,13 +490,18 @@ TEST_F(RoamingCommands, AQueuedCommandFollowsAndTheCommanderReadsItsOutcome) {
 TEST_F(RoamingCommands, TheTimeToLiveGoesOnWhereItGoes) {
   begin();
   set("on", 10s);
-  devices_of(2).say("7", model::Join{lamp()});
+  scheduler.run_for(5s);
+  join(2);
+  scheduler.run_for(100ms);
+  devices_of(2).cable = false;
+  devices_of(2).lose_line();
+  scheduler.run_for(4800ms);
+  EXPECT_EQ(command(2)["state"], "queued");
   scheduler.run_for(200ms);
-  devices_of(2).lose_line();  // the device is listed there, and cannot be reached either
-  auto silent = lamp();
-  scheduler.run_for(15s);
-  EXPECT_THAT(devices_of(1).commands, IsEmpty());
-  EXPECT_THAT(devices_of(2).commands, SizeIs(testing::Le(1U)));
+  EXPECT_EQ(command(2)["state"], "expired");
+  devices_of(2).cable = true;
+  scheduler.run_for(60s);
+  EXPECT_THAT(devices_of(2).commands, IsEmpty());
 }
 
 TEST_F(RoamingCommands, WhatTheNewIslandCannotTakeIsToldAsFailed) {
@@ -529,18 +534,36 @@ TEST_F(RoamingCommands, TheLastWordsDoNotStandInTheWayOfItsReturn) {
 
 TEST_F(RoamingCommands, ANewerCommandAtTheNewIslandIsNotUndone) {
   begin();
-  set("on", 60s);
-  auto ears = component(70001).subscribe({OwnerId(2), kSwitch + ".command"}, {.passive = true}, [&](const Event&) {});
+  set("off", 60s);
+  ecology.cut(OwnerId(1), OwnerId(2));
   join(2);
   scheduler.run_for(1s);
-  ASSERT_THAT(devices_of(2).commands, SizeIs(1));
-  // Another island that never listed the device cannot slip commands in.
-  tuples::Reply reply;
-  component(77).set_remote(OwnerId(2), "ROAMING.lab.7",
-                           R"({"kind":"actuator","type":1,"instance":"1","value":"off","creator":1,"request":1})", 5s,
-                           [&](const tuples::Reply& got) { reply = got; });
+  component(70001).set_remote(OwnerId(2), kSwitch + ".command", "on", 5s, nullptr);
   scheduler.run_for(1s);
-  EXPECT_EQ(reply.verdict, tuples::Verdict::kRefused);
+  ecology.mend(OwnerId(1), OwnerId(2));
+  scheduler.run_for(10s);
+  EXPECT_THAT(devices_of(2).commands, ElementsAre(std::pair(std::string("7"), Value(true))));
+  EXPECT_EQ(command(1)["state"], "failed");
+  EXPECT_THAT(std::string(command(1)["reason"]), HasSubstr("newer command"));
+}
+
+TEST_F(RoamingCommands, OnlyWhoHadTheDeviceHandsCommandsOver) {
+  begin();
+  join(2);
+  scheduler.run_for(1s);
+  const auto text = R"({"kind":"actuator","type":)" + std::to_string(static_cast<unsigned>(actuator("switch").type)) +
+                    R"(,"instance":"1","value":"off","creator":1,"request":1})";
+  const auto reply_to = [&](std::uint32_t from) {
+    tuples::Reply reply;
+    auto& space = from == 1 ? islands[1]->space() : component(from);
+    space.set_remote(OwnerId(2), "ROAMING.lab.7", text, 5s, [&](const tuples::Reply& got) { reply = got; });
+    scheduler.run_for(1s);
+    return reply.verdict;
+  };
+  EXPECT_EQ(reply_to(77), tuples::Verdict::kRefused);
+  EXPECT_EQ(reply_to(70005), tuples::Verdict::kRefused);
+  EXPECT_THAT(devices_of(2).commands, IsEmpty());
+  EXPECT_EQ(reply_to(1), tuples::Verdict::kApplied);
   EXPECT_THAT(devices_of(2).commands, SizeIs(1));
 }
 
