@@ -121,7 +121,7 @@ TEST_F(Roaming, JoinsRepeatedByTwoNetworksForEverDoNotMoveItForEver) {
   };
   hour();
   const auto begins = list.begins();
-  EXPECT_LE(begins, 8);
+  EXPECT_LE(begins, 7);
   hour();
   EXPECT_EQ(list.begins(), begins) << "it has settled";
   EXPECT_THAT(list.owners(), SizeIs(1));
