@@ -85,7 +85,7 @@ void RoamingClaims::place(const Identity& identity, const std::string& tuple, Cl
   auto& other = entries_[identity].others[island];
   auto renewed_at = other.renewed_at;
   const bool renewed = other.tuple.empty() || other.claim.since != claim.since;
-  if (renewed) renewed_at = listened(island, identity.domain) ? around_.clock.now().steady : SteadyTime{};
+  if (renewed) renewed_at = listened(island, identity.domain) ? around_.clock.now().steady : SteadyTime::min();
   other = {std::move(claim), tuple, renewed_at, true};
   calls_.claimed(Identity(identity));
 }

@@ -35,7 +35,7 @@ class RoamingClaims {
   struct Other {
     Claim claim;
     std::string tuple;        ///< its key
-    SteadyTime renewed_at{};  ///< when its `since` last changed, on our clock; zero = before we listened
+    SteadyTime renewed_at{};  ///< when its `since` last changed, on our clock; min = before we listened
     bool fresh = false;       ///< said since the island is there
   };
   void each(const Identity& identity, const std::function<void(const Other&, Presence)>& visit) const;
