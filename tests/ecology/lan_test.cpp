@@ -182,6 +182,7 @@ TEST_F(OnALan, LoopbackStaysOnItsHost) {
   auto inside = probe(0, 70'001, "{}");
   auto beside = probe(0, 70'002, "{}");
   ASSERT_TRUE(news(*inside, 70'002, "up"));
+  ASSERT_TRUE(news(*beside, 70'001, "up"));
   ASSERT_TRUE(ask(*beside, "subscribe 70001:probe.**").value("ok", false));
   EXPECT_EQ(ask(*beside, "set 70001:probe.x 5").value("verdict", ""), "applied");
   EXPECT_TRUE(until(*beside, "get 70001:probe.x", 5s, has_value("5")));
