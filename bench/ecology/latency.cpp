@@ -1,0 +1,195 @@
+#include <fmt/format.h>
+
+#include <array>
+#include <regex>
+
+#include "ecology/report.h"
+#include "ecology/roles.h"
+
+namespace rubicon::bench {
+
+namespace {
+
+constexpr auto kResend = std::chrono::milliseconds(200);
+
+/// Half round trips in windows of a second, as ddsperf reports them; the first window warms up and does not count.
+class Windows {
+ public:
+  void begin(SteadyTime now) { begin_ = now; }
+  void add(SteadyTime sent, SteadyTime now) {
+    const auto window = static_cast<std::size_t>(seconds_between(begin_, now));
+    if (windows_.size() <= window) windows_.resize(window + 1);
+    windows_[window].push_back(std::chrono::duration<double, std::micro>(now - sent).count() / 2);
+  }
+  double seconds(SteadyTime now) const { return seconds_between(begin_, now); }
+
+  Json json() const {
+    std::vector<double> p50, p99;
+    for (std::size_t i = 1; i + 1 < windows_.size() || (i == 1 && i < windows_.size()); ++i) {
+      p50.push_back(percentile(windows_[i], 0.5));
+      p99.push_back(percentile(windows_[i], 0.99));
+    }
+    return {{"p50", median(p50)}, {"p99", median(p99)}};
+  }
+
+ private:
+  SteadyTime begin_{};
+  std::vector<std::vector<double>> windows_;
+};
+
+/// Sets a tuple that the other process subscribed to; that one answers by setting one of its own from the callback.
+class Pinger {
+ public:
+  Pinger(Node& node, const Json& options)
+      : node_(node),
+        pace_(std::chrono::microseconds(options.at("pace_us").get<int>())),
+        seconds_(options.at("seconds").get<double>() + 1) {}
+
+  Json run() {
+    const auto answers = node_.space().subscribe({kSecond, "bench.pong"}, {},
+                                                 [this](const tuples::Event& event) { answered(event.tuple.value); });
+    send();
+    node_.run(std::chrono::minutes(2));
+    auto result = windows_.json();
+    result["lost"] = sent_ - heard_;
+    return result;
+  }
+
+ private:
+  void send() {
+    const auto text = value_of(++number_);
+    times_[number_ % times_.size()] = node_.scheduler().now();
+    sent_ += started_;
+    (void)node_.space().set("bench.ping", text);
+    const bool paced = started_ && pace_ > base::Duration(0);
+    due_ = paced ? std::max(due_ + pace_, node_.scheduler().now()) : node_.scheduler().now() + kResend;
+    if (paced || !timer_.pending()) timer_ = node_.scheduler().at(due_, [this] { tick(); });
+  }
+  /// Time to send by the pace; in the tight loop only when an answer is lost.
+  void tick() {
+    if (started_ && pace_ == base::Duration(0) && node_.scheduler().now() - times_[number_ % times_.size()] < kResend) {
+      timer_ = node_.scheduler().after(kResend, [this] { tick(); });
+      return;
+    }
+    send();
+  }
+  void answered(std::string_view value) {
+    const auto now = node_.scheduler().now();
+    const auto number = number_of(value);
+    if (!started_ && number == 0) return;
+    if (started_) {
+      windows_.add(times_[number % times_.size()], now);
+      ++heard_;
+      if (windows_.seconds(now) > seconds_) return node_.finish();
+      if (pace_ == base::Duration(0)) send();
+      return;
+    }
+    started_ = true;
+    windows_.begin(now);
+    due_ = now;
+    send();
+  }
+
+  Node& node_;
+  base::Duration pace_;
+  double seconds_;
+  Windows windows_;
+  bool started_ = false;
+  std::uint64_t number_ = 0, sent_ = 0, heard_ = 0;
+  std::array<SteadyTime, 4096> times_{};
+  SteadyTime due_{};
+  base::Timer timer_;
+};
+
+/// `ddsperf` beside us, on loopback as we are; listener mode, which is its default.
+Json engine_ping(const Plan& plan, bool paced) {
+  const auto config = "CYCLONEDDS_URI=" + tuples::dds::domain_xml(options_of(plan.new_meeting()));
+  const auto seconds = std::to_string(static_cast<int>(plan.seconds) + 2);
+  const std::vector<std::string> head{"ddsperf", "-i", std::to_string(plan.domain), "-X", "-D", seconds};
+  auto other = head, command = head;
+  other.emplace_back("pong");
+  for (const auto* word : {"ping", "1000Hz", "size", "64"}) {
+    if (paced || std::string_view(word) != "1000Hz") command.emplace_back(word);
+  }
+  Child answering(other, {config}), pinging(command, {config});
+  const auto text = pinging.output(std::chrono::seconds(60));
+  static const std::regex kLine(R"re(size 64 mean .* 50% ([0-9.]+)us .* 99% ([0-9.]+)us)re");
+  std::vector<double> p50, p99;
+  for (std::sregex_iterator it(text.begin(), text.end(), kLine), end; it != end; ++it) {
+    p50.push_back(std::stod((*it)[1]));
+    p99.push_back(std::stod((*it)[2]));
+  }
+  if (p50.empty()) give_up("ddsperf says no percentiles: " + text);
+  if (p50.size() > 1) p50.erase(p50.begin()), p99.erase(p99.begin());  // warming up
+  return {{"p50", median(p50)}, {"p99", median(p99)}};
+}
+
+Json our_ping(const Plan& plan, bool paced) {
+  const auto meeting = plan.new_meeting();
+  auto answering = start_role("pong", meeting, Json::object());
+  auto pinging = start_role("ping", meeting, {{"pace_us", paced ? 1000 : 0}, {"seconds", plan.seconds}});
+  return result_of(pinging);
+}
+
+/// Medians over the rounds.
+Json middle(const std::vector<Json>& rounds) {
+  std::vector<double> p50, p99;
+  for (const auto& round : rounds) {
+    p50.push_back(round.at("p50"));
+    p99.push_back(round.at("p99"));
+  }
+  return {{"p50", rounded(median(p50), 1)}, {"p99", rounded(median(p99), 1)}};
+}
+
+double ratio(const Json& ours, const Json& engine, const char* name) {
+  return rounded(ours.at(name).get<double>() / engine.at(name).get<double>(), 2);
+}
+
+}  // namespace
+
+Json ping(const Meeting& meeting, const Json& options) {
+  Node node(kFirst, meeting);
+  node.await(kSecond);
+  return Pinger(node, options).run();
+}
+
+Json pong(const Meeting& meeting, const Json&) {
+  Node node(kSecond, meeting);
+  const auto answers = node.space().subscribe({kFirst, "bench.ping"}, {}, [&](const tuples::Event& event) {
+    (void)node.space().set("bench.pong", event.tuple.value);
+  });
+  node.await(kFirst);
+  node.await_end_of(kFirst);
+  return Json::object();
+}
+
+void measure_latency(const Plan& plan, Report& report) {
+  Json ours, engine, ratios, rounds_of_both;
+  bool met = true;
+  std::vector<Json> our_rounds[2], engine_rounds[2];
+  for (int round = 0; round < plan.rounds; ++round) {
+    for (const bool paced : {false, true}) {
+      engine_rounds[paced].push_back(engine_ping(plan, paced));
+      our_rounds[paced].push_back(our_ping(plan, paced));
+    }
+  }
+  for (const bool paced : {false, true}) {
+    const auto* name = paced ? "paced_1khz" : "tight";
+    ours[name] = middle(our_rounds[paced]);
+    engine[name] = middle(engine_rounds[paced]);
+    ratios[name] = {{"p50", ratio(ours[name], engine[name], "p50")}, {"p99", ratio(ours[name], engine[name], "p99")}};
+    met = met && ratios[name]["p50"].get<double>() <= 2 && ratios[name]["p99"].get<double>() <= 3;
+    rounds_of_both[name] = {{"ours", our_rounds[paced]}, {"engine", engine_rounds[paced]}};
+  }
+  report.figure("set_to_callback_us", ours);
+  report.figure("engine_ping_us", engine);
+  report.target("set_to_callback_us", "p50 at most 2 times, p99 at most 3 times engine_ping_us", met);
+  report.detail("set_to_callback_us",
+                {{"ratios", ratios},
+                 {"method",
+                  "half of: set by one process, callback in the other, which sets its answer, callback in the first; "
+                  "64-byte values; percentiles of each second as ddsperf -X has them, median of seconds and rounds"},
+                 {"rounds", rounds_of_both}});
+}
+
+}  // namespace rubicon::bench
