@@ -29,7 +29,7 @@ class Windows {
       p50.push_back(percentile(windows_[i], 0.5));
       p99.push_back(percentile(windows_[i], 0.99));
     }
-    return {{"p50", median(p50)}, {"p99", median(p99)}};
+    return {{"p50", median(p50)}, {"p99", median(p99)}, {"p50_of_seconds", p50}};
   }
 
  private:

@@ -11,7 +11,7 @@ namespace rubicon::bench {
 namespace {
 
 /// Tuples set in one turn, and waiting ones beyond which the writer waits.
-constexpr std::size_t kBatch = 1000, kAhead = 20'000;
+constexpr std::size_t kBatch = 1000, kAhead = 5'000;
 constexpr auto kPause = std::chrono::microseconds(200);
 
 std::string load_key(std::size_t index) {
@@ -188,7 +188,7 @@ void measure_throughput(const Plan& plan, Report& report) {
   report.detail("tuples_per_second",
                 {{"method",
                   "callbacks a second of one subscriber, all 10000 tuples of one writer set over and over in turns of "
-                  "1000, 64-byte values, the writer waiting while 20000 changes wait; slow: a writer that never waits "
+                  "1000, 64-byte values, the writer waiting while 5000 changes wait; slow: a writer that never waits "
                   "and a subscriber that sleeps at each tuple"},
                  {"rounds", rounds},
                  {"slow_subscriber", json_of(slow)}});

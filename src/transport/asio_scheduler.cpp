@@ -34,6 +34,14 @@ struct AsioScheduler::Parts : std::enable_shared_from_this<AsioScheduler::Parts>
     batch.clear();
   }
 
+  /// A call that stands in no batch, and what it posts.
+  void run_with_posts(const std::function<void()>& call) {
+    const bool asked = std::exchange(batch_asked, true);
+    call();
+    batch_asked = asked;
+    run_batch();
+  }
+
   void arm() {
     const auto next = timers.next();
     if (!next || *next >= armed_for) return;
@@ -49,10 +57,7 @@ struct AsioScheduler::Parts : std::enable_shared_from_this<AsioScheduler::Parts>
     if (!alive) return;
     armed_for = SteadyTime::max();
     const SteadyTime now = std::chrono::steady_clock::now();
-    while (auto call = alive ? timers.take_due(now) : nullptr) {
-      call();
-      run_batch();
-    }
+    while (auto call = alive ? timers.take_due(now) : nullptr) run_with_posts(call);
     if (alive) arm();
   }
 
@@ -84,8 +89,8 @@ WallTime AsioScheduler::wall_now() const {
 
 void AsioScheduler::post(std::function<void()> call) {
   if (on_loop_thread()) return parts_->post(std::move(call));
-  asio::post(parts_->context, [parts = parts_, call = std::move(call)]() mutable {
-    if (parts->alive) parts->post(std::move(call));
+  asio::post(parts_->context, [parts = parts_, call = std::move(call)] {
+    if (parts->alive) parts->run_with_posts(call);
   });
 }
 
