@@ -133,6 +133,7 @@ struct TupleSpace::Parts {
   std::size_t walk_budget = 0;
 
   bool turn_is_open = false;
+  bool turn_is_ending = false;  // what opens a turn now is told before the end is over
   SteadyTime now{};
   WallTime wall{};
   Timer outbox_retry;
