@@ -9,6 +9,7 @@
 
 #include <chrono>
 #include <csignal>
+#include <filesystem>
 #include <utility>
 
 namespace rubicon::bench {
@@ -73,10 +74,12 @@ std::string Child::output(Duration most) {
   return text;
 }
 
-Child start_role(const std::string& role, const Meeting& meeting, const Json& options) {
-  return Child({"/proc/self/exe", "--role", role, "--domain", std::to_string(meeting.domain), "--tag", meeting.tag,
-                "--options", options.dump()},
-               {});
+Child start_role(const std::string& role, const Meeting& meeting, const Json& options,
+                 const std::vector<std::string>& prefix) {
+  auto command = prefix;
+  command.insert(command.end(), {std::filesystem::read_symlink("/proc/self/exe").string(), "--role", role, "--domain",
+                                 std::to_string(meeting.domain), "--tag", meeting.tag, "--options", options.dump()});
+  return {command, {}};
 }
 
 Json result_of(Child& child) {

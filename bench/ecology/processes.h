@@ -30,8 +30,9 @@ class Child {
 /// What a process of ours does in a measurement: the measured, in JSON.
 using Role = Json (*)(const Meeting& meeting, const Json& options);
 
-/// This program again, in that role.
-Child start_role(const std::string& role, const Meeting& meeting, const Json& options);
+/// This program again, in that role; `prefix` stands before the command.
+Child start_role(const std::string& role, const Meeting& meeting, const Json& options,
+                 const std::vector<std::string>& prefix = {});
 /// What it measured.
 Json result_of(Child& child);
 

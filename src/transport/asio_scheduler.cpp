@@ -11,6 +11,7 @@
 
 #include "base/assert.h"
 #include "base/timer_heap.h"
+#include "transport/doorbell.h"
 
 namespace rubicon::transport {
 
@@ -63,6 +64,7 @@ struct AsioScheduler::Parts : std::enable_shared_from_this<AsioScheduler::Parts>
 
   asio::io_context& context;
   asio::steady_timer alarm;
+  std::shared_ptr<Doorbell> bell;  ///< nullptr: other threads post through the context
   std::atomic<std::thread::id> thread;
   base::TimerHeap timers;
   SteadyTime armed_for = SteadyTime::max();
@@ -71,11 +73,14 @@ struct AsioScheduler::Parts : std::enable_shared_from_this<AsioScheduler::Parts>
   bool alive = true;
 };
 
-AsioScheduler::AsioScheduler(asio::io_context& context) : parts_(std::make_shared<Parts>(context)) {}
+AsioScheduler::AsioScheduler(asio::io_context& context) : parts_(std::make_shared<Parts>(context)) {
+  parts_->bell = Doorbell::make(context, [parts = parts_](const auto& call) { parts->run_with_posts(call); });
+}
 
 AsioScheduler::~AsioScheduler() {
   parts_->alive = false;
   parts_->alarm.cancel();
+  if (parts_->bell) parts_->bell->close();
   parts_->posted.clear();
 }
 
@@ -89,6 +94,7 @@ WallTime AsioScheduler::wall_now() const {
 
 void AsioScheduler::post(std::function<void()> call) {
   if (on_loop_thread()) return parts_->post(std::move(call));
+  if (parts_->bell) return parts_->bell->post(std::move(call));
   asio::post(parts_->context, [parts = parts_, call = std::move(call)] {
     if (parts->alive) parts->run_with_posts(call);
   });
