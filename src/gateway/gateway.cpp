@@ -70,7 +70,7 @@ struct Gateway::Parts {
 
   Inbox& inbox(const std::string& network);
   Result<void> arrived(Message message, std::size_t size);
-  void send(Message message);
+  std::uint64_t send(Message message);
   void stamp(Message& message);
   void ask_turn();
   void turn();
@@ -151,14 +151,18 @@ Result<void> Gateway::Parts::arrived(Message message, std::size_t size) {
   return {};
 }
 
-void Gateway::Parts::send(Message message) {
+std::uint64_t Gateway::Parts::send(Message message) {
   stamp(message);
+  const auto number = answerable_number(message);
   if (message.source.island == model::kNobody) message.source.island = self;
   if (message.destination.island == model::kNobody) message.destination.island = self;
-  if (outbox.size() >= limits.queue)
-    return undelivered(Envelope(message), Outcome::kBusy, "too many messages are waiting at this gateway");
+  if (outbox.size() >= limits.queue) {
+    undelivered(Envelope(message), Outcome::kBusy, "too many messages are waiting at this gateway");
+    return number;
+  }
   outbox.push_back(std::move(message));
   ask_turn();
+  return number;
 }
 
 void Gateway::Parts::undelivered(const Envelope& envelope, Outcome outcome, std::string why) {
@@ -258,9 +262,13 @@ Handle Gateway::subscribe_user(std::string_view type, MessageCall call) {
   return parts_->user_listeners[std::string(type)].add(std::move(call));
 }
 
-void Gateway::send(Message message) {
+std::uint64_t Gateway::send(Message message) {
   RUBICON_DEBUG_ASSERT(parts_->scheduler.on_loop_thread());
-  parts_->send(std::move(message));
+  return parts_->send(std::move(message));
+}
+
+void Gateway::on_taken(std::function<void(std::uint64_t number)> call) {
+  parts_->door.on_taken(std::move(call));
 }
 
 void Gateway::from_network(const std::string& network, Message message) {

@@ -42,8 +42,10 @@ class Gateway final : public network::MessageSink {
   [[nodiscard]] Handle subscribe_user(std::string_view type, MessageCall call);
 
   /// To an own network, a local listener (empty network) or another island. Origin and number are set here when origin
-  /// is kNobody. Delivery happens in a later turn.
-  void send(Message message);
+  /// is kNobody. Delivery happens in a later turn. Returns what an Acknowledge to it names (ForeignRequests).
+  std::uint64_t send(Message message);
+  /// Told of each message to another island that it took, by the number that send() returned.
+  void on_taken(std::function<void(std::uint64_t number)> call);
 
   /// Who undeliverable messages of an own component are reported to is Message.source; answers to this island with an
   /// empty network go to the kAcknowledge listeners.

@@ -53,6 +53,7 @@ void IslandDoor::answered(const Envelope& envelope, const tuples::Reply& reply) 
   --under_way_;
   if (reply.verdict == tuples::Verdict::kApplied) {
     ++counters.delivered;
+    if (taken_) taken_(envelope.number);
     return;
   }
   const bool busy = reply.verdict == tuples::Verdict::kRefused && reply.code == ErrorCode::kBusy;

@@ -25,6 +25,8 @@ class IslandDoor {
   using Arrival = std::function<Result<void>(Message message, std::size_t size)>;
   /// A message sent did not reach its island.
   using Failure = std::function<void(const Envelope& envelope, model::Outcome outcome, std::string why)>;
+  /// A message sent was taken by its island.
+  using Taken = std::function<void(std::uint64_t number)>;
 
   IslandDoor(TupleSpace& space, const GatewayLimits& limits, Arrival arrival, Failure failure);
   ~IslandDoor();
@@ -32,6 +34,7 @@ class IslandDoor {
   IslandDoor& operator=(const IslandDoor&) = delete;
 
   void send(const Message& message);
+  void on_taken(Taken taken) { taken_ = std::move(taken); }
 
   Gateway::Counters counters;
 
@@ -44,6 +47,7 @@ class IslandDoor {
   std::size_t limit_;
   Arrival arrival_;
   Failure failure_;
+  Taken taken_;
   SeenMessages seen_;
   std::size_t under_way_ = 0;
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);

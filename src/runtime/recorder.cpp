@@ -24,7 +24,8 @@ std::string resolved(const std::string& path, const std::string& directory) {
 
 RecordKind kind_of(tuples::EventKind kind) {
   switch (kind) {
-    case tuples::EventKind::kSet: break;
+    case tuples::EventKind::kSet:
+    case tuples::EventKind::kLost: break;
     case tuples::EventKind::kDeleted: return RecordKind::kDeleted;
     case tuples::EventKind::kExpired: return RecordKind::kExpired;
   }
@@ -59,6 +60,7 @@ void Recorder::start() {
 
 void Recorder::on_event(std::size_t pattern, const tuples::Event& event) {
   const auto& tuple = event.tuple;
+  if (event.kind == tuples::EventKind::kLost) return;  // nobody ended the tuple, only the copy of it went
   // What two patterns match is told twice.
   const auto end = setup_.patterns.begin() + static_cast<std::ptrdiff_t>(pattern);
   if (std::any_of(setup_.patterns.begin(), end, [&](const auto& one) { return one.matches(tuple.owner, tuple.key); }))

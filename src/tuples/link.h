@@ -3,14 +3,12 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "tuples/tuple.h"
 
 namespace rubicon::tuples {
-
-/// How a component came or went.
-enum class PeerEvent : std::uint8_t { kUp, kLeft, kLost };
 
 /// One subscription as it travels to owners.
 struct SubscriptionSpec {
@@ -35,6 +33,8 @@ class LinkListener {
   virtual void on_reply(const Reply& reply) = 0;
   /// kLeft and kLost also end the peer's subscriptions; its cached tuples stay readable until its owner is back.
   virtual void on_peer(OwnerId peer, PeerEvent event) = 0;
+  /// What a component that is up says of itself: after kUp unless it is empty, and whenever it changes.
+  virtual void on_summary(OwnerId peer, std::string_view summary) = 0;
 };
 
 /// How tuple spaces reach each other: one end of an ecology, for one component. Owned by runtime; outlives the space.
@@ -56,6 +56,10 @@ class Link {
   virtual Result<void> remote_set(const RemoteSet& wish) = 0;
   virtual void reply(const Reply& reply) = 0;
   virtual std::vector<OwnerId> peers() const = 0;
+  /// What all others see of this component without subscribing; at most kMaxSummary. Kept over attach().
+  virtual void describe(std::string summary) = 0;
+  /// Remote sets that never reached the listener: their sender is on a host that is not trusted.
+  virtual std::uint64_t refused() const { return 0; }
 };
 
 /// Where the links of a process come from: an engine, opened.

@@ -26,9 +26,7 @@ void TupleSpace::Parts::take_change(OwnerId owner, const Change& change) {
     return;
   }
   if (tuple.key.empty()) {
-    const auto closed = by_wire_id.find(static_cast<std::uint32_t>(tuple.sequence));
-    if (closed == by_wire_id.end()) return;
-    walk(Walk::Aim::kReconcile, {owner, closed->second->pattern.key}, nullptr);
+    end_snapshot(owner, static_cast<std::uint32_t>(tuple.sequence));
     return;
   }
   auto index = store.find(owner, tuple.key);
@@ -71,6 +69,17 @@ void TupleSpace::Parts::take_value(std::uint32_t index, const Change& change) {
   announce(index, EventKind::kSet);
 }
 
+void TupleSpace::Parts::end_snapshot(OwnerId owner, std::uint32_t wire_id) {
+  const auto found = by_wire_id.find(wire_id);
+  if (found == by_wire_id.end()) return;
+  const auto& subscription = found->second;
+  walk(Walk::Aim::kReconcile, {owner, subscription->pattern.key}, nullptr);
+  if (!subscription->snapshot) return;
+  later([subscription, owner] {
+    if (subscription->alive) subscription->snapshot(owner);
+  });
+}
+
 void TupleSpace::Parts::drop_peer(OwnerId peer) {
   const auto node = subscribers.extract(peer);
   if (!node) return;
@@ -78,59 +87,77 @@ void TupleSpace::Parts::drop_peer(OwnerId peer) {
   for (const auto& [id, subscription] : node.mapped().subscriptions) unsubscribe(subscription);
 }
 
-void TupleSpace::on_changes(OwnerId owner, std::span<const Change> changes) {
-  parts_->open_turn();
-  for (const auto& change : changes) parts_->take_change(owner, change);
+void TupleSpace::Parts::on_changes(OwnerId owner, std::span<const Change> changes) {
+  open_turn();
+  for (const auto& change : changes) take_change(owner, change);
 }
 
-void TupleSpace::on_subscribe(OwnerId subscriber, const SubscriptionSpec& spec) {
-  auto& parts = *parts_;
-  if (spec.pattern.owner && *spec.pattern.owner != parts.self) return;
-  auto& peer = parts.subscribers[subscriber];
+void TupleSpace::Parts::on_subscribe(OwnerId subscriber, const SubscriptionSpec& spec) {
+  if (spec.pattern.owner && *spec.pattern.owner != self) return;
+  auto& peer = subscribers[subscriber];
   if (!peer.box) {
     peer.box = std::make_shared<PeerBox>();
     peer.box->id = subscriber;
   }
   on_unsubscribe(subscriber, spec.id);
   if (!is_sound(spec.pattern) || peer.subscriptions.size() >= kMaxSubscriptionsPerPeer) {
-    ++parts.dropped;
+    ++dropped;
     return;
   }
-  peer.subscriptions[spec.id] = parts.subscribe(spec.pattern, spec.flow, {}, peer.box, spec.id);
+  peer.subscriptions[spec.id] = subscribe(spec.pattern, spec.flow, {}, peer.box, spec.id);
 }
 
-void TupleSpace::on_unsubscribe(OwnerId subscriber, std::uint32_t id) {
-  const auto peer = parts_->subscribers.find(subscriber);
-  if (peer == parts_->subscribers.end()) return;
+void TupleSpace::Parts::on_unsubscribe(OwnerId subscriber, std::uint32_t id) {
+  const auto peer = subscribers.find(subscriber);
+  if (peer == subscribers.end()) return;
   const auto node = peer->second.subscriptions.extract(id);
-  if (node) parts_->unsubscribe(node.mapped());
+  if (node) unsubscribe(node.mapped());
 }
 
-void TupleSpace::on_remote_set(const RemoteSet& wish) {
-  parts_->link.reply(parts_->judge(wish));
+void TupleSpace::Parts::on_remote_set(const RemoteSet& wish) {
+  link.reply(judge(wish));
 }
 
-void TupleSpace::on_reply(const Reply& reply) {
-  parts_->requests.answer(reply);
+void TupleSpace::Parts::on_reply(const Reply& reply) {
+  requests.answer(reply);
 }
 
-void TupleSpace::on_peer(OwnerId peer, PeerEvent event) {
-  auto& parts = *parts_;
-  if (event != PeerEvent::kUp) parts.drop_peer(peer);
-  // Without copies there is nothing to reconcile, whatever becomes of the peer.
-  if (!parts.store.trie().has_owner(peer)) {
-    parts.epochs.erase(peer);
-    parts.absent.erase(peer);
-  } else if (event == PeerEvent::kUp) {
-    ++parts.epochs[peer];
-    parts.absent.erase(peer);
+void TupleSpace::Parts::came(OwnerId owner) {
+  absent.erase(owner);
+  if (store.trie().has_owner(owner)) {
+    ++epochs[owner];
   } else {
-    parts.absent.insert(peer);
+    epochs.erase(owner);  // without copies there is nothing to reconcile
   }
-  for (const auto& call : std::vector(parts.peer_calls)) {
-    if (std::find(parts.peer_calls.begin(), parts.peer_calls.end(), call) != parts.peer_calls.end())
-      (*call)(peer, event);
+}
+
+/// Its copies stay readable for a while: who comes back soon disturbs nobody.
+void TupleSpace::Parts::went(OwnerId owner) {
+  drop_peer(owner);
+  summaries.erase(owner);
+  std::erase_if(absent, [this](const auto& one) { return !store.trie().has_owner(one.first); });
+  if (!store.trie().has_owner(owner)) return void(epochs.erase(owner));
+  absent[owner] = scheduler.after(kOwnerGrace, [this, owner] {
+    open_turn();
+    walk(Walk::Aim::kForget, {owner, "**"}, nullptr);
+  });
+}
+
+void TupleSpace::Parts::tell_peer_calls(OwnerId peer, PeerEvent event) {
+  for (const auto& call : std::vector(peer_calls)) {
+    if (std::find(peer_calls.begin(), peer_calls.end(), call) != peer_calls.end()) (*call)(peer, event);
   }
+}
+
+void TupleSpace::Parts::on_peer(OwnerId peer, PeerEvent event) {
+  event == PeerEvent::kUp ? came(peer) : went(peer);
+  tell_peer_calls(peer, event);
+}
+
+void TupleSpace::Parts::on_summary(OwnerId peer, std::string_view summary) {
+  if (summary.size() > kMaxSummary) return void(++dropped);
+  summaries[peer] = summary;
+  tell_peer_calls(peer, PeerEvent::kDescribed);
 }
 
 }  // namespace rubicon::tuples

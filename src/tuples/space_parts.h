@@ -7,6 +7,7 @@
 #include "tuples/deadlines.h"
 #include "tuples/demand_watches.h"
 #include "tuples/event_queue.h"
+#include "tuples/link.h"
 #include "tuples/outbox.h"
 #include "tuples/remote_sets.h"
 
@@ -20,7 +21,7 @@ inline constexpr std::size_t kMaxSubscriptionsPerPeer = 10'000;
 
 /// A long walk over the tuples, done some nodes a turn.
 struct Walk {
-  enum class Aim { kJoin, kLeave, kErase, kReconcile };
+  enum class Aim { kJoin, kLeave, kErase, kReconcile, kForget };
 
   Walk(Aim a, PartTrie& trie, const Pattern& p, SubscriptionPtr s, std::uint32_t g)
       : aim(a), pattern(p), subscription(std::move(s)), generation(g), steps(trie, p) {}
@@ -37,9 +38,17 @@ struct Walk {
 
 /// What TupleSpace is made of. Everything that happens in one turn of the loop is told at its end: one posted call
 /// makes the callbacks, tells demand and hands changes to the link.
-struct TupleSpace::Parts {
+struct TupleSpace::Parts final : LinkListener {
   Parts(OwnerId id, Scheduler& sched, Link& far);
-  ~Parts();
+  ~Parts() override;
+
+  void on_changes(OwnerId owner, std::span<const Change> changes) override;
+  void on_subscribe(OwnerId subscriber, const SubscriptionSpec& spec) override;
+  void on_unsubscribe(OwnerId subscriber, std::uint32_t id) override;
+  void on_remote_set(const RemoteSet& wish) override;
+  void on_reply(const Reply& reply) override;
+  void on_peer(OwnerId peer, PeerEvent event) override;
+  void on_summary(OwnerId peer, std::string_view summary) override;
 
   // -- turns
   void open_turn();
@@ -94,6 +103,10 @@ struct TupleSpace::Parts {
   void take_change(OwnerId owner, const Change& change);
   void take_value(std::uint32_t index, const Change& change);
   void drop_peer(OwnerId peer);
+  void end_snapshot(OwnerId owner, std::uint32_t wire_id);
+  void came(OwnerId owner);
+  void went(OwnerId owner);
+  void tell_peer_calls(OwnerId peer, PeerEvent event);
   std::uint64_t ask(RemoteSet wish, ReplyCall call);
   void send(RemoteSet wish);
   Judgement decide(const RemoteSet& wish);
@@ -121,7 +134,8 @@ struct TupleSpace::Parts {
   };
   std::map<OwnerId, Peer> subscribers;      // distant ones
   std::map<OwnerId, std::uint16_t> epochs;  // how often an owner came up
-  std::set<OwnerId> absent;                 // owners that were lost or left and are not back
+  std::map<OwnerId, Timer> absent;          // owners that were lost or left and are not back; ends their grace
+  std::map<OwnerId, std::string> summaries;
   std::vector<std::shared_ptr<PeerCall>> peer_calls;
 
   std::unordered_map<std::uint64_t, SubscriptionPtr> by_number;

@@ -97,6 +97,9 @@ void TupleSpace::Parts::step(Walk& walk, std::uint32_t index) {
     case Walk::Aim::kReconcile:
       if (tuple.epoch != epochs[tuple.owner]) remove(index, EventKind::kDeleted);
       break;
+    case Walk::Aim::kForget:
+      if (absent.contains(tuple.owner)) remove(index, EventKind::kLost);
+      break;
   }
 }
 

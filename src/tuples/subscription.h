@@ -26,8 +26,9 @@ struct Subscription {
   Pattern pattern;
   Flow flow;
   EventCall call;
-  std::shared_ptr<PeerBox> peer;  ///< of a distant subscriber; null = local
-  std::size_t place = 0;          ///< among the subscriptions with this very pattern
+  std::function<void(OwnerId)> snapshot;  ///< of a local one: told when an owner told all it has
+  std::shared_ptr<PeerBox> peer;          ///< of a distant subscriber; null = local
+  std::size_t place = 0;                  ///< among the subscriptions with this very pattern
   bool alive = true;
   bool running = false;  ///< inside its call
   std::unordered_map<std::uint32_t, Pace> paces;

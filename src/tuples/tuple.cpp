@@ -9,6 +9,7 @@ std::string_view to_string(EventKind kind) {
     case EventKind::kSet: return "set";
     case EventKind::kDeleted: return "deleted";
     case EventKind::kExpired: return "expired";
+    case EventKind::kLost: return "lost";
   }
   base::assertion_failed("EventKind in range", __FILE__, __LINE__);
 }

@@ -44,9 +44,9 @@ Handle& Handle::operator=(Handle&& other) noexcept {
   return *this;
 }
 
-TupleSpace::TupleSpace(OwnerId self, Scheduler& scheduler, Link& link)
+TupleSpace::TupleSpace(OwnerId self, base::Scheduler& scheduler, Link& link)
     : parts_(std::make_unique<Parts>(self, scheduler, link)) {
-  link.attach(this);
+  link.attach(parts_.get());
 }
 
 TupleSpace::~TupleSpace() {
@@ -130,11 +130,12 @@ Handle TupleSpace::judge(const Pattern& pattern, Judge judge, Accepts accepts) {
   });
 }
 
-Handle TupleSpace::subscribe(const Pattern& pattern, const Flow& flow, EventCall call) {
+Handle TupleSpace::subscribe(const Pattern& pattern, const Flow& flow, EventCall call, SnapshotCall snapshot) {
   if (!is_sound(pattern)) return {};
   auto& parts = *parts_;
   const auto id = parts.free_wire_id();
   const auto subscription = parts.subscribe(pattern, flow, std::move(call), nullptr, id);
+  subscription->snapshot = std::move(snapshot);
   parts.by_wire_id.emplace(id, subscription);
   const bool others = !pattern.owner || *pattern.owner != parts.self;
   if (others) parts.link.subscribe({id, pattern, subscription->flow});
@@ -160,7 +161,9 @@ std::uint64_t TupleSpace::append_remote(OwnerId owner, std::string_view key, std
 std::optional<TupleView> TupleSpace::get(OwnerId owner, std::string_view key) const {
   const auto index = parts_->find(owner, key);
   if (index == kNone) return std::nullopt;
-  return parts_->store.view(index);
+  auto view = parts_->store.view(index);
+  view.owner_present = !parts_->absent.contains(owner);
+  return view;
 }
 
 void TupleSpace::list(const Pattern& pattern, const std::function<void(const TupleView&)>& visit) const {
@@ -171,7 +174,9 @@ void TupleSpace::list(const Pattern& pattern, const std::function<void(const Tup
   while (const auto index = walk.next(budget)) {
     if (parts_->condemned(*index)) continue;
     store.pool().pin(*index);
-    visit(store.view(*index));
+    auto view = store.view(*index);
+    view.owner_present = !parts_->absent.contains(view.owner);
+    visit(view);
     store.pool().unpin(*index);
   }
 }
@@ -183,6 +188,19 @@ std::vector<OwnerId> TupleSpace::peers() const {
 Handle TupleSpace::watch_peers(PeerCall call) {
   auto watch = parts_->peer_calls.emplace_back(std::make_shared<PeerCall>(std::move(call)));
   return parts_->handle([parts = parts_.get(), watch] { std::erase(parts->peer_calls, watch); });
+}
+
+Result<void> TupleSpace::describe(std::string_view summary) {
+  if (summary.size() > kMaxSummary)
+    return fail(ErrorCode::kOutOfRange,
+                fmt::format("summary of {} bytes: expected at most {}", summary.size(), kMaxSummary));
+  parts_->link.describe(std::string(summary));
+  return {};
+}
+
+std::string_view TupleSpace::summary(OwnerId peer) const {
+  const auto found = parts_->summaries.find(peer);
+  return found == parts_->summaries.end() ? std::string_view() : std::string_view(found->second);
 }
 
 TupleSpace::Stats TupleSpace::stats() const {

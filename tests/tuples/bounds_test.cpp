@@ -30,6 +30,7 @@ struct PlayedLink final : Link {
   void unsubscribe(std::uint32_t) override {}
   Result<void> remote_set(const RemoteSet&) override { return fail(ErrorCode::kBusy, "the window is full"); }
   void reply(const Reply& reply) override { replies.push_back(reply); }
+  void describe(std::string) override {}
   std::vector<OwnerId> peers() const override { return {}; }
 
   LinkListener* listener = nullptr;

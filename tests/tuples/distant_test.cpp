@@ -161,6 +161,61 @@ TEST_F(Distant, PeersAreSeenComingAndGoing) {
                                 std::pair(kIsland, PeerEvent::kLeft)));
 }
 
+TEST_F(Distant, WhatAComponentSaysOfItselfIsSeenByLatecomersAndWhenItChanges) {
+  ASSERT_TRUE(island->space.describe("home"));
+  Component late(ecology, time, 70001);
+  std::vector<std::pair<OwnerId, PeerEvent>> seen;
+  const auto handle = late.space.watch_peers([&](OwnerId peer, PeerEvent event) { seen.emplace_back(peer, event); });
+  time.run_for(1s);
+  EXPECT_EQ(late.space.summary(kIsland), "home");
+  EXPECT_EQ(late.space.summary(kRobot), "");
+  seen.clear();
+  ASSERT_TRUE(island->space.describe("home, 3 devices"));
+  time.run_for(1s);
+  EXPECT_THAT(seen, ElementsAre(std::pair(kIsland, PeerEvent::kDescribed)));
+  EXPECT_EQ(late.space.summary(kIsland), "home, 3 devices");
+  EXPECT_EQ(island->space.describe(std::string(kMaxSummary + 1, 'x')).error().code, ErrorCode::kOutOfRange);
+  island.reset();
+  time.run_for(1s);
+  EXPECT_EQ(late.space.summary(kIsland), "");
+}
+
+TEST_F(Distant, ASnapshotIsToldWhenAllOfItIsHere) {
+  constexpr int kTuples = 5'000;
+  for (int i = 0; i < kTuples; ++i) ASSERT_TRUE(island->space.set("a.t" + std::to_string(i), "x"));
+  std::vector<std::size_t> at_end;
+  const auto handle = robot->space.subscribe(pattern("a.*"), {}, listener.call(), [&](OwnerId owner) {
+    EXPECT_EQ(owner, kIsland);
+    at_end.push_back(robot->space.stats().cached);
+  });
+  time.run_for(1s);
+  EXPECT_THAT(at_end, ElementsAre(kTuples));
+  std::size_t snapshots = 0;
+  const auto nothing = robot->space.subscribe(pattern("b"), {}, listener.call(), [&](OwnerId) { ++snapshots; });
+  time.run_for(1s);
+  EXPECT_EQ(snapshots, 1U);
+}
+
+TEST_F(Distant, CopiesOfALostOwnerAreMarkedAndGoAfterTheGrace) {
+  const auto handle = robot->space.subscribe(pattern("**"), {}, listener.call());
+  ASSERT_TRUE(island->space.set("a", "1"));
+  time.run_ready();
+  ecology.cut(kIsland, kRobot);
+  time.run_for(kOwnerGrace - 1s);
+  EXPECT_FALSE(robot->space.get(kIsland, "a")->owner_present);
+  ecology.mend(kIsland, kRobot);
+  time.run_for(2s);
+  EXPECT_TRUE(robot->space.get(kIsland, "a")->owner_present);
+  ecology.cut(kIsland, kRobot);
+  listener.take();
+  time.run_for(kOwnerGrace + 1s);
+  EXPECT_THAT(listener.take(), ElementsAre("a lost"));
+  EXPECT_FALSE(robot->space.get(kIsland, "a"));
+  ecology.mend(kIsland, kRobot);
+  time.run_for(1s);
+  EXPECT_THAT(listener.take(), ElementsAre("a=1"));
+}
+
 TEST_F(Distant, ManyTuplesArriveInFrames) {
   constexpr int kTuples = 20'000;
   for (int i = 0; i < kTuples; ++i) ASSERT_TRUE(island->space.set("a.t" + std::to_string(i), "x"));

@@ -117,7 +117,7 @@ TEST(Heartbeat, StopsWhileTheOwnerIsOutOfReach) {
   two.time.run_for(10s);
   EXPECT_EQ(listener.take().size(), 2u);
   two.ecology.cut(two.kIsland, two.kRobot);
-  two.time.run_for(1min);
+  two.time.run_for(kOwnerGrace - 5s);
   EXPECT_THAT(listener.take(), IsEmpty());
   two.ecology.mend(two.kIsland, two.kRobot);
   two.time.run_for(1min);

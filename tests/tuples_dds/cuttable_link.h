@@ -28,6 +28,7 @@ class CuttableLink final : public Link, private LinkListener {
   void mend(OwnerId peer) {
     if (cuts_.erase(peer) == 0 || !there_.contains(peer) || !listener_) return;
     listener_->on_peer(peer, PeerEvent::kUp);
+    if (!summaries_[peer].empty()) listener_->on_summary(peer, summaries_[peer]);
     for (const auto& [id, spec] : std::map(subscriptions_[peer])) listener_->on_subscribe(peer, spec);
   }
 
@@ -47,6 +48,7 @@ class CuttableLink final : public Link, private LinkListener {
   void reply(const Reply& reply) override {
     if (!cuts_.contains(reply.to)) link_->reply(reply);
   }
+  void describe(std::string summary) override { link_->describe(std::move(summary)); }
   std::vector<OwnerId> peers() const override {
     auto there = link_->peers();
     std::erase_if(there, [this](OwnerId peer) { return cuts_.contains(peer); });
@@ -75,8 +77,14 @@ class CuttableLink final : public Link, private LinkListener {
     } else {
       there_.erase(peer);
       subscriptions_.erase(peer);
+      summaries_.erase(peer);
     }
     if (!cuts_.contains(peer)) listener_->on_peer(peer, event);
+  }
+
+  void on_summary(OwnerId peer, std::string_view summary) override {
+    summaries_[peer] = summary;
+    if (!cuts_.contains(peer)) listener_->on_summary(peer, summary);
   }
 
   std::unique_ptr<Link> link_;
@@ -85,6 +93,7 @@ class CuttableLink final : public Link, private LinkListener {
   LinkListener* listener_ = nullptr;
   std::set<OwnerId> cuts_, there_;
   std::map<OwnerId, std::map<std::uint32_t, SubscriptionSpec>> subscriptions_;
+  std::map<OwnerId, std::string> summaries_;
 };
 
 }  // namespace rubicon::tuples::dds

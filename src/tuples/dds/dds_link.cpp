@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "tuples/dds/host.h"
 #include "wire.h"
 
 namespace rubicon::tuples::dds {
@@ -34,12 +35,14 @@ std::size_t size_of(const Change& change) {
 
 }  // namespace
 
-DdsLink::DdsLink(OwnerId self, Entity participant, Duration lease, Scheduler& scheduler, DdsEcology::Post post,
-                 std::function<void()> displaced, base::LogSink& log)
+DdsLink::DdsLink(OwnerId self, Entity participant, const DdsOptions& options, Scheduler& scheduler,
+                 DdsEcology::Post post, std::function<void()> displaced, base::LogSink& log)
     : self_(self),
       scheduler_(scheduler),
       log_(log, "dds"),
-      lease_(lease),
+      lease_(options.lease),
+      trusts_others_(options.trust_lan),
+      host_(host_id("host")),
       displaced_(std::move(displaced)),
       signal_(std::move(post), [this](unsigned sources) { drain(sources); }),
       participant_(std::move(participant)) {}
@@ -82,8 +85,10 @@ bool DdsLink::write_presence() {
   presence.id = number(self_);
   presence.incarnation = incarnation_;
   presence.version = kVersion;
+  presence.host = host_.data();
   presence.summary = summary_.data();
-  return dds_write(presence_writer_.get(), &presence) == DDS_RETCODE_OK;
+  presence_unwritten_ = dds_write(presence_writer_.get(), &presence) != DDS_RETCODE_OK;
+  return !presence_unwritten_;
 }
 
 /// Says farewell, and forgets everybody.
@@ -95,6 +100,7 @@ void DdsLink::leave() {
     rubicon_wire_Presence presence{};
     presence.id = number(self_);
     presence.incarnation = incarnation_;
+    presence.host = host_.data();
     presence.summary = summary_.data();
     dds_dispose(presence_writer_.get(), &presence);
     dds_unregister_instance(presence_writer_.get(), &presence);
@@ -243,6 +249,7 @@ void DdsLink::flush() {
   if (!presence_writer_) return;
   const auto now = scheduler_.now();
   bool full = !flush_slots(), more = false;
+  if (presence_unwritten_) full |= !write_presence();
   for (auto& [id, peer] : peers_) {
     if (!peer.channel) continue;
     const auto state = peer.channel->flush(now);
@@ -251,6 +258,13 @@ void DdsLink::flush() {
   }
   if (listener_ && more) ask_flush(Duration(0));
   if (listener_ && full) ask_flush(kRetry);
+}
+
+void DdsLink::describe(std::string summary) {
+  if (summary == summary_) return;
+  summary_ = std::move(summary);
+  presence_unwritten_ = true;
+  ask_flush(Duration(0));
 }
 
 std::vector<OwnerId> DdsLink::peers() const {

@@ -2,6 +2,7 @@
 
 #include <map>
 #include <optional>
+#include <set>
 
 #include "base/log.h"
 #include "base/rate_limit.h"
@@ -16,7 +17,7 @@ namespace rubicon::tuples::dds {
 class DdsLink final : public Link, private FrameReader {
  public:
   /// `displaced` is called in a later turn when another process has the id, and had it before.
-  DdsLink(OwnerId self, Entity participant, Duration lease, Scheduler& scheduler, DdsEcology::Post post,
+  DdsLink(OwnerId self, Entity participant, const DdsOptions& options, Scheduler& scheduler, DdsEcology::Post post,
           std::function<void()> displaced, base::LogSink& log);
   ~DdsLink() override;
 
@@ -27,6 +28,8 @@ class DdsLink final : public Link, private FrameReader {
   Result<void> remote_set(const RemoteSet& wish) override;
   void reply(const Reply& reply) override;
   std::vector<OwnerId> peers() const override;
+  void describe(std::string summary) override;
+  std::uint64_t refused() const override { return refused_; }
 
  private:
   // FrameReader: the entries of the frame at hand
@@ -41,8 +44,17 @@ class DdsLink final : public Link, private FrameReader {
   void take_presences();
   void take_interests();
   bool take_frames();
-  void present(OwnerId id, std::uint64_t incarnation, bool there, bool left);
+  /// What is heard of a component's presence.
+  struct PresenceNews {
+    OwnerId id;
+    std::uint64_t incarnation;
+    bool there, left;
+    std::string summary, host;
+  };
+  void present(const PresenceNews& news);
+  bool refuses(Peer& peer, const RemoteSet& wish);
   void settle(OwnerId id, Peer& peer, bool left);
+  void tell_summary(OwnerId id, Peer& peer);
   void come(OwnerId id, Peer& peer, std::uint64_t incarnation);
   void go(OwnerId id, Peer& peer, PeerEvent event);
   void interest(OwnerId id, std::uint64_t incarnation, std::uint32_t slot, std::optional<SubscriptionSpec> spec);
@@ -68,9 +80,13 @@ class DdsLink final : public Link, private FrameReader {
   Log log_;
   base::RateLimit log_limit_;
   Duration lease_;
+  bool trusts_others_;  ///< remote sets of other hosts are taken
+  std::string host_;
+  std::uint64_t refused_ = 0;
   std::function<void()> displaced_;
   bool is_displaced_ = false;
-  std::string summary_ = "{}";
+  std::string summary_;
+  bool presence_unwritten_ = false;
   Signal signal_;
   Entity participant_, presence_topic_, interest_topic_, frame_topic_;
   Entity presence_reader_, interest_reader_, frame_subscriber_, frame_reader_, presence_writer_, interest_writer_;

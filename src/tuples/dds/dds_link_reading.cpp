@@ -16,6 +16,7 @@ constexpr std::int32_t kQueuedFrames = 64;
 constexpr std::size_t kMostHeld = 1 << 20;
 /// Components remembered that are not there, for what they may still bring.
 constexpr std::size_t kMostPeers = 10'000;
+constexpr std::size_t kLongestHost = 64;
 
 /// Takes everything (or `most` samples) there is; each sample is told once, valid or not.
 template <class Sample, class Tell>
@@ -61,8 +62,7 @@ Result<void> DdsLink::make_readers() {
   auto subscriber = made(dds_create_subscriber(pp, partition.get(), nullptr), "subscriber of frames");
   if (!subscriber) return fail(std::move(subscriber.error()));
   frame_subscriber_ = std::move(*subscriber);
-  auto presence = make_kept_qos();
-  dds_qset_liveliness(presence.get(), DDS_LIVELINESS_AUTOMATIC, lease_.count());
+  // Asks for no lease: that would hide all components with a longer one. Each is lost by its own.
   const auto reader = [this](Entity& entity, dds_entity_t parent, const Entity& of, const Qos& qos,
                              Signal::Source source) -> Result<void> {
     auto reader_made = made(dds_create_reader(parent, of.get(), qos.get(), signal_.listener(source)), "reader");
@@ -74,7 +74,7 @@ Result<void> DdsLink::make_readers() {
     return done;
   if (auto done = reader(interest_reader_, pp, interest_topic_, make_kept_qos(), Signal::kInterests); !done)
     return done;
-  return reader(presence_reader_, pp, presence_topic_, presence, Signal::kPresence);
+  return reader(presence_reader_, pp, presence_topic_, make_kept_qos(), Signal::kPresence);
 }
 
 /// What DDS brought. Each listener call may end the link's attachment.
@@ -86,22 +86,22 @@ void DdsLink::drain(unsigned sources) {
 }
 
 void DdsLink::take_presences() {
-  struct News {
-    OwnerId id;
-    std::uint64_t incarnation;
-    bool there, left;
-  };
-  std::vector<News> news;
+  std::vector<PresenceNews> news;
   take<rubicon_wire_Presence>(presence_reader_.get(), SIZE_MAX, [&](const auto& sample, const auto& info) {
-    news.push_back({OwnerId(sample.id), sample.incarnation, info.instance_state == DDS_IST_ALIVE,
-                    info.instance_state == DDS_IST_NOT_ALIVE_DISPOSED});
+    const bool there = info.instance_state == DDS_IST_ALIVE;
+    if (there && !info.valid_data) return;
+    news.push_back({OwnerId(sample.id), sample.incarnation, there, info.instance_state == DDS_IST_NOT_ALIVE_DISPOSED,
+                    there && sample.summary ? sample.summary : "",
+                    there && sample.host ? std::string(sample.host).substr(0, kLongestHost) : ""});
+    if (news.back().summary.size() > kMaxSummary) news.back().summary.clear();
   });
   for (const auto& one : news) {
-    if (listener_) present(one.id, one.incarnation, one.there, one.left);
+    if (listener_) present(one);
   }
 }
 
-void DdsLink::present(OwnerId id, std::uint64_t incarnation, bool there, bool left) {
+void DdsLink::present(const PresenceNews& news) {
+  const auto& [id, incarnation, there, left, summary, host] = news;
   if (incarnation == 0) return;
   if (id == self_) {
     // The later one goes, so that all who look decide alike.
@@ -111,7 +111,8 @@ void DdsLink::present(OwnerId id, std::uint64_t incarnation, bool there, bool le
   auto* known = know(id);
   if (!known) return;
   auto& peer = *known;
-  there ? void(peer.alive.insert(incarnation)) : void(peer.alive.erase(incarnation));
+  if (there) peer.host = host;
+  there ? void(peer.alive[incarnation] = summary) : void(peer.alive.erase(incarnation));
   settle(id, peer, left);
 }
 
@@ -127,16 +128,24 @@ Peer* DdsLink::know(OwnerId id) {
 
 /// The latest incarnation that is alive is the peer.
 void DdsLink::settle(OwnerId id, Peer& peer, bool left) {
-  const auto wanted = peer.alive.empty() ? 0 : *peer.alive.rbegin();
-  if (wanted == peer.incarnation) return;
+  const auto wanted = peer.alive.empty() ? 0 : peer.alive.rbegin()->first;
+  if (wanted == peer.incarnation) return tell_summary(id, peer);
   if (peer.is_up()) go(id, peer, left ? PeerEvent::kLeft : PeerEvent::kLost);
   if (wanted != 0 && listener_) come(id, peer, wanted);
+}
+
+void DdsLink::tell_summary(OwnerId id, Peer& peer) {
+  if (!listener_ || !peer.is_up() || peer.alive.at(peer.incarnation) == peer.summary) return;
+  peer.summary = peer.alive.at(peer.incarnation);
+  listener_->on_summary(id, peer.summary);
 }
 
 void DdsLink::come(OwnerId id, Peer& peer, std::uint64_t incarnation) {
   peer.incarnation = incarnation;
   if (std::exchange(peer.requests_of, incarnation) != incarnation) peer.last_request = 0;
+  peer.summary.clear();
   listener_->on_peer(id, PeerEvent::kUp);
+  tell_summary(id, peer);
   for (const auto& [slot, one] : std::map(peer.interests)) {
     if (listener_ && one.incarnation == incarnation) listener_->on_subscribe(id, one.spec);
   }
@@ -275,7 +284,22 @@ void DdsLink::on_set(RemoteSet&& wish) {
   auto& peer = peers_[reading_from_];
   if (!listener_ || wish.request <= peer.last_request) return;  // a repetition
   peer.last_request = wish.request;
-  listener_->on_remote_set(wish);
+  if (!refuses(peer, wish)) listener_->on_remote_set(wish);
+}
+
+/// Who runs elsewhere may read; to set, it has to be trusted. Answers if so.
+bool DdsLink::refuses(Peer& peer, const RemoteSet& wish) {
+  if (trusts_others_ || peer.host == host_) return false;
+  ++refused_;
+  if (!std::exchange(peer.was_refused, true)) {
+    log_.warning(
+        fmt::format("remote sets of component {} are refused: it runs on another host, and tuples.trust_lan is no",
+                    number(wish.from)));
+  }
+  reply({wish.from, wish.request, Verdict::kRefused, ErrorCode::kRefused,
+         fmt::format("setting '{}': component {} takes no remote sets from other hosts (its tuples.trust_lan is no)",
+                     wish.key, number(self_))});
+  return true;
 }
 
 void DdsLink::on_reply(Reply&& reply) {

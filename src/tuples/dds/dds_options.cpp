@@ -5,12 +5,16 @@
 #include <algorithm>
 #include <string_view>
 
+#include "tuples/dds/host.h"
+
 namespace rubicon::tuples::dds {
 
 namespace {
 
-/// Components a host may have where they cannot find each other by multicast.
-constexpr int kMostOnAHost = 120;
+/// Between announcements to those who are not there (yet, or any more): how soon a mended cable is noticed.
+constexpr int kAnnounceMs = 2000;
+/// A TCP connection that takes nothing holds up everybody for this long, then it is closed.
+constexpr int kTcpPatienceMs = 500;
 
 std::string escaped(std::string_view text) {
   std::string out;
@@ -26,6 +30,67 @@ std::string escaped(std::string_view text) {
   return out;
 }
 
+std::string peer(std::string_view address) {
+  return fmt::format("<Peer address=\"{}\"/>", escaped(address));
+}
+
+/// The first processes of a host that names no port.
+std::string first_of(const std::string& host, std::uint32_t domain) {
+  std::string out;
+  for (unsigned i = 0; i < kSoughtOnAPeer; ++i) out += peer(fmt::format("{}:{}", host, port_of(domain, i)));
+  return out;
+}
+
+/// All processes of this host, by the addresses of the interfaces in use.
+std::string own_addresses(const DdsOptions& options) {
+  std::string out;
+  for (const auto& one : interfaces()) {
+    const bool used = std::count(options.interfaces.begin(), options.interfaces.end(), one.name) > 0;
+    if (used && !one.address.empty()) out += peer(one.address);
+  }
+  return out;
+}
+
+std::string peer_elements(const DdsOptions& options) {
+  // Multicast on loopback finds all; without it those who come first find each other.
+  if (is_loopback_only(options) && options.transport == DdsTransport::kUdp)
+    return first_of("127.0.0.1", options.domain);
+  std::string out;
+  if (!options.peers.empty() && options.transport == DdsTransport::kUdp) out += own_addresses(options);
+  for (const auto& host : options.peers) {
+    if (has_address(host)) out += host.find(':') == host.npos ? first_of(host, options.domain) : peer(host);
+  }
+  return out;
+}
+
+/// Of Cyclone's words for it. On loopback for finding each other only.
+const char* multicast(const DdsOptions& options) {
+  if (options.transport == DdsTransport::kTcp || !options.peers.empty()) return "false";
+  return is_loopback_only(options) ? "spdp" : "true";
+}
+
+/// Sockets of DDS hear all interfaces: without it a sender elsewhere could speak to those who use loopback only.
+std::string tag_of(const DdsOptions& options) {
+  if (!is_loopback_only(options)) return options.tag;
+  return fmt::format("{}@{}", options.tag, host_id("tag"));
+}
+
+std::string discovery(const DdsOptions& options) {
+  const auto tag = tag_of(options);
+  const auto lease = std::chrono::duration_cast<std::chrono::milliseconds>(options.lease).count();
+  const auto index =
+      options.transport == DdsTransport::kTcp
+          ? std::string("<ParticipantIndex>none</ParticipantIndex>")
+          : fmt::format(
+                "<ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>{}</MaxAutoParticipantIndex>",
+                kMostOnAHost);
+  return fmt::format(
+      "<Discovery>{}{}<Peers>{}</Peers><LeaseDuration>{} ms</LeaseDuration><SPDPInterval>{} "
+      "ms</SPDPInterval></Discovery>",
+      tag.empty() ? std::string() : fmt::format("<Tag>{}</Tag>", escaped(tag)), index, peer_elements(options), lease,
+      kAnnounceMs);
+}
+
 }  // namespace
 
 bool is_loopback_only(const DdsOptions& options) {
@@ -33,25 +98,26 @@ bool is_loopback_only(const DdsOptions& options) {
                      [](const auto& name) { return name == "lo"; });
 }
 
+unsigned port_of(std::uint32_t domain, unsigned process) {
+  return 7410 + 250 * domain + 2 * process;
+}
+
 std::string domain_xml(const DdsOptions& options) {
-  const bool alone = is_loopback_only(options);
-  const bool multicast = !alone && options.peers.empty();
-  std::string interfaces, peers;
+  const std::string_view allowed = multicast(options);
+  std::string names;
   for (const auto& name : options.interfaces) {
-    interfaces +=
-        fmt::format("<NetworkInterface name=\"{}\"{}/>", escaped(name), multicast ? "" : " multicast=\"false\"");
+    names += fmt::format("<NetworkInterface name=\"{}\" multicast=\"{}\"/>", escaped(name),
+                         allowed == "false" ? "false" : "true");
   }
-  if (alone) peers += "<Peer address=\"127.0.0.1\"/>";
-  for (const auto& address : options.peers) peers += fmt::format("<Peer address=\"{}\"/>", escaped(address));
-  const auto tag = options.tag.empty() ? std::string() : fmt::format("<Tag>{}</Tag>", escaped(options.tag));
-  const auto lease = std::chrono::duration_cast<std::chrono::milliseconds>(options.lease).count();
+  std::string transport, tcp;
+  if (options.transport == DdsTransport::kTcp) {
+    transport = "<Transport>tcp</Transport>";
+    tcp = fmt::format("<TCP><Port>{}</Port><WriteTimeout>{} ms</WriteTimeout></TCP>", options.port, kTcpPatienceMs);
+  }
   return fmt::format(
       "<CycloneDDS xmlns=\"https://cdds.io/config\"><Domain Id=\"any\">"
-      "<General><Interfaces>{}</Interfaces><AllowMulticast>{}</AllowMulticast></General>"
-      "<Discovery>{}<ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>{}</MaxAutoParticipantIndex>"
-      "<Peers>{}</Peers><LeaseDuration>{} ms</LeaseDuration></Discovery>"
-      "</Domain></CycloneDDS>",
-      interfaces, multicast ? "default" : "false", tag, kMostOnAHost, peers, lease);
+      "<General><Interfaces>{}</Interfaces><AllowMulticast>{}</AllowMulticast>{}</General>{}{}</Domain></CycloneDDS>",
+      names, allowed, transport, tcp, discovery(options));
 }
 
 }  // namespace rubicon::tuples::dds

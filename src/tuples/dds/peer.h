@@ -4,7 +4,7 @@
 #include <deque>
 #include <map>
 #include <memory>
-#include <set>
+#include <string>
 
 #include "tuples/dds/channel.h"
 
@@ -12,8 +12,11 @@ namespace rubicon::tuples::dds {
 
 /// Another component as this one knows it. A component that starts again has a new incarnation, the later the higher.
 struct Peer {
-  std::set<std::uint64_t> alive;  ///< the highest of them counts; two = it just started again, or its id is taken twice
+  /// Incarnations that are there, with what they say of themselves. The highest counts; two = it just started again, or
+  /// its id is taken twice.
+  std::map<std::uint64_t, std::string> alive;
   std::uint64_t incarnation = 0;  ///< that the listener was told of; 0 = none
+  std::string summary;            ///< that it was told
 
   struct Interest {
     std::uint64_t incarnation = 0;
@@ -31,6 +34,9 @@ struct Peer {
   std::unique_ptr<Channel> channel;  ///< made when something is to be told
   std::uint64_t last_request = 0;    ///< of its remote sets; what comes again is dropped
   std::uint64_t requests_of = 0;     ///< the incarnation that made them
+
+  std::string host;          ///< as it says: host_id() of where it runs
+  bool was_refused = false;  ///< a set, because it runs on another host
 
   bool is_up() const { return incarnation != 0; }
 };

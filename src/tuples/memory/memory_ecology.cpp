@@ -46,6 +46,7 @@ struct MemoryEcology::Shared : std::enable_shared_from_this<MemoryEcology::Share
     std::uint64_t incarnation = 0;
     LinkListener* listener = nullptr;
     std::map<std::uint32_t, SubscriptionSpec> subscriptions;
+    std::string summary;
   };
 
   explicit Shared(Scheduler& s) : scheduler(s) {}
@@ -89,6 +90,8 @@ struct MemoryEcology::Shared : std::enable_shared_from_this<MemoryEcology::Share
   /// Tells `to` that `from` is there and what it subscribes to.
   void introduce(OwnerId from, OwnerId to) {
     deliver(from, to, [from](LinkListener& listener) { listener.on_peer(from, PeerEvent::kUp); });
+    if (const auto& summary = members.at(from).summary; !summary.empty())
+      deliver(from, to, [from, summary](LinkListener& listener) { listener.on_summary(from, summary); });
     for (const auto& subscription : members.at(from).subscriptions) {
       deliver(from, to,
               [from, spec = subscription.second](LinkListener& listener) { listener.on_subscribe(from, spec); });
@@ -165,6 +168,15 @@ class MemoryEcology::MemoryLink final : public Link {
 
   void reply(const Reply& reply) override {
     shared_->deliver(self_, reply.to, [reply](LinkListener& l) { l.on_reply(reply); });
+  }
+
+  void describe(std::string summary) override {
+    auto& me = shared_->members.at(self_);
+    me.summary = std::move(summary);
+    if (!me.listener) return;
+    shared_->each_reachable(self_, [&](OwnerId peer) {
+      shared_->deliver(self_, peer, [from = self_, told = me.summary](LinkListener& l) { l.on_summary(from, told); });
+    });
   }
 
   std::vector<OwnerId> peers() const override {

@@ -1,0 +1,166 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "rubicon/address.hpp"
+#include "rubicon/key.hpp"
+#include "rubicon/result.hpp"
+#include "rubicon/summary.hpp"
+#include "rubicon/time.hpp"
+#include "rubicon/tuple_space.hpp"
+
+/// What a program needs to take part in the tuple space of RUBICON islands (D1.4, chapter 2): docs/client.md.
+namespace rubicon::client {
+
+/// Where to meet the others; the defaults find islands with default configuration on this host.
+struct Options {
+  std::string name;             ///< for people, in lists of components; empty = `component`
+  OwnerId id = model::kNobody;  ///< above 65535; kNobody = one is drawn
+  std::uint32_t domain = 0;     ///< 0..230, as in the islands' `tuples.domain`
+  std::vector<std::string> interfaces = {"lo"};
+  std::vector<std::string> peers;  ///< addresses of hosts that multicast does not reach
+  std::string tag;
+  Duration lease = std::chrono::seconds(2);
+  std::function<void(std::string_view)> warn;  ///< told what goes wrong, at most once a minute and subject
+};
+
+/// A tuple of its own, where a TupleView would not live long enough.
+struct Tuple {
+  explicit Tuple(const tuples::TupleView& view);
+
+  OwnerId owner{};
+  std::string key, value, media_type;
+  OwnerId creator{};
+  std::uint64_t sequence = 0;
+  WallTime write_time{}, user_time{}, expire_time{};
+  bool owner_present = true;
+};
+
+/// Another component that is present.
+struct Component {
+  OwnerId id{};
+  Summary summary;  ///< empty until it said something of itself
+};
+
+/// A device as an island lists it.
+struct Device {
+  OwnerId island{};
+  std::string prefix, network, id;  ///< its keys begin with <prefix>.<network>.<id>
+  std::string name, model, type, address;
+  std::string status;  ///< unknown, reachable or unreachable
+  std::vector<std::string> sensors, actuators, properties;
+
+  /// `proxy.wsn-1.7`
+  std::string key() const { return prefix + "." + network + "." + id; }
+};
+
+/// Which devices; empty = any, `*` and `?` as in shells. They must all hold.
+struct DeviceQuery {
+  std::optional<OwnerId> island{};
+  std::string network;  ///< id of the network: `knx-hall`, `wsn*`
+  std::string type;     ///< of the device, or of a sensor, actuator or property that it has: `EM1000`, `temperature`
+  std::string name;     ///< for people, or the device's key part or address
+};
+
+/// How a command ended (docs/life-of-a-command.md).
+struct Outcome {
+  /// confirmed, assumed, refused, failed, timed-out, expired, superseded; applied (a tuple that has no status); queued
+  /// or sent when nothing more was heard in time; no-such-owner.
+  std::string state;
+  std::string reason;
+  std::uint64_t request = 0;  ///< with our id, names the command in the status
+  bool good() const { return state == "confirmed" || state == "assumed" || state == "applied"; }
+};
+
+/// Bytes from one component to another through its GATEWAY tuple, never read on the way (D1.4: user object).
+struct UserMessage {
+  OwnerId from{};
+  std::string type;  ///< the application's own word for what the bytes are
+  std::string bytes;
+};
+
+using Ended = std::function<void(const Outcome&)>;
+using TuplesCall = std::function<void(std::vector<Tuple>)>;
+using DeviceCall = std::function<void(const Device& device, bool present)>;
+using MessageCall = std::function<void(const UserMessage&)>;
+/// Empty text: the island took it.
+using SentCall = std::function<void(const std::string& why_not)>;
+
+/// A component of the tuple space with its own loop. Single-threaded: every call and callback on the thread that runs
+/// the loop. Callbacks come from the loop only, never from inside a call; they may do anything but destroy the client.
+///
+/// The loop runs in run(), run_until() and the calls that say that they wait; or, in a program that has its own loop,
+/// in poll(), whenever descriptor() is readable.
+class Client final {
+ public:
+  /// kInvalid for unsound options, kBusy when this process has a client in that domain, kIo when the network does not
+  /// work as the options say.
+  static Result<std::unique_ptr<Client>> open(Options options = {});
+  ~Client();
+  Client(const Client&) = delete;
+  Client& operator=(const Client&) = delete;
+
+  OwnerId id() const;
+  /// Everything about tuples: own ones, subscriptions, copies, remote sets.
+  TupleSpace& tuples();
+
+  // -- the loop
+  int descriptor() const;  ///< belongs to the client
+  void poll();
+  void run();   ///< until stop()
+  void stop();  ///< may be called from a signal handler or another thread
+  /// Runs the loop until `done` says true (asked after each turn) or the patience ends; what `done` said last.
+  bool run_until(const std::function<bool()>& done, Duration patience);
+  /// Once, after the delay.
+  [[nodiscard]] Handle after(Duration delay, std::function<void()> call);
+
+  // -- who is there
+  std::vector<Component> components() const;  ///< all present ones, islands included, by id
+  std::vector<Component> islands() const;
+  /// Runs the loop until it has probably met everybody who is there: nobody new came for some 0.3 s.
+  void meet();
+
+  // -- what there is
+  /// All present tuples that match, once they are all here, without creating demand. Owners that answer nothing within
+  /// the patience are left out.
+  void read(const Pattern& pattern, TuplesCall call, Duration patience = std::chrono::seconds(3));
+  /// The same, waits.
+  std::vector<Tuple> read(const Pattern& pattern, Duration patience = std::chrono::seconds(3));
+  /// Told of every device that fits, now and later, of changes, and (present = false) of those that went.
+  [[nodiscard]] Handle watch_devices(const DeviceQuery& query, DeviceCall call);
+  /// Those that are there now; waits.
+  std::vector<Device> devices(const DeviceQuery& query = {}, Duration patience = std::chrono::seconds(3));
+
+  // -- commands
+  /// Sets a tuple of another component and follows what becomes of it: for a `.command` to its final state, at most for
+  /// the patience after the time to live; else to the owner's answer. `time_to_live` zero = 5 s.
+  void command(OwnerId owner, std::string_view key, std::string_view value, Ended ended, Duration time_to_live = {},
+               Duration patience = std::chrono::seconds(15));
+  /// The same, waits.
+  Outcome command(OwnerId owner, std::string_view key, std::string_view value, Duration time_to_live = {},
+                  Duration patience = std::chrono::seconds(15));
+
+  // -- messages
+  /// In order, delivered once or `sent` says why not.
+  void send(OwnerId to, std::string_view type, std::string_view bytes, SentCall sent = {});
+  /// Messages to this component of this type; empty = of all types.
+  [[nodiscard]] Handle on_message(std::string_view type, MessageCall call);
+
+ private:
+  struct Parts;
+  explicit Client(std::unique_ptr<Parts> parts);
+  std::unique_ptr<Parts> parts_;
+};
+
+}  // namespace rubicon::client
+
+namespace rubicon {
+using client::Client;
+}  // namespace rubicon

@@ -1,0 +1,273 @@
+#include "rubicon/client.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <list>
+#include <random>
+#include <utility>
+
+#include "client/acquaintance.h"
+#include "client/device_watch.h"
+#include "client/errand.h"
+#include "client/post_office.h"
+#include "client/reading.h"
+#include "transport/poll_loop.h"
+#include "tuples/dds/dds_ecology.h"
+
+namespace rubicon::client {
+
+namespace {
+
+constexpr std::uint32_t kFirstId = 65536;
+constexpr std::uint32_t kLastDomain = 230;
+/// How long a waiting call sleeps at most before it looks again.
+constexpr Duration kLongestNap = std::chrono::seconds(1);
+
+OwnerId drawn_id() {
+  std::random_device source;
+  return OwnerId(std::uniform_int_distribution<std::uint32_t>(kFirstId, 0xffffffff)(source));
+}
+
+std::string host_name() {
+  char name[256] = {};
+  return ::gethostname(name, sizeof name - 1) == 0 ? std::string(name) : std::string();
+}
+
+Result<void> check(const Options& options) {
+  const auto id = number(options.id);
+  if (id != 0 && id < kFirstId)
+    return fail(ErrorCode::kInvalid,
+                fmt::format("component id {}: expected a number above 65535, the others are islands", id));
+  if (options.domain > kLastDomain)
+    return fail(ErrorCode::kInvalid, fmt::format("domain {}: expected 0 to {}", options.domain, kLastDomain));
+  if (options.interfaces.empty())
+    return fail(ErrorCode::kInvalid, "interfaces: expected at least one, `lo` for this host only");
+  return {};
+}
+
+class CallSink final : public base::LogSink {
+ public:
+  explicit CallSink(std::function<void(std::string_view)> call) : call_(std::move(call)) {}
+  void write(base::LogLevel level, std::string_view, std::string_view text) override {
+    if (call_ && level >= base::LogLevel::kWarning) call_(text);
+  }
+
+ private:
+  std::function<void(std::string_view)> call_;
+};
+
+std::unique_ptr<tuples::Link> joined(tuples::Ecology& ecology, OwnerId id, Error& error) {
+  auto link = ecology.join(id);
+  if (link) return std::move(*link);
+  error = std::move(link.error());
+  return nullptr;
+}
+
+}  // namespace
+
+/// In the order of construction: what stands further down uses what stands above.
+struct Client::Parts {
+  Parts(Options o, std::unique_ptr<transport::PollLoop> a_loop) : options(std::move(o)), loop(std::move(a_loop)) {}
+
+  Result<void> join() {
+    tuples::dds::DdsOptions dds;
+    dds.domain = options.domain;
+    dds.interfaces = options.interfaces;
+    dds.peers = options.peers;
+    dds.tag = options.tag;
+    dds.lease = options.lease;
+    dds.trust_lan = true;  // who judges its own tuples decides itself
+    const auto post = [this](std::function<void()> call) { loop->post(std::move(call)); };
+    auto opened = tuples::dds::DdsEcology::open(std::move(dds), *loop, post, log);
+    if (!opened) return fail(std::move(opened.error()));
+    ecology = std::move(*opened);
+    Error error;
+    link = joined(*ecology, options.id, error);
+    if (!link) return fail(std::move(error));
+    space = std::make_unique<TupleSpace>(options.id, *loop, *link);
+    acquaintance = std::make_unique<Acquaintance>(*loop, *space);
+    Summary summary{options.name, host_name(), "pid " + std::to_string(::getpid()), "", loop->wall_now()};
+    return space->describe(model::to_json(summary));
+  }
+
+  PostOffice& office() {
+    if (!post_office) post_office = std::make_unique<PostOffice>(*loop, *space, log);
+    return *post_office;
+  }
+
+  /// Keeps something until it is over; it may be over while it runs, so it is dropped in a later turn.
+  template <class Thing, class Make>
+  void keep(std::list<std::unique_ptr<Thing>>& things, Make make) {
+    auto& place = things.emplace_back();
+    place = make([this, &things, &place] {
+      loop->post([&things, &place] { things.remove_if([&](const auto& one) { return &one == &place; }); });
+    });
+  }
+
+  std::shared_ptr<Parts*> door = std::make_shared<Parts*>(this);
+  Options options;
+  CallSink log{options.warn};
+  std::unique_ptr<transport::PollLoop> loop;
+  std::unique_ptr<tuples::dds::DdsEcology> ecology;
+  std::unique_ptr<tuples::Link> link;
+  std::unique_ptr<TupleSpace> space;
+  std::unique_ptr<Acquaintance> acquaintance;
+  std::unique_ptr<PostOffice> post_office;
+  std::list<std::unique_ptr<Reading>> readings;
+  std::list<std::unique_ptr<Errand>> errands;
+  std::atomic<bool> stopped = false;
+};
+
+Client::Client(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
+Client::~Client() = default;
+
+Result<std::unique_ptr<Client>> Client::open(Options options) {
+  if (auto good = check(options); !good) return fail(std::move(good.error()));
+  if (options.id == model::kNobody) options.id = drawn_id();
+  if (options.name.empty()) options.name = "component";
+  auto loop = transport::PollLoop::make();
+  if (!loop) return fail(std::move(loop.error()));
+  auto parts = std::make_unique<Parts>(std::move(options), std::move(*loop));
+  if (auto joined_in = parts->join(); !joined_in) return fail(std::move(joined_in.error()));
+  return std::unique_ptr<Client>(new Client(std::move(parts)));
+}
+
+OwnerId Client::id() const {
+  return parts_->options.id;
+}
+TupleSpace& Client::tuples() {
+  return *parts_->space;
+}
+int Client::descriptor() const {
+  return parts_->loop->descriptor();
+}
+void Client::poll() {
+  parts_->loop->poll();
+}
+
+void Client::run() {
+  std::ignore = run_until([this] { return parts_->stopped.exchange(false); }, Duration::max());
+}
+
+void Client::stop() {
+  parts_->stopped = true;
+  parts_->loop->wake();
+}
+
+bool Client::run_until(const std::function<bool()>& done, Duration patience) {
+  auto& loop = *parts_->loop;
+  const auto start = loop.now();
+  while (true) {
+    loop.poll();
+    if (done()) return true;
+    const auto gone = loop.now() - start;
+    if (gone >= patience) return false;
+    loop.wait(std::min(patience - gone, kLongestNap));
+  }
+}
+
+Handle Client::after(Duration delay, std::function<void()> call) {
+  auto timer = std::make_shared<Timer>(parts_->loop->after(delay, std::move(call)));
+  return Handle([timer] { timer->cancel(); });
+}
+
+std::vector<Component> Client::components() const {
+  std::vector<Component> found;
+  for (const auto id : parts_->space->peers()) {
+    const auto text = parts_->space->summary(id);
+    found.push_back({id, text.empty() ? Summary{} : model::summary_from_json(text).value_or(Summary{})});
+  }
+  return found;
+}
+
+std::vector<Component> Client::islands() const {
+  auto found = components();
+  std::erase_if(found, [](const Component& one) { return !model::is_island(one.id); });
+  return found;
+}
+
+void Client::meet() {
+  const auto settled = [this] { return parts_->acquaintance->settled({}); };
+  while (!run_until(settled, Acquaintance::kQuiet / 4)) {
+  }
+}
+
+void Client::read(const Pattern& pattern, TuplesCall call, Duration patience) {
+  auto& parts = *parts_;
+  parts.keep(parts.readings, [&](auto over) {
+    auto told = [call = std::move(call), over](std::vector<Tuple> tuples) {
+      over();
+      call(std::move(tuples));
+    };
+    return std::make_unique<Reading>(*parts.loop, *parts.space, *parts.acquaintance, pattern, std::move(told),
+                                     patience);
+  });
+}
+
+std::vector<Tuple> Client::read(const Pattern& pattern, Duration patience) {
+  std::optional<std::vector<Tuple>> found;
+  const Reading reading(
+      *parts_->loop, *parts_->space, *parts_->acquaintance, pattern,
+      [&](std::vector<Tuple> tuples) { found = std::move(tuples); }, patience);
+  run_until([&] { return found.has_value(); }, Duration::max());
+  return std::move(*found);
+}
+
+Handle Client::watch_devices(const DeviceQuery& query, DeviceCall call) {
+  auto watch = std::make_shared<std::unique_ptr<DeviceWatch>>(
+      std::make_unique<DeviceWatch>(*parts_->space, query, std::move(call)));
+  // Its end may be asked for from its own call.
+  return Handle([watch, door = std::weak_ptr(parts_->door)] {
+    if (const auto parts = door.lock()) (*parts)->loop->post([watch] { watch->reset(); });
+  });
+}
+
+std::vector<Device> Client::devices(const DeviceQuery& query, Duration patience) {
+  std::map<std::pair<OwnerId, std::string>, std::string> statuses;
+  for (const auto& tuple : read({query.island, "*.*.*.status"}, patience))
+    statuses[{tuple.owner, tuple.key.substr(0, tuple.key.rfind('.'))}] = status_from(tuple.value);
+  std::vector<Device> found;
+  for (const auto& tuple : read({query.island, "*.*.*.description"}, patience)) {
+    auto device = device_from(tuple.owner, tuple.key, tuple.value);
+    if (!device || !fits(query, *device)) continue;
+    device->status = statuses[{tuple.owner, device->key()}];
+    found.push_back(std::move(*device));
+  }
+  return found;
+}
+
+void Client::command(OwnerId owner, std::string_view key, std::string_view value, Ended ended, Duration time_to_live,
+                     Duration patience) {
+  auto& parts = *parts_;
+  parts.keep(parts.errands, [&](auto over) {
+    auto told = [ended = std::move(ended), over](const Outcome& outcome) {
+      over();
+      if (ended) ended(outcome);
+    };
+    return std::make_unique<Errand>(*parts.loop, *parts.space, owner, key, value, std::move(told), time_to_live,
+                                    patience);
+  });
+}
+
+Outcome Client::command(OwnerId owner, std::string_view key, std::string_view value, Duration time_to_live,
+                        Duration patience) {
+  run_until([&] { return parts_->acquaintance->settled(owner); }, Acquaintance::kNamed);
+  std::optional<Outcome> outcome;
+  const Errand errand(
+      *parts_->loop, *parts_->space, owner, key, value, [&](const Outcome& told) { outcome = told; }, time_to_live,
+      patience);
+  run_until([&] { return outcome.has_value(); }, Duration::max());
+  return *outcome;
+}
+
+void Client::send(OwnerId to, std::string_view type, std::string_view bytes, SentCall sent) {
+  parts_->office().send(to, type, bytes, std::move(sent));
+}
+
+Handle Client::on_message(std::string_view type, MessageCall call) {
+  return parts_->office().on_message(type, std::move(call));
+}
+
+}  // namespace rubicon::client

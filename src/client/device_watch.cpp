@@ -1,0 +1,120 @@
+#include "client/device_watch.h"
+
+#include <algorithm>
+
+#include "base/glob.h"
+#include "client/json_fields.h"
+
+namespace rubicon::client {
+
+namespace {
+
+using nlohmann::json;
+
+std::vector<std::string> list_of(const json& tree, const char* name) {
+  std::vector<std::string> list;
+  const auto found = tree.find(name);
+  if (found == tree.end() || !found->is_array()) return list;
+  for (const auto& item : *found) {
+    if (item.is_string()) list.push_back(item.get<std::string>());
+  }
+  return list;
+}
+
+bool any_or_matches(const std::string& pattern, std::string_view text) {
+  return pattern.empty() || base::glob_matches(pattern, text);
+}
+
+/// `temperature-window` is a `temperature`.
+bool has_point(const std::vector<std::string>& points, const std::string& type) {
+  return std::any_of(points.begin(), points.end(), [&](const std::string& id) {
+    return base::glob_matches(type, std::string_view(id).substr(0, id.find('-')));
+  });
+}
+
+std::string_view without_last_part(std::string_view key) {
+  return key.substr(0, key.rfind('.'));
+}
+
+constexpr Flow kPassive{{}, {}, 0, true};
+
+}  // namespace
+
+Result<Device> device_from(OwnerId island, std::string_view key, std::string_view description) {
+  const auto parts = model::key_parts(key);
+  if (parts.size() != 4) return fail(ErrorCode::kInvalid, "description of a device: expected a key of four parts");
+  const auto tree = json::parse(description, nullptr, false);
+  if (!tree.is_object()) return fail(ErrorCode::kInvalid, "description of a device: expected a JSON object");
+  Device device;
+  device.island = island;
+  device.prefix = parts[0];
+  device.network = parts[1];
+  device.id = parts[2];
+  device.name = text_of(tree, "name");
+  device.model = text_of(tree, "model");
+  device.type = text_of(tree, "type");
+  device.address = text_of(tree, "address");
+  device.sensors = list_of(tree, "sensors");
+  device.actuators = list_of(tree, "actuators");
+  device.properties = list_of(tree, "properties");
+  return device;
+}
+
+std::string status_from(std::string_view text) {
+  const auto tree = json::parse(text, nullptr, false);
+  return tree.is_object() ? text_of(tree, "status") : std::string();
+}
+
+bool fits(const DeviceQuery& query, const Device& device) {
+  if (query.island && *query.island != device.island) return false;
+  if (!any_or_matches(query.network, device.network)) return false;
+  const bool name_fits = any_or_matches(query.name, device.name) || any_or_matches(query.name, device.id) ||
+                         any_or_matches(query.name, device.address);
+  const bool type_fits = any_or_matches(query.type, device.type) || has_point(device.sensors, query.type) ||
+                         has_point(device.actuators, query.type) || has_point(device.properties, query.type);
+  return name_fits && type_fits;
+}
+
+DeviceWatch::DeviceWatch(TupleSpace& space, DeviceQuery query, DeviceCall call)
+    : query_(std::move(query)), call_(std::move(call)) {
+  statuses_ = space.subscribe({query_.island, "*.*.*.status"}, kPassive, [this](const Event& event) { stated(event); });
+  descriptions_ =
+      space.subscribe({query_.island, "*.*.*.description"}, kPassive, [this](const Event& event) { described(event); });
+}
+
+void DeviceWatch::described(const Event& event) {
+  const Name name{event.tuple.owner, std::string(without_last_part(event.tuple.key))};
+  if (event.kind != EventKind::kSet) return forget(name);
+  auto device = device_from(event.tuple.owner, event.tuple.key, event.tuple.value);
+  if (!device) return;
+  auto& entry = entries_[name];
+  entry.device = std::move(*device);
+  tell(entry);
+}
+
+void DeviceWatch::stated(const Event& event) {
+  const Name name{event.tuple.owner, std::string(without_last_part(event.tuple.key))};
+  if (event.kind != EventKind::kSet) return forget(name);
+  auto& entry = entries_[name];
+  auto status = status_from(event.tuple.value);
+  if (entry.told && entry.status == status) return;
+  entry.status = std::move(status);
+  tell(entry);
+}
+
+void DeviceWatch::tell(Entry& entry) {
+  if (!entry.device || entry.status.empty()) return;
+  entry.device->status = entry.status;
+  const bool wanted = fits(query_, *entry.device);
+  if (!wanted && !entry.told) return;
+  entry.told = wanted;
+  const auto device = *entry.device;
+  call_(device, wanted);
+}
+
+void DeviceWatch::forget(const Name& name) {
+  const auto gone = entries_.extract(name);
+  if (gone && gone.mapped().told && gone.mapped().device) call_(*gone.mapped().device, false);
+}
+
+}  // namespace rubicon::client

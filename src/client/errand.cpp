@@ -1,0 +1,79 @@
+#include "client/errand.h"
+
+#include <utility>
+
+#include "client/json_fields.h"
+
+namespace rubicon::client {
+
+namespace {
+
+constexpr std::string_view kCommand = ".command";
+constexpr Duration kDefaultTimeToLive = std::chrono::seconds(5);
+
+bool is_final(std::string_view state) {
+  return state != "queued" && state != "sent" && !state.empty();
+}
+
+}  // namespace
+
+Errand::Errand(Scheduler& scheduler, TupleSpace& space, OwnerId owner, std::string_view key, std::string_view value,
+               Ended ended, Duration time_to_live, Duration patience)
+    : self_(space.self()), is_command_(key.ends_with(kCommand)), ended_(std::move(ended)) {
+  if (is_command_) {
+    const auto status = std::string(key.substr(0, key.size() - kCommand.size())) + ".status";
+    status_ =
+        space.subscribe({owner, status}, {{}, {}, 0, true}, [this](const tuples::Event& event) { stated(event); });
+  }
+  const auto lives = time_to_live > Duration(0) ? time_to_live : kDefaultTimeToLive;
+  patience_ = scheduler.after(lives + patience, [this] {
+    if (outcome_.state.empty()) outcome_ = {"timed-out", "the owner did not answer", outcome_.request};
+    end();
+  });
+  outcome_.request = space.set_remote(owner, key, value, time_to_live,
+                                      [this, alive = std::weak_ptr<bool>(alive_)](const tuples::Reply& reply) {
+                                        if (alive.lock()) answered(reply);
+                                      });
+}
+
+void Errand::answered(const tuples::Reply& reply) {
+  if (!ended_) return;
+  if (reply.verdict == tuples::Verdict::kApplied) {
+    if (is_command_) return;  // its status tells the rest
+    outcome_.state = "applied";
+  } else {
+    outcome_.state = to_string(reply.verdict);
+    outcome_.reason = reply.text;
+  }
+  end();
+}
+
+void Errand::stated(const tuples::Event& event) {
+  if (!ended_) return;
+  if (event.kind != EventKind::kSet) {
+    outcome_.state = "failed";
+    outcome_.reason = "the device left";
+    return end();
+  }
+  const auto status = nlohmann::json::parse(event.tuple.value, nullptr, false);
+  if (!status.is_object() || !status.contains("command") || !status["command"].is_object()) return;
+  const auto& command = status["command"];
+  const auto is = [&](const char* name, std::uint64_t wanted) {
+    const auto found = command.find(name);
+    return found != command.end() && found->is_number_unsigned() && *found == wanted;
+  };
+  if (!is("creator", number(self_)) || !is("request", outcome_.request)) return;
+  outcome_.state = text_of(command, "state");
+  outcome_.reason = text_of(command, "reason");
+  if (is_final(outcome_.state)) end();
+}
+
+void Errand::end() {
+  status_.reset();
+  patience_.cancel();
+  const auto call = std::exchange(ended_, nullptr);
+  const auto outcome = outcome_;
+  if (call) call(outcome);  // may end this
+}
+
+}  // namespace rubicon::client

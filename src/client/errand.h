@@ -1,0 +1,29 @@
+#pragma once
+
+#include "base/scheduler.h"
+#include "rubicon/client.hpp"
+
+namespace rubicon::client {
+
+/// One set of another component's tuple, followed to its end: the owner's answer, and for a command what its status
+/// tells then. Ends when destroyed, without a call.
+class Errand {
+ public:
+  Errand(Scheduler& scheduler, TupleSpace& space, OwnerId owner, std::string_view key, std::string_view value,
+         Ended ended, Duration time_to_live, Duration patience);
+
+ private:
+  void answered(const tuples::Reply& reply);
+  void stated(const tuples::Event& event);
+  void end();
+
+  OwnerId self_;
+  bool is_command_ = false;
+  Outcome outcome_;
+  Ended ended_;
+  tuples::Handle status_;
+  Timer patience_;
+  std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
+};
+
+}  // namespace rubicon::client

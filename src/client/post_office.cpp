@@ -1,0 +1,53 @@
+#include "client/post_office.h"
+
+#include "base/bytes.h"
+
+namespace rubicon::client {
+
+namespace {
+
+gateway::MessageCall opaque_call(MessageCall call) {
+  return [call = std::move(call)](const Message& message) {
+    const auto& opaque = std::get<model::Opaque>(message.body);
+    call({message.source.island, opaque.type, std::string(base::as_text(opaque.bytes))});
+  };
+}
+
+}  // namespace
+
+PostOffice::PostOffice(Scheduler& scheduler, TupleSpace& space, base::LogSink& log)
+    : scheduler_(scheduler), gateway_(scheduler, space, log) {
+  gateway_.on_taken([this](std::uint64_t number) { taken(number); });
+  answers_ = gateway_.subscribe(MessageKind::kAcknowledge, [this](const Message& message) {
+    const auto& answer = std::get<model::Acknowledge>(message.body);
+    if (answer.outcome == model::Outcome::kSent) return;
+    over(answer.request, std::string(to_string(answer.outcome)) + ": " + answer.text);
+  });
+}
+
+void PostOffice::send(OwnerId to, std::string_view type, std::string_view bytes, SentCall sent) {
+  Message message;
+  message.destination.island = to;
+  const auto view = base::as_bytes(bytes);
+  message.body = model::Opaque{std::string(type), Bytes(view.begin(), view.end())};
+  const auto number = gateway_.send(std::move(message));
+  if (sent) waiting_[number].sent = std::move(sent);
+}
+
+void PostOffice::taken(std::uint64_t number) {
+  const auto found = waiting_.find(number);
+  if (found == waiting_.end()) return;
+  found->second.objection_time = scheduler_.after(kObjectionTime, [this, number] { over(number, ""); });
+}
+
+void PostOffice::over(std::uint64_t number, const std::string& why_not) {
+  const auto found = waiting_.extract(number);
+  if (found) found.mapped().sent(why_not);
+}
+
+tuples::Handle PostOffice::on_message(std::string_view type, MessageCall call) {
+  if (type.empty()) return gateway_.subscribe(MessageKind::kOpaque, opaque_call(std::move(call)));
+  return gateway_.subscribe_user(type, opaque_call(std::move(call)));
+}
+
+}  // namespace rubicon::client

@@ -1,0 +1,154 @@
+#include "transport/poll_loop.h"
+
+#include <poll.h>
+#include <sys/epoll.h>
+#include <sys/eventfd.h>
+#include <sys/timerfd.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cerrno>
+#include <cstring>
+#include <mutex>
+#include <thread>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "base/result.h"
+#include "base/timer_heap.h"
+
+namespace rubicon::transport {
+
+namespace {
+
+class Descriptor {
+ public:
+  explicit Descriptor(int number) : number_(number) {}
+  ~Descriptor() {
+    if (number_ >= 0) ::close(number_);
+  }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  int get() const { return number_; }
+
+ private:
+  int number_;
+};
+
+}  // namespace
+
+struct PollLoop::Parts {
+  Descriptor wake{::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)};
+  Descriptor alarm{::timerfd_create(CLOCK_MONOTONIC, TFD_CLOEXEC | TFD_NONBLOCK)};
+  Descriptor all{::epoll_create1(EPOLL_CLOEXEC)};
+  std::mutex mutex;
+  std::vector<std::function<void()>> posted;  ///< guarded by the mutex
+  bool woken = false;                         ///< guarded by the mutex: `wake` was written for what is posted
+  std::vector<std::function<void()>> batch;
+  base::TimerHeap timers;
+  SteadyTime armed_for = SteadyTime::max();
+  std::atomic<std::thread::id> thread{std::this_thread::get_id()};
+
+  bool watch(int descriptor) {
+    epoll_event event{};
+    event.events = EPOLLIN;
+    return ::epoll_ctl(all.get(), EPOLL_CTL_ADD, descriptor, &event) == 0;
+  }
+
+  void run_batch() {
+    {
+      const std::lock_guard lock(mutex);
+      batch.swap(posted);
+      woken = false;
+    }
+    for (auto& call : batch) std::exchange(call, nullptr)();
+    batch.clear();
+  }
+
+  /// Calls made by a timer see its posts run first, as in virtual time.
+  void run_due() {
+    const SteadyTime now = std::chrono::steady_clock::now();
+    if (now >= armed_for) armed_for = SteadyTime::max();
+    while (auto call = timers.take_due(now)) {
+      call();
+      run_batch();
+    }
+    arm();
+  }
+
+  void arm() {
+    const auto next = timers.next();
+    if (!next || *next >= armed_for) return;
+    armed_for = *next;
+    constexpr std::int64_t kNanos = 1'000'000'000;
+    const auto at = std::max<std::int64_t>(next->time_since_epoch().count(), 1);
+    itimerspec when{};
+    when.it_value = {at / kNanos, at % kNanos};
+    ::timerfd_settime(alarm.get(), TFD_TIMER_ABSTIME, &when, nullptr);
+  }
+};
+
+Result<std::unique_ptr<PollLoop>> PollLoop::make() {
+  auto parts = std::make_unique<Parts>();
+  if (!parts->watch(parts->wake.get()) || !parts->watch(parts->alarm.get()))
+    return fail(ErrorCode::kIo, std::string("making a loop: ") + std::strerror(errno));
+  return std::unique_ptr<PollLoop>(new PollLoop(std::move(parts)));
+}
+
+PollLoop::PollLoop(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
+PollLoop::~PollLoop() = default;
+
+int PollLoop::descriptor() const {
+  return parts_->all.get();
+}
+
+void PollLoop::poll() {
+  parts_->thread = std::this_thread::get_id();
+  std::uint64_t count = 0;
+  std::ignore = ::read(parts_->wake.get(), &count, sizeof count);
+  parts_->run_batch();
+  // A timer that came is not readable any more, whether or not something is due.
+  if (::read(parts_->alarm.get(), &count, sizeof count) > 0) parts_->armed_for = SteadyTime::max();
+  parts_->run_due();
+}
+
+void PollLoop::wait(Duration longest) {
+  parts_->thread = std::this_thread::get_id();
+  pollfd one{parts_->all.get(), POLLIN, 0};
+  const auto millis = std::chrono::ceil<std::chrono::milliseconds>(longest).count();
+  ::poll(&one, 1, static_cast<int>(std::clamp<std::int64_t>(millis, 0, 60'000)));
+}
+
+SteadyTime PollLoop::now() const {
+  return std::chrono::steady_clock::now();
+}
+
+WallTime PollLoop::wall_now() const {
+  return std::chrono::floor<std::chrono::microseconds>(std::chrono::system_clock::now());
+}
+
+void PollLoop::post(std::function<void()> call) {
+  const std::lock_guard lock(parts_->mutex);
+  parts_->posted.push_back(std::move(call));
+  if (std::exchange(parts_->woken, true)) return;
+  wake();
+}
+
+void PollLoop::wake() {
+  const std::uint64_t one = 1;
+  std::ignore = ::write(parts_->wake.get(), &one, sizeof one);
+}
+
+Timer PollLoop::at(SteadyTime when, std::function<void()> call) {
+  auto timer = parts_->timers.add(when, std::move(call));
+  parts_->arm();
+  return timer;
+}
+
+bool PollLoop::on_loop_thread() const {
+  return parts_->thread.load(std::memory_order_relaxed) == std::this_thread::get_id();
+}
+
+}  // namespace rubicon::transport
