@@ -11,6 +11,7 @@
 
 #include "base/assert.h"
 #include "base/timer_heap.h"
+#include "transport/doorbell.h"
 
 namespace rubicon::transport {
 
@@ -34,6 +35,14 @@ struct AsioScheduler::Parts : std::enable_shared_from_this<AsioScheduler::Parts>
     batch.clear();
   }
 
+  /// A call that stands in no batch, and what it posts.
+  void run_with_posts(const std::function<void()>& call) {
+    const bool asked = std::exchange(batch_asked, true);
+    call();
+    batch_asked = asked;
+    run_batch();
+  }
+
   void arm() {
     const auto next = timers.next();
     if (!next || *next >= armed_for) return;
@@ -49,15 +58,13 @@ struct AsioScheduler::Parts : std::enable_shared_from_this<AsioScheduler::Parts>
     if (!alive) return;
     armed_for = SteadyTime::max();
     const SteadyTime now = std::chrono::steady_clock::now();
-    while (auto call = alive ? timers.take_due(now) : nullptr) {
-      call();
-      run_batch();
-    }
+    while (auto call = alive ? timers.take_due(now) : nullptr) run_with_posts(call);
     if (alive) arm();
   }
 
   asio::io_context& context;
   asio::steady_timer alarm;
+  std::shared_ptr<Doorbell> bell;  ///< nullptr: other threads post through the context
   std::atomic<std::thread::id> thread;
   base::TimerHeap timers;
   SteadyTime armed_for = SteadyTime::max();
@@ -66,11 +73,14 @@ struct AsioScheduler::Parts : std::enable_shared_from_this<AsioScheduler::Parts>
   bool alive = true;
 };
 
-AsioScheduler::AsioScheduler(asio::io_context& context) : parts_(std::make_shared<Parts>(context)) {}
+AsioScheduler::AsioScheduler(asio::io_context& context) : parts_(std::make_shared<Parts>(context)) {
+  parts_->bell = Doorbell::make(context, [parts = parts_](const auto& call) { parts->run_with_posts(call); });
+}
 
 AsioScheduler::~AsioScheduler() {
   parts_->alive = false;
   parts_->alarm.cancel();
+  if (parts_->bell) parts_->bell->close();
   parts_->posted.clear();
 }
 
@@ -84,8 +94,9 @@ WallTime AsioScheduler::wall_now() const {
 
 void AsioScheduler::post(std::function<void()> call) {
   if (on_loop_thread()) return parts_->post(std::move(call));
-  asio::post(parts_->context, [parts = parts_, call = std::move(call)]() mutable {
-    if (parts->alive) parts->post(std::move(call));
+  if (parts_->bell) return parts_->bell->post(std::move(call));
+  asio::post(parts_->context, [parts = parts_, call = std::move(call)] {
+    if (parts->alive) parts->run_with_posts(call);
   });
 }
 

@@ -147,6 +147,7 @@ struct TupleSpace::Parts final : LinkListener {
   std::size_t walk_budget = 0;
 
   bool turn_is_open = false;
+  bool turn_is_ending = false;  // what opens a turn now is told before the end is over
   SteadyTime now{};
   WallTime wall{};
   Timer outbox_retry;

@@ -40,18 +40,21 @@ void TupleSpace::Parts::open_turn() {
   turn_is_open = true;
   now = scheduler.now();
   wall = scheduler.wall_now();
-  later([this] { end_turn(); });
+  if (!turn_is_ending) later([this] { end_turn(); });
 }
 
+/// What the calls made here write has a time of its own, but goes to the link with the rest.
 void TupleSpace::Parts::end_turn() {
   turn_is_open = false;
+  turn_is_ending = true;
   walk_budget = kNodesPerTurn;
   run_walks();
   queue.drain(kEventsPerTurn);
   demand.drain();
+  turn_is_open = turn_is_ending = false;
   flush_outbox();
   store.sets().collect();
-  if (queue.size() > 0 || !walks.empty()) open_turn();
+  if (queue.size() > 0 || !walks.empty() || demand.pending()) open_turn();
 }
 
 void TupleSpace::Parts::flush_outbox() {

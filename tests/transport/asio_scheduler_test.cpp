@@ -2,8 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <memory>
 #include <string>
 #include <thread>
+#include <utility>
+#include <vector>
 
 namespace rubicon::transport {
 namespace {
@@ -103,12 +106,60 @@ TEST_F(AsioLoop, TakesPostsFromOtherThreadsAndRunsThemOnItsOwn) {
   EXPECT_FALSE(other_is_on_loop);
 }
 
+TEST_F(AsioLoop, TakesManyPostsOfSeveralThreadsEachInItsOrder) {
+  constexpr int kThreads = 3, kPosts = 2000;
+  std::vector<int> last(kThreads, 0);
+  int ran = 0, out_of_order = 0;
+  std::vector<std::thread> others;
+  for (std::size_t thread = 0; thread < kThreads; ++thread) {
+    others.emplace_back([&, thread] {
+      for (int i = 1; i <= kPosts; ++i) {
+        scheduler.post([&, thread, i] {
+          out_of_order += std::exchange(last[thread], i) != i - 1;
+          if (++ran == kThreads * kPosts) loop.stop();
+        });
+      }
+    });
+  }
+  loop.run();
+  for (auto& other : others) other.join();
+  EXPECT_EQ(ran, kThreads * kPosts);
+  EXPECT_EQ(out_of_order, 0);
+}
+
+TEST_F(AsioLoop, WhatACallFromAnotherThreadPostsRunsAfterItAndBeforeTheNextSuchCall) {
+  scheduler.adopt_thread();
+  std::thread other([&] {
+    scheduler.post([&] {
+      note("1");
+      scheduler.post([&] { note("posted"); });
+      note("-");
+    });
+    scheduler.post([&] {
+      note("2");
+      loop.stop();
+    });
+  });
+  other.join();
+  loop.run();
+  EXPECT_EQ(order, "1-posted2");
+}
+
 TEST_F(AsioLoop, APostThatPostsForEverDoesNotStarveTimers) {
   std::function<void()> again = [&] { scheduler.post(again); };
   scheduler.post(again);
   auto end = scheduler.after(5ms, [&] { loop.stop(); });
   loop.run();
   SUCCEED();
+}
+
+TEST(AsioScheduler, PostsOfOtherThreadsThatNobodyRanDieWithIt) {
+  const auto token = std::make_shared<int>(0);
+  {
+    Loop loop;
+    std::thread([&] { loop.scheduler().post([token] { FAIL(); }); }).join();
+  }
+  EXPECT_EQ(token.use_count(), 1);
 }
 
 TEST(AsioScheduler, TimersMayOutliveIt) {

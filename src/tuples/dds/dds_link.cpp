@@ -44,7 +44,7 @@ DdsLink::DdsLink(OwnerId self, Entity participant, const DdsOptions& options, Sc
       trusts_others_(options.trust_lan),
       host_(host_id("host")),
       displaced_(std::move(displaced)),
-      signal_(std::move(post), [this] { drain(); }),
+      signal_(std::move(post), [this](unsigned sources) { drain(sources); }),
       participant_(std::move(participant)) {}
 
 DdsLink::~DdsLink() {
@@ -121,7 +121,7 @@ void DdsLink::leave() {
 Channel* DdsLink::channel_to(OwnerId id, Peer& peer) {
   if (peer.channel) return peer.channel.get();
   auto channel = Channel::make({self_, id, incarnation_, peer.incarnation}, participant_.get(), frame_topic_.get(),
-                               signal_.listener());
+                               signal_.listener(Signal::kWriter));
   if (!channel) {
     warn("channel", channel.error().text);
     return nullptr;
@@ -146,8 +146,14 @@ bool DdsLink::publish(OwnerId subscriber, std::span<const Change> changes) {
     entries.add(change);
   }
   if (entries.size() > 0) channel->add(entries.take());
-  ask_flush(Duration(0));
+  flush(*channel);
   return true;
+}
+
+/// At once: what a space publishes is all that its turn brought.
+void DdsLink::flush(Channel& channel) {
+  const auto state = channel.flush(scheduler_.now());
+  if (state != Channel::State::kEmpty) ask_flush(state == Channel::State::kFull ? kRetry : Duration(0));
 }
 
 Result<void> DdsLink::remote_set(const RemoteSet& wish) {
@@ -220,11 +226,21 @@ bool DdsLink::flush_slots() {
 
 /// One call a turn, so that what a turn brings goes together.
 void DdsLink::ask_flush(Duration within) {
+  if (within == Duration(0)) return ask_flush();
   const auto when = scheduler_.now() + within;
   if (when >= flush_at_) return;
   flush_at_ = when;
   flush_timer_ = scheduler_.at(when, [this] {
     flush_at_ = SteadyTime::max();
+    flush();
+  });
+}
+
+void DdsLink::ask_flush() {
+  if (std::exchange(flush_posted_, true)) return;
+  scheduler_.post([this, door = std::weak_ptr(door_)] {
+    if (door.expired()) return;
+    flush_posted_ = false;
     flush();
   });
 }

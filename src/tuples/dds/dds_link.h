@@ -40,7 +40,7 @@ class DdsLink final : public Link, private FrameReader {
   Result<void> enter();
   Result<void> make_readers();
   void leave();
-  void drain();
+  void drain(unsigned sources);
   void take_presences();
   void take_interests();
   bool take_frames();
@@ -67,7 +67,9 @@ class DdsLink final : public Link, private FrameReader {
   Peer* find_up(OwnerId id);
   Peer* know(OwnerId id);
   void ask_flush(Duration within);
+  void ask_flush();
   void flush();
+  void flush(Channel& channel);
   bool flush_slots();
   bool write_slot(std::uint32_t number, const Bytes& content);
   bool write_presence();
@@ -98,6 +100,8 @@ class DdsLink final : public Link, private FrameReader {
   OwnerId reading_from_{};
   Timer flush_timer_;
   SteadyTime flush_at_ = SteadyTime::max();
+  bool flush_posted_ = false;
+  std::shared_ptr<bool> door_ = std::make_shared<bool>();  ///< posted calls come through it while the link is there
 };
 
 }  // namespace rubicon::tuples::dds

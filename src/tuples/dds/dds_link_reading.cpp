@@ -63,23 +63,26 @@ Result<void> DdsLink::make_readers() {
   if (!subscriber) return fail(std::move(subscriber.error()));
   frame_subscriber_ = std::move(*subscriber);
   // Asks for no lease: that would hide all components with a longer one. Each is lost by its own.
-  const auto reader = [this](Entity& entity, dds_entity_t parent, const Entity& of, const Qos& qos) -> Result<void> {
-    auto reader_made = made(dds_create_reader(parent, of.get(), qos.get(), signal_.listener()), "reader");
+  const auto reader = [this](Entity& entity, dds_entity_t parent, const Entity& of, const Qos& qos,
+                             Signal::Source source) -> Result<void> {
+    auto reader_made = made(dds_create_reader(parent, of.get(), qos.get(), signal_.listener(source)), "reader");
     if (!reader_made) return fail(std::move(reader_made.error()));
     entity = std::move(*reader_made);
     return {};
   };
-  if (auto done = reader(frame_reader_, frame_subscriber_.get(), frame_topic_, frames); !done) return done;
-  if (auto done = reader(interest_reader_, pp, interest_topic_, make_kept_qos()); !done) return done;
-  return reader(presence_reader_, pp, presence_topic_, make_kept_qos());
+  if (auto done = reader(frame_reader_, frame_subscriber_.get(), frame_topic_, frames, Signal::kFrames); !done)
+    return done;
+  if (auto done = reader(interest_reader_, pp, interest_topic_, make_kept_qos(), Signal::kInterests); !done)
+    return done;
+  return reader(presence_reader_, pp, presence_topic_, make_kept_qos(), Signal::kPresence);
 }
 
 /// What DDS brought. Each listener call may end the link's attachment.
-void DdsLink::drain() {
-  if (listener_) take_presences();
-  if (listener_) take_interests();
-  if (listener_ && take_frames()) signal_.raise();
-  if (listener_) flush();
+void DdsLink::drain(unsigned sources) {
+  if (listener_ && (sources & Signal::kPresence) != 0) take_presences();
+  if (listener_ && (sources & Signal::kInterests) != 0) take_interests();
+  if (listener_ && (sources & Signal::kFrames) != 0 && take_frames()) signal_.raise(Signal::kFrames);
+  if (listener_ && (sources & Signal::kWriter) != 0) flush();
 }
 
 void DdsLink::take_presences() {

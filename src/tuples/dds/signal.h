@@ -12,19 +12,22 @@ namespace rubicon::tuples::dds {
 /// How the threads of DDS wake the loop: however much happens, one posted call until it ran.
 class Signal {
  public:
-  Signal(DdsEcology::Post post, std::function<void()> call);
+  /// What there is news of. A writer's news is that somebody can be reached.
+  enum Source : unsigned { kPresence = 1, kInterests = 2, kFrames = 4, kWriter = 8 };
+
+  /// `call` is told the sources that raised it.
+  Signal(DdsEcology::Post post, std::function<void(unsigned sources)> call);
   ~Signal();
   Signal(const Signal&) = delete;
   Signal& operator=(const Signal&) = delete;
 
-  /// Set on entities that must be deleted before the signal.
-  const dds_listener_t* listener() const { return listener_.get(); }
-  void raise();
+  /// Of entities that must be deleted before the signal.
+  const dds_listener_t* listener(Source source) const;
+  void raise(Source source);
 
  private:
   struct Shared;
   std::shared_ptr<Shared> shared_;
-  DdsListener listener_;
 };
 
 }  // namespace rubicon::tuples::dds

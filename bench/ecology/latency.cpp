@@ -1,0 +1,243 @@
+#include <fmt/format.h>
+#include <sched.h>
+
+#include <array>
+#include <map>
+#include <regex>
+
+#include "ecology/report.h"
+#include "ecology/roles.h"
+
+namespace rubicon::bench {
+
+namespace {
+
+constexpr auto kResend = std::chrono::milliseconds(200);
+
+/// Half round trips in windows of a second, as ddsperf reports them; the first window warms up and does not count.
+class Windows {
+ public:
+  void begin(SteadyTime now) { begin_ = now; }
+  void add(SteadyTime sent, SteadyTime now) {
+    const auto window = static_cast<std::size_t>(seconds_between(begin_, now));
+    if (windows_.size() <= window) windows_.resize(window + 1);
+    windows_[window].push_back(std::chrono::duration<double, std::micro>(now - sent).count() / 2);
+  }
+  double seconds(SteadyTime now) const { return seconds_between(begin_, now); }
+
+  Json json() const {
+    std::vector<double> p50, p99;
+    for (std::size_t i = 1; i + 1 < windows_.size() || (i == 1 && i < windows_.size()); ++i) {
+      p50.push_back(percentile(windows_[i], 0.5));
+      p99.push_back(percentile(windows_[i], 0.99));
+    }
+    return {{"p50", median(p50)}, {"p99", median(p99)}, {"p50_of_seconds", p50}};
+  }
+
+ private:
+  SteadyTime begin_{};
+  std::vector<std::vector<double>> windows_;
+};
+
+/// Sets a tuple that the other process subscribed to; that one answers by setting one of its own from the callback.
+class Pinger {
+ public:
+  Pinger(Node& node, const Json& options)
+      : node_(node),
+        pace_(std::chrono::microseconds(options.at("pace_us").get<int>())),
+        seconds_(options.at("seconds").get<double>() + 1) {}
+
+  Json run() {
+    const auto answers = node_.space().subscribe({kSecond, "bench.pong"}, {},
+                                                 [this](const tuples::Event& event) { answered(event.tuple.value); });
+    send();
+    node_.run(std::chrono::minutes(2));
+    auto result = windows_.json();
+    result["lost"] = sent_ - heard_;
+    return result;
+  }
+
+ private:
+  void send() {
+    const auto text = value_of(++number_);
+    times_[number_ % times_.size()] = node_.scheduler().now();
+    sent_ += started_;
+    (void)node_.space().set("bench.ping", text);
+    const bool paced = started_ && pace_ > base::Duration(0);
+    due_ = paced ? std::max(due_ + pace_, node_.scheduler().now()) : node_.scheduler().now() + kResend;
+    if (paced || !timer_.pending()) timer_ = node_.scheduler().at(due_, [this] { tick(); });
+  }
+  /// Time to send by the pace; in the tight loop only when an answer is lost.
+  void tick() {
+    if (started_ && pace_ == base::Duration(0) && node_.scheduler().now() - times_[number_ % times_.size()] < kResend) {
+      timer_ = node_.scheduler().after(kResend, [this] { tick(); });
+      return;
+    }
+    send();
+  }
+  void answered(std::string_view value) {
+    const auto now = node_.scheduler().now();
+    const auto number = number_of(value);
+    if (!started_ && number == 0) return;
+    if (started_) {
+      windows_.add(times_[number % times_.size()], now);
+      ++heard_;
+      if (windows_.seconds(now) > seconds_) return node_.finish();
+      if (pace_ == base::Duration(0)) send();
+      return;
+    }
+    started_ = true;
+    windows_.begin(now);
+    due_ = now;
+    send();
+  }
+
+  Node& node_;
+  base::Duration pace_;
+  double seconds_;
+  Windows windows_;
+  bool started_ = false;
+  std::uint64_t number_ = 0, sent_ = 0, heard_ = 0;
+  std::array<SteadyTime, 4096> times_{};
+  SteadyTime due_{};
+  base::Timer timer_;
+};
+
+/// Where the two processes run: what stands before their commands.
+struct Place {
+  const char* name;
+  std::vector<std::string> first, second;
+};
+
+/// The scheduler puts two processes that wake each other on one processor or on two, as it likes, for seconds at a
+/// time, and a half round trip of either tool takes 10 us or 40 us by that alone. Held apart both have the same.
+std::vector<Place> places() {
+  std::vector<Place> all{{"free", {}, {}}};
+  cpu_set_t allowed;
+  CPU_ZERO(&allowed);
+  std::vector<std::string> names;
+  if (::sched_getaffinity(0, sizeof allowed, &allowed) != 0) return all;
+  for (std::size_t i = 0; i < CPU_SETSIZE; ++i) {
+    if (CPU_ISSET(i, &allowed)) names.push_back(std::to_string(i));
+  }
+  if (names.size() < 2) return all;
+  all.push_back({"apart", {"taskset", "-c", names[0]}, {"taskset", "-c", names[1]}});
+  return all;
+}
+
+/// `ddsperf` beside us, on loopback as we are; listener mode, which is its default.
+Json engine_ping(const Plan& plan, const Place& place, bool paced) {
+  const auto config = "CYCLONEDDS_URI=" + tuples::dds::domain_xml(options_of(plan.new_meeting()));
+  const auto seconds = std::to_string(static_cast<int>(plan.seconds) + 2);
+  auto other = place.second, command = place.first;
+  for (auto* one : {&other, &command})
+    one->insert(one->end(), {"ddsperf", "-i", std::to_string(plan.domain), "-X", "-D", seconds});
+  other.emplace_back("pong");
+  command.emplace_back("ping");
+  if (paced) command.emplace_back("1000Hz");
+  command.insert(command.end(), {"size", "64"});
+  Child answering(other, {config}), pinging(command, {config});
+  const auto text = pinging.output(std::chrono::seconds(60));
+  static const std::regex kLine(R"re(size 64 mean .* 50% ([0-9.]+)us .* 99% ([0-9.]+)us)re");
+  std::vector<double> p50, p99;
+  for (std::sregex_iterator it(text.begin(), text.end(), kLine), end; it != end; ++it) {
+    p50.push_back(std::stod((*it)[1]));
+    p99.push_back(std::stod((*it)[2]));
+  }
+  if (p50.empty()) give_up("ddsperf says no percentiles: " + text);
+  if (p50.size() > 1) p50.erase(p50.begin()), p99.erase(p99.begin());  // warming up
+  return {{"p50", median(p50)}, {"p99", median(p99)}};
+}
+
+Json our_ping(const Plan& plan, const Place& place, bool paced) {
+  const auto meeting = plan.new_meeting();
+  auto answering = start_role("pong", meeting, Json::object(), place.second);
+  auto pinging = start_role("ping", meeting, {{"pace_us", paced ? 1000 : 0}, {"seconds", plan.seconds}}, place.first);
+  return result_of(pinging);
+}
+
+/// Medians over the rounds.
+Json middle(const std::vector<Json>& rounds) {
+  std::vector<double> p50, p99;
+  for (const auto& round : rounds) {
+    p50.push_back(round.at("p50"));
+    p99.push_back(round.at("p99"));
+  }
+  return {{"p50", rounded(median(p50), 1)}, {"p99", rounded(median(p99), 1)}};
+}
+
+double ratio(const Json& ours, const Json& engine, const char* name) {
+  return rounded(ours.at(name).get<double>() / engine.at(name).get<double>(), 2);
+}
+
+/// Both at one pace in one place.
+struct Pair {
+  std::vector<Json> ours, engine;
+
+  Json ratios() const {
+    return {{"p50", ratio(middle(ours), middle(engine), "p50")}, {"p99", ratio(middle(ours), middle(engine), "p99")}};
+  }
+  bool met() const { return ratios().at("p50").get<double>() <= 2 && ratios().at("p99").get<double>() <= 3; }
+  Json json() const {
+    return {{"set_to_callback_us", middle(ours)},
+            {"engine_ping_us", middle(engine)},
+            {"ratios", ratios()},
+            {"met", met()},
+            {"rounds", {{"set_to_callback_us", ours}, {"engine_ping_us", engine}}}};
+  }
+};
+
+constexpr const char* kPaces[] = {"tight", "paced_1khz"};
+
+}  // namespace
+
+Json ping(const Meeting& meeting, const Json& options) {
+  Node node(kFirst, meeting);
+  node.await(kSecond);
+  return Pinger(node, options).run();
+}
+
+Json pong(const Meeting& meeting, const Json&) {
+  Node node(kSecond, meeting);
+  const auto answers = node.space().subscribe({kFirst, "bench.ping"}, {}, [&](const tuples::Event& event) {
+    (void)node.space().set("bench.pong", event.tuple.value);
+  });
+  node.await(kFirst);
+  node.await_end_of(kFirst);
+  return Json::object();
+}
+
+void measure_latency(const Plan& plan, Report& report) {
+  const auto where = places();
+  std::map<std::string, std::array<Pair, 2>> pairs;
+  for (int round = 0; round < plan.rounds; ++round) {
+    for (const auto& place : where) {
+      for (const bool paced : {false, true}) {
+        auto& pair = pairs[place.name][paced];
+        pair.engine.push_back(engine_ping(plan, place, paced));
+        pair.ours.push_back(our_ping(plan, place, paced));
+      }
+    }
+  }
+  Json ours, engine, details;
+  const std::string told = where.front().name;  // free: as a user runs them
+  bool met = true;
+  for (const bool paced : {false, true}) {
+    const auto& pair = pairs[told][paced];
+    ours[kPaces[paced]] = middle(pair.ours);
+    engine[kPaces[paced]] = middle(pair.engine);
+    met = met && pair.met();
+    for (const auto& place : where) details[place.name][kPaces[paced]] = pairs[place.name][paced].json();
+  }
+  report.figure("set_to_callback_us", ours);
+  report.figure("engine_ping_us", engine);
+  report.target("set_to_callback_us", "p50 at most 2 times, p99 at most 3 times engine_ping_us", met);
+  details["told"] = told;
+  details["method"] =
+      "half of: set by one process, callback in the other, which sets its answer, callback in the first; 64-byte "
+      "values; percentiles of each second as ddsperf -X has them, median of seconds and rounds; apart: each process on "
+      "a processor of its own, free: wherever the scheduler puts them; the same for ddsperf";
+  report.detail("set_to_callback_us", details);
+}
+
+}  // namespace rubicon::bench

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "transport/asio_scheduler.h"
+#include "tuples/dds/dds_ecology.h"
+#include "tuples/tuple_space.h"
+
+namespace rubicon::bench {
+
+using Json = nlohmann::ordered_json;
+
+/// The two components of most measurements.
+inline constexpr OwnerId kFirst{70001}, kSecond{70002};
+
+/// Where the components of one measurement meet: nobody else has this tag.
+struct Meeting {
+  std::uint32_t domain = 0;
+  std::string tag;
+};
+tuples::dds::DdsOptions options_of(const Meeting& meeting);
+
+/// A component of its own in this process, as a program has one: a loop, DDS, a tuple space.
+class Node {
+ public:
+  /// Ends the process with a message when DDS does not work.
+  Node(OwnerId id, const Meeting& meeting);
+
+  tuples::TupleSpace& space() { return *space_; }
+  base::Scheduler& scheduler() { return loop_.scheduler(); }
+
+  /// Runs the loop until finish(). Ends the process with a message when that takes longer than `most`.
+  void run(base::Duration most);
+  void finish() { loop_.stop(); }
+  /// Runs until the other component is there.
+  void await(OwnerId peer);
+  /// Runs until it left, or is lost.
+  void await_end_of(OwnerId peer);
+
+ private:
+  transport::Loop loop_;
+  base::NullLogSink log_;
+  std::unique_ptr<tuples::dds::DdsEcology> ecology_;
+  std::unique_ptr<tuples::Link> link_;
+  std::unique_ptr<tuples::TupleSpace> space_;
+};
+
+/// Says on standard error why this process cannot go on, and ends it with code 1.
+[[noreturn]] void give_up(const std::string& why);
+
+double seconds_between(SteadyTime from, SteadyTime to);
+/// Resident memory of this process, MB (10^6 bytes).
+double resident_mb();
+
+/// `text` padded to the 64 bytes of all values here.
+std::string value_of(std::uint64_t number);
+std::uint64_t number_of(std::string_view value);
+
+}  // namespace rubicon::bench

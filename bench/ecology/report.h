@@ -1,0 +1,49 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "ecology/node.h"
+
+namespace rubicon::bench {
+
+double median(std::vector<double> values);
+/// `part` of the values are not above it; 0 <= part <= 1.
+double percentile(std::vector<double> values, double part);
+/// With so many digits behind the point.
+double rounded(double value, int digits);
+
+/// How much is measured.
+struct Plan {
+  std::uint32_t domain = 0;
+  int rounds = 5;         ///< of each measurement; medians are reported
+  double seconds = 3;     ///< of each round that is measured by time
+  bool is_quick = false;  ///< smaller everywhere: shows that it works, not how fast
+
+  /// One that nobody else has.
+  Meeting new_meeting() const;
+};
+
+/// The one JSON object that comes out: figures by name, their targets, and what else was seen.
+class Report {
+ public:
+  void figure(const std::string& name, Json value) { figures_[name] = std::move(value); }
+  void target(const std::string& name, const std::string& text, bool met) {
+    targets_[name] = {{"target", text}, {"met", met}};
+  }
+  void detail(const std::string& name, Json value) { details_[name] = std::move(value); }
+  Json json() const;
+
+ private:
+  Json figures_ = Json::object(), targets_ = Json::object(), details_ = Json::object();
+};
+
+// The measurements, each in a file of its own.
+void measure_latency(const Plan& plan, Report& report);
+void measure_throughput(const Plan& plan, Report& report);
+void measure_remote_sets(const Plan& plan, Report& report);
+void measure_joins(const Plan& plan, Report& report);
+void measure_memory(const Plan& plan, Report& report);
+void measure_crowd(const Plan& plan, Report& report);
+
+}  // namespace rubicon::bench
