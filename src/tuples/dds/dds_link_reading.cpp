@@ -62,8 +62,6 @@ Result<void> DdsLink::make_readers() {
   auto subscriber = made(dds_create_subscriber(pp, partition.get(), nullptr), "subscriber of frames");
   if (!subscriber) return fail(std::move(subscriber.error()));
   frame_subscriber_ = std::move(*subscriber);
-  auto presence = make_kept_qos();
-  dds_qset_liveliness(presence.get(), DDS_LIVELINESS_AUTOMATIC, lease_.count());
   const auto reader = [this](Entity& entity, dds_entity_t parent, const Entity& of, const Qos& qos) -> Result<void> {
     auto reader_made = made(dds_create_reader(parent, of.get(), qos.get(), signal_.listener()), "reader");
     if (!reader_made) return fail(std::move(reader_made.error()));
@@ -72,7 +70,8 @@ Result<void> DdsLink::make_readers() {
   };
   if (auto done = reader(frame_reader_, frame_subscriber_.get(), frame_topic_, frames); !done) return done;
   if (auto done = reader(interest_reader_, pp, interest_topic_, make_kept_qos()); !done) return done;
-  return reader(presence_reader_, pp, presence_topic_, presence);
+  // No lease of its own: with one, components of a longer lease would not be seen. Each is lost after what it promised.
+  return reader(presence_reader_, pp, presence_topic_, make_kept_qos());
 }
 
 /// What DDS brought. Each listener call may end the link's attachment.
