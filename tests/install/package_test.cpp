@@ -40,7 +40,9 @@ TEST_F(Package, EverythingHasItsPlace) {
                                   "share/doc/rubicon/examples/client/3_own_loop/CMakeLists.txt",
                                   "share/man/man1/rubicon-proxy.1",
                                   "share/bash-completion/completions/rubicon-proxy"};
-  if (RUBICON_HAS_COMMAND_LINE) wanted.insert(wanted.end(), {"bin/rubicon", "share/man/man1/rubicon.1"});
+  if (RUBICON_HAS_COMMAND_LINE)
+    wanted.insert(wanted.end(), {"bin/rubicon", "share/man/man1/rubicon.1", "share/bash-completion/completions/rubicon",
+                                 "share/zsh/site-functions/_rubicon"});
   for (const auto& file : wanted) EXPECT_TRUE(fs::exists(all_.prefix() / file)) << file;
 }
 

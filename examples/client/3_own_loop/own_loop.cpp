@@ -69,7 +69,7 @@ void loop(rubicon::Client& client) {
   std::array<pollfd, 3> wanted{
       {{client.descriptor(), POLLIN, 0}, {STDIN_FILENO, POLLIN, 0}, {signals_descriptor(), POLLIN, 0}}};
   while (true) {
-    client.poll();  // before each sleep: it also sends what the calls above asked for
+    client.poll();  // costs nothing when nothing is due
     if (::poll(wanted.data(), wanted.size(), -1) < 0) continue;
     if (wanted[2].revents != 0) return;
     if (wanted[1].revents != 0 && !read_input(client, pending)) return;
