@@ -80,7 +80,7 @@ TEST_F(Examples, TheThirdIsBuiltOutsideTheTreeAndTalksInItsOwnLoop) {
   ASSERT_NE(ann_id, "");
   {
     Process home(island());
-    EXPECT_TRUE(ann.line_with("present 7"));
+    EXPECT_TRUE(ann.line_with("present 7 home"));
     Process bob({program, "Bob"});
     const auto bob_id = own_id(bob);
     ASSERT_TRUE(ann.line_with("present " + bob_id + " Bob"));
