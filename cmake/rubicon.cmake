@@ -11,6 +11,8 @@ target_compile_options(rubicon_options INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion -Werror
   $<$<COMPILE_LANGUAGE:CXX>:-Wnon-virtual-dtor> $<$<COMPILE_LANGUAGE:CXX>:-Woverloaded-virtual>)
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  # Nobody replaces our functions at run time: g++ may then inline in position independent code as clang does anyway.
+  target_compile_options(rubicon_options INTERFACE -fno-semantic-interposition)
   # g++ 12 reports overflows that are not there in inlined std::vector<uint8_t> and std::string code at -O2.
   target_compile_options(rubicon_options INTERFACE
     -Wno-error=stringop-overflow -Wno-error=array-bounds -Wno-error=restrict -Wno-error=maybe-uninitialized)

@@ -17,6 +17,7 @@
 #include "runtime/island_state.h"
 #include "runtime/live_table.h"
 #include "runtime/network_types.h"
+#include "runtime/service_notice.h"
 #include "runtime/shell.h"
 #include "runtime/spdlog_sink.h"
 #include "transport/asio_scheduler.h"
@@ -110,6 +111,8 @@ class Session {
     if (options_.shell || table) make_shell(table);
     if (table) show_table();
     island_->start();
+    // A turn later the tuples are there and others see the island.
+    loop_.scheduler().post([this] { service_.ready(status()); });
     keep_good();
     log_.info(
         fmt::format("island {} is up: {} networks", number(island_->config().id), island_->networks().ids().size()));
@@ -148,8 +151,23 @@ class Session {
     });
   }
 
-  /// Reads the file again; what it would change, or did change. On an error everything runs on as before.
+  /// One line for people who ask the service manager.
+  std::string status() const {
+    const auto& config = island_->config();
+    return fmt::format("island {} ({}) is up: {} networks", number(config.id), config.proxy.island_name,
+                       island_->networks().ids().size());
+  }
+
   Result<std::vector<std::string>> reload(bool try_only) {
+    if (try_only) return take_file(true);
+    service_.reloading();
+    auto taken = take_file(false);
+    service_.ready(taken ? status() : status() + "; the last reload was refused: " + taken.error().text);
+    return taken;
+  }
+
+  /// Reads the file again; what it would change, or did change. On an error everything runs on as before.
+  Result<std::vector<std::string>> take_file(bool try_only) {
     base::ConfigErrors errors;
     auto next = load(options_.file, options_.overrides, errors);
     if (next && !errors.empty()) next = fail(ErrorCode::kInvalid, errors.text());
@@ -177,6 +195,7 @@ class Session {
 
   /// Stops once everything is written.
   void finish() {
+    service_.stopping("writing what is not on the disk yet");
     watches_.clear();
     if (table_) return loop_.stop();
     output_.when_empty([this] { loop_.stop(); });
@@ -246,6 +265,7 @@ class Session {
   const RunOptions& options_;
   Log log_;
   transport::Loop loop_;
+  ServiceNotice service_{loop_.scheduler(), ServiceWishes::from_environment()};
   transport::LocalTransports transports_{loop_};
   std::unique_ptr<tuples::Ecology> ecology_;
   OwnerId console_{kFirstComponent};

@@ -1,0 +1,177 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <map>
+#include <regex>
+#include <set>
+#include <sstream>
+
+#include "install/installed.h"
+
+namespace rubicon::install {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+const std::string kCompiler = RUBICON_CXX " " RUBICON_SANITIZER_FLAGS " -std=c++20 -Wall -Wextra -Werror ";
+
+class Package : public testing::Test {
+ protected:
+  void SetUp() override { ASSERT_EQ(all_.outcome().code, 0) << all_.outcome().output << all_.outcome().errors; }
+
+  const Installed& all_ = Installed::get();
+};
+
+TEST_F(Package, EverythingHasItsPlace) {
+  std::vector<std::string> wanted{"bin/rubicon-proxy",
+                                  "lib/librubicon.so",
+                                  "lib/librubicon.so.0",
+                                  "lib/librubicon.so.0.1.0",
+                                  "lib/cmake/rubicon/rubiconConfig.cmake",
+                                  "lib/cmake/rubicon/rubiconConfigVersion.cmake",
+                                  "lib/cmake/rubicon/rubiconTargets.cmake",
+                                  "lib/pkgconfig/rubicon.pc",
+                                  "lib/systemd/system/rubicon-proxy@.service",
+                                  "include/rubicon/client.hpp",
+                                  "share/doc/rubicon/LICENSE",
+                                  "share/doc/rubicon/service.md",
+                                  "share/doc/rubicon/examples/home.yaml.example",
+                                  "share/doc/rubicon/examples/client/3_own_loop/CMakeLists.txt",
+                                  "share/man/man1/rubicon-proxy.1",
+                                  "share/bash-completion/completions/rubicon-proxy"};
+  if (RUBICON_HAS_COMMAND_LINE)
+    wanted.insert(wanted.end(), {"bin/rubicon", "share/man/man1/rubicon.1", "share/bash-completion/completions/rubicon",
+                                 "share/zsh/site-functions/_rubicon"});
+  for (const auto& file : wanted) EXPECT_TRUE(fs::exists(all_.prefix() / file)) << file;
+}
+
+TEST_F(Package, TheLibraryNamesItselfByItsInterfaceVersion) {
+  const auto dynamic = all_.shell("objdump -p " + (all_.prefix() / "lib/librubicon.so").string()).output;
+  EXPECT_TRUE(std::regex_search(dynamic, std::regex(R"re(SONAME +librubicon\.so\.0\n)re"))) << dynamic;
+  EXPECT_EQ(fs::read_symlink(all_.prefix() / "lib/librubicon.so.0"), "librubicon.so.0.1.0");
+}
+
+/// What include/rubicon declares, as far as it can be told from the text. A header is about one namespace.
+class Declared {
+ public:
+  explicit Declared(const fs::path& folder) {
+    static const std::regex kSpace(R"re(namespace rubicon::(\w+) \{)re");
+    for (const auto& file : fs::directory_iterator(folder)) {
+      const auto text = read_text(file.path());
+      for (std::sregex_iterator it(text.begin(), text.end(), kSpace), end; it != end; ++it) add((*it)[1], text);
+    }
+    types_.insert({"tuples::Link", "base::Scheduler"});  // named only
+  }
+
+  /// A symbol as nm -C spells it: `rubicon::client::Client::poll()`.
+  bool has(const std::string& symbol) const {
+    static const std::regex kForm(
+        R"re(rubicon::(base|model|tuples|client)::(?:(\w+)::)?(~?\w+|operator=)(?:\[abi:cxx11\])?\((.*)\)(?: const)?)re");
+    std::smatch parts;
+    if (!std::regex_match(symbol, parts, kForm)) return false;
+    const auto text = texts_.find(parts[1]);
+    if (text == texts_.end() || (parts[2].matched && !types_.contains(parts[1].str() + "::" + parts[2].str())))
+      return false;
+    return text->second.find(parts[3].str() + "(") != std::string::npos && knows_types_of(parts[4]);
+  }
+
+ private:
+  void add(const std::string& space, const std::string& text) {
+    static const std::regex kType(R"re((?:class|struct|enum class) (?:\[\[nodiscard\]\] )?(\w+)[^;{]*\{)re");
+    texts_[space] += text;
+    for (std::sregex_iterator it(text.begin(), text.end(), kType), end; it != end; ++it)
+      types_.insert(space + "::" + (*it)[1].str());
+  }
+  bool knows_types_of(const std::string& arguments) const {
+    static const std::regex kOurs(R"re(rubicon::(\w+(?:::\w+)*))re");
+    for (std::sregex_iterator it(arguments.begin(), arguments.end(), kOurs), end; it != end; ++it) {
+      if (!types_.contains((*it)[1])) return false;
+    }
+    return true;
+  }
+
+  std::map<std::string, std::string> texts_;
+  std::set<std::string> types_;
+};
+
+/// The names behind one of these letters of nm.
+std::set<std::string> symbols(const std::string& listing, const std::string& letters) {
+  std::set<std::string> names;
+  std::istringstream lines(listing);
+  for (std::string line; std::getline(lines, line);) {
+    if (line.size() < 20 || letters.find(line[17]) == letters.npos) continue;
+    names.insert(line.substr(19, line.find("@@") - 19));
+  }
+  return names;
+}
+
+TEST_F(Package, TheLibraryShowsWhatTheHeadersDeclareAndNothingElse) {
+  const Declared declared(all_.prefix() / "include/rubicon");
+  const auto library = (all_.prefix() / "lib/librubicon.so").string();
+  const auto shown = symbols(all_.shell("nm -DC --defined-only " + library).output, "TWVBDRui");
+  EXPECT_GT(shown.size(), 50U);
+  for (const auto& name : shown) EXPECT_TRUE(declared.has(name)) << "shown, but no header declares it: " << name;
+  std::size_t found = 0;
+  for (const auto* part : {"base", "model", "tuples", "client"}) {
+    const auto archive = std::string(RUBICON_BINARY_DIR "/src/librubicon_") + part + ".a";
+    for (const auto& name : symbols(all_.shell("nm -C --defined-only " + archive).output, "T")) {
+      if (!declared.has(name)) continue;
+      ++found;
+      EXPECT_TRUE(shown.contains(name)) << "a header declares it, but packaging/library/rubicon.map hides it: " << name;
+    }
+  }
+  EXPECT_GT(found, 50U);
+}
+
+TEST_F(Package, EveryHeaderStandsAlone) {
+  std::size_t headers = 0;
+  for (const auto& file : fs::directory_iterator(all_.prefix() / "include/rubicon")) {
+    ++headers;
+    const auto compiled = all_.shell("echo '#include <rubicon/" + file.path().filename().string() + ">' | " +
+                                     kCompiler + "-Wpedantic -Wshadow -Wconversion -fsyntax-only -x c++ - -I " +
+                                     (all_.prefix() / "include").string());
+    EXPECT_EQ(compiled.code, 0) << compiled.output;
+  }
+  EXPECT_GE(headers, 8U);
+}
+
+TEST_F(Package, PkgConfigIsEnoughToBuildAnExample) {
+  const auto source = (all_.prefix() / "share/doc/rubicon/examples/client/2_command.cpp").string();
+  const auto program = (all_.workshop() / "command").string();
+  const auto built =
+      all_.shell(kCompiler + source + " $(pkg-config --cflags --libs rubicon) -o " + program + " && " + program);
+  EXPECT_EQ(built.code, 2) << built.output;
+  EXPECT_THAT(built.output, HasSubstr("usage: 2_command TYPE VALUE"));
+}
+
+TEST_F(Package, NothingOfTheBuildTreeIsNeeded) {
+  // In a mount namespace of its own the whole source tree, builds included, is empty.
+  const std::string hidden = "unshare -m sh -ec 'mount -t tmpfs none " RUBICON_SOURCE_DIR "; ";
+  if (all_.shell(hidden + "true'").code != 0) GTEST_SKIP() << "the source tree cannot be hidden here: no rights";
+  const auto sample = (all_.prefix() / "share/doc/rubicon/examples/home.yaml.example").string();
+  const auto ran = all_.shell(hidden + "ls " RUBICON_SOURCE_DIR "; " + all_.daemon() + " --version; " + all_.daemon() +
+                              " check " + sample + "'");
+  EXPECT_EQ(ran.code, 0) << ran.output;
+  EXPECT_TRUE(ran.output.starts_with("rubicon-proxy 0.1.0\n")) << ran.output;
+  EXPECT_THAT(ran.output, HasSubstr("good: 1 networks"));
+}
+
+TEST_F(Package, ManualPagesAreSound) {
+  if (all_.shell("command -v groff").code != 0) GTEST_SKIP() << "there is no groff here";
+  for (const auto& page : fs::directory_iterator(all_.prefix() / "share/man/man1")) {
+    const auto formatted = all_.shell("groff -ww -man -Tutf8 " + page.path().string() + " 2>&1 >/dev/null");
+    EXPECT_EQ(formatted.output, "") << page.path();
+  }
+}
+
+TEST_F(Package, CompletionKnowsTheCommandsOfTheDaemon) {
+  const auto script = (all_.prefix() / "share/bash-completion/completions/rubicon-proxy").string();
+  const auto completed = all_.shell("bash -c '. " + script +
+                                    "; COMP_WORDS=(rubicon-proxy r); COMP_CWORD=1; _rubicon_proxy; "
+                                    "echo ${COMPREPLY[@]}'");
+  EXPECT_EQ(completed.output, "run recording\n");
+}
+
+}  // namespace
+}  // namespace rubicon::install

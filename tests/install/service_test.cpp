@@ -1,0 +1,118 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <sstream>
+
+#include "daemon/private_network.h"
+#include "install/installed.h"
+#include "install/notice_socket.h"
+
+namespace rubicon::install {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+/// The installed unit, and the daemon as its command line starts it.
+class Unit : public testing::Test {
+ protected:
+  void SetUp() override {
+    ASSERT_EQ(all_.outcome().code, 0) << all_.outcome().output << all_.outcome().errors;
+    ASSERT_FALSE(manager_.path().empty());
+  }
+
+  /// The words of a setting, for the island `home`.
+  std::vector<std::string> words(const std::string& setting) const {
+    std::istringstream lines(read_text(unit_));
+    std::vector<std::string> found;
+    for (std::string line; std::getline(lines, line);) {
+      if (!line.starts_with(setting + "=")) continue;
+      std::istringstream rest(line.substr(setting.size() + 1));
+      for (std::string word; rest >> word;) {
+        if (const auto at = word.find("%i"); at != word.npos) word.replace(at, 2, "home");
+        found.push_back(word);
+      }
+    }
+    return found;
+  }
+  /// What the service manager would start; the watchdog is shorter than the unit's, for the tests to be.
+  std::vector<std::string> started(const std::string& watchdog_microseconds = "200000") const {
+    std::vector<std::string> command{"env", "NOTIFY_SOCKET=" + manager_.path(),
+                                     "WATCHDOG_USEC=" + watchdog_microseconds};
+    for (auto& word : words("ExecStart")) command.push_back(std::move(word));
+    return command;
+  }
+
+  const Installed& all_ = Installed::get();
+  const std::filesystem::path unit_ = all_.prefix() / "lib/systemd/system/rubicon-proxy@.service";
+  const std::filesystem::path island_ = all_.prefix() / "etc/rubicon/home.yaml";
+  daemon::PrivateNetwork alone_;
+  NoticeSocket manager_{(all_.workshop() / "notify").string()};
+};
+
+TEST_F(Unit, StartsOneIslandEachFromItsOwnFile) {
+  const auto command = words("ExecStart");
+  ASSERT_EQ(command.size(), 3U);
+  EXPECT_EQ(command[0], all_.daemon());
+  EXPECT_EQ(command[2], island_.string());
+  EXPECT_EQ(words("Type"), std::vector<std::string>{"notify"});
+  EXPECT_EQ(words("WantedBy"), std::vector<std::string>{"multi-user.target"});
+}
+
+TEST_F(Unit, IsWhatSystemdUnderstands) {
+  if (all_.shell("command -v systemd-analyze").code != 0) GTEST_SKIP() << "there is no systemd here";
+  const auto verified = all_.shell("systemd-analyze verify --man=no " + unit_.string());
+  EXPECT_EQ(verified.code, 0);
+  EXPECT_EQ(verified.output, "");  // unknown settings are told, and ignored
+}
+
+TEST_F(Unit, SaysWhenTheIslandIsUpReloadsAndStops) {
+  if (!alone_.entered()) GTEST_SKIP() << alone_.reason();
+  write_text(island_, sample_island(7));
+  Process island(started());
+  EXPECT_EQ(manager_.next_with("READY=1"), "READY=1\nSTATUS=island 7 (home) is up: 1 networks");
+  // Whoever waited for that finds the devices.
+  const auto lit = all_.shell(RUBICON_BINARY_DIR "/bin/example-2_command lamp on");
+  EXPECT_EQ(lit.code, 0) << lit.output;
+
+  island.signal(SIGHUP);
+  EXPECT_THAT(manager_.next_with("RELOADING=1"), HasSubstr("MONOTONIC_USEC="));
+  EXPECT_EQ(manager_.next_with("READY=1"), "READY=1\nSTATUS=island 7 (home) is up: 1 networks");
+
+  write_text(island_, "island: {}\n");
+  island.signal(SIGHUP);
+  EXPECT_NE(manager_.next_with("RELOADING=1"), "");
+  EXPECT_THAT(manager_.next_with("READY=1"), HasSubstr("the last reload was refused: "));
+
+  island.signal(SIGTERM);
+  EXPECT_THAT(manager_.next_with("STOPPING=1"), StartsWith("STOPPING=1\nSTATUS="));
+  EXPECT_EQ(island.exit_code(), 0);
+}
+
+TEST_F(Unit, ALoopThatIsStuckGivesNoSignsOfLife) {
+  if (!alone_.entered()) GTEST_SKIP() << alone_.reason();
+  write_text(island_, sample_island(7));
+  Process island(started());
+  ASSERT_NE(manager_.next_with("READY=1"), "");
+  for (int sign = 0; sign < 5; ++sign) ASSERT_EQ(manager_.next_with("WATCHDOG=1"), "WATCHDOG=1");
+  island.signal(SIGSTOP);
+  while (manager_.next(0ms)) continue;  // what it said before it stopped
+  std::size_t said = 0;
+  while (manager_.next(600ms)) ASSERT_LT(++said, 3U);  // it may have been between two
+  island.signal(SIGCONT);
+  EXPECT_EQ(manager_.next_with("WATCHDOG=1"), "WATCHDOG=1");
+}
+
+TEST_F(Unit, AWrongConfigurationEndsWithTheCodeThatIsNotTriedAgain) {
+  write_text(island_, "island: {id: 70000}\n");
+  Process island(started());
+  const auto code = island.exit_code();
+  EXPECT_EQ(words("RestartPreventExitStatus"), std::vector<std::string>{std::to_string(code)});
+  EXPECT_THAT(island.errors(), HasSubstr("home.yaml:1"));
+  EXPECT_FALSE(manager_.next(0ms));
+}
+
+}  // namespace
+}  // namespace rubicon::install
