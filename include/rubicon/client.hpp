@@ -43,6 +43,16 @@ struct Tuple {
   bool owner_present = true;
 };
 
+/// One start of a component as it was met on the wire, also of those that are not talked to: other versions of the
+/// protocol, ids that are taken twice.
+struct Appearance {
+  OwnerId id{};
+  std::uint64_t incarnation = 0;  ///< microseconds since 1970 at its start, or later; of one id the highest counts
+  unsigned version = 0;           ///< of the protocol
+  bool present = false;
+  Summary summary;
+};
+
 /// Another component that is present.
 struct Component {
   OwnerId id{};
@@ -112,7 +122,8 @@ class Client final {
   TupleSpace& tuples();
 
   // -- the loop
-  int descriptor() const;  ///< belongs to the client
+  base::Scheduler& scheduler();  ///< for what needs to be handed one
+  int descriptor() const;        ///< belongs to the client
   void poll();
   void run();   ///< until stop()
   void stop();  ///< may be called from a signal handler or another thread
@@ -126,6 +137,9 @@ class Client final {
   std::vector<Component> islands() const;
   /// Runs the loop until it has probably met everybody who is there: nobody new came for some 0.3 s.
   void meet();
+  /// All starts met since this client came, bounded; for those who look for what is wrong.
+  std::vector<Appearance> appearances() const;
+  static unsigned protocol_version();
 
   // -- what there is
   /// All present tuples that match, once they are all here, without creating demand. Owners that answer nothing within

@@ -134,6 +134,9 @@ OwnerId Client::id() const {
 TupleSpace& Client::tuples() {
   return *parts_->space;
 }
+base::Scheduler& Client::scheduler() {
+  return *parts_->loop;
+}
 int Client::descriptor() const {
   return parts_->loop->descriptor();
 }
@@ -186,6 +189,19 @@ void Client::meet() {
   const auto settled = [this] { return parts_->acquaintance->settled({}); };
   while (!run_until(settled, Acquaintance::kQuiet / 4)) {
   }
+}
+
+std::vector<Appearance> Client::appearances() const {
+  std::vector<Appearance> all;
+  for (const auto& one : parts_->ecology->appearances()) {
+    all.push_back(
+        {one.id, one.incarnation, one.version, one.present, model::summary_from_json(one.summary).value_or(Summary{})});
+  }
+  return all;
+}
+
+unsigned Client::protocol_version() {
+  return tuples::dds::kProtocolVersion;
 }
 
 void Client::read(const Pattern& pattern, TuplesCall call, Duration patience) {

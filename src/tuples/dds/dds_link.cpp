@@ -11,7 +11,6 @@ namespace rubicon::tuples::dds {
 
 namespace {
 
-constexpr std::uint16_t kVersion = 1;
 /// What may wait for one component before publish() and remote_set() say that there is no room.
 constexpr std::size_t kMaxWaiting = 512 * 1024;
 constexpr std::size_t kMaxSetsWaiting = 32 * 1024 * 1024;
@@ -35,12 +34,13 @@ std::size_t size_of(const Change& change) {
 }  // namespace
 
 DdsLink::DdsLink(OwnerId self, Entity participant, Duration lease, Scheduler& scheduler, DdsEcology::Post post,
-                 std::function<void()> displaced, base::LogSink& log)
+                 std::function<void()> displaced, std::shared_ptr<Appearances> appearances, base::LogSink& log)
     : self_(self),
       scheduler_(scheduler),
       log_(log, "dds"),
       lease_(lease),
       displaced_(std::move(displaced)),
+      appearances_(std::move(appearances)),
       signal_(std::move(post), [this] { drain(); }),
       participant_(std::move(participant)) {}
 
@@ -81,7 +81,7 @@ bool DdsLink::write_presence() {
   rubicon_wire_Presence presence{};
   presence.id = number(self_);
   presence.incarnation = incarnation_;
-  presence.version = kVersion;
+  presence.version = kProtocolVersion;
   presence.summary = summary_.data();
   presence_unwritten_ = dds_write(presence_writer_.get(), &presence) != DDS_RETCODE_OK;
   return !presence_unwritten_;
