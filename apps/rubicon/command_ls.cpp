@@ -1,5 +1,8 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <tuple>
+
 #include "apps/rubicon/cli.h"
 #include "apps/rubicon/target.h"
 #include "apps/rubicon/tuple_text.h"
@@ -39,6 +42,8 @@ int list(Session& session, const std::string& text) {
     for (auto& tuple : session.read(pattern)) found.push_back(std::move(tuple));
     if (const auto other = beside(pattern); other && !found.empty()) statuses = session.read(*other);
   }
+  std::sort(found.begin(), found.end(),
+            [](const Tuple& a, const Tuple& b) { return std::tie(a.owner, a.key) < std::tie(b.owner, b.key); });
   const auto states = states_of(statuses.empty() ? found : statuses);
   Table table({"TUPLE", "VALUE", "QUALITY", "AGE"});
   for (const auto& tuple : found) {

@@ -10,8 +10,10 @@ namespace {
 
 using client::Outcome;
 
+constexpr Duration kUsualWait = std::chrono::seconds(15);
+
 struct SetOptions {
-  std::string target, value, ttl;
+  std::string target, value, ttl, wait;
 };
 
 std::string seconds_text(Duration took) {
@@ -66,7 +68,8 @@ int set(Session& session, const SetOptions& options) {
   const auto which = meant(session, options.target, "command");
   if (!which.target) return which.code;
   const auto start = std::chrono::steady_clock::now();
-  auto outcome = session.client().command(which.target->owner, which.target->key, options.value, span_of(options.ttl));
+  auto outcome = session.client().command(which.target->owner, which.target->key, options.value, span_of(options.ttl),
+                                          span_of(options.wait, kUsualWait));
   const auto took = std::chrono::steady_clock::now() - start;
   look_closer(session, *which.target, outcome);
   return tell(session, *which.target, options.value, outcome, took);
@@ -131,6 +134,7 @@ void add_set(Cli& cli) {
                              [options](Session& session) { return set(session, *options); });
   add_target(app, *options);
   app->add_option("VALUE", options->value, "as text, in the unit of the point")->required();
+  add_span(app, "--wait", options->wait, "follow a command for so long after its time to live, 15s if not given");
 
   const auto more = std::make_shared<SetOptions>();
   app = cli.command_in_ecology({"append", "Add text behind the value of a tuple, if its owner lets others do that",

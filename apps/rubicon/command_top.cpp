@@ -67,14 +67,15 @@ class Top {
     double sum = 0;
     for (const auto& row : rows) sum += row.per_second;
     Table table({"PER SECOND", "TOTAL", "LAST", "WHAT"});
-    const auto room = session_.out().is_terminal()
-                          ? session_.out().height() - std::min<std::size_t>(session_.out().height() - 1, 4)
-                          : kRows;
+    constexpr std::size_t kHeads = 4;  // lines above the rows, and the one of the cursor
+    const auto height = session_.out().height();
+    const auto room = height > kHeads ? height - kHeads : kRows;
     for (std::size_t i = 0; i < rows.size() && i < room; ++i)
       table.row({fmt::format("{:.1f}", rows[i].per_second), std::to_string(rows[i].total),
                  age_text(rows[i].last, session_.now()), rows[i].name});
-    const auto head = fmt::format("{} UTC   {:.1f} events/s of {}, {} islands", clock_text(session_.now()), sum,
-                                  counted(rows.size(), options_.by), session_.client().islands().size());
+    const auto head = fmt::format("{} UTC   {:.1f} events/s of {}, {}", clock_text(session_.now()), sum,
+                                  counted(rows.size(), options_.by),
+                                  counted(session_.client().islands().size(), "island"));
     const auto text = head + "\n" + table.text(session_.look());
     session_.out().write(session_.out().is_terminal() ? "\x1b[H\x1b[J" + text : text + "\n");
   }

@@ -59,7 +59,7 @@ std::string manual(const CLI::App& app) {
   out += ".SH OPTIONS\nThey stand in front of the command or behind it.\n" + options_of(app);
   out += fmt::format(".SH EXIT STATUS\n{}\n", troff(kExitCodes));
   out +=
-      ".SH ENVIRONMENT\nRUBICON_DOMAIN, RUBICON_INTERFACES, RUBICON_PEERS, RUBICON_TAG, RUBICON_LEASE, "
+      ".SH ENVIRONMENT\nRUBICON_DOMAIN, RUBICON_INTERFACES, RUBICON_PEERS, RUBICON_TCP, RUBICON_TAG, RUBICON_LEASE, "
       "RUBICON_PATIENCE,\n"
       "RUBICON_PREFIX, RUBICON_CONFIG and RUBICON_JSON stand for the options of these names; what is on the command\n"
       "line wins. NO_COLOR turns colours off.\n.SH SEE ALSO\n.BR rubicon\\-proxy (1)\n";

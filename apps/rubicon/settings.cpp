@@ -4,30 +4,33 @@
 #include <fmt/ranges.h>
 
 #include "base/config_reader.h"
+#include "runtime/engine_config.h"
 #include "runtime/island_config.h"
 
 namespace rubicon::cli {
 
 namespace {
 
-/// What the island of a configuration file does to be found. Only these keys are read: the file may be of an island
-/// that this program could not run.
+/// What the island of a configuration file does to be found; the rest of the file is not looked at, it may be of an
+/// island that this program could not run.
 Result<void> read_config(const std::string& path, Settings& settings) {
   const auto root = runtime::load_config(path, {});
   if (!root) return fail(root.error());
   ConfigErrors errors;
   ConfigReader reader(*root, "", errors);
-  auto tuples = reader.map("tuples");
-  auto& options = settings.options;
-  options.domain = static_cast<std::uint32_t>(tuples.integer("domain", options.domain, 0, 230));
-  options.tag = tuples.text("tag", options.tag);
-  options.lease = tuples.duration("lease", options.lease);
-  if (tuples.has("interfaces")) options.interfaces = tuples.texts("interfaces");
-  if (tuples.has("peers")) options.peers = tuples.texts("peers");
+  auto engine = runtime::read_engine(reader);
   settings.prefix = reader.map("island").text("prefix", settings.prefix);
-  if (tuples.has("engine") && tuples.text("engine", "") == "memory")
-    tuples.error("engine", "is 'memory': such an island is alone in its process, expected dds");
   if (!errors.empty()) return fail(ErrorCode::kInvalid, errors.text());
+  if (!engine.dds)
+    return fail(ErrorCode::kInvalid, fmt::format("{}tuples.engine is memory: such an island is alone in its process",
+                                                 engine.place));
+  auto& options = settings.options;
+  options.domain = engine.options.domain;
+  options.tag = engine.options.tag;
+  options.lease = engine.options.lease;
+  options.interfaces = engine.options.interfaces;
+  options.peers = engine.options.peers;
+  options.tcp = engine.options.transport == tuples::dds::DdsTransport::kTcp;
   return {};
 }
 
@@ -44,7 +47,8 @@ Duration span_of(const std::string& text, Duration otherwise) {
 }
 
 std::string place_text(const client::Options& options) {
-  auto text = fmt::format("domain {} on {}", options.domain, fmt::join(options.interfaces, ", "));
+  auto text = fmt::format("domain {} on {}{}", options.domain, fmt::join(options.interfaces, ", "),
+                          options.tcp ? " over TCP" : "");
   if (!options.tag.empty()) text += fmt::format(", tag {}", options.tag);
   if (!options.peers.empty()) text += fmt::format(", peers {}", fmt::join(options.peers, " "));
   return text;
@@ -62,6 +66,7 @@ void SettingsOptions::add_to(CLI::App& app) {
       ->delimiter(',')
       ->allow_extra_args(false)
       ->group(group);
+  app.add_flag("--tcp", tcp_, "reach the peers (HOST:PORT) over TCP")->group(group);
   app.add_option("--tag", tag_, "only who has this tag is seen")->group(group);
   app.add_option("--lease", lease_, "silence after which others count as lost")
       ->type_name("SPAN")
@@ -74,7 +79,7 @@ void SettingsOptions::add_to(CLI::App& app) {
   app.add_option("--prefix", prefix_, "first part of the islands' keys, proxy if not given")->group(group);
   app.add_option("--config", config_, "take these from the configuration file of an island")->group(group);
   app.add_flag("--json", json_, "JSON lines for programs instead of tables for people")->group(group);
-  for (const auto* name : {"domain", "interfaces", "peers", "tag", "lease", "patience", "prefix", "config", "json"}) {
+  for (const auto* name : {"domain", "interfaces", "peers", "tcp", "tag", "lease", "patience", "prefix", "config", "json"}) {
     std::string variable = "RUBICON_";
     for (const char c : std::string_view(name)) variable += static_cast<char>(c - 'a' + 'A');
     app.get_option(std::string("--") + name)->envname(variable);
@@ -91,6 +96,7 @@ Result<Settings> SettingsOptions::read() const {
   if (given("--domain")) options.domain = domain_;
   if (given("--interfaces")) options.interfaces = interfaces_;
   if (given("--peers")) options.peers = peers_;
+  if (given("--tcp")) options.tcp = tcp_;
   if (given("--tag")) options.tag = tag_;
   if (given("--prefix")) settings.prefix = prefix_;
   options.lease = span_of(lease_, options.lease);

@@ -30,7 +30,7 @@ class SettingsOptions {
   std::uint32_t domain_ = 0;
   std::vector<std::string> interfaces_, peers_;
   std::string tag_, lease_, patience_, prefix_, config_;
-  bool json_ = false;
+  bool json_ = false, tcp_ = false;
   CLI::App* app_ = nullptr;
 };
 

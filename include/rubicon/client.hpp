@@ -25,7 +25,9 @@ struct Options {
   OwnerId id = model::kNobody;  ///< above 65535; kNobody = one is drawn
   std::uint32_t domain = 0;     ///< 0..230, as in the islands' `tuples.domain`
   std::vector<std::string> interfaces = {"lo"};
-  std::vector<std::string> peers;  ///< addresses of hosts that multicast does not reach
+  std::vector<std::string> peers;  ///< host or host:port, of those that multicast does not reach
+  bool tcp = false;                ///< as in the islands' `tuples.transport`; needs peers (host:port) or a port
+  std::uint16_t port = 0;          ///< of TCP: where others may call; 0 = anywhere
   std::string tag;
   Duration lease = std::chrono::seconds(2);
   std::function<void(std::string_view)> warn;  ///< told what goes wrong, at most once a minute and subject

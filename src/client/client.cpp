@@ -42,6 +42,8 @@ Result<void> check(const Options& options) {
                 fmt::format("component id {}: expected a number above 65535, the others are islands", id));
   if (options.domain > kLastDomain)
     return fail(ErrorCode::kInvalid, fmt::format("domain {}: expected 0 to {}", options.domain, kLastDomain));
+  if (options.tcp && options.peers.empty() && options.port == 0)
+    return fail(ErrorCode::kInvalid, "tcp finds nobody by itself: expected peers (host:port) or a port");
   if (options.interfaces.empty())
     return fail(ErrorCode::kInvalid, "interfaces: expected at least one, `lo` for this host only");
   return {};
@@ -72,9 +74,17 @@ struct Client::Parts {
   Parts(Options o, std::unique_ptr<transport::PollLoop> a_loop) : options(std::move(o)), loop(std::move(a_loop)) {}
 
   Result<void> join() {
-    auto opened = tuples::dds::DdsEcology::open(
-        {options.domain, options.interfaces, options.peers, options.tag, options.lease}, *loop,
-        [this](std::function<void()> call) { loop->post(std::move(call)); }, log);
+    tuples::dds::DdsOptions dds;
+    dds.domain = options.domain;
+    dds.interfaces = options.interfaces;
+    dds.peers = options.peers;
+    dds.tag = options.tag;
+    dds.lease = options.lease;
+    dds.transport = options.tcp ? tuples::dds::DdsTransport::kTcp : tuples::dds::DdsTransport::kUdp;
+    dds.port = options.port;
+    dds.trust_lan = true;  // who judges its own tuples decides itself
+    const auto post = [this](std::function<void()> call) { loop->post(std::move(call)); };
+    auto opened = tuples::dds::DdsEcology::open(std::move(dds), *loop, post, log);
     if (!opened) return fail(std::move(opened.error()));
     ecology = std::move(*opened);
     Error error;

@@ -127,7 +127,7 @@ class Session {
     }
     const auto post = [this](std::function<void()> call) { loop_.scheduler().post(std::move(call)); };
     auto dds = tuples::dds::DdsEcology::open(engine.options, loop_.scheduler(), post, sink);
-    if (!dds) return fail(std::move(dds.error()));
+    if (!dds) return fail(dds.error().code, engine.place + dds.error().text);
     (*dds)->watch_displaced([this](OwnerId displaced) {
       log_.error(fmt::format("component {} was there before, in another process: this one ends", number(displaced)));
       exit_code_ = kExitFailed;

@@ -15,10 +15,6 @@ namespace {
 
 using base::ConfigErrors;
 
-/// Of DDS (its ports are made of it).
-constexpr std::int64_t kMaxDomain = 230;
-constexpr Duration kShortestLease = std::chrono::milliseconds(500);
-constexpr Duration kLongestLease = std::chrono::seconds(60);
 constexpr std::uint64_t kSmallestState = 1 << 20;
 
 void read_island(ConfigReader& root, IslandConfig& config) {
@@ -73,17 +69,7 @@ void read_state(ConfigReader& root, IslandConfig& config) {
 }
 
 void read_general(ConfigReader& root, IslandConfig& config) {
-  auto tuples = root.map("tuples");
-  config.engine.dds = tuples.choice("engine", "memory", {"memory", "dds"}) == "dds";
-  auto& dds = config.engine.options;
-  dds.domain = static_cast<std::uint32_t>(tuples.integer("domain", dds.domain, 0, kMaxDomain));
-  dds.tag = tuples.text("tag", dds.tag);
-  dds.lease = tuples.duration("lease", dds.lease);
-  if (dds.lease < kShortestLease || dds.lease > kLongestLease) tuples.error("lease", "expected from 500ms to 60s");
-  for (const auto* key : {"domain", "tag", "lease"}) {
-    if (!config.engine.dds && tuples.has(key)) tuples.error(key, "only engine dds has that");
-  }
-  tuples.finish();
+  config.engine = read_engine(root);
   read_discovery(root, config.proxy.discovery);
   read_state(root, config);
   auto limits = root.map("limits");

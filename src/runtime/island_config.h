@@ -11,8 +11,8 @@
 #include "model/type_catalogue.h"
 #include "network/network.h"
 #include "proxy/proxy_config.h"
+#include "runtime/engine_config.h"
 #include "runtime/recorder_config.h"
-#include "tuples/dds/dds_options.h"
 
 namespace rubicon::runtime {
 
@@ -22,12 +22,6 @@ struct NetworkSetup {
   const network::NetworkType* type = nullptr;
   ConfigNode options;
   std::string key{};  ///< in the file; differs from the id where a recording stands for another network (`as`)
-};
-
-/// `tuples:`: how the components reach each other.
-struct EngineSetup {
-  bool dds = false;  ///< else within this process only
-  tuples::dds::DdsOptions options;
 };
 
 /// `state:`; an empty file = nothing is remembered.

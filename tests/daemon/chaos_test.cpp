@@ -50,7 +50,7 @@ class RealChaos : public testing::Test {
     std::ofstream(directory_ / "flat.yaml", std::ios::binary)
         << text << "\n  dummy-1:\n    type: dummy\n    simulate:\n      hall: {name: Hall " << turn
         << ", sensors: {temperature-1: {wave: sine, low: 10, high: 30, period: 1s}}, properties: {rate: 20}}\n"
-        << "state: {file: flat.state, save-every: 500ms}\n";
+        << "state: {file: flat.state, save-every: 500ms}\ntuples: {engine: memory}\n";
   }
   std::string file() const { return (directory_ / "flat.yaml").string(); }
 

@@ -22,6 +22,8 @@ using Clock = std::chrono::steady_clock;
 
 const std::string kDaemon = RUBICON_BINARY_DIR "/bin/rubicon-proxy";
 const std::string kHome = RUBICON_SOURCE_DIR "/examples/home.yaml";
+/// The islands of tests meet nobody.
+const std::string kAlone = "tuples.engine=memory";
 const std::string kRoom = "proxy.dummy-1.room";
 
 /// The real program on a small island of its own.
@@ -41,7 +43,8 @@ class Daemon : public testing::Test {
           "        name: Room\n"
           "        sensors: {temperature-1: {wave: constant, value: 21.5}}\n"
           "        properties: {rate: 20}\n"
-          "        actuators: {lamp-1: {behaviour: obey, delay: 1ms}}\n");
+          "        actuators: {lamp-1: {behaviour: obey, delay: 1ms}}\n"
+          "tuples: {engine: memory}\n");
   }
   ~Daemon() override { std::filesystem::remove_all(directory_); }
 
@@ -114,7 +117,7 @@ TEST_F(Daemon, CheckSaysGoodOrAllThatIsWrong) {
 
 TEST_F(Daemon, TheDemoIslandIsThereWithinThreeSecondsAndSmall) {
   const auto start = Clock::now();
-  Process shell({kDaemon, "run", kHome, "--shell", "--set", "networks.salad.rubicon_port=0"});
+  Process shell({kDaemon, "run", kHome, "--shell", "--set", "networks.salad.rubicon_port=0", "--set", kAlone});
   std::set<std::string> devices;
   while (devices.size() < 9 + 55 && Clock::now() < start + 20s) {
     shell.write("devices\n");
@@ -273,9 +276,10 @@ TEST_F(Daemon, RunsWithoutAnyStandardStream) {
 }
 
 TEST_F(Daemon, AMissingRecordingIsNamedAndTheRestOfTheIslandLives) {
-  const auto file = write("lost.yaml",
-                          "island: {id: 6541}\nnetworks:\n  dummy: {type: dummy, simulate: {a: {sensors: "
-                          "{temperature-1: {}}}}}\n  log: {type: log, file: nowhere.bin}\n");
+  const auto file =
+      write("lost.yaml",
+            "island: {id: 6541}\ntuples: {engine: memory}\nnetworks:\n  dummy: {type: dummy, simulate: {a: {sensors: "
+            "{temperature-1: {}}}}}\n  log: {type: log, file: nowhere.bin}\n");
   Process shell({kDaemon, "run", file, "--shell"});
   json line;
   for (int i = 0; i < 1000 && line["value"].dump().find("nowhere.bin") == std::string::npos; ++i) {
@@ -288,11 +292,11 @@ TEST_F(Daemon, AMissingRecordingIsNamedAndTheRestOfTheIslandLives) {
 }
 
 TEST_F(Daemon, RecordsAndShowsWhatIsInTheRecording) {
-  const auto file =
-      write("recorded.yaml",
-            "island: {id: 6541}\nnetworks:\n  dummy: {type: dummy, simulate: {a: {name: \"a, b\", sensors: "
-            "{temperature-1: {wave: constant, value: 21.5}}}}}\n"
-            "recorders: {all: {file: home.rec, patterns: [\"proxy.**\"], active: yes}}\n");
+  const auto file = write("recorded.yaml",
+                          "island: {id: 6541}\ntuples: {engine: memory}\nnetworks:\n  dummy: {type: dummy, simulate: "
+                          "{a: {name: \"a, b\", sensors: "
+                          "{temperature-1: {wave: constant, value: 21.5}}}}}\n"
+                          "recorders: {all: {file: home.rec, patterns: [\"proxy.**\"], active: yes}}\n");
   const auto recording = (directory_ / "home.rec").string();
   {
     Process shell({kDaemon, "run", file, "--shell", "--watch", "proxy.dummy.a.sensor.*.value"});
@@ -319,10 +323,11 @@ TEST_F(Daemon, RecordsAndShowsWhatIsInTheRecording) {
 }
 
 TEST_F(Daemon, KilledItLosesAtMostASecondOfItsRecording) {
-  const auto file = write("recorded.yaml",
-                          "island: {id: 6541}\nnetworks:\n  dummy: {type: dummy, simulate: {a: {sensors: "
-                          "{temperature-1: {wave: sine, low: 0, high: 20}}, properties: {rate: 20}}}}\n"
-                          "recorders: {all: {file: home.rec, patterns: [\"proxy.**\"]}}\n");
+  const auto file =
+      write("recorded.yaml",
+            "island: {id: 6541}\ntuples: {engine: memory}\nnetworks:\n  dummy: {type: dummy, simulate: {a: {sensors: "
+            "{temperature-1: {wave: sine, low: 0, high: 20}}, properties: {rate: 20}}}}\n"
+            "recorders: {all: {file: home.rec, patterns: [\"proxy.**\"]}}\n");
   std::vector<double> seen;
   {
     Process watch({kDaemon, "run", file, "--watch", "proxy.dummy.a.sensor.*.value"});

@@ -38,7 +38,9 @@ class DaemonWithMemory : public testing::Test {
         << "}\n"
            "networks:\n"
            "  dummy-1: {type: dummy, simulate: {hall: {sensors: {temperature-1: {wave: constant, value: "
-        << value << "}}}, attic: {sensors: {temperature-1: {wave: constant, value: 5}}}}}\n";
+        << value
+        << "}}}, attic: {sensors: {temperature-1: {wave: constant, value: 5}}}}}\n"
+           "tuples: {engine: memory}\n";
   }
   std::string file() const { return (directory_ / "home.yaml").string(); }
 

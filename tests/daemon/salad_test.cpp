@@ -49,7 +49,8 @@ bool becomes(Process& shell, const std::string& key, const std::string& value) {
 
 TEST(SaladFlat, EveryStartShowsAll55Devices) {
   for (int i = 0; i < 20; ++i) {
-    Process shell({kDaemon, "run", kFlat, "--shell", "--set", "networks.salad.rubicon_port=0"});
+    Process shell(
+        {kDaemon, "run", kFlat, "--set", "tuples.engine=memory", "--shell", "--set", "networks.salad.rubicon_port=0"});
     EXPECT_EQ(devices(shell, "unknown"), std::pair(55, 55)) << "at the first question of start " << i << shell.errors();
     shell.close_input();
     EXPECT_EQ(shell.exit_code(), 0);
@@ -59,7 +60,8 @@ TEST(SaladFlat, EveryStartShowsAll55Devices) {
 TEST(SaladFlat, LivesWithTheSimulatorAndObeysCommands) {
   const PrivateNetwork alone;
   if (!alone.entered()) GTEST_SKIP() << alone.reason();
-  Process shell({kDaemon, "run", kFlat, "--shell", "--set", "networks.salad.start-again-after=200ms"});
+  Process shell({kDaemon, "run", kFlat, "--set", "tuples.engine=memory", "--shell", "--set",
+                 "networks.salad.start-again-after=200ms"});
   EXPECT_EQ(devices(shell, "unknown").first, 55) << "before SALAD is there";
   EXPECT_TRUE(becomes(shell, "proxy.salad.status", "SALAD is not there"));
   Process salad({kSimulator, kFlat, "--period", "50ms", "--misbehave", "all"});
@@ -90,7 +92,7 @@ TEST(SaladFlat, TheEndOfTheIslandStopsTheUpdates) {
   Process salad({kSimulator, RUBICON_SOURCE_DIR "/examples/salad.properties", "--script",
                  RUBICON_SOURCE_DIR "/examples/salad.script", "--period", "50ms"});
   ASSERT_TRUE(salad.line_with("listening")) << salad.errors();
-  Process shell({kDaemon, "run", kFlat, "--shell"});
+  Process shell({kDaemon, "run", kFlat, "--set", "tuples.engine=memory", "--shell"});
   EXPECT_TRUE(becomes(shell, "proxy.salad.7.sensor.switch-fridge.value", "o"));
   shell.signal(SIGTERM);
   EXPECT_EQ(shell.exit_code(), 0);
@@ -106,7 +108,7 @@ TEST(SaladFlat, ATakenPortIsSaidAndTheDevicesAreThere) {
   if (!alone.entered()) GTEST_SKIP() << alone.reason();
   Process squatter({kSimulator, kFlat, "--listen", "9100", "--proxy", "localhost:1"});
   ASSERT_TRUE(squatter.line());
-  Process shell({kDaemon, "run", kFlat, "--shell"});
+  Process shell({kDaemon, "run", kFlat, "--set", "tuples.engine=memory", "--shell"});
   EXPECT_TRUE(becomes(shell, "proxy.salad.status", "Address already in use"));
   EXPECT_EQ(devices(shell, "unknown").first, 55);
   squatter.signal(SIGTERM);

@@ -2,8 +2,10 @@
 
 #include <fmt/format.h>
 
+#include "tuples/dds/cyclone_log.h"
 #include "tuples/dds/dds_link.h"
 #include "tuples/dds/entity.h"
+#include "tuples/dds/host.h"
 
 namespace rubicon::tuples::dds {
 
@@ -12,24 +14,50 @@ struct DdsEcology::Parts {
   Scheduler& scheduler;
   Post post;
   base::LogSink& log;
+  std::unique_ptr<CycloneLog> words;  // outlives the domain, which still has some
   Entity domain;
   std::shared_ptr<Appearances> appearances = std::make_shared<Appearances>();
   std::shared_ptr<std::function<void(OwnerId)>> displaced = std::make_shared<std::function<void(OwnerId)>>();
 };
+
+namespace {
+
+/// kBusy or kIo, in words that say what to do where that is known.
+Error cannot_open(const DdsOptions& options, dds_return_t answer, const std::string& heard) {
+  if (answer == DDS_RETCODE_PRECONDITION_NOT_MET)
+    return {ErrorCode::kBusy, fmt::format("DDS domain {} is open in this process already", options.domain)};
+  if (heard.find("free participant index") != heard.npos) {
+    return {ErrorCode::kIo,
+            fmt::format(
+                "DDS: domain {} has no room for one more process on this host: {} are there already (UDP ports {} to "
+                "{} are taken). End some of them, or use another tuples.domain",
+                options.domain, kMostOnAHost, port_of(options.domain, 0), port_of(options.domain, kMostOnAHost) - 1)};
+  }
+  return {ErrorCode::kIo, fmt::format("DDS: domain {} cannot be opened: {}", options.domain,
+                                      heard.empty() ? dds_strretcode(-answer) : heard)};
+}
+
+Result<Entity> make_domain(const DdsOptions& options) {
+  const auto xml = domain_xml(options);
+  const CycloneLog::Ear ear;
+  const auto answer = dds_create_domain(options.domain, xml.c_str());
+  if (answer > 0) return Entity(answer);
+  return fail(cannot_open(options, answer, ear.heard));
+}
+
+}  // namespace
 
 DdsEcology::DdsEcology(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
 DdsEcology::~DdsEcology() = default;
 
 Result<std::unique_ptr<DdsEcology>> DdsEcology::open(DdsOptions options, Scheduler& scheduler, Post post,
                                                      base::LogSink& log) {
-  const auto xml = domain_xml(options);
-  const auto answer = dds_create_domain(options.domain, xml.c_str());
-  if (answer == DDS_RETCODE_PRECONDITION_NOT_MET)
-    return fail(ErrorCode::kBusy, fmt::format("DDS domain {} is open in this process already", options.domain));
-  auto domain = made(answer, fmt::format("domain {}", options.domain));
+  if (auto good = check_interfaces(options, interfaces()); !good) return fail(std::move(good.error()));
+  auto words = std::make_unique<CycloneLog>(scheduler, post, log);
+  auto domain = make_domain(options);
   if (!domain) return fail(std::move(domain.error()));
-  return std::unique_ptr<DdsEcology>(new DdsEcology(
-      std::make_unique<Parts>(Parts{std::move(options), scheduler, std::move(post), log, std::move(*domain)})));
+  return std::unique_ptr<DdsEcology>(new DdsEcology(std::make_unique<Parts>(
+      Parts{std::move(options), scheduler, std::move(post), log, std::move(words), std::move(*domain)})));
 }
 
 Result<std::unique_ptr<Link>> DdsEcology::join(OwnerId id) {
@@ -39,7 +67,7 @@ Result<std::unique_ptr<Link>> DdsEcology::join(OwnerId id) {
   const auto displaced = [call = std::weak_ptr(parts_->displaced), id] {
     if (const auto told = call.lock(); told && *told) (*told)(id);
   };
-  return std::make_unique<DdsLink>(id, std::move(*participant), parts_->options.lease, parts_->scheduler, parts_->post,
+  return std::make_unique<DdsLink>(id, std::move(*participant), parts_->options, parts_->scheduler, parts_->post,
                                    displaced, parts_->appearances, parts_->log);
 }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "tuples/dds/host.h"
 #include "wire.h"
 
 namespace rubicon::tuples::dds {
@@ -33,12 +34,15 @@ std::size_t size_of(const Change& change) {
 
 }  // namespace
 
-DdsLink::DdsLink(OwnerId self, Entity participant, Duration lease, Scheduler& scheduler, DdsEcology::Post post,
-                 std::function<void()> displaced, std::shared_ptr<Appearances> appearances, base::LogSink& log)
+DdsLink::DdsLink(OwnerId self, Entity participant, const DdsOptions& options, Scheduler& scheduler,
+                 DdsEcology::Post post, std::function<void()> displaced, std::shared_ptr<Appearances> appearances,
+                 base::LogSink& log)
     : self_(self),
       scheduler_(scheduler),
       log_(log, "dds"),
-      lease_(lease),
+      lease_(options.lease),
+      trusts_others_(options.trust_lan),
+      host_(host_id("host")),
       displaced_(std::move(displaced)),
       appearances_(std::move(appearances)),
       signal_(std::move(post), [this] { drain(); }),
@@ -82,6 +86,7 @@ bool DdsLink::write_presence() {
   presence.id = number(self_);
   presence.incarnation = incarnation_;
   presence.version = kProtocolVersion;
+  presence.host = host_.data();
   presence.summary = summary_.data();
   presence_unwritten_ = dds_write(presence_writer_.get(), &presence) != DDS_RETCODE_OK;
   return !presence_unwritten_;
@@ -96,6 +101,7 @@ void DdsLink::leave() {
     rubicon_wire_Presence presence{};
     presence.id = number(self_);
     presence.incarnation = incarnation_;
+    presence.host = host_.data();
     presence.summary = summary_.data();
     dds_dispose(presence_writer_.get(), &presence);
     dds_unregister_instance(presence_writer_.get(), &presence);

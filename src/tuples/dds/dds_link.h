@@ -17,7 +17,7 @@ namespace rubicon::tuples::dds {
 class DdsLink final : public Link, private FrameReader {
  public:
   /// `displaced` is called in a later turn when another process has the id, and had it before.
-  DdsLink(OwnerId self, Entity participant, Duration lease, Scheduler& scheduler, DdsEcology::Post post,
+  DdsLink(OwnerId self, Entity participant, const DdsOptions& options, Scheduler& scheduler, DdsEcology::Post post,
           std::function<void()> displaced, std::shared_ptr<Appearances> appearances, base::LogSink& log);
   ~DdsLink() override;
 
@@ -49,10 +49,11 @@ class DdsLink final : public Link, private FrameReader {
     std::uint64_t incarnation;
     bool there, left;
     std::uint16_t version;  ///< only told of those that are there
-    std::string summary;
+    std::string summary, host;
   };
   bool speaks_as_we(const PresenceNews& news);
   void present(const PresenceNews& news);
+  bool refuses(Peer& peer, const RemoteSet& wish);
   void settle(OwnerId id, Peer& peer, bool left);
   void tell_summary(OwnerId id, Peer& peer);
   void come(OwnerId id, Peer& peer, std::uint64_t incarnation);
@@ -78,6 +79,8 @@ class DdsLink final : public Link, private FrameReader {
   Log log_;
   base::RateLimit log_limit_;
   Duration lease_;
+  bool trusts_others_;  ///< remote sets of other hosts are taken
+  std::string host_;
   std::function<void()> displaced_;
   bool is_displaced_ = false;
   std::shared_ptr<Appearances> appearances_;

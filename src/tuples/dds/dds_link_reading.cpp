@@ -16,6 +16,7 @@ constexpr std::int32_t kQueuedFrames = 64;
 constexpr std::size_t kMostHeld = 1 << 20;
 /// Components remembered that are not there, for what they may still bring.
 constexpr std::size_t kMostPeers = 10'000;
+constexpr std::size_t kLongestHost = 64;
 
 /// Takes everything (or `most` samples) there is; each sample is told once, valid or not.
 template <class Sample, class Tell>
@@ -88,7 +89,8 @@ void DdsLink::take_presences() {
     const bool there = info.instance_state == DDS_IST_ALIVE;
     if (there && !info.valid_data) return;
     news.push_back({OwnerId(sample.id), sample.incarnation, there, info.instance_state == DDS_IST_NOT_ALIVE_DISPOSED,
-                    sample.version, there && sample.summary ? sample.summary : ""});
+                    sample.version, there && sample.summary ? sample.summary : "",
+                    there && sample.host ? std::string(sample.host).substr(0, kLongestHost) : ""});
     if (news.back().summary.size() > kMaxSummary) news.back().summary.clear();
   });
   for (const auto& one : news) {
@@ -108,7 +110,8 @@ bool DdsLink::speaks_as_we(const PresenceNews& news) {
 }
 
 void DdsLink::present(const PresenceNews& news) {
-  const auto [id, incarnation, there, left, version, summary] = news;
+                    sample.version, there && sample.summary ? sample.summary : "",
+                    there && sample.host ? std::string(sample.host).substr(0, kLongestHost) : ""});
   if (incarnation == 0) return;
   if (id == self_) {
     // The later one goes, so that all who look decide alike.
@@ -118,6 +121,7 @@ void DdsLink::present(const PresenceNews& news) {
   auto* known = know(id);
   if (!known) return;
   auto& peer = *known;
+  if (there) peer.host = host;
   there ? void(peer.alive[incarnation] = summary) : void(peer.alive.erase(incarnation));
   settle(id, peer, left);
 }
@@ -290,7 +294,21 @@ void DdsLink::on_set(RemoteSet&& wish) {
   auto& peer = peers_[reading_from_];
   if (!listener_ || wish.request <= peer.last_request) return;  // a repetition
   peer.last_request = wish.request;
-  listener_->on_remote_set(wish);
+  if (!refuses(peer, wish)) listener_->on_remote_set(wish);
+}
+
+/// Who runs elsewhere may read; to set, it has to be trusted. Answers if so.
+bool DdsLink::refuses(Peer& peer, const RemoteSet& wish) {
+  if (trusts_others_ || peer.host == host_) return false;
+  if (peer.refused_sets++ == 0) {
+    log_.warning(
+        fmt::format("remote sets of component {} are refused: it runs on another host, and tuples.trust_lan is no",
+                    number(wish.from)));
+  }
+  reply({wish.from, wish.request, Verdict::kRefused, ErrorCode::kRefused,
+         fmt::format("setting '{}': component {} takes no remote sets from other hosts (its tuples.trust_lan is no)",
+                     wish.key, number(self_))});
+  return true;
 }
 
 void DdsLink::on_reply(Reply&& reply) {
