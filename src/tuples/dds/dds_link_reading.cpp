@@ -110,8 +110,7 @@ bool DdsLink::speaks_as_we(const PresenceNews& news) {
 }
 
 void DdsLink::present(const PresenceNews& news) {
-                    sample.version, there && sample.summary ? sample.summary : "",
-                    there && sample.host ? std::string(sample.host).substr(0, kLongestHost) : ""});
+  const auto [id, incarnation, there, left, version, summary, host] = news;
   if (incarnation == 0) return;
   if (id == self_) {
     // The later one goes, so that all who look decide alike.
