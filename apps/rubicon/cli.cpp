@@ -28,6 +28,7 @@ Cli::Cli() : app_(kAbout, "rubicon") {
   app_.set_version_flag("--version", "rubicon " RUBICON_VERSION);
   app_.require_subcommand(1);
   app_.fallthrough();
+  app_.get_formatter()->label("SUBCOMMAND", "COMMAND");
   app_.footer(std::string(kExamples) + kExitCodes);
   settings_.add_to(app_);
   for (const auto add : {add_islands, add_ls, add_tree, add_get, add_set, add_watch, add_devices, add_describe,

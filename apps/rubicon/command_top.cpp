@@ -73,9 +73,9 @@ class Top {
     for (std::size_t i = 0; i < rows.size() && i < room; ++i)
       table.row({fmt::format("{:.1f}", rows[i].per_second), std::to_string(rows[i].total),
                  age_text(rows[i].last, session_.now()), rows[i].name});
-    const auto head = fmt::format("{} UTC   {:.1f} events/s of {}, {}", clock_text(session_.now()), sum,
-                                  counted(rows.size(), options_.by),
-                                  counted(session_.client().islands().size(), "island"));
+    const auto head =
+        fmt::format("{} UTC   {:.1f} events/s of {}, {}", clock_text(session_.now()), sum,
+                    counted(rows.size(), options_.by), counted(session_.client().islands().size(), "island"));
     const auto text = head + "\n" + table.text(session_.look());
     session_.out().write(session_.out().is_terminal() ? "\x1b[H\x1b[J" + text : text + "\n");
   }

@@ -33,9 +33,11 @@ class Doctor {
     const auto ours = here.find(options_.domain);
     const auto processes = ours == here.end() ? 0 : ours->second;
     add({check_places(options_.domain, processes)});
-    if (!has_problem("participant-index") && !has_problem("interface")) look_inside(processes);
+    // DDS does not come to an end where nothing reaches it any more: only looked into where UDP passes.
+    const bool passes = !has_problem("firewall");
+    if (passes && !has_problem("participant-index") && !has_problem("interface")) look_inside(processes);
     for (const auto& peer : options_.peers) add({check_peer(peer, options_.domain, probe_peer(peer, options_.domain))});
-    look_elsewhere(here);
+    if (passes) look_elsewhere(here);
     if (islands_ == 0 && !has_problem()) {
       add({{"islands", Grade::kProblem, fmt::format("no island in {}", place_text(options_)),
             "start one: rubicon-proxy run FILE (its tuples.engine must be dds, domain, tag and interfaces as here)"}});
@@ -93,7 +95,7 @@ class Doctor {
             "they have another tuples.tag or other interfaces, or are no components of Rubicon"}});
     }
     for (const auto& text : complaints_)
-      add({{"complaint", Grade::kNote, text, "a component misbehaves, or is of another version"}});
+      add({{"complaint", Grade::kNote, text, "said while this looked; docs/errors.md"}});
   }
 
   void look_at_islands(Client& client) {

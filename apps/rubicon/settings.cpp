@@ -22,8 +22,8 @@ Result<void> read_config(const std::string& path, Settings& settings) {
   settings.prefix = reader.map("island").text("prefix", settings.prefix);
   if (!errors.empty()) return fail(ErrorCode::kInvalid, errors.text());
   if (!engine.dds)
-    return fail(ErrorCode::kInvalid, fmt::format("{}tuples.engine is memory: such an island is alone in its process",
-                                                 engine.place));
+    return fail(ErrorCode::kInvalid,
+                fmt::format("{}tuples.engine is memory: such an island is alone in its process", engine.place));
   auto& options = settings.options;
   options.domain = engine.options.domain;
   options.tag = engine.options.tag;
@@ -57,7 +57,10 @@ std::string place_text(const client::Options& options) {
 void SettingsOptions::add_to(CLI::App& app) {
   app_ = &app;
   const auto group = "Where to look, and how to show it (all commands)";
-  app.add_option("--domain", domain_, "DDS domain of the islands")->check(CLI::Range(0, 230))->group(group);
+  app.add_option("--domain", domain_, "DDS domain of the islands, 0..230")
+      ->type_name("N")
+      ->check(CLI::Range(0, 230).description(""))
+      ->group(group);
   app.add_option("--interfaces", interfaces_, "network interfaces, with commas; lo = this host")
       ->delimiter(',')
       ->allow_extra_args(false)
@@ -79,7 +82,8 @@ void SettingsOptions::add_to(CLI::App& app) {
   app.add_option("--prefix", prefix_, "first part of the islands' keys, proxy if not given")->group(group);
   app.add_option("--config", config_, "take these from the configuration file of an island")->group(group);
   app.add_flag("--json", json_, "JSON lines for programs instead of tables for people")->group(group);
-  for (const auto* name : {"domain", "interfaces", "peers", "tcp", "tag", "lease", "patience", "prefix", "config", "json"}) {
+  for (const auto* name :
+       {"domain", "interfaces", "peers", "tcp", "tag", "lease", "patience", "prefix", "config", "json"}) {
     std::string variable = "RUBICON_";
     for (const char c : std::string_view(name)) variable += static_cast<char>(c - 'a' + 'A');
     app.get_option(std::string("--") + name)->envname(variable);
