@@ -20,11 +20,11 @@ struct Words {
 
 std::set<std::string> keys(Client& client, const std::string& typed, const std::string& prefix) {
   std::set<std::string> found;
-  const auto question = question_for(typed, prefix);
-  if (!question) return found;
-  for (const auto& tuple : client.read(*question, kPatience)) {
-    const auto name = question->owner ? name_of(tuple.owner, tuple.key) : tuple.key;
-    if (auto next = next_step(name, typed); !next.empty()) found.insert(std::move(next));
+  for (const auto& question : questions_for(typed, prefix)) {
+    for (const auto& tuple : client.read(question, kPatience)) {
+      const auto name = question.owner ? name_of(tuple.owner, tuple.key) : tuple.key;
+      if (auto next = next_step(name, typed); !next.empty()) found.insert(std::move(next));
+    }
   }
   return found;
 }

@@ -66,17 +66,26 @@ std::vector<std::string> fixed_offers(const CLI::App& app, const std::vector<std
   return offers;
 }
 
-std::optional<Pattern> question_for(const std::string& typed, const std::string& prefix) {
+std::vector<Pattern> questions_for(const std::string& typed, const std::string& prefix) {
+  std::vector<Pattern> questions;
+  const auto ask = [&](const std::string& text) {
+    if (auto pattern = Pattern::parse(text)) questions.push_back(std::move(*pattern));
+  };
   const auto last_dot = typed.rfind('.');
   if (last_dot == typed.npos) {
-    const bool begins = typed.empty() || prefix.starts_with(typed);
-    return begins ? Pattern::parse(prefix + ".networks").value_or(Pattern{}) : std::optional<Pattern>();
+    const auto colon = typed.find(':');
+    const auto owner = colon == typed.npos ? std::string() : typed.substr(0, colon + 1);
+    if (prefix.starts_with(typed.substr(owner.size()))) ask(owner + prefix + ".networks");
+    return questions;
   }
   const auto known = typed.substr(0, last_dot);
-  const auto dots = std::count(known.begin(), known.end(), '.');
-  auto pattern = Pattern::parse(known + (dots < 2 ? ".*.status" : ".**"));
-  if (!pattern) return std::nullopt;
-  return *pattern;
+  if (std::count(known.begin(), known.end(), '.') >= 2) {
+    ask(known + ".**");
+  } else {
+    ask(known + ".*.status");
+    ask(known + ".*");
+  }
+  return questions;
 }
 
 std::string next_step(const std::string& name, const std::string& typed) {

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,7 +18,7 @@ std::vector<std::string> fixed_offers(const CLI::App& app, const std::vector<std
                                       const std::string& typed);
 
 /// Which tuples tell how a key that was typed so far may go on, without asking for everything.
-std::optional<Pattern> question_for(const std::string& typed, const std::string& prefix);
+std::vector<Pattern> questions_for(const std::string& typed, const std::string& prefix);
 /// `proxy.wsn-1.7.status` -> `proxy.wsn-1.` for `proxy.w`; empty if it does not go on so.
 std::string next_step(const std::string& name, const std::string& typed);
 

@@ -162,7 +162,7 @@ TEST_F(CommandLine, ACommandThatIsNotDoneHasACodeForTheReason) {
     Process status({kProgram, "watch", "proxy.dummy-1.hall.actuator.switch-4.status", "--passive", "--json"});
     ASSERT_TRUE(status.line_with("\\\"state\\\":\\\"sent\\\"")) << status.errors();
   }
-  Process second({kProgram, "set", "hall.switch-4", "off", "--ttl", "100ms", "--wait", "100ms", "--json"});
+  Process second({kProgram, "set", "hall.switch-4", "off", "--ttl", "1s", "--wait", "10ms", "--json"});
   EXPECT_EQ(first.exit_code(), 7) << first.errors();
   EXPECT_EQ(second.exit_code(), 9) << second.line().value_or(second.errors());
   EXPECT_EQ(waits.exit_code(), 6) << waits.line().value_or(waits.errors());
@@ -244,7 +244,7 @@ TEST_F(CommandLine, DescribesADevice) {
   EXPECT_EQ(text.code, 0) << text.errors;
   EXPECT_THAT(text.output, HasSubstr("device   6541:proxy.dummy-1.hall\n"));
   EXPECT_THAT(text.output, HasSubstr("temperature-1"));
-  EXPECT_THAT(text.output, HasSubstr("off|on"));
+  EXPECT_THAT(text.output, HasSubstr("-273.15..2000"));
   const auto line = lines_of(rubicon({"describe", "dummy-1.hall", "--json"})).at(0);
   EXPECT_EQ(line["points"].at(0)["id"], "temperature-1");
   EXPECT_EQ(rubicon({"describe", "nobody"}).code, 8);
@@ -253,7 +253,7 @@ TEST_F(CommandLine, DescribesADevice) {
 TEST_F(CommandLine, DecidesAboutWhoWaits) {
   const auto waiting = rubicon({"inbox"});
   EXPECT_EQ(waiting.code, 0) << waiting.errors;
-  EXPECT_THAT(waiting.output, HasSubstr("dummy-new.guest  A guest"));
+  EXPECT_THAT(waiting.output, testing::ContainsRegex("dummy-new.guest +A guest"));
   EXPECT_EQ(lines_of(rubicon({"inbox", "--json", "--island", "6541"})).size(), 3U);
   const auto approved = rubicon({"inbox", "approve", "dummy-new.guest"});
   EXPECT_EQ(approved.code, 0) << approved.errors;

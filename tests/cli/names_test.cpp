@@ -104,11 +104,20 @@ TEST(CliCompletion, AsksTheIslandsOnlyForWhatMayFollow) {
   EXPECT_EQ(wanted_at({"send"}), Wanted::kComponent);
   EXPECT_EQ(wanted_at({"inbox", "approve"}), Wanted::kWaiting);
   EXPECT_EQ(wanted_at({"islands"}), Wanted::kNothing);
-  EXPECT_EQ(to_string(question_for("pro", "proxy").value()), "proxy.networks");
-  EXPECT_EQ(question_for("robot", "proxy"), std::nullopt);
-  EXPECT_EQ(to_string(question_for("proxy.w", "proxy").value()), "proxy.*.status");
-  EXPECT_EQ(to_string(question_for("proxy.wsn-1.", "proxy").value()), "proxy.wsn-1.*.status");
-  EXPECT_EQ(to_string(question_for("7:proxy.wsn-1.7.s", "proxy").value()), "7:proxy.wsn-1.7.**");
+}
+
+TEST(CliCompletion, ReadsNoMoreThanMayFollow) {
+  const auto asked = [](const char* typed) {
+    std::vector<std::string> texts;
+    for (const auto& question : questions_for(typed, "proxy")) texts.push_back(to_string(question));
+    return texts;
+  };
+  EXPECT_THAT(asked("pro"), ElementsAre("proxy.networks"));
+  EXPECT_THAT(asked("7:"), ElementsAre("7:proxy.networks"));
+  EXPECT_THAT(asked("robot"), IsEmpty());
+  EXPECT_THAT(asked("proxy.w"), ElementsAre("proxy.*.status", "proxy.*"));
+  EXPECT_THAT(asked("proxy.wsn-1."), ElementsAre("proxy.wsn-1.*.status", "proxy.wsn-1.*"));
+  EXPECT_THAT(asked("7:proxy.wsn-1.7.s"), ElementsAre("7:proxy.wsn-1.7.**"));
 }
 
 TEST(CliCompletion, GoesOnPartByPart) {

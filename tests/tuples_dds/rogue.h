@@ -5,6 +5,7 @@
 #include <chrono>
 #include <string>
 
+#include "tuples/dds/appearances.h"
 #include "tuples/dds/dds_options.h"
 #include "tuples/dds/entity.h"
 #include "wire.h"
