@@ -306,6 +306,12 @@ Proxy::InboxCounters Proxy::inbox_counters() const {
   return parts_->inbox.counters();
 }
 
+std::map<std::string, std::uint64_t> Proxy::device_counts() const {
+  std::map<std::string, std::uint64_t> counts;
+  for (const auto& [id, network] : parts_->directory.networks()) counts[id] = network->devices.size();
+  return counts;
+}
+
 void Proxy::restart(const std::string& network) {
   parts_->restart(network);
 }

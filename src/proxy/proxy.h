@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -40,6 +41,8 @@ class Proxy {
     std::uint64_t unheard = 0;  ///< messages of waiting and ignored devices
   };
   InboxCounters inbox_counters() const;
+  /// How many devices each network lists, reachable or not.
+  std::map<std::string, std::uint64_t> device_counts() const;
 
  private:
   struct Parts;

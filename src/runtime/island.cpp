@@ -9,6 +9,7 @@
 
 #include "proxy/proxy.h"
 #include "runtime/island_metrics.h"
+#include "runtime/island_presence.h"
 #include "runtime/options_file.h"
 
 namespace rubicon::runtime {
@@ -27,7 +28,9 @@ struct Island::Parts {
         gateway(scheduler, space, sink, config.limits),
         proxy(config.proxy, scheduler, space, gateway, config.types, sink, state.get()),
         networks(config.id, scheduler, some_transports, sink, gateway),
-        metrics(scheduler, space, config.proxy.prefix) {
+        metrics(scheduler, space, config.proxy.prefix),
+        presence(scheduler, space, config.proxy.island_name, config.proxy.prefix,
+                 [this] { return proxy.device_counts(); }) {
     gateway.connect(networks);
     watch_numbers();
   }
@@ -52,6 +55,7 @@ struct Island::Parts {
   proxy::Proxy proxy;
   network::Supervisor networks;
   IslandMetrics metrics;
+  IslandPresence presence;
   std::map<std::string, std::size_t> file_digests;  ///< of what options name, by network id
 };
 
@@ -71,6 +75,7 @@ void Island::Parts::watch_numbers() {
     say("tuples-queued", tuples.queued);
     say("tuples-merged", tuples.merged);
     say("tuples-dropped", tuples.dropped);
+    say("tuples-refused", link->refused());
     const auto devices = proxy.inbox_counters();
     say("inbox-waiting", devices.waiting);
     say("inbox-ignored", devices.ignored);
@@ -125,6 +130,7 @@ void Island::start() {
   parts_->proxy.restore();
   parts_->networks.start();
   parts_->metrics.start();
+  parts_->presence.start();
 }
 
 namespace {

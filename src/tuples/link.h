@@ -58,6 +58,8 @@ class Link {
   virtual std::vector<OwnerId> peers() const = 0;
   /// What all others see of this component without subscribing; at most kMaxSummary. Kept over attach().
   virtual void describe(std::string summary) = 0;
+  /// Remote sets that never reached the listener: their sender is on a host that is not trusted.
+  virtual std::uint64_t refused() const { return 0; }
 };
 
 /// Where the links of a process come from: an engine, opened.

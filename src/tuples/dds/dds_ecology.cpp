@@ -22,6 +22,9 @@ struct DdsEcology::Parts {
 
 namespace {
 
+/// How long a start may ask for names of hosts.
+constexpr Duration kResolving = std::chrono::seconds(5);
+
 /// kBusy or kIo, in words that say what to do where that is known.
 Error cannot_open(const DdsOptions& options, dds_return_t answer, const std::string& heard) {
   if (answer == DDS_RETCODE_PRECONDITION_NOT_MET)
@@ -37,10 +40,11 @@ Error cannot_open(const DdsOptions& options, dds_return_t answer, const std::str
                                       heard.empty() ? dds_strretcode(-answer) : heard)};
 }
 
-Result<Entity> make_domain(const DdsOptions& options) {
+Result<Entity> make_domain(const DdsOptions& options, Log log) {
   const auto xml = domain_xml(options);
   const CycloneLog::Ear ear;
   const auto answer = dds_create_domain(options.domain, xml.c_str());
+  if (answer > 0 && !ear.heard.empty()) log.warning(ear.heard);
   if (answer > 0) return Entity(answer);
   return fail(cannot_open(options, answer, ear.heard));
 }
@@ -54,7 +58,15 @@ Result<std::unique_ptr<DdsEcology>> DdsEcology::open(DdsOptions options, Schedul
                                                      base::LogSink& log) {
   if (auto good = check_interfaces(options, interfaces()); !good) return fail(std::move(good.error()));
   auto words = std::make_unique<CycloneLog>(scheduler, post, log);
-  auto domain = make_domain(options);
+  std::vector<std::string> unknown;
+  options.peers = with_addresses(std::move(options.peers), scheduler, kResolving, unknown);
+  for (const auto& peer : unknown) {
+    Log(log, "dds")
+        .warning(fmt::format(
+            "tuples.peers: '{}' cannot be resolved: until the next start it has to find us, we do not look for it",
+            peer));
+  }
+  auto domain = make_domain(options, Log(log, "dds"));
   if (!domain) return fail(std::move(domain.error()));
   return std::unique_ptr<DdsEcology>(new DdsEcology(std::make_unique<Parts>(
       Parts{std::move(options), scheduler, std::move(post), log, std::move(words), std::move(*domain)})));

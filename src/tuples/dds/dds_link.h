@@ -29,6 +29,7 @@ class DdsLink final : public Link, private FrameReader {
   void reply(const Reply& reply) override;
   std::vector<OwnerId> peers() const override;
   void describe(std::string summary) override;
+  std::uint64_t refused() const override { return refused_; }
 
  private:
   // FrameReader: the entries of the frame at hand
@@ -81,6 +82,7 @@ class DdsLink final : public Link, private FrameReader {
   Duration lease_;
   bool trusts_others_;  ///< remote sets of other hosts are taken
   std::string host_;
+  std::uint64_t refused_ = 0;
   std::function<void()> displaced_;
   bool is_displaced_ = false;
   std::shared_ptr<Appearances> appearances_;

@@ -62,8 +62,7 @@ Result<void> DdsLink::make_readers() {
   auto subscriber = made(dds_create_subscriber(pp, partition.get(), nullptr), "subscriber of frames");
   if (!subscriber) return fail(std::move(subscriber.error()));
   frame_subscriber_ = std::move(*subscriber);
-  auto presence = make_kept_qos();
-  dds_qset_liveliness(presence.get(), DDS_LIVELINESS_AUTOMATIC, lease_.count());
+  // Asks for no lease: that would hide all components with a longer one. Each is lost by its own.
   const auto reader = [this](Entity& entity, dds_entity_t parent, const Entity& of, const Qos& qos) -> Result<void> {
     auto reader_made = made(dds_create_reader(parent, of.get(), qos.get(), signal_.listener()), "reader");
     if (!reader_made) return fail(std::move(reader_made.error()));
@@ -72,7 +71,7 @@ Result<void> DdsLink::make_readers() {
   };
   if (auto done = reader(frame_reader_, frame_subscriber_.get(), frame_topic_, frames); !done) return done;
   if (auto done = reader(interest_reader_, pp, interest_topic_, make_kept_qos()); !done) return done;
-  return reader(presence_reader_, pp, presence_topic_, presence);
+  return reader(presence_reader_, pp, presence_topic_, make_kept_qos());
 }
 
 /// What DDS brought. Each listener call may end the link's attachment.
@@ -299,7 +298,8 @@ void DdsLink::on_set(RemoteSet&& wish) {
 /// Who runs elsewhere may read; to set, it has to be trusted. Answers if so.
 bool DdsLink::refuses(Peer& peer, const RemoteSet& wish) {
   if (trusts_others_ || peer.host == host_) return false;
-  if (peer.refused_sets++ == 0) {
+  ++refused_;
+  if (!std::exchange(peer.was_refused, true)) {
     log_.warning(
         fmt::format("remote sets of component {} are refused: it runs on another host, and tuples.trust_lan is no",
                     number(wish.from)));

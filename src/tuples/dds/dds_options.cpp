@@ -34,22 +34,14 @@ std::string peer(std::string_view address) {
   return fmt::format("<Peer address=\"{}\"/>", escaped(address));
 }
 
-/// Of a host that names no port the first processes are looked for.
-std::string peer_elements(const DdsOptions& options) {
+/// The first processes of a host that names no port.
+std::string first_of(const std::string& host, std::uint32_t domain) {
   std::string out;
-  for (const auto& host : options.peers) {
-    if (host.find(':') != host.npos) {
-      out += peer(host);
-      continue;
-    }
-    for (unsigned i = 0; i < kSoughtOnAPeer; ++i) {
-      out += peer(fmt::format("{}:{}", host, port_of(options.domain, i)));
-    }
-  }
+  for (unsigned i = 0; i < kSoughtOnAPeer; ++i) out += peer(fmt::format("{}:{}", host, port_of(domain, i)));
   return out;
 }
 
-/// Where multicast does not bring together the processes of this host either.
+/// All processes of this host, by the addresses of the interfaces in use.
 std::string own_addresses(const DdsOptions& options) {
   std::string out;
   for (const auto& one : interfaces()) {
@@ -59,25 +51,44 @@ std::string own_addresses(const DdsOptions& options) {
   return out;
 }
 
+std::string peer_elements(const DdsOptions& options) {
+  // Multicast on loopback finds all; without it those who come first find each other.
+  if (is_loopback_only(options) && options.transport == DdsTransport::kUdp)
+    return first_of("127.0.0.1", options.domain);
+  std::string out;
+  if (!options.peers.empty() && options.transport == DdsTransport::kUdp) out += own_addresses(options);
+  for (const auto& host : options.peers) {
+    if (has_address(host)) out += host.find(':') == host.npos ? first_of(host, options.domain) : peer(host);
+  }
+  return out;
+}
+
+/// Of Cyclone's words for it. On loopback for finding each other only.
+const char* multicast(const DdsOptions& options) {
+  if (options.transport == DdsTransport::kTcp || !options.peers.empty()) return "false";
+  return is_loopback_only(options) ? "spdp" : "true";
+}
+
 /// Sockets of DDS hear all interfaces: without it a sender elsewhere could speak to those who use loopback only.
 std::string tag_of(const DdsOptions& options) {
   if (!is_loopback_only(options)) return options.tag;
   return fmt::format("{}@{}", options.tag, host_id("tag"));
 }
 
-std::string discovery(const DdsOptions& options, bool multicast) {
-  const bool tcp = options.transport == DdsTransport::kTcp;
+std::string discovery(const DdsOptions& options) {
   const auto tag = tag_of(options);
   const auto lease = std::chrono::duration_cast<std::chrono::milliseconds>(options.lease).count();
-  return fmt::format(
-      "<Discovery>{}{}<Peers>{}{}</Peers><LeaseDuration>{} ms</LeaseDuration><SPDPInterval>{} ms</SPDPInterval>"
-      "</Discovery>",
-      tag.empty() ? std::string() : fmt::format("<Tag>{}</Tag>", escaped(tag)),
-      tcp ? std::string("<ParticipantIndex>none</ParticipantIndex>")
+  const auto index =
+      options.transport == DdsTransport::kTcp
+          ? std::string("<ParticipantIndex>none</ParticipantIndex>")
           : fmt::format(
                 "<ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>{}</MaxAutoParticipantIndex>",
-                kMostOnAHost),
-      multicast || tcp ? std::string() : own_addresses(options), peer_elements(options), lease, kAnnounceMs);
+                kMostOnAHost);
+  return fmt::format(
+      "<Discovery>{}{}<Peers>{}</Peers><LeaseDuration>{} ms</LeaseDuration><SPDPInterval>{} "
+      "ms</SPDPInterval></Discovery>",
+      tag.empty() ? std::string() : fmt::format("<Tag>{}</Tag>", escaped(tag)), index, peer_elements(options), lease,
+      kAnnounceMs);
 }
 
 }  // namespace
@@ -92,20 +103,21 @@ unsigned port_of(std::uint32_t domain, unsigned process) {
 }
 
 std::string domain_xml(const DdsOptions& options) {
-  const bool tcp = options.transport == DdsTransport::kTcp;
-  const bool multicast = !is_loopback_only(options) && options.peers.empty() && !tcp;
+  const std::string_view allowed = multicast(options);
   std::string names;
   for (const auto& name : options.interfaces) {
-    names += fmt::format("<NetworkInterface name=\"{}\"{}/>", escaped(name), multicast ? "" : " multicast=\"false\"");
+    names += fmt::format("<NetworkInterface name=\"{}\" multicast=\"{}\"/>", escaped(name),
+                         allowed == "false" ? "false" : "true");
   }
-  const auto transport =
-      tcp ? fmt::format("<TCP><Port>{}</Port><WriteTimeout>{} ms</WriteTimeout></TCP>", options.port, kTcpPatienceMs)
-          : std::string();
+  std::string transport, tcp;
+  if (options.transport == DdsTransport::kTcp) {
+    transport = "<Transport>tcp</Transport>";
+    tcp = fmt::format("<TCP><Port>{}</Port><WriteTimeout>{} ms</WriteTimeout></TCP>", options.port, kTcpPatienceMs);
+  }
   return fmt::format(
       "<CycloneDDS xmlns=\"https://cdds.io/config\"><Domain Id=\"any\">"
       "<General><Interfaces>{}</Interfaces><AllowMulticast>{}</AllowMulticast>{}</General>{}{}</Domain></CycloneDDS>",
-      names, multicast ? "default" : "false", tcp ? "<Transport>tcp</Transport>" : "", transport,
-      discovery(options, multicast));
+      names, allowed, transport, tcp, discovery(options));
 }
 
 }  // namespace rubicon::tuples::dds

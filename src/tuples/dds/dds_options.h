@@ -16,7 +16,7 @@ struct DdsOptions {
   std::vector<std::string> interfaces = {"lo"};    ///< names, at most kMostInterfaces; `lo` alone = this host only
   std::vector<std::string> peers;                  ///< host or host:port, where multicast does not reach them
   std::string tag;                                 ///< who has another one is not there, in the same domain too
-  base::Duration lease = std::chrono::seconds(2);  ///< silence after which a component is lost
+  base::Duration lease = std::chrono::seconds(2);  ///< silence after which others lose us
   DdsTransport transport = DdsTransport::kUdp;
   std::uint16_t port = 0;  ///< of TCP: where this process listens; 0 = anywhere, others cannot call it first
   bool trust_lan = false;  ///< remote sets of other hosts are taken
@@ -36,7 +36,8 @@ unsigned port_of(std::uint32_t domain, unsigned process);
 /// Nothing leaves this host.
 bool is_loopback_only(const DdsOptions& options);
 
-/// Cyclone's own configuration of the domain (https://cdds.io/config), made for this host as it is now.
+/// Cyclone's own configuration of the domain (https://cdds.io/config), made for this host as it is now. Peers whose
+/// names are not resolved yet are left out.
 std::string domain_xml(const DdsOptions& options);
 
 }  // namespace rubicon::tuples::dds

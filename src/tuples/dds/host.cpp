@@ -5,6 +5,7 @@
 #include <fmt/ranges.h>
 #include <ifaddrs.h>
 #include <net/if.h>
+#include <netdb.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -32,6 +33,17 @@ std::string names_of(const std::vector<Interface>& all) {
   std::vector<std::string_view> names;
   for (const auto& one : all) names.push_back(one.name);
   return fmt::format("{}", fmt::join(names, ", "));
+}
+
+/// Empty: no such host.
+std::string resolved(const std::string& name) {
+  addrinfo wanted{};
+  wanted.ai_family = AF_INET;
+  wanted.ai_socktype = SOCK_DGRAM;
+  addrinfo* list = nullptr;
+  if (::getaddrinfo(name.c_str(), nullptr, &wanted, &list) != 0) return {};
+  const std::unique_ptr<addrinfo, decltype(&::freeaddrinfo)> owner(list, &::freeaddrinfo);
+  return list ? address_of(*list->ai_addr) : std::string();
 }
 
 Result<void> check(const Interface& one, bool needs_multicast) {
@@ -76,6 +88,27 @@ Result<void> check_interfaces(const DdsOptions& options, const std::vector<Inter
     if (auto good = check(*found, needs_multicast); !good) return good;
   }
   return {};
+}
+
+bool has_address(const std::string& peer) {
+  in_addr address{};
+  return ::inet_pton(AF_INET, peer.substr(0, peer.find(':')).c_str(), &address) == 1;
+}
+
+std::vector<std::string> with_addresses(std::vector<std::string> peers, Scheduler& scheduler, Duration patience,
+                                        std::vector<std::string>& unknown) {
+  const auto end = scheduler.now() + patience;
+  for (auto& peer : peers) {
+    if (has_address(peer)) continue;
+    const auto colon = std::min(peer.find(':'), peer.size());
+    const auto address = scheduler.now() < end ? resolved(peer.substr(0, colon)) : std::string();
+    if (address.empty()) {
+      unknown.push_back(peer);
+    } else {
+      peer.replace(0, colon, address);
+    }
+  }
+  return peers;
 }
 
 std::string host_id(const std::string& purpose) {

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "base/result.h"
+#include "base/scheduler.h"
 #include "tuples/dds/dds_options.h"
 
 namespace rubicon::tuples::dds {
@@ -22,6 +23,13 @@ std::vector<Interface> interfaces();
 /// kIo: one of options.interfaces is absent, down, without address, or cannot find the others; with what to do about
 /// it.
 Result<void> check_interfaces(const DdsOptions& options, const std::vector<Interface>& there);
+
+/// Names of hosts (also before `:port`) become their first IPv4 addresses. What cannot be resolved stays as it is and
+/// is put into `unknown`. Asks the resolver of the system, which may take some seconds: those that are left after
+/// `patience` are unknown.
+std::vector<std::string> with_addresses(std::vector<std::string> peers, Scheduler& scheduler, Duration patience,
+                                        std::vector<std::string>& unknown);
+bool has_address(const std::string& peer);
 
 /// The same for all processes that share a kernel's boot and a network namespace, unlike for all others; 16 hex
 /// digits. Of two with another `purpose` one cannot be told from the other.

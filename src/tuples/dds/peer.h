@@ -35,8 +35,8 @@ struct Peer {
   std::uint64_t last_request = 0;    ///< of its remote sets; what comes again is dropped
   std::uint64_t requests_of = 0;     ///< the incarnation that made them
 
-  std::string host;                ///< as it says: host_id() of where it runs
-  std::uint64_t refused_sets = 0;  ///< because it runs on another host
+  std::string host;          ///< as it says: host_id() of where it runs
+  bool was_refused = false;  ///< a set, because it runs on another host
 
   bool is_up() const { return incarnation != 0; }
 };

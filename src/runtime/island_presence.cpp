@@ -1,0 +1,62 @@
+#include "runtime/island_presence.h"
+
+#include <unistd.h>
+
+#include <nlohmann/json.hpp>
+#include <tuple>
+#include <utility>
+
+namespace rubicon::runtime {
+
+namespace {
+
+constexpr Duration kPause = std::chrono::seconds(1);
+
+std::string host_name() {
+  char name[256] = {};
+  return ::gethostname(name, sizeof name - 1) == 0 ? std::string(name) : std::string();
+}
+
+}  // namespace
+
+IslandPresence::IslandPresence(Scheduler& scheduler, TupleSpace& space, std::string name, std::string prefix,
+                               Count count)
+    : scheduler_(scheduler),
+      space_(space),
+      count_(std::move(count)),
+      summary_{std::move(name), host_name(), "rubicon-proxy " RUBICON_VERSION, std::move(prefix),
+               scheduler.wall_now()} {}
+
+void IslandPresence::start() {
+  refresh();
+}
+
+void IslandPresence::refresh() {
+  timer_ = scheduler_.after(kPause, [this] { refresh(); });
+  summary_.networks = count_();
+  auto text = model::to_json(summary_);
+  if (text != described_ && space_.describe(text)) described_ = std::move(text);
+  list_islands();
+}
+
+void IslandPresence::list_islands() {
+  auto text = islands();
+  if (text == listed_) return;
+  listed_ = std::move(text);
+  std::ignore = space_.set(summary_.prefix + ".islands", listed_, {"application/json"});
+}
+
+/// JSON; each entry is the island's own summary and its id.
+std::string IslandPresence::islands() const {
+  auto list = nlohmann::ordered_json::array();
+  for (const auto id : space_.peers()) {
+    if (!model::is_island(id)) continue;
+    const auto summary = model::summary_from_json(space_.summary(id)).value_or(Summary{});
+    nlohmann::ordered_json entry{{"id", number(id)}};
+    entry.update(nlohmann::ordered_json::parse(model::to_json(summary)));
+    list.push_back(std::move(entry));
+  }
+  return list.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+}
+
+}  // namespace rubicon::runtime

@@ -1,0 +1,245 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "base/virtual_scheduler.h"
+#include "client/device_watch.h"
+#include "client/errand.h"
+#include "client/post_office.h"
+#include "client/reading.h"
+#include "tuples/memory/memory_ecology.h"
+
+namespace rubicon::client {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+struct Member {
+  Member(tuples::MemoryEcology& ecology, VirtualScheduler& scheduler, std::uint32_t id)
+      : link(std::move(*ecology.join(OwnerId(id)))), space(OwnerId(id), scheduler, *link) {}
+  std::unique_ptr<tuples::Link> link;
+  TupleSpace space;
+};
+
+/// An island (1) played by hand and a component (70000), in virtual time.
+struct ClientParts : testing::Test {
+  static constexpr OwnerId kIsland{1};
+
+  void describe(const std::string& device, const std::string& rest) {
+    ASSERT_TRUE(island->space.set("proxy.wsn-1." + device + ".description", rest, {"application/json"}));
+    ASSERT_TRUE(island->space.set("proxy.wsn-1." + device + ".status", R"({"status":"reachable"})"));
+  }
+
+  VirtualScheduler time;
+  tuples::MemoryEcology ecology{time};
+  std::unique_ptr<Member> island = std::make_unique<Member>(ecology, time, 1);
+  Member self{ecology, time, 70000};
+  Acquaintance acquaintance{time, self.space};
+  std::vector<Tuple> found;
+  int times = 0;
+  TuplesCall keep = [this](std::vector<Tuple> tuples) {
+    found = std::move(tuples);
+    ++times;
+  };
+};
+
+TEST_F(ClientParts, AReadingEndsWhenAllIsHere) {
+  for (int i = 0; i < 3; ++i) ASSERT_TRUE(island->space.set("a.t" + std::to_string(i), "x"));
+  const Reading reading(time, self.space, acquaintance, {std::nullopt, "a.*"}, keep, 3s);
+  time.run_for(Acquaintance::kQuiet - 1ms);
+  EXPECT_EQ(times, 0) << "somebody may still come";
+  time.run_for(2ms);
+  EXPECT_EQ(times, 1);
+  EXPECT_EQ(found.size(), 3U);
+  time.run_for(10s);
+  EXPECT_EQ(times, 1);
+  EXPECT_EQ(self.space.stats().subscriptions, 0U);
+}
+
+TEST_F(ClientParts, AReadingOfOneOwnerWaitsForNobodyElse) {
+  ASSERT_TRUE(island->space.set("a", "x"));
+  time.run_ready();
+  const Reading reading(time, self.space, acquaintance, {kIsland, "a"}, keep, 3s);
+  time.run_for(1ms);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].value, "x");
+}
+
+TEST_F(ClientParts, AReadingOfAnOwnerThatIsNotThereEndsEmpty) {
+  const Reading reading(time, self.space, acquaintance, {OwnerId(7), "a"}, keep, 3s);
+  time.run_for(Acquaintance::kNamed + 1ms);
+  EXPECT_EQ(times, 1);
+  EXPECT_THAT(found, IsEmpty());
+}
+
+TEST_F(ClientParts, AReadingCreatesNoDemand) {
+  std::vector<std::string> wanted;
+  ASSERT_TRUE(island->space.set("a", "x"));
+  const auto watch = island->space.watch_demand({std::nullopt, "**"}, [&](const tuples::Demand& demand) {
+    if (demand.wanted) wanted.emplace_back(demand.key);
+  });
+  const Reading reading(time, self.space, acquaintance, {std::nullopt, "**"}, keep, 3s);
+  time.run_for(5s);
+  EXPECT_EQ(found.size(), 1U);
+  EXPECT_THAT(wanted, IsEmpty());
+}
+
+TEST_F(ClientParts, ANewcomerDuringTheReadingIsWaitedFor) {
+  const Reading reading(time, self.space, acquaintance, {std::nullopt, "a"}, keep, 3s);
+  time.run_for(200ms);
+  Member late(ecology, time, 2);
+  ASSERT_TRUE(late.space.set("a", "late"));
+  time.run_for(200ms);
+  EXPECT_EQ(times, 0);
+  time.run_for(101ms);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].owner, OwnerId(2));
+}
+
+TEST_F(ClientParts, DevicesAreToldWhenTheyComeChangeAndGo) {
+  std::vector<std::string> told;
+  const DeviceWatch watch(self.space, {{}, "wsn*", "temperature", ""}, [&](const Device& device, bool present) {
+    told.push_back(device.key() + " " + (present ? device.status : "gone"));
+  });
+  describe("7",
+           R"({"name":"Kitchen","type":"EM1000","sensors":["temperature-1"],"actuators":[],"properties":["rate"]})");
+  describe("8", R"({"name":"Hall","sensors":["light-1"]})");
+  time.run_ready();
+  EXPECT_THAT(told, ElementsAre("proxy.wsn-1.7 reachable"));
+  told.clear();
+  ASSERT_TRUE(island->space.set("proxy.wsn-1.7.status", R"({"status":"unreachable"})"));
+  time.run_ready();
+  ASSERT_TRUE(island->space.set("proxy.wsn-1.7.status", R"({"status":"unreachable","since":5})"));
+  time.run_ready();
+  island->space.erase({std::nullopt, "proxy.wsn-1.**"});
+  time.run_ready();
+  EXPECT_THAT(told, ElementsAre("proxy.wsn-1.7 unreachable", "proxy.wsn-1.7 gone"));
+}
+
+TEST(DeviceQuery, FitsByNetworkTypeAndName) {
+  const auto device = device_from(OwnerId(1), "proxy.knx-hall.1_4_6.description",
+                                  R"({"name":"Door","address":"1.4.6","type":"actuator","actuators":["switch-1"]})");
+  ASSERT_TRUE(device);
+  EXPECT_EQ(device->key(), "proxy.knx-hall.1_4_6");
+  EXPECT_TRUE(fits({}, *device));
+  EXPECT_TRUE(fits({OwnerId(1), "knx*", "switch", "Door"}, *device));
+  EXPECT_TRUE(fits({{}, "", "", "1.4.6"}, *device));
+  EXPECT_TRUE(fits({{}, "", "", "1_4_6"}, *device));
+  EXPECT_FALSE(fits({OwnerId(2), "", "", ""}, *device));
+  EXPECT_FALSE(fits({{}, "wsn*", "", ""}, *device));
+  EXPECT_FALSE(fits({{}, "", "light", ""}, *device));
+  EXPECT_FALSE(device_from(OwnerId(1), "proxy.knx-hall.description", "{}"));
+  EXPECT_FALSE(device_from(OwnerId(1), "proxy.knx-hall.1.description", "x"));
+}
+
+struct Commands : ClientParts {
+  void SetUp() override {
+    ASSERT_TRUE(island->space.set("d.command", ""));
+    judge = island->space.judge({kIsland, "**"}, [this](const tuples::RemoteSet& wish) {
+      last = wish;
+      return wish.value == "no" ? tuples::Judgement::refused({ErrorCode::kOutOfRange, "not that"})
+                                : tuples::Judgement::applied();
+    });
+  }
+  void state(std::uint64_t request, const std::string& word) {
+    ASSERT_TRUE(island->space.set("d.status", R"({"quality":"good","command":{"state":")" + word +
+                                                  R"(","creator":70000,"request":)" + std::to_string(request) +
+                                                  R"(,"reason":"because"}})"));
+    time.run_for(1ms);
+  }
+  Ended end = [this](const Outcome& outcome) { ended.push_back(outcome.state + " " + outcome.reason); };
+  tuples::Handle judge;
+  tuples::RemoteSet last;
+  std::vector<std::string> ended;
+};
+
+TEST_F(Commands, AreFollowedToTheirFinalState) {
+  const Errand errand(time, self.space, kIsland, "d.command", "on", end, {}, 15s);
+  time.run_for(1ms);
+  state(last.request, "queued");
+  state(last.request + 1, "confirmed");  // somebody else's
+  state(last.request, "sent");
+  EXPECT_THAT(ended, IsEmpty());
+  state(last.request, "confirmed");
+  state(last.request, "superseded");
+  EXPECT_THAT(ended, ElementsAre("confirmed because"));
+}
+
+TEST_F(Commands, ThatAreRefusedSayWhy) {
+  const Errand errand(time, self.space, kIsland, "d.command", "no", end, {}, 15s);
+  time.run_for(1ms);
+  EXPECT_THAT(ended, ElementsAre("refused not that"));
+}
+
+TEST_F(Commands, EndWithWhatIsKnownWhenNothingMoreIsHeard) {
+  const Errand errand(time, self.space, kIsland, "d.command", "on", end, 2s, 3s);
+  time.run_for(1ms);
+  state(last.request, "queued");
+  time.run_for(6s);
+  EXPECT_THAT(ended, ElementsAre("queued because"));
+}
+
+TEST_F(Commands, OfADeviceThatLeavesFail) {
+  const Errand errand(time, self.space, kIsland, "d.command", "on", end, {}, 15s);
+  time.run_for(1ms);
+  state(last.request, "queued");
+  ASSERT_TRUE(island->space.erase("d.status"));
+  time.run_for(1ms);
+  EXPECT_THAT(ended, ElementsAre("failed the device left"));
+}
+
+TEST_F(Commands, ToOtherTuplesEndWithTheAnswer) {
+  const Errand errand(time, self.space, kIsland, "note", "x", end, {}, 15s);
+  const Errand nobody(time, self.space, OwnerId(9), "note", "x", end, {}, 15s);
+  time.run_for(1ms);
+  EXPECT_THAT(ended, testing::UnorderedElementsAre("applied ", testing::StartsWith("no-such-owner")));
+}
+
+TEST_F(Commands, SurviveStatusesThatAreNone) {
+  const Errand errand(time, self.space, kIsland, "d.command", "on", end, 1s, 1s);
+  time.run_for(1ms);
+  for (const auto* text : {"[]", "{", "{}", R"({"command":[]})", R"({"command":{"creator":"x","request":-1}})",
+                           R"({"command":{"creator":70000,"request":1.5,"state":7}})"}) {
+    ASSERT_TRUE(island->space.set("d.status", text));
+    time.run_for(1ms);
+  }
+  EXPECT_THAT(ended, IsEmpty());
+}
+
+struct Messages : ClientParts {
+  base::NullLogSink log;
+  PostOffice there{time, island->space, log};
+  PostOffice here{time, self.space, log};
+  std::vector<std::string> heard, sent;
+  SentCall note = [this](const std::string& why_not) { sent.push_back(why_not); };
+};
+
+TEST_F(Messages, ArriveOnceInOrderAndTheSenderHearsIt) {
+  const auto some = there.on_message("note", [&](const UserMessage& message) {
+    heard.push_back(std::to_string(number(message.from)) + " " + message.type + " " + message.bytes);
+  });
+  for (int i = 0; i < 3; ++i) here.send(kIsland, "note", std::to_string(i), note);
+  time.run_for(1s);
+  EXPECT_THAT(heard, ElementsAre("70000 note 0", "70000 note 1", "70000 note 2"));
+  EXPECT_THAT(sent, ElementsAre("", "", ""));
+}
+
+TEST_F(Messages, ThatNobodyHearsOrTakesAreReported) {
+  here.send(kIsland, "note", "x", note);
+  here.send(OwnerId(5), "note", "x", note);
+  time.run_for(1s);
+  EXPECT_THAT(sent, testing::UnorderedElementsAre(testing::HasSubstr("nobody on island 1 listens"),
+                                                  testing::HasSubstr("no component 5")));
+}
+
+TEST_F(Messages, OfAllTypesCanBeHeard) {
+  const auto all = there.on_message("", [&](const UserMessage& message) { heard.push_back(message.type); });
+  here.send(kIsland, "a", "x", {});
+  here.send(kIsland, "b", "x", {});
+  time.run_for(1s);
+  EXPECT_THAT(heard, ElementsAre("a", "b"));
+}
+
+}  // namespace
+}  // namespace rubicon::client

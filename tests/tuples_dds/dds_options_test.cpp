@@ -1,0 +1,89 @@
+#include "tuples/dds/dds_options.h"
+
+#include <gmock/gmock.h>
+
+#include "base/virtual_scheduler.h"
+#include "tuples/dds/host.h"
+
+namespace rubicon::tuples::dds {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::Not;
+
+DdsOptions on(std::vector<std::string> interfaces, std::vector<std::string> peers = {}) {
+  DdsOptions options;
+  options.interfaces = std::move(interfaces);
+  options.peers = std::move(peers);
+  return options;
+}
+
+TEST(DdsOptions, LoopbackHasATagThatNoOtherHostKnows) {
+  DdsOptions options;
+  EXPECT_THAT(domain_xml(options), HasSubstr("<Tag>@" + host_id("tag") + "</Tag>"));
+  options.tag = "lab";
+  EXPECT_THAT(domain_xml(options), HasSubstr("<Tag>lab@" + host_id("tag") + "</Tag>"));
+  options.interfaces = {"eth0"};
+  EXPECT_THAT(domain_xml(options), HasSubstr("<Tag>lab</Tag>"));
+  EXPECT_NE(host_id("tag"), host_id("host")) << "the host is told to everybody, the tag is not";
+  EXPECT_EQ(host_id("host"), host_id("host"));
+  EXPECT_EQ(host_id("host").size(), 16U);
+}
+
+TEST(DdsOptions, MulticastStopsWhereHostsAreNamed) {
+  EXPECT_THAT(domain_xml({}), HasSubstr("<AllowMulticast>spdp</AllowMulticast>"));
+  EXPECT_THAT(domain_xml(on({"eth0"})), HasSubstr("<AllowMulticast>true</AllowMulticast>"));
+  EXPECT_THAT(domain_xml(on({"eth0"}, {"10.0.0.7"})), HasSubstr("<AllowMulticast>false</AllowMulticast>"));
+  EXPECT_THAT(domain_xml(on({"eth0"}, {"unknown.name"})), HasSubstr("<AllowMulticast>false</AllowMulticast>"));
+}
+
+TEST(DdsOptions, OfAHostWithoutAPortTheFirstProcessesAreLookedFor) {
+  auto options = on({"eth0"}, {"10.0.0.7", "10.0.0.8:99", "unknown.name"});
+  options.domain = 2;
+  const auto xml = domain_xml(options);
+  EXPECT_THAT(xml, HasSubstr("\"10.0.0.7:7910\""));
+  EXPECT_THAT(xml, HasSubstr("\"10.0.0.7:7924\""));
+  EXPECT_THAT(xml, Not(HasSubstr("\"10.0.0.7:7926\"")));
+  EXPECT_THAT(xml, HasSubstr("\"10.0.0.8:99\""));
+  EXPECT_THAT(xml, Not(HasSubstr("unknown.name")));
+  EXPECT_EQ(port_of(0, 0), 7410U);
+  EXPECT_EQ(port_of(230, kMostOnAHost - 1), 65'148U) << "there are no ports behind 65535";
+}
+
+TEST(DdsOptions, WhatUsersWriteStaysText) {
+  auto options = on({"a\"/><b"});
+  options.tag = "<x>&";
+  const auto xml = domain_xml(options);
+  EXPECT_THAT(xml, HasSubstr("<Tag>&lt;x&gt;&amp;</Tag>"));
+  EXPECT_THAT(xml, HasSubstr("name=\"a&quot;/&gt;&lt;b\""));
+}
+
+TEST(DdsHost, SaysWhatIsWrongWithAnInterface) {
+  const std::vector<Interface> there{{"lo", "127.0.0.1", true, false},
+                                     {"eth0", "10.0.0.1", true, true},
+                                     {"wg0", "10.1.0.1", true, false},
+                                     {"bare", "", true, true}};
+  EXPECT_TRUE(check_interfaces({}, there));
+  EXPECT_TRUE(check_interfaces(on({"eth0"}), there));
+  EXPECT_TRUE(check_interfaces(on({"wg0"}, {"10.1.0.2"}), there));
+  EXPECT_THAT(check_interfaces(on({"eth0", "wg0"}), there).error().text, HasSubstr("'wg0' has no multicast"));
+  EXPECT_THAT(check_interfaces(on({"bare"}), there).error().text, HasSubstr("'bare' has no IPv4 address"));
+  EXPECT_THAT(check_interfaces(on({"eth1"}), there).error().text,
+              HasSubstr("no interface 'eth1' on this host; there are: lo, eth0, wg0, bare"));
+}
+
+TEST(DdsHost, ResolvesNamesAndKeepsPorts) {
+  VirtualScheduler time;
+  std::vector<std::string> unknown;
+  EXPECT_THAT(
+      with_addresses({"localhost", "localhost:7", "10.0.0.7", "10.0.0.7:8"}, time, std::chrono::seconds(1), unknown),
+      ElementsAre("127.0.0.1", "127.0.0.1:7", "10.0.0.7", "10.0.0.7:8"));
+  EXPECT_TRUE(unknown.empty());
+  EXPECT_THAT(with_addresses({"localhost", "10.0.0.7"}, time, Duration(0), unknown),
+              ElementsAre("localhost", "10.0.0.7"));
+  EXPECT_THAT(unknown, ElementsAre("localhost")) << "no time was left to ask";
+}
+
+}  // namespace
+}  // namespace rubicon::tuples::dds
