@@ -98,7 +98,9 @@ void add_inbox(Cli& cli) {
                                      });
   app->add_option("ACTION", *action, "list, approve or ignore")->check(CLI::IsMember({"list", "approve", "ignore"}));
   app->add_option("DEVICE", options->which, "NETWORK.DEVICE, also with * and ?");
-  app->add_option("--island", options->island, "of this island")->check(CLI::Range(1U, model::kMaxIslandId));
+  app->add_option("--island", options->island, "of this island")
+      ->type_name("ID")
+      ->check(CLI::Range(1U, model::kMaxIslandId).description(""));
 }
 
 }  // namespace rubicon::cli

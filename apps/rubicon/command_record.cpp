@@ -108,7 +108,9 @@ void add_record(Cli& cli) {
       [options](Session& session) { return record(session, *options); });
   app->add_option("FILE", options->file, "a new file, or a recording of the same island that goes on")->required();
   app->add_option("PATTERN", options->patterns, "which tuples; everything of the island if none");
-  app->add_option("--island", options->island, "whose recording it is")->check(CLI::Range(1U, model::kMaxIslandId));
+  app->add_option("--island", options->island, "whose recording it is")
+      ->type_name("ID")
+      ->check(CLI::Range(1U, model::kMaxIslandId).description(""));
   app->add_flag("--active", options->active, "wake the sensors, so that they measure");
   add_span(app, "--min-interval", options->minimum, "at most one record of a tuple in this time");
   add_span(app, "--for", options->length, "end after this time");

@@ -128,7 +128,7 @@ void add_top(Cli& cli) {
   app->add_option("--by", options->by, "what is counted together: tuple, device, network or island")
       ->check(CLI::IsMember({"tuple", "device", "network", "island"}));
   add_span(app, "--interval", options->interval, "length of a round, 2s if not given");
-  app->add_option("--rounds", options->rounds, "end after so many rounds")->check(CLI::PositiveNumber);
+  app->add_option("--rounds", options->rounds, "end after so many rounds")->type_name("N")->check(CLI::PositiveNumber);
   add_span(app, "--for", options->length, "end after this time");
 }
 

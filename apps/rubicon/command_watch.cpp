@@ -125,7 +125,7 @@ void add_watch(Cli& cli) {
   app->add_option("--dead-band", options->dead_band, "hold back changes smaller than this")
       ->check(CLI::NonNegativeNumber);
   add_span(app, "--for", options->length, "end after this time");
-  app->add_option("--count", options->count, "end after so many lines")->check(CLI::PositiveNumber);
+  app->add_option("--count", options->count, "end after so many lines")->type_name("N")->check(CLI::PositiveNumber);
 }
 
 }  // namespace rubicon::cli

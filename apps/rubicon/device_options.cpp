@@ -18,7 +18,9 @@ std::optional<OwnerId> take_island(std::string_view& word) {
 }  // namespace
 
 void DeviceOptions::add_to(CLI::App& app) {
-  app.add_option("--island", island_, "of this island only")->check(CLI::Range(1U, model::kMaxIslandId));
+  app.add_option("--island", island_, "of this island only")
+      ->type_name("ID")
+      ->check(CLI::Range(1U, model::kMaxIslandId).description(""));
   app.add_option("--network", network_, "of this network; * and ? as in a shell");
   app.add_option("--type", type_, "of this type, or with a sensor, actuator or property of it");
   app.add_option("--name", name_, "with this name, key part or address");
