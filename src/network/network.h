@@ -72,6 +72,9 @@ struct NetworkType {
   bool lists_devices = false;
   /// The option that names a file read together with the options: a reload looks whether that changed. Empty = none.
   std::string_view file_option{};
+  /// Roaming domain of types whose addresses are unique in the world (docs/roaming.md); a key part, empty = none. The
+  /// configuration's word goes before.
+  std::string_view roaming{};
 };
 
 }  // namespace rubicon::network

@@ -36,6 +36,7 @@ struct Command {
   std::string reason;
   std::uint64_t request = 0;  ///< names it to the network and to its deadline; a new one at each step
   WallTime handed_over{};     ///< to the network; zero = it waits for line or device
+  SteadyTime expires{};       ///< while it waits; zero = it does not, or not yet
   Timer deadline;             ///< expiry, then the waits for acknowledgement and confirmation
 };
 

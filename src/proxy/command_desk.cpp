@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <tuple>
 
 #include "model/key.h"
 #include "proxy/tuple_text.h"
@@ -134,14 +135,16 @@ void CommandDesk::supersede(Device& device, Point& point, const Command& by) {
   }
 }
 
+Duration CommandDesk::patience(const Device& device, const Command& command) const {
+  if (command.time_to_live != Duration::zero()) return command.time_to_live;
+  return can_send(*device.network) ? around_.config.queue_expiry : around_.config.command_time_to_live;
+}
+
 void CommandDesk::wait(Device& device, Command& command) {
-  Duration patience = command.time_to_live;
-  if (patience == Duration::zero()) {
-    patience = can_send(*device.network) ? around_.config.queue_expiry : around_.config.command_time_to_live;
-  }
+  command.expires = around_.clock.now().steady + patience(device, command);
   const auto serial = command.request = around_.next_request();
   by_request_.emplace(serial, &command);
-  command.deadline = around_.scheduler.after(patience, [this, serial] { deadline_passed(serial); });
+  command.deadline = around_.scheduler.at(command.expires, [this, serial] { deadline_passed(serial); });
 }
 
 void CommandDesk::hand_over(Device& device, const Point& point, Command& command) {
@@ -279,6 +282,44 @@ void CommandDesk::forget(const Device& device, PointNumber point) {
     drop(*queue->second[i]);
     if (last) return;
   }
+}
+
+CommandDesk::Queue CommandDesk::release(Device& device) {
+  Queue released;
+  const auto take_from = [&](Queue& queue) {
+    for (auto& command : queue) {
+      if (command->device != device.number || command->handed_over != WallTime{}) continue;
+      const auto* point = find_point(device, command->point);
+      if (!point) continue;
+      if (newest_wins(*point)) std::erase_if(released, [&](const auto& one) { return one->point == point->number; });
+      if (command->expires == SteadyTime{}) command->expires = around_.clock.now().steady + patience(device, *command);
+      command->deadline.cancel();
+      by_request_.erase(command->request);
+      --live_;
+      released.push_back(std::move(command));
+    }
+    std::erase(queue, nullptr);
+  };
+  const auto waiting = queues_.find(device.number);
+  if (waiting != queues_.end()) take_from(waiting->second);
+  if (waiting != queues_.end() && waiting->second.empty()) queues_.erase(waiting);
+  take_from(inbox_);
+  return released;
+}
+
+tuples::Judgement CommandDesk::take_over(const tuples::RemoteSet& wish, Device& device, Point& point) {
+  if (point.command == TupleRef{}) {
+    return tuples::Judgement::refused(
+        {ErrorCode::kRefused, fmt::format("{} of {} cannot be commanded here", point.details->id, device.key)});
+  }
+  if (newest_wins(point) && (point.live_commands > 0 || !point.details->command.empty())) {
+    return tuples::Judgement::refused(
+        {ErrorCode::kRefused, fmt::format("a newer command for {} of {} came first", point.details->id, device.key)});
+  }
+  auto judgement = accept(wish, device, point);
+  judgement.store = false;
+  if (judgement.verdict == tuples::Verdict::kApplied) std::ignore = around_.space.set(point.command, wish.value);
+  return judgement;
 }
 
 }  // namespace rubicon::proxy

@@ -30,9 +30,14 @@ class CommandDesk {
   void forget(const Device& device);
   void forget(const Device& device, PointNumber point);
 
- private:
   using Queue = std::vector<std::unique_ptr<Command>>;
+  /// The device moves to another island: what was not sent yet comes out, oldest first, of a state the newest only, and
+  /// is never executed here.
+  Queue release(Device& device);
+  /// A command that waited at another island for the device, in the words of its commander; `value` is its text.
+  tuples::Judgement take_over(const tuples::RemoteSet& wish, Device& device, Point& point);
 
+ private:
   Result<Point*> target_of(const tuples::RemoteSet& wish, Device*& device);
   tuples::Judgement accept(const tuples::RemoteSet& wish, Device& device, Point& point);
   void take_in();
@@ -40,6 +45,7 @@ class CommandDesk {
   void set_rate(Device& device, Point& point, Command& command);
   void supersede(Device& device, Point& point, const Command& by);
   void hand_over(Device& device, const Point& point, Command& command);
+  Duration patience(const Device& device, const Command& command) const;
   void wait(Device& device, Command& command);
   void sent(Device& device, Point& point, Command& command);
   void deadline_passed(std::uint64_t serial);

@@ -94,6 +94,7 @@ struct Device {
   std::string type, name, model;
   std::string announced_name;  ///< the device's own; `name` is the configuration's where that has one
   std::string wanted_id;       ///< Join::id
+  WallTime joined{};           ///< Announced::joined of its last join
   WallTime since{};
   std::string reason;
   TupleRef status_tuple;
@@ -119,6 +120,7 @@ struct NetworkFaults {
   std::uint64_t unknown_devices = 0;    ///< messages of devices that never joined
   std::uint64_t undeclared_points = 0;  ///< readings of points that cannot be made from them
   std::uint64_t bad_values = 0;         ///< readings that do not fit their type
+  std::uint64_t roamed_messages = 0;    ///< messages of devices that another island lists
 };
 
 /// One network of the island and its devices.

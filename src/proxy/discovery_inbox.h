@@ -22,6 +22,7 @@ struct DeviceName {
 struct Announced {
   model::Join join;
   SteadyTime heard_at{};  ///< meaningless if the join says that it was not heard
+  WallTime joined{};      ///< where devices roam: the join's time, later than any other island's; zero = not heard
 };
 
 /// Why a device is in the inbox and not in the directory.
@@ -93,6 +94,9 @@ class DiscoveryInbox {
 
 /// But for the wanted key part and whether it was heard.
 bool says_the_same(const model::Join& one, const model::Join& other);
+
+/// What the device would announce now.
+Announced last_said(const Device& device);
 
 /// The parts of a device's key: `wsn-1.7`.
 std::string key_of(const DeviceName& device);

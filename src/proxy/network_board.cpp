@@ -112,6 +112,8 @@ void NetworkBoard::publish_counters() {
                                                          {"undeclared-points", faults.undeclared_points},
                                                          {"bad-values", faults.bad_values}};
     for (const auto& [name, count] : own) publish_property(network, name, std::to_string(count));
+    if (!network.rules.roaming.empty())
+      publish_property(network, "roamed-messages", std::to_string(faults.roamed_messages));
   }
 }
 

@@ -23,11 +23,16 @@ Proxy::Parts::Parts(ProxyConfig rules, Scheduler& scheduler, TupleSpace& space, 
           [this](Device& device) { lost(device); }),
       demand(around, directory, mirror, liveness),
       desk(around, directory, mirror, memory, [this](Device& device) { demand.changed(device); }),
+      roaming(around, directory,
+              {[this](Device& device, const Claim& to, const std::string& tuple) { moved(device, to, tuple); },
+               [this](const DeviceName& name) { arrive(name); }, [this](Device& device) { demand.repeat(device); }}),
+      hand_over(around, directory, desk, roaming),
       decisions_turn(scheduler, [this] { carry_out(); }) {
   for (const auto& line : collisions(config)) around.log.error(line);
   board.begin();
   inbox.begin();
   listen();
+  roaming.follow();
 }
 
 template <class Body>
@@ -57,6 +62,8 @@ void Proxy::Parts::listen() {
                                               [this](const tuples::Demand& wanted) { demand.wanted(wanted); }));
   handles.push_back(around.space.judge({self, config.prefix + ".**"},
                                        [this](const tuples::RemoteSet& wish) { return desk.judge(wish); }));
+  handles.push_back(around.space.judge({self, "ROAMING.**"},
+                                       [this](const tuples::RemoteSet& wish) { return hand_over.judge(wish); }));
   for (const auto* inbox_key : {".inbox", ".inbox.*.*"}) {
     handles.push_back(around.space.judge({self, config.prefix + inbox_key},
                                          [this](const tuples::RemoteSet& wish) { return judge_inbox(wish); }));
@@ -66,7 +73,8 @@ void Proxy::Parts::listen() {
 void Proxy::Parts::join(Device* device, Network& network, const Message& message, const model::Join& join) {
   if (message.source.device.empty()) return void(stranger(network, message));
   const DeviceName name{network.id, message.source.device};
-  const Announced announced{join, around.clock.now().steady};
+  const Announced announced{join, around.clock.now().steady,
+                            join.heard ? roaming.stamp(network, name.address) : WallTime{}};
   std::optional<state::KnownDevice> known;
   const auto* entry = device ? nullptr : inbox.find(name);
   // Who waits for a word is remembered by the inbox; who was let in may have values from before.
@@ -75,7 +83,7 @@ void Proxy::Parts::join(Device* device, Network& network, const Message& message
     if (join.heard) inbox.heard(name);
     return;
   }
-  admit(network, name.address, announced, known ? &*known : nullptr);
+  enter(network, name.address, announced, known ? &*known : nullptr);
 }
 
 /// False: there is no room for it, or its key is taken; it is in the inbox then.
@@ -94,6 +102,8 @@ bool Proxy::Parts::admit(Network& network, const std::string& address, const Ann
   const bool first = device.status == DeviceStatus::kUnknown;
   if (join.heard && first) device.status = DeviceStatus::kReachable;
   if (joined->fresh) device.since = around.clock.now().wall;
+  device.joined = std::max(device.joined, announced.joined);
+  if (joined->fresh) hand_over.clear(device);
   mirror.joined(*joined);
   take_rate(device);
   if (known) bring_back(device, *known);
@@ -106,6 +116,7 @@ bool Proxy::Parts::admit(Network& network, const std::string& address, const Ann
   }
   liveness.watch(device);
   if (!joined->fresh) demand.repeat(device);
+  roaming.listed(device);
   return true;
 }
 
@@ -124,6 +135,7 @@ void Proxy::Parts::keep_alive(Device* device, Network& network, const Message& m
 
 void Proxy::Parts::remove(Device& device) {
   auto& network = *device.network;
+  roaming.withdrawn(device);
   desk.forget(device);
   demand.forget(device);
   mirror.left(device);
@@ -133,8 +145,9 @@ void Proxy::Parts::remove(Device& device) {
 }
 
 void Proxy::Parts::leave(Device* device, Network& network, const Message& message, const model::Leave& leave) {
+  const DeviceName name{network.id, message.source.device};
+  roaming.forget(name);
   if (!device) {
-    const DeviceName name{network.id, message.source.device};
     const auto* entry = inbox.find(name);
     if (!entry || entry->ignored()) return;
     const auto known = memory.recall(name.network, name.address);
@@ -198,6 +211,7 @@ void Proxy::Parts::reachable(Device& device, bool was_known) {
   device.reason.clear();
   board.devices_changed(*device.network);
   if (!was_known) return;
+  roaming.listed(device);
   mirror.device_status(device);
   mirror.all_points(device);
   demand.repeat(device);
@@ -208,6 +222,7 @@ void Proxy::Parts::lost(Device& device) {
   liveness.interrupted(device, "not heard since the device was out of reach");
   mirror.device_status(device);
   board.devices_changed(*device.network);
+  roaming.listed(device);
 }
 
 void Proxy::Parts::state(Device*, Network& network, const Message&, const model::State& state) {
@@ -244,6 +259,7 @@ void Proxy::Parts::line_went_down(Network& network) {
     device.since = network.since;
     device.reason = fmt::format("the line is down: {}", network.reason);
     mirror.device_status(device);
+    roaming.listed(device);
   }
   board.devices_changed(network);
 }
@@ -270,6 +286,7 @@ Device* Proxy::Parts::stranger(Network& network, const Message& message) {
         entry->standing == Standing::kLetIn && directory.has_place(network, name.address, entry->announced.join.id);
     return comes ? try_again(network, name) : nullptr;
   }
+  if (Device* device = nullptr; elsewhere(network, name.address, device)) return device;
   ++network.faults.unknown_devices;
   board.refresh_counters();
   around.warn(network.id + "/stranger", fmt::format("{} from {}, which never joined", to_string(message.kind()),

@@ -47,25 +47,29 @@ void Proxy::Parts::reconfigure(ProxyConfig next) {
   next.prefix = config.prefix;
   next.island_name = config.island_name;
   const auto before = std::exchange(config, std::move(next)).networks;
-  bool moved = false;
+  bool came_or_went = false;
   for (const auto& [id, rules] : before) {
     if (config.networks.contains(id)) continue;
-    moved = true;
+    came_or_went = true;
     drop_network(id);
   }
   for (const auto& [id, rules] : config.networks) {
     const auto old = before.find(id);
     if (old == before.end()) {
-      moved = true;
+      came_or_went = true;
       auto& network = directory.network(id);
       directory.configure(network, rules);
       board.declare(network);
+      roaming.follow();
       restore(id);
     } else if (!(old->second == rules)) {
       change_rules(directory.network(id), rules);
     }
   }
-  if (moved) board.networks_changed();
+  if (came_or_went) {
+    board.networks_changed();
+    roaming.follow();
+  }
   board.refresh_counters();
   ask_again();
 }
@@ -86,6 +90,7 @@ void Proxy::Parts::drop_network(const std::string& id) {
   auto& network = directory.network(id);
   drop_devices(network);
   inbox.drop_network(id);
+  roaming.drop_network(id);
   std::erase_if(decisions, [&id](const auto& one) { return one.first.network == id; });
   board.remove(network);
   directory.remove_network(id);
@@ -105,6 +110,7 @@ void Proxy::Parts::change_rules(Network& network, NetworkRules rules) {
     if (!same_keys(names_of(network.rules, address), names_of(rules, address))) renamed.push_back(&device);
   }
   const auto old_rate = network.rules.rate;
+  change_domain(network, rules.roaming);
   rename(network, std::move(rules), renamed);
   for (auto& [address, device] : network.devices) {
     if (directory.take_name(device)) mirror.described(device);
@@ -152,6 +158,7 @@ void Proxy::Parts::rename(Network& network, NetworkRules rules, const std::vecto
     if (!vanished) {
       const auto said = last_said(device);
       const DeviceName name{network.id, device.address};
+      roaming.withdrawn(device);
       desk.forget(device);
       demand.forget(device);
       directory.remove(device);
@@ -161,6 +168,7 @@ void Proxy::Parts::rename(Network& network, NetworkRules rules, const std::vecto
     for (const auto& point : *vanished) desk.forget(device, point.number);
     for (auto& point : device.points) point.wanted = false;  // whoever wants the new keys is told anew
     mirror.renamed(device, kept[i]);
+    roaming.listed(device);
     memory.record_changed(device);
     demand.changed(device);
   }

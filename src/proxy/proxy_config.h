@@ -26,6 +26,7 @@ struct NetworkRules {
   std::optional<Duration> silence = std::chrono::seconds(60);  ///< nullopt = never unreachable by silence
   std::chrono::milliseconds rate{1000};                        ///< sampling period where nobody names one
   std::map<std::string, DeviceNames> devices;                  ///< by address
+  std::string roaming;         ///< domain within which an address means one device; empty = none
   bool lists_devices = false;  ///< its own options name every device it has (NetworkType::lists_devices)
 
   friend bool operator==(const NetworkRules&, const NetworkRules&) = default;

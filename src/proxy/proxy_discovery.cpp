@@ -29,7 +29,7 @@ std::optional<Decision> decision_of(std::string_view word) {
 }  // namespace
 
 Announced last_said(const Device& device) {
-  Announced announced{announcement(device), device.heard_at};
+  Announced announced{announcement(device), device.heard_at, device.joined};
   announced.join.heard = device.status != DeviceStatus::kUnknown;
   return announced;
 }
@@ -46,7 +46,7 @@ bool Proxy::Parts::let_in(Network& network, const DeviceName& name, const Announ
   }
   const bool trusted = entry ? entry->standing == Standing::kLetIn
                              : known && (known->decision == Decision::kApproved || !known->id.empty());
-  if (trusted || listed || names_of(network.rules, name.address) != nullptr) return true;
+  if (trusted || listed || roaming.trusts(name) || names_of(network.rules, name.address) != nullptr) return true;
   auto [admission, why] = inbox.admission(name, announced.join);
   if (admission == Admission::kAuto) return true;
   const bool asks = admission == Admission::kAsk;
@@ -63,10 +63,10 @@ void Proxy::Parts::park(const DeviceName& name, const Announced& announced, cons
 }
 
 /// With what is remembered of it; nullptr if it still cannot come.
-Device* Proxy::Parts::try_again(Network& network, const DeviceName& name) {
+Device* Proxy::Parts::try_again(Network& network, const DeviceName& name, bool approved) {
   const auto announced = inbox.find(name)->announced;
   const auto known = memory.recall(name.network, name.address);
-  if (!admit(network, name.address, announced, known ? &*known : nullptr)) return nullptr;
+  if (!enter(network, name.address, announced, known ? &*known : nullptr, approved)) return nullptr;
   return directory.find(network, name.address);
 }
 
@@ -104,7 +104,7 @@ void Proxy::Parts::restore(Network& network, Memory::Row row, KnownDevice&& know
   announced.join.heard = false;
   if (known.id.empty() && known.decision == Decision::kApproved) return;  // it left
   if (!let_in(network, name, announced, &known, false) || network.rules.lists_devices) return;
-  if (!admit(network, name.address, announced, &known)) return;
+  if (!enter(network, name.address, announced, &known)) return;
   directory.find(network, name.address)->state_row = row;
 }
 
@@ -168,7 +168,7 @@ void Proxy::Parts::approve(const DeviceName& name) {
   if (!entry) return;
   const auto join = entry->announced.join;
   around.log.info(fmt::format("{} was approved", key_of(name)));
-  if (auto* device = try_again(directory.network(name.network), name)) {
+  if (auto* device = try_again(directory.network(name.network), name, true)) {
     memory.approved(*device);
   } else {
     memory.absent(name.network, name.address, join, Decision::kApproved);
@@ -184,6 +184,7 @@ void Proxy::Parts::ignore(const DeviceName& name) {
     memory.dropped(std::array{device});
     remove(*device);
   }
+  roaming.forget(name);
   around.log.info(fmt::format("{} is ignored from now on", key_of(name)));
   inbox.put(name, announced, Standing::kIgnoredByUser, std::string(kByUser));
   memory.absent(name.network, name.address, announced.join, Decision::kIgnored);

@@ -8,10 +8,12 @@
 #include "proxy/command_desk.h"
 #include "proxy/demand.h"
 #include "proxy/discovery_inbox.h"
+#include "proxy/hand_over.h"
 #include "proxy/liveness.h"
 #include "proxy/memory.h"
 #include "proxy/network_board.h"
 #include "proxy/proxy.h"
+#include "proxy/roaming.h"
 
 namespace rubicon::proxy {
 
@@ -49,7 +51,10 @@ struct Proxy::Parts {
   bool let_in(Network& network, const DeviceName& name, const Announced& announced, const state::KnownDevice* known,
               bool listed);
   bool admit(Network& network, const std::string& address, const Announced& announced, const state::KnownDevice* known);
-  Device* try_again(Network& network, const DeviceName& name);
+  /// admit(), unless another island lists the device.
+  bool enter(Network& network, const std::string& address, const Announced& announced, const state::KnownDevice* known,
+             bool approved = false);
+  Device* try_again(Network& network, const DeviceName& name, bool approved = false);
   void park(const DeviceName& name, const Announced& announced, const std::string& why);
   void bring_back(Device& device, const state::KnownDevice& known);
   void restore(const std::string& network);
@@ -60,6 +65,12 @@ struct Proxy::Parts {
   void approve(const DeviceName& name);
   void ignore(const DeviceName& name);
   void remove(Device& device);
+
+  // proxy_roaming.cpp: devices that go to other islands and come from them
+  void moved(Device& device, const Claim& to, const std::string& tuple);
+  Device* arrive(const DeviceName& name);
+  bool elsewhere(Network& network, const std::string& address, Device*& device);
+  void change_domain(Network& network, const std::string& domain);
 
   // proxy_changes.cpp: new rules while running
   std::vector<std::string> objections(const ProxyConfig& next) const;
@@ -83,12 +94,11 @@ struct Proxy::Parts {
   Liveness liveness;
   Demand demand;
   CommandDesk desk;
+  Roaming roaming;
+  HandOver hand_over;
   std::vector<std::pair<DeviceName, state::Decision>> decisions;  ///< judged in this turn
   NextTurn decisions_turn;
   std::vector<Handle> handles;
 };
-
-/// What the device would announce now.
-Announced last_said(const Device& device);
 
 }  // namespace rubicon::proxy

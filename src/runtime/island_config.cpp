@@ -177,7 +177,7 @@ ConfigNode plug_in_options(const ConfigNode& network) {
   ConfigNode options = network;
   std::erase_if(options.entries, [](const auto& entry) {
     return entry.first == "type" || entry.first == "silence" || entry.first == "rate" || entry.first == "devices" ||
-           entry.first == "as";
+           entry.first == "as" || entry.first == "roaming";
   });
   return options;
 }
@@ -190,6 +190,17 @@ std::string played_id(const std::string& key, ConfigReader& network, const std::
   if (id == model::to_key_part(id)) return id;
   network.error("as", "a network id has [A-Za-z0-9_-]+, at most 64 characters");
   return key;
+}
+
+/// `roaming: lab`; empty = off. What looks like yes or no is no name of a domain.
+std::string roaming_domain(ConfigReader& network, std::string_view of_type) {
+  auto domain = network.text("roaming", of_type);
+  if (domain == "off") return {};
+  const auto is = [&domain](std::string_view word) { return domain == word; };
+  const bool part = domain.empty() ? !network.has("roaming") : domain == model::to_key_part(domain);
+  if (part && !is("on") && !is("yes") && !is("no") && !is("true") && !is("false")) return domain;
+  network.error("roaming", "expected off, or the name of a domain: [A-Za-z0-9_-]+, at most 64 characters");
+  return {};
 }
 
 void read_network(const std::string& key, ConfigReader& network, std::span<const network::NetworkType> types,
@@ -211,6 +222,7 @@ void read_network(const std::string& key, ConfigReader& network, std::span<const
   const auto rate = network.duration("rate", rules.rate);
   rules.rate = std::chrono::duration_cast<std::chrono::milliseconds>(rate);
   if (rules.rate < std::chrono::milliseconds(1)) network.error("rate", "expected at least 1ms");
+  rules.roaming = roaming_domain(network, setup.type ? setup.type->roaming : std::string_view());
   rules.lists_devices = setup.type && setup.type->lists_devices;
   read_devices(network, rules);
   if (!config.proxy.networks.emplace(setup.id, std::move(rules)).second) {

@@ -46,6 +46,11 @@ void compare_rules(const std::string& id, const NetworkRules& now, const Network
     plan.lines.push_back(
         fmt::format("network {}: rate changes from {} ms to {} ms", id, now.rate.count(), next.rate.count()));
   }
+  if (now.roaming != next.roaming) {
+    const auto word = [](const std::string& domain) { return domain.empty() ? std::string("off") : domain; };
+    plan.lines.push_back(
+        fmt::format("network {}: roaming changes from {} to {}", id, word(now.roaming), word(next.roaming)));
+  }
   const auto renamed = renamed_devices(now, next);
   if (!renamed.empty()) {
     plan.lines.push_back(fmt::format("network {}: {} devices are named anew: {}", id, renamed.size(), list(renamed)));

@@ -334,6 +334,34 @@ TEST_F(IslandConfigTest, RefusesOverridesThatAreNone) {
   }
 }
 
+TEST_F(IslandConfigTest, RoamingIsADomainOrOff) {
+  const auto domain = [this](const std::string& word) {
+    const auto config = read(std::string(kHead) + "networks: {dummy: {type: dummy" + word + "}}");
+    return config.proxy.networks.at("dummy").roaming;
+  };
+  EXPECT_EQ(domain(""), "");
+  EXPECT_EQ(domain(", roaming: lab"), "lab");
+  EXPECT_EQ(domain(", roaming: off"), "");
+  EXPECT_THAT(errors_.lines(), IsEmpty());
+  for (const auto* wrong : {"a.b", "yes", "'on'", "''", "\"two words\""}) {
+    EXPECT_EQ(domain(std::string(", roaming: ") + wrong), "");
+    EXPECT_THAT(errors_.text(), HasSubstr("expected off, or the name of a domain")) << wrong;
+  }
+}
+
+TEST_F(IslandConfigTest, ATypeWithUniqueAddressesRoamsUnlessTheConfigurationSaysOtherwise) {
+  const network::NetworkType unique{
+      .name = "tag", .summary = "", .sample_config = "", .make = nullptr, .roaming = "world"};
+  const auto domain = [&](const std::string& word) {
+    const auto tree = parse_yaml(std::string(kHead) + "networks: {tag: {type: tag" + word + "}}", "x.yaml");
+    return read_island_config(*tree, std::span(&unique, 1), errors_).proxy.networks.at("tag").roaming;
+  };
+  EXPECT_EQ(domain(""), "world");
+  EXPECT_EQ(domain(", roaming: lab"), "lab");
+  EXPECT_EQ(domain(", roaming: off"), "");
+  EXPECT_THAT(errors_.lines(), IsEmpty());
+}
+
 TEST(ConfigFile, NamesTheFileThatIsNotThere) {
   const auto missing = load_config("/nowhere/home.yaml", {});
   ASSERT_FALSE(missing);

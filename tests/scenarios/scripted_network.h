@@ -22,6 +22,7 @@ class ScriptedNetwork final : public network::Network {
   ScriptedNetwork& operator=(const ScriptedNetwork&) = delete;
 
   Result<void> open() override {
+    if (!cable) return fail(ErrorCode::kIo, "no carrier");
     host_.deliver("", model::State{.line = model::LineState::kUp, .reason = {}, .counters = {}});
     return {};
   }
@@ -40,6 +41,7 @@ class ScriptedNetwork final : public network::Network {
   }
 
   void say(const std::string& device, model::Body body) { host_.deliver(device, std::move(body)); }
+  /// A lost line is made again at the next attempt, unless the cable is out.
   void lose_line() { host_.failed({ErrorCode::kIo, "cable pulled"}); }
   network::NetworkHost& host() { return host_; }
 
@@ -54,6 +56,7 @@ class ScriptedNetwork final : public network::Network {
   std::vector<Message> sent;
   std::map<std::string, model::Sample> sampled;  ///< last Sample per device
   std::vector<std::pair<std::string, Value>> commands;
+  bool cable = true;
 
  private:
   void acknowledge(const Message& message, std::uint64_t request) {

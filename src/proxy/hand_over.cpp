@@ -1,0 +1,150 @@
+#include "proxy/hand_over.h"
+
+#include <fmt/format.h>
+
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <tuple>
+
+#include "proxy/tuple_text.h"
+
+namespace rubicon::proxy {
+
+namespace {
+
+using Tree = nlohmann::json;
+
+constexpr std::size_t kLongestText = 32 * 1024;
+constexpr std::size_t kLongestInstance = 255;
+constexpr Duration kLastWords = std::chrono::seconds(10);
+
+std::optional<std::uint64_t> whole(const Tree& tree, const char* name, std::uint64_t most) {
+  const auto found = tree.find(name);
+  if (found == tree.end() || !found->is_number_unsigned()) return std::nullopt;
+  const auto value = found->get<std::uint64_t>();
+  return value <= most ? std::optional(value) : std::nullopt;
+}
+
+std::optional<std::string> text_of(const Tree& tree, const char* name) {
+  const auto found = tree.find(name);
+  if (found == tree.end() || !found->is_string()) return std::nullopt;
+  return found->get<std::string>();
+}
+
+std::optional<Kind> kind_of(const std::optional<std::string>& word) {
+  for (const auto kind : {Kind::kActuator, Kind::kProperty}) {
+    if (word && to_string(kind) == *word) return kind;
+  }
+  return std::nullopt;
+}
+
+/// What is known of a command whose island did not simply take it.
+std::pair<CommandState, std::string> outcome(OwnerId island, const tuples::Reply& reply) {
+  if (reply.verdict == tuples::Verdict::kExpired) {
+    return {CommandState::kTimedOut,
+            fmt::format("the device moved to island {}, which did not answer in time", number(island))};
+  }
+  return {CommandState::kFailed,
+          fmt::format("the device moved to island {}, which did not take it: {}", number(island), reply.text)};
+}
+
+}  // namespace
+
+std::string waiting_command_text(const WaitingCommand& command) {
+  const Tree tree{{"kind", to_string(command.point.kind)}, {"type", static_cast<unsigned>(command.point.type)},
+                  {"instance", command.point.instance},    {"value", command.value},
+                  {"creator", number(command.creator)},    {"request", command.request}};
+  return tree.dump(-1, ' ', false, Tree::error_handler_t::replace);
+}
+
+Result<WaitingCommand> parse_waiting_command(std::string_view text) {
+  const auto tree = text.size() > kLongestText ? Tree(Tree::value_t::discarded) : Tree::parse(text, nullptr, false);
+  const auto wrong = [](std::string_view what) {
+    return fail(ErrorCode::kInvalid, fmt::format("a command that follows its device needs {}", what));
+  };
+  if (!tree.is_object()) return wrong("a JSON object of at most 32 KiB");
+  const auto kind = kind_of(text_of(tree, "kind"));
+  if (!kind) return wrong("kind actuator or property");
+  const auto type = whole(tree, "type", std::numeric_limits<std::uint16_t>::max());
+  const auto instance = text_of(tree, "instance");
+  if (!type || !instance || instance->size() > kLongestInstance) return wrong("a type number and an instance");
+  auto value = text_of(tree, "value");
+  if (!value) return wrong("a value");
+  const auto creator = whole(tree, "creator", std::numeric_limits<std::uint32_t>::max());
+  const auto request = whole(tree, "request", std::numeric_limits<std::uint64_t>::max());
+  if (!creator || !request) return wrong("creator and request, whole numbers");
+  return WaitingCommand{{*kind, TypeId{static_cast<std::uint16_t>(*type)}, *instance},
+                        std::move(*value),
+                        OwnerId(static_cast<std::uint32_t>(*creator)),
+                        *request};
+}
+
+void HandOver::send(Device& device, const Claim& to, const std::string& tuple) {
+  const auto now = around_.clock.now().steady;
+  for (auto& released : desk_.release(device)) {
+    const auto* point = find_point(device, released->point);
+    const auto left = released->expires - now;
+    if (!point || left <= Duration(0)) continue;
+    const auto text = waiting_command_text({point->id, released->text, released->creator, released->creator_request});
+    const std::shared_ptr<Command> command = std::move(released);
+    around_.space.set_remote(to.island, tuple, text, left,
+                             [this, here = std::weak_ptr(here_), command, status = point_key(device, *point, "status"),
+                              island = to.island](const tuples::Reply& reply) {
+                               if (!here.expired() && reply.verdict != tuples::Verdict::kApplied)
+                                 answered(*command, status, island, reply);
+                             },
+                             {.media_type = "application/json"});
+  }
+}
+
+void HandOver::answered(Command& command, const std::string& status, OwnerId island, const tuples::Reply& reply) {
+  std::tie(command.state, command.reason) = outcome(island, reply);
+  command.since = around_.clock.refresh().wall;
+  std::string text = "{\"quality\":\"unknown\",\"since\":";
+  append_seconds(command.since, text);
+  text += fmt::format(",\"heard\":0,\"changed\":0,\"reason\":\"the device moved to island {}\",\"command\":{}}}",
+                      number(island), command_text(command));
+  // Only if the device is not back: then the tuple is its own again.
+  std::ignore = around_.space.set(status, text, {"application/json", {}, kLastWords, 0});
+  around_.log.warning(fmt::format("{}: request {} of {}: {}", status, command.creator_request, number(command.creator),
+                                  command.reason));
+}
+
+void HandOver::clear(const Device& device) {
+  if (device.network->rules.roaming.empty()) return;
+  for (const auto& point : device.points) {
+    const auto status = point_key(device, point, "status");
+    if (point.status == TupleRef{} && around_.space.find(status)) std::ignore = around_.space.erase(status);
+  }
+}
+
+tuples::Judgement HandOver::judge(const tuples::RemoteSet& wish) {
+  const Identity* identity = nullptr;
+  auto* device = roaming_.meant_by(wish.key, identity);
+  if (!device) {
+    return tuples::Judgement::refused(
+        {ErrorCode::kNotFound, fmt::format("{}: this island lists no such device", wish.key)});
+  }
+  if (wish.from != around_.space.self() && !roaming_.claims().knows(*identity, wish.from)) {
+    return tuples::Judgement::refused(
+        {ErrorCode::kRefused,
+         fmt::format("{}: only the island that had {} before hands commands over", wish.key, device->key)});
+  }
+  auto command = parse_waiting_command(wish.value);
+  if (!command) return tuples::Judgement::refused(std::move(command.error()));
+  auto* point = find_point(*device, command->point);
+  if (!point) {
+    return tuples::Judgement::refused(
+        {ErrorCode::kNotFound,
+         fmt::format("{} has no {} of type {} instance {} here", device->key, to_string(command->point.kind),
+                     static_cast<unsigned>(command->point.type), command->point.instance)});
+  }
+  auto as_given = wish;
+  as_given.from = command->creator;
+  as_given.request = command->request;
+  as_given.key = point_key(*device, *point, "command");
+  as_given.value = std::move(command->value);
+  return desk_.take_over(as_given, *device, *point);
+}
+
+}  // namespace rubicon::proxy

@@ -1,0 +1,206 @@
+#include "proxy/roaming_claims.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <vector>
+
+#include "model/key.h"
+
+namespace rubicon::proxy {
+
+namespace {
+
+constexpr tuples::SetOptions kJson{"application/json", {}, {}};
+/// How long the devices of an island that was lost are kept for it.
+constexpr Duration kGrace = std::chrono::seconds(10);
+/// Claims of others that are followed; devices beyond may be listed twice.
+constexpr std::size_t kMostClaims = 200'000;
+/// A clock that is further ahead is worth a word.
+constexpr Duration kClockDoubt = std::chrono::minutes(1);
+
+}  // namespace
+
+RoamingClaims::RoamingClaims(Surroundings& around, Calls calls)
+    : around_(around),
+      calls_(std::move(calls)),
+      peers_watch_(around.space.watch_peers([this](OwnerId island, tuples::PeerEvent event) { peer(island, event); })) {
+}
+
+void RoamingClaims::follow(const std::set<std::string>& domains) {
+  for (auto it = domains_.begin(); it != domains_.end();) {
+    if (domains.contains(it->first)) {
+      ++it;
+      continue;
+    }
+    const auto& domain = it->first;
+    std::erase_if(theirs_, [&](const auto& one) { return one.second.domain == domain; });
+    std::erase_if(entries_, [&](const auto& one) { return one.first.domain == domain; });
+    it = domains_.erase(it);
+  }
+  for (const auto& domain : domains) {
+    if (domains_.contains(domain)) continue;
+    auto& followed = domains_[domain];
+    followed.since = around_.clock.now().steady;
+    followed.subscription =
+        around_.space.subscribe({std::nullopt, fmt::format("ROAMING.{}.*", domain)}, {.passive = true},
+                                [this, domain](const tuples::Event& event) { take(domain, event); });
+  }
+}
+
+void RoamingClaims::take(const std::string& domain, const tuples::Event& event) {
+  const auto& tuple = event.tuple;
+  if (tuple.owner == around_.space.self() || !model::is_island(tuple.owner)) return;
+  const Place where{tuple.owner, std::string(tuple.key)};
+  if (event.kind != tuples::EventKind::kSet) return drop(where);
+  auto claim = parse_claim(tuple.owner, tuple.value);
+  if (!claim) {
+    around_.warn(fmt::format("roaming/{}", number(tuple.owner)),
+                 fmt::format("claim {} of island {}: {}", tuple.key, number(tuple.owner), claim.error().text));
+    return drop(where);
+  }
+  check_clock(*claim);
+  const Identity identity{domain, claim->address};
+  const auto known = theirs_.find(where);
+  if (known != theirs_.end() && known->second != identity) drop(where);
+  if (known == theirs_.end() && theirs_.size() >= kMostClaims) {
+    return around_.warn("roaming", fmt::format("more than {} claims of other islands: some are not seen", kMostClaims));
+  }
+  place(identity, where.second, std::move(*claim));
+}
+
+void RoamingClaims::check_clock(const Claim& claim) {
+  const auto now = around_.clock.now().wall;
+  if (claim.since <= now || claim.since - now < kClockDoubt) return;
+  around_.warn(fmt::format("roaming/clock/{}", number(claim.island)),
+               fmt::format("island {} says that {} joined {} s from now: its clock or ours is wrong",
+                           number(claim.island), model::quoted(claim.address),
+                           std::chrono::duration_cast<std::chrono::seconds>(claim.since - now).count()));
+}
+
+void RoamingClaims::place(const Identity& identity, const std::string& tuple, Claim claim) {
+  const auto island = claim.island;
+  theirs_[{island, tuple}] = identity;
+  peers_.try_emplace(island);
+  auto& other = entries_[identity].others[island];
+  auto renewed_at = other.renewed_at;
+  const bool renewed = other.tuple.empty() || other.claim.since != claim.since;
+  if (renewed) renewed_at = listened(island, identity.domain) ? around_.clock.now().steady : SteadyTime::min();
+  other = {std::move(claim), tuple, renewed_at, true};
+  calls_.claimed(Identity(identity));
+}
+
+/// Else what arrives may be old.
+bool RoamingClaims::listened(OwnerId island, const std::string& domain) const {
+  const auto before = around_.clock.now().steady - kRoamingSettles;
+  return peers_.at(island).since <= before && domains_.at(domain).since <= before;
+}
+
+void RoamingClaims::drop(const Place& place) {
+  const auto node = theirs_.extract(place);
+  if (!node) return;
+  const auto& identity = node.mapped();
+  const auto entry = entries_.find(identity);
+  if (entry == entries_.end()) return;
+  const auto other = entry->second.others.find(place.first);
+  if (other == entry->second.others.end() || other->second.tuple != place.second) return;
+  entry->second.others.erase(other);
+  entry->second.former = place.first;
+  calls_.ceased(identity);
+  tidy(identity);
+}
+
+void RoamingClaims::tidy(const Identity& identity) {
+  const auto entry = entries_.find(identity);
+  if (entry != entries_.end() && entry->second.others.empty() && entry->second.tuple.empty()) entries_.erase(entry);
+}
+
+void RoamingClaims::peer(OwnerId island, tuples::PeerEvent event) {
+  if (!model::is_island(island)) return;
+  const auto now = around_.clock.now().steady;
+  auto& peer = peers_[island];
+  peer.since = now;
+  peer.up = event == tuples::PeerEvent::kUp;
+  peer.left = event == tuples::PeerEvent::kLeft;
+  peer.settled.cancel();
+  if (!peer.up) return;
+  each_of(island, [](const Identity&, Other& other) { other.fresh = false; });
+  peer.settled = around_.scheduler.after(kRoamingSettles, [this, island] {
+    around_.clock.refresh();
+    std::vector<Identity> all;
+    each_of(island, [&all](const Identity& identity, Other&) { all.push_back(identity); });
+    for (const auto& identity : all) calls_.claimed(identity);
+  });
+}
+
+void RoamingClaims::each_of(OwnerId island, const std::function<void(const Identity&, Other&)>& visit) {
+  for (auto it = theirs_.lower_bound({island, {}}); it != theirs_.end() && it->first.first == island; ++it) {
+    const auto entry = entries_.find(it->second);
+    if (entry == entries_.end()) continue;
+    const auto other = entry->second.others.find(island);
+    if (other != entry->second.others.end()) visit(it->second, other->second);
+  }
+}
+
+RoamingClaims::Presence RoamingClaims::presence(const Other& other) const {
+  const auto found = peers_.find(other.claim.island);
+  if (found == peers_.end()) return Presence::kGone;
+  const auto& peer = found->second;
+  const auto age = around_.clock.now().steady - peer.since;
+  if (peer.up) return other.fresh || age >= kRoamingSettles ? Presence::kHere : Presence::kBack;
+  return peer.left || age >= kGrace ? Presence::kGone : Presence::kLost;
+}
+
+void RoamingClaims::each(const Identity& identity, const std::function<void(const Other&, Presence)>& visit) const {
+  const auto entry = entries_.find(identity);
+  if (entry == entries_.end()) return;
+  for (const auto& [island, other] : entry->second.others) visit(other, presence(other));
+}
+
+WallTime RoamingClaims::newest(const Identity& identity) const {
+  WallTime newest{};
+  each(identity, [&newest](const Other& other, Presence) { newest = std::max(newest, other.claim.since); });
+  return newest;
+}
+
+bool RoamingClaims::knows(const Identity& identity, OwnerId island) const {
+  const auto entry = entries_.find(identity);
+  return entry != entries_.end() && (entry->second.former == island || entry->second.others.contains(island));
+}
+
+/// Two addresses may give one key part: who reads compares the address in the value.
+std::string RoamingClaims::free_tuple(const Identity& identity) const {
+  const auto first = claim_key(identity);
+  auto key = first;
+  for (int twin = 2; own_.contains(key); ++twin) key = fmt::format("{}-{}", first, twin);
+  return key;
+}
+
+std::string RoamingClaims::publish(const Identity& identity, const Claim& own) {
+  auto& entry = entries_[identity];
+  auto text = claim_text(own);
+  if (text == entry.text) return entry.tuple;
+  if (entry.tuple.empty()) entry.tuple = free_tuple(identity);
+  own_[entry.tuple] = identity;
+  entry.text = std::move(text);
+  const auto set = around_.space.set(entry.tuple, entry.text, kJson);
+  if (!set) around_.warn("roaming", fmt::format("{}: {}", entry.tuple, set.error().text));
+  return entry.tuple;
+}
+
+void RoamingClaims::withdraw(const Identity& identity) {
+  const auto entry = entries_.find(identity);
+  if (entry == entries_.end() || entry->second.tuple.empty()) return;
+  std::ignore = around_.space.erase(entry->second.tuple);
+  own_.erase(entry->second.tuple);
+  entry->second.tuple.clear();
+  entry->second.text.clear();
+  tidy(identity);
+}
+
+const Identity* RoamingClaims::meant_by(const std::string& tuple) const {
+  const auto found = own_.find(tuple);
+  return found == own_.end() ? nullptr : &found->second;
+}
+
+}  // namespace rubicon::proxy
