@@ -25,7 +25,9 @@ struct Options {
   OwnerId id = model::kNobody;  ///< above 65535; kNobody = one is drawn
   std::uint32_t domain = 0;     ///< 0..230, as in the islands' `tuples.domain`
   std::vector<std::string> interfaces = {"lo"};
-  std::vector<std::string> peers;  ///< addresses of hosts that multicast does not reach
+  std::vector<std::string> peers;  ///< host or host:port, of those that multicast does not reach
+  bool tcp = false;                ///< as in the islands' `tuples.transport`; needs peers (host:port) or a port
+  std::uint16_t port = 0;          ///< of TCP: where others may call; 0 = anywhere
   std::string tag;
   Duration lease = std::chrono::seconds(2);
   std::function<void(std::string_view)> warn;  ///< told what goes wrong, at most once a minute and subject
@@ -41,6 +43,16 @@ struct Tuple {
   std::uint64_t sequence = 0;
   WallTime write_time{}, user_time{}, expire_time{};
   bool owner_present = true;
+};
+
+/// One start of a component as it was met on the wire, also of those that are not talked to: other versions of the
+/// protocol, ids that are taken twice.
+struct Appearance {
+  OwnerId id{};
+  std::uint64_t incarnation = 0;  ///< microseconds since 1970 at its start, or later; of one id the highest counts
+  unsigned version = 0;           ///< of the protocol
+  bool present = false;
+  Summary summary;
 };
 
 /// Another component that is present.
@@ -112,7 +124,8 @@ class Client final {
   TupleSpace& tuples();
 
   // -- the loop
-  int descriptor() const;  ///< belongs to the client
+  base::Scheduler& scheduler();  ///< for what needs to be handed one
+  int descriptor() const;        ///< belongs to the client
   void poll();
   void run();   ///< until stop()
   void stop();  ///< may be called from a signal handler or another thread
@@ -126,6 +139,9 @@ class Client final {
   std::vector<Component> islands() const;
   /// Runs the loop until it has probably met everybody who is there: nobody new came for some 0.3 s.
   void meet();
+  /// All starts met since this client came, bounded; for those who look for what is wrong.
+  std::vector<Appearance> appearances() const;
+  static unsigned protocol_version();
 
   // -- what there is
   /// All present tuples that match, once they are all here, without creating demand. Owners that answer nothing within

@@ -42,6 +42,8 @@ Result<void> check(const Options& options) {
                 fmt::format("component id {}: expected a number above 65535, the others are islands", id));
   if (options.domain > kLastDomain)
     return fail(ErrorCode::kInvalid, fmt::format("domain {}: expected 0 to {}", options.domain, kLastDomain));
+  if (options.tcp && options.peers.empty() && options.port == 0)
+    return fail(ErrorCode::kInvalid, "tcp finds nobody by itself: expected peers (host:port) or a port");
   if (options.interfaces.empty())
     return fail(ErrorCode::kInvalid, "interfaces: expected at least one, `lo` for this host only");
   return {};
@@ -78,6 +80,8 @@ struct Client::Parts {
     dds.peers = options.peers;
     dds.tag = options.tag;
     dds.lease = options.lease;
+    dds.transport = options.tcp ? tuples::dds::DdsTransport::kTcp : tuples::dds::DdsTransport::kUdp;
+    dds.port = options.port;
     dds.trust_lan = true;  // who judges its own tuples decides itself
     const auto post = [this](std::function<void()> call) { loop->post(std::move(call)); };
     auto opened = tuples::dds::DdsEcology::open(std::move(dds), *loop, post, log);
@@ -140,6 +144,9 @@ OwnerId Client::id() const {
 TupleSpace& Client::tuples() {
   return *parts_->space;
 }
+base::Scheduler& Client::scheduler() {
+  return *parts_->loop;
+}
 int Client::descriptor() const {
   return parts_->loop->descriptor();
 }
@@ -192,6 +199,19 @@ void Client::meet() {
   const auto settled = [this] { return parts_->acquaintance->settled({}); };
   while (!run_until(settled, Acquaintance::kQuiet / 4)) {
   }
+}
+
+std::vector<Appearance> Client::appearances() const {
+  std::vector<Appearance> all;
+  for (const auto& one : parts_->ecology->appearances()) {
+    all.push_back(
+        {one.id, one.incarnation, one.version, one.present, model::summary_from_json(one.summary).value_or(Summary{})});
+  }
+  return all;
+}
+
+unsigned Client::protocol_version() {
+  return tuples::dds::kProtocolVersion;
 }
 
 void Client::read(const Pattern& pattern, TuplesCall call, Duration patience) {

@@ -40,12 +40,16 @@ Recorder::Recorder(RecorderSetup setup, Place place)
       log_(place_.log, "recorder " + setup_.name),
       block_(setup_.compression),
       file_(place_.transports, resolved(setup_.file, place_.directory),
-            {place_.space.self(), place_.prefix, {}, "rubicon " RUBICON_VERSION}, setup_.rotation) {}
+            {identity(), place_.prefix, {}, "rubicon " RUBICON_VERSION}, setup_.rotation) {}
 
 Recorder::~Recorder() {
   alive_.reset();
   subscriptions_.clear();
   write_block();
+}
+
+OwnerId Recorder::identity() const {
+  return place_.island == model::kNobody ? place_.space.self() : place_.island;
 }
 
 void Recorder::start() {
@@ -75,7 +79,7 @@ void Recorder::add(RecordKind kind, const tuples::TupleView& tuple) {
 
 void Recorder::mark(std::string_view word) {
   const auto now = seen();
-  const auto self = place_.space.self();
+  const auto self = identity();
   take({RecordKind::kMark, now, self, {}, word, "text/plain", self, 0, now, {}, {}});
 }
 

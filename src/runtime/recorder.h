@@ -20,11 +20,12 @@ class Recorder {
  public:
   struct Place {
     Scheduler& scheduler;
-    TupleSpace& space;  ///< the island's own: there each set is seen
+    TupleSpace& space;  ///< the island's own: there each set is seen; another one's sees the last of a turn
     transport::Transports& transports;
     base::LogSink& log;
-    std::string prefix;       ///< of the island's keys
-    std::string directory{};  ///< where a relative path starts
+    std::string prefix;               ///< of the island's keys
+    std::string directory{};          ///< where a relative path starts
+    OwnerId island = model::kNobody;  ///< whose recording it is; kNobody = of who owns the space
   };
   Recorder(RecorderSetup setup, Place place);
   ~Recorder();
@@ -43,10 +44,13 @@ class Recorder {
   };
   const Counters& counters() const { return counters_; }
   const RecorderSetup& setup() const { return setup_; }
+  /// Writes what waits.
+  void flush() { write_block(); }
 
  private:
   void on_event(std::size_t pattern, const tuples::Event& event);
   void add(recording::RecordKind kind, const tuples::TupleView& tuple);
+  OwnerId identity() const;
   void mark(std::string_view word);
   void take(const recording::Record& record);
   WallTime seen();

@@ -22,6 +22,7 @@ class Process {
   void close_input();
   void close_output();
   void signal(int number) const;
+  pid_t pid() const { return pid_; }
 
   /// The next line of standard output; nullopt at its end, or after 20 s.
   std::optional<std::string> line();

@@ -16,6 +16,7 @@ struct DdsEcology::Parts {
   base::LogSink& log;
   std::unique_ptr<CycloneLog> words;  // outlives the domain, which still has some
   Entity domain;
+  std::shared_ptr<Appearances> appearances = std::make_shared<Appearances>();
   std::shared_ptr<std::function<void(OwnerId)>> displaced = std::make_shared<std::function<void(OwnerId)>>();
 };
 
@@ -79,7 +80,11 @@ Result<std::unique_ptr<Link>> DdsEcology::join(OwnerId id) {
     if (const auto told = call.lock(); told && *told) (*told)(id);
   };
   return std::make_unique<DdsLink>(id, std::move(*participant), parts_->options, parts_->scheduler, parts_->post,
-                                   displaced, parts_->log);
+                                   displaced, parts_->appearances, parts_->log);
+}
+
+std::vector<Appearance> DdsEcology::appearances() const {
+  return parts_->appearances->all();
 }
 
 void DdsEcology::watch_displaced(std::function<void(OwnerId)> call) {

@@ -5,6 +5,7 @@
 
 #include "base/log.h"
 #include "base/scheduler.h"
+#include "tuples/dds/appearances.h"
 #include "tuples/dds/dds_options.h"
 #include "tuples/link.h"
 
@@ -29,6 +30,9 @@ class DdsEcology final : public Ecology {
   /// `call` is told, in a later turn and once a start, which component of this process has an id that another process
   /// has too, and had before: it should go, so that all who look see the same one.
   void watch_displaced(std::function<void(OwnerId)> call);
+
+  /// What the links of this process met, also what they do not talk to.
+  std::vector<Appearance> appearances() const;
 
  private:
   struct Parts;

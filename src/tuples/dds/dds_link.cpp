@@ -12,7 +12,6 @@ namespace rubicon::tuples::dds {
 
 namespace {
 
-constexpr std::uint16_t kVersion = 1;
 /// What may wait for one component before publish() and remote_set() say that there is no room.
 constexpr std::size_t kMaxWaiting = 512 * 1024;
 constexpr std::size_t kMaxSetsWaiting = 32 * 1024 * 1024;
@@ -36,7 +35,8 @@ std::size_t size_of(const Change& change) {
 }  // namespace
 
 DdsLink::DdsLink(OwnerId self, Entity participant, const DdsOptions& options, Scheduler& scheduler,
-                 DdsEcology::Post post, std::function<void()> displaced, base::LogSink& log)
+                 DdsEcology::Post post, std::function<void()> displaced, std::shared_ptr<Appearances> appearances,
+                 base::LogSink& log)
     : self_(self),
       scheduler_(scheduler),
       log_(log, "dds"),
@@ -44,6 +44,7 @@ DdsLink::DdsLink(OwnerId self, Entity participant, const DdsOptions& options, Sc
       trusts_others_(options.trust_lan),
       host_(host_id("host")),
       displaced_(std::move(displaced)),
+      appearances_(std::move(appearances)),
       signal_(std::move(post), [this](unsigned sources) { drain(sources); }),
       participant_(std::move(participant)) {}
 
@@ -84,7 +85,7 @@ bool DdsLink::write_presence() {
   rubicon_wire_Presence presence{};
   presence.id = number(self_);
   presence.incarnation = incarnation_;
-  presence.version = kVersion;
+  presence.version = kProtocolVersion;
   presence.host = host_.data();
   presence.summary = summary_.data();
   presence_unwritten_ = dds_write(presence_writer_.get(), &presence) != DDS_RETCODE_OK;

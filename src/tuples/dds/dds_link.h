@@ -18,7 +18,7 @@ class DdsLink final : public Link, private FrameReader {
  public:
   /// `displaced` is called in a later turn when another process has the id, and had it before.
   DdsLink(OwnerId self, Entity participant, const DdsOptions& options, Scheduler& scheduler, DdsEcology::Post post,
-          std::function<void()> displaced, base::LogSink& log);
+          std::function<void()> displaced, std::shared_ptr<Appearances> appearances, base::LogSink& log);
   ~DdsLink() override;
 
   void attach(LinkListener* listener) override;
@@ -49,8 +49,10 @@ class DdsLink final : public Link, private FrameReader {
     OwnerId id;
     std::uint64_t incarnation;
     bool there, left;
+    std::uint16_t version;  ///< only told of those that are there
     std::string summary, host;
   };
+  bool speaks_as_we(const PresenceNews& news);
   void present(const PresenceNews& news);
   bool refuses(Peer& peer, const RemoteSet& wish);
   void settle(OwnerId id, Peer& peer, bool left);
@@ -85,6 +87,7 @@ class DdsLink final : public Link, private FrameReader {
   std::uint64_t refused_ = 0;
   std::function<void()> displaced_;
   bool is_displaced_ = false;
+  std::shared_ptr<Appearances> appearances_;
   std::string summary_;
   bool presence_unwritten_ = false;
   Signal signal_;

@@ -91,17 +91,28 @@ void DdsLink::take_presences() {
     const bool there = info.instance_state == DDS_IST_ALIVE;
     if (there && !info.valid_data) return;
     news.push_back({OwnerId(sample.id), sample.incarnation, there, info.instance_state == DDS_IST_NOT_ALIVE_DISPOSED,
-                    there && sample.summary ? sample.summary : "",
+                    sample.version, there && sample.summary ? sample.summary : "",
                     there && sample.host ? std::string(sample.host).substr(0, kLongestHost) : ""});
     if (news.back().summary.size() > kMaxSummary) news.back().summary.clear();
   });
   for (const auto& one : news) {
-    if (listener_) present(one);
+    if (listener_ && speaks_as_we(one)) present(one);
   }
 }
 
+/// Notes it in any case.
+bool DdsLink::speaks_as_we(const PresenceNews& news) {
+  if (news.id != self_ || news.incarnation != incarnation_)
+    appearances_->note({news.id, news.incarnation, news.version, news.there, news.summary});
+  if (!news.there || news.version == kProtocolVersion) return true;
+  warn(fmt::format("version {}", number(news.id)),
+       fmt::format("component {} speaks version {} of the protocol, this program version {}: not talked to",
+                   number(news.id), news.version, kProtocolVersion));
+  return false;
+}
+
 void DdsLink::present(const PresenceNews& news) {
-  const auto& [id, incarnation, there, left, summary, host] = news;
+  const auto [id, incarnation, there, left, version, summary, host] = news;
   if (incarnation == 0) return;
   if (id == self_) {
     // The later one goes, so that all who look decide alike.

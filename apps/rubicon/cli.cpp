@@ -1,0 +1,81 @@
+#include "apps/rubicon/cli.h"
+
+#include <csignal>
+
+namespace rubicon::cli {
+
+namespace {
+
+constexpr const char* kAbout =
+    "What the islands of RUBICON have and do: every sensor and actuator as a tuple that can be read, watched and\n"
+    "commanded. Finds islands on this host with no configuration.\n\n"
+    "A TUPLE is a key (proxy.dummy-rooms.living.sensor.illuminance-1.value), with its owner in front where several\n"
+    "islands have it (6541:proxy...), or short: living.illuminance-1, dummy-rooms.living.illuminance-1.\n"
+    "A PATTERN is a key in which * stands for one part and a last ** for the rest.";
+
+constexpr const char* kExamples =
+    "Examples:\n"
+    "  rubicon islands\n"
+    "  rubicon ls 'proxy.*.*.sensor.*.value'\n"
+    "  rubicon watch living.illuminance-1\n"
+    "  rubicon set living.lamp-1 on\n"
+    "  rubicon doctor\n"
+    "`rubicon COMMAND --help` has more.\n\n";
+
+}  // namespace
+
+Cli::Cli() : app_(kAbout, "rubicon") {
+  app_.set_version_flag("--version", "rubicon " RUBICON_VERSION);
+  app_.require_subcommand(1);
+  app_.fallthrough();
+  app_.get_formatter()->label("SUBCOMMAND", "COMMAND");
+  app_.footer(std::string(kExamples) + kExitCodes);
+  settings_.add_to(app_);
+  for (const auto add : {add_islands, add_ls, add_tree, add_get, add_set, add_watch, add_devices, add_describe,
+                         add_inbox, add_send, add_record, add_top, add_doctor, add_complete, add_manual}) {
+    add(*this);
+  }
+}
+
+CLI::App* Cli::command(const Text& text, Run run) {
+  auto* app = app_.add_subcommand(text.name, text.summary);
+  app->footer("Examples:\n" + text.examples +
+              "Options of all commands (--domain, --interfaces, --json, ...): `rubicon --help`.");
+  commands_.emplace_back(app, std::move(run));
+  return app;
+}
+
+CLI::App* Cli::command_in_ecology(const Text& text, SessionRun run) {
+  return command(text, [name = text.name, run = std::move(run)](const Settings& settings) {
+    const auto session = Session::open(settings, name);
+    return session ? session->end(run(*session)) : static_cast<int>(kFailed);
+  });
+}
+
+CLI::Option* add_span(CLI::App* app, const std::string& name, std::string& text, const std::string& about) {
+  return app->add_option(name, text, about)->type_name("SPAN")->check(wrong_with_span);
+}
+
+int Cli::run(int argc, const char* const* argv) {
+  std::signal(SIGPIPE, SIG_IGN);  // a reader that goes is no accident
+  try {
+    app_.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {  // also --help and --version, which end well
+    return app_.exit(error) == 0 ? kGood : kUsage;
+  }
+  return dispatch();
+}
+
+int Cli::dispatch() {
+  const auto settings = settings_.read();
+  if (!settings) {
+    say(settings.error().text);
+    return kUsage;
+  }
+  for (const auto& [app, run] : commands_) {
+    if (app->parsed()) return run(*settings);
+  }
+  return kUsage;
+}
+
+}  // namespace rubicon::cli

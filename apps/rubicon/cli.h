@@ -1,0 +1,60 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "apps/rubicon/session.h"
+
+namespace rubicon::cli {
+
+/// The program: what its command line may be, and what is done for it.
+class Cli {
+ public:
+  using Run = std::function<int(const Settings&)>;
+  using SessionRun = std::function<int(Session&)>;
+
+  Cli();
+  /// Its exit code.
+  int run(int argc, const char* const* argv);
+
+  struct Text {
+    std::string name, summary, examples;  ///< a line of `examples` is indented
+  };
+  /// A subcommand; `run` is called when it stands on the command line.
+  CLI::App* command(const Text& text, Run run);
+  /// The same for those that need to be in the ecology.
+  CLI::App* command_in_ecology(const Text& text, SessionRun run);
+
+  CLI::App& app() { return app_; }
+
+ private:
+  int dispatch();
+
+  CLI::App app_;
+  SettingsOptions settings_;
+  std::vector<std::pair<CLI::App*, Run>> commands_;
+};
+
+/// An option that is a SPAN (`250ms`, `5s`).
+CLI::Option* add_span(CLI::App* app, const std::string& name, std::string& text, const std::string& about);
+
+// Each adds one command, or a few that belong together.
+void add_islands(Cli& cli);
+void add_ls(Cli& cli);
+void add_tree(Cli& cli);
+void add_get(Cli& cli);
+void add_set(Cli& cli);
+void add_watch(Cli& cli);
+void add_devices(Cli& cli);
+void add_describe(Cli& cli);
+void add_inbox(Cli& cli);
+void add_send(Cli& cli);
+void add_record(Cli& cli);
+void add_top(Cli& cli);
+void add_doctor(Cli& cli);
+void add_complete(Cli& cli);
+void add_manual(Cli& cli);
+
+}  // namespace rubicon::cli

@@ -1,0 +1,106 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <set>
+
+#include "apps/rubicon/cli.h"
+#include "apps/rubicon/tuple_text.h"
+
+namespace rubicon::cli {
+
+namespace {
+
+struct InboxOptions {
+  std::uint32_t island = 0;
+  std::string which;
+  std::optional<OwnerId> owner() const { return island == 0 ? std::nullopt : std::optional(OwnerId(island)); }
+};
+
+int list(Session& session, const InboxOptions& options) {
+  const auto inbox = session.settings().prefix + ".inbox";
+  Table table({"ISLAND", "DEVICE", "NAME", "MODEL", "ADDRESS", "SINCE", "WHY"});
+  for (const auto& tuple : session.read({options.owner(), inbox + ".*.*"})) {
+    const auto about = object_of(tuple.value);
+    if (session.json()) {
+      Line line{{"island", number(tuple.owner)}};
+      line.update(Line::parse(tuple.value, nullptr, false));
+      session.out().line(dump(line));
+    }
+    table.row({std::to_string(number(tuple.owner)), text_in(about, "key"), text_in(about, "name"),
+               text_in(about, "model"), text_in(about, "address"),
+               age_text(wall_time(number_in(about, "since")), session.now()), text_in(about, "why")});
+  }
+  if (session.json()) return kGood;
+  if (!table.empty()) session.out().write(table.text(session.look()));
+  std::size_t ignored = 0;
+  const auto inboxes = session.read({options.owner(), inbox});
+  for (const auto& tuple : inboxes)
+    ignored += static_cast<std::size_t>(std::max(0.0, number_in(object_of(tuple.value), "ignored")));
+  if (inboxes.empty()) return session.nothing("no inbox");
+  if (table.empty()) session.out().line("nobody waits");
+  if (ignored > 0) session.out().line(fmt::format("{} ignored", counted(ignored, "device")));
+  return kGood;
+}
+
+/// Islands whose inbox has (or for a pattern: that have an inbox at all).
+std::set<OwnerId> islands_for(Session& session, const InboxOptions& options, const std::string& key) {
+  std::set<OwnerId> islands;
+  for (const auto& tuple : session.read({options.owner(), key})) islands.insert(tuple.owner);
+  return islands;
+}
+
+/// `wsn-1.7` is one device, a word with * or ? all that wait and fit; what does not wait is asked of the inbox itself.
+int decide(Session& session, const InboxOptions& options, const std::string& word) {
+  const auto inbox = session.settings().prefix + ".inbox";
+  const auto one = fmt::format("{}.{}", inbox, options.which);
+  const bool single = model::check_key(one).has_value();
+  auto islands = single ? islands_for(session, options, one) : std::set<OwnerId>();
+  const bool waits = !islands.empty();
+  if (!waits) islands = islands_for(session, options, inbox);
+  if (islands.empty()) return session.nothing("no inbox");
+  if (islands.size() > 1) {
+    std::vector<std::uint32_t> ids;
+    for (const auto id : islands) ids.push_back(number(id));
+    say(fmt::format("{} may be of island {}: say which with --island", model::quoted(options.which),
+                    fmt::join(ids, " or ")));
+    return kUsage;
+  }
+  const auto outcome = waits ? session.client().command(*islands.begin(), one, word)
+                             : session.client().command(*islands.begin(), inbox, word + " " + options.which);
+  if (session.json()) {
+    session.out().line(dump({{"island", number(*islands.begin())},
+                             {"decision", word},
+                             {"device", options.which},
+                             {"state", outcome.state},
+                             {"reason", outcome.reason}}));
+  } else if (outcome.good()) {
+    session.out().line(fmt::format("{} {}", word == "approve" ? "approved" : "ignored", clean(options.which)));
+  } else {
+    say(fmt::format("{} {}: {}", outcome.state, model::quoted(options.which), clean(outcome.reason)));
+  }
+  return exit_code_of(outcome.state);
+}
+
+}  // namespace
+
+void add_inbox(Cli& cli) {
+  const auto options = std::make_shared<InboxOptions>();
+  const auto action = std::make_shared<std::string>("list");
+  auto* app = cli.command_in_ecology({"inbox", "List devices that wait to be let in, and decide about them",
+                                      "  rubicon inbox\n"
+                                      "  rubicon inbox approve wsn-1.7\n"
+                                      "  rubicon inbox ignore 'wsn-1.*' --island 6541     # all that wait and fit\n"},
+                                     [options, action](Session& session) {
+                                       if (*action == "list") return list(session, *options);
+                                       if (!options->which.empty()) return decide(session, *options, *action);
+                                       say(fmt::format("{} which device? expected NETWORK.DEVICE", *action));
+                                       return static_cast<int>(kUsage);
+                                     });
+  app->add_option("ACTION", *action, "list, approve or ignore")->check(CLI::IsMember({"list", "approve", "ignore"}));
+  app->add_option("DEVICE", options->which, "NETWORK.DEVICE, also with * and ?");
+  app->add_option("--island", options->island, "of this island")
+      ->type_name("ID")
+      ->check(CLI::Range(1U, model::kMaxIslandId).description(""));
+}
+
+}  // namespace rubicon::cli

@@ -1,0 +1,119 @@
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "apps/rubicon/cli.h"
+#include "apps/rubicon/tuple_text.h"
+#include "apps/rubicon/woken.h"
+#include "runtime/recorder.h"
+#include "transport/local_transports.h"
+
+namespace rubicon::cli {
+
+namespace {
+
+struct RecordOptions {
+  std::string file, length, minimum;
+  std::vector<std::string> patterns;
+  std::uint32_t island = 0;
+  bool active = false;
+};
+
+/// What the recorder complains about.
+class Complaints final : public base::LogSink {
+ public:
+  void write(base::LogLevel level, std::string_view, std::string_view text) override {
+    if (level >= base::LogLevel::kWarning) say(text);
+  }
+};
+
+/// Whose recording it becomes: nobody = that was said on standard error.
+OwnerId island_of(Session& session, const RecordOptions& options) {
+  if (options.island != 0) return OwnerId(options.island);
+  session.meet();
+  const auto islands = session.client().islands();
+  if (islands.size() == 1) return islands[0].id;
+  std::string ids;
+  for (const auto& island : islands) ids += fmt::format(" {}", number(island.id));
+  if (islands.empty()) {
+    std::ignore = session.nothing("no island to record");
+  } else {
+    say(fmt::format("a recording is of one island, say which with --island:{}", ids));
+  }
+  return model::kNobody;
+}
+
+Result<std::vector<Pattern>> patterns_of(const RecordOptions& options, const std::string& prefix, OwnerId island) {
+  std::vector<Pattern> patterns;
+  for (const auto& text : options.patterns) {
+    auto pattern = Pattern::parse(text);
+    if (!pattern) return fail(pattern.error());
+    patterns.push_back(std::move(*pattern));
+  }
+  if (patterns.empty()) patterns.push_back({island, prefix + ".**"});
+  return patterns;
+}
+
+int finish(Session& session, const runtime::Recorder& recorder, const std::string& file) {
+  const auto& counters = recorder.counters();
+  if (session.json()) {
+    session.out().line(dump(
+        {{"file", file}, {"records", counters.records}, {"bytes", counters.bytes}, {"dropped", counters.dropped}}));
+  } else {
+    session.out().line(fmt::format("{}: {}, {} written{}", file, counted(counters.records, "record"),
+                                   counted(counters.bytes, "byte"),
+                                   counters.dropped > 0 ? fmt::format(", {} dropped", counters.dropped) : ""));
+  }
+  return counters.failures > 0 || counters.dropped > 0 ? kFailed : kGood;
+}
+
+int record(Session& session, const RecordOptions& options) {
+  const auto island = island_of(session, options);
+  if (island == model::kNobody) return session.client().islands().empty() ? kNotThere : kUsage;
+  const auto patterns = patterns_of(options, session.settings().prefix, island);
+  if (!patterns) {
+    say(patterns.error().text);
+    return kUsage;
+  }
+  runtime::RecorderSetup setup;
+  setup.name = "record";
+  setup.file = options.file;
+  setup.patterns = *patterns;
+  setup.active = options.active;
+  setup.minimum = span_of(options.minimum);
+  setup.rotation = {std::nullopt, std::nullopt, std::nullopt};
+  Complaints complaints;
+  transport::LocalTransports files;
+  auto& client = session.client();
+  const auto folder = std::filesystem::current_path().string();
+  runtime::Recorder recorder(
+      setup, {client.scheduler(), client.tuples(), files, complaints, session.settings().prefix, folder, island});
+  recorder.start();
+  if (recorder.counters().failures > 0) return kFailed;
+  if (options.active) tell_who_wakes(client, *patterns);
+  session.run([] { return false; }, span_of(options.length, Duration::max()));
+  recorder.flush();
+  return finish(session, recorder, options.file);
+}
+
+}  // namespace
+
+void add_record(Cli& cli) {
+  const auto options = std::make_shared<RecordOptions>();
+  auto* app = cli.command_in_ecology(
+      {"record", "Record what happens to tuples, until a signal; `rubicon-proxy` plays and exports it",
+       "  rubicon record home.rec                          # everything of the only island\n"
+       "  rubicon record home.rec 'proxy.*.*.sensor.**' --active --for 1h\n"
+       "  rubicon-proxy recording home.rec export --csv\n"},
+      [options](Session& session) { return record(session, *options); });
+  app->add_option("FILE", options->file, "a new file, or a recording of the same island that goes on")->required();
+  app->add_option("PATTERN", options->patterns, "which tuples; everything of the island if none");
+  app->add_option("--island", options->island, "whose recording it is")
+      ->type_name("ID")
+      ->check(CLI::Range(1U, model::kMaxIslandId).description(""));
+  app->add_flag("--active", options->active, "wake the sensors, so that they measure");
+  add_span(app, "--min-interval", options->minimum, "at most one record of a tuple in this time");
+  add_span(app, "--for", options->length, "end after this time");
+}
+
+}  // namespace rubicon::cli

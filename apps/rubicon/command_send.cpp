@@ -1,0 +1,100 @@
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cstdio>
+#include <memory>
+
+#include "apps/rubicon/cli.h"
+#include "apps/rubicon/tuple_text.h"
+
+namespace rubicon::cli {
+
+namespace {
+
+/// What an island takes (docs/gateway.cddl) with room for the rest of the message.
+constexpr std::size_t kMostBytes = 1000UL * 1000;
+
+struct SendOptions {
+  std::string to, type = "text", file;
+  std::optional<std::string> text;
+};
+
+Result<std::string> content(const SendOptions& options) {
+  if (!options.text && options.file.empty())
+    return fail(ErrorCode::kInvalid, "nothing to send, expected TEXT, - or --file");
+  if (options.text && *options.text != "-") return *options.text;
+  const bool standard = options.file.empty() || options.file == "-";
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(
+      standard ? stdin : std::fopen(options.file.c_str(), "rb"),  // NOLINT(cppcoreguidelines-owning-memory)
+      [](std::FILE* one) { return one == stdin ? 0 : std::fclose(one); });
+  if (!file) return fail(ErrorCode::kIo, fmt::format("{}: cannot be opened", options.file));
+  std::string bytes(kMostBytes + 1, '\0');
+  bytes.resize(std::fread(bytes.data(), 1, bytes.size(), file.get()));
+  if (std::ferror(file.get())) return fail(ErrorCode::kIo, fmt::format("{}: cannot be read", options.file));
+  if (bytes.size() > kMostBytes)
+    return fail(ErrorCode::kOutOfRange, fmt::format("a message has at most {} bytes", kMostBytes));
+  return bytes;
+}
+
+/// By id, or by a name that only one has.
+std::vector<OwnerId> components_called(Session& session, const std::string& word) {
+  std::uint32_t id = 0;
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), id);
+  const bool is_id = error == std::errc() && end == word.data() + word.size();
+  session.meet();
+  std::vector<OwnerId> found;
+  for (const auto& one : session.client().components()) {
+    if (is_id ? one.id == OwnerId(id) : one.summary.name == word) found.push_back(one.id);
+  }
+  return found;
+}
+
+int tell(Session& session, OwnerId to, std::size_t bytes, const std::string& why_not) {
+  if (session.json()) {
+    session.out().line(dump({{"to", number(to)}, {"bytes", bytes}, {"ok", why_not.empty()}, {"reason", why_not}}));
+  } else if (why_not.empty()) {
+    session.out().line(fmt::format("sent {} to {}", counted(bytes, "byte"), number(to)));
+  } else {
+    say(fmt::format("{} did not take it: {}", number(to), clean(why_not)));
+  }
+  return why_not.empty() ? kGood : kRefused;
+}
+
+int send(Session& session, const SendOptions& options) {
+  const auto bytes = content(options);
+  if (!bytes) {
+    say(bytes.error().text);
+    return bytes.error().code == ErrorCode::kIo ? kFailed : kUsage;
+  }
+  const auto found = components_called(session, options.to);
+  if (found.empty()) return session.nothing(fmt::format("no component {}", model::quoted(options.to)));
+  if (found.size() > 1) {
+    std::string ids;
+    for (const auto id : found) ids += fmt::format(" {}", number(id));
+    say(fmt::format("{} is the name of several components, say which:{}", model::quoted(options.to), ids));
+    return kUsage;
+  }
+  std::optional<std::string> answer;
+  session.client().send(found[0], options.type, *bytes, [&](const std::string& why_not) { answer = why_not; });
+  if (session.run([&] { return answer.has_value(); }, session.settings().patience + std::chrono::seconds(5)))
+    return tell(session, found[0], bytes->size(), *answer);
+  say(fmt::format("{} did not answer", number(found[0])));
+  return kTimedOut;
+}
+
+}  // namespace
+
+void add_send(Cli& cli) {
+  const auto options = std::make_shared<SendOptions>();
+  auto* app = cli.command_in_ecology({"send", "Send a message to a component, for those there who wait for its type",
+                                      "  rubicon send 70001 --type chat 'come to the kitchen'\n"
+                                      "  rubicon send 6541 --type image --file map.png\n"
+                                      "  date | rubicon send robot --type clock -\n"},
+                                     [options](Session& session) { return send(session, *options); });
+  app->add_option("COMPONENT", options->to, "id or name of an island or another component")->required();
+  auto* text = app->add_option("TEXT", options->text, "the message; - = standard input");
+  app->add_option("--type", options->type, "your word for what it is")->capture_default_str();
+  app->add_option("--file", options->file, "send what is in this file")->excludes(text);
+}
+
+}  // namespace rubicon::cli

@@ -1,0 +1,154 @@
+#include <fmt/format.h>
+
+#include "apps/rubicon/cli.h"
+#include "apps/rubicon/target.h"
+#include "apps/rubicon/tuple_text.h"
+
+namespace rubicon::cli {
+
+namespace {
+
+using client::Outcome;
+
+constexpr Duration kUsualWait = std::chrono::seconds(15);
+
+struct SetOptions {
+  std::string target, value, ttl, wait;
+};
+
+std::string seconds_text(Duration took) {
+  return fmt::format("{:.2f} s", std::chrono::duration<double>(took).count());
+}
+
+/// Of a command that was refused: perhaps because there is no such tuple.
+void look_closer(Session& session, const Target& target, Outcome& outcome) {
+  if (outcome.state == "refused" && session.read({target.owner, target.key}).empty()) outcome.state = "no-such-tuple";
+}
+
+int tell(Session& session, const Target& target, const std::string& value, const Outcome& outcome, Duration took) {
+  if (session.json()) {
+    Line line;
+    line["owner"] = number(target.owner);
+    line["key"] = target.key;
+    line["value"] = value;
+    line["state"] = outcome.state;
+    line["reason"] = outcome.reason;
+    line["request"] = outcome.request;
+    line["seconds"] = std::chrono::duration<double>(took).count();
+    session.out().line(dump(line));
+    return exit_code_of(outcome.state);
+  }
+  const auto text = fmt::format("{} after {}{}{}", painted(outcome.state, outcome.state, session.look().colour),
+                                seconds_text(took), outcome.reason.empty() ? "" : ": ", clean(outcome.reason));
+  session.out().line(fmt::format("{} {}", name_of(target.owner, target.key), text));
+  return exit_code_of(outcome.state);
+}
+
+/// The one tuple that is meant, or the exit code. Whoever names an owner and a whole key may also set what is not there
+/// yet: the owner decides.
+struct Meant {
+  std::optional<Target> target;
+  int code = kGood;
+};
+Meant meant(Session& session, const std::string& text, std::string_view last) {
+  const auto typed = parse_target(text);
+  if (!typed) {
+    say(typed.error().text);
+    return {{}, kUsage};
+  }
+  if (typed->owner && !long_form(*typed, last)) return {Target{*typed->owner, typed->key}, kGood};
+  auto candidates = resolve(session, *typed, last);
+  if (candidates.empty() && typed->owner) return {Target{*typed->owner, typed->key}, kGood};
+  if (candidates.empty()) return {{}, session.nothing(fmt::format("no tuple {} that could be set", clean(text)))};
+  if (candidates.size() > 1) return {{}, ambiguous(text, candidates)};
+  return {std::move(candidates[0]), kGood};
+}
+
+int set(Session& session, const SetOptions& options) {
+  const auto which = meant(session, options.target, "command");
+  if (!which.target) return which.code;
+  const auto start = std::chrono::steady_clock::now();
+  auto outcome = session.client().command(which.target->owner, which.target->key, options.value, span_of(options.ttl),
+                                          span_of(options.wait, kUsualWait));
+  const auto took = std::chrono::steady_clock::now() - start;
+  look_closer(session, *which.target, outcome);
+  return tell(session, *which.target, options.value, outcome, took);
+}
+
+Outcome outcome_of(const Reply& reply) {
+  return {reply.verdict == Verdict::kApplied ? "applied" : std::string(to_string(reply.verdict)), reply.text,
+          reply.request};
+}
+
+/// Waits for the owner's reply to what `ask` sends.
+int ask(Session& session, const SetOptions& options,
+        const std::function<void(TupleSpace&, const Target&, tuples::ReplyCall)>& send) {
+  const auto which = meant(session, options.target, "value");
+  if (!which.target) return which.code;
+  const auto there = [&] {
+    const auto peers = session.client().tuples().peers();
+    return std::find(peers.begin(), peers.end(), which.target->owner) != peers.end();
+  };
+  session.run(there, std::chrono::seconds(1));
+  std::optional<Outcome> outcome;
+  const auto start = std::chrono::steady_clock::now();
+  send(session.client().tuples(), *which.target, [&](const Reply& reply) { outcome = outcome_of(reply); });
+  if (!session.run([&] { return outcome.has_value(); })) outcome = Outcome{"timed-out", "ended by a signal", 0};
+  look_closer(session, *which.target, *outcome);
+  return tell(session, *which.target, options.value, *outcome, std::chrono::steady_clock::now() - start);
+}
+
+int append(Session& session, const SetOptions& options) {
+  return ask(session, options, [&](TupleSpace& space, const Target& target, tuples::ReplyCall call) {
+    space.append_remote(target.owner, target.key, options.value, span_of(options.ttl), std::move(call),
+                        {.media_type = ""});
+  });
+}
+
+/// Nobody deletes what another one owns: its owner is asked to let it expire at once.
+int erase(Session& session, const SetOptions& options) {
+  return ask(session, options, [&](TupleSpace& space, const Target& target, tuples::ReplyCall call) {
+    space.set_remote(target.owner, target.key, "", span_of(options.ttl), std::move(call),
+                     {.lifetime = std::chrono::milliseconds(1)});
+  });
+}
+
+void add_target(CLI::App* app, SetOptions& options) {
+  app->add_option("TUPLE", options.target, "key, with OWNER: in front where several have it; or DEVICE.POINT")
+      ->required();
+  add_span(app, "--ttl", options.ttl, "time to live: what waits for longer expires; 5s if not given");
+}
+
+}  // namespace
+
+void add_set(Cli& cli) {
+  const auto options = std::make_shared<SetOptions>();
+  auto* app =
+      cli.command_in_ecology({"set", "Set a tuple of another component; for a .command wait for the outcome",
+                              "  rubicon set living.lamp-1 on\n"
+                              "  rubicon set 6541:proxy.dummy-rooms.living.actuator.lamp-1.command off --ttl 1min\n"
+                              "  rubicon set --json living.lamp-1 on | jq .state\n"
+                              "The exit code says how it ended: 0 confirmed, assumed or applied; 3 refused, 4 failed, "
+                              "5 timed-out, 6 expired,\n"
+                              "7 superseded, 8 no such component or tuple, 9 still queued or sent.\n"},
+                             [options](Session& session) { return set(session, *options); });
+  add_target(app, *options);
+  app->add_option("VALUE", options->value, "as text, in the unit of the point")->required();
+  add_span(app, "--wait", options->wait, "follow a command for so long after its time to live, 15s if not given");
+
+  const auto more = std::make_shared<SetOptions>();
+  app = cli.command_in_ecology({"append", "Add text behind the value of a tuple, if its owner lets others do that",
+                                "  rubicon append 70001:robot.log 'dock reached'\n"},
+                               [more](Session& session) { return append(session, *more); });
+  add_target(app, *more);
+  app->add_option("TEXT", more->value, "what is added")->required();
+
+  const auto gone = std::make_shared<SetOptions>();
+  app = cli.command_in_ecology({"delete", "Ask the owner of a tuple to let it expire at once",
+                                "  rubicon delete 70001:robot.goal\n"
+                                "Tuples of devices go with their devices: islands refuse.\n"},
+                               [gone](Session& session) { return erase(session, *gone); });
+  add_target(app, *gone);
+}
+
+}  // namespace rubicon::cli

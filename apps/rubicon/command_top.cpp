@@ -1,0 +1,135 @@
+#include <fmt/format.h>
+
+#include <set>
+
+#include "apps/rubicon/cli.h"
+#include "apps/rubicon/rates.h"
+#include "apps/rubicon/target.h"
+#include "apps/rubicon/tuple_text.h"
+
+namespace rubicon::cli {
+
+namespace {
+
+constexpr Duration kShortest = std::chrono::milliseconds(100);
+/// Rows of a round that is not on a terminal.
+constexpr std::size_t kRows = 20;
+
+struct TopOptions {
+  std::vector<std::string> patterns;
+  std::string by = "tuple", interval, length;
+  std::size_t rounds = 0;
+};
+
+class Top {
+ public:
+  Top(Session& session, const TopOptions& options) : session_(session), options_(options) {
+    interval_ = std::max(kShortest, span_of(options.interval, std::chrono::seconds(2)));
+  }
+
+  int run(const std::vector<Pattern>& patterns) {
+    auto& space = session_.client().tuples();
+    std::vector<Handle> subscriptions;
+    std::size_t number = 0;
+    for (const auto& pattern : patterns) {
+      const auto one = number++;
+      subscriptions.push_back(space.subscribe(
+          pattern, {.passive = true}, [this, one](const Event& event) { take(one, event); },
+          [this, one](OwnerId owner) { snapshot_ended_.emplace(one, owner); }));
+    }
+    session_.meet();
+    begin_round();
+    session_.run([this] { return options_.rounds > 0 && done_ >= options_.rounds; },
+                 span_of(options_.length, Duration::max()));
+    return kGood;
+  }
+
+ private:
+  /// What was there before is not news.
+  void take(std::size_t pattern, const Event& event) {
+    const auto& tuple = event.tuple;
+    if (!snapshot_ended_.contains({pattern, tuple.owner})) return;
+    rates_.count(group_of(name_of(tuple.owner, tuple.key), options_.by), session_.now());
+  }
+
+  void begin_round() {
+    round_began_ = std::chrono::steady_clock::now();
+    timer_ = session_.client().after(interval_, [this] {
+      show(std::chrono::steady_clock::now() - round_began_);
+      ++done_;
+      begin_round();
+    });
+  }
+
+  void show(Duration length) {
+    const auto rows = rates_.round(length);
+    if (session_.json()) return show_lines(rows);
+    double sum = 0;
+    for (const auto& row : rows) sum += row.per_second;
+    Table table({"PER SECOND", "TOTAL", "LAST", "WHAT"});
+    constexpr std::size_t kHeads = 4;  // lines above the rows, and the one of the cursor
+    const auto height = session_.out().height();
+    const auto room = height > kHeads ? height - kHeads : kRows;
+    for (std::size_t i = 0; i < rows.size() && i < room; ++i)
+      table.row({fmt::format("{:.1f}", rows[i].per_second), std::to_string(rows[i].total),
+                 age_text(rows[i].last, session_.now()), rows[i].name});
+    const auto head =
+        fmt::format("{} UTC   {:.1f} events/s of {}, {}", clock_text(session_.now()), sum,
+                    counted(rows.size(), options_.by), counted(session_.client().islands().size(), "island"));
+    const auto text = head + "\n" + table.text(session_.look());
+    session_.out().write(session_.out().is_terminal() ? "\x1b[H\x1b[J" + text : text + "\n");
+  }
+
+  void show_lines(const std::vector<Rates::Row>& rows) {
+    for (const auto& row : rows) {
+      session_.out().line(dump({{"time", base::to_seconds(session_.now())},
+                                {options_.by, row.name},
+                                {"per_second", row.per_second},
+                                {"total", row.total},
+                                {"last", base::to_seconds(row.last)}}));
+    }
+  }
+
+  Session& session_;
+  const TopOptions& options_;
+  Duration interval_{};
+  Rates rates_;
+  std::set<std::pair<std::size_t, OwnerId>> snapshot_ended_;
+  std::chrono::steady_clock::time_point round_began_;
+  Handle timer_;
+  std::size_t done_ = 0;
+};
+
+int top(Session& session, const TopOptions& options) {
+  std::vector<Pattern> patterns;
+  auto texts = options.patterns;
+  if (texts.empty()) texts.push_back(session.settings().prefix + ".**");
+  for (const auto& text : texts) {
+    auto parsed = parse_patterns(text, "value");
+    if (!parsed) {
+      say(parsed.error().text);
+      return kUsage;
+    }
+    patterns.insert(patterns.end(), parsed->begin(), parsed->end());
+  }
+  return Top(session, options).run(patterns);
+}
+
+}  // namespace
+
+void add_top(Cli& cli) {
+  const auto options = std::make_shared<TopOptions>();
+  auto* app = cli.command_in_ecology({"top", "Show how often tuples are set; wakes no sensors",
+                                      "  rubicon top\n"
+                                      "  rubicon top --by device 'proxy.*.*.sensor.**'\n"
+                                      "  rubicon top --rounds 1 --interval 10s --json\n"},
+                                     [options](Session& session) { return top(session, *options); });
+  app->add_option("PATTERN", options->patterns, "which tuples; everything if none");
+  app->add_option("--by", options->by, "what is counted together: tuple, device, network or island")
+      ->check(CLI::IsMember({"tuple", "device", "network", "island"}));
+  add_span(app, "--interval", options->interval, "length of a round, 2s if not given");
+  app->add_option("--rounds", options->rounds, "end after so many rounds")->type_name("N")->check(CLI::PositiveNumber);
+  add_span(app, "--for", options->length, "end after this time");
+}
+
+}  // namespace rubicon::cli

@@ -1,0 +1,103 @@
+#include <fmt/format.h>
+
+#include <set>
+
+#include "apps/rubicon/cli.h"
+#include "apps/rubicon/completion.h"
+#include "apps/rubicon/tuple_text.h"
+
+namespace rubicon::cli {
+
+namespace {
+
+/// Somebody waits at the keyboard.
+constexpr Duration kPatience = std::chrono::milliseconds(700);
+
+struct Words {
+  std::vector<std::string> before;
+  std::string typed;
+};
+
+std::set<std::string> keys(Client& client, const std::string& typed, const std::string& prefix) {
+  std::set<std::string> found;
+  for (const auto& question : questions_for(typed, prefix)) {
+    for (const auto& tuple : client.read(question, kPatience)) {
+      const auto name = question.owner ? name_of(tuple.owner, tuple.key) : tuple.key;
+      if (auto next = next_step(name, typed); !next.empty()) found.insert(std::move(next));
+    }
+  }
+  return found;
+}
+
+std::set<std::string> devices(Client& client) {
+  std::set<std::string> found;
+  for (const auto& device : client.devices({}, kPatience)) {
+    found.insert(device.id);
+    found.insert(device.network + "." + device.id);
+  }
+  return found;
+}
+
+std::set<std::string> points(Client& client) {
+  std::set<std::string> found;
+  for (const auto& device : client.devices({}, kPatience)) {
+    for (const auto* list : {&device.sensors, &device.actuators, &device.properties}) {
+      for (const auto& id : *list) found.insert(device.id + "." + id);
+    }
+  }
+  return found;
+}
+
+std::set<std::string> live(const Settings& settings, Wanted wanted, const std::string& typed) {
+  auto options = settings.options;
+  options.name = "rubicon complete";
+  auto client = Client::open(options);
+  if (!client) return {};
+  (*client)->meet();
+  std::set<std::string> found;
+  switch (wanted) {
+    case Wanted::kTuple: {
+      found = keys(**client, typed, settings.prefix);
+      found.merge(points(**client));
+      break;
+    }
+    case Wanted::kDevice: return devices(**client);
+    case Wanted::kComponent:
+      for (const auto& one : (*client)->components()) found.insert(std::to_string(number(one.id)));
+      break;
+    case Wanted::kWaiting:
+      for (const auto& tuple : (*client)->read({std::nullopt, settings.prefix + ".inbox.*.*"}, kPatience))
+        found.insert(text_in(object_of(tuple.value), "key"));
+      break;
+    case Wanted::kNothing: break;
+  }
+  return found;
+}
+
+int complete(const CLI::App& app, const Settings& settings, const std::vector<std::string>& words) {
+  Output out(1);
+  const auto typed = words.empty() ? std::string() : words.back();
+  std::vector<std::string> before(words.begin(), words.empty() ? words.end() : words.end() - 1);
+  auto offers = fixed_offers(app, before, typed);
+  if (offers.empty()) {
+    for (auto& one : live(settings, wanted_at(before), typed)) offers.push_back(one);
+  }
+  for (const auto& one : offers) {
+    if (one.starts_with(typed)) out.line(clean(one));
+  }
+  out.flush();
+  return kGood;
+}
+
+}  // namespace
+
+void add_complete(Cli& cli) {
+  const auto words = std::make_shared<std::vector<std::string>>();
+  auto* app = cli.command(
+      {"complete", "Offer what the last of these words may become, for shells", "  rubicon complete -- watch proxy.\n"},
+      [words, &cli](const Settings& settings) { return complete(cli.app(), settings, *words); });
+  app->add_option("WORD", *words, "the words of a command line behind the name of the program");
+  app->group("");
+}
+
+}  // namespace rubicon::cli

@@ -1,0 +1,97 @@
+#include "apps/rubicon/completion.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace rubicon::cli {
+
+namespace {
+
+const CLI::App* subcommand_in(const CLI::App& app, const std::vector<std::string>& words) {
+  for (const auto& word : words) {
+    for (const auto* sub : app.get_subcommands([](const CLI::App*) { return true; })) {
+      if (sub->get_name() == word) return sub;
+    }
+  }
+  return nullptr;
+}
+
+void add_options(const CLI::App& app, std::vector<std::string>& offers) {
+  for (const auto* option : app.get_options()) {
+    for (const auto& name : option->get_lnames()) offers.push_back("--" + name);
+  }
+}
+
+/// An option that waits for its value.
+bool expects_value(const CLI::App& app, const CLI::App* sub, const std::string& word) {
+  for (const auto* one : {sub, &app}) {
+    const auto* option = one && word.starts_with("--") ? one->get_option_no_throw(word) : nullptr;
+    if (option) return option->get_items_expected_max() > 0;
+  }
+  return false;
+}
+
+}  // namespace
+
+Wanted wanted_at(const std::vector<std::string>& before) {
+  const auto is = [&](std::initializer_list<const char*> names) {
+    return std::any_of(before.begin(), before.end(), [&](const std::string& word) {
+      return std::find(names.begin(), names.end(), word) != names.end();
+    });
+  };
+  if (is({"describe"})) return Wanted::kDevice;
+  if (is({"send"})) return Wanted::kComponent;
+  if (is({"approve", "ignore"})) return Wanted::kWaiting;
+  return is({"ls", "get", "set", "append", "delete", "watch", "top"}) ? Wanted::kTuple : Wanted::kNothing;
+}
+
+std::vector<std::string> fixed_offers(const CLI::App& app, const std::vector<std::string>& before,
+                                      const std::string& typed) {
+  std::vector<std::string> offers;
+  const auto* sub = subcommand_in(app, before);
+  if (!before.empty() && expects_value(app, sub, before.back())) return offers;
+  if (typed.starts_with("-")) {
+    if (sub) add_options(*sub, offers);
+    add_options(app, offers);
+  } else if (!sub) {
+    for (const auto* one : app.get_subcommands([](const CLI::App*) { return true; })) {
+      if (!one->get_group().empty()) offers.push_back(one->get_name());
+    }
+  } else if (before.back() == "inbox") {
+    offers = {"list", "approve", "ignore"};
+  } else if (before.back() == "completion") {
+    offers = {"bash", "zsh"};
+  }
+  return offers;
+}
+
+std::vector<Pattern> questions_for(const std::string& typed, const std::string& prefix) {
+  std::vector<Pattern> questions;
+  const auto ask = [&](const std::string& text) {
+    if (auto pattern = Pattern::parse(text)) questions.push_back(std::move(*pattern));
+  };
+  const auto last_dot = typed.rfind('.');
+  if (last_dot == typed.npos) {
+    const auto colon = typed.find(':');
+    const auto owner = colon == typed.npos ? std::string() : typed.substr(0, colon + 1);
+    if (prefix.starts_with(typed.substr(owner.size()))) ask(owner + prefix + ".networks");
+    return questions;
+  }
+  const auto known = typed.substr(0, last_dot);
+  if (std::count(known.begin(), known.end(), '.') >= 2) {
+    ask(known + ".**");
+  } else {
+    ask(known + ".*.status");
+    ask(known + ".*");
+  }
+  return questions;
+}
+
+std::string next_step(const std::string& name, const std::string& typed) {
+  if (!name.starts_with(typed)) return {};
+  const auto dot = name.find('.', typed.size());
+  return dot == name.npos ? name : name.substr(0, dot + 1);
+}
+
+}  // namespace rubicon::cli

@@ -1,0 +1,44 @@
+#include "apps/rubicon/device_options.h"
+
+#include <charconv>
+
+namespace rubicon::cli {
+
+namespace {
+
+/// `6541:` in front of the rest, which stays in `word`.
+std::optional<OwnerId> take_island(std::string_view& word) {
+  std::uint32_t id = 0;
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), id);
+  if (error != std::errc() || end == word.data() + word.size() || *end != ':') return std::nullopt;
+  word.remove_prefix(static_cast<std::size_t>(end - word.data()) + 1);
+  return OwnerId(id);
+}
+
+}  // namespace
+
+void DeviceOptions::add_to(CLI::App& app) {
+  app.add_option("--island", island_, "of this island only")
+      ->type_name("ID")
+      ->check(CLI::Range(1U, model::kMaxIslandId).description(""));
+  app.add_option("--network", network_, "of this network; * and ? as in a shell");
+  app.add_option("--type", type_, "of this type, or with a sensor, actuator or property of it");
+  app.add_option("--name", name_, "with this name, key part or address");
+}
+
+client::DeviceQuery DeviceOptions::query() const {
+  return {island_ == 0 ? std::nullopt : std::optional(OwnerId(island_)), network_, type_, name_};
+}
+
+std::vector<client::Device> devices_called(const std::vector<client::Device>& all, std::string_view word) {
+  const auto island = take_island(word);
+  std::vector<client::Device> by_key, by_name;
+  for (const auto& device : all) {
+    if (island && device.island != *island) continue;
+    if (word == device.id || word == device.network + "." + device.id || word == device.key()) by_key.push_back(device);
+    if (word == device.name || word == device.address) by_name.push_back(device);
+  }
+  return by_key.empty() ? by_name : by_key;
+}
+
+}  // namespace rubicon::cli

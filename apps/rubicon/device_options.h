@@ -1,0 +1,25 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+
+#include "rubicon/client.hpp"
+
+namespace rubicon::cli {
+
+/// Which devices, as options: --network, --type, --name, --island.
+class DeviceOptions {
+ public:
+  void add_to(CLI::App& app);
+  client::DeviceQuery query() const;
+
+ private:
+  std::uint32_t island_ = 0;
+  std::string network_, type_, name_;
+};
+
+/// The devices that a word on the command line may mean: `living`, `dummy-rooms.living`, `proxy.dummy-rooms.living`,
+/// with `6541:` in front; else a name (`Living room`) or an address.
+std::vector<client::Device> devices_called(const std::vector<client::Device>& all, std::string_view word);
+
+}  // namespace rubicon::cli

@@ -1,0 +1,220 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "apps/rubicon/cli.h"
+#include "apps/rubicon/findings.h"
+#include "apps/rubicon/tuple_text.h"
+
+namespace rubicon::cli {
+
+namespace {
+
+using Grade = Finding::Grade;
+
+/// Other domains that are looked into; each costs some threads for a moment.
+constexpr std::size_t kMostDomains = 8;
+/// Announcements come at least this often.
+constexpr std::chrono::milliseconds kListening{2500};
+
+/// Looks at one thing after the other, and keeps what it finds.
+class Doctor {
+ public:
+  Doctor(const Settings& settings, Duration length) : settings_(settings), options_(settings.options), length_(length) {
+    options_.name = "rubicon doctor";
+    options_.warn = [this](std::string_view text) { complaints_.emplace_back(text); };
+  }
+
+  const Findings& examine() {
+    interfaces_ = interfaces();
+    add(check_interfaces(options_, interfaces_));
+    look_at_udp();
+    const auto here = processes_by_domain(bound_ports());
+    const auto ours = here.find(options_.domain);
+    const auto processes = ours == here.end() ? 0 : ours->second;
+    add({check_places(options_.domain, processes)});
+    // DDS does not come to an end where nothing reaches it any more: only looked into where UDP passes.
+    const bool passes = !has_problem("firewall");
+    if (passes && !has_problem("participant-index") && !has_problem("interface")) look_inside(processes);
+    for (const auto& peer : options_.peers) add({check_peer(peer, options_.domain, probe_peer(peer, options_.domain))});
+    if (passes) look_elsewhere(here);
+    if (islands_ == 0 && !has_problem()) {
+      add({{"islands", Grade::kProblem, fmt::format("no island in {}", place_text(options_)),
+            "start one: rubicon-proxy run FILE (its tuples.engine must be dds, domain, tag and interfaces as here)"}});
+    }
+    return findings_;
+  }
+
+ private:
+  void add(Findings more) {
+    for (auto& one : more) findings_.push_back(std::move(one));
+  }
+  bool has_problem(std::string_view check = {}) const {
+    return std::any_of(findings_.begin(), findings_.end(), [&](const Finding& one) {
+      return one.grade == Grade::kProblem && (check.empty() || one.check == check);
+    });
+  }
+
+  /// A rule that drops UDP shows at this host's own addresses, too.
+  void look_at_udp() {
+    for (const auto& name : options_.interfaces) {
+      const auto found =
+          std::find_if(interfaces_.begin(), interfaces_.end(), [&](const auto& one) { return one.name == name; });
+      if (found == interfaces_.end() || !found->is_up || found->address.empty()) continue;
+      if (passes_udp(found->address)) {
+        add({{"firewall", Grade::kGood, fmt::format("UDP passes at {} ({})", name, found->address)}});
+      } else {
+        add({{"firewall", Grade::kProblem,
+              fmt::format("UDP from {} to itself ({}) does not arrive: something on this host drops it", name,
+                          found->address),
+              "allow UDP there: look at `nft list ruleset`, `iptables -S` and `tc qdisc`"}});
+      }
+    }
+  }
+
+  void look_inside(unsigned processes) {
+    auto opened = Client::open(options_);
+    if (!opened) {
+      if (!has_problem())
+        add({{"engine", Grade::kProblem, opened.error().text, "the text is that of the system or of Cyclone DDS"}});
+      return;
+    }
+    auto& client = **opened;
+    client.run_until([] { return false; }, length_);
+    client.meet();
+    const auto seen = client.appearances();
+    add(check_versions(seen, Client::protocol_version()));
+    add(check_twins(seen));
+    look_at_islands(client);
+    const auto present =
+        static_cast<unsigned>(std::count_if(seen.begin(), seen.end(), [](const auto& one) { return one.present; }));
+    if (processes > 0 && present == 0 && !has_problem("firewall")) {
+      add({{"tag", Grade::kNote,
+            fmt::format("{} of this host in domain {} do not show themselves here", counted(processes, "program"),
+                        options_.domain),
+            "they have another tuples.tag or other interfaces, or are no components of Rubicon"}});
+    }
+    for (const auto& text : complaints_)
+      add({{"complaint", Grade::kNote, text, "said while this looked; docs/errors.md"}});
+  }
+
+  void look_at_islands(Client& client) {
+    const auto islands = client.islands();
+    islands_ = islands.size();
+    for (const auto& island : islands) {
+      const auto told = client.read({island.id, "*.island"}, settings_.patience);
+      const auto name = island.summary.name.empty() ? std::to_string(number(island.id))
+                                                    : fmt::format("{} {}", number(island.id), island.summary.name);
+      if (told.empty()) {
+        add({{"islands", Grade::kProblem, fmt::format("island {} is there, but does not answer", name),
+              "its program hangs, or the way back to this host is blocked: allow UDP in both directions"}});
+      } else {
+        add({{"islands", Grade::kGood, fmt::format("island {} answers", name)}});
+      }
+      look_at_counters(client, island.id);
+    }
+  }
+
+  /// What an island had to drop.
+  void look_at_counters(Client& client, OwnerId island) {
+    for (const auto& tuple : client.read({island, "*.property.*.value"}, settings_.patience)) {
+      const auto parts = model::key_parts(tuple.key);
+      const auto name = parts[2];
+      const bool bad = name.find("malformed") != name.npos || name.find("looped") != name.npos ||
+                       name.find("dropped") != name.npos || name.ends_with("failures");
+      if (bad && tuple.value != "0")
+        add({{"counter", Grade::kNote, fmt::format("island {}: {} = {}", number(island), name, tuple.value),
+              "docs/tuple-keys.md says what it counts, the log of the island says why"}});
+    }
+  }
+
+  void look_elsewhere(const std::map<unsigned, unsigned>& here) {
+    std::set<unsigned> domains;
+    for (const auto& entry : here) domains.insert(entry.first);
+    if (islands_ == 0) {
+      for (const auto& one : interfaces_) {
+        const bool asked = std::count(options_.interfaces.begin(), options_.interfaces.end(), one.name) > 0;
+        if (asked && one.has_multicast && !one.address.empty())
+          domains.merge(domains_heard(one.address, options_.domain, kListening));
+      }
+    }
+    domains.erase(options_.domain);
+    std::vector<std::pair<unsigned, std::unique_ptr<Client>>> clients;
+    for (const auto domain : domains) {
+      auto options = options_;
+      options.domain = domain;
+      options.warn = nullptr;
+      if (clients.size() >= kMostDomains) break;
+      if (auto opened = Client::open(options)) clients.emplace_back(domain, std::move(*opened));
+    }
+    for (const auto& entry : clients) {
+      auto& client = *entry.second;
+      client.run_until([&] { return !client.tuples().peers().empty(); }, std::chrono::seconds(1));
+      client.meet();
+      for (const auto& island : client.islands()) {
+        add({{"other-domain", islands_ == 0 ? Grade::kProblem : Grade::kNote,
+              fmt::format("island {} {} is in domain {}, this looks in domain {}", number(island.id),
+                          island.summary.name, entry.first, options_.domain),
+              fmt::format("--domain {} or RUBICON_DOMAIN={}; or tuples.domain: {} of the island", entry.first,
+                          entry.first, options_.domain)}});
+      }
+    }
+  }
+
+  const Settings& settings_;
+  client::Options options_;
+  Duration length_;
+  std::vector<Interface> interfaces_;
+  std::size_t islands_ = 0;
+  std::vector<std::string> complaints_;
+  Findings findings_;
+};
+
+void show(Output& out, const Findings& findings) {
+  const Look look{out.has_colour(), 0};
+  for (const auto& one : findings) {
+    const auto grade = std::string(to_string(one.grade));
+    out.line(fmt::format("{}  {:<17}  {}", painted(grade, fmt::format("{:<7}", grade), look.colour), one.check,
+                         clean(one.what)));
+    if (!one.mend.empty()) out.line(fmt::format("{:<9}{:<19}{}", "", "to mend it:", clean(one.mend)));
+  }
+}
+
+int doctor(const Settings& settings, Duration length) {
+  Output out(1);
+  Doctor one(settings, length);
+  const auto& findings = one.examine();
+  const auto problems = std::count_if(findings.begin(), findings.end(),
+                                      [](const Finding& finding) { return finding.grade == Grade::kProblem; });
+  if (settings.json) {
+    for (const auto& finding : findings) {
+      out.line(dump({{"check", finding.check},
+                     {"grade", to_string(finding.grade)},
+                     {"what", finding.what},
+                     {"mend", finding.mend}}));
+    }
+  } else {
+    show(out, findings);
+    out.line(problems == 0 ? "nothing is wrong" : counted(static_cast<std::size_t>(problems), "problem"));
+  }
+  out.flush();
+  return problems == 0 ? kGood : kFailed;
+}
+
+}  // namespace
+
+void add_doctor(Cli& cli) {
+  const auto length = std::make_shared<std::string>();
+  auto* app = cli.command({"doctor", "Say what is wrong with the ecology as seen from here, and how to mend it",
+                           "  rubicon doctor\n"
+                           "  rubicon doctor --interfaces eth0 --peers 10.0.0.2\n"
+                           "  rubicon doctor --json\n"
+                           "Ends with 1 if it found a problem. It looks at interfaces, multicast, UDP, free places,\n"
+                           "other domains, ids that are taken twice, versions, and asks each island.\n"},
+                          [length](const Settings& settings) {
+                            return doctor(settings, span_of(*length, std::chrono::milliseconds(1500)));
+                          });
+  add_span(app, "--for", *length, "how long to look, 1.5s if not given");
+}
+
+}  // namespace rubicon::cli

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <string_view>
+
+namespace rubicon::cli {
+
+/// What the program ends with; the same table stands in `rubicon --help` and docs/cli.md.
+enum ExitCode : int {
+  kGood = 0,
+  kFailed = 1,      ///< the network, a file, or (doctor) something is wrong
+  kUsage = 2,       ///< the command line is wrong, or several tuples fit
+  kRefused = 3,     ///< 3 to 9: how a command ended
+  kNotDone = 4,     ///< failed
+  kTimedOut = 5,    ///< timed-out
+  kExpired = 6,     ///< expired
+  kSuperseded = 7,  ///< superseded
+  kNotThere = 8,    ///< no such owner, tuple or device
+  kOpen = 9         ///< queued or sent, and nothing more was heard in time
+};
+
+/// Of the word for an outcome (docs/life-of-a-command.md); a word that nobody knows is kFailed.
+int exit_code_of(std::string_view state);
+
+inline constexpr const char* kExitCodes =
+    "Exit codes: 0 good; 1 failed; 2 wrong command line, or several tuples fit; how a command ended: 3 refused,\n"
+    "4 failed, 5 timed-out, 6 expired, 7 superseded; 8 no such component, tuple or device; 9 queued or sent, and\n"
+    "nothing more was heard in time.";
+
+}  // namespace rubicon::cli

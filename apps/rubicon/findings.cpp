@@ -1,0 +1,132 @@
+#include "apps/rubicon/findings.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+
+namespace rubicon::cli {
+
+namespace {
+
+using Grade = Finding::Grade;
+
+constexpr const char* kMulticast = "no-multicast";
+constexpr const char* kTwins = "island-twice";
+constexpr const char* kVersion = "version";
+
+bool only_loopback(const client::Options& options) {
+  return std::all_of(options.interfaces.begin(), options.interfaces.end(), [](const auto& one) { return one == "lo"; });
+}
+
+std::string names_of(const std::vector<Interface>& there) {
+  std::string names;
+  for (const auto& one : there) names += (names.empty() ? "" : ", ") + one.name;
+  return names;
+}
+
+Finding check_interface(const std::string& name, bool needs_multicast, const std::vector<Interface>& there) {
+  const auto found = std::find_if(there.begin(), there.end(), [&](const auto& one) { return one.name == name; });
+  if (found == there.end())
+    return {"interface", Grade::kProblem, fmt::format("{} is not an interface of this host", name),
+            fmt::format("--interfaces takes: {}", names_of(there))};
+  if (!found->is_up)
+    return {"interface", Grade::kProblem, fmt::format("{} is down", name), fmt::format("ip link set {} up", name)};
+  if (found->address.empty())
+    return {"interface", Grade::kProblem, fmt::format("{} has no IPv4 address", name),
+            fmt::format("ip address add ADDRESS/24 dev {}, or wait for DHCP", name)};
+  if (needs_multicast && !found->has_multicast)
+    return {kMulticast, Grade::kProblem,
+            fmt::format("{} ({}) has no multicast: components there cannot find each other", name, found->address),
+            fmt::format("name the other hosts (--peers, tuples.peers), or: ip link set {} multicast on", name)};
+  return {"interface", Grade::kGood, fmt::format("{} ({}) is up", name, found->address)};
+}
+
+std::string who(const client::Appearance& one) {
+  auto text = one.summary.host.empty() ? std::string("an unknown host") : one.summary.host;
+  if (!one.summary.program.empty()) text += " (" + one.summary.program + ")";
+  return text;
+}
+
+}  // namespace
+
+std::string_view to_string(Finding::Grade grade) {
+  switch (grade) {
+    case Grade::kGood: return "good";
+    case Grade::kNote: return "note";
+    case Grade::kProblem: return "problem";
+  }
+  return "good";
+}
+
+Findings check_interfaces(const client::Options& options, const std::vector<Interface>& there) {
+  Findings all;
+  const bool needs_multicast = !only_loopback(options) && options.peers.empty();
+  for (const auto& name : options.interfaces) all.push_back(check_interface(name, needs_multicast, there));
+  return all;
+}
+
+Finding check_places(std::uint32_t domain, unsigned processes) {
+  if (processes >= kMostProcesses)
+    return {"participant-index", Grade::kProblem,
+            fmt::format("all {} places of this host in domain {} are taken: no participant index is free",
+                        kMostProcesses, domain),
+            "end programs that are not needed (`ss -lunp` lists them), or give some islands another tuples.domain"};
+  return {"participant-index", Grade::kGood,
+          fmt::format("{} of {} places of this host in domain {} are taken", processes, kMostProcesses, domain)};
+}
+
+Finding check_peer(const std::string& peer, std::uint32_t domain, const Probe& probe) {
+  const auto ports = fmt::format("{} to {}", 7400 + 250 * domain, 7649 + 250 * domain);
+  if (!probe.error.empty())
+    return {"firewall", Grade::kProblem, fmt::format("nothing can be sent to peer {}: {}", peer, probe.error),
+            fmt::format("look at the routes (`ip route get {}`) and at rules for outgoing UDP on this host", peer)};
+  if (probe.silent > 0 && !probe.closed_port_refused)
+    return {"firewall", Grade::kProblem,
+            fmt::format("peer {} does not answer to UDP: it is off, or a firewall drops", peer),
+            fmt::format("allow UDP ports {} in both directions on both hosts", ports)};
+  if (probe.silent == 0)
+    return {"peer", Grade::kNote,
+            fmt::format("peer {} answers, but no component runs there in domain {}", peer, domain),
+            "start an island there, or look at its tuples.domain and tuples.interfaces"};
+  return {"peer", Grade::kGood, fmt::format("peer {} answers, and something listens there in domain {}", peer, domain)};
+}
+
+Findings check_versions(const std::vector<client::Appearance>& seen, unsigned ours) {
+  Findings all;
+  for (const auto& one : seen) {
+    if (!one.present || one.version == ours) continue;
+    all.push_back({kVersion, Grade::kProblem,
+                   fmt::format("component {} on {} speaks version {} of the protocol, this program version {}: they "
+                               "cannot talk to each other",
+                               number(one.id), who(one), one.version, ours),
+                   one.version > ours ? "install the same version of Rubicon here" : "install this version there"});
+  }
+  if (all.empty())
+    all.push_back({kVersion, Grade::kGood, fmt::format("all that were met speak version {} of the protocol", ours)});
+  return all;
+}
+
+Findings check_twins(const std::vector<client::Appearance>& seen) {
+  std::map<OwnerId, std::vector<const client::Appearance*>> starts;
+  for (const auto& one : seen) starts[one.id].push_back(&one);
+  Findings all;
+  for (const auto& entry : starts) {
+    const auto& twins = entry.second;
+    if (twins.size() < 2) continue;
+    const auto there = std::count_if(twins.begin(), twins.end(), [](const auto* one) { return one->present; });
+    std::string places;
+    for (const auto* one : twins) places += (places.empty() ? "" : " and ") + who(*one);
+    const auto id = number(entry.first);
+    all.push_back({kTwins, Grade::kProblem,
+                   there > 1 ? fmt::format("id {} is taken by {} programs: {}", id, there, places)
+                             : fmt::format("id {} started {} times while this looked: {}", id, twins.size(), places),
+                   fmt::format("give one of them another island.id; the one that started later ends by itself. Right "
+                               "after a kill or a restart of {}, look again in some seconds",
+                               id)});
+  }
+  if (all.empty()) all.push_back({kTwins, Grade::kGood, "no id is taken twice"});
+  return all;
+}
+
+}  // namespace rubicon::cli

@@ -1,0 +1,94 @@
+#include <fmt/format.h>
+
+#include "apps/rubicon/cli.h"
+#include "apps/rubicon/completion_scripts.h"
+
+namespace rubicon::cli {
+
+namespace {
+
+/// Text as troff takes it.
+std::string troff(std::string_view text) {
+  std::string out;
+  bool line_begins = true;
+  for (const char c : text) {
+    if (line_begins && (c == '.' || c == '\'')) out += "\\&";
+    line_begins = c == '\n';
+    if (c == '\\') {
+      out += "\\e";
+    } else if (c == '-') {
+      out += "\\-";
+    } else {
+      out += c;
+    }
+  }
+  return out;
+}
+
+std::string options_of(const CLI::App& app) {
+  std::string out;
+  for (const auto* option : app.get_options()) {
+    auto name = option->get_positional() ? option->get_name(true) : option->get_name(false, true);
+    std::string shown;
+    for (const char c : name) shown += c == ',' ? std::string(", ") : std::string(1, c);
+    if (!option->get_positional() && option->get_items_expected_max() > 0)
+      shown += " " + (option->get_type_name().empty() ? std::string("VALUE") : option->get_type_name());
+    out += fmt::format(".TP\n.B {}\n{}\n", troff(shown), troff(option->get_description()));
+  }
+  return out;
+}
+
+std::string example_of(const CLI::App& app) {
+  const auto& footer = app.get_footer();
+  const auto end = footer.find("Options of all commands");
+  return fmt::format(".PP\n.EX\n{}.EE\n", troff(footer.substr(0, end)));
+}
+
+/// rubicon(1), from what --help says.
+std::string manual(const CLI::App& app) {
+  auto out = fmt::format(
+      ".TH RUBICON 1 \"\" \"rubicon {}\" \"User Commands\"\n.SH NAME\nrubicon \\- see, watch and command the islands "
+      "of "
+      "RUBICON\n.SH SYNOPSIS\n.B rubicon\n[OPTIONS] COMMAND ...\n.SH DESCRIPTION\n{}\n.SH COMMANDS\n",
+      RUBICON_VERSION, troff(app.get_description()));
+  const auto commands = app.get_subcommands([](const CLI::App* one) { return !one->get_group().empty(); });
+  for (const auto* one : commands) {
+    out += fmt::format(".SS {}\n{}\n{}{}", troff(one->get_name()), troff(one->get_description()), options_of(*one),
+                       example_of(*one));
+  }
+  out += ".SH OPTIONS\nThey stand in front of the command or behind it.\n" + options_of(app);
+  out += fmt::format(".SH EXIT STATUS\n{}\n", troff(kExitCodes));
+  out +=
+      ".SH ENVIRONMENT\nRUBICON_DOMAIN, RUBICON_INTERFACES, RUBICON_PEERS, RUBICON_TCP, RUBICON_TAG, RUBICON_LEASE, "
+      "RUBICON_PATIENCE,\n"
+      "RUBICON_PREFIX, RUBICON_CONFIG and RUBICON_JSON stand for the options of these names; what is on the command\n"
+      "line wins. NO_COLOR turns colours off.\n.SH SEE ALSO\n.BR rubicon\\-proxy (1)\n";
+  return out;
+}
+
+int completion(const std::string& shell) {
+  Output out(1);
+  out.write(shell == "zsh" ? kZshCompletion : kBashCompletion);
+  out.flush();
+  return kGood;
+}
+
+}  // namespace
+
+void add_manual(Cli& cli) {
+  const auto shell = std::make_shared<std::string>();
+  auto* app = cli.command({"completion", "Print the completion of a shell",
+                           "  . <(rubicon completion bash)\n"
+                           "  rubicon completion zsh > ~/.zfunc/_rubicon\n"},
+                          [shell](const Settings&) { return completion(*shell); });
+  app->add_option("SHELL", *shell, "bash or zsh")->required()->check(CLI::IsMember({"bash", "zsh"}));
+  app = cli.command({"manual", "Print the manual page", "  rubicon manual | man -l -\n"}, [&cli](const Settings&) {
+    Output out(1);
+    out.write(manual(cli.app()));
+    out.flush();
+    return static_cast<int>(kGood);
+  });
+  app->group("");
+}
+
+}  // namespace rubicon::cli

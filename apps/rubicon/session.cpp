@@ -1,0 +1,98 @@
+#include "apps/rubicon/session.h"
+
+#include <fmt/format.h>
+
+#include <csignal>
+
+namespace rubicon::cli {
+
+namespace {
+
+constexpr Duration kFirstMeeting = std::chrono::seconds(1);
+
+volatile std::sig_atomic_t signalled = 0;
+Client* woken = nullptr;
+
+void on_signal(int) {
+  signalled = 1;
+  if (woken) woken->stop();
+}
+
+void catch_signals(Client& client) {
+  if (woken) return;
+  woken = &client;
+  struct sigaction action {};
+  action.sa_handler = on_signal;  // not SA_RESTART: a write that waits for its reader ends too
+  for (const int number : {SIGINT, SIGTERM}) ::sigaction(number, &action, nullptr);
+}
+
+}  // namespace
+
+std::unique_ptr<Session> Session::open(const Settings& settings, std::string_view command) {
+  auto session = std::unique_ptr<Session>(new Session(settings));
+  auto options = settings.options;
+  options.name = fmt::format("rubicon {}", command);
+  if (!options.warn) options.warn = [](std::string_view text) { say(text); };
+  auto client = Client::open(std::move(options));
+  if (!client) {
+    say(fmt::format("{} ({}); `rubicon doctor` looks for what is wrong", client.error().text,
+                    place_text(settings.options)));
+    return nullptr;
+  }
+  session->client_ = std::move(*client);
+  return session;
+}
+
+Session::~Session() {
+  woken = nullptr;
+}
+
+WallTime Session::now() const {
+  return std::chrono::floor<std::chrono::microseconds>(std::chrono::system_clock::now());
+}
+
+void Session::meet() {
+  if (met_) return;
+  met_ = true;
+  client_->run_until([this] { return !client_->tuples().peers().empty(); }, kFirstMeeting);
+  client_->meet();
+}
+
+std::vector<client::Tuple> Session::read(const Pattern& pattern) {
+  if (!pattern.owner) meet();
+  return client_->read(pattern, settings_.patience);
+}
+
+bool Session::run(const std::function<bool()>& done, Duration patience) {
+  catch_signals(*client_);
+  bool is_done = false;
+  const auto over = [&] {
+    out_.flush();
+    is_done = done();
+    out_.flush();
+    return is_done || interrupted() || out_.broken();
+  };
+  client_->run_until(over, patience);
+  return is_done;
+}
+
+bool Session::interrupted() const {
+  return signalled != 0;
+}
+
+int Session::nothing(const std::string& what) {
+  out_.flush();
+  const auto islands = client_->islands().size();
+  say(fmt::format("{} (looked in {}, {} there){}", what, place_text(settings_.options), counted(islands, "island"),
+                  islands == 0 ? "; `rubicon doctor` looks for what is wrong" : ""));
+  return kNotThere;
+}
+
+int Session::end(int code) {
+  out_.flush();
+  if (out_.error().empty()) return code;
+  say(fmt::format("standard output: {}", out_.error()));
+  return code == kGood ? kFailed : code;
+}
+
+}  // namespace rubicon::cli

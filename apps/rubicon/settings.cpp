@@ -1,0 +1,112 @@
+#include "apps/rubicon/settings.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "base/config_reader.h"
+#include "runtime/engine_config.h"
+#include "runtime/island_config.h"
+
+namespace rubicon::cli {
+
+namespace {
+
+/// What the island of a configuration file does to be found; the rest of the file is not looked at, it may be of an
+/// island that this program could not run.
+Result<void> read_config(const std::string& path, Settings& settings) {
+  const auto root = runtime::load_config(path, {});
+  if (!root) return fail(root.error());
+  ConfigErrors errors;
+  ConfigReader reader(*root, "", errors);
+  auto engine = runtime::read_engine(reader);
+  settings.prefix = reader.map("island").text("prefix", settings.prefix);
+  if (!errors.empty()) return fail(ErrorCode::kInvalid, errors.text());
+  if (!engine.dds)
+    return fail(ErrorCode::kInvalid,
+                fmt::format("{}tuples.engine is memory: such an island is alone in its process", engine.place));
+  auto& options = settings.options;
+  options.domain = engine.options.domain;
+  options.tag = engine.options.tag;
+  options.lease = engine.options.lease;
+  options.interfaces = engine.options.interfaces;
+  options.peers = engine.options.peers;
+  options.tcp = engine.options.transport == tuples::dds::DdsTransport::kTcp;
+  return {};
+}
+
+}  // namespace
+
+std::string wrong_with_span(const std::string& text) {
+  const auto span = base::parse_duration(text);
+  if (span && *span >= Duration(0)) return {};
+  return fmt::format("is '{}', expected a duration such as 250ms, 5s, 2min, 1h", text);
+}
+
+Duration span_of(const std::string& text, Duration otherwise) {
+  return text.empty() ? otherwise : base::parse_duration(text).value_or(otherwise);
+}
+
+std::string place_text(const client::Options& options) {
+  auto text = fmt::format("domain {} on {}{}", options.domain, fmt::join(options.interfaces, ", "),
+                          options.tcp ? " over TCP" : "");
+  if (!options.tag.empty()) text += fmt::format(", tag {}", options.tag);
+  if (!options.peers.empty()) text += fmt::format(", peers {}", fmt::join(options.peers, " "));
+  return text;
+}
+
+void SettingsOptions::add_to(CLI::App& app) {
+  app_ = &app;
+  const auto group = "Where to look, and how to show it (all commands)";
+  app.add_option("--domain", domain_, "DDS domain of the islands, 0..230")
+      ->type_name("N")
+      ->check(CLI::Range(0, 230).description(""))
+      ->group(group);
+  app.add_option("--interfaces", interfaces_, "network interfaces, with commas; lo = this host")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->group(group);
+  app.add_option("--peers", peers_, "hosts that multicast does not reach, with commas")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->group(group);
+  app.add_flag("--tcp", tcp_, "reach the peers (HOST:PORT) over TCP")->group(group);
+  app.add_option("--tag", tag_, "only who has this tag is seen")->group(group);
+  app.add_option("--lease", lease_, "silence after which others count as lost")
+      ->type_name("SPAN")
+      ->check(wrong_with_span)
+      ->group(group);
+  app.add_option("--patience", patience_, "how long to wait for answers, 3s if not given")
+      ->type_name("SPAN")
+      ->check(wrong_with_span)
+      ->group(group);
+  app.add_option("--prefix", prefix_, "first part of the islands' keys, proxy if not given")->group(group);
+  app.add_option("--config", config_, "take these from the configuration file of an island")->group(group);
+  app.add_flag("--json", json_, "JSON lines for programs instead of tables for people")->group(group);
+  for (const auto* name :
+       {"domain", "interfaces", "peers", "tcp", "tag", "lease", "patience", "prefix", "config", "json"}) {
+    std::string variable = "RUBICON_";
+    for (const char c : std::string_view(name)) variable += static_cast<char>(c - 'a' + 'A');
+    app.get_option(std::string("--") + name)->envname(variable);
+  }
+}
+
+Result<Settings> SettingsOptions::read() const {
+  Settings settings;
+  const auto given = [this](const char* name) { return app_->get_option(name)->count() > 0; };
+  if (!config_.empty()) {
+    if (auto good = read_config(config_, settings); !good) return fail(good.error());
+  }
+  auto& options = settings.options;
+  if (given("--domain")) options.domain = domain_;
+  if (given("--interfaces")) options.interfaces = interfaces_;
+  if (given("--peers")) options.peers = peers_;
+  if (given("--tcp")) options.tcp = tcp_;
+  if (given("--tag")) options.tag = tag_;
+  if (given("--prefix")) settings.prefix = prefix_;
+  options.lease = span_of(lease_, options.lease);
+  settings.patience = span_of(patience_, settings.patience);
+  settings.json = json_;
+  return settings;
+}
+
+}  // namespace rubicon::cli

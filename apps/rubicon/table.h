@@ -1,0 +1,51 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/time.h"
+
+namespace rubicon::cli {
+
+/// How a text for people looks.
+struct Look {
+  bool colour = false;
+  std::size_t width = 0;  ///< of a line, in characters; 0 = as long as it is
+};
+
+/// Text of outsiders for a screen: nothing in it steers a terminal.
+std::string clean(std::string_view text);
+/// UTF-8 characters (broken bytes count as one each).
+std::size_t characters(std::string_view text);
+
+/// Rows below heads, aligned. Cells are cleaned.
+class Table {
+ public:
+  explicit Table(std::vector<std::string> heads) : heads_(std::move(heads)) {}
+  /// Missing cells are empty.
+  void row(std::vector<std::string> cells);
+  bool empty() const { return rows_.empty(); }
+  std::size_t size() const { return rows_.size(); }
+  /// Lines with their ends; words for a bad quality or outcome are painted.
+  std::string text(const Look& look) const;
+
+ private:
+  std::vector<std::string> heads_;
+  std::vector<std::vector<std::string>> rows_;
+};
+
+/// The word between escape sequences that fit its meaning (stale: yellow, refused: red), or as it is.
+std::string painted(const std::string& word, const std::string& shown, bool colour);
+std::string bold(const std::string& text, bool colour);
+
+/// `0.3s`, `25s`, `12min`, `5h`, `3d`; `-` for a time that is not known (zero). A time to come is an age of 0.
+std::string age_text(WallTime then, WallTime now);
+/// `2026-01-31 12:00:00.250 UTC`, `-` for zero.
+std::string time_text(WallTime time);
+/// `12:00:00.250`, UTC.
+std::string clock_text(WallTime time);
+/// `1 tuple`, `3 tuples`.
+std::string counted(std::size_t count, std::string_view what);
+
+}  // namespace rubicon::cli

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "rubicon/client.hpp"
+
+namespace rubicon::cli {
+
+class Session;
+
+/// One tuple, or one of several owners that have it.
+struct Target {
+  OwnerId owner{};
+  std::string key;
+
+  friend bool operator==(const Target&, const Target&) = default;
+};
+
+/// A name without wildcards as it was typed.
+struct TypedTarget {
+  std::optional<OwnerId> owner;
+  std::string key;
+};
+Result<TypedTarget> parse_target(std::string_view text);
+
+/// What a short name may stand for: `living.lamp-1`, `dummy-rooms.living.lamp-1` and
+/// `proxy.dummy-rooms.living.actuator.lamp-1`, with `last` (`value`, `command`) behind it. Nullopt: it is no short
+/// name.
+std::optional<Pattern> long_form(const TypedTarget& typed, std::string_view last);
+/// The pattern itself and, for a name without wildcards, the one that it may be short for. No tuple fits both.
+Result<std::vector<Pattern>> parse_patterns(std::string_view text, std::string_view last);
+
+/// The tuples that are there and may be meant; those that are really called so come first and alone.
+std::vector<Target> resolve(Session& session, const TypedTarget& typed, std::string_view last);
+
+/// Says that several fit, with their names; kUsage.
+int ambiguous(std::string_view typed, const std::vector<Target>& candidates);
+
+}  // namespace rubicon::cli
