@@ -16,6 +16,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/assert.h"
 #include "base/result.h"
 #include "base/timer_heap.h"
 
@@ -48,6 +49,7 @@ struct PollLoop::Parts {
   bool woken = false;                         ///< guarded by the mutex: `wake` was written for what is posted
   std::vector<std::function<void()>> batch;
   base::TimerHeap timers;
+  bool polling = false;
   SteadyTime armed_for = SteadyTime::max();
   std::atomic<std::thread::id> thread{std::this_thread::get_id()};
 
@@ -105,6 +107,7 @@ int PollLoop::descriptor() const {
 }
 
 void PollLoop::poll() {
+  RUBICON_ASSERT(!std::exchange(parts_->polling, true));  // from one of its own calls
   parts_->thread = std::this_thread::get_id();
   std::uint64_t count = 0;
   std::ignore = ::read(parts_->wake.get(), &count, sizeof count);
@@ -112,6 +115,7 @@ void PollLoop::poll() {
   // A timer that came is not readable any more, whether or not something is due.
   if (::read(parts_->alarm.get(), &count, sizeof count) > 0) parts_->armed_for = SteadyTime::max();
   parts_->run_due();
+  parts_->polling = false;
 }
 
 void PollLoop::wait(Duration longest) {

@@ -17,7 +17,7 @@ class PollLoop final : public base::Scheduler {
 
   /// Readable (epoll, poll, select) when poll() has something to do. Belongs to the loop.
   int descriptor() const;
-  /// Does what is due, without waiting. What it posts waits for the next time.
+  /// Does what is due, without waiting. What it posts waits for the next time. Never from one of the calls it makes.
   void poll();
   /// Waits until there is something to do, at most this long.
   void wait(Duration longest);
