@@ -63,12 +63,10 @@ class Watch {
     const auto& tuple = event.tuple;
     const auto time = clock_text(tuple.user_time == WallTime{} ? tuple.write_time : tuple.user_time);
     const auto name = name_of(tuple.owner, tuple.key);
-    auto text = event.kind == EventKind::kSet
-                    ? fmt::format("{}  {} = {}", time, name, clean(tuple.value))
-                    : fmt::format("{}  {} {}", clock_text(session_.now()), name, to_string(event.kind));
-    if (const auto width = session_.look().width; width > 0 && characters(text) > width)
-      text = fmt::format("{}  {} = {}", time, name, "...").substr(0, width);
-    return text;
+    const auto text = event.kind == EventKind::kSet
+                          ? fmt::format("{}  {} = {}", time, name, clean(tuple.value))
+                          : fmt::format("{}  {} {}", clock_text(session_.now()), name, to_string(event.kind));
+    return cut(text, session_.look().width);
   }
 
   void explain_silence() {

@@ -36,7 +36,9 @@ class Doctor {
     // DDS does not come to an end where nothing reaches it any more: only looked into where UDP passes.
     const bool passes = !has_problem("firewall");
     if (passes && !has_problem("participant-index") && !has_problem("interface")) look_inside(processes);
-    for (const auto& peer : options_.peers) add({check_peer(peer, options_.domain, probe_peer(peer, options_.domain))});
+    for (const auto& peer : options_.peers) {
+      if (!options_.tcp) add({check_peer(peer, options_.domain, probe_peer(peer, options_.domain))});
+    }
     if (passes) look_elsewhere(here);
     if (islands_ == 0 && !has_problem()) {
       add({{"islands", Grade::kProblem, fmt::format("no island in {}", place_text(options_)),

@@ -46,6 +46,10 @@ std::string clean(std::string_view text) {
   return runtime::fitted(text, characters(text));
 }
 
+std::string cut(const std::string& text, std::size_t width) {
+  return width == 0 || characters(text) <= width ? text : runtime::fitted(text, width);
+}
+
 std::string painted(const std::string& word, const std::string& shown, bool colour) {
   const auto* paint = colour ? paint_of(word) : nullptr;
   return paint ? paint + shown + "\x1b[0m" : shown;

@@ -16,6 +16,8 @@ struct Look {
 
 /// Text of outsiders for a screen: nothing in it steers a terminal.
 std::string clean(std::string_view text);
+/// At most so many characters of it; 0 = all.
+std::string cut(const std::string& text, std::size_t width);
 /// UTF-8 characters (broken bytes count as one each).
 std::size_t characters(std::string_view text);
 

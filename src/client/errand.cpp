@@ -1,5 +1,7 @@
 #include "client/errand.h"
 
+#include <fmt/format.h>
+
 #include <utility>
 
 #include "client/json_fields.h"
@@ -21,9 +23,14 @@ Errand::Errand(Scheduler& scheduler, TupleSpace& space, OwnerId owner, std::stri
                Ended ended, Duration time_to_live, Duration patience)
     : self_(space.self()), is_command_(key.ends_with(kCommand)), ended_(std::move(ended)) {
   if (is_command_) {
-    const auto status = std::string(key.substr(0, key.size() - kCommand.size())) + ".status";
-    status_ =
-        space.subscribe({owner, status}, {{}, {}, 0, true}, [this](const tuples::Event& event) { stated(event); });
+    const std::string point(key.substr(0, key.size() - kCommand.size()));
+    description_ =
+        space.subscribe({owner, point + ".description"}, {{}, {}, 0, true}, [this](const tuples::Event& event) {
+          const auto about = nlohmann::json::parse(event.tuple.value, nullptr, false);
+          is_state_ = about.is_object() && text_of(about, "report") == "state";
+        });
+    status_ = space.subscribe({owner, point + ".status"}, {{}, {}, 0, true},
+                              [this](const tuples::Event& event) { stated(event); });
   }
   const auto lives = time_to_live > Duration(0) ? time_to_live : kDefaultTimeToLive;
   patience_ = scheduler.after(lives + patience, [this] {
@@ -62,14 +69,29 @@ void Errand::stated(const tuples::Event& event) {
     const auto found = command.find(name);
     return found != command.end() && found->is_number_unsigned() && *found == wanted;
   };
-  if (!is("creator", number(self_)) || !is("request", outcome_.request)) return;
+  if (!is("creator", number(self_)) || !is("request", outcome_.request)) return displaced(command);
+  seen_ = true;
   outcome_.state = text_of(command, "state");
   outcome_.reason = text_of(command, "reason");
   if (is_final(outcome_.state)) end();
 }
 
+/// Of several changes within a turn of the owner only the last one is told: that a newer command took the place of
+/// ours may be seen by that one alone.
+void Errand::displaced(const nlohmann::json& by) {
+  if (!seen_ || !is_state_) return;
+  const auto number_of = [&by](const char* name) {
+    const auto found = by.find(name);
+    return found != by.end() && found->is_number_unsigned() ? found->get<std::uint64_t>() : 0;
+  };
+  outcome_.state = "superseded";
+  outcome_.reason = fmt::format("by request {} of {}", number_of("request"), number_of("creator"));
+  end();
+}
+
 void Errand::end() {
   status_.reset();
+  description_.reset();
   patience_.cancel();
   const auto call = std::exchange(ended_, nullptr);
   const auto outcome = outcome_;

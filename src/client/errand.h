@@ -1,5 +1,7 @@
 #pragma once
 
+#include <nlohmann/json.hpp>
+
 #include "base/scheduler.h"
 #include "rubicon/client.hpp"
 
@@ -15,13 +17,16 @@ class Errand {
  private:
   void answered(const tuples::Reply& reply);
   void stated(const tuples::Event& event);
+  void displaced(const nlohmann::json& by);
   void end();
 
   OwnerId self_;
   bool is_command_ = false;
   Outcome outcome_;
   Ended ended_;
-  tuples::Handle status_;
+  bool is_state_ = false;  ///< the point takes the newest command only (its description says so)
+  bool seen_ = false;      ///< the status told of this command
+  tuples::Handle status_, description_;
   Timer patience_;
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
 };

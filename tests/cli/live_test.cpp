@@ -73,7 +73,7 @@ networks:
 };
 std::unique_ptr<CommandLine::World> CommandLine::world_;
 
-TEST_F(CommandLine, ListsIslandsWithinASecondAndAHalf) {
+TEST_F(CommandLine, ListsIslandsSoonAfterItsStart) {
   const auto start = std::chrono::steady_clock::now();
   const auto table = rubicon({"islands"});
   EXPECT_LT(std::chrono::steady_clock::now() - start, 5s);  // a second on a machine that is not busy
@@ -84,7 +84,9 @@ TEST_F(CommandLine, ListsIslandsWithinASecondAndAHalf) {
   ASSERT_EQ(lines.size(), 2U);
   EXPECT_EQ(lines[0]["id"], 7);
   EXPECT_EQ(lines[1]["id"], 6541);
-  EXPECT_TRUE(lines[1].contains("networks"));
+  EXPECT_EQ(lines[1]["name"], "home");
+  EXPECT_EQ(lines[0]["networks"]["dummy-many"], 25);
+  EXPECT_EQ(lines[0]["devices"], 25);
 }
 
 TEST_F(CommandLine, ListsTuplesWithQuality) {

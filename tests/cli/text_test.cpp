@@ -33,6 +33,12 @@ TEST(CliTable, CutsLinesAtTheWidthOfTheScreen) {
   EXPECT_EQ(table.text({false, 4}), "KEY\nabc\n");
 }
 
+TEST(CliTable, CutsATextByCharacters) {
+  EXPECT_EQ(cut("Küche", 2), "Kü");
+  EXPECT_EQ(cut("Küche", 5), "Küche");
+  EXPECT_EQ(cut("Küche", 0), "Küche");
+}
+
 TEST(CliTable, PaintsOnlyWithColour) {
   Table table({"QUALITY"});
   table.row({"stale"});

@@ -166,6 +166,17 @@ TEST_F(Commands, AreFollowedToTheirFinalState) {
   EXPECT_THAT(ended, ElementsAre("confirmed because"));
 }
 
+TEST_F(Commands, OfAStateAreSupersededByAnothersCommandThatIsSeenAlone) {
+  ASSERT_TRUE(island->space.set("d.description", R"({"report":"state"})"));
+  state(7, "confirmed");  // of somebody before
+  const Errand errand(time, self.space, kIsland, "d.command", "on", end, {}, 15s);
+  time.run_for(1ms);
+  EXPECT_THAT(ended, IsEmpty());
+  state(last.request, "sent");
+  state(last.request + 1, "queued");
+  EXPECT_THAT(ended, ElementsAre("superseded by request " + std::to_string(last.request + 1) + " of 70000"));
+}
+
 TEST_F(Commands, ThatAreRefusedSayWhy) {
   const Errand errand(time, self.space, kIsland, "d.command", "no", end, {}, 15s);
   time.run_for(1ms);
