@@ -106,7 +106,8 @@ using MessageCall = std::function<void(const UserMessage&)>;
 using SentCall = std::function<void(const std::string& why_not)>;
 
 /// A component of the tuple space with its own loop. Single-threaded: every call and callback on the thread that runs
-/// the loop. Callbacks come from the loop only, never from inside a call; they may do anything but destroy the client.
+/// the loop. Callbacks come from the loop only, never from inside a call; they may do anything but
+/// destroy the client or wait: run(), run_until() and all that say that they wait.
 ///
 /// The loop runs in run(), run_until() and the calls that say that they wait; or, in a program that has its own loop,
 /// in poll(), whenever descriptor() is readable.
