@@ -116,7 +116,7 @@ void RoamingClaims::tidy(const Identity& identity) {
 }
 
 void RoamingClaims::peer(OwnerId island, tuples::PeerEvent event) {
-  if (!model::is_island(island)) return;
+  if (!model::is_island(island) || event == tuples::PeerEvent::kDescribed) return;
   const auto now = around_.clock.now().steady;
   auto& peer = peers_[island];
   peer.since = now;

@@ -33,11 +33,12 @@ class TwoIslands : public testing::Test {
   }
   void TearDown() override { std::filesystem::remove_all(directory_); }
 
-  std::string island(int id) const {
+  std::string island(int id, const std::string& more = "") const {
     const auto file = (directory_ / (std::to_string(id) + ".yaml")).string();
     std::ofstream(file, std::ios::binary)
         << "island: {id: " << id << ", name: island}\ntuples: {engine: dds, lease: 1s}\n"
-        << "networks:\n  dummy-1: {type: dummy, simulate: {hall: {sensors: {temperature-1: {wave: sine, "
+        << "networks:\n  dummy-1: {type: dummy" << more
+        << ", simulate: {hall: {sensors: {temperature-1: {wave: sine, "
            "low: 10, high: "
            "30, period: 5s}}, actuators: {switch-1: {}}}}}\n";
     return file;
@@ -48,9 +49,10 @@ class TwoIslands : public testing::Test {
     return line ? json::parse(*line, nullptr, false) : json();
   }
   template <class Holds>
-  static testing::AssertionResult until(Process& shell, const std::string& command, Holds holds) {
+  static testing::AssertionResult until(Process& shell, const std::string& command, Holds holds,
+                                        Clock::duration patience = 10s) {
     json answer;
-    for (const auto end = Clock::now() + 10s; Clock::now() < end; std::this_thread::sleep_for(10ms)) {
+    for (const auto end = Clock::now() + patience; Clock::now() < end; std::this_thread::sleep_for(10ms)) {
       answer = ask(shell, command);
       if (holds(answer)) return testing::AssertionSuccess();
     }
@@ -103,6 +105,27 @@ TEST_F(TwoIslands, OfTwoWithOneIdTheLaterOneEnds) {
   EXPECT_EQ(second.exit_code(), 1);
   EXPECT_THAT(second.errors(), HasSubstr("component 1 was there before"));
   EXPECT_TRUE(ask(first, "get proxy.networks").value("ok", false));
+}
+
+TEST_F(TwoIslands, ADeviceOfOneDomainIsListedByOneOfThem) {
+  const auto roaming = ", roaming: lab";
+  Process first({kDaemon, "run", island(1, roaming), "--shell", "--log-level", "error"});
+  const auto listed = [](const json& tuple) { return tuple.value("ok", false); };
+  const auto gone = [](const json& tuple) { return !tuple.value("ok", true); };
+  const auto status = "get proxy.dummy-1.hall.status";
+  ASSERT_TRUE(until(first, status, listed));
+  {
+    Process second({kDaemon, "run", island(2, roaming), "--shell", "--log-level", "error"});
+    EXPECT_TRUE(until(second, status, listed));
+    EXPECT_TRUE(until(first, status, gone)) << "its newest join was at the second one";
+    ASSERT_TRUE(ask(first, "subscribe 2:ROAMING.lab.hall").value("ok", false));
+    EXPECT_TRUE(until(first, "get 2:ROAMING.lab.hall", listed));
+    EXPECT_TRUE(listed(ask(second, status)));
+    second.write("quit\n");
+    EXPECT_EQ(second.exit_code(), 0);
+  }
+  // Once it hears the device's next sign of life.
+  EXPECT_TRUE(until(first, status, listed, 60s)) << "it still hears the device that the other one let go";
 }
 
 TEST_F(TwoIslands, AnIslandThatStartsAgainIsFollowed) {

@@ -289,6 +289,22 @@ TEST_F(ABreak, OverTcpIsShownAndHeals) {
   expect_convergence();
 }
 
+TEST_F(OnALan, OfTwoWithOneIdTheLaterOneEndsWhenTheCableIsMended) {
+  connect(2);
+  if (IsSkipped()) return;
+  lan_->unplug(1);
+  auto first = island(0, 1, "{interfaces: cable, lease: 1s}");
+  ASSERT_TRUE(ask(*first, "get proxy.island").value("ok", false));
+  std::filesystem::create_directories(directory_ /= "other");
+  auto second = island(1, 1, "{interfaces: cable, lease: 1s}");
+  ASSERT_TRUE(ask(*second, "get proxy.island").value("ok", false)) << "starting waits for nobody";
+  lan_->plug_in(1);
+  EXPECT_EQ(second->exit_code(), 1);
+  EXPECT_THAT(second->errors(), HasSubstr("component 1 was there before"));
+  EXPECT_TRUE(ask(*first, "get proxy.island").value("ok", false));
+  directory_ = directory_.parent_path();
+}
+
 TEST_F(OnALan, EachIsLostByItsOwnLease) {
   connect(1);
   if (IsSkipped()) return;

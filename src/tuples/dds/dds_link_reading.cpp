@@ -232,7 +232,9 @@ bool DdsLink::take_frames() {
   const auto count = take<rubicon_wire_Frame>(frame_reader_.get(), kSamples, [&](const auto& sample, const auto& info) {
     if (!info.valid_data || sample.target_incarnation != incarnation_) return;
     const OwnerId source{sample.source};
-    if (owner_of(info.publication_handle) != source)
+    const auto owner = owner_of(info.publication_handle);
+    if (!owner) return;  // it went before its first word was read: whose it was cannot be known any more
+    if (*owner != source)
       return warn(
           fmt::format("forged {}", sample.source),
           fmt::format("frames that say they are from component {} come from another one: dropped", sample.source));
