@@ -25,7 +25,7 @@ const std::map<std::string, Names> kFolderEdges{
     {"networks/log", {"network", "transport", "motes", "recording"}},
     {"networks/salad", {"network", "transport"}},
     {"gateway", {"network", "tuples"}},
-    {"client", {"transport", "tuples", "gateway", "recording"}},
+    {"client", {"transport", "tuples", "gateway"}},
     {"state", {}},
     {"proxy", {"gateway", "tuples", "state"}},
     {"runtime", {"transport", "tuples", "network", "motes", "recording", "networks", "gateway", "state", "proxy"}},

@@ -5,17 +5,20 @@
 #include <chrono>
 #include <string>
 
+#include "base/bytes.h"
 #include "tuples/dds/appearances.h"
 #include "tuples/dds/dds_options.h"
 #include "tuples/dds/entity.h"
+#include "tuples/dds/host.h"
 #include "wire.h"
 
 namespace rubicon::tuples::dds {
 
-/// Somebody in domain 0 on loopback who says to be a component, of any version of the protocol, and does nothing else.
+/// Somebody in domain 0 on loopback who says to be a component, of any version of the protocol, and tells others
+/// whatever it likes.
 class Rogue {
  public:
-  Rogue(std::uint32_t id, std::uint16_t version, const DdsOptions& options = {}) {
+  explicit Rogue(std::uint32_t id, std::uint16_t version = kProtocolVersion, const DdsOptions& options = {}) {
     domain_ = Entity(dds_create_domain(options.domain, domain_xml(options).c_str()));
     participant_ = Entity(dds_create_participant(options.domain, nullptr, nullptr));
     topic_ =
@@ -23,10 +26,10 @@ class Rogue {
     auto qos = make_kept_qos();
     dds_qset_liveliness(qos.get(), DDS_LIVELINESS_AUTOMATIC, std::chrono::nanoseconds(options.lease).count());
     writer_ = Entity(dds_create_writer(participant_.get(), topic_.get(), qos.get(), nullptr));
-    std::string host = "elsewhere", summary = R"({"host":"attic","program":"rogue 1.0"})";
+    std::string host = host_id("host"), summary = R"({"host":"attic","program":"rogue 1.0"})";
     rubicon_wire_Presence presence{};
-    presence.id = id;
-    presence.incarnation = static_cast<std::uint64_t>(
+    presence.id = id_ = id;
+    presence.incarnation = incarnation_ = static_cast<std::uint64_t>(
         std::chrono::floor<std::chrono::microseconds>(std::chrono::system_clock::now()).time_since_epoch().count());
     presence.version = version;
     presence.host = host.data();
@@ -34,8 +37,62 @@ class Rogue {
     dds_write(writer_.get(), &presence);
   }
 
+  std::uint64_t incarnation() const { return incarnation_; }
+
+  /// What stands in one of its interests.
+  void interest(std::uint32_t slot, const Bytes& content) {
+    if (!interests_) {
+      interest_topic_ = Entity(
+          dds_create_topic(participant_.get(), &rubicon_wire_Interest_desc, "rubicon_interests", nullptr, nullptr));
+      interests_ = Entity(dds_create_writer(participant_.get(), interest_topic_.get(), make_kept_qos().get(), nullptr));
+    }
+    rubicon_wire_Interest one{};
+    one.subscriber = id_;
+    one.incarnation = incarnation_;
+    one.slot = slot;
+    one.content._length = one.content._maximum = static_cast<std::uint32_t>(content.size());
+    one.content._buffer = const_cast<std::uint8_t*>(content.data());
+    dds_write(interests_.get(), &one);
+  }
+
+  /// A frame to `target`, by its own writer, that says to be from `source`.
+  void frame(std::uint32_t source, std::uint64_t source_incarnation, std::uint32_t target,
+             std::uint64_t target_incarnation, const Bytes& content) {
+    if (!frames_) {
+      frame_topic_ =
+          Entity(dds_create_topic(participant_.get(), &rubicon_wire_Frame_desc, "rubicon_frames", nullptr, nullptr));
+      auto partition = make_qos();
+      dds_qset_partition1(partition.get(), (std::to_string(id_) + "." + std::to_string(target)).c_str());
+      publisher_ = Entity(dds_create_publisher(participant_.get(), partition.get(), nullptr));
+      auto qos = make_qos();
+      dds_qset_reliability(qos.get(), DDS_RELIABILITY_RELIABLE, DDS_SECS(1));
+      dds_qset_history(qos.get(), DDS_HISTORY_KEEP_ALL, 0);
+      frames_ = Entity(dds_create_writer(publisher_.get(), frame_topic_.get(), qos.get(), nullptr));
+      await_reader();
+    }
+    rubicon_wire_Frame frame{};
+    frame.source = source;
+    frame.source_incarnation = source_incarnation;
+    frame.target_incarnation = target_incarnation;
+    frame.content._length = frame.content._maximum = static_cast<std::uint32_t>(content.size());
+    frame.content._buffer = const_cast<std::uint8_t*>(content.data());
+    dds_write(frames_.get(), &frame);
+  }
+
  private:
-  Entity domain_, participant_, topic_, writer_;  ///< deleted in the reverse order
+  /// What is written before somebody reads it is lost.
+  void await_reader() const {
+    dds_publication_matched_status_t status{};
+    for (int i = 0; i < 1000 && status.current_count == 0; ++i) {
+      dds_sleepfor(DDS_MSECS(1));
+      dds_get_publication_matched_status(frames_.get(), &status);
+    }
+  }
+
+  std::uint32_t id_ = 0;
+  std::uint64_t incarnation_ = 0;
+  // Deleted in the reverse order.
+  Entity domain_, participant_, topic_, writer_, interest_topic_, interests_, frame_topic_, publisher_, frames_;
 };
 
 }  // namespace rubicon::tuples::dds
