@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <tuple>
 #include <utility>
@@ -10,6 +11,8 @@ namespace rubicon::runtime {
 
 namespace {
 
+/// While networks start much changes at once, and somebody may look already.
+constexpr Duration kFirstPause = std::chrono::milliseconds(10);
 constexpr Duration kPause = std::chrono::seconds(1);
 
 std::string host_name() {
@@ -28,11 +31,13 @@ IslandPresence::IslandPresence(Scheduler& scheduler, TupleSpace& space, std::str
                scheduler.wall_now()} {}
 
 void IslandPresence::start() {
+  pause_ = kFirstPause;
   refresh();
 }
 
 void IslandPresence::refresh() {
-  timer_ = scheduler_.after(kPause, [this] { refresh(); });
+  timer_ = scheduler_.after(pause_, [this] { refresh(); });
+  pause_ = std::min(2 * pause_, kPause);
   summary_.networks = count_();
   auto text = model::to_json(summary_);
   if (text != described_ && space_.describe(text)) described_ = std::move(text);

@@ -10,7 +10,7 @@
 namespace rubicon::runtime {
 
 /// What the others see of this island without asking, and `<prefix>.islands`, its list of those it sees: both at most
-/// once a second, and only what changed.
+/// once a second, a few times in its first one, and only what changed.
 class IslandPresence {
  public:
   /// How many devices each network lists.
@@ -30,6 +30,7 @@ class IslandPresence {
   Count count_;
   Summary summary_;
   std::string described_, listed_;
+  Duration pause_{};
   Timer timer_;
 };
 
