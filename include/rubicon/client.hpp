@@ -30,6 +30,7 @@ struct Options {
   std::uint16_t port = 0;          ///< of TCP: where others may call; 0 = anywhere
   std::string tag;
   Duration lease = std::chrono::seconds(2);
+  bool trust_lan = false;  ///< whether components of other hosts may set our tuples and send us messages
   std::function<void(std::string_view)> warn;  ///< told what goes wrong, at most once a minute and subject
 };
 

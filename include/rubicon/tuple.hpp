@@ -38,8 +38,8 @@ struct Event {
 };
 using EventCall = std::function<void(const Event&)>;
 
-/// How a component came or went, or that it says something else of itself.
-enum class PeerEvent : std::uint8_t { kUp, kLeft, kLost, kDescribed };
+/// How a component came or went.
+enum class PeerEvent : std::uint8_t { kUp, kLeft, kLost };
 
 /// Longest summary a component may give of itself, in bytes; longer ones are not taken.
 inline constexpr std::size_t kMaxSummary = 16UL * 1024;

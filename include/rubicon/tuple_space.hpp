@@ -36,6 +36,7 @@ struct Demand {
 };
 using DemandCall = std::function<void(const Demand&)>;
 using PeerCall = std::function<void(OwnerId peer, PeerEvent event)>;
+using SummaryCall = std::function<void(OwnerId peer, std::string_view summary)>;
 /// The tuples of this owner that a subscription covers are all here: get() and list() see them.
 using SnapshotCall = std::function<void(OwnerId owner)>;
 
@@ -123,6 +124,8 @@ class TupleSpace final {
   Result<void> describe(std::string_view summary);
   /// What a present component says of itself; empty = nothing. Valid until the next turn.
   std::string_view summary(OwnerId peer) const;
+  /// Told when a component says something else of itself than before.
+  [[nodiscard]] Handle watch_summaries(SummaryCall call);
 
   /// Numbers for people and metrics: tuples own and cached, subscriptions, events queued, merged for slow peers.
   struct Stats {

@@ -30,8 +30,8 @@ Reading::Reading(Scheduler& scheduler, TupleSpace& space, const Acquaintance& ac
         told_.insert(owner);
         check();
       });
-  peers_ = space_.watch_peers([this](OwnerId peer, tuples::PeerEvent event) {
-    if (event != tuples::PeerEvent::kDescribed) told_.erase(peer);
+  peers_ = space_.watch_peers([this](OwnerId peer, tuples::PeerEvent) {
+    told_.erase(peer);
     check();
   });
   patience_ = scheduler_.after(patience, [this] { end(); });

@@ -62,8 +62,9 @@ void RoamingClaims::take(const std::string& domain, const tuples::Event& event) 
   check_clock(*claim);
   const Identity identity{domain, claim->address};
   const auto known = theirs_.find(where);
-  if (known != theirs_.end() && known->second != identity) drop(where);
-  if (known == theirs_.end() && theirs_.size() >= kMostClaims) {
+  const bool is_new = known == theirs_.end();
+  if (!is_new && known->second != identity) drop(where);
+  if (is_new && theirs_.size() >= kMostClaims) {
     return around_.warn("roaming", fmt::format("more than {} claims of other islands: some are not seen", kMostClaims));
   }
   place(identity, where.second, std::move(*claim));
@@ -116,7 +117,7 @@ void RoamingClaims::tidy(const Identity& identity) {
 }
 
 void RoamingClaims::peer(OwnerId island, tuples::PeerEvent event) {
-  if (!model::is_island(island) || event == tuples::PeerEvent::kDescribed) return;
+  if (!model::is_island(island)) return;
   const auto now = around_.clock.now().steady;
   auto& peer = peers_[island];
   peer.since = now;

@@ -17,6 +17,14 @@ Duration lifetime_of(const TupleView& tuple) {
   return std::chrono::microseconds(static_cast<std::int64_t>(to - from));
 }
 
+/// The calls may end any of the watches.
+template <class Call, class... Arguments>
+void tell(const std::vector<std::shared_ptr<Call>>& calls, Arguments... arguments) {
+  for (const auto& call : std::vector(calls)) {
+    if (std::find(calls.begin(), calls.end(), call) != calls.end()) (*call)(arguments...);
+  }
+}
+
 }  // namespace
 
 void TupleSpace::Parts::take_change(OwnerId owner, const Change& change) {
@@ -143,21 +151,15 @@ void TupleSpace::Parts::went(OwnerId owner) {
   });
 }
 
-void TupleSpace::Parts::tell_peer_calls(OwnerId peer, PeerEvent event) {
-  for (const auto& call : std::vector(peer_calls)) {
-    if (std::find(peer_calls.begin(), peer_calls.end(), call) != peer_calls.end()) (*call)(peer, event);
-  }
-}
-
 void TupleSpace::Parts::on_peer(OwnerId peer, PeerEvent event) {
   event == PeerEvent::kUp ? came(peer) : went(peer);
-  tell_peer_calls(peer, event);
+  tell(peer_calls, peer, event);
 }
 
 void TupleSpace::Parts::on_summary(OwnerId peer, std::string_view summary) {
   if (summary.size() > kMaxSummary) return void(++dropped);
   summaries[peer] = summary;
-  tell_peer_calls(peer, PeerEvent::kDescribed);
+  tell(summary_calls, peer, summary);
 }
 
 }  // namespace rubicon::tuples

@@ -106,7 +106,6 @@ struct TupleSpace::Parts final : LinkListener {
   void end_snapshot(OwnerId owner, std::uint32_t wire_id);
   void came(OwnerId owner);
   void went(OwnerId owner);
-  void tell_peer_calls(OwnerId peer, PeerEvent event);
   std::uint64_t ask(RemoteSet wish, ReplyCall call);
   void send(RemoteSet wish);
   Judgement decide(const RemoteSet& wish);
@@ -137,6 +136,7 @@ struct TupleSpace::Parts final : LinkListener {
   std::map<OwnerId, Timer> absent;          // owners that were lost or left and are not back; ends their grace
   std::map<OwnerId, std::string> summaries;
   std::vector<std::shared_ptr<PeerCall>> peer_calls;
+  std::vector<std::shared_ptr<SummaryCall>> summary_calls;
 
   std::unordered_map<std::uint64_t, SubscriptionPtr> by_number;
   std::unordered_map<std::uint32_t, SubscriptionPtr> by_wire_id;  // local ones

@@ -203,6 +203,11 @@ std::string_view TupleSpace::summary(OwnerId peer) const {
   return found == parts_->summaries.end() ? std::string_view() : std::string_view(found->second);
 }
 
+Handle TupleSpace::watch_summaries(SummaryCall call) {
+  auto watch = parts_->summary_calls.emplace_back(std::make_shared<SummaryCall>(std::move(call)));
+  return parts_->handle([parts = parts_.get(), watch] { std::erase(parts->summary_calls, watch); });
+}
+
 TupleSpace::Stats TupleSpace::stats() const {
   const auto& parts = *parts_;
   return {parts.store.own(),

@@ -164,15 +164,20 @@ TEST_F(Distant, PeersAreSeenComingAndGoing) {
 TEST_F(Distant, WhatAComponentSaysOfItselfIsSeenByLatecomersAndWhenItChanges) {
   ASSERT_TRUE(island->space.describe("home"));
   Component late(ecology, time, 70001);
-  std::vector<std::pair<OwnerId, PeerEvent>> seen;
-  const auto handle = late.space.watch_peers([&](OwnerId peer, PeerEvent event) { seen.emplace_back(peer, event); });
+  std::vector<std::pair<OwnerId, std::string>> seen;
+  const auto handle =
+      late.space.watch_summaries([&](OwnerId peer, std::string_view summary) { seen.emplace_back(peer, summary); });
+  std::vector<PeerEvent> peers;
+  const auto others = late.space.watch_peers([&](OwnerId, PeerEvent event) { peers.push_back(event); });
   time.run_for(1s);
   EXPECT_EQ(late.space.summary(kIsland), "home");
   EXPECT_EQ(late.space.summary(kRobot), "");
   seen.clear();
+  peers.clear();
   ASSERT_TRUE(island->space.describe("home, 3 devices"));
   time.run_for(1s);
-  EXPECT_THAT(seen, ElementsAre(std::pair(kIsland, PeerEvent::kDescribed)));
+  EXPECT_THAT(seen, ElementsAre(std::pair(kIsland, std::string("home, 3 devices"))));
+  EXPECT_THAT(peers, IsEmpty()) << "nobody came or went";
   EXPECT_EQ(late.space.summary(kIsland), "home, 3 devices");
   EXPECT_EQ(island->space.describe(std::string(kMaxSummary + 1, 'x')).error().code, ErrorCode::kOutOfRange);
   island.reset();

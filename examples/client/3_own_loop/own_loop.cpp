@@ -90,11 +90,11 @@ int main(int argc, char** argv) {
   std::cout << "I am " << number(client.id()) << std::endl;
 
   const auto presence = client.tuples().watch_peers([&](rubicon::OwnerId id, rubicon::PeerEvent event) {
-    if (event == rubicon::PeerEvent::kUp || event == rubicon::PeerEvent::kDescribed) {
-      std::cout << "present " << number(id) << ' ' << name_of(client, id) << std::endl;
-    } else {
+    if (event != rubicon::PeerEvent::kUp)
       std::cout << (event == rubicon::PeerEvent::kLeft ? "left " : "lost ") << number(id) << std::endl;
-    }
+  });
+  const auto names = client.tuples().watch_summaries([&](rubicon::OwnerId id, std::string_view) {
+    std::cout << "present " << number(id) << ' ' << name_of(client, id) << std::endl;
   });
   const auto letters = client.on_message(kChat, [](const rubicon::client::UserMessage& message) {
     std::cout << "from " << number(message.from) << ": " << message.bytes << std::endl;
