@@ -11,6 +11,8 @@ namespace rubicon::client {
 namespace {
 
 constexpr std::string_view kCommand = ".command";
+/// A device that left may have moved: so long its new island has to tell of the command (docs/roaming.md).
+constexpr Duration kMove = std::chrono::seconds(2);
 constexpr Duration kDefaultTimeToLive = std::chrono::seconds(5);
 
 bool is_final(std::string_view state) {
@@ -21,7 +23,11 @@ bool is_final(std::string_view state) {
 
 Errand::Errand(Scheduler& scheduler, TupleSpace& space, OwnerId owner, std::string_view key, std::string_view value,
                Ended ended, Duration time_to_live, Duration patience)
-    : self_(space.self()), is_command_(key.ends_with(kCommand)), ended_(std::move(ended)) {
+    : scheduler_(scheduler),
+      self_(space.self()),
+      owner_(owner),
+      is_command_(key.ends_with(kCommand)),
+      ended_(std::move(ended)) {
   if (is_command_) {
     const std::string point(key.substr(0, key.size() - kCommand.size()));
     description_ =
@@ -29,7 +35,7 @@ Errand::Errand(Scheduler& scheduler, TupleSpace& space, OwnerId owner, std::stri
           const auto about = nlohmann::json::parse(event.tuple.value, nullptr, false);
           is_state_ = about.is_object() && text_of(about, "report") == "state";
         });
-    status_ = space.subscribe({owner, point + ".status"}, {{}, {}, 0, true},
+    status_ = space.subscribe({std::nullopt, point + ".status"}, {{}, {}, 0, true},
                               [this](const tuples::Event& event) { stated(event); });
   }
   const auto lives = time_to_live > Duration(0) ? time_to_live : kDefaultTimeToLive;
@@ -57,23 +63,36 @@ void Errand::answered(const tuples::Reply& reply) {
 
 void Errand::stated(const tuples::Event& event) {
   if (!ended_) return;
+  const auto& tuple = event.tuple;
   if (event.kind != EventKind::kSet) {
-    outcome_.state = "failed";
-    outcome_.reason = "the device left";
-    return end();
+    if (tuple.owner == owner_) left();
+    return;
   }
-  const auto status = nlohmann::json::parse(event.tuple.value, nullptr, false);
+  const auto status = nlohmann::json::parse(tuple.value, nullptr, false);
   if (!status.is_object() || !status.contains("command") || !status["command"].is_object()) return;
   const auto& command = status["command"];
   const auto is = [&](const char* name, std::uint64_t wanted) {
     const auto found = command.find(name);
     return found != command.end() && found->is_number_unsigned() && *found == wanted;
   };
-  if (!is("creator", number(self_)) || !is("request", outcome_.request)) return displaced(command);
+  if (!is("creator", number(self_)) || !is("request", outcome_.request)) {
+    if (tuple.owner == owner_) displaced(command);
+    return;
+  }
+  owner_ = tuple.owner;
+  move_.cancel();
   seen_ = true;
   outcome_.state = text_of(command, "state");
   outcome_.reason = text_of(command, "reason");
   if (is_final(outcome_.state)) end();
+}
+
+void Errand::left() {
+  move_ = scheduler_.after(kMove, [this] {
+    outcome_.state = "failed";
+    outcome_.reason = "the device left";
+    end();
+  });
 }
 
 /// Of several changes within a turn of the owner only the last one is told: that a newer command took the place of
@@ -93,6 +112,7 @@ void Errand::end() {
   status_.reset();
   description_.reset();
   patience_.cancel();
+  move_.cancel();
   const auto call = std::exchange(ended_, nullptr);
   const auto outcome = outcome_;
   if (call) call(outcome);  // may end this

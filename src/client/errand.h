@@ -18,16 +18,19 @@ class Errand {
   void answered(const tuples::Reply& reply);
   void stated(const tuples::Event& event);
   void displaced(const nlohmann::json& by);
+  void left();
   void end();
 
+  Scheduler& scheduler_;
   OwnerId self_;
+  OwnerId owner_;  ///< who tells of it: another one when the device moved
   bool is_command_ = false;
   Outcome outcome_;
   Ended ended_;
   bool is_state_ = false;  ///< the point takes the newest command only (its description says so)
   bool seen_ = false;      ///< the status told of this command
   tuples::Handle status_, description_;
-  Timer patience_;
+  Timer patience_, move_;
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
 };
 

@@ -16,7 +16,7 @@ gateway::MessageCall opaque_call(MessageCall call) {
 }  // namespace
 
 PostOffice::PostOffice(Scheduler& scheduler, TupleSpace& space, base::LogSink& log)
-    : scheduler_(scheduler), gateway_(scheduler, space, log) {
+    : scheduler_(scheduler), gateway_(scheduler, space, log), self_(space.self()) {
   gateway_.on_taken([this](std::uint64_t number) { taken(number); });
   answers_ = gateway_.subscribe(MessageKind::kAcknowledge, [this](const Message& message) {
     const auto& answer = std::get<model::Acknowledge>(message.body);
@@ -26,12 +26,19 @@ PostOffice::PostOffice(Scheduler& scheduler, TupleSpace& space, base::LogSink& l
 }
 
 void PostOffice::send(OwnerId to, std::string_view type, std::string_view bytes, SentCall sent) {
+  if (sent && waiting_.size() >= kMostWaiting)
+    return scheduler_.post([sent = std::move(sent)] { sent("busy: too many messages are under way"); });
   Message message;
   message.destination.island = to;
   const auto view = base::as_bytes(bytes);
   message.body = model::Opaque{std::string(type), Bytes(view.begin(), view.end())};
   const auto number = gateway_.send(std::move(message));
-  if (sent) waiting_[number].sent = std::move(sent);
+  if (!sent) return;
+  waiting_[number].sent = std::move(sent);
+  if (to != self_) return;
+  scheduler_.post([this, number, alive = std::weak_ptr<bool>(alive_)] {  // no other gateway will say that it took it
+    if (alive.lock()) taken(number);
+  });
 }
 
 void PostOffice::taken(std::uint64_t number) {

@@ -25,13 +25,18 @@ class PostOffice {
     SentCall sent;
     Timer objection_time;
   };
+  /// Messages whose outcome somebody waits for; more are refused.
+  static constexpr std::size_t kMostWaiting = 10'000;
+
   void taken(std::uint64_t number);
   void over(std::uint64_t number, const std::string& why_not);
 
   Scheduler& scheduler_;
   gateway::Gateway gateway_;
-  std::map<std::uint64_t, Waiting> waiting_;  ///< by the message's number; bounded by the gateway's queue
+  std::map<std::uint64_t, Waiting> waiting_;  ///< by the message's number
   tuples::Handle answers_;
+  OwnerId self_;
+  std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
 };
 
 }  // namespace rubicon::client

@@ -1,6 +1,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "base/virtual_scheduler.h"
 #include "client/device_watch.h"
 #include "client/errand.h"
@@ -196,8 +198,27 @@ TEST_F(Commands, OfADeviceThatLeavesFail) {
   time.run_for(1ms);
   state(last.request, "queued");
   ASSERT_TRUE(island->space.erase("d.status"));
-  time.run_for(1ms);
+  time.run_for(5s);
   EXPECT_THAT(ended, ElementsAre("failed the device left"));
+}
+
+TEST_F(Commands, AreFollowedToAnotherIsland) {
+  Member other(ecology, time, 2);
+  const Errand errand(time, self.space, kIsland, "d.command", "on", end, {}, 15s);
+  time.run_for(1ms);
+  state(last.request, "queued");
+  ASSERT_TRUE(island->space.erase("d.status"));
+  time.run_for(500ms);
+  const auto says = [&](const std::string& word) {
+    ASSERT_TRUE(other.space.set("d.status", R"({"command":{"state":")" + word + R"(","creator":70000,"request":)" +
+                                                std::to_string(last.request) + "}}"));
+    time.run_for(1ms);
+  };
+  says("queued");
+  time.run_for(5s);
+  EXPECT_THAT(ended, IsEmpty());
+  says("confirmed");
+  EXPECT_THAT(ended, ElementsAre("confirmed "));
 }
 
 TEST_F(Commands, ToOtherTuplesEndWithTheAnswer) {
@@ -242,6 +263,27 @@ TEST_F(Messages, ThatNobodyHearsOrTakesAreReported) {
   time.run_for(1s);
   EXPECT_THAT(sent, testing::UnorderedElementsAre(testing::HasSubstr("nobody on island 1 listens"),
                                                   testing::HasSubstr("no component 5")));
+}
+
+TEST_F(Messages, ToOneselfAreMessagesToo) {
+  here.send(OwnerId(70000), "note", "x", note);
+  time.run_for(1s);
+  EXPECT_THAT(sent, ElementsAre(testing::HasSubstr("nobody on island 70000 listens")));
+  const auto some = here.on_message("note", [&](const UserMessage& message) { heard.push_back(message.bytes); });
+  here.send(OwnerId(70000), "note", "y", note);
+  time.run_for(1s);
+  EXPECT_THAT(heard, ElementsAre("y"));
+  EXPECT_EQ(sent.size(), 2U);
+  EXPECT_EQ(sent.back(), "");
+}
+
+TEST_F(Messages, BeyondTheBoundAreRefusedAndAllAreAnswered) {
+  const auto all = there.on_message("note", [](const UserMessage&) {});
+  constexpr int kMany = 10'500;
+  for (int i = 0; i < kMany; ++i) here.send(kIsland, "note", "x", note);
+  time.run_for(20s);
+  EXPECT_EQ(sent.size(), static_cast<std::size_t>(kMany));
+  EXPECT_GE(std::count_if(sent.begin(), sent.end(), [](const auto& why) { return why.starts_with("busy"); }), 500);
 }
 
 TEST_F(Messages, OfAllTypesCanBeHeard) {
