@@ -13,6 +13,7 @@
 #include "client/errand.h"
 #include "client/post_office.h"
 #include "client/reading.h"
+#include "transport/host_name.h"
 #include "transport/poll_loop.h"
 #include "tuples/dds/dds_ecology.h"
 
@@ -28,11 +29,6 @@ constexpr Duration kLongestNap = std::chrono::seconds(1);
 OwnerId drawn_id() {
   std::random_device source;
   return OwnerId(std::uniform_int_distribution<std::uint32_t>(kFirstId, 0xffffffff)(source));
-}
-
-std::string host_name() {
-  char name[256] = {};
-  return ::gethostname(name, sizeof name - 1) == 0 ? std::string(name) : std::string();
 }
 
 Result<void> check(const Options& options) {
@@ -82,7 +78,7 @@ struct Client::Parts {
     dds.lease = options.lease;
     dds.transport = options.tcp ? tuples::dds::DdsTransport::kTcp : tuples::dds::DdsTransport::kUdp;
     dds.port = options.port;
-    dds.trust_lan = true;  // who judges its own tuples decides itself
+    dds.trust_lan = options.trust_lan;
     const auto post = [this](std::function<void()> call) { loop->post(std::move(call)); };
     auto opened = tuples::dds::DdsEcology::open(std::move(dds), *loop, post, log);
     if (!opened) return fail(std::move(opened.error()));
@@ -92,7 +88,7 @@ struct Client::Parts {
     if (!link) return fail(std::move(error));
     space = std::make_unique<TupleSpace>(options.id, *loop, *link);
     acquaintance = std::make_unique<Acquaintance>(*loop, *space);
-    Summary summary{options.name, host_name(), "pid " + std::to_string(::getpid()), "", loop->wall_now()};
+    Summary summary{options.name, transport::host_name(), "pid " + std::to_string(::getpid()), "", loop->wall_now()};
     return space->describe(model::to_json(summary));
   }
 

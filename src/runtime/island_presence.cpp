@@ -1,11 +1,11 @@
 #include "runtime/island_presence.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <tuple>
 #include <utility>
+
+#include "transport/host_name.h"
 
 namespace rubicon::runtime {
 
@@ -15,11 +15,6 @@ namespace {
 constexpr Duration kFirstPause = std::chrono::milliseconds(10);
 constexpr Duration kPause = std::chrono::seconds(1);
 
-std::string host_name() {
-  char name[256] = {};
-  return ::gethostname(name, sizeof name - 1) == 0 ? std::string(name) : std::string();
-}
-
 }  // namespace
 
 IslandPresence::IslandPresence(Scheduler& scheduler, TupleSpace& space, std::string name, std::string prefix,
@@ -27,7 +22,7 @@ IslandPresence::IslandPresence(Scheduler& scheduler, TupleSpace& space, std::str
     : scheduler_(scheduler),
       space_(space),
       count_(std::move(count)),
-      summary_{std::move(name), host_name(), "rubicon-proxy " RUBICON_VERSION, std::move(prefix),
+      summary_{std::move(name), transport::host_name(), "rubicon-proxy " RUBICON_VERSION, std::move(prefix),
                scheduler.wall_now()} {}
 
 void IslandPresence::start() {

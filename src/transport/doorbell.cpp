@@ -37,7 +37,7 @@ void Doorbell::post(Call call) {
 
 void Doorbell::close() {
   run_ = nullptr;
-  pipe_.close();
+  pipe_.cancel();  // others may still ring: both ends go with the last of them
 }
 
 void Doorbell::listen() {
