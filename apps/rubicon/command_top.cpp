@@ -101,18 +101,12 @@ class Top {
 };
 
 int top(Session& session, const TopOptions& options) {
-  std::vector<Pattern> patterns;
-  auto texts = options.patterns;
-  if (texts.empty()) texts.push_back(session.settings().prefix + ".**");
-  for (const auto& text : texts) {
-    auto parsed = parse_patterns(text, "value");
-    if (!parsed) {
-      say(parsed.error().text);
-      return kUsage;
-    }
-    patterns.insert(patterns.end(), parsed->begin(), parsed->end());
+  auto patterns = parse_patterns(options.patterns, session.settings().prefix + ".**", "value");
+  if (!patterns) {
+    say(patterns.error().text);
+    return kUsage;
   }
-  return Top(session, options).run(patterns);
+  return Top(session, options).run(*patterns);
 }
 
 }  // namespace

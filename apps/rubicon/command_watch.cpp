@@ -89,18 +89,12 @@ class Watch {
 };
 
 int watch(Session& session, const WatchOptions& options) {
-  std::vector<Pattern> patterns;
-  auto texts = options.patterns;
-  if (texts.empty()) texts.push_back(session.settings().prefix + ".*.*.*.*.value");
-  for (const auto& text : texts) {
-    auto parsed = parse_patterns(text, "value");
-    if (!parsed) {
-      say(parsed.error().text);
-      return kUsage;
-    }
-    patterns.insert(patterns.end(), parsed->begin(), parsed->end());
+  auto patterns = parse_patterns(options.patterns, session.settings().prefix + ".*.*.*.*.value", "value");
+  if (!patterns) {
+    say(patterns.error().text);
+    return kUsage;
   }
-  return Watch(session, options, std::move(patterns)).run();
+  return Watch(session, options, std::move(*patterns)).run();
 }
 
 }  // namespace

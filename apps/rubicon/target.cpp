@@ -57,6 +57,18 @@ Result<std::vector<Pattern>> parse_patterns(std::string_view text, std::string_v
   return all;
 }
 
+Result<std::vector<Pattern>> parse_patterns(const std::vector<std::string>& texts, const std::string& otherwise,
+                                            std::string_view last) {
+  if (texts.empty()) return parse_patterns(otherwise, last);
+  std::vector<Pattern> all;
+  for (const auto& text : texts) {
+    auto parsed = parse_patterns(text, last);
+    if (!parsed) return parsed;
+    all.insert(all.end(), parsed->begin(), parsed->end());
+  }
+  return all;
+}
+
 int ambiguous(std::string_view typed, const std::vector<Target>& candidates) {
   std::string names;
   for (std::size_t i = 0; i < candidates.size() && i < kNamed; ++i)

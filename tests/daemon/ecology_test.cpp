@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "daemon/conversation.h"
 #include "daemon/private_network.h"
 #include "daemon/process.h"
 
@@ -43,20 +44,10 @@ class TwoIslands : public testing::Test {
            "30, period: 5s}}, actuators: {switch-1: {}}}}}\n";
     return file;
   }
-  static json ask(Process& shell, const std::string& command) {
-    shell.write(command + "\n");
-    const auto line = shell.line_with("\"ok\"");
-    return line ? json::parse(*line, nullptr, false) : json();
-  }
   template <class Holds>
   static testing::AssertionResult until(Process& shell, const std::string& command, Holds holds,
                                         Clock::duration patience = 10s) {
-    json answer;
-    for (const auto end = Clock::now() + patience; Clock::now() < end; std::this_thread::sleep_for(10ms)) {
-      answer = ask(shell, command);
-      if (holds(answer)) return testing::AssertionSuccess();
-    }
-    return testing::AssertionFailure() << command << ": " << answer;
+    return daemon::until(shell, command, patience, holds);
   }
   static std::uint64_t sequence(Process& shell) {
     return ask(shell, std::string("get ") + (kValue + 2)).value("seq", std::uint64_t{0});

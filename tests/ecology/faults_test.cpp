@@ -10,6 +10,7 @@
 #include <set>
 #include <thread>
 
+#include "daemon/conversation.h"
 #include "daemon/private_network.h"
 #include "daemon/process.h"
 
@@ -17,7 +18,9 @@ namespace rubicon::ecology {
 namespace {
 
 using namespace std::chrono_literals;
+using daemon::ask;
 using daemon::Process;
+using daemon::until;
 using nlohmann::json;
 using Clock = std::chrono::steady_clock;
 
@@ -34,21 +37,6 @@ class Faults : public testing::Test {
   }
   static std::unique_ptr<Process> member(int id) {
     return std::make_unique<Process>(std::vector<std::string>{kMember, std::to_string(id)});
-  }
-  static json ask(Process& one, const std::string& command) {
-    one.write(command + "\n");
-    const auto line = one.line_with("\"ok\"");
-    return line ? json::parse(*line, nullptr, false) : json();
-  }
-  template <class Holds>
-  static testing::AssertionResult until(Process& one, const std::string& command, Clock::duration patience,
-                                        Holds holds) {
-    json answer;
-    for (const auto end = Clock::now() + patience; Clock::now() < end; std::this_thread::sleep_for(10ms)) {
-      answer = ask(one, command);
-      if (holds(answer)) return testing::AssertionSuccess();
-    }
-    return testing::AssertionFailure() << command << ": " << answer;
   }
   static auto equals(const std::string& name, const json& value) {
     return [name, value](const json& answer) { return answer.contains(name) && answer[name] == value; };

@@ -12,13 +12,16 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "daemon/process.h"
+#include "daemon/conversation.h"
 
 namespace rubicon::ecology {
 namespace {
 
 using namespace std::chrono_literals;
+using daemon::ask;
+using daemon::parsed;
 using daemon::Process;
+using daemon::until;
 using nlohmann::json;
 using testing::AllOf;
 using testing::HasSubstr;
@@ -28,25 +31,6 @@ const std::string kDaemon = RUBICON_BINARY_DIR "/bin/rubicon-proxy";
 const std::string kProbe = RUBICON_BINARY_DIR "/bin/ecology-probe";
 constexpr const char* kValue = "1:proxy.dummy-1.hall.sensor.temperature-1.value";
 constexpr const char* kSwitch = "1:proxy.dummy-1.hall.actuator.switch-1.command";
-
-json parsed(const std::optional<std::string>& line) {
-  return line ? json::parse(*line, nullptr, false) : json();
-}
-
-json ask(Process& shell, const std::string& command) {
-  shell.write(command + "\n");
-  return parsed(shell.line_with("\"ok\""));
-}
-
-template <class Holds>
-testing::AssertionResult until(Process& shell, const std::string& command, Clock::duration patience, Holds holds) {
-  json answer;
-  for (const auto end = Clock::now() + patience; Clock::now() < end; std::this_thread::sleep_for(10ms)) {
-    answer = ask(shell, command);
-    if (holds(answer)) return testing::AssertionSuccess();
-  }
-  return testing::AssertionFailure() << command << ": " << answer;
-}
 
 auto has_value(const std::string& value) {
   return [value](const json& tuple) { return tuple.value("ok", false) && tuple.value("value", "") == value; };
