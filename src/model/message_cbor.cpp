@@ -62,6 +62,7 @@ json capability_out(const Capability& capability) {
     out["deadline-ms"] = std::chrono::ceil<std::chrono::milliseconds>(*capability.deadline).count();
   }
   if (!capability.reports) out["reports"] = false;
+  if (capability.sampled) out["sampled"] = true;
   if (capability.initial.index() != 0) out["initial"] = value_to_json(capability.initial);
   return out;
 }
@@ -80,6 +81,7 @@ Capability capability_in(FieldReader& in) {
     capability.deadline = std::chrono::milliseconds(in.number("deadline-ms", kLongestDeadline));
   }
   if (in.has("reports")) capability.reports = in.boolean("reports");
+  if (in.has("sampled")) capability.sampled = in.boolean("sampled");
   capability.initial = in.value("initial");
   return capability;
 }
@@ -121,7 +123,9 @@ struct BodyWriter {
     return {{"request", acknowledge.request}, {"outcome", to_string(acknowledge.outcome)}, {"text", acknowledge.text}};
   }
   json operator()(const State& state) const {
-    return {{"line", to_string(state.line)}, {"reason", state.reason}, {"counters", state.counters}};
+    json out{{"line", to_string(state.line)}, {"reason", state.reason}, {"counters", state.counters}};
+    if (!state.texts.empty()) out["texts"] = state.texts;
+    return out;
   }
   json operator()(const Opaque& opaque) const { return {{"type", opaque.type}, {"bytes", json::binary(opaque.bytes)}}; }
 
@@ -179,7 +183,8 @@ Body body_in(MessageKind kind, FieldReader in) {
     case MessageKind::kAcknowledge:
       return Acknowledge{in.number("request", kAny64), word_in(in, "outcome", Outcome::kBusy), in.text("text")};
     case MessageKind::kState:
-      return State{word_in(in, "line", LineState::kEnded), in.text("reason"), in.counters("counters")};
+      return State{word_in(in, "line", LineState::kEnded), in.text("reason"), in.counters("counters"),
+                   in.texts("texts")};
     case MessageKind::kOpaque: return Opaque{in.text("type", 255), in.bytes("bytes")};
   }
   return KeepAlive{};

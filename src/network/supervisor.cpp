@@ -59,6 +59,11 @@ class Supervisor::Slot final : public NetworkHost {
     deliver({}, model::State{model::LineState::kDown, std::move(why.text), {}});
   }
 
+  Result<Followed> follow(std::string_view tuple, std::function<void(std::string_view)> call) override {
+    if (!supervisor_.follow_) return fail(ErrorCode::kUnsupported, "there are no tuples to follow here");
+    return supervisor_.follow_(tuple, std::move(call));
+  }
+
   Scheduler& scheduler() override { return supervisor_.scheduler_; }
   transport::Transports& transports() override { return supervisor_.transports_; }
   const Log& log() const override { return log_; }

@@ -226,7 +226,8 @@ void Proxy::Parts::lost(Device& device) {
 }
 
 void Proxy::Parts::state(Device*, Network& network, const Message&, const model::State& state) {
-  for (const auto& [name, count] : state.counters) network.reported[name] = count;
+  for (const auto& [name, count] : state.counters) network.reported[name] = std::to_string(count);
+  for (const auto& [name, text] : state.texts) network.reported[name] = text;
   board.refresh_counters();
   set_line(network, state);
 }

@@ -32,9 +32,13 @@ struct Island::Parts {
         presence(scheduler, space, config.proxy.island_name, config.proxy.prefix,
                  [this] { return proxy.device_counts(); }) {
     gateway.connect(networks);
+    networks.follow_by([this](std::string_view tuple, std::function<void(std::string_view)> call) {
+      return follow(tuple, std::move(call));
+    });
     watch_numbers();
   }
   void watch_numbers();
+  Result<network::Followed> follow(std::string_view tuple, std::function<void(std::string_view)> call);
 
   Result<void> add(const NetworkSetup& setup, network::Supervisor& to, const std::string& directory,
                    base::ConfigErrors& errors);
@@ -92,6 +96,18 @@ void Island::Parts::watch_numbers() {
     say("state-pruned", file.pruned);
     say("state-damaged", file.damaged);
   });
+}
+
+/// Who shows a value wants it: the subscription is an active one.
+Result<network::Followed> Island::Parts::follow(std::string_view tuple, std::function<void(std::string_view)> call) {
+  auto pattern = Pattern::parse(tuple);
+  if (!pattern) return fail(pattern.error());
+  if (!pattern->exact()) return fail(ErrorCode::kInvalid, fmt::format("'{}' is a pattern, expected one tuple", tuple));
+  if (!pattern->owner) pattern->owner = config.id;
+  auto handle = space.subscribe(*pattern, {}, [call = std::move(call)](const tuples::Event& event) {
+    if (event.kind == tuples::EventKind::kSet) call(event.tuple.value);
+  });
+  return std::make_shared<tuples::Handle>(std::move(handle));
 }
 
 Island::Island(std::unique_ptr<Parts> parts, Scheduler& scheduler) : parts_(std::move(parts)), scheduler_(scheduler) {}

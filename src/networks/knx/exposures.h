@@ -1,0 +1,65 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "networks/knx/dpt/dpt.h"
+#include "networks/knx/groups/group_point.h"
+#include "network/network.h"
+
+namespace rubicon::networks::knx {
+
+/// A tuple that the bus can read and is told of.
+struct Exposure {
+  GroupAddress address{};
+  DptId dpt;
+  std::string tuple;              ///< key of one of this island's, or `ID:key`
+  bool on_change = true;          ///< written when the value changes
+  std::optional<Duration> every;  ///< written again after so long
+
+  friend bool operator==(const Exposure&, const Exposure&) = default;
+};
+
+/// Keeps the values of exposed tuples and says what has to go out. The host must outlive it.
+class Exposures {
+ public:
+  /// Hands a telegram over for the bus.
+  using Out = std::function<void(Telegram)>;
+  /// A tuple's value cannot be shown as that type.
+  using Unfit = std::function<void(const Exposure&, const Error&)>;
+
+  Exposures(network::NetworkHost& host, const TypeCatalogue& types, Out out, Unfit unfit);
+
+  /// Follows these from now on and no others; what did not change goes on. Tuples that cannot be followed are told.
+  void take(std::vector<Exposure> wanted);
+  /// The line is up (again): what is known and written is written.
+  void line_up();
+  void line_down() { up_ = false; }
+  /// A GroupRead: answered when the address is exposed and its value known, in the priority of the question.
+  void asked(const Telegram& question);
+
+  std::size_t size() const { return shown_.size(); }
+
+ private:
+  struct Shown {
+    Exposure what;
+    std::optional<Payload> payload;
+    network::Followed followed;
+    Timer again;
+  };
+  void changed(Shown& shown, std::string_view text);
+  void write(Shown& shown);
+  Result<Payload> payload_of(const Exposure& what, std::string_view text) const;
+
+  network::NetworkHost& host_;
+  const TypeCatalogue& types_;
+  Out out_;
+  Unfit unfit_;
+  bool up_ = false;
+  std::vector<std::unique_ptr<Shown>> shown_;
+};
+
+}  // namespace rubicon::networks::knx
