@@ -1,0 +1,71 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "base/scheduler.h"
+#include "transport/tcp.h"
+
+namespace rubicon::transport {
+
+/// Somebody listens on a port of a MemoryTcp until this is destroyed; connections it accepted live on.
+class MemoryListener {
+ public:
+  virtual ~MemoryListener() = default;
+};
+
+/// The connections of a MemoryNet (its member `tcp`): clients by MemoryTransports::open_tcp, servers by listen(). Both
+/// ends are TcpStreams. Outlives them.
+class MemoryTcp {
+ public:
+  /// Makes the calls of a connection that was accepted; `connected` is not called. `stream` is the server's end, and
+  /// must not be used before the accepting call has returned.
+  using Accept = std::function<TcpCalls(std::unique_ptr<TcpStream> stream)>;
+
+  explicit MemoryTcp(Scheduler& scheduler);
+  ~MemoryTcp();
+  MemoryTcp(const MemoryTcp&) = delete;
+  MemoryTcp& operator=(const MemoryTcp&) = delete;
+
+  /// Nobody else may listen there: asserted. The endpoint is a host's address and a port of it.
+  std::unique_ptr<MemoryListener> listen(const Endpoint& at, Accept accept);
+
+  Duration transit = std::chrono::microseconds(100);  ///< of each piece
+  std::size_t segment = 0;  ///< streams arrive in pieces of so many bytes; 0 = what was sent in a turn is one piece
+  bool answers = true;      ///< else attempts to connect begun now end by their timeout only
+
+  /// While so, no byte leaves: queues fill up.
+  void stall(bool stalled);
+  /// All connections break; both ends hear of it.
+  void cut();
+  /// Ends of connections that are open or being made.
+  std::size_t open_streams() const;
+
+  /// For MemoryTransports on the host with this address.
+  Result<std::unique_ptr<TcpStream>> open(const std::string& host, const TcpOptions& options, TcpCalls calls);
+
+ private:
+  friend class MemoryStream;
+  friend class MemoryListening;
+  struct End;
+  using EndPtr = std::shared_ptr<End>;
+
+  void reach(const EndPtr& client, const TcpOptions& options);
+  void hand_over(const EndPtr& client, const Accept& accept);
+  void flush(const EndPtr& end);
+  void arrive(const EndPtr& end);
+  void lose(const EndPtr& end, Error why);
+  void close(const EndPtr& end);
+
+  Scheduler& scheduler_;
+  std::map<Endpoint, Accept> listeners_;
+  std::vector<EndPtr> ends_;
+  bool stalled_ = false;
+  std::uint16_t last_port_ = 49151;
+};
+
+}  // namespace rubicon::transport
