@@ -22,8 +22,8 @@ class MemoryListener {
 /// ends are TcpStreams. Outlives them.
 class MemoryTcp {
  public:
-  /// Makes the calls of a connection that was accepted; `connected` is not called. `stream` is the server's end, and
-  /// must not be used before the accepting call has returned.
+  /// Gets the server's end of a connection and makes its calls; `connected` is not called. To destroy the stream is to
+  /// hang up.
   using Accept = std::function<TcpCalls(std::unique_ptr<TcpStream> stream)>;
 
   explicit MemoryTcp(Scheduler& scheduler);
@@ -54,16 +54,20 @@ class MemoryTcp {
   struct End;
   using EndPtr = std::shared_ptr<End>;
 
-  void reach(const EndPtr& client, const TcpOptions& options);
-  void hand_over(const EndPtr& client, const Accept& accept);
+  void reach(const EndPtr& client);
+  void accept(const EndPtr& client, const Accept& accept);
   void flush(const EndPtr& end);
-  void arrive(const EndPtr& end);
+  void arrive(const EndPtr& end, ByteView bytes);
   void lose(const EndPtr& end, Error why);
   void close(const EndPtr& end);
+  void after_transit(std::function<void()> call);
+  EndPtr make_end(Endpoint local, Endpoint remote);
 
   Scheduler& scheduler_;
   std::map<Endpoint, Accept> listeners_;
   std::vector<EndPtr> ends_;
+  std::map<std::uint64_t, Timer> flights_;
+  std::uint64_t last_flight_ = 0;
   bool stalled_ = false;
   std::uint16_t last_port_ = 49151;
 };
