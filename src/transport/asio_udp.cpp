@@ -1,5 +1,6 @@
 #include "transport/asio_udp.h"
 
+#include <arpa/inet.h>
 #include <fmt/format.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
@@ -48,8 +49,12 @@ struct Parts : std::enable_shared_from_this<Parts> {
   Parts(asio::io_context& context, UdpCalls c, std::size_t largest)
       : socket(context), calls(std::move(c)), buffer(largest) {}
 
-  error_code bind(const Endpoint& wanted);
+  Result<void> open(const UdpOptions& options);
+  error_code bind(const UdpOptions& options);
   error_code bind_one(const udp::endpoint& endpoint, bool both_families);
+  Result<void> set_multicast(const UdpMulticast& multicast);
+  error_code join(const std::string& group, const in_addr& interface_address);
+  Result<void> connect(const Endpoint& wanted);
   void receive();
   void received(const error_code& error, std::size_t size);
   bool take_error_reports();
@@ -64,9 +69,17 @@ struct Parts : std::enable_shared_from_this<Parts> {
   udp::endpoint from;
   std::deque<std::pair<udp::endpoint, Bytes>> queue;
   std::uint64_t dropped = 0;
+  std::optional<udp::endpoint> remote;  ///< as the socket's family spells it
+  bool reuse = false;
   bool six = false;
   bool alive = true;
 };
+
+template <class Value>
+error_code set(udp::socket& socket, int level, int option, const Value& value) {
+  if (::setsockopt(socket.native_handle(), level, option, &value, sizeof value) == 0) return {};
+  return {errno, boost::system::system_category()};
+}
 
 error_code Parts::bind_one(const udp::endpoint& endpoint, bool both_families) {
   error_code error;
@@ -75,10 +88,10 @@ error_code Parts::bind_one(const udp::endpoint& endpoint, bool both_families) {
   six = endpoint.address().is_v6();
   if (six) socket.set_option(asio::ip::v6_only(!both_families), error);
   // Without this the system keeps what ICMP says to itself (ip(7), IP_RECVERR).
-  const int on = 1;
-  ::setsockopt(socket.native_handle(), IPPROTO_IP, IP_RECVERR, &on, sizeof on);
-  if (six) ::setsockopt(socket.native_handle(), IPPROTO_IPV6, IPV6_RECVERR, &on, sizeof on);
-  socket.non_blocking(true, error);
+  set(socket, IPPROTO_IP, IP_RECVERR, 1);
+  if (six) set(socket, IPPROTO_IPV6, IPV6_RECVERR, 1);
+  if (!error && reuse) error = set(socket, SOL_SOCKET, SO_REUSEADDR, 1);
+  if (!error) socket.non_blocking(true, error);
   if (!error) socket.bind(endpoint, error);
   if (error) {
     error_code ignored;
@@ -87,15 +100,73 @@ error_code Parts::bind_one(const udp::endpoint& endpoint, bool both_families) {
   return error;
 }
 
-error_code Parts::bind(const Endpoint& wanted) {
+error_code Parts::bind(const UdpOptions& options) {
+  const auto& wanted = options.local;
   error_code error;
   if (!wanted.address.empty()) {
     const auto address = asio::ip::make_address(wanted.address, error);
     return error ? error : bind_one({address, wanted.port}, false);
   }
+  if (options.multicast) return bind_one({udp::v4(), wanted.port}, false);
   error = bind_one({udp::v6(), wanted.port}, true);
   if (!error || error == asio::error::address_in_use || error == asio::error::access_denied) return error;
   return bind_one({udp::v4(), wanted.port}, false);  // a machine without IPv6
+}
+
+Result<void> Parts::open(const UdpOptions& options) {
+  reuse = options.reuse_address;
+  if (const auto error = bind(options)) return io_error("open", options.local, error);
+  if (options.multicast) {
+    if (auto done = set_multicast(*options.multicast); !done)
+      return fail(done.error().code, fmt::format("UDP {}: {}", to_string(options.local), done.error().text));
+  }
+  return options.remote ? connect(*options.remote) : Result<void>();
+}
+
+auto cannot(const std::string& doing, const error_code& error) {
+  return fail(ErrorCode::kIo, fmt::format("cannot {}: {}", doing, error.message()));
+}
+
+Result<void> Parts::set_multicast(const UdpMulticast& multicast) {
+  if (six) return fail(ErrorCode::kUnsupported, "groups are heard on IPv4 sockets only");
+  in_addr interface_address{};
+  if (!multicast.interface_address.empty()) {
+    if (::inet_pton(AF_INET, multicast.interface_address.c_str(), &interface_address) != 1)
+      return fail(ErrorCode::kInvalid,
+                  fmt::format("'{}' is no IPv4 address of an interface", multicast.interface_address));
+    if (const auto error = set(socket, IPPROTO_IP, IP_MULTICAST_IF, interface_address))
+      return cannot("send to groups from the interface of " + multicast.interface_address, error);
+  }
+  // Otherwise it hears every group that anybody on this machine joined (ip(7), IP_MULTICAST_ALL).
+  if (const auto error = set(socket, IPPROTO_IP, IP_MULTICAST_ALL, 0)) return cannot("hear own groups only", error);
+  if (const auto error = set(socket, IPPROTO_IP, IP_MULTICAST_TTL, static_cast<int>(multicast.ttl)))
+    return cannot(fmt::format("set the time to live to {}", multicast.ttl), error);
+  if (const auto error = set(socket, IPPROTO_IP, IP_MULTICAST_LOOP, multicast.loopback ? 1 : 0))
+    return cannot("set the loopback of groups", error);
+  for (const auto& group : multicast.groups) {
+    const auto* where =
+        multicast.interface_address.empty() ? "the default interface" : multicast.interface_address.c_str();
+    if (const auto error = join(group, interface_address))
+      return cannot(fmt::format("join group {} on {}", group, where), error);
+  }
+  return {};
+}
+
+error_code Parts::join(const std::string& group, const in_addr& interface_address) {
+  ip_mreq wanted{{}, interface_address};
+  if (::inet_pton(AF_INET, group.c_str(), &wanted.imr_multiaddr) != 1) return asio::error::invalid_argument;
+  return set(socket, IPPROTO_IP, IP_ADD_MEMBERSHIP, wanted);
+}
+
+Result<void> Parts::connect(const Endpoint& wanted) {
+  error_code error;
+  auto address = asio::ip::make_address(wanted.address, error);
+  if (error || wanted.port == 0)
+    return fail(ErrorCode::kInvalid, fmt::format("UDP: no endpoint: {}", to_string(wanted)));
+  if (six && address.is_v4()) address = asio::ip::make_address_v6(asio::ip::v4_mapped, address.to_v4());
+  remote.emplace(address, wanted.port);
+  socket.connect(*remote, error);
+  return error ? Result<void>(io_error("connect", wanted, error)) : Result<void>();
 }
 
 void Parts::receive() {
@@ -108,7 +179,8 @@ void Parts::received(const error_code& error, std::size_t size) {
   const bool reports = take_error_reports();
   if (!alive) return;
   if (!error) {
-    calls.received(endpoint_of(from), ByteView(buffer).first(size));
+    // Between bind() and connect() a stranger may have been heard.
+    if (!remote || from == *remote) calls.received(endpoint_of(from), ByteView(buffer).first(size));
   } else if (!reports && !tells_of_a_datagram(error.value())) {
     return calls.failed({ErrorCode::kIo, fmt::format("UDP: cannot receive: {}", error.message())});
   }
@@ -158,6 +230,9 @@ Result<void> Parts::send(const Endpoint& to, ByteView bytes) {
   if (error || to.port == 0) return fail(ErrorCode::kInvalid, fmt::format("UDP: no endpoint: {}", to_string(to)));
   if (six && address.is_v4()) address = asio::ip::make_address_v6(asio::ip::v4_mapped, address.to_v4());
   const udp::endpoint target(address, to.port);
+  if (remote && target != *remote)
+    return fail(ErrorCode::kInvalid,
+                fmt::format("UDP {}: the socket sends to {} only", to_string(to), to_string(endpoint_of(*remote))));
   if (queue.empty()) {
     const auto done = try_send(target, bytes);
     if (done && !*done) return {};
@@ -225,7 +300,7 @@ AfterSend after_send(int error) {
 
 Result<std::unique_ptr<UdpSocket>> open_asio_udp(asio::io_context& context, const UdpOptions& options, UdpCalls calls) {
   auto parts = std::make_shared<Parts>(context, std::move(calls), options.largest);
-  if (const auto error = parts->bind(options.local)) return io_error("open", options.local, error);
+  if (auto open = parts->open(options); !open) return fail(open.error());
   parts->receive();
   return std::make_unique<AsioUdp>(std::move(parts));
 }

@@ -24,6 +24,7 @@ const std::map<std::string, Names> kFolderEdges{
     {"recording", {}},
     {"networks/log", {"network", "transport", "motes", "recording"}},
     {"networks/salad", {"network", "transport"}},
+    {"networks/knx", {"network", "transport"}},
     {"gateway", {"network", "tuples"}},
     {"client", {"transport", "tuples", "gateway"}},
     {"state", {}},
