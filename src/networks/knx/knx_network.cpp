@@ -93,6 +93,7 @@ void KnxNetwork::make_line() {
 Result<void> KnxNetwork::open() {
   if (!std::exchange(opened_, true)) {
     if (!options_.report.empty()) host_.log().info(options_.report);
+    if (options_.points.empty()) host_.log().info("no group addresses: what is heard stands in the property unassigned");
     points_.begin();
     exposures_.take(options_.exposures);
   }

@@ -1,0 +1,141 @@
+#include "networks/knx/knx_options.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <set>
+
+#include "model/key.h"
+#include "networks/knx/groups/import.h"
+
+namespace rubicon::networks::knx {
+
+namespace {
+
+/// Reads a group or individual address under a key; reports what is wrong.
+template <class Parse>
+auto address(ConfigReader& options, const std::string& key, Parse parse) {
+  std::optional<typename std::invoke_result_t<Parse, std::string_view>::value_type> found;
+  const auto text = options.text(key, "");
+  if (text.empty()) return found;
+  if (auto parsed = parse(text)) {
+    found = *parsed;
+  } else {
+    options.error(key, parsed.error().text);
+  }
+  return found;
+}
+
+Outbox::Limits limits(ConfigReader& options) {
+  Outbox::Limits limits;
+  limits.rate = options.real("telegrams-per-second", limits.rate, 0, 1'000'000);
+  limits.burst = static_cast<unsigned>(options.integer("burst", limits.burst, 1, 1000));
+  return limits;
+}
+
+void read_tunnel(ConfigReader& options, TunnelOptions& out) {
+  out.host = options.required_text("host");
+  out.port = static_cast<std::uint16_t>(options.integer("port", out.port, 1, 65535));
+  out.local_port = static_cast<std::uint16_t>(options.integer("local-port", 0, 0, 65535));
+  const auto nat = options.choice("nat", "auto", {"auto", "yes", "no"});
+  out.nat = nat == "auto" ? TunnelOptions::Nat::kAuto : nat == "yes" ? TunnelOptions::Nat::kOn : TunnelOptions::Nat::kOff;
+  out.wanted = address(options, "tunnel-address", parse_individual);
+  out.limits = limits(options);
+}
+
+void read_routing(ConfigReader& options, RoutingOptions& out) {
+  out.group.address = options.text("multicast", out.group.address);
+  out.group.port = static_cast<std::uint16_t>(options.integer("port", out.group.port, 1, 65535));
+  out.interface = options.text("interface", out.interface);
+  out.ttl = static_cast<std::uint8_t>(options.integer("ttl", out.ttl, 1, 255));
+  if (const auto own = address(options, "address", parse_individual)) out.own = *own;
+  out.limits = limits(options);
+}
+
+void read_line(ConfigReader& options, LineOptions& out) {
+  const auto via = options.choice("via", "tunnel", {"tunnel", "tunnel-tcp", "routing"});
+  out.via = via == "tunnel" ? Via::kTunnel : via == "routing" ? Via::kRouting : Via::kTunnelTcp;
+  out.tunnel.tcp = out.via == Via::kTunnelTcp;
+  if (out.via == Via::kRouting) {
+    read_routing(options, out.routing);
+  } else {
+    read_tunnel(options, out.tunnel);
+  }
+}
+
+void read_exposure(const std::string& key, ConfigReader& entry, std::vector<Exposure>& out) {
+  Exposure one;
+  if (auto parsed = parse_group(key)) {
+    one.address = *parsed;
+  } else {
+    entry.error("", parsed.error().text);
+  }
+  one.tuple = entry.required_text("tuple");
+  const auto pattern = Pattern::parse(one.tuple);
+  if (!one.tuple.empty() && (!pattern || !pattern->exact()))
+    entry.error("tuple", pattern ? "is a pattern, expected one tuple" : pattern.error().text);
+  const auto dpt = entry.required_text("dpt");
+  if (auto id = parse_dpt(dpt); id && find_dpt(*id)) {
+    one.dpt = *id;
+  } else if (!dpt.empty()) {
+    entry.error("dpt", id ? fmt::format("there is no data point type {}", to_string(*id)) : id.error().text);
+  }
+  one.on_change = entry.boolean("on-change", true);
+  one.every = entry.duration_or_never("every", std::nullopt);
+  if (one.every && *one.every < std::chrono::seconds(1)) entry.error("every", "expected at least 1s, or never");
+  const bool twice =
+      std::any_of(out.begin(), out.end(), [&](const auto& other) { return other.address == one.address; });
+  if (twice) entry.error("", fmt::format("{} is exposed twice", to_string(one.address)));
+  out.push_back(std::move(one));
+}
+
+/// An address that we expose answers for itself: it cannot be a point too.
+void check_exposures(ConfigReader& options, const KnxOptions& out) {
+  std::set<GroupAddress> exposed;
+  for (const auto& one : out.exposures) exposed.insert(one.address);
+  for (const auto& point : out.points) {
+    if (exposed.contains(point.address) || (point.state && exposed.contains(*point.state)))
+      options.error("expose", fmt::format("{} is one of the groups too", to_string(point.address)));
+  }
+}
+
+void read_points(const network::NetworkConfig& config, transport::Transports& transports, KnxOptions& out) {
+  ConfigReader& options = config.options;
+  read_groups(options, out.points);
+  const bool guess = options.boolean("guess", true);
+  const auto name = options.text("import", "");
+  if (name.empty()) return;
+  const auto path = (std::filesystem::path(config.directory) / name).lexically_normal().string();
+  auto imported = import_file(path, transports, {guess});
+  if (!imported) return options.error("import", imported.error().text);
+  out.report = imported->report.summary();
+  std::set<GroupAddress> here;
+  for (const auto& point : out.points) {
+    here.insert(point.address);
+    if (point.state) here.insert(*point.state);
+  }
+  for (auto& point : imported->points) {
+    if (here.contains(point.address)) continue;
+    if (point.state && here.contains(*point.state)) point.state.reset();
+    out.points.push_back(std::move(point));
+  }
+}
+
+}  // namespace
+
+KnxOptions read_knx_options(const network::NetworkConfig& config, transport::Transports& transports) {
+  ConfigReader& options = config.options;
+  KnxOptions out;
+  read_line(options, out.line);
+  read_points(config, transports, out);
+  for (auto& [key, entry] : options.maps("expose")) read_exposure(key, entry, out.exposures);
+  check_exposures(options, out);
+  auto capture = options.map("capture");
+  out.capture.age = capture.duration("keep", out.capture.age);
+  out.capture.bytes = static_cast<std::size_t>(capture.size("size", out.capture.bytes, 0, 64UL << 20));
+  capture.finish();
+  return out;
+}
+
+}  // namespace rubicon::networks::knx
