@@ -129,13 +129,15 @@ std::map<std::string, std::uint64_t> FieldReader::counters(const char* key) {
   return out;
 }
 
+/// Of the texts of a State.
+constexpr std::size_t kLongestText = 64UL * 1024;
+
 std::map<std::string, std::string> FieldReader::texts(const char* key) {
-  constexpr std::size_t kLongest = 64UL * 1024;
   std::map<std::string, std::string> out;
   const auto* found = find(key);
   if (!found) return out;
   const auto fits = [](const auto& text) {
-    return text.is_string() && text.template get_ref<const std::string&>().size() <= kLongest;
+    return text.is_string() && text.template get_ref<const std::string&>().size() <= kLongestText;
   };
   if (!found->is_object() || found->size() > kMaxMessageEntries || !std::all_of(found->begin(), found->end(), fits)) {
     wrong(key, "a map of names to texts of at most 64 KiB");
