@@ -5,8 +5,7 @@
 
 #include <optional>
 
-#include "base/virtual_scheduler.h"
-#include "transport/memory_transports.h"
+#include "knx_routing/host.h"
 
 namespace rubicon::networks::knx {
 namespace {
@@ -16,42 +15,12 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
-using transport::Endpoint;
 
 /// Of knxd 0.14.54 (knx.md, section 18), its control endpoint 10.77.0.1:3671; the name padded to 30 bytes.
 const std::string kSearchResponse =
     "06100202004c08010a4d00010e57"
     "3601020011fa0000010203040506e000170c2a6c383bd812" +
     base::to_hex(base::as_bytes("test-knxd")) + std::string(42, '0') + "0802020104010501";
-
-Bytes bytes(std::string_view hex) {
-  return base::from_hex(hex).value();
-}
-
-/// A socket of a host on the network of memory that keeps what it hears.
-struct Host {
-  Host(transport::MemoryNet& net, const std::string& address) : at(address) { lines.join(net, address); }
-  void listen(std::vector<std::string> groups, std::uint16_t port) {
-    transport::UdpOptions options{{groups.empty() ? "" : groups[0], port}};
-    options.multicast = transport::UdpMulticast{std::move(groups), at};
-    options.reuse_address = true;
-    transport::UdpCalls calls;
-    calls.received = [this](const Endpoint& from, ByteView frame) {
-      heard.emplace_back(from, base::to_hex(frame));
-      if (answer) answer(from, frame);
-    };
-    calls.undelivered = [](const Error&) {};
-    calls.failed = [](const Error&) { ADD_FAILURE(); };
-    sockets.push_back(std::move(lines.open_udp(options, std::move(calls)).value()));
-  }
-  void send(const Endpoint& to, ByteView frame) { ASSERT_TRUE(sockets.back()->send(to, frame)); }
-
-  std::string at;
-  transport::MemoryTransports lines;
-  std::function<void(const Endpoint& from, ByteView frame)> answer;
-  std::vector<std::pair<Endpoint, std::string>> heard;
-  std::vector<std::unique_ptr<transport::UdpSocket>> sockets;
-};
 
 class Discovering : public ::testing::Test {
  protected:

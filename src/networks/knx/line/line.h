@@ -14,9 +14,10 @@ namespace rubicon::networks::knx {
 enum class Sent : std::uint8_t {
   kSent,             ///< confirmed by L_Data.con; by routing: it left
   kNotAcknowledged,  ///< L_Data.con with its error bit: nobody on the bus took it
-  kUnconfirmed,      ///< no L_Data.con within 3 s
+  kUnconfirmed,      ///< the interface took it, but no L_Data.con came within 3 s or before the line was lost
   kRefused,          ///< the server did not understand it (ack status 29), or the queue is full
-  kExpired           ///< its time was over before it could leave
+  kExpired,          ///< its time was over before it could leave
+  kLost              ///< the line was lost while it was under way, and again (or its time was over) when repeated
 };
 
 struct LineState {

@@ -1,0 +1,100 @@
+#include "networks/knx/line/routing_line.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+namespace rubicon::networks::knx {
+
+using transport::Endpoint;
+
+RoutingLine::RoutingLine(Scheduler& scheduler, transport::Transports& transports, RoutingOptions options,
+                         LineCalls calls, RoutingCalls more)
+    : scheduler_(scheduler),
+      transports_(transports),
+      options_(std::move(options)),
+      calls_(std::move(calls)),
+      more_(std::move(more)),
+      machine_(scheduler, {options_.address, std::chrono::milliseconds(20), options_.seed, options_.limits},
+               machine_calls()) {
+  state_.server = to_string(options_.group);
+  if (!options_.interface_address.empty()) state_.server += " on " + options_.interface_address;
+  state_.own = options_.address;
+}
+
+RoutingLine::~RoutingLine() = default;
+
+Routing::Calls RoutingLine::machine_calls() {
+  Routing::Calls calls;
+  calls.send = [this](ByteView frame) { return sockets_.front()->send(options_.group, frame); };
+  calls.received = [this](const Telegram& telegram) { calls_.received(telegram); };
+  calls.frame = [this](ByteView cemi, bool outgoing) {
+    if (calls_.frame) calls_.frame(cemi, outgoing);
+  };
+  calls.lost = [this](const Endpoint& from, const RoutingLostMessage& message) {
+    if (more_.lost) more_.lost(from, message);
+  };
+  calls.discovery = [this](const Endpoint& from, ByteView frame) {
+    if (more_.discovery) more_.discovery(from, frame);
+  };
+  calls.changed = [this] { tell(); };
+  calls.failed = [this](Error error) { lost(std::move(error)); };
+  return calls;
+}
+
+Result<void> RoutingLine::open() {
+  machine_.down();
+  closing_.cancel();
+  sockets_.clear();
+  const Endpoint system{std::string(kKnxGroup), options_.group.port};
+  const bool only = options_.group.address == system.address;
+  Sockets sockets;
+  auto joined = join(options_.group, only ? Routing::Group::kOnly : Routing::Group::kConfigured, sockets);
+  if (joined && !only) joined = join(system, Routing::Group::kSystem, sockets);
+  if (!joined) return joined;
+  sockets_ = std::move(sockets);
+  // What others see as our endpoint is known only where the interface is.
+  machine_.up({options_.interface_address, options_.group.port});
+  state_.phase = LineState::Phase::kUp;
+  up_ = scheduler_.after(Duration::zero(), [this] { tell(); });
+  return {};
+}
+
+/// Bound to the group, so that a server on this machine keeps what is sent to its port.
+Result<void> RoutingLine::join(const Endpoint& group, Routing::Group role, Sockets& sockets) {
+  transport::UdpOptions options{group};
+  options.multicast = transport::UdpMulticast{{group.address}, options_.interface_address, options_.ttl};
+  options.reuse_address = true;
+  transport::UdpCalls calls;
+  calls.received = [this, role](const Endpoint& from, ByteView bytes) { machine_.heard(from, bytes, role); };
+  calls.undelivered = [](const Error&) {};  // of one datagram to a group; what matters shows when sending
+  calls.failed = [this](Error error) { lost(std::move(error)); };
+  auto socket = transports_.open_udp(options, std::move(calls));
+  if (!socket) return fail(socket.error());
+  sockets.push_back(std::move(*socket));
+  return {};
+}
+
+void RoutingLine::send(Telegram telegram, SteadyTime expires, SentCall done) {
+  machine_.send(std::move(telegram), expires, std::move(done));
+}
+
+/// The sockets live until a later turn: one of them may be calling.
+void RoutingLine::lost(Error why) {
+  machine_.down();
+  state_.phase = LineState::Phase::kOff;
+  state_.reason = why.text;
+  closing_ = scheduler_.after(Duration::zero(), [this, why = std::move(why)] {
+    sockets_.clear();
+    if (calls_.changed) calls_.changed(state_);
+    calls_.failed(why);
+  });
+}
+
+void RoutingLine::tell() {
+  if (state_.phase != LineState::Phase::kUp) return;
+  state_.reason = machine_.note();
+  if (calls_.changed) calls_.changed(state_);
+}
+
+}  // namespace rubicon::networks::knx
