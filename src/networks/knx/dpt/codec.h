@@ -24,6 +24,9 @@ Result<Payload> encode_bits(const Dpt& type, const Value& value);
 Result<Value> decode_raw(const Dpt& type, ByteView bytes);
 Result<Payload> encode_raw(const Dpt& type, const Value& value);
 
+/// Longer JSON is no value of any data point type.
+inline constexpr std::size_t kMaxJson = 4096;
+
 /// Direction and code of 3.007 as share of the whole range: 100, 50, 25, ... or the negative; 0 stops, -0 stops with
 /// the direction bit set, so that both read back.
 double step_value(std::uint64_t raw);
