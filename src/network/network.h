@@ -52,6 +52,8 @@ struct NetworkConfig {
   ConfigReader& options;
   const TypeCatalogue& types;
   std::string directory;  ///< of the configuration file: relative paths start here; empty = the working directory
+  /// Reads further YAML of the site's (`file` for the places in errors); nullptr where there is none.
+  Result<ConfigNode> (*read_yaml)(std::string_view text, std::string_view file) = nullptr;
 };
 
 /// A network of devices behind one line. Destroyed = stopped, at once and without a word to the host.

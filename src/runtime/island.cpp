@@ -11,6 +11,7 @@
 #include "runtime/island_metrics.h"
 #include "runtime/island_presence.h"
 #include "runtime/options_file.h"
+#include "runtime/yaml.h"
 
 namespace rubicon::runtime {
 
@@ -118,7 +119,7 @@ Result<void> Island::Parts::add(const NetworkSetup& setup, network::Supervisor& 
                                 base::ConfigErrors& errors) {
   ConfigReader options(setup.options, "networks." + setup.key, errors);
   const auto before = errors.lines().size();
-  auto added = to.add(*setup.type, {setup.id, config.id, options, config.types, directory});
+  auto added = to.add(*setup.type, {setup.id, config.id, options, config.types, directory, parse_yaml});
   if (!added && errors.lines().size() == before) options.error("", added.error().text);
   options.finish();
   return added;
@@ -223,7 +224,7 @@ void Island::Parts::apply(IslandConfig next, ReloadPlan& plan) {
   for (const auto& id : plan.changed) {
     const auto& setup = setup_of(next, id);
     ConfigReader options(setup.options, "networks." + setup.key, errors);
-    if (!networks.change({id, config.id, options, config.types, next.directory})) anew.push_back(id);
+    if (!networks.change({id, config.id, options, config.types, next.directory, parse_yaml})) anew.push_back(id);
   }
   for (const auto& id : plan.removed) take_away(id);
   for (const auto& id : anew) take_away(id);

@@ -13,6 +13,7 @@
 #include "networks/knx/knx_sample.h"
 #include "networks/knx/operators.h"
 #include "networks/knx/unassigned.h"
+#include "networks/knx/wire/cemi.h"
 
 namespace rubicon::networks::knx {
 
@@ -85,7 +86,7 @@ void KnxNetwork::make_line() {
   calls.frame = [this](ByteView cemi, bool outgoing) {
     capture_.add(cemi, outgoing, host_.scheduler().wall_now());
     if (!outgoing || !operators_.monitored()) return;
-    if (const auto telegram = telegram_of(cemi)) operators_.seen(*telegram, true);
+    if (const auto telegram = read_telegram(cemi)) operators_.seen(*telegram, true);
   };
   line_ = knx::make_line(options_.line, host_.scheduler(), host_.transports(), std::move(calls));
 }
@@ -180,7 +181,7 @@ Result<void> KnxNetwork::change(const network::NetworkConfig& config) {
   KnxOptions next = read_knx_options(config, host_.transports());
   if (config.options.errors().lines().size() > errors)
     return fail(ErrorCode::kInvalid, fmt::format("network {}: wrong options", config.id));
-  if (!(next.line == options_.line)) return fail(ErrorCode::kUnsupported, "the line changes");
+  if (!same_line(next.line, options_.line)) return fail(ErrorCode::kUnsupported, "the line changes");
   PointTable table(next.points, types_);
   options_ = std::move(next);
   for (const auto& point : table.points()) unassigned_.forget(point.source());

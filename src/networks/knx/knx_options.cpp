@@ -8,6 +8,8 @@
 
 #include "model/key.h"
 #include "networks/knx/groups/import.h"
+#include "networks/knx/groups/record.h"
+#include "transport/read_text.h"
 
 namespace rubicon::networks::knx {
 
@@ -47,16 +49,16 @@ void read_tunnel(ConfigReader& options, TunnelOptions& out) {
 void read_routing(ConfigReader& options, RoutingOptions& out) {
   out.group.address = options.text("multicast", out.group.address);
   out.group.port = static_cast<std::uint16_t>(options.integer("port", out.group.port, 1, 65535));
-  out.interface = options.text("interface", out.interface);
+  out.interface_address = options.text("interface", out.interface_address);
   out.ttl = static_cast<std::uint8_t>(options.integer("ttl", out.ttl, 1, 255));
-  if (const auto own = address(options, "address", parse_individual)) out.own = *own;
+  if (const auto own = address(options, "address", parse_individual)) out.address = *own;
   out.limits = limits(options);
 }
 
 void read_line(ConfigReader& options, LineOptions& out) {
   const auto via = options.choice("via", "tunnel", {"tunnel", "tunnel-tcp", "routing"});
   out.via = via == "tunnel" ? Via::kTunnel : via == "routing" ? Via::kRouting : Via::kTunnelTcp;
-  out.tunnel.tcp = out.via == Via::kTunnelTcp;
+  out.tunnel.via = out.via == Via::kTunnelTcp ? TunnelOptions::Via::kTcp : TunnelOptions::Via::kUdp;
   if (out.via == Via::kRouting) {
     read_routing(options, out.routing);
   } else {
@@ -100,22 +102,57 @@ void check_exposures(ConfigReader& options, const KnxOptions& out) {
   }
 }
 
+/// A record as `rubicon knx import` writes it: what stands under `groups` there.
+std::vector<GroupPoint> points_of_record(const network::NetworkConfig& config, std::string_view text,
+                                         const std::string& path) {
+  std::vector<GroupPoint> points;
+  auto& options = config.options;
+  if (config.read_yaml == nullptr) {
+    options.error("import", "records in YAML cannot be read here");
+    return points;
+  }
+  const auto root = config.read_yaml(text, path);
+  if (!root) {
+    options.error("import", root.error().text);
+    return points;
+  }
+  ConfigReader record(*root, "", options.errors());
+  read_groups(record, points);
+  record.finish();
+  return points;
+}
+
+/// The export of a project, or a record.
+std::vector<GroupPoint> points_of_file(const network::NetworkConfig& config, transport::Transports& transports,
+                                       const std::string& name, bool guess, std::string& report) {
+  const auto path = (std::filesystem::path(config.directory) / name).lexically_normal().string();
+  const auto text = transport::read_text(transports, path, kMaxListBytes);
+  if (!text) {
+    config.options.error("import", text.error().text);
+    return {};
+  }
+  if (path.ends_with(".yaml") || path.ends_with(".yml")) return points_of_record(config, *text, path);
+  auto imported = import_text(*text, path, {guess, {}});
+  if (!imported) {
+    config.options.error("import", imported.error().text);
+    return {};
+  }
+  report = report_text(imported->report);
+  return std::move(imported->points);
+}
+
 void read_points(const network::NetworkConfig& config, transport::Transports& transports, KnxOptions& out) {
   ConfigReader& options = config.options;
   read_groups(options, out.points);
   const bool guess = options.boolean("guess", true);
   const auto name = options.text("import", "");
   if (name.empty()) return;
-  const auto path = (std::filesystem::path(config.directory) / name).lexically_normal().string();
-  auto imported = import_file(path, transports, {guess});
-  if (!imported) return options.error("import", imported.error().text);
-  out.report = imported->report.summary();
   std::set<GroupAddress> here;
   for (const auto& point : out.points) {
     here.insert(point.address);
     if (point.state) here.insert(*point.state);
   }
-  for (auto& point : imported->points) {
+  for (auto& point : points_of_file(config, transports, name, guess, out.report)) {
     if (here.contains(point.address)) continue;
     if (point.state && here.contains(*point.state)) point.state.reset();
     out.points.push_back(std::move(point));

@@ -7,7 +7,7 @@
 #include "networks/knx/capture.h"
 #include "networks/knx/exposures.h"
 #include "networks/knx/groups/group_point.h"
-#include "networks/knx/line/line_options.h"
+#include "networks/knx/knx_line.h"
 
 namespace rubicon::networks::knx {
 
