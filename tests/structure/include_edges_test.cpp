@@ -30,7 +30,7 @@ const std::map<std::string, Names> kFolderEdges{
     {"state", {}},
     {"proxy", {"gateway", "tuples", "state"}},
     {"runtime", {"transport", "tuples", "network", "motes", "recording", "networks", "gateway", "state", "proxy"}},
-    {"apps", {"runtime", "client", "networks/salad", "transport"}},
+    {"apps", {"runtime", "client", "networks/salad", "networks/knx", "transport"}},
 };
 
 /// Third-party headers, by their beginning, and the folders that may use them.
