@@ -9,6 +9,7 @@
 #include "base/result.h"
 #include "model/type_catalogue.h"
 #include "model/value.h"
+#include "networks/knx/dpt/form.h"
 #include "networks/knx/wire/telegram.h"
 
 namespace rubicon::networks::knx {
@@ -38,6 +39,9 @@ struct Dpt {
   double minimum = 0, maximum = 0;  ///< of number types, in `unit`
   double step = 0;                  ///< resolution in `unit`; 0 = no number, or a float
   TypeId sensor{}, actuator{};      ///< what the type catalogue calls it as a sensor and as an actuator
+  Form form = Form::kRaw;
+  std::span<const Word> words{};   ///< of a bit, an enumeration, a set of bits; sorted by value
+  const Record* record = nullptr;  ///< of Form::kRecord
 };
 
 /// All rows, sorted by id (363).
@@ -47,8 +51,8 @@ std::span<const Dpt> all_dpts();
 const Dpt* find_dpt(DptId id);
 
 /// Payload -> value in the unit of the table, exact per resolution. kInvalid: wrong length or form, undecodable (7FFF
-/// of 9.xxx). Numbers are double or int64, one bit is bool, enumerations are their number, times and texts are text,
-/// sets of bits and records JSON. No allocation for numeric types.
+/// of 9.xxx); kOutOfRange: outside the bounds of the type. Numbers are double or int64, one bit is bool, enumerations
+/// are their number, times and texts are text, sets of bits and records JSON. No allocation for numeric types.
 Result<Value> decode(const Dpt& type, PayloadView payload);
 /// The inverse; kOutOfRange outside the bounds (never clamped), kInvalid for a value of another kind.
 Result<Payload> encode(const Dpt& type, const Value& value);
