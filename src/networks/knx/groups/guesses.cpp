@@ -30,23 +30,29 @@ std::string group_key(const GroupEntry& entry, std::string_view name) {
   return fmt::format("{}\n{}\n{}\n{}", entry.dpt->main, entry.main_group, entry.middle_group, name);
 }
 
+/// Something that could be commanded: its type or its name says so.
+bool is_command(const Named& named) {
+  const auto& words = named.words;
+  const bool by_word = words.says(Sense::kCommand) || words.says(Sense::kSetpoint) || words.says(Sense::kSwitch);
+  return !words.says(Sense::kMeasured) && (by_word || kind_of_type(named.entry->dpt) == Kind::kActuator);
+}
+
 /// `Lamp switch` and `Lamp status`, `Setpoint` and `Setpoint status`.
 void by_state_word(Named& named, std::map<std::string, Candidates>& out) {
-  const auto& words = named.words;
-  auto& group = out[group_key(*named.entry, words.rest)];
-  (words.says(Sense::kState) ? group.states : group.commands).push_back(&named);
+  const bool reports = named.words.says(Sense::kState);
+  if (!reports && !is_command(named)) return;
+  auto& group = out[group_key(*named.entry, named.words.rest)];
+  (reports ? group.states : group.commands).push_back(&named);
 }
 
 /// `Blind Sollwert` and `Blind Istwert`. Not where the actual value is a measurement of its own (9: temperature, 14).
 void by_actual_word(Named& named, std::map<std::string, Candidates>& out) {
   const auto& words = named.words;
   const auto main = named.entry->dpt->main;
-  const bool reports = words.says(Sense::kActual) || words.says(Sense::kState);
-  const bool commands = words.says(Sense::kCommand) || words.says(Sense::kSetpoint);
   if (named.state || named.is_state || main == 9 || main == 14) return;
-  if (reports == words.says(Sense::kSetpoint) || (!reports && !commands)) {
-    if (reports || !commands) return;
-  }
+  const bool reports = words.says(Sense::kActual) || words.says(Sense::kState);
+  const bool commands = words.says(Sense::kCommand) || words.says(Sense::kSwitch) || words.says(Sense::kSetpoint);
+  if ((reports && words.says(Sense::kSetpoint)) || (!reports && !commands)) return;
   auto& group = out[group_key(*named.entry, words.stem)];
   (reports ? group.states : group.commands).push_back(&named);
 }
@@ -59,7 +65,8 @@ void narrow(std::vector<Named*>& commands, const Named& state) {
     }
   };
   keep([&](const Named* command) { return command->entry->dpt == state.entry->dpt; });
-  keep([](const Named* command) { return command->words.says(Sense::kCommand); });
+  keep(
+      [](const Named* command) { return command->words.says(Sense::kCommand) || command->words.says(Sense::kSwitch); });
 }
 
 std::string shown(const Named& named, Notation notation) {
