@@ -45,6 +45,7 @@ const std::map<std::string, Names> kLibraryEdges{
     {"nlohmann/", {"model", "recording", "networks/log", "networks/knx", "proxy", "client", "runtime", "apps"}},
     {"sqlite3.h", {"state"}},
     {"zstd.h", {"recording"}},
+    {"expat.h", {"networks/knx"}},
     {"thread", {"transport", "runtime"}},
     {"mutex", {"transport", "runtime"}},
     {"condition_variable", {"transport", "runtime"}},
