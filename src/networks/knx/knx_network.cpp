@@ -46,7 +46,7 @@ class KnxNetwork final : public network::Network {
   }
 
   Result<void> open() override;
-  Result<void> send(const Message& message) override;
+  Result<void> send(const model::Message& message) override;
   Result<void> change(const network::NetworkConfig& config) override;
 
  private:
@@ -165,7 +165,7 @@ Operators::Meaning KnxNetwork::meaning(GroupAddress address) const {
   return {};
 }
 
-Result<void> KnxNetwork::send(const Message& message) {
+Result<void> KnxNetwork::send(const model::Message& message) {
   report_later();
   const auto& device = message.destination.device;
   if (device.empty()) return operators_.take(message);

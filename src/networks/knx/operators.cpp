@@ -58,7 +58,7 @@ Result<const Dpt*> type_of(const json& wish, const Dpt* configured) {
 Operators::Operators(network::NetworkHost& host, const Capture& capture, Means means)
     : host_(host), capture_(capture), means_(std::move(means)) {}
 
-Result<void> Operators::take(const Message& message) {
+Result<void> Operators::take(const model::Message& message) {
   const auto* opaque = std::get_if<model::Opaque>(&message.body);
   if (!opaque || opaque->type != kRequestTag)
     return fail(ErrorCode::kUnsupported, fmt::format("KNX takes no {}", to_string(message.kind())));
@@ -195,7 +195,7 @@ void Operators::reply(const Asker& asker, json answer) {
 }
 
 void Operators::say(const Address& to, std::string_view tag, const std::string& text) {
-  Message message;
+  model::Message message;
   message.destination = to;
   const auto bytes = base::as_bytes(text);
   message.body = model::Opaque{std::string(tag), Bytes(bytes.begin(), bytes.end())};

@@ -37,7 +37,7 @@ class Operators {
   /// Requests go over this line; nullptr: they are refused.
   void use(Line* line) { line_ = line; }
   /// A message to the network; kUnsupported if it is no request of a tool, kInvalid if it cannot be read.
-  Result<void> take(const Message& message);
+  Result<void> take(const model::Message& message);
   bool monitored() const { return !monitors_.empty(); }
   /// A telegram was heard, or is sent.
   void seen(const Telegram& telegram, bool own);

@@ -151,7 +151,7 @@ Result<std::uint64_t> field_raw(const Dpt& type, const Field& field, const Tree&
 /// Reads and writes the fields of one payload.
 class RecordWriter {
  public:
-  RecordWriter(const Dpt& type, const Tree& json) : type_(type), json_(json), bytes_((type.bits + 7) / 8) {}
+  RecordWriter(const Dpt& type, const Tree& json) : type_(type), json_(json), bytes_((type.bits + 7U) / 8) {}
 
   Result<Payload> write() {
     if (auto known = check_names(); !known) return fail(known.error());
