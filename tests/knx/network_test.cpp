@@ -1,6 +1,6 @@
 #include <nlohmann/json.hpp>
 
-#include "networks/knx_bench.h"
+#include "knx/bench.h"
 
 namespace rubicon::networks::knx {
 namespace {

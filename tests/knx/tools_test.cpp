@@ -2,7 +2,7 @@
 
 #include "networks/knx/capture.h"
 #include "networks/knx/operators.h"
-#include "networks/knx_bench.h"
+#include "knx/bench.h"
 
 namespace rubicon::networks::knx {
 namespace {
