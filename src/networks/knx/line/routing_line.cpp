@@ -26,7 +26,7 @@ RoutingLine::~RoutingLine() = default;
 
 Routing::Calls RoutingLine::machine_calls() {
   Routing::Calls calls;
-  calls.send = [this](ByteView frame) { return sockets_.front()->send(options_.group, frame); };
+  calls.send = [this](ByteView frame) { return sender_->send(options_.group, frame); };
   calls.received = [this](const Telegram& telegram) { calls_.received(telegram); };
   calls.frame = [this](ByteView cemi, bool outgoing) {
     if (calls_.frame) calls_.frame(cemi, outgoing);
@@ -45,34 +45,59 @@ Routing::Calls RoutingLine::machine_calls() {
 Result<void> RoutingLine::open() {
   machine_.down();
   closing_.cancel();
-  sockets_.clear();
-  const Endpoint system{std::string(kKnxGroup), options_.group.port};
-  const bool only = options_.group.address == system.address;
-  Sockets sockets;
-  auto joined = join(options_.group, only ? Routing::Group::kOnly : Routing::Group::kConfigured, sockets);
-  if (joined && !only) joined = join(system, Routing::Group::kSystem, sockets);
-  if (!joined) return joined;
-  sockets_ = std::move(sockets);
-  // What others see as our endpoint is known only where the interface is.
-  machine_.up({options_.interface_address, options_.group.port});
+  close();
+  auto opened = join_all();
+  if (opened) opened = open_sender();
+  if (!opened) {
+    close();
+    return opened;
+  }
+  machine_.up({options_.interface_address, sender_->local().port});
   state_.phase = LineState::Phase::kUp;
   up_ = scheduler_.after(Duration::zero(), [this] { tell(); });
   return {};
 }
 
+Result<void> RoutingLine::join_all() {
+  if (options_.group.address == kKnxGroup) return join(options_.group, Routing::Group::kOnly);
+  auto joined = join(options_.group, Routing::Group::kConfigured);
+  if (joined) joined = join({std::string(kKnxGroup), options_.group.port}, Routing::Group::kSystem);
+  return joined;
+}
+
 /// Bound to the group, so that a server on this machine keeps what is sent to its port.
-Result<void> RoutingLine::join(const Endpoint& group, Routing::Group role, Sockets& sockets) {
+Result<void> RoutingLine::join(const Endpoint& group, Routing::Group role) {
   transport::UdpOptions options{group};
   options.multicast = transport::UdpMulticast{{group.address}, options_.interface_address, options_.ttl};
   options.reuse_address = true;
   transport::UdpCalls calls;
   calls.received = [this, role](const Endpoint& from, ByteView bytes) { machine_.heard(from, bytes, role); };
+  calls.undelivered = [](const Error&) {};
+  calls.failed = [this](Error error) { lost(std::move(error)); };
+  auto socket = transports_.open_udp(options, std::move(calls));
+  if (!socket) return fail(socket.error());
+  sockets_.push_back(std::move(*socket));
+  return {};
+}
+
+/// Others on this machine hear the group on the same port; from a port of our own they know our frames from theirs, as
+/// we do (knxd takes for its own what comes from its address and port 3671: measured).
+Result<void> RoutingLine::open_sender() {
+  transport::UdpOptions options{{options_.interface_address, 0}};
+  options.multicast = transport::UdpMulticast{{}, options_.interface_address, options_.ttl};
+  transport::UdpCalls calls;
+  calls.received = [](const Endpoint&, ByteView) {};
   calls.undelivered = [](const Error&) {};  // of one datagram to a group; what matters shows when sending
   calls.failed = [this](Error error) { lost(std::move(error)); };
   auto socket = transports_.open_udp(options, std::move(calls));
   if (!socket) return fail(socket.error());
-  sockets.push_back(std::move(*socket));
+  sender_ = std::move(*socket);
   return {};
+}
+
+void RoutingLine::close() {
+  sockets_.clear();
+  sender_.reset();
 }
 
 void RoutingLine::send(Telegram telegram, SteadyTime expires, SentCall done) {
@@ -85,7 +110,7 @@ void RoutingLine::lost(Error why) {
   state_.phase = LineState::Phase::kOff;
   state_.reason = why.text;
   closing_ = scheduler_.after(Duration::zero(), [this, why = std::move(why)] {
-    sockets_.clear();
+    close();
     if (calls_.changed) calls_.changed(state_);
     calls_.failed(why);
   });

@@ -45,7 +45,10 @@ class RoutingLine final : public Line {
  private:
   using Sockets = std::vector<std::unique_ptr<transport::UdpSocket>>;
 
-  Result<void> join(const transport::Endpoint& group, Routing::Group role, Sockets& sockets);
+  Result<void> join(const transport::Endpoint& group, Routing::Group role);
+  Result<void> join_all();
+  Result<void> open_sender();
+  void close();
   Routing::Calls machine_calls();
   void lost(Error why);
   void tell();
@@ -55,7 +58,8 @@ class RoutingLine final : public Line {
   RoutingOptions options_;
   LineCalls calls_;
   RoutingCalls more_;
-  Sockets sockets_;  ///< the first one sends
+  Sockets sockets_;                               ///< that hear
+  std::unique_ptr<transport::UdpSocket> sender_;  ///< with a port of its own
   LineState state_;
   Timer up_, closing_;
   Routing machine_;
