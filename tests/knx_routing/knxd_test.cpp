@@ -49,6 +49,8 @@ class WithKnxd : public ::testing::Test {
     });
   }
   DiscoveryResult discover(DiscoveryOptions options) {
+    options.collect = 1s;  // of real time; it answers at once
+    options.repeat = 300ms;
     std::optional<DiscoveryResult> result;
     const Discovery discovery(world->loop.scheduler(), world->local, std::move(options),
                               [&](DiscoveryResult found) { result = std::move(found); });
