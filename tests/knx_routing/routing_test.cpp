@@ -393,6 +393,35 @@ TEST_F(RoutingOverMemory, AnInterfaceThatIsNotThereIsNamed) {
   EXPECT_EQ(router.line->state().phase, LineState::Phase::kOff);
 }
 
+TEST_F(RoutingOverMemory, WhoHearsNobodyJoinsAgain) {
+  Router router(time, here);
+  open(router);
+  for (int i = 0; i < 10; ++i) {
+    time.run_for(50s);
+    from_other("0610053000132900bcd011c80a070300800c33");
+  }
+  EXPECT_EQ(router.line->counters().at("joined-again"), 0u);
+  for (int i = 0; i < 3; ++i) {
+    router.send(write_to(1));
+    time.run_for(50s);
+  }
+  EXPECT_EQ(router.line->counters().at("joined-again"), 2u) << "own frames prove nothing";
+  EXPECT_EQ(net.open_sockets(), 3u);
+  from_other("0610053000132900bcd011c80a070300800c33");
+  EXPECT_THAT(router.heard, SizeIs(11));
+}
+
+TEST_F(RoutingOverMemory, AnInterfaceThatWentAwayIsNoticedThoughNothingIsSent) {
+  Router router(time, here);
+  open(router);
+  here.lines.join(net, "10.77.0.99");
+  time.run_for(61s);
+  ASSERT_THAT(router.failures, SizeIs(1));
+  EXPECT_THAT(router.failures[0].text, HasSubstr("10.77.0.2"));
+  time.run_for(1h);
+  EXPECT_THAT(router.failures, SizeIs(1)) << "once, until it is opened again";
+}
+
 TEST_F(RoutingOverMemory, WhatWaitsBeforeTheLineIsThereGoesWhenItIs) {
   Router router(time, here);
   router.send(write_to(1));

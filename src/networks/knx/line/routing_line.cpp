@@ -15,6 +15,7 @@ RoutingLine::RoutingLine(Scheduler& scheduler, transport::Transports& transports
       options_(std::move(options)),
       calls_(std::move(calls)),
       more_(std::move(more)),
+      silence_(scheduler, [this] { join_again(); }),
       machine_(scheduler, {options_.address, std::chrono::milliseconds(20), options_.seed, options_.limits},
                machine_calls()) {
   state_.server = to_string(options_.group);
@@ -53,6 +54,7 @@ Result<void> RoutingLine::open() {
     return opened;
   }
   machine_.up({options_.interface_address, sender_->local().port});
+  silence_.set(kSilence);
   state_.phase = LineState::Phase::kUp;
   up_ = scheduler_.after(Duration::zero(), [this] { tell(); });
   return {};
@@ -71,7 +73,7 @@ Result<void> RoutingLine::join(const Endpoint& group, Routing::Group role) {
   options.multicast = transport::UdpMulticast{{group.address}, options_.interface_address, options_.ttl};
   options.reuse_address = true;
   transport::UdpCalls calls;
-  calls.received = [this, role](const Endpoint& from, ByteView bytes) { machine_.heard(from, bytes, role); };
+  calls.received = [this, role](const Endpoint& from, ByteView bytes) { heard(from, bytes, role); };
   calls.undelivered = [](const Error&) {};
   calls.failed = [this](Error error) { lost(std::move(error)); };
   auto socket = transports_.open_udp(options, std::move(calls));
@@ -95,7 +97,27 @@ Result<void> RoutingLine::open_sender() {
   return {};
 }
 
+void RoutingLine::heard(const Endpoint& from, ByteView datagram, Routing::Group role) {
+  if (from.port != sender_->local().port) silence_.set(kSilence);  // what we hear of ourselves proves nothing
+  machine_.heard(from, datagram, role);
+}
+
+/// Left and joined: only that makes the system say so to the switch.
+void RoutingLine::join_again() {
+  sockets_.clear();
+  ++joined_again_;
+  if (auto joined = join_all(); !joined) return lost(joined.error());
+  silence_.set(kSilence);
+}
+
+std::map<std::string, std::uint64_t> RoutingLine::counters() const {
+  auto all = machine_.counters();
+  all["joined-again"] = joined_again_;
+  return all;
+}
+
 void RoutingLine::close() {
+  silence_.clear();
   sockets_.clear();
   sender_.reset();
 }
@@ -107,6 +129,7 @@ void RoutingLine::send(Telegram telegram, SteadyTime expires, SentCall done) {
 /// The sockets live until a later turn: one of them may be calling.
 void RoutingLine::lost(Error why) {
   machine_.down();
+  silence_.clear();
   state_.phase = LineState::Phase::kOff;
   state_.reason = why.text;
   closing_ = scheduler_.after(Duration::zero(), [this, why = std::move(why)] {
