@@ -60,8 +60,7 @@ class Supervisor::Slot final : public NetworkHost {
   }
 
   Result<Followed> follow(std::string_view tuple, std::function<void(std::string_view)> call) override {
-    if (!supervisor_.follow_) return fail(ErrorCode::kUnsupported, "there are no tuples to follow here");
-    return supervisor_.follow_(tuple, std::move(call));
+    return supervisor_.follow_ ? supervisor_.follow_(tuple, std::move(call)) : NetworkHost::follow(tuple, call);
   }
 
   Scheduler& scheduler() override { return supervisor_.scheduler_; }

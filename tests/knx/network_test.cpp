@@ -270,9 +270,9 @@ TEST_F(KnxPoints, AddressesWithoutATypeAreBytes) {
 }
 
 TEST_F(KnxPoints, WrongOptionsAreNamedWithTheirPlace) {
-  const ConfigNode node = support::config_of(R"({"host": "x", "nat": "maybe", "tunnel-address": "1.1", "burst": 0,
+  const ConfigNode node = support::config_of(std::string_view(R"({"host": "x", "nat": "maybe", "tunnel-address": "1.1", "burst": 0,
     "groups": {"1/2/3": "9.001"}, "import": "missing.csv", "flavour": "plain",
-    "expose": {"1/2/3": {"tuple": "proxy.**", "dpt": "777", "every": "5ms"}}})");
+    "expose": {"1/2/3": {"tuple": "proxy.**", "dpt": "777", "every": "5ms"}}})"));
   ConfigReader reader(node, "networks.knx", errors);
   EXPECT_FALSE(kType.make({"knx", IslandId{1}, reader, types, {}}, host));
   reader.finish();

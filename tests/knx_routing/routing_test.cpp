@@ -96,7 +96,7 @@ TEST_F(RoutingOverMemory, ATelegramLeavesAsAnIndicationFromOurAddress) {
   time.run_for(1ms);
   EXPECT_THAT(router.outcomes, ElementsAre(Sent::kSent));
   EXPECT_THAT(other.heard,
-              ElementsAre(std::pair(Endpoint{"10.77.0.2", 3671}, "0610053000132900bce0fffa0a070300800c33")));
+              ElementsAre(std::pair(Endpoint{"10.77.0.2", 49152}, "0610053000132900bce0fffa0a070300800c33")));
   EXPECT_THAT(router.frames, ElementsAre(std::pair("2900bce0fffa0a070300800c33", true)));
 }
 
@@ -151,7 +151,7 @@ TEST_F(RoutingOverMemory, UrgentTelegramsOvertake) {
 }
 
 TEST_F(RoutingOverMemory, OwnFramesAreNotHeardAndThoseOfANeighbourOnThisMachineAre) {
-  Router router(time, here), neighbour(time, here);  // the same address, machine and port
+  Router router(time, here), neighbour(time, here);  // the same address and machine
   open(router);
   open(neighbour);
   router.send(write_to(1));
@@ -164,7 +164,7 @@ TEST_F(RoutingOverMemory, OwnFramesAreNotHeardAndThoseOfANeighbourOnThisMachineA
   EXPECT_EQ(neighbour.heard[0].destination, GroupAddress(1));
   EXPECT_EQ(router.line->counters().at("own-frames"), 1u);
   EXPECT_EQ(router.line->counters().at("doubled-address"), 1u);
-  EXPECT_THAT(router.line->state().reason, HasSubstr("15.15.250 is the address of 10.77.0.2:3671 too"));
+  EXPECT_THAT(router.line->state().reason, HasSubstr("15.15.250 is the address of 10.77.0.2:49153 too"));
   EXPECT_THAT(router.states, SizeIs(2)) << "told once";
 }
 
@@ -187,7 +187,9 @@ TEST_F(RoutingOverMemory, WhereTheOwnEndpointIsUnknownOwnFramesAreKnownByTheirBy
   time.run_for(1s);
   EXPECT_THAT(router.heard, IsEmpty());
   EXPECT_EQ(router.line->counters().at("own-frames"), 30u);
-  from_other(other.heard.back().second);
+  const auto last = other.heard.back().second;
+  other.listen({}, 49152);  // the port we have on our machine
+  from_other(last);
   EXPECT_THAT(router.heard, SizeIs(1));
 }
 
@@ -200,6 +202,7 @@ TEST_F(RoutingOverMemory, OnlyTheLastTwentyThatDidNotComeBackAreKept) {
   for (std::uint16_t i = 1; i <= 21; ++i) router.send(write_to(i));
   time.run_for(1s);
   net.loses = nullptr;
+  other.listen({}, 49152);  // the port we have on our machine
   from_other("0610053000132900bce0fffa00010300800c33");
   EXPECT_THAT(router.heard, SizeIs(1));
   from_other("0610053000132900bce0fffa00020300800c33");
@@ -388,6 +391,35 @@ TEST_F(RoutingOverMemory, AnInterfaceThatIsNotThereIsNamed) {
   ASSERT_FALSE(opened);
   EXPECT_THAT(opened.error().text, HasSubstr("192.0.2.1"));
   EXPECT_EQ(router.line->state().phase, LineState::Phase::kOff);
+}
+
+TEST_F(RoutingOverMemory, WhoHearsNobodyJoinsAgain) {
+  Router router(time, here);
+  open(router);
+  for (int i = 0; i < 10; ++i) {
+    time.run_for(50s);
+    from_other("0610053000132900bcd011c80a070300800c33");
+  }
+  EXPECT_EQ(router.line->counters().at("joined-again"), 0u);
+  for (int i = 0; i < 3; ++i) {
+    router.send(write_to(1));
+    time.run_for(50s);
+  }
+  EXPECT_EQ(router.line->counters().at("joined-again"), 2u) << "own frames prove nothing";
+  EXPECT_EQ(net.open_sockets(), 3u);
+  from_other("0610053000132900bcd011c80a070300800c33");
+  EXPECT_THAT(router.heard, SizeIs(11));
+}
+
+TEST_F(RoutingOverMemory, AnInterfaceThatWentAwayIsNoticedThoughNothingIsSent) {
+  Router router(time, here);
+  open(router);
+  here.lines.join(net, "10.77.0.99");
+  time.run_for(61s);
+  ASSERT_THAT(router.failures, SizeIs(1));
+  EXPECT_THAT(router.failures[0].text, HasSubstr("10.77.0.2"));
+  time.run_for(1h);
+  EXPECT_THAT(router.failures, SizeIs(1)) << "once, until it is opened again";
 }
 
 TEST_F(RoutingOverMemory, WhatWaitsBeforeTheLineIsThereGoesWhenItIs) {

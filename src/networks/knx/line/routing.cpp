@@ -147,9 +147,10 @@ void Routing::indication(const Endpoint& from, const RoutingIndication& indicati
   if (telegram) calls_.received(*telegram);
 }
 
-/// Programs on one machine may share the port: what comes from our endpoint is ours only if we sent it.
+/// Nobody else sends from our port; where the address it is seen with is unknown, another machine may.
 bool Routing::is_own(const Endpoint& from, ByteView cemi) {
-  if (!own_.address.empty() && from != own_) return false;
+  if (from.port != own_.port) return false;
+  if (!own_.address.empty()) return from.address == own_.address;
   const auto same = [&](const Bytes& sent) { return std::equal(sent.begin(), sent.end(), cemi.begin(), cemi.end()); };
   const auto found = std::find_if(sent_.begin(), sent_.end(), same);
   if (found == sent_.end()) return false;

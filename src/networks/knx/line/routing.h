@@ -52,7 +52,8 @@ class Routing {
   Routing(const Routing&) = delete;
   Routing& operator=(const Routing&) = delete;
 
-  /// The line is there; `own` is what others see us send from, its address empty where that is not known.
+  /// The line is there; `own` is what others see us send from, its address empty where that is not known. The port is
+  /// nobody else's on this machine.
   void up(transport::Endpoint own);
   /// The line is lost: what waits stays.
   void down();

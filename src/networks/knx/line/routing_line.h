@@ -30,6 +30,10 @@ struct RoutingCalls {
 /// Telegrams over the routers' group: each is sent when it left; nobody confirms it.
 class RoutingLine final : public Line {
  public:
+  /// Who heard nobody for so long joins the groups once more: switches forget members where no router asks for them
+  /// (IGMP snooping), and interfaces come and go.
+  static constexpr Duration kSilence = std::chrono::seconds(60);
+
   /// Scheduler and transports must outlive it.
   RoutingLine(Scheduler& scheduler, transport::Transports& transports, RoutingOptions options, LineCalls calls,
               RoutingCalls more = {});
@@ -40,12 +44,17 @@ class RoutingLine final : public Line {
   Result<void> open() override;
   void send(Telegram telegram, SteadyTime expires, SentCall done) override;
   const LineState& state() const override { return state_; }
-  std::map<std::string, std::uint64_t> counters() const override { return machine_.counters(); }
+  std::map<std::string, std::uint64_t> counters() const override;
 
  private:
   using Sockets = std::vector<std::unique_ptr<transport::UdpSocket>>;
 
-  Result<void> join(const transport::Endpoint& group, Routing::Group role, Sockets& sockets);
+  Result<void> join(const transport::Endpoint& group, Routing::Group role);
+  Result<void> join_all();
+  Result<void> open_sender();
+  void heard(const transport::Endpoint& from, ByteView datagram, Routing::Group role);
+  void join_again();
+  void close();
   Routing::Calls machine_calls();
   void lost(Error why);
   void tell();
@@ -55,9 +64,12 @@ class RoutingLine final : public Line {
   RoutingOptions options_;
   LineCalls calls_;
   RoutingCalls more_;
-  Sockets sockets_;  ///< the first one sends
+  Sockets sockets_;                               ///< that hear
+  std::unique_ptr<transport::UdpSocket> sender_;  ///< with a port of its own
   LineState state_;
   Timer up_, closing_;
+  Deadline silence_;
+  std::uint64_t joined_again_ = 0;
   Routing machine_;
 };
 
