@@ -71,7 +71,7 @@ Result<Tree> field_json(const Dpt& type, const Field& field, std::uint64_t raw) 
     case FieldKind::kFloat32: {
       const auto value = std::bit_cast<float>(static_cast<std::uint32_t>(raw));
       if (!std::isfinite(value)) return wrong_field(type, field, "a finite number");
-      return Tree(static_cast<double>(value));
+      return Tree(shortest_single(value));
     }
     case FieldKind::kWords: break;
   }
@@ -151,7 +151,7 @@ Result<std::uint64_t> field_raw(const Dpt& type, const Field& field, const Tree&
 /// Reads and writes the fields of one payload.
 class RecordWriter {
  public:
-  RecordWriter(const Dpt& type, const Tree& json) : type_(type), json_(json), bytes_((type.bits + 7) / 8) {}
+  RecordWriter(const Dpt& type, const Tree& json) : type_(type), json_(json), bytes_((type.bits + 7U) / 8) {}
 
   Result<Payload> write() {
     if (auto known = check_names(); !known) return fail(known.error());
