@@ -33,6 +33,9 @@ double step_value(std::uint64_t raw);
 /// The nearest step; nullopt beyond -100..100.
 std::optional<std::uint8_t> step_raw(double percent);
 
+/// The shortest text of the single, read as a double: 20.48, not 20.479999542236328.
+double shortest_single(double value);
+
 /// `count` bits (1..64) from the first bit sent on, most significant first.
 std::uint64_t bits_at(ByteView bytes, std::size_t offset, std::size_t count);
 void put_bits(Bytes& bytes, std::size_t offset, std::size_t count, std::uint64_t raw);

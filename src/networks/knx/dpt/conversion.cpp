@@ -72,15 +72,6 @@ const model::Type& type_of(const Dpt& type, Kind kind) {
   return *found;  // all rows name types that are there: a test holds them to it
 }
 
-/// The shortest text of the single, read as a double: 20.48, not 20.479999542236328.
-double shortest(double value) {
-  char text[40];
-  const auto end = std::to_chars(text, text + sizeof text, static_cast<float>(value)).ptr;
-  double number = value;
-  std::from_chars(text, end, number);
-  return number;
-}
-
 /// What rounding left behind the 15th digit goes away.
 double tidy(double value) {
   if (value == 0 || !std::isfinite(value)) return value;
@@ -107,7 +98,7 @@ Result<Value> real(const Dpt& type, const Value& value) {
     return fail(ErrorCode::kOutOfRange, fmt::format("{}: {} has more digits than its sensor can tell apart",
                                                     name_of(type), model::to_text(value)));
   }
-  if (type.form == Form::kFloat32) number = shortest(number);
+  if (type.form == Form::kFloat32) number = shortest_single(number);
   const auto* conversion = conversion_of(type.id);
   if (!conversion) return Value(number);
   return Value(tidy((number + conversion->shift) * conversion->multiply / conversion->divide));

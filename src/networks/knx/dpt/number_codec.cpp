@@ -1,4 +1,5 @@
 #include <bit>
+#include <charconv>
 #include <cmath>
 
 #include "networks/knx/dpt/codec.h"
@@ -99,6 +100,14 @@ std::optional<std::uint8_t> step_raw(double percent) {
     if (distance(code) < distance(best)) best = code;
   }
   return static_cast<std::uint8_t>(best | (percent > 0 ? 8U : 0U));
+}
+
+double shortest_single(double value) {
+  char text[40];
+  const auto end = std::to_chars(text, text + sizeof text, static_cast<float>(value)).ptr;
+  double number = value;
+  std::from_chars(text, end, number);
+  return number;
 }
 
 Result<Value> decode_number(const Dpt& type, ByteView bytes) {

@@ -71,7 +71,7 @@ Result<Tree> field_json(const Dpt& type, const Field& field, std::uint64_t raw) 
     case FieldKind::kFloat32: {
       const auto value = std::bit_cast<float>(static_cast<std::uint32_t>(raw));
       if (!std::isfinite(value)) return wrong_field(type, field, "a finite number");
-      return Tree(static_cast<double>(value));
+      return Tree(shortest_single(value));
     }
     case FieldKind::kWords: break;
   }
