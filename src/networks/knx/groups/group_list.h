@@ -15,8 +15,9 @@ namespace rubicon::networks::knx {
 inline constexpr std::size_t kMaxListBytes = 64UL * 1024 * 1024;
 inline constexpr std::size_t kMaxGroupAddresses = 65'535;
 inline constexpr std::size_t kMaxFieldBytes = 4096;
-/// A report keeps so many lines; the others are counted.
+/// A report keeps so many errors and so many warnings, and two notes an address; the others are counted.
 inline constexpr std::size_t kMaxFindings = 10'000;
+inline constexpr std::size_t kMaxNotes = 2 * kMaxGroupAddresses;
 
 /// One group address as a project's export has it.
 struct GroupEntry {
@@ -55,7 +56,7 @@ struct Report {
   std::size_t added = 0, renamed = 0, unchanged = 0, vanished = 0;  ///< of a merge
   bool merged = false;
   std::size_t notes = 0, warnings = 0, errors = 0;
-  std::vector<Finding> findings;  ///< by line; at most kMaxFindings
+  std::vector<Finding> findings;  ///< by line, bounded as said above
   Notation notation = Notation::kThreeLevel;
 
   void add(Finding finding);

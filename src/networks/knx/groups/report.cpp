@@ -14,12 +14,9 @@ std::string_view to_string(Finding::Level level) {
 }
 
 void Report::add(Finding finding) {
-  switch (finding.level) {
-    case Finding::Level::kNote: ++notes; break;
-    case Finding::Level::kWarning: ++warnings; break;
-    case Finding::Level::kError: ++errors; break;
-  }
-  if (findings.size() < kMaxFindings) findings.push_back(std::move(finding));
+  const bool is_note = finding.level == Finding::Level::kNote;
+  auto& count = is_note ? notes : finding.level == Finding::Level::kWarning ? warnings : errors;
+  if (++count <= (is_note ? kMaxNotes : kMaxFindings)) findings.push_back(std::move(finding));
 }
 
 void Report::note(std::size_t line, std::optional<GroupAddress> address, std::string text) {
