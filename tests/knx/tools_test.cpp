@@ -1,8 +1,8 @@
 #include <nlohmann/json.hpp>
 
+#include "knx/bench.h"
 #include "networks/knx/capture.h"
 #include "networks/knx/operators.h"
-#include "knx/bench.h"
 
 namespace rubicon::networks::knx {
 namespace {
@@ -123,8 +123,7 @@ TEST_F(KnxTools, ReadThatNobodyAnswersSaysSoOnce) {
 
 TEST_F(KnxTools, WriteAnswersWhenTheBusHasIt) {
   start();
-  const auto answers =
-      ask({{"id", "3"}, {"do", "write"}, {"address", "5/5/5"}, {"dpt", "9.001"}, {"value", "21.5"}});
+  const auto answers = ask({{"id", "3"}, {"do", "write"}, {"address", "5/5/5"}, {"dpt", "9.001"}, {"value", "21.5"}});
   ASSERT_THAT(answers, SizeIs(1));
   EXPECT_EQ(answers[0]["ok"], true);
   EXPECT_EQ(answers[0]["hex"], "0c33");

@@ -104,7 +104,8 @@ json Bus::answer_to(json request, Duration patience) {
   ask(request);
   run([&] { return answer.has_value(); }, patience);
   on_reply = {};
-  return answer ? std::move(*answer) : json{{"ok", false}, {"why", interrupted() ? "interrupted" : "no answer in time"}};
+  return answer ? std::move(*answer)
+                : json{{"ok", false}, {"why", interrupted() ? "interrupted" : "no answer in time"}};
 }
 
 }  // namespace rubicon::cli::knx

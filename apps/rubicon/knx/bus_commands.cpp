@@ -70,7 +70,8 @@ std::string telegram_line(const json& telegram) {
 int monitor(Bus& bus, const Settings& settings, const Options& options) {
   bus.on_telegram = [&](const json& telegram) {
     const auto address = text_in(telegram, "address");
-    if (!options.only.empty() && std::find(options.only.begin(), options.only.end(), address) == options.only.end()) return;
+    if (!options.only.empty() && std::find(options.only.begin(), options.only.end(), address) == options.only.end())
+      return;
     bus.out().line(settings.json ? telegram.dump() : clean(telegram_line(telegram)));
   };
   const json request{{"do", "monitor"}, {"seconds", kLeaseSeconds}, {"id", "monitor"}};
@@ -135,11 +136,14 @@ CLI::App* add(Cli& cli, CLI::App* under, const Cli::Text& text, const std::share
                             bus->out().flush();
                             return code;
                           });
-  auto* direct = app->add_option("--direct", options->bus.direct, "open a tunnel of our own to this KNXnet/IP interface")
-                     ->type_name("HOST");
+  auto* direct =
+      app->add_option("--direct", options->bus.direct, "open a tunnel of our own to this KNXnet/IP interface")
+          ->type_name("HOST");
   app->add_flag("--knx-tcp", options->bus.tcp, "with --direct: by TCP")->needs(direct);
   app->add_option("--island", options->bus.island, "through this island")->type_name("ID")->excludes(direct);
-  app->add_option("--network", options->bus.network, "through this network: knx-hall")->type_name("ID")->excludes(direct);
+  app->add_option("--network", options->bus.network, "through this network: knx-hall")
+      ->type_name("ID")
+      ->excludes(direct);
   return app;
 }
 

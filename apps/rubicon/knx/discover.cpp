@@ -58,7 +58,8 @@ Line as_json(const networks::knx::FoundServer& server) {
             {"mac", base::to_hex(about.mac)}};
   for (const auto& one : about.families) line["families"][std::to_string(static_cast<int>(one.family))] = one.version;
   for (const auto& one : about.secured) line["secured"].push_back(static_cast<int>(one.family));
-  for (const auto& slot : about.slots) line["tunnels"].push_back({{"address", to_string(slot.address)}, {"free", slot.free}});
+  for (const auto& slot : about.slots)
+    line["tunnels"].push_back({{"address", to_string(slot.address)}, {"free", slot.free}});
   return line;
 }
 

@@ -64,11 +64,12 @@ int import(const Options& options) {
 
 void add_import(Cli& cli, CLI::App* under) {
   const auto options = std::make_shared<Options>();
-  auto* app = cli.command({"import", "Turn an ETS export of group addresses into configuration",
-                           "  rubicon knx import flat.csv > flat.yaml                # CSV, XML or ESF; the report: stderr\n"
-                           "  rubicon knx import flat.csv --merge flat.yaml > new.yaml   # what flat.yaml says stays\n",
-                           under},
-                          [options](const Settings&) { return import(*options); });
+  auto* app =
+      cli.command({"import", "Turn an ETS export of group addresses into configuration",
+                   "  rubicon knx import flat.csv > flat.yaml                # CSV, XML or ESF; the report: stderr\n"
+                   "  rubicon knx import flat.csv --merge flat.yaml > new.yaml   # what flat.yaml says stays\n",
+                   under},
+                  [options](const Settings&) { return import(*options); });
   app->add_option("FILE", options->file, "export of ETS: CSV, XML or ESF")->required();
   app->add_flag("--no-guess", options->no_guess, "do not guess by names which addresses belong together");
   app->add_option("--merge", options->record, "a record written before: its ids stay")->type_name("FILE");

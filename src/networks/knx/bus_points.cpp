@@ -121,11 +121,12 @@ void BusPoints::update(BoundPoint& point, PayloadView payload) {
 
 Result<void> BusPoints::sample(const std::string& device, const model::Sample& wish) {
   const auto found = table_.devices().find(device);
-  if (found == table_.devices().end()) return fail(ErrorCode::kNotFound, fmt::format("no device {}", model::quoted(device)));
+  if (found == table_.devices().end())
+    return fail(ErrorCode::kNotFound, fmt::format("no device {}", model::quoted(device)));
   for (const auto index : found->second.points) {
     auto& point = table_.points()[index];
-    const bool before = std::exchange(
-        point.wanted, std::find(wish.points.begin(), wish.points.end(), point.id) != wish.points.end());
+    const bool before =
+        std::exchange(point.wanted, std::find(wish.points.begin(), wish.points.end(), point.id) != wish.points.end());
     const bool knows = point.heard_at != SteadyTime{};
     if (point.wanted && !before && !knows && point.readable() && point.group.read.when != ReadRule::When::kNever)
       ask(point, true);
@@ -175,7 +176,8 @@ void BusPoints::verify(const std::string& device, const PointId& id) {
 
 void BusPoints::no_answer(GroupAddress address) {
   say_(fmt::format("no answer {}", to_string(address)),
-       fmt::format("nobody on the bus answers for {}: no device has its read flag set, or the one that has is off", to_string(address)));
+       fmt::format("nobody on the bus answers for {}: no device has its read flag set, or the one that has is off",
+                   to_string(address)));
 }
 
 }  // namespace rubicon::networks::knx

@@ -56,7 +56,7 @@ class BusPoints {
   Line* line_ = nullptr;
   bool begun_ = false;
   Counters counters_;
-  std::map<std::size_t, Timer> periodic_;           ///< of points with expire or every
+  std::map<std::size_t, Timer> periodic_;                       ///< of points with expire or every
   std::map<std::pair<std::string, PointId>, Timer> verifying_;  ///< commands sent whose report is awaited
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
 };

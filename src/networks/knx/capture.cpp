@@ -26,7 +26,8 @@ void put_ip_head(Bytes& out, std::size_t length, bool outgoing) {
   out[start + 3] = static_cast<std::uint8_t>(length);
   if (!outgoing) out[start + 15] = 2;
   std::uint32_t sum = 0;
-  for (std::size_t i = 0; i < kIpHead; i += 2) sum += static_cast<std::uint32_t>(out[start + i] << 8 | out[start + i + 1]);
+  for (std::size_t i = 0; i < kIpHead; i += 2)
+    sum += static_cast<std::uint32_t>(out[start + i] << 8 | out[start + i + 1]);
   sum = (sum >> 16) + (sum & 0xffff);
   sum += sum >> 16;
   out[start + 10] = static_cast<std::uint8_t>(~sum >> 8);

@@ -11,7 +11,8 @@ Exposures::Exposures(network::NetworkHost& host, const TypeCatalogue& types, Out
 void Exposures::take(std::vector<Exposure> wanted) {
   auto before = std::exchange(shown_, {});
   for (auto& what : wanted) {
-    const auto same = std::find_if(before.begin(), before.end(), [&](const auto& one) { return one && one->what == what; });
+    const auto same =
+        std::find_if(before.begin(), before.end(), [&](const auto& one) { return one && one->what == what; });
     if (same != before.end()) {
       shown_.push_back(std::move(*same));
       continue;

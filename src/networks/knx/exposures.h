@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "network/network.h"
 #include "networks/knx/dpt/dpt.h"
 #include "networks/knx/groups/group_point.h"
-#include "network/network.h"
 
 namespace rubicon::networks::knx {
 

@@ -55,14 +55,22 @@ void GroupReads::clear() {
   open_.clear();
 }
 
+std::size_t GroupReads::open(bool first) const {
+  const auto same = [first](const auto& one) { return one.second.first == first; };
+  return static_cast<std::size_t>(std::count_if(open_.begin(), open_.end(), same));
+}
+
 void GroupReads::fill() {
-  while (line_ != nullptr && open_.size() < options_.open && !queued_.empty()) {
-    auto& queue = urgent_.empty() ? others_ : urgent_;
-    const auto address = queue.front();
-    queue.pop_front();
-    queued_.erase(address);
-    open_[address];
-    put(address);
+  for (const bool first : {true, false}) {
+    auto& queue = first ? urgent_ : others_;
+    const auto most = first ? options_.urgent : options_.open;
+    while (line_ != nullptr && !queue.empty() && open(first) < most) {
+      const auto address = queue.front();
+      queue.pop_front();
+      queued_.erase(address);
+      open_[address].first = first;
+      put(address);
+    }
   }
 }
 

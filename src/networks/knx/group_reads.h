@@ -11,12 +11,13 @@
 
 namespace rubicon::networks::knx {
 
-/// Asks the bus for values, a few at a time (knx.md, section 8): an answer is any response or write of that address, from
-/// whomever. After 2 s without one it asks once more, then it is told.
+/// Asks the bus for values, a few at a time and those that somebody waits for beside the others (knx.md, section 8): an answer is any response or write of that address,
+/// from whomever. After 2 s without one it asks once more, then it is told.
 class GroupReads {
  public:
   struct Options {
-    std::size_t open = 2;                             ///< questions at a time
+    std::size_t open = 2;    ///< questions at a time
+    std::size_t urgent = 4;  ///< that somebody waits for, beside those
     Duration patience = std::chrono::seconds(2);
   };
   using NoAnswer = std::function<void(GroupAddress)>;
@@ -38,11 +39,13 @@ class GroupReads {
 
  private:
   struct Question {
+    bool first = false;
     unsigned tries = 0;
     bool under_way = false;  ///< the line has it and did not say yet that it left
     Timer patience;
   };
   void fill();
+  std::size_t open(bool first) const;
   void put(GroupAddress address);
   void left(GroupAddress address);
   void over(GroupAddress address);

@@ -23,7 +23,8 @@ auto parts(const RoutingOptions& o) {
 
 bool same_line(const LineOptions& one, const LineOptions& other) {
   if (one.via != other.via) return false;
-  return one.via == Via::kRouting ? parts(one.routing) == parts(other.routing) : parts(one.tunnel) == parts(other.tunnel);
+  return one.via == Via::kRouting ? parts(one.routing) == parts(other.routing)
+                                  : parts(one.tunnel) == parts(other.tunnel);
 }
 
 std::unique_ptr<Line> make_line(const LineOptions& options, Scheduler& scheduler, transport::Transports& transports,

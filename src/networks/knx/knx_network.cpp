@@ -94,7 +94,8 @@ void KnxNetwork::make_line() {
 Result<void> KnxNetwork::open() {
   if (!std::exchange(opened_, true)) {
     if (!options_.report.empty()) host_.log().info(options_.report);
-    if (options_.points.empty()) host_.log().info("no group addresses: what is heard stands in the property unassigned");
+    if (options_.points.empty())
+      host_.log().info("no group addresses: what is heard stands in the property unassigned");
     points_.begin();
     exposures_.take(options_.exposures);
   }
@@ -126,7 +127,8 @@ void KnxNetwork::down() {
 
 bool KnxNetwork::repetition(const Telegram& telegram) {
   const auto now = host_.scheduler().now();
-  while (!recent_.empty() && (recent_.size() > kRemembered || recent_.front().first + kRepetition < now)) recent_.pop_front();
+  while (!recent_.empty() && (recent_.size() > kRemembered || recent_.front().first + kRepetition < now))
+    recent_.pop_front();
   if (telegram.repeated) {
     for (const auto& [when, one] : recent_) {
       if (one.service == telegram.service && one.destination == telegram.destination && one.source == telegram.source &&
@@ -193,6 +195,7 @@ Result<void> KnxNetwork::change(const network::NetworkConfig& config) {
 
 /// At most one line a minute and subject; the counters have all.
 void KnxNetwork::say(const std::string& subject, std::string_view text) {
+  report_later();
   if (limit_.allow(subject, host_.scheduler().now())) host_.log().warning(text);
 }
 
@@ -236,8 +239,14 @@ Result<std::unique_ptr<network::Network>> make(const network::NetworkConfig& con
 
 }  // namespace
 
-const network::NetworkType kType{
-    "knx", "a KNX installation, by a KNXnet/IP tunnel or by routing", kSample, make, std::chrono::seconds(1), true,
-    "import", "", true};
+const network::NetworkType kType{"knx",
+                                 "a KNX installation, by a KNXnet/IP tunnel or by routing",
+                                 kSample,
+                                 make,
+                                 std::chrono::seconds(1),
+                                 true,
+                                 "import",
+                                 "",
+                                 true};
 
 }  // namespace rubicon::networks::knx

@@ -41,7 +41,9 @@ void read_tunnel(ConfigReader& options, TunnelOptions& out) {
   out.port = static_cast<std::uint16_t>(options.integer("port", out.port, 1, 65535));
   out.local_port = static_cast<std::uint16_t>(options.integer("local-port", 0, 0, 65535));
   const auto nat = options.choice("nat", "auto", {"auto", "yes", "no"});
-  out.nat = nat == "auto" ? TunnelOptions::Nat::kAuto : nat == "yes" ? TunnelOptions::Nat::kOn : TunnelOptions::Nat::kOff;
+  out.nat = nat == "auto"  ? TunnelOptions::Nat::kAuto
+            : nat == "yes" ? TunnelOptions::Nat::kOn
+                           : TunnelOptions::Nat::kOff;
   out.wanted = address(options, "tunnel-address", parse_individual);
   out.limits = limits(options);
 }

@@ -122,8 +122,10 @@ void Operators::write(Asker asker, const json& wish) {
 
 void Operators::monitor(Asker asker, const json& wish) {
   const auto seconds = wish.value("seconds", json(30));
-  const Duration span = std::chrono::seconds(seconds.is_number_integer() ? std::clamp<std::int64_t>(seconds.get<std::int64_t>(), 0, 600) : 30);
-  monitors_.remove_if([&](const Monitor& one) { return one.asker.address == asker.address && one.asker.id == asker.id; });
+  const Duration span = std::chrono::seconds(
+      seconds.is_number_integer() ? std::clamp<std::int64_t>(seconds.get<std::int64_t>(), 0, 600) : 30);
+  monitors_.remove_if(
+      [&](const Monitor& one) { return one.asker.address == asker.address && one.asker.id == asker.id; });
   if (monitors_.size() >= kMostMonitors) return refuse(asker, "too many monitors are open");
   if (span > Duration::zero()) {
     auto& added = monitors_.emplace_back(Monitor{asker, {}});

@@ -15,9 +15,9 @@ struct BoundPoint {
   GroupPoint group;
   const Dpt* dpt = nullptr;  ///< nullptr: values are bytes in hex
   PointId id;
-  std::string address;      ///< of its device within the network
-  bool wanted = false;      ///< somebody subscribed to it
-  SteadyTime heard_at{};    ///< of its last value; zero = not since the line came up
+  std::string address;    ///< of its device within the network
+  bool wanted = false;    ///< somebody subscribed to it
+  SteadyTime heard_at{};  ///< of its last value; zero = not since the line came up
 
   /// Where its value is asked for.
   GroupAddress source() const { return group.state.value_or(group.address); }

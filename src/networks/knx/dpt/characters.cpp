@@ -46,7 +46,12 @@ void append_character(char32_t character, std::string& out) {
     out += static_cast<char>(character);
     return;
   }
-  out += static_cast<char>(0xc0 | character >> 6);
+  if (character < 0x800) {
+    out += static_cast<char>(0xc0 | character >> 6);
+  } else {
+    out += static_cast<char>(0xe0 | character >> 12);
+    out += static_cast<char>(0x80 | (character >> 6 & 0x3f));
+  }
   out += static_cast<char>(0x80 | (character & 0x3f));
 }
 

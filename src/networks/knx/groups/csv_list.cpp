@@ -4,6 +4,7 @@
 #include <unordered_map>
 
 #include "model/key.h"
+#include "networks/knx/dpt/characters.h"
 #include "networks/knx/groups/csv_layout.h"
 #include "networks/knx/groups/csv_records.h"
 #include "networks/knx/groups/encoding.h"

@@ -1,27 +1,13 @@
 #include "networks/knx/groups/encoding.h"
 
+#include <algorithm>
 #include <array>
+
+#include "networks/knx/dpt/characters.h"
 
 namespace rubicon::networks::knx {
 
 namespace {
-
-/// Bytes of the well formed character at the front; 0 = none.
-std::size_t character(std::string_view bytes) {
-  const auto at = [&](std::size_t i) { return static_cast<std::uint8_t>(bytes[i]); };
-  const auto follows = [&](std::size_t i) { return i < bytes.size() && (at(i) & 0xc0) == 0x80; };
-  const auto first = at(0);
-  if (first < 0x80) return 1;
-  if (first < 0xc2 || first > 0xf4 || !follows(1)) return 0;
-  if (first < 0xe0) return 2;
-  if (!follows(2)) return 0;
-  if (first < 0xf0) {
-    const bool bad = (first == 0xe0 && at(1) < 0xa0) || (first == 0xed && at(1) > 0x9f);
-    return bad ? 0 : 3;
-  }
-  const bool bad = (first == 0xf0 && at(1) < 0x90) || (first == 0xf4 && at(1) > 0x8f) || !follows(3);
-  return bad ? 0 : 4;
-}
 
 bool is_ascii(std::string_view bytes) {
   for (const char c : bytes) {
@@ -30,29 +16,7 @@ bool is_ascii(std::string_view bytes) {
   return true;
 }
 
-void append_utf8(std::string& out, std::uint16_t point) {
-  if (point < 0x80) {
-    out += static_cast<char>(point);
-  } else if (point < 0x800) {
-    out += static_cast<char>(0xc0 | point >> 6);
-    out += static_cast<char>(0x80 | (point & 0x3f));
-  } else {
-    out += static_cast<char>(0xe0 | point >> 12);
-    out += static_cast<char>(0x80 | (point >> 6 & 0x3f));
-    out += static_cast<char>(0x80 | (point & 0x3f));
-  }
-}
-
 }  // namespace
-
-bool is_utf8(std::string_view bytes) {
-  while (!bytes.empty()) {
-    const auto length = character(bytes);
-    if (length == 0) return false;
-    bytes.remove_prefix(length);
-  }
-  return true;
-}
 
 Encoding encoding_of(std::string_view bytes) {
   if (is_utf8(bytes)) return Encoding::kUtf8;
@@ -77,7 +41,7 @@ std::uint16_t windows_1252(std::uint8_t byte) {
 std::string from_windows_1252(std::string_view bytes) {
   std::string out;
   out.reserve(bytes.size() + bytes.size() / 8);
-  for (const char c : bytes) append_utf8(out, windows_1252(static_cast<std::uint8_t>(c)));
+  for (const char c : bytes) append_character(windows_1252(static_cast<std::uint8_t>(c)), out);
   return out;
 }
 

@@ -13,9 +13,6 @@ enum class Encoding : std::uint8_t { kUtf8, kWindows1252, kMixed };
 /// Windows-1252 if none is.
 Encoding encoding_of(std::string_view bytes);
 
-/// Well formed UTF-8 (RFC 3629): no surrogates, nothing above U+10FFFF, shortest forms only.
-bool is_utf8(std::string_view bytes);
-
 /// The code point of a byte of Windows-1252; the five unassigned ones stand for their own number (WHATWG Encoding).
 std::uint16_t windows_1252(std::uint8_t byte);
 /// ISO-8859-1 is read as Windows-1252 too, as browsers do.

@@ -5,6 +5,7 @@
 #include <charconv>
 
 #include "model/key.h"
+#include "networks/knx/dpt/characters.h"
 #include "networks/knx/groups/encoding.h"
 #include "networks/knx/groups/entry_taker.h"
 #include "networks/knx/groups/readers.h"

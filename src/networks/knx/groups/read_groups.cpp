@@ -100,7 +100,8 @@ class PointReader {
 
   static std::string key_part(ConfigReader& reader, const std::string& key, std::string_view otherwise) {
     auto text = reader.text(key, otherwise);
-    if (reader.has(key) && text != model::to_key_part(text))
+    const bool individual = key == "device" && parse_individual(text).has_value();
+    if (reader.has(key) && !individual && text != model::to_key_part(text))
       reader.error(key, fmt::format("is {}, expected at most 64 letters, digits, - and _", model::quoted(text)));
     return text;
   }

@@ -4,6 +4,7 @@
 #include <array>
 #include <map>
 
+#include "networks/knx/dpt/characters.h"
 #include "networks/knx/groups/encoding.h"
 #include "networks/knx/groups/record.h"
 
