@@ -57,6 +57,10 @@ std::vector<Payload> payloads_of(const Dpt& type, std::size_t count) {
     Payload one{Bytes(size), false};
     // Every second one is sparse: zero octets and small numbers are what real payloads have.
     for (auto& byte : one.bytes) byte = static_cast<std::uint8_t>(random() % (i % 2 == 0 ? 256 : 13));
+    // Random octets are hardly ever letters only.
+    if (type.form == Form::kLetters) {
+      for (auto& byte : one.bytes) byte = static_cast<std::uint8_t>((byte % 2 == 0 ? 'a' : 'A') + byte % 26);
+    }
     all.push_back(std::move(one));
   }
   return all;
