@@ -177,9 +177,11 @@ TEST(DptCatalogue, OnlyTypesWithALimitedRangeRefuseValues) {
     const auto& wanted = *types.find(type->sensor);
     const bool limited = std::isfinite(wanted.minimum) || std::isfinite(wanted.maximum) ||
                          wanted.data == model::DataType::kEnumeration || type->bits == 64;
-    for (const auto& sample : payloads_of(*type, 200)) {
-      const auto value = decode(*type, sample);
-      if (value && !limited) {
+    if (limited) continue;
+    const auto samples = payloads_of(*type, 200);
+    for (std::size_t i = 0; i<samples.size(); i += samples.size()> 1000 ? 61U : 1U) {
+      const auto value = decode(*type, samples[i]);
+      if (value) {
         EXPECT_TRUE(to_catalogue(*type, Kind::kSensor, *value)) << to_string(type->id);
       }
     }
