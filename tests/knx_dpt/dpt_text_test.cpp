@@ -106,7 +106,9 @@ TEST(DptText, AKindOfValueTheTypeDoesNotTakeIsRefused) {
       if (sent && std::holds_alternative<Json>(value)) continue;
       EXPECT_FALSE(sent) << to_string(type.id);
     }
-    if (type.form != Form::kBit) EXPECT_FALSE(encode(type, true)) << to_string(type.id);
+    if (type.form != Form::kBit) {
+      EXPECT_FALSE(encode(type, true)) << to_string(type.id);
+    }
   }
   EXPECT_FALSE(encode(dpt("1.001"), std::int64_t{1}));
 }
@@ -235,7 +237,7 @@ TEST(DptText, CatalogueUnitsAndWordsAreThoseOfTheCatalogue) {
     return base::to_hex(encode(row, *from_catalogue(row, Kind::kActuator, value))->bytes);
   };
   EXPECT_EQ(sent("7.002", 1.005), "03ed");
-  EXPECT_EQ(sent("9.027", 21.5), "1b9f");
+  EXPECT_EQ(sent("9.027", 21.5), "16e8");
   EXPECT_EQ(sent("20.102", std::string("protection")), "04");
   EXPECT_EQ(sent("21.001", std::int64_t{3}), "03");
   EXPECT_FALSE(from_catalogue(dpt("20.102"), Kind::kActuator, std::string("cosy")));

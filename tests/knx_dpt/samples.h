@@ -16,7 +16,8 @@ std::string shared_file(const std::string& name);
 const Dpt& dpt(std::string_view text);
 /// Payload of a type from hex; types of up to 6 bits have one octet.
 Payload payload(const Dpt& type, std::string_view hex);
-/// Random payloads of the right form; all there are for types of up to 16 bits.
+/// Random payloads of the right form; all there are for types of up to 16 bits
+/// (of JSON types of 16 bits every eleventh).
 std::vector<Payload> payloads_of(const Dpt& type, std::size_t count);
 /// All rows and what unknown sub types fall back to.
 std::vector<const Dpt*> all_and_mains();

@@ -72,11 +72,12 @@ const model::Type& type_of(const Dpt& type, Kind kind) {
   return *found;  // all rows name types that are there: a test holds them to it
 }
 
-/// What rounding left behind the 15th digit goes away.
-double tidy(double value) {
+/// What rounding left behind that many digits goes away: 16 on the way to the catalogue, where a third of something
+/// has to come back, 15 on the way from there.
+double tidy(double value, int digits) {
   if (value == 0 || !std::isfinite(value)) return value;
   char text[40];
-  const auto end = std::to_chars(text, text + sizeof text, value, std::chars_format::scientific, 14).ptr;
+  const auto end = std::to_chars(text, text + sizeof text, value, std::chars_format::scientific, digits - 1).ptr;
   double number = value;
   std::from_chars(text, end, number);
   return number;
@@ -101,7 +102,7 @@ Result<Value> real(const Dpt& type, const Value& value) {
   if (type.form == Form::kFloat32) number = shortest_single(number);
   const auto* conversion = conversion_of(type.id);
   if (!conversion) return Value(number);
-  return Value(tidy((number + conversion->shift) * conversion->multiply / conversion->divide));
+  return Value(tidy((number + conversion->shift) * conversion->multiply / conversion->divide, 16));
 }
 
 Result<Value> whole(const Dpt& type, const Value& value) {
@@ -170,7 +171,7 @@ Result<Value> from_catalogue(const Dpt& type, Kind kind, const Value& value) {
   if (given.data == DataType::kEnumeration) return number_of_word(type, given, value);
   const auto* conversion = given.data == DataType::kReal ? conversion_of(type.id) : nullptr;
   if (!conversion) return value;
-  return Value(tidy(number_of(value) * conversion->divide / conversion->multiply - conversion->shift));
+  return Value(tidy(number_of(value) * conversion->divide / conversion->multiply - conversion->shift, 15));
 }
 
 }  // namespace rubicon::networks::knx

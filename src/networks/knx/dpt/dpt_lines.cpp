@@ -51,7 +51,13 @@ std::string text_line(const std::string& text) {
 
 std::string value_line(const Dpt& type, const Value& value) {
   if (type.form == Form::kBit && same_word(type.words[0].text, type.words[1].text)) return model::to_text(value);
-  if (type.form == Form::kBit || type.form == Form::kEnumeration) return label(type, value);
+  if (type.form == Form::kBit) return label(type, value);
+  if (type.form == Form::kEnumeration) {
+    // 20.610 has one word for 3 and 255.
+    const auto text = label(type, value);
+    const auto number = word_value(type.words, text);
+    return number && Value(std::int64_t{*number}) == value ? text : model::to_text(value);
+  }
   if (const auto* number = std::get_if<double>(&value)) {
     const bool single = type.form == Form::kFloat32;
     return single ? fmt::format("{}", static_cast<float>(*number)) : fmt::format("{}", *number);

@@ -1,6 +1,8 @@
+#include <algorithm>
 #include <bit>
 #include <charconv>
 #include <cmath>
+#include <limits>
 
 #include "networks/knx/dpt/codec.h"
 #include "networks/knx/dpt/float16.h"
@@ -64,6 +66,11 @@ double raw_number(const Dpt& type, double value) {
   }
 }
 
+float single(double value) {
+  constexpr double kMost = std::numeric_limits<float>::max();
+  return static_cast<float>(std::clamp(value, -kMost, kMost));
+}
+
 Result<Payload> encode_real(const Dpt& type, double value) {
   if (!in_range(type, value)) return out_of_range(type, value);
   if (type.form == Form::kFloat16) {
@@ -71,7 +78,7 @@ Result<Payload> encode_real(const Dpt& type, double value) {
     if (!raw) return out_of_range(type, value);
     return payload_of(type, *raw);
   }
-  return payload_of(type, std::bit_cast<std::uint32_t>(static_cast<float>(value)));
+  return payload_of(type, std::bit_cast<std::uint32_t>(single(value)));
 }
 
 Result<Payload> encode_whole(const Dpt& type, double value) {
