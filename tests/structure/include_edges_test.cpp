@@ -42,7 +42,7 @@ const std::map<std::string, Names> kLibraryEdges{
     {"yaml-cpp/", {"runtime"}},
     {"spdlog/", {"runtime"}},
     {"CLI/", {"apps"}},
-    {"nlohmann/", {"model", "recording", "networks/log", "proxy", "client", "runtime", "apps"}},
+    {"nlohmann/", {"model", "recording", "networks/log", "networks/knx", "proxy", "client", "runtime", "apps"}},
     {"sqlite3.h", {"state"}},
     {"zstd.h", {"recording"}},
     {"expat.h", {"networks/knx"}},

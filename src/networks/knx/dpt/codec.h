@@ -24,11 +24,17 @@ Result<Payload> encode_bits(const Dpt& type, const Value& value);
 Result<Value> decode_raw(const Dpt& type, ByteView bytes);
 Result<Payload> encode_raw(const Dpt& type, const Value& value);
 
+/// Longer JSON is no value of any data point type.
+inline constexpr std::size_t kMaxJson = 4096;
+
 /// Direction and code of 3.007 as share of the whole range: 100, 50, 25, ... or the negative; 0 stops, -0 stops with
 /// the direction bit set, so that both read back.
 double step_value(std::uint64_t raw);
 /// The nearest step; nullopt beyond -100..100.
 std::optional<std::uint8_t> step_raw(double percent);
+
+/// The shortest text of the single, read as a double: 20.48, not 20.479999542236328.
+double shortest_single(double value);
 
 /// `count` bits (1..64) from the first bit sent on, most significant first.
 std::uint64_t bits_at(ByteView bytes, std::size_t offset, std::size_t count);

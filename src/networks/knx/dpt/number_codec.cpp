@@ -1,5 +1,8 @@
+#include <algorithm>
 #include <bit>
+#include <charconv>
 #include <cmath>
+#include <limits>
 
 #include "networks/knx/dpt/codec.h"
 #include "networks/knx/dpt/float16.h"
@@ -63,6 +66,11 @@ double raw_number(const Dpt& type, double value) {
   }
 }
 
+float single(double value) {
+  constexpr double kMost = std::numeric_limits<float>::max();
+  return static_cast<float>(std::clamp(value, -kMost, kMost));
+}
+
 Result<Payload> encode_real(const Dpt& type, double value) {
   if (!in_range(type, value)) return out_of_range(type, value);
   if (type.form == Form::kFloat16) {
@@ -70,7 +78,7 @@ Result<Payload> encode_real(const Dpt& type, double value) {
     if (!raw) return out_of_range(type, value);
     return payload_of(type, *raw);
   }
-  return payload_of(type, std::bit_cast<std::uint32_t>(static_cast<float>(value)));
+  return payload_of(type, std::bit_cast<std::uint32_t>(single(value)));
 }
 
 Result<Payload> encode_whole(const Dpt& type, double value) {
@@ -99,6 +107,14 @@ std::optional<std::uint8_t> step_raw(double percent) {
     if (distance(code) < distance(best)) best = code;
   }
   return static_cast<std::uint8_t>(best | (percent > 0 ? 8U : 0U));
+}
+
+double shortest_single(double value) {
+  char text[40];
+  const auto end = std::to_chars(text, text + sizeof text, static_cast<float>(value)).ptr;
+  double number = value;
+  std::from_chars(text, end, number);
+  return number;
 }
 
 Result<Value> decode_number(const Dpt& type, ByteView bytes) {

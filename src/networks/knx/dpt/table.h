@@ -1,6 +1,5 @@
 #pragma once
 
-#include <limits>
 #include <span>
 
 #include "networks/knx/dpt/dpt.h"
@@ -28,6 +27,7 @@ std::span<const Dpt> main_rows();
 /// 7FFE; 7FFF means "invalid" (KNX 3/7/2, DPT 9).
 inline constexpr double kFloat16Maximum = 670433.28;
 inline constexpr double kFloat16Minimum = -671088.64;
-inline constexpr double kFloat32Maximum = std::numeric_limits<float>::max();
+/// As the table has it: a little above the largest single, which it rounds to.
+inline constexpr double kFloat32Maximum = 3.4028235e38;
 
 }  // namespace rubicon::networks::knx
