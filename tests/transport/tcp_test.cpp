@@ -233,6 +233,40 @@ TEST(MachineTcp, AFullBacklogAnswersNobodyAndTheAttemptEnds) {
   EXPECT_THAT(second.failures[0].text, HasSubstr("no answer within 0.05 s"));
 }
 
+/// The descriptor of this process whose socket is bound here; -1 = none.
+int descriptor_of(const Endpoint& local) {
+  for (int descriptor = 3; descriptor < 1024; ++descriptor) {
+    sockaddr_in address{};
+    socklen_t size = sizeof address;
+    if (::getsockname(descriptor, reinterpret_cast<sockaddr*>(&address), &size) == 0 && address.sin_family == AF_INET &&
+        ntohs(address.sin_port) == local.port)
+      return descriptor;
+  }
+  return -1;
+}
+
+int option_of(int descriptor, int level, int option) {
+  int value = -1;
+  socklen_t size = sizeof value;
+  ::getsockopt(descriptor, level, option, &value, &size);
+  return value;
+}
+
+TEST(MachineTcp, ADeadPeerIsNoticedWhetherWeSendOrNot) {
+  MachineWorld world;
+  MachineServer server(world.loop);
+  Client client;
+  ASSERT_TRUE(client.open(world.local, server.at()));
+  ASSERT_TRUE(world.until([&] { return client.connected == 1; }));
+  const int descriptor = descriptor_of(client.stream->local());
+  EXPECT_NE(option_of(descriptor, IPPROTO_TCP, TCP_NODELAY), 0);
+  EXPECT_EQ(option_of(descriptor, IPPROTO_TCP, TCP_USER_TIMEOUT), 30000);
+  EXPECT_NE(option_of(descriptor, SOL_SOCKET, SO_KEEPALIVE), 0);
+  EXPECT_EQ(option_of(descriptor, IPPROTO_TCP, TCP_KEEPIDLE), 10);
+  EXPECT_EQ(option_of(descriptor, IPPROTO_TCP, TCP_KEEPINTVL), 10);
+  EXPECT_EQ(option_of(descriptor, IPPROTO_TCP, TCP_KEEPCNT), 3);
+}
+
 TEST(MachineTcp, WithoutALoopThereAreNoConnections) {
   EXPECT_EQ(LocalTransports().open_tcp({}, {}).error().code, ErrorCode::kUnsupported);
   EXPECT_EQ(MemoryTransports().open_tcp({}, {}).error().code, ErrorCode::kUnsupported);
