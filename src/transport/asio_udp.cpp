@@ -55,6 +55,8 @@ struct Parts : std::enable_shared_from_this<Parts> {
   Result<void> set_multicast(const UdpMulticast& multicast);
   error_code join(const std::string& group, const in_addr& interface_address);
   Result<void> connect(const Endpoint& wanted);
+  const Endpoint& name_of(const udp::endpoint& endpoint);
+  std::optional<udp::endpoint> target_of(const Endpoint& to);
   void receive();
   void received(const error_code& error, std::size_t size);
   bool take_error_reports();
@@ -69,6 +71,11 @@ struct Parts : std::enable_shared_from_this<Parts> {
   udp::endpoint from;
   std::deque<std::pair<udp::endpoint, Bytes>> queue;
   std::uint64_t dropped = 0;
+  bool send_failed = false;  ///< ICMP spoke up in a call to send: there may be a report of it
+  udp::endpoint named;       ///< what `name` stands for
+  Endpoint name;
+  std::optional<udp::endpoint> target;  ///< what `target_name` stands for
+  Endpoint target_name;
   std::optional<udp::endpoint> remote;  ///< as the socket's family spells it
   bool reuse = false;
   bool six = false;
@@ -169,6 +176,27 @@ Result<void> Parts::connect(const Endpoint& wanted) {
   return error ? Result<void>(io_error("connect", wanted, error)) : Result<void>();
 }
 
+/// Most datagrams come from where the last one came from.
+const Endpoint& Parts::name_of(const udp::endpoint& endpoint) {
+  if (endpoint != named) {
+    named = endpoint;
+    name = endpoint_of(endpoint);
+  }
+  return name;
+}
+
+/// Most go to where the last one went.
+std::optional<udp::endpoint> Parts::target_of(const Endpoint& to) {
+  if (target && to == target_name) return target;
+  error_code error;
+  auto address = asio::ip::make_address(to.address, error);
+  if (error || to.port == 0) return std::nullopt;
+  if (six && address.is_v4()) address = asio::ip::make_address_v6(asio::ip::v4_mapped, address.to_v4());
+  target.emplace(address, to.port);
+  target_name = to;
+  return target;
+}
+
 void Parts::receive() {
   socket.async_receive_from(asio::buffer(buffer), from, [self = shared_from_this()](auto error, std::size_t size) {
     if (self->alive) self->received(error, size);
@@ -176,11 +204,12 @@ void Parts::receive() {
 }
 
 void Parts::received(const error_code& error, std::size_t size) {
-  const bool reports = take_error_reports();
+  // Each datagram would cost a call to the system more: reports show as errors of other calls first.
+  const bool reports = (error || std::exchange(send_failed, false)) && take_error_reports();
   if (!alive) return;
   if (!error) {
     // Between bind() and connect() a stranger may have been heard.
-    if (!remote || from == *remote) calls.received(endpoint_of(from), ByteView(buffer).first(size));
+    if (!remote || from == *remote) calls.received(name_of(from), ByteView(buffer).first(size));
   } else if (!reports && !tells_of_a_datagram(error.value())) {
     return calls.failed({ErrorCode::kIo, fmt::format("UDP: cannot receive: {}", error.message())});
   }
@@ -215,6 +244,7 @@ std::optional<error_code> Parts::try_send(const udp::endpoint& to, ByteView byte
   for (int attempt = 0; attempt < 3; ++attempt) {
     socket.send_to(asio::buffer(bytes.data(), bytes.size()), to, 0, error);
     if (!error || !tells_of_a_datagram(error.value())) break;
+    send_failed = true;
   }
   if (after_send(error.value()) == AfterSend::kWait) return std::nullopt;
   return error;
@@ -225,16 +255,13 @@ Result<void> Parts::send(const Endpoint& to, ByteView bytes) {
     return fail(ErrorCode::kOutOfRange,
                 fmt::format("UDP {}: {} bytes, at most {} fit", to_string(to), bytes.size(), kLongest));
   }
-  error_code error;
-  auto address = asio::ip::make_address(to.address, error);
-  if (error || to.port == 0) return fail(ErrorCode::kInvalid, fmt::format("UDP: no endpoint: {}", to_string(to)));
-  if (six && address.is_v4()) address = asio::ip::make_address_v6(asio::ip::v4_mapped, address.to_v4());
-  const udp::endpoint target(address, to.port);
-  if (remote && target != *remote)
+  const auto found = target_of(to);
+  if (!found) return fail(ErrorCode::kInvalid, fmt::format("UDP: no endpoint: {}", to_string(to)));
+  if (remote && *found != *remote)
     return fail(ErrorCode::kInvalid,
                 fmt::format("UDP {}: the socket sends to {} only", to_string(to), to_string(endpoint_of(*remote))));
   if (queue.empty()) {
-    const auto done = try_send(target, bytes);
+    const auto done = try_send(*found, bytes);
     if (done && !*done) return {};
     if (done) {
       ++dropped;
@@ -247,7 +274,7 @@ Result<void> Parts::send(const Endpoint& to, ByteView bytes) {
     ++dropped;
     return fail(ErrorCode::kBusy, fmt::format("UDP {}: {} datagrams wait already", to_string(to), queue.size()));
   }
-  queue.emplace_back(target, Bytes(bytes.begin(), bytes.end()));
+  queue.emplace_back(*found, Bytes(bytes.begin(), bytes.end()));
   if (queue.size() == 1) flush_later();
   return {};
 }

@@ -307,8 +307,8 @@ TEST_F(TunnelLineTest, FramesOfOtherChannelsAreNotAcknowledged) {
 
 TEST_F(TunnelLineTest, BadAndUnknownFramesAreCountedAndSurvived) {
   connect();
-  for (const auto* hex :
-       {"", "0610", "061004200015040100002900bce0", "06110420000a04010000", "0610042000090401 00", "06100206000801"})
+  for (const auto* hex : {"", "0610", "0610053800060000", "061004200015040100002900bce0", "06110420000a04010000",
+                          "0610042000090401 00", "06100206000801"})
     server->send_raw(*base::from_hex(hex));
   server->send_raw(*base::from_hex("061005380006"));
   server->send_raw(*base::from_hex("06100950000800 00"));

@@ -185,7 +185,7 @@ void KnxServer::received(const Peer& from, ByteView bytes) {
 void KnxServer::frame(const Peer& from, ByteView bytes) {
   const auto body = bytes.subspan(6);
   switch (u16(bytes, 2)) {
-    case kConnectRequest: return body.size() >= 2 * kHpai + 2 ? on_connect(from, body) : void();
+    case kConnectRequest: return body.size() >= 2 * kHpai + 2 ? connect_asked(from, body) : void();
     case kStateRequest: return body.size() == 2 + kHpai ? on_state(from, body) : void();
     case kDisconnectRequest: return body.size() == 2 + kHpai ? on_disconnect(from, body) : void();
     case kTunnellingRequest: return body.size() >= 5 && body[0] == 4 ? on_request(body) : void();
@@ -228,8 +228,9 @@ std::optional<std::uint16_t> KnxServer::address_for(ByteView cri, std::uint8_t& 
   return fail_with(0x24);
 }
 
-void KnxServer::on_connect(const Peer& from, ByteView body) {
+void KnxServer::connect_asked(const Peer& from, ByteView body) {
   ++counters.connects;
+  if (on_connect) on_connect(from.stream);
   if (!answers_connect) return;
   const auto control = peer_of(from, body.first(kHpai)), data = peer_of(from, body.subspan(kHpai, kHpai));
   const auto cri = body.subspan(2 * kHpai);

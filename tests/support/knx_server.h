@@ -92,6 +92,8 @@ class KnxServer {
   void skip_sequence(std::uint8_t by);
 
   // Behaviour, to be set by tests.
+  /// Called for each CONNECT_REQUEST before it is answered; `stream`: it came over TCP.
+  std::function<void(bool stream)> on_connect;
   bool answers_connect = true;
   std::uint8_t connect_status = 0;   ///< else: this refusal
   bool only_route_back = false;      ///< as behind NAT: what is answered to addresses in HPAIs gets lost
@@ -135,7 +137,7 @@ class KnxServer {
   void received(const Peer& from, ByteView bytes);
   void stream_received(const ConnectionPtr& connection, ByteView bytes);
   void frame(const Peer& from, ByteView bytes);
-  void on_connect(const Peer& from, ByteView body);
+  void connect_asked(const Peer& from, ByteView body);
   void accept(const Peer& control, const Peer& data, std::uint16_t address, bool route_back);
   std::optional<std::uint16_t> address_for(ByteView cri, std::uint8_t& status) const;
   void on_state(const Peer& from, ByteView body);

@@ -20,11 +20,11 @@ std::string own_path(const std::string& what) {
   return (std::filesystem::temp_directory_path() / fmt::format("rubicon-{}-{}-{}", what, ::getpid(), ++count)).string();
 }
 
-std::string configuration(const std::string& folder, bool routing) {
+std::string configuration(const std::string& folder, bool routing, int users) {
   return fmt::format(R"([main]
 name = test-knxd
 addr = 1.1.250
-client-addrs = 1.1.200:20
+client-addrs = 1.1.200:{}
 connections = A.srv,B.unix,C.dummy
 cache = gc
 debug = dbg
@@ -57,7 +57,7 @@ systemd-ignore = false
 [C.dummy]
 driver = dummy
 )",
-                     routing, routing ? "router = rt" : "", folder);
+                     users, routing, routing ? "router = rt" : "", folder);
 }
 
 std::string read_all(const std::string& path) {
@@ -86,9 +86,20 @@ KnxNetwork::KnxNetwork() : reason_(network_.reason()) {
   if (made.code != 0) reason_ = "no network for knxd: " + made.errors;
 }
 
-Knxd::Knxd(bool routing) : folder_(own_path("knxd")) {
+Knxd::Knxd(bool routing, int users) : folder_(own_path("knxd")) {
   std::filesystem::create_directories(folder_);
-  std::ofstream(folder_ + "/knxd.ini") << configuration(folder_, routing);
+  std::ofstream(folder_ + "/knxd.ini") << configuration(folder_, routing, users);
+  restart();
+}
+
+void Knxd::kill() {
+  process_.reset();
+  std::error_code ignored;
+  std::filesystem::remove(folder_ + "/knx.sock", ignored);
+}
+
+void Knxd::restart() {
+  kill();
   process_ = std::make_unique<daemon::Process>(std::vector<std::string>{"knxd", folder_ + "/knxd.ini"});
 }
 

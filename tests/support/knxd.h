@@ -30,14 +30,18 @@ class KnxNetwork {
 /// is `test-knxd`, its address 1.1.250, those of its users 1.1.200 and up. Must be made in a KnxNetwork.
 class Knxd {
  public:
-  /// `routing`: it joins 224.0.23.12 and answers searches; then it passes 55 telegrams a second only.
-  explicit Knxd(bool routing = true);
+  /// `routing`: it joins 224.0.23.12 and answers searches; then it passes 55 telegrams a second only. `users`: tunnels
+  /// and programs that have room on its bus.
+  explicit Knxd(bool routing = true, int users = 20);
   ~Knxd();
   Knxd(const Knxd&) = delete;
   Knxd& operator=(const Knxd&) = delete;
 
   /// It listens; asked until it does (0.2 s).
   bool ready() const;
+  /// Without a word, as at SIGKILL; and starts it again.
+  void kill();
+  void restart();
   /// For knxtool.
   std::string url() const { return "local:" + folder_ + "/knx.sock"; }
   std::string errors() { return process_->errors(); }

@@ -124,6 +124,12 @@ std::vector<GroupPoint> points_of_record(const network::NetworkConfig& config, s
   return points;
 }
 
+/// A line for the log; the whole report is what the tool is for.
+std::string summary_of(const Report& report, const std::string& path) {
+  return fmt::format("{}: {}, {} addresses, {} without a type, {} warnings, {} errors; `rubicon knx import` says which",
+                     path, report.form, report.taken, report.untyped, report.warnings, report.errors);
+}
+
 /// The export of a project, or a record.
 std::vector<GroupPoint> points_of_file(const network::NetworkConfig& config, transport::Transports& transports,
                                        const std::string& name, bool guess, std::string& report) {
@@ -139,7 +145,7 @@ std::vector<GroupPoint> points_of_file(const network::NetworkConfig& config, tra
     config.options.error("import", imported.error().text);
     return {};
   }
-  report = report_text(imported->report);
+  report = summary_of(imported->report, path);
   return std::move(imported->points);
 }
 

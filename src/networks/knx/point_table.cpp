@@ -59,7 +59,10 @@ void PointTable::bind(const GroupPoint& group, const TypeCatalogue& types) {
   auto& device = devices_[point.address];
   device.points.push_back(index);
   if (device.name.empty()) device.name = group.device.empty() ? group.name : group.device_name;
-  const auto hears = [&](GroupAddress address) { by_address_[number(address)].push_back(index); };
+  const auto hears = [&](GroupAddress address) {
+    auto& points = by_address_[number(address)];
+    if (points.empty() || points.back() != index) points.push_back(index);
+  };
   hears(point.source());
   for (const auto address : group.listen) hears(address);
   if (group.state) by_address_.try_emplace(number(group.address));

@@ -22,6 +22,9 @@ constexpr Duration kHeartbeatPause = 1s;  ///< before the repeat, after an answe
 constexpr unsigned kHeartbeatTries = 4;
 constexpr Duration kAckTime = 1s;
 constexpr Duration kConfirmationTime = 3s;
+/// A confirmation that is lost comes again after 1 s; after 2 s knxd drops the channel without a word (knxd.md, section
+/// 6): then the server is asked whether it knows it still.
+constexpr Duration kConfirmationDoubt = 2100ms;
 constexpr Duration kResyncTime = 2s;
 /// A CONNECT_REQUEST over UDP is repeated after so long, and again: one lost datagram shall not cost 10 s.
 constexpr Duration kConnectRepeat = 2s;
@@ -218,6 +221,7 @@ void Tunnel::send(ByteView cemi) {
   if (settings_.stream) {
     ++send_sequence_;
     sending_ = Sending::kWaitConfirmation;
+    doubted_ = true;
     request_deadline_.set(kConfirmationTime);
   } else {
     sending_ = Sending::kWaitAck;
@@ -256,7 +260,8 @@ void Tunnel::on_ack(const Frame& frame) {
 std::optional<Tunnel::Outcome> Tunnel::acknowledged() {
   ++send_sequence_;
   sending_ = Sending::kWaitConfirmation;
-  request_deadline_.set(kConfirmationTime);
+  doubted_ = false;
+  request_deadline_.set(kConfirmationDoubt);
   return early_;
 }
 
@@ -269,6 +274,11 @@ void Tunnel::finish(Outcome outcome) {
 
 void Tunnel::request_timeout() {
   if (sending_ == Sending::kWaitAck) return ack_missing();
+  if (!std::exchange(doubted_, true)) {
+    request_deadline_.set(kConfirmationTime - kConfirmationDoubt);
+    if (!awaits_state_) send_state_request();
+    return;
+  }
   ++counters_.unconfirmed;
   finish(Outcome::kUnconfirmed);
 }

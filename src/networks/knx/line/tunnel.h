@@ -144,6 +144,7 @@ class Tunnel {
   SteadyTime connect_until_{};
   std::optional<Outcome> early_;  ///< the confirmation came before the ack
   bool stray_ = false;            ///< the confirmation of the last request may still come
+  bool doubted_ = false;          ///< the server was asked whether it knows the channel, for want of a confirmation
   bool awaits_state_ = false;     ///< a heartbeat is under way
   Deadline request_deadline_, heartbeat_deadline_, resync_deadline_, connect_deadline_;
 };

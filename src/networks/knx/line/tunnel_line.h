@@ -95,7 +95,7 @@ class TunnelLine final : public Line {
   Timer pause_;
   HoldOff hold_off_;
   SteadyTime up_since_{};
-  unsigned silent_ = 0;   ///< telegrams in a row without a confirmation
+  unsigned silent_ = 0;  ///< telegrams in a row without a confirmation
   TunnelCounters tunnel_counters_;
   Counters counters_;
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);

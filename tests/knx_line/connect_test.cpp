@@ -1,0 +1,425 @@
+#include "line_fixture.h"
+
+namespace rubicon::networks::knx {
+namespace {
+
+using Phase = LineState::Phase;
+
+class ConnectTest : public LineFixture {
+ protected:
+  /// Opens without waiting for more than a moment.
+  void open() {
+    if (!server) make_server();
+    make_line();
+    ASSERT_TRUE(line->open());
+    time.run_for(100ms);
+  }
+};
+
+TEST_F(ConnectTest, WithoutSocketsOpeningFailsAtOnce) {
+  transport::MemoryTransports none;
+  TunnelLine alone(options, time, none, {});
+  const auto opened = alone.open();
+  ASSERT_FALSE(opened);
+  EXPECT_EQ(opened.error().code, ErrorCode::kUnsupported);
+}
+
+TEST_F(ConnectTest, AHostThatCannotBeFoundIsNamed) {
+  reopens = false;
+  options.host = "nowhere.home";
+  open();
+  ASSERT_EQ(failures.size(), 1U);
+  EXPECT_NE(failures[0].text.find("nowhere.home"), std::string::npos);
+  EXPECT_EQ(phase(), Phase::kOff);
+}
+
+TEST_F(ConnectTest, AnEmptyPortIsNoticedAtOnceAndTheServerFoundWhenItComes) {
+  make_server();
+  server->stop();
+  open();
+  EXPECT_EQ(failures.size(), 1U);
+  time.run_for(3s);
+  EXPECT_GT(failures.size(), 3U);
+  server->start();
+  time.run_for(1s);
+  EXPECT_EQ(phase(), Phase::kUp);
+}
+
+TEST_F(ConnectTest, AServerThatIsKilledAndComesBackIsFoundAgainWithoutALoss) {
+  connect();
+  for (std::uint16_t round = 0; round < 20; ++round) {
+    server->stop();
+    send(round);
+    time.run_for(700ms);
+    EXPECT_NE(phase(), Phase::kUp);
+    server->start();
+    time.run_for(2s);
+    EXPECT_EQ(phase(), Phase::kUp) << round;
+    EXPECT_EQ(sent(round), Sent::kSent) << round;
+  }
+  EXPECT_EQ(count("reconnects"), 20U);
+}
+
+TEST_F(ConnectTest, AServerThatForgotTheTunnelIsNoticedAtTheFirstMissingAck) {
+  connect();
+  server->forget_all();
+  send(1);
+  time.run_for(1800ms);
+  EXPECT_EQ(sent(1), Sent::kSent);
+  EXPECT_EQ(failures.size(), 1U);
+  EXPECT_NE(failures[0].text.find("status 21"), std::string::npos);
+}
+
+TEST_F(ConnectTest, ASilentServerIsAskedForTenSecondsAndThenByRouteBack) {
+  make_server();
+  server->only_route_back = true;
+  open();
+  time.run_for(9s);
+  EXPECT_EQ(phase(), Phase::kConnecting);
+  time.run_for(2s);
+  EXPECT_EQ(phase(), Phase::kUp);
+  EXPECT_TRUE(failures.empty());
+  send(1);
+  time.run_for(100ms);
+  EXPECT_EQ(sent(1), Sent::kSent);
+  // What worked is remembered.
+  server->disconnect_all();
+  time.run_for(1s);
+  EXPECT_EQ(phase(), Phase::kUp);
+}
+
+TEST_F(ConnectTest, NeitherWayIsAFailureAfterTwentySeconds) {
+  make_server();
+  server->answers_connect = false;
+  reopens = false;
+  open();
+  time.run_for(19s);
+  EXPECT_TRUE(failures.empty());
+  time.run_for(2s);
+  ASSERT_EQ(failures.size(), 1U);
+  EXPECT_NE(failures[0].text.find("does not answer"), std::string::npos);
+}
+
+TEST_F(ConnectTest, RouteBackIsUsedAtOnceWhereConfiguredAndNeverWhereForbidden) {
+  make_server();
+  server->only_route_back = true;
+  options.nat = TunnelOptions::Nat::kOn;
+  open();
+  EXPECT_EQ(phase(), Phase::kUp);
+  options.nat = TunnelOptions::Nat::kOff;
+  reopens = false;
+  open();
+  time.run_for(11s);
+  EXPECT_EQ(failures.size(), 1U);
+}
+
+TEST_F(ConnectTest, ALostConnectRequestCostsTwoSeconds) {
+  make_server();
+  server->listens = false;
+  open();
+  server->listens = true;
+  time.run_for(2s);
+  EXPECT_EQ(phase(), Phase::kUp);
+}
+
+TEST_F(ConnectTest, ASecondChannelOfARepeatedRequestIsGivenBack) {
+  net.transit = 1100ms;
+  open();
+  time.run_for(10s);
+  EXPECT_EQ(phase(), Phase::kUp);
+  EXPECT_EQ(server->counters.connects, 2U);
+  EXPECT_EQ(server->channels().size(), 1U);
+}
+
+TEST_F(ConnectTest, TheDataEndpointMayBeElsewhere) {
+  make_server({.data_port = 50000});
+  connect();
+  send(1);
+  server->inject(0x1101, 0x0a08, 0x80, {1, 2});
+  time.run_for(100ms);
+  EXPECT_EQ(sent(1), Sent::kSent);
+  EXPECT_EQ(received.size(), 1U);
+  std::size_t requests = 0, heartbeats = 0;
+  time.run_for(61s);
+  for (const auto& datagram : net.sent()) {
+    if (datagram.from.address != "10.0.0.2" || datagram.bytes.size() < 4) continue;
+    if (datagram.bytes[2] == 4) requests += datagram.to.port == 50000 ? 1 : 100;
+    if (datagram.bytes[3] == 7) heartbeats += datagram.to.port == 3671 ? 1 : 100;
+  }
+  EXPECT_EQ(requests, 3U) << "a request, and two acks";
+  EXPECT_EQ(heartbeats, 1U);
+}
+
+TEST_F(ConnectTest, WithAllTunnelsTakenItWaitsWithGrowingPausesAndSaysSo) {
+  make_server({.tunnels = 1});
+  connect();
+  std::vector<LineState> second_states;
+  LineCalls calls;
+  calls.changed = [&](const LineState& state) { second_states.push_back(state); };
+  calls.failed = [&](const Error& error) { ADD_FAILURE() << error.text; };
+  TunnelLine second(options, time, transports, std::move(calls));
+  ASSERT_TRUE(second.open());
+  time.run_for(100ms);
+  EXPECT_EQ(second.state().phase, Phase::kWaiting);
+  EXPECT_EQ(second.state().reason, "all tunnels of the interface are in use (status 24)");
+  ASSERT_TRUE(second.open()) << "harmless";
+  const auto before = server->counters.connects;
+  time.run_for(100s);
+  const auto tries = server->counters.connects - before;
+  EXPECT_GE(tries, 5U);
+  EXPECT_LE(tries, 8U);
+  line.reset();
+  time.run_for(73s);
+  EXPECT_EQ(second.state().phase, Phase::kUp);
+  EXPECT_TRUE(second.state().reason.empty());
+}
+
+TEST_F(ConnectTest, AMistakeOfConfigurationIsTriedAgainSeldom) {
+  make_server();
+  server->connect_status = 0x28;
+  open();
+  EXPECT_EQ(phase(), Phase::kRefused);
+  EXPECT_NE(line->state().reason.find("authorise"), std::string::npos);
+  EXPECT_TRUE(failures.empty());
+  time.run_for(59s);
+  EXPECT_EQ(server->counters.connects, 1U);
+  time.run_for(2s);
+  EXPECT_EQ(server->counters.connects, 2U);
+  time.run_for(298s);
+  EXPECT_EQ(server->counters.connects, 2U);
+  server->connect_status = 0;
+  time.run_for(3s);
+  EXPECT_EQ(phase(), Phase::kUp);
+}
+
+TEST_F(ConnectTest, ABusThatIsDownIsShownAndTriedAgain) {
+  make_server();
+  server->connect_status = 0x27;
+  open();
+  EXPECT_EQ(phase(), Phase::kWaiting);
+  EXPECT_FALSE(line->state().bus);
+  server->connect_status = 0;
+  time.run_for(2s);
+  EXPECT_EQ(phase(), Phase::kUp);
+  EXPECT_TRUE(line->state().bus);
+}
+
+TEST_F(ConnectTest, OtherRefusalsAreFailuresForTheCaller) {
+  make_server();
+  server->connect_status = 0x0f;
+  reopens = false;
+  open();
+  EXPECT_EQ(failures.size(), 1U);
+  EXPECT_EQ(phase(), Phase::kOff);
+}
+
+TEST_F(ConnectTest, AWantedAddressIsAskedFor) {
+  make_server({.wanted_addresses = true});
+  options.wanted = IndividualAddress{0x11ca};
+  connect();
+  EXPECT_EQ(line->state().own, IndividualAddress{0x11ca});
+  const auto first = std::move(line);
+  open();
+  EXPECT_EQ(phase(), Phase::kWaiting);
+  EXPECT_EQ(line->state().reason, "the wanted tunnel address is in use (status 2E)");
+  options.wanted = IndividualAddress{0x1101};
+  open();
+  EXPECT_EQ(phase(), Phase::kRefused);
+}
+
+TEST_F(ConnectTest, AServerThatKnowsNoWantedAddressesGivesAny) {
+  options.wanted = IndividualAddress{0x11ca};
+  connect();
+  EXPECT_EQ(line->state().own, IndividualAddress{0x11c8});
+  EXPECT_EQ(server->counters.connects, 2U);
+}
+
+TEST_F(ConnectTest, HeartbeatsGoOnAndKeepTheTunnel) {
+  connect();
+  time.run_for(10min);
+  EXPECT_EQ(phase(), Phase::kUp);
+  EXPECT_EQ(server->counters.heartbeats, 10U);
+  EXPECT_TRUE(failures.empty());
+}
+
+TEST_F(ConnectTest, FourHeartbeatsWithoutAnswerEndTheTunnel) {
+  connect();
+  server->answers_heartbeats = false;
+  time.run_for(59s + 40s);
+  EXPECT_TRUE(failures.empty());
+  EXPECT_EQ(server->counters.heartbeats, 4U);
+  time.run_for(2s);
+  ASSERT_EQ(failures.size(), 1U);
+  EXPECT_EQ(server->counters.disconnects, 1U);
+  EXPECT_EQ(count("missing-heartbeats"), 4U);
+  time.run_for(1s);
+  EXPECT_EQ(phase(), Phase::kUp);
+}
+
+TEST_F(ConnectTest, TrafficDoesNotReplaceTheHeartbeat) {
+  connect();
+  server->answers_heartbeats = false;
+  for (std::uint16_t i = 0; i < 102; ++i) {
+    send(i);
+    time.run_for(1s);
+  }
+  EXPECT_EQ(failures.size(), 1U);
+}
+
+TEST_F(ConnectTest, AHeartbeatAnsweredWithAnErrorIsRepeatedSoon) {
+  connect();
+  server->heartbeat_status = 0x26;
+  time.run_for(62s);
+  EXPECT_GE(server->counters.heartbeats, 2U);
+  server->heartbeat_status = 0;
+  time.run_for(60s);
+  EXPECT_TRUE(failures.empty());
+  server->heartbeat_status = 0x26;
+  time.run_for(10s);
+  EXPECT_EQ(failures.size(), 1U);
+}
+
+TEST_F(ConnectTest, AHeartbeatTellsOfABusThatIsDown) {
+  connect();
+  server->heartbeat_status = 0x27;
+  time.run_for(61s);
+  EXPECT_EQ(phase(), Phase::kUp);
+  EXPECT_FALSE(line->state().bus);
+  EXPECT_NE(line->state().reason.find("no connection to the KNX bus"), std::string::npos);
+  server->heartbeat_status = 0;
+  time.run_for(61s);
+  EXPECT_TRUE(line->state().bus);
+  EXPECT_TRUE(failures.empty());
+}
+
+TEST_F(ConnectTest, AForgottenTunnelIsMadeAnewAtTheNextHeartbeat) {
+  connect();
+  server->forget_all();
+  time.run_for(61s);
+  EXPECT_EQ(failures.size(), 1U);
+  EXPECT_EQ(phase(), Phase::kUp);
+  EXPECT_EQ(server->counters.disconnects, 0U);
+}
+
+TEST_F(ConnectTest, ADisconnectIsAnsweredAndTheLineReopened) {
+  connect();
+  server->next_channel = 77;
+  server->disconnect_all();
+  time.run_for(10ms);
+  ASSERT_EQ(failures.size(), 1U);
+  EXPECT_EQ(base::to_hex(net.sent().back().bytes), "0610020a00080100");
+  time.run_for(1s);
+  EXPECT_EQ(phase(), Phase::kUp);
+  EXPECT_EQ(server->channels(), std::vector<std::uint8_t>{77});
+  send(1);
+  time.run_for(100ms);
+  EXPECT_EQ(sent(1), Sent::kSent);
+}
+
+TEST_F(ConnectTest, TwoClientsThatFightForASlotAreNoticed) {
+  make_server();
+  server->disconnects_at_once = true;
+  open();
+  time.run_for(10s);
+  EXPECT_EQ(phase(), Phase::kWaiting);
+  EXPECT_NE(line->state().reason.find("fight"), std::string::npos);
+  EXPECT_EQ(server->counters.connects, 4U);
+  EXPECT_EQ(failures.size(), 3U);
+  time.run_for(35s);
+  EXPECT_EQ(server->counters.connects, 4U);
+  time.run_for(35s);
+  EXPECT_EQ(server->counters.connects, 5U);
+}
+
+// TCP.
+
+class StreamTest : public ConnectTest {
+ protected:
+  StreamTest() { options.via = TunnelOptions::Via::kTcp; }
+};
+
+TEST_F(StreamTest, ATunnelOverTcpNeedsNoAcks) {
+  connect();
+  for (std::uint16_t i = 0; i < 300; ++i) send(i);
+  server->inject(0x1101, 0x0a08, 0x80, {1, 2});
+  time.run_for(2s);
+  EXPECT_EQ(order.size(), 300U);
+  EXPECT_EQ(count("telegrams-sent"), 300U);
+  EXPECT_EQ(received.size(), 1U);
+  EXPECT_EQ(server->counters.acks, 0U);
+  time.run_for(61s);
+  EXPECT_EQ(server->counters.heartbeats, 1U);
+}
+
+TEST_F(StreamTest, FramesArriveByteByByteAndSeveralAtOnce) {
+  net.tcp.segment = 1;
+  connect();
+  send(1);
+  for (std::uint8_t i = 0; i < 20; ++i) server->inject(0x1101, 0x0a08, 0x80, {1, i});
+  time.run_for(1s);
+  EXPECT_EQ(sent(1), Sent::kSent);
+  EXPECT_EQ(received.size(), 20U);
+  net.tcp.segment = 0;
+  for (std::uint8_t i = 0; i < 20; ++i) server->inject(0x1101, 0x0a08, 0x80, {1, i});
+  time.run_for(1s);
+  EXPECT_EQ(received.size(), 40U);
+  EXPECT_EQ(received.back().payload.bytes, (Bytes{1, 19}));
+  EXPECT_EQ(count("bad-frames"), 0U);
+}
+
+TEST_F(StreamTest, AStreamThatCannotBeTrustedIsClosed) {
+  connect();
+  server->send_raw({6, 0x11, 4, 0x20, 0, 8});
+  time.run_for(100ms);
+  ASSERT_EQ(failures.size(), 1U);
+  EXPECT_NE(failures[0].text.find("version 11"), std::string::npos);
+  time.run_for(1s);
+  EXPECT_EQ(phase(), Phase::kUp);
+}
+
+TEST_F(StreamTest, ABrokenConnectionIsALostLineAndWhatWasUnderWayIsSentOnceMore) {
+  connect();
+  server->confirms = false;
+  send(1);
+  time.run_for(100ms);
+  server->confirms = true;
+  net.tcp.cut();
+  time.run_for(10ms);
+  EXPECT_EQ(failures.size(), 1U);
+  time.run_for(1s);
+  EXPECT_EQ(sent(1), Sent::kSent);
+  EXPECT_EQ(arrivals()[1], 2);
+}
+
+TEST_F(StreamTest, NobodyListeningIsAFailureAndFoundWhenItComes) {
+  make_server();
+  server->stop();
+  open();
+  EXPECT_EQ(failures.size(), 1U);
+  server->start();
+  time.run_for(1s);
+  EXPECT_EQ(phase(), Phase::kUp);
+}
+
+TEST_F(StreamTest, DestroyedItLeavesItsSlot) {
+  connect();
+  line.reset();
+  time.run_for(100ms);
+  EXPECT_TRUE(server->channels().empty());
+  EXPECT_EQ(server->counters.disconnects, 1U);
+}
+
+TEST_F(StreamTest, AServerThatSpeaksNoUdpIsReachedByTcpWhereItIsLeftOpen) {
+  make_server();
+  server->connect_status = 0x01;
+  options.via = TunnelOptions::Via::kAuto;
+  make_line();
+  server->on_connect = [this](bool stream) { server->connect_status = stream ? 0 : 1; };
+  ASSERT_TRUE(line->open());
+  time.run_for(100ms);
+  EXPECT_EQ(phase(), Phase::kUp);
+  EXPECT_EQ(net.tcp.open_streams(), 2U);
+}
+
+}  // namespace
+}  // namespace rubicon::networks::knx
