@@ -52,6 +52,7 @@ TEST_F(TunnelLineTest, HearsTheBusWhateverTheSource) {
   EXPECT_EQ(server->counters.acks, 7U) << "everything in sequence is acknowledged";
   EXPECT_EQ(count("other-frames"), 1U);
   EXPECT_EQ(count("lte-frames"), 1U);
+  EXPECT_EQ(count("doubled-address"), 1U);
   EXPECT_EQ(count("bad-frames"), 1U);
 }
 
@@ -351,8 +352,7 @@ TEST_F(TunnelLineTest, MayBeDestroyedInAnyOfItsCalls) {
       if (when == now) line.reset();
     };
     calls.changed = [=](const LineState& state) {
-      if (state.phase == Phase::kConnecting) destroy_if(0);
-      if (state.phase == Phase::kUp) destroy_if(1);
+      destroy_if(state.phase == Phase::kConnecting ? 0 : state.phase == Phase::kUp ? 1 : -1);
     };
     calls.failed = [=](const Error&) { destroy_if(2); };
     calls.received = [=](const Telegram&) { destroy_if(3); };

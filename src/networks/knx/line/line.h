@@ -29,6 +29,8 @@ struct LineState {
   bool bus = true;          ///< false: link up, bus down or silent (status 27, three times no con)
 };
 
+/// Called in turns of the loop, never from inside a call to the line. The line, and with it these, may be destroyed in
+/// any of them as the last thing it does.
 struct LineCalls {
   std::function<void(const LineState&)> changed;
   /// The line is lost and closed; open() may be called again. What waits stays in the line.

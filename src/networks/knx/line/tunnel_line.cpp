@@ -236,6 +236,8 @@ void TunnelLine::received_cemi(ByteView cemi, std::optional<Tunnel::Outcome> out
     return;
   }
   ++counters_.received;
+  // Never a reason to drop it: there are installations where several tunnels share an address.
+  if (telegram->source == state_.own) ++counters_.doubled_address;
   if (calls_.received) calls_.received(*telegram);
 }
 
@@ -396,7 +398,8 @@ std::map<std::string, std::uint64_t> TunnelLine::counters() const {
           {"unknown-services", tunnel.unknown_services},
           {"undelivered", counters_.undelivered},
           {"lte-frames", counters_.lte},
-          {"other-frames", counters_.other_frames}};
+          {"other-frames", counters_.other_frames},
+          {"doubled-address", counters_.doubled_address}};
 }
 
 }  // namespace rubicon::networks::knx

@@ -44,7 +44,8 @@ class TunnelLine final : public Line {
 
  private:
   struct Counters {
-    std::uint64_t sent = 0, received = 0, connects = 0, other_source = 0, undelivered = 0, lte = 0, other_frames = 0;
+    std::uint64_t sent = 0, received = 0, connects = 0, other_source = 0, undelivered = 0, lte = 0, other_frames = 0,
+                  doubled_address = 0;
   };
 
   // Connecting.
