@@ -37,7 +37,7 @@ struct TcpCalls {
 class TcpStream {
  public:
   /// Bytes that wait for a busy line, or for the connection; a send that would make them more is refused.
-  static constexpr std::size_t kMaxQueued = 64 * 1024;
+  static constexpr std::size_t kMaxQueued = std::size_t{64} * 1024;
 
   virtual ~TcpStream() = default;
   /// Hands the bytes over, or queues them while the line is busy or not yet there: all or nothing. kBusy beyond

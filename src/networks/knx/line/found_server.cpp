@@ -28,6 +28,7 @@ void merge_families(std::vector<FamilyVersion>& into, const std::vector<FamilyVe
 
 std::string families_text(const std::vector<FamilyVersion>& families) {
   std::vector<std::string> words;
+  words.reserve(families.size());
   for (const auto& [family, version] : families) words.push_back(fmt::format("{} {}", to_string(family), version));
   return fmt::format("{}", fmt::join(words, ", "));
 }
@@ -113,6 +114,7 @@ std::string describe(const FoundServer& server) {
   if (!told.slots.empty()) line("tunnels", slots_text(server));
   if (told.slots.empty() && !told.addresses.empty()) {
     std::vector<std::string> words;
+    words.reserve(told.addresses.size());
     for (const auto address : told.addresses) words.push_back(to_string(address));
     line("addresses", fmt::format("{}", fmt::join(words, ", ")));
   }
