@@ -109,7 +109,7 @@ Knxd::~Knxd() {
   std::filesystem::remove_all(folder_, ignored);
 }
 
-/// The file is there a moment before somebody listens behind it.
+/// The file is there a moment before somebody listens behind it, and its users may be served before the network.
 bool Knxd::ready() const {
   const auto path = folder_ + "/knx.sock";
   sockaddr_un address{};
@@ -118,7 +118,9 @@ bool Knxd::ready() const {
   const int probe = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
   const bool there = ::connect(probe, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
   ::close(probe);
-  return there;
+  const bool bound = read_all("/proc/thread-self/net/udp").find(":0E57 ") != std::string::npos;
+  const bool joined = read_all("/proc/thread-self/net/igmp").find("0C1700E0") != std::string::npos;
+  return there && bound && (joined || !routing_);
 }
 
 daemon::Outcome Knxd::tool(const std::string& command, std::vector<std::string> arguments) const {

@@ -51,6 +51,7 @@ class Knxd {
 
  private:
   std::string folder_;
+  bool routing_;
   std::unique_ptr<daemon::Process> process_;
 };
 
