@@ -29,7 +29,9 @@ class SaladPeer final : public Peer {
 class KnxPeer final : public Peer {
  public:
   KnxPeer(const ConfigNode& options, support::FakeHost& host)
-      : server_(host.time, host.net, server_options(options)) {}
+      : server_(host.time, host.net, server_options(options)) {
+    server_.answers[0x0a07] = {{0x0c, 0x33}, false};  // 1/2/7 of the sample: 21.5 degrees Celsius
+  }
 
  private:
   static support::KnxServer::Options server_options(const ConfigNode& options) {

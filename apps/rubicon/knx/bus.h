@@ -11,7 +11,7 @@ namespace rubicon::cli::knx {
 
 /// Where `monitor`, `read`, `write` and `capture` get to the bus.
 struct BusOptions {
-  std::string direct;  ///< host of a KNXnet/IP interface; empty = through the running island
+  std::string direct;  ///< host or host:port of a KNXnet/IP interface; empty = through the running island
   bool tcp = false;    ///< of `direct`
   std::uint32_t island = 0;
   std::string network;  ///< id; empty = the only one of type knx

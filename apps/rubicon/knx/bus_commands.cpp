@@ -138,7 +138,7 @@ CLI::App* add(Cli& cli, CLI::App* under, const Cli::Text& text, const std::share
                           });
   auto* direct =
       app->add_option("--direct", options->bus.direct, "open a tunnel of our own to this KNXnet/IP interface")
-          ->type_name("HOST");
+          ->type_name("HOST[:PORT]");
   app->add_flag("--knx-tcp", options->bus.tcp, "with --direct: by TCP")->needs(direct);
   app->add_option("--island", options->bus.island, "through this island")->type_name("ID")->excludes(direct);
   app->add_option("--network", options->bus.network, "through this network: knx-hall")

@@ -80,7 +80,9 @@ Result<void> DirectBus::open(const BusOptions& options, Duration patience) {
     node.entries.emplace_back(key, std::move(value));
   };
   set("via", options.tcp ? "tunnel-tcp" : "tunnel");
-  set("host", options.direct);
+  const auto colon = options.direct.find(':');
+  set("host", options.direct.substr(0, colon));
+  if (colon != options.direct.npos) set("port", options.direct.substr(colon + 1));
   ConfigErrors errors;
   ConfigReader reader(node, "knx", errors);
   auto made = networks::knx::kType.make({"knx", IslandId(1), reader, types_, {}}, *this);

@@ -155,7 +155,10 @@ Result<void> BusPoints::actuate(const std::string& device, const model::Actuate&
 
 /// L_Data.con makes a command sent; whether it had an effect, the state address says.
 void BusPoints::sent(const std::string& device, const model::Actuate& command, Sent outcome, std::string_view why) {
-  if (outcome == Sent::kSent) {
+  // Without L_Data.con the interface has it, at least: where there is a report, that decides.
+  const auto* point = table_.find(device, command.point);
+  const bool open = outcome == Sent::kUnconfirmed && point && point->group.state;
+  if (outcome == Sent::kSent || open) {
     host_.deliver(device, model::Acknowledge{command.request, model::Outcome::kSent, {}});
     return verify(device, command.point);
   }

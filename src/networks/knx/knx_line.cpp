@@ -1,5 +1,6 @@
 #include "networks/knx/knx_line.h"
 
+#include <random>
 #include <tuple>
 #include <utility>
 
@@ -29,8 +30,11 @@ bool same_line(const LineOptions& one, const LineOptions& other) {
 
 std::unique_ptr<Line> make_line(const LineOptions& options, Scheduler& scheduler, transport::Transports& transports,
                                 LineCalls calls) {
-  if (options.via == Via::kRouting)
-    return std::make_unique<RoutingLine>(scheduler, transports, options.routing, std::move(calls));
+  if (options.via == Via::kRouting) {
+    auto routing = options.routing;
+    routing.seed = std::random_device()();
+    return std::make_unique<RoutingLine>(scheduler, transports, routing, std::move(calls));
+  }
   return std::make_unique<TunnelLine>(options.tunnel, scheduler, transports, std::move(calls));
 }
 
