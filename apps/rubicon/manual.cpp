@@ -49,8 +49,8 @@ std::string commands_of(const CLI::App& app, const std::string& before) {
   std::string out;
   for (const auto* one : app.get_subcommands([](const CLI::App* sub) { return !sub->get_group().empty(); })) {
     const auto name = before + one->get_name();
-    out += fmt::format(".SS {}\n{}\n{}{}", troff(name), troff(one->get_description()), options_of(*one),
-                       example_of(*one));
+    out +=
+        fmt::format(".SS {}\n{}\n{}{}", troff(name), troff(one->get_description()), options_of(*one), example_of(*one));
     out += commands_of(*one, name + " ");
   }
   return out;

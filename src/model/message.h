@@ -51,8 +51,8 @@ struct Actuate {
   Value value;
 };
 
-/// From now on report exactly these sensors (and actuators whose state is sampled), each at least every `period` (D1.4: RubiconMessageCtrlPeriodicCmd). Empty
-/// = stop, or go as slow as the device allows.
+/// From now on report exactly these sensors (and actuators whose state is sampled), each at least every `period` (D1.4:
+/// RubiconMessageCtrlPeriodicCmd). Empty = stop, or go as slow as the device allows.
 struct Sample {
   std::uint64_t request = 0;
   std::vector<PointId> points;

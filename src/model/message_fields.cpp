@@ -1,7 +1,7 @@
 #include "model/message_fields.h"
 
-#include <algorithm>
 #include <fmt/format.h>
+#include <algorithm>
 
 #include <cmath>
 

@@ -28,8 +28,7 @@ class SaladPeer final : public Peer {
 /// A KNXnet/IP server where the options say that it is.
 class KnxPeer final : public Peer {
  public:
-  KnxPeer(const ConfigNode& options, support::FakeHost& host)
-      : server_(host.time, host.net, server_options(options)) {
+  KnxPeer(const ConfigNode& options, support::FakeHost& host) : server_(host.time, host.net, server_options(options)) {
     server_.answers[0x0a07] = {{0x0c, 0x33}, false};  // 1/2/7 of the sample: 21.5 degrees Celsius
   }
 

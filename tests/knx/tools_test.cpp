@@ -44,6 +44,21 @@ TEST_F(KnxExposed, ChangesAreWrittenAndRepeatedInTheirPeriod) {
   EXPECT_EQ(telegrams("6/0/2", {0x00, 0x81}), 1) << "no period";
 }
 
+TEST_F(KnxExposed, FastChangesAreThinnedOutAndTheLastOneIsWritten) {
+  start(kShown);
+  for (int i = 0; i < 50; ++i) {
+    ASSERT_TRUE(host.followed.contains(kWarm));
+    host.followed[kWarm](std::to_string(i));
+    host.time.run_for(200ms);
+  }
+  const auto while_changing = server.heard().size();
+  EXPECT_GE(while_changing, 2U);
+  EXPECT_LE(while_changing, 3U) << "10 s of changes, one each 5 s";
+  say(kWarm, "21.5");
+  host.time.run_for(10s);
+  EXPECT_EQ(server.heard().back().tpdu, write_21_5);
+}
+
 TEST_F(KnxExposed, TheBusCanReadThem) {
   start(kShown);
   server.inject_read(0x1105, group("6/0/3"));

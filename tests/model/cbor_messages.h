@@ -44,7 +44,8 @@ inline std::vector<Message> every_kind() {
           message_with(Sample{3, {light_capability().point, rate}, std::chrono::milliseconds(250)}),
           message_with(SetProperty{4, rate, std::int64_t{500}}),
           message_with(Acknowledge{5, Outcome::kUndeliverable, "no such island"}),
-          message_with(State{LineState::kUp, "opened", {{"bad-frames", 3}, {"readings", UINT64_MAX}}, {{"server", "hall"}}}),
+          message_with(
+              State{LineState::kUp, "opened", {{"bad-frames", 3}, {"readings", UINT64_MAX}}, {{"server", "hall"}}}),
           message_with(Opaque{"chat", {0x00, 0xff, 0x68}})};
 }
 

@@ -45,7 +45,22 @@ void Exposures::changed(Shown& shown, std::string_view text) {
   const bool first = !shown.payload;
   if (shown.payload == *payload) return;
   shown.payload = std::move(*payload);
-  if (up_ && (shown.what.on_change || (first && shown.what.every))) write(shown);
+  if (up_ && shown.what.on_change) {
+    write_change(shown);
+  } else if (up_ && first && shown.what.every) {
+    write(shown);
+  }
+}
+
+/// A sensor may speak much faster than a line of the bus has room for.
+void Exposures::write_change(Shown& shown) {
+  shown.waits = shown.pause.pending();
+  if (shown.waits) return;
+  write(shown);
+  if (shown.what.pause == Duration::zero()) return;
+  shown.pause = host_.scheduler().after(shown.what.pause, [this, &shown] {
+    if (shown.waits && up_) write_change(shown);
+  });
 }
 
 void Exposures::write(Shown& shown) {

@@ -16,9 +16,10 @@ namespace rubicon::networks::knx {
 struct Exposure {
   GroupAddress address{};
   DptId dpt;
-  std::string tuple;              ///< key of one of this island's, or `ID:key`
-  bool on_change = true;          ///< written when the value changes
-  std::optional<Duration> every;  ///< written again after so long
+  std::string tuple;                         ///< key of one of this island's, or `ID:key`
+  bool on_change = true;                     ///< written when the value changes
+  Duration pause = std::chrono::seconds(5);  ///< from one change to the next that is written; the last one always is
+  std::optional<Duration> every;             ///< written again after so long
 
   friend bool operator==(const Exposure&, const Exposure&) = default;
 };
@@ -48,10 +49,13 @@ class Exposures {
     Exposure what;
     std::optional<Payload> payload;
     network::Followed followed;
-    Timer again;
+    Timer again;  ///< cyclic
+    Timer pause;  ///< pending: changes wait
+    bool waits = false;
   };
   void changed(Shown& shown, std::string_view text);
   void write(Shown& shown);
+  void write_change(Shown& shown);
   Result<Payload> payload_of(const Exposure& what, std::string_view text) const;
 
   network::NetworkHost& host_;

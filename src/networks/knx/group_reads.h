@@ -11,8 +11,9 @@
 
 namespace rubicon::networks::knx {
 
-/// Asks the bus for values, a few at a time and those that somebody waits for beside the others (knx.md, section 8): an answer is any response or write of that address,
-/// from whomever. After 2 s without one it asks once more, then it is told.
+/// Asks the bus for values, a few at a time and those that somebody waits for beside the others (knx.md, section 8): an
+/// answer is any response or write of that address, from whomever. After 2 s without one it asks once more, then it is
+/// told.
 class GroupReads {
  public:
   struct Options {

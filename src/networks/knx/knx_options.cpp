@@ -86,6 +86,7 @@ void read_exposure(const std::string& key, ConfigReader& entry, std::vector<Expo
     entry.error("dpt", id ? fmt::format("there is no data point type {}", to_string(*id)) : id.error().text);
   }
   one.on_change = entry.boolean("on-change", true);
+  one.pause = entry.duration("pause", one.pause);
   one.every = entry.duration_or_never("every", std::nullopt);
   if (one.every && *one.every < std::chrono::seconds(1)) entry.error("every", "expected at least 1s, or never");
   const bool twice =
