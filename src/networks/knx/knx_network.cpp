@@ -73,7 +73,7 @@ class KnxNetwork final : public network::Network {
   base::RateLimit limit_;
   std::deque<std::pair<SteadyTime, Telegram>> recent_;
   std::uint64_t repetitions_ = 0;
-  bool opened_ = false, up_ = false;
+  bool opened_ = false, up_ = false, told_doubled_ = false;
   Timer counters_;
   std::unique_ptr<Line> line_;  ///< last: goes first, its calls reach all others
 };
@@ -210,6 +210,9 @@ void KnxNetwork::report() {
   using Phase = LineState::Phase;
   if (line.phase == Phase::kOff || line.phase == Phase::kClosing) return;
   model::State state{up_ ? model::LineState::kUp : model::LineState::kConnecting, line.reason, line_->counters()};
+  if (const auto doubled = state.counters.find("doubled-address");
+      doubled != state.counters.end() && doubled->second > 0 && !std::exchange(told_doubled_, true))
+    host_.log().warning(fmt::format("{} is the address of another one on the bus too", to_string(line.own)));
   const auto& points = points_.counters();
   state.counters.insert({{"readings", points.readings},
                          {"undecodable-values", points.bad_values},
