@@ -18,7 +18,8 @@ struct SubscriptionSpec {
 };
 
 /// One changed tuple on its way to a subscriber; the views live as long as the call. tuple.owner is the sender. An
-/// empty key with a subscription's id as sequence ends the snapshot of that subscription; links carry it like any
+/// empty key with a subscription's id as sequence ends the snapshot of that subscription; with 0 it begins anew: the
+/// sender lost sight of this subscriber, and what follows counts, whatever came before. Links carry both like any
 /// other.
 using Change = Event;
 

@@ -34,6 +34,8 @@ class Outbox {
 
   void mark(PeerBox& box, std::uint32_t index);
   void mark_snapshot_end(PeerBox& box, std::uint32_t subscription);
+  /// Only into an empty box: what the subscriber has may be old.
+  void mark_beginning(PeerBox& box) { mark_snapshot_end(box, 0); }
   /// kMore: go on next turn. kNoRoom: the link refused, try again a little later.
   Left flush();
   void forget(PeerBox& box);

@@ -34,6 +34,8 @@ void TupleSpace::Parts::take_change(OwnerId owner, const Change& change) {
     return;
   }
   if (tuple.key.empty()) {
+    // Who was lost to the owner does not always notice: deletions of that time are found at the end of the snapshot.
+    if (tuple.sequence == 0) return confirm_anew(owner);
     end_snapshot(owner, static_cast<std::uint32_t>(tuple.sequence));
     return;
   }
@@ -106,6 +108,7 @@ void TupleSpace::Parts::on_subscribe(OwnerId subscriber, const SubscriptionSpec&
   if (!peer.box) {
     peer.box = std::make_shared<PeerBox>();
     peer.box->id = subscriber;
+    outbox.mark_beginning(*peer.box);
   }
   on_unsubscribe(subscriber, spec.id);
   if (!is_sound(spec.pattern) || peer.subscriptions.size() >= kMaxSubscriptionsPerPeer) {
@@ -132,6 +135,10 @@ void TupleSpace::Parts::on_reply(const Reply& reply) {
 
 void TupleSpace::Parts::came(OwnerId owner) {
   absent.erase(owner);
+  confirm_anew(owner);
+}
+
+void TupleSpace::Parts::confirm_anew(OwnerId owner) {
   if (store.trie().has_owner(owner)) {
     ++epochs[owner];
   } else {

@@ -105,6 +105,7 @@ struct TupleSpace::Parts final : LinkListener {
   void drop_peer(OwnerId peer);
   void end_snapshot(OwnerId owner, std::uint32_t wire_id);
   void came(OwnerId owner);
+  void confirm_anew(OwnerId owner);
   void went(OwnerId owner);
   std::uint64_t ask(RemoteSet wish, ReplyCall call);
   void send(RemoteSet wish);

@@ -20,13 +20,17 @@ struct PlayedLink final : Link {
     frames.push_back(changes.size());
     for (const auto& change : changes) {
       const std::string key(change.tuple.key);
+      if (key.empty() && change.tuple.sequence == 0) {
+        ++beginnings;
+        continue;
+      }
       sent.push_back(key.empty()                      ? "end " + std::to_string(change.tuple.sequence)
                      : change.kind == EventKind::kSet ? key + "=" + std::string(change.tuple.value)
                                                       : key + " " + std::string(to_string(change.kind)));
     }
     return true;
   }
-  void subscribe(const SubscriptionSpec&) override {}
+  void subscribe(const SubscriptionSpec& spec) override { subscribed.push_back(spec.id); }
   void unsubscribe(std::uint32_t) override {}
   Result<void> remote_set(const RemoteSet&) override { return fail(ErrorCode::kBusy, "the window is full"); }
   void reply(const Reply& reply) override { replies.push_back(reply); }
@@ -35,7 +39,8 @@ struct PlayedLink final : Link {
 
   LinkListener* listener = nullptr;
   bool full = false;
-  int attempts = 0;
+  int attempts = 0, beginnings = 0;
+  std::vector<std::uint32_t> subscribed;
   std::vector<std::size_t> frames;
   Seen sent;
   std::vector<Reply> replies;
@@ -61,6 +66,35 @@ struct Bounds : testing::Test {
   TupleSpace space{OwnerId(1), time, link};
   Listener listener;
 };
+
+TEST_F(Bounds, WhoWasLostToTheOwnerOnlyStillLearnsWhatWasDeletedMeanwhile) {
+  const auto handle = space.subscribe(pattern("**"), {}, listener.call());
+  time.run_ready();
+  receive(change("kept", "1", 1));
+  receive(change("gone", "1", 1));
+  receive(change("", "", link.subscribed.back()));
+  // The owner saw us go and come back; to us it was always there.
+  receive(change("", "", 0));
+  receive(change("kept", "1", 1));
+  EXPECT_TRUE(space.get(kPeer, "gone")) << "the snapshot is not complete yet";
+  receive(change("", "", link.subscribed.back()));
+  time.run_for(1s);
+  EXPECT_TRUE(space.get(kPeer, "kept"));
+  EXPECT_FALSE(space.get(kPeer, "gone"));
+}
+
+TEST_F(Bounds, ASubscriberThatIsNewOrBackIsToldThatItBegins) {
+  link.listener->on_subscribe(kPeer, {9, pattern("a"), {}});
+  link.listener->on_subscribe(kPeer, {10, pattern("b"), {}});
+  time.run_ready();
+  EXPECT_EQ(link.beginnings, 1);
+  link.listener->on_peer(kPeer, PeerEvent::kUp);
+  link.listener->on_peer(kPeer, PeerEvent::kLost);
+  link.listener->on_peer(kPeer, PeerEvent::kUp);
+  link.listener->on_subscribe(kPeer, {9, pattern("a"), {}});
+  time.run_ready();
+  EXPECT_EQ(link.beginnings, 2);
+}
 
 TEST_F(Bounds, ASlowSubscriberGetsTheLatestOnceThereIsRoom) {
   link.listener->on_subscribe(kPeer, {9, pattern("**"), {}});
@@ -97,7 +131,7 @@ TEST_F(Bounds, WhatWaitsForALostSubscriberIsForgotten) {
   link.listener->on_subscribe(kPeer, {3, pattern("**"), {}});
   ASSERT_TRUE(space.set("a", "1"));
   time.run_ready();
-  EXPECT_EQ(space.stats().queued, 2u);
+  EXPECT_EQ(space.stats().queued, 3u);
   link.listener->on_peer(kPeer, PeerEvent::kLost);
   EXPECT_EQ(space.stats().queued, 0u);
   link.full = false;
