@@ -31,9 +31,8 @@ class NetworkHost {
   virtual void failed(Error why) = 0;
 
   /// Values of a tuple, for networks that show them to their devices: the key of one of this island's, or `ID:key` of
-  /// another's. `call` is told what there is, in a later turn, and each change, until the result is destroyed; nobody
-  /// is asked at make() time. kInvalid for what is no tuple.
-  /// By default there are none: kUnsupported.
+  /// another's. `call` is told what there is, in a later turn, and each change (empty: it is gone), until the result is
+  /// destroyed; nobody is asked at make() time. kInvalid for what is no tuple. By default there are none: kUnsupported.
   virtual Result<Followed> follow(std::string_view tuple, std::function<void(std::string_view value)> call);
 
   virtual Scheduler& scheduler() = 0;

@@ -106,7 +106,7 @@ Result<network::Followed> Island::Parts::follow(std::string_view tuple, std::fun
   if (!pattern->exact()) return fail(ErrorCode::kInvalid, fmt::format("'{}' is a pattern, expected one tuple", tuple));
   if (!pattern->owner) pattern->owner = config.id;
   auto handle = space.subscribe(*pattern, {}, [call = std::move(call)](const tuples::Event& event) {
-    if (event.kind == tuples::EventKind::kSet) call(event.tuple.value);
+    call(event.kind == tuples::EventKind::kSet ? event.tuple.value : std::string_view());
   });
   return std::make_shared<tuples::Handle>(std::move(handle));
 }

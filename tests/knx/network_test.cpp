@@ -137,6 +137,54 @@ TEST_F(KnxPoints, ACommandIsSentWhenTheBusHasIt) {
   EXPECT_THAT(outcomes(), ElementsAre("sent"));
 }
 
+TEST_F(KnxPoints, AReportOfTheCommandedBytesIsTheCommandedValue) {
+  start(R"({"host": "10.0.0.9", "telegrams-per-second": 0, "groups": {
+    "1/0/3": {"dpt": "5.001", "kind": "actuator", "state": "1/0/4"}}})");
+  const auto dimmer = point(Kind::kActuator, "percentage");
+  for (const double percent : {50.0, 33.4, 0.3}) {
+    server.on_heard = [this](const auto& heard) {
+      if (heard.destination == group("1/0/3")) server.inject(0x1106, group("1/0/4"), 0x80, {heard.tpdu.back()});
+    };
+    ASSERT_TRUE(command("1/0/3", dimmer, percent));
+    host.time.run_for(5s);
+  }
+  server.inject(0x1106, group("1/0/4"), 0x80, {0x80});
+  host.time.run_for(1s);
+  EXPECT_THAT(values_of("1/0/3"), ElementsAre("50", "33.4", "0.3", "50")) << "50 and not 50.19607843137255";
+  EXPECT_EQ(reads_of("1/0/4"), 0);
+}
+
+TEST_F(KnxPoints, ACommandToACentralAddressIsHeardByThoseWhoListen) {
+  start(R"({"host": "10.0.0.9", "telegrams-per-second": 0, "groups": {
+    "0/0/1": {"dpt": "1.001", "kind": "actuator"},
+    "1/0/1": {"dpt": "1.001", "kind": "sensor", "listen": ["0/0/1"]}}})");
+  ASSERT_TRUE(command("0/0/1", point(Kind::kActuator, "switch"), true));
+  host.time.run_for(1s);
+  EXPECT_THAT(values_of("1/0/1"), ElementsAre("on"));
+}
+
+TEST_F(KnxPoints, VerificationDoesNotWaitBehindReadsThatNobodyAnswers) {
+  std::string text = R"({"host": "10.0.0.9", "telegrams-per-second": 0, "groups": {)";
+  for (int i = 1; i <= 100; ++i) text += "\"2/0/" + std::to_string(i) + R"(": {"dpt": "9.001", "read": "init"}, )";
+  server.answers[group("1/0/2")] = {{1}, true};
+  start(text + R"("1/0/1": {"dpt": "1.001", "kind": "actuator", "state": "1/0/2"}}})");
+  ASSERT_TRUE(command("1/0/1", point(Kind::kActuator, "switch"), true));
+  host.time.run_for(2s);
+  EXPECT_THAT(values_of("1/0/1"), ElementsAre("on"));
+}
+
+TEST_F(KnxPoints, AReloadAsksOnlyForWhatIsNew) {
+  server.answers[group("1/2/8")] = {{0x0c, 0x33}, false};
+  start();
+  host.time.run_for(10s);
+  ASSERT_EQ(reads_of("1/2/8"), 1);
+  ASSERT_TRUE(change(R"({"host": "10.0.0.9", "telegrams-per-second": 0, "groups": {
+    "1/2/8": {"dpt": "9.007", "read": "init", "name": "another name"}, "1/2/9": {"dpt": "9.001", "read": "init"}}})"));
+  host.time.run_for(10s);
+  EXPECT_EQ(reads_of("1/2/8"), 1);
+  EXPECT_EQ(reads_of("1/2/9"), 2) << "nobody answers";
+}
+
 TEST_F(KnxPoints, AnActuatorThatStaysSilentAfterACommandIsAsked) {
   server.answers[group("1/0/2")] = {{1}, true};
   start();
@@ -213,12 +261,13 @@ TEST_F(KnxPoints, UnknownAddressesAreListedAndNoDevices) {
   EXPECT_THAT(host.all<model::Join>(), SizeIs(5));
 }
 
-TEST_F(KnxPoints, TheUnassignedTableIsBounded) {
+TEST_F(KnxPoints, TheUnassignedTableKeepsTheLatest) {
   start();
   for (int i = 1; i <= 300; ++i) server.inject(0x1105, static_cast<std::uint16_t>(0x5000 + i), 0x80, {1}, true);
   host.time.run_for(5s);
   EXPECT_EQ(last_state().counters.at("unassigned-addresses"), 256U);
   EXPECT_EQ(last_state().counters.at("dropped-unassigned"), 44U);
+  EXPECT_THAT(last_state().texts.at("unassigned"), HasSubstr("10/1/44")) << "the last of them";
 }
 
 TEST_F(KnxPoints, RepetitionsOnTheBusCountOnce) {
@@ -251,9 +300,11 @@ TEST_F(KnxPoints, OtherPointsAreTakenWithoutLosingTheTunnel) {
 }
 
 TEST_F(KnxPoints, DevicesWithIndividualAddressesKeepTheirKeysApart) {
-  start(R"({"host": "10.0.0.9", "groups": {"1/4/6": "9.001", "1/4/7": {"dpt": "9.001", "device": "1.4.6"}}})");
+  start(R"({"host": "10.0.0.9", "groups": {"1/4/6": "9.001", "1/5/6": "9.001",
+    "1/4/7": {"dpt": "9.001", "device": "1.4.6"}}})");
   const auto joins = host.all<model::Join>();
-  ASSERT_THAT(joins, SizeIs(2));
+  ASSERT_THAT(joins, SizeIs(3));
+  EXPECT_EQ(joins[2].second.id, "") << "no other has its key";
   EXPECT_EQ(joins[0].first, "1.4.6");
   EXPECT_EQ(joins[0].second.id, "");
   EXPECT_EQ(joins[1].second.id, "ga-1_4_6");

@@ -32,7 +32,7 @@ class KnxExposed : public KnxBench {
 
 TEST_F(KnxExposed, ChangesAreWrittenAndRepeatedInTheirPeriod) {
   start(kShown);
-  EXPECT_THAT(host.followed, SizeIs(3));
+  EXPECT_THAT(host.followed, SizeIs(6)) << "each with its status";
   say(kWarm, "21.5");
   EXPECT_EQ(telegrams("6/0/1", write_21_5), 1);
   say(kWarm, "21.5");
@@ -83,6 +83,51 @@ TEST_F(KnxExposed, TheyAreWrittenAgainWhenTheLineIsBack) {
   }
   EXPECT_EQ(telegrams("6/0/1", write_21_5), 1);
   EXPECT_THAT(server.heard(), SizeIs(1)) << "the older value is of no use to anybody";
+}
+
+TEST_F(KnxExposed, AValueThatIsGoneOrBadIsNotShownAnyMore) {
+  start(kShown);
+  const std::string status = "proxy.wsn-1.7.sensor.temperature-1.status";
+  say(kWarm, "21.5");
+  say(status, R"({"quality":"device-offline","reason":"silent"})");
+  server.inject_read(0x1105, group("6/0/1"));
+  host.time.run_for(30min);
+  EXPECT_THAT(server.heard(), SizeIs(1)) << "neither answered nor repeated";
+  say(status, R"({"quality":"good"})");
+  host.time.run_for(10s);
+  EXPECT_EQ(telegrams("6/0/1", write_21_5), 2);
+  say(kWarm, "");
+  server.inject_read(0x1105, group("6/0/1"));
+  host.time.run_for(30min);
+  EXPECT_EQ(telegrams("6/0/1", write_21_5), 2);
+}
+
+TEST_F(KnxExposed, WhatTheBusDidNotTakeIsTriedAgain) {
+  start(kShown);
+  server.confirms_negatively = true;
+  say(kWarm, "21.5");
+  const auto first = server.heard().size();
+  server.confirms_negatively = false;
+  host.time.run_for(15s);
+  EXPECT_EQ(server.heard().size(), first + 1);
+  host.time.run_for(5min);
+  EXPECT_EQ(server.heard().size(), first + 1);
+}
+
+TEST_F(KnxExposed, HundredsAreAllWrittenAfterAReconnect) {
+  std::string text = R"({"host": "10.0.0.9", "expose": {)";
+  for (int i = 1; i <= 250; ++i)
+    text += (i > 1 ? ", " : "") + std::string("\"6/1/") + std::to_string(i) + R"(": {"tuple": "a.b)" +
+            std::to_string(i) + R"(", "dpt": "1.001"})";
+  start(text + "}}");
+  for (int i = 1; i <= 250; ++i) host.followed["a.b" + std::to_string(i)]("on");
+  host.time.run_for(20s);
+  ASSERT_THAT(server.heard(), SizeIs(250));
+  server.disconnect_all();
+  host.time.run_for(1s);
+  ASSERT_TRUE(network->open());
+  host.time.run_for(20s);
+  EXPECT_THAT(server.heard(), SizeIs(500));
 }
 
 TEST_F(KnxExposed, WhatCannotBeShownIsToldAndLeftOut) {
@@ -143,6 +188,33 @@ TEST_F(KnxTools, WriteAnswersWhenTheBusHasIt) {
   EXPECT_EQ(answers[0]["ok"], true);
   EXPECT_EQ(answers[0]["hex"], "0c33");
   EXPECT_EQ(telegrams("5/5/5", {0x00, 0x80, 0x0c, 0x33}), 1);
+}
+
+TEST_F(KnxTools, NestedRubbishIsHarmless) {
+  start();
+  const std::string deep = R"({"id":)" + std::string(100'000, '[') + std::string(100'000, ']') + R"(,"do":"read"})";
+  const auto bytes = base::as_bytes(deep);
+  std::ignore = send(model::Opaque{std::string(kRequestTag), Bytes(bytes.begin(), bytes.end())}, "");
+  host.time.run_for(1s);
+  EXPECT_LE(heard(kReplyTag).size(), 1U);
+}
+
+TEST_F(KnxTools, AReadEndsWithTheLine) {
+  start();
+  host.delivered.clear();
+  const auto bytes = base::as_bytes(std::string_view(R"({"id":"9","do":"read","address":"7/7/7"})"));
+  ASSERT_TRUE(send(model::Opaque{std::string(kRequestTag), Bytes(bytes.begin(), bytes.end())}, ""));
+  host.time.run_for(1s);
+  server.disconnect_all();
+  host.time.run_for(1s);
+  ASSERT_THAT(heard(kReplyTag), SizeIs(1));
+  EXPECT_THAT(heard(kReplyTag)[0]["why"].get<std::string>(), HasSubstr("lost"));
+}
+
+TEST_F(KnxTools, WhatIsWrittenIsHeardByOurOwnPointsToo) {
+  start();
+  ask({{"id", "w"}, {"do", "write"}, {"address", "1/2/7"}, {"dpt", "9.001"}, {"value", "21.5"}});
+  EXPECT_THAT(values_of("1/2/7"), ElementsAre("21.5"));
 }
 
 TEST_F(KnxTools, WrongRequestsAreRefusedInWords) {

@@ -17,6 +17,8 @@ using namespace std::chrono_literals;
 constexpr Duration kCommandLifetime = 5s;
 /// Actuators that are already as commanded often stay silent: then they are asked.
 constexpr Duration kReportTime = 1s;
+/// A value heard within this time needs no question (knx.md, section 8: expire).
+constexpr Duration kFresh = 60min;
 
 }  // namespace
 
@@ -27,15 +29,15 @@ BusPoints::BusPoints(network::NetworkHost& host, GroupReads::Options reads, Say 
 
 void BusPoints::take(PointTable table) {
   PointTable before = std::exchange(table_, std::move(table));
-  reads_.clear();
   periodic_.clear();
-  verifying_.clear();
   for (auto& point : table_.points()) {
     const auto* known = before.find(point.address, point.id);
     if (!known || known->source() != point.source()) continue;
     point.wanted = known->wanted;
     point.heard_at = known->heard_at;
   }
+  reads_.keep([this](GroupAddress address) { return !table_.heard_on(address).empty(); });
+  std::erase_if(commanded_, [this](const auto& one) { return !table_.find(one.first.first, one.first.second); });
   if (!begun_) return;
   for (const auto& [device, content] : before.devices()) {
     if (!table_.devices().contains(device)) host_.deliver(device, model::Leave{"taken out of the configuration"});
@@ -73,7 +75,8 @@ void BusPoints::ask_marked() {
     const auto& point = table_.points()[i];
     if (!point.readable() || point.group.read.when == When::kNever) continue;
     const bool marked = point.group.read.when != When::kDemand;
-    if (point.wanted || marked) ask(point, point.wanted);
+    if ((point.wanted || marked) && point.heard_at == SteadyTime{})
+      ask(point, point.wanted ? GroupReads::Rank::kAgain : GroupReads::Rank::kMarked);
     if (point.group.read.when == When::kEvery || point.group.read.when == When::kExpire) plan(i);
   }
 }
@@ -92,7 +95,7 @@ void BusPoints::due(std::size_t index) {
     periodic_[index] = host_.scheduler().at(point.heard_at + rule.period, [this, index] { due(index); });
     return;
   }
-  if (rule.when == ReadRule::When::kExpire || point.wanted) ask(point, false);
+  if (rule.when == ReadRule::When::kExpire || point.wanted) ask(point, GroupReads::Rank::kMarked);
   plan(index);
 }
 
@@ -106,17 +109,30 @@ bool BusPoints::heard(const Telegram& telegram) {
 
 void BusPoints::update(BoundPoint& point, PayloadView payload) {
   auto value = value_of(point, payload);
-  if (!value) {
+  ++counters_.readings;
+  if (value) {
+    point.heard_at = host_.scheduler().now();
+    const auto commanded = commanded_.find({point.address, point.id});
+    if (commanded != commanded_.end()) {
+      const auto& [bytes, small] = commanded->second.payload;
+      const bool same = std::equal(bytes.begin(), bytes.end(), payload.bytes.begin(), payload.bytes.end());
+      if (same) *value = commanded->second.value;
+      if (same) commanded->second.verify.cancel();
+      if (!same && !commanded->second.verify.pending()) commanded_.erase(commanded);
+    }
+  } else {
     ++counters_.bad_values;
     say_(fmt::format("value {}", to_string(point.source())),
          fmt::format("{}: {}: {}", to_string(point.source()), base::to_hex(payload.bytes), value.error().text));
   }
-  ++counters_.readings;
-  point.heard_at = host_.scheduler().now();
-  verifying_.erase({point.address, point.id});
   model::Updates updates;
   updates.readings.push_back({point.id, value ? std::move(*value) : Value(), {}});
   host_.deliver(point.address, std::move(updates));
+}
+
+/// Older values are asked for again when somebody comes.
+bool BusPoints::is_fresh(const BoundPoint& point) const {
+  return point.heard_at != SteadyTime{} && point.heard_at + kFresh > host_.scheduler().now();
 }
 
 Result<void> BusPoints::sample(const std::string& device, const model::Sample& wish) {
@@ -127,9 +143,8 @@ Result<void> BusPoints::sample(const std::string& device, const model::Sample& w
     auto& point = table_.points()[index];
     const bool before =
         std::exchange(point.wanted, std::find(wish.points.begin(), wish.points.end(), point.id) != wish.points.end());
-    const bool knows = point.heard_at != SteadyTime{};
-    if (point.wanted && !before && !knows && point.readable() && point.group.read.when != ReadRule::When::kNever)
-      ask(point, true);
+    const bool may_ask = point.readable() && point.group.read.when != ReadRule::When::kNever;
+    if (point.wanted && !before && may_ask && !is_fresh(point)) ask(point, GroupReads::Rank::kWanted);
   }
   host_.deliver(device, model::Acknowledge{wish.request, model::Outcome::kSent, {}});
   return {};
@@ -144,36 +159,41 @@ Result<void> BusPoints::actuate(const std::string& device, const model::Actuate&
   if (line_ == nullptr) return fail(ErrorCode::kUnreachable, "the line to the bus is down");
   Telegram telegram;
   telegram.destination = point->group.address;
-  telegram.payload = std::move(*payload);
+  telegram.priority = Priority::kNormal;  // before reads and what is exposed
+  telegram.payload = *payload;
   ++counters_.commands;
-  line_->send(std::move(telegram), host_.scheduler().now() + kCommandLifetime,
-              [this, device, command, alive = std::weak_ptr<bool>(alive_)](Sent outcome, std::string_view why) {
-                if (alive.lock()) sent(device, command, outcome, why);
-              });
+  commanded_[{device, command.point}] = {std::move(*payload), command.value, {}};
+  line_->send(
+      telegram, host_.scheduler().now() + kCommandLifetime,
+      [this, device, command, telegram, alive = std::weak_ptr<bool>(alive_)](Sent outcome, std::string_view why) {
+        if (!alive.lock()) return;
+        sent(device, command, outcome, why);
+        if (outcome == Sent::kSent) heard(telegram);
+      });
   return {};
 }
 
-/// L_Data.con makes a command sent; whether it had an effect, the state address says.
+/// L_Data.con makes a command sent; whether it had an effect, the state address says. Without the confirmation the
+/// interface has it at least, and nobody reported that it failed.
 void BusPoints::sent(const std::string& device, const model::Actuate& command, Sent outcome, std::string_view why) {
-  // Without L_Data.con the interface has it, at least: where there is a report, that decides.
-  const auto* point = table_.find(device, command.point);
-  const bool open = outcome == Sent::kUnconfirmed && point && point->group.state;
-  if (outcome == Sent::kSent || open) {
-    host_.deliver(device, model::Acknowledge{command.request, model::Outcome::kSent, {}});
+  if (outcome == Sent::kSent || outcome == Sent::kUnconfirmed) {
+    host_.deliver(device, model::Acknowledge{command.request, model::Outcome::kSent,
+                                             outcome == Sent::kSent ? std::string() : std::string(why)});
     return verify(device, command.point);
   }
   ++counters_.failed_commands;
+  commanded_.erase({device, command.point});
   const auto kind = outcome == Sent::kRefused ? model::Outcome::kRefused : model::Outcome::kFailed;
   host_.deliver(device, model::Acknowledge{command.request, kind, std::string(why)});
 }
 
 void BusPoints::verify(const std::string& device, const PointId& id) {
   const auto* point = table_.find(device, id);
-  if (!point || !point->group.state || point->group.read.when == ReadRule::When::kNever) return;
-  verifying_[{device, id}] = host_.scheduler().after(kReportTime, [this, key = std::pair(device, id)] {
-    const auto* silent = table_.find(key.first, key.second);
-    if (silent) ask(*silent, true);
-    verifying_.erase(key);
+  const auto commanded = commanded_.find({device, id});
+  if (!point || commanded == commanded_.end()) return;
+  if (!point->group.state || point->group.read.when == ReadRule::When::kNever) return void(commanded_.erase(commanded));
+  commanded->second.verify = host_.scheduler().after(kReportTime, [this, key = commanded->first] {
+    if (const auto* silent = table_.find(key.first, key.second)) ask(*silent, GroupReads::Rank::kVerify);
   });
 }
 

@@ -29,7 +29,7 @@ class BusPoints {
   /// Everything marked or wanted is asked again.
   void line_up(Line& line);
   void line_down();
-  /// A response or write; false if the address means nothing here.
+  /// A response or write of the bus, or a write of ours that the bus has; false if the address means nothing here.
   bool heard(const Telegram& telegram);
   Result<void> actuate(const std::string& device, const model::Actuate& command);
   Result<void> sample(const std::string& device, const model::Sample& wish);
@@ -41,12 +41,13 @@ class BusPoints {
  private:
   void join(const std::string& device);
   void update(BoundPoint& point, PayloadView payload);
-  void ask(const BoundPoint& point, bool first) { reads_.ask(point.source(), first); }
+  void ask(const BoundPoint& point, GroupReads::Rank rank) { reads_.ask(point.source(), rank); }
   void ask_marked();
   void plan(std::size_t index);
   void due(std::size_t index);
   void sent(const std::string& device, const model::Actuate& command, Sent outcome, std::string_view why);
   void verify(const std::string& device, const PointId& id);
+  bool is_fresh(const BoundPoint& point) const;
   void no_answer(GroupAddress address);
 
   network::NetworkHost& host_;
@@ -56,8 +57,14 @@ class BusPoints {
   Line* line_ = nullptr;
   bool begun_ = false;
   Counters counters_;
-  std::map<std::size_t, Timer> periodic_;                       ///< of points with expire or every
-  std::map<std::pair<std::string, PointId>, Timer> verifying_;  ///< commands sent whose report is awaited
+  std::map<std::size_t, Timer> periodic_;  ///< of points with expire or every
+  /// What was commanded last, until something else is reported: a report of the same bytes means that value.
+  struct Commanded {
+    Payload payload;
+    Value value;
+    Timer verify;  ///< pending: its report is awaited
+  };
+  std::map<std::pair<std::string, PointId>, Commanded> commanded_;
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
 };
 

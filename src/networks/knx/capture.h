@@ -27,6 +27,8 @@ class Capture {
 
   void add(ByteView cemi, bool outgoing, WallTime now);
   const std::deque<Frame>& frames() const { return frames_; }
+  /// Other bounds from the next frame on.
+  void limit(Limits limits) { limits_ = limits; }
 
  private:
   Limits limits_;

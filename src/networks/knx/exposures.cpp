@@ -1,9 +1,25 @@
 #include "networks/knx/exposures.h"
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 #include <utility>
 
 namespace rubicon::networks::knx {
+
+namespace {
+
+constexpr std::string_view kValue = ".value";
+/// What could not be written is tried again after this time.
+constexpr Duration kRetry = std::chrono::seconds(10);
+
+/// Of the `.status` beside a value: whether there is a value to show at all.
+bool is_usable(std::string_view status) {
+  const auto tree = nlohmann::json::parse(status, nullptr, false);
+  const auto quality = tree.is_object() ? tree.value("quality", nlohmann::json()) : nlohmann::json();
+  return !quality.is_string() || quality == "good" || quality == "assumed";
+}
+
+}  // namespace
 
 Exposures::Exposures(network::NetworkHost& host, const TypeCatalogue& types, Out out, Unfit unfit)
     : host_(host), types_(types), out_(std::move(out)), unfit_(std::move(unfit)) {}
@@ -15,20 +31,33 @@ void Exposures::take(std::vector<Exposure> wanted) {
         std::find_if(before.begin(), before.end(), [&](const auto& one) { return one && one->what == what; });
     if (same != before.end()) {
       shown_.push_back(std::move(*same));
-      continue;
-    }
-    auto& shown = *shown_.emplace_back(std::make_unique<Shown>());
-    shown.what = std::move(what);
-    auto followed = host_.follow(shown.what.tuple, [this, &shown](std::string_view text) { changed(shown, text); });
-    if (followed) {
-      shown.followed = std::move(*followed);
     } else {
-      unfit_(shown.what, followed.error());
+      follow(shown_.emplace_back(std::make_shared<Shown>()), std::move(what));
     }
   }
 }
 
-/// Values are text in the catalogue's unit and words; an empty one says that nothing is known.
+/// A value that is bad, stale or gone is none: a controller on the bus must not go by it.
+void Exposures::follow(const std::shared_ptr<Shown>& shown, Exposure what) {
+  shown->what = std::move(what);
+  auto& one = *shown;
+  if (one.what.tuple.ends_with(kValue)) {
+    const auto status = one.what.tuple.substr(0, one.what.tuple.size() - kValue.size()) + ".status";
+    if (auto followed = host_.follow(status, [this, &one](std::string_view text) {
+          one.usable = is_usable(text);
+          changed(one);
+        }))
+      one.status = std::move(*followed);
+  }
+  auto followed = host_.follow(one.what.tuple, [this, &one](std::string_view text) {
+    one.text = text;
+    changed(one);
+  });
+  if (!followed) return unfit_(one.what, followed.error());
+  one.value = std::move(*followed);
+}
+
+/// Values are text in the catalogue's unit and words.
 Result<Payload> Exposures::payload_of(const Exposure& what, std::string_view text) const {
   const auto* dpt = find_dpt(what.dpt);
   const auto* type = types_.find(dpt->sensor);
@@ -38,10 +67,13 @@ Result<Payload> Exposures::payload_of(const Exposure& what, std::string_view tex
   return converted ? encode(*dpt, *converted) : fail(converted.error());
 }
 
-void Exposures::changed(Shown& shown, std::string_view text) {
-  if (text.empty()) return;
-  auto payload = payload_of(shown.what, text);
-  if (!payload) return unfit_(shown.what, payload.error());
+void Exposures::changed(Shown& shown) {
+  if (shown.text.empty() || !shown.usable) return nothing(shown);
+  auto payload = payload_of(shown.what, shown.text);
+  if (!payload) {
+    unfit_(shown.what, payload.error());
+    return nothing(shown);
+  }
   const bool first = !shown.payload;
   if (shown.payload == *payload) return;
   shown.payload = std::move(*payload);
@@ -52,6 +84,13 @@ void Exposures::changed(Shown& shown, std::string_view text) {
   }
 }
 
+void Exposures::nothing(Shown& shown) {
+  shown.payload.reset();
+  shown.again.cancel();
+  shown.retry.cancel();
+  shown.waits = false;
+}
+
 /// A sensor may speak much faster than a line of the bus has room for.
 void Exposures::write_change(Shown& shown) {
   shown.waits = shown.pause.pending();
@@ -59,7 +98,7 @@ void Exposures::write_change(Shown& shown) {
   write(shown);
   if (shown.what.pause == Duration::zero()) return;
   shown.pause = host_.scheduler().after(shown.what.pause, [this, &shown] {
-    if (shown.waits && up_) write_change(shown);
+    if (shown.waits && up_ && shown.payload) write_change(shown);
   });
 }
 
@@ -67,10 +106,19 @@ void Exposures::write(Shown& shown) {
   Telegram telegram;
   telegram.destination = shown.what.address;
   telegram.payload = *shown.payload;
-  out_(std::move(telegram));
+  const auto self = std::find_if(shown_.begin(), shown_.end(), [&](const auto& one) { return one.get() == &shown; });
+  out_(std::move(telegram), [this, weak = std::weak_ptr<Shown>(*self)](bool sent) {
+    if (const auto one = weak.lock(); one && !sent) retry(*one);
+  });
   if (!shown.what.every) return;
   shown.again = host_.scheduler().after(*shown.what.every, [this, &shown] {
-    if (up_) write(shown);
+    if (up_ && shown.payload) write(shown);
+  });
+}
+
+void Exposures::retry(Shown& shown) {
+  shown.retry = host_.scheduler().after(kRetry, [this, &shown] {
+    if (up_ && shown.payload) write(shown);
   });
 }
 
@@ -81,16 +129,22 @@ void Exposures::line_up() {
   }
 }
 
-void Exposures::asked(const Telegram& question) {
-  for (const auto& shown : shown_) {
-    if (shown->what.address != question.destination || !shown->payload) continue;
-    Telegram answer;
-    answer.service = Service::kResponse;
-    answer.destination = question.destination;
-    answer.payload = *shown->payload;
-    answer.priority = question.priority;
-    return out_(std::move(answer));
-  }
+bool Exposures::asked(const Telegram& question) {
+  const auto found = std::find_if(shown_.begin(), shown_.end(),
+                                  [&](const auto& one) { return one->what.address == question.destination; });
+  if (found == shown_.end()) return false;
+  if (!(*found)->payload) return true;
+  Telegram answer;
+  answer.service = Service::kResponse;
+  answer.destination = question.destination;
+  answer.payload = *(*found)->payload;
+  answer.priority = question.priority;
+  out_(std::move(answer), [](bool) {});
+  return true;
+}
+
+bool Exposures::shows(GroupAddress address) const {
+  return std::any_of(shown_.begin(), shown_.end(), [&](const auto& one) { return one->what.address == address; });
 }
 
 }  // namespace rubicon::networks::knx

@@ -27,8 +27,8 @@ struct Exposure {
 /// Keeps the values of exposed tuples and says what has to go out. The host must outlive it.
 class Exposures {
  public:
-  /// Hands a telegram over for the bus.
-  using Out = std::function<void(Telegram)>;
+  /// Hands a telegram over for the bus; `done` is told whether the bus has it.
+  using Out = std::function<void(Telegram, std::function<void(bool sent)> done)>;
   /// A tuple's value cannot be shown as that type.
   using Unfit = std::function<void(const Exposure&, const Error&)>;
 
@@ -39,23 +39,30 @@ class Exposures {
   /// The line is up (again): what is known and written is written.
   void line_up();
   void line_down() { up_ = false; }
-  /// A GroupRead: answered when the address is exposed and its value known, in the priority of the question.
-  void asked(const Telegram& question);
+  /// A GroupRead: answered when the value is known, in the priority of the question. False: not exposed.
+  bool asked(const Telegram& question);
+  bool shows(GroupAddress address) const;
 
   std::size_t size() const { return shown_.size(); }
 
  private:
   struct Shown {
     Exposure what;
+    std::string text;    ///< of the tuple; empty = nothing is known
+    bool usable = true;  ///< by the status beside it, where there is one
     std::optional<Payload> payload;
-    network::Followed followed;
+    network::Followed value, status;
     Timer again;  ///< cyclic
     Timer pause;  ///< pending: changes wait
+    Timer retry;
     bool waits = false;
   };
-  void changed(Shown& shown, std::string_view text);
+  void follow(const std::shared_ptr<Shown>& shown, Exposure what);
+  void changed(Shown& shown);
+  void nothing(Shown& shown);
   void write(Shown& shown);
   void write_change(Shown& shown);
+  void retry(Shown& shown);
   Result<Payload> payload_of(const Exposure& what, std::string_view text) const;
 
   network::NetworkHost& host_;
@@ -63,7 +70,7 @@ class Exposures {
   Out out_;
   Unfit unfit_;
   bool up_ = false;
-  std::vector<std::unique_ptr<Shown>> shown_;
+  std::vector<std::shared_ptr<Shown>> shown_;
 };
 
 }  // namespace rubicon::networks::knx

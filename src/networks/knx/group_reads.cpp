@@ -1,6 +1,5 @@
 #include "networks/knx/group_reads.h"
 
-#include <algorithm>
 #include <utility>
 
 namespace rubicon::networks::knx {
@@ -28,47 +27,45 @@ void GroupReads::use(Line* line) {
   fill();
 }
 
-void GroupReads::ask(GroupAddress address, bool first) {
+void GroupReads::ask(GroupAddress address, Rank rank) {
   if (open_.contains(address)) return;
-  if (queued_.insert(address).second) {
-    (first ? urgent_ : others_).push_back(address);
-  } else if (first) {
-    const auto found = std::find(others_.begin(), others_.end(), address);
-    if (found == others_.end()) return;
-    others_.erase(found);
-    urgent_.push_back(address);
-  }
+  const auto [waiting, fresh] = ranks_.emplace(address, rank);
+  if (!fresh && waiting->second <= rank) return;
+  waiting->second = rank;
+  queues_[static_cast<std::size_t>(rank)].push_back(address);
   fill();
 }
 
 void GroupReads::heard(GroupAddress address) {
-  if (open_.erase(address) > 0) return fill();
-  if (queued_.erase(address) == 0) return;
-  std::erase(urgent_, address);
-  std::erase(others_, address);
+  ranks_.erase(address);
+  const auto found = open_.find(address);
+  if (found == open_.end()) return;
+  --open_count_[static_cast<std::size_t>(found->second.rank)];
+  open_.erase(found);
+  fill();
 }
 
-void GroupReads::clear() {
-  urgent_.clear();
-  others_.clear();
-  queued_.clear();
-  open_.clear();
-}
-
-std::size_t GroupReads::open(bool first) const {
-  const auto same = [first](const auto& one) { return one.second.first == first; };
-  return static_cast<std::size_t>(std::count_if(open_.begin(), open_.end(), same));
+void GroupReads::keep(const std::function<bool(GroupAddress)>& wanted) {
+  std::erase_if(ranks_, [&](const auto& one) { return !wanted(one.first); });
+  std::erase_if(open_, [&](const auto& one) {
+    const bool goes = !wanted(one.first);
+    if (goes) --open_count_[static_cast<std::size_t>(one.second.rank)];
+    return goes;
+  });
+  fill();
 }
 
 void GroupReads::fill() {
-  for (const bool first : {true, false}) {
-    auto& queue = first ? urgent_ : others_;
-    const auto most = first ? options_.urgent : options_.open;
-    while (line_ != nullptr && !queue.empty() && open(first) < most) {
+  for (std::size_t rank = 0; rank < kRanks; ++rank) {
+    auto& queue = queues_[rank];
+    while (line_ != nullptr && !queue.empty() && open_count_[rank] < options_.open[rank]) {
       const auto address = queue.front();
       queue.pop_front();
-      queued_.erase(address);
-      open_[address].first = first;
+      const auto waiting = ranks_.find(address);
+      if (waiting == ranks_.end() || static_cast<std::size_t>(waiting->second) != rank) continue;
+      ranks_.erase(waiting);
+      ++open_count_[rank];
+      open_[address].rank = static_cast<Rank>(rank);
       put(address);
     }
   }
@@ -100,6 +97,7 @@ void GroupReads::over(GroupAddress address) {
   const auto found = open_.find(address);
   if (found == open_.end()) return;
   if (found->second.tries < kTries) return put(address);
+  --open_count_[static_cast<std::size_t>(found->second.rank)];
   open_.erase(found);
   ++unanswered_;
   no_answer_(address);

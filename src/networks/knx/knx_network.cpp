@@ -25,7 +25,8 @@ constexpr Duration kCountersEvery = 1s;
 /// Two equal frames within this time are one telegram, repeated on the bus (knx.md, section 8).
 constexpr Duration kRepetition = 200ms;
 constexpr std::size_t kRemembered = 16;
-constexpr Duration kExposedLifetime = 10s;
+/// Of what is exposed: after a reconnect hundreds may wait for their turn.
+constexpr Duration kExposedLifetime = 10min;
 
 class KnxNetwork final : public network::Network {
  public:
@@ -36,11 +37,14 @@ class KnxNetwork final : public network::Network {
         capture_(options_.capture),
         points_(host, {}, [this](const std::string& subject, std::string_view text) { say(subject, text); }),
         exposures_(
-            host, config.types, [this](Telegram telegram) { put(std::move(telegram)); },
+            host, config.types,
+            [this](Telegram telegram, std::function<void(bool)> done) { put(std::move(telegram), std::move(done)); },
             [this](const Exposure& what, const Error& error) {
               say("expose " + what.tuple, fmt::format("{} as {}: {}", what.tuple, to_string(what.address), error.text));
             }),
-        operators_(host, capture_, [this](GroupAddress address) { return meaning(address); }) {
+        operators_(
+            host, capture_, [this](GroupAddress address) { return meaning(address); },
+            [this](const Telegram& telegram) { points_.heard(telegram); }) {
     points_.take(PointTable(options_.points, types_));
     make_line();
   }
@@ -56,7 +60,7 @@ class KnxNetwork final : public network::Network {
   void down();
   void received(const Telegram& telegram);
   bool repetition(const Telegram& telegram);
-  void put(Telegram telegram);
+  void put(Telegram telegram, std::function<void(bool sent)> done);
   Operators::Meaning meaning(GroupAddress address) const;
   void say(const std::string& subject, std::string_view text);
   void report();
@@ -143,13 +147,17 @@ bool KnxNetwork::repetition(const Telegram& telegram) {
 void KnxNetwork::received(const Telegram& telegram) {
   if (repetition(telegram)) return void(++repetitions_);
   operators_.seen(telegram, false);
-  if (telegram.service == Service::kRead) exposures_.asked(telegram);
-  if (!points_.heard(telegram)) unassigned_.heard(telegram, host_.scheduler().wall_now());
+  const bool exposed =
+      telegram.service == Service::kRead ? exposures_.asked(telegram) : exposures_.shows(telegram.destination);
+  if (!points_.heard(telegram) && !exposed) unassigned_.heard(telegram, host_.scheduler().wall_now());
   report_later();
 }
 
-void KnxNetwork::put(Telegram telegram) {
-  line_->send(std::move(telegram), host_.scheduler().now() + kExposedLifetime, [](Sent, std::string_view) {});
+void KnxNetwork::put(Telegram telegram, std::function<void(bool)> done) {
+  line_->send(std::move(telegram), host_.scheduler().now() + kExposedLifetime,
+              [done = std::move(done)](Sent outcome, std::string_view) {
+                done(outcome == Sent::kSent || outcome == Sent::kUnconfirmed);
+              });
 }
 
 Operators::Meaning KnxNetwork::meaning(GroupAddress address) const {
@@ -186,9 +194,11 @@ Result<void> KnxNetwork::change(const network::NetworkConfig& config) {
   if (!same_line(next.line, options_.line)) return fail(ErrorCode::kUnsupported, "the line changes");
   PointTable table(next.points, types_);
   options_ = std::move(next);
-  for (const auto& point : table.points()) unassigned_.forget(point.source());
+  capture_.limit(options_.capture);
+  if (!options_.report.empty()) host_.log().info(options_.report);
   points_.take(std::move(table));
   if (opened_) exposures_.take(options_.exposures);
+  unassigned_.forget([this](GroupAddress one) { return points_.table().knows(one) || exposures_.shows(one); });
   report_later();
   return {};
 }

@@ -1,5 +1,6 @@
 #include "networks/knx/knx_options.h"
 
+#include <arpa/inet.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -14,6 +15,9 @@
 namespace rubicon::networks::knx {
 
 namespace {
+
+/// Groups of KNXnet/IP routing (knx.md, section 2): 224.0.23.12 to 239.255.255.255.
+constexpr std::uint32_t kLowestGroup = 0xe000170c, kHighestGroup = 0xefffffff;
 
 /// Reads a group or individual address under a key; reports what is wrong.
 template <class Parse>
@@ -48,10 +52,24 @@ void read_tunnel(ConfigReader& options, TunnelOptions& out) {
   out.limits = limits(options);
 }
 
+/// A number of IPv4, or nothing.
+std::optional<std::uint32_t> ipv4(const std::string& text) {
+  in_addr address{};
+  if (::inet_pton(AF_INET, text.c_str(), &address) != 1) return {};
+  return ntohl(address.s_addr);
+}
+
 void read_routing(ConfigReader& options, RoutingOptions& out) {
   out.group.address = options.text("multicast", out.group.address);
   out.group.port = static_cast<std::uint16_t>(options.integer("port", out.group.port, 1, 65535));
   out.interface_address = options.text("interface", out.interface_address);
+  if (options.has("interface") && !ipv4(out.interface_address))
+    options.error("interface", fmt::format("is {}, expected the IPv4 address of ours on that network",
+                                           model::quoted(out.interface_address)));
+  const auto group = ipv4(out.group.address);
+  if (!group || *group < kLowestGroup || *group > kHighestGroup)
+    options.error("multicast",
+                  fmt::format("is {}, expected 224.0.23.12 or a higher group", model::quoted(out.group.address)));
   out.ttl = static_cast<std::uint8_t>(options.integer("ttl", out.ttl, 1, 255));
   if (const auto own = address(options, "address", parse_individual)) out.address = *own;
   out.limits = limits(options);
@@ -100,8 +118,13 @@ void check_exposures(ConfigReader& options, const KnxOptions& out) {
   std::set<GroupAddress> exposed;
   for (const auto& one : out.exposures) exposed.insert(one.address);
   for (const auto& point : out.points) {
-    if (exposed.contains(point.address) || (point.state && exposed.contains(*point.state)))
-      options.error("expose", fmt::format("{} is one of the groups too", to_string(point.address)));
+    std::vector<GroupAddress> own = point.listen;
+    own.push_back(point.address);
+    if (point.state) own.push_back(*point.state);
+    for (const auto address : own) {
+      if (exposed.contains(address))
+        options.error("expose", fmt::format("{} is one of the groups too", to_string(address)));
+    }
   }
 }
 

@@ -17,13 +17,16 @@ using nlohmann::json;
 
 constexpr Duration kAnswer = 2s;
 constexpr Duration kLifetime = 5s;
-/// Frames of one reply to `capture`: with the text around them they fit one message.
-constexpr std::size_t kFrames = 500;
+/// Of one reply to `capture`: with the text around them they fit one message.
+constexpr std::size_t kFrames = 500, kFrameBytes = 50'000;
+/// Of a field of a request: room for the JSON of any type.
+constexpr std::size_t kLongestText = 2000;
 
 std::string text_of(const json& wish, const char* key) {
   const auto found = wish.find(key);
   if (found == wish.end()) return {};
-  return found->is_string() ? found->get<std::string>() : found->dump();
+  if (found->is_string()) return found->get<std::string>().substr(0, kLongestText);
+  return found->is_number() || found->is_boolean() ? found->dump() : std::string();
 }
 
 std::string_view word(Service service) {
@@ -55,8 +58,23 @@ Result<const Dpt*> type_of(const json& wish, const Dpt* configured) {
 
 }  // namespace
 
-Operators::Operators(network::NetworkHost& host, const Capture& capture, Means means)
-    : host_(host), capture_(capture), means_(std::move(means)) {}
+Operators::Operators(network::NetworkHost& host, const Capture& capture, Means means, Wrote wrote)
+    : host_(host), capture_(capture), means_(std::move(means)), wrote_(std::move(wrote)) {}
+
+void Operators::use(Line* line) {
+  line_ = line;
+  if (line_ != nullptr) return;
+  for (const auto& reading : readings_) refuse(reading.asker, "the line to the bus was lost");
+  readings_.clear();
+}
+
+void Operators::give_up(GroupAddress address, std::string_view why) {
+  readings_.remove_if([&](const Reading& one) {
+    if (one.address != address) return false;
+    refuse(one.asker, why);
+    return true;
+  });
+}
 
 Result<void> Operators::take(const model::Message& message) {
   const auto* opaque = std::get_if<model::Opaque>(&message.body);
@@ -96,7 +114,10 @@ void Operators::read(Asker asker, const json& wish) {
     refuse(reading.asker, fmt::format("nobody on the bus answers for {}", to_string(reading.address)));
     readings_.remove_if([&](const Reading& one) { return &one == &reading; });
   });
-  line_->send(std::move(question), host_.scheduler().now() + kLifetime, [](Sent, std::string_view) {});
+  line_->send(std::move(question), host_.scheduler().now() + kLifetime,
+              [this, address = *address, alive = std::weak_ptr<bool>(alive_)](Sent outcome, std::string_view why) {
+                if (alive.lock() && outcome != Sent::kSent && outcome != Sent::kUnconfirmed) give_up(address, why);
+              });
 }
 
 void Operators::write(Asker asker, const json& wish) {
@@ -110,13 +131,15 @@ void Operators::write(Asker asker, const json& wish) {
   Telegram telegram;
   telegram.destination = *address;
   telegram.payload = *payload;
+  telegram.priority = Priority::kNormal;
   const auto hex = base::to_hex(payload->bytes);
-  line_->send(std::move(telegram), host_.scheduler().now() + kLifetime,
-              [this, asker = std::move(asker), hex, address = *address, alive = std::weak_ptr<bool>(alive_)](
+  line_->send(telegram, host_.scheduler().now() + kLifetime,
+              [this, asker = std::move(asker), hex, telegram, alive = std::weak_ptr<bool>(alive_)](
                   Sent outcome, std::string_view why) {
                 if (!alive.lock()) return;
                 if (outcome != Sent::kSent) return refuse(asker, why);
-                reply(asker, {{"ok", true}, {"address", to_string(address)}, {"hex", hex}});
+                reply(asker, {{"ok", true}, {"address", to_string(telegram.destination)}, {"hex", hex}});
+                wrote_(telegram);
               });
 }
 
@@ -143,11 +166,14 @@ void Operators::capture(const Asker& asker, const json& wish) {
   auto frames = json::array();
   const auto& all = capture_.frames();
   auto frame = std::find_if(all.begin(), all.end(), [from](const auto& one) { return one.number >= from; });
-  for (; frame != all.end() && frames.size() < kFrames; ++frame)
+  std::size_t bytes = 0;
+  for (; frame != all.end() && frames.size() < kFrames && bytes < kFrameBytes; ++frame) {
+    bytes += frame->cemi.size();
     frames.push_back({{"number", frame->number},
                       {"time", frame->time.time_since_epoch().count()},
                       {"out", frame->outgoing},
                       {"cemi", base::to_hex(frame->cemi)}});
+  }
   reply(asker, {{"ok", true}, {"frames", std::move(frames)}, {"more", frame != all.end()}});
 }
 

@@ -32,10 +32,13 @@ class Operators {
   };
   using Means = std::function<Meaning(GroupAddress)>;
 
-  Operators(network::NetworkHost& host, const Capture& capture, Means means);
+  /// Told of each write that the bus has.
+  using Wrote = std::function<void(const Telegram&)>;
+
+  Operators(network::NetworkHost& host, const Capture& capture, Means means, Wrote wrote);
 
   /// Requests go over this line; nullptr: they are refused.
-  void use(Line* line) { line_ = line; }
+  void use(Line* line);
   /// A message to the network; kUnsupported if it is no request of a tool, kInvalid if it cannot be read.
   Result<void> take(const model::Message& message);
   bool monitored() const { return !monitors_.empty(); }
@@ -63,12 +66,14 @@ class Operators {
   void capture(const Asker& asker, const nlohmann::json& wish);
   void reply(const Asker& asker, nlohmann::json answer);
   void refuse(const Asker& asker, std::string_view why);
+  void give_up(GroupAddress address, std::string_view why);
   void say(const Address& to, std::string_view tag, const std::string& text);
   nlohmann::json described(const Telegram& telegram, bool own) const;
 
   network::NetworkHost& host_;
   const Capture& capture_;
   Means means_;
+  Wrote wrote_;
   Line* line_ = nullptr;
   std::list<Reading> readings_;
   std::list<Monitor> monitors_;

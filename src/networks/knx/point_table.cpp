@@ -2,8 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <chrono>
+#include <set>
+
+#include "model/key.h"
 
 namespace rubicon::networks::knx {
 
@@ -39,13 +41,14 @@ Capability capability_of(const BoundPoint& point) {
 PointTable::PointTable(const std::vector<GroupPoint>& groups, const TypeCatalogue& types) {
   points_.reserve(groups.size());
   for (const auto& group : groups) bind(group, types);
-  const bool both_kinds = std::any_of(groups.begin(), groups.end(), [](const auto& group) {
-    return !group.device.empty() && parse_individual(group.device).has_value();
-  });
-  if (!both_kinds) return;
+  std::set<std::string> taken;
+  for (const auto& group : groups) {
+    if (!group.device.empty()) taken.insert(model::to_key_part(group.device));
+  }
   // 1.4.6 and 1/4/6 would be one key (knx.md, section 1).
   for (const auto& point : points_) {
-    if (point.group.device.empty()) devices_[point.address].wanted_id = "ga-" + to_key_part(point.group.address);
+    const auto key = to_key_part(point.group.address);
+    if (point.group.device.empty() && taken.contains(key)) devices_[point.address].wanted_id = "ga-" + key;
   }
 }
 

@@ -11,11 +11,15 @@ namespace rubicon::networks::knx {
 /// What is heard on group addresses that nobody configured: bounded, never a device by itself (knx.md, section 8).
 class Unassigned {
  public:
-  static constexpr std::size_t kMost = 256;
+  static constexpr std::size_t kMost = 256;    ///< addresses; the one silent for longest makes room
+  static constexpr std::size_t kLongest = 32;  ///< bytes shown of a value
 
   void heard(const Telegram& telegram, WallTime now);
-  /// A newly configured address is unassigned no more.
-  void forget(GroupAddress address) { entries_.erase(address); }
+  /// Newly configured addresses are unassigned no more.
+  template <class Known>
+  void forget(Known known) {
+    std::erase_if(entries_, [&](const auto& one) { return known(one.first); });
+  }
   std::size_t size() const { return entries_.size(); }
   std::uint64_t dropped() const { return dropped_; }
   /// `{"1/2/7": {"count": 3, "last": "0c33", "source": "1.1.5", "time": 1795276800.5}}`
@@ -24,12 +28,12 @@ class Unassigned {
  private:
   struct Entry {
     std::uint64_t count = 0;
-    Payload last;
+    std::string last;  ///< hex, of the first bytes
     IndividualAddress source{};
     WallTime time{};
   };
   std::map<GroupAddress, Entry> entries_;
-  std::uint64_t dropped_ = 0;  ///< telegrams of addresses for which there was no room
+  std::uint64_t dropped_ = 0;  ///< addresses that made room
 };
 
 }  // namespace rubicon::networks::knx
