@@ -49,6 +49,8 @@ struct Actuate {
   std::uint64_t request = 0;
   PointId point;
   Value value;
+  /// A network that cannot send it at once gives it up after this time; 0 = its own rule.
+  std::chrono::milliseconds time_to_live{0};
 };
 
 /// From now on report exactly these sensors (and actuators whose state is sampled), each at least every `period` (D1.4:

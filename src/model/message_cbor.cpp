@@ -108,7 +108,11 @@ struct BodyWriter {
     }
     return out;
   }
-  json operator()(const Actuate& actuate) const { return request(actuate); }
+  json operator()(const Actuate& actuate) const {
+    auto out = request(actuate);
+    if (actuate.time_to_live.count() > 0) out["ttl-ms"] = actuate.time_to_live.count();
+    return out;
+  }
   json operator()(const SetProperty& property) const { return request(property); }
   json operator()(const Sample& sample) const {
     json out{{"request", sample.request}, {"period-ms", sample.period.count()}, {"points", json::array()}};
@@ -171,13 +175,19 @@ Enum word_in(FieldReader& in, const char* key, Enum last) {
   return Enum{};
 }
 
+Actuate actuate_in(FieldReader& in) {
+  Actuate actuate{in.number("request", kAny64), point_in(in), in.value("value")};
+  if (in.has("ttl-ms")) actuate.time_to_live = std::chrono::milliseconds(in.number("ttl-ms", kLongestDeadline));
+  return actuate;
+}
+
 Body body_in(MessageKind kind, FieldReader in) {
   switch (kind) {
     case MessageKind::kJoin: return join_in(in);
     case MessageKind::kKeepAlive: return KeepAlive{};
     case MessageKind::kLeave: return Leave{in.text("reason")};
     case MessageKind::kUpdates: return updates_in(in);
-    case MessageKind::kActuate: return Actuate{in.number("request", kAny64), point_in(in), in.value("value")};
+    case MessageKind::kActuate: return actuate_in(in);
     case MessageKind::kSample: return sample_in(in);
     case MessageKind::kSetProperty: return SetProperty{in.number("request", kAny64), point_in(in), in.value("value")};
     case MessageKind::kAcknowledge:

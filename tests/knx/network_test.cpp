@@ -248,6 +248,20 @@ TEST_F(KnxPoints, ACommandUnderWayWhenTheLineIsLostArrivesAfterwards) {
   EXPECT_THAT(outcomes(), ElementsAre("sent"));
 }
 
+TEST_F(KnxPoints, ACommandThatIsTooOldNeverReachesTheBus) {
+  start();
+  server.acks = false;
+  server.listens = false;
+  ASSERT_TRUE(send(model::Actuate{5, point(Kind::kActuator, "switch"), true, 1s}, "1/0/1"));
+  host.time.run_for(2500ms);
+  server.acks = server.listens = true;
+  ASSERT_TRUE(network->open());
+  host.time.run_for(10s);
+  EXPECT_EQ(telegrams("1/0/1", {0x00, 0x81}), 0);
+  ASSERT_THAT(outcomes(), SizeIs(1));
+  EXPECT_THAT(outcomes()[0], testing::StartsWith("failed"));
+}
+
 TEST_F(KnxPoints, UnknownAddressesAreListedAndNoDevices) {
   start();
   server.inject(0x1105, group("3/3/3"), 0x80, {0x0c, 0x33});

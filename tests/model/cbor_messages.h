@@ -40,7 +40,7 @@ inline std::vector<Message> every_kind() {
           message_with(KeepAlive{}),
           message_with(Leave{"battery empty"}),
           message_with(Updates{{{light_capability().point, 686.6, when}, {rate, std::int64_t{1000}, {}}}}),
-          message_with(Actuate{UINT64_MAX, dimmer.point, 12.5}),
+          message_with(Actuate{UINT64_MAX, dimmer.point, 12.5, std::chrono::seconds(5)}),
           message_with(Sample{3, {light_capability().point, rate}, std::chrono::milliseconds(250)}),
           message_with(SetProperty{4, rate, std::int64_t{500}}),
           message_with(Acknowledge{5, Outcome::kUndeliverable, "no such island"}),

@@ -13,7 +13,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-/// A command that could not leave for so long is given up: the island's command desk does so too.
+/// A command that could not leave for so long is given up, where the island names no time.
 constexpr Duration kCommandLifetime = 5s;
 /// Actuators that are already as commanded often stay silent: then they are asked.
 constexpr Duration kReportTime = 1s;
@@ -163,8 +163,9 @@ Result<void> BusPoints::actuate(const std::string& device, const model::Actuate&
   telegram.payload = *payload;
   ++counters_.commands;
   commanded_[{device, command.point}] = {std::move(*payload), command.value, {}};
+  const bool told = command.time_to_live.count() > 0;
   line_->send(
-      telegram, host_.scheduler().now() + kCommandLifetime,
+      telegram, host_.scheduler().now() + (told ? Duration(command.time_to_live) : kCommandLifetime),
       [this, device, command, telegram, alive = std::weak_ptr<bool>(alive_)](Sent outcome, std::string_view why) {
         if (!alive.lock()) return;
         sent(device, command, outcome, why);
