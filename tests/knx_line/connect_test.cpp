@@ -70,15 +70,16 @@ TEST_F(ConnectTest, AServerThatForgotTheTunnelIsNoticedAtTheFirstMissingAck) {
   EXPECT_NE(failures[0].text.find("status 21"), std::string::npos);
 }
 
-TEST_F(ConnectTest, ASilentServerIsAskedForTenSecondsAndThenByRouteBack) {
+TEST_F(ConnectTest, ASilentServerIsAskedByRouteBackAfterTwoSeconds) {
   make_server();
   server->only_route_back = true;
   open();
-  time.run_for(9s);
+  time.run_for(1800ms);
   EXPECT_EQ(phase(), Phase::kConnecting);
-  time.run_for(2s);
+  time.run_for(200ms);
   EXPECT_EQ(phase(), Phase::kUp);
   EXPECT_TRUE(failures.empty());
+  EXPECT_EQ(server->channels().size(), 2U) << "one is lost for a while, not all";
   send(1);
   time.run_for(100ms);
   EXPECT_EQ(sent(1), Sent::kSent);
@@ -86,14 +87,35 @@ TEST_F(ConnectTest, ASilentServerIsAskedForTenSecondsAndThenByRouteBack) {
   server->disconnect_all();
   time.run_for(1s);
   EXPECT_EQ(phase(), Phase::kUp);
+  EXPECT_EQ(server->counters.connects, 3U);
 }
 
-TEST_F(ConnectTest, NeitherWayIsAFailureAfterTwentySeconds) {
+TEST_F(ConnectTest, BehindNatTheOnlyTunnelOfAServerIsGotWhenItGivesUpTheUnansweredOne) {
+  make_server({.tunnels = 1});
+  server->only_route_back = true;
+  int unreachable = 0;
+  net.loses = [&](const transport::MemoryDatagram& datagram) {
+    unreachable += datagram.to.address == "203.0.113.1" ? 1 : 0;
+    return false;
+  };
+  open();
+  time.run_for(3s);
+  EXPECT_EQ(phase(), Phase::kWaiting);
+  EXPECT_NE(line->state().reason.find("our first request"), std::string::npos) << line->state().reason;
+  time.run_for(200s);
+  EXPECT_EQ(phase(), Phase::kUp) << line->state().reason;
+  EXPECT_LE(unreachable, 2) << "one answer, and its disconnect";
+  time.run_for(300s);
+  EXPECT_EQ(phase(), Phase::kUp) << "heartbeats go the same way";
+  EXPECT_TRUE(failures.empty());
+}
+
+TEST_F(ConnectTest, NeitherWayIsAFailureAfterTenSeconds) {
   make_server();
   server->answers_connect = false;
   reopens = false;
   open();
-  time.run_for(19s);
+  time.run_for(9s);
   EXPECT_TRUE(failures.empty());
   time.run_for(2s);
   ASSERT_EQ(failures.size(), 1U);
@@ -204,9 +226,26 @@ TEST_F(ConnectTest, ABusThatIsDownIsShownAndTriedAgain) {
   EXPECT_TRUE(line->state().bus);
 }
 
-TEST_F(ConnectTest, OtherRefusalsAreFailuresForTheCaller) {
+TEST_F(ConnectTest, RefusalsWithoutAReasonAreTriedAgainWithGrowingPauses) {
+  for (const std::uint8_t code : Bytes{0x0f, 0x04, 0x77}) {
+    server.reset();
+    make_server();
+    server->connect_status = code;
+    open();
+    EXPECT_EQ(phase(), Phase::kWaiting);
+    time.run_for(100s);
+    EXPECT_LE(server->counters.connects, 9U);
+    EXPECT_GE(server->counters.connects, 5U);
+    server->connect_status = 0;
+    time.run_for(73s);
+    EXPECT_EQ(phase(), Phase::kUp);
+    EXPECT_TRUE(failures.empty());
+  }
+}
+
+TEST_F(ConnectTest, ARefusalThatConcernsAnOldConnectionIsAFailureForTheCaller) {
   make_server();
-  server->connect_status = 0x0f;
+  server->connect_status = 0x26;
   reopens = false;
   open();
   EXPECT_EQ(failures.size(), 1U);
@@ -232,6 +271,25 @@ TEST_F(ConnectTest, AServerThatKnowsNoWantedAddressesGivesAny) {
   connect();
   EXPECT_EQ(line->state().own, IndividualAddress{0x11c8});
   EXPECT_EQ(server->counters.connects, 2U);
+}
+
+TEST_F(ConnectTest, TheRefusalOfAWantedAddressMayComeTwice) {
+  make_server();
+  options.wanted = IndividualAddress{0x11ca};
+  server->set_weather({.duplicate = 1, .late = 50us});
+  open();
+  time.run_for(3s);
+  EXPECT_EQ(phase(), Phase::kUp) << line->state().reason;
+  for (const auto& state : states) EXPECT_NE(state.phase, Phase::kRefused);
+}
+
+TEST_F(ConnectTest, ATypeThatIsNotOfferedAtAllIsStillToldSoon) {
+  make_server();
+  options.wanted = IndividualAddress{0x11ca};
+  server->connect_status = 0x22;
+  open();
+  time.run_for(3s);
+  EXPECT_EQ(phase(), Phase::kRefused);
 }
 
 TEST_F(ConnectTest, HeartbeatsGoOnAndKeepTheTunnel) {
@@ -409,16 +467,41 @@ TEST_F(StreamTest, DestroyedItLeavesItsSlot) {
   EXPECT_EQ(server->counters.disconnects, 1U);
 }
 
-TEST_F(StreamTest, AServerThatSpeaksNoUdpIsReachedByTcpWhereItIsLeftOpen) {
-  make_server();
-  server->connect_status = 0x01;
-  options.via = TunnelOptions::Via::kAuto;
-  make_line();
-  server->on_connect = [this](bool stream) { server->connect_status = stream ? 0 : 1; };
-  ASSERT_TRUE(line->open());
-  time.run_for(100ms);
+TEST_F(StreamTest, WhatADeadPeerLeftUnansweredReachesTheBusNoLaterThanItMay) {
+  connect();
+  net.tcp.stall(true);
+  for (std::uint16_t i = 1; i <= 20; ++i) send(i, 5s);
+  time.run_for(5900ms);
+  EXPECT_EQ(phase(), Phase::kUp) << "one is under way and nothing is heard: the next ones are held";
+  time.run_for(200ms);
+  ASSERT_EQ(failures.size(), 1U);
+  EXPECT_NE(failures[0].text.find("says nothing"), std::string::npos) << failures[0].text;
+  EXPECT_EQ(sent(1), Sent::kLost);
+  for (std::uint16_t i = 2; i <= 20; ++i) EXPECT_EQ(sent(i), Sent::kExpired);
+  time.run_for(5s);
+  net.tcp.stall(false);
+  time.run_for(60s);
   EXPECT_EQ(phase(), Phase::kUp);
-  EXPECT_EQ(net.tcp.open_streams(), 2U);
+  EXPECT_TRUE(server->heard().empty()) << server->heard().size();
+}
+
+TEST_F(StreamTest, AMissingConfirmationOfAPeerThatLivesIsReportedAfterThreeSeconds) {
+  connect();
+  server->confirms = false;
+  send(1);
+  time.run_for(2900ms);
+  EXPECT_TRUE(told.empty());
+  time.run_for(200ms);
+  EXPECT_EQ(sent(1), Sent::kUnconfirmed);
+  EXPECT_EQ(server->counters.heartbeats, 1U) << "it was asked whether it lives";
+  server->answers_heartbeats = false;
+  send(2);
+  time.run_for(4s);
+  EXPECT_FALSE(told.contains(2)) << "held";
+  server->inject(0x1101, 0x0a08, 0x80, {1, 2});
+  time.run_for(100ms);
+  EXPECT_EQ(sent(2), Sent::kUnconfirmed) << "something was heard";
+  EXPECT_TRUE(failures.empty());
 }
 
 }  // namespace

@@ -71,6 +71,9 @@ class Tunnel {
   struct Settings {
     bool stream = false;  ///< TCP: no acks, no repeats, sequence numbers are not looked at
     Hpai own{};           ///< what the server shall answer to; route back = to where the frames come from
+    /// Without an answer to the first CONNECT_REQUEST the next ones ask for route back, and so does all that follows:
+    /// each request with an endpoint that cannot be reached costs a tunnel of the server until it misses the heartbeat.
+    bool tries_route_back = false;
     std::optional<IndividualAddress> wanted{};  ///< asked for; without it again on status 22
   };
 
@@ -97,6 +100,8 @@ class Tunnel {
   std::uint8_t channel() const { return channel_; }
   /// Where requests and acks go; route back = as control.
   const Hpai& data_endpoint() const { return data_; }
+  /// The server answered, and it was asked for route back.
+  bool route_back_works() const { return answered_ && !settings_.stream && settings_.own.route_back(); }
 
  private:
   enum class Phase : std::uint8_t { kNew, kConnecting, kUp, kEnded };
@@ -115,11 +120,12 @@ class Tunnel {
   void on_cemi(ByteView cemi);
   void on_feature(ServiceCode service, ByteView body);
   std::optional<Outcome> confirmation(ByteView cemi);
+  bool is_stray(ByteView confirmation);
   std::optional<Outcome> acknowledged();
   void ack_missing();
   void request_timeout();
   void transmit_request();
-  void acknowledge(std::uint8_t sequence, ServiceCode service);
+  void acknowledge(std::uint8_t sequence);
   void finish(Outcome outcome);
   void heartbeat();
   void heartbeat_missing();
@@ -140,12 +146,17 @@ class Tunnel {
   IndividualAddress address_{};
   Hpai data_{};
   Bytes request_, ack_;  ///< frames; their memory is used again
-  unsigned connect_tries_ = 0, request_tries_ = 0, heartbeat_tries_ = 0, undelivered_in_row_ = 0;
+  unsigned connect_tries_ = 0, extended_tries_ = 0, request_tries_ = 0, heartbeat_tries_ = 0, undelivered_in_row_ = 0;
   SteadyTime connect_until_{};
   std::optional<Outcome> early_;  ///< the confirmation came before the ack
-  bool stray_ = false;            ///< the confirmation of the last request may still come
-  bool doubted_ = false;          ///< the server was asked whether it knows the channel, for want of a confirmation
-  bool awaits_state_ = false;     ///< a heartbeat is under way
+  Bytes stray_;                   ///< cEMI of a request whose confirmation may still come; empty = none
+  SteadyTime stray_until_{};
+  bool swallowed_ = false;     ///< one such came while an equal request was under way: whose was it?
+  bool doubted_ = false;       ///< the server was asked whether it knows the channel, for want of a confirmation
+  bool heard_ = false;         ///< anything, since then
+  bool holds_ = false;         ///< a stream that is silent: nothing is sent until something is heard
+  bool awaits_state_ = false;  ///< a heartbeat is under way
+  bool answered_ = false;      ///< by a CONNECT_RESPONSE
   Deadline request_deadline_, heartbeat_deadline_, resync_deadline_, connect_deadline_;
 };
 

@@ -44,7 +44,6 @@ TunnelLine::TunnelLine(TunnelOptions options, Scheduler& scheduler, transport::T
       scheduler_(scheduler),
       transports_(transports),
       calls_(std::move(calls)),
-      via_(options_.via),
       route_back_(options_.nat == TunnelOptions::Nat::kOn),
       hold_off_(static_cast<std::uint64_t>(scheduler.wall_now().time_since_epoch().count()) ^
                 std::hash<std::string>{}(options_.host)),
@@ -62,10 +61,9 @@ Result<void> TunnelLine::open() {
   // Names can be looked up where there are sockets, and a port that is taken shows at once.
   transport::UdpCalls nobody{[](const auto&, ByteView) {}, [](const Error&) {}, [](const Error&) {}};
   transport::UdpOptions trial;
-  if (via_ != TunnelOptions::Via::kTcp) trial.local.port = options_.local_port;
+  if (!over_tcp()) trial.local.port = options_.local_port;
   if (const auto tried = transports_.open_udp(trial, std::move(nobody)); !tried) return fail(tried.error());
   state_.phase = Phase::kResolving;
-  route_back_tried_ = false;
   lookup_ = transports_.look_up(options_.host, [this](auto addresses) { resolved(std::move(addresses)); });
   return {};
 }
@@ -159,7 +157,9 @@ void TunnelLine::make_tunnel() {
     bus_is(connected, connected ? std::string_view() : meaning_of(status::kBusDown).meaning);
   };
   calls.ended = [this](Tunnel::End end) { ended(std::move(end)); };
-  tunnel_ = std::make_unique<Tunnel>(scheduler_, Tunnel::Settings{over_tcp(), own_endpoint(), options_.wanted},
+  const bool tries_route_back = !over_tcp() && options_.nat == TunnelOptions::Nat::kAuto;
+  tunnel_ = std::make_unique<Tunnel>(scheduler_,
+                                     Tunnel::Settings{over_tcp(), own_endpoint(), tries_route_back, options_.wanted},
                                      tunnel_counters_, std::move(calls));
 }
 
@@ -204,6 +204,7 @@ void TunnelLine::up() {
   up_since_ = scheduler_.now();
   silent_ = 0;
   hold_off_.connected();
+  route_back_ = route_back_ || tunnel_->route_back_works();
   const auto& data = tunnel_->data_endpoint();
   if (!over_tcp() && !data.route_back()) data_ = {address_text(data), data.port};
   state_.own = tunnel_->address();
@@ -271,35 +272,23 @@ void TunnelLine::ended(Tunnel::End end) {
   const auto lived = up_since_ != SteadyTime{} ? scheduler_.now() - up_since_ : Duration{};
   const auto alive = alive_;
   retired_ = std::move(tunnel_);
+  if (!std::exchange(route_back_, route_back_ || retired_->route_back_works()) && route_back_ &&
+      end.cause == Tunnel::Cause::kRefused && meaning_of(end.status).remedy == Remedy::kWaitForSlot)
+    end.why += "; one may be held for two minutes by our first request, whose answer did not reach us (NAT)";
+  // What the system still holds of a dead stream would reach the bus long after its time.
+  if (stream_ && end.cause == Tunnel::Cause::kSilent) stream_->abort();
   close_sockets();
   up_since_ = {};
   hold_off_.ended(lived);
   if (outbox_.under_way() && end.outcome) {
+    if (*end.outcome == Tunnel::Outcome::kConfirmed) ++counters_.sent;
     const auto report = report_of(*end.outcome);
     outbox_.finish(report.sent, report.why);
     if (!*alive) return;
   }
   outbox_.line_lost();
-  if (tries_otherwise(end) || holds_off(end, lived)) return;
+  if (holds_off(end, lived)) return;
   fail_line(ErrorCode::kUnreachable, fmt::format("{}: {}", state_.server, end.why));
-}
-
-/// Without the caller: route back where own addresses lead to no answer, TCP where UDP is not spoken.
-bool TunnelLine::tries_otherwise(const Tunnel::End& end) {
-  const bool udp_refused = end.cause == Tunnel::Cause::kRefused && end.status == 0x01;
-  if (udp_refused && options_.via == TunnelOptions::Via::kAuto && !over_tcp()) {
-    via_ = TunnelOptions::Via::kTcp;
-    connect();
-    return true;
-  }
-  if (end.cause != Tunnel::Cause::kNoAnswer || over_tcp() || options_.nat != TunnelOptions::Nat::kAuto) return false;
-  if (std::exchange(route_back_tried_, true)) {
-    route_back_ = false;  // neither way: begin with the usual one next time
-    return false;
-  }
-  route_back_ = !route_back_;
-  connect();
-  return true;
 }
 
 bool TunnelLine::holds_off(const Tunnel::End& end, Duration lived) {
@@ -312,6 +301,7 @@ bool TunnelLine::holds_off(const Tunnel::End& end, Duration lived) {
   }
   if (end.cause != Tunnel::Cause::kRefused) return false;
   switch (meaning_of(end.status).remedy) {
+    case Remedy::kRetry:
     case Remedy::kWaitForSlot: hold_off(Phase::kWaiting, hold_off_.slot_taken(), end.why); return true;
     case Remedy::kConfiguration: hold_off(Phase::kRefused, hold_off_.misconfigured(), end.why); return true;
     case Remedy::kBusDown:
@@ -324,7 +314,6 @@ bool TunnelLine::holds_off(const Tunnel::End& end, Duration lived) {
 
 void TunnelLine::hold_off(Phase phase, Duration pause, std::string why) {
   pause_ = scheduler_.after(pause, [this] {
-    if (options_.via == TunnelOptions::Via::kAuto) via_ = options_.via;
     state_.phase = Phase::kOff;
     if (auto opened = open(); !opened) fail_line(opened.error().code, opened.error().text);
   });
