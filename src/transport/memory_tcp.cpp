@@ -49,6 +49,7 @@ class MemoryStream final : public TcpStream {
     end_->queue.clear();
     net_.close(end_);
     end_->lost = true;
+    end_->connected = false;
   }
   bool connected() const override { return end_->connected; }
   Endpoint local() const override { return end_->connected ? end_->local : Endpoint{}; }
