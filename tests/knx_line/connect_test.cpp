@@ -122,6 +122,64 @@ TEST_F(ConnectTest, NeitherWayIsAFailureAfterTenSeconds) {
   EXPECT_NE(failures[0].text.find("does not answer"), std::string::npos);
 }
 
+TEST_F(ConnectTest, WhatThisMachineSaysOfSendingIsPartOfTheReason) {
+  make_server();
+  reopens = false;
+  net.refuses = 1000;
+  open();
+  time.run_for(11s);
+  ASSERT_EQ(failures.size(), 1U);
+  EXPECT_NE(failures[0].text.find("does not answer (UDP 10.0.0.9:3671: 64 datagrams wait already)"), std::string::npos)
+      << failures[0].text;
+}
+
+TEST_F(ConnectTest, WhoAnswersInsteadOfTheServerIsNamed) {
+  make_server();
+  server->answers_connect = false;
+  reopens = false;
+  transport::MemoryTransports stranger;
+  stranger.join(net, "10.0.0.66");
+  const auto socket = stranger.open_udp({}, {[](const auto&, ByteView) {}, [](const Error&) {}, [](const Error&) {}});
+  open();
+  const auto port = net.sent().front().from.port;
+  (void)(*socket)->send({"10.0.0.2", port}, *base::from_hex("0610020600080024"));
+  time.run_for(11s);
+  ASSERT_EQ(failures.size(), 1U);
+  EXPECT_NE(failures[0].text.find("10.0.0.66:"), std::string::npos) << failures[0].text;
+  EXPECT_NE(failures[0].text.find("(wrong-source)"), std::string::npos);
+}
+
+/// A machine without a way to the server.
+class NoRoute final : public transport::Transports {
+ public:
+  Result<std::unique_ptr<transport::FileSource>> open_file(const std::string& path) override {
+    return lines.open_file(path);
+  }
+  std::unique_ptr<transport::Lookup> look_up(const std::string& host, transport::LookupDone done) override {
+    return lines.look_up(host, std::move(done));
+  }
+  Result<std::unique_ptr<transport::UdpSocket>> open_udp(const transport::UdpOptions& options,
+                                                         transport::UdpCalls calls) override {
+    if (options.remote) return fail(ErrorCode::kIo, "cannot connect: Network is unreachable");
+    return lines.open_udp(options, std::move(calls));
+  }
+
+  transport::MemoryTransports lines;
+};
+
+TEST_F(ConnectTest, AMachineWithoutARouteSaysSoAtOnce) {
+  NoRoute machine;
+  machine.lines.join(net, "10.0.0.3");
+  std::vector<Error> told_failures;
+  LineCalls calls;
+  calls.failed = [&](Error error) { told_failures.push_back(std::move(error)); };
+  TunnelLine alone(options, time, machine, std::move(calls));
+  ASSERT_TRUE(alone.open());
+  time.run_for(100ms);
+  ASSERT_EQ(told_failures.size(), 1U);
+  EXPECT_NE(told_failures[0].text.find("Network is unreachable"), std::string::npos);
+}
+
 TEST_F(ConnectTest, RouteBackIsUsedAtOnceWhereConfiguredAndNeverWhereForbidden) {
   make_server();
   server->only_route_back = true;
@@ -483,6 +541,20 @@ TEST_F(StreamTest, WhatADeadPeerLeftUnansweredReachesTheBusNoLaterThanItMay) {
   time.run_for(60s);
   EXPECT_EQ(phase(), Phase::kUp);
   EXPECT_TRUE(server->heard().empty()) << server->heard().size();
+}
+
+TEST_F(StreamTest, MissingConfirmationsTellNothingOfTheBus) {
+  connect();
+  server->confirms = false;
+  for (std::uint16_t i = 1; i <= 3; ++i) send(i);
+  time.run_for(10s);
+  EXPECT_EQ(told[1].why, "the interface did not confirm that it was sent to the bus");
+  EXPECT_TRUE(line->state().bus);
+  EXPECT_EQ(line->state().reason, "the interface did not confirm three telegrams in a row");
+  server->confirms = true;
+  send(4);
+  time.run_for(1s);
+  EXPECT_EQ(line->state().reason, "");
 }
 
 TEST_F(StreamTest, AMissingConfirmationOfAPeerThatLivesIsReportedAfterThreeSeconds) {

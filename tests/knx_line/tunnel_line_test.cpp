@@ -389,6 +389,10 @@ TEST_F(TunnelLineTest, BadAndUnknownFramesAreCountedAndSurvived) {
   time.run_for(100ms);
   EXPECT_EQ(count("bad-frames"), 7U);
   EXPECT_EQ(count("unknown-services"), 2U);
+  ASSERT_EQ(notes.size(), 9U);
+  EXPECT_EQ(notes[0].first, "bad-frames");
+  EXPECT_EQ(notes[7].first, "unknown-services");
+  EXPECT_EQ(notes[7].second, "the interface sent service 0538: passed over");
   send(1);
   time.run_for(100ms);
   EXPECT_EQ(sent(1), Sent::kSent);
@@ -404,6 +408,9 @@ TEST_F(TunnelLineTest, DatagramsOfStrangersAreDropped) {
   time.run_for(100ms);
   EXPECT_EQ(phase(), Phase::kUp);
   EXPECT_EQ(count("wrong-source"), 1U);
+  ASSERT_EQ(notes.size(), 1U);
+  EXPECT_EQ(notes[0].first, "wrong-source");
+  EXPECT_NE(notes[0].second.find("10.0.0.66:"), std::string::npos);
 }
 
 TEST_F(TunnelLineTest, DestroyedItLeavesItsSlot) {
@@ -418,7 +425,7 @@ TEST_F(TunnelLineTest, DestroyedItLeavesItsSlot) {
 }
 
 TEST_F(TunnelLineTest, MayBeDestroyedInAnyOfItsCalls) {
-  for (const int when : {0, 1, 2, 3, 4, 5}) {
+  for (const int when : {0, 1, 2, 3, 4, 5, 6}) {
     connect();
     LineCalls calls;
     const auto destroy_if = [this, when](int now) {
@@ -430,12 +437,15 @@ TEST_F(TunnelLineTest, MayBeDestroyedInAnyOfItsCalls) {
     calls.failed = [=](const Error&) { destroy_if(2); };
     calls.received = [=](const Telegram&) { destroy_if(3); };
     calls.frame = [=](ByteView, bool outgoing) { destroy_if(outgoing ? 4 : 5); };
+    calls.note = [=](const std::string&, std::string_view) { destroy_if(6); };
     line = std::make_unique<TunnelLine>(options, time, transports, std::move(calls));
     ASSERT_TRUE(line->open());
     time.run_for(100ms);
     if (line && when != 3) line->send(write(1, {1, 1}), SteadyTime::max(), [](Sent, std::string_view) {});
     time.run_for(100ms);
     server->inject(0x1101, 0x0a08, 0x80, {1, 2});
+    time.run_for(100ms);
+    server->send_raw(*base::from_hex("061005380006"));
     time.run_for(100ms);
     server->disconnect_all();
     time.run_for(100ms);

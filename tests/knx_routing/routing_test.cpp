@@ -35,6 +35,9 @@ struct Router {
     more.lost = [this](const Endpoint& from, const RoutingLostMessage& message) {
       losses.emplace_back(from.address, message.lost);
     };
+    calls.note = [this](const std::string& subject, std::string_view text) {
+      notes.emplace_back(subject, std::string(text));
+    };
     more.discovery = [this](const Endpoint& from, ByteView frame) { searches.emplace_back(from, base::to_hex(frame)); };
     if (options.interface_address.empty()) options.interface_address = host.at;
     if (options.interface_address == "any") options.interface_address.clear();
@@ -54,6 +57,7 @@ struct Router {
   std::vector<std::pair<std::string, bool>> frames;
   std::vector<std::pair<std::string, int>> losses;
   std::vector<std::pair<Endpoint, std::string>> searches;
+  std::vector<std::pair<std::string, std::string>> notes;
   std::vector<Sent> outcomes;
   std::vector<SteadyTime> times;
   std::unique_ptr<RoutingLine> line;
@@ -281,6 +285,29 @@ TEST_F(RoutingOverMemory, LostMessagesAreCountedAndTold) {
   from_other("06100531000a04010003");
   EXPECT_EQ(router.line->counters().at("lost-messages"), 8u);
   EXPECT_THAT(router.losses, ElementsAre(std::pair("10.77.0.3", 5), std::pair("10.77.0.3", 3)));
+  ASSERT_THAT(router.notes, SizeIs(2));
+  EXPECT_EQ(router.notes[1], std::pair(std::string("lost-messages"),
+                                       std::string("10.77.0.3:3671 lost 3 telegrams on their way (device state 01)")));
+}
+
+TEST_F(RoutingOverMemory, OddFramesAreWorthANote) {
+  Router router(time, here);
+  open(router);
+  from_other("061005380006");
+  from_other("06200530000629");
+  ASSERT_THAT(router.notes, SizeIs(2));
+  EXPECT_EQ(router.notes[0].first, "unknown-services");
+  EXPECT_EQ(router.notes[0].second, "10.77.0.3:3671 sent service 0538: passed over");
+  EXPECT_EQ(router.notes[1].first, "bad-frames");
+  EXPECT_THAT(router.notes[1].second, HasSubstr("version 20"));
+}
+
+TEST_F(RoutingOverMemory, CountersAreCalledAsThoseOfTunnels) {
+  Router router(time, here);
+  const auto counters = router.line->counters();
+  for (const auto* name : {"telegrams-sent", "telegrams-received", "telegrams-waiting", "telegrams-refused",
+                           "telegrams-expired", "telegrams-lost"})
+    EXPECT_TRUE(counters.contains(name)) << name;
 }
 
 TEST_F(RoutingOverMemory, SearchesAreHandedOn) {
@@ -414,12 +441,74 @@ TEST_F(RoutingOverMemory, WhoHearsNobodyJoinsAgain) {
 TEST_F(RoutingOverMemory, AnInterfaceThatWentAwayIsNoticedThoughNothingIsSent) {
   Router router(time, here);
   open(router);
-  here.lines.join(net, "10.77.0.99");
+  net.gone_interfaces.insert("10.77.0.2");
   time.run_for(61s);
   ASSERT_THAT(router.failures, SizeIs(1));
   EXPECT_THAT(router.failures[0].text, HasSubstr("10.77.0.2"));
   time.run_for(1h);
   EXPECT_THAT(router.failures, SizeIs(1)) << "once, until it is opened again";
+}
+
+TEST_F(RoutingOverMemory, CallsMayBeEmpty) {
+  RoutingLine line(time, here.lines, {}, {});
+  ASSERT_TRUE(line.open());
+  line.send(write_to(1), SteadyTime::max(), {});
+  for (const auto* hex : {"0610053000132900bcd011c80a070300800c33", "06100531000a04000005", "061005380006", "0610",
+                          "06100532000c0600006400000", "06100201000e08010a4d00019ca4"}) {
+    const auto frame = base::from_hex(hex);
+    if (frame) other.send({kGroup, kKnxPort}, *frame);
+    time.run_for(1ms);
+  }
+  net.refuses = 50;
+  line.send(write_to(1), SteadyTime::max(), {});
+  time.run_for(10s);
+  EXPECT_EQ(line.state().phase, LineState::Phase::kOff);
+}
+
+TEST_F(RoutingOverMemory, MayBeDestroyedInAnyOfItsCalls) {
+  for (int when = 0; when < 10; ++when) {
+    std::unique_ptr<RoutingLine> line;
+    const auto destroy_if = [&](int now) {
+      if (when == now) line.reset();
+    };
+    LineCalls calls;
+    calls.changed = [&](const LineState& state) {
+      destroy_if(state.phase == LineState::Phase::kOff ? 1 : state.reason.empty() ? 0 : 2);
+    };
+    calls.failed = [&](const Error&) { destroy_if(3); };
+    calls.received = [&](const Telegram&) { destroy_if(4); };
+    calls.frame = [&](ByteView, bool outgoing) { destroy_if(outgoing ? 5 : 6); };
+    calls.note = [&](const std::string&, std::string_view) { destroy_if(7); };
+    RoutingCalls more;
+    more.lost = [&](const Endpoint&, const RoutingLostMessage&) { destroy_if(8); };
+    more.discovery = [&](const Endpoint&, ByteView) { destroy_if(9); };
+    RoutingOptions options;
+    options.interface_address = here.at;
+    line = std::make_unique<RoutingLine>(time, here.lines, options, std::move(calls), std::move(more));
+    ASSERT_TRUE(line->open());
+    time.run_for(100ms);
+    if (line) line->send(write_to(1), SteadyTime::max(), [](Sent, std::string_view) {});
+    time.run_for(100ms);
+    for (const auto* hex : {"06100201000e08010a4d00019ca4", "0610053000132900bcd011c80a070300800c33", "061005380006",
+                            "06100531000a04000005", "06100532000c060000640000"}) {
+      // Lost messages are noted before they are told.
+      if (when == 8 && std::string_view(hex) == "061005380006") continue;
+      from_other(hex);
+    }
+    time.run_for(1s);
+    net.refuses = 50;
+    if (line) line->send(write_to(1), SteadyTime::max(), [](Sent, std::string_view) {});
+    time.run_for(5s);
+    net.refuses = 0;
+    EXPECT_EQ(line, nullptr) << when;
+  }
+  RoutingOptions options;
+  options.interface_address = here.at;
+  auto line = std::make_unique<RoutingLine>(time, here.lines, options, LineCalls{});
+  ASSERT_TRUE(line->open());
+  line->send(write_to(1), SteadyTime::max(), [&](Sent, std::string_view) { line.reset(); });
+  time.run_for(1s);
+  EXPECT_EQ(line, nullptr);
 }
 
 TEST_F(RoutingOverMemory, WhatWaitsBeforeTheLineIsThereGoesWhenItIs) {

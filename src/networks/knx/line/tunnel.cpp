@@ -32,6 +32,8 @@ constexpr Duration kConnectRepeat = 2s;
 constexpr Duration kStreamSilence = 3s;
 /// How long the confirmation of a request that was given up is waited for, lest it pass for that of an equal one.
 constexpr Duration kStrayTime = 5s;
+/// How long the answer to a CONNECT_REQUEST for a certain address may come again, by a repeat or the network.
+constexpr Duration kSameAnswer = 1s;
 /// How long an ack may come after the confirmation, which says as much as it.
 constexpr Duration kAckGrace = 100ms;
 /// Header and connection header stand before the cEMI of a request.
@@ -63,7 +65,6 @@ void Tunnel::connect() {
 
 void Tunnel::send_connect() {
   ++connect_tries_;
-  if (settings_.wanted) ++extended_tries_;
   if (connect_tries_ > 1 && settings_.tries_route_back) settings_.own = {};
   const auto repeat = scheduler_.now() + connect_tries_ * kConnectRepeat;
   connect_deadline_.set_at(settings_.stream ? connect_until_ : std::min(repeat, connect_until_));
@@ -80,10 +81,7 @@ void Tunnel::connect_timeout() {
 void Tunnel::receive(ByteView bytes) {
   if (phase_ == Phase::kEnded) return;
   const auto frame = read_frame(bytes);
-  if (!frame) {
-    ++counters_.bad_frames;
-    return;
-  }
+  if (!frame) return bad_frame(frame.error().text);
   undelivered_in_row_ = 0;
   heard_ = true;
   if (std::exchange(holds_, false)) request_deadline_.set(Duration::zero());
@@ -99,7 +97,7 @@ void Tunnel::receive(ByteView bytes) {
 void Tunnel::on_control(const Frame& frame) {
   const auto message = read_message(frame);
   if (!message) {
-    ++counters_.bad_frames;
+    bad_frame(message.error().text);
   } else if (const auto* connect = std::get_if<ConnectResponse>(&*message)) {
     on(*connect);
   } else if (const auto* state = std::get_if<ConnectionStateResponse>(&*message)) {
@@ -108,7 +106,14 @@ void Tunnel::on_control(const Frame& frame) {
     on(*disconnect);
   } else if (!std::holds_alternative<DisconnectResponse>(*message)) {
     ++counters_.unknown_services;
+    if (calls_.note)
+      calls_.note("unknown-services", fmt::format("the interface sent {}: passed over", to_string(frame.service)));
   }
+}
+
+void Tunnel::bad_frame(std::string_view why) {
+  ++counters_.bad_frames;
+  if (calls_.note) calls_.note("bad-frames", fmt::format("the interface sent a frame that cannot be read: {}", why));
 }
 
 void Tunnel::on(const ConnectResponse& response) {
@@ -122,12 +127,11 @@ void Tunnel::on(const ConnectResponse& response) {
   if (response.status == status::kConnectionType && settings_.wanted) {
     settings_.wanted.reset();
     connect_tries_ = 0;
+    answers_from_ = scheduler_.now() + kSameAnswer;
     return send_connect();
   }
-  if (response.status == status::kConnectionType && extended_tries_ > 0) {
-    --extended_tries_;  // likely the same answer once more; if not, the repeat brings another
-    return;
-  }
+  // Likely the same answer once more; if not, the repeat brings another.
+  if (response.status == status::kConnectionType && scheduler_.now() < answers_from_) return;
   end(Cause::kRefused, describe_status(response.status), response.status);
 }
 
@@ -155,10 +159,7 @@ void Tunnel::on(const DisconnectRequest& request) {
 void Tunnel::on_request(const Frame& frame) {
   base::ByteReader reader(frame.body);
   const auto header = read_connection_header(reader);
-  if (!header) {
-    ++counters_.bad_frames;
-    return;
-  }
+  if (!header) return bad_frame(header.error().text);
   if (phase_ != Phase::kUp || header->channel != channel_) {
     ++counters_.wrong_channel;
     return;
@@ -229,10 +230,7 @@ std::optional<Tunnel::Outcome> Tunnel::confirmation(ByteView cemi) {
 }
 
 void Tunnel::on_feature(ServiceCode service, ByteView body) {
-  if (body.size() < 2) {
-    ++counters_.bad_frames;
-    return;
-  }
+  if (body.size() < 2) return bad_frame(fmt::format("{}: body: too short", to_string(service)));
   const bool of_bus = body[0] == static_cast<std::uint8_t>(Feature::kBusConnection) && body.size() > 2;
   if (of_bus && service == ServiceCode::kFeatureNotice) calls_.bus(body[2] != 0);
 }
@@ -264,10 +262,7 @@ void Tunnel::transmit_request() {
 void Tunnel::on_ack(const Frame& frame) {
   base::ByteReader reader(frame.body);
   const auto ack = read_connection_header(reader);
-  if (!ack) {
-    ++counters_.bad_frames;
-    return;
-  }
+  if (!ack) return bad_frame(ack.error().text);
   if (phase_ != Phase::kUp || ack->channel != channel_) {
     ++counters_.wrong_channel;
     return;

@@ -64,6 +64,8 @@ class Tunnel {
     std::function<void(Outcome)> finished;
     /// TUNNELLING_FEATURE_INFO or a heartbeat tells of the bus connection.
     std::function<void(bool connected)> bus;
+    /// As LineCalls::note; may be empty. The tunnel may be destroyed in it.
+    std::function<void(const std::string& subject, std::string_view text)> note{};
     /// No more calls after it.
     std::function<void(End)> ended;
   };
@@ -110,6 +112,7 @@ class Tunnel {
   void send_connect();
   void connect_timeout();
   void on_control(const Frame& frame);
+  void bad_frame(std::string_view why);
   void on(const ConnectResponse& response);
   void on(const ConnectionStateResponse& response);
   void on(const DisconnectRequest& request);
@@ -146,8 +149,9 @@ class Tunnel {
   IndividualAddress address_{};
   Hpai data_{};
   Bytes request_, ack_;  ///< frames; their memory is used again
-  unsigned connect_tries_ = 0, extended_tries_ = 0, request_tries_ = 0, heartbeat_tries_ = 0, undelivered_in_row_ = 0;
+  unsigned connect_tries_ = 0, request_tries_ = 0, heartbeat_tries_ = 0, undelivered_in_row_ = 0;
   SteadyTime connect_until_{};
+  SteadyTime answers_from_{};     ///< a refusal of the wanted address may come more than once: until then
   std::optional<Outcome> early_;  ///< the confirmation came before the ack
   Bytes stray_;                   ///< cEMI of a request whose confirmation may still come; empty = none
   SteadyTime stray_until_{};

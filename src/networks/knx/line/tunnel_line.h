@@ -74,6 +74,8 @@ class TunnelLine final : public Line {
   bool holds_off(const Tunnel::End& end, Duration lived);
 
   void pump();
+  void note(const std::string& subject, std::string_view text);
+  std::string reason_of(const Tunnel::End& end) const;
   void set_state(LineState::Phase phase, std::string reason);
   void hold_off(LineState::Phase phase, Duration pause, std::string why);
   void close_sockets();
@@ -94,7 +96,9 @@ class TunnelLine final : public Line {
   Timer pause_;
   HoldOff hold_off_;
   SteadyTime up_since_{};
-  unsigned silent_ = 0;  ///< telegrams in a row without a confirmation
+  std::string send_error_;  ///< of this machine, since something was heard
+  std::string stranger_;    ///< who sent something else than the server, since then
+  unsigned silent_ = 0;     ///< telegrams in a row without a confirmation
   TunnelCounters tunnel_counters_;
   Counters counters_;
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
