@@ -205,7 +205,8 @@ TEST_P(Tcp, WhatAnAbortedStreamStillHadToSendIsThrownAway) {
   EXPECT_EQ(client.stream->send(base::as_bytes("x")).error().code, ErrorCode::kUnreachable);
   client.stream.reset();
   ASSERT_TRUE(world->until([&] { return server->ended; }));
-  EXPECT_LT(server->heard.size(), taken);
+  // On the machine the queue of the stream goes in any case; here it is all.
+  EXPECT_LT(server->heard.size() + (GetParam() ? TcpStream::kMaxQueued : 0), taken);
   EXPECT_THAT(client.failures, IsEmpty());
 }
 
