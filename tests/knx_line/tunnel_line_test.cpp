@@ -326,6 +326,7 @@ TEST_F(TunnelLineTest, ALostDisconnectRequestCostsTheServerNoTunnel) {
   line.reset();
   time.run_for(100ms);
   EXPECT_TRUE(server->channels().empty());
+  net.loses = nullptr;
 }
 
 TEST_F(TunnelLineTest, AFrameReceivedTwiceIsAcknowledgedTwiceAndHeardOnce) {
