@@ -123,6 +123,7 @@ void Tunnel::on(const ConnectResponse& response) {
     return;
   }
   answered_ = true;
+  settings_.tries_route_back = false;
   if (response.status == status::kOk) return connected(response);
   if (response.status == status::kConnectionType && settings_.wanted) {
     settings_.wanted.reset();
