@@ -42,6 +42,7 @@ struct Parts : std::enable_shared_from_this<Parts> {
   void flush_later();
   void flush(const error_code& error);
   void lose(Error why);
+  void abort();
   void close();
 
   tcp::socket socket;
@@ -178,6 +179,15 @@ void Parts::close() {
   socket.close(ignored);
 }
 
+/// Closed with a linger time of 0 it is reset, and what it still had to send is thrown away (socket(7), SO_LINGER).
+void Parts::abort() {
+  if (socket.is_open()) set(socket, SOL_SOCKET, SO_LINGER, ::linger{1, 0});
+  lost = true;
+  connected = false;
+  queue.clear();
+  close();
+}
+
 void Parts::lose(Error why) {
   lost = true;
   connected = false;
@@ -197,6 +207,7 @@ class AsioTcp final : public TcpStream {
   AsioTcp& operator=(const AsioTcp&) = delete;
 
   Result<void> send(ByteView bytes) override { return parts_->send(bytes); }
+  void abort() override { parts_->abort(); }
   bool connected() const override { return parts_->connected; }
   Endpoint local() const override {
     error_code error;

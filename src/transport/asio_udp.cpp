@@ -10,6 +10,7 @@
 #include <boost/asio/ip/address.hpp>
 #include <boost/asio/ip/udp.hpp>
 #include <boost/asio/ip/v6_only.hpp>
+#include <boost/asio/post.hpp>
 #include <cerrno>
 #include <deque>
 #include <optional>
@@ -53,7 +54,9 @@ struct Parts : std::enable_shared_from_this<Parts> {
   error_code bind(const UdpOptions& options);
   error_code bind_one(const udp::endpoint& endpoint, bool both_families);
   Result<void> set_multicast(const UdpMulticast& multicast);
-  error_code join(const std::string& group, const in_addr& interface_address);
+  Result<void> rejoin();
+  void report_soon();
+  Result<void> join(const std::string& group, int what);
   Result<void> connect(const Endpoint& wanted);
   const Endpoint& name_of(const udp::endpoint& endpoint);
   std::optional<udp::endpoint> target_of(const Endpoint& to);
@@ -77,6 +80,8 @@ struct Parts : std::enable_shared_from_this<Parts> {
   std::optional<udp::endpoint> target;  ///< what `target_name` stands for
   Endpoint target_name;
   std::optional<udp::endpoint> remote;  ///< as the socket's family spells it
+  std::vector<std::string> groups;      ///< that were joined
+  std::string joined_on;                ///< address of an interface; empty = the default one
   bool reuse = false;
   bool six = false;
   bool alive = true;
@@ -150,19 +155,32 @@ Result<void> Parts::set_multicast(const UdpMulticast& multicast) {
     return cannot(fmt::format("set the time to live to {}", multicast.ttl), error);
   if (const auto error = set(socket, IPPROTO_IP, IP_MULTICAST_LOOP, multicast.loopback ? 1 : 0))
     return cannot("set the loopback of groups", error);
-  for (const auto& group : multicast.groups) {
-    const auto* where =
-        multicast.interface_address.empty() ? "the default interface" : multicast.interface_address.c_str();
-    if (const auto error = join(group, interface_address))
-      return cannot(fmt::format("join group {} on {}", group, where), error);
+  groups = multicast.groups;
+  joined_on = multicast.interface_address;
+  for (const auto& group : groups) {
+    if (auto joined = join(group, IP_ADD_MEMBERSHIP); !joined) return joined;
   }
   return {};
 }
 
-error_code Parts::join(const std::string& group, const in_addr& interface_address) {
-  ip_mreq wanted{{}, interface_address};
-  if (::inet_pton(AF_INET, group.c_str(), &wanted.imr_multiaddr) != 1) return asio::error::invalid_argument;
-  return set(socket, IPPROTO_IP, IP_ADD_MEMBERSHIP, wanted);
+/// Or leaves it, as `what` says.
+Result<void> Parts::join(const std::string& group, int what) {
+  ip_mreq wanted{};
+  if (!joined_on.empty()) ::inet_pton(AF_INET, joined_on.c_str(), &wanted.imr_interface);
+  const bool numeric = ::inet_pton(AF_INET, group.c_str(), &wanted.imr_multiaddr) == 1;
+  const error_code error = numeric ? set(socket, IPPROTO_IP, what, wanted) : asio::error::invalid_argument;
+  if (!error) return {};
+  const auto* where = joined_on.empty() ? "the default interface" : joined_on.c_str();
+  return cannot(fmt::format("join group {} on {}", group, where), error);
+}
+
+/// Only the last member that leaves and the first that comes make the system send a report, so leaving comes first.
+Result<void> Parts::rejoin() {
+  for (const auto& group : groups) {
+    (void)join(group, IP_DROP_MEMBERSHIP);  // the interface may be another by now
+    if (auto joined = join(group, IP_ADD_MEMBERSHIP); !joined) return joined;
+  }
+  return {};
 }
 
 Result<void> Parts::connect(const Endpoint& wanted) {
@@ -238,13 +256,21 @@ bool Parts::take_error_reports() {
   return some;
 }
 
+/// The call that failed took the error from the socket: nothing wakes receive() for the report of it.
+void Parts::report_soon() {
+  if (std::exchange(send_failed, true)) return;
+  asio::post(socket.get_executor(), [self = shared_from_this()] {
+    if (self->alive && std::exchange(self->send_failed, false)) self->take_error_reports();
+  });
+}
+
 /// nullopt = wait. An ICMP message about an earlier datagram ends one call, the next one sends.
 std::optional<error_code> Parts::try_send(const udp::endpoint& to, ByteView bytes) {
   error_code error;
   for (int attempt = 0; attempt < 3; ++attempt) {
     socket.send_to(asio::buffer(bytes.data(), bytes.size()), to, 0, error);
     if (!error || !tells_of_a_datagram(error.value())) break;
-    send_failed = true;
+    report_soon();
   }
   if (after_send(error.value()) == AfterSend::kWait) return std::nullopt;
   return error;
@@ -306,6 +332,7 @@ class AsioUdp final : public UdpSocket {
   AsioUdp& operator=(const AsioUdp&) = delete;
 
   Result<void> send(const Endpoint& to, ByteView bytes) override { return parts_->send(to, bytes); }
+  Result<void> rejoin() override { return parts_->rejoin(); }
   Endpoint local() const override {
     error_code error;
     const auto bound = parts_->socket.local_endpoint(error);

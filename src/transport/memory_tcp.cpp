@@ -45,6 +45,12 @@ class MemoryStream final : public TcpStream {
     }
     return {};
   }
+  void abort() override {
+    end_->queue.clear();
+    net_.close(end_);
+    end_->lost = true;
+    end_->connected = false;
+  }
   bool connected() const override { return end_->connected; }
   Endpoint local() const override { return end_->connected ? end_->local : Endpoint{}; }
 
@@ -77,6 +83,11 @@ std::unique_ptr<MemoryListener> MemoryTcp::listen(const Endpoint& at, Accept acc
 void MemoryTcp::stall(bool stalled) {
   stalled_ = stalled;
   for (const auto& end : std::vector<EndPtr>(ends_)) flush(end);
+  if (stalled) return;
+  for (const auto& end : std::exchange(closed_, {})) {
+    flush(end);
+    hang_up(end);
+  }
 }
 
 void MemoryTcp::cut() {
@@ -169,10 +180,16 @@ void MemoryTcp::lose(const EndPtr& end, Error why) {
 }
 
 void MemoryTcp::close(const EndPtr& end) {
+  if (!end->alive) return;
   flush(end);
   end->alive = false;
   end->deadline.cancel();
   std::erase(ends_, end);
+  if (!stalled_) return hang_up(end);
+  if (!end->lost) closed_.push_back(end);
+}
+
+void MemoryTcp::hang_up(const EndPtr& end) {
   const auto peer = end->peer.lock();
   if (!peer || end->lost) return;
   after_transit([this, peer] {

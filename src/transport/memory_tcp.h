@@ -38,7 +38,7 @@ class MemoryTcp {
   std::size_t segment = 0;  ///< streams arrive in pieces of so many bytes; 0 = what was sent in a turn is one piece
   bool answers = true;      ///< else attempts to connect begun now end by their timeout only
 
-  /// While so, no byte leaves: queues fill up.
+  /// While so, no byte leaves, and nobody hears of an end: queues fill up, also those of streams that were closed.
   void stall(bool stalled);
   /// All connections break; both ends hear of it.
   void cut();
@@ -60,12 +60,14 @@ class MemoryTcp {
   void arrive(const EndPtr& end, ByteView bytes);
   void lose(const EndPtr& end, Error why);
   void close(const EndPtr& end);
+  void hang_up(const EndPtr& end);
   void after_transit(std::function<void()> call);
   EndPtr make_end(Endpoint local, Endpoint remote);
 
   Scheduler& scheduler_;
   std::map<Endpoint, Accept> listeners_;
   std::vector<EndPtr> ends_;
+  std::vector<EndPtr> closed_;  ///< while nothing leaves
   std::map<std::uint64_t, Timer> flights_;
   std::uint64_t last_flight_ = 0;
   bool stalled_ = false;

@@ -54,6 +54,12 @@ class MemoryUdp final : public UdpSocket {
     net_.send({port_->local, to, Bytes(bytes.begin(), bytes.end())}, *port_);
     return {};
   }
+  Result<void> rejoin() override {
+    const auto& multicast = port_->options.multicast;
+    if (!multicast || multicast->groups.empty() || !net_.gone_interfaces.contains(port_->local.address)) return {};
+    return fail(ErrorCode::kIo, fmt::format("cannot join group {} on {}: No such device", multicast->groups.front(),
+                                            port_->local.address));
+  }
   Endpoint local() const override { return port_->local; }
   std::uint64_t dropped() const override { return dropped_; }
 

@@ -3,6 +3,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -38,6 +39,7 @@ class MemoryNet {
   bool names_answer = true;                          ///< else lookups begun now never end
   bool reports_unreachable = true;                   ///< senders hear of it when nobody listens at the other end
   std::function<bool(const MemoryDatagram&)> loses;  ///< true = it never arrives; may be empty
+  std::set<std::string> gone_interfaces{};           ///< by address: no group can be joined on them again
   std::uint64_t refuses = 0;                         ///< so many of the next sends find the line busy
 
   /// All that was ever sent, lost datagrams included.

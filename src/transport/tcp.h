@@ -44,6 +44,9 @@ class TcpStream {
   /// kMaxQueued, kUnreachable once the connection is lost.
   virtual Result<void> send(ByteView bytes) = 0;
   virtual bool connected() const = 0;
+  /// Breaks the connection off: nothing more goes out, not even what the system took (RFC 9293, section 3.10.5). To be
+  /// destroyed next; no calls.
+  virtual void abort() = 0;
   /// Own address and port; empty until connected.
   virtual Endpoint local() const = 0;
 };

@@ -70,6 +70,9 @@ class UdpSocket {
   /// system is full (counted as dropped),
   /// kInvalid if `to` is not numeric, kOutOfRange if it is too long for a datagram, else kIo.
   virtual Result<void> send(const Endpoint& to, ByteView bytes) = 0;
+  /// Leaves its groups and joins them again, so that the system tells switches and routers of it (RFC 3376); what has
+  /// come by then is still heard. kIo names the group that cannot be joined any more.
+  virtual Result<void> rejoin() = 0;
   /// What was bound, with the port the system chose.
   virtual Endpoint local() const = 0;
   /// Datagrams that send() refused or the system dropped after they were queued.

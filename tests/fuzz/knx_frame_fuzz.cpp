@@ -34,8 +34,7 @@ void check_cemi(ByteView cemi) {
 
 void check_dibs(const std::vector<Dib>& dibs) {
   const auto description = read_description(dibs);
-  if (!description) return;
-  require(read_description(to_dibs(*description)).has_value());
+  require(read_description(to_dibs(description)) == description);
 }
 
 /// A frame that was read is written as something that reads the same.

@@ -26,7 +26,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     ended = true;
     under_way = 0;
   };
-  Tunnel tunnel(time, {(data[0] & 1) != 0, {}, std::nullopt}, counters, std::move(calls));
+  Tunnel tunnel(time, {(data[0] & 1) != 0, {}, (data[0] & 2) != 0, std::nullopt}, counters, std::move(calls));
   tunnel.connect();
   tunnel.receive(*base::from_hex("0610020600140100080100000000000004 0411c8"));
   const auto cemi = *base::from_hex("1100bce000000a070300800c33");

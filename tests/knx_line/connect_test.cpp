@@ -70,15 +70,16 @@ TEST_F(ConnectTest, AServerThatForgotTheTunnelIsNoticedAtTheFirstMissingAck) {
   EXPECT_NE(failures[0].text.find("status 21"), std::string::npos);
 }
 
-TEST_F(ConnectTest, ASilentServerIsAskedForTenSecondsAndThenByRouteBack) {
+TEST_F(ConnectTest, ASilentServerIsAskedByRouteBackAfterTwoSeconds) {
   make_server();
   server->only_route_back = true;
   open();
-  time.run_for(9s);
+  time.run_for(1800ms);
   EXPECT_EQ(phase(), Phase::kConnecting);
-  time.run_for(2s);
+  time.run_for(200ms);
   EXPECT_EQ(phase(), Phase::kUp);
   EXPECT_TRUE(failures.empty());
+  EXPECT_EQ(server->channels().size(), 2U) << "one is lost for a while, not all";
   send(1);
   time.run_for(100ms);
   EXPECT_EQ(sent(1), Sent::kSent);
@@ -86,18 +87,98 @@ TEST_F(ConnectTest, ASilentServerIsAskedForTenSecondsAndThenByRouteBack) {
   server->disconnect_all();
   time.run_for(1s);
   EXPECT_EQ(phase(), Phase::kUp);
+  EXPECT_EQ(server->counters.connects, 3U);
 }
 
-TEST_F(ConnectTest, NeitherWayIsAFailureAfterTwentySeconds) {
+TEST_F(ConnectTest, BehindNatTheOnlyTunnelOfAServerIsGotWhenItGivesUpTheUnansweredOne) {
+  make_server({.tunnels = 1});
+  server->only_route_back = true;
+  int unreachable = 0;
+  net.loses = [&](const transport::MemoryDatagram& datagram) {
+    unreachable += datagram.to.address == "203.0.113.1" ? 1 : 0;
+    return false;
+  };
+  open();
+  time.run_for(3s);
+  EXPECT_EQ(phase(), Phase::kWaiting);
+  EXPECT_NE(line->state().reason.find("our first request"), std::string::npos) << line->state().reason;
+  time.run_for(200s);
+  EXPECT_EQ(phase(), Phase::kUp) << line->state().reason;
+  EXPECT_LE(unreachable, 2) << "one answer, and its disconnect";
+  time.run_for(300s);
+  EXPECT_EQ(phase(), Phase::kUp) << "heartbeats go the same way";
+  EXPECT_TRUE(failures.empty());
+  net.loses = nullptr;
+}
+
+TEST_F(ConnectTest, NeitherWayIsAFailureAfterTenSeconds) {
   make_server();
   server->answers_connect = false;
   reopens = false;
   open();
-  time.run_for(19s);
+  time.run_for(9s);
   EXPECT_TRUE(failures.empty());
   time.run_for(2s);
   ASSERT_EQ(failures.size(), 1U);
   EXPECT_NE(failures[0].text.find("does not answer"), std::string::npos);
+}
+
+TEST_F(ConnectTest, WhatThisMachineSaysOfSendingIsPartOfTheReason) {
+  make_server();
+  reopens = false;
+  net.refuses = 1000;
+  open();
+  time.run_for(11s);
+  ASSERT_EQ(failures.size(), 1U);
+  EXPECT_NE(failures[0].text.find("does not answer (UDP 10.0.0.9:3671: 64 datagrams wait already)"), std::string::npos)
+      << failures[0].text;
+}
+
+TEST_F(ConnectTest, WhoAnswersInsteadOfTheServerIsNamed) {
+  make_server();
+  server->answers_connect = false;
+  reopens = false;
+  transport::MemoryTransports stranger;
+  stranger.join(net, "10.0.0.66");
+  const auto socket = stranger.open_udp({}, {[](const auto&, ByteView) {}, [](const Error&) {}, [](const Error&) {}});
+  open();
+  const auto port = net.sent().front().from.port;
+  (void)(*socket)->send({"10.0.0.2", port}, *base::from_hex("0610020600080024"));
+  time.run_for(11s);
+  ASSERT_EQ(failures.size(), 1U);
+  EXPECT_NE(failures[0].text.find("10.0.0.66:"), std::string::npos) << failures[0].text;
+  EXPECT_NE(failures[0].text.find("(wrong-source)"), std::string::npos);
+}
+
+/// A machine without a way to the server.
+class NoRoute final : public transport::Transports {
+ public:
+  Result<std::unique_ptr<transport::FileSource>> open_file(const std::string& path) override {
+    return lines.open_file(path);
+  }
+  std::unique_ptr<transport::Lookup> look_up(const std::string& host, transport::LookupDone done) override {
+    return lines.look_up(host, std::move(done));
+  }
+  Result<std::unique_ptr<transport::UdpSocket>> open_udp(const transport::UdpOptions& options,
+                                                         transport::UdpCalls calls) override {
+    if (options.remote) return fail(ErrorCode::kIo, "cannot connect: Network is unreachable");
+    return lines.open_udp(options, std::move(calls));
+  }
+
+  transport::MemoryTransports lines;
+};
+
+TEST_F(ConnectTest, AMachineWithoutARouteSaysSoAtOnce) {
+  NoRoute machine;
+  machine.lines.join(net, "10.0.0.3");
+  std::vector<Error> told_failures;
+  LineCalls calls;
+  calls.failed = [&](Error error) { told_failures.push_back(std::move(error)); };
+  TunnelLine alone(options, time, machine, std::move(calls));
+  ASSERT_TRUE(alone.open());
+  time.run_for(100ms);
+  ASSERT_EQ(told_failures.size(), 1U);
+  EXPECT_NE(told_failures[0].text.find("Network is unreachable"), std::string::npos);
 }
 
 TEST_F(ConnectTest, RouteBackIsUsedAtOnceWhereConfiguredAndNeverWhereForbidden) {
@@ -204,9 +285,26 @@ TEST_F(ConnectTest, ABusThatIsDownIsShownAndTriedAgain) {
   EXPECT_TRUE(line->state().bus);
 }
 
-TEST_F(ConnectTest, OtherRefusalsAreFailuresForTheCaller) {
+TEST_F(ConnectTest, RefusalsWithoutAReasonAreTriedAgainWithGrowingPauses) {
+  for (const std::uint8_t code : Bytes{0x0f, 0x04, 0x77}) {
+    server.reset();
+    make_server();
+    server->connect_status = code;
+    open();
+    EXPECT_EQ(phase(), Phase::kWaiting);
+    time.run_for(100s);
+    EXPECT_LE(server->counters.connects, 9U);
+    EXPECT_GE(server->counters.connects, 5U);
+    server->connect_status = 0;
+    time.run_for(73s);
+    EXPECT_EQ(phase(), Phase::kUp);
+    EXPECT_TRUE(failures.empty());
+  }
+}
+
+TEST_F(ConnectTest, ARefusalThatConcernsAnOldConnectionIsAFailureForTheCaller) {
   make_server();
-  server->connect_status = 0x0f;
+  server->connect_status = 0x26;
   reopens = false;
   open();
   EXPECT_EQ(failures.size(), 1U);
@@ -232,6 +330,25 @@ TEST_F(ConnectTest, AServerThatKnowsNoWantedAddressesGivesAny) {
   connect();
   EXPECT_EQ(line->state().own, IndividualAddress{0x11c8});
   EXPECT_EQ(server->counters.connects, 2U);
+}
+
+TEST_F(ConnectTest, TheRefusalOfAWantedAddressMayComeTwice) {
+  make_server();
+  options.wanted = IndividualAddress{0x11ca};
+  server->set_weather({.duplicate = 1, .late = 50us});
+  open();
+  time.run_for(3s);
+  EXPECT_EQ(phase(), Phase::kUp) << line->state().reason;
+  for (const auto& state : states) EXPECT_NE(state.phase, Phase::kRefused);
+}
+
+TEST_F(ConnectTest, ATypeThatIsNotOfferedAtAllIsStillToldSoon) {
+  make_server();
+  options.wanted = IndividualAddress{0x11ca};
+  server->connect_status = 0x22;
+  open();
+  time.run_for(3s);
+  EXPECT_EQ(phase(), Phase::kRefused);
 }
 
 TEST_F(ConnectTest, HeartbeatsGoOnAndKeepTheTunnel) {
@@ -329,96 +446,6 @@ TEST_F(ConnectTest, TwoClientsThatFightForASlotAreNoticed) {
   EXPECT_EQ(server->counters.connects, 4U);
   time.run_for(35s);
   EXPECT_EQ(server->counters.connects, 5U);
-}
-
-// TCP.
-
-class StreamTest : public ConnectTest {
- protected:
-  StreamTest() { options.via = TunnelOptions::Via::kTcp; }
-};
-
-TEST_F(StreamTest, ATunnelOverTcpNeedsNoAcks) {
-  connect();
-  for (std::uint16_t i = 0; i < 300; ++i) send(i);
-  server->inject(0x1101, 0x0a08, 0x80, {1, 2});
-  time.run_for(2s);
-  EXPECT_EQ(order.size(), 300U);
-  EXPECT_EQ(count("telegrams-sent"), 300U);
-  EXPECT_EQ(received.size(), 1U);
-  EXPECT_EQ(server->counters.acks, 0U);
-  time.run_for(61s);
-  EXPECT_EQ(server->counters.heartbeats, 1U);
-}
-
-TEST_F(StreamTest, FramesArriveByteByByteAndSeveralAtOnce) {
-  net.tcp.segment = 1;
-  connect();
-  send(1);
-  for (std::uint8_t i = 0; i < 20; ++i) server->inject(0x1101, 0x0a08, 0x80, {1, i});
-  time.run_for(1s);
-  EXPECT_EQ(sent(1), Sent::kSent);
-  EXPECT_EQ(received.size(), 20U);
-  net.tcp.segment = 0;
-  for (std::uint8_t i = 0; i < 20; ++i) server->inject(0x1101, 0x0a08, 0x80, {1, i});
-  time.run_for(1s);
-  EXPECT_EQ(received.size(), 40U);
-  EXPECT_EQ(received.back().payload.bytes, (Bytes{1, 19}));
-  EXPECT_EQ(count("bad-frames"), 0U);
-}
-
-TEST_F(StreamTest, AStreamThatCannotBeTrustedIsClosed) {
-  connect();
-  server->send_raw({6, 0x11, 4, 0x20, 0, 8});
-  time.run_for(100ms);
-  ASSERT_EQ(failures.size(), 1U);
-  EXPECT_NE(failures[0].text.find("version 11"), std::string::npos);
-  time.run_for(1s);
-  EXPECT_EQ(phase(), Phase::kUp);
-}
-
-TEST_F(StreamTest, ABrokenConnectionIsALostLineAndWhatWasUnderWayIsSentOnceMore) {
-  connect();
-  server->confirms = false;
-  send(1);
-  time.run_for(100ms);
-  server->confirms = true;
-  net.tcp.cut();
-  time.run_for(10ms);
-  EXPECT_EQ(failures.size(), 1U);
-  time.run_for(1s);
-  EXPECT_EQ(sent(1), Sent::kSent);
-  EXPECT_EQ(arrivals()[1], 2);
-}
-
-TEST_F(StreamTest, NobodyListeningIsAFailureAndFoundWhenItComes) {
-  make_server();
-  server->stop();
-  open();
-  EXPECT_EQ(failures.size(), 1U);
-  server->start();
-  time.run_for(1s);
-  EXPECT_EQ(phase(), Phase::kUp);
-}
-
-TEST_F(StreamTest, DestroyedItLeavesItsSlot) {
-  connect();
-  line.reset();
-  time.run_for(100ms);
-  EXPECT_TRUE(server->channels().empty());
-  EXPECT_EQ(server->counters.disconnects, 1U);
-}
-
-TEST_F(StreamTest, AServerThatSpeaksNoUdpIsReachedByTcpWhereItIsLeftOpen) {
-  make_server();
-  server->connect_status = 0x01;
-  options.via = TunnelOptions::Via::kAuto;
-  make_line();
-  server->on_connect = [this](bool stream) { server->connect_status = stream ? 0 : 1; };
-  ASSERT_TRUE(line->open());
-  time.run_for(100ms);
-  EXPECT_EQ(phase(), Phase::kUp);
-  EXPECT_EQ(net.tcp.open_streams(), 2U);
 }
 
 }  // namespace

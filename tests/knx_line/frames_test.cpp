@@ -4,6 +4,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "networks/knx/line/frame_stream.h"
 #include "networks/knx/wire/cemi.h"
 #include "networks/knx/wire/message.h"
 #include "networks/knx/wire/status.h"
@@ -62,10 +63,9 @@ TEST(Frames, TheSearchAnswerOfKnxdIsWrittenAndReadAsMeasured) {
   expect_both_ways(hex, SearchResponse{kServer, false, to_dibs(knxd())});
   const auto read = read_message(bytes_of(hex));
   const auto description = read_description(std::get<SearchResponse>(*read).dibs);
-  ASSERT_TRUE(description);
-  EXPECT_EQ(*description, knxd());
-  EXPECT_EQ(description->version(Family::kTunnelling), 1);
-  EXPECT_EQ(description->version(Family::kSecurity), 0);
+  EXPECT_EQ(description, knxd());
+  EXPECT_EQ(description.version(Family::kTunnelling), 1);
+  EXPECT_EQ(description.version(Family::kSecurity), 0);
 }
 
 TEST(Frames, TunnellingBlocksTellWhichSlotsAreFree) {
@@ -74,14 +74,32 @@ TEST(Frames, TunnellingBlocksTellWhichSlotsAreFree) {
   const auto dibs = read_dibs(reader);
   ASSERT_TRUE(dibs);
   const auto read = read_description(*dibs);
-  ASSERT_TRUE(read);
-  EXPECT_EQ(read->max_apdu, 15);
-  ASSERT_EQ(read->slots.size(), 5U);
-  EXPECT_EQ(read->slots[0], (TunnelSlot{IndividualAddress{0x710b}, true, true, true}));
-  EXPECT_FALSE(read->slots[2].free);
-  EXPECT_FALSE(read->slots[3].authorised);
-  EXPECT_FALSE(read->slots[4].usable);
-  EXPECT_EQ(to_dibs(*read).back(), dibs->front());
+  EXPECT_EQ(read.max_apdu, 15);
+  ASSERT_EQ(read.slots.size(), 5U);
+  EXPECT_EQ(read.slots[0], (TunnelSlot{IndividualAddress{0x710b}, true, true, true}));
+  EXPECT_FALSE(read.slots[2].free);
+  EXPECT_FALSE(read.slots[3].authorised);
+  EXPECT_FALSE(read.slots[4].usable);
+  EXPECT_EQ(to_dibs(read).back(), dibs->front());
+}
+
+TEST(Frames, OneOddBlockDoesNotHideAServer) {
+  const auto good = to_dibs(knxd());
+  for (const auto* hex : {"05 01 02 00 11", "03 02 02", "03 06 02", "03 05 11", "05 07 00 0f 71", "01", "02 fe"}) {
+    auto bytes = bytes_of(hex);
+    for (const auto& dib : good) write(bytes, dib);
+    base::ByteReader reader(bytes);
+    const auto dibs = read_dibs(reader);
+    ASSERT_TRUE(dibs) << hex;
+    EXPECT_EQ(read_description(*dibs), knxd()) << hex;
+  }
+}
+
+TEST(Frames, NamesCarryNoControlCharacters) {
+  auto dibs = to_dibs(knxd());
+  const auto name = bytes_of("1b 5b 32 4a 07 41 7f 80 9f a0 e9 0a 00");
+  std::copy(name.begin(), name.end(), dibs[0].content.end() - 30);
+  EXPECT_EQ(read_description(dibs).name, "?[2J?A???\xc2\xa0\xc3\xa9?");
 }
 
 TEST(Frames, ConnectionsAreWrittenAndReadAsMeasured) {
@@ -257,6 +275,17 @@ TEST(Frames, StreamsAreCutByTheTotalLength) {
   EXPECT_FALSE(frame_size(bytes_of("07")));
   EXPECT_FALSE(frame_size(bytes_of("0611")));
   EXPECT_FALSE(frame_size(bytes_of("061002080000")));
+}
+
+TEST(Frames, AStreamOutOfStepIsNoticedBeforeMuchIsLost) {
+  FrameStream stream;
+  stream.append(bytes_of("061004200800"));
+  EXPECT_TRUE(stream.next()) << "2048 bytes: more to come";
+  stream.clear();
+  stream.append(bytes_of("061004200801"));
+  const auto next = stream.next();
+  ASSERT_FALSE(next);
+  EXPECT_NE(next.error().text.find("2049, expected at most 2048"), std::string::npos);
 }
 
 TEST(Frames, OnlyAddressesOfFourNumbersAreEndpoints) {

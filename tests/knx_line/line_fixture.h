@@ -47,6 +47,9 @@ class LineFixture : public testing::Test {
     calls.frame = [this](ByteView cemi, bool outgoing) {
       frames.emplace_back(outgoing, Bytes(cemi.begin(), cemi.end()));
     };
+    calls.note = [this](const std::string& subject, std::string_view text) {
+      notes.emplace_back(subject, std::string(text));
+    };
     line = std::make_unique<TunnelLine>(options, time, transports, std::move(calls));
   }
 
@@ -104,6 +107,7 @@ class LineFixture : public testing::Test {
   std::vector<Error> failures;
   std::vector<Telegram> received;
   std::vector<std::pair<bool, Bytes>> frames;
+  std::vector<std::pair<std::string, std::string>> notes;
   std::map<std::uint16_t, Told> told;
   std::vector<std::uint16_t> order;
   bool reopens = true;

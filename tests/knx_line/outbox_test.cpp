@@ -152,6 +152,21 @@ TEST_F(OutboxTest, WhatWasUnderWayAndHasNoTimeLeftIsReportedLost) {
   EXPECT_EQ(outbox->take(), nullptr);
 }
 
+TEST_F(OutboxTest, WhatIsTakenOnceMoreHasTimeLeft) {
+  make({.rate = 0});
+  auto_send = false;
+  push(1, Priority::kLow, Service::kWrite, 1s);
+  outbox->take();
+  outbox->line_lost();
+  time.run_for(990ms);
+  // At that very instant the line comes up, before anybody looked for what is over.
+  const auto taken_then = time.after(10ms, [this] { EXPECT_EQ(outbox->take(), nullptr); });
+  push(2, Priority::kLow, Service::kWrite, 5ms);  // the look at it puts the next one off by a step
+  time.run_for(1s);
+  ASSERT_EQ(told.size(), 2U);
+  EXPECT_EQ(told[1], (std::pair<std::uint16_t, Sent>{1, Sent::kLost}));
+}
+
 TEST_F(OutboxTest, DestroyedItTellsNothing) {
   make({.rate = 0, .queue = 0});
   push(1);

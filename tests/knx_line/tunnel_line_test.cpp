@@ -255,6 +255,80 @@ TEST_F(TunnelLineTest, ALateConfirmationConfirmsNothingElse) {
   EXPECT_EQ(count("late-confirmations"), 1U);
 }
 
+TEST_F(TunnelLineTest, ALateConfirmationDoesNotConfirmAnEqualTelegram) {
+  connect();
+  const auto equal = write(0x0a07, {1}, true);
+  server->confirm_time = 3100ms;  // of the first one: it comes while the second one is under way
+  send(1, equal);
+  time.run_for(3050ms);
+  EXPECT_EQ(sent(1), Sent::kUnconfirmed);
+  server->confirm_time = 500ms;
+  server->confirms_negatively = true;
+  send(2, equal);
+  time.run_for(300ms);
+  EXPECT_FALSE(told.contains(2)) << "that was the first one's";
+  time.run_for(1s);
+  EXPECT_EQ(sent(2), Sent::kNotAcknowledged);
+  EXPECT_EQ(count("late-confirmations"), 1U);
+}
+
+TEST_F(TunnelLineTest, AConfirmationThatNeverComesSpoilsOneEqualTelegramAtMost) {
+  connect();
+  const auto equal = write(0x0a07, {1}, true);
+  server->confirms = false;
+  send(1, equal);
+  time.run_for(3100ms);
+  EXPECT_EQ(sent(1), Sent::kUnconfirmed);
+  server->confirms = true;
+  send(2, equal);
+  time.run_for(3100ms);
+  EXPECT_EQ(sent(2), Sent::kUnconfirmed) << "nobody knows whose the one confirmation was";
+  send(3, equal);
+  send(4, equal);
+  time.run_for(100ms);
+  EXPECT_EQ(sent(3), Sent::kSent);
+  EXPECT_EQ(sent(4), Sent::kSent);
+  server->confirms = false;
+  send(5, equal);
+  time.run_for(8100ms);
+  server->confirms = true;
+  send(6, equal);
+  time.run_for(100ms);
+  EXPECT_EQ(sent(6), Sent::kSent) << "after some seconds none is waited for";
+}
+
+TEST_F(TunnelLineTest, WhatWasUnderWayAtTheEndOfATunnelIsCounted) {
+  connect();
+  server->ack_time = 50ms;  // the confirmation comes first
+  send(1);
+  time.run_for(20ms);
+  server->disconnect_all();
+  time.run_for(10ms);
+  EXPECT_EQ(sent(1), Sent::kSent);
+  EXPECT_EQ(count("telegrams-sent"), 1U);
+  time.run_for(1s);
+  server->ack_time = {};
+  server->confirms = false;
+  send(2);
+  time.run_for(20ms);
+  server->disconnect_all();
+  time.run_for(10ms);
+  EXPECT_EQ(sent(2), Sent::kUnconfirmed);
+  EXPECT_EQ(count("unconfirmed"), 1U);
+}
+
+TEST_F(TunnelLineTest, ALostDisconnectRequestCostsTheServerNoTunnel) {
+  connect();
+  int sent_ones = 0;
+  net.loses = [&](const transport::MemoryDatagram& datagram) {
+    return datagram.bytes.size() > 3 && datagram.bytes[3] == 0x09 && datagram.to.port == 3671 && ++sent_ones == 1;
+  };
+  line.reset();
+  time.run_for(100ms);
+  EXPECT_TRUE(server->channels().empty());
+  net.loses = nullptr;
+}
+
 TEST_F(TunnelLineTest, AFrameReceivedTwiceIsAcknowledgedTwiceAndHeardOnce) {
   connect();
   server->inject(0x1101, 0x0a08, 0x80, {1, 2});
@@ -316,6 +390,10 @@ TEST_F(TunnelLineTest, BadAndUnknownFramesAreCountedAndSurvived) {
   time.run_for(100ms);
   EXPECT_EQ(count("bad-frames"), 7U);
   EXPECT_EQ(count("unknown-services"), 2U);
+  ASSERT_EQ(notes.size(), 9U);
+  EXPECT_EQ(notes[0].first, "bad-frames");
+  EXPECT_EQ(notes[7].first, "unknown-services");
+  EXPECT_EQ(notes[7].second, "the interface sent service 0538: passed over");
   send(1);
   time.run_for(100ms);
   EXPECT_EQ(sent(1), Sent::kSent);
@@ -331,6 +409,9 @@ TEST_F(TunnelLineTest, DatagramsOfStrangersAreDropped) {
   time.run_for(100ms);
   EXPECT_EQ(phase(), Phase::kUp);
   EXPECT_EQ(count("wrong-source"), 1U);
+  ASSERT_EQ(notes.size(), 1U);
+  EXPECT_EQ(notes[0].first, "wrong-source");
+  EXPECT_NE(notes[0].second.find("10.0.0.66:"), std::string::npos);
 }
 
 TEST_F(TunnelLineTest, DestroyedItLeavesItsSlot) {
@@ -339,13 +420,13 @@ TEST_F(TunnelLineTest, DestroyedItLeavesItsSlot) {
   line.reset();
   time.run_for(100ms);
   EXPECT_TRUE(server->channels().empty());
-  EXPECT_EQ(server->counters.disconnects, 1U);
+  EXPECT_EQ(server->counters.disconnects, 2U) << "one may get lost";
   EXPECT_TRUE(told.empty());
   EXPECT_EQ(net.open_sockets(), 1U);
 }
 
 TEST_F(TunnelLineTest, MayBeDestroyedInAnyOfItsCalls) {
-  for (const int when : {0, 1, 2, 3, 4, 5}) {
+  for (const int when : {0, 1, 2, 3, 4, 5, 6}) {
     connect();
     LineCalls calls;
     const auto destroy_if = [this, when](int now) {
@@ -357,12 +438,15 @@ TEST_F(TunnelLineTest, MayBeDestroyedInAnyOfItsCalls) {
     calls.failed = [=](const Error&) { destroy_if(2); };
     calls.received = [=](const Telegram&) { destroy_if(3); };
     calls.frame = [=](ByteView, bool outgoing) { destroy_if(outgoing ? 4 : 5); };
+    calls.note = [=](const std::string&, std::string_view) { destroy_if(6); };
     line = std::make_unique<TunnelLine>(options, time, transports, std::move(calls));
     ASSERT_TRUE(line->open());
     time.run_for(100ms);
     if (line && when != 3) line->send(write(1, {1, 1}), SteadyTime::max(), [](Sent, std::string_view) {});
     time.run_for(100ms);
     server->inject(0x1101, 0x0a08, 0x80, {1, 2});
+    time.run_for(100ms);
+    server->send_raw(*base::from_hex("061005380006"));
     time.run_for(100ms);
     server->disconnect_all();
     time.run_for(100ms);

@@ -103,7 +103,7 @@ TEST_F(WithKnxd, AReadOfOursIsAnsweredByItsUser) {
   read.service = Service::kRead;
   read.destination = GroupAddress(0x0a05);
   line->send(read, world->loop.scheduler().now() + 1min, {});
-  ASSERT_TRUE(world->until([&] { return line->counters().at("sent") == 1; }));
+  ASSERT_TRUE(world->until([&] { return line->counters().at("telegrams-sent") == 1; }));
   EXPECT_EQ(knxd->tool("groupsresponse", {"1/2/5", "1"}).code, 0);
   ASSERT_TRUE(world->until([&] { return heard.size() == 1; }));
   EXPECT_EQ(heard[0].service, Service::kResponse);

@@ -1,88 +1,16 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "knx_routing/host.h"
-#include "networks/knx/line/routing_line.h"
+#include "knx_routing/router.h"
 
 namespace rubicon::networks::knx {
 namespace {
 
-using namespace std::chrono_literals;
 using ::testing::Each;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
-
-const std::string kGroup(kKnxGroup);
-
-Telegram write_to(std::uint16_t group, Bytes value = {0x0c, 0x33}) {
-  Telegram telegram;
-  telegram.destination = GroupAddress(group);
-  telegram.payload = {std::move(value), false};
-  return telegram;
-}
-
-/// A routing line of a host, and all it says.
-struct Router {
-  Router(VirtualScheduler& t, Host& host, RoutingOptions options = {}) : time(t) {
-    LineCalls calls;
-    calls.changed = [this](const LineState& state) { states.push_back(state); };
-    calls.failed = [this](Error error) { failures.push_back(std::move(error)); };
-    calls.received = [this](const Telegram& telegram) { heard.push_back(telegram); };
-    calls.frame = [this](ByteView cemi, bool outgoing) { frames.emplace_back(base::to_hex(cemi), outgoing); };
-    RoutingCalls more;
-    more.lost = [this](const Endpoint& from, const RoutingLostMessage& message) {
-      losses.emplace_back(from.address, message.lost);
-    };
-    more.discovery = [this](const Endpoint& from, ByteView frame) { searches.emplace_back(from, base::to_hex(frame)); };
-    if (options.interface_address.empty()) options.interface_address = host.at;
-    if (options.interface_address == "any") options.interface_address.clear();
-    line = std::make_unique<RoutingLine>(time, host.lines, std::move(options), std::move(calls), std::move(more));
-  }
-  void send(Telegram telegram, Duration lives = 5s) {
-    line->send(std::move(telegram), time.now() + lives, [this](Sent outcome, std::string_view) {
-      outcomes.push_back(outcome);
-      times.push_back(time.now());
-    });
-  }
-
-  VirtualScheduler& time;
-  std::vector<LineState> states;
-  std::vector<Error> failures;
-  std::vector<Telegram> heard;
-  std::vector<std::pair<std::string, bool>> frames;
-  std::vector<std::pair<std::string, int>> losses;
-  std::vector<std::pair<Endpoint, std::string>> searches;
-  std::vector<Sent> outcomes;
-  std::vector<SteadyTime> times;
-  std::unique_ptr<RoutingLine> line;
-};
-
-class RoutingOverMemory : public ::testing::Test {
- protected:
-  void SetUp() override { other.listen({kGroup}, kKnxPort); }
-  void open(Router& router) {
-    ASSERT_TRUE(router.line->open());
-    time.run_for(1s);
-  }
-  void from_other(std::string_view hex) {
-    other.send({kGroup, kKnxPort}, bytes(hex));
-    time.run_for(1ms);
-  }
-  void busy(std::string_view wait = "0064", std::string_view control = "0000") {
-    from_other("06100532000c0600" + std::string(wait) + std::string(control));
-  }
-  std::vector<Duration> pauses(const Router& router) {
-    std::vector<Duration> all;
-    for (std::size_t i = 1; i < router.times.size(); ++i) all.push_back(router.times[i] - router.times[i - 1]);
-    return all;
-  }
-
-  VirtualScheduler time;
-  transport::MemoryNet net{time};
-  Host here{net, "10.77.0.2"}, other{net, "10.77.0.3"};
-};
 
 TEST_F(RoutingOverMemory, ATelegramLeavesAsAnIndicationFromOurAddress) {
   Router router(time, here);
@@ -281,6 +209,29 @@ TEST_F(RoutingOverMemory, LostMessagesAreCountedAndTold) {
   from_other("06100531000a04010003");
   EXPECT_EQ(router.line->counters().at("lost-messages"), 8u);
   EXPECT_THAT(router.losses, ElementsAre(std::pair("10.77.0.3", 5), std::pair("10.77.0.3", 3)));
+  ASSERT_THAT(router.notes, SizeIs(2));
+  EXPECT_EQ(router.notes[1], std::pair(std::string("lost-messages"),
+                                       std::string("10.77.0.3:3671 lost 3 telegrams on their way (device state 01)")));
+}
+
+TEST_F(RoutingOverMemory, OddFramesAreWorthANote) {
+  Router router(time, here);
+  open(router);
+  from_other("061005380006");
+  from_other("06200530000629");
+  ASSERT_THAT(router.notes, SizeIs(2));
+  EXPECT_EQ(router.notes[0].first, "unknown-services");
+  EXPECT_EQ(router.notes[0].second, "10.77.0.3:3671 sent service 0538: passed over");
+  EXPECT_EQ(router.notes[1].first, "bad-frames");
+  EXPECT_THAT(router.notes[1].second, HasSubstr("version 20"));
+}
+
+TEST_F(RoutingOverMemory, CountersAreCalledAsThoseOfTunnels) {
+  Router router(time, here);
+  const auto counters = router.line->counters();
+  for (const auto* name : {"telegrams-sent", "telegrams-received", "telegrams-waiting", "telegrams-refused",
+                           "telegrams-expired", "telegrams-lost"})
+    EXPECT_TRUE(counters.contains(name)) << name;
 }
 
 TEST_F(RoutingOverMemory, SearchesAreHandedOn) {
@@ -348,100 +299,6 @@ TEST_F(RoutingOverMemory, ATelegramThatNoFrameHoldsIsRefusedAndTheNextOneGoes) {
   router.send(write_to(2));
   time.run_for(1s);
   EXPECT_THAT(router.outcomes, ElementsAre(Sent::kRefused, Sent::kSent));
-}
-
-TEST_F(RoutingOverMemory, ALineWithoutRoomIsTriedAgain) {
-  Router router(time, here);
-  open(router);
-  net.refuses = 3;
-  router.send(write_to(1));
-  time.run_for(1s);
-  EXPECT_THAT(router.outcomes, ElementsAre(Sent::kSent));
-  EXPECT_EQ(router.line->counters().at("send-retries"), 3u);
-  EXPECT_THAT(other.heard, SizeIs(1));
-}
-
-TEST_F(RoutingOverMemory, ALostLineKeepsWhatWaitsForTheNext) {
-  Router router(time, here);
-  open(router);
-  net.refuses = 50;
-  router.send(write_to(1), 1min);
-  router.send(write_to(2), 1min);
-  router.send(write_to(3), 3s);
-  time.run_for(2s);
-  ASSERT_THAT(router.failures, SizeIs(1));
-  EXPECT_EQ(router.states.back().phase, LineState::Phase::kOff);
-  EXPECT_THAT(router.states.back().reason, HasSubstr("wait already"));
-  EXPECT_EQ(net.open_sockets(), 1u) << "the other's";
-  EXPECT_THAT(router.outcomes, IsEmpty());
-  time.run_for(10s);
-  EXPECT_THAT(router.outcomes, ElementsAre(Sent::kExpired));
-  ASSERT_TRUE(router.line->open());
-  time.run_for(1s);
-  EXPECT_THAT(router.outcomes, ElementsAre(Sent::kExpired, Sent::kSent, Sent::kSent));
-  EXPECT_THAT(other.heard, SizeIs(2));
-  EXPECT_EQ(router.states.back().phase, LineState::Phase::kUp);
-}
-
-TEST_F(RoutingOverMemory, AnInterfaceThatIsNotThereIsNamed) {
-  RoutingOptions options;
-  options.interface_address = "192.0.2.1";
-  Router router(time, here, options);
-  const auto opened = router.line->open();
-  ASSERT_FALSE(opened);
-  EXPECT_THAT(opened.error().text, HasSubstr("192.0.2.1"));
-  EXPECT_EQ(router.line->state().phase, LineState::Phase::kOff);
-}
-
-TEST_F(RoutingOverMemory, WhoHearsNobodyJoinsAgain) {
-  Router router(time, here);
-  open(router);
-  for (int i = 0; i < 10; ++i) {
-    time.run_for(50s);
-    from_other("0610053000132900bcd011c80a070300800c33");
-  }
-  EXPECT_EQ(router.line->counters().at("joined-again"), 0u);
-  for (int i = 0; i < 3; ++i) {
-    router.send(write_to(1));
-    time.run_for(50s);
-  }
-  EXPECT_EQ(router.line->counters().at("joined-again"), 2u) << "own frames prove nothing";
-  EXPECT_EQ(net.open_sockets(), 3u);
-  from_other("0610053000132900bcd011c80a070300800c33");
-  EXPECT_THAT(router.heard, SizeIs(11));
-}
-
-TEST_F(RoutingOverMemory, AnInterfaceThatWentAwayIsNoticedThoughNothingIsSent) {
-  Router router(time, here);
-  open(router);
-  here.lines.join(net, "10.77.0.99");
-  time.run_for(61s);
-  ASSERT_THAT(router.failures, SizeIs(1));
-  EXPECT_THAT(router.failures[0].text, HasSubstr("10.77.0.2"));
-  time.run_for(1h);
-  EXPECT_THAT(router.failures, SizeIs(1)) << "once, until it is opened again";
-}
-
-TEST_F(RoutingOverMemory, WhatWaitsBeforeTheLineIsThereGoesWhenItIs) {
-  Router router(time, here);
-  router.send(write_to(1));
-  time.run_for(1s);
-  EXPECT_THAT(router.outcomes, IsEmpty());
-  open(router);
-  EXPECT_THAT(router.outcomes, ElementsAre(Sent::kSent));
-}
-
-TEST_F(RoutingOverMemory, ADestroyedLineSaysNothingMore) {
-  Router router(time, here);
-  open(router);
-  router.send(write_to(1));
-  router.send(write_to(2));
-  time.run_for(1ms);
-  router.line.reset();
-  other.send({kGroup, kKnxPort}, bytes("0610053000132900bcd011c80a070300800c33"));
-  time.run_for(1s);
-  EXPECT_THAT(router.outcomes, SizeIs(1));
-  EXPECT_THAT(router.heard, IsEmpty());
 }
 
 }  // namespace

@@ -205,6 +205,21 @@ TEST_P(Udp, AGroupIsHeardByAllWhoJoinedItTheSenderToo) {
   EXPECT_THAT(other.heard, ElementsAre(std::pair(Endpoint{"127.0.0.1", port}, "end"))) << "other groups are not heard";
 }
 
+TEST_P(Udp, WhatCameBeforeAGroupIsJoinedAgainIsHeard) {
+  const auto port = free_port(transports());
+  Listener a, b;
+  ASSERT_TRUE(a.open(transports(), in_group(port)));
+  ASSERT_TRUE(b.open(transports(), in_group(port)));
+  ASSERT_TRUE(b.socket->send({"239.77.1.12", port}, base::as_bytes("one")));
+  ASSERT_TRUE(a.socket->rejoin());
+  ASSERT_TRUE(b.socket->send({"239.77.1.12", port}, base::as_bytes("two")));
+  ASSERT_TRUE(world->until([&] { return a.heard.size() == 2; }));
+  EXPECT_EQ(a.heard[0].second, "one");
+  Listener plain;
+  ASSERT_TRUE(plain.open(transports()));
+  EXPECT_TRUE(plain.socket->rejoin()) << "nothing to do";
+}
+
 TEST_P(Udp, WhoBoundAGroupTakesNothingFromTheMachinesOwnPort) {
   const auto port = free_port(transports());
   Listener server, member, client;
@@ -264,6 +279,21 @@ TEST_P(Udp, AConnectedSocketHearsAndSendsToItsPeerOnly) {
 
 INSTANTIATE_TEST_SUITE_P(On, Udp, ::testing::Bool(),
                          [](const auto& machine) { return std::string(machine.param ? "TheMachine" : "Memory"); });
+
+TEST(MachineUdp, ASendThatMeetsTheErrorOfAnotherOneIsNoReasonToKeepItQuiet) {
+  MachineWorld world;
+  Listener a, gone, quiet;
+  ASSERT_TRUE(a.open(world.local));
+  ASSERT_TRUE(gone.open(world.local));
+  ASSERT_TRUE(quiet.open(world.local));
+  const auto nobody = gone.at();
+  gone.socket.reset();
+  ASSERT_TRUE(a.socket->send(nobody, base::as_bytes("x")));  // over loopback ICMP answers at once
+  ASSERT_TRUE(a.socket->send(quiet.at(), base::as_bytes("y")));
+  ASSERT_TRUE(world.until([&] { return !a.undelivered.empty(); }));
+  EXPECT_THAT(a.undelivered[0].text, HasSubstr(to_string(nobody)));
+  EXPECT_THAT(a.failures, IsEmpty());
+}
 
 TEST(MachineUdp, ALoopMayEndWhileNamesAreLookedUp) {
   for (int i = 0; i < 20; ++i) {

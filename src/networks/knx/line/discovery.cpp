@@ -97,8 +97,7 @@ void Discovery::heard(const Endpoint& from, ByteView frame) {
   const auto* response = std::get_if<SearchResponse>(&*message);
   if (response == nullptr) return;
   const auto description = read_description(response->dibs);
-  if (!description || !servers_.add(endpoint_of(response->control, from), *description, response->extended))
-    ++result_.bad_frames;
+  if (!servers_.add(endpoint_of(response->control, from), description, response->extended)) ++result_.bad_frames;
 }
 
 void Discovery::ask(const Endpoint& host) {
@@ -162,8 +161,7 @@ void Discovery::answered(Question& question, const Endpoint& from, ByteView fram
     return;
   }
   const auto description = read_description(response->dibs);
-  if (!description) return unanswered(question, description.error().text);
-  if (!servers_.add(from, *description, false)) ++result_.bad_frames;
+  if (!servers_.add(from, description, false)) ++result_.bad_frames;
   question.over = true;
   question.patience.cancel();
   finish_if_done();

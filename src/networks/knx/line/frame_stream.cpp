@@ -1,5 +1,7 @@
 #include "networks/knx/line/frame_stream.h"
 
+#include <fmt/format.h>
+
 namespace rubicon::networks::knx {
 
 void FrameStream::append(ByteView bytes) {
@@ -12,6 +14,9 @@ Result<ByteView> FrameStream::next() {
   const auto rest = ByteView(buffer_).subspan(begin_);
   const auto size = frame_size(rest);
   if (!size) return fail(size.error());
+  if (*size > kLongestFrame)
+    return fail(ErrorCode::kInvalid,
+                fmt::format("KNXnet/IP total length {}, expected at most {}", *size, kLongestFrame));
   if (*size == 0 || *size > rest.size()) return ByteView{};
   begin_ += *size;
   return rest.first(*size);

@@ -8,6 +8,9 @@ namespace rubicon::networks::knx {
 /// complete.
 class FrameStream {
  public:
+  /// No frame of the services over TCP is nearly as long: one that says so is none.
+  static constexpr std::size_t kLongestFrame = 2048;
+
   /// Takes more bytes; only after next() has given nothing.
   void append(ByteView bytes);
   /// The next whole frame, good until the next call to this; empty if there is none yet. kInvalid: the stream cannot be

@@ -21,7 +21,7 @@ enum class Sent : std::uint8_t {
 };
 
 struct LineState {
-  enum class Phase : std::uint8_t { kOff, kResolving, kConnecting, kUp, kWaiting, kRefused, kClosing };
+  enum class Phase : std::uint8_t { kOff, kResolving, kConnecting, kUp, kWaiting, kRefused };
   Phase phase = Phase::kOff;
   std::string reason;       ///< in words: "all tunnels of the interface are in use (status 24)"
   std::string server;       ///< name and endpoint, as far as known
@@ -30,7 +30,7 @@ struct LineState {
 };
 
 /// Called in turns of the loop, never from inside a call to the line. The line, and with it these, may be destroyed in
-/// any of them as the last thing it does.
+/// any of them as the last thing it does. Each may be empty.
 struct LineCalls {
   std::function<void(const LineState&)> changed;
   /// The line is lost and closed; open() may be called again. What waits stays in the line.
@@ -38,6 +38,9 @@ struct LineCalls {
   std::function<void(const Telegram&)> received;
   /// Every cEMI frame in either direction, as it stood on the wire: for monitor and capture.
   std::function<void(ByteView cemi, bool outgoing)> frame;
+  /// Something odd that is counted too and worth a line in a log, but not each time: whoever is told keeps to one a
+  /// minute for a subject (a counter's name: few, whatever comes from outside).
+  std::function<void(const std::string& subject, std::string_view text)> note;
 };
 
 using SentCall = std::function<void(Sent outcome, std::string_view why)>;

@@ -91,6 +91,7 @@ Outbox::Queue* Outbox::next_queue() {
 const Telegram* Outbox::take() {
   if (under_way()) return nullptr;
   if (limits_.rate > 0) refill();
+  if (waits_again_ && under_way_->expires <= scheduler_.now()) lose_under_way();
   if (waits_again_) {
     if (!may_go(1)) return nullptr;
     waits_again_ = false;
@@ -132,9 +133,14 @@ void Outbox::line_lost() {
     if (under_way_->expires < expiry_.due()) expiry_.set_at(under_way_->expires);
     return;
   }
+  lose_under_way();
+}
+
+void Outbox::lose_under_way() {
   ++counters_.lost;
   report_later(std::move(under_way_->done), Sent::kLost, kNoAnswer);
   under_way_.reset();
+  waits_again_ = false;
 }
 
 void Outbox::report_later(SentCall done, Sent outcome, std::string_view why) {
@@ -163,10 +169,7 @@ void Outbox::expire() {
   for (auto& queue : queues_) expire_in(queue, now, next);
   for (auto& queue : reads_) expire_in(queue, now, next);
   if (waits_again_ && under_way_->expires <= now) {
-    ++counters_.lost;
-    report_later(std::move(under_way_->done), Sent::kLost, kNoAnswer);
-    under_way_.reset();
-    waits_again_ = false;
+    lose_under_way();
   } else if (waits_again_) {
     next = std::min(next, under_way_->expires);
   }

@@ -60,6 +60,7 @@ class Outbox {
 
   Queue* next_queue();
   bool take_next();
+  void lose_under_way();
   bool may_go(double tokens);
   void refill();
   void report_later(SentCall done, Sent outcome, std::string_view why);

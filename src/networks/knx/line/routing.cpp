@@ -106,7 +106,7 @@ void Routing::heard(const Endpoint& from, ByteView datagram, Group group) {
   const auto message = read_message(datagram);
   if (!message) {
     ++counters_.bad;
-    return;
+    return remark("bad-frames", from, fmt::format("sent a frame that cannot be read: {}", message.error().text));
   }
   if (const auto* routed = std::get_if<RoutingIndication>(&*message)) return indication(from, *routed, group);
   if (std::holds_alternative<SearchRequest>(*message) || std::holds_alternative<SearchResponse>(*message))
@@ -115,9 +115,19 @@ void Routing::heard(const Endpoint& from, ByteView datagram, Group group) {
   if (const auto* said = std::get_if<RoutingBusy>(&*message)) return busy(from, *said);
   if (const auto* said = std::get_if<RoutingLostMessage>(&*message)) {
     counters_.lost += said->lost;
-    return calls_.lost(from, *said);
+    const auto alive = alive_;
+    remark("lost-messages", from,
+           fmt::format("lost {} telegrams on their way (device state {:02x})", said->lost, said->device_state));
+    if (*alive) calls_.lost(from, *said);
+    return;
   }
   ++counters_.other;
+  if (const auto* other = std::get_if<OtherService>(&*message))
+    remark("unknown-services", from, fmt::format("sent {}: passed over", to_string(other->service)));
+}
+
+void Routing::remark(const std::string& subject, const Endpoint& from, std::string_view what) {
+  if (calls_.note) calls_.note(subject, fmt::format("{} {}", transport::to_string(from), what));
 }
 
 /// System broadcasts go over 224.0.23.12 only, all else over the routing group only; neither is for us but the monitor.
@@ -188,19 +198,13 @@ std::string Routing::note() const {
 
 std::map<std::string, std::uint64_t> Routing::counters() const {
   const auto& box = outbox_.counters();
-  return {{"sent", counters_.sent},
-          {"received", counters_.received},
-          {"own-frames", counters_.own},
-          {"bad-frames", counters_.bad},
-          {"other-frames", counters_.other},
-          {"busy", counters_.busy},
-          {"lost-messages", counters_.lost},
-          {"doubled-address", counters_.doubled},
-          {"send-retries", counters_.retries},
-          {"waiting", outbox_.waiting()},
-          {"refused", box.refused},
-          {"expired", box.expired},
-          {"lost", box.lost}};
+  return {{"telegrams-sent", counters_.sent},  {"telegrams-received", counters_.received},
+          {"own-frames", counters_.own},       {"bad-frames", counters_.bad},
+          {"other-frames", counters_.other},   {"busy", counters_.busy},
+          {"lost-messages", counters_.lost},   {"doubled-address", counters_.doubled},
+          {"send-retries", counters_.retries}, {"telegrams-waiting", outbox_.waiting()},
+          {"telegrams-refused", box.refused},  {"telegrams-expired", box.expired},
+          {"telegrams-lost", box.lost}};
 }
 
 }  // namespace rubicon::networks::knx

@@ -28,6 +28,8 @@ class Routing {
     std::function<void(const transport::Endpoint& from, const RoutingLostMessage&)> lost;
     /// A whole frame of a search or its answer.
     std::function<void(const transport::Endpoint& from, ByteView frame)> discovery;
+    /// As LineCalls::note; may be empty.
+    std::function<void(const std::string& subject, std::string_view text)> note{};
     /// note() changed.
     std::function<void()> changed;
     /// Sending fails: the machine is as after down().
@@ -79,6 +81,7 @@ class Routing {
   bool is_own(const Endpoint& from, ByteView cemi);
   void watch_address(const Endpoint& from, ByteView cemi);
   void give_up(Error why);
+  void remark(const std::string& subject, const Endpoint& from, std::string_view what);
 
   Scheduler& scheduler_;
   Options options_;

@@ -23,12 +23,17 @@ RoutingLine::RoutingLine(Scheduler& scheduler, transport::Transports& transports
   state_.own = options_.address;
 }
 
-RoutingLine::~RoutingLine() = default;
+RoutingLine::~RoutingLine() {
+  *alive_ = false;
+}
 
 Routing::Calls RoutingLine::machine_calls() {
   Routing::Calls calls;
   calls.send = [this](ByteView frame) { return sender_->send(options_.group, frame); };
-  calls.received = [this](const Telegram& telegram) { calls_.received(telegram); };
+  calls.received = [this](const Telegram& telegram) {
+    if (calls_.received) calls_.received(telegram);
+  };
+  calls.note = calls_.note;
   calls.frame = [this](ByteView cemi, bool outgoing) {
     if (calls_.frame) calls_.frame(cemi, outgoing);
   };
@@ -102,11 +107,12 @@ void RoutingLine::heard(const Endpoint& from, ByteView datagram, Routing::Group 
   machine_.heard(from, datagram, role);
 }
 
-/// Left and joined: only that makes the system say so to the switch.
+/// Left and joined: only that makes the system say so to the switch. The sockets stay, and what has come to them.
 void RoutingLine::join_again() {
-  sockets_.clear();
   ++joined_again_;
-  if (auto joined = join_all(); !joined) return lost(joined.error());
+  for (const auto& socket : sockets_) {
+    if (auto joined = socket->rejoin(); !joined) return lost(joined.error());
+  }
   silence_.set(kSilence);
 }
 
@@ -132,11 +138,15 @@ void RoutingLine::lost(Error why) {
   silence_.clear();
   state_.phase = LineState::Phase::kOff;
   state_.reason = why.text;
-  closing_ = scheduler_.after(Duration::zero(), [this, why = std::move(why)] {
-    close();
-    if (calls_.changed) calls_.changed(state_);
-    calls_.failed(why);
-  });
+  closing_ = scheduler_.after(Duration::zero(), [this, why = std::move(why)] { tell_lost(why); });
+}
+
+void RoutingLine::tell_lost(const Error& why) {
+  close();
+  const auto alive = alive_;
+  const auto copy = why;  // whose owner may be destroyed
+  if (calls_.changed) calls_.changed(state_);
+  if (*alive && calls_.failed) calls_.failed(copy);
 }
 
 void RoutingLine::tell() {

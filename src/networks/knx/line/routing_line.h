@@ -49,6 +49,7 @@ class RoutingLine final : public Line {
  private:
   using Sockets = std::vector<std::unique_ptr<transport::UdpSocket>>;
 
+  void tell_lost(const Error& why);
   Result<void> join(const transport::Endpoint& group, Routing::Group role);
   Result<void> join_all();
   Result<void> open_sender();
@@ -70,6 +71,7 @@ class RoutingLine final : public Line {
   Timer up_, closing_;
   Deadline silence_;
   std::uint64_t joined_again_ = 0;
+  std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
   Routing machine_;
 };
 

@@ -28,6 +28,12 @@ constexpr Duration kConfirmationDoubt = 2100ms;
 constexpr Duration kResyncTime = 2s;
 /// A CONNECT_REQUEST over UDP is repeated after so long, and again: one lost datagram shall not cost 10 s.
 constexpr Duration kConnectRepeat = 2s;
+/// A stream that owes a confirmation and says nothing at all is given up after so much more.
+constexpr Duration kStreamSilence = 3s;
+/// How long the confirmation of a request that was given up is waited for, lest it pass for that of an equal one.
+constexpr Duration kStrayTime = 5s;
+/// How long the answer to a CONNECT_REQUEST for a certain address may come again, by a repeat or the network.
+constexpr Duration kSameAnswer = 1s;
 /// How long an ack may come after the confirmation, which says as much as it.
 constexpr Duration kAckGrace = 100ms;
 /// Header and connection header stand before the cEMI of a request.
@@ -59,6 +65,7 @@ void Tunnel::connect() {
 
 void Tunnel::send_connect() {
   ++connect_tries_;
+  if (connect_tries_ > 1 && settings_.tries_route_back) settings_.own = {};
   const auto repeat = scheduler_.now() + connect_tries_ * kConnectRepeat;
   connect_deadline_.set_at(settings_.stream ? connect_until_ : std::min(repeat, connect_until_));
   transmit(
@@ -74,11 +81,10 @@ void Tunnel::connect_timeout() {
 void Tunnel::receive(ByteView bytes) {
   if (phase_ == Phase::kEnded) return;
   const auto frame = read_frame(bytes);
-  if (!frame) {
-    ++counters_.bad_frames;
-    return;
-  }
+  if (!frame) return bad_frame(frame.error().text);
   undelivered_in_row_ = 0;
+  heard_ = true;
+  if (std::exchange(holds_, false)) request_deadline_.set(Duration::zero());
   switch (frame->service) {
     case ServiceCode::kTunnellingAck: return on_ack(*frame);
     case ServiceCode::kTunnellingRequest:
@@ -91,7 +97,7 @@ void Tunnel::receive(ByteView bytes) {
 void Tunnel::on_control(const Frame& frame) {
   const auto message = read_message(frame);
   if (!message) {
-    ++counters_.bad_frames;
+    bad_frame(message.error().text);
   } else if (const auto* connect = std::get_if<ConnectResponse>(&*message)) {
     on(*connect);
   } else if (const auto* state = std::get_if<ConnectionStateResponse>(&*message)) {
@@ -100,7 +106,14 @@ void Tunnel::on_control(const Frame& frame) {
     on(*disconnect);
   } else if (!std::holds_alternative<DisconnectResponse>(*message)) {
     ++counters_.unknown_services;
+    if (calls_.note)
+      calls_.note("unknown-services", fmt::format("the interface sent {}: passed over", to_string(frame.service)));
   }
+}
+
+void Tunnel::bad_frame(std::string_view why) {
+  ++counters_.bad_frames;
+  if (calls_.note) calls_.note("bad-frames", fmt::format("the interface sent a frame that cannot be read: {}", why));
 }
 
 void Tunnel::on(const ConnectResponse& response) {
@@ -109,12 +122,17 @@ void Tunnel::on(const ConnectResponse& response) {
     if (response.status == status::kOk && response.channel != channel_) disconnect(response.channel);
     return;
   }
+  answered_ = true;
+  settings_.tries_route_back = false;
   if (response.status == status::kOk) return connected(response);
   if (response.status == status::kConnectionType && settings_.wanted) {
     settings_.wanted.reset();
     connect_tries_ = 0;
+    answers_from_ = scheduler_.now() + kSameAnswer;
     return send_connect();
   }
+  // Likely the same answer once more; if not, the repeat brings another.
+  if (response.status == status::kConnectionType && scheduler_.now() < answers_from_) return;
   end(Cause::kRefused, describe_status(response.status), response.status);
 }
 
@@ -142,10 +160,7 @@ void Tunnel::on(const DisconnectRequest& request) {
 void Tunnel::on_request(const Frame& frame) {
   base::ByteReader reader(frame.body);
   const auto header = read_connection_header(reader);
-  if (!header) {
-    ++counters_.bad_frames;
-    return;
-  }
+  if (!header) return bad_frame(header.error().text);
   if (phase_ != Phase::kUp || header->channel != channel_) {
     ++counters_.wrong_channel;
     return;
@@ -158,14 +173,14 @@ void Tunnel::on_request(const Frame& frame) {
 
 bool Tunnel::in_sequence(std::uint8_t sequence) {
   if (sequence == receive_sequence_) {
-    acknowledge(sequence, ServiceCode::kTunnellingAck);
+    acknowledge(sequence);
     ++receive_sequence_;
     resync_deadline_.clear();
     return true;
   }
   if (sequence == static_cast<std::uint8_t>(receive_sequence_ - 1)) {
     ++counters_.duplicates;
-    acknowledge(sequence, ServiceCode::kTunnellingAck);
+    acknowledge(sequence);
     return false;
   }
   ++counters_.wrong_sequence;
@@ -173,8 +188,8 @@ bool Tunnel::in_sequence(std::uint8_t sequence) {
   return false;
 }
 
-void Tunnel::acknowledge(std::uint8_t sequence, ServiceCode service) {
-  write_connection_ack(ack_, service, {channel_, sequence, status::kOk});
+void Tunnel::acknowledge(std::uint8_t sequence) {
+  write_connection_ack(ack_, ServiceCode::kTunnellingAck, {channel_, sequence, status::kOk});
   calls_.transmit(Path::kData, ack_);
 }
 
@@ -183,16 +198,29 @@ void Tunnel::on_cemi(ByteView cemi) {
   auto outcome = is_confirmation ? confirmation(cemi) : std::nullopt;
   if (outcome && sending_ == Sending::kWaitAck) {
     early_ = std::exchange(outcome, std::nullopt);
-    if (!stray_) request_deadline_.set_at(std::min(request_deadline_.due(), scheduler_.now() + kAckGrace));
+    request_deadline_.set_at(std::min(request_deadline_.due(), scheduler_.now() + kAckGrace));
   } else if (outcome) {
     sending_ = Sending::kIdle;
     request_deadline_.clear();
-    stray_ = false;
   }
   calls_.received(cemi, outcome);
 }
 
+/// The confirmation that is still owed for a request that was given up: the next equal one shall not take it for its
+/// own.
+bool Tunnel::is_stray(ByteView confirmation) {
+  if (stray_.empty()) return false;
+  const bool late = scheduler_.now() < stray_until_ && confirms(confirmation, stray_);
+  if (late || scheduler_.now() >= stray_until_) stray_.clear();
+  return late;
+}
+
 std::optional<Tunnel::Outcome> Tunnel::confirmation(ByteView cemi) {
+  if (is_stray(cemi)) {
+    ++counters_.late_confirmations;
+    swallowed_ = sending_ != Sending::kIdle;
+    return std::nullopt;
+  }
   if (sending_ == Sending::kIdle || !confirms(cemi, ByteView(request_).subspan(kBeforeCemi))) {
     ++counters_.late_confirmations;
     return std::nullopt;
@@ -203,10 +231,7 @@ std::optional<Tunnel::Outcome> Tunnel::confirmation(ByteView cemi) {
 }
 
 void Tunnel::on_feature(ServiceCode service, ByteView body) {
-  if (body.size() < 2) {
-    ++counters_.bad_frames;
-    return;
-  }
+  if (body.size() < 2) return bad_frame(fmt::format("{}: body: too short", to_string(service)));
   const bool of_bus = body[0] == static_cast<std::uint8_t>(Feature::kBusConnection) && body.size() > 2;
   if (of_bus && service == ServiceCode::kFeatureNotice) calls_.bus(body[2] != 0);
 }
@@ -218,11 +243,11 @@ void Tunnel::send(ByteView cemi) {
   write_connection_request(request_, ServiceCode::kTunnellingRequest, {channel_, send_sequence_, 0}, cemi);
   request_tries_ = 0;
   early_.reset();
+  swallowed_ = doubted_ = false;
   if (settings_.stream) {
     ++send_sequence_;
     sending_ = Sending::kWaitConfirmation;
-    doubted_ = true;
-    request_deadline_.set(kConfirmationTime);
+    request_deadline_.set(kConfirmationDoubt);
   } else {
     sending_ = Sending::kWaitAck;
   }
@@ -238,10 +263,7 @@ void Tunnel::transmit_request() {
 void Tunnel::on_ack(const Frame& frame) {
   base::ByteReader reader(frame.body);
   const auto ack = read_connection_header(reader);
-  if (!ack) {
-    ++counters_.bad_frames;
-    return;
-  }
+  if (!ack) return bad_frame(ack.error().text);
   if (phase_ != Phase::kUp || ack->channel != channel_) {
     ++counters_.wrong_channel;
     return;
@@ -268,16 +290,28 @@ std::optional<Tunnel::Outcome> Tunnel::acknowledged() {
 void Tunnel::finish(Outcome outcome) {
   sending_ = Sending::kIdle;
   request_deadline_.clear();
-  stray_ = outcome == Outcome::kUnconfirmed;
+  holds_ = false;
+  // If an equal one's came meanwhile, it may have been this one's: another is not to be waited for.
+  if (outcome == Outcome::kUnconfirmed && !swallowed_) {
+    const auto cemi = ByteView(request_).subspan(kBeforeCemi);
+    stray_.assign(cemi.begin(), cemi.end());
+    stray_until_ = scheduler_.now() + kStrayTime;
+  }
   calls_.finished(outcome);
 }
 
 void Tunnel::request_timeout() {
   if (sending_ == Sending::kWaitAck) return ack_missing();
   if (!std::exchange(doubted_, true)) {
+    heard_ = false;
     request_deadline_.set(kConfirmationTime - kConfirmationDoubt);
-    if (!awaits_state_) send_state_request();
+    if (settings_.stream || !awaits_state_) send_state_request();
     return;
+  }
+  if (settings_.stream && !heard_) {
+    if (holds_) return end(Cause::kSilent, "the interface says nothing any more");
+    holds_ = true;
+    return request_deadline_.set(kStreamSilence);
   }
   ++counters_.unconfirmed;
   finish(Outcome::kUnconfirmed);
@@ -287,7 +321,7 @@ void Tunnel::request_timeout() {
 /// once, and the server asked whether it knows the channel still: some drop it without a word.
 void Tunnel::ack_missing() {
   ++counters_.missing_acks;
-  if (early_ && !stray_) {
+  if (early_) {
     if (const auto outcome = acknowledged()) return finish(*outcome);
   }
   if (request_tries_ > 1) return end(Cause::kSilent, "the interface does not acknowledge telegrams");
@@ -354,7 +388,11 @@ void Tunnel::stop() {
 }
 
 void Tunnel::close() {
-  if (phase_ == Phase::kUp) disconnect(channel_);
+  if (phase_ == Phase::kUp) {
+    disconnect(channel_);
+    // Nobody will be there to repeat it, and a lost one costs the server a tunnel for two minutes.
+    if (!settings_.stream) disconnect(channel_);
+  }
   stop();
 }
 
@@ -366,8 +404,11 @@ void Tunnel::end(Cause cause, std::string why, std::uint8_t code) {
   const bool knows_channel = cause != Cause::kClosedByServer && cause != Cause::kForgotten;
   if (phase_ == Phase::kUp && knows_channel) disconnect(channel_);
   std::optional<Outcome> outcome;
-  if (sending_ != Sending::kIdle && !stray_) outcome = early_;
-  if (sending_ == Sending::kWaitConfirmation && !settings_.stream) outcome = Outcome::kUnconfirmed;
+  if (sending_ != Sending::kIdle) outcome = early_;
+  if (sending_ == Sending::kWaitConfirmation && !settings_.stream) {
+    ++counters_.unconfirmed;
+    outcome = Outcome::kUnconfirmed;
+  }
   stop();
   calls_.ended({cause, code, std::move(why), outcome});
 }

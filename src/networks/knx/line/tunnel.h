@@ -64,6 +64,8 @@ class Tunnel {
     std::function<void(Outcome)> finished;
     /// TUNNELLING_FEATURE_INFO or a heartbeat tells of the bus connection.
     std::function<void(bool connected)> bus;
+    /// As LineCalls::note; may be empty. The tunnel may be destroyed in it.
+    std::function<void(const std::string& subject, std::string_view text)> note{};
     /// No more calls after it.
     std::function<void(End)> ended;
   };
@@ -71,6 +73,9 @@ class Tunnel {
   struct Settings {
     bool stream = false;  ///< TCP: no acks, no repeats, sequence numbers are not looked at
     Hpai own{};           ///< what the server shall answer to; route back = to where the frames come from
+    /// Without an answer to the first CONNECT_REQUEST the next ones ask for route back, and so does all that follows:
+    /// each request with an endpoint that cannot be reached costs a tunnel of the server until it misses the heartbeat.
+    bool tries_route_back = false;
     std::optional<IndividualAddress> wanted{};  ///< asked for; without it again on status 22
   };
 
@@ -97,6 +102,8 @@ class Tunnel {
   std::uint8_t channel() const { return channel_; }
   /// Where requests and acks go; route back = as control.
   const Hpai& data_endpoint() const { return data_; }
+  /// The server answered, and it was asked for route back.
+  bool route_back_works() const { return answered_ && !settings_.stream && settings_.own.route_back(); }
 
  private:
   enum class Phase : std::uint8_t { kNew, kConnecting, kUp, kEnded };
@@ -105,6 +112,7 @@ class Tunnel {
   void send_connect();
   void connect_timeout();
   void on_control(const Frame& frame);
+  void bad_frame(std::string_view why);
   void on(const ConnectResponse& response);
   void on(const ConnectionStateResponse& response);
   void on(const DisconnectRequest& request);
@@ -115,11 +123,12 @@ class Tunnel {
   void on_cemi(ByteView cemi);
   void on_feature(ServiceCode service, ByteView body);
   std::optional<Outcome> confirmation(ByteView cemi);
+  bool is_stray(ByteView confirmation);
   std::optional<Outcome> acknowledged();
   void ack_missing();
   void request_timeout();
   void transmit_request();
-  void acknowledge(std::uint8_t sequence, ServiceCode service);
+  void acknowledge(std::uint8_t sequence);
   void finish(Outcome outcome);
   void heartbeat();
   void heartbeat_missing();
@@ -142,10 +151,16 @@ class Tunnel {
   Bytes request_, ack_;  ///< frames; their memory is used again
   unsigned connect_tries_ = 0, request_tries_ = 0, heartbeat_tries_ = 0, undelivered_in_row_ = 0;
   SteadyTime connect_until_{};
+  SteadyTime answers_from_{};     ///< a refusal of the wanted address may come more than once: until then
   std::optional<Outcome> early_;  ///< the confirmation came before the ack
-  bool stray_ = false;            ///< the confirmation of the last request may still come
-  bool doubted_ = false;          ///< the server was asked whether it knows the channel, for want of a confirmation
-  bool awaits_state_ = false;     ///< a heartbeat is under way
+  Bytes stray_;                   ///< cEMI of a request whose confirmation may still come; empty = none
+  SteadyTime stray_until_{};
+  bool swallowed_ = false;     ///< one such came while an equal request was under way: whose was it?
+  bool doubted_ = false;       ///< the server was asked whether it knows the channel, for want of a confirmation
+  bool heard_ = false;         ///< anything, since then
+  bool holds_ = false;         ///< a stream that is silent: nothing is sent until something is heard
+  bool awaits_state_ = false;  ///< a heartbeat is under way
+  bool answered_ = false;      ///< by a CONNECT_RESPONSE
   Deadline request_deadline_, heartbeat_deadline_, resync_deadline_, connect_deadline_;
 };
 

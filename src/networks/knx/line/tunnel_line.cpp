@@ -15,6 +15,8 @@ using Phase = LineState::Phase;
 
 constexpr unsigned kSilentBus = 3;  ///< telegrams in a row without a confirmation
 constexpr std::string_view kBusSilent = "the bus is silent: three telegrams in a row were not confirmed";
+/// Over TCP there are no acks to tell a silent bus from an interface that does not do what it is told.
+constexpr std::string_view kInterfaceSilent = "the interface did not confirm three telegrams in a row";
 constexpr std::size_t kLargestFrame = 2048;
 
 struct Report {
@@ -22,11 +24,13 @@ struct Report {
   std::string_view why;
 };
 
-Report report_of(Tunnel::Outcome outcome) {
+/// Over TCP nothing says that the interface took it.
+Report report_of(Tunnel::Outcome outcome, bool over_tcp) {
   switch (outcome) {
     case Tunnel::Outcome::kNotAcknowledged: return {Sent::kNotAcknowledged, "nobody on the bus acknowledged it"};
     case Tunnel::Outcome::kUnconfirmed:
-      return {Sent::kUnconfirmed, "the interface took it, but did not confirm that it was sent to the bus"};
+      return {Sent::kUnconfirmed, over_tcp ? "the interface did not confirm that it was sent to the bus"
+                                           : "the interface took it, but did not confirm that it was sent to the bus"};
     case Tunnel::Outcome::kNotUnderstood: return {Sent::kRefused, "the interface did not understand it (status 29)"};
     case Tunnel::Outcome::kConfirmed: break;
   }
@@ -44,7 +48,6 @@ TunnelLine::TunnelLine(TunnelOptions options, Scheduler& scheduler, transport::T
       scheduler_(scheduler),
       transports_(transports),
       calls_(std::move(calls)),
-      via_(options_.via),
       route_back_(options_.nat == TunnelOptions::Nat::kOn),
       hold_off_(static_cast<std::uint64_t>(scheduler.wall_now().time_since_epoch().count()) ^
                 std::hash<std::string>{}(options_.host)),
@@ -62,10 +65,9 @@ Result<void> TunnelLine::open() {
   // Names can be looked up where there are sockets, and a port that is taken shows at once.
   transport::UdpCalls nobody{[](const auto&, ByteView) {}, [](const Error&) {}, [](const Error&) {}};
   transport::UdpOptions trial;
-  if (via_ != TunnelOptions::Via::kTcp) trial.local.port = options_.local_port;
+  if (!over_tcp()) trial.local.port = options_.local_port;
   if (const auto tried = transports_.open_udp(trial, std::move(nobody)); !tried) return fail(tried.error());
   state_.phase = Phase::kResolving;
-  route_back_tried_ = false;
   lookup_ = transports_.look_up(options_.host, [this](auto addresses) { resolved(std::move(addresses)); });
   return {};
 }
@@ -91,6 +93,8 @@ void TunnelLine::connect() {
 Result<void> TunnelLine::open_sockets() {
   if (auto opened = over_tcp() ? open_tcp() : open_udp(); !opened) return opened;
   data_ = control_;
+  send_error_.clear();
+  stranger_.clear();
   make_tunnel();
   return {};
 }
@@ -103,7 +107,9 @@ Result<void> TunnelLine::open_udp() {
     transport::UdpCalls nobody{[](const auto&, ByteView) {}, [](const Error&) {}, [](const Error&) {}};
     transport::UdpOptions probe;
     probe.remote = control_;
-    if (auto found = transports_.open_udp(probe, std::move(nobody))) options.local = (*found)->local();
+    const auto found = transports_.open_udp(probe, std::move(nobody));
+    if (!found) return fail(found.error());
+    options.local = (*found)->local();
     if (!is_ipv4(options.local.address)) options.local.address.clear();
   }
   options.local.port = options_.local_port;
@@ -158,8 +164,11 @@ void TunnelLine::make_tunnel() {
   calls.bus = [this](bool connected) {
     bus_is(connected, connected ? std::string_view() : meaning_of(status::kBusDown).meaning);
   };
+  if (calls_.note) calls.note = calls_.note;
   calls.ended = [this](Tunnel::End end) { ended(std::move(end)); };
-  tunnel_ = std::make_unique<Tunnel>(scheduler_, Tunnel::Settings{over_tcp(), own_endpoint(), options_.wanted},
+  const bool tries_route_back = !over_tcp() && options_.nat == TunnelOptions::Nat::kAuto;
+  tunnel_ = std::make_unique<Tunnel>(scheduler_,
+                                     Tunnel::Settings{over_tcp(), own_endpoint(), tries_route_back, options_.wanted},
                                      tunnel_counters_, std::move(calls));
 }
 
@@ -169,8 +178,11 @@ void TunnelLine::make_tunnel() {
 void TunnelLine::received(const transport::Endpoint& from, ByteView bytes) {
   if (from.address != control_.address && from.address != data_.address) {
     ++counters_.other_source;
-    return;
+    stranger_ = transport::to_string(from);
+    return note("wrong-source", fmt::format("{} sends to us, but is not the interface {}: passed over", stranger_,
+                                            transport::to_string(control_)));
   }
+  send_error_.clear();
   if (tunnel_) tunnel_->receive(bytes);
 }
 
@@ -181,7 +193,9 @@ void TunnelLine::stream_received(ByteView bytes) {
     const auto frame = frames_.next();
     if (!frame) {
       ++tunnel_counters_.bad_frames;
-      return tunnel_->lost(frame.error().text);
+      note("bad-frames", frame.error().text);
+      if (*alive && tunnel_) tunnel_->lost(frame.error().text);
+      return;
     }
     if (frame->empty()) return;
     tunnel_->receive(*frame);
@@ -190,11 +204,27 @@ void TunnelLine::stream_received(ByteView bytes) {
 
 /// What cannot be sent is as good as lost on the way: the machine has its timers.
 void TunnelLine::transmit(Tunnel::Path path, ByteView frame) {
+  Result<void> sent;
   if (stream_) {
-    (void)stream_->send(frame);
+    sent = stream_->send(frame);
   } else if (socket_) {
-    (void)socket_->send(path == Tunnel::Path::kData ? data_ : control_, frame);
+    sent = socket_->send(path == Tunnel::Path::kData ? data_ : control_, frame);
   }
+  if (!sent) send_error_ = sent.error().text;
+}
+
+void TunnelLine::note(const std::string& subject, std::string_view text) {
+  if (calls_.note) calls_.note(subject, text);
+}
+
+/// Of silence: what may be the reason for it.
+std::string TunnelLine::reason_of(const Tunnel::End& end) const {
+  const bool silence = end.cause == Tunnel::Cause::kNoAnswer || end.cause == Tunnel::Cause::kSilent;
+  auto why = end.why;
+  if (silence && !send_error_.empty()) why += fmt::format(" ({})", send_error_);
+  if (end.cause == Tunnel::Cause::kNoAnswer && !stranger_.empty())
+    why += fmt::format("; {} sent something instead (wrong-source)", stranger_);
+  return why;
 }
 
 // What the tunnel says.
@@ -204,6 +234,7 @@ void TunnelLine::up() {
   up_since_ = scheduler_.now();
   silent_ = 0;
   hold_off_.connected();
+  route_back_ = route_back_ || tunnel_->route_back_works();
   const auto& data = tunnel_->data_endpoint();
   if (!over_tcp() && !data.route_back()) data_ = {address_text(data), data.port};
   state_.own = tunnel_->address();
@@ -224,7 +255,7 @@ void TunnelLine::received_cemi(ByteView cemi, std::optional<Tunnel::Outcome> out
   const auto frame = read_data_frame(cemi);
   if (!frame) {
     ++tunnel_counters_.bad_frames;
-    return;
+    return note("bad-frames", frame.error().text);
   }
   if (frame->lte()) {
     ++counters_.lte;
@@ -246,7 +277,7 @@ void TunnelLine::finish(Tunnel::Outcome outcome) {
   if (outcome == Tunnel::Outcome::kConfirmed) ++counters_.sent;
   count_silence(outcome);
   if (!*alive) return;
-  const auto report = report_of(outcome);
+  const auto report = report_of(outcome, over_tcp());
   outbox_.finish(report.sent, report.why);
   if (*alive) pump();
 }
@@ -254,9 +285,11 @@ void TunnelLine::finish(Tunnel::Outcome outcome) {
 /// Bus up and down by what becomes of telegrams: three in a row without any confirmation.
 void TunnelLine::count_silence(Tunnel::Outcome outcome) {
   if (outcome == Tunnel::Outcome::kUnconfirmed) {
-    if (++silent_ >= kSilentBus) bus_is(false, kBusSilent);
+    if (++silent_ < kSilentBus) return;
+    if (!over_tcp()) return bus_is(false, kBusSilent);
+    if (silent_ == kSilentBus) set_state(state_.phase, std::string(kInterfaceSilent));
   } else if (outcome != Tunnel::Outcome::kNotUnderstood && std::exchange(silent_, 0U) >= kSilentBus) {
-    bus_is(true, {});
+    over_tcp() && state_.bus ? set_state(state_.phase, {}) : bus_is(true, {});
   }
 }
 
@@ -271,35 +304,23 @@ void TunnelLine::ended(Tunnel::End end) {
   const auto lived = up_since_ != SteadyTime{} ? scheduler_.now() - up_since_ : Duration{};
   const auto alive = alive_;
   retired_ = std::move(tunnel_);
+  if (!std::exchange(route_back_, route_back_ || retired_->route_back_works()) && route_back_ &&
+      end.cause == Tunnel::Cause::kRefused && meaning_of(end.status).remedy == Remedy::kWaitForSlot)
+    end.why += "; one may be held for two minutes by our first request, whose answer did not reach us (NAT)";
+  // What the system still holds of a dead stream would reach the bus long after its time.
+  if (stream_ && end.cause == Tunnel::Cause::kSilent) stream_->abort();
   close_sockets();
   up_since_ = {};
   hold_off_.ended(lived);
   if (outbox_.under_way() && end.outcome) {
-    const auto report = report_of(*end.outcome);
+    if (*end.outcome == Tunnel::Outcome::kConfirmed) ++counters_.sent;
+    const auto report = report_of(*end.outcome, over_tcp());
     outbox_.finish(report.sent, report.why);
     if (!*alive) return;
   }
   outbox_.line_lost();
-  if (tries_otherwise(end) || holds_off(end, lived)) return;
-  fail_line(ErrorCode::kUnreachable, fmt::format("{}: {}", state_.server, end.why));
-}
-
-/// Without the caller: route back where own addresses lead to no answer, TCP where UDP is not spoken.
-bool TunnelLine::tries_otherwise(const Tunnel::End& end) {
-  const bool udp_refused = end.cause == Tunnel::Cause::kRefused && end.status == 0x01;
-  if (udp_refused && options_.via == TunnelOptions::Via::kAuto && !over_tcp()) {
-    via_ = TunnelOptions::Via::kTcp;
-    connect();
-    return true;
-  }
-  if (end.cause != Tunnel::Cause::kNoAnswer || over_tcp() || options_.nat != TunnelOptions::Nat::kAuto) return false;
-  if (std::exchange(route_back_tried_, true)) {
-    route_back_ = false;  // neither way: begin with the usual one next time
-    return false;
-  }
-  route_back_ = !route_back_;
-  connect();
-  return true;
+  if (holds_off(end, lived)) return;
+  fail_line(ErrorCode::kUnreachable, fmt::format("{}: {}", state_.server, reason_of(end)));
 }
 
 bool TunnelLine::holds_off(const Tunnel::End& end, Duration lived) {
@@ -312,6 +333,7 @@ bool TunnelLine::holds_off(const Tunnel::End& end, Duration lived) {
   }
   if (end.cause != Tunnel::Cause::kRefused) return false;
   switch (meaning_of(end.status).remedy) {
+    case Remedy::kRetry:
     case Remedy::kWaitForSlot: hold_off(Phase::kWaiting, hold_off_.slot_taken(), end.why); return true;
     case Remedy::kConfiguration: hold_off(Phase::kRefused, hold_off_.misconfigured(), end.why); return true;
     case Remedy::kBusDown:
@@ -324,7 +346,6 @@ bool TunnelLine::holds_off(const Tunnel::End& end, Duration lived) {
 
 void TunnelLine::hold_off(Phase phase, Duration pause, std::string why) {
   pause_ = scheduler_.after(pause, [this] {
-    if (options_.via == TunnelOptions::Via::kAuto) via_ = options_.via;
     state_.phase = Phase::kOff;
     if (auto opened = open(); !opened) fail_line(opened.error().code, opened.error().text);
   });

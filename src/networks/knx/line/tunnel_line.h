@@ -14,9 +14,10 @@
 namespace rubicon::networks::knx {
 
 struct TunnelOptions {
-  enum class Via : std::uint8_t { kUdp, kTcp, kAuto };  ///< auto: UDP, but TCP if the server says so
-  enum class Nat : std::uint8_t { kAuto, kOn, kOff };   ///< on: the server answers to where datagrams come from
-  std::string host;                                     ///< name or IPv4 address
+  enum class Via : std::uint8_t { kUdp, kTcp };
+  /// on: the server answers to where datagrams come from; auto: so too, if it does not answer to our own address.
+  enum class Nat : std::uint8_t { kAuto, kOn, kOff };
+  std::string host;  ///< name or IPv4 address
   std::uint16_t port = 3671;
   std::uint16_t local_port = 0;  ///< of UDP; 0 = any
   Via via = Via::kUdp;
@@ -56,7 +57,7 @@ class TunnelLine final : public Line {
   Result<void> open_tcp();
   void make_tunnel();
   Hpai own_endpoint() const;
-  bool over_tcp() const { return via_ == TunnelOptions::Via::kTcp; }
+  bool over_tcp() const { return options_.via == TunnelOptions::Via::kTcp; }
 
   // What sockets say.
   void received(const transport::Endpoint& from, ByteView bytes);
@@ -70,10 +71,11 @@ class TunnelLine final : public Line {
   void count_silence(Tunnel::Outcome outcome);
   void bus_is(bool connected, std::string_view why);
   void ended(Tunnel::End end);
-  bool tries_otherwise(const Tunnel::End& end);
   bool holds_off(const Tunnel::End& end, Duration lived);
 
   void pump();
+  void note(const std::string& subject, std::string_view text);
+  std::string reason_of(const Tunnel::End& end) const;
   void set_state(LineState::Phase phase, std::string reason);
   void hold_off(LineState::Phase phase, Duration pause, std::string why);
   void close_sockets();
@@ -84,9 +86,7 @@ class TunnelLine final : public Line {
   transport::Transports& transports_;
   LineCalls calls_;
   LineState state_;
-  TunnelOptions::Via via_;
-  bool route_back_;
-  bool route_back_tried_ = false;  ///< in this attempt
+  bool route_back_;  ///< once it worked, for good
   std::unique_ptr<transport::Lookup> lookup_;
   std::unique_ptr<transport::UdpSocket> socket_;
   std::unique_ptr<transport::TcpStream> stream_;
@@ -96,7 +96,9 @@ class TunnelLine final : public Line {
   Timer pause_;
   HoldOff hold_off_;
   SteadyTime up_since_{};
-  unsigned silent_ = 0;  ///< telegrams in a row without a confirmation
+  std::string send_error_;  ///< of this machine, since something was heard
+  std::string stranger_;    ///< who sent something else than the server, since then
+  unsigned silent_ = 0;     ///< telegrams in a row without a confirmation
   TunnelCounters tunnel_counters_;
   Counters counters_;
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);

@@ -4,6 +4,9 @@
 
 #include <algorithm>
 
+#include "networks/knx/wire/blocks.h"
+#include "networks/knx/wire/frame.h"
+
 namespace rubicon::networks::knx {
 
 namespace {
@@ -25,14 +28,6 @@ ByteView behind_info(ByteView cemi) {
   if (cemi.size() < 2) return {};
   const std::size_t start = 2U + cemi[1];
   return cemi.size() < start + kFixed ? ByteView{} : cemi.subspan(start);
-}
-
-std::uint16_t u16(ByteView bytes, std::size_t at) {
-  return static_cast<std::uint16_t>(bytes[at] << 8 | bytes[at + 1]);
-}
-void put_u16(Bytes& out, std::uint16_t value) {
-  out.push_back(static_cast<std::uint8_t>(value >> 8));
-  out.push_back(static_cast<std::uint8_t>(value & 0xff));
 }
 
 /// The low two bits of the TPCI byte and the next byte.
@@ -78,13 +73,13 @@ Result<DataFrame> read_data_frame(ByteView cemi) {
     return fail(ErrorCode::kInvalid,
                 fmt::format("cEMI: NPDU length {}, but {} bytes follow the TPCI", length,
                             tpdu.empty() ? std::string("not even 0") : std::to_string(tpdu.size() - 1)));
-  return DataFrame{CemiCode(cemi[0]), rest[0], rest[1], IndividualAddress(u16(rest, 2)), u16(rest, 4), tpdu};
+  return DataFrame{CemiCode(cemi[0]), rest[0], rest[1], IndividualAddress(u16_at(rest, 2)), u16_at(rest, 4), tpdu};
 }
 
 Bytes write(const DataFrame& frame) {
   Bytes out{static_cast<std::uint8_t>(frame.code), 0, frame.control1, frame.control2};
-  put_u16(out, number(frame.source));
-  put_u16(out, frame.destination);
+  write_u16(out, number(frame.source));
+  write_u16(out, frame.destination);
   out.push_back(static_cast<std::uint8_t>(frame.tpdu.size() - 1));
   out.insert(out.end(), frame.tpdu.begin(), frame.tpdu.end());
   return out;
@@ -133,8 +128,8 @@ Result<Bytes> write_telegram(CemiCode code, const Telegram& telegram) {
   out.reserve(11 + behind);
   out = {static_cast<std::uint8_t>(code), 0, static_cast<std::uint8_t>(control1),
          static_cast<std::uint8_t>(kGroup | telegram.hops << 4)};
-  put_u16(out, number(telegram.source));
-  put_u16(out, number(telegram.destination));
+  write_u16(out, number(telegram.source));
+  write_u16(out, number(telegram.destination));
   out.push_back(static_cast<std::uint8_t>(length));
   out.push_back(0);
   out.push_back(apci_low(telegram));

@@ -18,7 +18,9 @@ std::string from_latin1(ByteView bytes) {
   std::string text;
   for (const auto byte : bytes) {
     if (byte == 0) break;
-    if (byte < 0x80) {
+    if (byte < 0x20 || (byte >= 0x7f && byte < 0xa0)) {
+      text.push_back('?');  // names are shown on terminals
+    } else if (byte < 0x80) {
       text.push_back(static_cast<char>(byte));
     } else {
       text.push_back(static_cast<char>(0xc0 | byte >> 6));
@@ -46,12 +48,6 @@ Bytes to_latin1(std::string_view text) {
   return bytes;
 }
 
-Result<void> of_length(const Dib& dib, bool right, std::string_view expected) {
-  if (right) return {};
-  return fail(ErrorCode::kInvalid, fmt::format("DIB {:02x}: length {}, expected {}", static_cast<unsigned>(dib.type),
-                                               dib.content.size() + 2, expected));
-}
-
 void read_device(ByteView content, ServerDescription& into) {
   base::ByteReader reader(content);
   into.medium = reader.u8();
@@ -74,6 +70,7 @@ std::vector<FamilyVersion> read_families(ByteView content) {
 void read_tunnelling(ByteView content, ServerDescription& into) {
   base::ByteReader reader(content);
   into.max_apdu = reader.u16_be();
+  into.slots.clear();
   while (reader.remaining() >= 4) {
     TunnelSlot slot{IndividualAddress(reader.u16_be())};
     const auto bits = reader.u16_be();
@@ -84,29 +81,36 @@ void read_tunnelling(ByteView content, ServerDescription& into) {
   }
 }
 
-Result<void> read_dib(const Dib& dib, ServerDescription& into) {
+std::vector<IndividualAddress> read_addresses(ByteView content) {
+  std::vector<IndividualAddress> addresses;
+  base::ByteReader reader(content);
+  reader.skip(2);  // its own one, known from the device block
+  while (reader.remaining() >= 2) addresses.push_back(IndividualAddress(reader.u16_be()));
+  return addresses;
+}
+
+/// A known block of a length that is none of its own says nothing.
+bool has_right_length(const Dib& dib) {
   const auto size = dib.content.size();
-  const auto even = of_length(dib, size % 2 == 0, "an even one");
   switch (dib.type) {
-    case Dib::Type::kDevice: {
-      const auto right = of_length(dib, size == kDeviceSize, "54");
-      if (right) read_device(dib.content, into);
-      return right;
-    }
-    case Dib::Type::kFamilies: into.families = read_families(dib.content); return even;
-    case Dib::Type::kSecuredFamilies: into.secured = read_families(dib.content); return even;
-    case Dib::Type::kAddresses: {
-      base::ByteReader reader(dib.content);
-      if (even && size >= 2) reader.u16_be();  // its own one, known from the device block
-      while (even && reader.remaining() >= 2) into.addresses.push_back(IndividualAddress(reader.u16_be()));
-      return even;
-    }
-    case Dib::Type::kTunnelling: {
-      const auto right = of_length(dib, size >= 2 && size % 4 == 2, "4 and 4 for each slot");
-      if (right) read_tunnelling(dib.content, into);
-      return right;
-    }
-    default: return {};
+    case Dib::Type::kDevice: return size == kDeviceSize;
+    case Dib::Type::kFamilies:
+    case Dib::Type::kSecuredFamilies: return size % 2 == 0;
+    case Dib::Type::kAddresses: return size >= 2 && size % 2 == 0;
+    case Dib::Type::kTunnelling: return size >= 2 && size % 4 == 2;
+    default: return false;
+  }
+}
+
+void read_dib(const Dib& dib, ServerDescription& into) {
+  if (!has_right_length(dib)) return;
+  switch (dib.type) {
+    case Dib::Type::kDevice: return read_device(dib.content, into);
+    case Dib::Type::kFamilies: into.families = read_families(dib.content); return;
+    case Dib::Type::kSecuredFamilies: into.secured = read_families(dib.content); return;
+    case Dib::Type::kAddresses: into.addresses = read_addresses(dib.content); return;
+    case Dib::Type::kTunnelling: return read_tunnelling(dib.content, into);
+    default: return;
   }
 }
 
@@ -149,7 +153,8 @@ Result<std::vector<Dib>> read_dibs(base::ByteReader& reader) {
   std::vector<Dib> dibs;
   while (reader.remaining() > 0) {
     const auto length = reader.u8();
-    if (length < 2) return fail(ErrorCode::kInvalid, fmt::format("DIB: length {}, expected at least 2", length));
+    if (length == 0) return fail(ErrorCode::kInvalid, "DIB: length 0, expected at least 2");
+    if (length == 1) continue;  // not even a type
     const auto content = reader.take(length - std::size_t{1});
     if (!reader.ok()) return fail(ErrorCode::kInvalid, "DIB: goes beyond the end of the frame");
     dibs.push_back({Dib::Type(content[0]), Bytes(content.begin() + 1, content.end())});
@@ -185,11 +190,9 @@ std::uint8_t ServerDescription::version(Family family) const {
   return 0;
 }
 
-Result<ServerDescription> read_description(std::span<const Dib> dibs) {
+ServerDescription read_description(std::span<const Dib> dibs) {
   ServerDescription description;
-  for (const auto& dib : dibs) {
-    if (auto read = read_dib(dib, description); !read) return fail(read.error());
-  }
+  for (const auto& dib : dibs) read_dib(dib, description);
   return description;
 }
 

@@ -28,7 +28,7 @@ struct Dib {
   friend bool operator==(const Dib&, const Dib&) = default;
 };
 
-/// All that is left. kInvalid: a length of 0 or 1, or past the end.
+/// All that is left, but for blocks of length 1, which have no type. kInvalid: a length of 0, or past the end.
 Result<std::vector<Dib>> read_dibs(base::ByteReader& reader);
 void write(Bytes& out, const Dib& dib);
 
@@ -67,7 +67,7 @@ struct ServerDescription {
   std::uint16_t project = 0;  ///< project << 4 | installation
   std::array<std::uint8_t, 6> serial{}, mac{};
   std::array<std::uint8_t, 4> multicast{};
-  std::string name;                          ///< UTF-8, at most 30 characters of ISO 8859-1 on the wire
+  std::string name;  ///< UTF-8, at most 30 characters of ISO 8859-1 on the wire; control characters read as `?`
   std::vector<FamilyVersion> families;       ///< supported
   std::vector<FamilyVersion> secured;        ///< those that REQUIRE KNX IP Secure
   std::vector<IndividualAddress> addresses;  ///< further ones of its own (DIB 05)
@@ -79,8 +79,8 @@ struct ServerDescription {
   std::uint8_t version(Family family) const;
 };
 
-/// Blocks of unknown type are passed over; kInvalid names a known block of a wrong length.
-Result<ServerDescription> read_description(std::span<const Dib> dibs);
+/// Blocks of unknown type are passed over, and known ones of a wrong length: the others are as good.
+ServerDescription read_description(std::span<const Dib> dibs);
 /// Device and families always, the others when there is something in them.
 std::vector<Dib> to_dibs(const ServerDescription& description);
 

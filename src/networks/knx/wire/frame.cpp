@@ -10,10 +10,6 @@ namespace {
 
 constexpr std::uint8_t kVersion = 0x10;
 
-std::uint16_t u16(ByteView bytes, std::size_t at) {
-  return static_cast<std::uint16_t>(bytes[at] << 8 | bytes[at + 1]);
-}
-
 std::string_view name_of(ServiceCode code) {
   switch (code) {
     case ServiceCode::kSearchRequest: return "SEARCH_REQUEST";
@@ -63,7 +59,7 @@ Result<std::size_t> frame_size(ByteView stream) {
   if (stream.size() > 1 && stream[1] != kVersion)
     return fail(ErrorCode::kInvalid, fmt::format("KNXnet/IP version {:02x}, expected 10", stream[1]));
   if (stream.size() < kHeaderSize) return 0;
-  const auto total = u16(stream, 4);
+  const auto total = u16_at(stream, 4);
   if (total < kHeaderSize)
     return fail(ErrorCode::kInvalid, fmt::format("KNXnet/IP total length {}, expected at least 6", total));
   return total;
@@ -76,7 +72,7 @@ Result<Frame> read_frame(ByteView bytes) {
   if (!total) return fail(total.error());
   if (*total != bytes.size())
     return fail(ErrorCode::kInvalid, fmt::format("KNXnet/IP total length {}, but {} bytes came", *total, bytes.size()));
-  return Frame{ServiceCode(u16(bytes, 2)), bytes.subspan(kHeaderSize)};
+  return Frame{ServiceCode(u16_at(bytes, 2)), bytes.subspan(kHeaderSize)};
 }
 
 void open_frame(Bytes& out, ServiceCode service) {

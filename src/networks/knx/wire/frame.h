@@ -48,6 +48,11 @@ std::string to_string(ServiceCode code);
 /// Length of the KNXnet/IP header: size 06, version 10, service, total length (KNX 3/8/2).
 constexpr std::size_t kHeaderSize = 6;
 
+/// Two bytes as all numbers of KNX stand: the high one first.
+inline std::uint16_t u16_at(ByteView bytes, std::size_t at) {
+  return static_cast<std::uint16_t>(bytes[at] << 8 | bytes[at + 1]);
+}
+
 /// A KNXnet/IP frame taken apart; looks into the bytes it was read from.
 struct Frame {
   ServiceCode service{};
