@@ -92,6 +92,7 @@ void KnxNetwork::make_line() {
     if (!outgoing || !operators_.monitored()) return;
     if (const auto telegram = read_telegram(cemi)) operators_.seen(*telegram, true);
   };
+  calls.note = [this](const std::string& subject, std::string_view text) { say(subject, text); };
   line_ = knx::make_line(options_.line, host_.scheduler(), host_.transports(), std::move(calls));
 }
 
@@ -218,7 +219,7 @@ void KnxNetwork::report_later() {
 void KnxNetwork::report() {
   const auto& line = line_->state();
   using Phase = LineState::Phase;
-  if (line.phase == Phase::kOff || line.phase == Phase::kClosing) return;
+  if (line.phase == Phase::kOff) return;
   model::State state{up_ ? model::LineState::kUp : model::LineState::kConnecting, line.reason, line_->counters()};
   if (const auto doubled = state.counters.find("doubled-address");
       doubled != state.counters.end() && doubled->second > 0 && !std::exchange(told_doubled_, true))
