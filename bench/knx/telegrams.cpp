@@ -163,7 +163,9 @@ void with_knxd(Json& out, const char* what, Measure measure) {
     return;
   }
   const support::Knxd knxd(false);
-  if (!knxd.ready()) {
+  bool ready = false;
+  for (int i = 0; i < 400 && !(ready = knxd.ready()); ++i) ::usleep(25'000);
+  if (!ready) {
     out[std::string(what) + "_skipped"] = "knxd does not come up";
     return;
   }

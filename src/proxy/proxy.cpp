@@ -58,8 +58,10 @@ void Proxy::Parts::listen() {
   handles.push_back(
       around.gateway.subscribe(MessageKind::kAcknowledge, [this](const Message& message) { acknowledge(message); }));
   const auto self = around.space.self();
-  handles.push_back(around.space.watch_demand({self, config.prefix + ".*.*.sensor.*.value"},
-                                              [this](const tuples::Demand& wanted) { demand.wanted(wanted); }));
+  for (const auto* kind : {".*.*.sensor.*.value", ".*.*.actuator.*.value"}) {
+    handles.push_back(around.space.watch_demand({self, config.prefix + kind},
+                                                [this](const tuples::Demand& wanted) { demand.wanted(wanted); }));
+  }
   handles.push_back(around.space.judge({self, config.prefix + ".**"},
                                        [this](const tuples::RemoteSet& wish) { return desk.judge(wish); }));
   handles.push_back(around.space.judge({self, "ROAMING.**"},
