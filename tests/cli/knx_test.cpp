@@ -223,6 +223,25 @@ TEST_F(KnxIsland, ReadsCommandsAndShows) {
   EXPECT_TRUE(until("proxy.knx-hall.property.unassigned.value", "7/7/7", 10s));
 }
 
+/// The same by multicast: no tunnel, nothing to keep, nobody confirms.
+TEST_F(KnxIsland, ByRoutingReadsCommandsAndShows) {
+  island_.reset();
+  auto text = std::string(kConfiguration);
+  const std::string host = "    host: 127.0.0.1\n";
+  text.replace(text.find(host), host.size(),
+               std::string("    via: routing\n    interface: ") + support::KnxNetwork::kAddress + "\n");
+  island_ = started(folder_.write("routing.yaml", text));
+  ASSERT_TRUE(until("proxy.knx-hall.status", "\"up\"", 10s));
+  EXPECT_TRUE(bus_hears("to 6/0/1: 0C 33")) << "the exposed tuple";
+  knxd_->tool("groupwrite", {"1/2/7", "0c", "65"});
+  EXPECT_TRUE(until("proxy.knx-hall.1_2_7.sensor.temperature-1.value", "22.5", 10s));
+  island_->write("set proxy.knx-hall.1_0_1.actuator.switch-1.command on\n");
+  EXPECT_TRUE(bus_hears("to 1/0/1: 01"));
+  knxd_->tool("groupswrite", {"1/0/2", "1"});
+  EXPECT_TRUE(until("proxy.knx-hall.1_0_1.actuator.switch-1.status", "confirmed", 10s));
+  EXPECT_TRUE(until("proxy.knx-hall.1_0_1.actuator.switch-1.value", "on", 1s));
+}
+
 TEST_F(KnxIsland, ToolsUseItsLine) {
   const auto written = rubicon({"knx", "write", "5/5/5", "9.001", "-5.3"});
   EXPECT_EQ(written.code, 0) << written.errors;
