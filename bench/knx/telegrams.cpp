@@ -125,8 +125,16 @@ std::vector<int> values_in(const std::string& heard) {
   return values;
 }
 
+void wait_until_it_listens(const support::Knxd& knxd, const support::KnxdListener& listener) {
+  for (int i = 0; i < 100 && listener.heard().find("7/7/7") == std::string::npos; ++i) {
+    knxd.tool("groupswrite", {"7/7/7", "1"});
+    ::usleep(50'000);
+  }
+}
+
 Json one_seed(const support::Knxd& knxd, int writes, unsigned seed) {
   const support::KnxdListener listener(knxd);
+  wait_until_it_listens(knxd, listener);
   transport::Loop loop;
   LossyRelay relay(loop, 0.03, seed);
   Client client(loop, relay.port());
@@ -149,6 +157,7 @@ Json one_seed(const support::Knxd& knxd, int writes, unsigned seed) {
   for (const int value : failed) false_failures += delivered.contains(value) ? 1 : 0;
   return {{"seed", seed},
           {"delivered", delivered.size()},
+          {"failed", failed.size()},
           {"false_failures", false_failures},
           {"twice", values.size() - delivered.size()},
           {"seconds", took}};
