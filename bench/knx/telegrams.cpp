@@ -139,11 +139,15 @@ Json one_seed(const support::Knxd& knxd, int writes, unsigned seed) {
   LossyRelay relay(loop, 0.03, seed);
   Client client(loop, relay.port());
   std::set<int> failed;
-  int done = 0;
+  int done = 0, unconfirmed = 0;
   const auto start = Clock::now();
   for (int i = 0; i < writes; ++i) {
     client.line().send(write_of(i), loop.scheduler().now() + 60s, [&, i](Sent outcome, std::string_view) {
-      if (outcome != Sent::kSent) failed.insert(i);
+      if (outcome == Sent::kUnconfirmed) {
+        ++unconfirmed;
+      } else if (outcome != Sent::kSent) {
+        failed.insert(i);
+      }
       if (++done == writes) loop.stop();
     });
   }
@@ -157,6 +161,7 @@ Json one_seed(const support::Knxd& knxd, int writes, unsigned seed) {
   for (const int value : failed) false_failures += delivered.contains(value) ? 1 : 0;
   return {{"seed", seed},
           {"delivered", delivered.size()},
+          {"unconfirmed", unconfirmed},
           {"failed", failed.size()},
           {"false_failures", false_failures},
           {"twice", values.size() - delivered.size()},
