@@ -125,17 +125,29 @@ std::vector<int> values_in(const std::string& heard) {
   return values;
 }
 
+void wait_until_it_listens(const support::Knxd& knxd, const support::KnxdListener& listener) {
+  for (int i = 0; i < 100 && listener.heard().find("7/7/7") == std::string::npos; ++i) {
+    knxd.tool("groupswrite", {"7/7/7", "1"});
+    ::usleep(50'000);
+  }
+}
+
 Json one_seed(const support::Knxd& knxd, int writes, unsigned seed) {
   const support::KnxdListener listener(knxd);
+  wait_until_it_listens(knxd, listener);
   transport::Loop loop;
   LossyRelay relay(loop, 0.03, seed);
   Client client(loop, relay.port());
   std::set<int> failed;
-  int done = 0;
+  int done = 0, unconfirmed = 0;
   const auto start = Clock::now();
   for (int i = 0; i < writes; ++i) {
     client.line().send(write_of(i), loop.scheduler().now() + 60s, [&, i](Sent outcome, std::string_view) {
-      if (outcome != Sent::kSent) failed.insert(i);
+      if (outcome == Sent::kUnconfirmed) {
+        ++unconfirmed;
+      } else if (outcome != Sent::kSent) {
+        failed.insert(i);
+      }
       if (++done == writes) loop.stop();
     });
   }
@@ -149,6 +161,8 @@ Json one_seed(const support::Knxd& knxd, int writes, unsigned seed) {
   for (const int value : failed) false_failures += delivered.contains(value) ? 1 : 0;
   return {{"seed", seed},
           {"delivered", delivered.size()},
+          {"unconfirmed", unconfirmed},
+          {"failed", failed.size()},
           {"false_failures", false_failures},
           {"twice", values.size() - delivered.size()},
           {"seconds", took}};
@@ -163,7 +177,9 @@ void with_knxd(Json& out, const char* what, Measure measure) {
     return;
   }
   const support::Knxd knxd(false);
-  if (!knxd.ready()) {
+  bool ready = false;
+  for (int i = 0; i < 400 && !(ready = knxd.ready()); ++i) ::usleep(25'000);
+  if (!ready) {
     out[std::string(what) + "_skipped"] = "knxd does not come up";
     return;
   }

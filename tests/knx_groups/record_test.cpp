@@ -97,7 +97,7 @@ INSTANTIATE_TEST_SUITE_P(
     ::testing::Values(
         Mistake{"  1/9/1: 1.001\n", "home.yaml:3:3: groups.1/9/1: '1/9/1' is no group address: its middle group is 9"},
         Mistake{"  0/0/0: 1.001\n", "home.yaml:3:3: groups.0/0/0: 0/0/0 is the broadcast address"},
-        Mistake{"  2049: 1.001\n", "home.yaml:3:3: groups.2049: 1/0/1 stands twice in this map, in another notation"},
+        Mistake{"  2049: 1.001\n", "home.yaml:3:3: groups.2049: 1/0/1 stands here already"},
         Mistake{"  1/0/2: cold\n", "home.yaml:3:10: groups.1/0/2: 'cold' is no data point type"},
         Mistake{"  1/0/2: {dpt: 999.001}\n", "home.yaml:3:16: groups.1/0/2.dpt: '999.001' is no data point type"},
         Mistake{"  1/0/2: {dpt: 9.999}\n", "groups.1/0/2.dpt: type 9.999 is not known, expected one of main type 9"},
@@ -321,6 +321,22 @@ TEST(Import, TenThousandAddressesAreTakenPairedRecordedAndReadBack) {
   const auto record = read(to_yaml(imported->points, "big.csv"));
   EXPECT_EQ(record.errors, "");
   EXPECT_EQ(record.points, imported->points);
+}
+
+TEST(Record, PointsOfSeveralSourcesAreCheckedTogether) {
+  auto lamp = point("1/0/1", "1.001", Kind::kActuator), other = point("1/0/5", "1.001", Kind::kActuator);
+  lamp.state = ga("1/0/2");
+  EXPECT_TRUE(conflicts({lamp, other, point("1/0/2", "1.001", Kind::kSensor)}).empty());
+  other.state = lamp.state;
+  EXPECT_EQ(conflicts({lamp, other}), std::vector<std::string>{"1/0/5: 1/0/2 is the state address of 1/0/1 already"});
+  EXPECT_EQ(conflicts({lamp, lamp}), std::vector<std::string>{"1/0/1: 1/0/1 stands here already"});
+  auto one = point("1/2/7", "9.001", Kind::kSensor), two = point("1/2/8", "9.001", Kind::kSensor);
+  one.device = two.device = "hall";
+  const auto same_key = conflicts({one, two});
+  ASSERT_EQ(same_key.size(), 1U);
+  EXPECT_TRUE(same_key[0].starts_with("1/2/8: has the same device, kind, type and instance as 1/2/7")) << same_key[0];
+  two.instance = "2";
+  EXPECT_TRUE(conflicts({one, two}).empty());
 }
 
 TEST(Import, ARecordIsMergedAndTheReportCountsFirst) {

@@ -49,7 +49,7 @@ class IslandBus final : public Bus {
   IslandBus& operator=(const IslandBus&) = delete;
 
   void ask(const json& request) override {
-    const auto refused = [this, id = request.value("id", "")](const std::string& why) {
+    const auto refused = [this, id = text_in(request, "id")](const std::string& why) {
       if (!why.empty() && on_reply) on_reply({{"id", id}, {"ok", false}, {"why", why}});
     };
     session_->client().send_to_network(place_.island, place_.network, networks::knx::kRequestTag, request.dump(),
@@ -99,7 +99,7 @@ json Bus::answer_to(json request, Duration patience) {
   request["id"] = id;
   std::optional<json> answer;
   on_reply = [&](const json& reply) {
-    if (reply.value("id", "") == id) answer = reply;
+    if (text_in(reply, "id") == id) answer = reply;
   };
   ask(request);
   run([&] { return answer.has_value(); }, patience);

@@ -36,6 +36,8 @@ class Bus {
 
   std::function<void(const nlohmann::json& telegram)> on_telegram;
   std::function<void(const nlohmann::json& reply)> on_reply;
+  /// The line to the bus came back, or was lost and why. Only of a tunnel of our own.
+  std::function<void(bool up, const std::string& why)> on_line;
 
  protected:
   /// What came with one of the tags of networks/knx/operators.h.

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <csignal>
+#include <utility>
 
+#include "apps/rubicon/tuple_text.h"
 #include "base/config_reader.h"
 #include "networks/knx/knx_network.h"
 #include "networks/knx/operators.h"
@@ -41,7 +43,14 @@ class DirectBus final : public Bus, private network::NetworkHost {
   }
   void failed(Error why) override {
     reason_ = std::move(why.text);
-    again_ = loop_.scheduler().after(std::chrono::seconds(1), [this] { std::ignore = network_->open(); });
+    line_is(false);
+    again_ = loop_.scheduler().after(std::chrono::seconds(1), [this] { try_to_open(); });
+  }
+  void try_to_open() {
+    if (auto opened = network_->open(); !opened) failed(opened.error());
+  }
+  void line_is(bool up) {
+    if (std::exchange(up_, up) != up && on_line) on_line(up, reason_);
   }
   Scheduler& scheduler() override { return loop_.scheduler(); }
   transport::Transports& transports() override { return lines_; }
@@ -88,7 +97,7 @@ Result<void> DirectBus::open(const BusOptions& options, Duration patience) {
   auto made = networks::knx::kType.make({"knx", IslandId(1), reader, types_, {}}, *this);
   if (!made) return fail(ErrorCode::kInvalid, errors.empty() ? made.error().text : errors.text());
   network_ = std::move(*made);
-  if (auto opened = network_->open(); !opened) failed(opened.error());
+  try_to_open();
   if (run([this] { return up_; }, patience)) return {};
   return fail(ErrorCode::kUnreachable, fmt::format("no tunnel to {}: {}", options.direct, reason_));
 }
@@ -100,15 +109,16 @@ void DirectBus::ask(const json& request) {
   const auto bytes = base::as_bytes(text);
   message.body = model::Opaque{std::string(networks::knx::kRequestTag), Bytes(bytes.begin(), bytes.end())};
   if (auto taken = network_->send(message); !taken && on_reply)
-    on_reply({{"id", request.value("id", "")}, {"ok", false}, {"why", taken.error().text}});
+    on_reply({{"id", text_in(request, "id")}, {"ok", false}, {"why", taken.error().text}});
 }
 
 void DirectBus::hear(const Message& message) {
   if (const auto* opaque = std::get_if<model::Opaque>(&message.body)) {
     take(opaque->type, base::as_text(opaque->bytes));
   } else if (const auto* state = std::get_if<model::State>(&message.body)) {
-    up_ = state->line == model::LineState::kUp;
-    if (!up_ && !state->reason.empty()) reason_ = state->reason;
+    const bool up = state->line == model::LineState::kUp;
+    if (!up && !state->reason.empty()) reason_ = state->reason;
+    line_is(up);
   }
   look();
 }

@@ -114,31 +114,23 @@ class PointReader {
 /// Finds what two points claim at once.
 class Claims {
  public:
-  explicit Claims(ConfigErrors& errors) : errors_(errors) {}
-
-  /// False if the point must be left out.
-  bool take(const GroupPoint& point, const ConfigPlace& place, const std::string& path) {
+  /// What is wrong with a point beside those that were taken; empty: it is taken too.
+  std::string take(const GroupPoint& point) {
     const auto mine = to_string(point.address);
-    if (!addresses_.insert(point.address).second) {
-      errors_.add(place, path, fmt::format("{} stands twice in this map, in another notation", mine));
-      return false;
-    }
+    if (addresses_.contains(point.address)) return fmt::format("{} stands here already", mine);
     if (point.state) {
-      const auto [first, is_new] = states_.try_emplace(*point.state, point.address);
-      if (!is_new) {
-        errors_.add(
-            place, path,
-            fmt::format("{} is the state address of {} already", to_string(*point.state), to_string(first->second)));
-        return false;
-      }
+      if (const auto first = states_.find(*point.state); first != states_.end())
+        return fmt::format("{} is the state address of {} already", to_string(*point.state), to_string(first->second));
     }
-    const auto [first, is_new] = keys_.try_emplace(key_of(point), point.address);
-    if (is_new) return true;
-    errors_.add(place, path,
-                fmt::format("has the same device, kind, type and instance as {}: one key for both, give "
-                            "one of them another instance",
-                            to_string(first->second)));
-    return false;
+    if (const auto first = keys_.find(key_of(point)); first != keys_.end())
+      return fmt::format(
+          "has the same device, kind, type and instance as {}: one key for both, give one of them "
+          "another instance",
+          to_string(first->second));
+    addresses_.insert(point.address);
+    if (point.state) states_.emplace(*point.state, point.address);
+    keys_.emplace(key_of(point), point.address);
+    return {};
   }
 
  private:
@@ -150,7 +142,6 @@ class Claims {
     return {point.device.empty() ? to_key_part(point.address) : point.device, point.kind, id, point.instance};
   }
 
-  ConfigErrors& errors_;
   std::set<GroupAddress> addresses_;
   std::map<GroupAddress, GroupAddress> states_;
   std::map<Key, GroupAddress> keys_;
@@ -170,13 +161,28 @@ void read_groups(ConfigReader& reader, std::vector<GroupPoint>& out) {
   auto map = reader.map("groups");
   const auto& groups = map.here();
   auto& errors = reader.errors();
-  Claims claims(errors);
+  Claims claims;
   for (std::size_t i = 0; i < groups.entries.size(); ++i) {
     const auto& [key, node] = groups.entries[i];
     const auto path = map.path() + "." + key;
     auto point = PointReader(errors, names, path).read(key, key_place(groups, i), node);
-    if (point && claims.take(*point, key_place(groups, i), path)) out.push_back(std::move(*point));
+    if (!point) continue;
+    if (const auto wrong = claims.take(*point); !wrong.empty()) {
+      errors.add(key_place(groups, i), path, wrong);
+    } else {
+      out.push_back(std::move(*point));
+    }
   }
+}
+
+std::vector<std::string> conflicts(const std::vector<GroupPoint>& points) {
+  Claims claims;
+  std::vector<std::string> all;
+  for (const auto& point : points) {
+    if (const auto wrong = claims.take(point); !wrong.empty())
+      all.push_back(fmt::format("{}: {}", to_string(point.address), wrong));
+  }
+  return all;
 }
 
 std::optional<ReadRule> parse_read_rule(std::string_view text) {

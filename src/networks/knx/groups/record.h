@@ -17,6 +17,10 @@ namespace rubicon::networks::knx {
 /// two points with one key. A point with a mistake is left out.
 void read_groups(ConfigReader& reader, std::vector<GroupPoint>& out);
 
+/// What two points claim at once, a line each: one address of two points, one state address of two actuators, one key
+/// of two points. For points of several sources together; what one record has twice, read_groups() reports itself.
+std::vector<std::string> conflicts(const std::vector<GroupPoint>& points);
+
 /// `demand`, `init`, `never`, `expire 60min`, `every 5min`.
 std::optional<ReadRule> parse_read_rule(std::string_view text);
 std::string to_string(const ReadRule& rule);

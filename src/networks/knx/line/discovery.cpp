@@ -113,7 +113,10 @@ void Discovery::resolved(Question& question, const Result<std::vector<std::strin
     problem(addresses.error());
     return finish_if_done();
   }
-  question.remote = {addresses->front(), question.host.port};
+  const auto four = std::find_if(addresses->begin(), addresses->end(),
+                                 [](const std::string& one) { return one.find(':') == one.npos; });
+  if (four == addresses->end()) return unanswered(question, "it has no IPv4 address");
+  question.remote = {*four, question.host.port};
   open(question);
 }
 
