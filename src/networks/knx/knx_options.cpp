@@ -189,6 +189,7 @@ void read_points(const network::NetworkConfig& config, transport::Transports& tr
     if (point.state && here.contains(*point.state)) point.state.reset();
     out.points.push_back(std::move(point));
   }
+  for (const auto& conflict : conflicts(out.points)) options.error("import", conflict);
 }
 
 }  // namespace
