@@ -137,7 +137,7 @@ void Operators::write(Asker asker, const json& wish) {
               [this, asker = std::move(asker), hex, telegram, alive = std::weak_ptr<bool>(alive_)](
                   Sent outcome, std::string_view why) {
                 if (!alive.lock()) return;
-                if (outcome != Sent::kSent) return refuse(asker, why);
+                if (outcome != Sent::kSent && outcome != Sent::kUnconfirmed) return refuse(asker, why);
                 reply(asker, {{"ok", true}, {"address", to_string(telegram.destination)}, {"hex", hex}});
                 wrote_(telegram);
               });
