@@ -32,13 +32,13 @@ Cli::Cli() : app_(kAbout, "rubicon") {
   app_.footer(std::string(kExamples) + kExitCodes);
   settings_.add_to(app_);
   for (const auto add : {add_islands, add_ls, add_tree, add_get, add_set, add_watch, add_devices, add_describe,
-                         add_inbox, add_send, add_record, add_top, add_doctor, add_complete, add_manual}) {
+                         add_inbox, add_send, add_record, add_top, add_doctor, add_knx, add_complete, add_manual}) {
     add(*this);
   }
 }
 
 CLI::App* Cli::command(const Text& text, Run run) {
-  auto* app = app_.add_subcommand(text.name, text.summary);
+  auto* app = (text.under ? text.under : &app_)->add_subcommand(text.name, text.summary);
   app->footer("Examples:\n" + text.examples +
               "Options of all commands (--domain, --interfaces, --json, ...): `rubicon --help`.");
   commands_.emplace_back(app, std::move(run));

@@ -21,6 +21,7 @@ class Cli {
 
   struct Text {
     std::string name, summary, examples;  ///< a line of `examples` is indented
+    CLI::App* under = nullptr;            ///< a command that has this one as its own subcommand
   };
   /// A subcommand; `run` is called when it stands on the command line.
   CLI::App* command(const Text& text, Run run);
@@ -54,6 +55,7 @@ void add_send(Cli& cli);
 void add_record(Cli& cli);
 void add_top(Cli& cli);
 void add_doctor(Cli& cli);
+void add_knx(Cli& cli);
 void add_complete(Cli& cli);
 void add_manual(Cli& cli);
 

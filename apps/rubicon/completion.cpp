@@ -8,13 +8,21 @@ namespace rubicon::cli {
 
 namespace {
 
+std::vector<const CLI::App*> subcommands_of(const CLI::App& app) {
+  return app.get_subcommands([](const CLI::App*) { return true; });
+}
+
+/// The innermost one: `knx`, then `knx read`.
 const CLI::App* subcommand_in(const CLI::App& app, const std::vector<std::string>& words) {
+  const CLI::App* found = nullptr;
   for (const auto& word : words) {
-    for (const auto* sub : app.get_subcommands([](const CLI::App*) { return true; })) {
-      if (sub->get_name() == word) return sub;
+    for (const auto* sub : subcommands_of(found ? *found : app)) {
+      if (sub->get_name() != word) continue;
+      found = sub;
+      break;
     }
   }
-  return nullptr;
+  return found;
 }
 
 void add_options(const CLI::App& app, std::vector<std::string>& offers) {
@@ -54,8 +62,8 @@ std::vector<std::string> fixed_offers(const CLI::App& app, const std::vector<std
   if (typed.starts_with("-")) {
     if (sub) add_options(*sub, offers);
     add_options(app, offers);
-  } else if (!sub) {
-    for (const auto* one : app.get_subcommands([](const CLI::App*) { return true; })) {
+  } else if (!sub || !subcommands_of(*sub).empty()) {
+    for (const auto* one : subcommands_of(sub ? *sub : app)) {
       if (!one->get_group().empty()) offers.push_back(one->get_name());
     }
   } else if (before.back() == "inbox") {

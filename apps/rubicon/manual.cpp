@@ -44,6 +44,18 @@ std::string example_of(const CLI::App& app) {
   return fmt::format(".PP\n.EX\n{}.EE\n", troff(footer.substr(0, end)));
 }
 
+/// The shown subcommands, and those that they have themselves.
+std::string commands_of(const CLI::App& app, const std::string& before) {
+  std::string out;
+  for (const auto* one : app.get_subcommands([](const CLI::App* sub) { return !sub->get_group().empty(); })) {
+    const auto name = before + one->get_name();
+    out +=
+        fmt::format(".SS {}\n{}\n{}{}", troff(name), troff(one->get_description()), options_of(*one), example_of(*one));
+    out += commands_of(*one, name + " ");
+  }
+  return out;
+}
+
 /// rubicon(1), from what --help says.
 std::string manual(const CLI::App& app) {
   auto out = fmt::format(
@@ -51,11 +63,7 @@ std::string manual(const CLI::App& app) {
       "of "
       "RUBICON\n.SH SYNOPSIS\n.B rubicon\n[OPTIONS] COMMAND ...\n.SH DESCRIPTION\n{}\n.SH COMMANDS\n",
       RUBICON_VERSION, troff(app.get_description()));
-  const auto commands = app.get_subcommands([](const CLI::App* one) { return !one->get_group().empty(); });
-  for (const auto* one : commands) {
-    out += fmt::format(".SS {}\n{}\n{}{}", troff(one->get_name()), troff(one->get_description()), options_of(*one),
-                       example_of(*one));
-  }
+  out += commands_of(app, "");
   out += ".SH OPTIONS\nThey stand in front of the command or behind it.\n" + options_of(app);
   out += fmt::format(".SH EXIT STATUS\n{}\n", troff(kExitCodes));
   out +=

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -14,9 +15,12 @@ using Line = nlohmann::ordered_json;
 std::string dump(const Line& line);
 /// The members of an object; none if the text is none.
 nlohmann::json object_of(std::string_view text);
-/// Empty, or 0, where a member is missing or of another kind.
+/// Empty, 0 or false, where a member is missing or of another kind.
 std::string text_in(const nlohmann::json& object, const char* name);
 double number_in(const nlohmann::json& object, const char* name);
+bool flag_in(const nlohmann::json& object, const char* name);
+/// Zero also where a whole number is negative or too large.
+std::uint64_t count_in(const nlohmann::json& object, const char* name);
 
 /// owner, key, value or value_hex, mimetype, seq, write, user, creator, expire, and present: false where the owner is
 /// not there. The names and times of `rubicon-proxy run --watch`.

@@ -168,6 +168,9 @@ class Client final {
   // -- messages
   /// In order, delivered once or `sent` says why not.
   void send(OwnerId to, std::string_view type, std::string_view bytes, SentCall sent = {});
+  /// The same to a network of an island (`knx-hall`), for those types of network that listen (docs/knx.md).
+  void send_to_network(OwnerId island, std::string_view network, std::string_view type, std::string_view bytes,
+                       SentCall sent = {});
   /// Messages to this component of this type; empty = of all types.
   [[nodiscard]] Handle on_message(std::string_view type, MessageCall call);
 

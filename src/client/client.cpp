@@ -279,7 +279,12 @@ Outcome Client::command(OwnerId owner, std::string_view key, std::string_view va
 }
 
 void Client::send(OwnerId to, std::string_view type, std::string_view bytes, SentCall sent) {
-  parts_->office().send(to, type, bytes, std::move(sent));
+  parts_->office().send({to, {}, {}}, type, bytes, std::move(sent));
+}
+
+void Client::send_to_network(OwnerId island, std::string_view network, std::string_view type, std::string_view bytes,
+                             SentCall sent) {
+  parts_->office().send({island, std::string(network), {}}, type, bytes, std::move(sent));
 }
 
 Handle Client::on_message(std::string_view type, MessageCall call) {

@@ -25,17 +25,17 @@ PostOffice::PostOffice(Scheduler& scheduler, TupleSpace& space, base::LogSink& l
   });
 }
 
-void PostOffice::send(OwnerId to, std::string_view type, std::string_view bytes, SentCall sent) {
+void PostOffice::send(const Address& to, std::string_view type, std::string_view bytes, SentCall sent) {
   if (sent && waiting_.size() >= kMostWaiting)
     return scheduler_.post([sent = std::move(sent)] { sent("busy: too many messages are under way"); });
   Message message;
-  message.destination.island = to;
+  message.destination = to;
   const auto view = base::as_bytes(bytes);
   message.body = model::Opaque{std::string(type), Bytes(view.begin(), view.end())};
   const auto number = gateway_.send(std::move(message));
   if (!sent) return;
   waiting_[number].sent = std::move(sent);
-  if (to != self_) return;
+  if (to.island != self_) return;
   scheduler_.post([this, number, alive = std::weak_ptr<bool>(alive_)] {  // no other gateway will say that it took it
     if (alive.lock()) taken(number);
   });

@@ -17,7 +17,10 @@ class PostOffice {
 
   PostOffice(Scheduler& scheduler, TupleSpace& space, base::LogSink& log);
 
-  void send(OwnerId to, std::string_view type, std::string_view bytes, SentCall sent);
+  void send(OwnerId to, std::string_view type, std::string_view bytes, SentCall sent) {
+    send(Address{to, {}, {}}, type, bytes, std::move(sent));
+  }
+  void send(const Address& to, std::string_view type, std::string_view bytes, SentCall sent);
   tuples::Handle on_message(std::string_view type, MessageCall call);
 
  private:

@@ -49,10 +49,12 @@ struct Actuate {
   std::uint64_t request = 0;
   PointId point;
   Value value;
+  /// A network that cannot send it at once gives it up after this time; 0 = its own rule.
+  std::chrono::milliseconds time_to_live{0};
 };
 
-/// From now on report exactly these sensors, each at least every `period` (D1.4: RubiconMessageCtrlPeriodicCmd). Empty
-/// = stop, or go as slow as the device allows.
+/// From now on report exactly these sensors (and actuators whose state is sampled), each at least every `period` (D1.4:
+/// RubiconMessageCtrlPeriodicCmd). Empty = stop, or go as slow as the device allows.
 struct Sample {
   std::uint64_t request = 0;
   std::vector<PointId> points;
@@ -78,11 +80,13 @@ struct Acknowledge {
 enum class LineState : std::uint8_t { kDown, kConnecting, kUp, kEnded };
 std::string_view to_string(LineState state);
 
-/// How a network is: its line and its counters (all that it wants seen; names are `[a-z-]+`).
+/// How a network is: its line, its counters and what else it wants seen, as text or JSON (names are `[a-z-]+`). What a
+/// later State does not name stays as it was.
 struct State {
   LineState line = LineState::kDown;
   std::string reason;
   std::map<std::string, std::uint64_t> counters;
+  std::map<std::string, std::string> texts{};  ///< each at most 64 KiB
 };
 
 /// Application bytes with a type tag, never read on the way (D1.4: user object).

@@ -62,6 +62,7 @@ json capability_out(const Capability& capability) {
     out["deadline-ms"] = std::chrono::ceil<std::chrono::milliseconds>(*capability.deadline).count();
   }
   if (!capability.reports) out["reports"] = false;
+  if (capability.sampled) out["sampled"] = true;
   if (capability.initial.index() != 0) out["initial"] = value_to_json(capability.initial);
   return out;
 }
@@ -80,6 +81,7 @@ Capability capability_in(FieldReader& in) {
     capability.deadline = std::chrono::milliseconds(in.number("deadline-ms", kLongestDeadline));
   }
   if (in.has("reports")) capability.reports = in.boolean("reports");
+  if (in.has("sampled")) capability.sampled = in.boolean("sampled");
   capability.initial = in.value("initial");
   return capability;
 }
@@ -106,7 +108,11 @@ struct BodyWriter {
     }
     return out;
   }
-  json operator()(const Actuate& actuate) const { return request(actuate); }
+  json operator()(const Actuate& actuate) const {
+    auto out = request(actuate);
+    if (actuate.time_to_live.count() > 0) out["ttl-ms"] = actuate.time_to_live.count();
+    return out;
+  }
   json operator()(const SetProperty& property) const { return request(property); }
   json operator()(const Sample& sample) const {
     json out{{"request", sample.request}, {"period-ms", sample.period.count()}, {"points", json::array()}};
@@ -121,7 +127,9 @@ struct BodyWriter {
     return {{"request", acknowledge.request}, {"outcome", to_string(acknowledge.outcome)}, {"text", acknowledge.text}};
   }
   json operator()(const State& state) const {
-    return {{"line", to_string(state.line)}, {"reason", state.reason}, {"counters", state.counters}};
+    json out{{"line", to_string(state.line)}, {"reason", state.reason}, {"counters", state.counters}};
+    if (!state.texts.empty()) out["texts"] = state.texts;
+    return out;
   }
   json operator()(const Opaque& opaque) const { return {{"type", opaque.type}, {"bytes", json::binary(opaque.bytes)}}; }
 
@@ -167,19 +175,26 @@ Enum word_in(FieldReader& in, const char* key, Enum last) {
   return Enum{};
 }
 
+Actuate actuate_in(FieldReader& in) {
+  Actuate actuate{in.number("request", kAny64), point_in(in), in.value("value")};
+  if (in.has("ttl-ms")) actuate.time_to_live = std::chrono::milliseconds(in.number("ttl-ms", kLongestDeadline));
+  return actuate;
+}
+
 Body body_in(MessageKind kind, FieldReader in) {
   switch (kind) {
     case MessageKind::kJoin: return join_in(in);
     case MessageKind::kKeepAlive: return KeepAlive{};
     case MessageKind::kLeave: return Leave{in.text("reason")};
     case MessageKind::kUpdates: return updates_in(in);
-    case MessageKind::kActuate: return Actuate{in.number("request", kAny64), point_in(in), in.value("value")};
+    case MessageKind::kActuate: return actuate_in(in);
     case MessageKind::kSample: return sample_in(in);
     case MessageKind::kSetProperty: return SetProperty{in.number("request", kAny64), point_in(in), in.value("value")};
     case MessageKind::kAcknowledge:
       return Acknowledge{in.number("request", kAny64), word_in(in, "outcome", Outcome::kBusy), in.text("text")};
     case MessageKind::kState:
-      return State{word_in(in, "line", LineState::kEnded), in.text("reason"), in.counters("counters")};
+      return State{word_in(in, "line", LineState::kEnded), in.text("reason"), in.counters("counters"),
+                   in.texts("texts")};
     case MessageKind::kOpaque: return Opaque{in.text("type", 255), in.bytes("bytes")};
   }
   return KeepAlive{};

@@ -1,6 +1,7 @@
 #include "model/message_fields.h"
 
 #include <fmt/format.h>
+#include <algorithm>
 
 #include <cmath>
 
@@ -125,6 +126,24 @@ std::map<std::string, std::uint64_t> FieldReader::counters(const char* key) {
     }
     out.emplace(name, count.get<std::uint64_t>());
   }
+  return out;
+}
+
+/// Of the texts of a State.
+constexpr std::size_t kLongestText = 64UL * 1024;
+
+std::map<std::string, std::string> FieldReader::texts(const char* key) {
+  std::map<std::string, std::string> out;
+  const auto* found = find(key);
+  if (!found) return out;
+  const auto fits = [](const auto& text) {
+    return text.is_string() && text.template get_ref<const std::string&>().size() <= kLongestText;
+  };
+  if (!found->is_object() || found->size() > kMaxMessageEntries || !std::all_of(found->begin(), found->end(), fits)) {
+    wrong(key, "a map of names to texts of at most 64 KiB");
+    return out;
+  }
+  for (const auto& [name, text] : found->items()) out.emplace(name, text.get<std::string>());
   return out;
 }
 

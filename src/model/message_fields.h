@@ -30,6 +30,7 @@ class FieldReader {
   void each(const char* key, const std::function<void(FieldReader&)>& visit);
   /// Names and numbers of a map; absent is empty.
   std::map<std::string, std::uint64_t> counters(const char* key);
+  std::map<std::string, std::string> texts(const char* key);
 
   void wrong(const char* key, std::string_view expected);
 

@@ -32,6 +32,8 @@ struct Capability {
   std::optional<Duration> deadline;
   /// False for an actuator that never reports its state: a command then ends assumed, not confirmed.
   bool reports = true;
+  /// An actuator whose state is asked for when somebody wants it: it stands in Sample beside the sensors.
+  bool sampled = false;
   /// Value a network knows already at the join (a property's configured value); monostate = none.
   Value initial;
 

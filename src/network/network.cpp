@@ -11,6 +11,10 @@ void NetworkHost::deliver(std::string device, model::Body body) {
   deliver(std::move(message));
 }
 
+Result<Followed> NetworkHost::follow(std::string_view, std::function<void(std::string_view value)>) {
+  return fail(ErrorCode::kUnsupported, "there are no tuples to follow here");
+}
+
 Result<void> Network::change(const NetworkConfig&) {
   return fail(ErrorCode::kUnsupported, "this type of network takes new options only from the start");
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -14,6 +15,9 @@
 
 namespace rubicon::network {
 
+/// A tuple that is followed; destroyed = not any more.
+using Followed = std::shared_ptr<void>;
+
 /// What a plug-in knows of the world. Owned by the supervisor, outlives the network.
 class NetworkHost {
  public:
@@ -25,6 +29,11 @@ class NetworkHost {
   virtual void deliver(Message message) = 0;
   /// The line is lost: open() will be called again after a pause. What waits for the line may stay in the network.
   virtual void failed(Error why) = 0;
+
+  /// Values of a tuple, for networks that show them to their devices: the key of one of this island's, or `ID:key` of
+  /// another's. `call` is told what there is, in a later turn, and each change (empty: it is gone), until the result is
+  /// destroyed; nobody is asked at make() time. kInvalid for what is no tuple. By default there are none: kUnsupported.
+  virtual Result<Followed> follow(std::string_view tuple, std::function<void(std::string_view value)> call);
 
   virtual Scheduler& scheduler() = 0;
   virtual transport::Transports& transports() = 0;
@@ -42,6 +51,8 @@ struct NetworkConfig {
   ConfigReader& options;
   const TypeCatalogue& types;
   std::string directory;  ///< of the configuration file: relative paths start here; empty = the working directory
+  /// Reads further YAML of the site's (`file` for the places in errors); nullptr where there is none.
+  Result<ConfigNode> (*read_yaml)(std::string_view text, std::string_view file) = nullptr;
 };
 
 /// A network of devices behind one line. Destroyed = stopped, at once and without a word to the host.
@@ -75,6 +86,8 @@ struct NetworkType {
   /// Roaming domain of types whose addresses are unique in the world (docs/roaming.md); a key part, empty = none. The
   /// configuration's word goes before.
   std::string_view roaming{};
+  /// Its devices give no sign of life: without the option `silence` they are never unreachable by silence.
+  bool quiet = false;
 };
 
 }  // namespace rubicon::network

@@ -59,6 +59,10 @@ class Supervisor::Slot final : public NetworkHost {
     deliver({}, model::State{model::LineState::kDown, std::move(why.text), {}});
   }
 
+  Result<Followed> follow(std::string_view tuple, std::function<void(std::string_view)> call) override {
+    return supervisor_.follow_ ? supervisor_.follow_(tuple, std::move(call)) : NetworkHost::follow(tuple, call);
+  }
+
   Scheduler& scheduler() override { return supervisor_.scheduler_; }
   transport::Transports& transports() override { return supervisor_.transports_; }
   const Log& log() const override { return log_; }

@@ -26,6 +26,10 @@ class Supervisor {
              MessageSink& sink);
   ~Supervisor();
 
+  /// Who follows tuples for networks; without it nothing can be followed.
+  using Follow = std::function<Result<Followed>(std::string_view tuple, std::function<void(std::string_view)> call)>;
+  void follow_by(Follow follow) { follow_ = std::move(follow); }
+
   /// kDuplicate for an id already there; else what `make` says.
   Result<void> add(const NetworkType& type, const NetworkConfig& config);
   /// New options for a network of the same type, without losing its line. kUnsupported (or whatever `change` says):
@@ -48,6 +52,7 @@ class Supervisor {
   transport::Transports& transports_;
   base::LogSink& log_;
   MessageSink& sink_;
+  Follow follow_;
   bool started_ = false;
   std::map<std::string, std::unique_ptr<Slot>> slots_;
 };

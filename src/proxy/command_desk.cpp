@@ -147,6 +147,15 @@ void CommandDesk::wait(Device& device, Command& command) {
   command.deadline = around_.scheduler.at(command.expires, [this, serial] { deadline_passed(serial); });
 }
 
+/// Never longer than we wait ourselves: what is called timed-out here must not happen afterwards.
+std::chrono::milliseconds CommandDesk::time_left(const Command& command) const {
+  const bool given = command.time_to_live != Duration::zero();
+  const auto whole = given ? command.time_to_live : around_.config.command_time_to_live;
+  const auto left = command.expires != SteadyTime{} ? command.expires - around_.clock.now().steady : whole;
+  return std::chrono::ceil<std::chrono::milliseconds>(
+      std::clamp<Duration>(left, std::chrono::milliseconds(1), around_.config.confirmation_wait));
+}
+
 void CommandDesk::hand_over(Device& device, const Point& point, Command& command) {
   by_request_.erase(command.request);
   const auto serial = command.request = around_.next_request();
@@ -158,7 +167,7 @@ void CommandDesk::hand_over(Device& device, const Point& point, Command& command
   if (point.id.kind == Kind::kProperty) {
     message.body = model::SetProperty{serial, point.id, command.value};
   } else {
-    message.body = model::Actuate{serial, point.id, command.value};
+    message.body = model::Actuate{serial, point.id, command.value, time_left(command)};
   }
   around_.gateway.send(std::move(message));
   command.deadline =

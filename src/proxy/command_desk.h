@@ -46,6 +46,7 @@ class CommandDesk {
   void supersede(Device& device, Point& point, const Command& by);
   void hand_over(Device& device, const Point& point, Command& command);
   Duration patience(const Device& device, const Command& command) const;
+  std::chrono::milliseconds time_left(const Command& command) const;
   void wait(Device& device, Command& command);
   void sent(Device& device, Point& point, Command& command);
   void deadline_passed(std::uint64_t serial);

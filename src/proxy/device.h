@@ -138,8 +138,8 @@ struct Network {
   std::map<std::string, std::string> reserved;  ///< configured id -> the address it is kept for
   NetworkFaults faults;
   TupleRef status_tuple, devices_tuple;
-  std::map<std::string, std::uint64_t> reported;  ///< counters of the network itself
-  std::map<std::string, std::string> published;   ///< properties as last published
+  std::map<std::string, std::string> reported;   ///< counters and texts of the network itself
+  std::map<std::string, std::string> published;  ///< properties as last published
   bool devices_dirty = false;
 };
 

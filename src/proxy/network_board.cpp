@@ -99,7 +99,7 @@ void NetworkBoard::publish_counters() {
   counters_at_ = around_.clock.refresh().steady + kCountersPause;
   for (const auto& [id, slot] : directory_.networks()) {
     auto& network = *slot;
-    for (const auto& [name, count] : network.reported) publish_property(network, name, std::to_string(count));
+    for (const auto& [name, text] : network.reported) publish_property(network, name, text);
     const auto queue = around_.gateway.counters(id);
     const auto& faults = network.faults;
     const std::pair<const char*, std::uint64_t> own[] = {{"devices", network.devices.size()},

@@ -58,8 +58,10 @@ void Proxy::Parts::listen() {
   handles.push_back(
       around.gateway.subscribe(MessageKind::kAcknowledge, [this](const Message& message) { acknowledge(message); }));
   const auto self = around.space.self();
-  handles.push_back(around.space.watch_demand({self, config.prefix + ".*.*.sensor.*.value"},
-                                              [this](const tuples::Demand& wanted) { demand.wanted(wanted); }));
+  for (const auto* kind : {"sensor", "actuator"}) {
+    handles.push_back(around.space.watch_demand({self, fmt::format("{}.*.*.{}.*.value", config.prefix, kind)},
+                                                [this](const tuples::Demand& wanted) { demand.wanted(wanted); }));
+  }
   handles.push_back(around.space.judge({self, config.prefix + ".**"},
                                        [this](const tuples::RemoteSet& wish) { return desk.judge(wish); }));
   handles.push_back(around.space.judge({self, "ROAMING.**"},
@@ -226,7 +228,8 @@ void Proxy::Parts::lost(Device& device) {
 }
 
 void Proxy::Parts::state(Device*, Network& network, const Message&, const model::State& state) {
-  for (const auto& [name, count] : state.counters) network.reported[name] = count;
+  for (const auto& [name, count] : state.counters) network.reported[name] = std::to_string(count);
+  for (const auto& [name, text] : state.texts) network.reported[name] = text;
   board.refresh_counters();
   set_line(network, state);
 }

@@ -11,6 +11,7 @@
 #include "runtime/island_metrics.h"
 #include "runtime/island_presence.h"
 #include "runtime/options_file.h"
+#include "runtime/yaml.h"
 
 namespace rubicon::runtime {
 
@@ -32,9 +33,13 @@ struct Island::Parts {
         presence(scheduler, space, config.proxy.island_name, config.proxy.prefix,
                  [this] { return proxy.device_counts(); }) {
     gateway.connect(networks);
+    networks.follow_by([this](std::string_view tuple, std::function<void(std::string_view)> call) {
+      return follow(tuple, std::move(call));
+    });
     watch_numbers();
   }
   void watch_numbers();
+  Result<network::Followed> follow(std::string_view tuple, std::function<void(std::string_view)> call);
 
   Result<void> add(const NetworkSetup& setup, network::Supervisor& to, const std::string& directory,
                    base::ConfigErrors& errors);
@@ -94,6 +99,18 @@ void Island::Parts::watch_numbers() {
   });
 }
 
+/// Who shows a value wants it: the subscription is an active one.
+Result<network::Followed> Island::Parts::follow(std::string_view tuple, std::function<void(std::string_view)> call) {
+  auto pattern = Pattern::parse(tuple);
+  if (!pattern) return fail(pattern.error());
+  if (!pattern->exact()) return fail(ErrorCode::kInvalid, fmt::format("'{}' is a pattern, expected one tuple", tuple));
+  if (!pattern->owner) pattern->owner = config.id;
+  auto handle = space.subscribe(*pattern, {}, [call = std::move(call)](const tuples::Event& event) {
+    call(event.kind == tuples::EventKind::kSet ? event.tuple.value : std::string_view());
+  });
+  return std::make_shared<tuples::Handle>(std::move(handle));
+}
+
 Island::Island(std::unique_ptr<Parts> parts, Scheduler& scheduler) : parts_(std::move(parts)), scheduler_(scheduler) {}
 Island::~Island() = default;
 
@@ -102,7 +119,7 @@ Result<void> Island::Parts::add(const NetworkSetup& setup, network::Supervisor& 
                                 base::ConfigErrors& errors) {
   ConfigReader options(setup.options, "networks." + setup.key, errors);
   const auto before = errors.lines().size();
-  auto added = to.add(*setup.type, {setup.id, config.id, options, config.types, directory});
+  auto added = to.add(*setup.type, {setup.id, config.id, options, config.types, directory, parse_yaml});
   if (!added && errors.lines().size() == before) options.error("", added.error().text);
   options.finish();
   return added;
@@ -207,7 +224,7 @@ void Island::Parts::apply(IslandConfig next, ReloadPlan& plan) {
   for (const auto& id : plan.changed) {
     const auto& setup = setup_of(next, id);
     ConfigReader options(setup.options, "networks." + setup.key, errors);
-    if (!networks.change({id, config.id, options, config.types, next.directory})) anew.push_back(id);
+    if (!networks.change({id, config.id, options, config.types, next.directory, parse_yaml})) anew.push_back(id);
   }
   for (const auto& id : plan.removed) take_away(id);
   for (const auto& id : anew) take_away(id);

@@ -217,6 +217,7 @@ void read_network(const std::string& key, ConfigReader& network, std::span<const
   if (setup.type && key != type && !key.starts_with(type + "-")) {
     network.error("", fmt::format("a network of type {} is called {} or {}-<name>", type, type, type));
   }
+  if (setup.type && setup.type->quiet) rules.silence.reset();
   rules.silence = network.duration_or_never("silence", rules.silence);
   if (rules.silence == Duration(0)) network.error("silence", "expected more than 0s, or never");
   const auto rate = network.duration("rate", rules.rate);

@@ -3,13 +3,15 @@
 #include <array>
 
 #include "networks/dummy/dummy_network.h"
+#include "networks/knx/knx_network.h"
 #include "networks/log/log_network.h"
 #include "networks/salad/salad_network.h"
 
 namespace rubicon::runtime {
 
 std::span<const network::NetworkType> network_types() {
-  static const std::array kTypes{networks::dummy::kType, networks::log::kType, networks::salad::kType};
+  static const std::array kTypes{networks::dummy::kType, networks::log::kType, networks::salad::kType,
+                                 networks::knx::kType};
   return kTypes;
 }
 

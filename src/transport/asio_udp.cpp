@@ -1,5 +1,6 @@
 #include "transport/asio_udp.h"
 
+#include <arpa/inet.h>
 #include <fmt/format.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
@@ -9,6 +10,7 @@
 #include <boost/asio/ip/address.hpp>
 #include <boost/asio/ip/udp.hpp>
 #include <boost/asio/ip/v6_only.hpp>
+#include <boost/asio/post.hpp>
 #include <cerrno>
 #include <deque>
 #include <optional>
@@ -48,8 +50,16 @@ struct Parts : std::enable_shared_from_this<Parts> {
   Parts(asio::io_context& context, UdpCalls c, std::size_t largest)
       : socket(context), calls(std::move(c)), buffer(largest) {}
 
-  error_code bind(const Endpoint& wanted);
+  Result<void> open(const UdpOptions& options);
+  error_code bind(const UdpOptions& options);
   error_code bind_one(const udp::endpoint& endpoint, bool both_families);
+  Result<void> set_multicast(const UdpMulticast& multicast);
+  Result<void> rejoin();
+  void report_soon();
+  Result<void> join(const std::string& group, int what);
+  Result<void> connect(const Endpoint& wanted);
+  const Endpoint& name_of(const udp::endpoint& endpoint);
+  std::optional<udp::endpoint> target_of(const Endpoint& to);
   void receive();
   void received(const error_code& error, std::size_t size);
   bool take_error_reports();
@@ -64,9 +74,24 @@ struct Parts : std::enable_shared_from_this<Parts> {
   udp::endpoint from;
   std::deque<std::pair<udp::endpoint, Bytes>> queue;
   std::uint64_t dropped = 0;
+  bool send_failed = false;  ///< ICMP spoke up in a call to send: there may be a report of it
+  udp::endpoint named;       ///< what `name` stands for
+  Endpoint name;
+  std::optional<udp::endpoint> target;  ///< what `target_name` stands for
+  Endpoint target_name;
+  std::optional<udp::endpoint> remote;  ///< as the socket's family spells it
+  std::vector<std::string> groups;      ///< that were joined
+  std::string joined_on;                ///< address of an interface; empty = the default one
+  bool reuse = false;
   bool six = false;
   bool alive = true;
 };
+
+template <class Value>
+error_code set(udp::socket& socket, int level, int option, const Value& value) {
+  if (::setsockopt(socket.native_handle(), level, option, &value, sizeof value) == 0) return {};
+  return {errno, boost::system::system_category()};
+}
 
 error_code Parts::bind_one(const udp::endpoint& endpoint, bool both_families) {
   error_code error;
@@ -75,10 +100,10 @@ error_code Parts::bind_one(const udp::endpoint& endpoint, bool both_families) {
   six = endpoint.address().is_v6();
   if (six) socket.set_option(asio::ip::v6_only(!both_families), error);
   // Without this the system keeps what ICMP says to itself (ip(7), IP_RECVERR).
-  const int on = 1;
-  ::setsockopt(socket.native_handle(), IPPROTO_IP, IP_RECVERR, &on, sizeof on);
-  if (six) ::setsockopt(socket.native_handle(), IPPROTO_IPV6, IPV6_RECVERR, &on, sizeof on);
-  socket.non_blocking(true, error);
+  set(socket, IPPROTO_IP, IP_RECVERR, 1);
+  if (six) set(socket, IPPROTO_IPV6, IPV6_RECVERR, 1);
+  if (!error && reuse) error = set(socket, SOL_SOCKET, SO_REUSEADDR, 1);
+  if (!error) socket.non_blocking(true, error);
   if (!error) socket.bind(endpoint, error);
   if (error) {
     error_code ignored;
@@ -87,15 +112,107 @@ error_code Parts::bind_one(const udp::endpoint& endpoint, bool both_families) {
   return error;
 }
 
-error_code Parts::bind(const Endpoint& wanted) {
+error_code Parts::bind(const UdpOptions& options) {
+  const auto& wanted = options.local;
   error_code error;
   if (!wanted.address.empty()) {
     const auto address = asio::ip::make_address(wanted.address, error);
     return error ? error : bind_one({address, wanted.port}, false);
   }
+  if (options.multicast) return bind_one({udp::v4(), wanted.port}, false);
   error = bind_one({udp::v6(), wanted.port}, true);
   if (!error || error == asio::error::address_in_use || error == asio::error::access_denied) return error;
   return bind_one({udp::v4(), wanted.port}, false);  // a machine without IPv6
+}
+
+Result<void> Parts::open(const UdpOptions& options) {
+  reuse = options.reuse_address;
+  if (const auto error = bind(options)) return io_error("open", options.local, error);
+  if (options.multicast) {
+    if (auto done = set_multicast(*options.multicast); !done)
+      return fail(done.error().code, fmt::format("UDP {}: {}", to_string(options.local), done.error().text));
+  }
+  return options.remote ? connect(*options.remote) : Result<void>();
+}
+
+auto cannot(const std::string& doing, const error_code& error) {
+  return fail(ErrorCode::kIo, fmt::format("cannot {}: {}", doing, error.message()));
+}
+
+Result<void> Parts::set_multicast(const UdpMulticast& multicast) {
+  if (six) return fail(ErrorCode::kUnsupported, "groups are heard on IPv4 sockets only");
+  in_addr interface_address{};
+  if (!multicast.interface_address.empty()) {
+    if (::inet_pton(AF_INET, multicast.interface_address.c_str(), &interface_address) != 1)
+      return fail(ErrorCode::kInvalid,
+                  fmt::format("'{}' is no IPv4 address of an interface", multicast.interface_address));
+    if (const auto error = set(socket, IPPROTO_IP, IP_MULTICAST_IF, interface_address))
+      return cannot("send to groups from the interface of " + multicast.interface_address, error);
+  }
+  // Otherwise it hears every group that anybody on this machine joined (ip(7), IP_MULTICAST_ALL).
+  if (const auto error = set(socket, IPPROTO_IP, IP_MULTICAST_ALL, 0)) return cannot("hear own groups only", error);
+  if (const auto error = set(socket, IPPROTO_IP, IP_MULTICAST_TTL, static_cast<int>(multicast.ttl)))
+    return cannot(fmt::format("set the time to live to {}", multicast.ttl), error);
+  if (const auto error = set(socket, IPPROTO_IP, IP_MULTICAST_LOOP, multicast.loopback ? 1 : 0))
+    return cannot("set the loopback of groups", error);
+  groups = multicast.groups;
+  joined_on = multicast.interface_address;
+  for (const auto& group : groups) {
+    if (auto joined = join(group, IP_ADD_MEMBERSHIP); !joined) return joined;
+  }
+  return {};
+}
+
+/// Or leaves it, as `what` says.
+Result<void> Parts::join(const std::string& group, int what) {
+  ip_mreq wanted{};
+  if (!joined_on.empty()) ::inet_pton(AF_INET, joined_on.c_str(), &wanted.imr_interface);
+  const bool numeric = ::inet_pton(AF_INET, group.c_str(), &wanted.imr_multiaddr) == 1;
+  const error_code error = numeric ? set(socket, IPPROTO_IP, what, wanted) : asio::error::invalid_argument;
+  if (!error) return {};
+  const auto* where = joined_on.empty() ? "the default interface" : joined_on.c_str();
+  return cannot(fmt::format("join group {} on {}", group, where), error);
+}
+
+/// Only the last member that leaves and the first that comes make the system send a report, so leaving comes first.
+Result<void> Parts::rejoin() {
+  for (const auto& group : groups) {
+    (void)join(group, IP_DROP_MEMBERSHIP);  // the interface may be another by now
+    if (auto joined = join(group, IP_ADD_MEMBERSHIP); !joined) return joined;
+  }
+  return {};
+}
+
+Result<void> Parts::connect(const Endpoint& wanted) {
+  error_code error;
+  auto address = asio::ip::make_address(wanted.address, error);
+  if (error || wanted.port == 0)
+    return fail(ErrorCode::kInvalid, fmt::format("UDP: no endpoint: {}", to_string(wanted)));
+  if (six && address.is_v4()) address = asio::ip::make_address_v6(asio::ip::v4_mapped, address.to_v4());
+  remote.emplace(address, wanted.port);
+  socket.connect(*remote, error);
+  return error ? Result<void>(io_error("connect", wanted, error)) : Result<void>();
+}
+
+/// Most datagrams come from where the last one came from.
+const Endpoint& Parts::name_of(const udp::endpoint& endpoint) {
+  if (endpoint != named) {
+    named = endpoint;
+    name = endpoint_of(endpoint);
+  }
+  return name;
+}
+
+/// Most go to where the last one went.
+std::optional<udp::endpoint> Parts::target_of(const Endpoint& to) {
+  if (target && to == target_name) return target;
+  error_code error;
+  auto address = asio::ip::make_address(to.address, error);
+  if (error || to.port == 0) return std::nullopt;
+  if (six && address.is_v4()) address = asio::ip::make_address_v6(asio::ip::v4_mapped, address.to_v4());
+  target.emplace(address, to.port);
+  target_name = to;
+  return target;
 }
 
 void Parts::receive() {
@@ -105,10 +222,12 @@ void Parts::receive() {
 }
 
 void Parts::received(const error_code& error, std::size_t size) {
-  const bool reports = take_error_reports();
+  // Each datagram would cost a call to the system more: reports show as errors of other calls first.
+  const bool reports = (error || std::exchange(send_failed, false)) && take_error_reports();
   if (!alive) return;
   if (!error) {
-    calls.received(endpoint_of(from), ByteView(buffer).first(size));
+    // Between bind() and connect() a stranger may have been heard.
+    if (!remote || from == *remote) calls.received(name_of(from), ByteView(buffer).first(size));
   } else if (!reports && !tells_of_a_datagram(error.value())) {
     return calls.failed({ErrorCode::kIo, fmt::format("UDP: cannot receive: {}", error.message())});
   }
@@ -137,12 +256,21 @@ bool Parts::take_error_reports() {
   return some;
 }
 
+/// The call that failed took the error from the socket: nothing wakes receive() for the report of it.
+void Parts::report_soon() {
+  if (std::exchange(send_failed, true)) return;
+  asio::post(socket.get_executor(), [self = shared_from_this()] {
+    if (self->alive && std::exchange(self->send_failed, false)) self->take_error_reports();
+  });
+}
+
 /// nullopt = wait. An ICMP message about an earlier datagram ends one call, the next one sends.
 std::optional<error_code> Parts::try_send(const udp::endpoint& to, ByteView bytes) {
   error_code error;
   for (int attempt = 0; attempt < 3; ++attempt) {
     socket.send_to(asio::buffer(bytes.data(), bytes.size()), to, 0, error);
     if (!error || !tells_of_a_datagram(error.value())) break;
+    report_soon();
   }
   if (after_send(error.value()) == AfterSend::kWait) return std::nullopt;
   return error;
@@ -153,13 +281,13 @@ Result<void> Parts::send(const Endpoint& to, ByteView bytes) {
     return fail(ErrorCode::kOutOfRange,
                 fmt::format("UDP {}: {} bytes, at most {} fit", to_string(to), bytes.size(), kLongest));
   }
-  error_code error;
-  auto address = asio::ip::make_address(to.address, error);
-  if (error || to.port == 0) return fail(ErrorCode::kInvalid, fmt::format("UDP: no endpoint: {}", to_string(to)));
-  if (six && address.is_v4()) address = asio::ip::make_address_v6(asio::ip::v4_mapped, address.to_v4());
-  const udp::endpoint target(address, to.port);
+  const auto found = target_of(to);
+  if (!found) return fail(ErrorCode::kInvalid, fmt::format("UDP: no endpoint: {}", to_string(to)));
+  if (remote && *found != *remote)
+    return fail(ErrorCode::kInvalid,
+                fmt::format("UDP {}: the socket sends to {} only", to_string(to), to_string(endpoint_of(*remote))));
   if (queue.empty()) {
-    const auto done = try_send(target, bytes);
+    const auto done = try_send(*found, bytes);
     if (done && !*done) return {};
     if (done) {
       ++dropped;
@@ -172,7 +300,7 @@ Result<void> Parts::send(const Endpoint& to, ByteView bytes) {
     ++dropped;
     return fail(ErrorCode::kBusy, fmt::format("UDP {}: {} datagrams wait already", to_string(to), queue.size()));
   }
-  queue.emplace_back(target, Bytes(bytes.begin(), bytes.end()));
+  queue.emplace_back(*found, Bytes(bytes.begin(), bytes.end()));
   if (queue.size() == 1) flush_later();
   return {};
 }
@@ -204,6 +332,7 @@ class AsioUdp final : public UdpSocket {
   AsioUdp& operator=(const AsioUdp&) = delete;
 
   Result<void> send(const Endpoint& to, ByteView bytes) override { return parts_->send(to, bytes); }
+  Result<void> rejoin() override { return parts_->rejoin(); }
   Endpoint local() const override {
     error_code error;
     const auto bound = parts_->socket.local_endpoint(error);
@@ -225,7 +354,7 @@ AfterSend after_send(int error) {
 
 Result<std::unique_ptr<UdpSocket>> open_asio_udp(asio::io_context& context, const UdpOptions& options, UdpCalls calls) {
   auto parts = std::make_shared<Parts>(context, std::move(calls), options.largest);
-  if (const auto error = parts->bind(options.local)) return io_error("open", options.local, error);
+  if (auto open = parts->open(options); !open) return fail(open.error());
   parts->receive();
   return std::make_unique<AsioUdp>(std::move(parts));
 }

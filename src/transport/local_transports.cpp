@@ -12,6 +12,7 @@
 
 #include "base/assert.h"
 #include "transport/asio_scheduler.h"
+#include "transport/asio_tcp.h"
 #include "transport/asio_udp.h"
 #include "transport/name_lookup.h"
 
@@ -72,6 +73,11 @@ LocalTransports::~LocalTransports() = default;
 Result<std::unique_ptr<UdpSocket>> LocalTransports::open_udp(const UdpOptions& options, UdpCalls calls) {
   if (loop_ == nullptr) return Transports::open_udp(options, std::move(calls));
   return open_asio_udp(loop_->context(), options, std::move(calls));
+}
+
+Result<std::unique_ptr<TcpStream>> LocalTransports::open_tcp(const TcpOptions& options, TcpCalls calls) {
+  if (loop_ == nullptr) return Transports::open_tcp(options, std::move(calls));
+  return open_asio_tcp(loop_->context(), options, std::move(calls));
 }
 
 std::unique_ptr<Lookup> LocalTransports::look_up(const std::string& host, LookupDone done) {

@@ -63,6 +63,11 @@ Result<std::unique_ptr<UdpSocket>> MemoryTransports::open_udp(const UdpOptions& 
   return net_->open_udp(address_, options, std::move(calls));
 }
 
+Result<std::unique_ptr<TcpStream>> MemoryTransports::open_tcp(const TcpOptions& options, TcpCalls calls) {
+  if (net_ == nullptr) return Transports::open_tcp(options, std::move(calls));
+  return net_->tcp.open(address_, options, std::move(calls));
+}
+
 std::unique_ptr<Lookup> MemoryTransports::look_up(const std::string& host, LookupDone done) {
   RUBICON_ASSERT(net_ != nullptr);
   return net_->look_up(host, std::move(done));

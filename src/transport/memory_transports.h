@@ -31,6 +31,7 @@ class MemoryTransports final : public Transports {
 
   Result<std::unique_ptr<FileSource>> open_file(const std::string& path) override;
   Result<std::unique_ptr<UdpSocket>> open_udp(const UdpOptions& options, UdpCalls calls) override;
+  Result<std::unique_ptr<TcpStream>> open_tcp(const TcpOptions& options, TcpCalls calls) override;
   std::unique_ptr<Lookup> look_up(const std::string& host, LookupDone done) override;
 
   // Writing: the folders that files are in are always there, others when a test makes them missing.

@@ -3,13 +3,18 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "base/scheduler.h"
+#include "transport/memory_tcp.h"
 #include "transport/udp.h"
 
 namespace rubicon::transport {
+
+/// What sockets of memory take for an address: no name is one.
+bool is_numeric_address(const std::string& host);
 
 /// A datagram on a MemoryNet.
 struct MemoryDatagram {
@@ -34,11 +39,14 @@ class MemoryNet {
   bool names_answer = true;                          ///< else lookups begun now never end
   bool reports_unreachable = true;                   ///< senders hear of it when nobody listens at the other end
   std::function<bool(const MemoryDatagram&)> loses;  ///< true = it never arrives; may be empty
+  std::set<std::string> gone_interfaces{};           ///< by address: no group can be joined on them again
   std::uint64_t refuses = 0;                         ///< so many of the next sends find the line busy
 
   /// All that was ever sent, lost datagrams included.
   const std::vector<MemoryDatagram>& sent() const { return sent_; }
   std::size_t open_sockets() const;
+
+  MemoryTcp tcp;  ///< its connections, with settings of their own
 
   /// For MemoryTransports on the host with this address.
   Result<std::unique_ptr<UdpSocket>> open_udp(const std::string& host, const UdpOptions& options, UdpCalls calls);
@@ -47,17 +55,23 @@ class MemoryNet {
  private:
   friend class MemoryUdp;
   struct Port {
-    std::size_t largest = 0;
+    Endpoint local;  ///< by address of the host, whatever address was bound
+    UdpOptions options;
     UdpCalls calls;
+    bool open = true;
   };
-  using Ports = std::map<Endpoint, std::shared_ptr<Port>>;
+  using PortPtr = std::shared_ptr<Port>;
 
-  void send(MemoryDatagram datagram);
+  bool taken(const Endpoint& local, bool reuse) const;
+  void send(MemoryDatagram datagram, const Port& from);
+  void fly(MemoryDatagram datagram, std::function<void(const MemoryDatagram&)> land);
   void arrive(const MemoryDatagram& datagram);
+  void arrive_in_group(const MemoryDatagram& datagram, bool loopback);
+  static void hear(const PortPtr& port, const MemoryDatagram& datagram);
 
   Scheduler& scheduler_;
   std::map<std::string, std::vector<std::string>> names_;
-  Ports ports_;  ///< by address of the host, whatever address was bound
+  std::vector<PortPtr> ports_;
   std::vector<MemoryDatagram> sent_;
   std::map<std::uint64_t, Timer> flights_;
   std::uint64_t last_flight_ = 0;

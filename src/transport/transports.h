@@ -8,6 +8,7 @@
 
 #include "base/byte_sink.h"
 #include "base/result.h"
+#include "transport/tcp.h"
 #include "transport/udp.h"
 
 namespace rubicon::transport {
@@ -35,7 +36,7 @@ class AppendFile : public base::ByteSink {
 };
 
 /// Everything through which bytes enter and leave the process. Networks get it from their host, so that tests can hand
-/// them lines of memory. Later networks add their line here (UDP, TCP, serial), each with its twin.
+/// them lines of memory. Later networks add their line here (serial), each with its twin.
 class Transports {
  public:
   virtual ~Transports() = default;
@@ -44,6 +45,9 @@ class Transports {
   /// A bound socket; kBusy if the port is taken, else kIo, with the port in the text.
   /// By default there are none: kUnsupported.
   virtual Result<std::unique_ptr<UdpSocket>> open_udp(const UdpOptions& options, UdpCalls calls);
+  /// A connection that is being made: whether it came about is told by the calls. kInvalid if the remote end is not
+  /// numeric, kIo if the system gives no socket. By default there are none: kUnsupported.
+  virtual Result<std::unique_ptr<TcpStream>> open_tcp(const TcpOptions& options, TcpCalls calls);
   /// Asks for the addresses of a host, IPv4 ones first, never empty. `done` is called once, in a later turn;
   /// kUnreachable if there are none. Destroying the answer ends the wait, and `done` is not called.
   /// Only for those who have sockets: asserted.

@@ -18,6 +18,10 @@ Result<std::unique_ptr<UdpSocket>> Transports::open_udp(const UdpOptions&, UdpCa
   return fail(ErrorCode::kUnsupported, "there are no sockets here");
 }
 
+Result<std::unique_ptr<TcpStream>> Transports::open_tcp(const TcpOptions&, TcpCalls) {
+  return fail(ErrorCode::kUnsupported, "there are no sockets here");
+}
+
 std::unique_ptr<Lookup> Transports::look_up(const std::string&, LookupDone) {
   base::assertion_failed("names are looked up where there are sockets", __FILE__, __LINE__);
 }

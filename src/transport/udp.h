@@ -3,6 +3,7 @@
 #include <compare>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,11 +24,29 @@ struct Endpoint {
 /// `127.0.0.1:9000`, `[::1]:9000`.
 std::string to_string(const Endpoint& endpoint);
 
+/// What a socket has to do with groups (IPv4; RFC 1112).
+struct UdpMulticast {
+  /// Heard besides what is sent to the bound address: 224.0.0.0 to 239.255.255.255.
+  std::vector<std::string> groups{};
+  /// IPv4 address of the interface that groups are joined on and datagrams to groups leave by; empty = the system's
+  /// choice.
+  std::string interface_address{};
+  std::uint8_t ttl = 1;  ///< of datagrams to groups: how many routers they may pass
+  bool loopback = true;  ///< datagrams to groups reach those on this machine too, the sender among them
+};
+
 struct UdpOptions {
   /// Numeric address and port to bind. An empty address takes datagrams on all of the machine's; port 0 = any free one.
   Endpoint local;
   /// Longest datagram that is received whole, in bytes (1..65536); a longer one arrives cut to this size.
   std::size_t largest = 2048;
+  /// The only one who is heard and may be sent to (connect()); nullopt = everybody.
+  std::optional<Endpoint> remote{};
+  /// Makes it an IPv4 socket. To hear a group on a port that others on this machine use too, bind the group's address:
+  /// who binds the machine's takes what is sent to the machine from the others.
+  std::optional<UdpMulticast> multicast{};
+  /// Others who ask for it too may bind the same port (SO_REUSEADDR).
+  bool reuse_address = false;
 };
 
 /// Called from the loop, never from inside a call to the socket. The socket may be destroyed in any of them.
@@ -51,6 +70,9 @@ class UdpSocket {
   /// system is full (counted as dropped),
   /// kInvalid if `to` is not numeric, kOutOfRange if it is too long for a datagram, else kIo.
   virtual Result<void> send(const Endpoint& to, ByteView bytes) = 0;
+  /// Leaves its groups and joins them again, so that the system tells switches and routers of it (RFC 3376); what has
+  /// come by then is still heard. kIo names the group that cannot be joined any more.
+  virtual Result<void> rejoin() = 0;
   /// What was bound, with the port the system chose.
   virtual Endpoint local() const = 0;
   /// Datagrams that send() refused or the system dropped after they were queued.

@@ -16,6 +16,20 @@ WallTime at(double seconds) {
   return wall_time(seconds);
 }
 
+TEST(CliText, MembersOfAnotherKindReadAsNothing) {
+  const auto odd = object_of(R"({"ok": 1, "id": 7, "text": true, "count": -1, "share": 0.5})");
+  EXPECT_FALSE(flag_in(odd, "ok"));
+  EXPECT_EQ(text_in(odd, "id"), "");
+  EXPECT_EQ(number_in(odd, "text"), 0);
+  EXPECT_EQ(count_in(odd, "count"), 0U);
+  EXPECT_EQ(count_in(odd, "share"), 0U);
+  const auto number = nlohmann::json(7);
+  EXPECT_FALSE(flag_in(number, "ok"));
+  const auto good = object_of(R"({"ok": true, "count": 18446744073709551615})");
+  EXPECT_TRUE(flag_in(good, "ok"));
+  EXPECT_EQ(count_in(good, "count"), 18446744073709551615U);
+}
+
 TEST(CliTable, AlignsColumnsByCharactersAndLeavesNoBlanksAtTheEnds) {
   Table table({"NAME", "VALUE", "X"});
   table.row({"Küche", "1"});

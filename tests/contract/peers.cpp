@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "apps/salad-simulator/simulator.h"
+#include "support/knx_server.h"
 
 namespace rubicon::contract {
 
@@ -24,11 +25,28 @@ class SaladPeer final : public Peer {
   std::unique_ptr<salad_simulator::Simulator> simulator_;
 };
 
+/// A KNXnet/IP server where the options say that it is.
+class KnxPeer final : public Peer {
+ public:
+  KnxPeer(const ConfigNode& options, support::FakeHost& host) : server_(host.time, host.net, server_options(options)) {
+    server_.answers[0x0a07] = {{0x0c, 0x33}, false};  // 1/2/7 of the sample: 21.5 degrees Celsius
+  }
+
+ private:
+  static support::KnxServer::Options server_options(const ConfigNode& options) {
+    support::KnxServer::Options out;
+    if (const auto* at = options.find("host")) out.at.address = at->text;
+    return out;
+  }
+  support::KnxServer server_;
+};
+
 }  // namespace
 
 std::unique_ptr<Peer> peer_of(std::string_view type, const ConfigNode& options, const TypeCatalogue& types,
                               support::FakeHost& host) {
   if (type == "salad") return std::make_unique<SaladPeer>(options, types, host);
+  if (type == "knx") return std::make_unique<KnxPeer>(options, host);
   return nullptr;
 }
 

@@ -29,6 +29,10 @@ class DiskAndMemory final : public transport::Transports {
                                                          transport::UdpCalls calls) override {
     return memory_.open_udp(options, std::move(calls));
   }
+  Result<std::unique_ptr<transport::TcpStream>> open_tcp(const transport::TcpOptions& options,
+                                                         transport::TcpCalls calls) override {
+    return memory_.open_tcp(options, std::move(calls));
+  }
   std::unique_ptr<transport::Lookup> look_up(const std::string& host, transport::LookupDone done) override {
     return memory_.look_up(host, std::move(done));
   }

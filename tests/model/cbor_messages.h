@@ -33,17 +33,19 @@ inline std::vector<Message> every_kind() {
   dimmer.point = {Kind::kActuator, TypeId{0x219}, "1"};
   dimmer.access = Access::kReadWrite;
   dimmer.reports = false;
+  dimmer.sampled = true;
   const PointId rate{Kind::kProperty, TypeId{0x600}, ""};
   const WallTime when{std::chrono::microseconds(1'700'000'000'123'456)};
   return {message_with(Join{"mote", "Kitchen mote", "TelosB", {light_capability(), dimmer}, false}),
           message_with(KeepAlive{}),
           message_with(Leave{"battery empty"}),
           message_with(Updates{{{light_capability().point, 686.6, when}, {rate, std::int64_t{1000}, {}}}}),
-          message_with(Actuate{UINT64_MAX, dimmer.point, 12.5}),
+          message_with(Actuate{UINT64_MAX, dimmer.point, 12.5, std::chrono::seconds(5)}),
           message_with(Sample{3, {light_capability().point, rate}, std::chrono::milliseconds(250)}),
           message_with(SetProperty{4, rate, std::int64_t{500}}),
           message_with(Acknowledge{5, Outcome::kUndeliverable, "no such island"}),
-          message_with(State{LineState::kUp, "opened", {{"bad-frames", 3}, {"readings", UINT64_MAX}}}),
+          message_with(
+              State{LineState::kUp, "opened", {{"bad-frames", 3}, {"readings", UINT64_MAX}}, {{"server", "hall"}}}),
           message_with(Opaque{"chat", {0x00, 0xff, 0x68}})};
 }
 

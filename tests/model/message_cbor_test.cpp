@@ -150,6 +150,7 @@ TEST(MessageCbor, AJoinKeepsAllItsFields) {
   EXPECT_EQ(join.capabilities[0], light_capability());
   EXPECT_EQ(join.capabilities[1].access, Access::kReadWrite);
   EXPECT_FALSE(join.capabilities[1].reports);
+  EXPECT_TRUE(join.capabilities[1].sampled);
   EXPECT_FALSE(join.capabilities[1].minimum);
   EXPECT_FALSE(join.capabilities[1].deadline);
 }
@@ -172,6 +173,7 @@ TEST(MessageCbor, TheSmallerKindsKeepAllTheirFields) {
   EXPECT_EQ(state.line, LineState::kUp);
   EXPECT_EQ(state.reason, "opened");
   EXPECT_EQ(state.counters, std::get<State>(sent[8].body).counters);
+  EXPECT_EQ(state.texts.at("server"), "hall");
   const auto opaque_message = back(sent[9]);
   EXPECT_EQ(std::get<Opaque>(opaque_message.body).type, "chat");
   EXPECT_EQ(std::get<Opaque>(opaque_message.body).bytes, (Bytes{0x00, 0xff, 0x68}));
@@ -283,6 +285,8 @@ TEST(MessageCbor, AnErrorNamesTheFieldAndWhatWasExpected) {
   EXPECT_EQ(refusal(form_of("state", {{"line", "sideways"}})), "message: body.line: expected a known word");
   EXPECT_EQ(refusal(form_of("state", {{"line", "up"}, {"counters", {{"a", -1}}}})),
             "message: body.counters: expected whole numbers from 0");
+  EXPECT_EQ(refusal(form_of("state", {{"line", "up"}, {"texts", {{"a", 1}}}})),
+            "message: body.texts: expected a map of names to texts of at most 64 KiB");
   EXPECT_EQ(refusal(form_of("state", {{"line", "up"}, {"counters", 1}})),
             "message: body.counters: expected a map of names to numbers");
 }

@@ -232,7 +232,7 @@ TEST_F(SaladFile, WhatIsWrongInTheConfigurationIsSaidThere) {
   EXPECT_THAT(errors.text(), HasSubstr("no devices"));
   errors = {};
   static_cast<void>(read(std::string((1 << 20) + 1, '#')));
-  EXPECT_THAT(errors.text(), HasSubstr("a properties file has at most"));
+  EXPECT_THAT(errors.text(), HasSubstr("bytes, expected at most 1048576"));
 }
 
 TEST_F(SaladFile, ADeviceInBothIsThereTwice) {

@@ -56,6 +56,14 @@ TEST_F(Board, ShowsTheCountersOfTheNetwork) {
   EXPECT_EQ(text("proxy.hall.property.bad-frames.value"), "4");
 }
 
+TEST_F(Board, ShowsWhatElseTheNetworkWantsSeen) {
+  start();
+  say("", model::State{model::LineState::kUp, {}, {}, {{"server", "hall router"}, {"unassigned", R"({"1/2/7":1})"}}});
+  time.run_for(1s);
+  EXPECT_EQ(text("proxy.hall.property.server.value"), "hall router");
+  EXPECT_EQ(text("proxy.hall.property.unassigned.value"), R"({"1/2/7":1})");
+}
+
 TEST_F(Board, ShowsTheReadingsItsQueueDropped) {
   limits.queue = 10;
   start();

@@ -79,6 +79,16 @@ TEST_F(Changes, DemandFollowsTheNewKey) {
   EXPECT_EQ(hall().sampled["7"].points, (std::vector<PointId>{sensor(kGlow, "2")}));
 }
 
+TEST_F(Changes, AnActuatorWhoseStateIsAskedForIsWantedAsSensorsAre) {
+  start();
+  auto message = lamp();
+  for (auto& one : message.capabilities) one.sampled = one.point == actuator(kFlap);
+  join("7", message);
+  const auto ears = robot->subscribe({kIsland, "proxy.hall.7.actuator.**"}, {}, [](const Event&) {});
+  time.run_ready();
+  EXPECT_EQ(hall().sampled["7"].points, (std::vector<PointId>{actuator(kFlap)}));
+}
+
 TEST_F(Changes, ACommandUnderWayEndsUnderTheNewKey) {
   start();
   join("7", lamp());

@@ -47,6 +47,18 @@ TEST_F(DemandOfSubscribers, TheFirstSubscriberStartsAndTheLastOneStopsSampling) 
   EXPECT_TRUE(sample().points.empty());
 }
 
+TEST_F(DemandOfSubscribers, AnActuatorIsSampledWhenItSaysSoOnly) {
+  start();
+  auto message = lamp();
+  join("7", message);
+  auto ears = listen(*robot, "proxy.hall.7.actuator.flap-1.value");
+  EXPECT_EQ(samples(), 0u);
+  message.capabilities.back().sampled = true;
+  join("8", message);
+  auto more = listen(*robot, "proxy.hall.8.actuator.flap-1.value");
+  EXPECT_EQ(sample("8").points, Sampled{actuator(kFlap)});
+}
+
 TEST_F(DemandOfSubscribers, PassiveSubscribersCreateNone) {
   begin();
   auto dashboard = listen(*robot, "proxy.**", {.passive = true});

@@ -24,12 +24,13 @@ const std::map<std::string, Names> kFolderEdges{
     {"recording", {}},
     {"networks/log", {"network", "transport", "motes", "recording"}},
     {"networks/salad", {"network", "transport"}},
+    {"networks/knx", {"network", "transport"}},
     {"gateway", {"network", "tuples"}},
     {"client", {"transport", "tuples", "gateway"}},
     {"state", {}},
     {"proxy", {"gateway", "tuples", "state"}},
     {"runtime", {"transport", "tuples", "network", "motes", "recording", "networks", "gateway", "state", "proxy"}},
-    {"apps", {"runtime", "client", "networks/salad", "transport"}},
+    {"apps", {"runtime", "client", "networks/salad", "networks/knx", "transport"}},
 };
 
 /// Third-party headers, by their beginning, and the folders that may use them.
@@ -41,9 +42,10 @@ const std::map<std::string, Names> kLibraryEdges{
     {"yaml-cpp/", {"runtime"}},
     {"spdlog/", {"runtime"}},
     {"CLI/", {"apps"}},
-    {"nlohmann/", {"model", "recording", "networks/log", "proxy", "client", "runtime", "apps"}},
+    {"nlohmann/", {"model", "recording", "networks/log", "networks/knx", "proxy", "client", "runtime", "apps"}},
     {"sqlite3.h", {"state"}},
     {"zstd.h", {"recording"}},
+    {"expat.h", {"networks/knx"}},
     {"thread", {"transport", "runtime"}},
     {"mutex", {"transport", "runtime"}},
     {"condition_variable", {"transport", "runtime"}},

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <functional>
+#include <map>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -20,6 +23,10 @@ class FakeHost final : public network::NetworkHost {
   using NetworkHost::deliver;
   void deliver(Message message) override { delivered.push_back(std::move(message)); }
   void failed(Error why) override { failures.push_back(std::move(why)); }
+  Result<network::Followed> follow(std::string_view tuple, std::function<void(std::string_view)> call) override {
+    followed[std::string(tuple)] = std::move(call);
+    return network::Followed(this, [tuple = std::string(tuple)](FakeHost* host) { host->followed.erase(tuple); });
+  }
   Scheduler& scheduler() override { return time; }
   transport::Transports& transports() override { return *lines; }
   const Log& log() const override { return voice_; }
@@ -41,6 +48,7 @@ class FakeHost final : public network::NetworkHost {
   CollectingLog words;
   std::vector<Message> delivered;
   std::vector<Error> failures;
+  std::map<std::string, std::function<void(std::string_view)>> followed;  ///< call one to change that tuple
 
  private:
   Log voice_{words, "network"};

@@ -1,14 +1,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <memory>
 
-#include "base/virtual_scheduler.h"
-#include "transport/asio_scheduler.h"
 #include "transport/asio_udp.h"
-#include "transport/local_transports.h"
-#include "transport/memory_transports.h"
+#include "transport/interfaces.h"
+#include "transport/worlds.h"
 
 namespace rubicon::transport {
 namespace {
@@ -26,45 +25,6 @@ TEST(AsioUdp, WaitsOnlyForWhatCanBeWaitedFor) {
   EXPECT_EQ(after_send(ENOBUFS), AfterSend::kDrop);
   EXPECT_EQ(after_send(EMSGSIZE), AfterSend::kRefused);
 }
-
-/// Where sockets are: the machine's own loopback, or memory.
-struct World {
-  virtual ~World() = default;
-  virtual Transports& transports() = 0;
-  /// Until it is so; false after a few seconds.
-  virtual bool until(const std::function<bool()>& so) = 0;
-};
-
-struct MachineWorld final : World {
-  Transports& transports() override { return local; }
-  bool until(const std::function<bool()>& so) override {
-    const auto end = loop.scheduler().now() + 10s;
-    look(so, end);
-    loop.run();
-    return so();
-  }
-  void look(const std::function<bool()>& so, SteadyTime end) {
-    if (so() || loop.scheduler().now() > end) return loop.stop();
-    timer = loop.scheduler().after(1ms, [this, so, end] { look(so, end); });
-  }
-
-  Loop loop;
-  LocalTransports local{loop};
-  Timer timer;
-};
-
-struct MemoryWorld final : World {
-  MemoryWorld() { memory.join(net); }
-  Transports& transports() override { return memory; }
-  bool until(const std::function<bool()>& so) override {
-    for (int i = 0; i < 1000 && !so(); ++i) time.run_for(10ms);
-    return so();
-  }
-
-  VirtualScheduler time;
-  MemoryNet net{time};
-  MemoryTransports memory;
-};
 
 /// A socket and all it heard.
 struct Listener {
@@ -216,8 +176,124 @@ TEST_P(Udp, AForgottenLookupSaysNothing) {
   EXPECT_FALSE(said);
 }
 
+/// A group is heard on the port it was sent to, by those who joined it.
+UdpOptions in_group(std::uint16_t port, std::vector<std::string> groups = {"239.77.1.12"}) {
+  UdpOptions options{{groups.empty() ? "" : groups[0], port}};
+  options.multicast = UdpMulticast{std::move(groups), "127.0.0.1"};
+  options.reuse_address = true;
+  return options;
+}
+
+/// A port that nobody has.
+std::uint16_t free_port(Transports& transports) {
+  Listener probe;
+  EXPECT_TRUE(probe.open(transports));
+  return probe.at().port;
+}
+
+TEST_P(Udp, AGroupIsHeardByAllWhoJoinedItTheSenderToo) {
+  const auto port = free_port(transports());
+  Listener a, b, other;
+  ASSERT_TRUE(a.open(transports(), in_group(port)));
+  ASSERT_TRUE(b.open(transports(), in_group(port)));
+  ASSERT_TRUE(other.open(transports(), in_group(port, {"239.77.1.13"})));
+  ASSERT_TRUE(a.socket->send({"239.77.1.12", port}, base::as_bytes("all")));
+  ASSERT_TRUE(other.socket->send({"239.77.1.13", port}, base::as_bytes("end")));
+  ASSERT_TRUE(world->until([&] { return !a.heard.empty() && !b.heard.empty() && !other.heard.empty(); }));
+  EXPECT_THAT(b.heard, ElementsAre(std::pair(Endpoint{"127.0.0.1", port}, "all")));
+  EXPECT_THAT(a.heard, ElementsAre(std::pair(Endpoint{"127.0.0.1", port}, "all")));
+  EXPECT_THAT(other.heard, ElementsAre(std::pair(Endpoint{"127.0.0.1", port}, "end"))) << "other groups are not heard";
+}
+
+TEST_P(Udp, WhatCameBeforeAGroupIsJoinedAgainIsHeard) {
+  const auto port = free_port(transports());
+  Listener a, b;
+  ASSERT_TRUE(a.open(transports(), in_group(port)));
+  ASSERT_TRUE(b.open(transports(), in_group(port)));
+  ASSERT_TRUE(b.socket->send({"239.77.1.12", port}, base::as_bytes("one")));
+  ASSERT_TRUE(a.socket->rejoin());
+  ASSERT_TRUE(b.socket->send({"239.77.1.12", port}, base::as_bytes("two")));
+  ASSERT_TRUE(world->until([&] { return a.heard.size() == 2; }));
+  EXPECT_EQ(a.heard[0].second, "one");
+  Listener plain;
+  ASSERT_TRUE(plain.open(transports()));
+  EXPECT_TRUE(plain.socket->rejoin()) << "nothing to do";
+}
+
+TEST_P(Udp, WhoBoundAGroupTakesNothingFromTheMachinesOwnPort) {
+  const auto port = free_port(transports());
+  Listener server, member, client;
+  UdpOptions options{{"127.0.0.1", port}};
+  options.reuse_address = true;
+  ASSERT_TRUE(server.open(transports(), options));
+  ASSERT_TRUE(member.open(transports(), in_group(port)));
+  ASSERT_TRUE(client.open(transports()));
+  ASSERT_TRUE(client.socket->send({"127.0.0.1", port}, base::as_bytes("x")));
+  EXPECT_TRUE(world->until([&] { return !server.heard.empty(); }));
+  EXPECT_THAT(member.heard, IsEmpty());
+}
+
+TEST_P(Udp, GroupsThatCannotBeJoinedAreNamed) {
+  Listener listener;
+  auto options = in_group(0, {"239.77.1.12"});
+  options.multicast->interface_address = "192.0.2.1";
+  auto refused = listener.open(transports(), options);
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().text, HasSubstr("192.0.2.1"));
+  options = in_group(0, {"239.77.1.12", "10.1.2.3"});
+  refused = listener.open(transports(), options);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::kIo);
+  EXPECT_THAT(refused.error().text, HasSubstr("join group 10.1.2.3 on 127.0.0.1"));
+}
+
+TEST_P(Udp, APortIsSharedOnlyWhenBothWantIt) {
+  Listener a, b;
+  ASSERT_TRUE(a.open(transports()));
+  UdpOptions options{a.at()};
+  options.reuse_address = true;
+  EXPECT_EQ(b.open(transports(), options).error().code, ErrorCode::kBusy);
+}
+
+TEST_P(Udp, AConnectedSocketHearsAndSendsToItsPeerOnly) {
+  Listener peer, stranger, one;
+  ASSERT_TRUE(peer.open(transports()));
+  ASSERT_TRUE(stranger.open(transports()));
+  UdpOptions options{{"", 0}};
+  options.remote = peer.at();
+  ASSERT_TRUE(one.open(transports(), options));
+  ASSERT_TRUE(stranger.socket->send(one.at(), base::as_bytes("unheard")));
+  ASSERT_TRUE(peer.socket->send(one.at(), base::as_bytes("heard")));
+  ASSERT_TRUE(one.socket->send(peer.at(), base::as_bytes("x")));
+  ASSERT_TRUE(world->until([&] { return !one.heard.empty() && !peer.heard.empty(); }));
+  EXPECT_THAT(one.heard, ElementsAre(std::pair(peer.at(), "heard")));
+  const auto refused = one.socket->send(stranger.at(), base::as_bytes("x"));
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::kInvalid);
+  EXPECT_THAT(refused.error().text, HasSubstr(to_string(peer.at())));
+  peer.socket.reset();
+  ASSERT_TRUE(one.socket->send(*options.remote, base::as_bytes("x")));
+  EXPECT_TRUE(world->until([&] { return !one.undelivered.empty(); })) << "ICMP errors arrive";
+  EXPECT_THAT(one.failures, IsEmpty());
+}
+
 INSTANTIATE_TEST_SUITE_P(On, Udp, ::testing::Bool(),
                          [](const auto& machine) { return std::string(machine.param ? "TheMachine" : "Memory"); });
+
+TEST(MachineUdp, ASendThatMeetsTheErrorOfAnotherOneIsNoReasonToKeepItQuiet) {
+  MachineWorld world;
+  Listener a, gone, quiet;
+  ASSERT_TRUE(a.open(world.local));
+  ASSERT_TRUE(gone.open(world.local));
+  ASSERT_TRUE(quiet.open(world.local));
+  const auto nobody = gone.at();
+  gone.socket.reset();
+  ASSERT_TRUE(a.socket->send(nobody, base::as_bytes("x")));  // over loopback ICMP answers at once
+  ASSERT_TRUE(a.socket->send(quiet.at(), base::as_bytes("y")));
+  ASSERT_TRUE(world.until([&] { return !a.undelivered.empty(); }));
+  EXPECT_THAT(a.undelivered[0].text, HasSubstr(to_string(nobody)));
+  EXPECT_THAT(a.failures, IsEmpty());
+}
 
 TEST(MachineUdp, ALoopMayEndWhileNamesAreLookedUp) {
   for (int i = 0; i < 20; ++i) {
@@ -232,6 +308,20 @@ TEST(MachineUdp, AForeignAddressCannotBeBound) {
   Listener listener;
   EXPECT_EQ(listener.open(world.local, {{"192.0.2.1", 0}, 2048}).error().code, ErrorCode::kIo);
   EXPECT_FALSE(listener.open(world.local, {{"nonsense", 0}, 2048}));
+}
+
+TEST(MachineUdp, ThePeerOfASocketIsNumeric) {
+  MachineWorld world;
+  Listener listener;
+  UdpOptions options;
+  options.remote = Endpoint{"localhost", 9};
+  EXPECT_EQ(listener.open(world.local, options).error().code, ErrorCode::kInvalid);
+}
+
+TEST(Interfaces, TheMachineHasALoopback) {
+  const auto all = ipv4_interfaces();
+  const auto is_loopback = [](const Interface& one) { return one.loopback && one.address == "127.0.0.1"; };
+  EXPECT_EQ(std::count_if(all.begin(), all.end(), is_loopback), 1);
 }
 
 TEST(MachineUdp, WithoutALoopThereAreOnlyFiles) {
@@ -251,6 +341,25 @@ TEST(MemoryUdp, HostsHaveAddressesAndPortsOfTheirOwn) {
   ASSERT_THAT(there.heard, SizeIs(1));
   EXPECT_EQ(there.heard[0].first, (Endpoint{"127.0.0.1", 9000}));
   EXPECT_EQ(world.net.open_sockets(), 2u);
+}
+
+/// Linux's own loopback interface brings all back, so that this shows in memory only.
+TEST(MemoryUdp, WithoutLoopbackGroupsReachOtherMachinesOnly) {
+  MemoryWorld world;
+  MemoryTransports far;
+  far.join(world.net, "10.0.0.2");
+  Listener near, away, quiet;
+  ASSERT_TRUE(near.open(world.memory, in_group(3671)));
+  auto there = in_group(3671);
+  there.multicast->interface_address = "10.0.0.2";
+  ASSERT_TRUE(away.open(far, there));
+  UdpOptions options{{"127.0.0.1", 0}};
+  options.multicast = UdpMulticast{{}, "127.0.0.1", 1, false};
+  ASSERT_TRUE(quiet.open(world.memory, options));
+  ASSERT_TRUE(quiet.socket->send({"239.77.1.12", 3671}, base::as_bytes("x")));
+  world.time.run_for(1s);
+  EXPECT_THAT(near.heard, IsEmpty());
+  EXPECT_THAT(away.heard, ElementsAre(std::pair(quiet.at(), "x"))) << "and with the port that was bound";
 }
 
 TEST(MemoryUdp, LosesRefusesAndKeepsQuietWhenATestWantsIt) {

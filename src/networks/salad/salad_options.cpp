@@ -7,6 +7,7 @@
 
 #include "model/key.h"
 #include "networks/salad/properties_reader.h"
+#include "transport/read_text.h"
 
 namespace rubicon::networks::salad {
 
@@ -106,23 +107,6 @@ class Table {
   std::map<DeviceId, ConfigPlace> places_;
 };
 
-Result<std::string> read_text(const std::string& path, transport::Transports& transports) {
-  auto file = transports.open_file(path);
-  if (!file) return fail(file.error());
-  if ((*file)->size() > kLargestFile)
-    return fail(ErrorCode::kOutOfRange,
-                fmt::format("{}: {} bytes, a properties file has at most {}", path, (*file)->size(), kLargestFile));
-  std::string text;
-  Bytes piece(65536);
-  while (text.size() <= kLargestFile) {
-    const auto count = (*file)->read(piece);
-    if (!count) return fail(count.error());
-    if (*count == 0) break;
-    text += base::as_text(ByteView(piece).first(*count));
-  }
-  return text;
-}
-
 ConfigNode scalar(std::string text, ConfigPlace place) {
   ConfigNode node;
   node.kind = ConfigNode::Kind::kScalar;
@@ -218,7 +202,7 @@ SaladOptions read_salad_options(const network::NetworkConfig& config, transport:
   const auto name = options.text("properties", "");
   if (!name.empty()) {
     const auto path = (std::filesystem::path(config.directory) / name).lexically_normal().string();
-    const auto text = read_text(path, transports);
+    const auto text = transport::read_text(transports, path, kLargestFile);
     if (text) {
       read_file(path, *text, merged, table, out, errors);
     } else {

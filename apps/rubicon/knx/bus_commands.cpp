@@ -1,0 +1,222 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+
+#include "apps/rubicon/knx/bus.h"
+#include "apps/rubicon/knx/commands.h"
+#include "apps/rubicon/tuple_text.h"
+#include "networks/knx/capture.h"
+#include "networks/knx/wire/address.h"
+
+namespace rubicon::cli::knx {
+
+namespace {
+
+using namespace std::chrono_literals;
+using networks::knx::parse_group;
+using nlohmann::json;
+
+/// The network answers at the latest after its own 7 s (a read that nobody answers).
+constexpr Duration kPatience = 10s;
+/// A monitor's lease, renewed long before it ends.
+constexpr int kLeaseSeconds = 30;
+constexpr Duration kRenew = 10s;
+
+struct Options {
+  BusOptions bus;
+  std::string address, dpt, value, file;
+  std::vector<std::string> only;
+};
+
+int refused(const json& answer) {
+  say(clean(text_in(answer, "why")));
+  return kNotDone;
+}
+
+std::string value_text(const json& telegram) {
+  auto text = text_in(telegram, "value");
+  if (text.empty()) return text_in(telegram, "hex");
+  const auto unit = text_in(telegram, "unit");
+  return unit.empty() ? text : text + " " + unit;
+}
+
+int read(Bus& bus, const Settings& settings, const Options& options) {
+  json request{{"do", "read"}, {"address", options.address}};
+  if (!options.dpt.empty()) request["dpt"] = options.dpt;
+  auto answer = bus.answer_to(request, kPatience);
+  if (!flag_in(answer, "ok")) return refused(answer);
+  answer.erase("id");
+  bus.out().line(settings.json ? answer.dump() : clean(value_text(answer)));
+  return kGood;
+}
+
+int write(Bus& bus, const Settings& settings, const Options& options) {
+  auto answer = bus.answer_to(
+      {{"do", "write"}, {"address", options.address}, {"dpt", options.dpt}, {"value", options.value}}, kPatience);
+  if (!flag_in(answer, "ok")) return refused(answer);
+  answer.erase("id");
+  bus.out().line(settings.json ? answer.dump()
+                               : fmt::format("sent {} to {}", text_in(answer, "hex"), text_in(answer, "address")));
+  return kGood;
+}
+
+std::string telegram_line(const json& telegram) {
+  const auto name = text_in(telegram, "name");
+  const auto dpt = text_in(telegram, "dpt");
+  return fmt::format("{}  {:<9}{:<11}{:<9}{:<8}{}{}{}", clock_text(wall_time(number_in(telegram, "time"))),
+                     flag_in(telegram, "own") ? "own" : text_in(telegram, "source"), text_in(telegram, "address"),
+                     text_in(telegram, "service"), dpt.empty() ? "-" : dpt, value_text(telegram),
+                     name.empty() ? "" : "  ", name);
+}
+
+/// Addresses of the command line may be in any notation.
+bool wanted(const Options& options, const json& telegram) {
+  if (options.only.empty()) return true;
+  const auto address = parse_group(text_in(telegram, "address"));
+  return address && std::any_of(options.only.begin(), options.only.end(),
+                                [&](const auto& text) { return *parse_group(text) == *address; });
+}
+
+int monitor(Bus& bus, const Settings& settings, const Options& options) {
+  bus.on_telegram = [&](const json& telegram) {
+    if (!wanted(options, telegram)) return;
+    bus.out().line(settings.json ? telegram.dump() : clean(telegram_line(telegram)));
+  };
+  bus.on_line = [](bool up, const std::string& why) {
+    say(up ? "the line is back" : clean("the line is lost: " + why));
+  };
+  const json request{{"do", "monitor"}, {"seconds", kLeaseSeconds}, {"id", "monitor"}};
+  bool refusal = false;
+  bus.on_reply = [&](const json& reply) {
+    if (flag_in(reply, "ok") || refusal) return;
+    refusal = true;
+    refused(reply);
+  };
+  do {
+    bus.ask(request);
+    bus.run([&] { return refusal; }, kRenew);
+  } while (!refusal && !bus.interrupted() && !bus.out().broken());
+  return refusal ? kNotDone : kGood;
+}
+
+/// What is no frame is left out.
+std::vector<networks::knx::Capture::Frame> frames_in(const json& answer) {
+  std::vector<networks::knx::Capture::Frame> frames;
+  const auto found = answer.find("frames");
+  if (found == answer.end() || !found->is_array()) return frames;
+  for (const auto& one : *found) {
+    auto cemi = base::from_hex(text_in(one, "cemi"));
+    if (!cemi || cemi->empty()) continue;
+    auto& frame = frames.emplace_back();
+    frame.number = count_in(one, "number");
+    frame.time = WallTime(std::chrono::microseconds(count_in(one, "time")));
+    frame.outgoing = flag_in(one, "out");
+    frame.cemi = std::move(*cemi);
+  }
+  return frames;
+}
+
+/// All frames the island still has, fetched in pieces.
+int capture(Bus& bus, const Settings&, const Options& options) {
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(
+      std::fopen(options.file.c_str(), "wb"),  // NOLINT(cppcoreguidelines-owning-memory)
+      [](std::FILE* one) { return std::fclose(one); });
+  if (!file) {
+    say(fmt::format("{}: cannot be written", options.file));
+    return kFailed;
+  }
+  const auto put = [&file](const Bytes& bytes) { std::fwrite(bytes.data(), 1, bytes.size(), file.get()); };
+  put(networks::knx::pcap_head());
+  std::uint64_t next = 0, frames = 0;
+  for (bool more = true; more;) {
+    const auto answer = bus.answer_to({{"do", "capture"}, {"from", next}}, kPatience);
+    if (!flag_in(answer, "ok")) return refused(answer);
+    const auto before = next;
+    for (const auto& frame : frames_in(answer)) {
+      put(networks::knx::pcap_record(frame));
+      next = std::max(next, frame.number + 1);
+      ++frames;
+    }
+    more = flag_in(answer, "more") && next > before;
+  }
+  if (std::fflush(file.get()) != 0 || std::ferror(file.get()) != 0) {
+    say(fmt::format("{}: cannot be written", options.file));
+    return kFailed;
+  }
+  bus.out().line(fmt::format("{} in {}", counted(frames, "frame"), options.file));
+  return kGood;
+}
+
+/// What is no group address; empty if all are.
+std::string wrong_addresses(const Options& options) {
+  auto all = options.only;
+  if (!options.address.empty()) all.push_back(options.address);
+  for (const auto& text : all) {
+    if (const auto address = parse_group(text); !address) return address.error().text;
+  }
+  return {};
+}
+
+using Command = int (*)(Bus&, const Settings&, const Options&);
+
+CLI::App* add(Cli& cli, CLI::App* under, const Cli::Text& text, const std::shared_ptr<Options>& options,
+              Command command) {
+  auto* app = cli.command({text.name, text.summary, text.examples, under},
+                          [options, command, name = "knx " + text.name](const Settings& settings) -> int {
+                            if (const auto wrong = wrong_addresses(*options); !wrong.empty()) {
+                              say(wrong);
+                              return kUsage;
+                            }
+                            int code = kFailed;
+                            const auto bus = Bus::open(settings, options->bus, name, code);
+                            if (!bus) return code;
+                            code = command(*bus, settings, *options);
+                            bus->out().flush();
+                            return code;
+                          });
+  auto* direct =
+      app->add_option("--direct", options->bus.direct, "open a tunnel of our own to this KNXnet/IP interface")
+          ->type_name("HOST[:PORT]");
+  app->add_flag("--knx-tcp", options->bus.tcp, "with --direct: by TCP")->needs(direct);
+  app->add_option("--island", options->bus.island, "through this island")->type_name("ID")->excludes(direct);
+  app->add_option("--network", options->bus.network, "through this network: knx-hall")
+      ->type_name("ID")
+      ->excludes(direct);
+  return app;
+}
+
+}  // namespace
+
+void add_bus(Cli& cli, CLI::App* under) {
+  const auto options = std::make_shared<Options>();
+  auto* app = add(cli, under,
+                  {"monitor", "Show the telegrams of the bus as they come, decoded",
+                   "  rubicon knx monitor\n"
+                   "  rubicon knx monitor 1/2/7 1/2/8\n"
+                   "  rubicon knx monitor --direct 192.168.1.10\n"},
+                  options, monitor);
+  app->add_option("GA", options->only, "only these group addresses");
+  app = add(cli, under,
+            {"read", "Ask the bus for the value of a group address",
+             "  rubicon knx read 1/2/7\n"
+             "  rubicon knx read 1/2/7 9.001 --direct 192.168.1.10\n"},
+            options, read);
+  app->add_option("GA", options->address, "group address: 1/2/7; 1/519 and 2567 are the same")->required();
+  app->add_option("DPT", options->dpt, "data point type; otherwise the configured one");
+  app = add(cli, under,
+            {"write", "Write a value to a group address",
+             "  rubicon knx write 1/0/1 1.001 on\n"
+             "  rubicon knx write 1/2/7 9.001 21.5 --direct 192.168.1.10\n"},
+            options, write);
+  app->add_option("GA", options->address, "group address: 1/2/7; 1/519 and 2567 are the same")->required();
+  app->add_option("DPT", options->dpt, "data point type: 9.001")->required();
+  app->add_option("VALUE", options->value, "as people write it: 21.5, on, comfort, JSON")->required();
+  app = add(cli, under,
+            {"capture", "Save the telegrams of the last minutes, for a protocol analyser",
+             "  rubicon knx capture bus.pcap\n"},
+            options, capture);
+  app->add_option("FILE", options->file, "where to: a pcap file")->required();
+}
+
+}  // namespace rubicon::cli::knx

@@ -1,0 +1,76 @@
+#include <cstdio>
+#include <iostream>
+#include <memory>
+#include <string>
+
+#include "apps/rubicon/knx/commands.h"
+#include "networks/knx/dpt/dpt_lines.h"
+
+namespace rubicon::cli::knx {
+
+namespace {
+
+struct Words {
+  std::string type;
+  std::vector<std::string> value;
+};
+
+using Convert = std::string (*)(std::string_view line);
+
+std::string joined(const Words& words) {
+  std::string line = words.type;
+  for (const auto& word : words.value) line += " " + word;
+  return line;
+}
+
+int convert_lines(Convert convert) {
+  Output out(1);
+  bool good = true;
+  for (std::string line; std::getline(std::cin, line) && !out.broken();) {
+    const auto answer = convert(line);
+    good = good && !answer.starts_with("error:");
+    out.line(answer);
+    if (std::cin.rdbuf()->in_avail() == 0) out.flush();  // a program that asks line by line waits for the answer
+  }
+  out.flush();
+  return good ? kGood : kFailed;
+}
+
+int convert(const Words& words, Convert how) {
+  if (words.type.empty()) return convert_lines(how);
+  const auto answer = how(joined(words));
+  if (answer.starts_with("error: ")) {
+    say(std::string_view(answer).substr(7));
+    return kUsage;
+  }
+  Output out(1);
+  out.line(answer);
+  out.flush();
+  return kGood;
+}
+
+void add(Cli& cli, CLI::App* under, const Cli::Text& text, Convert how, const std::string& about) {
+  const auto words = std::make_shared<Words>();
+  auto* app = cli.command({text.name, text.summary, text.examples, under},
+                          [words, how](const Settings&) { return convert(*words, how); });
+  app->add_option("DPT", words->type, "9.001, 9.1, DPST-9-1, 9; without it lines `DPT ...` come from standard input");
+  app->add_option(about.substr(0, about.find(':')), words->value, about.substr(about.find(':') + 2));
+}
+
+}  // namespace
+
+void add_convert(Cli& cli, CLI::App* under) {
+  add(cli, under,
+      {"decode", "Say what the bytes of a telegram mean",
+       "  rubicon knx decode 9.001 0c33\n"
+       "  printf '9.001 0c33\\n1.001 01\\n' | rubicon knx decode    # a line each: the value, or error: why\n"},
+      networks::knx::decode_line, "HEX: the bytes; 0c33 or 0c 33");
+  add(cli, under,
+      {"encode", "Say which bytes a value is on the bus",
+       "  rubicon knx encode 9.001 21.5\n"
+       "  rubicon knx encode 10.001 Fri 13:30:15\n"
+       "  printf '5.001 50\\n' | rubicon knx encode    # a line each: hex without blanks, or error: why\n"},
+      networks::knx::encode_line, "VALUE: as people write it: 21.5, on, comfort, 2026-11-20, JSON");
+}
+
+}  // namespace rubicon::cli::knx

@@ -1,0 +1,112 @@
+#include <fmt/format.h>
+
+#include <optional>
+
+#include "apps/rubicon/knx/commands.h"
+#include "apps/rubicon/tuple_text.h"
+#include "networks/knx/line/discovery.h"
+#include "transport/asio_scheduler.h"
+#include "transport/interfaces.h"
+#include "transport/local_transports.h"
+
+namespace rubicon::cli::knx {
+
+namespace {
+
+using networks::knx::Discovery;
+using networks::knx::DiscoveryOptions;
+using networks::knx::DiscoveryResult;
+
+struct Options {
+  std::vector<std::string> hosts, addresses;
+  std::uint16_t port = networks::knx::kKnxPort;
+  bool route_back = false;
+};
+
+DiscoveryOptions plan(const Options& options) {
+  DiscoveryOptions out;
+  for (const auto& host : options.hosts) out.hosts.push_back({host, options.port});
+  out.interfaces = options.addresses;
+  out.route_back = options.route_back;
+  if (!out.interfaces.empty() || !out.hosts.empty()) return out;
+  for (const auto& one : transport::ipv4_interfaces()) {
+    if (one.multicast && !one.loopback) out.interfaces.push_back(one.address);
+  }
+  return out;
+}
+
+DiscoveryResult look(DiscoveryOptions options) {
+  transport::Loop loop;
+  transport::LocalTransports lines(loop);
+  DiscoveryResult found;
+  const Discovery discovery(loop.scheduler(), lines, std::move(options), [&](DiscoveryResult result) {
+    found = std::move(result);
+    loop.stop();
+  });
+  loop.run();
+  return found;
+}
+
+Line as_json(const networks::knx::FoundServer& server) {
+  const auto& about = server.description;
+  Line line{{"host", server.control.address},
+            {"port", server.control.port},
+            {"name", about.name},
+            {"address", to_string(about.address)},
+            {"medium", networks::knx::medium_name(about.medium)},
+            {"serial", base::to_hex(about.serial)},
+            {"mac", base::to_hex(about.mac)}};
+  for (const auto& one : about.families) line["families"][std::to_string(static_cast<int>(one.family))] = one.version;
+  for (const auto& one : about.secured) line["secured"].push_back(static_cast<int>(one.family));
+  for (const auto& slot : about.slots)
+    line["tunnels"].push_back({{"address", to_string(slot.address)}, {"free", slot.free}});
+  return line;
+}
+
+/// The names in it are other people's.
+void put(Output& out, const std::string& text) {
+  for (std::size_t at = 0; at <= text.size();) {
+    const auto end = std::min(text.find('\n', at), text.size());
+    out.line(clean(std::string_view(text).substr(at, end - at)));
+    at = end + 1;
+  }
+}
+
+int discover(const Settings& settings, const Options& options) {
+  auto wanted = plan(options);
+  if (wanted.interfaces.empty() && wanted.hosts.empty()) {
+    say("this machine has no interface to search on; `--host HOST` asks one host");
+    return kFailed;
+  }
+  const auto result = look(std::move(wanted));
+  Output out(1);
+  for (const auto& server : result.servers) {
+    if (settings.json) {
+      out.line(dump(as_json(server)));
+    } else {
+      put(out, networks::knx::describe(server));
+    }
+  }
+  for (const auto& problem : result.problems) say(clean(problem.text));
+  if (result.servers.empty()) say("no KNXnet/IP server answers");
+  out.flush();
+  return result.servers.empty() ? kNotThere : kGood;
+}
+
+}  // namespace
+
+void add_discover(Cli& cli, CLI::App* under) {
+  const auto options = std::make_shared<Options>();
+  auto* app = cli.command({"discover", "Find KNX IP interfaces and routers",
+                           "  rubicon knx discover\n"
+                           "  rubicon knx discover --host 192.168.1.10    # where multicast does not get through\n",
+                           under},
+                          [options](const Settings& settings) { return discover(settings, *options); });
+  app->add_option("--host", options->hosts, "ask this host for its description")->type_name("HOST");
+  app->add_option("--port", options->port, "of --host")->capture_default_str();
+  app->add_option("--address", options->addresses, "search on the interface with this address of ours")
+      ->type_name("ADDRESS");
+  app->add_flag("--nat", options->route_back, "answers shall come to where the question came from");
+}
+
+}  // namespace rubicon::cli::knx

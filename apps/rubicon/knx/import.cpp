@@ -1,0 +1,121 @@
+#include <fmt/format.h>
+
+#include <unistd.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+
+#include "apps/rubicon/knx/commands.h"
+#include "base/config_reader.h"
+#include "networks/knx/groups/import.h"
+#include "networks/knx/groups/record.h"
+#include "runtime/yaml.h"
+#include "transport/local_transports.h"
+#include "transport/read_text.h"
+
+namespace rubicon::cli::knx {
+
+namespace {
+
+using networks::knx::GroupPoint;
+
+struct Options {
+  std::string file, record, output;
+  bool no_guess = false;
+};
+
+Result<std::vector<GroupPoint>> read_record(const std::string& path) {
+  transport::LocalTransports disk;
+  const auto text = transport::read_text(disk, path, networks::knx::kMaxListBytes);
+  if (!text) return fail(text.error());
+  if (text->find_first_not_of(" \t\r\n") == text->npos)
+    return fail(ErrorCode::kInvalid,
+                fmt::format("{} is empty, expected a record. A shell empties the file behind `>` before this program "
+                            "reads it: write with --output",
+                            path));
+  const auto root = runtime::parse_yaml(*text, path);
+  if (!root) return fail(root.error());
+  base::ConfigErrors errors;
+  ConfigReader reader(*root, "", errors);
+  std::vector<GroupPoint> points;
+  networks::knx::read_groups(reader, points);
+  reader.finish();
+  if (!errors.empty()) return fail(ErrorCode::kInvalid, errors.text());
+  return points;
+}
+
+/// All of it or nothing: the file that was there before may be the record that was merged.
+Result<void> replace(const std::string& path, const std::string& text) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  const auto there = fs::status(path, error);
+  if (fs::exists(there) && !fs::is_regular_file(there))
+    return fail(ErrorCode::kIo, fmt::format("{}: is no file that can be replaced", path));
+  const auto target = fs::exists(there) ? fs::canonical(path, error) : fs::path(path);
+  const fs::path fresh = fmt::format("{}.{}.new", target.string(), ::getpid());
+  std::ofstream file(fresh, std::ios::binary | std::ios::trunc);
+  file << text;
+  file.close();
+  error.clear();
+  if (file && fs::exists(there)) fs::permissions(fresh, there.permissions(), error);
+  if (file && !error) fs::rename(fresh, target, error);
+  if (file && !error) return {};
+  const auto why = error ? error.message() : std::string("the folder is not there or not ours, or the disk is full");
+  fs::remove(fresh, error);
+  return fail(ErrorCode::kIo, fmt::format("{}: cannot be written: {}", path, why));
+}
+
+int put(const Options& options, const std::string& text) {
+  if (options.output.empty()) {
+    Output out(1);
+    out.write(text);
+    out.flush();
+    return out.error().empty() ? kGood : kFailed;
+  }
+  const auto written = replace(options.output, text);
+  if (!written) say(written.error().text);
+  return written ? kGood : kFailed;
+}
+
+/// The record goes to standard output or its file, the report to standard error.
+int import(const Options& options) {
+  networks::knx::ImportOptions how;
+  how.guess = !options.no_guess;
+  if (!options.record.empty()) {
+    auto known = read_record(options.record);
+    if (!known) {
+      say(known.error().text);
+      return kUsage;
+    }
+    how.known = std::move(*known);
+  }
+  const auto imported = networks::knx::import_file(options.file, how);
+  if (!imported) {
+    say(imported.error().text);
+    return kFailed;
+  }
+  const auto code = put(options, networks::knx::to_yaml(imported->points, imported->report.source));
+  std::fputs(report_text(imported->report).c_str(), stderr);
+  return code;
+}
+
+}  // namespace
+
+void add_import(Cli& cli, CLI::App* under) {
+  const auto options = std::make_shared<Options>();
+  auto* app =
+      cli.command({"import", "Turn an ETS export of group addresses into configuration",
+                   "  rubicon knx import flat.csv > flat.yaml                # CSV, XML or ESF; the report: stderr\n"
+                   "  rubicon knx import new.csv --merge flat.yaml --output flat.yaml   # what flat.yaml says stays\n"
+                   "Never `--merge flat.yaml > flat.yaml`: the shell empties flat.yaml before it is read.\n",
+                   under},
+                  [options](const Settings&) { return import(*options); });
+  app->add_option("FILE", options->file, "export of ETS: CSV, XML or ESF")->required();
+  app->add_flag("--no-guess", options->no_guess, "do not guess by names which addresses belong together");
+  app->add_option("--output", options->output, "write the record here, in one step, instead of to standard output")
+      ->type_name("FILE");
+  app->add_option("--merge", options->record, "a record written before: its ids stay")->type_name("FILE");
+}
+
+}  // namespace rubicon::cli::knx

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+namespace rubicon::bench::knx {
+
+using Json = nlohmann::ordered_json;
+using Clock = std::chrono::steady_clock;
+
+struct Plan {
+  int rounds = 5;
+  int telegrams = 20'000;   ///< a round
+  int writes = 200;         ///< a seed of the loss measurement
+  int decodes = 5'000'000;  ///< a data point type
+  int addresses = 10'000;   ///< of the import
+};
+
+double median(std::vector<double> values);
+double seconds_since(Clock::time_point start);
+
+/// Confirmed telegrams a second of a bare stop-and-wait loop on blocking sockets, through knxd at this port.
+double floor_telegrams(int telegrams, std::uint16_t port);
+
+// Each adds its figures. The first two need knxd in a private network.
+void measure_telegrams(const Plan& plan, Json& out);
+void measure_loss(const Plan& plan, Json& out);
+void measure_dpt(const Plan& plan, Json& out);
+void measure_import(const Plan& plan, Json& out);
+
+}  // namespace rubicon::bench::knx

@@ -1,0 +1,45 @@
+#!/usr/bin/env bash
+# A KNX bus without hardware, for examples/knx.yaml: knxd with its dummy driver on UDP port 13671, a lamp at 1/0/1 that
+# reports at 1/0/2, and a thermometer at 1/2/7. Ends with SIGTERM or Ctrl-C, and everything with it.
+# knxd listens on all interfaces of this machine; behind it there is nothing but this demo.
+set -euo pipefail
+folder=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+work=$(mktemp -d /tmp/rubicon-knx.XXXXXX)
+bus=local:$work/bus.sock
+
+stop() {
+  trap - EXIT INT TERM
+  for job in $(jobs -p); do kill -- "$job" 2>/dev/null || true; done
+  rm -rf "$work"
+}
+trap 'stop; exit 0' EXIT INT TERM
+
+sed "s#^path = .*#path = $work/bus.sock#" "$folder/knxd.ini" >"$work/knxd.ini"
+knxd "$work/knxd.ini" 2>"$work/log" &
+server=$!
+for _ in $(seq 100); do
+  [ -S "$work/bus.sock" ] && break
+  kill -0 "$server" 2>/dev/null || { cat "$work/log" >&2; exit 1; }
+  sleep 0.05
+done
+
+# `Write from 1.1.204 to 1/0/1: 01`
+lamp() {
+  while read -r what _ _ _ address value; do
+    [ "$what $address" = "Write 1/0/1:" ] && knxtool groupswrite "$bus" 1/0/2 "$value" >/dev/null
+  done
+}
+lamp < <(exec knxtool groupsocketlisten "$bus") &
+
+# 20.9 to 22 degrees Celsius, as DPT 9.001
+thermometer() {
+  while true; do
+    for value in '0c 15' '0c 1f' '0c 29' '0c 33' '0c 3d' '0c 47' '0c 4c' '0c 42' '0c 38' '0c 2e' '0c 24' '0c 1a'; do
+      # shellcheck disable=SC2086
+      knxtool groupwrite "$bus" 1/2/7 $value >/dev/null
+      sleep 5
+    done
+  done
+}
+thermometer &
+wait "$server"

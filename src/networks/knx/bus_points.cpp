@@ -1,0 +1,207 @@
+#include "networks/knx/bus_points.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "model/key.h"
+
+namespace rubicon::networks::knx {
+
+namespace {
+
+using namespace std::chrono_literals;
+
+/// A command that could not leave for so long is given up, where the island names no time.
+constexpr Duration kCommandLifetime = 5s;
+/// Actuators that are already as commanded often stay silent: then they are asked.
+constexpr Duration kReportTime = 1s;
+/// A value heard within this time needs no question (knx.md, section 8: expire).
+constexpr Duration kFresh = 60min;
+
+}  // namespace
+
+BusPoints::BusPoints(network::NetworkHost& host, GroupReads::Options reads, Say say)
+    : host_(host),
+      say_(std::move(say)),
+      reads_(host.scheduler(), reads, [this](GroupAddress address) { no_answer(address); }) {}
+
+void BusPoints::take(PointTable table) {
+  PointTable before = std::exchange(table_, std::move(table));
+  periodic_.clear();
+  for (auto& point : table_.points()) {
+    const auto* known = before.find(point.address, point.id);
+    if (!known || known->source() != point.source()) continue;
+    point.wanted = known->wanted;
+    point.heard_at = known->heard_at;
+  }
+  reads_.keep([this](GroupAddress address) { return !table_.heard_on(address).empty(); });
+  std::erase_if(commanded_, [this](const auto& one) { return !table_.find(one.first.first, one.first.second); });
+  if (!begun_) return;
+  for (const auto& [device, content] : before.devices()) {
+    if (!table_.devices().contains(device)) host_.deliver(device, model::Leave{"taken out of the configuration"});
+  }
+  for (const auto& [device, content] : table_.devices()) join(device);
+  if (line_ != nullptr) ask_marked();
+}
+
+/// The devices are there before any contact: keys are known before the first telegram.
+void BusPoints::begin() {
+  if (std::exchange(begun_, true)) return;
+  for (const auto& [device, content] : table_.devices()) join(device);
+}
+
+void BusPoints::join(const std::string& device) {
+  host_.deliver(device, table_.join_of(device));
+}
+
+void BusPoints::line_up(Line& line) {
+  line_ = &line;
+  for (auto& point : table_.points()) point.heard_at = {};
+  reads_.use(&line);
+  ask_marked();
+}
+
+void BusPoints::line_down() {
+  line_ = nullptr;
+  reads_.use(nullptr);
+  periodic_.clear();
+}
+
+void BusPoints::ask_marked() {
+  using When = ReadRule::When;
+  for (std::size_t i = 0; i < table_.points().size(); ++i) {
+    const auto& point = table_.points()[i];
+    if (!point.readable() || point.group.read.when == When::kNever) continue;
+    const bool marked = point.group.read.when != When::kDemand;
+    if ((point.wanted || marked) && point.heard_at == SteadyTime{})
+      ask(point, point.wanted ? GroupReads::Rank::kAgain : GroupReads::Rank::kMarked);
+    if (point.group.read.when == When::kEvery || point.group.read.when == When::kExpire) plan(i);
+  }
+}
+
+void BusPoints::plan(std::size_t index) {
+  const auto period = table_.points()[index].group.read.period;
+  periodic_[index] = host_.scheduler().after(period, [this, index] { due(index); });
+}
+
+/// Of `expire`, only silence is a reason to ask; of `every`, only somebody who wants to know.
+void BusPoints::due(std::size_t index) {
+  const auto& point = table_.points()[index];
+  const auto& rule = point.group.read;
+  const auto now = host_.scheduler().now();
+  if (rule.when == ReadRule::When::kExpire && point.heard_at != SteadyTime{} && point.heard_at + rule.period > now) {
+    periodic_[index] = host_.scheduler().at(point.heard_at + rule.period, [this, index] { due(index); });
+    return;
+  }
+  if (rule.when == ReadRule::When::kExpire || point.wanted) ask(point, GroupReads::Rank::kMarked);
+  plan(index);
+}
+
+bool BusPoints::heard(const Telegram& telegram) {
+  if (!table_.knows(telegram.destination)) return false;
+  if (telegram.service == Service::kRead) return true;
+  reads_.heard(telegram.destination);
+  for (const auto index : table_.heard_on(telegram.destination)) update(table_.points()[index], telegram.payload);
+  return true;
+}
+
+void BusPoints::update(BoundPoint& point, PayloadView payload) {
+  auto value = value_of(point, payload);
+  ++counters_.readings;
+  if (value) {
+    point.heard_at = host_.scheduler().now();
+    const auto commanded = commanded_.find({point.address, point.id});
+    if (commanded != commanded_.end()) {
+      const auto& [bytes, small] = commanded->second.payload;
+      const bool same = std::equal(bytes.begin(), bytes.end(), payload.bytes.begin(), payload.bytes.end());
+      if (same) *value = commanded->second.value;
+      if (same) commanded->second.verify.cancel();
+      if (!same && !commanded->second.verify.pending()) commanded_.erase(commanded);
+    }
+  } else {
+    ++counters_.bad_values;
+    say_(fmt::format("value {}", to_string(point.source())),
+         fmt::format("{}: {}: {}", to_string(point.source()), base::to_hex(payload.bytes), value.error().text));
+  }
+  model::Updates updates;
+  updates.readings.push_back({point.id, value ? std::move(*value) : Value(), {}});
+  host_.deliver(point.address, std::move(updates));
+}
+
+/// Older values are asked for again when somebody comes.
+bool BusPoints::is_fresh(const BoundPoint& point) const {
+  return point.heard_at != SteadyTime{} && point.heard_at + kFresh > host_.scheduler().now();
+}
+
+Result<void> BusPoints::sample(const std::string& device, const model::Sample& wish) {
+  const auto found = table_.devices().find(device);
+  if (found == table_.devices().end())
+    return fail(ErrorCode::kNotFound, fmt::format("no device {}", model::quoted(device)));
+  for (const auto index : found->second.points) {
+    auto& point = table_.points()[index];
+    const bool before =
+        std::exchange(point.wanted, std::find(wish.points.begin(), wish.points.end(), point.id) != wish.points.end());
+    const bool may_ask = point.readable() && point.group.read.when != ReadRule::When::kNever;
+    if (point.wanted && !before && may_ask && !is_fresh(point)) ask(point, GroupReads::Rank::kWanted);
+  }
+  host_.deliver(device, model::Acknowledge{wish.request, model::Outcome::kSent, {}});
+  return {};
+}
+
+Result<void> BusPoints::actuate(const std::string& device, const model::Actuate& command) {
+  const auto* point = table_.find(device, command.point);
+  if (!point) return fail(ErrorCode::kNotFound, fmt::format("no such point of device {}", model::quoted(device)));
+  if (point->id.kind != Kind::kActuator) return fail(ErrorCode::kUnsupported, "a sensor takes no commands");
+  auto payload = payload_of(*point, command.value);
+  if (!payload) return fail(payload.error());
+  if (line_ == nullptr) return fail(ErrorCode::kUnreachable, "the line to the bus is down");
+  Telegram telegram;
+  telegram.destination = point->group.address;
+  telegram.priority = Priority::kNormal;  // before reads and what is exposed
+  telegram.payload = *payload;
+  ++counters_.commands;
+  commanded_[{device, command.point}] = {std::move(*payload), command.value, {}};
+  const bool told = command.time_to_live.count() > 0;
+  line_->send(
+      telegram, host_.scheduler().now() + (told ? Duration(command.time_to_live) : kCommandLifetime),
+      [this, device, command, telegram, alive = std::weak_ptr<bool>(alive_)](Sent outcome, std::string_view why) {
+        if (!alive.lock()) return;
+        sent(device, command, outcome, why);
+        if (outcome == Sent::kSent) heard(telegram);
+      });
+  return {};
+}
+
+/// L_Data.con makes a command sent; whether it had an effect, the state address says. Without the confirmation the
+/// interface has it at least, and nobody reported that it failed.
+void BusPoints::sent(const std::string& device, const model::Actuate& command, Sent outcome, std::string_view why) {
+  if (outcome == Sent::kSent || outcome == Sent::kUnconfirmed) {
+    host_.deliver(device, model::Acknowledge{command.request, model::Outcome::kSent,
+                                             outcome == Sent::kSent ? std::string() : std::string(why)});
+    return verify(device, command.point);
+  }
+  ++counters_.failed_commands;
+  commanded_.erase({device, command.point});
+  const auto kind = outcome == Sent::kRefused ? model::Outcome::kRefused : model::Outcome::kFailed;
+  host_.deliver(device, model::Acknowledge{command.request, kind, std::string(why)});
+}
+
+void BusPoints::verify(const std::string& device, const PointId& id) {
+  const auto* point = table_.find(device, id);
+  const auto commanded = commanded_.find({device, id});
+  if (!point || commanded == commanded_.end()) return;
+  if (!point->group.state || point->group.read.when == ReadRule::When::kNever) return void(commanded_.erase(commanded));
+  commanded->second.verify = host_.scheduler().after(kReportTime, [this, key = commanded->first] {
+    if (const auto* silent = table_.find(key.first, key.second)) ask(*silent, GroupReads::Rank::kVerify);
+  });
+}
+
+void BusPoints::no_answer(GroupAddress address) {
+  say_(fmt::format("no answer {}", to_string(address)),
+       fmt::format("nobody on the bus answers for {}: no device has its read flag set, or the one that has is off",
+                   to_string(address)));
+}
+
+}  // namespace rubicon::networks::knx

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "networks/knx/dpt/dpt.h"
+
+// The parts of decode() and encode(), by what they deal with. Payloads have the right length here.
+
+namespace rubicon::networks::knx {
+
+Result<Value> decode_number(const Dpt& type, ByteView bytes);
+Result<Payload> encode_number(const Dpt& type, const Value& value);
+Result<Value> decode_text(const Dpt& type, ByteView bytes);
+Result<Payload> encode_words(const Dpt& type, const Value& value);
+Result<Value> decode_time(const Dpt& type, ByteView bytes);
+Result<Payload> encode_time(const Dpt& type, const Value& value);
+Result<Value> decode_record(const Dpt& type, ByteView bytes);
+Result<Payload> encode_record(const Dpt& type, const Value& value);
+Result<Value> decode_metering(const Dpt& type, ByteView bytes);
+Result<Payload> encode_metering(const Dpt& type, const Value& value);
+Result<Value> decode_bits(const Dpt& type, ByteView bytes);
+Result<Payload> encode_bits(const Dpt& type, const Value& value);
+Result<Value> decode_raw(const Dpt& type, ByteView bytes);
+Result<Payload> encode_raw(const Dpt& type, const Value& value);
+
+/// Longer JSON is no value of any data point type.
+inline constexpr std::size_t kMaxJson = 4096;
+
+/// Direction and code of 3.007 as share of the whole range: 100, 50, 25, ... or the negative; 0 stops, -0 stops with
+/// the direction bit set, so that both read back.
+double step_value(std::uint64_t raw);
+/// The nearest step; nullopt beyond -100..100.
+std::optional<std::uint8_t> step_raw(double percent);
+
+/// The shortest text of the single, read as a double: 20.48, not 20.479999542236328.
+double shortest_single(double value);
+
+/// `count` bits (1..64) from the first bit sent on, most significant first.
+std::uint64_t bits_at(ByteView bytes, std::size_t offset, std::size_t count);
+void put_bits(Bytes& bytes, std::size_t offset, std::size_t count, std::uint64_t raw);
+
+/// `9.001 temperature`: how errors begin.
+std::string name_of(const Dpt& type);
+/// The error for a value of a kind the type does not take.
+tl::unexpected<Error> wrong_kind(const Dpt& type, const Value& value, std::string_view expected);
+tl::unexpected<Error> out_of_range(const Dpt& type, double value);
+/// The number or word of an enumeration, `reserved (n)` too; nullopt where it is neither.
+std::optional<std::uint16_t> word_value(std::span<const Word> words, std::string_view text);
+std::string_view word_of(std::span<const Word> words, std::uint64_t value);
+/// Without regard to the case of ASCII letters.
+bool same_word(std::string_view left, std::string_view right);
+
+}  // namespace rubicon::networks::knx

@@ -1,0 +1,189 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "networks/knx/dpt/codec.h"
+
+// Between the units and words of KNX and those of the type catalogue.
+
+namespace rubicon::networks::knx {
+
+namespace {
+
+using model::DataType;
+
+/// value * multiply / divide (after `shift`) is what the catalogue wants. Two numbers, because 1/1000 has no exact
+/// double while a quotient by 1000 is the nearest one.
+struct Conversion {
+  DptId id;
+  double multiply = 1, divide = 1;
+  double shift = 0;
+};
+
+// Sorted by id; all others have the unit of their catalogue type.
+constexpr Conversion kConversions[] = {
+    {{7, 2}, 1, 1000},      // ms -> s
+    {{7, 3}, 1, 1000},      //
+    {{7, 4}, 1, 1000},      //
+    {{7, 6}, 60, 1},        // min -> s
+    {{7, 7}, 3600, 1},      // h -> s
+    {{7, 11}, 1, 1000},     // mm -> m
+    {{7, 12}, 1, 1000},     // mA -> A
+    {{8, 2}, 1, 1000},      // ms -> s
+    {{8, 3}, 1, 1000},      //
+    {{8, 4}, 1, 1000},      //
+    {{8, 6}, 60, 1},        // min -> s
+    {{8, 7}, 3600, 1},      // h -> s
+    {{9, 11}, 1, 1000},     // ms -> s
+    {{9, 20}, 1, 1000},     // mV -> V
+    {{9, 21}, 1, 1000},     // mA -> A
+    {{9, 24}, 1000, 1},     // kW -> W
+    {{9, 25}, 1, 1000},     // l/h -> m3/h
+    {{9, 27}, 5, 9, -32},   // degF -> Cel
+    {{9, 28}, 5, 18},       // km/h -> m/s
+    {{12, 101}, 60, 1},     // min -> s
+    {{12, 1200}, 1, 1000},  // l -> m3
+    {{13, 10}, 1, 1000},    // Wh -> kW.h
+    {{13, 11}, 1, 1000},    // VAh -> kV.A.h
+    {{13, 12}, 1, 1000},    // varh -> kvar.h
+    {{13, 16}, 1000, 1},    // MWh -> kW.h
+    {{13, 1200}, 1, 1000},  // l -> m3
+    {{14, 77}, 3600, 1},    // m3/s -> m3/h
+    {{14, 1201}, 18, 5},    // l/s -> m3/h
+    {{29, 10}, 1, 1000},    // Wh -> kW.h
+    {{29, 11}, 1, 1000},    // VAh -> kV.A.h
+    {{29, 12}, 1, 1000},    // varh -> kvar.h
+};
+
+/// Whole numbers beyond cannot be told from their neighbours after a conversion: 15 digits are safe in a double.
+constexpr double kMostDigits = 1e15;
+
+const Conversion* conversion_of(DptId id) {
+  const auto found = std::ranges::lower_bound(kConversions, id, {}, &Conversion::id);
+  return found == std::end(kConversions) || found->id != id ? nullptr : &*found;
+}
+
+const model::Type& type_of(const Dpt& type, Kind kind) {
+  static const TypeCatalogue catalogue;
+  const auto* found = catalogue.find(kind == Kind::kActuator ? type.actuator : type.sensor);
+  return *found;  // all rows name types that are there: a test holds them to it
+}
+
+/// What rounding left behind that many digits goes away: 16 on the way to the catalogue, where a third of something
+/// has to come back, 15 on the way from there.
+double tidy(double value, int digits) {
+  if (value == 0 || !std::isfinite(value)) return value;
+  char text[40];
+  const auto end = std::to_chars(text, text + sizeof text, value, std::chars_format::scientific, digits - 1).ptr;
+  double number = value;
+  std::from_chars(text, end, number);
+  return number;
+}
+
+/// Of a scaled octet (5.001, 5.003) the shortest decimal that is the same octet: 50 instead of 50.19607843137255.
+double natural(const Dpt& type, double value) {
+  if (type.id.main != 5 || type.step == std::floor(type.step)) return value;
+  const auto octet = [&type](double number) { return std::floor(number / type.step + 0.5); };
+  for (const double scale : {1.0, 10.0, 100.0}) {
+    const auto rounded = std::round(value * scale) / scale;
+    if (octet(rounded) == octet(value) && rounded >= type.minimum && rounded <= type.maximum) return rounded;
+  }
+  return value;
+}
+
+double number_of(const Value& value) {
+  if (const auto* whole = std::get_if<std::int64_t>(&value)) return static_cast<double>(*whole);
+  return std::get<double>(value);
+}
+
+bool is_number(const Value& value) {
+  return std::holds_alternative<std::int64_t>(value) || std::holds_alternative<double>(value);
+}
+
+Result<Value> real(const Dpt& type, const Value& value) {
+  if (!is_number(value)) return wrong_kind(type, value, "a number");
+  auto number = number_of(value);
+  if (type.bits == 64 && std::abs(number) > kMostDigits) {
+    return fail(ErrorCode::kOutOfRange, fmt::format("{}: {} has more digits than its sensor can tell apart",
+                                                    name_of(type), model::to_text(value)));
+  }
+  if (type.form == Form::kFloat32) number = shortest_single(number);
+  number = natural(type, number);
+  const auto* conversion = conversion_of(type.id);
+  if (!conversion) return Value(number);
+  return Value(tidy((number + conversion->shift) * conversion->multiply / conversion->divide, 16));
+}
+
+Result<Value> whole(const Dpt& type, const Value& value) {
+  if (const auto* number = std::get_if<std::int64_t>(&value)) return Value(*number);
+  const auto* json = std::get_if<Json>(&value);
+  const auto tree =
+      json && json->text.size() <= kMaxJson ? nlohmann::json::parse(json->text, nullptr, false) : nlohmann::json();
+  const auto raw = tree.is_object() ? tree.find("raw") : tree.end();
+  if (raw == tree.end() || !raw->is_number_integer()) return wrong_kind(type, value, "a whole number");
+  return Value(raw->get<std::int64_t>());
+}
+
+/// The word of a number in a comma separated list.
+std::string_view word_at(std::string_view words, std::int64_t index) {
+  for (; index > 0 && !words.empty(); --index) {
+    const auto comma = words.find(',');
+    words.remove_prefix(comma == words.npos ? words.size() : comma + 1);
+  }
+  return index < 0 ? std::string_view() : words.substr(0, words.find(','));
+}
+
+Result<Value> catalogue_word(const Dpt& type, const model::Type& wanted, const Value& value) {
+  const auto* number = std::get_if<std::int64_t>(&value);
+  const auto word = number ? word_at(wanted.words, *number) : std::string_view();
+  if (!word.empty()) return Value(std::string(word));
+  return fail(ErrorCode::kOutOfRange,
+              fmt::format("{}: {} is not one of {}", name_of(type), label(type, value), wanted.words));
+}
+
+Result<Value> converted(const Dpt& type, const model::Type& wanted, const Value& value) {
+  switch (wanted.data) {
+    case DataType::kReal: return real(type, value);
+    case DataType::kInteger: return whole(type, value);
+    case DataType::kEnumeration: return catalogue_word(type, wanted, value);
+    case DataType::kText:
+    case DataType::kBytes:
+      if (const auto* json = std::get_if<Json>(&value)) return Value(json->text);  // 19.001 with flags
+      return value;
+    default: return value;
+  }
+}
+
+Result<Value> number_of_word(const Dpt& type, const model::Type& given, const Value& value) {
+  const auto* word = std::get_if<std::string>(&value);
+  for (std::int64_t index = 0; word; ++index) {
+    const auto at = word_at(given.words, index);
+    if (at.empty()) break;
+    if (at == *word) return Value(index);
+  }
+  return wrong_kind(type, value, fmt::format("one of {}", given.words));
+}
+
+}  // namespace
+
+Result<Value> to_catalogue(const Dpt& type, Kind kind, const Value& value) {
+  const auto& wanted = type_of(type, kind);
+  auto result = converted(type, wanted, value);
+  if (!result) return result;
+  if (auto fits = TypeCatalogue::check(wanted, *result); !fits) return fail(fits.error());
+  return result;
+}
+
+Result<Value> from_catalogue(const Dpt& type, Kind kind, const Value& value) {
+  const auto& given = type_of(type, kind);
+  if (auto fits = TypeCatalogue::check(given, value); !fits) return fail(fits.error());
+  if (given.data == DataType::kEnumeration) return number_of_word(type, given, value);
+  const auto* conversion = given.data == DataType::kReal ? conversion_of(type.id) : nullptr;
+  if (!conversion) return value;
+  return Value(tidy(number_of(value) * conversion->divide / conversion->multiply - conversion->shift, 15));
+}
+
+}  // namespace rubicon::networks::knx

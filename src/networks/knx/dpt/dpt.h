@@ -1,0 +1,68 @@
+#pragma once
+
+#include <compare>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "base/result.h"
+#include "model/type_catalogue.h"
+#include "model/value.h"
+#include "networks/knx/dpt/form.h"
+#include "networks/knx/wire/telegram.h"
+
+namespace rubicon::networks::knx {
+
+/// Number of a data point type. Without a sub type (`9`, `9.*`, `DPT-9`) it means the main type only.
+struct DptId {
+  static constexpr std::uint16_t kMainOnly = 0xffff;
+  std::uint16_t main = 0;
+  std::uint16_t sub = kMainOnly;
+
+  friend auto operator<=>(const DptId&, const DptId&) = default;
+};
+
+/// `9.001`, `9.1`, `DPT9.001`, `DPT-9`, `DPST-9-1`, `9`, `9.*`; kInvalid for anything else. Knows no table.
+Result<DptId> parse_dpt(std::string_view text);
+/// `9.001`; `9.*` for a main type.
+std::string to_string(DptId id);
+
+/// One data point type: a row of the table (KNX 3/7/2; master data of ETS 6), or a main type made up for unknown sub
+/// types.
+struct Dpt {
+  DptId id;
+  std::string_view name;     ///< `DPT_Value_Temp`
+  std::string_view meaning;  ///< `temperature`
+  std::string_view unit;     ///< of the KNX table: `°C`; empty = none
+  std::uint16_t bits = 0;    ///< of the payload; 0 = text of variable length; up to 6 bits travel in the small form
+  double minimum = 0, maximum = 0;  ///< of number types, in `unit`
+  double step = 0;                  ///< resolution in `unit`; 0 = no number, or a float
+  TypeId sensor{}, actuator{};      ///< what the type catalogue calls it as a sensor and as an actuator
+  Form form = Form::kRaw;
+  std::span<const Word> words{};   ///< of a bit, an enumeration, a set of bits; sorted by value
+  const Record* record = nullptr;  ///< of Form::kRecord
+};
+
+/// All rows, sorted by id (363).
+std::span<const Dpt> all_dpts();
+/// The row; else that of the main type (the result's id then says `9.*`); nullptr for an unknown main type. Private
+/// rows (numbers invented by one library) are found only by their full number.
+const Dpt* find_dpt(DptId id);
+
+/// Payload -> value in the unit of the table, exact per resolution. kInvalid: wrong length or form, undecodable (7FFF
+/// of 9.xxx); kOutOfRange: outside the bounds of the type. Numbers are double or int64, one bit is bool, enumerations
+/// are their number, times and texts are text, sets of bits and records JSON. No allocation for numeric types.
+Result<Value> decode(const Dpt& type, PayloadView payload);
+/// The inverse; kOutOfRange outside the bounds (never clamped), kInvalid for a value of another kind.
+Result<Payload> encode(const Dpt& type, const Value& value);
+/// Value as people write it: numbers, on/off and the type's own words, names of enumeration values, times, JSON.
+Result<Payload> encode_text(const Dpt& type, std::string_view text);
+/// The word of a value where the type has words (`comfort`, `down`, `reserved (7)`), else its text.
+std::string label(const Dpt& type, const Value& value);
+
+/// Value in the table's unit -> value as the catalogue type of `kind` wants it (unit converted, words), and back.
+Result<Value> to_catalogue(const Dpt& type, Kind kind, const Value& value);
+Result<Value> from_catalogue(const Dpt& type, Kind kind, const Value& value);
+
+}  // namespace rubicon::networks::knx

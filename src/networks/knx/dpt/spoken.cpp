@@ -1,0 +1,183 @@
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cmath>
+
+#include "model/key.h"
+#include "networks/knx/dpt/codec.h"
+
+// Values as people write them.
+
+namespace rubicon::networks::knx {
+
+namespace {
+
+std::string_view trimmed(std::string_view text) {
+  while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) text.remove_prefix(1);
+  while (!text.empty() && (text.back() == ' ' || text.back() == '\t')) text.remove_suffix(1);
+  return text;
+}
+
+template <class Number>
+std::optional<Number> number_in(std::string_view text) {
+  Number number{};
+  if (text.starts_with('+') && text.size() > 1 && text[1] != '-') text.remove_prefix(1);
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return number;
+}
+
+/// `learn 5` -> `5` where the text begins with the word.
+bool drop_word(std::string_view& text, std::string_view word) {
+  if (text.size() <= word.size() || !same_word(text.substr(0, word.size()), word)) return false;
+  if (text[word.size()] != ' ' && text[word.size()] != ',') return false;
+  text.remove_prefix(word.size() + 1);
+  text = trimmed(text);
+  return true;
+}
+
+tl::unexpected<Error> unreadable(const Dpt& type, std::string_view text, std::string_view expected) {
+  return fail(ErrorCode::kInvalid, fmt::format("{}: {} is not {}", name_of(type), model::quoted(text), expected));
+}
+
+/// The higher state first: both words of 1.017 are `trigger`.
+std::optional<bool> bit_in(const Dpt& type, std::string_view text) {
+  if (type.words.size() == 2) {
+    if (same_word(text, type.words[1].text)) return true;
+    if (same_word(text, type.words[0].text)) return false;
+  }
+  for (const auto word : {"on", "true", "1"}) {
+    if (same_word(text, word)) return true;
+  }
+  for (const auto word : {"off", "false", "0"}) {
+    if (same_word(text, word)) return false;
+  }
+  return std::nullopt;
+}
+
+Result<Payload> encode_bit(const Dpt& type, std::string_view text) {
+  if (const auto on = bit_in(type, text)) return encode(type, *on);
+  return unreadable(type, text, fmt::format("{} or {} (or off, on)", type.words[0].text, type.words[1].text));
+}
+
+/// `increase 3`, `down 1`: a direction and a step code; `stop`.
+struct SpokenStep {
+  bool direction = false;
+  std::uint8_t code = 0;
+};
+
+std::optional<SpokenStep> step_in(std::string_view text) {
+  if (same_word(text, "stop")) return SpokenStep{};
+  SpokenStep step;
+  if (drop_word(text, "increase")) {
+    step.direction = true;
+  } else if (!drop_word(text, "decrease")) {
+    return std::nullopt;
+  }
+  const auto code = number_in<std::uint8_t>(text);
+  if (!code || *code > 7) return std::nullopt;
+  step.code = *code;
+  return step;
+}
+
+Result<Payload> encode_step(const Dpt& type, std::string_view text) {
+  if (const auto step = step_in(text)) {
+    return Payload{{static_cast<std::uint8_t>((step->direction ? 8 : 0) | step->code)}, true};
+  }
+  if (text.ends_with('%')) text = trimmed(text.substr(0, text.size() - 1));
+  if (const auto number = number_in<double>(text)) return encode(type, *number);
+  return unreadable(type, text, "a number from -100 to 100, stop, increase 3 or decrease 3");
+}
+
+Result<Payload> encode_figure(const Dpt& type, std::string_view text) {
+  auto figure = text;
+  if (!type.unit.empty() && figure.ends_with(type.unit)) {
+    figure = trimmed(figure.substr(0, figure.size() - type.unit.size()));
+  }
+  if (type.bits == 64) {
+    if (const auto whole = number_in<std::int64_t>(figure)) return encode(type, *whole);
+  }
+  const auto number = number_in<double>(figure);
+  if (!number || !std::isfinite(*number)) return unreadable(type, text, "a number");
+  return encode(type, *number);
+}
+
+/// Short spellings of records: `control, on`, `down 1`, `learn 5`, `1.2.3`.
+std::string json_of(const Dpt& type, std::string_view text) {
+  if (type.id.main == 2) {
+    const bool free = drop_word(text, "no control");
+    const bool control = !free && drop_word(text, "control");
+    const auto on = bit_in(type, text);
+    if (on && (free || control)) return fmt::format(R"({{"control":{},"value":{}}})", control, *on);
+  }
+  if (type.id.main == 3) {
+    if (same_word(text, "stop")) return R"({"direction":"up","code":0})";
+    const bool down = drop_word(text, "down");
+    if (!down && !drop_word(text, "up")) return {};
+    if (const auto code = number_in<std::uint8_t>(text)) {
+      return fmt::format(R"({{"direction":"{}","code":{}}})", down ? "down" : "up", *code);
+    }
+  }
+  if (type.id.main == 18) {
+    const bool learn = drop_word(text, "learn");
+    if (const auto scene = number_in<std::uint8_t>(text)) {
+      return fmt::format(R"({{"learn":{},"scene":{}}})", learn, *scene);
+    }
+  }
+  return {};
+}
+
+std::string version_json(std::string_view text) {
+  const auto first = text.find('.');
+  const auto second = first == text.npos ? first : text.find('.', first + 1);
+  if (second == text.npos) return {};
+  const auto magic = number_in<std::uint8_t>(text.substr(0, first));
+  const auto version = number_in<std::uint8_t>(text.substr(first + 1, second - first - 1));
+  const auto revision = number_in<std::uint8_t>(text.substr(second + 1));
+  if (!magic || !version || !revision) return {};
+  return fmt::format(R"({{"magic":{},"version":{},"revision":{}}})", *magic, *version, *revision);
+}
+
+Result<Payload> encode_structure(const Dpt& type, std::string_view text) {
+  if (text.starts_with('{')) return encode(type, Json{std::string(text)});
+  const auto json = type.id.main == 217 ? version_json(text) : json_of(type, text);
+  if (json.empty()) return unreadable(type, text, "a JSON object");
+  return encode(type, Json{json});
+}
+
+Result<Payload> encode_set(const Dpt& type, std::string_view text) {
+  if (const auto raw = number_in<std::int64_t>(text)) return encode(type, *raw);
+  return encode_structure(type, text);
+}
+
+}  // namespace
+
+Result<Payload> encode_text(const Dpt& type, std::string_view text) {
+  switch (type.form) {
+    case Form::kCharacter:
+    case Form::kText:
+    case Form::kLongText: return encode(type, std::string(text));
+    default: break;
+  }
+  const auto given = trimmed(text);
+  switch (type.form) {
+    case Form::kBit: return encode_bit(type, given);
+    case Form::kStep: return encode_step(type, given);
+    case Form::kBits: return encode_set(type, given);
+    case Form::kRecord:
+    case Form::kMetering:
+    case Form::kRaw: return encode_structure(type, given);
+    case Form::kEnumeration:
+    case Form::kLetters:
+    case Form::kColour:
+    case Form::kSerial:
+    case Form::kIpv6:
+    case Form::kTime:
+    case Form::kDate: return encode(type, std::string(given));
+    case Form::kDateTime:
+      return given.starts_with('{') ? encode(type, Json{std::string(given)}) : encode(type, std::string(given));
+    default: return encode_figure(type, given);
+  }
+}
+
+}  // namespace rubicon::networks::knx

@@ -1,0 +1,259 @@
+#include "networks/knx/groups/csv_layout.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+
+#include "networks/knx/groups/encoding.h"
+#include "networks/knx/groups/entry_taker.h"
+
+namespace rubicon::networks::knx {
+
+namespace {
+
+enum class Column { kName, kAddress, kCentral, kUnfiltered, kDescription, kComment, kType, kSecurity };
+
+struct Word {
+  std::string_view text;  ///< in small letters
+  Column column;
+};
+
+/// Words of headers. English ones are those of ETS; the others are what its languages would say, and a column without a
+/// word of this table is found by its place and content.
+constexpr std::array kWords{
+    Word{"group name", Column::kName},
+    Word{"main", Column::kName},
+    Word{"middle", Column::kName},
+    Word{"sub", Column::kName},
+    Word{"name", Column::kName},
+    Word{"address", Column::kAddress},
+    Word{"group address", Column::kAddress},
+    Word{"adresse", Column::kAddress},
+    Word{"gruppenadresse", Column::kAddress},
+    Word{"adresse de groupe", Column::kAddress},
+    Word{"indirizzo", Column::kAddress},
+    Word{"dirección", Column::kAddress},
+    Word{"adres", Column::kAddress},
+    Word{"groepsadres", Column::kAddress},
+    Word{"central", Column::kCentral},
+    Word{"zentral", Column::kCentral},
+    Word{"centrale", Column::kCentral},
+    Word{"centraal", Column::kCentral},
+    Word{"unfiltered", Column::kUnfiltered},
+    Word{"ungefiltert", Column::kUnfiltered},
+    Word{"non filtré", Column::kUnfiltered},
+    Word{"non filtrato", Column::kUnfiltered},
+    Word{"sin filtrar", Column::kUnfiltered},
+    Word{"ongefilterd", Column::kUnfiltered},
+    Word{"description", Column::kDescription},
+    Word{"beschreibung", Column::kDescription},
+    Word{"descrizione", Column::kDescription},
+    Word{"descripción", Column::kDescription},
+    Word{"beschrijving", Column::kDescription},
+    Word{"omschrijving", Column::kDescription},
+    Word{"comment", Column::kComment},
+    Word{"kommentar", Column::kComment},
+    Word{"commentaire", Column::kComment},
+    Word{"commento", Column::kComment},
+    Word{"comentario", Column::kComment},
+    Word{"opmerking", Column::kComment},
+    Word{"datapointtype", Column::kType},
+    Word{"datapoint type", Column::kType},
+    Word{"datenpunkttyp", Column::kType},
+    Word{"datenpunkt typ", Column::kType},
+    Word{"type de point de données", Column::kType},
+    Word{"tipo di datapoint", Column::kType},
+    Word{"tipo de datapoint", Column::kType},
+    Word{"datapunttype", Column::kType},
+    Word{"security", Column::kSecurity},
+    Word{"sicherheit", Column::kSecurity},
+    Word{"sécurité", Column::kSecurity},
+    Word{"sicurezza", Column::kSecurity},
+    Word{"seguridad", Column::kSecurity},
+    Word{"beveiliging", Column::kSecurity},
+};
+
+std::optional<Column> column_of(std::string_view cell) {
+  const auto small = to_lower(clean_text(cell, 64));
+  for (const auto& word : kWords) {
+    if (word.text == small) return word.column;
+  }
+  return {};
+}
+
+std::string_view cell(const CsvRecord& row, std::size_t column) {
+  return column < row.fields.size() ? std::string_view(row.fields[column]) : std::string_view();
+}
+
+bool is_number(std::string_view text) {
+  return !text.empty() && text.size() <= 5 && text.find_first_not_of("0123456789") == text.npos;
+}
+
+bool has_slash_address(std::string_view text) {
+  return looks_like_address(text) && text.find('/') != text.npos;
+}
+
+bool has_type(std::string_view text) {
+  return text.starts_with("DPST-") || text.starts_with("DPT-");
+}
+
+std::size_t columns_of(std::span<const CsvRecord> rows) {
+  std::size_t most = 0;
+  for (const auto& row : rows) most = std::max(most, row.fields.size());
+  return most;
+}
+
+template <class Test>
+std::size_t count(std::span<const CsvRecord> rows, std::size_t column, Test test) {
+  return static_cast<std::size_t>(
+      std::count_if(rows.begin(), rows.end(), [&](const CsvRecord& row) { return test(cell(row, column)); }));
+}
+
+/// The column where most cells pass, if any does; the last of equals, never the first column, which holds names.
+template <class Test>
+std::optional<std::size_t> best_column(std::span<const CsvRecord> rows, Test test) {
+  std::optional<std::size_t> best;
+  std::size_t most = 1;
+  for (std::size_t column = 1; column < columns_of(rows); ++column) {
+    const auto passing = count(rows, column, test);
+    if (passing >= most) {
+      most = passing;
+      best = column;
+    }
+  }
+  return best;
+}
+
+/// Numbers, blanks and dashes only, at least one number.
+bool is_part_column(std::span<const CsvRecord> rows, std::size_t column) {
+  const auto fits = [](std::string_view text) { return text.empty() || text == "-" || is_number(text); };
+  return count(rows, column, is_number) != 0 && count(rows, column, fits) == rows.size();
+}
+
+/// Addresses without a slash: a column of numbers (free notation), or two or three beside each other.
+bool find_number_columns(std::span<const CsvRecord> rows, CsvLayout& layout) {
+  const auto columns = columns_of(rows);
+  for (std::size_t column = 1; column < columns; ++column) {
+    if (!is_part_column(rows, column) || count(rows, column, is_number) * 2 < rows.size()) continue;
+    layout.address = column;
+    layout.address_parts = 1;
+    while (layout.address_parts < 3 && column + layout.address_parts < columns &&
+           is_part_column(rows, column + layout.address_parts))
+      ++layout.address_parts;
+    return true;
+  }
+  return false;
+}
+
+bool find_address(std::span<const CsvRecord> rows, CsvLayout& layout) {
+  const auto column = best_column(rows, has_slash_address);
+  if (!column) return find_number_columns(rows, layout);
+  layout.address = *column;
+  return true;
+}
+
+/// What a header says, column by column; the address is found by content, unless there is no content.
+struct Header {
+  bool known = false;
+  std::array<std::optional<std::size_t>, 8> columns{};
+  std::optional<std::size_t> at(Column column) const { return columns[static_cast<std::size_t>(column)]; }
+};
+
+/// A header has two words of the table at least (a group may be called `Central`) and no address.
+Header read_header(const CsvRecord& row) {
+  Header header;
+  std::size_t words = 0;
+  for (std::size_t i = 0; i < row.fields.size(); ++i) {
+    if (has_slash_address(row.fields[i])) return {};
+    const auto column = column_of(row.fields[i]);
+    if (!column) continue;
+    ++words;
+    header.columns[static_cast<std::size_t>(*column)] = i;
+  }
+  header.known = words >= 2;
+  return header.known ? header : Header{};
+}
+
+/// Central, unfiltered, description, [comment,] type, security: where they stand behind the address.
+void place_by_order(CsvLayout& layout, std::span<const CsvRecord> rows, std::size_t columns) {
+  const auto behind = layout.address + layout.address_parts;
+  const auto at = [&](std::size_t offset) {
+    return behind + offset < columns ? std::optional(behind + offset) : std::nullopt;
+  };
+  layout.central = at(0);
+  layout.unfiltered = at(1);
+  layout.description = at(2);
+  layout.type = best_column(rows, has_type);
+  if (layout.type && *layout.type < behind + 3) layout.description = {};
+  const bool has_comment = layout.type ? *layout.type > behind + 3 : columns > behind + 5;
+  if (has_comment) layout.comment = at(3);
+  if (!layout.type) layout.type = at(has_comment ? 4 : 3);
+  if (layout.type && *layout.type + 1 < columns) layout.security = *layout.type + 1;
+}
+
+void place_by_words(CsvLayout& layout, const Header& header) {
+  const auto prefer = [&](std::optional<std::size_t>& place, Column column) {
+    if (header.at(column)) place = header.at(column);
+  };
+  prefer(layout.central, Column::kCentral);
+  prefer(layout.unfiltered, Column::kUnfiltered);
+  prefer(layout.description, Column::kDescription);
+  prefer(layout.comment, Column::kComment);
+  prefer(layout.type, Column::kType);
+  prefer(layout.security, Column::kSecurity);
+}
+
+Notation notation_of(std::span<const CsvRecord> rows, const CsvLayout& layout) {
+  if (layout.address_parts == 2) return Notation::kTwoLevel;
+  if (layout.address_parts == 3) return Notation::kThreeLevel;
+  NotationVote vote;
+  for (const auto& row : rows) vote.add(cell(row, layout.address), true);
+  return vote.winner();
+}
+
+}  // namespace
+
+std::string CsvLayout::form() const {
+  return fmt::format("ETS CSV {}/{}", names, address_parts);
+}
+
+std::optional<CsvLayout> find_layout(std::span<const CsvRecord> first_rows) {
+  if (first_rows.empty()) return {};
+  CsvLayout layout;
+  const auto header = read_header(first_rows.front());
+  const auto body = first_rows.subspan(1);
+  const auto& first = first_rows.front();
+  if (header.known) {
+    layout.header = true;
+    if (header.at(Column::kAddress)) {
+      layout.address = *header.at(Column::kAddress);
+    } else if (!find_address(body, layout)) {
+      return {};
+    }
+  } else {
+    // Without known words the first row is a header if it is the only one without an address.
+    if (!find_address(body.empty() ? first_rows : body, layout)) return {};
+    const auto text = cell(first, layout.address);
+    layout.header = layout.address_parts == 1 ? !looks_like_address(text) : !text.empty() && !is_number(text);
+  }
+  if (layout.address == 0) return {};  // the names stand in front, always
+  layout.names = std::min<std::size_t>(layout.address, 3);
+  const auto rows = layout.header ? body : first_rows;
+  place_by_order(layout, rows, std::max(columns_of(rows), first.fields.size()));
+  place_by_words(layout, header);
+  layout.notation = notation_of(rows, layout);
+  return layout;
+}
+
+std::string address_text(const CsvRecord& row, const CsvLayout& layout) {
+  if (layout.address_parts == 1) return clean_text(cell(row, layout.address), 64);
+  std::string out;
+  for (std::size_t i = 0; i < layout.address_parts; ++i) {
+    auto part = clean_text(cell(row, layout.address + i), 64);
+    out += fmt::format("{}{}", i == 0 ? "" : "/", part.empty() ? "-" : part);
+  }
+  return out;
+}
+
+}  // namespace rubicon::networks::knx

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace rubicon::networks::knx {
+
+/// One row of a CSV file: bytes as they stand, quotes undone.
+struct CsvRecord {
+  std::size_t line = 0;  ///< where it begins, from 1
+  std::vector<std::string> fields;
+  bool cut = false;     ///< more than 64 columns: the others are left out
+  bool broken = false;  ///< a quote was opened and never closed: `fields` is what its first line may hold
+};
+
+/// Splits a file into rows: quotes, `""` in them, line breaks in them; CRLF, LF or CR. A quote that nobody closes costs
+/// its own line only, up to a bound of such lines. The text must outlive it.
+class CsvRecords {
+ public:
+  CsvRecords(std::string_view text, char delimiter);
+  /// The next row; false at the end. Empty lines give rows with one empty field.
+  bool next(CsvRecord& out);
+  /// So many lines lost a quote that the rest was not read.
+  bool gave_up() const { return gave_up_; }
+
+ private:
+  enum class End { kField, kRecord, kBroken };
+  End read_field(std::string& out);
+  End read_quoted(std::string& out);
+  bool at_end() const { return at_ >= text_.size(); }
+  bool at_break() const { return text_[at_] == '\n' || text_[at_] == '\r'; }
+  void take_break();
+  void skip_line();
+
+  std::string_view text_;
+  char delimiter_;
+  std::size_t at_ = 0, line_ = 1, begin_ = 0, broken_ = 0;
+  bool gave_up_ = false;
+};
+
+/// The delimiter of a file: what stands most often outside quotes in its first line that is not empty; 0 = none.
+char delimiter_of(std::string_view text);
+
+}  // namespace rubicon::networks::knx

@@ -1,0 +1,89 @@
+#include "networks/knx/groups/encoding.h"
+
+#include <algorithm>
+#include <array>
+
+#include "networks/knx/dpt/characters.h"
+
+namespace rubicon::networks::knx {
+
+namespace {
+
+bool is_ascii(std::string_view bytes) {
+  for (const char c : bytes) {
+    if ((static_cast<std::uint8_t>(c) & 0x80) != 0) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+Encoding encoding_of(std::string_view bytes) {
+  if (is_utf8(bytes)) return Encoding::kUtf8;
+  if (bytes.starts_with(kUtf8Mark)) return Encoding::kMixed;
+  while (!bytes.empty()) {
+    const auto end = std::min(bytes.find('\n'), bytes.size() - 1);
+    const auto line = bytes.substr(0, end + 1);
+    if (!is_ascii(line) && is_utf8(line)) return Encoding::kMixed;
+    bytes.remove_prefix(end + 1);
+  }
+  return Encoding::kWindows1252;
+}
+
+std::uint16_t windows_1252(std::uint8_t byte) {
+  static constexpr std::array<std::uint16_t, 32> kHigh{0x20ac, 0x81,   0x201a, 0x0192, 0x201e, 0x2026, 0x2020, 0x2021,
+                                                       0x02c6, 0x2030, 0x0160, 0x2039, 0x0152, 0x8d,   0x017d, 0x8f,
+                                                       0x90,   0x2018, 0x2019, 0x201c, 0x201d, 0x2022, 0x2013, 0x2014,
+                                                       0x02dc, 0x2122, 0x0161, 0x203a, 0x0153, 0x9d,   0x017e, 0x0178};
+  return byte >= 0x80 && byte < 0xa0 ? kHigh[byte - 0x80U] : byte;
+}
+
+std::string from_windows_1252(std::string_view bytes) {
+  std::string out;
+  out.reserve(bytes.size() + bytes.size() / 8);
+  for (const char c : bytes) append_character(windows_1252(static_cast<std::uint8_t>(c)), out);
+  return out;
+}
+
+std::string clean_text(std::string_view utf8, std::size_t most) {
+  std::string out;
+  out.reserve(std::min(utf8.size(), most));
+  for (std::size_t i = 0; i < utf8.size() && out.size() <= most; ++i) {
+    const auto byte = static_cast<std::uint8_t>(utf8[i]);
+    if (byte == '\r') {
+      if (i + 1 >= utf8.size() || utf8[i + 1] != '\n') out += '\n';
+    } else {
+      out += (byte < 0x20 && byte != '\n') || byte == 0x7f ? ' ' : utf8[i];
+    }
+  }
+  if (out.size() > most) {
+    out.resize(most + 1);
+    while (!out.empty() && (static_cast<std::uint8_t>(out.back()) & 0xc0) == 0x80) out.pop_back();
+    if (!out.empty()) out.pop_back();
+  }
+  const auto first = out.find_first_not_of(" \n");
+  if (first == std::string::npos) return {};
+  out.erase(out.find_last_not_of(" \n") + 1);
+  out.erase(0, first);
+  return out;
+}
+
+std::string to_lower(std::string_view utf8) {
+  std::string out(utf8);
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    const auto byte = static_cast<std::uint8_t>(out[i]);
+    if (byte >= 'A' && byte <= 'Z') {
+      out[i] = static_cast<char>(byte + 0x20);
+    } else if (byte == 0xc3 && i + 1 < out.size()) {  // U+00C0..U+00DE, but not the sign of multiplication
+      const auto next = static_cast<std::uint8_t>(out[++i]);
+      if (next >= 0x80 && next <= 0x9e && next != 0x97) out[i] = static_cast<char>(next + 0x20);
+    } else if ((byte == 0xc4 || byte == 0xc5) && i + 1 < out.size()) {  // U+0100..U+0137, U+014A..U+0177
+      const auto next = static_cast<std::uint8_t>(out[++i]);
+      const bool even_is_big = byte == 0xc4 ? next <= 0xb7 && next != 0xb0 : next >= 0x8a && next <= 0xb7;
+      if (even_is_big && (next & 1) == 0) out[i] = static_cast<char>(next + 1);
+    }
+  }
+  return out;
+}
+
+}  // namespace rubicon::networks::knx

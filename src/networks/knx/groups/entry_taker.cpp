@@ -1,0 +1,149 @@
+#include "networks/knx/groups/entry_taker.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
+#include "model/key.h"
+#include "networks/knx/groups/encoding.h"
+
+namespace rubicon::networks::knx {
+
+namespace {
+
+std::size_t slashes(std::string_view text) {
+  return static_cast<std::size_t>(std::count(text.begin(), text.end(), '/'));
+}
+
+std::string_view example(Notation notation) {
+  switch (notation) {
+    case Notation::kTwoLevel: return "two levels (1/519)";
+    case Notation::kFree: return "a plain number (2567)";
+    case Notation::kThreeLevel: break;
+  }
+  return "three levels (1/2/7)";
+}
+
+std::size_t slashes_of(Notation notation) {
+  return notation == Notation::kThreeLevel ? 2 : notation == Notation::kTwoLevel ? 1 : 0;
+}
+
+}  // namespace
+
+bool looks_like_address(std::string_view text) {
+  if (text.empty() || text.size() > 32 || slashes(text) > 2) return false;
+  bool part_begins = true;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (c == '/') {
+      if (part_begins) return false;
+      part_begins = true;
+      continue;
+    }
+    const bool dash = c == '-' && part_begins && (i + 1 == text.size() || text[i + 1] == '/');
+    if (!dash && (c < '0' || c > '9')) return false;
+    part_begins = false;
+  }
+  return !part_begins && text != "-";
+}
+
+void NotationVote::add(std::string_view address, bool free_too) {
+  if (!looks_like_address(address)) return;
+  const auto count = slashes(address);
+  if (count != 0 || free_too) ++votes_[count];
+}
+
+Notation NotationVote::winner() const {
+  if (votes_[2] >= votes_[1] && votes_[2] >= votes_[0]) return Notation::kThreeLevel;
+  return votes_[1] >= votes_[0] ? Notation::kTwoLevel : Notation::kFree;
+}
+
+EntryTaker::EntryTaker(GroupList& list, Notation notation) : list_(list), notation_(notation) {
+  list_.report.notation = notation;
+}
+
+std::optional<GroupAddress> EntryTaker::address(std::size_t line, std::string_view text) {
+  auto& report = list_.report;
+  if (looks_like_address(text) && slashes(text) != slashes_of(notation_)) {
+    report.error(line, {}, fmt::format("wrong number of levels: '{}', expected {}", text, example(notation_)));
+    return {};
+  }
+  const auto address = parse_group(text);
+  if (address) return *address;
+  if (address.error().code == ErrorCode::kOutOfRange) ++report.out_of_range;
+  const auto why = address.error().code == ErrorCode::kOutOfRange
+                       ? address.error().text
+                       : fmt::format("{} is no group address, expected {}", model::quoted(text), example(notation_));
+  report.error(line, {}, why);
+  return {};
+}
+
+std::optional<DptId> EntryTaker::type(std::string_view text, std::vector<std::string>& doubts) const {
+  constexpr std::string_view kBreaks = " ,;\t\n";
+  const auto begin = std::min(text.find_first_not_of(kBreaks), text.size());
+  const auto end = std::min(text.find_first_of(kBreaks, begin), text.size());
+  if (begin == end) return {};
+  const auto first = text.substr(begin, end - begin);
+  if (text.find_first_not_of(kBreaks, end) != text.npos)
+    doubts.push_back(fmt::format("several types, the first is taken: {}", model::quoted(text)));
+  const auto id = parse_dpt(first);
+  if (!id) {
+    doubts.push_back(fmt::format("type {} cannot be read: imported without a type", model::quoted(first)));
+    return {};
+  }
+  const auto* type = find_dpt(*id);
+  if (!type) {
+    doubts.push_back(fmt::format("main type {} unknown: imported without a type, values shown as hex", id->main));
+    return {};
+  }
+  if (id->sub != DptId::kMainOnly && type->id.sub == DptId::kMainOnly) {
+    doubts.push_back(fmt::format("sub type of {} unknown: imported with main type {}", to_string(*id), id->main));
+    return type->id;
+  }
+  return *id;
+}
+
+std::string EntryTaker::field(std::string_view what, std::string_view utf8, std::vector<std::string>& doubts) const {
+  if (utf8.size() > kMaxFieldBytes)
+    doubts.push_back(fmt::format("its {} has {} bytes: cut to {}", what, utf8.size(), kMaxFieldBytes));
+  return clean_text(utf8, kMaxFieldBytes);
+}
+
+bool EntryTaker::full(std::size_t line) {
+  if (list_.entries.size() < kMaxGroupAddresses) return false;
+  list_.report.error(line, {}, fmt::format("more than {} group addresses: the rest is left out", kMaxGroupAddresses));
+  return true;
+}
+
+void EntryTaker::take(GroupEntry entry, const std::vector<std::string>& doubts) {
+  auto& report = list_.report;
+  const auto [first, is_new] = lines_.try_emplace(number(entry.address), entry.line);
+  if (!is_new) {
+    ++report.doubled;
+    report.error(entry.line, entry.address,
+                 fmt::format("duplicate address, the first one is kept (line {})", first->second));
+    return;
+  }
+  entry.notation = notation_;
+  auto all = doubts;
+  if (entry.name.empty()) {
+    entry.name = to_string(entry.address, notation_);
+    all.push_back("empty name: imported, its name is the address");
+  }
+  if (!entry.dpt) ++report.untyped;
+  if (entry.dpt && entry.dpt->sub == DptId::kMainOnly) ++report.main_type_only;
+  if (!all.empty()) {
+    report.warning(entry.line, entry.address, joined(all));
+  } else if (!entry.dpt) {
+    report.note(entry.line, entry.address, "no type: its values are shown as hex");
+  }
+  ++report.taken;
+  list_.entries.push_back(std::move(entry));
+}
+
+std::string joined(const std::vector<std::string>& texts) {
+  return fmt::format("{}", fmt::join(texts, "; "));
+}
+
+}  // namespace rubicon::networks::knx

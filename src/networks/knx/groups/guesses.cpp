@@ -1,0 +1,195 @@
+#include "networks/knx/groups/guesses.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+
+#include "model/key.h"
+#include "networks/knx/groups/kind_of_type.h"
+#include "networks/knx/groups/words.h"
+
+namespace rubicon::networks::knx {
+
+namespace {
+
+struct Named {
+  const GroupEntry* entry = nullptr;
+  NameWords words;
+  const Named* state = nullptr;  ///< its state address, of an actuator
+  bool is_state = false;         ///< of another one
+  bool undecided = false;
+};
+
+/// Addresses that could belong together.
+struct Candidates {
+  std::vector<Named*> commands, states;
+};
+
+std::string group_key(const GroupEntry& entry, std::string_view name) {
+  return fmt::format("{}\n{}\n{}\n{}", entry.dpt->main, entry.main_group, entry.middle_group, name);
+}
+
+/// Something that could be commanded: its type or its name says so.
+bool is_command(const Named& named) {
+  const auto& words = named.words;
+  const bool by_word = words.says(Sense::kCommand) || words.says(Sense::kSetpoint) || words.says(Sense::kSwitch);
+  return !words.says(Sense::kMeasured) && (by_word || kind_of_type(named.entry->dpt) == Kind::kActuator);
+}
+
+/// `Lamp switch` and `Lamp status`, `Setpoint` and `Setpoint status`.
+void by_state_word(Named& named, std::map<std::string, Candidates>& out) {
+  const bool reports = named.words.says(Sense::kState);
+  if (!reports && !is_command(named)) return;
+  auto& group = out[group_key(*named.entry, named.words.rest)];
+  (reports ? group.states : group.commands).push_back(&named);
+}
+
+/// `Blind Sollwert` and `Blind Istwert`. Not where the actual value is a measurement of its own (9: temperature, 14).
+void by_actual_word(Named& named, std::map<std::string, Candidates>& out) {
+  const auto& words = named.words;
+  const auto main = named.entry->dpt->main;
+  if (named.state || named.is_state || main == 9 || main == 14) return;
+  const bool reports = words.says(Sense::kActual) || words.says(Sense::kState);
+  const bool commands = words.says(Sense::kCommand) || words.says(Sense::kSwitch) || words.says(Sense::kSetpoint);
+  if ((reports && words.says(Sense::kSetpoint)) || (!reports && !commands)) return;
+  auto& group = out[group_key(*named.entry, words.stem)];
+  (reports ? group.states : group.commands).push_back(&named);
+}
+
+/// Of several commands the one with the state's own type, else the one whose name says that it commands.
+void narrow(std::vector<Named*>& commands, const Named& state) {
+  const auto keep = [&](auto test) {
+    if (commands.size() > 1 && std::count_if(commands.begin(), commands.end(), test) == 1) {
+      std::erase_if(commands, [&](const Named* command) { return !test(command); });
+    }
+  };
+  keep([&](const Named* command) { return command->entry->dpt == state.entry->dpt; });
+  keep(
+      [](const Named* command) { return command->words.says(Sense::kCommand) || command->words.says(Sense::kSwitch); });
+}
+
+std::string shown(const Named& named, Notation notation) {
+  return fmt::format("{} '{}'", to_string(named.entry->address, notation), named.entry->name);
+}
+
+class Guesser {
+ public:
+  Guesser(const std::vector<GroupEntry>& entries, Report& report) : report_(report) {
+    all_.reserve(entries.size());
+    for (const auto& entry : entries) all_.push_back({&entry, words_of(entry.name)});
+  }
+
+  void pair() {
+    for (const auto rule : {by_state_word, by_actual_word}) {
+      std::map<std::string, Candidates> groups;
+      for (auto& named : all_) {
+        if (named.entry->dpt) rule(named, groups);
+      }
+      for (auto& [key, group] : groups) decide(group);
+    }
+  }
+
+  Kind kind(const Named& named) {
+    const auto by_type = kind_of_type(named.entry->dpt);
+    const auto by_name = named.entry->dpt ? kind_by_name(named, by_type) : by_type;
+    if (by_name != by_type) {
+      ++report_.kinds_by_name;
+      report_.note(named.entry->line, named.entry->address,
+                   fmt::format("guess: '{}' is {} by its name ({}), by its type it would be {}", named.entry->name,
+                               article(by_name), named.words.shown, article(by_type)));
+    }
+    return by_name;
+  }
+
+  const std::vector<Named>& all() const { return all_; }
+
+ private:
+  static std::string_view article(Kind kind) { return kind == Kind::kActuator ? "an actuator" : "a sensor"; }
+
+  static Kind kind_by_name(const Named& named, Kind otherwise) {
+    const auto& words = named.words;
+    if (named.state) return Kind::kActuator;
+    if (words.says(Sense::kState)) return Kind::kSensor;
+    if (words.says(Sense::kSetpoint) || words.says(Sense::kCommand)) return Kind::kActuator;
+    return words.says(Sense::kActual) || words.says(Sense::kMeasured) ? Kind::kSensor : otherwise;
+  }
+
+  void decide(Candidates& group) {
+    std::erase_if(group.commands, [](const Named* named) { return named->state || named->is_state; });
+    std::erase_if(group.states, [](const Named* named) { return named->is_state; });
+    if (group.commands.empty() || group.states.empty()) return;
+    if (group.states.size() == 1) narrow(group.commands, *group.states.front());
+    if (group.commands.size() > 1 || group.states.size() > 1) return undecided(group);
+    auto& command = *group.commands.front();
+    auto& state = *group.states.front();
+    command.state = &state;
+    state.is_state = true;
+    ++report_.paired;
+    report_.note(command.entry->line, command.entry->address,
+                 fmt::format("guess: '{}' reports on {}", command.entry->name, shown(state, report_.notation)));
+  }
+
+  void undecided(const Candidates& group) {
+    std::string others;
+    for (const auto* state : group.states) {
+      if (others.size() < 200)
+        others += fmt::format("{}{}", others.empty() ? "" : ", ", shown(*state, report_.notation));
+    }
+    for (auto* command : group.commands) {
+      if (command->undecided) continue;
+      command->undecided = true;
+      report_.note(command->entry->line, command->entry->address,
+                   fmt::format("not paired: '{}' may report on {}, but {} addresses fit", command->entry->name, others,
+                               group.commands.size() + group.states.size()));
+    }
+  }
+
+  Report& report_;
+  std::vector<Named> all_;
+};
+
+GroupPoint point_of(const GroupEntry& entry, Kind kind) {
+  GroupPoint point;
+  point.address = entry.address;
+  point.dpt = entry.dpt;
+  point.kind = kind;
+  point.name = entry.name;
+  point.description = entry.description;
+  point.main_group = entry.main_group;
+  point.middle_group = entry.middle_group;
+  return point;
+}
+
+/// Of the addresses that an ESF says its objects hear, those of the same main type.
+void take_listen(const std::vector<GroupEntry>& entries, std::vector<GroupPoint>& points) {
+  std::map<GroupAddress, const GroupEntry*> by_address;
+  for (const auto& entry : entries) by_address.emplace(entry.address, &entry);
+  for (auto& point : points) {
+    for (const auto address : by_address.at(point.address)->listen) {
+      const auto other = by_address.find(address);
+      const bool fits =
+          other != by_address.end() && point.dpt && other->second->dpt && other->second->dpt->main == point.dpt->main;
+      if (fits && address != point.address && address != point.state) point.listen.push_back(address);
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<GroupPoint> guesses(const std::vector<GroupEntry>& entries, bool by_name, Report& report) {
+  std::vector<GroupPoint> points;
+  points.reserve(entries.size());
+  Guesser guesser(entries, report);
+  if (by_name) guesser.pair();
+  for (const auto& named : guesser.all()) {
+    if (named.is_state) continue;
+    points.push_back(point_of(*named.entry, by_name ? guesser.kind(named) : kind_of_type(named.entry->dpt)));
+    if (named.state) points.back().state = named.state->entry->address;
+  }
+  take_listen(entries, points);
+  std::sort(points.begin(), points.end(), [](const auto& a, const auto& b) { return a.address < b.address; });
+  return points;
+}
+
+}  // namespace rubicon::networks::knx

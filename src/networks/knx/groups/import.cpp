@@ -1,0 +1,64 @@
+#include "networks/knx/groups/import.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+
+#include "networks/knx/groups/guesses.h"
+#include "networks/knx/groups/readers.h"
+#include "networks/knx/groups/record.h"
+
+namespace rubicon::networks::knx {
+
+namespace {
+
+/// Findings in the order of the file, those about no line at the end.
+void sort_findings(Report& report) {
+  const auto rank = [](const Finding& finding) { return finding.line - 1; };  // 0 becomes the largest
+  std::stable_sort(report.findings.begin(), report.findings.end(),
+                   [&](const Finding& a, const Finding& b) { return rank(a) < rank(b); });
+}
+
+std::vector<GroupPoint> points_for(const GroupList& list, const ImportOptions& options, Report& report) {
+  auto points = guesses(list.entries, options.guess, report);
+  if (!options.known) return points;
+  return merge(*options.known, points, report);
+}
+
+}  // namespace
+
+Result<Import> import_text(std::string_view text, const std::string& source, const ImportOptions& options) {
+  auto list = read_group_list(text);
+  list.report.source = source;
+  if (list.report.refused) {
+    const auto& why = list.report.findings.front();
+    return fail(ErrorCode::kInvalid, why.line == 0 ? fmt::format("{}: {}", source, why.text)
+                                                   : fmt::format("{}:{}: {}", source, why.line, why.text));
+  }
+  Import out;
+  auto report = std::move(list.report);
+  out.points = points_for(list, options, report);
+  sort_findings(report);
+  out.report = std::move(report);
+  return out;
+}
+
+Result<Import> import_file(const std::string& path, const ImportOptions& options) {
+  std::error_code error;
+  const auto status = std::filesystem::status(path, error);
+  if (!std::filesystem::exists(status)) return fail(ErrorCode::kNotFound, fmt::format("{}: no such file", path));
+  if (!std::filesystem::is_regular_file(status)) return fail(ErrorCode::kIo, fmt::format("{}: is no file", path));
+  const auto size = std::filesystem::file_size(path, error);
+  if (error) return fail(ErrorCode::kIo, fmt::format("{}: {}", path, error.message()));
+  if (size > kMaxListBytes)
+    return fail(ErrorCode::kOutOfRange, fmt::format("{}: has {} bytes, expected at most 64 MiB", path, size));
+  std::ifstream file(path, std::ios::binary);
+  std::string text(size, '\0');
+  file.read(text.data(), static_cast<std::streamsize>(size));
+  if (!file) return fail(ErrorCode::kIo, fmt::format("{}: cannot be read", path));
+  return import_text(text, std::filesystem::path(path).filename().string(), options);
+}
+
+}  // namespace rubicon::networks::knx

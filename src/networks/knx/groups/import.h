@@ -1,0 +1,30 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "networks/knx/groups/group_list.h"
+#include "networks/knx/groups/group_point.h"
+
+namespace rubicon::networks::knx {
+
+struct ImportOptions {
+  bool guess = true;                               ///< false: kinds by type only, each address a point of its own
+  std::optional<std::vector<GroupPoint>> known{};  ///< a record to merge into
+};
+
+/// The points of a file, sorted by address, and what became of it.
+struct Import {
+  std::vector<GroupPoint> points;
+  Report report;
+};
+
+/// `source` is the file's name, for the report. kInvalid with file and line if the file as a whole is refused.
+Result<Import> import_text(std::string_view text, const std::string& source, const ImportOptions& options = {});
+
+/// Reads a whole file of at most 64 MiB; for start-up and tools, it blocks. kNotFound, kIo, kOutOfRange, kInvalid.
+Result<Import> import_file(const std::string& path, const ImportOptions& options = {});
+
+}  // namespace rubicon::networks::knx

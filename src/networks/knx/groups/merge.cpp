@@ -1,0 +1,143 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <unordered_map>
+#include <unordered_set>
+
+#include "networks/knx/groups/record.h"
+
+namespace rubicon::networks::knx {
+
+namespace {
+
+class Merge {
+ public:
+  Merge(std::vector<GroupPoint> known, Report& report) : points_(std::move(known)), report_(report) {
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+      owner_.try_emplace(points_[i].address, i);
+      if (points_[i].state) states_.insert(*points_[i].state);
+    }
+    known_ = points_.size();
+  }
+
+  void take(const GroupPoint& imported) {
+    seen_.insert(imported.address);
+    if (imported.state) seen_.insert(*imported.state);
+    if (const auto found = owner_.find(imported.address); found != owner_.end()) {
+      update(points_[found->second], imported);
+    } else if (states_.contains(imported.address)) {
+      take_state(imported);
+    } else {
+      add(imported);
+    }
+  }
+
+  std::vector<GroupPoint> finish() {
+    for (std::size_t i = 0; i < known_; ++i) {
+      const auto& point = points_[i];
+      if (!seen_.contains(point.address)) {
+        ++report_.vanished;
+        report_.warning(0, point.address, fmt::format("'{}' is no longer in the file: kept", point.name));
+      }
+      if (point.state && !seen_.contains(*point.state)) {
+        report_.warning(0, point.address,
+                        fmt::format("its state address {} is no longer in the file: kept",
+                                    to_string(*point.state, report_.notation)));
+      }
+    }
+    std::stable_sort(points_.begin(), points_.end(),
+                     [](const auto& a, const auto& b) { return a.address < b.address; });
+    return std::move(points_);
+  }
+
+ private:
+  bool is_taken(GroupAddress address) const { return owner_.contains(address) || states_.contains(address); }
+
+  void update(GroupPoint& point, const GroupPoint& imported) {
+    const auto before = point;
+    point.name = imported.name;
+    point.description = imported.description;
+    point.main_group = imported.main_group;
+    point.middle_group = imported.middle_group;
+    if (point.name != before.name) {
+      ++report_.renamed;
+      report_.note(0, point.address, fmt::format("'{}' is called '{}' now: its id stays", before.name, point.name));
+    } else {
+      ++report_.unchanged;
+    }
+    if (imported.dpt != point.dpt)
+      report_.note(0, point.address,
+                   fmt::format("the file gives it {}, the record {}: the record's stays", type_text(imported.dpt),
+                               type_text(point.dpt)));
+    if (imported.state && imported.state != point.state) adopt_state(point, imported);
+  }
+
+  /// A state address that the record does not know: the actuator takes it if it has none, else it is a sensor.
+  void adopt_state(GroupPoint& point, const GroupPoint& imported) {
+    const auto state = *imported.state;
+    if (is_taken(state)) {
+      report_.note(0, point.address,
+                   fmt::format("the file would pair it with {}, which the record has elsewhere: "
+                               "the record's pairing stays",
+                               to_string(state, report_.notation)));
+      return;
+    }
+    if (point.kind == Kind::kActuator && !point.state) {
+      point.state = state;
+      states_.insert(state);
+      report_.note(0, point.address, fmt::format("has a state address now: {}", to_string(state, report_.notation)));
+      return;
+    }
+    auto sensor = imported;
+    sensor.address = state;
+    sensor.state.reset();
+    sensor.listen.clear();
+    sensor.kind = Kind::kSensor;
+    add(sensor);
+  }
+
+  /// What is an address of its own in the file reports for an actuator in the record. Its own state is new.
+  void take_state(const GroupPoint& imported) {
+    ++report_.unchanged;
+    if (!imported.state || is_taken(*imported.state)) return;
+    auto other = imported;
+    other.kind = Kind::kSensor;
+    adopt_state(other, imported);
+  }
+
+  void add(const GroupPoint& imported) {
+    auto point = imported;
+    if (point.state && is_taken(*point.state)) {
+      report_.note(
+          0, point.address,
+          fmt::format("not paired with {}: the record has that elsewhere", to_string(*point.state, report_.notation)));
+      point.state.reset();
+    }
+    if (point.state) states_.insert(*point.state);
+    owner_.try_emplace(point.address, points_.size());
+    ++report_.added;
+    report_.note(0, point.address, fmt::format("new: '{}'", point.name));
+    points_.push_back(std::move(point));
+  }
+
+  static std::string type_text(std::optional<DptId> type) {
+    return type ? "type " + to_string(*type) : std::string("no type");
+  }
+
+  std::vector<GroupPoint> points_;
+  std::size_t known_ = 0;
+  Report& report_;
+  std::unordered_map<GroupAddress, std::size_t> owner_;  ///< address -> its point
+  std::unordered_set<GroupAddress> states_, seen_;
+};
+
+}  // namespace
+
+std::vector<GroupPoint> merge(std::vector<GroupPoint> known, const std::vector<GroupPoint>& imported, Report& report) {
+  report.merged = true;
+  Merge merge(std::move(known), report);
+  for (const auto& point : imported) merge.take(point);
+  return merge.finish();
+}
+
+}  // namespace rubicon::networks::knx

@@ -1,0 +1,201 @@
+#include <fmt/format.h>
+
+#include <map>
+#include <set>
+#include <tuple>
+
+#include "model/key.h"
+#include "networks/knx/groups/kind_of_type.h"
+#include "networks/knx/groups/record.h"
+
+namespace rubicon::networks::knx {
+
+namespace {
+
+using GroupNames = std::map<std::string, std::string>;
+
+const ConfigPlace& key_place(const ConfigNode& map, std::size_t index) {
+  return index < map.items.size() ? map.items[index].place : map.entries[index].second.place;
+}
+
+/// One entry of `groups`.
+class PointReader {
+ public:
+  PointReader(ConfigErrors& errors, const GroupNames& names, std::string path)
+      : errors_(errors), names_(names), path_(std::move(path)) {}
+
+  std::optional<GroupPoint> read(std::string_view key, const ConfigPlace& place, const ConfigNode& node) {
+    const auto before = errors_.lines().size();
+    GroupPoint point;
+    if (const auto address = parse_group(key)) {
+      point.address = *address;
+    } else {
+      errors_.add(place, path_, address.error().text);
+    }
+    take_group_names(point);
+    if (node.kind == ConfigNode::Kind::kScalar) {
+      point.dpt = type(node.place, path_, node.text);
+      point.kind = kind_of_type(point.dpt);
+    } else {
+      ConfigReader reader(node, path_, errors_);
+      read_map(reader, point);
+      reader.finish();
+    }
+    if (errors_.lines().size() != before) return {};
+    return point;
+  }
+
+ private:
+  void take_group_names(GroupPoint& point) const {
+    const auto value = number(point.address);
+    const auto main = names_.find(fmt::format("{}", value >> 11));
+    const auto middle = names_.find(fmt::format("{}/{}", value >> 11, value >> 8 & 7));
+    if (main != names_.end()) point.main_group = main->second;
+    if (middle != names_.end()) point.middle_group = middle->second;
+  }
+
+  std::optional<DptId> type(const ConfigPlace& place, const std::string& path, const std::string& text) {
+    const auto id = parse_dpt(text);
+    const auto* known = id ? find_dpt(*id) : nullptr;
+    if (known && (known->id.sub != DptId::kMainOnly || id->sub == DptId::kMainOnly)) return *id;
+    errors_.add(place, path,
+                known ? fmt::format("type {} is not known, expected one of main type {}, or {}.* for any of it",
+                                    to_string(*id), id->main, id->main)
+                      : fmt::format("{} is no data point type, expected one like 9.001 or 9.*", model::quoted(text)));
+    return {};
+  }
+
+  std::optional<GroupAddress> address(ConfigReader& reader, const std::string& key, const std::string& text) {
+    const auto address = parse_group(text);
+    if (address) return *address;
+    reader.error(key, address.error().text);
+    return {};
+  }
+
+  void read_map(ConfigReader& reader, GroupPoint& point) {
+    if (const auto* node = reader.node("dpt")) {
+      point.dpt = type(node->place, reader.path() + ".dpt", reader.text("dpt", ""));
+    }
+    if (reader.has("state")) point.state = address(reader, "state", reader.required_text("state"));
+    const auto by_type = point.state ? Kind::kActuator : kind_of_type(point.dpt);
+    const auto kind = reader.choice("kind", to_string(by_type), {"sensor", "actuator"});
+    point.kind = kind == "actuator" ? Kind::kActuator : Kind::kSensor;
+    if (point.state && point.kind == Kind::kSensor)
+      reader.error("state", "is for actuators: a sensor's values come from its own address");
+    if (point.state == point.address) reader.error("state", "is the address itself, expected another one or none");
+    for (const auto& text : reader.texts("listen")) {
+      if (const auto heard = address(reader, "listen", text)) point.listen.push_back(*heard);
+    }
+    point.device = key_part(reader, "device", "");
+    point.device_name = reader.text("device-name", "");
+    point.instance = key_part(reader, "instance", "1");
+    point.name = reader.text("name", "");
+    point.description = reader.text("description", "");
+    point.main_group = reader.text("main", point.main_group);
+    point.middle_group = reader.text("middle", point.middle_group);
+    const auto rule = parse_read_rule(reader.text("read", "demand"));
+    if (!rule) reader.error("read", "expected demand, init, never, expire 60min or every 5min");
+    point.read = rule.value_or(ReadRule{});
+  }
+
+  static std::string key_part(ConfigReader& reader, const std::string& key, std::string_view otherwise) {
+    auto text = reader.text(key, otherwise);
+    const bool individual = key == "device" && parse_individual(text).has_value();
+    if (reader.has(key) && !individual && text != model::to_key_part(text))
+      reader.error(key, fmt::format("is {}, expected at most 64 letters, digits, - and _", model::quoted(text)));
+    return text;
+  }
+
+  ConfigErrors& errors_;
+  const GroupNames& names_;
+  std::string path_;
+};
+
+/// Finds what two points claim at once.
+class Claims {
+ public:
+  /// What is wrong with a point beside those that were taken; empty: it is taken too.
+  std::string take(const GroupPoint& point) {
+    const auto mine = to_string(point.address);
+    if (addresses_.contains(point.address)) return fmt::format("{} stands here already", mine);
+    if (point.state) {
+      if (const auto first = states_.find(*point.state); first != states_.end())
+        return fmt::format("{} is the state address of {} already", to_string(*point.state), to_string(first->second));
+    }
+    if (const auto first = keys_.find(key_of(point)); first != keys_.end())
+      return fmt::format(
+          "has the same device, kind, type and instance as {}: one key for both, give one of them "
+          "another instance",
+          to_string(first->second));
+    addresses_.insert(point.address);
+    if (point.state) states_.emplace(*point.state, point.address);
+    keys_.emplace(key_of(point), point.address);
+    return {};
+  }
+
+ private:
+  using Key = std::tuple<std::string, Kind, TypeId, std::string>;
+
+  static Key key_of(const GroupPoint& point) {
+    const auto* type = point.dpt ? find_dpt(*point.dpt) : nullptr;
+    const auto id = !type ? TypeId{} : point.kind == Kind::kActuator ? type->actuator : type->sensor;
+    return {point.device.empty() ? to_key_part(point.address) : point.device, point.kind, id, point.instance};
+  }
+
+  std::set<GroupAddress> addresses_;
+  std::map<GroupAddress, GroupAddress> states_;
+  std::map<Key, GroupAddress> keys_;
+};
+
+GroupNames read_group_names(ConfigReader& reader) {
+  GroupNames names;
+  auto map = reader.map("group-names");
+  for (const auto& key : map.keys()) names.emplace(key, map.text(key, ""));
+  return names;
+}
+
+}  // namespace
+
+void read_groups(ConfigReader& reader, std::vector<GroupPoint>& out) {
+  const auto names = read_group_names(reader);
+  auto map = reader.map("groups");
+  const auto& groups = map.here();
+  auto& errors = reader.errors();
+  Claims claims;
+  for (std::size_t i = 0; i < groups.entries.size(); ++i) {
+    const auto& [key, node] = groups.entries[i];
+    const auto path = map.path() + "." + key;
+    auto point = PointReader(errors, names, path).read(key, key_place(groups, i), node);
+    if (!point) continue;
+    if (const auto wrong = claims.take(*point); !wrong.empty()) {
+      errors.add(key_place(groups, i), path, wrong);
+    } else {
+      out.push_back(std::move(*point));
+    }
+  }
+}
+
+std::vector<std::string> conflicts(const std::vector<GroupPoint>& points) {
+  Claims claims;
+  std::vector<std::string> all;
+  for (const auto& point : points) {
+    if (const auto wrong = claims.take(point); !wrong.empty())
+      all.push_back(fmt::format("{}: {}", to_string(point.address), wrong));
+  }
+  return all;
+}
+
+std::optional<ReadRule> parse_read_rule(std::string_view text) {
+  using When = ReadRule::When;
+  if (text == "demand") return ReadRule{When::kDemand, {}};
+  if (text == "init") return ReadRule{When::kInit, {}};
+  if (text == "never") return ReadRule{When::kNever, {}};
+  const auto blank = std::min(text.find(' '), text.size());
+  const auto word = text.substr(0, blank);
+  if (word != "expire" && word != "every") return {};
+  const auto period = base::parse_duration(text.substr(std::min(blank + 1, text.size())));
+  if (!period || *period <= Duration{}) return {};
+  return ReadRule{word == "every" ? When::kEvery : When::kExpire, *period};
+}
+
+}  // namespace rubicon::networks::knx

@@ -1,0 +1,41 @@
+#include "networks/knx/knx_line.h"
+
+#include <random>
+#include <tuple>
+#include <utility>
+
+namespace rubicon::networks::knx {
+
+namespace {
+
+auto parts(const Outbox::Limits& limits) {
+  return std::tie(limits.rate, limits.burst, limits.queue);
+}
+
+auto parts(const TunnelOptions& o) {
+  return std::tuple_cat(std::tie(o.host, o.port, o.local_port, o.via, o.nat, o.wanted), parts(o.limits));
+}
+
+auto parts(const RoutingOptions& o) {
+  return std::tuple_cat(std::tie(o.group, o.interface_address, o.ttl, o.address), parts(o.limits));
+}
+
+}  // namespace
+
+bool same_line(const LineOptions& one, const LineOptions& other) {
+  if (one.via != other.via) return false;
+  return one.via == Via::kRouting ? parts(one.routing) == parts(other.routing)
+                                  : parts(one.tunnel) == parts(other.tunnel);
+}
+
+std::unique_ptr<Line> make_line(const LineOptions& options, Scheduler& scheduler, transport::Transports& transports,
+                                LineCalls calls) {
+  if (options.via == Via::kRouting) {
+    auto routing = options.routing;
+    routing.seed = std::random_device()();
+    return std::make_unique<RoutingLine>(scheduler, transports, routing, std::move(calls));
+  }
+  return std::make_unique<TunnelLine>(options.tunnel, scheduler, transports, std::move(calls));
+}
+
+}  // namespace rubicon::networks::knx

@@ -1,0 +1,266 @@
+#include "networks/knx/knx_network.h"
+
+#include <fmt/format.h>
+
+#include <deque>
+#include <tuple>
+#include <utility>
+
+#include "base/rate_limit.h"
+#include "model/key.h"
+#include "networks/knx/bus_points.h"
+#include "networks/knx/knx_options.h"
+#include "networks/knx/knx_sample.h"
+#include "networks/knx/operators.h"
+#include "networks/knx/unassigned.h"
+#include "networks/knx/wire/cemi.h"
+
+namespace rubicon::networks::knx {
+
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr Duration kCountersEvery = 1s;
+/// Two equal frames within this time are one telegram, repeated on the bus (knx.md, section 8).
+constexpr Duration kRepetition = 200ms;
+constexpr std::size_t kRemembered = 16;
+/// Of what is exposed: after a reconnect hundreds may wait for their turn.
+constexpr Duration kExposedLifetime = 10min;
+
+class KnxNetwork final : public network::Network {
+ public:
+  KnxNetwork(const network::NetworkConfig& config, KnxOptions options, network::NetworkHost& host)
+      : options_(std::move(options)),
+        host_(host),
+        types_(config.types),
+        capture_(options_.capture),
+        points_(host, {}, [this](const std::string& subject, std::string_view text) { say(subject, text); }),
+        exposures_(
+            host, config.types,
+            [this](Telegram telegram, std::function<void(bool)> done) { put(std::move(telegram), std::move(done)); },
+            [this](const Exposure& what, const Error& error) {
+              say("expose " + what.tuple, fmt::format("{} as {}: {}", what.tuple, to_string(what.address), error.text));
+            }),
+        operators_(
+            host, capture_, [this](GroupAddress address) { return meaning(address); },
+            [this](const Telegram& telegram) { points_.heard(telegram); }) {
+    points_.take(PointTable(options_.points, types_));
+    make_line();
+  }
+
+  Result<void> open() override;
+  Result<void> send(const model::Message& message) override;
+  Result<void> change(const network::NetworkConfig& config) override;
+
+ private:
+  void make_line();
+  void line_changed(const LineState& state);
+  void lost(Error why);
+  void down();
+  void received(const Telegram& telegram);
+  bool repetition(const Telegram& telegram);
+  void put(Telegram telegram, std::function<void(bool sent)> done);
+  Operators::Meaning meaning(GroupAddress address) const;
+  void say(const std::string& subject, std::string_view text);
+  void report();
+  void report_later();
+
+  KnxOptions options_;
+  network::NetworkHost& host_;
+  const TypeCatalogue& types_;
+  Capture capture_;
+  BusPoints points_;
+  Exposures exposures_;
+  Operators operators_;
+  Unassigned unassigned_;
+  base::RateLimit limit_;
+  std::deque<std::pair<SteadyTime, Telegram>> recent_;
+  std::uint64_t repetitions_ = 0;
+  bool opened_ = false, up_ = false, told_doubled_ = false;
+  Timer counters_;
+  std::unique_ptr<Line> line_;  ///< last: goes first, its calls reach all others
+};
+
+void KnxNetwork::make_line() {
+  LineCalls calls;
+  calls.changed = [this](const LineState& state) { line_changed(state); };
+  calls.failed = [this](Error why) { lost(std::move(why)); };
+  calls.received = [this](const Telegram& telegram) { received(telegram); };
+  calls.frame = [this](ByteView cemi, bool outgoing) {
+    capture_.add(cemi, outgoing, host_.scheduler().wall_now());
+    if (!outgoing || !operators_.monitored()) return;
+    if (const auto telegram = read_telegram(cemi)) operators_.seen(*telegram, true);
+  };
+  calls.note = [this](const std::string& subject, std::string_view text) { say(subject, text); };
+  line_ = knx::make_line(options_.line, host_.scheduler(), host_.transports(), std::move(calls));
+}
+
+Result<void> KnxNetwork::open() {
+  if (!std::exchange(opened_, true)) {
+    if (!options_.report.empty()) host_.log().info(options_.report);
+    if (options_.points.empty())
+      host_.log().info("no group addresses: what is heard stands in the property unassigned");
+    points_.begin();
+    exposures_.take(options_.exposures);
+  }
+  return line_->open();
+}
+
+void KnxNetwork::line_changed(const LineState& state) {
+  if (state.phase == LineState::Phase::kUp && !std::exchange(up_, true)) {
+    operators_.use(line_.get());
+    points_.line_up(*line_);
+    exposures_.line_up();
+  } else if (state.phase != LineState::Phase::kUp) {
+    down();
+  }
+  report();
+}
+
+void KnxNetwork::lost(Error why) {
+  down();
+  host_.failed(std::move(why));
+}
+
+void KnxNetwork::down() {
+  if (!std::exchange(up_, false)) return;
+  operators_.use(nullptr);
+  points_.line_down();
+  exposures_.line_down();
+}
+
+bool KnxNetwork::repetition(const Telegram& telegram) {
+  const auto now = host_.scheduler().now();
+  while (!recent_.empty() && (recent_.size() > kRemembered || recent_.front().first + kRepetition < now))
+    recent_.pop_front();
+  if (telegram.repeated) {
+    for (const auto& [when, one] : recent_) {
+      if (one.service == telegram.service && one.destination == telegram.destination && one.source == telegram.source &&
+          one.payload == telegram.payload)
+        return true;
+    }
+  }
+  recent_.emplace_back(now, telegram);
+  return false;
+}
+
+void KnxNetwork::received(const Telegram& telegram) {
+  if (repetition(telegram)) return void(++repetitions_);
+  operators_.seen(telegram, false);
+  const bool exposed =
+      telegram.service == Service::kRead ? exposures_.asked(telegram) : exposures_.shows(telegram.destination);
+  if (!points_.heard(telegram) && !exposed) unassigned_.heard(telegram, host_.scheduler().wall_now());
+  report_later();
+}
+
+void KnxNetwork::put(Telegram telegram, std::function<void(bool)> done) {
+  line_->send(std::move(telegram), host_.scheduler().now() + kExposedLifetime,
+              [done = std::move(done)](Sent outcome, std::string_view) {
+                done(outcome == Sent::kSent || outcome == Sent::kUnconfirmed);
+              });
+}
+
+Operators::Meaning KnxNetwork::meaning(GroupAddress address) const {
+  const auto& heard_on = points_.table().heard_on(address);
+  if (!heard_on.empty()) {
+    const auto& point = points_.table().points()[heard_on.front()];
+    return {point.group.name, point.dpt};
+  }
+  for (const auto& point : points_.table().points()) {
+    if (point.group.address == address) return {point.group.name, point.dpt};
+  }
+  for (const auto& exposed : options_.exposures) {
+    if (exposed.address == address) return {exposed.tuple, find_dpt(exposed.dpt)};
+  }
+  return {};
+}
+
+Result<void> KnxNetwork::send(const model::Message& message) {
+  report_later();
+  const auto& device = message.destination.device;
+  if (device.empty()) return operators_.take(message);
+  if (!points_.table().devices().contains(device))
+    return fail(ErrorCode::kNotFound, fmt::format("no device {}", model::quoted(device)));
+  if (const auto* command = std::get_if<model::Actuate>(&message.body)) return points_.actuate(device, *command);
+  if (const auto* wish = std::get_if<model::Sample>(&message.body)) return points_.sample(device, *wish);
+  return fail(ErrorCode::kUnsupported, fmt::format("KNX takes no {}", to_string(message.kind())));
+}
+
+Result<void> KnxNetwork::change(const network::NetworkConfig& config) {
+  const auto errors = config.options.errors().lines().size();
+  KnxOptions next = read_knx_options(config, host_.transports());
+  if (config.options.errors().lines().size() > errors)
+    return fail(ErrorCode::kInvalid, fmt::format("network {}: wrong options", config.id));
+  if (!same_line(next.line, options_.line)) return fail(ErrorCode::kUnsupported, "the line changes");
+  PointTable table(next.points, types_);
+  options_ = std::move(next);
+  capture_.limit(options_.capture);
+  if (!options_.report.empty()) host_.log().info(options_.report);
+  points_.take(std::move(table));
+  if (opened_) exposures_.take(options_.exposures);
+  unassigned_.forget([this](GroupAddress one) { return points_.table().knows(one) || exposures_.shows(one); });
+  report_later();
+  return {};
+}
+
+/// At most one line a minute and subject; the counters have all.
+void KnxNetwork::say(const std::string& subject, std::string_view text) {
+  report_later();
+  if (limit_.allow(subject, host_.scheduler().now())) host_.log().warning(text);
+}
+
+void KnxNetwork::report_later() {
+  if (counters_.pending() || !opened_) return;
+  counters_ = host_.scheduler().after(kCountersEvery, [this] { report(); });
+}
+
+/// While the line is lost, the supervisor speaks for it.
+void KnxNetwork::report() {
+  const auto& line = line_->state();
+  using Phase = LineState::Phase;
+  if (line.phase == Phase::kOff) return;
+  model::State state{up_ ? model::LineState::kUp : model::LineState::kConnecting, line.reason, line_->counters()};
+  if (const auto doubled = state.counters.find("doubled-address");
+      doubled != state.counters.end() && doubled->second > 0 && !std::exchange(told_doubled_, true))
+    host_.log().warning(fmt::format("{} is the address of another one on the bus too", to_string(line.own)));
+  const auto& points = points_.counters();
+  state.counters.insert({{"readings", points.readings},
+                         {"undecodable-values", points.bad_values},
+                         {"commands", points.commands},
+                         {"failed-commands", points.failed_commands},
+                         {"reads", points_.reads().asked()},
+                         {"unanswered-reads", points_.reads().unanswered()},
+                         {"waiting-reads", points_.reads().waiting()},
+                         {"bus-repetitions", repetitions_},
+                         {"exposed", exposures_.size()},
+                         {"unassigned-addresses", unassigned_.size()},
+                         {"dropped-unassigned", unassigned_.dropped()}});
+  state.texts = {{"unassigned", unassigned_.json()},
+                 {"server", line.server},
+                 {"tunnel-address", number(line.own) == 0 ? std::string() : to_string(line.own)},
+                 {"bus", line.bus ? "ok" : "silent"}};
+  host_.deliver("", std::move(state));
+}
+
+Result<std::unique_ptr<network::Network>> make(const network::NetworkConfig& config, network::NetworkHost& host) {
+  const std::size_t errors = config.options.errors().lines().size();
+  KnxOptions options = read_knx_options(config, host.transports());
+  if (config.options.errors().lines().size() > errors)
+    return fail(ErrorCode::kInvalid, fmt::format("network {}: wrong options", config.id));
+  return std::make_unique<KnxNetwork>(config, std::move(options), host);
+}
+
+}  // namespace
+
+const network::NetworkType kType{"knx",
+                                 "a KNX installation, by a KNXnet/IP tunnel or by routing",
+                                 kSample,
+                                 make,
+                                 std::chrono::seconds(1),
+                                 true,
+                                 "import",
+                                 "",
+                                 true};
+
+}  // namespace rubicon::networks::knx

@@ -1,0 +1,211 @@
+#include "networks/knx/knx_options.h"
+
+#include <arpa/inet.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <set>
+
+#include "model/key.h"
+#include "networks/knx/groups/import.h"
+#include "networks/knx/groups/record.h"
+#include "transport/read_text.h"
+
+namespace rubicon::networks::knx {
+
+namespace {
+
+/// Groups of KNXnet/IP routing (knx.md, section 2): 224.0.23.12 to 239.255.255.255.
+constexpr std::uint32_t kLowestGroup = 0xe000170c, kHighestGroup = 0xefffffff;
+
+/// Reads a group or individual address under a key; reports what is wrong.
+template <class Parse>
+auto address(ConfigReader& options, const std::string& key, Parse parse) {
+  std::optional<typename std::invoke_result_t<Parse, std::string_view>::value_type> found;
+  const auto text = options.text(key, "");
+  if (text.empty()) return found;
+  if (auto parsed = parse(text)) {
+    found = *parsed;
+  } else {
+    options.error(key, parsed.error().text);
+  }
+  return found;
+}
+
+Outbox::Limits limits(ConfigReader& options) {
+  Outbox::Limits limits;
+  limits.rate = options.real("telegrams-per-second", limits.rate, 0, 1'000'000);
+  limits.burst = static_cast<unsigned>(options.integer("burst", limits.burst, 1, 1000));
+  return limits;
+}
+
+void read_tunnel(ConfigReader& options, TunnelOptions& out) {
+  out.host = options.required_text("host");
+  out.port = static_cast<std::uint16_t>(options.integer("port", out.port, 1, 65535));
+  out.local_port = static_cast<std::uint16_t>(options.integer("local-port", 0, 0, 65535));
+  const auto nat = options.choice("nat", "auto", {"auto", "yes", "no"});
+  out.nat = nat == "auto"  ? TunnelOptions::Nat::kAuto
+            : nat == "yes" ? TunnelOptions::Nat::kOn
+                           : TunnelOptions::Nat::kOff;
+  out.wanted = address(options, "tunnel-address", parse_individual);
+  out.limits = limits(options);
+}
+
+/// A number of IPv4, or nothing.
+std::optional<std::uint32_t> ipv4(const std::string& text) {
+  in_addr address{};
+  if (::inet_pton(AF_INET, text.c_str(), &address) != 1) return {};
+  return ntohl(address.s_addr);
+}
+
+void read_routing(ConfigReader& options, RoutingOptions& out) {
+  out.group.address = options.text("multicast", out.group.address);
+  out.group.port = static_cast<std::uint16_t>(options.integer("port", out.group.port, 1, 65535));
+  out.interface_address = options.text("interface", out.interface_address);
+  if (options.has("interface") && !ipv4(out.interface_address))
+    options.error("interface", fmt::format("is {}, expected the IPv4 address of ours on that network",
+                                           model::quoted(out.interface_address)));
+  const auto group = ipv4(out.group.address);
+  if (!group || *group < kLowestGroup || *group > kHighestGroup)
+    options.error("multicast",
+                  fmt::format("is {}, expected 224.0.23.12 or a higher group", model::quoted(out.group.address)));
+  out.ttl = static_cast<std::uint8_t>(options.integer("ttl", out.ttl, 1, 255));
+  if (const auto own = address(options, "address", parse_individual)) out.address = *own;
+  out.limits = limits(options);
+}
+
+void read_line(ConfigReader& options, LineOptions& out) {
+  const auto via = options.choice("via", "tunnel", {"tunnel", "tunnel-tcp", "routing"});
+  out.via = via == "tunnel" ? Via::kTunnel : via == "routing" ? Via::kRouting : Via::kTunnelTcp;
+  out.tunnel.via = out.via == Via::kTunnelTcp ? TunnelOptions::Via::kTcp : TunnelOptions::Via::kUdp;
+  if (out.via == Via::kRouting) {
+    read_routing(options, out.routing);
+  } else {
+    read_tunnel(options, out.tunnel);
+  }
+}
+
+void read_exposure(const std::string& key, ConfigReader& entry, std::vector<Exposure>& out) {
+  Exposure one;
+  if (auto parsed = parse_group(key)) {
+    one.address = *parsed;
+  } else {
+    entry.error("", parsed.error().text);
+  }
+  one.tuple = entry.required_text("tuple");
+  const auto pattern = Pattern::parse(one.tuple);
+  if (!one.tuple.empty() && (!pattern || !pattern->exact()))
+    entry.error("tuple", pattern ? "is a pattern, expected one tuple" : pattern.error().text);
+  const auto dpt = entry.required_text("dpt");
+  if (auto id = parse_dpt(dpt); id && find_dpt(*id)) {
+    one.dpt = *id;
+  } else if (!dpt.empty()) {
+    entry.error("dpt", id ? fmt::format("there is no data point type {}", to_string(*id)) : id.error().text);
+  }
+  one.on_change = entry.boolean("on-change", true);
+  one.pause = entry.duration("pause", one.pause);
+  one.every = entry.duration_or_never("every", std::nullopt);
+  if (one.every && *one.every < std::chrono::seconds(1)) entry.error("every", "expected at least 1s, or never");
+  const bool twice =
+      std::any_of(out.begin(), out.end(), [&](const auto& other) { return other.address == one.address; });
+  if (twice) entry.error("", fmt::format("{} is exposed twice", to_string(one.address)));
+  out.push_back(std::move(one));
+}
+
+/// An address that we expose answers for itself: it cannot be a point too.
+void check_exposures(ConfigReader& options, const KnxOptions& out) {
+  std::set<GroupAddress> exposed;
+  for (const auto& one : out.exposures) exposed.insert(one.address);
+  for (const auto& point : out.points) {
+    std::vector<GroupAddress> own = point.listen;
+    own.push_back(point.address);
+    if (point.state) own.push_back(*point.state);
+    for (const auto address : own) {
+      if (exposed.contains(address))
+        options.error("expose", fmt::format("{} is one of the groups too", to_string(address)));
+    }
+  }
+}
+
+/// A record as `rubicon knx import` writes it: what stands under `groups` there.
+std::vector<GroupPoint> points_of_record(const network::NetworkConfig& config, std::string_view text,
+                                         const std::string& path) {
+  std::vector<GroupPoint> points;
+  auto& options = config.options;
+  if (config.read_yaml == nullptr) {
+    options.error("import", "records in YAML cannot be read here");
+    return points;
+  }
+  const auto root = config.read_yaml(text, path);
+  if (!root) {
+    options.error("import", root.error().text);
+    return points;
+  }
+  ConfigReader record(*root, "", options.errors());
+  read_groups(record, points);
+  record.finish();
+  return points;
+}
+
+/// A line for the log; the whole report is what the tool is for.
+std::string summary_of(const Report& report, const std::string& path) {
+  return fmt::format("{}: {}, {} addresses, {} without a type, {} warnings, {} errors; `rubicon knx import` says which",
+                     path, report.form, report.taken, report.untyped, report.warnings, report.errors);
+}
+
+/// The export of a project, or a record.
+std::vector<GroupPoint> points_of_file(const network::NetworkConfig& config, transport::Transports& transports,
+                                       const std::string& name, bool guess, std::string& report) {
+  const auto path = (std::filesystem::path(config.directory) / name).lexically_normal().string();
+  const auto text = transport::read_text(transports, path, kMaxListBytes);
+  if (!text) {
+    config.options.error("import", text.error().text);
+    return {};
+  }
+  if (path.ends_with(".yaml") || path.ends_with(".yml")) return points_of_record(config, *text, path);
+  auto imported = import_text(*text, path, {guess, {}});
+  if (!imported) {
+    config.options.error("import", imported.error().text);
+    return {};
+  }
+  report = summary_of(imported->report, path);
+  return std::move(imported->points);
+}
+
+void read_points(const network::NetworkConfig& config, transport::Transports& transports, KnxOptions& out) {
+  ConfigReader& options = config.options;
+  read_groups(options, out.points);
+  const bool guess = options.boolean("guess", true);
+  const auto name = options.text("import", "");
+  if (name.empty()) return;
+  std::set<GroupAddress> here;
+  for (const auto& point : out.points) {
+    here.insert(point.address);
+    if (point.state) here.insert(*point.state);
+  }
+  for (auto& point : points_of_file(config, transports, name, guess, out.report)) {
+    if (here.contains(point.address)) continue;
+    if (point.state && here.contains(*point.state)) point.state.reset();
+    out.points.push_back(std::move(point));
+  }
+  for (const auto& conflict : conflicts(out.points)) options.error("import", conflict);
+}
+
+}  // namespace
+
+KnxOptions read_knx_options(const network::NetworkConfig& config, transport::Transports& transports) {
+  ConfigReader& options = config.options;
+  KnxOptions out;
+  read_line(options, out.line);
+  read_points(config, transports, out);
+  for (auto& [key, entry] : options.maps("expose")) read_exposure(key, entry, out.exposures);
+  check_exposures(options, out);
+  auto capture = options.map("capture");
+  out.capture.age = capture.duration("keep", out.capture.age);
+  out.capture.bytes = static_cast<std::size_t>(capture.size("size", out.capture.bytes, 0, 64UL << 20));
+  capture.finish();
+  return out;
+}
+
+}  // namespace rubicon::networks::knx

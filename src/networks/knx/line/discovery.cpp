@@ -1,0 +1,190 @@
+#include "networks/knx/line/discovery.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace rubicon::networks::knx {
+
+namespace {
+
+using transport::Endpoint;
+using transport::UdpCalls;
+using transport::UdpOptions;
+
+/// Problems are for people: nobody reads more of them.
+constexpr std::size_t kMostProblems = 100;
+constexpr int kTries = 2;
+
+/// The blocks an extended search asks for: device, families, secured families, tunnels.
+Srp wanted_dibs() {
+  return {Srp::Type::kWantedDibs, false, {0x01, 0x02, 0x06, 0x07}};
+}
+
+Endpoint endpoint_of(const Hpai& hpai, const Endpoint& from) {
+  if (hpai.route_back()) return from;
+  return {address_text(hpai), hpai.port};
+}
+
+}  // namespace
+
+struct Discovery::Search {
+  std::string interface_address;
+  std::unique_ptr<transport::UdpSocket> socket;
+};
+
+struct Discovery::Question {
+  Endpoint host;    ///< as it was given
+  Endpoint remote;  ///< numeric
+  std::unique_ptr<transport::Lookup> lookup;
+  std::unique_ptr<transport::UdpSocket> socket;
+  Timer patience;
+  int tries = 0;
+  bool over = false;
+};
+
+Discovery::Discovery(Scheduler& scheduler, transport::Transports& transports, DiscoveryOptions options, Done done)
+    : scheduler_(scheduler), transports_(transports), options_(std::move(options)), done_(std::move(done)) {
+  for (const auto& address : options_.interfaces) search(address);
+  for (const auto& host : options_.hosts) ask(host);
+  if (!searches_.empty()) {
+    collecting_ = true;
+    repeat_ = scheduler_.after(options_.repeat, [this] {
+      for (const auto& one : searches_) say(*one);
+    });
+    end_ = scheduler_.after(options_.collect, [this] {
+      collecting_ = false;
+      searches_.clear();
+      finish_if_done();
+    });
+  }
+  finish_if_done();
+}
+
+Discovery::~Discovery() = default;
+
+void Discovery::search(const std::string& interface_address) {
+  UdpOptions options{{interface_address, 0}};
+  options.multicast = transport::UdpMulticast{{}, interface_address, options_.ttl};
+  UdpCalls calls;
+  calls.received = [this](const Endpoint& from, ByteView bytes) { heard(from, bytes); };
+  calls.undelivered = [](const Error&) {};  // nobody answers to a group: that is no news
+  calls.failed = [this](Error error) { problem(std::move(error)); };
+  auto socket = transports_.open_udp(options, std::move(calls));
+  if (!socket)
+    return problem(
+        {socket.error().code, fmt::format("interface {} is not searched: {}", interface_address, socket.error().text)});
+  searches_.push_back(std::make_unique<Search>(Search{interface_address, std::move(*socket)}));
+  say(*searches_.back());
+}
+
+void Discovery::say(Search& search) {
+  const auto own = options_.route_back ? Hpai{} : udp_hpai(search.interface_address, search.socket->local().port);
+  for (const auto& request : {SearchRequest{own, false, {}}, SearchRequest{own, true, {wanted_dibs()}}}) {
+    if (auto sent = search.socket->send(options_.group, write(Message(request))); !sent)
+      problem({sent.error().code,
+               fmt::format("interface {} is not searched: {}", search.interface_address, sent.error().text)});
+  }
+}
+
+void Discovery::heard(const Endpoint& from, ByteView frame) {
+  const auto message = read_message(frame);
+  if (!message) {
+    ++result_.bad_frames;
+    return;
+  }
+  const auto* response = std::get_if<SearchResponse>(&*message);
+  if (response == nullptr) return;
+  const auto description = read_description(response->dibs);
+  if (!servers_.add(endpoint_of(response->control, from), description, response->extended)) ++result_.bad_frames;
+}
+
+void Discovery::ask(const Endpoint& host) {
+  auto& question = *questions_.emplace_back(std::make_unique<Question>());
+  question.host = host;
+  question.lookup =
+      transports_.look_up(host.address, [this, &question](const auto& addresses) { resolved(question, addresses); });
+}
+
+void Discovery::resolved(Question& question, const Result<std::vector<std::string>>& addresses) {
+  if (!addresses) {
+    question.over = true;
+    problem(addresses.error());
+    return finish_if_done();
+  }
+  const auto four = std::find_if(addresses->begin(), addresses->end(),
+                                 [](const std::string& one) { return one.find(':') == one.npos; });
+  if (four == addresses->end()) return unanswered(question, "it has no IPv4 address");
+  question.remote = {*four, question.host.port};
+  open(question);
+}
+
+/// Connected, so that it knows its own address, and hears when nobody is there.
+void Discovery::open(Question& question) {
+  UdpOptions options;
+  options.remote = question.remote;
+  UdpCalls calls;
+  calls.received = [this, &question](const Endpoint& from, ByteView bytes) { answered(question, from, bytes); };
+  calls.undelivered = [this, &question](const Error&) { unanswered(question, "nobody listens there"); };
+  calls.failed = [this, &question](const Error& error) { unanswered(question, error.text); };
+  auto socket = transports_.open_udp(options, std::move(calls));
+  if (!socket) return unanswered(question, socket.error().text);
+  question.socket = std::move(*socket);
+  send(question);
+}
+
+/// The second time it asks for the answer to where the question came from: an address may be translated on the way.
+void Discovery::send(Question& question) {
+  const bool route_back = options_.route_back || question.tries > 0;
+  const auto local = question.socket->local();
+  ++question.tries;
+  const DescriptionRequest request{route_back ? Hpai{} : udp_hpai(local.address, local.port)};
+  if (auto sent = question.socket->send(question.remote, write(Message(request))); !sent)
+    return unanswered(question, sent.error().text);
+  question.patience = scheduler_.after(options_.description, [this, &question] {
+    if (question.tries < kTries) return send(question);
+    const auto waited = std::chrono::duration<double>(options_.description * kTries).count();
+    unanswered(question, fmt::format("no answer within {} s", waited));
+  });
+}
+
+void Discovery::unanswered(Question& question, const std::string& why) {
+  if (std::exchange(question.over, true)) return;
+  question.patience.cancel();
+  problem({ErrorCode::kUnreachable, fmt::format("{} does not describe itself: {}", to_string(question.host), why)});
+  finish_if_done();
+}
+
+void Discovery::answered(Question& question, const Endpoint& from, ByteView frame) {
+  const auto message = read_message(frame);
+  const auto* response = message ? std::get_if<DescriptionResponse>(&*message) : nullptr;
+  if (response == nullptr || question.over) {
+    result_.bad_frames += question.over ? 0 : 1;
+    return;
+  }
+  const auto description = read_description(response->dibs);
+  if (!servers_.add(from, description, false)) ++result_.bad_frames;
+  question.over = true;
+  question.patience.cancel();
+  finish_if_done();
+}
+
+void Discovery::problem(Error error) {
+  auto& all = result_.problems;
+  if (all.size() < kMostProblems && std::find(all.begin(), all.end(), error) == all.end())
+    all.push_back(std::move(error));
+}
+
+/// In a later turn, where sockets and questions may be destroyed.
+void Discovery::finish_if_done() {
+  const bool asked = std::all_of(questions_.begin(), questions_.end(), [](const auto& one) { return one->over; });
+  if (collecting_ || !asked || finish_.pending()) return;
+  finish_ = scheduler_.after(Duration::zero(), [this] {
+    result_.servers = servers_.all();
+    const auto done = std::move(done_);
+    done(std::move(result_));
+  });
+}
+
+}  // namespace rubicon::networks::knx

@@ -1,0 +1,124 @@
+#include "networks/knx/line/found_server.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
+namespace rubicon::networks::knx {
+
+namespace {
+
+template <std::size_t size>
+bool is_set(const std::array<std::uint8_t, size>& bytes) {
+  return bytes != std::array<std::uint8_t, size>{};
+}
+
+void merge_families(std::vector<FamilyVersion>& into, const std::vector<FamilyVersion>& more) {
+  for (const auto& family : more) {
+    const auto known =
+        std::find_if(into.begin(), into.end(), [&](const auto& one) { return one.family == family.family; });
+    if (known == into.end()) {
+      into.push_back(family);
+    } else {
+      known->version = std::max(known->version, family.version);
+    }
+  }
+}
+
+std::string families_text(const std::vector<FamilyVersion>& families) {
+  std::vector<std::string> words;
+  words.reserve(families.size());
+  for (const auto& [family, version] : families) words.push_back(fmt::format("{} {}", to_string(family), version));
+  return fmt::format("{}", fmt::join(words, ", "));
+}
+
+std::string slot_text(const TunnelSlot& slot) {
+  const auto* state = !slot.usable ? "not usable" : slot.free ? "free" : "used";
+  return fmt::format("{} {}{}", to_string(slot.address), state, slot.authorised ? "" : " (needs authorisation)");
+}
+
+std::string slots_text(const FoundServer& server) {
+  const auto& slots = server.description.slots;
+  std::vector<std::string> words;
+  words.reserve(slots.size());
+  for (const auto& slot : slots) words.push_back(slot_text(slot));
+  return fmt::format("{} of {} free: {}", server.free_slots(), slots.size(), fmt::join(words, ", "));
+}
+
+std::string mac_text(const std::array<std::uint8_t, 6>& mac) {
+  return fmt::format("{:02x}", fmt::join(mac, ":"));
+}
+
+}  // namespace
+
+std::size_t FoundServer::free_slots() const {
+  return static_cast<std::size_t>(std::count_if(description.slots.begin(), description.slots.end(),
+                                                [](const auto& slot) { return slot.usable && slot.free; }));
+}
+
+void merge(ServerDescription& into, const ServerDescription& more) {
+  if (more.medium != 0) {  // it tells of the device
+    into.medium = more.medium;
+    into.programming_mode = more.programming_mode;
+    into.address = more.address;
+    into.project = more.project;
+  }
+  if (is_set(more.serial)) into.serial = more.serial;
+  if (is_set(more.mac)) into.mac = more.mac;
+  if (is_set(more.multicast)) into.multicast = more.multicast;
+  if (!more.name.empty()) into.name = more.name;
+  merge_families(into.families, more.families);
+  merge_families(into.secured, more.secured);
+  if (!more.addresses.empty()) into.addresses = more.addresses;
+  if (more.max_apdu) into.max_apdu = more.max_apdu;
+  if (!more.slots.empty()) into.slots = more.slots;
+}
+
+bool FoundServers::add(const transport::Endpoint& control, const ServerDescription& description, bool extended) {
+  auto known = std::find_if(servers_.begin(), servers_.end(), [&](const auto& one) { return one.control == control; });
+  if (known == servers_.end()) {
+    if (servers_.size() >= kMost) return false;
+    known = servers_.insert(servers_.end(), FoundServer{control, {}, false});
+  }
+  merge(known->description, description);
+  known->extended = known->extended || extended;
+  return true;
+}
+
+std::string medium_name(std::uint8_t medium) {
+  switch (medium) {
+    case 0x00: return "unknown medium";
+    case 0x02: return "TP1";
+    case 0x04: return "PL110";
+    case 0x10: return "RF";
+    case 0x20: return "IP";
+    default: return fmt::format("medium {:02x}", medium);
+  }
+}
+
+std::string describe(const FoundServer& server) {
+  const auto& told = server.description;
+  auto text = fmt::format("{}  {}  {}  {}{}", told.name.empty() ? "(no name)" : told.name, to_string(server.control),
+                          to_string(told.address), medium_name(told.medium),
+                          told.programming_mode ? "  in programming mode" : "");
+  const auto line = [&](std::string_view what, const std::string& value) {
+    text += fmt::format("\n  {:<10} {}", what, value);
+  };
+  if (is_set(told.serial)) line("serial", base::to_hex(told.serial));
+  if (is_set(told.mac)) line("MAC", mac_text(told.mac));
+  if (is_set(told.multicast)) line("group", fmt::format("{}", fmt::join(told.multicast, ".")));
+  if (!told.families.empty()) line("families", families_text(told.families));
+  if (!told.secured.empty()) line("secure", families_text(told.secured) + " (KNX IP Secure is required)");
+  if (told.max_apdu) line("max APDU", fmt::format("{} bytes", *told.max_apdu));
+  if (!told.slots.empty()) line("tunnels", slots_text(server));
+  if (told.slots.empty() && !told.addresses.empty()) {
+    std::vector<std::string> words;
+    words.reserve(told.addresses.size());
+    for (const auto address : told.addresses) words.push_back(to_string(address));
+    line("addresses", fmt::format("{}", fmt::join(words, ", ")));
+  }
+  return text;
+}
+
+}  // namespace rubicon::networks::knx

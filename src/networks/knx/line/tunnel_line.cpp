@@ -1,0 +1,426 @@
+#include "networks/knx/line/tunnel_line.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "networks/knx/wire/cemi.h"
+
+namespace rubicon::networks::knx {
+
+namespace {
+
+using Phase = LineState::Phase;
+
+constexpr unsigned kSilentBus = 3;  ///< telegrams in a row without a confirmation
+constexpr std::string_view kBusSilent = "the bus is silent: three telegrams in a row were not confirmed";
+/// Over TCP there are no acks to tell a silent bus from an interface that does not do what it is told.
+constexpr std::string_view kInterfaceSilent = "the interface did not confirm three telegrams in a row";
+constexpr std::size_t kLargestFrame = 2048;
+
+struct Report {
+  Sent sent;
+  std::string_view why;
+};
+
+/// Over TCP nothing says that the interface took it.
+Report report_of(Tunnel::Outcome outcome, bool over_tcp) {
+  switch (outcome) {
+    case Tunnel::Outcome::kNotAcknowledged: return {Sent::kNotAcknowledged, "nobody on the bus acknowledged it"};
+    case Tunnel::Outcome::kUnconfirmed:
+      return {Sent::kUnconfirmed, over_tcp ? "the interface did not confirm that it was sent to the bus"
+                                           : "the interface took it, but did not confirm that it was sent to the bus"};
+    case Tunnel::Outcome::kNotUnderstood: return {Sent::kRefused, "the interface did not understand it (status 29)"};
+    case Tunnel::Outcome::kConfirmed: break;
+  }
+  return {Sent::kSent, {}};
+}
+
+bool is_ipv4(const std::string& address) {
+  return address.find(':') == std::string::npos;
+}
+
+}  // namespace
+
+TunnelLine::TunnelLine(TunnelOptions options, Scheduler& scheduler, transport::Transports& transports, LineCalls calls)
+    : options_(std::move(options)),
+      scheduler_(scheduler),
+      transports_(transports),
+      calls_(std::move(calls)),
+      route_back_(options_.nat == TunnelOptions::Nat::kOn),
+      hold_off_(static_cast<std::uint64_t>(scheduler.wall_now().time_since_epoch().count()) ^
+                std::hash<std::string>{}(options_.host)),
+      outbox_(scheduler, options_.limits, [this] { pump(); }) {
+  state_.server = options_.host;
+}
+
+TunnelLine::~TunnelLine() {
+  *alive_ = false;
+  if (tunnel_) tunnel_->close();
+}
+
+Result<void> TunnelLine::open() {
+  if (state_.phase != Phase::kOff) return {};
+  // Names can be looked up where there are sockets, and a port that is taken shows at once.
+  transport::UdpCalls nobody{[](const auto&, ByteView) {}, [](const Error&) {}, [](const Error&) {}};
+  transport::UdpOptions trial;
+  if (!over_tcp()) trial.local.port = options_.local_port;
+  if (const auto tried = transports_.open_udp(trial, std::move(nobody)); !tried) return fail(tried.error());
+  state_.phase = Phase::kResolving;
+  lookup_ = transports_.look_up(options_.host, [this](auto addresses) { resolved(std::move(addresses)); });
+  return {};
+}
+
+void TunnelLine::resolved(Result<std::vector<std::string>> addresses) {
+  const auto keep = std::move(lookup_);
+  if (!addresses) return fail_line(addresses.error().code, addresses.error().text);
+  const auto four = std::find_if(addresses->begin(), addresses->end(), is_ipv4);
+  if (four == addresses->end())
+    return fail_line(ErrorCode::kUnreachable, fmt::format("{} has no IPv4 address", options_.host));
+  control_ = {*four, options_.port};
+  state_.server = fmt::format("{} ({})", options_.host, to_string(control_));
+  connect();
+}
+
+void TunnelLine::connect() {
+  if (auto opened = open_sockets(); !opened) return fail_line(opened.error().code, opened.error().text);
+  const auto alive = alive_;
+  set_state(Phase::kConnecting, {});
+  if (*alive && !over_tcp() && tunnel_) tunnel_->connect();
+}
+
+Result<void> TunnelLine::open_sockets() {
+  if (auto opened = over_tcp() ? open_tcp() : open_udp(); !opened) return opened;
+  data_ = control_;
+  send_error_.clear();
+  stranger_.clear();
+  make_tunnel();
+  return {};
+}
+
+/// A connected socket knows which of our addresses the server sees; the one that is used is not connected, since
+/// servers may have a data endpoint elsewhere.
+Result<void> TunnelLine::open_udp() {
+  transport::UdpOptions options;
+  if (!route_back_) {
+    transport::UdpCalls nobody{[](const auto&, ByteView) {}, [](const Error&) {}, [](const Error&) {}};
+    transport::UdpOptions probe;
+    probe.remote = control_;
+    const auto found = transports_.open_udp(probe, std::move(nobody));
+    if (!found) return fail(found.error());
+    options.local = (*found)->local();
+    if (!is_ipv4(options.local.address)) options.local.address.clear();
+  }
+  options.local.port = options_.local_port;
+  options.largest = kLargestFrame;
+  transport::UdpCalls calls;
+  calls.received = [this](const transport::Endpoint& from, ByteView bytes) { received(from, bytes); };
+  calls.undelivered = [this](const Error&) {
+    ++counters_.undelivered;
+    if (tunnel_) tunnel_->undelivered();
+  };
+  calls.failed = [this](const Error& error) {
+    if (tunnel_) tunnel_->lost(error.text);
+  };
+  auto socket = transports_.open_udp(options, std::move(calls));
+  if (!socket) return fail(socket.error());
+  socket_ = std::move(*socket);
+  return {};
+}
+
+Result<void> TunnelLine::open_tcp() {
+  frames_.clear();
+  transport::TcpOptions options;
+  options.remote = control_;
+  transport::TcpCalls calls;
+  calls.connected = [this] {
+    if (tunnel_) tunnel_->connect();
+  };
+  calls.received = [this](ByteView bytes) { stream_received(bytes); };
+  calls.failed = [this](const Error& error) {
+    if (tunnel_) tunnel_->lost(error.text);
+  };
+  auto stream = transports_.open_tcp(options, std::move(calls));
+  if (!stream) return fail(stream.error());
+  stream_ = std::move(*stream);
+  return {};
+}
+
+Hpai TunnelLine::own_endpoint() const {
+  if (over_tcp()) return {HostProtocol::kTcp, {}, 0};
+  if (route_back_ || !socket_) return {};
+  const auto local = socket_->local();
+  const auto own = udp_hpai(local.address, local.port);
+  return own.route_back() ? Hpai{} : own;
+}
+
+void TunnelLine::make_tunnel() {
+  Tunnel::Calls calls;
+  calls.transmit = [this](Tunnel::Path path, ByteView frame) { transmit(path, frame); };
+  calls.up = [this] { up(); };
+  calls.received = [this](ByteView cemi, std::optional<Tunnel::Outcome> outcome) { received_cemi(cemi, outcome); };
+  calls.finished = [this](Tunnel::Outcome outcome) { finish(outcome); };
+  calls.bus = [this](bool connected) {
+    bus_is(connected, connected ? std::string_view() : meaning_of(status::kBusDown).meaning);
+  };
+  if (calls_.note) calls.note = calls_.note;
+  calls.ended = [this](Tunnel::End end) { ended(std::move(end)); };
+  const bool tries_route_back = !over_tcp() && options_.nat == TunnelOptions::Nat::kAuto;
+  tunnel_ = std::make_unique<Tunnel>(scheduler_,
+                                     Tunnel::Settings{over_tcp(), own_endpoint(), tries_route_back, options_.wanted},
+                                     tunnel_counters_, std::move(calls));
+}
+
+// What sockets say.
+
+/// Only the server counts, from whichever port.
+void TunnelLine::received(const transport::Endpoint& from, ByteView bytes) {
+  if (from.address != control_.address && from.address != data_.address) {
+    ++counters_.other_source;
+    stranger_ = transport::to_string(from);
+    return note("wrong-source", fmt::format("{} sends to us, but is not the interface {}: passed over", stranger_,
+                                            transport::to_string(control_)));
+  }
+  send_error_.clear();
+  if (tunnel_) tunnel_->receive(bytes);
+}
+
+void TunnelLine::stream_received(ByteView bytes) {
+  const auto alive = alive_;
+  frames_.append(bytes);
+  while (*alive && tunnel_) {
+    const auto frame = frames_.next();
+    if (!frame) {
+      ++tunnel_counters_.bad_frames;
+      note("bad-frames", frame.error().text);
+      if (*alive && tunnel_) tunnel_->lost(frame.error().text);
+      return;
+    }
+    if (frame->empty()) return;
+    tunnel_->receive(*frame);
+  }
+}
+
+/// What cannot be sent is as good as lost on the way: the machine has its timers.
+void TunnelLine::transmit(Tunnel::Path path, ByteView frame) {
+  Result<void> sent;
+  if (stream_) {
+    sent = stream_->send(frame);
+  } else if (socket_) {
+    sent = socket_->send(path == Tunnel::Path::kData ? data_ : control_, frame);
+  }
+  if (!sent) send_error_ = sent.error().text;
+}
+
+void TunnelLine::note(const std::string& subject, std::string_view text) {
+  if (calls_.note) calls_.note(subject, text);
+}
+
+/// Of silence: what may be the reason for it.
+std::string TunnelLine::reason_of(const Tunnel::End& end) const {
+  const bool silence = end.cause == Tunnel::Cause::kNoAnswer || end.cause == Tunnel::Cause::kSilent;
+  auto why = end.why;
+  if (silence && !send_error_.empty()) why += fmt::format(" ({})", send_error_);
+  if (end.cause == Tunnel::Cause::kNoAnswer && !stranger_.empty())
+    why += fmt::format("; {} sent something instead (wrong-source)", stranger_);
+  return why;
+}
+
+// What the tunnel says.
+
+void TunnelLine::up() {
+  ++counters_.connects;
+  up_since_ = scheduler_.now();
+  silent_ = 0;
+  hold_off_.connected();
+  route_back_ = route_back_ || tunnel_->route_back_works();
+  const auto& data = tunnel_->data_endpoint();
+  if (!over_tcp() && !data.route_back()) data_ = {address_text(data), data.port};
+  state_.own = tunnel_->address();
+  state_.bus = true;
+  const auto alive = alive_;
+  set_state(Phase::kUp, {});
+  if (*alive) pump();
+}
+
+void TunnelLine::received_cemi(ByteView cemi, std::optional<Tunnel::Outcome> outcome) {
+  const auto alive = alive_;
+  if (calls_.frame) {
+    calls_.frame(cemi, false);
+    if (!*alive) return;
+  }
+  if (outcome) return finish(*outcome);
+  if (cemi.empty() || cemi[0] != static_cast<std::uint8_t>(CemiCode::kDataIndication)) return;
+  const auto frame = read_data_frame(cemi);
+  if (!frame) {
+    ++tunnel_counters_.bad_frames;
+    return note("bad-frames", frame.error().text);
+  }
+  if (frame->lte()) {
+    ++counters_.lte;
+    return;
+  }
+  const auto telegram = to_telegram(*frame);
+  if (!telegram) {
+    ++counters_.other_frames;
+    return;
+  }
+  ++counters_.received;
+  // Never a reason to drop it: there are installations where several tunnels share an address.
+  if (telegram->source == state_.own) ++counters_.doubled_address;
+  if (calls_.received) calls_.received(*telegram);
+}
+
+void TunnelLine::finish(Tunnel::Outcome outcome) {
+  const auto alive = alive_;
+  if (outcome == Tunnel::Outcome::kConfirmed) ++counters_.sent;
+  count_silence(outcome);
+  if (!*alive) return;
+  const auto report = report_of(outcome, over_tcp());
+  outbox_.finish(report.sent, report.why);
+  if (*alive) pump();
+}
+
+/// Bus up and down by what becomes of telegrams: three in a row without any confirmation.
+void TunnelLine::count_silence(Tunnel::Outcome outcome) {
+  if (outcome == Tunnel::Outcome::kUnconfirmed) {
+    if (++silent_ < kSilentBus) return;
+    if (!over_tcp()) return bus_is(false, kBusSilent);
+    if (silent_ == kSilentBus) set_state(state_.phase, std::string(kInterfaceSilent));
+  } else if (outcome != Tunnel::Outcome::kNotUnderstood && std::exchange(silent_, 0U) >= kSilentBus) {
+    over_tcp() && state_.bus ? set_state(state_.phase, {}) : bus_is(true, {});
+  }
+}
+
+void TunnelLine::bus_is(bool connected, std::string_view why) {
+  if (connected && silent_ >= kSilentBus) return;  // it answers, but sends nothing on
+  if (state_.bus == connected) return;
+  state_.bus = connected;
+  set_state(state_.phase, std::string(why));
+}
+
+void TunnelLine::ended(Tunnel::End end) {
+  const auto lived = up_since_ != SteadyTime{} ? scheduler_.now() - up_since_ : Duration{};
+  const auto alive = alive_;
+  retired_ = std::move(tunnel_);
+  if (!std::exchange(route_back_, route_back_ || retired_->route_back_works()) && route_back_ &&
+      end.cause == Tunnel::Cause::kRefused && meaning_of(end.status).remedy == Remedy::kWaitForSlot)
+    end.why += "; one may be held for two minutes by our first request, whose answer did not reach us (NAT)";
+  // What the system still holds of a dead stream would reach the bus long after its time.
+  if (stream_ && end.cause == Tunnel::Cause::kSilent) stream_->abort();
+  close_sockets();
+  up_since_ = {};
+  hold_off_.ended(lived);
+  if (outbox_.under_way() && end.outcome) {
+    if (*end.outcome == Tunnel::Outcome::kConfirmed) ++counters_.sent;
+    const auto report = report_of(*end.outcome, over_tcp());
+    outbox_.finish(report.sent, report.why);
+    if (!*alive) return;
+  }
+  outbox_.line_lost();
+  if (holds_off(end, lived)) return;
+  fail_line(ErrorCode::kUnreachable, fmt::format("{}: {}", state_.server, reason_of(end)));
+}
+
+bool TunnelLine::holds_off(const Tunnel::End& end, Duration lived) {
+  if (end.cause == Tunnel::Cause::kClosedByServer) {
+    const auto pause = hold_off_.closed_by_server(scheduler_.now(), lived);
+    if (pause == Duration{}) return false;
+    hold_off(Phase::kWaiting, pause,
+             "the interface closes the tunnel again and again: two clients seem to fight for it");
+    return true;
+  }
+  if (end.cause != Tunnel::Cause::kRefused) return false;
+  switch (meaning_of(end.status).remedy) {
+    case Remedy::kRetry:
+    case Remedy::kWaitForSlot: hold_off(Phase::kWaiting, hold_off_.slot_taken(), end.why); return true;
+    case Remedy::kConfiguration: hold_off(Phase::kRefused, hold_off_.misconfigured(), end.why); return true;
+    case Remedy::kBusDown:
+      state_.bus = false;
+      hold_off(Phase::kWaiting, hold_off_.slot_taken(), end.why);
+      return true;
+    default: return false;
+  }
+}
+
+void TunnelLine::hold_off(Phase phase, Duration pause, std::string why) {
+  pause_ = scheduler_.after(pause, [this] {
+    state_.phase = Phase::kOff;
+    if (auto opened = open(); !opened) fail_line(opened.error().code, opened.error().text);
+  });
+  set_state(phase, std::move(why));
+}
+
+// Sending.
+
+void TunnelLine::send(Telegram telegram, SteadyTime expires, SentCall done) {
+  outbox_.push(std::move(telegram), expires, std::move(done));
+}
+
+void TunnelLine::pump() {
+  const auto alive = alive_;
+  while (tunnel_ && tunnel_->idle()) {
+    const auto* telegram = outbox_.take();
+    if (telegram == nullptr) return;
+    const auto cemi = write_telegram(CemiCode::kDataRequest, *telegram);
+    if (!cemi) {
+      outbox_.finish(Sent::kRefused, cemi.error().text);
+      if (!*alive) return;
+      continue;
+    }
+    tunnel_->send(*cemi);
+    if (calls_.frame) calls_.frame(*cemi, true);
+    if (!*alive) return;
+  }
+}
+
+// States.
+
+void TunnelLine::set_state(Phase phase, std::string reason) {
+  state_.phase = phase;
+  state_.reason = std::move(reason);
+  if (calls_.changed) calls_.changed(state_);
+}
+
+void TunnelLine::close_sockets() {
+  socket_.reset();
+  stream_.reset();
+}
+
+void TunnelLine::fail_line(ErrorCode code, std::string why) {
+  close_sockets();
+  const auto alive = alive_;
+  set_state(Phase::kOff, why);
+  if (*alive && calls_.failed) calls_.failed({code, std::move(why)});
+}
+
+std::map<std::string, std::uint64_t> TunnelLine::counters() const {
+  const auto& tunnel = tunnel_counters_;
+  const auto& outbox = outbox_.counters();
+  return {{"telegrams-sent", counters_.sent},
+          {"telegrams-received", counters_.received},
+          {"telegrams-waiting", outbox_.waiting()},
+          {"telegrams-refused", outbox.refused + tunnel.not_understood},
+          {"telegrams-expired", outbox.expired},
+          {"telegrams-lost", outbox.lost},
+          {"repeats", tunnel.repeats},
+          {"missing-acks", tunnel.missing_acks},
+          {"unconfirmed", tunnel.unconfirmed},
+          {"not-acknowledged", tunnel.not_acknowledged},
+          {"late-confirmations", tunnel.late_confirmations},
+          {"reconnects", counters_.connects > 0 ? counters_.connects - 1 : 0},
+          {"missing-heartbeats", tunnel.missing_heartbeats},
+          {"duplicates", tunnel.duplicates},
+          {"wrong-sequence", tunnel.wrong_sequence},
+          {"wrong-channel", tunnel.wrong_channel},
+          {"wrong-source", counters_.other_source},
+          {"bad-frames", tunnel.bad_frames},
+          {"unknown-services", tunnel.unknown_services},
+          {"undelivered", counters_.undelivered},
+          {"lte-frames", counters_.lte},
+          {"other-frames", counters_.other_frames},
+          {"doubled-address", counters_.doubled_address}};
+}
+
+}  // namespace rubicon::networks::knx

@@ -1,0 +1,124 @@
+#include "networks/knx/point_table.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <set>
+
+#include "model/key.h"
+
+namespace rubicon::networks::knx {
+
+namespace {
+
+/// A value read each hour is old when the answer to the next question is overdue.
+constexpr Duration kAnswerTime = std::chrono::seconds(10);
+
+std::string address_of(const GroupPoint& group) {
+  return group.device.empty() ? to_string(group.address) : group.device;
+}
+
+TypeId type_of(const GroupPoint& group, const Dpt* dpt, const TypeCatalogue& types) {
+  if (dpt) return group.kind == Kind::kSensor ? dpt->sensor : dpt->actuator;
+  return types.find(group.kind == Kind::kSensor ? "bytesInput" : "bytesOutput")->id;
+}
+
+Capability capability_of(const BoundPoint& point) {
+  Capability capability;
+  capability.point = point.id;
+  const bool actuator = point.id.kind == Kind::kActuator;
+  capability.access = actuator ? model::Access::kReadWrite : model::Access::kRead;
+  capability.reports = point.readable();
+  capability.sampled = actuator && point.readable();
+  const auto& rule = point.group.read;
+  const bool periodic = rule.when == ReadRule::When::kEvery || rule.when == ReadRule::When::kExpire;
+  capability.deadline = periodic ? rule.period + kAnswerTime : Duration::zero();  // the bus reports changes only
+  return capability;
+}
+
+}  // namespace
+
+PointTable::PointTable(const std::vector<GroupPoint>& groups, const TypeCatalogue& types) {
+  points_.reserve(groups.size());
+  for (const auto& group : groups) bind(group, types);
+  std::set<std::string> taken;
+  for (const auto& group : groups) {
+    if (!group.device.empty()) taken.insert(model::to_key_part(group.device));
+  }
+  // 1.4.6 and 1/4/6 would be one key (knx.md, section 1).
+  for (const auto& point : points_) {
+    const auto key = to_key_part(point.group.address);
+    if (point.group.device.empty() && taken.contains(key)) devices_[point.address].wanted_id = "ga-" + key;
+  }
+}
+
+void PointTable::bind(const GroupPoint& group, const TypeCatalogue& types) {
+  BoundPoint point;
+  point.group = group;
+  point.dpt = group.dpt ? find_dpt(*group.dpt) : nullptr;
+  point.id = {group.kind, type_of(group, point.dpt, types), group.instance};
+  point.address = address_of(group);
+  const auto index = points_.size();
+  auto& device = devices_[point.address];
+  device.points.push_back(index);
+  if (device.name.empty()) device.name = group.device.empty() ? group.name : group.device_name;
+  const auto hears = [&](GroupAddress address) {
+    auto& points = by_address_[number(address)];
+    if (points.empty() || points.back() != index) points.push_back(index);
+  };
+  hears(point.source());
+  for (const auto address : group.listen) hears(address);
+  if (group.state) by_address_.try_emplace(number(group.address));
+  points_.push_back(std::move(point));
+}
+
+const std::vector<std::size_t>& PointTable::heard_on(GroupAddress address) const {
+  static const std::vector<std::size_t> kNobody;
+  const auto found = by_address_.find(number(address));
+  return found == by_address_.end() ? kNobody : found->second;
+}
+
+bool PointTable::knows(GroupAddress address) const {
+  return by_address_.contains(number(address));
+}
+
+BoundPoint* PointTable::find(const std::string& device, const PointId& id) {
+  const auto found = devices_.find(device);
+  if (found == devices_.end()) return nullptr;
+  for (const auto index : found->second.points) {
+    if (points_[index].id == id) return &points_[index];
+  }
+  return nullptr;
+}
+
+model::Join PointTable::join_of(const std::string& device) const {
+  const auto& one = devices_.at(device);
+  model::Join join;
+  join.name = one.name;
+  join.id = one.wanted_id;
+  join.heard = false;
+  for (const auto index : one.points) join.capabilities.push_back(capability_of(points_[index]));
+  return join;
+}
+
+Result<Value> value_of(const BoundPoint& point, PayloadView payload) {
+  if (!point.dpt) return Value(base::to_hex(payload.bytes));
+  auto value = decode(*point.dpt, payload);
+  return value ? to_catalogue(*point.dpt, point.id.kind, *value) : value;
+}
+
+/// Without a type the bytes of the command go out as they are; a bit cannot be meant.
+Result<Payload> payload_of(const BoundPoint& point, const Value& value) {
+  if (point.dpt) {
+    auto converted = from_catalogue(*point.dpt, point.id.kind, value);
+    return converted ? encode(*point.dpt, *converted) : Result<Payload>(fail(converted.error()));
+  }
+  const auto* hex = std::get_if<std::string>(&value);
+  auto bytes = hex ? base::from_hex(*hex) : Result<Bytes>(fail(ErrorCode::kInvalid, "expected bytes in hex"));
+  if (!bytes) return fail(bytes.error());
+  if (bytes->empty() || bytes->size() > 254)
+    return fail(ErrorCode::kOutOfRange, fmt::format("{} bytes, expected 1 to 254", bytes->size()));
+  return Payload{std::move(*bytes), false};
+}
+
+}  // namespace rubicon::networks::knx

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "model/message.h"
+#include "networks/knx/groups/group_point.h"
+
+namespace rubicon::networks::knx {
+
+/// A GroupPoint with what follows from it.
+struct BoundPoint {
+  GroupPoint group;
+  const Dpt* dpt = nullptr;  ///< nullptr: values are bytes in hex
+  PointId id;
+  std::string address;    ///< of its device within the network
+  bool wanted = false;    ///< somebody subscribed to it
+  SteadyTime heard_at{};  ///< of its last value; zero = not since the line came up
+
+  /// Where its value is asked for.
+  GroupAddress source() const { return group.state.value_or(group.address); }
+  /// It can be asked for at all: a sensor, or an actuator with a state address.
+  bool readable() const { return id.kind == Kind::kSensor || group.state.has_value(); }
+};
+
+/// All points of a network, by device and by group address.
+class PointTable {
+ public:
+  PointTable() = default;
+  PointTable(const std::vector<GroupPoint>& groups, const TypeCatalogue& types);
+
+  struct Device {
+    std::string name, description;
+    std::string wanted_id;  ///< key part it asks for; empty = the one of its address
+    std::vector<std::size_t> points;
+  };
+  /// By address within the network.
+  const std::map<std::string, Device>& devices() const { return devices_; }
+  std::vector<BoundPoint>& points() { return points_; }
+  const std::vector<BoundPoint>& points() const { return points_; }
+
+  /// Indices of the points whose value is heard on this address; empty for an unknown one.
+  const std::vector<std::size_t>& heard_on(GroupAddress address) const;
+  /// The address means something here, also one that only takes commands.
+  bool knows(GroupAddress address) const;
+  BoundPoint* find(const std::string& device, const PointId& id);
+  /// Not heard: nobody spoke with the device yet.
+  model::Join join_of(const std::string& device) const;
+
+ private:
+  void bind(const GroupPoint& group, const TypeCatalogue& types);
+
+  std::vector<BoundPoint> points_;
+  std::map<std::string, Device> devices_;
+  std::unordered_map<std::uint16_t, std::vector<std::size_t>> by_address_;
+};
+
+/// What a telegram says about a point, in the unit and words of the catalogue; an error names what was wrong.
+Result<Value> value_of(const BoundPoint& point, PayloadView payload);
+/// The telegram's value of a command.
+Result<Payload> payload_of(const BoundPoint& point, const Value& value);
+
+}  // namespace rubicon::networks::knx

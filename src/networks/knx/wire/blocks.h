@@ -1,0 +1,84 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/bytes.h"
+#include "base/result.h"
+#include "networks/knx/wire/address.h"
+
+namespace rubicon::networks::knx {
+
+/// Building blocks of KNXnet/IP bodies (KNX 3/8/2, section 7.5). read_x() takes its block off the front of `reader`;
+/// kInvalid names the block and what is wrong with it. write() appends.
+
+enum class HostProtocol : std::uint8_t { kUdp = 1, kTcp = 2 };
+
+/// Host protocol address: an IPv4 endpoint. All zero = route back: answer to where the datagram came from (NAT, TCP).
+struct Hpai {
+  HostProtocol protocol = HostProtocol::kUdp;
+  std::array<std::uint8_t, 4> address{};
+  std::uint16_t port = 0;
+
+  /// True if address or port is zero: there is nothing to send to.
+  bool route_back() const { return address == std::array<std::uint8_t, 4>{} || port == 0; }
+  friend bool operator==(const Hpai&, const Hpai&) = default;
+};
+
+/// From a numeric IPv4 address; route back if the text is none.
+Hpai udp_hpai(std::string_view address, std::uint16_t port);
+/// `10.77.0.1`.
+std::string address_text(const Hpai& hpai);
+Result<Hpai> read_hpai(base::ByteReader& reader);
+void write(Bytes& out, const Hpai& hpai);
+
+/// Connection header of tunnelling and device configuration frames.
+struct ConnectionHeader {
+  std::uint8_t channel = 0, sequence = 0;
+  std::uint8_t status = 0;  ///< of an ack; 0 in requests
+  friend bool operator==(const ConnectionHeader&, const ConnectionHeader&) = default;
+};
+Result<ConnectionHeader> read_connection_header(base::ByteReader& reader);
+void write(Bytes& out, const ConnectionHeader& header);
+
+enum class ConnectionType : std::uint8_t { kDeviceManagement = 3, kTunnel = 4 };
+enum class TunnelLayer : std::uint8_t { kLink = 0x02, kRaw = 0x04, kBusMonitor = 0x80 };
+
+/// Connection request information. Other types than ours are kUnsupported.
+struct Cri {
+  ConnectionType type = ConnectionType::kTunnel;
+  TunnelLayer layer = TunnelLayer::kLink;     ///< of a tunnel
+  std::optional<IndividualAddress> wanted{};  ///< of a tunnel: extended form, Tunnelling version 2 only
+  friend bool operator==(const Cri&, const Cri&) = default;
+};
+Result<Cri> read_cri(base::ByteReader& reader);
+void write(Bytes& out, const Cri& cri);
+
+/// Connection response data.
+struct Crd {
+  ConnectionType type = ConnectionType::kTunnel;
+  IndividualAddress address{};  ///< of a tunnel
+  friend bool operator==(const Crd&, const Crd&) = default;
+};
+Result<Crd> read_crd(base::ByteReader& reader);
+void write(Bytes& out, const Crd& crd);
+
+/// Search request parameter: what a server must match to answer an extended search.
+struct Srp {
+  enum class Type : std::uint8_t { kProgrammingMode = 1, kMac = 2, kFamily = 3, kWantedDibs = 4 };
+  Type type = Type::kWantedDibs;  ///< others travel as they are
+  bool mandatory = false;         ///< who does not match stays silent
+  Bytes content;                  ///< MAC(6); family, version; DIB types, even number
+  friend bool operator==(const Srp&, const Srp&) = default;
+};
+/// All that is left.
+Result<std::vector<Srp>> read_srps(base::ByteReader& reader);
+void write(Bytes& out, const Srp& srp);
+
+void write_u16(Bytes& out, std::uint16_t value);
+
+}  // namespace rubicon::networks::knx

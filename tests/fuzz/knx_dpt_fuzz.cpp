@@ -1,0 +1,32 @@
+#include <cstdlib>
+
+#include "networks/knx/dpt/dpt.h"
+#include "networks/knx/dpt/dpt_lines.h"
+
+/// Input: the place of a type (two octets), the form of the payload (one octet), then the payload, which is also read
+/// as text somebody typed.
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace rubicon;
+  using namespace rubicon::networks::knx;
+  if (size < 3) return 0;
+  const auto types = all_dpts();
+  const auto* type = &types[(data[0] * 256U + data[1]) % types.size()];
+  if ((data[2] & 2) != 0) type = find_dpt({type->id.main, DptId::kMainOnly});
+  const ByteView bytes(data + 3, size - 3);
+  const auto text = base::as_text(bytes);
+  if (const auto value = decode(*type, PayloadView{bytes, (data[2] & 1) != 0})) {
+    // What was understood can be sent, and is understood again.
+    const auto sent = encode(*type, *value);
+    if (!sent) std::abort();
+    const auto again = decode(*type, *sent);
+    if (!again || *again != *value) std::abort();
+    const auto there = to_catalogue(*type, Kind::kSensor, *value);
+    if (there && !from_catalogue(*type, Kind::kSensor, *there)) std::abort();
+    if (label(*type, *value).size() > 65536) std::abort();
+  }
+  if (const auto sent = encode_text(*type, text); sent && !decode(*type, *sent)) std::abort();
+  static_cast<void>(parse_dpt(text));
+  static_cast<void>(encode_line(text));
+  if (decode_line(text).find('\n') != std::string::npos && text.find('\n') == text.npos) std::abort();
+  return 0;
+}

@@ -1,0 +1,17 @@
+#include <cstdlib>
+
+#include "networks/knx/groups/import.h"
+#include "networks/knx/groups/record.h"
+
+/// Input: a list of any kind, recognised by its content (the seeds are ESF). What is taken must survive the record.
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace rubicon::networks::knx;
+  const std::string_view text(reinterpret_cast<const char*>(data), size);
+  const auto imported = import_text(text, "fuzz.esf");
+  if (!imported) return 0;
+  Report report;
+  if (merge(imported->points, imported->points, report) != imported->points || report.added != 0) std::abort();
+  if (to_yaml(imported->points, "fuzz.esf") != to_yaml(imported->points, "fuzz.esf")) std::abort();
+  if (report_text(imported->report).empty()) std::abort();
+  return 0;
+}

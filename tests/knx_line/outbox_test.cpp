@@ -1,0 +1,179 @@
+#include "networks/knx/line/outbox.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "base/virtual_scheduler.h"
+
+namespace rubicon::networks::knx {
+namespace {
+
+using namespace std::chrono_literals;
+
+class OutboxTest : public testing::Test {
+ protected:
+  void make(Outbox::Limits limits) {
+    outbox = std::make_unique<Outbox>(time, limits, [this] {
+      if (!auto_send) return;
+      while (const auto* telegram = outbox->take()) {
+        taken.push_back(number(telegram->destination));
+        when.push_back(time.now());
+        outbox->finish(Sent::kSent, {});
+      }
+    });
+  }
+  void push(std::uint16_t group, Priority priority = Priority::kLow, Service service = Service::kWrite,
+            Duration lives = 1h) {
+    Telegram telegram;
+    telegram.destination = GroupAddress{group};
+    telegram.priority = priority;
+    telegram.service = service;
+    if (service != Service::kRead) telegram.payload = {{1}, true};
+    outbox->push(telegram, time.now() + lives,
+                 [this, group](Sent sent, std::string_view) { told.emplace_back(group, sent); });
+  }
+
+  VirtualScheduler time;
+  std::unique_ptr<Outbox> outbox;
+  bool auto_send = true;
+  std::vector<std::uint16_t> taken;
+  std::vector<SteadyTime> when;
+  std::vector<std::pair<std::uint16_t, Sent>> told;
+};
+
+TEST_F(OutboxTest, SystemGoesBeforeUrgentNormalAndLowAndInOrderWithin) {
+  make({.rate = 0});
+  push(1, Priority::kLow);
+  push(2, Priority::kNormal);
+  push(3, Priority::kUrgent);
+  push(4, Priority::kSystem);
+  push(5, Priority::kUrgent);
+  push(6, Priority::kLow);
+  EXPECT_TRUE(taken.empty()) << "not inside push()";
+  time.run_ready();
+  EXPECT_EQ(taken, (std::vector<std::uint16_t>{4, 3, 5, 2, 1, 6}));
+}
+
+TEST_F(OutboxTest, KeepsToTheRateAfterABurst) {
+  make({.rate = 20, .burst = 5});
+  for (std::uint16_t i = 1; i <= 105; ++i) push(i);
+  time.run_ready();
+  EXPECT_EQ(taken.size(), 5U);
+  time.run_for(1s);
+  EXPECT_NEAR(static_cast<double>(taken.size()), 25, 1);
+  time.run_for(4s);
+  EXPECT_GE(taken.size(), 104U);
+  time.run_for(10s);
+  EXPECT_EQ(taken.size(), 105U);
+  for (std::uint16_t i = 200; i < 210; ++i) push(i);
+  time.run_ready();
+  EXPECT_EQ(taken.size(), 110U) << "no more than the burst after a long pause";
+}
+
+TEST_F(OutboxTest, WithoutARateAllGoesAtOnce) {
+  make({.rate = 0});
+  for (std::uint16_t i = 1; i <= 1000; ++i) push(i);
+  time.run_ready();
+  EXPECT_EQ(taken.size(), 1000U);
+}
+
+TEST_F(OutboxTest, ReadsUseWhatOthersLeave) {
+  make({.rate = 10, .burst = 3});
+  for (std::uint16_t i = 1; i <= 10; ++i) push(i, Priority::kSystem, Service::kRead);
+  time.run_ready();
+  EXPECT_EQ(taken.size(), 2U) << "a token is left";
+  push(100);
+  time.run_ready();
+  EXPECT_EQ(taken.back(), 100);
+  for (std::uint16_t i = 101; i <= 110; ++i) push(i);
+  time.run_for(900ms);
+  EXPECT_EQ(std::count_if(taken.begin(), taken.end(), [](auto group) { return group < 100; }), 2);
+  time.run_for(3s);
+  EXPECT_EQ(taken.size(), 21U);
+}
+
+TEST_F(OutboxTest, RefusesWhatIsBeyondItsBoundInALaterTurn) {
+  make({.rate = 20, .burst = 1, .queue = 3});
+  auto_send = false;
+  for (std::uint16_t i = 1; i <= 4; ++i) push(i);
+  EXPECT_TRUE(told.empty());
+  time.run_ready();
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_EQ(told[0], (std::pair<std::uint16_t, Sent>{4, Sent::kRefused}));
+  EXPECT_EQ(outbox->waiting(), 3U);
+}
+
+TEST_F(OutboxTest, WhatWaitsTooLongExpiresInTime) {
+  make({.rate = 20});
+  auto_send = false;
+  push(1, Priority::kLow, Service::kWrite, 2s);
+  push(2, Priority::kLow, Service::kRead, 1s);
+  push(3, Priority::kLow, Service::kWrite, 10s);
+  time.run_for(990ms);
+  EXPECT_TRUE(told.empty());
+  time.run_for(20ms);
+  EXPECT_EQ(told.size(), 1U);
+  time.run_for(1s);
+  ASSERT_EQ(told.size(), 2U);
+  EXPECT_EQ(told[1], (std::pair<std::uint16_t, Sent>{1, Sent::kExpired}));
+  EXPECT_EQ(outbox->waiting(), 1U);
+  EXPECT_EQ(outbox->counters().expired, 2U);
+}
+
+TEST_F(OutboxTest, WhatWasUnderWayGoesFirstOnTheNextLineAndOnlyOnceMore) {
+  make({.rate = 0});
+  auto_send = false;
+  push(1);
+  push(2, Priority::kSystem);
+  EXPECT_EQ(number(outbox->take()->destination), 2);
+  EXPECT_EQ(outbox->take(), nullptr) << "one at a time";
+  outbox->line_lost();
+  push(3, Priority::kSystem);
+  EXPECT_EQ(number(outbox->take()->destination), 2);
+  outbox->line_lost();
+  time.run_ready();
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_EQ(told[0], (std::pair<std::uint16_t, Sent>{2, Sent::kLost}));
+  EXPECT_EQ(number(outbox->take()->destination), 3);
+}
+
+TEST_F(OutboxTest, WhatWasUnderWayAndHasNoTimeLeftIsReportedLost) {
+  make({.rate = 0});
+  auto_send = false;
+  push(1, Priority::kLow, Service::kWrite, 1s);
+  outbox->take();
+  outbox->line_lost();
+  time.run_for(2s);
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_EQ(told[0].second, Sent::kLost);
+  EXPECT_EQ(outbox->take(), nullptr);
+}
+
+TEST_F(OutboxTest, WhatIsTakenOnceMoreHasTimeLeft) {
+  make({.rate = 0});
+  auto_send = false;
+  push(1, Priority::kLow, Service::kWrite, 1s);
+  outbox->take();
+  outbox->line_lost();
+  time.run_for(990ms);
+  // At that very instant the line comes up, before anybody looked for what is over.
+  const auto taken_then = time.after(10ms, [this] { EXPECT_EQ(outbox->take(), nullptr); });
+  push(2, Priority::kLow, Service::kWrite, 5ms);  // the look at it puts the next one off by a step
+  time.run_for(1s);
+  ASSERT_EQ(told.size(), 2U);
+  EXPECT_EQ(told[1], (std::pair<std::uint16_t, Sent>{1, Sent::kLost}));
+}
+
+TEST_F(OutboxTest, DestroyedItTellsNothing) {
+  make({.rate = 0, .queue = 0});
+  push(1);
+  outbox.reset();
+  time.run_for(1s);
+  EXPECT_TRUE(told.empty());
+}
+
+}  // namespace
+}  // namespace rubicon::networks::knx
