@@ -163,6 +163,14 @@ TEST_F(KnxPoints, ACommandToACentralAddressIsHeardByThoseWhoListen) {
   EXPECT_THAT(values_of("1/0/1"), ElementsAre("on"));
 }
 
+TEST_F(KnxPoints, ACommandIsNoReportOfTheActuatorItself) {
+  start();
+  ASSERT_TRUE(command("1/0/3", point(Kind::kActuator, "percentage"), 50.0));
+  host.time.run_for(5s);
+  EXPECT_THAT(outcomes(), ElementsAre("sent"));
+  EXPECT_THAT(values_of("1/0/3"), IsEmpty()) << "the island calls it assumed";
+}
+
 TEST_F(KnxPoints, VerificationDoesNotWaitBehindReadsThatNobodyAnswers) {
   std::string text = R"({"host": "10.0.0.9", "telegrams-per-second": 0, "groups": {)";
   for (int i = 1; i <= 100; ++i) text += "\"2/0/" + std::to_string(i) + R"(": {"dpt": "9.001", "read": "init"}, )";

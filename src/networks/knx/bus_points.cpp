@@ -100,10 +100,17 @@ void BusPoints::due(std::size_t index) {
 }
 
 bool BusPoints::heard(const Telegram& telegram) {
+  return hear(telegram, nullptr);
+}
+
+bool BusPoints::hear(const Telegram& telegram, const BoundPoint* commanded) {
   if (!table_.knows(telegram.destination)) return false;
   if (telegram.service == Service::kRead) return true;
   reads_.heard(telegram.destination);
-  for (const auto index : table_.heard_on(telegram.destination)) update(table_.points()[index], telegram.payload);
+  for (const auto index : table_.heard_on(telegram.destination)) {
+    auto& point = table_.points()[index];
+    if (&point != commanded) update(point, telegram.payload);
+  }
   return true;
 }
 
@@ -169,7 +176,7 @@ Result<void> BusPoints::actuate(const std::string& device, const model::Actuate&
       [this, device, command, telegram, alive = std::weak_ptr<bool>(alive_)](Sent outcome, std::string_view why) {
         if (!alive.lock()) return;
         sent(device, command, outcome, why);
-        if (outcome == Sent::kSent) heard(telegram);
+        if (outcome == Sent::kSent) hear(telegram, table_.find(device, command.point));
       });
   return {};
 }

@@ -40,6 +40,8 @@ class BusPoints {
 
  private:
   void join(const std::string& device);
+  /// `commanded`: whose command it was; that is no report of its own.
+  bool hear(const Telegram& telegram, const BoundPoint* commanded);
   void update(BoundPoint& point, PayloadView payload);
   void ask(const BoundPoint& point, GroupReads::Rank rank) { reads_.ask(point.source(), rank); }
   void ask_marked();
