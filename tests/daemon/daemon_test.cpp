@@ -99,7 +99,7 @@ TEST_F(Daemon, CheckSaysGoodOrAllThatIsWrong) {
   EXPECT_EQ(good.code, 0) << good.errors;
   EXPECT_THAT(good.output, HasSubstr("good: 3 networks"));
   const auto bad =
-      write("bad.yaml", "island: {id: 0}\nnetworks:\n  dummy-1:\n    type: dummy\n    sede: 1\n  knx: {type: knx}\n");
+      write("bad.yaml", "island: {id: 0}\nnetworks:\n  dummy-1:\n    type: dummy\n    sede: 1\n  bacnet: {type: bacnet}\n");
   for (const auto* command : {"check", "run"}) {
     const auto outcome = run_to_end({kDaemon, command, bad});
     EXPECT_EQ(outcome.code, 2);
@@ -107,7 +107,7 @@ TEST_F(Daemon, CheckSaysGoodOrAllThatIsWrong) {
     EXPECT_THAT(outcome.errors, HasSubstr(bad + ":1:14: island.id: is '0', expected a whole number from 1"));
     EXPECT_THAT(outcome.errors, HasSubstr(bad + ":5:5: networks.dummy-1: unknown key 'sede'"));
     EXPECT_THAT(outcome.errors,
-                HasSubstr(bad + ":6:15: networks.knx.type: is 'knx', expected one of: dummy, log, salad"));
+                HasSubstr(bad + ":6:18: networks.bacnet.type: is 'bacnet', expected one of: dummy, log, salad"));
   }
   const auto set = run_to_end({kDaemon, "check", kHome, "--set", "networks.dummy-rooms.seed=x", "--set", "a.b=1"});
   EXPECT_EQ(set.code, 2);

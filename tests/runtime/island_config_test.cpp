@@ -119,7 +119,7 @@ TEST_F(IslandConfigTest, TellsAllThatIsWrongAtOnceWithTheirPlaces) {
       "    type: dummy\n"
       "    silence: 60\n"
       "    sede: 7\n"
-      "  knx-1: {type: knx}\n"
+      "  bacnet-1: {type: bacnet}\n"
       "surprise: 1\n");
   EXPECT_THAT(errors, SizeIs(8));
   EXPECT_THAT(errors, Contains("x.yaml:1:14: island.id: is '70000', expected a whole number from 1 to 65532"));
@@ -127,7 +127,7 @@ TEST_F(IslandConfigTest, TellsAllThatIsWrongAtOnceWithTheirPlaces) {
   EXPECT_THAT(errors, Contains("x.yaml:2:18: tuples.engine: is 'mqtt', expected one of: memory, dds"));
   EXPECT_THAT(errors, Contains(HasSubstr("x.yaml:4:10: limits.queue: is 'many', expected a whole number")));
   EXPECT_THAT(errors, Contains(HasSubstr("x.yaml:8:14: networks.dummy-1.silence: is '60', expected a duration")));
-  EXPECT_THAT(errors, Contains(HasSubstr("x.yaml:10:17: networks.knx-1.type: is 'knx', expected one of: dummy, log")));
+  EXPECT_THAT(errors, Contains(HasSubstr("x.yaml:10:20: networks.bacnet-1.type: is 'bacnet', expected one of: dummy, log")));
   EXPECT_THAT(errors, Contains(HasSubstr("x.yaml:11:1: unknown key 'surprise'")));
   EXPECT_THAT(errors, Contains(StartsWith("x.yaml:9:5: networks.dummy-1: unknown key 'sede', known: ")));
 }
