@@ -98,8 +98,8 @@ TEST_F(Daemon, CheckSaysGoodOrAllThatIsWrong) {
   const auto good = run_to_end({kDaemon, "check", kHome});
   EXPECT_EQ(good.code, 0) << good.errors;
   EXPECT_THAT(good.output, HasSubstr("good: 3 networks"));
-  const auto bad =
-      write("bad.yaml", "island: {id: 0}\nnetworks:\n  dummy-1:\n    type: dummy\n    sede: 1\n  bacnet: {type: bacnet}\n");
+  const auto bad = write(
+      "bad.yaml", "island: {id: 0}\nnetworks:\n  dummy-1:\n    type: dummy\n    sede: 1\n  bacnet: {type: bacnet}\n");
   for (const auto* command : {"check", "run"}) {
     const auto outcome = run_to_end({kDaemon, command, bad});
     EXPECT_EQ(outcome.code, 2);

@@ -127,7 +127,8 @@ TEST_F(IslandConfigTest, TellsAllThatIsWrongAtOnceWithTheirPlaces) {
   EXPECT_THAT(errors, Contains("x.yaml:2:18: tuples.engine: is 'mqtt', expected one of: memory, dds"));
   EXPECT_THAT(errors, Contains(HasSubstr("x.yaml:4:10: limits.queue: is 'many', expected a whole number")));
   EXPECT_THAT(errors, Contains(HasSubstr("x.yaml:8:14: networks.dummy-1.silence: is '60', expected a duration")));
-  EXPECT_THAT(errors, Contains(HasSubstr("x.yaml:10:20: networks.bacnet-1.type: is 'bacnet', expected one of: dummy, log")));
+  EXPECT_THAT(errors,
+              Contains(HasSubstr("x.yaml:10:20: networks.bacnet-1.type: is 'bacnet', expected one of: dummy, log")));
   EXPECT_THAT(errors, Contains(HasSubstr("x.yaml:11:1: unknown key 'surprise'")));
   EXPECT_THAT(errors, Contains(StartsWith("x.yaml:9:5: networks.dummy-1: unknown key 'sede', known: ")));
 }

@@ -129,7 +129,7 @@ std::string label(const Dpt& type, const Value& value) {
 std::uint64_t bits_at(ByteView bytes, std::size_t offset, std::size_t count) {
   std::uint64_t raw = 0;
   for (std::size_t bit = offset; bit < offset + count; ++bit) {
-    raw = raw << 1 | ((bytes[bit / 8] >> (7 - bit % 8)) & 1U);
+    raw = raw << 1 | ((std::uint32_t{bytes[bit / 8]} >> (7 - bit % 8)) & 1U);
   }
   return raw;
 }
