@@ -19,7 +19,8 @@ as_root() {
 install_missing() {
   local wanted present
   mapfile -t wanted < <(grep -vE '^(#|$)' "$root/scripts/packages.txt")
-  present=$(dpkg-query -W -f='${Package} ${Status}\n' "${wanted[@]}" 2>/dev/null | awk '/install ok installed/ {print $1}')
+  # dpkg-query fails where it does not know one of them: that is what we are here for.
+  present=$({ dpkg-query -W -f='${Package} ${Status}\n' "${wanted[@]}" 2>/dev/null || true; } | awk '/install ok installed/ {print $1}')
   mapfile -t missing < <(comm -23 <(printf '%s\n' "${wanted[@]}" | sort) <(printf '%s\n' "$present" | sort))
   [ "${#missing[@]}" -eq 0 ] && return
   say "installing ${#missing[@]} missing packages: ${missing[*]}"
