@@ -4,7 +4,7 @@
 # knxd listens on all interfaces of this machine; behind it there is nothing but this demo.
 set -euo pipefail
 folder=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
-work=$(mktemp -d /tmp/rubicon-knx.XXXXXX)
+work=$(mktemp -d "${TMPDIR:-/tmp}/rubicon-knx.XXXXXX")
 bus=local:$work/bus.sock
 
 stop() {

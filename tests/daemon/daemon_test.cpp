@@ -94,6 +94,17 @@ TEST_F(Daemon, AWrongCallEndsWithOneAndAWrongConfigurationWithTwo) {
   EXPECT_EQ(run_to_end({kDaemon, "run", room(), "--watch", "a..b"}).code, 2);
 }
 
+TEST_F(Daemon, EveryExampleIsGood) {
+  int examples = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(RUBICON_SOURCE_DIR "/examples")) {
+    if (entry.path().extension() != ".yaml") continue;
+    ++examples;
+    const auto checked = run_to_end({kDaemon, "check", entry.path().string()});
+    EXPECT_EQ(checked.code, 0) << entry.path() << checked.output << checked.errors;
+  }
+  EXPECT_GE(examples, 4);
+}
+
 TEST_F(Daemon, CheckSaysGoodOrAllThatIsWrong) {
   const auto good = run_to_end({kDaemon, "check", kHome});
   EXPECT_EQ(good.code, 0) << good.errors;
