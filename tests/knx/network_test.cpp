@@ -35,6 +35,8 @@ TEST_F(KnxPoints, DevicesAreThereBeforeAnyContact) {
   ASSERT_THAT(joins, SizeIs(5));
   EXPECT_EQ(joins[0].first, "1/0/1");
   EXPECT_EQ(joins[0].second.name, "Hall light");
+  EXPECT_EQ(joins[0].second.model, "KNX 1/0/1, state 1/0/2, DPT 1.001");
+  EXPECT_EQ(joins[4].second.model, "KNX 1/4/6, DPT 5.001; 1/4/7, DPT 9.004");
   EXPECT_FALSE(joins[0].second.heard);
   const auto& light = joins[0].second.capabilities.at(0);
   EXPECT_EQ(light.point, point(Kind::kActuator, "switch"));
@@ -152,6 +154,18 @@ TEST_F(KnxPoints, AReportOfTheCommandedBytesIsTheCommandedValue) {
   host.time.run_for(1s);
   EXPECT_THAT(values_of("1/0/3"), ElementsAre("50", "33.4", "0.3", "50")) << "50 and not 50.19607843137255";
   EXPECT_EQ(reads_of("1/0/4"), 0);
+}
+
+TEST_F(KnxPoints, AFailedCommandDoesNotDisturbTheNewerOne) {
+  start();
+  server.confirms_negatively = true;
+  ASSERT_TRUE(send(model::Actuate{5, point(Kind::kActuator, "switch"), false}, "1/0/1"));
+  ASSERT_TRUE(send(model::Actuate{6, point(Kind::kActuator, "switch"), true}, "1/0/1"));
+  server.on_heard = [this](const auto&) { server.confirms_negatively = false; };
+  server.answers[group("1/0/2")] = {{1}, true};
+  host.time.run_for(5s);
+  EXPECT_EQ(reads_of("1/0/2"), 1) << "the state is asked for the newer one";
+  EXPECT_THAT(values_of("1/0/1"), ElementsAre("on"));
 }
 
 TEST_F(KnxPoints, ACommandToACentralAddressIsHeardByThoseWhoListen) {

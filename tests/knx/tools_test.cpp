@@ -173,6 +173,12 @@ TEST_F(KnxTools, ReadAnswersWithWhatTheBusSays) {
   EXPECT_EQ(answers[0]["source"], "1.1.250");
 }
 
+TEST_F(KnxTools, ValuesAreShownAsPeopleWriteThem) {
+  server.answers[group("1/0/3")] = {{0x80}, false};
+  start();
+  EXPECT_EQ(ask({{"id", "1"}, {"do", "read"}, {"address", "1/0/3"}}).at(0)["value"], "50");
+}
+
 TEST_F(KnxTools, ReadThatNobodyAnswersSaysSoOnce) {
   start();
   const auto answers = ask({{"id", "2"}, {"do", "read"}, {"address", "7/7/7"}});

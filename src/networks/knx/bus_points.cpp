@@ -121,7 +121,7 @@ void BusPoints::update(BoundPoint& point, PayloadView payload) {
     point.heard_at = host_.scheduler().now();
     const auto commanded = commanded_.find({point.address, point.id});
     if (commanded != commanded_.end()) {
-      const auto& [bytes, small] = commanded->second.payload;
+      const auto& bytes = commanded->second.payload.bytes;
       const bool same = std::equal(bytes.begin(), bytes.end(), payload.bytes.begin(), payload.bytes.end());
       if (same) *value = commanded->second.value;
       if (same) commanded->second.verify.cancel();
@@ -169,7 +169,7 @@ Result<void> BusPoints::actuate(const std::string& device, const model::Actuate&
   telegram.priority = Priority::kNormal;  // before reads and what is exposed
   telegram.payload = *payload;
   ++counters_.commands;
-  commanded_[{device, command.point}] = {std::move(*payload), command.value, {}};
+  commanded_[{device, command.point}] = {command.request, std::move(*payload), command.value, {}};
   const bool told = command.time_to_live.count() > 0;
   line_->send(
       telegram, host_.scheduler().now() + (told ? Duration(command.time_to_live) : kCommandLifetime),
@@ -187,18 +187,20 @@ void BusPoints::sent(const std::string& device, const model::Actuate& command, S
   if (outcome == Sent::kSent || outcome == Sent::kUnconfirmed) {
     host_.deliver(device, model::Acknowledge{command.request, model::Outcome::kSent,
                                              outcome == Sent::kSent ? std::string() : std::string(why)});
-    return verify(device, command.point);
+    return verify(device, command);
   }
   ++counters_.failed_commands;
-  commanded_.erase({device, command.point});
+  const auto commanded = commanded_.find({device, command.point});
+  if (commanded != commanded_.end() && commanded->second.request == command.request) commanded_.erase(commanded);
   const auto kind = outcome == Sent::kRefused ? model::Outcome::kRefused : model::Outcome::kFailed;
   host_.deliver(device, model::Acknowledge{command.request, kind, std::string(why)});
 }
 
-void BusPoints::verify(const std::string& device, const PointId& id) {
-  const auto* point = table_.find(device, id);
-  const auto commanded = commanded_.find({device, id});
-  if (!point || commanded == commanded_.end()) return;
+/// A newer command of the point has its own turn.
+void BusPoints::verify(const std::string& device, const model::Actuate& command) {
+  const auto* point = table_.find(device, command.point);
+  const auto commanded = commanded_.find({device, command.point});
+  if (!point || commanded == commanded_.end() || commanded->second.request != command.request) return;
   if (!point->group.state || point->group.read.when == ReadRule::When::kNever) return void(commanded_.erase(commanded));
   commanded->second.verify = host_.scheduler().after(kReportTime, [this, key = commanded->first] {
     if (const auto* silent = table_.find(key.first, key.second)) ask(*silent, GroupReads::Rank::kVerify);

@@ -48,7 +48,7 @@ class BusPoints {
   void plan(std::size_t index);
   void due(std::size_t index);
   void sent(const std::string& device, const model::Actuate& command, Sent outcome, std::string_view why);
-  void verify(const std::string& device, const PointId& id);
+  void verify(const std::string& device, const model::Actuate& command);
   bool is_fresh(const BoundPoint& point) const;
   void no_answer(GroupAddress address);
 
@@ -62,6 +62,7 @@ class BusPoints {
   std::map<std::size_t, Timer> periodic_;  ///< of points with expire or every
   /// What was commanded last, until something else is reported: a report of the same bytes means that value.
   struct Commanded {
+    std::uint64_t request = 0;
     Payload payload;
     Value value;
     Timer verify;  ///< pending: its report is awaited

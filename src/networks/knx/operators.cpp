@@ -42,7 +42,9 @@ std::string_view word(Service service) {
 std::string value_text(const Dpt* dpt, PayloadView payload) {
   if (!dpt) return {};
   const auto value = decode(*dpt, payload);
-  return value ? label(*dpt, *value) : std::string();
+  if (!value) return {};
+  const auto* number = std::get_if<double>(&*value);
+  return label(*dpt, number ? Value(natural(*dpt, *number)) : *value);
 }
 
 /// The type named in the request, else the configured one.

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "model/key.h"
+#include "networks/knx/wire/cemi.h"
 
 namespace rubicon::networks::knx {
 
@@ -91,10 +92,25 @@ BoundPoint* PointTable::find(const std::string& device, const PointId& id) {
   return nullptr;
 }
 
+/// `KNX 1/0/1, state 1/0/2, DPT 1.001`; of devices with several points, all of them, cut.
+std::string PointTable::place_of(const Device& device) const {
+  constexpr std::size_t kLongest = 200;
+  std::string text = "KNX";
+  for (const auto index : device.points) {
+    const auto& group = points_[index].group;
+    text += fmt::format("{} {}", index == device.points.front() ? "" : ";", to_string(group.address));
+    if (group.state) text += ", state " + to_string(*group.state);
+    if (group.dpt) text += ", DPT " + to_string(*group.dpt);
+    if (text.size() > kLongest) return text.substr(0, kLongest) + "...";
+  }
+  return text;
+}
+
 model::Join PointTable::join_of(const std::string& device) const {
   const auto& one = devices_.at(device);
   model::Join join;
   join.name = one.name;
+  join.model = place_of(one);
   join.id = one.wanted_id;
   join.heard = false;
   for (const auto index : one.points) join.capabilities.push_back(capability_of(points_[index]));
@@ -116,8 +132,8 @@ Result<Payload> payload_of(const BoundPoint& point, const Value& value) {
   const auto* hex = std::get_if<std::string>(&value);
   auto bytes = hex ? base::from_hex(*hex) : Result<Bytes>(fail(ErrorCode::kInvalid, "expected bytes in hex"));
   if (!bytes) return fail(bytes.error());
-  if (bytes->empty() || bytes->size() > 254)
-    return fail(ErrorCode::kOutOfRange, fmt::format("{} bytes, expected 1 to 254", bytes->size()));
+  if (bytes->empty() || bytes->size() > kLongestPayload)
+    return fail(ErrorCode::kOutOfRange, fmt::format("{} bytes, expected 1 to {}", bytes->size(), kLongestPayload));
   return Payload{std::move(*bytes), false};
 }
 

@@ -51,6 +51,7 @@ class PointTable {
 
  private:
   void bind(const GroupPoint& group, const TypeCatalogue& types);
+  std::string place_of(const Device& device) const;
 
   std::vector<BoundPoint> points_;
   std::map<std::string, Device> devices_;

@@ -83,17 +83,6 @@ double tidy(double value, int digits) {
   return number;
 }
 
-/// Of a scaled octet (5.001, 5.003) the shortest decimal that is the same octet: 50 instead of 50.19607843137255.
-double natural(const Dpt& type, double value) {
-  if (type.id.main != 5 || type.step == std::floor(type.step)) return value;
-  const auto octet = [&type](double number) { return std::floor(number / type.step + 0.5); };
-  for (const double scale : {1.0, 10.0, 100.0}) {
-    const auto rounded = std::round(value * scale) / scale;
-    if (octet(rounded) == octet(value) && rounded >= type.minimum && rounded <= type.maximum) return rounded;
-  }
-  return value;
-}
-
 double number_of(const Value& value) {
   if (const auto* whole = std::get_if<std::int64_t>(&value)) return static_cast<double>(*whole);
   return std::get<double>(value);
@@ -168,6 +157,16 @@ Result<Value> number_of_word(const Dpt& type, const model::Type& given, const Va
 }
 
 }  // namespace
+
+double natural(const Dpt& type, double value) {
+  if (type.id.main != 5 || type.step == std::floor(type.step)) return value;
+  const auto octet = [&type](double number) { return std::floor(number / type.step + 0.5); };
+  for (const double scale : {1.0, 10.0, 100.0}) {
+    const auto rounded = std::round(value * scale) / scale;
+    if (octet(rounded) == octet(value) && rounded >= type.minimum && rounded <= type.maximum) return rounded;
+  }
+  return value;
+}
 
 Result<Value> to_catalogue(const Dpt& type, Kind kind, const Value& value) {
   const auto& wanted = type_of(type, kind);

@@ -61,6 +61,10 @@ Result<Payload> encode_text(const Dpt& type, std::string_view text);
 /// The word of a value where the type has words (`comfort`, `down`, `reserved (7)`), else its text.
 std::string label(const Dpt& type, const Value& value);
 
+/// The shortest decimal with the same payload, of scaled octets (5.001, 5.003): 50 instead of 50.19607843137255. Other
+/// numbers are as short already.
+double natural(const Dpt& type, double value);
+
 /// Value in the table's unit -> value as the catalogue type of `kind` wants it (unit converted, words), and back.
 Result<Value> to_catalogue(const Dpt& type, Kind kind, const Value& value);
 Result<Value> from_catalogue(const Dpt& type, Kind kind, const Value& value);
