@@ -34,7 +34,8 @@ model::Message message_of(std::uint16_t mote, model::Body body) {
 
 /// A message nobody here reads, with a tag by which its application finds it: `mote/<transport>/<application>/<type>`.
 model::Opaque opaque_of(const NetMessage& message) {
-  return {fmt::format("mote/{}/{}/{}", message.transport, message.application, message.record.front()), message.record};
+  return {fmt::format("mote/{}/{}/{}", message.transport, message.application, message.record.front()),
+          Bytes(message.record.begin(), message.record.end())};
 }
 
 RawUpdates updates_of(const DemoReport& demo) {
@@ -66,7 +67,8 @@ Result<MoteEvents> MoteCodec::decode(ByteView bytes) {
   MoteEvents events;
   if (!packet->is(AmType::kNetMessage)) {
     model::Message message;
-    message.body = model::Opaque{fmt::format("mote/am/{}", packet->am.type), packet->payload};
+    message.body = model::Opaque{fmt::format("mote/am/{}", packet->am.type),
+                                 Bytes(packet->payload.begin(), packet->payload.end())};
     events.messages.push_back(std::move(message));
     return events;
   }

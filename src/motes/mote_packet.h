@@ -34,16 +34,17 @@ struct AmHeader {
   friend bool operator==(const AmHeader&, const AmHeader&) = default;
 };
 
-/// What sink and computer exchange: dispatch byte, AM header, payload; no framing.
+/// What sink and computer exchange: dispatch byte, AM header, payload; no framing. A view of the bytes it was read
+/// from.
 struct MotePacket {
   AmHeader am;
-  Bytes payload;
+  ByteView payload;
 
   bool is(AmType type) const { return am.type == static_cast<std::uint8_t>(type); }
 };
 
 /// The radio message inside a packet of AM type 1C (wsn.md 5). `counted` is its nbytes field: wrong in everything a
-/// sink forwards. `record` reaches to the end of the frame and may end in padding or stale mote memory.
+/// sink forwards. `record` reaches to the end of the frame and may end in padding or stale mote memory; a view.
 struct NetMessage {
   std::uint16_t destination_island = 0;
   std::uint16_t destination_mote = 0;
@@ -54,7 +55,7 @@ struct NetMessage {
   std::uint8_t counted = 0;
   std::uint8_t transport = 0;
   std::uint8_t application = 0;
-  Bytes record;
+  ByteView record;
 };
 
 /// Longest packet that a length byte can announce (sf protocol, recorder).
@@ -70,8 +71,9 @@ Bytes encode_packet(const MotePacket& packet);
 Result<NetMessage> decode_net(ByteView payload);
 Bytes encode_net(const NetMessage& message);
 
-/// A packet from the computer to the sink with true lengths, not padded (wsn.md 3).
-MotePacket packet_of(AmType type, Bytes payload);
-MotePacket packet_of(NetMessage message);
+/// The bytes of a packet from the computer to the sink with true lengths, not padded (wsn.md 3). The payload has at
+/// most 247 bytes: asserted.
+Bytes packet_of(AmType type, ByteView payload);
+Bytes packet_of(NetMessage message);
 
 }  // namespace rubicon::motes

@@ -186,7 +186,7 @@ Result<Record> decode_record(const NetMessage& message) {
     if (form.transport == message.transport && application_fits && form.type == type)
       return form.decode(message.record);
   }
-  return Record(OtherRecord{type, message.record});
+  return Record(OtherRecord{type, Bytes(message.record.begin(), message.record.end())});
 }
 
 Bytes encode_record(const Record& record) {

@@ -11,6 +11,7 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/address.hpp>
 #include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <utility>
 
@@ -37,6 +38,7 @@ struct Parts : std::enable_shared_from_this<Parts> {
   void connected_or_not(const error_code& error);
   void receive();
   void received(const error_code& error, std::size_t size);
+  void hold(bool hold);
   Result<void> send(ByteView bytes);
   std::size_t write_some(ByteView bytes, error_code& error);
   void flush_later();
@@ -52,7 +54,8 @@ struct Parts : std::enable_shared_from_this<Parts> {
   std::array<std::uint8_t, 8192> buffer{};
   Bytes queue;  ///< from `written` on
   std::size_t written = 0;
-  bool connected = false, lost = false, waiting = false, alive = true;
+  bool connected = false, lost = false, waiting = false, alive = true, held = false;
+  std::size_t kept = 0;  ///< bytes of the buffer that came while held
 };
 
 template <class Value>
@@ -128,8 +131,17 @@ void Parts::received(const error_code& error, std::size_t size) {
   if (error == asio::error::eof)
     return lose({ErrorCode::kUnreachable, fmt::format("TCP {}: the other end closed", to_string(options.remote))});
   if (error) return lose(io_error("receive", options.remote, error));
+  if (held) return void(kept = size);
   calls.received(ByteView(buffer).first(size));
   if (alive && !lost) receive();
+}
+
+/// One read is always under way, or its bytes are kept: so little is taken from the system while held.
+void Parts::hold(bool hold) {
+  if (std::exchange(held, hold) == hold || hold || kept == 0) return;
+  asio::post(socket.get_executor(), [self = shared_from_this()] {
+    if (self->alive && !self->lost && !self->held && self->kept > 0) self->received({}, std::exchange(self->kept, 0));
+  });
 }
 
 /// As much as the system takes at once.
@@ -208,6 +220,8 @@ class AsioTcp final : public TcpStream {
 
   Result<void> send(ByteView bytes) override { return parts_->send(bytes); }
   void abort() override { parts_->abort(); }
+  void hold(bool held) override { parts_->hold(held); }
+  std::size_t queued() const override { return parts_->queue.size() - parts_->written; }
   bool connected() const override { return parts_->connected; }
   Endpoint local() const override {
     error_code error;
@@ -215,6 +229,7 @@ class AsioTcp final : public TcpStream {
     if (error || bound.port() == 0) return {};
     return {bound.address().to_string(), bound.port()};
   }
+  Endpoint remote() const override { return parts_->connected ? parts_->options.remote : Endpoint{}; }
 
  private:
   std::shared_ptr<Parts> parts_;

@@ -16,6 +16,8 @@ struct MemoryTcp::End {
   TcpCalls calls;
   std::weak_ptr<End> peer;
   Bytes queue;
+  Bytes kept;  ///< arrived while held
+  bool held = false;
   bool connected = false, lost = false, alive = true, flushing = false;
   Timer deadline;
 };
@@ -51,8 +53,11 @@ class MemoryStream final : public TcpStream {
     end_->lost = true;
     end_->connected = false;
   }
+  void hold(bool held) override { net_.hold(end_, held); }
+  std::size_t queued() const override { return end_->queue.size(); }
   bool connected() const override { return end_->connected; }
   Endpoint local() const override { return end_->connected ? end_->local : Endpoint{}; }
+  Endpoint remote() const override { return end_->connected ? end_->remote : Endpoint{}; }
 
  private:
   MemoryTcp& net_;
@@ -160,14 +165,28 @@ void MemoryTcp::accept(const EndPtr& client, const Accept& accept) {
 
 void MemoryTcp::flush(const EndPtr& end) {
   const auto peer = end->peer.lock();
-  if (stalled_ || !end->connected || !peer || end->queue.empty()) return;
+  if (stalled_ || !end->connected || !peer || peer->held || end->queue.empty()) return;
   after_transit([this, peer, bytes = std::exchange(end->queue, {})] { arrive(peer, bytes); });
+}
+
+void MemoryTcp::hold(const EndPtr& end, bool held) {
+  if (std::exchange(end->held, held) == held || held) return;
+  scheduler_.post([this, end] {
+    if (end->held) return;
+    const auto kept = std::exchange(end->kept, {});
+    arrive(end, kept);
+    if (const auto peer = end->peer.lock(); peer && peer->alive) flush(peer);
+  });
 }
 
 void MemoryTcp::arrive(const EndPtr& end, ByteView bytes) {
   const auto piece = segment == 0 ? bytes.size() : segment;
-  for (; !bytes.empty() && end->alive && !end->lost; bytes = bytes.subspan(std::min(piece, bytes.size())))
-    if (end->calls.received) end->calls.received(bytes.first(std::min(piece, bytes.size())));
+  while (!bytes.empty() && end->alive && !end->lost && !end->held) {
+    const ByteView next = bytes.first(std::min(piece, bytes.size()));
+    bytes = bytes.subspan(next.size());
+    if (end->calls.received) end->calls.received(next);
+  }
+  if (end->held) end->kept.insert(end->kept.end(), bytes.begin(), bytes.end());
 }
 
 void MemoryTcp::lose(const EndPtr& end, Error why) {
