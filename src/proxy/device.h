@@ -87,6 +87,7 @@ struct Device {
   bool dirty = false;                       ///< some of its points wait for the next flush
   SteadyTime heard_at{};                    ///< any message; meaningless while status is unknown
   SteadyTime check_at = SteadyTime::max();  ///< when the liveness looks at it next
+  SteadyTime probed_at{};                   ///< when it was last asked whether it is there; zero = never
   std::vector<Point> points;
   std::string address;  ///< as its network spells it
   std::string id;       ///< its part of the keys

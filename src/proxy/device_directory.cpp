@@ -63,6 +63,17 @@ void DeviceDirectory::remove_network(const std::string& id) {
   networks_.erase(id);
 }
 
+std::vector<std::string> DeviceDirectory::networks_of(const std::string& address) const {
+  std::vector<std::string> all, within_reach;
+  for (const auto& [id, network] : networks_) {
+    const auto found = network->devices.find(address);
+    if (found == network->devices.end()) continue;
+    all.push_back(id);
+    if (found->second.status != DeviceStatus::kUnreachable) within_reach.push_back(id);
+  }
+  return within_reach.empty() ? all : within_reach;
+}
+
 Device* DeviceDirectory::find(Network& network, const std::string& address) {
   const auto found = network.devices.find(std::string_view(address));
   return found == network.devices.end() ? nullptr : &found->second;

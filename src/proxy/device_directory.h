@@ -20,6 +20,9 @@ class DeviceDirectory {
   Network& network(const std::string& id);
   const std::map<std::string, std::unique_ptr<Network>>& networks() const { return networks_; }
 
+  /// Ids of the networks that have a device with this address; if any of them can reach it, only those.
+  std::vector<std::string> networks_of(const std::string& address) const;
+
   Device* find(Network& network, const std::string& address);
   Device* find(DeviceNumber number);
 

@@ -38,9 +38,17 @@ std::optional<SteadyTime> stale_at(const Device& device, const Point& point) {
   return std::max(point.heard_at + patience, grace);
 }
 
-Liveness::Liveness(Surroundings& around, DeviceDirectory& directory, TupleMirror& mirror,
-                   std::function<void(Device&)> stale, std::function<void(Device&)> lost)
-    : around_(around), directory_(directory), mirror_(mirror), stale_(std::move(stale)), lost_(std::move(lost)) {}
+std::optional<SteadyTime> probe_at(const Device& device) {
+  const auto& rules = device.network->rules;
+  if (!rules.probes || !can_send(*device.network)) return std::nullopt;
+  const bool heard = device.status == DeviceStatus::kReachable;
+  if (!heard && device.probed_at == SteadyTime{}) return SteadyTime{};
+  if (!rules.silence) return std::nullopt;
+  return std::max(device.probed_at, heard ? device.heard_at : SteadyTime{}) + *rules.silence / 2;
+}
+
+Liveness::Liveness(Surroundings& around, DeviceDirectory& directory, TupleMirror& mirror, Calls calls)
+    : around_(around), directory_(directory), mirror_(mirror), calls_(std::move(calls)) {}
 
 std::optional<SteadyTime> Liveness::next_look(const Device& device) const {
   std::optional<SteadyTime> next;
@@ -49,6 +57,7 @@ std::optional<SteadyTime> Liveness::next_look(const Device& device) const {
   };
   const auto silence = device.network->rules.silence;
   if (silence && device.status == DeviceStatus::kReachable) earlier(device.heard_at + *silence);
+  earlier(probe_at(device));
   for (const auto& point : device.points) {
     if (point.quality == Quality::kGood) earlier(stale_at(device, point));
   }
@@ -97,13 +106,17 @@ void Liveness::look(Device& device, SteadyTime now) {
                         fmt::format("not heard for {}", seconds_text(now - point.heard_at)));
     aged = true;
   }
-  if (aged) stale_(device);
+  if (aged) calls_.stale(device);
+  if (const auto due = probe_at(device); due && *due <= now) {
+    device.probed_at = now;
+    calls_.probe(device);
+  }
   const auto silence = device.network->rules.silence;
   if (!silence || device.status != DeviceStatus::kReachable || device.heard_at + *silence > now) return;
   device.status = DeviceStatus::kUnreachable;
   device.since = around_.clock.now().wall;
   device.reason = fmt::format("silent for {}", seconds_text(*silence));
-  lost_(device);
+  calls_.lost(device);
 }
 
 void Liveness::interrupted(Device& device, const std::string& reason) {
