@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <tuple>
+#include <utility>
 
 namespace rubicon::motes {
 
@@ -10,6 +12,9 @@ namespace {
 
 constexpr std::uint16_t kFirstSpecialMote = kBaseMote;
 constexpr std::uint16_t kFirstSpecialIsland = 0xfffd;
+constexpr std::uint16_t kEverything = 0xffff;
+/// Bits of the actuator mask (wsn.md 6).
+constexpr std::pair<std::uint8_t, std::string_view> kActuators[] = {{0x01, "led"}, {0x02, "relay"}};
 
 std::string name_of(std::uint16_t mote) {
   return fmt::format("{}", mote);
@@ -33,14 +38,11 @@ model::Message message_of(std::uint16_t mote, model::Body body) {
 }
 
 /// A message nobody here reads, with a tag by which its application finds it: `mote/<transport>/<application>/<type>`.
-model::Opaque opaque_of(const NetMessage& message) {
-  return {fmt::format("mote/{}/{}/{}", message.transport, message.application, message.record.front()),
-          Bytes(message.record.begin(), message.record.end())};
-}
-
-RawUpdates updates_of(const DemoReport& demo) {
-  return {{{static_cast<std::uint16_t>(Transducer::kLight), {demo.light}},
-           {static_cast<std::uint16_t>(Transducer::kTemperature), {demo.temperature}}}};
+/// On its way to another island it keeps what its receiver's acknowledgement needs: `.../reliable/<sequence>`.
+model::Opaque opaque_of(const NetMessage& message, bool on_its_way) {
+  auto tag = fmt::format("mote/{}/{}/{}", message.transport, message.application, message.record.front());
+  if (on_its_way && message.reliable == 1) tag += fmt::format("/reliable/{}", message.sequence);
+  return {std::move(tag), Bytes(message.record.begin(), message.record.end())};
 }
 
 std::optional<double> celsius_in(const RawUpdates& updates, const Calibration& calibration) {
@@ -58,8 +60,30 @@ bool has_point(const std::vector<model::Capability>& capabilities, const model::
 
 }  // namespace
 
-MoteCodec::MoteCodec(const TypeCatalogue& types, Calibration calibration, std::optional<std::uint16_t> island)
-    : types_(types), calibration_(calibration), island_(island) {}
+MoteCodec::MoteCodec(const TypeCatalogue& types, CodecOptions options) : types_(types) {
+  std::ignore = change(std::move(options));
+}
+
+std::vector<model::Message> MoteCodec::change(CodecOptions options) {
+  options_ = std::move(options);
+  exceptions_.clear();
+  for (const auto& [mote, board] : options_.boards) {
+    exceptions_[mote] = options_.calibration;
+    exceptions_[mote].board = board;
+  }
+  std::vector<model::Message> joins;
+  for (auto& [address, mote] : motes_) {
+    mote.shown.clear();
+    if (mote.joined) declare(address, mote);
+    joins.push_back(join_of(address, mote));
+  }
+  return joins;
+}
+
+const Calibration& MoteCodec::calibration(std::uint16_t mote) const {
+  const auto own = exceptions_.find(mote);
+  return own == exceptions_.end() ? options_.calibration : own->second;
+}
 
 Result<MoteEvents> MoteCodec::decode(ByteView bytes) {
   const auto packet = decode_packet(bytes);
@@ -78,30 +102,38 @@ Result<MoteEvents> MoteCodec::decode(ByteView bytes) {
     return fail(ErrorCode::kInvalid, fmt::format("radio message from no mote ({:04x})", message->source_mote));
   const auto record = decode_record(*message);
   if (!record) return fail(record.error());
-
-  const bool ours =
-      !island_ || message->destination_island == *island_ || message->destination_island >= kFirstSpecialIsland;
-  if (!ours) events.foreign_island = message->destination_island;
-  if (ours && message->reliable == 1 && message->destination_mote == kBaseMote) events.wants_ack = message->sequence;
   on_record(*message, *record, events);
   return events;
 }
 
 void MoteCodec::on_record(const NetMessage& message, const Record& record, MoteEvents& events) {
+  const auto& own = options_.island;
   const std::uint16_t mote = message.source_mote;
-  if (events.foreign_island) {
-    // A join for another island tells of a sink with the wrong id; anything else is on its way there (wsn.md 9.1, 9.8).
-    if (std::holds_alternative<Joined>(record)) return;
-    model::Message out = message_of(mote, opaque_of(message));
-    out.destination.island = IslandId{*events.foreign_island};
-    if (message.destination_mote != kBaseMote) out.destination.device = name_of(message.destination_mote);
-    events.messages.push_back(std::move(out));
-  } else if (const auto* joined = std::get_if<Joined>(&record)) {
+  if (!own || message.destination_island == *own || message.destination_island >= kFirstSpecialIsland) {
+    events.mote = mote;
+    if (message.reliable == 1 && message.destination_mote == kBaseMote)
+      events.wants_ack = WantedAck{mote, message.application, message.sequence};
+    return on_own_record(message, record, events);
+  }
+  events.foreign_island = message.destination_island;
+  if (message.source_island != *own) return;
+  events.mote = mote;
+  heard(mote, events);
+  events.messages.push_back(message_of(mote, model::KeepAlive{}));
+  model::Message out = message_of(mote, opaque_of(message, true));
+  out.destination.island = IslandId{message.destination_island};
+  if (message.destination_mote != kBaseMote) out.destination.device = name_of(message.destination_mote);
+  events.messages.push_back(std::move(out));
+}
+
+void MoteCodec::on_own_record(const NetMessage& message, const Record& record, MoteEvents& events) {
+  const std::uint16_t mote = message.source_mote;
+  if (const auto* joined = std::get_if<Joined>(&record)) {
     on_joined(*joined, events);
   } else if (const auto* updates = std::get_if<RawUpdates>(&record)) {
     on_updates(mote, *updates, events);
   } else if (const auto* demo = std::get_if<DemoReport>(&record)) {
-    on_updates(mote, updates_of(*demo), events);
+    on_updates(mote, updates_of(mote, *demo), events);
   } else if (const auto* ack = std::get_if<MoteAck>(&record)) {
     events.ack = HeardAck{mote, message.application, *ack};
     heard(mote, events);
@@ -109,39 +141,91 @@ void MoteCodec::on_record(const NetMessage& message, const Record& record, MoteE
     if (mote != kSinkMote) events.messages.push_back(message_of(mote, model::KeepAlive{}));
   } else {
     heard(mote, events);
-    events.messages.push_back(message_of(mote, opaque_of(message)));
+    events.messages.push_back(message_of(mote, opaque_of(message, false)));
   }
 }
 
 void MoteCodec::on_joined(const Joined& joined, MoteEvents& events) {
+  if (joined.mote >= kFirstSpecialMote) return;
   Mote& mote = motes_[joined.mote];
-  mote.model = model_of(joined.mote_type);
-  mote.declared.clear();
-  for (const MoteSensor& sensor : sensors_in_mask(joined.transducers, calibration_))
-    mote.declared.push_back(capability_of(sensor));
-  constexpr std::pair<std::uint8_t, std::string_view> kActuators[] = {{0x01, "led"}, {0x02, "relay"}};
-  for (const auto& [bit, type] : kActuators) {
-    if ((joined.actuators & bit) == 0) continue;
-    model::Capability capability;
-    capability.point = point_of(Kind::kActuator, type, "1");
-    capability.type_name = type;
-    capability.access = model::Access::kWrite;
-    capability.reports = false;
-    mote.declared.push_back(std::move(capability));
-  }
+  mote.joined = joined;
+  mote.mask.reset();
+  declare(joined.mote, mote);
+  events.mote = joined.mote;
+  events.joined = true;
   tell_join(joined.mote, mote, events);
+}
+
+void MoteCodec::declare(std::uint16_t address, Mote& mote) const {
+  mote.model = model_of(mote.joined->mote_type);
+  mote.declared.clear();
+  for (const MoteSensor& sensor : sensors_in_mask(mote.joined->transducers, calibration(address)))
+    mote.declared.push_back(capability_of(sensor));
+  for (const auto& [bit, type] : kActuators) {
+    if ((mote.joined->actuators & bit) != 0) mote.declared.push_back(actuator(type));
+  }
+}
+
+model::Capability MoteCodec::actuator(std::string_view type) const {
+  model::Capability capability;
+  capability.point = point_of(Kind::kActuator, type, "1");
+  capability.type_name = type;
+  capability.access = model::Access::kWrite;
+  capability.reports = options_.actuators_report;
+  return capability;
+}
+
+std::optional<model::Message> MoteCodec::know(std::uint16_t address, const model::Join& join) {
+  const auto [found, fresh] = motes_.try_emplace(address);
+  Mote& mote = found->second;
+  if (mote.joined || !mote.declared.empty()) return std::nullopt;
+  mote.model = join.model;
+  for (const model::Capability& known : join.capabilities) {
+    if (known.point.kind == Kind::kProperty) continue;
+    mote.declared.push_back(known.point.kind == Kind::kActuator ? actuator(known.type_name) : known);
+  }
+  if (fresh) return std::nullopt;
+  return join_of(address, mote);
+}
+
+void MoteCodec::reads(std::uint16_t mote, std::optional<std::uint16_t> mask) {
+  if (const auto found = motes_.find(mote); found != motes_.end()) found->second.mask = mask;
+}
+
+std::uint16_t MoteCodec::transducer_of(std::uint16_t mote, const model::PointId& point) const {
+  for (unsigned bit = 1; bit <= static_cast<unsigned>(Transducer::kRssi5); bit <<= 1U) {
+    for (const MoteSensor& sensor : sensors_of(static_cast<std::uint16_t>(bit), calibration(mote))) {
+      if (point_of(Kind::kSensor, sensor.type, sensor.instance) == point) return sensor.transducer;
+    }
+  }
+  return 0;
+}
+
+/// Of the two fields that the firmware fills, those that it reads.
+RawUpdates MoteCodec::updates_of(std::uint16_t address, const DemoReport& demo) const {
+  const auto mote = motes_.find(address);
+  const std::uint16_t mask = mote == motes_.end() ? kEverything : mote->second.mask.value_or(kEverything);
+  RawUpdates updates;
+  for (const auto& [transducer, word] :
+       {std::pair(Transducer::kLight, demo.light), std::pair(Transducer::kTemperature, demo.temperature)}) {
+    const auto id = static_cast<std::uint16_t>(transducer);
+    if ((mask & id) != 0) updates.readings.push_back({id, {word}});
+  }
+  return updates;
 }
 
 void MoteCodec::on_updates(std::uint16_t address, const RawUpdates& updates, MoteEvents& events) {
   bool grown = !motes_.contains(address);
   Mote& mote = motes_[address];
-  if (const auto celsius = celsius_in(updates, calibration_)) mote.celsius = celsius;
+  const Calibration& units = calibration(address);
+  events.reported = true;
+  if (const auto celsius = celsius_in(updates, units)) mote.celsius = celsius;
   model::Updates out;
   for (const RawReading& reading : updates.readings) {
-    for (const MoteSensor& sensor : sensors_of(reading.transducer, calibration_)) {
+    for (const MoteSensor& sensor : sensors_of(reading.transducer, units)) {
       if (sensor.word >= reading.words.size()) break;
       grown = show(mote, sensor) || grown;
-      auto value = convert(sensor, reading.words[sensor.word], calibration_, mote.celsius);
+      auto value = convert(sensor, reading.words[sensor.word], units, mote.celsius);
       if (value) out.readings.push_back({point_of(Kind::kSensor, sensor.type, sensor.instance), std::move(*value), {}});
     }
   }
@@ -159,6 +243,10 @@ void MoteCodec::heard(std::uint16_t address, MoteEvents& events) {
 }
 
 void MoteCodec::tell_join(std::uint16_t address, const Mote& mote, MoteEvents& events) const {
+  events.messages.push_back(join_of(address, mote));
+}
+
+model::Message MoteCodec::join_of(std::uint16_t address, const Mote& mote) const {
   model::Join join;
   join.device_type = "mote";
   join.model = mote.model;
@@ -166,7 +254,7 @@ void MoteCodec::tell_join(std::uint16_t address, const Mote& mote, MoteEvents& e
   for (const model::Capability& capability : mote.shown) {
     if (!has_point(join.capabilities, capability.point)) join.capabilities.push_back(capability);
   }
-  events.messages.push_back(message_of(address, std::move(join)));
+  return message_of(address, std::move(join));
 }
 
 bool MoteCodec::show(Mote& mote, const MoteSensor& sensor) const {

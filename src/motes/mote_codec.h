@@ -20,14 +20,31 @@ struct HeardAck {
   MoteAck ack;
 };
 
+/// The sender wants an acknowledgement (wsn.md 9.6).
+struct WantedAck {
+  std::uint16_t mote = 0;
+  std::uint8_t application = 0;
+  std::uint16_t sequence = 0;
+};
+
 /// What one packet says: messages for the host, and the protocol's own part.
 struct MoteEvents {
   std::vector<model::Message> messages;
+  std::optional<std::uint16_t> mote;  ///< of our island, that lives
+  bool joined = false;                ///< it was switched on, or told the sink so again
+  bool reported = false;              ///< it sends readings
   std::optional<HeardAck> ack;
-  /// The island the message was for, where that is not ours: the sink has another id, or the message is to be routed.
+  /// The island the message was for, where that is not ours: `messages` has it with its destination if it comes from a
+  /// mote of ours; else the sink has another id (wsn.md 9.1, 9.8).
   std::optional<std::uint16_t> foreign_island;
-  /// The sender wants an acknowledgement of this sequence number (wsn.md 9.6).
-  std::optional<std::uint16_t> wants_ack;
+  std::optional<WantedAck> wants_ack;
+};
+
+struct CodecOptions {
+  Calibration calibration{};
+  std::optional<std::uint16_t> island{};    ///< none (recordings): every message counts as ours
+  std::map<std::uint16_t, Board> boards{};  ///< of motes that are built otherwise than the calibration says
+  bool actuators_report = false;            ///< whether the motes tell what their actuators are at
 };
 
 /// Packets from a sink -> messages in the catalogue's words. Remembers what each mote showed, so that a sensor nobody
@@ -35,31 +52,49 @@ struct MoteEvents {
 /// address.
 class MoteCodec {
  public:
-  /// Without an island (recordings) every message counts as ours. The catalogue must outlive the codec.
-  MoteCodec(const TypeCatalogue& types, Calibration calibration, std::optional<std::uint16_t> island = std::nullopt);
+  /// The catalogue must outlive the codec.
+  MoteCodec(const TypeCatalogue& types, CodecOptions options);
 
   Result<MoteEvents> decode(ByteView packet);
 
+  /// What is remembered of a mote that did not join since (wsn.md 9.2: it may never do so again). If it was heard
+  /// meanwhile: its join, complete now.
+  std::optional<model::Message> know(std::uint16_t mote, const model::Join& join);
+  /// The mote reads these transducers only: what else its DEMO_DATA holds is old. nullopt = nobody knows.
+  void reads(std::uint16_t mote, std::optional<std::uint16_t> mask);
+  /// The transducer behind a sensor; 0 if there is none of that kind.
+  std::uint16_t transducer_of(std::uint16_t mote, const model::PointId& sensor) const;
+  /// Other boards and units from now on; the joins of all motes, as they are then.
+  std::vector<model::Message> change(CodecOptions options);
+
  private:
   struct Mote {
+    std::optional<Joined> joined;  ///< what it said of itself
     std::string model;
     std::vector<model::Capability> declared;
+    std::optional<std::uint16_t> mask;     ///< what it reads
     std::vector<model::Capability> shown;  ///< not declared, but read: they outlive a re-join
     std::optional<double> celsius;
   };
 
   void on_record(const NetMessage& message, const Record& record, MoteEvents& events);
+  void on_own_record(const NetMessage& message, const Record& record, MoteEvents& events);
   void on_joined(const Joined& joined, MoteEvents& events);
   void on_updates(std::uint16_t address, const RawUpdates& updates, MoteEvents& events);
+  RawUpdates updates_of(std::uint16_t address, const DemoReport& demo) const;
+  void declare(std::uint16_t address, Mote& mote) const;
+  model::Capability actuator(std::string_view type) const;
+  const Calibration& calibration(std::uint16_t mote) const;
   void heard(std::uint16_t address, MoteEvents& events);
   void tell_join(std::uint16_t address, const Mote& mote, MoteEvents& events) const;
+  model::Message join_of(std::uint16_t address, const Mote& mote) const;
   bool show(Mote& mote, const MoteSensor& sensor) const;
   model::Capability capability_of(const MoteSensor& sensor) const;
   model::PointId point_of(Kind kind, std::string_view type, std::string instance) const;
 
   const TypeCatalogue& types_;
-  Calibration calibration_;
-  std::optional<std::uint16_t> island_;
+  CodecOptions options_;
+  std::map<std::uint16_t, Calibration> exceptions_;  ///< by mote
   std::map<std::uint16_t, Mote> motes_;
 };
 

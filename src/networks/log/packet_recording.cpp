@@ -18,7 +18,7 @@ RecordTime time_of(std::chrono::milliseconds written) {
 
 PacketRecording::PacketRecording(const TypeCatalogue& types, motes::Calibration calibration, ReplayCounters& counters,
                                  Complaint complain)
-    : codec_(types, calibration), counters_(counters), complain_(std::move(complain)) {}
+    : codec_(types, {calibration}), counters_(counters), complain_(std::move(complain)) {}
 
 void PacketRecording::begin(std::string_view, std::vector<std::string>) {
   reader_ = PacketLogReader();
