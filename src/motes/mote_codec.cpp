@@ -192,6 +192,11 @@ void MoteCodec::reads(std::uint16_t mote, std::optional<std::uint16_t> mask) {
   if (const auto found = motes_.find(mote); found != motes_.end()) found->second.mask = mask;
 }
 
+bool MoteCodec::offers(std::uint16_t mote, const model::PointId& point) const {
+  const auto found = motes_.find(mote);
+  return found != motes_.end() && (has_point(found->second.declared, point) || has_point(found->second.shown, point));
+}
+
 std::uint16_t MoteCodec::transducer_of(std::uint16_t mote, const model::PointId& point) const {
   for (unsigned bit = 1; bit <= static_cast<unsigned>(Transducer::kRssi5); bit <<= 1U) {
     for (const MoteSensor& sensor : sensors_of(static_cast<std::uint16_t>(bit), calibration(mote))) {

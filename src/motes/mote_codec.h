@@ -62,6 +62,9 @@ class MoteCodec {
   std::optional<model::Message> know(std::uint16_t mote, const model::Join& join);
   /// The mote reads these transducers only: what else its DEMO_DATA holds is old. nullopt = nobody knows.
   void reads(std::uint16_t mote, std::optional<std::uint16_t> mask);
+  bool knows(std::uint16_t mote) const { return motes_.contains(mote); }
+  /// Whether the mote declared the point, or showed it.
+  bool offers(std::uint16_t mote, const model::PointId& point) const;
   /// The transducer behind a sensor; 0 if there is none of that kind.
   std::uint16_t transducer_of(std::uint16_t mote, const model::PointId& sensor) const;
   /// Other boards and units from now on; the joins of all motes, as they are then.

@@ -60,6 +60,8 @@ struct NetMessage {
 
 /// Longest packet that a length byte can announce (sf protocol, recorder).
 inline constexpr std::size_t kMaxPacket = 255;
+/// Longest AM payload a sink takes (wsn.md 12).
+inline constexpr std::size_t kMaxPayload = 114;
 /// Dispatch byte and AM header.
 inline constexpr std::size_t kAmOverhead = 8;
 
