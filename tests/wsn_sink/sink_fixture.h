@@ -32,8 +32,9 @@ inline Bytes set_island(std::uint16_t island) {
 
 /// A packet of 12 bytes that carries a number.
 inline Bytes numbered(std::uint16_t number) {
-  return {0,    0, 1, 0, 0, 4, 0, 0x1c, static_cast<std::uint8_t>(number >> 8), static_cast<std::uint8_t>(number & 0xff),
-          0x7e, 0};
+  return {
+      0,    0, 1, 0, 0, 4, 0, 0x1c, static_cast<std::uint8_t>(number >> 8), static_cast<std::uint8_t>(number & 0xff),
+      0x7e, 0};
 }
 
 inline std::uint16_t number_in(ByteView packet) {

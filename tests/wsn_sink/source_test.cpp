@@ -23,9 +23,9 @@ Error refused(std::string_view text) {
 
 TEST(SourceString, KnowsEveryPlatformOfTheOriginal) {
   const std::vector<std::pair<std::string, unsigned>> rows{
-      {"mica", 19200},    {"mica2", 57600},   {"mica2dot", 19200},    {"telos", 115200}, {"telosb", 115200},
-      {"tinynode", 115200}, {"tmote", 115200}, {"micaz", 57600},      {"eyesIFX", 57600}, {"intelmote2", 115200},
-      {"iris", 57600},    {"shimmer", 115200}, {"ucmini", 115200}};
+      {"mica", 19200},      {"mica2", 57600},    {"mica2dot", 19200}, {"telos", 115200},  {"telosb", 115200},
+      {"tinynode", 115200}, {"tmote", 115200},   {"micaz", 57600},    {"eyesIFX", 57600}, {"intelmote2", 115200},
+      {"iris", 57600},      {"shimmer", 115200}, {"ucmini", 115200}};
   for (const auto& [platform, baud] : rows) {
     const auto source = read("serial@/dev/ttyUSB0:" + platform);
     EXPECT_EQ(source.kind, Kind::kSerial);
