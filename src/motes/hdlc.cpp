@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <utility>
 
 namespace rubicon::motes {
 
@@ -36,6 +37,25 @@ constexpr CrcTables make_tables() {
 }
 
 constexpr CrcTables kTables = make_tables();
+
+/// Whether any of eight bytes is `wanted`.
+constexpr bool any_is(std::uint64_t eight, std::uint8_t wanted) {
+  constexpr std::uint64_t kOnes = 0x0101010101010101U, kTops = kOnes << 7U;
+  const std::uint64_t zero_where_wanted = eight ^ (kOnes * wanted);
+  return ((zero_where_wanted - kOnes) & ~zero_where_wanted & kTops) != 0;
+}
+
+/// How many bytes at the front are neither flag nor escape.
+std::size_t plain_bytes(ByteView bytes) {
+  std::size_t run = 0;
+  for (; run + sizeof(std::uint64_t) <= bytes.size(); run += sizeof(std::uint64_t)) {
+    std::uint64_t eight = 0;
+    std::memcpy(&eight, bytes.data() + run, sizeof eight);
+    if (any_is(eight, kFlag) || any_is(eight, kEscape)) break;
+  }
+  while (run < bytes.size() && bytes[run] != kFlag && bytes[run] != kEscape) ++run;
+  return run;
+}
 
 void put(Bytes& out, std::uint8_t byte) {
   if (byte == kFlag || byte == kEscape) {
@@ -95,8 +115,7 @@ std::optional<HdlcFrame> HdlcReader::next(ByteView& bytes) {
 /// What needs no second look is copied at once; the rest of the bytes.
 ByteView HdlcReader::plain_run(ByteView bytes) {
   const std::size_t most = std::min(bytes.size(), kLongest - size_);
-  std::size_t run = 0;
-  while (run < most && bytes[run] != kFlag && bytes[run] != kEscape) ++run;
+  const std::size_t run = plain_bytes(bytes.first(most));
   if (run > 0) std::memcpy(buffer_.data() + size_, bytes.data(), run);
   size_ += run;
   return bytes.subspan(run);
