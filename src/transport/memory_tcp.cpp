@@ -78,13 +78,14 @@ class MemoryListening final : public MemoryListener {
 
 class MemoryPort final : public TcpListener {
  public:
-  MemoryPort(std::unique_ptr<MemoryListener> listener, Endpoint local)
-      : listener_(std::move(listener)), local_(std::move(local)) {}
+  MemoryPort(std::unique_ptr<MemoryListener> listener, Endpoint local, std::shared_ptr<const TcpDeaf> failed)
+      : listener_(std::move(listener)), local_(std::move(local)), failed_(std::move(failed)) {}
   Endpoint local() const override { return local_; }
 
  private:
   std::unique_ptr<MemoryListener> listener_;
   Endpoint local_;
+  std::shared_ptr<const TcpDeaf> failed_;
 };
 
 MemoryTcp::MemoryTcp(Scheduler& scheduler) : scheduler_(scheduler) {}
@@ -92,7 +93,7 @@ MemoryTcp::~MemoryTcp() = default;
 
 std::unique_ptr<MemoryListener> MemoryTcp::listen(const Endpoint& at, Accept accept) {
   RUBICON_ASSERT(!listeners_.contains(at));
-  listeners_.emplace(at, Listening{std::move(accept), nullptr});
+  listeners_.emplace(at, Listening{std::move(accept), {}});
   return std::make_unique<MemoryListening>(*this, at);
 }
 
@@ -105,14 +106,17 @@ Result<std::unique_ptr<TcpListener>> MemoryTcp::listen(const std::string& host, 
   if (listeners_.contains(at))
     return fail(ErrorCode::kBusy, fmt::format("TCP {}: cannot listen: Address already in use", to_string(local)));
   auto listener = listen(at, std::move(accept));
-  listeners_[at].failed = std::move(failed);
-  return std::make_unique<MemoryPort>(std::move(listener), Endpoint{local.address, at.port});
+  auto deaf = std::make_shared<const TcpDeaf>(std::move(failed));
+  listeners_[at].failed = deaf;
+  return std::make_unique<MemoryPort>(std::move(listener), Endpoint{local.address, at.port}, std::move(deaf));
 }
 
 void MemoryTcp::deafen() {
-  for (auto& [at, listening] : std::exchange(listeners_, {})) {
-    scheduler_.post([at = at, failed = std::move(listening.failed)] {
-      if (failed) failed({ErrorCode::kIo, fmt::format("TCP {}: cannot accept connections: gone", to_string(at))});
+  for (const auto& [at, listening] : std::exchange(listeners_, {})) {
+    scheduler_.post([at = at, failed = listening.failed] {
+      const auto call = failed.lock();
+      if (call && *call)
+        (*call)({ErrorCode::kIo, fmt::format("TCP {}: cannot accept connections: gone", to_string(at))});
     });
   }
 }

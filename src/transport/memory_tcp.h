@@ -63,7 +63,7 @@ class MemoryTcp {
 
   struct Listening {
     Accept accept;
-    TcpDeaf failed;
+    std::weak_ptr<const TcpDeaf> failed;  ///< the listener is there
   };
 
   std::map<Endpoint, Listening>::const_iterator listener_for(const End& client) const;

@@ -235,5 +235,120 @@ TEST_P(Serial, WhatIsNoPathOfADeviceIsNotFound) {
 INSTANTIATE_TEST_SUITE_P(On, Serial, ::testing::Bool(),
                          [](const auto& machine) { return std::string(machine.param ? "TheMachine" : "Memory"); });
 
+TEST(MachineSerial, WhatIsNoSerialLineIsInvalidAndDoesNotBlock) {
+  Folder folder;
+  MachineWorld world;
+  const auto fifo = folder.path("fifo");
+  ASSERT_EQ(::mkfifo(fifo.c_str(), 0600), 0);
+  for (const auto& path : {fifo, folder.path(""), std::string("/dev/null")}) {
+    End program;
+    const auto refused = program.open(world.local, path);
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().code, ErrorCode::kInvalid);
+    EXPECT_EQ(refused.error().text, path + ": is no serial line");
+  }
+}
+
+TEST(MachineSerial, ALineIsRawAndAsFastAsAsked) {
+  Folder folder;
+  MachineWorld world;
+  End device, program;
+  const auto path = folder.path("sink");
+  ASSERT_TRUE(device.plug(world.local, path));
+  ASSERT_TRUE(program.open(world.local, path, 57600));
+  const int descriptor = ::open(path.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC);
+  ASSERT_GE(descriptor, 0) << "nobody is shut out of a pseudo-terminal for good";
+  termios settings{};
+  ASSERT_EQ(::tcgetattr(descriptor, &settings), 0);
+  ::close(descriptor);
+  EXPECT_EQ(::cfgetospeed(&settings), static_cast<speed_t>(B57600));
+  EXPECT_EQ(::cfgetispeed(&settings), static_cast<speed_t>(B57600));
+  EXPECT_EQ(settings.c_cflag & (CSIZE | PARENB | CSTOPB | CRTSCTS | CLOCAL | CREAD),
+            static_cast<tcflag_t>(CS8 | CLOCAL | CREAD));
+  EXPECT_EQ(settings.c_lflag & (ICANON | ECHO | ISIG), 0u);
+  EXPECT_EQ(settings.c_iflag & (IXON | IXOFF | ICRNL), 0u);
+  EXPECT_EQ(settings.c_oflag & OPOST, 0u);
+}
+
+TEST(MachineSerial, ADeviceThatNobodyListenedToForLongIsHeardOnceSomebodyOpensIt) {
+  Folder folder;
+  MachineWorld world;
+  End device, program;
+  ASSERT_TRUE(device.plug(world.local, folder.path("sink")));
+  ASSERT_TRUE(world.until([&] { return device.connected == 1; }));
+  const std::string block(1024, 'x');
+  while (device.stream->send(base::as_bytes(block)))
+    ;
+  ASSERT_TRUE(program.open(world.local, folder.path("sink")));
+  ASSERT_TRUE(world.until([&] { return device.stream->queued() == 0 && !program.heard.empty(); }));
+  program.heard.clear();
+  device.send("new");
+  EXPECT_TRUE(world.until([&] { return program.heard.ends_with("new"); }));
+}
+
+TEST(MachinePty, TheLinkIsThereAsLongAsTheDevice) {
+  namespace fs = std::filesystem;
+  Folder folder;
+  MachineWorld world;
+  const auto path = folder.path("sink");
+  End device, next;
+  ASSERT_TRUE(device.plug(world.local, path));
+  const auto first = fs::read_symlink(path).string();
+  EXPECT_TRUE(first.starts_with("/dev/pts/"));
+  ASSERT_TRUE(next.plug(world.local, path)) << "another pseudo-terminal's link is replaced";
+  EXPECT_NE(fs::read_symlink(path).string(), first);
+  device.stream.reset();
+  EXPECT_TRUE(fs::is_symlink(path)) << "it is not ours any more";
+  next.stream.reset();
+  EXPECT_FALSE(fs::is_symlink(path));
+}
+
+TEST(MachinePty, ALinkThatADeadMakerLeftIsReplacedAndNothingElseIs) {
+  namespace fs = std::filesystem;
+  Folder folder;
+  MachineWorld world;
+  End device;
+  fs::create_symlink("/dev/pts/987654", folder.path("left"));
+  EXPECT_TRUE(device.plug(world.local, folder.path("left")));
+  fs::create_symlink("/dev/null", folder.path("other"));
+  fs::create_directory(folder.path("directory"));
+  for (const auto* name : {"other", "directory"}) {
+    const auto refused = device.plug(world.local, folder.path(name));
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().code, ErrorCode::kDuplicate);
+    EXPECT_THAT(refused.error().text, HasSubstr(folder.path(name)));
+  }
+  EXPECT_EQ(fs::read_symlink(folder.path("other")).string(), "/dev/null");
+  EXPECT_EQ(device.plug(world.local, folder.path("no/such")).error().code, ErrorCode::kIo);
+  EXPECT_EQ(device.plug(world.local, "").error().code, ErrorCode::kInvalid);
+}
+
+TEST(MachineSerial, WithoutALoopThereAreNoLines) {
+  EXPECT_EQ(LocalTransports().open_serial({}, {}).error().code, ErrorCode::kUnsupported);
+  EXPECT_EQ(LocalTransports().make_pty("x", {}).error().code, ErrorCode::kUnsupported);
+  EXPECT_EQ(MemoryTransports().open_serial({}, {}).error().code, ErrorCode::kUnsupported);
+  EXPECT_EQ(MemoryTransports().make_pty("x", {}).error().code, ErrorCode::kUnsupported);
+}
+
+TEST(MemorySerial, ATestSeesHowALineWasOpenedAndCutsItsBytesIntoPieces) {
+  MemoryWorld world;
+  End device, program;
+  auto& lines = world.memory.serial();
+  device.stream = lines.plug("/dev/ttyUSB0", device.calls());
+  EXPECT_TRUE(lines.is_plugged("/dev/ttyUSB0"));
+  EXPECT_EQ(lines.opened("/dev/ttyUSB0"), nullptr);
+  std::vector<std::string> pieces;
+  auto calls = program.calls();
+  calls.received = [&](ByteView bytes) { pieces.emplace_back(base::as_text(bytes)); };
+  program.stream = std::move(world.memory.open_serial({"/dev/ttyUSB0", 57600}, std::move(calls))).value();
+  ASSERT_NE(lines.opened("/dev/ttyUSB0"), nullptr);
+  EXPECT_EQ(lines.opened("/dev/ttyUSB0")->baud, 57600u);
+  lines.segment = 2;
+  device.send("abcde");
+  world.time.run_for(1s);
+  EXPECT_THAT(pieces, ElementsAre("ab", "cd", "e"));
+  EXPECT_EQ(world.memory.make_pty("/dev/ttyUSB0", {}).error().code, ErrorCode::kDuplicate);
+}
+
 }  // namespace
 }  // namespace rubicon::transport

@@ -23,8 +23,7 @@ Result<std::unique_ptr<transport::ByteStream>> HostStream::open(const std::strin
   if (auto there = need_sockets(transports); !there) return fail(there.error());
   auto stream = std::make_unique<HostStream>(host, port, transports, std::move(calls));
   auto* const opened = stream.get();
-  opened->lookup_ =
-      transports.look_up(host, [opened](auto addresses) { opened->resolved(std::move(addresses)); });
+  opened->lookup_ = transports.look_up(host, [opened](auto addresses) { opened->resolved(std::move(addresses)); });
   return stream;
 }
 
@@ -74,7 +73,8 @@ void HostStream::lost(Error why) {
 }
 
 void HostStream::end(Error why) {
-  if (calls_.failed) calls_.failed({why.code, fmt::format("{}: {}", host_, why.text)});
+  if (why.text.find(host_) == why.text.npos) why.text = fmt::format("{}: {}", host_, why.text);
+  if (calls_.failed) calls_.failed(std::move(why));
 }
 
 Result<void> HostStream::send(ByteView bytes) {

@@ -41,8 +41,8 @@ Result<void> SendQueue::push(Outgoing packet) {
   auto& lane = lanes_.at(static_cast<std::size_t>(packet.lane));
   if (lane.packets.size() >= lane_size_) {
     lane.refused = true;
-    return fail(ErrorCode::kBusy, fmt::format("{} packets wait for the sink already ({})", lane.packets.size(),
-                                              to_string(packet.lane)));
+    return fail(ErrorCode::kBusy,
+                fmt::format("{} packets wait for the sink already ({})", lane.packets.size(), to_string(packet.lane)));
   }
   if (lane.packets.empty()) lane.passed = 0;
   watch(packet.expires);
@@ -93,6 +93,12 @@ std::optional<Outgoing> SendQueue::take() {
   return packet;
 }
 
+void SendQueue::put_back(Outgoing packet) {
+  watch(packet.expires);
+  auto& lane = lanes_.at(static_cast<std::size_t>(packet.lane));
+  lane.packets.push_front(std::move(packet));
+}
+
 void SendQueue::report(SentCall done, Sent what) {
   if (!done) return;
   scheduler_.post([done = std::move(done), what, alive = alive_] {
@@ -138,6 +144,12 @@ void SendQueue::expire() {
 
 std::size_t SendQueue::waiting(Lane lane) const {
   return lanes_.at(static_cast<std::size_t>(lane)).packets.size();
+}
+
+void SendQueue::count(std::map<std::string, std::uint64_t>& into) const {
+  into["expired"] = expired_;
+  for (std::size_t lane = 0; lane < kLanes; ++lane)
+    into[fmt::format("waiting-{}", to_string(static_cast<Lane>(lane)))] = lanes_.at(lane).packets.size();
 }
 
 }  // namespace rubicon::networks::wsn

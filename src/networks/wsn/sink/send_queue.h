@@ -37,11 +37,13 @@ class SendQueue {
   Result<void> push(Outgoing packet);
   /// The packet to send now; it is no longer here then.
   std::optional<Outgoing> take();
+  /// A packet that was taken and could not leave: it goes first in its lane again, whether there is room or not.
+  void put_back(Outgoing packet);
   /// Calls `done` in a later turn.
   void report(SentCall done, Sent what);
 
   std::size_t waiting(Lane lane) const;
-  std::uint64_t expired() const { return expired_; }
+  void count(std::map<std::string, std::uint64_t>& into) const;
 
  private:
   struct Waiting {

@@ -59,7 +59,7 @@ struct SinkCalls {
 struct SinkOptions {
   Source source;
   /// The first packet after each opening, before all others: its acknowledgement shows that the sink is there
-  /// (wsn.md 9.1). Empty = none.
+  /// (wsn.md 9.1). Empty = none: then a line is up when it is there, and a sink that answers nothing goes unnoticed.
   Bytes greeting;
   std::size_t lane_size = 128;  ///< packets that may wait in a lane
 };
@@ -71,7 +71,8 @@ class Sink {
   virtual ~Sink() = default;
   /// Begins to connect; success shows as phase kUp. Never blocks.
   virtual Result<void> open() = 0;
-  /// kBusy when the lane is full: `room` tells when it no longer is. kRefused by a recording.
+  /// kBusy when the lane is full: `room` tells when it no longer is. kRefused by a recording. Where it fails `done` is
+  /// not called. A packet of another size than Outgoing says is asserted.
   virtual Result<void> send(Outgoing packet) = 0;
   virtual const SinkState& state() const = 0;
   /// Counters by name (`[a-z-]+`).

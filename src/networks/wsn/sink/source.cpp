@@ -44,11 +44,13 @@ struct Part {
 
 /// Positions are told from 1 on.
 auto wrong(const Part& part, std::string_view expected) {
-  return fail(ErrorCode::kInvalid, fmt::format("source, position {}: \"{}\", expected {}", part.at + 1, part.text, expected));
+  return fail(ErrorCode::kInvalid,
+              fmt::format("source, position {}: \"{}\", expected {}", part.at + 1, part.text, expected));
 }
 
 auto not_offered(const Part& part, std::string_view instead) {
-  return fail(ErrorCode::kUnsupported, fmt::format("source, position {}: \"{}\" is not offered; {}", part.at + 1, part.text, instead));
+  return fail(ErrorCode::kUnsupported,
+              fmt::format("source, position {}: \"{}\" is not offered; {}", part.at + 1, part.text, instead));
 }
 
 Part trimmed(Part part) {
@@ -89,8 +91,7 @@ Result<unsigned> read_baud(const Part& part) {
 
 Result<Source> read_serial(const Part& rest) {
   const auto colon = rest.text.rfind(':');  // paths by bus have colons too
-  if (colon == rest.text.npos || colon == 0)
-    return wrong(rest, "DEVICE:BAUD, as in `serial@/dev/ttyUSB0:telosb`");
+  if (colon == rest.text.npos || colon == 0) return wrong(rest, "DEVICE:BAUD, as in `serial@/dev/ttyUSB0:telosb`");
   const auto baud = read_baud(rest.from(colon + 1));
   if (!baud) return fail(baud.error());
   Source source;
@@ -164,7 +165,8 @@ Result<Source> read_first(const Part& part) {
   if (is_simulator(part))
     return not_offered(part, "let the simulator offer its serial port over TCP and use `network@HOST:PORT`");
   if (scheme == "peis")
-    return not_offered(part, "let the proxy that has the sink share it (`share:` of its network) and use `sf@HOST:PORT`");
+    return not_offered(part,
+                       "let the proxy that has the sink share it (`share:` of its network) and use `sf@HOST:PORT`");
   if (scheme == "log") return not_offered(part, "to play a packet log use `file@PATH`, or a network of type `log`");
   if (scheme.empty() && part.text.find(',') != part.text.npos) return read_endpoint(part, Source::Kind::kStream, true);
   return wrong(part, kForms);
@@ -172,8 +174,7 @@ Result<Source> read_first(const Part& part) {
 
 Result<void> read_later(const Part& part, Source& source) {
   const auto [scheme, rest] = split(part);
-  if (scheme == "peis")
-    return not_offered(part, "`share:` of the network offers the sink to other programs");
+  if (scheme == "peis") return not_offered(part, "`share:` of the network offers the sink to other programs");
   if (scheme == "serial" || scheme == "network" || scheme == "sf" || is_simulator(part))
     return wrong(part, fmt::format("one source only, and {}", kRecords));
   if (scheme == "log") return wrong(part, kRecords);
