@@ -1,0 +1,185 @@
+#include "apps/rubicon-motes/world.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "base/assert.h"
+
+namespace rubicon::mote_simulator {
+
+namespace {
+
+constexpr Duration kReplugRetry = std::chrono::seconds(1);
+
+/// Independent dice from one seed (splitmix64).
+std::uint64_t mixed(std::uint64_t seed, std::uint64_t which) {
+  std::uint64_t z = seed + which * 0x9e3779b97f4a7c15ULL;
+  z = (z ^ (z >> 30U)) * 0xbf58476d1ce4e5b9ULL;
+  z = (z ^ (z >> 27U)) * 0x94d049bb133111ebULL;
+  return z ^ (z >> 31U);
+}
+
+RadioOptions seeded(RadioOptions options, std::uint64_t seed) {
+  options.seed = mixed(seed, 1);
+  return options;
+}
+
+}  // namespace
+
+void WorldOptions::add_motes(std::uint16_t at_sink, std::uint16_t first, std::uint16_t count, const MoteOptions& like) {
+  for (std::uint16_t i = 0; i < count; ++i) {
+    motes.push_back({like, at_sink});
+    motes.back().mote.address = static_cast<std::uint16_t>(first + i);
+  }
+}
+
+World::World(WorldOptions options, Scheduler& scheduler, std::vector<Step> script, EventLog::Call events)
+    : options_(std::move(options)),
+      scheduler_(scheduler),
+      log_(scheduler, std::move(events)),
+      radio_(seeded(options_.radio, options_.seed), scheduler),
+      script_(std::move(script)) {
+  make_sinks();
+  make_motes();
+  for (std::uint16_t number = 1; number <= sinks(); ++number) {
+    if (!options_.wait_for_computer) boot_motes(number);
+  }
+  begin_script();
+}
+
+World::~World() = default;
+
+void World::make_sinks() {
+  for (std::uint16_t number = 1; number <= options_.sinks; ++number) {
+    auto options = options_.sink;
+    options.number = number;
+    options.seed = mixed(options_.seed, 0x10000U + number);
+    auto place = std::make_unique<Place>();
+    place->sink = std::make_unique<SinkFirmware>(options, radio_, scheduler_, log_);
+    place->port = std::make_unique<SinkPort>(*place->sink, log_);
+    place->port->on_connected([this, number] {
+      if (options_.wait_for_computer) boot_motes(number);
+    });
+    places_.push_back(std::move(place));
+  }
+}
+
+void World::make_motes() {
+  for (const auto& [wanted, sink] : options_.motes) {
+    RUBICON_ASSERT(exists(sink));
+    auto options = wanted;
+    options.seed = mixed(options_.seed, (std::uint64_t{sink} << 32U) + options.address);
+    motes_.push_back({std::make_unique<MoteFirmware>(options, Radio::Cells{sink}, radio_, scheduler_, log_), sink, {}});
+  }
+}
+
+void World::boot_motes(std::uint16_t of_sink) {
+  if (std::exchange(places_[of_sink - 1U]->booted, true)) return;
+  auto delay = options_.first_boot;
+  for (auto& mote : motes_) {
+    if (mote.began_at != of_sink) continue;
+    mote.boots = scheduler_.after(delay, [firmware = mote.firmware.get()] { firmware->boot(); });
+    delay += options_.boot_spacing;
+  }
+}
+
+Result<void> World::open(std::uint16_t sink, SinkPort::Opener opener) {
+  return port(sink).open(std::move(opener));
+}
+
+std::vector<MoteFirmware*> World::motes(MotePattern pattern) {
+  std::vector<MoteFirmware*> found;
+  for (const auto& mote : motes_) {
+    const bool named = pattern.address == 0 || mote.firmware->address() == pattern.address;
+    if (named && (pattern.sink == 0 || mote.began_at == pattern.sink)) found.push_back(mote.firmware.get());
+  }
+  return found;
+}
+
+MoteFirmware& World::mote(std::uint16_t address, std::uint16_t began_at) {
+  const auto found = motes({address, began_at});
+  RUBICON_ASSERT(!found.empty());
+  return *found.front();
+}
+
+void World::unplug(std::uint16_t number, Duration span) {
+  if (!exists(number)) return;
+  auto& place = *places_[number - 1U];
+  if (log_) log_({{}, "unplugged", number, 0, std::nullopt, std::nullopt, {}});
+  place.sink->kill();
+  place.port->pull();
+  place.plugs_in = scheduler_.after(span, [this, number] { plug_in(number); });
+}
+
+void World::plug_in(std::uint16_t number) {
+  auto& place = *places_[number - 1U];
+  place.sink->reboot();
+  if (place.port->plug()) return;
+  place.plugs_in = scheduler_.after(kReplugRetry, [this, number] { plug_in(number); });
+}
+
+// --- The script.
+
+void World::begin_script() {
+  script_began_ = scheduler_.now();
+  next_step_ = 0;
+  next_step();
+}
+
+void World::next_step() {
+  while (next_step_ < script_.size()) {
+    const Step& step = script_[next_step_];
+    const auto due = script_began_ + step.at;
+    if (due > scheduler_.now()) {
+      script_timer_ = scheduler_.at(due, [this] { next_step(); });
+      return;
+    }
+    ++next_step_;
+    if (step.kind == Step::Kind::kRepeat) return begin_script();
+    take(step);
+  }
+}
+
+void World::take(const Step& step) {
+  using Kind = Step::Kind;
+  switch (step.kind) {
+    case Kind::kLoss: radio_.options().loss = step.to; return;
+    case Kind::kDuplicates: radio_.options().duplicates = step.to; return;
+    case Kind::kDelay: radio_.options().delay = step.span; return;
+    case Kind::kSinkReboot:
+      if (exists(step.sinks.front())) sink(step.sinks.front()).reboot();
+      return;
+    case Kind::kUnplug: unplug(step.sinks.front(), step.span); return;
+    case Kind::kRepeat: return;
+    default:
+      for (auto* mote : motes(step.motes)) take_mote_step(step, *mote);
+  }
+}
+
+void World::take_mote_step(const Step& step, MoteFirmware& mote) {
+  using Kind = Step::Kind;
+  using Shape = Signal::Shape;
+  const auto show = [&](Shape shape) {
+    mote.sensors().show(step.sensor, {shape, step.from, step.to, step.span, scheduler_.now()});
+  };
+  switch (step.kind) {
+    case Kind::kReboot: mote.boot(); return;
+    case Kind::kKill: mote.kill(); return;
+    case Kind::kStall: mote.stall(); return;
+    case Kind::kLossOf: radio_.set_loss(mote.node(), step.to); return;
+    case Kind::kSet: return show(Shape::kSet);
+    case Kind::kRamp: return show(Shape::kRamp);
+    case Kind::kSine: return show(Shape::kSine);
+    case Kind::kWalk: return show(Shape::kWalk);
+    case Kind::kCount: return show(Shape::kCount);
+    case Kind::kMove: {
+      auto cells = step.sinks;
+      std::erase_if(cells, [&](auto sink) { return !exists(sink); });
+      mote.move_to(std::move(cells));
+      return;
+    }
+    default: return;
+  }
+}
+
+}  // namespace rubicon::mote_simulator
