@@ -20,7 +20,9 @@ inline constexpr std::uint8_t kTransportSynaptic = 1;
 inline constexpr std::uint8_t kTransportConnectionless = 3;
 inline constexpr std::uint8_t kTransportAck = 9;
 inline constexpr std::uint8_t kApplicationMockup = 5;
+inline constexpr std::uint8_t kApplicationLearning = 6;
 inline constexpr std::uint8_t kApplicationControl = 10;
+inline constexpr std::uint8_t kApplicationSynaptic = 11;
 
 /// Serial AM header, 7 bytes behind the dispatch byte 00 (wsn.md 3). `length` is what was written there: the frame
 /// alone says how long the payload is.
