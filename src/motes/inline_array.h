@@ -36,6 +36,10 @@ class InlineArray {
   }
   const T& front() const { return (*this)[0]; }
   const T& back() const { return (*this)[size_ - 1]; }
+  T& back() {
+    RUBICON_ASSERT(size_ > 0);
+    return values_[size_ - 1U];
+  }
   const T* begin() const { return values_.data(); }
   const T* end() const { return values_.data() + size_; }
 

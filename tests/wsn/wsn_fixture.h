@@ -1,5 +1,6 @@
 #pragma once
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -28,8 +29,8 @@ class MoteNetwork : public ::testing::Test {
   MoteNetwork() { options["source"] = "network@127.0.0.1:19202"; }
 
   /// Motes from address 2 on at one sink. Before open().
-  void world(std::uint16_t motes, mote_simulator::MoteOptions like = {}) {
-    setup.add_motes(1, 2, motes, like);
+  void world(std::uint16_t count, mote_simulator::MoteOptions like = {}) {
+    setup.add_motes(1, 2, count, like);
     setup.wait_for_computer = true;
     make_world();
   }

@@ -1,5 +1,6 @@
 #include "networks/wsn/wsn_options.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
