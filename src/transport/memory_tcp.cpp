@@ -99,7 +99,7 @@ std::unique_ptr<MemoryListener> MemoryTcp::listen(const Endpoint& at, Accept acc
 
 Result<std::unique_ptr<TcpListener>> MemoryTcp::listen(const std::string& host, const Endpoint& local, Accept accept,
                                                        TcpDeaf failed) {
-  if (!is_numeric_address(local.address))
+  if (local.address.empty() || !is_numeric_address(local.address))
     return fail(ErrorCode::kInvalid, fmt::format("TCP: no address to listen on: {}", to_string(local)));
   Endpoint at{host, local.port == 0 ? ++last_port_ : local.port};
   while (local.port == 0 && listeners_.contains(at)) at.port = ++last_port_;

@@ -147,7 +147,7 @@ TEST_P(Listen, ATakenPortIsBusy) {
 }
 
 TEST_P(Listen, WhatIsNoAddressIsInvalid) {
-  for (const auto* address : {"localhost", "mote"}) {
+  for (const auto* address : {"localhost", ""}) {
     const auto refused = server.open(transports(), {address, 0});
     ASSERT_FALSE(refused) << address;
     EXPECT_EQ(refused.error().code, ErrorCode::kInvalid);
