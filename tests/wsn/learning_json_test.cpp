@@ -41,6 +41,17 @@ TEST(LearningJson, FloatsAreShownAsShortAsTheyCanBeRead) {
             R"({"record":"LearningOutput","type":25,"count":4,"floats":[0.1,-1.5,3e+38,1e-45]})");
 }
 
+TEST(LearningJson, TheLargestFloatsReadBack) {
+  Bytes largest = hex("19 02 ffff7fff ffff7f7f");
+  largest.resize(98);
+  const LearningMessage message{3, 6, largest};
+  const auto told = learning_json(message_to(motes::kBaseMote, message));
+  ASSERT_TRUE(told.has_value());
+  const auto again = learning_message(*told);
+  ASSERT_TRUE(again.has_value()) << again.error().text;
+  EXPECT_EQ(*again, message);
+}
+
 TEST(LearningJson, SynapticRecordsGoToTheirOwnApplication) {
   const auto message = learning_message(R"({"record": "SynData", "floats": [0.75]})");
   ASSERT_TRUE(message.has_value()) << message.error().text;

@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <cstdlib>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "motes/learning_records.h"
@@ -88,11 +90,13 @@ Result<motes::FieldValues> fields_of(const motes::LearningRecord& record, const 
   return fields;
 }
 
-/// The shortest decimal that reads back as the same float: 0.1, not 0.10000000149011612.
+/// The shortest decimal that reads back as the same float: 0.1, not 0.10000000149011612. That of the largest float is
+/// larger than any float.
 double shortest(double number) {
   const auto single = static_cast<float>(number);
   const double decimal = std::strtod(fmt::format("{}", single).c_str(), nullptr);
-  return static_cast<float>(decimal) == single ? decimal : number;
+  const bool fits = std::abs(decimal) <= std::numeric_limits<float>::max();
+  return fits && static_cast<float>(decimal) == single ? decimal : number;
 }
 
 Json json_of(const motes::RecordField& field, const std::vector<double>& numbers) {
