@@ -99,13 +99,21 @@ const RecordField* counted_by(const LearningRecord& record, const RecordField& f
   return found != record.fields.end() ? &*found : nullptr;
 }
 
-Result<void> check_names(const LearningRecord& record, const FieldValues& values) {
+/// A name from outside, fit for a line.
+std::string shown(std::string_view name) {
   constexpr std::size_t kShown = 40;
+  std::string text(name.substr(0, kShown));
+  std::ranges::replace_if(
+      text, [](char c) { return c < ' ' || c > '~'; }, '?');
+  return text;
+}
+
+Result<void> check_names(const LearningRecord& record, const FieldValues& values) {
   for (const auto& [name, numbers] : values) {
     if (record.find(name) != nullptr) continue;
     std::string known;
     for (const RecordField& field : record.fields) known += fmt::format("{}{}", known.empty() ? "" : ", ", field.name);
-    return unfit(ErrorCode::kInvalid, record, "no field \"{}\", expected {}", name.substr(0, kShown), known);
+    return unfit(ErrorCode::kInvalid, record, "no field \"{}\", expected {}", shown(name), known);
   }
   return {};
 }
@@ -248,7 +256,7 @@ const LearningRecord* learning_record_in(const NetMessage& message) {
 
 Result<Bytes> encode_learning(std::string_view name, const FieldValues& values) {
   const LearningRecord* record = find_learning_record(name);
-  if (record == nullptr) return fail(ErrorCode::kNotFound, fmt::format("no mote record \"{}\"", name.substr(0, 40)));
+  if (record == nullptr) return fail(ErrorCode::kNotFound, fmt::format("no mote record \"{}\"", shown(name)));
   if (auto known = check_names(*record, values); !known) return fail(known.error());
   Bytes out(record->size);
   for (const RecordField& field : record->fields) {
