@@ -330,8 +330,8 @@ TEST_F(SerialSinkTest, MayBeDestroyedInEachOfItsCalls) {
     if (call == 1) on_left = end;
     if (call == 2) on_room = end;
     if (call < 3) {
-      for (std::uint16_t i = 0; i < options.lane_size; ++i)
-        ASSERT_TRUE(send(static_cast<std::uint16_t>(call * 1000 + i)));
+      for (std::size_t i = 0; i < options.lane_size; ++i)
+        ASSERT_TRUE(send(static_cast<std::uint16_t>(static_cast<std::size_t>(call) * 1000 + i)));
       EXPECT_FALSE(send(9999));
     } else {
       Outgoing packet;
