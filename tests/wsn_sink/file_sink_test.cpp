@@ -125,7 +125,7 @@ TEST_F(FileSinkTest, SaysThatThereIsNoFile) {
 }
 
 TEST_F(FileSinkTest, GoesOnWhereReadingFailed) {
-  for (std::uint16_t i = 0; i < 1000; ++i) add(i * 10, i);
+  for (std::uint16_t i = 0; i < 1000; ++i) add(std::int64_t{i} * 10, i);
   reopens = false;
   play();
   transports.fail_at("/x.log", 10000);

@@ -57,6 +57,19 @@ TEST_F(WsnSendQueue, GivesALaneItsTurnAfterEightPacketsPassedItBy) {
   EXPECT_EQ(order, (std::vector<int>{0, 1, 2, 3, 4, 5, 6, 7, 200, 100, 8, 9}));
 }
 
+TEST_F(WsnSendQueue, LetsALaneWaitForItsNextTurnAsLong) {
+  ASSERT_TRUE(push(Lane::kSampling, 100));
+  ASSERT_TRUE(push(Lane::kSampling, 101));
+  std::vector<int> turns;
+  for (int i = 0; i < 20; ++i) {
+    if (queue->waiting(Lane::kCommand) == 0) {
+      ASSERT_TRUE(push(Lane::kCommand, 1)) << i;
+    }
+    if (take() >= 100) turns.push_back(i);
+  }
+  EXPECT_EQ(turns, (std::vector<int>{8, 17}));
+}
+
 TEST_F(WsnSendQueue, CountsThePassedOnlyWhileSomethingWaits) {
   for (std::uint8_t i = 0; i < 20; ++i) {
     ASSERT_TRUE(push(Lane::kCommand, i));

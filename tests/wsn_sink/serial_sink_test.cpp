@@ -300,6 +300,15 @@ TEST_F(SerialSinkTest, ExpiresWhatCouldNotLeaveInTime) {
 
 TEST_F(SerialSinkTest, AcksASinksPacketBeforeItIsDelivered) {
   connect();
+  on_received = [&] { sink.reset(); };
+  mote.say_raw(motes::hdlc_acked_packet(0x63, numbered(5)));
+  time.run_for(10ms);
+  EXPECT_EQ(sink, nullptr);
+  EXPECT_THAT(mote.acks, ElementsAre(0x63));
+}
+
+TEST_F(SerialSinkTest, AcksASinksPacketAtOnceThoughOneOfOursIsUnderWay) {
+  connect();
   mote.answers = false;
   ASSERT_TRUE(send(1));
   time.run_for(10ms);
@@ -307,7 +316,7 @@ TEST_F(SerialSinkTest, AcksASinksPacketBeforeItIsDelivered) {
   on_received = [&] { ASSERT_TRUE(send(2)); };
   mote.say_raw(motes::hdlc_acked_packet(0x63, numbered(5)));
   time.run_for(10ms);
-  EXPECT_EQ(base::to_hex(mote.raw), "7e43635a047e") << "at once, though a packet is under way";
+  EXPECT_EQ(base::to_hex(mote.raw), "7e43635a047e");
   EXPECT_THAT(received, ElementsAre(numbered(5)));
 }
 
@@ -321,8 +330,8 @@ TEST_F(SerialSinkTest, MayBeDestroyedInEachOfItsCalls) {
     if (call == 1) on_left = end;
     if (call == 2) on_room = end;
     if (call < 3) {
-      for (std::uint16_t i = 0; i < options.lane_size; ++i)
-        ASSERT_TRUE(send(static_cast<std::uint16_t>(call * 1000 + i)));
+      for (std::size_t i = 0; i < options.lane_size; ++i)
+        ASSERT_TRUE(send(static_cast<std::uint16_t>(static_cast<std::size_t>(call) * 1000 + i)));
       EXPECT_FALSE(send(9999));
     } else {
       Outgoing packet;

@@ -2,8 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -12,6 +15,7 @@
 #include "motes/hdlc.h"
 #include "motes/mote_packet.h"
 #include "networks/wsn/sink/serial_sink.h"
+#include "transport/memory_serial.h"
 #include "transport/memory_transports.h"
 
 namespace rubicon::networks::wsn {
@@ -51,16 +55,24 @@ class FakeSink {
     Bytes packet;
   };
 
-  FakeSink(Scheduler& scheduler, transport::MemoryNet& net, transport::Endpoint at) : scheduler_(scheduler) {
-    listener_ = net.tcp.listen(at, [this](auto stream) { return accept(std::move(stream)); });
+  explicit FakeSink(Scheduler& scheduler) : scheduler_(scheduler) {}
+
+  /// On a port, for one connection after the other.
+  void listen(transport::MemoryNet& net, const transport::Endpoint& at) {
+    listener_ = net.tcp.listen(at, [this](auto stream) {
+      ++connections;
+      stream_ = std::move(stream);
+      return begin();
+    });
   }
+  /// On a serial line; hang_up() unplugs.
+  void plug(transport::MemorySerial& serial, const std::string& path) { stream_ = serial.plug(path, begin()); }
 
   void say(ByteView packet) { say_raw(motes::hdlc_packet(packet)); }
   void say_raw(ByteView bytes) { ASSERT_TRUE(stream_ && stream_->send(bytes)); }
   void ack(std::uint8_t sequence) { say_raw(motes::hdlc_ack(sequence)); }
   void hang_up() { stream_.reset(); }
   bool connected() const { return stream_ != nullptr; }
-  transport::TcpStream& stream() { return *stream_; }
 
   Duration ack_delay = 50ms;
   bool answers = true;
@@ -72,12 +84,10 @@ class FakeSink {
   std::size_t connections = 0;
 
  private:
-  transport::TcpCalls accept(std::unique_ptr<transport::TcpStream> stream) {
-    ++connections;
-    stream_ = std::move(stream);
+  transport::StreamCalls begin() {
     reader_.reset();
     pending_.clear();
-    transport::TcpCalls calls;
+    transport::StreamCalls calls;
     calls.received = [this](ByteView bytes) { take(bytes); };
     calls.failed = [this](const Error&) { stream_.reset(); };
     return calls;
@@ -105,7 +115,7 @@ class FakeSink {
 
   Scheduler& scheduler_;
   std::unique_ptr<transport::MemoryListener> listener_;
-  std::unique_ptr<transport::TcpStream> stream_;
+  std::unique_ptr<transport::ByteStream> stream_;
   motes::HdlcReader reader_;
   std::map<int, Timer> pending_;  ///< acks to come
   int last_ = 0;
@@ -126,7 +136,7 @@ class SinkTold : public testing::Test {
     calls.changed = [this](const SinkState& state) { states.push_back(state); };
     calls.failed = [this](Error why) {
       failures.push_back(std::move(why));
-      if (reopens) reopening = time.after(reopen_pause, [this] { EXPECT_TRUE(sink->open()); });
+      if (reopens) reopen_later();
     };
     calls.received = [this](ByteView packet) {
       received.emplace_back(packet.begin(), packet.end());
@@ -145,6 +155,12 @@ class SinkTold : public testing::Test {
       notes.emplace_back(subject, std::string(text));
     };
     return calls;
+  }
+
+  void reopen_later() {
+    reopening = time.after(reopen_pause, [this] {
+      if (!sink->open()) reopen_later();
+    });
   }
 
   struct Wish {
@@ -196,7 +212,10 @@ class SinkTold : public testing::Test {
 /// A SerialSink on a stream of memory to a FakeSink.
 class SerialSinkFixture : public SinkTold {
  protected:
-  SerialSinkFixture() { options.source = parse_source("network@10.0.0.9:19202").value(); }
+  SerialSinkFixture() {
+    options.source = parse_source("network@10.0.0.9:19202").value();
+    mote.listen(net, {"10.0.0.9", 19202});
+  }
 
   void make(std::uint8_t first_sequence = 0x0e) {
     sink = std::make_unique<SerialSink>(options, time, transports, calls(), first_sequence);
@@ -219,7 +238,7 @@ class SerialSinkFixture : public SinkTold {
     return numbers;
   }
 
-  FakeSink mote{time, net, {"10.0.0.9", 19202}};
+  FakeSink mote{time};
 };
 
 }  // namespace rubicon::networks::wsn

@@ -56,14 +56,14 @@ void ForwarderSink::take(ByteView bytes) {
   }
 }
 
-/// False: this is gone.
+/// False: this is gone, or the line is.
 bool ForwarderSink::greeted() {
   greeting_time_.cancel();
   greeting_waits_ = !greeting_.empty();
   if (!voice_.state(Phase::kUp, {})) return false;
   const auto alive = alive_;
   pump();
-  return *alive;
+  return *alive && line_ != nullptr;
 }
 
 /// False: pump() is called again when it is time.

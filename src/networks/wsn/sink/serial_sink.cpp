@@ -23,8 +23,8 @@ SerialLink::Options link_options(const SinkOptions& options, std::uint8_t first_
 
 }  // namespace
 
-SerialSink::SerialSink(SinkOptions options, Scheduler& scheduler, transport::Transports& transports, SinkCalls calls,
-                       std::uint8_t first_sequence)
+SerialSink::SerialSink(const SinkOptions& options, Scheduler& scheduler, transport::Transports& transports,
+                       SinkCalls calls, std::uint8_t first_sequence)
     : source_(options.source),
       transports_(transports),
       voice_(std::move(calls)),

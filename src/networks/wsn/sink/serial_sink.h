@@ -12,7 +12,7 @@ namespace rubicon::networks::wsn {
 class SerialSink final : public Sink {
  public:
   /// `first_sequence`: of the first frame; any will do (wsn.md 2).
-  SerialSink(SinkOptions options, Scheduler& scheduler, transport::Transports& transports, SinkCalls calls,
+  SerialSink(const SinkOptions& options, Scheduler& scheduler, transport::Transports& transports, SinkCalls calls,
              std::uint8_t first_sequence);
   SerialSink(const SerialSink&) = delete;
   SerialSink& operator=(const SerialSink&) = delete;

@@ -29,8 +29,7 @@ std::unique_ptr<Sink> make_sink(SinkOptions options, Scheduler& scheduler, trans
     case Source::Kind::kSerial:
     case Source::Kind::kStream: break;
   }
-  return std::make_unique<SerialSink>(std::move(options), scheduler, transports, std::move(calls),
-                                      any_sequence(scheduler));
+  return std::make_unique<SerialSink>(options, scheduler, transports, std::move(calls), any_sequence(scheduler));
 }
 
 }  // namespace rubicon::networks::wsn
