@@ -76,13 +76,49 @@ class MemoryListening final : public MemoryListener {
   Endpoint at_;
 };
 
+class MemoryPort final : public TcpListener {
+ public:
+  MemoryPort(std::unique_ptr<MemoryListener> listener, Endpoint local, std::shared_ptr<const TcpDeaf> failed)
+      : listener_(std::move(listener)), local_(std::move(local)), failed_(std::move(failed)) {}
+  Endpoint local() const override { return local_; }
+
+ private:
+  std::unique_ptr<MemoryListener> listener_;
+  Endpoint local_;
+  std::shared_ptr<const TcpDeaf> failed_;
+};
+
 MemoryTcp::MemoryTcp(Scheduler& scheduler) : scheduler_(scheduler) {}
 MemoryTcp::~MemoryTcp() = default;
 
 std::unique_ptr<MemoryListener> MemoryTcp::listen(const Endpoint& at, Accept accept) {
   RUBICON_ASSERT(!listeners_.contains(at));
-  listeners_.emplace(at, std::move(accept));
+  listeners_.emplace(at, Listening{std::move(accept), {}});
   return std::make_unique<MemoryListening>(*this, at);
+}
+
+Result<std::unique_ptr<TcpListener>> MemoryTcp::listen(const std::string& host, const Endpoint& local, Accept accept,
+                                                       TcpDeaf failed) {
+  if (local.address.empty() || !is_numeric_address(local.address))
+    return fail(ErrorCode::kInvalid, fmt::format("TCP: no address to listen on: {}", to_string(local)));
+  Endpoint at{host, local.port == 0 ? ++last_port_ : local.port};
+  while (local.port == 0 && listeners_.contains(at)) at.port = ++last_port_;
+  if (listeners_.contains(at))
+    return fail(ErrorCode::kBusy, fmt::format("TCP {}: cannot listen: Address already in use", to_string(local)));
+  auto listener = listen(at, std::move(accept));
+  auto deaf = std::make_shared<const TcpDeaf>(std::move(failed));
+  listeners_[at].failed = deaf;
+  return std::make_unique<MemoryPort>(std::move(listener), Endpoint{local.address, at.port}, std::move(deaf));
+}
+
+void MemoryTcp::deafen() {
+  for (const auto& [at, listening] : std::exchange(listeners_, {})) {
+    scheduler_.post([at = at, failed = listening.failed] {
+      const auto call = failed.lock();
+      if (call && *call)
+        (*call)({ErrorCode::kIo, fmt::format("TCP {}: cannot accept connections: gone", to_string(at))});
+    });
+  }
 }
 
 void MemoryTcp::stall(bool stalled) {
@@ -140,10 +176,16 @@ void MemoryTcp::after_transit(std::function<void()> call) {
   });
 }
 
+std::map<Endpoint, MemoryTcp::Listening>::const_iterator MemoryTcp::listener_for(const End& client) const {
+  const auto found = listeners_.find(client.remote);
+  if (found != listeners_.end() || client.remote.address != "127.0.0.1") return found;
+  return listeners_.find({client.local.address, client.remote.port});
+}
+
 void MemoryTcp::reach(const EndPtr& client) {
   if (!client->alive || client->lost) return;
-  const auto listener = listeners_.find(client->remote);
-  if (listener != listeners_.end()) return accept(client, Accept(listener->second));
+  const auto listener = listener_for(*client);
+  if (listener != listeners_.end()) return accept(client, Accept(listener->second.accept));
   lose(client,
        {ErrorCode::kUnreachable, fmt::format("TCP {}: cannot connect: Connection refused", to_string(client->remote))});
 }

@@ -11,4 +11,7 @@ struct SerialOptions {
   unsigned baud = 115200;  ///< one that the system knows (termios)
 };
 
+/// termios knows it: 50 to 4000000.
+bool is_baud_rate(unsigned baud);
+
 }  // namespace rubicon::transport

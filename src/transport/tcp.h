@@ -41,6 +41,9 @@ class TcpStream : public ByteStream {
 /// Gets our end of a connection that somebody made, and says which calls it makes.
 using TcpAccept = std::function<TcpCalls(std::unique_ptr<TcpStream> stream)>;
 
+/// Nobody can connect any more (never told of what passes); the listener is to be destroyed.
+using TcpDeaf = std::function<void(Error)>;
+
 /// A port on which others connect, until this is destroyed; connections that were accepted live on.
 class TcpListener {
  public:

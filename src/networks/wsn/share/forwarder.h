@@ -12,15 +12,19 @@
 namespace rubicon::networks::wsn {
 
 struct ForwarderOptions {
-  transport::Endpoint listen{"127.0.0.1", 9002};      ///< the port of wsn.md 4.1, for this machine alone
-  bool may_configure = false;                         ///< clients may send Config packets, which change the island's id
-  std::size_t clients = 16;                           ///< more are hung up on
-  std::size_t client_bytes = std::size_t{64} * 1024;  ///< may wait for a slow client; then it is hung up on
-  Duration greeting_time = std::chrono::seconds(5);
+  transport::Endpoint listen{"127.0.0.1", 9002};  ///< the port of wsn.md 4.1, for this machine alone
+  bool may_configure = false;                     ///< clients may send Config packets, which change the island's id
+  std::size_t clients = 16;                       ///< more are hung up on
+  /// May wait for a slow client besides what the system holds for it; then it is hung up on. At most
+  /// ByteStream::kMaxQueued.
+  std::size_t client_bytes = std::size_t{64} * 1024;
+  Duration greeting_time = std::chrono::seconds(5);  ///< who has not greeted by then is hung up on
 
   friend bool operator==(const ForwarderOptions&, const ForwarderOptions&) = default;
 };
 
+/// Called in turns of the loop and from room(). The forwarder may be destroyed in `failed` only. All but `packet` may
+/// be empty.
 struct ForwarderCalls {
   /// A client's packet (8 to 122 bytes). False: there is no room for it now; the forwarder keeps it, stops reading from
   /// that client and offers it again after room().
@@ -33,6 +37,9 @@ struct ForwarderCalls {
 
 /// Shares a sink with other programs: a server of the serial-forwarder protocol (wsn.md 4.3). Clients stay when the
 /// sink is lost. Destroyed = all are hung up on.
+///
+/// A packet that `packet` takes never overtakes one that had to wait, and clients whose packets wait take turns. What a
+/// client said before it hung up still reaches the sink, and counts as a client until it has.
 class Forwarder {
  public:
   Forwarder(ForwarderOptions options, Scheduler& scheduler, transport::Transports& transports, ForwarderCalls calls);
@@ -42,14 +49,19 @@ class Forwarder {
 
   /// Listens; nothing if it does already. kBusy when the port is taken.
   Result<void> open();
-  /// A packet of the sink, to every client that has greeted.
+  /// A packet of the sink, to every client that has greeted. One that no length byte can announce (wsn.md 4.1: 1 to 255
+  /// bytes) is for nobody.
   void tell(ByteView packet);
   /// Packets are taken again.
   void room();
   /// The port the system chose; empty if it does not listen.
   transport::Endpoint local() const;
+  /// Who is connected, greeted or not.
   std::size_t clients() const;
-  /// Counters by name (`[a-z-]+`).
+  /// Counters by name (`[a-z-]+`): clients (connected now), clients-total, packets-to-clients, packets-from-clients
+  /// (that were taken), dropped-bad-packets, dropped-config, and of clients that were hung up on: dropped-slow-clients,
+  /// dropped-strangers (who do not speak the protocol), dropped-silent, refused-clients (too many). All of them, from
+  /// the start.
   std::map<std::string, std::uint64_t> counters() const;
 
  private:
