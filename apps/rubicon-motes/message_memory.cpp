@@ -6,34 +6,36 @@
 
 namespace rubicon::mote_simulator {
 
-void MessageMemory::clear() {
-  for (auto& buffer : buffers_) buffer.fill(0);
+MessageMemory::Room MessageMemory::room() {
+  Room room{};
+  const bool stale = std::uniform_real_distribution<>(0, 1)(dice_) < stale_;
+  if (!stale || last_.empty()) return room;
+  const auto from = static_cast<std::ptrdiff_t>(dice_() % last_.size());
+  const auto count = std::min<std::ptrdiff_t>(std::ssize(last_) - from, std::ssize(room));
+  std::copy_n(last_.begin() + from, count, room.end() - count);
+  std::copy_n(last_.begin(), std::ssize(room) - count, room.begin());
+  return room;
 }
 
-MessageMemory::Buffer& MessageMemory::buffer() {
-  auto& one = buffers_[dice_() % buffers_.size()];
-  if (std::uniform_real_distribution<>(0, 1)(dice_) >= stale_) one.fill(0);
-  return one;
-}
-
-Bytes MessageMemory::wrap(motes::NetMessage& message, const Buffer& buffer) {
-  message.record = buffer;
-  return motes::encode_net(message);
+Bytes MessageMemory::wrap(motes::NetMessage& message, const Room& room) {
+  message.record = room;
+  last_ = motes::encode_net(message);
+  return last_;
 }
 
 Bytes MessageMemory::build(motes::NetMessage message) {
   RUBICON_ASSERT(message.record.size() <= kRecordRoom);
-  auto& room = buffer();
-  std::copy(message.record.begin(), message.record.end(), room.begin());
-  return wrap(message, room);
+  auto into = room();
+  std::copy(message.record.begin(), message.record.end(), into.begin());
+  return wrap(message, into);
 }
 
 Bytes MessageMemory::build_ack(motes::NetMessage message) {
   RUBICON_ASSERT(message.record.size() < kRecordRoom);
-  auto& room = buffer();
-  const auto behind = std::copy(message.record.begin(), message.record.end(), room.begin());
+  auto into = room();
+  const auto behind = std::copy(message.record.begin(), message.record.end(), into.begin());
   *behind = static_cast<std::uint8_t>(0x60U + dice_() % 16U);
-  return wrap(message, room);
+  return wrap(message, into);
 }
 
 }  // namespace rubicon::mote_simulator

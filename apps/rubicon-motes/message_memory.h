@@ -14,28 +14,28 @@ inline constexpr std::size_t kNetHeader = 12;
 /// What stands in the nbytes field of all that a mote sends, whatever its length (wsn.md 5).
 inline constexpr std::uint8_t kFullCount = 0x66;
 
-/// The buffers in which a firmware builds its messages. They are used again and not always cleared, so that parts of
-/// older messages stand behind a record (wsn.md 5).
+/// Where a firmware builds its messages. The buffers are used again and not always cleared, so that parts of older
+/// messages stand behind a record (wsn.md 5).
 class MessageMemory {
  public:
-  /// `stale`: share of the messages that are built in a buffer as an older one left it; the others in a cleared one.
+  /// `stale`: share of the messages with parts of an older one behind the record; the others have zeros there.
   MessageMemory(double stale, std::uint64_t seed) : stale_(stale), dice_(seed) {}
 
-  /// 114 bytes: the message with its record in front of what the buffer holds.
+  /// 114 bytes: the message with its record in front of what memory holds.
   Bytes build(motes::NetMessage message);
-  /// The acknowledgement's buffer has one odd byte behind the record, in all recordings another.
+  /// The acknowledgement's buffer has one odd byte behind the record, in each recording another.
   Bytes build_ack(motes::NetMessage message);
-  void clear();
+  void clear() { last_.clear(); }
   std::mt19937_64& dice() { return dice_; }
 
  private:
-  using Buffer = std::array<std::uint8_t, kRecordRoom>;
-  Buffer& buffer();
-  Bytes wrap(motes::NetMessage& message, const Buffer& buffer);
+  using Room = std::array<std::uint8_t, kRecordRoom>;
+  Room room();
+  Bytes wrap(motes::NetMessage& message, const Room& room);
 
   double stale_;
   std::mt19937_64 dice_;
-  std::array<Buffer, 4> buffers_{};
+  Bytes last_;  ///< the message before
 };
 
 }  // namespace rubicon::mote_simulator

@@ -55,7 +55,7 @@ void Radio::occupy(std::uint64_t id, Flight& flight, SteadyTime ends) {
     if (!collides) flight.heard_in.push_back(number);
     if (const auto other = flights_.find(cell.flight); collides && other != flights_.end())
       std::erase(other->second.heard_in, number);
-    cell.began = now;
+    if (!collides) cell.began = now;
     cell.ends = std::max(cell.ends, ends);
     cell.flight = id;
   }

@@ -17,6 +17,7 @@ using motes::kSinkMote;
 using motes::NetMessage;
 
 constexpr Duration kLongestWork = 40ms;
+constexpr Duration kAfterAck = 1ms;
 /// True length of an acknowledgement, which the sink tells of its own ones only (wsn.md 5).
 constexpr std::uint8_t kAckCount = 6;
 constexpr std::size_t kJoinRequest = 6;
@@ -51,11 +52,12 @@ void SinkFirmware::kill() {
   memory_.clear();
   joining_.reset();
   frame_length_ = 0;
-  line_free_ = work_free_ = {};
+  line_free_ = work_free_ = executed_ = {};
   arriving_.clear();
   acks_.clear();
   work_.clear();
-  for (auto* timer : {&arrival_timer_, &ack_timer_, &work_timer_}) timer->cancel();
+  ready_.clear();
+  for (auto* timer : {&arrival_timer_, &ack_timer_, &work_timer_, &execution_timer_}) timer->cancel();
 }
 
 void SinkFirmware::reboot() {
@@ -90,7 +92,7 @@ void SinkFirmware::received(ByteView bytes) {
     auto frame = receiver_.take(byte);
     if (!frame) continue;
     const auto length = std::exchange(frame_length_, 0);
-    if (arriving_.size() < kMaxBacklog) arriving_.push_back({std::move(*frame), line_free_, length});
+    if (arriving_.size() < kMaxBacklog) arriving_.push_back({std::move(*frame), line_free_, length, {}, {}});
   }
   await_frames();
 }
@@ -113,16 +115,18 @@ void SinkFirmware::arrived() {
 void SinkFirmware::take(Arriving arrived) {
   const auto frame_time = SerialOutput::line_time(std::min<std::size_t>(arrived.length, 300), options_.baud);
   const auto works = std::min(std::chrono::duration_cast<Duration>(frame_time * options_.processing), kLongestWork);
-  if (arrived.frame.protocol == motes::kHdlcAckedPacket) acknowledge(arrived.frame.sequence, works);
+  if (arrived.frame.protocol == motes::kHdlcAckedPacket)
+    arrived.acknowledged = acknowledge(arrived.frame.sequence, works);
   if (watch_) watch_(true, arrived.frame.packet);
   if (work_.size() >= kSerialIn) return tell("overrun");
   work_free_ = std::max(work_free_, scheduler_.now()) + works;
   arrived.at = work_free_;
+  arrived.works = works;
   work_.push_back(std::move(arrived));
   await_work();
 }
 
-void SinkFirmware::acknowledge(std::uint8_t sequence, Duration worked) {
+SteadyTime SinkFirmware::acknowledge(std::uint8_t sequence, Duration worked) {
   const auto& told = options_.ack;
   auto delay = told.shortest;
   if (told.longest > told.shortest) {
@@ -130,10 +134,12 @@ void SinkFirmware::acknowledge(std::uint8_t sequence, Duration worked) {
     delay += std::chrono::duration_cast<Duration>((told.longest - told.shortest) * share);
     if (std::uniform_real_distribution<>(0, 1)(dice_) < told.odd_share) delay = told.odd;
   }
-  const auto at = scheduler_.now() + std::max(delay, worked);
-  if (acks_.size() >= SerialOutput::kAcks) return;
-  acks_.push_back({acks_.empty() ? at : std::max(at, acks_.back().at), sequence});
+  auto at = scheduler_.now() + std::max(delay, worked);
+  if (!acks_.empty()) at = std::max(at, acks_.back().at);
+  if (acks_.size() >= SerialOutput::kAcks) return at;
+  acks_.push_back({at, sequence});
   await_acks();
+  return at;
 }
 
 void SinkFirmware::await_acks() {
@@ -152,10 +158,22 @@ void SinkFirmware::await_work() {
 }
 
 void SinkFirmware::worked() {
-  const auto one = std::move(work_.front());
+  auto one = std::move(work_.front());
   work_.pop_front();
   await_work();
-  execute(one.frame.packet);
+  one.at = executed_ = std::max({one.at, one.acknowledged + kAfterAck, executed_ + one.works});
+  ready_.push_back(std::move(one));
+  await_execution();
+}
+
+void SinkFirmware::await_execution() {
+  if (execution_timer_.pending() || ready_.empty()) return;
+  execution_timer_ = scheduler_.at(ready_.front().at, [this] {
+    const auto one = std::move(ready_.front());
+    ready_.pop_front();
+    await_execution();
+    execute(one.frame.packet);
+  });
 }
 
 // --- From the computer.

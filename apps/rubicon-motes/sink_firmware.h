@@ -31,8 +31,9 @@ struct SinkOptions {
   /// A command is in the works for as long as the line took for so many frames like it, but at most 40 ms: of ten back
   /// to back four are executed, of four at once two, as measured (wsn.md 9.7, 10). 0 = it takes no time.
   double processing = 3.7;
-  /// Replies to joins are heard by all motes, as the firmware's bug needs it (wsn.md 9.2); else by the one alone.
-  bool reply_to_all = true;
+  /// Replies to joins are for all who hear them, so that each mote that has not joined answers with garbage (wsn.md
+  /// 9.2): of many that boot at once hardly one joins then. Else they are for the one address alone.
+  bool reply_to_all = false;
   bool readings = false;  ///< beyond the recordings: it has sensors and reports as device 1 when told to
   double stale = 0.25;    ///< MessageMemory
   std::uint64_t seed = 1;
@@ -75,7 +76,9 @@ class SinkFirmware final : public RadioNode {
   struct Arriving {
     SerialFrame frame;
     SteadyTime at{};
-    std::size_t length = 0;  ///< on the line
+    std::size_t length = 0;     ///< on the line
+    Duration works{};           ///< how long it keeps a buffer
+    SteadyTime acknowledged{};  ///< executed after that, as in all recordings
   };
   struct Ack {
     SteadyTime at{};
@@ -88,10 +91,11 @@ class SinkFirmware final : public RadioNode {
   void await_frames();
   void arrived();
   void take(Arriving arrived);
-  void acknowledge(std::uint8_t sequence, Duration worked);
+  SteadyTime acknowledge(std::uint8_t sequence, Duration worked);
   void await_acks();
   void await_work();
   void worked();
+  void await_execution();
   void execute(const Bytes& packet);
   void on_config(ByteView payload);
   void on_serial_message(ByteView payload);
@@ -123,11 +127,12 @@ class SinkFirmware final : public RadioNode {
   std::uint16_t island_;
   std::optional<Joining> joining_;  ///< it remembers one only (wsn.md 9.2)
   std::size_t frame_length_ = 0;
-  SteadyTime line_free_{}, work_free_{};
+  SteadyTime line_free_{}, work_free_{}, executed_{};
   std::deque<Arriving> arriving_;
   std::deque<Ack> acks_;
-  std::deque<Arriving> work_;  ///< `at`: when it is done
-  Timer arrival_timer_, ack_timer_, work_timer_;
+  std::deque<Arriving> work_;   ///< `at`: when its buffer is free again
+  std::deque<Arriving> ready_;  ///< `at`: when it is executed
+  Timer arrival_timer_, ack_timer_, work_timer_, execution_timer_;
 };
 
 }  // namespace rubicon::mote_simulator
