@@ -322,6 +322,31 @@ TEST_F(MoteNetwork, TheAnswerOfAMoteToAnotherIslandIsRoutedThere) {
   EXPECT_EQ(routed->source.device, "2");
 }
 
+TEST_F(MoteNetwork, WhatMotesSayToTheIslandGoesToTheComponentThatIsNamed) {
+  options["messages-to"] = 70001;
+  world(1, em1000());
+  open();
+  run(5s);
+  const auto frame = base::from_hex("00ffff000072001c002afffd002a000200000066030619020000403f0000c0bf").value();
+  motes->port(1).pull();
+  run(1s);
+  std::unique_ptr<transport::TcpStream> sink;
+  const auto listener = host.net.tcp.listen({"127.0.0.1", 19202}, [&](auto stream) {
+    sink = std::move(stream);
+    return transport::TcpCalls{};
+  });
+  run(2s);
+  ASSERT_TRUE(sink);
+  ASSERT_TRUE(sink->send(motes::hdlc_packet(frame)));
+  run(1s);
+  const auto said = std::find_if(host.delivered.begin(), host.delivered.end(),
+                                 [](const auto& message) { return message.kind() == MessageKind::kOpaque; });
+  ASSERT_NE(said, host.delivered.end());
+  EXPECT_EQ(said->destination.island, OwnerId{70001});
+  EXPECT_EQ(said->source.device, "2");
+  EXPECT_EQ(std::get<model::Opaque>(said->body).type, "mote/3/6/25");
+}
+
 TEST_F(MoteNetwork, OptionsThatLeaveTheLineAloneChangeWithoutIt) {
   world(1, em1000());
   open();

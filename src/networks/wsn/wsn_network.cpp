@@ -232,6 +232,8 @@ void WsnNetwork::take(motes::MoteEvents& events) {
 void WsnNetwork::deliver(model::Message message) {
   if (auto* join = std::get_if<model::Join>(&message.body)) complete(message.source.device, *join);
   if (const auto* updates = std::get_if<model::Updates>(&message.body)) readings_ += updates->readings.size();
+  if (message.kind() == MessageKind::kOpaque && message.destination.island == model::kNobody)
+    message.destination.island = options_.messages_to;
   host_.deliver(std::move(message));
 }
 

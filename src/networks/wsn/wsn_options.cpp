@@ -115,6 +115,7 @@ WsnOptions read_wsn_options(const network::NetworkConfig& config) {
   out.island_check = options.duration_or_never("island-check", out.island_check);
   if (out.island_check && *out.island_check < std::chrono::seconds(1))
     options.error("island-check", "expected at least 1s, or never");
+  out.messages_to = OwnerId(static_cast<std::uint32_t>(options.integer("messages-to", 0, 0, UINT32_MAX)));
   out.share = read_share(options, out.source);
   return out;
 }
