@@ -26,8 +26,8 @@ struct Layout {
   Bytes bytes;
 };
 
-/// A record of each layout of wsn.md 7.2, the bytes put together by hand.
-std::vector<Layout> layouts() {
+/// Without the records of matrices and outputs, and those around a record.
+std::vector<Layout> command_layouts() {
   return {
       {"Command", 0x0b, {{"command", {8}}, {"counter", {258}}, {"delay", {1000}}}, hex("08 0102 03e8")},
       {"SerialData",
@@ -59,6 +59,18 @@ std::vector<Layout> layouts() {
         {"params", {-2}},
         {"seq", {0x1234}}},
        padded("09 000b 0002 000c 0003 012c 012d 02 0001 0102", 16, "01 0004") + padded("", 18, "fe 1234")},
+  };
+}
+
+/// So many numbers, all zero but some.
+std::vector<double> mostly_zero(std::size_t count, const std::map<std::size_t, double>& others) {
+  std::vector<double> numbers(count);
+  for (const auto& [at, number] : others) numbers[at] = number;
+  return numbers;
+}
+
+std::vector<Layout> other_layouts() {
+  return {
       {"LearningModuleCmd",
        0x14,
        {{"type", {12}},
@@ -67,13 +79,7 @@ std::vector<Layout> layouts() {
         {"rows", {2}},
         {"cols", {3}},
         {"size", {6}},
-        {"weights",
-         [] {
-           std::vector<double> weights(92);
-           weights[0] = 0x12;
-           weights[91] = 255;
-           return weights;
-         }()}},
+        {"weights", mostly_zero(92, {{0, 0x12}, {91, 255}})}},
        padded("0c 012c 0007 02 03 06 12", 90, "ff")},
       {"LearningModuleFloatCmd",
        0x15,
@@ -83,25 +89,11 @@ std::vector<Layout> layouts() {
         {"rows", {1}},
         {"cols", {1}},
         {"size", {4}},
-        {"floats",
-         [] {
-           std::vector<double> floats(23);
-           floats[0] = 1;
-           floats[22] = -1.5;
-           return floats;
-         }()}},
+        {"floats", mostly_zero(23, {{0, 1}, {22, -1.5}})}},
        padded("16 0001 0002 01 01 04 0000803f", 84, "0000c0bf")},
       {"LearningModuleDown",
        0x18,
-       {{"type", {24}},
-        {"netId", {300}},
-        {"size", {23}},
-        {"floats",
-         [] {
-           std::vector<double> floats(23);
-           floats[1] = 0.75;
-           return floats;
-         }()}},
+       {{"type", {24}}, {"netId", {300}}, {"size", {23}}, {"floats", mostly_zero(23, {{1, 0.75}})}},
        padded("18 012c 17 00000000 0000403f", 84, "")},
       {"LearningOutput",
        0x19,
@@ -134,6 +126,13 @@ std::vector<Layout> layouts() {
         {"period", {1000}}},
        hex("000b 0002 000b fffd 00 1234 07 03 05 01 0043 03e8")},
   };
+}
+
+/// A record of each layout of wsn.md 7.2, the bytes put together by hand.
+std::vector<Layout> layouts() {
+  auto all = command_layouts();
+  for (auto& layout : other_layouts()) all.push_back(std::move(layout));
+  return all;
 }
 
 TEST(LearningRecords, EveryLayoutHasTheBytesComputedByHand) {
