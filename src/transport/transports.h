@@ -50,8 +50,9 @@ class Transports {
   /// numeric, kIo if the system gives no socket. By default there are none: kUnsupported.
   virtual Result<std::unique_ptr<TcpStream>> open_tcp(const TcpOptions& options, TcpCalls calls);
   /// Listens on a numeric address and a port; port 0 = any free one. Connections are accepted from then on; a system
-  /// that has no room for one (descriptors) leaves it waiting. kBusy if the port is taken, kInvalid if the address is
-  /// not numeric, else kIo. By default there are none: kUnsupported.
+  /// that has no room for one (descriptors) leaves it waiting. `failed` is called, in a later turn, when the port is
+  /// lost. kBusy if the port is taken, kInvalid if the address is not numeric, else kIo. By default there are none:
+  /// kUnsupported.
   virtual Result<std::unique_ptr<TcpListener>> listen_tcp(const Endpoint& local, TcpAccept accept,
                                                           TcpDeaf failed = nullptr);
   /// A serial line, for us alone. `connected` is called in a later turn. kNotFound if there is no such device, kBusy if
@@ -60,8 +61,9 @@ class Transports {
   virtual Result<std::unique_ptr<ByteStream>> open_serial(const SerialOptions& options, StreamCalls calls);
   /// Our end of a new pseudo-terminal, whose other end others open as a serial line under `link` (a symbolic link that
   /// is made here and removed with the stream; another pseudo-terminal's is replaced). Who opens and closes the other
-  /// end goes unnoticed; what is sent while nobody has it open may be lost. kDuplicate if something else is called
-  /// `link`, else kIo. By default there are none: kUnsupported.
+  /// end goes unnoticed; what is sent while nobody has it open may be lost. `connected` is called in a later turn.
+  /// kDuplicate if something else is called `link`, kInvalid for what is no path, else kIo. By default there are none:
+  /// kUnsupported.
   virtual Result<std::unique_ptr<ByteStream>> make_pty(const std::string& link, StreamCalls calls);
   /// Asks for the addresses of a host, IPv4 ones first, never empty. `done` is called once, in a later turn;
   /// kUnreachable if there are none. Destroying the answer ends the wait, and `done` is not called.

@@ -9,7 +9,6 @@
 #include <memory>
 #include <vector>
 
-#include "transport/poll_loop.h"
 #include "transport/worlds.h"
 
 namespace rubicon::transport {
