@@ -111,11 +111,12 @@ Result<void> complete(Arguments& a) {
 struct Outputs {
   std::unique_ptr<transport::AppendFile> events, record;
   std::unique_ptr<motes::PacketLogWriter> packets;
-  bool print = false, lost = false;
+  bool print = false, live = true, lost = false;
 
   void event(const Event& event) {
     const auto line = to_json(event) + "\n";
     if (print) std::fputs(line.c_str(), stdout);
+    if (print && live) std::fflush(stdout);
     if (events) keep(events->append(base::as_bytes(line)));
   }
   void keep(const Result<void>& written) {
@@ -125,6 +126,7 @@ struct Outputs {
 
 Result<void> open_outputs(const Arguments& a, transport::Transports& transports, Outputs& out) {
   out.print = a.events == "-";
+  out.live = !a.fast;
   if (!a.events.empty() && !out.print) {
     auto file = transports.open_append(a.events);
     if (!file) return fail(file.error());

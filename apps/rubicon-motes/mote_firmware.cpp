@@ -87,6 +87,7 @@ void MoteFirmware::kill() {
 void MoteFirmware::request_join() {
   if (joined_ || requests_ == kJoinRequests) return;
   ++requests_;
+  replied_ = false;
   join_sequence_ = transmitter_.random().next();
   base::ByteWriter request;
   request.u16_be(join_sequence_).u8(options_.type).u16_be(options_.board.declared).u8(options_.actuators);
@@ -103,13 +104,14 @@ bool MoteFirmware::hear(const AirMessage& message) {
 
 /// Its known bug: the reply to somebody else is answered as well, with what stands in memory (wsn.md 9.2).
 void MoteFirmware::on_join_reply(ByteView payload) {
-  if (joined_ || payload.size() != kJoinReply) return;
+  if (joined_ || replied_ || payload.size() != kJoinReply) return;
   base::ByteReader reader(payload);
   const auto island = reader.u16_be();
   reader.skip(6);
   const auto sequence = reader.u16_be();
   if (sequence == join_sequence_) {
     island_ = island;
+    replied_ = true;  // the first one wins (wsn.md 9.9)
     return acknowledge_join(sequence);
   }
   Bytes garbage(kAckJoin);

@@ -79,7 +79,7 @@ class MoteFirmware final : public RadioNode {
   Sensors sensors_;
   MessageMemory memory_;
   Mockup mockup_;
-  bool on_ = false, joined_ = false;
+  bool on_ = false, joined_ = false, replied_ = false;
   std::uint16_t island_ = 0, join_sequence_ = 0;
   unsigned requests_ = 0;
   std::uint64_t life_ = 0;

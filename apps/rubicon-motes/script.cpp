@@ -38,6 +38,7 @@ struct Form {
 };
 constexpr Form kForms[] = {
     {Step::Kind::kReboot, "at SPAN reboot MOTE"},
+    {Step::Kind::kReboot, "at SPAN reboot MOTE over SPAN"},
     {Step::Kind::kKill, "at SPAN kill MOTE"},
     {Step::Kind::kMove, "at SPAN move MOTE to SINKS"},
     {Step::Kind::kStall, "at SPAN stall MOTE"},

@@ -21,6 +21,7 @@ struct MotePattern {
 /// One line of a script; `at` counts from the start of the world, or of the round after a `repeat`.
 ///
 ///     at 2s  reboot 7                          mote 7 (or 7@2, or all) is switched off and on
+///     at 2s  reboot all over 4s               one after the other
 ///     at 3s  kill 7                            its battery is empty; `reboot` brings a new one
 ///     at 4s  move 7 to 2                       it hears sink 2 alone; `to 1,2` both, `to none` nobody
 ///     at 5s  stall 7                           its transmit queue stops for ever

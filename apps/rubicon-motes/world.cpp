@@ -151,8 +151,27 @@ void World::take(const Step& step) {
       return;
     case Kind::kUnplug: unplug(step.sinks.front(), step.span); return;
     case Kind::kRepeat: return;
+    case Kind::kReboot: return reboot(step);
     default:
       for (auto* mote : motes(step.motes)) take_mote_step(step, *mote);
+  }
+}
+
+void World::reboot(const Step& step) {
+  const auto which = motes(step.motes);
+  if (which.empty()) return;
+  const auto apart = step.span / static_cast<int>(which.size());
+  auto delay = Duration{};
+  for (auto& mote : motes_) {
+    auto* const firmware = mote.firmware.get();
+    if (std::find(which.begin(), which.end(), firmware) == which.end()) continue;
+    mote.boots.cancel();
+    if (delay == Duration{}) {
+      firmware->boot();
+    } else {
+      mote.boots = scheduler_.after(delay, [firmware] { firmware->boot(); });
+    }
+    delay += apart;
   }
 }
 
@@ -163,7 +182,6 @@ void World::take_mote_step(const Step& step, MoteFirmware& mote) {
     mote.sensors().show(step.sensor, {shape, step.from, step.to, step.span, scheduler_.now()});
   };
   switch (step.kind) {
-    case Kind::kReboot: mote.boot(); return;
     case Kind::kKill: mote.kill(); return;
     case Kind::kStall: mote.stall(); return;
     case Kind::kLossOf: radio_.set_loss(mote.node(), step.to); return;

@@ -80,6 +80,7 @@ class World {
   void plug_in(std::uint16_t sink);
   void begin_script();
   void next_step();
+  void reboot(const Step& step);
   void take_mote_step(const Step& step, MoteFirmware& mote);
   bool exists(std::uint16_t sink) const { return sink >= 1 && sink <= places_.size(); }
 

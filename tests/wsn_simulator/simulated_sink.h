@@ -38,14 +38,14 @@ class SimulatedSink : public ::testing::Test {
     options.sink.ack = {50ms, 50ms, 50ms, 0};
     return options;
   }
-  void make(WorldOptions options, std::string_view script = "") {
+  void make(WorldOptions options, std::string_view script = "", bool listen = true) {
     auto steps = parse_script(script);
     ASSERT_TRUE(steps) << steps.error().text;
     world = std::make_unique<World>(std::move(options), time, *steps, [this](const Event& event) {
       events.push_back(event);
       lines.push_back(to_json(event));
     });
-    world->sink(1).connect([this](ByteView bytes) { take(bytes); });
+    if (listen) world->sink(1).connect([this](ByteView bytes) { take(bytes); });
   }
   void joined(WorldOptions options = plain()) {
     make(std::move(options));
