@@ -106,7 +106,7 @@ void add_send(Cli& cli) {
                                       "  rubicon send 70001 --type chat 'come to the kitchen'\n"
                                       "  rubicon send 6541 --type image --file map.png\n"
                                       "  date | rubicon send robot --type clock -\n"
-                                      "  rubicon send 6541 --device 7 --type mote/3/6/17 --hex 1101012cbeef\n"},
+                                      "  rubicon send 6541 --device 7 --type mote/3/6/1 --hex 01012cbeef\n"},
                                      [options](Session& session) { return send(session, *options); });
   app->add_option("COMPONENT", options->to, "id or name of an island or another component")->required();
   auto* text = app->add_option("TEXT", options->text, "the message; - = standard input");

@@ -34,8 +34,9 @@ class DiskAndMemory final : public transport::Transports {
     return memory_.open_tcp(options, std::move(calls));
   }
   Result<std::unique_ptr<transport::TcpListener>> listen_tcp(const transport::Endpoint& local,
-                                                             transport::TcpAccept accept) override {
-    return memory_.listen_tcp(local, std::move(accept));
+                                                             transport::TcpAccept accept,
+                                                             transport::TcpDeaf deaf) override {
+    return memory_.listen_tcp(local, std::move(accept), std::move(deaf));
   }
   Result<std::unique_ptr<transport::ByteStream>> open_serial(const transport::SerialOptions& options,
                                                              transport::StreamCalls calls) override {
