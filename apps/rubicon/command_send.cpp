@@ -6,6 +6,7 @@
 
 #include "apps/rubicon/cli.h"
 #include "apps/rubicon/tuple_text.h"
+#include "base/bytes.h"
 
 namespace rubicon::cli {
 
