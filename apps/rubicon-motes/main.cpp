@@ -94,6 +94,7 @@ Result<void> complete(Arguments& a) {
                 fmt::format("--board {}: expected STANDARD, EM1000, SE1000 or four hex digits", a.board));
   a.world.boot_spacing = *spacing;
   a.world.radio.delay = *delay;
+  if (a.world.wait_for_computer) a.world.first_boot = std::chrono::seconds(1);  // it sets the island first
   a.mote.board = *board;
   const unsigned last = a.first + a.motes * (a.same_ids ? 1U : a.world.sinks);
   if (last > motes::kBaseMote - 1U)

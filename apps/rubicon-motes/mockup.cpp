@@ -11,7 +11,6 @@ namespace {
 constexpr std::uint8_t kPeriodic = 1;
 constexpr std::uint8_t kActuate = 2;
 constexpr std::uint8_t kDemoData = 34;
-constexpr std::uint8_t kUpdates = 35;
 constexpr std::uint8_t kReadUpdates = 36;
 constexpr std::uint16_t kLight = 0x0001;
 constexpr std::uint16_t kTemperature = 0x0002;
@@ -51,8 +50,7 @@ bool Mockup::take_mockup(const motes::NetMessage& message) {
   switch (message.record[0]) {
     case kPeriodic: periodic(message); return true;
     case kReadUpdates:  // one reading, period and mask ignored, no report (wsn.md 9.4)
-      mask_ |= kLight | kTemperature;
-      read();
+      read(kLight | kTemperature);
       return true;
     case kActuate:
       if (options_.obey) actuate(message.record);
@@ -81,7 +79,7 @@ void Mockup::later(Timer& timer, SteadyTime& due, Duration period, void (Mockup:
 void Mockup::tick() {
   later(timer_, due_, period_, &Mockup::tick);
   if (read_ || mask_ == 0) report();
-  read();
+  read(mask_);
 }
 
 void Mockup::flood_tick() {
@@ -90,7 +88,7 @@ void Mockup::flood_tick() {
   if ((mask_ & kLight) != 0) sensors_.skip(kLightSensor, readings);
   if ((mask_ & kTemperature) != 0) sensors_.skip(kTemperatureSensor, readings);
   for (unsigned i = 0; i < readings; ++i) random_.next();  // of messages for which there is no room
-  read();
+  read(mask_);
   report();
 }
 
@@ -101,10 +99,10 @@ std::uint16_t Mockup::reading(std::size_t sensor) {
   return static_cast<std::uint16_t>(lit ? count + kLedLight : count);
 }
 
-void Mockup::read() {
-  read_ = read_ || mask_ != 0;
-  if ((mask_ & kLight) != 0) light_ = reading(kLightSensor);
-  if ((mask_ & kTemperature) != 0) temperature_ = reading(kTemperatureSensor);
+void Mockup::read(std::uint16_t mask) {
+  read_ = read_ || mask != 0;
+  if ((mask & kLight) != 0) light_ = reading(kLightSensor);
+  if ((mask & kTemperature) != 0) temperature_ = reading(kTemperatureSensor);
 }
 
 /// Light and temperature are all that the released mote fills in (wsn.md 7.1); the rest is what its memory holds.

@@ -50,7 +50,7 @@ class Mockup {
   void tick();
   void flood_tick();
   void updates_tick();
-  void read();
+  void read(std::uint16_t mask);
   void report();
   std::uint16_t reading(std::size_t sensor);
   void later(Timer& timer, SteadyTime& due, Duration period, void (Mockup::*then)());

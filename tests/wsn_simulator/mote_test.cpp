@@ -118,6 +118,14 @@ TEST_F(SimulatedMote, ReadsOnceAndReportsNothingWhenAskedForUpdatesByApplication
   EXPECT_NE(std::adjacent_find(light.begin(), light.end(), [](auto a, auto b) { return b - a == 14; }), light.end());
 }
 
+TEST_F(SimulatedMote, ReadsOnceWithoutMoreInItsPeriodicReports) {
+  joined();
+  tell(2, "24 01f4 0043");
+  tell(2, "01 0002 0400");
+  time.run_for(4s);
+  EXPECT_THAT(lights(2), ElementsAre(300, 300, 300, 300)) << "light is not in the mask";
+}
+
 TEST_F(SimulatedMote, AnswersOtherIslandsByTheirOwnAddress) {
   joined();
   const auto record = hex("00");

@@ -230,6 +230,44 @@ TEST_F(SinkSerial, DelaysItsAcknowledgementsByChance) {
   EXPECT_EQ(acknowledged(1).size(), 100u);
 }
 
+TEST_F(SinkSerial, TakesNoTimeWhereItIsToldTo) {
+  auto options = plain();
+  options.sink.ack = {{}, {}, {}, 0};
+  options.sink.processing = 0;
+  options.sink.baud = 0;
+  joined(std::move(options));
+  for (std::uint8_t i = 0; i < 20; ++i) {
+    send(probe(i, i));
+    time.run_for(1ms);
+  }
+  time.run_for(1ms);
+  EXPECT_THAT(acks(), SizeIs(20));
+  EXPECT_THAT(acknowledged(1), SizeIs(20));
+}
+
+TEST_F(SinkSerial, HasReadingsOfItsOwnOnlyBeyondTheRecordings) {
+  for (const bool readings : {false, true}) {
+    auto options = plain();
+    options.sink.readings = readings;
+    joined(std::move(options));
+    const auto record = hex("01 0003 0200");
+    send(1, command(1, record));
+    time.run_for(3s);
+    EXPECT_THAT(lights(1), SizeIs(readings ? 4 : 0));
+  }
+}
+
+TEST_F(SinkSerial, LosesMessagesOfMotesThatTheLineIsTooSlowFor) {
+  auto options = plain();
+  options.sink.baud = 9600;  // 132 ms a message
+  joined(std::move(options));
+  const auto record = hex("01 0003 0040");
+  send(1, command(2, record));
+  time.run_for(10s);
+  EXPECT_NEAR(static_cast<double>(lights(2).size()), 10 / 0.132, 5);
+  EXPECT_GT(count("serial-full"), 70u);
+}
+
 TEST_F(SinkSerial, SurvivesEveryCorruptionOfAFrame) {
   const auto frame = probe(19, 24);
   for (std::size_t i = 0; i < frame.size(); ++i) {
