@@ -242,8 +242,11 @@ void Gateway::Parts::to_listeners(const Message& message, Counters& count) {
     return;
   }
   const auto what = opaque ? model::quoted(opaque->type) : std::string(to_string(message.kind()));
+  const auto& device = message.destination.device;
   undelivered(Envelope(message), Outcome::kUndeliverable,
-              fmt::format("nobody on island {} listens to {} messages", number(self), what));
+              device.empty()
+                  ? fmt::format("nobody on island {} listens to {} messages", number(self), what)
+                  : fmt::format("no network of island {} has a device {}", number(self), model::quoted(device)));
 }
 
 void Gateway::Parts::to_network(Message& message, Counters& count) {
