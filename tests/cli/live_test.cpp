@@ -334,10 +334,10 @@ TEST_F(CommandLine, SendsToADeviceWhereverItIsOnTheIsland) {
   const auto nowhere = rubicon({"send", "6541", "--device", "nowhere", "x"});
   EXPECT_EQ(nowhere.code, 3);
   EXPECT_THAT(nowhere.errors, HasSubstr("no network of island 6541 has a device 'nowhere'"));
-  const auto found = rubicon({"send", "6541", "--device", "living", "x"});
+  const auto found = rubicon({"send", "6541", "--device", "hall", "x"});
   EXPECT_EQ(found.code, 3);
   EXPECT_THAT(found.errors, HasSubstr("simulated devices take no opaque"));
-  EXPECT_THAT(rubicon({"send", "6541", "--device", "living", "--network", "none", "x"}).errors,
+  EXPECT_THAT(rubicon({"send", "6541", "--device", "hall", "--network", "none", "x"}).errors,
               HasSubstr("no network none"));
 }
 

@@ -22,9 +22,12 @@ class MoteSampling : public ::testing::Test {
   FakeSink sink{time};
   MoteRequests requests{time, sink.call()};
   std::vector<std::pair<std::uint16_t, std::optional<std::uint16_t>>> told;
-  Sampling sampling{time, requests, {11, false}, [this](std::uint16_t mote, std::optional<std::uint16_t> mask) {
-                      told.emplace_back(mote, mask);
-                    }};
+  Sampling sampling{
+      time, requests, {11, false}, [this](std::uint16_t mote, std::optional<std::uint16_t> mask, bool acknowledged) {
+        believed = mask;
+        if (acknowledged || !mask) told.emplace_back(mote, mask);
+      }};
+  std::optional<std::uint16_t> believed;
 };
 
 TEST(MoteTicks, AreMillisecondsOfOneThousandTwentyFourthSeconds) {
@@ -146,6 +149,16 @@ TEST_F(MoteSampling, AFullSinkRefusesAndTheWishIsToldWhenTheMoteIsHeard) {
   time.run_for(6s);
   sampling.heard(7, false);
   EXPECT_EQ(sink.sent.size(), 1u);
+}
+
+TEST_F(MoteSampling, UntilAMoteAnswersOnlyWhatItReadsEitherWayIsFresh) {
+  ASSERT_TRUE(sampling.want(7, {0x0003, 1024}));
+  EXPECT_EQ(believed, 0x0003);
+  acknowledge(0);
+  ASSERT_TRUE(sampling.want(7, {0x0042, 1024}));
+  EXPECT_EQ(believed, 0x0002);
+  acknowledge(1);
+  EXPECT_EQ(believed, 0x0042);
 }
 
 TEST_F(MoteSampling, MotesWithTheControlModuleAreAskedForUpdates) {

@@ -73,7 +73,7 @@ void MoteRequests::sent(const Name& name, std::uint64_t attempt, Sent outcome) {
   pending.patience = scheduler_.after(kPatience, [this, name] { again(name); });
 }
 
-void MoteRequests::again(const Name& name) {
+void MoteRequests::again(Name name) {
   auto& pending = pending_.at(name);
   const bool over = pending.tries >= pending.request.attempts || scheduler_.now() >= pending.expires;
   if (over) return end(name, pending.left ? Delivered::kNoAnswer : Delivered::kSinkSilent);
@@ -89,7 +89,7 @@ bool MoteRequests::heard(const motes::HeardAck& ack) {
   return true;
 }
 
-void MoteRequests::end(const Name& name, Delivered how) {
+void MoteRequests::end(Name name, Delivered how) {
   auto ended = pending_.extract(name);
   if (how == Delivered::kNoAnswer) ++unanswered_;
   if (auto done = std::move(ended.mapped().request.done)) done(how);

@@ -67,8 +67,8 @@ class MoteRequests {
   std::uint16_t free_sequence(std::uint16_t mote);
   Result<void> put(const Name& name, Pending& pending);
   void sent(const Name& name, std::uint64_t attempt, Sent outcome);
-  void again(const Name& name);
-  void end(const Name& name, Delivered how);
+  void again(Name name);  // by value: the timer that holds it may end with it
+  void end(Name name, Delivered how);
 
   Scheduler& scheduler_;
   SendCall send_;

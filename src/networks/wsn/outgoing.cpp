@@ -85,6 +85,7 @@ MoteRequest ack_request(std::uint16_t island, const motes::WantedAck& wanted) {
   MoteRequest request;
   request.header = header(island, wanted.mote, false, motes::kTransportAck, wanted.application);
   request.record = motes::encode_record(motes::MoteAck{wanted.sequence, 0});
+  request.lane = Lane::kSampling;  // a mote that wants many leaves the commands their room
   return request;
 }
 

@@ -10,6 +10,7 @@ namespace rubicon::networks::wsn {
 
 namespace {
 
+constexpr std::uint16_t kEverything = 0xffff;
 constexpr std::int64_t kLongestTicks = 65535;
 /// The radio carries some 90 messages a second; period 0 was never tried (wsn.md 2, 9.4).
 constexpr std::int64_t kShortestTicks = 51;
@@ -66,7 +67,9 @@ Result<void> Sampling::tell(std::uint16_t address, Mote& mote) {
   auto sent = requests_.send(std::move(request));
   if (!sent) return sent;
   mote.asked = mote.wish;
-  if (std::exchange(mote.told, std::nullopt)) told_(address, std::nullopt);
+  // Until it answers, only what it reads either way is fresh.
+  const auto before = std::exchange(mote.told, std::nullopt);
+  told_(address, static_cast<std::uint16_t>(mote.wish.mask & (before ? before->mask : kEverything)), false);
   return {};
 }
 
@@ -77,7 +80,7 @@ void Sampling::ended(std::uint16_t address, Delivered how) {
     mote.told = asked;
     mote.reports = true;
     mote.others = false;
-    told_(address, asked->mask);
+    told_(address, asked->mask, true);
   }
   if (how == Delivered::kAcknowledged && !settled(mote)) std::ignore = tell(address, mote);
 }
@@ -85,7 +88,7 @@ void Sampling::ended(std::uint16_t address, Delivered how) {
 void Sampling::joined(std::uint16_t address) {
   Mote& mote = motes_[address];
   mote.reports = mote.others = false;
-  if (std::exchange(mote.told, std::nullopt)) told_(address, std::nullopt);
+  if (std::exchange(mote.told, std::nullopt)) told_(address, std::nullopt, false);
   if (mote.wish.mask != 0 && !mote.asked) std::ignore = tell(address, mote);
 }
 
@@ -99,7 +102,7 @@ void Sampling::heard(std::uint16_t address, bool reported) {
 void Sampling::overruled(std::uint16_t address) {
   Mote& mote = motes_[address];
   mote.others = true;
-  if (std::exchange(mote.told, std::nullopt)) told_(address, std::nullopt);
+  if (std::exchange(mote.told, std::nullopt)) told_(address, std::nullopt, false);
 }
 
 }  // namespace rubicon::networks::wsn

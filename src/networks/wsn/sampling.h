@@ -32,8 +32,9 @@ struct SamplingOptions {
 /// anything is left in peace.
 class Sampling {
  public:
-  /// `told`: the mote follows this from now on; nullopt = nobody knows what it reads.
-  using ToldCall = std::function<void(std::uint16_t mote, std::optional<std::uint16_t> mask)>;
+  /// What of a mote's reports can be believed; nullopt: nobody knows what it reads. `acknowledged`: it follows this;
+  /// else it is about to.
+  using ToldCall = std::function<void(std::uint16_t mote, std::optional<std::uint16_t> mask, bool acknowledged)>;
 
   Sampling(Scheduler& scheduler, MoteRequests& requests, SamplingOptions options, ToldCall told);
 

@@ -52,7 +52,6 @@ class WsnNetwork final : public network::Network {
   void take(motes::MoteEvents& events);
   void deliver(model::Message message);
   void complete(const std::string& device, model::Join& join) const;
-  void tell_mask(std::uint16_t mote, std::optional<std::uint16_t> mask);
   void show_mask(std::uint16_t mote, std::uint16_t mask);
   // Downwards.
   Result<void> actuate(std::uint16_t mote, const model::Actuate& command);
@@ -97,7 +96,10 @@ WsnNetwork::WsnNetwork(const network::NetworkConfig& config, WsnOptions options,
       requests_(host.scheduler(), [this](Outgoing packet) { return sink_->send(std::move(packet)); }),
       probes_(island_, requests_),
       sampling_(host.scheduler(), requests_, {island_, options_.read_updates},
-                [this](std::uint16_t mote, std::optional<std::uint16_t> mask) { tell_mask(mote, mask); }) {
+                [this](std::uint16_t mote, std::optional<std::uint16_t> mask, bool acknowledged) {
+                  codec_.reads(mote, mask);
+                  if (mask && acknowledged) show_mask(mote, *mask);
+                }) {
   const auto note = [this](const std::string& subject, std::string_view text) { say(subject, text); };
   if (!options_.source.record.empty())
     recorder_.emplace(options_.source.record, host.scheduler(), host.transports(), note);
@@ -251,11 +253,6 @@ void WsnNetwork::complete(const std::string& device, model::Join& join) const {
   const auto told = masks_.find(mote_address(device).value_or(0));
   mask.initial = std::int64_t{told == masks_.end() ? 0 : told->second};
   join.capabilities.push_back(std::move(mask));
-}
-
-void WsnNetwork::tell_mask(std::uint16_t mote, std::optional<std::uint16_t> mask) {
-  codec_.reads(mote, mask);
-  if (mask) show_mask(mote, *mask);
 }
 
 void WsnNetwork::show_mask(std::uint16_t mote, std::uint16_t mask) {
