@@ -11,7 +11,6 @@ namespace {
 constexpr std::uint8_t kPeriodic = 1;
 constexpr std::uint8_t kActuate = 2;
 constexpr std::uint8_t kDemoData = 34;
-constexpr std::uint8_t kUpdates = 35;
 constexpr std::uint8_t kReadUpdates = 36;
 constexpr std::uint16_t kLight = 0x0001;
 constexpr std::uint16_t kTemperature = 0x0002;
