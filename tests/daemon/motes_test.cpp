@@ -39,11 +39,11 @@ class MotesDaemon : public testing::Test {
     return path(name);
   }
   /// An island with one network, its options as in YAML.
-  std::string island(const std::string& network, int id = 6543) const {
+  std::string island(const std::string& network, int id = 6543, const std::string& key = "wsn-1") const {
     return write("island.yaml", "island: {id: " + std::to_string(id) +
                                     ", name: motes}\ntuples: {engine: memory}\n"
-                                    "state: {file: motes.state, save-every: 100ms}\nnetworks:\n  wsn-1: {" +
-                                    network + "}\n");
+                                    "state: {file: motes.state, save-every: 100ms}\nnetworks:\n  " +
+                                    key + ": {" + network + "}\n");
   }
   static std::string over_tcp(const std::string& more = "") {
     return "type: wsn, board: EM1000, silence: 60s, source: 'network@127.0.0.1:19202'" + more;
@@ -179,7 +179,8 @@ TEST_F(MotesDaemon, WhatItRecordedIsPlayedAsALog) {
   }
   ASSERT_NE(recorded, "");
   std::filesystem::remove(folder_ / "motes.state");
-  Process shell({kDaemon, "run", island("type: log, file: motes.log, board: EM1000, speed: max"), "--shell"});
+  Process shell({kDaemon, "run",
+                 island("type: log, as: wsn-1, file: motes.log, board: EM1000, speed: max", 6543, "log-1"), "--shell"});
   for (const auto* mote : {"2", "3", "4"}) EXPECT_TRUE(there(shell, mote)) << mote << shell.errors();
   EXPECT_TRUE(becomes(shell, "proxy.wsn-1.4.description", "humidity-1"));
   EXPECT_TRUE(becomes(shell, kLight + ".value", recorded));

@@ -170,7 +170,7 @@ TEST_P(RecordedMotes, HaveWhatTheyDeclaredAndWhatTheyShowed) {
   play("physical", {});
   for (const auto& [mote, counts] : expected_) {
     const auto about = seen_json(GetParam().island, "proxy.wsn-1." + mote + ".description");
-    for (const auto* sensor : {"pir-1", "microphone-1", "magnetic-1", "light-1", "temperature-1"})
+    for (const auto* sensor : {"pir-1", "microphoneRaw-1", "magnetic-1", "light-1", "temperature-1"})
       EXPECT_THAT(about.at("sensors").dump(), testing::HasSubstr(sensor)) << mote;
     EXPECT_THAT(about.at("actuators").dump(), testing::HasSubstr("led-1")) << mote;
   }
