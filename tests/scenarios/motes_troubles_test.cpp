@@ -50,9 +50,9 @@ TEST_F(Motes, ManyRestartsUnderTrafficLoseNobody) {
   for (int mote = 2; mote <= 6; ++mote) wishes.push_back(want(1, "wsn-1." + std::to_string(mote) + ".sensor.light-1"));
   scheduler.run_for(5s);
   happened.clear();
-  for (int round = 0; round < 20; ++round) {
+  for (int round = 0; round < 100; ++round) {
     islands.erase(1);
-    scheduler.run_for(std::chrono::milliseconds(137 * round));
+    scheduler.run_for(std::chrono::milliseconds(137 * (round % 20)));
     start(1, network("wsn-1", 1), file);
     scheduler.run_for(10s);
     for (int mote = 2; mote <= 6; ++mote)
@@ -133,6 +133,20 @@ TEST_F(TroubledMotes, ARadioThatLosesAFifthLosesAFifthOfTheValuesAndNoMote) {
   expect_nothing_grew();
 }
 
+TEST_F(TroubledMotes, ARadioThatCarriesAllTwiceDisturbsNobody) {
+  world->radio().options().duplicates = 1;
+  const auto values = hear(1, "wsn-1.2.sensor.light-1");
+  scheduler.run_for(20s);
+  EXPECT_THAT(values->values, SizeIs(Ge(36)));
+  EXPECT_TRUE(std::is_sorted(values->values.begin(), values->values.end(), [](const auto& a, const auto& b) {
+    return std::stod(a) < std::stod(b);
+  })) << "an old value never follows a newer one";
+  world->mote(2).boot();
+  scheduler.run_for(3s);
+  EXPECT_GE(flow(10s).first, 16U);
+  expect_nothing_grew();
+}
+
 TEST_F(TroubledMotes, AMoteThatIsRebootedReportsAgainByItself) {
   world->mote(2).boot();
   scheduler.run_for(3s);
@@ -181,6 +195,23 @@ TEST_F(Motes, ACommandToAMoteThatIsGoneFails) {
   scheduler.run_for(10s);
   EXPECT_EQ(command_state(1, kLed), "failed");
   EXPECT_THAT(seen(1, std::string("proxy.") + kLed + ".status"), HasSubstr("unknown"));
+}
+
+TEST_F(Motes, ACommandGetsThroughABadRadio) {
+  begin_world(1, em1000(true));
+  start(1, network("wsn-1", 1, "actuators: assumed"));
+  scheduler.run_for(5s);
+  world->radio().options().loss = 0.2;
+  int assumed = 0;
+  for (int i = 1; i <= 50; ++i) {
+    const auto switched = events("actuator", 2);
+    ASSERT_EQ(command(1, kLed, std::to_string(i % 2)).verdict, tuples::Verdict::kApplied);
+    scheduler.run_for(10s);
+    const auto state = command_state(1, kLed);
+    assumed += state == "assumed";
+    EXPECT_TRUE(state != "assumed" || events("actuator", 2) > switched) << i;
+  }
+  EXPECT_GE(assumed, 45) << "0.64 of the attempts succeed, and there are three";
 }
 
 TEST_F(Motes, ACommandWhoseTimeIsOverIsNotExecutedWhenTheSinkComesBack) {
