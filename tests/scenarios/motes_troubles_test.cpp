@@ -153,6 +153,33 @@ TEST_F(TroubledMotes, AMoteThatIsRebootedReportsAgainByItself) {
   EXPECT_GE(flow(20s).first, 18U);
 }
 
+TEST_F(Motes, MotesThatAreRebootedUnheardAreToldAgainWhatToRead) {
+  begin_world(8, em1000());
+  start(1, network("wsn-1", 1));
+  scheduler.run_for(8s);
+  std::vector<Handle> wishes;
+  std::map<std::uint16_t, std::unique_ptr<Heard>> heard;
+  for (std::uint16_t mote = 2; mote <= 9; ++mote) {
+    const auto sensor = "wsn-1." + std::to_string(mote) + ".sensor.light-1";
+    wishes.push_back(want(1, sensor));
+    heard[mote] = hear(1, sensor);
+  }
+  scheduler.run_for(10s);
+  happened.clear();
+  for (auto* mote : world->motes({})) mote->boot();
+  scheduler.run_for(4s);
+  int unheard = 0;
+  for (auto* mote : world->motes({})) {
+    ASSERT_TRUE(mote->joined());
+    unheard += events("listed", mote->address()) == 0;
+  }
+  ASSERT_GT(unheard, 0) << "else this test shows nothing";
+  scheduler.run_for(11s);
+  for (auto& [mote, values] : heard) values->values.clear();
+  scheduler.run_for(10s);
+  for (const auto& [mote, values] : heard) EXPECT_THAT(values->values, SizeIs(Ge(8))) << mote;
+}
+
 // --- Commands.
 
 constexpr const char* kLed = "wsn-1.2.actuator.led-1";
