@@ -161,8 +161,9 @@ void MoteFirmware::send(Peer to, std::uint8_t application, ByteView record) {
   transmit(to, memory_.build(message));
 }
 
+/// One hop: what is for another island, too, goes to the sink, which has a rule for it (wsn.md 9.8).
 void MoteFirmware::transmit(Peer to, Bytes payload) {
-  const auto next = to.mote == kBaseMote ? kSinkMote : to.mote;
+  const auto next = to.mote == kBaseMote || to.island != island_ ? kSinkMote : to.mote;
   if (!transmitter_.send({kAirNetMessage, next, options_.address, std::move(payload)})) tell("lost");
 }
 
