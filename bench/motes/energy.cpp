@@ -86,7 +86,8 @@ void measure_energy(const Plan& plan, Json& out) {
   figures["joining"] = listener.take();
   rig.time.run_for(plan.quiet);
   figures["before_the_first_subscriber"] = listener.take();
-  auto wish = component->subscribe({kIslandOwner, "proxy.wsn-1.7.sensor.light-1.value"}, {}, [](const tuples::Event&) {});
+  auto wish =
+      component->subscribe({kIslandOwner, "proxy.wsn-1.7.sensor.light-1.value"}, {}, [](const tuples::Event&) {});
   rig.time.run_for(plan.quiet);
   figures["one_sensor_of_mote_7"] = listener.take();
   wish.reset();
