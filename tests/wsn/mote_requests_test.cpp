@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <map>
+
 #include "networks/wsn/mote_probes.h"
 #include "wsn/fake_sink.h"
 
@@ -149,7 +151,7 @@ TEST_F(MoteMail, ItsEndInTheMiddleIsSafe) {
   EXPECT_TRUE(ends.empty());
 }
 
-TEST_F(MoteMail, ProbesGoFourAtATimeInTheLastLane) {
+TEST_F(MoteMail, ProbesGoEightAtATimeInTheLastLane) {
   MoteProbes probes(11, requests);
   std::vector<Delivered> answers;
   for (std::uint16_t mote = 2; mote < 12; ++mote) {
@@ -163,6 +165,47 @@ TEST_F(MoteMail, ProbesGoFourAtATimeInTheLastLane) {
   for (std::size_t i = 0; i < sink.sent.size(); ++i) requests.heard(sink.ack(i));
   EXPECT_EQ(answers.size(), 10u);
   EXPECT_TRUE(probes.ask(2, [](Delivered) {}));
+}
+
+TEST_F(MoteMail, MotesThatDoNotAnswerAreAskedAgainWhenAllOthersWere) {
+  MoteProbes probes(11, requests);
+  std::map<std::uint16_t, Delivered> answers;
+  const auto ask = [&](std::uint16_t mote) {
+    EXPECT_TRUE(probes.ask(mote, [&answers, mote](Delivered how) { answers[mote] = how; }));
+  };
+  for (std::uint16_t mote = 2; mote < 2 + 2 * MoteProbes::kAtATime; ++mote) ask(mote);
+  ask(50);
+  time.run_for(2s + 100ms);
+  ASSERT_GT(sink.sent.size(), 2 * MoteProbes::kAtATime);
+  for (std::size_t i = 0; i < sink.sent.size(); ++i) {
+    const bool last = i == 2 * MoteProbes::kAtATime;
+    EXPECT_EQ(sink.message(i).destination_mote == 50, last) << "after two seconds, not after six: " << i;
+    EXPECT_TRUE(sink.sent[i].repeatable);
+  }
+  requests.heard(sink.ack(2 * MoteProbes::kAtATime));
+  EXPECT_EQ(answers[50], Delivered::kAcknowledged);
+  time.run_for(10s);
+  EXPECT_EQ(sink.sent.size(), 1 + MoteProbes::kAttempts * 2 * MoteProbes::kAtATime);
+  EXPECT_EQ(answers.size(), 1 + 2 * MoteProbes::kAtATime);
+  EXPECT_EQ(answers[2], Delivered::kNoAnswer);
+  EXPECT_EQ(probes.waiting(), 0u);
+}
+
+TEST_F(MoteMail, ASilentMoteThatIsAskedForAnewGoesBeforeTheSilentOnes) {
+  MoteProbes probes(11, requests);
+  int silent = 0;
+  for (std::uint16_t mote = 2; mote < 22; ++mote) probes.ask(mote, [&](Delivered) { ++silent; });
+  time.run_for(2s + 100ms);  // 16 were asked, 8 are being asked
+  bool anew = false;
+  EXPECT_FALSE(probes.ask(21, [](Delivered) {})) << "it is being asked";
+  EXPECT_TRUE(probes.ask(9, [&](Delivered) { anew = true; }));
+  EXPECT_EQ(silent, 1);
+  const auto before = sink.sent.size();
+  time.run_for(1s);
+  ASSERT_GT(sink.sent.size(), before);
+  EXPECT_EQ(sink.message(before).destination_mote, 9);
+  requests.heard(sink.ack(before));
+  EXPECT_TRUE(anew);
 }
 
 TEST_F(MoteMail, AProbeWithoutRoomIsAnsweredAndDoesNotBlockTheOthers) {

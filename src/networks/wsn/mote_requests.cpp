@@ -50,7 +50,8 @@ Result<void> MoteRequests::put(const Name& name, Pending& pending) {
   auto message = request.header;
   message.sequence = name.second;
   message.record = request.record;
-  Outgoing out{motes::packet_of(message), request.lane, pending.expires, request.attempts > 1, {}};
+  const bool repeatable = request.attempts > 1 || request.harmless;
+  Outgoing out{motes::packet_of(message), request.lane, pending.expires, repeatable, {}};
   out.done = [this, name, attempt = ++last_attempt_, still = std::weak_ptr<bool>(alive_)](Sent outcome) {
     if (still.lock()) sent(name, attempt, outcome);
   };

@@ -28,6 +28,7 @@ struct MoteRequest {
   Lane lane = Lane::kCommand;
   Duration time_to_live = std::chrono::seconds(5);  ///< until it must have left
   unsigned attempts = 3;                            ///< 1 for what may not be executed twice
+  bool harmless = false;                            ///< attempted once, and yet may be executed twice
   std::optional<std::uint16_t> sequence{};          ///< somebody else's
   std::function<void(Delivered)> done{};            ///< called once, in a later turn
 };

@@ -77,6 +77,8 @@ MoteRequest probe_request(std::uint16_t island, std::uint16_t mote) {
   request.header = header(island, mote, true, motes::kTransportConnectionless, motes::kApplicationMockup);
   request.record = {kNothing};
   request.lane = Lane::kProbe;
+  request.attempts = 1;
+  request.harmless = true;
   request.time_to_live = std::chrono::minutes(1);
   return request;
 }

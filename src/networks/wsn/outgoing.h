@@ -16,7 +16,7 @@ namespace rubicon::networks::wsn {
 Result<MoteRequest> actuate_request(std::uint16_t island, std::uint16_t mote, std::string_view actuator_type,
                                     const model::Actuate& command);
 
-/// Reliable and without a meaning: the mote acknowledges it and does nothing (wsn.md 9.3).
+/// Reliable and without a meaning: the mote acknowledges it and does nothing (wsn.md 9.3). One attempt.
 MoteRequest probe_request(std::uint16_t island, std::uint16_t mote);
 
 /// The acknowledgement of a mote's reliable message (wsn.md 9.6).
