@@ -63,7 +63,6 @@ class Mockup {
   Peer requester_, updates_for_;
   std::uint16_t mask_ = 0, updates_mask_ = 0;
   Duration period_{}, updates_period_{};
-  bool read_ = false;  ///< there is a reading for the next report
   std::uint16_t light_ = 0, temperature_ = 0;
   std::map<std::uint16_t, std::int32_t> actuators_;
   SteadyTime due_{}, updates_due_{};

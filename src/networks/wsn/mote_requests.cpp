@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <utility>
+#include <vector>
 
 #include "base/assert.h"
 
@@ -37,12 +38,28 @@ Result<void> MoteRequests::send(MoteRequest request) {
   const Name name{mote, request.sequence ? *request.sequence : free_sequence(mote)};
   if (pending_.contains(name))
     return fail(ErrorCode::kDuplicate, fmt::format("a message {} to mote {} is under way", name.second, mote));
+  const auto subject = request.subject;
   Pending& pending = pending_[name];
   pending.expires = scheduler_.now() + request.time_to_live;
   pending.request = std::move(request);
   auto put = this->put(name, pending);
   if (!put) pending_.erase(name);
+  if (put && subject) supersede(name, *subject);
   return put;
+}
+
+void MoteRequests::supersede(const Name& by, std::uint16_t subject) {
+  std::vector<Name> older;
+  for (auto one = pending_.lower_bound({by.first, 0}); one != pending_.end() && one->first.first == by.first; ++one) {
+    if (one->first != by && one->second.request.subject == subject) older.push_back(one->first);
+  }
+  for (const Name& name : older) {
+    scheduler_.post([this, name, attempt = pending_.at(name).attempt, still = std::weak_ptr<bool>(alive_)] {
+      if (!still.lock()) return;
+      const auto found = pending_.find(name);
+      if (found != pending_.end() && found->second.attempt == attempt) end(name, Delivered::kSuperseded);
+    });
+  }
 }
 
 Result<void> MoteRequests::put(const Name& name, Pending& pending) {
@@ -86,7 +103,7 @@ bool MoteRequests::heard(const motes::HeardAck& ack) {
   const Name name{ack.mote, ack.ack.sequence};
   const auto found = pending_.find(name);
   if (found == pending_.end() || found->second.request.header.reliable == 0) return false;
-  end(name, Delivered::kAcknowledged);
+  end(name, ack.ack.status == 0 ? Delivered::kAcknowledged : Delivered::kRejected);
   return true;
 }
 

@@ -19,7 +19,9 @@ enum class Delivered : std::uint8_t {
   kNoAnswer,      ///< the sink took it, the mote acknowledged none of the attempts: whether it was executed is unknown
   kSinkSilent,    ///< the sink did not acknowledge it
   kExpired,       ///< its time was over before it could leave
-  kRefused        ///< a recording takes none
+  kRefused,       ///< a recording takes none
+  kRejected,      ///< the mote acknowledged it, with an error
+  kSuperseded     ///< a newer one about the same came before it was acknowledged
 };
 
 struct MoteRequest {
@@ -30,7 +32,9 @@ struct MoteRequest {
   unsigned attempts = 3;                            ///< 1 for what may not be executed twice
   bool harmless = false;                            ///< attempted once, and yet may be executed twice
   std::optional<std::uint16_t> sequence{};          ///< somebody else's
-  std::function<void(Delivered)> done{};            ///< called once, in a later turn
+  /// What it is about: a newer one about the same ends it, so that its repetition does not undo the newer one.
+  std::optional<std::uint16_t> subject{};
+  std::function<void(Delivered)> done{};  ///< called once, in a later turn
 };
 
 /// Longest record behind transport and application (wsn.md 12).
@@ -69,6 +73,7 @@ class MoteRequests {
   Result<void> put(const Name& name, Pending& pending);
   void sent(const Name& name, std::uint64_t attempt, Sent outcome);
   void again(Name name);  // by value: the timer that holds it may end with it
+  void supersede(const Name& by, std::uint16_t subject);
   void end(Name name, Delivered how);
 
   Scheduler& scheduler_;

@@ -46,8 +46,9 @@ Result<MoteTag> parse_tag(std::string_view text) {
     return fail(ErrorCode::kUnsupported,
                 fmt::format("motes take messages of type mote/..., got {}", model::quoted(text)));
   MoteTag tag;
-  if (parts[1] == "json" && parts.size() == 2) {
+  if (parts[1] == "json" && (parts.size() == 2 || (parts.size() == 3 && parts[2] == "reliable"))) {
     tag.kind = MoteTag::Kind::kJson;
+    tag.reliable = parts.size() == 3;
     return tag;
   }
   if (parts[1] == "am" && parts.size() == 3 && read_number(parts[2], tag.type)) {

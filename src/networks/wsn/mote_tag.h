@@ -8,12 +8,11 @@
 
 namespace rubicon::networks::wsn {
 
-/// The type tag of application messages to and from motes (docs/motes.md):
-///   mote/<transport>/<application>/<record type>      a NetMsg; the record type is the first of the bytes
-///   .../reliable                                      the mote is to acknowledge it
-///   .../reliable/<sequence>                           with the sender's own sequence number
-///   mote/am/<AM type>                                 another packet for the sink itself (wsn.md 6), after the AM
-///   header mote/json                                         a command of the learning or synaptic layer, as JSON
+/// The type tag of application messages to and from motes (docs/motes.md), one of
+/// `mote/<transport>/<application>/<record type>`: a NetMsg; the record type is the first of the bytes,
+/// `.../reliable`: the mote is to acknowledge it, `.../reliable/<sequence>`: with the sender's own sequence number,
+/// `mote/am/<AM type>`: another packet for the sink itself (wsn.md 6), behind the AM header,
+/// `mote/json`, `mote/json/reliable`: a command of the learning or synaptic layer, as JSON.
 struct MoteTag {
   enum class Kind : std::uint8_t { kNet, kAm, kJson };
   Kind kind = Kind::kNet;

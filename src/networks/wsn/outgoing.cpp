@@ -68,6 +68,7 @@ Result<MoteRequest> actuate_request(std::uint16_t island, std::uint16_t mote, st
   MoteRequest request;
   request.header = header(island, mote, true, motes::kTransportConnectionless, motes::kApplicationMockup);
   request.record = motes::encode_record(motes::ActuateCommand{actuator, *value});
+  request.subject = actuator;
   if (command.time_to_live.count() > 0) request.time_to_live = command.time_to_live;
   return request;
 }
@@ -96,10 +97,12 @@ Result<MoteRequest> opaque_request(std::uint16_t island, std::uint16_t mote, con
   const auto& opaque = std::get<model::Opaque>(message.body);
   MoteRequest request;
   request.attempts = 1;
+  if (tag.reliable && mote == motes::kBroadcast)
+    return fail(ErrorCode::kUnsupported, "all motes at once cannot acknowledge: send it without /reliable");
   if (tag.kind == MoteTag::Kind::kJson) {
     auto learned = learning_message(base::as_text(opaque.bytes));
     if (!learned) return fail(learned.error());
-    request.header = header(island, mote, false, learned->transport, learned->application);
+    request.header = header(island, mote, tag.reliable, learned->transport, learned->application);
     request.record = std::move(learned->record);
   } else {
     if (opaque.bytes.empty() || opaque.bytes.front() != tag.type)

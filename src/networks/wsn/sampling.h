@@ -44,27 +44,37 @@ class Sampling {
   void joined(std::uint16_t mote);
   /// It was heard; `reported`: with readings.
   void heard(std::uint16_t mote, bool reported);
-  /// Somebody else told it what to read.
+  /// Somebody else told it (kBroadcast: all of them) what to read: for an hour it is not calmed.
   void overruled(std::uint16_t mote);
   void change(SamplingOptions options) { options_ = options; }
 
  private:
   struct Mote {
     Reads wish{};
-    std::optional<Reads> told;   ///< and acknowledged
-    std::optional<Reads> asked;  ///< under way
-    bool reports = false;        ///< or did, since it was switched on
-    bool others = false;         ///< somebody else asked for what it reports
+    std::optional<Reads> told;          ///< and acknowledged
+    std::optional<Reads> asked;         ///< under way
+    std::optional<std::uint16_t> sure;  ///< fresh whichever of the commands it follows that were tried
+    bool reports = false;               ///< or did, since it was switched on
+    SteadyTime others_until{};          ///< somebody else asked for what it reports
     SteadyTime tried{};
+    bool overruled = false;  ///< while it was asked
+    unsigned failures = 0;   ///< in a row
+    Timer again;
   };
   bool settled(const Mote& mote) const;
+  bool may_tell(const Mote& mote) const;
+  void tell_later(std::uint16_t address, Mote& mote);
   Result<void> tell(std::uint16_t address, Mote& mote);
   void ended(std::uint16_t address, Delivered how);
+  void overrule(std::uint16_t address, Mote& mote);
 
   Scheduler& scheduler_;
   MoteRequests& requests_;
   SamplingOptions options_;
   ToldCall told_;
+  SteadyTime began_;
+  SteadyTime all_others_until_{};
+  std::size_t calming_ = 0;  ///< under way
   std::map<std::uint16_t, Mote> motes_;
 };
 

@@ -26,6 +26,8 @@ constexpr Duration kCountersEvery = 1s;
 /// A sink with another island's id is corrected at once, but not more often.
 constexpr Duration kCorrectionPause = 5s;
 constexpr Duration kShareAgain = 30s;
+/// A full lane is sent within ten seconds; what waited longer was meant for a sink that was away.
+constexpr Duration kClientLife = 20s;
 
 class WsnNetwork final : public network::Network {
  public:
@@ -189,7 +191,8 @@ void WsnNetwork::share() {
 
 bool WsnNetwork::take_from_client(ByteView packet) {
   report_later();
-  Outgoing out{Bytes(packet.begin(), packet.end()), Lane::kClient, SteadyTime::max(), may_repeat(packet), {}};
+  const auto expires = host_.scheduler().now() + kClientLife;
+  Outgoing out{Bytes(packet.begin(), packet.end()), Lane::kClient, expires, may_repeat(packet), {}};
   auto sent = sink_->send(std::move(out));
   if (!sent && sent.error().code == ErrorCode::kBusy) return false;
   if (!sent) say("share", fmt::format("a client's packet cannot be sent: {}", sent.error().text));
@@ -310,6 +313,14 @@ void WsnNetwork::answer(const model::Message& message, std::uint64_t number, Del
     case Delivered::kSinkSilent: said.text = "the sink did not acknowledge it"; break;
     case Delivered::kExpired: said.text = "the sink was busy or away for too long"; break;
     case Delivered::kRefused: said.text = "a recording takes no messages"; break;
+    case Delivered::kRejected:
+      said.outcome = Outcome::kFailed;
+      said.text = fmt::format("mote {} acknowledged it with an error", mote);
+      break;
+    case Delivered::kSuperseded:
+      said.outcome = Outcome::kFailed;
+      said.text = "a newer command came before the mote acknowledged it";
+      break;
   }
   model::Message out;
   out.source.device = message.destination.device;
