@@ -13,6 +13,7 @@ namespace {
 constexpr std::uint16_t kFirstSpecialMote = kBaseMote;
 constexpr std::uint16_t kFirstSpecialIsland = 0xfffd;
 constexpr std::uint16_t kEverything = 0xffff;
+constexpr std::size_t kBoards = 5, kUnits = 3;
 /// Bits of the actuator mask (wsn.md 6).
 constexpr std::pair<std::uint8_t, std::string_view> kActuators[] = {{0x01, "led"}, {0x02, "relay"}};
 
@@ -100,6 +101,10 @@ Result<MoteEvents> MoteCodec::decode(ByteView bytes) {
   if (!message) return fail(message.error());
   if (message->source_mote >= kFirstSpecialMote)
     return fail(ErrorCode::kInvalid, fmt::format("radio message from no mote ({:04x})", message->source_mote));
+  if (motes_.size() >= kMostMotes && !motes_.contains(message->source_mote)) {
+    return fail(ErrorCode::kBusy, fmt::format("mote {}: {} motes are known already, more than a sink has",
+                                              message->source_mote, kMostMotes));
+  }
   const auto record = decode_record(*message);
   if (!record) return fail(record.error());
   on_record(*message, *record, events);
@@ -109,9 +114,14 @@ Result<MoteEvents> MoteCodec::decode(ByteView bytes) {
 void MoteCodec::on_record(const NetMessage& message, const Record& record, MoteEvents& events) {
   const auto& own = options_.island;
   const std::uint16_t mote = message.source_mote;
-  if (!own || message.destination_island == *own || message.destination_island >= kFirstSpecialIsland) {
+  const bool for_us = !own || message.destination_island == *own;
+  if (for_us || message.destination_island >= kFirstSpecialIsland) {
+    if (own && message.source_island != *own && message.source_island < kFirstSpecialIsland) {
+      events.foreign_source = message.source_island;
+      return;
+    }
     events.mote = mote;
-    if (message.reliable == 1 && message.destination_mote == kBaseMote)
+    if (for_us && message.reliable == 1 && message.destination_mote == kBaseMote)
       events.wants_ack = WantedAck{mote, message.application, message.sequence};
     return on_own_record(message, record, events);
   }
@@ -120,6 +130,8 @@ void MoteCodec::on_record(const NetMessage& message, const Record& record, MoteE
   events.mote = mote;
   heard(mote, events);
   events.messages.push_back(message_of(mote, model::KeepAlive{}));
+  // Of what somebody there asked through us: whoever waits for it here hears of it too.
+  if (const auto* ack = std::get_if<MoteAck>(&record)) events.ack = HeardAck{mote, message.application, *ack};
   model::Message out = message_of(mote, opaque_of(message, true));
   out.destination.island = IslandId{message.destination_island};
   if (message.destination_mote != kBaseMote) out.destination.device = name_of(message.destination_mote);
@@ -138,7 +150,7 @@ void MoteCodec::on_own_record(const NetMessage& message, const Record& record, M
     events.ack = HeardAck{mote, message.application, *ack};
     heard(mote, events);
     // The sink itself is a device only when it sends readings (wsn.md 9.8).
-    if (mote != kSinkMote) events.messages.push_back(message_of(mote, model::KeepAlive{}));
+    if (mote != kSinkMote || motes_.contains(mote)) events.messages.push_back(message_of(mote, model::KeepAlive{}));
   } else {
     heard(mote, events);
     events.messages.push_back(message_of(mote, opaque_of(message, false)));
@@ -149,6 +161,8 @@ void MoteCodec::on_joined(const Joined& joined, MoteEvents& events) {
   if (joined.mote >= kFirstSpecialMote) return;
   Mote& mote = motes_[joined.mote];
   mote.joined = joined;
+  mote.model = model_of(joined.mote_type);
+  mote.heard = true;
   mote.mask.reset();
   declare(joined.mote, mote);
   events.mote = joined.mote;
@@ -157,7 +171,6 @@ void MoteCodec::on_joined(const Joined& joined, MoteEvents& events) {
 }
 
 void MoteCodec::declare(std::uint16_t address, Mote& mote) const {
-  mote.model = model_of(mote.joined->mote_type);
   mote.declared.clear();
   for (const MoteSensor& sensor : sensors_in_mask(mote.joined->transducers, calibration(address)))
     mote.declared.push_back(capability_of(sensor));
@@ -175,17 +188,41 @@ model::Capability MoteCodec::actuator(std::string_view type) const {
   return capability;
 }
 
-std::optional<model::Message> MoteCodec::know(std::uint16_t address, const model::Join& join) {
-  const auto [found, fresh] = motes_.try_emplace(address);
-  Mote& mote = found->second;
-  if (mote.joined || !mote.declared.empty()) return std::nullopt;
-  mote.model = join.model;
+/// What a mote once said, from the sensors it was remembered with: under whatever board and units that was.
+std::uint16_t MoteCodec::mask_of(const model::Join& join) const {
+  std::uint16_t mask = 0;
   for (const model::Capability& known : join.capabilities) {
-    if (known.point.kind == Kind::kProperty) continue;
-    mote.declared.push_back(known.point.kind == Kind::kActuator ? actuator(known.type_name) : known);
+    for (std::size_t form = 0; form < kBoards * kUnits; ++form) {
+      const Calibration guess{static_cast<Board>(form % kBoards), static_cast<Units>(form / kBoards)};
+      mask |= transducer_under(guess, known.point);
+    }
   }
-  if (fresh) return std::nullopt;
-  return join_of(address, mote);
+  return mask;
+}
+
+std::optional<model::Message> MoteCodec::know(std::uint16_t address, const model::Join& join) {
+  if (motes_.size() >= kMostMotes && !motes_.contains(address)) return std::nullopt;
+  Mote& mote = motes_[address];
+  if (mote.joined) return std::nullopt;
+  Joined joined{0, address, 0, mask_of(join), 0};
+  for (const auto& [bit, type] : kActuators) {
+    if (has_point(join.capabilities, point_of(Kind::kActuator, type, "1"))) joined.actuators |= bit;
+  }
+  mote.joined = joined;
+  mote.model = join.model;
+  declare(address, mote);
+  auto message = join_of(address, mote);
+  const auto& now = std::get<model::Join>(message.body).capabilities;
+  const auto same = [&](const model::Capability& one) {
+    return one.point.kind == Kind::kProperty || std::find(now.begin(), now.end(), one) != now.end();
+  };
+  const auto& before = join.capabilities;
+  const auto properties =
+      std::count_if(before.begin(), before.end(), [](const auto& one) { return one.point.kind == Kind::kProperty; });
+  const bool as_remembered = before.size() == now.size() + static_cast<std::size_t>(properties) &&
+                             std::all_of(before.begin(), before.end(), same);
+  if (as_remembered && !mote.heard) return std::nullopt;
+  return message;
 }
 
 void MoteCodec::reads(std::uint16_t mote, std::optional<std::uint16_t> mask) {
@@ -198,8 +235,12 @@ bool MoteCodec::offers(std::uint16_t mote, const model::PointId& point) const {
 }
 
 std::uint16_t MoteCodec::transducer_of(std::uint16_t mote, const model::PointId& point) const {
+  return transducer_under(calibration(mote), point);
+}
+
+std::uint16_t MoteCodec::transducer_under(const Calibration& calibration, const model::PointId& point) const {
   for (unsigned bit = 1; bit <= static_cast<unsigned>(Transducer::kRssi5); bit <<= 1U) {
-    for (const MoteSensor& sensor : sensors_of(static_cast<std::uint16_t>(bit), calibration(mote))) {
+    for (const MoteSensor& sensor : sensors_of(static_cast<std::uint16_t>(bit), calibration)) {
       if (point_of(Kind::kSensor, sensor.type, sensor.instance) == point) return sensor.transducer;
     }
   }
@@ -224,6 +265,7 @@ void MoteCodec::on_updates(std::uint16_t address, const RawUpdates& updates, Mot
   Mote& mote = motes_[address];
   const Calibration& units = calibration(address);
   events.reported = true;
+  mote.heard = true;
   if (const auto celsius = celsius_in(updates, units)) mote.celsius = celsius;
   model::Updates out;
   for (const RawReading& reading : updates.readings) {
@@ -243,8 +285,10 @@ void MoteCodec::on_updates(std::uint16_t address, const RawUpdates& updates, Mot
 }
 
 void MoteCodec::heard(std::uint16_t address, MoteEvents& events) {
-  if (address == kSinkMote || motes_.contains(address)) return;
-  tell_join(address, motes_[address], events);
+  if (address == kSinkMote && !motes_.contains(address)) return;
+  const auto [found, fresh] = motes_.try_emplace(address);
+  found->second.heard = true;
+  if (fresh) tell_join(address, found->second, events);
 }
 
 void MoteCodec::tell_join(std::uint16_t address, const Mote& mote, MoteEvents& events) const {
@@ -256,6 +300,7 @@ model::Message MoteCodec::join_of(std::uint16_t address, const Mote& mote) const
   join.device_type = "mote";
   join.model = mote.model;
   join.capabilities = mote.declared;
+  join.heard = mote.heard;
   for (const model::Capability& capability : mote.shown) {
     if (!has_point(join.capabilities, capability.point)) join.capabilities.push_back(capability);
   }

@@ -37,6 +37,9 @@ struct MoteEvents {
   /// The island the message was for, where that is not ours: `messages` has it with its destination if it comes from a
   /// mote of ours; else the sink has another id (wsn.md 9.1, 9.8).
   std::optional<std::uint16_t> foreign_island;
+  /// The island of a mote that is not ours and speaks to us over our own sink's radio: not taken, its own sink hears
+  /// it.
+  std::optional<std::uint16_t> foreign_source;
   std::optional<WantedAck> wants_ack;
 };
 
@@ -48,17 +51,20 @@ struct CodecOptions {
 };
 
 /// Packets from a sink -> messages in the catalogue's words. Remembers what each mote showed, so that a sensor nobody
-/// declared joins with its first reading (wsn.md 9.2); at most 65533 motes. Fills source.device with the mote's
+/// declared joins with its first reading (wsn.md 9.2); at most kMostMotes of them. Fills source.device with the mote's
 /// address.
 class MoteCodec {
  public:
-  /// The catalogue must outlive the codec.
+  /// A sink has room for 20 (wsn.md 12); more addresses than this come from noise.
+  static constexpr std::size_t kMostMotes = 1000;
+
+  /// The catalogue must outlive the codec. More than kMostMotes motes are kBusy.
   MoteCodec(const TypeCatalogue& types, CodecOptions options);
 
   Result<MoteEvents> decode(ByteView packet);
 
-  /// What is remembered of a mote that did not join since (wsn.md 9.2: it may never do so again). If it was heard
-  /// meanwhile: its join, complete now.
+  /// What is remembered of a mote that did not join since (wsn.md 9.2: it may never do so again). If that is not what
+  /// it is by our boards and units, or it was heard meanwhile: its join, as it is now.
   std::optional<model::Message> know(std::uint16_t mote, const model::Join& join);
   /// The mote reads these transducers only: what else its DEMO_DATA holds is old. nullopt = nobody knows.
   void reads(std::uint16_t mote, std::optional<std::uint16_t> mask);
@@ -72,7 +78,8 @@ class MoteCodec {
 
  private:
   struct Mote {
-    std::optional<Joined> joined;  ///< what it said of itself
+    std::optional<Joined> joined;  ///< what it said of itself, or is remembered of it
+    bool heard = false;
     std::string model;
     std::vector<model::Capability> declared;
     std::optional<std::uint16_t> mask;     ///< what it reads
@@ -87,6 +94,8 @@ class MoteCodec {
   RawUpdates updates_of(std::uint16_t address, const DemoReport& demo) const;
   void declare(std::uint16_t address, Mote& mote) const;
   model::Capability actuator(std::string_view type) const;
+  std::uint16_t mask_of(const model::Join& join) const;
+  std::uint16_t transducer_under(const Calibration& calibration, const model::PointId& point) const;
   const Calibration& calibration(std::uint16_t mote) const;
   void heard(std::uint16_t address, MoteEvents& events);
   void tell_join(std::uint16_t address, const Mote& mote, MoteEvents& events) const;

@@ -64,14 +64,15 @@ void DeviceDirectory::remove_network(const std::string& id) {
 }
 
 std::vector<std::string> DeviceDirectory::networks_of(const std::string& address) const {
-  std::vector<std::string> all, within_reach;
+  std::map<DeviceStatus, std::vector<std::string>> by_status;
   for (const auto& [id, network] : networks_) {
     const auto found = network->devices.find(address);
-    if (found == network->devices.end()) continue;
-    all.push_back(id);
-    if (found->second.status != DeviceStatus::kUnreachable) within_reach.push_back(id);
+    if (found != network->devices.end()) by_status[found->second.status].push_back(id);
   }
-  return within_reach.empty() ? all : within_reach;
+  for (const auto status : {DeviceStatus::kReachable, DeviceStatus::kUnknown, DeviceStatus::kUnreachable}) {
+    if (!by_status[status].empty()) return by_status[status];
+  }
+  return {};
 }
 
 Device* DeviceDirectory::find(Network& network, const std::string& address) {

@@ -20,7 +20,8 @@ class DeviceDirectory {
   Network& network(const std::string& id);
   const std::map<std::string, std::unique_ptr<Network>>& networks() const { return networks_; }
 
-  /// Ids of the networks that have a device with this address; if any of them can reach it, only those.
+  /// Ids of the networks that have a device with this address: of those that reach it; else of those where it was not
+  /// heard yet; else of those that lost it.
   std::vector<std::string> networks_of(const std::string& address) const;
 
   Device* find(Network& network, const std::string& address);

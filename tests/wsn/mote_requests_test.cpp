@@ -142,6 +142,27 @@ TEST_F(MoteMail, TheNumberOfSomebodyElseIsKeptAndCannotBeUnderWayTwice) {
   EXPECT_EQ(requests.send(routed).error().code, ErrorCode::kDuplicate);
 }
 
+TEST_F(MoteMail, ANewerRequestAboutTheSameEndsTheOlderOne) {
+  auto on = request(7), off = request(7), other = request(7);
+  on.subject = off.subject = 1;
+  other.subject = 2;
+  ASSERT_TRUE(requests.send(on));
+  ASSERT_TRUE(requests.send(other));
+  ASSERT_TRUE(requests.send(off));
+  time.run_for(500ms);
+  EXPECT_EQ(ends, std::vector{Delivered::kSuperseded});
+  time.run_for(10s);
+  EXPECT_EQ(sink.sent.size(), 7u) << "the first is not repeated";
+}
+
+TEST_F(MoteMail, AnAcknowledgementWithAnErrorIsNoSuccess) {
+  ASSERT_TRUE(requests.send(request(7)));
+  auto ack = sink.ack(0);
+  ack.ack.status = 1;
+  EXPECT_TRUE(requests.heard(ack));
+  EXPECT_EQ(ends, std::vector{Delivered::kRejected});
+}
+
 TEST_F(MoteMail, ItsEndInTheMiddleIsSafe) {
   {
     MoteRequests brief(time, sink.call());

@@ -87,14 +87,31 @@ TEST_F(MoteSampling, AChangeWhileACommandIsUnderWayIsToldAfterIt) {
 
 TEST_F(MoteSampling, AMoteThatDidNotAnswerIsToldAgainWhenItIsHeard) {
   ASSERT_TRUE(sampling.want(7, {0x0001, 1024}));
-  time.run_for(10s);
+  time.run_for(7s);
   EXPECT_EQ(sink.sent.size(), 3u);
   EXPECT_TRUE(told.empty());
   sampling.heard(7, false);
   EXPECT_EQ(sink.sent.size(), 4u);
   acknowledge(3);
   sampling.heard(7, true);
+  time.run_for(5min);
   EXPECT_EQ(sink.sent.size(), 4u);
+}
+
+TEST_F(MoteSampling, AMoteThatIsNotHeardIsToldAgainByItselfEverLessOften) {
+  ASSERT_TRUE(sampling.want(7, {0x0001, 1024}));
+  time.run_for(8500ms);
+  EXPECT_EQ(sink.sent.size(), 4u) << "5 s after the third attempt";
+  time.run_for(10min);
+  const auto before = sink.sent.size();
+  EXPECT_GT(before, 20u);
+  time.run_for(10min);
+  EXPECT_NEAR(static_cast<double>(sink.sent.size() - before), 10 * 3, 4) << "each minute three attempts";
+  ASSERT_TRUE(sampling.want(7, {}));
+  time.run_for(2min);
+  const auto end = sink.sent.size();
+  time.run_for(10min);
+  EXPECT_EQ(sink.sent.size(), end) << "nobody waits any more";
 }
 
 TEST_F(MoteSampling, AMoteThatWasSwitchedOffAndOnIsToldAtOnce) {
@@ -114,18 +131,59 @@ TEST_F(MoteSampling, WhoAsksForTheSameOnceMoreMissesIt) {
 
 TEST_F(MoteSampling, AMoteThatReportsForNobodyIsCalmedButNotOften) {
   sampling.heard(7, true);
+  EXPECT_TRUE(sink.sent.empty()) << "its subscribers may be about to find us again";
+  time.run_for(10s);
+  sampling.heard(7, true);
   ASSERT_EQ(sink.sent.size(), 1u);
   EXPECT_EQ(command(0).transducers, 0);
-  time.run_for(4s);  // no answer
-  for (int i = 0; i < 20; ++i) sampling.heard(7, true);
-  time.run_for(600ms);
+  time.run_for(4s);  // no answer to three attempts
   sampling.heard(7, true);
-  EXPECT_LE(sink.sent.size(), 4u);
+  EXPECT_EQ(sink.sent.size(), 3u);
+  time.run_for(1s);
+  sampling.heard(7, true);
+  EXPECT_EQ(sink.sent.size(), 4u);
+}
+
+TEST_F(MoteSampling, OfManyThatReportForNobodyAFewAtATimeAreCalmed) {
+  time.run_for(10s);
+  for (std::uint16_t mote = 2; mote < 200; ++mote) sampling.heard(mote, true);
+  EXPECT_EQ(sink.sent.size(), 8u);
+  for (std::size_t i = 0; i < 8; ++i) acknowledge(i);
+  for (std::uint16_t mote = 2; mote < 200; ++mote) sampling.heard(mote, true);
+  EXPECT_EQ(sink.sent.size(), 16u);
+}
+
+TEST_F(MoteSampling, ACommandOfAnotherProgramToAllCalmsNobody) {
+  sampling.overruled(motes::kBroadcast);
+  time.run_for(10s);
+  for (std::uint16_t mote = 2; mote < 5; ++mote) sampling.heard(mote, true);
+  EXPECT_TRUE(sink.sent.empty());
+  time.run_for(1h);
+  sampling.heard(2, true);
+  EXPECT_EQ(sink.sent.size(), 1u) << "an hour later nobody is sure that the program still wants it";
+}
+
+TEST_F(MoteSampling, WhatWasOverruledWhileItWasUnderWayIsNotBelieved) {
+  ASSERT_TRUE(sampling.want(7, {0x0001, 1024}));
+  sampling.overruled(7);
+  acknowledge(0);
+  EXPECT_EQ(believed, std::nullopt);
+  time.run_for(6s);
+  sampling.heard(7, true);
+  EXPECT_EQ(sink.sent.size(), 2u) << "our subscriber goes first";
+}
+
+TEST_F(MoteSampling, AfterAnAttemptWithoutAnswerOnlyWhatIsCommonToAllAttemptsIsFresh) {
+  ASSERT_TRUE(sampling.want(7, {0x0003, 1024}));
+  acknowledge(0);
+  ASSERT_TRUE(sampling.want(7, {0x0042, 1024}));
+  time.run_for(4s);
+  ASSERT_TRUE(sampling.want(7, {0x0041, 1024}));
+  EXPECT_EQ(believed, 0);
 }
 
 TEST_F(MoteSampling, WhatAnotherProgramAskedForIsNotCalmed) {
   sampling.overruled(7);
-  sampling.heard(7, true);
   time.run_for(10s);
   sampling.heard(7, true);
   EXPECT_TRUE(sink.sent.empty());
@@ -142,12 +200,11 @@ TEST_F(MoteSampling, OurSubscribersGoBeforeAnotherProgram) {
   EXPECT_EQ(command(1).transducers, 0x0001);
 }
 
-TEST_F(MoteSampling, AFullSinkRefusesAndTheWishIsToldWhenTheMoteIsHeard) {
+TEST_F(MoteSampling, AFullSinkRefusesAndTheWishIsToldLater) {
   sink.full = true;
   EXPECT_EQ(sampling.want(7, {0x0001, 1024}).error().code, ErrorCode::kBusy);
   sink.full = false;
-  time.run_for(6s);
-  sampling.heard(7, false);
+  time.run_for(5s);
   EXPECT_EQ(sink.sent.size(), 1u);
 }
 

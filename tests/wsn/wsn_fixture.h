@@ -90,6 +90,20 @@ class MoteNetwork : public ::testing::Test {
   Result<void> light_up(const std::string& device, std::int64_t value) {
     return send(device, model::Actuate{++last_request, {Kind::kActuator, types.find("led")->id, "1"}, value, 5s});
   }
+  /// Instead of the simulated one another sink comes, and says this.
+  void from_the_sink(std::string_view packet) {
+    motes->port(1).pull();
+    run(1s);
+    listener_ = host.net.tcp.listen({"127.0.0.1", 19202}, [this](auto stream) {
+      other_sink_ = std::move(stream);
+      return transport::TcpCalls{};
+    });
+    run(2s);
+    ASSERT_TRUE(other_sink_);
+    ASSERT_TRUE(other_sink_->send(motes::hdlc_packet(base::from_hex(packet).value())));
+    run(1s);
+  }
+
   model::Acknowledge answer(std::uint64_t request) const {
     for (const auto& [device, ack] : host.all<model::Acknowledge>()) {
       if (ack.request == request) return ack;
@@ -143,6 +157,8 @@ class MoteNetwork : public ::testing::Test {
  private:
   ConfigNode config_;
   std::size_t reopened_ = 0;
+  std::unique_ptr<transport::MemoryListener> listener_;
+  std::unique_ptr<transport::TcpStream> other_sink_;
   Timer reopening_;
 };
 

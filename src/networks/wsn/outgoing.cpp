@@ -121,6 +121,20 @@ Result<MoteRequest> opaque_request(std::uint16_t island, std::uint16_t mote, con
   return request;
 }
 
+std::optional<model::Opaque> as_json(const model::Opaque& message) {
+  const auto tag = parse_tag(message.type);
+  if (!tag || tag->kind != MoteTag::Kind::kNet) return std::nullopt;
+  motes::NetMessage said;
+  said.destination_mote = motes::kBaseMote;
+  said.transport = tag->transport;
+  said.application = tag->application;
+  said.record = message.bytes;
+  const auto json = learning_json(said);
+  if (!json) return std::nullopt;
+  const auto bytes = base::as_bytes(*json);
+  return model::Opaque{"mote/json", Bytes(bytes.begin(), bytes.end())};
+}
+
 bool may_repeat(ByteView packet) {
   const auto read = motes::decode_packet(packet);
   if (!read) return false;

@@ -27,6 +27,9 @@ MoteRequest ack_request(std::uint16_t island, const motes::WantedAck& wanted);
 Result<MoteRequest> opaque_request(std::uint16_t island, std::uint16_t mote, const model::Message& message,
                                    const MoteTag& tag);
 
+/// A mote's message of the learning or synaptic layer, as `mote/json`; nullopt if it is none.
+std::optional<model::Opaque> as_json(const model::Opaque& message);
+
 /// Whether a client's packet may be sent twice: the commands of the firmware itself may, what we do not know may not
 /// (wsn.md 2).
 bool may_repeat(ByteView packet);

@@ -14,4 +14,8 @@ bool RecentMessages::seen(const motes::NetMessage& message, SteadyTime now) {
   return false;
 }
 
+void RecentMessages::forget(std::uint16_t mote) {
+  std::erase_if(names_, [mote](const auto& one) { return std::get<1>(one.second) == mote; });
+}
+
 }  // namespace rubicon::networks::wsn

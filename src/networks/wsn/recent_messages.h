@@ -18,6 +18,8 @@ class RecentMessages {
 
   /// True if it was heard before; else it is from now on.
   bool seen(const motes::NetMessage& message, SteadyTime now);
+  /// It was switched on, and counts anew.
+  void forget(std::uint16_t mote);
 
  private:
   using Name = std::tuple<std::uint16_t, std::uint16_t, std::uint16_t, std::uint8_t, std::uint8_t, std::uint8_t>;

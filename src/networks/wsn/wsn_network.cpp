@@ -43,8 +43,8 @@ class WsnNetwork final : public network::Network {
   SinkCalls sink_calls();
   Bytes island_packet() const;
   void sink_changed(const SinkState& state);
-  void check_island();
   void correct_island(std::uint16_t theirs);
+  void watch_island();
   // Those who share it.
   void share();
   bool take_from_client(ByteView packet);
@@ -52,6 +52,7 @@ class WsnNetwork final : public network::Network {
   void received(ByteView packet);
   bool repeated(ByteView packet);
   void take(motes::MoteEvents& events);
+  void notify(const motes::HeardAck& ack);
   void deliver(model::Message message);
   void complete(const std::string& device, model::Join& join) const;
   void show_mask(std::uint16_t mote, std::uint16_t mask);
@@ -77,9 +78,10 @@ class WsnNetwork final : public network::Network {
   MoteProbes probes_;
   Sampling sampling_;
   RecentMessages recent_;
-  std::map<std::uint16_t, std::uint16_t> masks_;  ///< what motes were told to read
+  std::map<std::uint16_t, std::uint16_t> masks_;  ///< what motes read, of those of which it is known
   base::RateLimit limit_;
-  std::uint64_t readings_ = 0, joins_ = 0, bad_packets_ = 0, foreign_ = 0, repeated_ = 0, commands_ = 0;
+  std::uint64_t readings_ = 0, joins_ = 0, bad_packets_ = 0, foreign_ = 0, foreign_motes_ = 0, repeated_ = 0,
+                commands_ = 0;
   bool opened_ = false;
   SteadyTime corrected_{};
   std::string share_reason_;
@@ -153,16 +155,17 @@ Result<void> WsnNetwork::open() {
 }
 
 void WsnNetwork::sink_changed(const SinkState& state) {
-  if (state.phase == SinkState::Phase::kUp) check_island();
+  if (state.phase == SinkState::Phase::kUp && !island_check_.pending()) watch_island();
   report();
 }
 
-void WsnNetwork::check_island() {
+void WsnNetwork::watch_island() {
+  island_check_.cancel();
   if (!options_.island_check) return;
   island_check_ = host_.scheduler().after(*options_.island_check, [this] {
     std::ignore =
         sink_->send({island_packet(), Lane::kProbe, host_.scheduler().now() + *options_.island_check, true, {}});
-    check_island();
+    watch_island();
   });
 }
 
@@ -222,9 +225,15 @@ bool WsnNetwork::repeated(ByteView bytes) {
 }
 
 void WsnNetwork::take(motes::MoteEvents& events) {
+  if (events.foreign_source) {
+    ++foreign_motes_;
+    return say("foreign-motes",
+               fmt::format("a mote of island {} speaks to this island by radio", *events.foreign_source));
+  }
   if (events.foreign_island && events.messages.empty()) return correct_island(*events.foreign_island);
+  if (events.joined) recent_.forget(*events.mote);
   for (auto& message : events.messages) deliver(std::move(message));
-  if (events.ack) requests_.heard(*events.ack);
+  if (events.ack && !requests_.heard(*events.ack) && !events.foreign_island) notify(*events.ack);
   if (!events.mote) return;
   if (events.joined) {
     ++joins_;
@@ -234,11 +243,25 @@ void WsnNetwork::take(motes::MoteEvents& events) {
   sampling_.heard(*events.mote, events.reported);
 }
 
+/// What a mote acknowledges of what an application sent, with a number of its own (wsn.md 7.2, matrix upload).
+void WsnNetwork::notify(const motes::HeardAck& ack) {
+  if (ack.application == motes::kApplicationMockup || ack.application == motes::kApplicationControl) return;
+  auto record = motes::encode_record(ack.ack);
+  model::Message message;
+  message.source.device = fmt::format("{}", ack.mote);
+  message.body =
+      model::Opaque{fmt::format("mote/{}/{}/{}", motes::kTransportAck, ack.application, record.front()), record};
+  deliver(std::move(message));
+}
+
 void WsnNetwork::deliver(model::Message message) {
   if (auto* join = std::get_if<model::Join>(&message.body)) complete(message.source.device, *join);
   if (const auto* updates = std::get_if<model::Updates>(&message.body)) readings_ += updates->readings.size();
-  if (message.kind() == MessageKind::kOpaque && message.destination.island == model::kNobody)
+  auto* opaque = std::get_if<model::Opaque>(&message.body);
+  if (opaque && message.destination.island == model::kNobody) {
     message.destination.island = options_.messages_to;
+    if (auto json = options_.messages_as_json ? as_json(*opaque) : std::nullopt) *opaque = std::move(*json);
+  }
   host_.deliver(std::move(message));
 }
 
@@ -253,13 +276,13 @@ void WsnNetwork::complete(const std::string& device, model::Join& join) const {
   };
   join.capabilities.push_back(property("rate", model::Access::kReadWrite));
   auto mask = property("mask", model::Access::kRead);
-  const auto told = masks_.find(mote_address(device).value_or(0));
-  mask.initial = std::int64_t{told == masks_.end() ? 0 : told->second};
+  const auto known = masks_.find(mote_address(device).value_or(0));
+  if (known != masks_.end()) mask.initial = std::int64_t{known->second};
   join.capabilities.push_back(std::move(mask));
 }
 
 void WsnNetwork::show_mask(std::uint16_t mote, std::uint16_t mask) {
-  if (std::exchange(masks_[mote], mask) == mask) return;
+  masks_[mote] = mask;
   const model::PointId point{Kind::kProperty, types_.find("mask")->id, {}};
   host_.deliver(fmt::format("{}", mote), model::Updates{{{point, std::int64_t{mask}, {}}}});
 }
@@ -274,8 +297,11 @@ Result<void> WsnNetwork::send(const model::Message& message) {
   if (!codec_.knows(*mote)) return fail(ErrorCode::kNotFound, fmt::format("mote {} was never heard", *mote));
   if (const auto* command = std::get_if<model::Actuate>(&message.body)) return actuate(*mote, *command);
   if (const auto* wish = std::get_if<model::Sample>(&message.body)) return sample(*mote, *wish);
-  if (message.kind() == MessageKind::kSetProperty)
-    return fail(ErrorCode::kRefused, "what a mote reads follows who subscribes: its mask cannot be set");
+  if (const auto* set = std::get_if<model::SetProperty>(&message.body)) {
+    const bool mask = set->point.type == types_.find("mask")->id;
+    return mask ? fail(ErrorCode::kRefused, "what a mote reads follows who subscribes: its mask cannot be set")
+                : fail(ErrorCode::kNotFound, fmt::format("mote {} has no such property", *mote));
+  }
   return fail(ErrorCode::kUnsupported, fmt::format("motes take no {}", to_string(message.kind())));
 }
 
@@ -335,11 +361,11 @@ Result<void> WsnNetwork::sample(std::uint16_t mote, const model::Sample& wish) {
     return fail(ErrorCode::kRefused, "recorded motes report when they did");
   Reads reads;
   for (const auto& point : wish.points) {
-    const auto transducer = codec_.transducer_of(mote, point);
-    if (transducer == 0)
-      return fail(ErrorCode::kNotFound, fmt::format("mote {} has no sensor that is asked for", mote));
-    reads.mask |= transducer;
+    reads.mask |= codec_.transducer_of(mote, point);
   }
+  if (reads.mask == 0 && !wish.points.empty())
+    return fail(ErrorCode::kNotFound,
+                fmt::format("mote {} has none of the {} sensors that are asked for", mote, wish.points.size()));
   if (reads.mask != 0) reads.ticks = ticks_of(wish.period);
   if (auto wanted = sampling_.want(mote, reads); !wanted) return wanted;
   host_.deliver(fmt::format("{}", mote), model::Acknowledge{wish.request, model::Outcome::kSent, {}});
@@ -347,6 +373,7 @@ Result<void> WsnNetwork::sample(std::uint16_t mote, const model::Sample& wish) {
 }
 
 Result<void> WsnNetwork::probe(std::uint16_t mote, const model::Message& message) {
+  if (options_.source.kind == Source::Kind::kFile) return fail(ErrorCode::kRefused, "recorded motes cannot be asked");
   if (message.source.island == IslandId{island_} && message.source.network.empty()) {
     if (auto join = codec_.know(mote, std::get<model::Probe>(message.body).known)) deliver(std::move(*join));
   }
@@ -368,7 +395,12 @@ Result<void> WsnNetwork::opaque(const model::Message& message) {
   if (!mote) return fail(ErrorCode::kNotFound, fmt::format("no mote {}", model::quoted(message.destination.device)));
   auto request = opaque_request(island_, *mote, message, *tag);
   if (!request) return fail(request.error());
-  return put(std::move(*request), message.number, message);
+  auto header = request->header;
+  header.record = request->record;
+  const auto told = told_to_read(motes::packet_of(header));
+  auto sent = put(std::move(*request), message.number, message);
+  if (sent && told) sampling_.overruled(*told);
+  return sent;
 }
 
 /// Packets of other AM types, past the motes' network layer (wsn.md 7.2).
@@ -410,7 +442,7 @@ Result<void> WsnNetwork::change(const network::NetworkConfig& config) {
   options_ = std::move(next);
   sampling_.change({island_, options_.read_updates});
   for (auto& join : codec_.change(options_.codec)) deliver(std::move(join));
-  if (island_check_.pending() || sink_->state().phase == SinkState::Phase::kUp) check_island();
+  if (sink_->state().phase == SinkState::Phase::kUp) watch_island();
   return {};
 }
 
@@ -443,6 +475,7 @@ void WsnNetwork::report() {
                          {"unanswered-messages", requests_.unanswered()},
                          {"bad-packets", bad_packets_},
                          {"foreign-packets", foreign_},
+                         {"foreign-motes", foreign_motes_},
                          {"repeated-messages", repeated_}});
   state.texts["source"] = to_string(options_.source);
   if (forwarder_) {

@@ -111,11 +111,13 @@ WsnOptions read_wsn_options(const network::NetworkConfig& config) {
         "", fmt::format("motes know islands 1 to {}, this is island {}", kLastIsland, model::number(config.island)));
   out.source = read_source(options, config.directory);
   out.codec = read_motes(options, config.island);
+  if (out.source.kind == Source::Kind::kFile) out.codec.island.reset();  // recorded on whatever island
   out.read_updates = options.choice("sampling", "periodic", {"periodic", "read-updates"}) == "read-updates";
   out.island_check = options.duration_or_never("island-check", out.island_check);
   if (out.island_check && *out.island_check < std::chrono::seconds(1))
     options.error("island-check", "expected at least 1s, or never");
   out.messages_to = OwnerId(static_cast<std::uint32_t>(options.integer("messages-to", 0, 0, UINT32_MAX)));
+  out.messages_as_json = options.choice("messages-as", "bytes", {"bytes", "json"}) == "json";
   out.share = read_share(options, out.source);
   return out;
 }

@@ -19,6 +19,7 @@ struct WsnOptions {
   std::optional<Duration> island_check = std::chrono::seconds(30);
   /// Who application messages of motes go to that are for this island; kNobody = those who listen here.
   OwnerId messages_to = model::kNobody;
+  bool messages_as_json = false;          ///< those of the learning and synaptic layers
   std::optional<ForwarderOptions> share;  ///< nullopt = the sink is not shared
 };
 
