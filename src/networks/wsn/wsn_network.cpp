@@ -13,6 +13,7 @@
 #include "networks/wsn/sampling.h"
 #include "networks/wsn/share/forwarder.h"
 #include "networks/wsn/sink/packet_recorder.h"
+#include "networks/wsn/sink_island.h"
 #include "networks/wsn/wsn_options.h"
 #include "networks/wsn/wsn_sample.h"
 
@@ -23,8 +24,6 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr Duration kCountersEvery = 1s;
-/// A sink with another island's id is corrected at once, but not more often.
-constexpr Duration kCorrectionPause = 5s;
 constexpr Duration kShareAgain = 30s;
 /// A full lane is sent within ten seconds; what waited longer was meant for a sink that was away.
 constexpr Duration kClientLife = 20s;
@@ -41,10 +40,8 @@ class WsnNetwork final : public network::Network {
   using NetMessage = motes::NetMessage;
   // The sink.
   SinkCalls sink_calls();
-  Bytes island_packet() const;
   void sink_changed(const SinkState& state);
   void correct_island(std::uint16_t theirs);
-  void watch_island();
   // Those who share it.
   void share();
   bool take_from_client(ByteView packet);
@@ -78,14 +75,14 @@ class WsnNetwork final : public network::Network {
   MoteProbes probes_;
   Sampling sampling_;
   RecentMessages recent_;
+  SinkIsland sink_island_;
   std::map<std::uint16_t, std::uint16_t> masks_;  ///< what motes read, of those of which it is known
   base::RateLimit limit_;
   std::uint64_t readings_ = 0, joins_ = 0, bad_packets_ = 0, foreign_ = 0, foreign_motes_ = 0, repeated_ = 0,
                 commands_ = 0;
   bool opened_ = false;
-  SteadyTime corrected_{};
   std::string share_reason_;
-  Timer counters_, island_check_, share_again_;
+  Timer counters_, share_again_;
   std::optional<PacketRecorder> recorder_;
   std::optional<Forwarder> forwarder_;
   std::unique_ptr<Sink> sink_;  ///< last: goes first, its calls reach all others
@@ -103,7 +100,8 @@ WsnNetwork::WsnNetwork(const network::NetworkConfig& config, WsnOptions options,
                 [this](std::uint16_t mote, std::optional<std::uint16_t> mask, bool acknowledged) {
                   codec_.reads(mote, mask);
                   if (mask && acknowledged) show_mask(mote, *mask);
-                }) {
+                }),
+      sink_island_(island_, host.scheduler(), [this](Outgoing packet) { return sink_->send(std::move(packet)); }) {
   const auto note = [this](const std::string& subject, std::string_view text) { say(subject, text); };
   if (!options_.source.record.empty())
     recorder_.emplace(options_.source.record, host.scheduler(), host.transports(), note);
@@ -117,14 +115,14 @@ WsnNetwork::WsnNetwork(const network::NetworkConfig& config, WsnOptions options,
     calls.note = note;
     forwarder_.emplace(*options_.share, host.scheduler(), host.transports(), std::move(calls));
   }
-  sink_ = make_sink({options_.source, island_packet()}, host.scheduler(), host.transports(), sink_calls());
+  sink_ = make_sink({options_.source, sink_island_.packet()}, host.scheduler(), host.transports(), sink_calls());
 }
 
 SinkCalls WsnNetwork::sink_calls() {
   SinkCalls calls;
   calls.changed = [this](const SinkState& state) { sink_changed(state); };
   calls.failed = [this](Error why) {
-    island_check_.cancel();
+    sink_island_.watch(std::nullopt);
     host_.failed(std::move(why));
   };
   calls.received = [this](ByteView packet) { received(packet); };
@@ -138,12 +136,6 @@ SinkCalls WsnNetwork::sink_calls() {
   return calls;
 }
 
-/// Sent first after each opening, and again and again: a sink that was switched off is on island 11 again and tells
-/// nobody (wsn.md 9.1).
-Bytes WsnNetwork::island_packet() const {
-  return motes::packet_of(motes::AmType::kConfig, motes::encode_config({motes::kSetIslandId, island_}));
-}
-
 Result<void> WsnNetwork::open() {
   if (!std::exchange(opened_, true)) {
     if (recorder_) {
@@ -155,18 +147,8 @@ Result<void> WsnNetwork::open() {
 }
 
 void WsnNetwork::sink_changed(const SinkState& state) {
-  if (state.phase == SinkState::Phase::kUp && !island_check_.pending()) watch_island();
+  if (state.phase == SinkState::Phase::kUp && !sink_island_.watched()) sink_island_.watch(options_.island_check);
   report();
-}
-
-void WsnNetwork::watch_island() {
-  island_check_.cancel();
-  if (!options_.island_check) return;
-  island_check_ = host_.scheduler().after(*options_.island_check, [this] {
-    std::ignore =
-        sink_->send({island_packet(), Lane::kProbe, host_.scheduler().now() + *options_.island_check, true, {}});
-    watch_island();
-  });
 }
 
 void WsnNetwork::correct_island(std::uint16_t theirs) {
@@ -174,10 +156,7 @@ void WsnNetwork::correct_island(std::uint16_t theirs) {
   say("foreign-packets", fmt::format("a message for island {} from the sink of island {}: it has (or had) another id; "
                                      "motes that joined it under that id must be switched off and on",
                                      theirs, island_));
-  const auto now = host_.scheduler().now();
-  if (now < corrected_ + kCorrectionPause) return;
-  corrected_ = now;
-  std::ignore = sink_->send({island_packet(), Lane::kCommand, now + kCorrectionPause, true, {}});
+  sink_island_.correct();
 }
 
 void WsnNetwork::share() {
@@ -442,7 +421,7 @@ Result<void> WsnNetwork::change(const network::NetworkConfig& config) {
   options_ = std::move(next);
   sampling_.change({island_, options_.read_updates});
   for (auto& join : codec_.change(options_.codec)) deliver(std::move(join));
-  if (sink_->state().phase == SinkState::Phase::kUp) watch_island();
+  if (sink_->state().phase == SinkState::Phase::kUp) sink_island_.watch(options_.island_check);
   return {};
 }
 
