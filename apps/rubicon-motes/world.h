@@ -26,8 +26,8 @@ struct WorldOptions {
   /// All chance comes of it: the same seed and the same input give the same bytes.
   std::uint64_t seed = 1;
   /// When the first mote of each sink is switched on, and the time from one to the next. Those that are switched on
-  /// together disturb each other's joins (wsn.md 9.2).
-  Duration first_boot = std::chrono::milliseconds(100);
+  /// together disturb each other's joins (wsn.md 9.2), and a sink may take 113 ms until it has the island's id.
+  Duration first_boot = std::chrono::milliseconds(200);
   Duration boot_spacing = std::chrono::milliseconds(250);
   /// The first boot counts from when a computer has come to the sink for the first time.
   bool wait_for_computer = false;

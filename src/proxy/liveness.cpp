@@ -44,7 +44,8 @@ std::optional<SteadyTime> probe_at(const Device& device) {
   const bool heard = device.status == DeviceStatus::kReachable;
   if (!heard && device.probed_at == SteadyTime{}) return SteadyTime{};
   if (!rules.silence) return std::nullopt;
-  return std::max(device.probed_at, heard ? device.heard_at : SteadyTime{}) + *rules.silence / 2;
+  if (!heard) return device.probed_at + *rules.silence / 2;
+  return std::max(device.heard_at + *rules.silence / 2, device.probed_at + *rules.silence / 4);
 }
 
 Liveness::Liveness(Surroundings& around, DeviceDirectory& directory, TupleMirror& mirror, Calls calls)

@@ -48,7 +48,8 @@ class Liveness {
 };
 
 /// When a device is asked whether it is there, where that can be asked: at once if it is only remembered, after half
-/// the silence period of a quiet one, and again each half period. nullopt = not now.
+/// the silence period of a quiet one and, if it does not answer, after three quarters; then each half period. nullopt =
+/// not now.
 std::optional<SteadyTime> probe_at(const Device& device);
 
 /// When a good value becomes stale; nullopt = never. The rule is in docs/tuple-keys.md, "Deadlines".

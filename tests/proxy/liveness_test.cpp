@@ -232,12 +232,27 @@ TEST_F(Probing, ADeviceSilentForHalfTheSilenceIsAskedAndStaysReachableIfItAnswer
   EXPECT_EQ(json("proxy.hall.7.status")["status"], "reachable");
 }
 
+TEST_F(Probing, ADeviceThatMissesOneQuestionIsAskedOnceMoreBeforeItIsUnreachable) {
+  start();
+  join("7", lamp());
+  time.run_for(31s);
+  ASSERT_EQ(probes(), 1u);
+  time.run_for(15s);
+  ASSERT_EQ(probes(), 2u);
+  say("7", model::KeepAlive{});
+  time.run_for(29s);
+  EXPECT_EQ(json("proxy.hall.7.status")["status"], "reachable");
+  EXPECT_EQ(probes(), 2u);
+}
+
 TEST_F(Probing, AnUnreachableDeviceIsAskedEachHalfSilenceForEver) {
   start();
   join("7", lamp());
-  time.run_for(10min + 1s);
+  time.run_for(1min + 1s);
   EXPECT_EQ(json("proxy.hall.7.status")["status"], "unreachable");
-  EXPECT_EQ(probes(), 20u);
+  const auto before = probes();
+  time.run_for(9min);
+  EXPECT_EQ(probes(), before + 18);
 }
 
 TEST_F(Probing, ARememberedDeviceIsAskedAtOnceWithWhatIsRememberedOfIt) {

@@ -72,7 +72,7 @@ TEST_F(Joining, IsAskedForSevenTimesAndNeverAgainUntilReboot) {
   Ear ear;
   world->radio().add(ear, {1});
   const auto begin = time.now();
-  time.run_for(100ms + 2925ms);
+  time.run_for(200ms + 2925ms);
   EXPECT_THAT(ear.heard, SizeIs(6));
   time.run_for(30ms);
   EXPECT_THAT(ear.heard, SizeIs(7));
