@@ -156,14 +156,31 @@ void MoteCodec::on_joined(const Joined& joined, MoteEvents& events) {
   tell_join(joined.mote, mote, events);
 }
 
-void MoteCodec::declare(std::uint16_t address, Mote& mote) const {
-  mote.model = model_of(mote.joined->mote_type);
-  mote.declared.clear();
-  for (const MoteSensor& sensor : sensors_in_mask(mote.joined->transducers, calibration(address)))
-    mote.declared.push_back(capability_of(sensor));
-  for (const auto& [bit, type] : kActuators) {
-    if ((mote.joined->actuators & bit) != 0) mote.declared.push_back(actuator(type));
+const MoteCodec::Shared& MoteCodec::nothing() {
+  static const Shared none = std::make_shared<const Capabilities>();
+  return none;
+}
+
+/// Motes of one kind declare the same, and there may be thousands of them.
+MoteCodec::Shared MoteCodec::once(Capabilities made) {
+  std::erase_if(kinds_, [](const auto& kind) { return kind.expired(); });
+  for (const auto& kind : kinds_) {
+    if (auto known = kind.lock(); known && *known == made) return known;
   }
+  auto fresh = std::make_shared<const Capabilities>(std::move(made));
+  if (kinds_.size() < kMostKinds) kinds_.push_back(fresh);
+  return fresh;
+}
+
+void MoteCodec::declare(std::uint16_t address, Mote& mote) {
+  mote.model = model_of(mote.joined->mote_type);
+  Capabilities declared;
+  for (const MoteSensor& sensor : sensors_in_mask(mote.joined->transducers, calibration(address)))
+    declared.push_back(capability_of(sensor));
+  for (const auto& [bit, type] : kActuators) {
+    if ((mote.joined->actuators & bit) != 0) declared.push_back(actuator(type));
+  }
+  mote.declared = once(std::move(declared));
 }
 
 model::Capability MoteCodec::actuator(std::string_view type) const {
@@ -178,12 +195,14 @@ model::Capability MoteCodec::actuator(std::string_view type) const {
 std::optional<model::Message> MoteCodec::know(std::uint16_t address, const model::Join& join) {
   const auto [found, fresh] = motes_.try_emplace(address);
   Mote& mote = found->second;
-  if (mote.joined || !mote.declared.empty()) return std::nullopt;
+  if (mote.joined || !mote.declared->empty()) return std::nullopt;
   mote.model = join.model;
+  Capabilities declared;
   for (const model::Capability& known : join.capabilities) {
     if (known.point.kind == Kind::kProperty) continue;
-    mote.declared.push_back(known.point.kind == Kind::kActuator ? actuator(known.type_name) : known);
+    declared.push_back(known.point.kind == Kind::kActuator ? actuator(known.type_name) : known);
   }
+  mote.declared = once(std::move(declared));
   if (fresh) return std::nullopt;
   return join_of(address, mote);
 }
@@ -194,7 +213,7 @@ void MoteCodec::reads(std::uint16_t mote, std::optional<std::uint16_t> mask) {
 
 bool MoteCodec::offers(std::uint16_t mote, const model::PointId& point) const {
   const auto found = motes_.find(mote);
-  return found != motes_.end() && (has_point(found->second.declared, point) || has_point(found->second.shown, point));
+  return found != motes_.end() && (has_point(*found->second.declared, point) || has_point(found->second.shown, point));
 }
 
 std::uint16_t MoteCodec::transducer_of(std::uint16_t mote, const model::PointId& point) const {
@@ -255,7 +274,7 @@ model::Message MoteCodec::join_of(std::uint16_t address, const Mote& mote) const
   model::Join join;
   join.device_type = "mote";
   join.model = mote.model;
-  join.capabilities = mote.declared;
+  join.capabilities = *mote.declared;
   for (const model::Capability& capability : mote.shown) {
     if (!has_point(join.capabilities, capability.point)) join.capabilities.push_back(capability);
   }
@@ -264,7 +283,7 @@ model::Message MoteCodec::join_of(std::uint16_t address, const Mote& mote) const
 
 bool MoteCodec::show(Mote& mote, const MoteSensor& sensor) const {
   model::Capability capability = capability_of(sensor);
-  if (has_point(mote.declared, capability.point) || has_point(mote.shown, capability.point)) return false;
+  if (has_point(*mote.declared, capability.point) || has_point(mote.shown, capability.point)) return false;
   mote.shown.push_back(std::move(capability));
   return true;
 }

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -71,12 +72,15 @@ class MoteCodec {
   std::vector<model::Message> change(CodecOptions options);
 
  private:
+  using Capabilities = std::vector<model::Capability>;
+  using Shared = std::shared_ptr<const Capabilities>;
+  static constexpr std::size_t kMostKinds = 64;  ///< that are looked through at a join
   struct Mote {
     std::optional<Joined> joined;  ///< what it said of itself
     std::string model;
-    std::vector<model::Capability> declared;
-    std::optional<std::uint16_t> mask;     ///< what it reads
-    std::vector<model::Capability> shown;  ///< not declared, but read: they outlive a re-join
+    Shared declared = nothing();
+    std::optional<std::uint16_t> mask;  ///< what it reads
+    Capabilities shown;                 ///< not declared, but read: they outlive a re-join
     std::optional<double> celsius;
   };
 
@@ -85,7 +89,9 @@ class MoteCodec {
   void on_joined(const Joined& joined, MoteEvents& events);
   void on_updates(std::uint16_t address, const RawUpdates& updates, MoteEvents& events);
   RawUpdates updates_of(std::uint16_t address, const DemoReport& demo) const;
-  void declare(std::uint16_t address, Mote& mote) const;
+  static const Shared& nothing();
+  Shared once(Capabilities made);
+  void declare(std::uint16_t address, Mote& mote);
   model::Capability actuator(std::string_view type) const;
   const Calibration& calibration(std::uint16_t mote) const;
   void heard(std::uint16_t address, MoteEvents& events);
@@ -99,6 +105,7 @@ class MoteCodec {
   CodecOptions options_;
   std::map<std::uint16_t, Calibration> exceptions_;  ///< by mote
   std::map<std::uint16_t, Mote> motes_;
+  std::vector<std::weak_ptr<const Capabilities>> kinds_;  ///< what motes declare, each kind of them once
 };
 
 }  // namespace rubicon::motes
