@@ -84,8 +84,13 @@ class Watcher {
     const auto end = loop_.scheduler().after(span, [this] { loop_.stop(); });
     loop_.run();
   }
+  /// Until so many are reachable, or no more came for some seconds: a sink loses a join now and then (wsn.md 9.2).
   std::size_t await(std::size_t motes) {
-    for (int i = 0; i < 120 && reachable_.size() < motes; ++i) run(500ms);
+    std::size_t before = 0;
+    for (int idle = 0; idle < 10 && reachable_.size() < motes; idle = reachable_.size() > before ? 0 : idle + 1) {
+      before = reachable_.size();
+      run(1s);
+    }
     return reachable_.size();
   }
   void demand(Duration period) {
