@@ -11,9 +11,9 @@
 #include <csignal>
 #include <cstdio>
 #include <deque>
-#include <set>
 #include <sstream>
 #include <stdexcept>
+#include <string>
 
 #include "motes/hdlc.h"
 #include "motes/mote_records.h"
@@ -54,7 +54,8 @@ class Line {
   }
   void report(FILE* to) const {
     std::fprintf(to, "%llu\n", static_cast<unsigned long long>(frames_));
-    for (const auto at : commands_) std::fprintf(to, "%lld\n", static_cast<long long>(at));
+    for (const auto& [what, at] : commands_)
+      std::fprintf(to, "%d %d %lld\n", what.first, what.second, static_cast<long long>(at));
     std::fflush(to);
   }
 
@@ -93,8 +94,9 @@ class Line {
     const auto net = decode_net(packet->payload);
     if (!net) return;
     const auto record = decode_record(*net);
-    if (record && std::holds_alternative<ActuateCommand>(*record) && known_.insert(net->sequence).second)
-      commands_.push_back(now.time_since_epoch().count());
+    const auto* command = record ? std::get_if<ActuateCommand>(&*record) : nullptr;
+    if (command != nullptr)
+      commands_.try_emplace({net->destination_mote, command->value}, now.time_since_epoch().count());
     if (net->reliable != 0) acknowledge(*net);
   }
 
@@ -157,8 +159,7 @@ class Line {
   std::deque<Due> acks_;
   std::deque<Bytes> waiting_;
   std::uint64_t frames_ = 0;
-  std::set<std::uint16_t> known_;
-  std::vector<std::int64_t> commands_;
+  decltype(LineSeen::commands) commands_;
 };
 
 int listening(std::uint16_t& port) {
@@ -210,7 +211,8 @@ LineSeen LineSink::seen() {
   LineSeen seen;
   std::istringstream lines(text);
   lines >> seen.frames;
-  for (std::int64_t at = 0; lines >> at;) seen.commands.push_back(at);
+  int mote = 0, value = 0;
+  for (std::int64_t at = 0; lines >> mote >> value >> at;) seen.commands[{mote, value}] = at;
   return seen;
 }
 

@@ -2,16 +2,17 @@
 
 #include <sys/types.h>
 
-#include <string>
-#include <vector>
+#include <map>
+#include <utility>
 
 #include "motes/measurements.h"
 
 namespace rubicon::bench::wsn {
 
 struct LineSeen {
-  std::uint64_t frames = 0;            ///< with readings, that it sent
-  std::vector<std::int64_t> commands;  ///< steady clock, ns: when each new actuate command came, in their order
+  std::uint64_t frames = 0;  ///< with readings, that it sent
+  /// By mote and value, when the command first came: steady clock, ns.
+  std::map<std::pair<int, int>, std::int64_t> commands;
 };
 
 /// A sink in a process of its own that keeps its line full: 127-byte frames of its 20 motes back to back at 115200 baud

@@ -17,7 +17,7 @@ using mote_simulator::Event;
 
 constexpr int kMotes = 200;
 /// Seven requests in three seconds (wsn.md 9.2), and what follows.
-constexpr auto kBetweenReboots = 5s;
+constexpr auto kBetweenReboots = 4s;
 constexpr auto kPatience = 20min;
 
 mote_simulator::Step reboot_all() {

@@ -170,13 +170,30 @@ void MoteCodec::on_joined(const Joined& joined, MoteEvents& events) {
   tell_join(joined.mote, mote, events);
 }
 
-void MoteCodec::declare(std::uint16_t address, Mote& mote) const {
-  mote.declared.clear();
-  for (const MoteSensor& sensor : sensors_in_mask(mote.joined->transducers, calibration(address)))
-    mote.declared.push_back(capability_of(sensor));
-  for (const auto& [bit, type] : kActuators) {
-    if ((mote.joined->actuators & bit) != 0) mote.declared.push_back(actuator(type));
+const MoteCodec::Shared& MoteCodec::nothing() {
+  static const Shared none = std::make_shared<const Capabilities>();
+  return none;
+}
+
+/// Motes of one kind declare the same, and there may be thousands of them.
+MoteCodec::Shared MoteCodec::once(Capabilities made) {
+  std::erase_if(kinds_, [](const auto& kind) { return kind.expired(); });
+  for (const auto& kind : kinds_) {
+    if (auto known = kind.lock(); known && *known == made) return known;
   }
+  auto fresh = std::make_shared<const Capabilities>(std::move(made));
+  if (kinds_.size() < kMostKinds) kinds_.push_back(fresh);
+  return fresh;
+}
+
+void MoteCodec::declare(std::uint16_t address, Mote& mote) {
+  Capabilities declared;
+  for (const MoteSensor& sensor : sensors_in_mask(mote.joined->transducers, calibration(address)))
+    declared.push_back(capability_of(sensor));
+  for (const auto& [bit, type] : kActuators) {
+    if ((mote.joined->actuators & bit) != 0) declared.push_back(actuator(type));
+  }
+  mote.declared = once(std::move(declared));
 }
 
 model::Capability MoteCodec::actuator(std::string_view type) const {
@@ -189,13 +206,13 @@ model::Capability MoteCodec::actuator(std::string_view type) const {
 }
 
 /// What a mote once said, from the sensors it was remembered with: under whatever board and units that was.
-std::uint16_t MoteCodec::mask_of(const model::Join& join) const {
+std::uint16_t MoteCodec::mask_of(std::uint16_t address, const model::Join& join) const {
   std::uint16_t mask = 0;
   for (const model::Capability& known : join.capabilities) {
-    for (std::size_t form = 0; form < kBoards * kUnits; ++form) {
-      const Calibration guess{static_cast<Board>(form % kBoards), static_cast<Units>(form / kBoards)};
-      mask |= transducer_under(guess, known.point);
-    }
+    std::uint16_t found = transducer_under(calibration(address), known.point);
+    for (std::size_t form = 0; form < kBoards * kUnits && found == 0; ++form)
+      found = transducer_under({static_cast<Board>(form % kBoards), static_cast<Units>(form / kBoards)}, known.point);
+    mask |= found;
   }
   return mask;
 }
@@ -204,7 +221,7 @@ std::optional<model::Message> MoteCodec::know(std::uint16_t address, const model
   if (motes_.size() >= kMostMotes && !motes_.contains(address)) return std::nullopt;
   Mote& mote = motes_[address];
   if (mote.joined) return std::nullopt;
-  Joined joined{0, address, 0, mask_of(join), 0};
+  Joined joined{0, address, 0, mask_of(address, join), 0};
   for (const auto& [bit, type] : kActuators) {
     if (has_point(join.capabilities, point_of(Kind::kActuator, type, "1"))) joined.actuators |= bit;
   }
@@ -231,7 +248,7 @@ void MoteCodec::reads(std::uint16_t mote, std::optional<std::uint16_t> mask) {
 
 bool MoteCodec::offers(std::uint16_t mote, const model::PointId& point) const {
   const auto found = motes_.find(mote);
-  return found != motes_.end() && (has_point(found->second.declared, point) || has_point(found->second.shown, point));
+  return found != motes_.end() && (has_point(*found->second.declared, point) || has_point(found->second.shown, point));
 }
 
 std::uint16_t MoteCodec::transducer_of(std::uint16_t mote, const model::PointId& point) const {
@@ -299,7 +316,7 @@ model::Message MoteCodec::join_of(std::uint16_t address, const Mote& mote) const
   model::Join join;
   join.device_type = "mote";
   join.model = mote.model;
-  join.capabilities = mote.declared;
+  join.capabilities = *mote.declared;
   join.heard = mote.heard;
   for (const model::Capability& capability : mote.shown) {
     if (!has_point(join.capabilities, capability.point)) join.capabilities.push_back(capability);
@@ -309,7 +326,7 @@ model::Message MoteCodec::join_of(std::uint16_t address, const Mote& mote) const
 
 bool MoteCodec::show(Mote& mote, const MoteSensor& sensor) const {
   model::Capability capability = capability_of(sensor);
-  if (has_point(mote.declared, capability.point) || has_point(mote.shown, capability.point)) return false;
+  if (has_point(*mote.declared, capability.point) || has_point(mote.shown, capability.point)) return false;
   mote.shown.push_back(std::move(capability));
   return true;
 }

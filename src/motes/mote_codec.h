@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -77,13 +78,16 @@ class MoteCodec {
   std::vector<model::Message> change(CodecOptions options);
 
  private:
+  using Capabilities = std::vector<model::Capability>;
+  using Shared = std::shared_ptr<const Capabilities>;
+  static constexpr std::size_t kMostKinds = 64;  ///< that are looked through at a join
   struct Mote {
     std::optional<Joined> joined;  ///< what it said of itself, or is remembered of it
     bool heard = false;
     std::string model;
-    std::vector<model::Capability> declared;
-    std::optional<std::uint16_t> mask;     ///< what it reads
-    std::vector<model::Capability> shown;  ///< not declared, but read: they outlive a re-join
+    Shared declared = nothing();
+    std::optional<std::uint16_t> mask;  ///< what it reads
+    Capabilities shown;                 ///< not declared, but read: they outlive a re-join
     std::optional<double> celsius;
   };
 
@@ -92,9 +96,11 @@ class MoteCodec {
   void on_joined(const Joined& joined, MoteEvents& events);
   void on_updates(std::uint16_t address, const RawUpdates& updates, MoteEvents& events);
   RawUpdates updates_of(std::uint16_t address, const DemoReport& demo) const;
-  void declare(std::uint16_t address, Mote& mote) const;
+  static const Shared& nothing();
+  Shared once(Capabilities made);
+  void declare(std::uint16_t address, Mote& mote);
   model::Capability actuator(std::string_view type) const;
-  std::uint16_t mask_of(const model::Join& join) const;
+  std::uint16_t mask_of(std::uint16_t mote, const model::Join& join) const;
   std::uint16_t transducer_under(const Calibration& calibration, const model::PointId& point) const;
   const Calibration& calibration(std::uint16_t mote) const;
   void heard(std::uint16_t address, MoteEvents& events);
@@ -108,6 +114,7 @@ class MoteCodec {
   CodecOptions options_;
   std::map<std::uint16_t, Calibration> exceptions_;  ///< by mote
   std::map<std::uint16_t, Mote> motes_;
+  std::vector<std::weak_ptr<const Capabilities>> kinds_;  ///< what motes declare, each kind of them once
 };
 
 }  // namespace rubicon::motes
