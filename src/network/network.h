@@ -90,7 +90,7 @@ struct NetworkType {
   /// Its devices give no sign of life: without the option `silence` they are never unreachable by silence.
   bool quiet = false;
   /// Its quiet devices can be asked whether they are there: the proxy sends it Probe for each remembered device at
-  /// start, and for devices that were silent for half the silence period.
+  /// start, and for devices that were silent for half the silence period, and for three quarters of it.
   bool probes = false;
 };
 
