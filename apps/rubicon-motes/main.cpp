@@ -21,8 +21,8 @@ namespace {
 using namespace rubicon;
 using namespace rubicon::mote_simulator;
 
-constexpr int kFailed = 1;
-constexpr int kConfiguration = 2;
+constexpr int kFailed = 1;         ///< the system refused something, or not all could be written
+constexpr int kConfiguration = 2;  ///< flags, or a file that they name
 constexpr std::size_t kLargestScript = 1 << 20;
 
 struct Arguments {
@@ -51,6 +51,8 @@ void describe_world(CLI::App& app, Arguments& a) {
   app.add_flag("--updates", a.mote.updates,
                "beyond the original: motes answer READ_UPDATES with the readings of all they have");
   app.add_flag("--wait", a.world.wait_for_computer, "motes are switched on when somebody has come to their sink");
+  app.add_flag("--reply-to-all", a.world.sink.reply_to_all,
+               "replies to joins are for all, so that motes answer those to others with garbage");
   app.add_option("--boot-spacing", a.spacing, "from one mote's boot to the next")->capture_default_str();
   app.add_option("--loss", a.world.radio.loss, "share of the radio messages that are lost")
       ->check(CLI::Range(0.0, 1.0));
@@ -71,7 +73,9 @@ void describe_line(CLI::App& app, Arguments& a) {
   app.add_option("--events", a.events, "file that a line of JSON is put behind for each event; - = standard output");
   app.add_option("--record", a.record, "file that the first sink's packets are put behind, as the original's LOG");
   app.add_option("--speed", a.speed, "how many times as fast as real time")->check(CLI::Range(0.01, 1000.0));
-  auto* fast = app.add_flag("--fast", a.fast, "as fast as possible, without ports: for recordings")->excludes(pty);
+  auto* wait = app.get_option("--wait")->excludes(pty);  // nobody sees who comes to a pseudo-terminal
+  auto* fast = app.add_flag("--fast", a.fast, "as fast as possible, without ports: for recordings");
+  fast->excludes(pty)->excludes(wait);
   app.add_option("--for", a.span, "how much time --fast lets pass")->needs(fast)->capture_default_str();
   app.add_option("--report", a.report, "with --fast: each mote is told to report so often")->capture_default_str();
 }
@@ -117,8 +121,17 @@ struct Outputs {
   void event(const Event& event) {
     const auto line = to_json(event) + "\n";
     if (print) std::fputs(line.c_str(), stdout);
-    if (print && live) std::fflush(stdout);
+    if (print && live) flush();
     if (events) keep(events->append(base::as_bytes(line)));
+  }
+  void flush() {
+    if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
+      keep(fail(ErrorCode::kIo, "cannot write to standard output: events are lost"));
+  }
+  /// The exit code of a run that came to its end.
+  int finish() {
+    flush();
+    return lost ? kFailed : 0;
   }
   void keep(const Result<void>& written) {
     if (!written && !std::exchange(lost, true)) fmt::print(stderr, "rubicon-motes: {}\n", written.error().text);
@@ -179,7 +192,7 @@ int run_fast(const Arguments& a, std::vector<Step> script, Outputs& out) {
         ComputerOptions{a.world.sink.island, static_cast<std::uint16_t>(count), a.mote.updates}, world->sink(sink),
         time));
   time.run_for(*span);
-  return out.lost ? kFailed : 0;
+  return out.finish();
 }
 
 Result<void> open_ports(const Arguments& a, World& world, transport::Transports& transports) {
@@ -190,6 +203,7 @@ Result<void> open_ports(const Arguments& a, World& world, transport::Transports&
                             ? world.open(sink, on_tcp(transports, {a.listen, port},
                                                       [sink](const transport::Endpoint& at) {
                                                         fmt::print("sink {}: network@{}\n", sink, to_string(at));
+                                                        std::fflush(stdout);
                                                       }))
                             : world.open(sink, on_pty(transports, name));
     if (!opened) return opened;
@@ -199,27 +213,33 @@ Result<void> open_ports(const Arguments& a, World& world, transport::Transports&
   return {};
 }
 
+Result<std::vector<Step>> read_script(const Arguments& a, transport::Transports& transports) {
+  if (a.script.empty()) return std::vector<Step>();
+  const auto text = transport::read_text(transports, a.script, kLargestScript);
+  if (!text) return fail(text.error());
+  auto steps = parse_script(*text);
+  if (!steps) return fail(steps.error().code, a.script + ": " + steps.error().text);
+  if (const auto sound = check_script(*steps, a.world); !sound)
+    return fail(sound.error().code, a.script + ": " + sound.error().text);
+  return steps;
+}
+
 int run(Arguments& a) {
   transport::Loop loop;
   transport::LocalTransports transports(loop);
   if (const auto completed = complete(a); !completed) return report(completed.error());
-  std::vector<Step> script;
-  if (!a.script.empty()) {
-    auto text = transport::read_text(transports, a.script, kLargestScript);
-    auto steps = text ? parse_script(*text) : Result<std::vector<Step>>(fail(text.error()));
-    if (!steps) return report({steps.error().code, text ? a.script + ": " + steps.error().text : steps.error().text});
-    script = std::move(*steps);
-  }
+  auto script = read_script(a, transports);
+  if (!script) return report(script.error());
   Outputs out;
   if (const auto opened = open_outputs(a, transports, out); !opened) return report(opened.error());
-  if (a.fast) return run_fast(a, std::move(script), out);
+  if (a.fast) return run_fast(a, std::move(*script), out);
   ScaledScheduler scaled(loop.scheduler(), a.speed);
   Scheduler& scheduler = a.speed == 1 ? static_cast<Scheduler&>(loop.scheduler()) : scaled;
-  const auto world = make_world(a, std::move(script), scheduler, out);
+  const auto world = make_world(a, std::move(*script), scheduler, out);
   const transport::Signals signals(loop, {SIGTERM, SIGINT, SIGHUP}, [&loop] { loop.stop(); });
   if (const auto opened = open_ports(a, *world, transports); !opened) return report(opened.error());
   loop.run();
-  return 0;
+  return out.finish();
 }
 
 }  // namespace
@@ -234,7 +254,7 @@ int main(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {  // also --help and --version, which end well
-    return app.exit(error) == 0 ? 0 : kFailed;
+    return app.exit(error) == 0 ? 0 : kConfiguration;
   }
   return run(arguments);
 }

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <charconv>
+#include <tuple>
+#include <utility>
 
 #include "apps/rubicon-motes/sensors.h"
 #include "base/config_reader.h"
@@ -146,7 +148,21 @@ std::string expected_for(const Words& words) {
   return like_it.empty() ? all : like_it;
 }
 
+/// The first that a `repeat` keeps from ever being done.
+const Step* never_done(const std::vector<Step>& steps) {
+  const auto repeat =
+      std::find_if(steps.begin(), steps.end(), [](auto& one) { return one.kind == Step::Kind::kRepeat; });
+  return repeat == steps.end() || repeat + 1 == steps.end() ? nullptr : &*(repeat + 1);
+}
+
 }  // namespace
+
+bool operator==(const Step& a, const Step& b) {
+  const auto all = [](const Step& one) {
+    return std::tie(one.at, one.kind, one.motes, one.sinks, one.sensor, one.from, one.to, one.span);
+  };
+  return all(a) == all(b);
+}
 
 Result<std::vector<Step>> parse_script(std::string_view text) {
   std::vector<Step> steps;
@@ -164,9 +180,13 @@ Result<std::vector<Step>> parse_script(std::string_view text) {
                                                    model::quoted(words[0]), expected_for(words)));
     if (const auto why = senseless(*step); !why.empty())
       return fail(ErrorCode::kInvalid, fmt::format("line {}: {}", line, why));
-    steps.push_back(*step);
+    step->line = line;
+    steps.push_back(std::move(*step));
   }
   std::stable_sort(steps.begin(), steps.end(), [](const Step& a, const Step& b) { return a.at < b.at; });
+  if (const auto* step = never_done(steps))
+    return fail(ErrorCode::kInvalid,
+                fmt::format("line {}: never done, expected a time before that of 'repeat'", step->line));
   return steps;
 }
 

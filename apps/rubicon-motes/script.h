@@ -64,11 +64,13 @@ struct Step {
   std::size_t sensor = 0;            ///< index in kSensors
   double from = 0, to = 0;           ///< counts; a share of 1 in `to` for percents
   Duration span{};
+  int line = 0;  ///< of the script, from 1; no part of what it says
 
-  friend bool operator==(const Step&, const Step&) = default;
+  friend bool operator==(const Step& a, const Step& b);
 };
 
-/// The steps in the order of their times; kInvalid names the line and what was expected there.
+/// The steps in the order of their times; kInvalid names the line and what was expected there. What stands behind a
+/// `repeat` would never come and is refused.
 Result<std::vector<Step>> parse_script(std::string_view text);
 
 }  // namespace rubicon::mote_simulator

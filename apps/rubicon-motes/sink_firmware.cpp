@@ -44,6 +44,7 @@ SinkFirmware::SinkFirmware(SinkOptions options, Radio& radio, Scheduler& schedul
 }
 
 void SinkFirmware::kill() {
+  const bool congested_before = congested();
   on_ = false;
   transmitter_.stop();
   output_.reset();
@@ -57,7 +58,8 @@ void SinkFirmware::kill() {
   acks_.clear();
   work_.clear();
   ready_.clear();
-  for (auto* timer : {&arrival_timer_, &ack_timer_, &work_timer_, &execution_timer_}) timer->cancel();
+  for (auto* timer : {&line_timer_, &arrival_timer_, &ack_timer_, &work_timer_, &execution_timer_}) timer->cancel();
+  if (congested_before) tell_room();
 }
 
 void SinkFirmware::reboot() {
@@ -95,6 +97,29 @@ void SinkFirmware::received(ByteView bytes) {
     if (arriving_.size() < kMaxBacklog) arriving_.push_back({std::move(*frame), line_free_, length, {}, {}});
   }
   await_frames();
+  await_line();
+}
+
+void SinkFirmware::hung_up() {
+  const auto now = scheduler_.now();
+  line_free_ = std::min(line_free_, now);
+  std::erase_if(arriving_, [now](const Arriving& one) { return one.at > now; });
+  arrival_timer_.cancel();
+  line_timer_.cancel();
+  await_frames();
+}
+
+/// Bytes that are no sound frames end in no arrival: the line itself says when there is room for more.
+void SinkFirmware::await_line() {
+  if (line_timer_.pending() || line_free_ <= scheduler_.now() + kLineAhead) return;
+  line_timer_ = scheduler_.at(line_free_ - kLineAhead, [this] {
+    await_line();
+    tell_room();
+  });
+}
+
+void SinkFirmware::tell_room() {
+  if (!congested() && room_) room_();
 }
 
 void SinkFirmware::await_frames() {
@@ -108,7 +133,7 @@ void SinkFirmware::arrived() {
   arriving_.pop_front();
   await_frames();
   take(std::move(one));
-  if (congested_before && !congested() && room_) room_();
+  if (congested_before) tell_room();
 }
 
 /// All that is sound is acknowledged; what finds both buffers taken is not executed (wsn.md 9.7, 10).

@@ -46,6 +46,8 @@ class SinkFirmware final : public RadioNode {
   /// Frames that came faster than the line is, until they are held up: congested() says so.
   static constexpr std::size_t kBacklog = 64;
   static constexpr std::size_t kMaxBacklog = 4096;
+  /// And so much time that bytes of any kind, sound frames or not, will take on the line.
+  static constexpr Duration kLineAhead = std::chrono::milliseconds(100);
   /// Packets as the computer knows them, for a recorder: to it, or (`written`) from it.
   using Watch = std::function<void(bool written, ByteView packet)>;
 
@@ -58,9 +60,12 @@ class SinkFirmware final : public RadioNode {
   /// Where its bytes go; empty = nobody reads, and they are lost.
   void connect(SerialOutput::Out out) { output_.connect(std::move(out)); }
   void watch(Watch watch) { watch_ = std::move(watch); }
-  bool congested() const { return arriving_.size() > kBacklog; }
+  bool congested() const { return arriving_.size() > kBacklog || line_free_ > scheduler_.now() + kLineAhead; }
   /// Called when it is no longer.
   void on_room(std::function<void()> room) { room_ = std::move(room); }
+  /// The computer is gone: what it sent and is not on the line yet never comes. What has come of a frame stays, as the
+  /// sink knows nothing of it.
+  void hung_up();
 
   /// Off and on: it is on its compiled island again, and tells nobody.
   void reboot();
@@ -89,6 +94,8 @@ class SinkFirmware final : public RadioNode {
   };
 
   void await_frames();
+  void await_line();
+  void tell_room();
   void arrived();
   void take(Arriving arrived);
   SteadyTime acknowledge(std::uint8_t sequence, Duration worked);
@@ -132,7 +139,7 @@ class SinkFirmware final : public RadioNode {
   std::deque<Ack> acks_;
   std::deque<Arriving> work_;   ///< `at`: when its buffer is free again
   std::deque<Arriving> ready_;  ///< `at`: when it is executed
-  Timer arrival_timer_, ack_timer_, work_timer_, execution_timer_;
+  Timer line_timer_, arrival_timer_, ack_timer_, work_timer_, execution_timer_;
 };
 
 }  // namespace rubicon::mote_simulator

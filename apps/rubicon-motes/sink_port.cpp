@@ -6,8 +6,8 @@ namespace rubicon::mote_simulator {
 
 SinkPort::SinkPort(SinkFirmware& sink, const EventLog& log) : sink_(sink), log_(log) {
   sink_.connect([this](ByteView bytes) {
-    // What the computer does not read is lost, as with a real line.
-    if (stream_) static_cast<void>(stream_->send(bytes).has_value());
+    // What the computer does not read is lost, as with a real line, and not kept for whoever reads later.
+    if (stream_ && stream_->queued() == 0) static_cast<void>(stream_->send(bytes).has_value());
   });
   sink_.on_room([this] {
     if (stream_) stream_->hold(false);
@@ -67,13 +67,20 @@ void SinkPort::received(ByteView bytes) {
 
 void SinkPort::lost() {
   const auto gone = std::move(stream_);
+  sink_.hung_up();
   if (log_) log_({{}, "disconnected", sink_.number(), 0, std::nullopt, std::nullopt, {}});
+}
+
+void SinkPort::closed() {
+  reachable_.reset();
+  if (closed_) closed_();
 }
 
 SinkPort::Opener on_tcp(transport::Transports& transports, transport::Endpoint at,
                         std::function<void(const transport::Endpoint&)> bound) {
   return [&transports, at = std::move(at), bound = std::move(bound)](SinkPort& port) -> Result<std::shared_ptr<void>> {
-    auto listening = transports.listen_tcp(at, [&port](auto stream) { return port.take(std::move(stream)); });
+    auto listening = transports.listen_tcp(
+        at, [&port](auto stream) { return port.take(std::move(stream)); }, [&port](const Error&) { port.closed(); });
     if (!listening) return fail(listening.error());
     if (bound) bound((*listening)->local());
     return std::shared_ptr<transport::TcpListener>(std::move(*listening));
@@ -89,7 +96,12 @@ SinkPort::Opener on_memory(transport::MemoryTcp& net, transport::Endpoint at) {
 
 SinkPort::Opener on_pty(transport::Transports& transports, std::string link) {
   return [&transports, link = std::move(link)](SinkPort& port) -> Result<std::shared_ptr<void>> {
-    auto stream = transports.make_pty(link, port.calls());
+    auto calls = port.calls();
+    calls.failed = [&port](const Error&) {
+      port.lost();
+      port.closed();
+    };
+    auto stream = transports.make_pty(link, std::move(calls));
     if (!stream) return fail(stream.error());
     port.attach(std::move(*stream));
     return std::make_shared<int>(0);

@@ -27,27 +27,31 @@ class SinkPort {
   Result<void> open(Opener opener);
   /// Whoever is there loses the connection, and nobody can come.
   void pull();
+  /// Opens it as before, unless it is open.
   Result<void> plug();
   bool pulled() const { return !reachable_; }
   bool in_use() const { return stream_ != nullptr; }
   /// A computer has come.
   void on_connected(std::function<void()> connected) { connected_ = std::move(connected); }
+  /// The system took the port away, and nobody can come until plug(); who is there stays.
+  void on_closed(std::function<void()> closed) { closed_ = std::move(closed); }
 
   /// For openers: a computer's end of the line, taken unless there is one already.
   transport::StreamCalls take(std::unique_ptr<transport::ByteStream> stream);
   transport::StreamCalls calls();
   void attach(std::unique_ptr<transport::ByteStream> stream);
+  void lost();
+  void closed();
 
  private:
   void received(ByteView bytes);
-  void lost();
 
   SinkFirmware& sink_;
   const EventLog& log_;
   Opener opener_;
   std::shared_ptr<void> reachable_;
   std::unique_ptr<transport::ByteStream> stream_;
-  std::function<void()> connected_;
+  std::function<void()> connected_, closed_;
 };
 
 /// Listens on TCP. `bound` is told what was bound, for port 0.

@@ -1,5 +1,7 @@
 #include "apps/rubicon-motes/world.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <utility>
 
@@ -22,6 +24,29 @@ std::uint64_t mixed(std::uint64_t seed, std::uint64_t which) {
 RadioOptions seeded(RadioOptions options, std::uint64_t seed) {
   options.seed = mixed(seed, 1);
   return options;
+}
+
+bool matches(MotePattern pattern, std::uint16_t address, std::uint16_t began_at) {
+  return (pattern.address == 0 || pattern.address == address) && (pattern.sink == 0 || pattern.sink == began_at);
+}
+
+std::string to_string(MotePattern pattern) {
+  const auto address = pattern.address == 0 ? "all" : fmt::format("{}", pattern.address);
+  return pattern.sink == 0 ? address : fmt::format("{}@{}", address, pattern.sink);
+}
+
+bool is_about_motes(Step::Kind kind) {
+  using Kind = Step::Kind;
+  constexpr Kind kOthers[] = {Kind::kLoss,       Kind::kDuplicates, Kind::kDelay,
+                              Kind::kSinkReboot, Kind::kUnplug,     Kind::kRepeat};
+  return std::find(std::begin(kOthers), std::end(kOthers), kind) == std::end(kOthers);
+}
+
+std::string addresses(const std::vector<MotePlace>& motes) {
+  if (motes.empty()) return "none, as there are no motes";
+  const auto [lowest, highest] = std::minmax_element(
+      motes.begin(), motes.end(), [](const auto& a, const auto& b) { return a.mote.address < b.mote.address; });
+  return fmt::format("one of {} to {}", lowest->mote.address, highest->mote.address);
 }
 
 }  // namespace
@@ -60,6 +85,7 @@ void World::make_sinks() {
     place->port->on_connected([this, number] {
       if (options_.wait_for_computer) boot_motes(number);
     });
+    place->port->on_closed([this, number] { open_again(number); });
     places_.push_back(std::move(place));
   }
 }
@@ -69,7 +95,8 @@ void World::make_motes() {
     RUBICON_ASSERT(exists(sink));
     auto options = wanted;
     options.seed = mixed(options_.seed, (std::uint64_t{sink} << 32U) + options.address);
-    motes_.push_back({std::make_unique<MoteFirmware>(options, Radio::Cells{sink}, radio_, scheduler_, log_), sink, {}});
+    motes_.push_back(
+        {std::make_unique<MoteFirmware>(options, Radio::Cells{sink}, radio_, scheduler_, log_), sink, false, {}});
   }
 }
 
@@ -77,7 +104,7 @@ void World::boot_motes(std::uint16_t of_sink) {
   if (std::exchange(places_[of_sink - 1U]->booted, true)) return;
   auto delay = options_.first_boot;
   for (auto& mote : motes_) {
-    if (mote.began_at != of_sink) continue;
+    if (mote.began_at != of_sink || mote.empty) continue;
     mote.boots = scheduler_.after(delay, [firmware = mote.firmware.get()] { firmware->boot(); });
     delay += options_.boot_spacing;
   }
@@ -87,12 +114,17 @@ Result<void> World::open(std::uint16_t sink, SinkPort::Opener opener) {
   return port(sink).open(std::move(opener));
 }
 
+std::vector<World::Mote*> World::matching(MotePattern pattern) {
+  std::vector<Mote*> found;
+  for (auto& mote : motes_) {
+    if (matches(pattern, mote.firmware->address(), mote.began_at)) found.push_back(&mote);
+  }
+  return found;
+}
+
 std::vector<MoteFirmware*> World::motes(MotePattern pattern) {
   std::vector<MoteFirmware*> found;
-  for (const auto& mote : motes_) {
-    const bool named = pattern.address == 0 || mote.firmware->address() == pattern.address;
-    if (named && (pattern.sink == 0 || mote.began_at == pattern.sink)) found.push_back(mote.firmware.get());
-  }
+  for (auto* mote : matching(pattern)) found.push_back(mote->firmware.get());
   return found;
 }
 
@@ -108,14 +140,25 @@ void World::unplug(std::uint16_t number, Duration span) {
   if (log_) log_({{}, "unplugged", number, 0, std::nullopt, std::nullopt, {}});
   place.sink->kill();
   place.port->pull();
-  place.plugs_in = scheduler_.after(span, [this, number] { plug_in(number); });
+  place.opens_again.cancel();
+  place.power_comes = std::max(place.power_comes, scheduler_.now() + span);
+  place.plugs_in = scheduler_.at(place.power_comes, [this, number] { plug_in(number); });
 }
 
 void World::plug_in(std::uint16_t number) {
-  auto& place = *places_[number - 1U];
-  place.sink->reboot();
-  if (place.port->plug()) return;
-  place.plugs_in = scheduler_.after(kReplugRetry, [this, number] { plug_in(number); });
+  sink(number).reboot();
+  if (!port(number).plug()) open_again(number);
+}
+
+void World::open_again(std::uint16_t number) {
+  places_[number - 1U]->opens_again = scheduler_.after(kReplugRetry, [this, number] {
+    if (!port(number).plug()) open_again(number);
+  });
+}
+
+/// Without power there is nothing to reboot.
+void World::reboot_sink(std::uint16_t number) {
+  if (exists(number) && !places_[number - 1U]->plugs_in.pending()) sink(number).reboot();
 }
 
 // --- The script.
@@ -146,43 +189,53 @@ void World::take(const Step& step) {
     case Kind::kLoss: radio_.options().loss = step.to; return;
     case Kind::kDuplicates: radio_.options().duplicates = step.to; return;
     case Kind::kDelay: radio_.options().delay = step.span; return;
-    case Kind::kSinkReboot:
-      if (exists(step.sinks.front())) sink(step.sinks.front()).reboot();
-      return;
+    case Kind::kSinkReboot: return reboot_sink(step.sinks.front());
     case Kind::kUnplug: unplug(step.sinks.front(), step.span); return;
     case Kind::kRepeat: return;
     case Kind::kReboot: return reboot(step);
     default:
-      for (auto* mote : motes(step.motes)) take_mote_step(step, *mote);
+      for (auto* mote : matching(step.motes)) take_mote_step(step, *mote);
   }
 }
 
 void World::reboot(const Step& step) {
-  const auto which = motes(step.motes);
+  const auto which = matching(step.motes);
   if (which.empty()) return;
   const auto apart = step.span / static_cast<int>(which.size());
   auto delay = Duration{};
-  for (auto& mote : motes_) {
-    auto* const firmware = mote.firmware.get();
-    if (std::find(which.begin(), which.end(), firmware) == which.end()) continue;
-    mote.boots.cancel();
+  for (auto* mote : which) {
+    auto* const firmware = mote->firmware.get();
+    mote->empty = false;
+    mote->boots.cancel();
     if (delay == Duration{}) {
       firmware->boot();
     } else {
-      mote.boots = scheduler_.after(delay, [firmware] { firmware->boot(); });
+      mote->boots = scheduler_.after(delay, [firmware] { firmware->boot(); });
     }
     delay += apart;
   }
 }
 
-void World::take_mote_step(const Step& step, MoteFirmware& mote) {
+void World::kill(Mote& mote) {
+  mote.empty = true;
+  mote.boots.cancel();
+  mote.firmware->kill();
+}
+
+void World::move(const Step& step, MoteFirmware& mote) {
+  if (std::all_of(step.sinks.begin(), step.sinks.end(), [this](auto sink) { return exists(sink); }))
+    mote.move_to(step.sinks);
+}
+
+void World::take_mote_step(const Step& step, Mote& place) {
   using Kind = Step::Kind;
   using Shape = Signal::Shape;
+  auto& mote = *place.firmware;
   const auto show = [&](Shape shape) {
     mote.sensors().show(step.sensor, {shape, step.from, step.to, step.span, scheduler_.now()});
   };
   switch (step.kind) {
-    case Kind::kKill: mote.kill(); return;
+    case Kind::kKill: return kill(place);
     case Kind::kStall: mote.stall(); return;
     case Kind::kLossOf: radio_.set_loss(mote.node(), step.to); return;
     case Kind::kSet: return show(Shape::kSet);
@@ -190,14 +243,27 @@ void World::take_mote_step(const Step& step, MoteFirmware& mote) {
     case Kind::kSine: return show(Shape::kSine);
     case Kind::kWalk: return show(Shape::kWalk);
     case Kind::kCount: return show(Shape::kCount);
-    case Kind::kMove: {
-      auto cells = step.sinks;
-      std::erase_if(cells, [&](auto sink) { return !exists(sink); });
-      mote.move_to(std::move(cells));
-      return;
-    }
+    case Kind::kMove: return move(step, mote);
     default: return;
   }
+}
+
+Result<void> check_script(const std::vector<Step>& script, const WorldOptions& world) {
+  for (const auto& step : script) {
+    for (const auto sink : step.sinks) {
+      if (sink < 1 || sink > world.sinks)
+        return fail(ErrorCode::kInvalid,
+                    fmt::format("line {}: there is no sink {}, expected 1 to {}", step.line, sink, world.sinks));
+    }
+    const bool all = step.motes == MotePattern{};
+    const bool found = std::any_of(world.motes.begin(), world.motes.end(), [&](const MotePlace& place) {
+      return matches(step.motes, place.mote.address, place.sink);
+    });
+    if (is_about_motes(step.kind) && !all && !found)
+      return fail(ErrorCode::kInvalid, fmt::format("line {}: there is no mote {}, expected {}", step.line,
+                                                   to_string(step.motes), addresses(world.motes)));
+  }
+  return {};
 }
 
 }  // namespace rubicon::mote_simulator

@@ -39,7 +39,8 @@ struct WorldOptions {
 /// Sinks, their ports, motes and the air between them, and what a script does to them.
 class World {
  public:
-  /// The scheduler must outlive it. Sinks that motes or steps name must exist: asserted for motes, ignored in steps.
+  /// The scheduler must outlive it. The sinks of motes must exist: asserted. Steps about what does not exist do
+  /// nothing: check_script() finds them.
   World(WorldOptions options, Scheduler& scheduler, std::vector<Step> script = {}, EventLog::Call events = {});
   ~World();
   World(const World&) = delete;
@@ -66,11 +67,14 @@ class World {
     std::unique_ptr<SinkFirmware> sink;
     std::unique_ptr<SinkPort> port;
     bool booted = false;
-    Timer plugs_in;
+    SteadyTime power_comes{};
+    Timer plugs_in;     ///< pending: it has no power
+    Timer opens_again;  ///< pending: it has no port
   };
   struct Mote {
     std::unique_ptr<MoteFirmware> firmware;
     std::uint16_t began_at = 1;
+    bool empty = false;  ///< its battery, until a step brings a new one
     Timer boots;
   };
 
@@ -78,10 +82,15 @@ class World {
   void make_motes();
   void boot_motes(std::uint16_t of_sink);
   void plug_in(std::uint16_t sink);
+  void open_again(std::uint16_t sink);
+  std::vector<Mote*> matching(MotePattern pattern);
   void begin_script();
   void next_step();
   void reboot(const Step& step);
-  void take_mote_step(const Step& step, MoteFirmware& mote);
+  void reboot_sink(std::uint16_t sink);
+  void kill(Mote& mote);
+  void move(const Step& step, MoteFirmware& mote);
+  void take_mote_step(const Step& step, Mote& mote);
   bool exists(std::uint16_t sink) const { return sink >= 1 && sink <= places_.size(); }
 
   WorldOptions options_;
@@ -95,5 +104,8 @@ class World {
   std::size_t next_step_ = 0;
   Timer script_timer_;
 };
+
+/// kInvalid with its line for a step about a mote or a sink that is not in this world.
+Result<void> check_script(const std::vector<Step>& script, const WorldOptions& world);
 
 }  // namespace rubicon::mote_simulator

@@ -73,6 +73,14 @@ class MotesDaemon : public testing::Test {
   static std::uint64_t sequence(Process& shell, const std::string& key) {
     return ask(shell, "get " + key).value("seq", std::uint64_t{0});
   }
+  /// The first line of a file that calls the simulator, without what stands before the call.
+  static std::string documented_line(const std::string& file, const std::string& before) {
+    std::ifstream text(RUBICON_SOURCE_DIR "/" + file);
+    for (std::string line; std::getline(text, line);) {
+      if (line.starts_with(before + "rubicon-motes ")) return line.substr(before.size());
+    }
+    return "";
+  }
   /// So many more values of a tuple.
   static testing::AssertionResult flows(Process& shell, const std::string& key, std::uint64_t values) {
     const auto wanted = sequence(shell, key) + values;
@@ -92,11 +100,13 @@ TEST_F(MotesDaemon, TheExampleIsGoodAndMeetsTheSimulator) {
   const std::string example = RUBICON_SOURCE_DIR "/examples/motes.yaml";
   const auto checked = run_to_end({kDaemon, "check", example});
   EXPECT_EQ(checked.code, 0) << checked.errors;
-  Process world(
-      motes({"--board", "EM1000", "--obey", "--updates", "--script", RUBICON_SOURCE_DIR "/examples/motes.script"}));
+  const auto line = documented_line("examples/motes.yaml", "#   ");
+  ASSERT_NE(line, "");
+  EXPECT_EQ(documented_line("docs/motes-simulator.md", "    "), line);
+  Process world({"sh", "-c", "cd " RUBICON_SOURCE_DIR " && exec " RUBICON_BINARY_DIR "/bin/" + line});
   ASSERT_TRUE(world.line_with("network@127.0.0.1:19202")) << world.errors();
   Process shell({kDaemon, "run", example, "--shell", "--set", "tuples.engine=memory"});
-  for (const auto* mote : {"2", "3", "4"}) EXPECT_TRUE(there(shell, mote)) << mote;
+  for (const auto* mote : {"2", "3", "4", "5", "6", "7"}) EXPECT_TRUE(there(shell, mote)) << mote;
   EXPECT_EQ(ask(shell, "subscribe proxy.wsn-1.2.sensor.humidity-1.value min=200ms")["ok"], true);
   EXPECT_TRUE(flows(shell, "proxy.wsn-1.2.sensor.humidity-1.value", 2)) << "motes with the Control module send it";
   EXPECT_EQ(ask(shell, "set proxy.wsn-1.3.actuator.led-1.command 1")["verdict"], "applied");

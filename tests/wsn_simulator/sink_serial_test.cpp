@@ -253,7 +253,7 @@ TEST_F(SinkSerial, HasReadingsOfItsOwnOnlyBeyondTheRecordings) {
     const auto record = hex("01 0003 0200");
     send(1, command(1, record));
     time.run_for(3s);
-    EXPECT_THAT(lights(1), SizeIs(readings ? 4 : 0));
+    EXPECT_THAT(lights(1), SizeIs(readings ? 5 : 0));
   }
 }
 

@@ -2,136 +2,14 @@
 
 #include "apps/rubicon-motes/computer.h"
 #include "apps/rubicon-motes/scaled_scheduler.h"
-#include "simulated_sink.h"
-#include "transport/memory_transports.h"
+#include "simulated_world.h"
 
 namespace rubicon::mote_simulator {
 namespace {
 
-using ::testing::Contains;
 using ::testing::ElementsAre;
-using ::testing::IsEmpty;
-using ::testing::SizeIs;
 
-/// A computer that is connected to a sink's port.
-struct Client {
-  Client(transport::MemoryTransports& host, std::uint16_t port) {
-    transport::TcpOptions options;
-    options.remote = {"127.0.0.1", port};
-    stream = host.open_tcp(options, {[this] { ++connected; },
-                                     [this](ByteView bytes) {
-                                       all += bytes.size();
-                                       while (auto frame = reader.next(bytes)) ++frames;
-                                     },
-                                     [this](const Error&) { ++failed; }})
-                 .value();
-  }
-  std::unique_ptr<transport::TcpStream> stream;
-  motes::HdlcReader reader;
-  std::size_t all = 0;
-  int connected = 0, failed = 0, frames = 0;
-};
-
-class MoteWorld : public SimulatedSink {
- protected:
-  MoteWorld() { host.join(net); }
-  ~MoteWorld() override { world.reset(); }  // before the network it is on
-  void open(WorldOptions options, std::string_view script = "") {
-    make(std::move(options), script, false);
-    for (std::uint16_t sink = 1; sink <= world->sinks(); ++sink)
-      ASSERT_TRUE(world->open(sink, on_memory(net.tcp, {"127.0.0.1", static_cast<std::uint16_t>(19201 + sink)})));
-  }
-  /// As often as the sink told of it.
-  std::size_t listed(std::uint16_t mote, std::uint16_t sink) const {
-    return static_cast<std::size_t>(std::count_if(events.begin(), events.end(), [&](const Event& event) {
-      return event.what == "listed" && event.mote == mote && event.sink == sink;
-    }));
-  }
-
-  transport::MemoryNet net{time};
-  transport::MemoryTransports host;
-};
-
-TEST_F(MoteWorld, SpeaksOverAPortToOneComputerAtATime) {
-  open(plain());
-  Client first(host, 19202);
-  time.run_for(1s);
-  EXPECT_EQ(first.frames, 2);
-  Client second(host, 19202);
-  time.run_for(1s);
-  EXPECT_EQ(second.failed, 1);
-  EXPECT_EQ(first.failed, 0);
-  EXPECT_THAT(count("refused"), 1u);
-  const auto record = hex("00");
-  const auto frame = motes::hdlc_acked_packet(9, motes::packet_of(command(2, record, 1, 1)));
-  ASSERT_TRUE(first.stream->send(frame));
-  time.run_for(1s);
-  EXPECT_EQ(first.frames, 4);
-  first.stream.reset();
-  time.run_for(1s);
-  const Client third(host, 19202);
-  time.run_for(1s);
-  EXPECT_EQ(third.failed, 0);
-}
-
-TEST_F(MoteWorld, RunsOnWhileNobodyIsThereAndItsBytesAreLost) {
-  open(plain());
-  time.run_for(5s);
-  EXPECT_TRUE(world->mote(2).joined());
-  const Client late(host, 19202);
-  time.run_for(1min);
-  EXPECT_EQ(late.all, 0u);
-}
-
-TEST_F(MoteWorld, BootsItsMotesWhenSomebodyHasComeIfItIsToWait) {
-  auto options = plain();
-  options.wait_for_computer = true;
-  open(std::move(options));
-  time.run_for(1min);
-  EXPECT_FALSE(world->mote(2).on());
-  const Client client(host, 19202);
-  time.run_for(2s);
-  EXPECT_EQ(client.frames, 2);
-}
-
-TEST_F(MoteWorld, HoldsUpAComputerThatSendsFasterThanTheLine) {
-  open(plain());
-  Client client(host, 19202);
-  time.run_for(1s);
-  const auto record = hex("00");
-  const auto frame = motes::hdlc_acked_packet(9, motes::packet_of(command(2, record, 1, 0)));
-  for (int i = 0; i < 3000; ++i) ASSERT_TRUE(client.stream->send(frame));
-  time.run_for(50ms);
-  EXPECT_TRUE(world->sink(1).congested());
-  for (int i = 0; i < 100; ++i) ASSERT_TRUE(client.stream->send(frame));
-  time.run_for(1s);
-  EXPECT_EQ(client.stream->queued(), 100 * frame.size()) << "they wait at the computer";
-  time.run_for(60s);
-  EXPECT_EQ(client.stream->queued(), 0u);
-  EXPECT_GT(client.frames, 2000);
-  EXPECT_FALSE(world->sink(1).congested());
-}
-
-TEST_F(MoteWorld, UnpluggedASinkIsGoneAndComesBackOnItsCompiledIsland) {
-  open(plain(), "at 5s unplug 1 for 5s");
-  Client client(host, 19202);
-  time.run_for(1s);
-  ASSERT_TRUE(client.stream->send(motes::hdlc_acked_packet(
-      1, motes::packet_of(motes::AmType::kConfig, motes::encode_config({motes::kSetIslandId, 42})))));
-  time.run_for(1s);
-  EXPECT_EQ(world->sink(1).island(), 42);
-  time.run_for(4s);
-  EXPECT_EQ(client.failed, 1);
-  const Client early(host, 19202);
-  time.run_for(1s);
-  EXPECT_EQ(early.failed, 1);
-  time.run_for(4s);
-  EXPECT_EQ(world->sink(1).island(), 11);
-  const Client late(host, 19202);
-  time.run_for(1s);
-  EXPECT_EQ(late.connected, 1);
-  EXPECT_EQ(late.failed, 0);
-}
+class MoteWorld : public SimulatedWorld {};
 
 TEST_F(MoteWorld, MovesAMoteBetweenSinksWhereItJoinsWithItsNextBoot) {
   auto options = plain();
@@ -169,12 +47,54 @@ TEST_F(MoteWorld, KillsAndRebootsByTheScriptAgainAndAgain) {
   EXPECT_EQ(listed(3, 1), 5u);
 }
 
+TEST_F(MoteWorld, AKilledMoteIsNotBootedByWhatWasPending) {
+  make(plain(), "at 0s kill 3\nat 1s reboot all over 2s\nat 1500ms kill 3");
+  time.run_for(900ms);
+  EXPECT_FALSE(world->mote(3).on()) << "killed before its first boot";
+  time.run_for(10s);
+  EXPECT_FALSE(world->mote(3).on());
+  EXPECT_TRUE(world->mote(2).joined());
+  EXPECT_EQ(count("boot", 3), 0u);
+}
+
+TEST_F(MoteWorld, AMoteKilledBeforeTheComputerComesStaysOff) {
+  auto options = plain();
+  options.wait_for_computer = true;
+  open(std::move(options), "at 0s kill 3\nat 10s reboot 3");
+  const Client client(host, 19202);
+  time.run_for(5s);
+  EXPECT_TRUE(world->mote(2).joined());
+  EXPECT_FALSE(world->mote(3).on());
+  time.run_for(7s);
+  EXPECT_TRUE(world->mote(3).joined());
+}
+
 TEST_F(MoteWorld, StepsAboutWhatIsNotThereDoNothing) {
   make(plain(),
        "at 0s kill 99\nat 0s reboot 5@9\nat 0s unplug 9 for 1s\nat 0s sink-reboot 9\nat 0s move 2 to 9\nat 0s set 99 "
        "light 1");
   time.run_for(5s);
   EXPECT_EQ(count("off"), 0u);
+  EXPECT_THAT(world->radio().cells(world->mote(2).node()), ElementsAre(1)) << "not in no cell";
+}
+
+TEST(MoteScriptInAWorld, IsCheckedForMotesAndSinksThatAreNotThere) {
+  WorldOptions world;
+  world.sinks = 2;
+  world.add_motes(1, 2, 3);
+  world.add_motes(2, 7, 1);
+  const auto said = [&](std::string_view script) {
+    const auto checked = check_script(*parse_script(script), world);
+    return checked ? std::string("good") : checked.error().text;
+  };
+  for (const auto* good : {"at 1s kill 4", "at 1s kill 7@2", "at 1s set all light 1", "at 1s move 4 to 1,2",
+                           "at 1s move 4 to none", "at 1s sink-reboot 2", "at 1s loss 5"})
+    EXPECT_EQ(said(good), "good") << good;
+  EXPECT_EQ(said("at 2s loss 1\n\nat 1s kill 99"), "line 3: there is no mote 99, expected one of 2 to 7");
+  EXPECT_EQ(said("at 1s loss 5 of 7@1"), "line 1: there is no mote 7@1, expected one of 2 to 7");
+  EXPECT_EQ(said("at 1s move 4 to 2,3"), "line 1: there is no sink 3, expected 1 to 2");
+  EXPECT_EQ(said("at 1s sink-reboot 3"), "line 1: there is no sink 3, expected 1 to 2");
+  EXPECT_EQ(said("at 1s unplug 3 for 1s"), "line 1: there is no sink 3, expected 1 to 2");
 }
 
 TEST_F(MoteWorld, LosesAndDoublesRadioMessagesAsToldTo) {
@@ -265,19 +185,41 @@ TEST_F(MoteWorld, RecordsItselfWithAComputerOfItsOwn) {
   }
 }
 
-TEST_F(MoteWorld, OfAHundredSinksWithTwentyMotesIsCheap) {
+/// Counts what somebody has the scheduler do.
+class Counted final : public Scheduler {
+ public:
+  explicit Counted(Scheduler& real) : real_(real) {}
+  SteadyTime now() const override { return real_.now(); }
+  WallTime wall_now() const override { return real_.wall_now(); }
+  void post(std::function<void()> call) override {
+    ++asked;
+    real_.post(std::move(call));
+  }
+  Timer at(SteadyTime when, std::function<void()> call) override {
+    ++asked;
+    return real_.at(when, std::move(call));
+  }
+  bool on_loop_thread() const override { return real_.on_loop_thread(); }
+  std::size_t asked = 0;
+
+ private:
+  Scheduler& real_;
+};
+
+TEST_F(MoteWorld, OfAHundredSinksWithTwentyMotesIsIdleWithoutTraffic) {
   WorldOptions options;
   options.sinks = 100;
   for (std::uint16_t sink = 1; sink <= 100; ++sink) options.add_motes(sink, static_cast<std::uint16_t>(sink * 20), 20);
-  World big(std::move(options), time);
+  Counted counted(time);
+  World big(std::move(options), counted);
   time.run_for(10s);
   const auto all = big.motes({});
   const auto joined_ones = std::count_if(all.begin(), all.end(), [](const auto* mote) { return mote->joined(); });
   EXPECT_GT(joined_ones, 1900);
-  const auto began = std::chrono::steady_clock::now();
+  EXPECT_GT(counted.asked, 2000u);
+  const auto asked = counted.asked;
   time.run_for(std::chrono::hours(24));
-  const std::chrono::duration<double> idle = std::chrono::steady_clock::now() - began;
-  EXPECT_LT(idle.count(), 1.0) << "a day without any traffic";
+  EXPECT_EQ(counted.asked, asked) << "a day without any traffic";
 }
 
 TEST(ScaledTime, GoesSoManyTimesAsFast) {
