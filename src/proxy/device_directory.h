@@ -4,6 +4,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "proxy/shared_capabilities.h"
 #include "proxy/surroundings.h"
 
 namespace rubicon::proxy {
@@ -65,6 +66,7 @@ class DeviceDirectory {
   Result<Point> make_point(Device& device, const Capability& capability);
 
   Surroundings& around_;
+  SharedCapabilities capabilities_;
   std::map<std::string, std::unique_ptr<Network>> networks_;
   Network* last_network_ = nullptr;
   std::unordered_map<DeviceNumber, Device*> by_number_;

@@ -24,7 +24,7 @@ std::string seconds_text(Duration span) {
 }  // namespace
 
 std::optional<SteadyTime> stale_at(const Device& device, const Point& point) {
-  if (const auto& own = point.details->capability.deadline) {
+  if (const auto& own = point.details->capability->deadline) {
     return *own <= Duration::zero() ? std::nullopt : std::optional(point.heard_at + std::min(*own, kLongestDeadline));
   }
   if (!ages(point)) return std::nullopt;

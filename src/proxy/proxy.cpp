@@ -126,7 +126,7 @@ bool Proxy::Parts::admit(Network& network, const std::string& address, const Ann
 void Proxy::Parts::take_rate(Device& device) {
   for (auto& point : device.points) {
     if (!is_rate(point) || std::exchange(device.rate_point, point.number) == point.number) continue;
-    device.rate = rate_of(point.details->capability.initial).value_or(device.rate);
+    device.rate = rate_of(point.details->capability->initial).value_or(device.rate);
     mirror.own_value(device, point, static_cast<std::int64_t>(device.rate.count()), Quality::kGood);
   }
 }
