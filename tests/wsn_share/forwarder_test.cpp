@@ -226,7 +226,35 @@ TEST_F(ForwarderTest, PacketsThatTheSinkCannotTakeAreDroppedAndTheClientStays) {
   EXPECT_THAT(taken, ElementsAre(packet(1, 0), packet(2, 114)));
   EXPECT_FALSE(one.hung_up_on);
   EXPECT_EQ(counted("dropped-bad-packets"), 4u);
+  EXPECT_THAT(notes, ElementsAre(HasSubstr("dropped a packet of 1 bytes, expected 8 to 122"))) << "once a minute";
+  run(1min);
+  one.say(packet(3, 115));
+  run();
   EXPECT_THAT(notes, Contains(HasSubstr("dropped a packet of 123 bytes, expected 8 to 122")));
+}
+
+TEST_F(ForwarderTest, AClientOfBadPacketsAloneIsHungUpOn) {
+  open();
+  Program garbage, mixed;
+  garbage.greet(host);
+  mixed.greet(host);
+  run();
+  const auto bad = [](Program& program, int count) {
+    for (int i = 0; i < count; ++i) program.send({0x01, 0x00});
+  };
+  bad(garbage, 99);
+  bad(mixed, 99);
+  mixed.say(packet(1));
+  bad(mixed, 99);
+  run();
+  EXPECT_FALSE(garbage.hung_up_on);
+  bad(garbage, 1000);
+  run();
+  EXPECT_TRUE(garbage.hung_up_on);
+  EXPECT_FALSE(mixed.hung_up_on) << "a good one between them";
+  EXPECT_EQ(counted("dropped-bad-packets"), 100u + 198u);
+  EXPECT_EQ(counted("dropped-strangers"), 1u);
+  EXPECT_THAT(notes, ElementsAre(StartsWith("dropped-bad-packets"), HasSubstr("100 bad packets in a row")));
 }
 
 /// wsn.md 4.3, worked: SET_ISLAND_ID 7D7E.
@@ -359,9 +387,7 @@ TEST_F(ForwarderTest, APacketDoesNotOvertakeAnothersThatWaits) {
 }
 
 TEST_F(ForwarderTest, WhatAClientSaidBeforeItHungUpStillReachesTheSink) {
-  ForwarderOptions options;
-  options.clients = 1;
-  open(options);
+  open();
   space = 1;
   Program one;
   one.greet(host);
@@ -370,16 +396,73 @@ TEST_F(ForwarderTest, WhatAClientSaidBeforeItHungUpStillReachesTheSink) {
   one.stream.reset();
   run();
   EXPECT_EQ(forwarder->clients(), 0u);
-  Program next;
-  next.greet(host);
-  run();
-  EXPECT_TRUE(next.hung_up_on) << "or such clients could pile up";
   make_room(10);
   EXPECT_THAT(numbers(), ElementsAre(1, 2, 3, 4));
-  Program later;
-  later.greet(host);
+}
+
+TEST_F(ForwarderTest, ClientsThatHungUpTakeNobodysPlaceAndDoNotPileUp) {
+  ForwarderOptions options;
+  options.clients = 2;
+  open(options);
+  space = 0;
+  for (std::uint8_t number = 1; number <= 5; ++number) {
+    Program passing;
+    passing.greet(host);
+    passing.say(packet(number));
+    run(10ms);
+    EXPECT_FALSE(passing.hung_up_on) << int{number};
+    passing.stream.reset();
+    run(10ms);
+  }
+  EXPECT_EQ(counted("refused-clients"), 0u);
+  EXPECT_EQ(counted("dropped-gone"), 3u);
+  make_room(10);
+  EXPECT_THAT(numbers(), ElementsAre(1, 2)) << "what the first ones said is kept";
+}
+
+TEST_F(ForwarderTest, WhatTheSinkCouldNotTakeInTimeIsDroppedAndNothingElse) {
+  open();
+  space = 2;
+  Program gone, stays, silent;
+  for (auto* program : {&gone, &stays, &silent}) program->greet(host);
   run();
-  EXPECT_FALSE(later.hung_up_on);
+  for (std::uint8_t number = 1; number <= 4; ++number) gone.say(packet(number));
+  run(10ms);
+  stays.say(packet(11));
+  stays.say(packet(12));
+  run(10ms);
+  gone.stream.reset();
+  stays.say(packet(13));
+  run(19900ms);
+  EXPECT_EQ(counted("dropped-expired"), 0u);
+  run(200ms);
+  EXPECT_EQ(counted("dropped-expired"), 5u) << "3, 4, 11, 12, and 13, which nobody had read";
+  run(1h);
+  make_room(10);
+  EXPECT_THAT(numbers(), ElementsAre(1, 2));
+  stays.say(packet(14));
+  silent.say(packet(21));
+  run();
+  EXPECT_THAT(numbers(), ElementsAre(1, 2, 14, 21)) << "read from again";
+  EXPECT_FALSE(stays.hung_up_on);
+}
+
+/// An hour without a sink: what is then taken is no older than what may wait here and in the system's buffers.
+TEST_F(ForwarderTest, AClientThatGoesOnWhileThereIsNoSinkIsNotHeardAnHourLater) {
+  open();
+  space = 0;
+  Program one;
+  one.greet(host);
+  run();
+  for (int minute = 0; minute < 60; ++minute) {
+    one.say(packet(static_cast<std::uint8_t>(minute)));
+    run(1min);
+  }
+  EXPECT_EQ(counted("dropped-expired"), 60u);
+  one.say(packet(60));
+  run(1s);
+  make_room(100);
+  EXPECT_THAT(numbers(), ElementsAre(60));
 }
 
 TEST_F(ForwarderTest, MoreClientsThanAllowedAreHungUpOn) {
@@ -401,6 +484,58 @@ TEST_F(ForwarderTest, MoreClientsThanAllowedAreHungUpOn) {
   four.greet(host);
   run();
   EXPECT_FALSE(four.hung_up_on) << "a place is free again";
+}
+
+/// A connection that broke while nothing was read from it: only sending tells.
+class BrokenStream final : public transport::TcpStream {
+ public:
+  Result<void> send(ByteView) override {
+    if (broken) return fail(ErrorCode::kUnreachable, "broken pipe");
+    return {};
+  }
+  void hold(bool) override {}
+  std::size_t queued() const override { return 0; }
+  bool connected() const override { return true; }
+  void abort() override {}
+  transport::Endpoint local() const override { return {"127.0.0.1", 9002}; }
+  transport::Endpoint remote() const override { return {"127.0.0.1", 40000}; }
+
+  bool broken = false;
+};
+
+/// A port whose connections the test makes.
+class OwnPort final : public transport::Transports {
+ public:
+  class Listener final : public transport::TcpListener {
+    transport::Endpoint local() const override { return {"127.0.0.1", 9002}; }
+  };
+  Result<std::unique_ptr<transport::FileSource>> open_file(const std::string& path) override {
+    return fail(ErrorCode::kNotFound, path);
+  }
+  Result<std::unique_ptr<transport::TcpListener>> listen_tcp(const transport::Endpoint&, transport::TcpAccept accepts,
+                                                             transport::TcpDeaf) override {
+    accept = std::move(accepts);
+    return std::make_unique<Listener>();
+  }
+
+  transport::TcpAccept accept;
+};
+
+TEST_F(ForwarderTest, AHeldClientThatDiedIsNoticedWhenItIsSentTo) {
+  OwnPort port;
+  Forwarder held({}, time, port, {[](ByteView) { return false; }, {}, {}});
+  ASSERT_TRUE(held.open());
+  auto owned = std::make_unique<BrokenStream>();
+  auto* const stream = owned.get();
+  const auto calls = port.accept(std::move(owned));
+  calls.received(kHello);
+  calls.received(sent(packet(1)));
+  held.tell(packet(2));
+  EXPECT_EQ(held.clients(), 1u);
+  stream->broken = true;
+  held.tell(packet(3));
+  EXPECT_EQ(held.clients(), 0u);
+  EXPECT_EQ(held.counters().at("packets-to-clients"), 1u);
 }
 
 TEST_F(ForwarderTest, ALostPortIsToldTheClientsStayAndItCanBeOpenedAgain) {
