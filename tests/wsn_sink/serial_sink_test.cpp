@@ -477,7 +477,49 @@ TEST_F(SerialSinkTest, SaysThatAHostHasNoAddress) {
   open();
   time.run_for(1s);
   ASSERT_EQ(failures.size(), 1U);
-  EXPECT_THAT(failures[0].text, HasSubstr("nowhere.example"));
+  EXPECT_THAT(failures[0].text, HasSubstr(": host nowhere.example cannot be found"));
+}
+
+TEST_F(SerialSinkTest, SaysWhichHostItWasWhereAnAddressDoesNotAnswer) {
+  net.name("connect", {"10.0.0.9"});
+  options.source = parse_source("network@connect:1").value();
+  reopens = false;
+  make();
+  open();
+  time.run_for(1s);
+  ASSERT_EQ(failures.size(), 1U);
+  EXPECT_THAT(failures[0].text, HasSubstr("network@connect:1: connect: TCP 10.0.0.9:1"));
+}
+
+/// Those of a host, where UDP is asked for by nobody.
+class TcpAlone final : public transport::Transports {
+ public:
+  explicit TcpAlone(transport::Transports& host) : host_(host) {}
+  Result<std::unique_ptr<transport::FileSource>> open_file(const std::string& path) override {
+    return host_.open_file(path);
+  }
+  Result<std::unique_ptr<transport::UdpSocket>> open_udp(const transport::UdpOptions&, transport::UdpCalls) override {
+    ADD_FAILURE() << "a UDP socket was asked for";
+    return fail(ErrorCode::kIo, "no descriptors left");
+  }
+  Result<std::unique_ptr<transport::TcpStream>> open_tcp(const transport::TcpOptions& to,
+                                                         transport::TcpCalls calls) override {
+    return host_.open_tcp(to, std::move(calls));
+  }
+  std::unique_ptr<transport::Lookup> look_up(const std::string& host, transport::LookupDone done) override {
+    return host_.look_up(host, std::move(done));
+  }
+
+ private:
+  transport::Transports& host_;
+};
+
+TEST_F(SerialSinkTest, BindsNoPortToConnect) {
+  TcpAlone alone(transports);
+  sink = std::make_unique<SerialSink>(options, time, alone, calls(), std::uint8_t{0});
+  open();
+  time.run_for(1s);
+  EXPECT_EQ(phase(), Phase::kUp);
 }
 
 TEST_F(SerialSinkTest, CannotBeOpenedWhereThereAreNoSockets) {
