@@ -56,12 +56,13 @@ bool is_pseudo(const struct stat& status) {
   return S_ISCHR(status.st_mode) && number >= 136 && number <= 143;
 }
 
-/// 8 data bits, 1 stop bit, no parity, no flow control, no echo, nothing translated; modem lines are not looked at.
+/// 8 data bits, 1 stop bit, no parity, no flow control, no echo, nothing translated; modem lines are not looked at, and
+/// stay as they are when the line is closed: some boards reset on DTR or RTS (termios(3), HUPCL).
 bool make_raw(int descriptor, std::optional<speed_t> speed) {
   termios settings{};
   if (::tcgetattr(descriptor, &settings) != 0) return false;
   ::cfmakeraw(&settings);
-  settings.c_cflag &= ~static_cast<tcflag_t>(CRTSCTS | CSTOPB);
+  settings.c_cflag &= ~static_cast<tcflag_t>(CRTSCTS | CSTOPB | HUPCL);
   settings.c_cflag |= CLOCAL | CREAD;
   settings.c_cc[VMIN] = 1;  // 0 would make "nothing there" look like the end
   settings.c_cc[VTIME] = 0;
@@ -137,6 +138,23 @@ class AsioSerial final : public ByteStream {
   bool pseudo_;
 };
 
+/// Marks the slave of a pseudo-terminal as made by a living program. The lock goes with the program, and is none of
+/// those that programs claim lines with (fcntl(2), open file description locks).
+bool mark(int slave) {
+  struct flock lock {};
+  lock.l_type = F_WRLCK;
+  return ::fcntl(slave, F_OFD_SETLK, &lock) == 0;
+}
+
+/// The slave's maker lives; false for terminals of others.
+bool is_marked(const std::string& slave) {
+  const Descriptor line(::open(slave.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
+  if (line.get() < 0) return errno == EBUSY;
+  struct flock lock {};
+  lock.l_type = F_WRLCK;
+  return ::fcntl(line.get(), F_OFD_GETLK, &lock) == 0 && lock.l_type != F_UNLCK;
+}
+
 /// The symbolic link to a pseudo-terminal, for as long as it is ours.
 class Link {
  public:
@@ -150,8 +168,12 @@ class Link {
   Result<void> make() {
     if (path_.empty() || path_.find('\0') != std::string::npos)
       return fail(ErrorCode::kInvalid, "a path for a pseudo-terminal is empty or has a zero byte in it");
-    // One that another maker left behind points to what may be anybody's by now, or to nothing.
-    if (target().starts_with("/dev/pts/")) ::unlink(path_.c_str());
+    if (const auto other = target(); other.starts_with("/dev/pts/")) {
+      if (is_marked(other))
+        return fail(ErrorCode::kBusy, path_ + ": cannot make a pseudo-terminal: another program has one there");
+      // Left behind: it points to what may be anybody's by now, or to nothing.
+      ::unlink(path_.c_str());
+    }
     made_ = ::symlink(to_.c_str(), path_.c_str()) == 0;
     if (made_) return {};
     return cannot(path_, "make a link to " + to_, errno, errno == EEXIST ? ErrorCode::kDuplicate : ErrorCode::kIo);
@@ -204,11 +226,13 @@ Result<std::unique_ptr<ByteStream>> make_asio_pty(asio::io_context& context, con
                                                   StreamCalls calls) {
   Descriptor master(::posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
   std::array<char, 128> name{};
-  if (master.get() < 0 || ::grantpt(master.get()) != 0 || ::unlockpt(master.get()) != 0 ||
-      ::ptsname_r(master.get(), name.data(), name.size()) != 0)
+  if (master.get() < 0 || ::grantpt(master.get()) != 0 || ::unlockpt(master.get()) != 0)
     return cannot(link, "make a pseudo-terminal", errno);
+  if (const int error = ::ptsname_r(master.get(), name.data(), name.size()); error != 0)
+    return cannot(link, "make a pseudo-terminal", error);
   Descriptor slave(::open(name.data(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
-  if (slave.get() < 0 || !make_raw(slave.get(), std::nullopt)) return cannot(link, "make a pseudo-terminal", errno);
+  if (slave.get() < 0 || !make_raw(slave.get(), std::nullopt) || !mark(slave.get()))
+    return cannot(link, "make a pseudo-terminal", errno);
   auto named = std::make_unique<Link>(link, name.data());
   if (auto made = named->make(); !made) return fail(made.error());
   auto line = std::make_shared<Line>(context, link, "the pseudo-terminal is lost", std::move(calls));

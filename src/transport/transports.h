@@ -60,10 +60,10 @@ class Transports {
   /// the path in the text. By default there are none: kUnsupported.
   virtual Result<std::unique_ptr<ByteStream>> open_serial(const SerialOptions& options, StreamCalls calls);
   /// Our end of a new pseudo-terminal, whose other end others open as a serial line under `link` (a symbolic link that
-  /// is made here and removed with the stream; another pseudo-terminal's is replaced). Who opens and closes the other
-  /// end goes unnoticed; what is sent while nobody has it open may be lost. `connected` is called in a later turn.
-  /// kDuplicate if something else is called `link`, kInvalid for what is no path, else kIo. By default there are none:
-  /// kUnsupported.
+  /// is made here and removed with the stream; one that a dead program left behind is replaced). Who opens and closes
+  /// the other end goes unnoticed; what is sent while nobody has it open may be lost. `connected` is called in a later
+  /// turn. kBusy if another program's pseudo-terminal has that link, kDuplicate if something else is called so,
+  /// kInvalid for what is no path, else kIo. By default there are none: kUnsupported.
   virtual Result<std::unique_ptr<ByteStream>> make_pty(const std::string& link, StreamCalls calls);
   /// Asks for the addresses of a host, IPv4 ones first, never empty. `done` is called once, in a later turn;
   /// kUnreachable if there are none. Destroying the answer ends the wait, and `done` is not called.

@@ -1,11 +1,13 @@
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <termios.h>
 #include <unistd.h>
 
 #include <array>
+#include <cstdlib>
 #include <filesystem>
 #include <memory>
 
@@ -255,16 +257,20 @@ TEST(MachineSerial, ALineIsRawAndAsFastAsAsked) {
   End device, program;
   const auto path = folder.path("sink");
   ASSERT_TRUE(device.plug(world.local, path));
-  ASSERT_TRUE(program.open(world.local, path, 57600));
   const int descriptor = ::open(path.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC);
   ASSERT_GE(descriptor, 0) << "nobody is shut out of a pseudo-terminal for good";
   termios settings{};
+  ASSERT_EQ(::tcgetattr(descriptor, &settings), 0);
+  settings.c_cflag |= HUPCL;
+  ASSERT_EQ(::tcsetattr(descriptor, TCSANOW, &settings), 0);
+  ASSERT_TRUE(program.open(world.local, path, 57600));
   ASSERT_EQ(::tcgetattr(descriptor, &settings), 0);
   ::close(descriptor);
   EXPECT_EQ(::cfgetospeed(&settings), static_cast<speed_t>(B57600));
   EXPECT_EQ(::cfgetispeed(&settings), static_cast<speed_t>(B57600));
   EXPECT_EQ(settings.c_cflag & (CSIZE | PARENB | CSTOPB | CRTSCTS | CLOCAL | CREAD),
             static_cast<tcflag_t>(CS8 | CLOCAL | CREAD));
+  EXPECT_EQ(settings.c_cflag & HUPCL, 0u) << "closing a line must not reset the board behind it";
   EXPECT_EQ(settings.c_lflag & (ICANON | ECHO | ISIG), 0u);
   EXPECT_EQ(settings.c_iflag & (IXON | IXOFF | ICRNL), 0u);
   EXPECT_EQ(settings.c_oflag & OPOST, 0u);
@@ -295,12 +301,54 @@ TEST(MachinePty, TheLinkIsThereAsLongAsTheDevice) {
   ASSERT_TRUE(device.plug(world.local, path));
   const auto first = fs::read_symlink(path).string();
   EXPECT_TRUE(first.starts_with("/dev/pts/"));
-  ASSERT_TRUE(next.plug(world.local, path)) << "another pseudo-terminal's link is replaced";
-  EXPECT_NE(fs::read_symlink(path).string(), first);
-  device.stream.reset();
-  EXPECT_TRUE(fs::is_symlink(path)) << "it is not ours any more";
+  const auto refused = next.plug(world.local, path);
+  ASSERT_FALSE(refused) << "the device behind it lives";
+  EXPECT_EQ(refused.error().code, ErrorCode::kBusy);
+  EXPECT_EQ(refused.error().text, path + ": cannot make a pseudo-terminal: another program has one there");
+  EXPECT_EQ(fs::read_symlink(path).string(), first);
+  ASSERT_TRUE(next.open(world.local, path)) << "it is a line as before";
   next.stream.reset();
+  device.stream.reset();
   EXPECT_FALSE(fs::is_symlink(path));
+  ASSERT_TRUE(device.plug(world.local, path));
+  fs::remove(path);
+  ASSERT_TRUE(next.plug(world.local, path));
+  const auto second = fs::read_symlink(path).string();
+  device.stream.reset();
+  EXPECT_EQ(fs::read_symlink(path).string(), second) << "it is not ours any more";
+}
+
+/// A terminal that is no simulator's: whoever made the link before is gone, and the system gave its number away.
+TEST(MachinePty, ALinkToSomebodysTerminalIsReplaced) {
+  namespace fs = std::filesystem;
+  Folder folder;
+  MachineWorld world;
+  const int master = ::posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC);
+  std::array<char, 128> name{};
+  ASSERT_EQ(::grantpt(master) | ::unlockpt(master) | ::ptsname_r(master, name.data(), name.size()), 0);
+  fs::create_symlink(name.data(), folder.path("sink"));
+  End device;
+  EXPECT_TRUE(device.plug(world.local, folder.path("sink")));
+  EXPECT_NE(fs::read_symlink(folder.path("sink")).string(), name.data());
+  ::close(master);
+}
+
+TEST(MachinePty, SaysWhyThereIsNone) {
+  Folder folder;
+  MachineWorld world;
+  rlimit old{};
+  ASSERT_EQ(::getrlimit(RLIMIT_NOFILE, &old), 0);
+  const int free = ::dup(0);
+  ASSERT_GE(free, 0);
+  ::close(free);
+  const rlimit none{static_cast<rlim_t>(free), old.rlim_max};
+  ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &none), 0);
+  End device;
+  const auto refused = device.plug(world.local, folder.path("sink"));
+  ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &old), 0);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::kIo);
+  EXPECT_THAT(refused.error().text, HasSubstr(folder.path("sink") + ": cannot make a pseudo-terminal: Too many open"));
 }
 
 TEST(MachinePty, ALinkThatADeadMakerLeftIsReplacedAndNothingElseIs) {

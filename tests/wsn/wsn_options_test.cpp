@@ -4,6 +4,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
 #include "networks/wsn/mote_tag.h"
 #include "support/config_text.h"
 
@@ -68,6 +72,22 @@ TEST(WsnOptions, FilesStandBesideTheConfiguration) {
   const auto options = read(R"({"source": "file@a.log", "record": "b.log"})", 42, "/srv/rubicon").options;
   EXPECT_EQ(options.source.path, "/srv/rubicon/a.log");
   EXPECT_EQ(options.source.record, "/srv/rubicon/b.log");
+}
+
+TEST(WsnOptions, ARecordingIsNotPlayedIntoItself) {
+  namespace fs = std::filesystem;
+  for (const auto* wrong :
+       {R"({"source": "file@a.log+file@./a.log"})", R"({"source": "file@a.log", "record": "a.log"})",
+        R"({"source": "file@a.log", "record": "/srv/none/../rubicon/a.log"})",
+        R"({"source": "file@/srv/rubicon/a.log+file@a.log"})"})
+    EXPECT_THAT(read(wrong, 42, "/srv/rubicon").errors, HasSubstr("another file than the one that is played")) << wrong;
+  EXPECT_EQ(read(R"({"source": "file@a.log", "record": "b/a.log"})", 42, "/srv/rubicon").errors, "");
+  auto folder = (fs::temp_directory_path() / "rubicon_options_XXXXXX").string();
+  ASSERT_NE(::mkdtemp(folder.data()), nullptr);
+  std::ofstream(folder + "/a.log") << "";
+  fs::create_symlink("a.log", folder + "/link");
+  EXPECT_THAT(read(R"({"source": "file@a.log", "record": "link"})", 42, folder).errors, HasSubstr("another file"));
+  fs::remove_all(folder);
 }
 
 TEST(MoteTags, AreReadAsTheyAreWritten) {

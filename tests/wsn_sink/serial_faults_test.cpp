@@ -147,18 +147,70 @@ TEST_F(SerialFaults, FloodDoesNotStarveSending) {
   EXPECT_EQ(count("packets-read"), received.size());
 }
 
+/// The line takes none of our bytes while the sink floods us: acks wait up to a bound, the others are not sent.
 TEST_F(SerialFaults, FloodOfWhatWantsAcksDoesNotFillTheMemory) {
-  connect();
-  net.tcp.stall(true);
-  Bytes flood;
+  SendQueue queue(time, 8, {[] {}, [](Lane) {}});
+  SinkVoice voice(calls());
+  std::size_t waits = 0, most = 0;
+  SerialLink::Calls line;
+  line.write = [&](ByteView bytes) { most = std::max(most, waits += bytes.size()); };
+  line.unwritten = [&] { return waits; };
+  line.heard = [] {};
+  line.acknowledges = [](bool) {};
+  line.failed = [](const Error&) {};
+  SerialLink link({}, time, queue, voice, std::move(line));
+  link.begin();
   const auto frame = motes::hdlc_acked_packet(1, kPacket);
-  for (int i = 0; i < 4000; ++i) flood.insert(flood.end(), frame.begin(), frame.end());
-  net.tcp.stall(false);
-  mote.say_raw(ByteView(flood).first(60000));
-  time.run_for(10ms);
-  EXPECT_EQ(received.size(), 60000 / frame.size());
-  EXPECT_GT(mote.acks.size(), 100U);
-  EXPECT_LT(mote.acks.size(), 200U) << "beyond 1024 bytes that wait no ack is sent";
+  const auto unsent = [&] {
+    std::map<std::string, std::uint64_t> counters;
+    link.count(counters);
+    return counters.at("unsent-acks");
+  };
+  for (int i = 0; i < 4000; ++i) link.take(frame);
+  EXPECT_EQ(received.size(), 4000U) << "packets are told all the same";
+  const auto ack = motes::hdlc_ack(1).size();
+  EXPECT_GT(most, SerialLink::kMostUnwritten);
+  EXPECT_LE(most, SerialLink::kMostUnwritten + ack);
+  EXPECT_EQ(unsent(), 4000 - most / ack);
+  EXPECT_TRUE(noted("unsent-acks"));
+  waits = 0;
+  link.take(frame);
+  EXPECT_EQ(waits, ack) << "sent again once the line takes them";
+}
+
+TEST_F(SerialFaults, ASinkThatGoesMuteIsALostLine) {
+  connect();
+  reopens = false;
+  mote.answers = false;
+  for (std::uint16_t i = 0; i < 4; ++i) ASSERT_TRUE(send(i));
+  time.run_for(8900ms);
+  EXPECT_THAT(failures, IsEmpty()) << "three packets, three attempts each";
+  time.run_for(200ms);
+  ASSERT_EQ(failures.size(), 1U);
+  EXPECT_THAT(failures[0].text, testing::HasSubstr("the sink says nothing any more"));
+  EXPECT_EQ(failures[0].code, ErrorCode::kUnreachable);
+  EXPECT_EQ(phase(), Phase::kOff);
+  for (std::uint16_t i = 0; i < 3; ++i) EXPECT_EQ(outcome(i), Sent::kNotAcknowledged) << i;
+  EXPECT_EQ(outcome(3), std::nullopt) << "what waits stays";
+  mote.answers = true;
+  mote.executed.clear();
+  ASSERT_TRUE(sink->open());
+  time.run_for(1s);
+  EXPECT_EQ(phase(), Phase::kUp);
+  EXPECT_THAT(mote.executed, ElementsAre(set_island(42), numbered(3)));
+}
+
+TEST_F(SerialFaults, ASinkThatDoesNotAckButSpeaksIsNoLostLine) {
+  connect();
+  mote.answers = false;
+  for (std::uint16_t i = 0; i < 10; ++i) {
+    ASSERT_TRUE(send(i));
+    if (i % 2 == 1) mote.say(numbered(1));
+    time.run_for(3100ms);
+    EXPECT_EQ(outcome(i), Sent::kNotAcknowledged) << i;
+  }
+  EXPECT_THAT(failures, IsEmpty());
+  EXPECT_EQ(phase(), Phase::kUp);
 }
 
 TEST_F(SerialFaults, SayingNothingForAnHourIsNoFault) {

@@ -451,42 +451,5 @@ TEST_F(SerialSinkTest, GivesUpALineThatTakesNoBytes) {
   EXPECT_EQ(outcome(1), Sent::kAcknowledged);
 }
 
-TEST_F(SerialSinkTest, IsNoLineWhereNobodyListens) {
-  options.source = parse_source("network@10.0.0.9:1").value();
-  reopens = false;
-  make();
-  open();
-  time.run_for(1s);
-  ASSERT_EQ(failures.size(), 1U);
-  EXPECT_THAT(failures[0].text, HasSubstr("network@10.0.0.9:1"));
-  EXPECT_EQ(phase(), Phase::kOff);
-}
-
-TEST_F(SerialSinkTest, TriesEveryAddressOfAHost) {
-  net.name("sink.example", {"10.0.0.7", "10.0.0.9"});
-  options.source = parse_source("network@sink.example:19202").value();
-  connect();
-  EXPECT_THAT(failures, IsEmpty());
-  EXPECT_EQ(mote.connections, 1U);
-}
-
-TEST_F(SerialSinkTest, SaysThatAHostHasNoAddress) {
-  options.source = parse_source("network@nowhere.example:19202").value();
-  reopens = false;
-  make();
-  open();
-  time.run_for(1s);
-  ASSERT_EQ(failures.size(), 1U);
-  EXPECT_THAT(failures[0].text, HasSubstr("nowhere.example"));
-}
-
-TEST_F(SerialSinkTest, CannotBeOpenedWhereThereAreNoSockets) {
-  transport::MemoryTransports alone;
-  sink = std::make_unique<SerialSink>(options, time, alone, calls(), std::uint8_t{0});
-  const auto opened = sink->open();
-  ASSERT_FALSE(opened);
-  EXPECT_EQ(opened.error().code, ErrorCode::kUnsupported);
-}
-
 }  // namespace
 }  // namespace rubicon::networks::wsn

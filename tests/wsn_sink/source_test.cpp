@@ -106,6 +106,8 @@ TEST(SourceString, SaysWhatIsWrongWhereAndWhatWasExpected) {
       {"serial@/dev/ttyUSB0:0", kBad, {"position 21", "baud rate"}},
       {"serial@/dev/ttyUSB0:", kBad, {"position 21", "baud rate"}},
       {"serial@/dev/ttyUSB0:-9600", kBad, {"-9600"}},
+      {"serial@/dev/ttyUSB0:56700", kBad, {"position 21", "\"56700\"", "57600"}},
+      {"serial@/dev/ttyUSB0:1", kBad, {"position 21", "baud rate"}},
       {"serial@/dev/ttyUSB0:99999999999", kBad, {"99999999999", "4000000"}},
       {"sf@host", kBad, {"position 4", "HOST:PORT, the port is mandatory"}},
       {"sf@host,9002", kBad, {"HOST:PORT"}},

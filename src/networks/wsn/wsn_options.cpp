@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cstdlib>
 #include <filesystem>
+#include <system_error>
 
 #include "model/key.h"
 #include "networks/wsn/mote_tag.h"
@@ -23,6 +24,16 @@ std::string in_folder(const std::string& directory, const std::string& path) {
   return path.empty() || directory.empty() || given.is_absolute() ? path : (directory / given).string();
 }
 
+/// Where a path leads, as far as it exists.
+std::filesystem::path place(const std::string& path) {
+  const std::filesystem::path given(path);
+  std::error_code unknown;
+  const auto whole = std::filesystem::absolute(given, unknown);
+  if (unknown) return given.lexically_normal();
+  const auto found = std::filesystem::weakly_canonical(whole, unknown);
+  return unknown ? whole.lexically_normal() : found;
+}
+
 Source read_source(ConfigReader& options, const std::string& directory) {
   const auto text = options.text("source", kUsualSource);
   auto source = parse_source(text);
@@ -37,7 +48,11 @@ Source read_source(ConfigReader& options, const std::string& directory) {
     source->record = path;
   }
   source->record = in_folder(directory, source->record);
-  if (source->kind == Source::Kind::kFile) source->path = in_folder(directory, source->path);
+  if (source->kind != Source::Kind::kFile) return std::move(*source);
+  source->path = in_folder(directory, source->path);
+  if (!source->record.empty() && place(source->record) == place(source->path))
+    options.error(options.has("record") ? "record" : "source",
+                  model::quoted(source->record) + ", expected another file than the one that is played");
   return std::move(*source);
 }
 

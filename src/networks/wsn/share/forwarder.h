@@ -19,6 +19,10 @@ struct ForwarderOptions {
   /// ByteStream::kMaxQueued.
   std::size_t client_bytes = std::size_t{64} * 1024;
   Duration greeting_time = std::chrono::seconds(5);  ///< who has not greeted by then is hung up on
+  /// What had to wait for longer since it was read is dropped: a command that the sink could not take says nothing an
+  /// hour later.
+  Duration packet_life = std::chrono::seconds(20);
+  unsigned bad_packets = 100;  ///< so many in a row, and the client is hung up on
 
   friend bool operator==(const ForwarderOptions&, const ForwarderOptions&) = default;
 };
@@ -31,7 +35,7 @@ struct ForwarderCalls {
   std::function<bool(ByteView packet)> packet;
   /// The port is lost; open() may be called again. The clients stay.
   std::function<void(Error)> failed;
-  /// As SinkCalls::note.
+  /// As SinkCalls::note, but at most once a minute for a subject.
   std::function<void(const std::string& subject, std::string_view text)> note;
 };
 
@@ -39,7 +43,8 @@ struct ForwarderCalls {
 /// sink is lost. Destroyed = all are hung up on.
 ///
 /// A packet that `packet` takes never overtakes one that had to wait, and clients whose packets wait take turns. What a
-/// client said before it hung up still reaches the sink, and counts as a client until it has.
+/// client said before it hung up still reaches the sink if its time allows; of such clients there may be as many as of
+/// others.
 class Forwarder {
  public:
   Forwarder(ForwarderOptions options, Scheduler& scheduler, transport::Transports& transports, ForwarderCalls calls);
@@ -59,7 +64,8 @@ class Forwarder {
   /// Who is connected, greeted or not.
   std::size_t clients() const;
   /// Counters by name (`[a-z-]+`): clients (connected now), clients-total, packets-to-clients, packets-from-clients
-  /// (that were taken), dropped-bad-packets, dropped-config, and of clients that were hung up on: dropped-slow-clients,
+  /// (that were taken), dropped-bad-packets, dropped-config, dropped-expired (packets), dropped-gone (clients that hung
+  /// up before their packets were taken, and were too many), and of clients that were hung up on: dropped-slow-clients,
   /// dropped-strangers (who do not speak the protocol), dropped-silent, refused-clients (too many). All of them, from
   /// the start.
   std::map<std::string, std::uint64_t> counters() const;

@@ -8,10 +8,10 @@ namespace rubicon::networks::wsn {
 
 namespace {
 
-/// Names can be looked up where there are sockets only.
+/// Names can be looked up where there are sockets only. To connect to nowhere is refused before a socket is made.
 Result<void> need_sockets(transport::Transports& transports) {
-  transport::UdpCalls nobody{[](const auto&, ByteView) {}, [](const Error&) {}, [](const Error&) {}};
-  if (const auto tried = transports.open_udp({}, std::move(nobody)); !tried) return fail(tried.error());
+  const auto tried = transports.open_tcp({}, {});
+  if (!tried && tried.error().code == ErrorCode::kUnsupported) return fail(tried.error());
   return {};
 }
 
@@ -46,6 +46,7 @@ void HostStream::connect_next(Error why) {
     transport::TcpOptions options;
     options.remote = {std::move(addresses_.back()), port_};
     addresses_.pop_back();
+    address_ = options.remote.address;
     transport::TcpCalls calls;
     calls.connected = [this] {
       connected_ = true;
@@ -72,8 +73,9 @@ void HostStream::lost(Error why) {
   connect_next(std::move(why));
 }
 
+/// A lookup's error names the host, a connection's the address.
 void HostStream::end(Error why) {
-  if (why.text.find(host_) == why.text.npos) why.text = fmt::format("{}: {}", host_, why.text);
+  if (!address_.empty() && address_ != host_) why.text = fmt::format("{}: {}", host_, why.text);
   if (calls_.failed) calls_.failed(std::move(why));
 }
 

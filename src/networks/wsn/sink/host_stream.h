@@ -37,6 +37,7 @@ class HostStream final : public transport::ByteStream {
   transport::StreamCalls calls_;
   std::unique_ptr<transport::Lookup> lookup_;
   std::vector<std::string> addresses_;  ///< that were not tried yet, the next one last
+  std::string address_;                 ///< the last one that was tried
   std::unique_ptr<transport::TcpStream> tcp_;
   bool connected_ = false;
   bool held_ = false;

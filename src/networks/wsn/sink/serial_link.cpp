@@ -49,6 +49,7 @@ void SerialLink::begin() {
   before_ = reader_.faults();
   up_ = true;
   heard_ = false;
+  unheard_ = 0;
   if (options_.greeting.empty()) return pump();
   Flight greeting;
   greeting.packet.packet = options_.greeting;
@@ -91,13 +92,19 @@ void SerialLink::take(ByteView bytes) {
 
 /// False: this is gone. The ack goes before the packet is looked at (wsn.md 2, rule 4).
 bool SerialLink::take_frame(const motes::HdlcFrame& frame) {
-  if (frame.protocol == motes::kHdlcAckedPacket && calls_.unwritten() <= kMostUnwritten)
-    calls_.write(motes::hdlc_ack(frame.sequence));
-  if (!first_sound()) return false;
-  if (frame.protocol != motes::kHdlcAck) return voice_.received(frame.packet);
+  unheard_ = 0;
   const auto alive = alive_;
+  if (frame.protocol == motes::kHdlcAckedPacket) send_ack(frame.sequence);
+  if (!*alive || !first_sound()) return false;
+  if (frame.protocol != motes::kHdlcAck) return voice_.received(frame.packet);
   acknowledge(frame.sequence);
   return *alive;
+}
+
+void SerialLink::send_ack(std::uint8_t sequence) {
+  if (calls_.unwritten() <= kMostUnwritten) return calls_.write(motes::hdlc_ack(sequence));
+  ++counters_.unsent_acks;
+  (void)voice_.note("unsent-acks", "the line takes no bytes: acks to the sink are not sent");
 }
 
 bool SerialLink::first_sound() {
@@ -203,6 +210,10 @@ void SerialLink::give_up() {
   queue_.report(std::move(flight_->packet.done), Sent::kNotAcknowledged);
   const auto alive = alive_;
   if (!voice_.note("unacknowledged", fmt::format("no ack of a packet in {} attempts", attempts))) return;
+  if (heard_ && ++unheard_ >= kMostUnheard) {
+    flight_.reset();
+    return calls_.failed({ErrorCode::kUnreachable, "the sink says nothing any more"});
+  }
   calls_.acknowledges(false);
   if (*alive) next();
 }
@@ -216,6 +227,7 @@ void SerialLink::count(std::map<std::string, std::uint64_t>& into) const {
   into["acknowledged"] = counters_.acknowledged;
   into["repeated-frames"] = counters_.repeated;
   into["unacknowledged"] = counters_.unacknowledged;
+  into["unsent-acks"] = counters_.unsent_acks;
   for (const auto& fault : kFaults) into[std::string(fault.name)] = reader_.faults().*fault.count;
 }
 

@@ -30,11 +30,13 @@ class SerialLink {
     std::function<void(Error)> failed;       ///< the line is of no use: end() is called next
   };
   struct Counters {
-    std::uint64_t acknowledged = 0, repeated = 0, unacknowledged = 0;
+    std::uint64_t acknowledged = 0, repeated = 0, unacknowledged = 0, unsent_acks = 0;
   };
 
   /// An ack to the sink is not worth more than so many bytes before it.
   static constexpr std::size_t kMostUnwritten = 1024;
+  /// So many packets in a row without ack, and no sound frame between them: the sink that was heard is gone.
+  static constexpr unsigned kMostUnheard = 3;
 
   /// Takes what it sends from `queue`.
   SerialLink(Options options, Scheduler& scheduler, SendQueue& queue, SinkVoice& voice, Calls calls);
@@ -66,6 +68,7 @@ class SerialLink {
     std::uint8_t first = 0;     ///< sequence number of the first attempt
   };
 
+  void send_ack(std::uint8_t sequence);
   bool take_frame(const motes::HdlcFrame& frame);
   bool first_sound();
   void acknowledge(std::uint8_t sequence);
@@ -87,6 +90,7 @@ class SerialLink {
   motes::HdlcReader reader_;
   motes::HdlcFaults noted_, before_;  ///< faults that were told; those before this line
   bool up_ = false, heard_ = false;
+  unsigned unheard_ = 0;  ///< packets in a row that were given up, without a sound frame
   std::uint8_t sequence_;
   std::optional<Flight> flight_;
   std::optional<Flight> kept_;  ///< what a lost line interrupted

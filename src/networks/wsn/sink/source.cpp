@@ -9,6 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include "transport/serial.h"
+
 namespace rubicon::networks::wsn {
 
 namespace {
@@ -28,8 +30,6 @@ constexpr std::array<std::pair<std::string_view, unsigned>, 13> kPlatforms{{{"mi
                                                                             {"shimmer", 115200},
                                                                             {"ucmini", 115200}}};
 
-/// The fastest that termios has a name for.
-constexpr unsigned kFastest = 4'000'000;
 constexpr std::string_view kForms = "`serial@DEVICE:BAUD`, `network@HOST:PORT`, `sf@HOST:PORT` or `file@PATH`";
 constexpr std::string_view kRecords = "`file@PATH` behind a `+`, to record";
 
@@ -85,8 +85,10 @@ Result<unsigned> read_baud(const Part& part) {
       std::find_if(kPlatforms.begin(), kPlatforms.end(), [&](const auto& row) { return row.first == part.text; });
   if (platform != kPlatforms.end()) return platform->second;
   const auto number = number_in(part.text);
-  if (number && *number > 0 && *number <= kFastest) return *number;
-  return wrong(part, fmt::format("a baud rate of 1 to {} or a platform (telosb, tmote, micaz, iris, ...)", kFastest));
+  if (number && transport::is_baud_rate(*number)) return *number;
+  return wrong(part,
+               "a baud rate of serial lines (50 to 4000000, such as 57600 or 115200) or a platform (telosb, tmote, "
+               "micaz, iris, ...)");
 }
 
 Result<Source> read_serial(const Part& rest) {
