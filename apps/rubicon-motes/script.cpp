@@ -1,15 +1,13 @@
 #include "apps/rubicon-motes/script.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <charconv>
 #include <tuple>
 #include <utility>
 
 #include "apps/rubicon-motes/sensors.h"
+#include "apps/simulation/script.h"
 #include "base/config_reader.h"
-#include "model/key.h"
 
 namespace rubicon::mote_simulator {
 
@@ -18,26 +16,7 @@ namespace {
 constexpr auto kShortest = std::chrono::milliseconds(1);
 constexpr std::size_t kMaxSinks = 16;
 
-using Words = std::vector<std::string_view>;
-
-Words words_of(std::string_view line) {
-  constexpr std::string_view kBlanks = " \t\r";
-  Words words;
-  line = line.substr(0, line.find('#'));
-  for (auto at = line.find_first_not_of(kBlanks); at != line.npos; at = line.find_first_not_of(kBlanks)) {
-    line.remove_prefix(at);
-    const auto end = std::min(line.find_first_of(kBlanks), line.size());
-    words.push_back(line.substr(0, end));
-    line.remove_prefix(end);
-  }
-  return words;
-}
-
-/// How each kind of line looks: a word in capitals stands for something, the others for themselves.
-struct Form {
-  Step::Kind kind;
-  std::string_view text;
-};
+using Form = simulation::Form<Step>;
 constexpr Form kForms[] = {
     {Step::Kind::kReboot, "at SPAN reboot MOTE"},
     {Step::Kind::kReboot, "at SPAN reboot MOTE over SPAN"},
@@ -117,17 +96,6 @@ bool take(Step& step, std::string_view wanted, std::string_view word, bool first
   return read;
 }
 
-std::optional<Step> step_of(const Form& form, const Words& words) {
-  const auto wanted = words_of(form.text);
-  if (wanted.size() != words.size()) return std::nullopt;
-  Step step;
-  step.kind = form.kind;
-  for (std::size_t i = 0; i < words.size(); ++i) {
-    if (!take(step, wanted[i], words[i], i == 1)) return std::nullopt;
-  }
-  return step;
-}
-
 /// What takes no time would never let the world go on.
 std::string_view senseless(const Step& step) {
   using Kind = Step::Kind;
@@ -135,24 +103,6 @@ std::string_view senseless(const Step& step) {
   const bool moves = step.kind == Kind::kRamp || step.kind == Kind::kSine || step.kind == Kind::kWalk;
   if (moves && step.span < kShortest) return "expected a SPAN of at least 1ms";
   return {};
-}
-
-/// The forms a line can have been meant as: those with its word, else all.
-std::string expected_for(const Words& words) {
-  std::string like_it, all;
-  for (const auto& form : kForms) {
-    const auto text = fmt::format("'{}'", form.text);
-    all += (all.empty() ? "" : ", ") + text;
-    if (words.size() > 2 && words_of(form.text)[2] == words[2]) like_it += (like_it.empty() ? "" : ", ") + text;
-  }
-  return like_it.empty() ? all : like_it;
-}
-
-/// The first that a `repeat` keeps from ever being done.
-const Step* never_done(const std::vector<Step>& steps) {
-  const auto repeat =
-      std::find_if(steps.begin(), steps.end(), [](auto& one) { return one.kind == Step::Kind::kRepeat; });
-  return repeat == steps.end() || repeat + 1 == steps.end() ? nullptr : &*(repeat + 1);
 }
 
 }  // namespace
@@ -165,29 +115,7 @@ bool operator==(const Step& a, const Step& b) {
 }
 
 Result<std::vector<Step>> parse_script(std::string_view text) {
-  std::vector<Step> steps;
-  for (int line = 1; !text.empty(); ++line) {
-    const auto end = std::min(text.find('\n'), text.size());
-    const auto words = words_of(text.substr(0, end));
-    text.remove_prefix(std::min(end + 1, text.size()));
-    if (words.empty()) continue;
-    std::optional<Step> step;
-    for (const auto& form : kForms) {
-      if (!step) step = step_of(form, words);
-    }
-    if (!step)
-      return fail(ErrorCode::kInvalid, fmt::format("line {}: {} ..., expected one of: {}", line,
-                                                   model::quoted(words[0]), expected_for(words)));
-    if (const auto why = senseless(*step); !why.empty())
-      return fail(ErrorCode::kInvalid, fmt::format("line {}: {}", line, why));
-    step->line = line;
-    steps.push_back(std::move(*step));
-  }
-  std::stable_sort(steps.begin(), steps.end(), [](const Step& a, const Step& b) { return a.at < b.at; });
-  if (const auto* step = never_done(steps))
-    return fail(ErrorCode::kInvalid,
-                fmt::format("line {}: never done, expected a time before that of 'repeat'", step->line));
-  return steps;
+  return simulation::read_script<Step>({kForms, take, senseless}, text);
 }
 
 }  // namespace rubicon::mote_simulator

@@ -63,13 +63,13 @@ World::World(WorldOptions options, Scheduler& scheduler, std::vector<Step> scrip
       scheduler_(scheduler),
       log_(scheduler, std::move(events)),
       radio_(seeded(options_.radio, options_.seed), scheduler),
-      script_(std::move(script)) {
+      script_(scheduler, std::move(script), [this](const Step& step) { take(step); }) {
   make_sinks();
   make_motes();
   for (std::uint16_t number = 1; number <= sinks(); ++number) {
     if (!options_.wait_for_computer) boot_motes(number);
   }
-  begin_script();
+  script_.begin();
 }
 
 World::~World() = default;
@@ -162,26 +162,6 @@ void World::reboot_sink(std::uint16_t number) {
 }
 
 // --- The script.
-
-void World::begin_script() {
-  script_began_ = scheduler_.now();
-  next_step_ = 0;
-  next_step();
-}
-
-void World::next_step() {
-  while (next_step_ < script_.size()) {
-    const Step& step = script_[next_step_];
-    const auto due = script_began_ + step.at;
-    if (due > scheduler_.now()) {
-      script_timer_ = scheduler_.at(due, [this] { next_step(); });
-      return;
-    }
-    ++next_step_;
-    if (step.kind == Step::Kind::kRepeat) return begin_script();
-    take(step);
-  }
-}
 
 void World::take(const Step& step) {
   using Kind = Step::Kind;

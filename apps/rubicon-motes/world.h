@@ -9,6 +9,7 @@
 #include "apps/rubicon-motes/script.h"
 #include "apps/rubicon-motes/sink_firmware.h"
 #include "apps/rubicon-motes/sink_port.h"
+#include "apps/simulation/script.h"
 
 namespace rubicon::mote_simulator {
 
@@ -84,8 +85,6 @@ class World {
   void plug_in(std::uint16_t sink);
   void open_again(std::uint16_t sink);
   std::vector<Mote*> matching(MotePattern pattern);
-  void begin_script();
-  void next_step();
   void reboot(const Step& step);
   void reboot_sink(std::uint16_t sink);
   void kill(Mote& mote);
@@ -99,10 +98,7 @@ class World {
   Radio radio_;
   std::vector<std::unique_ptr<Place>> places_;
   std::vector<Mote> motes_;
-  std::vector<Step> script_;
-  SteadyTime script_began_{};
-  std::size_t next_step_ = 0;
-  Timer script_timer_;
+  simulation::ScriptRun<Step> script_;
 };
 
 /// kInvalid with its line for a step about a mote or a sink that is not in this world.
