@@ -169,7 +169,8 @@ class Link {
     if (path_.empty() || path_.find('\0') != std::string::npos)
       return fail(ErrorCode::kInvalid, "a path for a pseudo-terminal is empty or has a zero byte in it");
     if (const auto other = target(); other.starts_with("/dev/pts/")) {
-      if (is_marked(other))
+      // A dead maker's link may name the very terminal that is ours now: numbers are used again.
+      if (other != to_ && is_marked(other))
         return fail(ErrorCode::kBusy, path_ + ": cannot make a pseudo-terminal: another program has one there");
       // Left behind: it points to what may be anybody's by now, or to nothing.
       ::unlink(path_.c_str());

@@ -333,6 +333,23 @@ TEST(MachinePty, ALinkToSomebodysTerminalIsReplaced) {
   ::close(master);
 }
 
+/// A killed maker leaves its link, and the next one gets the same number of the system.
+TEST(MachinePty, ALinkToTheVeryTerminalThatIsOursNowIsNobodyElses) {
+  namespace fs = std::filesystem;
+  Folder folder;
+  MachineWorld world;
+  std::string number;
+  {
+    End killed;
+    ASSERT_TRUE(killed.plug(world.local, folder.path("sink")));
+    number = fs::read_symlink(folder.path("sink")).string();
+  }
+  fs::create_symlink(number, folder.path("sink"));
+  End next;
+  const auto made = next.plug(world.local, folder.path("sink"));
+  EXPECT_TRUE(made) << made.error().text;
+}
+
 TEST(MachinePty, SaysWhyThereIsNone) {
   Folder folder;
   MachineWorld world;
