@@ -6,6 +6,7 @@
 
 #include "apps/rubicon/cli.h"
 #include "apps/rubicon/tuple_text.h"
+#include "base/bytes.h"
 
 namespace rubicon::cli {
 
@@ -15,11 +16,12 @@ namespace {
 constexpr std::size_t kMostBytes = 1000UL * 1000;
 
 struct SendOptions {
-  std::string to, type = "text", file;
+  std::string to, type = "text", file, network, device;
   std::optional<std::string> text;
+  bool hex = false;
 };
 
-Result<std::string> content(const SendOptions& options) {
+Result<std::string> words(const SendOptions& options) {
   if (!options.text && options.file.empty())
     return fail(ErrorCode::kInvalid, "nothing to send, expected TEXT, - or --file");
   if (options.text && *options.text != "-") return *options.text;
@@ -34,6 +36,15 @@ Result<std::string> content(const SendOptions& options) {
   if (bytes.size() > kMostBytes)
     return fail(ErrorCode::kOutOfRange, fmt::format("a message has at most {} bytes", kMostBytes));
   return bytes;
+}
+
+Result<std::string> content(const SendOptions& options) {
+  auto text = words(options);
+  if (!text || !options.hex) return text;
+  std::erase_if(*text, [](char letter) { return letter == '\n' || letter == '\r'; });
+  const auto bytes = base::from_hex(*text);
+  if (!bytes) return fail(bytes.error());
+  return std::string(base::as_text(*bytes));
 }
 
 /// By id, or by a name that only one has.
@@ -75,7 +86,13 @@ int send(Session& session, const SendOptions& options) {
     return kUsage;
   }
   std::optional<std::string> answer;
-  session.client().send(found[0], options.type, *bytes, [&](const std::string& why_not) { answer = why_not; });
+  const auto heard = [&answer](const std::string& why_not) { answer = why_not; };
+  auto& client = session.client();
+  if (!options.device.empty()) {
+    client.send_to_device(found[0], options.network, options.device, options.type, *bytes, heard);
+  } else {
+    client.send_to_network(found[0], options.network, options.type, *bytes, heard);  // none: to the component itself
+  }
   if (session.run([&] { return answer.has_value(); }, session.settings().patience + std::chrono::seconds(5)))
     return tell(session, found[0], bytes->size(), *answer);
   say(fmt::format("{} did not answer", number(found[0])));
@@ -89,12 +106,17 @@ void add_send(Cli& cli) {
   auto* app = cli.command_in_ecology({"send", "Send a message to a component, for those there who wait for its type",
                                       "  rubicon send 70001 --type chat 'come to the kitchen'\n"
                                       "  rubicon send 6541 --type image --file map.png\n"
-                                      "  date | rubicon send robot --type clock -\n"},
+                                      "  date | rubicon send robot --type clock -\n"
+                                      "  rubicon send 6541 --device 7 --type mote/3/6/1 --hex 01012cbeef\n"},
                                      [options](Session& session) { return send(session, *options); });
   app->add_option("COMPONENT", options->to, "id or name of an island or another component")->required();
   auto* text = app->add_option("TEXT", options->text, "the message; - = standard input");
   app->add_option("--type", options->type, "your word for what it is")->capture_default_str();
   app->add_option("--file", options->file, "send what is in this file")->excludes(text);
+  app->add_flag("--hex", options->hex, "TEXT, input or file are bytes in hex");
+  app->add_option("--device", options->device, "to a device of the island, by its address");
+  app->add_option("--network", options->network,
+                  "to a network of the island, or its device where several have that address");
 }
 
 }  // namespace rubicon::cli

@@ -30,6 +30,8 @@ struct Step {
   double from = 0, to = 0;  ///< of a ramp or a random; what is set is `to`
   Duration span{};          ///< of a ramp, a silence, or between two draws
 
+  int line = 0;  ///< of the script, from 1
+
   friend bool operator==(const Step&, const Step&) = default;
 };
 

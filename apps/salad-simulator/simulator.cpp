@@ -53,7 +53,7 @@ Simulator::Simulator(SimulatorOptions options, Devices devices, std::vector<Step
                      Scheduler& scheduler, transport::Transports& transports, Log log)
     : options_(std::move(options)),
       devices_(std::move(devices)),
-      script_(std::move(script)),
+      script_(scheduler, std::move(script), [this](const Step& step) { take(step); }),
       types_(types),
       scheduler_(scheduler),
       transports_(transports),
@@ -72,7 +72,7 @@ Result<void> Simulator::open() {
   if (!socket) return fail(socket.error());
   socket_ = std::move(*socket);
   look_up();
-  begin_script();
+  script_.begin();
   period_timer_ = scheduler_.after(options_.period, [this] { publish(); });
   return {};
 }
@@ -185,26 +185,6 @@ void Simulator::move_all() {
     const auto& [id, one] = motion;
     return one.step.kind == Step::Kind::kRamp && now >= one.began + one.step.span;
   });
-}
-
-void Simulator::begin_script() {
-  script_began_ = scheduler_.now();
-  next_step_ = 0;
-  next_step();
-}
-
-void Simulator::next_step() {
-  while (next_step_ < script_.size()) {
-    const Step& step = script_[next_step_];
-    const auto due = script_began_ + step.at;
-    if (due > scheduler_.now()) {
-      script_timer_ = scheduler_.at(due, [this] { next_step(); });
-      return;
-    }
-    ++next_step_;
-    if (step.kind == Step::Kind::kRepeat) return begin_script();
-    take(step);
-  }
 }
 
 void Simulator::take(const Step& step) {

@@ -10,6 +10,7 @@
 
 #include "apps/salad-simulator/misbehaviour.h"
 #include "apps/salad-simulator/script.h"
+#include "apps/simulation/script.h"
 #include "base/log.h"
 #include "base/scheduler.h"
 #include "networks/salad/salad_options.h"
@@ -70,14 +71,12 @@ class Simulator {
   void send_garbage();
   Value published(DeviceId id, const networks::salad::SaladDevice& device);
   void move_all();
-  void begin_script();
-  void next_step();
   void take(const Step& step);
   bool by_chance(double share);
 
   SimulatorOptions options_;
   Devices devices_;
-  std::vector<Step> script_;
+  simulation::ScriptRun<Step> script_;
   const TypeCatalogue& types_;
   Scheduler& scheduler_;
   transport::Transports& transports_;
@@ -88,13 +87,12 @@ class Simulator {
   std::map<DeviceId, Value> stored_;
   std::map<DeviceId, Motion> motions_;
   bool publishing_ = false;
-  SteadyTime silent_until_{}, script_began_{};
-  std::size_t next_step_ = 0;
+  SteadyTime silent_until_{};
   std::size_t next_bad_ = 0;
   std::vector<std::string> bad_;
   std::mt19937_64 dice_;
   Counters counters_;
-  Timer period_timer_, script_timer_, lookup_timer_;
+  Timer period_timer_, lookup_timer_;
 };
 
 }  // namespace rubicon::salad_simulator

@@ -97,6 +97,7 @@ struct UserMessage {
   OwnerId from{};
   std::string type;  ///< the application's own word for what the bytes are
   std::string bytes;
+  std::string network, device;  ///< who of its devices said it: address as the network spells it; empty = itself
 };
 
 using Ended = std::function<void(const Outcome&)>;
@@ -171,6 +172,9 @@ class Client final {
   /// The same to a network of an island (`knx-hall`), for those types of network that listen (docs/knx.md).
   void send_to_network(OwnerId island, std::string_view network, std::string_view type, std::string_view bytes,
                        SentCall sent = {});
+  /// The same to a device, by its address (`7`); without a network to the one that has it, refused where several have.
+  void send_to_device(OwnerId island, std::string_view network, std::string_view address, std::string_view type,
+                      std::string_view bytes, SentCall sent = {});
   /// Messages to this component of this type; empty = of all types.
   [[nodiscard]] Handle on_message(std::string_view type, MessageCall call);
 

@@ -287,6 +287,11 @@ void Client::send_to_network(OwnerId island, std::string_view network, std::stri
   parts_->office().send({island, std::string(network), {}}, type, bytes, std::move(sent));
 }
 
+void Client::send_to_device(OwnerId island, std::string_view network, std::string_view address, std::string_view type,
+                            std::string_view bytes, SentCall sent) {
+  parts_->office().send({island, std::string(network), std::string(address)}, type, bytes, std::move(sent));
+}
+
 Handle Client::on_message(std::string_view type, MessageCall call) {
   return parts_->office().on_message(type, std::move(call));
 }

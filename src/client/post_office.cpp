@@ -9,7 +9,8 @@ namespace {
 gateway::MessageCall opaque_call(MessageCall call) {
   return [call = std::move(call)](const Message& message) {
     const auto& opaque = std::get<model::Opaque>(message.body);
-    call({message.source.island, opaque.type, std::string(base::as_text(opaque.bytes))});
+    call({message.source.island, opaque.type, std::string(base::as_text(opaque.bytes)), message.source.network,
+          message.source.device});
   };
 }
 

@@ -1,6 +1,7 @@
 #include "gateway/gateway.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <array>
 #include <map>
@@ -40,7 +41,7 @@ Outcome outcome_of(ErrorCode code) {
 /// Requests and application messages nobody hears must be answered; reports may go unheard.
 bool expects_ears(MessageKind kind) {
   return kind == MessageKind::kOpaque || kind == MessageKind::kActuate || kind == MessageKind::kSample ||
-         kind == MessageKind::kSetProperty;
+         kind == MessageKind::kSetProperty || kind == MessageKind::kProbe;
 }
 
 void add(Gateway::Counters& sum, const Gateway::Counters& part) {
@@ -83,6 +84,8 @@ struct Gateway::Parts {
   void route(Message& message, Counters& count);
   void to_listeners(const Message& message, Counters& count);
   void to_network(Message& message, Counters& count);
+  bool names_only_a_device(const Message& message) const;
+  void to_device(Message& message, Counters& count);
 
   Scheduler& scheduler;
   IslandId self;
@@ -90,6 +93,7 @@ struct Gateway::Parts {
   base::RateLimit log_limit;
   GatewayLimits limits;
   network::Supervisor* networks = nullptr;
+  NetworksOf networks_of;
   std::uint64_t last_number;  ///< from the wall clock on, so that no number comes twice, restarts included
   std::map<std::string, Inbox> inboxes;
   Inbox* last_inbox = nullptr;
@@ -200,10 +204,30 @@ void Gateway::Parts::no_room(Inbox& box, const Message& message) {
 
 void Gateway::Parts::route(Message& message, Counters& count) {
   if (message.destination.island != self) return door.send(message);
+  if (names_only_a_device(message)) return to_device(message, count);
   // An answer for a device is for those who know it: networks take none.
   if (message.destination.network.empty() || message.kind() == MessageKind::kAcknowledge)
     return to_listeners(message, count);
   to_network(message, count);
+}
+
+bool Gateway::Parts::names_only_a_device(const Message& message) const {
+  const auto& to = message.destination;
+  return networks_of && to.network.empty() && !to.device.empty() && expects_ears(message.kind());
+}
+
+/// A mote's message to a mote of another island names no network (wsn.md, section 9.8).
+void Gateway::Parts::to_device(Message& message, Counters& count) {
+  auto& to = message.destination;
+  auto found = networks_of(to.device);
+  if (found.empty()) return to_listeners(message, count);
+  if (found.size() == 1) {
+    to.network = std::move(found.front());
+    return to_network(message, count);
+  }
+  undelivered(Envelope(message), Outcome::kRefused,
+              fmt::format("device {} is in {} networks of island {} ({}): name one", model::quoted(to.device),
+                          found.size(), number(self), fmt::join(found, ", ")));
 }
 
 void Gateway::Parts::to_listeners(const Message& message, Counters& count) {
@@ -218,8 +242,11 @@ void Gateway::Parts::to_listeners(const Message& message, Counters& count) {
     return;
   }
   const auto what = opaque ? model::quoted(opaque->type) : std::string(to_string(message.kind()));
+  const auto& device = message.destination.device;
   undelivered(Envelope(message), Outcome::kUndeliverable,
-              fmt::format("nobody on island {} listens to {} messages", number(self), what));
+              device.empty()
+                  ? fmt::format("nobody on island {} listens to {} messages", number(self), what)
+                  : fmt::format("no network of island {} has a device {}", number(self), model::quoted(device)));
 }
 
 void Gateway::Parts::to_network(Message& message, Counters& count) {
@@ -248,6 +275,10 @@ void Gateway::forget(const std::string& network) {
   add(parts_->own, box->second.counters);  // the island's sums never shrink
   parts_->last_inbox = nullptr;
   parts_->inboxes.erase(box);
+}
+
+void Gateway::find_devices(NetworksOf networks_of) {
+  parts_->networks_of = std::move(networks_of);
 }
 
 void Gateway::connect(network::Supervisor& networks) {

@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "base/log.h"
 #include "base/scheduler.h"
@@ -46,6 +47,11 @@ class Gateway final : public network::MessageSink {
   std::uint64_t send(Message message);
   /// Told of each message to another island that it took, by the number that send() returned.
   void on_taken(std::function<void(std::uint64_t number)> call);
+
+  /// Who knows which own networks have a device: messages to a device without a network go to the one that has it, and
+  /// are refused where several have.
+  using NetworksOf = std::function<std::vector<std::string>(const std::string& device)>;
+  void find_devices(NetworksOf networks_of);
 
   /// Who undeliverable messages of an own component are reported to is Message.source; answers to this island with an
   /// empty network go to the kAcknowledge listeners.

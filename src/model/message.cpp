@@ -36,6 +36,7 @@ std::string_view to_string(MessageKind kind) {
     case MessageKind::kAcknowledge: return "acknowledge";
     case MessageKind::kState: return "state";
     case MessageKind::kOpaque: return "opaque";
+    case MessageKind::kProbe: return "probe";
   }
   return "unknown";
 }

@@ -95,7 +95,14 @@ struct Opaque {
   Bytes bytes;
 };
 
-using Body = std::variant<Join, KeepAlive, Leave, Updates, Actuate, Sample, SetProperty, Acknowledge, State, Opaque>;
+/// Is the device still there? Asked of networks whose quiet devices can be probed; what answers is any sign of life. A
+/// network that does not know the device learns of it what is remembered.
+struct Probe {
+  Join known;
+};
+
+using Body =
+    std::variant<Join, KeepAlive, Leave, Updates, Actuate, Sample, SetProperty, Acknowledge, State, Opaque, Probe>;
 
 /// Index of a body's alternative: what listeners subscribe to.
 enum class MessageKind : std::uint8_t {
@@ -108,7 +115,8 @@ enum class MessageKind : std::uint8_t {
   kSetProperty,
   kAcknowledge,
   kState,
-  kOpaque
+  kOpaque,
+  kProbe
 };
 std::string_view to_string(MessageKind kind);
 

@@ -132,6 +132,7 @@ struct BodyWriter {
     return out;
   }
   json operator()(const Opaque& opaque) const { return {{"type", opaque.type}, {"bytes", json::binary(opaque.bytes)}}; }
+  json operator()(const Probe& probe) const { return (*this)(probe.known); }
 
  private:
   template <class Request>
@@ -196,6 +197,7 @@ Body body_in(MessageKind kind, FieldReader in) {
       return State{word_in(in, "line", LineState::kEnded), in.text("reason"), in.counters("counters"),
                    in.texts("texts")};
     case MessageKind::kOpaque: return Opaque{in.text("type", 255), in.bytes("bytes")};
+    case MessageKind::kProbe: return Probe{join_in(in)};
   }
   return KeepAlive{};
 }
@@ -235,7 +237,7 @@ Result<Message> from_cbor(ByteView bytes) {
   message.hops = static_cast<std::uint8_t>(in.number("hops", UINT8_MAX));
   message.source = address_in(in.map("from"));
   message.destination = address_in(in.map("to"));
-  const auto kind = word_in(in, "kind", MessageKind::kOpaque);
+  const auto kind = word_in(in, "kind", MessageKind::kProbe);
   if (in.ok()) message.body = body_in(kind, in.map("body"));
   if (!in.ok()) return fail(std::move(error));
   return message;

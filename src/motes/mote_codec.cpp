@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <tuple>
+#include <utility>
 
 namespace rubicon::motes {
 
@@ -10,6 +12,10 @@ namespace {
 
 constexpr std::uint16_t kFirstSpecialMote = kBaseMote;
 constexpr std::uint16_t kFirstSpecialIsland = 0xfffd;
+constexpr std::uint16_t kEverything = 0xffff;
+constexpr std::size_t kBoards = 5, kUnits = 3;
+/// Bits of the actuator mask (wsn.md 6).
+constexpr std::pair<std::uint8_t, std::string_view> kActuators[] = {{0x01, "led"}, {0x02, "relay"}};
 
 std::string name_of(std::uint16_t mote) {
   return fmt::format("{}", mote);
@@ -33,13 +39,11 @@ model::Message message_of(std::uint16_t mote, model::Body body) {
 }
 
 /// A message nobody here reads, with a tag by which its application finds it: `mote/<transport>/<application>/<type>`.
-model::Opaque opaque_of(const NetMessage& message) {
-  return {fmt::format("mote/{}/{}/{}", message.transport, message.application, message.record.front()), message.record};
-}
-
-RawUpdates updates_of(const DemoReport& demo) {
-  return {{{static_cast<std::uint16_t>(Transducer::kLight), {demo.light}},
-           {static_cast<std::uint16_t>(Transducer::kTemperature), {demo.temperature}}}};
+/// On its way to another island it keeps what its receiver's acknowledgement needs: `.../reliable/<sequence>`.
+model::Opaque opaque_of(const NetMessage& message, bool on_its_way) {
+  auto tag = fmt::format("mote/{}/{}/{}", message.transport, message.application, message.record.front());
+  if (on_its_way && message.reliable == 1) tag += fmt::format("/reliable/{}", message.sequence);
+  return {std::move(tag), Bytes(message.record.begin(), message.record.end())};
 }
 
 std::optional<double> celsius_in(const RawUpdates& updates, const Calibration& calibration) {
@@ -57,8 +61,30 @@ bool has_point(const std::vector<model::Capability>& capabilities, const model::
 
 }  // namespace
 
-MoteCodec::MoteCodec(const TypeCatalogue& types, Calibration calibration, std::optional<std::uint16_t> island)
-    : types_(types), calibration_(calibration), island_(island) {}
+MoteCodec::MoteCodec(const TypeCatalogue& types, CodecOptions options) : types_(types) {
+  std::ignore = change(std::move(options));
+}
+
+std::vector<model::Message> MoteCodec::change(CodecOptions options) {
+  options_ = std::move(options);
+  exceptions_.clear();
+  for (const auto& [mote, board] : options_.boards) {
+    exceptions_[mote] = options_.calibration;
+    exceptions_[mote].board = board;
+  }
+  std::vector<model::Message> joins;
+  for (auto& [address, mote] : motes_) {
+    mote.shown.clear();
+    if (mote.joined) declare(address, mote);
+    joins.push_back(join_of(address, mote));
+  }
+  return joins;
+}
+
+const Calibration& MoteCodec::calibration(std::uint16_t mote) const {
+  const auto own = exceptions_.find(mote);
+  return own == exceptions_.end() ? options_.calibration : own->second;
+}
 
 Result<MoteEvents> MoteCodec::decode(ByteView bytes) {
   const auto packet = decode_packet(bytes);
@@ -66,7 +92,8 @@ Result<MoteEvents> MoteCodec::decode(ByteView bytes) {
   MoteEvents events;
   if (!packet->is(AmType::kNetMessage)) {
     model::Message message;
-    message.body = model::Opaque{fmt::format("mote/am/{}", packet->am.type), packet->payload};
+    message.body = model::Opaque{fmt::format("mote/am/{}", packet->am.type),
+                                 Bytes(packet->payload.begin(), packet->payload.end())};
     events.messages.push_back(std::move(message));
     return events;
   }
@@ -74,72 +101,195 @@ Result<MoteEvents> MoteCodec::decode(ByteView bytes) {
   if (!message) return fail(message.error());
   if (message->source_mote >= kFirstSpecialMote)
     return fail(ErrorCode::kInvalid, fmt::format("radio message from no mote ({:04x})", message->source_mote));
+  if (motes_.size() >= kMostMotes && !motes_.contains(message->source_mote)) {
+    return fail(ErrorCode::kBusy, fmt::format("mote {}: {} motes are known already, more than a sink has",
+                                              message->source_mote, kMostMotes));
+  }
   const auto record = decode_record(*message);
   if (!record) return fail(record.error());
-
-  const bool ours =
-      !island_ || message->destination_island == *island_ || message->destination_island >= kFirstSpecialIsland;
-  if (!ours) events.foreign_island = message->destination_island;
-  if (ours && message->reliable == 1 && message->destination_mote == kBaseMote) events.wants_ack = message->sequence;
   on_record(*message, *record, events);
   return events;
 }
 
 void MoteCodec::on_record(const NetMessage& message, const Record& record, MoteEvents& events) {
+  const auto& own = options_.island;
   const std::uint16_t mote = message.source_mote;
-  if (events.foreign_island) {
-    // A join for another island tells of a sink with the wrong id; anything else is on its way there (wsn.md 9.1, 9.8).
-    if (std::holds_alternative<Joined>(record)) return;
-    model::Message out = message_of(mote, opaque_of(message));
-    out.destination.island = IslandId{*events.foreign_island};
-    if (message.destination_mote != kBaseMote) out.destination.device = name_of(message.destination_mote);
-    events.messages.push_back(std::move(out));
-  } else if (const auto* joined = std::get_if<Joined>(&record)) {
+  const bool for_us = !own || message.destination_island == *own;
+  if (for_us || message.destination_island >= kFirstSpecialIsland) {
+    if (own && message.source_island != *own && message.source_island < kFirstSpecialIsland) {
+      events.foreign_source = message.source_island;
+      return;
+    }
+    events.mote = mote;
+    if (for_us && message.reliable == 1 && message.destination_mote == kBaseMote)
+      events.wants_ack = WantedAck{mote, message.application, message.sequence};
+    return on_own_record(message, record, events);
+  }
+  events.foreign_island = message.destination_island;
+  if (message.source_island != *own) return;
+  events.mote = mote;
+  heard(mote, events);
+  events.messages.push_back(message_of(mote, model::KeepAlive{}));
+  // Of what somebody there asked through us: whoever waits for it here hears of it too.
+  if (const auto* ack = std::get_if<MoteAck>(&record)) events.ack = HeardAck{mote, message.application, *ack};
+  model::Message out = message_of(mote, opaque_of(message, true));
+  out.destination.island = IslandId{message.destination_island};
+  if (message.destination_mote != kBaseMote) out.destination.device = name_of(message.destination_mote);
+  events.messages.push_back(std::move(out));
+}
+
+void MoteCodec::on_own_record(const NetMessage& message, const Record& record, MoteEvents& events) {
+  const std::uint16_t mote = message.source_mote;
+  if (const auto* joined = std::get_if<Joined>(&record)) {
     on_joined(*joined, events);
   } else if (const auto* updates = std::get_if<RawUpdates>(&record)) {
     on_updates(mote, *updates, events);
   } else if (const auto* demo = std::get_if<DemoReport>(&record)) {
-    on_updates(mote, updates_of(*demo), events);
+    on_updates(mote, updates_of(mote, *demo), events);
   } else if (const auto* ack = std::get_if<MoteAck>(&record)) {
     events.ack = HeardAck{mote, message.application, *ack};
     heard(mote, events);
     // The sink itself is a device only when it sends readings (wsn.md 9.8).
-    if (mote != kSinkMote) events.messages.push_back(message_of(mote, model::KeepAlive{}));
+    if (mote != kSinkMote || motes_.contains(mote)) events.messages.push_back(message_of(mote, model::KeepAlive{}));
   } else {
     heard(mote, events);
-    events.messages.push_back(message_of(mote, opaque_of(message)));
+    events.messages.push_back(message_of(mote, opaque_of(message, false)));
   }
 }
 
 void MoteCodec::on_joined(const Joined& joined, MoteEvents& events) {
+  if (joined.mote >= kFirstSpecialMote) return;
   Mote& mote = motes_[joined.mote];
+  mote.joined = joined;
   mote.model = model_of(joined.mote_type);
-  mote.declared.clear();
-  for (const MoteSensor& sensor : sensors_in_mask(joined.transducers, calibration_))
-    mote.declared.push_back(capability_of(sensor));
-  constexpr std::pair<std::uint8_t, std::string_view> kActuators[] = {{0x01, "led"}, {0x02, "relay"}};
-  for (const auto& [bit, type] : kActuators) {
-    if ((joined.actuators & bit) == 0) continue;
-    model::Capability capability;
-    capability.point = point_of(Kind::kActuator, type, "1");
-    capability.type_name = type;
-    capability.access = model::Access::kWrite;
-    capability.reports = false;
-    mote.declared.push_back(std::move(capability));
-  }
+  mote.heard = true;
+  mote.mask.reset();
+  declare(joined.mote, mote);
+  events.mote = joined.mote;
+  events.joined = true;
   tell_join(joined.mote, mote, events);
+}
+
+const MoteCodec::Shared& MoteCodec::nothing() {
+  static const Shared none = std::make_shared<const Capabilities>();
+  return none;
+}
+
+/// Motes of one kind declare the same, and there may be thousands of them.
+MoteCodec::Shared MoteCodec::once(Capabilities made) {
+  std::erase_if(kinds_, [](const auto& kind) { return kind.expired(); });
+  for (const auto& kind : kinds_) {
+    if (auto known = kind.lock(); known && *known == made) return known;
+  }
+  auto fresh = std::make_shared<const Capabilities>(std::move(made));
+  if (kinds_.size() < kMostKinds) kinds_.push_back(fresh);
+  return fresh;
+}
+
+void MoteCodec::declare(std::uint16_t address, Mote& mote) {
+  Capabilities declared;
+  for (const MoteSensor& sensor : sensors_in_mask(mote.joined->transducers, calibration(address)))
+    declared.push_back(capability_of(sensor));
+  for (const auto& [bit, type] : kActuators) {
+    if ((mote.joined->actuators & bit) != 0) declared.push_back(actuator(type));
+  }
+  mote.declared = once(std::move(declared));
+}
+
+model::Capability MoteCodec::actuator(std::string_view type) const {
+  model::Capability capability;
+  capability.point = point_of(Kind::kActuator, type, "1");
+  capability.type_name = type;
+  capability.access = model::Access::kWrite;
+  capability.reports = options_.actuators_report;
+  return capability;
+}
+
+/// What a mote once said, from the sensors it was remembered with: under whatever board and units that was.
+std::uint16_t MoteCodec::mask_of(std::uint16_t address, const model::Join& join) const {
+  std::uint16_t mask = 0;
+  for (const model::Capability& known : join.capabilities) {
+    std::uint16_t found = transducer_under(calibration(address), known.point);
+    for (std::size_t form = 0; form < kBoards * kUnits && found == 0; ++form)
+      found = transducer_under({static_cast<Board>(form % kBoards), static_cast<Units>(form / kBoards)}, known.point);
+    mask |= found;
+  }
+  return mask;
+}
+
+std::optional<model::Message> MoteCodec::know(std::uint16_t address, const model::Join& join) {
+  if (motes_.size() >= kMostMotes && !motes_.contains(address)) return std::nullopt;
+  Mote& mote = motes_[address];
+  if (mote.joined) return std::nullopt;
+  Joined joined{0, address, 0, mask_of(address, join), 0};
+  for (const auto& [bit, type] : kActuators) {
+    if (has_point(join.capabilities, point_of(Kind::kActuator, type, "1"))) joined.actuators |= bit;
+  }
+  mote.joined = joined;
+  mote.model = join.model;
+  declare(address, mote);
+  auto message = join_of(address, mote);
+  const auto& now = std::get<model::Join>(message.body).capabilities;
+  const auto same = [&](const model::Capability& one) {
+    return one.point.kind == Kind::kProperty || std::find(now.begin(), now.end(), one) != now.end();
+  };
+  const auto& before = join.capabilities;
+  const auto properties =
+      std::count_if(before.begin(), before.end(), [](const auto& one) { return one.point.kind == Kind::kProperty; });
+  const bool as_remembered = before.size() == now.size() + static_cast<std::size_t>(properties) &&
+                             std::all_of(before.begin(), before.end(), same);
+  if (as_remembered && !mote.heard) return std::nullopt;
+  return message;
+}
+
+void MoteCodec::reads(std::uint16_t mote, std::optional<std::uint16_t> mask) {
+  if (const auto found = motes_.find(mote); found != motes_.end()) found->second.mask = mask;
+}
+
+bool MoteCodec::offers(std::uint16_t mote, const model::PointId& point) const {
+  const auto found = motes_.find(mote);
+  return found != motes_.end() && (has_point(*found->second.declared, point) || has_point(found->second.shown, point));
+}
+
+std::uint16_t MoteCodec::transducer_of(std::uint16_t mote, const model::PointId& point) const {
+  return transducer_under(calibration(mote), point);
+}
+
+std::uint16_t MoteCodec::transducer_under(const Calibration& calibration, const model::PointId& point) const {
+  for (unsigned bit = 1; bit <= static_cast<unsigned>(Transducer::kRssi5); bit <<= 1U) {
+    for (const MoteSensor& sensor : sensors_of(static_cast<std::uint16_t>(bit), calibration)) {
+      if (point_of(Kind::kSensor, sensor.type, sensor.instance) == point) return sensor.transducer;
+    }
+  }
+  return 0;
+}
+
+/// Of the two fields that the firmware fills, those that it reads.
+RawUpdates MoteCodec::updates_of(std::uint16_t address, const DemoReport& demo) const {
+  const auto mote = motes_.find(address);
+  const std::uint16_t mask = mote == motes_.end() ? kEverything : mote->second.mask.value_or(kEverything);
+  RawUpdates updates;
+  for (const auto& [transducer, word] :
+       {std::pair(Transducer::kLight, demo.light), std::pair(Transducer::kTemperature, demo.temperature)}) {
+    const auto id = static_cast<std::uint16_t>(transducer);
+    if ((mask & id) != 0) updates.readings.push_back({id, {word}});
+  }
+  return updates;
 }
 
 void MoteCodec::on_updates(std::uint16_t address, const RawUpdates& updates, MoteEvents& events) {
   bool grown = !motes_.contains(address);
   Mote& mote = motes_[address];
-  if (const auto celsius = celsius_in(updates, calibration_)) mote.celsius = celsius;
+  const Calibration& units = calibration(address);
+  events.reported = true;
+  mote.heard = true;
+  if (const auto celsius = celsius_in(updates, units)) mote.celsius = celsius;
   model::Updates out;
   for (const RawReading& reading : updates.readings) {
-    for (const MoteSensor& sensor : sensors_of(reading.transducer, calibration_)) {
+    for (const MoteSensor& sensor : sensors_of(reading.transducer, units)) {
       if (sensor.word >= reading.words.size()) break;
       grown = show(mote, sensor) || grown;
-      auto value = convert(sensor, reading.words[sensor.word], calibration_, mote.celsius);
+      auto value = convert(sensor, reading.words[sensor.word], units, mote.celsius);
       if (value) out.readings.push_back({point_of(Kind::kSensor, sensor.type, sensor.instance), std::move(*value), {}});
     }
   }
@@ -152,24 +302,31 @@ void MoteCodec::on_updates(std::uint16_t address, const RawUpdates& updates, Mot
 }
 
 void MoteCodec::heard(std::uint16_t address, MoteEvents& events) {
-  if (address == kSinkMote || motes_.contains(address)) return;
-  tell_join(address, motes_[address], events);
+  if (address == kSinkMote && !motes_.contains(address)) return;
+  const auto [found, fresh] = motes_.try_emplace(address);
+  found->second.heard = true;
+  if (fresh) tell_join(address, found->second, events);
 }
 
 void MoteCodec::tell_join(std::uint16_t address, const Mote& mote, MoteEvents& events) const {
+  events.messages.push_back(join_of(address, mote));
+}
+
+model::Message MoteCodec::join_of(std::uint16_t address, const Mote& mote) const {
   model::Join join;
   join.device_type = "mote";
   join.model = mote.model;
-  join.capabilities = mote.declared;
+  join.capabilities = *mote.declared;
+  join.heard = mote.heard;
   for (const model::Capability& capability : mote.shown) {
     if (!has_point(join.capabilities, capability.point)) join.capabilities.push_back(capability);
   }
-  events.messages.push_back(message_of(address, std::move(join)));
+  return message_of(address, std::move(join));
 }
 
 bool MoteCodec::show(Mote& mote, const MoteSensor& sensor) const {
   model::Capability capability = capability_of(sensor);
-  if (has_point(mote.declared, capability.point) || has_point(mote.shown, capability.point)) return false;
+  if (has_point(*mote.declared, capability.point) || has_point(mote.shown, capability.point)) return false;
   mote.shown.push_back(std::move(capability));
   return true;
 }

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "base/assert.h"
+
 namespace rubicon::motes {
 
 namespace {
@@ -28,8 +30,7 @@ Result<MotePacket> decode_packet(ByteView bytes) {
   packet.am.length = reader.u8();
   packet.am.group = reader.u8();
   packet.am.type = reader.u8();
-  const ByteView rest = reader.take(reader.remaining());
-  packet.payload.assign(rest.begin(), rest.end());
+  packet.payload = reader.take(reader.remaining());
   return packet;
 }
 
@@ -56,8 +57,7 @@ Result<NetMessage> decode_net(ByteView payload) {
   message.counted = reader.u8();
   message.transport = reader.u8();
   message.application = reader.u8();
-  const ByteView rest = reader.take(reader.remaining());
-  message.record.assign(rest.begin(), rest.end());
+  message.record = reader.take(reader.remaining());
   return message;
 }
 
@@ -70,16 +70,17 @@ Bytes encode_net(const NetMessage& message) {
   return writer.take();
 }
 
-MotePacket packet_of(AmType type, Bytes payload) {
+Bytes packet_of(AmType type, ByteView payload) {
+  RUBICON_ASSERT(payload.size() <= kMaxPacket - kAmOverhead);
   MotePacket packet;
   packet.am.destination = kSinkAm;
   packet.am.type = static_cast<std::uint8_t>(type);
   packet.am.length = static_cast<std::uint8_t>(payload.size());
-  packet.payload = std::move(payload);
-  return packet;
+  packet.payload = payload;
+  return encode_packet(packet);
 }
 
-MotePacket packet_of(NetMessage message) {
+Bytes packet_of(NetMessage message) {
   message.counted = static_cast<std::uint8_t>(message.record.size() + 2);
   return packet_of(AmType::kNetMessage, encode_net(message));
 }

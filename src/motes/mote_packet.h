@@ -20,7 +20,9 @@ inline constexpr std::uint8_t kTransportSynaptic = 1;
 inline constexpr std::uint8_t kTransportConnectionless = 3;
 inline constexpr std::uint8_t kTransportAck = 9;
 inline constexpr std::uint8_t kApplicationMockup = 5;
+inline constexpr std::uint8_t kApplicationLearning = 6;
 inline constexpr std::uint8_t kApplicationControl = 10;
+inline constexpr std::uint8_t kApplicationSynaptic = 11;
 
 /// Serial AM header, 7 bytes behind the dispatch byte 00 (wsn.md 3). `length` is what was written there: the frame
 /// alone says how long the payload is.
@@ -34,16 +36,17 @@ struct AmHeader {
   friend bool operator==(const AmHeader&, const AmHeader&) = default;
 };
 
-/// What sink and computer exchange: dispatch byte, AM header, payload; no framing.
+/// What sink and computer exchange: dispatch byte, AM header, payload; no framing. A view of the bytes it was read
+/// from.
 struct MotePacket {
   AmHeader am;
-  Bytes payload;
+  ByteView payload;
 
   bool is(AmType type) const { return am.type == static_cast<std::uint8_t>(type); }
 };
 
 /// The radio message inside a packet of AM type 1C (wsn.md 5). `counted` is its nbytes field: wrong in everything a
-/// sink forwards. `record` reaches to the end of the frame and may end in padding or stale mote memory.
+/// sink forwards. `record` reaches to the end of the frame and may end in padding or stale mote memory; a view.
 struct NetMessage {
   std::uint16_t destination_island = 0;
   std::uint16_t destination_mote = 0;
@@ -54,11 +57,13 @@ struct NetMessage {
   std::uint8_t counted = 0;
   std::uint8_t transport = 0;
   std::uint8_t application = 0;
-  Bytes record;
+  ByteView record;
 };
 
 /// Longest packet that a length byte can announce (sf protocol, recorder).
 inline constexpr std::size_t kMaxPacket = 255;
+/// Longest AM payload a sink takes (wsn.md 12).
+inline constexpr std::size_t kMaxPayload = 114;
 /// Dispatch byte and AM header.
 inline constexpr std::size_t kAmOverhead = 8;
 
@@ -70,8 +75,9 @@ Bytes encode_packet(const MotePacket& packet);
 Result<NetMessage> decode_net(ByteView payload);
 Bytes encode_net(const NetMessage& message);
 
-/// A packet from the computer to the sink with true lengths, not padded (wsn.md 3).
-MotePacket packet_of(AmType type, Bytes payload);
-MotePacket packet_of(NetMessage message);
+/// The bytes of a packet from the computer to the sink with true lengths, not padded (wsn.md 3). The payload has at
+/// most 247 bytes: asserted.
+Bytes packet_of(AmType type, ByteView payload);
+Bytes packet_of(NetMessage message);
 
 }  // namespace rubicon::motes

@@ -17,30 +17,27 @@ constexpr std::uint8_t kDemoType = 0x22;
 constexpr std::uint8_t kUpdatesType = 0x23;
 constexpr std::uint8_t kReadUpdatesType = 0x24;
 constexpr std::size_t kDemoFieldsUnused = 7;
-constexpr std::size_t kMaxUpdateWords = 49;
 
 bool known_transducer(std::uint16_t id) {
   constexpr std::uint16_t kLast = static_cast<std::uint16_t>(Transducer::kRssi5);
   return id != 0 && id <= kLast && (id & (id - 1)) == 0;
 }
 
-/// One way of reading an Updates record; nullopt if it runs past the frame.
-std::optional<RawUpdates> read_items(ByteView items, std::size_t count, bool multi_valued, bool& met_unknown) {
+/// One way of reading an Updates record into `updates`; false if it runs past the frame.
+bool read_items(ByteView items, std::size_t count, bool multi_valued, RawUpdates& updates, bool& met_unknown) {
   base::ByteReader reader(items);
-  RawUpdates updates;
   std::size_t words_left = kMaxUpdateWords;
   for (std::size_t i = 0; i < count; ++i) {
-    RawReading reading;
-    reading.transducer = reader.u16_be();
+    RawReading reading{reader.u16_be(), {}};
     met_unknown = met_unknown || !known_transducer(reading.transducer);
     const std::size_t words = multi_valued ? words_of(reading.transducer) : 1;
-    if (!reader.ok() || words + 1 > words_left) return std::nullopt;
+    if (!reader.ok() || words + 1 > words_left) return false;
     words_left -= words + 1;
     for (std::size_t w = 0; w < words; ++w) reading.words.push_back(reader.u16_be());
-    if (!reader.ok()) return std::nullopt;
-    updates.readings.push_back(std::move(reading));
+    if (!reader.ok()) return false;
+    updates.readings.push_back(reading);
   }
-  return updates;
+  return true;
 }
 
 Result<Record> cut_short(std::string_view what, std::size_t size) {
@@ -50,16 +47,21 @@ Result<Record> cut_short(std::string_view what, std::size_t size) {
 Result<Record> decode_updates(ByteView record) {
   if (record.size() < 2) return cut_short("UPDATES", record.size());
   const ByteView items = record.subspan(2);
+  Record record_read{std::in_place_type<RawUpdates>};
+  RawUpdates& updates = std::get<RawUpdates>(record_read);
   bool met_unknown = false;
-  auto updates = read_items(items, record[1], true, met_unknown);
+  bool whole = read_items(items, record[1], true, updates, met_unknown);
   // Multi-valued items are documented but were never seen: an unknown id may be a value read as an id (wsn.md 7.1).
   if (met_unknown) {
     bool still_unknown = false;
-    auto single = read_items(items, record[1], false, still_unknown);
-    if (single && !still_unknown) updates = std::move(single);
+    RawUpdates single;
+    if (read_items(items, record[1], false, single, still_unknown) && !still_unknown) {
+      updates = single;
+      whole = true;
+    }
   }
-  if (!updates) return cut_short("UPDATES", record.size());
-  return Record(std::move(*updates));
+  if (!whole) return cut_short("UPDATES", record.size());
+  return record_read;
 }
 
 Result<Record> decode_joined(ByteView record) {

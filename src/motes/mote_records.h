@@ -1,12 +1,11 @@
 #pragma once
 
 #include <cstdint>
-#include <string>
 #include <string_view>
 #include <variant>
-#include <vector>
 
 #include "base/bytes.h"
+#include "motes/inline_array.h"
 #include "motes/mote_packet.h"
 
 namespace rubicon::motes {
@@ -28,6 +27,10 @@ enum class Transducer : std::uint16_t {
   kRssi5 = 0x1000,
 };
 
+/// Words that an Updates record has room for behind its count (wsn.md 7.1), and the most that one item carries.
+inline constexpr std::size_t kMaxUpdateWords = 49;
+inline constexpr std::size_t kMaxItemWords = 5;
+
 /// Words that stand behind this id in an Updates item; 1 for ids nobody defined.
 std::size_t words_of(std::uint16_t transducer);
 
@@ -43,13 +46,14 @@ struct Joined {
 /// Raw readings of one transducer, in the order of the wire.
 struct RawReading {
   std::uint16_t transducer = 0;
-  std::vector<std::uint16_t> words;
+  InlineArray<std::uint16_t, kMaxItemWords> words;
 
   friend bool operator==(const RawReading&, const RawReading&) = default;
 };
 
 struct RawUpdates {
-  std::vector<RawReading> readings;
+  /// An id and one word are the shortest item.
+  InlineArray<RawReading, kMaxUpdateWords / 2> readings;
 };
 
 /// The only two fields that the released mote fills in DEMO_DATA; the rest is stale memory (wsn.md 7.1).
@@ -79,10 +83,10 @@ struct MoteAck {
   std::uint8_t status = 0;
 };
 
-/// Bytes of an application we do not read, whole and with what stands behind them.
+/// Bytes of an application we do not read, whole and with what stands behind them: a view of the message's record.
 struct OtherRecord {
   std::uint8_t type = 0;
-  Bytes bytes;
+  ByteView bytes;
 };
 
 using Record =

@@ -106,20 +106,33 @@ std::size_t anchor_of(std::uint16_t transducer) {
   return transducer > 0x1000 && transducer <= 0x1005 ? transducer - 0x1000u + 5 : 0;
 }
 
-std::vector<MoteSensor> rssi_sensors(std::uint16_t transducer, std::string_view type) {
+std::vector<MoteSensor> rssi_sensors(std::uint16_t transducer, std::string_view type, bool raw) {
   const std::size_t first = anchor_of(transducer);
   std::vector<MoteSensor> sensors;
   for (std::size_t word = 0; word < words_of(transducer); ++word)
-    sensors.push_back({type, fmt::format("{}", first + word), transducer, word});
+    sensors.push_back({type, fmt::format("{}", first + word), transducer, word, raw});
   return sensors;
 }
 
 std::vector<MoteSensor> acceleration_sensors(std::uint16_t transducer, std::string_view type) {
   const std::string axis = transducer == static_cast<std::uint16_t>(Transducer::kAccelerationX) ? "x" : "y";
-  return {{type, axis, transducer, 0}, {kAccelerationSpread, axis, transducer, 1}};
+  return {{type, axis, transducer, 0, true}, {kAccelerationSpread, axis, transducer, 1, true}};
+}
+
+std::vector<MoteSensor> sensors_of(std::uint16_t transducer, std::string_view type, bool raw) {
+  if (anchor_of(transducer) != 0) return rssi_sensors(transducer, type, raw);
+  if (words_of(transducer) == 2) return acceleration_sensors(transducer, type);
+  return {{type, "1", transducer, 0, raw}};
 }
 
 }  // namespace
+
+std::optional<Units> parse_units(std::string_view name) {
+  if (name == "physical") return Units::kPhysical;
+  if (name == "raw") return Units::kRaw;
+  if (name == "both") return Units::kBoth;
+  return std::nullopt;
+}
 
 std::string_view to_string(Board board) {
   return kBoardNames[static_cast<std::size_t>(board)];
@@ -136,11 +149,13 @@ std::vector<MoteSensor> sensors_of(std::uint16_t transducer, const Calibration& 
   const Transducer known = is_rssi ? Transducer::kRssi1 : static_cast<Transducer>(transducer);
   const Naming* naming = naming_of(known);
   if (naming == nullptr) return {};
-  const bool physical = calibration.units == Units::kPhysical && has_formula(known, calibration.board);
-  const std::string_view type = physical ? naming->physical : naming->raw;
-  if (is_rssi) return rssi_sensors(transducer, type);
-  if (words_of(transducer) == 2) return acceleration_sensors(transducer, type);
-  return {{type, "1", transducer, 0}};
+  const bool physical = calibration.units != Units::kRaw && has_formula(known, calibration.board);
+  if (!physical) return sensors_of(transducer, naming->raw, true);
+  auto sensors = sensors_of(transducer, naming->physical, false);
+  if (calibration.units == Units::kBoth) {
+    for (MoteSensor& counts : sensors_of(transducer, naming->raw, true)) sensors.push_back(std::move(counts));
+  }
+  return sensors;
 }
 
 std::vector<MoteSensor> sensors_in_mask(std::uint16_t mask, const Calibration& calibration) {
@@ -168,7 +183,7 @@ std::optional<model::Value> convert(const MoteSensor& sensor, std::uint16_t coun
   const bool is_rssi = anchor_of(sensor.transducer) != 0;
   const Transducer transducer = is_rssi ? Transducer::kRssi1 : static_cast<Transducer>(sensor.transducer);
   if (is_rssi && count == kUnset) return std::nullopt;
-  if (calibration.units == Units::kRaw || !has_formula(transducer, calibration.board)) return std::int64_t{count};
+  if (sensor.raw) return std::int64_t{count};
   switch (transducer) {
     case Transducer::kLight: return rounded(lux_of(count), 1);
     case Transducer::kHumidity: return rounded(humidity_of(count, celsius.value_or(kRoomTemperature)), 2);

@@ -17,7 +17,10 @@ enum class Board { kStandard, kEm1000, kSe1000, kIris, kMicaz };
 std::string_view to_string(Board board);
 std::optional<Board> parse_board(std::string_view name);
 
-enum class Units { kPhysical, kRaw };
+/// kBoth: the counts stand beside the values, as sensors of their own.
+enum class Units { kPhysical, kRaw, kBoth };
+/// `physical`, `raw`, `both`.
+std::optional<Units> parse_units(std::string_view name);
 
 /// How counts become values on one network.
 struct Calibration {
@@ -33,6 +36,7 @@ struct MoteSensor {
   std::string instance;
   std::uint16_t transducer = 0;
   std::size_t word = 0;
+  bool raw = false;  ///< the count itself
 };
 
 /// The sensors behind one transducer, in the order of its words; none for an id nobody defined.

@@ -62,8 +62,9 @@ class Network {
   /// Makes the line, again after failed(). Never blocks: success may be announced later by State{kUp}; a Result with an
   /// error counts as failed().
   virtual Result<void> open() = 0;
-  /// Downwards: Actuate, Sample, SetProperty, Opaque; the destination is a device of this network. An error answers the
-  /// request (kUnsupported is a valid answer, silence is not); else an Acknowledge with the request's number follows.
+  /// Downwards: Actuate, Sample, SetProperty, Opaque, Probe; the destination is a device of this network. An error
+  /// answers the request (kUnsupported is a valid answer, silence is not); else an Acknowledge with the request's
+  /// number follows.
   virtual Result<void> send(const Message& message) = 0;
   /// Takes new options without losing the line: joins what is new or changed, lets leave what is gone. kUnsupported
   /// (the default) and every other error mean that nothing was changed; the caller then makes the network anew. The
@@ -88,6 +89,9 @@ struct NetworkType {
   std::string_view roaming{};
   /// Its devices give no sign of life: without the option `silence` they are never unreachable by silence.
   bool quiet = false;
+  /// Its quiet devices can be asked whether they are there: the proxy sends it Probe for each remembered device at
+  /// start, and for devices that were silent for half the silence period, and for three quarters of it.
+  bool probes = false;
 };
 
 }  // namespace rubicon::network

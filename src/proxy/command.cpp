@@ -36,7 +36,7 @@ Value untyped(std::string_view text) {
 }
 
 Result<Value> in_range(const Point& point, std::string_view text, Value value) {
-  const auto& own = point.details->capability;
+  const auto& own = *point.details->capability;
   const auto number = as_number(value);
   if (!number) return value;
   if (own.minimum && *number < *own.minimum) {

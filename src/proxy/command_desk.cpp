@@ -224,7 +224,7 @@ bool CommandDesk::acknowledged(const model::Acknowledge& answer) {
 
 void CommandDesk::sent(Device& device, Point& point, Command& command) {
   if (command.state != CommandState::kQueued) return;
-  if (!point.details->capability.reports) {
+  if (!point.details->capability->reports) {
     mirror_.assume(device, point, command.value);
     settle(device, point, command, CommandState::kAssumed, "the actuator does not report");
     return;

@@ -33,7 +33,7 @@ void Demand::wanted(const tuples::Demand& demand) {
   const auto place = mirror_.place_of(demand.tuple);
   auto* device = place ? directory_.find(place->device) : nullptr;
   auto* point = device ? find_point(*device, place->point) : nullptr;
-  if (!point || (point->id.kind != Kind::kSensor && !point->details->capability.sampled)) return;
+  if (!point || (point->id.kind != Kind::kSensor && !point->details->capability->sampled)) return;
   if (demand.wanted && !point->wanted) point->wanted_at = around_.clock.now().steady;
   point->wanted = demand.wanted;
   point->interval = demand.interval;

@@ -35,12 +35,12 @@ std::string_view to_string(DeviceStatus status);
 
 /// What is needed of a point seldom; apart, so that a reading touches little memory.
 struct PointDetails {
-  Capability capability;
-  std::string id;            ///< its part of the keys: `light-window`
-  std::string reason;        ///< why the quality is what it is
-  std::string command;       ///< JSON of the last command and its state; empty = none yet
-  bool set_by_user = false;  ///< a property a user gave its value
-  bool declared = true;      ///< false: made by a value that arrived, not by a join
+  std::shared_ptr<const Capability> capability;  ///< SharedCapabilities
+  std::string id;                                ///< its part of the keys: `light-window`
+  std::string reason;                            ///< why the quality is what it is
+  std::string command;                           ///< JSON of the last command and its state; empty = none yet
+  bool set_by_user = false;                      ///< a property a user gave its value
+  bool declared = true;                          ///< false: made by a value that arrived, not by a join
 };
 
 /// One sensor, actuator or property of a device, with the short names of its tuples. What a reading needs stands first.
@@ -87,6 +87,7 @@ struct Device {
   bool dirty = false;                       ///< some of its points wait for the next flush
   SteadyTime heard_at{};                    ///< any message; meaningless while status is unknown
   SteadyTime check_at = SteadyTime::max();  ///< when the liveness looks at it next
+  SteadyTime probed_at{};                   ///< when it was last asked whether it is there; zero = never
   std::vector<Point> points;
   std::string address;  ///< as its network spells it
   std::string id;       ///< its part of the keys

@@ -63,6 +63,18 @@ void DeviceDirectory::remove_network(const std::string& id) {
   networks_.erase(id);
 }
 
+std::vector<std::string> DeviceDirectory::networks_of(const std::string& address) const {
+  std::map<DeviceStatus, std::vector<std::string>> by_status;
+  for (const auto& [id, network] : networks_) {
+    const auto found = network->devices.find(address);
+    if (found != network->devices.end()) by_status[found->second.status].push_back(id);
+  }
+  for (const auto status : {DeviceStatus::kReachable, DeviceStatus::kUnknown, DeviceStatus::kUnreachable}) {
+    if (!by_status[status].empty()) return by_status[status];
+  }
+  return {};
+}
+
 Device* DeviceDirectory::find(Network& network, const std::string& address) {
   const auto found = network.devices.find(std::string_view(address));
   return found == network.devices.end() ? nullptr : &found->second;
@@ -149,8 +161,8 @@ bool DeviceDirectory::reconcile(Device& device, const model::Join& join, std::ve
   for (const auto& capability : join.capabilities) {
     auto* known = find_point(device, capability.point);
     if (known && known->details) {
-      changed |= !(known->details->capability == capability) || !known->details->declared;
-      known->details->capability = capability;
+      changed |= !(*known->details->capability == capability) || !known->details->declared;
+      known->details->capability = capabilities_.of(capability);
       known->details->declared = true;
       taken.emplace(known->id.kind, known->details->id);
       points.push_back(std::move(*known));
@@ -184,7 +196,7 @@ Result<Point> DeviceDirectory::make_point(Device& device, const Capability& capa
   point.id = capability.point;
   point.type = around_.types.find(capability.point.type);
   point.details = std::make_unique<PointDetails>();
-  point.details->capability = capability;
+  point.details->capability = capabilities_.of(capability);
   point.details->id = point_id(names_of(device.network->rules, device.address), capability, point.type);
   point.since = around_.clock.now().wall;
   const auto key = point_key(device, point, "");
@@ -234,7 +246,7 @@ Result<std::vector<Point>> DeviceDirectory::name(Device& device) {
   std::vector<Point> vanished, points;
   std::set<std::pair<Kind, std::string>> taken;
   for (auto& point : device.points) {
-    point.details->id = point_id(names, point.details->capability, point.type);
+    point.details->id = point_id(names, *point.details->capability, point.type);
     const bool free = taken.emplace(point.id.kind, point.details->id).second;
     (free ? points : vanished).push_back(std::move(point));
   }

@@ -4,6 +4,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "proxy/shared_capabilities.h"
 #include "proxy/surroundings.h"
 
 namespace rubicon::proxy {
@@ -19,6 +20,10 @@ class DeviceDirectory {
   /// The network with this id; one that the configuration does not name gets the default rules.
   Network& network(const std::string& id);
   const std::map<std::string, std::unique_ptr<Network>>& networks() const { return networks_; }
+
+  /// Ids of the networks that have a device with this address: of those that reach it; else of those where it was not
+  /// heard yet; else of those that lost it.
+  std::vector<std::string> networks_of(const std::string& address) const;
 
   Device* find(Network& network, const std::string& address);
   Device* find(DeviceNumber number);
@@ -61,6 +66,7 @@ class DeviceDirectory {
   Result<Point> make_point(Device& device, const Capability& capability);
 
   Surroundings& around_;
+  SharedCapabilities capabilities_;
   std::map<std::string, std::unique_ptr<Network>> networks_;
   Network* last_network_ = nullptr;
   std::unordered_map<DeviceNumber, Device*> by_number_;

@@ -24,7 +24,7 @@ std::string seconds_text(Duration span) {
 }  // namespace
 
 std::optional<SteadyTime> stale_at(const Device& device, const Point& point) {
-  if (const auto& own = point.details->capability.deadline) {
+  if (const auto& own = point.details->capability->deadline) {
     return *own <= Duration::zero() ? std::nullopt : std::optional(point.heard_at + std::min(*own, kLongestDeadline));
   }
   if (!ages(point)) return std::nullopt;
@@ -38,9 +38,18 @@ std::optional<SteadyTime> stale_at(const Device& device, const Point& point) {
   return std::max(point.heard_at + patience, grace);
 }
 
-Liveness::Liveness(Surroundings& around, DeviceDirectory& directory, TupleMirror& mirror,
-                   std::function<void(Device&)> stale, std::function<void(Device&)> lost)
-    : around_(around), directory_(directory), mirror_(mirror), stale_(std::move(stale)), lost_(std::move(lost)) {}
+std::optional<SteadyTime> probe_at(const Device& device) {
+  const auto& rules = device.network->rules;
+  if (!rules.probes || !can_send(*device.network)) return std::nullopt;
+  const bool heard = device.status == DeviceStatus::kReachable;
+  if (!heard && device.probed_at == SteadyTime{}) return SteadyTime{};
+  if (!rules.silence) return std::nullopt;
+  if (!heard) return device.probed_at + *rules.silence / 2;
+  return std::max(device.heard_at + *rules.silence / 2, device.probed_at + *rules.silence / 4);
+}
+
+Liveness::Liveness(Surroundings& around, DeviceDirectory& directory, TupleMirror& mirror, Calls calls)
+    : around_(around), directory_(directory), mirror_(mirror), calls_(std::move(calls)) {}
 
 std::optional<SteadyTime> Liveness::next_look(const Device& device) const {
   std::optional<SteadyTime> next;
@@ -49,6 +58,7 @@ std::optional<SteadyTime> Liveness::next_look(const Device& device) const {
   };
   const auto silence = device.network->rules.silence;
   if (silence && device.status == DeviceStatus::kReachable) earlier(device.heard_at + *silence);
+  earlier(probe_at(device));
   for (const auto& point : device.points) {
     if (point.quality == Quality::kGood) earlier(stale_at(device, point));
   }
@@ -97,13 +107,17 @@ void Liveness::look(Device& device, SteadyTime now) {
                         fmt::format("not heard for {}", seconds_text(now - point.heard_at)));
     aged = true;
   }
-  if (aged) stale_(device);
+  if (aged) calls_.stale(device);
+  if (const auto due = probe_at(device); due && *due <= now) {
+    device.probed_at = now;
+    calls_.probe(device);
+  }
   const auto silence = device.network->rules.silence;
   if (!silence || device.status != DeviceStatus::kReachable || device.heard_at + *silence > now) return;
   device.status = DeviceStatus::kUnreachable;
   device.since = around_.clock.now().wall;
   device.reason = fmt::format("silent for {}", seconds_text(*silence));
-  lost_(device);
+  calls_.lost(device);
 }
 
 void Liveness::interrupted(Device& device, const std::string& reason) {

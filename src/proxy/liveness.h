@@ -14,9 +14,12 @@ namespace rubicon::proxy {
 /// out whether anything is due.
 class Liveness {
  public:
-  /// `stale`: some of its values just became so. `lost`: it is unreachable from now on.
-  Liveness(Surroundings& around, DeviceDirectory& directory, TupleMirror& mirror, std::function<void(Device&)> stale,
-           std::function<void(Device&)> lost);
+  struct Calls {
+    std::function<void(Device&)> stale;  ///< some of its values just became so
+    std::function<void(Device&)> lost;   ///< it is unreachable from now on
+    std::function<void(Device&)> probe;  ///< it is to be asked whether it is there
+  };
+  Liveness(Surroundings& around, DeviceDirectory& directory, TupleMirror& mirror, Calls calls);
 
   /// A point became good, a device reachable, or a rule changed: look at the device in time.
   void watch(Device& device);
@@ -38,11 +41,16 @@ class Liveness {
   Surroundings& around_;
   DeviceDirectory& directory_;
   TupleMirror& mirror_;
-  std::function<void(Device&)> stale_, lost_;
+  Calls calls_;
   std::priority_queue<Check, std::vector<Check>, std::greater<>> checks_;
   Timer timer_;
   SteadyTime timer_at_ = SteadyTime::max();
 };
+
+/// When a device is asked whether it is there, where that can be asked: at once if it is only remembered, after half
+/// the silence period of a quiet one and, if it does not answer, after three quarters; then each half period. nullopt =
+/// not now.
+std::optional<SteadyTime> probe_at(const Device& device);
 
 /// When a good value becomes stale; nullopt = never. The rule is in docs/tuple-keys.md, "Deadlines".
 std::optional<SteadyTime> stale_at(const Device& device, const Point& point);

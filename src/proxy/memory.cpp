@@ -25,7 +25,7 @@ model::Join announcement(const Device& device) {
   model::Join join{device.type, device.announced_name, device.model, {}, true, device.wanted_id};
   for (const auto& point : device.points) {
     if (!point.details->declared) continue;
-    join.capabilities.push_back(point.details->capability);
+    join.capabilities.push_back(*point.details->capability);
     join.capabilities.back().initial = std::monostate();
   }
   return join;

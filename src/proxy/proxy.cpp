@@ -18,9 +18,9 @@ Proxy::Parts::Parts(ProxyConfig rules, Scheduler& scheduler, TupleSpace& space, 
       inbox(around),
       board(around, directory),
       mirror(around, directory, memory),
-      liveness(
-          around, directory, mirror, [this](Device& device) { demand.overdue(device); },
-          [this](Device& device) { lost(device); }),
+      liveness(around, directory, mirror,
+               {[this](Device& device) { demand.overdue(device); }, [this](Device& device) { lost(device); },
+                [this](Device& device) { probe(device); }}),
       demand(around, directory, mirror, liveness),
       desk(around, directory, mirror, memory, [this](Device& device) { demand.changed(device); }),
       roaming(around, directory,
@@ -57,6 +57,7 @@ void Proxy::Parts::listen() {
   on<model::State>(MessageKind::kState, &Parts::state);
   handles.push_back(
       around.gateway.subscribe(MessageKind::kAcknowledge, [this](const Message& message) { acknowledge(message); }));
+  around.gateway.find_devices([this](const std::string& address) { return directory.networks_of(address); });
   const auto self = around.space.self();
   for (const auto* kind : {"sensor", "actuator"}) {
     handles.push_back(around.space.watch_demand({self, fmt::format("{}.*.*.{}.*.value", config.prefix, kind)},
@@ -125,7 +126,7 @@ bool Proxy::Parts::admit(Network& network, const std::string& address, const Ann
 void Proxy::Parts::take_rate(Device& device) {
   for (auto& point : device.points) {
     if (!is_rate(point) || std::exchange(device.rate_point, point.number) == point.number) continue;
-    device.rate = rate_of(point.details->capability.initial).value_or(device.rate);
+    device.rate = rate_of(point.details->capability->initial).value_or(device.rate);
     mirror.own_value(device, point, static_cast<std::int64_t>(device.rate.count()), Quality::kGood);
   }
 }
@@ -275,9 +276,18 @@ void Proxy::Parts::line_came_up(Network& network) {
       continue;
     }
     mirror.all_points(device);
+    liveness.watch(device);
     demand.repeat(device);
     if (device.status != DeviceStatus::kUnreachable) desk.deliver(device);
   }
+}
+
+void Proxy::Parts::probe(const Device& device) {
+  Message message;
+  message.source.island = around.space.self();
+  message.destination = {around.space.self(), device.network->id, device.address};
+  message.body = model::Probe{announcement(device)};
+  around.gateway.send(std::move(message));
 }
 
 /// The device, if it could not come before and can now.

@@ -30,7 +30,7 @@ std::vector<std::string> Proxy::Parts::objections(const ProxyConfig& next) const
       if (device == network->devices.end() || same_keys(names_of(network->rules, address), &names)) continue;
       std::map<std::pair<Kind, std::string>, std::string> taken;
       for (const auto& point : device->second.points) {
-        auto part = point_id(&names, point.details->capability, point.type);
+        auto part = point_id(&names, *point.details->capability, point.type);
         const auto [other, free] = taken.emplace(std::pair(point.id.kind, part), point.details->id);
         if (free) continue;
         lines.push_back(fmt::format("networks.{}.devices.{}: {} and {} would both become {}", id, address,

@@ -28,6 +28,7 @@ struct NetworkRules {
   std::map<std::string, DeviceNames> devices;                  ///< by address
   std::string roaming;         ///< domain within which an address means one device; empty = none
   bool lists_devices = false;  ///< its own options name every device it has (NetworkType::lists_devices)
+  bool probes = false;         ///< quiet devices are asked whether they are there (NetworkType::probes)
 
   friend bool operator==(const NetworkRules&, const NetworkRules&) = default;
 };

@@ -39,6 +39,7 @@ struct Proxy::Parts {
   void heard(Device& device);
   void reachable(Device& device, bool was_lost);
   void lost(Device& device);
+  void probe(const Device& device);
   void reading(Device& device, const model::Reading& reading);
   void presume_line(Network& network);
   void set_line(Network& network, const model::State& state);

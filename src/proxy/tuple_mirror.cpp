@@ -18,7 +18,7 @@ constexpr std::size_t kFlushSlice = 1000;
 
 bool writable(const Point& point) {
   return point.id.kind == Kind::kActuator ||
-         (point.id.kind == Kind::kProperty && point.details->capability.access != Access::kRead);
+         (point.id.kind == Kind::kProperty && point.details->capability->access != Access::kRead);
 }
 
 }  // namespace
@@ -83,7 +83,7 @@ void TupleMirror::declare_point(Device& device, Point& point, const Kept* kept) 
 }
 
 void TupleMirror::initial_value(const Device& device, Point& point) {
-  const auto& initial = point.details->capability.initial;
+  const auto& initial = point.details->capability->initial;
   if (std::holds_alternative<std::monostate>(initial)) return;
   if (point.type && !TypeCatalogue::check(*point.type, initial)) return;
   own_value(device, point, initial, device.status == DeviceStatus::kReachable ? Quality::kGood : Quality::kStored);

@@ -104,7 +104,7 @@ std::string network_status_text(const Network& network) {
 }
 
 std::string point_description(const Point& point) {
-  const auto& capability = point.details->capability;
+  const auto& capability = *point.details->capability;
   const model::Type unknown{};
   const auto& type = point.type ? *point.type : unknown;
   Tree tree;

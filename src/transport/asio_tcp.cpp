@@ -6,13 +6,14 @@
 #include <sys/socket.h>
 
 #include <algorithm>
-#include <array>
-#include <boost/asio/buffer.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/address.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/steady_timer.hpp>
+#include <cerrno>
 #include <utility>
+
+#include "transport/asio_traffic.h"
 
 namespace rubicon::transport {
 
@@ -22,37 +23,24 @@ namespace asio = boost::asio;
 using asio::ip::tcp;
 using boost::system::error_code;
 
-Error io_error(std::string_view doing, const Endpoint& what, const error_code& error) {
-  return {ErrorCode::kIo, fmt::format("TCP {}: cannot {}: {}", to_string(what), doing, error.message())};
+std::string name_of(const Endpoint& endpoint) {
+  return "TCP " + to_string(endpoint);
 }
 
-/// Lives as long as a call to the kernel is pending, which may be longer than the stream.
-struct Parts : std::enable_shared_from_this<Parts> {
-  Parts(asio::io_context& context, const TcpOptions& o, TcpCalls c)
-      : socket(context), deadline(context), options(o), calls(std::move(c)) {}
+/// A connection that is being made, or made.
+struct Connection final : AsioTraffic<tcp::socket> {
+  Connection(asio::io_context& context, const TcpOptions& o, TcpCalls c)
+      : AsioTraffic(context, name_of(o.remote), "the other end closed", std::move(c)), deadline(context), options(o) {}
 
+  std::shared_ptr<Connection> self() { return std::static_pointer_cast<Connection>(shared_from_this()); }
   Result<void> open();
   void set_options();
   void connect(const tcp::endpoint& remote);
   void connected_or_not(const error_code& error);
-  void receive();
-  void received(const error_code& error, std::size_t size);
-  Result<void> send(ByteView bytes);
-  std::size_t write_some(ByteView bytes, error_code& error);
-  void flush_later();
-  void flush(const error_code& error);
-  void lose(Error why);
   void abort();
-  void close();
 
-  tcp::socket socket;
   asio::steady_timer deadline;
   TcpOptions options;
-  TcpCalls calls;
-  std::array<std::uint8_t, 8192> buffer{};
-  Bytes queue;  ///< from `written` on
-  std::size_t written = 0;
-  bool connected = false, lost = false, waiting = false, alive = true;
 };
 
 template <class Value>
@@ -65,7 +53,7 @@ int whole_seconds(Duration span) {
 }
 
 /// A system without one of them still has a connection; hence no complaint (tcp(7)).
-void Parts::set_options() {
+void Connection::set_options() {
   set(socket, IPPROTO_TCP, TCP_NODELAY, 1);
   const auto user = std::chrono::ceil<std::chrono::milliseconds>(options.user_timeout).count();
   if (user > 0) set(socket, IPPROTO_TCP, TCP_USER_TIMEOUT, static_cast<unsigned>(user));
@@ -78,7 +66,7 @@ void Parts::set_options() {
         std::max(1, whole_seconds(options.user_timeout / options.keep_alive * std::chrono::seconds(1))));
 }
 
-Result<void> Parts::open() {
+Result<void> Connection::open() {
   error_code error;
   const auto address = asio::ip::make_address(options.remote.address, error);
   if (error || options.remote.port == 0)
@@ -86,146 +74,194 @@ Result<void> Parts::open() {
   const tcp::endpoint remote(address, options.remote.port);
   socket.open(remote.protocol(), error);
   if (!error) socket.non_blocking(true, error);
-  if (error) return fail(io_error("open a socket", options.remote, error));
+  if (error) return fail(trouble("open a socket", error));
   set_options();
   connect(remote);
   return {};
 }
 
-void Parts::connect(const tcp::endpoint& remote) {
-  socket.async_connect(remote, [self = shared_from_this()](const error_code& error) {
-    if (self->alive && !self->lost) self->connected_or_not(error);
+void Connection::connect(const tcp::endpoint& remote) {
+  socket.async_connect(remote, [me = self()](const error_code& error) {
+    if (me->going()) me->connected_or_not(error);
   });
   deadline.expires_after(options.connect_timeout);
-  deadline.async_wait([self = shared_from_this()](const error_code& error) {
-    if (error || !self->alive || self->lost || self->connected) return;
-    const auto waited = std::chrono::duration<double>(self->options.connect_timeout).count();
-    self->lose({ErrorCode::kUnreachable,
-                fmt::format("TCP {}: cannot connect: no answer within {} s", to_string(self->options.remote), waited)});
+  deadline.async_wait([me = self()](const error_code& error) {
+    if (error || !me->going() || me->connected) return;
+    const auto waited = std::chrono::duration<double>(me->options.connect_timeout).count();
+    me->lose({ErrorCode::kUnreachable, fmt::format("{}: cannot connect: no answer within {} s", me->name, waited)});
   });
 }
 
-void Parts::connected_or_not(const error_code& error) {
-  if (error) {
-    auto why = io_error("connect", options.remote, error);
-    why.code = ErrorCode::kUnreachable;
-    return lose(std::move(why));
-  }
-  connected = true;
+void Connection::connected_or_not(const error_code& error) {
   deadline.cancel();
-  receive();
-  if (!queue.empty()) flush({});
-  if (alive && !lost && calls.connected) calls.connected();
-}
-
-void Parts::receive() {
-  socket.async_read_some(asio::buffer(buffer), [self = shared_from_this()](const error_code& error, std::size_t size) {
-    if (self->alive && !self->lost) self->received(error, size);
-  });
-}
-
-void Parts::received(const error_code& error, std::size_t size) {
-  if (error == asio::error::eof)
-    return lose({ErrorCode::kUnreachable, fmt::format("TCP {}: the other end closed", to_string(options.remote))});
-  if (error) return lose(io_error("receive", options.remote, error));
-  calls.received(ByteView(buffer).first(size));
-  if (alive && !lost) receive();
-}
-
-/// As much as the system takes at once.
-std::size_t Parts::write_some(ByteView bytes, error_code& error) {
-  std::size_t done = 0;
-  while (done < bytes.size() && !error)
-    done += socket.write_some(asio::buffer(bytes.data() + done, bytes.size() - done), error);
-  if (error == asio::error::would_block || error == asio::error::try_again) error = {};
-  return done;
-}
-
-Result<void> Parts::send(ByteView bytes) {
-  const auto name = to_string(options.remote);
-  if (lost) return fail(ErrorCode::kUnreachable, fmt::format("TCP {}: cannot send: the connection is lost", name));
-  const auto waits = queue.size() - written;
-  if (waits + bytes.size() > TcpStream::kMaxQueued)
-    return fail(ErrorCode::kBusy,
-                fmt::format("TCP {}: cannot send {} bytes: {} wait already", name, bytes.size(), waits));
-  error_code error;
-  const auto done = connected && waits == 0 ? write_some(bytes, error) : 0;
-  // A broken connection shows itself in a later turn, when it is received from.
-  if (error) return fail(ErrorCode::kUnreachable, io_error("send", options.remote, error).text);
-  queue.insert(queue.end(), bytes.begin() + static_cast<std::ptrdiff_t>(done), bytes.end());
-  if (connected && !queue.empty()) flush_later();
-  return {};
-}
-
-void Parts::flush_later() {
-  if (std::exchange(waiting, true)) return;
-  socket.async_wait(tcp::socket::wait_write, [self = shared_from_this()](const error_code& error) {
-    self->waiting = false;
-    if (self->alive && !self->lost) self->flush(error);
-  });
-}
-
-void Parts::flush(const error_code& waited) {
-  error_code error = waited;
-  if (!error) written += write_some(ByteView(queue).subspan(written), error);
-  if (error) return lose(io_error("send", options.remote, error));
-  queue.erase(queue.begin(), queue.begin() + static_cast<std::ptrdiff_t>(std::exchange(written, 0)));
-  if (!queue.empty()) flush_later();
-}
-
-void Parts::close() {
-  error_code ignored;
-  deadline.cancel();
-  socket.close(ignored);
+  if (!error) return begin();
+  auto why = trouble("connect", error);
+  why.code = ErrorCode::kUnreachable;
+  lose(std::move(why));
 }
 
 /// Closed with a linger time of 0 it is reset, and what it still had to send is thrown away (socket(7), SO_LINGER).
-void Parts::abort() {
+void Connection::abort() {
   if (socket.is_open()) set(socket, SOL_SOCKET, SO_LINGER, ::linger{1, 0});
-  lost = true;
-  connected = false;
-  queue.clear();
-  close();
-}
-
-void Parts::lose(Error why) {
-  lost = true;
-  connected = false;
-  queue.clear();
-  close();
-  calls.failed(std::move(why));
+  deadline.cancel();
+  end();
 }
 
 class AsioTcp final : public TcpStream {
  public:
-  explicit AsioTcp(std::shared_ptr<Parts> parts) : parts_(std::move(parts)) {}
+  explicit AsioTcp(std::shared_ptr<Connection> connection) : connection_(std::move(connection)) {}
   ~AsioTcp() override {
-    parts_->alive = false;
-    parts_->close();
+    connection_->deadline.cancel();
+    connection_->leave();
   }
   AsioTcp(const AsioTcp&) = delete;
   AsioTcp& operator=(const AsioTcp&) = delete;
 
-  Result<void> send(ByteView bytes) override { return parts_->send(bytes); }
-  void abort() override { parts_->abort(); }
-  bool connected() const override { return parts_->connected; }
+  Result<void> send(ByteView bytes) override { return connection_->send(bytes); }
+  void abort() override { connection_->abort(); }
+  void hold(bool held) override { connection_->hold(held); }
+  std::size_t queued() const override { return connection_->waits(); }
+  bool connected() const override { return connection_->connected; }
   Endpoint local() const override {
     error_code error;
-    const auto bound = parts_->connected ? parts_->socket.local_endpoint(error) : tcp::endpoint();
+    const auto bound = connection_->connected ? connection_->socket.local_endpoint(error) : tcp::endpoint();
     if (error || bound.port() == 0) return {};
     return {bound.address().to_string(), bound.port()};
   }
+  Endpoint remote() const override { return connection_->connected ? connection_->options.remote : Endpoint{}; }
 
  private:
-  std::shared_ptr<Parts> parts_;
+  std::shared_ptr<Connection> connection_;
+};
+
+/// What accept(2) says of the connection it was about to give; the next one may be sound.
+bool tells_of_one_connection(int error) {
+  return error == ECONNABORTED || error == EPROTO || error == ENETDOWN || error == ENOPROTOOPT || error == EHOSTDOWN ||
+         error == ENONET || error == EHOSTUNREACH || error == EOPNOTSUPP || error == ENETUNREACH || error == EPERM ||
+         error == EINTR;
+}
+
+bool lacks_room(int error) {
+  return error == EMFILE || error == ENFILE || error == ENOBUFS || error == ENOMEM;
+}
+
+/// How long connections wait when the system has no room for another one.
+constexpr auto kRoomPause = std::chrono::milliseconds(100);
+
+struct Port : std::enable_shared_from_this<Port> {
+  Port(asio::io_context& c, Endpoint l, TcpAccept a, TcpDeaf f)
+      : context(c), acceptor(c), pause(c), local(std::move(l)), accept(std::move(a)), failed(std::move(f)) {}
+
+  Result<void> open();
+  error_code bind(const tcp::endpoint& endpoint);
+  void next();
+  void arrived(const error_code& error, tcp::socket socket);
+  void take(tcp::socket socket);
+
+  asio::io_context& context;
+  tcp::acceptor acceptor;
+  asio::steady_timer pause;
+  Endpoint local;
+  TcpAccept accept;
+  TcpDeaf failed;
+  bool alive = true;
+};
+
+error_code Port::bind(const tcp::endpoint& endpoint) {
+  error_code error;
+  acceptor.open(endpoint.protocol(), error);
+  if (!error) acceptor.set_option(tcp::acceptor::reuse_address(true), error);
+  if (!error) acceptor.bind(endpoint, error);
+  if (!error) acceptor.listen(tcp::acceptor::max_listen_connections, error);
+  if (!error) local.port = acceptor.local_endpoint(error).port();
+  return error;
+}
+
+Result<void> Port::open() {
+  error_code error;
+  const auto address = asio::ip::make_address(local.address, error);
+  if (error) return fail(ErrorCode::kInvalid, fmt::format("TCP: no address to listen on: {}", to_string(local)));
+  error = bind({address, local.port});
+  if (!error) return next(), Result<void>();
+  const auto code = error == asio::error::address_in_use ? ErrorCode::kBusy : ErrorCode::kIo;
+  return fail(code, fmt::format("{}: cannot listen: {}", name_of(local), error.message()));
+}
+
+void Port::next() {
+  acceptor.async_accept(context, [self = shared_from_this()](const error_code& error, tcp::socket socket) {
+    if (self->alive) self->arrived(error, std::move(socket));
+  });
+}
+
+void Port::arrived(const error_code& error, tcp::socket socket) {
+  if (lacks_room(error.value())) {
+    pause.expires_after(kRoomPause);
+    return pause.async_wait([self = shared_from_this()](const error_code&) {
+      if (self->alive) self->next();
+    });
+  }
+  if (error && !tells_of_one_connection(error.value())) {
+    error_code ignored;
+    acceptor.close(ignored);
+    if (failed)
+      failed({ErrorCode::kIo, fmt::format("{}: cannot accept connections: {}", name_of(local), error.message())});
+    return;
+  }
+  if (!error) take(std::move(socket));
+  if (alive) next();
+}
+
+void Port::take(tcp::socket socket) {
+  error_code error;
+  const auto from = socket.remote_endpoint(error);
+  if (!error) socket.non_blocking(true, error);
+  if (error) return;  // it is gone again
+  auto address = from.address();
+  if (address.is_v6() && address.to_v6().is_v4_mapped())
+    address = asio::ip::make_address_v4(asio::ip::v4_mapped, address.to_v6());
+  TcpOptions options;
+  options.remote = {address.to_string(), from.port()};
+  auto connection = std::make_shared<Connection>(context, options, TcpCalls{});
+  connection->socket = std::move(socket);
+  connection->set_options();
+  connection->connected = true;
+  auto calls = accept(std::make_unique<AsioTcp>(connection));
+  connection->calls = std::move(calls);
+  connection->calls.connected = nullptr;
+  if (connection->going()) connection->receive();
+}
+
+class AsioListener final : public TcpListener {
+ public:
+  explicit AsioListener(std::shared_ptr<Port> port) : port_(std::move(port)) {}
+  ~AsioListener() override {
+    error_code ignored;
+    port_->alive = false;
+    port_->acceptor.close(ignored);
+    port_->pause.cancel();
+  }
+  AsioListener(const AsioListener&) = delete;
+  AsioListener& operator=(const AsioListener&) = delete;
+
+  Endpoint local() const override { return port_->local; }
+
+ private:
+  std::shared_ptr<Port> port_;
 };
 
 }  // namespace
 
 Result<std::unique_ptr<TcpStream>> open_asio_tcp(asio::io_context& context, const TcpOptions& options, TcpCalls calls) {
-  auto parts = std::make_shared<Parts>(context, options, std::move(calls));
-  if (auto open = parts->open(); !open) return fail(open.error());
-  return std::make_unique<AsioTcp>(std::move(parts));
+  auto connection = std::make_shared<Connection>(context, options, std::move(calls));
+  if (auto open = connection->open(); !open) return fail(open.error());
+  return std::make_unique<AsioTcp>(std::move(connection));
+}
+
+Result<std::unique_ptr<TcpListener>> listen_asio_tcp(asio::io_context& context, const Endpoint& local, TcpAccept accept,
+                                                     TcpDeaf failed) {
+  auto port = std::make_shared<Port>(context, local, std::move(accept), std::move(failed));
+  if (auto open = port->open(); !open) return fail(open.error());
+  return std::make_unique<AsioListener>(std::move(port));
 }
 
 }  // namespace rubicon::transport

@@ -12,6 +12,7 @@
 
 #include "base/assert.h"
 #include "transport/asio_scheduler.h"
+#include "transport/asio_serial.h"
 #include "transport/asio_tcp.h"
 #include "transport/asio_udp.h"
 #include "transport/name_lookup.h"
@@ -78,6 +79,22 @@ Result<std::unique_ptr<UdpSocket>> LocalTransports::open_udp(const UdpOptions& o
 Result<std::unique_ptr<TcpStream>> LocalTransports::open_tcp(const TcpOptions& options, TcpCalls calls) {
   if (loop_ == nullptr) return Transports::open_tcp(options, std::move(calls));
   return open_asio_tcp(loop_->context(), options, std::move(calls));
+}
+
+Result<std::unique_ptr<TcpListener>> LocalTransports::listen_tcp(const Endpoint& local, TcpAccept accept,
+                                                                 TcpDeaf failed) {
+  if (loop_ == nullptr) return Transports::listen_tcp(local, std::move(accept), std::move(failed));
+  return listen_asio_tcp(loop_->context(), local, std::move(accept), std::move(failed));
+}
+
+Result<std::unique_ptr<ByteStream>> LocalTransports::open_serial(const SerialOptions& options, StreamCalls calls) {
+  if (loop_ == nullptr) return Transports::open_serial(options, std::move(calls));
+  return open_asio_serial(loop_->context(), options, std::move(calls));
+}
+
+Result<std::unique_ptr<ByteStream>> LocalTransports::make_pty(const std::string& link, StreamCalls calls) {
+  if (loop_ == nullptr) return Transports::make_pty(link, std::move(calls));
+  return make_asio_pty(loop_->context(), link, std::move(calls));
 }
 
 std::unique_ptr<Lookup> LocalTransports::look_up(const std::string& host, LookupDone done) {

@@ -16,6 +16,8 @@ struct MemoryTcp::End {
   TcpCalls calls;
   std::weak_ptr<End> peer;
   Bytes queue;
+  Bytes kept;  ///< arrived while held
+  bool held = false;
   bool connected = false, lost = false, alive = true, flushing = false;
   Timer deadline;
 };
@@ -51,8 +53,11 @@ class MemoryStream final : public TcpStream {
     end_->lost = true;
     end_->connected = false;
   }
+  void hold(bool held) override { net_.hold(end_, held); }
+  std::size_t queued() const override { return end_->queue.size(); }
   bool connected() const override { return end_->connected; }
   Endpoint local() const override { return end_->connected ? end_->local : Endpoint{}; }
+  Endpoint remote() const override { return end_->connected ? end_->remote : Endpoint{}; }
 
  private:
   MemoryTcp& net_;
@@ -71,13 +76,49 @@ class MemoryListening final : public MemoryListener {
   Endpoint at_;
 };
 
+class MemoryPort final : public TcpListener {
+ public:
+  MemoryPort(std::unique_ptr<MemoryListener> listener, Endpoint local, std::shared_ptr<const TcpDeaf> failed)
+      : listener_(std::move(listener)), local_(std::move(local)), failed_(std::move(failed)) {}
+  Endpoint local() const override { return local_; }
+
+ private:
+  std::unique_ptr<MemoryListener> listener_;
+  Endpoint local_;
+  std::shared_ptr<const TcpDeaf> failed_;
+};
+
 MemoryTcp::MemoryTcp(Scheduler& scheduler) : scheduler_(scheduler) {}
 MemoryTcp::~MemoryTcp() = default;
 
 std::unique_ptr<MemoryListener> MemoryTcp::listen(const Endpoint& at, Accept accept) {
   RUBICON_ASSERT(!listeners_.contains(at));
-  listeners_.emplace(at, std::move(accept));
+  listeners_.emplace(at, Listening{std::move(accept), {}});
   return std::make_unique<MemoryListening>(*this, at);
+}
+
+Result<std::unique_ptr<TcpListener>> MemoryTcp::listen(const std::string& host, const Endpoint& local, Accept accept,
+                                                       TcpDeaf failed) {
+  if (local.address.empty() || !is_numeric_address(local.address))
+    return fail(ErrorCode::kInvalid, fmt::format("TCP: no address to listen on: {}", to_string(local)));
+  Endpoint at{host, local.port == 0 ? ++last_port_ : local.port};
+  while (local.port == 0 && listeners_.contains(at)) at.port = ++last_port_;
+  if (listeners_.contains(at))
+    return fail(ErrorCode::kBusy, fmt::format("TCP {}: cannot listen: Address already in use", to_string(local)));
+  auto listener = listen(at, std::move(accept));
+  auto deaf = std::make_shared<const TcpDeaf>(std::move(failed));
+  listeners_[at].failed = deaf;
+  return std::make_unique<MemoryPort>(std::move(listener), Endpoint{local.address, at.port}, std::move(deaf));
+}
+
+void MemoryTcp::deafen() {
+  for (const auto& [at, listening] : std::exchange(listeners_, {})) {
+    scheduler_.post([at = at, failed = listening.failed] {
+      const auto call = failed.lock();
+      if (call && *call)
+        (*call)({ErrorCode::kIo, fmt::format("TCP {}: cannot accept connections: gone", to_string(at))});
+    });
+  }
 }
 
 void MemoryTcp::stall(bool stalled) {
@@ -135,10 +176,16 @@ void MemoryTcp::after_transit(std::function<void()> call) {
   });
 }
 
+std::map<Endpoint, MemoryTcp::Listening>::const_iterator MemoryTcp::listener_for(const End& client) const {
+  const auto found = listeners_.find(client.remote);
+  if (found != listeners_.end() || client.remote.address != "127.0.0.1") return found;
+  return listeners_.find({client.local.address, client.remote.port});
+}
+
 void MemoryTcp::reach(const EndPtr& client) {
   if (!client->alive || client->lost) return;
-  const auto listener = listeners_.find(client->remote);
-  if (listener != listeners_.end()) return accept(client, Accept(listener->second));
+  const auto listener = listener_for(*client);
+  if (listener != listeners_.end()) return accept(client, Accept(listener->second.accept));
   lose(client,
        {ErrorCode::kUnreachable, fmt::format("TCP {}: cannot connect: Connection refused", to_string(client->remote))});
 }
@@ -160,14 +207,28 @@ void MemoryTcp::accept(const EndPtr& client, const Accept& accept) {
 
 void MemoryTcp::flush(const EndPtr& end) {
   const auto peer = end->peer.lock();
-  if (stalled_ || !end->connected || !peer || end->queue.empty()) return;
+  if (stalled_ || !end->connected || !peer || peer->held || end->queue.empty()) return;
   after_transit([this, peer, bytes = std::exchange(end->queue, {})] { arrive(peer, bytes); });
+}
+
+void MemoryTcp::hold(const EndPtr& end, bool held) {
+  if (std::exchange(end->held, held) == held || held) return;
+  scheduler_.post([this, end] {
+    if (end->held) return;
+    const auto kept = std::exchange(end->kept, {});
+    arrive(end, kept);
+    if (const auto peer = end->peer.lock(); peer && peer->alive) flush(peer);
+  });
 }
 
 void MemoryTcp::arrive(const EndPtr& end, ByteView bytes) {
   const auto piece = segment == 0 ? bytes.size() : segment;
-  for (; !bytes.empty() && end->alive && !end->lost; bytes = bytes.subspan(std::min(piece, bytes.size())))
-    if (end->calls.received) end->calls.received(bytes.first(std::min(piece, bytes.size())));
+  while (!bytes.empty() && end->alive && !end->lost && !end->held) {
+    const ByteView next = bytes.first(std::min(piece, bytes.size()));
+    bytes = bytes.subspan(next.size());
+    if (end->calls.received) end->calls.received(next);
+  }
+  if (end->held) end->kept.insert(end->kept.end(), bytes.begin(), bytes.end());
 }
 
 void MemoryTcp::lose(const EndPtr& end, Error why) {

@@ -24,7 +24,7 @@ class MemoryTcp {
  public:
   /// Gets the server's end of a connection and makes its calls; `connected` is not called. To destroy the stream is to
   /// hang up.
-  using Accept = std::function<TcpCalls(std::unique_ptr<TcpStream> stream)>;
+  using Accept = TcpAccept;
 
   explicit MemoryTcp(Scheduler& scheduler);
   ~MemoryTcp();
@@ -33,6 +33,10 @@ class MemoryTcp {
 
   /// Nobody else may listen there: asserted. The endpoint is a host's address and a port of it.
   std::unique_ptr<MemoryListener> listen(const Endpoint& at, Accept accept);
+  /// For MemoryTransports on the host with this address: the port is one of it, whatever address was given; others on
+  /// the host find it under the loopback address too.
+  Result<std::unique_ptr<TcpListener>> listen(const std::string& host, const Endpoint& local, Accept accept,
+                                              TcpDeaf failed);
 
   Duration transit = std::chrono::microseconds(100);  ///< of each piece
   std::size_t segment = 0;  ///< streams arrive in pieces of so many bytes; 0 = what was sent in a turn is one piece
@@ -42,6 +46,8 @@ class MemoryTcp {
   void stall(bool stalled);
   /// All connections break; both ends hear of it.
   void cut();
+  /// Nobody can connect any more; those who listen hear of it and are no longer there.
+  void deafen();
   /// Ends of connections that are open or being made.
   std::size_t open_streams() const;
 
@@ -51,12 +57,20 @@ class MemoryTcp {
  private:
   friend class MemoryStream;
   friend class MemoryListening;
+  friend class MemoryPort;
   struct End;
   using EndPtr = std::shared_ptr<End>;
 
+  struct Listening {
+    Accept accept;
+    std::weak_ptr<const TcpDeaf> failed;  ///< the listener is there
+  };
+
+  std::map<Endpoint, Listening>::const_iterator listener_for(const End& client) const;
   void reach(const EndPtr& client);
   void accept(const EndPtr& client, const Accept& accept);
   void flush(const EndPtr& end);
+  void hold(const EndPtr& end, bool held);
   void arrive(const EndPtr& end, ByteView bytes);
   void lose(const EndPtr& end, Error why);
   void close(const EndPtr& end);
@@ -65,7 +79,7 @@ class MemoryTcp {
   EndPtr make_end(Endpoint local, Endpoint remote);
 
   Scheduler& scheduler_;
-  std::map<Endpoint, Accept> listeners_;
+  std::map<Endpoint, Listening> listeners_;
   std::vector<EndPtr> ends_;
   std::vector<EndPtr> closed_;  ///< while nothing leaves
   std::map<std::uint64_t, Timer> flights_;

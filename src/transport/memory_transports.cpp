@@ -56,6 +56,12 @@ void MemoryTransports::put(const std::string& path, std::string_view text) {
 void MemoryTransports::join(MemoryNet& net, std::string address) {
   net_ = &net;
   address_ = std::move(address);
+  serial_ = std::make_unique<MemorySerial>(net.scheduler());
+}
+
+MemorySerial& MemoryTransports::serial() {
+  RUBICON_ASSERT(serial_ != nullptr);
+  return *serial_;
 }
 
 Result<std::unique_ptr<UdpSocket>> MemoryTransports::open_udp(const UdpOptions& options, UdpCalls calls) {
@@ -66,6 +72,24 @@ Result<std::unique_ptr<UdpSocket>> MemoryTransports::open_udp(const UdpOptions& 
 Result<std::unique_ptr<TcpStream>> MemoryTransports::open_tcp(const TcpOptions& options, TcpCalls calls) {
   if (net_ == nullptr) return Transports::open_tcp(options, std::move(calls));
   return net_->tcp.open(address_, options, std::move(calls));
+}
+
+Result<std::unique_ptr<TcpListener>> MemoryTransports::listen_tcp(const Endpoint& local, TcpAccept accept,
+                                                                  TcpDeaf failed) {
+  if (net_ == nullptr) return Transports::listen_tcp(local, std::move(accept), std::move(failed));
+  return net_->tcp.listen(address_, local, std::move(accept), std::move(failed));
+}
+
+Result<std::unique_ptr<ByteStream>> MemoryTransports::open_serial(const SerialOptions& options, StreamCalls calls) {
+  if (net_ == nullptr) return Transports::open_serial(options, std::move(calls));
+  return serial_->open(options, std::move(calls));
+}
+
+Result<std::unique_ptr<ByteStream>> MemoryTransports::make_pty(const std::string& link, StreamCalls calls) {
+  if (net_ == nullptr) return Transports::make_pty(link, std::move(calls));
+  if (serial_->is_plugged(link) || has(link))
+    return fail(ErrorCode::kDuplicate, link + ": cannot make a link: File exists");
+  return serial_->plug(link, std::move(calls));
 }
 
 std::unique_ptr<Lookup> MemoryTransports::look_up(const std::string& host, LookupDone done) {

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "base/bytes.h"
+#include "transport/memory_serial.h"
 #include "transport/memory_udp.h"
 #include "transport/transports.h"
 
@@ -29,9 +30,17 @@ class MemoryTransports final : public Transports {
   /// (kUnsupported) and no names.
   void join(MemoryNet& net, std::string address = "127.0.0.1");
 
+  /// The host's serial lines; there are none before join(): asserted.
+  MemorySerial& serial();
+
   Result<std::unique_ptr<FileSource>> open_file(const std::string& path) override;
   Result<std::unique_ptr<UdpSocket>> open_udp(const UdpOptions& options, UdpCalls calls) override;
   Result<std::unique_ptr<TcpStream>> open_tcp(const TcpOptions& options, TcpCalls calls) override;
+  Result<std::unique_ptr<TcpListener>> listen_tcp(const Endpoint& local, TcpAccept accept,
+                                                  TcpDeaf failed = nullptr) override;
+  Result<std::unique_ptr<ByteStream>> open_serial(const SerialOptions& options, StreamCalls calls) override;
+  /// The device's end of a serial line called `link`.
+  Result<std::unique_ptr<ByteStream>> make_pty(const std::string& link, StreamCalls calls) override;
   std::unique_ptr<Lookup> look_up(const std::string& host, LookupDone done) override;
 
   // Writing: the folders that files are in are always there, others when a test makes them missing.
@@ -58,6 +67,7 @@ class MemoryTransports final : public Transports {
 
   MemoryNet* net_ = nullptr;
   std::string address_;
+  std::unique_ptr<MemorySerial> serial_;
   std::map<std::string, File> files_;
   std::optional<std::uint64_t> room_;
   std::set<std::string> lost_;

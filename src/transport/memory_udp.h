@@ -45,6 +45,7 @@ class MemoryNet {
   /// All that was ever sent, lost datagrams included.
   const std::vector<MemoryDatagram>& sent() const { return sent_; }
   std::size_t open_sockets() const;
+  Scheduler& scheduler() { return scheduler_; }
 
   MemoryTcp tcp;  ///< its connections, with settings of their own
 

@@ -8,6 +8,7 @@
 
 #include "base/byte_sink.h"
 #include "base/result.h"
+#include "transport/serial.h"
 #include "transport/tcp.h"
 #include "transport/udp.h"
 
@@ -36,7 +37,7 @@ class AppendFile : public base::ByteSink {
 };
 
 /// Everything through which bytes enter and leave the process. Networks get it from their host, so that tests can hand
-/// them lines of memory. Later networks add their line here (serial), each with its twin.
+/// them lines of memory.
 class Transports {
  public:
   virtual ~Transports() = default;
@@ -48,6 +49,22 @@ class Transports {
   /// A connection that is being made: whether it came about is told by the calls. kInvalid if the remote end is not
   /// numeric, kIo if the system gives no socket. By default there are none: kUnsupported.
   virtual Result<std::unique_ptr<TcpStream>> open_tcp(const TcpOptions& options, TcpCalls calls);
+  /// Listens on a numeric address and a port; port 0 = any free one. Connections are accepted from then on; a system
+  /// that has no room for one (descriptors) leaves it waiting. `failed` is called, in a later turn, when the port is
+  /// lost. kBusy if the port is taken, kInvalid if the address is not numeric, else kIo. By default there are none:
+  /// kUnsupported.
+  virtual Result<std::unique_ptr<TcpListener>> listen_tcp(const Endpoint& local, TcpAccept accept,
+                                                          TcpDeaf failed = nullptr);
+  /// A serial line, for us alone. `connected` is called in a later turn. kNotFound if there is no such device, kBusy if
+  /// somebody else has it, kInvalid for a baud rate the system does not know or what is no serial line, kIo, each with
+  /// the path in the text. By default there are none: kUnsupported.
+  virtual Result<std::unique_ptr<ByteStream>> open_serial(const SerialOptions& options, StreamCalls calls);
+  /// Our end of a new pseudo-terminal, whose other end others open as a serial line under `link` (a symbolic link that
+  /// is made here and removed with the stream; one that a dead program left behind is replaced). Who opens and closes
+  /// the other end goes unnoticed; what is sent while nobody has it open may be lost. `connected` is called in a later
+  /// turn. kBusy if another program's pseudo-terminal has that link, kDuplicate if something else is called so,
+  /// kInvalid for what is no path, else kIo. By default there are none: kUnsupported.
+  virtual Result<std::unique_ptr<ByteStream>> make_pty(const std::string& link, StreamCalls calls);
   /// Asks for the addresses of a host, IPv4 ones first, never empty. `done` is called once, in a later turn;
   /// kUnreachable if there are none. Destroying the answer ends the wait, and `done` is not called.
   /// Only for those who have sockets: asserted.

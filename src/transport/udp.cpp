@@ -22,6 +22,18 @@ Result<std::unique_ptr<TcpStream>> Transports::open_tcp(const TcpOptions&, TcpCa
   return fail(ErrorCode::kUnsupported, "there are no sockets here");
 }
 
+Result<std::unique_ptr<TcpListener>> Transports::listen_tcp(const Endpoint&, TcpAccept, TcpDeaf) {
+  return fail(ErrorCode::kUnsupported, "there are no sockets here");
+}
+
+Result<std::unique_ptr<ByteStream>> Transports::open_serial(const SerialOptions&, StreamCalls) {
+  return fail(ErrorCode::kUnsupported, "there are no serial lines here");
+}
+
+Result<std::unique_ptr<ByteStream>> Transports::make_pty(const std::string&, StreamCalls) {
+  return fail(ErrorCode::kUnsupported, "there are no serial lines here");
+}
+
 std::unique_ptr<Lookup> Transports::look_up(const std::string&, LookupDone) {
   base::assertion_failed("names are looked up where there are sockets", __FILE__, __LINE__);
 }

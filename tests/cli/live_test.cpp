@@ -321,9 +321,24 @@ TEST_F(CommandLine, SendsToThoseWhoWaitForTheType) {
   const auto unheard = rubicon({"send", "6541", "--type", "chat", "-"}, "from standard input");
   EXPECT_EQ(unheard.code, 3);
   EXPECT_THAT(unheard.errors, HasSubstr("nobody on island 6541 listens"));
+  const auto hex = other.while_it_runs({"send", id, "--type", "chat", "--hex", "68 69"});
+  EXPECT_EQ(hex.code, 0) << hex.errors;
+  EXPECT_EQ(heard.back(), "hi");
+  EXPECT_EQ(rubicon({"send", id, "--hex", "6x"}).code, 2);
   EXPECT_EQ(rubicon({"send", "77", "x"}).code, 8);
   EXPECT_EQ(rubicon({"send", "6541"}).code, 2);
   EXPECT_EQ(rubicon({"send", "6541", "--file", "/nonexistent"}).code, 1);
+}
+
+TEST_F(CommandLine, SendsToADeviceWhereverItIsOnTheIsland) {
+  const auto nowhere = rubicon({"send", "6541", "--device", "nowhere", "x"});
+  EXPECT_EQ(nowhere.code, 3);
+  EXPECT_THAT(nowhere.errors, HasSubstr("no network of island 6541 has a device 'nowhere'"));
+  const auto found = rubicon({"send", "6541", "--device", "hall", "x"});
+  EXPECT_EQ(found.code, 3);
+  EXPECT_THAT(found.errors, HasSubstr("simulated devices take no opaque"));
+  EXPECT_THAT(rubicon({"send", "6541", "--device", "hall", "--network", "none", "x"}).errors,
+              HasSubstr("no network none"));
 }
 
 TEST_F(CommandLine, AppendsAndDeletesWhatItsOwnerLetsGo) {

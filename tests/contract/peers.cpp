@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "apps/rubicon-motes/world.h"
 #include "apps/salad-simulator/simulator.h"
 #include "support/knx_server.h"
 
@@ -41,11 +42,34 @@ class KnxPeer final : public Peer {
   support::KnxServer server_;
 };
 
+/// A sink with three motes where the sample's serial line is.
+class MotesPeer final : public Peer {
+ public:
+  explicit MotesPeer(support::FakeHost& host) : world_(options(), host.time) {
+    EXPECT_TRUE(world_.open(1, [&host](mote_simulator::SinkPort& port) -> Result<std::shared_ptr<void>> {
+      port.attach(host.files.serial().plug("/dev/ttyUSB0", port.calls()));
+      return std::make_shared<int>(0);
+    }));
+  }
+
+ private:
+  static mote_simulator::WorldOptions options() {
+    mote_simulator::WorldOptions out;
+    mote_simulator::MoteOptions mote;
+    mote.board = mote_simulator::parse_build("EM1000").value();
+    out.sink.island = 1;  // they may be switched on before the computer comes
+    out.add_motes(1, 2, 3, mote);
+    return out;
+  }
+  mote_simulator::World world_;
+};
+
 }  // namespace
 
 std::unique_ptr<Peer> peer_of(std::string_view type, const ConfigNode& options, const TypeCatalogue& types,
                               support::FakeHost& host) {
   if (type == "salad") return std::make_unique<SaladPeer>(options, types, host);
+  if (type == "wsn") return std::make_unique<MotesPeer>(host);
   if (type == "knx") return std::make_unique<KnxPeer>(options, host);
   return nullptr;
 }

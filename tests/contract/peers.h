@@ -33,6 +33,15 @@ class DiskAndMemory final : public transport::Transports {
                                                          transport::TcpCalls calls) override {
     return memory_.open_tcp(options, std::move(calls));
   }
+  Result<std::unique_ptr<transport::TcpListener>> listen_tcp(const transport::Endpoint& local,
+                                                             transport::TcpAccept accept,
+                                                             transport::TcpDeaf deaf) override {
+    return memory_.listen_tcp(local, std::move(accept), std::move(deaf));
+  }
+  Result<std::unique_ptr<transport::ByteStream>> open_serial(const transport::SerialOptions& options,
+                                                             transport::StreamCalls calls) override {
+    return memory_.open_serial(options, std::move(calls));
+  }
   std::unique_ptr<transport::Lookup> look_up(const std::string& host, transport::LookupDone done) override {
     return memory_.look_up(host, std::move(done));
   }

@@ -8,15 +8,15 @@ using namespace rubicon;
 
 /// Every byte is part of a record or of damage, in order, whatever the pieces.
 void check_reader(ByteView content, std::size_t piece) {
-  networks::log::PacketLogReader reader;
+  motes::PacketLogReader reader;
   std::uint64_t expected = 0;
   const auto drain = [&] {
     while (auto item = reader.next()) {
-      if (const auto* record = std::get_if<networks::log::PacketRecord>(&*item)) {
+      if (const auto* record = std::get_if<motes::PacketRecord>(&*item)) {
         if (record->offset != expected) std::abort();
         expected += 13 + record->packet.size();
       } else {
-        const auto& damage = std::get<networks::log::Damage>(*item);
+        const auto& damage = std::get<motes::Damage>(*item);
         if (damage.offset != expected || damage.bytes == 0) std::abort();
         expected += damage.bytes;
       }

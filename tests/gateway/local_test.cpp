@@ -217,5 +217,34 @@ TEST_F(LocalGateway, DevicesOfTwoOwnNetworksTalkToEachOther) {
   EXPECT_EQ(one.network("b").sent[0].source, one.address("a", "7"));
 }
 
+TEST_F(LocalGateway, AMessageForADeviceGoesToTheNetworkThatHasIt) {
+  one.gateway.find_devices([](const std::string& device) {
+    return device == "7" ? std::vector<std::string>{"b"} : std::vector<std::string>{};
+  });
+  two.send({one.space.self(), "", "7"}, Opaque{"chat", {'x'}});
+  time.run_ready();
+  ASSERT_THAT(one.network("b").sent, SizeIs(1));
+  EXPECT_EQ(one.network("b").sent[0].destination.network, "b");
+  EXPECT_THAT(one.network("a").sent, IsEmpty());
+}
+
+TEST_F(LocalGateway, AMessageForADeviceThatSeveralNetworksHaveIsRefusedWithTheirNames) {
+  one.gateway.find_devices([](const std::string&) { return std::vector<std::string>{"a", "b"}; });
+  one.send({one.space.self(), "", "7"}, model::Actuate{5, kLamp, 1.0});
+  time.run_ready();
+  EXPECT_THAT(one.network("a").sent, IsEmpty());
+  ASSERT_THAT(one.answers(), SizeIs(1));
+  EXPECT_EQ(one.answers()[0].outcome, Outcome::kRefused);
+  EXPECT_EQ(one.answers()[0].text, "device '7' is in 2 networks of island 1 (a, b): name one");
+}
+
+TEST_F(LocalGateway, AMessageForADeviceNobodyHasIsAnswered) {
+  one.gateway.find_devices([](const std::string&) { return std::vector<std::string>{}; });
+  one.send({one.space.self(), "", "7"}, Opaque{"chat", {'x'}});
+  time.run_ready();
+  ASSERT_THAT(one.answers(), SizeIs(1));
+  EXPECT_EQ(one.answers()[0].outcome, Outcome::kUndeliverable);
+}
+
 }  // namespace
 }  // namespace rubicon::gateway

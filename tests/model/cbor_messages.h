@@ -46,7 +46,8 @@ inline std::vector<Message> every_kind() {
           message_with(Acknowledge{5, Outcome::kUndeliverable, "no such island"}),
           message_with(
               State{LineState::kUp, "opened", {{"bad-frames", 3}, {"readings", UINT64_MAX}}, {{"server", "hall"}}}),
-          message_with(Opaque{"chat", {0x00, 0xff, 0x68}})};
+          message_with(Opaque{"chat", {0x00, 0xff, 0x68}}),
+          message_with(Probe{Join{"mote", "", "TelosB", {light_capability()}, true}})};
 }
 
 }  // namespace rubicon::model

@@ -38,8 +38,8 @@ Case read_case(const std::string& name) {
     if (line.starts_with("#")) continue;
     if (line.starts_with("board: "))
       out.calibration.board = parse_board(after("board: ")).value();
-    else if (line.starts_with("units: raw"))
-      out.calibration.units = Units::kRaw;
+    else if (line.starts_with("units: "))
+      out.calibration.units = parse_units(after("units: ")).value();
     else if (line.starts_with("island: "))
       out.island = static_cast<std::uint16_t>(std::stoi(after("island: ")));
     else
@@ -84,7 +84,9 @@ std::string describe(const TypeCatalogue& types, const Result<MoteEvents>& event
   if (events->ack)
     text += fmt::format("ack mote {} app {} seq {:04x} status {}\n", events->ack->mote, events->ack->application,
                         events->ack->ack.sequence, events->ack->ack.status);
-  if (events->wants_ack) text += fmt::format("wants-ack {:04x}\n", *events->wants_ack);
+  if (events->wants_ack)
+    text += fmt::format("wants-ack mote {} app {} seq {:04x}\n", events->wants_ack->mote,
+                        events->wants_ack->application, events->wants_ack->sequence);
   return text;
 }
 
@@ -102,7 +104,7 @@ class MoteCodecCase : public testing::TestWithParam<std::string> {};
 TEST_P(MoteCodecCase, BecomesTheExpectedMessages) {
   const TypeCatalogue types;
   const Case golden = read_case(GetParam());
-  MoteCodec codec(types, golden.calibration, golden.island);
+  MoteCodec codec(types, {golden.calibration, golden.island});
   std::string text;
   for (const Bytes& packet : golden.packets) text += describe(types, codec.decode(packet));
   EXPECT_EQ(text, golden.expected);

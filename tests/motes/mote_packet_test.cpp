@@ -8,27 +8,31 @@ namespace rubicon::motes {
 namespace {
 
 TEST(MotePacket, SetIslandIdHasTheBytesOfTheOriginal) {
-  const MotePacket packet = packet_of(AmType::kConfig, encode_config({kSetIslandId, 42}));
-  EXPECT_EQ(base::to_hex(encode_packet(packet)), "00000100000300250a002a");
+  EXPECT_EQ(base::to_hex(packet_of(AmType::kConfig, encode_config({kSetIslandId, 42}))), "00000100000300250a002a");
 }
 
-NetMessage command(std::uint16_t mote, std::uint16_t sequence, const Record& record) {
-  return {11, mote, 11, kBaseMote, 1, sequence, 0, kTransportConnectionless, kApplicationMockup, encode_record(record)};
+NetMessage command(std::uint16_t mote, std::uint16_t sequence, ByteView record) {
+  return {11, mote, 11, kBaseMote, 1, sequence, 0, kTransportConnectionless, kApplicationMockup, record};
+}
+
+Bytes command_packet(std::uint16_t mote, std::uint16_t sequence, const Record& record) {
+  return packet_of(command(mote, sequence, encode_record(record)));
 }
 
 // The frames of wsn.md 15 without their framing.
 TEST(MotePacket, PeriodicCommandHasTheBytesThatASinkExecutes) {
-  EXPECT_EQ(base::to_hex(encode_packet(packet_of(command(2, 0x1234, PeriodicCommand{0x0043, 1000})))),
+  EXPECT_EQ(base::to_hex(command_packet(2, 0x1234, PeriodicCommand{0x0043, 1000})),
             "000001000013001c000b0002000bfffd01123407030501004303e8");
 }
 
 TEST(MotePacket, ActuateCommandHasTheBytesThatASinkExecutes) {
-  EXPECT_EQ(base::to_hex(encode_packet(packet_of(command(3, 0x0103, ActuateCommand{1, 1})))),
+  EXPECT_EQ(base::to_hex(command_packet(3, 0x0103, ActuateCommand{1, 1})),
             "000001000015001c000b0003000bfffd01010309030502000100000001");
 }
 
 TEST(MotePacket, NegativeActuatorValuesReadBack) {
-  const auto record = decode_record(command(3, 1, ActuateCommand{2, -5}));
+  const Bytes bytes = encode_record(ActuateCommand{2, -5});
+  const auto record = decode_record(command(3, 1, bytes));
   ASSERT_TRUE(record.has_value());
   EXPECT_EQ(std::get<ActuateCommand>(*record).value, -5);
 }
@@ -60,8 +64,9 @@ TEST(MoteRecords, UpdatesOfMoreThan49WordsAreRefused) {
     NetMessage message;
     message.transport = kTransportConnectionless;
     message.application = kApplicationControl;
-    message.record = {0x23, count};
-    for (int i = 0; i < count; ++i) message.record.insert(message.record.end(), {0x00, 0x01, 0x00, 0x07});
+    Bytes record{0x23, count};
+    for (int i = 0; i < count; ++i) record.insert(record.end(), {0x00, 0x01, 0x00, 0x07});
+    message.record = record;
     return decode_record(message);
   };
   EXPECT_TRUE(decode(24).has_value());

@@ -199,5 +199,102 @@ TEST_F(Silence, ThousandsOfDevicesFallSilentAtOnce) {
   EXPECT_EQ(lost, 3000);
 }
 
+class Probing : public Island {
+ protected:
+  void SetUp() override {
+    remember();
+    rules().probes = true;
+  }
+  std::size_t probes() { return hall().sent_bodies<model::Probe>().size(); }
+};
+
+TEST_F(Probing, ADeviceThatSpeaksIsNotAsked) {
+  start();
+  join("7", lamp());
+  for (int i = 0; i < 20; ++i) {
+    time.run_for(25s);
+    say("7", model::KeepAlive{});
+  }
+  EXPECT_EQ(probes(), 0u);
+}
+
+TEST_F(Probing, ADeviceSilentForHalfTheSilenceIsAskedAndStaysReachableIfItAnswers) {
+  start();
+  join("7", lamp());
+  time.run_for(29s);
+  EXPECT_EQ(probes(), 0u);
+  time.run_for(2s);
+  ASSERT_EQ(probes(), 1u);
+  EXPECT_EQ(hall().sent.back().destination.device, "7");
+  say("7", model::KeepAlive{});
+  time.run_for(29s);
+  EXPECT_EQ(probes(), 1u);
+  EXPECT_EQ(json("proxy.hall.7.status")["status"], "reachable");
+}
+
+TEST_F(Probing, ADeviceThatMissesOneQuestionIsAskedOnceMoreBeforeItIsUnreachable) {
+  start();
+  join("7", lamp());
+  time.run_for(31s);
+  ASSERT_EQ(probes(), 1u);
+  time.run_for(15s);
+  ASSERT_EQ(probes(), 2u);
+  say("7", model::KeepAlive{});
+  time.run_for(29s);
+  EXPECT_EQ(json("proxy.hall.7.status")["status"], "reachable");
+  EXPECT_EQ(probes(), 2u);
+}
+
+TEST_F(Probing, AnUnreachableDeviceIsAskedEachHalfSilenceForEver) {
+  start();
+  join("7", lamp());
+  time.run_for(1min + 1s);
+  EXPECT_EQ(json("proxy.hall.7.status")["status"], "unreachable");
+  const auto before = probes();
+  time.run_for(9min);
+  EXPECT_EQ(probes(), before + 18);
+}
+
+TEST_F(Probing, ARememberedDeviceIsAskedAtOnceWithWhatIsRememberedOfIt) {
+  start();
+  join("7", lamp());
+  time.run_for(2s);
+  restart();
+  time.run_ready();
+  const auto asked = hall().sent_bodies<model::Probe>();
+  ASSERT_EQ(asked.size(), 1u);
+  EXPECT_EQ(asked[0].known.model, lamp().model);
+  EXPECT_EQ(asked[0].known.capabilities.size(), lamp().capabilities.size());
+}
+
+TEST_F(Probing, WhileTheLineIsDownNobodyIsAskedAndAfterwardsAtOnce) {
+  start();
+  join("7", lamp());
+  hall().line_works = false;
+  hall().lose_line();
+  time.run_for(5min);
+  EXPECT_EQ(probes(), 0u);
+  hall().line_works = true;
+  time.run_for(2s);
+  EXPECT_EQ(probes(), 1u);
+}
+
+TEST_F(Probing, WithoutAnEndOfSilenceOnlyTheRememberedAreAskedOnce) {
+  rules().silence.reset();
+  start();
+  join("7", lamp());
+  time.run_for(1h);
+  EXPECT_EQ(probes(), 0u);
+  restart();
+  time.run_for(1h);
+  EXPECT_EQ(probes(), 1u);
+}
+
+TEST_F(Silence, NetworksThatCannotProbeAreNotAskedTo) {
+  begin();
+  time.run_for(5min);
+  EXPECT_TRUE(hall().sent_bodies<model::Probe>().empty());
+}
+
 }  // namespace
 }  // namespace rubicon::proxy

@@ -25,12 +25,13 @@ const std::map<std::string, Names> kFolderEdges{
     {"networks/log", {"network", "transport", "motes", "recording"}},
     {"networks/salad", {"network", "transport"}},
     {"networks/knx", {"network", "transport"}},
+    {"networks/wsn", {"network", "transport", "motes"}},
     {"gateway", {"network", "tuples"}},
     {"client", {"transport", "tuples", "gateway"}},
     {"state", {}},
     {"proxy", {"gateway", "tuples", "state"}},
     {"runtime", {"transport", "tuples", "network", "motes", "recording", "networks", "gateway", "state", "proxy"}},
-    {"apps", {"runtime", "client", "networks/salad", "networks/knx", "transport"}},
+    {"apps", {"runtime", "client", "networks/salad", "networks/knx", "transport", "motes"}},
 };
 
 /// Third-party headers, by their beginning, and the folders that may use them.
@@ -42,7 +43,8 @@ const std::map<std::string, Names> kLibraryEdges{
     {"yaml-cpp/", {"runtime"}},
     {"spdlog/", {"runtime"}},
     {"CLI/", {"apps"}},
-    {"nlohmann/", {"model", "recording", "networks/log", "networks/knx", "proxy", "client", "runtime", "apps"}},
+    {"nlohmann/",
+     {"model", "recording", "networks/log", "networks/knx", "networks/wsn", "proxy", "client", "runtime", "apps"}},
     {"sqlite3.h", {"state"}},
     {"zstd.h", {"recording"}},
     {"expat.h", {"networks/knx"}},

@@ -48,8 +48,8 @@ void read_pacing(ConfigReader& options, LogOptions& out) {
 void read_motes(ConfigReader& options, LogOptions& out) {
   const std::string board = options.choice("board", "STANDARD", {"STANDARD", "EM1000", "SE1000", "IRIS", "MICAZ"});
   out.calibration.board = motes::parse_board(board).value_or(motes::Board::kStandard);
-  const std::string units = options.choice("units", "physical", {"physical", "raw"});
-  out.calibration.units = units == "raw" ? motes::Units::kRaw : motes::Units::kPhysical;
+  const std::string units = options.choice("units", "physical", {"physical", "raw", "both"});
+  out.calibration.units = motes::parse_units(units).value_or(motes::Units::kPhysical);
   out.calibration.temperature_at_zero =
       options.real("temperature-at-zero", out.calibration.temperature_at_zero, -50, 0);
   out.calibration.threshold =

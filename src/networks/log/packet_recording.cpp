@@ -18,28 +18,28 @@ RecordTime time_of(std::chrono::milliseconds written) {
 
 PacketRecording::PacketRecording(const TypeCatalogue& types, motes::Calibration calibration, ReplayCounters& counters,
                                  Complaint complain)
-    : codec_(types, calibration), counters_(counters), complain_(std::move(complain)) {}
+    : codec_(types, {calibration}), counters_(counters), complain_(std::move(complain)) {}
 
 void PacketRecording::begin(std::string_view, std::vector<std::string>) {
-  reader_ = PacketLogReader();
+  reader_ = motes::PacketLogReader();
 }
 
 std::optional<Step> PacketRecording::next() {
   while (auto item = reader_.next()) {
-    if (const auto* damage = std::get_if<Damage>(&*item)) {
+    if (const auto* damage = std::get_if<motes::Damage>(&*item)) {
       ++counters_.damaged;
       counters_.skipped_bytes += damage->bytes;
       complain_(damage->offset, fmt::format("{}; {} bytes skipped", damage->why, damage->bytes));
       continue;
     }
-    const auto& record = std::get<PacketRecord>(*item);
+    const auto& record = std::get<motes::PacketRecord>(*item);
     if (!record.from_sink) continue;
     if (auto step = step_of(record)) return step;
   }
   return std::nullopt;
 }
 
-std::optional<Step> PacketRecording::step_of(const PacketRecord& record) {
+std::optional<Step> PacketRecording::step_of(const motes::PacketRecord& record) {
   auto events = codec_.decode(record.packet);
   if (!events) {
     ++counters_.damaged;

@@ -3,7 +3,7 @@
 #include <set>
 
 #include "motes/mote_codec.h"
-#include "networks/log/packet_log_reader.h"
+#include "motes/packet_log_reader.h"
 #include "networks/log/recording.h"
 
 namespace rubicon::networks::log {
@@ -23,12 +23,12 @@ class PacketRecording final : public Recording {
   std::vector<std::string> devices() const override { return {devices_.begin(), devices_.end()}; }
 
  private:
-  std::optional<Step> step_of(const PacketRecord& record);
+  std::optional<Step> step_of(const motes::PacketRecord& record);
 
   motes::MoteCodec codec_;
   ReplayCounters& counters_;
   Complaint complain_;
-  PacketLogReader reader_;
+  motes::PacketLogReader reader_;
   std::set<std::string> devices_;
 };
 

@@ -8,7 +8,7 @@
 
 #include "base/bytes.h"
 
-namespace rubicon::networks::log {
+namespace rubicon::motes {
 
 /// A stretch of a file that could not be read, reported once for the whole stretch.
 struct Damage {
@@ -50,4 +50,4 @@ class PacketLogReader {
   std::optional<Damage> damage_;
 };
 
-}  // namespace rubicon::networks::log
+}  // namespace rubicon::motes

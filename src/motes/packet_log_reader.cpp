@@ -1,4 +1,4 @@
-#include "networks/log/packet_log_reader.h"
+#include "motes/packet_log_reader.h"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,7 @@
 
 #include "motes/mote_packet.h"
 
-namespace rubicon::networks::log {
+namespace rubicon::motes {
 
 namespace {
 
@@ -31,7 +31,7 @@ Header read_header(ByteView bytes) {
 }
 
 bool sound(const Header& header) {
-  return header.direction <= 1 && header.length >= motes::kAmOverhead && header.length <= motes::kMaxPacket;
+  return header.direction <= 1 && header.length >= kAmOverhead && header.length <= kMaxPacket;
 }
 
 Verdict judge(ByteView left) {
@@ -40,7 +40,7 @@ Verdict judge(ByteView left) {
   if (!sound(header)) return Verdict::kFaulty;
   if (left.size() < kHeader + header.length) return Verdict::kNeedsMore;
   const ByteView packet = left.subspan(kHeader, header.length);
-  const bool fits = packet[0] == 0 && packet[kAmLength] + motes::kAmOverhead == packet.size();
+  const bool fits = packet[0] == 0 && packet[kAmLength] + kAmOverhead == packet.size();
   return fits ? Verdict::kSound : Verdict::kFaulty;
 }
 
@@ -50,8 +50,8 @@ std::string fault_of(ByteView left) {
   const Header header = read_header(left);
   if (header.direction > 1) return fmt::format("direction {}, expected 0 or 1", header.direction);
   if (!sound(header))
-    return fmt::format("packet length {}, expected {} to {}", static_cast<std::int32_t>(header.length),
-                       motes::kAmOverhead, motes::kMaxPacket);
+    return fmt::format("packet length {}, expected {} to {}", static_cast<std::int32_t>(header.length), kAmOverhead,
+                       kMaxPacket);
   return fmt::format("dispatch byte {:02x} and AM length {} in a packet of {} bytes", left[kHeader],
                      left[kHeader + kAmLength], header.length);
 }
@@ -99,4 +99,4 @@ std::optional<PacketLogReader::Item> PacketLogReader::next() {
   return ended_ ? damage_or_nothing() : std::nullopt;
 }
 
-}  // namespace rubicon::networks::log
+}  // namespace rubicon::motes

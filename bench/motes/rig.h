@@ -1,0 +1,68 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "apps/rubicon-motes/world.h"
+#include "base/virtual_scheduler.h"
+#include "motes/measurements.h"
+#include "runtime/island.h"
+#include "transport/memory_transports.h"
+#include "tuples/memory/memory_ecology.h"
+
+namespace rubicon::bench::wsn {
+
+inline constexpr std::uint16_t kIsland = 42;
+inline constexpr OwnerId kIslandOwner{kIsland};
+inline constexpr std::uint16_t kFirstPort = 19202;
+
+/// What the world refused that a measurement cannot do without.
+void must(const Result<void>& result);
+template <class T>
+T must(Result<T> result) {
+  must(result ? Result<void>() : Result<void>(fail(result.error())));
+  return std::move(*result);
+}
+
+/// A configuration with a network `wsn-N` for each of these ports, each with these options more.
+std::string island_of(const std::vector<std::uint16_t>& ports, const std::string& options);
+/// kFirstPort and the ones behind it.
+std::vector<std::uint16_t> ports_of(int sinks);
+
+/// An island that runs. What it is made of must outlive it.
+std::unique_ptr<runtime::Island> start_island(const std::string& yaml, Scheduler& scheduler,
+                                              transport::Transports& transports, tuples::Ecology& ecology,
+                                              std::unique_ptr<state::StateStore> state = nullptr);
+
+/// The proxy lists the mote at that sink as reachable.
+bool reachable(runtime::Island& island, std::uint16_t sink, std::uint16_t mote);
+
+/// A component that is no island.
+class Component {
+ public:
+  Component(tuples::Ecology& ecology, Scheduler& scheduler, std::uint32_t id);
+  TupleSpace& operator*() { return *space_; }
+  TupleSpace* operator->() { return space_.get(); }
+
+ private:
+  std::unique_ptr<tuples::Link> link_;
+  std::unique_ptr<TupleSpace> space_;
+};
+
+/// Sinks, motes and what an island needs, in virtual time: an island's work takes none of it.
+struct VirtualRig {
+  /// `motes` at each sink, the addresses counted on from 2.
+  VirtualRig(int sinks, int motes, mote_simulator::MoteOptions like = {}, mote_simulator::EventLog::Call events = {});
+
+  VirtualScheduler time;
+  transport::MemoryNet net{time};
+  transport::MemoryTransports transports;
+  tuples::MemoryEcology ecology{time};
+  std::unique_ptr<mote_simulator::World> world;
+};
+/// Sinks and motes (EM1000) of such a world; the motes boot when a computer comes.
+mote_simulator::WorldOptions world_of(int sinks, int motes, const mote_simulator::MoteOptions& like = {});
+
+}  // namespace rubicon::bench::wsn

@@ -1,0 +1,143 @@
+#include "networks/wsn/learning_json.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "motes/learning_records.h"
+
+namespace rubicon::networks::wsn {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::string_view kRecord = "record", kTransport = "transport", kApplication = "application";
+
+/// What a member holds, short enough for a line.
+std::string shown(const Json& value) {
+  constexpr std::size_t kShown = 40;
+  if (value.is_structured()) return value.is_array() ? "an array" : "an object";
+  return value.dump(-1, ' ', true).substr(0, kShown);  // ASCII, so that the cut splits no character
+}
+
+tl::unexpected<Error> unfit(std::string_view record, std::string_view member, const Json& value,
+                            std::string_view expected) {
+  return fail(ErrorCode::kInvalid,
+              fmt::format("mote record {}: {} is {}, expected {}", record, member, shown(value), expected));
+}
+
+Result<const motes::LearningRecord*> record_of(const Json& object) {
+  if (!object.is_object()) return fail(ErrorCode::kInvalid, "a mote's message is no JSON object");
+  const auto name = object.find(kRecord);
+  if (name == object.end() || !name->is_string()) {
+    return fail(ErrorCode::kInvalid, "a mote's message without \"record\", expected the name of one");
+  }
+  const auto* record = motes::find_learning_record(name->get_ref<const std::string&>());
+  if (record == nullptr) {
+    std::string known;
+    for (const auto& one : motes::learning_records()) known += fmt::format("{}{}", known.empty() ? "" : ", ", one.name);
+    return fail(ErrorCode::kNotFound, fmt::format("no mote record {}, expected one of {}", shown(*name), known));
+  }
+  if (record->own_packet) {
+    return fail(ErrorCode::kUnsupported, fmt::format("mote record {}: travels in a packet of its own (type {}), "
+                                                     "not in a radio message",
+                                                     record->name, record->type));
+  }
+  return record;
+}
+
+/// `transport` or `application`: as given, or as the record has it.
+Result<std::uint8_t> component_of(const motes::LearningRecord& record, const Json& object, std::string_view member,
+                                  std::uint8_t usual) {
+  const auto given = object.find(member);
+  if (given != object.end()) {
+    const bool fits = given->is_number_unsigned() && *given >= 1 && *given <= 0xff;
+    if (!fits) return unfit(record.name, member, *given, "a whole number from 1 to 255");
+    return given->get<std::uint8_t>();
+  }
+  if (usual != 0) return usual;
+  return fail(ErrorCode::kInvalid,
+              fmt::format("mote record {}: {} is missing, and none is known for it", record.name, member));
+}
+
+Result<std::vector<double>> numbers_of(const motes::LearningRecord& record, const std::string& member,
+                                       const Json& value) {
+  if (value.is_number()) return std::vector<double>{value.get<double>()};
+  const auto* field = record.find(member);
+  if (field == nullptr) return std::vector<double>{};  // to be refused with the names there are
+  if (!value.is_array() || !field->is_array())
+    return unfit(record.name, member, value, field->is_array() ? "an array of numbers" : "a number");
+  std::vector<double> numbers;
+  for (const Json& element : value) {
+    if (!element.is_number()) return unfit(record.name, member + "[]", element, "a number");
+    numbers.push_back(element.get<double>());
+  }
+  return numbers;
+}
+
+Result<motes::FieldValues> fields_of(const motes::LearningRecord& record, const Json& object) {
+  motes::FieldValues fields;
+  for (const auto& [member, value] : object.items()) {
+    if (member == kRecord || member == kTransport || member == kApplication) continue;
+    auto numbers = numbers_of(record, member, value);
+    if (!numbers) return fail(numbers.error());
+    fields.insert_or_assign(member, std::move(*numbers));
+  }
+  return fields;
+}
+
+/// The shortest decimal that reads back as the same float: 0.1, not 0.10000000149011612. That of the largest float is
+/// larger than any float.
+double shortest(double number) {
+  const auto single = static_cast<float>(number);
+  const double decimal = std::strtod(fmt::format("{}", single).c_str(), nullptr);
+  const bool fits = std::abs(decimal) <= std::numeric_limits<float>::max();
+  return fits && static_cast<float>(decimal) == single ? decimal : number;
+}
+
+Json json_of(const motes::RecordField& field, const std::vector<double>& numbers) {
+  Json array = Json::array();
+  for (const double number : numbers) {
+    if (field.kind == motes::FieldKind::kFloat)
+      array.push_back(shortest(number));
+    else
+      array.push_back(static_cast<std::int64_t>(number));
+  }
+  return field.is_array() ? array : array.front();
+}
+
+}  // namespace
+
+Result<LearningMessage> learning_message(std::string_view json) {
+  const Json object = Json::parse(json, nullptr, false);
+  if (object.is_discarded()) return fail(ErrorCode::kInvalid, "a mote's message is no JSON text");
+  const auto record = record_of(object);
+  if (!record) return fail(record.error());
+  const auto transport = component_of(**record, object, kTransport, (*record)->transport);
+  if (!transport) return fail(transport.error());
+  const auto application = component_of(**record, object, kApplication, (*record)->application);
+  if (!application) return fail(application.error());
+  const auto fields = fields_of(**record, object);
+  if (!fields) return fail(fields.error());
+  auto bytes = motes::encode_learning((*record)->name, *fields);
+  if (!bytes) return fail(bytes.error());
+  return LearningMessage{*transport, *application, std::move(*bytes)};
+}
+
+std::optional<std::string> learning_json(const motes::NetMessage& message) {
+  const auto* record = motes::learning_record_in(message);
+  if (record == nullptr) return std::nullopt;
+  const auto fields = motes::decode_learning(*record, message.record);
+  if (!fields) return std::nullopt;
+  Json object;
+  object[std::string(kRecord)] = record->name;
+  for (const motes::RecordField& field : record->fields)
+    object[std::string(field.name)] = json_of(field, fields->find(field.name)->second);
+  return object.dump();
+}
+
+}  // namespace rubicon::networks::wsn

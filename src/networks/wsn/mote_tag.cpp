@@ -1,0 +1,73 @@
+#include "networks/wsn/mote_tag.h"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <vector>
+
+#include "model/key.h"
+#include "motes/mote_packet.h"
+
+namespace rubicon::networks::wsn {
+
+namespace {
+
+std::vector<std::string_view> parts_of(std::string_view text) {
+  std::vector<std::string_view> parts;
+  for (;;) {
+    const auto slash = text.find('/');
+    parts.push_back(text.substr(0, slash));
+    if (slash == text.npos) return parts;
+    text.remove_prefix(slash + 1);
+  }
+}
+
+template <class Number>
+bool read_number(std::string_view text, Number& out) {
+  if (text.empty() || (text.size() > 1 && text[0] == '0')) return false;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), out);
+  return error == std::errc() && end == text.data() + text.size();
+}
+
+bool read_net(const std::vector<std::string_view>& parts, MoteTag& tag) {
+  if (parts.size() < 4 || parts.size() > 6) return false;
+  if (!read_number(parts[1], tag.transport) || !read_number(parts[2], tag.application)) return false;
+  if (!read_number(parts[3], tag.type)) return false;
+  tag.reliable = parts.size() > 4;
+  if (tag.reliable && parts[4] != "reliable") return false;
+  return parts.size() < 6 || read_number(parts[5], tag.sequence.emplace());
+}
+
+}  // namespace
+
+Result<MoteTag> parse_tag(std::string_view text) {
+  const auto parts = parts_of(text);
+  if (parts[0] != "mote" || parts.size() < 2)
+    return fail(ErrorCode::kUnsupported,
+                fmt::format("motes take messages of type mote/..., got {}", model::quoted(text)));
+  MoteTag tag;
+  if (parts[1] == "json" && (parts.size() == 2 || (parts.size() == 3 && parts[2] == "reliable"))) {
+    tag.kind = MoteTag::Kind::kJson;
+    tag.reliable = parts.size() == 3;
+    return tag;
+  }
+  if (parts[1] == "am" && parts.size() == 3 && read_number(parts[2], tag.type)) {
+    tag.kind = MoteTag::Kind::kAm;
+    return tag;
+  }
+  if (read_net(parts, tag)) return tag;
+  return fail(
+      ErrorCode::kInvalid,
+      fmt::format("message type {}, expected mote/<transport>/<application>/<record type>[/reliable[/<sequence>]], "
+                  "mote/am/<type> or mote/json",
+                  model::quoted(text)));
+}
+
+std::optional<std::uint16_t> mote_address(std::string_view device, bool broadcast) {
+  std::uint16_t address = 0;
+  if (!read_number(device, address) || address == 0) return std::nullopt;
+  if (address < motes::kBaseMote || (broadcast && address == motes::kBroadcast)) return address;
+  return std::nullopt;
+}
+
+}  // namespace rubicon::networks::wsn

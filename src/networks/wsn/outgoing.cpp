@@ -1,0 +1,156 @@
+#include "networks/wsn/outgoing.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
+
+#include "model/key.h"
+#include "networks/wsn/learning_json.h"
+
+namespace rubicon::networks::wsn {
+
+namespace {
+
+/// Of actuators (wsn.md 6).
+constexpr std::uint16_t kLed = 1, kRelay = 2;
+/// A record type that no program of the motes reads (wsn.md 9.3).
+constexpr std::uint8_t kNothing = 0;
+
+motes::NetMessage header(std::uint16_t island, std::uint16_t mote, bool reliable, std::uint8_t transport,
+                         std::uint8_t application) {
+  motes::NetMessage message;
+  message.destination_island = message.source_island = island;
+  message.destination_mote = mote;
+  message.source_mote = motes::kBaseMote;
+  message.reliable = reliable ? 1 : 0;
+  message.transport = transport;
+  message.application = application;
+  return message;
+}
+
+Result<std::int32_t> count_of(const model::Value& value) {
+  std::optional<double> number;
+  if (const auto* on = std::get_if<bool>(&value)) number = *on ? 1 : 0;
+  if (const auto* whole = std::get_if<std::int64_t>(&value)) number = static_cast<double>(*whole);
+  if (const auto* real = std::get_if<double>(&value)) number = *real;
+  using Limits = std::numeric_limits<std::int32_t>;
+  if (number && std::nearbyint(*number) == *number && *number >= Limits::min() && *number <= Limits::max())
+    return static_cast<std::int32_t>(*number);
+  return fail(ErrorCode::kOutOfRange, fmt::format("{}: motes take whole numbers of 32 bits", model::to_text(value)));
+}
+
+/// The part of a record that its type calls for, if it is a command of the firmware.
+std::optional<motes::Record> command_in(const motes::NetMessage& message) {
+  auto record = motes::decode_record(message);
+  if (!record || std::holds_alternative<motes::OtherRecord>(*record)) return std::nullopt;
+  return std::move(*record);
+}
+
+std::optional<motes::NetMessage> net_message_in(ByteView packet) {
+  const auto read = motes::decode_packet(packet);
+  if (!read || !read->is(motes::AmType::kNetMessage)) return std::nullopt;
+  const auto message = motes::decode_net(read->payload);
+  if (!message) return std::nullopt;
+  return *message;
+}
+
+}  // namespace
+
+Result<MoteRequest> actuate_request(std::uint16_t island, std::uint16_t mote, std::string_view actuator_type,
+                                    const model::Actuate& command) {
+  const std::uint16_t actuator = actuator_type == "led" ? kLed : actuator_type == "relay" ? kRelay : 0;
+  if (actuator == 0 || command.point.instance != "1")
+    return fail(ErrorCode::kNotFound, fmt::format("motes have led-1 and relay-1, no {}-{}",
+                                                  model::quoted(actuator_type), model::quoted(command.point.instance)));
+  const auto value = count_of(command.value);
+  if (!value) return fail(value.error());
+  MoteRequest request;
+  request.header = header(island, mote, true, motes::kTransportConnectionless, motes::kApplicationMockup);
+  request.record = motes::encode_record(motes::ActuateCommand{actuator, *value});
+  request.subject = actuator;
+  if (command.time_to_live.count() > 0) request.time_to_live = command.time_to_live;
+  return request;
+}
+
+MoteRequest probe_request(std::uint16_t island, std::uint16_t mote) {
+  MoteRequest request;
+  request.header = header(island, mote, true, motes::kTransportConnectionless, motes::kApplicationMockup);
+  request.record = {kNothing};
+  request.lane = Lane::kProbe;
+  request.attempts = 1;
+  request.harmless = true;
+  request.time_to_live = std::chrono::minutes(1);
+  return request;
+}
+
+MoteRequest ack_request(std::uint16_t island, const motes::WantedAck& wanted) {
+  MoteRequest request;
+  request.header = header(island, wanted.mote, false, motes::kTransportAck, wanted.application);
+  request.record = motes::encode_record(motes::MoteAck{wanted.sequence, 0});
+  request.lane = Lane::kSampling;  // a mote that wants many leaves the commands their room
+  return request;
+}
+
+Result<MoteRequest> opaque_request(std::uint16_t island, std::uint16_t mote, const model::Message& message,
+                                   const MoteTag& tag) {
+  const auto& opaque = std::get<model::Opaque>(message.body);
+  MoteRequest request;
+  request.attempts = 1;
+  if (tag.reliable && mote == motes::kBroadcast)
+    return fail(ErrorCode::kUnsupported, "all motes at once cannot acknowledge: send it without /reliable");
+  if (tag.kind == MoteTag::Kind::kJson) {
+    auto learned = learning_message(base::as_text(opaque.bytes));
+    if (!learned) return fail(learned.error());
+    request.header = header(island, mote, tag.reliable, learned->transport, learned->application);
+    request.record = std::move(learned->record);
+  } else {
+    if (opaque.bytes.empty() || opaque.bytes.front() != tag.type)
+      return fail(ErrorCode::kInvalid, fmt::format("{}: the bytes do not begin with {:02x}", opaque.type, tag.type));
+    request.header = header(island, mote, tag.reliable, tag.transport, tag.application);
+    request.record = opaque.bytes;
+    request.sequence = tag.sequence;
+  }
+  if (request.record.size() > kLongestRecord)
+    return fail(ErrorCode::kOutOfRange, fmt::format("{} bytes for a mote, at most {} go over its radio",
+                                                    request.record.size(), kLongestRecord));
+  const auto from = model::number(message.source.island);
+  if (from == 0 || from == island || from >= motes::kBaseMote) return request;
+  request.header.source_island = static_cast<std::uint16_t>(from);
+  request.header.source_mote = mote_address(message.source.device).value_or(motes::kBaseMote);
+  return request;
+}
+
+std::optional<model::Opaque> as_json(const model::Opaque& message) {
+  const auto tag = parse_tag(message.type);
+  if (!tag || tag->kind != MoteTag::Kind::kNet) return std::nullopt;
+  motes::NetMessage said;
+  said.destination_mote = motes::kBaseMote;
+  said.transport = tag->transport;
+  said.application = tag->application;
+  said.record = message.bytes;
+  const auto json = learning_json(said);
+  if (!json) return std::nullopt;
+  const auto bytes = base::as_bytes(*json);
+  return model::Opaque{"mote/json", Bytes(bytes.begin(), bytes.end())};
+}
+
+bool may_repeat(ByteView packet) {
+  const auto read = motes::decode_packet(packet);
+  if (!read) return false;
+  if (read->is(motes::AmType::kConfig)) return true;
+  const auto message = net_message_in(packet);
+  return message && command_in(*message).has_value();
+}
+
+std::optional<std::uint16_t> told_to_read(ByteView packet) {
+  const auto message = net_message_in(packet);
+  if (!message) return std::nullopt;
+  const auto command = command_in(*message);
+  if (!command) return std::nullopt;
+  const bool reads =
+      std::holds_alternative<motes::PeriodicCommand>(*command) || std::holds_alternative<motes::ReadUpdates>(*command);
+  return reads ? std::optional(message->destination_mote) : std::nullopt;
+}
+
+}  // namespace rubicon::networks::wsn

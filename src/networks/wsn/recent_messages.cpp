@@ -1,0 +1,21 @@
+#include "networks/wsn/recent_messages.h"
+
+#include <algorithm>
+
+namespace rubicon::networks::wsn {
+
+bool RecentMessages::seen(const motes::NetMessage& message, SteadyTime now) {
+  while (!names_.empty() && (names_.size() >= kMost || names_.front().first + kSpan < now)) names_.pop_front();
+  if (message.reliable != 1) return false;
+  const Name name{message.source_island, message.source_mote, message.sequence,
+                  message.transport,     message.application, message.record.front()};
+  if (std::any_of(names_.begin(), names_.end(), [&](const auto& one) { return one.second == name; })) return true;
+  names_.emplace_back(now, name);
+  return false;
+}
+
+void RecentMessages::forget(std::uint16_t mote) {
+  std::erase_if(names_, [mote](const auto& one) { return std::get<1>(one.second) == mote; });
+}
+
+}  // namespace rubicon::networks::wsn

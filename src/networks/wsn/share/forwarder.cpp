@@ -1,0 +1,325 @@
+#include "networks/wsn/share/forwarder.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <deque>
+#include <utility>
+#include <vector>
+
+#include "base/rate_limit.h"
+#include "motes/forwarder_stream.h"
+#include "motes/mote_packet.h"
+
+namespace rubicon::networks::wsn {
+
+namespace {
+
+using transport::Endpoint;
+
+/// Longest AM payload that the sink does not ignore (wsn.md 4.3).
+constexpr std::size_t kLongestPayload = 114;
+/// Where the AM type stands behind dispatch byte, addresses, length and group (wsn.md 3).
+constexpr std::size_t kTypeAt = 7;
+/// What arrives this soon behind a packet that expired had waited in the system's buffers as long.
+constexpr Duration kBacklogTime = std::chrono::milliseconds(100);
+
+bool is_config(ByteView packet) {
+  return packet[0] == 0 && packet[kTypeAt] == static_cast<std::uint8_t>(motes::AmType::kConfig);
+}
+
+struct Client : std::enable_shared_from_this<Client> {
+  bool waits() const { return !packet.empty(); }
+  ByteView unread() const { return ByteView(rest).subspan(read); }
+
+  std::string name;
+  std::unique_ptr<transport::TcpStream> stream;  ///< null = it hung up, but what it said still waits
+  motes::ForwarderReader reader;
+  Timer greeting, expiry;
+  SteadyTime expires{};        ///< of the packet and the rest, which were read at once
+  SteadyTime backlog_until{};  ///< what arrives before is too old
+  Bytes packet;                ///< was not taken yet
+  Bytes rest;                  ///< came behind that packet; from `read` on
+  std::size_t read = 0;
+  unsigned bad_in_a_row = 0;
+  bool dropped = false;
+};
+
+using ClientPtr = std::shared_ptr<Client>;
+
+enum class Told : std::uint8_t { kYes, kTooSlow, kLost };
+
+}  // namespace
+
+struct Forwarder::Parts {
+  Parts(ForwarderOptions o, Scheduler& s, transport::Transports& t, ForwarderCalls c)
+      : options(std::move(o)), scheduler(s), transports(t), calls(std::move(c)) {}
+
+  void accept(std::unique_ptr<transport::TcpStream> stream, transport::TcpCalls& told);
+  void received(Client& client, ByteView bytes);
+  ByteView take(Client& client, ByteView bytes);
+  bool is_wanted(Client& client, ByteView packet);
+  bool is_bad(Client& client, ByteView packet);
+  bool pass(Client& client, ByteView packet);
+  void keep(Client& client, ByteView packet);
+  void expire(const ClientPtr& client);
+  void drop_expired(const Client& client);
+  void go_on(const ClientPtr& client);
+  Told tell(Client& client, ByteView framed);
+  std::size_t connected() const;
+  void lost(Client& client);
+  void hang_up(Client& client, const std::string& counter, std::string_view why);
+  void drop(Client& client);
+  /// `text` gives the text, where it is wanted at all.
+  template <class Text>
+  void note(const std::string& counter, Text text);
+
+  ForwarderOptions options;
+  Scheduler& scheduler;
+  transport::Transports& transports;
+  ForwarderCalls calls;
+  std::unique_ptr<transport::TcpListener> listener;
+  std::vector<ClientPtr> clients;
+  std::deque<ClientPtr> waiting;  ///< whose turn it is next to have its packet offered
+  std::map<std::string, std::uint64_t> counters{
+      {"clients-total", 0},   {"packets-to-clients", 0},   {"packets-from-clients", 0}, {"dropped-bad-packets", 0},
+      {"dropped-config", 0},  {"dropped-slow-clients", 0}, {"dropped-strangers", 0},    {"dropped-silent", 0},
+      {"refused-clients", 0}, {"dropped-expired", 0},      {"dropped-gone", 0}};
+  base::RateLimit limit;
+};
+
+template <class Text>
+void Forwarder::Parts::note(const std::string& counter, Text text) {
+  ++counters[counter];
+  if (calls.note && limit.allow(counter, scheduler.now())) calls.note(counter, text());
+}
+
+std::size_t Forwarder::Parts::connected() const {
+  const auto is_there = [](const ClientPtr& client) { return client->stream != nullptr; };
+  return static_cast<std::size_t>(std::count_if(clients.begin(), clients.end(), is_there));
+}
+
+void Forwarder::Parts::accept(std::unique_ptr<transport::TcpStream> stream, transport::TcpCalls& told) {
+  const auto name = to_string(stream->remote());
+  if (const auto already = connected(); already >= options.clients)
+    return note("refused-clients",
+                [&] { return fmt::format("client {}: refused, there are {} already", name, already); });
+  const auto client = std::make_shared<Client>();
+  client->name = name;
+  client->stream = std::move(stream);
+  // Its outcome shows itself as the end of the stream.
+  (void)client->stream->send(motes::kForwarderHello);
+  client->greeting = scheduler.after(options.greeting_time, [this, client = client.get()] {
+    const auto span = std::chrono::duration<double>(options.greeting_time).count();
+    hang_up(*client, "dropped-silent", fmt::format("it did not greet within {} s", span));
+  });
+  clients.push_back(client);
+  ++counters["clients-total"];
+  told.received = [this, client = client.get()](ByteView bytes) { received(*client, bytes); };
+  told.failed = [this, client = client.get()](const Error&) { lost(*client); };
+}
+
+void Forwarder::Parts::received(Client& client, ByteView bytes) {
+  const auto alive = client.shared_from_this();
+  if (!client.waits()) client.expires = scheduler.now() + options.packet_life;
+  const auto left = client.waits() ? bytes : take(client, bytes);
+  client.rest.insert(client.rest.end(), left.begin(), left.end());
+}
+
+/// Reads packets until one has to wait; gives the bytes behind it.
+ByteView Forwarder::Parts::take(Client& client, ByteView bytes) {
+  while (!client.dropped) {
+    const auto packet = client.reader.next(bytes);
+    if (client.reader.greeted()) client.greeting.cancel();
+    if (!packet) {
+      hang_up(client, "dropped-strangers", packet.error().text);
+    } else if (!*packet) {
+      break;
+    } else if (is_wanted(client, **packet) && !pass(client, **packet)) {
+      return bytes;
+    }
+  }
+  return {};
+}
+
+bool Forwarder::Parts::is_wanted(Client& client, ByteView packet) {
+  if (is_bad(client, packet)) return false;
+  if (!is_config(packet) || options.may_configure) return true;
+  note("dropped-config", [&] {
+    return fmt::format("client {}: dropped a Config packet, which would change the island of the sink", client.name);
+  });
+  return false;
+}
+
+bool Forwarder::Parts::is_bad(Client& client, ByteView packet) {
+  constexpr auto kLongest = motes::kAmOverhead + kLongestPayload;
+  if (packet.size() >= motes::kAmOverhead && packet.size() <= kLongest) {
+    client.bad_in_a_row = 0;
+    return false;
+  }
+  note("dropped-bad-packets", [&] {
+    return fmt::format("client {}: dropped a packet of {} bytes, expected {} to {}", client.name, packet.size(),
+                       motes::kAmOverhead, kLongest);
+  });
+  if (++client.bad_in_a_row >= options.bad_packets)
+    hang_up(client, "dropped-strangers", fmt::format("{} bad packets in a row", client.bad_in_a_row));
+  return true;
+}
+
+/// False: it has to wait.
+bool Forwarder::Parts::pass(Client& client, ByteView packet) {
+  if (scheduler.now() < client.backlog_until) {
+    drop_expired(client);
+    return true;
+  }
+  if (!waiting.empty() || !calls.packet(packet)) {
+    keep(client, packet);
+    return false;
+  }
+  ++counters["packets-from-clients"];
+  return true;
+}
+
+void Forwarder::Parts::keep(Client& client, ByteView packet) {
+  client.packet.assign(packet.begin(), packet.end());
+  waiting.push_back(client.shared_from_this());
+  client.expiry = scheduler.at(client.expires, [this, client = &client] { expire(client->shared_from_this()); });
+  if (client.stream) client.stream->hold(true);
+}
+
+/// Its packet had to wait for too long, and so had what came with it.
+void Forwarder::Parts::expire(const ClientPtr& client) {
+  std::erase(waiting, client);
+  drop_expired(*client);
+  client->backlog_until = scheduler.now() + kBacklogTime;
+  go_on(client);
+}
+
+void Forwarder::Parts::drop_expired(const Client& client) {
+  note("dropped-expired", [&] {
+    const auto span = std::chrono::duration<double>(options.packet_life).count();
+    return fmt::format("client {}: dropped a packet that the sink could not take within {} s", client.name, span);
+  });
+}
+
+/// Its packet was taken or dropped.
+void Forwarder::Parts::go_on(const ClientPtr& client) {
+  client->packet.clear();
+  const auto left = take(*client, client->unread());
+  if (client->dropped) return;
+  client->read = client->rest.size() - left.size();
+  if (client->waits()) return;
+  client->expiry.cancel();
+  client->rest.clear();
+  client->read = 0;
+  if (client->stream) return client->stream->hold(false);
+  drop(*client);
+}
+
+/// While a client is held nothing is read from it: that it is gone may show itself here only.
+Told Forwarder::Parts::tell(Client& client, ByteView framed) {
+  if (!client.stream || !client.reader.greeted()) return Told::kYes;
+  if (client.stream->queued() + framed.size() > options.client_bytes) return Told::kTooSlow;
+  const auto sent = client.stream->send(framed);
+  if (!sent) return sent.error().code == ErrorCode::kBusy ? Told::kTooSlow : Told::kLost;
+  ++counters["packets-to-clients"];
+  return Told::kYes;
+}
+
+void Forwarder::Parts::lost(Client& client) {
+  const auto alive = client.shared_from_this();
+  client.stream.reset();
+  if (!client.waits()) return drop(client);
+  if (clients.size() - connected() <= options.clients) return;
+  note("dropped-gone", [&] {
+    return fmt::format(
+        "client {}: what it said is dropped: it hung up, and the packets of {} such clients wait already", client.name,
+        options.clients);
+  });
+  drop(client);
+}
+
+void Forwarder::Parts::hang_up(Client& client, const std::string& counter, std::string_view why) {
+  const auto alive = client.shared_from_this();
+  lost(client);
+  note(counter, [&] { return fmt::format("client {}: hung up on: {}", client.name, why); });
+}
+
+void Forwarder::Parts::drop(Client& client) {
+  client.dropped = true;
+  client.stream.reset();
+  client.greeting.cancel();
+  client.expiry.cancel();
+  const auto is_it = [&](const ClientPtr& other) { return other.get() == &client; };
+  const auto alive = client.shared_from_this();
+  std::erase_if(waiting, is_it);
+  std::erase_if(clients, is_it);
+}
+
+Forwarder::Forwarder(ForwarderOptions options, Scheduler& scheduler, transport::Transports& transports,
+                     ForwarderCalls calls)
+    : parts_(std::make_unique<Parts>(std::move(options), scheduler, transports, std::move(calls))) {}
+
+Forwarder::~Forwarder() = default;
+
+Result<void> Forwarder::open() {
+  if (parts_->listener) return {};
+  auto listener = parts_->transports.listen_tcp(
+      parts_->options.listen,
+      [parts = parts_.get()](std::unique_ptr<transport::TcpStream> stream) {
+        transport::TcpCalls told;
+        parts->accept(std::move(stream), told);
+        return told;
+      },
+      [parts = parts_.get()](Error why) {
+        parts->listener.reset();
+        if (parts->calls.failed) parts->calls.failed(std::move(why));
+      });
+  if (!listener) return fail(listener.error());
+  parts_->listener = std::move(*listener);
+  return {};
+}
+
+void Forwarder::tell(ByteView packet) {
+  if (packet.empty() || packet.size() > motes::kMaxPacket) return;
+  const auto framed = motes::forwarder_packet(packet);
+  std::vector<ClientPtr> slow, lost;
+  for (const auto& client : parts_->clients) {
+    const auto told = parts_->tell(*client, framed);
+    if (told == Told::kTooSlow) slow.push_back(client);
+    if (told == Told::kLost) lost.push_back(client);
+  }
+  for (const auto& client : slow) parts_->hang_up(*client, "dropped-slow-clients", "it reads too slowly");
+  for (const auto& client : lost) parts_->lost(*client);
+}
+
+void Forwarder::room() {
+  auto& waiting = parts_->waiting;
+  while (!waiting.empty()) {
+    const auto client = waiting.front();
+    if (client->expires <= parts_->scheduler.now()) {
+      parts_->expire(client);
+      continue;
+    }
+    if (!parts_->calls.packet(client->packet)) return;
+    ++parts_->counters["packets-from-clients"];
+    waiting.pop_front();
+    parts_->go_on(client);
+  }
+}
+
+Endpoint Forwarder::local() const {
+  return parts_->listener ? parts_->listener->local() : Endpoint{};
+}
+
+std::size_t Forwarder::clients() const {
+  return parts_->connected();
+}
+
+std::map<std::string, std::uint64_t> Forwarder::counters() const {
+  auto counters = parts_->counters;
+  counters["clients"] = clients();
+  return counters;
+}
+
+}  // namespace rubicon::networks::wsn

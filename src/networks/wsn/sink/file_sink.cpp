@@ -1,0 +1,113 @@
+#include "networks/wsn/sink/file_sink.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace rubicon::networks::wsn {
+
+namespace {
+
+using Phase = SinkState::Phase;
+
+/// Read in one turn of the loop.
+constexpr std::size_t kPiece = std::size_t{4} * 1024;
+
+/// A clock set back is no pause (log.md 1.2); times are what a file says, so that they may not be subtracted.
+Duration gap_between(std::chrono::milliseconds from, std::chrono::milliseconds to) {
+  if (to <= from) return Duration::zero();
+  const auto gap = static_cast<std::uint64_t>(to.count()) - static_cast<std::uint64_t>(from.count());
+  constexpr auto kMost = std::chrono::duration_cast<std::chrono::milliseconds>(FileSink::kLongestGap).count();
+  return std::chrono::milliseconds(std::min<std::uint64_t>(gap, kMost));
+}
+
+}  // namespace
+
+FileSink::FileSink(SinkOptions options, Scheduler& scheduler, transport::Transports& transports, SinkCalls calls)
+    : path_(std::move(options.source.path)),
+      scheduler_(scheduler),
+      transports_(transports),
+      voice_(std::move(calls)),
+      piece_(kPiece) {}
+
+Result<void> FileSink::open() {
+  if (voice_.state().phase != Phase::kOff) return {};
+  auto file = transports_.open_file(path_);
+  if (!file) return fail(file.error());
+  if (auto there = (*file)->seek(read_); !there) return there;
+  file_ = std::move(*file);
+  due_ = scheduler_.now();  // after a failure nothing is made up for
+  voice_.connecting();
+  timer_ = scheduler_.after(Duration::zero(), [this] {
+    if (voice_.state(Phase::kUp, {})) go_on();
+  });
+  return {};
+}
+
+Result<void> FileSink::send(Outgoing) {  // NOLINT(performance-unnecessary-value-param): as others keep it
+  return fail(ErrorCode::kRefused, "recorded motes cannot be commanded");
+}
+
+/// Tells the record that is due, if one is, and plans what follows: one record or one piece of the file a turn.
+void FileSink::go_on() {
+  if (const auto record = std::exchange(next_, std::nullopt)) {
+    if (!voice_.received(record->packet)) return;
+  }
+  while (auto item = reader_.next()) {
+    if (const auto* damage = std::get_if<motes::Damage>(&*item)) {
+      if (!damaged(*damage)) return;
+    } else if (auto& record = std::get<motes::PacketRecord>(*item); record.from_sink) {
+      plan(record);
+      next_ = std::move(record);
+      return;
+    }
+  }
+  if (next_piece()) timer_ = scheduler_.after(Duration::zero(), [this] { go_on(); });
+}
+
+/// False: there is none, or this is gone.
+bool FileSink::next_piece() {
+  if (!file_) {
+    (void)voice_.state(Phase::kEnded, "the recording has ended");
+    return false;
+  }
+  const auto count = file_->read(piece_);
+  if (!count) {
+    file_.reset();
+    (void)voice_.failed(count.error());
+    return false;
+  }
+  read_ += *count;
+  if (*count > 0) {
+    reader_.feed(ByteView(piece_).first(*count));
+  } else {
+    reader_.end();
+    file_.reset();
+  }
+  return true;
+}
+
+bool FileSink::damaged(const motes::Damage& damage) {
+  ++damaged_;
+  skipped_bytes_ += damage.bytes;
+  return voice_.note(
+      "damaged", fmt::format("{}: offset {}: {}; {} bytes skipped", path_, damage.offset, damage.why, damage.bytes));
+}
+
+/// Counts from when the record before was due, so that delays do not add up.
+void FileSink::plan(const motes::PacketRecord& record) {
+  if (last_) due_ += gap_between(*last_, record.time);
+  last_ = record.time;
+  timer_ = scheduler_.at(due_, [this] { go_on(); });
+}
+
+std::map<std::string, std::uint64_t> FileSink::counters() const {
+  std::map<std::string, std::uint64_t> counters;
+  voice_.count(counters);
+  counters["damaged"] = damaged_;
+  counters["skipped-bytes"] = skipped_bytes_;
+  return counters;
+}
+
+}  // namespace rubicon::networks::wsn

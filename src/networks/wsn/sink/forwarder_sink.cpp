@@ -1,0 +1,115 @@
+#include "networks/wsn/sink/forwarder_sink.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "networks/wsn/sink/host_stream.h"
+
+namespace rubicon::networks::wsn {
+
+namespace {
+
+using Phase = SinkState::Phase;
+
+}  // namespace
+
+ForwarderSink::ForwarderSink(SinkOptions options, Scheduler& scheduler, transport::Transports& transports,
+                             SinkCalls calls)
+    : source_(options.source),
+      greeting_(std::move(options.greeting)),
+      scheduler_(scheduler),
+      transports_(transports),
+      voice_(std::move(calls)),
+      queue_(scheduler, options.lane_size, {[this] { pump(); }, [this](Lane lane) { voice_.room(lane); }}) {}
+
+Result<void> ForwarderSink::open() {
+  if (voice_.state().phase != Phase::kOff) return {};
+  transport::StreamCalls calls;
+  calls.connected = [this] { connected(); };
+  calls.received = [this](ByteView bytes) { take(bytes); };
+  calls.failed = [this](Error why) { lost(std::move(why)); };
+  auto line = HostStream::open(source_.host, source_.port, transports_, std::move(calls));
+  if (!line) return fail(line.error());
+  line_ = std::move(*line);
+  reader_ = {};
+  voice_.connecting();
+  return {};
+}
+
+/// Both sides greet at once (wsn.md 4.1).
+void ForwarderSink::connected() {
+  if (const auto sent = line_->send(motes::kForwarderHello); !sent) return lost(sent.error());
+  greeting_time_ = scheduler_.after(kGreetingTime, [this] {
+    lost({ErrorCode::kUnreachable, "no greeting of the serial-forwarder protocol (55 20) within 10 s"});
+  });
+}
+
+void ForwarderSink::take(ByteView bytes) {
+  while (true) {
+    const bool before = reader_.greeted();
+    const auto packet = reader_.next(bytes);
+    if (!before && reader_.greeted() && !greeted()) return;
+    if (!packet) return lost(packet.error());
+    if (!*packet) return;
+    if (!voice_.received(**packet)) return;
+  }
+}
+
+/// False: this is gone, or the line is.
+bool ForwarderSink::greeted() {
+  greeting_time_.cancel();
+  greeting_waits_ = !greeting_.empty();
+  if (!voice_.state(Phase::kUp, {})) return false;
+  const auto alive = alive_;
+  pump();
+  return *alive && line_ != nullptr;
+}
+
+/// False: pump() is called again when it is time.
+bool ForwarderSink::may_send() {
+  if (pause_.pending()) return false;
+  const auto now = scheduler_.now();
+  const bool busy = line_->queued() > 0;  // more would only pile up
+  if (now >= next_ && !busy) return true;
+  pause_ = scheduler_.at(std::max(next_, busy ? now + kDistance : now), [this] { pump(); });
+  return false;
+}
+
+void ForwarderSink::pump() {
+  if (voice_.state().phase != Phase::kUp || !may_send()) return;
+  const bool greets = std::exchange(greeting_waits_, false);
+  Outgoing greeting;
+  greeting.packet = greeting_;
+  auto packet = greets ? std::optional(std::move(greeting)) : queue_.take();
+  if (!packet) return;
+  const auto sent = line_->send(motes::forwarder_packet(packet->packet));
+  if (sent) return handed_over(std::move(*packet));
+  if (!greets) queue_.put_back(std::move(*packet));
+  lost(sent.error());
+}
+
+void ForwarderSink::handed_over(Outgoing packet) {
+  ++handed_over_;
+  queue_.report(std::move(packet.done), Sent::kAcknowledged);
+  next_ = scheduler_.now() + kDistance;
+  pause_ = scheduler_.at(next_, [this] { pump(); });
+  (void)voice_.left(packet.packet);
+}
+
+void ForwarderSink::lost(Error why) {
+  const auto keep = std::move(line_);  // it may make this call
+  greeting_time_.cancel();
+  pause_.cancel();
+  (void)voice_.failed({why.code, fmt::format("{}: {}", to_string(source_), why.text)});
+}
+
+std::map<std::string, std::uint64_t> ForwarderSink::counters() const {
+  std::map<std::string, std::uint64_t> counters;
+  voice_.count(counters);
+  queue_.count(counters);
+  counters["acknowledged"] = handed_over_;
+  return counters;
+}
+
+}  // namespace rubicon::networks::wsn

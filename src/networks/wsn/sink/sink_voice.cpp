@@ -1,0 +1,66 @@
+#include "networks/wsn/sink/sink_voice.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+namespace rubicon::networks::wsn {
+
+namespace {
+
+constexpr std::uint8_t kSerialAm = 0x00;
+
+}  // namespace
+
+bool SinkVoice::state(SinkState::Phase phase, std::string reason) {
+  if (state_.phase == phase && state_.reason == reason) return true;
+  state_ = {phase, std::move(reason)};
+  const auto alive = alive_;
+  if (calls_.changed) calls_.changed(state_);
+  return *alive;
+}
+
+bool SinkVoice::failed(Error why) {
+  const auto alive = alive_;
+  if (!state(SinkState::Phase::kOff, why.text)) return false;
+  if (calls_.failed) calls_.failed(std::move(why));
+  return *alive;
+}
+
+bool SinkVoice::received(ByteView packet) {
+  const auto alive = alive_;
+  if (packet.empty() || packet.front() != kSerialAm) {
+    ++other_dispatch_;
+    return note("unknown-dispatches",
+                packet.empty() ? std::string("an empty packet from the sink")
+                               : fmt::format("a packet with dispatch byte {:02x}, expected 00", packet.front()));
+  }
+  ++read_;
+  if (calls_.received) calls_.received(packet);
+  return *alive;
+}
+
+bool SinkVoice::left(ByteView packet) {
+  const auto alive = alive_;
+  ++written_;
+  if (calls_.left) calls_.left(packet);
+  return *alive;
+}
+
+bool SinkVoice::note(const std::string& subject, std::string_view text) {
+  const auto alive = alive_;
+  if (calls_.note) calls_.note(subject, text);
+  return *alive;
+}
+
+void SinkVoice::room(Lane lane) const {
+  if (calls_.room) calls_.room(lane);
+}
+
+void SinkVoice::count(std::map<std::string, std::uint64_t>& into) const {
+  into["packets-read"] = read_;
+  into["packets-written"] = written_;
+  into["unknown-dispatches"] = other_dispatch_;
+}
+
+}  // namespace rubicon::networks::wsn

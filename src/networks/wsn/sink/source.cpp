@@ -1,0 +1,216 @@
+#include "networks/wsn/sink/source.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "transport/serial.h"
+
+namespace rubicon::networks::wsn {
+
+namespace {
+
+/// Platforms and their baud rates (wsn.md 1.2).
+constexpr std::array<std::pair<std::string_view, unsigned>, 13> kPlatforms{{{"mica", 19200},
+                                                                            {"mica2", 57600},
+                                                                            {"mica2dot", 19200},
+                                                                            {"telos", 115200},
+                                                                            {"telosb", 115200},
+                                                                            {"tinynode", 115200},
+                                                                            {"tmote", 115200},
+                                                                            {"micaz", 57600},
+                                                                            {"eyesIFX", 57600},
+                                                                            {"intelmote2", 115200},
+                                                                            {"iris", 57600},
+                                                                            {"shimmer", 115200},
+                                                                            {"ucmini", 115200}}};
+
+constexpr std::string_view kForms = "`serial@DEVICE:BAUD`, `network@HOST:PORT`, `sf@HOST:PORT` or `file@PATH`";
+constexpr std::string_view kRecords = "`file@PATH` behind a `+`, to record";
+
+/// A part of the source string and where it begins there.
+struct Part {
+  std::string_view text;
+  std::size_t at = 0;
+
+  Part from(std::size_t first) const { return {text.substr(std::min(first, text.size())), at + first}; }
+  Part first(std::size_t count) const { return {text.substr(0, count), at}; }
+};
+
+/// Positions are told from 1 on.
+auto wrong(const Part& part, std::string_view expected) {
+  return fail(ErrorCode::kInvalid,
+              fmt::format("source, position {}: \"{}\", expected {}", part.at + 1, part.text, expected));
+}
+
+auto not_offered(const Part& part, std::string_view instead) {
+  return fail(ErrorCode::kUnsupported,
+              fmt::format("source, position {}: \"{}\" is not offered; {}", part.at + 1, part.text, instead));
+}
+
+Part trimmed(Part part) {
+  const auto first = part.text.find_first_not_of(" \t");
+  if (first == part.text.npos) return part.first(0);
+  return part.from(first).first(part.text.find_last_not_of(" \t") + 1 - first);
+}
+
+std::vector<Part> elements_of(std::string_view text) {
+  std::vector<Part> elements;
+  Part rest{text, 0};
+  while (true) {
+    const auto plus = rest.text.find('+');
+    const auto arrows = rest.text.find(">>");
+    const auto end = std::min(plus, arrows);
+    elements.push_back(trimmed(rest.first(end)));
+    if (end == rest.text.npos) return elements;
+    rest = rest.from(end + (plus < arrows ? 1 : 2));
+  }
+}
+
+/// A decimal number without sign; nullopt for anything else and beyond 32 bits.
+std::optional<unsigned> number_in(std::string_view text) {
+  unsigned value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+Result<unsigned> read_baud(const Part& part) {
+  const auto* const platform =
+      std::find_if(kPlatforms.begin(), kPlatforms.end(), [&](const auto& row) { return row.first == part.text; });
+  if (platform != kPlatforms.end()) return platform->second;
+  const auto number = number_in(part.text);
+  if (number && transport::is_baud_rate(*number)) return *number;
+  return wrong(part,
+               "a baud rate of serial lines (50 to 4000000, such as 57600 or 115200) or a platform (telosb, tmote, "
+               "micaz, iris, ...)");
+}
+
+Result<Source> read_serial(const Part& rest) {
+  const auto colon = rest.text.rfind(':');  // paths by bus have colons too
+  if (colon == rest.text.npos || colon == 0) return wrong(rest, "DEVICE:BAUD, as in `serial@/dev/ttyUSB0:telosb`");
+  const auto baud = read_baud(rest.from(colon + 1));
+  if (!baud) return fail(baud.error());
+  Source source;
+  source.kind = Source::Kind::kSerial;
+  source.path = rest.text.substr(0, colon);
+  source.baud = *baud;
+  return source;
+}
+
+bool is_host(std::string_view text, bool bracketed) {
+  constexpr std::string_view kOthers = "._-%";
+  const auto good = [&](char c) {
+    const bool word = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
+    return word || kOthers.find(c) != kOthers.npos || (bracketed && c == ':');
+  };
+  return !text.empty() && std::all_of(text.begin(), text.end(), good);
+}
+
+/// `HOST:PORT` or, where `comma` is allowed, `HOST,PORT`; an IPv6 address stands in brackets.
+Result<Source> read_endpoint(const Part& part, Source::Kind kind, bool comma) {
+  const bool bracketed = part.text.starts_with('[');
+  const auto closing = bracketed ? part.text.find(']') : 0;
+  const auto separator = closing == part.text.npos ? closing : part.text.find_first_of(comma ? ":," : ":", closing);
+  const auto host = part.first(separator);
+  const bool whole = bracketed ? separator == closing + 1 && closing > 1 : separator != part.text.npos;
+  if (!whole) return wrong(part, "HOST:PORT, the port is mandatory");
+  const auto name = bracketed ? host.text.substr(1, closing - 1) : host.text;
+  if (!is_host(name, bracketed)) return wrong(host, "a host name or address");
+  const auto digits = part.from(separator + 1);
+  if (digits.text.find(':') != digits.text.npos)
+    return wrong(part, "HOST:PORT, with an IPv6 address in brackets: `[::1]:9002`");
+  const auto port = number_in(digits.text);
+  if (!port || *port < 1 || *port > 65535) return wrong(digits, "a port of 1 to 65535");
+  Source source;
+  source.kind = kind;
+  source.host = name;
+  source.port = static_cast<std::uint16_t>(*port);
+  return source;
+}
+
+Result<Source> read_file(const Part& rest) {
+  if (rest.text.empty()) return wrong(rest, "the path of a packet log behind `file@`");
+  Source source;
+  source.kind = Source::Kind::kFile;
+  source.path = rest.text;
+  return source;
+}
+
+struct Element {
+  std::string_view scheme;  ///< empty: there is no `@`
+  Part rest;
+};
+
+Element split(const Part& part) {
+  const auto at = part.text.find('@');
+  if (at == part.text.npos) return {{}, part};
+  return {part.text.substr(0, at), part.from(at + 1)};
+}
+
+bool is_simulator(const Part& part) {
+  const auto name = part.text.substr(0, part.text.find('@'));
+  return name == "tossim-serial" || name == "tossim-radio";
+}
+
+Result<Source> read_first(const Part& part) {
+  const auto [scheme, rest] = split(part);
+  if (scheme == "serial") return read_serial(rest);
+  if (scheme == "network") return read_endpoint(rest, Source::Kind::kStream, true);
+  if (scheme == "sf") return read_endpoint(rest, Source::Kind::kForwarder, false);
+  if (scheme == "file") return read_file(rest);
+  if (is_simulator(part))
+    return not_offered(part, "let the simulator offer its serial port over TCP and use `network@HOST:PORT`");
+  if (scheme == "peis")
+    return not_offered(part,
+                       "let the proxy that has the sink share it (`share:` of its network) and use `sf@HOST:PORT`");
+  if (scheme == "log") return not_offered(part, "to play a packet log use `file@PATH`, or a network of type `log`");
+  if (scheme.empty() && part.text.find(',') != part.text.npos) return read_endpoint(part, Source::Kind::kStream, true);
+  return wrong(part, kForms);
+}
+
+Result<void> read_later(const Part& part, Source& source) {
+  const auto [scheme, rest] = split(part);
+  if (scheme == "peis") return not_offered(part, "`share:` of the network offers the sink to other programs");
+  if (scheme == "serial" || scheme == "network" || scheme == "sf" || is_simulator(part))
+    return wrong(part, fmt::format("one source only, and {}", kRecords));
+  if (scheme == "log") return wrong(part, kRecords);
+  if (scheme != "file")
+    return wrong(part, fmt::format("{} (`+` and `>>` part elements: no path can hold them)", kRecords));
+  if (rest.text.empty()) return wrong(rest, "the path to record to behind `file@`");
+  if (!source.record.empty()) return wrong(part, "one file to record to");
+  if (source.kind == Source::Kind::kFile && source.path == rest.text)
+    return wrong(part, "another file than the one that is played");
+  source.record = rest.text;
+  return {};
+}
+
+}  // namespace
+
+Result<Source> parse_source(std::string_view text) {
+  const auto elements = elements_of(text);
+  auto source = read_first(elements.front());
+  for (std::size_t i = 1; i < elements.size() && source; ++i) {
+    if (auto read = read_later(elements[i], *source); !read) return fail(read.error());
+  }
+  return source;
+}
+
+std::string to_string(const Source& source) {
+  const bool six = source.host.find(':') != std::string::npos;
+  const auto endpoint = fmt::format("{}{}{}:{}", six ? "[" : "", source.host, six ? "]" : "", source.port);
+  switch (source.kind) {
+    case Source::Kind::kSerial: return fmt::format("serial@{}:{}", source.path, source.baud);
+    case Source::Kind::kStream: return "network@" + endpoint;
+    case Source::Kind::kForwarder: return "sf@" + endpoint;
+    case Source::Kind::kFile: break;
+  }
+  return "file@" + source.path;
+}
+
+}  // namespace rubicon::networks::wsn

@@ -1,0 +1,29 @@
+#include "networks/wsn/sink_island.h"
+
+#include <tuple>
+
+#include "motes/mote_records.h"
+
+namespace rubicon::networks::wsn {
+
+Bytes SinkIsland::packet() const {
+  return motes::packet_of(motes::AmType::kConfig, motes::encode_config({motes::kSetIslandId, island_}));
+}
+
+void SinkIsland::watch(std::optional<Duration> period) {
+  next_.cancel();
+  if (!period) return;
+  next_ = scheduler_.after(*period, [this, period] {
+    std::ignore = send_({packet(), Lane::kProbe, scheduler_.now() + *period, true, {}});
+    watch(period);
+  });
+}
+
+void SinkIsland::correct() {
+  const auto now = scheduler_.now();
+  if (now < corrected_ + kPause) return;
+  corrected_ = now;
+  std::ignore = send_({packet(), Lane::kCommand, now + kPause, true, {}});
+}
+
+}  // namespace rubicon::networks::wsn

@@ -1,0 +1,491 @@
+#include "networks/wsn/wsn_network.h"
+
+#include <fmt/format.h>
+
+#include <optional>
+#include <tuple>
+#include <utility>
+
+#include "base/rate_limit.h"
+#include "model/key.h"
+#include "networks/wsn/mote_probes.h"
+#include "networks/wsn/recent_messages.h"
+#include "networks/wsn/sampling.h"
+#include "networks/wsn/share/forwarder.h"
+#include "networks/wsn/sink/packet_recorder.h"
+#include "networks/wsn/sink_island.h"
+#include "networks/wsn/wsn_options.h"
+#include "networks/wsn/wsn_sample.h"
+
+namespace rubicon::networks::wsn {
+
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr Duration kCountersEvery = 1s;
+constexpr Duration kShareAgain = 30s;
+/// A full lane is sent within ten seconds; what waited longer was meant for a sink that was away.
+constexpr Duration kClientLife = 20s;
+
+class WsnNetwork final : public network::Network {
+ public:
+  WsnNetwork(const network::NetworkConfig& config, WsnOptions options, network::NetworkHost& host);
+
+  Result<void> open() override;
+  Result<void> send(const model::Message& message) override;
+  Result<void> change(const network::NetworkConfig& config) override;
+
+ private:
+  using NetMessage = motes::NetMessage;
+  // The sink.
+  SinkCalls sink_calls();
+  void sink_changed(const SinkState& state);
+  void correct_island(std::uint16_t theirs);
+  // Those who share it.
+  void share();
+  bool take_from_client(ByteView packet);
+  // Upwards.
+  void received(ByteView packet);
+  bool repeated(ByteView packet);
+  void take(motes::MoteEvents& events);
+  void notify(const motes::HeardAck& ack);
+  void deliver(model::Message message);
+  void complete(const std::string& device, model::Join& join) const;
+  void show_mask(std::uint16_t mote, std::uint16_t mask);
+  // Downwards.
+  Result<void> actuate(std::uint16_t mote, const model::Actuate& command);
+  Result<void> sample(std::uint16_t mote, const model::Sample& wish);
+  Result<void> probe(std::uint16_t mote, const model::Message& message);
+  Result<void> opaque(const model::Message& message);
+  Result<void> packet_for_sink(const model::Message& message, const MoteTag& tag);
+  Result<void> put(MoteRequest request, std::uint64_t number, const model::Message& message);
+  void answer(const model::Message& message, std::uint64_t number, Delivered how, std::uint16_t mote);
+
+  void say(const std::string& subject, std::string_view text);
+  void report();
+  void report_later();
+
+  WsnOptions options_;
+  network::NetworkHost& host_;
+  const TypeCatalogue& types_;
+  std::uint16_t island_;
+  motes::MoteCodec codec_;
+  MoteRequests requests_;
+  MoteProbes probes_;
+  Sampling sampling_;
+  RecentMessages recent_;
+  SinkIsland sink_island_;
+  std::map<std::uint16_t, std::uint16_t> masks_;  ///< what motes read, of those of which it is known
+  base::RateLimit limit_;
+  std::uint64_t readings_ = 0, joins_ = 0, bad_packets_ = 0, foreign_ = 0, foreign_motes_ = 0, repeated_ = 0,
+                commands_ = 0;
+  bool opened_ = false;
+  std::string share_reason_;
+  Timer counters_, share_again_;
+  std::optional<PacketRecorder> recorder_;
+  std::optional<Forwarder> forwarder_;
+  std::unique_ptr<Sink> sink_;  ///< last: goes first, its calls reach all others
+};
+
+WsnNetwork::WsnNetwork(const network::NetworkConfig& config, WsnOptions options, network::NetworkHost& host)
+    : options_(std::move(options)),
+      host_(host),
+      types_(config.types),
+      island_(static_cast<std::uint16_t>(model::number(config.island))),
+      codec_(config.types, options_.codec),
+      requests_(host.scheduler(), [this](Outgoing packet) { return sink_->send(std::move(packet)); }),
+      probes_(island_, requests_),
+      sampling_(host.scheduler(), requests_, {island_, options_.read_updates},
+                [this](std::uint16_t mote, std::optional<std::uint16_t> mask, bool acknowledged) {
+                  codec_.reads(mote, mask);
+                  if (mask && acknowledged) show_mask(mote, *mask);
+                }),
+      sink_island_(island_, host.scheduler(), [this](Outgoing packet) { return sink_->send(std::move(packet)); }) {
+  const auto note = [this](const std::string& subject, std::string_view text) { say(subject, text); };
+  if (!options_.source.record.empty())
+    recorder_.emplace(options_.source.record, host.scheduler(), host.transports(), note);
+  if (options_.share) {
+    ForwarderCalls calls;
+    calls.packet = [this](ByteView packet) { return take_from_client(packet); };
+    calls.failed = [this](const Error& why) {
+      share_reason_ = why.text;
+      share_again_ = host_.scheduler().after(kShareAgain, [this] { share(); });
+    };
+    calls.note = note;
+    forwarder_.emplace(*options_.share, host.scheduler(), host.transports(), std::move(calls));
+  }
+  sink_ = make_sink({options_.source, sink_island_.packet()}, host.scheduler(), host.transports(), sink_calls());
+}
+
+SinkCalls WsnNetwork::sink_calls() {
+  SinkCalls calls;
+  calls.changed = [this](const SinkState& state) { sink_changed(state); };
+  calls.failed = [this](Error why) {
+    sink_island_.watch(std::nullopt);
+    host_.failed(std::move(why));
+  };
+  calls.received = [this](ByteView packet) { received(packet); };
+  calls.left = [this](ByteView packet) {
+    if (recorder_) recorder_->written(packet);
+  };
+  calls.room = [this](Lane lane) {
+    if (lane == Lane::kClient && forwarder_) forwarder_->room();
+  };
+  calls.note = [this](const std::string& subject, std::string_view text) { say(subject, text); };
+  return calls;
+}
+
+Result<void> WsnNetwork::open() {
+  if (!std::exchange(opened_, true)) {
+    if (recorder_) {
+      if (auto ready = recorder_->open(); !ready) say("recorder", ready.error().text);
+    }
+    share();
+  }
+  return sink_->open();
+}
+
+void WsnNetwork::sink_changed(const SinkState& state) {
+  if (state.phase == SinkState::Phase::kUp && !sink_island_.watched()) sink_island_.watch(options_.island_check);
+  report();
+}
+
+void WsnNetwork::correct_island(std::uint16_t theirs) {
+  ++foreign_;
+  say("foreign-packets", fmt::format("a message for island {} from the sink of island {}: it has (or had) another id; "
+                                     "motes that joined it under that id must be switched off and on",
+                                     theirs, island_));
+  sink_island_.correct();
+}
+
+void WsnNetwork::share() {
+  if (!forwarder_) return;
+  if (auto ready = forwarder_->open(); !ready) {
+    share_reason_ = ready.error().text;
+    say("share", fmt::format("the sink cannot be shared: {}", share_reason_));
+    share_again_ = host_.scheduler().after(kShareAgain, [this] { share(); });
+  } else {
+    share_reason_.clear();
+  }
+  report_later();
+}
+
+bool WsnNetwork::take_from_client(ByteView packet) {
+  report_later();
+  const auto expires = host_.scheduler().now() + kClientLife;
+  Outgoing out{Bytes(packet.begin(), packet.end()), Lane::kClient, expires, may_repeat(packet), {}};
+  auto sent = sink_->send(std::move(out));
+  if (!sent && sent.error().code == ErrorCode::kBusy) return false;
+  if (!sent) say("share", fmt::format("a client's packet cannot be sent: {}", sent.error().text));
+  if (const auto mote = told_to_read(packet); sent && mote) sampling_.overruled(*mote);
+  return true;
+}
+
+void WsnNetwork::received(ByteView packet) {
+  report_later();
+  if (forwarder_) forwarder_->tell(packet);
+  if (recorder_) recorder_->read(packet);
+  auto events = codec_.decode(packet);
+  if (!events) {
+    ++bad_packets_;
+    return say("bad-packets", events.error().text);
+  }
+  if (events->wants_ack) std::ignore = requests_.send(ack_request(island_, *events->wants_ack));
+  if (repeated(packet)) return void(++repeated_);
+  take(*events);
+}
+
+bool WsnNetwork::repeated(ByteView bytes) {
+  const auto packet = motes::decode_packet(bytes);
+  if (!packet || !packet->is(motes::AmType::kNetMessage)) return false;
+  const auto message = motes::decode_net(packet->payload);
+  return message && recent_.seen(*message, host_.scheduler().now());
+}
+
+void WsnNetwork::take(motes::MoteEvents& events) {
+  if (events.foreign_source) {
+    ++foreign_motes_;
+    return say("foreign-motes",
+               fmt::format("a mote of island {} speaks to this island by radio", *events.foreign_source));
+  }
+  if (events.foreign_island && events.messages.empty()) return correct_island(*events.foreign_island);
+  if (events.joined) recent_.forget(*events.mote);
+  for (auto& message : events.messages) deliver(std::move(message));
+  if (events.ack && !requests_.heard(*events.ack) && !events.foreign_island) notify(*events.ack);
+  if (!events.mote) return;
+  if (events.joined) {
+    ++joins_;
+    show_mask(*events.mote, 0);
+    sampling_.joined(*events.mote);
+  }
+  sampling_.heard(*events.mote, events.reported);
+}
+
+/// What a mote acknowledges of what an application sent, with a number of its own (wsn.md 7.2, matrix upload).
+void WsnNetwork::notify(const motes::HeardAck& ack) {
+  if (ack.application == motes::kApplicationMockup || ack.application == motes::kApplicationControl) return;
+  auto record = motes::encode_record(ack.ack);
+  model::Message message;
+  message.source.device = fmt::format("{}", ack.mote);
+  message.body =
+      model::Opaque{fmt::format("mote/{}/{}/{}", motes::kTransportAck, ack.application, record.front()), record};
+  deliver(std::move(message));
+}
+
+void WsnNetwork::deliver(model::Message message) {
+  if (auto* join = std::get_if<model::Join>(&message.body)) complete(message.source.device, *join);
+  if (const auto* updates = std::get_if<model::Updates>(&message.body)) readings_ += updates->readings.size();
+  auto* opaque = std::get_if<model::Opaque>(&message.body);
+  if (opaque && message.destination.island == model::kNobody) {
+    message.destination.island = options_.messages_to;
+    if (auto json = options_.messages_as_json ? as_json(*opaque) : std::nullopt) *opaque = std::move(*json);
+  }
+  host_.deliver(std::move(message));
+}
+
+/// Every mote has its sampling rate, which the proxy keeps, and shows what it was told to read.
+void WsnNetwork::complete(const std::string& device, model::Join& join) const {
+  const auto property = [&](std::string_view name, model::Access access) {
+    model::Capability capability;
+    capability.point = {Kind::kProperty, types_.find(name)->id, {}};
+    capability.type_name = name;
+    capability.access = access;
+    return capability;
+  };
+  join.capabilities.push_back(property("rate", model::Access::kReadWrite));
+  auto mask = property("mask", model::Access::kRead);
+  const auto known = masks_.find(mote_address(device).value_or(0));
+  if (known != masks_.end()) mask.initial = std::int64_t{known->second};
+  join.capabilities.push_back(std::move(mask));
+}
+
+void WsnNetwork::show_mask(std::uint16_t mote, std::uint16_t mask) {
+  masks_[mote] = mask;
+  const model::PointId point{Kind::kProperty, types_.find("mask")->id, {}};
+  host_.deliver(fmt::format("{}", mote), model::Updates{{{point, std::int64_t{mask}, {}}}});
+}
+
+Result<void> WsnNetwork::send(const model::Message& message) {
+  report_later();
+  if (message.kind() == MessageKind::kOpaque) return opaque(message);
+  const auto& device = message.destination.device;
+  const auto mote = mote_address(device);
+  if (!mote) return fail(ErrorCode::kNotFound, fmt::format("no device {}", model::quoted(device)));
+  if (message.kind() == MessageKind::kProbe) return probe(*mote, message);
+  if (!codec_.knows(*mote)) return fail(ErrorCode::kNotFound, fmt::format("mote {} was never heard", *mote));
+  if (const auto* command = std::get_if<model::Actuate>(&message.body)) return actuate(*mote, *command);
+  if (const auto* wish = std::get_if<model::Sample>(&message.body)) return sample(*mote, *wish);
+  if (const auto* set = std::get_if<model::SetProperty>(&message.body)) {
+    const bool mask = set->point.type == types_.find("mask")->id;
+    return mask ? fail(ErrorCode::kRefused, "what a mote reads follows who subscribes: its mask cannot be set")
+                : fail(ErrorCode::kNotFound, fmt::format("mote {} has no such property", *mote));
+  }
+  return fail(ErrorCode::kUnsupported, fmt::format("motes take no {}", to_string(message.kind())));
+}
+
+Result<void> WsnNetwork::actuate(std::uint16_t mote, const model::Actuate& command) {
+  if (!codec_.offers(mote, command.point))
+    return fail(ErrorCode::kNotFound, fmt::format("mote {} has no such actuator", mote));
+  const auto* type = types_.find(command.point.type);
+  auto request = actuate_request(island_, mote, type ? type->name : std::string_view(), command);
+  if (!request) return fail(request.error());
+  model::Message asked;
+  asked.destination.device = fmt::format("{}", mote);
+  auto sent = put(std::move(*request), command.request, asked);
+  if (sent) ++commands_;
+  return sent;
+}
+
+Result<void> WsnNetwork::put(MoteRequest request, std::uint64_t number, const model::Message& message) {
+  const auto mote = request.header.destination_mote;
+  model::Message asked;
+  asked.source = message.source;
+  asked.destination = message.destination;
+  request.done = [this, asked, number, mote](Delivered how) { answer(asked, number, how, mote); };
+  return requests_.send(std::move(request));
+}
+
+void WsnNetwork::answer(const model::Message& message, std::uint64_t number, Delivered how, std::uint16_t mote) {
+  using model::Outcome;
+  model::Acknowledge said{number, Outcome::kUndeliverable, {}};
+  switch (how) {
+    case Delivered::kAcknowledged: said.outcome = Outcome::kSent; break;
+    case Delivered::kNoAnswer:
+      said.outcome = Outcome::kFailed;
+      said.text = fmt::format("mote {} did not acknowledge it: whether it was executed is unknown", mote);
+      break;
+    case Delivered::kSinkSilent: said.text = "the sink did not acknowledge it"; break;
+    case Delivered::kExpired: said.text = "the sink was busy or away for too long"; break;
+    case Delivered::kRefused: said.text = "a recording takes no messages"; break;
+    case Delivered::kRejected:
+      said.outcome = Outcome::kFailed;
+      said.text = fmt::format("mote {} acknowledged it with an error", mote);
+      break;
+    case Delivered::kSuperseded:
+      said.outcome = Outcome::kFailed;
+      said.text = "a newer command came before the mote acknowledged it";
+      break;
+  }
+  model::Message out;
+  out.source.device = message.destination.device;
+  out.destination = message.source;
+  out.body = std::move(said);
+  host_.deliver(std::move(out));
+  report_later();
+}
+
+Result<void> WsnNetwork::sample(std::uint16_t mote, const model::Sample& wish) {
+  if (options_.source.kind == Source::Kind::kFile)
+    return fail(ErrorCode::kRefused, "recorded motes report when they did");
+  Reads reads;
+  for (const auto& point : wish.points) {
+    reads.mask |= codec_.transducer_of(mote, point);
+  }
+  if (reads.mask == 0 && !wish.points.empty())
+    return fail(ErrorCode::kNotFound,
+                fmt::format("mote {} has none of the {} sensors that are asked for", mote, wish.points.size()));
+  if (reads.mask != 0) reads.ticks = ticks_of(wish.period);
+  if (auto wanted = sampling_.want(mote, reads); !wanted) return wanted;
+  host_.deliver(fmt::format("{}", mote), model::Acknowledge{wish.request, model::Outcome::kSent, {}});
+  return {};
+}
+
+Result<void> WsnNetwork::probe(std::uint16_t mote, const model::Message& message) {
+  if (options_.source.kind == Source::Kind::kFile) return fail(ErrorCode::kRefused, "recorded motes cannot be asked");
+  if (message.source.island == IslandId{island_} && message.source.network.empty()) {
+    if (auto join = codec_.know(mote, std::get<model::Probe>(message.body).known)) deliver(std::move(*join));
+  }
+  if (!codec_.knows(mote)) return fail(ErrorCode::kNotFound, fmt::format("mote {} was never heard", mote));
+  model::Message asked;
+  asked.source = message.source;
+  asked.destination = message.destination;
+  const bool begun = probes_.ask(
+      mote, [this, asked, number = message.number, mote](Delivered how) { answer(asked, number, how, mote); });
+  if (!begun) return fail(ErrorCode::kDuplicate, fmt::format("mote {} is being asked already", mote));
+  return {};
+}
+
+Result<void> WsnNetwork::opaque(const model::Message& message) {
+  const auto tag = parse_tag(std::get<model::Opaque>(message.body).type);
+  if (!tag) return fail(tag.error());
+  if (tag->kind == MoteTag::Kind::kAm) return packet_for_sink(message, *tag);
+  const auto mote = mote_address(message.destination.device, true);
+  if (!mote) return fail(ErrorCode::kNotFound, fmt::format("no mote {}", model::quoted(message.destination.device)));
+  auto request = opaque_request(island_, *mote, message, *tag);
+  if (!request) return fail(request.error());
+  auto header = request->header;
+  header.record = request->record;
+  const auto told = told_to_read(motes::packet_of(header));
+  auto sent = put(std::move(*request), message.number, message);
+  if (sent && told) sampling_.overruled(*told);
+  return sent;
+}
+
+/// Packets of other AM types, past the motes' network layer (wsn.md 7.2).
+Result<void> WsnNetwork::packet_for_sink(const model::Message& message, const MoteTag& tag) {
+  const auto& bytes = std::get<model::Opaque>(message.body).bytes;
+  if (tag.type == static_cast<std::uint8_t>(motes::AmType::kConfig))
+    return fail(ErrorCode::kRefused, "the configuration of the sink is the island's own");
+  if (!message.destination.device.empty())
+    return fail(ErrorCode::kNotFound, "packets of an AM type go to the sink: to the network, not to a device");
+  if (bytes.size() > motes::kMaxPayload)
+    return fail(ErrorCode::kOutOfRange,
+                fmt::format("{} bytes for the sink, at most {} fit", bytes.size(), motes::kMaxPayload));
+  model::Message asked;
+  asked.source = message.source;
+  asked.destination = message.destination;
+  Outgoing out{motes::packet_of(static_cast<motes::AmType>(tag.type), bytes),
+               Lane::kCommand,
+               host_.scheduler().now() + 5s,
+               false,
+               {}};
+  out.done = [this, asked, number = message.number](Sent how) {
+    answer(asked, number,
+           how == Sent::kAcknowledged ? Delivered::kAcknowledged
+           : how == Sent::kExpired    ? Delivered::kExpired
+           : how == Sent::kRefused    ? Delivered::kRefused
+                                      : Delivered::kSinkSilent,
+           motes::kSinkMote);
+  };
+  return sink_->send(std::move(out));
+}
+
+Result<void> WsnNetwork::change(const network::NetworkConfig& config) {
+  const auto errors = config.options.errors().lines().size();
+  WsnOptions next = read_wsn_options(config);
+  if (config.options.errors().lines().size() > errors)
+    return fail(ErrorCode::kInvalid, fmt::format("network {}: wrong options", config.id));
+  if (!(next.source == options_.source) || next.share != options_.share)
+    return fail(ErrorCode::kUnsupported, "the line changes");
+  options_ = std::move(next);
+  sampling_.change({island_, options_.read_updates});
+  for (auto& join : codec_.change(options_.codec)) deliver(std::move(join));
+  if (sink_->state().phase == SinkState::Phase::kUp) sink_island_.watch(options_.island_check);
+  return {};
+}
+
+/// At most one line a minute and subject; the counters have all.
+void WsnNetwork::say(const std::string& subject, std::string_view text) {
+  report_later();
+  if (limit_.allow(subject, host_.scheduler().now())) host_.log().warning(text);
+}
+
+void WsnNetwork::report_later() {
+  if (counters_.pending() || !opened_) return;
+  counters_ = host_.scheduler().after(kCountersEvery, [this] { report(); });
+}
+
+/// While the line is lost, the supervisor speaks for it.
+void WsnNetwork::report() {
+  using Phase = SinkState::Phase;
+  const auto& sink = sink_->state();
+  if (sink.phase == Phase::kOff) return;
+  model::State state{sink.phase == Phase::kUp      ? model::LineState::kUp
+                     : sink.phase == Phase::kEnded ? model::LineState::kEnded
+                                                   : model::LineState::kConnecting,
+                     sink.reason, sink_->counters()};
+  state.counters.insert({{"readings", readings_},
+                         {"joins", joins_},
+                         {"commands", commands_},
+                         {"probes", probes_.asked()},
+                         {"waiting-probes", probes_.waiting()},
+                         {"pending-messages", requests_.pending()},
+                         {"unanswered-messages", requests_.unanswered()},
+                         {"bad-packets", bad_packets_},
+                         {"foreign-packets", foreign_},
+                         {"foreign-motes", foreign_motes_},
+                         {"repeated-messages", repeated_}});
+  state.texts["source"] = to_string(options_.source);
+  if (forwarder_) {
+    for (const auto& [name, count] : forwarder_->counters()) state.counters["share-" + name] = count;
+    state.texts["share"] = share_reason_.empty() ? transport::to_string(forwarder_->local()) : share_reason_;
+  }
+  if (recorder_) {
+    for (const auto& [name, count] : recorder_->counters()) state.counters["record-" + name] = count;
+  }
+  host_.deliver("", std::move(state));
+}
+
+Result<std::unique_ptr<network::Network>> make(const network::NetworkConfig& config, network::NetworkHost& host) {
+  const std::size_t errors = config.options.errors().lines().size();
+  WsnOptions options = read_wsn_options(config);
+  if (config.options.errors().lines().size() > errors)
+    return fail(ErrorCode::kInvalid, fmt::format("network {}: wrong options", config.id));
+  return std::make_unique<WsnNetwork>(config, std::move(options), host);
+}
+
+}  // namespace
+
+const network::NetworkType kType{"wsn",
+                                 "802.15.4 motes of TinyOS behind a sink, over a serial line or a serial forwarder",
+                                 kSample,
+                                 make,
+                                 std::chrono::seconds(1),
+                                 false,
+                                 "",
+                                 "",
+                                 false,
+                                 true};
+
+}  // namespace rubicon::networks::wsn

@@ -1,0 +1,140 @@
+#include "networks/wsn/wsn_options.h"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cstdlib>
+#include <filesystem>
+#include <system_error>
+
+#include "model/key.h"
+#include "networks/wsn/mote_tag.h"
+
+namespace rubicon::networks::wsn {
+
+namespace {
+
+/// What the original takes when it is told nothing (wsn.md 1.3).
+constexpr std::string_view kUsualSource = "sf@localhost:9002";
+/// Ids above mean something else to motes (wsn.md 6).
+constexpr std::uint32_t kLastIsland = 0xfffc;
+
+std::string in_folder(const std::string& directory, const std::string& path) {
+  const std::filesystem::path given(path);
+  return path.empty() || directory.empty() || given.is_absolute() ? path : (directory / given).string();
+}
+
+/// Where a path leads, as far as it exists.
+std::filesystem::path place(const std::string& path) {
+  const std::filesystem::path given(path);
+  std::error_code unknown;
+  const auto whole = std::filesystem::absolute(given, unknown);
+  if (unknown) return given.lexically_normal();
+  const auto found = std::filesystem::weakly_canonical(whole, unknown);
+  return unknown ? whole.lexically_normal() : found;
+}
+
+Source read_source(ConfigReader& options, const std::string& directory) {
+  const auto text = options.text("source", kUsualSource);
+  auto source = parse_source(text);
+  if (!source) {
+    options.error("source", source.error().text);
+    return {};
+  }
+  if (options.has("record")) {
+    const auto path = options.text("record", "");
+    if (!source->record.empty()) options.error("record", "the source names a file to record in already");
+    if (path.empty()) options.error("record", "empty path, expected a file");
+    source->record = path;
+  }
+  source->record = in_folder(directory, source->record);
+  if (source->kind != Source::Kind::kFile) return std::move(*source);
+  source->path = in_folder(directory, source->path);
+  if (!source->record.empty() && place(source->record) == place(source->path))
+    options.error(options.has("record") ? "record" : "source",
+                  model::quoted(source->record) + ", expected another file than the one that is played");
+  return std::move(*source);
+}
+
+motes::Board read_board(ConfigReader& options, const std::string& key) {
+  const auto name = options.choice(key, "STANDARD", {"STANDARD", "EM1000", "SE1000", "IRIS", "MICAZ"});
+  return motes::parse_board(name).value_or(motes::Board::kStandard);
+}
+
+motes::CodecOptions read_motes(ConfigReader& options, IslandId island) {
+  motes::CodecOptions out;
+  out.island = static_cast<std::uint16_t>(model::number(island));
+  out.actuators_report = options.choice("actuators", "report", {"report", "assumed"}) == "report";
+  out.calibration.board = read_board(options, "board");
+  auto boards = options.map("boards");
+  for (const auto& key : boards.keys()) {
+    const auto mote = mote_address(key);
+    if (!mote) boards.error(key, "expected the address of a mote, 1 to 65532");
+    const auto board = read_board(boards, key);
+    if (mote) out.boards[*mote] = board;
+  }
+  boards.finish();
+  const auto units = options.choice("units", "physical", {"physical", "raw", "both"});
+  out.calibration.units = motes::parse_units(units).value_or(motes::Units::kPhysical);
+  auto& zero = out.calibration.temperature_at_zero;
+  zero = options.real("temperature-at-zero", zero, -50, 0);
+  auto& threshold = out.calibration.threshold;
+  threshold = static_cast<std::uint16_t>(options.integer("threshold", threshold, 1, 4095));
+  return out;
+}
+
+/// `no`, `9002`, `0.0.0.0:9002`, `[::1]:9002`.
+std::optional<transport::Endpoint> read_endpoint(std::string_view text) {
+  transport::Endpoint at{"127.0.0.1", 0};
+  const auto colon = text.rfind(':');
+  auto port = text;
+  if (colon != text.npos) {
+    port = text.substr(colon + 1);
+    auto host = text.substr(0, colon);
+    if (host.size() > 2 && host.front() == '[' && host.back() == ']') host = host.substr(1, host.size() - 2);
+    at.address = host;
+  }
+  const auto [end, error] = std::from_chars(port.data(), port.data() + port.size(), at.port);
+  if (error != std::errc() || end != port.data() + port.size() || at.address.empty()) return std::nullopt;
+  return at;
+}
+
+/// Who owns the sink shares it; a forwarder's sink is shared already.
+std::optional<ForwarderOptions> read_share(ConfigReader& options, const Source& source) {
+  ForwarderOptions out;
+  const bool owned = source.kind == Source::Kind::kSerial || source.kind == Source::Kind::kStream;
+  const auto text = options.text("share", owned ? "9002" : "no");
+  out.may_configure = options.boolean("share-config", false);
+  if (text == "no" || text == "off" || text == "false") return std::nullopt;
+  const auto at = read_endpoint(text);
+  if (at) {
+    out.listen = *at;
+    return out;
+  }
+  options.error("share", fmt::format("{}, expected no, a port, or an address and a port such as 0.0.0.0:9002",
+                                     model::quoted(text)));
+  return std::nullopt;
+}
+
+}  // namespace
+
+WsnOptions read_wsn_options(const network::NetworkConfig& config) {
+  ConfigReader& options = config.options;
+  WsnOptions out;
+  if (model::number(config.island) > kLastIsland)
+    options.error(
+        "", fmt::format("motes know islands 1 to {}, this is island {}", kLastIsland, model::number(config.island)));
+  out.source = read_source(options, config.directory);
+  out.codec = read_motes(options, config.island);
+  if (out.source.kind == Source::Kind::kFile) out.codec.island.reset();  // recorded on whatever island
+  out.read_updates = options.choice("sampling", "periodic", {"periodic", "read-updates"}) == "read-updates";
+  out.island_check = options.duration_or_never("island-check", out.island_check);
+  if (out.island_check && *out.island_check < std::chrono::seconds(1))
+    options.error("island-check", "expected at least 1s, or never");
+  out.messages_to = OwnerId(static_cast<std::uint32_t>(options.integer("messages-to", 0, 0, UINT32_MAX)));
+  out.messages_as_json = options.choice("messages-as", "bytes", {"bytes", "json"}) == "json";
+  out.share = read_share(options, out.source);
+  return out;
+}
+
+}  // namespace rubicon::networks::wsn

@@ -1,0 +1,21 @@
+#include "proxy/shared_capabilities.h"
+
+#include <functional>
+#include <string>
+
+namespace rubicon::proxy {
+
+std::shared_ptr<const Capability> SharedCapabilities::of(const Capability& capability) {
+  const auto hash =
+      std::hash<std::string>{}(capability.point.instance) * 31 + static_cast<std::size_t>(capability.point.type);
+  const auto [first, last] = known_.equal_range(hash);
+  for (auto one = first; one != last; ++one) {
+    if (auto known = one->second.lock(); known && *known == capability) return known;
+  }
+  if (known_.size() >= kMost) std::erase_if(known_, [](const auto& one) { return one.second.expired(); });
+  auto fresh = std::make_shared<const Capability>(capability);
+  if (known_.size() < kMost) known_.emplace(hash, fresh);
+  return fresh;
+}
+
+}  // namespace rubicon::proxy

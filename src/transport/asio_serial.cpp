@@ -1,0 +1,244 @@
+#include "transport/asio_serial.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <sys/ioctl.h>
+#include <sys/stat.h>
+#include <sys/sysmacros.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include <array>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/posix/stream_descriptor.hpp>
+#include <boost/asio/post.hpp>
+#include <cerrno>
+#include <cstdlib>
+#include <string_view>
+#include <system_error>
+#include <utility>
+
+#include "transport/asio_traffic.h"
+#include "transport/baud_rates.h"
+
+namespace rubicon::transport {
+
+namespace {
+
+namespace asio = boost::asio;
+using asio::posix::stream_descriptor;
+using Line = AsioTraffic<stream_descriptor>;
+
+auto cannot(const std::string& path, std::string_view doing, int error, ErrorCode code = ErrorCode::kIo) {
+  return fail(code, fmt::format("{}: cannot {}: {}", path, doing, std::generic_category().message(error)));
+}
+
+/// Closed when destroyed, unless it was taken.
+class Descriptor {
+ public:
+  explicit Descriptor(int number) : number_(number) {}
+  ~Descriptor() {
+    if (number_ >= 0) ::close(number_);
+  }
+  Descriptor(Descriptor&& other) noexcept : number_(std::exchange(other.number_, -1)) {}
+  Descriptor& operator=(Descriptor&&) = delete;
+  int get() const { return number_; }
+  int take() { return std::exchange(number_, -1); }
+
+ private:
+  int number_;
+};
+
+/// The slave of a Unix98 pseudo-terminal (Linux, Documentation/admin-guide/devices.txt: character devices 136 to 143).
+bool is_pseudo(const struct stat& status) {
+  const auto number = major(status.st_rdev);
+  return S_ISCHR(status.st_mode) && number >= 136 && number <= 143;
+}
+
+/// 8 data bits, 1 stop bit, no parity, no flow control, no echo, nothing translated; modem lines are not looked at, and
+/// stay as they are when the line is closed: some boards reset on DTR or RTS (termios(3), HUPCL).
+bool make_raw(int descriptor, std::optional<speed_t> speed) {
+  termios settings{};
+  if (::tcgetattr(descriptor, &settings) != 0) return false;
+  ::cfmakeraw(&settings);
+  settings.c_cflag &= ~static_cast<tcflag_t>(CRTSCTS | CSTOPB | HUPCL);
+  settings.c_cflag |= CLOCAL | CREAD;
+  settings.c_cc[VMIN] = 1;  // 0 would make "nothing there" look like the end
+  settings.c_cc[VTIME] = 0;
+  if (speed) ::cfsetspeed(&settings, *speed);
+  return ::tcsetattr(descriptor, TCSANOW, &settings) == 0;
+}
+
+/// A line that others do not get while we have it. A pseudo-terminal would stay exclusive behind one of us who was
+/// killed, as its maker has it open too; there the lock must do.
+Result<void> claim(const std::string& path, int descriptor, bool pseudo) {
+  if (::flock(descriptor, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
+    return fail(ErrorCode::kBusy, path + ": cannot open: another program has the serial line");
+  if (!pseudo) ::ioctl(descriptor, TIOCEXCL);
+  return {};
+}
+
+Result<Descriptor> open_line(const SerialOptions& options, bool& pseudo) {
+  const auto& path = options.path;
+  const auto speed = speed_of(options.baud);
+  if (!speed)
+    return fail(ErrorCode::kInvalid, fmt::format("{}: {} baud is no rate of serial lines, expected one of termios, "
+                                                 "such as 57600 or 115200",
+                                                 path, options.baud));
+  if (path.find('\0') != std::string::npos) return fail(ErrorCode::kNotFound, "a path with a zero byte in it");
+  struct stat status {};
+  if (::stat(path.c_str(), &status) != 0)
+    return cannot(path, "open", errno, errno == ENOENT || errno == ENOTDIR ? ErrorCode::kNotFound : ErrorCode::kIo);
+  if (!S_ISCHR(status.st_mode)) return fail(ErrorCode::kInvalid, path + ": is no serial line");
+  pseudo = is_pseudo(status);
+  Descriptor line(::open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
+  if (line.get() < 0) {
+    const bool gone = errno == ENOENT || errno == ENXIO || errno == ENODEV;
+    const auto code = errno == EBUSY ? ErrorCode::kBusy : gone ? ErrorCode::kNotFound : ErrorCode::kIo;
+    return cannot(path, "open", errno, code);
+  }
+  if (::isatty(line.get()) == 0) return fail(ErrorCode::kInvalid, path + ": is no serial line");
+  if (auto ours = claim(path, line.get(), pseudo); !ours) return fail(ours.error());
+  if (!make_raw(line.get(), speed)) return cannot(path, fmt::format("set to {} baud", options.baud), errno);
+  ::tcflush(line.get(), TCIFLUSH);
+  return line;
+}
+
+/// On an io_context from now on; `connected` comes in a later turn.
+Result<void> start(const std::shared_ptr<Line>& line, Descriptor descriptor) {
+  boost::system::error_code error;
+  line->socket.assign(descriptor.get(), error);
+  if (!error) descriptor.take();
+  if (!error) line->socket.non_blocking(true, error);
+  if (error) return fail(line->trouble("watch", error));
+  asio::post(line->socket.get_executor(), [line] {
+    if (line->going()) line->begin();
+  });
+  return {};
+}
+
+class AsioSerial final : public ByteStream {
+ public:
+  AsioSerial(std::shared_ptr<Line> line, bool pseudo) : line_(std::move(line)), pseudo_(pseudo) {}
+  ~AsioSerial() override {
+    // Else close() waits until a slow line has sent what is left, which may be half a minute (tty(4), closing_wait).
+    if (!pseudo_ && line_->socket.is_open()) ::tcflush(line_->socket.native_handle(), TCOFLUSH);
+    line_->leave();
+  }
+  AsioSerial(const AsioSerial&) = delete;
+  AsioSerial& operator=(const AsioSerial&) = delete;
+
+  Result<void> send(ByteView bytes) override { return line_->send(bytes); }
+  void hold(bool held) override { line_->hold(held); }
+  std::size_t queued() const override { return line_->waits(); }
+
+ private:
+  std::shared_ptr<Line> line_;
+  bool pseudo_;
+};
+
+/// Marks the slave of a pseudo-terminal as made by a living program. The lock goes with the program, and is none of
+/// those that programs claim lines with (fcntl(2), open file description locks).
+bool mark(int slave) {
+  struct flock lock {};
+  lock.l_type = F_WRLCK;
+  return ::fcntl(slave, F_OFD_SETLK, &lock) == 0;
+}
+
+/// The slave's maker lives; false for terminals of others.
+bool is_marked(const std::string& slave) {
+  const Descriptor line(::open(slave.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
+  if (line.get() < 0) return errno == EBUSY;
+  struct flock lock {};
+  lock.l_type = F_WRLCK;
+  return ::fcntl(line.get(), F_OFD_GETLK, &lock) == 0 && lock.l_type != F_UNLCK;
+}
+
+/// The symbolic link to a pseudo-terminal, for as long as it is ours.
+class Link {
+ public:
+  Link(std::string path, std::string to) : path_(std::move(path)), to_(std::move(to)) {}
+  ~Link() {
+    if (made_ && target() == to_) ::unlink(path_.c_str());
+  }
+  Link(const Link&) = delete;
+  Link& operator=(const Link&) = delete;
+
+  Result<void> make() {
+    if (path_.empty() || path_.find('\0') != std::string::npos)
+      return fail(ErrorCode::kInvalid, "a path for a pseudo-terminal is empty or has a zero byte in it");
+    if (const auto other = target(); other.starts_with("/dev/pts/")) {
+      // A dead maker's link may name the very terminal that is ours now: numbers are used again.
+      if (other != to_ && is_marked(other))
+        return fail(ErrorCode::kBusy, path_ + ": cannot make a pseudo-terminal: another program has one there");
+      // Left behind: it points to what may be anybody's by now, or to nothing.
+      ::unlink(path_.c_str());
+    }
+    made_ = ::symlink(to_.c_str(), path_.c_str()) == 0;
+    if (made_) return {};
+    return cannot(path_, "make a link to " + to_, errno, errno == EEXIST ? ErrorCode::kDuplicate : ErrorCode::kIo);
+  }
+
+ private:
+  /// Of the symbolic link that is there; empty if none is.
+  std::string target() const {
+    std::array<char, 256> text{};
+    const auto size = ::readlink(path_.c_str(), text.data(), text.size());
+    return size < 0 ? std::string() : std::string(text.data(), static_cast<std::size_t>(size));
+  }
+
+  std::string path_, to_;
+  bool made_ = false;
+};
+
+class AsioPty final : public ByteStream {
+ public:
+  AsioPty(std::shared_ptr<Line> line, Descriptor other_end, std::unique_ptr<Link> link)
+      : line_(std::move(line)), other_end_(std::move(other_end)), link_(std::move(link)) {}
+  ~AsioPty() override { line_->leave(); }
+  AsioPty(const AsioPty&) = delete;
+  AsioPty& operator=(const AsioPty&) = delete;
+
+  Result<void> send(ByteView bytes) override { return line_->send(bytes); }
+  void hold(bool held) override { line_->hold(held); }
+  std::size_t queued() const override { return line_->waits(); }
+
+ private:
+  std::shared_ptr<Line> line_;
+  Descriptor other_end_;  ///< kept open: without any, reading from ours would be an error
+  std::unique_ptr<Link> link_;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<ByteStream>> open_asio_serial(asio::io_context& context, const SerialOptions& options,
+                                                     StreamCalls calls) {
+  bool pseudo = false;
+  auto descriptor = open_line(options, pseudo);
+  if (!descriptor) return fail(descriptor.error());
+  auto line = std::make_shared<Line>(context, options.path, "unplugged or closed", std::move(calls));
+  auto stream = std::make_unique<AsioSerial>(line, pseudo);
+  if (auto started = start(line, std::move(*descriptor)); !started) return fail(started.error());
+  return stream;
+}
+
+Result<std::unique_ptr<ByteStream>> make_asio_pty(asio::io_context& context, const std::string& link,
+                                                  StreamCalls calls) {
+  Descriptor master(::posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
+  std::array<char, 128> name{};
+  if (master.get() < 0 || ::grantpt(master.get()) != 0 || ::unlockpt(master.get()) != 0)
+    return cannot(link, "make a pseudo-terminal", errno);
+  if (const int error = ::ptsname_r(master.get(), name.data(), name.size()); error != 0)
+    return cannot(link, "make a pseudo-terminal", error);
+  Descriptor slave(::open(name.data(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
+  if (slave.get() < 0 || !make_raw(slave.get(), std::nullopt) || !mark(slave.get()))
+    return cannot(link, "make a pseudo-terminal", errno);
+  auto named = std::make_unique<Link>(link, name.data());
+  if (auto made = named->make(); !made) return fail(made.error());
+  auto line = std::make_shared<Line>(context, link, "the pseudo-terminal is lost", std::move(calls));
+  if (auto started = start(line, std::move(master)); !started) return fail(started.error());
+  return std::make_unique<AsioPty>(std::move(line), std::move(slave), std::move(named));
+}
+
+}  // namespace rubicon::transport

@@ -1,0 +1,43 @@
+#include <cstdlib>
+
+#include "apps/rubicon-motes/world.h"
+#include "base/virtual_scheduler.h"
+#include "motes/hdlc.h"
+
+namespace {
+
+using namespace rubicon;
+
+/// Whatever comes in on its serial line, what a sink says is sound.
+void check_sink(ByteView bytes) {
+  VirtualScheduler time;
+  mote_simulator::WorldOptions options;
+  mote_simulator::MoteOptions mote;
+  mote.obey = mote.updates = true;
+  options.add_motes(1, 2, 2, mote);
+  options.sink.readings = true;
+  mote_simulator::World world(options, time);
+  motes::HdlcReader reader;
+  world.sink(1).connect([&reader](ByteView out) {
+    if (!reader.next(out) || !out.empty()) std::abort();
+  });
+  time.run_for(std::chrono::seconds(1));
+  world.sink(1).received(bytes);
+  time.run_for(std::chrono::seconds(3));
+  if (reader.faults() != motes::HdlcFaults{}) std::abort();
+}
+
+}  // namespace
+
+/// Input: a byte that says which, then a script, or what a computer sends to a sink.
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  if (size == 0) return 0;
+  const ByteView rest{data + 1, size - 1};
+  if (data[0] != 's') {
+    check_sink(rest);
+    return 0;
+  }
+  const auto steps = mote_simulator::parse_script(base::as_text(rest));
+  if (!steps && steps.error().text.empty()) std::abort();
+  return 0;
+}

@@ -1,0 +1,20 @@
+#include <cstdlib>
+
+#include "base/bytes.h"
+#include "networks/wsn/sink/source.h"
+
+/// A source string: what is read says the same when it is read again, what is not says why.
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace rubicon;
+  using namespace rubicon::networks::wsn;
+  const auto source = parse_source(base::as_text(ByteView(data, size)));
+  if (!source) {
+    if (source.error().text.find("position") == std::string::npos) std::abort();
+    return 0;
+  }
+  auto spelled = to_string(*source);
+  if (!source->record.empty()) spelled += "+file@" + source->record;
+  const auto again = parse_source(spelled);
+  if (!again || *again != *source) std::abort();
+  return 0;
+}

@@ -1,0 +1,231 @@
+#include "networks/wsn/sampling.h"
+
+#include <gtest/gtest.h>
+
+#include "wsn/fake_sink.h"
+
+namespace rubicon::networks::wsn {
+namespace {
+
+using namespace std::chrono_literals;
+using motes::PeriodicCommand;
+
+class MoteSampling : public ::testing::Test {
+ protected:
+  PeriodicCommand command(std::size_t n) { return std::get<PeriodicCommand>(sink.record(n)); }
+  void acknowledge(std::size_t n) {
+    time.run_ready();
+    EXPECT_TRUE(requests.heard(sink.ack(n)));
+  }
+
+  VirtualScheduler time;
+  FakeSink sink{time};
+  MoteRequests requests{time, sink.call()};
+  std::vector<std::pair<std::uint16_t, std::optional<std::uint16_t>>> told;
+  Sampling sampling{
+      time, requests, {11, false}, [this](std::uint16_t mote, std::optional<std::uint16_t> mask, bool acknowledged) {
+        believed = mask;
+        if (acknowledged || !mask) told.emplace_back(mote, mask);
+      }};
+  std::optional<std::uint16_t> believed;
+};
+
+TEST(MoteTicks, AreMillisecondsOfOneThousandTwentyFourthSeconds) {
+  EXPECT_EQ(ticks_of(1000ms), 1024);
+  EXPECT_EQ(ticks_of(500ms), 512);
+  EXPECT_EQ(ticks_of(64s), 65535);
+  EXPECT_EQ(ticks_of(24h), 65535);
+  EXPECT_EQ(ticks_of(0ms), 51) << "never 0, which was never tried";
+  EXPECT_EQ(ticks_of(1ms), 51);
+}
+
+TEST_F(MoteSampling, AMoteThatWasNeverToldAnythingIsLeftInPeace) {
+  ASSERT_TRUE(sampling.want(7, {}));
+  sampling.heard(7, false);
+  sampling.joined(7);
+  time.run_for(10min);
+  sampling.heard(7, false);
+  EXPECT_TRUE(sink.sent.empty());
+}
+
+TEST_F(MoteSampling, TellsExactlyWhatIsWantedReliably) {
+  ASSERT_TRUE(sampling.want(7, {0x0043, 1024}));
+  ASSERT_EQ(sink.sent.size(), 1u);
+  EXPECT_EQ(command(0).transducers, 0x0043);
+  EXPECT_EQ(command(0).period_ms, 1024);
+  EXPECT_EQ(sink.message(0).reliable, 1);
+  EXPECT_EQ(sink.message(0).application, motes::kApplicationMockup);
+  EXPECT_EQ(sink.sent[0].lane, Lane::kSampling);
+  EXPECT_TRUE(told.empty());
+  acknowledge(0);
+  EXPECT_EQ(told.back(), std::pair(std::uint16_t{7}, std::optional<std::uint16_t>(0x0043)));
+}
+
+TEST_F(MoteSampling, WithTheLastSubscriberItGoesAsSlowAsTheFirmwareCan) {
+  ASSERT_TRUE(sampling.want(7, {0x0001, 1024}));
+  acknowledge(0);
+  ASSERT_TRUE(sampling.want(7, {}));
+  ASSERT_EQ(sink.sent.size(), 2u);
+  EXPECT_EQ(command(1).transducers, 0);
+  EXPECT_EQ(command(1).period_ms, 65535);
+  acknowledge(1);
+  sampling.heard(7, true);
+  time.run_for(1min);
+  EXPECT_EQ(sink.sent.size(), 2u);
+}
+
+TEST_F(MoteSampling, AChangeWhileACommandIsUnderWayIsToldAfterIt) {
+  ASSERT_TRUE(sampling.want(7, {0x0001, 1024}));
+  ASSERT_TRUE(sampling.want(7, {0x0003, 1024}));
+  ASSERT_TRUE(sampling.want(7, {0x0003, 512}));
+  EXPECT_EQ(sink.sent.size(), 1u);
+  acknowledge(0);
+  ASSERT_EQ(sink.sent.size(), 2u);
+  EXPECT_EQ(command(1).transducers, 0x0003);
+  EXPECT_EQ(command(1).period_ms, 512);
+}
+
+TEST_F(MoteSampling, AMoteThatDidNotAnswerIsToldAgainWhenItIsHeard) {
+  ASSERT_TRUE(sampling.want(7, {0x0001, 1024}));
+  time.run_for(7s);
+  EXPECT_EQ(sink.sent.size(), 3u);
+  EXPECT_TRUE(told.empty());
+  sampling.heard(7, false);
+  EXPECT_EQ(sink.sent.size(), 4u);
+  acknowledge(3);
+  sampling.heard(7, true);
+  time.run_for(5min);
+  EXPECT_EQ(sink.sent.size(), 4u);
+}
+
+TEST_F(MoteSampling, AMoteThatIsNotHeardIsToldAgainByItselfEverLessOften) {
+  ASSERT_TRUE(sampling.want(7, {0x0001, 1024}));
+  time.run_for(8500ms);
+  EXPECT_EQ(sink.sent.size(), 4u) << "5 s after the third attempt";
+  time.run_for(10min);
+  const auto before = sink.sent.size();
+  EXPECT_GT(before, 20u);
+  time.run_for(10min);
+  EXPECT_NEAR(static_cast<double>(sink.sent.size() - before), 10 * 3, 4) << "each minute three attempts";
+  ASSERT_TRUE(sampling.want(7, {}));
+  time.run_for(2min);
+  const auto end = sink.sent.size();
+  time.run_for(10min);
+  EXPECT_EQ(sink.sent.size(), end) << "nobody waits any more";
+}
+
+TEST_F(MoteSampling, AMoteThatWasSwitchedOffAndOnIsToldAtOnce) {
+  ASSERT_TRUE(sampling.want(7, {0x0001, 1024}));
+  acknowledge(0);
+  sampling.joined(7);
+  ASSERT_EQ(sink.sent.size(), 2u);
+  EXPECT_EQ(command(1).transducers, 0x0001);
+}
+
+TEST_F(MoteSampling, WhoAsksForTheSameOnceMoreMissesIt) {
+  ASSERT_TRUE(sampling.want(7, {0x0001, 1024}));
+  acknowledge(0);
+  ASSERT_TRUE(sampling.want(7, {0x0001, 1024}));
+  EXPECT_EQ(sink.sent.size(), 2u);
+}
+
+TEST_F(MoteSampling, AMoteThatReportsForNobodyIsCalmedButNotOften) {
+  sampling.heard(7, true);
+  EXPECT_TRUE(sink.sent.empty()) << "its subscribers may be about to find us again";
+  time.run_for(10s);
+  sampling.heard(7, true);
+  ASSERT_EQ(sink.sent.size(), 1u);
+  EXPECT_EQ(command(0).transducers, 0);
+  time.run_for(4s);  // no answer to three attempts
+  sampling.heard(7, true);
+  EXPECT_EQ(sink.sent.size(), 3u);
+  time.run_for(1s);
+  sampling.heard(7, true);
+  EXPECT_EQ(sink.sent.size(), 4u);
+}
+
+TEST_F(MoteSampling, OfManyThatReportForNobodyAFewAtATimeAreCalmed) {
+  time.run_for(10s);
+  for (std::uint16_t mote = 2; mote < 200; ++mote) sampling.heard(mote, true);
+  EXPECT_EQ(sink.sent.size(), 8u);
+  for (std::size_t i = 0; i < 8; ++i) acknowledge(i);
+  for (std::uint16_t mote = 2; mote < 200; ++mote) sampling.heard(mote, true);
+  EXPECT_EQ(sink.sent.size(), 16u);
+}
+
+TEST_F(MoteSampling, ACommandOfAnotherProgramToAllCalmsNobody) {
+  sampling.overruled(motes::kBroadcast);
+  time.run_for(10s);
+  for (std::uint16_t mote = 2; mote < 5; ++mote) sampling.heard(mote, true);
+  EXPECT_TRUE(sink.sent.empty());
+  time.run_for(1h);
+  sampling.heard(2, true);
+  EXPECT_EQ(sink.sent.size(), 1u) << "an hour later nobody is sure that the program still wants it";
+}
+
+TEST_F(MoteSampling, WhatWasOverruledWhileItWasUnderWayIsNotBelieved) {
+  ASSERT_TRUE(sampling.want(7, {0x0001, 1024}));
+  sampling.overruled(7);
+  acknowledge(0);
+  EXPECT_EQ(believed, std::nullopt);
+  time.run_for(6s);
+  sampling.heard(7, true);
+  EXPECT_EQ(sink.sent.size(), 2u) << "our subscriber goes first";
+}
+
+TEST_F(MoteSampling, AfterAnAttemptWithoutAnswerOnlyWhatIsCommonToAllAttemptsIsFresh) {
+  ASSERT_TRUE(sampling.want(7, {0x0003, 1024}));
+  acknowledge(0);
+  ASSERT_TRUE(sampling.want(7, {0x0042, 1024}));
+  time.run_for(4s);
+  ASSERT_TRUE(sampling.want(7, {0x0041, 1024}));
+  EXPECT_EQ(believed, 0);
+}
+
+TEST_F(MoteSampling, WhatAnotherProgramAskedForIsNotCalmed) {
+  sampling.overruled(7);
+  time.run_for(10s);
+  sampling.heard(7, true);
+  EXPECT_TRUE(sink.sent.empty());
+}
+
+TEST_F(MoteSampling, OurSubscribersGoBeforeAnotherProgram) {
+  ASSERT_TRUE(sampling.want(7, {0x0001, 1024}));
+  acknowledge(0);
+  sampling.overruled(7);
+  EXPECT_EQ(told.back().second, std::nullopt);
+  time.run_for(6s);
+  sampling.heard(7, true);
+  ASSERT_EQ(sink.sent.size(), 2u);
+  EXPECT_EQ(command(1).transducers, 0x0001);
+}
+
+TEST_F(MoteSampling, AFullSinkRefusesAndTheWishIsToldLater) {
+  sink.full = true;
+  EXPECT_EQ(sampling.want(7, {0x0001, 1024}).error().code, ErrorCode::kBusy);
+  sink.full = false;
+  time.run_for(5s);
+  EXPECT_EQ(sink.sent.size(), 1u);
+}
+
+TEST_F(MoteSampling, UntilAMoteAnswersOnlyWhatItReadsEitherWayIsFresh) {
+  ASSERT_TRUE(sampling.want(7, {0x0003, 1024}));
+  EXPECT_EQ(believed, 0x0003);
+  acknowledge(0);
+  ASSERT_TRUE(sampling.want(7, {0x0042, 1024}));
+  EXPECT_EQ(believed, 0x0002);
+  acknowledge(1);
+  EXPECT_EQ(believed, 0x0042);
+}
+
+TEST_F(MoteSampling, MotesWithTheControlModuleAreAskedForUpdates) {
+  sampling.change({11, true});
+  ASSERT_TRUE(sampling.want(7, {0x0043, 512}));
+  EXPECT_EQ(sink.message(0).application, motes::kApplicationControl);
+  const auto asked = std::get<motes::ReadUpdates>(sink.record(0));
+  EXPECT_EQ(asked.transducers, 0x0043);
+  EXPECT_EQ(asked.period_ms, 512);
+}
+
+}  // namespace
+}  // namespace rubicon::networks::wsn
