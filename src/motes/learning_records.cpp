@@ -154,6 +154,9 @@ Result<std::vector<double>> numbers_for(const LearningRecord& record, const Reco
                  traits.least, traits.most);
   }
   if (auto fits = check_count(record, field, given->second.size()); !fits) return fail(fits.error());
+  if (field.usual >= 0 && given->second.front() != field.usual)
+    return unfit(ErrorCode::kInvalid, record, "{} is {}, expected {}, which the record is known by", field.name,
+                 given->second.front(), field.usual);
   if (count && given->second.front() != *count)
     return unfit(ErrorCode::kInvalid, record, "{} is {}, expected {}, the elements given", field.name,
                  given->second.front(), *count);

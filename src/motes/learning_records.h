@@ -22,7 +22,7 @@ struct RecordField {
   std::size_t offset = 0;
   std::size_t count = 1;             ///< 1: a number; more: an array of at most so many
   std::string_view counted_by = {};  ///< the field before it that says how many of the array count; empty: none does
-  int usual = -1;                    ///< what stands there when it is left out; -1: it may not be left out
+  int usual = -1;  ///< what alone may stand there, and may be left out: the record is known by it; -1: any number
 
   bool is_array() const { return count > 1; }
 };

@@ -52,6 +52,13 @@ TEST(LearningJson, TheLargestFloatsReadBack) {
   EXPECT_EQ(*again, message);
 }
 
+TEST(LearningJson, ARecordThatIsKnownByItsTypeHasNoOther) {
+  EXPECT_TRUE(learning_message(R"({"record":"LearningOutput","type":25,"floats":[0.75]})"));
+  const auto refused = learning_message(R"({"record":"LearningOutput","type":12,"floats":[0.75]})");
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().text, "mote record LearningOutput: type is 12, expected 25, which the record is known by");
+}
+
 TEST(LearningJson, SynapticRecordsGoToTheirOwnApplication) {
   const auto message = learning_message(R"({"record": "SynData", "floats": [0.75]})");
   ASSERT_TRUE(message.has_value()) << message.error().text;
