@@ -283,6 +283,8 @@ Result<FieldValues> decode_learning(const LearningRecord& record, ByteView bytes
     base::ByteReader reader(bytes.subspan(std::min(field.offset, bytes.size())));
     std::vector<double>& numbers = values[std::string(field.name)];
     for (std::size_t i = 0; i < *count; ++i) numbers.push_back(get(field.kind, reader));
+    if (field.usual >= 0 && numbers.front() != field.usual)
+      return unfit(ErrorCode::kInvalid, record, "{} is {}, expected {}", field.name, numbers.front(), field.usual);
   }
   return values;
 }
