@@ -1,5 +1,7 @@
 #include <gmock/gmock.h>
 
+#include <array>
+
 #include "wsn_share/forwarder_fixture.h"
 
 namespace rubicon::networks::wsn {
@@ -47,6 +49,24 @@ TEST_F(ForwarderTest, NoRoomReachesTheSender) {
   make_room(100000);
   run(10s);
   EXPECT_EQ(taken.size(), said);
+}
+
+/// A sink takes some sixteen packets a second: the last of a thousand waits for a minute, and is not late.
+TEST_F(ForwarderTest, ABusySinkIsNoReasonToDropWhatWaitsForIt) {
+  open();
+  space = 0;
+  std::array<Program, 5> programs;
+  for (auto& program : programs) {
+    program.greet(host);
+    for (std::uint8_t number = 1; number <= 200; ++number) program.say(packet(number));
+  }
+  run();
+  for (int i = 0; i < 1000; ++i) {
+    make_room(1);
+    run(62ms);
+  }
+  EXPECT_EQ(taken.size(), 1000u);
+  EXPECT_EQ(counted("dropped-expired"), 0u);
 }
 
 TEST_F(ForwarderTest, ClientsThatWaitTakeTurns) {

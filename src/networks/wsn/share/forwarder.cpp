@@ -62,6 +62,9 @@ struct Forwarder::Parts {
   bool is_bad(Client& client, ByteView packet);
   bool pass(Client& client, ByteView packet);
   void keep(Client& client, ByteView packet);
+  SteadyTime due(const Client& client) const;
+  void await_expiry(Client& client);
+  void taken();
   void expire(const ClientPtr& client);
   void drop_expired(const Client& client);
   void go_on(const ClientPtr& client);
@@ -86,6 +89,7 @@ struct Forwarder::Parts {
       {"dropped-config", 0},  {"dropped-slow-clients", 0}, {"dropped-strangers", 0},    {"dropped-silent", 0},
       {"refused-clients", 0}, {"dropped-expired", 0},      {"dropped-gone", 0}};
   base::RateLimit limit;
+  SteadyTime taken_at{};  ///< when a packet was last taken, of whomever
 };
 
 template <class Text>
@@ -176,15 +180,33 @@ bool Forwarder::Parts::pass(Client& client, ByteView packet) {
     keep(client, packet);
     return false;
   }
-  ++counters["packets-from-clients"];
+  taken();
   return true;
+}
+
+void Forwarder::Parts::taken() {
+  ++counters["packets-from-clients"];
+  taken_at = scheduler.now();
 }
 
 void Forwarder::Parts::keep(Client& client, ByteView packet) {
   client.packet.assign(packet.begin(), packet.end());
   waiting.push_back(client.shared_from_this());
-  client.expiry = scheduler.at(client.expires, [this, client = &client] { expire(client->shared_from_this()); });
+  await_expiry(client);
   if (client.stream) client.stream->hold(true);
+}
+
+/// A sink that is busy takes one packet after the other, however long the queue: only one that is away takes none.
+SteadyTime Forwarder::Parts::due(const Client& client) const {
+  return std::max(client.expires, taken_at + options.packet_life);
+}
+
+void Forwarder::Parts::await_expiry(Client& client) {
+  client.expiry = scheduler.at(due(client), [this, client = &client] {
+    const auto alive = client->shared_from_this();
+    if (due(*client) > scheduler.now()) return await_expiry(*client);
+    expire(alive);
+  });
 }
 
 /// Its packet had to wait for too long, and so had what came with it.
@@ -297,12 +319,12 @@ void Forwarder::room() {
   auto& waiting = parts_->waiting;
   while (!waiting.empty()) {
     const auto client = waiting.front();
-    if (client->expires <= parts_->scheduler.now()) {
+    if (parts_->due(*client) <= parts_->scheduler.now()) {
       parts_->expire(client);
       continue;
     }
     if (!parts_->calls.packet(client->packet)) return;
-    ++parts_->counters["packets-from-clients"];
+    parts_->taken();
     waiting.pop_front();
     parts_->go_on(client);
   }

@@ -19,8 +19,8 @@ struct ForwarderOptions {
   /// ByteStream::kMaxQueued.
   std::size_t client_bytes = std::size_t{64} * 1024;
   Duration greeting_time = std::chrono::seconds(5);  ///< who has not greeted by then is hung up on
-  /// What had to wait for longer since it was read is dropped: a command that the sink could not take says nothing an
-  /// hour later.
+  /// What had to wait for longer, while the sink took nothing of anybody, is dropped: a command to a sink that was away
+  /// says nothing an hour later. A busy sink is waited for.
   Duration packet_life = std::chrono::seconds(20);
   unsigned bad_packets = 100;  ///< so many in a row, and the client is hung up on
 
