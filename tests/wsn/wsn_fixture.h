@@ -21,6 +21,12 @@ namespace rubicon::networks::wsn {
 
 using namespace std::chrono_literals;
 
+inline mote_simulator::MoteOptions em1000() {
+  mote_simulator::MoteOptions options;
+  options.board = mote_simulator::parse_build("EM1000").value();
+  return options;
+}
+
 /// A network of motes on the computer's side, and simulated motes and sinks on the other, in virtual time.
 class MoteNetwork : public ::testing::Test {
  protected:
@@ -58,6 +64,12 @@ class MoteNetwork : public ::testing::Test {
     ASSERT_TRUE(made);
     network = std::move(*made);
     ASSERT_TRUE(network->open());
+  }
+  /// So many motes of the EM1000 build, joined.
+  void start(std::uint16_t count) {
+    world(count, em1000());
+    open();
+    run(5s);
   }
   /// As the supervisor does it.
   void reopen_when_lost(Duration pause = 200ms) {

@@ -10,16 +10,8 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
-mote_simulator::MoteOptions em1000() {
-  mote_simulator::MoteOptions options;
-  options.board = mote_simulator::parse_build("EM1000").value();
-  return options;
-}
-
 TEST_F(MoteNetwork, TheSinkIsToldItsIslandBeforeAnyMoteJoins) {
-  world(3, em1000());
-  open();
-  run(5s);
+  start(3);
   EXPECT_EQ(motes->sink(1).island(), kIsland);
   EXPECT_EQ(line(), LineState::kUp);
   EXPECT_EQ(joined(), (std::set<std::string>{"2", "3", "4"}));
@@ -28,9 +20,7 @@ TEST_F(MoteNetwork, TheSinkIsToldItsIslandBeforeAnyMoteJoins) {
 
 TEST_F(MoteNetwork, AMoteJoinsWithWhatItDeclaresAndItsProperties) {
   options["board"] = "EM1000";
-  world(1, em1000());
-  open();
-  run(5s);
+  start(1);
   ASSERT_THAT(host.all<model::Join>(), SizeIs(1));
   const auto join = host.all<model::Join>()[0].second;
   EXPECT_EQ(join.device_type, "mote");
@@ -53,9 +43,7 @@ TEST_F(MoteNetwork, WithoutDemandMotesSayNothing) {
 
 TEST_F(MoteNetwork, OnlyTheDemandedSensorOfTheDemandedMoteReports) {
   options["board"] = "EM1000";
-  world(3, em1000());
-  open();
-  run(5s);
+  start(3);
   ASSERT_TRUE(demand("3", {"temperature"}));
   run(20s);
   EXPECT_THAT(readings("3", "temperature"), SizeIs(::testing::Ge(15)));
@@ -66,9 +54,7 @@ TEST_F(MoteNetwork, OnlyTheDemandedSensorOfTheDemandedMoteReports) {
 }
 
 TEST_F(MoteNetwork, AfterTheLastSubscriberAMoteGoesAsSlowAsItCan) {
-  world(1, em1000());
-  open();
-  run(5s);
+  start(1);
   ASSERT_TRUE(demand("2", {"light"}));
   run(10s);
   ASSERT_TRUE(demand("2", {}));
@@ -80,9 +66,7 @@ TEST_F(MoteNetwork, AfterTheLastSubscriberAMoteGoesAsSlowAsItCan) {
 }
 
 TEST_F(MoteNetwork, ACommandIsSentWhenTheMoteHasItAndTheReleasedFirmwareIgnoresIt) {
-  world(1, em1000());
-  open();
-  run(5s);
+  start(1);
   ASSERT_TRUE(light_up("2", 1));
   run(2s);
   EXPECT_EQ(answer(last_request).outcome, Outcome::kSent);
@@ -101,9 +85,7 @@ TEST_F(MoteNetwork, SimulatedMotesObey) {
 }
 
 TEST_F(MoteNetwork, ACommandToAMoteThatIsGoneFailsWithWhatIsNotKnown) {
-  world(1, em1000());
-  open();
-  run(5s);
+  start(1);
   motes->mote(2).kill();
   ASSERT_TRUE(light_up("2", 1));
   run(10s);
@@ -122,9 +104,7 @@ TEST_F(MoteNetwork, AMoteNobodyHeardIsNotCommanded) {
 }
 
 TEST_F(MoteNetwork, AProbeIsAnsweredByLifeAlone) {
-  world(2, em1000());
-  open();
-  run(5s);
+  start(2);
   ASSERT_TRUE(send("2", model::Probe{}));
   run(2s);
   EXPECT_THAT(host.all<model::KeepAlive>(), SizeIs(1));
@@ -156,9 +136,7 @@ TEST_F(MoteNetwork, ARememberedMoteIsThereAgainWithWhatItOnceDeclared) {
 }
 
 TEST_F(MoteNetwork, AMoteThatStillReportsForALifeBeforeIsCalmed) {
-  world(1, em1000());
-  open();
-  run(5s);
+  start(1);
   ASSERT_TRUE(demand("2", {"light"}));
   run(5s);
   network.reset();
@@ -170,9 +148,7 @@ TEST_F(MoteNetwork, AMoteThatStillReportsForALifeBeforeIsCalmed) {
 }
 
 TEST_F(MoteNetwork, AMoteThatReportsWithoutAKnownJoinIsListedWithWhatItShows) {
-  world(1, em1000());
-  open();
-  run(5s);
+  start(1);
   ASSERT_TRUE(demand("2", {"light"}));
   run(5s);
   network.reset();
@@ -185,9 +161,7 @@ TEST_F(MoteNetwork, AMoteThatReportsWithoutAKnownJoinIsListedWithWhatItShows) {
 }
 
 TEST_F(MoteNetwork, AMoteThatIsSwitchedOffAndOnIsToldAgainWhatToRead) {
-  world(1, em1000());
-  open();
-  run(5s);
+  start(1);
   ASSERT_TRUE(demand("2", {"light"}));
   run(5s);
   motes->mote(2).boot();
@@ -198,9 +172,7 @@ TEST_F(MoteNetwork, AMoteThatIsSwitchedOffAndOnIsToldAgainWhatToRead) {
 }
 
 TEST_F(MoteNetwork, ASinkThatWasSwitchedOffGetsItsIslandBackWithinTheIslandCheck) {
-  world(1, em1000());
-  open();
-  run(5s);
+  start(1);
   ASSERT_TRUE(demand("2", {"light"}));
   run(5s);
   motes->sink(1).reboot();
@@ -213,9 +185,7 @@ TEST_F(MoteNetwork, ASinkThatWasSwitchedOffGetsItsIslandBackWithinTheIslandCheck
 }
 
 TEST_F(MoteNetwork, AJoinOfAnotherIslandCorrectsTheSinkAtOnceAndListsNobody) {
-  world(1, em1000());
-  open();
-  run(5s);
+  start(1);
   motes->sink(1).reboot();
   motes->mote(2).boot();
   host.delivered.clear();
@@ -227,9 +197,7 @@ TEST_F(MoteNetwork, AJoinOfAnotherIslandCorrectsTheSinkAtOnceAndListsNobody) {
 }
 
 TEST_F(MoteNetwork, ALineThatIsPulledOutAndPluggedInAgainHeals) {
-  world(2, em1000());
-  open();
-  run(5s);
+  start(2);
   motes->unplug(1, 5s);
   run(4s);
   EXPECT_FALSE(host.failures.empty());
@@ -241,9 +209,7 @@ TEST_F(MoteNetwork, ALineThatIsPulledOutAndPluggedInAgainHeals) {
 }
 
 TEST_F(MoteNetwork, DemandSurvivesATerribleRadio) {
-  world(3, em1000());
-  open();
-  run(5s);
+  start(3);
   motes->radio().options().loss = 0.3;
   for (const auto* mote : {"2", "3", "4"}) ASSERT_TRUE(demand(mote, {"light"}));
   run(2min);
@@ -252,9 +218,7 @@ TEST_F(MoteNetwork, DemandSurvivesATerribleRadio) {
 
 TEST_F(MoteNetwork, TheTrafficIsRecordedAsTheOriginalDoes) {
   options["record"] = "motes.log";
-  world(1, em1000());
-  open();
-  run(5s);
+  start(1);
   ASSERT_TRUE(host.files.has("motes.log"));
   const auto& bytes = host.files.bytes("motes.log");
   // written, 11 bytes: SET_ISLAND_ID 42
@@ -262,9 +226,7 @@ TEST_F(MoteNetwork, TheTrafficIsRecordedAsTheOriginalDoes) {
 }
 
 TEST_F(MoteNetwork, ApplicationMessagesGoToMotesUninterpreted) {
-  world(1, em1000());
-  open();
-  run(5s);
+  start(1);
   ASSERT_TRUE(send("2", model::Opaque{"mote/3/6/1/reliable", {0x01, 0x01, 0x2c, 0xbe, 0xef}}));
   run(2s);
   EXPECT_EQ(answer(last_number).outcome, Outcome::kSent);
@@ -275,9 +237,7 @@ TEST_F(MoteNetwork, ApplicationMessagesGoToMotesUninterpreted) {
 }
 
 TEST_F(MoteNetwork, LearningCommandsAreMadeOfJson) {
-  world(1, em1000());
-  open();
-  run(5s);
+  start(1);
   const std::string_view json = R"({"record": "NetIdCmd", "command": 1, "netId": 300, "seq": 48879})";
   const auto sent = send("2", model::Opaque{"mote/json", {json.begin(), json.end()}});
   ASSERT_TRUE(sent) << sent.error().text;
@@ -289,9 +249,7 @@ TEST_F(MoteNetwork, LearningCommandsAreMadeOfJson) {
 }
 
 TEST_F(MoteNetwork, WrongApplicationMessagesAreRefusedWithTheReason) {
-  world(1, em1000());
-  open();
-  run(5s);
+  start(1);
   EXPECT_EQ(send("2", model::Opaque{"chat", {1}}).error().code, ErrorCode::kUnsupported);
   EXPECT_EQ(send("2", model::Opaque{"mote/3", {1}}).error().code, ErrorCode::kInvalid);
   EXPECT_EQ(send("2", model::Opaque{"mote/3/6/17", {0x12}}).error().code, ErrorCode::kInvalid);
@@ -304,9 +262,7 @@ TEST_F(MoteNetwork, WrongApplicationMessagesAreRefusedWithTheReason) {
 }
 
 TEST_F(MoteNetwork, TheAnswerOfAMoteToAnotherIslandIsRoutedThere) {
-  world(1, em1000());
-  open();
-  run(5s);
+  start(1);
   // A component of island 77 wants mote 2 to acknowledge: the acknowledgement is for 77 (wsn.md 9.8).
   ASSERT_TRUE(send("2", model::Opaque{"mote/3/6/1/reliable/4660", {0x01, 1, 0x2c, 0, 7}}, {IslandId{77}, "", ""}));
   run(3s);
@@ -322,9 +278,7 @@ TEST_F(MoteNetwork, TheAnswerOfAMoteToAnotherIslandIsRoutedThere) {
 }
 
 TEST_F(MoteNetwork, AllMotesAtOnceCannotAcknowledge) {
-  world(2, em1000());
-  open();
-  run(5s);
+  start(2);
   EXPECT_EQ(send("65535", model::Opaque{"mote/3/6/1/reliable", {1, 1, 0x2c, 0, 7}}).error().code,
             ErrorCode::kUnsupported);
   ASSERT_TRUE(send("65535", model::Opaque{"mote/3/6/1", {1, 1, 0x2c, 0, 7}}));
@@ -334,9 +288,7 @@ TEST_F(MoteNetwork, AllMotesAtOnceCannotAcknowledge) {
 }
 
 TEST_F(MoteNetwork, AMoteOfAnotherIslandInReachIsNotOurs) {
-  world(1, em1000());
-  open();
-  run(5s);
+  start(1);
   host.delivered.clear();
   from_the_sink("00ffff000072001c002afffd004d000900000166030a23010001012c");
   EXPECT_THAT(host.all<model::Join>(), IsEmpty());
@@ -344,9 +296,7 @@ TEST_F(MoteNetwork, AMoteOfAnotherIslandInReachIsNotOurs) {
 }
 
 TEST_F(MoteNetwork, WhatAnApplicationIsAcknowledgedIsHandedOn) {
-  world(1, em1000());
-  open();
-  run(5s);
+  start(1);
   from_the_sink("00ffff000072001c002afffd002a000200000066090617123400");
   const auto said = std::find_if(host.delivered.begin(), host.delivered.end(),
                                  [](const auto& message) { return message.kind() == MessageKind::kOpaque; });
@@ -357,9 +307,7 @@ TEST_F(MoteNetwork, WhatAnApplicationIsAcknowledgedIsHandedOn) {
 
 TEST_F(MoteNetwork, RecordsOfLearningAreHandedOnAsJsonIfWished) {
   options["messages-as"] = "json";
-  world(1, em1000());
-  open();
-  run(5s);
+  start(1);
   from_the_sink("00ffff000072001c002afffd002a000200000066030619020000403f0000c0bf");
   const auto said = std::find_if(host.delivered.begin(), host.delivered.end(),
                                  [](const auto& message) { return message.kind() == MessageKind::kOpaque; });
@@ -371,9 +319,7 @@ TEST_F(MoteNetwork, RecordsOfLearningAreHandedOnAsJsonIfWished) {
 }
 
 TEST_F(MoteNetwork, AMoteRememberedWithNothingStaysUnheardHoweverOftenItIsAsked) {
-  world(1, em1000());
-  open();
-  run(5s);
+  start(1);
   host.delivered.clear();
   for (int i = 0; i < 3; ++i) {
     ASSERT_TRUE(send("9", model::Probe{model::Join{"mote", "", "", {}}}));
@@ -384,9 +330,7 @@ TEST_F(MoteNetwork, AMoteRememberedWithNothingStaysUnheardHoweverOftenItIsAsked)
 }
 
 TEST_F(MoteNetwork, AMoteRememberedUnderOtherUnitsIsReadUnderTheseOnes) {
-  world(1, em1000());
-  open();
-  run(5s);
+  start(1);
   const auto remembered = host.all<model::Join>()[0].second;
   network.reset();
   host.delivered.clear();
@@ -404,9 +348,7 @@ TEST_F(MoteNetwork, AMoteRememberedUnderOtherUnitsIsReadUnderTheseOnes) {
 }
 
 TEST_F(MoteNetwork, AReloadDoesNotBringTheRememberedToLife) {
-  world(1, em1000());
-  open();
-  run(5s);
+  start(1);
   model::Join known{"mote", "", "TELOSB", {}};
   model::Capability light;
   light.point = {Kind::kSensor, types.find("light")->id, "1"};
@@ -448,9 +390,7 @@ TEST_F(MoteNetwork, ANewerCommandIsNotUndoneByTheRepetitionOfTheOlderOne) {
 }
 
 TEST_F(MoteNetwork, TheFirstDemandOutlivesAnOutageOfTheRadio) {
-  world(1, em1000());
-  open();
-  run(5s);
+  start(1);
   motes->radio().options().loss = 1;
   ASSERT_TRUE(demand("2", {"light"}));
   run(20s);
@@ -461,9 +401,7 @@ TEST_F(MoteNetwork, TheFirstDemandOutlivesAnOutageOfTheRadio) {
 
 TEST_F(MoteNetwork, WhatMotesSayToTheIslandGoesToTheComponentThatIsNamed) {
   options["messages-to"] = 70001;
-  world(1, em1000());
-  open();
-  run(5s);
+  start(1);
   from_the_sink("00ffff000072001c002afffd002a000200000066030619020000403f0000c0bf");
   const auto said = std::find_if(host.delivered.begin(), host.delivered.end(),
                                  [](const auto& message) { return message.kind() == MessageKind::kOpaque; });
@@ -474,9 +412,7 @@ TEST_F(MoteNetwork, WhatMotesSayToTheIslandGoesToTheComponentThatIsNamed) {
 }
 
 TEST_F(MoteNetwork, OptionsThatLeaveTheLineAloneChangeWithoutIt) {
-  world(1, em1000());
-  open();
-  run(5s);
+  start(1);
   host.delivered.clear();
   options["units"] = "raw";
   auto node = support::config_of(options);
