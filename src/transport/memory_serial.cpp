@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/assert.h"
+#include "transport/memory_arrival.h"
 
 namespace rubicon::transport {
 
@@ -102,18 +103,8 @@ void MemorySerial::flush(const EndPtr& end) {
   const auto flight = ++last_flight_;
   flights_[flight] = scheduler_.after(transit, [this, flight, peer, bytes = std::move(bytes)] {
     const auto landed = std::move(flights_.extract(flight).mapped());
-    arrive(peer, bytes);
+    arrive_at(*peer, bytes, segment);
   });
-}
-
-void MemorySerial::arrive(const EndPtr& end, ByteView bytes) {
-  const auto piece = segment == 0 ? bytes.size() : segment;
-  while (!bytes.empty() && end->alive && !end->lost && !end->held) {
-    const ByteView next = bytes.first(std::min(piece, bytes.size()));
-    bytes = bytes.subspan(next.size());
-    if (end->calls.received) end->calls.received(next);
-  }
-  if (end->held) end->kept.insert(end->kept.end(), bytes.begin(), bytes.end());
 }
 
 void MemorySerial::hold(const EndPtr& end, bool held) {
@@ -121,7 +112,7 @@ void MemorySerial::hold(const EndPtr& end, bool held) {
   scheduler_.post([this, end] {
     if (end->held) return;
     const auto kept = std::exchange(end->kept, {});
-    arrive(end, kept);
+    arrive_at(*end, kept, segment);
     if (const auto peer = end->peer.lock(); peer && peer->alive) flush(peer);
   });
 }

@@ -43,7 +43,6 @@ class MemorySerial {
   Result<void> send(const EndPtr& end, ByteView bytes);
   void hold(const EndPtr& end, bool held);
   void flush(const EndPtr& end);
-  void arrive(const EndPtr& end, ByteView bytes);
   void close(const EndPtr& end);
   void lose(const EndPtr& end);
 

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/assert.h"
+#include "transport/memory_arrival.h"
 #include "transport/memory_udp.h"
 
 namespace rubicon::transport {
@@ -208,7 +209,7 @@ void MemoryTcp::accept(const EndPtr& client, const Accept& accept) {
 void MemoryTcp::flush(const EndPtr& end) {
   const auto peer = end->peer.lock();
   if (stalled_ || !end->connected || !peer || peer->held || end->queue.empty()) return;
-  after_transit([this, peer, bytes = std::exchange(end->queue, {})] { arrive(peer, bytes); });
+  after_transit([this, peer, bytes = std::exchange(end->queue, {})] { arrive_at(*peer, bytes, segment); });
 }
 
 void MemoryTcp::hold(const EndPtr& end, bool held) {
@@ -216,19 +217,9 @@ void MemoryTcp::hold(const EndPtr& end, bool held) {
   scheduler_.post([this, end] {
     if (end->held) return;
     const auto kept = std::exchange(end->kept, {});
-    arrive(end, kept);
+    arrive_at(*end, kept, segment);
     if (const auto peer = end->peer.lock(); peer && peer->alive) flush(peer);
   });
-}
-
-void MemoryTcp::arrive(const EndPtr& end, ByteView bytes) {
-  const auto piece = segment == 0 ? bytes.size() : segment;
-  while (!bytes.empty() && end->alive && !end->lost && !end->held) {
-    const ByteView next = bytes.first(std::min(piece, bytes.size()));
-    bytes = bytes.subspan(next.size());
-    if (end->calls.received) end->calls.received(next);
-  }
-  if (end->held) end->kept.insert(end->kept.end(), bytes.begin(), bytes.end());
 }
 
 void MemoryTcp::lose(const EndPtr& end, Error why) {

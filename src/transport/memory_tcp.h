@@ -71,7 +71,6 @@ class MemoryTcp {
   void accept(const EndPtr& client, const Accept& accept);
   void flush(const EndPtr& end);
   void hold(const EndPtr& end, bool held);
-  void arrive(const EndPtr& end, ByteView bytes);
   void lose(const EndPtr& end, Error why);
   void close(const EndPtr& end);
   void hang_up(const EndPtr& end);
