@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # A KNX bus without hardware, for examples/knx.yaml: knxd with its dummy driver on UDP port 13671, a lamp at 1/0/1 that
 # reports at 1/0/2, and a thermometer at 1/2/7. Ends with SIGTERM or Ctrl-C, and everything with it.
-# knxd listens on all interfaces of this machine; behind it there is nothing but this demo.
+# knxd listens on all interfaces of this machine; behind it there is nothing but this demo. It joins the multicast group of
+# KNX too, which needs a route to it: any default route will do.
 set -euo pipefail
 folder=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 work=$(mktemp -d "${TMPDIR:-/tmp}/rubicon-knx.XXXXXX")
@@ -12,16 +13,38 @@ stop() {
   for job in $(jobs -p); do kill -- "$job" 2>/dev/null || true; done
   rm -rf "$work"
 }
-trap 'stop; exit 0' EXIT INT TERM
+trap 'code=$?; stop; exit "$code"' EXIT
+trap 'exit 0' INT TERM
+
+say() { echo "knx-bus.sh: $*" >&2; }
+
+# Why knxd ended; its own words do not say it.
+explain() {
+  cat "$work/log" >&2
+  if command -v ip >/dev/null && ! ip -4 route get 224.0.23.12 >/dev/null 2>&1; then
+    say "knxd ended: this host has no route to the multicast group 224.0.23.12, which knxd joins." \
+      "Give it a default route, or: ip route add 224.0.23.12 dev INTERFACE"
+  else
+    say "knxd ended, its words are above; is UDP port 13671 taken?"
+  fi
+  exit 1
+}
+
+for program in knxd knxtool; do
+  command -v "$program" >/dev/null || { say "$program is missing: install the packages knxd and knxd-tools"; exit 1; }
+done
 
 sed "s#^path = .*#path = $work/bus.sock#" "$folder/knxd.ini" >"$work/knxd.ini"
 knxd "$work/knxd.ini" 2>"$work/log" &
 server=$!
 for _ in $(seq 100); do
   [ -S "$work/bus.sock" ] && break
-  kill -0 "$server" 2>/dev/null || { cat "$work/log" >&2; exit 1; }
+  kill -0 "$server" 2>/dev/null || explain
   sleep 0.05
 done
+# It opens its socket before it joins the group.
+sleep 0.2
+kill -0 "$server" 2>/dev/null || explain
 
 # `Write from 1.1.204 to 1/0/1: 01`
 lamp() {
@@ -42,4 +65,4 @@ thermometer() {
   done
 }
 thermometer &
-wait "$server"
+wait "$server" || explain

@@ -27,7 +27,7 @@ constexpr std::size_t kLargestScript = 1 << 20;
 
 struct Arguments {
   std::string board = "EM1000", listen = "127.0.0.1", pty, script, events, record, span = "10min", spacing = "250ms",
-              delay = "0ms", report = "1s";
+              delay = "0ms", report = "1s", sensor_time = "210ms";
   std::uint16_t port = 19202, motes = 5, first = 2;
   double speed = 1;
   bool fast = false, same_ids = false;
@@ -46,6 +46,8 @@ void describe_world(CLI::App& app, Arguments& a) {
       ->capture_default_str();
   app.add_option("--island", a.world.sink.island, "compiled into the sinks, which the proxy's CONFIG changes")
       ->check(CLI::Range(1, 65532))
+      ->capture_default_str();
+  app.add_option("--sensor-time", a.sensor_time, "a measurement takes so long; 0s = none, as in the recordings")
       ->capture_default_str();
   app.add_flag("--obey", a.mote.obey, "beyond the original: motes execute Actuate, and their LED makes light");
   app.add_flag("--updates", a.mote.updates,
@@ -92,6 +94,8 @@ Result<void> complete(Arguments& a) {
   if (!spacing) return fail(spacing.error());
   const auto delay = duration_of("--delay", a.delay);
   if (!delay) return fail(delay.error());
+  const auto sensor_time = duration_of("--sensor-time", a.sensor_time);
+  if (!sensor_time) return fail(sensor_time.error());
   const auto board = parse_build(a.board);
   if (!board)
     return fail(ErrorCode::kInvalid,
@@ -100,6 +104,7 @@ Result<void> complete(Arguments& a) {
   a.world.radio.delay = *delay;
   if (a.world.wait_for_computer) a.world.first_boot = std::chrono::seconds(1);  // it sets the island first
   a.mote.board = *board;
+  a.mote.sensor_time = *sensor_time;
   const unsigned last = a.first + a.motes * (a.same_ids ? 1U : a.world.sinks);
   if (last > motes::kBaseMote - 1U)
     return fail(ErrorCode::kInvalid,

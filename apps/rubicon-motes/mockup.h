@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -21,8 +22,11 @@ Duration tinyos_ms(std::uint32_t count);
 
 struct MockupOptions {
   std::uint16_t transducers = 0;  ///< that are really there: what `updates` reads
-  bool obey = false;              ///< beyond the original: it executes Actuate, and LED makes light
-  bool updates = false;           ///< beyond the original: READ_UPDATES of application 10 are answered with UPDATES
+  /// From the start of a measurement to its value: 210 ms for the SHT11's 14 bits. 0: at once, as the stubs of the
+  /// recordings do.
+  Duration sensor_time = std::chrono::milliseconds(210);
+  bool obey = false;     ///< beyond the original: it executes Actuate, and LED makes light
+  bool updates = false;  ///< beyond the original: READ_UPDATES of application 10 are answered with UPDATES
 };
 
 /// The application of the released mote, Mockup-WSN (wsn.md 9.4, 9.5), and what a mote with the Control module could
@@ -51,6 +55,7 @@ class Mockup {
   void flood_tick();
   void updates_tick();
   void read(std::uint16_t mask);
+  void measure(std::size_t sensor);
   void report();
   std::uint16_t reading(std::size_t sensor);
   void later(Timer& timer, SteadyTime& due, Duration period, void (Mockup::*then)());
@@ -63,9 +68,11 @@ class Mockup {
   Peer requester_, updates_for_;
   std::uint16_t mask_ = 0, updates_mask_ = 0;
   Duration period_{}, updates_period_{};
-  std::uint16_t light_ = 0, temperature_ = 0;
   std::map<std::uint16_t, std::int32_t> actuators_;
   SteadyTime due_{}, updates_due_{};
+  /// What the record of the next report holds, of light and temperature: zero from the boot to the first measurement.
+  std::array<std::uint16_t, 2> measured_{};
+  std::array<Timer, 2> measuring_;
   Timer timer_, updates_timer_;
 };
 

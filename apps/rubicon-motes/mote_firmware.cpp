@@ -43,7 +43,8 @@ MoteFirmware::MoteFirmware(MoteOptions options, Radio::Cells hears, Radio& radio
       transmitter_(radio, scheduler),
       sensors_(options.seed),
       memory_(options.stale, options.seed),
-      mockup_({options.board.real, options.obey, options.updates}, sensors_, transmitter_.random(), scheduler,
+      mockup_({options.board.real, options.sensor_time, options.obey, options.updates}, sensors_, transmitter_.random(),
+              scheduler,
               {[this](Peer to, std::uint8_t application, ByteView record) { send(to, application, record); },
                [this](std::uint16_t, std::int32_t value) {
                  if (log_) log_({{}, "actuator", 0, options_.address, std::nullopt, value, {}});

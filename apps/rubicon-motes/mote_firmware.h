@@ -25,9 +25,10 @@ struct MoteOptions {
   std::uint8_t type = 1;  ///< every board declares 1, and 01 as its actuators (wsn.md 6)
   std::uint8_t actuators = 1;
   BoardBuild board;
-  bool obey = false;     ///< MockupOptions
-  bool updates = false;  ///< MockupOptions
-  double stale = 0.25;   ///< MessageMemory
+  bool obey = false;                                      ///< MockupOptions
+  bool updates = false;                                   ///< MockupOptions
+  Duration sensor_time = std::chrono::milliseconds(210);  ///< MockupOptions
+  double stale = 0.25;                                    ///< MessageMemory
   std::uint64_t seed = 1;
 };
 

@@ -1,11 +1,15 @@
 #include <CLI/CLI.hpp>
+#include <cstdio>
 
+#include "apps/usage/usage_error.h"
+#include "runtime/check.h"
 #include "runtime/daemon.h"
 #include "runtime/recording_tool.h"
 #include "runtime/state_tool.h"
 
 namespace {
 
+using rubicon::runtime::CheckOptions;
 using rubicon::runtime::RunOptions;
 
 void describe_run(CLI::App& app, RunOptions& options) {
@@ -15,10 +19,26 @@ void describe_run(CLI::App& app, RunOptions& options) {
       ->allow_extra_args(false);
   run->add_option("--watch", options.watch, "print a JSON line for each set of a matching tuple (active subscription)")
       ->allow_extra_args(false);
+  run->add_option("--tuple", options.tuples,
+                  "publish a tuple of the island's own from the start: KEY=VALUE (may be repeated)")
+      ->allow_extra_args(false);
   run->add_flag("--shell", options.shell, "read commands from standard input, answer in JSON lines");
   run->add_option("--log-level", options.log_level, "what goes to standard error")
       ->check(CLI::IsMember({"debug", "info", "warning", "error", "off"}))
       ->capture_default_str();
+}
+
+/// The subcommand, and its option --diff with the file it was given.
+std::pair<CLI::App*, CLI::Option*> describe_check(CLI::App& app, CheckOptions& options, std::string& old_file) {
+  auto* check = app.add_subcommand("check", "Say what is wrong with FILE, without running it");
+  check->add_option("FILE", options.file, "island configuration (YAML)")->required();
+  check->add_option("--set", options.overrides, "override a value before checking")->allow_extra_args(false);
+  check->add_flag("--elsewhere", options.elsewhere,
+                  "the island runs on another host: do not look for the files, folders and interfaces it names");
+  auto* diff = check->add_option(
+      "--diff", old_file, "say what a reload would change: against OLD, or what the daemon was last started with");
+  diff->expected(0, 1)->type_name("OLD");
+  return {check, diff};
 }
 
 /// `state FILE ...`: what an island remembers.
@@ -72,13 +92,9 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   RunOptions options;
   describe_run(app, options);
-  auto* check = app.add_subcommand("check", "Say what is wrong with FILE, without running it");
-  check->add_option("FILE", options.file, "island configuration (YAML)")->required();
-  check->add_option("--set", options.overrides, "override a value before checking")->allow_extra_args(false);
+  CheckOptions checked;
   std::string old_file;
-  auto* diff = check->add_option(
-      "--diff", old_file, "say what a reload would change: against OLD, or what the daemon was last started with");
-  diff->expected(0, 1)->type_name("OLD");
+  const auto [check, diff] = describe_check(app, checked, old_file);
   StateTool state;
   describe_state(app, state);
   auto* networks = app.add_subcommand("networks", "List the network types with sample configurations");
@@ -88,11 +104,13 @@ int main(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {  // also --help and --version, which end well
-    return app.exit(error) == 0 ? rubicon::runtime::kExitOk : rubicon::runtime::kExitFailed;
+    if (error.get_exit_code() == 0) return app.exit(error);
+    std::fprintf(stderr, "rubicon-proxy: %s\n", rubicon::usage::explain(app, error).c_str());
+    return rubicon::runtime::kExitConfiguration;
   }
   if (check->parsed()) {
-    const auto against = diff->count() > 0 ? std::optional(old_file) : std::nullopt;
-    return rubicon::runtime::check(options.file, options.overrides, against);
+    if (diff->count() > 0) checked.against = old_file;
+    return rubicon::runtime::check(checked);
   }
   if (recording->parsed()) return rubicon::runtime::recording(recording_options);
   if (networks->parsed()) return rubicon::runtime::list_networks();

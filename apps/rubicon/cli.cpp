@@ -2,6 +2,8 @@
 
 #include <csignal>
 
+#include "apps/usage/usage_error.h"
+
 namespace rubicon::cli {
 
 namespace {
@@ -9,15 +11,15 @@ namespace {
 constexpr const char* kAbout =
     "What the islands of RUBICON have and do: every sensor and actuator as a tuple that can be read, watched and\n"
     "commanded. Finds islands on this host with no configuration.\n\n"
-    "A TUPLE is a key (proxy.dummy-rooms.living.sensor.illuminance-1.value), with its owner in front where several\n"
-    "islands have it (6541:proxy...), or short: living.illuminance-1, dummy-rooms.living.illuminance-1.\n"
+    "A TUPLE is a key (proxy.dummy-rooms.living.sensor.light-1.value), with its owner in front where several\n"
+    "islands have it (6541:proxy...), or short: living.light-1, dummy-rooms.living.light-1.\n"
     "A PATTERN is a key in which * stands for one part and a last ** for the rest.";
 
 constexpr const char* kExamples =
     "Examples:\n"
     "  rubicon islands\n"
     "  rubicon ls 'proxy.*.*.sensor.*.value'\n"
-    "  rubicon watch living.illuminance-1\n"
+    "  rubicon watch living.light-1\n"
     "  rubicon set living.lamp-1 on\n"
     "  rubicon doctor\n"
     "`rubicon COMMAND --help` has more.\n\n";
@@ -31,8 +33,9 @@ Cli::Cli() : app_(kAbout, "rubicon") {
   app_.get_formatter()->label("SUBCOMMAND", "COMMAND");
   app_.footer(std::string(kExamples) + kExitCodes);
   settings_.add_to(app_);
-  for (const auto add : {add_islands, add_ls, add_tree, add_get, add_set, add_watch, add_devices, add_describe,
-                         add_inbox, add_send, add_record, add_top, add_doctor, add_knx, add_complete, add_manual}) {
+  for (const auto add : {add_islands, add_networks, add_ls,     add_tree,   add_get,  add_set,      add_watch,
+                         add_devices, add_describe, add_rename, add_inbox,  add_send, add_receive,  add_publish,
+                         add_types,   add_record,   add_top,    add_doctor, add_knx,  add_complete, add_manual}) {
     add(*this);
   }
 }
@@ -61,7 +64,9 @@ int Cli::run(int argc, const char* const* argv) {
   try {
     app_.parse(argc, argv);
   } catch (const CLI::ParseError& error) {  // also --help and --version, which end well
-    return app_.exit(error) == 0 ? kGood : kUsage;
+    if (error.get_exit_code() == 0) return app_.exit(error);
+    say(usage::explain(app_, error));
+    return kUsage;
   }
   return dispatch();
 }

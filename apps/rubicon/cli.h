@@ -43,6 +43,7 @@ CLI::Option* add_span(CLI::App* app, const std::string& name, std::string& text,
 
 // Each adds one command, or a few that belong together.
 void add_islands(Cli& cli);
+void add_networks(Cli& cli);
 void add_ls(Cli& cli);
 void add_tree(Cli& cli);
 void add_get(Cli& cli);
@@ -50,8 +51,12 @@ void add_set(Cli& cli);
 void add_watch(Cli& cli);
 void add_devices(Cli& cli);
 void add_describe(Cli& cli);
+void add_rename(Cli& cli);
 void add_inbox(Cli& cli);
 void add_send(Cli& cli);
+void add_receive(Cli& cli);
+void add_publish(Cli& cli);
+void add_types(Cli& cli);
 void add_record(Cli& cli);
 void add_top(Cli& cli);
 void add_doctor(Cli& cli);

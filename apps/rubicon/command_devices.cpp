@@ -1,15 +1,22 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <map>
+#include <utility>
+
 #include "apps/rubicon/cli.h"
 #include "apps/rubicon/device_options.h"
+#include "apps/rubicon/near.h"
 #include "apps/rubicon/tuple_text.h"
+#include "apps/rubicon/type_text.h"
+#include "model/unit_text.h"
 
 namespace rubicon::cli {
 
 namespace {
 
 using client::Device;
+using Kind = Column::Kind;
 
 Line device_json(const Device& device) {
   Line line;
@@ -18,25 +25,51 @@ Line device_json(const Device& device) {
   line["network"] = device.network;
   line["id"] = device.id;
   line["name"] = device.name;
+  line["area"] = device.area;
   line["model"] = device.model;
   line["type"] = device.type;
   line["address"] = device.address;
   line["status"] = device.status;
+  line["since"] = base::to_seconds(device.since);
+  line["reason"] = device.reason;
+  line["line"] = device.line.line;
+  line["line_reason"] = device.line.reason;
   line["sensors"] = device.sensors;
   line["actuators"] = device.actuators;
   line["properties"] = device.properties;
   return line;
 }
 
+/// `unreachable: silent for 60s`; where the line does not work, that.
+std::string condition_of(const Device& device) {
+  const auto& reason = device.line.works() || device.line.line.empty() || device.status == "reachable"
+                           ? device.reason
+                           : fmt::format("line {}", line_text(device.line));
+  return reason.empty() ? device.status : fmt::format("{}: {}", device.status, reason);
+}
+
+/// What the words of a query that found nothing may have been meant for.
+std::string near_query(Session& session, const client::DeviceQuery& query) {
+  const auto all = session.client().devices({}, session.settings().patience);
+  auto near = query.type.empty() ? std::string() : near_type(all, query.type);
+  if (near.empty() && !query.name.empty()) near = near_device(all, query.name);
+  return near;
+}
+
 int list(Session& session, const DeviceOptions& options) {
   session.meet();
   const auto query = options.query();
   const auto found = session.client().devices(query, session.settings().patience);
-  if (found.empty()) return session.nothing("no such device");
-  Table table({"DEVICE", "NAME", "STATUS", "TYPE", "SENSORS", "ACTUATORS"});
+  if (found.empty()) return session.nothing("no such device", near_query(session, query));
+  Table table({{"DEVICE", Kind::kKey},
+               {"NAME", Kind::kText, 2},
+               {"STATUS", Kind::kText},
+               {"TYPE", Kind::kText, 3},
+               {"SENSORS", Kind::kText, 1},
+               {"ACTUATORS", Kind::kText, 1}});
   for (const auto& device : found) {
     if (session.json()) session.out().line(dump(device_json(device)));
-    table.row({name_of(device.island, device.key()), device.name, device.status,
+    table.row({name_of(device.island, device.key()), device.name, condition_of(device),
                device.type.empty() ? device.model : device.type, fmt::format("{}", fmt::join(device.sensors, " ")),
                fmt::format("{}", fmt::join(device.actuators, " "))});
   }
@@ -52,37 +85,20 @@ std::string value_in(const Tree& tree, const std::string& key) {
   return found == tree.end() ? std::string() : found->second.value;
 }
 
-std::string range_of(const nlohmann::json& about) {
-  const auto words = about.find("words");
-  if (words != about.end() && words->is_array() && !words->empty()) {
-    std::string all;
-    for (const auto& word : *words) {
-      if (word.is_string()) all += (all.empty() ? "" : "|") + word.get<std::string>();
-    }
-    return all;
-  }
-  const auto number_text = [&about](const char* name) {
-    const auto found = about.find(name);
-    return found != about.end() && found->is_number() ? fmt::format("{:g}", found->get<double>()) : std::string();
-  };
-  const auto low = number_text("minimum"), high = number_text("maximum");
-  return low.empty() && high.empty() ? "" : low + ".." + high;
-}
-
-struct Point {
+struct Place {
   const char* kind;
   std::string id;
 };
 
-std::vector<Point> points_of(const Device& device) {
-  std::vector<Point> points;
+std::vector<Place> places_of(const Device& device) {
+  std::vector<Place> points;
   for (const auto& id : device.sensors) points.push_back({"sensor", id});
   for (const auto& id : device.actuators) points.push_back({"actuator", id});
   for (const auto& id : device.properties) points.push_back({"property", id});
   return points;
 }
 
-Line point_json(const Tree& tree, const std::string& key, const Point& point) {
+Line place_json(const Tree& tree, const std::string& key, const Place& point) {
   Line line;
   line["kind"] = point.kind;
   line["id"] = point.id;
@@ -93,53 +109,74 @@ Line point_json(const Tree& tree, const std::string& key, const Point& point) {
   return line;
 }
 
-void describe_for_people(Session& session, const Device& device, const Tree& tree) {
+std::string since_text(const std::string& word, WallTime since, const std::string& reason, WallTime now) {
+  return fmt::format("{} for {}{}", word, age_text(since, now), reason.empty() ? "" : ": " + reason);
+}
+
+/// What a device is and how it and its line are, a line each.
+void write_head(Session& session, const Device& device) {
   const auto look = session.look();
-  auto& out = session.out();
-  const auto status = object_of(value_in(tree, device.key() + ".status"));
+  constexpr std::size_t kName = 9;
   const auto put = [&](const char* name, const std::string& text) {
-    if (!text.empty()) out.line(fmt::format("{} {}", bold(fmt::format("{:<8}", name), look.colour), clean(text)));
+    if (text.empty()) return;
+    const auto room = look.width > 2 * kName ? look.width - kName : 0;
+    auto before = bold(fmt::format("{:<{}}", name, kName), look.colour);
+    for (const auto& line : wrapped(clean(text), room))
+      session.out().line(std::exchange(before, std::string(kName, ' ')) + line);
   };
   put("device", name_of(device.island, device.key()));
   put("name", device.name);
+  put("area", device.area);
   put("model", device.model);
   put("type", device.type);
   put("address", device.address);
-  const auto since = wall_time(number_in(status, "since"));
-  const auto reason = text_in(status, "reason");
-  put("status",
-      fmt::format("{} for {}{}", device.status, age_text(since, session.now()), reason.empty() ? "" : ": " + reason));
-  Table table({"KIND", "POINT", "VALUE", "UNIT", "QUALITY", "HEARD", "RANGE", "LAST COMMAND"});
-  for (const auto& point : points_of(device)) {
-    const auto key = fmt::format("{}.{}.{}", device.key(), point.kind, point.id);
-    const auto state = point_state(value_in(tree, key + ".status"));
+  put("status", since_text(device.status, device.since, device.reason, session.now()));
+  const auto& line = device.line;
+  if (line.line.empty()) return;
+  const auto next = next_attempt_text(line, session.now());
+  put("line", since_text(line.line, line.since, line.reason, session.now()) + (next.empty() ? "" : "; " + next));
+}
+
+void describe_for_people(Session& session, const Device& device, const Tree& tree) {
+  write_head(session, device);
+  std::vector<client::Tuple> tuples;
+  for (const auto& entry : tree) tuples.push_back(entry.second);
+  std::map<std::string, client::Point> points;
+  for (auto& point : client::points_from(tuples)) points.emplace(point.key(), std::move(point));
+  Table table({{"KIND", Kind::kWord, 4},
+               {"POINT", Kind::kKey},
+               {"VALUE", Kind::kValue},
+               {"UNIT"},
+               {"QUALITY"},
+               {"HEARD", Kind::kWord, 3},
+               {"RANGE", Kind::kText, 2},
+               {"LAST COMMAND", Kind::kText, 1}});
+  std::string reasons;
+  for (const auto& place : places_of(device)) {
+    const auto key = fmt::format("{}.{}.{}", device.key(), place.kind, place.id);
+    const auto& point = points[key];
     const auto about = object_of(value_in(tree, key + ".description"));
-    const auto unit = text_in(about, "unit");
-    table.row({point.kind, point.id, value_in(tree, key + ".value"), unit == "1" ? "" : unit, state.quality,
-               age_text(state.heard, session.now()), range_of(about), state.command});
+    const auto& status = point.status;
+    table.row({place.kind, place.id, point.value(), model::unit_text(point.unit), status.quality,
+               age_text(status.heard, session.now()), range_text(about), status.command});
+    const bool is_told = status.reason.empty() || status.reason == device.reason || status.reason == device.line.reason;
+    if (!is_told) reasons += fmt::format("{} is {}\n", clean(place.id), clean(quality_text(point)));
   }
-  if (!table.empty()) out.write("\n" + table.text(look));
+  if (table.empty()) return;
+  session.out().write("\n" + table.text(session.look()) + (reasons.empty() ? "" : "\n" + reasons));
 }
 
 void describe_for_programs(Session& session, const Device& device, const Tree& tree) {
   auto line = device_json(device);
   line["points"] = Line::array();
-  for (const auto& point : points_of(device))
-    line["points"].push_back(point_json(tree, fmt::format("{}.{}.{}", device.key(), point.kind, point.id), point));
+  for (const auto& point : places_of(device))
+    line["points"].push_back(place_json(tree, fmt::format("{}.{}.{}", device.key(), point.kind, point.id), point));
   session.out().line(dump(line));
 }
 
 int describe(Session& session, const std::string& word) {
-  session.meet();
-  const auto found = devices_called(session.client().devices({}, session.settings().patience), word);
-  if (found.empty()) return session.nothing(fmt::format("no device {}", model::quoted(word)));
-  if (found.size() > 1) {
-    std::string names;
-    for (const auto& device : found) names += "\n  " + name_of(device.island, device.key());
-    say(fmt::format("{} may be each of these devices, say which:{}", model::quoted(word), names));
-    return kUsage;
-  }
-  const auto& device = found[0];
+  Device device;
+  if (const int code = one_device(session, word, device); code != kGood) return code;
   Tree tree;
   for (auto& tuple : session.read({device.island, device.key() + ".**"})) tree.emplace(tuple.key, std::move(tuple));
   session.json() ? describe_for_programs(session, device, tree) : describe_for_people(session, device, tree);
@@ -161,7 +198,7 @@ void add_devices(Cli& cli) {
 void add_describe(Cli& cli) {
   const auto device = std::make_shared<std::string>();
   auto* app = cli.command_in_ecology({"describe", "Show a device: its points with type, unit, value and quality",
-                                      "  rubicon describe living\n"
+                                      "  rubicon describe bedroom\n"
                                       "  rubicon describe 'Living room'\n"
                                       "  rubicon describe 6541:proxy.dummy-rooms.living\n"},
                                      [device](Session& session) { return describe(session, *device); });

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "apps/rubicon/cli.h"
+#include "apps/rubicon/near.h"
 #include "apps/rubicon/target.h"
 #include "apps/rubicon/tuple_text.h"
 
@@ -8,57 +9,119 @@ namespace rubicon::cli {
 
 namespace {
 
+using client::Point;
+using client::PointEvent;
 using client::Tuple;
 
 struct GetOptions {
   std::vector<std::string> targets;
-  bool all = false, fresh = false;
+  bool all = false, fresh = false, any_quality = false, quiet = false;
 };
 
-std::string all_text(const Tuple& tuple, WallTime now, bool colour) {
-  const auto when = [now](WallTime time) {
-    return time == WallTime{} ? std::string("-") : fmt::format("{} ({} ago)", time_text(time), age_text(time, now));
-  };
-  std::string out;
-  const auto put = [&](const char* name, const std::string& text) {
-    out += fmt::format("{} {}\n", bold(fmt::format("{:<10}", name), colour), clean(text));
-  };
-  put("tuple", name_of(tuple.owner, tuple.key));
-  put("value", tuple.value);
-  put("media type", tuple.media_type);
-  put("seq", std::to_string(tuple.sequence));
-  put("creator", std::to_string(number(tuple.creator)));
-  put("written", when(tuple.write_time));
-  put("measured", when(tuple.user_time));
-  put("expires", tuple.expire_time == WallTime{} ? "never" : time_text(tuple.expire_time));
-  if (!tuple.owner_present) put("owner", "absent");
-  return out;
+/// Everything about a tuple, line by line.
+class Sheet {
+ public:
+  Sheet(WallTime now, bool colour) : now_(now), colour_(colour) {}
+
+  void put(const char* name, const std::string& text) {
+    out_ += fmt::format("{} {}\n", bold(fmt::format("{:<10}", name), colour_), clean(text));
+  }
+  void put(const char* name, WallTime time) {
+    put(name,
+        time == WallTime{} ? std::string("-") : fmt::format("{} ({} ago)", time_text(time), age_text(time, now_)));
+  }
+  const std::string& text() const { return out_; }
+
+ private:
+  WallTime now_;
+  bool colour_;
+  std::string out_;
+};
+
+std::string all_text(const Point& point, const std::string& creator, WallTime now, bool colour) {
+  const auto& tuple = point.tuple;
+  Sheet sheet(now, colour);
+  sheet.put("tuple", name_of(tuple.owner, tuple.key));
+  sheet.put("value", tuple.value);
+  if (const auto quality = quality_text(point); !quality.empty()) {
+    sheet.put("quality", quality);
+    sheet.put("heard", point.status.heard);
+    sheet.put("changed", point.status.changed);
+    sheet.put("line", line_text(point.line));
+  }
+  sheet.put("media type", tuple.media_type);
+  sheet.put("seq", std::to_string(tuple.sequence));
+  sheet.put("creator", creator);
+  sheet.put("written", tuple.write_time);
+  sheet.put("measured", tuple.user_time);
+  sheet.put("expires", tuple.expire_time == WallTime{} ? "never" : time_text(tuple.expire_time));
+  if (!tuple.owner_present) sheet.put("owner", "absent");
+  return sheet.text();
+}
+
+/// A tuple that is no point has no quality.
+Point plain(Tuple tuple) {
+  Point point;
+  point.tuple = std::move(tuple);
+  return point;
+}
+
+std::optional<Point> read_one(Session& session, const Target& target) {
+  if (is_value_of_point(target.key)) {
+    auto found =
+        session.client().read_points({target.owner, without_last_part(target.key)}, session.settings().patience);
+    return found && !found->empty() ? std::optional(std::move(found->front())) : std::nullopt;
+  }
+  auto found = session.read({target.owner, target.key});
+  return found.empty() ? std::nullopt : std::optional(plain(std::move(found[0])));
 }
 
 /// Wakes the sensor and takes the first value that is newer than what was there.
-std::optional<Tuple> fresh_value(Session& session, const Target& target, const Tuple& old) {
-  std::optional<Tuple> found;
-  const auto subscription =
-      session.client().tuples().subscribe({target.owner, target.key}, {}, [&](const Event& event) {
-        const bool newer = event.tuple.sequence != old.sequence || event.tuple.write_time != old.write_time;
-        if (event.kind == EventKind::kSet && newer && !event.tuple.value.empty()) found.emplace(event.tuple);
-      });
+std::optional<Point> fresh_value(Session& session, const Target& target, const Tuple& old) {
+  std::optional<Point> found;
+  const auto take = [&](const Point& point) {
+    const auto& tuple = point.tuple;
+    const bool newer = tuple.sequence != old.sequence || tuple.write_time != old.write_time;
+    if (newer && !tuple.value.empty()) found = point;
+  };
+  Handle handle;
+  if (is_value_of_point(target.key)) {
+    auto watch = session.client().watch_points({target.owner, without_last_part(target.key)}, {},
+                                               [&](PointEvent event, const Point& point) {
+                                                 if (event == PointEvent::kValue) take(point);
+                                               });
+    if (watch) handle = std::move(*watch);
+  } else {
+    handle = session.client().tuples().subscribe({target.owner, target.key}, {}, [&](const Event& event) {
+      if (event.kind == EventKind::kSet) take(plain(Tuple(event.tuple)));
+    });
+  }
   session.run([&] { return found.has_value(); }, session.settings().patience);
   return found;
 }
 
-void show(Session& session, const Tuple& tuple, const GetOptions& options, bool named) {
+void show(Session& session, const Point& point, const GetOptions& options) {
   auto& out = session.out();
-  if (session.json()) return out.line(dump(tuple_json(tuple)));
-  if (options.all) return out.write(all_text(tuple, session.now(), out.has_colour()));
+  const auto& tuple = point.tuple;
+  if (session.json()) return out.line(dump(point_json(point)));
+  if (options.all) return out.write(all_text(point, session.who(tuple.creator), session.now(), out.has_colour()));
   const auto value = out.is_terminal() ? clean(tuple.value) : tuple.value;
+  const bool named = options.targets.size() > 1;
   out.line(named ? fmt::format("{} {}", name_of(tuple.owner, tuple.key), value) : value);
 }
 
-void explain_silence(const Tuple& tuple) {
-  const auto parts = model::key_parts(tuple.key);
-  const bool sensor = parts.size() == 6 && parts[3] == "sensor" && parts[5] == "value";
-  if (sensor && tuple.value.empty()) say(fmt::format("{} has no value yet; --fresh asks the device", tuple.key));
+/// What a reader has to know before he believes the value.
+int judge(Session& session, const Point& point, const GetOptions& options) {
+  if (point.status.quality.empty() || point.good()) return kGood;
+  if (!options.quiet) {
+    session.out().flush();
+    const bool can_be_asked = point.value().empty() && point.key().find(".sensor.") != std::string::npos;
+    say(clean(
+        fmt::format("{} is {}; last heard {}{}", name_of(point.tuple.owner, point.key()), quality_text(point),
+                    point.status.heard == WallTime{} ? "never" : age_text(point.status.heard, session.now()) + " ago",
+                    can_be_asked ? "; --fresh asks the device" : "")));
+  }
+  return options.any_quality ? kGood : kNotGood;
 }
 
 int get_one(Session& session, const std::string& text, const GetOptions& options) {
@@ -68,18 +131,22 @@ int get_one(Session& session, const std::string& text, const GetOptions& options
     return kUsage;
   }
   const auto candidates = resolve(session, *typed, "value");
-  if (candidates.empty()) return session.nothing(fmt::format("no tuple {}", clean(text)));
+  if (candidates.empty())
+    return session.nothing(fmt::format("no tuple {}", clean(text)), near_tuple(session, text, "value"));
   if (candidates.size() > 1) return ambiguous(text, candidates);
-  const auto found = session.read({candidates[0].owner, candidates[0].key});
-  if (found.empty()) return session.nothing(fmt::format("no tuple {} any more", clean(text)));
-  const auto newer = options.fresh ? fresh_value(session, candidates[0], found[0]) : std::nullopt;
-  if (options.fresh && !newer) {
-    say(fmt::format("{} did not get a new value in time", name_of(candidates[0].owner, candidates[0].key)));
-    return kTimedOut;
+  auto found = read_one(session, candidates[0]);
+  if (!found) return session.nothing(fmt::format("no tuple {} any more", clean(text)));
+  if (options.fresh) {
+    auto newer = fresh_value(session, candidates[0], found->tuple);
+    if (!newer) {
+      say(fmt::format("{} did not get a new value in time{}{}", name_of(candidates[0].owner, candidates[0].key),
+                      found->status.quality.empty() ? "" : ": it is ", clean(quality_text(*found))));
+      return kTimedOut;
+    }
+    found = std::move(newer);
   }
-  show(session, newer ? *newer : found[0], options, options.targets.size() > 1);
-  if (!newer) explain_silence(found[0]);
-  return kGood;
+  show(session, *found, options);
+  return judge(session, *found, options);
 }
 
 int get(Session& session, const GetOptions& options) {
@@ -96,14 +163,19 @@ void add_get(Cli& cli) {
   const auto options = std::make_shared<GetOptions>();
   auto* app = cli.command_in_ecology(
       {"get", "Show the value of a tuple",
-       "  rubicon get living.illuminance-1\n"
-       "  rubicon get --fresh living.illuminance-1     # ask the sensor, wait for what it says\n"
-       "  rubicon get --all 6541:proxy.networks        # creator, times, media type, sequence number\n"},
+       "  rubicon get living.light-1\n"
+       "  rubicon get --fresh living.light-1           # ask the sensor, wait for what it says\n"
+       "  rubicon get --any-quality --quiet living.lamp-1 # the value, whatever it is worth\n"
+       "  rubicon get --all 6541:proxy.networks        # creator, times, media type, sequence number\n"
+       "The value goes to standard output. If its quality is not good, quality and reason go to standard error,\n"
+       "and the exit code is 10.\n"},
       [options](Session& session) { return get(session, *options); });
   app->add_option("TUPLE", options->targets, "key, with ISLAND: in front where several have it; or DEVICE.POINT")
       ->required();
   app->add_flag("--all", options->all, "everything about it");
   app->add_flag("--fresh", options->fresh, "subscribe, so that its sensor measures, and wait for the next value");
+  app->add_flag("--any-quality", options->any_quality, "exit code 0 whatever the quality is");
+  app->add_flag("--quiet", options->quiet, "nothing about the quality on standard error");
 }
 
 }  // namespace rubicon::cli

@@ -18,7 +18,14 @@ struct InboxOptions {
 
 int list(Session& session, const InboxOptions& options) {
   const auto inbox = session.settings().prefix + ".inbox";
-  Table table({"ISLAND", "DEVICE", "NAME", "MODEL", "ADDRESS", "SINCE", "WHY"});
+  using Kind = Column::Kind;
+  Table table({{"ISLAND"},
+               {"DEVICE", Kind::kKey},
+               {"NAME", Kind::kText, 1},
+               {"MODEL", Kind::kText, 3},
+               {"ADDRESS", Kind::kText, 2},
+               {"SINCE", Kind::kWord, 4},
+               {"WHY", Kind::kText}});
   for (const auto& tuple : session.read({options.owner(), inbox + ".*.*"})) {
     const auto about = object_of(tuple.value);
     if (session.json()) {
@@ -86,16 +93,17 @@ int decide(Session& session, const InboxOptions& options, const std::string& wor
 void add_inbox(Cli& cli) {
   const auto options = std::make_shared<InboxOptions>();
   const auto action = std::make_shared<std::string>("list");
-  auto* app = cli.command_in_ecology({"inbox", "List devices that wait to be let in, and decide about them",
-                                      "  rubicon inbox\n"
-                                      "  rubicon inbox approve wsn-1.7\n"
-                                      "  rubicon inbox ignore 'wsn-1.*' --island 6541     # all that wait and fit\n"},
-                                     [options, action](Session& session) {
-                                       if (*action == "list") return list(session, *options);
-                                       if (!options->which.empty()) return decide(session, *options, *action);
-                                       say(fmt::format("{} which device? expected NETWORK.DEVICE", *action));
-                                       return static_cast<int>(kUsage);
-                                     });
+  auto* app =
+      cli.command_in_ecology({"inbox", "List devices that wait for a decision, and decide about them",
+                              "  rubicon inbox\n"
+                              "  rubicon inbox approve dummy-new.guest\n"
+                              "  rubicon inbox ignore 'dummy-new.*' --island 6541     # all that wait and fit\n"},
+                             [options, action](Session& session) {
+                               if (*action == "list") return list(session, *options);
+                               if (!options->which.empty()) return decide(session, *options, *action);
+                               say(fmt::format("{} which device? expected NETWORK.DEVICE", *action));
+                               return static_cast<int>(kUsage);
+                             });
   app->add_option("ACTION", *action, "list, approve or ignore")->check(CLI::IsMember({"list", "approve", "ignore"}));
   app->add_option("DEVICE", options->which, "NETWORK.DEVICE, also with * and ?");
   app->add_option("--island", options->island, "of this island")

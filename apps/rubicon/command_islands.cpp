@@ -16,7 +16,7 @@ std::uint64_t devices_of(const Summary& summary) {
 
 std::string networks_of(const Summary& summary) {
   std::string names;
-  for (const auto& [id, devices] : summary.networks) names += (names.empty() ? "" : ", ") + id;
+  for (const auto& [id, devices] : summary.networks) names += (names.empty() ? "" : " ") + id;
   return names;
 }
 
@@ -39,7 +39,14 @@ int list(Session& session, bool all) {
   session.meet();
   auto& client = session.client();
   const auto found = all ? client.components() : client.islands();
-  Table table({"ID", "NAME", "HOST", "PROGRAM", "UP", "DEVICES", "NETWORKS"});
+  using Kind = Column::Kind;
+  Table table({{"ID"},
+               {"NAME", Kind::kText},
+               {"HOST", Kind::kText, 2},
+               {"PROGRAM", Kind::kText, 3},
+               {"UP", Kind::kWord, 1},
+               {"DEVICES"},
+               {"NETWORKS", Kind::kText}});
   for (const auto& one : found) {
     if (session.json()) session.out().line(dump(component_json(one)));
     const bool island = model::is_island(one.id);

@@ -1,64 +1,75 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <tuple>
+#include <iterator>
 
 #include "apps/rubicon/cli.h"
-#include "apps/rubicon/target.h"
+#include "apps/rubicon/near.h"
+#include "apps/rubicon/selection.h"
 #include "apps/rubicon/tuple_text.h"
+#include "base/natural_order.h"
 
 namespace rubicon::cli {
 
 namespace {
 
-using client::Tuple;
+using client::Point;
 
 /// The values of all points.
 std::string usual_pattern(const Settings& settings) {
   return settings.prefix + ".*.*.*.*.value";
 }
 
-/// Patterns of values find no statuses: the pattern of those beside them.
-std::optional<Pattern> beside(const Pattern& pattern) {
-  if (last_part(pattern.key) != "value") return std::nullopt;
-  return Pattern{pattern.owner, without_last_part(pattern.key) + ".status"};
-}
-
-Line with_quality(Line line, const PointState* state) {
-  if (!state || state->quality.empty()) return line;
-  line["quality"] = state->quality;
-  line["heard"] = base::to_seconds(state->heard);
-  return line;
+/// What fits, points with what belongs to them.
+std::vector<Point> all_that_fit(Session& session, const Selections& selections) {
+  std::vector<Point> found;
+  for (const auto& selection : selections) {
+    const auto& pattern = selection.pattern;
+    const auto is_meant = [&](const Point& point) { return selection.fits(point.tuple.owner, point.tuple.key); };
+    if (const auto points = points_of(pattern)) {
+      if (!pattern.owner) session.meet();
+      if (auto some = session.client().read_points(*points, session.settings().patience))
+        std::copy_if(some->begin(), some->end(), std::back_inserter(found), is_meant);
+      continue;
+    }
+    const auto tuples = session.read(pattern);
+    auto points = client::points_from(tuples);
+    std::copy_if(points.begin(), points.end(), std::back_inserter(found), is_meant);
+    for (const auto& tuple : tuples) {
+      if (!points_of({tuple.owner, tuple.key}) && selection.fits(tuple.owner, tuple.key))
+        found.emplace_back().tuple = tuple;
+    }
+  }
+  std::sort(found.begin(), found.end(), [](const Point& a, const Point& b) {
+    if (a.tuple.owner != b.tuple.owner) return a.tuple.owner < b.tuple.owner;
+    return base::natural_less(a.tuple.key, b.tuple.key);
+  });
+  return found;
 }
 
 int list(Session& session, const std::string& text) {
-  const auto patterns = parse_patterns(text.empty() ? usual_pattern(session.settings()) : text, "value");
-  if (!patterns) {
-    say(patterns.error().text);
+  const auto selections = parse_selections(text.empty() ? usual_pattern(session.settings()) : text, "value");
+  if (!selections) {
+    say(selections.error().text);
     return kUsage;
   }
-  std::vector<Tuple> found, statuses;
-  for (const auto& pattern : *patterns) {
-    for (auto& tuple : session.read(pattern)) found.push_back(std::move(tuple));
-    if (const auto other = beside(pattern); other && !found.empty()) statuses = session.read(*other);
+  const auto found = all_that_fit(session, *selections);
+  if (found.empty()) {
+    const bool exact = !text.empty() && selections->front().pattern.exact();
+    return session.nothing(fmt::format("no tuple fits {}", selections->back().text),
+                           exact ? near_tuple(session, text, "value") : std::string());
   }
-  std::sort(found.begin(), found.end(),
-            [](const Tuple& a, const Tuple& b) { return std::tie(a.owner, a.key) < std::tie(b.owner, b.key); });
-  const auto states = states_of(statuses.empty() ? found : statuses);
-  Table table({"TUPLE", "VALUE", "QUALITY", "AGE"});
-  for (const auto& tuple : found) {
-    const auto state =
-        last_part(tuple.key) == "value" ? states.find({tuple.owner, without_last_part(tuple.key)}) : states.end();
-    const auto* known = state == states.end() ? nullptr : &state->second;
-    if (session.json()) {
-      session.out().line(dump(with_quality(tuple_json(tuple), known)));
-      continue;
-    }
-    const auto quality = !tuple.owner_present ? std::string("absent") : known ? known->quality : std::string();
-    table.row({name_of(tuple.owner, tuple.key), tuple.value, quality,
-               age_text(known ? known->heard : tuple.write_time, session.now())});
+  Table table({{"TUPLE", Column::Kind::kKey},
+               {"VALUE", Column::Kind::kValue},
+               {"QUALITY", Column::Kind::kWord, 1},
+               {"AGE", Column::Kind::kWord, 2}});
+  for (const auto& point : found) {
+    if (session.json()) session.out().line(dump(point_json(point)));
+    const auto& tuple = point.tuple;
+    const auto& quality = point.status.quality;
+    table.row({name_of(tuple.owner, tuple.key), tuple.value, tuple.owner_present ? quality : "absent",
+               age_text(quality.empty() ? tuple.write_time : point.status.heard, session.now())});
   }
-  if (found.empty()) return session.nothing(fmt::format("no tuple fits {}", to_string(patterns->back())));
   if (!session.json()) session.out().write(table.text(session.look()));
   return kGood;
 }
@@ -70,9 +81,11 @@ void add_ls(Cli& cli) {
   auto* app = cli.command_in_ecology({"ls", "List the tuples that fit a pattern, with their values",
                                       "  rubicon ls                                   # the values of all points\n"
                                       "  rubicon ls 'proxy.*.*.status'                # devices\n"
+                                      "  rubicon ls 'living.*'                        # the values of one device\n"
                                       "  rubicon ls '6541:**' --json                  # everything of one island\n"},
                                      [pattern](Session& session) { return list(session, *pattern); });
-  app->add_option("PATTERN", *pattern, "a key with * for one part and a last ** for the rest; ISLAND: in front");
+  app->add_option("PATTERN", *pattern,
+                  "a key with * for one part or within one, a last ** for the rest; ISLAND: in front");
 }
 
 }  // namespace rubicon::cli

@@ -90,7 +90,11 @@ int record(Session& session, const RecordOptions& options) {
       setup, {client.scheduler(), client.tuples(), files, complaints, session.settings().prefix, folder, island});
   recorder.start();
   if (recorder.counters().failures > 0) return kFailed;
-  if (options.active) tell_who_wakes(client, *patterns);
+  if (options.active) {
+    Selections woken;
+    for (const auto& pattern : *patterns) woken.push_back({pattern, to_string(pattern)});
+    tell_who_wakes(client, woken);
+  }
   session.run([] { return false; }, span_of(options.length, Duration::max()));
   recorder.flush();
   return finish(session, recorder, options.file);
@@ -103,7 +107,7 @@ void add_record(Cli& cli) {
   auto* app = cli.command_in_ecology(
       {"record", "Record what happens to tuples, until a signal; `rubicon-proxy` plays and exports it",
        "  rubicon record home.rec                          # everything of the only island\n"
-       "  rubicon record home.rec 'proxy.*.*.sensor.**' --active --for 1h\n"
+       "  rubicon record sensors.rec 'proxy.*.*.sensor.**' --active --for 1h\n"
        "  rubicon-proxy recording home.rec export --csv\n"},
       [options](Session& session) { return record(session, *options); });
   app->add_option("FILE", options->file, "a new file, or a recording of the same island that goes on")->required();

@@ -64,9 +64,9 @@ int tell(Session& session, OwnerId to, std::size_t bytes, const std::string& why
   if (session.json()) {
     session.out().line(dump({{"to", number(to)}, {"bytes", bytes}, {"ok", why_not.empty()}, {"reason", why_not}}));
   } else if (why_not.empty()) {
-    session.out().line(fmt::format("sent {} to {}", counted(bytes, "byte"), number(to)));
+    session.out().line(fmt::format("sent {} to {}", counted(bytes, "byte"), session.who(to)));
   } else {
-    say(fmt::format("{} did not take it: {}", number(to), clean(why_not)));
+    say(fmt::format("{} did not take it: {}", session.who(to), clean(why_not)));
   }
   return why_not.empty() ? kGood : kRefused;
 }
@@ -95,7 +95,7 @@ int send(Session& session, const SendOptions& options) {
   }
   if (session.run([&] { return answer.has_value(); }, session.settings().patience + std::chrono::seconds(5)))
     return tell(session, found[0], bytes->size(), *answer);
-  say(fmt::format("{} did not answer", number(found[0])));
+  say(fmt::format("{} did not answer", session.who(found[0])));
   return kTimedOut;
 }
 
@@ -103,12 +103,13 @@ int send(Session& session, const SendOptions& options) {
 
 void add_send(Cli& cli) {
   const auto options = std::make_shared<SendOptions>();
-  auto* app = cli.command_in_ecology({"send", "Send a message to a component, for those there who wait for its type",
-                                      "  rubicon send 70001 --type chat 'come to the kitchen'\n"
-                                      "  rubicon send 6541 --type image --file map.png\n"
-                                      "  date | rubicon send robot --type clock -\n"
-                                      "  rubicon send 6541 --device 7 --type mote/3/6/1 --hex 01012cbeef\n"},
-                                     [options](Session& session) { return send(session, *options); });
+  auto* app =
+      cli.command_in_ecology({"send", "Send a message to a component, for those there who wait for its type",
+                              "  rubicon send 70001 --type chat 'come to the kitchen'\n"
+                              "  rubicon send 6541 --type image --file map.png\n"
+                              "  date | rubicon send robot --type clock -\n"
+                              "  rubicon send 6541 --network wsn-1 --device 7 --type mote/3/6/1 --hex 01012cbeef\n"},
+                             [options](Session& session) { return send(session, *options); });
   app->add_option("COMPONENT", options->to, "id or name of an island or another component")->required();
   auto* text = app->add_option("TEXT", options->text, "the message; - = standard input");
   app->add_option("--type", options->type, "your word for what it is")->capture_default_str();

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "apps/rubicon/cli.h"
+#include "apps/rubicon/near.h"
 #include "apps/rubicon/target.h"
 #include "apps/rubicon/tuple_text.h"
 
@@ -59,25 +60,58 @@ Meant meant(Session& session, const std::string& text, std::string_view last) {
   if (typed->owner && !long_form(*typed, last)) return {Target{*typed->owner, typed->key}, kGood};
   auto candidates = resolve(session, *typed, last);
   if (candidates.empty() && typed->owner) return {Target{*typed->owner, typed->key}, kGood};
-  if (candidates.empty()) return {{}, session.nothing(fmt::format("no tuple {} that could be set", clean(text)))};
+  if (candidates.empty()) {
+    return {
+        {},
+        session.nothing(fmt::format("no tuple {} that could be set", clean(text)), near_tuple(session, text, last))};
+  }
   if (candidates.size() > 1) return {{}, ambiguous(text, candidates)};
   return {std::move(candidates[0]), kGood};
 }
+
+/// Says on standard error what a command waits for, once it has waited for a moment.
+class Waiting {
+ public:
+  explicit Waiting(Session& session) : session_(session) {}
+
+  void told(const Outcome& outcome) {
+    if (outcome.reason == said_.reason) return;
+    said_ = outcome;
+    pause_ = session_.client().after(kMoment, [this] { tell(); });
+  }
+
+ private:
+  static constexpr Duration kMoment = std::chrono::milliseconds(500);
+
+  void tell() {
+    const auto left = std::chrono::duration<double>(said_.until - session_.now()).count();
+    say(fmt::format("{}: {}{}", said_.state, clean(said_.reason),
+                    left > 0 ? fmt::format(" (at most {:.1f} s more)", left) : std::string()));
+  }
+
+  Session& session_;
+  Outcome said_;
+  Handle pause_;
+};
 
 int set(Session& session, const SetOptions& options) {
   const auto which = meant(session, options.target, "command");
   if (!which.target) return which.code;
   const auto start = std::chrono::steady_clock::now();
-  auto outcome = session.client().command(which.target->owner, which.target->key, options.value, span_of(options.ttl),
-                                          span_of(options.wait, kUsualWait));
+  Waiting waiting(session);
+  auto outcome =
+      session.client().command(which.target->owner, which.target->key, options.value, span_of(options.ttl),
+                               span_of(options.wait, kUsualWait), [&](const Outcome& now) { waiting.told(now); });
   const auto took = std::chrono::steady_clock::now() - start;
   look_closer(session, *which.target, outcome);
   return tell(session, *which.target, options.value, outcome, took);
 }
 
 Outcome outcome_of(const Reply& reply) {
-  return {reply.verdict == Verdict::kApplied ? "applied" : std::string(to_string(reply.verdict)), reply.text,
-          reply.request};
+  return {reply.verdict == Verdict::kApplied ? "applied" : std::string(to_string(reply.verdict)),
+          reply.text,
+          reply.request,
+          {}};
 }
 
 /// Waits for the owner's reply to what `ask` sends.
@@ -93,7 +127,7 @@ int ask(Session& session, const SetOptions& options,
   std::optional<Outcome> outcome;
   const auto start = std::chrono::steady_clock::now();
   send(session.client().tuples(), *which.target, [&](const Reply& reply) { outcome = outcome_of(reply); });
-  if (!session.run([&] { return outcome.has_value(); })) outcome = Outcome{"timed-out", "ended by a signal", 0};
+  if (!session.run([&] { return outcome.has_value(); })) outcome = Outcome{"timed-out", "ended by a signal", 0, {}};
   look_closer(session, *which.target, *outcome);
   return tell(session, *which.target, options.value, *outcome, std::chrono::steady_clock::now() - start);
 }
@@ -123,18 +157,19 @@ void add_target(CLI::App* app, SetOptions& options) {
 
 void add_set(Cli& cli) {
   const auto options = std::make_shared<SetOptions>();
-  auto* app =
-      cli.command_in_ecology({"set", "Set a tuple of another component; for a .command wait for the outcome",
-                              "  rubicon set living.lamp-1 on\n"
-                              "  rubicon set 6541:proxy.dummy-rooms.living.actuator.lamp-1.command off --ttl 1min\n"
-                              "  rubicon set --json living.lamp-1 on | jq .state\n"
-                              "The exit code says how it ended: 0 confirmed, assumed or applied; 3 refused, 4 failed, "
-                              "5 timed-out, 6 expired,\n"
-                              "7 superseded, 8 no such component or tuple, 9 still queued or sent.\n"},
-                             [options](Session& session) { return set(session, *options); });
+  auto* app = cli.command_in_ecology(
+      {"set", "Set a tuple of another component; for a .command wait for the outcome",
+       "  rubicon set living.lamp-1 on\n"
+       "  rubicon set 6541:proxy.dummy-rooms.living.actuator.lamp-1.command off --ttl 1min\n"
+       "  rubicon set --json living.lamp-1 on | jq .state\n"
+       "The exit code says how it ended: 0 confirmed, assumed or applied; 3 refused, 4 failed, "
+       "5 timed-out, 6 expired,\n"
+       "7 superseded, 8 no such component or tuple. What a command waits for stands on standard error.\n"},
+      [options](Session& session) { return set(session, *options); });
   add_target(app, *options);
   app->add_option("VALUE", options->value, "as text, in the unit of the point")->required();
-  add_span(app, "--wait", options->wait, "follow a command for so long after its time to live, 15s if not given");
+  add_span(app, "--wait", options->wait,
+           "wait for so long for news of a command that must have ended, 15s if not given");
 
   const auto more = std::make_shared<SetOptions>();
   app = cli.command_in_ecology({"append", "Add text behind the value of a tuple, if its owner lets others do that",
@@ -145,7 +180,7 @@ void add_set(Cli& cli) {
 
   const auto gone = std::make_shared<SetOptions>();
   app = cli.command_in_ecology({"delete", "Ask the owner of a tuple to let it expire at once",
-                                "  rubicon delete 70001:robot.goal\n"
+                                "  rubicon delete 70001:robot.goal      # rubicon publish --open: others may\n"
                                 "Tuples of devices go with their devices: islands refuse.\n"},
                                [gone](Session& session) { return erase(session, *gone); });
   add_target(app, *gone);

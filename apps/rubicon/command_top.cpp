@@ -4,7 +4,7 @@
 
 #include "apps/rubicon/cli.h"
 #include "apps/rubicon/rates.h"
-#include "apps/rubicon/target.h"
+#include "apps/rubicon/selection.h"
 #include "apps/rubicon/tuple_text.h"
 
 namespace rubicon::cli {
@@ -27,14 +27,17 @@ class Top {
     interval_ = std::max(kShortest, span_of(options.interval, std::chrono::seconds(2)));
   }
 
-  int run(const std::vector<Pattern>& patterns) {
+  int run(const Selections& selections) {
     auto& space = session_.client().tuples();
     std::vector<Handle> subscriptions;
     std::size_t number = 0;
-    for (const auto& pattern : patterns) {
+    for (const auto& selection : selections) {
       const auto one = number++;
       subscriptions.push_back(space.subscribe(
-          pattern, {.passive = true}, [this, one](const Event& event) { take(one, event); },
+          selection.pattern, {.passive = true},
+          [this, one, &selection](const Event& event) {
+            if (selection.fits(event.tuple.owner, event.tuple.key)) take(one, event);
+          },
           [this, one](OwnerId owner) { snapshot_ended_.emplace(one, owner); }));
     }
     session_.meet();
@@ -66,7 +69,10 @@ class Top {
     if (session_.json()) return show_lines(rows);
     double sum = 0;
     for (const auto& row : rows) sum += row.per_second;
-    Table table({"PER SECOND", "TOTAL", "LAST", "WHAT"});
+    Table table({{"PER SECOND"},
+                 {"TOTAL", Column::Kind::kWord, 1},
+                 {"LAST", Column::Kind::kWord, 2},
+                 {"WHAT", Column::Kind::kKey}});
     constexpr std::size_t kHeads = 4;  // lines above the rows, and the one of the cursor
     const auto height = session_.out().height();
     const auto room = height > kHeads ? height - kHeads : kRows;
@@ -74,7 +80,7 @@ class Top {
       table.row({fmt::format("{:.1f}", rows[i].per_second), std::to_string(rows[i].total),
                  age_text(rows[i].last, session_.now()), rows[i].name});
     const auto head =
-        fmt::format("{} UTC   {:.1f} events/s of {}, {}", clock_text(session_.now()), sum,
+        fmt::format("{}   {:.1f} events/s of {}, {}", clock_text(session_.now()), sum,
                     counted(rows.size(), options_.by), counted(session_.client().islands().size(), "island"));
     const auto text = head + "\n" + table.text(session_.look());
     session_.out().write(session_.out().is_terminal() ? "\x1b[H\x1b[J" + text : text + "\n");
@@ -101,12 +107,12 @@ class Top {
 };
 
 int top(Session& session, const TopOptions& options) {
-  auto patterns = parse_patterns(options.patterns, session.settings().prefix + ".**", "value");
-  if (!patterns) {
-    say(patterns.error().text);
+  const auto selections = parse_selections(options.patterns, session.settings().prefix + ".**", "value");
+  if (!selections) {
+    say(selections.error().text);
     return kUsage;
   }
-  return Top(session, options).run(*patterns);
+  return Top(session, options).run(*selections);
 }
 
 }  // namespace

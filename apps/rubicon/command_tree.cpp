@@ -5,6 +5,7 @@
 #include "apps/rubicon/cli.h"
 #include "apps/rubicon/device_options.h"
 #include "apps/rubicon/tuple_text.h"
+#include "model/unit_text.h"
 
 namespace rubicon::cli {
 
@@ -32,38 +33,30 @@ Line json_of(const Node& node) {
   return line;
 }
 
-/// Values, units and qualities of points, by owner and key of the point.
-class Points {
- public:
-  explicit Points(const std::vector<client::Tuple>& tuples) : states_(states_of(tuples)) {
-    for (const auto& tuple : tuples) {
-      const auto last = last_part(tuple.key);
-      const std::pair name(tuple.owner, without_last_part(tuple.key));
-      if (last == "value") values_[name] = tuple.value;
-      if (last == "description") units_[name] = text_in(object_of(tuple.value), "unit");
-    }
-  }
-  std::string text(OwnerId owner, const std::string& key, WallTime now) const {
-    const std::pair name(owner, key);
-    const auto value = values_.find(name);
-    const auto unit = units_.find(name);
-    const auto state = states_.find(name);
-    std::string text = value == values_.end() || value->second.empty() ? "-" : value->second;
-    if (unit != units_.end() && !unit->second.empty() && unit->second != "1") text += " " + unit->second;
-    if (state != states_.end())
-      text += fmt::format("  {} {}", state->second.quality, age_text(state->second.heard, now));
-    return text;
-  }
+/// What stands behind a point: value with unit, quality, age.
+using About = std::map<std::pair<OwnerId, std::string>, std::string>;
 
- private:
-  std::map<std::pair<OwnerId, std::string>, std::string> values_, units_;
-  PointStates states_;
-};
+About about_points(const std::vector<client::Point>& points, WallTime now) {
+  About about;
+  for (const auto& point : points) {
+    auto text = point.value().empty() ? std::string("-") : point.value();
+    if (const auto unit = model::unit_text(point.unit); !unit.empty()) text += " " + unit;
+    if (!point.status.quality.empty())
+      text += fmt::format("  {} {}", point.status.quality, age_text(point.status.heard, now));
+    about[{point.tuple.owner, point.key()}] = std::move(text);
+  }
+  return about;
+}
 
-void add_points(Node& node, const client::Device& device, const Points& points, WallTime now) {
+std::string text_at(const About& about, const std::pair<OwnerId, std::string>& name) {
+  const auto found = about.find(name);
+  return found == about.end() ? "-" : found->second;
+}
+
+void add_points(Node& node, const client::Device& device, const About& about) {
   const auto add = [&](const char* kind, const std::vector<std::string>& ids) {
     for (const auto& id : ids)
-      node.below[id].about = points.text(device.island, fmt::format("{}.{}.{}", device.key(), kind, id), now);
+      node.below[id].about = text_at(about, {device.island, fmt::format("{}.{}.{}", device.key(), kind, id)});
   };
   add("sensor", device.sensors);
   add("actuator", device.actuators);
@@ -75,20 +68,19 @@ int tree(Session& session, const DeviceOptions& options) {
   const auto query = options.query();
   const auto devices = session.client().devices(query, session.settings().patience);
   if (devices.empty()) return session.nothing("no such device");
-  std::vector<client::Tuple> tuples;
-  for (const auto* last : {"value", "status", "description"}) {
-    for (auto& tuple : session.read({query.island, fmt::format("*.*.*.*.*.{}", last)}))
-      tuples.push_back(std::move(tuple));
-  }
-  const Points points(tuples);
+  const auto points = session.client().read_points({query.island, "*.*.*.*.*"}, session.settings().patience);
+  const auto about = points ? about_points(*points, session.now()) : About();
   std::map<OwnerId, Node> islands;
   for (const auto& island : session.client().islands()) {
     if (!query.island || *query.island == island.id) islands[island.id].about = island.summary.name;
   }
   for (const auto& device : devices) {
-    auto& node = islands[device.island].below[device.network].below[device.id];
+    auto& network = islands[device.island].below[device.network];
+    network.about = "line " + line_text(device.line);
+    auto& node = network.below[device.id];
     node.about = device.name + (device.name.empty() ? "" : "  ") + device.status;
-    add_points(node, device, points, session.now());
+    if (!device.reason.empty()) node.about += ": " + device.reason;
+    add_points(node, device, about);
   }
   for (const auto& [id, node] : islands) {
     if (session.json()) {

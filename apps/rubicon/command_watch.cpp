@@ -5,14 +5,20 @@
 #include <set>
 
 #include "apps/rubicon/cli.h"
-#include "apps/rubicon/target.h"
+#include "apps/rubicon/near.h"
+#include "apps/rubicon/selection.h"
 #include "apps/rubicon/tuple_text.h"
 #include "apps/rubicon/woken.h"
-#include "runtime/event_json.h"
 
 namespace rubicon::cli {
 
 namespace {
+
+using client::Point;
+using client::PointEvent;
+
+/// Of a tuple, on a line that is too short for all: its value is never cut.
+constexpr std::size_t kShortestName = 24;
 
 struct WatchOptions {
   std::vector<std::string> patterns;
@@ -22,56 +28,109 @@ struct WatchOptions {
   std::size_t count = 0;
 };
 
+/// Longer than any terminal lives, and still a time that can be added to now.
+constexpr Duration kForEver = std::chrono::hours(24 * 365 * 20);
+
 /// Shows events as they come.
 class Watch {
  public:
-  Watch(Session& session, const WatchOptions& options, std::vector<Pattern> patterns)
-      : session_(session), options_(options), patterns_(std::move(patterns)), start_(session.now()) {}
+  Watch(Session& session, const WatchOptions& options, Selections selections)
+      : session_(session),
+        options_(options),
+        selections_(std::move(selections)),
+        flow_{span_of(options.minimum), span_of(options.maximum), options.dead_band, options.passive},
+        whole_(std::min(span_of(options.length, kForEver), kForEver)),
+        start_(session.now()) {}
 
   int run() {
-    const Flow flow{span_of(options_.minimum), span_of(options_.maximum), options_.dead_band, options_.passive};
-    std::vector<Handle> subscriptions;
-    for (const auto& pattern : patterns_) {
-      subscriptions.push_back(
-          session_.client().tuples().subscribe(pattern, flow, [this](const Event& event) { take(event); }));
-    }
-    if (!options_.passive) tell_who_wakes(session_.client(), patterns_);
-    const auto silence = session_.client().after(session_.settings().patience, [this] { explain_silence(); });
-    session_.run([this] { return options_.count > 0 && shown_ >= options_.count; },
-                 span_of(options_.length, Duration::max()));
+    for (const auto& selection : selections_) follow(selection);
+    if (!options_.passive) tell_who_wakes(session_.client(), selections_);
+    const auto enough = [this] { return options_.count > 0 && shown_ >= options_.count; };
+    const auto end = session_.now() + std::chrono::ceil<std::chrono::microseconds>(whole_);
+    session_.run([&] { return shown_ > 0 || enough(); }, std::min(session_.settings().patience, whole_));
+    if (shown_ == 0 && !session_.interrupted()) explain_silence();
+    if (!enough() && !session_.interrupted() && session_.now() < end) session_.run(enough, end - session_.now());
     if (session_.interrupted()) sum_up();
     return shown_ == 0 && !session_.interrupted() ? kNotThere : kGood;
   }
 
  private:
-  void take(const Event& event) {
-    if (options_.count > 0 && shown_ >= options_.count) return;
-    const std::pair name(event.tuple.owner, std::string(event.tuple.key));
-    if (event.kind == EventKind::kSet) {
-      const auto value = std::hash<std::string_view>{}(event.tuple.value);
-      const auto [known, fresh] = values_.try_emplace(name, value);
-      if (options_.changes && !fresh && known->second == value) return;
-      known->second = value;
-    } else {
-      values_.erase(name);
-    }
-    ++shown_;
-    session_.out().line(session_.json() ? runtime::event_line(event) : text_of(event));
+  /// A subscription wakes all that its pattern fits: of a narrower selection each tuple gets one of its own, as it is
+  /// found.
+  void follow(const Selection& selection) {
+    if (!selection.narrower() || options_.passive) return handles_.push_back(followed(selection));
+    const auto find = [&](const Event& event) {
+      if (event.kind != EventKind::kSet || !selection.fits(event.tuple.owner, event.tuple.key)) return;
+      const Pattern exact{event.tuple.owner, std::string(event.tuple.key)};
+      auto& handle = exact_[{event.tuple.owner, exact.key}];
+      if (!handle) handle = followed({exact, exact.key});
+    };
+    handles_.push_back(session_.client().tuples().subscribe(selection.pattern, {.passive = true}, find));
   }
 
-  std::string text_of(const Event& event) const {
-    const auto& tuple = event.tuple;
-    const auto time = clock_text(tuple.user_time == WallTime{} ? tuple.write_time : tuple.user_time);
-    const auto name = name_of(tuple.owner, tuple.key);
-    const auto text = event.kind == EventKind::kSet
-                          ? fmt::format("{}  {} = {}", time, name, clean(tuple.value))
-                          : fmt::format("{}  {} {}", clock_text(session_.now()), name, to_string(event.kind));
-    return cut(text, session_.look().width);
+  /// Values of points come with their quality, and again when that changes; all other tuples as they are.
+  Handle followed(const Selection& selection) {
+    if (const auto points = points_of(selection.pattern)) {
+      auto watch =
+          session_.client().watch_points(*points, flow_, [this, selection](PointEvent event, const Point& point) {
+            if (selection.fits(point.tuple.owner, point.tuple.key)) take(event, point);
+          });
+      if (watch) return std::move(*watch);
+    }
+    return session_.client().tuples().subscribe(selection.pattern, flow_, [this, selection](const Event& event) {
+      if (!selection.fits(event.tuple.owner, event.tuple.key)) return;
+      Point plain;
+      plain.tuple = client::Tuple(event.tuple);
+      take(event.kind == EventKind::kSet ? PointEvent::kValue : PointEvent::kGone, plain, to_string(event.kind));
+    });
+  }
+
+  /// `what`: how it went, where that is known.
+  void take(PointEvent event, const Point& point, std::string_view what = {}) {
+    if (options_.count > 0 && shown_ >= options_.count) return;
+    const std::pair name(point.tuple.owner, point.tuple.key);
+    if (event == PointEvent::kGone) {
+      values_.erase(name);
+    } else {
+      const auto value = std::hash<std::string_view>{}(point.value() + '\n' + point.status.quality);
+      const auto [known, fresh] = values_.try_emplace(name, value);
+      const bool news = fresh || known->second != value || event == PointEvent::kState;
+      if (options_.changes && !news) return;
+      known->second = value;
+    }
+    ++shown_;
+    if (event == PointEvent::kGone && what.empty()) what = point.tuple.owner_present ? "deleted" : "lost";
+    if (event == PointEvent::kValue) what = "set";
+    if (event == PointEvent::kState) what = "quality";
+    session_.out().line(session_.json() ? json_of(point, what) : text_of(event, point, what));
+  }
+
+  static std::string json_of(const Point& point, std::string_view what) {
+    auto line = point_json(point);
+    line["event"] = what;
+    return dump(line);
+  }
+
+  std::string text_of(PointEvent event, const Point& point, std::string_view what) const {
+    const auto& tuple = point.tuple;
+    const auto measured = tuple.user_time == WallTime{} ? tuple.write_time : tuple.user_time;
+    const auto time = clock_text(event == PointEvent::kValue ? measured : session_.now());
+    const bool has_news = event == PointEvent::kState || (!point.status.quality.empty() && !point.good());
+    const auto quality = has_news ? "  " + clean(quality_text(point)) : std::string();
+    const auto rest =
+        event == PointEvent::kGone ? fmt::format(" {}", what) : fmt::format(" = {}{}", clean(tuple.value), quality);
+    auto name = name_of(tuple.owner, tuple.key);
+    const auto used = characters(time) + 2 + characters(rest);
+    const auto width = session_.look().width;
+    if (width > 0) name = shortened(name, std::max(kShortestName, width - std::min(width, used)));
+    return fmt::format("{}  {}{}", time, name, rest);
   }
 
   void explain_silence() {
-    if (shown_ > 0) return;
-    std::ignore = session_.nothing(fmt::format("nothing fits {} yet", to_string(patterns_.back())));
+    const auto& last = selections_.back();
+    const bool exact = !options_.patterns.empty() && selections_.front().pattern.exact();
+    std::ignore = session_.nothing(fmt::format("nothing fits {} yet", last.text),
+                                   exact ? near_tuple(session_, options_.patterns.back(), "value") : std::string());
   }
 
   void sum_up() {
@@ -82,19 +141,23 @@ class Watch {
 
   Session& session_;
   const WatchOptions& options_;
-  std::vector<Pattern> patterns_;
+  const Selections selections_;
+  const Flow flow_;
+  const Duration whole_;
   WallTime start_;
   std::size_t shown_ = 0;
   std::map<std::pair<OwnerId, std::string>, std::size_t> values_;  ///< hashes of the last ones
+  std::vector<Handle> handles_;
+  std::map<std::pair<OwnerId, std::string>, Handle> exact_;
 };
 
 int watch(Session& session, const WatchOptions& options) {
-  auto patterns = parse_patterns(options.patterns, session.settings().prefix + ".*.*.*.*.value", "value");
-  if (!patterns) {
-    say(patterns.error().text);
+  auto selections = parse_selections(options.patterns, session.settings().prefix + ".*.*.*.*.value", "value");
+  if (!selections) {
+    say(selections.error().text);
     return kUsage;
   }
-  return Watch(session, options, std::move(*patterns)).run();
+  return Watch(session, options, std::move(*selections)).run();
 }
 
 }  // namespace
@@ -104,9 +167,10 @@ void add_watch(Cli& cli) {
   auto* app =
       cli.command_in_ecology({"watch", "Show what happens to tuples, line by line; sensors that are watched measure",
                               "  rubicon watch                                  # the values of all points\n"
-                              "  rubicon watch living.illuminance-1 --min-interval 1s\n"
+                              "  rubicon watch living.light-1 --min-interval 1s\n"
                               "  rubicon watch 'proxy.*.*.status' --passive --json\n"
                               "  rubicon watch 'proxy.*.*.sensor.contact-*.value' --changes --for 1h\n"
+                              "The quality stands behind a value that is not good, and a line comes when it changes.\n"
                               "A subscription wakes the sensors it fits; --passive only looks at what others wake.\n"},
                              [options](Session& session) { return watch(session, *options); });
   app->add_option("PATTERN", options->patterns, "which tuples, also DEVICE.POINT; the values of all points if none");

@@ -4,6 +4,7 @@
 
 #include "apps/rubicon/cli.h"
 #include "apps/rubicon/completion.h"
+#include "apps/rubicon/target.h"
 #include "apps/rubicon/tuple_text.h"
 
 namespace rubicon::cli {
@@ -48,19 +49,34 @@ std::set<std::string> points(Client& client) {
   return found;
 }
 
-std::set<std::string> live(const Settings& settings, Wanted wanted, const std::string& typed) {
+/// The words of the actuator that is to be set.
+std::set<std::string> values(Client& client, const std::string& tuple) {
+  const auto typed = parse_target(tuple);
+  if (!typed) return {};
+  const auto longer = long_form(*typed, "description");
+  const Pattern pattern = longer.value_or(Pattern{typed->owner, without_last_part(typed->key) + ".description"});
+  std::set<std::string> found;
+  for (const auto& one : client.read(pattern, kPatience)) {
+    const auto words = value_words(one.value);
+    found.insert(words.begin(), words.end());
+  }
+  return found;
+}
+
+std::set<std::string> live(const Settings& settings, const Question& question, const std::string& typed) {
   auto options = settings.options;
   options.name = "rubicon complete";
   auto client = Client::open(options);
   if (!client) return {};
   (*client)->meet();
   std::set<std::string> found;
-  switch (wanted) {
+  switch (question.wanted) {
     case Wanted::kTuple: {
       found = keys(**client, typed, settings.prefix);
       found.merge(points(**client));
       break;
     }
+    case Wanted::kValue: return values(**client, question.tuple);
     case Wanted::kDevice: return devices(**client);
     case Wanted::kComponent:
       for (const auto& one : (*client)->components()) found.insert(std::to_string(number(one.id)));
@@ -79,8 +95,9 @@ int complete(const CLI::App& app, const Settings& settings, const std::vector<st
   const auto typed = words.empty() ? std::string() : words.back();
   std::vector<std::string> before(words.begin(), words.empty() ? words.end() : words.end() - 1);
   auto offers = fixed_offers(app, before, typed);
-  if (offers.empty()) {
-    for (auto& one : live(settings, wanted_at(before), typed)) offers.push_back(one);
+  const auto question = wanted_at(app, before);
+  if (offers.empty() && question.wanted != Wanted::kNothing) {
+    for (auto& one : live(settings, question, typed)) offers.push_back(one);
   }
   for (const auto& one : offers) {
     if (one.starts_with(typed)) out.line(clean(one));

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "apps/rubicon/tuple_text.h"
+
 namespace rubicon::cli {
 
 namespace {
@@ -40,18 +42,49 @@ bool expects_value(const CLI::App& app, const CLI::App* sub, const std::string& 
   return false;
 }
 
+/// What stands behind the command and is neither an option nor the value of one.
+std::vector<std::string> words_behind(const CLI::App& app, const CLI::App& sub,
+                                      const std::vector<std::string>& before) {
+  std::vector<std::string> words;
+  bool behind = false, value = false;
+  for (const auto& word : before) {
+    if (behind && !value && !word.starts_with("-")) words.push_back(word);
+    value = expects_value(app, &sub, word);
+    behind = behind || word == sub.get_name();
+  }
+  return words;
+}
+
 }  // namespace
 
-Wanted wanted_at(const std::vector<std::string>& before) {
-  const auto is = [&](std::initializer_list<const char*> names) {
-    return std::any_of(before.begin(), before.end(), [&](const std::string& word) {
-      return std::find(names.begin(), names.end(), word) != names.end();
-    });
+Question wanted_at(const CLI::App& app, const std::vector<std::string>& before) {
+  const auto* sub = subcommand_in(app, before);
+  if (!sub) return {};
+  if (!before.empty() && expects_value(app, sub, before.back())) return {};
+  const auto words = words_behind(app, *sub, before);
+  const auto& name = sub->get_name();
+  const auto is = [&name](std::initializer_list<const char*> names) {
+    return std::find(names.begin(), names.end(), name) != names.end();
   };
-  if (is({"describe"})) return Wanted::kDevice;
-  if (is({"send"})) return Wanted::kComponent;
-  if (is({"approve", "ignore"})) return Wanted::kWaiting;
-  return is({"ls", "get", "set", "append", "delete", "watch", "top"}) ? Wanted::kTuple : Wanted::kNothing;
+  if (is({"set", "append"}) && !words.empty()) {
+    return words.size() == 1 && name == "set" ? Question{Wanted::kValue, words[0]} : Question{};
+  }
+  if (is({"describe", "rename"})) return {words.empty() ? Wanted::kDevice : Wanted::kNothing, {}};
+  if (name == "send") return {words.empty() ? Wanted::kComponent : Wanted::kNothing, {}};
+  if (name == "inbox") return {words.empty() ? Wanted::kNothing : Wanted::kWaiting, {}};
+  return {is({"ls", "get", "set", "append", "delete", "watch", "top"}) ? Wanted::kTuple : Wanted::kNothing, {}};
+}
+
+std::vector<std::string> value_words(const std::string& description) {
+  const auto about = object_of(description);
+  std::vector<std::string> all;
+  if (const auto words = about.find("words"); words != about.end() && words->is_array()) {
+    for (const auto& word : *words) {
+      if (word.is_string()) all.push_back(word.get<std::string>());
+    }
+  }
+  if (all.empty() && text_in(about, "data_type") == "boolean") all = {"off", "on"};
+  return all;
 }
 
 std::vector<std::string> fixed_offers(const CLI::App& app, const std::vector<std::string>& before,

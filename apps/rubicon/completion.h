@@ -9,9 +9,16 @@
 namespace rubicon::cli {
 
 /// What only the islands know.
-enum class Wanted { kNothing, kTuple, kDevice, kComponent, kWaiting };
+enum class Wanted { kNothing, kTuple, kValue, kDevice, kComponent, kWaiting };
+struct Question {
+  Wanted wanted = Wanted::kNothing;
+  std::string tuple;  ///< whose value is wanted
+};
 /// What stands behind these words.
-Wanted wanted_at(const std::vector<std::string>& before);
+Question wanted_at(const CLI::App& app, const std::vector<std::string>& before);
+
+/// The words that a value may be, by the JSON that describes its point; none for numbers.
+std::vector<std::string> value_words(const std::string& description);
 
 /// Subcommands, options and words of options, as far as the command line itself says.
 std::vector<std::string> fixed_offers(const CLI::App& app, const std::vector<std::string>& before,

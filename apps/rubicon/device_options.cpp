@@ -1,6 +1,12 @@
 #include "apps/rubicon/device_options.h"
 
+#include <fmt/format.h>
+
 #include <charconv>
+
+#include "apps/rubicon/near.h"
+#include "apps/rubicon/session.h"
+#include "apps/rubicon/tuple_text.h"
 
 namespace rubicon::cli {
 
@@ -24,10 +30,11 @@ void DeviceOptions::add_to(CLI::App& app) {
   app.add_option("--network", network_, "of this network; * and ? as in a shell");
   app.add_option("--type", type_, "of this type, or with a sensor, actuator or property of it");
   app.add_option("--name", name_, "with this name, key part or address");
+  app.add_option("--area", area_, "in this room or place");
 }
 
 client::DeviceQuery DeviceOptions::query() const {
-  return {island_ == 0 ? std::nullopt : std::optional(OwnerId(island_)), network_, type_, name_};
+  return {island_ == 0 ? std::nullopt : std::optional(OwnerId(island_)), network_, type_, name_, area_};
 }
 
 std::vector<client::Device> devices_called(const std::vector<client::Device>& all, std::string_view word) {
@@ -39,6 +46,21 @@ std::vector<client::Device> devices_called(const std::vector<client::Device>& al
     if (word == device.name || word == device.address) by_name.push_back(device);
   }
   return by_key.empty() ? by_name : by_key;
+}
+
+int one_device(Session& session, std::string_view word, client::Device& device) {
+  session.meet();
+  const auto all = session.client().devices({}, session.settings().patience);
+  auto found = devices_called(all, word);
+  if (found.empty()) return session.nothing(fmt::format("no device {}", model::quoted(word)), near_device(all, word));
+  if (found.size() > 1) {
+    std::string names;
+    for (const auto& one : found) names += "\n  " + name_of(one.island, one.key());
+    say(fmt::format("{} may be each of these devices, say which:{}", model::quoted(word), names));
+    return kUsage;
+  }
+  device = std::move(found[0]);
+  return kGood;
 }
 
 }  // namespace rubicon::cli

@@ -7,7 +7,9 @@
 
 namespace rubicon::cli {
 
-/// Which devices, as options: --network, --type, --name, --island.
+class Session;
+
+/// Which devices, as options: --network, --type, --name, --area, --island.
 class DeviceOptions {
  public:
   void add_to(CLI::App& app);
@@ -15,11 +17,14 @@ class DeviceOptions {
 
  private:
   std::uint32_t island_ = 0;
-  std::string network_, type_, name_;
+  std::string network_, type_, name_, area_;
 };
 
 /// The devices that a word on the command line may mean: `living`, `dummy-rooms.living`, `proxy.dummy-rooms.living`,
 /// with `6541:` in front; else a name (`Living room`) or an address.
 std::vector<client::Device> devices_called(const std::vector<client::Device>& all, std::string_view word);
+
+/// The one that is meant: kGood, or the exit code of what was said on standard error.
+int one_device(Session& session, std::string_view word, client::Device& device);
 
 }  // namespace rubicon::cli

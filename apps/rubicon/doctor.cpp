@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "apps/rubicon/cli.h"
-#include "apps/rubicon/findings.h"
+#include "apps/rubicon/island_look.h"
 #include "apps/rubicon/tuple_text.h"
 
 namespace rubicon::cli {
@@ -82,12 +82,12 @@ class Doctor {
       return;
     }
     auto& client = **opened;
-    client.run_until([] { return false; }, length_);
-    client.meet();
+    const auto islands = cli::look_at_islands(client, length_, settings_.patience);
+    islands_ = islands.size();
     const auto seen = client.appearances();
     add(check_versions(seen, Client::protocol_version()));
     add(check_twins(seen));
-    look_at_islands(client);
+    for (const auto& island : islands) examine(island);
     const auto present =
         static_cast<unsigned>(std::count_if(seen.begin(), seen.end(), [](const auto& one) { return one.present; }));
     if (processes > 0 && present == 0 && !has_problem("firewall")) {
@@ -97,37 +97,23 @@ class Doctor {
             "they have another tuples.tag or other interfaces, or are no components of Rubicon"}});
     }
     for (const auto& text : complaints_)
-      add({{"complaint", Grade::kNote, text, "said while this looked; docs/errors.md"}});
+      add({{"complaint", Grade::kNote, text, "said while this looked; " + page("errors.md")}});
   }
 
-  void look_at_islands(Client& client) {
-    const auto islands = client.islands();
-    islands_ = islands.size();
-    for (const auto& island : islands) {
-      const auto told = client.read({island.id, "*.island"}, settings_.patience);
-      const auto name = island.summary.name.empty() ? std::to_string(number(island.id))
-                                                    : fmt::format("{} {}", number(island.id), island.summary.name);
-      if (told.empty()) {
-        add({{"islands", Grade::kProblem, fmt::format("island {} is there, but does not answer", name),
-              "its program hangs, or the way back to this host is blocked: allow UDP in both directions"}});
-      } else {
-        add({{"islands", Grade::kGood, fmt::format("island {} answers", name)}});
-      }
-      look_at_counters(client, island.id);
-    }
-  }
-
-  /// What an island had to drop.
-  void look_at_counters(Client& client, OwnerId island) {
-    for (const auto& tuple : client.read({island, "*.property.*.value"}, settings_.patience)) {
-      const auto parts = model::key_parts(tuple.key);
-      const auto name = parts[2];
-      const bool bad = name.find("malformed") != name.npos || name.find("looped") != name.npos ||
-                       name.find("dropped") != name.npos || name.ends_with("failures");
-      if (bad && tuple.value != "0")
-        add({{"counter", Grade::kNote, fmt::format("island {}: {} = {}", number(island), name, tuple.value),
-              "docs/tuple-keys.md says what it counts, the log of the island says why"}});
-    }
+  void examine(const IslandSeen& seen) {
+    const auto name = name_of(seen.island);
+    if (!seen.answers)
+      return add({{"islands", Grade::kProblem, fmt::format("island {} is there, but does not answer", name),
+                   "its program hangs, or the way back to this host is blocked: allow UDP in both directions"}});
+    add({{"islands", Grade::kGood, fmt::format("island {} answers", name)}});
+    const auto now = std::chrono::floor<std::chrono::microseconds>(std::chrono::system_clock::now());
+    add(check_lines(seen, now));
+    add(check_devices(seen));
+    add(check_losses(seen));
+    add(check_disks(seen));
+    add(check_clock(seen, now));
+    add(check_inbox(seen));
+    add({check_access(seen, options_)});
   }
 
   void look_elsewhere(const std::map<unsigned, unsigned>& here) {
@@ -182,6 +168,17 @@ void show(Output& out, const Findings& findings) {
   }
 }
 
+/// Nothing is wrong where everything is good; that all local users have access is not a fault.
+std::string verdict(const Findings& findings) {
+  std::size_t problems = 0, notes = 0;
+  for (const auto& one : findings) {
+    if (one.grade == Grade::kProblem) ++problems;
+    if (one.grade == Grade::kNote && one.check != "access") ++notes;
+  }
+  if (problems > 0) return counted(problems, "problem");
+  return notes == 0 ? "nothing is wrong" : fmt::format("no problem, {} to look at", counted(notes, "note"));
+}
+
 int doctor(const Settings& settings, Duration length) {
   Output out(1);
   Doctor one(settings, length);
@@ -197,7 +194,7 @@ int doctor(const Settings& settings, Duration length) {
     }
   } else {
     show(out, findings);
-    out.line(problems == 0 ? "nothing is wrong" : counted(static_cast<std::size_t>(problems), "problem"));
+    out.line(verdict(findings));
   }
   out.flush();
   return problems == 0 ? kGood : kFailed;
@@ -212,11 +209,12 @@ void add_doctor(Cli& cli) {
                            "  rubicon doctor --interfaces eth0 --peers 10.0.0.2\n"
                            "  rubicon doctor --json\n"
                            "Ends with 1 if it found a problem. It looks at interfaces, multicast, UDP, free places,\n"
-                           "other domains, ids that are taken twice, versions, and asks each island.\n"},
+                           "other domains, ids that are taken twice, versions; and at each island twice: lines,\n"
+                           "devices, losses, disks, clock, inbox.\n"},
                           [length](const Settings& settings) {
-                            return doctor(settings, span_of(*length, std::chrono::milliseconds(1500)));
+                            return doctor(settings, span_of(*length, std::chrono::milliseconds(2500)));
                           });
-  add_span(app, "--for", *length, "how long to look, 1.5s if not given");
+  add_span(app, "--for", *length, "time between the two looks, 2.5s if not given");
 }
 
 }  // namespace rubicon::cli

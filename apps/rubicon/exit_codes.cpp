@@ -6,7 +6,7 @@
 namespace rubicon::cli {
 
 int exit_code_of(std::string_view state) {
-  constexpr std::array<std::pair<std::string_view, int>, 12> kCodes{{{"confirmed", kGood},
+  constexpr std::array<std::pair<std::string_view, int>, 10> kCodes{{{"confirmed", kGood},
                                                                      {"assumed", kGood},
                                                                      {"applied", kGood},
                                                                      {"refused", kRefused},
@@ -15,9 +15,7 @@ int exit_code_of(std::string_view state) {
                                                                      {"expired", kExpired},
                                                                      {"superseded", kSuperseded},
                                                                      {"no-such-owner", kNotThere},
-                                                                     {"no-such-tuple", kNotThere},
-                                                                     {"queued", kOpen},
-                                                                     {"sent", kOpen}}};
+                                                                     {"no-such-tuple", kNotThere}}};
   for (const auto& [word, code] : kCodes) {
     if (word == state) return code;
   }

@@ -9,13 +9,13 @@ enum ExitCode : int {
   kGood = 0,
   kFailed = 1,      ///< the network, a file, or (doctor) something is wrong
   kUsage = 2,       ///< the command line is wrong, or several tuples fit
-  kRefused = 3,     ///< 3 to 9: how a command ended
+  kRefused = 3,     ///< 3 to 7: how a command ended
   kNotDone = 4,     ///< failed
   kTimedOut = 5,    ///< timed-out
   kExpired = 6,     ///< expired
   kSuperseded = 7,  ///< superseded
   kNotThere = 8,    ///< no such owner, tuple or device
-  kOpen = 9         ///< queued or sent, and nothing more was heard in time
+  kNotGood = 10     ///< `get`: the value was shown, its quality is not good
 };
 
 /// Of the word for an outcome (docs/life-of-a-command.md); a word that nobody knows is kFailed.
@@ -23,7 +23,7 @@ int exit_code_of(std::string_view state);
 
 inline constexpr const char* kExitCodes =
     "Exit codes: 0 good; 1 failed; 2 wrong command line, or several tuples fit; how a command ended: 3 refused,\n"
-    "4 failed, 5 timed-out, 6 expired, 7 superseded; 8 no such component, tuple or device; 9 queued or sent, and\n"
-    "nothing more was heard in time.";
+    "4 failed, 5 timed-out, 6 expired, 7 superseded; 8 no such component, tuple or device; 10 the value is shown, but\n"
+    "its quality is not good.";
 
 }  // namespace rubicon::cli

@@ -31,7 +31,7 @@ void catch_signals(Client& client) {
 std::unique_ptr<Session> Session::open(const Settings& settings, std::string_view command) {
   auto session = std::unique_ptr<Session>(new Session(settings));
   auto options = settings.options;
-  options.name = fmt::format("rubicon {}", command);
+  if (options.name.empty()) options.name = fmt::format("rubicon {}", command);
   if (!options.warn) options.warn = [](std::string_view text) { say(text); };
   auto client = Client::open(std::move(options));
   if (!client) {
@@ -63,6 +63,12 @@ std::vector<client::Tuple> Session::read(const Pattern& pattern) {
   return client_->read(pattern, settings_.patience);
 }
 
+std::string Session::who(OwnerId id) const {
+  const auto text = client_->tuples().summary(id);
+  const auto name = text.empty() ? std::string() : model::summary_from_json(text).value_or(Summary{}).name;
+  return name.empty() ? std::to_string(number(id)) : fmt::format("{} ({})", number(id), clean(name));
+}
+
 bool Session::run(const std::function<bool()>& done, Duration patience) {
   catch_signals(*client_);
   bool is_done = false;
@@ -80,11 +86,12 @@ bool Session::interrupted() const {
   return signalled != 0;
 }
 
-int Session::nothing(const std::string& what) {
+int Session::nothing(const std::string& what, const std::string& hint) {
   out_.flush();
   const auto islands = client_->islands().size();
-  say(fmt::format("{} (looked in {}, {} there){}", what, place_text(settings_.options), counted(islands, "island"),
-                  islands == 0 ? "; `rubicon doctor` looks for what is wrong" : ""));
+  const auto advice = islands == 0 ? std::string("`rubicon doctor` looks for what is wrong") : hint;
+  say(fmt::format("{} (looked in {}, {} there){}{}", what, place_text(settings_.options), counted(islands, "island"),
+                  advice.empty() ? "" : "; ", advice));
   return kNotThere;
 }
 

@@ -35,14 +35,18 @@ class Session {
   /// All that match and are there; meets first.
   std::vector<client::Tuple> read(const Pattern& pattern);
 
+  /// `70001 (rubicon set)`; the number alone of one that is not there, or says nothing of itself.
+  std::string who(OwnerId id) const;
+
   /// Runs the loop until `done`, the end of the patience, SIGINT or SIGTERM, or nobody reads our output; flushes it
   /// after each turn. True: done.
   bool run(const std::function<bool()>& done, Duration patience = Duration::max());
   /// By a signal, since run() began for the first time. Before, signals end the program as usual.
   bool interrupted() const;
 
-  /// Says that there is no such thing, where it was looked for, and what to try; kNotThere.
-  int nothing(const std::string& what);
+  /// Says that there is no such thing, where it was looked for, and what to try (`hint`, if it is not empty);
+  /// kNotThere.
+  int nothing(const std::string& what, const std::string& hint = {});
   /// Writes what is left; kGood, or kFailed when the output cannot be written.
   int end(int code = kGood);
 

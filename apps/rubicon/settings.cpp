@@ -109,4 +109,17 @@ Result<Settings> SettingsOptions::read() const {
   return settings;
 }
 
+void AsOptions::add_to(CLI::App& app) {
+  app.add_option("--name", name_, "what others know this component by");
+  app.add_option("--id", id_, "id of this component, above 65535; drawn if not given")
+      ->type_name("ID")
+      ->check(CLI::Range(model::kMaxIslandId + 4U, 0xffffffffU).description(""));
+}
+
+Settings AsOptions::applied(Settings settings) const {
+  if (!name_.empty()) settings.options.name = name_;
+  if (id_ != 0) settings.options.id = OwnerId(id_);
+  return settings;
+}
+
 }  // namespace rubicon::cli

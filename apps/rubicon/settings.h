@@ -34,6 +34,17 @@ class SettingsOptions {
   CLI::App* app_ = nullptr;
 };
 
+/// As whom a command takes part, as options: --name, --id.
+class AsOptions {
+ public:
+  void add_to(CLI::App& app);
+  Settings applied(Settings settings) const;
+
+ private:
+  std::string name_;
+  std::uint32_t id_ = 0;
+};
+
 /// For options that are a SPAN: `250ms`, `5s`.
 std::string wrong_with_span(const std::string& text);
 /// Of a text that wrong_with_span() found good; empty = `otherwise`.

@@ -1,24 +1,18 @@
 #include "apps/rubicon/table.h"
 
-#include <fmt/chrono.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
 
-#include "runtime/live_table.h"
-#include "runtime/recording_text.h"
+#include "base/local_time.h"
 
 namespace rubicon::cli {
 
 namespace {
 
 constexpr std::size_t kGap = 2;
-
-/// Seconds of a day, of UTC.
-std::chrono::microseconds in_day(WallTime time) {
-  return time - std::chrono::floor<std::chrono::days>(time);
-}
 
 const char* paint_of(std::string_view word) {
   constexpr std::array<std::string_view, 13> kRed{"bad",     "device-offline", "network-down", "unreachable", "refused",
@@ -33,21 +27,15 @@ const char* paint_of(std::string_view word) {
   return is(kGreen) ? "\x1b[32m" : nullptr;
 }
 
+/// `unreachable` of `unreachable: silent for 60s`.
+std::string first_word(const std::string& text) {
+  return text.substr(0, text.find(':'));
+}
+
 }  // namespace
 
-std::size_t characters(std::string_view text) {
-  const auto begins = [](char c) { return (static_cast<unsigned char>(c) & 0xc0U) != 0x80; };
-  // A text may begin in the middle of a character: that is one more.
-  const std::size_t torn = !text.empty() && !begins(text.front()) ? 1 : 0;
-  return torn + static_cast<std::size_t>(std::count_if(text.begin(), text.end(), begins));
-}
-
 std::string clean(std::string_view text) {
-  return runtime::fitted(text, characters(text));
-}
-
-std::string cut(const std::string& text, std::size_t width) {
-  return width == 0 || characters(text) <= width ? text : runtime::fitted(text, width);
+  return base::printable(text);
 }
 
 std::string painted(const std::string& word, const std::string& shown, bool colour) {
@@ -60,35 +48,63 @@ std::string bold(const std::string& text, bool colour) {
 }
 
 void Table::row(std::vector<std::string> cells) {
-  cells.resize(heads_.size());
+  cells.resize(columns_.size());
   for (auto& cell : cells) cell = clean(cell);
   rows_.push_back(std::move(cells));
 }
 
-std::string Table::text(const Look& look) const {
-  std::vector<std::size_t> widths;
-  for (const auto& head : heads_) widths.push_back(characters(head));
-  for (const auto& row : rows_) {
-    for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], characters(row[i]));
+Widths Table::widths(std::size_t width) const {
+  std::vector<std::size_t> longest, words;
+  for (const auto& column : columns_) {
+    longest.push_back(characters(column.head));
+    words.push_back(longest_word_in(column.head));
   }
-  std::string out;
-  const auto put = [&](const std::vector<std::string>& row, bool head) {
-    std::size_t used = 0, owed = 0;  // blanks are written when something follows them
+  for (const auto& row : rows_) {
     for (std::size_t i = 0; i < row.size(); ++i) {
-      const auto size = characters(row[i]);
-      const auto room = look.width == 0 ? size : look.width - std::min(look.width, used + owed);
-      if (size > 0 && room > 0) {
-        const auto cut = room < size ? runtime::fitted(row[i], room) : row[i];
-        out += std::string(owed, ' ') + (head ? bold(cut, look.colour) : painted(row[i], cut, look.colour));
-        used += owed + std::min(size, room);
+      longest[i] = std::max(longest[i], characters(row[i]));
+      words[i] = std::max(words[i], longest_word_in(row[i]));
+    }
+  }
+  return widths_of(columns_, longest, words, width);
+}
+
+void Table::add_row(const std::vector<std::string>& row, const Widths& widths, const Look& look, bool head,
+                    std::string& out) const {
+  std::vector<std::vector<std::string>> cells;
+  std::size_t lines = 1;
+  for (std::size_t i = 0; i < row.size(); ++i) {
+    const auto width = widths.of[i];
+    cells.push_back(columns_[i].kind == Column::Kind::kKey ? std::vector{shortened(row[i], width)}
+                                                           : wrapped(row[i], width));
+    if (width > 0) lines = std::max(lines, cells[i].size());
+  }
+  for (std::size_t line = 0; line < lines; ++line) {
+    std::size_t owed = 0;  // blanks are written when something follows them
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      if (widths.of[i] == 0) continue;
+      const auto text = line < cells[i].size() ? cells[i][line] : std::string();
+      if (!text.empty()) {
+        out +=
+            std::string(owed, ' ') + (head ? bold(text, look.colour) : painted(first_word(row[i]), text, look.colour));
         owed = 0;
       }
-      owed += widths[i] - std::min(size, widths[i]) + kGap;
+      owed += widths.of[i] - characters(text) + kGap;
     }
     out += '\n';
-  };
-  put(heads_, true);
-  for (const auto& row : rows_) put(row, false);
+  }
+}
+
+std::string Table::text(const Look& look) const {
+  const auto fitting = widths(look.width);
+  std::vector<std::string> heads;
+  for (const auto& column : columns_) heads.push_back(column.head);
+  std::string out;
+  add_row(heads, fitting, look, true, out);
+  for (const auto& row : rows_) add_row(row, fitting, look, false, out);
+  if (fitting.left_out.empty()) return out;
+  const auto note =
+      fmt::format("… {} left out: a wider terminal, a pipe or --json shows all", fmt::join(fitting.left_out, ", "));
+  for (const auto& line : wrapped(note, look.width)) out += line + "\n";
   return out;
 }
 
@@ -103,11 +119,11 @@ std::string age_text(WallTime then, WallTime now) {
 }
 
 std::string time_text(WallTime time) {
-  return time == WallTime{} ? "-" : runtime::utc_text(time);
+  return time == WallTime{} ? "-" : base::local_text(time);
 }
 
 std::string clock_text(WallTime time) {
-  return fmt::format("{:%H:%M:%S}", std::chrono::floor<std::chrono::milliseconds>(in_day(time)));
+  return base::local_clock_text(time);
 }
 
 std::string counted(std::size_t count, std::string_view what) {

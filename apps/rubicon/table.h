@@ -4,6 +4,8 @@
 #include <string_view>
 #include <vector>
 
+#include "apps/rubicon/layout.h"
+#include "base/printable.h"
 #include "base/time.h"
 
 namespace rubicon::cli {
@@ -16,24 +18,27 @@ struct Look {
 
 /// Text of outsiders for a screen: nothing in it steers a terminal.
 std::string clean(std::string_view text);
-/// At most so many characters of it; 0 = all.
-std::string cut(const std::string& text, std::size_t width);
 /// UTF-8 characters (broken bytes count as one each).
-std::size_t characters(std::string_view text);
+using base::characters;
 
-/// Rows below heads, aligned. Cells are cleaned.
+/// Rows below heads, aligned. Cells are cleaned. On a screen no line is longer than it: keys are shortened in the
+/// middle, texts and values wrapped; columns that do not fit even so are named below the table.
 class Table {
  public:
-  explicit Table(std::vector<std::string> heads) : heads_(std::move(heads)) {}
+  explicit Table(std::vector<Column> columns) : columns_(std::move(columns)) {}
   /// Missing cells are empty.
   void row(std::vector<std::string> cells);
   bool empty() const { return rows_.empty(); }
   std::size_t size() const { return rows_.size(); }
-  /// Lines with their ends; words for a bad quality or outcome are painted.
+  /// Lines with their ends; cells that begin with a word for a bad quality or outcome are painted.
   std::string text(const Look& look) const;
 
  private:
-  std::vector<std::string> heads_;
+  Widths widths(std::size_t width) const;
+  void add_row(const std::vector<std::string>& row, const Widths& widths, const Look& look, bool head,
+               std::string& out) const;
+
+  std::vector<Column> columns_;
   std::vector<std::vector<std::string>> rows_;
 };
 
@@ -43,9 +48,9 @@ std::string bold(const std::string& text, bool colour);
 
 /// `0.3s`, `25s`, `12min`, `5h`, `3d`; `-` for a time that is not known (zero). A time to come is an age of 0.
 std::string age_text(WallTime then, WallTime now);
-/// `2026-01-31 12:00:00.250 UTC`, `-` for zero.
+/// `2026-01-31 12:00:00.250 CET`, local time; `-` for zero.
 std::string time_text(WallTime time);
-/// `12:00:00.250`, UTC.
+/// `12:00:00.250 CET`, local time.
 std::string clock_text(WallTime time);
 /// `1 tuple`, `3 tuples`.
 std::string counted(std::size_t count, std::string_view what);

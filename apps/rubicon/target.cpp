@@ -4,6 +4,8 @@
 
 #include "apps/rubicon/session.h"
 #include "apps/rubicon/tuple_text.h"
+#include "model/former_types.h"
+#include "model/property_alias.h"
 
 namespace rubicon::cli {
 
@@ -25,11 +27,13 @@ bool is_point_kind(std::string_view part) {
 }  // namespace
 
 Result<TypedTarget> parse_target(std::string_view text) {
+  if (text.find_first_of("*?") != text.npos) {
+    return fail(ErrorCode::kInvalid, fmt::format("{} is a pattern, expected one tuple; `rubicon ls` lists all that fit",
+                                                 model::quoted(text)));
+  }
   const auto pattern = Pattern::parse(text);
   if (!pattern) return fail(pattern.error());
-  if (!pattern->exact())
-    return fail(ErrorCode::kInvalid, fmt::format("{} is a pattern, expected one tuple", model::quoted(text)));
-  return TypedTarget{pattern->owner, pattern->key};
+  return TypedTarget{pattern->owner, model::without_alias(pattern->key)};
 }
 
 std::optional<Pattern> long_form(const TypedTarget& typed, std::string_view last) {
@@ -44,29 +48,9 @@ std::optional<Pattern> long_form(const TypedTarget& typed, std::string_view last
 std::vector<Target> resolve(Session& session, const TypedTarget& typed, std::string_view last) {
   auto found = present(session, {typed.owner, typed.key});
   if (!found.empty()) return found;
-  const auto longer = long_form(typed, last);
-  return longer ? present(session, *longer) : found;
-}
-
-Result<std::vector<Pattern>> parse_patterns(std::string_view text, std::string_view last) {
-  auto pattern = Pattern::parse(text);
-  if (!pattern) return fail(pattern.error());
-  std::vector<Pattern> all{std::move(*pattern)};
-  if (!all[0].exact()) return all;
-  if (auto longer = long_form({all[0].owner, all[0].key}, last)) all.push_back(std::move(*longer));
-  return all;
-}
-
-Result<std::vector<Pattern>> parse_patterns(const std::vector<std::string>& texts, const std::string& otherwise,
-                                            std::string_view last) {
-  if (texts.empty()) return parse_patterns(otherwise, last);
-  std::vector<Pattern> all;
-  for (const auto& text : texts) {
-    auto parsed = parse_patterns(text, last);
-    if (!parsed) return parsed;
-    all.insert(all.end(), parsed->begin(), parsed->end());
-  }
-  return all;
+  if (const auto longer = long_form(typed, last)) found = present(session, *longer);
+  const TypedTarget now{typed.owner, model::current_key(typed.key)};
+  return found.empty() && now.key != typed.key ? resolve(session, now, last) : found;
 }
 
 int ambiguous(std::string_view typed, const std::vector<Target>& candidates) {

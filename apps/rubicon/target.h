@@ -29,13 +29,6 @@ Result<TypedTarget> parse_target(std::string_view text);
 /// `proxy.dummy-rooms.living.actuator.lamp-1`, with `last` (`value`, `command`) behind it. Nullopt: it is no short
 /// name.
 std::optional<Pattern> long_form(const TypedTarget& typed, std::string_view last);
-/// The pattern itself and, for a name without wildcards, the one that it may be short for. No tuple fits both.
-Result<std::vector<Pattern>> parse_patterns(std::string_view text, std::string_view last);
-
-/// The same of several texts; of `otherwise` when there are none.
-Result<std::vector<Pattern>> parse_patterns(const std::vector<std::string>& texts, const std::string& otherwise,
-                                            std::string_view last);
-
 /// The tuples that are there and may be meant; those that are really called so come first and alone.
 std::vector<Target> resolve(Session& session, const TypedTarget& typed, std::string_view last);
 

@@ -4,15 +4,21 @@
 
 #include <cmath>
 
+#include "apps/rubicon/table.h"
 #include "base/bytes.h"
+#include "base/local_time.h"
 #include "runtime/event_json.h"
 
 namespace rubicon::cli {
 
 namespace {
 
-/// Of `<prefix>.<network>.<device>.<kind>.<id>.status`.
+/// Of `<prefix>.<network>.<device>.<kind>.<id>.value`.
 constexpr std::size_t kPointParts = 6;
+
+bool is_point_kind(std::string_view part) {
+  return part == "sensor" || part == "actuator" || part == "property";
+}
 
 }  // namespace
 
@@ -58,6 +64,7 @@ Line tuple_json(const client::Tuple& tuple) {
   line["seq"] = tuple.sequence;
   line["write"] = base::to_seconds(tuple.write_time);
   line["user"] = base::to_seconds(tuple.user_time);
+  line["time"] = base::iso_text(tuple.user_time == WallTime{} ? tuple.write_time : tuple.user_time);
   line["creator"] = number(tuple.creator);
   line["expire"] = base::to_seconds(tuple.expire_time);
   if (!tuple.owner_present) line["present"] = false;
@@ -74,12 +81,43 @@ WallTime wall_time(double seconds) {
   return WallTime(std::chrono::microseconds(std::llround(seconds * 1e6)));
 }
 
-PointState point_state(std::string_view status) {
-  const auto tree = object_of(status);
-  PointState state{text_in(tree, "quality"), text_in(tree, "reason"), wall_time(number_in(tree, "heard")), ""};
-  if (const auto command = tree.find("command"); command != tree.end() && command->is_object())
-    state.command = text_in(*command, "state");
-  return state;
+Line point_json(const client::Point& point) {
+  auto line = tuple_json(point.tuple);
+  const auto& status = point.status;
+  if (status.quality.empty()) return line;
+  line["quality"] = status.quality;
+  line["reason"] = status.reason;
+  line["heard"] = base::to_seconds(status.heard);
+  line["changed"] = base::to_seconds(status.changed);
+  line["line"] = point.line.line;
+  line["line_reason"] = point.line.reason;
+  return line;
+}
+
+std::string quality_text(const client::Point& point) {
+  const auto& status = point.status;
+  return status.reason.empty() ? status.quality : fmt::format("{}: {}", status.quality, status.reason);
+}
+
+std::string line_text(const LineStatus& line) {
+  return line.reason.empty() ? line.line : fmt::format("{}: {}", line.line, line.reason);
+}
+
+std::string next_attempt_text(const LineStatus& line, WallTime now) {
+  if (line.works() || line.next_attempt == WallTime{}) return {};
+  if (line.next_attempt <= now) return "next attempt now";
+  return fmt::format("next attempt in {}", age_text(now, line.next_attempt));
+}
+
+bool is_value_of_point(std::string_view key) {
+  const auto parts = model::key_parts(key);
+  return parts.size() == kPointParts && is_point_kind(parts[3]) && parts[5] == "value";
+}
+
+std::optional<Pattern> points_of(const Pattern& pattern) {
+  const auto parts = model::key_parts(pattern.key);
+  if (parts.size() != kPointParts || parts[5] != "value") return std::nullopt;
+  return Pattern{pattern.owner, without_last_part(pattern.key)};
 }
 
 std::string without_last_part(std::string_view key) {
@@ -89,15 +127,6 @@ std::string without_last_part(std::string_view key) {
 
 std::string_view last_part(std::string_view key) {
   return key.substr(key.rfind('.') + 1);
-}
-
-PointStates states_of(const std::vector<client::Tuple>& tuples) {
-  PointStates states;
-  for (const auto& tuple : tuples) {
-    if (last_part(tuple.key) == "status" && model::key_parts(tuple.key).size() == kPointParts)
-      states[{tuple.owner, without_last_part(tuple.key)}] = point_state(tuple.value);
-  }
-  return states;
 }
 
 }  // namespace rubicon::cli

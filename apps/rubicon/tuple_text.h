@@ -1,8 +1,8 @@
 #pragma once
 
 #include <cstdint>
-#include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 
 #include "rubicon/client.hpp"
@@ -28,13 +28,19 @@ Line tuple_json(const client::Tuple& tuple);
 /// `6541:proxy.wsn-1.7.status`.
 std::string name_of(OwnerId owner, std::string_view key);
 
-/// What the `.status` beside a point says.
-struct PointState {
-  std::string quality, reason;
-  WallTime heard{};     ///< zero = never
-  std::string command;  ///< state of the last one
-};
-PointState point_state(std::string_view status);
+/// The same, for points (not for other tuples) with quality, reason, heard, changed, line and line_reason. The one form
+/// in which `get`, `ls` and `watch` show them.
+Line point_json(const client::Point& point);
+/// `stale: not heard for 3s`; empty for what is no point.
+std::string quality_text(const client::Point& point);
+/// `down: connection refused`, `up`.
+std::string line_text(const LineStatus& line);
+/// `next attempt in 12s`, `next attempt now`; empty where none is planned.
+std::string next_attempt_text(const LineStatus& line, WallTime now);
+/// Whether the key is that of the value of a sensor, actuator or property.
+bool is_value_of_point(std::string_view key);
+/// The points whose values the pattern names, as Client::read_points takes them; nullopt: it names other tuples, too.
+std::optional<Pattern> points_of(const Pattern& pattern);
 
 /// Seconds since 1970 as in tuples; zero if it is none.
 WallTime wall_time(double seconds);
@@ -42,9 +48,5 @@ WallTime wall_time(double seconds);
 /// `proxy.wsn-1.7.sensor.light-1.value` -> `proxy.wsn-1.7.sensor.light-1`.
 std::string without_last_part(std::string_view key);
 std::string_view last_part(std::string_view key);
-
-/// The statuses of points, by owner and key of the point.
-using PointStates = std::map<std::pair<OwnerId, std::string>, PointState>;
-PointStates states_of(const std::vector<client::Tuple>& tuples);
 
 }  // namespace rubicon::cli

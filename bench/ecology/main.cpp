@@ -18,12 +18,14 @@ using namespace rubicon::bench;
 
 const std::map<std::string, void (*)(const Plan&, Report&)> kMeasurements{
     {"latency", measure_latency}, {"throughput", measure_throughput}, {"remote-sets", measure_remote_sets},
-    {"joins", measure_joins},     {"memory", measure_memory},         {"crowd", measure_crowd}};
+    {"joins", measure_joins},     {"memory", measure_memory},         {"crowd", measure_crowd},
+    {"churn", measure_churn}};
 
 const std::map<std::string, Role> kRoles{
-    {"ping", ping},           {"pong", pong},   {"writer", writer},          {"sink", sink},
-    {"commander", commander}, {"desk", desk},   {"island", island},          {"joiner", joiner},
-    {"holder", holder},       {"taker", taker}, {"one-of-many", one_of_many}};
+    {"ping", ping},           {"pong", pong},   {"writer", writer},           {"sink", sink},
+    {"commander", commander}, {"desk", desk},   {"island", island},           {"joiner", joiner},
+    {"holder", holder},       {"taker", taker}, {"one-of-many", one_of_many}, {"keeper", keeper},
+    {"visitors", visitors}};
 
 struct Options {
   std::uint32_t domain = 199;
@@ -67,7 +69,7 @@ int measure(const Options& options) {
   if (options.quick) plan.rounds = 1, plan.seconds = 1;
   Report report;
   report.detail("private_network", enter_private_network());
-  for (const auto* name : {"latency", "throughput", "remote-sets", "joins", "memory", "crowd"}) {
+  for (const auto* name : {"latency", "throughput", "remote-sets", "joins", "memory", "crowd", "churn"}) {
     const auto& only = options.only;
     if (!only.empty() && std::find(only.begin(), only.end(), name) == only.end()) continue;
     if (!options.json) fmt::print(stderr, "measuring {} ...\n", name);

@@ -45,5 +45,6 @@ void measure_remote_sets(const Plan& plan, Report& report);
 void measure_joins(const Plan& plan, Report& report);
 void measure_memory(const Plan& plan, Report& report);
 void measure_crowd(const Plan& plan, Report& report);
+void measure_churn(const Plan& plan, Report& report);
 
 }  // namespace rubicon::bench

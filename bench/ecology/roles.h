@@ -16,5 +16,7 @@ Json joiner(const Meeting& meeting, const Json& options);
 Json holder(const Meeting& meeting, const Json& options);
 Json taker(const Meeting& meeting, const Json& options);
 Json one_of_many(const Meeting& meeting, const Json& options);
+Json keeper(const Meeting& meeting, const Json& options);
+Json visitors(const Meeting& meeting, const Json& options);
 
 }  // namespace rubicon::bench

@@ -144,7 +144,10 @@ class Line {
   Bytes reading() {
     const auto mote = static_cast<std::uint16_t>(LineSink::kFirstMote + frames_ % LineSink::kMotes);
     const auto light = static_cast<std::uint16_t>(frames_);
-    return message(mote, kTransportConnectionless, kApplicationMockup, encode_record(DemoReport{light, 6500}));
+    RawUpdates updates;  // of DEMO_DATA only what follows a command would count
+    updates.readings.push_back({static_cast<std::uint16_t>(Transducer::kLight), {light}});
+    updates.readings.push_back({static_cast<std::uint16_t>(Transducer::kTemperature), {6500}});
+    return message(mote, kTransportConnectionless, kApplicationControl, encode_record(updates));
   }
   void put(const Bytes& bytes) {
     if (::send(socket_, bytes.data(), bytes.size(), 0) < 0) ends_ = {};

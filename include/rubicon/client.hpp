@@ -11,6 +11,7 @@
 
 #include "rubicon/address.hpp"
 #include "rubicon/key.hpp"
+#include "rubicon/point.hpp"
 #include "rubicon/result.hpp"
 #include "rubicon/summary.hpp"
 #include "rubicon/time.hpp"
@@ -36,6 +37,7 @@ struct Options {
 
 /// A tuple of its own, where a TupleView would not live long enough.
 struct Tuple {
+  Tuple() = default;
   explicit Tuple(const tuples::TupleView& view);
 
   OwnerId owner{};
@@ -68,7 +70,11 @@ struct Device {
   std::string prefix, network, id;  ///< its keys begin with <prefix>.<network>.<id>
   std::string name, model, type, address;
   std::string status;  ///< unknown, reachable or unreachable
+  std::string reason;  ///< why
+  WallTime since{};    ///< when the status became what it is
+  LineStatus line;     ///< of its network
   std::vector<std::string> sensors, actuators, properties;
+  std::string area;  ///< room or place; empty = not known
 
   /// `proxy.wsn-1.7`
   std::string key() const { return prefix + "." + network + "." + id; }
@@ -80,15 +86,54 @@ struct DeviceQuery {
   std::string network;  ///< id of the network: `knx-hall`, `wsn*`
   std::string type;     ///< of the device, or of a sensor, actuator or property that it has: `EM1000`, `temperature`
   std::string name;     ///< for people, or the device's key part or address
+  std::string area{};   ///< `Living*`
+};
+
+/// One sensor, actuator or property, with all that its island says of it: whether its value can be believed is part of
+/// it. A tuple that is no point of an island has an empty quality.
+struct Point {
+  Tuple tuple;             ///< its `.value`
+  PointStatus status;      ///< quality (docs/tuple-keys.md#quality), reason, heard, changed, last command
+  LineStatus line;         ///< of its network
+  std::string type, unit;  ///< `temperature`, `degC`; unit `1` for what has none
+
+  const std::string& value() const { return tuple.value; }
+  /// `proxy.wsn-1.7.sensor.light-1`
+  std::string key() const { return tuple.key.substr(0, tuple.key.rfind('.')); }
+  bool good() const { return status.quality == "good"; }
+};
+
+/// One point for each `.value` of a point among the tuples, in natural order of the keys, with what the other tuples
+/// among them say of it: those that read() or a recording gave.
+std::vector<Point> points_from(const std::vector<Tuple>& tuples);
+
+/// What happened to a point.
+enum class PointEvent : std::uint8_t {
+  kValue,  ///< its value was set (equal values too)
+  kState,  ///< its quality, the reason or the state of its line is another one; the value is as it was
+  kGone,   ///< its tuple was deleted; or (`tuple.owner_present` is false) its island is lost for good
+};
+
+/// A network of an island, as `rubicon networks` shows it.
+struct Network {
+  OwnerId island{};
+  std::string prefix, id;  ///< its keys begin with <prefix>.<id>
+  LineStatus line;
+  std::size_t devices = 0, reachable = 0;
+  std::map<std::string, std::string> properties;  ///< counters and texts by name (docs/tuple-keys.md)
+
+  /// `knx` of `knx-hall`
+  std::string type() const { return id.substr(0, id.find('-')); }
 };
 
 /// How a command ended (docs/life-of-a-command.md).
 struct Outcome {
-  /// confirmed, assumed, refused, failed, timed-out, expired, superseded; applied (a tuple that has no status); queued
-  /// or sent when nothing more was heard in time; no-such-owner.
+  /// confirmed, assumed, refused, failed, timed-out, expired, superseded; applied (a tuple that has no status);
+  /// no-such-owner. Under way: queued or sent.
   std::string state;
-  std::string reason;
+  std::string reason;         ///< why it ended so; under way: what it waits for
   std::uint64_t request = 0;  ///< with our id, names the command in the status
+  WallTime until{};           ///< under way: when the state ends at the latest, by the island's clock; else zero
   bool good() const { return state == "confirmed" || state == "assumed" || state == "applied"; }
 };
 
@@ -102,6 +147,8 @@ struct UserMessage {
 
 using Ended = std::function<void(const Outcome&)>;
 using TuplesCall = std::function<void(std::vector<Tuple>)>;
+using PointsCall = std::function<void(std::vector<Point>)>;
+using PointCall = std::function<void(PointEvent event, const Point& point)>;
 using DeviceCall = std::function<void(const Device& device, bool present)>;
 using MessageCall = std::function<void(const UserMessage&)>;
 /// Empty text: the island took it.
@@ -152,19 +199,34 @@ class Client final {
   void read(const Pattern& pattern, TuplesCall call, Duration patience = std::chrono::seconds(3));
   /// The same, waits.
   std::vector<Tuple> read(const Pattern& pattern, Duration patience = std::chrono::seconds(3));
+  /// All present points that match, with quality, reason and the state of their lines, without creating demand; in
+  /// natural order of their keys. `points`: a key of five parts, `*` for any one (`proxy.*.*.sensor.temperature-1`);
+  /// kInvalid for others. A point whose island left or was lost has quality network-down.
+  Result<void> read_points(const Pattern& points, PointsCall call, Duration patience = std::chrono::seconds(3));
+  /// The same, waits.
+  Result<std::vector<Point>> read_points(const Pattern& points, Duration patience = std::chrono::seconds(3));
+  /// Told of the present points that match, then of each set of a value at the pace of `flow`, and of each change of
+  /// quality, reason or line though no value came. Creates demand for the values unless `flow` is passive. kInvalid as
+  /// above.
+  Result<Handle> watch_points(const Pattern& points, const Flow& flow, PointCall call);
+  /// The networks of all islands (or of one), by island and natural order of their ids; waits.
+  std::vector<Network> networks(std::optional<OwnerId> island = {}, Duration patience = std::chrono::seconds(3));
   /// Told of every device that fits, now and later, of changes, and (present = false) of those that went.
   [[nodiscard]] Handle watch_devices(const DeviceQuery& query, DeviceCall call);
-  /// Those that are there now; waits.
+  /// Those that are there now, the reachable ones first, then the unreachable, then those that were not heard yet;
+  /// within by island, network and natural order of their ids. Waits.
   std::vector<Device> devices(const DeviceQuery& query = {}, Duration patience = std::chrono::seconds(3));
 
   // -- commands
-  /// Sets a tuple of another component and follows what becomes of it: for a `.command` to its final state, at most for
-  /// the patience after the time to live; else to the owner's answer. `time_to_live` zero = 5 s.
+  /// Sets a tuple of another component and follows what becomes of it: a `.command` to its final state, else to the
+  /// owner's answer. `time_to_live` zero = 5 s; it always travels with the command. Waits as long as the island says
+  /// that each state may last, and for the patience longer: then it is timed-out, and was not carried out meanwhile
+  /// unless the island could not tell of it. `under_way` is called with each state that is not final.
   void command(OwnerId owner, std::string_view key, std::string_view value, Ended ended, Duration time_to_live = {},
-               Duration patience = std::chrono::seconds(15));
+               Duration patience = std::chrono::seconds(15), Ended under_way = {});
   /// The same, waits.
   Outcome command(OwnerId owner, std::string_view key, std::string_view value, Duration time_to_live = {},
-                  Duration patience = std::chrono::seconds(15));
+                  Duration patience = std::chrono::seconds(15), Ended under_way = {});
 
   // -- messages
   /// In order, delivered once or `sent` says why not.

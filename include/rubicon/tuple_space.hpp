@@ -40,8 +40,9 @@ using SummaryCall = std::function<void(OwnerId peer, std::string_view summary)>;
 /// The tuples of this owner that a subscription covers are all here: get() and list() see them.
 using SnapshotCall = std::function<void(OwnerId owner)>;
 
-/// How long copies stay readable whose owner left or was lost.
-inline constexpr Duration kOwnerGrace = std::chrono::seconds(60);
+/// How long copies stay readable whose owner left or was lost. With the lease after which it is lost (2 s if not
+/// configured, at most 15 s) that is less than a minute after its last sign of life.
+inline constexpr Duration kOwnerGrace = std::chrono::seconds(45);
 
 class TupleSpace;
 
@@ -131,6 +132,7 @@ class TupleSpace final {
   struct Stats {
     std::size_t own = 0, cached = 0, subscriptions = 0, queued = 0;
     std::uint64_t sets = 0, events = 0, merged = 0, dropped = 0;
+    std::uint64_t refused = 0;  ///< subscriptions and remote sets of others that the policy of the link did not take
   };
   Stats stats() const;
 

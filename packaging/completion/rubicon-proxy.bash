@@ -12,8 +12,8 @@ _rubicon_proxy() {
     choices="info export"
   elif [[ $word == -* ]]; then
     case $command in
-      run) choices="--set --watch --shell --log-level --help" ;;
-      check) choices="--set --diff --help" ;;
+      run) choices="--set --watch --tuple --shell --log-level --help" ;;
+      check) choices="--set --diff --elsewhere --help" ;;
       state) choices="--out --force --help" ;;
       recording) choices="--csv --jsonl --pattern --out --help" ;;
     esac

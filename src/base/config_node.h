@@ -1,6 +1,9 @@
 #pragma once
 
+#include <cstdint>
+#include <memory>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -8,7 +11,13 @@ namespace rubicon::base {
 
 /// Where in a configuration file something stands; line and column count from 1, 0 = not from a file (`--set`).
 struct ConfigPlace {
-  std::string file;
+  ConfigPlace() = default;
+  ConfigPlace(std::string_view of_file, int of_line, int of_column)
+      : file(std::make_shared<const std::string>(of_file)), line(of_line), column(of_column) {}
+  ConfigPlace(std::shared_ptr<const std::string> of_file, int of_line, int of_column)
+      : file(std::move(of_file)), line(of_line), column(of_column) {}
+
+  std::shared_ptr<const std::string> file;  ///< one name for all places of a file; nullptr = none
   int line = 0;
   int column = 0;
 };
@@ -18,12 +27,13 @@ std::string to_string(const ConfigPlace& place);
 
 /// A configuration tree as its author wrote it: text not yet interpreted, every node with its place.
 struct ConfigNode {
-  enum class Kind { kNull, kScalar, kList, kMap };
+  enum class Kind : std::uint8_t { kNull, kScalar, kList, kMap };
 
   Kind kind = Kind::kNull;
+  bool was_quoted = false;  ///< a quoted scalar is text, whatever it looks like
   ConfigPlace place;
+  int key_line = 0, key_column = 0;                         ///< of an entry: where its key stands; 0 = not known
   std::string text;                                         ///< of a scalar
-  bool was_quoted = false;                                  ///< a quoted scalar is text, whatever it looks like
   std::vector<ConfigNode> items;                            ///< of a list
   std::vector<std::pair<std::string, ConfigNode>> entries;  ///< of a map, in the order of the file, keys unique
 
@@ -35,12 +45,20 @@ struct ConfigNode {
   ConfigNode(ConfigNode&&) noexcept;
   ConfigNode& operator=(ConfigNode&&) noexcept;
 
-  const ConfigNode* find(const std::string& key) const;
+  const ConfigNode* find(std::string_view key) const;
+  ConfigNode* find(std::string_view key);
+  /// Where the key of this entry stands, else where the node does.
+  ConfigPlace key_place() const;
 };
 
 /// Where two trees say different things, as paths such as `devices.7.id`: at most `limit` of them, in the order of
 /// `now`, then what only `before` has. Places, comments and the order of keys do not count; empty = they say the same.
 std::vector<std::string> differences(const ConfigNode& before, const ConfigNode& now, std::size_t limit);
+
+/// A tree without its places, in about as many bytes as its file has: what a program keeps that has read it.
+std::string packed(const ConfigNode& node);
+/// What packed() was given; for its own output only (asserted).
+ConfigNode unpacked(std::string_view packed);
 
 }  // namespace rubicon::base
 

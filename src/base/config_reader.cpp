@@ -5,7 +5,10 @@
 
 #include <charconv>
 #include <cmath>
-#include <unordered_map>
+
+#include "base/nearest.h"
+
+#include "base/printable.h"
 
 namespace rubicon::base {
 
@@ -33,9 +36,7 @@ std::optional<Number> parse_number(std::string_view text) {
 }
 
 std::string shown(std::string_view text) {
-  std::string out;
-  for (const char c : text.substr(0, 60)) out += c >= 0x20 && c != 0x7f ? c : '?';
-  return text.size() > 60 ? out + "..." : out;
+  return text.size() > 60 ? printable(text.substr(0, 60)) + "..." : printable(text);
 }
 
 }  // namespace
@@ -276,14 +277,18 @@ std::vector<std::string> ConfigReader::keys() const {
   return names;
 }
 
+void ConfigReader::also_known(std::span<const std::string_view> keys) {
+  for (const auto key : keys) known_.emplace(key);
+}
+
 void ConfigReader::finish() {
-  std::unordered_map<std::string_view, const ConfigPlace*> places;
-  for (const auto& key : map_->items) places.emplace(key.text, &key.place);
+  const std::vector<std::string> known(known_.begin(), known_.end());
   for (const auto& [name, entry] : map_->entries) {
     if (known_.contains(name)) continue;
-    const auto written = places.find(name);
-    errors_->add(written == places.end() ? entry.place : *written->second, path_,
-                 fmt::format("unknown key '{}', known: {}", shown(name), fmt::join(known_, ", ")));
+    const auto near = did_you_mean(name, known);
+    errors_->add(entry.key_place(), path_,
+                 fmt::format("unknown key '{}'{} known: {}", shown(name), near.empty() ? "," : "; " + near,
+                             fmt::join(known, ", ")));
   }
 }
 

@@ -5,6 +5,7 @@
 #include <limits>
 #include <optional>
 #include <set>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -68,7 +69,9 @@ class ConfigReader {
 
   /// An error of the caller's own about a key of this map (or about the map itself, key empty).
   void error(const std::string& key, std::string_view text);
-  /// Reports every key nobody asked for, with the known ones.
+  /// Keys of this map that another reader takes: named among the known ones.
+  void also_known(std::span<const std::string_view> keys);
+  /// Reports every key nobody asked for, the nearest known one first, then all.
   void finish();
 
   const ConfigNode& here() const { return *map_; }

@@ -1,9 +1,10 @@
 #include "rubicon/client.hpp"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
+#include <iterator>
 #include <list>
 #include <random>
 #include <utility>
@@ -11,6 +12,7 @@
 #include "client/acquaintance.h"
 #include "client/device_watch.h"
 #include "client/errand.h"
+#include "client/point_watch.h"
 #include "client/post_office.h"
 #include "client/reading.h"
 #include "transport/host_name.h"
@@ -88,7 +90,7 @@ struct Client::Parts {
     if (!link) return fail(std::move(error));
     space = std::make_unique<TupleSpace>(options.id, *loop, *link);
     acquaintance = std::make_unique<Acquaintance>(*loop, *space);
-    Summary summary{options.name, transport::host_name(), "pid " + std::to_string(::getpid()), "", loop->wall_now()};
+    Summary summary{options.name, transport::host_name(), transport::own_process(), "", loop->wall_now()};
     return space->describe(model::to_json(summary));
   }
 
@@ -231,6 +233,57 @@ std::vector<Tuple> Client::read(const Pattern& pattern, Duration patience) {
   return std::move(*found);
 }
 
+Result<void> Client::read_points(const Pattern& points, PointsCall call, Duration patience) {
+  const auto patterns = point_patterns(points);
+  if (!patterns) return fail(patterns.error());
+  struct Gathering {
+    std::vector<Tuple> tuples;
+    std::size_t left;
+    PointsCall call;
+  };
+  const auto all = patterns->all();
+  const auto gathering = std::make_shared<Gathering>(Gathering{{}, all.size(), std::move(call)});
+  for (const auto* pattern : all) {
+    read(
+        *pattern,
+        [gathering](std::vector<Tuple> some) {
+          std::move(some.begin(), some.end(), std::back_inserter(gathering->tuples));
+          if (--gathering->left == 0) gathering->call(points_from(gathering->tuples));
+        },
+        patience);
+  }
+  return {};
+}
+
+Result<std::vector<Point>> Client::read_points(const Pattern& points, Duration patience) {
+  const auto found = std::make_shared<std::optional<std::vector<Point>>>();
+  auto begun = read_points(
+      points, [found](std::vector<Point> some) { *found = std::move(some); }, patience);
+  if (!begun) return fail(std::move(begun.error()));
+  run_until([&] { return found->has_value(); }, Duration::max());
+  return std::move(**found);
+}
+
+Result<Handle> Client::watch_points(const Pattern& points, const Flow& flow, PointCall call) {
+  const auto patterns = point_patterns(points);
+  if (!patterns) return fail(patterns.error());
+  auto watch = std::make_shared<std::unique_ptr<PointWatch>>(
+      std::make_unique<PointWatch>(*parts_->loop, *parts_->space, *patterns, flow, std::move(call)));
+  // Its end may be asked for from its own call.
+  return Handle([watch, door = std::weak_ptr(parts_->door)] {
+    if (const auto parts = door.lock()) (*parts)->loop->post([watch] { watch->reset(); });
+  });
+}
+
+std::vector<Network> Client::networks(std::optional<OwnerId> island, Duration patience) {
+  std::vector<Tuple> tuples;
+  for (const auto* pattern : {"*.*.status", "*.*.*.status", "*.*.property.*.value"}) {
+    auto some = read({island, pattern}, patience);
+    std::move(some.begin(), some.end(), std::back_inserter(tuples));
+  }
+  return networks_from(tuples);
+}
+
 Handle Client::watch_devices(const DeviceQuery& query, DeviceCall call) {
   auto watch = std::make_shared<std::unique_ptr<DeviceWatch>>(
       std::make_unique<DeviceWatch>(*parts_->space, query, std::move(call)));
@@ -241,21 +294,29 @@ Handle Client::watch_devices(const DeviceQuery& query, DeviceCall call) {
 }
 
 std::vector<Device> Client::devices(const DeviceQuery& query, Duration patience) {
-  std::map<std::pair<OwnerId, std::string>, std::string> statuses;
+  std::map<std::pair<OwnerId, std::string>, DeviceCondition> conditions;
+  std::map<std::pair<OwnerId, std::string>, LineStatus> lines;
   for (const auto& tuple : read({query.island, "*.*.*.status"}, patience))
-    statuses[{tuple.owner, tuple.key.substr(0, tuple.key.rfind('.'))}] = status_from(tuple.value);
+    conditions[{tuple.owner, tuple.key}] = model::device_condition_from_json(tuple.value);
+  for (const auto& tuple : read({query.island, "*.*.status"}, patience))
+    lines[{tuple.owner, tuple.key}] = model::line_status_from_json(tuple.value);
   std::vector<Device> found;
   for (const auto& tuple : read({query.island, "*.*.*.description"}, patience)) {
     auto device = device_from(tuple.owner, tuple.key, tuple.value);
     if (!device || !fits(query, *device)) continue;
-    device->status = statuses[{tuple.owner, device->key()}];
+    const auto& condition = conditions[{tuple.owner, device->key() + ".status"}];
+    device->status = condition.status;
+    device->reason = condition.reason;
+    device->since = condition.since;
+    device->line = lines[{tuple.owner, line_key(tuple.key)}];
     found.push_back(std::move(*device));
   }
+  std::sort(found.begin(), found.end(), listed_before);
   return found;
 }
 
 void Client::command(OwnerId owner, std::string_view key, std::string_view value, Ended ended, Duration time_to_live,
-                     Duration patience) {
+                     Duration patience, Ended under_way) {
   auto& parts = *parts_;
   parts.keep(parts.errands, [&](auto over) {
     auto told = [ended = std::move(ended), over](const Outcome& outcome) {
@@ -263,17 +324,17 @@ void Client::command(OwnerId owner, std::string_view key, std::string_view value
       if (ended) ended(outcome);
     };
     return std::make_unique<Errand>(*parts.loop, *parts.space, owner, key, value, std::move(told), time_to_live,
-                                    patience);
+                                    patience, std::move(under_way));
   });
 }
 
 Outcome Client::command(OwnerId owner, std::string_view key, std::string_view value, Duration time_to_live,
-                        Duration patience) {
+                        Duration patience, Ended under_way) {
   run_until([&] { return parts_->acquaintance->settled(owner); }, Acquaintance::kNamed);
   std::optional<Outcome> outcome;
   const Errand errand(
       *parts_->loop, *parts_->space, owner, key, value, [&](const Outcome& told) { outcome = told; }, time_to_live,
-      patience);
+      patience, std::move(under_way));
   run_until([&] { return outcome.has_value(); }, Duration::max());
   return *outcome;
 }

@@ -4,6 +4,8 @@
 
 #include "base/glob.h"
 #include "client/json_fields.h"
+#include "client/points.h"
+#include "model/former_types.h"
 
 namespace rubicon::client {
 
@@ -25,18 +27,15 @@ bool any_or_matches(const std::string& pattern, std::string_view text) {
   return pattern.empty() || base::glob_matches(pattern, text);
 }
 
-/// `temperature-window` is a `temperature`.
+/// `temperature-window` is a `temperature`; former names count on both sides.
 bool has_point(const std::vector<std::string>& points, const std::string& type) {
+  const auto wanted = model::current_type(type);
   return std::any_of(points.begin(), points.end(), [&](const std::string& id) {
-    return base::glob_matches(type, std::string_view(id).substr(0, id.find('-')));
+    return base::glob_matches(wanted, model::current_type(std::string_view(id).substr(0, id.find('-'))));
   });
 }
 
-std::string_view without_last_part(std::string_view key) {
-  return key.substr(0, key.rfind('.'));
-}
-
-constexpr Flow kPassive{{}, {}, 0, true};
+constexpr Flow kPassive{.passive = true};
 
 }  // namespace
 
@@ -54,20 +53,16 @@ Result<Device> device_from(OwnerId island, std::string_view key, std::string_vie
   device.model = text_of(tree, "model");
   device.type = text_of(tree, "type");
   device.address = text_of(tree, "address");
+  device.area = text_of(tree, "area");
   device.sensors = list_of(tree, "sensors");
   device.actuators = list_of(tree, "actuators");
   device.properties = list_of(tree, "properties");
   return device;
 }
 
-std::string status_from(std::string_view text) {
-  const auto tree = json::parse(text, nullptr, false);
-  return tree.is_object() ? text_of(tree, "status") : std::string();
-}
-
 bool fits(const DeviceQuery& query, const Device& device) {
   if (query.island && *query.island != device.island) return false;
-  if (!any_or_matches(query.network, device.network)) return false;
+  if (!any_or_matches(query.network, device.network) || !any_or_matches(query.area, device.area)) return false;
   const bool name_fits = any_or_matches(query.name, device.name) || any_or_matches(query.name, device.id) ||
                          any_or_matches(query.name, device.address);
   const bool type_fits = any_or_matches(query.type, device.type) || has_point(device.sensors, query.type) ||
@@ -77,6 +72,8 @@ bool fits(const DeviceQuery& query, const Device& device) {
 
 DeviceWatch::DeviceWatch(TupleSpace& space, DeviceQuery query, DeviceCall call)
     : query_(std::move(query)), call_(std::move(call)) {
+  lines_watch_ =
+      space.subscribe({query_.island, "*.*.status"}, kPassive, [this](const Event& event) { line_stated(event); });
   statuses_ = space.subscribe({query_.island, "*.*.*.status"}, kPassive, [this](const Event& event) { stated(event); });
   descriptions_ =
       space.subscribe({query_.island, "*.*.*.description"}, kPassive, [this](const Event& event) { described(event); });
@@ -96,15 +93,38 @@ void DeviceWatch::stated(const Event& event) {
   const Name name{event.tuple.owner, std::string(without_last_part(event.tuple.key))};
   if (event.kind != EventKind::kSet) return forget(name);
   auto& entry = entries_[name];
-  auto status = status_from(event.tuple.value);
-  if (entry.told && entry.status == status) return;
-  entry.status = std::move(status);
-  tell(entry);
+  auto condition = model::device_condition_from_json(event.tuple.value);
+  const auto& known = entry.condition;
+  const bool same = known.status == condition.status && known.reason == condition.reason;
+  entry.condition = std::move(condition);
+  if (!entry.told || !same) tell(entry);
+}
+
+void DeviceWatch::line_stated(const Event& event) {
+  const Name network{event.tuple.owner, std::string(without_last_part(event.tuple.key))};
+  if (event.kind != EventKind::kSet) return void(lines_.erase(network));
+  auto line = model::line_status_from_json(event.tuple.value);
+  if (line.line.empty()) return;  // a tuple of three parts that is no line
+  const auto& [island, key] = network;
+  auto& known = lines_[network];
+  const bool same = known.line == line.line && known.reason == line.reason;
+  known = std::move(line);
+  if (same) return;
+  const auto below = key + ".";
+  for (auto at = entries_.lower_bound({island, below}); at != entries_.end(); ++at) {
+    if (std::get<0>(at->first) != island || !std::get<1>(at->first).starts_with(below)) break;
+    tell(at->second);
+  }
 }
 
 void DeviceWatch::tell(Entry& entry) {
-  if (!entry.device || entry.status.empty()) return;
-  entry.device->status = entry.status;
+  if (!entry.device || entry.condition.status.empty()) return;
+  auto& about = *entry.device;
+  about.status = entry.condition.status;
+  about.reason = entry.condition.reason;
+  about.since = entry.condition.since;
+  if (const auto line = lines_.find({about.island, about.prefix + "." + about.network}); line != lines_.end())
+    about.line = line->second;
   const bool wanted = fits(query_, *entry.device);
   if (!wanted && !entry.told) return;
   entry.told = wanted;

@@ -8,17 +8,20 @@
 namespace rubicon::client {
 
 /// One set of another component's tuple, followed to its end: the owner's answer, and for a command what its status
-/// tells then. Ends when destroyed, without a call.
+/// tells then. Waits as long as the island says that each state may last, and `patience` longer for the news of it.
+/// Ends when destroyed, without a call.
 class Errand {
  public:
   Errand(Scheduler& scheduler, TupleSpace& space, OwnerId owner, std::string_view key, std::string_view value,
-         Ended ended, Duration time_to_live, Duration patience);
+         Ended ended, Duration time_to_live, Duration patience, Ended under_way = {});
 
  private:
   void answered(const tuples::Reply& reply);
   void stated(const tuples::Event& event);
   void displaced(const nlohmann::json& by);
   void left();
+  void wait(Duration longest);
+  void unheard();
   void end();
 
   Scheduler& scheduler_;
@@ -26,7 +29,8 @@ class Errand {
   OwnerId owner_;  ///< who tells of it: another one when the device moved
   bool is_command_ = false;
   Outcome outcome_;
-  Ended ended_;
+  Ended ended_, under_way_;
+  Duration margin_;
   bool is_state_ = false;  ///< the point takes the newest command only (its description says so)
   bool seen_ = false;      ///< the status told of this command
   tuples::Handle status_, description_;

@@ -10,7 +10,6 @@
 
 #include "base/assert.h"
 #include "base/rate_limit.h"
-#include "gateway/foreign_requests.h"
 #include "gateway/inbox.h"
 #include "gateway/island_door.h"
 #include "gateway/listeners.h"
@@ -52,6 +51,7 @@ void add(Gateway::Counters& sum, const Gateway::Counters& part) {
   sum.duplicates += part.duplicates;
   sum.looped += part.looped;
   sum.malformed += part.malformed;
+  sum.forged += part.forged;
 }
 
 }  // namespace
@@ -67,6 +67,10 @@ struct Gateway::Parts {
             space, limits, [this](Message message, std::size_t size) { return arrived(std::move(message), size); },
             [this](const Envelope& envelope, Outcome outcome, std::string why) {
               undelivered(envelope, outcome, std::move(why));
+            },
+            [this](OwnerId from, const std::string& why) {
+              if (log_limit.allow("forged", scheduler.now()))
+                log.warning(fmt::format("a message of {} was refused: {}", number(from), why));
             }) {}
 
   Inbox& inbox(const std::string& network);
@@ -83,7 +87,9 @@ struct Gateway::Parts {
 
   void route(Message& message, Counters& count);
   void to_listeners(const Message& message, Counters& count);
-  void to_network(Message& message, Counters& count);
+  void to_network(const Message& message, Counters& count);
+  Result<void> to_own_network(const Message& message);
+  bool is_ours(const Message& message) const;
   bool names_only_a_device(const Message& message) const;
   void to_device(Message& message, Counters& count);
 
@@ -94,6 +100,7 @@ struct Gateway::Parts {
   GatewayLimits limits;
   network::Supervisor* networks = nullptr;
   NetworksOf networks_of;
+  CommandCall take_command;
   std::uint64_t last_number;  ///< from the wall clock on, so that no number comes twice, restarts included
   std::map<std::string, Inbox> inboxes;
   Inbox* last_inbox = nullptr;
@@ -101,7 +108,6 @@ struct Gateway::Parts {
   std::size_t foreign_bytes = 0;
   std::array<Listeners, std::variant_size_v<model::Body>> listeners;
   std::map<std::string, Listeners, std::less<>> user_listeners;
-  ForeignRequests requests;
   Counters own;
   bool turn_asked = false;
   std::shared_ptr<bool> alive = std::make_shared<bool>(true);
@@ -134,10 +140,7 @@ void Gateway::Parts::turn() {
   auto from_here = std::exchange(outbox, {});
   foreign_bytes = 0;
   for (auto& [network, box] : inboxes) {
-    box.drain([&, count = &box.counters](Message& message) {
-      requests.give_back(message);
-      route(message, *count);
-    });
+    box.drain([&, count = &box.counters](Message& message) { route(message, *count); });
     tell_drops(box);
   }
   for (Message& message : from_abroad) route(message, own);
@@ -180,6 +183,7 @@ void Gateway::Parts::answer(const Envelope& envelope, Outcome outcome, std::stri
   if (!envelope.answerable || outbox.size() >= limits.queue * 2) return;
   Message answer;
   answer.source = envelope.destination;
+  answer.source.island = self;  // an answer to a message for another island is said here
   answer.destination = envelope.source;
   answer.body = model::Acknowledge{envelope.number, outcome, std::move(why)};
   stamp(answer);
@@ -249,14 +253,25 @@ void Gateway::Parts::to_listeners(const Message& message, Counters& count) {
                   : fmt::format("no network of island {} has a device {}", number(self), model::quoted(device)));
 }
 
-void Gateway::Parts::to_network(Message& message, Counters& count) {
-  const Envelope envelope(message);
-  if (networks == nullptr) return undelivered(envelope, Outcome::kUndeliverable, "this island has no networks");
-  const bool foreign_asker = message.source.island != self || !message.source.network.empty();
-  if (foreign_asker) requests.lend(message, scheduler.now());
-  if (auto sent = networks->send(message); !sent)
-    return undelivered(envelope, outcome_of(sent.error().code), std::move(sent.error().text));
+void Gateway::Parts::to_network(const Message& message, Counters& count) {
+  if (auto sent = to_own_network(message); !sent)
+    return undelivered(Envelope(message), outcome_of(sent.error().code), std::move(sent.error().text));
   ++count.delivered;
+}
+
+/// The island's own parts may send anything; others only what docs/decisions/015 allows.
+Result<void> Gateway::Parts::to_own_network(const Message& message) {
+  if (networks == nullptr) return fail(ErrorCode::kNotFound, "this island has no networks");
+  const auto kind = message.kind();
+  if (is_ours(message) || kind == MessageKind::kOpaque) return networks->send(message);
+  const bool command = kind == MessageKind::kActuate || kind == MessageKind::kSetProperty;
+  if (command && take_command) return take_command(message);
+  return fail(ErrorCode::kRefused,
+              fmt::format("networks take no {} of others: subscribe to tuples and set them", to_string(kind)));
+}
+
+bool Gateway::Parts::is_ours(const Message& message) const {
+  return message.origin == self && message.source.island == self && message.source.network.empty();
 }
 
 Gateway::Gateway(Scheduler& scheduler, TupleSpace& space, base::LogSink& log, GatewayLimits limits)
@@ -279,6 +294,10 @@ void Gateway::forget(const std::string& network) {
 
 void Gateway::find_devices(NetworksOf networks_of) {
   parts_->networks_of = std::move(networks_of);
+}
+
+void Gateway::take_commands(CommandCall call) {
+  parts_->take_command = std::move(call);
 }
 
 void Gateway::connect(network::Supervisor& networks) {

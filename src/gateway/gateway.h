@@ -43,7 +43,7 @@ class Gateway final : public network::MessageSink {
   [[nodiscard]] Handle subscribe_user(std::string_view type, MessageCall call);
 
   /// To an own network, a local listener (empty network) or another island. Origin and number are set here when origin
-  /// is kNobody. Delivery happens in a later turn. Returns what an Acknowledge to it names (ForeignRequests).
+  /// is kNobody. Delivery happens in a later turn. Returns what an Acknowledge to it names.
   std::uint64_t send(Message message);
   /// Told of each message to another island that it took, by the number that send() returned.
   void on_taken(std::function<void(std::uint64_t number)> call);
@@ -52,6 +52,11 @@ class Gateway final : public network::MessageSink {
   /// are refused where several have.
   using NetworksOf = std::function<std::vector<std::string>(const std::string& device)>;
   void find_devices(NetworksOf networks_of);
+
+  /// Who judges Actuate and SetProperty of others (devices, other islands, components) for devices of own networks, and
+  /// answers them; an error is answered here. They never reach a network by themselves (docs/decisions/015).
+  using CommandCall = std::function<Result<void>(const Message&)>;
+  void take_commands(CommandCall call);
 
   /// Who undeliverable messages of an own component are reported to is Message.source; answers to this island with an
   /// empty network go to the kAcknowledge listeners.
@@ -64,7 +69,7 @@ class Gateway final : public network::MessageSink {
 
   struct Counters {
     std::uint64_t delivered = 0, dropped_readings = 0, refused_busy = 0, undeliverable = 0, duplicates = 0, looped = 0,
-                  malformed = 0;
+                  malformed = 0, forged = 0;
   };
   Counters counters() const;
   /// Counters of one network's queue.

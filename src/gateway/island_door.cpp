@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "base/assert.h"
-#include "gateway/foreign_requests.h"
 #include "model/message_cbor.h"
 
 namespace rubicon::gateway {
@@ -14,7 +13,29 @@ namespace {
 
 constexpr std::string_view kKey = "GATEWAY";
 
+/// Who posts a message that entered no island yet is its origin and its source; only islands hand on what others said.
+Result<void> check_sender(const Message& message, OwnerId from) {
+  const auto forged = [from](std::string_view what, const std::string& claimed) {
+    return fail(ErrorCode::kRefused, fmt::format("{} {}, but component {} posted it", what, claimed, number(from)));
+  };
+  if (message.hops > 0) {
+    return model::is_island(from) ? Result<void>{} : forged("hops", std::to_string(unsigned{message.hops}));
+  }
+  const auto& source = message.source.island;
+  if (message.origin != model::kNobody && message.origin != from)
+    return forged("origin", std::to_string(number(message.origin)));
+  if (source != model::kNobody && source != from) return forged("source", to_string(message.source));
+  return {};
+}
+
 }  // namespace
+
+std::uint64_t answerable_number(const Message& message) {
+  if (const auto* actuate = std::get_if<model::Actuate>(&message.body)) return actuate->request;
+  if (const auto* sample = std::get_if<model::Sample>(&message.body)) return sample->request;
+  if (const auto* set = std::get_if<model::SetProperty>(&message.body)) return set->request;
+  return message.number;
+}
 
 Envelope::Envelope(const Message& message)
     : source(message.source),
@@ -22,8 +43,12 @@ Envelope::Envelope(const Message& message)
       number(answerable_number(message)),
       answerable(message.kind() != MessageKind::kAcknowledge) {}
 
-IslandDoor::IslandDoor(TupleSpace& space, const GatewayLimits& limits, Arrival arrival, Failure failure)
-    : space_(space), limit_(limits.queue), arrival_(std::move(arrival)), failure_(std::move(failure)) {
+IslandDoor::IslandDoor(TupleSpace& space, const GatewayLimits& limits, Arrival arrival, Failure failure, Forged forged)
+    : space_(space),
+      limit_(limits.queue),
+      arrival_(std::move(arrival)),
+      failure_(std::move(failure)),
+      forged_(std::move(forged)) {
   RUBICON_ASSERT(space_.declare(kKey));
   judge_ =
       space_.judge({space_.self(), std::string(kKey)}, [this](const tuples::RemoteSet& wish) { return take(wish); });
@@ -67,12 +92,19 @@ tuples::Judgement IslandDoor::malformed(Error why) {
   return tuples::Judgement::refused(std::move(why));
 }
 
+tuples::Judgement IslandDoor::forged(OwnerId from, Error why) {
+  ++counters.forged;
+  forged_(from, why.text);
+  return tuples::Judgement::refused(std::move(why));
+}
+
 tuples::Judgement IslandDoor::take(const tuples::RemoteSet& wish) {
   if (!model::is_message_media_type(wish.media_type))
     return malformed({ErrorCode::kUnsupported, fmt::format("GATEWAY takes {}, got {}", model::kMessageMediaType,
                                                            model::quoted(wish.media_type))});
   auto message = model::from_cbor(base::as_bytes(wish.value));
   if (!message) return malformed(std::move(message.error()));
+  if (auto own = check_sender(*message, wish.from); !own) return forged(wish.from, std::move(own.error()));
   // A component that is no island posts without origin and number: nothing to recognise its message by.
   if (message->origin == model::kNobody) {
     message->origin = wish.from;

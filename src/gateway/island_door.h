@@ -9,6 +9,9 @@
 
 namespace rubicon::gateway {
 
+/// What an answer to this message names: the number of its request, or its own where it has none.
+std::uint64_t answerable_number(const Message& message);
+
 /// What is kept of a message under way, to answer it when it turns out undeliverable.
 struct Envelope {
   explicit Envelope(const Message& message);
@@ -27,8 +30,10 @@ class IslandDoor {
   using Failure = std::function<void(const Envelope& envelope, model::Outcome outcome, std::string why)>;
   /// A message sent was taken by its island.
   using Taken = std::function<void(std::uint64_t number)>;
+  /// A component posted a message in the name of another one.
+  using Forged = std::function<void(OwnerId from, const std::string& why)>;
 
-  IslandDoor(TupleSpace& space, const GatewayLimits& limits, Arrival arrival, Failure failure);
+  IslandDoor(TupleSpace& space, const GatewayLimits& limits, Arrival arrival, Failure failure, Forged forged);
   ~IslandDoor();
   IslandDoor(const IslandDoor&) = delete;
   IslandDoor& operator=(const IslandDoor&) = delete;
@@ -41,12 +46,14 @@ class IslandDoor {
  private:
   tuples::Judgement take(const tuples::RemoteSet& wish);
   tuples::Judgement malformed(Error why);
+  tuples::Judgement forged(OwnerId from, Error why);
   void answered(const Envelope& envelope, const tuples::Reply& reply);
 
   TupleSpace& space_;
   std::size_t limit_;
   Arrival arrival_;
   Failure failure_;
+  Forged forged_;
   Taken taken_;
   SeenMessages seen_;
   std::size_t under_way_ = 0;

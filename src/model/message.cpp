@@ -20,6 +20,7 @@ std::string_view to_string(LineState state) {
     case LineState::kConnecting: return "connecting";
     case LineState::kUp: return "up";
     case LineState::kEnded: return "ended";
+    case LineState::kRefused: return "refused";
   }
   return "unknown";
 }

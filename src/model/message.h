@@ -38,6 +38,7 @@ struct Reading {
   PointId point;  ///< a sensor; also an actuator's or a property's state
   Value value;
   WallTime user_time{};  ///< when the device measured; zero = not known, the proxy publishes none
+  std::string why{};     ///< of a reading without value: what is wrong; empty = the device has none
 };
 
 struct Updates {
@@ -77,11 +78,13 @@ struct Acknowledge {
   std::string text;
 };
 
-enum class LineState : std::uint8_t { kDown, kConnecting, kUp, kEnded };
+/// Refused: the peer is there and does not take us; tried again, with pauses.
+enum class LineState : std::uint8_t { kDown, kConnecting, kUp, kEnded, kRefused };
 std::string_view to_string(LineState state);
 
 /// How a network is: its line, its counters and what else it wants seen, as text or JSON (names are `[a-z-]+`). What a
-/// later State does not name stays as it was.
+/// later State does not name stays as it was. A network that tries to reach its peer again by itself counts its tries
+/// as `attempts`, and says when the next one comes as `next-attempt` (seconds since 1970); the supervisor adds its own.
 struct State {
   LineState line = LineState::kDown;
   std::string reason;

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "model/former_types.h"
 #include "model/message_fields.h"
 
 namespace rubicon::model {
@@ -15,6 +16,7 @@ namespace {
 constexpr std::uint64_t kFormVersion = 1;
 constexpr std::uint64_t kAny64 = UINT64_MAX;
 constexpr std::uint64_t kLongestDeadline = 3'200'000'000'000;  // ms; what a configuration may say, fits a Duration
+constexpr std::uint64_t kHighestWord = 65535;
 
 json address_out(const Address& address) {
   json out{{"island", number(address.island)}};
@@ -46,7 +48,7 @@ PointId point_in(FieldReader& in) {
   }
   point.type = TypeId(static_cast<std::uint16_t>(in.number("type", UINT16_MAX)));
   point.instance = in.text("instance", 255);
-  return point;
+  return current_point(std::move(point));
 }
 
 json capability_out(const Capability& capability) {
@@ -58,6 +60,7 @@ json capability_out(const Capability& capability) {
   // An infinite bound says no more than an absent one, and readers refuse it.
   if (capability.minimum && std::isfinite(*capability.minimum)) out["min"] = *capability.minimum;
   if (capability.maximum && std::isfinite(*capability.maximum)) out["max"] = *capability.maximum;
+  for (const auto& word : capability.words) out["words"].push_back({{"value", word.value}, {"word", word.text}});
   if (capability.deadline) {
     out["deadline-ms"] = std::chrono::ceil<std::chrono::milliseconds>(*capability.deadline).count();
   }
@@ -67,16 +70,26 @@ json capability_out(const Capability& capability) {
   return out;
 }
 
+std::vector<Word> words_in(FieldReader& in) {
+  std::vector<Word> words;
+  in.each("words", [&words](FieldReader& item) {
+    words.push_back({static_cast<std::uint32_t>(item.number("value", kHighestWord)), item.text("word", 255)});
+    if (words.back().text.empty()) item.wrong("word", "a word");
+  });
+  return words;
+}
+
 Capability capability_in(FieldReader& in) {
   Capability capability;
   capability.point = point_in(in);
-  capability.type_name = in.text("name", 255);
+  capability.type_name = current_type(in.text("name", 255));
   const auto access = in.text("access");
   capability.access = access == "write" ? Access::kWrite : access == "read-write" ? Access::kReadWrite : Access::kRead;
   if (!access.empty() && access != to_string(capability.access)) in.wrong("access", "read, write or read-write");
   capability.unit = in.text("unit", 255);
   if (in.has("min")) capability.minimum = in.real("min");
   if (in.has("max")) capability.maximum = in.real("max");
+  capability.words = words_in(in);
   if (in.has("deadline-ms")) {
     capability.deadline = std::chrono::milliseconds(in.number("deadline-ms", kLongestDeadline));
   }
@@ -103,6 +116,7 @@ struct BodyWriter {
     for (const auto& reading : updates.readings) {
       json entry{{"value", value_to_json(reading.value)}};
       point_out(reading.point, entry);
+      if (!reading.why.empty()) entry["why"] = reading.why;
       if (reading.user_time != WallTime{}) entry["time-us"] = reading.user_time.time_since_epoch().count();
       out["readings"].push_back(std::move(entry));
     }
@@ -155,7 +169,7 @@ Updates updates_in(FieldReader& in) {
   Updates updates;
   in.each("readings", [&updates](FieldReader& item) {
     const WallTime time{std::chrono::microseconds(item.signed_number("time-us"))};
-    updates.readings.push_back({point_in(item), item.value("value"), time});
+    updates.readings.push_back({point_in(item), item.value("value"), time, item.text("why")});
   });
   return updates;
 }
@@ -194,7 +208,7 @@ Body body_in(MessageKind kind, FieldReader in) {
     case MessageKind::kAcknowledge:
       return Acknowledge{in.number("request", kAny64), word_in(in, "outcome", Outcome::kBusy), in.text("text")};
     case MessageKind::kState:
-      return State{word_in(in, "line", LineState::kEnded), in.text("reason"), in.counters("counters"),
+      return State{word_in(in, "line", LineState::kRefused), in.text("reason"), in.counters("counters"),
                    in.texts("texts")};
     case MessageKind::kOpaque: return Opaque{in.text("type", 255), in.bytes("bytes")};
     case MessageKind::kProbe: return Probe{join_in(in)};

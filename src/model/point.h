@@ -2,9 +2,11 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "base/time.h"
 #include "model/type_catalogue.h"
+#include "model/words.h"
 
 namespace rubicon::model {
 
@@ -28,6 +30,8 @@ struct Capability {
   std::string unit;
   std::optional<double> minimum;
   std::optional<double> maximum;
+  /// Of an enumeration or a set of bits whose type names no words; sorted by value, none empty.
+  std::vector<Word> words;
   /// Longest normal silence of this point; zero = never stale (reports only changes). Absent: the proxy's rule.
   std::optional<Duration> deadline;
   /// False for an actuator that never reports its state: a command then ends assumed, not confirmed.

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/assert.h"
+#include "model/former_types.h"
 #include "model/key.h"
 #include "model/type_tables.h"
 
@@ -15,10 +16,8 @@ namespace rubicon::model {
 
 namespace {
 
-constexpr PropertyOfDevice kMoteProperties[] = {{"rate", Access::kReadWrite, ""},
-                                                {"mask", Access::kReadWrite, ""},
-                                                {"dutyCycle", Access::kReadWrite, ""},
-                                                {"threshold", Access::kReadWrite, "pir"}};
+/// The released firmware has no duty cycle and no threshold, and its mask follows the subscribers (docs/motes.md).
+constexpr PropertyOfDevice kMoteProperties[] = {{"rate", Access::kReadWrite, ""}, {"mask", Access::kRead, ""}};
 constexpr PropertyOfDevice kRecordedProperties[] = {
     {"activityLabel", Access::kRead, ""}, {"label", Access::kRead, ""}, {"group", Access::kRead, ""}};
 constexpr PropertyOfDevice kSimulatedProperties[] = {{"rate", Access::kReadWrite, ""}};
@@ -66,12 +65,17 @@ TypeCatalogue& TypeCatalogue::operator=(TypeCatalogue&&) noexcept = default;
 
 const Type* TypeCatalogue::find(TypeId id) const {
   const auto found = content_->by_id.find(static_cast<std::uint16_t>(id));
-  return found == content_->by_id.end() ? nullptr : found->second;
+  if (found != content_->by_id.end()) [[likely]]
+    return found->second;
+  const auto now = current_type(id);
+  return now == id ? nullptr : find(now);
 }
 
 const Type* TypeCatalogue::find(std::string_view name) const {
   const auto found = content_->by_name.find(name);
-  return found == content_->by_name.end() ? nullptr : found->second;
+  if (found != content_->by_name.end()) return found->second;
+  const auto now = current_type(name);
+  return now == name ? nullptr : find(now);
 }
 
 std::span<const Type* const> TypeCatalogue::all() const {

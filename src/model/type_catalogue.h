@@ -34,7 +34,9 @@ struct Type {
   double minimum = -std::numeric_limits<double>::infinity();
   double maximum = std::numeric_limits<double>::infinity();
   Report report = Report::kState;
-  std::string_view words;  ///< comma separated, first = 0: for enumerations, and the off,on words of a boolean
+  /// Comma separated, first = 0: of enumerations, and the off,on words of a boolean. An enumeration without words takes
+  /// those of each point (Capability::words): any word, or a number from minimum to maximum.
+  std::string_view words;
 };
 
 /// A Type with text of its own: how YAML declares one.

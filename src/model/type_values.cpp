@@ -7,6 +7,7 @@
 #include "base/bytes.h"
 #include "model/key.h"
 #include "model/type_catalogue.h"
+#include "model/words.h"
 
 namespace rubicon::model {
 
@@ -52,6 +53,16 @@ std::optional<std::string_view> word_at(std::string_view words, std::int64_t ind
   return std::nullopt;
 }
 
+/// The word that is the same but for case, blanks and hyphens, as parse_words() takes it.
+std::optional<std::string_view> alike_word(std::string_view words, std::string_view text) {
+  const auto wanted = plain_word(text);
+  for (std::int64_t index = 0; !wanted.empty(); ++index) {
+    const auto word = word_at(words, index);
+    if (!word || plain_word(*word) == wanted) return word;
+  }
+  return std::nullopt;
+}
+
 template <class Number>
 std::optional<Number> number_in(std::string_view text) {
   Number number{};
@@ -69,11 +80,21 @@ Result<Value> parse_boolean(const Type& type, std::string_view text) {
                 type.words.empty() ? "one of off, on" : fmt::format("one of {} (or off, on)", type.words));
 }
 
+/// The words are the point's: what is no number may be one of them.
+Result<Value> parse_own_word(const Type& type, std::string_view text, std::optional<std::int64_t> number) {
+  if (text.empty() || text.size() > kMaxText) return refuse(ErrorCode::kInvalid, type, text, "a word or a number");
+  if (!number) return Value(std::string(text));
+  if (auto fits = check_range(type, static_cast<double>(*number), text); !fits) return fail(fits.error());
+  return Value(*number);
+}
+
 Result<Value> parse_enumeration(const Type& type, std::string_view text) {
   if (word_index(type.words, text)) return Value(std::string(text));
   const auto number = number_in<std::int64_t>(text);
   const auto word = number ? word_at(type.words, *number) : std::nullopt;
   if (word) return Value(std::string(*word));
+  if (const auto alike = alike_word(type.words, text)) return Value(std::string(*alike));
+  if (type.words.empty()) return parse_own_word(type, text, number);
   return refuse(ErrorCode::kInvalid, type, text, fmt::format("one of {}", type.words));
 }
 
@@ -144,6 +165,8 @@ Result<void> TypeCatalogue::check(const Type& type, const Value& value) {
       return refuse(ErrorCode::kInvalid, type, to_text(value), "off or on");
     case DataType::kEnumeration: {
       const auto* word = std::get_if<std::string>(&value);
+      if (type.words.empty() && word && !word->empty()) return {};
+      if (type.words.empty()) return check_number(type, value);
       if (word && word_index(type.words, *word)) return {};
       return refuse(ErrorCode::kInvalid, type, to_text(value), fmt::format("one of {}", type.words));
     }

@@ -12,7 +12,6 @@ using enum Report;
 constexpr Type kTypes[] = {
     {TypeId(0x0200), "switch", "switch", "1", kBoolean, -kNone, kNone, kState, ""},
     {TypeId(0x0201), "contact", "window or door", "1", kBoolean, -kNone, kNone, kState, "closed,open"},
-    {TypeId(0x0202), "motion", "motion", "1", kBoolean, -kNone, kNone, kState, ""},
     {TypeId(0x0203), "occupancy", "occupancy", "1", kBoolean, -kNone, kNone, kState, "free,occupied"},
     {TypeId(0x0204), "presence", "presence of a person", "1", kBoolean, -kNone, kNone, kState, "absent,present"},
     {TypeId(0x0205), "seat", "seat or bed pressure", "1", kBoolean, -kNone, kNone, kState, "free,occupied"},

@@ -10,14 +10,14 @@ using enum Report;
 
 // id, name, quantity, unit, data, minimum, maximum, report, words
 constexpr Type kTypes[] = {
-    {TypeId(0x0001), "light", "illuminance", "lx", kReal, 0.0, 200000.0, kState, ""},
+    {TypeId(0x0001), "light", "illuminance", "lx", kReal, 0.0, 1000000.0, kState, ""},
     {TypeId(0x0002), "temperature", "temperature", "Cel", kReal, -273.15, 2000.0, kState, ""},
     {TypeId(0x0003), "humidity", "relative humidity", "%", kReal, 0.0, 100.0, kState, ""},
     {TypeId(0x0004), "accelerationRaw", "acceleration, counts", "1", kInteger, 0.0, 65535.0, kState, ""},
     {TypeId(0x0005), "accelerationVarianceRaw", "acceleration variance, counts", "1", kInteger, 0.0, 65535.0, kState,
      ""},
     {TypeId(0x0006), "accelerationVariance", "acceleration variance", "1", kReal, 0.0, kNone, kState, ""},
-    {TypeId(0x000a), "pir", "motion", "1", kBoolean, -kNone, kNone, kState, ""},
+    {TypeId(0x000a), "motion", "motion", "1", kBoolean, -kNone, kNone, kState, ""},
     {TypeId(0x000b), "microphone", "sound level", "V", kReal, 0.0, kNone, kState, ""},
     {TypeId(0x000c), "magnetic", "magnetic contact", "1", kBoolean, -kNone, kNone, kState, ""},
     {TypeId(0x000d), "rssi", "received signal strength", "dB[mW]", kReal, -150.0, 50.0, kState, ""},

@@ -39,7 +39,7 @@ constexpr Type kTypes[] = {
     {TypeId(0x0619), "txPower", "transmit power", "dB[mW]", kReal, -100.0, 50.0, kState, ""},
     {TypeId(0x061a), "radioChannel", "radio channel", "1", kInteger, 0.0, 65535.0, kState, ""},
     {TypeId(0x061b), "lineState", "state of the line", "1", kEnumeration, -kNone, kNone, kState,
-     "down,connecting,up,ended"},
+     "down,connecting,up,ended,refused"},
     {TypeId(0x061c), "reason", "reason", "1", kText, -kNone, kNone, kState, ""},
     {TypeId(0x061d), "batteryType", "battery type", "1", kText, -kNone, kNone, kState, ""},
     {TypeId(0x061e), "mode", "mode", "1", kText, -kNone, kNone, kState, ""},

@@ -10,7 +10,6 @@ using enum Report;
 
 // id, name, quantity, unit, data, minimum, maximum, report, words
 constexpr Type kTypes[] = {
-    {TypeId(0x0400), "illuminance", "illuminance", "lx", kReal, 0.0, kNone, kState, ""},
     {TypeId(0x0401), "luminance", "luminance", "cd/m2", kReal, 0.0, kNone, kState, ""},
     {TypeId(0x0402), "luminousFlux", "luminous flux", "lm", kReal, 0.0, kNone, kState, ""},
     {TypeId(0x0403), "luminousIntensity", "luminous intensity", "cd", kReal, 0.0, kNone, kState, ""},

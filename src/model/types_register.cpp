@@ -29,8 +29,8 @@ constexpr Type kTypes[] = {
     {TypeId(0x0110), "textInput", "input text", "1", kText, -kNone, kNone, kState, ""},
     {TypeId(0x0111), "bytesInput", "input bytes", "1", kBytes, -kNone, kNone, kState, ""},
     {TypeId(0x0112), "structuredInput", "input record", "1", kJson, -kNone, kNone, kState, ""},
-    {TypeId(0x0113), "enumerationInput", "input code", "1", kInteger, 0.0, 65535.0, kState, ""},
-    {TypeId(0x0114), "bitsetInput", "input flags", "1", kInteger, 0.0, 4294967295.0, kState, ""},
+    {TypeId(0x0113), "enumerationInput", "input code", "1", kEnumeration, 0.0, 65535.0, kState, ""},
+    {TypeId(0x0114), "bitsetInput", "input flags", "1", kJson, -kNone, kNone, kState, ""},
     {TypeId(0x0140), "digitalOutput", "digital output", "1", kBoolean, -kNone, kNone, kState, ""},
     {TypeId(0x0141), "analogueOutput", "analogue output", "1", kReal, -kNone, kNone, kState, ""},
     {TypeId(0x0142), "unsigned1BitOutput", "output register", "1", kInteger, 0.0, 1.0, kState, ""},
@@ -50,8 +50,8 @@ constexpr Type kTypes[] = {
     {TypeId(0x0150), "textOutput", "output text", "1", kText, -kNone, kNone, kState, ""},
     {TypeId(0x0151), "bytesOutput", "output bytes", "1", kBytes, -kNone, kNone, kState, ""},
     {TypeId(0x0152), "structuredOutput", "output record", "1", kJson, -kNone, kNone, kState, ""},
-    {TypeId(0x0153), "enumerationOutput", "output code", "1", kInteger, 0.0, 65535.0, kState, ""},
-    {TypeId(0x0154), "bitsetOutput", "output flags", "1", kInteger, 0.0, 4294967295.0, kState, ""},
+    {TypeId(0x0153), "enumerationOutput", "output code", "1", kEnumeration, 0.0, 65535.0, kState, ""},
+    {TypeId(0x0154), "bitsetOutput", "output flags", "1", kJson, -kNone, kNone, kState, ""},
 };
 
 }  // namespace

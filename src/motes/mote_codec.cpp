@@ -12,7 +12,6 @@ namespace {
 
 constexpr std::uint16_t kFirstSpecialMote = kBaseMote;
 constexpr std::uint16_t kFirstSpecialIsland = 0xfffd;
-constexpr std::uint16_t kEverything = 0xffff;
 constexpr std::size_t kBoards = 5, kUnits = 3;
 /// Bits of the actuator mask (wsn.md 6).
 constexpr std::pair<std::uint8_t, std::string_view> kActuators[] = {{0x01, "led"}, {0x02, "relay"}};
@@ -163,7 +162,7 @@ void MoteCodec::on_joined(const Joined& joined, MoteEvents& events) {
   mote.joined = joined;
   mote.model = model_of(joined.mote_type);
   mote.heard = true;
-  mote.mask.reset();
+  mote.fields.reset();
   declare(joined.mote, mote);
   events.mote = joined.mote;
   events.joined = true;
@@ -200,7 +199,7 @@ model::Capability MoteCodec::actuator(std::string_view type) const {
   model::Capability capability;
   capability.point = point_of(Kind::kActuator, type, "1");
   capability.type_name = type;
-  capability.access = model::Access::kWrite;
+  capability.access = model::Access::kReadWrite;
   capability.reports = options_.actuators_report;
   return capability;
 }
@@ -242,8 +241,8 @@ std::optional<model::Message> MoteCodec::know(std::uint16_t address, const model
   return message;
 }
 
-void MoteCodec::reads(std::uint16_t mote, std::optional<std::uint16_t> mask) {
-  if (const auto found = motes_.find(mote); found != motes_.end()) found->second.mask = mask;
+void MoteCodec::measures(std::uint16_t mote, std::optional<MeasuredFields> fields) {
+  if (const auto found = motes_.find(mote); found != motes_.end()) found->second.fields = fields;
 }
 
 bool MoteCodec::offers(std::uint16_t mote, const model::PointId& point) const {
@@ -264,15 +263,16 @@ std::uint16_t MoteCodec::transducer_under(const Calibration& calibration, const 
   return 0;
 }
 
-/// Of the two fields that the firmware fills, those that it reads.
+/// Of the two fields that the firmware fills, those that were measured.
 RawUpdates MoteCodec::updates_of(std::uint16_t address, const DemoReport& demo) const {
   const auto mote = motes_.find(address);
-  const std::uint16_t mask = mote == motes_.end() ? kEverything : mote->second.mask.value_or(kEverything);
+  const auto fields = mote == motes_.end() ? options_.unknown : mote->second.fields.value_or(options_.unknown);
   RawUpdates updates;
   for (const auto& [transducer, word] :
        {std::pair(Transducer::kLight, demo.light), std::pair(Transducer::kTemperature, demo.temperature)}) {
     const auto id = static_cast<std::uint16_t>(transducer);
-    if ((mask & id) != 0) updates.readings.push_back({id, {word}});
+    const bool measured = (fields.sure & id) != 0 || ((fields.unless_zero & id) != 0 && word != 0);
+    if (measured) updates.readings.push_back({id, {word}});
   }
   return updates;
 }

@@ -44,11 +44,21 @@ struct MoteEvents {
   std::optional<WantedAck> wants_ack;
 };
 
+/// Which fields of a mote's DEMO_DATA are measured values; the others hold old memory (wsn.md 7.1, 9.4).
+struct MeasuredFields {
+  std::uint16_t sure = 0xffff;    ///< transducers
+  std::uint16_t unless_zero = 0;  ///< further ones where the field is not 0, which it is until the first measurement
+
+  friend bool operator==(const MeasuredFields&, const MeasuredFields&) = default;
+};
+
 struct CodecOptions {
   Calibration calibration{};
   std::optional<std::uint16_t> island{};    ///< none (recordings): every message counts as ours
   std::map<std::uint16_t, Board> boards{};  ///< of motes that are built otherwise than the calibration says
   bool actuators_report = false;            ///< whether the motes tell what their actuators are at
+  /// Of motes of which nobody said what they measure. The default takes all fields, as a recording has them.
+  MeasuredFields unknown{};
 };
 
 /// Packets from a sink -> messages in the catalogue's words. Remembers what each mote showed, so that a sensor nobody
@@ -67,8 +77,8 @@ class MoteCodec {
   /// What is remembered of a mote that did not join since (wsn.md 9.2: it may never do so again). If that is not what
   /// it is by our boards and units, or it was heard meanwhile: its join, as it is now.
   std::optional<model::Message> know(std::uint16_t mote, const model::Join& join);
-  /// The mote reads these transducers only: what else its DEMO_DATA holds is old. nullopt = nobody knows.
-  void reads(std::uint16_t mote, std::optional<std::uint16_t> mask);
+  /// What the mote measured of its next reports; nullopt = nobody knows.
+  void measures(std::uint16_t mote, std::optional<MeasuredFields> fields);
   bool knows(std::uint16_t mote) const { return motes_.contains(mote); }
   /// Whether the mote declared the point, or showed it.
   bool offers(std::uint16_t mote, const model::PointId& point) const;
@@ -86,8 +96,8 @@ class MoteCodec {
     bool heard = false;
     std::string model;
     Shared declared = nothing();
-    std::optional<std::uint16_t> mask;  ///< what it reads
-    Capabilities shown;                 ///< not declared, but read: they outlive a re-join
+    std::optional<MeasuredFields> fields;  ///< measures()
+    Capabilities shown;                    ///< not declared, but read: they outlive a re-join
     std::optional<double> celsius;
   };
 

@@ -37,7 +37,7 @@ constexpr Naming kNamings[] = {
     {Transducer::kTemperature, "temperature", "temperatureRaw"},
     {Transducer::kAccelerationX, "", "accelerationRaw"},
     {Transducer::kAccelerationY, "", "accelerationRaw"},
-    {Transducer::kPir, "pir", "pirRaw"},
+    {Transducer::kPir, "motion", "pirRaw"},
     {Transducer::kMicrophone, "microphone", "microphoneRaw"},
     {Transducer::kHumidity, "humidity", "humidityRaw"},
     {Transducer::kMagnetic, "magnetic", "magneticRaw"},

@@ -19,4 +19,16 @@ Result<void> Network::change(const NetworkConfig&) {
   return fail(ErrorCode::kUnsupported, "this type of network takes new options only from the start");
 }
 
+bool Network::close(std::function<void()>) {  // NOLINT(performance-unnecessary-value-param): as others keep it
+  return false;
+}
+
+std::optional<std::vector<ListedDevice>> Network::listed() const {
+  return std::nullopt;
+}
+
+std::vector<Missing> Network::missing() const {
+  return {};
+}
+
 }  // namespace rubicon::network

@@ -2,8 +2,10 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "base/config_reader.h"
 #include "base/log.h"
@@ -53,7 +55,23 @@ struct NetworkConfig {
   std::string directory;  ///< of the configuration file: relative paths start here; empty = the working directory
   /// Reads further YAML of the site's (`file` for the places in errors); nullptr where there is none.
   Result<ConfigNode> (*read_yaml)(std::string_view text, std::string_view file) = nullptr;
+  std::size_t most_devices = 20000;  ///< `limits.devices` of the island
 };
+
+/// A device that the options name, with all its points.
+struct ListedDevice {
+  std::string address;
+  std::vector<model::Capability> capabilities;
+};
+
+/// What an option names and this host does not have: a file, an interface.
+struct Missing {
+  std::string option;
+  std::string text;
+};
+
+/// The time all networks of an island together have for their last words to their devices when it ends.
+inline constexpr Duration kClosingTime = std::chrono::seconds(2);
 
 /// A network of devices behind one line. Destroyed = stopped, at once and without a word to the host.
 class Network {
@@ -70,6 +88,14 @@ class Network {
   /// (the default) and every other error mean that nothing was changed; the caller then makes the network anew. The
   /// options were accepted by `make` before.
   virtual Result<void> change(const NetworkConfig& config);
+  /// The island ends: the last chance to tell devices what they should not go on with. True: `closed` is called once,
+  /// in a later turn; who takes longer than kClosingTime is destroyed without it. False (the default): there is
+  /// nothing to say, or no line to say it on, and `closed` is never called. Commands that come after it may be refused.
+  virtual bool close(std::function<void()> closed);
+  /// The devices that there are, if the options list all of them; nullopt (the default): only the line knows.
+  virtual std::optional<std::vector<ListedDevice>> listed() const;
+  /// What the options name and this host lacks at the moment, for `check`; nothing by default. Opens no line.
+  virtual std::vector<Missing> missing() const;
 };
 
 /// One type of network. `make` checks the options (reporting to options.error) and must not open anything.

@@ -44,18 +44,24 @@ class Supervisor::Slot final : public NetworkHost {
     message.source.island = supervisor_.island_;
     message.source.network = id_;
     if (message.destination.island == model::kNobody) message.destination.island = supervisor_.island_;
-    if (message.kind() == MessageKind::kState) complete(std::get<model::State>(message.body));
+    if (message.kind() == MessageKind::kState) {
+      auto& state = std::get<model::State>(message.body);
+      complete(state);
+      tell(state);
+    }
     supervisor_.sink_.from_network(id_, std::move(message));
   }
 
   void failed(Error why) override {
-    if (closed_ || !opened_ || retry_.pending()) return;
+    if (closed_ || !opened_ || retry_.pending() || supervisor_.closing_) return;
     const Duration pause = next_pause();
     if (losses_.allow(why.text, scheduler().now())) {
       log_.warning(fmt::format("line lost: {}; next attempt in {} ms (told once a minute)", why.text,
                                std::chrono::duration_cast<std::chrono::milliseconds>(pause).count()));
     }
+    told_ = why.text;
     retry_ = scheduler().after(pause, [this] { open(); });
+    next_attempt_ = scheduler().wall_now() + std::chrono::ceil<std::chrono::microseconds>(pause);
     deliver({}, model::State{model::LineState::kDown, std::move(why.text), {}});
   }
 
@@ -71,11 +77,19 @@ class Supervisor::Slot final : public NetworkHost {
 
   void open() {
     opened_ = true;
+    next_attempt_ = {};
     ++attempts_;
     if (auto opened = network_->open(); !opened) failed(std::move(opened.error()));
   }
 
   Result<void> change(const NetworkConfig& config) { return network_->change(config); }
+  const Network* network() const { return network_.get(); }
+
+  /// True: `said` will be called.
+  bool close(std::function<void()> said) {
+    retry_.cancel();
+    return opened_ && network_->close(std::move(said));
+  }
 
   Result<void> send(const Message& message) {
     if (!opened_) return fail(ErrorCode::kUnreachable, fmt::format("network {} is not open yet", id_));
@@ -85,7 +99,26 @@ class Supervisor::Slot final : public NetworkHost {
  private:
   void complete(model::State& state) {
     if (state.line == model::LineState::kUp) failures_ = 0;
-    state.counters["attempts"] = attempts_;
+    if (const auto own = state.counters.find("attempts"); own != state.counters.end()) own_attempts_ = own->second;
+    state.counters["attempts"] = attempts_ + own_attempts_;
+    const auto next = std::chrono::ceil<std::chrono::seconds>(next_attempt_.time_since_epoch()).count();
+    auto& shown = state.counters["next-attempt"];  // a network that tries by itself says when
+    shown = std::max(shown, static_cast<std::uint64_t>(std::max<std::int64_t>(next, 0)));
+  }
+
+  /// Networks hold their line off by themselves where the peer refuses them: the log has each reason when it changes.
+  void tell(const model::State& state) {
+    using model::LineState;
+    if (state.line == LineState::kUp && state.reason.empty()) {
+      if (!std::exchange(told_, {}).empty() && losses_.allow("up", scheduler().now())) log_.info("line up");
+      return;
+    }
+    if (state.reason.empty() || state.reason == told_) return;
+    told_ = state.reason;
+    if (!losses_.allow(state.reason, scheduler().now())) return;
+    const auto text = fmt::format("line {}: {}", to_string(state.line), state.reason);
+    const bool expected = state.line == LineState::kEnded || state.line == LineState::kConnecting;
+    expected ? log_.info(text) : log_.warning(text);
   }
 
   /// 100 ms, doubled with each failure in a row, at most the type's longest, the last quarter of it by chance.
@@ -103,9 +136,12 @@ class Supervisor::Slot final : public NetworkHost {
   Log log_;
   std::minstd_rand dice_;
   base::RateLimit losses_;  ///< by reason
+  std::string told_;        ///< why the line is not as it should be; empty = it is
   std::unique_ptr<Network> network_;
   Timer retry_;
   std::uint64_t attempts_ = 0;
+  WallTime next_attempt_{};         ///< zero = none is planned
+  std::uint64_t own_attempts_ = 0;  ///< of the network itself, as it counts them
   unsigned failures_ = 0;
   bool opened_ = false;
   bool closed_ = false;
@@ -140,6 +176,24 @@ void Supervisor::start() {
   for (const auto& [id, slot] : slots_) slot->open();
 }
 
+void Supervisor::close(std::function<void()> closed) {
+  if (std::exchange(closing_, true)) return;
+  closed_ = std::move(closed);
+  const auto in = [this](Duration span) {
+    closing_timer_ = scheduler_.after(span, [this] {
+      if (auto call = std::exchange(closed_, nullptr)) call();
+    });
+  };
+  in(kClosingTime);
+  for (const auto& [id, slot] : slots_) {
+    const bool speaks = slot->close([this, in] {
+      if (--still_closing_ == 0) in(Duration::zero());
+    });
+    if (speaks) ++still_closing_;
+  }
+  if (still_closing_ == 0) in(Duration::zero());
+}
+
 void Supervisor::remove(const std::string& id) {
   if (slots_.erase(id) == 0) return;
   Message message;
@@ -151,6 +205,11 @@ void Supervisor::remove(const std::string& id) {
 
 bool Supervisor::has(const std::string& id) const {
   return slots_.contains(id);
+}
+
+const Network* Supervisor::find(const std::string& id) const {
+  const auto found = slots_.find(id);
+  return found == slots_.end() ? nullptr : found->second->network();
 }
 
 std::vector<std::string> Supervisor::ids() const {

@@ -18,8 +18,9 @@ class MessageSink {
 };
 
 /// Owns the networks of an island, is their host, opens their lines and opens lost ones again after a growing, jittered
-/// pause, for ever. Delivers State{kDown, reason} for a lost line. Opens nothing before start(), so that all listeners
-/// are attached first.
+/// pause, for ever. Delivers State{kDown, reason} for a lost line. Logs why a line is not up, or up with a reason, when
+/// the reason changes (each at most once a minute), and that it is up again. Opens nothing before start(), so that all
+/// listeners are attached first.
 class Supervisor {
  public:
   Supervisor(IslandId island, Scheduler& scheduler, transport::Transports& transports, base::LogSink& log,
@@ -37,10 +38,15 @@ class Supervisor {
   Result<void> change(const NetworkConfig& config);
   /// Opens all lines, and from now on those of added networks at once.
   void start();
+  /// Lets all networks say their last words (Network::close), at most kClosingTime long; then calls `closed`, once, in
+  /// a later turn. Lost lines are not opened again.
+  void close(std::function<void()> closed);
   /// Destroys a network; a State{kDown} is delivered for it.
   void remove(const std::string& id);
 
   bool has(const std::string& id) const;
+  /// nullptr if there is none.
+  const Network* find(const std::string& id) const;
   std::vector<std::string> ids() const;
   /// To message.destination.network; kNotFound if there is none.
   Result<void> send(const Message& message);
@@ -53,7 +59,10 @@ class Supervisor {
   base::LogSink& log_;
   MessageSink& sink_;
   Follow follow_;
-  bool started_ = false;
+  bool started_ = false, closing_ = false;
+  std::size_t still_closing_ = 0;
+  std::function<void()> closed_;
+  Timer closing_timer_;
   std::map<std::string, std::unique_ptr<Slot>> slots_;
 };
 

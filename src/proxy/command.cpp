@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 
@@ -35,19 +36,31 @@ Value untyped(std::string_view text) {
   return std::string(text);
 }
 
-Result<Value> in_range(const Point& point, std::string_view text, Value value) {
+/// The type with the bounds and the unit of the point itself: what its commands are held to.
+model::Type bounded(const Point& point) {
   const auto& own = *point.details->capability;
-  const auto number = as_number(value);
-  if (!number) return value;
-  if (own.minimum && *number < *own.minimum) {
-    return fail(ErrorCode::kOutOfRange,
-                fmt::format("{}: {} is below the minimum {:g}", point.details->id, model::quoted(text), *own.minimum));
-  }
-  if (own.maximum && *number > *own.maximum) {
-    return fail(ErrorCode::kOutOfRange,
-                fmt::format("{}: {} is above the maximum {:g}", point.details->id, model::quoted(text), *own.maximum));
-  }
+  model::Type type;
+  type.name = point.details->id;
+  type.unit = "1";
+  if (point.type) type = *point.type;
+  type.minimum = std::max(type.minimum, own.minimum.value_or(type.minimum));
+  type.maximum = std::min(type.maximum, own.maximum.value_or(type.maximum));
+  if (!own.unit.empty()) type.unit = own.unit;
+  return type;
+}
+
+/// Of a number.
+Result<Value> in_range(const model::Type& type, Value value) {
+  if (!as_number(value)) return value;
+  if (auto fits = TypeCatalogue::check(type, value); !fits) return fail(fits.error());
   return value;
+}
+
+/// Peers may name words for points of any type.
+bool has_own_words(const Point& point) {
+  const bool takes = point.type->words.empty() &&
+                     (point.type->data == model::DataType::kEnumeration || point.type->data == model::DataType::kJson);
+  return takes && !point.details->capability->words.empty();
 }
 
 }  // namespace
@@ -68,13 +81,28 @@ std::string_view to_string(CommandState state) {
 }
 
 std::string command_text(const Command& command) {
-  std::string out = fmt::format("{{\"state\":\"{}\",\"creator\":{},\"request\":{},\"value\":", to_string(command.state),
-                                number(command.creator), command.creator_request);
+  const auto who = [](OwnerId creator, const std::string& name, std::uint64_t request, std::string& out) {
+    out += fmt::format("\"creator\":{},\"commander\":", number(creator));
+    append_json(name, out);
+    out += fmt::format(",\"request\":{}", request);
+  };
+  std::string out = fmt::format("{{\"state\":\"{}\",", to_string(command.state));
+  who(command.creator, command.commander, command.creator_request, out);
+  out += ",\"value\":";
   append_json(command.text, out);
   out += ",\"since\":";
   append_seconds(command.since, out);
+  if (command.until != WallTime{}) {
+    out += ",\"until\":";
+    append_seconds(command.until, out);
+  }
   out += ",\"reason\":";
   append_json(command.reason, out);
+  if (command.by) {
+    out += ",\"by\":{";
+    who(command.by->creator, command.by->name, command.by->request, out);
+    out += '}';
+  }
   return out + '}';
 }
 
@@ -83,10 +111,11 @@ Result<Value> parse_command(const Point& point, std::string_view text) {
     return fail(ErrorCode::kOutOfRange, fmt::format("{}: a command may have {} bytes, this one has {}",
                                                     point.details->id, kLongestText, text.size()));
   }
-  if (!point.type) return in_range(point, text, untyped(text));
-  auto value = TypeCatalogue::parse(*point.type, text);
-  if (!value) return fail(value.error());
-  return in_range(point, text, std::move(*value));
+  const auto type = bounded(point);
+  if (!point.type) return in_range(type, untyped(text));
+  if (!has_own_words(point)) return TypeCatalogue::parse(type, text);
+  auto value = model::parse_words(type, point.details->capability->words, text);
+  return value ? in_range(type, std::move(*value)) : value;
 }
 
 bool confirms(const Value& reported, const Value& commanded) {

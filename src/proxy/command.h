@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -22,25 +23,44 @@ enum class CommandState : std::uint8_t {
 };
 std::string_view to_string(CommandState state);
 
+/// A commander and one of its requests.
+struct Commander {
+  OwnerId creator{};
+  std::string name;
+  std::uint64_t request = 0;
+};
+
+/// Who sent a command as a message, and waits for one Acknowledge.
+struct Asker {
+  Address from, about;
+  std::uint64_t request = 0;
+};
+
 /// One command on its way, named by its creator and the creator's request number. Owned by the command desk.
 struct Command {
   DeviceNumber device = 0;
   PointNumber point = 0;
+  std::string key;  ///< of its point: `proxy.wsn-1.7.actuator.led-1`
   OwnerId creator{};
   std::uint64_t creator_request = 0;
+  std::string commander;       ///< commander_name() of the creator
+  std::optional<Asker> asker;  ///< if it came as a message and is not answered yet
   Value value;
   std::string text;          ///< as published: the value's own text, not the commander's spelling
-  Duration time_to_live{0};  ///< zero = the commander named none
+  Duration time_to_live{0};  ///< from the acceptance on
+  SteadyTime accepted{}, expires{};
   CommandState state = CommandState::kQueued;
   WallTime since{};
+  WallTime until{};  ///< when the state ends by itself; zero = final
   std::string reason;
-  std::uint64_t request = 0;  ///< names it to the network and to its deadline; a new one at each step
-  WallTime handed_over{};     ///< to the network; zero = it waits for line or device
-  SteadyTime expires{};       ///< while it waits; zero = it does not, or not yet
-  Timer deadline;             ///< expiry, then the waits for acknowledgement and confirmation
+  std::optional<Commander> by;  ///< who superseded it
+  std::uint64_t request = 0;    ///< names it to the network and to its deadline; a new one at each step
+  WallTime handed_over{};       ///< to the network; zero = it waits for line or device
+  model::Outcome outcome = model::Outcome::kSent;  ///< what the network answered
+  Timer deadline;                                  ///< expiry, then the waits for acknowledgement and confirmation
 };
 
-/// {state, creator, request, value, since, reason}
+/// {state, creator, commander, request, value, since[, until], reason[, by: {creator, commander, request}]}
 std::string command_text(const Command& command);
 
 /// A commander's text -> value: by the type and within the range the point itself declared.

@@ -5,7 +5,10 @@
 #include <algorithm>
 #include <tuple>
 
+#include "gateway/island_door.h"
 #include "model/key.h"
+#include "model/property_alias.h"
+#include "proxy/commander.h"
 #include "proxy/tuple_text.h"
 
 namespace rubicon::proxy {
@@ -14,14 +17,43 @@ namespace {
 
 constexpr std::size_t kMaxPerDevice = 100;
 constexpr std::size_t kMaxPerIsland = 10000;
-constexpr Duration kLongestWait = std::chrono::hours(24);
 
 bool newest_wins(const Point& point) {
   return !point.type || point.type->report == model::Report::kState;
 }
 
 std::string seconds_text(Duration span) {
-  return fmt::format("{:g} s", std::chrono::duration<double>(span).count());
+  const auto rounded = std::chrono::round<std::chrono::milliseconds>(span);  // of what was left after the way here
+  return fmt::format("{:g} s", std::chrono::duration<double>(rounded).count());
+}
+
+/// Why a command cannot be sent now.
+std::string why_it_waits(const Device& device) {
+  const auto& network = *device.network;
+  if (can_send(network)) return fmt::format("the device is unreachable: {}", device.reason);
+  return fmt::format("the line is {}{}{}", to_string(network.line), network.reason.empty() ? "" : ": ", network.reason);
+}
+
+/// What the asker of a command that ended is answered, if not what the network said.
+model::Outcome outcome_of(const Command& command, CommandState state) {
+  switch (state) {
+    case CommandState::kConfirmed:
+    case CommandState::kAssumed: return model::Outcome::kSent;
+    case CommandState::kRefused: return command.outcome;
+    default: return model::Outcome::kFailed;
+  }
+}
+
+const PointId* point_of(const Message& message) {
+  if (const auto* actuate = std::get_if<model::Actuate>(&message.body)) return &actuate->point;
+  const auto* set = std::get_if<model::SetProperty>(&message.body);
+  return set ? &set->point : nullptr;
+}
+
+/// What is asked for, without key, text and time.
+const Value& value_of(const Message& message) {
+  const auto* actuate = std::get_if<model::Actuate>(&message.body);
+  return actuate ? actuate->value : std::get<model::SetProperty>(message.body).value;
 }
 
 }  // namespace
@@ -33,7 +65,14 @@ CommandDesk::CommandDesk(Surroundings& around, DeviceDirectory& directory, Tuple
       mirror_(mirror),
       memory_(memory),
       rate_changed_(std::move(rate_changed)),
+      log_(around),
       next_turn_(around.scheduler, [this] { take_in(); }) {}
+
+CommandDesk::~CommandDesk() {
+  for (const auto& [device, queue] : queues_) {
+    for (const auto& command : queue) log_.ended(*command, "dropped", "the island ends");
+  }
+}
 
 tuples::Judgement CommandDesk::judge(const tuples::RemoteSet& wish) {
   Device* device = nullptr;
@@ -42,7 +81,7 @@ tuples::Judgement CommandDesk::judge(const tuples::RemoteSet& wish) {
 }
 
 Result<Point*> CommandDesk::target_of(const tuples::RemoteSet& wish, Device*& device) {
-  const auto tuple = around_.space.find(wish.key);
+  const auto tuple = around_.space.find(model::without_alias(wish.key));
   if (!tuple) {
     return fail(ErrorCode::kNotFound, fmt::format("{}: no such actuator or property here", model::quoted(wish.key)));
   }
@@ -56,6 +95,51 @@ Result<Point*> CommandDesk::target_of(const tuples::RemoteSet& wish, Device*& de
   auto* point = device ? find_point(*device, place->point) : nullptr;
   if (!point) return fail(ErrorCode::kNotFound, fmt::format("{}: its device is gone", model::quoted(wish.key)));
   return point;
+}
+
+Result<void> CommandDesk::take(const Message& message) {
+  const auto* id = point_of(message);
+  if (!id) return fail(ErrorCode::kUnsupported, fmt::format("{} is no command", to_string(message.kind())));
+  Device* device = nullptr;
+  const auto point = target_of(message, *id, device);
+  if (!point) return fail(point.error());
+  tuples::RemoteSet wish;
+  wish.from = message.origin;
+  wish.request = gateway::answerable_number(message);
+  wish.key = point_key(*device, **point, "command");
+  write_value((*point)->type, value_of(message), wish.value);
+  if (const auto* actuate = std::get_if<model::Actuate>(&message.body)) {
+    wish.time_to_live = actuate->time_to_live;
+    wish.time_to_live_given = wish.time_to_live > Duration(0);
+  }
+  const auto judgement = accept(wish, *device, **point);
+  if (judgement.verdict != tuples::Verdict::kApplied) return fail(judgement.code, judgement.text);
+  auto& command = *inbox_.back();
+  if (!message.source.network.empty())
+    command.commander = fmt::format("{} {} of {}", message.source.network, message.source.device, command.commander);
+  command.asker = {message.source, message.destination, wish.request};
+  std::ignore = around_.space.set((*point)->command, wish.value);
+  return {};
+}
+
+Result<Point*> CommandDesk::target_of(const Message& message, const PointId& id, Device*& device) {
+  const auto& to = message.destination;
+  const auto network = directory_.networks().find(to.network);
+  if (network == directory_.networks().end()) {
+    return fail(ErrorCode::kNotFound,
+                fmt::format("no network {} on island {}", model::quoted(to.network), number(to.island)));
+  }
+  device = directory_.find(*network->second, to.device);
+  if (!device)
+    return fail(ErrorCode::kNotFound, fmt::format("{} has no device {}", to.network, model::quoted(to.device)));
+  auto* point = find_point(*device, id);
+  if (!point) {
+    return fail(ErrorCode::kNotFound,
+                fmt::format("{} has no {} of type {} instance {}", device->key, to_string(id.kind),
+                            static_cast<unsigned>(id.type), model::quoted(id.instance)));
+  }
+  if (point->command != TupleRef{}) return point;
+  return fail(ErrorCode::kRefused, fmt::format("{} of {} cannot be commanded", point->details->id, device->key));
 }
 
 tuples::Judgement CommandDesk::accept(const tuples::RemoteSet& wish, Device& device, Point& point) {
@@ -75,11 +159,17 @@ tuples::Judgement CommandDesk::accept(const tuples::RemoteSet& wish, Device& dev
   auto command = std::make_unique<Command>();
   command->device = device.number;
   command->point = point.number;
+  command->key = wish.key.substr(0, wish.key.rfind('.'));
   command->creator = wish.from;
   command->creator_request = wish.request;
+  command->commander = commander_name(around_, wish.from);
   write_value(point.type, *value, command->text);
   command->value = std::move(*value);
-  if (wish.time_to_live_given) command->time_to_live = std::min(wish.time_to_live, kLongestWait);
+  const auto& config = around_.config;
+  command->time_to_live =
+      std::min(wish.time_to_live_given ? wish.time_to_live : config.command_time_to_live, config.queue_expiry);
+  command->accepted = around_.clock.now().steady;
+  command->expires = command->accepted + command->time_to_live;
   ++point.live_commands;
   ++live_;
   inbox_.push_back(std::move(command));
@@ -102,18 +192,14 @@ void CommandDesk::start(std::unique_ptr<Command> command) {
   auto* point = device ? find_point(*device, command->point) : nullptr;
   if (!point) {
     --live_;
-    return;
+    return give_up(*command, "its device or point is gone");
   }
   if (newest_wins(*point)) supersede(*device, *point, *command);
   auto& started = *command;
   queues_[device->number].push_back(std::move(command));
   if (is_rate(*point)) return set_rate(*device, *point, started);
-  change(*device, *point, started, CommandState::kQueued, {});
-  if (can_send(*device->network) && device->status != DeviceStatus::kUnreachable) {
-    hand_over(*device, *point, started);
-  } else {
-    wait(*device, started);
-  }
+  const bool goes = can_send(*device->network) && device->status != DeviceStatus::kUnreachable;
+  goes ? hand_over(*device, *point, started) : wait(*device, *point, started);
 }
 
 void CommandDesk::set_rate(Device& device, Point& point, Command& command) {
@@ -129,34 +215,39 @@ void CommandDesk::supersede(Device& device, Point& point, const Command& by) {
   for (std::size_t i = queue->second.size(); i-- > 0;) {
     auto& older = *queue->second[i];
     if (older.point != point.number || &older == &by) continue;
-    settle(device, point, older, CommandState::kSuperseded,
-           fmt::format("by request {} of {}", by.creator_request, number(by.creator)));
+    older.by = {by.creator, by.commander, by.creator_request};
+    settle(device, point, older, CommandState::kSuperseded, "by " + by.commander);
     return;  // at most one of a state's commands is live
   }
 }
 
-Duration CommandDesk::patience(const Device& device, const Command& command) const {
-  if (command.time_to_live != Duration::zero()) return command.time_to_live;
-  return can_send(*device.network) ? around_.config.queue_expiry : around_.config.command_time_to_live;
-}
-
-void CommandDesk::wait(Device& device, Command& command) {
-  command.expires = around_.clock.now().steady + patience(device, command);
+void CommandDesk::wait(Device& device, Point& point, Command& command) {
   const auto serial = command.request = around_.next_request();
   by_request_.emplace(serial, &command);
   command.deadline = around_.scheduler.at(command.expires, [this, serial] { deadline_passed(serial); });
+  const auto& now = around_.clock.now();
+  command.until = now.wall + std::chrono::ceil<std::chrono::microseconds>(command.expires - now.steady);
+  change(device, point, command, CommandState::kQueued, why_it_waits(device));
+}
+
+void CommandDesk::delayed(Device& device) {
+  const auto queue = queues_.find(device.number);
+  if (queue == queues_.end()) return;
+  const auto why = why_it_waits(device);
+  for (auto& command : queue->second) {
+    auto* point = find_point(device, command->point);
+    if (point && command->handed_over == WallTime{} && command->reason != why)
+      change(device, *point, *command, CommandState::kQueued, why);
+  }
 }
 
 /// Never longer than we wait ourselves: what is called timed-out here must not happen afterwards.
 std::chrono::milliseconds CommandDesk::time_left(const Command& command) const {
-  const bool given = command.time_to_live != Duration::zero();
-  const auto whole = given ? command.time_to_live : around_.config.command_time_to_live;
-  const auto left = command.expires != SteadyTime{} ? command.expires - around_.clock.now().steady : whole;
-  return std::chrono::ceil<std::chrono::milliseconds>(
-      std::clamp<Duration>(left, std::chrono::milliseconds(1), around_.config.confirmation_wait));
+  return std::chrono::ceil<std::chrono::milliseconds>(std::clamp<Duration>(
+      command.expires - around_.clock.now().steady, std::chrono::milliseconds(1), around_.config.confirmation_wait));
 }
 
-void CommandDesk::hand_over(Device& device, const Point& point, Command& command) {
+void CommandDesk::hand_over(Device& device, Point& point, Command& command) {
   by_request_.erase(command.request);
   const auto serial = command.request = around_.next_request();
   by_request_.emplace(serial, &command);
@@ -170,8 +261,15 @@ void CommandDesk::hand_over(Device& device, const Point& point, Command& command
     message.body = model::Actuate{serial, point.id, command.value, time_left(command)};
   }
   around_.gateway.send(std::move(message));
-  command.deadline =
-      around_.scheduler.after(around_.config.confirmation_wait, [this, serial] { deadline_passed(serial); });
+  await(command);
+  change(device, point, command, CommandState::kQueued,
+         fmt::format("waits for the acknowledgement of {}", device.network->id));
+}
+
+void CommandDesk::await(Command& command) {
+  const auto wait = around_.config.confirmation_wait;
+  command.until = around_.clock.now().wall + std::chrono::ceil<std::chrono::microseconds>(wait);
+  command.deadline = around_.scheduler.after(wait, [this, serial = command.request] { deadline_passed(serial); });
 }
 
 void CommandDesk::deliver(Device& device) {
@@ -179,7 +277,7 @@ void CommandDesk::deliver(Device& device) {
   if (queue == queues_.end() || !can_send(*device.network)) return;
   for (auto& command : queue->second) {
     if (command->handed_over != WallTime{}) continue;
-    if (const auto* point = find_point(device, command->point)) hand_over(device, *point, *command);
+    if (auto* point = find_point(device, command->point)) hand_over(device, *point, *command);
   }
 }
 
@@ -190,11 +288,14 @@ void CommandDesk::deadline_passed(std::uint64_t serial) {
   auto& command = *found->second;
   auto* device = directory_.find(command.device);
   auto* point = device ? find_point(*device, command.point) : nullptr;
-  if (!point) return drop(command);
+  if (!point) {
+    give_up(command, "its device or point is gone");
+    return drop(command);
+  }
   const auto waited = seconds_text(around_.config.confirmation_wait);
   if (command.handed_over == WallTime{}) {
     settle(*device, *point, command, CommandState::kExpired,
-           can_send(*device->network) ? "the device did not come back in time" : "the line did not come back in time");
+           fmt::format("not sent within {}: {}", seconds_text(command.time_to_live), why_it_waits(*device)));
   } else if (command.state == CommandState::kQueued) {
     settle(*device, *point, command, CommandState::kTimedOut, "no acknowledgement within " + waited);
   } else {
@@ -209,9 +310,11 @@ bool CommandDesk::acknowledged(const model::Acknowledge& answer) {
   auto* device = directory_.find(command.device);
   auto* point = device ? find_point(*device, command.point) : nullptr;
   if (!point) {
+    give_up(command, "its device or point is gone");
     drop(command);
     return true;
   }
+  command.outcome = answer.outcome;
   switch (answer.outcome) {
     case model::Outcome::kSent: sent(*device, *point, command); break;
     case model::Outcome::kFailed: settle(*device, *point, command, CommandState::kFailed, answer.text); break;
@@ -229,10 +332,9 @@ void CommandDesk::sent(Device& device, Point& point, Command& command) {
     settle(device, point, command, CommandState::kAssumed, "the actuator does not report");
     return;
   }
-  change(device, point, command, CommandState::kSent, {});
-  const auto serial = command.request;
-  command.deadline =
-      around_.scheduler.after(around_.config.confirmation_wait, [this, serial] { deadline_passed(serial); });
+  await(command);
+  change(device, point, command, CommandState::kSent, "waits for the device's report");
+  answer(command, model::Outcome::kSent, {});
 }
 
 void CommandDesk::reported(Device& device, Point& point, const model::Reading& reading) {
@@ -251,19 +353,37 @@ void CommandDesk::reported(Device& device, Point& point, const model::Reading& r
 }
 
 void CommandDesk::change(Device& device, Point& point, Command& command, CommandState state, std::string reason) {
+  if (command.state != state || command.since == WallTime{}) command.since = around_.clock.now().wall;
   command.state = state;
   command.reason = std::move(reason);
-  command.since = around_.clock.now().wall;
   point.details->command = command_text(command);
   mirror_.publish_status(device, point);
 }
 
 void CommandDesk::settle(Device& device, Point& point, Command& command, CommandState state, std::string reason) {
   --point.live_commands;
+  command.until = {};
   change(device, point, command, state, std::move(reason));
+  log_.ended(command, to_string(state), command.reason);
+  answer(command, outcome_of(command, state), fmt::format("{}: {}", to_string(state), command.reason));
   drop(command);
   const bool taken = state == CommandState::kConfirmed || state == CommandState::kAssumed;
   if (taken && point.id.kind == Kind::kProperty) memory_.property_set(device, point);
+}
+
+void CommandDesk::give_up(Command& command, std::string_view why) {
+  log_.ended(command, "dropped", why);
+  answer(command, model::Outcome::kFailed, why);
+}
+
+void CommandDesk::answer(Command& command, model::Outcome outcome, std::string_view text) {
+  if (!command.asker) return;
+  const auto asker = *std::exchange(command.asker, std::nullopt);
+  Message message;
+  message.source = asker.about;
+  message.destination = asker.from;
+  message.body = model::Acknowledge{asker.request, outcome, std::string(text)};
+  around_.gateway.send(std::move(message));
 }
 
 void CommandDesk::drop(Command& command) {
@@ -277,7 +397,10 @@ void CommandDesk::drop(Command& command) {
 void CommandDesk::forget(const Device& device) {
   const auto queue = queues_.find(device.number);
   if (queue == queues_.end()) return;
-  for (const auto& command : queue->second) by_request_.erase(command->request);
+  for (const auto& command : queue->second) {
+    give_up(*command, "its device left");
+    by_request_.erase(command->request);
+  }
   live_ -= queue->second.size();
   queues_.erase(queue);
 }
@@ -288,6 +411,7 @@ void CommandDesk::forget(const Device& device, PointNumber point) {
   for (std::size_t i = queue->second.size(); i-- > 0;) {
     if (queue->second[i]->point != point) continue;
     const bool last = queue->second.size() == 1;
+    give_up(*queue->second[i], "its point is gone");
     drop(*queue->second[i]);
     if (last) return;
   }
@@ -301,10 +425,15 @@ CommandDesk::Queue CommandDesk::release(Device& device) {
       const auto* point = find_point(device, command->point);
       if (!point) continue;
       if (newest_wins(*point)) std::erase_if(released, [&](const auto& one) { return one->point == point->number; });
-      if (command->expires == SteadyTime{}) command->expires = around_.clock.now().steady + patience(device, *command);
       command->deadline.cancel();
       by_request_.erase(command->request);
       --live_;
+      if (command->asker) {  // who asked by message is answered from here only
+        give_up(*command, "its device moved to another island or network");
+        command.reset();
+        continue;
+      }
+      log_.ended(*command, "moved", "its device went to another island or network");
       released.push_back(std::move(command));
     }
     std::erase(queue, nullptr);

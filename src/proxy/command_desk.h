@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "proxy/command.h"
+#include "proxy/command_log.h"
 #include "proxy/tuple_mirror.h"
 
 namespace rubicon::proxy {
@@ -17,9 +18,17 @@ class CommandDesk {
   /// `rate_changed`: the one property the proxy executes itself was set.
   CommandDesk(Surroundings& around, DeviceDirectory& directory, TupleMirror& mirror, Memory& memory,
               std::function<void(Device&)> rate_changed);
+  ~CommandDesk();
+  CommandDesk(const CommandDesk&) = delete;
+  CommandDesk& operator=(const CommandDesk&) = delete;
 
   /// Somebody wishes to set one of the proxy's tuples.
   tuples::Judgement judge(const tuples::RemoteSet& wish);
+  /// An Actuate or SetProperty of a device, an island or a component, which came as a message: judged as if its sender
+  /// had set the tuple. Answered with one Acknowledge once the network has it, or has it not.
+  Result<void> take(const Message& message);
+  /// Device or line went, or are away for another reason: what waits says so.
+  void delayed(Device& device);
   /// The device or its line is back: sends what waits, in order.
   void deliver(Device& device);
   /// True if the request was a command of ours.
@@ -39,20 +48,25 @@ class CommandDesk {
 
  private:
   Result<Point*> target_of(const tuples::RemoteSet& wish, Device*& device);
+  Result<Point*> target_of(const Message& message, const PointId& id, Device*& device);
   tuples::Judgement accept(const tuples::RemoteSet& wish, Device& device, Point& point);
   void take_in();
   void start(std::unique_ptr<Command> command);
   void set_rate(Device& device, Point& point, Command& command);
   void supersede(Device& device, Point& point, const Command& by);
-  void hand_over(Device& device, const Point& point, Command& command);
-  Duration patience(const Device& device, const Command& command) const;
+  void hand_over(Device& device, Point& point, Command& command);
   std::chrono::milliseconds time_left(const Command& command) const;
-  void wait(Device& device, Command& command);
+  void wait(Device& device, Point& point, Command& command);
   void sent(Device& device, Point& point, Command& command);
+  /// Within the confirmation wait the network must acknowledge, or the device report.
+  void await(Command& command);
   void deadline_passed(std::uint64_t serial);
   void change(Device& device, Point& point, Command& command, CommandState state, std::string reason);
   /// Final: publishes the state and drops the command.
   void settle(Device& device, Point& point, Command& command, CommandState state, std::string reason);
+  /// Its device or point is gone: there is no state to publish.
+  void give_up(Command& command, std::string_view why);
+  void answer(Command& command, model::Outcome outcome, std::string_view text);
   void drop(Command& command);
   std::size_t waiting(DeviceNumber device) const;
 
@@ -61,6 +75,7 @@ class CommandDesk {
   TupleMirror& mirror_;
   Memory& memory_;
   std::function<void(Device&)> rate_changed_;
+  CommandLog log_;
   NextTurn next_turn_;
   Queue inbox_;                                             ///< judged in this turn
   std::unordered_map<DeviceNumber, Queue> queues_;          ///< live commands, oldest first

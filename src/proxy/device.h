@@ -93,9 +93,11 @@ struct Device {
   std::string id;       ///< its part of the keys
   std::string key;      ///< `proxy.wsn-1.7`
   std::string type, name, model;
-  std::string announced_name;  ///< the device's own; `name` is the configuration's where that has one
-  std::string wanted_id;       ///< Join::id
-  WallTime joined{};           ///< Announced::joined of its last join
+  std::string area;            ///< where it is: the configuration's word, else the user's
+  std::string announced_name;  ///< the device's own; `name` is the configuration's or the user's where there is one
+  std::string given_name, given_area;  ///< by a user at run time
+  std::string wanted_id;               ///< Join::id
+  WallTime joined{};                   ///< Announced::joined of its last join
   WallTime since{};
   std::string reason;
   TupleRef status_tuple;
@@ -131,7 +133,7 @@ struct Network {
   NetworkRules rules;
   model::LineState line = model::LineState::kConnecting;
   bool line_known = false;  ///< a State arrived; before, whatever it delivers shows that the line works
-  bool down = false;        ///< down or ended; a line that is being reopened stays down until it is up
+  bool down = false;        ///< down, refused or ended; a line that is being reopened stays down until it is up
   WallTime since{};
   std::string reason;
   std::unordered_map<std::string, Device, TextHash, std::equal_to<>> devices;  ///< by address; they never move

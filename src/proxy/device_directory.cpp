@@ -22,10 +22,16 @@ bool assign(std::string& to, const std::string& from) {
   return true;
 }
 
-/// The configuration's name goes before the device's own.
+/// The configuration's name goes before the user's, that before the device's own.
 const std::string& name_of(const Device& device) {
   const auto* names = names_of(device.network->rules, device.address);
-  return names && !names->name.empty() ? names->name : device.announced_name;
+  if (names && !names->name.empty()) return names->name;
+  return device.given_name.empty() ? device.announced_name : device.given_name;
+}
+
+const std::string& area_of(const Device& device) {
+  const auto* names = names_of(device.network->rules, device.address);
+  return names && !names->area.empty() ? names->area : device.given_area;
 }
 
 }  // namespace
@@ -150,7 +156,8 @@ bool DeviceDirectory::take_identity(Device& device, const model::Join& join) {
 }
 
 bool DeviceDirectory::take_name(Device& device) {
-  return assign(device.name, name_of(device));
+  const bool named = assign(device.name, name_of(device));
+  return assign(device.area, area_of(device)) || named;
 }
 
 bool DeviceDirectory::reconcile(Device& device, const model::Join& join, std::vector<Point>& vanished) {

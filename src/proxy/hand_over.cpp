@@ -6,6 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <tuple>
 
+#include "model/former_types.h"
+#include "model/key.h"
 #include "proxy/tuple_text.h"
 
 namespace rubicon::proxy {
@@ -73,10 +75,8 @@ Result<WaitingCommand> parse_waiting_command(std::string_view text) {
   const auto creator = whole(tree, "creator", std::numeric_limits<std::uint32_t>::max());
   const auto request = whole(tree, "request", std::numeric_limits<std::uint64_t>::max());
   if (!creator || !request) return wrong("creator and request, whole numbers");
-  return WaitingCommand{{*kind, TypeId{static_cast<std::uint16_t>(*type)}, *instance},
-                        std::move(*value),
-                        OwnerId(static_cast<std::uint32_t>(*creator)),
-                        *request};
+  return WaitingCommand{model::current_point({*kind, TypeId{static_cast<std::uint16_t>(*type)}, *instance}),
+                        std::move(*value), OwnerId(static_cast<std::uint32_t>(*creator)), *request};
 }
 
 void HandOver::send(Device& device, const Claim& to, const std::string& tuple) {
@@ -106,8 +106,8 @@ void HandOver::answered(Command& command, const std::string& status, OwnerId isl
                       number(island), command_text(command));
   // Only if the device is not back: then the tuple is its own again.
   std::ignore = around_.space.set(status, text, {"application/json", {}, kLastWords, 0});
-  around_.log.warning(fmt::format("{}: request {} of {}: {}", status, command.creator_request, number(command.creator),
-                                  command.reason));
+  around_.log.warning(fmt::format("{} = {} by {}, id {}: {}", command.key, model::quoted(command.text),
+                                  command.commander, number(command.creator), command.reason));
 }
 
 void HandOver::clear(const Device& device) {

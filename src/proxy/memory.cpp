@@ -18,6 +18,8 @@ constexpr Duration kDurablePause = std::chrono::milliseconds(100);
 /// Devices written in one turn of the loop.
 constexpr std::size_t kSlice = 200;
 constexpr Duration kTidyPause = std::chrono::minutes(1);
+/// The loop waits for the disk at each: so many names in a second.
+constexpr int kMostNames = 20;
 
 }  // namespace
 
@@ -58,7 +60,11 @@ std::optional<KnownDevice> Memory::recall(const std::string& network, const std:
   auto found = store_->find(network, address);
   if (unwritten != absent_.end()) {
     auto known = *unwritten->second;
-    if (found && *found) known.values = std::move((*found)->values);
+    if (found && *found) {
+      known.values = std::move((*found)->values);
+      known.given_name = std::move((*found)->given_name);
+      known.area = std::move((*found)->area);
+    }
     return known;
   }
   if (found) return std::move(*found);
@@ -72,9 +78,10 @@ void Memory::each(const std::string& network, const std::function<void(Row, Know
     const auto unwritten = absent_.find({known.network, known.address});
     if (unwritten != absent_.end()) {
       if (!unwritten->second) return;
-      auto values = std::move(known.values);
-      known = *unwritten->second;
-      known.values = std::move(values);
+      auto stored = std::exchange(known, *unwritten->second);
+      known.values = std::move(stored.values);
+      known.given_name = std::move(stored.given_name);
+      known.area = std::move(stored.area);
     }
     visit(row, std::move(known));
   });
@@ -103,6 +110,38 @@ void Memory::approved(Device& device) {
   device.decision = Decision::kApproved;
   record_changed(device);
   soon();
+}
+
+Result<void> Memory::named(Device& device) {
+  if (!writable_) {
+    return fail(ErrorCode::kRefused,
+                store_ ? "the state file of this island may only be read: the name would be lost"
+                       : "this island has no state file (`state:` in its configuration): the name would be lost");
+  }
+  const auto now = around_.clock.now().steady;
+  if (now - names_since_ >= std::chrono::seconds(1)) {
+    names_since_ = now;
+    names_ = 0;
+  }
+  if (++names_ > kMostNames) return fail(ErrorCode::kBusy, "too many names at once, try again");
+  const auto row = device.state_row;
+  auto done = store_->begin();
+  if (!done) return done;
+  done = save_name(device);
+  if (done) done = store_->commit(true);
+  if (done) return done;
+  store_->rollback();
+  device.state_row = row;
+  return done;
+}
+
+Result<void> Memory::save_name(Device& device) {
+  auto done = save(device);
+  if (done) done = store_->rename(device.state_row, device.given_name, device.given_area);
+  if (done || done.error().code != ErrorCode::kNotFound) return done;
+  device.state_row = 0;  // forgotten to make room
+  done = save(device);
+  return done ? store_->rename(device.state_row, device.given_name, device.given_area) : done;
 }
 
 void Memory::absent(const std::string& network, const std::string& address, const model::Join& join,
@@ -267,6 +306,8 @@ Result<void> Memory::save(Device& device) {
   known.address = device.address;
   known.id = device.id;
   known.decision = device.decision;
+  known.given_name = device.given_name;
+  known.area = device.given_area;
   known.join = announcement(device);
   for (const auto& point : device.points) known.point_ids.emplace_back(point.id, point.details->id);
   known.first_seen = around_.clock.now().wall;

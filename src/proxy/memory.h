@@ -36,6 +36,9 @@ class Memory {
   void property_set(Device& device, Point& point);
   /// A user approved the device, which has just joined.
   void approved(Device& device);
+  /// A user gave the device its given_name and given_area: on the disk when this returns. kRefused: nothing can be
+  /// remembered here; kBusy: too many at once.
+  Result<void> named(Device& device);
   /// A device that is not in the directory waits (kNone), was ignored, or was approved and found no room.
   void absent(const std::string& network, const std::string& address, const model::Join& join,
               state::Decision decision);
@@ -60,6 +63,7 @@ class Memory {
   bool write_one(Device& device);
   Result<void> save(Device& device);
   Result<void> save_values(const Device& device);
+  Result<void> save_name(Device& device);
   std::vector<Device*> next_devices(std::size_t most);
   bool transaction(bool durable, const std::function<bool()>& write);
   void keep_decision(const Device& device);
@@ -73,6 +77,8 @@ class Memory {
   std::map<Name, std::optional<state::KnownDevice>> absent_;  ///< not written yet; nullopt = to be forgotten
   Timer timer_;
   SteadyTime flush_at_ = SteadyTime::max(), tidy_at_{}, durable_at_{};
+  SteadyTime names_since_{};
+  int names_ = 0;         ///< written since then
   bool durable_ = false;  ///< what waits must be on the disk
 };
 

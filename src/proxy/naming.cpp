@@ -1,9 +1,11 @@
 #include "proxy/naming.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 
+#include "base/nearest.h"
 #include "model/key.h"
 
 namespace rubicon::proxy {
@@ -40,7 +42,41 @@ void check_names(const std::string& path, const std::map<std::string, std::strin
   }
 }
 
+void look_for(const std::string& kind, const std::map<std::string, std::string>& names,
+              const std::vector<std::string>& there, std::vector<LostName>& out) {
+  constexpr std::size_t kMostNamed = 20;
+  for (const auto& [id, name] : names) {
+    if (std::find(there.begin(), there.end(), id) != there.end()) continue;
+    const auto near = base::did_you_mean(id, there);
+    const std::vector<std::string> some(
+        there.begin(), there.begin() + static_cast<std::ptrdiff_t>(std::min(there.size(), kMostNamed)));
+    out.push_back({{kind + "s", id},
+                   fmt::format("the device has no such {}{}{} {}", kind, near.empty() ? ", there are:" : "; ",
+                               near.empty() ? "" : near + " There are:",
+                               there.empty() ? "none" : fmt::format("{}", fmt::join(some, ", ")))});
+  }
+}
+
 }  // namespace
+
+std::vector<LostName> lost_names(const DeviceNames& names, const std::vector<std::string>& sensors,
+                                 const std::vector<std::string>& actuators) {
+  std::vector<LostName> out;
+  look_for("sensor", names.sensors, sensors, out);
+  look_for("actuator", names.actuators, actuators, out);
+  return out;
+}
+
+std::vector<LostName> lost_names(const DeviceNames& names, const Device& device) {
+  if (names.sensors.empty() && names.actuators.empty()) return {};
+  std::vector<std::string> sensors, actuators;
+  for (const auto& point : device.points) {
+    if (point.id.kind == Kind::kProperty) continue;
+    auto& ids = point.id.kind == Kind::kSensor ? sensors : actuators;
+    ids.push_back(point_id(nullptr, *point.details->capability, point.type));
+  }
+  return lost_names(names, sensors, actuators);
+}
 
 const DeviceNames* names_of(const NetworkRules& rules, const std::string& address) {
   const auto names = rules.devices.find(address);

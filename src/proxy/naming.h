@@ -1,8 +1,10 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "model/point.h"
+#include "proxy/device.h"
 #include "proxy/proxy_config.h"
 
 namespace rubicon::proxy {
@@ -16,6 +18,17 @@ std::string device_id(const NetworkRules& rules, const std::string& address, con
 /// Key part of a sensor or actuator: type and instance, always both, the instance as named at installation time
 /// (`light-window`). A property: its type, and what it belongs to (`rate`, `threshold-light-window`).
 std::string point_id(const DeviceNames* names, const Capability& capability, const Type* type);
+
+/// A name of the configuration that nothing bears.
+struct LostName {
+  std::vector<std::string> path;  ///< below the device: `sensors`, `lihgt-1`
+  std::string text;               ///< what there is instead
+};
+/// The names given to points that a device with these sensors and actuators (default ids, `light-1`) does not have.
+std::vector<LostName> lost_names(const DeviceNames& names, const std::vector<std::string>& sensors,
+                                 const std::vector<std::string>& actuators);
+/// Of a device that is there.
+std::vector<LostName> lost_names(const DeviceNames& names, const Device& device);
 
 /// The names given to a device at installation time, or nullptr.
 const DeviceNames* names_of(const NetworkRules& rules, const std::string& address);

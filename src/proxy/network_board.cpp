@@ -26,6 +26,7 @@ void NetworkBoard::begin() {
   append_json(around_.config.island_name, island);
   std::ignore = around_.space.set(around_.config.prefix + ".island", island + '}', kJson);
   publish_networks();
+  std::ignore = around_.space.set(around_.config.prefix + ".devices", "[]", kJson);
   for (const auto& [id, network] : directory_.networks()) declare(*network);
 }
 
@@ -76,6 +77,15 @@ void NetworkBoard::publish_property(Network& network, const std::string& name, s
 
 void NetworkBoard::devices_changed(Network& network) {
   network.devices_dirty = true;
+  list_soon();
+}
+
+void NetworkBoard::networks_changed() {
+  publish_networks();
+  list_soon();
+}
+
+void NetworkBoard::list_soon() {
   if (devices_timer_.pending()) return;
   const auto when = std::max(devices_at_, around_.clock.now().steady);
   devices_timer_ = around_.scheduler.at(when, [this] { publish_devices(); });
@@ -87,6 +97,10 @@ void NetworkBoard::publish_devices() {
     if (!std::exchange(network->devices_dirty, false)) continue;
     std::ignore = around_.space.set(network->devices_tuple, reachable_devices(*network), kJson);
   }
+  std::string list = "[";
+  for (const auto& [id, network] : directory_.networks())
+    append_reachable(*network, model::to_key_part(id) + '.', list);
+  std::ignore = around_.space.set(around_.config.prefix + ".devices", list + ']', kJson);
 }
 
 void NetworkBoard::refresh_counters() {

@@ -7,7 +7,7 @@
 namespace rubicon::proxy {
 
 /// Keeps the tuples of networks and of the island: line, counters, reachable devices, list of networks. However fast
-/// devices come and go, a list is published at most four times a second.
+/// devices come and go, their lists (of a network, of the island) are published at most four times a second.
 class NetworkBoard {
  public:
   NetworkBoard(Surroundings& around, DeviceDirectory& directory);
@@ -19,13 +19,14 @@ class NetworkBoard {
   /// Takes the tuples of a network away.
   void remove(Network& network);
   /// Networks came or went.
-  void networks_changed() { publish_networks(); }
+  void networks_changed();
   void line_changed(Network& network);
   void devices_changed(Network& network);
   /// Counters of the network, of its queue and of its devices, as far as they changed; at most once a second.
   void refresh_counters();
 
  private:
+  void list_soon();
   void publish_networks();
   void publish_devices();
   void publish_counters();

@@ -6,6 +6,7 @@
 #include "model/key.h"
 #include "proxy/naming.h"
 #include "proxy/proxy_parts.h"
+#include "proxy/tuple_text.h"
 
 namespace rubicon::proxy {
 
@@ -57,6 +58,7 @@ void Proxy::Parts::listen() {
   on<model::State>(MessageKind::kState, &Parts::state);
   handles.push_back(
       around.gateway.subscribe(MessageKind::kAcknowledge, [this](const Message& message) { acknowledge(message); }));
+  around.gateway.take_commands([this](const Message& message) { return desk.take(message); });
   around.gateway.find_devices([this](const std::string& address) { return directory.networks_of(address); });
   const auto self = around.space.self();
   for (const auto* kind : {"sensor", "actuator"}) {
@@ -65,6 +67,8 @@ void Proxy::Parts::listen() {
   }
   handles.push_back(around.space.judge({self, config.prefix + ".**"},
                                        [this](const tuples::RemoteSet& wish) { return desk.judge(wish); }));
+  handles.push_back(around.space.judge({self, config.prefix + ".*.*.description"},
+                                       [this](const tuples::RemoteSet& wish) { return judge_description(wish); }));
   handles.push_back(around.space.judge({self, "ROAMING.**"},
                                        [this](const tuples::RemoteSet& wish) { return hand_over.judge(wish); }));
   for (const auto* inbox_key : {".inbox", ".inbox.*.*"}) {
@@ -109,6 +113,7 @@ bool Proxy::Parts::admit(Network& network, const std::string& address, const Ann
   if (joined->fresh) hand_over.clear(device);
   mirror.joined(*joined);
   take_rate(device);
+  if (joined->fresh || joined->changed) warn_of_lost_names(device);
   if (known) bring_back(device, *known);
   const bool as_remembered = known && is_announcement(known->join, join);
   if (joined->changed && !as_remembered) memory.record_changed(device);
@@ -224,15 +229,20 @@ void Proxy::Parts::reachable(Device& device, bool was_known) {
 void Proxy::Parts::lost(Device& device) {
   liveness.interrupted(device, "not heard since the device was out of reach");
   mirror.device_status(device);
+  desk.delayed(device);
   board.devices_changed(*device.network);
   roaming.listed(device);
 }
 
 void Proxy::Parts::state(Device*, Network& network, const Message&, const model::State& state) {
+  const auto before = network_status_text(network);
   for (const auto& [name, count] : state.counters) network.reported[name] = std::to_string(count);
   for (const auto& [name, text] : state.texts) network.reported[name] = text;
   board.refresh_counters();
+  const auto since = network.since;
   set_line(network, state);
+  const bool tried_again = since == network.since && network_status_text(network) != before;
+  if (tried_again) board.line_changed(network);
 }
 
 /// A network that never speaks of its line has one that works when its devices are heard.
@@ -248,7 +258,8 @@ void Proxy::Parts::set_line(Network& network, const model::State& state) {
   network.reason = state.reason;
   network.since = around.clock.now().wall;
   board.line_changed(network);
-  const bool down = state.line == model::LineState::kDown || state.line == model::LineState::kEnded;
+  const bool down = state.line == model::LineState::kDown || state.line == model::LineState::kEnded ||
+                    state.line == model::LineState::kRefused;
   if (down && !network.down) line_went_down(network);
   if (state.line == model::LineState::kUp) line_came_up(network);
 }
@@ -257,6 +268,7 @@ void Proxy::Parts::line_went_down(Network& network) {
   network.down = true;
   for (auto& [address, device] : network.devices) {
     liveness.interrupted(device, "not heard since the line was down");
+    desk.delayed(device);
     // Where silence says nothing, the line decides who can be reached.
     if (network.rules.silence || device.status != DeviceStatus::kReachable) continue;
     device.status = DeviceStatus::kUnreachable;
@@ -278,7 +290,7 @@ void Proxy::Parts::line_came_up(Network& network) {
     mirror.all_points(device);
     liveness.watch(device);
     demand.repeat(device);
-    if (device.status != DeviceStatus::kUnreachable) desk.deliver(device);
+    device.status == DeviceStatus::kUnreachable ? desk.delayed(device) : desk.deliver(device);
   }
 }
 
@@ -326,6 +338,9 @@ void Proxy::restore() {
 
 std::vector<std::string> Proxy::objections(const ProxyConfig& next) const {
   return parts_->objections(next);
+}
+std::vector<std::string> Proxy::lost_names(const std::string& network, const NetworkRules& next) const {
+  return parts_->lost_names_in(network, next);
 }
 
 void Proxy::reconfigure(ProxyConfig config) {

@@ -29,6 +29,8 @@ class Proxy {
   void restore();
   /// Why new rules cannot be taken, one line each: names by which two points of a device would claim one key.
   std::vector<std::string> objections(const ProxyConfig& next) const;
+  /// Names that next rules give to points which the devices of that network do not have, one line each.
+  std::vector<std::string> lost_names(const std::string& network, const NetworkRules& next) const;
   /// Takes new rules while everything runs: networks that went, came, or have other names, silence or rate; limits and
   /// discovery. Prefix and island name stay.
   void reconfigure(ProxyConfig config);

@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <array>
 
@@ -41,11 +42,36 @@ std::vector<std::string> Proxy::Parts::objections(const ProxyConfig& next) const
   return lines;
 }
 
+/// Of the devices that are there.
+std::vector<std::string> Proxy::Parts::lost_names_in(const std::string& id, const NetworkRules& next) const {
+  std::vector<std::string> lines;
+  const auto network = directory.networks().find(id);
+  if (network == directory.networks().end()) return lines;
+  for (const auto& [address, names] : next.devices) {
+    const auto device = network->second->devices.find(address);
+    if (device == network->second->devices.end()) continue;
+    for (const auto& lost : proxy::lost_names(names, device->second))
+      lines.push_back(fmt::format("networks.{}.devices.{}.{}: {}", id, address, fmt::join(lost.path, "."), lost.text));
+  }
+  return lines;
+}
+
+void Proxy::Parts::warn_of_lost_names(const Device& device) {
+  const auto* names = names_of(device.network->rules, device.address);
+  if (!names) return;
+  for (const auto& lost : proxy::lost_names(*names, device)) {
+    const auto path =
+        fmt::format("networks.{}.devices.{}.{}", device.network->id, device.address, fmt::join(lost.path, "."));
+    around.warn(path, fmt::format("{}: {}", path, lost.text));
+  }
+}
+
 /// Networks that went, that came, that have other rules; in this order, so that a key part given up can be taken.
 void Proxy::Parts::reconfigure(ProxyConfig next) {
   around.clock.refresh();
   next.prefix = config.prefix;
   next.island_name = config.island_name;
+  next.host = config.host;
   const auto before = std::exchange(config, std::move(next)).networks;
   bool came_or_went = false;
   for (const auto& [id, rules] : before) {

@@ -15,7 +15,8 @@ namespace rubicon::proxy {
 /// replaces theirs (`window` -> `light-window`).
 struct DeviceNames {
   std::string id;    ///< key part instead of the address; empty = the address
-  std::string name;  ///< for people; empty = what the device says
+  std::string name;  ///< for people; empty = what a user or the device says
+  std::string area;  ///< room or place; empty = what a user says
   std::map<std::string, std::string> sensors;
   std::map<std::string, std::string> actuators;
 
@@ -55,9 +56,10 @@ struct DiscoveryRules {
 struct ProxyConfig {
   std::string prefix = "proxy";
   std::string island_name;
-  Duration command_time_to_live = std::chrono::seconds(5);
+  std::string host;                                         ///< this machine; empty = every host is another one
+  Duration command_time_to_live = std::chrono::seconds(5);  ///< of commands that carry none
   Duration confirmation_wait = std::chrono::seconds(5);
-  Duration queue_expiry = std::chrono::seconds(60);
+  Duration queue_expiry = std::chrono::hours(24);  ///< no command waits longer, whatever its time to live
   std::size_t max_devices = 20000;
   Duration save_period = std::chrono::seconds(10);  ///< how often changed values are remembered
   DiscoveryRules discovery;

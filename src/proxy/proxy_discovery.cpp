@@ -72,6 +72,9 @@ Device* Proxy::Parts::try_again(Network& network, const DeviceName& name, bool a
 
 void Proxy::Parts::bring_back(Device& device, const KnownDevice& known) {
   device.decision = known.decision;
+  device.given_name = known.given_name;
+  device.given_area = known.area;
+  if (directory.take_name(device)) mirror.described(device);
   for (const auto& stored : known.values) {
     auto* point = find_point(device, stored.point);
     if (!point) {

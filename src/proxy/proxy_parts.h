@@ -47,6 +47,7 @@ struct Proxy::Parts {
   void line_came_up(Network& network);
   Device* stranger(Network& network, const Message& message);
   void take_rate(Device& device);
+  void warn_of_lost_names(const Device& device);
 
   // proxy_discovery.cpp: which devices are let in, and what is remembered of them
   bool let_in(Network& network, const DeviceName& name, const Announced& announced, const state::KnownDevice* known,
@@ -67,6 +68,10 @@ struct Proxy::Parts {
   void ignore(const DeviceName& name);
   void remove(Device& device);
 
+  // proxy_names.cpp: what users call devices
+  tuples::Judgement judge_description(const tuples::RemoteSet& wish);
+  Result<void> give_name(Device& device, std::string name, std::string area, OwnerId by);
+
   // proxy_roaming.cpp: devices that go to other islands and come from them
   void moved(Device& device, const Claim& to, const std::string& tuple);
   Device* arrive(const DeviceName& name);
@@ -75,6 +80,7 @@ struct Proxy::Parts {
 
   // proxy_changes.cpp: new rules while running
   std::vector<std::string> objections(const ProxyConfig& next) const;
+  std::vector<std::string> lost_names_in(const std::string& network, const NetworkRules& next) const;
   void reconfigure(ProxyConfig next);
   void restart(const std::string& id);
   void drop_network(const std::string& id);

@@ -151,7 +151,7 @@ void TupleMirror::all_points(Device& device) {
 
 bool TupleMirror::reading(Device& device, Point& point, const model::Reading& reading) {
   if (std::holds_alternative<std::monostate>(reading.value)) {
-    bad_value(device, point, "the device has no value");
+    bad_value(device, point, reading.why.empty() ? "the device has no value" : reading.why);
     return false;
   }
   if (point.type) {

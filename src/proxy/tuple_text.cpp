@@ -3,9 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <iterator>
 #include <nlohmann/json.hpp>
+
+#include "model/point_tuples.h"
 
 namespace rubicon::proxy {
 
@@ -36,9 +39,32 @@ Tree words_of(std::string_view words) {
   return list;
 }
 
+/// The words of a point itself; their numbers too where these are not 0, 1, 2 and so on.
+void add_words(Tree& tree, const std::vector<model::Word>& words) {
+  Tree texts = Tree::array(), codes = Tree::array();
+  bool counted = true;
+  for (const auto& word : words) {
+    counted = counted && word.value == codes.size();
+    texts.push_back(word.text);
+    codes.push_back(word.value);
+  }
+  tree["words"] = std::move(texts);
+  if (!counted) tree["codes"] = std::move(codes);
+}
+
 void add_range(Tree& tree, const char* name, std::optional<double> own, double of_type) {
   const double bound = own.value_or(of_type);
   if (std::isfinite(bound)) tree[name] = bound;
+}
+
+/// One of the counters that came with the state of the line.
+std::uint64_t reported_number(const Network& network, const char* name) {
+  const auto found = network.reported.find(name);
+  if (found == network.reported.end()) return 0;
+  std::uint64_t number = 0;
+  const auto& text = found->second;
+  std::from_chars(text.data(), text.data() + text.size(), number);
+  return number;
 }
 
 }  // namespace
@@ -88,19 +114,14 @@ void write_point_status(const Device& device, const Point& point, std::string& o
 }
 
 std::string device_status_text(const Device& device) {
-  std::string out = fmt::format("{{\"status\":\"{}\",\"since\":", to_string(device.status));
-  append_seconds(device.since, out);
-  out += ",\"reason\":";
-  append_json(device.reason, out);
-  return out + '}';
+  return model::device_condition_to_json(
+      DeviceCondition{std::string(to_string(device.status)), device.reason, device.since});
 }
 
 std::string network_status_text(const Network& network) {
-  std::string out = fmt::format("{{\"line\":\"{}\",\"since\":", to_string(network.line));
-  append_seconds(network.since, out);
-  out += ",\"reason\":";
-  append_json(network.reason, out);
-  return out + '}';
+  return model::line_status_to_json(LineStatus{
+      std::string(to_string(network.line)), network.reason, network.since, reported_number(network, "attempts"),
+      WallTime(std::chrono::seconds(reported_number(network, "next-attempt")))});
 }
 
 std::string point_description(const Point& point) {
@@ -116,6 +137,7 @@ std::string point_description(const Point& point) {
   add_range(tree, "minimum", capability.minimum, type.minimum);
   add_range(tree, "maximum", capability.maximum, type.maximum);
   if (!type.words.empty()) tree["words"] = words_of(type.words);
+  if (!capability.words.empty()) add_words(tree, capability.words);
   tree["access"] = to_string(capability.access);
   tree["report"] = type.report == model::Report::kEvent ? "event" : "state";
   tree["instance"] = point.details->id.substr(std::min(point.details->id.find('-'), point.details->id.size() - 1) + 1);
@@ -132,6 +154,7 @@ std::string device_description(const Device& device) {
   }
   Tree tree;
   tree["name"] = device.name;
+  if (!device.area.empty()) tree["area"] = device.area;
   tree["model"] = device.model;
   tree["type"] = device.type;
   tree["address"] = device.address;
@@ -143,15 +166,20 @@ std::string device_description(const Device& device) {
   return dump(tree);
 }
 
-std::string reachable_devices(const Network& network) {
-  std::string out = "[";
+void append_reachable(const Network& network, std::string_view before, std::string& list) {
   for (const auto& [id, device] : network.by_id) {
     if (device->status != DeviceStatus::kReachable) continue;
-    if (out.size() > 1) out += ',';
-    out += '"';
-    out += id;  // a key part needs no escapes
-    out += '"';
+    if (list.size() > 1) list += ',';
+    list += '"';
+    list += before;
+    list += id;  // a key part needs no escapes
+    list += '"';
   }
+}
+
+std::string reachable_devices(const Network& network) {
+  std::string out = "[";
+  append_reachable(network, {}, out);
   return out + ']';
 }
 

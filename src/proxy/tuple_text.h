@@ -17,14 +17,16 @@ void write_point_status(const Device& device, const Point& point, std::string& o
 
 /// {status, since, reason}
 std::string device_status_text(const Device& device);
-/// {type, type_id, quantity, unit, data_type, minimum, maximum, words, access, report, instance}
+/// {type, type_id, quantity, unit, data_type, minimum, maximum, words, codes, access, report, instance}
 std::string point_description(const Point& point);
-/// {name, model, type, address, network, capabilities, sensors, actuators, properties}
+/// {name[, area], model, type, address, network, capabilities, sensors, actuators, properties}
 std::string device_description(const Device& device);
-/// {line, since, reason}
+/// {line, since, reason, attempts, next_attempt}
 std::string network_status_text(const Network& network);
 /// Ids of the reachable devices.
 std::string reachable_devices(const Network& network);
+/// Adds the ids of the reachable devices to a JSON list that is open, each behind `before`.
+void append_reachable(const Network& network, std::string_view before, std::string& list);
 
 /// Appends microseconds as seconds: `1767225600.25`.
 void append_seconds(WallTime time, std::string& out);

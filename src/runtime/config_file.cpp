@@ -9,6 +9,7 @@
 
 #include "model/key.h"
 #include "runtime/island_config.h"
+#include "runtime/network_numbers.h"
 #include "runtime/yaml.h"
 
 namespace rubicon::runtime {
@@ -23,12 +24,14 @@ Result<std::string> read_file(const std::string& path) {
   }
   std::ifstream file(path, std::ios::binary);
   if (!file) return fail(ErrorCode::kIo, fmt::format("{}: {}", path, std::strerror(errno)));
-  std::string text(kMaxYamlBytes + 1, '\0');
-  file.read(text.data(), static_cast<std::streamsize>(text.size()));
+  std::string text;
+  std::string piece(65536, '\0');
+  while (text.size() <= kMaxYamlBytes &&
+         file.read(piece.data(), static_cast<std::streamsize>(piece.size())).gcount() > 0)
+    text.append(piece, 0, static_cast<std::size_t>(file.gcount()));
   if (file.bad()) return fail(ErrorCode::kIo, fmt::format("{}: reading failed", path));
-  if (!file.eof() && file)
+  if (text.size() > kMaxYamlBytes)
     return fail(ErrorCode::kOutOfRange, fmt::format("{}: larger than {} bytes", path, kMaxYamlBytes));
-  text.resize(static_cast<std::size_t>(file.gcount()));
   return text;
 }
 
@@ -76,6 +79,7 @@ Result<void> apply_override(ConfigNode& root, std::string_view assignment) {
   if (path.empty()) return fail(ErrorCode::kInvalid, fmt::format("{}: expected KEY.KEY...=VALUE", shown_as));
   auto value = parse_yaml_value(text, shown_as);
   if (!value) return fail(value.error());
+  if (path.front() == "networks") number_networks(root);  // --set names those of a list by their ids
   ConfigNode* node = &root;
   for (const auto& part : path) {
     if (node->kind == ConfigNode::Kind::kNull) node->kind = ConfigNode::Kind::kMap;

@@ -150,8 +150,10 @@ void ConsoleWriter::answer(std::string line) {
   parts_->put(std::move(line));
 }
 
-void ConsoleWriter::screen(std::string text) {
-  if (parts_->empty()) parts_->put(std::move(text));
+bool ConsoleWriter::screen(std::string text) {
+  if (!parts_->empty()) return false;
+  parts_->put(std::move(text));
+  return true;
 }
 
 bool ConsoleWriter::crowded() const {
@@ -196,6 +198,10 @@ struct ConsoleReader::Parts : std::enable_shared_from_this<ConsoleReader::Parts>
       return calls.end();
     }
     const auto keep = shared_from_this();  // a line may end everything
+    if (calls.bytes) {
+      calls.bytes({buffer.data(), static_cast<std::size_t>(count)});
+      return next();
+    }
     for (const char c : std::string_view(buffer.data(), static_cast<std::size_t>(count))) take(c);
     next();
   }

@@ -27,8 +27,8 @@ class ConsoleWriter {
   bool event(std::string line);
   /// Always taken; ask crowded() before making more.
   void answer(std::string line);
-  /// Text as it is, for screens; dropped when the last screen is still being written.
-  void screen(std::string text);
+  /// Text as it is, for screens; false: the last screen is still being written, this one is dropped.
+  bool screen(std::string text);
 
   bool crowded() const;
   bool empty() const;
@@ -41,11 +41,12 @@ class ConsoleWriter {
   std::shared_ptr<Parts> parts_;
 };
 
-/// Standard input, line by line; pauses while asked to.
+/// Standard input, line by line, or in pieces as they come; pauses while asked to.
 class ConsoleReader {
  public:
   struct Calls {
     std::function<void(std::string_view)> line;
+    std::function<void(std::string_view)> bytes;  ///< if given: pieces, no lines
     std::function<void()> too_long;
     std::function<void()> end;
     std::function<bool()> pause;  ///< true: ask again a little later

@@ -2,25 +2,28 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/ioctl.h>
+#include <malloc.h>
 #include <unistd.h>
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/signal_set.hpp>
 #include <csignal>
 #include <cstdio>
-#include <filesystem>
+#include <utility>
 
+#include "rubicon/summary.hpp"
+#include "runtime/check.h"
 #include "runtime/console.h"
 #include "runtime/event_json.h"
 #include "runtime/island.h"
 #include "runtime/island_state.h"
-#include "runtime/live_table.h"
+#include "runtime/live_console.h"
 #include "runtime/network_types.h"
 #include "runtime/service_notice.h"
 #include "runtime/shell.h"
 #include "runtime/spdlog_sink.h"
 #include "transport/asio_scheduler.h"
+#include "transport/host_name.h"
 #include "transport/local_transports.h"
 #include "tuples/dds/dds_ecology.h"
 #include "tuples/memory/memory_ecology.h"
@@ -33,10 +36,10 @@ using tuples::Handle;
 
 /// Components of the daemon itself; ids above 65535 belong to no island.
 constexpr std::uint32_t kFirstComponent = 65536;
-constexpr Duration kRedraw = std::chrono::milliseconds(500);
 constexpr Duration kPatience = std::chrono::milliseconds(300);
 constexpr Duration kDropReport = std::chrono::seconds(1);
-constexpr std::size_t kMaxErrorsShown = 50;
+/// So long after a start or a reload the devices of the networks have their tuples.
+constexpr Duration kSettled = std::chrono::seconds(10);
 
 /// A standard descriptor that came closed would become the next file or socket we open.
 void open_missing_descriptors() {
@@ -50,27 +53,30 @@ void open_missing_descriptors() {
   }
 }
 
-Result<IslandConfig> load(const std::string& file, const std::vector<std::string>& overrides,
-                          base::ConfigErrors& errors) {
-  auto root = load_config(file, overrides);
-  if (!root) return fail(root.error());
-  auto config = read_island_config(*root, network_types(), errors);
-  config.directory = std::filesystem::path(file).parent_path().string();
-  return config;
+/// A vector that grew and went gives its memory back at once. Left to itself, malloc keeps blocks as large as the
+/// largest that was ever freed: those of a start with 60,000 points stay for good.
+void give_back_large_blocks() {
+#ifdef __GLIBC__
+  ::mallopt(M_MMAP_THRESHOLD, 1 << 20);
+#endif
 }
 
-ScreenSize screen_size() {
-  winsize size{};
-  if (::ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) < 0 || size.ws_row == 0) return {};
-  return {size.ws_row, size.ws_col};
+/// What reading the configuration took, and the joins of many devices, lies between what stays; the system gets it
+/// back only when asked.
+void give_back_memory() {
+#ifdef __GLIBC__
+  ::malloc_trim(0);
+#endif
 }
 
 /// A running daemon: the loop, the island, and the console component that watches, shows and commands.
 class Session {
  public:
-  Session(const RunOptions& options, LogSink& log)
+  Session(const RunOptions& options, transport::Loop& loop, LiveLog& log)
       : options_(options),
+        live_log_(log),
         log_(log, "daemon"),
+        loop_(loop),
         signals_(loop_.context(), SIGTERM, SIGINT),
         hang_up_(loop_.context(), SIGHUP),
         output_(loop_.context(), STDOUT_FILENO, [this] { loop_.stop(); }) {}
@@ -84,10 +90,14 @@ class Session {
         Island::make(std::move(config), loop_.scheduler(), transports_, sink, *ecology_, errors, std::move(*state));
     if (!island) return fail(island.error());
     island_ = std::move(*island);
+    give_back_memory();
     auto link = ecology_->join(console_);
     if (!link) return fail(link.error());
     link_ = std::move(*link);
     space_ = std::make_unique<TupleSpace>(console_, loop_.scheduler(), *link_);
+    const Summary console{"console of the island", transport::host_name(), transport::own_process(), "",
+                          loop_.scheduler().wall_now()};
+    if (auto named = space_->describe(model::to_json(console)); !named) return named;
     for (const auto& text : options_.watch) {
       auto pattern = Pattern::parse(text);
       if (!pattern) return fail(ErrorCode::kInvalid, fmt::format("--watch: {}", pattern.error().text));
@@ -103,21 +113,22 @@ class Session {
   void run() {
     signals_.async_wait([this](const boost::system::error_code& error, int) {
       if (error) return;
+      impatient_ = true;
       finish();
-      patience_ = loop_.scheduler().after(kPatience, [this] { loop_.stop(); });
     });
     await_hang_up();
-    const bool table = options_.watch.empty() && !options_.shell && ::isatty(STDOUT_FILENO);
+    const bool table = options_.watch.empty() && !options_.shell && owns_terminal();
     if (options_.shell || table) make_shell(table);
     if (table) show_table();
     island_->start();
     // A turn later the tuples are there and others see the island.
     loop_.scheduler().post([this] { service_.ready(status()); });
     keep_good();
+    settled_ = loop_.scheduler().after(kSettled, give_back_memory);
     log_.info(
         fmt::format("island {} is up: {} networks", number(island_->config().id), island_->networks().ids().size()));
     loop_.run();
-    if (table) std::fputs("\x1b[?25h\x1b[2J\x1b[H", stdout);
+    screen_.reset();
     if (output_.dropped() > 0)
       log_.warning(fmt::format("{} lines were dropped: the reader is slow", output_.dropped()));
   }
@@ -169,19 +180,27 @@ class Session {
   /// Reads the file again; what it would change, or did change. On an error everything runs on as before.
   Result<std::vector<std::string>> take_file(bool try_only) {
     base::ConfigErrors errors;
-    auto next = load(options_.file, options_.overrides, errors);
+    auto next = load_island(options_.file, options_.overrides, errors);
     if (next && !errors.empty()) next = fail(ErrorCode::kInvalid, errors.text());
     if (!next) return refused(next.error());
     if (try_only) {
       auto plan = island_->plan(*next, errors);
-      return plan ? Result<std::vector<std::string>>(std::move(plan->lines)) : fail(plan.error());
+      return plan ? Result<std::vector<std::string>>(all_lines(std::move(*plan))) : fail(plan.error());
     }
     auto plan = island_->reload(std::move(*next), errors);
     if (!plan) return refused(plan.error());
     for (const auto& line : plan->lines) log_.info("reload: " + line);
+    for (const auto& line : plan->warnings) log_.warning("reload: " + line);
     log_.info(fmt::format("reloaded {}: {} changes", options_.file, plan->lines.size()));
     keep_good();
-    return std::move(plan->lines);
+    give_back_memory();
+    settled_ = loop_.scheduler().after(kSettled, give_back_memory);
+    return all_lines(std::move(*plan));
+  }
+
+  static std::vector<std::string> all_lines(ReloadPlan plan) {
+    for (const auto& line : plan.warnings) plan.lines.push_back("warning: " + line);
+    return std::move(plan.lines);
   }
 
   Result<std::vector<std::string>> refused(const Error& error) {
@@ -193,12 +212,16 @@ class Session {
     if (auto kept = keep_good_config(island_->config(), options_.file); !kept) log_.warning(kept.error().text);
   }
 
-  /// Stops once everything is written.
+  /// Stops once the devices have heard that it ends, and everything is written.
   void finish() {
-    service_.stopping("writing what is not on the disk yet");
+    if (std::exchange(finishing_, true)) return;
+    service_.stopping("last commands to devices, then writing what is not on the disk yet");
     watches_.clear();
-    if (table_) return loop_.stop();
-    output_.when_empty([this] { loop_.stop(); });
+    island_->close([this] {
+      if (screen_) return loop_.stop();
+      output_.when_empty([this] { loop_.stop(); });
+      if (impatient_) patience_ = loop_.scheduler().after(kPatience, [this] { loop_.stop(); });
+    });
   }
 
   void put_event(std::string line) {
@@ -212,7 +235,7 @@ class Session {
     const auto& config = island_->config();
     const auto answer = [this, table](std::string line) {
       if (table) {
-        last_answer_ = std::move(line);
+        screen_->answer(std::move(line));
       } else {
         output_.answer(std::move(line));
       }
@@ -224,17 +247,18 @@ class Session {
     shell_->on_reload([this](bool try_only) { return reload(try_only); });
     // The shell answers from its copies: it starts to read when the first of them is there.
     first_copy_ = space_->subscribe({config.id, "GATEWAY"}, {{}, {}, 0, true}, [this, table](const tuples::Event&) {
-      if (!input_) read_input(table);
+      if (table) return screen_->listen();
+      if (!input_) read_input();
     });
   }
 
-  void read_input(bool table) {
+  void read_input() {
     ConsoleReader::Calls calls;
     calls.line = [this](std::string_view line) { shell_->line(line); };
     calls.too_long = [this] { shell_->line_too_long(); };
     calls.pause = [this] { return output_.crowded(); };
-    calls.end = [this, table] {
-      if (table || !options_.watch.empty()) return;  // still something to show
+    calls.end = [this] {
+      if (!options_.watch.empty()) return;  // still something to show
       shell_->when_idle([this] { finish(); });
     };
     input_ = std::make_unique<ConsoleReader>(loop_.context(), STDIN_FILENO, Shell::kMaxLine, std::move(calls));
@@ -242,34 +266,24 @@ class Session {
 
   void show_table() {
     const auto& config = island_->config();
-    table_ = std::make_unique<LiveTable>(*space_, config.id, config.proxy.island_name, config.proxy.prefix);
     // Somebody is looking: this is real demand, and sensors are sampled for it.
     watches_.push_back(space_->subscribe({config.id, config.proxy.prefix + ".**"}, {}, [](const tuples::Event&) {}));
-    output_.screen("\x1b[2J");
-    redraw();
-  }
-
-  void redraw() {
-    const auto size = screen_size();
-    const auto screen = table_->render(loop_.scheduler().wall_now(), {size.rows - 2, size.columns});
-    const auto answer = fitted(last_answer_, static_cast<std::size_t>(size.columns));
-    // The cursor stays where the user is typing, on the last line.
-    output_.screen(
-        fmt::format("\x1b"
-                    "7\x1b[H{}\x1b[0m\x1b[{};1H\x1b[2K{}\x1b"
-                    "8\x1b[{};1H",
-                    screen, size.rows - 1, answer, size.rows));
-    redraw_ = loop_.scheduler().after(kRedraw, [this] { redraw(); });
+    screen_ = std::make_unique<LiveConsole>(
+        LiveConsole::Parts{loop_, output_, live_log_, [this](std::string_view line) { shell_->line(line); }},
+        LiveTable(*space_, config.id, config.proxy.island_name, config.proxy.prefix, live_log_));
   }
 
   const RunOptions& options_;
+  LiveLog& live_log_;
   Log log_;
-  transport::Loop loop_;
+  transport::Loop& loop_;
   ServiceNotice service_{loop_.scheduler(), ServiceWishes::from_environment()};
   transport::LocalTransports transports_{loop_};
   std::unique_ptr<tuples::Ecology> ecology_;
   OwnerId console_{kFirstComponent};
   int exit_code_ = kExitOk;
+  bool finishing_ = false;
+  bool impatient_ = false;  ///< a signal asked for the end
   boost::asio::signal_set signals_, hang_up_;
   ConsoleWriter output_;
   std::unique_ptr<Island> island_;
@@ -277,93 +291,32 @@ class Session {
   std::unique_ptr<TupleSpace> space_;
   std::vector<Handle> watches_;
   std::unique_ptr<Shell> shell_;
-  std::unique_ptr<LiveTable> table_;
+  std::unique_ptr<LiveConsole> screen_;
   Handle first_copy_;
   std::unique_ptr<ConsoleReader> input_;
-  Timer redraw_, patience_, drops_;
-  std::string last_answer_;
+  Timer patience_, drops_, settled_;
 };
-
-void print_errors(const base::ConfigErrors& errors) {
-  const auto& lines = errors.lines();
-  for (std::size_t i = 0; i < std::min(lines.size(), kMaxErrorsShown); ++i) fmt::print(stderr, "{}\n", lines[i]);
-  if (lines.size() > kMaxErrorsShown) fmt::print(stderr, "... and {} more\n", lines.size() - kMaxErrorsShown);
-}
-
-int report(const Error& error) {
-  fmt::print(stderr, "{}\n", error.text);
-  return error.code == ErrorCode::kIo ? kExitFailed : kExitConfiguration;
-}
 
 }  // namespace
 
 int run(const RunOptions& options) {
   open_missing_descriptors();
+  give_back_large_blocks();
   std::signal(SIGPIPE, SIG_IGN);  // a closed standard output ends the session by an error of write()
   base::ConfigErrors errors;
-  auto config = load(options.file, options.overrides, errors);
+  auto config = load_island(options.file, options.overrides, errors);
   if (!config) return report(config.error());
-  if (!errors.empty()) return check(options.file, options.overrides, std::nullopt);
-  // Where the table owns the terminal, only what is worth losing a line of it is logged.
-  const bool table = options.watch.empty() && !options.shell && ::isatty(STDOUT_FILENO) && ::isatty(STDERR_FILENO);
-  SpdlogSink sink(table && options.log_level == "info" ? "error" : options.log_level);
-  Session session(options, sink);
+  if (!errors.empty()) return check({.file = options.file, .overrides = options.overrides, .elsewhere = true});
+  auto tuples = read_own_tuples(options.tuples, config->proxy.prefix);
+  if (!tuples) return report(tuples.error());
+  config->tuples = std::move(*tuples);
+  transport::Loop loop;
+  SpdlogSink lines(options.log_level);
+  LiveLog sink(lines, options.log_level, loop.scheduler());
+  Session session(options, loop, sink);
   if (auto ready = session.prepare(std::move(*config), sink); !ready) return report(ready.error());
   session.run();
   return session.exit_code();
-}
-
-namespace {
-
-/// What a reload of `file` would do to an island that runs with `old_file`.
-int print_plan(const std::string& file, const std::string& old_file, const std::vector<std::string>& overrides) {
-  base::ConfigErrors errors;
-  const auto next = load(file, overrides, errors);
-  if (!next) return report(next.error());
-  const auto path = old_file.empty() ? good_config_path(*next) : old_file;
-  if (path.empty()) {
-    fmt::print(stderr, "--diff: no state file, so nothing is kept of the running configuration; name it: --diff OLD\n");
-    return kExitConfiguration;
-  }
-  const auto now = load(path, overrides, errors);
-  if (!now) return report(now.error());
-  if (!errors.empty()) {
-    print_errors(errors);
-    return kExitConfiguration;
-  }
-  const auto plan = plan_reload(*now, *next);
-  for (const auto& line : plan.refusals) fmt::print("refused: {}\n", line);
-  for (const auto& line : plan.lines) fmt::print("{}\n", line);
-  if (plan.refusals.empty() && plan.lines.empty()) fmt::print("nothing would change\n");
-  const bool files = std::any_of(next->networks.begin(), next->networks.end(),
-                                 [](const auto& setup) { return !setup.type->file_option.empty(); });
-  if (files) fmt::print("whether files that options name have changed, `reload try` of the running island says\n");
-  return plan.refusals.empty() ? kExitOk : kExitConfiguration;
-}
-
-}  // namespace
-
-int check(const std::string& file, const std::vector<std::string>& overrides,
-          const std::optional<std::string>& old_file) {
-  base::ConfigErrors errors;
-  auto config = load(file, overrides, errors);
-  if (!config) return report(config.error());
-  const auto networks = config->networks.size();
-  std::size_t devices = 0;
-  for (const auto& [id, rules] : config->proxy.networks) devices += rules.devices.size();
-  // Making the networks checks their own keys; nothing is opened.
-  base::NullLogSink quiet;
-  transport::Loop loop;
-  transport::LocalTransports transports(loop);
-  tuples::MemoryEcology ecology(loop.scheduler());
-  auto island = Island::make(std::move(*config), loop.scheduler(), transports, quiet, ecology, errors);
-  if (!errors.empty()) {
-    print_errors(errors);
-    return kExitConfiguration;
-  }
-  if (!island) return report(island.error());
-  fmt::print("{}: good: {} networks, {} devices named\n", file, networks, devices);
-  return old_file ? print_plan(file, *old_file, overrides) : kExitOk;
 }
 
 int list_networks() {

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/bytes.h"
+#include "base/local_time.h"
 
 namespace rubicon::runtime {
 
@@ -26,42 +27,10 @@ void put_tuple(Line& line, const tuples::TupleView& tuple) {
   line["seq"] = tuple.sequence;
   line["write"] = base::to_seconds(tuple.write_time);
   line["user"] = base::to_seconds(tuple.user_time);
-}
-
-/// Length of the UTF-8 sequence that begins with this byte (RFC 3629), 0 = none does.
-std::size_t sequence_length(unsigned char first) {
-  if (first < 0x80) return 1;
-  if (first >= 0xc2 && first <= 0xdf) return 2;
-  if (first >= 0xe0 && first <= 0xef) return 3;
-  if (first >= 0xf0 && first <= 0xf4) return 4;
-  return 0;
-}
-
-bool second_fits(unsigned char first, unsigned char second) {
-  switch (first) {
-    case 0xe0: return second >= 0xa0 && second <= 0xbf;
-    case 0xed: return second >= 0x80 && second <= 0x9f;
-    case 0xf0: return second >= 0x90 && second <= 0xbf;
-    case 0xf4: return second >= 0x80 && second <= 0x8f;
-    default: return second >= 0x80 && second <= 0xbf;
-  }
+  line["time"] = base::iso_text(tuple.user_time == WallTime{} ? tuple.write_time : tuple.user_time);
 }
 
 }  // namespace
-
-bool is_utf8(std::string_view text) {
-  const auto byte = [&text](std::size_t at) { return static_cast<unsigned char>(text[at]); };
-  for (std::size_t i = 0; i < text.size();) {
-    const auto length = sequence_length(byte(i));
-    if (length == 0 || length > text.size() - i) return false;
-    if (length > 1 && !second_fits(byte(i), byte(i + 1))) return false;
-    for (std::size_t j = 2; j < length; ++j) {
-      if ((byte(i + j) & 0xc0U) != 0x80) return false;
-    }
-    i += length;
-  }
-  return true;
-}
 
 std::string event_line(const tuples::Event& event, std::string_view through) {
   Line line;

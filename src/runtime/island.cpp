@@ -7,28 +7,44 @@
 #include <tuple>
 #include <utility>
 
+#include "model/former_types.h"
 #include "proxy/proxy.h"
+#include "runtime/free_space.h"
 #include "runtime/island_metrics.h"
 #include "runtime/island_presence.h"
+#include "runtime/island_state.h"
 #include "runtime/options_file.h"
+#include "runtime/point_names.h"
 #include "runtime/yaml.h"
+#include "transport/host_name.h"
 
 namespace rubicon::runtime {
+
+namespace {
+
+IslandConfig with_host(IslandConfig config) {
+  config.proxy.host = transport::host_name();
+  return config;
+}
+
+}  // namespace
 
 /// In the order of construction: what stands further down uses what stands above.
 struct Island::Parts {
   Parts(IslandConfig some_config, std::unique_ptr<tuples::Link> a_link, Scheduler& scheduler,
         transport::Transports& some_transports, base::LogSink& sink, std::unique_ptr<state::StateStore> store)
-      : config(std::move(some_config)),
+      : config(with_host(std::move(some_config))),
         transports(some_transports),
         log(sink),
         state(std::move(store)),
         link(std::move(a_link)),
         space(config.id, scheduler, *link),
+        own_tuples(space, config.tuples),
         recorders({scheduler, space, some_transports, sink, config.proxy.prefix}),
         gateway(scheduler, space, sink, config.limits),
         proxy(config.proxy, scheduler, space, gateway, config.types, sink, state.get()),
         networks(config.id, scheduler, some_transports, sink, gateway),
+        free_space(scheduler),
         metrics(scheduler, space, config.proxy.prefix),
         presence(scheduler, space, config.proxy.island_name, config.proxy.prefix,
                  [this] { return proxy.device_counts(); }) {
@@ -37,16 +53,19 @@ struct Island::Parts {
       return follow(tuple, std::move(call));
     });
     watch_numbers();
+    watch_disks();
   }
   void watch_numbers();
+  void watch_disks();
   Result<network::Followed> follow(std::string_view tuple, std::function<void(std::string_view)> call);
 
   Result<void> add(const NetworkSetup& setup, network::Supervisor& to, const std::string& directory,
-                   base::ConfigErrors& errors);
+                   std::size_t most_devices, base::ConfigErrors& errors);
   void add_what_files_changed(const IslandConfig& next, ReloadPlan& plan);
   void note_file(const NetworkSetup& setup);
-  Result<void> try_options(const IslandConfig& next, const ReloadPlan& plan, Scheduler& scheduler,
+  Result<void> try_options(const IslandConfig& next, ReloadPlan& plan, Scheduler& scheduler,
                            base::ConfigErrors& errors);
+  void warn_of_lost_names(const IslandConfig& next, const network::Supervisor& trial, ReloadPlan& plan);
   void apply(IslandConfig next, ReloadPlan& plan);
 
   IslandConfig config;
@@ -55,14 +74,27 @@ struct Island::Parts {
   std::unique_ptr<state::StateStore> state;
   std::unique_ptr<tuples::Link> link;
   TupleSpace space;
+  OwnTuples own_tuples;
   Recorders recorders;  ///< ends after the networks: what they say last is recorded
   gateway::Gateway gateway;
   proxy::Proxy proxy;
   network::Supervisor networks;
+  FreeSpace free_space;
   IslandMetrics metrics;
   IslandPresence presence;
   std::map<std::string, std::size_t> file_digests;  ///< of what options name, by network id
 };
+
+/// Room for what the island writes: a full disk is seen before it is full.
+void Island::Parts::watch_disks() {
+  metrics.add([this](const IslandMetrics::Say& say) {
+    const auto tell = [&](const std::string& name, const std::string& path) {
+      if (const auto free = free_space.beside(path)) say(name + "-free-bytes", *free);
+    };
+    if (state) tell("state", state_path(config));
+    recorders.each([&](const std::string& name, const std::string& path) { tell("recorder-" + name, path); });
+  });
+}
 
 void Island::Parts::watch_numbers() {
   metrics.add([this](const IslandMetrics::Say& say) {
@@ -74,13 +106,14 @@ void Island::Parts::watch_numbers() {
     say("gateway-duplicates", messages.duplicates);
     say("gateway-looped", messages.looped);
     say("gateway-malformed", messages.malformed);
+    say("gateway-forged", messages.forged);
     const auto tuples = space.stats();
     say("tuples-cached", tuples.cached);
     say("tuples-subscriptions", tuples.subscriptions);
     say("tuples-queued", tuples.queued);
     say("tuples-merged", tuples.merged);
     say("tuples-dropped", tuples.dropped);
-    say("tuples-refused", link->refused());
+    say("tuples-refused", tuples.refused);
     const auto devices = proxy.inbox_counters();
     say("inbox-waiting", devices.waiting);
     say("inbox-ignored", devices.ignored);
@@ -101,7 +134,7 @@ void Island::Parts::watch_numbers() {
 
 /// Who shows a value wants it: the subscription is an active one.
 Result<network::Followed> Island::Parts::follow(std::string_view tuple, std::function<void(std::string_view)> call) {
-  auto pattern = Pattern::parse(tuple);
+  auto pattern = Pattern::parse(model::current_key(tuple));
   if (!pattern) return fail(pattern.error());
   if (!pattern->exact()) return fail(ErrorCode::kInvalid, fmt::format("'{}' is a pattern, expected one tuple", tuple));
   if (!pattern->owner) pattern->owner = config.id;
@@ -116,11 +149,12 @@ Island::~Island() = default;
 
 /// Reads the plug-in's options and makes the network; what is wrong stands in `errors` too.
 Result<void> Island::Parts::add(const NetworkSetup& setup, network::Supervisor& to, const std::string& directory,
-                                base::ConfigErrors& errors) {
+                                std::size_t most_devices, base::ConfigErrors& errors) {
   ConfigReader options(setup.options, "networks." + setup.key, errors);
   const auto before = errors.lines().size();
-  auto added = to.add(*setup.type, {setup.id, config.id, options, config.types, directory, parse_yaml});
+  auto added = to.add(*setup.type, {setup.id, config.id, options, config.types, directory, parse_yaml, most_devices});
   if (!added && errors.lines().size() == before) options.error("", added.error().text);
+  options.also_known(kCommonNetworkKeys);
   options.finish();
   return added;
 }
@@ -135,19 +169,25 @@ Result<std::unique_ptr<Island>> Island::make(IslandConfig config, Scheduler& sch
       std::make_unique<Parts>(std::move(config), std::move(*link), scheduler, transports, log, std::move(state));
   for (auto& setup : parts->config.networks) {
     if (!setup.type) continue;
-    std::ignore = parts->add(setup, parts->networks, parts->config.directory, errors);
+    std::ignore = parts->add(setup, parts->networks, parts->config.directory, parts->config.limits.devices, errors);
     parts->note_file(setup);
+    setup.release_options();
   }
   if (!errors.empty()) return fail(ErrorCode::kInvalid, errors.text());
   return std::unique_ptr<Island>(new Island(std::move(parts), scheduler));
 }
 
 void Island::start() {
+  parts_->own_tuples.start();
   parts_->recorders.take(parts_->config.recorders, parts_->config.directory);
   parts_->proxy.restore();
   parts_->networks.start();
   parts_->metrics.start();
   parts_->presence.start();
+}
+
+void Island::close(std::function<void()> closed) {
+  parts_->networks.close(std::move(closed));
 }
 
 namespace {
@@ -163,16 +203,34 @@ const NetworkSetup& setup_of(const IslandConfig& config, const std::string& id) 
 
 }  // namespace
 
+/// By what the networks list, those that are tried first; else by the devices that are there.
+void Island::Parts::warn_of_lost_names(const IslandConfig& next, const network::Supervisor& trial, ReloadPlan& plan) {
+  for (const auto& setup : next.networks) {
+    const auto& rules = next.proxy.networks.at(setup.id);
+    if (rules.devices.empty()) continue;
+    const auto* tried = trial.find(setup.id);
+    const auto* network = tried ? tried : networks.find(setup.id);
+    const auto listed = network ? network->listed() : std::nullopt;
+    for (const auto& lost : lost_names(rules, listed, config.types))
+      plan.warnings.push_back(
+          fmt::format("networks.{}.devices.{}: {}", setup.key, fmt::join(lost.path, "."), lost.text));
+    if (listed) continue;
+    for (auto& line : proxy.lost_names(setup.id, rules)) plan.warnings.push_back(std::move(line));
+  }
+}
+
 /// Makes the new and the changed networks once, without opening anything.
-Result<void> Island::Parts::try_options(const IslandConfig& next, const ReloadPlan& plan, Scheduler& scheduler,
+Result<void> Island::Parts::try_options(const IslandConfig& next, ReloadPlan& plan, Scheduler& scheduler,
                                         base::ConfigErrors& errors) {
   Nobody nobody;
   base::NullLogSink quiet;
   network::Supervisor trial(config.id, scheduler, transports, quiet, nobody);
   for (const auto* ids : {&plan.added, &plan.changed, &plan.retyped}) {
-    for (const auto& id : *ids) std::ignore = add(setup_of(next, id), trial, next.directory, errors);
+    for (const auto& id : *ids)
+      std::ignore = add(setup_of(next, id), trial, next.directory, next.limits.devices, errors);
   }
   if (!errors.empty()) return fail(ErrorCode::kInvalid, errors.text());
+  warn_of_lost_names(next, trial, plan);
   return {};
 }
 
@@ -224,7 +282,9 @@ void Island::Parts::apply(IslandConfig next, ReloadPlan& plan) {
   for (const auto& id : plan.changed) {
     const auto& setup = setup_of(next, id);
     ConfigReader options(setup.options, "networks." + setup.key, errors);
-    if (!networks.change({id, config.id, options, config.types, next.directory, parse_yaml})) anew.push_back(id);
+    const auto changed =
+        networks.change({id, config.id, options, config.types, next.directory, parse_yaml, next.limits.devices});
+    if (!changed) anew.push_back(id);
   }
   for (const auto& id : plan.removed) take_away(id);
   for (const auto& id : anew) take_away(id);
@@ -239,11 +299,14 @@ void Island::Parts::apply(IslandConfig next, ReloadPlan& plan) {
   for (const auto& id : anew) proxy.restart(id);
   for (const auto* ids : {&std::as_const(plan.added), &std::as_const(anew)}) {
     for (const auto& id : *ids) {
-      const auto added = add(setup_of(config, id), networks, config.directory, errors);
+      const auto added = add(setup_of(config, id), networks, config.directory, config.limits.devices, errors);
       if (!added) plan.lines.push_back(fmt::format("network {}: could not be made: {}", id, added.error().text));
     }
   }
-  for (const auto& setup : config.networks) note_file(setup);
+  for (auto& setup : config.networks) {
+    note_file(setup);
+    setup.release_options();
+  }
 }
 
 TupleSpace& Island::space() {

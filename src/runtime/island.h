@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 
 #include "base/log.h"
@@ -29,6 +30,10 @@ class Island {
 
   /// Starts the recorders, shows what is remembered, then opens the lines.
   void start();
+
+  /// Lets the networks say their last words to their devices, at most network::kClosingTime long; then calls `closed`,
+  /// once, in a later turn.
+  void close(std::function<void()> closed);
 
   /// What reload() would do with it; its errors.
   Result<ReloadPlan> plan(const IslandConfig& next, base::ConfigErrors& errors);

@@ -7,7 +7,9 @@
 #include <charconv>
 #include <set>
 
+#include "model/former_types.h"
 #include "model/key.h"
+#include "runtime/network_numbers.h"
 
 namespace rubicon::runtime {
 
@@ -130,14 +132,15 @@ std::map<std::string, std::string> read_names(ConfigReader& device, const std::s
   std::set<std::string> taken;
   const auto map = device.map(key);
   for (const auto& [from, node] : map.here().entries) {
-    const auto wrong = [&, &id = from, &at = node.place](std::string_view text) {
-      device.errors().add(at, fmt::format("{}.{}", map.path(), id), text);
+    const auto wrong = [&, &key = from, &at = node.place](std::string_view text) {
+      device.errors().add(at, fmt::format("{}.{}", map.path(), key), text);
     };
-    const auto dash = from.rfind('-');
+    const auto id = model::current_id(from);
+    const auto dash = id.rfind('-');
     if (node.text.empty() || node.text != model::to_key_part(node.text)) wrong("expected a name of [A-Za-z0-9_-]+");
-    if (dash == from.npos) wrong("expected a sensor or actuator id such as light-1");
-    if (!taken.insert(from.substr(0, dash) + "-" + node.text).second) wrong("two of one type get the same name");
-    names.emplace(from, node.text);
+    if (dash == id.npos) wrong("expected a sensor or actuator id such as light-1");
+    if (!taken.insert(id.substr(0, dash) + "-" + node.text).second) wrong("two of one type get the same name");
+    if (!names.emplace(id, node.text).second) wrong(fmt::format("{} has a name already", id));
   }
   return names;
 }
@@ -148,6 +151,7 @@ void read_devices(ConfigReader& network, proxy::NetworkRules& rules) {
     proxy::DeviceNames names;
     names.id = device.text("id", "");
     names.name = device.text("name", "");
+    names.area = device.text("area", "");
     names.sensors = read_names(device, "sensors");
     names.actuators = read_names(device, "actuators");
     device.finish();
@@ -172,16 +176,6 @@ std::string type_names(std::span<const network::NetworkType> types) {
   return fmt::format("{}", fmt::join(names, ", "));
 }
 
-/// The plug-in's own keys, without the common ones.
-ConfigNode plug_in_options(const ConfigNode& network) {
-  ConfigNode options = network;
-  std::erase_if(options.entries, [](const auto& entry) {
-    return entry.first == "type" || entry.first == "silence" || entry.first == "rate" || entry.first == "devices" ||
-           entry.first == "as" || entry.first == "roaming";
-  });
-  return options;
-}
-
 /// `as: wsn-1`: a recording plays under the network id it was recorded under.
 std::string played_id(const std::string& key, ConfigReader& network, const std::string& type) {
   if (!network.has("as")) return key;
@@ -203,9 +197,19 @@ std::string roaming_domain(ConfigReader& network, std::string_view of_type) {
   return {};
 }
 
+/// `rate`, which D1.4's text calls sampling-rate.
+void read_rate(ConfigReader& network, proxy::NetworkRules& rules) {
+  const std::string alias(model::kSamplingRate);
+  const bool has_alias = network.has(alias);
+  if (has_alias && network.has("rate")) network.error(alias, "is another name of rate, which stands here too");
+  const std::string key = has_alias ? alias : "rate";
+  rules.rate = std::chrono::duration_cast<std::chrono::milliseconds>(network.duration(key, rules.rate));
+  if (rules.rate < std::chrono::milliseconds(1)) network.error(key, "expected at least 1ms");
+}
+
 void read_network(const std::string& key, ConfigReader& network, std::span<const network::NetworkType> types,
                   IslandConfig& config) {
-  NetworkSetup setup{{}, nullptr, plug_in_options(network.here()), key};
+  NetworkSetup setup{.id = {}, .key = key};
   proxy::NetworkRules rules;
   const auto type = network.required_text("type");
   setup.type = find_type(types, type);
@@ -220,9 +224,7 @@ void read_network(const std::string& key, ConfigReader& network, std::span<const
   if (setup.type && setup.type->quiet) rules.silence.reset();
   rules.silence = network.duration_or_never("silence", rules.silence);
   if (rules.silence == Duration(0)) network.error("silence", "expected more than 0s, or never");
-  const auto rate = network.duration("rate", rules.rate);
-  rules.rate = std::chrono::duration_cast<std::chrono::milliseconds>(rate);
-  if (rules.rate < std::chrono::milliseconds(1)) network.error("rate", "expected at least 1ms");
+  read_rate(network, rules);
   rules.roaming = roaming_domain(network, setup.type ? setup.type->roaming : std::string_view());
   rules.lists_devices = setup.type && setup.type->lists_devices;
   rules.probes = setup.type && setup.type->probes;
@@ -233,11 +235,40 @@ void read_network(const std::string& key, ConfigReader& network, std::span<const
   config.networks.push_back(std::move(setup));
 }
 
+/// Each network gets its part of the tree, without the common keys: it may be large, and is needed once.
+void hand_out_options(ConfigNode& root, std::vector<NetworkSetup>& networks) {
+  auto* all = root.find("networks");
+  if (!all) return;
+  for (auto& setup : networks) {
+    auto* network = all->find(setup.key);
+    setup.options = std::move(*network);
+    std::erase_if(setup.options.entries, [](const auto& entry) {
+      return std::find(std::begin(kCommonNetworkKeys), std::end(kCommonNetworkKeys), entry.first) !=
+             std::end(kCommonNetworkKeys);
+    });
+  }
+}
+
 }  // namespace
 
-IslandConfig read_island_config(const ConfigNode& root_node, std::span<const network::NetworkType> types,
+void NetworkSetup::release_options() {
+  kept = base::packed(options);
+  options = {};
+}
+
+std::vector<std::string> differences(const NetworkSetup& before, const NetworkSetup& now, std::size_t limit) {
+  const auto text = [](const NetworkSetup& setup) {
+    return setup.kept.empty() ? base::packed(setup.options) : setup.kept;
+  };
+  const auto old_text = text(before), new_text = text(now);
+  if (old_text == new_text) return {};
+  return base::differences(base::unpacked(old_text), base::unpacked(new_text), limit);
+}
+
+IslandConfig read_island_config(ConfigNode root_node, std::span<const network::NetworkType> types,
                                 ConfigErrors& errors) {
   IslandConfig config;
+  number_networks(root_node);
   ConfigReader root(root_node, "", errors);
   read_island(root, config);
   read_general(root, config);
@@ -246,9 +277,10 @@ IslandConfig read_island_config(const ConfigNode& root_node, std::span<const net
   config.recorders = read_recorders(root);
   root.finish();
   for (const auto* section : {"island", "tuples", "types", "state"}) {
-    const auto* node = root_node.find(section);
+    const auto* node = std::as_const(root_node).find(section);
     config.fixed.emplace_back(section, node ? *node : ConfigNode());
   }
+  hand_out_options(root_node, config.networks);
   return config;
 }
 

@@ -8,10 +8,12 @@
 
 #include "base/config_reader.h"
 #include "gateway/gateway.h"
+#include "model/property_alias.h"
 #include "model/type_catalogue.h"
 #include "network/network.h"
 #include "proxy/proxy_config.h"
 #include "runtime/engine_config.h"
+#include "runtime/own_tuples.h"
 #include "runtime/recorder_config.h"
 
 namespace rubicon::runtime {
@@ -20,9 +22,20 @@ namespace rubicon::runtime {
 struct NetworkSetup {
   std::string id;
   const network::NetworkType* type = nullptr;
-  ConfigNode options;
-  std::string key{};  ///< in the file; differs from the id where a recording stands for another network (`as`)
+  ConfigNode options{};
+  std::string key{};   ///< in the file; differs from the id where a recording stands for another network (`as`)
+  std::string kept{};  ///< the options once they were read (base::packed); empty = not yet
+
+  /// The tree was read: only what a reload compares is kept of it.
+  void release_options();
 };
+
+/// The keys of a network that are no plug-in's own.
+inline constexpr std::string_view kCommonNetworkKeys[] = {"type",    "silence", "rate",   model::kSamplingRate,
+                                                          "devices", "as",      "roaming"};
+
+/// Where the options of one network differ, at most `limit` paths.
+std::vector<std::string> differences(const NetworkSetup& before, const NetworkSetup& now, std::size_t limit);
 
 /// `state:`; an empty file = nothing is remembered.
 struct StateSetup {
@@ -43,11 +56,12 @@ struct IslandConfig {
   /// The sections that a running island cannot take anew, as they stand in the file.
   std::vector<std::pair<std::string, ConfigNode>> fixed;
   std::vector<RecorderSetup> recorders;
+  std::vector<OwnTuple> tuples;  ///< of the command line
 };
 
 /// Reads the shape of docs/architecture.md, section 5. Everything wrong is in `errors`; the result is then only good
 /// for finding more errors.
-IslandConfig read_island_config(const ConfigNode& root, std::span<const network::NetworkType> types,
+IslandConfig read_island_config(ConfigNode root, std::span<const network::NetworkType> types,
                                 base::ConfigErrors& errors);
 
 /// `networks.dummy-1.seed=7` or any other path (a part with dots in double quotes): replaces or creates the value, at

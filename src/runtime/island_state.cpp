@@ -1,12 +1,16 @@
 #include "runtime/island_state.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 
 #include <array>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <string_view>
 #include <system_error>
+
+#include "base/own_file.h"
 
 namespace rubicon::runtime {
 
@@ -62,8 +66,14 @@ Result<void> keep_good_config(const IslandConfig& config, const std::string& fil
   std::error_code error;
   if (path.empty() || fs::equivalent(file, path, error)) return {};
   const auto fresh = path + ".new";
-  fs::copy_file(file, fresh, fs::copy_options::overwrite_existing, error);
-  if (!error) fs::rename(fresh, path, error);
+  std::ifstream source(file, std::ios::binary);
+  const std::string text(std::istreambuf_iterator<char>(source), {});
+  if (!source.is_open()) return fail(ErrorCode::kIo, fmt::format("{}: cannot be read, so it is not kept", file));
+  fs::remove(fresh, error);
+  const auto target = OwnFile::open(fresh, O_WRONLY | O_EXCL);
+  if (!target) return fail(ErrorCode::kIo, target.error().text);
+  if (auto done = target->write(text, fresh); !done) return done;
+  fs::rename(fresh, path, error);
   if (error) return fail(ErrorCode::kIo, fmt::format("{}: cannot be written: {}", path, error.message()));
   return {};
 }

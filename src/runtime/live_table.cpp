@@ -1,202 +1,227 @@
 #include "runtime/live_table.h"
 
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <map>
-#include <nlohmann/json.hpp>
 #include <utility>
 
-#include "model/key.h"
-#include "runtime/event_json.h"
+#include "base/local_time.h"
 
 namespace rubicon::runtime {
 
 namespace {
 
-using nlohmann::json;
+constexpr int kFewestRows = 8, kFewestColumns = 20;
+/// Title and heads above the table; proposal, answer (its first row) and prompt below.
+constexpr std::size_t kAbove = 2, kBelow = 3;
+constexpr std::size_t kMostAnswerRows = 4;
 
-json parsed(std::string_view text) {
-  auto tree = json::parse(text, nullptr, false);
-  return tree.is_object() ? tree : json::object();
-}
-
-std::string age_text(double seconds) {
-  if (seconds < 0) return "-";
+std::string age_text(WallTime then, WallTime now) {
+  if (then == WallTime{}) return "-";
+  const auto seconds = std::max(0.0, base::to_seconds(now) - base::to_seconds(then));
   if (seconds < 10) return fmt::format("{:.1f}s", seconds);
   if (seconds < 120) return fmt::format("{:.0f}s", seconds);
   if (seconds < 7200) return fmt::format("{:.0f}min", seconds / 60);
   return fmt::format("{:.0f}h", seconds / 3600);
 }
 
-std::string part_of(std::string_view key, std::size_t index) {
-  const auto parts = model::key_parts(key);
-  return index < parts.size() ? std::string(parts[index]) : std::string();
+/// As fitted(), with an ellipsis where something was cut.
+std::string shortened(std::string_view text, std::size_t width) {
+  text.remove_suffix(text.size() - (text.find_last_not_of(' ') + 1));
+  return width > 0 && base::characters(text) > width ? fitted(text, width - 1) + "…" : fitted(text, width);
 }
 
-/// A member that is text, else nothing.
-std::string text_in(const json& object, const char* name) {
-  const auto found = object.find(name);
-  return found != object.end() && found->is_string() ? found->get<std::string>() : std::string();
+/// Widths of the columns of points; the others have fixed ones.
+struct Columns {
+  explicit Columns(std::size_t width)
+      : id(std::clamp<std::size_t>(width, 70, 96) - 58),
+        value(12 + (width > 96 ? std::min<std::size_t>(width - 96, 28) : 0)) {}
+  std::size_t id, value;
+
+  std::string line(std::string_view what, std::string_view shown, std::string_view unit, std::string_view quality,
+                   std::string_view heard, std::string_view command) const {
+    return fmt::format("    {} {} {} {} {:>6}  {}", shortened(what, id), shortened(shown, value), shortened(unit, 6),
+                       shortened(quality, 14), heard, command);
+  }
+};
+
+constexpr const char* kBold = "\x1b[1m";
+constexpr const char* kReverse = "\x1b[7m";
+constexpr const char* kDim = "\x1b[2m";
+
+std::string styled(const char* style, const std::string& text) {
+  return style + text + "\x1b[0m";
 }
 
-double number_in(const json& object, const char* name) {
-  const auto found = object.find(name);
-  return found != object.end() && found->is_number() ? found->get<double>() : 0;
+/// One row at least; of what `most` rows do not hold, the end is missing.
+std::vector<std::string> wrapped(std::string_view text, std::size_t width, std::size_t most) {
+  std::vector<std::string> rows;
+  while (rows.size() + 1 < most && base::characters(text) > width) {
+    rows.push_back(fitted(text, width));
+    for (std::size_t i = 0; i < width; ++i) text.remove_prefix(base::first_character(text).size());
+  }
+  rows.push_back(shortened(text, width));
+  return rows;
 }
 
-/// Control characters, those beyond ASCII included (U+0080..U+009F steer some terminals too), do not reach a screen.
-bool steers(std::string_view character) {
-  const auto first = static_cast<unsigned char>(character[0]);
-  if (first < 0x20 || first == 0x7f) return true;
-  return first == 0xc2 && character.size() > 1 && static_cast<unsigned char>(character[1]) < 0xa0;
-}
-
-/// One device of each network in turn, so that a small screen shows something of all.
-std::vector<std::string> alternating(const std::vector<std::string>& devices) {
-  std::map<std::string, std::size_t> counts;
-  std::vector<std::pair<std::size_t, std::string>> ranked;
-  ranked.reserve(devices.size());
-  for (const auto& device : devices) ranked.emplace_back(counts[part_of(device, 1)]++, device);
-  std::sort(ranked.begin(), ranked.end());
-  std::vector<std::string> order;
-  order.reserve(ranked.size());
-  for (auto& [rank, device] : ranked) order.push_back(std::move(device));
-  return order;
+std::string position(std::size_t top, std::size_t height, std::size_t count) {
+  if (count == 0) return "nothing to show";
+  return fmt::format("{}-{} of {}", top + 1, std::min(top + height, count), count);
 }
 
 }  // namespace
 
-std::string fitted(std::string_view text, std::size_t width) {
-  std::string out;
-  std::size_t shown = 0;
-  for (; !text.empty() && shown < width; ++shown) {
-    std::size_t length = 1;
-    while (length < text.size() && (static_cast<unsigned char>(text[length]) & 0xc0U) == 0x80) ++length;
-    const auto character = text.substr(0, length);
-    if (is_utf8(character) && !steers(character)) {
-      out += character;
-    } else {
-      out += '?';
+LiveTable::LiveTable(const TupleSpace& space, OwnerId island, std::string name, std::string prefix, const LiveLog& log)
+    : source_(space, island, std::move(prefix)), log_(log), island_(island), name_(std::move(name)) {}
+
+std::optional<std::string> LiveTable::press(const Stroke& stroke) {
+  return view_.press(stroke, scene());
+}
+
+LiveView::Scene LiveTable::scene() const {
+  return {rows_, height_, log_.lines().size(), source_.command_to_try()};
+}
+
+std::string LiveTable::title(WallTime now, std::size_t width) const {
+  const auto count = source_.count();
+  const auto& choice = view_.choice();
+  const auto island = fmt::format("Rubicon island {} {}   {} of {} devices reachable", number(island_), name_,
+                                  count.reachable, count.devices);
+  const auto clock = "   " + base::local_seconds_text(now);
+  std::string shown;
+  if (choice.sort != LiveSort::kNetwork) shown += fmt::format("   sorted: {}", to_string(choice.sort));
+  if (!choice.filter.empty()) shown += fmt::format("   filter: {}", choice.filter);
+  if (log_.complaints() > 0)
+    shown += fmt::format("   {} warning{}", log_.complaints(), log_.complaints() == 1 ? "" : "s");
+  // What is shown of the island matters more than the time.
+  const bool room = base::characters(island) + base::characters(clock) + base::characters(shown) <= width;
+  return island + (room ? clock : "") + shown;
+}
+
+std::string LiveTable::row_text(const LiveRow& row, WallTime now, std::size_t width) const {
+  const Columns columns(width);
+  const bool grouped = view_.choice().sort == LiveSort::kNetwork;
+  const bool folded = view_.choice().folded.contains(row.key) && view_.choice().filter.empty();
+  if (row.kind == LiveRow::Kind::kNetwork) {
+    for (const auto& network : networks_) {
+      if (network.id == row.key)
+        return fmt::format("{} {} {} {}", folded ? "▸" : "▾", fitted(network.id, 20), fitted(network.line, 10),
+                           network.reason);
     }
-    text.remove_prefix(length);
+    return row.key;
   }
-  return out + std::string(width - shown, ' ');
-}
-
-LiveTable::LiveTable(const TupleSpace& space, OwnerId island, std::string name, std::string prefix)
-    : space_(space), island_(island), name_(std::move(name)), prefix_(std::move(prefix)) {}
-
-std::string LiveTable::value(const std::string& key) const {
-  const auto tuple = space_.get(island_, key);
-  return tuple ? std::string(tuple->value) : std::string();
-}
-
-std::string LiveTable::top_line(WallTime now) const {
-  std::size_t devices = 0;
-  std::size_t reachable = 0;
-  space_.list({island_, prefix_ + ".*.*.status"}, [&](const tuples::TupleView& tuple) {
-    ++devices;
-    if (tuple.value.find("\"reachable\"") != tuple.value.npos) ++reachable;
-  });
-  return fmt::format("Rubicon island {} {}   {} of {} devices reachable   {:%H:%M:%S} UTC", number(island_), name_,
-                     reachable, devices, std::chrono::floor<std::chrono::seconds>(now));
-}
-
-void LiveTable::network_rows(std::vector<Row>& rows) const {
-  rows.push_back({fmt::format("{:<20}{:<12}{}", "NETWORK", "LINE", "WHY"), true});
-  space_.list({island_, prefix_ + ".*.status"}, [&](const tuples::TupleView& tuple) {
-    const auto status = parsed(tuple.value);
-    rows.push_back(
-        {fitted(part_of(tuple.key, 1), 20) + fitted(text_in(status, "line"), 12) + text_in(status, "reason"), false});
-  });
-}
-
-void LiveTable::point_rows(const std::string& device, std::vector<Row>& rows, const Page& page) const {
-  const auto add = [&](const tuples::TupleView& tuple) {
-    const auto point = std::string(tuple.key.substr(0, tuple.key.rfind('.')));
-    const auto status = parsed(value(point + ".status"));
-    auto unit = text_in(parsed(value(point + ".description")), "unit");
-    if (unit == "1") unit.clear();
-    const auto heard = number_in(status, "heard");
-    const auto command = status.contains("command") ? status["command"] : json::object();
-    rows.push_back(
-        {fmt::format("    {} {} {} {:<14} {:>6}  {}", fitted(part_of(tuple.key, 4), page.id_width),
-                     fitted(tuple.value, 12), fitted(unit, 6), text_in(status, "quality"),
-                     age_text(heard > 0 ? base::to_seconds(page.now) - heard : -1), text_in(command, "state")),
-         false});
-  };
-  space_.list({island_, device + ".sensor.*.value"}, add);
-  space_.list({island_, device + ".actuator.*.value"}, add);
-}
-
-std::size_t LiveTable::device_rows(const std::vector<std::string>& devices, std::vector<Row>& rows,
-                                   const Page& page) const {
-  std::size_t done = 0;
-  for (const auto& device : devices) {
-    if (rows.size() > page.room) break;  // an island may have more devices than one can draw twice a second
-    const auto about = parsed(value(device + ".description"));
-    const auto status = parsed(value(device + ".status"));
-    rows.push_back({fmt::format("  {}  {}  {}", device, text_in(about, "name"), text_in(status, "status")), false});
-    point_rows(device, rows, page);
-    if (rows.size() < page.room) ++done;
+  if (row.kind == LiveRow::Kind::kDevice) {
+    const auto device = source_.device(row.key);
+    return fmt::format("  {}{}{}{}  {}{}{}", folded ? "▸ " : "", grouped ? device.id : device.network + "." + device.id,
+                       device.name.empty() ? "" : "  ", device.name, device.status, device.reason.empty() ? "" : ": ",
+                       device.reason);
   }
-  return done;
+  const auto point = source_.point(row.key);
+  return columns.line(point.id, point.value, point.unit, point.quality, age_text(point.heard, now), point.command);
 }
 
-void LiveTable::all_device_rows(std::vector<Row>& rows, const Page& page) const {
-  std::vector<std::string> devices;
-  space_.list({island_, prefix_ + ".*.*.status"},
-              [&](const tuples::TupleView& tuple) { devices.emplace_back(tuple.key.substr(0, tuple.key.rfind('.'))); });
-  std::sort(devices.begin(), devices.end());
-  rows.push_back({fmt::format("{:<{}} {:<12} {:<6} {:<14} {:>6}  {}", "DEVICE", page.id_width + 4, "VALUE", "UNIT",
-                              "QUALITY", "HEARD", "COMMAND"),
-                  true});
-  const auto above = rows.size();
-  device_rows(devices, rows, page);
-  if (rows.size() <= page.room) return;
-  rows.resize(above);
-  const auto shown = device_rows(alternating(devices), rows, page);
-  rows.resize(page.room - 1);
-  rows.push_back({fmt::format("  ... {} of {} devices do not fit; enlarge the terminal, or use --watch and --shell",
-                              devices.size() - shown, devices.size()),
-                  false});
-}
-
-std::string LiveTable::command_to_try() const {
-  std::string first;
-  space_.list({island_, prefix_ + ".*.*.actuator.*.command"}, [&](const tuples::TupleView& tuple) {
-    if (!first.empty() && tuple.key > first) return;
-    const auto point = std::string(tuple.key.substr(0, tuple.key.rfind('.')));
-    if (text_in(parsed(value(point + ".description")), "data_type") == "boolean") first = tuple.key;
-  });
-  if (first.empty()) return "help, devices, quit";
-  const auto point = first.substr(0, first.rfind('.'));
-  const auto about = parsed(value(point + ".description"));
-  std::vector<std::string> words{"off", "on"};
-  if (const auto found = about.find("words"); found != about.end() && found->is_array() && found->size() == 2) {
-    for (std::size_t i = 0; i < 2; ++i) {
-      if ((*found)[i].is_string()) words[i] = (*found)[i].get<std::string>();
+void LiveTable::put_table(std::vector<std::string>& lines, WallTime now, std::size_t width) const {
+  for (std::size_t i = 0; i < height_; ++i) {
+    const auto at = view_.top() + i;
+    if (at >= rows_.size()) {
+      lines.push_back(fitted("", width));
+      continue;
     }
+    const auto text = shortened(row_text(rows_[at], now, width), width);
+    const bool selected = at == view_.selected() && view_.prompt() == LiveView::Prompt::kNone;
+    const bool head = rows_[at].kind == LiveRow::Kind::kNetwork;
+    lines.push_back(selected ? styled(kReverse, text) : head ? styled(kBold, text) : text);
   }
-  return fmt::format("set {} {}", first, value(point + ".value") == words[1] ? words[0] : words[1]);
 }
 
-std::string LiveTable::render(WallTime now, ScreenSize size) const {
-  const auto room = static_cast<std::size_t>(std::max(size.rows, 8)) - 2;
-  std::vector<Row> rows{{top_line(now), true}, {}};
-  network_rows(rows);
-  rows.resize(std::min(rows.size(), room - 3));
-  rows.push_back({});
-  const auto width = static_cast<std::size_t>(std::max(size.columns, 20));
-  all_device_rows(rows, {now, room, std::clamp<std::size_t>(width, 70, 86) - 58});
-  std::string screen;
-  for (const auto& row : rows) {
-    const auto text = fitted(row.text, width);
-    screen += row.heading ? fmt::format("\x1b[1m{}\x1b[0m\n", text) : text + "\n";
+void LiveTable::put_log(std::vector<std::string>& lines, std::size_t height, std::size_t width) const {
+  const auto& all = log_.lines();
+  const auto most = all.size() - std::min(all.size(), height);
+  const auto top = most - std::min(most, view_.log_back());
+  for (std::size_t i = 0; i < height; ++i) {
+    if (top + i >= all.size()) {
+      lines.push_back(fitted("", width));
+      continue;
+    }
+    const auto& line = all[top + i];
+    const auto text = shortened(fmt::format("{}  {}", base::local_seconds_text(line.time), line.text), width);
+    lines.push_back(line.level >= base::LogLevel::kWarning ? styled(kBold, text) : text);
   }
-  return screen + fitted(" try: " + command_to_try(), width);
+}
+
+void LiveTable::put_help(std::vector<std::string>& lines, std::size_t height, std::size_t width) {
+  const auto& help = LiveView::help();
+  for (std::size_t i = 0; i < height; ++i) lines.push_back(shortened(i < help.size() ? help[i] : "", width));
+}
+
+void LiveTable::put_body(std::vector<std::string>& lines, WallTime now, std::size_t room, std::size_t width) {
+  const auto log = view_.log();
+  const bool below = log == LiveView::Log::kBelow;
+  const auto log_height = below ? room / 3 : log == LiveView::Log::kWhole ? room : 0;
+  height_ = below ? room - log_height - 1 : room;
+  networks_ = source_.networks();
+  rows_ = live_rows(source_, view_.choice());
+  view_.follow(scene());
+  if (view_.help_shown()) return put_help(lines, room, width);
+  if (log == LiveView::Log::kWhole) return put_log(lines, room, width);
+  put_table(lines, now, width);
+  if (!below) return;
+  lines.push_back(styled(kBold, fitted("LOG", width)));
+  put_log(lines, log_height, width);
+}
+
+std::string LiveTable::prompt(std::size_t width, std::size_t& cursor) const {
+  const bool filter = view_.prompt() == LiveView::Prompt::kFilter;
+  if (view_.prompt() == LiveView::Prompt::kNone) {
+    cursor = 3;
+    const auto where =
+        view_.log() == LiveView::Log::kWhole ? counted_log() : position(view_.top(), height_, rows_.size());
+    return "> " + styled(kDim, shortened(fmt::format("  {}   / filter   < > sort   Enter fold   ! log   ? help", where),
+                                         width - 2));
+  }
+  // Of a long line the end is shown: there one types.
+  const auto clean = fitted(view_.typed(), view_.typed().size());
+  std::string shown = clean.substr(0, clean.find_last_not_of(' ') + 1);
+  const auto blanks = view_.typed().size() - (view_.typed().find_last_not_of(' ') + 1);
+  shown += std::string(blanks, ' ');
+  const auto room = width - 3;
+  std::size_t characters = base::characters(shown);
+  while (characters > room) {
+    shown.erase(0, 1);
+    while (!shown.empty() && (static_cast<unsigned char>(shown.front()) & 0xc0U) == 0x80) shown.erase(0, 1);
+    --characters;
+  }
+  cursor = 3 + characters;
+  return (filter ? "/ " : "> ") + fitted(shown, width - 2);
+}
+
+std::string LiveTable::counted_log() const {
+  const auto count = log_.lines().size();
+  const auto most = count - std::min(count, height_);
+  return "log " + position(most - std::min(most, view_.log_back()), height_, count);
+}
+
+LiveFrame LiveTable::frame(WallTime now, ScreenSize size, const std::string& answer) {
+  const auto rows = static_cast<std::size_t>(std::max(size.rows, kFewestRows));
+  const auto width = static_cast<std::size_t>(std::max(size.columns, kFewestColumns));
+  const auto room_for_both = rows - kAbove - kBelow;
+  const auto answer_rows = wrapped(answer, width, std::min(kMostAnswerRows, 1 + room_for_both / 3));
+  const auto room = room_for_both + 1 - answer_rows.size();
+  LiveFrame frame;
+  std::vector<std::string> body;
+  put_body(body, now, room, width);
+  frame.lines.push_back(styled(kBold, shortened(title(now, width), width)));
+  const auto heads = Columns(width).line("", "VALUE", "UNIT", "QUALITY", "HEARD", "COMMAND");
+  frame.lines.push_back(styled(kBold, shortened("DEVICE" + heads.substr(6), width)));
+  for (auto& line : body) frame.lines.push_back(std::move(line));
+  frame.lines.push_back(shortened(" try: " + source_.command_to_try(), width));
+  frame.lines.insert(frame.lines.end(), answer_rows.begin(), answer_rows.end());
+  frame.lines.push_back(prompt(width, frame.cursor_column));
+  // A screen too small for that shows the end.
+  const auto shown = static_cast<std::size_t>(std::max(size.rows, 1));
+  if (frame.lines.size() > shown)
+    frame.lines.erase(frame.lines.begin(), frame.lines.end() - static_cast<std::ptrdiff_t>(shown));
+  return frame;
 }
 
 }  // namespace rubicon::runtime

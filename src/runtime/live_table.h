@@ -1,10 +1,15 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "base/printable.h"
 #include "base/time.h"
+#include "runtime/live_log.h"
+#include "runtime/live_source.h"
+#include "runtime/live_view.h"
 #include "tuples/tuple_space.h"
 
 namespace rubicon::runtime {
@@ -14,43 +19,46 @@ struct ScreenSize {
   int columns = 80;
 };
 
-/// Text of outsiders for a screen: cut to the width in characters, padded with blanks, nothing in it steers a terminal.
-std::string fitted(std::string_view text, std::size_t width);
+using base::fitted;
 
-/// The table that `run` shows on a terminal: networks, devices, values with unit, quality and age. A pure function of
-/// the tuples a component can see.
+/// One screen: a line for each of its rows, with escape sequences for style and nothing else that steers; and where the
+/// cursor stands on the last line, from 1.
+struct LiveFrame {
+  std::vector<std::string> lines;
+  std::size_t cursor_column = 1;
+};
+
+/// The table that `run` shows on a terminal: networks, devices and points with unit, quality and age, or the log, or
+/// the help; below it a command to try, the last answer and the line that is typed. Draws nothing itself.
 class LiveTable {
  public:
-  LiveTable(const TupleSpace& space, OwnerId island, std::string name, std::string prefix);
+  /// `space` and `log` must outlive it.
+  LiveTable(const TupleSpace& space, OwnerId island, std::string name, std::string prefix, const LiveLog& log);
 
-  /// One screen of text, lines separated by newlines, at most size.rows of them (at least 8); the last one is a command
-  /// to try. Devices that do not fit are counted in a line of their own.
-  std::string render(WallTime now, ScreenSize size) const;
+  /// A command line, if one was entered. Strokes act on what the last frame showed.
+  std::optional<std::string> press(const Stroke& stroke);
+  /// As many lines as the screen has rows, each as wide as it (columns: at least 20).
+  LiveFrame frame(WallTime now, ScreenSize size, const std::string& answer);
 
  private:
-  struct Row {
-    std::string text;
-    bool heading = false;
-  };
-  std::string top_line(WallTime now) const;
-  /// What the rows of one screen have in common.
-  struct Page {
-    WallTime now;
-    std::size_t room;  ///< rows, what stands above the devices included
-    std::size_t id_width;
-  };
-  void network_rows(std::vector<Row>& rows) const;
-  void all_device_rows(std::vector<Row>& rows, const Page& page) const;
-  /// Until the room is full; how many devices fit, with a line left for the count of the others.
-  std::size_t device_rows(const std::vector<std::string>& devices, std::vector<Row>& rows, const Page& page) const;
-  void point_rows(const std::string& device, std::vector<Row>& rows, const Page& page) const;
-  std::string command_to_try() const;
-  std::string value(const std::string& key) const;
+  LiveView::Scene scene() const;
+  std::string title(WallTime now, std::size_t width) const;
+  std::string row_text(const LiveRow& row, WallTime now, std::size_t width) const;
+  void put_body(std::vector<std::string>& lines, WallTime now, std::size_t room, std::size_t width);
+  void put_table(std::vector<std::string>& lines, WallTime now, std::size_t width) const;
+  void put_log(std::vector<std::string>& lines, std::size_t height, std::size_t width) const;
+  static void put_help(std::vector<std::string>& lines, std::size_t height, std::size_t width);
+  std::string prompt(std::size_t width, std::size_t& cursor) const;
+  std::string counted_log() const;
 
-  const TupleSpace& space_;
+  LiveSource source_;
+  const LiveLog& log_;
+  LiveView view_;
   OwnerId island_;
   std::string name_;
-  std::string prefix_;
+  std::vector<LiveNetwork> networks_;
+  std::vector<LiveRow> rows_;  ///< of the last frame
+  std::size_t height_ = 1;     ///< of the table in it
 };
 
 }  // namespace rubicon::runtime

@@ -11,7 +11,7 @@ namespace rubicon::runtime {
 std::size_t digest_of_options_file(const NetworkSetup& setup, const std::string& directory,
                                    transport::Transports& transports) {
   if (!setup.type || setup.type->file_option.empty()) return 0;
-  const auto* option = setup.options.find(std::string(setup.type->file_option));
+  const auto* option = setup.options.find(setup.type->file_option);
   if (!option || option->text.empty()) return 0;
   auto file = transports.open_file((std::filesystem::path(directory) / option->text).string());
   if (!file) return 0;

@@ -17,6 +17,8 @@ constexpr Duration kRotateAgain = std::chrono::minutes(1);
 constexpr Duration kLongestPause = std::chrono::minutes(1);
 /// Tuples of a snapshot written in one turn of the loop.
 constexpr std::size_t kSlice = 1000;
+/// Between two lines of the log that count what is dropped.
+constexpr Duration kCountEvery = std::chrono::seconds(10);
 
 std::string resolved(const std::string& path, const std::string& directory) {
   return (std::filesystem::path(directory) / path).string();
@@ -110,19 +112,15 @@ void Recorder::write_block() {
   const auto count = block_.records();
   const auto last = block_.last();
   if (!make_ready(block_.first())) {
-    counters_.dropped += count;
-    gap_ = true;
     block_.clear();
-    return;
+    return drop(count);
   }
   const auto bytes = block_.close();
-  if (auto written = file_.append(bytes); !written) {
-    counters_.dropped += count;
-    gap_ = true;
-    return failed_to_write(written.error());
+  if (auto done = file_.append(bytes); !done) {
+    failed_to_write(done.error());
+    return drop(count);
   }
-  // A disk that is nearly full takes something again and again: only what stays is a success.
-  if (place_.scheduler.now() - failed_at_ >= kLongestPause) pause_ = {};
+  written();
   counters_.records += count;
   counters_.bytes += bytes.size();
   if (!alive_) return;
@@ -148,7 +146,7 @@ bool Recorder::make_ready(WallTime first) {
   }
   if (opened->is_new) {
     log_.info(fmt::format("{}: a new recording begins", file_.path()));
-  } else if (complaints_.allow("goes on", now)) {
+  } else if (reason_.empty() && complaints_.allow("goes on", now)) {
     log_.info(fmt::format("{}: the recording goes on", file_.path()));
   }
   return true;
@@ -173,7 +171,34 @@ void Recorder::failed_to_write(const Error& why) {
   failed_at_ = place_.scheduler.now();
   pause_ = std::clamp<Duration>(2 * pause_, kFlushEvery, kLongestPause);
   try_again_ = failed_at_ + pause_;
-  failed(why);
+  ++counters_.failures;
+  if (reason_.empty()) {
+    trouble_since_ = failed_at_;
+    dropped_before_ = counters_.dropped;
+  }
+  if (std::exchange(reason_, why.text) == why.text || !complaints_.allow(why.text, failed_at_)) return;
+  log_.error(fmt::format("{}; what cannot be written is dropped", why.text));
+  next_count_ = failed_at_ + kCountEvery;
+}
+
+void Recorder::drop(std::uint64_t records) {
+  counters_.dropped += records;
+  gap_ = true;
+  const auto now = place_.scheduler.now();
+  if (now < next_count_) return;
+  next_count_ = now + kCountEvery;
+  log_.warning(fmt::format("{} records dropped in {} s: {}", counters_.dropped - dropped_before_,
+                           std::chrono::duration_cast<std::chrono::seconds>(now - trouble_since_).count(), reason_));
+}
+
+void Recorder::written() {
+  const auto now = place_.scheduler.now();
+  // A disk that is nearly full takes something again and again: only what stays is a success.
+  if (now - failed_at_ >= kLongestPause) pause_ = {};
+  if (std::exchange(reason_, {}).empty() || !complaints_.allow("resumed", now)) return;
+  log_.info(fmt::format("{}: the recording goes on; {} records were dropped in {} s", file_.path(),
+                        counters_.dropped - dropped_before_,
+                        std::chrono::duration_cast<std::chrono::seconds>(now - trouble_since_).count()));
 }
 
 void Recorder::complain(std::string_view text) {

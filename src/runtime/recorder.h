@@ -44,6 +44,8 @@ class Recorder {
   };
   const Counters& counters() const { return counters_; }
   const RecorderSetup& setup() const { return setup_; }
+  /// `recording`, or `dropping records: why`.
+  std::string state() const { return reason_.empty() ? "recording" : "dropping records: " + reason_; }
   /// Writes what waits.
   void flush() { write_block(); }
 
@@ -59,6 +61,8 @@ class Recorder {
   void rotate_if_due(WallTime now);
   void failed(const Error& why);
   void failed_to_write(const Error& why);
+  void drop(std::uint64_t records);
+  void written();
   void complain(std::string_view text);
   void begin_snapshot(std::string_view word);
   void snapshot_slice();
@@ -73,8 +77,11 @@ class Recorder {
   WallTime seen_{};  ///< the moment of this turn
   bool seen_is_fresh_ = false;
   SteadyTime try_again_{}, rotate_again_{}, failed_at_{};
-  Duration pause_{};  ///< before the next attempt to write; zero = the last minute had no failure
-  bool gap_ = false;  ///< something was dropped since the last snapshot
+  Duration pause_{};    ///< before the next attempt to write; zero = the last minute had no failure
+  bool gap_ = false;    ///< something was dropped since the last snapshot
+  std::string reason_;  ///< why nothing can be written; empty = it can
+  SteadyTime trouble_since_{}, next_count_{};
+  std::uint64_t dropped_before_ = 0;                       ///< the trouble began
   std::vector<std::pair<OwnerId, std::string>> snapshot_;  ///< still to be written, from the back
   bool in_snapshot_ = false;
   Timer flush_;

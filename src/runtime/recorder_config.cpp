@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "model/former_types.h"
 #include "recording/block_builder.h"
 
 namespace rubicon::runtime {
@@ -42,6 +43,7 @@ std::vector<Pattern> read_patterns(ConfigReader& recorder) {
   for (const auto& text : recorder.texts("patterns")) {
     auto pattern = Pattern::parse(text);
     if (pattern) {
+      if (auto now = model::current_key(pattern->key); now != pattern->key) patterns.push_back({pattern->owner, now});
       patterns.push_back(std::move(*pattern));
     } else {
       recorder.error("patterns", pattern.error().text);

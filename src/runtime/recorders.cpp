@@ -1,6 +1,7 @@
 #include "runtime/recorders.h"
 
 #include <algorithm>
+#include <filesystem>
 
 namespace rubicon::runtime {
 
@@ -24,6 +25,7 @@ void Recorders::say(const IslandMetrics::Say& say) const {
   for (const auto& recorder : all_) {
     const auto prefix = "recorder-" + recorder->setup().name + "-";
     const auto& counters = recorder->counters();
+    say.word(prefix + "state", recorder->state());
     say(prefix + "records", counters.records);
     say(prefix + "bytes", counters.bytes);
     say(prefix + "dropped", counters.dropped);
@@ -31,6 +33,12 @@ void Recorders::say(const IslandMetrics::Say& say) const {
     say(prefix + "failures", counters.failures);
     say(prefix + "cut", counters.cut);
   }
+}
+
+void Recorders::each(const std::function<void(const std::string& name, const std::string& path)>& visit) const {
+  namespace fs = std::filesystem;
+  for (const auto& recorder : all_)
+    visit(recorder->setup().name, (fs::path(place_.directory) / recorder->setup().file).string());
 }
 
 }  // namespace rubicon::runtime

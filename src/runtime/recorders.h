@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -20,6 +21,8 @@ class Recorders {
 
   /// `recorder-<name>-records` and so on, of each.
   void say(const IslandMetrics::Say& say) const;
+  /// Told the name of each, and the path that it writes to.
+  void each(const std::function<void(const std::string& name, const std::string& path)>& visit) const;
 
  private:
   Recorder::Place place_;

@@ -1,5 +1,6 @@
 #include "runtime/recording_tool.h"
 
+#include <fcntl.h>
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -12,6 +13,7 @@
 #include <set>
 #include <unordered_set>
 
+#include "base/own_file.h"
 #include "recording/recording_reader.h"
 #include "runtime/daemon.h"
 #include "runtime/recording_text.h"
@@ -125,7 +127,13 @@ class Output {
 
   Result<void> open(const std::string& path) {
     path_ = path.empty() ? "standard output" : path;
-    file_ = path.empty() ? stdout : std::fopen(path.c_str(), "wxe");
+    if (path.empty()) {
+      file_ = stdout;
+      return {};
+    }
+    auto target = OwnFile::open(path, O_WRONLY | O_EXCL);
+    if (!target) return fail(ErrorCode::kIo, std::move(target.error().text));
+    file_ = ::fdopen(target->release(), "w");
     return file_ != nullptr ? Result<void>() : refused("create");
   }
   Result<void> write(std::string_view text) {

@@ -57,6 +57,25 @@ void compare_rules(const std::string& id, const NetworkRules& now, const Network
   }
 }
 
+/// Networks that are the same under another id, as those of a list when one before them goes.
+void find_renamed(const IslandConfig& now, const IslandConfig& next, ReloadPlan& plan) {
+  const auto same = [&](const NetworkSetup& before, const NetworkSetup& after) {
+    return before.type == after.type && differences(before, after, 1).empty() &&
+           now.proxy.networks.at(before.id) == next.proxy.networks.at(after.id);
+  };
+  for (const auto& before : now.networks) {
+    const auto* stays = find(next.networks, before.id);
+    if (stays && same(before, *stays)) continue;
+    for (const auto& after : next.networks) {
+      const auto* other = find(now.networks, after.id);
+      if (after.id == before.id || !same(before, after) || (other && same(*other, after))) continue;
+      plan.lines.push_back(
+          fmt::format("network {}: is called {} now; what is remembered stays with the id", before.id, after.id));
+      break;
+    }
+  }
+}
+
 void compare_networks(const IslandConfig& now, const IslandConfig& next, ReloadPlan& plan) {
   for (const auto& setup : now.networks) {
     if (find(next.networks, setup.id)) continue;
@@ -73,7 +92,7 @@ void compare_networks(const IslandConfig& now, const IslandConfig& next, ReloadP
     if (before->type != setup.type) {
       plan.retyped.push_back(setup.id);
       plan.lines.push_back(fmt::format("network {}: is made anew, its type changes", setup.id));
-    } else if (const auto paths = base::differences(before->options, setup.options, kNamed + 1); !paths.empty()) {
+    } else if (const auto paths = differences(*before, setup, kNamed + 1); !paths.empty()) {
       plan.changed.push_back(setup.id);
       plan.lines.push_back(fmt::format("network {}: its options change: {}", setup.id, list(paths)));
     }
@@ -110,6 +129,7 @@ ReloadPlan plan_reload(const IslandConfig& now, const IslandConfig& next) {
     for (auto& path : full) path = path.empty() ? section : fmt::format("{}.{}", section, path);
     plan.refusals.push_back(fmt::format("{}: a running island cannot change this; restart it", list(full)));
   }
+  find_renamed(now, next, plan);
   compare_networks(now, next, plan);
   compare_recorders(now.recorders, next.recorders, plan);
   if (!(now.limits == next.limits)) plan.lines.push_back("limits change");

@@ -11,6 +11,8 @@
 #include <cstddef>
 #include <cstdlib>
 
+#include "base/printable.h"
+
 namespace rubicon::runtime {
 
 namespace {
@@ -33,7 +35,7 @@ std::string one_line(std::string_view text) {
   std::string line(text.substr(0, 500));
   std::replace_if(
       line.begin(), line.end(), [](unsigned char c) { return c < ' '; }, ' ');
-  return line;
+  return base::printable(line);
 }
 
 }  // namespace

@@ -2,10 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 
 #include "base/bytes.h"
 #include "base/config_reader.h"
+#include "base/nearest.h"
 #include "model/key.h"
 #include "model/message_cbor.h"
 #include "runtime/event_json.h"
@@ -101,7 +103,12 @@ void Shell::line(std::string_view text) {
   const auto slot = slots_.emplace_back(std::make_shared<Answer>());
   const auto found = commands().find(word);
   if (found == commands().end()) {
-    return fail_with(slot, ErrorCode::kInvalid, fmt::format("unknown command {}; try help", model::quoted(word)));
+    std::vector<std::string> names;
+    for (const auto& [name, command] : commands()) names.emplace_back(name);
+    const auto near = base::did_you_mean(word, names);
+    return fail_with(
+        slot, ErrorCode::kInvalid,
+        fmt::format("unknown command {}; {}", model::quoted(word), near.empty() ? "help lists the commands" : near));
   }
   (this->*found->second.run)(rest, slot);
 }
@@ -176,11 +183,36 @@ tuples::ReplyCall Shell::reply_to(const Slot& slot, OwnerId owner, std::string k
 void Shell::get(std::string_view rest, const Slot& slot) {
   const auto where = place(take_word(rest));
   if (!where) return fail_with(slot, where.error().code, where.error().text);
-  const auto tuple = space_.get(where->owner, where->key);
+  const bool covered = where->owner == island_ || where->owner == space_.self();
+  if (covered || space_.get(where->owner, where->key)) return answer_get(*where, slot);
+  fetch(*where, slot);
+}
+
+void Shell::answer_get(const tuples::TupleName& name, const Slot& slot) {
+  const auto tuple = space_.get(name.owner, name.key);
   if (!tuple) {
-    return fail_with(slot, ErrorCode::kNotFound, fmt::format("no tuple {} of {}", where->key, number(where->owner)));
+    return fail_with(slot, ErrorCode::kNotFound, fmt::format("no tuple {} of {}", name.key, number(name.owner)));
   }
   finish(slot, tuple_line(*tuple));
+}
+
+/// Of another component that no subscription covers: a passive one brings it, or shows that there is none.
+void Shell::fetch(const tuples::TupleName& name, const Slot& slot) {
+  const auto peers = space_.peers();
+  if (std::find(peers.begin(), peers.end(), name.owner) == peers.end()) {
+    return fail_with(slot, ErrorCode::kNotFound, fmt::format("no component {} is present", number(name.owner)));
+  }
+  const auto answered = [this, name, weak = std::weak_ptr(slot)] {  // the slots end with the shell
+    const auto open = weak.lock();
+    if (!open || open->done) return;
+    answer_get(name, open);
+    open->waits.clear();
+  };
+  slot->waits.push_back(space_.subscribe(
+      {name.owner, name.key}, {{}, {}, 0, true}, [](const tuples::Event&) {}, [answered](OwnerId) { answered(); }));
+  slot->waits.push_back(space_.watch_peers([answered, name](OwnerId peer, tuples::PeerEvent event) {
+    if (peer == name.owner && event != tuples::PeerEvent::kUp) answered();
+  }));
 }
 
 void Shell::list(std::string_view rest, const Slot& slot) {
@@ -212,7 +244,7 @@ void Shell::subscribe(std::string_view rest, const Slot& slot) {
   }
   finish(slot, text_of({{"ok", true}, {"subscribed", name}}));
   subscriptions_[std::string(name)] =
-      through ? follow(name, {pattern->owner.value_or(island_), pattern->key}, flow)
+      through ? follow(name, *link_called(name.substr(kArrow.size())), flow)
               : space_.subscribe(*pattern, flow, [this](const tuples::Event& event) { event_(event_line(event)); });
 }
 

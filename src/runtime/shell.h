@@ -44,6 +44,7 @@ class Shell {
   struct Answer {
     std::vector<std::string> lines;
     bool done = false;
+    std::vector<tuples::Handle> waits{};  ///< what brings the answer
   };
   using Slot = std::shared_ptr<Answer>;
   struct Command {
@@ -57,6 +58,8 @@ class Shell {
   void link(std::string_view rest, const Slot& slot);
   void unlink(std::string_view rest, const Slot& slot);
   void get(std::string_view rest, const Slot& slot);
+  void answer_get(const tuples::TupleName& name, const Slot& slot);
+  void fetch(const tuples::TupleName& name, const Slot& slot);
   void list(std::string_view rest, const Slot& slot);
   void subscribe(std::string_view rest, const Slot& slot);
   void unsubscribe(std::string_view rest, const Slot& slot);
@@ -78,6 +81,7 @@ class Shell {
   tuples::ReplyCall reply_to(const Slot& slot, OwnerId owner, std::string key);
   /// `[->][OWNER:]KEY`; behind an arrow, the tuple that the meta tuple leads to now.
   Result<tuples::TupleName> place(std::string_view word) const;
+  Result<tuples::TupleName> link_called(std::string_view word) const;
   tuples::Handle follow(std::string_view name, const tuples::TupleName& meta, const tuples::Flow& flow);
   void finish(const Slot& slot, std::string last_line);
   void fail_with(const Slot& slot, ErrorCode code, std::string text);

@@ -13,10 +13,19 @@ constexpr std::size_t kMaxLinks = 1000;
 
 }  // namespace
 
+/// A meta tuple without an owner is the shell's own, as for `link`; where the shell has none of that name, the
+/// island's.
+Result<tuples::TupleName> Shell::link_called(std::string_view word) const {
+  auto name = read_name(word, space_.self());
+  const bool has_owner = word.find(':') != word.npos;
+  if (name && !has_owner && !space_.find(name->key)) name->owner = island_;
+  return name;
+}
+
 Result<tuples::TupleName> Shell::place(std::string_view word) const {
-  const bool through = word.starts_with(kArrow);
-  auto name = read_name(through ? word.substr(kArrow.size()) : word, island_);
-  if (!name || !through) return name;
+  if (!word.starts_with(kArrow)) return read_name(word, island_);
+  auto name = link_called(word.substr(kArrow.size()));
+  if (!name) return name;
   const auto tuple = tuples::get_through(space_, *name);
   if (!tuple) return fail(tuple.error());
   return tuples::TupleName{tuple->owner, std::string(tuple->key)};

@@ -5,8 +5,11 @@
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <utility>
+
+#include "base/printable.h"
 
 namespace rubicon::runtime {
 
@@ -28,10 +31,9 @@ constexpr std::size_t kMaxLine = 3500;
 /// One log line stays one line, whatever a device put into its name.
 std::string one_line(std::string_view text) {
   std::string out(text);
-  for (auto& c : out) {
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
-  }
-  return out;
+  std::replace_if(
+      out.begin(), out.end(), [](unsigned char c) { return c < 0x20; }, ' ');
+  return base::printable(out);
 }
 
 /// A pipe that nobody reads must not stop the loop.
@@ -48,7 +50,7 @@ struct SpdlogSink::Parts {
 };
 
 SpdlogSink::SpdlogSink(const std::string& level) : parts_(std::make_unique<Parts>()) {
-  parts_->logger.set_pattern("%Y-%m-%dT%H:%M:%S.%e %^%l%$ %v");
+  parts_->logger.set_pattern("%Y-%m-%dT%H:%M:%S.%e%z %^%l%$ %v");
   parts_->logger.set_level(spdlog::level::from_str(level));
 }
 SpdlogSink::~SpdlogSink() = default;

@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "model/former_types.h"
 #include "model/message_cbor.h"
 #include "model/message_fields.h"
 #include "runtime/event_json.h"
@@ -70,7 +71,7 @@ model::PointId point_in(FieldReader& in) {
   if (!in.has("type")) in.wrong("type", "a type number");
   point.type = TypeId(static_cast<std::uint16_t>(in.number("type", UINT16_MAX)));
   point.instance = in.text("instance", 255);
-  return point;
+  return model::current_point(std::move(point));
 }
 
 json value_out(const StoredValue& value) {
@@ -127,12 +128,14 @@ Result<KnownDevice> device_in(const json& line) {
   device.network = in.text("network", 255);
   device.address = in.text("address", 255);
   device.id = in.text("id", 255);
+  device.given_name = in.text("given-name", state::kMaxGiven);
+  device.area = in.text("area", state::kMaxGiven);
   device.decision = decision_in(in);
   device.first_seen = time_in(in, "first-seen-us");
   device.last_heard = time_in(in, "last-heard-us");
   in.each("point-ids", [&device](FieldReader& item) {
     auto point = point_in(item);
-    device.point_ids.emplace_back(std::move(point), item.text("id", 255));
+    device.point_ids.emplace_back(std::move(point), model::current_id(item.text("id", 255)));
   });
   in.each("values", [&device](FieldReader& item) { device.values.push_back(value_in(item)); });
   if (!in.ok()) return fail(std::move(error));
@@ -186,6 +189,8 @@ std::string export_line(const KnownDevice& device) {
             {"join", join_out(device.join)},
             {"point-ids", json::array()},
             {"values", json::array()}};
+  if (!device.given_name.empty()) line["given-name"] = device.given_name;
+  if (!device.area.empty()) line["area"] = device.area;
   for (const auto& [point, id] : device.point_ids) {
     auto& item = line["point-ids"].emplace_back(point_out(point));
     item["id"] = id;

@@ -1,14 +1,16 @@
 #include "runtime/state_tool.h"
 
+#include <fcntl.h>
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <map>
 
+#include "base/own_file.h"
+#include "base/printable.h"
 #include "model/key.h"
 #include "runtime/daemon.h"
 #include "runtime/state_json.h"
@@ -18,6 +20,7 @@ namespace rubicon::runtime {
 
 namespace {
 
+using base::printable;
 using state::KnownDevice;
 using state::StateStore;
 
@@ -26,13 +29,6 @@ constexpr std::size_t kMaxErrorsShown = 20;
 int failed(const Error& error) {
   fmt::print(stderr, "{}\n", error.text);
   return kExitFailed;
-}
-
-/// What a terminal may show.
-std::string printable(std::string text) {
-  std::replace_if(
-      text.begin(), text.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; }, '?');
-  return text;
 }
 
 std::string time_text(WallTime time) {
@@ -227,6 +223,7 @@ int export_state(const std::string& file, const std::string& out) {
   if (!store) return failed(store.error());
   std::ofstream target;
   if (!out.empty()) {
+    if (auto made = OwnFile::open(out, O_WRONLY | O_TRUNC); !made) return failed(made.error());
     target.open(out, std::ios::binary | std::ios::trunc);
     if (!target) return failed({ErrorCode::kIo, fmt::format("{}: cannot be written", out)});
   }

@@ -5,13 +5,17 @@
 #include <yaml-cpp/parser.h>
 #include <yaml-cpp/yaml.h>
 
+#include <algorithm>
 #include <istream>
+#include <optional>
 #include <set>
 #include <streambuf>
 #include <vector>
 
 #include "base/config_reader.h"
+#include "base/printable.h"
 #include "model/key.h"
+#include "runtime/yaml_fault.h"
 
 namespace rubicon::runtime {
 
@@ -30,7 +34,7 @@ class ViewBuffer final : public std::streambuf {
 /// Builds the tree from the parser's events. After an error it only listens, so that nothing grows any more.
 class TreeBuilder final : public YAML::EventHandler {
  public:
-  explicit TreeBuilder(std::string_view file) : file_(file) {}
+  explicit TreeBuilder(std::string_view file) : file_(std::make_shared<const std::string>(file)) {}
 
   void OnDocumentStart(const YAML::Mark&) override {}
   void OnDocumentEnd() override {}
@@ -59,11 +63,12 @@ class TreeBuilder final : public YAML::EventHandler {
   struct Level {
     ConfigNode node;
     std::string key;
+    YAML::Mark key_mark;
     bool has_key = false;
     std::set<std::string> keys;
   };
 
-  ConfigPlace place(const YAML::Mark& mark) const { return {std::string(file_), mark.line + 1, mark.column + 1}; }
+  ConfigPlace place(const YAML::Mark& mark) const { return {file_, mark.line + 1, mark.column + 1}; }
 
   void stop(const YAML::Mark& mark, std::string_view why) {
     if (!stopped_) errors.add(place(mark), "", why);
@@ -89,12 +94,8 @@ class TreeBuilder final : public YAML::EventHandler {
 
   void take_key(const YAML::Mark& mark, Level& level, const std::string& text) {
     level.key = text;
+    level.key_mark = mark;
     level.has_key = true;
-    ConfigNode key;
-    key.kind = ConfigNode::Kind::kScalar;
-    key.place = place(mark);
-    key.text = text;
-    level.node.items.push_back(std::move(key));
     if (!level.keys.insert(text).second) {
       errors.add(place(mark), "", fmt::format("key {} stands twice in this map", model::quoted(text)));
       if (errors.lines().size() >= kMaxErrors) stopped_ = true;
@@ -116,6 +117,8 @@ class TreeBuilder final : public YAML::EventHandler {
     if (stopped_) return;
     auto node = std::move(levels_.back().node);
     levels_.pop_back();
+    node.items.shrink_to_fit();
+    node.entries.shrink_to_fit();
     put(std::move(node));
   }
 
@@ -129,31 +132,52 @@ class TreeBuilder final : public YAML::EventHandler {
       level.node.items.push_back(std::move(node));
       return;
     }
+    node.key_line = level.key_mark.line + 1;
+    node.key_column = level.key_mark.column + 1;
     level.node.entries.emplace_back(std::move(level.key), std::move(node));
     level.has_key = false;
   }
 
-  std::string_view file_;
+  std::shared_ptr<const std::string> file_;
   std::vector<Level> levels_;
   std::size_t nodes_ = 0;
   bool stopped_ = false;
 };
 
-/// yaml-cpp says "end of map not found" where a tab is the reason: say so.
-std::string explained(std::string_view text, const YAML::Mark& mark, const std::string& message) {
-  std::size_t begin = 0;
-  for (int line = 0; line < mark.line && begin != text.npos; ++line) {
-    begin = text.find('\n', begin);
-    if (begin != text.npos) ++begin;
+/// Line and column of a byte, both from 1.
+YamlFault fault_at(std::string_view text, std::size_t byte, std::string what) {
+  const auto before = text.substr(0, byte);
+  const auto line_begin = before.rfind('\n') + 1;  // npos + 1 = 0
+  return {static_cast<int>(std::count(before.begin(), before.end(), '\n')) + 1, static_cast<int>(byte - line_begin) + 1,
+          std::move(what)};
+}
+
+/// Text that no YAML file holds: another encoding, or control characters.
+std::optional<YamlFault> wrong_bytes(std::string_view text) {
+  if (text.starts_with("\xff\xfe") || text.starts_with("\xfe\xff"))
+    return YamlFault{1, 1, "the file is UTF-16, expected UTF-8"};
+  if (const auto sound = base::utf8_prefix(text); sound != text.size()) {
+    return fault_at(text, sound,
+                    fmt::format("byte 0x{:02x} is not UTF-8; save the file as UTF-8 (Latin-1 and Windows-1252 write "
+                                "umlauts so)",
+                                static_cast<unsigned char>(text[sound])));
   }
-  if (begin == text.npos) return message;
-  const auto line = text.substr(begin, text.find('\n', begin) - begin);
-  const auto indentation = line.substr(0, line.find_first_not_of(" \t"));
-  if (indentation.find('\t') == indentation.npos) return message;
-  return "a tab stands in the indentation; YAML takes only blanks there";
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const auto c = static_cast<unsigned char>(text[i]);
+    if ((c < 0x20 && c != '\t' && c != '\n' && c != '\r') || c == 0x7f)
+      return fault_at(text, i, fmt::format("control character 0x{:02x}, expected text", c));
+  }
+  return {};
+}
+
+Error error_of(std::string_view file, const YamlFault& fault) {
+  return {ErrorCode::kInvalid,
+          fmt::format("{}: {}", to_string(ConfigPlace(file, fault.line, fault.column)), fault.text)};
 }
 
 Result<ConfigNode> parse(std::string_view text, std::string_view file) {
+  if (const auto wrong = wrong_bytes(text)) return fail(error_of(file, *wrong));
+  if (const auto open = unclosed_quote(text)) return fail(error_of(file, *open));
   TreeBuilder builder(file);
   ViewBuffer buffer(text);
   std::istream stream(&buffer);
@@ -162,15 +186,18 @@ Result<ConfigNode> parse(std::string_view text, std::string_view file) {
     parser.HandleNextDocument(builder);
     TreeBuilder second(file);
     if (builder.errors.empty() && parser.HandleNextDocument(second)) {
-      builder.errors.add({std::string(file), 0, 0}, "", "holds more than one document, expected one");
+      builder.errors.add({file, 0, 0}, "", "holds more than one document, expected one");
     }
   } catch (const YAML::Exception& error) {
     const auto& mark = error.mark;
-    const auto at = mark.is_null() ? ConfigPlace{std::string(file), 0, 0}
-                                   : ConfigPlace{std::string(file), mark.line + 1, mark.column + 1};
-    builder.errors.add(at, "", explained(text, mark, error.msg));
+    if (mark.is_null()) {
+      builder.errors.add({file, 0, 0}, "", error.msg);
+    } else {
+      const auto fault = explain_yaml_fault(text, {mark.line + 1, mark.column + 1, error.msg});
+      builder.errors.add({file, fault.line, fault.column}, "", fault.text);
+    }
   } catch (const std::exception& error) {
-    builder.errors.add({std::string(file), 0, 0}, "", error.what());
+    builder.errors.add({file, 0, 0}, "", error.what());
   }
   if (!builder.errors.empty()) return fail(ErrorCode::kInvalid, builder.errors.text());
   return std::move(builder.root);
@@ -193,8 +220,10 @@ Result<ConfigNode> parse_yaml(std::string_view text, std::string_view file_name)
 Result<ConfigNode> parse_yaml_value(std::string_view text, std::string_view shown_as) {
   auto tree = parse(text, shown_as);
   if (!tree) return tree;
-  const auto forget_places = [&shown_as](auto&& self, ConfigNode& node) -> void {
-    node.place = {std::string(shown_as), 0, 0};
+  const ConfigPlace there(shown_as, 0, 0);
+  const auto forget_places = [&there](auto&& self, ConfigNode& node) -> void {
+    node.place = there;
+    node.key_line = node.key_column = 0;
     for (auto& item : node.items) self(self, item);
     for (auto& entry : node.entries) self(self, entry.second);
   };

@@ -11,10 +11,9 @@ namespace rubicon::runtime {
 inline constexpr std::size_t kMaxYamlBytes = 8UL * 1024 * 1024;
 inline constexpr std::size_t kMaxYamlNodes = 200'000;
 
-/// One YAML document whose top is a map -> tree with the place of every node; the items of a map are its keys with
-/// theirs. Anchors may stand, aliases are refused (a
-/// configuration of a page must not unfold to a million nodes), duplicate keys and tabs as indentation too. Errors read
-/// `file:line:column: what`; several lines when several keys are wrong.
+/// One YAML document in UTF-8 whose top is a map -> tree with the place of every node and key. Anchors may stand,
+/// aliases are refused (a configuration of a page must not unfold to a million nodes), duplicate keys and tabs as
+/// indentation too. Errors read `file:line:column: what`; several lines when several keys are wrong.
 Result<ConfigNode> parse_yaml(std::string_view text, std::string_view file_name);
 
 /// A value as it may stand behind `=` on a command line: a scalar, or a list or map in flow style.

@@ -1,5 +1,6 @@
 #include "state/announcement.h"
 
+#include "model/former_types.h"
 #include "model/message_cbor.h"
 
 namespace rubicon::state {
@@ -67,7 +68,7 @@ const PointIds* AnnouncementReader::point_ids(ByteView bytes) {
   for (const auto& reading : updates->readings) {
     const auto* id = std::get_if<std::string>(&reading.value);
     if (!id) return nullptr;
-    ids.emplace_back(reading.point, *id);
+    ids.emplace_back(reading.point, model::current_id(*id));
   }
   bound(point_ids_);
   return &point_ids_.emplace(std::move(key), std::move(ids)).first->second;

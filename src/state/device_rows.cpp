@@ -6,7 +6,7 @@ namespace {
 
 constexpr const char* kSelect =
     "SELECT d.row, d.network, d.address, d.id, d.decision, d.name, d.wanted_id, d.first_seen, d.last_heard, "
-    "a.capabilities, a.point_ids FROM device d LEFT JOIN announcement a ON a.device = d.row ";
+    "a.capabilities, a.point_ids, d.given_name, d.area FROM device d LEFT JOIN announcement a ON a.device = d.row ";
 
 std::int64_t us(WallTime time) {
   return time.time_since_epoch().count();
@@ -33,6 +33,8 @@ std::optional<KnownDevice> device_at(const Query& query, AnnouncementReader& ann
   device.point_ids = *point_ids;
   device.first_seen = time_at(query, 7);
   device.last_heard = time_at(query, 8);
+  device.given_name = query.text_at(11);
+  device.area = query.text_at(12);
   return device;
 }
 
@@ -49,22 +51,27 @@ Result<DeviceRows> DeviceRows::prepare(Database& database) {
       {rows.row_of_, "SELECT row FROM device WHERE network=? AND address=?", "looking for a device"},
       {rows.exists_, "SELECT 1 FROM device WHERE row=?", "looking for a device"},
       {rows.insert_,
-       "INSERT INTO device(id,decision,name,wanted_id,first_seen,last_heard,network,address) VALUES(?,?,?,?,?,?,?,?)",
+       "INSERT INTO device(id,decision,name,wanted_id,first_seen,last_heard,network,address,given_name,area) "
+       "VALUES(?,?,?,?,?,?,?,?,?,?)",
        "writing a device"},
       {rows.insert_announcement_, "INSERT INTO announcement(capabilities,point_ids,device) VALUES(?,?,?)",
        "writing a device"},
       {rows.update_,
        "UPDATE device SET id=?1, decision=CASE ?2 WHEN 0 THEN decision ELSE ?2 END, name=?3, wanted_id=?4, "
-       "first_seen=CASE first_seen WHEN 0 THEN ?5 ELSE first_seen END, last_heard=max(last_heard, ?6) WHERE row=?7",
+       "first_seen=CASE first_seen WHEN 0 THEN ?5 ELSE first_seen END, last_heard=max(last_heard, ?6), "
+       "given_name=CASE ?8 WHEN '' THEN given_name ELSE ?8 END, area=CASE ?9 WHEN '' THEN area ELSE ?9 END WHERE "
+       "row=?7",
        "writing a device"},
       // Most joins repeat what is there: no need to write it again.
       {rows.update_announcement_,
        "UPDATE announcement SET capabilities=?1, point_ids=?2 WHERE device=?3 AND (capabilities<>?1 OR point_ids<>?2)",
        "writing a device"},
+      {rows.rename_, "UPDATE device SET given_name=?, area=? WHERE row=?", "writing a device's name"},
       {rows.hear_, "UPDATE device SET last_heard=?1 WHERE row=?2 AND last_heard<?1", "writing a device"},
       {rows.remove_, "DELETE FROM device WHERE row=?", "forgetting a device"},
       {rows.remove_announcement_, "DELETE FROM announcement WHERE device=?", "forgetting a device"},
-      {rows.stalest_, "SELECT row FROM device WHERE row<>? ORDER BY decision<>0, last_heard, row LIMIT ?",
+      {rows.stalest_,
+       "SELECT row FROM device WHERE row<>? ORDER BY decision<>0 OR given_name||area<>'', last_heard, row LIMIT ?",
        "looking for devices to forget"},
       {rows.count_, "SELECT count(*) FROM device", "counting devices"},
       {rows.read_, std::string(kSelect) + "WHERE d.row=?", "reading a device"},
@@ -93,7 +100,7 @@ Result<DeviceRows::Row> DeviceRows::insert(const KnownDevice& device, const Anno
   Query insert(insert_);
   insert.text(device.id).integer(static_cast<std::int64_t>(device.decision)).text(device.join.name);
   insert.text(device.join.id).integer(us(device.first_seen)).integer(us(device.last_heard));
-  insert.text(device.network).text(device.address);
+  insert.text(device.network).text(device.address).text(device.given_name).text(device.area);
   if (auto done = insert.run(); !done) return fail(done.error());
   const auto row = insert.last_row();
   Query rest(insert_announcement_);
@@ -106,9 +113,14 @@ Result<void> DeviceRows::update(Row row, const KnownDevice& device, const Announ
   Query update(update_);
   update.text(device.id).integer(static_cast<std::int64_t>(device.decision)).text(device.join.name);
   update.text(device.join.id).integer(us(device.first_seen)).integer(us(device.last_heard)).integer(row);
+  update.text(device.given_name).text(device.area);
   if (auto done = update.run(); !done) return done;
   Query rest(update_announcement_);
   return rest.blob(announcement.capabilities).blob(announcement.point_ids).integer(row).run();
+}
+
+Result<void> DeviceRows::rename(Row row, const std::string& name, const std::string& area) {
+  return Query(rename_).text(name).text(area).integer(row).run();
 }
 
 Result<void> DeviceRows::hear(Row row, WallTime heard) {

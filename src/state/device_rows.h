@@ -22,10 +22,11 @@ class DeviceRows {
   Result<bool> exists(Row row);
   Result<Row> insert(const KnownDevice& device, const AnnouncementBytes& announcement);
   Result<void> update(Row row, const KnownDevice& device, const AnnouncementBytes& announcement);
+  Result<void> rename(Row row, const std::string& name, const std::string& area);
   /// Later only.
   Result<void> hear(Row row, WallTime heard);
   Result<void> remove(Row row);
-  /// Those to forget first: without a decision before others, then by last heard.
+  /// Those to forget first: without a decision and a given name before others, then by last heard.
   Result<std::vector<Row>> stalest(Row but, std::int64_t count);
   Result<std::uint64_t> count();
 
@@ -38,7 +39,7 @@ class DeviceRows {
  private:
   DeviceRows() = default;
 
-  Statement row_of_, exists_, insert_, insert_announcement_, update_, update_announcement_, hear_, remove_,
+  Statement row_of_, exists_, insert_, rename_, insert_announcement_, update_, update_announcement_, hear_, remove_,
       remove_announcement_, stalest_, count_, read_;
 };
 

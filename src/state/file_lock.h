@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "base/result.h"
+#include "base/own_file.h"
 
 namespace rubicon::state {
 
@@ -11,17 +11,14 @@ namespace rubicon::state {
 class FileLock {
  public:
   FileLock() = default;  ///< holds nothing
-  FileLock(FileLock&& other) noexcept;
-  FileLock& operator=(FileLock&& other) noexcept;
-  ~FileLock();
 
   /// kBusy: somebody else has it (also in this process); kRefused: no side file may be made there; kIo: anything else.
   static Result<FileLock> take(const std::string& path);
 
  private:
-  explicit FileLock(int descriptor) : descriptor_(descriptor) {}
+  explicit FileLock(OwnFile side) : side_(std::move(side)) {}
 
-  int descriptor_ = -1;
+  OwnFile side_;
 };
 
 }  // namespace rubicon::state

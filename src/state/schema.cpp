@@ -2,6 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <tuple>
+
+#include "model/former_types.h"
+
 namespace rubicon::state {
 
 namespace {
@@ -40,7 +44,13 @@ CREATE TABLE value(
   PRIMARY KEY(device, kind, type, instance)) STRICT, WITHOUT ROWID;
 )sql";
 
-constexpr const char* kSteps[] = {kVersion1};
+/// Names and areas that users gave.
+constexpr const char* kVersion2 = R"sql(
+ALTER TABLE device ADD COLUMN given_name TEXT NOT NULL DEFAULT '';
+ALTER TABLE device ADD COLUMN area TEXT NOT NULL DEFAULT '';
+)sql";
+
+constexpr const char* kSteps[] = {kVersion1, kVersion2};
 
 }  // namespace
 
@@ -73,18 +83,52 @@ Result<Header> read_header(Database& database, std::span<const char* const> step
   return Header{false, *version};
 }
 
-Result<void> bring_up(Database& database, std::int64_t version, std::span<const char* const> steps,
-                      std::string_view finally) {
+namespace {
+
+/// Does `work` and marks the file as of `version`, all or nothing.
+Result<void> reach(Database& database, const std::string& work, std::size_t version) {
+  const auto sql = fmt::format("BEGIN IMMEDIATE;{};PRAGMA application_id={};PRAGMA user_version={};COMMIT", work,
+                               kApplicationId, version);
+  auto done = database.run(sql.c_str(), "bringing its form up to date");
+  if (!done && database.in_transaction()) std::ignore = database.run("ROLLBACK", "rolling back");
+  return done;
+}
+
+}  // namespace
+
+Result<void> make_tables(Database& database, std::string_view finally) {
+  return reach(database, fmt::format("{};{}", fmt::join(schema_steps(), ";"), finally), schema_steps().size());
+}
+
+Result<void> bring_up(Database& database, std::int64_t version, std::span<const char* const> steps) {
   for (auto next = static_cast<std::size_t>(version); next < steps.size(); ++next) {
-    const bool last = next + 1 == steps.size();
-    const auto sql = fmt::format("BEGIN IMMEDIATE;{};{};PRAGMA application_id={};PRAGMA user_version={};COMMIT",
-                                 steps[next], last ? finally : "", kApplicationId, next + 1);
-    if (auto done = database.run(sql.c_str(), "bringing its form up to date"); !done) {
-      if (database.in_transaction()) std::ignore = database.run("ROLLBACK", "rolling back");
-      return done;
-    }
+    if (auto done = reach(database, steps[next], next + 1); !done) return done;
   }
   return {};
+}
+
+Result<void> rename_types(Database& database) {
+  constexpr const char* kDoing = "giving values the types of today";
+  std::string sql;
+  for (const auto& former : model::former_types()) {
+    const auto id = static_cast<unsigned>(former.id), now = static_cast<unsigned>(former.now);
+    const auto properties = fmt::format("kind={} AND substr(instance,1,{})='{}-'", static_cast<int>(Kind::kProperty),
+                                        former.name.size() + 1, former.name);
+    const auto there = database.number(
+        fmt::format("SELECT EXISTS(SELECT 1 FROM value WHERE type={} OR ({}))", id, properties).c_str(), kDoing);
+    if (!there) return fail(there.error());
+    if (*there == 0) continue;
+    // Where a value of the newer name is there too, it is the later one.
+    sql +=
+        fmt::format("UPDATE OR IGNORE value SET type={} WHERE type={};DELETE FROM value WHERE type={};", now, id, id);
+    sql += fmt::format(
+        "UPDATE OR IGNORE value SET instance='{}'||substr(instance,{}) WHERE {};DELETE FROM value WHERE {};",
+        former.called, former.name.size() + 1, properties, properties);
+  }
+  if (sql.empty()) return {};
+  auto done = database.run(("BEGIN IMMEDIATE;" + sql + "COMMIT").c_str(), kDoing);
+  if (!done && database.in_transaction()) std::ignore = database.run("ROLLBACK", "rolling back");
+  return done;
 }
 
 Result<IslandId> read_island(Database& database) {

@@ -25,10 +25,14 @@ struct Header {
 /// kInvalid: another program's file; kRefused: of a newer version than `steps` make.
 Result<Header> read_header(Database& database, std::span<const char* const> steps);
 
-/// Applies the steps the file lacks, each as one transaction, `finally` (SQL) with the last of them; a process that
-/// dies between leaves a file of a whole version.
-Result<void> bring_up(Database& database, std::int64_t version, std::span<const char* const> steps,
-                      std::string_view finally = {});
+/// Makes an empty file one of the newest version, `finally` (SQL) included, in one transaction: a process that dies
+/// before its end leaves an empty file.
+Result<void> make_tables(Database& database, std::string_view finally);
+/// Applies the steps the file lacks, each as one transaction: a process that dies between two of them leaves a file of
+/// a whole version.
+Result<void> bring_up(Database& database, std::int64_t version, std::span<const char* const> steps);
+/// Values under former names and numbers of types get those of today; nothing is written where there are none.
+Result<void> rename_types(Database& database);
 /// The last step of making a file: whose it is.
 std::string sql_of_island(IslandId island);
 

@@ -10,6 +10,7 @@
 #include <cstring>
 #include <filesystem>
 
+#include "base/own_file.h"
 #include "state/schema.h"
 
 namespace rubicon::state {
@@ -26,6 +27,18 @@ std::string resolved(const std::string& path) {
   std::error_code error;
   auto real = fs::weakly_canonical(fs::absolute(path, error), error);
   return error ? path : real.string();
+}
+
+/// As above, but the file itself is no link: who can put one there would choose what is written.
+Result<std::string> resolved_own(const std::string& path) {
+  std::error_code error;
+  const auto whole = fs::absolute(path, error);
+  if (error) return path;
+  auto real = (fs::weakly_canonical(whole.parent_path(), error) / whole.filename()).string();
+  if (error) return path;
+  if (fs::is_symlink(real, error))
+    return fail(ErrorCode::kRefused, fmt::format("state file {}: is a symbolic link: name the file itself", path));
+  return real;
 }
 
 Result<bool> exists(const std::string& path) {
@@ -110,7 +123,7 @@ Result<void> make_fresh(StateFile& file, std::optional<IslandId> island) {
   if (!island || file.read_only) {
     return fail(ErrorCode::kInvalid, fmt::format("state file {}: empty", file.path));
   }
-  if (auto done = bring_up(file.database, 0, schema_steps(), sql_of_island(*island)); !done) return done;
+  if (auto done = make_tables(file.database, sql_of_island(*island)); !done) return done;
   file.island = *island;
   // SQLite drops the log of a file without content, which it would be if the power failed: on the disk with it.
   if (auto done = file.database.run("PRAGMA wal_checkpoint(FULL)", "making it"); !done) return done;
@@ -133,8 +146,11 @@ Result<void> verify(StateFile& file, std::optional<IslandId> island, std::uint64
   }
   if (header->fresh) return make_fresh(file, island);
   const auto newest = static_cast<std::int64_t>(schema_steps().size());
+  if (!file.read_only) {
+    if (auto done = bring_up(database, header->version, schema_steps()); !done) return done;
+    return rename_types(database);
+  }
   if (header->version == newest) return {};
-  if (!file.read_only) return bring_up(database, header->version, schema_steps());
   return fail(ErrorCode::kRefused,
               fmt::format("state file {}: of an older version, and may not be brought up to date", file.path));
 }
@@ -171,7 +187,12 @@ Result<void> open_own(StateFile& file, bool present) {
       return fail(forbidden ? ErrorCode::kIo : lock.error().code, lock.error().text);
     }
   }
-  auto database = file.read_only ? open_for_reading(file.path) : Database::open(file.path, Database::Mode::kCreate);
+  // SQLite would make it readable for all; its side files take the mode of the file.
+  if (!present) {
+    if (auto made = OwnFile::open(file.path, O_WRONLY); !made)
+      return fail(ErrorCode::kIo, fmt::format("state file {}", made.error().text));
+  }
+  auto database = file.read_only ? open_for_reading(file.path) : Database::open(file.path, Database::Mode::kWrite);
   if (!database) return fail(database.error());
   file.database = std::move(*database);
   return {};
@@ -182,7 +203,13 @@ Result<void> open_own(StateFile& file, bool present) {
 Result<StateFile> open_state_file(const std::string& path, FileUse use, std::optional<IslandId> island,
                                   std::uint64_t max_bytes) {
   StateFile file;
-  file.path = resolved(path);
+  if (use == FileUse::kOwn) {
+    auto own = resolved_own(path);
+    if (!own) return fail(std::move(own.error()));
+    file.path = std::move(*own);
+  } else {
+    file.path = resolved(path);
+  }
   const auto present = exists(file.path);
   if (!present) return fail(present.error());
   if (!*present && !island) return fail(ErrorCode::kNotFound, fmt::format("state file {}: there is none", file.path));

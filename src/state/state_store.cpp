@@ -35,7 +35,8 @@ Result<void> check_texts(const KnownDevice& device) {
   for (const auto& field :
        {Field{"network", device.network, kMaxAddress}, Field{"address", device.address, kMaxAddress},
         Field{"id", device.id, kMaxAddress}, Field{"join.id", device.join.id, kMaxAddress},
-        Field{"join.name", device.join.name, kMaxText}}) {
+        Field{"join.name", device.join.name, kMaxText}, Field{"given name", device.given_name, kMaxGiven},
+        Field{"area", device.area, kMaxGiven}}) {
     if (field.text.size() <= field.most) continue;
     return fail(ErrorCode::kOutOfRange,
                 fmt::format("state: {} of device {}: {} bytes, at most {} are kept", field.name,
@@ -302,6 +303,22 @@ Result<void> StateStore::save_values(Row device, std::span<const StoredValue> va
     if (auto room = parts.make_room(*bytes, device); !room) return room;
     if (auto done = parts.put(device, values); !done) return done;
     return parts.hear(device, values);
+  });
+}
+
+Result<void> StateStore::rename(Row device, const std::string& name, const std::string& area) {
+  auto& parts = *parts_;
+  if (name.size() > kMaxGiven || area.size() > kMaxGiven) {
+    ++parts.stats.failures;
+    return fail(ErrorCode::kOutOfRange, fmt::format("state: name or area of {} bytes, at most {} are kept",
+                                                    std::max(name.size(), area.size()), kMaxGiven));
+  }
+  return parts.write([&]() -> Result<void> {
+    const auto known = parts.devices.exists(device);
+    if (!known) return fail(known.error());
+    if (*known) return parts.devices.rename(device, name, area);
+    return fail(ErrorCode::kNotFound,
+                fmt::format("state file {}: device row {} was forgotten", parts.file.path, device));
   });
 }
 

@@ -43,7 +43,11 @@ struct KnownDevice {
       point_ids{};                      ///< the parts of the keys its points have: `light-1`
   WallTime first_seen{}, last_heard{};  ///< zero = never heard
   std::vector<StoredValue> values{};
+  std::string given_name{}, area{};  ///< by a user, each at most kMaxGiven bytes; empty = none
 };
+
+/// Longest name or area a user may give a device, in bytes.
+inline constexpr std::size_t kMaxGiven = 128;
 
 struct StateOptions {
   /// Of the file; before it grows beyond, the devices not heard for longest are forgotten, those without a decision
@@ -80,13 +84,16 @@ class StateStore {
   using Row = std::int64_t;
 
   /// Inserts or replaces what is known of (network, address), except values and first_seen of a known one (a first_seen
-  /// of zero is filled in), a decision by kNone, and last_heard by an earlier one. kOutOfRange: texts or lists beyond
-  /// the bounds of docs/state.md; kBusy: it does not fit below the bound of the file, and a transaction goes on without
-  /// it. Deadlines are kept in milliseconds, rounded up.
+  /// of zero is filled in), a decision by kNone, a given name or area by an empty one, and last_heard by an earlier
+  /// one. kOutOfRange: texts or lists beyond the bounds of docs/state.md; kBusy: it does not fit below the bound of the
+  /// file, and a transaction goes on without it. Deadlines are kept in milliseconds, rounded up.
   Result<Row> save(const KnownDevice& device);
   /// Replaces the values of these points; the device's last_heard becomes the latest heard of them, if that is later.
   /// kOutOfRange (and nothing is written): a value beyond kMaxStoredValue; kBusy as for save.
   Result<void> save_values(Row device, std::span<const StoredValue> values);
+  /// What a user called the device and where it is, empty = nothing any more. kNotFound: no such device; kOutOfRange:
+  /// beyond kMaxGiven.
+  Result<void> rename(Row device, const std::string& name, const std::string& area);
   /// kNotFound: no such device.
   Result<void> forget(const std::string& network, const std::string& address);
 

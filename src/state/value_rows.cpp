@@ -3,6 +3,8 @@
 #include <cmath>
 #include <optional>
 
+#include "model/former_types.h"
+
 namespace rubicon::state {
 
 namespace {
@@ -80,7 +82,8 @@ std::optional<StoredValue> stored_value_at(const Query& query) {
     return std::nullopt;
   }
   StoredValue out;
-  out.point = {static_cast<Kind>(kind), TypeId(static_cast<std::uint16_t>(type)), std::string(query.text_at(2))};
+  out.point = model::current_point(
+      {static_cast<Kind>(kind), TypeId(static_cast<std::uint16_t>(type)), std::string(query.text_at(2))});
   out.value = std::move(*value);
   out.heard = time_at(query, 5);
   out.changed = time_at(query, 6);

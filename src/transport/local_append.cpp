@@ -11,6 +11,7 @@
 #include <limits>
 #include <system_error>
 
+#include "base/own_file.h"
 #include "transport/local_transports.h"
 
 namespace rubicon::transport {
@@ -30,10 +31,8 @@ auto refused(const std::string& path, std::string_view doing) {
 
 class LocalAppendFile final : public AppendFile {
  public:
-  LocalAppendFile(int descriptor, std::string path) : descriptor_(descriptor), path_(std::move(path)) {}
-  ~LocalAppendFile() override { ::close(descriptor_); }
-  LocalAppendFile(const LocalAppendFile&) = delete;
-  LocalAppendFile& operator=(const LocalAppendFile&) = delete;
+  LocalAppendFile(OwnFile file, std::string path)
+      : file_(std::move(file)), descriptor_(file_.get()), path_(std::move(path)) {}
 
   Result<void> examine() {
     struct stat status {};
@@ -68,6 +67,7 @@ class LocalAppendFile final : public AppendFile {
   }
 
  private:
+  OwnFile file_;
   int descriptor_;
   std::string path_;
   std::uint64_t size_ = 0;
@@ -76,10 +76,9 @@ class LocalAppendFile final : public AppendFile {
 }  // namespace
 
 Result<std::unique_ptr<AppendFile>> LocalTransports::open_append(const std::string& path) {
-  if (path.find('\0') != std::string::npos) return fail(ErrorCode::kNotFound, "a path with a zero byte in it");
-  const int descriptor = ::open(path.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_CLOEXEC | O_NONBLOCK, 0644);
-  if (descriptor < 0) return refused(path, "open for writing");
-  auto file = std::make_unique<LocalAppendFile>(descriptor, path);
+  auto opened = OwnFile::open(path, O_WRONLY | O_APPEND | O_NONBLOCK);
+  if (!opened) return fail(std::move(opened.error()));
+  auto file = std::make_unique<LocalAppendFile>(std::move(*opened), path);
   if (auto sound = file->examine(); !sound) return fail(sound.error());
   return file;
 }

@@ -10,6 +10,8 @@
 
 namespace rubicon::tuples {
 
+class PeerPolicy;
+
 /// One subscription as it travels to owners.
 struct SubscriptionSpec {
   std::uint32_t id = 0;  ///< unique per subscriber
@@ -59,8 +61,8 @@ class Link {
   virtual std::vector<OwnerId> peers() const = 0;
   /// What all others see of this component without subscribing; at most kMaxSummary. Kept over attach().
   virtual void describe(std::string summary) = 0;
-  /// Remote sets that never reached the listener: their sender is on a host that is not trusted.
-  virtual std::uint64_t refused() const { return 0; }
+  /// Asked by the space, which is told of no component that may not come. Lives as long as the link.
+  virtual PeerPolicy& policy() = 0;
 };
 
 /// Where the links of a process come from: an engine, opened.

@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "tuples/peer_policy.h"
 #include "tuples/space_parts.h"
 
 namespace rubicon::tuples {
@@ -111,6 +112,10 @@ void TupleSpace::Parts::on_subscribe(OwnerId subscriber, const SubscriptionSpec&
     outbox.mark_beginning(*peer.box);
   }
   on_unsubscribe(subscriber, spec.id);
+  if (!link.policy().may_subscribe(subscriber, spec)) {
+    ++refused;
+    return;
+  }
   if (!is_sound(spec.pattern) || peer.subscriptions.size() >= kMaxSubscriptionsPerPeer) {
     ++dropped;
     return;
@@ -126,6 +131,10 @@ void TupleSpace::Parts::on_unsubscribe(OwnerId subscriber, std::uint32_t id) {
 }
 
 void TupleSpace::Parts::on_remote_set(const RemoteSet& wish) {
+  if (auto may = link.policy().may_set(wish); !may) {
+    ++refused;
+    return link.reply({wish.from, wish.request, Verdict::kRefused, may.error().code, std::move(may.error().text)});
+  }
   link.reply(judge(wish));
 }
 

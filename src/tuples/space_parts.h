@@ -154,6 +154,7 @@ struct TupleSpace::Parts final : LinkListener {
   Timer outbox_retry;
   std::uint64_t sets = 0;
   std::uint64_t dropped = 0;
+  std::uint64_t refused = 0;  ///< by the link's policy
 };
 
 /// Keys of patterns built by hand or sent by others are checked before anything walks by them.

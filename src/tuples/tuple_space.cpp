@@ -24,8 +24,8 @@ RemoteSet wish_of(OwnerId owner, std::string_view key, std::string_view value, D
   wish.media_type = options.media_type;
   wish.user_time = options.user_time;
   wish.lifetime = options.lifetime;
-  wish.time_to_live_given = time_to_live > Duration(0);
-  wish.time_to_live = wish.time_to_live_given ? std::min(time_to_live, kLongest) : kDefaultTimeToLive;
+  wish.time_to_live = time_to_live > Duration(0) ? std::min(time_to_live, kLongest) : kDefaultTimeToLive;
+  wish.time_to_live_given = true;  // the default is documented: the owner must not put another one
   wish.expected_sequence = options.expected_sequence;
   return wish;
 }
@@ -217,7 +217,8 @@ TupleSpace::Stats TupleSpace::stats() const {
           parts.sets,
           parts.queue.delivered(),
           parts.queue.merged() + parts.outbox.merged(),
-          parts.queue.dropped() + parts.outbox.dropped() + parts.dropped};
+          parts.queue.dropped() + parts.outbox.dropped() + parts.dropped,
+          parts.refused};
 }
 
 }  // namespace rubicon::tuples

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <memory>
 
 #include "support/config_text.h"
@@ -202,8 +203,18 @@ TEST_F(ConfigReaderTest, ReportsKeysThatNobodyAskedFor) {
   EXPECT_EQ(in.text("host", ""), "a");
   EXPECT_EQ(in.integer("port", 80), 80);
   in.finish();
-  EXPECT_EQ(errors_.lines(), (std::vector<std::string>{"home.yaml:3:3: dev: unknown key 'prot', known: host, port",
-                                                       "home.yaml:4:3: dev: unknown key 'extra', known: host, port"}));
+  EXPECT_EQ(errors_.lines(),
+            (std::vector<std::string>{"home.yaml:3:3: dev: unknown key 'prot'; did you mean 'port'? known: host, port",
+                                      "home.yaml:4:3: dev: unknown key 'extra', known: host, port"}));
+}
+
+TEST_F(ConfigReaderTest, AKeyThatAnotherReaderTakesIsKnown) {
+  auto& in = read(R"({"silnce": "5s", "rate": "1s"})");
+  in.also_known(std::array<std::string_view, 2>{"silence", "rate"});
+  in.finish();
+  EXPECT_EQ(errors_.lines(),
+            (std::vector<std::string>{
+                "home.yaml:2:3: dev: unknown key 'silnce'; did you mean 'silence'? known: rate, silence"}));
 }
 
 TEST_F(ConfigReaderTest, TakesErrorsOfItsUser) {
@@ -228,6 +239,21 @@ TEST_F(ConfigReaderTest, TakesNothingForAnEmptyMap) {
 TEST_F(ConfigReaderTest, ShowsForeignTextShortAndPrintable) {
   read(nlohmann::json{{"mode", "\n" + std::string(100, 'x')}}.dump()).choice("mode", "a", {"a"});
   EXPECT_EQ(errors_.text(), "home.yaml:2:3: dev.mode: is '?" + std::string(59, 'x') + "...', expected one of: a");
+}
+
+TEST(PackedConfig, IsTheTreeWithoutPlaces) {
+  const auto json = R"({"a": [1, [], {}, null], "b": {"c": "", "long": ")" + std::string(300, 'x') + R"("}, "": "y"})";
+  auto node = support::config_of(std::string_view(json));
+  node.find("b")->find("c")->was_quoted = true;
+  int line = 1;
+  place(node, line, 1);
+  const auto text = packed(node);
+  const auto again = unpacked(text);
+  EXPECT_TRUE(differences(node, again, 1).empty());
+  EXPECT_EQ(packed(again), text);
+  EXPECT_TRUE(again.find("b")->find("c")->was_quoted);
+  EXPECT_EQ(to_string(again.find("b")->place), "");
+  EXPECT_LT(text.size(), 350U) << "of 330 letters";
 }
 
 TEST(ConfigPlace, IsTheFileAloneWhenThereIsNoLine) {

@@ -4,6 +4,8 @@
 #include "apps/rubicon/cli.h"
 #include "apps/rubicon/completion.h"
 #include "apps/rubicon/device_options.h"
+#include "apps/rubicon/near.h"
+#include "apps/rubicon/selection.h"
 #include "apps/rubicon/target.h"
 #include "apps/rubicon/woken.h"
 
@@ -41,14 +43,39 @@ TEST(CliNames, ATargetIsOneTupleWithOrWithoutItsOwner) {
   EXPECT_FALSE(parse_target(""));
 }
 
-TEST(CliNames, APatternWithoutWildcardsIsAlsoTriedAsAShortName) {
-  const auto both = parse_patterns("living.lamp-1", "value");
-  ASSERT_TRUE(both);
-  ASSERT_EQ(both->size(), 2U);
-  EXPECT_EQ(to_string(both->at(0)), "living.lamp-1");
-  EXPECT_EQ(to_string(both->at(1)), "*.*.living.*.lamp-1.value");
-  EXPECT_EQ(parse_patterns("proxy.**", "value")->size(), 1U);
-  EXPECT_FALSE(parse_patterns("proxy.**.x", "value"));
+std::vector<std::string> selected(std::string_view text) {
+  std::vector<std::string> patterns;
+  const auto selections = parse_selections(text, "value");
+  if (!selections) return {"wrong"};
+  for (const auto& one : *selections) patterns.push_back(to_string(one.pattern));
+  return patterns;
+}
+
+TEST(CliNames, APatternIsAlsoTriedAsAShortName) {
+  EXPECT_THAT(selected("living.lamp-1"), ElementsAre("living.lamp-1", "*.*.living.*.lamp-1.value"));
+  EXPECT_THAT(selected("7:1_0_7.*"), ElementsAre("7:1_0_7.*", "7:*.*.1_0_7.*.*.value"));
+  EXPECT_THAT(selected("*.temperature-1"), ElementsAre("*.temperature-1", "*.*.*.*.temperature-1.value"));
+  EXPECT_THAT(selected("proxy.**"), ElementsAre("proxy.**"));
+  EXPECT_THAT(selected("proxy.**.x"), ElementsAre("wrong"));
+  EXPECT_THAT(selected("a b"), ElementsAre("wrong"));
+}
+
+TEST(CliNames, AStarWithinAPartSelectsOfWhatThePatternFits) {
+  const auto contacts = parse_selections("proxy.*.*.sensor.contact-*.value", "value").value();
+  ASSERT_EQ(contacts.size(), 1U);
+  EXPECT_EQ(to_string(contacts[0].pattern), "proxy.*.*.sensor.*.value");
+  EXPECT_TRUE(contacts[0].narrower());
+  EXPECT_TRUE(contacts[0].fits(OwnerId(7), "proxy.n.d.sensor.contact-door.value"));
+  EXPECT_FALSE(contacts[0].fits(OwnerId(7), "proxy.n.d.sensor.light-1.value"));
+  EXPECT_FALSE(contacts[0].fits(OwnerId(7), "proxy.n.d.sensor.contact-door.status"));
+  const auto short_form = parse_selections("7:liv*.l?mp-*", "command").value();
+  ASSERT_EQ(short_form.size(), 2U);
+  EXPECT_TRUE(short_form[1].fits(OwnerId(7), "proxy.n.living.actuator.lamp-1.command"));
+  EXPECT_FALSE(short_form[1].fits(OwnerId(8), "proxy.n.living.actuator.lamp-1.command"));
+  EXPECT_FALSE(short_form[1].fits(OwnerId(7), "proxy.n.living.actuator.lmp-1.command"));
+  const auto rest = parse_selections("proxy.dummy-*.**", "value").value();
+  EXPECT_TRUE(rest[0].fits(OwnerId(7), "proxy.dummy-1.d.status"));
+  EXPECT_FALSE(rest[0].fits(OwnerId(7), "proxy.knx.d.status"));
 }
 
 client::Device device(std::uint32_t island, std::string network, std::string id, std::string name) {
@@ -79,12 +106,28 @@ TEST(CliNames, ADeviceIsCalledByKeyOrByName) {
 
 TEST(CliNames, CountsTheDevicesThatAPatternWakes) {
   const auto all = some_devices();
-  const auto woken = [&](const char* text) { return woken_devices(all, {Pattern::parse(text).value()}); };
+  const auto woken = [&](const char* text) { return woken_devices(all, parse_selections(text, "value").value()); };
   EXPECT_EQ(woken("proxy.**"), 3U);
   EXPECT_EQ(woken("2:proxy.*.*.sensor.*.value"), 2U);
   EXPECT_EQ(woken("proxy.wsn.7.sensor.light-1.value"), 2U);
   EXPECT_EQ(woken("proxy.*.*.status"), 0U);
   EXPECT_EQ(woken("proxy.*.*.actuator.*.value"), 0U);
+  EXPECT_EQ(woken("proxy.w*.*.sensor.*.value"), 2U);
+  EXPECT_EQ(woken("proxy.*.*.sensor.contact-*.value"), 0U);
+}
+
+TEST(CliNames, AWordThatNamesNothingGetsTheNearest) {
+  auto all = some_devices();
+  all[2].actuators = {"lamp-1"};
+  EXPECT_EQ(near_point(all, "hall.lamp"), "did you mean 'hall.lamp-1'?");
+  EXPECT_EQ(near_point(all, "knx.hal.lamp-1"), "did you mean 'knx.hall.lamp-1'?");
+  EXPECT_EQ(near_point(all, "Lamp"), "did you mean 'hall.lamp-1'?");
+  EXPECT_EQ(near_point(all, "proxy.knx.hall.actuator.lmap-1"), "did you mean 'proxy.knx.hall.actuator.lamp-1'?");
+  EXPECT_EQ(near_point(all, "frob.nicate"), "");
+  EXPECT_EQ(near_device(all, "Kitchn mote"), "did you mean 'Kitchen mote'?");
+  EXPECT_EQ(near_device(all, "2:hal"), "did you mean 'hall' or 'Hall mote'?");
+  EXPECT_EQ(near_type(all, "temprature"), "did you mean 'temperature'?");
+  EXPECT_TRUE(near_type(all, "Temperature").starts_with("did you mean 'temperature'"));
 }
 
 TEST(CliCompletion, OffersCommandsOptionsAndActions) {
@@ -99,11 +142,32 @@ TEST(CliCompletion, OffersCommandsOptionsAndActions) {
 }
 
 TEST(CliCompletion, AsksTheIslandsOnlyForWhatMayFollow) {
-  EXPECT_EQ(wanted_at({"get"}), Wanted::kTuple);
-  EXPECT_EQ(wanted_at({"describe"}), Wanted::kDevice);
-  EXPECT_EQ(wanted_at({"send"}), Wanted::kComponent);
-  EXPECT_EQ(wanted_at({"inbox", "approve"}), Wanted::kWaiting);
-  EXPECT_EQ(wanted_at({"islands"}), Wanted::kNothing);
+  Cli cli;
+  const auto wanted = [&](const std::vector<std::string>& before) { return wanted_at(cli.app(), before).wanted; };
+  EXPECT_EQ(wanted({"get"}), Wanted::kTuple);
+  EXPECT_EQ(wanted({"get", "living.lamp-1"}), Wanted::kTuple);
+  EXPECT_EQ(wanted({"describe"}), Wanted::kDevice);
+  EXPECT_EQ(wanted({"send"}), Wanted::kComponent);
+  EXPECT_EQ(wanted({"send", "7"}), Wanted::kNothing);
+  EXPECT_EQ(wanted({"inbox", "approve"}), Wanted::kWaiting);
+  EXPECT_EQ(wanted({"islands"}), Wanted::kNothing);
+}
+
+TEST(CliCompletion, BehindTheTupleThatIsSetStandsAValue) {
+  Cli cli;
+  EXPECT_EQ(wanted_at(cli.app(), {"set"}).wanted, Wanted::kTuple);
+  const auto value = wanted_at(cli.app(), {"--domain", "3", "set", "--ttl", "5s", "living.lamp-1"});
+  EXPECT_EQ(value.wanted, Wanted::kValue);
+  EXPECT_EQ(value.tuple, "living.lamp-1");
+  EXPECT_EQ(wanted_at(cli.app(), {"set", "living.lamp-1", "--ttl"}).wanted, Wanted::kNothing);
+  EXPECT_EQ(wanted_at(cli.app(), {"set", "living.lamp-1", "on"}).wanted, Wanted::kNothing);
+}
+
+TEST(CliCompletion, AValueIsAWordOfItsType) {
+  EXPECT_THAT(value_words(R"({"data_type":"boolean"})"), ElementsAre("off", "on"));
+  EXPECT_THAT(value_words(R"({"data_type":"boolean","words":["open","closed"]})"), ElementsAre("open", "closed"));
+  EXPECT_THAT(value_words(R"({"data_type":"real","minimum":0})"), IsEmpty());
+  EXPECT_THAT(value_words("no json"), IsEmpty());
 }
 
 TEST(CliCompletion, ReadsNoMoreThanMayFollow) {
@@ -124,6 +188,19 @@ TEST(CliCompletion, GoesOnPartByPart) {
   EXPECT_EQ(next_step("proxy.wsn-1.7.status", "proxy.w"), "proxy.wsn-1.");
   EXPECT_EQ(next_step("proxy.wsn-1.7.status", "proxy.wsn-1.7."), "proxy.wsn-1.7.status");
   EXPECT_EQ(next_step("proxy.wsn-1.7.status", "proxy.x"), "");
+}
+
+TEST(CliNames, AFormerTypeIsAlsoLookedForByItsNameOfToday) {
+  const auto selections = parse_selections("living.illuminance-1", "value");
+  ASSERT_TRUE(selections);
+  std::vector<std::string> texts;
+  for (const auto& one : *selections) texts.push_back(to_string(one.pattern));
+  EXPECT_THAT(texts, testing::UnorderedElementsAre("living.illuminance-1", "living.light-1",
+                                                   "*.*.living.*.illuminance-1.value", "*.*.living.*.light-1.value"));
+  EXPECT_EQ(parse_selections("proxy.*.*.sensor.pir-1.**", "value")->size(), 2U);
+  EXPECT_TRUE(any_fits(*parse_selections("7:living.illum*-1", "value"), OwnerId(7), "living.illuminance-1"));
+  EXPECT_TRUE(any_fits(*parse_selections("7:dummy-1.*.pir-*", "value"), OwnerId(7),
+                       "proxy.dummy-1.living.sensor.motion-2.value"));
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include "apps/rubicon/settings.h"
 #include "apps/rubicon/table.h"
 #include "apps/rubicon/tuple_text.h"
+#include "apps/rubicon/type_text.h"
 
 namespace rubicon::cli {
 namespace {
@@ -40,28 +41,21 @@ TEST(CliTable, AlignsColumnsByCharactersAndLeavesNoBlanksAtTheEnds) {
             "a      200    z\n");
 }
 
-TEST(CliTable, CutsLinesAtTheWidthOfTheScreen) {
-  Table table({"KEY", "VALUE"});
-  table.row({"abc", "0123456789"});
-  EXPECT_EQ(table.text({false, 9}), "KEY  VALU\nabc  0123\n");
-  EXPECT_EQ(table.text({false, 4}), "KEY\nabc\n");
-}
-
-TEST(CliTable, CutsATextByCharacters) {
-  EXPECT_EQ(cut("Küche", 2), "Kü");
-  EXPECT_EQ(cut("Küche", 5), "Küche");
-  EXPECT_EQ(cut("Küche", 0), "Küche");
-}
-
 TEST(CliTable, PaintsOnlyWithColour) {
   Table table({"QUALITY"});
   table.row({"stale"});
   EXPECT_EQ(table.text({}), "QUALITY\nstale\n");
+  Table reasons({"STATUS"});
+  reasons.row({"unreachable: silent for 60s"});
+  reasons.row({"down the hall"});
+  EXPECT_EQ(reasons.text({true, 0}),
+            "\x1b[1mSTATUS\x1b[0m\n\x1b[31munreachable: silent for 60s\x1b[0m\ndown the hall\n");
   EXPECT_EQ(table.text({true, 0}), "\x1b[1mQUALITY\x1b[0m\n\x1b[33mstale\x1b[0m\n");
 }
 
 TEST(CliTable, NothingOfOutsidersSteersTheTerminal) {
   EXPECT_EQ(clean("a\x1b[2Jb\nc\x9f"), "a?[2Jb??");
+  EXPECT_EQ(clean("lamp\u202effo"), "lamp?ffo");
   Table table({"VALUE"});
   table.row({"\x1b]0;owned\a"});
   EXPECT_EQ(table.text({}).find('\x1b'), std::string::npos);
@@ -76,8 +70,10 @@ TEST(CliText, SpellsAgesAndTimes) {
   EXPECT_EQ(age_text(at(100), at(36100)), "10h");
   EXPECT_EQ(age_text(at(100), at(864100)), "10d");
   EXPECT_EQ(time_text({}), "-");
-  EXPECT_EQ(time_text(at(1767225600.25)), "2026-01-01 00:00:00.250000 UTC");
-  EXPECT_EQ(clock_text(at(1767225600.25)), "00:00:00.250");
+  ::setenv("TZ", "CET-1", 1);
+  EXPECT_EQ(time_text(at(1767225600.25)), "2026-01-01 01:00:00.250 CET");
+  EXPECT_EQ(clock_text(at(1767225600.25)), "01:00:00.250 CET");
+  ::unsetenv("TZ");
   EXPECT_EQ(counted(1, "tuple"), "1 tuple");
   EXPECT_EQ(counted(0, "tuple"), "0 tuples");
 }
@@ -95,9 +91,11 @@ client::Tuple tuple(std::string_view key, std::string_view value) {
 }
 
 TEST(CliText, ATupleInJsonHasTheNamesOfTheDaemonsLines) {
+  ::setenv("TZ", "CET-1", 1);
   EXPECT_EQ(dump(tuple_json(tuple("a.b", "on"))),
             R"({"owner":7,"key":"a.b","value":"on","mimetype":"text/plain","seq":3,"write":12.5,"user":0.0,)"
-            R"("creator":70001,"expire":0.0})");
+            R"("time":"1970-01-01T01:00:12.500000+01:00","creator":70001,"expire":0.0})");
+  ::unsetenv("TZ");
   auto lost = tuple("a.b", "\xff");
   lost.owner_present = false;
   const auto line = tuple_json(lost);
@@ -106,17 +104,57 @@ TEST(CliText, ATupleInJsonHasTheNamesOfTheDaemonsLines) {
   EXPECT_EQ(line["present"], false);
 }
 
-TEST(CliText, ReadsTheStatusBesideAPoint) {
-  const auto states = states_of({tuple("proxy.n.d.sensor.x-1.status",
-                                       R"({"quality":"stale","heard":5.5,"reason":"why","command":{"state":"sent"}})"),
-                                 tuple("proxy.n.d.status", R"({"status":"reachable"})"),
-                                 tuple("proxy.n.d.sensor.y-1.status", "no json")});
-  ASSERT_EQ(states.size(), 2U);
-  const auto& state = states.at({OwnerId(7), "proxy.n.d.sensor.x-1"});
-  EXPECT_EQ(state.quality, "stale");
-  EXPECT_EQ(state.heard, at(5.5));
-  EXPECT_EQ(state.command, "sent");
-  EXPECT_EQ(states.at({OwnerId(7), "proxy.n.d.sensor.y-1"}).quality, "");
+TEST(CliText, APointInJsonHasItsQualityAndLineInOneForm) {
+  client::Point point;
+  point.tuple = tuple("proxy.n.d.sensor.x-1.value", "on");
+  EXPECT_EQ(point_json(point), tuple_json(point.tuple)) << "a tuple that is no point";
+  point.status = {"stale", "not heard for 3s", {}, at(5.5), at(4), ""};
+  point.line = {"up", "", {}, 1, {}};
+  const auto line = point_json(point);
+  EXPECT_EQ(line["quality"], "stale");
+  EXPECT_EQ(line["reason"], "not heard for 3s");
+  EXPECT_EQ(line["heard"], 5.5);
+  EXPECT_EQ(line["changed"], 4);
+  EXPECT_EQ(line["line"], "up");
+  EXPECT_EQ(quality_text(point), "stale: not heard for 3s");
+}
+
+TEST(CliText, SaysWhenALineIsTriedNext) {
+  LineStatus line{"down", "why", at(50), 3, at(112)};
+  EXPECT_EQ(next_attempt_text(line, at(100)), "next attempt in 12s");
+  EXPECT_EQ(next_attempt_text(line, at(200)), "next attempt now");
+  EXPECT_EQ(line_text(line), "down: why");
+  line.line = "up";
+  EXPECT_EQ(next_attempt_text(line, at(100)), "");
+}
+
+TEST(CliText, KnowsWhichPatternsNameValuesOfPoints) {
+  EXPECT_EQ(points_of({OwnerId(7), "proxy.*.*.sensor.*.value"})->key, "proxy.*.*.sensor.*");
+  EXPECT_FALSE(points_of({{}, "proxy.**"}));
+  EXPECT_FALSE(points_of({{}, "proxy.*.*.sensor.*.status"}));
+  EXPECT_TRUE(is_value_of_point("proxy.n.d.sensor.x-1.value"));
+  EXPECT_FALSE(is_value_of_point("robot.a.b.c.d.value"));
+}
+
+TEST(CliText, RangesHaveNoExponents) {
+  EXPECT_EQ(range_text(nlohmann::json{{"minimum", 0}, {"maximum", 8.64e7}}), "0..86400000");
+  EXPECT_EQ(range_text(nlohmann::json{{"minimum", -273.15}}), "-273.15..");
+  EXPECT_EQ(range_text(nlohmann::json{{"words", {"open", "closed"}}, {"minimum", 0}}), "open|closed");
+  EXPECT_EQ(range_text(nlohmann::json::object()), "");
+  Type type;
+  type.minimum = 0;
+  EXPECT_EQ(range_text(type), "0..");
+  type.words = "off,on";
+  EXPECT_EQ(range_text(type), "off|on");
+}
+
+TEST(CliText, ATypeIsFoundByNameQuantityUnitOrNumber) {
+  const TypeCatalogue catalogue;
+  const auto& co2 = *catalogue.find("co2");
+  for (const auto* word : {"co2", "CO", "carbon dioxide", "ppm", "1037", "0x040d"})
+    EXPECT_TRUE(found_by(co2, word)) << word;
+  for (const auto* word : {"temperature", "40d", "1036", "°C"}) EXPECT_FALSE(found_by(co2, word)) << word;
+  EXPECT_TRUE(found_by(*catalogue.find("temperature"), "°C"));
 }
 
 TEST(CliText, HostileNumbersAreNoTimes) {
@@ -133,8 +171,6 @@ TEST(CliExitCodes, EachWordForAnOutcomeHasItsCode) {
   EXPECT_EQ(exit_code_of("expired"), 6);
   EXPECT_EQ(exit_code_of("superseded"), 7);
   EXPECT_EQ(exit_code_of("no-such-owner"), 8);
-  EXPECT_EQ(exit_code_of("queued"), 9);
-  EXPECT_EQ(exit_code_of("sent"), 9);
   EXPECT_EQ(exit_code_of("nonsense"), 1);
 }
 

@@ -131,6 +131,7 @@ TEST(DeviceQuery, FitsByNetworkTypeAndName) {
   EXPECT_FALSE(fits({OwnerId(2), "", "", ""}, *device));
   EXPECT_FALSE(fits({{}, "wsn*", "", ""}, *device));
   EXPECT_FALSE(fits({{}, "", "light", ""}, *device));
+  EXPECT_FALSE(fits({{}, "", "illuminance", ""}, *device));
   EXPECT_FALSE(device_from(OwnerId(1), "proxy.knx-hall.description", "{}"));
   EXPECT_FALSE(device_from(OwnerId(1), "proxy.knx-hall.1.description", "x"));
 }
@@ -176,7 +177,7 @@ TEST_F(Commands, OfAStateAreSupersededByAnothersCommandThatIsSeenAlone) {
   EXPECT_THAT(ended, IsEmpty());
   state(last.request, "sent");
   state(last.request + 1, "queued");
-  EXPECT_THAT(ended, ElementsAre("superseded by request " + std::to_string(last.request + 1) + " of 70000"));
+  EXPECT_THAT(ended, ElementsAre("superseded by component 70000"));
 }
 
 TEST_F(Commands, ThatAreRefusedSayWhy) {
@@ -190,7 +191,35 @@ TEST_F(Commands, EndWithWhatIsKnownWhenNothingMoreIsHeard) {
   time.run_for(1ms);
   state(last.request, "queued");
   time.run_for(6s);
-  EXPECT_THAT(ended, ElementsAre("queued because"));
+  EXPECT_THAT(ended, ElementsAre("timed-out no news of it since it was queued: because"));
+}
+
+TEST_F(Commands, CarryTheDocumentedTimeToLiveIfTheirCommanderNamesNone) {
+  const Errand errand(time, self.space, kIsland, "d.command", "on", end, {}, 15s);
+  time.run_for(1ms);
+  EXPECT_TRUE(last.time_to_live_given);
+  EXPECT_GT(last.time_to_live, 4s);
+  EXPECT_LE(last.time_to_live, 5s);
+}
+
+TEST_F(Commands, AreWaitedForAsLongAsTheIslandSaysThatTheyMayTake) {
+  std::vector<std::string> under_way;
+  const Errand errand(time, self.space, kIsland, "d.command", "on", end, 1s, 3s, [&](const Outcome& outcome) {
+    under_way.push_back(outcome.state + " " + outcome.reason + " " +
+                        std::to_string(outcome.until.time_since_epoch().count()));
+  });
+  time.run_for(1ms);
+  const auto say = [&](const std::string& word, const std::string& waiting) {
+    ASSERT_TRUE(island->space.set("d.status", R"({"command":{"state":")" + word + R"(","creator":70000,"request":)" +
+                                                  std::to_string(last.request) + waiting + R"(,"reason":"asleep"}})"));
+    time.run_for(1ms);
+  };
+  say("queued", R"(,"since":100,"until":160.5)");
+  EXPECT_THAT(under_way, ElementsAre("queued asleep 160500000"));
+  time.run_for(62s);
+  EXPECT_THAT(ended, IsEmpty());
+  say("expired", R"(,"since":160.5)");
+  EXPECT_THAT(ended, ElementsAre("expired asleep"));
 }
 
 TEST_F(Commands, OfADeviceThatLeavesFail) {
@@ -292,6 +321,17 @@ TEST_F(Messages, OfAllTypesCanBeHeard) {
   here.send(kIsland, "b", "x", {});
   time.run_for(1s);
   EXPECT_THAT(heard, ElementsAre("a", "b"));
+}
+
+TEST(DeviceQuery, FormerTypesFindThoseOfTodayAndTheOtherWayRound) {
+  const auto now = device_from(OwnerId(1), "proxy.knx.sill.description", R"({"sensors":["light-1"]})");
+  const auto before = device_from(OwnerId(1), "proxy.knx.sill.description", R"({"sensors":["illuminance-1"]})");
+  ASSERT_TRUE(now && before);
+  for (const auto* type : {"light", "illuminance"}) {
+    EXPECT_TRUE(fits({{}, "", type, ""}, *now)) << type;
+    EXPECT_TRUE(fits({{}, "", type, ""}, *before)) << type;
+  }
+  EXPECT_FALSE(fits({{}, "", "motion", ""}, *now));
 }
 
 }  // namespace

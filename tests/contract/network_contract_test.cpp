@@ -249,6 +249,23 @@ TEST_P(NetworkContract, ALineThatWorksIsAnnounced) {
   EXPECT_TRUE(up || !host_.failures.empty());
 }
 
+TEST_P(NetworkContract, ItsLastWordsAreBriefAndThenItSaysNothing) {
+  for (const Duration lived : {Duration(0s), Duration(10s)}) {
+    auto network = running();
+    ASSERT_NE(network, nullptr);
+    demand_everything(*network);
+    host_.time.run_for(lived);
+    int closed = 0;
+    const bool speaks = network->close([&closed] { ++closed; });
+    EXPECT_EQ(closed, 0) << "never before close() returns";
+    host_.time.run_for(network::kClosingTime);
+    EXPECT_EQ(closed, speaks ? 1 : 0);
+    network.reset();
+    host_.time.run_for(1min);
+    EXPECT_EQ(closed, speaks ? 1 : 0);
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Every, NetworkContract, ::testing::ValuesIn(all_types()),
                          [](const auto& type) { return std::string(type.param.name); });
 

@@ -42,7 +42,7 @@ class KnxPeer final : public Peer {
   support::KnxServer server_;
 };
 
-/// A sink with three motes where the sample's serial line is.
+/// A sink with three motes, and a fourth of a board that detects motion, where the sample's serial line is.
 class MotesPeer final : public Peer {
  public:
   explicit MotesPeer(support::FakeHost& host) : world_(options(), host.time) {
@@ -59,6 +59,8 @@ class MotesPeer final : public Peer {
     mote.board = mote_simulator::parse_build("EM1000").value();
     out.sink.island = 1;  // they may be switched on before the computer comes
     out.add_motes(1, 2, 3, mote);
+    mote.board = mote_simulator::parse_build("SE1000").value();
+    out.add_motes(1, 5, 1, mote);
     return out;
   }
   mote_simulator::World world_;

@@ -69,7 +69,7 @@ class RealChaos : public testing::Test {
   static testing::AssertionResult becomes(Process& shell, const std::string& key, const json& wanted,
                                           const std::string& part = "") {
     json line;
-    for (const auto end = Clock::now() + 15s; Clock::now() < end; std::this_thread::sleep_for(20ms)) {
+    for (const auto end = Clock::now() + 60s; Clock::now() < end; std::this_thread::sleep_for(20ms)) {
       line = ask(shell, "get " + key);
       const auto value = json::parse(line.value("value", ""), nullptr, false);
       if (value == wanted || (value.is_object() && value.value(json::json_pointer(part), json()) == wanted))

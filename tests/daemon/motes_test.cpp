@@ -56,17 +56,17 @@ class MotesDaemon : public testing::Test {
   std::size_t events(const std::string& what) const {
     std::ifstream file(folder_ / "events");
     std::size_t count = 0;
-    for (std::string line; std::getline(file, line);) count += line.find("\"" + what + "\"") != std::string::npos;
+    for (std::string line; std::getline(file, line);) count += line.find("\"" + what) != std::string::npos;
     return count;
   }
 
   static testing::AssertionResult there(Process& shell, const std::string& mote) {
-    return until(shell, "get proxy.wsn-1." + mote + ".status", 10s, [](const json& answer) {
+    return until(shell, "get proxy.wsn-1." + mote + ".status", 60s, [](const json& answer) {
       return answer.contains("value") && answer["value"].get<std::string>().find("\"reachable\"") != std::string::npos;
     });
   }
   static testing::AssertionResult becomes(Process& shell, const std::string& key, const std::string& part) {
-    return until(shell, "get " + key, 15s, [&](const json& answer) {
+    return until(shell, "get " + key, 60s, [&](const json& answer) {
       return answer.contains("value") && answer["value"].get<std::string>().find(part) != std::string::npos;
     });
   }
@@ -84,7 +84,7 @@ class MotesDaemon : public testing::Test {
   /// So many more values of a tuple.
   static testing::AssertionResult flows(Process& shell, const std::string& key, std::uint64_t values) {
     const auto wanted = sequence(shell, key) + values;
-    return until(shell, "get " + key, 15s,
+    return until(shell, "get " + key, 60s,
                  [&](const json& answer) { return answer.value("seq", std::uint64_t{0}) >= wanted; });
   }
   static void end(Process& shell) {
@@ -130,6 +130,19 @@ TEST_F(MotesDaemon, SharesTheSinkWithAnotherProgramWhileItSamples) {
   EXPECT_TRUE(becomes(shell, "proxy.wsn-1.3.sensor.light-1.status", "\"good\"")) << "and hears what others ask for";
   EXPECT_TRUE(becomes(shell, "proxy.wsn-1.property.share-packets-from-clients.value", "1"));
   end(shell);
+}
+
+TEST_F(MotesDaemon, ItsMotesStopSamplingWhenItEnds) {
+  Process world(motes({"--events", path("events")}));
+  ASSERT_TRUE(world.line_with("network@127.0.0.1:19202")) << world.errors();
+  Process shell({kDaemon, "run", island(over_tcp()), "--shell"});
+  for (const auto* mote : {"2", "3", "4"}) ASSERT_TRUE(there(shell, mote)) << mote << shell.errors();
+  EXPECT_EQ(ask(shell, "subscribe " + kLight + ".value min=200ms")["ok"], true);
+  ASSERT_TRUE(flows(shell, kLight + ".value", 2));
+  EXPECT_EQ(events("010000ffff"), 0U);
+  shell.signal(SIGTERM);
+  EXPECT_EQ(shell.exit_code(), 0) << shell.errors();
+  EXPECT_EQ(events("010000ffff"), 1U) << "mote 2, and no other";
 }
 
 TEST_F(MotesDaemon, FindsItsMotesAgainAfterAKill) {

@@ -24,11 +24,11 @@ class Process {
   void signal(int number) const;
   pid_t pid() const { return pid_; }
 
-  /// The next line of standard output; nullopt at its end, or after 20 s.
+  /// The next line of standard output; nullopt at its end, or after a minute.
   std::optional<std::string> line();
   /// The next line that contains this; nullopt as above.
   std::optional<std::string> line_with(const std::string& part);
-  /// Waits for the end (at most 20 s) and gives the exit code; 128 + n for signal n, -1 if it did not end.
+  /// Waits for the end (at most a minute) and gives the exit code; 128 + n for signal n, -1 if it did not end.
   int exit_code();
   /// All of standard error so far; all there ever was after exit_code().
   std::string errors();

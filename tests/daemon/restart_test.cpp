@@ -49,9 +49,9 @@ class DaemonWithMemory : public testing::Test {
     const auto line = shell.line_with("\"ok\"");
     return line ? json::parse(*line, nullptr, false) : json();
   }
-  /// Repeats a question until its answer says so much; false after ten seconds.
+  /// Repeats a question until its answer says so much; false after a minute.
   static bool until(Process& shell, const std::string& command, const std::string& member, const json& expected) {
-    const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(10);
+    const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(60);
     while (std::chrono::steady_clock::now() < deadline) {
       const auto line = answer(shell, command);
       if (line.is_null()) return false;

@@ -32,7 +32,7 @@ def main():
     host, port = sys.argv[1], int(sys.argv[2])
     island, mote, other = map(int, sys.argv[3:])
     stream = socket.create_connection((host, port), 15)
-    stream.settimeout(15)
+    stream.settimeout(60)
     stream.sendall(b"\x55\x20")
     if exactly(stream, 2) != b"\x55\x20":
         sys.exit("no serial forwarder")

@@ -29,7 +29,7 @@ TEST(StateCommand, ShowsExportsImportsAndForgetsFromTheCommandLine) {
   EXPECT_EQ(state(folder / "copy", {"forget", "wsn-1/7"}).code, 0);
   EXPECT_EQ(state::opened(folder / "copy")->stats().devices, 0U);
   EXPECT_EQ(state(folder / "none", {"show"}).code, 1);
-  EXPECT_EQ(state(folder / "s", {}).code, 1);
+  EXPECT_EQ(state(folder / "s", {}).code, 2);
 }
 
 }  // namespace

@@ -90,6 +90,18 @@ TEST_F(AStart, WithoutAFreeParticipantIndexSaysHowManyAreThereAndWhatToDo) {
   for (const int socket : sockets) ::close(socket);
 }
 
+TEST_F(AStart, WithoutReadersIsNoStartAndSaysWhichOneIsMissing) {
+  std::ofstream(file_, std::ios::binary) << "island: {id: 1, name: island}\n";
+  const Host::Visit there(lan_.host(0));
+  // A sanitizer asks to come first.
+  const auto outcome = daemon::run_to_end({"env", "LD_PRELOAD=" RUBICON_NO_READERS,
+                                           "ASAN_OPTIONS=verify_asan_link_order=0", kDaemon, "run", file_, "--shell"},
+                                          "quit\n");
+  EXPECT_EQ(outcome.code, 1);
+  EXPECT_THAT(outcome.errors, HasSubstr("DDS: reader of frames cannot be made: Out Of Resources"));
+  EXPECT_THAT(outcome.errors, testing::Not(HasSubstr("is up")));
+}
+
 TEST_F(AStart, GoesOnWithoutAPeerThatNobodyKnows) {
   const auto outcome = run("tuples: {interfaces: cable, peers: [nobody.invalid]}\n");
   EXPECT_EQ(outcome.code, 0) << outcome.errors;

@@ -14,6 +14,7 @@ struct Copy final : dds::FrameReader {
   }
   void on_set(RemoteSet&& wish) override { frame.add(wish); }
   void on_reply(Reply&& reply) override { frame.add(reply); }
+  void on_identity_check(const dds::IdentityCheck& check) override { frame.add(check); }
 
   dds::FrameWriter frame;
 };

@@ -1,4 +1,5 @@
 #include "gateway/islands.h"
+#include "gateway/island_door.h"
 #include "model/message_cbor.h"
 
 namespace rubicon::gateway {
@@ -73,26 +74,93 @@ TEST_F(BetweenIslands, AnUndeliverableMessageOfADeviceIsAnsweredOnItsOwnIsland) 
   EXPECT_THAT(one.network("a").sent, IsEmpty());
 }
 
-TEST_F(BetweenIslands, ACommandIsAnsweredToItsIslandWithItsOwnRequestNumber) {
+TEST_F(BetweenIslands, ACommandOfAnotherIslandGoesToWhoeverTakesCommandsNotToTheNetwork) {
+  std::vector<Message> taken;
+  two.gateway.take_commands([&](const Message& message) -> Result<void> {
+    taken.push_back(message);
+    return {};
+  });
   one.send(two.address("a", "7"), model::Actuate{5, kLamp, true});
-  two.send(two.address("a", "7"), model::Actuate{5, kLamp, false});
+  one.send(two.address("a", "7"), model::SetProperty{6, kLamp, true});
+  two.network("b").say_to("8", two.address("a", "7"), model::Actuate{7, kLamp, true});
   time.run_for(1s);
-  ASSERT_THAT(two.network("a").sent, SizeIs(2));
-  for (const auto& message : std::vector(two.network("a").sent)) {
-    const auto& command = std::get<model::Actuate>(message.body);
-    two.network("a").say("7",
-                         Acknowledge{command.request, Outcome::kSent, command.value == Value(true) ? "on" : "off"});
-  }
-  time.run_for(1s);
-  EXPECT_THAT(one.answers(), ElementsAre(::testing::FieldsAre(5u, Outcome::kSent, "on")));
-  EXPECT_THAT(two.answers(), ElementsAre(::testing::FieldsAre(5u, Outcome::kSent, "off")));
+  ASSERT_THAT(taken, SizeIs(3));
+  std::vector<std::uint64_t> requests;
+  for (const auto& message : taken) requests.push_back(answerable_number(message));
+  EXPECT_THAT(requests, ::testing::UnorderedElementsAre(5u, 6u, 7u));
+  EXPECT_THAT(two.network("a").sent, IsEmpty());
 }
 
-TEST_F(BetweenIslands, AnErrorOfTheOtherIslandsNetworkIsAnswered) {
-  two.network("a").why = {ErrorCode::kUnsupported, "no lamps here"};
+TEST_F(BetweenIslands, ACommandThatCannotBeTakenIsAnsweredToItsIslandWithItsOwnRequestNumber) {
+  two.gateway.take_commands([](const Message&) { return fail(ErrorCode::kUnsupported, "no lamps here"); });
   one.send(two.address("a", "7"), model::Actuate{6, kLamp, true});
   time.run_for(1s);
   EXPECT_THAT(one.answers(), ElementsAre(::testing::FieldsAre(6u, Outcome::kUnsupported, "no lamps here")));
+}
+
+TEST_F(BetweenIslands, NetworksTakeApplicationMessagesOfOthersAndNothingElse) {
+  const model::Body refused[] = {model::Join{},
+                                 model::KeepAlive{},
+                                 model::Leave{},
+                                 reading(1),
+                                 model::Sample{1, {kMeter}, 1s},
+                                 model::State{},
+                                 model::Probe{},
+                                 model::Actuate{2, kLamp, true},
+                                 model::SetProperty{3, kLamp, true}};
+  for (const auto& body : refused) {
+    one.send(two.address("a", "7"), body);
+    two.network("b").say_to("8", two.address("a", "7"), body);
+  }
+  time.run_for(1s);
+  EXPECT_THAT(two.network("a").sent, IsEmpty());
+  EXPECT_EQ(one.answers().size() + two.answers().size(), 2 * std::size(refused));
+  for (const auto& answer : one.answers()) EXPECT_EQ(answer.outcome, Outcome::kRefused) << answer.text;
+  one.send(two.address("a", "7"), note("hello"));
+  time.run_for(1s);
+  EXPECT_THAT(two.network("a").sent, SizeIs(1));
+}
+
+TEST_F(BetweenIslands, AMessageInTheNameOfAnotherIsRefusedCountedAndLoggedOnce) {
+  one.listen(MessageKind::kOpaque);
+  Message message;
+  message.destination = one.address();
+  message.body = note("hello");
+  message.number = 5;
+  auto origin = message, source = message, hops = message;
+  origin.origin = OwnerId{2};
+  source.source = two.address("a", "7");
+  hops.origin = OwnerId{2};
+  hops.hops = 1;
+  for (const auto& forged : {origin, source, hops}) {
+    const auto reply = post(model::to_cbor(forged));
+    EXPECT_EQ(reply.verdict, Verdict::kRefused);
+    EXPECT_THAT(reply.text, HasSubstr("but component 70001 posted it"));
+  }
+  EXPECT_THAT(one.heard, IsEmpty());
+  EXPECT_EQ(one.gateway.counters().forged, 3u);
+  EXPECT_EQ(std::count_if(log.lines.begin(), log.lines.end(),
+                          [](const auto& line) { return line.find("70001 was refused") != line.npos; }),
+            1);
+}
+
+TEST_F(BetweenIslands, TheNumbersOfAnotherCannotBeUsedUp) {
+  two.listen(MessageKind::kOpaque);
+  const auto number = one.gateway.send(Message{{}, 0, 0, {}, one.address(), note("first")});
+  Message forged;
+  forged.origin = OwnerId{1};
+  forged.destination = two.address();
+  forged.body = note("forged");
+  for (std::uint64_t next = 1; next <= 10; ++next) {
+    forged.number = number + next;
+    robot.set_remote(OwnerId{2}, "GATEWAY", base::as_text(model::to_cbor(forged)), 0s, [](const Reply&) {},
+                     {.media_type = model::kMessageMediaType});
+  }
+  time.run_for(1s);
+  one.send(two.address(), note("true"));
+  time.run_for(1s);
+  EXPECT_THAT(texts_of(two.heard_of(MessageKind::kOpaque)), ElementsAre("true"));
+  EXPECT_EQ(two.gateway.counters().forged, 10u);
 }
 
 TEST_F(BetweenIslands, AnUnreachableIslandIsAnsweredWithTheReason) {
@@ -189,14 +257,37 @@ TEST_F(BetweenIslands, RefusesWhatIsNoMessageAndCountsIt) {
 TEST_F(BetweenIslands, TheGatewayTupleKeepsNoValue) {
   one.listen(MessageKind::kOpaque);
   Message message;
-  message.origin = OwnerId{2};
+  message.origin = OwnerId{70001};
   message.number = 5;
-  message.source = two.address();
   message.destination = one.address();
   message.body = note("hello");
   EXPECT_EQ(post(model::to_cbor(message)).verdict, Verdict::kApplied);
   EXPECT_THAT(one.heard, SizeIs(1));
   EXPECT_EQ(one.space.get(OwnerId{1}, "GATEWAY")->value, "");
+}
+
+TEST_F(BetweenIslands, TheMediaTypesOfD14AndOfTheOriginalAreTakenToo) {
+  one.listen(MessageKind::kOpaque);
+  std::size_t posted = 0;
+  for (const auto* media_type : {"application/rubicon+cbor", "rubicon/application", "application/rubicon"}) {
+    Message message;
+    message.destination = one.address();
+    message.body = note(media_type);
+    EXPECT_EQ(post(model::to_cbor(message), media_type).verdict, Verdict::kApplied) << media_type;
+    EXPECT_THAT(one.heard, SizeIs(++posted)) << media_type;
+  }
+  EXPECT_EQ(one.gateway.counters().malformed, 0u);
+}
+
+TEST_F(BetweenIslands, AMessageWithoutASourceComesFromWhoPostedIt) {
+  one.listen(MessageKind::kOpaque);
+  Message message;
+  message.body = note("hello");
+  EXPECT_EQ(post(model::to_cbor(message)).verdict, Verdict::kApplied);
+  ASSERT_THAT(one.heard, SizeIs(1));
+  EXPECT_EQ(one.heard[0].source.island, OwnerId{70001});
+  EXPECT_EQ(one.heard[0].origin, OwnerId{70001});
+  EXPECT_EQ(one.heard[0].destination.island, OwnerId{1});
 }
 
 TEST_F(BetweenIslands, NothingIsAppendedToTheGatewayTuple) {
@@ -220,15 +311,16 @@ TEST_F(BetweenIslands, NothingIsAppendedToTheGatewayTuple) {
 TEST_F(BetweenIslands, AMessageOnItsWayThroughIsHandedOn) {
   three.listen(MessageKind::kOpaque);
   Message message;
-  message.origin = OwnerId{2};
+  message.origin = OwnerId{70001};
   message.number = 5;
-  message.source = two.address("a", "7");
+  message.source = {OwnerId{70001}, "a", "7"};
   message.destination = three.address();
   message.body = note("through one");
   EXPECT_EQ(post(model::to_cbor(message)).verdict, Verdict::kApplied);
   ASSERT_THAT(three.heard, SizeIs(1));
   EXPECT_EQ(three.heard[0].hops, 2);
-  EXPECT_EQ(three.heard[0].source, two.address("a", "7"));
+  EXPECT_EQ(three.heard[0].origin, OwnerId{70001});
+  EXPECT_EQ(three.heard[0].source, (Address{OwnerId{70001}, "a", "7"}));
 }
 
 }  // namespace

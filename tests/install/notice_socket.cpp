@@ -35,7 +35,7 @@ std::optional<std::string> NoticeSocket::next(std::chrono::milliseconds patience
 }
 
 std::string NoticeSocket::next_with(const std::string& part) {
-  const auto end = Clock::now() + std::chrono::seconds(20);
+  const auto end = Clock::now() + std::chrono::seconds(60);
   while (Clock::now() < end) {
     auto notice = next(std::chrono::seconds(1));
     if (notice && notice->find(part) != notice->npos) return std::move(*notice);

@@ -35,8 +35,9 @@ TEST_F(Package, EverythingHasItsPlace) {
                                   "lib/systemd/system/rubicon-proxy@.service",
                                   "include/rubicon/client.hpp",
                                   "share/doc/rubicon/LICENSE",
-                                  "share/doc/rubicon/service.md",
+                                  "share/doc/rubicon/docs/service.md",
                                   "share/doc/rubicon/examples/home.yaml.example",
+                                  "share/doc/rubicon/examples/loopback-only.conf",
                                   "share/doc/rubicon/examples/client/3_own_loop/CMakeLists.txt",
                                   "share/man/man1/rubicon-proxy.1",
                                   "share/bash-completion/completions/rubicon-proxy"};
@@ -145,16 +146,111 @@ TEST_F(Package, PkgConfigIsEnoughToBuildAnExample) {
   EXPECT_THAT(built.output, HasSubstr("usage: 2_command TYPE VALUE"));
 }
 
+TEST_F(Package, AProgramFindsTheLibraryOfAnUnusualPrefixByItsRunPath) {
+  const auto source = (all_.prefix() / "share/doc/rubicon/examples/client/2_command.cpp").string();
+  const auto program = (all_.workshop() / "with_path").string();
+  const auto path = std::string("-Wl,-rpath,$(pkg-config --variable=libdir rubicon)");
+  const auto built = all_.shell(kCompiler + source + " $(pkg-config --cflags --libs rubicon) " + path + " -o " +
+                                program + " && env -u LD_LIBRARY_PATH " + program);
+  EXPECT_THAT(built.output, HasSubstr("usage: 2_command TYPE VALUE"));
+  for (const auto* page : {"service.md", "client.md"})
+    EXPECT_THAT(read_text(all_.prefix() / "share/doc/rubicon/docs" / page), HasSubstr(path)) << page;
+}
+
+TEST_F(Package, WhatRunBuildsIsAllThatInstallingNeeds) {
+  const auto run = read_text(RUBICON_SOURCE_DIR "/run");
+  std::size_t builds = 0;
+  for (auto at = run.find("build release "); at != run.npos; at = run.find("build release ", at + 1)) {
+    ++builds;
+    EXPECT_THAT(run.substr(at, run.find('\n', at) - at), HasSubstr(" installable"));
+  }
+  EXPECT_EQ(builds, 2U);
+  const auto made = all_.shell("ninja -C " RUBICON_BINARY_DIR " -t commands installable");
+  ASSERT_EQ(made.code, 0) << made.output.substr(0, 500);
+  // Of the files that are installed, those which the build makes; the others stand in the source or are configured.
+  static const std::regex kFile("\"" RUBICON_BINARY_DIR "/((?:bin|lib|packaging/written)/[^\"]+)\"");
+  const auto script = read_text(RUBICON_BINARY_DIR "/packaging/cmake_install.cmake");
+  std::set<std::string> files;
+  for (std::sregex_iterator it(script.begin(), script.end(), kFile), end; it != end; ++it) files.insert((*it)[1]);
+  EXPECT_GE(files.size(), RUBICON_HAS_COMMAND_LINE ? 6U : 2U);
+  for (const auto& file : files) {
+    if (fs::is_symlink(RUBICON_BINARY_DIR "/" + file)) continue;
+    const bool is_made =
+        made.output.find(file + " ") != made.output.npos || made.output.find(file + "\n") != made.output.npos;
+    EXPECT_TRUE(is_made) << file;
+  }
+}
+
+TEST_F(Package, WhatWasInstalledIsTakenAwayAgainByItsList) {
+  const auto prefix = all_.workshop() / "again";
+  const auto page = read_text(all_.prefix() / "share/doc/rubicon/docs/service.md");
+  EXPECT_THAT(page, HasSubstr("xargs -d '\\n' rm -f <build/release/install_manifest.txt"));
+  const auto gone =
+      all_.shell(RUBICON_CMAKE " --install " RUBICON_BINARY_DIR " --prefix " + prefix.string() + " >/dev/null; find " +
+                 prefix.string() + " -type f | wc -l; xargs -d '\\n' rm -f <" +
+                 RUBICON_BINARY_DIR "/install_manifest.txt; find " + prefix.string() + " -type f -o -type l | wc -l");
+  EXPECT_EQ(gone.code, 0) << gone.output;
+  EXPECT_TRUE(std::regex_match(gone.output, std::regex("[1-9][0-9]+\n0\n"))) << gone.output;
+}
+
 TEST_F(Package, NothingOfTheBuildTreeIsNeeded) {
   // In a mount namespace of its own the whole source tree, builds included, is empty.
   const std::string hidden = "unshare -m sh -ec 'mount -t tmpfs none " RUBICON_SOURCE_DIR "; ";
   if (all_.shell(hidden + "true'").code != 0) GTEST_SKIP() << "the source tree cannot be hidden here: no rights";
   const auto sample = (all_.prefix() / "share/doc/rubicon/examples/home.yaml.example").string();
   const auto ran = all_.shell(hidden + "ls " RUBICON_SOURCE_DIR "; " + all_.daemon() + " --version; " + all_.daemon() +
-                              " check " + sample + "'");
+                              " check --elsewhere " + sample + "'");
   EXPECT_EQ(ran.code, 0) << ran.output;
   EXPECT_TRUE(ran.output.starts_with("rubicon-proxy 0.1.0\n")) << ran.output;
-  EXPECT_THAT(ran.output, HasSubstr("good: 1 networks"));
+  EXPECT_THAT(ran.output, HasSubstr("ok: 1 network ("));
+}
+
+/// The page without its indented and fenced code, where `](` is C++.
+std::string without_code(const std::string& page) {
+  std::istringstream lines(page);
+  std::string text;
+  bool fenced = false;
+  for (std::string line; std::getline(lines, line);) {
+    const bool fence = line.starts_with("```");
+    fenced = fenced != fence;
+    if (!fence && !fenced && !line.starts_with("    ")) text += line + "\n";
+  }
+  return text;
+}
+
+/// Targets of the links of a page that lead to files, without what stands behind `#`.
+std::vector<std::string> links_of(const std::string& page) {
+  static const std::regex kLink(R"re(\]\(([^)#\s]+)[^)]*\))re");
+  std::vector<std::string> targets;
+  for (std::sregex_iterator it(page.begin(), page.end(), kLink), end; it != end; ++it) {
+    if ((*it)[1].str().find("://") == std::string::npos) targets.push_back((*it)[1]);
+  }
+  return targets;
+}
+
+TEST_F(Package, EveryLinkOfAnInstalledPageLeadsSomewhere) {
+  std::size_t pages = 0, links = 0;
+  for (const auto& file : fs::recursive_directory_iterator(all_.prefix() / "share/doc/rubicon")) {
+    if (file.path().extension() != ".md") continue;
+    ++pages;
+    for (const auto& target : links_of(without_code(read_text(file.path())))) {
+      ++links;
+      EXPECT_TRUE(fs::exists(file.path().parent_path() / target)) << file.path() << " links to " << target;
+    }
+  }
+  EXPECT_GT(pages, 20U);
+  EXPECT_GT(links, 60U);
+}
+
+TEST_F(Package, EveryInstalledExampleIsGood) {
+  std::size_t examples = 0;
+  for (const auto& file : fs::directory_iterator(all_.prefix() / "share/doc/rubicon/examples")) {
+    if (file.path().extension() != ".yaml") continue;
+    ++examples;
+    const auto checked = all_.shell(all_.daemon() + " check --elsewhere " + file.path().string());
+    EXPECT_EQ(checked.code, 0) << checked.output;
+  }
+  EXPECT_GE(examples, 5U);
 }
 
 TEST_F(Package, ManualPagesAreSound) {

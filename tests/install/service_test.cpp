@@ -68,6 +68,23 @@ TEST_F(Unit, IsWhatSystemdUnderstands) {
   EXPECT_EQ(verified.output, "");  // unknown settings are told, and ignored
 }
 
+TEST_F(Unit, HasABoundForItsMemory) {
+  EXPECT_EQ(words("MemoryMax"), std::vector<std::string>{"1G"});
+}
+
+TEST_F(Unit, TakesTheDropInForIslandsThatStayOnTheirHost) {
+  const auto drop_in = read_text(all_.prefix() / "share/doc/rubicon/examples/loopback-only.conf");
+  for (const auto* line : {"[Service]\n", "\nIPAddressDeny=any\n", "\nIPAddressAllow=localhost\n"})
+    EXPECT_THAT(drop_in, HasSubstr(line));
+  if (all_.shell("command -v systemd-analyze").code != 0) GTEST_SKIP() << "there is no systemd here";
+  const auto folder = all_.workshop() / "with-drop-in";
+  write_text(folder / "rubicon-proxy@.service", read_text(unit_));
+  write_text(folder / "rubicon-proxy@.service.d/loopback-only.conf", drop_in);
+  const auto verified = all_.shell("systemd-analyze verify --man=no " + (folder / "rubicon-proxy@.service").string());
+  EXPECT_EQ(verified.code, 0);
+  EXPECT_EQ(verified.output, "");
+}
+
 TEST_F(Unit, SaysWhenTheIslandIsUpReloadsAndStops) {
   if (!alone_.entered()) GTEST_SKIP() << alone_.reason();
   write_text(island_, sample_island(7));

@@ -39,6 +39,7 @@ TEST_F(KnxExposed, ChangesAreWrittenAndRepeatedInTheirPeriod) {
   EXPECT_EQ(telegrams("6/0/1", write_21_5), 1) << "the same value is no change";
   host.time.run_for(30min);
   EXPECT_EQ(telegrams("6/0/1", write_21_5), 4);
+  EXPECT_EQ(last_state().counters.at("telegrams-sent"), 4U) << "nothing else made it tell";
   say("6543:proxy.dummy.x.sensor.switch-1.value", "on");
   host.time.run_for(1h);
   EXPECT_EQ(telegrams("6/0/2", {0x00, 0x81}), 1) << "no period";
@@ -57,6 +58,29 @@ TEST_F(KnxExposed, FastChangesAreThinnedOutAndTheLastOneIsWritten) {
   say(kWarm, "21.5");
   host.time.run_for(10s);
   EXPECT_EQ(server.heard().back().tpdu, write_21_5);
+}
+
+TEST_F(KnxExposed, AChangeIsWrittenOnceWhenItsPeriodIsNoLongerThanThePause) {
+  start(R"({"host": "10.0.0.9", "telegrams-per-second": 0, "expose": {
+    "6/0/1": {"tuple": "proxy.wsn-1.7.sensor.temperature-1.value", "dpt": "9.001", "pause": "5s", "every": "3s"}}})");
+  say(kWarm, "20");
+  say(kWarm, "21.5");
+  const auto when = [this](std::size_t place) { return server.heard().at(place).when - server.heard().at(0).when; };
+  host.time.run_for(10s);
+  ASSERT_GE(server.heard().size(), 4U);
+  for (std::size_t i = 1; i < server.heard().size(); ++i) EXPECT_EQ((when(i) - when(i - 1)) / 1s, 3) << i;
+}
+
+TEST_F(KnxExposed, AnythingWrittenStartsThePauseAnew) {
+  start(R"({"host": "10.0.0.9", "telegrams-per-second": 0, "expose": {
+    "6/0/1": {"tuple": "proxy.wsn-1.7.sensor.temperature-1.value", "dpt": "9.001", "pause": "5s", "every": "20s"}}})");
+  say(kWarm, "20");
+  host.time.run_for(20s);
+  ASSERT_THAT(server.heard(), SizeIs(2)) << "the repetition";
+  say(kWarm, "21.5");
+  EXPECT_THAT(server.heard(), SizeIs(2)) << "at most one in the pause";
+  host.time.run_for(5s);
+  EXPECT_THAT(server.heard(), SizeIs(3));
 }
 
 TEST_F(KnxExposed, TheBusCanReadThem) {
@@ -177,6 +201,8 @@ TEST_F(KnxTools, ValuesAreShownAsPeopleWriteThem) {
   server.answers[group("1/0/3")] = {{0x80}, false};
   start();
   EXPECT_EQ(ask({{"id", "1"}, {"do", "read"}, {"address", "1/0/3"}}).at(0)["value"], "50");
+  server.answers[group("1/0/3")] = {{0x41, 0xc2, 0x66, 0x66}, false};
+  EXPECT_EQ(ask({{"id", "1"}, {"do", "read"}, {"address", "1/0/3"}, {"dpt", "14.068"}}).at(0)["value"], "24.3");
 }
 
 TEST_F(KnxTools, ReadThatNobodyAnswersSaysSoOnce) {

@@ -188,6 +188,32 @@ TEST(DptCatalogue, OnlyTypesWithALimitedRangeRefuseValues) {
   }
 }
 
+TEST(DptCatalogue, TheBoundsOfANumberAreThoseThatATelegramTakes) {
+  const TypeCatalogue types;
+  std::size_t held = 0;
+  for (const auto* type : all_and_mains()) {
+    const auto range = range_of(*type);
+    if (!range) continue;
+    const bool whole = types.find(type->actuator)->data != model::DataType::kReal;
+    const auto sent = [&](double number) -> Result<Payload> {
+      const auto value =
+          from_catalogue(*type, Kind::kActuator, whole ? Value(static_cast<std::int64_t>(number)) : Value(number));
+      return value ? encode(*type, *value) : Result<Payload>(fail(value.error()));
+    };
+    for (const auto& [bound, beyond] : {std::pair(range->minimum, -1), std::pair(range->maximum, 1)}) {
+      if (std::abs(bound) >= 1e15 || !sent(bound)) continue;  // the type of the catalogue is narrower
+      ++held;
+      const auto outside = sent(bound + beyond * std::max(100.0, std::abs(bound) / 100));
+      ASSERT_FALSE(outside) << to_string(type->id) << " takes more than " << bound;
+      EXPECT_EQ(outside.error().code, ErrorCode::kOutOfRange) << to_string(type->id);
+    }
+  }
+  EXPECT_GT(held, 200U);
+  EXPECT_EQ(range_of(dpt("5.001"))->maximum, 100);
+  EXPECT_NEAR(range_of(dpt("9.027"))->minimum, -273.11, 0.01) << "degrees Fahrenheit become Celsius";
+  EXPECT_FALSE(range_of(dpt("1.001")));
+}
+
 TEST(DptDecode, NeverReadsBeyondThePayload) {
   for (const auto* type : all_and_mains()) {
     for (std::size_t length = 0; length <= 20; ++length) {

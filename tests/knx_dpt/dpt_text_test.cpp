@@ -131,7 +131,7 @@ TEST(DptText, TextKeepsToItsCodePage) {
   EXPECT_EQ(hex_of("24.001", "Zürich"), "5afc7269636800");
   EXPECT_EQ(hex_of("28.001", ""), "00");
   EXPECT_EQ(hex_of("28.001", "\xc3"), "invalid");
-  EXPECT_EQ(hex_of("28.001", std::string(253, 'a')).size(), 508U);
+  EXPECT_EQ(hex_of("28.001", std::string(253, 'a')).size(), 506U);
   EXPECT_EQ(hex_of("28.001", std::string(254, 'a')), "out-of-range");
   EXPECT_EQ(hex_of("16.001", std::string_view("a\0b", 3)), "invalid");
   EXPECT_EQ(hex_of("4.001", "ä"), "3f");
@@ -230,7 +230,10 @@ TEST(DptText, CatalogueUnitsAndWordsAreThoseOfTheCatalogue) {
   EXPECT_EQ(there("20.102", std::int64_t{4}), "protection");
   EXPECT_EQ(there("20.102", std::int64_t{7}),
             "20.102 HVAC mode: reserved (7) is not one of auto,comfort,standby,economy,protection");
-  EXPECT_EQ(there("21.001", Json{R"({"raw":3})"}), "3");
+  EXPECT_EQ(there("20.105", std::int64_t{1}), "heat");
+  EXPECT_EQ(there("20.105", std::int64_t{18}), "18") << "a number that has no word";
+  EXPECT_EQ(there("20.999", std::int64_t{3}), "3") << "nothing is known but the main type";
+  EXPECT_EQ(there("21.001", Json{R"({"raw":3})"}), R"({"raw":3})");
   EXPECT_EQ(there("232.600", std::string("#ff8000")), "#ff8000");
   const auto sent = [](std::string_view type, const Value& value) {
     const auto& row = dpt(type);
@@ -239,9 +242,50 @@ TEST(DptText, CatalogueUnitsAndWordsAreThoseOfTheCatalogue) {
   EXPECT_EQ(sent("7.002", 1.005), "03ed");
   EXPECT_EQ(sent("9.027", 21.5), "16e8");
   EXPECT_EQ(sent("20.102", std::string("protection")), "04");
-  EXPECT_EQ(sent("21.001", std::int64_t{3}), "03");
+  EXPECT_EQ(sent("20.105", std::string("heat")), "01");
+  EXPECT_EQ(sent("20.105", std::int64_t{18}), "12");
+  EXPECT_EQ(sent("21.001", std::int64_t{3}), "03") << "of a peer that knows no words";
+  EXPECT_EQ(sent("21.001", Json{"3"}), "03");
+  EXPECT_EQ(sent("21.001", Json{R"(["fault"])"}), "02");
   EXPECT_FALSE(from_catalogue(dpt("20.102"), Kind::kActuator, std::string("cosy")));
   EXPECT_FALSE(from_catalogue(dpt("17.001"), Kind::kActuator, std::int64_t{64}));
+}
+
+TEST(DptText, SetsOfBitsAreWrittenByNameInAnyForm) {
+  for (const auto* text :
+       {R"({"fault":true,"in alarm":true})", R"(["fault","in alarm"])", R"(["Fault","in-alarm"])", "10"}) {
+    EXPECT_EQ(hex_of("21.001", text), "0a") << text;
+  }
+  EXPECT_EQ(hex_of("21.001", "in alarm"), "08");
+  EXPECT_EQ(encode_line("21.001 folt").substr(0, 50), "error: 21.001 general status: 'folt' is not one of");
+  EXPECT_EQ(decode_line("22.101 4101").substr(0, 27), R"({"raw":16641,"fault":true,")");
+}
+
+TEST(DptText, WordsOfTheCatalogueAreTakenToo) {
+  EXPECT_EQ(hex_of("20.102", "protection"), "04");
+  EXPECT_EQ(hex_of("1.009", "closed"), "01");
+  EXPECT_EQ(hex_of("1.009", "close"), "01");
+}
+
+TEST(DptText, SinglesAreShownAsShortAsTheyReadBack) {
+  EXPECT_EQ(decode_line("14.068 41c26666"), "24.3");
+  EXPECT_EQ(decode_line("14.* 41c26666"), "24.3");
+  EXPECT_EQ(natural(dpt("14.068"), 24.299999237060547), 24.3);
+  EXPECT_EQ(natural(dpt("9.001"), 24.3), 24.3);
+  EXPECT_EQ(natural(dpt("5.001"), 50.19607843137255), 50);
+}
+
+TEST(DptText, AnOpenTextOfFullLengthIsSentAgain) {
+  const std::string full(253, 'g');
+  const auto& type = *find_dpt({24, DptId::kMainOnly});
+  const auto value = decode(type, PayloadView{base::as_bytes(full), false});
+  ASSERT_TRUE(value) << value.error().text;
+  const auto sent = encode(type, *value);
+  ASSERT_TRUE(sent) << sent.error().text;
+  EXPECT_EQ(decode(type, *sent).value(), *value);
+  EXPECT_FALSE(decode(type, PayloadView{base::as_bytes(full + 'g'), false})) << "no telegram is so long";
+  EXPECT_FALSE(encode(type, full + 'g'));
+  EXPECT_LE(encode(type, full.substr(1))->bytes.size(), 253U);
 }
 
 }  // namespace

@@ -79,6 +79,7 @@ INSTANTIATE_TEST_SUITE_P(InSixLanguages, Pairs,
                                            Pair{"Luz mando", "1.001", "Luz estado", "1.001"},
                                            Pair{"Lamp schakelen", "1.001", "Lamp terugmelding", "1.001"},
                                            Pair{"Setpoint", "9.001", "Setpoint status", "9.001"},
+                                           Pair{"Raum Sollwert", "9.001", "Raum aktueller Sollwert", "9.001"},
                                            Pair{"schalten", "1.001", "Status", "1.001"}));
 
 class NoPairs : public ::testing::TestWithParam<Pair> {};
@@ -133,6 +134,13 @@ TEST(Guesses, WordsInANameDecideItsKindAndAreNamed) {
                       "would be a sensor"),
             std::string::npos)
       << report_text(found.report);
+}
+
+TEST(Guesses, AktuellInAnyFormIsAReport) {
+  for (const auto* name : {"Aktueller Sollwert", "aktuelle Betriebsart", "Sollwert aktuell", "AKTUELLES Niveau"}) {
+    const auto found = guess({entry("1/0/1", name, "5.001")});
+    EXPECT_EQ(found.points.at(0).kind, Kind::kSensor) << name;
+  }
 }
 
 TEST(Guesses, WithoutGuessesEachAddressIsItsOwnPointByItsType) {

@@ -194,6 +194,44 @@ TEST_F(Discovering, ASilentHostIsAskedTwiceTheSecondTimeWithRouteBack) {
   EXPECT_EQ(result->problems[0].text, "10.77.0.1:3671 does not describe itself: no answer within 6 s");
 }
 
+/// A description of a server of version 2 has no block of secured families (Calimero; knx.md, section 3.4).
+TEST_F(Discovering, AHostOfVersionTwoIsAskedWhatItSecures) {
+  ServerDescription plain;
+  plain.name = "secure only";
+  plain.medium = 0x20;
+  plain.families = {{Family::kCore, 2}, {Family::kTunnelling, 2}};
+  auto rich = plain;
+  rich.secured = {{Family::kTunnelling, 1}};
+  server.listen({}, kKnxPort);
+  server.answer = [&](const Endpoint& from, ByteView frame) {
+    server.send(from, frame[3] == 3 ? write(Message(DescriptionResponse{to_dibs(plain)}))
+                                    : write(Message(SearchResponse{Hpai{}, true, to_dibs(rich)})));
+  };
+  start(description());
+  time.run_for(10s);
+  ASSERT_TRUE(result);
+  EXPECT_LT(took, 100ms);
+  ASSERT_THAT(server.heard, SizeIs(2));
+  EXPECT_EQ(server.heard[1].second, "0610020b001408010a4d0002c000060401020607");
+  ASSERT_THAT(result->servers, SizeIs(1));
+  EXPECT_THAT(describe(result->servers[0]), HasSubstr("tunnelling 1 (KNX IP Secure is required)"));
+  EXPECT_THAT(result->problems, IsEmpty());
+}
+
+TEST_F(Discovering, AHostThatAnswersNoExtendedSearchIsDescribedAllTheSame) {
+  ServerDescription plain;
+  plain.families = {{Family::kCore, 2}};
+  server.listen({}, kKnxPort);
+  server.answer = [&](const Endpoint& from, ByteView frame) {
+    if (frame[3] == 3) server.send(from, write(Message(DescriptionResponse{to_dibs(plain)})));
+  };
+  start(description());
+  time.run_for(10s);
+  ASSERT_TRUE(result);
+  EXPECT_THAT(result->servers, SizeIs(1));
+  EXPECT_THAT(result->problems, IsEmpty());
+}
+
 TEST_F(Discovering, NobodyListeningIsToldAtOnceAndAnUnknownNameToo) {
   start({{}, {{"10.77.0.1", kKnxPort}, {"nobody.example", kKnxPort}}});
   time.run_for(100ms);

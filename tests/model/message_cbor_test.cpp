@@ -53,10 +53,10 @@ constexpr std::string_view kGoldenJoin =
     "62746f a1 6669736c616e64 0c 6176 01";                                         // to 12, v 1
 
 constexpr std::string_view kGoldenUpdates =
-    "a8 64626f6479 a1 687265616469 6e6773 82"                                                 // body: readings, two
-    "a5 68696e7374616e6365 6131 646b696e64 6673656e736f72"                                    // instance 1, kind sensor
-    "6774696d652d7573 1b00060a24181e4000 6474797065 02 6576616c7565 fb40357ae147ae147b"       // time-us, type 2, 21.48
-    "a4 68696e7374616e6365 6131 646b696e64 6673656e736f72 6474797065 190202 6576616c7565 f5"  // motion true
+    "a8 64626f6479 a1 687265616469 6e6773 82"                                             // body: readings, two
+    "a5 68696e7374616e6365 6131 646b696e64 6673656e736f72"                                // instance 1, kind sensor
+    "6774696d652d7573 1b00060a24181e4000 6474797065 02 6576616c7565 fb40357ae147ae147b"   // time-us, type 2, 21.48
+    "a4 68696e7374616e6365 6131 646b696e64 6673656e736f72 6474797065 0a 6576616c7565 f5"  // motion true
     "6466726f6d a3 66646576696365 6137 6669736c616e64 19198d 676e6574776f726b 6577736e2d31"
     "64686f7073 01 646b696e64 6775706461746573 666e756d626572 07 666f726967696e 19198d"
     "62746f a1 6669736c616e64 0c 6176 01";
@@ -82,7 +82,7 @@ Message golden_join() {
 Message golden_updates() {
   const WallTime when{std::chrono::microseconds(1'700'000'000'000'000)};
   return message_with(
-      Updates{{{{Kind::kSensor, TypeId{2}, "1"}, 21.48, when}, {{Kind::kSensor, TypeId{0x202}, "1"}, true, {}}}});
+      Updates{{{{Kind::kSensor, TypeId{2}, "1"}, 21.48, when}, {{Kind::kSensor, TypeId{0x00a}, "1"}, true, {}}}});
 }
 
 Message golden_actuate() {
@@ -153,6 +153,17 @@ TEST(MessageCbor, AJoinKeepsAllItsFields) {
   EXPECT_TRUE(join.capabilities[1].sampled);
   EXPECT_FALSE(join.capabilities[1].minimum);
   EXPECT_FALSE(join.capabilities[1].deadline);
+}
+
+TEST(MessageCbor, WordsOfAPointAndWhatIsWrongWithAReadingTravel) {
+  Capability mode = light_capability();
+  mode.words = {{0, "auto"}, {20, "no demand"}};
+  const auto joined = back(message_with(Join{"", "", "", {mode}, true}));
+  EXPECT_EQ(std::get<Join>(joined.body).capabilities.at(0), mode);
+  const auto updated = back(message_with(Updates{{{mode.point, {}, {}, "1 octet, expected 2"}}}));
+  EXPECT_EQ(std::get<Updates>(updated.body).readings.at(0).why, "1 octet, expected 2");
+  const auto refused = back(message_with(State{LineState::kRefused, "full", {}}));
+  EXPECT_EQ(std::get<State>(refused.body).line, LineState::kRefused);
 }
 
 TEST(MessageCbor, TheSmallerKindsKeepAllTheirFields) {

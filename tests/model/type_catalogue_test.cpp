@@ -74,7 +74,9 @@ TEST(TypeCatalogue, EveryTypeSaysWhatItMeans) {
     EXPECT_FALSE(type->quantity.empty()) << type->name;
     EXPECT_FALSE(type->unit.empty()) << type->name;
     EXPECT_LE(type->minimum, type->maximum) << type->name;
-    EXPECT_EQ(type->data == DataType::kEnumeration, !type->words.empty() && type->data != DataType::kBoolean)
+    const bool words_of_points = type->name.starts_with("enumeration");
+    EXPECT_EQ(type->data == DataType::kEnumeration,
+              words_of_points || (!type->words.empty() && type->data != DataType::kBoolean))
         << type->name;
   }
 }
@@ -117,7 +119,8 @@ TEST(TypeCatalogue, IdsThatPeersRememberStay) {
   EXPECT_EQ(type_of("temperature").id, TypeId{0x0002});
   EXPECT_EQ(type_of("unsigned8BitOutput").id, TypeId{0x0145});
   EXPECT_EQ(type_of("switch").id, TypeId{0x0200});
-  EXPECT_EQ(type_of("illuminance").id, TypeId{0x0400});
+  EXPECT_EQ(type_of("motion").id, TypeId{0x000a});
+  EXPECT_EQ(type_of("luminance").id, TypeId{0x0401});
   EXPECT_EQ(type_of("rate").id, TypeId{0x0600});
 }
 
@@ -176,7 +179,7 @@ TEST(TypeParse, ANumberKeepsToItsRange) {
   EXPECT_EQ(parsed("temperature", "2e3"), Value(2000.0));
   EXPECT_EQ(parse_error("temperature", "-274"),
             (Error{ErrorCode::kOutOfRange, "temperature: '-274' is not a number from -273.15 to 2000 Cel"}));
-  EXPECT_EQ(parse_error("illuminance", "-1").text, "illuminance: '-1' is not a number from 0 lx");
+  EXPECT_EQ(parse_error("luminance", "-1").text, "luminance: '-1' is not a number from 0 cd/m2");
   for (const auto* text : {"", "nan", "inf", "-inf", "0x10", "1e999", "21,5", "21.5 ", "+-1", "warm"}) {
     EXPECT_EQ(parse_error("temperature", text),
               (Error{ErrorCode::kInvalid, "temperature: '" + std::string(text) + "' is not a decimal number"}));
@@ -186,10 +189,25 @@ TEST(TypeParse, ANumberKeepsToItsRange) {
 TEST(TypeParse, AnEnumerationTakesWordsAndNumbers) {
   EXPECT_EQ(parsed("blindStep", "up"), Value(std::string("up")));
   EXPECT_EQ(parsed("blindStep", "1"), Value(std::string("down")));
-  for (const auto* text : {"", "2", "-1", "Up", "up,down", "9223372036854775807", "-9223372036854775808"}) {
+  EXPECT_EQ(parsed("blindStep", "Up"), Value(std::string("up"))) << "case, blanks and hyphens do not count";
+  for (const auto* text : {"", "2", "-1", "Upp", "up,down", "9223372036854775807", "-9223372036854775808"}) {
     EXPECT_EQ(parse_error("blindStep", text),
               (Error{ErrorCode::kInvalid, "blindStep: '" + std::string(text) + "' is not one of up,down"}));
   }
+}
+
+TEST(TypeParse, AnEnumerationWithoutWordsTakesThoseOfItsPointsAndNumbers) {
+  EXPECT_EQ(parsed("enumerationOutput", "heat"), Value(std::string("heat")));
+  EXPECT_EQ(parsed("enumerationOutput", "7"), Value(std::int64_t{7})) << "as older islands and recordings have it";
+  EXPECT_EQ(parse_error("enumerationOutput", "65536").code, ErrorCode::kOutOfRange);
+  EXPECT_EQ(parse_error("enumerationOutput", "").code, ErrorCode::kInvalid);
+  const TypeCatalogue types;
+  const auto& type = *types.find("enumerationInput");
+  EXPECT_TRUE(TypeCatalogue::check(type, std::string("heat")));
+  EXPECT_TRUE(TypeCatalogue::check(type, std::int64_t{7}));
+  EXPECT_FALSE(TypeCatalogue::check(type, std::int64_t{-1}));
+  EXPECT_FALSE(TypeCatalogue::check(type, true));
+  EXPECT_EQ(parsed("bitsetInput", "16641"), Value(Json{"16641"})) << "as older recordings have it";
 }
 
 TEST(TypeParse, TextIsTakenAsItIs) {

@@ -3,6 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <functional>
+#include <vector>
+
 #include "base/virtual_scheduler.h"
 #include "support/collecting_log.h"
 #include "transport/memory_transports.h"
@@ -22,6 +25,8 @@ struct Script {
   bool fails_inside_open = false;
   bool fails_inside_send = false;
   bool speaks_when_destroyed = false;
+  bool has_last_words = false;
+  std::vector<std::function<void()>> closing;
   std::vector<SteadyTime> openings;
   std::vector<Message> sent;
   NetworkHost* host = nullptr;
@@ -50,6 +55,10 @@ class Played final : public Network {
     script->sent.push_back(message);
     if (script->fails_inside_send) host_.failed({ErrorCode::kIo, "pulled"});
     return {};
+  }
+  bool close(std::function<void()> closed) override {
+    if (script->has_last_words) script->closing.push_back(std::move(closed));
+    return script->has_last_words;
   }
 
  private:
@@ -97,6 +106,7 @@ class SupervisorTest : public ::testing::Test {
   }
 
   Script played_;
+  std::uint64_t tries_ = 0;
   VirtualScheduler time;
   transport::MemoryTransports files;
   support::CollectingLog log;
@@ -158,10 +168,14 @@ TEST_F(SupervisorTest, TellsWhyTheLineIsDownAndCountsAttempts) {
   ASSERT_EQ(sink.states().size(), 1u);
   EXPECT_EQ(sink.states()[0].line, LineState::kDown);
   EXPECT_EQ(sink.states()[0].reason, "no cable");
+  const WallTime next(std::chrono::seconds(sink.states()[0].counters.at("next-attempt")));
+  EXPECT_GT(next, time.wall_now());
+  EXPECT_LE(next, time.wall_now() + 1s) << "100 ms, told in whole seconds";
   played_.opens = true;
   time.run_for(1s);
   EXPECT_EQ(sink.states().back().line, LineState::kUp);
   EXPECT_EQ(sink.states().back().counters.at("attempts"), 2u);
+  EXPECT_EQ(sink.states().back().counters.at("next-attempt"), 0u);
 }
 
 TEST_F(SupervisorTest, TellsTheLogOfAFlappingLineOnceAMinuteAndReason) {
@@ -181,6 +195,39 @@ TEST_F(SupervisorTest, TellsTheLogOfAFlappingLineOnceAMinuteAndReason) {
   played_.host->failed({ErrorCode::kIo, "burnt"});
   EXPECT_EQ(told("a-2: line lost: burnt"), 1) << "another reason is news";
   EXPECT_EQ(sink.states().back().reason, "burnt");
+}
+
+TEST_F(SupervisorTest, TellsTheLogWhyALineIsNotUpWhenTheReasonChanges) {
+  ASSERT_TRUE(add("a-1", played()));
+  supervisor.start();
+  const auto told = [this](std::string_view part) {
+    return std::count_if(log.lines.begin(), log.lines.end(),
+                         [part](const auto& line) { return line.find(part) != line.npos; });
+  };
+  EXPECT_EQ(told("line up"), 0) << "nothing was wrong";
+  const auto refused = [this](const char* why) {
+    played_.host->deliver({}, State{LineState::kConnecting, {}, {}});
+    played_.host->deliver({}, State{LineState::kRefused, why, {{"attempts", ++tries_}}});
+    time.run_for(10s);
+  };
+  for (int i = 0; i < 20; ++i) refused("all tunnels are in use (status 24)");
+  EXPECT_EQ(told("a-1: line refused: all tunnels are in use (status 24)"), 1);
+  EXPECT_EQ(sink.states().back().counters.at("attempts"), 21U) << "its own and the first";
+  refused("connection type (status 22)");
+  EXPECT_EQ(told("a-1: line refused: connection type"), 1);
+  played_.host->deliver({}, State{LineState::kUp, {}, {}});
+  EXPECT_EQ(told("a-1: line up"), 1);
+  for (int i = 0; i < 30; ++i) refused(i % 2 == 0 ? "one" : "two");
+  EXPECT_EQ(told("line refused: one"), 5) << "each at most once a minute";
+}
+
+TEST_F(SupervisorTest, AttemptsNeverFallWhenTheLineFails) {
+  ASSERT_TRUE(add("a-1", played()));
+  supervisor.start();
+  played_.host->deliver({}, State{LineState::kRefused, "full", {{"attempts", 8}}});
+  EXPECT_EQ(sink.states().back().counters.at("attempts"), 9U);
+  played_.host->failed({ErrorCode::kIo, "pulled"});
+  EXPECT_EQ(sink.states().back().counters.at("attempts"), 9U);
 }
 
 TEST_F(SupervisorTest, BeginsWithTheShortestPauseAgainOnceTheLineWasUp) {
@@ -245,6 +292,60 @@ TEST_F(SupervisorTest, ARemovedNetworkSaysNothingMoreAndIsReportedDown) {
   EXPECT_FALSE(supervisor.has("a-1"));
   time.run_for(10s);
   EXPECT_EQ(played_.openings.size(), 1u);
+}
+
+/// What a supervisor with two networks calls when it closes.
+class SupervisorEnds : public SupervisorTest {
+ protected:
+  void SetUp() override {
+    for (const auto* id : {"a-1", "a-2"}) ASSERT_TRUE(add(id, played()));
+    supervisor.start();
+  }
+  void close() {
+    supervisor.close([this] { ++ended; });
+    EXPECT_EQ(ended, 0) << "in a later turn";
+  }
+  int ended = 0;
+};
+
+TEST_F(SupervisorEnds, AtOnceWhereNoNetworkHasLastWords) {
+  close();
+  time.run_for(1ms);
+  EXPECT_EQ(ended, 1);
+  time.run_for(1min);
+  EXPECT_EQ(ended, 1);
+}
+
+TEST_F(SupervisorEnds, WhenTheLastOneHasSpoken) {
+  played_.has_last_words = true;
+  close();
+  ASSERT_EQ(played_.closing.size(), 2u);
+  played_.closing[0]();
+  time.run_for(1s);
+  EXPECT_EQ(ended, 0);
+  played_.closing[1]();
+  time.run_for(1ms);
+  EXPECT_EQ(ended, 1);
+  time.run_for(1min);
+  EXPECT_EQ(ended, 1);
+}
+
+TEST_F(SupervisorEnds, AfterTwoSecondsWhoeverStillSpeaks) {
+  played_.has_last_words = true;
+  close();
+  played_.closing[0]();
+  time.run_for(kClosingTime - 1ms);
+  EXPECT_EQ(ended, 0);
+  time.run_for(1ms);
+  EXPECT_EQ(ended, 1);
+}
+
+TEST_F(SupervisorEnds, WithoutALineThatIsLostMeanwhile) {
+  close();
+  const auto openings = played_.openings.size();
+  played_.host->failed({ErrorCode::kIo, "pulled"});
+  time.run_for(1min);
+  EXPECT_EQ(played_.openings.size(), openings);
 }
 
 }  // namespace

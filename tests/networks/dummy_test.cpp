@@ -21,10 +21,10 @@ using ::testing::SizeIs;
 constexpr std::string_view kRoom = R"({"seed": 7, "simulate": {"kitchen": {
   "name": "Kitchen", "join": "1s", "keepalive": "10s", "leave": "100s", "rejoin": "120s",
   "sensors": {"temperature-1": {"wave": "sine", "low": 19, "high": 23, "period": "60s", "noise": 0.1},
-              "illuminance-1": {"wave": "random", "low": 5, "high": 400},
+              "light-1": {"wave": "random", "low": 5, "high": 400},
               "motion-1": {"wave": "square", "period": "20s"},
               "contact-1": {"wave": "steps", "values": ["closed", "open"], "period": "5s"}},
-  "actuators": {"switch-1": {"behaviour": "obey", "value": "off", "delay": "200ms", "sensor": "illuminance-1"},
+  "actuators": {"switch-1": {"behaviour": "obey", "value": "off", "delay": "200ms", "sensor": "light-1"},
                 "dimmer-1": {"behaviour": "silent"}, "valve-1": {"behaviour": "ignore"}, "lock-1": {"behaviour": "fail"}},
   "properties": {"rate": 500, "room": "kitchen"}}}})";
 
@@ -86,6 +86,59 @@ TEST_F(Dummy, JoinsWithEverythingTheScriptNames) {
   }
 }
 
+TEST_F(Dummy, ARangeIsManyDevicesAlike) {
+  start(R"({"seed": 7, "simulate": {"room-{1..10000}": {"name": "Room {n}", "sensors": {
+         "temperature-1": {"wave": "random", "low": 10, "high": 30}}}}})");
+  const auto joins = host.all<model::Join>();
+  ASSERT_THAT(joins, SizeIs(10000));
+  std::map<std::string, std::string> names;
+  for (const auto& [device, join] : joins) names.emplace(device, join.name);
+  EXPECT_THAT(names, SizeIs(10000));
+  EXPECT_EQ(names.at("room-1"), "Room 1");
+  EXPECT_EQ(names.at("room-10000"), "Room 10000");
+  host.delivered.clear();
+  host.time.run_for(10s);
+  EXPECT_THAT(host.all<model::KeepAlive>(), SizeIs(10000));
+  for (const auto* room : {"room-1", "room-2"}) {
+    ASSERT_TRUE(send(model::Sample{1, {sensor("temperature")}, 1s}, room));
+    host.time.run_for(10s);
+    ASSERT_TRUE(send(model::Sample{2, {}, 0s}, room));
+  }
+  const auto values = values_of(sensor("temperature"));
+  ASSERT_THAT(values, SizeIs(22));
+  EXPECT_NE(std::vector(values.begin(), values.begin() + 11), std::vector(values.begin() + 11, values.end()))
+      << "each has a chance of its own";
+}
+
+TEST_F(Dummy, TheDevicesOfARangeDoNotSpeakAllAtOnce) {
+  start(R"({"simulate": {"room-{1..100}": {"keepalive": "10s"}}})");
+  host.delivered.clear();
+  host.time.run_for(1s);
+  EXPECT_THAT(host.all<model::KeepAlive>(), SizeIs(testing::Le(11u)));
+  host.time.run_for(9s);
+  EXPECT_THAT(host.all<model::KeepAlive>(), SizeIs(testing::Ge(99u)));
+}
+
+TEST_F(Dummy, RangesHaveAsManyDigitsAsTheirFirstNumber) {
+  start(R"({"simulate": {"{08..11}-hall": {}, "a{b": {}}})");
+  std::vector<std::string> devices;
+  for (const auto& [device, join] : host.all<model::Join>()) devices.push_back(device);
+  EXPECT_THAT(devices, testing::UnorderedElementsAre("08-hall", "09-hall", "10-hall", "11-hall", "a{b"));
+}
+
+TEST_F(Dummy, RangesThatMakeNoSenseAreRefused) {
+  make(R"({"simulate": {"room-{5..1}": {}, "{1..x}": {}, "{1..2}-{1..2}": {}, "r-{1..20001}": {},
+         "b-{1..3}": {}, "b-2": {}}})");
+  for (const auto* text :
+       {"simulate.room-{5..1}: is 'room-{5..1}', expected one range of whole numbers such as room-{1..100}",
+        "simulate.{1..x}: is '{1..x}', expected one range", "simulate.{1..2}-{1..2}: is '{1..2}-{1..2}', expected one",
+        "simulate.r-{1..20001}: 20001 devices beside 0 others, expected at most limits.devices, 20000",
+        "simulate.b-2: a device b-2 is there already"}) {
+    EXPECT_THAT(errors.text(), HasSubstr(text));
+  }
+  EXPECT_THAT(errors.lines(), SizeIs(5));
+}
+
 TEST_F(Dummy, LivesLeavesAndComesBackAsScripted) {
   start();
   host.time.run_for(97s);
@@ -127,7 +180,7 @@ TEST_F(Dummy, GivesTheSameValuesForTheSameSeed) {
     fresh.time.run_for(2s);
     Message message;
     message.destination.device = "kitchen";
-    message.body = model::Sample{1, {sensor("temperature"), sensor("illuminance")}, 1s};
+    message.body = model::Sample{1, {sensor("temperature"), sensor("light")}, 1s};
     ASSERT_TRUE((*made)->send(message));
     fresh.time.run_for(60s);
     auto& values = runs.emplace_back();
@@ -158,14 +211,14 @@ TEST_F(Dummy, WavesStayBetweenTheirLevelsAndMoveThroughThem) {
 
 TEST_F(Dummy, AnObedientActuatorReportsAfterItsDelayAndMovesItsSensor) {
   start();
-  ASSERT_TRUE(send(model::Sample{1, {sensor("illuminance")}, 1h}));
+  ASSERT_TRUE(send(model::Sample{1, {sensor("light")}, 1h}));
   ASSERT_TRUE(send(model::Actuate{2, actuator("switch"), true}));
   EXPECT_EQ(last_answer().request, 2u);
   host.time.run_for(199ms);
   EXPECT_THAT(values_of(actuator("switch")), IsEmpty());
   host.time.run_for(1ms);
   EXPECT_THAT(values_of(actuator("switch")), ElementsAre(Value(true)));
-  EXPECT_EQ(values_of(sensor("illuminance")).back(), Value(400.0));
+  EXPECT_EQ(values_of(sensor("light")).back(), Value(400.0));
 }
 
 TEST_F(Dummy, AnImpatientCommanderGetsTheLastCommandOnly) {

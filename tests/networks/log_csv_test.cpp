@@ -305,5 +305,41 @@ TEST_F(LogDataSets, MovementFilesPlayInNaturalOrderWithTheirLabels) {
   EXPECT_EQ(listener_.of<model::Join>().size(), 1u);
 }
 
+ConfigNode sensor_in(const char* id, const char* unit) {
+  return map({{"sensor", scalar(id)}, {"unit", scalar(unit)}});
+}
+
+TEST_F(LogCsv, AnotherUnitBecomesThatOfTheType) {
+  listener_.files.files["room.csv"] = "t,p,x\n71.6,1013.25,7\n";
+  open_options(map({{"format", scalar("csv")},
+                    {"file", scalar("room.csv")},
+                    {"period", scalar("1s")},
+                    {"map", map({{"room", map({{"columns", map({{"t", sensor_in("temperature-1", "[degF]")},
+                                                                {"p", sensor_in("airPressure-1", "hPa")},
+                                                                {"x", sensor_in("analogueInput-1", "L/h")}})}})}})}}));
+  listener_.time.run_for(500ms);
+  EXPECT_THAT(values(), ElementsAre("22", "101325", "7"));
+  const auto joins = listener_.of<model::Join>();
+  ASSERT_EQ(joins.size(), 1u);
+  std::vector<std::string> units;
+  for (const auto& one : std::get<model::Join>(joins[0].second.body).capabilities) units.push_back(one.unit);
+  EXPECT_THAT(units, ElementsAre("", "", "L/h")) << "a type without a unit takes that of the table";
+}
+
+TEST_F(LogCsv, AUnitThatDoesNotConvertIsRefusedWithThoseThatDo) {
+  const auto made =
+      make_log(listener_,
+               map({{"format", scalar("csv")},
+                    {"file", scalar("room.csv")},
+                    {"period", scalar("1s")},
+                    {"map", map({{"room", map({{"columns", map({{"l", sensor_in("light-1", "[degF]")}})}})}})}}),
+               types_);
+  ASSERT_EQ(made.errors.size(), 1u);
+  EXPECT_THAT(
+      made.errors[0],
+      HasSubstr("map.room.columns.l.unit: `[degF]` does not convert to the unit of light, expected lx or one of "
+                "klx, lm/m2"));
+}
+
 }  // namespace
 }  // namespace rubicon::networks::log

@@ -193,7 +193,8 @@ TEST_F(LogNetworkTest, NamesEverythingThatIsWrongWithItsOptions) {
 }
 
 TEST_F(LogNetworkTest, RefusesCsvKeysForPackets) {
-  const auto made = make_log(listener_, map({{"file", scalar("a.bin")}, {"period", scalar("1s")}}), types_);
+  const auto made = make_log(
+      listener_, map({{"format", scalar("packets")}, {"file", scalar("a.bin")}, {"period", scalar("1s")}}), types_);
   EXPECT_EQ(made.network, nullptr);
   ASSERT_EQ(made.errors.size(), 1u);
   EXPECT_THAT(made.errors[0], HasSubstr("period"));

@@ -162,6 +162,26 @@ TEST_F(LogRecording, SeveralNetworksEndTheLineOnceWithTheirNamesAndTellNothing) 
   EXPECT_THAT(told(), IsEmpty());
 }
 
+TEST_F(LogRecording, AllNetworksOfTheFileAreNamedAlsoThoseOfItsLastBlock) {
+  Writer writer;
+  writer.set("proxy.wsn-1.7.sensor.light-1.value", "1");
+  writer.set("proxy.knx.1_1_1.sensor.temperature-1.value", "20");
+  for (int i = 0; i < 5; ++i) {
+    writer.close();
+    for (int k = 0; k < 1000; ++k) writer.set("proxy.wsn-1.7.sensor.light-1.value", std::to_string(k));
+  }
+  writer.set("proxy.salad.status", "{}");
+  writer.close();
+  writer.set("proxy.zigbee-1.3.actuator.lamp-1.value", "on");
+  play(writer.file());
+  const std::string why =
+      "home.rec: the recording holds the networks knx, salad, wsn-1, zigbee-1; say which one to play, for example "
+      "network: knx";
+  EXPECT_THAT(lines(), ElementsAre("connecting", "ended: " + why));
+  EXPECT_THAT(listener_.lines, ElementsAre(why));
+  EXPECT_THAT(told(), IsEmpty());
+}
+
 TEST_F(LogRecording, OpenedAgainAfterItEndedItReadsTheRecordingAnew) {
   Writer both, one;
   both.set("proxy.wsn-1.7.sensor.light-1.value", "1");
@@ -258,6 +278,40 @@ TEST_F(LogRecording, BadDescriptionsAndValuesAreCountedAndTheRestPlays) {
   EXPECT_GE(listener_.counter("damaged"), 6u);
 }
 
+/// What a recorder wrote of a DUMMY sensor before illuminance became light, and of a table in Fahrenheit.
+TEST_F(LogRecording, ARecordingOfFormerTypesAndOtherUnitsPlaysWithThoseOfToday) {
+  Writer writer;
+  writer.same_turn = true;
+  writer.set("proxy.dummy-1.living.sensor.illuminance-1.value", "");
+  writer.describe(
+      "proxy.dummy-1.living.sensor.illuminance-1.description",
+      R"({"type":"illuminance","type_id":1024,"quantity":"illuminance","unit":"lx","data_type":"real","minimum":0.0,"access":"read","report":"state","instance":"1"})");
+  writer.set("proxy.dummy-1.living.sensor.temperature-1.value", "");
+  writer.describe(
+      "proxy.dummy-1.living.sensor.temperature-1.description",
+      R"({"type":"temperature","type_id":2,"quantity":"temperature","unit":"[degF]","data_type":"real","minimum":-273.15,"maximum":212.0,"access":"read","report":"state","instance":"1"})");
+  writer.describe(
+      "proxy.dummy-1.living.description",
+      R"({"name":"Living room","model":"","type":"","address":"living","network":"dummy-1","capabilities":["illuminance","temperature"],"sensors":["illuminance-1","temperature-1"],"actuators":[],"properties":[]})");
+  writer.same_turn = false;
+  writer.set("proxy.dummy-1.living.sensor.illuminance-1.value", "52.5");
+  writer.set("proxy.dummy-1.living.sensor.temperature-1.value", "71.6");
+  play(writer.file());
+  const auto joined = joins();
+  ASSERT_EQ(joined.size(), 1u);
+  const auto& capabilities = joined[0].capabilities;
+  ASSERT_EQ(capabilities.size(), 2u);
+  EXPECT_EQ(capabilities[0].point, (model::PointId{Kind::kSensor, TypeId{1}, "1"}));
+  EXPECT_EQ(capabilities[0].type_name, "light");
+  EXPECT_EQ(capabilities[1].unit, "");
+  EXPECT_FALSE(capabilities[1].minimum) << "as the type says";
+  EXPECT_EQ(capabilities[1].maximum, 100.0);
+  const auto readings = listener_.readings();
+  ASSERT_EQ(readings.size(), 2u);
+  EXPECT_EQ(readings[0].point, capabilities[0].point);
+  EXPECT_THAT(told(), ElementsAre("52.5", "22"));
+}
+
 TEST(RecordedValues, ComeBackWithTheTextTheyHad) {
   const TypeCatalogue types;
   const auto text = [&](const char* type, std::string_view recorded) {
@@ -273,6 +327,32 @@ TEST(RecordedValues, ComeBackWithTheTextTheyHad) {
   EXPECT_THAT(text("temperature", "warm"), HasSubstr("is not a number"));
   EXPECT_THAT(text("temperature", "inf"), HasSubstr("is not a number"));
   EXPECT_THAT(text("temperature", ""), HasSubstr("is not a number"));
+}
+
+TEST(RecordedValues, EnumerationsAndSetsOfBitsAreReadAsWordsAndAsTheNumbersOfOlderRecordings) {
+  const TypeCatalogue types;
+  const auto* mode = types.find("enumerationInput");
+  EXPECT_EQ(recorded_value(mode, "heat", "text/plain"), Value(std::string("heat")));
+  EXPECT_EQ(recorded_value(mode, "1", "text/plain"), Value(std::int64_t{1}));
+  const auto* flags = types.find("bitsetInput");
+  EXPECT_EQ(recorded_value(flags, "16641", "text/plain"), Value(Json{"16641"}));
+  EXPECT_EQ(recorded_value(flags, R"({"raw":1})", "application/json"), Value(Json{R"({"raw":1})"}));
+}
+
+TEST(RecordedDevices, WordsOfAPointComeBackWithTheirNumbers) {
+  const TypeCatalogue types;
+  ForeignTypes foreign(types);
+  const auto words = [&](std::string_view rest) {
+    RecordedPoint point;
+    point.id = "enumerationInput-1";
+    EXPECT_TRUE(describe(point, R"({"type":"enumerationInput","type_id":275,)" + std::string(rest) + "}", foreign));
+    return point.capability.words;
+  };
+  EXPECT_EQ(words(R"("words":["auto","heat"])"), (std::vector<model::Word>{{0, "auto"}, {1, "heat"}}));
+  EXPECT_EQ(words(R"("words":["auto","no demand"],"codes":[0,20])"),
+            (std::vector<model::Word>{{0, "auto"}, {20, "no demand"}}));
+  EXPECT_THAT(words(R"("words":["auto","no demand"],"codes":[0,"x"])"), IsEmpty());
+  EXPECT_THAT(words(R"("minimum":0)"), IsEmpty());
 }
 
 TEST(RecordedDevices, PointsJoinInAnOrderThatGivesTheSameCapabilities) {

@@ -18,6 +18,27 @@ TEST_F(Board, AnIslandShowsItselfAndItsNetworks) {
   EXPECT_EQ(text("proxy.hall.property.line.value"), "up");
 }
 
+TEST_F(Board, ALineThatIsDownSaysHowOftenItWasTriedAndWhenItIsNext) {
+  start();
+  EXPECT_EQ(json("proxy.hall.status")["attempts"], 1);
+  EXPECT_EQ(json("proxy.hall.status")["next_attempt"], 0);
+  hall().line_works = false;
+  hall().lose_line();
+  time.run_for(5s);
+  const auto first = json("proxy.hall.status");
+  EXPECT_EQ(first["line"], "down");
+  EXPECT_GT(first["attempts"], 2);
+  EXPECT_GE(first["next_attempt"], base::to_seconds(time.wall_now()));
+  time.run_for(10s);
+  const auto later = json("proxy.hall.status");
+  EXPECT_GT(later["attempts"], first["attempts"]);
+  EXPECT_EQ(later["since"], first["since"]) << "it has been down for as long";
+  hall().line_works = true;
+  time.run_for(5s);
+  EXPECT_EQ(json("proxy.hall.status")["line"], "up");
+  EXPECT_EQ(json("proxy.hall.status")["next_attempt"], 0);
+}
+
 TEST_F(Board, ListsTheReachableDevices) {
   start();
   join("7", lamp());
@@ -29,13 +50,44 @@ TEST_F(Board, ListsTheReachableDevices) {
   EXPECT_EQ(json("proxy.hall.devices"), (std::vector<std::string>{"1_4_6", "7"}));
 }
 
+TEST_F(Board, ADeviceThatLeftIsNotListedAnyMore) {
+  start();
+  join("7", lamp());
+  join("8", lamp());
+  time.run_for(1s);
+  ASSERT_EQ(json("proxy.hall.devices"), (std::vector<std::string>{"7", "8"}));
+  say("7", model::Leave{"thrown away"});
+  time.run_for(1s);
+  EXPECT_EQ(json("proxy.hall.devices"), (std::vector<std::string>{"8"}));
+}
+
+TEST_F(Board, ListsTheReachableDevicesOfAllNetworksInOneTuple) {
+  config.networks["garden"];
+  config.networks["knx-hall"];
+  start();
+  EXPECT_EQ(text("proxy.devices"), "[]");
+  join("7", lamp());
+  join("1.4.6", lamp());
+  const auto from_garden = [this](model::Body body) {
+    gate->from_network("garden", Message{model::kNobody, 0, 0, {kIsland, "garden", "pond"}, {kIsland, {}, {}}, body});
+  };
+  from_garden(lamp());
+  time.run_for(1s);
+  EXPECT_EQ(json("proxy.devices"), (std::vector<std::string>{"garden.pond", "hall.1_4_6", "hall.7"}));
+  from_garden(model::Leave{"frozen"});
+  time.run_for(1s);
+  EXPECT_EQ(json("proxy.devices"), (std::vector<std::string>{"hall.1_4_6", "hall.7"}));
+}
+
 TEST_F(Board, PublishesTheListAtMostFourTimesASecond) {
   start();
-  int lists = 0;
+  int lists = 0, lists_of_island = 0;
   const auto ears =
       space->subscribe({kIsland, "proxy.hall.devices"}, {.passive = true}, [&](const Event&) { ++lists; });
+  const auto more_ears =
+      space->subscribe({kIsland, "proxy.devices"}, {.passive = true}, [&](const Event&) { ++lists_of_island; });
   time.run_for(1s);
-  lists = 0;
+  lists = lists_of_island = 0;
   for (int device = 0; device < 1000; ++device) {
     join(std::to_string(device), lamp());
     time.run_for(2ms);
@@ -43,6 +95,7 @@ TEST_F(Board, PublishesTheListAtMostFourTimesASecond) {
   time.run_for(1s);
   EXPECT_GE(lists, 8);
   EXPECT_LE(lists, 10);
+  EXPECT_EQ(lists_of_island, lists);
   EXPECT_EQ(json("proxy.hall.devices").size(), 1000u);
 }
 

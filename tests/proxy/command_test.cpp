@@ -1,46 +1,9 @@
-#include "island.h"
+#include "proxy/command.h"
+
+#include "commands.h"
 
 namespace rubicon::proxy {
 namespace {
-
-const std::string kFlapPoint = "proxy.hall.7.actuator.flap-1";
-const std::string kFlapCommand = kFlapPoint + ".command";
-
-class Commands : public Island {
- protected:
-  void begin() {
-    start();
-    auto message = lamp();
-    message.capabilities.push_back(capability(Kind::kActuator, kKnob));
-    message.capabilities.back().minimum = 10;
-    message.capabilities.back().maximum = 200;
-    message.capabilities.push_back(capability(Kind::kActuator, kChime));
-    message.capabilities.push_back(capability(Kind::kActuator, kMood));
-    message.capabilities.back().reports = false;
-    message.capabilities.push_back(capability(Kind::kProperty, kKnob, ""));
-    message.capabilities.push_back(capability(Kind::kProperty, kMood, ""));
-    message.capabilities.back().access = Access::kRead;
-    join("7", message);
-  }
-  std::vector<model::Actuate> actuated() { return hall().sent_bodies<model::Actuate>(); }
-  nlohmann::json command(const std::string& point = kFlapPoint) const { return json(point + ".status")["command"]; }
-  /// All states a point's command goes through from now on, as `request:state`.
-  void record(const std::string& point) {
-    ears = space->subscribe({kIsland, point + ".status"}, {.passive = true}, [this](const Event& event) {
-      const auto status = nlohmann::json::parse(event.tuple.value);
-      if (!status.contains("command")) return;
-      const auto line =
-          std::to_string(status["command"]["request"].get<int>()) + ":" + status["command"]["state"].get<std::string>();
-      if (states.empty() || states.back() != line) states.push_back(line);
-    });
-  }
-  void sleep() {
-    time.run_for(61s);
-    ASSERT_EQ(json("proxy.hall.7.status")["status"], "unreachable");
-  }
-  tuples::Handle ears;
-  std::vector<std::string> states;
-};
 
 TEST_F(Commands, AReportOfTheCommandedValueConfirms) {
   begin();
@@ -159,6 +122,7 @@ TEST_F(Commands, ANetworkThatNeverAnswersEndsTimedOut) {
   time.run_for(5100ms);
   EXPECT_EQ(command_state(kFlapPoint), "timed-out");
   EXPECT_EQ(command()["reason"], "no acknowledgement within 5 s");
+  EXPECT_FALSE(command().contains("until")) << "final";
 }
 
 TEST_F(Commands, AReportOlderThanTheCommandDoesNotConfirm) {
@@ -188,6 +152,19 @@ TEST_F(Commands, AReportOfAnotherValueDoesNotConfirm) {
   EXPECT_EQ(command_state(kFlapPoint), "sent");
   report("7", sensor(kGlow), 1.0);
   EXPECT_EQ(command_state(kFlapPoint), "sent");
+}
+
+TEST_F(Commands, ANumberConfirmsWithinAThousandth) {
+  EXPECT_TRUE(confirms(Value(20.0), Value(20.0)));
+  EXPECT_TRUE(confirms(Value(20.02), Value(20.0)));
+  EXPECT_TRUE(confirms(Value(-19.99), Value(-20.0)));
+  EXPECT_TRUE(confirms(Value(std::int64_t{20}), Value(20.01)));
+  for (const double other : {10.0, 30.0, 20.1, 19.9, -20.0, 0.0}) {
+    EXPECT_FALSE(confirms(Value(other), Value(20.0))) << other;
+  }
+  EXPECT_FALSE(confirms(Value(0.001), Value(0.0)));
+  EXPECT_FALSE(confirms(Value(std::int64_t{10'000}), Value(std::int64_t{10'001}))) << "whole numbers are equal or not";
+  EXPECT_FALSE(confirms(Value(std::string("20")), Value(std::string("2"))));
 }
 
 TEST_F(Commands, AnActuatorThatNeverReportsEndsAssumed) {
@@ -258,49 +235,6 @@ TEST_F(Commands, EventsKeepTheirOrderAndAreAllDelivered) {
   EXPECT_EQ(sent[3].value, Value(true));
 }
 
-TEST_F(Commands, ASleepingDeviceIsWaitedForAsLongAsTheQueueExpirySays) {
-  begin();
-  sleep();
-  set(kFlapCommand, "open");
-  time.run_for(59s);
-  EXPECT_EQ(command_state(kFlapPoint), "queued");
-  time.run_for(2s);
-  EXPECT_EQ(command_state(kFlapPoint), "expired");
-  say("7", model::KeepAlive{});
-  EXPECT_TRUE(actuated().empty());
-}
-
-TEST_F(Commands, ATimeToLiveThatIsNamedBoundsTheWait) {
-  begin();
-  sleep();
-  set(kFlapCommand, "open", 2s);
-  time.run_for(2100ms);
-  EXPECT_EQ(command_state(kFlapPoint), "expired");
-}
-
-TEST_F(Commands, ADoorDoesNotOpenWhenTheCableIsMendedAnHourLater) {
-  begin();
-  hall().lose_line();
-  time.run_for(10ms);
-  EXPECT_EQ(set(kFlapCommand, "open").verdict, Verdict::kApplied);
-  EXPECT_EQ(command_state(kFlapPoint), "queued");
-  time.run_for(5100ms);
-  EXPECT_EQ(command_state(kFlapPoint), "expired");
-  hall().line_works = true;
-  time.run_for(1h);
-  EXPECT_TRUE(actuated().empty());
-}
-
-TEST_F(Commands, AShortInterruptionOfTheLineDelaysACommand) {
-  begin();
-  hall().lose_line();
-  time.run_for(10ms);
-  set(kFlapCommand, "open", 30s);
-  hall().line_works = true;
-  time.run_for(5s);
-  EXPECT_EQ(actuated().size(), 1u);
-}
-
 TEST_F(Commands, ACommandIsSentOnceHoweverOftenTheDeviceReturns) {
   begin();
   sleep();
@@ -311,6 +245,42 @@ TEST_F(Commands, ACommandIsSentOnceHoweverOftenTheDeviceReturns) {
     time.run_for(61s);
   }
   EXPECT_EQ(actuated().size(), 1u);
+}
+
+TEST_F(Commands, ADeviceThatReturnsWhileItsCommandIsUnderWayIsNotSentItAgain) {
+  config.confirmation_wait = 10min;
+  begin();
+  sleep();
+  set(kFlapCommand, "open");
+  say("7", model::KeepAlive{});
+  time.run_for(10ms);
+  ASSERT_EQ(actuated().size(), 1u);
+  for (int i = 0; i < 3; ++i) {
+    sleep();
+    say("7", model::KeepAlive{});
+    join("7", lamp());
+    time.run_for(10ms);
+    EXPECT_EQ(command_state(kFlapPoint), "sent");
+  }
+  EXPECT_EQ(actuated().size(), 1u);
+}
+
+TEST_F(Commands, TheNetworkIsGivenNoMoreTimeThanTheIslandWaits) {
+  begin();
+  set(kFlapCommand, "open", 1h);
+  ASSERT_EQ(actuated().size(), 1u);
+  EXPECT_EQ(actuated()[0].time_to_live, 5s) << "the wait for a confirmation";
+  set(kFlapCommand, "shut", 2s);
+  ASSERT_EQ(actuated().size(), 2u);
+  EXPECT_EQ(actuated()[1].time_to_live, 2s);
+  sleep();
+  set(kFlapCommand, "open", 30s);
+  time.run_for(27s);
+  say("7", model::KeepAlive{});
+  time.run_for(10ms);
+  ASSERT_EQ(actuated().size(), 3u);
+  EXPECT_GT(actuated()[2].time_to_live, 2900ms);
+  EXPECT_LE(actuated()[2].time_to_live, 3s) << "what is left of it";
 }
 
 TEST_F(Commands, AFullQueueRefusesBusy) {
@@ -432,6 +402,13 @@ TEST_F(Rate, IsSetByCommandAndResamples) {
   EXPECT_EQ(command_state(rate_point), "confirmed");
   EXPECT_EQ(hall().sampled["7"].period, 250ms);
   EXPECT_TRUE(hall().sent_bodies<model::SetProperty>().empty());
+}
+
+TEST_F(Rate, IsSetUnderTheNameOfTheTextOfD14Too) {
+  begin({});
+  EXPECT_EQ(set("proxy.hall.7.property.sampling-rate.command", "250").verdict, Verdict::kApplied);
+  EXPECT_EQ(text(rate_point + ".value"), "250");
+  EXPECT_EQ(command_state(rate_point), "confirmed");
 }
 
 TEST_F(Rate, YieldsToASubscriberThatNamesAPeriod) {

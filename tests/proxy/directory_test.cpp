@@ -23,6 +23,7 @@ TEST_F(Directory, DescribesDeviceAndPoints) {
   start();
   auto message = lamp();
   message.capabilities[0].maximum = 500;
+  message.capabilities[1].unit = "klx";
   join("7", message);
   const auto device = json("proxy.hall.7.description");
   EXPECT_EQ(device["name"], "Lamp");
@@ -35,6 +36,7 @@ TEST_F(Directory, DescribesDeviceAndPoints) {
   EXPECT_EQ(glow["type"], "glow");
   EXPECT_EQ(glow["type_id"], 0x8001);
   EXPECT_EQ(glow["unit"], "lx");
+  EXPECT_EQ(json("proxy.hall.7.sensor.glow-2.description")["unit"], "klx") << "its own goes before that of the type";
   EXPECT_EQ(glow["minimum"], 0);
   EXPECT_EQ(glow["maximum"], 500);
   EXPECT_EQ(glow["report"], "state");
@@ -54,6 +56,28 @@ TEST_F(Directory, UsesTheNamesGivenAtInstallation) {
   EXPECT_EQ(json("proxy.hall.kitchen.description")["name"], "Kitchen lamp");
   report("7", sensor(kGlow), 12.5);
   EXPECT_EQ(text("proxy.hall.kitchen.sensor.glow-window.value"), "12.5");
+}
+
+TEST_F(Directory, WarnsOfNamesThatNoPointOfTheDeviceBears) {
+  auto& names = rules().devices["7"];
+  names.sensors["golw-1"] = "window";
+  names.actuators["flap-1"] = "top";
+  start();
+  join("7", lamp());
+  std::size_t warnings = 0;
+  for (const auto& line : log.lines) {
+    if (line.find("the device has no such") == line.npos) continue;
+    ++warnings;
+    EXPECT_THAT(line, testing::HasSubstr(".devices.7.sensors.golw-1: the device has no such sensor; did you mean "
+                                         "'glow-1' or 'glow-2'? There are: glow-1, glow-2"));
+  }
+  EXPECT_EQ(warnings, 1u);
+  join("7", lamp());
+  EXPECT_EQ(static_cast<std::size_t>(
+                std::count_if(log.lines.begin(), log.lines.end(),
+                              [](const auto& line) { return line.find("the device has no such") != line.npos; })),
+            warnings)
+      << "it says the same again";
 }
 
 TEST_F(Directory, HonoursAnotherPrefix) {

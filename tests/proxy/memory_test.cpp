@@ -144,6 +144,26 @@ TEST_F(Remembering, AStoredValueThatNoLongerFitsItsTypeIsNotShown) {
   EXPECT_EQ(text(kGlow1 + std::string(".value")), "");
 }
 
+/// As islands before wrote them, whose enumerations and sets of bits were bare numbers.
+TEST_F(Remembering, AStoredNumberOfAnEnumerationIsShown) {
+  start();
+  Join join;
+  for (const auto* type : {"enumerationInput", "bitsetInput"})
+    join.capabilities.push_back(capability(Kind::kSensor, types.find(type)->id));
+  say("7", join);
+  report("7", join.capabilities[0].point, std::string("heat"));
+  report("7", join.capabilities[1].point, model::Json{R"({"raw":5})"});
+  time.run_for(20s);
+  ASSERT_TRUE(store->each("hall", [&](auto row, state::KnownDevice&& device) {
+    for (auto& one : device.values) one.value = std::int64_t{5};
+    ASSERT_TRUE(store->save_values(row, device.values));
+  }));
+  restart();
+  EXPECT_EQ(text("proxy.hall.7.sensor.enumerationInput-1.value"), "5");
+  EXPECT_EQ(text("proxy.hall.7.sensor.bitsetInput-1.value"), "5");
+  EXPECT_EQ(quality("proxy.hall.7.sensor.enumerationInput-1"), "stored");
+}
+
 TEST_F(Remembering, KeepsTheWantedKeyPart) {
   start();
   auto message = lamp();

@@ -95,6 +95,26 @@ TEST_F(Mirror, AReadingWithoutAValueIsBad) {
   EXPECT_EQ(quality(kPoint), "bad");
 }
 
+TEST_F(Mirror, AReadingWithoutAValueMaySayWhy) {
+  begin();
+  model::Updates wrong;
+  wrong.readings.push_back({sensor(kGlow), {}, {}, "telegram 0c: 1 octet, expected 2"});
+  say("7", wrong);
+  EXPECT_EQ(json(std::string(kPoint) + ".status")["reason"], "telegram 0c: 1 octet, expected 2");
+  report("7", sensor(kGlow), {});
+  EXPECT_EQ(json(std::string(kPoint) + ".status")["reason"], "the device has no value");
+}
+
+TEST_F(Mirror, ALineThatIsRefusedShowsNetworkDown) {
+  begin();
+  report("7", sensor(kGlow), 12.5);
+  say("", model::State{model::LineState::kRefused, "all tunnels are in use (status 24)", {}});
+  EXPECT_EQ(quality(kPoint), "network-down");
+  EXPECT_EQ(json("proxy.hall.status")["line"], "refused");
+  EXPECT_EQ(json("proxy.hall.status")["reason"], "all tunnels are in use (status 24)");
+  EXPECT_EQ(text("proxy.hall.property.line.value"), "refused");
+}
+
 TEST_F(Mirror, StructuredValuesAreJson) {
   start();
   auto message = lamp();

@@ -77,7 +77,7 @@ TEST(EngineConfig, SaysWhereAndWhatIsWrong) {
       {"{tag: \"a<b\"}", "tuples.tag: expected at most 64"},
       {"{trust_lan: perhaps}", "home.yaml:2:21: tuples.trust_lan: is 'perhaps', expected yes or no"},
       {"{security: {ca: x}}", "home.yaml:2:20: tuples.security: is not there yet, expected nothing here"},
-      {"{trust-lan: yes}", "tuples: unknown key 'trust-lan', known: domain, engine"},
+      {"{trust-lan: yes}", "tuples: unknown key 'trust-lan'; did you mean 'trust_lan'? known: domain, engine"},
   };
   for (const auto& [text, part] : cases) {
     base::ConfigErrors errors;

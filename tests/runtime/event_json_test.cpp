@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -20,9 +21,12 @@ tuples::Event event_with(std::string_view value) {
 }
 
 TEST(EventJson, HasTheFieldsOfAWatchLineInOrder) {
+  ::setenv("TZ", "CET-1", 1);
   EXPECT_EQ(event_line(event_with("686.6")),
             R"({"owner":6541,"key":"proxy.dummy.a.sensor.light-1.value","value":"686.6","mimetype":"text/plain",)"
-            R"("seq":7,"write":1795235613.698703,"user":0.0,"event":"set"})");
+            R"("seq":7,"write":1795235613.698703,"user":0.0,)"
+            R"("time":"2026-11-21T05:33:33.698703+01:00","event":"set"})");
+  ::unsetenv("TZ");
 }
 
 TEST(EventJson, TellsDeletedAndExpiredApart) {

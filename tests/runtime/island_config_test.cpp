@@ -69,7 +69,7 @@ TEST_F(IslandConfigTest, HasTheDefaultsOfTheManual) {
   EXPECT_EQ(config.proxy.prefix, "proxy");
   EXPECT_EQ(config.proxy.command_time_to_live, 5s);
   EXPECT_EQ(config.proxy.confirmation_wait, 5s);
-  EXPECT_EQ(config.proxy.queue_expiry, 60s);
+  EXPECT_EQ(config.proxy.queue_expiry, 24h);
   EXPECT_EQ(config.limits.queue, 10000U);
   EXPECT_EQ(config.limits.devices, 20000U);
   EXPECT_EQ(config.proxy.networks.at("dummy").silence, Duration(60s));
@@ -108,6 +108,27 @@ TEST_F(IslandConfigTest, ReadsEveryCommonKey) {
   EXPECT_EQ(names.actuators.at("lamp-1"), "top");
 }
 
+TEST_F(IslandConfigTest, NamesGivenToFormerTypesHoldForThoseOfToday) {
+  const auto config = read(
+      with_network("dummy: {type: dummy, devices: {1: {sensors: {illuminance-1: window, pir-2: hall, motion-1: x}}}}"));
+  EXPECT_THAT(errors_.lines(), IsEmpty());
+  const auto& names = config.proxy.networks.at("dummy").devices.at("1").sensors;
+  EXPECT_EQ(names,
+            (std::map<std::string, std::string>{{"light-1", "window"}, {"motion-1", "x"}, {"motion-2", "hall"}}));
+  read(with_network("dummy: {type: dummy, devices: {1: {sensors: {illuminance-1: a, light-1: b}}}}"));
+  EXPECT_THAT(errors_.lines(), Contains(HasSubstr("sensors.light-1: light-1 has a name already")));
+}
+
+TEST_F(IslandConfigTest, ARecorderOfAFormerTypeRecordsThatOfTodayToo) {
+  const auto config =
+      read("island: {id: 1}\nrecorders: {lux: {file: a.rec, patterns: [\"proxy.*.*.sensor.illuminance-1.value\"]}}\n");
+  EXPECT_THAT(errors_.lines(), IsEmpty());
+  std::vector<std::string> patterns;
+  for (const auto& pattern : config.recorders.at(0).patterns) patterns.push_back(to_string(pattern));
+  EXPECT_THAT(patterns,
+              testing::UnorderedElementsAre("proxy.*.*.sensor.illuminance-1.value", "proxy.*.*.sensor.light-1.value"));
+}
+
 TEST_F(IslandConfigTest, TellsAllThatIsWrongAtOnceWithTheirPlaces) {
   const auto errors = all_errors(
       "island: {id: 70000, name: home, colour: red}\n"
@@ -130,7 +151,67 @@ TEST_F(IslandConfigTest, TellsAllThatIsWrongAtOnceWithTheirPlaces) {
   EXPECT_THAT(errors,
               Contains(HasSubstr("x.yaml:10:20: networks.bacnet-1.type: is 'bacnet', expected one of: dummy, log")));
   EXPECT_THAT(errors, Contains(HasSubstr("x.yaml:11:1: unknown key 'surprise'")));
-  EXPECT_THAT(errors, Contains(StartsWith("x.yaml:9:5: networks.dummy-1: unknown key 'sede', known: ")));
+  EXPECT_THAT(errors,
+              Contains(StartsWith("x.yaml:9:5: networks.dummy-1: unknown key 'sede'; did you mean 'seed'? known: ")));
+}
+
+TEST_F(IslandConfigTest, AWrongCommonKeyNamesTheRightOneAndTheListHoldsAllOfThem) {
+  const auto errors = all_errors(with_network("dummy-1: {type: dummy, silnce: 30s, seed: 7}"));
+  ASSERT_THAT(errors, SizeIs(1));
+  EXPECT_EQ(
+      errors[0],
+      "x.yaml:3:26: networks.dummy-1: unknown key 'silnce'; did you mean 'silence'? known: as, devices, line, rate, "
+      "roaming, sampling-rate, seed, silence, simulate, type");
+}
+
+TEST_F(IslandConfigTest, AListOfNetworksIsNumberedByType) {
+  const auto config = read(
+      "island: {id: 1}\nnetworks:\n  - {type: wsn}\n  - {type: dummy, silence: 7s}\n  - {type: wsn, silence: 9s}\n",
+      {"networks.wsn-2.rate=20ms"});
+  EXPECT_THAT(errors_.lines(), IsEmpty());
+  ASSERT_THAT(config.networks, SizeIs(3));
+  EXPECT_EQ(config.networks[0].id, "wsn-1");
+  EXPECT_EQ(config.networks[1].id, "dummy-1") << "a single one too";
+  EXPECT_EQ(config.networks[2].id, "wsn-2");
+  EXPECT_EQ(config.proxy.networks.at("wsn-2").silence, Duration(9s));
+  EXPECT_EQ(config.proxy.networks.at("dummy-1").silence, Duration(7s));
+}
+
+TEST_F(IslandConfigTest, WhatIsWrongInAListOfNetworksHasItsPlace) {
+  const auto errors = all_errors(
+      "island: {id: 1}\nnetworks:\n  - {type: dummy, sede: 7}\n  - {silence: 5s}\n  - text\n  - {type: bacnet}\n");
+  EXPECT_THAT(errors, Contains(StartsWith("x.yaml:3:19: networks.dummy-1: unknown key 'sede'; did you mean 'seed'?")));
+  EXPECT_THAT(errors, Contains("x.yaml:4:5: networks.network-2: 'type' is missing"));
+  EXPECT_THAT(errors, Contains("x.yaml:5:5: networks.network-3: is a value, expected a map"));
+  EXPECT_THAT(errors, Contains(HasSubstr("networks.bacnet-1.type: is 'bacnet', expected one of: dummy, log")));
+}
+
+TEST_F(IslandConfigTest, AnIslandKeepsOfItsOptionsOnlyWhatAReloadCompares) {
+  const auto text = with_network("dummy-1: {type: dummy, seed: 7, simulate: {hall: {sensors: {temperature-1: {}}}}}");
+  auto config = read(text);
+  const auto before = config.networks[0];
+  VirtualScheduler time;
+  transport::MemoryTransports files;
+  base::NullLogSink log;
+  tuples::MemoryEcology ecology(time);
+  const auto made = Island::make(std::move(config), time, files, log, ecology, errors_);
+  ASSERT_TRUE(made) << errors_.text();
+  const auto& kept = (*made)->config().networks[0];
+  EXPECT_TRUE(kept.options.entries.empty());
+  EXPECT_LT(kept.kept.size(), text.size());
+  EXPECT_THAT(differences(kept, before, 9), IsEmpty());
+  EXPECT_THAT(differences(kept, read(text, {"networks.dummy-1.seed=8"}).networks[0], 9), testing::ElementsAre("seed"));
+}
+
+TEST_F(IslandConfigTest, ATableWithoutItsFormatIsToldSo) {
+  const auto errors = all_errors(
+      with_network("log: {type: log, file: nowhere.csv, period: 1s, map: {a: {columns: {b: {sensor: light-1}}}}}"));
+  EXPECT_THAT(errors, testing::ElementsAre(
+                          "x.yaml:3:8: networks.log: 'format' is missing, expected format: csv (only tables have map, "
+                          "period), or packets or recording"));
+  EXPECT_THAT(all_errors(with_network("log: {type: log, file: day.csv}")),
+              Contains(HasSubstr("expected format: csv (the file is called day.csv), or packets or recording")));
+  EXPECT_THAT(all_errors(with_network("log: {type: log, file: day.csv, format: packets}")), IsEmpty());
 }
 
 TEST_F(IslandConfigTest, WantsAnIslandWithAnId) {
@@ -302,6 +383,16 @@ TEST_F(IslandConfigTest, SurvivesValuesOfTheWrongKindEverywhere) {
                 testing::Not(IsEmpty()))
         << key;
   }
+}
+
+TEST_F(IslandConfigTest, TheRateMayBeCalledSamplingRate) {
+  const auto config = read(with_network("dummy: {type: dummy, sampling-rate: 250ms}"));
+  EXPECT_THAT(errors_.lines(), IsEmpty());
+  EXPECT_EQ(config.proxy.networks.at("dummy").rate, 250ms);
+  EXPECT_THAT(all_errors(with_network("dummy: {type: dummy, sampling-rate: 0s}")),
+              Contains(HasSubstr("networks.dummy.sampling-rate: expected at least 1ms")));
+  EXPECT_THAT(all_errors(with_network("dummy: {type: dummy, sampling-rate: 1s, rate: 1s}")),
+              Contains(HasSubstr("another name of rate")));
 }
 
 TEST_F(IslandConfigTest, AnOverrideReplacesOrCreatesAnyValue) {

@@ -226,6 +226,40 @@ TEST_F(Recording, APartThatCannotBeCutOffIsCutOffLater) {
   EXPECT_EQ(content().sets().back(), "set proxy.a.value=3");
 }
 
+TEST_F(Recording, SaysWhatItDropsWhileItDropsAndWhenItGoesOn) {
+  auto recorder = start(setup());
+  set("proxy.a.value", "1");
+  time.run_for(2s);
+  EXPECT_EQ(recorder->state(), "recording");
+  disk.room(0);
+  const auto lines = [this](std::string_view part) {
+    return std::count_if(log.lines.begin(), log.lines.end(),
+                         [part](const auto& line) { return line.find(part) != line.npos; });
+  };
+  for (int i = 0; i < 28; ++i) {
+    for (int k = 0; k < 100; ++k) set("proxy.a.value", std::to_string(k));
+    time.run_for(1s);
+  }
+  EXPECT_EQ(lines("No space left on device; what cannot be written is dropped"), 1);
+  EXPECT_EQ(lines(" records dropped in "), 2) << "each ten seconds";
+  EXPECT_THAT(recorder->state(), HasSubstr("dropping records: "));
+  EXPECT_THAT(recorder->state(), HasSubstr("No space left on device"));
+  const auto dropped = recorder->counters().dropped;
+  EXPECT_GT(dropped, 2500u);
+  EXPECT_EQ(lines("goes on"), 0) << "it does not";
+  disk.room(std::nullopt);
+  for (int i = 0; i < 60; ++i) {
+    set("proxy.a.value", "last");
+    time.run_for(1s);
+  }
+  EXPECT_EQ(recorder->state(), "recording");
+  EXPECT_TRUE(log.contains("rec/home.rec: the recording goes on; " + std::to_string(recorder->counters().dropped) +
+                           " records were dropped in "));
+  EXPECT_THAT(content().damage, IsEmpty());
+  EXPECT_EQ(content().sets().back(), "set proxy.a.value=last");
+  EXPECT_THAT(content().lines, testing::Contains("mark snapshot"));
+}
+
 TEST_F(Recording, AMissingFolderIsToldOnceAMinuteAndTriedAgain) {
   disk.lose_folder("rec");
   auto recorder = start(setup());
@@ -235,7 +269,7 @@ TEST_F(Recording, AMissingFolderIsToldOnceAMinuteAndTriedAgain) {
   }
   const auto told = [this] {
     return std::count_if(log.lines.begin(), log.lines.end(),
-                         [](const auto& line) { return line.find("No such file") != line.npos; });
+                         [](const auto& line) { return line.find("what cannot be written") != line.npos; });
   };
   EXPECT_EQ(told(), 1);
   EXPECT_GT(recorder->counters().dropped, 40u);

@@ -39,6 +39,38 @@ class ShellOfAnIsland : public testing::Test {
                [] {}};
 };
 
+TEST_F(ShellOfAnIsland, GetBringsTheTupleOfAnotherIslandThatNobodySubscribedTo) {
+  const auto link = world_.ecology.join(OwnerId(7)).value();
+  TupleSpace other(OwnerId(7), world_.time, *link);
+  ASSERT_TRUE(other.set("proxy.networks", "[]"));
+  EXPECT_FALSE(world_.space->get(OwnerId(7), "proxy.networks"));
+  const auto there = lines("get 7:proxy.networks").at(0);
+  EXPECT_EQ(there["ok"], true);
+  EXPECT_EQ(there["value"], "[]");
+  EXPECT_FALSE(world_.space->get(OwnerId(7), "proxy.networks"));  // the copy goes with the question
+  EXPECT_EQ(lines("get 7:proxy.nothing").at(0)["error"]["text"], "no tuple proxy.nothing of 7");
+  EXPECT_EQ(lines("get 8:proxy.networks").at(0)["error"]["text"], "no component 8 is present");
+}
+
+TEST_F(ShellOfAnIsland, AGetOfAnIslandThatLeavesMeanwhileIsAnswered) {
+  auto link = world_.ecology.join(OwnerId(7)).value();
+  auto other = std::make_unique<TupleSpace>(OwnerId(7), world_.time, *link);
+  world_.time.run_for(1s);
+  shell_.line("get 7:proxy.networks");
+  shell_.line("help");
+  other.reset();
+  link.reset();
+  world_.time.run_for(5s);
+  ASSERT_THAT(answers_, SizeIs(2));
+  EXPECT_EQ(answers_[0]["ok"], false);
+  EXPECT_TRUE(answers_[1].contains("commands"));
+}
+
+TEST_F(ShellOfAnIsland, AnUnknownCommandNamesTheNearest) {
+  EXPECT_EQ(lines("devcies").at(0)["error"]["text"], "unknown command 'devcies'; did you mean 'devices'?");
+  EXPECT_EQ(lines("frobnicate").at(0)["error"]["text"], "unknown command 'frobnicate'; help lists the commands");
+}
+
 TEST_F(ShellOfAnIsland, InboxListsWhoWaits) {
   const auto all = lines("inbox");
   ASSERT_THAT(all, SizeIs(3));

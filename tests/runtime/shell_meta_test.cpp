@@ -18,8 +18,8 @@ using testing::IsEmpty;
 using testing::SizeIs;
 
 const std::string kLamp = "proxy.dummy-1.living.actuator.lamp-1";
-const std::string kLight = "proxy.dummy-1.living.sensor.illuminance-1.value";
-const std::string kOther = "proxy.dummy-1.kitchen.sensor.illuminance-1.value";
+const std::string kLight = "proxy.dummy-1.living.sensor.light-1.value";
+const std::string kOther = "proxy.dummy-1.kitchen.sensor.light-1.value";
 
 /// A shell at an island with two rooms, and a robot (70000) that lets others write its `log` and its `best`.
 class ShellLinks : public testing::Test {
@@ -51,8 +51,8 @@ class ShellLinks : public testing::Test {
   }
 
   VirtualIsland world_{
-      "{living: {sensors: {illuminance-1: {wave: constant, value: 50}}, actuators: {lamp-1: {behaviour: obey}}}, "
-      "kitchen: {sensors: {illuminance-1: {wave: constant, value: 80}}}}"};
+      "{living: {sensors: {light-1: {wave: constant, value: 50}}, actuators: {lamp-1: {behaviour: obey}}}, "
+      "kitchen: {sensors: {light-1: {wave: constant, value: 80}}}}"};
   std::unique_ptr<tuples::Link> link_ = world_.ecology.join(OwnerId(70000)).value();
   TupleSpace robot_{OwnerId(70000), world_.time, *link_};
   std::vector<tuples::Handle> judges_;
@@ -119,6 +119,20 @@ TEST_F(ShellLinks, LinksAreBounded) {
   EXPECT_EQ(answer("link l7 proxy.networks")["ok"], true) << "an old one may change";
   EXPECT_EQ(answer("unlink l7")["ok"], true);
   EXPECT_EQ(answer("link one-more proxy.island")["ok"], true);
+}
+
+/// With the default engine nobody knows the id of the shell before it runs.
+TEST_F(ShellLinks, AnArrowWithoutAnOwnerIsTheShellsOwnLinkElseTheIslands) {
+  EXPECT_EQ(answer("link best " + kLamp + ".command")["ok"], true);
+  EXPECT_EQ(answer("set ->best on")["key"], kLamp + ".command");
+  EXPECT_EQ(answer("link best " + kLight)["ok"], true);
+  EXPECT_EQ(answer("get ->best")["key"], kLight);
+  EXPECT_EQ(answer("subscribe ->best min=1s")["subscribed"], "->best");
+  world_.time.run_for(5s);
+  ASSERT_THAT(events_, testing::Not(IsEmpty()));
+  EXPECT_EQ(events_[0], (json{{"through", "->best"}, {"target", "6541:" + kLight}, {"event", "target"}}));
+  EXPECT_EQ(answer("unsubscribe ->best")["ok"], true);
+  EXPECT_THAT(text_of("get ->proxy.island"), HasSubstr("6541:proxy.island"));
 }
 
 TEST_F(ShellLinks, ASubscriptionThroughItFollowsAndMovesTheDemand) {

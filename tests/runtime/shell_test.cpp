@@ -19,7 +19,7 @@ using testing::IsEmpty;
 using testing::SizeIs;
 
 const std::string kLamp = "proxy.dummy-1.living.actuator.lamp-1";
-const std::string kLight = "proxy.dummy-1.living.sensor.illuminance-1.value";
+const std::string kLight = "proxy.dummy-1.living.sensor.light-1.value";
 
 class ShellTest : public testing::Test {
  protected:
@@ -44,7 +44,7 @@ class ShellTest : public testing::Test {
   }
 
   VirtualIsland world_{
-      "{living: {name: Living room, sensors: {illuminance-1: {wave: constant, value: 50}}, actuators: {lamp-1: "
+      "{living: {name: Living room, sensors: {light-1: {wave: constant, value: 50}}, actuators: {lamp-1: "
       "{behaviour: obey, delay: 200ms}, boiler-1: {behaviour: ignore}}}}"};
   std::vector<json> answers_, events_;
   int quits_ = 0;

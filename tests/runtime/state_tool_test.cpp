@@ -37,6 +37,11 @@ void fill(StateStore& store) {
                      value_at({Kind::kProperty, TypeId(4), "b"}, model::Json{R"({"hex":"00"})"}, 2)};
     device.values[0].user_time = at(7);
     device.values[4].set_by_user = true;
+    if (i == 2)
+      device.given_name =
+          "K\xc3\xbc"
+          "che \"2\"",
+      device.area = "Oben";
     ASSERT_TRUE(store.save(device));
   }
   auto odd = device_of("knx-\xfe", "1/4/6");

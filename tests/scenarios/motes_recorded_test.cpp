@@ -44,12 +44,13 @@ std::map<std::string, Counts> annotated(const std::string& path) {
   return counts;
 }
 
-/// Whoever connects hears a recording from its beginning, a message each tenth of a second, and serial
-/// acknowledgements between them.
+/// Whoever connects hears a recording from its beginning, a message each `pace`, and serial acknowledgements between
+/// them. Nothing in it answers commands.
 class Player {
  public:
-  Player(Scheduler& scheduler, transport::MemoryNet& net, const Recording& recording, const std::string& bytes)
-      : scheduler_(scheduler), serial_(!recording.forwarder) {
+  Player(Scheduler& scheduler, transport::MemoryNet& net, const Recording& recording, const std::string& bytes,
+         Duration pace)
+      : scheduler_(scheduler), serial_(!recording.forwarder), pace_(pace) {
     serial_ ? cut_frames(bytes) : cut_packets(bytes);
     listener_ = net.tcp.listen({"10.0.0.9", 9102}, [this](auto stream) {
       stream_ = std::move(stream);
@@ -90,7 +91,7 @@ class Player {
   }
   void say_next() {
     if (ended()) return;
-    later_ = scheduler_.after(100ms, [this] {
+    later_ = scheduler_.after(pace_, [this] {
       std::ignore = stream_->send(base::as_bytes(pieces_[next_++]));
       say_next();
     });
@@ -98,6 +99,7 @@ class Player {
 
   Scheduler& scheduler_;
   bool serial_;
+  Duration pace_;
   std::vector<std::string> pieces_;
   std::size_t next_ = 0;
   motes::HdlcReader reader_;
@@ -116,7 +118,7 @@ class RecordedMotes : public Motes, public testing::WithParamInterface<Recording
   }
   /// Plays all of it; the values of both motes' sensors of these types.
   void play(const std::string& units, const std::vector<std::string>& sensors) {
-    const Player player(scheduler, net, GetParam(), bytes_);
+    const Player player(scheduler, net, GetParam(), bytes_, pace_);
     const auto source = GetParam().forwarder ? "sf@10.0.0.9:9102" : "network@10.0.0.9:9102";
     start(GetParam().island,
           std::string("wsn-1: {type: wsn, share: no, units: ") + units + ", source: \"" + source + "\"}");
@@ -124,17 +126,33 @@ class RecordedMotes : public Motes, public testing::WithParamInterface<Recording
       for (const auto& sensor : sensors)
         heard_[mote + "." + sensor] = hear(GetParam().island, "wsn-1." + mote + ".sensor." + sensor);
     }
-    for (int i = 0; i < 300 && !player.ended(); ++i) scheduler.run_for(100ms);
+    for (int i = 0; i < 10000 && !player.ended(); ++i) {
+      scheduler.run_for(100ms);
+      if (wishes_.empty() && !wanted_.empty() && reachable(GetParam().island, "wsn-1.3")) {
+        for (const auto& [mote, counts] : expected_)
+          wishes_.push_back(want(GetParam().island, "wsn-1." + mote + ".sensor." + wanted_));
+      }
+    }
     scheduler.run_for(1s);
     EXPECT_TRUE(player.ended());
     for (const auto& [mote, counts] : expected_) EXPECT_TRUE(reachable(GetParam().island, "wsn-1." + mote)) << mote;
     EXPECT_EQ(seen(GetParam().island, "proxy.wsn-1.devices"), R"(["2","3"])");
   }
   const std::vector<std::string>& values(const std::string& point) { return heard_.at(point)->values; }
+  /// A message each `pace`; once both motes are there, somebody wants these sensors of them.
+  void while_wanting(const std::string& sensor, Duration pace) {
+    wanted_ = sensor;
+    pace_ = pace;
+  }
 
   std::map<std::string, Counts> expected_;
   std::string bytes_;
   std::map<std::string, std::unique_ptr<Heard>> heard_;
+
+ private:
+  Duration pace_ = 100ms;
+  std::string wanted_;
+  std::vector<Handle> wishes_;
 };
 
 TEST_P(RecordedMotes, BecomeTuplesInPhysicalUnits) {
@@ -166,11 +184,20 @@ TEST_P(RecordedMotes, BecomeTuplesOfCountsThatRiseTogether) {
   }
 }
 
+TEST_P(RecordedMotes, ShowAllTheyMeasuredWhateverIsWantedOfThem) {
+  while_wanting("lightRaw-1", 10s);
+  play("raw", {"lightRaw-1", "temperatureRaw-1"});
+  for (const auto& [mote, counts] : expected_) {
+    EXPECT_THAT(values(mote + ".lightRaw-1"), SizeIs(counts.size())) << mote;
+    EXPECT_THAT(values(mote + ".temperatureRaw-1"), SizeIs(counts.size())) << mote;
+  }
+}
+
 TEST_P(RecordedMotes, HaveWhatTheyDeclaredAndWhatTheyShowed) {
   play("physical", {});
   for (const auto& [mote, counts] : expected_) {
     const auto about = seen_json(GetParam().island, "proxy.wsn-1." + mote + ".description");
-    for (const auto* sensor : {"pir-1", "microphoneRaw-1", "magnetic-1", "light-1", "temperature-1"})
+    for (const auto* sensor : {"motion-1", "microphoneRaw-1", "magnetic-1", "light-1", "temperature-1"})
       EXPECT_THAT(about.at("sensors").dump(), testing::HasSubstr(sensor)) << mote;
     EXPECT_THAT(about.at("actuators").dump(), testing::HasSubstr("led-1")) << mote;
   }

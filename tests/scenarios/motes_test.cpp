@@ -218,6 +218,28 @@ TEST_P(RebootedMotes, OfTwentyAtOnceAllThatTheSinkListsAreThereAndNoneThatJoined
 INSTANTIATE_TEST_SUITE_P(WhoseSinkReplies, RebootedMotes, testing::Bool(),
                          [](const auto& one) { return one.param ? "ToAll" : "ToOne"; });
 
+TEST_F(Motes, OfTwoHundredOfWhichMostAreGoneTheOthersStayReachable) {
+  begin_world(200, em1000());
+  start(1, "wsn-1: {type: wsn, board: EM1000, silence: 20s, share: no, source: \"network@" + std::string(kMotesHost) +
+               ":19202\"}");
+  scheduler.run_for(70s);  // one is switched on each 250 ms
+  std::set<std::string> living;
+  for (auto* mote : world->motes({})) {
+    const auto name = "wsn-1." + std::to_string(mote->address());
+    if (mote->address() % 22 != 3) {
+      mote->kill();
+    } else if (reachable(1, name)) {
+      living.insert(name);
+    }
+  }
+  ASSERT_THAT(living, SizeIs(Ge(8)));
+  for (int i = 0; i < 300; ++i) {
+    scheduler.run_for(1s);
+    for (const auto& mote : living) ASSERT_TRUE(reachable(1, mote)) << mote << " after " << i << " s";
+  }
+  EXPECT_FALSE(reachable(1, "wsn-1.2"));
+}
+
 TEST_F(Motes, AMoteWhoseJoinNobodyHeardIsFoundByProbeWithinOnePeriod) {
   begin_world(2, em1000());
   start(1, network("wsn-1", 1));

@@ -97,11 +97,22 @@ class TroubledMotes : public Motes {
 TEST_F(TroubledMotes, ASinkThatWasSwitchedOffAndOnIsHeardAgainByItself) {
   world->sink(1).reboot();
   EXPECT_THAT(flow(1s).first, 0U) << "it is on another island";
-  scheduler.run_for(31s);
+  scheduler.run_for(6s);  // what is stale after three seconds is missed
   const auto [light, temperature] = flow(20s);
   EXPECT_GE(light, 18U);
   EXPECT_GE(temperature, 18U);
   expect_nothing_grew();
+}
+
+TEST_F(TroubledMotes, TheMotesOfASinkThatWasSwitchedOffAndOnStayReachable) {
+  for (int round = 0; round < 5; ++round) {
+    world->sink(1).reboot();
+    for (int i = 0; i < 40; ++i) {
+      scheduler.run_for(1s);
+      for (int mote = 2; mote <= 6; ++mote)
+        ASSERT_TRUE(reachable(1, "wsn-1." + std::to_string(mote))) << mote << " after " << i << " s";
+    }
+  }
 }
 
 TEST_F(TroubledMotes, ASinkThatWasUnpluggedForHalfAMinuteIsHeardAgainByItself) {
@@ -142,13 +153,13 @@ TEST_F(TroubledMotes, ARadioThatCarriesAllTwiceDisturbsNobody) {
   world->radio().options().duplicates = 1;
   const auto values = hear(1, "wsn-1.2.sensor.light-1");
   scheduler.run_for(20s);
-  EXPECT_THAT(values->values, SizeIs(Ge(36)));
+  EXPECT_THAT(values->values, SizeIs(testing::AllOf(Ge(18), testing::Le(21)))) << "one measurement is one value";
   EXPECT_TRUE(std::is_sorted(values->values.begin(), values->values.end(), [](const auto& a, const auto& b) {
     return std::stod(a) < std::stod(b);
   })) << "an old value never follows a newer one";
   world->mote(2).boot();
   scheduler.run_for(3s);
-  EXPECT_GE(flow(10s).first, 16U);
+  EXPECT_GE(flow(10s).first, 8U);
   expect_nothing_grew();
 }
 

@@ -189,7 +189,7 @@ TEST_F(OneIsland, OfThreeCommandsToASleepingDeviceTheLastIsDeliveredWhenItWakes)
   for (const auto* text : {"on", "off", "on"}) EXPECT_EQ(command(text), tuples::Verdict::kApplied);
   EXPECT_EQ(command_state()["state"], "queued");
   EXPECT_TRUE(devices_of(1).commands.empty());
-  scheduler.run_for(20s);
+  scheduler.run_for(4s);
   devices_of(1).say("7", model::KeepAlive{});
   scheduler.run_ready();
   ASSERT_EQ(devices_of(1).commands.size(), 1U);

@@ -123,6 +123,45 @@ TEST_F(Reload, NamesGivenToDevicesTouchNoLine) {
   EXPECT_FALSE(exists("proxy.dummy-2.shed.status"));
 }
 
+TEST_F(Reload, NamesThatFitNoPointAreTold) {
+  start(kTwoNetworks);
+  const auto plan = reload(with(kTwoNetworks, "  dummy-2:\n    type: dummy",
+                                "  dummy-2:\n    type: dummy\n    devices: {shed: {sensors: {temprature-1: wall}}}"));
+  ASSERT_TRUE(plan);
+  EXPECT_THAT(plan->warnings,
+              ElementsAre("networks.dummy-2.devices.shed.sensors.temprature-1: the device has no such sensor; did you "
+                          "mean 'temperature-1'? There are: temperature-1"));
+  const auto good = reload(with(kTwoNetworks, "  dummy-2:\n    type: dummy",
+                                "  dummy-2:\n    type: dummy\n    devices: {shed: {sensors: {temperature-1: wall}}}"));
+  ASSERT_TRUE(good);
+  EXPECT_THAT(good->warnings, IsEmpty());
+}
+
+TEST_F(Reload, NetworksOfAListThatGetOtherNumbersAreTold) {
+  const std::string list = R"(
+island: {id: 6541, name: home}
+networks:
+  - {type: dummy, simulate: {hall: {sensors: {temperature-1: {wave: constant, value: 21}}}}}
+  - {type: dummy, simulate: {shed: {sensors: {temperature-1: {wave: constant, value: 5}}}}}
+)";
+  start(list);
+  EXPECT_TRUE(exists("proxy.dummy-2.shed.status"));
+  auto shorter = list;
+  shorter.erase(list.find("  - "), list.find("  - ", list.find("  - ") + 1) - list.find("  - "));
+  const auto plan = reload(shorter);
+  ASSERT_TRUE(plan) << plan.error().text;
+  EXPECT_THAT(plan->lines, ElementsAre("network dummy-2: is called dummy-1 now; what is remembered stays with the id",
+                                       "network dummy-2: is removed with its devices",
+                                       "network dummy-1: its options change: simulate.shed, simulate.hall"));
+  EXPECT_TRUE(exists("proxy.dummy-1.shed.status"));
+  EXPECT_FALSE(exists("proxy.dummy-1.hall.status"));
+  EXPECT_FALSE(exists("proxy.dummy-2.shed.status"));
+  const auto back = reload(list);
+  ASSERT_TRUE(back);
+  EXPECT_THAT(back->lines, testing::Contains(HasSubstr("network dummy-1: is called dummy-2 now")));
+  EXPECT_THAT(reload(list)->lines, IsEmpty());
+}
+
 TEST_F(Reload, WrongOptionsOfANetworkAreRefusedAndNothingChanges) {
   start(kTwoNetworks);
   const auto refused = reload(with(with(kTwoNetworks, "value: 5", "value: cold"), "attic", "cellar"));

@@ -58,7 +58,7 @@ TEST(StateFile, OfAnotherIslandIsRefused) {
 TEST(StateFile, OfANewerVersionIsRefusedAndLeftAsItIs) {
   Folder folder;
   opened(folder / "s").reset();
-  run_sql(folder / "s", "PRAGMA user_version=2");
+  run_sql(folder / "s", "PRAGMA user_version=3");
   const auto before = read_all(folder / "s");
   const auto error = error_of(folder / "s");
   EXPECT_EQ(error.code, ErrorCode::kRefused);
@@ -174,7 +174,6 @@ TEST(StateFile, IsWrittenByOneAndReadByOthersMeanwhile) {
   EXPECT_EQ(busy.code, ErrorCode::kBusy);
   EXPECT_THAT(busy.text, HasSubstr(folder / "s"));
   fs::create_symlink(folder / "s", folder / "link");
-  EXPECT_EQ(error_of(folder / "link").code, ErrorCode::kBusy);
   EXPECT_EQ(run_child([&] { return error_of(folder / "s").code == ErrorCode::kBusy ? 0 : 1; }), 0);
 
   const auto reader = StateStore::open_existing(folder / "s", StateStore::Use::kRead);
@@ -191,6 +190,30 @@ TEST(StateFile, IsWrittenByOneAndReadByOthersMeanwhile) {
   EXPECT_TRUE(writer->tidy());
   writer.reset();
   EXPECT_TRUE(opened(folder / "s")->save(device_of("wsn-1", "3")));
+}
+
+TEST(StateFile, AndAllBesideItIsReadByTheGroupAtMost) {
+  Folder folder;
+  const auto umask_before = ::umask(0);
+  const auto store = opened(folder / "s");
+  ASSERT_TRUE(store->save(device_of("wsn-1", "1")));
+  for (const auto* suffix : {"", "-wal", "-shm", "-lock"})
+    EXPECT_EQ(fs::status(folder / "s" + suffix).permissions(), fs::perms(0640)) << suffix;
+  ::umask(umask_before);
+}
+
+TEST(StateFile, IsNoSymbolicLinkNorIsItsLock) {
+  Folder folder;
+  fs::create_symlink("elsewhere", folder / "link");
+  EXPECT_EQ(error_of(folder / "link").code, ErrorCode::kRefused);
+  EXPECT_THAT(error_of(folder / "link").text, HasSubstr(folder / "link: is a symbolic link"));
+  EXPECT_FALSE(fs::exists(folder / "elsewhere"));
+  fs::create_symlink("elsewhere", folder / "s-lock");
+  EXPECT_THAT(error_of(folder / "s").text, HasSubstr(folder / "s-lock: is a symbolic link"));
+  EXPECT_FALSE(fs::exists(folder / "elsewhere"));
+  fs::create_directory(folder / "real");
+  fs::create_directory_symlink("real", folder / "folder");
+  EXPECT_TRUE(opened(folder / "folder/s")) << "a folder may be one: who put it there owns what is above it";
 }
 
 TEST(StateFile, IsOpenedForToolsOnlyIfThereIsOne) {
@@ -351,25 +374,45 @@ TEST(StateFile, ThatIsDamagedIsSetAsideForANewOne) {
 TEST(StateFile, OfAnOlderVersionIsBroughtUpStepByStep) {
   Folder folder;
   fill(*opened(folder / "s"), 3);
-  const char* const steps[] = {schema_steps()[0], "ALTER TABLE device ADD COLUMN room TEXT NOT NULL DEFAULT 'hall'",
-                               "UPDATE device SET room='attic' WHERE row=2"};
+  std::vector<const char*> steps(schema_steps().begin(), schema_steps().end());
+  const auto newest = static_cast<std::int64_t>(steps.size());
+  steps.push_back("ALTER TABLE device ADD COLUMN room TEXT NOT NULL DEFAULT 'hall'");
+  steps.push_back("UPDATE device SET room='attic' WHERE row=2");
   auto database = *Database::open(folder / "s", Database::Mode::kWrite);
   const auto header = read_header(database, steps);
   ASSERT_TRUE(header) << header.error().text;
-  EXPECT_EQ(header->version, 1);
+  EXPECT_EQ(header->version, newest);
   ASSERT_TRUE(bring_up(database, header->version, steps));
-  EXPECT_EQ(*database.number("PRAGMA user_version", "test"), 3);
+  EXPECT_EQ(*database.number("PRAGMA user_version", "test"), newest + 2);
   EXPECT_EQ(*database.word("SELECT group_concat(room) FROM device", "test"), "hall,attic,hall");
   EXPECT_EQ(read_header(database, schema_steps()).error().code, ErrorCode::kRefused);
+}
+
+TEST(StateFile, OfTheFirstVersionIsReadAndTakesNames) {
+  Folder folder;
+  fill(*opened(folder / "s"), 3);
+  run_sql(folder / "s",
+          "ALTER TABLE device DROP COLUMN given_name; ALTER TABLE device DROP COLUMN area; PRAGMA user_version=1");
+  const auto store = opened(folder / "s");
+  EXPECT_EQ(store->stats().devices, 3u);
+  ASSERT_TRUE(store->rename(2, "Kitchen mote", "Kitchen"));
+  const auto device = *store->find("wsn-1", "1");
+  ASSERT_TRUE(device);
+  EXPECT_EQ(device->join.name, "Mote 1");
+  EXPECT_EQ(device->values.size(), 2u);
+  EXPECT_EQ(device->given_name, "Kitchen mote");
+  EXPECT_EQ(device->area, "Kitchen");
 }
 
 TEST(StateFile, WhoseStepFailsStaysAtTheVersionBefore) {
   Folder folder;
   opened(folder / "s").reset();
-  const char* const steps[] = {schema_steps()[0], "CREATE TABLE room(name TEXT)", "CREATE TABLE room(name TEXT)"};
+  std::vector<const char*> steps(schema_steps().begin(), schema_steps().end());
+  const auto newest = static_cast<std::int64_t>(steps.size());
+  steps.insert(steps.end(), 2, "CREATE TABLE room(name TEXT)");
   auto database = *Database::open(folder / "s", Database::Mode::kWrite);
-  EXPECT_FALSE(bring_up(database, 1, steps));
-  EXPECT_EQ(*database.number("PRAGMA user_version", "test"), 2);
+  EXPECT_FALSE(bring_up(database, newest, steps));
+  EXPECT_EQ(*database.number("PRAGMA user_version", "test"), newest + 1);
   EXPECT_FALSE(database.in_transaction());
 }
 

@@ -77,6 +77,21 @@ TEST(StateStore, KeepsValuesAndFirstSeenWhenADeviceIsSavedAgain) {
   EXPECT_EQ(text_of(**store->find("wsn-1", "7")), text_of(expected));
 }
 
+TEST(StateStore, KeepsANameAUserGaveUntilTheUserTakesItAway) {
+  Folder folder;
+  const auto row = *opened(folder / "s")->save(device_of("wsn-1", "7"));
+  ASSERT_TRUE(opened(folder / "s")->rename(row, "Kitchen mote", "Kitchen"));
+  const auto store = opened(folder / "s");
+  ASSERT_TRUE(store->save(device_of("wsn-1", "7")));
+  EXPECT_EQ((*store->find("wsn-1", "7"))->given_name, "Kitchen mote");
+  EXPECT_EQ((*store->find("wsn-1", "7"))->area, "Kitchen");
+  ASSERT_TRUE(store->rename(row, "", "Kitchen"));
+  EXPECT_EQ((*store->find("wsn-1", "7"))->given_name, "");
+  EXPECT_EQ((*store->find("wsn-1", "7"))->area, "Kitchen");
+  EXPECT_EQ(store->rename(99, "x", "").error().code, ErrorCode::kNotFound);
+  EXPECT_EQ(store->rename(row, std::string(kMaxGiven + 1, 'x'), "").error().code, ErrorCode::kOutOfRange);
+}
+
 TEST(StateStore, FillsInWhenADeviceOfTheConfigurationWasFirstSeen) {
   Folder folder;
   const auto store = opened(folder / "s");
@@ -291,6 +306,51 @@ TEST(StateStore, DoesNotRecountWhatATransactionTookBack) {
   store->rollback();
   EXPECT_EQ(store->stats().pruned, 0U);
   EXPECT_EQ(store->stats().devices, 0U);
+}
+
+/// A store of before: it knows the number 0x0400 and keys by the name of before.
+TEST(StateStore, AFileOfFormerTypesIsReadWithThoseOfToday) {
+  Folder folder;
+  auto device = device_of("dummy-1", "living");
+  device.join.capabilities[0].point = {Kind::kSensor, TypeId(0x0400), "1"};
+  device.join.capabilities[0].type_name = "illuminance";
+  device.point_ids = {{{Kind::kSensor, TypeId(0x0400), "1"}, "illuminance-window"}};
+  device.values = {value_at({Kind::kSensor, TypeId(0x0400), "1"}, 52.5, 4),
+                   value_at({Kind::kSensor, TypeId(0x0202), "1"}, true, 4),
+                   value_at({Kind::kProperty, TypeId(0x0603), "pir-1"}, 7.5, 4)};
+  device.values[2].set_by_user = true;
+  ASSERT_TRUE(opened(folder / "s")->save(device));
+  const auto expect_today = [](const StateStore& store, double light) {
+    const auto back = store.find("dummy-1", "living");
+    ASSERT_TRUE(back && *back);
+    const auto& known = **back;
+    EXPECT_EQ(known.join.capabilities[0].point, sensor(1));
+    EXPECT_EQ(known.join.capabilities[0].type_name, "light");
+    ASSERT_EQ(known.point_ids.size(), 1U);
+    EXPECT_EQ(known.point_ids[0], (std::pair(sensor(1), std::string("light-window"))));
+    ASSERT_EQ(known.values.size(), 3U);
+    for (const auto& value : known.values) {
+      if (value.point == sensor(1)) {
+        EXPECT_EQ(value.value, model::Value(light));
+      }
+      if (value.point == sensor(10)) {
+        EXPECT_EQ(value.value, model::Value(true));
+      }
+      if (value.point.kind != Kind::kProperty) continue;
+      EXPECT_EQ(value.point.instance, "motion-1");
+      EXPECT_EQ(value.value, model::Value(7.5));
+      EXPECT_TRUE(value.set_by_user);
+    }
+  };
+  expect_today(**StateStore::open_existing(folder / "s", StateStore::Use::kRead), 52.5);
+  const auto store = opened(folder / "s");
+  expect_today(*store, 52.5);
+  const auto values = std::vector{value_at(sensor(1), 60.5, 9)};
+  device.values.clear();
+  const auto row = store->save(device);
+  ASSERT_TRUE(row);
+  ASSERT_TRUE(store->save_values(*row, values));
+  expect_today(*store, 60.5);
 }
 
 }  // namespace

@@ -87,6 +87,7 @@ inline std::string text_of(const KnownDevice& device) {
   auto text = fmt::format("{}/{} id={} {} first={} last={} join={}", device.network, device.address, device.id,
                           to_string(device.decision), device.first_seen.time_since_epoch().count(),
                           device.last_heard.time_since_epoch().count(), base::to_hex(model::to_cbor(join)));
+  text += fmt::format(" given={}/{}", device.given_name, device.area);
   for (const auto& [point, id] : device.point_ids) text += fmt::format(" {}->{}", text_of(point), id);
   for (const auto& value : device.values) {
     text += fmt::format(" {}={}|{}|{}|{}|{}|{}", text_of(value.point), value.value.index(), to_text(value.value),

@@ -122,6 +122,23 @@ TEST_P(Files, AreListedAndRemoved) {
   EXPECT_EQ(transports().list_folder(folder_.string()).value(), std::vector<std::string>{"letters"});
 }
 
+/// Of recordings and packet logs.
+TEST(LocalFiles, ThatAreAppendedToAreReadByTheirGroupAtMostAndNoLinks) {
+  namespace fs = std::filesystem;
+  const auto folder = fs::temp_directory_path() / ("rubicon-modes-" + std::to_string(::getpid()));
+  fs::create_directories(folder);
+  const auto umask_before = ::umask(0);
+  LocalTransports local;
+  ASSERT_TRUE(local.open_append((folder / "new").string()));
+  EXPECT_EQ(fs::status(folder / "new").permissions(), fs::perms(0640));
+  fs::create_symlink("new", folder / "link");
+  const auto link = local.open_append((folder / "link").string());
+  ASSERT_FALSE(link);
+  EXPECT_NE(link.error().text.find((folder / "link").string() + ": is a symbolic link"), std::string::npos);
+  ::umask(umask_before);
+  fs::remove_all(folder);
+}
+
 INSTANTIATE_TEST_SUITE_P(LocalAndMemory, Files, ::testing::Bool(),
                          [](const auto& which) { return which.param ? "Local" : "Memory"; });
 

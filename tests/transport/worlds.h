@@ -15,14 +15,14 @@ using namespace std::chrono_literals;
 struct World {
   virtual ~World() = default;
   virtual Transports& transports() = 0;
-  /// Until it is so; false after a few seconds.
+  /// Until it is so; false after a minute.
   virtual bool until(const std::function<bool()>& so) = 0;
 };
 
 struct MachineWorld final : World {
   Transports& transports() override { return local; }
   bool until(const std::function<bool()>& so) override {
-    const auto end = loop.scheduler().now() + 10s;
+    const auto end = loop.scheduler().now() + 60s;
     look(so, end);
     loop.run();
     return so();

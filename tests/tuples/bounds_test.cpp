@@ -3,6 +3,7 @@
 
 #include "tuples/component.h"
 #include "tuples/event_queue.h"
+#include "tuples/peer_policy.h"
 
 namespace rubicon::tuples {
 namespace {
@@ -36,7 +37,9 @@ struct PlayedLink final : Link {
   void reply(const Reply& reply) override { replies.push_back(reply); }
   void describe(std::string) override {}
   std::vector<OwnerId> peers() const override { return {}; }
+  PeerPolicy& policy() override { return open; }
 
+  OpenPolicy open;
   LinkListener* listener = nullptr;
   bool full = false;
   int attempts = 0, beginnings = 0;

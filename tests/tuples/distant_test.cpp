@@ -221,6 +221,20 @@ TEST_F(Distant, CopiesOfALostOwnerAreMarkedAndGoAfterTheGrace) {
   EXPECT_THAT(listener.take(), ElementsAre("a=1"));
 }
 
+TEST_F(Distant, OfAnOwnerThatIsLostAllIsToldWithinAMinuteOfItsLastSignOfLife) {
+  constexpr auto kLease = 15s;
+  const auto handle = robot->space.subscribe(pattern("**"), {}, listener.call());
+  ASSERT_TRUE(island->space.set("a", "1"));
+  time.run_for(1s);
+  listener.take();
+  const auto last_sign = time.now();
+  time.run_for(kLease);  // in silence
+  ecology.cut(kIsland, kRobot);
+  while (listener.seen.empty() && time.now() < last_sign + 120s) time.run_for(100ms);
+  EXPECT_THAT(listener.take(), ElementsAre("a lost"));
+  EXPECT_LE(time.now(), last_sign + 60s);
+}
+
 TEST_F(Distant, ManyTuplesArriveInFrames) {
   constexpr int kTuples = 20'000;
   for (int i = 0; i < kTuples; ++i) ASSERT_TRUE(island->space.set("a.t" + std::to_string(i), "x"));

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "tuples/link.h"
+#include "tuples/peer_policy.h"
 
 namespace rubicon::tuples::dds {
 
@@ -49,6 +49,7 @@ class CuttableLink final : public Link, private LinkListener {
     if (!cuts_.contains(reply.to)) link_->reply(reply);
   }
   void describe(std::string summary) override { link_->describe(std::move(summary)); }
+  PeerPolicy& policy() override { return link_->policy(); }
   std::vector<OwnerId> peers() const override {
     auto there = link_->peers();
     std::erase_if(there, [this](OwnerId peer) { return cuts_.contains(peer); });

@@ -10,6 +10,7 @@
 
 #include "base/virtual_scheduler.h"
 #include "daemon/private_network.h"
+#include "support/collecting_log.h"
 #include "tuples/dds/dds_ecology.h"
 #include "tuples_dds/cuttable_link.h"
 
@@ -28,6 +29,7 @@ class DdsTestEcology {
         options, time, [this](std::function<void()> call) { post(std::move(call)); }, log_);
     if (!opened) throw std::runtime_error(opened.error().text);
     ecology_ = std::move(*opened);
+    ecology_->watch_displaced([this](OwnerId id) { displaced.push_back(id); });
     time_.ask_outside([this] { return take(); });
   }
   ~DdsTestEcology() { time_.ask_outside(nullptr); }
@@ -39,6 +41,11 @@ class DdsTestEcology {
     if (!link) return fail(link.error());
     return std::make_unique<CuttableLink>(std::move(*link), links_, id);
   }
+  /// Components whose id another process has, and had before.
+  std::vector<OwnerId> displaced;
+  const support::CollectingLog& log() const { return log_; }
+  std::vector<Appearance> appearances() const { return ecology_->appearances(); }
+
   void cut(OwnerId a, OwnerId b) {
     each(a, b, [](CuttableLink& link, OwnerId peer) { link.cut(peer); });
   }
@@ -73,7 +80,7 @@ class DdsTestEcology {
   }
 
   VirtualScheduler& time_;
-  base::NullLogSink log_;
+  support::CollectingLog log_;
   std::mutex mutex_;
   std::condition_variable came_;
   std::deque<std::function<void()>> calls_;

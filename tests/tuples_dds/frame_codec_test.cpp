@@ -17,11 +17,13 @@ struct Entries final : FrameReader {
   }
   void on_set(RemoteSet&& wish) override { sets.push_back(std::move(wish)); }
   void on_reply(Reply&& reply) override { replies.push_back(std::move(reply)); }
+  void on_identity_check(const IdentityCheck& check) override { checks.push_back(check); }
 
   std::vector<Change> changes;
   std::vector<std::string> texts;
   std::vector<RemoteSet> sets;
   std::vector<Reply> replies;
+  std::vector<IdentityCheck> checks;
 };
 
 Change lamp() {
@@ -102,7 +104,7 @@ TEST(Frame, CutAnywhereTellsWhatIsWholeAndWhereItEnds) {
 
 TEST(Frame, RefusesWhatNobodyWrites) {
   Entries read;
-  for (const auto* hex : {"05", "ff", "0401ff0000", "04010a00", "00ffffffffffffffffff7f"}) {
+  for (const auto* hex : {"05", "07", "ff", "0401ff0000", "04010a00", "00ffffffffffffffffff7f"}) {
     EXPECT_FALSE(read_frame(*base::from_hex(hex), kIsland, kRobot, read)) << hex;
   }
   EXPECT_TRUE(read.changes.empty() && read.sets.empty() && read.replies.empty());
@@ -119,6 +121,20 @@ TEST(Interest, BringsASubscriptionAsItWas) {
   EXPECT_EQ(read->pattern, spec.pattern);
   EXPECT_EQ(read->flow, spec.flow);
   for (std::size_t size = 0; size < content.size(); ++size) EXPECT_FALSE(read_subscription(content.view().first(size)));
+}
+
+TEST(Frame, CarriesTheQuestionsOfTwoWithOneId) {
+  FrameWriter frame;
+  frame.add(IdentityCheck{false, 300});
+  frame.add(IdentityCheck{true, 0xffffffffffffffff});
+  EXPECT_EQ(base::to_hex(frame.view()), "05ac0206ffffffffffffffffff01");
+  Entries entries;
+  ASSERT_TRUE(read_frame(frame.view(), kRobot, kRobot, entries));
+  ASSERT_EQ(entries.checks.size(), 2U);
+  EXPECT_FALSE(entries.checks[0].is_answer);
+  EXPECT_EQ(entries.checks[0].number, 300U);
+  EXPECT_TRUE(entries.checks[1].is_answer);
+  EXPECT_EQ(entries.checks[1].number, 0xffffffffffffffff);
 }
 
 }  // namespace

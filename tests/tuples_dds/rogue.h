@@ -26,29 +26,55 @@ class Rogue {
     auto qos = make_kept_qos();
     dds_qset_liveliness(qos.get(), DDS_LIVELINESS_AUTOMATIC, std::chrono::nanoseconds(options.lease).count());
     writer_ = Entity(dds_create_writer(participant_.get(), topic_.get(), qos.get(), nullptr));
-    std::string host = host_id("host"), summary = R"({"host":"attic","program":"rogue 1.0"})";
-    rubicon_wire_Presence presence{};
-    presence.id = id_ = id;
-    presence.incarnation = incarnation_ = static_cast<std::uint64_t>(
+    id_ = id;
+    version_ = version;
+    incarnation_ = static_cast<std::uint64_t>(
         std::chrono::floor<std::chrono::microseconds>(std::chrono::system_clock::now()).time_since_epoch().count());
-    presence.version = version;
+    show(id, incarnation_);
+  }
+
+  /// Says to be this one as well, since then.
+  void show(std::uint32_t id, std::uint64_t incarnation, const std::string& its_summary = {}) {
+    std::string host = host_id("host");
+    std::string summary = its_summary.empty() ? R"({"host":"attic","program":"rogue 1.0"})" : its_summary;
+    rubicon_wire_Presence presence{};
+    presence.id = id;
+    presence.incarnation = incarnation;
+    presence.version = version_;
     presence.host = host.data();
     presence.summary = summary.data();
     dds_write(writer_.get(), &presence);
   }
 
+  /// The start of a component, as its presence says; 0 if none shows itself within ten seconds.
+  std::uint64_t incarnation_of(std::uint32_t id) {
+    const Entity reader(dds_create_reader(participant_.get(), topic_.get(), make_kept_qos().get(), nullptr));
+    for (int i = 0; i < 1000; ++i, dds_sleepfor(DDS_MSECS(10))) {
+      void* samples[1] = {};
+      dds_sample_info_t infos[1];
+      while (dds_take(reader.get(), samples, infos, 1, 1) == 1) {
+        const auto found = *static_cast<const rubicon_wire_Presence*>(samples[0]);
+        dds_return_loan(reader.get(), samples, 1);
+        if (found.id == id && infos[0].valid_data) return found.incarnation;
+      }
+    }
+    return 0;
+  }
+
   std::uint64_t incarnation() const { return incarnation_; }
 
   /// What stands in one of its interests.
-  void interest(std::uint32_t slot, const Bytes& content) {
+  void interest(std::uint32_t slot, const Bytes& content) { interest_of(id_, incarnation_, slot, content); }
+  /// In the name of another one.
+  void interest_of(std::uint32_t id, std::uint64_t incarnation, std::uint32_t slot, const Bytes& content) {
     if (!interests_) {
       interest_topic_ = Entity(
           dds_create_topic(participant_.get(), &rubicon_wire_Interest_desc, "rubicon_interests", nullptr, nullptr));
       interests_ = Entity(dds_create_writer(participant_.get(), interest_topic_.get(), make_kept_qos().get(), nullptr));
     }
     rubicon_wire_Interest one{};
-    one.subscriber = id_;
-    one.incarnation = incarnation_;
+    one.subscriber = id;
+    one.incarnation = incarnation;
     one.slot = slot;
     one.content._length = one.content._maximum = static_cast<std::uint32_t>(content.size());
     one.content._buffer = const_cast<std::uint8_t*>(content.data());
@@ -90,6 +116,7 @@ class Rogue {
   }
 
   std::uint32_t id_ = 0;
+  std::uint16_t version_ = 0;
   std::uint64_t incarnation_ = 0;
   // Deleted in the reverse order.
   Entity domain_, participant_, topic_, writer_, interest_topic_, interests_, frame_topic_, publisher_, frames_;

@@ -129,6 +129,43 @@ TEST_F(Rogues, TenThousandSubscriptionsHarmNobody) {
   EXPECT_LE(island->space.stats().subscriptions, 10'010U);
 }
 
+TEST_F(Rogues, AFloodOfComponentsIsIgnoredAndANewcomerIsSeen) {
+  for (std::uint32_t id = 100'000; id < 110'500; ++id) rogue.show(id, rogue.incarnation());
+  EXPECT_TRUE(until([&] { return ecology.log().contains("shows more than 16 components: it is ignored"); }));
+  let_pass();
+  EXPECT_THAT(island->space.peers(), ElementsAre(kRobot)) << "also what it was before";
+  const Component newcomer(ecology, time, 70'001);
+  EXPECT_TRUE(until([&] { return island->space.peers().size() == 2 && newcomer.space.peers().size() == 2; }));
+  EXPECT_THAT(newcomer.space.peers(), ElementsAre(kIsland, kRobot));
+  expect_the_others_work();
+}
+
+TEST_F(Rogues, ThatShowManyStartsOfOneComponentAreThatComponentOnceAtMost) {
+  for (std::uint64_t i = 1; i <= 5'000; ++i) rogue.show(kRogue, rogue.incarnation() + i);
+  let_pass();
+  EXPECT_LE(ecology.appearances().size(), 150U);
+  EXPECT_THAT(island->space.peers(), ElementsAre(OwnerId(kRogue), kRobot));
+  expect_the_others_work();
+}
+
+TEST_F(Rogues, SubscribeForNobodyElse) {
+  const auto robots = rogue.incarnation_of(number(kRobot));
+  ASSERT_NE(robots, 0U);
+  ASSERT_TRUE(island->space.set("mine", "1"));
+  std::vector<std::string> wanted;
+  const auto watch =
+      island->space.watch_demand(pattern("mine"), [&](const Demand& demand) { wanted.emplace_back(demand.key); });
+  FrameWriter content;
+  content.add(SubscriptionSpec{77, pattern("mine"), {}});
+  rogue.interest_of(number(kRobot), robots, 77, content.take());
+  let_pass();
+  EXPECT_THAT(wanted, IsEmpty());
+  FrameWriter own;
+  own.add(SubscriptionSpec{77, pattern("mine"), {}});
+  rogue.interest(77, own.take());
+  EXPECT_TRUE(until([&] { return !wanted.empty(); })) << "in its own name it may";
+}
+
 TEST_F(Rogues, RubbishIsDropped) {
   std::mt19937 dice(7);
   for (int i = 0; i < 500; ++i) {

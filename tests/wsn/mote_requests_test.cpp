@@ -172,70 +172,131 @@ TEST_F(MoteMail, ItsEndInTheMiddleIsSafe) {
   EXPECT_TRUE(ends.empty());
 }
 
-TEST_F(MoteMail, ProbesGoEightAtATimeInTheLastLane) {
-  MoteProbes probes(11, requests);
-  std::vector<Delivered> answers;
-  for (std::uint16_t mote = 2; mote < 12; ++mote) {
-    EXPECT_TRUE(probes.ask(mote, [&](Delivered how) { answers.push_back(how); }));
+// --- Probes.
+
+class Probing : public MoteMail {
+ protected:
+  static constexpr std::uint16_t kMany = MoteProbes::kAtATime;
+  bool ask(std::uint16_t mote) {
+    return probes.ask(mote, [this, mote](Delivered how) { answers[mote] = how; }).has_value();
   }
-  EXPECT_FALSE(probes.ask(2, [](Delivered) {})) << "it is being asked";
-  ASSERT_EQ(sink.sent.size(), MoteProbes::kAtATime);
+  void ask_all(std::uint16_t first, std::uint16_t count) {
+    for (auto mote = first; mote < first + count; ++mote) EXPECT_TRUE(ask(mote)) << mote;
+  }
+  std::size_t asked(std::uint16_t mote) const {
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < sink.sent.size(); ++i) count += sink.message(i).destination_mote == mote;
+    return count;
+  }
+
+  MoteProbes probes{11, time, requests};
+  std::map<std::uint16_t, Delivered> answers;
+};
+
+TEST_F(Probing, GoesAFewAtATimeInTheLastLane) {
+  ask_all(2, kMany + 2);
+  EXPECT_EQ(probes.ask(2, [](Delivered) {}).error().code, ErrorCode::kDuplicate) << "it is being asked";
+  ASSERT_EQ(sink.sent.size(), kMany);
   EXPECT_EQ(sink.sent[0].lane, Lane::kProbe);
   EXPECT_EQ(base::to_hex(sink.message(0).record), "00");
   EXPECT_EQ(sink.message(0).reliable, 1);
   for (std::size_t i = 0; i < sink.sent.size(); ++i) requests.heard(sink.ack(i));
-  EXPECT_EQ(answers.size(), 10u);
-  EXPECT_TRUE(probes.ask(2, [](Delivered) {}));
+  EXPECT_EQ(answers.size(), kMany + 2u);
+  EXPECT_TRUE(ask(2));
 }
 
-TEST_F(MoteMail, MotesThatDoNotAnswerAreAskedAgainWhenAllOthersWere) {
-  MoteProbes probes(11, requests);
-  std::map<std::uint16_t, Delivered> answers;
-  const auto ask = [&](std::uint16_t mote) {
-    EXPECT_TRUE(probes.ask(mote, [&answers, mote](Delivered how) { answers[mote] = how; }));
-  };
-  for (std::uint16_t mote = 2; mote < 2 + 2 * MoteProbes::kAtATime; ++mote) ask(mote);
+TEST_F(Probing, MotesThatDoNotAnswerAreAskedAgainWhenAllOthersWere) {
+  ask_all(102, 2 * kMany);
   ask(50);
   time.run_for(2s + 100ms);
-  ASSERT_GT(sink.sent.size(), 2 * MoteProbes::kAtATime);
+  ASSERT_GT(sink.sent.size(), 2u * kMany);
   for (std::size_t i = 0; i < sink.sent.size(); ++i) {
-    const bool last = i == 2 * MoteProbes::kAtATime;
+    const bool last = i == 2 * kMany;
     EXPECT_EQ(sink.message(i).destination_mote == 50, last) << "after two seconds, not after six: " << i;
     EXPECT_TRUE(sink.sent[i].repeatable);
   }
-  requests.heard(sink.ack(2 * MoteProbes::kAtATime));
+  requests.heard(sink.ack(2 * kMany));
   EXPECT_EQ(answers[50], Delivered::kAcknowledged);
   time.run_for(10s);
-  EXPECT_EQ(sink.sent.size(), 1 + MoteProbes::kAttempts * 2 * MoteProbes::kAtATime);
-  EXPECT_EQ(answers.size(), 1 + 2 * MoteProbes::kAtATime);
-  EXPECT_EQ(answers[2], Delivered::kNoAnswer);
+  EXPECT_EQ(sink.sent.size(), 1 + MoteProbes::kAttempts * 2 * kMany);
+  EXPECT_EQ(answers.size(), 1 + 2 * kMany);
+  EXPECT_EQ(answers[102], Delivered::kNoAnswer);
   EXPECT_EQ(probes.waiting(), 0u);
 }
 
-TEST_F(MoteMail, ASilentMoteThatIsAskedForAnewGoesBeforeTheSilentOnes) {
-  MoteProbes probes(11, requests);
-  int silent = 0;
-  for (std::uint16_t mote = 2; mote < 22; ++mote) probes.ask(mote, [&](Delivered) { ++silent; });
-  time.run_for(2s + 100ms);  // 16 were asked, 8 are being asked
-  bool anew = false;
-  EXPECT_FALSE(probes.ask(21, [](Delivered) {})) << "it is being asked";
-  EXPECT_TRUE(probes.ask(9, [&](Delivered) { anew = true; }));
-  EXPECT_EQ(silent, 1);
-  const auto before = sink.sent.size();
+TEST_F(Probing, AMoteThatDidNotAnswerWaitsForThoseThatWereNotAskedYet) {
+  ask_all(2, kMany);
+  time.run_for(500ms);
+  ask_all(102, kMany);
+  time.run_for(600ms);
+  EXPECT_EQ(probes.ask(2, [](Delivered) {}).error().code, ErrorCode::kDuplicate) << "it waits to be asked again";
+  ASSERT_EQ(sink.sent.size(), 2u * kMany);
+  EXPECT_EQ(sink.message(2 * kMany - 1).destination_mote, 101 + kMany);
   time.run_for(1s);
-  ASSERT_GT(sink.sent.size(), before);
-  EXPECT_EQ(sink.message(before).destination_mote, 9);
-  requests.heard(sink.ack(before));
-  EXPECT_TRUE(anew);
+  EXPECT_EQ(sink.message(2 * kMany).destination_mote, 2);
 }
 
-TEST_F(MoteMail, AProbeWithoutRoomIsAnsweredAndDoesNotBlockTheOthers) {
-  MoteProbes probes(11, requests);
+TEST_F(Probing, AProbeWithoutRoomIsAnsweredAndDoesNotBlockTheOthers) {
   sink.full = true;
-  std::vector<Delivered> answers;
-  for (std::uint16_t mote = 2; mote < 12; ++mote) probes.ask(mote, [&](Delivered how) { answers.push_back(how); });
+  ask_all(2, 10);
   EXPECT_EQ(answers.size(), 10u);
   EXPECT_EQ(probes.waiting(), 0u);
+}
+
+TEST_F(Probing, ALostMoteIsAskedEverLessOften) {
+  ask(7);
+  time.run_for(4s);
+  EXPECT_EQ(asked(7), MoteProbes::kAttempts);
+  EXPECT_EQ(probes.lost(), 1u);
+  EXPECT_EQ(probes.ask(7, [](Delivered) {}).error().code, ErrorCode::kBusy);
+  sink.sent.clear();
+  for (int i = 0; i < 600; ++i) {  // each second, for ten minutes
+    std::ignore = ask(7);
+    time.run_for(1s);
+  }
+  EXPECT_GE(asked(7), 5u) << "for ever";
+  EXPECT_LE(asked(7), 9u);
+  probes.heard(7);
+  EXPECT_TRUE(ask(7)) << "it is alive";
+}
+
+TEST_F(Probing, AfterASinkThatWasAwayNobodyIsLost) {
+  ask_all(2, 5);
+  time.run_for(10s);
+  EXPECT_EQ(probes.lost(), 5u);
+  probes.forgive();
+  ask_all(2, 5);
+}
+
+/// As the proxy asks with `silence: 20s`: after ten seconds of silence, then often. All were heard within two seconds.
+TEST_F(Probing, TwoHundredLostMotesKeepNoLivingOneWaiting) {
+  std::map<std::uint16_t, SteadyTime> due, answered;
+  for (std::uint16_t mote = 2; mote < 202; ++mote) {
+    due[mote] = time.now() + 10s + 10ms * mote;
+    answered[mote] = time.now() + 10ms * mote;
+  }
+  const auto lives = [](std::uint16_t mote) { return mote % 22 == 3; };
+  Duration longest{};
+  std::size_t heard = 0;
+  for (const auto end = time.now() + 10min; time.now() < end; time.run_for(50ms)) {
+    for (; heard < sink.sent.size(); ++heard) {
+      const auto mote = sink.message(heard).destination_mote;
+      if (!lives(mote)) continue;
+      requests.heard(sink.ack(heard));
+      probes.heard(mote);
+      longest = std::max(longest, time.now() - answered[mote]);
+      answered[mote] = time.now();
+      due[mote] = time.now() + 10s;
+    }
+    for (auto& [mote, when] : due) {
+      if (when > time.now()) continue;
+      std::ignore = ask(mote);
+      when = time.now() + (lives(mote) ? 1s : 5s);
+    }
+  }
+  EXPECT_LT(longest, 20s) << "then it would be unreachable";
+  EXPECT_EQ(probes.lost(), 190u);
+  EXPECT_LE(probes.waiting(), 200u);
 }
 
 }  // namespace

@@ -18,16 +18,22 @@ class MoteSampling : public ::testing::Test {
     EXPECT_TRUE(requests.heard(sink.ack(n)));
   }
 
+  /// A report after a period of the mote.
+  void report() {
+    time.run_for(1s);
+    sampling.heard(7, true);
+  }
+
   VirtualScheduler time;
   FakeSink sink{time};
   MoteRequests requests{time, sink.call()};
-  std::vector<std::pair<std::uint16_t, std::optional<std::uint16_t>>> told;
-  Sampling sampling{
-      time, requests, {11, false}, [this](std::uint16_t mote, std::optional<std::uint16_t> mask, bool acknowledged) {
-        believed = mask;
-        if (acknowledged || !mask) told.emplace_back(mote, mask);
-      }};
+  std::vector<std::pair<std::uint16_t, std::uint16_t>> obeyed;
   std::optional<std::uint16_t> believed;
+  Sampling sampling{time,
+                    requests,
+                    {11, false},
+                    {[this](std::uint16_t, std::optional<std::uint16_t> mask) { believed = mask; },
+                     [this](std::uint16_t mote, std::uint16_t mask) { obeyed.emplace_back(mote, mask); }}};
 };
 
 TEST(MoteTicks, AreMillisecondsOfOneThousandTwentyFourthSeconds) {
@@ -56,9 +62,9 @@ TEST_F(MoteSampling, TellsExactlyWhatIsWantedReliably) {
   EXPECT_EQ(sink.message(0).reliable, 1);
   EXPECT_EQ(sink.message(0).application, motes::kApplicationMockup);
   EXPECT_EQ(sink.sent[0].lane, Lane::kSampling);
-  EXPECT_TRUE(told.empty());
+  EXPECT_TRUE(obeyed.empty());
   acknowledge(0);
-  EXPECT_EQ(told.back(), std::pair(std::uint16_t{7}, std::optional<std::uint16_t>(0x0043)));
+  EXPECT_EQ(obeyed.back(), std::pair(std::uint16_t{7}, std::uint16_t{0x0043}));
 }
 
 TEST_F(MoteSampling, WithTheLastSubscriberItGoesAsSlowAsTheFirmwareCan) {
@@ -89,7 +95,7 @@ TEST_F(MoteSampling, AMoteThatDidNotAnswerIsToldAgainWhenItIsHeard) {
   ASSERT_TRUE(sampling.want(7, {0x0001, 1024}));
   time.run_for(7s);
   EXPECT_EQ(sink.sent.size(), 3u);
-  EXPECT_TRUE(told.empty());
+  EXPECT_TRUE(obeyed.empty());
   sampling.heard(7, false);
   EXPECT_EQ(sink.sent.size(), 4u);
   acknowledge(3);
@@ -154,7 +160,7 @@ TEST_F(MoteSampling, OfManyThatReportForNobodyAFewAtATimeAreCalmed) {
 }
 
 TEST_F(MoteSampling, ACommandOfAnotherProgramToAllCalmsNobody) {
-  sampling.overruled(motes::kBroadcast);
+  sampling.overruled(motes::kBroadcast, 0x0001);
   time.run_for(10s);
   for (std::uint16_t mote = 2; mote < 5; ++mote) sampling.heard(mote, true);
   EXPECT_TRUE(sink.sent.empty());
@@ -165,8 +171,10 @@ TEST_F(MoteSampling, ACommandOfAnotherProgramToAllCalmsNobody) {
 
 TEST_F(MoteSampling, WhatWasOverruledWhileItWasUnderWayIsNotBelieved) {
   ASSERT_TRUE(sampling.want(7, {0x0001, 1024}));
-  sampling.overruled(7);
+  sampling.overruled(7, 0x0001);
   acknowledge(0);
+  EXPECT_EQ(believed, 0) << "not the next report";
+  sampling.heard(7, true);
   EXPECT_EQ(believed, std::nullopt);
   time.run_for(6s);
   sampling.heard(7, true);
@@ -183,7 +191,7 @@ TEST_F(MoteSampling, AfterAnAttemptWithoutAnswerOnlyWhatIsCommonToAllAttemptsIsF
 }
 
 TEST_F(MoteSampling, WhatAnotherProgramAskedForIsNotCalmed) {
-  sampling.overruled(7);
+  sampling.overruled(7, 0x0001);
   time.run_for(10s);
   sampling.heard(7, true);
   EXPECT_TRUE(sink.sent.empty());
@@ -192,8 +200,7 @@ TEST_F(MoteSampling, WhatAnotherProgramAskedForIsNotCalmed) {
 TEST_F(MoteSampling, OurSubscribersGoBeforeAnotherProgram) {
   ASSERT_TRUE(sampling.want(7, {0x0001, 1024}));
   acknowledge(0);
-  sampling.overruled(7);
-  EXPECT_EQ(told.back().second, std::nullopt);
+  sampling.overruled(7, 0x0001);
   time.run_for(6s);
   sampling.heard(7, true);
   ASSERT_EQ(sink.sent.size(), 2u);
@@ -208,14 +215,177 @@ TEST_F(MoteSampling, AFullSinkRefusesAndTheWishIsToldLater) {
   EXPECT_EQ(sink.sent.size(), 1u);
 }
 
+// --- What of the reports was measured.
+
+TEST_F(MoteSampling, TheFirstReportAfterACommandHoldsNothingThatWasMeasured) {
+  ASSERT_TRUE(sampling.want(7, {0x0003, 1024}));
+  EXPECT_EQ(believed, 0) << "it did not answer yet";
+  acknowledge(0);
+  EXPECT_EQ(believed, 0);
+  report();
+  EXPECT_EQ(believed, 0x0003);
+  report();
+  EXPECT_EQ(believed, 0x0003);
+}
+
+TEST_F(MoteSampling, ASensorThatIsAddedMissesOneReportAndTheOthersNone) {
+  ASSERT_TRUE(sampling.want(7, {0x0001, 1024}));
+  acknowledge(0);
+  report();
+  ASSERT_TRUE(sampling.want(7, {0x0003, 1024}));
+  EXPECT_EQ(believed, 0x0001);
+  acknowledge(1);
+  EXPECT_EQ(believed, 0x0001);
+  report();
+  EXPECT_EQ(believed, 0x0003);
+}
+
+TEST_F(MoteSampling, ASensorThatIsAddedTwiceBeforeAReportMissesThatReport) {
+  ASSERT_TRUE(sampling.want(7, {0x0001, 1024}));
+  acknowledge(0);
+  ASSERT_TRUE(sampling.want(7, {0x0003, 1024}));
+  acknowledge(1);
+  EXPECT_EQ(believed, 0);
+  report();
+  EXPECT_EQ(believed, 0x0003);
+}
+
+TEST_F(MoteSampling, ANewPeriodAloneMissesNoReport) {
+  ASSERT_TRUE(sampling.want(7, {0x0003, 1024}));
+  acknowledge(0);
+  report();
+  ASSERT_TRUE(sampling.want(7, {0x0003, 512}));
+  acknowledge(1);
+  EXPECT_EQ(believed, 0x0003);
+}
+
+TEST_F(MoteSampling, AMoteThatWasQuietMayHaveBeenSwitchedOffAndMissesAReport) {
+  ASSERT_TRUE(sampling.want(7, {0x0003, 1024}));
+  acknowledge(0);
+  report();
+  time.run_for(4s);
+  ASSERT_TRUE(sampling.want(7, {0x0003, 1024}));
+  acknowledge(1);
+  EXPECT_EQ(believed, 0);
+  report();
+  EXPECT_EQ(believed, 0x0003);
+}
+
+TEST_F(MoteSampling, AfterASwitchOffAndOnTheFirstReportHoldsNothing) {
+  ASSERT_TRUE(sampling.want(7, {0x0003, 1024}));
+  acknowledge(0);
+  report();
+  sampling.joined(7);
+  EXPECT_EQ(believed, 0);
+  acknowledge(1);
+  report();
+  EXPECT_EQ(believed, 0x0003);
+}
+
 TEST_F(MoteSampling, UntilAMoteAnswersOnlyWhatItReadsEitherWayIsFresh) {
   ASSERT_TRUE(sampling.want(7, {0x0003, 1024}));
-  EXPECT_EQ(believed, 0x0003);
   acknowledge(0);
+  report();
   ASSERT_TRUE(sampling.want(7, {0x0042, 1024}));
   EXPECT_EQ(believed, 0x0002);
   acknowledge(1);
+  EXPECT_EQ(believed, 0x0002);
+  report();
   EXPECT_EQ(believed, 0x0042);
+}
+
+TEST_F(MoteSampling, WhatAMoteReportsThatNeverAnsweredSomebodyElseAskedFor) {
+  ASSERT_TRUE(sampling.want(7, {0x0001, 1024}));
+  report();
+  EXPECT_EQ(believed, 0);
+  time.run_for(3s);
+  EXPECT_EQ(believed, std::nullopt);
+  time.run_for(5s);
+  EXPECT_GT(sink.sent.size(), 3u) << "it is told again";
+  EXPECT_EQ(believed, std::nullopt);
+}
+
+TEST_F(MoteSampling, WhatAnotherProgramAskedForIsMeasuredFromItsSecondReportOn) {
+  sampling.heard(7, false);
+  sampling.overruled(7, 0x0003);
+  EXPECT_EQ(believed, 0);
+  sampling.obeys_others(7, 0x0003);
+  EXPECT_EQ(believed, 0);
+  report();
+  EXPECT_EQ(believed, 0x0003);
+  sampling.overruled(7, 0x0001);
+  sampling.obeys_others(7, std::nullopt);
+  EXPECT_EQ(believed, std::nullopt) << "nobody knows whether it arrived";
+}
+
+// --- The end.
+
+/// Motes that were woken by us, and one that was not.
+class MoteSamplingEnds : public MoteSampling {
+ protected:
+  using Motes = std::vector<std::uint16_t>;
+  void wake(std::uint16_t first, std::uint16_t count) {
+    for (auto mote = first; mote < first + count; ++mote) {
+      ASSERT_TRUE(sampling.want(mote, {0x0001, 1024}));
+      acknowledge(sink.sent.size() - 1);
+    }
+    sink.sent.clear();
+  }
+  bool close() {
+    return sampling.close(1800ms, [this](const Motes& motes) { untold = motes; });
+  }
+  std::optional<Motes> untold;
+};
+
+TEST_F(MoteSamplingEnds, WhoWasWokenByUsIsToldToStopAndNobodyElse) {
+  wake(7, 2);
+  sampling.heard(9, true);
+  wake(10, 1);
+  sampling.overruled(10, 0x0001);
+  EXPECT_EQ(sampling.woken(), (Motes{7, 8}));
+  ASSERT_TRUE(close());
+  ASSERT_EQ(sink.sent.size(), 2u);
+  EXPECT_EQ(command(0).transducers, 0);
+  EXPECT_EQ(command(0).period_ms, 65535);
+  EXPECT_EQ(untold, std::nullopt);
+  acknowledge(0);
+  acknowledge(1);
+  time.run_for(1ms);
+  EXPECT_EQ(untold, Motes{});
+  EXPECT_EQ(sampling.want(7, {0x0001, 1024}).error().code, ErrorCode::kUnreachable);
+  time.run_for(10min);
+  EXPECT_EQ(sink.sent.size(), 2u);
+}
+
+TEST_F(MoteSamplingEnds, WhoDoesNotAnswerInTimeIsNamed) {
+  wake(7, 20);
+  ASSERT_TRUE(close());
+  EXPECT_EQ(sink.sent.size(), 8u) << "the sink takes a few at a time";
+  for (std::size_t i = 0; i < 12; ++i) acknowledge(i);
+  time.run_for(1700ms);
+  EXPECT_EQ(untold, std::nullopt);
+  time.run_for(200ms);
+  EXPECT_EQ(untold, (Motes{19, 20, 21, 22, 23, 24, 25, 26}));
+}
+
+TEST_F(MoteSamplingEnds, ACommandThatIsUnderWayIsFollowedByTheStop) {
+  ASSERT_TRUE(sampling.want(7, {0x0001, 1024}));
+  ASSERT_TRUE(close());
+  acknowledge(0);
+  ASSERT_EQ(sink.sent.size(), 2u);
+  EXPECT_EQ(command(1).transducers, 0);
+  acknowledge(1);
+  time.run_for(1ms);
+  EXPECT_EQ(untold, Motes{});
+}
+
+TEST_F(MoteSamplingEnds, ThereIsNothingToSayWhereNobodyWasWoken) {
+  wake(7, 1);
+  ASSERT_TRUE(sampling.want(7, {}));
+  acknowledge(0);
+  EXPECT_FALSE(close());
+  time.run_for(10s);
+  EXPECT_EQ(untold, std::nullopt);
 }
 
 TEST_F(MoteSampling, MotesWithTheControlModuleAreAskedForUpdates) {

@@ -58,6 +58,14 @@ TEST(WsnOptions, ShareIsNoAPortOrAnAddressAndAPort) {
   EXPECT_THAT(read(R"({"share": "all"})").errors, HasSubstr("'all'"));
 }
 
+TEST(WsnOptions, ShareTakes64ClientsUnlessItSaysOtherwise) {
+  const auto usual = read(R"({"share": 9100})").options.share;
+  EXPECT_EQ(usual->clients, 64u);
+  EXPECT_EQ(usual->island, 42);
+  EXPECT_EQ(read(R"({"share": 9100, "share-clients": 3})").options.share->clients, 3u);
+  EXPECT_THAT(read(R"({"share": 9100, "share-clients": 0})").errors, HasSubstr("networks.wsn.share-clients"));
+}
+
 TEST(WsnOptions, WrongOnesNameTheirKey) {
   EXPECT_THAT(read(R"({"source": "usb@/dev/x"})").errors, HasSubstr("networks.wsn.source"));
   EXPECT_THAT(read(R"({"board": "TELOSC"})").errors, HasSubstr("networks.wsn.board"));

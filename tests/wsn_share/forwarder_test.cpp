@@ -219,6 +219,31 @@ TEST_F(ForwarderTest, ASlowClientIsHungUpOnAndHoldsUpNobody) {
   EXPECT_THAT(notes, ElementsAre(StartsWith("dropped-slow-clients: ")));
 }
 
+/// The original's classes begin with it (wsn.md 9.1).
+TEST_F(ForwarderTest, AConfigPacketThatSetsTheIslandOfTheSinkPassesAndEveryOtherIsRefused) {
+  ForwarderOptions options;
+  options.island = 0x7d7e;
+  open(options);
+  Program original;
+  original.greet(host);
+  original.say(kSetIsland);
+  auto other = kSetIsland;
+  other.back() = 0x7f;
+  original.say(other);
+  auto command = kSetIsland;
+  command[8] = 0x0b;
+  original.say(command);
+  auto cut = kSetIsland;
+  cut.pop_back();
+  original.say(cut);
+  run();
+  EXPECT_THAT(taken, ElementsAre(kSetIsland));
+  EXPECT_EQ(counted("dropped-config"), 3u);
+  ASSERT_THAT(notes, SizeIs(1)) << "once a minute";
+  EXPECT_THAT(notes[0], testing::HasSubstr("share-config"));
+  EXPECT_FALSE(original.hung_up_on);
+}
+
 TEST_F(ForwarderTest, MoreClientsThanAllowedAreHungUpOn) {
   ForwarderOptions options;
   options.clients = 2;
@@ -232,6 +257,8 @@ TEST_F(ForwarderTest, MoreClientsThanAllowedAreHungUpOn) {
   EXPECT_FALSE(two.hung_up_on);
   EXPECT_TRUE(three.hung_up_on);
   EXPECT_EQ(counted("refused-clients"), 1u);
+  ASSERT_THAT(notes, SizeIs(1));
+  EXPECT_THAT(notes[0], testing::HasSubstr("refused, there are 2 already (share-clients)"));
   one.stream.reset();
   run();
   Program four;

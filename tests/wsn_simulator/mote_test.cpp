@@ -31,12 +31,12 @@ class SimulatedMote : public SimulatedSink {
   std::uint8_t serial_ = 0;
 };
 
-TEST_F(SimulatedMote, ReportsTheReadingsOfTheTickBeforeEachPeriodInTinyOsMilliseconds) {
+TEST_F(SimulatedMote, ReportsEachPeriodInTinyOsMilliseconds) {
   joined();
   const auto begin = time.now();
   tell(2, "01 0043 03e8");
   time.run_for(5s);
-  EXPECT_THAT(lights(2), ElementsAre(300, 307, 314, 321, 328));  // 977 ms: the first tick reports the command's reading
+  EXPECT_THAT(lights(2), ElementsAre(300, 307, 314, 321, 328));  // each 977 ms
   const auto all = packets(2);
   const std::chrono::duration<double> period = all[3].at - all[2].at;
   EXPECT_NEAR(period.count(), 1000 / 1024.0, 0.02);
@@ -48,6 +48,69 @@ TEST_F(SimulatedMote, ReportsTheReadingsOfTheTickBeforeEachPeriodInTinyOsMillise
     EXPECT_EQ(one.packet[5], 0x72) << "AM length";
     EXPECT_EQ(one.net().counted, kFullCount);
   }
+}
+
+/// Motes whose sensors need the time of an SHT11.
+class SlowSensors : public SimulatedMote {
+ protected:
+  void SetUp() override {
+    auto options = plain();
+    for (auto& place : options.motes) place.mote.sensor_time = 210ms;
+    joined(std::move(options));
+  }
+  std::vector<int> temperatures() const {
+    std::vector<int> all;
+    for (const auto& one : packets(2, motes::kTransportConnectionless))
+      all.push_back(std::get<motes::DemoReport>(motes::decode_record(one.net()).value()).temperature);
+    return all;
+  }
+};
+
+TEST_F(SlowSensors, AReportCarriesWhatTheTickBeforeMeasuredAndTheFirstOneNothing) {
+  tell(2, "01 0003 0400");
+  time.run_for(4500ms);
+  EXPECT_THAT(lights(2), ElementsAre(0, 300, 307, 314));
+  EXPECT_THAT(temperatures(), ElementsAre(0, 6500, 6501, 6502));
+}
+
+TEST_F(SlowSensors, ASensorThatIsAddedHasNothingInTheFirstReportAndTheOthersGoOn) {
+  tell(2, "01 0001 0400");
+  time.run_for(2500ms);
+  came.clear();
+  tell(2, "01 0003 0400");
+  time.run_for(3s);
+  EXPECT_THAT(lights(2), ElementsAre(307, 314, 321));
+  EXPECT_THAT(temperatures(), ElementsAre(0, 6500, 6501));
+}
+
+TEST_F(SlowSensors, AfterAPauseTheFirstReportCarriesTheLastValueOfBefore) {
+  tell(2, "01 0001 0400");
+  time.run_for(3500ms);
+  tell(2, "01 0000 ffff");
+  time.run_for(1min);
+  came.clear();
+  tell(2, "01 0001 0400");
+  time.run_for(2500ms);
+  EXPECT_THAT(lights(2), ElementsAre(314, 321));
+}
+
+TEST_F(SlowSensors, AfterARebootTheFirstReportCarriesZero) {
+  tell(2, "01 0001 0400");
+  time.run_for(3500ms);
+  world->mote(2).boot();
+  time.run_for(1s);
+  came.clear();
+  tell(2, "01 0001 0400");
+  time.run_for(2500ms);
+  EXPECT_THAT(lights(2), ElementsAre(0, 300));
+}
+
+TEST_F(SlowSensors, ASensorThatIsMeasuringDoesNotBeginAgain) {
+  tell(2, "01 0001 0040");
+  time.run_for(10s);
+  const auto light = lights(2);
+  ASSERT_GT(light.size(), 100u);
+  EXPECT_NEAR((light.back() - 300) / 7.0, 10 / 0.25, 3) << "each fourth tick of 62.5 ms begins a measurement";
 }
 
 TEST_F(SimulatedMote, KnowsNoStop) {

@@ -28,11 +28,12 @@ struct Came {
 /// A world in virtual time whose first sink's serial line is in a test's hands.
 class SimulatedSink : public ::testing::Test {
  protected:
-  /// Motes 2 and 3 as in the recordings, everything without chance.
+  /// Motes 2 and 3 as in the recordings, whose sensors need no time, everything without chance.
   static WorldOptions plain() {
     WorldOptions options;
     MoteOptions mote;
     mote.stale = 0;
+    mote.sensor_time = {};
     options.add_motes(1, 2, 2, mote);
     options.sink.stale = 0;
     options.sink.ack = {50ms, 50ms, 50ms, 0};

@@ -1,3 +1,4 @@
+#include <fcntl.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -6,6 +7,7 @@
 #include "apps/rubicon/knx/bus.h"
 #include "apps/rubicon/knx/commands.h"
 #include "apps/rubicon/tuple_text.h"
+#include "base/own_file.h"
 #include "networks/knx/capture.h"
 #include "networks/knx/wire/address.h"
 
@@ -119,13 +121,14 @@ std::vector<networks::knx::Capture::Frame> frames_in(const json& answer) {
 
 /// All frames the island still has, fetched in pieces.
 int capture(Bus& bus, const Settings&, const Options& options) {
-  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(
-      std::fopen(options.file.c_str(), "wb"),  // NOLINT(cppcoreguidelines-owning-memory)
-      [](std::FILE* one) { return std::fclose(one); });
-  if (!file) {
-    say(fmt::format("{}: cannot be written", options.file));
+  auto target = OwnFile::open(options.file, O_WRONLY | O_TRUNC);
+  if (!target) {
+    say(target.error().text);
     return kFailed;
   }
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(
+      ::fdopen(target->release(), "wb"),  // NOLINT(cppcoreguidelines-owning-memory)
+      [](std::FILE* one) { return std::fclose(one); });
   const auto put = [&file](const Bytes& bytes) { std::fwrite(bytes.data(), 1, bytes.size(), file.get()); };
   put(networks::knx::pcap_head());
   std::uint64_t next = 0, frames = 0;

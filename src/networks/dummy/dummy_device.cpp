@@ -38,6 +38,11 @@ Value following(const Wave& wave, const Value& commanded) {
 
 }  // namespace
 
+DummyDevice::DummyDevice(ScriptedDevice self, network::NetworkHost& host, const bool& line_is_up)
+    : self_(std::move(self)), script_(*self_.script), host_(host), line_is_up_(line_is_up) {
+  for (const SensorScript& sensor : script_.sensors) chances_.emplace_back(seed_of(self_.seed, sensor.id));
+}
+
 void DummyDevice::start() {
   Scheduler& scheduler = host_.scheduler();
   began_ = scheduler.now();
@@ -49,23 +54,32 @@ void DummyDevice::start() {
 void DummyDevice::join() {
   joined_ = true;
   greet();
-  live_timer_ = host_.scheduler().after(script_.keep_alive, [this] { live(); });
+  live_timer_ = host_.scheduler().after(self_.first_live, [this] { live(); });
 }
 
 void DummyDevice::retire() {
-  if (joined_) host_.deliver(script_.address, model::Leave{"no longer configured"});
+  if (joined_) host_.deliver(self_.address, model::Leave{"no longer configured"});
 }
 
 void DummyDevice::greet() {
   if (!joined_) return;
   model::Join join;
   join.device_type = script_.type;
-  join.name = script_.name;
+  join.name = self_.name;
   join.model = script_.model;
-  for (const auto& sensor : script_.sensors) join.capabilities.push_back(sensor.capability);
-  for (const auto& actuator : script_.actuators) join.capabilities.push_back(actuator.capability);
-  for (const auto& property : script_.properties) join.capabilities.push_back(property.capability);
+  join.capabilities = capabilities();
   tell(std::move(join));
+}
+
+std::vector<model::Capability> DummyDevice::capabilities() const {
+  std::vector<model::Capability> all;
+  for (const auto& sensor : script_.sensors) all.push_back(sensor.capability);
+  for (const auto& actuator : script_.actuators) all.push_back(actuator.capability);
+  for (std::size_t i = 0; i < script_.properties.size(); ++i) {
+    all.push_back(script_.properties[i].capability);
+    if (const auto value = set_.find(i); value != set_.end()) all.back().initial = value->second;
+  }
+  return all;
 }
 
 void DummyDevice::leave() {
@@ -84,7 +98,7 @@ void DummyDevice::live() {
 
 /// Nothing comes through a line that is down.
 void DummyDevice::tell(model::Body body) {
-  if (line_is_up_) host_.deliver(script_.address, std::move(body));
+  if (line_is_up_) host_.deliver(self_.address, std::move(body));
 }
 
 void DummyDevice::report(const model::PointId& point, Value value) {
@@ -96,7 +110,7 @@ void DummyDevice::acknowledge(std::uint64_t request, model::Outcome outcome, std
 }
 
 Result<void> DummyDevice::send(const Message& message) {
-  if (!joined_) return fail(ErrorCode::kUnreachable, fmt::format("device {} is not there now", script_.address));
+  if (!joined_) return fail(ErrorCode::kUnreachable, fmt::format("device {} is not there now", self_.address));
   if (const auto* wanted = std::get_if<model::Sample>(&message.body)) return sample(*wanted);
   if (const auto* command = std::get_if<model::Actuate>(&message.body)) return actuate(*command);
   if (const auto* set = std::get_if<model::SetProperty>(&message.body)) return set_property(*set);
@@ -107,7 +121,7 @@ Result<void> DummyDevice::sample(const model::Sample& sample) {
   std::vector<std::size_t> wanted;
   for (const auto& point : sample.points) {
     const std::size_t place = place_of(script_.sensors, point);
-    if (place == script_.sensors.size()) return no_such(point, script_.address);
+    if (place == script_.sensors.size()) return no_such(point, self_.address);
     wanted.push_back(place);
   }
   sampled_ = std::move(wanted);
@@ -123,10 +137,11 @@ void DummyDevice::measure() {
   model::Updates updates;
   const Duration since = host_.scheduler().now() - began_;
   for (const std::size_t place : sampled_) {
-    auto& [capability, wave] = script_.sensors[place];
-    const auto followed = followed_.find(capability.point);
-    Value value = followed != followed_.end() ? followed->second : wave.at(since);
-    updates.readings.push_back({capability.point, std::move(value), host_.scheduler().wall_now()});
+    const SensorScript& sensor = script_.sensors[place];
+    const model::PointId& point = sensor.capability.point;
+    const auto followed = followed_.find(point);
+    Value value = followed != followed_.end() ? followed->second : sensor.wave.at(since, chances_[place]);
+    updates.readings.push_back({point, std::move(value), host_.scheduler().wall_now()});
   }
   tell(std::move(updates));
   sample_timer_ = host_.scheduler().after(period_, [this] { measure(); });
@@ -134,7 +149,7 @@ void DummyDevice::measure() {
 
 Result<void> DummyDevice::actuate(const model::Actuate& actuate) {
   const std::size_t place = place_of(script_.actuators, actuate.point);
-  if (place == script_.actuators.size()) return no_such(actuate.point, script_.address);
+  if (place == script_.actuators.size()) return no_such(actuate.point, self_.address);
   const ActuatorScript& actuator = script_.actuators[place];
   if (auto fits = TypeCatalogue::check(*actuator.type, actuate.value); !fits) return fits;
   if (actuator.behaviour == Behaviour::kFail) {
@@ -161,10 +176,9 @@ void DummyDevice::obey(std::size_t actuator) {
 
 Result<void> DummyDevice::set_property(const model::SetProperty& set) {
   const std::size_t place = place_of(script_.properties, set.point);
-  if (place == script_.properties.size()) return no_such(set.point, script_.address);
-  PropertyScript& property = script_.properties[place];
-  if (auto fits = TypeCatalogue::check(*property.type, set.value); !fits) return fits;
-  property.capability.initial = set.value;
+  if (place == script_.properties.size()) return no_such(set.point, self_.address);
+  if (auto fits = TypeCatalogue::check(*script_.properties[place].type, set.value); !fits) return fits;
+  set_[place] = set.value;
   acknowledge(set.request, model::Outcome::kSent);
   report(set.point, set.value);
   return {};

@@ -10,8 +10,7 @@ namespace rubicon::networks::dummy {
 /// One simulated device: joins, lives, measures what is asked for, and does with commands what its script says.
 class DummyDevice {
  public:
-  DummyDevice(DeviceScript script, network::NetworkHost& host, const bool& line_is_up)
-      : script_(std::move(script)), host_(host), line_is_up_(line_is_up) {}
+  DummyDevice(ScriptedDevice self, network::NetworkHost& host, const bool& line_is_up);
 
   /// The script begins; times count from here.
   void start();
@@ -21,7 +20,11 @@ class DummyDevice {
   /// The configuration no longer names it.
   void retire();
   /// The configuration says the same of it.
-  bool plays(const DeviceScript& script) const { return base::differences(script_.written, script.written, 1).empty(); }
+  bool plays(const ScriptedDevice& other) const {
+    return script_.digest == other.script->digest && self_.name == other.name;
+  }
+  /// With all its points.
+  network::ListedDevice listed() const { return {self_.address, capabilities()}; }
 
  private:
   struct Job {
@@ -30,6 +33,7 @@ class DummyDevice {
     Timer timer;
   };
 
+  std::vector<model::Capability> capabilities() const;
   void join();
   void leave();
   void live();
@@ -43,13 +47,16 @@ class DummyDevice {
   Result<void> set_property(const model::SetProperty& set);
   void obey(std::size_t actuator);
 
-  DeviceScript script_;
+  ScriptedDevice self_;
+  const DeviceScript& script_;  ///< in self_
   network::NetworkHost& host_;
   const bool& line_is_up_;
   SteadyTime began_{};
   bool joined_ = false;
   Timer join_timer_, leave_timer_, rejoin_timer_, live_timer_, sample_timer_;
-  std::vector<std::size_t> sampled_;  ///< places in script_.sensors
+  std::vector<std::size_t> sampled_;   ///< places in script_.sensors
+  std::vector<Wave::Chance> chances_;  ///< of the sensors
+  std::map<std::size_t, Value> set_;   ///< properties that were set, by their places
   Duration period_{};
   std::map<std::size_t, Job> jobs_;           ///< by actuator: what it is about to do
   std::map<model::PointId, Value> followed_;  ///< sensors that show what an actuator did

@@ -16,7 +16,7 @@ namespace {
 class DummyNetwork final : public network::Network {
  public:
   DummyNetwork(Script script, network::NetworkHost& host) : script_(std::move(script)), host_(host) {
-    for (DeviceScript& device : script_.devices) {
+    for (ScriptedDevice& device : std::exchange(script_.devices, {})) {
       std::string address = device.address;
       devices_.try_emplace(std::move(address), std::move(device), host_, up_);
     }
@@ -39,7 +39,7 @@ class DummyNetwork final : public network::Network {
     if (next.seed != script_.seed || next.down_at != script_.down_at || next.up_at != script_.up_at)
       return fail(ErrorCode::kUnsupported, "seed and line hold for the whole network");
     std::map<std::string, DummyDevice> before = std::exchange(devices_, {});
-    for (DeviceScript& device : next.devices) {
+    for (ScriptedDevice& device : next.devices) {
       const std::string address = device.address;
       auto known = before.extract(address);
       if (known && known.mapped().plays(device)) {
@@ -59,6 +59,12 @@ class DummyNetwork final : public network::Network {
     if (found == devices_.end())
       return fail(ErrorCode::kNotFound, fmt::format("no device {}", model::quoted(message.destination.device)));
     return found->second.send(message);
+  }
+
+  std::optional<std::vector<network::ListedDevice>> listed() const override {
+    std::vector<network::ListedDevice> all;
+    for (const auto& [address, device] : devices_) all.push_back(device.listed());
+    return all;
   }
 
  private:

@@ -2,7 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <set>
 #include <utility>
+
+#include "model/property_alias.h"
+#include "networks/dummy/device_range.h"
 
 namespace rubicon::networks::dummy {
 
@@ -12,16 +17,14 @@ using namespace std::chrono_literals;
 using model::Access;
 using model::Capability;
 
-/// More would be a mistake, and each costs memory.
-constexpr std::size_t kMaxDevices = 20000;
 constexpr std::int64_t kUsualRate = 1000;
 
-/// Reads one `simulate` map.
+/// Reads one entry of `simulate`.
 class DeviceReader {
  public:
-  DeviceReader(const TypeCatalogue& types, std::uint64_t seed) : types_(types), seed_(seed) {}
+  explicit DeviceReader(const TypeCatalogue& types) : types_(types) {}
 
-  DeviceScript read(const std::string& address, ConfigReader& options);
+  DeviceScript read(ConfigReader& options);
 
  private:
   const Type* type_of(const std::string& id, ConfigReader& options, Kind kind, Capability& capability);
@@ -31,13 +34,10 @@ class DeviceReader {
   void read_properties(DeviceScript& device, ConfigReader& options);
 
   const TypeCatalogue& types_;
-  std::uint64_t seed_;
 };
 
-DeviceScript DeviceReader::read(const std::string& address, ConfigReader& options) {
+DeviceScript DeviceReader::read(ConfigReader& options) {
   DeviceScript device;
-  device.address = address;
-  device.name = options.text("name", "");
   device.model = options.text("model", "");
   device.type = options.text("type", "");
   device.join = options.duration("join", 0s);
@@ -52,6 +52,7 @@ DeviceScript DeviceReader::read(const std::string& address, ConfigReader& option
   read_actuators(device, options);
   read_properties(device, options);
   options.finish();
+  device.digest = std::hash<std::string>()(base::packed(options.here()));
   return device;
 }
 
@@ -73,7 +74,10 @@ void DeviceReader::read_sensors(DeviceScript& device, ConfigReader& options) {
     Capability capability;
     const Type* type = type_of(id, reader, Kind::kSensor, capability);
     if (type == nullptr) continue;
-    device.sensors.push_back({capability, Wave::read(reader, *type, seed_of(seed_of(seed_, device.address), id))});
+    const bool twice = std::any_of(device.sensors.begin(), device.sensors.end(),
+                                   [&](const SensorScript& one) { return one.capability.point == capability.point; });
+    if (twice) reader.error("", fmt::format("the device has {}-{} already", type->name, capability.point.instance));
+    device.sensors.push_back({id, capability, Wave::read(reader, *type)});
     reader.finish();
   }
 }
@@ -129,7 +133,7 @@ void DeviceReader::read_properties(DeviceScript& device, ConfigReader& options) 
   ConfigReader properties = options.map("properties");
   for (const std::string& name : properties.keys()) {
     const std::string text = properties.text(name, "");
-    const Type* type = types_.find(name);
+    const Type* type = types_.find(name == model::kSamplingRate ? "rate" : name);
     if (type == nullptr) {
       properties.error(name, "is no type");
       continue;
@@ -139,7 +143,29 @@ void DeviceReader::read_properties(DeviceScript& device, ConfigReader& options) 
     device.properties.push_back(property_of(*type, value.value_or(Value{})));
   }
   const Type* rate = types_.find("rate");
-  if (rate != nullptr && !properties.has("rate")) device.properties.push_back(property_of(*rate, kUsualRate));
+  const bool named = properties.has("rate") || properties.has(std::string(model::kSamplingRate));
+  if (rate != nullptr && !named) device.properties.push_back(property_of(*rate, kUsualRate));
+}
+
+}  // namespace
+
+namespace {
+
+void add_devices(const DeviceRange& range, DeviceReader& reader, ConfigReader& options, Script& script,
+                 std::set<std::string>& taken) {
+  const auto name = options.text("name", "");
+  const auto shared = std::make_shared<const DeviceScript>(reader.read(options));
+  for (std::size_t i = 0; i < range.count(); ++i) {
+    auto address = range.address(i);
+    if (!taken.insert(address).second) {
+      options.error("", fmt::format("a device {} is there already", address));
+      return;
+    }
+    const auto share = static_cast<Duration::rep>(i + 1);
+    const auto first = shared->keep_alive / static_cast<Duration::rep>(range.count()) * share;
+    const auto seed = seed_of(script.seed, address);
+    script.devices.push_back({std::move(address), range.name(name, i), seed, shared, first});
+  }
 }
 
 }  // namespace
@@ -148,15 +174,18 @@ Script read_script(const network::NetworkConfig& config) {
   Script script;
   ConfigReader& options = config.options;
   script.seed = static_cast<std::uint64_t>(options.integer("seed", 1, 0));
-  DeviceReader reader(config.types, script.seed);
-  auto devices = options.maps("simulate");
-  if (devices.size() > kMaxDevices) {
-    options.error("simulate", fmt::format("{} devices, expected at most {}", devices.size(), kMaxDevices));
-    devices.clear();
-  }
-  for (auto& [address, device] : devices) {
-    script.devices.push_back(reader.read(address, device));
-    script.devices.back().written = device.here();
+  DeviceReader reader(config.types);
+  std::set<std::string> taken;
+  for (auto& [key, device] : options.maps("simulate")) {
+    const auto range = DeviceRange::parse(key);
+    if (!range) {
+      device.error("", range.error().text);
+    } else if (range->count() > 1 && range->count() + script.devices.size() > config.most_devices) {
+      device.error("", fmt::format("{} devices beside {} others, expected at most limits.devices, {}", range->count(),
+                                   script.devices.size(), config.most_devices));
+    } else {
+      add_devices(*range, reader, device, script, taken);
+    }
   }
   ConfigReader line = options.map("line");
   if (line.has("down-at")) script.down_at = line.duration("down-at", 0s);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -11,6 +12,7 @@
 namespace rubicon::networks::dummy {
 
 struct SensorScript {
+  std::string id;  ///< as written; its chance follows from it
   model::Capability capability;
   Wave wave;
 };
@@ -29,21 +31,30 @@ struct PropertyScript {
   const Type* type = nullptr;
 };
 
+/// What all devices of one entry of `simulate` have in common.
 struct DeviceScript {
-  std::string address, name, model, type;
+  std::string model, type;
   Duration join{};
   std::optional<Duration> leave, rejoin;
   Duration keep_alive{};
   std::vector<SensorScript> sensors;
   std::vector<ActuatorScript> actuators;
   std::vector<PropertyScript> properties;
-  ConfigNode written;  ///< as it stands in the configuration
+  std::size_t digest = 0;  ///< of the entry as it stands in the configuration
+};
+
+/// One device: what it shares with others of its range, and what it has alone.
+struct ScriptedDevice {
+  std::string address, name;
+  std::uint64_t seed = 1;
+  std::shared_ptr<const DeviceScript> script;
+  Duration first_live{};  ///< from its join to its first sign of life: a range does not speak at once
 };
 
 /// What the configuration says shall happen. All times count from the first opening of the line.
 struct Script {
   std::uint64_t seed = 1;
-  std::vector<DeviceScript> devices;
+  std::vector<ScriptedDevice> devices;
   std::optional<Duration> down_at, up_at;
 };
 

@@ -17,6 +17,11 @@ bool is_numeric(const Type& type) {
   return type.data == DataType::kReal || type.data == DataType::kInteger;
 }
 
+double walk(Wave::Chance& chance) {
+  chance.position = std::clamp(chance.position + kStride * (2 * chance.dice.roll() - 1), 0.0, 1.0);
+  return chance.position;
+}
+
 }  // namespace
 
 /// SplitMix64 (Steele, Lea, Flood: Fast splittable pseudorandom number generators, 2014).
@@ -34,8 +39,8 @@ std::uint64_t seed_of(std::uint64_t seed, std::string_view text) {
   return hash;
 }
 
-Wave Wave::read(ConfigReader& options, const Type& type, std::uint64_t seed) {
-  Wave wave(type, seed);
+Wave Wave::read(ConfigReader& options, const Type& type) {
+  Wave wave(type);
   const bool shaped = is_numeric(type) || type.data == DataType::kBoolean;
   const std::string shape = options.choice("wave", options.has("values") ? "steps" : "constant",
                                            {"constant", "sine", "square", "sawtooth", "random", "steps"});
@@ -80,30 +85,25 @@ void Wave::read_steps(ConfigReader& options) {
   if (constant && steps_.size() > 1) options.error(key, "expected one value; several are steps");
 }
 
-Value Wave::at(Duration since) {
-  if (shape_ != Shape::kSteps && shape_ != Shape::kConstant) return value_of(number_at(since));
+Value Wave::at(Duration since, Chance& chance) const {
+  if (shape_ != Shape::kSteps && shape_ != Shape::kConstant) return value_of(number_at(since, chance));
   const auto step = static_cast<std::size_t>(since / period_);
   const Value& value = steps_[step % steps_.size()];
   const auto* number = std::get_if<double>(&value);
-  return number != nullptr && noise_ > 0 ? value_of(*number + noise_ * (2 * dice_.roll() - 1)) : value;
+  return number != nullptr && noise_ > 0 ? value_of(*number + noise_ * (2 * chance.dice.roll() - 1)) : value;
 }
 
-double Wave::number_at(Duration since) {
+double Wave::number_at(Duration since, Chance& chance) const {
   const double phase = static_cast<double>((since % period_).count()) / static_cast<double>(period_.count());
   double share = 0;
   switch (shape_) {
     case Shape::kSine: share = 0.5 + 0.5 * std::sin(2 * std::numbers::pi * phase); break;
     case Shape::kSquare: share = phase < 0.5 ? 0 : 1; break;
     case Shape::kSawtooth: share = phase; break;
-    default: share = walk(); break;
+    default: share = walk(chance); break;
   }
-  const double noise = noise_ > 0 ? noise_ * (2 * dice_.roll() - 1) : 0;
+  const double noise = noise_ > 0 ? noise_ * (2 * chance.dice.roll() - 1) : 0;
   return low_ + share * (high_ - low_) + noise;
-}
-
-double Wave::walk() {
-  position_ = std::clamp(position_ + kStride * (2 * dice_.roll() - 1), 0.0, 1.0);
-  return position_;
 }
 
 Value Wave::level(bool high) const {

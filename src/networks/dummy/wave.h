@@ -23,14 +23,21 @@ class Dice {
 /// A number that stays the same for a text, to give each point a seed of its own.
 std::uint64_t seed_of(std::uint64_t seed, std::string_view text);
 
-/// What a simulated sensor measures over time: a shape between two levels, with noise, in the terms of its type.
+/// What a simulated sensor measures over time: a shape between two levels, with noise, in the terms of its type. Many
+/// sensors may share one; what each has of its own is its chance.
 class Wave {
  public:
+  struct Chance {
+    explicit Chance(std::uint64_t seed) : dice(seed) {}
+    Dice dice;
+    double position = 0.5;  ///< of a random walk, from 0 to 1
+  };
+
   /// Reads wave, low, high, period, noise, value, values; what is wrong is reported to `options`.
-  static Wave read(ConfigReader& options, const Type& type, std::uint64_t seed);
+  static Wave read(ConfigReader& options, const Type& type);
 
   /// The value `since` the network was opened first. Noise and walks go on with each call.
-  Value at(Duration since);
+  Value at(Duration since, Chance& chance) const;
   /// What the wave gives at its lower or upper level: what a sensor shows that follows a switched actuator.
   Value level(bool high) const;
   /// A number in the terms of the type: clamped, rounded, a boolean from half way up.
@@ -39,16 +46,14 @@ class Wave {
  private:
   enum class Shape { kConstant, kSine, kSquare, kSawtooth, kRandom, kSteps };
 
-  Wave(const Type& type, std::uint64_t seed) : type_(&type), dice_(seed) {}
+  explicit Wave(const Type& type) : type_(&type) {}
   void read_levels(ConfigReader& options);
   void read_steps(ConfigReader& options);
-  double number_at(Duration since);
-  double walk();
+  double number_at(Duration since, Chance& chance) const;
 
   const Type* type_;
-  Dice dice_;
   Shape shape_ = Shape::kConstant;
-  double low_ = 0, high_ = 1, noise_ = 0, position_ = 0.5;
+  double low_ = 0, high_ = 1, noise_ = 0;
   Duration period_{};
   int decimals_ = 2;
   std::vector<Value> steps_;  ///< of steps, and the one value of a constant

@@ -20,6 +20,11 @@ constexpr Duration kReportTime = 1s;
 /// A value heard within this time needs no question (knx.md, section 8: expire).
 constexpr Duration kFresh = 60min;
 
+/// What was commanded and what is reported may differ in digits, not in words.
+bool is_rounded(const BoundPoint& point) {
+  return point.dpt != nullptr && point.dpt->words.empty();
+}
+
 }  // namespace
 
 BusPoints::BusPoints(network::NetworkHost& host, GroupReads::Options reads, Say say)
@@ -116,6 +121,7 @@ bool BusPoints::hear(const Telegram& telegram, const BoundPoint* commanded) {
 
 void BusPoints::update(BoundPoint& point, PayloadView payload) {
   auto value = value_of(point, payload);
+  std::string why;
   ++counters_.readings;
   if (value) {
     point.heard_at = host_.scheduler().now();
@@ -123,17 +129,17 @@ void BusPoints::update(BoundPoint& point, PayloadView payload) {
     if (commanded != commanded_.end()) {
       const auto& bytes = commanded->second.payload.bytes;
       const bool same = std::equal(bytes.begin(), bytes.end(), payload.bytes.begin(), payload.bytes.end());
-      if (same) *value = commanded->second.value;
+      if (same && is_rounded(point)) *value = commanded->second.value;
       if (same) commanded->second.verify.cancel();
       if (!same && !commanded->second.verify.pending()) commanded_.erase(commanded);
     }
   } else {
     ++counters_.bad_values;
-    say_(fmt::format("value {}", to_string(point.source())),
-         fmt::format("{}: {}: {}", to_string(point.source()), base::to_hex(payload.bytes), value.error().text));
+    why = fmt::format("telegram {}: {}", base::to_hex(payload.bytes), value.error().text);
+    say_(fmt::format("value {}", to_string(point.source())), fmt::format("{}: {}", to_string(point.source()), why));
   }
   model::Updates updates;
-  updates.readings.push_back({point.id, value ? std::move(*value) : Value(), {}});
+  updates.readings.push_back({point.id, value ? std::move(*value) : Value(), {}, std::move(why)});
   host_.deliver(point.address, std::move(updates));
 }
 

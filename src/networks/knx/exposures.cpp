@@ -94,15 +94,13 @@ void Exposures::nothing(Shown& shown) {
 /// A sensor may speak much faster than a line of the bus has room for.
 void Exposures::write_change(Shown& shown) {
   shown.waits = shown.pause.pending();
-  if (shown.waits) return;
-  write(shown);
-  if (shown.what.pause == Duration::zero()) return;
-  shown.pause = host_.scheduler().after(shown.what.pause, [this, &shown] {
-    if (shown.waits && up_ && shown.payload) write_change(shown);
-  });
+  if (!shown.waits) write(shown);
 }
 
+/// Whatever the occasion, it is the newest value that goes out: none waits after it.
 void Exposures::write(Shown& shown) {
+  shown.waits = false;
+  rest(shown);
   Telegram telegram;
   telegram.destination = shown.what.address;
   telegram.payload = *shown.payload;
@@ -113,6 +111,13 @@ void Exposures::write(Shown& shown) {
   if (!shown.what.every) return;
   shown.again = host_.scheduler().after(*shown.what.every, [this, &shown] {
     if (up_ && shown.payload) write(shown);
+  });
+}
+
+void Exposures::rest(Shown& shown) {
+  if (!shown.what.on_change || shown.what.pause == Duration::zero()) return;
+  shown.pause = host_.scheduler().after(shown.what.pause, [this, &shown] {
+    if (shown.waits && up_ && shown.payload) write(shown);
   });
 }
 

@@ -62,6 +62,7 @@ class Exposures {
   void nothing(Shown& shown);
   void write(Shown& shown);
   void write_change(Shown& shown);
+  void rest(Shown& shown);
   void retry(Shown& shown);
   Result<Payload> payload_of(const Exposure& what, std::string_view text) const;
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <deque>
 #include <tuple>
 #include <utility>
@@ -14,6 +15,7 @@
 #include "networks/knx/operators.h"
 #include "networks/knx/unassigned.h"
 #include "networks/knx/wire/cemi.h"
+#include "transport/interfaces.h"
 
 namespace rubicon::networks::knx {
 
@@ -46,12 +48,15 @@ class KnxNetwork final : public network::Network {
             host, capture_, [this](GroupAddress address) { return meaning(address); },
             [this](const Telegram& telegram) { points_.heard(telegram); }) {
     points_.take(PointTable(options_.points, types_));
+    options_.points = {};  // the table has them
     make_line();
   }
 
   Result<void> open() override;
   Result<void> send(const model::Message& message) override;
   Result<void> change(const network::NetworkConfig& config) override;
+  std::optional<std::vector<network::ListedDevice>> listed() const override;
+  std::vector<network::Missing> missing() const override;
 
  private:
   void make_line();
@@ -87,7 +92,9 @@ void KnxNetwork::make_line() {
   calls.changed = [this](const LineState& state) { line_changed(state); };
   calls.failed = [this](Error why) { lost(std::move(why)); };
   calls.received = [this](const Telegram& telegram) { received(telegram); };
+  calls.settled = [this] { report_later(); };
   calls.frame = [this](ByteView cemi, bool outgoing) {
+    if (outgoing) report_later();
     capture_.add(cemi, outgoing, host_.scheduler().wall_now());
     if (!outgoing || !operators_.monitored()) return;
     if (const auto telegram = read_telegram(cemi)) operators_.seen(*telegram, true);
@@ -99,12 +106,27 @@ void KnxNetwork::make_line() {
 Result<void> KnxNetwork::open() {
   if (!std::exchange(opened_, true)) {
     if (!options_.report.empty()) host_.log().info(options_.report);
-    if (options_.points.empty())
+    if (points_.table().points().empty())
       host_.log().info("no group addresses: what is heard stands in the property unassigned");
     points_.begin();
     exposures_.take(options_.exposures);
   }
   return line_->open();
+}
+
+std::optional<std::vector<network::ListedDevice>> KnxNetwork::listed() const {
+  std::vector<network::ListedDevice> all;
+  for (const auto& [address, device] : points_.table().devices())
+    all.push_back({address, points_.table().join_of(address).capabilities});
+  return all;
+}
+
+std::vector<network::Missing> KnxNetwork::missing() const {
+  const auto& wanted = options_.line.routing.interface_address;
+  const auto all = transport::ipv4_interfaces();
+  const auto ours = [&wanted](const auto& one) { return one.address == wanted; };
+  if (wanted.empty() || std::any_of(all.begin(), all.end(), ours)) return {};
+  return {{"interface", fmt::format("no interface of this host has the address {}", wanted)}};
 }
 
 void KnxNetwork::line_changed(const LineState& state) {
@@ -193,7 +215,7 @@ Result<void> KnxNetwork::change(const network::NetworkConfig& config) {
   if (config.options.errors().lines().size() > errors)
     return fail(ErrorCode::kInvalid, fmt::format("network {}: wrong options", config.id));
   if (!same_line(next.line, options_.line)) return fail(ErrorCode::kUnsupported, "the line changes");
-  PointTable table(next.points, types_);
+  PointTable table(std::exchange(next.points, {}), types_);
   options_ = std::move(next);
   capture_.limit(options_.capture);
   if (!options_.report.empty()) host_.log().info(options_.report);
@@ -220,7 +242,11 @@ void KnxNetwork::report() {
   const auto& line = line_->state();
   using Phase = LineState::Phase;
   if (line.phase == Phase::kOff) return;
-  model::State state{up_ ? model::LineState::kUp : model::LineState::kConnecting, line.reason, line_->counters()};
+  const bool refused = line.phase == Phase::kWaiting || line.phase == Phase::kRefused;
+  model::State state{up_       ? model::LineState::kUp
+                     : refused ? model::LineState::kRefused
+                               : model::LineState::kConnecting,
+                     line.reason, line_->counters()};
   if (const auto doubled = state.counters.find("doubled-address");
       doubled != state.counters.end() && doubled->second > 0 && !std::exchange(told_doubled_, true))
     host_.log().warning(fmt::format("{} is the address of another one on the bus too", to_string(line.own)));

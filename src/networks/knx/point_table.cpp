@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <cmath>
 #include <set>
 
 #include "model/key.h"
@@ -24,9 +25,32 @@ TypeId type_of(const GroupPoint& group, const Dpt* dpt, const TypeCatalogue& typ
   return types.find(group.kind == Kind::kSensor ? "bytesInput" : "bytesOutput")->id;
 }
 
-Capability capability_of(const BoundPoint& point) {
+/// What bits and octets can hold in singles and 64 bit numbers says nothing of the point.
+constexpr double kNoBound = 1e15;
+
+/// The bounds of the data point type in the catalogue's unit, where they say more than the type. What a float can hold
+/// bounds commands, but no measured value: that has the same range in every network.
+void add_range(Capability& capability, const Dpt& dpt, const model::Type& type) {
+  const bool numeric = type.data == model::DataType::kReal || type.data == model::DataType::kInteger ||
+                       type.data == model::DataType::kEnumeration;
+  const auto range = numeric && type.words.empty() ? range_of(dpt) : std::nullopt;
+  if (!range) return;
+  const bool commanded = capability.point.kind == Kind::kActuator;
+  const bool says = commanded || dpt.form != Form::kFloat16;
+  if (range->minimum > type.minimum && range->minimum > -kNoBound && (commanded || std::isinf(type.minimum)) && says)
+    capability.minimum = range->minimum;
+  if (range->maximum < type.maximum && range->maximum < kNoBound && (commanded || std::isinf(type.maximum)) && says)
+    capability.maximum = range->maximum;
+}
+
+Capability capability_of(const BoundPoint& point, const TypeCatalogue& types) {
   Capability capability;
   capability.point = point.id;
+  if (point.dpt) {
+    const auto& type = *types.find(point.id.type);
+    add_range(capability, *point.dpt, type);
+    if (type.words.empty()) capability.words = words_of(*point.dpt);
+  }
   const bool actuator = point.id.kind == Kind::kActuator;
   capability.access = actuator ? model::Access::kReadWrite : model::Access::kRead;
   capability.reports = point.readable();
@@ -39,7 +63,7 @@ Capability capability_of(const BoundPoint& point) {
 
 }  // namespace
 
-PointTable::PointTable(const std::vector<GroupPoint>& groups, const TypeCatalogue& types) {
+PointTable::PointTable(const std::vector<GroupPoint>& groups, const TypeCatalogue& types) : types_(&types) {
   points_.reserve(groups.size());
   for (const auto& group : groups) bind(group, types);
   std::set<std::string> taken;
@@ -47,15 +71,15 @@ PointTable::PointTable(const std::vector<GroupPoint>& groups, const TypeCatalogu
     if (!group.device.empty()) taken.insert(model::to_key_part(group.device));
   }
   // 1.4.6 and 1/4/6 would be one key (knx.md, section 1).
-  for (const auto& point : points_) {
-    const auto key = to_key_part(point.group.address);
-    if (point.group.device.empty() && taken.contains(key)) devices_[point.address].wanted_id = "ga-" + key;
+  for (const auto& group : groups) {
+    const auto key = to_key_part(group.address);
+    if (group.device.empty() && taken.contains(key)) devices_[address_of(group)].wanted_id = "ga-" + key;
   }
 }
 
 void PointTable::bind(const GroupPoint& group, const TypeCatalogue& types) {
   BoundPoint point;
-  point.group = group;
+  point.group = {group.address, group.state, group.dpt, group.name, group.read};
   point.dpt = group.dpt ? find_dpt(*group.dpt) : nullptr;
   point.id = {group.kind, type_of(group, point.dpt, types), group.instance};
   point.address = address_of(group);
@@ -113,7 +137,7 @@ model::Join PointTable::join_of(const std::string& device) const {
   join.model = place_of(one);
   join.id = one.wanted_id;
   join.heard = false;
-  for (const auto index : one.points) join.capabilities.push_back(capability_of(points_[index]));
+  for (const auto index : one.points) join.capabilities.push_back(capability_of(points_[index], *types_));
   return join;
 }
 

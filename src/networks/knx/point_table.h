@@ -10,9 +10,18 @@
 
 namespace rubicon::networks::knx {
 
-/// A GroupPoint with what follows from it.
+/// What the network needs of a GroupPoint while it runs; the rest would be half of what a list of 60,000 takes.
+struct BoundGroup {
+  GroupAddress address{};
+  std::optional<GroupAddress> state{};
+  std::optional<DptId> dpt{};
+  std::string name{};
+  ReadRule read{};
+};
+
+/// A point with what follows from its GroupPoint.
 struct BoundPoint {
-  GroupPoint group;
+  BoundGroup group;
   const Dpt* dpt = nullptr;  ///< nullptr: values are bytes in hex
   PointId id;
   std::string address;    ///< of its device within the network
@@ -32,7 +41,7 @@ class PointTable {
   PointTable(const std::vector<GroupPoint>& groups, const TypeCatalogue& types);
 
   struct Device {
-    std::string name, description;
+    std::string name;
     std::string wanted_id;  ///< key part it asks for; empty = the one of its address
     std::vector<std::size_t> points;
   };
@@ -53,6 +62,7 @@ class PointTable {
   void bind(const GroupPoint& group, const TypeCatalogue& types);
   std::string place_of(const Device& device) const;
 
+  const TypeCatalogue* types_ = nullptr;  ///< of a table with points
   std::vector<BoundPoint> points_;
   std::map<std::string, Device> devices_;
   std::unordered_map<std::uint16_t, std::vector<std::size_t>> by_address_;

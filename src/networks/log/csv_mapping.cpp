@@ -32,7 +32,7 @@ const Type* read_point(ConfigReader& reader, const std::string& key, const std::
     return nullptr;
   }
   capability.point = {kind, type->id, instance};
-  capability.type_name = type_name;
+  capability.type_name = type->name;
   capability.access = model::Access::kRead;
   return type;
 }
@@ -45,6 +45,22 @@ std::map<std::string, std::string> read_words(ConfigReader& reader) {
   return words;
 }
 
+/// One type has one unit on all networks; a type without a unit takes what the table has.
+void read_unit(ConfigReader& reader, ColumnMapping& mapping) {
+  const std::string unit = reader.text("unit", "");
+  const Type* type = mapping.form.type;
+  if (unit.empty() || type == nullptr || unit == type->unit) return;
+  if (type->unit == "1") {
+    mapping.capability.unit = unit;
+    return;
+  }
+  mapping.form.unit = model::conversion(unit, type->unit);
+  if (mapping.form.unit) return;
+  const std::string others = model::units_of(type->unit);
+  reader.error("unit", fmt::format("`{}` does not convert to the unit of {}, expected {}{}{}", unit, type->name,
+                                   type->unit, others.empty() ? "" : " or one of ", others));
+}
+
 ColumnMapping read_column(std::string column, ConfigReader& reader, const TypeCatalogue& types) {
   ColumnMapping mapping;
   mapping.column = std::move(column);
@@ -54,7 +70,7 @@ ColumnMapping read_column(std::string column, ConfigReader& reader, const TypeCa
   mapping.form.scale = reader.real("scale", 1);
   mapping.form.offset = reader.real("offset", 0);
   mapping.form.words = read_words(reader);
-  mapping.capability.unit = reader.text("unit", "");
+  read_unit(reader, mapping);
   reader.finish();
   return mapping;
 }
@@ -158,7 +174,8 @@ Result<model::Value> value_of(const CellForm& form, std::string_view cell) {
     return TypeCatalogue::parse(*form.type, text);
   const auto number = number_of(text);
   if (!number) return fail(ErrorCode::kInvalid, fmt::format("`{}`, expected a number", text.substr(0, 40)));
-  const double scaled = *number * form.scale + form.offset;
+  double scaled = *number * form.scale + form.offset;
+  if (form.unit) scaled = (*form.unit)(scaled);
   model::Value value = scaled;
   if (data == model::DataType::kInteger && std::abs(scaled) < 9e18)
     value = static_cast<std::int64_t>(std::llround(scaled));

@@ -9,15 +9,18 @@
 #include "base/config_reader.h"
 #include "model/point.h"
 #include "model/type_catalogue.h"
+#include "model/units.h"
 #include "networks/log/replay_clock.h"
 
 namespace rubicon::networks::log {
 
-/// A cell as a value of its type: text through `words`, then by the type; numbers through scale and offset.
+/// A cell as a value of its type: text through `words`, then by the type; numbers through scale and offset, then into
+/// the unit of the type.
 struct CellForm {
   const Type* type = nullptr;
   double scale = 1;
   double offset = 0;
+  std::optional<model::UnitConversion> unit{};
   std::map<std::string, std::string> words;  ///< spelling in the file -> word of the type
 };
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <deque>
 #include <iterator>
+#include <set>
 
 #include "base/rate_limit.h"
 #include "networks/log/csv_recording.h"
@@ -64,6 +65,8 @@ class LogNetwork final : public network::Network {
 
   Result<void> open() override;
   Result<void> send(const Message& message) override;
+  std::optional<std::vector<network::ListedDevice>> listed() const override;
+  std::vector<network::Missing> missing() const override;
 
  private:
   Result<void> choose_format(const std::string& first_file);
@@ -170,6 +173,40 @@ Result<void> LogNetwork::send(const Message& message) {
   if (kind == MessageKind::kActuate || kind == MessageKind::kSetProperty)
     return fail(ErrorCode::kRefused, "recorded devices cannot be actuated");
   return fail(ErrorCode::kUnsupported, fmt::format("a recording takes no {}", to_string(kind)));
+}
+
+/// A table's columns are in the options; what other recordings hold, they say themselves.
+std::optional<std::vector<network::ListedDevice>> LogNetwork::listed() const {
+  if (!options_.csv) return std::nullopt;
+  std::vector<network::ListedDevice> all;
+  for (const auto& device : options_.csv->devices) {
+    auto& listed = all.emplace_back(network::ListedDevice{device.device, {}});
+    for (const auto& column : device.columns) listed.capabilities.push_back(column.capability);
+    for (const auto& property : device.properties) listed.capabilities.push_back(property.capability);
+  }
+  return all;
+}
+
+std::vector<network::Missing> LogNetwork::missing() const {
+  std::vector<network::Missing> all;
+  const auto* option = options_.one_file ? "file" : "files";
+  for (const auto& configured : options_.files) {
+    const auto files = list_files({configured}, options_.directory);
+    if (!files) all.push_back({option, files.error().text});
+    for (const auto& file : files.value_or(std::vector<std::string>())) {
+      if (const auto there = host_.transports().open_file(file); !there) all.push_back({option, there.error().text});
+    }
+  }
+  if (!options_.csv) return all;
+  std::set<std::string> tables;
+  for (const auto& device : options_.csv->devices) {
+    for (const auto& property : device.properties) {
+      if (property.source != PropertyMapping::Source::kTable || !tables.insert(property.text).second) continue;
+      if (const auto there = host_.transports().open_file(property.text); !there)
+        all.push_back({"map", there.error().text});
+    }
+  }
+  return all;
 }
 
 void LogNetwork::play_later() {

@@ -1,6 +1,7 @@
 #include "networks/log/log_options.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "networks/log/file_list.h"
 
@@ -11,8 +12,24 @@ namespace {
 constexpr double kSlowest = 0.001;
 constexpr double kFastest = 1e6;
 
+/// Keys that only tables have: who wrote them without `format` meant a table.
+constexpr const char* kTableKeys[] = {"map",        "period",     "time",    "header",
+                                      "separators", "start-time", "comment", "names-from-comment"};
+
+/// What makes the options those of a table though they do not say so; empty = nothing does.
+std::string looks_like_a_table(ConfigReader& options, const LogOptions& out) {
+  std::vector<std::string> keys;
+  for (const auto* key : kTableKeys) {
+    if (options.has(key)) keys.emplace_back(key);
+  }
+  if (!keys.empty()) return fmt::format("only tables have {}", fmt::join(keys, ", "));
+  const bool named_so = !out.files.empty() && out.files.front().ends_with(".csv");
+  return named_so ? fmt::format("the file is called {}", out.files.front()) : std::string();
+}
+
 void read_files(ConfigReader& options, LogOptions& out) {
   if (options.has("file") && options.has("files")) options.error("file", "given together with files, expected one");
+  out.one_file = !options.has("files");
   out.files = options.texts(options.has("file") ? "file" : "files");
   if (out.files.empty()) options.error("file", "missing, expected a path (or files: a list of paths)");
   for (const std::string& file : out.files) {
@@ -78,6 +95,10 @@ LogOptions read_log_options(const network::NetworkConfig& config) {
                : format == "csv"       ? Format::kCsv
                : format == "recording" ? Format::kTuples
                                        : Format::kFound;
+  if (const auto why = looks_like_a_table(options, out); format.empty() && !why.empty()) {
+    options.error("", fmt::format("'format' is missing, expected format: csv ({}), or packets or recording", why));
+    out.format = Format::kCsv;
+  }
   if (out.format == Format::kCsv) {
     out.csv = read_csv_mapping(options, config.types);
     resolve_tables(*out.csv, config.directory);

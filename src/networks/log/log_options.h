@@ -17,6 +17,7 @@ struct LogOptions {
   enum class Format { kFound, kPackets, kCsv, kTuples };
 
   std::vector<std::string> files;  ///< as configured
+  bool one_file = true;            ///< they stand in `file`, else in `files`
   std::string directory;           ///< where relative paths start
   double speed = 1;                ///< 0 = as fast as possible
   bool loop = false;

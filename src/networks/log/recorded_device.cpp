@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "model/former_types.h"
 #include "model/key.h"
 
 namespace rubicon::networks::log {
@@ -41,6 +42,20 @@ std::vector<std::string> texts_in(const Tree& tree, const char* name) {
   return texts;
 }
 
+/// The words of an enumeration or a set of bits that its type does not name.
+std::vector<model::Word> words_in(const Tree& tree) {
+  std::vector<model::Word> words;
+  const auto codes = tree.find("codes");
+  for (auto& text : texts_in(tree, "words")) {
+    const auto place = words.size();
+    const bool coded = codes != tree.end() && codes->is_array() && place < codes->size();
+    if (coded && !(*codes)[place].is_number_unsigned()) return {};
+    const auto value = coded ? std::min<std::uint64_t>((*codes)[place].get<std::uint64_t>(), UINT16_MAX) : place;
+    words.push_back({static_cast<std::uint32_t>(value), std::move(text)});
+  }
+  return words;
+}
+
 std::string instance_part(std::string_view id) {
   const auto dash = id.find('-');
   return dash == id.npos ? std::string() : std::string(id.substr(dash + 1));
@@ -52,6 +67,12 @@ Access access_in(const Tree& tree, Kind kind) {
     if (word == to_string(access)) return access;
   }
   return kind == Kind::kActuator ? Access::kReadWrite : Access::kRead;
+}
+
+bool has_unit(const Type* type) {
+  const bool is_number =
+      type != nullptr && (type->data == model::DataType::kReal || type->data == model::DataType::kInteger);
+  return is_number && type->unit != "1";
 }
 
 /// Rule 4 of the deadlines (docs/tuple-keys.md); what is left is for the network's option.
@@ -153,16 +174,24 @@ bool describe(RecordedPoint& point, std::string_view text, ForeignTypes& types) 
   point.text = text;
   auto& capability = point.capability;
   capability = {};
-  capability.type_name = type_name;
+  capability.type_name = model::current_type(type_name);
   const auto id = std::clamp(number_in(tree, "type_id").value_or(0), 0.0, 65535.0);
   capability.point = {point.kind, TypeId(static_cast<std::uint16_t>(id)), instance_part(point.id)};
   point.type = types.find(name, capability.point.type);
   capability.access = access_in(tree, point.kind);
   const auto unit = text_in(tree, "unit");
-  if (point.type == nullptr || unit != point.type->unit) capability.unit = unit;
-  const auto minimum = number_in(tree, "minimum"), maximum = number_in(tree, "maximum");
-  if (minimum && !(point.type && point.type->minimum == *minimum)) capability.minimum = minimum;
-  if (maximum && !(point.type && point.type->maximum == *maximum)) capability.maximum = maximum;
+  point.unit =
+      has_unit(point.type) && unit != point.type->unit ? model::conversion(unit, point.type->unit) : std::nullopt;
+  if (point.type == nullptr || (unit != point.type->unit && !point.unit)) capability.unit = unit;
+  const auto own_bound = [&](const char* key, double of_type) {
+    auto bound = number_in(tree, key);
+    if (bound && point.type && *bound == of_type) bound.reset();
+    if (bound && point.unit) bound = (*point.unit)(*bound);
+    return bound;
+  };
+  capability.minimum = own_bound("minimum", point.type ? point.type->minimum : 0);
+  capability.maximum = own_bound("maximum", point.type ? point.type->maximum : 0);
+  if (point.type == nullptr || point.type->words.empty()) capability.words = words_in(tree);
   set_deadline(point);
   return true;
 }
@@ -227,13 +256,20 @@ model::Join join_of(RecordedDevice& device, ForeignTypes& types) {
     auto& point = found->second;
     if (point.text.empty()) describe_by_id(point, types);
     if (point.waiting && point.waiting->user_time == WallTime{} && !device.joined()) {
-      point.capability.initial = std::move(point.waiting->value);
+      point.capability.initial = in_unit_of_type(point, std::move(point.waiting->value));
       point.waiting.reset();
     }
     join.capabilities.push_back(point.capability);
     point.capability.initial = {};
   }
   return join;
+}
+
+Value in_unit_of_type(const RecordedPoint& point, Value value) {
+  if (!point.unit) return value;
+  if (const auto* whole = std::get_if<std::int64_t>(&value)) return (*point.unit)(static_cast<double>(*whole));
+  if (const auto* real = std::get_if<double>(&value)) return (*point.unit)(*real);
+  return value;
 }
 
 bool RecordedStatus::is_heard(WallTime written) const {

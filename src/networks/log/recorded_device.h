@@ -12,6 +12,7 @@
 #include "model/message.h"
 #include "model/quality.h"
 #include "model/type_catalogue.h"
+#include "model/units.h"
 
 namespace rubicon::networks::log {
 
@@ -60,10 +61,11 @@ struct RecordedPoint {
   std::string text;       ///< its description as recorded; empty = none
   Capability capability;  ///< from the description; where none was recorded, from the id at the Join
   const Type* type = nullptr;
-  bool alive = false;          ///< its value tuple is there
-  bool joined = false;         ///< it was in its device's last Join
-  std::uint64_t session = 0;   ///< of the recorder: what follows is of it
-  std::uint64_t sequence = 0;  ///< of the last value taken
+  std::optional<model::UnitConversion> unit{};  ///< of recorded values into the unit of the type
+  bool alive = false;                           ///< its value tuple is there
+  bool joined = false;                          ///< it was in its device's last Join
+  std::uint64_t session = 0;                    ///< of the recorder: what follows is of it
+  std::uint64_t sequence = 0;                   ///< of the last value taken
   WallTime write_time{};
   std::optional<RecordedStatus> status;
   std::optional<model::Reading> waiting;  ///< came before the Join, or before its status says whether it was heard
@@ -103,6 +105,9 @@ std::string_view type_part(std::string_view id);
 
 /// Takes the JSON of a `.status` tuple (docs/tuple-keys.md); nothing if it is none.
 std::optional<RecordedStatus> recorded_status(std::string_view text);
+
+/// A recorded value in the unit of its type, where its description named another one.
+Value in_unit_of_type(const RecordedPoint& point, Value value);
 
 /// The text of a value tuple as the value it was made of; kInvalid if the type has no such value.
 Result<Value> recorded_value(const Type* type, std::string_view text, std::string_view media_type);

@@ -1,7 +1,6 @@
 #include "networks/log/tuple_recording.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 
@@ -14,7 +13,6 @@ using recording::RecordKind;
 
 namespace {
 
-constexpr std::size_t kMaxNetworks = 1000;
 /// Messages of a step, and readings of a message.
 constexpr std::size_t kMaxSaid = 250;
 /// What others wait for, in small records of about 100 ns.
@@ -98,6 +96,7 @@ std::optional<Step> TupleRecording::next() {
 /// Until there is nothing to go on with; false when there is enough for now.
 bool TupleRecording::go_on() {
   while (!failure_) {
+    if (naming_) return go_on_naming();
     if (!do_chores() || spent()) return false;
     auto record = kept_ ? std::exchange(kept_, std::nullopt) : next_record();
     if (!record) {
@@ -121,6 +120,19 @@ bool TupleRecording::go_on() {
     ++counters_.records;
     take(*record);
   }
+  return true;
+}
+
+/// To the end of the file: a network may have come late.
+bool TupleRecording::go_on_naming() {
+  step_ = {};
+  while (const auto record = next_record()) {
+    if (record->owner != island_ || !record->key.starts_with(prefix_)) continue;
+    networks_.note(model::key_parts(record->key.substr(prefix_.size())));
+  }
+  if (reader_.busy() || spent()) return false;
+  if (!reader_.ended()) return true;
+  failure_ = networks_.choose();
   return true;
 }
 
@@ -246,7 +258,7 @@ bool TupleRecording::take_room(std::size_t before, std::size_t after) {
 TupleRecording::Place TupleRecording::resolve(std::string_view key) {
   const auto parts = model::key_parts(key);
   const bool of_point = parts.size() == 5 && kind_called(parts[2]);
-  if (of_point || (parts.size() == 2 && parts[1] == "status")) note_network(parts[0]);
+  if (networks_.note(parts)) choose_network(parts[0]);
   constexpr Place kNothing{Role::kOther, nullptr, nullptr};
   const bool of_device = parts.size() == 3 && parts[2] == "description";
   if (parts.size() < 3 || parts[0] != network_ || (!of_device && !of_point)) return kNothing;
@@ -260,18 +272,6 @@ TupleRecording::Place TupleRecording::resolve(std::string_view key) {
   if (of_device) return {Role::kDevice, device, nullptr};
   auto* point = point_called(*device, parts[2], parts[3]);
   return point == nullptr ? kNothing : Place{role, device, point};
-}
-
-void TupleRecording::note_network(std::string_view name) {
-  if (networks_.contains(name) || networks_.size() >= kMaxNetworks || name != model::to_key_part(name)) return;
-  networks_.emplace(name);
-  if (chosen_by_user_) return;
-  if (network_.empty()) network_ = name;
-  if (networks_.size() > 1) {
-    failure_ = Error{ErrorCode::kInvalid, fmt::format("the recording holds the networks {}; say which one to play, "
-                                                      "for example network: {}",
-                                                      fmt::join(networks_, ", "), *networks_.begin())};
-  }
 }
 
 RecordedDevice* TupleRecording::device_called(std::string_view id) {
@@ -492,7 +492,7 @@ void TupleRecording::tell(RecordedDevice& device, RecordedPoint& point, Value va
       (last->readings.size() >= kMaxSaid || (last->readings.front().point.kind == Kind::kProperty) != of_device))
     last = nullptr;
   if (last == nullptr) last = &std::get<model::Updates>(said.emplace_back(device.joined_as, model::Updates{}).second);
-  last->readings.push_back({point.capability.point, std::move(value), user_time});
+  last->readings.push_back({point.capability.point, in_unit_of_type(point, std::move(value)), user_time});
 }
 
 }  // namespace rubicon::networks::log

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "networks/log/recorded_device.h"
+#include "networks/log/recorded_networks.h"
 #include "networks/log/recording.h"
 #include "recording/recording_reader.h"
 
@@ -34,7 +35,7 @@ class TupleRecording final : public Recording {
   void end() override;
   std::optional<Step> next() override;
   bool has_more() const override { return has_more_; }
-  bool ready() const override { return !failure_ && (chosen_by_user_ ? head_read_ : looked_ahead_); }
+  bool ready() const override { return !failure_ && !naming_ && (chosen_by_user_ ? head_read_ : looked_ahead_); }
   std::optional<Error> failure() const override { return failure_; }
   bool absolute_times() const override { return true; }
   bool has_user_times() const override { return true; }
@@ -58,6 +59,7 @@ class TupleRecording final : public Recording {
   using ByText = std::unordered_map<std::string, T, TextHash, std::equal_to<>>;
 
   bool go_on();
+  bool go_on_naming();
   bool spent() const;
   bool do_chores();
   std::optional<recording::Record> next_record();
@@ -78,7 +80,11 @@ class TupleRecording final : public Recording {
   Place place_of(const recording::Record& record);
   Place remember(std::string_view key);
   Place resolve(std::string_view key);
-  void note_network(std::string_view name);
+  void choose_network(std::string_view found) {
+    if (chosen_by_user_) return;
+    if (network_.empty()) network_ = found;
+    naming_ = networks_.size() > 1;
+  }
   RecordedDevice* device_called(std::string_view id);
   RecordedPoint* point_called(RecordedDevice& device, std::string_view kind, std::string_view id);
 
@@ -100,9 +106,10 @@ class TupleRecording final : public Recording {
   std::string prefix_ = "proxy.";
   OwnerId island_ = model::kNobody;
   bool chosen_by_user_;
-  std::set<std::string, std::less<>> networks_;  ///< found so far
+  RecordedNetworks networks_;  ///< found so far
   bool head_read_ = false;
   bool looked_ahead_ = false;
+  bool naming_ = false;  ///< several networks and none chosen: read on for their names only
   std::optional<Error> failure_;
   ByText<std::unique_ptr<RecordedDevice>> devices_;
   ByText<Place> keys_;

@@ -22,6 +22,7 @@ using namespace std::chrono_literals;
 using model::LineState;
 
 constexpr Duration kCountersEvery = 1s;
+constexpr std::string_view kNotYet = "no update of SALAD yet";
 /// Lines a minute about ids that are not configured; each id is named once.
 constexpr int kUnknownIdLines = 5;
 
@@ -43,6 +44,7 @@ class SaladNetwork final : public network::Network {
   Result<void> open() override;
   Result<void> send(const Message& message) override;
   Result<void> change(const network::NetworkConfig& config) override;
+  std::optional<std::vector<network::ListedDevice>> listed() const override;
 
  private:
   void ready();
@@ -56,7 +58,7 @@ class SaladNetwork final : public network::Network {
   void join(DeviceId id);
   Result<void> actuate(DeviceId id, const model::Actuate& command);
   void say(const std::string& kind, std::string_view text);
-  void set_reason(std::string reason);
+  void set_line(LineState state, std::string reason);
   void report();
   void report_later();
 
@@ -66,7 +68,10 @@ class SaladNetwork final : public network::Network {
   SaladLine line_;
   bool joined_ = false;
   bool started_ = false;  ///< asked for updates since the line came up
-  std::string reason_;    ///< why nothing is heard; empty = SALAD speaks
+  /// Up = SALAD speaks. Connecting = it was asked for updates and has not answered. Down = it is not there.
+  LineState state_ = LineState::kConnecting;
+  std::string reason_{kNotYet};           ///< why it is not up
+  std::uint64_t undelivered_before_ = 0;  ///< when it was last asked
   std::map<Fault, std::uint64_t> faults_;
   std::uint64_t readings_ = 0, starts_ = 0, commands_ = 0, unknown_ids_ = 0;
   std::set<DeviceId> named_;  ///< unknown ids that were logged
@@ -86,26 +91,32 @@ Result<void> SaladNetwork::open() {
   return line_.open();
 }
 
+std::optional<std::vector<network::ListedDevice>> SaladNetwork::listed() const {
+  std::vector<network::ListedDevice> all;
+  for (const auto& [id, device] : options_.devices) all.push_back({std::to_string(id), join_of(device).capabilities});
+  return all;
+}
+
 void SaladNetwork::join(DeviceId id) {
   host_.deliver(std::to_string(id), join_of(options_.devices.at(id)));
 }
 
 void SaladNetwork::ready() {
-  if (!std::exchange(started_, true)) {
-    reason_ = "no update of SALAD yet";
-    start();
-  }
+  if (!std::exchange(started_, true)) start();
   report();
 }
 
 void SaladNetwork::lost(Error why) {
   started_ = false;
+  state_ = LineState::kConnecting;
+  reason_ = kNotYet;
   silence_.cancel();
   host_.failed(std::move(why));
 }
 
 void SaladNetwork::start() {
   ++starts_;
+  undelivered_before_ = line_.counters().undelivered;
   if (auto sent = line_.send(kStartUpdates); !sent) say("send", sent.error().text);
   heard_ = host_.scheduler().now();
   silence_.cancel();
@@ -120,9 +131,12 @@ void SaladNetwork::nothing_heard() {
     silence_ = host_.scheduler().at(due, [this] { nothing_heard(); });
     return;
   }
+  if (state_ == LineState::kUp)
+    set_line(LineState::kConnecting, "no update of SALAD any more: it was asked again");
+  else if (state_ == LineState::kDown && line_.counters().undelivered == undelivered_before_)
+    set_line(LineState::kConnecting, std::string(kNotYet));  // its host takes what we send
   line_.refresh();
   start();
-  if (reason_.empty()) set_reason("no update of SALAD any more");
   report_later();
 }
 
@@ -134,7 +148,7 @@ void SaladNetwork::received(ByteView bytes) {
   }
   if (!datagram.items.empty()) {
     heard_ = host_.scheduler().now();
-    set_reason({});
+    set_line(LineState::kUp, {});
   }
   for (const Item& item : datagram.items) deliver(item);
   report_later();
@@ -158,7 +172,7 @@ void SaladNetwork::unknown_id(DeviceId id) {
 
 void SaladNetwork::undelivered(const Error& error) {
   say("undelivered", error.text);
-  set_reason(fmt::format("SALAD is not there: {}", error.text));
+  set_line(LineState::kDown, fmt::format("SALAD is not there: {}", error.text));
   report_later();
 }
 
@@ -218,8 +232,9 @@ void SaladNetwork::say(const std::string& kind, std::string_view text) {
   if (limit_.allow(kind, host_.scheduler().now())) host_.log().warning(text);
 }
 
-void SaladNetwork::set_reason(std::string reason) {
-  if (reason_ == reason) return;
+void SaladNetwork::set_line(LineState state, std::string reason) {
+  if (state_ == state && reason_ == reason) return;
+  state_ = state;
   reason_ = std::move(reason);
   if (line_.ready()) report();
 }
@@ -232,7 +247,7 @@ void SaladNetwork::report_later() {
 }
 
 void SaladNetwork::report() {
-  model::State state{LineState::kUp, reason_, {}};
+  model::State state{state_, reason_, {}};
   const auto& line = line_.counters();
   state.counters = {{"port", line_.own_port()},
                     {"datagrams", line.datagrams},

@@ -1,48 +1,50 @@
 #include "networks/wsn/mote_probes.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <utility>
 
 namespace rubicon::networks::wsn {
 
-bool MoteProbes::ask(std::uint16_t mote, DoneCall done) {
-  if (!known_.insert(mote).second && !give_up_silent(mote)) return false;
-  waiting_.push_back({mote, std::move(done), 0});
+Result<void> MoteProbes::ask(std::uint16_t mote, DoneCall done) {
+  const auto lost = lost_.find(mote);
+  const bool is_lost = lost != lost_.end();
+  if (is_lost && scheduler_.now() < lost->second.due)
+    return fail(ErrorCode::kBusy, fmt::format("mote {} did not answer lately: it is asked ever less often", mote));
+  if (!known_.insert(mote).second)
+    return fail(ErrorCode::kDuplicate, fmt::format("mote {} is being asked already", mote));
+  (is_lost ? lost_waiting_ : waiting_).push_back({mote, std::move(done), is_lost ? kAttempts - 1 : 0, is_lost});
   next();
-  return true;
-}
-
-bool MoteProbes::give_up_silent(std::uint16_t mote) {
-  const auto found = std::find_if(silent_.begin(), silent_.end(), [&](const auto& one) { return one.mote == mote; });
-  if (found == silent_.end()) return false;
-  const auto question = std::move(*found);
-  silent_.erase(found);
-  question.done(Delivered::kNoAnswer);
-  return true;
+  return {};
 }
 
 void MoteProbes::next() {
-  while (under_way_ < kAtATime && waiting() > 0) {
-    auto& from = waiting_.empty() ? silent_ : waiting_;
-    auto question = std::move(from.front());
-    from.pop_front();
-    if (put(question)) continue;
-    // No room: whoever asked hears of it now, and asks again in time.
-    known_.erase(question.mote);
-    question.done(Delivered::kExpired);
-  }
+  while (under_way_ < kAtATime && !(waiting_.empty() && silent_.empty()))
+    take_from(waiting_.empty() ? silent_ : waiting_);
+  while (lost_under_way_ < kLostAtATime && !lost_waiting_.empty()) take_from(lost_waiting_);
+}
+
+void MoteProbes::take_from(std::deque<Question>& queue) {
+  auto question = std::move(queue.front());
+  queue.pop_front();
+  if (put(question)) return;
+  // No room: whoever asked hears of it now, and asks again in time.
+  known_.erase(question.mote);
+  question.done(Delivered::kExpired);
 }
 
 bool MoteProbes::put(Question question) {
   auto request = probe_request(island_, question.mote);
   ++question.attempts;
-  request.done = [this, question = std::move(question)](Delivered how) {
-    --under_way_;
+  auto& under_way = question.lost ? lost_under_way_ : under_way_;
+  request.done = [this, &under_way, question = std::move(question)](Delivered how) {
+    --under_way;
     ended(question, how);
     next();
   };
   if (!requests_.send(std::move(request))) return false;
-  ++under_way_;
+  ++under_way;
   ++asked_;
   return true;
 }
@@ -51,6 +53,11 @@ void MoteProbes::ended(Question question, Delivered how) {
   const bool silent = how == Delivered::kNoAnswer || how == Delivered::kSinkSilent;
   if (silent && question.attempts < kAttempts) return silent_.push_back(std::move(question));
   known_.erase(question.mote);
+  if (how == Delivered::kNoAnswer) {
+    auto& lost = lost_[question.mote];
+    lost.pause = lost.pause == Duration::zero() ? kFirstPause : std::min(2 * lost.pause, kLongestPause);
+    lost.due = scheduler_.now() + lost.pause;
+  }
   question.done(how);
 }
 

@@ -18,9 +18,10 @@ constexpr Duration kBusyPause = std::chrono::milliseconds(200);
 
 }  // namespace
 
-MoteRequests::MoteRequests(Scheduler& scheduler, SendCall send)
+MoteRequests::MoteRequests(Scheduler& scheduler, SendCall send, std::function<void()> unanswered)
     : scheduler_(scheduler),
       send_(std::move(send)),
+      unanswered_attempt_(std::move(unanswered)),
       dice_(static_cast<std::uint_fast32_t>(scheduler.wall_now().time_since_epoch().count())) {}
 
 std::uint16_t MoteRequests::free_sequence(std::uint16_t mote) {
@@ -93,6 +94,7 @@ void MoteRequests::sent(const Name& name, std::uint64_t attempt, Sent outcome) {
 
 void MoteRequests::again(Name name) {
   auto& pending = pending_.at(name);
+  if (pending.left && unanswered_attempt_) unanswered_attempt_();
   const bool over = pending.tries >= pending.request.attempts || scheduler_.now() >= pending.expires;
   if (over) return end(name, pending.left ? Delivered::kNoAnswer : Delivered::kSinkSilent);
   if (put(name, pending)) return;

@@ -49,7 +49,8 @@ class MoteRequests {
   static constexpr Duration kPatience = std::chrono::seconds(1);
   static constexpr std::size_t kMostPending = 4096;
 
-  MoteRequests(Scheduler& scheduler, SendCall send);
+  /// `unanswered`: an attempt that reached the sink was not acknowledged by the mote; may be empty.
+  MoteRequests(Scheduler& scheduler, SendCall send, std::function<void()> unanswered = {});
 
   /// kBusy when too many wait; then `done` is not called.
   Result<void> send(MoteRequest request);
@@ -78,6 +79,7 @@ class MoteRequests {
 
   Scheduler& scheduler_;
   SendCall send_;
+  std::function<void()> unanswered_attempt_;
   std::minstd_rand dice_;
   std::map<Name, Pending> pending_;
   std::uint64_t last_attempt_ = 0, unanswered_ = 0;

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "model/key.h"
 #include "networks/wsn/learning_json.h"
@@ -121,6 +122,29 @@ Result<MoteRequest> opaque_request(std::uint16_t island, std::uint16_t mote, con
   return request;
 }
 
+Result<Bytes> am_packet(const model::Message& message, const MoteTag& tag) {
+  const auto& bytes = std::get<model::Opaque>(message.body).bytes;
+  if (tag.type == static_cast<std::uint8_t>(motes::AmType::kConfig))
+    return fail(ErrorCode::kRefused, "the configuration of the sink is the island's own");
+  if (!message.destination.device.empty())
+    return fail(ErrorCode::kNotFound, "packets of an AM type go to the sink: to the network, not to a device");
+  if (bytes.size() > motes::kMaxPayload)
+    return fail(ErrorCode::kOutOfRange,
+                fmt::format("{} bytes for the sink, at most {} fit", bytes.size(), motes::kMaxPayload));
+  return motes::packet_of(static_cast<motes::AmType>(tag.type), bytes);
+}
+
+std::optional<model::Message> acknowledgement_for_applications(const motes::HeardAck& ack) {
+  if (ack.application == motes::kApplicationMockup || ack.application == motes::kApplicationControl)
+    return std::nullopt;
+  auto record = motes::encode_record(ack.ack);
+  model::Message message;
+  message.source.device = fmt::format("{}", ack.mote);
+  message.body =
+      model::Opaque{fmt::format("mote/{}/{}/{}", motes::kTransportAck, ack.application, record.front()), record};
+  return message;
+}
+
 std::optional<model::Opaque> as_json(const model::Opaque& message) {
   const auto tag = parse_tag(message.type);
   if (!tag || tag->kind != MoteTag::Kind::kNet) return std::nullopt;
@@ -143,14 +167,35 @@ bool may_repeat(ByteView packet) {
   return message && command_in(*message).has_value();
 }
 
-std::optional<std::uint16_t> told_to_read(ByteView packet) {
+std::optional<ReadOrder> told_to_read(ByteView packet) {
   const auto message = net_message_in(packet);
   if (!message) return std::nullopt;
   const auto command = command_in(*message);
   if (!command) return std::nullopt;
-  const bool reads =
-      std::holds_alternative<motes::PeriodicCommand>(*command) || std::holds_alternative<motes::ReadUpdates>(*command);
-  return reads ? std::optional(message->destination_mote) : std::nullopt;
+  if (const auto* periodic = std::get_if<motes::PeriodicCommand>(&*command))
+    return ReadOrder{message->destination_mote, periodic->transducers};
+  if (std::holds_alternative<motes::ReadUpdates>(*command)) return ReadOrder{message->destination_mote, std::nullopt};
+  return std::nullopt;
+}
+
+model::Acknowledge acknowledge_of(std::uint64_t number, Delivered how, std::uint16_t mote) {
+  using model::Outcome;
+  const auto said = [number](Outcome outcome, std::string text = {}) {
+    return model::Acknowledge{number, outcome, std::move(text)};
+  };
+  switch (how) {
+    case Delivered::kAcknowledged: return said(Outcome::kSent);
+    case Delivered::kNoAnswer:
+      return said(Outcome::kFailed,
+                  fmt::format("mote {} did not acknowledge it: whether it was executed is unknown", mote));
+    case Delivered::kSinkSilent: return said(Outcome::kUndeliverable, "the sink did not acknowledge it");
+    case Delivered::kExpired: return said(Outcome::kUndeliverable, "the sink was busy or away for too long");
+    case Delivered::kRefused: return said(Outcome::kUndeliverable, "a recording takes no messages");
+    case Delivered::kRejected:
+      return said(Outcome::kFailed, fmt::format("mote {} acknowledged it with an error", mote));
+    case Delivered::kSuperseded: return said(Outcome::kFailed, "a newer command came before the mote acknowledged it");
+  }
+  return said(Outcome::kUndeliverable);
 }
 
 }  // namespace rubicon::networks::wsn

@@ -27,13 +27,29 @@ MoteRequest ack_request(std::uint16_t island, const motes::WantedAck& wanted);
 Result<MoteRequest> opaque_request(std::uint16_t island, std::uint16_t mote, const model::Message& message,
                                    const MoteTag& tag);
 
+/// A packet of another AM type for the sink itself, past the motes' network layer (wsn.md 7.2). kRefused for its
+/// configuration, kNotFound if it names a device, kOutOfRange for too many bytes.
+Result<Bytes> am_packet(const model::Message& message, const MoteTag& tag);
+
+/// What a mote acknowledges of what an application sent with a number of the application's own (wsn.md 7.2, matrix
+/// upload); nullopt if it acknowledges a command of the firmware.
+std::optional<model::Message> acknowledgement_for_applications(const motes::HeardAck& ack);
+
 /// A mote's message of the learning or synaptic layer, as `mote/json`; nullopt if it is none.
 std::optional<model::Opaque> as_json(const model::Opaque& message);
 
 /// Whether a client's packet may be sent twice: the commands of the firmware itself may, what we do not know may not
 /// (wsn.md 2).
 bool may_repeat(ByteView packet);
-/// The mote that a client's packet tells what to read; nullopt if it does not.
-std::optional<std::uint16_t> told_to_read(ByteView packet);
+/// What a client's packet tells a mote to read.
+struct ReadOrder {
+  std::uint16_t mote = 0;             ///< kBroadcast: all of them
+  std::optional<std::uint16_t> mask;  ///< of the periodic command; nullopt: READ_UPDATES, which leaves that alone
+};
+/// nullopt if it tells nothing of the kind.
+std::optional<ReadOrder> told_to_read(ByteView packet);
+
+/// The outcome of request `number` to a mote, in words for whoever asked.
+model::Acknowledge acknowledge_of(std::uint64_t number, Delivered how, std::uint16_t mote);
 
 }  // namespace rubicon::networks::wsn

@@ -4,9 +4,20 @@
 
 namespace rubicon::networks::wsn {
 
+namespace {
+
+/// DEMO_DATA of the released firmware and UPDATES of the Control module (wsn.md 7.1).
+bool is_report(const motes::NetMessage& message) {
+  constexpr std::uint8_t kDemoData = 34, kUpdates = 35;
+  return message.transport == motes::kTransportConnectionless &&
+         (message.record.front() == kDemoData || message.record.front() == kUpdates);
+}
+
+}  // namespace
+
 bool RecentMessages::seen(const motes::NetMessage& message, SteadyTime now) {
   while (!names_.empty() && (names_.size() >= kMost || names_.front().first + kSpan < now)) names_.pop_front();
-  if (message.reliable != 1) return false;
+  if (message.reliable != 1 && !is_report(message)) return false;
   const Name name{message.source_island, message.source_mote, message.sequence,
                   message.transport,     message.application, message.record.front()};
   if (std::any_of(names_.begin(), names_.end(), [&](const auto& one) { return one.second == name; })) return true;

@@ -9,8 +9,9 @@
 
 namespace rubicon::networks::wsn {
 
-/// Reliable messages of the last seconds: a sender that misses our acknowledgement says it again. Not for longer: after
-/// a restart a mote counts from the same number again (wsn.md 9.2).
+/// Reliable messages of the last seconds: a sender that misses our acknowledgement says it again. And reports: one that
+/// the radio carries twice is no second measurement. Not for longer: after a restart a mote counts from the same number
+/// again (wsn.md 9.2).
 class RecentMessages {
  public:
   static constexpr Duration kSpan = std::chrono::seconds(3);

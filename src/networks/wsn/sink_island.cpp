@@ -21,7 +21,7 @@ void SinkIsland::watch(std::optional<Duration> period) {
 
 void SinkIsland::correct() {
   const auto now = scheduler_.now();
-  if (now < corrected_ + kPause) return;
+  if (corrected_ && now < *corrected_ + kPause) return;
   corrected_ = now;
   std::ignore = send_({packet(), Lane::kCommand, now + kPause, true, {}});
 }

@@ -14,7 +14,7 @@ namespace rubicon::networks::wsn {
 class SinkIsland {
  public:
   using SendCall = std::function<Result<void>(Outgoing)>;
-  /// A sink that shows another island is corrected at once, but not more often.
+  /// A sink that shows another island, or nothing where something is due, is corrected at once, but not more often.
   static constexpr Duration kPause = std::chrono::seconds(5);
 
   SinkIsland(std::uint16_t island, Scheduler& scheduler, SendCall send)
@@ -31,7 +31,7 @@ class SinkIsland {
   std::uint16_t island_;
   Scheduler& scheduler_;
   SendCall send_;
-  SteadyTime corrected_{};
+  std::optional<SteadyTime> corrected_;
   Timer next_;
 };
 

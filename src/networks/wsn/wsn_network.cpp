@@ -1,6 +1,7 @@
 #include "networks/wsn/wsn_network.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <optional>
 #include <tuple>
@@ -9,6 +10,7 @@
 #include "base/rate_limit.h"
 #include "model/key.h"
 #include "networks/wsn/mote_probes.h"
+#include "networks/wsn/mote_properties.h"
 #include "networks/wsn/recent_messages.h"
 #include "networks/wsn/sampling.h"
 #include "networks/wsn/share/forwarder.h"
@@ -27,6 +29,10 @@ constexpr Duration kCountersEvery = 1s;
 constexpr Duration kShareAgain = 30s;
 /// A full lane is sent within ten seconds; what waited longer was meant for a sink that was away.
 constexpr Duration kClientLife = 20s;
+/// Of a sink on another island nothing is heard, of any mote.
+constexpr Duration kQuiet = 2s;
+/// Some of what the supervisor grants is left to name those that did not acknowledge.
+constexpr Duration kStopping = network::kClosingTime - 200ms;
 
 class WsnNetwork final : public network::Network {
  public:
@@ -35,6 +41,7 @@ class WsnNetwork final : public network::Network {
   Result<void> open() override;
   Result<void> send(const model::Message& message) override;
   Result<void> change(const network::NetworkConfig& config) override;
+  bool close(std::function<void()> closed) override;
 
  private:
   using NetMessage = motes::NetMessage;
@@ -42,16 +49,17 @@ class WsnNetwork final : public network::Network {
   SinkCalls sink_calls();
   void sink_changed(const SinkState& state);
   void correct_island(std::uint16_t theirs);
+  void check_island_if_quiet();
   // Those who share it.
   void share();
   bool take_from_client(ByteView packet);
+  SentCall overruled_by(const ReadOrder& order);
   // Upwards.
   void received(ByteView packet);
   bool repeated(ByteView packet);
   void take(motes::MoteEvents& events);
-  void notify(const motes::HeardAck& ack);
   void deliver(model::Message message);
-  void complete(const std::string& device, model::Join& join) const;
+  void measures(std::uint16_t mote, std::optional<std::uint16_t> mask);
   void show_mask(std::uint16_t mote, std::uint16_t mask);
   // Downwards.
   Result<void> actuate(std::uint16_t mote, const model::Actuate& command);
@@ -62,6 +70,8 @@ class WsnNetwork final : public network::Network {
   Result<void> put(MoteRequest request, std::uint64_t number, const model::Message& message);
   void answer(const model::Message& message, std::uint64_t number, Delivered how, std::uint16_t mote);
 
+  bool plays_a_file() const { return options_.source.kind == Source::Kind::kFile; }
+  void say_untold(const std::vector<std::uint16_t>& motes, std::string_view why);
   void say(const std::string& subject, std::string_view text);
   void report();
   void report_later();
@@ -75,8 +85,9 @@ class WsnNetwork final : public network::Network {
   MoteProbes probes_;
   Sampling sampling_;
   RecentMessages recent_;
+  MoteProperties properties_;
   SinkIsland sink_island_;
-  std::map<std::uint16_t, std::uint16_t> masks_;  ///< what motes read, of those of which it is known
+  SteadyTime heard_{};  ///< any mote of ours
   base::RateLimit limit_;
   std::uint64_t readings_ = 0, joins_ = 0, bad_packets_ = 0, foreign_ = 0, foreign_motes_ = 0, repeated_ = 0,
                 commands_ = 0;
@@ -94,13 +105,14 @@ WsnNetwork::WsnNetwork(const network::NetworkConfig& config, WsnOptions options,
       types_(config.types),
       island_(static_cast<std::uint16_t>(model::number(config.island))),
       codec_(config.types, options_.codec),
-      requests_(host.scheduler(), [this](Outgoing packet) { return sink_->send(std::move(packet)); }),
-      probes_(island_, requests_),
+      requests_(
+          host.scheduler(), [this](Outgoing packet) { return sink_->send(std::move(packet)); },
+          [this] { check_island_if_quiet(); }),
+      probes_(island_, host.scheduler(), requests_),
       sampling_(host.scheduler(), requests_, {island_, options_.read_updates},
-                [this](std::uint16_t mote, std::optional<std::uint16_t> mask, bool acknowledged) {
-                  codec_.reads(mote, mask);
-                  if (mask && acknowledged) show_mask(mote, *mask);
-                }),
+                {[this](std::uint16_t mote, std::optional<std::uint16_t> mask) { measures(mote, mask); },
+                 [this](std::uint16_t mote, std::uint16_t mask) { show_mask(mote, mask); }}),
+      properties_(config.types),
       sink_island_(island_, host.scheduler(), [this](Outgoing packet) { return sink_->send(std::move(packet)); }) {
   const auto note = [this](const std::string& subject, std::string_view text) { say(subject, text); };
   if (!options_.source.record.empty())
@@ -147,7 +159,10 @@ Result<void> WsnNetwork::open() {
 }
 
 void WsnNetwork::sink_changed(const SinkState& state) {
-  if (state.phase == SinkState::Phase::kUp && !sink_island_.watched()) sink_island_.watch(options_.island_check);
+  if (state.phase == SinkState::Phase::kUp) {
+    probes_.forgive();
+    if (!sink_island_.watched()) sink_island_.watch(options_.island_check);
+  }
   report();
 }
 
@@ -156,6 +171,13 @@ void WsnNetwork::correct_island(std::uint16_t theirs) {
   say("foreign-packets", fmt::format("a message for island {} from the sink of island {}: it has (or had) another id; "
                                      "motes that joined it under that id must be switched off and on",
                                      theirs, island_));
+  sink_island_.correct();
+}
+
+/// Somebody is missed. A sink that was switched off and on is on another island and hears none of our motes; that may
+/// be all there is to it.
+void WsnNetwork::check_island_if_quiet() {
+  if (!options_.island_check || plays_a_file() || host_.scheduler().now() < heard_ + kQuiet) return;
   sink_island_.correct();
 }
 
@@ -174,12 +196,21 @@ void WsnNetwork::share() {
 bool WsnNetwork::take_from_client(ByteView packet) {
   report_later();
   const auto expires = host_.scheduler().now() + kClientLife;
+  const auto order = told_to_read(packet);
   Outgoing out{Bytes(packet.begin(), packet.end()), Lane::kClient, expires, may_repeat(packet), {}};
+  if (order) out.done = overruled_by(*order);
   auto sent = sink_->send(std::move(out));
   if (!sent && sent.error().code == ErrorCode::kBusy) return false;
   if (!sent) say("share", fmt::format("a client's packet cannot be sent: {}", sent.error().text));
-  if (const auto mote = told_to_read(packet); sent && mote) sampling_.overruled(*mote);
+  if (sent && order) sampling_.overruled(order->mote, order->mask);
   return true;
+}
+
+SentCall WsnNetwork::overruled_by(const ReadOrder& order) {
+  return [this, order](Sent how) {
+    if (!order.mask) return;
+    sampling_.obeys_others(order.mote, how == Sent::kAcknowledged ? order.mask : std::nullopt);
+  };
 }
 
 void WsnNetwork::received(ByteView packet) {
@@ -212,8 +243,12 @@ void WsnNetwork::take(motes::MoteEvents& events) {
   if (events.foreign_island && events.messages.empty()) return correct_island(*events.foreign_island);
   if (events.joined) recent_.forget(*events.mote);
   for (auto& message : events.messages) deliver(std::move(message));
-  if (events.ack && !requests_.heard(*events.ack) && !events.foreign_island) notify(*events.ack);
+  if (events.ack && !requests_.heard(*events.ack) && !events.foreign_island) {
+    if (auto said = acknowledgement_for_applications(*events.ack)) deliver(std::move(*said));
+  }
   if (!events.mote) return;
+  heard_ = host_.scheduler().now();
+  probes_.heard(*events.mote);
   if (events.joined) {
     ++joins_;
     show_mask(*events.mote, 0);
@@ -222,19 +257,9 @@ void WsnNetwork::take(motes::MoteEvents& events) {
   sampling_.heard(*events.mote, events.reported);
 }
 
-/// What a mote acknowledges of what an application sent, with a number of its own (wsn.md 7.2, matrix upload).
-void WsnNetwork::notify(const motes::HeardAck& ack) {
-  if (ack.application == motes::kApplicationMockup || ack.application == motes::kApplicationControl) return;
-  auto record = motes::encode_record(ack.ack);
-  model::Message message;
-  message.source.device = fmt::format("{}", ack.mote);
-  message.body =
-      model::Opaque{fmt::format("mote/{}/{}/{}", motes::kTransportAck, ack.application, record.front()), record};
-  deliver(std::move(message));
-}
-
 void WsnNetwork::deliver(model::Message message) {
-  if (auto* join = std::get_if<model::Join>(&message.body)) complete(message.source.device, *join);
+  if (auto* join = std::get_if<model::Join>(&message.body))
+    properties_.declare(mote_address(message.source.device).value_or(0), *join);
   if (const auto* updates = std::get_if<model::Updates>(&message.body)) readings_ += updates->readings.size();
   auto* opaque = std::get_if<model::Opaque>(&message.body);
   if (opaque && message.destination.island == model::kNobody) {
@@ -244,26 +269,14 @@ void WsnNetwork::deliver(model::Message message) {
   host_.deliver(std::move(message));
 }
 
-/// Every mote has its sampling rate, which the proxy keeps, and shows what it was told to read.
-void WsnNetwork::complete(const std::string& device, model::Join& join) const {
-  const auto property = [&](std::string_view name, model::Access access) {
-    model::Capability capability;
-    capability.point = {Kind::kProperty, types_.find(name)->id, {}};
-    capability.type_name = name;
-    capability.access = access;
-    return capability;
-  };
-  join.capabilities.push_back(property("rate", model::Access::kReadWrite));
-  auto mask = property("mask", model::Access::kRead);
-  const auto known = masks_.find(mote_address(device).value_or(0));
-  if (known != masks_.end()) mask.initial = std::int64_t{known->second};
-  join.capabilities.push_back(std::move(mask));
+/// In a recording nothing follows our commands: its reports are shown as they are.
+void WsnNetwork::measures(std::uint16_t mote, std::optional<std::uint16_t> mask) {
+  if (plays_a_file()) return;
+  codec_.measures(mote, mask ? std::optional(motes::MeasuredFields{*mask, 0}) : std::nullopt);
 }
 
 void WsnNetwork::show_mask(std::uint16_t mote, std::uint16_t mask) {
-  masks_[mote] = mask;
-  const model::PointId point{Kind::kProperty, types_.find("mask")->id, {}};
-  host_.deliver(fmt::format("{}", mote), model::Updates{{{point, std::int64_t{mask}, {}}}});
+  host_.deliver(fmt::format("{}", mote), properties_.reads(mote, mask));
 }
 
 Result<void> WsnNetwork::send(const model::Message& message) {
@@ -302,42 +315,29 @@ Result<void> WsnNetwork::put(MoteRequest request, std::uint64_t number, const mo
   model::Message asked;
   asked.source = message.source;
   asked.destination = message.destination;
-  request.done = [this, asked, number, mote](Delivered how) { answer(asked, number, how, mote); };
-  return requests_.send(std::move(request));
+  auto header = request.header;
+  header.record = request.record;
+  const auto order = told_to_read(motes::packet_of(header));
+  request.done = [this, asked, number, mote, order](Delivered how) {
+    if (order) overruled_by (*order)(how == Delivered::kAcknowledged ? Sent::kAcknowledged : Sent::kNotAcknowledged);
+    answer(asked, number, how, mote);
+  };
+  auto sent = requests_.send(std::move(request));
+  if (sent && order) sampling_.overruled(order->mote, order->mask);
+  return sent;
 }
 
 void WsnNetwork::answer(const model::Message& message, std::uint64_t number, Delivered how, std::uint16_t mote) {
-  using model::Outcome;
-  model::Acknowledge said{number, Outcome::kUndeliverable, {}};
-  switch (how) {
-    case Delivered::kAcknowledged: said.outcome = Outcome::kSent; break;
-    case Delivered::kNoAnswer:
-      said.outcome = Outcome::kFailed;
-      said.text = fmt::format("mote {} did not acknowledge it: whether it was executed is unknown", mote);
-      break;
-    case Delivered::kSinkSilent: said.text = "the sink did not acknowledge it"; break;
-    case Delivered::kExpired: said.text = "the sink was busy or away for too long"; break;
-    case Delivered::kRefused: said.text = "a recording takes no messages"; break;
-    case Delivered::kRejected:
-      said.outcome = Outcome::kFailed;
-      said.text = fmt::format("mote {} acknowledged it with an error", mote);
-      break;
-    case Delivered::kSuperseded:
-      said.outcome = Outcome::kFailed;
-      said.text = "a newer command came before the mote acknowledged it";
-      break;
-  }
   model::Message out;
   out.source.device = message.destination.device;
   out.destination = message.source;
-  out.body = std::move(said);
+  out.body = acknowledge_of(number, how, mote);
   host_.deliver(std::move(out));
   report_later();
 }
 
 Result<void> WsnNetwork::sample(std::uint16_t mote, const model::Sample& wish) {
-  if (options_.source.kind == Source::Kind::kFile)
-    return fail(ErrorCode::kRefused, "recorded motes report when they did");
+  if (plays_a_file()) return fail(ErrorCode::kRefused, "recorded motes report when they did");
   Reads reads;
   for (const auto& point : wish.points) {
     reads.mask |= codec_.transducer_of(mote, point);
@@ -346,13 +346,14 @@ Result<void> WsnNetwork::sample(std::uint16_t mote, const model::Sample& wish) {
     return fail(ErrorCode::kNotFound,
                 fmt::format("mote {} has none of the {} sensors that are asked for", mote, wish.points.size()));
   if (reads.mask != 0) reads.ticks = ticks_of(wish.period);
+  if (reads.mask != 0 && sampling_.obeys(mote, reads)) check_island_if_quiet();  // its reports are missed
   if (auto wanted = sampling_.want(mote, reads); !wanted) return wanted;
   host_.deliver(fmt::format("{}", mote), model::Acknowledge{wish.request, model::Outcome::kSent, {}});
   return {};
 }
 
 Result<void> WsnNetwork::probe(std::uint16_t mote, const model::Message& message) {
-  if (options_.source.kind == Source::Kind::kFile) return fail(ErrorCode::kRefused, "recorded motes cannot be asked");
+  if (plays_a_file()) return fail(ErrorCode::kRefused, "recorded motes cannot be asked");
   if (message.source.island == IslandId{island_} && message.source.network.empty()) {
     if (auto join = codec_.know(mote, std::get<model::Probe>(message.body).known)) deliver(std::move(*join));
   }
@@ -360,10 +361,8 @@ Result<void> WsnNetwork::probe(std::uint16_t mote, const model::Message& message
   model::Message asked;
   asked.source = message.source;
   asked.destination = message.destination;
-  const bool begun = probes_.ask(
-      mote, [this, asked, number = message.number, mote](Delivered how) { answer(asked, number, how, mote); });
-  if (!begun) return fail(ErrorCode::kDuplicate, fmt::format("mote {} is being asked already", mote));
-  return {};
+  return probes_.ask(mote,
+                     [this, asked, number = message.number, mote](Delivered how) { answer(asked, number, how, mote); });
 }
 
 Result<void> WsnNetwork::opaque(const model::Message& message) {
@@ -374,32 +373,17 @@ Result<void> WsnNetwork::opaque(const model::Message& message) {
   if (!mote) return fail(ErrorCode::kNotFound, fmt::format("no mote {}", model::quoted(message.destination.device)));
   auto request = opaque_request(island_, *mote, message, *tag);
   if (!request) return fail(request.error());
-  auto header = request->header;
-  header.record = request->record;
-  const auto told = told_to_read(motes::packet_of(header));
-  auto sent = put(std::move(*request), message.number, message);
-  if (sent && told) sampling_.overruled(*told);
-  return sent;
+  return put(std::move(*request), message.number, message);
 }
 
 /// Packets of other AM types, past the motes' network layer (wsn.md 7.2).
 Result<void> WsnNetwork::packet_for_sink(const model::Message& message, const MoteTag& tag) {
-  const auto& bytes = std::get<model::Opaque>(message.body).bytes;
-  if (tag.type == static_cast<std::uint8_t>(motes::AmType::kConfig))
-    return fail(ErrorCode::kRefused, "the configuration of the sink is the island's own");
-  if (!message.destination.device.empty())
-    return fail(ErrorCode::kNotFound, "packets of an AM type go to the sink: to the network, not to a device");
-  if (bytes.size() > motes::kMaxPayload)
-    return fail(ErrorCode::kOutOfRange,
-                fmt::format("{} bytes for the sink, at most {} fit", bytes.size(), motes::kMaxPayload));
+  auto packet = am_packet(message, tag);
+  if (!packet) return fail(packet.error());
   model::Message asked;
   asked.source = message.source;
   asked.destination = message.destination;
-  Outgoing out{motes::packet_of(static_cast<motes::AmType>(tag.type), bytes),
-               Lane::kCommand,
-               host_.scheduler().now() + 5s,
-               false,
-               {}};
+  Outgoing out{std::move(*packet), Lane::kCommand, host_.scheduler().now() + 5s, false, {}};
   out.done = [this, asked, number = message.number](Sent how) {
     answer(asked, number,
            how == Sent::kAcknowledged ? Delivered::kAcknowledged
@@ -423,6 +407,25 @@ Result<void> WsnNetwork::change(const network::NetworkConfig& config) {
   for (auto& join : codec_.change(options_.codec)) deliver(std::move(join));
   if (sink_->state().phase == SinkState::Phase::kUp) sink_island_.watch(options_.island_check);
   return {};
+}
+
+/// The firmware has no stop, so that a mote that gets no other command reports for ever (wsn.md 9.4).
+bool WsnNetwork::close(std::function<void()> closed) {
+  const auto woken = sampling_.woken();
+  if (sink_->state().phase != SinkState::Phase::kUp) {
+    say_untold(woken, "the sink is away");
+    return false;
+  }
+  return sampling_.close(kStopping, [this, closed = std::move(closed)](const auto& untold) {
+    say_untold(untold, "they did not acknowledge in time");
+    closed();
+  });
+}
+
+void WsnNetwork::say_untold(const std::vector<std::uint16_t>& motes, std::string_view why) {
+  if (motes.empty()) return;
+  host_.log().warning(
+      fmt::format("motes {} go on sampling, the command to stop did not reach them: {}", fmt::join(motes, ", "), why));
 }
 
 /// At most one line a minute and subject; the counters have all.
@@ -450,6 +453,7 @@ void WsnNetwork::report() {
                          {"commands", commands_},
                          {"probes", probes_.asked()},
                          {"waiting-probes", probes_.waiting()},
+                         {"lost-motes", probes_.lost()},
                          {"pending-messages", requests_.pending()},
                          {"unanswered-messages", requests_.unanswered()},
                          {"bad-packets", bad_packets_},

@@ -100,11 +100,14 @@ std::optional<transport::Endpoint> read_endpoint(std::string_view text) {
 }
 
 /// Who owns the sink shares it; a forwarder's sink is shared already.
-std::optional<ForwarderOptions> read_share(ConfigReader& options, const Source& source) {
+std::optional<ForwarderOptions> read_share(ConfigReader& options, const Source& source, std::uint16_t island) {
   ForwarderOptions out;
   const bool owned = source.kind == Source::Kind::kSerial || source.kind == Source::Kind::kStream;
   const auto text = options.text("share", owned ? "9002" : "no");
   out.may_configure = options.boolean("share-config", false);
+  out.island = island;
+  out.clients =
+      static_cast<std::size_t>(options.integer("share-clients", static_cast<std::int64_t>(out.clients), 1, 1000));
   if (text == "no" || text == "off" || text == "false") return std::nullopt;
   const auto at = read_endpoint(text);
   if (at) {
@@ -126,14 +129,18 @@ WsnOptions read_wsn_options(const network::NetworkConfig& config) {
         "", fmt::format("motes know islands 1 to {}, this is island {}", kLastIsland, model::number(config.island)));
   out.source = read_source(options, config.directory);
   out.codec = read_motes(options, config.island);
-  if (out.source.kind == Source::Kind::kFile) out.codec.island.reset();  // recorded on whatever island
+  if (out.source.kind == Source::Kind::kFile) {
+    out.codec.island.reset();  // recorded on whatever island
+  } else {
+    out.codec.unknown = {0, 0xffff};
+  }
   out.read_updates = options.choice("sampling", "periodic", {"periodic", "read-updates"}) == "read-updates";
   out.island_check = options.duration_or_never("island-check", out.island_check);
   if (out.island_check && *out.island_check < std::chrono::seconds(1))
     options.error("island-check", "expected at least 1s, or never");
   out.messages_to = OwnerId(static_cast<std::uint32_t>(options.integer("messages-to", 0, 0, UINT32_MAX)));
   out.messages_as_json = options.choice("messages-as", "bytes", {"bytes", "json"}) == "json";
-  out.share = read_share(options, out.source);
+  out.share = read_share(options, out.source, static_cast<std::uint16_t>(model::number(config.island)));
   return out;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <map>
 #include <string>
 #include <utility>
@@ -22,18 +23,19 @@ struct Appearance {
   std::string summary;
 };
 
-/// What was met, for those who look for what is wrong. Those that went make room.
+/// What was met, for those who look for what is wrong: those that are there, and the last that went.
 class Appearances {
  public:
-  static constexpr std::size_t kMost = 1000;
+  static constexpr std::size_t kMost = 1000, kMostGone = 100;
 
   void note(Appearance news) {
     const std::pair name(news.id, news.incarnation);
     const auto known = all_.find(name);
-    if (known != all_.end() && !news.present) {
-      known->second.present = false;
-    } else if (known != all_.end() || (news.present && has_room())) {
-      all_[name] = std::move(news);
+    if (news.present) {
+      if (known != all_.end() || all_.size() < kMost) all_[name] = std::move(news);
+    } else if (known != all_.end() && std::exchange(known->second.present, false)) {
+      gone_.push_back(name);
+      if (gone_.size() > kMostGone) forget(gone_.front());
     }
   }
   std::vector<Appearance> all() const {
@@ -43,12 +45,16 @@ class Appearances {
   }
 
  private:
-  bool has_room() {
-    if (all_.size() < kMost) return true;
-    return std::erase_if(all_, [](const auto& entry) { return !entry.second.present; }) > 0;
+  using Name = std::pair<OwnerId, std::uint64_t>;
+
+  void forget(const Name& name) {
+    const auto known = all_.find(name);
+    if (known != all_.end() && !known->second.present) all_.erase(known);
+    gone_.pop_front();
   }
 
-  std::map<std::pair<OwnerId, std::uint64_t>, Appearance> all_;
+  std::map<Name, Appearance> all_;
+  std::deque<Name> gone_;  ///< in the order of their going
 };
 
 }  // namespace rubicon::tuples::dds

@@ -17,6 +17,7 @@ Qos writer_qos() {
   auto qos = make_qos();
   dds_qset_reliability(qos.get(), DDS_RELIABILITY_RELIABLE, 0);
   dds_qset_history(qos.get(), DDS_HISTORY_KEEP_ALL, 0);
+  dds_qset_ignorelocal(qos.get(), DDS_IGNORELOCAL_PARTICIPANT);  // the own reader is none of the other end
   return qos;
 }
 
@@ -52,6 +53,12 @@ void Channel::add(RemoteSet wish, SteadyTime now) {
 void Channel::add(Reply reply) {
   const auto size = reply.text.size() + kOverhead;
   push(std::move(reply), size);
+}
+
+void Channel::add(const IdentityCheck& check) {
+  FrameWriter entry;
+  entry.add(check);
+  add(entry.take());
 }
 
 bool Channel::is_matched() {

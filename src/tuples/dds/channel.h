@@ -25,6 +25,7 @@ class Channel {
   void add(Bytes changes);
   void add(RemoteSet wish, SteadyTime now);
   void add(Reply reply);
+  void add(const IdentityCheck& check);
 
   enum class State : std::uint8_t { kEmpty, kMore, kFull };
   /// Writes at most kFramesPerTurn frames. kMore: go on next turn; kFull: the other end takes nothing now.

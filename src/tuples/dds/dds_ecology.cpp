@@ -40,6 +40,12 @@ Error cannot_open(const DdsOptions& options, dds_return_t answer, const std::str
                                       heard.empty() ? dds_strretcode(-answer) : heard)};
 }
 
+/// What Cyclone answers is a word at most; what it said meanwhile is the reason.
+Error with_reason(Error error, const std::string& heard) {
+  if (!heard.empty()) error.text += ": " + heard;
+  return error;
+}
+
 Result<Entity> make_domain(const DdsOptions& options, Log log) {
   const auto xml = domain_xml(options);
   const CycloneLog::Ear ear;
@@ -73,14 +79,17 @@ Result<std::unique_ptr<DdsEcology>> DdsEcology::open(DdsOptions options, Schedul
 }
 
 Result<std::unique_ptr<Link>> DdsEcology::join(OwnerId id) {
+  const CycloneLog::Ear ear;
   auto participant = made(dds_create_participant(parts_->options.domain, nullptr, nullptr),
                           fmt::format("participant of component {}", number(id)));
-  if (!participant) return fail(std::move(participant.error()));
+  if (!participant) return fail(with_reason(std::move(participant.error()), ear.heard));
   const auto displaced = [call = std::weak_ptr(parts_->displaced), id] {
     if (const auto told = call.lock(); told && *told) (*told)(id);
   };
-  return std::make_unique<DdsLink>(id, std::move(*participant), parts_->options, parts_->scheduler, parts_->post,
-                                   displaced, parts_->appearances, parts_->log);
+  auto link = DdsLink::make(id, std::move(*participant), parts_->options, parts_->scheduler, parts_->post, displaced,
+                            parts_->appearances, parts_->log);
+  if (!link) return fail(with_reason(std::move(link.error()), ear.heard));
+  return std::move(*link);
 }
 
 std::vector<Appearance> DdsEcology::appearances() const {

@@ -17,6 +17,8 @@ constexpr std::size_t kMaxWaiting = 512 * 1024;
 constexpr std::size_t kMaxSetsWaiting = 32 * 1024 * 1024;
 /// Between attempts to write to who takes nothing.
 constexpr Duration kRetry = std::chrono::milliseconds(1);
+/// Frames that DDS keeps for a loop that is busy; then it holds up their writers.
+constexpr std::int32_t kQueuedFrames = 64;
 
 rubicon_wire_Interest interest_of(OwnerId id, std::uint64_t incarnation, std::uint32_t slot, const Bytes& content) {
   rubicon_wire_Interest interest{};
@@ -41,12 +43,27 @@ DdsLink::DdsLink(OwnerId self, Entity participant, const DdsOptions& options, Sc
       scheduler_(scheduler),
       log_(log, "dds"),
       lease_(options.lease),
-      trusts_others_(options.trust_lan),
       host_(host_id("host")),
-      displaced_(std::move(displaced)),
+      policy_(self, host_, options.trust_lan, log_),
       appearances_(std::move(appearances)),
       signal_(std::move(post), [this](unsigned sources) { drain(sources); }),
-      participant_(std::move(participant)) {}
+      participant_(std::move(participant)),
+      twins_(self, scheduler, lease_, log_,
+             {[this](std::uint64_t incarnation) {
+                return Channel::make({self_, self_, incarnation_, incarnation}, participant_.get(), frame_topic_.get(),
+                                     signal_.listener(Signal::kWriter));
+              },
+              std::move(displaced)}) {}
+
+Result<std::unique_ptr<DdsLink>> DdsLink::make(OwnerId self, Entity participant, const DdsOptions& options,
+                                               Scheduler& scheduler, DdsEcology::Post post,
+                                               std::function<void()> displaced,
+                                               std::shared_ptr<Appearances> appearances, base::LogSink& log) {
+  std::unique_ptr<DdsLink> link(new DdsLink(self, std::move(participant), options, scheduler, std::move(post),
+                                            std::move(displaced), std::move(appearances), log));
+  if (auto done = link->make_entities(); !done) return fail(std::move(done.error()));
+  return link;
+}
 
 DdsLink::~DdsLink() {
   leave();
@@ -58,26 +75,85 @@ void DdsLink::warn(const std::string& subject, const std::string& text) {
 
 void DdsLink::attach(LinkListener* listener) {
   leave();
-  listener_ = listener;
   if (!listener) return;
+  if (auto done = make_entities(); !done) return log_.error(done.error().text);
+  listener_ = listener;
   const auto since = scheduler_.wall_now().time_since_epoch().count();
   incarnation_ = std::max(static_cast<std::uint64_t>(since), incarnation_ + 1);
-  if (auto entered = enter(); !entered) log_.error(entered.error().text);
+  twins_.begin(incarnation_);
+  if (!write_presence()) ask_flush(kRetry);
+  for (const auto source : {Signal::kPresence, Signal::kInterests, Signal::kFrames}) signal_.raise(source);
 }
 
-/// Readers first: whoever sees us can reach us.
-Result<void> DdsLink::enter() {
-  if (auto made_ones = make_readers(); !made_ones) return made_ones;
+/// Nothing if they are there. Readers first: whoever sees us can reach us.
+Result<void> DdsLink::make_entities() {
+  if (presence_writer_) return {};
+  auto done = make_topics();
+  if (done) done = make_readers();
+  if (done) done = make_writers();
+  return done;
+}
+
+Result<void> DdsLink::make_topics() {
+  const auto make_one = [this](Entity& entity, const dds_topic_descriptor_t* type, const char* name,
+                               InstanceQuota* quota) -> Result<void> {
+    if (entity) return {};
+    auto topic =
+        made(dds_create_topic(participant_.get(), type, name, nullptr, nullptr), fmt::format("topic {}", name));
+    if (!topic) return fail(std::move(topic.error()));
+    if (quota) {
+      if (auto guarded = quota->guard(topic->get()); !guarded) return guarded;
+    }
+    entity = std::move(*topic);
+    return {};
+  };
+  auto done = make_one(presence_topic_, &rubicon_wire_Presence_desc, "rubicon_presence", &presence_quota_);
+  if (done) done = make_one(interest_topic_, &rubicon_wire_Interest_desc, "rubicon_interests", &interest_quota_);
+  if (done) done = make_one(frame_topic_, &rubicon_wire_Frame_desc, "rubicon_frames", nullptr);
+  return done;
+}
+
+Result<void> DdsLink::make_readers() {
+  auto frames = make_qos();
+  dds_qset_reliability(frames.get(), DDS_RELIABILITY_RELIABLE, 0);
+  dds_qset_history(frames.get(), DDS_HISTORY_KEEP_ALL, 0);
+  dds_qset_resource_limits(frames.get(), kQueuedFrames, DDS_LENGTH_UNLIMITED, DDS_LENGTH_UNLIMITED);
+  auto partition = make_qos();
+  dds_qset_partition1(partition.get(), fmt::format("*.{}", number(self_)).c_str());
+  auto subscriber = made(dds_create_subscriber(participant_.get(), partition.get(), nullptr), "subscriber of frames");
+  if (!subscriber) return fail(std::move(subscriber.error()));
+  frame_subscriber_ = std::move(*subscriber);
+  // Asks for no lease: that would hide all components with a longer one. Each is lost by its own.
+  const auto make_one = [this](Entity& entity, const char* what, dds_entity_t parent, const Entity& topic,
+                               const Qos& qos, Signal::Source source) -> Result<void> {
+    auto reader = made(dds_create_reader(parent, topic.get(), qos.get(), signal_.listener(source)),
+                       fmt::format("reader of {}", what));
+    if (!reader) return fail(std::move(reader.error()));
+    entity = std::move(*reader);
+    return {};
+  };
+  const auto kept = make_kept_qos();
+  const auto whole = participant_.get();
+  auto done = make_one(frame_reader_, "frames", frame_subscriber_.get(), frame_topic_, frames, Signal::kFrames);
+  if (done) done = make_one(interest_reader_, "interests", whole, interest_topic_, kept, Signal::kInterests);
+  if (done) done = make_one(presence_reader_, "presence", whole, presence_topic_, kept, Signal::kPresence);
+  return done;
+}
+
+Result<void> DdsLink::make_writers() {
   auto qos = make_kept_qos();
   dds_qset_writer_data_lifecycle(qos.get(), false);  // a crash must not look like a farewell
-  auto interests = made(dds_create_writer(participant_.get(), interest_topic_.get(), qos.get(), nullptr), "interests");
+  const auto make_one = [this](const char* what, const Entity& topic, const Qos& with) {
+    return made(dds_create_writer(participant_.get(), topic.get(), with.get(), nullptr),
+                fmt::format("writer of {}", what));
+  };
+  auto interests = make_one("interests", interest_topic_, qos);
   if (!interests) return fail(std::move(interests.error()));
   dds_qset_liveliness(qos.get(), DDS_LIVELINESS_AUTOMATIC, lease_.count());
-  auto presence = made(dds_create_writer(participant_.get(), presence_topic_.get(), qos.get(), nullptr), "presence");
+  auto presence = make_one("presence", presence_topic_, qos);
   if (!presence) return fail(std::move(presence.error()));
   interest_writer_ = std::move(*interests);
   presence_writer_ = std::move(*presence);
-  if (!write_presence()) return fail(ErrorCode::kIo, "DDS: presence cannot be written");
   return {};
 }
 
@@ -92,31 +168,43 @@ bool DdsLink::write_presence() {
   return !presence_unwritten_;
 }
 
-/// Says farewell, and forgets everybody.
+/// Says farewell, and forgets everybody. What was made for an attachment that never was stays.
 void DdsLink::leave() {
+  if (!listener_) return;
+  flush();  // what can still be told
+  listener_ = nullptr;
   flush_timer_.cancel();
   flush_at_ = SteadyTime::max();
-  if (presence_writer_) {
-    flush();  // what can still be told
-    rubicon_wire_Presence presence{};
-    presence.id = number(self_);
-    presence.incarnation = incarnation_;
-    presence.host = host_.data();
-    presence.summary = summary_.data();
-    dds_dispose(presence_writer_.get(), &presence);
-    dds_unregister_instance(presence_writer_.get(), &presence);
-  }
-  listener_ = nullptr;
-  peers_.clear();
+  rubicon_wire_Presence presence{};
+  presence.id = number(self_);
+  presence.incarnation = incarnation_;
+  presence.host = host_.data();
+  presence.summary = summary_.data();
+  dds_dispose(presence_writer_.get(), &presence);
+  dds_unregister_instance(presence_writer_.get(), &presence);
+  forget_all();
   for (auto* entity : {&presence_reader_, &interest_reader_, &frame_reader_, &frame_subscriber_, &interest_writer_,
                        &presence_writer_}) {
     entity->reset();
   }
+}
+
+void DdsLink::forget_all() {
+  for (const auto& [id, peer] : peers_) {
+    if (peer.is_up()) policy_.went(id);
+  }
+  peers_.clear();
+  gone_.clear();
+  twins_.begin(0);
+  interests_.clear();
+  participants_.clear();
+  writers_.clear();
+  held_.clear();
+  held_timer_.cancel();
   slots_.clear();
   slot_of_.clear();
   free_slots_.clear();
   unwritten_slots_.clear();
-  publications_.clear();
 }
 
 Channel* DdsLink::channel_to(OwnerId id, Peer& peer) {
@@ -247,7 +335,7 @@ void DdsLink::ask_flush() {
 }
 
 void DdsLink::flush() {
-  if (!presence_writer_) return;
+  if (!listener_) return;
   const auto now = scheduler_.now();
   bool full = !flush_slots(), more = false;
   if (presence_unwritten_) full |= !write_presence();
@@ -257,8 +345,8 @@ void DdsLink::flush() {
     full |= state == Channel::State::kFull;
     more |= state == Channel::State::kMore;
   }
-  if (listener_ && more) ask_flush(Duration(0));
-  if (listener_ && full) ask_flush(kRetry);
+  if (more) ask_flush(Duration(0));
+  if (full) ask_flush(kRetry);
 }
 
 void DdsLink::describe(std::string summary) {

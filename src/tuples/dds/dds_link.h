@@ -7,8 +7,13 @@
 #include "base/log.h"
 #include "base/rate_limit.h"
 #include "tuples/dds/dds_ecology.h"
+#include "tuples/dds/held_frames.h"
+#include "tuples/dds/host_policy.h"
+#include "tuples/dds/instance_quota.h"
+#include "tuples/dds/interests.h"
 #include "tuples/dds/peer.h"
 #include "tuples/dds/signal.h"
+#include "tuples/dds/twins.h"
 
 namespace rubicon::tuples::dds {
 
@@ -16,9 +21,12 @@ namespace rubicon::tuples::dds {
 /// channel to each component it tells something.
 class DdsLink final : public Link, private FrameReader {
  public:
-  /// `displaced` is called in a later turn when another process has the id, and had it before.
-  DdsLink(OwnerId self, Entity participant, const DdsOptions& options, Scheduler& scheduler, DdsEcology::Post post,
-          std::function<void()> displaced, std::shared_ptr<Appearances> appearances, base::LogSink& log);
+  /// Makes all that it needs of DDS; kIo names what cannot be made. `displaced` is called in a later turn when another
+  /// process has the id, and had it before.
+  static Result<std::unique_ptr<DdsLink>> make(OwnerId self, Entity participant, const DdsOptions& options,
+                                               Scheduler& scheduler, DdsEcology::Post post,
+                                               std::function<void()> displaced,
+                                               std::shared_ptr<Appearances> appearances, base::LogSink& log);
   ~DdsLink() override;
 
   void attach(LinkListener* listener) override;
@@ -29,45 +37,61 @@ class DdsLink final : public Link, private FrameReader {
   void reply(const Reply& reply) override;
   std::vector<OwnerId> peers() const override;
   void describe(std::string summary) override;
-  std::uint64_t refused() const override { return refused_; }
+  PeerPolicy& policy() override { return policy_; }
 
  private:
+  DdsLink(OwnerId self, Entity participant, const DdsOptions& options, Scheduler& scheduler, DdsEcology::Post post,
+          std::function<void()> displaced, std::shared_ptr<Appearances> appearances, base::LogSink& log);
+
   // FrameReader: the entries of the frame at hand
   void on_changes(std::span<const Change> changes) override;
   void on_set(RemoteSet&& wish) override;
   void on_reply(Reply&& reply) override;
+  void on_identity_check(const IdentityCheck&) override {}  // between twins only
 
-  Result<void> enter();
+  Result<void> make_entities();
+  Result<void> make_topics();
   Result<void> make_readers();
+  Result<void> make_writers();
   void leave();
+  void forget_all();
   void drain(unsigned sources);
-  void take_presences();
-  void take_interests();
-  bool take_frames();
+
+  // -- presence (dds_link_presence.cpp)
   /// What is heard of a component's presence.
   struct PresenceNews {
-    OwnerId id;
-    std::uint64_t incarnation;
-    bool there, left;
-    std::uint16_t version;  ///< only told of those that are there
-    std::string summary, host;
+    Participants::Start who;
+    dds_instance_handle_t publication = 0;
+    bool there = false, left = false;
+    std::uint16_t version = 0;  ///< this and the rest only of those that are there
+    Peer::Start start;
   };
-  bool speaks_as_we(const PresenceNews& news);
+  void take_presences();
+  bool is_taken(const PresenceNews& news);
   void present(const PresenceNews& news);
-  bool refuses(Peer& peer, const RemoteSet& wish);
+  void appear(Peer& peer, const PresenceNews& news);
+  void absent(const Participants::Start& who, bool left);
+  void ban(const Participant& who);
+  Peer* know(OwnerId id);
+  void make_room();
+  void forget_gone_peers();
   void settle(OwnerId id, Peer& peer, bool left);
   void tell_summary(OwnerId id, Peer& peer);
   void come(OwnerId id, Peer& peer, std::uint64_t incarnation);
   void go(OwnerId id, Peer& peer, PeerEvent event);
-  void interest(OwnerId id, std::uint64_t incarnation, std::uint32_t slot, std::optional<SubscriptionSpec> spec);
-  void frame(OwnerId source, std::uint64_t incarnation, ByteView content);
-  void hold(Peer& peer, std::uint64_t incarnation, ByteView content);
+  void forget_gone_writers();
+
+  // -- what they say (dds_link_reading.cpp)
+  void take_interests();
+  void interest(const InterestKey& key, const Participant& who, std::optional<SubscriptionSpec> spec);
+  bool take_frames();
+  void frame(const HeldFrames::Sender& sender, ByteView content);
+  void hold(const HeldFrames::Sender& sender, ByteView content);
+  void drop_held();
   void tell(OwnerId id, ByteView content);
-  std::optional<OwnerId> owner_of(dds_instance_handle_t publication);
 
   Channel* channel_to(OwnerId id, Peer& peer);
   Peer* find_up(OwnerId id);
-  Peer* know(OwnerId id);
   void ask_flush(Duration within);
   void ask_flush();
   void flush();
@@ -82,15 +106,14 @@ class DdsLink final : public Link, private FrameReader {
   Log log_;
   base::RateLimit log_limit_;
   Duration lease_;
-  bool trusts_others_;  ///< remote sets of other hosts are taken
   std::string host_;
-  std::uint64_t refused_ = 0;
-  std::function<void()> displaced_;
-  bool is_displaced_ = false;
+  HostPolicy policy_;
   std::shared_ptr<Appearances> appearances_;
   std::string summary_;
   bool presence_unwritten_ = false;
   Signal signal_;
+  InstanceQuota presence_quota_{2 * Participants::kMostComponents};  // these outlive the topics
+  InstanceQuota interest_quota_{Interests::kMostOfOne};
   Entity participant_, presence_topic_, interest_topic_, frame_topic_;
   Entity presence_reader_, interest_reader_, frame_subscriber_, frame_reader_, presence_writer_, interest_writer_;
   LinkListener* listener_ = nullptr;
@@ -99,7 +122,13 @@ class DdsLink final : public Link, private FrameReader {
   std::map<std::uint32_t, Bytes> slots_;            ///< what stands in them; empty = nothing
   std::map<std::uint32_t, std::uint32_t> slot_of_;  ///< by subscription id
   std::set<std::uint32_t> free_slots_, unwritten_slots_;
-  std::map<dds_instance_handle_t, std::optional<OwnerId>> publications_;  ///< whose they are, by their partition
+  std::deque<OwnerId> gone_;  ///< of peers_, those that went first in front
+  Writers writers_;
+  Participants participants_;
+  Interests interests_{participants_};
+  HeldFrames held_;
+  Timer held_timer_;
+  Twins twins_;
   OwnerId reading_from_{};
   Timer flush_timer_;
   SteadyTime flush_at_ = SteadyTime::max();

@@ -9,7 +9,7 @@ namespace rubicon::tuples::dds {
 
 namespace {
 
-enum class Entry : std::uint8_t { kSet, kDeleted, kExpired, kRemoteSet, kReply };
+enum class Entry : std::uint8_t { kSet, kDeleted, kExpired, kRemoteSet, kReply, kQuestion, kAnswer };
 
 // Bits of a remote set.
 constexpr std::uint8_t kAppend = 1, kTimeToLiveGiven = 2, kExpectsSequence = 4;
@@ -187,6 +187,11 @@ void FrameWriter::add(const Reply& reply) {
   number(reply.sequence);
 }
 
+void FrameWriter::add(const IdentityCheck& check) {
+  byte(static_cast<std::uint8_t>(check.is_answer ? Entry::kAnswer : Entry::kQuestion));
+  number(check.number);
+}
+
 Result<void> read_frame(ByteView frame, OwnerId from, OwnerId to, FrameReader& reader) {
   Cursor in(frame);
   std::vector<Change> changes;
@@ -208,6 +213,10 @@ Result<void> read_frame(ByteView frame, OwnerId from, OwnerId to, FrameReader& r
       auto reply = read_reply(in, to);
       tell_changes();
       if (in.ok()) reader.on_reply(std::move(reply));
+    } else if (entry <= static_cast<std::uint8_t>(Entry::kAnswer)) {
+      const IdentityCheck check{entry == static_cast<std::uint8_t>(Entry::kAnswer), in.number()};
+      tell_changes();
+      if (in.ok()) reader.on_identity_check(check);
     } else {
       in.fail_read();
     }

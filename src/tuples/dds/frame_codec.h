@@ -8,12 +8,19 @@
 
 namespace rubicon::tuples::dds {
 
+/// Between two processes with one component id: the question whether the other is alive, and its answer.
+struct IdentityCheck {
+  bool is_answer = false;
+  std::uint64_t number = 0;  ///< drawn by who asks; the answer repeats it
+};
+
 /// What one component tells another, put behind each other into frames (docs/ecology.md).
 class FrameWriter {
  public:
   void add(const Change& change);
   void add(const RemoteSet& wish);
   void add(const Reply& reply);
+  void add(const IdentityCheck& check);
   /// The content of an Interest, not of a frame.
   void add(const SubscriptionSpec& spec);
   void add(ByteView entries);
@@ -39,6 +46,7 @@ class FrameReader {
   virtual void on_changes(std::span<const Change> changes) = 0;
   virtual void on_set(RemoteSet&& wish) = 0;
   virtual void on_reply(Reply&& reply) = 0;
+  virtual void on_identity_check(const IdentityCheck& check) = 0;
 };
 
 /// Tells the entries of a frame from `from` to `to`. kInvalid names the offset of the first unsound one; what stood

@@ -6,6 +6,8 @@
 #include <set>
 #include <utility>
 
+#include "tuples/peer_policy.h"
+
 namespace rubicon::tuples {
 
 namespace {
@@ -179,6 +181,8 @@ class MemoryEcology::MemoryLink final : public Link {
     });
   }
 
+  PeerPolicy& policy() override { return policy_; }
+
   std::vector<OwnerId> peers() const override {
     std::vector<OwnerId> there;
     shared_->each_reachable(self_, [&](OwnerId peer) { there.push_back(peer); });
@@ -198,6 +202,7 @@ class MemoryEcology::MemoryLink final : public Link {
   }
 
   OwnerId self_;
+  OpenPolicy policy_;
   std::shared_ptr<Shared> shared_;
 };
 

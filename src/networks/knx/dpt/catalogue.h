@@ -5,6 +5,7 @@
 /// The types of the catalogue that data point types become (docs/types.md; tests/cases/types/knx_dpt.tsv).
 namespace rubicon::networks::knx::catalogue {
 
+inline constexpr TypeId kLight{0x0001};
 inline constexpr TypeId kTemperature{0x0002};
 inline constexpr TypeId kHumidity{0x0003};
 inline constexpr TypeId kUnsigned4BitInput{0x0104};
@@ -52,7 +53,6 @@ inline constexpr TypeId kInversion{0x0250};
 inline constexpr TypeId kBuildingMode{0x0251};
 inline constexpr TypeId kOccupancyMode{0x0252};
 inline constexpr TypeId kTariff{0x0258};
-inline constexpr TypeId kIlluminance{0x0400};
 inline constexpr TypeId kLuminance{0x0401};
 inline constexpr TypeId kLuminousFlux{0x0402};
 inline constexpr TypeId kLuminousIntensity{0x0403};

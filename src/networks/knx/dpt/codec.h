@@ -3,6 +3,7 @@
 #include <optional>
 #include <string>
 
+#include "model/words.h"
 #include "networks/knx/dpt/dpt.h"
 
 // The parts of decode() and encode(), by what they deal with. Payloads have the right length here.
@@ -45,10 +46,13 @@ std::string name_of(const Dpt& type);
 /// The error for a value of a kind the type does not take.
 tl::unexpected<Error> wrong_kind(const Dpt& type, const Value& value, std::string_view expected);
 tl::unexpected<Error> out_of_range(const Dpt& type, double value);
+/// Text in the words of the type's catalogue type (`protection` of 20.102) -> value of the table.
+Result<Value> from_catalogue_text(const Dpt& type, std::string_view text);
 /// The number or word of an enumeration, `reserved (n)` too; nullopt where it is neither.
-std::optional<std::uint16_t> word_value(std::span<const Word> words, std::string_view text);
+inline std::optional<std::uint32_t> word_value(std::span<const Word> words, std::string_view text) {
+  return model::value_of_word(words, text);
+}
 std::string_view word_of(std::span<const Word> words, std::uint64_t value);
-/// Without regard to the case of ASCII letters.
-bool same_word(std::string_view left, std::string_view right);
+using model::same_word;
 
 }  // namespace rubicon::networks::knx

@@ -94,7 +94,7 @@ constexpr Dpt kRows[] = {
         Form::kUnsigned),
     row(7, 11, "DPT_Length_mm", "length", "mm", 16, 0, 65535, 1, kLength, kLength, Form::kUnsigned),
     row(7, 12, "DPT_UElCurrentmA", "current", "mA", 16, 0, 65535, 1, kCurrent, kCurrent, Form::kUnsigned),
-    row(7, 13, "DPT_Brightness", "brightness", "lx", 16, 0, 65535, 1, kIlluminance, kIlluminance, Form::kUnsigned),
+    row(7, 13, "DPT_Brightness", "brightness", "lx", 16, 0, 65535, 1, kLight, kLight, Form::kUnsigned),
     row(7, 600, "DPT_Absolute_Colour_Temperature", "absolute colour temperature", "K", 16, 0, 65535, 1,
         kColourTemperature, kColourTemperature, Form::kUnsigned),
     row(8, 1, "DPT_Value_2_Count", "pulses difference", "pulses", 16, -32768, 32767, 1, kPulseCount, kPulseCount,

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "networks/knx/dpt/codec.h"
 
@@ -92,28 +91,24 @@ bool is_number(const Value& value) {
   return std::holds_alternative<std::int64_t>(value) || std::holds_alternative<double>(value);
 }
 
+double in_catalogue_unit(const Dpt& type, double number) {
+  const auto* conversion = conversion_of(type.id);
+  return conversion ? tidy((number + conversion->shift) * conversion->multiply / conversion->divide, 16) : number;
+}
+
 Result<Value> real(const Dpt& type, const Value& value) {
   if (!is_number(value)) return wrong_kind(type, value, "a number");
-  auto number = number_of(value);
+  const auto number = number_of(value);
   if (type.bits == 64 && std::abs(number) > kMostDigits) {
     return fail(ErrorCode::kOutOfRange, fmt::format("{}: {} has more digits than its sensor can tell apart",
                                                     name_of(type), model::to_text(value)));
   }
-  if (type.form == Form::kFloat32) number = shortest_single(number);
-  number = natural(type, number);
-  const auto* conversion = conversion_of(type.id);
-  if (!conversion) return Value(number);
-  return Value(tidy((number + conversion->shift) * conversion->multiply / conversion->divide, 16));
+  return Value(in_catalogue_unit(type, natural(type, number)));
 }
 
 Result<Value> whole(const Dpt& type, const Value& value) {
   if (const auto* number = std::get_if<std::int64_t>(&value)) return Value(*number);
-  const auto* json = std::get_if<Json>(&value);
-  const auto tree =
-      json && json->text.size() <= kMaxJson ? nlohmann::json::parse(json->text, nullptr, false) : nlohmann::json();
-  const auto raw = tree.is_object() ? tree.find("raw") : tree.end();
-  if (raw == tree.end() || !raw->is_number_integer()) return wrong_kind(type, value, "a whole number");
-  return Value(raw->get<std::int64_t>());
+  return wrong_kind(type, value, "a whole number");
 }
 
 /// The word of a number in a comma separated list.
@@ -125,8 +120,18 @@ std::string_view word_at(std::string_view words, std::int64_t index) {
   return index < 0 ? std::string_view() : words.substr(0, words.find(','));
 }
 
+/// The number where there is no word, or one that means another number.
+Value own_word(const Dpt& type, std::int64_t number) {
+  if (type.form != Form::kEnumeration) return Value(number);
+  const auto word = word_of(type.words, static_cast<std::uint64_t>(number));
+  const bool means_it = !word.empty() && word_value(type.words, word) == static_cast<std::uint32_t>(number);
+  return means_it ? Value(std::string(word)) : Value(number);
+}
+
+/// The catalogue's word of a number; of an enumeration without words of its own that of KNX, or the number.
 Result<Value> catalogue_word(const Dpt& type, const model::Type& wanted, const Value& value) {
   const auto* number = std::get_if<std::int64_t>(&value);
+  if (number && wanted.words.empty()) return own_word(type, *number);
   const auto word = number ? word_at(wanted.words, *number) : std::string_view();
   if (!word.empty()) return Value(std::string(word));
   return fail(ErrorCode::kOutOfRange,
@@ -159,6 +164,7 @@ Result<Value> number_of_word(const Dpt& type, const model::Type& given, const Va
 }  // namespace
 
 double natural(const Dpt& type, double value) {
+  if (type.form == Form::kFloat32) return shortest_single(value);
   if (type.id.main != 5 || type.step == std::floor(type.step)) return value;
   const auto octet = [&type](double number) { return std::floor(number / type.step + 0.5); };
   for (const double scale : {1.0, 10.0, 100.0}) {
@@ -166,6 +172,16 @@ double natural(const Dpt& type, double value) {
     if (octet(rounded) == octet(value) && rounded >= type.minimum && rounded <= type.maximum) return rounded;
   }
   return value;
+}
+
+std::optional<Range> range_of(const Dpt& type) {
+  const bool number = type.form == Form::kStep || type.form == Form::kPercent || type.form == Form::kAngle ||
+                      type.form == Form::kUnsigned || type.form == Form::kSigned || type.form == Form::kHundredths ||
+                      type.form == Form::kFloat16 || type.form == Form::kFloat32 || type.form == Form::kScene ||
+                      type.form == Form::kEnumeration;
+  if (!number) return std::nullopt;
+  if (type.form == Form::kStep) return Range{-100, 100};
+  return Range{in_catalogue_unit(type, type.minimum), in_catalogue_unit(type, type.maximum)};
 }
 
 Result<Value> to_catalogue(const Dpt& type, Kind kind, const Value& value) {
@@ -176,10 +192,16 @@ Result<Value> to_catalogue(const Dpt& type, Kind kind, const Value& value) {
   return result;
 }
 
+Result<Value> from_catalogue_text(const Dpt& type, std::string_view text) {
+  const auto value = TypeCatalogue::parse(type_of(type, Kind::kActuator), text);
+  return value ? from_catalogue(type, Kind::kActuator, *value) : value;
+}
+
 Result<Value> from_catalogue(const Dpt& type, Kind kind, const Value& value) {
   const auto& given = type_of(type, kind);
+  if (type.form == Form::kBits && std::holds_alternative<std::int64_t>(value)) return value;
   if (auto fits = TypeCatalogue::check(given, value); !fits) return fail(fits.error());
-  if (given.data == DataType::kEnumeration) return number_of_word(type, given, value);
+  if (given.data == DataType::kEnumeration && !given.words.empty()) return number_of_word(type, given, value);
   const auto* conversion = given.data == DataType::kReal ? conversion_of(type.id) : nullptr;
   if (!conversion) return value;
   return Value(tidy(number_of(value) * conversion->divide / conversion->multiply - conversion->shift, 15));

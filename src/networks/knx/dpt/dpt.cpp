@@ -3,17 +3,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 
 #include "model/key.h"
 #include "networks/knx/dpt/codec.h"
+#include "networks/knx/wire/cemi.h"
 
 namespace rubicon::networks::knx {
 
 namespace {
-
-constexpr std::size_t kMaxPayload = 254;
 
 std::string_view wrong_size(const Dpt& type, PayloadView payload) {
   const bool small = type.bits > 0 && type.bits <= 6;
@@ -24,37 +22,12 @@ std::string_view wrong_size(const Dpt& type, PayloadView payload) {
 bool has_size(const Dpt& type, PayloadView payload) {
   if (type.bits >= 8) return !payload.small && payload.bytes.size() * 8 == type.bits;
   if (type.bits > 0) return payload.small && payload.bytes.size() == 1;
-  return !payload.small && !payload.bytes.empty() && payload.bytes.size() <= kMaxPayload;
+  return !payload.small && !payload.bytes.empty() && payload.bytes.size() <= kLongestPayload;
 }
 
 std::string length_text(const Dpt& type) {
-  if (type.bits == 0) return fmt::format("1 to {} octets", kMaxPayload);
+  if (type.bits == 0) return fmt::format("1 to {} octets", kLongestPayload);
   return type.bits < 8 ? fmt::format("{} bits", type.bits) : fmt::format("{} octets", type.bits / 8);
-}
-
-char lower(char c) {
-  return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-}
-
-std::optional<std::uint16_t> number_word(std::string_view text) {
-  constexpr std::string_view kReserved = "reserved (";
-  if (text.size() > kReserved.size() && same_word(text.substr(0, kReserved.size()), kReserved) && text.ends_with(')')) {
-    text = text.substr(kReserved.size(), text.size() - kReserved.size() - 1);
-  }
-  std::uint16_t number = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return number;
-}
-
-/// Letters, digits and dots only: `not-used` finds `not used`.
-std::string plain(std::string_view text) {
-  std::string out;
-  for (const char c : text) {
-    const char small = lower(c);
-    if ((small >= 'a' && small <= 'z') || (small >= '0' && small <= '9') || small == '.') out += small;
-  }
-  return out;
 }
 
 std::string step_label(double percent) {
@@ -126,6 +99,17 @@ std::string label(const Dpt& type, const Value& value) {
   return model::to_text(value);
 }
 
+std::vector<model::Word> words_of(const Dpt& type) {
+  std::vector<model::Word> words;
+  if (type.form != Form::kEnumeration && type.form != Form::kBits) return words;
+  for (const auto& word : type.words) {
+    // 20.610 has one word for two numbers: it means the first.
+    if (model::value_of_word(words, word.text)) continue;
+    words.push_back({word.value, std::string(word.text)});
+  }
+  return words;
+}
+
 std::uint64_t bits_at(ByteView bytes, std::size_t offset, std::size_t count) {
   std::uint64_t raw = 0;
   for (std::size_t bit = offset; bit < offset + count; ++bit) {
@@ -157,28 +141,9 @@ tl::unexpected<Error> out_of_range(const Dpt& type, double value) {
               fmt::format("{}: {} is not from {} to {}{}", name_of(type), value, type.minimum, type.maximum, unit));
 }
 
-bool same_word(std::string_view left, std::string_view right) {
-  return std::ranges::equal(left, right, {}, lower, lower);
-}
-
 std::string_view word_of(std::span<const Word> words, std::uint64_t value) {
   const auto found = std::ranges::lower_bound(words, value, {}, &Word::value);
   return found == words.end() || found->value != value ? std::string_view() : found->text;
-}
-
-std::optional<std::uint16_t> word_value(std::span<const Word> words, std::string_view text) {
-  for (const auto& word : words) {
-    if (same_word(word.text, text)) return word.value;
-  }
-  if (const auto number = number_word(text)) return number;
-  std::optional<std::uint16_t> found;
-  const auto wanted = plain(text);
-  for (const auto& word : words) {
-    if (wanted.empty() || plain(word.text) != wanted) continue;
-    if (found) return std::nullopt;  // two words differ in blanks only
-    found = word.value;
-  }
-  return found;
 }
 
 }  // namespace rubicon::networks::knx

@@ -2,13 +2,16 @@
 
 #include <compare>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "base/result.h"
 #include "model/type_catalogue.h"
 #include "model/value.h"
+#include "model/words.h"
 #include "networks/knx/dpt/form.h"
 #include "networks/knx/wire/telegram.h"
 
@@ -58,12 +61,21 @@ Result<Value> decode(const Dpt& type, PayloadView payload);
 Result<Payload> encode(const Dpt& type, const Value& value);
 /// Value as people write it: numbers, on/off and the type's own words, names of enumeration values, times, JSON.
 Result<Payload> encode_text(const Dpt& type, std::string_view text);
+/// The words of an enumeration, each once, or the names of the bits of a set; empty for others.
+std::vector<model::Word> words_of(const Dpt& type);
 /// The word of a value where the type has words (`comfort`, `down`, `reserved (7)`), else its text.
 std::string label(const Dpt& type, const Value& value);
 
-/// The shortest decimal with the same payload, of scaled octets (5.001, 5.003): 50 instead of 50.19607843137255. Other
-/// numbers are as short already.
+/// The shortest decimal with the same payload, as people are shown a number: of scaled octets (5.001, 5.003) 50 instead
+/// of 50.19607843137255, of singles (14.xxx) 24.3 instead of 24.299999237060547. Other numbers are as short already.
 double natural(const Dpt& type, double value);
+
+/// Bounds of a number.
+struct Range {
+  double minimum = 0, maximum = 0;
+};
+/// What a number type takes, in the unit of its catalogue type; nullopt where a value is no number.
+std::optional<Range> range_of(const Dpt& type);
 
 /// Value in the table's unit -> value as the catalogue type of `kind` wants it (unit converted, words), and back.
 Result<Value> to_catalogue(const Dpt& type, Kind kind, const Value& value);

@@ -59,8 +59,7 @@ std::string value_line(const Dpt& type, const Value& value) {
     return number && Value(std::int64_t{*number}) == value ? text : model::to_text(value);
   }
   if (const auto* number = std::get_if<double>(&value)) {
-    const bool single = type.form == Form::kFloat32;
-    return single ? fmt::format("{}", static_cast<float>(*number)) : fmt::format("{}", *number);
+    return fmt::format("{}", type.form == Form::kFloat32 ? natural(type, *number) : *number);
   }
   if (const auto* text = std::get_if<std::string>(&value); text && has_own_text(type)) return text_line(*text);
   return model::to_text(value);

@@ -57,6 +57,7 @@ std::optional<bool> bit_in(const Dpt& type, std::string_view text) {
 
 Result<Payload> encode_bit(const Dpt& type, std::string_view text) {
   if (const auto on = bit_in(type, text)) return encode(type, *on);
+  if (const auto on = from_catalogue_text(type, text)) return encode(type, *on);
   return unreadable(type, text, fmt::format("{} or {} (or off, on)", type.words[0].text, type.words[1].text));
 }
 
@@ -145,9 +146,18 @@ Result<Payload> encode_structure(const Dpt& type, std::string_view text) {
   return encode(type, Json{json});
 }
 
+/// A number, the names of bits as JSON, or one of them.
 Result<Payload> encode_set(const Dpt& type, std::string_view text) {
-  if (const auto raw = number_in<std::int64_t>(text)) return encode(type, *raw);
-  return encode_structure(type, text);
+  const auto raw = model::bits_of(words_of(type), text);
+  if (!raw) return fail(raw.error().code, name_of(type) + ": " + raw.error().text);
+  return encode(type, std::int64_t{*raw});
+}
+
+/// The words of the type catalogue too: those of the type itself go before.
+Result<Payload> encode_word(const Dpt& type, std::string_view text) {
+  auto own = encode(type, std::string(text));
+  const auto converted = own ? Result<Value>(fail(ErrorCode::kInvalid, "")) : from_catalogue_text(type, text);
+  return converted ? encode(type, *converted) : own;
 }
 
 }  // namespace
@@ -167,7 +177,7 @@ Result<Payload> encode_text(const Dpt& type, std::string_view text) {
     case Form::kRecord:
     case Form::kMetering:
     case Form::kRaw: return encode_structure(type, given);
-    case Form::kEnumeration:
+    case Form::kEnumeration: return encode_word(type, given);
     case Form::kLetters:
     case Form::kColour:
     case Form::kSerial:

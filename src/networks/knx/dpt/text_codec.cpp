@@ -5,12 +5,13 @@
 
 #include "networks/knx/dpt/characters.h"
 #include "networks/knx/dpt/codec.h"
+#include "networks/knx/wire/cemi.h"
 
 namespace rubicon::networks::knx {
 
 namespace {
 
-constexpr std::size_t kMaxLongText = 253;  ///< and the NUL
+constexpr std::size_t kMaxLongText = kLongestPayload;  ///< with its NUL, which one of full length does without
 constexpr double kLatin1 = 255;
 
 bool is_letter(char c) {
@@ -63,7 +64,7 @@ Result<Payload> encode_long(const Dpt& type, const std::string& text) {
     return fail(ErrorCode::kInvalid, name_of(type) + ": the text is not UTF-8 without NUL");
   }
   if (bytes.size() > kMaxLongText) return too_long(type, text, kMaxLongText);
-  bytes.push_back(0);
+  if (bytes.size() < kMaxLongText) bytes.push_back(0);
   return Payload{std::move(bytes), false};
 }
 

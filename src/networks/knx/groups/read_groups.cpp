@@ -14,10 +14,6 @@ namespace {
 
 using GroupNames = std::map<std::string, std::string>;
 
-const ConfigPlace& key_place(const ConfigNode& map, std::size_t index) {
-  return index < map.items.size() ? map.items[index].place : map.entries[index].second.place;
-}
-
 /// One entry of `groups`.
 class PointReader {
  public:
@@ -162,13 +158,12 @@ void read_groups(ConfigReader& reader, std::vector<GroupPoint>& out) {
   const auto& groups = map.here();
   auto& errors = reader.errors();
   Claims claims;
-  for (std::size_t i = 0; i < groups.entries.size(); ++i) {
-    const auto& [key, node] = groups.entries[i];
+  for (const auto& [key, node] : groups.entries) {
     const auto path = map.path() + "." + key;
-    auto point = PointReader(errors, names, path).read(key, key_place(groups, i), node);
+    auto point = PointReader(errors, names, path).read(key, node.key_place(), node);
     if (!point) continue;
     if (const auto wrong = claims.take(*point); !wrong.empty()) {
-      errors.add(key_place(groups, i), path, wrong);
+      errors.add(node.key_place(), path, wrong);
     } else {
       out.push_back(std::move(*point));
     }

@@ -1,5 +1,8 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+
+#include "base/printable.h"
 #include "networks/knx/groups/group_list.h"
 
 namespace rubicon::networks::knx {
@@ -66,9 +69,10 @@ std::string counts_text(const Report& report) {
 
 /// One line a finding, whatever its text holds.
 std::string single_line(std::string_view text) {
-  std::string out;
-  for (const char c : text) out += static_cast<unsigned char>(c) < 0x20 || c == 0x7f ? ' ' : c;
-  return out;
+  std::string out(text);
+  std::replace_if(
+      out.begin(), out.end(), [](unsigned char c) { return c < 0x20; }, ' ');
+  return base::printable(out);
 }
 
 }  // namespace

@@ -48,6 +48,7 @@ const std::vector<SenseOfWord> kWordTable{
     {"statusrückmeldung", kState},
     {"schaltstatus", kState},
     {"schaltzustand", kState},
+    {"aktuell-", kState},
     {"ist", kActual},
     {"istwert", kActual},
     {"stellung", kActual},
@@ -165,8 +166,9 @@ std::optional<Sense> sense_of(std::string_view word) {
     return index;
   }();
   if (const auto found = kIndex.find(word); found != kIndex.end()) return found->second;
-  for (const auto& entry : kWordTable) {
-    if (entry.word.starts_with('-') && word.ends_with(entry.word.substr(1))) return entry.sense;
+  for (const auto& [part, sense] : kWordTable) {
+    if (part.starts_with('-') && word.ends_with(part.substr(1))) return sense;
+    if (part.ends_with('-') && word.starts_with(part.substr(0, part.size() - 1))) return sense;
   }
   return {};
 }

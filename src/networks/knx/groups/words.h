@@ -19,7 +19,7 @@ enum class Sense : std::uint8_t {
 };
 
 struct SenseOfWord {
-  std::string_view word;  ///< in small letters; `-melder`: every word that ends so
+  std::string_view word;  ///< in small letters; `-melder`: every word that ends so; `aktuell-`: that begins so
   Sense sense;
 };
 

@@ -22,6 +22,12 @@ Srp wanted_dibs() {
   return {Srp::Type::kWantedDibs, false, {0x01, 0x02, 0x06, 0x07}};
 }
 
+/// Servers of Core version 2 answer an extended search (KNX 3/8/2).
+bool knows_extended_search(const ServerDescription& description) {
+  return std::any_of(description.families.begin(), description.families.end(),
+                     [](const FamilyVersion& one) { return one.family == Family::kCore && one.version >= 2; });
+}
+
 Endpoint endpoint_of(const Hpai& hpai, const Endpoint& from) {
   if (hpai.route_back()) return from;
   return {address_text(hpai), hpai.port};
@@ -41,6 +47,7 @@ struct Discovery::Question {
   std::unique_ptr<transport::UdpSocket> socket;
   Timer patience;
   int tries = 0;
+  bool described = false;  ///< the description is there; what an extended search adds is awaited
   bool over = false;
 };
 
@@ -150,21 +157,39 @@ void Discovery::send(Question& question) {
 }
 
 void Discovery::unanswered(Question& question, const std::string& why) {
-  if (std::exchange(question.over, true)) return;
-  question.patience.cancel();
-  problem({ErrorCode::kUnreachable, fmt::format("{} does not describe itself: {}", to_string(question.host), why)});
-  finish_if_done();
+  if (question.over) return;
+  if (!question.described)
+    problem({ErrorCode::kUnreachable, fmt::format("{} does not describe itself: {}", to_string(question.host), why)});
+  end(question);
 }
 
 void Discovery::answered(Question& question, const Endpoint& from, ByteView frame) {
+  if (question.over) return;
   const auto message = read_message(frame);
-  const auto* response = message ? std::get_if<DescriptionResponse>(&*message) : nullptr;
-  if (response == nullptr || question.over) {
-    result_.bad_frames += question.over ? 0 : 1;
+  const auto* described = message ? std::get_if<DescriptionResponse>(&*message) : nullptr;
+  const auto* found = message ? std::get_if<SearchResponse>(&*message) : nullptr;
+  const bool awaited = question.described ? found != nullptr : described != nullptr;
+  if (!awaited) {
+    result_.bad_frames += described == nullptr && found == nullptr ? 1 : 0;
     return;
   }
-  const auto description = read_description(response->dibs);
-  if (!servers_.add(from, description, false)) ++result_.bad_frames;
+  const auto description = read_description(described ? described->dibs : found->dibs);
+  if (!servers_.add(from, description, found != nullptr)) ++result_.bad_frames;
+  if (described != nullptr && knows_extended_search(description)) return ask_more(question);
+  end(question);
+}
+
+/// A description leaves out what is secured and which tunnels are free; the extended search has both, of one host too.
+void Discovery::ask_more(Question& question) {
+  question.described = true;
+  const auto local = question.socket->local();
+  const auto own = question.tries > 1 || options_.route_back ? Hpai{} : udp_hpai(local.address, local.port);
+  const SearchRequest request{own, true, {wanted_dibs()}};
+  if (!question.socket->send(question.remote, write(Message(request)))) return end(question);
+  question.patience = scheduler_.after(options_.description, [this, &question] { end(question); });
+}
+
+void Discovery::end(Question& question) {
   question.over = true;
   question.patience.cancel();
   finish_if_done();

@@ -36,8 +36,9 @@ struct DiscoveryResult {
   std::uint64_t bad_frames = 0;      ///< heard, but no answer we could read
 };
 
-/// Looks for KNXnet/IP servers once, by SEARCH_REQUEST and SEARCH_REQUEST_EXTENDED, and by DESCRIPTION_REQUEST (KNX
-/// 3/8/2, 7.6 and 7.7). Destroyed = ended, `done` is not called.
+/// Looks for KNXnet/IP servers once, by SEARCH_REQUEST and SEARCH_REQUEST_EXTENDED, and by DESCRIPTION_REQUEST,
+/// followed by an extended search where the server knows that (KNX 3/8/2, 7.6 and 7.7). Destroyed = ended, `done` is
+/// not called.
 class Discovery {
  public:
   /// Called once, in a later turn. The discovery may be destroyed in it.
@@ -63,6 +64,8 @@ class Discovery {
   void open(Question& question);
   void send(Question& question);
   void unanswered(Question& question, const std::string& why);
+  void ask_more(Question& question);
+  void end(Question& question);
   void answered(Question& question, const transport::Endpoint& from, ByteView frame);
   void problem(Error error);
   void finish_if_done();

@@ -3,6 +3,7 @@
 #include <functional>
 #include <map>
 #include <string>
+#include <utility>
 
 #include "base/result.h"
 #include "base/time.h"
@@ -38,12 +39,23 @@ struct LineCalls {
   std::function<void(const Telegram&)> received;
   /// Every cEMI frame in either direction, as it stood on the wire: for monitor and capture.
   std::function<void(ByteView cemi, bool outgoing)> frame;
+  /// What became of a telegram is known: counters changed.
+  std::function<void()> settled;
   /// Something odd that is counted too and worth a line in a log, but not each time: whoever is told keeps to one a
   /// minute for a subject (a counter's name: few, whatever comes from outside).
   std::function<void(const std::string& subject, std::string_view text)> note;
 };
 
 using SentCall = std::function<void(Sent outcome, std::string_view why)>;
+
+/// `done` that says `settled` first.
+inline SentCall telling(SentCall done, const LineCalls& calls) {
+  if (!calls.settled) return done;
+  return [done = std::move(done), settled = calls.settled](Sent outcome, std::string_view why) {
+    settled();
+    if (done) done(outcome, why);
+  };
+}
 
 /// A way to the bus: a tunnel over UDP or TCP, or routing. Queues by priority, keeps at most one telegram in flight,
 /// keeps to the rate of the bus. What waits survives a lost line and is sent once more if its time allows. Destroyed =

@@ -129,7 +129,7 @@ void RoutingLine::close() {
 }
 
 void RoutingLine::send(Telegram telegram, SteadyTime expires, SentCall done) {
-  machine_.send(std::move(telegram), expires, std::move(done));
+  machine_.send(std::move(telegram), expires, telling(std::move(done), calls_));
 }
 
 /// The sockets live until a later turn: one of them may be calling.

@@ -37,6 +37,10 @@ Report report_of(Tunnel::Outcome outcome, bool over_tcp) {
   return {Sent::kSent, {}};
 }
 
+std::uint64_t seconds_of(WallTime time) {
+  return static_cast<std::uint64_t>(std::chrono::ceil<std::chrono::seconds>(time.time_since_epoch()).count());
+}
+
 bool is_ipv4(const std::string& address) {
   return address.find(':') == std::string::npos;
 }
@@ -345,8 +349,10 @@ bool TunnelLine::holds_off(const Tunnel::End& end, Duration lived) {
 }
 
 void TunnelLine::hold_off(Phase phase, Duration pause, std::string why) {
+  next_attempt_ = scheduler_.wall_now() + std::chrono::ceil<std::chrono::microseconds>(pause);
   pause_ = scheduler_.after(pause, [this] {
     state_.phase = Phase::kOff;
+    ++counters_.attempts;
     if (auto opened = open(); !opened) fail_line(opened.error().code, opened.error().text);
   });
   set_state(phase, std::move(why));
@@ -355,7 +361,7 @@ void TunnelLine::hold_off(Phase phase, Duration pause, std::string why) {
 // Sending.
 
 void TunnelLine::send(Telegram telegram, SteadyTime expires, SentCall done) {
-  outbox_.push(std::move(telegram), expires, std::move(done));
+  outbox_.push(std::move(telegram), expires, telling(std::move(done), calls_));
 }
 
 void TunnelLine::pump() {
@@ -409,6 +415,8 @@ std::map<std::string, std::uint64_t> TunnelLine::counters() const {
           {"unconfirmed", tunnel.unconfirmed},
           {"not-acknowledged", tunnel.not_acknowledged},
           {"late-confirmations", tunnel.late_confirmations},
+          {"attempts", counters_.attempts},
+          {"next-attempt", pause_.pending() ? seconds_of(next_attempt_) : 0},
           {"reconnects", counters_.connects > 0 ? counters_.connects - 1 : 0},
           {"missing-heartbeats", tunnel.missing_heartbeats},
           {"duplicates", tunnel.duplicates},

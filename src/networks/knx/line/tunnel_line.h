@@ -46,7 +46,7 @@ class TunnelLine final : public Line {
  private:
   struct Counters {
     std::uint64_t sent = 0, received = 0, connects = 0, other_source = 0, undelivered = 0, lte = 0, other_frames = 0,
-                  doubled_address = 0;
+                  doubled_address = 0, attempts = 0;  ///< after a refusal, on our own
   };
 
   // Connecting.
@@ -94,6 +94,7 @@ class TunnelLine final : public Line {
   FrameStream frames_;
   transport::Endpoint control_, data_;  ///< of the server
   Timer pause_;
+  WallTime next_attempt_{};  ///< of a pause
   HoldOff hold_off_;
   SteadyTime up_since_{};
   std::string send_error_;  ///< of this machine, since something was heard

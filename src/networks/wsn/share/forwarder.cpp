@@ -10,6 +10,7 @@
 #include "base/rate_limit.h"
 #include "motes/forwarder_stream.h"
 #include "motes/mote_packet.h"
+#include "motes/mote_records.h"
 
 namespace rubicon::networks::wsn {
 
@@ -26,6 +27,13 @@ constexpr Duration kBacklogTime = std::chrono::milliseconds(100);
 
 bool is_config(ByteView packet) {
   return packet[0] == 0 && packet[kTypeAt] == static_cast<std::uint8_t>(motes::AmType::kConfig);
+}
+
+/// SET_ISLAND_ID of this island: a command and 2 bytes (wsn.md 7.1). What stands behind them is no part of it.
+bool sets_island(ByteView packet, std::uint16_t island) {
+  const auto config = motes::encode_config({motes::kSetIslandId, island});
+  const auto payload = packet.subspan(motes::kAmOverhead);
+  return payload.size() >= config.size() && std::equal(config.begin(), config.end(), payload.begin());
 }
 
 struct Client : std::enable_shared_from_this<Client> {
@@ -107,7 +115,7 @@ void Forwarder::Parts::accept(std::unique_ptr<transport::TcpStream> stream, tran
   const auto name = to_string(stream->remote());
   if (const auto already = connected(); already >= options.clients)
     return note("refused-clients",
-                [&] { return fmt::format("client {}: refused, there are {} already", name, already); });
+                [&] { return fmt::format("client {}: refused, there are {} already (share-clients)", name, already); });
   const auto client = std::make_shared<Client>();
   client->name = name;
   client->stream = std::move(stream);
@@ -148,9 +156,12 @@ ByteView Forwarder::Parts::take(Client& client, ByteView bytes) {
 
 bool Forwarder::Parts::is_wanted(Client& client, ByteView packet) {
   if (is_bad(client, packet)) return false;
-  if (!is_config(packet) || options.may_configure) return true;
+  if (!is_config(packet) || options.may_configure || (options.island && sets_island(packet, *options.island)))
+    return true;
   note("dropped-config", [&] {
-    return fmt::format("client {}: dropped a Config packet, which would change the island of the sink", client.name);
+    return fmt::format(
+        "client {}: dropped a Config packet, which would change the island of the sink (share-config: yes lets it)",
+        client.name);
   });
   return false;
 }

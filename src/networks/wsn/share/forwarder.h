@@ -4,6 +4,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "base/scheduler.h"
@@ -14,7 +15,10 @@ namespace rubicon::networks::wsn {
 struct ForwarderOptions {
   transport::Endpoint listen{"127.0.0.1", 9002};  ///< the port of wsn.md 4.1, for this machine alone
   bool may_configure = false;                     ///< clients may send Config packets, which change the island's id
-  std::size_t clients = 16;                       ///< more are hung up on
+  /// The sink's island: a Config packet that sets this one changes nothing, and passes (the original's programs begin
+  /// with it, wsn.md 9.1).
+  std::optional<std::uint16_t> island{};
+  std::size_t clients = 64;  ///< more are hung up on
   /// May wait for a slow client besides what the system holds for it; then it is hung up on. At most
   /// ByteStream::kMaxQueued.
   std::size_t client_bytes = std::size_t{64} * 1024;

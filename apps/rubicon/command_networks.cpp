@@ -1,0 +1,95 @@
+#include <fmt/format.h>
+
+#include "apps/rubicon/cli.h"
+#include "apps/rubicon/losses.h"
+#include "apps/rubicon/tuple_text.h"
+
+namespace rubicon::cli {
+
+namespace {
+
+using client::Network;
+
+struct NetworksOptions {
+  std::uint32_t island = 0;
+  std::string length;
+};
+
+using Name = std::pair<OwnerId, std::string>;
+
+Line network_json(const Network& network, const Counters& counters, const Counters& growth) {
+  Line line;
+  line["island"] = number(network.island);
+  line["key"] = fmt::format("{}.{}", network.prefix, network.id);
+  line["network"] = network.id;
+  line["type"] = network.type();
+  line["line"] = network.line.line;
+  line["since"] = base::to_seconds(network.line.since);
+  line["reason"] = network.line.reason;
+  line["attempts"] = network.line.attempts;
+  line["next_attempt"] = base::to_seconds(network.line.next_attempt);
+  line["devices"] = network.devices;
+  line["reachable"] = network.reachable;
+  line["losses"] = losses_of(counters);
+  line["counters"] = counters;
+  if (!growth.empty()) line["grew"] = growth;
+  return line;
+}
+
+std::string next_of(const LineStatus& line, WallTime now) {
+  if (line.works() || line.next_attempt == WallTime{}) return "";
+  return line.next_attempt <= now ? "now" : age_text(now, line.next_attempt);
+}
+
+int list(Session& session, const NetworksOptions& options) {
+  session.meet();
+  const auto island = options.island == 0 ? std::nullopt : std::optional(OwnerId(options.island));
+  const auto look = [&] { return session.client().networks(island, session.settings().patience); };
+  std::map<Name, Counters> before;
+  if (!options.length.empty()) {
+    for (const auto& network : look()) before[{network.island, network.id}] = counters_of(network.properties);
+    session.run([] { return false; }, span_of(options.length));
+  }
+  using Kind = Column::Kind;
+  Table table({{"NETWORK", Kind::kKey},
+               {"TYPE", Kind::kWord, 3},
+               {"LINE"},
+               {"SINCE", Kind::kWord, 2},
+               {"NEXT TRY", Kind::kWord, 1},
+               {"DEVICES"},
+               {"LOST", Kind::kText},
+               {"REASON", Kind::kText}});
+  for (const auto& network : look()) {
+    const auto counters = counters_of(network.properties);
+    const auto known = before.find({network.island, network.id});
+    const auto growth = known == before.end() ? Counters() : growth_of(known->second, counters);
+    if (session.json()) session.out().line(dump(network_json(network, counters, growth)));
+    table.row({name_of(network.island, network.id), network.type(), network.line.line,
+               age_text(network.line.since, session.now()), next_of(network.line, session.now()),
+               fmt::format("{}/{}", network.reachable, network.devices), losses_text(losses_of(counters), growth),
+               network.line.reason});
+  }
+  if (table.empty()) return session.nothing("no network");
+  if (!session.json()) session.out().write(table.text(session.look()));
+  return kGood;
+}
+
+}  // namespace
+
+void add_networks(Cli& cli) {
+  const auto options = std::make_shared<NetworksOptions>();
+  auto* app = cli.command_in_ecology(
+      {"networks", "List the networks: state of the line, since, why, next attempt, devices, losses",
+       "  rubicon networks\n"
+       "  rubicon networks --for 10s                   # and what was lost within ten seconds\n"
+       "  rubicon networks --island 6541 --json        # all counters\n"
+       "DEVICES are those that can be reached, of all; LOST are counters of what was dropped, refused or not\n"
+       "understood since the island started.\n"},
+      [options](Session& session) { return list(session, *options); });
+  app->add_option("--island", options->island, "of this island only")
+      ->type_name("ID")
+      ->check(CLI::Range(1U, model::kMaxIslandId).description(""));
+  add_span(app, "--for", options->length, "look twice, so far apart, and show what grew");
+}
+
+}  // namespace rubicon::cli

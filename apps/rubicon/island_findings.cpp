@@ -1,0 +1,187 @@
+#include "apps/rubicon/island_findings.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "apps/rubicon/table.h"
+#include "apps/rubicon/tuple_text.h"
+
+namespace rubicon::cli {
+
+namespace {
+
+using client::Network;
+using Grade = Finding::Grade;
+
+constexpr const char* kLine = "line";
+constexpr const char* kLoss = "loss";
+constexpr const char* kDisk = "disk";
+/// A line that is being opened for longer is one that does not open.
+constexpr std::chrono::seconds kOpening{10};
+/// Clocks may differ by this much: commands and values have no shorter lives.
+constexpr std::chrono::seconds kClock{2};
+/// Less room on a disk is soon none.
+constexpr std::uint64_t kLittleRoom = 100'000'000;
+/// A clock that says less was never set (it is the year 2020).
+constexpr WallTime kEarliest{std::chrono::seconds(1'577'836'800)};
+
+std::string megabytes(std::uint64_t bytes) {
+  return fmt::format("{:.0f} MB", static_cast<double>(bytes) / 1e6);
+}
+
+Finding check_line(const IslandSeen& seen, const Network& network, WallTime when) {
+  const auto& line = network.line;
+  const auto what = fmt::format("network {} of island {}: ", network.id, name_of(seen.island));
+  const auto since = age_text(line.since, when);
+  if (line.works()) {
+    const auto told = fmt::format("{}{} for {}, {} of {} devices reachable", what, line.line, since, network.reachable,
+                                  network.devices);
+    if (line.reason.empty() || line.line == "ended") return {kLine, Grade::kGood, told};
+    return {kLine, Grade::kNote, fmt::format("{}; {}", told, line.reason), page("errors.md#lines-and-devices")};
+  }
+  if (line.line == "connecting" && when - line.since < kOpening)
+    return {kLine, Grade::kNote, what + "is being opened", "look again in some seconds"};
+  const auto next = next_attempt_text(line, when);
+  return {
+      kLine, Grade::kProblem,
+      fmt::format("{}{} for {}: {}", what, line.line, since, line.reason.empty() ? "no reason is known" : line.reason),
+      fmt::format("look at cable, power and network of what `networks: {}:` names, and at its address there; the "
+                  "island goes on trying ({} attempts so far{}{}); {}",
+                  network.id, line.attempts, next.empty() ? "" : ", ", next, page("errors.md#lines-and-devices"))};
+}
+
+Findings check_counters(const std::string& who, const Counters& before, const Counters& now) {
+  Findings all;
+  const auto losses = losses_of(now);
+  const auto growth = growth_of(before, losses);
+  for (const auto& [name, count] : losses) {
+    const auto grown = growth.find(name);
+    const bool grows = grown != growth.end();
+    all.push_back(
+        {kLoss, grows ? Grade::kProblem : Grade::kNote,
+         grows ? fmt::format("{}: {} grew by {} to {} while this looked", who, name, grown->second, count)
+               : fmt::format("{}: {} = {} since its start, not more while this looked", who, name, count),
+         fmt::format("its log says why; {} says what it counts", page("tuple-keys.md#devices-and-networks"))});
+  }
+  return all;
+}
+
+const Network* find(const std::vector<Network>& networks, const std::string& id) {
+  const auto found = std::find_if(networks.begin(), networks.end(), [&](const auto& one) { return one.id == id; });
+  return found == networks.end() ? nullptr : &*found;
+}
+
+Finding check_disk(const IslandSeen& seen, const std::string& of, std::uint64_t free) {
+  const auto what = fmt::format("island {}: {} free for {}", name_of(seen.island), megabytes(free), of);
+  if (free >= kLittleRoom) return {kDisk, Grade::kGood, what};
+  return {kDisk, Grade::kProblem, what, "make room on that disk; what cannot be written is lost, and counted"};
+}
+
+}  // namespace
+
+std::string name_of(const client::Component& island) {
+  const auto id = std::to_string(number(island.id));
+  return island.summary.name.empty() ? id : id + " " + island.summary.name;
+}
+
+std::string page(std::string_view name) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  const auto program = fs::read_symlink("/proc/self/exe", error);  // PREFIX/bin/rubicon
+  const auto folder = program.parent_path().parent_path() / RUBICON_DOC_DIR / "docs";
+  const bool installed = !error && fs::exists(folder / name.substr(0, name.find('#')), error);
+  return fmt::format("{}/{}", installed ? folder.string() : "docs", name);
+}
+
+Findings check_lines(const IslandSeen& seen, WallTime when) {
+  Findings all;
+  for (const auto& network : seen.now) all.push_back(check_line(seen, network, when));
+  return all;
+}
+
+Findings check_devices(const IslandSeen& seen) {
+  Findings all;
+  for (const auto& network : seen.now) {
+    if (!network.line.works() || network.reachable >= network.devices) continue;
+    all.push_back({"devices", Grade::kNote,
+                   fmt::format("network {} of island {}: {} of {} devices cannot be reached", network.id,
+                               name_of(seen.island), network.devices - network.reachable, network.devices),
+                   fmt::format("rubicon devices --island {} --network {}", number(seen.island.id), network.id)});
+  }
+  return all;
+}
+
+Findings check_losses(const IslandSeen& seen) {
+  auto all = check_counters("island " + name_of(seen.island), seen.numbers_before, seen.numbers);
+  for (const auto& network : seen.now) {
+    const auto* before = find(seen.before, network.id);
+    for (auto& one :
+         check_counters(fmt::format("network {} of island {}", network.id, name_of(seen.island)),
+                        before ? counters_of(before->properties) : Counters(), counters_of(network.properties)))
+      all.push_back(std::move(one));
+  }
+  if (all.empty()) all.push_back({kLoss, Grade::kGood, fmt::format("island {} lost nothing", name_of(seen.island))});
+  return all;
+}
+
+Findings check_disks(const IslandSeen& seen) {
+  constexpr std::string_view kFree = "-free-bytes";
+  Findings all;
+  for (const auto& [name, free] : seen.numbers) {
+    if (!name.ends_with(kFree)) continue;
+    const auto of = name.substr(0, name.size() - kFree.size());
+    all.push_back(check_disk(seen, of == "state" ? "its state file" : of, free));
+  }
+  for (const auto& [name, state] : seen.properties) {
+    if (!name.starts_with("recorder-") || !name.ends_with("-state") || state == "recording") continue;
+    all.push_back({kDisk, Grade::kProblem, fmt::format("island {}: {}: {}", name_of(seen.island), name, state),
+                   fmt::format("make room, or correct `recorders:`; {}", page("errors.md#lines-and-devices"))});
+  }
+  return all;
+}
+
+Findings check_clock(const IslandSeen& seen, WallTime when) {
+  if (when < kEarliest)
+    return {{"clock", Grade::kProblem, fmt::format("the clock of this host says {}", time_text(when)),
+             "set it: timedatectl set-ntp true"}};
+  if (!seen.clock_offset) return {};
+  const auto offset = *seen.clock_offset;
+  const auto seconds = std::abs(std::chrono::duration<double>(offset).count());
+  const auto whose = fmt::format("the clock of island {} ({})", name_of(seen.island), seen.island.summary.host);
+  if (when + std::chrono::duration_cast<std::chrono::microseconds>(offset) < kEarliest)
+    return {{"clock", Grade::kProblem, fmt::format("{} was never set: it is {:.0f} s behind this one", whose, seconds),
+             "set it: timedatectl set-ntp true there, and restart the island"}};
+  if (std::chrono::abs(offset) > kClock)
+    return {{"clock", Grade::kProblem,
+             fmt::format("{} is {:.1f} s {} this one", whose, seconds, offset > Duration(0) ? "ahead of" : "behind"),
+             "timedatectl timesync-status on both hosts; times in tuples are those of their islands"}};
+  return {{"clock", Grade::kGood, fmt::format("{} agrees with this one", whose)}};
+}
+
+Findings check_inbox(const IslandSeen& seen) {
+  const auto waiting = seen.numbers.find("inbox-waiting");
+  if (waiting == seen.numbers.end() || waiting->second == 0) return {};
+  return {{"inbox", Grade::kNote,
+           fmt::format("{} of island {} for a decision",
+                       waiting->second == 1 ? "1 device waits" : fmt::format("{} devices wait", waiting->second),
+                       name_of(seen.island)),
+           fmt::format("rubicon inbox --island {}", number(seen.island.id))}};
+}
+
+Finding check_access(const IslandSeen& seen, const client::Options& options) {
+  const bool host_only =
+      std::all_of(options.interfaces.begin(), options.interfaces.end(), [](const auto& one) { return one == "lo"; });
+  const auto id = number(seen.island.id);
+  if (host_only)
+    return {"access", Grade::kNote, fmt::format("every local user of this host reads and commands island {}", id),
+            page("service.md")};
+  return {
+      "access", Grade::kNote,
+      fmt::format("whoever reaches the interfaces of island {} reads it; `trust_lan: no` keeps out mistakes only", id),
+      page("service.md")};
+}
+
+}  // namespace rubicon::cli

@@ -1,0 +1,96 @@
+#include <benchmark/benchmark.h>
+#include <fmt/format.h>
+#include <malloc.h>
+
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "base/virtual_scheduler.h"
+#include "runtime/island.h"
+#include "runtime/network_types.h"
+#include "runtime/yaml.h"
+#include "transport/memory_transports.h"
+#include "tuples/memory/memory_ecology.h"
+
+// What a point of a large KNX list takes in memory, beside its tuples in the store alone.
+
+namespace rubicon {
+namespace {
+
+template <class T>
+T must(Result<T> result) {
+  if (!result) throw std::runtime_error(result.error().text);
+  return std::move(*result);
+}
+
+/// An ETS export of so many switches, their states, dimmers and temperatures.
+std::string export_of(int addresses) {
+  std::string text =
+      "\"Group name\";\"Address\";\"Central\";\"Unfiltered\";\"Description\";\"DatapointType\";\"Security\"\r\n";
+  static constexpr const char* kTypes[] = {"DPST-1-1", "DPST-1-11", "DPST-5-1", "DPST-9-1"};
+  static constexpr const char* kWords[] = {"switch", "switch status", "brightness", "temperature"};
+  for (int i = 1; i <= addresses; ++i) {
+    text += fmt::format("\"Room {} {}\";\"{}/{}/{}\";\"\";\"\";\"\";\"{}\";\"Auto\"\r\n", i / 4, kWords[i % 4], i >> 11,
+                        i >> 8 & 7, i & 255, kTypes[i % 4]);
+  }
+  return text;
+}
+
+/// Of the heap, what is handed out now.
+double in_use() {
+  ::malloc_trim(0);
+  const auto heap = ::mallinfo2();
+  return static_cast<double>(heap.uordblks + heap.hblkhd);
+}
+
+void memory_of_points(benchmark::State& state) {
+  const auto addresses = static_cast<int>(state.range(0));
+  double island_bytes = 0, store_bytes = 0, tuples = 0;
+  for (auto unused : state) {
+    VirtualScheduler scheduler;
+    transport::MemoryNet net(scheduler);
+    transport::MemoryTransports transports;
+    transports.join(net);
+    transports.put("flat.csv", export_of(addresses));
+    base::NullLogSink log;
+    tuples::MemoryEcology ecology(scheduler);
+    base::ConfigErrors errors;
+    const auto before = in_use();
+    auto island = [&] {
+      auto config = runtime::read_island_config(
+          must(runtime::parse_yaml("island: {id: 6541, name: bench}\nlimits: {devices: 200000}\n"
+                                   "networks: {knx: {type: knx, host: 127.0.0.1, import: flat.csv}}\n",
+                                   "bench.yaml")),
+          runtime::network_types(), errors);
+      return must(runtime::Island::make(std::move(config), scheduler, transports, log, ecology, errors));
+    }();
+    island->start();
+    scheduler.run_for(std::chrono::seconds(3));
+    island_bytes = in_use() - before;
+    std::vector<std::pair<std::string, std::string>> all;
+    island->space().list({OwnerId(6541), "**"},
+                         [&](const TupleView& tuple) { all.emplace_back(tuple.key, tuple.value); });
+    tuples = static_cast<double>(all.size());
+    const auto link = must(ecology.join(OwnerId(7)));
+    const auto alone = in_use();
+    TupleSpace space(OwnerId(7), scheduler, *link);
+    for (const auto& [key, value] : all) must(space.set(key, value));
+    scheduler.run_ready();
+    store_bytes = in_use() - alone;
+  }
+  state.counters["tuples"] = tuples;
+  state.counters["bytes_per_address"] = island_bytes / addresses;
+  state.counters["store_bytes_per_address"] = store_bytes / addresses;
+}
+BENCHMARK(memory_of_points)
+    ->Name("island/memory-of-points")
+    ->Arg(5'000)
+    ->Arg(20'000)
+    ->Arg(60'000)
+    ->Iterations(1)
+    ->Unit(benchmark::kMillisecond);
+
+}  // namespace
+}  // namespace rubicon

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <string>
+
+#include "base/time.h"
+
+namespace rubicon::base {
+
+// Times for people: local time of this process (TZ, /etc/localtime) with the zone named. A time that no calendar of
+// the system reaches stands as seconds since 1970.
+
+/// `2026-01-31 12:00:00.250 CET`, milliseconds rounded down.
+std::string local_text(WallTime time);
+/// `12:00:00.250 CET`.
+std::string local_clock_text(WallTime time);
+/// `12:00:00 CET`.
+std::string local_seconds_text(WallTime time);
+/// For programs: ISO 8601 (RFC 3339) with the offset of the local zone, `2026-01-31T12:00:00.250000+01:00`.
+std::string iso_text(WallTime time);
+
+}  // namespace rubicon::base

@@ -1,0 +1,70 @@
+#include "base/own_file.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+namespace rubicon::base {
+
+namespace {
+
+constexpr mode_t kMode = 0640;
+
+ErrorCode code_of(int error) {
+  switch (error) {
+    case EACCES:
+    case EPERM:
+    case EROFS: return ErrorCode::kRefused;
+    case ENOENT:
+    case ENOTDIR: return ErrorCode::kNotFound;
+    default: return ErrorCode::kIo;
+  }
+}
+
+}  // namespace
+
+OwnFile::OwnFile(OwnFile&& other) noexcept : descriptor_(std::exchange(other.descriptor_, -1)) {}
+
+OwnFile& OwnFile::operator=(OwnFile&& other) noexcept {
+  std::swap(descriptor_, other.descriptor_);
+  return *this;
+}
+
+OwnFile::~OwnFile() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+int OwnFile::release() {
+  return std::exchange(descriptor_, -1);
+}
+
+Result<OwnFile> OwnFile::open(const std::string& path, int flags) {
+  if (path.find('\0') != std::string::npos) return fail(ErrorCode::kNotFound, "a path with a zero byte in it");
+  OwnFile file(::open(path.c_str(), flags | O_CREAT | O_CLOEXEC | O_NOFOLLOW, kMode));
+  if (file.descriptor_ >= 0) return file;
+  const int error = errno;
+  if (error == ELOOP) {
+    return fail(ErrorCode::kRefused,
+                fmt::format("{}: is a symbolic link: expected a file, or nothing; name the file itself", path));
+  }
+  return fail(code_of(error), fmt::format("{}: cannot open for writing: {}", path, std::strerror(error)));
+}
+
+Result<void> OwnFile::write(std::string_view bytes, const std::string& path) const {
+  while (!bytes.empty()) {
+    const auto count = ::write(descriptor_, bytes.data(), bytes.size());
+    if (count < 0 && errno == EINTR) continue;
+    if (count <= 0) {
+      return fail(ErrorCode::kIo, fmt::format("{}: cannot write: {}", path,
+                                              count < 0 ? std::strerror(errno) : "the disk takes no more"));
+    }
+    bytes.remove_prefix(static_cast<std::size_t>(count));
+  }
+  return {};
+}
+
+}  // namespace rubicon::base

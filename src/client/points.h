@@ -1,0 +1,33 @@
+#pragma once
+
+#include <array>
+
+#include "model/point_tuples.h"
+#include "rubicon/client.hpp"
+
+namespace rubicon::client {
+
+/// The tuples that make up points.
+struct PointPatterns {
+  Pattern values, statuses, descriptions, lines;
+
+  std::array<const Pattern*, 4> all() const { return {&values, &statuses, &descriptions, &lines}; }
+};
+/// kInvalid if it is no key of five parts.
+Result<PointPatterns> point_patterns(const Pattern& points);
+
+/// `proxy.wsn-1.status` of `proxy.wsn-1.7.sensor.light-1.value`.
+std::string line_key(std::string_view key);
+std::string_view without_last_part(std::string_view key);
+
+/// What stands in the `.description` of a point.
+void describe(Point& point, std::string_view description);
+/// What its island said counts no more while it cannot be asked.
+void hide_behind_lost_island(Point& point);
+
+/// One network for each status of a line among the tuples, with the devices and properties among them.
+std::vector<Network> networks_from(const std::vector<Tuple>& tuples);
+/// Whether `a` stands before `b` in a list of devices.
+bool listed_before(const Device& a, const Device& b);
+
+}  // namespace rubicon::client

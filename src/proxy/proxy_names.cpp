@@ -1,0 +1,81 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "model/key.h"
+#include "proxy/commander.h"
+#include "proxy/naming.h"
+#include "proxy/proxy_parts.h"
+
+namespace rubicon::proxy {
+
+namespace {
+
+using nlohmann::json;
+
+constexpr std::string_view kForm = R"(expected {"name": TEXT, "area": TEXT}, one of them or both; "" takes it away)";
+
+/// A name as it may be given: printable, not longer than the state file keeps it.
+Result<std::string> given_text(const json& value, const std::string& what) {
+  if (!value.is_string()) return fail(ErrorCode::kInvalid, fmt::format("{}: {}", what, kForm));
+  auto text = value.get<std::string>();
+  if (text.size() > state::kMaxGiven) {
+    return fail(ErrorCode::kOutOfRange,
+                fmt::format("{}: {} bytes, at most {} are kept", what, text.size(), state::kMaxGiven));
+  }
+  const bool control = std::any_of(text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; });
+  if (control)
+    return fail(ErrorCode::kInvalid, fmt::format("{}: a control character in {}", what, model::quoted(text)));
+  return text;
+}
+
+}  // namespace
+
+/// `{"name": "Kitchen lamp", "area": "Kitchen"}` set as the description of a device names it; all else in a description
+/// is the device's own.
+tuples::Judgement Proxy::Parts::judge_description(const tuples::RemoteSet& wish) {
+  const auto head = config.prefix.size() + 1;
+  const auto parts = std::string_view(wish.key).substr(head, wish.key.rfind('.') - head);
+  auto* device = device_with_key(parts);
+  const auto refused = [](Error why) { return tuples::Judgement::refused(std::move(why)); };
+  if (!device) return refused({ErrorCode::kNotFound, fmt::format("{}: no such device here", model::quoted(wish.key))});
+  const auto tree = json::parse(wish.value, nullptr, false);
+  if (!tree.is_object() || tree.empty()) return refused({ErrorCode::kInvalid, fmt::format("{}: {}", wish.key, kForm)});
+  auto name = device->given_name, area = device->given_area;
+  for (const auto& [member, value] : tree.items()) {
+    auto* target = member == "name" ? &name : member == "area" ? &area : nullptr;
+    if (!target) {
+      return refused({ErrorCode::kRefused,
+                      fmt::format("{}: {} is not given by users; {}", wish.key, model::quoted(member), kForm)});
+    }
+    auto text = given_text(value, fmt::format("{}: {}", wish.key, member));
+    if (!text) return refused(std::move(text.error()));
+    const auto* fixed = names_of(device->network->rules, device->address);
+    const bool taken = fixed && !(target == &name ? fixed->name : fixed->area).empty();
+    if (taken && !text->empty()) {
+      return refused(
+          {ErrorCode::kRefused, fmt::format("the configuration gives {} its {}: change networks.{}.devices.{}.{} there",
+                                            device->key, member, device->network->id, device->address, member)});
+    }
+    *target = std::move(*text);
+  }
+  if (auto done = give_name(*device, std::move(name), std::move(area), wish.from); !done) return refused(done.error());
+  return tuples::Judgement::consumed();
+}
+
+Result<void> Proxy::Parts::give_name(Device& device, std::string name, std::string area, OwnerId by) {
+  std::swap(device.given_name, name);
+  std::swap(device.given_area, area);
+  if (auto done = memory.named(device); !done) {
+    device.given_name = std::move(name);
+    device.given_area = std::move(area);
+    return fail(done.error().code, fmt::format("{} keeps its name: {}", device.key, done.error().text));
+  }
+  if (directory.take_name(device)) mirror.described(device);
+  around.log.info(fmt::format("{} is called {} in area {} by {}, id {}", device.key, model::quoted(device.name),
+                              model::quoted(device.area), commander_name(around, by), number(by)));
+  return {};
+}
+
+}  // namespace rubicon::proxy

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace rubicon::runtime {
+
+/// A place in a YAML text, line and column (bytes) from 1, and what is wrong there in words for its author.
+struct YamlFault {
+  int line = 1;
+  int column = 1;
+  std::string text;
+};
+
+/// A quote that opens and never closes; the parser takes such a text. Cost: one pass.
+std::optional<YamlFault> unclosed_quote(std::string_view text);
+
+/// What made the parser refuse a text: brackets and quotes where they open, other faults where the parser stopped or in
+/// the line before it, in words of ours. `parsers` is what the parser said.
+YamlFault explain_yaml_fault(std::string_view text, const YamlFault& parsers);
+
+}  // namespace rubicon::runtime

@@ -1,0 +1,50 @@
+#include "tuples/dds/held_frames.h"
+
+#include <vector>
+
+namespace rubicon::tuples::dds {
+
+bool HeldFrames::add(const Sender& sender, ByteView content, SteadyTime now) {
+  const auto size = cost(content.size());
+  const auto known = bytes_of_.find(sender.participant);
+  const auto before = known == bytes_of_.end() ? 0 : known->second;
+  if (before + size > kMostOfOne || bytes_ + size > kMostOfAll) return false;
+  all_.push_back({sender, Bytes(content.begin(), content.end()), now});
+  bytes_of_[sender.participant] += size;
+  bytes_ += size;
+  return true;
+}
+
+void HeldFrames::forget(const Held& held) {
+  const auto size = cost(held.content.size());
+  bytes_ -= size;
+  const auto found = bytes_of_.find(held.sender.participant);
+  found->second -= size;
+  if (found->second == 0) bytes_of_.erase(found);
+}
+
+std::vector<Bytes> HeldFrames::take(const Sender& sender) {
+  std::vector<Bytes> contents;
+  for (auto& held : all_) {
+    if (held.sender != sender) continue;
+    forget(held);
+    contents.push_back(std::move(held.content));
+  }
+  std::erase_if(all_, [&sender](const Held& held) { return held.sender == sender; });
+  return contents;
+}
+
+void HeldFrames::drop_until(SteadyTime time) {
+  while (!all_.empty() && all_.front().since <= time) {
+    forget(all_.front());
+    all_.pop_front();
+  }
+}
+
+void HeldFrames::clear() {
+  all_.clear();
+  bytes_of_.clear();
+  bytes_ = 0;
+}
+
+}  // namespace rubicon::tuples::dds

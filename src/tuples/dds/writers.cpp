@@ -1,0 +1,64 @@
+#include "tuples/dds/writers.h"
+
+#include <algorithm>
+#include <charconv>
+#include <string_view>
+#include <vector>
+
+namespace rubicon::tuples::dds {
+
+namespace {
+
+/// `<source>.<target>`, as components name the partition of a channel.
+std::optional<OwnerId> source_of(const dds_qos_t* qos) {
+  std::uint32_t count = 0, id = 0;
+  char** names = nullptr;
+  std::optional<OwnerId> source;
+  if (dds_qget_partition(qos, &count, &names) && count == 1) {
+    const std::string_view name = names[0];
+    const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), id);
+    if (error == std::errc() && end != name.data() + name.size() && *end == '.') source = OwnerId(id);
+  }
+  for (std::uint32_t i = 0; i < count; ++i) dds_free(names[i]);
+  dds_free(names);
+  return source;
+}
+
+std::set<dds_instance_handle_t> matched(dds_entity_t reader) {
+  std::vector<dds_instance_handle_t> all(256);
+  while (true) {
+    const auto count = dds_get_matched_publications(reader, all.data(), all.size());
+    if (count < 0) return {};
+    if (static_cast<std::size_t>(count) <= all.size()) return {all.begin(), all.begin() + count};
+    all.resize(2 * static_cast<std::size_t>(count));
+  }
+}
+
+}  // namespace
+
+std::set<dds_instance_handle_t> matched_writers(std::initializer_list<dds_entity_t> readers) {
+  std::set<dds_instance_handle_t> there;
+  for (const auto reader : readers) there.merge(matched(reader));
+  return there;
+}
+
+const Writer* Writers::find(dds_entity_t reader, dds_instance_handle_t publication) {
+  if (const auto known = known_.find(publication); known != known_.end()) return &known->second;
+  auto* endpoint = dds_get_matched_publication_data(reader, publication);
+  if (!endpoint) return nullptr;
+  Writer writer;
+  std::copy(std::begin(endpoint->participant_key.v), std::end(endpoint->participant_key.v), writer.participant.begin());
+  writer.source = source_of(endpoint->qos);
+  dds_builtintopic_free_endpoint(endpoint);
+  return &known_.emplace(publication, writer).first->second;
+}
+
+std::set<Participant> Writers::keep_only(const std::set<dds_instance_handle_t>& there) {
+  std::erase_if(known_, [&there](const auto& one) { return !there.contains(one.first); });
+  long_ = 2 * known_.size() + kFew;
+  std::set<Participant> remaining;
+  for (const auto& one : known_) remaining.insert(one.second.participant);
+  return remaining;
+}
+
+}  // namespace rubicon::tuples::dds

@@ -1,0 +1,195 @@
+#include "apps/rubicon/island_findings.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cctype>
+#include <fstream>
+#include <sstream>
+
+namespace rubicon::cli {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using Grade = Finding::Grade;
+
+constexpr WallTime kNow{std::chrono::seconds(1'767'225'600)};
+
+client::Network network(const std::string& line, const std::string& reason = "") {
+  client::Network one;
+  one.island = OwnerId(6541);
+  one.prefix = "proxy";
+  one.id = "knx-hall";
+  one.line = {line, reason, kNow - 5min, 12, kNow + 20s};
+  one.devices = one.reachable = 3;
+  return one;
+}
+
+IslandSeen island() {
+  IslandSeen seen;
+  seen.island.id = OwnerId(6541);
+  seen.island.summary.name = "home";
+  seen.island.summary.host = "attic";
+  seen.answers = true;
+  return seen;
+}
+
+IslandSeen with(const client::Network& one) {
+  auto seen = island();
+  seen.before = seen.now = {one};
+  return seen;
+}
+
+TEST(IslandFindings, ALineThatIsDownIsAProblemWithItsReasonAndAdvice) {
+  const auto found = check_lines(with(network("down", "connection refused")), kNow).at(0);
+  EXPECT_EQ(found.grade, Grade::kProblem);
+  EXPECT_EQ(found.check, "line");
+  EXPECT_EQ(found.what, "network knx-hall of island 6541 home: down for 5min: connection refused");
+  EXPECT_THAT(found.mend, HasSubstr("12 attempts so far, next attempt in 20s"));
+  EXPECT_THAT(found.mend, HasSubstr("networks: knx-hall:"));
+}
+
+TEST(IslandFindings, ALineThatDoesNotOpenIsAProblemAfterAWhile) {
+  auto opening = network("connecting");
+  EXPECT_EQ(check_lines(with(opening), kNow).at(0).grade, Grade::kProblem);
+  opening.line.since = kNow - 3s;
+  EXPECT_EQ(check_lines(with(opening), kNow).at(0).grade, Grade::kNote);
+  EXPECT_EQ(check_lines(with(network("refused", "all tunnels taken")), kNow).at(0).grade, Grade::kProblem);
+}
+
+TEST(IslandFindings, ALineThatIsUpOrARecordingThatEndedIsGood) {
+  EXPECT_EQ(check_lines(with(network("up")), kNow).at(0).grade, Grade::kGood);
+  EXPECT_EQ(check_lines(with(network("ended", "end of the recording")), kNow).at(0).grade, Grade::kGood);
+  EXPECT_EQ(check_lines(with(network("up", "nothing answers")), kNow).at(0).grade, Grade::kNote);
+}
+
+TEST(IslandFindings, DevicesThatCannotBeReachedAreNamedWhereTheLineIsNotTheReason) {
+  auto one = network("up");
+  EXPECT_THAT(check_devices(with(one)), IsEmpty());
+  one.reachable = 1;
+  EXPECT_THAT(check_devices(with(one)).at(0).what, HasSubstr("2 of 3 devices cannot be reached"));
+  one.line.line = "down";
+  EXPECT_THAT(check_devices(with(one)), IsEmpty());
+}
+
+TEST(IslandFindings, ALossThatGrowsIsAProblemOneFromBeforeANote) {
+  auto seen = with(network("up"));
+  seen.numbers_before = {{"state-failures", 10}, {"gateway-delivered", 5}, {"gateway-malformed", 0}};
+  seen.numbers = {{"state-failures", 13}, {"gateway-delivered", 900}, {"gateway-malformed", 0}};
+  seen.before[0].properties = {{"dropped-readings", "7"}, {"line", "up"}};
+  seen.now[0].properties = {{"dropped-readings", "7"}, {"line", "up"}};
+  const auto found = check_losses(seen);
+  ASSERT_EQ(found.size(), 2U);
+  EXPECT_EQ(found[0].grade, Grade::kProblem);
+  EXPECT_THAT(found[0].what, HasSubstr("state-failures grew by 3 to 13"));
+  EXPECT_EQ(found[1].grade, Grade::kNote);
+  EXPECT_THAT(found[1].what, HasSubstr("network knx-hall of island 6541 home: dropped-readings = 7"));
+}
+
+TEST(IslandFindings, WithoutLossesAllIsGood) {
+  auto seen = with(network("up"));
+  seen.numbers_before = seen.numbers = {{"gateway-delivered", 5}, {"gateway-dropped-readings", 0}};
+  EXPECT_EQ(check_losses(seen).at(0).grade, Grade::kGood);
+}
+
+TEST(IslandFindings, LittleRoomForStateAndRecordingsIsAProblem) {
+  auto seen = island();
+  EXPECT_THAT(check_disks(seen), IsEmpty());
+  seen.numbers = {{"state-free-bytes", 99'000'000}, {"recorder-all-free-bytes", 5'000'000'000}};
+  const auto found = check_disks(seen);
+  ASSERT_EQ(found.size(), 2U);
+  EXPECT_EQ(found[0].grade, Grade::kGood);
+  EXPECT_THAT(found[0].what, HasSubstr("5000 MB free for recorder-all"));
+  EXPECT_EQ(found[1].grade, Grade::kProblem);
+  EXPECT_THAT(found[1].what, HasSubstr("99 MB free for its state file"));
+}
+
+TEST(IslandFindings, ARecorderThatDropsRecordsIsAProblem) {
+  auto seen = island();
+  seen.properties = {{"recorder-all-state", "recording"}, {"recorder-night-state", "dropping records: disk is full"}};
+  const auto found = check_disks(seen);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].grade, Grade::kProblem);
+  EXPECT_THAT(found[0].what, HasSubstr("recorder-night-state: dropping records: disk is full"));
+}
+
+TEST(IslandFindings, AClockThatIsOffIsAProblem) {
+  auto seen = island();
+  EXPECT_THAT(check_clock(seen, kNow), IsEmpty()) << "an older version does not tell";
+  const auto offset = [&](Duration by) {
+    seen.clock_offset = by;
+    return check_clock(seen, kNow).at(0);
+  };
+  EXPECT_EQ(offset(-1s).grade, Grade::kGood);
+  EXPECT_EQ(offset(3500ms).grade, Grade::kProblem);
+  EXPECT_THAT(offset(3500ms).what, HasSubstr("of island 6541 home (attic) is 3.5 s ahead of this one"));
+  EXPECT_THAT(offset(-3500ms).what, HasSubstr("3.5 s behind this one"));
+  EXPECT_THAT(offset(-1'767'225'000s).what, HasSubstr("was never set"));
+  EXPECT_THAT(check_clock(seen, WallTime(1h)).at(0).what, HasSubstr("the clock of this host says"));
+}
+
+TEST(IslandFindings, DevicesThatWaitForADecisionAreNamed) {
+  auto seen = island();
+  EXPECT_THAT(check_inbox(seen), IsEmpty());
+  seen.numbers = {{"inbox-waiting", 2}};
+  EXPECT_THAT(check_inbox(seen).at(0).what, HasSubstr("2 devices wait of island 6541 home for a decision"));
+  EXPECT_EQ(check_inbox(seen).at(0).mend, "rubicon inbox --island 6541");
+}
+
+TEST(IslandFindings, SayWhoCanCommandTheIsland) {
+  client::Options options;
+  EXPECT_THAT(check_access(island(), options).what,
+              HasSubstr("every local user of this host reads and commands island 6541"));
+  options.interfaces = {"eth0"};
+  EXPECT_THAT(check_access(island(), options).what, HasSubstr("`trust_lan: no` keeps out mistakes only"));
+}
+
+/// As GitHub makes it of a heading.
+std::string anchor_of(std::string heading) {
+  heading.erase(0, heading.find_first_not_of("# "));
+  std::string anchor;
+  for (const char c : heading) {
+    if (c == ' ') anchor += '-';
+    if (std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '-' || c == '_')
+      anchor += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  }
+  return anchor;
+}
+
+TEST(IslandFindings, PointToPagesAndHeadingsThatExistAndAreInstalled) {
+  std::ifstream packaging(RUBICON_SOURCE_DIR "/packaging/CMakeLists.txt");
+  const std::string installed{std::istreambuf_iterator<char>(packaging), {}};
+  for (const std::string name :
+       {"errors.md#lines-and-devices", "tuple-keys.md#devices-and-networks", "service.md", "errors.md"}) {
+    EXPECT_EQ(page(name), "docs/" + name) << "nothing is installed with the test program";
+    const auto file = name.substr(0, name.find('#'));
+    EXPECT_THAT(installed,
+                HasSubstr("install(DIRECTORY ${CMAKE_SOURCE_DIR}/docs DESTINATION ${CMAKE_INSTALL_DOCDIR})"));
+    std::ifstream text(RUBICON_SOURCE_DIR "/docs/" + file);
+    ASSERT_TRUE(text) << file;
+    bool found = name == file;
+    for (std::string line; std::getline(text, line);)
+      found = found || (line.starts_with("#") && file + "#" + anchor_of(line) == name);
+    EXPECT_TRUE(found) << name;
+  }
+}
+
+TEST(Losses, AreKnownByTheWordsOfTheirNames) {
+  for (const auto* name : {"dropped-readings", "state-failures", "recorder-all-dropped", "refused-busy", "bad-frames",
+                           "telegrams-lost", "undeliverable", "not-acknowledged", "unknown-devices"})
+    EXPECT_TRUE(counts_loss(name)) << name;
+  for (const auto* name : {"readings", "devices", "attempts", "next-attempt", "state-bytes", "state-free-bytes",
+                           "tuples-cached", "gateway-delivered", "inbox-waiting", "port", "gateway-duplicates"})
+    EXPECT_FALSE(counts_loss(name)) << name;
+}
+
+TEST(Losses, ACounterThatBeganAgainGrewFromZero) {
+  EXPECT_EQ(growth_of({{"a", 10}, {"b", 3}}, {{"a", 4}, {"b", 3}, {"c", 1}}), (Counters{{"a", 4}, {"c", 1}}));
+  EXPECT_EQ(losses_text({{"bad-frames", 5}, {"lost", 1}}, {{"lost", 1}}), "bad-frames 5, lost 1 (+1)");
+}
+
+}  // namespace
+}  // namespace rubicon::cli

@@ -1,0 +1,131 @@
+#include "examples/demo_island.h"
+
+#include <unistd.h>
+
+#include <csignal>
+#include <cstdlib>
+#include <fstream>
+
+namespace rubicon::examples {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+const std::string kPrograms = RUBICON_BINARY_DIR "/bin";
+const std::string kExamples = RUBICON_SOURCE_DIR "/examples";
+
+// As in ./run.
+const std::string kMotes =
+    "networks.wsn-flat={type: wsn, source: \"network@127.0.0.1:19202\", board: EM1000, sampling: read-updates, "
+    "actuators: assumed}";
+const std::string kKnx =
+    "networks.knx-demo={type: knx, host: 127.0.0.1, port: 13671, groups: {1/0/1: {dpt: 1.001, kind: actuator, state: "
+    "1/0/2, name: Hall lamp}, 1/2/7: {dpt: 9.001, name: Hall temperature}}}";
+
+// What pages name besides: mote 7 of wsn-1, and devices that wait for a decision.
+const std::string kOtherMotes =
+    "networks.wsn-1={type: wsn, source: \"network@127.0.0.1:19207\", board: EM1000, sampling: read-updates, actuators: "
+    "assumed}";
+const std::string kWaiting = "networks.dummy-new={type: dummy, simulate: {guest: {}, stranger: {}}}";
+const std::string kAsk = "discovery={rules: [{network: dummy-new, new-devices: ask}]}";
+
+bool is_there(const char* program) {
+  return daemon::run_to_end({"sh", "-c", std::string("command -v ") + program}).code == 0;
+}
+
+}  // namespace
+
+DemoIsland::DemoIsland() : folder_(fs::temp_directory_path() / ("rubicon_examples_" + std::to_string(::getpid()))) {
+  if (!network_.entered()) return;
+  write_files();
+  has_knx_ = is_there("knxd") && is_there("knxtool");
+  const auto start = [this](std::vector<std::string> words) {
+    running_.push_back(std::make_unique<daemon::Process>(std::move(words)));
+  };
+  start({kPrograms + "/salad-simulator", kExamples + "/home.yaml", "--bind", "127.0.0.1", "--script",
+         kExamples + "/salad.script", "--log-level", "error"});
+  const auto motes = [&](const char* count, const char* port) {
+    start({kPrograms + "/rubicon-motes", "--motes", count, "--board", "EM1000", "--obey", "--updates", "--wait",
+           "--port", port, "--script", kExamples + "/motes.script"});
+  };
+  motes("6", "19202");
+  motes("8", "19207");
+  std::vector<std::string> island{kPrograms + "/rubicon-proxy",
+                                  "run",
+                                  kExamples + "/home.yaml",
+                                  "--set",
+                                  kMotes,
+                                  "--set",
+                                  kOtherMotes,
+                                  "--set",
+                                  kWaiting,
+                                  "--set",
+                                  kAsk,
+                                  "--set",
+                                  "state.file=" + (folder_ / "demo.state").string(),
+                                  "--shell",
+                                  "--log-level",
+                                  "error"};
+  if (has_knx_) {
+    // knxd joins its group at the interface of the default route.
+    daemon::run_to_end({"sh", "-ec",
+                        "ip link add veth0 type veth peer name veth1; ip address add 10.57.0.1/24 dev veth0;"
+                        "ip link set veth0 up; ip link set veth1 up; ip route add default dev veth0"});
+    start({kExamples + "/knx-bus.sh"});
+    island.insert(island.end(), {"--set", kKnx});
+  }
+  start(std::move(island));
+  auto& shell = *running_.back();
+  // As the live table of ./run, it wants all sensors. Its motes join one after the other.
+  shell.write("subscribe proxy.*.*.sensor.*.value min=1s\n");
+  for (const auto* key : {"proxy.wsn-flat.1.status", "proxy.wsn-1.7.status", "proxy.dummy-rooms.living.status"}) {
+    for (int i = 0; i < 300; ++i) {
+      shell.write(std::string("get ") + key + "\n");
+      const auto line = shell.line_with("\"ok\"");
+      if (line && line->find("\\\"reachable\\\"") != line->npos) break;
+      ::usleep(100'000);
+    }
+  }
+}
+
+DemoIsland::~DemoIsland() {
+  for (const auto& one : running_) one->signal(SIGTERM);
+  running_.clear();
+  std::error_code ignored;
+  fs::remove_all(folder_, ignored);
+}
+
+void DemoIsland::write_files() const {
+  fs::remove_all(folder_);
+  fs::create_directories(folder_ / ".zfunc");
+  fs::copy(kExamples, folder_ / "examples", fs::copy_options::recursive);  // examples write into it
+  const auto write = [this](const char* name, const std::string& text) {
+    std::ofstream(folder_ / name, std::ios::binary) << text;
+  };
+  write("home.yaml",
+        "island: {id: 7, name: home}\nstate: {file: home.state}\nnetworks:\n  dummy-1: {type: dummy, simulate: {hall: "
+        "{}}}\n");
+  write("island.yaml", "island: {id: 8}\nnetworks:\n  dummy-1: {type: dummy, simulate: {hall: {}}}\n");
+  write("map.png", "not a picture");
+  const std::string addresses =
+      "\"Group name\",\"Address\",\"Central\",\"Unfiltered\",\"Description\",\"DatapointType\",\"Security\"\n"
+      "\"Hall lamp\",\"1/0/1\",\"\",\"\",\"\",\"DPST-1-1\",\"Auto\"\n";
+  for (const auto* name : {"flat.csv", "new.csv", "newer.csv"}) write(name, addresses);
+}
+
+std::vector<std::string> DemoIsland::command(const std::string& line, int seconds) const {
+  return {"env",
+          "PATH=" + kPrograms + ":" + ::getenv("PATH"),
+          "HOME=" + folder_.string(),
+          "timeout",
+          "--preserve-status",
+          "--signal=INT",
+          "--kill-after=10",
+          std::to_string(seconds),
+          "bash",
+          "-c",
+          "set -o pipefail; cd " + folder_.string() + "; " + line};
+}
+
+}  // namespace rubicon::examples

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "daemon/private_network.h"
+#include "daemon/process.h"
+
+namespace rubicon::examples {
+
+/// What `./run` starts, in a network of its own, and a folder with the files that examples name.
+class DemoIsland {
+ public:
+  DemoIsland();
+  ~DemoIsland();
+  DemoIsland(const DemoIsland&) = delete;
+  DemoIsland& operator=(const DemoIsland&) = delete;
+
+  /// Empty: it runs. Else why it cannot be run here.
+  const std::string& reason() const { return network_.reason(); }
+  bool has_knx() const { return has_knx_; }
+  const std::filesystem::path& folder() const { return folder_; }
+
+  /// A shell command line in that folder, ended with SIGINT after so many seconds.
+  std::vector<std::string> command(const std::string& line, int seconds) const;
+
+ private:
+  void write_files() const;
+
+  daemon::PrivateNetwork network_;
+  std::filesystem::path folder_;
+  bool has_knx_ = false;
+  std::vector<std::unique_ptr<daemon::Process>> running_;
+};
+
+}  // namespace rubicon::examples

@@ -1,0 +1,229 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <fstream>
+#include <iterator>
+#include <memory>
+
+#include "examples/demo_island.h"
+#include "examples/examples_in_text.h"
+
+namespace rubicon::examples {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+std::string read_text(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+TEST(ExamplesInText, OfAPageAreTheLinesOfItsCodeThatBeginWithAProgram) {
+  const auto found = examples_of_page("page",
+                                      "text rubicon no\n\n    $ rubicon ls    # comment\n    output\n\n"
+                                      "```\nbuild/release/bin/rubicon-proxy networks\n```\nrubicon no\n"
+                                      "    ./run\n    rubicon::client no;\n    rubicon-proxy check FILE\n");
+  EXPECT_THAT(found, ElementsAre(Example{"page:3", "rubicon ls    # comment"},
+                                 Example{"page:7", "rubicon-proxy networks"}, Example{"page:10", "./run"}));
+}
+
+TEST(ExamplesInText, OfHelpAreTheLinesBelowItsExamples) {
+  EXPECT_THAT(examples_of_help("h", "rubicon [OPTIONS]\nExamples:\n  rubicon ls '6541:**' --json\n"),
+              ElementsAre(Example{"h", "rubicon ls '6541:**' --json"}));
+  EXPECT_THAT(examples_of_help("m", ".B rubicon\n.SH EXAMPLES\nrubicon run \\-\\-shell\n"),
+              ElementsAre(Example{"m", "rubicon run --shell"}));
+}
+
+TEST(ExamplesInText, ASynopsisIsNone) {
+  for (const auto* line :
+       {"rubicon-proxy run FILE [--set X]...", "rubicon COMMAND --help", "rubicon-proxy state FILE show"})
+    EXPECT_TRUE(is_synopsis(line)) << line;
+  for (const auto* line : {"rubicon record home.rec", "rubicon ls # FILE", "rubicon set x 'FILE'"})
+    EXPECT_FALSE(is_synopsis(line)) << line;
+}
+
+/// What is not run as it stands, and why.
+struct Exception {
+  const char* part;  ///< of the command line
+  const char* why;
+};
+constexpr Exception kNotRun[] = {
+    {"192.168.1.10", "a KNX interface of somebody's house"},
+    {"rubicon knx discover", "a KNX interface on a network with multicast"},
+    {"/etc/rubicon/", "a file of the machine's administrator"},
+    {"| man -l -", "man need not be installed"},
+    {"| jq ", "jq need not be installed"},
+};
+
+/// Ends with another code than 0, which the page of exit codes names.
+struct Code {
+  const char* part;
+  int code;
+  const char* why;
+};
+constexpr Code kCodes[] = {
+    {"doctor --interfaces eth0", 1, "there is no such interface here: that is the problem it finds"},
+    {"send 6541 --type image", 3, "nobody on the demo's island waits for images, which the answer says"},
+};
+
+/// Runs until somebody ends it.
+bool is_endless(const std::string& line) {
+  for (const auto* part : {"rubicon watch", "rubicon top", "rubicon record", "rubicon receive", "rubicon publish",
+                           "rubicon-proxy run", "rubicon-motes --port", "rubicon knx monitor", "salad-simulator "}) {
+    if (line.starts_with(part)) return line.find(" | ") == line.npos;
+  }
+  return false;
+}
+
+/// What has to be there beside it: another component, as the text around the example says.
+std::string beside(const std::string& line) {
+  if (line.find("70001:robot.") != line.npos) {
+    const auto key = line.substr(line.find("robot."), line.find(' ', line.find("robot.")) - line.find("robot."));
+    return "rubicon publish " + key + " start --id 70001 --open";
+  }
+  if (line.starts_with("rubicon send 70001") || line.find("send robot") != line.npos)
+    return "rubicon receive --id 70001 --name robot";
+  return "";
+}
+
+std::vector<Example> all_examples() {
+  std::vector<Example> all;
+  const auto add = [&all](std::vector<Example> more) { std::move(more.begin(), more.end(), std::back_inserter(all)); };
+  const fs::path source = RUBICON_SOURCE_DIR;
+  add(examples_of_page("README.md", read_text(source / "README.md")));
+  std::vector<fs::path> pages;
+  for (const auto& page : fs::directory_iterator(source / "docs")) {
+    if (page.path().extension() == ".md") pages.push_back(page.path());
+  }
+  std::sort(pages.begin(), pages.end());
+  for (const auto& page : pages) add(examples_of_page("docs/" + page.filename().string(), read_text(page)));
+  add(examples_of_help("rubicon-proxy(1)", read_text(source / "packaging/man/rubicon-proxy.1")));
+  // rubicon(1) is made of what --help of each command says.
+  const auto manual = daemon::run_to_end({RUBICON_BINARY_DIR "/bin/rubicon", "manual"});
+  add(examples_of_help("rubicon(1)", manual.output));
+  add(examples_of_help("rubicon --help", daemon::run_to_end({RUBICON_BINARY_DIR "/bin/rubicon", "--help"}).output));
+  return all;
+}
+
+const char* reason_not_to_run(const Example& example, bool knx) {
+  for (const auto& exception : kNotRun) {
+    if (example.line.find(exception.part) != example.line.npos) return exception.why;
+  }
+  const bool bus = example.line.find("rubicon knx ") != example.line.npos &&
+                   example.line.find("code ") == example.line.npos && example.line.find("import") == example.line.npos;
+  const bool bus_device = example.line.find("1_0_1.") != example.line.npos ||
+                          example.line.find("'knx*'") != example.line.npos ||
+                          example.line.find("1_2_7.") != example.line.npos;
+  return (bus || bus_device) && !knx ? "there is no knxd here" : nullptr;
+}
+
+int wanted_code(const Example& example) {
+  for (const auto& one : kCodes) {
+    if (example.line.find(one.part) != example.line.npos) return one.code;
+  }
+  return 0;
+}
+
+/// `./run` builds first and then runs this. Islands run in a domain of their own, and motes on another port: those of
+/// the example are the demo's.
+std::string runnable(const std::string& line, std::size_t domain) {
+  if (line.starts_with("rubicon-motes --motes")) return "rubicon-motes --port 19303" + line.substr(13);
+  auto command = line;
+  if (line.starts_with("./run")) {
+    const auto rest = line.substr(5);
+    const bool named = rest.starts_with(" ") && !rest.starts_with(" -");
+    command = "rubicon-proxy run" + (named ? rest : " examples/home.yaml" + rest);
+  }
+  const auto comment = command.find(" #");
+  if (command.starts_with("rubicon-proxy run"))
+    command = command.substr(0, comment) + " --set tuples.engine=dds --set tuples.domain=" + std::to_string(domain);
+  return command;
+}
+
+/// The demo island and every example, run beside it.
+class EveryExample : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (!demo_.reason().empty()) GTEST_SKIP() << demo_.reason();
+  }
+
+  static void judge(const Example& example, const daemon::Outcome& outcome) {
+    constexpr int kNotGood = 10;  // `get` of a sensor that is not sampled at the moment
+    if (example.line.starts_with("rubicon get ") && outcome.code == kNotGood) {
+      EXPECT_THAT(outcome.errors, testing::HasSubstr(" is ")) << example.line;
+      return;
+    }
+    // Examples before it send messages that no device takes: the doctor counts them as losses.
+    const bool found_losses = outcome.code == 1 && example.line.starts_with("rubicon doctor") &&
+                              outcome.output.find("loss") != std::string::npos;
+    constexpr int kInterrupted = 130;  // the shell around a program that runs until it is ended
+    if (found_losses || outcome.code == kInterrupted) return;
+    EXPECT_EQ(outcome.code, wanted_code(example)) << example.place << ": " << example.line << "\n"
+                                                  << outcome.output.substr(0, 4000) << outcome.errors;
+  }
+
+  static daemon::Outcome ended(daemon::Process& process) {
+    daemon::Outcome outcome;
+    while (const auto line = process.line()) outcome.output += *line + "\n";
+    outcome.code = process.exit_code();
+    outcome.errors = process.errors();
+    return outcome;
+  }
+
+  daemon::Outcome run(const Example& example) const {
+    std::unique_ptr<daemon::Process> other;
+    if (const auto line = beside(example.line); !line.empty()) {
+      other = std::make_unique<daemon::Process>(demo_.command(line, kLong));
+      while (daemon::run_to_end(demo_.command("rubicon islands --all | grep -q 70001", kLong)).code != 0) {
+        if (!testing::Test::HasFailure() && ++waited_ > 50) ADD_FAILURE() << line << " is not there";
+        if (waited_ > 50) break;
+      }
+    }
+    const auto outcome = daemon::run_to_end(demo_.command(runnable(example.line, 9), kLong));
+    if (other) other->signal(SIGTERM);
+    if (other) other->exit_code();
+    return outcome;
+  }
+
+  static constexpr int kLong = 60;  ///< for what ends by itself, in seconds
+  static constexpr int kShort = 5;  ///< for what does not
+  static constexpr std::size_t kAtATime = 8;
+  DemoIsland demo_;
+  mutable int waited_ = 0;
+};
+
+TEST_F(EveryExample, EndsAsItShould) {
+  std::vector<Example> endless;  // those in a row run at the same time
+  std::size_t run_to_end = 0, run_for_a_while = 0, skipped = 0;
+  const auto run_endless = [&] {
+    std::vector<std::unique_ptr<daemon::Process>> running;
+    for (const auto& example : endless) {
+      const auto line = runnable(example.line, 10 + run_for_a_while++);
+      running.push_back(std::make_unique<daemon::Process>(demo_.command(line, kShort)));
+    }
+    for (std::size_t i = 0; i < endless.size(); ++i) judge(endless[i], ended(*running[i]));
+    endless.clear();
+  };
+  for (const auto& example : all_examples()) {
+    if (reason_not_to_run(example, demo_.has_knx())) {
+      ++skipped;
+    } else if (is_endless(runnable(example.line, 0))) {
+      endless.push_back(example);
+      if (endless.size() == kAtATime) run_endless();
+    } else {
+      run_endless();
+      judge(example, run(example));
+      ++run_to_end;
+    }
+  }
+  run_endless();
+  EXPECT_GT(run_to_end, 50U);
+  EXPECT_GT(run_for_a_while, 12U);
+  EXPECT_LT(skipped, demo_.has_knx() ? 20U : 35U);
+}
+
+}  // namespace
+}  // namespace rubicon::examples
