@@ -24,7 +24,7 @@ namespace {
 constexpr int kDevices = 10000;
 constexpr int kSensors = 4;
 constexpr int kMessagesPerTurn = 100;
-constexpr OwnerId kIsland{6541};
+constexpr OwnerId kPipelineIsland{6541};
 
 struct NoTransports final : transport::Transports {
   Result<std::unique_ptr<transport::FileSource>> open_file(const std::string& path) override {
@@ -83,7 +83,7 @@ struct Island {
     ConfigErrors errors;
     ConfigReader reader(options, "networks.wsn-1", errors);
     const network::NetworkType type{"feed", "", "", &Feed::make};
-    std::ignore = networks.add(type, {"wsn-1", kIsland, reader, types, {}});
+    std::ignore = networks.add(type, {"wsn-1", kPipelineIsland, reader, types, {}});
     networks.start();
     model::Join join;
     for (const auto& sensor : sensors) {
@@ -92,7 +92,7 @@ struct Island {
     }
     for (int device = 0; device < kDevices; ++device) Feed::present->say(std::to_string(device), join);
     time.run_ready();
-    ears = space.subscribe({kIsland, "proxy.*.*.sensor.*.value"}, {}, [this](const tuples::Event& event) {
+    ears = space.subscribe({kPipelineIsland, "proxy.*.*.sensor.*.value"}, {}, [this](const tuples::Event& event) {
       ++heard;
       last_size = event.tuple.value.size();
     });
@@ -103,13 +103,13 @@ struct Island {
   base::NullLogSink log;
   VirtualScheduler time;
   tuples::MemoryEcology ecology{time};
-  std::unique_ptr<tuples::Link> link = *ecology.join(kIsland);
-  TupleSpace space{kIsland, time, *link};
+  std::unique_ptr<tuples::Link> link = *ecology.join(kPipelineIsland);
+  TupleSpace space{kPipelineIsland, time, *link};
   TypeCatalogue types;
   NoTransports transports;
   proxy::ProxyConfig config;
   gateway::Gateway gate{time, space, log};
-  network::Supervisor networks{kIsland, time, transports, log, gate};
+  network::Supervisor networks{kPipelineIsland, time, transports, log, gate};
   std::unique_ptr<proxy::Proxy> proxy;
   tuples::Handle ears;
   std::vector<PointId> sensors;

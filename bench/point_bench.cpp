@@ -20,7 +20,7 @@ namespace rubicon {
 namespace {
 
 template <class T>
-T must(Result<T> result) {
+T must_parse(Result<T> result) {
   if (!result) throw std::runtime_error(result.error().text);
   return std::move(*result);
 }
@@ -60,11 +60,11 @@ void memory_of_points(benchmark::State& state) {
     const auto before = in_use();
     auto island = [&] {
       auto config = runtime::read_island_config(
-          must(runtime::parse_yaml("island: {id: 6541, name: bench}\nlimits: {devices: 200000}\n"
-                                   "networks: {knx: {type: knx, host: 127.0.0.1, import: flat.csv}}\n",
-                                   "bench.yaml")),
+          must_parse(runtime::parse_yaml("island: {id: 6541, name: bench}\nlimits: {devices: 200000}\n"
+                                         "networks: {knx: {type: knx, host: 127.0.0.1, import: flat.csv}}\n",
+                                         "bench.yaml")),
           runtime::network_types(), errors);
-      return must(runtime::Island::make(std::move(config), scheduler, transports, log, ecology, errors));
+      return must_parse(runtime::Island::make(std::move(config), scheduler, transports, log, ecology, errors));
     }();
     island->start();
     scheduler.run_for(std::chrono::seconds(3));
@@ -73,10 +73,10 @@ void memory_of_points(benchmark::State& state) {
     island->space().list({OwnerId(6541), "**"},
                          [&](const TupleView& tuple) { all.emplace_back(tuple.key, tuple.value); });
     tuples = static_cast<double>(all.size());
-    const auto link = must(ecology.join(OwnerId(7)));
+    const auto link = must_parse(ecology.join(OwnerId(7)));
     const auto alone = in_use();
     TupleSpace space(OwnerId(7), scheduler, *link);
-    for (const auto& [key, value] : all) must(space.set(key, value));
+    for (const auto& [key, value] : all) must_parse(space.set(key, value));
     scheduler.run_ready();
     store_bytes = in_use() - alone;
   }

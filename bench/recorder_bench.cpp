@@ -26,10 +26,10 @@
 namespace rubicon {
 namespace {
 
-constexpr int kDevices = 10'000;
-constexpr int kSensors = 4;
-constexpr int kMessagesPerTurn = 100;
-constexpr OwnerId kIsland{6541};
+constexpr int kRecordedDevices = 10'000;
+constexpr int kRecordedSensors = 4;
+constexpr int kRecordedPerTurn = 100;
+constexpr OwnerId kRecordedIsland{6541};
 
 std::string scratch_file() {
   return (std::filesystem::temp_directory_path() / ("rubicon-bench-" + std::to_string(getpid()) + ".rec")).string();
@@ -58,7 +58,7 @@ struct Recorded {
   explicit Recorded(const std::vector<std::string>& patterns) {
     for (const auto* type : types.all()) {
       if (type->data != model::DataType::kReal || type->minimum > 0 || type->maximum < 200) continue;
-      if (type->report == model::Report::kState && sensors.size() < kSensors)
+      if (type->report == model::Report::kState && sensors.size() < kRecordedSensors)
         sensors.push_back({Kind::kSensor, type->id, "1"});
     }
     gate.connect(networks);
@@ -67,16 +67,16 @@ struct Recorded {
     options.kind = ConfigNode::Kind::kMap;
     ConfigErrors errors;
     ConfigReader reader(options, "networks.wsn-1", errors);
-    std::ignore = networks.add({"mouth", "", "", &Mouth::make}, {"wsn-1", kIsland, reader, types, {}});
+    std::ignore = networks.add({"mouth", "", "", &Mouth::make}, {"wsn-1", kRecordedIsland, reader, types, {}});
     networks.start();
     model::Join join;
     for (const auto& point : sensors) {
       join.capabilities.emplace_back();
       join.capabilities.back().point = point;
     }
-    for (int device = 0; device < kDevices; ++device) Mouth::present->say(std::to_string(device), join);
+    for (int device = 0; device < kRecordedDevices; ++device) Mouth::present->say(std::to_string(device), join);
     time.run_ready();
-    ears = space.subscribe({kIsland, "proxy.*.*.sensor.*.value"}, {{}, {}, 0, true},
+    ears = space.subscribe({kRecordedIsland, "proxy.*.*.sensor.*.value"}, {{}, {}, 0, true},
                            [this](const tuples::Event&) { ++heard; });
     if (!patterns.empty()) {
       runtime::RecorderSetup setup;
@@ -89,7 +89,7 @@ struct Recorded {
                                                      runtime::Recorder::Place{time, space, disk, log, "proxy", ""});
       recorder->start();
     }
-    for (int device = 0; device < kDevices; ++device) names.push_back(std::to_string(device));
+    for (int device = 0; device < kRecordedDevices; ++device) names.push_back(std::to_string(device));
     std::shuffle(names.begin(), names.end(), std::mt19937(42));
     time.run_for(std::chrono::seconds(5));
     heard = 0;
@@ -98,31 +98,31 @@ struct Recorded {
   /// `turns` of the loop with a hundred readings each, at 100,000 readings a second of virtual time.
   void feed(int turns) {
     for (int turn = 0; turn < turns; ++turn) {
-      for (int i = 0; i < kMessagesPerTurn; ++i, ++said) {
+      for (int i = 0; i < kRecordedPerTurn; ++i, ++said) {
         model::Updates updates;
         updates.readings.push_back(
-            {sensors[sensor % kSensors], 20.0 + static_cast<double>(said % 997) / 10, time.wall_now()});
+            {sensors[sensor % kRecordedSensors], 20.0 + static_cast<double>(said % 997) / 10, time.wall_now()});
         Mouth::present->say(names[next], std::move(updates));
         if (++next < names.size()) continue;
         next = 0;
         ++sensor;
       }
       time.run_ready();
-      time.run_for(std::chrono::microseconds(10) * kMessagesPerTurn);
+      time.run_for(std::chrono::microseconds(10) * kRecordedPerTurn);
     }
   }
 
   base::NullLogSink log;
   VirtualScheduler time;
   tuples::MemoryEcology ecology{time};
-  std::unique_ptr<tuples::Link> link = *ecology.join(kIsland);
-  TupleSpace space{kIsland, time, *link};
+  std::unique_ptr<tuples::Link> link = *ecology.join(kRecordedIsland);
+  TupleSpace space{kRecordedIsland, time, *link};
   TypeCatalogue types;
   transport::LocalTransports disk;
   proxy::ProxyConfig config;
   std::unique_ptr<runtime::Recorder> recorder;
   gateway::Gateway gate{time, space, log};
-  network::Supervisor networks{kIsland, time, disk, log, gate};
+  network::Supervisor networks{kRecordedIsland, time, disk, log, gate};
   std::unique_ptr<proxy::Proxy> proxy;
   tuples::Handle ears;
   std::vector<PointId> sensors;
@@ -223,7 +223,7 @@ void replay(benchmark::State& state) {
     CountingHost host;
     ConfigErrors errors;
     ConfigReader reader(options, "networks.log-1", errors);
-    auto network = networks::log::kType.make({"log-1", kIsland, reader, types, {}}, host);
+    auto network = networks::log::kType.make({"log-1", kRecordedIsland, reader, types, {}}, host);
     std::ignore = (*network)->open();
     while (!host.ended) host.time.run_for(std::chrono::milliseconds(1));
     readings += host.readings;

@@ -11,14 +11,28 @@ if(RUBICON_LLD)
   add_link_options(-fuse-ld=lld)
 endif()
 
+# Files of a target are compiled twelve at a time: most of the time goes into the headers of the libraries, not into our
+# own lines. Off: each file by itself, as clang-tidy and the check of includes need it.
+option(RUBICON_UNITY "Compile several files of a target as one" ON)
+if(RUBICON_UNITY)
+  set(CMAKE_UNITY_BUILD ON)
+  set(CMAKE_UNITY_BUILD_BATCH_SIZE 12)
+endif()
+
+option(RUBICON_WERROR "Warnings end the build: for whoever develops, not for whoever only runs it" ON)
+
 add_library(rubicon_options INTERFACE)
 target_include_directories(rubicon_options INTERFACE ${CMAKE_SOURCE_DIR}/src ${CMAKE_SOURCE_DIR}/include)
 target_compile_options(rubicon_options INTERFACE
-  -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion -Werror
+  -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion $<$<BOOL:${RUBICON_WERROR}>:-Werror>
   $<$<COMPILE_LANGUAGE:CXX>:-Wnon-virtual-dtor> $<$<COMPILE_LANGUAGE:CXX>:-Woverloaded-virtual>)
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   # Nobody replaces our functions at run time: g++ may then inline in position independent code as clang does anyway.
   target_compile_options(rubicon_options INTERFACE -fno-semantic-interposition)
+  if(RUBICON_UNITY)
+    # To g++ each .cpp of a batch looks like a header, and the names of one file stand before those of the next.
+    target_compile_options(rubicon_options INTERFACE $<$<COMPILE_LANGUAGE:CXX>:-Wno-subobject-linkage> -Wno-shadow -Wshadow=local)
+  endif()
   # g++ 12 reports overflows that are not there in inlined std::vector<uint8_t> and std::string code at -O2.
   target_compile_options(rubicon_options INTERFACE
     -Wno-error=stringop-overflow -Wno-error=array-bounds -Wno-error=restrict -Wno-error=maybe-uninitialized)
@@ -84,9 +98,9 @@ inline constexpr std::string_view kSample = R\"sample(${sample})sample\";
   target_link_libraries(rubicon_networks_${name} PUBLIC rubicon_network ${ARG_LINKS})
 endfunction()
 
-# tests/<folder>/*.cpp -> <folder>_test, run by CTest case by case.
+# tests/<folder>/*.cpp -> <folder>_test. COST: its seconds on a quiet machine, so that the longest begin first.
 function(rubicon_test folder)
-  cmake_parse_arguments(ARG "" "TIMEOUT" "LINKS" ${ARGN})
+  cmake_parse_arguments(ARG "" "TIMEOUT;COST" "LINKS" ${ARGN})
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${folder}/*.cpp)
   if(NOT sources)
     return()
@@ -102,4 +116,7 @@ function(rubicon_test folder)
   target_link_libraries(${target} PRIVATE ${ARG_LINKS} GTest::gmock GTest::gtest_main)
   add_test(NAME ${target} COMMAND ${target} --gtest_brief=1)
   set_tests_properties(${target} PROPERTIES TIMEOUT ${ARG_TIMEOUT})
+  if(ARG_COST)
+    set_tests_properties(${target} PROPERTIES COST ${ARG_COST})
+  endif()
 endfunction()

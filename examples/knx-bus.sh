@@ -10,7 +10,8 @@ bus=local:$work/bus.sock
 
 stop() {
   trap - EXIT INT TERM
-  for job in $(jobs -p); do kill -- "$job" 2>/dev/null || true; done
+  for job in $(jobs -p); do kill "$job" 2>/dev/null || true; done
+  wait
   rm -rf "$work"
 }
 trap 'code=$?; stop; exit "$code"' EXIT

@@ -42,6 +42,26 @@ install_without_starting() (
   fi
 )
 
+# show_progress FILE PATTERN PID: while the process runs, how far it is by the last line of the file that begins so; on a
+# terminal one line that changes, else a line each half a minute.
+show_progress() {
+  local file=$1 pattern=$2 pid=$3 now= shown= turns=0
+  while kill -0 "$pid" 2>/dev/null; do
+    sleep 0.2
+    turns=$((turns + 1))
+    now=$(tail -c 4000 "$file" 2>/dev/null | grep -E "$pattern" | tail -n 1 | grep -oE '[0-9]+/[0-9]+' | head -n 1) || true
+    [ -n "$now" ] && [ "$now" != "$shown" ] || continue
+    if [ -t 2 ]; then
+      printf '\r[%s] %s of %s ' "$(basename "$0")" "${now%/*}" "${now#*/}" >&2
+      shown=$now
+    elif [ $((turns % 150)) -eq 0 ]; then
+      say "${now%/*} of ${now#*/}"
+      shown=$now
+    fi
+  done
+  [ ! -t 2 ] || [ -z "$shown" ] || printf '\r\033[K' >&2
+}
+
 # build PRESET [TARGET...]
 build() {
   local preset=$1 directory=$root/build/$1
@@ -52,5 +72,7 @@ build() {
     mv "$root/build-$preset.log" "$directory/configure.log"
   fi
   say "building build/$preset"
-  cmake --build "$directory" --target "${@:-all}" >"$directory/build.log" 2>&1 || { tail -n 60 "$directory/build.log" >&2; say "building build/$preset failed: build/$preset/build.log"; exit 1; }
+  cmake --build "$directory" --target "${@:-all}" >"$directory/build.log" 2>&1 &
+  show_progress "$directory/build.log" '^\[[0-9]+/[0-9]+\]' $!
+  wait $! || { tail -n 60 "$directory/build.log" >&2; say "building build/$preset failed: build/$preset/build.log"; exit 1; }
 }

@@ -21,7 +21,7 @@ constexpr Duration kAfterAck = 1ms;
 /// True length of an acknowledgement, which the sink tells of its own ones only (wsn.md 5).
 constexpr std::uint8_t kAckCount = 6;
 constexpr std::size_t kJoinRequest = 6;
-constexpr std::size_t kAckJoin = 14;
+constexpr std::size_t kJoinAckSize = 14;
 constexpr std::uint8_t kSerialJoined = 0x10;
 
 }  // namespace
@@ -292,7 +292,7 @@ void SinkFirmware::on_join_request(const AirMessage& request) {
 }
 
 void SinkFirmware::on_ack_join(ByteView payload) {
-  if (payload.size() != kAckJoin || !joining_) return;
+  if (payload.size() != kJoinAckSize || !joining_) return;
   base::ByteReader reader(payload);
   const auto island = reader.u16_be();
   const auto sink = reader.u16_be();

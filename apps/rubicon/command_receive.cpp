@@ -10,7 +10,7 @@ namespace rubicon::cli {
 
 namespace {
 
-constexpr Duration kFarewell = std::chrono::milliseconds(300);
+constexpr Duration kLastWords = std::chrono::milliseconds(300);
 
 struct ReceiveOptions {
   AsOptions as;
@@ -62,7 +62,7 @@ int receive(Session& session, const ReceiveOptions& options) {
   session.run([&] { return options.count > 0 && received >= options.count; }, span_of(options.length, Duration::max()));
   // Who sent the last message has its answer before this program is gone; what comes now is refused.
   listening = {};
-  if (received > 0) session.run([] { return false; }, kFarewell);
+  if (received > 0) session.run([] { return false; }, kLastWords);
   return received == 0 && !session.interrupted() ? kNotThere : kGood;
 }
 

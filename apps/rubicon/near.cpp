@@ -17,7 +17,7 @@ namespace {
 /// Names that are offered.
 constexpr std::size_t kOffered = 3;
 /// Parts of the key of a point's tuple.
-constexpr std::size_t kPointParts = 6;
+constexpr std::size_t kValueParts = 6;
 
 /// `6541:` in front of the rest, which stays in `text`.
 std::string take_owner(std::string_view& text) {
@@ -43,7 +43,7 @@ std::multimap<std::string, std::string> spellings(const std::vector<client::Devi
       if (parts == 1) all.emplace(id, short_name);
       if (parts == 2) all.emplace(short_name, short_name);
       if (parts == 3) all.emplace(device.network + "." + short_name, device.network + "." + short_name);
-      if (parts == kPointParts - 1) {
+      if (parts == kValueParts - 1) {
         const auto key = fmt::format("{}.{}.{}", device.key(), kind, id);
         all.emplace(key, key);
       }
@@ -83,7 +83,7 @@ std::string near_tuple(Session& session, std::string_view typed, std::string_vie
   const auto owner = take_owner(key);
   const auto parts = model::key_parts(key).size();
   const auto patience = session.settings().patience;
-  if (parts <= 3 || parts == kPointParts - 1) {
+  if (parts <= 3 || parts == kValueParts - 1) {
     const auto found = near_point(session.client().devices({}, patience), key);
     if (!found.empty()) return found;
   }
@@ -93,7 +93,7 @@ std::string near_tuple(Session& session, std::string_view typed, std::string_vie
   if (!parsed) return {};
   std::vector<std::string> keys;
   for (const auto& tuple : session.read(*parsed)) {
-    const bool meant = parts != kPointParts || last.empty() || tuple.key.ends_with(last);
+    const bool meant = parts != kValueParts || last.empty() || tuple.key.ends_with(last);
     if (meant) keys.push_back(tuple.key);
   }
   return base::did_you_mean(key, keys);

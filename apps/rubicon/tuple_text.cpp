@@ -16,7 +16,7 @@ namespace {
 /// Of `<prefix>.<network>.<device>.<kind>.<id>.value`.
 constexpr std::size_t kPointParts = 6;
 
-bool is_point_kind(std::string_view part) {
+bool is_kind(std::string_view part) {
   return part == "sensor" || part == "actuator" || part == "property";
 }
 
@@ -111,7 +111,7 @@ std::string next_attempt_text(const LineStatus& line, WallTime now) {
 
 bool is_value_of_point(std::string_view key) {
   const auto parts = model::key_parts(key);
-  return parts.size() == kPointParts && is_point_kind(parts[3]) && parts[5] == "value";
+  return parts.size() == kPointParts && is_kind(parts[3]) && parts[5] == "value";
 }
 
 std::optional<Pattern> points_of(const Pattern& pattern) {

@@ -9,7 +9,7 @@ namespace rubicon::bench {
 namespace {
 
 constexpr std::uint32_t kFirstVisitor = 80'000;
-constexpr int kTuples = 500, kWarmUp = 100;
+constexpr int kVisitorTuples = 500, kWarmUp = 100;
 
 /// Of the main arena, where the loop allocates.
 double allocated_mb() {
@@ -30,7 +30,7 @@ double resident_at(const Json& stays, int visits) {
 Json keeper(const Meeting& meeting, const Json& options) {
   const int visits = options.at("visits"), step = options.at("step");
   Node node(kFirst, meeting);
-  for (int i = 0; i < kTuples; ++i)
+  for (int i = 0; i < kVisitorTuples; ++i)
     (void)node.space().set(fmt::format("proxy.hall.sensor.light-{}.value", i), value_of(0));
   const auto judge =
       node.space().judge({kFirst, "command"}, [](const tuples::RemoteSet&) { return tuples::Judgement::applied(); });

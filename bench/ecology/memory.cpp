@@ -8,13 +8,13 @@ namespace rubicon::bench {
 
 namespace {
 
-constexpr int kTuples = 1'000'000, kTaken = 10'000, kUpdates = 10;
+constexpr int kMemoryTuples = 1'000'000, kTaken = 10'000, kUpdates = 10;
 
 std::string mass_key(int index) {
   return fmt::format("proxy.wsn-{}.device-{}.sensor.light-{}.value", index / kTaken, index / 10 % 1000, index % 10);
 }
 
-double allocated_mb() {
+double heap_mb() {
   const auto all = ::mallinfo2();
   return static_cast<double>(all.uordblks + all.hblkhd) / 1e6;
 }
@@ -23,7 +23,7 @@ double allocated_mb() {
 
 Json holder(const Meeting& meeting, const Json&) {
   Node node(kFirst, meeting);
-  for (int i = 0; i < kTuples; ++i) (void)node.space().set(mass_key(i), value_of(0));
+  for (int i = 0; i < kMemoryTuples; ++i) (void)node.space().set(mass_key(i), value_of(0));
   int steps = 0;
   base::Timer rest;
   const auto pause = [&] {
@@ -32,7 +32,7 @@ Json holder(const Meeting& meeting, const Json&) {
   };
   pause();
   ::malloc_trim(0);  // what making the tuples left free must not hide what comes
-  const auto resident = resident_mb(), allocated = allocated_mb();
+  const auto resident = resident_mb(), allocated = heap_mb();
   const auto ready = node.space().subscribe({kSecond, "bench.ready"}, {}, [&](const tuples::Event&) {
     ++steps;
     node.finish();
@@ -40,7 +40,7 @@ Json holder(const Meeting& meeting, const Json&) {
   (void)node.space().set("bench.go", "yes");
   if (steps == 0) node.run(std::chrono::minutes(1));
   pause();
-  const auto quiet_resident = resident_mb(), quiet_allocated = allocated_mb();
+  const auto quiet_resident = resident_mb(), quiet_allocated = heap_mb();
   for (int update = 1; update <= kUpdates; ++update) {
     for (int i = 0; i < kTaken; ++i) (void)node.space().set(mass_key(7 * kTaken + i), value_of(1));
     rest = node.scheduler().after(std::chrono::milliseconds(100), [&] { node.finish(); });

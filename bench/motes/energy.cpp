@@ -11,7 +11,7 @@ namespace {
 using namespace std::chrono_literals;
 using namespace mote_simulator;
 
-constexpr int kMotes = 20;
+constexpr int kEnergyMotes = 20;
 
 /// Hears everything in a cell of the radio, and says nothing.
 class Listener final : public RadioNode {
@@ -60,7 +60,7 @@ class Listener final : public RadioNode {
 /// What the motes of a computer send that tells each to report once a second, and never anything else.
 std::uint64_t peer_reports(const Plan& plan) {
   VirtualScheduler time;
-  auto options = world_of(1, kMotes);
+  auto options = world_of(1, kEnergyMotes);
   options.wait_for_computer = false;
   World world(options, time);
   Listener listener;
@@ -75,14 +75,14 @@ std::uint64_t peer_reports(const Plan& plan) {
 }  // namespace
 
 void measure_energy(const Plan& plan, Json& out) {
-  VirtualRig rig(1, kMotes);
+  VirtualRig rig(1, kEnergyMotes);
   Listener listener;
   rig.world->radio().add(listener, {1});
   const auto island =
       start_island(island_of(ports_of(1), "silence: 60s, share: no"), rig.time, rig.transports, rig.ecology);
   Component component(rig.ecology, rig.time, 70001);
   rig.time.run_for(10s);
-  Json figures{{"motes", kMotes}, {"minutes", plan.quiet.count()}};
+  Json figures{{"motes", kEnergyMotes}, {"minutes", plan.quiet.count()}};
   figures["joining"] = listener.take();
   rig.time.run_for(plan.quiet);
   figures["before_the_first_subscriber"] = listener.take();

@@ -15,10 +15,10 @@ namespace {
 using namespace std::chrono_literals;
 using mote_simulator::Event;
 
-constexpr int kMotes = 200;
+constexpr int kRebootMotes = 200;
 /// Seven requests in three seconds (wsn.md 9.2), and what follows.
 constexpr auto kBetweenReboots = 4s;
-constexpr auto kPatience = 20min;
+constexpr auto kRebootPatience = 20min;
 
 mote_simulator::Step reboot_all() {
   return {};  // all motes, at once
@@ -82,7 +82,7 @@ class RealWorld {
 
  private:
   static mote_simulator::WorldOptions options(int sinks) {
-    auto options = world_of(sinks, kMotes / sinks);
+    auto options = world_of(sinks, kRebootMotes / sinks);
     options.boot_spacing = {};
     return options;
   }
@@ -108,7 +108,7 @@ Json listed(const Plan& plan, int sinks) {
   std::uint64_t unlisted = 0;
   const auto listener = island->gateway().subscribe(MessageKind::kJoin, [&](const Message& message) {
     const auto mote = static_cast<std::uint16_t>(std::stoi(message.source.device));
-    const auto sink = static_cast<std::uint16_t>((mote - 2) / (kMotes / sinks) + 1);
+    const auto sink = static_cast<std::uint16_t>((mote - 2) / (kRebootMotes / sinks) + 1);
     if (reachable(*island, sink, mote)) return world.joins.heard(mote);
     ++unlisted;
   });
@@ -163,7 +163,7 @@ Json found_again(int sinks) {
     if (event.what == "joined") believe.insert(event.mote);
     if (event.what == "listed") listed.insert(event.mote);
   };
-  VirtualRig rig(sinks, kMotes / sinks, {}, note);
+  VirtualRig rig(sinks, kRebootMotes / sinks, {}, note);
   const auto island =
       start_island(island_of(ports_of(sinks), "silence: 60s, share: no"), rig.time, rig.transports, rig.ecology);
   rig.time.run_for(2min);
@@ -182,7 +182,7 @@ Json found_again(int sinks) {
   rig.world->take(reboot_all());
   rig.time.run_ready();
   found.clear();
-  rig.time.run_for(kPatience);
+  rig.time.run_for(kRebootPatience);
   std::vector<double> seconds;
   std::uint64_t in_time = 0, later = 0, unheard = 0;
   for (const auto mote : believe) {
@@ -192,7 +192,7 @@ Json found_again(int sinks) {
     seconds.push_back(found[mote]);
     (found[mote] <= 60 ? in_time : later) += 1;
   }
-  return {{"motes", kMotes},
+  return {{"motes", kRebootMotes},
           {"believe_they_joined", believe.size()},
           {"joins_emitted", listed.size()},
           {"joined_unheard", unheard},
@@ -207,7 +207,7 @@ Json found_again(int sinks) {
 void measure_reboot(const Plan& plan, Json& out) {
   Json figures;
   for (const int sinks : {10, 1}) {
-    auto& one = figures[fmt::format("{}x{}", sinks, kMotes / sinks)];
+    auto& one = figures[fmt::format("{}x{}", sinks, kRebootMotes / sinks)];
     one["listed"] = listed(plan, sinks);
     one["floor_listed"] = floor_of(plan, sinks);
     one["found_again"] = found_again(sinks);

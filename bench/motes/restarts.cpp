@@ -15,9 +15,9 @@ using namespace std::chrono_literals;
 using mote_simulator::Event;
 
 constexpr int kSinks = 2;
-constexpr int kMotes = 20;
-constexpr auto kStep = 20ms;
-constexpr auto kPatience = 60s;
+constexpr int kRestartMotes = 20;
+constexpr auto kRestartStep = 20ms;
+constexpr auto kRestartPatience = 60s;
 
 /// Gone with all in it.
 class Folder {
@@ -46,9 +46,9 @@ class Restarts {
  public:
   explicit Restarts(bool remembers)
       : remembers_(remembers),
-        rig_(kSinks, kMotes, {}, [this](const Event& event) { boots_ += event.what == "boot"; }) {
+        rig_(kSinks, kRestartMotes, {}, [this](const Event& event) { boots_ += event.what == "boot"; }) {
     for (std::uint16_t sink = 1; sink <= kSinks; ++sink) {
-      for (int i = 0; i < kMotes / 2; ++i) {
+      for (int i = 0; i < kRestartMotes / 2; ++i) {
         const auto key = fmt::format("proxy.wsn-{}.{}.sensor.light-1.value", sink, first_of(sink) + i);
         demand_.push_back(component_->subscribe({kIslandOwner, key}, {}, [](const tuples::Event&) {}));
       }
@@ -75,7 +75,7 @@ class Restarts {
   }
 
  private:
-  static std::uint16_t first_of(int sink) { return static_cast<std::uint16_t>(2 + (sink - 1) * kMotes); }
+  static std::uint16_t first_of(int sink) { return static_cast<std::uint16_t>(2 + (sink - 1) * kRestartMotes); }
 
   void start() {
     auto state = remembers_ ? must(state::StateStore::open(folder_.file(), IslandId{kIsland})) : nullptr;
@@ -88,16 +88,16 @@ class Restarts {
     for (std::uint16_t mote = first_of(1); mote < first_of(kSinks + 1); ++mote) missing.insert(mote);
     outcome.motes += missing.size();
     const auto from = rig_.time.now();
-    while (!missing.empty() && rig_.time.now() < from + kPatience) {
-      rig_.time.run_for(kStep);
+    while (!missing.empty() && rig_.time.now() < from + kRestartPatience) {
+      rig_.time.run_for(kRestartStep);
       std::erase_if(missing, [&](std::uint16_t mote) {
-        const auto sink = static_cast<std::uint16_t>(1 + (mote - 2) / kMotes);
+        const auto sink = static_cast<std::uint16_t>(1 + (mote - 2) / kRestartMotes);
         if (!reachable(*island_, sink, mote)) return false;
         outcome.seconds.push_back(std::chrono::duration<double>(rig_.time.now() - from).count());
         return true;
       });
     }
-    outcome.back += static_cast<std::uint64_t>(kSinks * kMotes) - missing.size();
+    outcome.back += static_cast<std::uint64_t>(kSinks * kRestartMotes) - missing.size();
   }
 
   bool remembers_;
@@ -119,7 +119,7 @@ void measure_restarts(const Plan& plan, Json& out) {
     return rounded(static_cast<double>(one.back) / static_cast<double>(one.motes), 4);
   };
   out["restarts"] = {{"restarts", plan.restarts},
-                     {"motes", kSinks * kMotes},
+                     {"motes", kSinks * kRestartMotes},
                      {"mote_reboots", ours.reboots},
                      {"back_share", share(ours)},
                      {"back_s",

@@ -28,7 +28,7 @@ namespace {
 using namespace std::chrono_literals;
 using daemon::Process;
 
-constexpr int kMotes = 20;
+constexpr int kSinkMotes = 20;
 constexpr std::uint32_t kDomain = 198;
 /// 12 sensors; the other one has two.
 const std::string kLargestBoard = "EM1000", kSmallestBoard = "SE1000";
@@ -122,8 +122,8 @@ class Watcher {
 /// The motes, in a process of their own.
 std::unique_ptr<Process> simulator(const Plan& plan, const std::string& board) {
   auto process = std::make_unique<Process>(std::vector<std::string>{
-      RUBICON_BINARY_DIR "/bin/rubicon-motes", "--sinks", std::to_string(plan.sinks), "--motes", std::to_string(kMotes),
-      "--port", std::to_string(kFirstPort), "--board", board, "--wait"});
+      RUBICON_BINARY_DIR "/bin/rubicon-motes", "--sinks", std::to_string(plan.sinks), "--motes",
+      std::to_string(kSinkMotes), "--port", std::to_string(kFirstPort), "--board", board, "--wait"});
   for (int i = 0; i < plan.sinks; ++i) {
     if (!process->line()) throw std::runtime_error("rubicon-motes: " + process->errors());
   }
@@ -184,7 +184,7 @@ void measure(const Plan& plan, const std::string& folder, const std::string& boa
   const auto motes = simulator(plan, board);
   const Daemon daemon(folder, plan);
   Watcher watcher;
-  const auto wanted = static_cast<std::size_t>(plan.sinks * kMotes);
+  const auto wanted = static_cast<std::size_t>(plan.sinks * kSinkMotes);
   figures["motes"] = wanted;
   figures["listed"] = watcher.await(wanted);
   watcher.run(plan.silence / 2);  // from now on each mote is asked each half of the silence

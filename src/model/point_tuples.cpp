@@ -1,7 +1,6 @@
 #include "model/point_tuples.h"
 
-#include <cmath>
-#include <nlohmann/json.hpp>
+#include "model/json_members.h"
 
 namespace rubicon::model {
 
@@ -14,19 +13,6 @@ Tree parsed(std::string_view text) {
   return tree.is_object() ? tree : Tree::object();
 }
 
-std::string text_of(const Tree& tree, const char* name) {
-  const auto found = tree.find(name);
-  return found != tree.end() && found->is_string() ? found->get<std::string>() : std::string();
-}
-
-WallTime time_of(const Tree& tree, const char* name) {
-  constexpr double kLatest = 1e11;  // beyond the year 5000
-  const auto found = tree.find(name);
-  const auto seconds = found != tree.end() && found->is_number() ? found->get<double>() : 0;
-  if (!(seconds > 0 && seconds < kLatest)) return {};
-  return WallTime(std::chrono::microseconds(std::llround(seconds * 1e6)));
-}
-
 std::uint64_t count_of(const Tree& tree, const char* name) {
   const auto found = tree.find(name);
   return found != tree.end() && found->is_number_unsigned() ? found->get<std::uint64_t>() : 0;
@@ -36,10 +22,6 @@ std::uint64_t count_of(const Tree& tree, const char* name) {
 Tree seconds_of(WallTime time) {
   const auto micros = time.time_since_epoch().count();
   return micros % 1000000 == 0 ? Tree(micros / 1000000) : Tree(base::to_seconds(time));
-}
-
-std::string dump(const Tree& tree) {
-  return tree.dump(-1, ' ', false, Tree::error_handler_t::replace);
 }
 
 }  // namespace

@@ -1,8 +1,6 @@
 #include "rubicon/summary.hpp"
 
-#include <cmath>
-#include <nlohmann/json.hpp>
-
+#include "model/json_members.h"
 #include "rubicon/key.hpp"
 #include "rubicon/tuple.hpp"
 
@@ -14,25 +12,9 @@ using Tree = nlohmann::ordered_json;
 
 /// Longest text taken of a foreign summary.
 constexpr std::size_t kMaxText = 256;
-constexpr double kMicros = 1e6;
 
-std::string dump(const Tree& tree) {
-  return tree.dump(-1, ' ', false, Tree::error_handler_t::replace);
-}
-
-std::string text_of(const Tree& tree, const char* name) {
-  const auto found = tree.find(name);
-  if (found == tree.end() || !found->is_string()) return {};
-  return found->get<std::string>().substr(0, kMaxText);
-}
-
-WallTime time_of(const Tree& tree, const char* name) {
-  const auto found = tree.find(name);
-  if (found == tree.end() || !found->is_number()) return {};
-  const auto seconds = found->get<double>();
-  constexpr double kLatest = 1e11;  // beyond the year 5000
-  if (!(seconds > 0 && seconds < kLatest)) return {};
-  return WallTime(std::chrono::microseconds(std::llround(seconds * kMicros)));
+std::string short_text_of(const Tree& tree, const char* name) {
+  return text_of(tree, name).substr(0, kMaxText);
 }
 
 }  // namespace
@@ -56,10 +38,10 @@ Result<Summary> summary_from_json(std::string_view text) {
   if (!tree.is_object())
     return fail(ErrorCode::kInvalid, "summary of a component: expected a JSON object, got " + quoted(text));
   Summary summary;
-  summary.name = text_of(tree, "name");
-  summary.host = text_of(tree, "host");
-  summary.program = text_of(tree, "program");
-  summary.prefix = text_of(tree, "prefix");
+  summary.name = short_text_of(tree, "name");
+  summary.host = short_text_of(tree, "host");
+  summary.program = short_text_of(tree, "program");
+  summary.prefix = short_text_of(tree, "prefix");
   if (!check_key(summary.prefix)) summary.prefix.clear();
   summary.since = time_of(tree, "since");
   if (const auto networks = tree.find("networks"); networks != tree.end() && networks->is_object()) {

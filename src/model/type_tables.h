@@ -1,10 +1,14 @@
 #pragma once
 
+#include <limits>
 #include <span>
 
 #include "model/type_catalogue.h"
 
 namespace rubicon::model {
+
+/// No bound, in the columns of least and greatest value.
+inline constexpr double kNone = std::numeric_limits<double>::infinity();
 
 /// The built-in types, one table a theme; ids are for ever. The number ranges are listed in docs/types.md.
 std::span<const Type> mote_types();      ///< 0x0001..0x007f: transducers and actuators of the motes, activity sets

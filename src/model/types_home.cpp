@@ -4,12 +4,11 @@ namespace rubicon::model {
 
 namespace {
 
-constexpr double kNone = std::numeric_limits<double>::infinity();
 using enum DataType;
 using enum Report;
 
 // id, name, quantity, unit, data, minimum, maximum, report, words
-constexpr Type kTypes[] = {
+constexpr Type kHomeTypes[] = {
     {TypeId(0x0200), "switch", "switch", "1", kBoolean, -kNone, kNone, kState, ""},
     {TypeId(0x0201), "contact", "window or door", "1", kBoolean, -kNone, kNone, kState, "closed,open"},
     {TypeId(0x0203), "occupancy", "occupancy", "1", kBoolean, -kNone, kNone, kState, "free,occupied"},
@@ -113,7 +112,7 @@ constexpr Type kTypes[] = {
 }  // namespace
 
 std::span<const Type> home_types() {
-  return kTypes;
+  return kHomeTypes;
 }
 
 }  // namespace rubicon::model

@@ -4,12 +4,11 @@ namespace rubicon::model {
 
 namespace {
 
-constexpr double kNone = std::numeric_limits<double>::infinity();
 using enum DataType;
 using enum Report;
 
 // id, name, quantity, unit, data, minimum, maximum, report, words
-constexpr Type kTypes[] = {
+constexpr Type kMoteTypes[] = {
     {TypeId(0x0001), "light", "illuminance", "lx", kReal, 0.0, 1000000.0, kState, ""},
     {TypeId(0x0002), "temperature", "temperature", "Cel", kReal, -273.15, 2000.0, kState, ""},
     {TypeId(0x0003), "humidity", "relative humidity", "%", kReal, 0.0, 100.0, kState, ""},
@@ -38,7 +37,7 @@ constexpr Type kTypes[] = {
 }  // namespace
 
 std::span<const Type> mote_types() {
-  return kTypes;
+  return kMoteTypes;
 }
 
 }  // namespace rubicon::model

@@ -4,12 +4,11 @@ namespace rubicon::model {
 
 namespace {
 
-constexpr double kNone = std::numeric_limits<double>::infinity();
 using enum DataType;
 using enum Report;
 
 // id, name, quantity, unit, data, minimum, maximum, report, words
-constexpr Type kTypes[] = {
+constexpr Type kPropertyTypes[] = {
     {TypeId(0x0600), "rate", "sampling period", "ms", kInteger, 10.0, 86400000.0, kState, ""},
     {TypeId(0x0601), "dutyCycle", "duty cycle", "%", kReal, 0.0, 100.0, kState, ""},
     {TypeId(0x0602), "mask", "mask of transducers", "1", kInteger, 0.0, 65535.0, kState, ""},
@@ -48,7 +47,7 @@ constexpr Type kTypes[] = {
 }  // namespace
 
 std::span<const Type> property_types() {
-  return kTypes;
+  return kPropertyTypes;
 }
 
 }  // namespace rubicon::model

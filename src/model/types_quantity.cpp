@@ -4,12 +4,11 @@ namespace rubicon::model {
 
 namespace {
 
-constexpr double kNone = std::numeric_limits<double>::infinity();
 using enum DataType;
 using enum Report;
 
 // id, name, quantity, unit, data, minimum, maximum, report, words
-constexpr Type kTypes[] = {
+constexpr Type kQuantityTypes[] = {
     {TypeId(0x0401), "luminance", "luminance", "cd/m2", kReal, 0.0, kNone, kState, ""},
     {TypeId(0x0402), "luminousFlux", "luminous flux", "lm", kReal, 0.0, kNone, kState, ""},
     {TypeId(0x0403), "luminousIntensity", "luminous intensity", "cd", kReal, 0.0, kNone, kState, ""},
@@ -151,7 +150,7 @@ constexpr Type kTypes[] = {
 }  // namespace
 
 std::span<const Type> quantity_types() {
-  return kTypes;
+  return kQuantityTypes;
 }
 
 }  // namespace rubicon::model

@@ -4,12 +4,11 @@ namespace rubicon::model {
 
 namespace {
 
-constexpr double kNone = std::numeric_limits<double>::infinity();
 using enum DataType;
 using enum Report;
 
 // id, name, quantity, unit, data, minimum, maximum, report, words
-constexpr Type kTypes[] = {
+constexpr Type kRegisterTypes[] = {
     {TypeId(0x0100), "digitalInput", "digital input", "1", kBoolean, -kNone, kNone, kState, ""},
     {TypeId(0x0101), "analogueInput", "analogue input", "1", kReal, -kNone, kNone, kState, ""},
     {TypeId(0x0102), "unsigned1BitInput", "input register", "1", kInteger, 0.0, 1.0, kState, ""},
@@ -57,7 +56,7 @@ constexpr Type kTypes[] = {
 }  // namespace
 
 std::span<const Type> register_types() {
-  return kTypes;
+  return kRegisterTypes;
 }
 
 }  // namespace rubicon::model

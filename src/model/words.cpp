@@ -15,7 +15,7 @@ namespace {
 using Tree = nlohmann::ordered_json;
 using Words = std::vector<Word>;
 
-constexpr std::size_t kMaxText = 4096;
+constexpr std::size_t kLongestInput = 4096;
 
 char small(char c) {
   return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
@@ -135,7 +135,8 @@ std::string plain_word(std::string_view text) {
 }
 
 Result<std::uint32_t> bits_of(const Words& words, std::string_view text) {
-  if (text.size() > kMaxText) return fail(ErrorCode::kOutOfRange, fmt::format("{} bytes are no value", text.size()));
+  if (text.size() > kLongestInput)
+    return fail(ErrorCode::kOutOfRange, fmt::format("{} bytes are no value", text.size()));
   const auto json = Tree::parse(text, nullptr, false);
   if (json.is_discarded()) return bit_named(words, text);
   if (json.is_object()) return bits_in_object(words, json);
@@ -151,7 +152,8 @@ Json set_of(const Words& words, std::uint32_t raw) {
 }
 
 Result<Value> parse_words(const Type& type, const Words& words, std::string_view text) {
-  if (text.size() > kMaxText) return fail(ErrorCode::kOutOfRange, fmt::format("{}: {} bytes", type.name, text.size()));
+  if (text.size() > kLongestInput)
+    return fail(ErrorCode::kOutOfRange, fmt::format("{}: {} bytes", type.name, text.size()));
   auto value = type.data == DataType::kEnumeration ? enumeration_value(words, text) : set_value(words, text);
   if (!value) return fail(value.error().code, fmt::format("{}: {}", type.name, value.error().text));
   return value;

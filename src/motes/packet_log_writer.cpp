@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::size_t kHead = 13;
 /// Dispatch byte of a packet, and where its AM header has the payload's length (wsn.md 3).
-constexpr std::uint8_t kDispatch = 0;
+constexpr std::uint8_t kSerialDispatch = 0;
 constexpr std::size_t kShown = 16;
 
 }  // namespace
@@ -35,7 +35,7 @@ Result<void> check_packet_log(ByteView beginning) {
   const auto direction = reader.u8();
   const auto length = reader.u32_be();
   const auto dispatch = reader.u8();
-  if (reader.ok() && direction <= 1 && length >= kAmOverhead && length <= kMaxPacket && dispatch == kDispatch)
+  if (reader.ok() && direction <= 1 && length >= kAmOverhead && length <= kMaxPacket && dispatch == kSerialDispatch)
     return {};
   const auto shown = beginning.first(std::min(beginning.size(), kShown));
   return fail(ErrorCode::kInvalid,

@@ -13,7 +13,7 @@ namespace rubicon::proxy {
 
 namespace {
 
-constexpr std::size_t kLongestText = 4096;
+constexpr std::size_t kLongestCommand = 4096;
 
 std::optional<double> as_number(const Value& value) {
   if (const auto* whole = std::get_if<std::int64_t>(&value)) return static_cast<double>(*whole);
@@ -107,9 +107,9 @@ std::string command_text(const Command& command) {
 }
 
 Result<Value> parse_command(const Point& point, std::string_view text) {
-  if (text.size() > kLongestText) {
+  if (text.size() > kLongestCommand) {
     return fail(ErrorCode::kOutOfRange, fmt::format("{}: a command may have {} bytes, this one has {}",
-                                                    point.details->id, kLongestText, text.size()));
+                                                    point.details->id, kLongestCommand, text.size()));
   }
   const auto type = bounded(point);
   if (!point.type) return in_range(type, untyped(text));

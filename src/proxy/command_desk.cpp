@@ -22,11 +22,6 @@ bool newest_wins(const Point& point) {
   return !point.type || point.type->report == model::Report::kState;
 }
 
-std::string seconds_text(Duration span) {
-  const auto rounded = std::chrono::round<std::chrono::milliseconds>(span);  // of what was left after the way here
-  return fmt::format("{:g} s", std::chrono::duration<double>(rounded).count());
-}
-
 /// Why a command cannot be sent now.
 std::string why_it_waits(const Device& device) {
   const auto& network = *device.network;

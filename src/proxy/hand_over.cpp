@@ -14,20 +14,20 @@ namespace rubicon::proxy {
 
 namespace {
 
-using Tree = nlohmann::json;
+using PlainTree = nlohmann::json;
 
-constexpr std::size_t kLongestText = 32 * 1024;
+constexpr std::size_t kLongestHandOver = 32 * 1024;
 constexpr std::size_t kLongestInstance = 255;
 constexpr Duration kLastWords = std::chrono::seconds(10);
 
-std::optional<std::uint64_t> whole(const Tree& tree, const char* name, std::uint64_t most) {
+std::optional<std::uint64_t> whole(const PlainTree& tree, const char* name, std::uint64_t most) {
   const auto found = tree.find(name);
   if (found == tree.end() || !found->is_number_unsigned()) return std::nullopt;
   const auto value = found->get<std::uint64_t>();
   return value <= most ? std::optional(value) : std::nullopt;
 }
 
-std::optional<std::string> text_of(const Tree& tree, const char* name) {
+std::optional<std::string> text_of(const PlainTree& tree, const char* name) {
   const auto found = tree.find(name);
   if (found == tree.end() || !found->is_string()) return std::nullopt;
   return found->get<std::string>();
@@ -53,14 +53,15 @@ std::pair<CommandState, std::string> outcome(OwnerId island, const tuples::Reply
 }  // namespace
 
 std::string waiting_command_text(const WaitingCommand& command) {
-  const Tree tree{{"kind", to_string(command.point.kind)}, {"type", static_cast<unsigned>(command.point.type)},
-                  {"instance", command.point.instance},    {"value", command.value},
-                  {"creator", number(command.creator)},    {"request", command.request}};
-  return tree.dump(-1, ' ', false, Tree::error_handler_t::replace);
+  const PlainTree tree{{"kind", to_string(command.point.kind)}, {"type", static_cast<unsigned>(command.point.type)},
+                       {"instance", command.point.instance},    {"value", command.value},
+                       {"creator", number(command.creator)},    {"request", command.request}};
+  return tree.dump(-1, ' ', false, PlainTree::error_handler_t::replace);
 }
 
 Result<WaitingCommand> parse_waiting_command(std::string_view text) {
-  const auto tree = text.size() > kLongestText ? Tree(Tree::value_t::discarded) : Tree::parse(text, nullptr, false);
+  const auto tree = text.size() > kLongestHandOver ? PlainTree(PlainTree::value_t::discarded)
+                                                   : PlainTree::parse(text, nullptr, false);
   const auto wrong = [](std::string_view what) {
     return fail(ErrorCode::kInvalid, fmt::format("a command that follows its device needs {}", what));
   };

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "proxy/tuple_text.h"
+
 namespace rubicon::proxy {
 
 namespace {
@@ -11,14 +13,10 @@ namespace {
 constexpr Duration kShortestDeadline = std::chrono::seconds(3);
 constexpr Duration kLongestDeadline = std::chrono::hours(24 * 366);
 /// Devices looked at in one turn of the loop.
-constexpr int kSlice = 1000;
+constexpr int kDevicesATurn = 1000;
 
 bool ages(const Point& point) {
   return point.id.kind == Kind::kSensor && !(point.type && point.type->report == model::Report::kEvent);
-}
-
-std::string seconds_text(Duration span) {
-  return fmt::format("{:g} s", std::chrono::duration<double>(span).count());
 }
 
 }  // namespace
@@ -85,7 +83,7 @@ void Liveness::set_timer() {
 void Liveness::look_at_due() {
   const auto now = around_.clock.refresh().steady;
   timer_at_ = SteadyTime::max();
-  for (int looked = 0; looked < kSlice && !checks_.empty() && checks_.top().when <= now; ++looked) {
+  for (int looked = 0; looked < kDevicesATurn && !checks_.empty() && checks_.top().when <= now; ++looked) {
     const auto check = checks_.top();
     checks_.pop();
     auto* device = directory_.find(check.device);

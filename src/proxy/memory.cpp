@@ -16,7 +16,7 @@ constexpr Duration kRecordDelay = std::chrono::seconds(1);
 /// Between two waits for the disk, however fast users decide.
 constexpr Duration kDurablePause = std::chrono::milliseconds(100);
 /// Devices written in one turn of the loop.
-constexpr std::size_t kSlice = 200;
+constexpr std::size_t kRowsATurn = 200;
 constexpr Duration kTidyPause = std::chrono::minutes(1);
 /// The loop waits for the disk at each: so many names in a second.
 constexpr int kMostNames = 20;
@@ -211,8 +211,8 @@ void Memory::flush() {
   std::vector<Device*> devices;
   const bool saved = transaction(durable_, [&] {
     bool written = true;
-    absent = write_absent(kSlice, written);
-    devices = next_devices(kSlice - absent.size());
+    absent = write_absent(kRowsATurn, written);
+    devices = next_devices(kRowsATurn - absent.size());
     return written && write_devices(devices);
   });
   if (!saved) {

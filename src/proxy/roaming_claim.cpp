@@ -13,14 +13,14 @@ namespace rubicon::proxy {
 
 namespace {
 
-using Tree = nlohmann::json;
+using PlainTree = nlohmann::json;
 
-constexpr std::size_t kLongestText = 4096;
+constexpr std::size_t kLongestClaim = 4096;
 constexpr std::size_t kLongestAddress = 255;
 /// 2200-01-01 in seconds since 1970: microseconds up to it are exact in a double.
 constexpr double kLatest = 7258118400.0;
 
-std::optional<std::string> text_of(const Tree& tree, const char* name) {
+std::optional<std::string> text_of(const PlainTree& tree, const char* name) {
   const auto found = tree.find(name);
   if (found == tree.end() || !found->is_string()) return std::nullopt;
   return found->get<std::string>();
@@ -51,7 +51,8 @@ std::string claim_text(const Claim& claim) {
 }
 
 Result<Claim> parse_claim(OwnerId island, std::string_view text) {
-  const auto tree = text.size() > kLongestText ? Tree(Tree::value_t::discarded) : Tree::parse(text, nullptr, false);
+  const auto tree =
+      text.size() > kLongestClaim ? PlainTree(PlainTree::value_t::discarded) : PlainTree::parse(text, nullptr, false);
   if (!tree.is_object()) return fail(wrong("a JSON object of at most 4096 bytes"));
   const auto key = text_of(tree, "key"), network = text_of(tree, "network"), device = text_of(tree, "device"),
              address = text_of(tree, "address");

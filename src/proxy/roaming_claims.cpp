@@ -11,7 +11,7 @@ namespace rubicon::proxy {
 
 namespace {
 
-constexpr tuples::SetOptions kJson{"application/json", {}, {}};
+constexpr tuples::SetOptions kClaimOptions{"application/json", {}, {}};
 /// How long the devices of an island that was lost are kept for it.
 constexpr Duration kGrace = std::chrono::seconds(10);
 /// Claims of others that are followed; devices beyond may be listed twice.
@@ -184,7 +184,7 @@ std::string RoamingClaims::publish(const Identity& identity, const Claim& own) {
   if (entry.tuple.empty()) entry.tuple = free_tuple(identity);
   own_[entry.tuple] = identity;
   entry.text = std::move(text);
-  const auto set = around_.space.set(entry.tuple, entry.text, kJson);
+  const auto set = around_.space.set(entry.tuple, entry.text, kClaimOptions);
   if (!set) around_.warn("roaming", fmt::format("{}: {}", entry.tuple, set.error().text));
   return entry.tuple;
 }

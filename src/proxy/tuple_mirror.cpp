@@ -11,7 +11,7 @@ namespace rubicon::proxy {
 
 namespace {
 
-constexpr std::string_view kJson = "application/json";
+constexpr std::string_view kJsonType = "application/json";
 constexpr Duration kRefreshPause = std::chrono::seconds(1);
 /// Status texts written in one turn of the loop.
 constexpr std::size_t kFlushSlice = 1000;
@@ -54,18 +54,18 @@ void TupleMirror::joined(const DeviceDirectory::Joined& joined) {
       declare_point(device, point);
     } else {
       std::ignore =
-          around_.space.set(point_key(device, point, "description"), point_description(point), {kJson, {}, {}});
+          around_.space.set(point_key(device, point, "description"), point_description(point), {kJsonType, {}, {}});
     }
   }
   described(device);
 }
 
 void TupleMirror::described(const Device& device) {
-  std::ignore = around_.space.set(device.key + ".description", device_description(device), {kJson, {}, {}});
+  std::ignore = around_.space.set(device.key + ".description", device_description(device), {kJsonType, {}, {}});
 }
 
 void TupleMirror::declare_device(Device& device) {
-  device.status_tuple = declare(device.key + ".status", device_status_text(device), kJson);
+  device.status_tuple = declare(device.key + ".status", device_status_text(device), kJsonType);
 }
 
 void TupleMirror::declare_point(Device& device, Point& point, const Kept* kept) {
@@ -73,8 +73,8 @@ void TupleMirror::declare_point(Device& device, Point& point, const Kept* kept) 
   point.value = kept ? declare(key, kept->value, kept->media_type, kept->user_time) : declare(key, {}, "text/plain");
   remember(point.value, {Role::kValue, device.number, point.number});
   write_point_status(device, point, status_text_);
-  point.status = declare(point_key(device, point, "status"), status_text_, kJson);
-  declare(point_key(device, point, "description"), point_description(point), kJson);
+  point.status = declare(point_key(device, point, "status"), status_text_, kJsonType);
+  declare(point_key(device, point, "description"), point_description(point), kJsonType);
   if (writable(point)) {
     point.command = declare(point_key(device, point, "command"), {}, "text/plain");
     remember(point.command, {Role::kCommand, device.number, point.number});
@@ -141,7 +141,7 @@ void TupleMirror::remembered(const Device& device, Point& point, const state::St
 }
 
 void TupleMirror::device_status(const Device& device) {
-  std::ignore = around_.space.set(device.status_tuple, device_status_text(device), {kJson, {}, {}});
+  std::ignore = around_.space.set(device.status_tuple, device_status_text(device), {kJsonType, {}, {}});
 }
 
 void TupleMirror::all_points(Device& device) {
@@ -216,7 +216,7 @@ void TupleMirror::publish_status(const Device& device, Point& point) {
   point.dirty = false;
   memory_.values_changed(device.number);
   write_point_status(device, point, status_text_);
-  std::ignore = around_.space.set(point.status, status_text_, {kJson, {}, {}});
+  std::ignore = around_.space.set(point.status, status_text_, {kJsonType, {}, {}});
 }
 
 void TupleMirror::mark(Device& device, Point& point) {

@@ -76,6 +76,11 @@ void write_value(const Type* type, const Value& value, std::string& out) {
   out = *on ? type->words.substr(comma + 1) : type->words.substr(0, comma);
 }
 
+std::string seconds_text(Duration span) {
+  const auto rounded = std::chrono::round<std::chrono::milliseconds>(span);
+  return fmt::format("{:g} s", std::chrono::duration<double>(rounded).count());
+}
+
 void append_seconds(WallTime time, std::string& out) {
   const auto micros = time.time_since_epoch().count();
   fmt::format_to(std::back_inserter(out), "{}", micros / 1000000);

@@ -28,6 +28,8 @@ std::string reachable_devices(const Network& network);
 /// Adds the ids of the reachable devices to a JSON list that is open, each behind `before`.
 void append_reachable(const Network& network, std::string_view before, std::string& list);
 
+/// `0.35 s`, to the millisecond.
+std::string seconds_text(Duration span);
 /// Appends microseconds as seconds: `1767225600.25`.
 void append_seconds(WallTime time, std::string& out);
 /// Appends text as a JSON string; broken UTF-8 is replaced.

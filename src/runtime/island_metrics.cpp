@@ -8,7 +8,7 @@ namespace rubicon::runtime {
 
 namespace {
 
-constexpr Duration kPause = std::chrono::seconds(1);
+constexpr Duration kMetricsPause = std::chrono::seconds(1);
 
 }  // namespace
 
@@ -26,7 +26,7 @@ void IslandMetrics::start() {
 }
 
 void IslandMetrics::publish() {
-  timer_ = scheduler_.after(kPause, [this] { publish(); });
+  timer_ = scheduler_.after(kMetricsPause, [this] { publish(); });
   std::map<std::string, std::string> now;
   for (const auto& source : sources_) source(Say(now));
   for (const auto& [name, value] : now) {

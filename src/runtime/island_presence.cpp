@@ -13,7 +13,7 @@ namespace {
 
 /// While networks start much changes at once, and somebody may look already.
 constexpr Duration kFirstPause = std::chrono::milliseconds(10);
-constexpr Duration kPause = std::chrono::seconds(1);
+constexpr Duration kPresencePause = std::chrono::seconds(1);
 
 }  // namespace
 
@@ -32,7 +32,7 @@ void IslandPresence::start() {
 
 void IslandPresence::refresh() {
   timer_ = scheduler_.after(pause_, [this] { refresh(); });
-  pause_ = std::min(2 * pause_, kPause);
+  pause_ = std::min(2 * pause_, kPresencePause);
   summary_.networks = count_();
   auto text = model::to_json(summary_);
   if (text != described_ && space_.describe(text)) described_ = std::move(text);

@@ -8,14 +8,6 @@ constexpr const char* kSelect =
     "SELECT d.row, d.network, d.address, d.id, d.decision, d.name, d.wanted_id, d.first_seen, d.last_heard, "
     "a.capabilities, a.point_ids, d.given_name, d.area FROM device d LEFT JOIN announcement a ON a.device = d.row ";
 
-std::int64_t us(WallTime time) {
-  return time.time_since_epoch().count();
-}
-
-WallTime time_at(const Query& query, int column) {
-  return WallTime(std::chrono::microseconds(query.integer_at(column)));
-}
-
 /// Reads a row of kSelect.
 std::optional<KnownDevice> device_at(const Query& query, AnnouncementReader& announcements) {
   const auto decision = query.integer_at(4);
@@ -31,8 +23,8 @@ std::optional<KnownDevice> device_at(const Query& query, AnnouncementReader& ann
   device.join.name = query.text_at(5);
   device.join.id = query.text_at(6);
   device.point_ids = *point_ids;
-  device.first_seen = time_at(query, 7);
-  device.last_heard = time_at(query, 8);
+  device.first_seen = query.time_at(7);
+  device.last_heard = query.time_at(8);
   device.given_name = query.text_at(11);
   device.area = query.text_at(12);
   return device;
@@ -99,7 +91,7 @@ Result<bool> DeviceRows::exists(Row row) {
 Result<DeviceRows::Row> DeviceRows::insert(const KnownDevice& device, const AnnouncementBytes& announcement) {
   Query insert(insert_);
   insert.text(device.id).integer(static_cast<std::int64_t>(device.decision)).text(device.join.name);
-  insert.text(device.join.id).integer(us(device.first_seen)).integer(us(device.last_heard));
+  insert.text(device.join.id).time(device.first_seen).time(device.last_heard);
   insert.text(device.network).text(device.address).text(device.given_name).text(device.area);
   if (auto done = insert.run(); !done) return fail(done.error());
   const auto row = insert.last_row();
@@ -112,7 +104,7 @@ Result<DeviceRows::Row> DeviceRows::insert(const KnownDevice& device, const Anno
 Result<void> DeviceRows::update(Row row, const KnownDevice& device, const AnnouncementBytes& announcement) {
   Query update(update_);
   update.text(device.id).integer(static_cast<std::int64_t>(device.decision)).text(device.join.name);
-  update.text(device.join.id).integer(us(device.first_seen)).integer(us(device.last_heard)).integer(row);
+  update.text(device.join.id).time(device.first_seen).time(device.last_heard).integer(row);
   update.text(device.given_name).text(device.area);
   if (auto done = update.run(); !done) return done;
   Query rest(update_announcement_);
@@ -124,7 +116,7 @@ Result<void> DeviceRows::rename(Row row, const std::string& name, const std::str
 }
 
 Result<void> DeviceRows::hear(Row row, WallTime heard) {
-  return Query(hear_).integer(us(heard)).integer(row).run();
+  return Query(hear_).time(heard).integer(row).run();
 }
 
 Result<void> DeviceRows::remove(Row row) {

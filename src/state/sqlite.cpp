@@ -95,6 +95,10 @@ Query& Query::real(double value) {
   return *this;
 }
 
+Query& Query::time(WallTime value) {
+  return integer(value.time_since_epoch().count());
+}
+
 Query& Query::text(std::string_view value) {
   const auto* bytes = value.data() ? value.data() : "";  // a null pointer would bind NULL
   keep(sqlite3_bind_text64(statement_, ++bound_, bytes, value.size(), SQLITE_STATIC, SQLITE_UTF8));
@@ -143,6 +147,10 @@ int Query::type_of(int column) const {
 
 std::int64_t Query::integer_at(int column) const {
   return sqlite3_column_int64(statement_, column);
+}
+
+WallTime Query::time_at(int column) const {
+  return WallTime(std::chrono::microseconds(integer_at(column)));
 }
 
 double Query::real_at(int column) const {

@@ -9,6 +9,7 @@
 
 #include "base/bytes.h"
 #include "base/result.h"
+#include "base/time.h"
 
 namespace rubicon::state {
 
@@ -41,6 +42,7 @@ class Query {
   Query& operator=(const Query&) = delete;
 
   Query& integer(std::int64_t value);
+  Query& time(WallTime value);  ///< as microseconds since 1970-01-01 UTC
   Query& real(double value);
   Query& text(std::string_view value);
   Query& blob(ByteView value);
@@ -58,6 +60,7 @@ class Query {
   int type_of(int column) const;
   std::int64_t integer_at(int column) const;
   double real_at(int column) const;
+  WallTime time_at(int column) const;          ///< of microseconds since 1970-01-01 UTC
   std::string_view text_at(int column) const;  ///< valid until the next step
   ByteView blob_at(int column) const;          ///< valid until the next step
 

@@ -12,14 +12,6 @@ namespace {
 /// The alternatives of model::Value as they stand in `form`; never changed.
 enum class Form : std::uint8_t { kNothing, kBoolean, kInteger, kReal, kText, kJson };
 
-std::int64_t us(WallTime time) {
-  return time.time_since_epoch().count();
-}
-
-WallTime time_at(const Query& query, int column) {
-  return WallTime(std::chrono::microseconds(query.integer_at(column)));
-}
-
 struct ValueBinder {
   Query& query;
 
@@ -39,7 +31,7 @@ struct ValueBinder {
 
 void bind_content(Query& query, const StoredValue& value) {
   std::visit(ValueBinder{query}, value.value);
-  query.integer(us(value.heard)).integer(us(value.changed)).integer(us(value.user_time));
+  query.time(value.heard).time(value.changed).time(value.user_time);
   query.integer(value.set_by_user ? 1 : 0);
 }
 
@@ -85,9 +77,9 @@ std::optional<StoredValue> stored_value_at(const Query& query) {
   out.point = model::current_point(
       {static_cast<Kind>(kind), TypeId(static_cast<std::uint16_t>(type)), std::string(query.text_at(2))});
   out.value = std::move(*value);
-  out.heard = time_at(query, 5);
-  out.changed = time_at(query, 6);
-  out.user_time = time_at(query, 7);
+  out.heard = query.time_at(5);
+  out.changed = query.time_at(6);
+  out.user_time = query.time_at(7);
   out.set_by_user = query.integer_at(8) != 0;
   return out;
 }

@@ -132,7 +132,7 @@ const std::vector<Offer>& offers() {
   return kOffers;
 }
 
-std::vector<network::NetworkType> all_types() {
+std::vector<network::NetworkType> catalogue_types() {
   const auto built_in = runtime::network_types();
   std::vector<network::NetworkType> types(built_in.begin(), built_in.end());
   types.push_back(networks::template_network::kType);
@@ -200,7 +200,7 @@ struct Described {
 
 std::map<std::string_view, std::vector<Described>> all_descriptions() {
   std::map<std::string_view, std::vector<Described>> all;
-  for (const auto& type : all_types()) {
+  for (const auto& type : catalogue_types()) {
     const auto offer =
         std::find_if(offers().begin(), offers().end(), [&](const Offer& one) { return one.network == type.name; });
     EXPECT_NE(offer, offers().end()) << "say which quantities a network of type " << type.name << " has";

@@ -13,6 +13,7 @@
 
 #include "daemon/private_network.h"
 #include "daemon/process.h"
+#include "daemon/programs.h"
 
 namespace rubicon::daemon {
 namespace {
@@ -21,9 +22,6 @@ using namespace std::chrono_literals;
 using nlohmann::json;
 using Clock = std::chrono::steady_clock;
 
-const std::string kDaemon = RUBICON_BINARY_DIR "/bin/rubicon-proxy";
-const std::string kSimulator = RUBICON_BINARY_DIR "/bin/salad-simulator";
-const std::string kFlat = RUBICON_SOURCE_DIR "/examples/salad.yaml";
 constexpr long kGrowth = 4096;  ///< kilobytes that caches, logs and the allocator may take
 
 /// RUBICON_CHAOS_SECONDS, 15 if not given.

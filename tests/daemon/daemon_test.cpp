@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "daemon/process.h"
+#include "daemon/programs.h"
 
 namespace rubicon::daemon {
 namespace {
@@ -20,7 +21,6 @@ using nlohmann::json;
 using testing::HasSubstr;
 using Clock = std::chrono::steady_clock;
 
-const std::string kDaemon = RUBICON_BINARY_DIR "/bin/rubicon-proxy";
 const std::string kHome = RUBICON_SOURCE_DIR "/examples/home.yaml";
 /// The islands of tests meet nobody.
 const std::string kAlone = "tuples.engine=memory";

@@ -11,6 +11,7 @@
 #include "daemon/conversation.h"
 #include "daemon/private_network.h"
 #include "daemon/process.h"
+#include "daemon/programs.h"
 
 namespace rubicon::daemon {
 namespace {
@@ -20,7 +21,6 @@ using nlohmann::json;
 using testing::HasSubstr;
 using Clock = std::chrono::steady_clock;
 
-const std::string kDaemon = RUBICON_BINARY_DIR "/bin/rubicon-proxy";
 constexpr const char* kValue = "1:proxy.dummy-1.hall.sensor.temperature-1.value";
 
 /// Daemons in processes of their own that reach each other by DDS, on loopback in a network of their own.

@@ -8,6 +8,7 @@
 #include <fstream>
 #include <memory>
 
+#include "daemon/programs.h"
 #include "daemon/terminal.h"
 
 namespace rubicon::daemon {
@@ -15,8 +16,6 @@ namespace {
 
 using testing::HasSubstr;
 using testing::Not;
-
-const std::string kDaemon = RUBICON_BINARY_DIR "/bin/rubicon-proxy";
 
 /// `run` on a terminal: thirty rooms, and motes whose sink is not there, of which the log complains.
 class LiveScreen : public testing::Test {

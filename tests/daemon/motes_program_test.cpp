@@ -8,6 +8,7 @@
 
 #include "daemon/conversation.h"
 #include "daemon/process.h"
+#include "daemon/programs.h"
 
 namespace rubicon::daemon {
 namespace {
@@ -15,8 +16,6 @@ namespace {
 using nlohmann::json;
 using testing::AllOf;
 using testing::HasSubstr;
-
-const std::string kMotes = RUBICON_BINARY_DIR "/bin/rubicon-motes";
 
 /// The program rubicon-motes by itself.
 class MotesProgram : public testing::Test {

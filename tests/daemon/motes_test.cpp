@@ -9,6 +9,7 @@
 #include "daemon/conversation.h"
 #include "daemon/private_network.h"
 #include "daemon/process.h"
+#include "daemon/programs.h"
 
 namespace rubicon::daemon {
 namespace {
@@ -17,8 +18,6 @@ using namespace std::chrono_literals;
 using nlohmann::json;
 using testing::HasSubstr;
 
-const std::string kDaemon = RUBICON_BINARY_DIR "/bin/rubicon-proxy";
-const std::string kMotes = RUBICON_BINARY_DIR "/bin/rubicon-motes";
 const std::string kLight = "proxy.wsn-1.2.sensor.light-1";
 
 /// The real daemon and simulated motes, in a network of their own.

@@ -8,14 +8,13 @@
 #include <nlohmann/json.hpp>
 
 #include "daemon/process.h"
+#include "daemon/programs.h"
 
 namespace rubicon::daemon {
 namespace {
 
 using nlohmann::json;
 using testing::HasSubstr;
-
-const std::string kDaemon = RUBICON_BINARY_DIR "/bin/rubicon-proxy";
 
 /// The real program with a state file; ended, killed and told to read its file again.
 class DaemonWithMemory : public testing::Test {

@@ -6,6 +6,7 @@
 
 #include "daemon/private_network.h"
 #include "daemon/process.h"
+#include "daemon/programs.h"
 
 namespace rubicon::daemon {
 namespace {
@@ -15,9 +16,6 @@ using nlohmann::json;
 using testing::HasSubstr;
 using Clock = std::chrono::steady_clock;
 
-const std::string kDaemon = RUBICON_BINARY_DIR "/bin/rubicon-proxy";
-const std::string kSimulator = RUBICON_BINARY_DIR "/bin/salad-simulator";
-const std::string kFlat = RUBICON_SOURCE_DIR "/examples/salad.yaml";
 const std::string kTelevision = "proxy.salad.28.actuator.status-tv_state";
 
 json parsed(const std::optional<std::string>& line) {

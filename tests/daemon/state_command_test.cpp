@@ -2,14 +2,13 @@
 #include <gtest/gtest.h>
 
 #include "daemon/process.h"
+#include "daemon/programs.h"
 #include "state/state_support.h"
 
 namespace rubicon::daemon {
 namespace {
 
 using testing::HasSubstr;
-
-const std::string kDaemon = RUBICON_BINARY_DIR "/bin/rubicon-proxy";
 
 Outcome state(const std::string& file, std::vector<std::string> rest, const std::string& input = {}) {
   std::vector<std::string> arguments{kDaemon, "state", file};

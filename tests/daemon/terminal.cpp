@@ -17,7 +17,7 @@ namespace rubicon::daemon {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-constexpr auto kPatience = std::chrono::minutes(1);
+constexpr auto kScreenPatience = std::chrono::minutes(1);
 constexpr std::size_t kMostRows = 200, kMostColumns = 400;
 
 std::size_t character_length(char first) {
@@ -102,7 +102,7 @@ bool Terminal::has_ended() const {
 }
 
 bool Terminal::shows(const std::function<bool()>& wanted) {
-  const auto end = Clock::now() + kPatience;
+  const auto end = Clock::now() + kScreenPatience;
   while (Clock::now() < end) {
     while (read_some()) continue;
     if (wanted()) return true;
@@ -138,7 +138,7 @@ bool Terminal::is_as_before() const {
 }
 
 int Terminal::exit_code() {
-  const auto end = Clock::now() + kPatience;
+  const auto end = Clock::now() + kScreenPatience;
   while (pid_ > 0 && Clock::now() < end) {
     read_some();
     int status = 0;

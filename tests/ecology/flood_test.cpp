@@ -14,7 +14,7 @@ using daemon::ask;
 using daemon::Process;
 using tuples::dds::Rogue;
 
-const std::string kMember = RUBICON_BINARY_DIR "/bin/ecology-member";
+const std::string kVisitor = RUBICON_BINARY_DIR "/bin/ecology-member";
 constexpr std::uint32_t kMemberId = 70000, kRogue = 66666;
 /// Without bounds each flood takes at least three times of it.
 constexpr long kMostGrowth = 8L * 1024;
@@ -24,7 +24,7 @@ class AFlood : public testing::Test {
  protected:
   void SetUp() override {
     if (!alone_.entered()) GTEST_SKIP() << alone_.reason();
-    member_ = std::make_unique<Process>(std::vector<std::string>{kMember, std::to_string(kMemberId)});
+    member_ = std::make_unique<Process>(std::vector<std::string>{kVisitor, std::to_string(kMemberId)});
     ASSERT_EQ(ask(*member_, "set a 1")["ok"], true);
     rogue_ = std::make_unique<Rogue>(kRogue);
     incarnation_ = rogue_->incarnation_of(kMemberId);

@@ -16,7 +16,7 @@ namespace {
 
 using testing::HasSubstr;
 
-const std::string kDaemon = RUBICON_BINARY_DIR "/bin/rubicon-proxy";
+const std::string kProxy = RUBICON_BINARY_DIR "/bin/rubicon-proxy";
 
 /// The daemon on a host of its own, where something stands in its way: it ends at once and says what to do.
 class AStart : public testing::Test {
@@ -30,7 +30,7 @@ class AStart : public testing::Test {
 
   daemon::Outcome run(const std::string& more, const std::vector<std::string>& arguments = {}) const {
     std::ofstream(file_, std::ios::binary) << "island: {id: 1, name: island}\n" << more;
-    std::vector<std::string> words{kDaemon, "run", file_, "--shell"};
+    std::vector<std::string> words{kProxy, "run", file_, "--shell"};
     words.insert(words.end(), arguments.begin(), arguments.end());
     const Host::Visit there(lan_.host(0));
     return daemon::run_to_end(words, "quit\n");
@@ -95,7 +95,7 @@ TEST_F(AStart, WithoutReadersIsNoStartAndSaysWhichOneIsMissing) {
   const Host::Visit there(lan_.host(0));
   // A sanitizer asks to come first.
   const auto outcome = daemon::run_to_end({"env", "LD_PRELOAD=" RUBICON_NO_READERS,
-                                           "ASAN_OPTIONS=verify_asan_link_order=0", kDaemon, "run", file_, "--shell"},
+                                           "ASAN_OPTIONS=verify_asan_link_order=0", kProxy, "run", file_, "--shell"},
                                           "quit\n");
   EXPECT_EQ(outcome.code, 1);
   EXPECT_THAT(outcome.errors, HasSubstr("DDS: reader of frames cannot be made: Out Of Resources"));

@@ -91,6 +91,7 @@ DemoIsland::DemoIsland() : folder_(fs::temp_directory_path() / ("rubicon_example
 
 DemoIsland::~DemoIsland() {
   for (const auto& one : running_) one->signal(SIGTERM);
+  for (const auto& one : running_) one->exit_code();  // a script ends what it started only if it is not killed
   running_.clear();
   std::error_code ignored;
   fs::remove_all(folder_, ignored);

@@ -5,7 +5,6 @@
 namespace rubicon::networks::knx {
 namespace {
 
-using model::LineState;
 using model::Outcome;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
@@ -286,15 +285,15 @@ TEST_F(KnxPoints, TheCountersGoOnWhenOnlyWeSend) {
 TEST_F(KnxPoints, ALineThatTheServerRefusesSaysSoAndCountsItsAttempts) {
   server.connect_status = 0x24;
   start();
-  EXPECT_EQ(last_state().line, LineState::kRefused);
+  EXPECT_EQ(last_state().line, model::LineState::kRefused);
   EXPECT_THAT(last_state().reason, HasSubstr("status 24"));
   host.time.run_for(60s);
-  EXPECT_EQ(last_state().line, LineState::kRefused);
+  EXPECT_EQ(last_state().line, model::LineState::kRefused);
   EXPECT_EQ(last_state().counters.at("attempts") + 1, server.counters.connects) << "the first was asked for";
   EXPECT_GE(server.counters.connects, 5U);
   server.connect_status = 0;
   host.time.run_for(80s);
-  EXPECT_EQ(last_state().line, LineState::kUp);
+  EXPECT_EQ(last_state().line, model::LineState::kUp);
   EXPECT_EQ(last_state().reason, "");
 }
 
@@ -354,7 +353,7 @@ TEST_F(KnxPoints, ALostLineIsToldAndEverythingWantedReadAgain) {
   ASSERT_THAT(host.failures, SizeIs(1));
   ASSERT_TRUE(network->open());
   host.time.run_for(2s);
-  EXPECT_EQ(last_state().line, LineState::kUp);
+  EXPECT_EQ(last_state().line, model::LineState::kUp);
   EXPECT_EQ(reads_of("1/2/7"), 2);
   EXPECT_EQ(server.channels().size(), 1U);
 }

@@ -1,4 +1,5 @@
 #include "networks/knx/wire/cemi.h"
+#include "knx_line/hex.h"
 
 #include <gtest/gtest.h>
 
@@ -6,12 +7,6 @@
 
 namespace rubicon::networks::knx {
 namespace {
-
-Bytes bytes_of(std::string_view hex) {
-  auto bytes = base::from_hex(hex);
-  EXPECT_TRUE(bytes) << hex;
-  return bytes ? *bytes : Bytes{};
-}
 
 std::string written(const Telegram& telegram, CemiCode code = CemiCode::kDataRequest) {
   const auto cemi = write_telegram(code, telegram);

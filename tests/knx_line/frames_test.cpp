@@ -4,6 +4,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "knx_line/hex.h"
 #include "networks/knx/line/frame_stream.h"
 #include "networks/knx/wire/cemi.h"
 #include "networks/knx/wire/message.h"
@@ -11,12 +12,6 @@
 
 namespace rubicon::networks::knx {
 namespace {
-
-Bytes bytes_of(std::string_view hex) {
-  auto bytes = base::from_hex(hex);
-  EXPECT_TRUE(bytes) << hex;
-  return bytes ? *bytes : Bytes{};
-}
 
 /// A frame of knx.md, section 18: what it is written from and what it is read as.
 template <class Body>

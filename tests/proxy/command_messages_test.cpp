@@ -4,7 +4,7 @@
 namespace rubicon::proxy {
 namespace {
 
-const std::string kFlapPoint = "proxy.hall.7.actuator.flap-1";
+const std::string kFlapActuator = "proxy.hall.7.actuator.flap-1";
 
 /// Commands that come as messages: of island 2, of a component, of a device of an own network.
 class CommandMessages : public Island {
@@ -27,7 +27,7 @@ class CommandMessages : public Island {
     time.run_for(61s);
     ASSERT_EQ(json("proxy.hall.7.status")["status"], "unreachable");
   }
-  nlohmann::json command() const { return json(kFlapPoint + ".status")["command"]; }
+  nlohmann::json command() const { return json(kFlapActuator + ".status")["command"]; }
   std::vector<model::Actuate> actuated() { return hall().sent_bodies<model::Actuate>(); }
 
   std::unique_ptr<tuples::Link> other_link = *ecology.join(OwnerId{2});
@@ -40,14 +40,14 @@ class CommandMessages : public Island {
 TEST_F(CommandMessages, GoThroughTheCommandDeskLikeAnyOther) {
   begin();
   ask(model::Actuate{5, actuator(kFlap), true});
-  EXPECT_EQ(text(kFlapPoint + ".command"), "open");
+  EXPECT_EQ(text(kFlapActuator + ".command"), "open");
   EXPECT_EQ(command()["state"], "sent");
   EXPECT_EQ(command()["creator"], 2);
   EXPECT_EQ(command()["request"], 5);
   EXPECT_EQ(command()["commander"], "island 2");
   report("7", actuator(kFlap), true);
   EXPECT_EQ(command()["state"], "confirmed");
-  EXPECT_TRUE(log.contain(kFlapPoint + " = 'open' by island 2, id 2: confirmed"));
+  EXPECT_TRUE(log.contain(kFlapActuator + " = 'open' by island 2, id 2: confirmed"));
   EXPECT_THAT(heard, ::testing::ElementsAre(::testing::FieldsAre(5u, Outcome::kSent, "")));
 }
 
@@ -69,7 +69,7 @@ TEST_F(CommandMessages, AreSupersededByNewerCommandsAndSupersedeOlderOnes) {
   begin();
   sleep();
   ask(model::Actuate{5, actuator(kFlap), true});
-  set(kFlapPoint + ".command", "shut");
+  set(kFlapActuator + ".command", "shut");
   ask(model::Actuate{6, actuator(kFlap), true});
   say("7", model::KeepAlive{});
   ASSERT_EQ(actuated().size(), 1u);

@@ -17,7 +17,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-constexpr OwnerId kIsland{6541};
+constexpr OwnerId kRecordedIsland{6541};
 
 /// What a file holds: `set key=value`, marks as `mark start`.
 struct Content {
@@ -74,8 +74,8 @@ class Recording : public testing::Test {
 
   VirtualScheduler time;
   tuples::MemoryEcology ecology{time};
-  std::unique_ptr<tuples::Link> link = *ecology.join(kIsland);
-  TupleSpace space{kIsland, time, *link};
+  std::unique_ptr<tuples::Link> link = *ecology.join(kRecordedIsland);
+  TupleSpace space{kRecordedIsland, time, *link};
   transport::MemoryTransports disk;
   support::CollectingLog log;
 };
@@ -324,7 +324,7 @@ TEST_F(Recording, ADiskThatIsNearlyFullIsLeftInPeace) {
 
 TEST_F(Recording, AFileThatSaysItWasBegunAtAnImpossibleTimeIsRotatedLater) {
   for (const auto created : {WallTime::min(), WallTime::max()}) {
-    disk.put("rec/home.rec", recording::encode_head({kIsland, "proxy", created, "x"}));
+    disk.put("rec/home.rec", recording::encode_head({kRecordedIsland, "proxy", created, "x"}));
     auto one = setup();
     one.rotation = {std::nullopt, 1h, 3};
     auto recorder = start(one);
@@ -456,7 +456,7 @@ TEST_F(Recording, ASnapshotLargerThanAFileDoesNotRotateForEver) {
 TEST_F(Recording, IsPassiveUnlessItIsToldToBeActive) {
   auto one = setup();
   std::vector<std::string> wanted;
-  const auto watch = space.watch_demand({kIsland, "proxy.**"}, [&](const tuples::Demand& demand) {
+  const auto watch = space.watch_demand({kRecordedIsland, "proxy.**"}, [&](const tuples::Demand& demand) {
     if (demand.wanted) wanted.emplace_back(demand.key);
   });
   auto recorder = start(one);

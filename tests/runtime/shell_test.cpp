@@ -18,8 +18,8 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::SizeIs;
 
-const std::string kLamp = "proxy.dummy-1.living.actuator.lamp-1";
-const std::string kLight = "proxy.dummy-1.living.sensor.light-1.value";
+const std::string kShellLamp = "proxy.dummy-1.living.actuator.lamp-1";
+const std::string kShellLight = "proxy.dummy-1.living.sensor.light-1.value";
 
 class ShellTest : public testing::Test {
  protected:
@@ -57,40 +57,40 @@ class ShellTest : public testing::Test {
 };
 
 TEST_F(ShellTest, SetAnswersWhatTheOwnerSaysAndTheStatusTellsTheRest) {
-  const auto applied = answer("set " + kLamp + ".command on");
+  const auto applied = answer("set " + kShellLamp + ".command on");
   EXPECT_EQ(applied["ok"], true);
-  EXPECT_EQ(applied["key"], kLamp + ".command");
+  EXPECT_EQ(applied["key"], kShellLamp + ".command");
   EXPECT_EQ(applied["verdict"], "applied");
   world_.time.run_for(1s);
-  EXPECT_EQ(answer("get " + kLamp + ".value")["value"], "on");
-  const auto status = json::parse(answer("get " + kLamp + ".status")["value"].get<std::string>());
+  EXPECT_EQ(answer("get " + kShellLamp + ".value")["value"], "on");
+  const auto status = json::parse(answer("get " + kShellLamp + ".status")["value"].get<std::string>());
   EXPECT_EQ(status["command"]["state"], "confirmed");
   EXPECT_EQ(status["command"]["request"], applied["request"]);
   EXPECT_EQ(status["command"]["creator"], 65536);
 }
 
 TEST_F(ShellTest, ARefusedSetHasTheReasonOfTheOwner) {
-  const auto refused = answer("set 6541:" + kLamp + ".command purple");
+  const auto refused = answer("set 6541:" + kShellLamp + ".command purple");
   EXPECT_EQ(refused["ok"], false);
   EXPECT_EQ(refused["verdict"], "refused");
   EXPECT_EQ(refused["error"]["code"], "invalid");
   EXPECT_THAT(refused["error"]["text"].get<std::string>(), HasSubstr("purple"));
-  EXPECT_EQ(code_of("set " + kLamp + ".value on"), "refused");
+  EXPECT_EQ(code_of("set " + kShellLamp + ".value on"), "refused");
   EXPECT_EQ(code_of("set proxy.nothing 1"), "not-found");
   EXPECT_EQ(answer("set 7:a.b 1")["verdict"], "no-such-owner");
 }
 
 TEST_F(ShellTest, TheRestOfTheLineIsTheValue) {
-  EXPECT_THAT(answer("set " + kLamp + ".command  on")["error"]["text"].get<std::string>(), HasSubstr("' on'"));
-  EXPECT_EQ(answer("set " + kLamp + ".command")["ok"], false);
-  EXPECT_EQ(answer("set " + kLamp + ".command on\r")["ok"], true);
+  EXPECT_THAT(answer("set " + kShellLamp + ".command  on")["error"]["text"].get<std::string>(), HasSubstr("' on'"));
+  EXPECT_EQ(answer("set " + kShellLamp + ".command")["ok"], false);
+  EXPECT_EQ(answer("set " + kShellLamp + ".command on\r")["ok"], true);
 }
 
 TEST_F(ShellTest, AnswersInTheOrderOfTheCommands) {
-  shell_.line("set " + kLamp + ".command on");
+  shell_.line("set " + kShellLamp + ".command on");
   shell_.line("get proxy.island");
   shell_.line("nonsense");
-  shell_.line("set " + kLamp + ".command purple");
+  shell_.line("set " + kShellLamp + ".command purple");
   EXPECT_THAT(answers_, IsEmpty()) << "the first answer is not there yet";
   world_.time.run_ready();
   ASSERT_THAT(answers_, SizeIs(4));
@@ -132,23 +132,23 @@ TEST_F(ShellTest, DevicesAreListedWithNameAndStatus) {
 
 TEST_F(ShellTest, ASubscriptionCreatesDemandAndItsEventsComeUntilItEnds) {
   world_.time.run_for(5s);
-  EXPECT_EQ(answer("get " + kLight)["value"], "") << "nobody asked the sensor yet";
-  EXPECT_EQ(answer("subscribe " + kLight + " min=1s")["ok"], true);
+  EXPECT_EQ(answer("get " + kShellLight)["value"], "") << "nobody asked the sensor yet";
+  EXPECT_EQ(answer("subscribe " + kShellLight + " min=1s")["ok"], true);
   world_.time.run_for(10s);
   EXPECT_GE(events_.size(), 10U);
   EXPECT_EQ(events_.back()["value"], "50");
   EXPECT_EQ(events_.back()["event"], "set");
-  EXPECT_EQ(answer("unsubscribe " + kLight)["ok"], true);
+  EXPECT_EQ(answer("unsubscribe " + kShellLight)["ok"], true);
   events_.clear();
   world_.time.run_for(10s);
   EXPECT_THAT(events_, IsEmpty());
-  EXPECT_EQ(code_of("unsubscribe " + kLight), "not-found");
+  EXPECT_EQ(code_of("unsubscribe " + kShellLight), "not-found");
 }
 
 TEST_F(ShellTest, APassiveSubscriptionCreatesNoDemand) {
-  EXPECT_EQ(answer("subscribe " + kLight + " passive max=5s deadband=0.5")["ok"], true);
+  EXPECT_EQ(answer("subscribe " + kShellLight + " passive max=5s deadband=0.5")["ok"], true);
   world_.time.run_for(10s);
-  EXPECT_EQ(answer("get " + kLight)["value"], "");
+  EXPECT_EQ(answer("get " + kShellLight)["value"], "");
 }
 
 TEST_F(ShellTest, RefusesFlowsThatMakeNoSense) {
@@ -195,13 +195,13 @@ TEST_F(ShellTest, BadLinesAreAnsweredAndNothingElse) {
   EXPECT_EQ(code_of(std::string("get a\0b", 7)), "invalid");
   EXPECT_EQ(code_of("get " + std::string(10'000, 'k')), "invalid");
   EXPECT_EQ(code_of("set " + std::string(10'000, 'k') + " 1"), "invalid");
-  EXPECT_EQ(answer("set " + kLamp + ".command " + std::string(60'000, '\xff'))["ok"], false);
+  EXPECT_EQ(answer("set " + kShellLamp + ".command " + std::string(60'000, '\xff'))["ok"], false);
   EXPECT_EQ(code_of("get a/b"), "invalid");
   EXPECT_EQ(answer("get proxy.island")["ok"], true);
 }
 
 TEST_F(ShellTest, ALineThatWasTooLongIsAnsweredInItsTurn) {
-  shell_.line("set " + kLamp + ".command on");
+  shell_.line("set " + kShellLamp + ".command on");
   shell_.line_too_long();
   world_.time.run_ready();
   ASSERT_THAT(answers_, SizeIs(2));
@@ -210,7 +210,7 @@ TEST_F(ShellTest, ALineThatWasTooLongIsAnsweredInItsTurn) {
 }
 
 TEST_F(ShellTest, QuitWaitsForWhatIsUnderWayAndHearsNothingAfterIt) {
-  shell_.line("set " + kLamp + ".command on");
+  shell_.line("set " + kShellLamp + ".command on");
   shell_.line("quit");
   shell_.line("get proxy.island");
   EXPECT_EQ(quits_, 0);
@@ -222,7 +222,7 @@ TEST_F(ShellTest, QuitWaitsForWhatIsUnderWayAndHearsNothingAfterIt) {
 
 TEST_F(ShellTest, TheEndOfTheInputWaitsForAnswersUnderWay) {
   bool idle = false;
-  shell_.line("set " + kLamp + ".command on");
+  shell_.line("set " + kShellLamp + ".command on");
   shell_.when_idle([&idle] { idle = true; });
   EXPECT_FALSE(idle);
   world_.time.run_ready();
@@ -232,7 +232,7 @@ TEST_F(ShellTest, TheEndOfTheInputWaitsForAnswersUnderWay) {
 
 TEST_F(ShellTest, AnAnswerThatNeverComesEndsAsExpired) {
   world_.ecology.cut(OwnerId(65536), OwnerId(6541));
-  shell_.line("set " + kLamp + ".command on");
+  shell_.line("set " + kShellLamp + ".command on");
   world_.time.run_for(6s);
   ASSERT_THAT(answers_, SizeIs(1));
   EXPECT_EQ(answers_[0]["ok"], false);

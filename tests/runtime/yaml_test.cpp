@@ -8,7 +8,7 @@
 namespace rubicon::runtime {
 namespace {
 
-std::string error_of(std::string_view text) {
+std::string parse_error_of(std::string_view text) {
   const auto tree = parse_yaml(text, "x.yaml");
   return tree ? "(none)" : tree.error().text;
 }
@@ -43,13 +43,13 @@ TEST(Yaml, KeepsTextPlacesAndTheOrderOfTheFile) {
 }
 
 TEST(Yaml, NamesEachKeyThatStandsTwice) {
-  const auto text = error_of("a: 1\nb: {c: 1, c: 2}\na: 2\n");
+  const auto text = parse_error_of("a: 1\nb: {c: 1, c: 2}\na: 2\n");
   EXPECT_NE(text.find("x.yaml:2:11: key 'c' stands twice"), text.npos) << text;
   EXPECT_NE(text.find("x.yaml:3:1: key 'a' stands twice"), text.npos) << text;
 }
 
 TEST(Yaml, SaysThatATabIsTheReason) {
-  const auto text = error_of("networks:\n\tdummy-1:\n\t\ttype: dummy\n");
+  const auto text = parse_error_of("networks:\n\tdummy-1:\n\t\ttype: dummy\n");
   EXPECT_NE(text.find("x.yaml:2:"), text.npos) << text;
   EXPECT_NE(text.find("a tab stands in the indentation"), text.npos) << text;
 }
@@ -60,7 +60,7 @@ TEST(Yaml, RefusesAliasesSoThatNoBombUnfolds) {
     const auto before = "*a" + std::to_string(i - 1);
     bomb += "a" + std::to_string(i) + ": &a" + std::to_string(i) + " [" + before + "," + before + "," + before + "]\n";
   }
-  const auto text = error_of(bomb);
+  const auto text = parse_error_of(bomb);
   EXPECT_NE(text.find("x.yaml:2:10: aliases (*name) are not supported"), text.npos) << text;
 }
 
@@ -72,31 +72,31 @@ TEST(Yaml, TakesAByteOrderMarkAndLinesOfWindows) {
 }
 
 TEST(Yaml, ExpectsOneDocumentThatIsAMap) {
-  EXPECT_NE(error_of("a: 1\n---\nb: 2\n").find("more than one document"), std::string::npos);
-  EXPECT_NE(error_of("- a\n- b\n").find("expected a map"), std::string::npos);
-  EXPECT_NE(error_of("").find("expected a map"), std::string::npos);
-  EXPECT_NE(error_of("just text").find("expected a map"), std::string::npos);
-  EXPECT_NE(error_of("[a, b]: c\n").find("a key must be one value"), std::string::npos);
+  EXPECT_NE(parse_error_of("a: 1\n---\nb: 2\n").find("more than one document"), std::string::npos);
+  EXPECT_NE(parse_error_of("- a\n- b\n").find("expected a map"), std::string::npos);
+  EXPECT_NE(parse_error_of("").find("expected a map"), std::string::npos);
+  EXPECT_NE(parse_error_of("just text").find("expected a map"), std::string::npos);
+  EXPECT_NE(parse_error_of("[a, b]: c\n").find("a key must be one value"), std::string::npos);
 }
 
 TEST(Yaml, RefusesMoreValuesThanAConfigurationHas) {
-  const auto text = error_of("a: [" + repeated("1,", 2 * kMaxYamlNodes + 10) + "]\n");
+  const auto text = parse_error_of("a: [" + repeated("1,", 2 * kMaxYamlNodes + 10) + "]\n");
   EXPECT_NE(text.find("more than 200000 values"), text.npos) << text.substr(0, 200);
 }
 
 TEST(Yaml, RefusesATenMegabyteFileByItsSize) {
-  const auto text = error_of(repeated("a", 10'000'000));
+  const auto text = parse_error_of(repeated("a", 10'000'000));
   EXPECT_NE(text.find("10000000 bytes, a configuration has at most"), text.npos) << text.substr(0, 200);
 }
 
 TEST(Yaml, SurvivesNestingThatWouldExhaustTheStack) {
-  EXPECT_NE(error_of(repeated("[", 1'000'000)), "(none)");
-  EXPECT_NE(error_of("a: " + repeated("{a: ", 1'000'000)), "(none)");
-  EXPECT_NE(error_of(repeated("- ", 1'000'000)), "(none)");
-  EXPECT_NE(error_of(repeated("? ", 1'000'000)), "(none)");
+  EXPECT_NE(parse_error_of(repeated("[", 1'000'000)), "(none)");
+  EXPECT_NE(parse_error_of("a: " + repeated("{a: ", 1'000'000)), "(none)");
+  EXPECT_NE(parse_error_of(repeated("- ", 1'000'000)), "(none)");
+  EXPECT_NE(parse_error_of(repeated("? ", 1'000'000)), "(none)");
   std::string staircase;
   for (int i = 0; i < 1000; ++i) staircase += std::string(static_cast<std::size_t>(i), ' ') + "a:\n";
-  EXPECT_NE(error_of(staircase), "(none)");
+  EXPECT_NE(parse_error_of(staircase), "(none)");
 }
 
 TEST(Yaml, SurvivesHostileText) {
@@ -109,7 +109,7 @@ TEST(Yaml, SurvivesHostileText) {
     const auto tree = parse_yaml(text, "x.yaml");
     EXPECT_TRUE(tree || tree.error().text.find("x.yaml") != std::string::npos) << text;
   }
-  EXPECT_NE(error_of(std::string_view("a\0b: \0\0", 7)), "");
+  EXPECT_NE(parse_error_of(std::string_view("a\0b: \0\0", 7)), "");
 }
 
 TEST(Yaml, ReadsOrRefusesLargeHostileFilesInBoundedTime) {

@@ -154,4 +154,15 @@ class Motes : public Ecology {
   std::vector<std::string> folders_;
 };
 
+/// The radio messages among packets, as views of them.
+inline std::vector<motes::NetMessage> radio_messages(const std::vector<Bytes>& packets) {
+  std::vector<motes::NetMessage> messages;
+  for (const auto& bytes : packets) {
+    const auto packet = motes::decode_packet(bytes);
+    if (!packet || !packet->is(motes::AmType::kNetMessage)) continue;
+    if (const auto message = motes::decode_net(packet->payload)) messages.push_back(*message);
+  }
+  return messages;
+}
+
 }  // namespace rubicon::scenarios

@@ -9,17 +9,6 @@ using model::Outcome;
 using testing::HasSubstr;
 using testing::SizeIs;
 
-/// The radio messages among packets, as views of them.
-std::vector<motes::NetMessage> radio_messages(const std::vector<Bytes>& packets) {
-  std::vector<motes::NetMessage> messages;
-  for (const auto& bytes : packets) {
-    const auto packet = motes::decode_packet(bytes);
-    if (!packet || !packet->is(motes::AmType::kNetMessage)) continue;
-    if (const auto message = motes::decode_net(packet->payload)) messages.push_back(*message);
-  }
-  return messages;
-}
-
 /// Island 1 with mote 2, island 2 with mote 3, each behind its own sink.
 class MessagesOfMotes : public Motes {
  protected:

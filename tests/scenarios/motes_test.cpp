@@ -14,17 +14,6 @@ using testing::Le;
 using testing::Not;
 using testing::SizeIs;
 
-/// The radio messages among packets, as views of them.
-std::vector<motes::NetMessage> radio_messages(const std::vector<Bytes>& packets) {
-  std::vector<motes::NetMessage> messages;
-  for (const auto& bytes : packets) {
-    const auto packet = motes::decode_packet(bytes);
-    if (!packet || !packet->is(motes::AmType::kNetMessage)) continue;
-    if (const auto message = motes::decode_net(packet->payload)) messages.push_back(*message);
-  }
-  return messages;
-}
-
 TEST_F(Motes, AMoteIsFullyVisibleFromItsJoinOn) {
   begin_world(2, em1000());
   start(1, network("wsn-1", 1));

@@ -10,21 +10,22 @@ namespace {
 using testing::Le;
 using testing::SizeIs;
 
-constexpr std::uint32_t kIslands = 3;
-constexpr int kDevices = 8;
+constexpr std::uint32_t kRoamingIslands = 3;
+constexpr int kRoamingDevices = 8;
 
 /// Devices wander between three islands that crash, restart and lose each other.
 class RoamingChaos : public Roaming, public testing::WithParamInterface<unsigned> {
  protected:
   void begin() {
-    for (std::uint32_t id = 1; id <= kIslands; ++id) {
+    for (std::uint32_t id = 1; id <= kRoamingIslands; ++id) {
       states[id] = state_file();
       start_with_state(id, states[id]);
     }
-    for (int i = 0; i < kDevices; ++i) lists.try_emplace(std::to_string(i), watcher(), std::to_string(i), scheduler);
+    for (int i = 0; i < kRoamingDevices; ++i)
+      lists.try_emplace(std::to_string(i), watcher(), std::to_string(i), scheduler);
   }
   std::uint32_t below(std::uint32_t count) { return static_cast<std::uint32_t>(random() % count); }
-  std::uint32_t any_island() { return 1 + below(kIslands); }
+  std::uint32_t any_island() { return 1 + below(kRoamingIslands); }
 
   void join_at(const std::string& device, std::uint32_t island) {
     if (islands.contains(island)) join(island, device);
@@ -37,21 +38,21 @@ class RoamingChaos : public Roaming, public testing::WithParamInterface<unsigned
     }
   }
   void move() {
-    const auto device = std::to_string(below(kDevices));
+    const auto device = std::to_string(below(kRoamingDevices));
     auto& place = near[device];
     place = {any_island()};
     if (below(3) == 0) place.insert(any_island());
     for (const auto island : place) join_at(device, island);
   }
-  void wander_without_a_word() { near[std::to_string(below(kDevices))] = {any_island()}; }
+  void wander_without_a_word() { near[std::to_string(below(kRoamingDevices))] = {any_island()}; }
   void leave() {
-    const auto device = std::to_string(below(kDevices));
+    const auto device = std::to_string(below(kRoamingDevices));
     for (const auto island : std::exchange(near[device], {})) {
       if (islands.contains(island)) devices_of(island).say(device, model::Leave{"off"});
     }
   }
   void cut_or_mend() {
-    const auto one = any_island(), other = 1 + one % kIslands;
+    const auto one = any_island(), other = 1 + one % kRoamingIslands;
     below(2) == 0 ? ecology.cut(OwnerId(one), OwnerId(other)) : ecology.mend(OwnerId(one), OwnerId(other));
   }
   void stop_or_start() {
@@ -76,8 +77,9 @@ class RoamingChaos : public Roaming, public testing::WithParamInterface<unsigned
   }
   /// Everything is whole again, each device says who it is and then goes on talking.
   void rest() {
-    for (std::uint32_t one = 1; one <= kIslands; ++one) ecology.mend(OwnerId(one), OwnerId(1 + one % kIslands));
-    for (std::uint32_t id = 1; id <= kIslands; ++id) {
+    for (std::uint32_t one = 1; one <= kRoamingIslands; ++one)
+      ecology.mend(OwnerId(one), OwnerId(1 + one % kRoamingIslands));
+    for (std::uint32_t id = 1; id <= kRoamingIslands; ++id) {
       if (!islands.contains(id)) start_with_state(id, states[id]);
     }
     for (const auto& [device, place] : near) {
@@ -98,7 +100,7 @@ class RoamingChaos : public Roaming, public testing::WithParamInterface<unsigned
         const auto heard = near[device].empty() || near[device].contains(owner);
         EXPECT_TRUE(heard) << device << " is listed by " << owner << ", which does not hear it";
       }
-      for (std::uint32_t id = 1; id <= kIslands; ++id) {
+      for (std::uint32_t id = 1; id <= kRoamingIslands; ++id) {
         const bool lists_it = std::find(owners.begin(), owners.end(), id) != owners.end();
         EXPECT_EQ(value(islands[id]->space(), id, "ROAMING.lab." + device) != "(none)", lists_it) << device << id;
       }

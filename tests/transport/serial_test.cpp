@@ -37,7 +37,7 @@ class Folder {
 };
 
 /// One end of a line and all it was told.
-struct End {
+struct SerialEnd {
   std::string heard;
   int connected = 0;
   std::vector<Error> failures;
@@ -83,7 +83,7 @@ class Serial : public ::testing::TestWithParam<bool> {
   Folder folder;
   std::string path = "/dev/ttyUSB0";
   std::unique_ptr<World> world;
-  End device, program;
+  SerialEnd device, program;
 };
 
 TEST_P(Serial, EveryByteGoesBothWaysUnchanged) {
@@ -126,7 +126,7 @@ TEST_P(Serial, AnUnpluggedDeviceIsToldOnceAndNothingIsSentAfterIt) {
   EXPECT_EQ(program.failures[0].code, ErrorCode::kUnreachable);
   EXPECT_EQ(program.failures[0].text, path + ": unplugged or closed");
   EXPECT_EQ(program.stream->send(base::as_bytes("x")).error().code, ErrorCode::kUnreachable);
-  End next;
+  SerialEnd next;
   const auto gone = next.open(transports(), path);
   ASSERT_FALSE(gone);
   EXPECT_EQ(gone.error().code, ErrorCode::kNotFound);
@@ -137,7 +137,7 @@ TEST_P(Serial, APluggedDeviceIsThereAgain) {
   connect();
   device.stream.reset();
   ASSERT_TRUE(world->until([&] { return !program.failures.empty(); }));
-  End again, reopened;
+  SerialEnd again, reopened;
   ASSERT_TRUE(again.plug(transports(), path));
   ASSERT_TRUE(reopened.open(transports(), path));
   again.send("hello");
@@ -151,7 +151,7 @@ TEST_P(Serial, ADeviceDoesNotNoticeWhoOpensAndClosesItsLine) {
   connect();
   for (int i = 0; i < 3; ++i) {
     program.stream.reset();
-    program = End();
+    program = SerialEnd();
     ASSERT_TRUE(program.open(transports(), path));
     ASSERT_TRUE(world->until([&] { return program.connected == 1; }));
     device.send("x");
@@ -162,7 +162,7 @@ TEST_P(Serial, ADeviceDoesNotNoticeWhoOpensAndClosesItsLine) {
 
 TEST_P(Serial, OnlyOneProgramHasALine) {
   connect();
-  End second;
+  SerialEnd second;
   const auto refused = second.open(transports(), path);
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().code, ErrorCode::kBusy);
@@ -180,7 +180,7 @@ TEST_P(Serial, BaudRatesThatNobodyKnowsAreRefusedAndTheOthersTaken) {
     EXPECT_THAT(refused.error().text, HasSubstr(path));
   }
   for (const unsigned baud : {1200u, 19200u, 57600u, 115200u, 230400u, 460800u, 921600u, 4000000u}) {
-    End other;
+    SerialEnd other;
     EXPECT_TRUE(other.open(transports(), path, baud)) << baud;
   }
 }
@@ -208,7 +208,7 @@ TEST_P(Serial, AHeldLineLosesNothingAndPushesBack) {
 
 TEST_P(Serial, TheStreamMayBeDestroyedWhileItIsCalled) {
   for (int when = 0; when < 3; ++when) {
-    End plugged;
+    SerialEnd plugged;
     ASSERT_TRUE(plugged.plug(transports(), path));
     std::unique_ptr<ByteStream> mortal;
     int called = 0;
@@ -243,7 +243,7 @@ TEST(MachineSerial, WhatIsNoSerialLineIsInvalidAndDoesNotBlock) {
   const auto fifo = folder.path("fifo");
   ASSERT_EQ(::mkfifo(fifo.c_str(), 0600), 0);
   for (const auto& path : {fifo, folder.path(""), std::string("/dev/null")}) {
-    End program;
+    SerialEnd program;
     const auto refused = program.open(world.local, path);
     ASSERT_FALSE(refused);
     EXPECT_EQ(refused.error().code, ErrorCode::kInvalid);
@@ -254,7 +254,7 @@ TEST(MachineSerial, WhatIsNoSerialLineIsInvalidAndDoesNotBlock) {
 TEST(MachineSerial, ALineIsRawAndAsFastAsAsked) {
   Folder folder;
   MachineWorld world;
-  End device, program;
+  SerialEnd device, program;
   const auto path = folder.path("sink");
   ASSERT_TRUE(device.plug(world.local, path));
   const int descriptor = ::open(path.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC);
@@ -279,7 +279,7 @@ TEST(MachineSerial, ALineIsRawAndAsFastAsAsked) {
 TEST(MachineSerial, ADeviceThatNobodyListenedToForLongIsHeardOnceSomebodyOpensIt) {
   Folder folder;
   MachineWorld world;
-  End device, program;
+  SerialEnd device, program;
   ASSERT_TRUE(device.plug(world.local, folder.path("sink")));
   ASSERT_TRUE(world.until([&] { return device.connected == 1; }));
   const std::string block(1024, 'x');
@@ -297,7 +297,7 @@ TEST(MachinePty, TheLinkIsThereAsLongAsTheDevice) {
   Folder folder;
   MachineWorld world;
   const auto path = folder.path("sink");
-  End device, next;
+  SerialEnd device, next;
   ASSERT_TRUE(device.plug(world.local, path));
   const auto first = fs::read_symlink(path).string();
   EXPECT_TRUE(first.starts_with("/dev/pts/"));
@@ -327,7 +327,7 @@ TEST(MachinePty, ALinkToSomebodysTerminalIsReplaced) {
   std::array<char, 128> name{};
   ASSERT_EQ(::grantpt(master) | ::unlockpt(master) | ::ptsname_r(master, name.data(), name.size()), 0);
   fs::create_symlink(name.data(), folder.path("sink"));
-  End device;
+  SerialEnd device;
   EXPECT_TRUE(device.plug(world.local, folder.path("sink")));
   EXPECT_NE(fs::read_symlink(folder.path("sink")).string(), name.data());
   ::close(master);
@@ -340,12 +340,12 @@ TEST(MachinePty, ALinkToTheVeryTerminalThatIsOursNowIsNobodyElses) {
   MachineWorld world;
   std::string number;
   {
-    End killed;
+    SerialEnd killed;
     ASSERT_TRUE(killed.plug(world.local, folder.path("sink")));
     number = fs::read_symlink(folder.path("sink")).string();
   }
   fs::create_symlink(number, folder.path("sink"));
-  End next;
+  SerialEnd next;
   const auto made = next.plug(world.local, folder.path("sink"));
   EXPECT_TRUE(made) << made.error().text;
 }
@@ -360,7 +360,7 @@ TEST(MachinePty, SaysWhyThereIsNone) {
   ::close(free);
   const rlimit none{static_cast<rlim_t>(free), old.rlim_max};
   ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &none), 0);
-  End device;
+  SerialEnd device;
   const auto refused = device.plug(world.local, folder.path("sink"));
   ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &old), 0);
   ASSERT_FALSE(refused);
@@ -372,7 +372,7 @@ TEST(MachinePty, ALinkThatADeadMakerLeftIsReplacedAndNothingElseIs) {
   namespace fs = std::filesystem;
   Folder folder;
   MachineWorld world;
-  End device;
+  SerialEnd device;
   fs::create_symlink("/dev/pts/987654", folder.path("left"));
   EXPECT_TRUE(device.plug(world.local, folder.path("left")));
   fs::create_symlink("/dev/null", folder.path("other"));
@@ -397,7 +397,7 @@ TEST(MachineSerial, WithoutALoopThereAreNoLines) {
 
 TEST(MemorySerial, ATestSeesHowALineWasOpenedAndCutsItsBytesIntoPieces) {
   MemoryWorld world;
-  End device, program;
+  SerialEnd device, program;
   auto& lines = world.memory.serial();
   device.stream = lines.plug("/dev/ttyUSB0", device.calls());
   EXPECT_TRUE(lines.is_plugged("/dev/ttyUSB0"));

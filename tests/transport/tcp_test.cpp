@@ -264,7 +264,7 @@ int descriptor_of(const Endpoint& local) {
   return -1;
 }
 
-int option_of(int descriptor, int level, int option) {
+int tcp_option_of(int descriptor, int level, int option) {
   int value = -1;
   socklen_t size = sizeof value;
   ::getsockopt(descriptor, level, option, &value, &size);
@@ -278,12 +278,12 @@ TEST(MachineTcp, ADeadPeerIsNoticedWhetherWeSendOrNot) {
   ASSERT_TRUE(client.open(world.local, server.at()));
   ASSERT_TRUE(world.until([&] { return client.connected == 1; }));
   const int descriptor = descriptor_of(client.stream->local());
-  EXPECT_NE(option_of(descriptor, IPPROTO_TCP, TCP_NODELAY), 0);
-  EXPECT_EQ(option_of(descriptor, IPPROTO_TCP, TCP_USER_TIMEOUT), 30000);
-  EXPECT_NE(option_of(descriptor, SOL_SOCKET, SO_KEEPALIVE), 0);
-  EXPECT_EQ(option_of(descriptor, IPPROTO_TCP, TCP_KEEPIDLE), 10);
-  EXPECT_EQ(option_of(descriptor, IPPROTO_TCP, TCP_KEEPINTVL), 10);
-  EXPECT_EQ(option_of(descriptor, IPPROTO_TCP, TCP_KEEPCNT), 3);
+  EXPECT_NE(tcp_option_of(descriptor, IPPROTO_TCP, TCP_NODELAY), 0);
+  EXPECT_EQ(tcp_option_of(descriptor, IPPROTO_TCP, TCP_USER_TIMEOUT), 30000);
+  EXPECT_NE(tcp_option_of(descriptor, SOL_SOCKET, SO_KEEPALIVE), 0);
+  EXPECT_EQ(tcp_option_of(descriptor, IPPROTO_TCP, TCP_KEEPIDLE), 10);
+  EXPECT_EQ(tcp_option_of(descriptor, IPPROTO_TCP, TCP_KEEPINTVL), 10);
+  EXPECT_EQ(tcp_option_of(descriptor, IPPROTO_TCP, TCP_KEEPCNT), 3);
 }
 
 TEST(MachineTcp, WithoutALoopThereAreNoConnections) {

@@ -5,7 +5,7 @@
 namespace rubicon::tuples::dds {
 namespace {
 
-constexpr OwnerId kIsland{6541}, kRobot{70001};
+constexpr OwnerId kIsland{6541}, kSender{70001};
 
 struct Entries final : FrameReader {
   void on_changes(std::span<const Change> some) override {
@@ -32,7 +32,7 @@ Change lamp() {
                   "proxy.hall.lamp",
                   std::string_view("on\0", 3),
                   "text/plain",
-                  kRobot,
+                  kSender,
                   300,
                   WallTime(std::chrono::microseconds(1'800'000'000'000'000)),
                   WallTime(std::chrono::microseconds(-5)),
@@ -42,7 +42,7 @@ Change lamp() {
 
 RemoteSet wish() {
   RemoteSet set;
-  set.from = kRobot;
+  set.from = kSender;
   set.owner = kIsland;
   set.request = 7;
   set.key = "proxy.hall.lamp.command";
@@ -62,13 +62,13 @@ TEST(Frame, BringsEveryEntryInItsOrderAsItWas) {
   gone.kind = EventKind::kExpired;
   frame.add(gone);
   frame.add(wish());
-  frame.add(Reply{kRobot, 8, Verdict::kRefused, ErrorCode::kBusy, "later", 9});
+  frame.add(Reply{kSender, 8, Verdict::kRefused, ErrorCode::kBusy, "later", 9});
   Entries read;
-  ASSERT_TRUE(read_frame(frame.view(), kIsland, kRobot, read));
+  ASSERT_TRUE(read_frame(frame.view(), kIsland, kSender, read));
   ASSERT_EQ(read.changes.size(), 2U);
   const auto& tuple = read.changes[0].tuple;
   EXPECT_EQ(tuple.owner, kIsland);
-  EXPECT_EQ(tuple.creator, kRobot);
+  EXPECT_EQ(tuple.creator, kSender);
   EXPECT_EQ(tuple.sequence, 300U);
   EXPECT_EQ(tuple.value, std::string_view("on\0", 3));
   EXPECT_EQ(tuple.write_time, lamp().tuple.write_time);
@@ -77,7 +77,7 @@ TEST(Frame, BringsEveryEntryInItsOrderAsItWas) {
   ASSERT_EQ(read.sets.size(), 1U);
   const auto& set = read.sets[0];
   EXPECT_EQ(set.from, kIsland);
-  EXPECT_EQ(set.owner, kRobot);
+  EXPECT_EQ(set.owner, kSender);
   EXPECT_EQ(set.time_to_live, wish().time_to_live);
   EXPECT_TRUE(set.append && set.time_to_live_given);
   EXPECT_EQ(set.expected_sequence, 0U);
@@ -93,7 +93,7 @@ TEST(Frame, CutAnywhereTellsWhatIsWholeAndWhereItEnds) {
   frame.add(wish());
   for (std::size_t size = 0; size < frame.size(); ++size) {
     Entries read;
-    const auto done = read_frame(frame.view().first(size), kIsland, kRobot, read);
+    const auto done = read_frame(frame.view().first(size), kIsland, kSender, read);
     EXPECT_EQ(done.has_value(), size == 0 || size == whole) << size;
     EXPECT_EQ(read.changes.size(), size >= whole ? 1U : 0U) << size;
     EXPECT_TRUE(read.sets.empty());
@@ -105,7 +105,7 @@ TEST(Frame, CutAnywhereTellsWhatIsWholeAndWhereItEnds) {
 TEST(Frame, RefusesWhatNobodyWrites) {
   Entries read;
   for (const auto* hex : {"05", "07", "ff", "0401ff0000", "04010a00", "00ffffffffffffffffff7f"}) {
-    EXPECT_FALSE(read_frame(*base::from_hex(hex), kIsland, kRobot, read)) << hex;
+    EXPECT_FALSE(read_frame(*base::from_hex(hex), kIsland, kSender, read)) << hex;
   }
   EXPECT_TRUE(read.changes.empty() && read.sets.empty() && read.replies.empty());
 }
@@ -129,7 +129,7 @@ TEST(Frame, CarriesTheQuestionsOfTwoWithOneId) {
   frame.add(IdentityCheck{true, 0xffffffffffffffff});
   EXPECT_EQ(base::to_hex(frame.view()), "05ac0206ffffffffffffffffff01");
   Entries entries;
-  ASSERT_TRUE(read_frame(frame.view(), kRobot, kRobot, entries));
+  ASSERT_TRUE(read_frame(frame.view(), kSender, kSender, entries));
   ASSERT_EQ(entries.checks.size(), 2U);
   EXPECT_FALSE(entries.checks[0].is_answer);
   EXPECT_EQ(entries.checks[0].number, 300U);

@@ -22,7 +22,7 @@ class SerialFaults : public SerialSinkFixture {
 };
 
 constexpr std::string_view kSound = "7e4500ffff000102221c0102dd2b7e";
-const auto kPacket = hex("00ffff000102221c0102");
+const auto kOnePacket = hex("00ffff000102221c0102");
 
 TEST_F(SerialFaults, PassOverGarbageBadSumsAndHalfFrames) {
   connect();
@@ -33,7 +33,7 @@ TEST_F(SerialFaults, PassOverGarbageBadSumsAndHalfFrames) {
   hear("7e4500ffff00010222");
   hear(kSound);
   hear(kSound);
-  EXPECT_THAT(received, ElementsAre(kPacket, kPacket, kPacket, kPacket));
+  EXPECT_THAT(received, ElementsAre(kOnePacket, kOnePacket, kOnePacket, kOnePacket));
   EXPECT_EQ(count("bad-crc"), 3U) << "what stands between two flags may be a frame";
   EXPECT_TRUE(noted("bad-crc"));
   EXPECT_THAT(mote.acks, IsEmpty());
@@ -51,7 +51,7 @@ TEST_F(SerialFaults, AreCountedByTheirKind) {
   mote.say(hex("01ffff000102221c0102"));
   time.run_for(10ms);
   hear(kSound);
-  EXPECT_THAT(received, ElementsAre(kPacket));
+  EXPECT_THAT(received, ElementsAre(kOnePacket));
   EXPECT_EQ(count("short-frames"), 1U);
   EXPECT_EQ(count("unknown-protocols"), 1U);
   EXPECT_EQ(count("broken-escapes"), 1U);
@@ -63,7 +63,7 @@ TEST_F(SerialFaults, AreCountedByTheirKind) {
 TEST_F(SerialFaults, LetFramesShareAFlag) {
   connect();
   hear("7e440c00ffff000102221c01025bc57e440d00ffff000102221c0102121d7e");
-  EXPECT_THAT(received, ElementsAre(kPacket, kPacket));
+  EXPECT_THAT(received, ElementsAre(kOnePacket, kOnePacket));
   EXPECT_THAT(mote.acks, ElementsAre(0x0c, 0x0d));
 }
 
@@ -71,7 +71,7 @@ TEST_F(SerialFaults, DeliverARepeatedFrameTwiceAndAckItTwice) {
   connect();
   hear("7e440700ffff000102221c01022f1f7e");
   hear("7e440700ffff000102221c01022f1f7e");
-  EXPECT_THAT(received, ElementsAre(kPacket, kPacket));
+  EXPECT_THAT(received, ElementsAre(kOnePacket, kOnePacket));
   EXPECT_THAT(mote.acks, ElementsAre(0x07, 0x07));
 }
 
@@ -160,7 +160,7 @@ TEST_F(SerialFaults, FloodOfWhatWantsAcksDoesNotFillTheMemory) {
   line.failed = [](const Error&) {};
   SerialLink link({}, time, queue, voice, std::move(line));
   link.begin();
-  const auto frame = motes::hdlc_acked_packet(1, kPacket);
+  const auto frame = motes::hdlc_acked_packet(1, kOnePacket);
   const auto unsent = [&] {
     std::map<std::string, std::uint64_t> counters;
     link.count(counters);

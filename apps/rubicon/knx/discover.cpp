@@ -17,13 +17,13 @@ using networks::knx::Discovery;
 using networks::knx::DiscoveryOptions;
 using networks::knx::DiscoveryResult;
 
-struct Options {
+struct DiscoverOptions {
   std::vector<std::string> hosts, addresses;
   std::uint16_t port = networks::knx::kKnxPort;
   bool route_back = false;
 };
 
-DiscoveryOptions plan(const Options& options) {
+DiscoveryOptions plan(const DiscoverOptions& options) {
   DiscoveryOptions out;
   for (const auto& host : options.hosts) out.hosts.push_back({host, options.port});
   out.interfaces = options.addresses;
@@ -72,7 +72,7 @@ void put(Output& out, const std::string& text) {
   }
 }
 
-int discover(const Settings& settings, const Options& options) {
+int discover(const Settings& settings, const DiscoverOptions& options) {
   auto wanted = plan(options);
   if (wanted.interfaces.empty() && wanted.hosts.empty()) {
     say("this machine has no interface to search on; `--host HOST` asks one host");
@@ -96,7 +96,7 @@ int discover(const Settings& settings, const Options& options) {
 }  // namespace
 
 void add_discover(Cli& cli, CLI::App* under) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<DiscoverOptions>();
   auto* app = cli.command({"discover", "Find KNX IP interfaces and routers",
                            "  rubicon knx discover\n"
                            "  rubicon knx discover --host 192.168.1.10    # where multicast does not get through\n",

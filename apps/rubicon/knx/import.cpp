@@ -20,7 +20,7 @@ namespace {
 
 using networks::knx::GroupPoint;
 
-struct Options {
+struct ImportOptions {
   std::string file, record, output;
   bool no_guess = false;
 };
@@ -66,7 +66,7 @@ Result<void> replace(const std::string& path, const std::string& text) {
   return fail(ErrorCode::kIo, fmt::format("{}: cannot be written: {}", path, why));
 }
 
-int put(const Options& options, const std::string& text) {
+int put(const ImportOptions& options, const std::string& text) {
   if (options.output.empty()) {
     Output out(1);
     out.write(text);
@@ -79,7 +79,7 @@ int put(const Options& options, const std::string& text) {
 }
 
 /// The record goes to standard output or its file, the report to standard error.
-int import(const Options& options) {
+int import(const ImportOptions& options) {
   networks::knx::ImportOptions how;
   how.guess = !options.no_guess;
   if (!options.record.empty()) {
@@ -103,7 +103,7 @@ int import(const Options& options) {
 }  // namespace
 
 void add_import(Cli& cli, CLI::App* under) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<ImportOptions>();
   auto* app =
       cli.command({"import", "Turn an ETS export of group addresses into configuration",
                    "  rubicon knx import flat.csv > flat.yaml                # CSV, XML or ESF; the report: stderr\n"

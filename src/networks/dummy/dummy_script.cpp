@@ -83,7 +83,7 @@ void DeviceReader::read_sensors(DeviceScript& device, ConfigReader& options) {
 }
 
 void DeviceReader::read_actuators(DeviceScript& device, ConfigReader& options) {
-  using Behaviour = ActuatorScript::Behaviour;
+  using Answer = ActuatorScript::Behaviour;
   for (auto& [id, reader] : options.maps("actuators")) {
     ActuatorScript actuator;
     const Type* type = type_of(id, reader, Kind::kActuator, actuator.capability);
@@ -95,13 +95,13 @@ void DeviceReader::read_actuators(DeviceScript& device, ConfigReader& options) {
       actuator.capability.initial = value.value_or(Value{});
     }
     const std::string behaviour = reader.choice("behaviour", "obey", {"obey", "ignore", "fail", "silent"});
-    actuator.behaviour = behaviour == "ignore"   ? Behaviour::kIgnore
-                         : behaviour == "fail"   ? Behaviour::kFail
-                         : behaviour == "silent" ? Behaviour::kSilent
-                                                 : Behaviour::kObey;
+    actuator.behaviour = behaviour == "ignore"   ? Answer::kIgnore
+                         : behaviour == "fail"   ? Answer::kFail
+                         : behaviour == "silent" ? Answer::kSilent
+                                                 : Answer::kObey;
     actuator.capability.access = Access::kReadWrite;
     actuator.capability.deadline = 0s;
-    actuator.capability.reports = actuator.behaviour != Behaviour::kSilent;
+    actuator.capability.reports = actuator.behaviour != Answer::kSilent;
     actuator.delay = reader.duration("delay", 0s);
     read_followed(device, reader, actuator);
     reader.finish();

@@ -16,7 +16,7 @@ using namespace std::chrono_literals;
 using nlohmann::json;
 
 constexpr Duration kAnswer = 2s;
-constexpr Duration kLifetime = 5s;
+constexpr Duration kOperatorLifetime = 5s;
 /// Of one reply to `capture`: with the text around them they fit one message.
 constexpr std::size_t kFrames = 500, kFrameBytes = 50'000;
 /// Of a field of a request: room for the JSON of any type.
@@ -112,11 +112,11 @@ void Operators::read(Asker asker, const json& wish) {
   question.service = Service::kRead;
   question.destination = *address;
   auto& reading = readings_.emplace_back(Reading{std::move(asker), *address, *dpt, {}});
-  reading.patience = host_.scheduler().after(kLifetime + kAnswer, [this, &reading] {
+  reading.patience = host_.scheduler().after(kOperatorLifetime + kAnswer, [this, &reading] {
     refuse(reading.asker, fmt::format("nobody on the bus answers for {}", to_string(reading.address)));
     readings_.remove_if([&](const Reading& one) { return &one == &reading; });
   });
-  line_->send(std::move(question), host_.scheduler().now() + kLifetime,
+  line_->send(std::move(question), host_.scheduler().now() + kOperatorLifetime,
               [this, address = *address, alive = std::weak_ptr<bool>(alive_)](Sent outcome, std::string_view why) {
                 if (alive.lock() && outcome != Sent::kSent && outcome != Sent::kUnconfirmed) give_up(address, why);
               });
@@ -135,7 +135,7 @@ void Operators::write(Asker asker, const json& wish) {
   telegram.payload = *payload;
   telegram.priority = Priority::kNormal;
   const auto hex = base::to_hex(payload->bytes);
-  line_->send(telegram, host_.scheduler().now() + kLifetime,
+  line_->send(telegram, host_.scheduler().now() + kOperatorLifetime,
               [this, asker = std::move(asker), hex, telegram, alive = std::weak_ptr<bool>(alive_)](
                   Sent outcome, std::string_view why) {
                 if (!alive.lock()) return;

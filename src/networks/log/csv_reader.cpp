@@ -1,5 +1,7 @@
 #include "networks/log/csv_reader.h"
 
+#include "base/trimmed.h"
+
 namespace rubicon::networks::log {
 
 namespace {
@@ -26,18 +28,12 @@ std::size_t cell_end(std::string_view line, std::size_t from, std::string_view s
 }
 
 std::string_view unquoted(std::string_view cell) {
-  cell = trimmed(cell);
+  cell = base::trimmed(cell);
   if (cell.size() >= 2 && cell.front() == '"' && cell.back() == '"') cell = cell.substr(1, cell.size() - 2);
   return cell;
 }
 
 }  // namespace
-
-std::string_view trimmed(std::string_view text) {
-  const std::size_t first = text.find_first_not_of(kBlanks);
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(kBlanks) - first + 1);
-}
 
 void split_cells(std::string_view line, std::string_view separators, std::vector<std::string_view>& cells) {
   cells.clear();
@@ -47,7 +43,7 @@ void split_cells(std::string_view line, std::string_view separators, std::vector
   }
   const bool by_blanks = visible.empty() || line.find_first_of(visible) == std::string_view::npos;
   if (by_blanks && visible.size() != separators.size()) {
-    line = trimmed(line);
+    line = base::trimmed(line);
     for (std::size_t at = 0; at < line.size();) {
       const std::size_t end = cell_end(line, at, kBlanks);
       cells.push_back(unquoted(line.substr(at, end - at)));

@@ -48,7 +48,4 @@ class LineReader {
 /// blanks around cells are dropped, a run of them counts as one. A cell in double quotes may hold separators.
 void split_cells(std::string_view line, std::string_view separators, std::vector<std::string_view>& cells);
 
-/// Drops blanks, tabs and carriage returns at both ends.
-std::string_view trimmed(std::string_view text);
-
 }  // namespace rubicon::networks::log

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "base/trimmed.h"
+
 namespace rubicon::networks::log {
 
 CsvRecording::CsvRecording(CsvMapping mapping, ReplayCounters& counters, Complaint complain)
@@ -54,7 +56,7 @@ std::optional<Step> CsvRecording::on_line(const TextLine& line) {
     counters_.skipped_bytes += line.bytes;
     return damaged(line, fmt::format("line {} has {} bytes, expected at most {}", line.number, line.bytes, kMaxLine));
   }
-  const std::string_view text = trimmed(line.text);
+  const std::string_view text = base::trimmed(line.text);
   if (text.empty() || on_comment(text)) return std::nullopt;
   if (header_left_ > 0) {
     if (--header_left_ == 0 && mapping_.names_from_comment.empty()) on_names(line.text, line.offset);
@@ -66,11 +68,11 @@ std::optional<Step> CsvRecording::on_line(const TextLine& line) {
 
 bool CsvRecording::on_comment(std::string_view text) {
   if (mapping_.comment.empty() || !text.starts_with(mapping_.comment)) return false;
-  text = trimmed(text.substr(mapping_.comment.size()));
+  text = base::trimmed(text.substr(mapping_.comment.size()));
   const std::size_t colon = text.find(':');
   if (colon == std::string_view::npos) return true;
-  const std::string name(trimmed(text.substr(0, colon)));
-  const std::string_view value = trimmed(text.substr(colon + 1));
+  const std::string name(base::trimmed(text.substr(0, colon)));
+  const std::string_view value = base::trimmed(text.substr(colon + 1));
   if (!mapping_.names_from_comment.empty() && name == mapping_.names_from_comment) {
     on_names(value, 0);
   } else if (comments_.size() < 100) {
@@ -81,7 +83,7 @@ bool CsvRecording::on_comment(std::string_view text) {
 
 void CsvRecording::on_names(std::string_view text, std::uint64_t offset) {
   // Some copies of public data sets have a comment sign in front of the header (log.md 2.2).
-  text = trimmed(text);
+  text = base::trimmed(text);
   if (text.starts_with('#')) text.remove_prefix(1);
   split_cells(text, mapping_.separators, cells_);
   place({cells_.begin(), cells_.end()}, offset);

@@ -7,11 +7,11 @@ namespace rubicon::networks::salad {
 
 namespace {
 
-constexpr std::string_view kBlanks = " \t\f";
+constexpr std::string_view kSpaces = " \t\f";
 constexpr char32_t kReplacement = 0xfffd;
 
 bool is_blank(char c) {
-  return kBlanks.find(c) != kBlanks.npos;
+  return kSpaces.find(c) != kSpaces.npos;
 }
 
 void append_utf8(char32_t c, std::string& out) {
@@ -55,7 +55,7 @@ class Lines {
 };
 
 std::string_view without_blanks_in_front(std::string_view line) {
-  const auto first = line.find_first_not_of(kBlanks);
+  const auto first = line.find_first_not_of(kSpaces);
   return first == line.npos ? std::string_view() : line.substr(first);
 }
 

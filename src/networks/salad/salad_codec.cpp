@@ -5,6 +5,8 @@
 #include <charconv>
 #include <cmath>
 
+#include "base/trimmed.h"
+
 namespace rubicon::networks::salad {
 
 namespace {
@@ -12,15 +14,8 @@ namespace {
 constexpr std::string_view kUpdates = "#SALADST#";
 constexpr std::string_view kRequest = "#SALAD#";
 constexpr std::string_view kDigits = "0123456789";
-constexpr std::string_view kBlanks = " \t\r\n";
 /// Where doubles hold no int64 any more.
 constexpr double kTooLarge = 9223372036854775808.0;
-
-std::string_view trimmed(std::string_view text) {
-  const auto first = text.find_first_not_of(kBlanks);
-  if (first == text.npos) return {};
-  return text.substr(first, text.find_last_not_of(kBlanks) - first + 1);
-}
 
 template <class Number>
 std::optional<Number> whole(std::string_view text) {
@@ -101,9 +96,9 @@ Value digits_of(const Decimal& parts) {
 std::optional<Fault> read_item(std::string_view text, Item& item) {
   const auto semicolon = text.find(';');
   if (semicolon == text.npos || text.find(';', semicolon + 1) != text.npos) return Fault::kForm;
-  const auto id = read_id(trimmed(text.substr(0, semicolon)));
+  const auto id = read_id(base::trimmed(text.substr(0, semicolon)));
   if (!id) return Fault::kId;
-  auto value = read_number(trimmed(text.substr(semicolon + 1)));
+  auto value = read_number(base::trimmed(text.substr(semicolon + 1)));
   if (!value) return Fault::kValue;
   item = {*id, std::move(*value)};
   return std::nullopt;
@@ -113,7 +108,7 @@ std::optional<Fault> read_item(std::string_view text, Item& item) {
 void read_items(std::string_view text, Datagram& out, bool& last) {
   while (!text.empty()) {
     const auto colon = std::min(text.find(':'), text.size());
-    const auto one = trimmed(text.substr(0, colon));
+    const auto one = base::trimmed(text.substr(0, colon));
     text.remove_prefix(std::min(colon + 1, text.size()));
     if (one.empty()) continue;
     Item item;

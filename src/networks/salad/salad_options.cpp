@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "base/trimmed.h"
 #include "model/key.h"
 #include "networks/salad/properties_reader.h"
 #include "transport/read_text.h"
@@ -15,7 +16,6 @@ namespace {
 
 constexpr std::size_t kLargestFile = 1 << 20;
 constexpr std::size_t kLongestName = 40;
-constexpr std::string_view kBlanks = " \t\r\n\f";
 constexpr std::string_view kDevice = "device_";
 /// Keys of the original's file (salad.md, section 5). Two of them have no effect here: the original never applied the
 /// first, and how long to wait between attempts is the supervisor's business.
@@ -39,18 +39,12 @@ constexpr TypeName kTypes[] = {
     {"actuator.status", "status"},
 };
 
-std::string_view trimmed(std::string_view text) {
-  const auto first = text.find_first_not_of(kBlanks);
-  if (first == text.npos) return {};
-  return text.substr(first, text.find_last_not_of(kBlanks) - first + 1);
-}
-
 /// Consecutive commas are one; tokens are trimmed.
 std::vector<std::string_view> tokens_of(std::string_view line) {
   std::vector<std::string_view> tokens;
   while (!line.empty()) {
     const auto comma = std::min(line.find(','), line.size());
-    if (comma > 0) tokens.push_back(trimmed(line.substr(0, comma)));
+    if (comma > 0) tokens.push_back(base::trimmed(line.substr(0, comma)));
     line.remove_prefix(std::min(comma + 1, line.size()));
   }
   return tokens;
@@ -87,7 +81,7 @@ class Table {
       : options_(options), types_(types), errors_(errors) {}
 
   void add(std::string_view id_text, std::string_view line, const ConfigPlace& place, const std::string& path) {
-    const auto id = read_id(trimmed(id_text));
+    const auto id = read_id(base::trimmed(id_text));
     if (!id) {
       errors_.add(place, path, fmt::format("is {}, expected a device id from 1 to 65535", model::quoted(id_text)));
       return;
@@ -126,7 +120,7 @@ void read_file(const std::string& path, std::string_view text, ConfigNode& merge
     } else if (key.starts_with(kDevice)) {
       table.add(key.substr(kDevice.size()), value, place, key);
     } else if (std::find(std::begin(kOriginalKeys), std::end(kOriginalKeys), key) != std::end(kOriginalKeys)) {
-      found[key] = scalar(std::string(trimmed(value)), place);
+      found[key] = scalar(std::string(base::trimmed(value)), place);
     } else if (key != "name") {
       out.unknown_keys.push_back(key);
     }
@@ -157,7 +151,7 @@ void read_table(ConfigReader& options, Table& table) {
 }
 
 void read_line(ConfigReader& options, SaladOptions& out) {
-  out.host = trimmed(options.text("salad_host", out.host));
+  out.host = base::trimmed(options.text("salad_host", out.host));
   if (out.host.empty()) options.error("salad_host", "is empty, expected a host");
   out.port = static_cast<std::uint16_t>(options.integer("salad_port", out.port, 1, 65535));
   out.own_port = static_cast<std::uint16_t>(options.integer("rubicon_port", out.own_port, 0, 65535));

@@ -10,7 +10,7 @@ namespace {
 using namespace catalogue;
 
 // main, sub, name, meaning, unit, bits, minimum, maximum, step, sensor, actuator, form, words, record
-constexpr Dpt kRows[] = {
+constexpr Dpt kDeviceModeRows[] = {
     row(20, 600, "DPT_Behaviour_Lock_Unlock", "behavior lock/unlock", "", 8, 0, 255, 1, kEnumerationInput,
         kEnumerationOutput, Form::kEnumeration, kBehaviourLockUnlockWords),
     row(20, 601, "DPT_Behaviour_Bus_Power_Up_Down", "behavior bus power up/down", "", 8, 0, 255, 1, kEnumerationInput,
@@ -94,7 +94,7 @@ constexpr Dpt kRows[] = {
 }  // namespace
 
 std::span<const Dpt> device_mode_rows() {
-  return kRows;
+  return kDeviceModeRows;
 }
 
 }  // namespace rubicon::networks::knx

@@ -8,7 +8,7 @@ namespace {
 using namespace catalogue;
 
 // main, sub, name, meaning, unit, bits, minimum, maximum, step, sensor, actuator, form, words, record
-constexpr Dpt kRows[] = {
+constexpr Dpt kFloatRows[] = {
     row(9, 1, "DPT_Value_Temp", "temperature", "°C", 16, -273, kFloat16Maximum, 0, kTemperature, kTemperature,
         Form::kFloat16),
     row(9, 2, "DPT_Value_Tempd", "temperature difference", "K", 16, kFloat16Minimum, kFloat16Maximum, 0,
@@ -258,7 +258,7 @@ constexpr Dpt kRows[] = {
 }  // namespace
 
 std::span<const Dpt> float_rows() {
-  return kRows;
+  return kFloatRows;
 }
 
 }  // namespace rubicon::networks::knx

@@ -16,7 +16,7 @@ constexpr Word kBits24[] = {{0, "bit 0"},   {1, "bit 1"},   {2, "bit 2"},   {3, 
                             {20, "bit 20"}, {21, "bit 21"}, {22, "bit 22"}, {23, "bit 23"}};
 
 // main, sub, name, meaning, unit, bits, minimum, maximum, step, sensor, actuator, form, words, record
-constexpr Dpt kRows[] = {
+constexpr Dpt kMainRows[] = {
     row(1, DptId::kMainOnly, "DPT_1", "main type 1", "", 1, 0, 1, 1, kBinaryState, kBinaryState, Form::kBit,
         kSwitchWords),
     row(2, DptId::kMainOnly, "DPT_2", "main type 2", "", 2, 0, 0, 0, kRecord, kRecord, Form::kRecord, kSwitchWords,
@@ -108,7 +108,7 @@ constexpr Dpt kRows[] = {
 }  // namespace
 
 std::span<const Dpt> main_rows() {
-  return kRows;
+  return kMainRows;
 }
 
 }  // namespace rubicon::networks::knx

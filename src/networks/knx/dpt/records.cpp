@@ -97,17 +97,17 @@ constexpr Field kFourFloatSetpoints[] = {
     real("economy", 32, FieldKind::kFloat16), real("protection", 48, FieldKind::kFloat16)};
 constexpr Field kVersion[] = {number("magic", 0, 5), number("version", 5, 5), number("revision", 10, 6)};
 constexpr Word kAlarmPriorities[] = {{0, "high"}, {1, "medium"}, {2, "low"}, {3, "none"}};
-constexpr Field kAlarm[] = {number("logNumber", 0, 8),
-                            words("priority", 8, 8, kAlarmPriorities),
-                            words("applicationArea", 16, 8, kApplicationAreaWords),
-                            words("errorClass", 24, 8, kErrorClassSystemWords),
-                            flag("errorCodeSupported", 36),
-                            flag("textSupported", 37),
-                            flag("timeStampSupported", 38),
-                            flag("acknowledgeSupported", 39),
-                            flag("locked", 45),
-                            flag("notAcknowledged", 46),
-                            flag("inAlarm", 47)};
+constexpr Field kAlarmFields[] = {number("logNumber", 0, 8),
+                                  words("priority", 8, 8, kAlarmPriorities),
+                                  words("applicationArea", 16, 8, kApplicationAreaWords),
+                                  words("errorClass", 24, 8, kErrorClassSystemWords),
+                                  flag("errorCodeSupported", 36),
+                                  flag("textSupported", 37),
+                                  flag("timeStampSupported", 38),
+                                  flag("acknowledgeSupported", 39),
+                                  flag("locked", 45),
+                                  flag("notAcknowledged", 46),
+                                  flag("inAlarm", 47)};
 constexpr Field kScalingSpeed[] = {scaled("milliseconds", 0, 16, 100, 1), percent("percent", 16)};
 // 1 ms as in the master data of ETS; older notes say 100 ms (knx.md 9.9).
 constexpr Field kScalingStep[] = {number("milliseconds", 0, 16), percent("percent", 16)};
@@ -197,7 +197,7 @@ constexpr Record kLightingActuatorRecord{kLightingActuator, kLightingActuatorVal
 constexpr Record kSetpointsRecord{kSetpoints};
 constexpr Record kHotWaterSetpointsRecord{kHotWaterSetpoints};
 constexpr Record kVersionRecord{kVersion};
-constexpr Record kAlarmRecord{kAlarm};
+constexpr Record kAlarmRecord{kAlarmFields};
 constexpr Record kThreeFloatSetpointsRecord{std::span(kFourFloatSetpoints).first(3)};
 constexpr Record kScalingSpeedRecord{kScalingSpeed};
 constexpr Record kScalingStepRecord{kScalingStep};

@@ -10,7 +10,7 @@ namespace {
 using namespace catalogue;
 
 // main, sub, name, meaning, unit, bits, minimum, maximum, step, sensor, actuator, form, words, record
-constexpr Dpt kRows[] = {
+constexpr Dpt kSetRows[] = {
     row(21, 1, "DPT_StatusGen", "general status", "", 8, 0, 0, 0, kBitsetInput, kBitsetOutput, Form::kBits,
         kStatusGenWords),
     row(21, 2, "DPT_Device_Control", "device control", "", 8, 0, 0, 0, kBitsetInput, kBitsetOutput, Form::kBits,
@@ -85,7 +85,7 @@ constexpr Dpt kRows[] = {
 }  // namespace
 
 std::span<const Dpt> set_rows() {
-  return kRows;
+  return kSetRows;
 }
 
 }  // namespace rubicon::networks::knx

@@ -3,6 +3,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "base/trimmed.h"
 #include "model/key.h"
 #include "networks/knx/dpt/codec.h"
 
@@ -11,12 +12,6 @@
 namespace rubicon::networks::knx {
 
 namespace {
-
-std::string_view trimmed(std::string_view text) {
-  while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) text.remove_prefix(1);
-  while (!text.empty() && (text.back() == ' ' || text.back() == '\t')) text.remove_suffix(1);
-  return text;
-}
 
 template <class Number>
 std::optional<Number> number_in(std::string_view text) {
@@ -32,7 +27,7 @@ bool drop_word(std::string_view& text, std::string_view word) {
   if (text.size() <= word.size() || !same_word(text.substr(0, word.size()), word)) return false;
   if (text[word.size()] != ' ' && text[word.size()] != ',') return false;
   text.remove_prefix(word.size() + 1);
-  text = trimmed(text);
+  text = base::trimmed(text);
   return true;
 }
 
@@ -85,7 +80,7 @@ Result<Payload> encode_step(const Dpt& type, std::string_view text) {
   if (const auto step = step_in(text)) {
     return Payload{{static_cast<std::uint8_t>((step->direction ? 8 : 0) | step->code)}, true};
   }
-  if (text.ends_with('%')) text = trimmed(text.substr(0, text.size() - 1));
+  if (text.ends_with('%')) text = base::trimmed(text.substr(0, text.size() - 1));
   if (const auto number = number_in<double>(text)) return encode(type, *number);
   return unreadable(type, text, "a number from -100 to 100, stop, increase 3 or decrease 3");
 }
@@ -93,7 +88,7 @@ Result<Payload> encode_step(const Dpt& type, std::string_view text) {
 Result<Payload> encode_figure(const Dpt& type, std::string_view text) {
   auto figure = text;
   if (!type.unit.empty() && figure.ends_with(type.unit)) {
-    figure = trimmed(figure.substr(0, figure.size() - type.unit.size()));
+    figure = base::trimmed(figure.substr(0, figure.size() - type.unit.size()));
   }
   if (type.bits == 64) {
     if (const auto whole = number_in<std::int64_t>(figure)) return encode(type, *whole);
@@ -169,7 +164,7 @@ Result<Payload> encode_text(const Dpt& type, std::string_view text) {
     case Form::kLongText: return encode(type, std::string(text));
     default: break;
   }
-  const auto given = trimmed(text);
+  const auto given = base::trimmed(text);
   switch (type.form) {
     case Form::kBit: return encode_bit(type, given);
     case Form::kStep: return encode_step(type, given);

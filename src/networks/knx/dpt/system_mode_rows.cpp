@@ -9,7 +9,7 @@ namespace {
 using namespace catalogue;
 
 // main, sub, name, meaning, unit, bits, minimum, maximum, step, sensor, actuator, form, words, record
-constexpr Dpt kRows[] = {
+constexpr Dpt kSystemModeRows[] = {
     row(20, 1, "DPT_SCLOMode", "system clock mode", "", 8, 0, 255, 1, kEnumerationInput, kEnumerationOutput,
         Form::kEnumeration, kSCLOModeWords),
     row(20, 2, "DPT_BuildingMode", "building mode", "", 8, 0, 255, 1, kBuildingMode, kBuildingMode, Form::kEnumeration,
@@ -87,7 +87,7 @@ constexpr Dpt kRows[] = {
 }  // namespace
 
 std::span<const Dpt> system_mode_rows() {
-  return kRows;
+  return kSystemModeRows;
 }
 
 }  // namespace rubicon::networks::knx

@@ -9,7 +9,7 @@ namespace {
 using namespace catalogue;
 
 // main, sub, name, meaning, unit, bits, minimum, maximum, step, sensor, actuator, form, words, record
-constexpr Dpt kRows[] = {
+constexpr Dpt kTextRows[] = {
     row(15, 0, "DPT_Access_Data", "entrance access", "", 32, 0, 0, 0, kRecord, kRecord, Form::kRecord, {},
         &kAccessRecord),
     row(16, 0, "DPT_String_ASCII", "text, 14 characters ASCII", "", 112, 0, 127, 0, kText, kText, Form::kText),
@@ -23,7 +23,7 @@ constexpr Dpt kRows[] = {
 }  // namespace
 
 std::span<const Dpt> text_rows() {
-  return kRows;
+  return kTextRows;
 }
 
 }  // namespace rubicon::networks::knx

@@ -21,7 +21,7 @@ struct Word {
 
 /// Words of headers. English ones are those of ETS; the others are what its languages would say, and a column without a
 /// word of this table is found by its place and content.
-constexpr std::array kWords{
+constexpr std::array kHeaderWords{
     Word{"group name", Column::kName},
     Word{"main", Column::kName},
     Word{"middle", Column::kName},
@@ -76,7 +76,7 @@ constexpr std::array kWords{
 
 std::optional<Column> column_of(std::string_view cell) {
   const auto small = to_lower(clean_text(cell, 64));
-  for (const auto& word : kWords) {
+  for (const auto& word : kHeaderWords) {
     if (word.text == small) return word.column;
   }
   return {};
