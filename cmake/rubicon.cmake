@@ -37,6 +37,9 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   target_compile_options(rubicon_options INTERFACE
     -Wno-error=stringop-overflow -Wno-error=array-bounds -Wno-error=restrict -Wno-error=maybe-uninitialized)
 endif()
+if(RUBICON_UNITY AND CMAKE_CXX_COMPILER_ID MATCHES "Clang")
+  target_compile_options(rubicon_options INTERFACE -Wno-shadow)  # it knows no -Wshadow=local
+endif()
 if(RUBICON_SANITIZE)
   target_compile_options(rubicon_options INTERFACE -fsanitize=${RUBICON_SANITIZE} -fno-omit-frame-pointer)
   target_link_options(rubicon_options INTERFACE -fsanitize=${RUBICON_SANITIZE})

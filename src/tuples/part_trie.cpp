@@ -33,7 +33,7 @@ void each_part(std::string_view key, Visit visit) {
 }  // namespace
 
 PartTrie::PartTrie(PartNames& names) : names_(&names) {
-  nodes_.emplace_back();
+  nodes_.add();
 }
 
 std::uint32_t PartTrie::add(std::optional<model::OwnerId> owner, std::string_view key) {
@@ -100,10 +100,7 @@ void PartTrie::link(std::uint32_t parent, std::uint32_t node) {
 }
 
 std::uint32_t PartTrie::take_free_node() {
-  if (free_.empty()) {
-    nodes_.emplace_back();
-    return static_cast<std::uint32_t>(nodes_.size() - 1);
-  }
+  if (free_.empty()) return nodes_.add();
   const auto node = free_.back();
   free_.pop_back();
   return node;

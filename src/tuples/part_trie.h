@@ -8,6 +8,7 @@
 
 #include "model/key.h"
 #include "tuples/child_table.h"
+#include "tuples/pages.h"
 #include "tuples/part_names.h"
 
 namespace rubicon::tuples {
@@ -70,7 +71,7 @@ class PartTrie {
   void match_from(std::uint32_t node, const PartPath& path, std::size_t at, std::vector<std::uint32_t>& payloads) const;
 
   PartNames* names_;
-  std::vector<Node> nodes_;
+  Pages<Node> nodes_;
   std::vector<std::uint32_t> free_;
   ChildTable children_;
   std::vector<PatternWalk*> walks_;

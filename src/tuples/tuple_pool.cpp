@@ -18,14 +18,8 @@ std::uint16_t MediaTypes::intern(std::string_view name) {
 }
 
 std::uint32_t TuplePool::take(OwnerId owner, std::string_view key) {
-  std::uint32_t index = used_;
-  if (!free_.empty()) {
-    index = free_.back();
-    free_.pop_back();
-  } else {
-    if (used_ % kPage == 0) pages_.push_back(std::make_unique<Tuple[]>(kPage));
-    ++used_;
-  }
+  const auto index = free_.empty() ? tuples_.add() : free_.back();
+  if (!free_.empty()) free_.pop_back();
   auto& tuple = (*this)[index];
   tuple.key_text = std::make_unique_for_overwrite<char[]>(key.size());
   std::memcpy(tuple.key_text.get(), key.data(), key.size());

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "tuples/pages.h"
 #include "tuples/part_trie.h"
 #include "tuples/tuple_space.h"
 
@@ -53,9 +54,9 @@ struct alignas(128) Tuple {
 /// Tuples at places that never move, named by index.
 class TuplePool {
  public:
-  Tuple& operator[](std::uint32_t index) { return pages_[index / kPage][index % kPage]; }
-  const Tuple& operator[](std::uint32_t index) const { return pages_[index / kPage][index % kPage]; }
-  bool contains(std::uint32_t index) const { return index < used_; }
+  Tuple& operator[](std::uint32_t index) { return tuples_[index]; }
+  const Tuple& operator[](std::uint32_t index) const { return tuples_[index]; }
+  bool contains(std::uint32_t index) const { return index < tuples_.size(); }
 
   std::uint32_t take(OwnerId owner, std::string_view key);
   /// The tuple is no longer there; its place becomes free with the last pin.
@@ -66,12 +67,10 @@ class TuplePool {
   std::uint32_t generation() const { return generation_; }
 
  private:
-  static constexpr std::uint32_t kPage = 256;
   void release(std::uint32_t index);
 
-  std::vector<std::unique_ptr<Tuple[]>> pages_;
+  Pages<Tuple> tuples_;
   std::vector<std::uint32_t> free_;
-  std::uint32_t used_ = 0;
   std::uint32_t generation_ = 0;
 };
 

@@ -112,8 +112,8 @@ bool BusPoints::hear(const Telegram& telegram, const BoundPoint* commanded) {
   if (!table_.knows(telegram.destination)) return false;
   if (telegram.service == Service::kRead) return true;
   reads_.heard(telegram.destination);
-  for (const auto index : table_.heard_on(telegram.destination)) {
-    auto& point = table_.points()[index];
+  for (const auto& hearing : table_.heard_on(telegram.destination)) {
+    auto& point = table_.points()[hearing.point];
     if (&point != commanded) update(point, telegram.payload);
   }
   return true;

@@ -184,9 +184,9 @@ void KnxNetwork::put(Telegram telegram, std::function<void(bool)> done) {
 }
 
 Operators::Meaning KnxNetwork::meaning(GroupAddress address) const {
-  const auto& heard_on = points_.table().heard_on(address);
+  const auto heard_on = points_.table().heard_on(address);
   if (!heard_on.empty()) {
-    const auto& point = points_.table().points()[heard_on.front()];
+    const auto& point = points_.table().points()[heard_on.front().point];
     return {point.group.name, point.dpt};
   }
   for (const auto& point : points_.table().points()) {

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <set>
@@ -66,6 +67,7 @@ Capability capability_of(const BoundPoint& point, const TypeCatalogue& types) {
 PointTable::PointTable(const std::vector<GroupPoint>& groups, const TypeCatalogue& types) : types_(&types) {
   points_.reserve(groups.size());
   for (const auto& group : groups) bind(group, types);
+  sort();
   std::set<std::string> taken;
   for (const auto& group : groups) {
     if (!group.device.empty()) taken.insert(model::to_key_part(group.device));
@@ -73,7 +75,7 @@ PointTable::PointTable(const std::vector<GroupPoint>& groups, const TypeCatalogu
   // 1.4.6 and 1/4/6 would be one key (knx.md, section 1).
   for (const auto& group : groups) {
     const auto key = to_key_part(group.address);
-    if (group.device.empty() && taken.contains(key)) devices_[address_of(group)].wanted_id = "ga-" + key;
+    if (group.device.empty() && taken.contains(key)) wanted_ids_[address_of(group)] = "ga-" + key;
   }
 }
 
@@ -86,25 +88,36 @@ void PointTable::bind(const GroupPoint& group, const TypeCatalogue& types) {
   const auto index = points_.size();
   auto& device = devices_[point.address];
   device.points.push_back(index);
-  if (device.name.empty()) device.name = group.device.empty() ? group.name : group.device_name;
-  const auto hears = [&](GroupAddress address) {
-    auto& points = by_address_[number(address)];
-    if (points.empty() || points.back() != index) points.push_back(index);
-  };
+  if (device.name.empty() && !group.device.empty()) device.name = group.device_name;
+  const auto hears = [&](GroupAddress address) { heard_.push_back({address, static_cast<std::uint32_t>(index)}); };
   hears(point.source());
   for (const auto address : group.listen) hears(address);
-  if (group.state) by_address_.try_emplace(number(group.address));
+  if (group.state) commanded_.push_back(group.address);
   points_.push_back(std::move(point));
 }
 
-const std::vector<std::size_t>& PointTable::heard_on(GroupAddress address) const {
-  static const std::vector<std::size_t> kNobody;
-  const auto found = by_address_.find(number(address));
-  return found == by_address_.end() ? kNobody : found->second;
+void PointTable::sort() {
+  const auto place = [](const Hearing& one) { return std::pair(number(one.address), one.point); };
+  std::sort(heard_.begin(), heard_.end(), [&](const auto& a, const auto& b) { return place(a) < place(b); });
+  const auto same =
+      std::unique(heard_.begin(), heard_.end(), [&](const auto& a, const auto& b) { return place(a) == place(b); });
+  heard_.erase(same, heard_.end());
+  heard_.shrink_to_fit();
+  std::sort(commanded_.begin(), commanded_.end());
+  commanded_.shrink_to_fit();
+}
+
+std::span<const PointTable::Hearing> PointTable::heard_on(GroupAddress address) const {
+  struct ByAddress {
+    bool operator()(const Hearing& one, GroupAddress wanted) const { return one.address < wanted; }
+    bool operator()(GroupAddress wanted, const Hearing& one) const { return wanted < one.address; }
+  };
+  const auto [first, last] = std::equal_range(heard_.begin(), heard_.end(), address, ByAddress());
+  return {first, last};
 }
 
 bool PointTable::knows(GroupAddress address) const {
-  return by_address_.contains(number(address));
+  return !heard_on(address).empty() || std::binary_search(commanded_.begin(), commanded_.end(), address);
 }
 
 BoundPoint* PointTable::find(const std::string& device, const PointId& id) {
@@ -133,9 +146,11 @@ std::string PointTable::place_of(const Device& device) const {
 model::Join PointTable::join_of(const std::string& device) const {
   const auto& one = devices_.at(device);
   model::Join join;
-  join.name = one.name;
+  const auto& first = points_[one.points.front()].group;
+  const bool is_own = to_string(first.address) == device;  // a device of one address is called as that
+  join.name = one.name.empty() && is_own ? first.name : one.name;
   join.model = place_of(one);
-  join.id = one.wanted_id;
+  if (const auto wanted = wanted_ids_.find(device); wanted != wanted_ids_.end()) join.id = wanted->second;
   join.heard = false;
   for (const auto index : one.points) join.capabilities.push_back(capability_of(points_[index], *types_));
   return join;

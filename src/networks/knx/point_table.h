@@ -1,8 +1,8 @@
 #pragma once
 
 #include <map>
+#include <span>
 #include <string>
-#include <unordered_map>
 #include <vector>
 
 #include "model/message.h"
@@ -41,8 +41,7 @@ class PointTable {
   PointTable(const std::vector<GroupPoint>& groups, const TypeCatalogue& types);
 
   struct Device {
-    std::string name;
-    std::string wanted_id;  ///< key part it asks for; empty = the one of its address
+    std::string name;  ///< empty: a device of one address, called as that, or one without a name
     std::vector<std::size_t> points;
   };
   /// By address within the network.
@@ -50,8 +49,13 @@ class PointTable {
   std::vector<BoundPoint>& points() { return points_; }
   const std::vector<BoundPoint>& points() const { return points_; }
 
-  /// Indices of the points whose value is heard on this address; empty for an unknown one.
-  const std::vector<std::size_t>& heard_on(GroupAddress address) const;
+  /// A point whose value is heard on an address.
+  struct Hearing {
+    GroupAddress address;
+    std::uint32_t point;  ///< its index
+  };
+  /// In the order of the points; empty for an unknown address.
+  std::span<const Hearing> heard_on(GroupAddress address) const;
   /// The address means something here, also one that only takes commands.
   bool knows(GroupAddress address) const;
   BoundPoint* find(const std::string& device, const PointId& id);
@@ -60,12 +64,15 @@ class PointTable {
 
  private:
   void bind(const GroupPoint& group, const TypeCatalogue& types);
+  void sort();
   std::string place_of(const Device& device) const;
 
   const TypeCatalogue* types_ = nullptr;  ///< of a table with points
   std::vector<BoundPoint> points_;
   std::map<std::string, Device> devices_;
-  std::unordered_map<std::uint16_t, std::vector<std::size_t>> by_address_;
+  std::map<std::string, std::string> wanted_ids_;  ///< of the devices that ask for another key part than their address
+  std::vector<Hearing> heard_;                     ///< by address
+  std::vector<GroupAddress> commanded_;            ///< sorted: of actuators that are heard elsewhere
 };
 
 /// What a telegram says about a point, in the unit and words of the catalogue; an error names what was wrong.
