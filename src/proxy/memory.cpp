@@ -125,13 +125,11 @@ Result<void> Memory::named(Device& device) {
   }
   if (++names_ > kMostNames) return fail(ErrorCode::kBusy, "too many names at once, try again");
   const auto row = device.state_row;
-  auto done = store_->begin();
-  if (!done) return done;
-  done = save_name(device);
-  if (done) done = store_->commit(true);
-  if (done) return done;
-  store_->rollback();
-  device.state_row = row;
+  if (auto begun = store_->begin(); !begun) return begun;
+  auto done = save_name(device);
+  if (!done) store_->rollback();
+  if (done) done = store_->commit(true);  // undoes by itself what it cannot write
+  if (!done) device.state_row = row;
   return done;
 }
 

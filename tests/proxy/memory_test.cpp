@@ -250,6 +250,25 @@ TEST_F(Remembering, WhatCouldNotBeWrittenIsTriedAgain) {
   EXPECT_EQ(known->values.size(), 1U);
 }
 
+TEST_F(Remembering, ANameThatTheDiskRefusesIsRefusedAndMayBeGivenLater) {
+  start();
+  join("7", lamp());
+  time.run_for(2s);
+  Reply reply;
+  {
+    const FullDisk full;
+    reply = set("proxy.hall.7.description", R"({"name":"Kitchen lamp"})");
+  }
+  EXPECT_EQ(reply.verdict, Verdict::kRefused);
+  EXPECT_EQ(reply.code, ErrorCode::kIo);
+  EXPECT_THAT(reply.text, ::testing::HasSubstr("proxy.hall.7 keeps its name"));
+  EXPECT_EQ(json("proxy.hall.7.description")["name"], "Lamp");
+  EXPECT_EQ((*store->find("hall", "7"))->given_name, "");
+  time.run_for(1s);
+  EXPECT_EQ(set("proxy.hall.7.description", R"({"name":"Kitchen lamp"})").verdict, Verdict::kApplied);
+  EXPECT_EQ((*store->find("hall", "7"))->given_name, "Kitchen lamp");
+}
+
 TEST_F(Remembering, WhatIsNotWrittenYetIsKnownAlready) {
   config.discovery.otherwise = Admission::kAsk;
   start();
