@@ -72,7 +72,20 @@ CommandDesk::~CommandDesk() {
 tuples::Judgement CommandDesk::judge(const tuples::RemoteSet& wish) {
   Device* device = nullptr;
   const auto point = target_of(wish, device);
-  return point ? accept(wish, *device, **point) : tuples::Judgement::refused(point.error());
+  if (!point) return tuples::Judgement::refused(point.error());
+  auto key = model::without_alias(wish.key);
+  if (key == wish.key) return accept(wish, *device, **point);
+  auto as_kept = wish;
+  as_kept.key = std::move(key);
+  return accept_elsewhere(as_kept, *device, **point);
+}
+
+/// The wish came under another key than that of the command, which must not become a tuple.
+tuples::Judgement CommandDesk::accept_elsewhere(const tuples::RemoteSet& wish, Device& device, Point& point) {
+  auto judgement = accept(wish, device, point);
+  judgement.store = false;
+  if (judgement.verdict == tuples::Verdict::kApplied) std::ignore = around_.space.set(point.command, wish.value);
+  return judgement;
 }
 
 Result<Point*> CommandDesk::target_of(const tuples::RemoteSet& wish, Device*& device) {
@@ -449,10 +462,7 @@ tuples::Judgement CommandDesk::take_over(const tuples::RemoteSet& wish, Device& 
     return tuples::Judgement::refused(
         {ErrorCode::kRefused, fmt::format("a newer command for {} of {} came first", point.details->id, device.key)});
   }
-  auto judgement = accept(wish, device, point);
-  judgement.store = false;
-  if (judgement.verdict == tuples::Verdict::kApplied) std::ignore = around_.space.set(point.command, wish.value);
-  return judgement;
+  return accept_elsewhere(wish, device, point);
 }
 
 }  // namespace rubicon::proxy

@@ -50,6 +50,7 @@ class CommandDesk {
   Result<Point*> target_of(const tuples::RemoteSet& wish, Device*& device);
   Result<Point*> target_of(const Message& message, const PointId& id, Device*& device);
   tuples::Judgement accept(const tuples::RemoteSet& wish, Device& device, Point& point);
+  tuples::Judgement accept_elsewhere(const tuples::RemoteSet& wish, Device& device, Point& point);
   void take_in();
   void start(std::unique_ptr<Command> command);
   void set_rate(Device& device, Point& point, Command& command);

@@ -408,7 +408,10 @@ TEST_F(Rate, IsSetUnderTheNameOfTheTextOfD14Too) {
   begin({});
   EXPECT_EQ(set("proxy.hall.7.property.sampling-rate.command", "250").verdict, Verdict::kApplied);
   EXPECT_EQ(text(rate_point + ".value"), "250");
+  EXPECT_EQ(text(rate_point + ".command"), "250");
   EXPECT_EQ(command_state(rate_point), "confirmed");
+  EXPECT_FALSE(exists("proxy.hall.7.property.sampling-rate.command"));
+  EXPECT_TRUE(log.contain(rate_point + " = '250' by component 70001")) << "the log has one name for it";
 }
 
 TEST_F(Rate, YieldsToASubscriberThatNamesAPeriod) {
