@@ -22,6 +22,8 @@ class VirtualScheduler final : public Scheduler {
   void run_ready();
   /// Moves time forward by `span`, running each timer at its own time.
   void run_for(Duration span);
+  /// Time goes by and nothing runs, as while a process is stopped; what is due then runs late.
+  void stop_for(Duration span) { advance_to(now_ + span); }
   /// `outside` is asked when nothing is left to do now, and waits a little for real parts: true if they posted
   /// something.
   void ask_outside(std::function<bool()> outside) { outside_ = std::move(outside); }

@@ -205,6 +205,7 @@ void CommandDesk::start(std::unique_ptr<Command> command) {
   if (newest_wins(*point)) supersede(*device, *point, *command);
   auto& started = *command;
   queues_[device->number].push_back(std::move(command));
+  if (is_over(started)) return expire(*device, *point, started, started.reason);
   if (is_rate(*point)) return set_rate(*device, *point, started);
   const bool goes = can_send(*device->network) && device->status != DeviceStatus::kUnreachable;
   goes ? hand_over(*device, *point, started) : wait(*device, *point, started);
@@ -249,10 +250,21 @@ void CommandDesk::delayed(Device& device) {
   }
 }
 
-/// Never longer than we wait ourselves: what is called timed-out here must not happen afterwards.
+/// A turn may come before the timer that is due with it, all the more when the process was stopped.
+bool CommandDesk::is_over(const Command& command) const {
+  return command.expires <= around_.clock.now().steady;
+}
+
+void CommandDesk::expire(Device& device, Point& point, Command& command, const std::string& why) {
+  settle(device, point, command, CommandState::kExpired,
+         fmt::format("not sent within {}{}{}", seconds_text(command.time_to_live), why.empty() ? "" : ": ", why));
+}
+
+/// Of a command that is not over. Never longer than we wait ourselves: what is called timed-out here must not happen
+/// afterwards.
 std::chrono::milliseconds CommandDesk::time_left(const Command& command) const {
-  return std::chrono::ceil<std::chrono::milliseconds>(std::clamp<Duration>(
-      command.expires - around_.clock.now().steady, std::chrono::milliseconds(1), around_.config.confirmation_wait));
+  return std::chrono::ceil<std::chrono::milliseconds>(
+      std::min<Duration>(command.expires - around_.clock.now().steady, around_.config.confirmation_wait));
 }
 
 void CommandDesk::hand_over(Device& device, Point& point, Command& command) {
@@ -283,9 +295,15 @@ void CommandDesk::await(Command& command) {
 void CommandDesk::deliver(Device& device) {
   const auto queue = queues_.find(device.number);
   if (queue == queues_.end() || !can_send(*device.network)) return;
-  for (auto& command : queue->second) {
-    if (command->handed_over != WallTime{}) continue;
-    if (auto* point = find_point(device, command->point)) hand_over(device, *point, *command);
+  std::vector<Command*> waiting;  // those that are over leave the queue
+  for (const auto& command : queue->second) {
+    if (command->handed_over == WallTime{}) waiting.push_back(command.get());
+  }
+  for (auto* command : waiting) {
+    auto* point = find_point(device, command->point);
+    if (!point) continue;
+    is_over(*command) ? expire(device, *point, *command, std::string(command->reason))
+                      : hand_over(device, *point, *command);
   }
 }
 
@@ -302,8 +320,7 @@ void CommandDesk::deadline_passed(std::uint64_t serial) {
   }
   const auto waited = seconds_text(around_.config.confirmation_wait);
   if (command.handed_over == WallTime{}) {
-    settle(*device, *point, command, CommandState::kExpired,
-           fmt::format("not sent within {}: {}", seconds_text(command.time_to_live), why_it_waits(*device)));
+    expire(*device, *point, command, why_it_waits(*device));
   } else if (command.state == CommandState::kQueued) {
     settle(*device, *point, command, CommandState::kTimedOut, "no acknowledgement within " + waited);
   } else {

@@ -56,6 +56,9 @@ class CommandDesk {
   void set_rate(Device& device, Point& point, Command& command);
   void supersede(Device& device, Point& point, const Command& by);
   void hand_over(Device& device, Point& point, Command& command);
+  bool is_over(const Command& command) const;
+  /// It could not be sent in its time; `why` may be empty.
+  void expire(Device& device, Point& point, Command& command, const std::string& why);
   std::chrono::milliseconds time_left(const Command& command) const;
   void wait(Device& device, Point& point, Command& command);
   void sent(Device& device, Point& point, Command& command);

@@ -138,6 +138,33 @@ TEST_F(Commands, ATimeToLiveThatIsNamedBoundsTheWait) {
   EXPECT_EQ(command_state(kFlapPoint), "expired");
 }
 
+TEST_F(Commands, AreNotSentToADeviceThatReturnsWhenTheirTimeIsOver) {
+  begin();
+  sleep();
+  const auto return_of_7 = time.at(time.now() + 2s, [this] { hall().say("7", model::KeepAlive{}); });
+  set(kFlapCommand, "open", 2s);
+  set("proxy.hall.7.actuator.chime-1.command", "1", 2s);
+  set("proxy.hall.7.actuator.chime-1.command", "2", 3s);
+  time.run_for(2s);
+  EXPECT_EQ(json("proxy.hall.7.status")["status"], "reachable") << "heard before the timer of the command";
+  EXPECT_EQ(command()["state"], "expired");
+  EXPECT_EQ(command()["reason"], "not sent within 2 s: the device is unreachable: silent for 60 s");
+  ASSERT_EQ(actuated().size(), 1u);
+  EXPECT_EQ(actuated()[0].value, Value(std::int64_t{2})) << "that one still has a second";
+}
+
+TEST_F(Commands, AreNotCarriedOutAfterAStopOfTheIslandThatTookAllTheirTime) {
+  begin();
+  std::function<void()> stop_when_accepted = [&] {
+    text(kFlapCommand) == "open" ? time.stop_for(3s) : time.post(stop_when_accepted);
+  };
+  time.post(stop_when_accepted);
+  set(kFlapCommand, "open", 2s);
+  EXPECT_TRUE(actuated().empty());
+  EXPECT_EQ(command()["state"], "expired");
+  EXPECT_EQ(command()["reason"], "not sent within 2 s");
+}
+
 TEST_F(Commands, ADoorDoesNotOpenWhenTheCableIsMendedAnHourLater) {
   begin();
   hall().lose_line();
