@@ -13,6 +13,8 @@ namespace {
 
 constexpr tuples::SetOptions kJson{"application/json", {}, {}};
 constexpr Duration kDevicesPause = std::chrono::milliseconds(250);
+/// It grows with all networks, and goes out whole for each device.
+constexpr Duration kAllDevicesPause = std::chrono::seconds(1);
 constexpr Duration kCountersPause = std::chrono::seconds(1);
 /// Counters a network may publish; more are not shown.
 constexpr std::size_t kMaxProperties = 256;
@@ -26,7 +28,9 @@ void NetworkBoard::begin() {
   append_json(around_.config.island_name, island);
   std::ignore = around_.space.set(around_.config.prefix + ".island", island + '}', kJson);
   publish_networks();
-  std::ignore = around_.space.set(around_.config.prefix + ".devices", "[]", kJson);
+  all_devices_ = "[]";
+  if (auto devices = around_.space.set(around_.config.prefix + ".devices", all_devices_, kJson))
+    all_devices_tuple_ = *devices;
   for (const auto& [id, network] : directory_.networks()) declare(*network);
 }
 
@@ -56,6 +60,7 @@ void NetworkBoard::declare(Network& network) {
 void NetworkBoard::remove(Network& network) {
   std::ignore = around_.space.erase(network.key + ".status");
   std::ignore = around_.space.erase(network.key + ".devices");
+  too_long_.erase(network.key + ".devices");
   for (const auto& [name, value] : network.published) {
     std::ignore = around_.space.erase(fmt::format("{}.property.{}.value", network.key, name));
   }
@@ -86,21 +91,43 @@ void NetworkBoard::networks_changed() {
 }
 
 void NetworkBoard::list_soon() {
-  if (devices_timer_.pending()) return;
-  const auto when = std::max(devices_at_, around_.clock.now().steady);
-  devices_timer_ = around_.scheduler.at(when, [this] { publish_devices(); });
+  const auto now = around_.clock.now().steady;
+  if (!devices_timer_.pending())
+    devices_timer_ = around_.scheduler.at(std::max(devices_at_, now), [this] { publish_devices(); });
+  if (!all_devices_timer_.pending())
+    all_devices_timer_ = around_.scheduler.at(std::max(all_devices_at_, now), [this] { publish_all_devices(); });
 }
 
 void NetworkBoard::publish_devices() {
   devices_at_ = around_.clock.refresh().steady + kDevicesPause;
   for (const auto& [id, network] : directory_.networks()) {
     if (!std::exchange(network->devices_dirty, false)) continue;
-    std::ignore = around_.space.set(network->devices_tuple, reachable_devices(*network), kJson);
+    publish_list(network->devices_tuple, network->key + ".devices", reachable_devices(*network));
   }
+}
+
+void NetworkBoard::publish_all_devices() {
+  all_devices_at_ = around_.clock.refresh().steady + kAllDevicesPause;
   std::string list = "[";
   for (const auto& [id, network] : directory_.networks())
     append_reachable(*network, model::to_key_part(id) + '.', list);
-  std::ignore = around_.space.set(around_.config.prefix + ".devices", list + ']', kJson);
+  list += ']';
+  if (list == all_devices_) return;
+  all_devices_ = std::move(list);
+  publish_list(all_devices_tuple_, around_.config.prefix + ".devices", all_devices_);
+}
+
+/// A list that no value can hold would else stand for ever as it was when it still fitted.
+void NetworkBoard::publish_list(TupleRef tuple, const std::string& key, const std::string& list) {
+  if (tuple == TupleRef{}) return;
+  const auto set = around_.space.set(tuple, list, kJson);
+  if (set) {
+    too_long_.erase(key);
+    return;
+  }
+  std::ignore = around_.space.set(tuple, "[]", kJson);
+  if (too_long_.insert(key).second)
+    around_.log.warning(fmt::format("{} stands empty, its devices are too many: {}", key, set.error().text));
 }
 
 void NetworkBoard::refresh_counters() {

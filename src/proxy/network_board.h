@@ -1,5 +1,6 @@
 #pragma once
 
+#include <set>
 #include <string>
 
 #include "proxy/device_directory.h"
@@ -7,7 +8,7 @@
 namespace rubicon::proxy {
 
 /// Keeps the tuples of networks and of the island: line, counters, reachable devices, list of networks. However fast
-/// devices come and go, their lists (of a network, of the island) are published at most four times a second.
+/// devices come and go, the list of a network is published at most four times a second, that of the island once.
 class NetworkBoard {
  public:
   NetworkBoard(Surroundings& around, DeviceDirectory& directory);
@@ -29,13 +30,18 @@ class NetworkBoard {
   void list_soon();
   void publish_networks();
   void publish_devices();
+  void publish_all_devices();
+  void publish_list(TupleRef tuple, const std::string& key, const std::string& list);
   void publish_counters();
   void publish_property(Network& network, const std::string& name, std::string value);
 
   Surroundings& around_;
   DeviceDirectory& directory_;
-  Timer devices_timer_, counters_timer_;
-  SteadyTime devices_at_{}, counters_at_{};  ///< not again before
+  TupleRef all_devices_tuple_;
+  std::string all_devices_;         ///< as last published, or refused
+  std::set<std::string> too_long_;  ///< keys of the lists that are told to be so
+  Timer devices_timer_, all_devices_timer_, counters_timer_;
+  SteadyTime devices_at_{}, all_devices_at_{}, counters_at_{};  ///< not again before
 };
 
 }  // namespace rubicon::proxy
