@@ -101,6 +101,7 @@ void HandOver::send(Device& device, const Claim& to, const std::string& tuple) {
 void HandOver::answered(Command& command, const std::string& status, OwnerId island, const tuples::Reply& reply) {
   std::tie(command.state, command.reason) = outcome(island, reply);
   command.since = around_.clock.refresh().wall;
+  command.until = {};  // final
   std::string text = "{\"quality\":\"unknown\",\"since\":";
   append_seconds(command.since, text);
   text += fmt::format(",\"heard\":0,\"changed\":0,\"reason\":\"the device moved to island {}\",\"command\":{}}}",

@@ -86,6 +86,7 @@ TEST_F(RoamingCommands, WhatTheNewIslandCannotTakeIsToldAsFailed) {
   devices_of(2).say("7", less);
   scheduler.run_for(1s);
   EXPECT_EQ(command(1)["state"], "failed");
+  EXPECT_FALSE(command(1).contains("until")) << "it is final";
   EXPECT_EQ(command(1)["creator"], 70001);
   EXPECT_THAT(std::string(command(1)["reason"]), HasSubstr("moved to island 2"));
   EXPECT_EQ(value(islands[1]->space(), 1, "proxy.scripted-1.7.status"), "(none)");
