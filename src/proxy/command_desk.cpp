@@ -67,6 +67,7 @@ CommandDesk::~CommandDesk() {
   for (const auto& [device, queue] : queues_) {
     for (const auto& command : queue) log_.ended(*command, "dropped", "the island ends");
   }
+  for (const auto& command : inbox_) log_.ended(*command, "dropped", "the island ends");
 }
 
 tuples::Judgement CommandDesk::judge(const tuples::RemoteSet& wish) {

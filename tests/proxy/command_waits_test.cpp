@@ -106,6 +106,17 @@ TEST_F(Commands, LeaveOneLineInTheLogWithTheirOutcome) {
       log.contain(kFlapPoint + " = 'shut' by component 70001, id 70001: dropped after 0.00 s: its device left"));
 }
 
+TEST_F(Commands, OfTheIslandsLastTurnLeaveTheirLineInTheLogToo) {
+  begin();
+  std::function<void()> end_when_accepted = [&] {
+    text(kFlapCommand) == "open" ? proxy.reset() : time.post(end_when_accepted);
+  };
+  time.post(end_when_accepted);
+  set(kFlapCommand, "open");
+  EXPECT_TRUE(
+      log.contain(kFlapPoint + " = 'open' by component 70001, id 70001: dropped after 0.00 s: the island ends"));
+}
+
 TEST_F(Commands, InAFloodAreCountedInTheLog) {
   begin();
   const auto before = log.lines.size();
