@@ -94,6 +94,16 @@ TEST_F(Commands, OfAComponentOnAnotherHostAreNamedWithIt) {
   EXPECT_EQ(command()["commander"], "robot? (pid 9 of root on dock)");
 }
 
+TEST_F(Commands, NameTheirCommanderInCharactersThatDoNotSteerATerminal) {
+  std::string umlauts;
+  for (int i = 0; i < 40; ++i) umlauts += "\u00e4";
+  ASSERT_TRUE(robot->describe("{\"name\":\"\u202etoor\u0085\",\"host\":\"desk\",\"program\":\"x" + umlauts + "\"}"));
+  config.host = "desk";
+  begin();
+  set(kFlapCommand, "open");
+  EXPECT_EQ(command()["commander"], "?toor? (x" + umlauts.substr(0, 58) + ")") << "29 whole characters of two bytes";
+}
+
 TEST_F(Commands, LeaveOneLineInTheLogWithTheirOutcome) {
   begin();
   set(kFlapCommand, "open");
