@@ -261,6 +261,34 @@ TEST_F(MoteNetwork, WrongApplicationMessagesAreRefusedWithTheReason) {
       ErrorCode::kRefused);
 }
 
+TEST_F(MoteNetwork, NoMessageCommandsAnActuatorPastTheCommandDesk) {
+  auto able = em1000();
+  able.obey = true;
+  world(1, able);
+  open();
+  run(5s);
+  const Bytes relay{0x02, 0, 2, 0, 0, 0, 1};
+  const auto carried = motes::encode_net({kIsland, 2, kIsland, motes::kBaseMote, 1, 7, 9,
+                                          motes::kTransportConnectionless, motes::kApplicationMockup, relay});
+  const auto sent = happened.size();
+  for (const auto& answer :
+       {send("2", model::Opaque{"mote/3/5/2/reliable", relay}), send("65535", model::Opaque{"mote/3/5/2", relay}),
+        send("2", model::Opaque{"mote/3/5/2", {0x02, 0, 2}}),
+        send("2", model::Opaque{"mote/3/5/2/reliable/9", relay}, {IslandId{77}, "wsn-1", "3"}),
+        send("", model::Opaque{"mote/am/28", carried})}) {
+    ASSERT_FALSE(answer);
+    EXPECT_EQ(answer.error().code, ErrorCode::kRefused);
+    EXPECT_THAT(answer.error().text, HasSubstr("set the actuator's .command instead"));
+  }
+  run(5s);
+  EXPECT_EQ(events("executed"), 0u);
+  EXPECT_EQ(happened.size(), sent) << "no packet reached a mote";
+  EXPECT_TRUE(send("2", model::Opaque{"mote/3/6/2", relay})) << "of another application it may mean anything";
+  ASSERT_TRUE(send("2", model::Actuate{5, {Kind::kActuator, types.find("relay")->id, "1"}, std::int64_t{1}, 5s}));
+  run(5s);
+  EXPECT_EQ(events("executed"), 1u) << "as the command desk sends it";
+}
+
 TEST_F(MoteNetwork, TheAnswerOfAMoteToAnotherIslandIsRoutedThere) {
   start(1);
   // A component of island 77 wants mote 2 to acknowledge: the acknowledgement is for 77 (wsn.md 9.8).

@@ -48,6 +48,17 @@ std::optional<motes::Record> command_in(const motes::NetMessage& message) {
   return std::move(*record);
 }
 
+/// Also one that is cut short: a mote reads on in its memory.
+bool sets_actuator(const motes::NetMessage& message) {
+  static const auto kType = motes::encode_record(motes::ActuateCommand{}).front();
+  return message.transport == motes::kTransportConnectionless && message.application == motes::kApplicationMockup &&
+         !message.record.empty() && message.record.front() == kType;
+}
+
+Error past_the_command_desk() {
+  return {ErrorCode::kRefused, "messages do not command actuators: set the actuator's .command instead"};
+}
+
 std::optional<motes::NetMessage> net_message_in(ByteView packet) {
   const auto read = motes::decode_packet(packet);
   if (!read || !read->is(motes::AmType::kNetMessage)) return std::nullopt;
@@ -115,6 +126,9 @@ Result<MoteRequest> opaque_request(std::uint16_t island, std::uint16_t mote, con
   if (request.record.size() > kLongestRecord)
     return fail(ErrorCode::kOutOfRange, fmt::format("{} bytes for a mote, at most {} go over its radio",
                                                     request.record.size(), kLongestRecord));
+  auto whole = request.header;
+  whole.record = request.record;
+  if (sets_actuator(whole)) return fail(past_the_command_desk());
   const auto from = model::number(message.source.island);
   if (from == 0 || from == island || from >= motes::kBaseMote) return request;
   request.header.source_island = static_cast<std::uint16_t>(from);
@@ -131,6 +145,10 @@ Result<Bytes> am_packet(const model::Message& message, const MoteTag& tag) {
   if (bytes.size() > motes::kMaxPayload)
     return fail(ErrorCode::kOutOfRange,
                 fmt::format("{} bytes for the sink, at most {} fit", bytes.size(), motes::kMaxPayload));
+  if (tag.type == static_cast<std::uint8_t>(motes::AmType::kNetMessage)) {
+    if (const auto carried = motes::decode_net(bytes); carried && sets_actuator(*carried))
+      return fail(past_the_command_desk());
+  }
   return motes::packet_of(static_cast<motes::AmType>(tag.type), bytes);
 }
 

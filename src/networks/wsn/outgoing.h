@@ -23,12 +23,13 @@ MoteRequest probe_request(std::uint16_t island, std::uint16_t mote);
 MoteRequest ack_request(std::uint16_t island, const motes::WantedAck& wanted);
 
 /// An application message, of this island or another one's component or mote: that one's address goes with it
-/// (wsn.md 9.8). kInvalid and kOutOfRange say what is wrong with tag or bytes.
+/// (wsn.md 9.8). kInvalid and kOutOfRange say what is wrong with tag or bytes; kRefused: it commands an actuator, past
+/// the command desk.
 Result<MoteRequest> opaque_request(std::uint16_t island, std::uint16_t mote, const model::Message& message,
                                    const MoteTag& tag);
 
 /// A packet of another AM type for the sink itself, past the motes' network layer (wsn.md 7.2). kRefused for its
-/// configuration, kNotFound if it names a device, kOutOfRange for too many bytes.
+/// configuration and for the command of an actuator, kNotFound if it names a device, kOutOfRange for too many bytes.
 Result<Bytes> am_packet(const model::Message& message, const MoteTag& tag);
 
 /// What a mote acknowledges of what an application sent with a number of the application's own (wsn.md 7.2, matrix
