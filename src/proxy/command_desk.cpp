@@ -25,7 +25,7 @@ bool newest_wins(const Point& point) {
 /// Why a command cannot be sent now.
 std::string why_it_waits(const Device& device) {
   const auto& network = *device.network;
-  if (can_send(network)) return fmt::format("the device is unreachable: {}", device.reason);
+  if (can_send(network)) return fmt::format("the device is unreachable: {}", device.reason.text());
   return fmt::format("the line is {}{}{}", to_string(network.line), network.reason.empty() ? "" : ": ", network.reason);
 }
 

@@ -13,6 +13,7 @@
 #include "model/message.h"
 #include "model/quality.h"
 #include "proxy/proxy_config.h"
+#include "proxy/rare_text.h"
 #include "state/state_store.h"
 #include "tuples/tuple_space.h"
 
@@ -37,8 +38,8 @@ std::string_view to_string(DeviceStatus status);
 struct PointDetails {
   std::shared_ptr<const Capability> capability;  ///< SharedCapabilities
   std::string id;                                ///< its part of the keys: `light-window`
-  std::string reason;                            ///< why the quality is what it is
-  std::string command;                           ///< JSON of the last command and its state; empty = none yet
+  RareText reason;                               ///< why the quality is what it is
+  RareText command;                              ///< JSON of the last command and its state; empty = none yet
   bool set_by_user = false;                      ///< a property a user gave its value
   bool declared = true;                          ///< false: made by a value that arrived, not by a join
 };
@@ -69,7 +70,7 @@ struct Sampling {
   std::vector<PointId> points;
   std::chrono::milliseconds period{0};
   std::uint64_t request = 0;  ///< 0 = nothing outstanding
-  std::string refusal;        ///< empty = accepted or not answered yet
+  RareText refusal;           ///< empty = accepted or not answered yet
   SteadyTime faster_at{};     ///< when the period last became shorter
   bool unsure = false;        ///< told, but not known to be accepted or refused
   bool queued = false;        ///< stands in the list of devices to be told this turn
@@ -93,13 +94,13 @@ struct Device {
   std::string id;       ///< its part of the keys
   std::string key;      ///< `proxy.wsn-1.7`
   std::string type, name, model;
-  std::string area;            ///< where it is: the configuration's word, else the user's
+  RareText area;               ///< where it is: the configuration's word, else the user's
   std::string announced_name;  ///< the device's own; `name` is the configuration's or the user's where there is one
-  std::string given_name, given_area;  ///< by a user at run time
-  std::string wanted_id;               ///< Join::id
-  WallTime joined{};                   ///< Announced::joined of its last join
+  RareText given_name, given_area;  ///< by a user at run time
+  RareText wanted_id;               ///< Join::id
+  WallTime joined{};                ///< Announced::joined of its last join
   WallTime since{};
-  std::string reason;
+  RareText reason;
   TupleRef status_tuple;
   std::chrono::milliseconds rate{1000};
   PointNumber rate_point = 0;  ///< the property that shows it; 0 = none

@@ -16,7 +16,8 @@ constexpr Duration kLongestSilence = std::chrono::hours(24 * 366);
 /// The longest last part of a point's keys.
 constexpr std::string_view kLongestEnd = ".description";
 
-bool assign(std::string& to, const std::string& from) {
+template <class Text>
+bool assign(Text& to, const std::string& from) {
   if (to == from) return false;
   to = from;
   return true;
@@ -26,12 +27,12 @@ bool assign(std::string& to, const std::string& from) {
 const std::string& name_of(const Device& device) {
   const auto* names = names_of(device.network->rules, device.address);
   if (names && !names->name.empty()) return names->name;
-  return device.given_name.empty() ? device.announced_name : device.given_name;
+  return device.given_name.empty() ? device.announced_name : device.given_name.text();
 }
 
 const std::string& area_of(const Device& device) {
   const auto* names = names_of(device.network->rules, device.address);
-  return names && !names->area.empty() ? names->area : device.given_area;
+  return names && !names->area.empty() ? names->area : device.given_area.text();
 }
 
 }  // namespace
@@ -244,7 +245,7 @@ void DeviceDirectory::release(Device& device) {
 
 Result<std::vector<Point>> DeviceDirectory::name(Device& device) {
   auto& network = *device.network;
-  auto id = device_id(network.rules, device.address, device.wanted_id);
+  auto id = device_id(network.rules, device.address, device.wanted_id.text());
   if (auto free = key_is_free(network, id, device.address); !free) return fail(std::move(free.error()));
   device.id = std::move(id);
   device.key = fmt::format("{}.{}", network.key, device.id);

@@ -24,7 +24,7 @@ constexpr int kMostNames = 20;
 }  // namespace
 
 model::Join announcement(const Device& device) {
-  model::Join join{device.type, device.announced_name, device.model, {}, true, device.wanted_id};
+  model::Join join{device.type, device.announced_name, device.model, {}, true, device.wanted_id.text()};
   for (const auto& point : device.points) {
     if (!point.details->declared) continue;
     join.capabilities.push_back(*point.details->capability);
@@ -135,11 +135,11 @@ Result<void> Memory::named(Device& device) {
 
 Result<void> Memory::save_name(Device& device) {
   auto done = save(device);
-  if (done) done = store_->rename(device.state_row, device.given_name, device.given_area);
+  if (done) done = store_->rename(device.state_row, device.given_name.text(), device.given_area.text());
   if (done || done.error().code != ErrorCode::kNotFound) return done;
   device.state_row = 0;  // forgotten to make room
   done = save(device);
-  return done ? store_->rename(device.state_row, device.given_name, device.given_area) : done;
+  return done ? store_->rename(device.state_row, device.given_name.text(), device.given_area.text()) : done;
 }
 
 void Memory::absent(const std::string& network, const std::string& address, const model::Join& join,
@@ -304,8 +304,8 @@ Result<void> Memory::save(Device& device) {
   known.address = device.address;
   known.id = device.id;
   known.decision = device.decision;
-  known.given_name = device.given_name;
-  known.area = device.given_area;
+  known.given_name = device.given_name.text();
+  known.area = device.given_area.text();
   known.join = announcement(device);
   for (const auto& point : device.points) known.point_ids.emplace_back(point.id, point.details->id);
   known.first_seen = around_.clock.now().wall;

@@ -42,7 +42,7 @@ tuples::Judgement Proxy::Parts::judge_description(const tuples::RemoteSet& wish)
   if (!device) return refused({ErrorCode::kNotFound, fmt::format("{}: no such device here", model::quoted(wish.key))});
   const auto tree = json::parse(wish.value, nullptr, false);
   if (!tree.is_object() || tree.empty()) return refused({ErrorCode::kInvalid, fmt::format("{}: {}", wish.key, kForm)});
-  auto name = device->given_name, area = device->given_area;
+  auto name = device->given_name.text(), area = device->given_area.text();
   for (const auto& [member, value] : tree.items()) {
     auto* target = member == "name" ? &name : member == "area" ? &area : nullptr;
     if (!target) {
@@ -65,16 +65,18 @@ tuples::Judgement Proxy::Parts::judge_description(const tuples::RemoteSet& wish)
 }
 
 Result<void> Proxy::Parts::give_name(Device& device, std::string name, std::string area, OwnerId by) {
-  std::swap(device.given_name, name);
-  std::swap(device.given_area, area);
+  auto name_before = std::exchange(device.given_name, RareText()),
+       area_before = std::exchange(device.given_area, RareText());
+  device.given_name = std::move(name);
+  device.given_area = std::move(area);
   if (auto done = memory.named(device); !done) {
-    device.given_name = std::move(name);
-    device.given_area = std::move(area);
+    device.given_name = std::move(name_before);
+    device.given_area = std::move(area_before);
     return fail(done.error().code, fmt::format("{} keeps its name: {}", device.key, done.error().text));
   }
   if (directory.take_name(device)) mirror.described(device);
   around.log.info(fmt::format("{} is called {} in area {} by {}, id {}", device.key, model::quoted(device.name),
-                              model::quoted(device.area), commander_name(around, by), number(by)));
+                              model::quoted(device.area.text()), commander_name(around, by), number(by)));
   return {};
 }
 

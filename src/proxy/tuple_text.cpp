@@ -23,9 +23,9 @@ std::string dump(const Tree& tree) {
 /// The reason that belongs to the quality shown, and since when it holds.
 std::pair<std::string_view, WallTime> reason_of(const Device& device, const Point& point) {
   if (device.network->down) return {device.network->reason, device.network->since};
-  if (device.status == DeviceStatus::kUnreachable) return {device.reason, device.since};
-  std::string_view reason = point.details->reason;
-  if (reason.empty() && point.wanted && point.quality != Quality::kGood) reason = device.sampling.refusal;
+  if (device.status == DeviceStatus::kUnreachable) return {device.reason.text(), device.since};
+  std::string_view reason = point.details->reason.text();
+  if (reason.empty() && point.wanted && point.quality != Quality::kGood) reason = device.sampling.refusal.text();
   return {reason, point.since};
 }
 
@@ -113,14 +113,14 @@ void write_point_status(const Device& device, const Point& point, std::string& o
   append_json(reason, out);
   if (!point.details->command.empty()) {
     out += ",\"command\":";
-    out += point.details->command;
+    out += point.details->command.text();
   }
   out += '}';
 }
 
 std::string device_status_text(const Device& device) {
   return model::device_condition_to_json(
-      DeviceCondition{std::string(to_string(device.status)), device.reason, device.since});
+      DeviceCondition{std::string(to_string(device.status)), device.reason.text(), device.since});
 }
 
 std::string network_status_text(const Network& network) {
@@ -159,7 +159,7 @@ std::string device_description(const Device& device) {
   }
   Tree tree;
   tree["name"] = device.name;
-  if (!device.area.empty()) tree["area"] = device.area;
+  if (!device.area.empty()) tree["area"] = device.area.text();
   tree["model"] = device.model;
   tree["type"] = device.type;
   tree["address"] = device.address;
