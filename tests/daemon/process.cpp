@@ -2,6 +2,8 @@
 
 #include <fcntl.h>
 #include <poll.h>
+#include <sys/ioctl.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -48,8 +50,12 @@ Process::Process(std::vector<std::string> arguments) {
   const auto in = make_pipe();
   const auto out = make_pipe();
   const auto err = make_pipe();
+  const auto test = ::getpid();
   pid_ = ::fork();
   if (pid_ == 0) {
+    ::setpgid(0, 0);
+    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+    if (::getppid() != test) ::_exit(98);
     ::signal(SIGPIPE, SIG_DFL);
     ::dup2(in[0], 0);
     ::dup2(out[1], 1);
@@ -57,6 +63,7 @@ Process::Process(std::vector<std::string> arguments) {
     ::execvp(argv[0], argv.data());
     ::_exit(127);
   }
+  ::setpgid(pid_, pid_);  // whoever of the two comes first
   for (const int descriptor : {in[0], out[1], err[1]}) ::close(descriptor);
   input_ = in[1];
   output_ = out[0];
@@ -65,10 +72,8 @@ Process::Process(std::vector<std::string> arguments) {
 }
 
 Process::~Process() {
-  if (!code_) {
-    ::kill(pid_, SIGKILL);
-    ::waitpid(pid_, nullptr, 0);
-  }
+  ::kill(-pid_, SIGKILL);
+  ::waitpid(pid_, nullptr, 0);
   shut(input_);
   shut(output_);
   shut(errors_);
@@ -90,6 +95,23 @@ void Process::close_output() {
 }
 void Process::signal(int number) const {
   ::kill(pid_, number);
+}
+
+bool Process::has_settled() const {
+  const auto resting = [this] {
+    std::ifstream file("/proc/" + std::to_string(pid_) + "/stat");
+    std::string text;
+    std::getline(file, text);
+    return text.find(") S ") != text.npos;
+  };
+  const auto all_read = [this] {
+    int unread = 0;
+    return ::ioctl(input_, FIONREAD, &unread) == 0 && unread == 0;
+  };
+  for (const auto deadline = Clock::now() + kPatience; Clock::now() < deadline; ::usleep(1000)) {
+    if (all_read() && resting()) return true;
+  }
+  return false;
 }
 
 bool Process::fill(Clock::time_point deadline) {
@@ -124,14 +146,15 @@ std::optional<std::string> Process::line_with(const std::string& part) {
 int Process::exit_code() {
   const auto deadline = Clock::now() + kPatience;
   while (!code_ && Clock::now() < deadline) {
-    int status = 0;
+    siginfo_t ended{};
     // Its standard error ends with it: waiting for that needs no polling of the process.
     pollfd wanted{errors_, POLLIN, 0};
     ::poll(&wanted, 1, 20);
     read_some(errors_, error_text_);
-    if (::waitpid(pid_, &status, WNOHANG) == pid_) {
-      code_ = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
-    }
+    // It stays a zombie, so that its process group keeps its number.
+    const int waited = ::waitid(P_PID, static_cast<id_t>(pid_), &ended, WEXITED | WNOHANG | WNOWAIT);
+    if (waited == 0 && ended.si_pid == pid_)
+      code_ = ended.si_code == CLD_EXITED ? ended.si_status : 128 + ended.si_status;
   }
   return code_.value_or(-1);
 }

@@ -10,7 +10,8 @@
 
 namespace rubicon::daemon {
 
-/// A program under test with pipes to its three standard streams; killed when destroyed.
+/// A program under test with pipes to its three standard streams, in a process group of its own. When destroyed, all of
+/// the group is killed, also what the program left behind; when the test is killed, the program is.
 class Process {
  public:
   explicit Process(std::vector<std::string> arguments);
@@ -23,6 +24,8 @@ class Process {
   void close_output();
   void signal(int number) const;
   pid_t pid() const { return pid_; }
+  /// Waits until it has read all its input and rests (a minute at most).
+  bool has_settled() const;
 
   /// The next line of standard output; nullopt at its end, or after a minute.
   std::optional<std::string> line();
