@@ -111,11 +111,7 @@ class Session {
   int exit_code() const { return exit_code_; }
 
   void run() {
-    signals_.async_wait([this](const boost::system::error_code& error, int) {
-      if (error) return;
-      impatient_ = true;
-      finish();
-    });
+    await_signal();
     await_hang_up();
     const bool table = options_.watch.empty() && !options_.shell && owns_terminal();
     if (options_.shell || table) make_shell(table);
@@ -151,6 +147,17 @@ class Session {
     console_ = OwnerId(kFirstComponent + (static_cast<std::uint32_t>(::getpid()) << 8U) + number(id) % 256);
     ecology_ = std::move(*dds);
     return {};
+  }
+
+  /// The first one ends the island; one that comes while it ends, no longer waits for a slow reader.
+  void await_signal() {
+    signals_.async_wait([this](const boost::system::error_code& error, int) {
+      if (error) return;
+      impatient_ = true;
+      finish();
+      if (closed_) lose_patience();
+      await_signal();
+    });
   }
 
   /// SIGHUP asks for a reload, as it does of every daemon.
@@ -218,10 +225,15 @@ class Session {
     service_.stopping("last commands to devices, then writing what is not on the disk yet");
     watches_.clear();
     island_->close([this] {
+      closed_ = true;
       if (screen_) return loop_.stop();
       output_.when_empty([this] { loop_.stop(); });
-      if (impatient_) patience_ = loop_.scheduler().after(kPatience, [this] { loop_.stop(); });
+      if (impatient_) lose_patience();
     });
+  }
+
+  void lose_patience() {
+    if (!patience_.pending()) patience_ = loop_.scheduler().after(kPatience, [this] { loop_.stop(); });
   }
 
   void put_event(std::string line) {
@@ -283,6 +295,7 @@ class Session {
   OwnerId console_{kFirstComponent};
   int exit_code_ = kExitOk;
   bool finishing_ = false;
+  bool closed_ = false;     ///< the devices have heard that it ends
   bool impatient_ = false;  ///< a signal asked for the end
   boost::asio::signal_set signals_, hang_up_;
   ConsoleWriter output_;

@@ -337,6 +337,16 @@ TEST_F(Daemon, AReaderThatStopsReadingDoesNotKeepItFromEnding) {
   EXPECT_EQ(watch.exit_code(), 0);
 }
 
+TEST_F(Daemon, ASignalEndsItAlsoWhenItWaitsAtItsEndForAReaderThatStoppedReading) {
+  Process shell({kDaemon, "run", room(), "--shell"});
+  ASSERT_TRUE(joined(shell));
+  for (int i = 0; i < 40; ++i) shell.write("ls **\n");  // more than a pipe holds, too little to hold up the shell
+  shell.write("quit\n");
+  ASSERT_TRUE(shell.has_settled());
+  shell.signal(SIGTERM);
+  EXPECT_EQ(shell.exit_code(), 0);
+}
+
 TEST_F(Daemon, AClosedOutputEndsItQuietly) {
   Process watch({kDaemon, "run", room(), "--watch", "**"});
   ASSERT_TRUE(watch.line());
