@@ -43,6 +43,7 @@ class TreeBuilder final : public YAML::EventHandler {
     stop(mark, "aliases (*name) are not supported; write the value out");
   }
   void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t, const std::string& value) override {
+    last_line_ = mark.line + 1;
     const bool quoted = tag == "!";
     const bool null = !quoted && (value.empty() || value == "~" || value == "null");
     leaf(mark, null ? ConfigNode::Kind::kNull : ConfigNode::Kind::kScalar, value, quoted);
@@ -55,6 +56,9 @@ class TreeBuilder final : public YAML::EventHandler {
     open(mark, ConfigNode::Kind::kMap);
   }
   void OnMapEnd() override { close(); }
+
+  /// In which the last value began.
+  int last_line() const { return last_line_; }
 
   base::ConfigErrors errors;
   ConfigNode root;
@@ -141,6 +145,7 @@ class TreeBuilder final : public YAML::EventHandler {
   std::shared_ptr<const std::string> file_;
   std::vector<Level> levels_;
   std::size_t nodes_ = 0;
+  int last_line_ = 0;
   bool stopped_ = false;
 };
 
@@ -177,13 +182,13 @@ Error error_of(std::string_view file, const YamlFault& fault) {
 
 Result<ConfigNode> parse(std::string_view text, std::string_view file) {
   if (const auto wrong = wrong_bytes(text)) return fail(error_of(file, *wrong));
-  if (const auto open = unclosed_quote(text)) return fail(error_of(file, *open));
   TreeBuilder builder(file);
   ViewBuffer buffer(text);
   std::istream stream(&buffer);
   try {  // yaml-cpp reports by exceptions; they end here
     YAML::Parser parser(stream);
     parser.HandleNextDocument(builder);
+    if (const auto open = unclosed_quote(text, builder.last_line())) return fail(error_of(file, *open));
     TreeBuilder second(file);
     if (builder.errors.empty() && parser.HandleNextDocument(second)) {
       builder.errors.add({file, 0, 0}, "", "holds more than one document, expected one");

@@ -157,10 +157,10 @@ constexpr Words kWords[] = {
 
 }  // namespace
 
-std::optional<YamlFault> unclosed_quote(std::string_view text) {
+std::optional<YamlFault> unclosed_quote(std::string_view text, int last_line) {
   YamlScan scan(text);
   auto found = scan.run();
-  return scan.quote_is_open() ? found : std::nullopt;
+  return scan.quote_is_open() && found->line == last_line ? found : std::nullopt;
 }
 
 YamlFault explain_yaml_fault(std::string_view text, const YamlFault& parsers) {

@@ -35,19 +35,21 @@ class YamlScan {
   bool in_flow() const { return !opened_.empty(); }
 
   void token();
-  void line_ends();
+  bool marker() const;
   void comment();
   void quoted(char quote);
   void behind_quote(Place from, char quote);
   void close(char bracket);
+  void property();
   void block_text();
   void plain();
+  bool goes_on() const;
   void fault(Place at, std::string text);
 
   std::string_view text_;
   std::size_t pos_ = 0;
   Place at_;
-  std::size_t line_begin_ = 0;
+  int parent_ = 0;  ///< column of the last key or list item outside brackets, whose value comes; 0 = none
   std::vector<Opened> opened_;
   std::optional<YamlFault> fault_;
   bool quote_is_open_ = false;

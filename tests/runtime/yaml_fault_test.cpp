@@ -94,6 +94,29 @@ TEST(YamlFaults, WhatOnlyLooksLikeOneIsTaken) {
   EXPECT_EQ(error_of("a: |\n  'open\n  {[\n\n    \"\nb: 1\n"), "(none)");
 }
 
+TEST(YamlFaults, AQuoteWithinATextWithoutQuotesOrABlockTextIsNone) {
+  for (const std::string_view text :
+       {"name: the lamp\n  'tis here\n", "name: the lamp\n\n\n  \"tis here\n", "a: &x |\n  \"quoted\n",
+        "a: !!str |\n  'x\n", "a: !!str &x >-\n  'x\n", "a:\n  |\n  'x\n", "a:\n  b: one\n    'two\nc: 3\n",
+        "a:\n- one\n  'two\n- three\n", "- a: one\n    'two\n  b: 3\n", "a:\n    one\n  'two\n",
+        "a: [one\n  'two, three]\n", "a: {b: one\n  'two}\n", "'a': one\n 'two\n", "%YAML 1.2\n---\na: b\n...\n",
+        "--- # x\na: 'b'\n", "a: &x 'b'\nc: !!str 'd'\n", "? a\n: 'b'\n", "a: -'b\n", "- - a\n  - 'b'\n"}) {
+    EXPECT_THAT(error_of(text), testing::AnyOf("(none)", testing::HasSubstr("expected a map"))) << text;
+  }
+}
+
+TEST(YamlFaults, AnOpenQuoteBehindSuchATextIsFound) {
+  const std::vector<Broken> broken{
+      {"a: the lamp\n  'tis here\nb: 'open\n", "3:4: the ' that opens here is never closed"},
+      {"a: &x |\n  'quoted\nb: \"open\nc: 1\n", "3:4: the \" that opens here is never closed"},
+      {"a: &x 'open\nb: 1\n", "1:7: the ' that opens here is never closed"},
+      {"a: b\n'c: d\n", "2:1: the ' that opens here is never closed"},
+      {"a: the lamp\n  'tis here\nb: ]\n", "3:4: this ']' closes nothing"},
+  };
+  for (const auto& [text, error] : broken)
+    EXPECT_THAT(error_of(text), testing::StartsWith("x.yaml:" + std::string(error))) << text;
+}
+
 TEST(YamlFaults, AWordOfTheCommandLineInAnotherEncodingIsRefused) {
   const auto value = parse_yaml_value(
       "K\xfc"
