@@ -13,15 +13,13 @@
 #include <optional>
 #include <utility>
 
+#include "runtime/draw_pace.h"
 #include "runtime/strokes.h"
 
 namespace rubicon::runtime {
 
 namespace {
 
-constexpr Duration kRedraw = std::chrono::milliseconds(500);
-/// Drawing takes at most one part in so many of the loop's time.
-constexpr int kShare = 10;
 /// A terminal sends the rest of a key's sequence sooner.
 constexpr Duration kEscapePause = std::chrono::milliseconds(50);
 
@@ -65,16 +63,19 @@ bool owns_terminal() {
 
 struct LiveConsole::Content {
   Content(Parts some, LiveTable a_table)
-      : parts(std::move(some)), table(std::move(a_table)), resized(parts.loop.context(), SIGWINCH) {
+      : parts(std::move(some)),
+        table(std::move(a_table)),
+        resized(parts.loop.context(), SIGWINCH),
+        pace(parts.loop.scheduler(), [this] { return draw(); }) {
     if (::isatty(STDERR_FILENO) == 1) parts.log.hold();
     await_resize();
-    draw();
+    pace.ask();
   }
 
   void await_resize() {
     resized.async_wait([this](const boost::system::error_code& error, int) {
       if (error) return;
-      draw();
+      pace.ask();
       await_resize();
     });
   }
@@ -85,10 +86,10 @@ struct LiveConsole::Content {
     if (reader.pending()) {
       settle = parts.loop.scheduler().after(kEscapePause, [this] {
         for (const auto& stroke : reader.settle()) press(stroke);
-        draw();
+        pace.ask();
       });
     }
-    draw();
+    pace.ask();
   }
 
   void press(const Stroke& stroke) {
@@ -100,7 +101,7 @@ struct LiveConsole::Content {
     parts.command(*line);
   }
 
-  void draw() {
+  Duration draw() {
     auto& scheduler = parts.loop.scheduler();
     const auto began = scheduler.now();
     const auto size = screen_size();
@@ -114,8 +115,7 @@ struct LiveConsole::Content {
       begun = true;
       drawn = size;
     }
-    const auto pause = std::max<Duration>(kRedraw, kShare * (scheduler.now() - began));
-    redraw = scheduler.after(pause, [this] { draw(); });
+    return scheduler.now() - began;
   }
 
   Parts parts;
@@ -124,7 +124,8 @@ struct LiveConsole::Content {
   boost::asio::signal_set resized;
   StrokeReader reader;
   std::unique_ptr<ConsoleReader> input;
-  Timer redraw, settle;
+  Timer settle;
+  DrawPace pace;
   bool begun = false;
   ScreenSize drawn{0, 0};  ///< of the last screen that was written
   std::string last_answer;
@@ -153,7 +154,7 @@ void LiveConsole::listen() {
 void LiveConsole::answer(std::string line) {
   content_->parts.log.note(line);
   content_->last_answer = std::move(line);
-  content_->draw();
+  content_->pace.ask();
 }
 
 }  // namespace rubicon::runtime

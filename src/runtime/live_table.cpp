@@ -79,7 +79,7 @@ std::optional<std::string> LiveTable::press(const Stroke& stroke) {
 }
 
 LiveView::Scene LiveTable::scene() const {
-  return {rows_, height_, log_.lines().size(), source_.command_to_try()};
+  return {rows_, height_, log_.lines().size(), proposal_};
 }
 
 std::string LiveTable::title(WallTime now, std::size_t width) const {
@@ -212,9 +212,10 @@ LiveFrame LiveTable::frame(WallTime now, ScreenSize size, const std::string& ans
   put_body(body, now, room, width);
   frame.lines.push_back(styled(kBold, shortened(title(now, width), width)));
   const auto heads = Columns(width).line("", "VALUE", "UNIT", "QUALITY", "HEARD", "COMMAND");
+  proposal_ = source_.command_to_try();
   frame.lines.push_back(styled(kBold, shortened("DEVICE" + heads.substr(6), width)));
   for (auto& line : body) frame.lines.push_back(std::move(line));
-  frame.lines.push_back(shortened(" try: " + source_.command_to_try(), width));
+  frame.lines.push_back(shortened(" try: " + proposal_, width));
   frame.lines.insert(frame.lines.end(), answer_rows.begin(), answer_rows.end());
   frame.lines.push_back(prompt(width, frame.cursor_column));
   // A screen too small for that shows the end.

@@ -58,6 +58,7 @@ class LiveTable {
   std::string name_;
   std::vector<LiveNetwork> networks_;
   std::vector<LiveRow> rows_;  ///< of the last frame
+  std::string proposal_;       ///< in it
   std::size_t height_ = 1;     ///< of the table in it
 };
 

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "runtime/draw_pace.h"
 #include "runtime/virtual_island.h"
 
 namespace rubicon::runtime {
@@ -97,6 +98,14 @@ TEST_F(LiveTableTest, ProposesACommandThatChangesSomethingAndTabTypesIt) {
   world_.time.run_for(1s);
   EXPECT_THAT(screen(), HasSubstr(" try: set proxy.dummy-1.living.actuator.lamp-1.command off "));
   EXPECT_THAT(screen(), ContainsRegex("lamp-1 +on +good +[0-9.]+s +confirmed"));
+}
+
+TEST_F(LiveTableTest, TabTypesWhatTheLastFrameShowed) {
+  EXPECT_THAT(screen(), HasSubstr(" try: set proxy.dummy-1.living.actuator.lamp-1.command on "));
+  world_.space->set_remote(OwnerId(6541), "proxy.dummy-1.living.actuator.lamp-1.command", "on", 5s, {});
+  world_.time.run_for(1s);
+  table_.press({Key::kTab});  // before the next frame, which proposes to switch it off
+  EXPECT_EQ(table_.press({Key::kEnter}), "set proxy.dummy-1.living.actuator.lamp-1.command on");
 }
 
 TEST_F(LiveTableTest, ALineIsTypedAsBeforeWhateverItsFirstLetter) {
@@ -330,6 +339,43 @@ struct Kept final : base::LogSink {
 TEST(LiveLogTest, WhileTheScreenIsThereNothingIsWrittenIntoItAndComplaintsComeAfterwards) {
   VirtualScheduler time;
   Kept behind;
+TEST(DrawPaceTest, ManyStrokesOfATurnAreDrawnOnceAndDrawingLeavesTheLoopItsTime) {
+  VirtualScheduler time;
+  int drawn = 0;
+  Duration takes = 200ms;
+  DrawPace pace(time, [&] {
+    ++drawn;
+    return takes;
+  });
+  for (int i = 0; i < 100; ++i) pace.ask();
+  EXPECT_EQ(drawn, 0) << "in a later turn";
+  time.run_ready();
+  EXPECT_EQ(drawn, 1);
+  for (int i = 0; i < 199; ++i) {
+    pace.ask();
+    time.run_for(10ms);
+  }
+  EXPECT_EQ(drawn, 1) << "a tenth of the time";
+  time.run_for(10ms);
+  EXPECT_EQ(drawn, 2);
+}
+
+TEST(DrawPaceTest, AStrokeIsDrawnAtOnceAndWithoutOneItIsDrawnNowAndThen) {
+  VirtualScheduler time;
+  int drawn = 0;
+  DrawPace pace(time, [&] {
+    ++drawn;
+    return Duration{};
+  });
+  for (int i = 1; i <= 5; ++i) {
+    pace.ask();
+    time.run_ready();
+    EXPECT_EQ(drawn, i);
+  }
+  time.run_for(2s);
+  EXPECT_EQ(drawn, 9);
+}
+
   LiveLog log(behind, "info", time);
   Log(log, "a").info("before");
   log.hold();
