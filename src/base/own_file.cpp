@@ -2,10 +2,12 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
+#include <optional>
 #include <utility>
 
 namespace rubicon::base {
@@ -23,6 +25,14 @@ ErrorCode code_of(int error) {
     case ENOTDIR: return ErrorCode::kNotFound;
     default: return ErrorCode::kIo;
   }
+}
+
+/// The mode that a file should have instead of its own: only one of ours that others may use has a wrong one.
+std::optional<mode_t> better_mode(int descriptor) {
+  struct stat about {};
+  if (::fstat(descriptor, &about) != 0 || !S_ISREG(about.st_mode) || about.st_uid != ::geteuid()) return {};
+  if ((about.st_mode & S_IRWXO) == 0) return {};
+  return about.st_mode & kMode;
 }
 
 }  // namespace
@@ -45,13 +55,25 @@ int OwnFile::release() {
 Result<OwnFile> OwnFile::open(const std::string& path, int flags) {
   if (path.find('\0') != std::string::npos) return fail(ErrorCode::kNotFound, "a path with a zero byte in it");
   OwnFile file(::open(path.c_str(), flags | O_CREAT | O_CLOEXEC | O_NOFOLLOW, kMode));
-  if (file.descriptor_ >= 0) return file;
+  if (file.descriptor_ >= 0) {
+    if (const auto mode = better_mode(file.descriptor_)) ::fchmod(file.descriptor_, *mode);
+    return file;
+  }
   const int error = errno;
   if (error == ELOOP) {
-    return fail(ErrorCode::kRefused,
+    return fail(ErrorCode::kInvalid,
                 fmt::format("{}: is a symbolic link: expected a file, or nothing; name the file itself", path));
   }
   return fail(code_of(error), fmt::format("{}: cannot open for writing: {}", path, std::strerror(error)));
+}
+
+void OwnFile::close_to_others(const std::string& path) {
+  // O_PATH: closing any other descriptor would end the locks that SQLite has on the file in this process.
+  const OwnFile file(::open(path.c_str(), O_PATH | O_CLOEXEC | O_NOFOLLOW));
+  if (file.descriptor_ < 0) return;
+  const auto mode = better_mode(file.descriptor_);
+  // fchmod refuses such a descriptor.
+  if (mode) ::chmod(fmt::format("/proc/self/fd/{}", file.descriptor_).c_str(), *mode);
 }
 
 Result<void> OwnFile::write(std::string_view bytes, const std::string& path) const {

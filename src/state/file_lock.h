@@ -12,7 +12,8 @@ class FileLock {
  public:
   FileLock() = default;  ///< holds nothing
 
-  /// kBusy: somebody else has it (also in this process); kRefused: no side file may be made there; kIo: anything else.
+  /// kBusy: somebody else has it (also in this process); kRefused: no side file may be made there; kIo: anything else,
+  /// also a side file that is a symbolic link: an island that took it for a folder it may only read would forget.
   static Result<FileLock> take(const std::string& path);
 
  private:

@@ -187,7 +187,10 @@ Result<void> open_own(StateFile& file, bool present) {
       return fail(forbidden ? ErrorCode::kIo : lock.error().code, lock.error().text);
     }
   }
-  // SQLite would make it readable for all; its side files take the mode of the file.
+  // SQLite would make it readable for all; its side files take the mode of the file. Those of earlier releases are.
+  if (!file.read_only) {
+    for (const auto* suffix : {"", "-wal", "-shm", "-journal"}) OwnFile::close_to_others(file.path + suffix);
+  }
   if (!present) {
     if (auto made = OwnFile::open(file.path, O_WRONLY); !made)
       return fail(ErrorCode::kIo, fmt::format("state file {}", made.error().text));

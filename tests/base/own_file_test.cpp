@@ -34,13 +34,37 @@ TEST_F(OwnFiles, AreReadByTheirUserAndGroupOnly) {
   EXPECT_EQ(fs::file_size(path), 4U);
 }
 
+TEST_F(OwnFiles, ThatEverybodyMayReadAreClosedToOthersAndTheRestIsLeftAlone) {
+  for (const auto& [before_it, after_it] : {std::pair{0644, 0640}, {0666, 0640}, {0600, 0600}, {0660, 0660}}) {
+    const auto path = (folder / std::to_string(before_it)).string();
+    const auto mode = [&] { return static_cast<int>(fs::status(path).permissions()); };
+    std::ofstream(path) << "text";
+    fs::permissions(path, fs::perms(before_it));
+    ASSERT_TRUE(OwnFile::open(path, O_WRONLY));
+    EXPECT_EQ(mode(), after_it);
+    fs::permissions(path, fs::perms(before_it));
+    OwnFile::close_to_others(path);
+    EXPECT_EQ(mode(), after_it);
+    EXPECT_EQ(fs::file_size(path), 4U);
+  }
+}
+
+TEST_F(OwnFiles, AreNotClosedToOthersThroughASymbolicLink) {
+  std::ofstream(folder / "theirs") << "for all";
+  fs::create_symlink("theirs", folder / "link");
+  OwnFile::close_to_others((folder / "link").string());
+  OwnFile::close_to_others((folder / "absent").string());
+  EXPECT_EQ(fs::status(folder / "theirs").permissions(), fs::perms(0666));
+  EXPECT_FALSE(fs::exists(folder / "absent"));
+}
+
 TEST_F(OwnFiles, AreNotWrittenThroughASymbolicLink) {
   const auto path = (folder / "link").string();
   std::ofstream(folder / "theirs") << "precious";
   fs::create_symlink("theirs", path);
   const auto file = OwnFile::open(path, O_WRONLY | O_TRUNC);
   ASSERT_FALSE(file);
-  EXPECT_EQ(file.error().code, ErrorCode::kRefused);
+  EXPECT_EQ(file.error().code, ErrorCode::kInvalid);
   EXPECT_THAT(file.error().text, HasSubstr(path + ": is a symbolic link"));
   EXPECT_EQ(fs::file_size(folder / "theirs"), 8U);
 }

@@ -202,6 +202,33 @@ TEST(StateFile, AndAllBesideItIsReadByTheGroupAtMost) {
   ::umask(umask_before);
 }
 
+TEST(StateFile, OfAnEarlierReleaseAndAllBesideItAreClosedToOthers) {
+  Folder folder;
+  {
+    // What is left of one that died: with the log.
+    const auto store = opened(folder / "s");
+    fill(*store, 3);
+    for (const auto* suffix : {"", "-wal", "-shm", "-lock"}) {
+      fs::copy_file(folder / "s" + suffix, folder / "old" + suffix);
+      fs::permissions(folder / "old" + suffix, fs::perms(0644));
+    }
+  }
+  const auto store = opened(folder / "old");
+  for (const auto* suffix : {"", "-wal", "-shm", "-lock"})
+    EXPECT_EQ(fs::status(folder / "old" + suffix).permissions(), fs::perms(0640)) << suffix;
+}
+
+TEST(StateFile, ThatIsThereIsNotOnlyReadBecauseItsLockIsASymbolicLink) {
+  Folder folder;
+  opened(folder / "s").reset();
+  fs::remove(folder / "s-lock");
+  fs::create_symlink("elsewhere", folder / "s-lock");
+  const auto error = error_of(folder / "s");
+  EXPECT_EQ(error.code, ErrorCode::kIo);
+  EXPECT_THAT(error.text, HasSubstr(folder / "s-lock: is a symbolic link"));
+  EXPECT_FALSE(fs::exists(folder / "elsewhere"));
+}
+
 TEST(StateFile, IsNoSymbolicLinkNorIsItsLock) {
   Folder folder;
   fs::create_symlink("elsewhere", folder / "link");
