@@ -85,17 +85,20 @@ LiveView::Scene LiveTable::scene() const {
 std::string LiveTable::title(WallTime now, std::size_t width) const {
   const auto count = source_.count();
   const auto& choice = view_.choice();
-  const auto island = fmt::format("Rubicon island {} {}   {} of {} devices reachable", number(island_), name_,
-                                  count.reachable, count.devices);
+  const auto name = fmt::format("Rubicon island {} {}   {}", number(island_), name_, count.reachable);
+  const auto whole = fmt::format("{} of {} devices reachable", name, count.devices);
+  const auto brief = fmt::format("{}/{} reachable", name, count.devices);
   const auto clock = "   " + base::local_seconds_text(now);
   std::string shown;
   if (choice.sort != LiveSort::kNetwork) shown += fmt::format("   sorted: {}", to_string(choice.sort));
-  if (!choice.filter.empty()) shown += fmt::format("   filter: {}", choice.filter);
   if (log_.complaints() > 0)
     shown += fmt::format("   {} warning{}", log_.complaints(), log_.complaints() == 1 ? "" : "s");
-  // What is shown of the island matters more than the time.
-  const bool room = base::characters(island) + base::characters(clock) + base::characters(shown) <= width;
-  return island + (room ? clock : "") + shown;
+  if (!choice.filter.empty()) shown += fmt::format("   filter: {}", choice.filter);
+  // What is shown of the island matters more than the time, and than whole words.
+  for (const auto& head : {whole + clock, whole}) {
+    if (base::characters(head) + base::characters(shown) <= width) return head + shown;
+  }
+  return brief + shown;
 }
 
 std::string LiveTable::row_text(const LiveRow& row, WallTime now, std::size_t width) const {
@@ -209,10 +212,10 @@ LiveFrame LiveTable::frame(WallTime now, ScreenSize size, const std::string& ans
   const auto room = room_for_both + 1 - answer_rows.size();
   LiveFrame frame;
   std::vector<std::string> body;
+  proposal_ = source_.command_to_try();
   put_body(body, now, room, width);
   frame.lines.push_back(styled(kBold, shortened(title(now, width), width)));
   const auto heads = Columns(width).line("", "VALUE", "UNIT", "QUALITY", "HEARD", "COMMAND");
-  proposal_ = source_.command_to_try();
   frame.lines.push_back(styled(kBold, shortened("DEVICE" + heads.substr(6), width)));
   for (auto& line : body) frame.lines.push_back(std::move(line));
   frame.lines.push_back(shortened(" try: " + proposal_, width));

@@ -285,6 +285,15 @@ TEST_F(ManyRows, SortedByNameTheNetworksDoNotMatter) {
   EXPECT_THAT(screen({24, 80}), HasSubstr("▾ dummy-1"));
 }
 
+TEST_F(ManyRows, TheTitleCountsWarningsOnEightyColumnsHoweverItIsSorted) {
+  for (int i = 0; i < 2; ++i) Log(log_, "knx").warning("complaint");
+  EXPECT_THAT(screen({24, 80}), HasSubstr("Rubicon island 6541 home   31 of 31 devices reachable   2 warnings"));
+  type("<");
+  EXPECT_THAT(screen({24, 80}), HasSubstr("Rubicon island 6541 home   31/31 reachable   sorted: trouble   2 warnings"));
+  type("/a filter that has many words and is longer than the screen has room for it", {24, 80});
+  EXPECT_THAT(screen({24, 80}), HasSubstr("sorted: trouble   2 warnings   fil…"));
+}
+
 TEST_F(LiveTableTest, SortedByTroubleWhatFailedComesFirst) {
   world_.space->set_remote(OwnerId(6541), "proxy.dummy-1.tank.actuator.boiler-1.command", "on", 5s, {});
   world_.time.run_for(6s);
@@ -330,15 +339,6 @@ TEST(LiveTable, SaysSomethingWhereNothingIs) {
   EXPECT_THAT(text, HasSubstr("\nan answer "));
 }
 
-/// Keeps what it is given.
-struct Kept final : base::LogSink {
-  void write(base::LogLevel, std::string_view, std::string_view text) override { lines.emplace_back(text); }
-  std::vector<std::string> lines;
-};
-
-TEST(LiveLogTest, WhileTheScreenIsThereNothingIsWrittenIntoItAndComplaintsComeAfterwards) {
-  VirtualScheduler time;
-  Kept behind;
 TEST(DrawPaceTest, ManyStrokesOfATurnAreDrawnOnceAndDrawingLeavesTheLoopItsTime) {
   VirtualScheduler time;
   int drawn = 0;
@@ -376,6 +376,15 @@ TEST(DrawPaceTest, AStrokeIsDrawnAtOnceAndWithoutOneItIsDrawnNowAndThen) {
   EXPECT_EQ(drawn, 9);
 }
 
+/// Keeps what it is given.
+struct Kept final : base::LogSink {
+  void write(base::LogLevel, std::string_view, std::string_view text) override { lines.emplace_back(text); }
+  std::vector<std::string> lines;
+};
+
+TEST(LiveLogTest, WhileTheScreenIsThereNothingIsWrittenIntoItAndComplaintsComeAfterwards) {
+  VirtualScheduler time;
+  Kept behind;
   LiveLog log(behind, "info", time);
   Log(log, "a").info("before");
   log.hold();
