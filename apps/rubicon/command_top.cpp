@@ -6,6 +6,7 @@
 #include "apps/rubicon/rates.h"
 #include "apps/rubicon/selection.h"
 #include "apps/rubicon/tuple_text.h"
+#include "base/local_time.h"
 
 namespace rubicon::cli {
 
@@ -88,7 +89,7 @@ class Top {
 
   void show_lines(const std::vector<Rates::Row>& rows) {
     for (const auto& row : rows) {
-      session_.out().line(dump({{"time", base::to_seconds(session_.now())},
+      session_.out().line(dump({{"time", base::iso_text(session_.now())},
                                 {options_.by, row.name},
                                 {"per_second", row.per_second},
                                 {"total", row.total},
