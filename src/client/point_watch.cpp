@@ -52,6 +52,7 @@ void PointWatch::valued(const tuples::Event& event) {
     return forget_lost(name.first);
   }
   auto& entry = entries_[name];
+  if (!entry.has_value) note_if_lost(event.tuple);
   if (entry.fresh) std::ignore = tell(name, entry);  // two sets within a turn are two events
   entry.point.tuple = Tuple(event.tuple);
   entry.has_value = entry.fresh = true;
@@ -100,6 +101,12 @@ void PointWatch::peer_changed(OwnerId owner, tuples::PeerEvent event) {
   for (auto at = entries_.lower_bound({owner, {}}); at != entries_.end() && at->first.first == owner; ++at)
     touch(at->first);
   forget_lost(owner);
+}
+
+/// A copy of an owner that was lost before this watch began: no snapshot of it comes, nor news of the loss.
+void PointWatch::note_if_lost(const tuples::TupleView& tuple) {
+  const auto now = space_.get(tuple.owner, tuple.key);
+  if (now && !now->owner_present) lost_.insert(tuple.owner);
 }
 
 /// Nothing of it is shown any more.

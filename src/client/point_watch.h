@@ -33,6 +33,7 @@ class PointWatch {
   void line_stated(const tuples::Event& event);
   void arrived(OwnerId owner);
   void peer_changed(OwnerId owner, tuples::PeerEvent event);
+  void note_if_lost(const tuples::TupleView& tuple);
   void forget_lost(OwnerId owner);
   void touch(const Name& name);
   void settle_at(SteadyTime when);

@@ -237,6 +237,26 @@ TEST_F(WatchedPoints, OfAnIslandThatIsLostAreNotGoodUntilItIsBack) {
   EXPECT_THAT(news(), ElementsAre("value 22 good"));
 }
 
+TEST_F(WatchedPoints, OfAnIslandThatWasLostBeforeTheWatchBeganAreNotGoodUntilItIsBack) {
+  const auto copies = self.space.subscribe({{}, "proxy.**"}, {.passive = true}, [](const tuples::Event&) {});
+  news();
+  island.reset();
+  news();
+  watch({.passive = true});
+  EXPECT_THAT(news(), ElementsAre("value 20 network-down: island 1 is not there line "));
+  island = std::make_unique<Member>(ecology, time, 1);
+  line("up");
+  value("22");
+  quality("good");
+  EXPECT_THAT(news(), ElementsAre("value 22 good"));
+  island.reset();
+  news();
+  watch({.passive = true});
+  news();
+  time.run_for(2min);
+  EXPECT_THAT(told, ElementsAre("gone 22 network-down: island 1 is not there line "));
+}
+
 TEST_F(WatchedPoints, ThatLeaveAreToldOnce) {
   news();
   island->space.erase({{}, "proxy.wsn-1.7.**"});
