@@ -95,21 +95,17 @@ Result<void> DdsLink::make_entities() {
 }
 
 Result<void> DdsLink::make_topics() {
-  const auto make_one = [this](Entity& entity, const dds_topic_descriptor_t* type, const char* name,
-                               InstanceQuota* quota) -> Result<void> {
+  const auto make_one = [this](Entity& entity, const dds_topic_descriptor_t* type, const char* name) -> Result<void> {
     if (entity) return {};
     auto topic =
         made(dds_create_topic(participant_.get(), type, name, nullptr, nullptr), fmt::format("topic {}", name));
     if (!topic) return fail(std::move(topic.error()));
-    if (quota) {
-      if (auto guarded = quota->guard(topic->get()); !guarded) return guarded;
-    }
     entity = std::move(*topic);
     return {};
   };
-  auto done = make_one(presence_topic_, &rubicon_wire_Presence_desc, "rubicon_presence", &presence_quota_);
-  if (done) done = make_one(interest_topic_, &rubicon_wire_Interest_desc, "rubicon_interests", &interest_quota_);
-  if (done) done = make_one(frame_topic_, &rubicon_wire_Frame_desc, "rubicon_frames", nullptr);
+  auto done = make_one(presence_topic_, &rubicon_wire_Presence_desc, "rubicon_presence");
+  if (done) done = make_one(interest_topic_, &rubicon_wire_Interest_desc, "rubicon_interests");
+  if (done) done = make_one(frame_topic_, &rubicon_wire_Frame_desc, "rubicon_frames");
   return done;
 }
 
@@ -124,19 +120,23 @@ Result<void> DdsLink::make_readers() {
   if (!subscriber) return fail(std::move(subscriber.error()));
   frame_subscriber_ = std::move(*subscriber);
   // Asks for no lease: that would hide all components with a longer one. Each is lost by its own.
-  const auto make_one = [this](Entity& entity, const char* what, dds_entity_t parent, const Entity& topic,
-                               const Qos& qos, Signal::Source source) -> Result<void> {
-    auto reader = made(dds_create_reader(parent, topic.get(), qos.get(), signal_.listener(source)),
-                       fmt::format("reader of {}", what));
+  const auto make_one = [](Entity& entity, const char* what, dds_entity_t answer) -> Result<void> {
+    auto reader = made(answer, fmt::format("reader of {}", what));
     if (!reader) return fail(std::move(reader.error()));
     entity = std::move(*reader);
     return {};
   };
-  const auto kept = make_kept_qos();
-  const auto whole = participant_.get();
-  auto done = make_one(frame_reader_, "frames", frame_subscriber_.get(), frame_topic_, frames, Signal::kFrames);
-  if (done) done = make_one(interest_reader_, "interests", whole, interest_topic_, kept, Signal::kInterests);
-  if (done) done = make_one(presence_reader_, "presence", whole, presence_topic_, kept, Signal::kPresence);
+  const auto make_guarded = [&](Entity& entity, const char* what, GuardedStore& store, const Entity& topic,
+                                Signal::Source source) {
+    return make_one(
+        entity, what,
+        store.make_reader(participant_.get(), topic.get(), make_kept_qos().get(), signal_.listener(source)));
+  };
+  auto done = make_one(
+      frame_reader_, "frames",
+      dds_create_reader(frame_subscriber_.get(), frame_topic_.get(), frames.get(), signal_.listener(Signal::kFrames)));
+  if (done) done = make_guarded(interest_reader_, "interests", interest_store_, interest_topic_, Signal::kInterests);
+  if (done) done = make_guarded(presence_reader_, "presence", presence_store_, presence_topic_, Signal::kPresence);
   return done;
 }
 

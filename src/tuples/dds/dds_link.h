@@ -7,9 +7,9 @@
 #include "base/log.h"
 #include "base/rate_limit.h"
 #include "tuples/dds/dds_ecology.h"
+#include "tuples/dds/guarded_store.h"
 #include "tuples/dds/held_frames.h"
 #include "tuples/dds/host_policy.h"
-#include "tuples/dds/instance_quota.h"
 #include "tuples/dds/interests.h"
 #include "tuples/dds/peer.h"
 #include "tuples/dds/signal.h"
@@ -112,10 +112,11 @@ class DdsLink final : public Link, private FrameReader {
   std::string summary_;
   bool presence_unwritten_ = false;
   Signal signal_;
-  InstanceQuota presence_quota_{2 * Participants::kMostComponents};  // these outlive the topics
+  InstanceQuota presence_quota_{2 * Participants::kMostComponents};  // these outlive the readers
   InstanceQuota interest_quota_{Interests::kMostOfOne};
   Entity participant_, presence_topic_, interest_topic_, frame_topic_;
   Entity presence_reader_, interest_reader_, frame_subscriber_, frame_reader_, presence_writer_, interest_writer_;
+  GuardedStore presence_store_{presence_quota_}, interest_store_{interest_quota_};
   LinkListener* listener_ = nullptr;
   std::uint64_t incarnation_ = 0;
   std::map<OwnerId, Peer> peers_;

@@ -188,8 +188,6 @@ void DdsLink::go(OwnerId id, Peer& peer, PeerEvent event) {
 void DdsLink::forget_gone_writers() {
   const auto there = matched_writers({presence_reader_.get(), interest_reader_.get(), frame_reader_.get()});
   participants_.keep_only(writers_.keep_only(there));
-  presence_quota_.keep_only(there);
-  interest_quota_.keep_only(there);
 }
 
 }  // namespace rubicon::tuples::dds

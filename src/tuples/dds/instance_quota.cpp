@@ -1,41 +1,97 @@
 #include "tuples/dds/instance_quota.h"
 
+#include <iterator>
+
 namespace rubicon::tuples::dds {
 
-Result<void> InstanceQuota::guard(dds_entity_t topic) {
-  dds_topic_filter filter{};
-  filter.mode = DDS_TOPIC_FILTER_SAMPLEINFO_ARG;
-  filter.f.sampleinfo_arg = [](const dds_sample_info_t* sample, void* self) {
-    return static_cast<InstanceQuota*>(self)->take(*sample);
-  };
-  filter.arg = this;
-  if (const auto answer = dds_set_topic_filter_extended(topic, &filter); answer != DDS_RETCODE_OK)
-    return fail(ErrorCode::kIo, std::string("DDS: a bound cannot be set: ") + dds_strretcode(-answer));
-  return {};
+bool InstanceQuota::add(const Source& source, Handle instance) {
+  const std::lock_guard lock(mutex_);
+  auto& share = shares_[source.participant];
+  const auto [writer, is_new] = writers_.try_emplace(source.writer);
+  if (is_new) {
+    writer->second.participant = source.participant;
+    ++share.writers;
+  }
+  if (share.banned) return false;
+  auto& instances = writer->second.instances;
+  if (const auto found = instances.find(instance); found != instances.end()) {
+    found->second = {};
+    return true;
+  }
+  if (share.instances >= most_) return false;
+  ++share.instances;
+  return instances.try_emplace(instance).second;
 }
 
-bool InstanceQuota::take(const dds_sample_info_t& sample) {
-  if (sample.publication_handle == 0) return true;  // an own writer of the topic asks too
+bool InstanceQuota::has(Handle writer, Handle instance) const {
   const std::lock_guard lock(mutex_);
-  auto& used = writers_[sample.publication_handle];
-  if (used.banned) return false;
-  if (used.instances.contains(sample.instance_handle)) return true;
-  return used.instances.size() < most_ && used.instances.insert(sample.instance_handle).second;
+  const auto found = writers_.find(writer);
+  return found != writers_.end() && found->second.instances.contains(instance);
 }
 
-void InstanceQuota::release(dds_instance_handle_t writer, dds_instance_handle_t instance) {
+void InstanceQuota::unregistered(Handle writer, Handle instance) {
   const std::lock_guard lock(mutex_);
-  if (const auto found = writers_.find(writer); found != writers_.end()) found->second.instances.erase(instance);
+  const auto found = writers_.find(writer);
+  if (found == writers_.end()) return;
+  const auto one = found->second.instances.find(instance);
+  if (one == found->second.instances.end()) return;
+  one->second.unregistered = true;
+  drop_if_over(found, one);
 }
 
-void InstanceQuota::ban(dds_instance_handle_t writer) {
+void InstanceQuota::gone(Handle writer) {
   const std::lock_guard lock(mutex_);
-  writers_[writer] = {{}, true};
+  const auto found = writers_.find(writer);
+  if (found == writers_.end()) return;
+  found->second.gone = true;
+  auto& instances = found->second.instances;
+  for (auto one = instances.begin(), next = one; one != instances.end(); one = next) {
+    next = std::next(one);
+    one->second.unregistered = true;
+    drop_if_over(found, one);
+  }
+  drop_if_nothing(found);
 }
 
-void InstanceQuota::keep_only(const std::set<dds_instance_handle_t>& there) {
+void InstanceQuota::release(Handle writer, Handle instance) {
   const std::lock_guard lock(mutex_);
-  std::erase_if(writers_, [&there](const auto& one) { return !there.contains(one.first); });
+  const auto found = writers_.find(writer);
+  if (found == writers_.end()) return;
+  const auto one = found->second.instances.find(instance);
+  if (one == found->second.instances.end()) return;
+  one->second.end_taken = true;
+  drop_if_over(found, one);
+  drop_if_nothing(found);
+}
+
+void InstanceQuota::ban(Handle writer) {
+  const std::lock_guard lock(mutex_);
+  if (const auto found = writers_.find(writer); found != writers_.end())
+    shares_[found->second.participant].banned = true;
+}
+
+void InstanceQuota::clear() {
+  const std::lock_guard lock(mutex_);
+  writers_.clear();
+  shares_.clear();
+}
+
+std::size_t InstanceQuota::writers() const {
+  const std::lock_guard lock(mutex_);
+  return writers_.size();
+}
+
+void InstanceQuota::drop_if_over(Writers::iterator writer, std::map<Handle, Instance>::iterator instance) {
+  if (!instance->second.unregistered || !instance->second.end_taken) return;
+  writer->second.instances.erase(instance);
+  --shares_[writer->second.participant].instances;
+}
+
+void InstanceQuota::drop_if_nothing(Writers::iterator writer) {
+  if (!writer->second.gone || !writer->second.instances.empty()) return;
+  const auto share = shares_.find(writer->second.participant);
+  if (--share->second.writers == 0) shares_.erase(share);
+  writers_.erase(writer);
 }
 
 }  // namespace rubicon::tuples::dds
