@@ -148,6 +148,26 @@ TEST_F(Rogues, ThatShowManyStartsOfOneComponentAreThatComponentOnceAtMost) {
   expect_the_others_work();
 }
 
+TEST_F(Rogues, ThatShowStartsOfOneComponentAndGoTakeItFromNobody) {
+  std::vector<std::unique_ptr<dds::Rogue>> more;
+  for (int i = 0; i < 5; ++i) more.push_back(std::make_unique<dds::Rogue>(number(kRobot)));
+  more.back()->show(number(kRobot), island_incarnation - 1'000'000);
+  const auto starts = [&] {
+    const auto all = ecology.appearances();
+    return std::count_if(all.begin(), all.end(), [](const auto& one) { return one.present && one.id == kRobot; });
+  };
+  EXPECT_TRUE(until([&] { return starts() == 7; }));
+  more.push_back(std::make_unique<dds::Rogue>(number(kRobot)));
+  EXPECT_TRUE(until([&] { return starts() == 8; }));
+  let_pass();
+  more.clear();
+  EXPECT_TRUE(until([&] { return starts() == 1; }));
+  let_pass();
+  ASSERT_THAT(island->space.peers(), Contains(kRobot));
+  ASSERT_TRUE(until([&] { return island->space.get(kRobot, "a").has_value(); }));
+  expect_the_others_work();
+}
+
 TEST_F(Rogues, SubscribeForNobodyElse) {
   const auto robots = rogue.incarnation_of(number(kRobot));
   ASSERT_NE(robots, 0U);

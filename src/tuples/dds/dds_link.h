@@ -70,6 +70,8 @@ class DdsLink final : public Link, private FrameReader {
   bool is_taken(const PresenceNews& news);
   void present(const PresenceNews& news);
   void appear(Peer& peer, const PresenceNews& news);
+  Peer::Starts::iterator superfluous(Peer& peer, std::uint64_t newcomer);
+  void forget(OwnerId id, Peer& peer, Peer::Starts::iterator start);
   void absent(const Participants::Start& who, bool left);
   void ban(const Participant& who);
   Peer* know(OwnerId id);
@@ -114,12 +116,13 @@ class DdsLink final : public Link, private FrameReader {
   Signal signal_;
   InstanceQuota presence_quota_{2 * Participants::kMostComponents};  // these outlive the readers
   InstanceQuota interest_quota_{Interests::kMostOfOne};
+  GuardedStore presence_store_{presence_quota_}, interest_store_{interest_quota_};
   Entity participant_, presence_topic_, interest_topic_, frame_topic_;
   Entity presence_reader_, interest_reader_, frame_subscriber_, frame_reader_, presence_writer_, interest_writer_;
-  GuardedStore presence_store_{presence_quota_}, interest_store_{interest_quota_};
   LinkListener* listener_ = nullptr;
   std::uint64_t incarnation_ = 0;
   std::map<OwnerId, Peer> peers_;
+  std::uint64_t starts_seen_ = 0;
   std::map<std::uint32_t, Bytes> slots_;            ///< what stands in them; empty = nothing
   std::map<std::uint32_t, std::uint32_t> slot_of_;  ///< by subscription id
   std::set<std::uint32_t> free_slots_, unwritten_slots_;

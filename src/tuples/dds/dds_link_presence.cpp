@@ -82,18 +82,32 @@ void DdsLink::appear(Peer& peer, const PresenceNews& news) {
   }
   if (known == peer.alive.end()) {
     if (!participants_.add(who, news.who)) return ban(who);
-    std::erase_if(peer.alive, [&, component = id](const auto& other) {
-      if (other.second.participant == who) participants_.remove(who, {component, other.first});
-      return other.second.participant == who;
-    });
+    for (auto other = peer.alive.begin(), next = other; other != peer.alive.end(); other = next) {
+      next = std::next(other);
+      if (other->second.participant == who) forget(id, peer, other);
+    }
   }
+  const auto place = known == peer.alive.end() ? ++starts_seen_ : known->second.place;
   peer.alive[incarnation] = news.start;
-  if (peer.alive.size() > Peer::kMostStarts) {
-    const auto oldest = peer.alive.begin();
-    participants_.remove(oldest->second.participant, {id, oldest->first});
-    peer.alive.erase(oldest);
-  }
+  peer.alive[incarnation].place = place;
+  if (peer.alive.size() > Peer::kMostStarts) forget(id, peer, superfluous(peer, incarnation));
   settle(id, peer, false);
+}
+
+/// Never the earliest start, which is the genuine one unless somebody set a clock back, nor the one that comes now. Of
+/// the others who came first stays: those who push in are not believed more than who was there.
+Peer::Starts::iterator DdsLink::superfluous(Peer& peer, std::uint64_t newcomer) {
+  auto last = peer.alive.end();
+  for (auto one = std::next(peer.alive.begin()); one != peer.alive.end(); ++one) {
+    if (one->first == newcomer) continue;
+    if (last == peer.alive.end() || one->second.place > last->second.place) last = one;
+  }
+  return last;
+}
+
+void DdsLink::forget(OwnerId id, Peer& peer, Peer::Starts::iterator start) {
+  participants_.remove(start->second.participant, {id, start->first});
+  peer.alive.erase(start);
 }
 
 void DdsLink::absent(const Participants::Start& who, bool left) {
@@ -102,8 +116,7 @@ void DdsLink::absent(const Participants::Start& who, bool left) {
   if (found == peers_.end()) return;
   const auto start = found->second.alive.find(incarnation);
   if (start == found->second.alive.end()) return;
-  participants_.remove(start->second.participant, who);
-  found->second.alive.erase(start);
+  forget(id, found->second, start);
   settle(id, found->second, left);
 }
 

@@ -18,10 +18,12 @@ struct Peer {
   struct Start {
     Participant participant{};
     std::string host, summary;
+    std::uint64_t place = 0;  ///< in the order in which starts came here
   };
+  using Starts = std::map<std::uint64_t, Start>;
   /// Those that are there, by incarnation: at most one of a participant, kMostStarts in all. The highest counts; two =
   /// it just started again, or its id is taken twice.
-  std::map<std::uint64_t, Start> alive;
+  Starts alive;
 
   std::uint64_t incarnation = 0;  ///< that the listener was told of; 0 = none
   Participant participant{};      ///< of that incarnation
