@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "tuples/component.h"
+#include "tuples/dds/twins.h"
 #include "tuples_dds/rogue.h"
 
 namespace rubicon::tuples {
@@ -55,6 +56,29 @@ TEST_F(Twins, OfTwoThatLiveTheLaterOneGoes) {
   EXPECT_THAT(ecology.displaced, IsEmpty()) << "the other may be about to go";
   pass(3s);
   EXPECT_THAT(ecology.displaced, ElementsAre(OwnerId(1))) << "once";
+}
+
+TEST_F(Twins, WhoInventsStartsHidesNoRealOne) {
+  dds::Rogue rogue(66666);
+  for (std::uint64_t i = 1; i <= 20; ++i) rogue.show(1, start + i);
+  pass(1s);
+  const Component later(ecology, time, 1);
+  pass(5s);
+  EXPECT_THAT(ecology.displaced, ElementsAre(OwnerId(1)));
+}
+
+TEST_F(Twins, AreAllAskedWhoeverCameBefore) {
+  support::CollectingLog lines;
+  std::vector<std::uint64_t> asked;
+  dds::Twins twins(OwnerId(1), time, 2s, {lines, "dds"},
+                   {[&](std::uint64_t incarnation) -> Result<std::unique_ptr<dds::Channel>> {
+                      asked.push_back(incarnation);
+                      return fail(ErrorCode::kIo, "no channel");
+                    },
+                    [] {}});
+  twins.begin(start);
+  for (std::uint8_t i = 1; i <= 40; ++i) twins.seen(start - i, dds::Participant{i});
+  EXPECT_THAT(asked, Contains(start - 40));
 }
 
 TEST_F(Twins, WhoGoesWithinALeaseDisplacesNobody) {

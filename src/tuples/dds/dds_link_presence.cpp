@@ -67,7 +67,7 @@ bool DdsLink::is_taken(const PresenceNews& news) {
 
 void DdsLink::present(const PresenceNews& news) {
   const auto [id, incarnation] = news.who;
-  if (id == self_) return news.there ? twins_.seen(incarnation) : twins_.gone(incarnation);
+  if (id == self_) return news.there ? twins_.seen(incarnation, news.start.participant) : twins_.gone(incarnation);
   if (!news.there) return absent(news.who, news.left);
   if (auto* peer = know(id); peer && listener_) appear(*peer, news);
 }

@@ -36,12 +36,27 @@ Duration Twins::pause() const {
   return std::clamp<Duration>(lease_ / 4, std::chrono::milliseconds(100), std::chrono::seconds(1));
 }
 
-void Twins::seen(std::uint64_t incarnation) {
-  if (incarnation == own_ || all_.contains(incarnation) || all_.size() >= kMost) return;
+void Twins::seen(std::uint64_t incarnation, const Participant& who) {
+  if (incarnation == own_ || all_.contains(incarnation) || !make_room(who)) return;
   auto& twin = all_[incarnation];
+  twin.participant = who;
   twin.since = scheduler_.now();
   twin.question = drawn_number();
   if (incarnation < own_) look();
+}
+
+/// So that who invents starts does not hide a real one.
+bool Twins::make_room(const Participant& who) {
+  std::erase_if(all_, [&who](const auto& one) { return one.second.participant == who; });
+  if (all_.size() < kMost) return true;
+  auto longest = all_.end();
+  for (auto one = all_.begin(); one != all_.end(); ++one) {
+    if (one->second.answered) continue;
+    if (longest == all_.end() || one->second.since < longest->second.since) longest = one;
+  }
+  if (longest == all_.end()) return false;
+  all_.erase(longest);
+  return true;
 }
 
 void Twins::gone(std::uint64_t incarnation) {

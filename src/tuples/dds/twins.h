@@ -7,12 +7,14 @@
 #include "base/log.h"
 #include "base/scheduler.h"
 #include "tuples/dds/channel.h"
+#include "tuples/dds/writers.h"
 
 namespace rubicon::tuples::dds {
 
 /// Other starts that show this component's id (docs/ecology.md, "Two with one id"). Of two that live the later goes.
 /// What a presence says is not believed: whoever started earlier has to answer a question sent to that start, and to
-/// stay for a lease, before it displaces this one.
+/// stay for a lease, before it displaces this one. A participant has one place; if all are taken, that of who did not
+/// answer for longest is given away.
 class Twins final : private FrameReader {
  public:
   /// A way to one of them; made when there is something to ask or to answer.
@@ -27,16 +29,17 @@ class Twins final : private FrameReader {
 
   /// Forgets all; this component's start from now on.
   void begin(std::uint64_t own_incarnation);
-  void seen(std::uint64_t incarnation);
+  void seen(std::uint64_t incarnation, const Participant& who);
   void gone(std::uint64_t incarnation);
   /// A frame that another start of the id sent to this one.
   void frame(std::uint64_t incarnation, ByteView content);
 
  private:
-  static constexpr std::size_t kMost = 4;
+  static constexpr std::size_t kMost = 16;
   static constexpr int kPatience = 8;  ///< questions until its silence is logged
 
   struct Twin {
+    Participant participant{};
     SteadyTime since;
     std::uint64_t question = 0;
     bool answered = false;
@@ -49,6 +52,7 @@ class Twins final : private FrameReader {
   void on_reply(Reply&&) override {}
   void on_identity_check(const IdentityCheck& check) override;
 
+  bool make_room(const Participant& who);
   void look();
   bool look_at(std::uint64_t incarnation, Twin& twin);
   void tell(std::uint64_t incarnation, Twin& twin, const IdentityCheck& check);
