@@ -205,13 +205,13 @@ class Client final {
   Result<void> read_points(const Pattern& points, PointsCall call, Duration patience = std::chrono::seconds(3));
   /// The same, waits.
   Result<std::vector<Point>> read_points(const Pattern& points, Duration patience = std::chrono::seconds(3));
-  /// Told of the present points that match, then of each set of a value at the pace of `flow`, and of each change of
-  /// quality, reason or line though no value came. Creates demand for the values unless `flow` is passive. kInvalid as
-  /// above.
+  /// Calls for each present point that matches, then for each set of a value at the pace of `flow`, and for each change
+  /// of quality, reason or line though no value came. Creates demand for the values unless `flow` is passive. kInvalid
+  /// as above, and network-down.
   Result<Handle> watch_points(const Pattern& points, const Flow& flow, PointCall call);
   /// The networks of all islands (or of one), by island and natural order of their ids; waits.
   std::vector<Network> networks(std::optional<OwnerId> island = {}, Duration patience = std::chrono::seconds(3));
-  /// Told of every device that fits, now and later, of changes, and (present = false) of those that went.
+  /// Calls for each device that fits, now and later, for each change of one, and (present = false) for each that went.
   [[nodiscard]] Handle watch_devices(const DeviceQuery& query, DeviceCall call);
   /// Those that are there now, the reachable ones first, then the unreachable, then those that were not heard yet;
   /// within by island, network and natural order of their ids. Waits.
