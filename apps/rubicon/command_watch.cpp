@@ -51,38 +51,46 @@ class Watch {
     if (shown_ == 0 && !session_.interrupted()) explain_silence();
     if (!enough() && !session_.interrupted() && session_.now() < end) session_.run(enough, end - session_.now());
     if (session_.interrupted()) sum_up();
+    if (wakers_.full()) return kFailed;
     return shown_ == 0 && !session_.interrupted() ? kNotThere : kGood;
   }
 
  private:
-  /// A subscription wakes all that its pattern fits: of a narrower selection each tuple gets one of its own, as it is
-  /// found.
+  /// A subscription wakes all that its pattern fits: of a narrower selection it is passive, and what fits is woken one
+  /// by one, as it is found.
   void follow(const Selection& selection) {
-    if (!selection.narrower() || options_.passive) return handles_.push_back(followed(selection));
-    const auto find = [&](const Event& event) {
-      if (event.kind != EventKind::kSet || !selection.fits(event.tuple.owner, event.tuple.key)) return;
-      const Pattern exact{event.tuple.owner, std::string(event.tuple.key)};
-      auto& handle = exact_[{event.tuple.owner, exact.key}];
-      if (!handle) handle = followed({exact, exact.key});
-    };
-    handles_.push_back(session_.client().tuples().subscribe(selection.pattern, {.passive = true}, find));
+    auto flow = flow_;
+    flow.passive = options_.passive || selection.narrower();
+    handles_.push_back(followed(selection, flow));
   }
 
   /// Values of points come with their quality, and again when that changes; all other tuples as they are.
-  Handle followed(const Selection& selection) {
+  Handle followed(const Selection& selection, const Flow& flow) {
     if (const auto points = points_of(selection.pattern)) {
-      auto watch =
-          session_.client().watch_points(*points, flow_, [this, selection](PointEvent event, const Point& point) {
-            if (selection.fits(point.tuple.owner, point.tuple.key)) take(event, point);
-          });
+      auto watch = session_.client().watch_points(
+          *points, flow, [this, selection](PointEvent event, const Point& point) { found(selection, event, point); });
       if (watch) return std::move(*watch);
     }
-    return session_.client().tuples().subscribe(selection.pattern, flow_, [this, selection](const Event& event) {
-      if (!selection.fits(event.tuple.owner, event.tuple.key)) return;
+    return session_.client().tuples().subscribe(selection.pattern, flow, [this, selection](const Event& event) {
       Point plain;
       plain.tuple = client::Tuple(event.tuple);
-      take(event.kind == EventKind::kSet ? PointEvent::kValue : PointEvent::kGone, plain, to_string(event.kind));
+      const auto what = event.kind == EventKind::kSet ? PointEvent::kValue : PointEvent::kGone;
+      found(selection, what, plain, to_string(event.kind));
     });
+  }
+
+  void found(const Selection& selection, PointEvent event, const Point& point, std::string_view what = {}) {
+    const auto& tuple = point.tuple;
+    if (!selection.fits(tuple.owner, tuple.key)) return;
+    if (selection.narrower() && !options_.passive) {
+      event == PointEvent::kGone ? wakers_.forget(tuple.owner, tuple.key) : wakers_.wake(tuple.owner, tuple.key);
+    }
+    take(event, point, what);
+  }
+
+  /// The passive subscription shows what this one brings.
+  Handle woken(const Pattern& exact) {
+    return session_.client().tuples().subscribe(exact, flow_, [](const Event&) {});
   }
 
   /// `what`: how it went, where that is known.
@@ -148,7 +156,7 @@ class Watch {
   std::size_t shown_ = 0;
   std::map<std::pair<OwnerId, std::string>, std::size_t> values_;  ///< hashes of the last ones
   std::vector<Handle> handles_;
-  std::map<std::pair<OwnerId, std::string>, Handle> exact_;
+  Wakers wakers_{[this](const Pattern& exact) { return woken(exact); }};
 };
 
 int watch(Session& session, const WatchOptions& options) {
@@ -171,7 +179,8 @@ void add_watch(Cli& cli) {
                               "  rubicon watch 'proxy.*.*.status' --passive --json\n"
                               "  rubicon watch 'proxy.*.*.sensor.contact-*.value' --changes --for 1h\n"
                               "The quality stands behind a value that is not good, and a line comes when it changes.\n"
-                              "A subscription wakes the sensors it fits; --passive only looks at what others wake.\n"},
+                              "A subscription wakes the sensors it fits; --passive only looks at what others wake.\n"
+                              "With a * within a part it wakes 9000 at most, says so, and ends with 1.\n"},
                              [options](Session& session) { return watch(session, *options); });
   app->add_option("PATTERN", options->patterns, "which tuples, also DEVICE.POINT; the values of all points if none");
   app->add_flag("--changes", options->changes, "only values that differ from the one before");

@@ -36,4 +36,18 @@ void tell_who_wakes(Client& client, const Selections& selections) {
   });
 }
 
+void Wakers::wake(OwnerId owner, std::string_view key) {
+  const std::pair name(owner, std::string(key));
+  if (handles_.contains(name)) return;
+  if (handles_.size() < most_) {
+    handles_.emplace(name, subscribe_({owner, name.second}));
+  } else if (!std::exchange(full_, true)) {
+    say(fmt::format("more than {} tuples fit: the others are shown, and not woken", most_));
+  }
+}
+
+void Wakers::forget(OwnerId owner, std::string_view key) {
+  handles_.erase({owner, std::string(key)});
+}
+
 }  // namespace rubicon::cli

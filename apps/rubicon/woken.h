@@ -1,5 +1,10 @@
 #pragma once
 
+#include <functional>
+#include <map>
+#include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "apps/rubicon/selection.h"
@@ -15,5 +20,26 @@ std::size_t woken_devices(const std::vector<client::Device>& devices, const Sele
 
 /// Says on standard error, in a later turn of the loop, how many devices these wake, if they are many.
 void tell_who_wakes(Client& client, const Selections& selections);
+
+/// An active subscription for each of many tuples: islands take 10,000 of one component, and it has others.
+class Wakers {
+ public:
+  static constexpr std::size_t kMost = 9000;
+  using Subscribe = std::function<Handle(const Pattern& exact)>;
+
+  explicit Wakers(Subscribe subscribe, std::size_t most = kMost) : subscribe_(std::move(subscribe)), most_(most) {}
+
+  /// Once each. The first one that has no place is told of on standard error.
+  void wake(OwnerId owner, std::string_view key);
+  void forget(OwnerId owner, std::string_view key);
+  /// One had no place.
+  bool full() const { return full_; }
+
+ private:
+  Subscribe subscribe_;
+  std::size_t most_;
+  bool full_ = false;
+  std::map<std::pair<OwnerId, std::string>, Handle> handles_;
+};
 
 }  // namespace rubicon::cli

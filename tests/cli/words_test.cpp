@@ -1,6 +1,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <csignal>
+#include <set>
+
+#include "apps/rubicon/woken.h"
 #include "cli/live_island.h"
 
 namespace rubicon::cli {
@@ -66,6 +70,45 @@ TEST_F(Words, AStarWithinAPartWakesOnlyWhatFits) {
   EXPECT_EQ(lines_of(rubicon({"ls", "room2*.motion-?", "--json"})).size(), 6U);
   EXPECT_EQ(lines_of(rubicon({"ls", "proxy.dummy-1.room1?.sensor.motion-*.value", "--json"})).size(), 10U);
   EXPECT_THAT(rubicon({"get", "room2*.motion-1"}).errors, HasSubstr("is a pattern, expected one tuple; `rubicon ls`"));
+}
+
+TEST_F(Words, AStarWithinAPartWakesThousands) {
+  constexpr std::size_t kRooms = 3000, kMostLines = 20 * kRooms;
+  const auto file = world_->folder.write(
+      "many.yaml",
+      "island: {id: 6542, name: hotel}\ntuples: {engine: dds, domain: 3}\nnetworks:\n  dummy-many:\n    type: dummy\n"
+      "    simulate: {\"suite-{1..3000}\": {sensors: {temperature-1: {}}}}\n");
+  const auto hotel = started(file);
+  Process watch({kProgram, "watch", "proxy.*.*.sensor.temp*-1.value", "--domain", "3", "--json"});
+  std::set<std::string> woken;
+  for (std::size_t i = 0; i < kMostLines && woken.size() < kRooms; ++i) {
+    const auto line = json::parse(watch.line().value_or(""), nullptr, false);
+    if (!line.is_object()) break;
+    if (line["value"] != "") woken.insert(line["key"].get<std::string>());
+  }
+  EXPECT_EQ(woken.size(), kRooms);
+  watch.signal(SIGTERM);
+  EXPECT_EQ(watch.exit_code(), 0) << watch.errors();
+}
+
+TEST(WokenTuples, BeyondABoundAreToldOfAndNotWoken) {
+  std::vector<std::string> woken;
+  Wakers wakers(
+      [&woken](const Pattern& exact) {
+        woken.push_back(exact.key);
+        return Handle();
+      },
+      2);
+  testing::internal::CaptureStderr();
+  for (const auto* key : {"a", "a", "b"}) wakers.wake(OwnerId(5), key);
+  EXPECT_FALSE(wakers.full());
+  for (const auto* key : {"c", "d", "a"}) wakers.wake(OwnerId(5), key);
+  EXPECT_TRUE(wakers.full());
+  EXPECT_EQ(testing::internal::GetCapturedStderr(),
+            "rubicon: more than 2 tuples fit: the others are shown, and not woken\n");
+  wakers.forget(OwnerId(5), "a");
+  wakers.wake(OwnerId(5), "c");
+  EXPECT_THAT(woken, testing::ElementsAre("a", "b", "c"));
 }
 
 TEST_F(Words, ListsTypesWithoutAnyIsland) {
