@@ -53,17 +53,19 @@ Finding check_line(const IslandSeen& seen, const Network& network, WallTime when
                   network.id, line.attempts, next.empty() ? "" : ", ", next, page("errors.md#lines-and-devices"))};
 }
 
-Findings check_counters(const std::string& who, const Counters& before, const Counters& now) {
+/// `before`: nullptr = not known.
+Findings check_counters(const std::string& who, const Counters* before, const Counters& now) {
   Findings all;
   const auto losses = losses_of(now);
-  const auto growth = growth_of(before, losses);
+  const auto growth = before ? growth_of(*before, losses) : Counters();
+  const auto* still = before ? ", not more while this looked" : "; seen once only";
   for (const auto& [name, count] : losses) {
     const auto grown = growth.find(name);
     const bool grows = grown != growth.end();
     all.push_back(
         {kLoss, grows ? Grade::kProblem : Grade::kNote,
          grows ? fmt::format("{}: {} grew by {} to {} while this looked", who, name, grown->second, count)
-               : fmt::format("{}: {} = {} since its start, not more while this looked", who, name, count),
+               : fmt::format("{}: {} = {} since its start{}", who, name, count, still),
          fmt::format("its log says why; {} says what it counts", page("tuple-keys.md#devices-and-networks"))});
   }
   return all;
@@ -115,12 +117,13 @@ Findings check_devices(const IslandSeen& seen) {
 }
 
 Findings check_losses(const IslandSeen& seen) {
-  auto all = check_counters("island " + name_of(seen.island), seen.numbers_before, seen.numbers);
+  const auto* numbers = seen.known_before ? &seen.numbers_before : nullptr;
+  auto all = check_counters("island " + name_of(seen.island), numbers, seen.numbers);
   for (const auto& network : seen.now) {
-    const auto* before = find(seen.before, network.id);
-    for (auto& one :
-         check_counters(fmt::format("network {} of island {}", network.id, name_of(seen.island)),
-                        before ? counters_of(before->properties) : Counters(), counters_of(network.properties)))
+    const auto* before = seen.known_before ? find(seen.before, network.id) : nullptr;
+    const auto counters = before ? counters_of(before->properties) : Counters();
+    for (auto& one : check_counters(fmt::format("network {} of island {}", network.id, name_of(seen.island)),
+                                    before ? &counters : nullptr, counters_of(network.properties)))
       all.push_back(std::move(one));
   }
   if (all.empty()) all.push_back({kLoss, Grade::kGood, fmt::format("island {} lost nothing", name_of(seen.island))});

@@ -13,6 +13,7 @@ namespace rubicon::cli {
 struct IslandSeen {
   client::Component island;
   bool answers = false;
+  bool known_before = false;  ///< the first look saw all of it: what is higher at the second one grew meanwhile
   std::vector<client::Network> before, now;
   Counters numbers_before, numbers;               ///< its own
   std::map<std::string, std::string> properties;  ///< its own at the second look, texts too
@@ -26,7 +27,8 @@ struct IslandSeen {
 Findings check_lines(const IslandSeen& seen, WallTime when);
 /// `devices`: that cannot be reached.
 Findings check_devices(const IslandSeen& seen);
-/// `loss`: counters of the island and of its networks. A problem if they grew between the looks, else a note.
+/// `loss`: counters of the island and of its networks. A problem if they grew between the looks, else a note; a note
+/// also where the first look does not say what they were.
 Findings check_losses(const IslandSeen& seen);
 /// `disk`: room for the state file and for recordings, recorders that drop records.
 Findings check_disks(const IslandSeen& seen);

@@ -1,59 +1,83 @@
 #include "apps/rubicon/island_look.h"
 
-#include <map>
+#include <algorithm>
+#include <utility>
+
+#include "base/scheduler.h"
 
 namespace rubicon::cli {
 
 namespace {
 
-std::map<std::string, std::string> properties_of(Client& client, OwnerId island, Duration patience) {
-  std::map<std::string, std::string> properties;
-  for (const auto& tuple : client.read({island, "*.property.*.value"}, patience))
+/// Counters are published once a second: what was lost before is in them after this.
+constexpr Duration kPublication = std::chrono::milliseconds(1100);
+
+void pass(Client& client, Duration time) {
+  client.run_until([] { return false; }, time);
+}
+
+}  // namespace
+
+/// Islands say what their clocks say while a component asks (docs/tuple-keys.md).
+IslandLook::IslandLook(Client& client, Duration patience) : client_(client), patience_(patience) {
+  clocks_ = client.tuples().subscribe({std::nullopt, "*.property.clock.value"}, {}, [this](const Event& event) {
+    if (event.kind == EventKind::kSet && !event.tuple.value.empty())
+      clock_offsets_[event.tuple.owner] = event.tuple.write_time - std::chrono::system_clock::now();
+  });
+}
+
+void IslandLook::first() {
+  client_.meet();
+  pass(client_, kPublication);
+  for (auto& island : client_.islands()) all_.push_back(seen_first(std::move(island)));
+}
+
+std::vector<IslandSeen> IslandLook::second() {
+  add_newcomers();
+  for (auto& seen : all_) look_again(seen);
+  return std::move(all_);
+}
+
+void IslandLook::add_newcomers() {
+  client_.meet();
+  for (auto& island : client_.islands()) {
+    const auto is_it = [&](const IslandSeen& seen) { return seen.island.id == island.id; };
+    if (std::none_of(all_.begin(), all_.end(), is_it)) all_.emplace_back().island = std::move(island);
+  }
+}
+
+/// A read whose patience ended gives what came in time: then the rest is not known.
+IslandSeen IslandLook::seen_first(client::Component island) {
+  const auto start = client_.scheduler().now();
+  IslandSeen seen;
+  seen.before = client_.networks(island.id, patience_);
+  seen.numbers_before = counters_of(properties_of(island.id));
+  seen.known_before = client_.scheduler().now() - start < patience_ && !seen.numbers_before.empty();
+  seen.island = std::move(island);
+  return seen;
+}
+
+void IslandLook::look_again(IslandSeen& seen) {
+  const auto id = seen.island.id;
+  seen.answers = !client_.read({id, "*.island"}, patience_).empty();
+  seen.now = client_.networks(id, patience_);
+  seen.properties = properties_of(id);
+  seen.numbers = counters_of(seen.properties);
+  if (const auto offset = clock_offsets_.find(id); offset != clock_offsets_.end()) seen.clock_offset = offset->second;
+}
+
+IslandLook::Properties IslandLook::properties_of(OwnerId island) {
+  Properties properties;
+  for (const auto& tuple : client_.read({island, "*.property.*.value"}, patience_))
     properties[std::string(model::key_parts(tuple.key)[2])] = tuple.value;
   return properties;
 }
 
-/// Islands say what their clocks say while a component asks (docs/tuple-keys.md).
-class Clocks {
- public:
-  explicit Clocks(Client& client) {
-    handle_ = client.tuples().subscribe({std::nullopt, "*.property.clock.value"}, {}, [this](const Event& event) {
-      if (event.kind == EventKind::kSet && !event.tuple.value.empty())
-        offsets_[event.tuple.owner] = event.tuple.write_time - std::chrono::system_clock::now();
-    });
-  }
-  std::optional<Duration> offset(OwnerId island) const {
-    const auto found = offsets_.find(island);
-    return found == offsets_.end() ? std::nullopt : std::optional(found->second);
-  }
-
- private:
-  std::map<OwnerId, Duration> offsets_;  ///< by the last word of each
-  Handle handle_;
-};
-
-}  // namespace
-
 std::vector<IslandSeen> look_at_islands(Client& client, Duration between, Duration patience) {
-  client.meet();
-  const Clocks clocks(client);
-  std::vector<IslandSeen> all;
-  for (auto& island : client.islands()) {
-    auto& seen = all.emplace_back();
-    seen.before = client.networks(island.id, patience);
-    seen.numbers_before = counters_of(properties_of(client, island.id, patience));
-    seen.island = std::move(island);
-  }
-  client.run_until([] { return false; }, between);
-  for (auto& seen : all) {
-    const auto id = seen.island.id;
-    seen.answers = !client.read({id, "*.island"}, patience).empty();
-    seen.now = client.networks(id, patience);
-    seen.properties = properties_of(client, id, patience);
-    seen.numbers = counters_of(seen.properties);
-    seen.clock_offset = clocks.offset(id);
-  }
-  return all;
+  IslandLook look(client, patience);
+  look.first();
+  pass(client, between);
+  return look.second();
 }
 
 }  // namespace rubicon::cli

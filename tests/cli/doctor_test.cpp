@@ -5,6 +5,7 @@
 
 #include <vector>
 
+#include "apps/rubicon/island_look.h"
 #include "cli/live_island.h"
 #include "tuples_dds/rogue.h"
 
@@ -58,6 +59,37 @@ TEST_F(Doctor, FindsNothingWrongWhereAllIsWell) {
   EXPECT_EQ(text.code, 0);
   EXPECT_THAT(text.output, HasSubstr("good     firewall"));
   EXPECT_THAT(text.output, HasSubstr("nothing is wrong"));
+}
+
+TEST_F(Doctor, LooksAtAnIslandThatStartsMeanwhile) {
+  auto client = Client::open();
+  ASSERT_TRUE(client) << client.error().text;
+  IslandLook look(**client, std::chrono::seconds(30));
+  look.first();
+  const auto island = started(folder_.write("a.yaml", small_island(5)), {"--set", "tuples.engine=dds"});
+  (*client)->run_until([&] { return !(*client)->islands().empty(); }, std::chrono::seconds(30));
+  const auto seen = look.second();
+  ASSERT_EQ(seen.size(), 1U);
+  EXPECT_EQ(seen[0].island.id, OwnerId(5));
+  EXPECT_TRUE(seen[0].answers);
+  EXPECT_FALSE(seen[0].known_before);
+  EXPECT_FALSE(seen[0].now.empty());
+}
+
+TEST_F(Doctor, KnowsWhatAnIslandHadLostBefore) {
+  const auto island = started(folder_.write("a.yaml", small_island(5)), {"--set", "tuples.engine=dds"});
+  auto client = Client::open();
+  ASSERT_TRUE(client) << client.error().text;
+  (*client)->run_until([&] { return !(*client)->islands().empty(); }, std::chrono::seconds(30));
+  bool told = false;
+  (*client)->send(OwnerId(5), "nobody-waits", "x", [&told](auto&&...) { told = true; });
+  ASSERT_TRUE((*client)->run_until([&] { return told; }, std::chrono::seconds(30)));
+  IslandLook look(**client, std::chrono::seconds(30));
+  look.first();
+  const auto seen = look.second();
+  ASSERT_EQ(seen.size(), 1U);
+  EXPECT_TRUE(seen[0].known_before);
+  EXPECT_EQ(seen[0].numbers_before.at("gateway-undeliverable"), 1U);
 }
 
 TEST_F(Doctor, NamesTheAbsenceOfIslands) {

@@ -33,7 +33,7 @@ IslandSeen island() {
   seen.island.id = OwnerId(6541);
   seen.island.summary.name = "home";
   seen.island.summary.host = "attic";
-  seen.answers = true;
+  seen.answers = seen.known_before = true;
   return seen;
 }
 
@@ -87,6 +87,24 @@ TEST(IslandFindings, ALossThatGrowsIsAProblemOneFromBeforeANote) {
   EXPECT_THAT(found[0].what, HasSubstr("state-failures grew by 3 to 13"));
   EXPECT_EQ(found[1].grade, Grade::kNote);
   EXPECT_THAT(found[1].what, HasSubstr("network knx-hall of island 6541 home: dropped-readings = 7"));
+}
+
+TEST(IslandFindings, LossesThatTheFirstLookDidNotSeeAreNotes) {
+  auto seen = with(network("up"));
+  seen.numbers = {{"state-failures", 13}};
+  seen.now[0].properties = {{"dropped-readings", "7"}};
+  seen.known_before = false;
+  auto found = check_losses(seen);
+  ASSERT_EQ(found.size(), 2U);
+  for (const auto& one : found) EXPECT_EQ(one.grade, Grade::kNote) << one.what;
+  EXPECT_THAT(found[0].what, HasSubstr("state-failures = 13 since its start; seen once only"));
+  seen.known_before = true;
+  seen.numbers_before = seen.numbers;
+  seen.before.clear();
+  found = check_losses(seen);
+  ASSERT_EQ(found.size(), 2U);
+  EXPECT_EQ(found[1].grade, Grade::kNote) << "a network that came meanwhile";
+  EXPECT_THAT(found[1].what, HasSubstr("dropped-readings = 7"));
 }
 
 TEST(IslandFindings, WithoutLossesAllIsGood) {
