@@ -67,6 +67,12 @@ TEST_F(Words, AStarWithinAPartWakesOnlyWhatFits) {
   EXPECT_EQ(some.code, 0) << some.errors;
   for (const auto* room : {"room10.", "room19."}) EXPECT_THAT(some.output, HasSubstr(room));
   for (const auto* room : {"room1.", "room20.", "room2."}) EXPECT_THAT(some.output, Not(HasSubstr(room)));
+  for (const auto& point : lines_of(rubicon({"ls", "room*.motion-1", "--json"}))) {
+    const bool is_meant = point["key"].get<std::string>().find(".room1") != std::string::npos &&
+                          point["key"].get<std::string>().find(".room1.") == std::string::npos;
+    EXPECT_EQ(point["value"] != "", is_meant) << point;
+    EXPECT_EQ(point["heard"] != 0, is_meant) << point;
+  }
   EXPECT_EQ(lines_of(rubicon({"ls", "room2*.motion-?", "--json"})).size(), 6U);
   EXPECT_EQ(lines_of(rubicon({"ls", "proxy.dummy-1.room1?.sensor.motion-*.value", "--json"})).size(), 10U);
   EXPECT_THAT(rubicon({"get", "room2*.motion-1"}).errors, HasSubstr("is a pattern, expected one tuple; `rubicon ls`"));
