@@ -50,8 +50,7 @@ int list(const Settings& settings, const std::string& word) {
     return kNotThere;
   }
   if (!settings.json) out.write(table.text({out.has_colour(), out.width()}));
-  out.flush();
-  return kGood;
+  return ended(out, kGood);
 }
 
 }  // namespace

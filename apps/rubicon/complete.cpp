@@ -102,8 +102,7 @@ int complete(const CLI::App& app, const Settings& settings, const std::vector<st
   for (const auto& one : offers) {
     if (one.starts_with(typed)) out.line(clean(one));
   }
-  out.flush();
-  return kGood;
+  return ended(out, kGood);
 }
 
 }  // namespace

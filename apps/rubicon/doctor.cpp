@@ -196,8 +196,7 @@ int doctor(const Settings& settings, Duration length) {
     show(out, findings);
     out.line(verdict(findings));
   }
-  out.flush();
-  return problems == 0 ? kGood : kFailed;
+  return ended(out, problems == 0 ? kGood : kFailed);
 }
 
 }  // namespace

@@ -77,8 +77,7 @@ std::string manual(const CLI::App& app) {
 int completion(const std::string& shell) {
   Output out(1);
   out.write(shell == "zsh" ? kZshCompletion : kBashCompletion);
-  out.flush();
-  return kGood;
+  return ended(out, kGood);
 }
 
 }  // namespace
@@ -93,8 +92,7 @@ void add_manual(Cli& cli) {
   app = cli.command({"manual", "Print the manual page", "  rubicon manual | man -l -\n"}, [&cli](const Settings&) {
     Output out(1);
     out.write(manual(cli.app()));
-    out.flush();
-    return static_cast<int>(kGood);
+    return ended(out, kGood);
   });
   app->group("");
 }

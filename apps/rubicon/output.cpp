@@ -9,6 +9,8 @@
 #include <cstdlib>
 #include <cstring>
 
+#include "apps/rubicon/exit_codes.h"
+
 namespace rubicon::cli {
 
 namespace {
@@ -62,6 +64,13 @@ bool Output::broken() {
 
 void say(std::string_view text) {
   std::fprintf(stderr, "rubicon: %.*s\n", static_cast<int>(text.size()), text.data());
+}
+
+int ended(Output& out, int code) {
+  out.flush();
+  if (out.error().empty()) return code;
+  say("standard output: " + out.error());
+  return code == kGood ? kFailed : code;
 }
 
 }  // namespace rubicon::cli

@@ -36,4 +36,7 @@ class Output {
 /// A line on standard error, begun with the name of the program.
 void say(std::string_view text);
 
+/// Writes what is left. `code`; kFailed in place of kGood when it cannot be written, and why not on standard error.
+int ended(Output& out, int code);
+
 }  // namespace rubicon::cli

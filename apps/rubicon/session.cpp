@@ -96,10 +96,7 @@ int Session::nothing(const std::string& what, const std::string& hint) {
 }
 
 int Session::end(int code) {
-  out_.flush();
-  if (out_.error().empty()) return code;
-  say(fmt::format("standard output: {}", out_.error()));
-  return code == kGood ? kFailed : code;
+  return ended(out_, code);
 }
 
 }  // namespace rubicon::cli

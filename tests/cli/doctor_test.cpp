@@ -59,6 +59,9 @@ TEST_F(Doctor, FindsNothingWrongWhereAllIsWell) {
   EXPECT_EQ(text.code, 0);
   EXPECT_THAT(text.output, HasSubstr("good     firewall"));
   EXPECT_THAT(text.output, HasSubstr("nothing is wrong"));
+  const auto full = daemon::run_to_end({"sh", "-c", kProgram + " doctor >/dev/full"});
+  EXPECT_EQ(full.code, 1);
+  EXPECT_THAT(full.errors, HasSubstr("rubicon: standard output: "));
 }
 
 TEST_F(Doctor, LooksAtAnIslandThatStartsMeanwhile) {

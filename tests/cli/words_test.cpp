@@ -125,6 +125,11 @@ TEST_F(Words, ListsTypesWithoutAnyIsland) {
   const auto line = lines_of(rubicon({"types", "co2", "--json"})).at(0);
   EXPECT_EQ(line["unit"], "[ppm]");
   EXPECT_EQ(line["number"], 0x040d);
+  for (const auto* command : {" types", " completion bash", " manual"}) {
+    const auto full = daemon::run_to_end({"sh", "-c", kProgram + command + " >/dev/full"});
+    EXPECT_EQ(full.code, 1) << command;
+    EXPECT_THAT(full.errors, HasSubstr("rubicon: standard output: "));
+  }
 }
 
 TEST_F(Words, ReceivesWhatOthersSend) {

@@ -32,8 +32,7 @@ int convert_lines(Convert convert) {
     out.line(answer);
     if (std::cin.rdbuf()->in_avail() == 0) out.flush();  // a program that asks line by line waits for the answer
   }
-  out.flush();
-  return good ? kGood : kFailed;
+  return ended(out, good ? kGood : kFailed);
 }
 
 int convert(const Words& words, Convert how) {
@@ -45,8 +44,7 @@ int convert(const Words& words, Convert how) {
   }
   Output out(1);
   out.line(answer);
-  out.flush();
-  return kGood;
+  return ended(out, kGood);
 }
 
 void add(Cli& cli, CLI::App* under, const Cli::Text& text, Convert how, const std::string& about) {

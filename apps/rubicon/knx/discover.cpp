@@ -89,8 +89,7 @@ int discover(const Settings& settings, const DiscoverOptions& options) {
   }
   for (const auto& problem : result.problems) say(clean(problem.text));
   if (result.servers.empty()) say("no KNXnet/IP server answers");
-  out.flush();
-  return result.servers.empty() ? kNotThere : kGood;
+  return ended(out, result.servers.empty() ? kNotThere : kGood);
 }
 
 }  // namespace

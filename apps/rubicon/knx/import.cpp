@@ -70,8 +70,7 @@ int put(const ImportOptions& options, const std::string& text) {
   if (options.output.empty()) {
     Output out(1);
     out.write(text);
-    out.flush();
-    return out.error().empty() ? kGood : kFailed;
+    return ended(out, kGood);
   }
   const auto written = replace(options.output, text);
   if (!written) say(written.error().text);
