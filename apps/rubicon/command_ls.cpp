@@ -20,6 +20,16 @@ std::string usual_pattern(const Settings& settings) {
   return settings.prefix + ".*.*.*.*.value";
 }
 
+/// A pattern may leave out the lines that its points stand on.
+std::vector<client::Tuple> with_lines(Session& session, const std::optional<OwnerId>& owner,
+                                      std::vector<client::Tuple> tuples) {
+  if (std::any_of(tuples.begin(), tuples.end(), [](const auto& tuple) { return is_value_of_point(tuple.key); })) {
+    auto lines = session.read({owner, "*.*.status"});
+    std::move(lines.begin(), lines.end(), std::back_inserter(tuples));
+  }
+  return tuples;
+}
+
 /// What fits, points with what belongs to them.
 std::vector<Point> all_that_fit(Session& session, const Selections& selections) {
   std::vector<Point> found;
@@ -33,7 +43,7 @@ std::vector<Point> all_that_fit(Session& session, const Selections& selections) 
       continue;
     }
     const auto tuples = session.read(pattern);
-    auto points = client::points_from(tuples);
+    auto points = client::points_from(with_lines(session, pattern.owner, tuples));
     std::copy_if(points.begin(), points.end(), std::back_inserter(found), is_meant);
     for (const auto& tuple : tuples) {
       if (!points_of({tuple.owner, tuple.key}) && selection.fits(tuple.owner, tuple.key))

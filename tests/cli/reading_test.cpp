@@ -118,6 +118,7 @@ TEST_F(Reading, OneFormCarriesQualityAndLineEverywhere) {
   for (const auto& words : {std::vector<std::string>{"get", "--json", "--any-quality", "barn.lock-1"},
                             {"ls", "--json", "barn.lock-1"},
                             {"ls", "--json", "proxy.dummy-away.**"},
+                            {"ls", "--json", "proxy.dummy-away.barn.**"},
                             {"watch", "--json", "barn.lock-1", "--passive", "--count", "1"}}) {
     const auto lines = lines_of(rubicon(words));
     const auto line = std::find_if(lines.begin(), lines.end(), [](const json& one) {
