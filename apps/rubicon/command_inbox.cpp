@@ -33,9 +33,9 @@ int list(Session& session, const InboxOptions& options) {
       line.update(Line::parse(tuple.value, nullptr, false));
       session.out().line(dump(line));
     }
-    table.row({std::to_string(number(tuple.owner)), text_in(about, "key"), text_in(about, "name"),
-               text_in(about, "model"), text_in(about, "address"),
-               age_text(wall_time(number_in(about, "since")), session.now()), text_in(about, "why")});
+    table.row({session.who(tuple.owner), text_in(about, "key"), text_in(about, "name"), text_in(about, "model"),
+               text_in(about, "address"), age_text(wall_time(number_in(about, "since")), session.now()),
+               text_in(about, "why")});
   }
   if (session.json()) return kGood;
   if (!table.empty()) session.out().write(table.text(session.look()));
@@ -66,10 +66,10 @@ int decide(Session& session, const InboxOptions& options, const std::string& wor
   if (!waits) islands = islands_for(session, options, inbox);
   if (islands.empty()) return session.nothing("no inbox");
   if (islands.size() > 1) {
-    std::vector<std::uint32_t> ids;
-    for (const auto id : islands) ids.push_back(number(id));
+    std::vector<std::string> names;
+    for (const auto id : islands) names.push_back(session.who(id));
     say(fmt::format("{} may be of island {}: say which with --island", model::quoted(options.which),
-                    fmt::join(ids, " or ")));
+                    fmt::join(names, " or ")));
     return kUsage;
   }
   const auto outcome = waits ? session.client().command(*islands.begin(), one, word)

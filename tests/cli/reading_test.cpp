@@ -181,6 +181,11 @@ TEST_F(Reading, DevicesAndDescriptionsShowTheLineAndTheReason) {
   EXPECT_THAT(rubicon({"tree"}).output, HasSubstr("dummy-away  line down: "));
 }
 
+TEST_F(Reading, TheInboxNamesItsIsland) {
+  EXPECT_THAT(rubicon({"inbox"}).output, ContainsRegex("6541 .home. +dummy-new.guest"));
+  EXPECT_EQ(lines_of(rubicon({"inbox", "--json"})).at(0)["island"], 6541);
+}
+
 TEST_F(Reading, ListsReachableDevicesFirstInNaturalOrder) {
   std::vector<std::string> order;
   for (const auto& line : lines_of(rubicon({"devices", "--json"}))) order.push_back(line["id"]);
