@@ -5,17 +5,23 @@
 # KNX too, which needs a route to it: any default route will do.
 set -euo pipefail
 folder=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
-work=$(mktemp -d "${TMPDIR:-/tmp}/rubicon-knx.XXXXXX")
-bus=local:$work/bus.sock
+work=
+users=()
 
+# Its users end before the bus: what they have just begun comes to its end.
 stop() {
-  trap - EXIT INT TERM
-  for job in $(jobs -p); do kill "$job" 2>/dev/null || true; done
-  wait
-  rm -rf "$work"
+  trap '' INT TERM
+  trap - EXIT
+  for job in "${users[@]}" $(jobs -p); do
+    kill "$job" 2>/dev/null || true
+    wait "$job" 2>/dev/null || true
+  done
+  [ -z "$work" ] || rm -rf "$work"
 }
 trap 'code=$?; stop; exit "$code"' EXIT
 trap 'exit 0' INT TERM
+work=$(mktemp -d "${TMPDIR:-/tmp}/rubicon-knx.XXXXXX")
+bus=local:$work/bus.sock
 
 say() { echo "knx-bus.sh: $*" >&2; }
 
@@ -49,21 +55,29 @@ kill -0 "$server" 2>/dev/null || explain
 
 # `Write from 1.1.204 to 1/0/1: 01`
 lamp() {
+  trap 'exit 0' TERM
   while read -r what _ _ _ address value; do
     [ "$what $address" = "Write 1/0/1:" ] && knxtool groupswrite "$bus" 1/0/2 "$value" >/dev/null
   done
 }
-lamp < <(exec knxtool groupsocketlisten "$bus") &
+exec {heard}< <(exec knxtool groupsocketlisten "$bus")
+users+=("$!")
+lamp <&"$heard" &
+users+=("$!")
+exec {heard}<&-
 
 # 20.9 to 22 degrees Celsius, as DPT 9.001
 thermometer() {
+  trap 'exit 0' TERM
+  exec {pause}<> <(:)  # a pause without a child that would outlive it
   while true; do
     for value in '0c 15' '0c 1f' '0c 29' '0c 33' '0c 3d' '0c 47' '0c 4c' '0c 42' '0c 38' '0c 2e' '0c 24' '0c 1a'; do
       # shellcheck disable=SC2086
       knxtool groupwrite "$bus" 1/2/7 $value >/dev/null
-      sleep 5
+      read -rt 5 -u "$pause" _ || true
     done
   done
 }
 thermometer &
+users+=("$!")
 wait "$server" || explain
