@@ -371,10 +371,6 @@ TEST_F(KnxRestarts, SurvivesAServerThatDiesUnderTraffic) {
     answer(round);
     EXPECT_TRUE(becomes("proxy.knx-hall.1_2_7.sensor.temperature-1.value", temperature(round)));
     EXPECT_TRUE(becomes("proxy.knx-hall.1_0_1.actuator.switch-1.value", round % 2 ? "on" : "off"));
-    // Once, if the machine let the answer come within 2 s; each further 2 s of waiting may ask again.
-    auto after = reads();
-    for (const auto* address : {"1/2/7", "1/0/2"})
-      EXPECT_LE(after[address] - (before.contains(address) ? before.at(address) : 0), 10) << address;
   }
   EXPECT_EQ(::kill(pid, 0), 0) << "the same process";
   std::sort(times.begin(), times.end());

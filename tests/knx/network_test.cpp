@@ -358,6 +358,27 @@ TEST_F(KnxPoints, ALostLineIsToldAndEverythingWantedReadAgain) {
   EXPECT_EQ(server.channels().size(), 1U);
 }
 
+TEST_F(KnxPoints, EachLossOfTheLineReadsEverythingWantedExactlyOnceThoughCommandsGoOn) {
+  server.answers[group("1/2/7")] = {{0x0c, 0x33}, false};
+  server.answers[group("1/0/2")] = {{1}, true};
+  start();
+  ASSERT_TRUE(sample("1/2/7", {point(Kind::kSensor, "temperature")}));
+  ASSERT_TRUE(sample("1/0/1", {point(Kind::kActuator, "switch")}));
+  host.time.run_for(1s);
+  for (int round = 1; round <= 5; ++round) {
+    server.disconnect_all();
+    host.time.run_for(1s);
+    ASSERT_TRUE(network->open());
+    host.time.run_for(10ms);
+    for (int i = 0; i < 100; ++i) {
+      const auto sent = command("1/0/3", point(Kind::kActuator, "percentage"), static_cast<double>(i));
+      ASSERT_TRUE(sent) << sent.error().text;
+      host.time.run_for(100ms);
+    }
+    for (const auto* address : {"1/2/7", "1/0/2"}) EXPECT_EQ(reads_of(address), 1 + round) << address;
+  }
+}
+
 TEST_F(KnxPoints, ACommandUnderWayWhenTheLineIsLostArrivesAfterwards) {
   start();
   server.acks = false;
