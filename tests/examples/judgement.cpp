@@ -1,0 +1,61 @@
+#include "examples/judgement.h"
+
+#include <algorithm>
+#include <array>
+
+namespace rubicon::examples {
+
+namespace {
+
+/// Ends with another code than 0, which the page of exit codes names.
+struct Code {
+  const char* part;
+  int code;
+  const char* why;
+};
+constexpr Code kCodes[] = {
+    {"doctor --interfaces eth0", 1, "there is no such interface here: that is the problem it finds"},
+    {"send 6541 --type image", 3, "nobody on the demo's island waits for images, which the answer says"},
+};
+
+bool has(const std::string& text, const char* part) {
+  return text.find(part) != text.npos;
+}
+
+template <std::size_t kCount>
+bool begins(const std::string& line, const std::array<const char*, kCount>& programs) {
+  return std::any_of(programs.begin(), programs.end(), [&](const char* one) { return line.starts_with(one); });
+}
+
+bool shows_what_is_there(const std::string& line) {
+  return begins(line, std::array{"rubicon watch", "rubicon top", "rubicon knx monitor", "example-4_points"});
+}
+
+int wanted_code(const std::string& line) {
+  for (const auto& one : kCodes) {
+    if (has(line, one.part)) return one.code;
+  }
+  return 0;
+}
+
+}  // namespace
+
+bool is_endless(const std::string& line) {
+  constexpr std::array kPrograms{"rubicon record",    "rubicon receive",      "rubicon publish",
+                                 "rubicon-proxy run", "rubicon-motes --port", "salad-simulator "};
+  return (shows_what_is_there(line) || begins(line, kPrograms)) && !has(line, " | ") && !has(line, " --rounds ");
+}
+
+std::string fault_of(const std::string& line, const daemon::Outcome& outcome) {
+  constexpr int kNotGood = 10;       // `get` of a sensor that is not sampled at the moment
+  constexpr int kInterrupted = 130;  // the shell around a program that runs until it is ended
+  if (line.starts_with("rubicon get ") && outcome.code == kNotGood)
+    return has(outcome.errors, " is ") ? "" : "does not say why its value is not good";
+  const bool ended = is_endless(line) && outcome.code == kInterrupted;
+  if (!ended && outcome.code != wanted_code(line)) return "ended with " + std::to_string(outcome.code);
+  if (shows_what_is_there(line) && outcome.output.empty()) return "shows nothing";
+  if (shows_what_is_there(line) && has(outcome.errors, "nothing fits")) return "names what is not there";
+  return "";
+}
+
+}  // namespace rubicon::examples

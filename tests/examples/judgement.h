@@ -1,0 +1,15 @@
+#pragma once
+
+#include <string>
+
+#include "daemon/process.h"
+
+namespace rubicon::examples {
+
+/// Runs until somebody ends it.
+bool is_endless(const std::string& line);
+
+/// What is wrong with how an example ended; empty = nothing. `line`: as it was run.
+std::string fault_of(const std::string& line, const daemon::Outcome& outcome);
+
+}  // namespace rubicon::examples
