@@ -21,6 +21,7 @@
 #include "runtime/network_types.h"
 #include "runtime/service_notice.h"
 #include "runtime/shell.h"
+#include "runtime/spare_memory.h"
 #include "runtime/spdlog_sink.h"
 #include "transport/asio_scheduler.h"
 #include "transport/host_name.h"
@@ -61,14 +62,6 @@ void give_back_large_blocks() {
 #endif
 }
 
-/// What reading the configuration took, and the joins of many devices, lies between what stays; the system gets it
-/// back only when asked.
-void give_back_memory() {
-#ifdef __GLIBC__
-  ::malloc_trim(0);
-#endif
-}
-
 /// A running daemon: the loop, the island, and the console component that watches, shows and commands.
 class Session {
  public:
@@ -95,6 +88,7 @@ class Session {
     if (!link) return fail(link.error());
     link_ = std::move(*link);
     space_ = std::make_unique<TupleSpace>(console_, loop_.scheduler(), *link_);
+    spare_memory_ = std::make_unique<SpareMemory>(loop_.scheduler(), *space_);
     const Summary console{"console of the island", transport::host_name(), transport::own_process(), "",
                           loop_.scheduler().wall_now()};
     if (auto named = space_->describe(model::to_json(console)); !named) return named;
@@ -120,6 +114,7 @@ class Session {
     // A turn later the tuples are there and others see the island.
     loop_.scheduler().post([this] { service_.ready(status()); });
     keep_good();
+    // What the joins of many devices took; that of reading the configuration was given back before.
     settled_ = loop_.scheduler().after(kSettled, give_back_memory);
     log_.info(
         fmt::format("island {} is up: {} networks", number(island_->config().id), island_->networks().ids().size()));
@@ -302,6 +297,7 @@ class Session {
   std::unique_ptr<Island> island_;
   std::unique_ptr<tuples::Link> link_;
   std::unique_ptr<TupleSpace> space_;
+  std::unique_ptr<SpareMemory> spare_memory_;
   std::vector<Handle> watches_;
   std::unique_ptr<Shell> shell_;
   std::unique_ptr<LiveConsole> screen_;
