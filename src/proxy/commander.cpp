@@ -12,7 +12,7 @@ namespace {
 constexpr std::size_t kLongest = 60;
 
 /// Of a foreign summary, for logs and screens; cut at a character.
-std::string shown(std::string_view text) {
+std::string shown_text(std::string_view text) {
   std::size_t end = 0;
   while (end < text.size()) {
     const auto length = base::first_character(text.substr(end)).size();
@@ -32,12 +32,12 @@ std::string commander_name(const Surroundings& around, OwnerId id) {
   if (id == around.space.self()) return island_name(around.config.island_name, id);
   const auto text = around.space.summary(id);
   const auto summary = text.empty() ? model::Summary{} : model::summary_from_json(text).value_or(model::Summary{});
-  const auto name = shown(summary.name);
+  const auto name = shown_text(summary.name);
   if (model::is_island(id)) return island_name(name, id);
   if (name.empty()) return fmt::format("component {}", number(id));
   const bool elsewhere = !summary.host.empty() && summary.host != around.config.host;
-  const auto program = summary.program.empty() ? fmt::format("component {}", number(id)) : shown(summary.program);
-  return fmt::format("{} ({}{}{})", name, program, elsewhere ? " on " : "", elsewhere ? shown(summary.host) : "");
+  const auto program = summary.program.empty() ? fmt::format("component {}", number(id)) : shown_text(summary.program);
+  return fmt::format("{} ({}{}{})", name, program, elsewhere ? " on " : "", elsewhere ? shown_text(summary.host) : "");
 }
 
 }  // namespace rubicon::proxy

@@ -79,7 +79,7 @@ TEST_F(Board, ListsTheReachableDevicesOfAllNetworksInOneTuple) {
   EXPECT_EQ(json("proxy.devices"), (std::vector<std::string>{"hall.1_4_6", "hall.7"}));
 }
 
-TEST_F(Board, PublishesTheListOfANetworkAtMostFourTimesASecondAndThatOfAllOnce) {
+TEST_F(Board, PublishesTheListAtMostFourTimesASecond) {
   start();
   int lists = 0, lists_of_island = 0;
   const auto ears =
@@ -96,7 +96,7 @@ TEST_F(Board, PublishesTheListOfANetworkAtMostFourTimesASecondAndThatOfAllOnce) 
   EXPECT_GE(lists, 8);
   EXPECT_LE(lists, 10);
   EXPECT_GE(lists_of_island, 2);
-  EXPECT_LE(lists_of_island, 4);
+  EXPECT_LE(lists_of_island, 4) << "that one at most once";
   EXPECT_EQ(json("proxy.hall.devices").size(), 1000u);
   EXPECT_EQ(json("proxy.devices").size(), 1000u);
 }
@@ -120,26 +120,30 @@ TEST_F(Board, ADeviceThatComesAndGoesCostsOneListOfTheIslandASecond) {
 }
 
 TEST_F(Board, AListThatNoValueCanHoldStandsEmptyAndIsToldOnce) {
+  const std::string attic(60, 'a');
+  config.networks[attic].silence.reset();
   start();
-  const auto name = [](int number) { return std::to_string(100000 + number) + std::string(180, 'x'); };
+  const auto from_attic = [&](int device, model::Body body) {
+    const auto address = std::to_string(10000 + device) + std::string(59, 'x');
+    gate->from_network(attic, Message{model::kNobody, 0, 0, {kIsland, attic, address}, {kIsland, {}, {}}, body});
+    if (device % 1000 == 0) time.run_ready();
+  };
   const auto told = [this] {
     return std::count_if(log.lines.begin(), log.lines.end(),
                          [](const auto& line) { return line.find("proxy.devices stands empty") != line.npos; });
   };
-  for (int i = 0; i < 6000; ++i) hall().say(name(i), Join{});
+  for (int i = 0; i < 8600; ++i) from_attic(i, Join{});
   time.run_for(2s);
-  EXPECT_EQ(text("proxy.devices"), "[]");
-  EXPECT_EQ(text("proxy.hall.devices"), "[]");
-  EXPECT_TRUE(log.contain("proxy.hall.devices stands empty"));
-  for (int i = 0; i < 200; ++i) {
+  EXPECT_TRUE(text("proxy.devices") == "[]");
+  EXPECT_EQ(json("proxy." + attic + ".devices").size(), 8600u) << "that one fits";
+  for (int i = 0; i < 70; ++i) {
     say("8", i % 2 == 0 ? model::Body(Join{}) : model::Body(model::Leave{"moth"}));
     time.run_for(1s);
   }
   EXPECT_EQ(told(), 1);
-  for (int i = 0; i < 1000; ++i) hall().say(name(i), model::Leave{"thrown away"});
+  for (int i = 0; i < 1000; ++i) from_attic(i, model::Leave{"thrown away"});
   time.run_for(2s);
-  EXPECT_EQ(json("proxy.devices").size(), 5000u);
-  EXPECT_EQ(json("proxy.hall.devices").size(), 5000u);
+  EXPECT_EQ(json("proxy.devices").size(), 7600u);
 }
 
 TEST_F(Board, ShowsTheCountersOfTheNetwork) {

@@ -284,7 +284,7 @@ TEST_F(MoteNetwork, NoMessageCommandsAnActuatorPastTheCommandDesk) {
   EXPECT_EQ(events("executed"), 0u);
   EXPECT_EQ(happened.size(), sent) << "no packet reached a mote";
   EXPECT_TRUE(send("2", model::Opaque{"mote/3/6/2", relay})) << "of another application it may mean anything";
-  ASSERT_TRUE(send("2", model::Actuate{5, {Kind::kActuator, types.find("relay")->id, "1"}, std::int64_t{1}, 5s}));
+  ASSERT_TRUE(light_up("2", 1));
   run(5s);
   EXPECT_EQ(events("executed"), 1u) << "as the command desk sends it";
 }
