@@ -55,7 +55,9 @@ TEST(Judgement, SeesExamplesThatHangShowNothingOrFindAProblem) {
   EXPECT_EQ(of("rubicon watch x y", 0, "a line\n", "rubicon: nothing fits y yet"), "names what is not there");
   EXPECT_EQ(of("rubicon get x", 10, "", "rubicon: x is stale"), "");
   EXPECT_NE(of("rubicon get x", 10), "");
-  EXPECT_EQ(of("rubicon doctor", 1, "problem  loss  one\n"), "ended with 1");
+  EXPECT_EQ(of("rubicon doctor", 1, "good     line  one\nproblem  loss  one\nproblem  loss  two\n1 problem\n"), "");
+  EXPECT_EQ(of("rubicon doctor", 1, "problem  loss  one\nproblem  line  two\n"), "ended with 1");
+  EXPECT_EQ(of("rubicon doctor", 1, "a loss\n"), "ended with 1");
   EXPECT_EQ(of("rubicon doctor --interfaces eth0", 1), "");
   EXPECT_EQ(of("rubicon doctor --interfaces eth0", 0), "ended with 0");
 }

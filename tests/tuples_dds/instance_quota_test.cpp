@@ -137,7 +137,9 @@ TEST_F(Quota, CountsWhatIsDisposedUntilItsWriterGoes) {
   for (std::uint32_t slot = 0; slot < 20; ++slot) {
     write(slot);
     dispose(slot);
-    if (slot < 3) EXPECT_EQ(next(), slot);
+    if (slot < 3) {
+      EXPECT_EQ(next(), slot);
+    }
   }
   EXPECT_EQ(next(), std::nullopt);
   EXPECT_EQ(kept(20), 3) << "Cyclone frees none of them before";
