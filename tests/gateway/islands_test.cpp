@@ -243,6 +243,35 @@ TEST_F(BetweenIslands, AFloodedIslandAnswersBusyAndLosesNothing) {
   for (const auto& answer : three.answers()) EXPECT_EQ(answer.outcome, Outcome::kBusy);
 }
 
+TEST_F(BetweenIslands, WhatWasTakenFreesItsRoomForTheNextMessages) {
+  two.listen(MessageKind::kOpaque);
+  const std::string large(200 * 1024, 'x');  // a hundred of them are more than may wait at once
+  for (int i = 0; i < 150; ++i) {
+    one.send(two.address(), note(i < 100 ? large : "small"));
+    time.run_for(1s);
+  }
+  EXPECT_THAT(two.heard, SizeIs(150));
+  EXPECT_THAT(one.answers(), IsEmpty());
+}
+
+TEST_F(BetweenIslands, AMessageThatFoundNoRoomMayComeAgain) {
+  one.listen(MessageKind::kOpaque);
+  Message message;
+  message.origin = OwnerId{70001};
+  message.destination = one.address();
+  message.body = note("hello");
+  for (message.number = 1; message.number <= 101; ++message.number) {
+    robot.set_remote(OwnerId{1}, "GATEWAY", base::as_text(model::to_cbor(message)), 0s, [](const Reply&) {},
+                     {.media_type = model::kMessageMediaType});
+  }
+  time.run_for(1s);
+  ASSERT_THAT(one.heard, SizeIs(100));
+  message.number = 101;
+  EXPECT_EQ(post(model::to_cbor(message)).verdict, Verdict::kApplied);
+  EXPECT_THAT(one.heard, SizeIs(101));
+  EXPECT_EQ(one.gateway.counters().duplicates, 0u);
+}
+
 TEST_F(BetweenIslands, RefusesWhatIsNoMessageAndCountsIt) {
   const auto wrong_type = post(model::to_cbor(Message{}), "text/plain");
   EXPECT_EQ(wrong_type.verdict, Verdict::kRefused);

@@ -97,6 +97,18 @@ TEST_F(LocalGateway, AJoinAfterALeaveIsNotMergedWithTheOneBefore) {
   EXPECT_EQ(one.heard[2].kind(), MessageKind::kJoin);
 }
 
+TEST_F(LocalGateway, AJoinAfterALeaveStandsForItselfAlsoWhenManyReadingsWereDroppedBetween) {
+  one.listen(MessageKind::kJoin);
+  one.listen(MessageKind::kLeave);
+  one.network("a").say("7", model::Join{});
+  one.network("a").say("7", model::Leave{});
+  for (std::int64_t i = 0; i < 3000; ++i) one.network("a").say("8", reading(i));
+  one.network("a").say("7", model::Join{});
+  time.run_ready();
+  ASSERT_THAT(one.heard, SizeIs(3));
+  EXPECT_EQ(one.heard[2].kind(), MessageKind::kJoin);
+}
+
 TEST_F(LocalGateway, ListenersMayComeGoAndSendWhileTheyAreCalled) {
   std::string heard;
   std::optional<Handle> first;

@@ -24,6 +24,15 @@ TEST(SeenMessages, ForgetsTheOldestNumbersFirst) {
   EXPECT_TRUE(seen.seen(kOne, 1000 + SeenMessages::kNumbers));
 }
 
+TEST(SeenMessages, ForgetsNumbersInTheOrderInWhichTheyCame) {
+  SeenMessages seen;
+  constexpr std::uint64_t kBeyond = 5;
+  for (std::uint64_t i = 0; i < SeenMessages::kNumbers + kBeyond; ++i) seen.note(kOne, 1000 + i);
+  for (std::uint64_t i = 0; i < SeenMessages::kNumbers + kBeyond; ++i) {
+    EXPECT_EQ(seen.seen(kOne, 1000 + i), i >= kBeyond) << i;
+  }
+}
+
 TEST(SeenMessages, ForgetsTheOriginsNotHeardForLongest) {
   SeenMessages seen;
   for (std::uint32_t i = 1; i <= SeenMessages::kOrigins; ++i) seen.note(IslandId{i}, 5);

@@ -308,6 +308,20 @@ TEST_F(Commands, AFloodInOneTurnIsBoundedToo) {
   EXPECT_EQ(busy, 200);
 }
 
+TEST_F(Commands, OfDevicesThatLeftTakeNoRoomOnTheIsland) {
+  begin();
+  hall().answers = false;
+  auto bell = lamp();
+  bell.capabilities.push_back(capability(Kind::kActuator, kChime));
+  for (int round = 0; round < 101; ++round) {  // a hundred commands each: more than the island keeps
+    for (int i = 0; i < 100; ++i) robot->set_remote(kIsland, "proxy.hall.7.actuator.chime-1.command", "1", 0s, {});
+    time.run_ready();
+    say("7", model::Leave{});
+    join("7", bell);
+  }
+  EXPECT_EQ(set("proxy.hall.7.actuator.chime-1.command", "1").verdict, Verdict::kApplied);
+}
+
 TEST_F(Commands, APropertyIsSetAndConfirmedLikeAnActuator) {
   begin();
   EXPECT_EQ(set("proxy.hall.7.property.knob.command", "12").verdict, Verdict::kApplied);

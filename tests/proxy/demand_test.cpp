@@ -166,6 +166,18 @@ TEST_F(DemandOfSubscribers, ARefusedRequestIsShownAtTheSensor) {
   EXPECT_EQ(quality("proxy.hall.7.sensor.glow-1"), "good") << "three periods mean nothing where nobody samples";
 }
 
+TEST_F(DemandOfSubscribers, ALateAnswerToAFormerRequestCountsNoMore) {
+  begin();
+  hall().answers = false;
+  auto slow = listen(*robot, kGlow1, {.minimum = 1s});
+  auto fast = listen(*robot, kGlow1, {.minimum = 200ms});
+  const auto asked = hall().sent_bodies<model::Sample>();
+  ASSERT_EQ(asked.size(), 2u);
+  say("7", Acknowledge{asked[1].request, Outcome::kSent, {}});
+  say("7", Acknowledge{asked[0].request, Outcome::kFailed, "no answer"});
+  EXPECT_EQ(json("proxy.hall.7.sensor.glow-1.status")["reason"], "");
+}
+
 TEST_F(DemandOfSubscribers, ABusyNetworkIsAskedAgain) {
   begin();
   hall().outcome = Outcome::kBusy;

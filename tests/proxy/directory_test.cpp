@@ -244,5 +244,23 @@ TEST_F(Directory, LeavesTheDevicesOfOtherIslandsToTheirProxies) {
   }
 }
 
+TEST_F(Directory, AMessageForADeviceOfTwoNetworksGoesWhereItIsReachable) {
+  config.networks["garden"];
+  start();
+  gate->from_network("garden", Message{model::kNobody, 0, 0, {kIsland, "garden", "7"}, {kIsland, {}, {}}, lamp()});
+  join("7", lamp());
+  for (int i = 0; i < 3; ++i) {
+    time.run_for(25s);
+    say("7", model::KeepAlive{});
+  }
+  ASSERT_EQ(json("proxy.garden.7.status")["status"], "unreachable");
+  Message message;
+  message.destination = {kIsland, "", "7"};
+  message.body = model::Opaque{"chat", {'x'}};
+  gate->send(std::move(message));
+  time.run_ready();
+  EXPECT_EQ(hall().sent_bodies<model::Opaque>().size(), 1u);
+}
+
 }  // namespace
 }  // namespace rubicon::proxy

@@ -123,6 +123,16 @@ TEST_F(Discovery, ManyAreApprovedByPattern) {
   EXPECT_EQ(inbox()["count"], 1);
 }
 
+TEST_F(Discovery, APatternApprovesWhoWaitsAndNobodyWhoIsIgnored) {
+  start();
+  for (const auto* address : {"1.1", "1.2"}) join(address, lamp());
+  ASSERT_EQ(set("proxy.inbox.hall.1_2", "ignore").verdict, Verdict::kApplied);
+  ASSERT_EQ(set("proxy.inbox", "approve *").verdict, Verdict::kApplied);
+  EXPECT_TRUE(exists("proxy.hall.1_1.status"));
+  EXPECT_FALSE(exists("proxy.hall.1_2.status"));
+  EXPECT_EQ(inbox()["ignored"], 1);
+}
+
 TEST_F(Discovery, WrongWordsAndUnknownDevicesAreRefused) {
   start();
   join("7", lamp());

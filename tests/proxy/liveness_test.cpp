@@ -147,6 +147,18 @@ TEST_F(Silence, AFastSampledSensorHasThreeSeconds) {
   EXPECT_EQ(quality(kDevice + ".sensor.glow-1"), "stale");
 }
 
+TEST_F(Silence, AFurtherSubscriberGivesASilentSensorNoNewFirstPeriod) {
+  begin();
+  const auto first =
+      space->subscribe({kIsland, kDevice + ".sensor.glow-1.value"}, {.minimum = 1s}, [](const Event&) {});
+  time.run_ready();
+  report("7", sensor(kGlow), 1.5);
+  time.run_for(2s);
+  const auto second = space->subscribe({kIsland, kDevice + ".sensor.glow-1.value"}, {}, [](const Event&) {});
+  time.run_for(1100ms);
+  EXPECT_EQ(quality(kDevice + ".sensor.glow-1"), "stale");
+}
+
 TEST_F(Silence, AnOldValueIsNotStaleTheMomentSomebodySubscribes) {
   begin();
   report("7", sensor(kGlow), 1.5);

@@ -130,6 +130,35 @@ TEST_F(Remembering, ANetworkThatListsItsDevicesShowsNoOthers) {
   EXPECT_FALSE(exists("proxy.hall.8.status"));
 }
 
+TEST_F(Remembering, WhatTheDeviceKnewWhenItJoinedIsNewerThanWhatIsRemembered) {
+  rules().lists_devices = true;
+  start();
+  auto message = lamp();
+  message.capabilities.push_back(capability(Kind::kProperty, kKnob, ""));
+  message.capabilities.back().initial = std::int64_t{12};
+  join("7", message);
+  time.run_for(20s);
+  restart();
+  message.capabilities.back().initial = std::int64_t{15};
+  join("7", message);
+  EXPECT_EQ(text("proxy.hall.7.property.knob.value"), "15");
+  EXPECT_EQ(quality("proxy.hall.7.property.knob"), "good");
+}
+
+TEST_F(Remembering, WhatAListSaysOfASilentDeviceIsNotRememberedAsItsValue) {
+  start();
+  auto message = lamp();
+  message.capabilities.push_back(capability(Kind::kProperty, kKnob, ""));
+  message.capabilities.back().initial = std::int64_t{12};
+  message.heard = false;
+  join("7", message);
+  ASSERT_EQ(quality("proxy.hall.7.property.knob"), "stored");
+  time.run_for(20s);
+  const auto known = *store->find("hall", "7");
+  ASSERT_TRUE(known);
+  EXPECT_TRUE(known->values.empty());
+}
+
 TEST_F(Remembering, AStoredValueThatNoLongerFitsItsTypeIsNotShown) {
   start();
   join("7", lamp());
@@ -278,6 +307,18 @@ TEST_F(Remembering, WhatIsNotWrittenYetIsKnownAlready) {
   say("7", model::Leave{"battery"});
   join("7", lamp());
   EXPECT_TRUE(exists("proxy.hall.7.status"));
+}
+
+TEST_F(Remembering, AGivenNameIsNotLostWhileTheDiskIsFull) {
+  config.discovery.otherwise = Admission::kAsk;
+  start();
+  join("7", lamp());
+  ASSERT_EQ(set("proxy.inbox.hall.7", "approve").verdict, Verdict::kApplied);
+  ASSERT_EQ(set("proxy.hall.7.description", R"({"name":"Kitchen lamp"})").verdict, Verdict::kApplied);
+  const FullDisk full;
+  say("7", model::Leave{"battery"});
+  join("7", lamp());
+  EXPECT_EQ(json("proxy.hall.7.description")["name"], "Kitchen lamp");
 }
 
 }  // namespace

@@ -179,6 +179,21 @@ TEST_F(Mirror, AValueKnownAtTheJoinIsPublished) {
   EXPECT_TRUE(exists("proxy.hall.7.property.knob.command"));
 }
 
+TEST_F(Mirror, APropertyStaysGoodThroughAnInterruptionOfTheLine) {
+  start();
+  auto message = lamp();
+  message.capabilities.push_back(capability(Kind::kProperty, kKnob, ""));
+  message.capabilities.back().initial = std::int64_t{12};
+  join("7", message);
+  report("7", sensor(kGlow), 1.5);
+  hall().lose_line();
+  time.run_for(1s);
+  hall().line_works = true;
+  time.run_for(5s);
+  EXPECT_EQ(quality("proxy.hall.7.sensor.glow-1"), "stale");
+  EXPECT_EQ(quality("proxy.hall.7.property.knob"), "good") << "nothing but a command changes it";
+}
+
 TEST_F(Mirror, AReadOnlyPropertyHasNoCommand) {
   start();
   auto message = lamp();

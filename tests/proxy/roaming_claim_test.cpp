@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "island.h"
 #include "proxy/hand_over.h"
 
 namespace rubicon::proxy {
@@ -83,6 +84,40 @@ TEST(RoamingClaim, SaysWhatIsWrong) {
 
 TEST(RoamingClaim, ItsKeyIsMadeOfDomainAndAddress) {
   EXPECT_EQ(claim_key({"lab", "1.4.6"}), "ROAMING.lab.1_4_6");
+}
+
+/// What an island claims of its own devices.
+class OwnClaim : public Island {};
+
+TEST_F(OwnClaim, IsNotOlderBecauseTheNetworkListsTheDeviceAgain) {
+  rules().roaming = "lab";
+  start();
+  join("7", lamp());
+  const auto since = json("ROAMING.lab.7")["since"];
+  time.run_for(5s);
+  auto listed = lamp();
+  listed.heard = false;
+  join("7", listed);
+  EXPECT_EQ(json("ROAMING.lab.7")["since"], since);
+}
+
+TEST_F(OwnClaim, IsMadeAtOnceOfADeviceWhoseIslandSaidGoodbye) {
+  rules().roaming = "lab";
+  start();
+  auto far_link = *ecology.join(OwnerId(2));
+  auto far = std::make_unique<TupleSpace>(OwnerId(2), time, *far_link);
+  time.run_for(5s);
+  join("7", lamp());
+  time.run_for(5s);
+  const auto theirs = claim(2, time.wall_now().time_since_epoch().count());
+  ASSERT_TRUE(far->set("ROAMING.lab.7", claim_text(theirs), {.media_type = "application/json"}));
+  time.run_for(5s);
+  ASSERT_FALSE(exists("proxy.hall.7.status")) << "it is there";
+  far.reset();
+  far_link.reset();
+  time.run_ready();
+  say("7", model::KeepAlive{});
+  EXPECT_TRUE(exists("proxy.hall.7.status"));
 }
 
 TEST(WaitingCommand, ReadsAsItWasWritten) {

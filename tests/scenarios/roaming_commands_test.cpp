@@ -122,6 +122,23 @@ TEST_F(RoamingCommands, ANewerCommandAtTheNewIslandIsNotUndone) {
   EXPECT_THAT(std::string(command(1)["reason"]), HasSubstr("newer command"));
 }
 
+TEST_F(RoamingCommands, ANewerCommandThatIsCarriedOutAlreadyIsNotUndoneEither) {
+  begin();
+  set("off", 60s);
+  ecology.cut(OwnerId(1), OwnerId(2));
+  join(2);
+  scheduler.run_for(1s);
+  component(70001).set_remote(OwnerId(2), kSwitch + ".command", "on", 5s, nullptr);
+  scheduler.run_for(1s);
+  devices_of(2).say("7", reading(actuator("switch"), true));
+  scheduler.run_for(1s);
+  ASSERT_EQ(command(2)["state"], "confirmed");
+  ecology.mend(OwnerId(1), OwnerId(2));
+  scheduler.run_for(10s);
+  EXPECT_THAT(devices_of(2).commands, ElementsAre(std::pair(std::string("7"), Value(true))));
+  EXPECT_EQ(command(1)["state"], "failed");
+}
+
 TEST_F(RoamingCommands, OnlyWhoHadTheDeviceHandsCommandsOver) {
   begin();
   join(2);

@@ -84,6 +84,14 @@ TEST_F(Demands, AWatchIsToldWhatIsWantedAlready) {
   EXPECT_THAT(turn(), ElementsAre("a on 0"));
 }
 
+TEST_F(Demands, AWatchIsToldOnceOfASubscriptionThatBeginsInTheSameTurn) {
+  ASSERT_TRUE(island->space.declare("a"));
+  turn();
+  const auto watch = island->space.watch_demand(pattern("a"), note());
+  const auto near = island->space.subscribe(pattern("a"), {}, [](const Event&) {});
+  EXPECT_THAT(turn(), ElementsAre("a on 0"));
+}
+
 TEST_F(Demands, ChangesWithinATurnAreMerged) {
   ASSERT_TRUE(island->space.declare("a"));
   const auto watch = island->space.watch_demand(pattern("a"), note());

@@ -70,6 +70,16 @@ TEST_F(Distant, ACopyExpiresOnItsOwnClockWhenTheOwnerIsOutOfReach) {
   EXPECT_THAT(listener.take(), ElementsAre("a=1", "a expired"));
 }
 
+TEST_F(Distant, ACopyStaysWhenItsOwnerEndsTheLifetime) {
+  const auto handle = robot->space.subscribe(pattern("a"), {}, listener.call());
+  ASSERT_TRUE(island->space.set("a", "1", {.lifetime = 10s}));
+  time.run_for(1s);
+  ASSERT_TRUE(island->space.set("a", "2"));
+  time.run_for(20s);
+  EXPECT_THAT(listener.take(), ElementsAre("a=1", "a=2"));
+  EXPECT_EQ(robot->space.get(kIsland, "a")->expire_time, WallTime{});
+}
+
 TEST_F(Distant, CopiesGoWithTheLastSubscriptionThatCoversThem) {
   auto wide = robot->space.subscribe(pattern("**"), {}, listener.call());
   auto narrow = robot->space.subscribe(pattern("a.b"), {}, listener.call());
@@ -199,6 +209,20 @@ TEST_F(Distant, ASnapshotIsToldWhenAllOfItIsHere) {
   const auto nothing = robot->space.subscribe(pattern("b"), {}, listener.call(), [&](OwnerId) { ++snapshots; });
   time.run_for(1s);
   EXPECT_EQ(snapshots, 1U);
+}
+
+TEST_F(Distant, TheEndOfOneSnapshotSaysNothingOfTheTuplesOfAnother) {
+  const auto first = robot->space.subscribe(pattern("a"), {}, listener.call());
+  const auto second = robot->space.subscribe(pattern("b.*"), {}, listener.call());
+  ASSERT_TRUE(island->space.set("a", "1"));
+  for (int i = 0; i < 1000; ++i) ASSERT_TRUE(island->space.set("b.t" + std::to_string(i), "x"));
+  time.run_for(1s);
+  listener.take();
+  ecology.cut(kIsland, kRobot);
+  time.run_ready();
+  ecology.mend(kIsland, kRobot);
+  time.run_for(1s);
+  EXPECT_THAT(listener.take(), IsEmpty()) << "nothing changed meanwhile";
 }
 
 TEST_F(Distant, CopiesOfALostOwnerAreMarkedAndGoAfterTheGrace) {

@@ -95,6 +95,15 @@ TEST_F(MoteMail, ASinkThatIsSilentIsNotCalledASilentMote) {
   EXPECT_EQ(ends, std::vector{Delivered::kSinkSilent});
 }
 
+TEST_F(MoteMail, WhatLeftOnceMayHaveBeenExecutedWhateverBecameOfItsRepetitions) {
+  ASSERT_TRUE(requests.send(request(7)));
+  time.run_ready();
+  sink.outcome = Sent::kNotAcknowledged;
+  time.run_for(20s);
+  EXPECT_EQ(sink.sent.size(), 3u);
+  EXPECT_EQ(ends, std::vector{Delivered::kNoAnswer});
+}
+
 TEST_F(MoteMail, WhatCouldNotLeaveInTimeIsExpired) {
   sink.outcome = Sent::kExpired;
   ASSERT_TRUE(requests.send(request(7)));
@@ -241,6 +250,16 @@ TEST_F(Probing, AProbeWithoutRoomIsAnsweredAndDoesNotBlockTheOthers) {
   ask_all(2, 10);
   EXPECT_EQ(answers.size(), 10u);
   EXPECT_EQ(probes.waiting(), 0u);
+}
+
+TEST_F(Probing, AMoteWhoseProbeFoundNoRoomMayBeAskedAgain) {
+  sink.full = true;
+  ASSERT_TRUE(ask(7));
+  EXPECT_EQ(answers[7], Delivered::kExpired);
+  sink.full = false;
+  ASSERT_TRUE(ask(7));
+  requests.heard(sink.ack(0));
+  EXPECT_EQ(answers[7], Delivered::kAcknowledged);
 }
 
 TEST_F(Probing, ALostMoteIsAskedEverLessOften) {

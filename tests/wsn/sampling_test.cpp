@@ -120,6 +120,17 @@ TEST_F(MoteSampling, AMoteThatIsNotHeardIsToldAgainByItselfEverLessOften) {
   EXPECT_EQ(sink.sent.size(), end) << "nobody waits any more";
 }
 
+TEST_F(MoteSampling, ANewWishDoesNotWaitForThePausesOfTheFormerOne) {
+  ASSERT_TRUE(sampling.want(7, {0x0001, 1024}));
+  time.run_for(10min);
+  while (requests.pending() > 0) time.run_for(100ms);
+  ASSERT_TRUE(sampling.want(7, {0x0003, 1024}));
+  const auto before = sink.sent.size();
+  time.run_for(8500ms);
+  ASSERT_EQ(sink.sent.size(), before + 3) << "two more attempts, and one 5 s after the third";
+  EXPECT_EQ(command(before).transducers, 0x0003);
+}
+
 TEST_F(MoteSampling, AMoteThatWasSwitchedOffAndOnIsToldAtOnce) {
   ASSERT_TRUE(sampling.want(7, {0x0001, 1024}));
   acknowledge(0);
@@ -195,6 +206,17 @@ TEST_F(MoteSampling, WhatAnotherProgramAskedForIsNotCalmed) {
   time.run_for(10s);
   sampling.heard(7, true);
   EXPECT_TRUE(sink.sent.empty());
+}
+
+TEST_F(MoteSampling, AMoteThatWasSwitchedOffAndOnForgotWhatAnotherProgramAskedFor) {
+  sampling.overruled(7, 0x0001);
+  time.run_for(10s);
+  sampling.heard(7, true);
+  ASSERT_TRUE(sink.sent.empty());
+  sampling.joined(7);
+  sampling.heard(7, true);
+  ASSERT_EQ(sink.sent.size(), 1u);
+  EXPECT_EQ(command(0).transducers, 0);
 }
 
 TEST_F(MoteSampling, OurSubscribersGoBeforeAnotherProgram) {
@@ -366,6 +388,17 @@ TEST_F(MoteSamplingEnds, WhoDoesNotAnswerInTimeIsNamed) {
   EXPECT_EQ(untold, std::nullopt);
   time.run_for(200ms);
   EXPECT_EQ(untold, (Motes{19, 20, 21, 22, 23, 24, 25, 26}));
+}
+
+TEST_F(MoteSamplingEnds, WhoAcknowledgesTheStopWithAnErrorIsNamedToo) {
+  wake(7, 2);
+  ASSERT_TRUE(close());
+  acknowledge(0);
+  auto error = sink.ack(1);
+  error.ack.status = 1;
+  EXPECT_TRUE(requests.heard(error));
+  time.run_for(1ms);
+  EXPECT_EQ(untold, Motes{8});
 }
 
 TEST_F(MoteSamplingEnds, ACommandThatIsUnderWayIsFollowedByTheStop) {

@@ -115,6 +115,11 @@ class MoteNetwork : public ::testing::Test {
     ASSERT_TRUE(other_sink_->send(motes::hdlc_packet(base::from_hex(packet).value())));
     run(1s);
   }
+  /// That one says more.
+  void from_the_same_sink(std::string_view packet) {
+    ASSERT_TRUE(other_sink_->send(motes::hdlc_packet(base::from_hex(packet).value())));
+    run(100ms);
+  }
 
   model::Acknowledge answer(std::uint64_t request) const {
     for (const auto& [device, ack] : host.all<model::Acknowledge>()) {

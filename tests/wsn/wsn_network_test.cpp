@@ -1,3 +1,5 @@
+#include <limits>
+
 #include "wsn/wsn_fixture.h"
 
 namespace rubicon::networks::wsn {
@@ -101,6 +103,14 @@ TEST_F(MoteNetwork, AMoteNobodyHeardIsNotCommanded) {
   EXPECT_EQ(light_up("65533", 1).error().code, ErrorCode::kNotFound);
   EXPECT_EQ(light_up("02", 1).error().code, ErrorCode::kNotFound);
   EXPECT_EQ(demand("2", {"co2"}).error().code, ErrorCode::kNotFound);
+}
+
+TEST_F(MoteNetwork, ActuatorsTakeTheWholeNumbersOf32BitsAndNoOthers) {
+  using Limits = std::numeric_limits<std::int32_t>;
+  start(1);
+  for (const std::int64_t value : {Limits::min(), 0, Limits::max()}) EXPECT_TRUE(light_up("2", value)) << value;
+  for (const std::int64_t value : {Limits::min() - std::int64_t{1}, Limits::max() + std::int64_t{1}})
+    EXPECT_EQ(light_up("2", value).error().code, ErrorCode::kOutOfRange) << value;
 }
 
 TEST_F(MoteNetwork, AProbeIsAnsweredByLifeAlone) {
@@ -437,6 +447,21 @@ TEST_F(MoteNetwork, WhatMotesSayToTheIslandGoesToTheComponentThatIsNamed) {
   EXPECT_EQ(said->destination.island, OwnerId{70001});
   EXPECT_EQ(said->source.device, "2");
   EXPECT_EQ(std::get<model::Opaque>(said->body).type, "mote/3/6/25");
+}
+
+TEST_F(MoteNetwork, AMessageIsHeardOnceUntilItsMoteIsSwitchedOffAndOn) {
+  constexpr auto kSaid = "00ffff000072001c002afffd002a000201000766030619020000403f0000c0bf";
+  const auto heard = [this] {
+    return std::count_if(host.delivered.begin(), host.delivered.end(),
+                         [](const auto& message) { return message.kind() == MessageKind::kOpaque; });
+  };
+  start(1);
+  from_the_sink(kSaid);
+  from_the_same_sink(kSaid);
+  EXPECT_EQ(heard(), 1) << "its sender missed our acknowledgement";
+  from_the_same_sink("00ffff000072001c002afffd002a000200000066030a10002a00020100b001");
+  from_the_same_sink(kSaid);
+  EXPECT_EQ(heard(), 2) << "it counts from the same number again";
 }
 
 TEST_F(MoteNetwork, OptionsThatLeaveTheLineAloneChangeWithoutIt) {

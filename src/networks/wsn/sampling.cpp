@@ -63,7 +63,8 @@ Result<void> Sampling::want(std::uint16_t address, Reads reads) {
   const bool repeated = mote.wish == reads;
   mote.wish = reads;
   mote.failures = 0;
-  if (mote.asked) return {};  // its end looks at the wish
+  if (!repeated) mote.again.cancel();  // the pauses of the former wish are over
+  if (mote.asked) return {};           // its end looks at the wish
   // Who asks for the same once more misses it.
   if (settled(mote) && (!repeated || reads.mask == 0)) return {};
   auto told = tell(address, mote);
