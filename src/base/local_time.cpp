@@ -17,9 +17,10 @@ struct Local {
 };
 
 std::optional<Local> local_of(WallTime time) {
-  const auto seconds = std::chrono::floor<std::chrono::seconds>(time);
-  const std::time_t whole = seconds.time_since_epoch().count();
-  Local local{{}, time - seconds};
+  const std::time_t whole = std::chrono::floor<std::chrono::seconds>(time).time_since_epoch().count();
+  auto fraction = time.time_since_epoch() % std::chrono::seconds(1);
+  if (fraction < fraction.zero()) fraction += std::chrono::seconds(1);
+  Local local{{}, fraction};
   ::tzset();  // localtime_r() need not read TZ (POSIX)
   if (!::localtime_r(&whole, &local.calendar)) return std::nullopt;
   return local;

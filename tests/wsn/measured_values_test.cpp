@@ -256,7 +256,8 @@ TEST_F(MeasuredValues, ASinkThatIsAskedForOftenIsToldAtMostEachFiveSeconds) {
 TEST_F(MeasuredValues, MotesHaveThePropertiesThatTheirTypePromises) {
   start(1);
   std::set<std::string> offered, promised;
-  for (const auto& capability : host.all<model::Join>()[0].second.capabilities) {
+  const auto joins = host.all<model::Join>();
+  for (const auto& capability : joins[0].second.capabilities) {
     if (capability.point.kind == Kind::kProperty)
       offered.insert(fmt::format("{} {}", capability.type_name, to_string(capability.access)));
   }
