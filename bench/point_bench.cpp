@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/virtual_scheduler.h"
+#include "ets_export.h"
 #include "runtime/island.h"
 #include "runtime/network_types.h"
 #include "runtime/yaml.h"
@@ -25,19 +26,6 @@ T must_parse(Result<T> result) {
   return std::move(*result);
 }
 
-/// An ETS export of so many switches, their states, dimmers and temperatures.
-std::string export_of(int addresses) {
-  std::string text =
-      "\"Group name\";\"Address\";\"Central\";\"Unfiltered\";\"Description\";\"DatapointType\";\"Security\"\r\n";
-  static constexpr const char* kTypes[] = {"DPST-1-1", "DPST-1-11", "DPST-5-1", "DPST-9-1"};
-  static constexpr const char* kWords[] = {"switch", "switch status", "brightness", "temperature"};
-  for (int i = 1; i <= addresses; ++i) {
-    text += fmt::format("\"Room {} {}\";\"{}/{}/{}\";\"\";\"\";\"\";\"{}\";\"Auto\"\r\n", i / 4, kWords[i % 4], i >> 11,
-                        i >> 8 & 7, i & 255, kTypes[i % 4]);
-  }
-  return text;
-}
-
 /// Of the heap, what is handed out now.
 double in_use() {
   ::malloc_trim(0);
@@ -53,7 +41,7 @@ void memory_of_points(benchmark::State& state) {
     transport::MemoryNet net(scheduler);
     transport::MemoryTransports transports;
     transports.join(net);
-    transports.put("flat.csv", export_of(addresses));
+    transports.put("flat.csv", bench::export_of(addresses));
     base::NullLogSink log;
     tuples::MemoryEcology ecology(scheduler);
     base::ConfigErrors errors;

@@ -11,15 +11,15 @@ if(RUBICON_LLD)
   add_link_options(-fuse-ld=lld)
 endif()
 
-# Files of a target are compiled twelve at a time: most of the time goes into the headers of the libraries, not into our
-# own lines. Off: each file by itself, as clang-tidy and the check of includes need it.
-option(RUBICON_UNITY "Compile several files of a target as one" ON)
+# Compiles the files of a target in batches of twelve: most of the time is spent in the headers of libraries, not in our
+# own lines. OFF compiles each file separately, which clang-tidy and the check for missing includes need.
+option(RUBICON_UNITY "Compile files of a target in batches" ON)
 if(RUBICON_UNITY)
   set(CMAKE_UNITY_BUILD ON)
   set(CMAKE_UNITY_BUILD_BATCH_SIZE 12)
 endif()
 
-option(RUBICON_WERROR "Warnings end the build: for whoever develops, not for whoever only runs it" ON)
+option(RUBICON_WERROR "Treat compiler warnings as errors" ON)
 
 add_library(rubicon_options INTERFACE)
 target_include_directories(rubicon_options INTERFACE ${CMAKE_SOURCE_DIR}/src ${CMAKE_SOURCE_DIR}/include)
@@ -30,7 +30,7 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   # Nobody replaces our functions at run time: g++ may then inline in position independent code as clang does anyway.
   target_compile_options(rubicon_options INTERFACE -fno-semantic-interposition)
   if(RUBICON_UNITY)
-    # To g++ each .cpp of a batch looks like a header, and the names of one file stand before those of the next.
+    # g++ takes each .cpp of a batch for a header, and names of one file are visible in the next.
     target_compile_options(rubicon_options INTERFACE $<$<COMPILE_LANGUAGE:CXX>:-Wno-subobject-linkage> -Wno-shadow -Wshadow=local)
   endif()
   # g++ 12 reports overflows that are not there in inlined std::vector<uint8_t> and std::string code at -O2.
@@ -38,7 +38,7 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
     -Wno-error=stringop-overflow -Wno-error=array-bounds -Wno-error=restrict -Wno-error=maybe-uninitialized)
 endif()
 if(RUBICON_UNITY AND CMAKE_CXX_COMPILER_ID MATCHES "Clang")
-  target_compile_options(rubicon_options INTERFACE -Wno-shadow)  # it knows no -Wshadow=local
+  target_compile_options(rubicon_options INTERFACE -Wno-shadow)  # clang has no -Wshadow=local
 endif()
 if(RUBICON_SANITIZE)
   target_compile_options(rubicon_options INTERFACE -fsanitize=${RUBICON_SANITIZE} -fno-omit-frame-pointer)

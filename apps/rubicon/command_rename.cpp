@@ -23,15 +23,15 @@ int rename(Session& session, const RenameOptions& options) {
   }
   client::Device device;
   if (const int code = one_device(session, options.device, device); code != kGood) return code;
-  Line wish;
-  if (options.has_name()) wish["name"] = options.name;
-  if (options.has_area()) wish["area"] = options.area;
-  const auto outcome = session.client().command(device.island, device.key() + ".description", dump(wish));
+  Line given;
+  if (options.has_name()) given["name"] = options.name;
+  if (options.has_area()) given["area"] = options.area;
+  const auto outcome = session.client().command(device.island, device.key() + ".description", dump(given));
   if (session.json()) {
     Line line;
     line["island"] = number(device.island);
     line["key"] = device.key();
-    line.update(wish);
+    line.update(given);
     line["state"] = outcome.state;
     line["reason"] = outcome.reason;
     session.out().line(dump(line));

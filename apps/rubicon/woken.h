@@ -29,10 +29,10 @@ class Wakers {
 
   explicit Wakers(Subscribe subscribe, std::size_t most = kMost) : subscribe_(std::move(subscribe)), most_(most) {}
 
-  /// Once each. The first one that has no place is told of on standard error.
+  /// Subscribes to a tuple, once. When the first tuple finds no room, says so on standard error.
   void wake(OwnerId owner, std::string_view key);
   void forget(OwnerId owner, std::string_view key);
-  /// One had no place.
+  /// A tuple found no room.
   bool full() const { return full_; }
 
  private:

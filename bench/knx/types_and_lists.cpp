@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "base/virtual_scheduler.h"
+#include "ets_export.h"
 #include "knx/measurements.h"
 #include "networks/knx/dpt/dpt.h"
 #include "networks/knx/groups/import.h"
@@ -60,19 +61,6 @@ double nanoseconds(const Dpt& type, PayloadView payload, int decodes) {
     sum += value.has_value() ? 1 : 0;
   }
   return sum > 0 ? seconds_since(start) * 1e9 / decodes : 0;
-}
-
-/// An ETS export of so many switches, dimmers, temperatures and their states.
-std::string export_of(int addresses) {
-  std::string text =
-      "\"Group name\";\"Address\";\"Central\";\"Unfiltered\";\"Description\";\"DatapointType\";\"Security\"\r\n";
-  static constexpr const char* kTypes[] = {"DPST-1-1", "DPST-1-11", "DPST-5-1", "DPST-9-1"};
-  static constexpr const char* kWords[] = {"switch", "switch status", "brightness", "temperature"};
-  for (int i = 1; i <= addresses; ++i) {
-    text += fmt::format("\"Room {} {}\";\"{}/{}/{}\";\"\";\"\";\"\";\"{}\";\"Auto\"\r\n", i / 4, kWords[i % 4], i >> 11,
-                        i >> 8 & 7, i & 255, kTypes[i % 4]);
-  }
-  return text;
 }
 
 /// A host that keeps what a network says of its devices only.
