@@ -7,10 +7,10 @@
 #include <string>
 
 #include "base/virtual_scheduler.h"
-#include "runtime/island.h"
-#include "runtime/network_types.h"
-#include "runtime/yaml.h"
-#include "transport/memory_transports.h"
+#include "config/yaml.h"
+#include "island/island.h"
+#include "island/network_types.h"
+#include "transport/memory/memory_transports.h"
 #include "tuples/memory/memory_ecology.h"
 
 namespace rubicon {
@@ -73,12 +73,12 @@ void restart(benchmark::State& state) {
     base::NullLogSink log;
     tuples::MemoryEcology ecology(scheduler);
     base::ConfigErrors errors;
-    const auto tree = must(
-        runtime::parse_yaml("island: {id: 6541, name: bench}\nnetworks: {quiet-1: {type: quiet}}\n", "bench.yaml"));
-    auto config = runtime::read_island_config(tree, std::span(&kQuiet, 1), errors);
+    const auto tree =
+        must(config::parse_yaml("island: {id: 6541, name: bench}\nnetworks: {quiet-1: {type: quiet}}\n", "bench.yaml"));
+    auto config = config::read_island_config(tree, std::span(&kQuiet, 1), errors);
     auto store = must(state::StateStore::open(path, kIsland));
     auto island =
-        must(runtime::Island::make(std::move(config), scheduler, transports, log, ecology, errors, std::move(store)));
+        must(island::Island::make(std::move(config), scheduler, transports, log, ecology, errors, std::move(store)));
     island->start();
     scheduler.run_ready();
     if (!island->space().find(last)) state.SkipWithError("not all devices are there");
@@ -110,9 +110,9 @@ void reload(benchmark::State& state) {
   tuples::MemoryEcology ecology(scheduler);
   base::ConfigErrors errors;
   const auto read = [&](const std::string& text) {
-    return runtime::read_island_config(must(runtime::parse_yaml(text, "bench.yaml")), runtime::network_types(), errors);
+    return config::read_island_config(must(config::parse_yaml(text, "bench.yaml")), island::network_types(), errors);
   };
-  auto island = must(runtime::Island::make(read(files[0]), scheduler, transports, log, ecology, errors));
+  auto island = must(island::Island::make(read(files[0]), scheduler, transports, log, ecology, errors));
   island->start();
   scheduler.run_for(std::chrono::seconds(1));
   int turn = 0;
@@ -127,7 +127,7 @@ BENCHMARK(reload)->Name("island/reload")->Arg(5000)->Unit(benchmark::kMillisecon
 /// The floor of a reload: the YAML alone.
 void reload_floor(benchmark::State& state) {
   const auto text = big_file(static_cast<int>(state.range(0)), "Kitchen");
-  for (auto _ : state) benchmark::DoNotOptimize(runtime::parse_yaml(text, "bench.yaml"));
+  for (auto _ : state) benchmark::DoNotOptimize(config::parse_yaml(text, "bench.yaml"));
 }
 BENCHMARK(reload_floor)->Name("island/reload-yaml")->Arg(5000)->Unit(benchmark::kMillisecond);
 

@@ -8,11 +8,11 @@
 #include <vector>
 
 #include "base/virtual_scheduler.h"
+#include "config/yaml.h"
 #include "ets_export.h"
-#include "runtime/island.h"
-#include "runtime/network_types.h"
-#include "runtime/yaml.h"
-#include "transport/memory_transports.h"
+#include "island/island.h"
+#include "island/network_types.h"
+#include "transport/memory/memory_transports.h"
 #include "tuples/memory/memory_ecology.h"
 
 // What a point of a large KNX list takes in memory, beside its tuples in the store alone.
@@ -47,12 +47,12 @@ void memory_of_points(benchmark::State& state) {
     base::ConfigErrors errors;
     const auto before = in_use();
     auto island = [&] {
-      auto config = runtime::read_island_config(
-          must_parse(runtime::parse_yaml("island: {id: 6541, name: bench}\nlimits: {devices: 200000}\n"
-                                         "networks: {knx: {type: knx, host: 127.0.0.1, import: flat.csv}}\n",
-                                         "bench.yaml")),
-          runtime::network_types(), errors);
-      return must_parse(runtime::Island::make(std::move(config), scheduler, transports, log, ecology, errors));
+      auto config = config::read_island_config(
+          must_parse(config::parse_yaml("island: {id: 6541, name: bench}\nlimits: {devices: 200000}\n"
+                                        "networks: {knx: {type: knx, host: 127.0.0.1, import: flat.csv}}\n",
+                                        "bench.yaml")),
+          island::network_types(), errors);
+      return must_parse(island::Island::make(std::move(config), scheduler, transports, log, ecology, errors));
     }();
     island->start();
     scheduler.run_for(std::chrono::seconds(3));

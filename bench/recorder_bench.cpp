@@ -14,8 +14,8 @@
 #include "network/supervisor.h"
 #include "networks/log/log_network.h"
 #include "proxy/proxy.h"
+#include "recorder/recorder.h"
 #include "recording/recording_reader.h"
-#include "runtime/recorder.h"
 #include "transport/local_transports.h"
 #include "tuples/memory/memory_ecology.h"
 
@@ -79,14 +79,14 @@ struct Recorded {
     ears = space.subscribe({kRecordedIsland, "proxy.*.*.sensor.*.value"}, {{}, {}, 0, true},
                            [this](const tuples::Event&) { ++heard; });
     if (!patterns.empty()) {
-      runtime::RecorderSetup setup;
+      config::RecorderSetup setup;
       setup.name = "bench";
       setup.file = scratch_file();
       for (const auto& text : patterns) setup.patterns.push_back(*Pattern::parse(text));
       setup.rotation = {};
       setup.rotation.keep = 0;
-      recorder = std::make_unique<runtime::Recorder>(std::move(setup),
-                                                     runtime::Recorder::Place{time, space, disk, log, "proxy", ""});
+      recorder = std::make_unique<recorder::Recorder>(std::move(setup),
+                                                      recorder::Recorder::Place{time, space, disk, log, "proxy", ""});
       recorder->start();
     }
     for (int device = 0; device < kRecordedDevices; ++device) names.push_back(std::to_string(device));
@@ -120,7 +120,7 @@ struct Recorded {
   TypeCatalogue types;
   transport::LocalTransports disk;
   proxy::ProxyConfig config;
-  std::unique_ptr<runtime::Recorder> recorder;
+  std::unique_ptr<recorder::Recorder> recorder;
   gateway::Gateway gate{time, space, log};
   network::Supervisor networks{kRecordedIsland, time, disk, log, gate};
   std::unique_ptr<proxy::Proxy> proxy;

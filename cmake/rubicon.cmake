@@ -23,6 +23,7 @@ option(RUBICON_WERROR "Treat compiler warnings as errors" ON)
 
 add_library(rubicon_options INTERFACE)
 target_include_directories(rubicon_options INTERFACE ${CMAKE_SOURCE_DIR}/src ${CMAKE_SOURCE_DIR}/include)
+target_compile_definitions(rubicon_options INTERFACE RUBICON_VERSION="${PROJECT_VERSION}")
 target_compile_options(rubicon_options INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion $<$<BOOL:${RUBICON_WERROR}>:-Werror>
   $<$<COMPILE_LANGUAGE:CXX>:-Wnon-virtual-dtor> $<$<COMPILE_LANGUAGE:CXX>:-Woverloaded-virtual>)
@@ -101,13 +102,23 @@ inline constexpr std::string_view kSample = R\"sample(${sample})sample\";
   target_link_libraries(rubicon_networks_${name} PUBLIC rubicon_network ${ARG_LINKS})
 endfunction()
 
+# The files of a folder of apps/ but its main.cpp, as a library rubicon_<folder> (or TARGET).
+function(rubicon_program_parts folder)
+  cmake_parse_arguments(ARG "" "TARGET" "LINKS" ${ARGN})
+  if(NOT ARG_TARGET)
+    set(ARG_TARGET rubicon_${folder})
+  endif()
+  file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${folder}/*.cpp)
+  list(FILTER sources EXCLUDE REGEX "/main.cpp$")
+  add_library(${ARG_TARGET} STATIC ${sources})
+  target_include_directories(${ARG_TARGET} PUBLIC ${CMAKE_SOURCE_DIR})
+  target_link_libraries(${ARG_TARGET} PUBLIC ${ARG_LINKS})
+endfunction()
+
 # tests/<folder>/*.cpp -> <folder>_test. COST: its seconds on a quiet machine, so that the longest begin first.
 function(rubicon_test folder)
   cmake_parse_arguments(ARG "" "TIMEOUT;COST" "LINKS" ${ARGN})
-  file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${folder}/*.cpp)
-  if(NOT sources)
-    return()
-  endif()
+  file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${folder}/*.cpp)
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 300)
   endif()
@@ -116,7 +127,7 @@ function(rubicon_test folder)
   target_include_directories(${target} PRIVATE ${CMAKE_SOURCE_DIR}/tests)
   target_compile_definitions(${target} PRIVATE
     RUBICON_SOURCE_DIR="${CMAKE_SOURCE_DIR}" RUBICON_BINARY_DIR="${CMAKE_BINARY_DIR}")
-  target_link_libraries(${target} PRIVATE ${ARG_LINKS} GTest::gmock GTest::gtest_main)
+  target_link_libraries(${target} PRIVATE ${ARG_LINKS} rubicon_test_support GTest::gtest_main)
   add_test(NAME ${target} COMMAND ${target} --gtest_brief=1)
   set_tests_properties(${target} PROPERTIES TIMEOUT ${ARG_TIMEOUT})
   if(ARG_COST)

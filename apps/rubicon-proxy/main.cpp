@@ -1,16 +1,16 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 
-#include "apps/usage/usage_error.h"
-#include "runtime/check.h"
-#include "runtime/daemon.h"
-#include "runtime/recording_tool.h"
-#include "runtime/state_tool.h"
+#include "apps/program/usage_error.h"
+#include "apps/rubicon-proxy/check.h"
+#include "apps/rubicon-proxy/daemon.h"
+#include "apps/rubicon-proxy/recording_tool.h"
+#include "apps/rubicon-proxy/state_tool.h"
 
 namespace {
 
-using rubicon::runtime::CheckOptions;
-using rubicon::runtime::RunOptions;
+using rubicon::daemon::CheckOptions;
+using rubicon::daemon::RunOptions;
 
 void describe_run(CLI::App& app, RunOptions& options) {
   auto* run = app.add_subcommand("run", "Run the island that FILE describes");
@@ -49,10 +49,10 @@ struct StateTool {
   bool force = false;
 
   int run() const {
-    if (show->parsed()) return rubicon::runtime::show_state(file);
-    if (exporting->parsed()) return rubicon::runtime::export_state(file, out);
-    if (importing->parsed()) return rubicon::runtime::import_state(file, from, force);
-    return rubicon::runtime::forget_state(file, devices);
+    if (show->parsed()) return rubicon::daemon::show_state(file);
+    if (exporting->parsed()) return rubicon::daemon::export_state(file, out);
+    if (importing->parsed()) return rubicon::daemon::import_state(file, from, force);
+    return rubicon::daemon::forget_state(file, devices);
   }
 };
 
@@ -70,7 +70,7 @@ void describe_state(CLI::App& app, StateTool& tool) {
   tool.forget->add_option("DEVICE", tool.devices, "NETWORK/ADDRESS, or NETWORK.ID as in keys")->required();
 }
 
-CLI::App* describe_recording(CLI::App& app, rubicon::runtime::RecordingOptions& options, bool& csv) {
+CLI::App* describe_recording(CLI::App& app, rubicon::daemon::RecordingOptions& options, bool& csv) {
   auto* recording = app.add_subcommand("recording", "Say what is in a recording, or write it as text");
   recording->add_option("FILE", options.file, "what a recorder wrote")->required();
   recording->add_option("ACTION", options.action, "info or export")
@@ -98,7 +98,7 @@ int main(int argc, char** argv) {
   StateTool state;
   describe_state(app, state);
   auto* networks = app.add_subcommand("networks", "List the network types with sample configurations");
-  rubicon::runtime::RecordingOptions recording_options;
+  rubicon::daemon::RecordingOptions recording_options;
   bool csv = false;
   auto* recording = describe_recording(app, recording_options, csv);
   try {
@@ -106,14 +106,14 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {  // also --help and --version, which end well
     if (error.get_exit_code() == 0) return app.exit(error);
     std::fprintf(stderr, "rubicon-proxy: %s\n", rubicon::usage::explain(app, error).c_str());
-    return rubicon::runtime::kExitConfiguration;
+    return rubicon::daemon::kExitConfiguration;
   }
   if (check->parsed()) {
     if (diff->count() > 0) checked.against = old_file;
-    return rubicon::runtime::check(checked);
+    return rubicon::daemon::check(checked);
   }
-  if (recording->parsed()) return rubicon::runtime::recording(recording_options);
-  if (networks->parsed()) return rubicon::runtime::list_networks();
+  if (recording->parsed()) return rubicon::daemon::recording(recording_options);
+  if (networks->parsed()) return rubicon::daemon::list_networks();
   if (state.state->parsed()) return state.run();
-  return rubicon::runtime::run(options);
+  return rubicon::daemon::run(options);
 }

@@ -2,7 +2,7 @@
 
 #include <csignal>
 
-#include "apps/usage/usage_error.h"
+#include "apps/program/usage_error.h"
 
 namespace rubicon::cli {
 

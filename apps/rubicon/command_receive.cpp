@@ -4,7 +4,7 @@
 #include "apps/rubicon/tuple_text.h"
 #include "base/bytes.h"
 #include "base/local_time.h"
-#include "runtime/event_json.h"
+#include "tuples/tuple_json.h"
 
 namespace rubicon::cli {
 
@@ -26,7 +26,7 @@ Line json_of(const client::UserMessage& message, WallTime now) {
   if (!message.device.empty()) line["network"] = message.network;
   if (!message.device.empty()) line["device"] = message.device;
   line["type"] = message.type;
-  if (runtime::is_utf8(message.bytes)) {
+  if (base::is_utf8(message.bytes)) {
     line["text"] = message.bytes;
   } else {
     line["hex"] = base::to_hex(base::as_bytes(message.bytes));
@@ -44,7 +44,7 @@ void show(Session& session, const client::UserMessage& message, const ReceiveOpt
   auto& out = session.out();
   if (session.json()) return out.line(dump(json_of(message, session.now())));
   if (options.raw) return out.write(message.bytes);
-  const bool hex = options.hex || !runtime::is_utf8(message.bytes);
+  const bool hex = options.hex || !base::is_utf8(message.bytes);
   const auto text = hex ? base::to_hex(base::as_bytes(message.bytes)) : clean(message.bytes);
   out.line(
       fmt::format("{}  {}  {}: {}", clock_text(session.now()), clean(sender_of(message)), clean(message.type), text));

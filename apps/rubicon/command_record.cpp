@@ -5,7 +5,7 @@
 #include "apps/rubicon/cli.h"
 #include "apps/rubicon/tuple_text.h"
 #include "apps/rubicon/woken.h"
-#include "runtime/recorder.h"
+#include "recorder/recorder.h"
 #include "transport/local_transports.h"
 
 namespace rubicon::cli {
@@ -54,7 +54,7 @@ Result<std::vector<Pattern>> patterns_of(const RecordOptions& options, const std
   return patterns;
 }
 
-int finish(Session& session, const runtime::Recorder& recorder, const std::string& file) {
+int finish(Session& session, const recorder::Recorder& recorder, const std::string& file) {
   const auto& counters = recorder.counters();
   if (session.json()) {
     session.out().line(dump(
@@ -75,7 +75,7 @@ int record(Session& session, const RecordOptions& options) {
     say(patterns.error().text);
     return kUsage;
   }
-  runtime::RecorderSetup setup;
+  config::RecorderSetup setup;
   setup.name = "record";
   setup.file = options.file;
   setup.patterns = *patterns;
@@ -86,7 +86,7 @@ int record(Session& session, const RecordOptions& options) {
   transport::LocalTransports files;
   auto& client = session.client();
   const auto folder = std::filesystem::current_path().string();
-  runtime::Recorder recorder(
+  recorder::Recorder recorder(
       setup, {client.scheduler(), client.tuples(), files, complaints, session.settings().prefix, folder, island});
   recorder.start();
   if (recorder.counters().failures > 0) return kFailed;

@@ -4,8 +4,8 @@
 #include <fmt/ranges.h>
 
 #include "base/config_reader.h"
-#include "runtime/engine_config.h"
-#include "runtime/island_config.h"
+#include "config/engine_config.h"
+#include "config/island_config.h"
 
 namespace rubicon::cli {
 
@@ -14,11 +14,11 @@ namespace {
 /// What the island of a configuration file does to be found; the rest of the file is not looked at, it may be of an
 /// island that this program could not run.
 Result<void> read_config(const std::string& path, Settings& settings) {
-  const auto root = runtime::load_config(path, {});
+  const auto root = config::load_config(path, {});
   if (!root) return fail(root.error());
   ConfigErrors errors;
   ConfigReader reader(*root, "", errors);
-  auto engine = runtime::read_engine(reader);
+  auto engine = config::read_engine(reader);
   settings.prefix = reader.map("island").text("prefix", settings.prefix);
   if (!errors.empty()) return fail(ErrorCode::kInvalid, errors.text());
   if (!engine.dds)

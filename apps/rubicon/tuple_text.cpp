@@ -7,7 +7,7 @@
 #include "apps/rubicon/table.h"
 #include "base/bytes.h"
 #include "base/local_time.h"
-#include "runtime/event_json.h"
+#include "tuples/tuple_json.h"
 
 namespace rubicon::cli {
 
@@ -55,7 +55,7 @@ Line tuple_json(const client::Tuple& tuple) {
   Line line;
   line["owner"] = number(tuple.owner);
   line["key"] = tuple.key;
-  if (runtime::is_utf8(tuple.value)) {
+  if (base::is_utf8(tuple.value)) {
     line["value"] = tuple.value;
   } else {
     line["value_hex"] = base::to_hex(base::as_bytes(tuple.value));

@@ -3,7 +3,7 @@
 
 #include "ecology/report.h"
 #include "ecology/roles.h"
-#include "runtime/spare_memory.h"
+#include "island/spare_memory.h"
 
 namespace rubicon::bench {
 
@@ -35,7 +35,7 @@ Json keeper(const Meeting& meeting, const Json& options) {
     (void)node.space().set(fmt::format("proxy.hall.sensor.light-{}.value", i), value_of(0));
   const auto judge =
       node.space().judge({kFirst, "command"}, [](const tuples::RemoteSet&) { return tuples::Judgement::applied(); });
-  const runtime::SpareMemory spare_memory(node.scheduler(), node.space());  // as an island has it
+  const island::SpareMemory spare_memory(node.scheduler(), node.space());  // as an island has it
   Json stays = Json::array();
   int gone = 0;
   const auto watch = node.space().watch_peers([&](OwnerId, tuples::PeerEvent event) {

@@ -8,9 +8,9 @@
 #include <csignal>
 #include <map>
 
-#include "daemon/private_network.h"
 #include "ecology/report.h"
 #include "ecology/roles.h"
+#include "support/private_network.h"
 
 namespace {
 
@@ -58,7 +58,7 @@ int play(const Options& options) {
 /// A network of its own where it may have one: nobody else's traffic, no fixed ports taken.
 bool enter_private_network() {
   if (::geteuid() != 0 && ::unshare(CLONE_NEWUSER) != 0) return false;
-  static const rubicon::daemon::PrivateNetwork alone;
+  static const rubicon::support::PrivateNetwork alone;
   return alone.entered();
 }
 

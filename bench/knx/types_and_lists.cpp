@@ -8,14 +8,14 @@
 #include <stdexcept>
 
 #include "base/virtual_scheduler.h"
+#include "config/yaml.h"
 #include "ets_export.h"
 #include "knx/measurements.h"
 #include "networks/knx/dpt/dpt.h"
 #include "networks/knx/groups/import.h"
 #include "networks/knx/groups/record.h"
 #include "networks/knx/knx_network.h"
-#include "runtime/yaml.h"
-#include "transport/memory_transports.h"
+#include "transport/memory/memory_transports.h"
 
 namespace {
 
@@ -105,7 +105,7 @@ double megabytes(std::size_t before) {
 /// Of a network that is open, has told its devices and is asked for the values of all; without what the configuration
 /// and the host keep.
 void measure_memory(const std::vector<GroupPoint>& points, Json& out) {
-  auto node = runtime::parse_yaml(to_yaml(points, "bench"), "bench.yaml").value();
+  auto node = config::parse_yaml(to_yaml(points, "bench"), "bench.yaml").value();
   ConfigNode host;
   host.kind = ConfigNode::Kind::kScalar;
   host.text = "127.0.0.1";

@@ -79,7 +79,7 @@ class Client {
   std::unique_ptr<transport::TcpStream> stream_;
 };
 
-int counter(runtime::Island& island, const std::string& name) {
+int counter(island::Island& island, const std::string& name) {
   const auto tuple = island.space().get(kIslandOwner, "proxy.wsn-1.property." + name + ".value");
   return tuple ? std::stoi(std::string(tuple->value)) : 0;
 }

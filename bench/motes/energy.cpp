@@ -1,6 +1,6 @@
 #include <fmt/format.h>
 
-#include "apps/rubicon-motes/computer.h"
+#include "apps/simulators/motes/computer.h"
 #include "motes/mote_records.h"
 #include "motes/rig.h"
 

@@ -107,7 +107,7 @@ class Restarts {
   Component component_{rig_.ecology, rig_.time, 70001};
   std::vector<Handle> demand_;
   std::mt19937 dice_{7};
-  std::unique_ptr<runtime::Island> island_;
+  std::unique_ptr<island::Island> island_;
 };
 
 }  // namespace

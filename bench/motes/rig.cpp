@@ -4,8 +4,8 @@
 
 #include <stdexcept>
 
-#include "runtime/network_types.h"
-#include "runtime/yaml.h"
+#include "config/yaml.h"
+#include "island/network_types.h"
 
 namespace rubicon::bench::wsn {
 
@@ -38,22 +38,22 @@ std::vector<std::uint16_t> ports_of(int sinks) {
   return ports;
 }
 
-std::unique_ptr<runtime::Island> start_island(const std::string& yaml, Scheduler& scheduler,
-                                              transport::Transports& transports, tuples::Ecology& ecology,
-                                              std::unique_ptr<state::StateStore> state) {
+std::unique_ptr<island::Island> start_island(const std::string& yaml, Scheduler& scheduler,
+                                             transport::Transports& transports, tuples::Ecology& ecology,
+                                             std::unique_ptr<state::StateStore> state) {
   base::ConfigErrors errors;
   auto config =
-      runtime::read_island_config(must(runtime::parse_yaml(yaml, "bench.yaml")), runtime::network_types(), errors);
+      config::read_island_config(must(config::parse_yaml(yaml, "bench.yaml")), island::network_types(), errors);
   if (!errors.empty()) throw std::runtime_error(errors.text());
   auto made =
-      runtime::Island::make(std::move(config), scheduler, transports, nowhere(), ecology, errors, std::move(state));
+      island::Island::make(std::move(config), scheduler, transports, nowhere(), ecology, errors, std::move(state));
   if (!errors.empty()) throw std::runtime_error(errors.text());
   auto island = must(std::move(made));
   island->start();
   return island;
 }
 
-bool reachable(runtime::Island& island, std::uint16_t sink, std::uint16_t mote) {
+bool reachable(island::Island& island, std::uint16_t sink, std::uint16_t mote) {
   const auto status = island.space().get(kIslandOwner, fmt::format("proxy.wsn-{}.{}.status", sink, mote));
   return status && status->value.find("\"reachable\"") != std::string_view::npos;
 }

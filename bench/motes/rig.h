@@ -5,11 +5,11 @@
 #include <optional>
 #include <string>
 
-#include "apps/rubicon-motes/world.h"
+#include "apps/simulators/motes/world.h"
 #include "base/virtual_scheduler.h"
+#include "island/island.h"
 #include "motes/measurements.h"
-#include "runtime/island.h"
-#include "transport/memory_transports.h"
+#include "transport/memory/memory_transports.h"
 #include "tuples/memory/memory_ecology.h"
 
 namespace rubicon::bench::wsn {
@@ -32,12 +32,12 @@ std::string island_of(const std::vector<std::uint16_t>& ports, const std::string
 std::vector<std::uint16_t> ports_of(int sinks);
 
 /// An island that runs. What it is made of must outlive it.
-std::unique_ptr<runtime::Island> start_island(const std::string& yaml, Scheduler& scheduler,
-                                              transport::Transports& transports, tuples::Ecology& ecology,
-                                              std::unique_ptr<state::StateStore> state = nullptr);
+std::unique_ptr<island::Island> start_island(const std::string& yaml, Scheduler& scheduler,
+                                             transport::Transports& transports, tuples::Ecology& ecology,
+                                             std::unique_ptr<state::StateStore> state = nullptr);
 
 /// The proxy lists the mote at that sink as reachable.
-bool reachable(runtime::Island& island, std::uint16_t sink, std::uint16_t mote);
+bool reachable(island::Island& island, std::uint16_t sink, std::uint16_t mote);
 
 /// A component that is no island.
 class Component {

@@ -13,11 +13,11 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "daemon/private_network.h"
-#include "daemon/process.h"
 #include "motes/hdlc.h"
 #include "motes/mote_records.h"
 #include "motes/rig.h"
+#include "support/private_network.h"
+#include "support/process.h"
 #include "transport/asio_scheduler.h"
 #include "tuples/dds/dds_ecology.h"
 
@@ -26,7 +26,7 @@ namespace rubicon::bench::wsn {
 namespace {
 
 using namespace std::chrono_literals;
-using daemon::Process;
+using support::Process;
 
 constexpr int kSinkMotes = 20;
 constexpr std::uint32_t kDomain = 198;
@@ -203,7 +203,7 @@ void measure(const Plan& plan, const std::string& folder, const std::string& boa
 }  // namespace
 
 void measure_sinks(const Plan& plan, Json& out) {
-  const daemon::PrivateNetwork network;  // without one, its ports and DDS domain may meet others'
+  const support::PrivateNetwork network;  // without one, its ports and DDS domain may meet others'
   std::string folder = std::filesystem::temp_directory_path() / "rubicon-bench-XXXXXX";
   if (::mkdtemp(folder.data()) == nullptr) throw std::runtime_error(folder);
   auto& figures = out["sinks"];

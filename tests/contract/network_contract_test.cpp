@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <set>
 
+#include "config/yaml.h"
 #include "contract/peers.h"
+#include "island/network_types.h"
 #include "network-template/template_network.h"
-#include "runtime/network_types.h"
-#include "runtime/yaml.h"
 #include "support/fake_host.h"
 #include "transport/local_transports.h"
 
@@ -17,7 +17,7 @@ using namespace std::chrono_literals;
 using model::Acknowledge;
 
 std::vector<network::NetworkType> all_types() {
-  const auto built_in = runtime::network_types();
+  const auto built_in = island::network_types();
   std::vector<network::NetworkType> types(built_in.begin(), built_in.end());
   types.push_back(networks::template_network::kType);
   return types;
@@ -27,7 +27,7 @@ std::vector<network::NetworkType> all_types() {
 class NetworkContract : public ::testing::TestWithParam<network::NetworkType> {
  protected:
   NetworkContract() {
-    auto parsed = runtime::parse_yaml(GetParam().sample_config, "sample.yaml");
+    auto parsed = config::parse_yaml(GetParam().sample_config, "sample.yaml");
     EXPECT_TRUE(parsed) << parsed.error().text;
     if (!parsed || parsed->entries.size() != 1) return;
     id_ = parsed->entries[0].first;
@@ -117,7 +117,7 @@ void NetworkContract::demand_everything(network::Network& network) {
 }
 
 TEST_P(NetworkContract, TheSampleIsAMapOfOneNetworkOfThisType) {
-  const auto parsed = runtime::parse_yaml(GetParam().sample_config, "sample.yaml");
+  const auto parsed = config::parse_yaml(GetParam().sample_config, "sample.yaml");
   ASSERT_TRUE(parsed) << parsed.error().text;
   ASSERT_EQ(parsed->entries.size(), 1u);
   const auto* type = parsed->entries[0].second.find("type");

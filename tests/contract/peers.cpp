@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "apps/rubicon-motes/world.h"
-#include "apps/salad-simulator/simulator.h"
+#include "apps/simulators/motes/world.h"
+#include "apps/simulators/salad/simulator.h"
 #include "support/knx_server.h"
 
 namespace rubicon::contract {

@@ -4,11 +4,11 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "config/yaml.h"
 #include "contract/peers.h"
+#include "island/network_types.h"
 #include "network-template/template_network.h"
 #include "proxy/tuple_text.h"
-#include "runtime/network_types.h"
-#include "runtime/yaml.h"
 #include "support/fake_host.h"
 #include "transport/local_transports.h"
 
@@ -133,7 +133,7 @@ const std::vector<Offer>& offers() {
 }
 
 std::vector<network::NetworkType> catalogue_types() {
-  const auto built_in = runtime::network_types();
+  const auto built_in = island::network_types();
   std::vector<network::NetworkType> types(built_in.begin(), built_in.end());
   types.push_back(networks::template_network::kType);
   return types;
@@ -143,7 +143,7 @@ std::vector<network::NetworkType> catalogue_types() {
 class Running {
  public:
   Running(const network::NetworkType& type, const Offer& offer) {
-    auto options = runtime::parse_yaml(offer.yaml, "offer.yaml");
+    auto options = config::parse_yaml(offer.yaml, "offer.yaml");
     EXPECT_TRUE(options) << options.error().text;
     if (!options) return;
     options_ = std::move(*options);

@@ -10,18 +10,18 @@
 #include <set>
 #include <thread>
 
-#include "daemon/conversation.h"
-#include "daemon/private_network.h"
-#include "daemon/process.h"
+#include "support/conversation.h"
+#include "support/private_network.h"
+#include "support/process.h"
 
 namespace rubicon::ecology {
 namespace {
 
 using namespace std::chrono_literals;
-using daemon::ask;
-using daemon::Process;
-using daemon::until;
 using nlohmann::json;
+using support::ask;
+using support::Process;
+using support::until;
 using Clock = std::chrono::steady_clock;
 
 const std::string kMember = RUBICON_BINARY_DIR "/bin/ecology-member";
@@ -43,7 +43,7 @@ class Faults : public testing::Test {
     return until(one, "peers", 60s, equals("peers", others));
   }
 
-  daemon::PrivateNetwork alone_;
+  support::PrivateNetwork alone_;
 };
 
 TEST_F(Faults, DemandIsTheUnionOfTheLivingAfterTenThousandChanges) {

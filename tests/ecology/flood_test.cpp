@@ -3,15 +3,15 @@
 
 #include <memory>
 
-#include "daemon/conversation.h"
-#include "daemon/private_network.h"
-#include "tuples_dds/rogue.h"
+#include "support/conversation.h"
+#include "support/private_network.h"
+#include "tuples/dds/rogue.h"
 
 namespace rubicon::ecology {
 namespace {
 
-using daemon::ask;
-using daemon::Process;
+using support::ask;
+using support::Process;
 using tuples::dds::Rogue;
 
 const std::string kVisitor = RUBICON_BINARY_DIR "/bin/ecology-member";
@@ -37,7 +37,7 @@ class AFlood : public testing::Test {
     EXPECT_LT(member_->resident_kilobytes() - before_, kMostGrowth);
   }
 
-  daemon::PrivateNetwork alone_;
+  support::PrivateNetwork alone_;
   std::unique_ptr<Process> member_;
   std::unique_ptr<Rogue> rogue_;
   std::uint64_t incarnation_ = 0;

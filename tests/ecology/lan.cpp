@@ -14,7 +14,7 @@
 #include <sstream>
 #include <utility>
 
-#include "daemon/process.h"
+#include "support/process.h"
 
 namespace rubicon::ecology {
 
@@ -56,7 +56,7 @@ bool ip(const std::string& arguments) {
   std::vector<std::string> words{"ip"};
   std::istringstream in(arguments);
   for (std::string word; in >> word;) words.push_back(word);
-  return daemon::run_to_end(words).code == 0;
+  return support::run_to_end(words).code == 0;
 }
 
 }  // namespace

@@ -11,17 +11,17 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "daemon/conversation.h"
+#include "support/conversation.h"
 
 namespace rubicon::ecology {
 namespace {
 
 using namespace std::chrono_literals;
-using daemon::ask;
-using daemon::parsed;
-using daemon::Process;
-using daemon::until;
 using nlohmann::json;
+using support::ask;
+using support::parsed;
+using support::Process;
+using support::until;
 using testing::AllOf;
 using testing::HasSubstr;
 using Clock = std::chrono::steady_clock;
@@ -78,9 +78,9 @@ class OnALan : public testing::Test {
     const Host::Visit there(lan_->host(host));
     return std::make_unique<Process>(std::vector<std::string>{kProbe, std::to_string(id), tuples});
   }
-  daemon::Outcome attempt(int host, const std::string& tuples) const {
+  support::Outcome attempt(int host, const std::string& tuples) const {
     const Host::Visit there(lan_->host(host));
-    return daemon::run_to_end({kProbe, "70000", tuples});
+    return support::run_to_end({kProbe, "70000", tuples});
   }
 
   /// What every way of being on a LAN has to give: the second island reads the first one's sensors, and commands it

@@ -8,8 +8,8 @@
 #include <fstream>
 #include <vector>
 
-#include "daemon/process.h"
 #include "ecology/lan.h"
+#include "support/process.h"
 
 namespace rubicon::ecology {
 namespace {
@@ -28,12 +28,12 @@ class AStart : public testing::Test {
   }
   void TearDown() override { std::filesystem::remove(file_); }
 
-  daemon::Outcome run(const std::string& more, const std::vector<std::string>& arguments = {}) const {
+  support::Outcome run(const std::string& more, const std::vector<std::string>& arguments = {}) const {
     std::ofstream(file_, std::ios::binary) << "island: {id: 1, name: island}\n" << more;
     std::vector<std::string> words{kProxy, "run", file_, "--shell"};
     words.insert(words.end(), arguments.begin(), arguments.end());
     const Host::Visit there(lan_.host(0));
-    return daemon::run_to_end(words, "quit\n");
+    return support::run_to_end(words, "quit\n");
   }
 
   Lan lan_{1};
@@ -94,9 +94,9 @@ TEST_F(AStart, WithoutReadersIsNoStartAndSaysWhichOneIsMissing) {
   std::ofstream(file_, std::ios::binary) << "island: {id: 1, name: island}\n";
   const Host::Visit there(lan_.host(0));
   // A sanitizer asks to come first.
-  const auto outcome = daemon::run_to_end({"env", "LD_PRELOAD=" RUBICON_NO_READERS,
-                                           "ASAN_OPTIONS=verify_asan_link_order=0", kProxy, "run", file_, "--shell"},
-                                          "quit\n");
+  const auto outcome = support::run_to_end({"env", "LD_PRELOAD=" RUBICON_NO_READERS,
+                                            "ASAN_OPTIONS=verify_asan_link_order=0", kProxy, "run", file_, "--shell"},
+                                           "quit\n");
   EXPECT_EQ(outcome.code, 1);
   EXPECT_THAT(outcome.errors, HasSubstr("DDS: reader of frames cannot be made: Out Of Resources"));
   EXPECT_THAT(outcome.errors, testing::Not(HasSubstr("is up")));

@@ -31,7 +31,7 @@ const std::string kWaiting = "networks.dummy-new={type: dummy, simulate: {guest:
 const std::string kAsk = "discovery={rules: [{network: dummy-new, new-devices: ask}]}";
 
 bool is_there(const char* program) {
-  return daemon::run_to_end({"sh", "-c", std::string("command -v ") + program}).code == 0;
+  return support::run_to_end({"sh", "-c", std::string("command -v ") + program}).code == 0;
 }
 
 }  // namespace
@@ -41,7 +41,7 @@ DemoIsland::DemoIsland() : folder_(fs::temp_directory_path() / ("rubicon_example
   write_files();
   has_knx_ = is_there("knxd") && is_there("knxtool");
   const auto start = [this](std::vector<std::string> words) {
-    running_.push_back(std::make_unique<daemon::Process>(std::move(words)));
+    running_.push_back(std::make_unique<support::Process>(std::move(words)));
   };
   start({kPrograms + "/salad-simulator", kExamples + "/home.yaml", "--bind", "127.0.0.1", "--script",
          kExamples + "/salad.script", "--log-level", "error"});
@@ -69,9 +69,9 @@ DemoIsland::DemoIsland() : folder_(fs::temp_directory_path() / ("rubicon_example
                                   "error"};
   if (has_knx_) {
     // knxd joins its group at the interface of the default route.
-    daemon::run_to_end({"sh", "-ec",
-                        "ip link add veth0 type veth peer name veth1; ip address add 10.57.0.1/24 dev veth0;"
-                        "ip link set veth0 up; ip link set veth1 up; ip route add default dev veth0"});
+    support::run_to_end({"sh", "-ec",
+                         "ip link add veth0 type veth peer name veth1; ip address add 10.57.0.1/24 dev veth0;"
+                         "ip link set veth0 up; ip link set veth1 up; ip route add default dev veth0"});
     start({kExamples + "/knx-bus.sh"});
     island.insert(island.end(), {"--set", kKnx});
   }

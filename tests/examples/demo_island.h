@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "daemon/private_network.h"
-#include "daemon/process.h"
+#include "support/private_network.h"
+#include "support/process.h"
 
 namespace rubicon::examples {
 
@@ -29,10 +29,10 @@ class DemoIsland {
  private:
   void write_files() const;
 
-  daemon::PrivateNetwork network_;
+  support::PrivateNetwork network_;
   std::filesystem::path folder_;
   bool has_knx_ = false;
-  std::vector<std::unique_ptr<daemon::Process>> running_;
+  std::vector<std::unique_ptr<support::Process>> running_;
 };
 
 }  // namespace rubicon::examples

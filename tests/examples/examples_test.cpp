@@ -133,10 +133,10 @@ std::vector<Example> all_examples() {
     add(examples_of_page(page, read_text(source / page)));
   add(examples_of_help("rubicon-proxy(1)", read_text(source / "packaging/man/rubicon-proxy.1")));
   // rubicon(1) is made of what --help of each command says.
-  const auto manual = daemon::run_to_end({RUBICON_BINARY_DIR "/bin/rubicon", "manual"});
+  const auto manual = support::run_to_end({RUBICON_BINARY_DIR "/bin/rubicon", "manual"});
   add(examples_of_help("rubicon(1)", manual.output));
   all.push_back({"examples/client/4_points.cpp", "example-4_points temperature"});
-  add(examples_of_help("rubicon --help", daemon::run_to_end({RUBICON_BINARY_DIR "/bin/rubicon", "--help"}).output));
+  add(examples_of_help("rubicon --help", support::run_to_end({RUBICON_BINARY_DIR "/bin/rubicon", "--help"}).output));
   return all;
 }
 
@@ -176,29 +176,29 @@ class EveryExample : public testing::Test {
     if (!demo_.reason().empty()) GTEST_SKIP() << demo_.reason();
   }
 
-  static void judge(const Example& example, const daemon::Outcome& outcome) {
+  static void judge(const Example& example, const support::Outcome& outcome) {
     EXPECT_EQ(fault_of(runnable(example.line, 0), outcome), "") << example.place << ": " << example.line << "\n"
                                                                 << outcome.output.substr(0, 4000) << outcome.errors;
   }
 
-  static daemon::Outcome ended(daemon::Process& process) {
-    daemon::Outcome outcome;
+  static support::Outcome ended(support::Process& process) {
+    support::Outcome outcome;
     while (const auto line = process.line()) outcome.output += *line + "\n";
     outcome.code = process.exit_code();
     outcome.errors = process.errors();
     return outcome;
   }
 
-  daemon::Outcome run(const Example& example) const {
-    std::unique_ptr<daemon::Process> other;
+  support::Outcome run(const Example& example) const {
+    std::unique_ptr<support::Process> other;
     if (const auto line = beside(example.line); !line.empty()) {
-      other = std::make_unique<daemon::Process>(demo_.command(line, kLong));
-      while (daemon::run_to_end(demo_.command("rubicon islands --all | grep -q 70001", kLong)).code != 0) {
+      other = std::make_unique<support::Process>(demo_.command(line, kLong));
+      while (support::run_to_end(demo_.command("rubicon islands --all | grep -q 70001", kLong)).code != 0) {
         if (!testing::Test::HasFailure() && ++waited_ > 50) ADD_FAILURE() << line << " is not there";
         if (waited_ > 50) break;
       }
     }
-    const auto outcome = daemon::run_to_end(demo_.command(runnable(example.line, 9), kLong));
+    const auto outcome = support::run_to_end(demo_.command(runnable(example.line, 9), kLong));
     if (other) other->signal(SIGTERM);
     if (other) other->exit_code();
     return outcome;
@@ -217,10 +217,10 @@ TEST_F(EveryExample, EndsAsItShould) {
   std::size_t run_to_end = 0, run_for_a_while = 0;
   std::set<std::string> skipped;
   const auto run_endless = [&] {
-    std::vector<std::unique_ptr<daemon::Process>> running;
+    std::vector<std::unique_ptr<support::Process>> running;
     for (const auto& example : endless) {
       const auto line = runnable(example.line, 10 + run_for_a_while++);
-      running.push_back(std::make_unique<daemon::Process>(
+      running.push_back(std::make_unique<support::Process>(
           demo_.command(line, line.starts_with("rubicon knx monitor") ? kBus : kShort)));
     }
     for (std::size_t i = 0; i < endless.size(); ++i) judge(endless[i], ended(*running[i]));

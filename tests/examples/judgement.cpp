@@ -59,7 +59,7 @@ bool is_endless(const std::string& line) {
   return (shows_what_is_there(line) || begins(line, kPrograms)) && !has(line, " | ") && !has(line, " --rounds ");
 }
 
-std::string fault_of(const std::string& line, const daemon::Outcome& outcome) {
+std::string fault_of(const std::string& line, const support::Outcome& outcome) {
   constexpr int kNotGood = 10;       // `get` of a sensor that is not sampled at the moment
   constexpr int kInterrupted = 130;  // the shell around a program that runs until it is ended
   if (line.starts_with("rubicon get ") && outcome.code == kNotGood)

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "daemon/process.h"
+#include "support/process.h"
 
 namespace rubicon::examples {
 
@@ -10,6 +10,6 @@ namespace rubicon::examples {
 bool is_endless(const std::string& line);
 
 /// What is wrong with how an example ended; empty = nothing. `line`: as it was run.
-std::string fault_of(const std::string& line, const daemon::Outcome& outcome);
+std::string fault_of(const std::string& line, const support::Outcome& outcome);
 
 }  // namespace rubicon::examples

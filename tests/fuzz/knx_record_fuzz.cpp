@@ -2,8 +2,8 @@
 #include <cstdint>
 #include <string_view>
 
+#include "config/yaml.h"
 #include "networks/knx/groups/record.h"
-#include "runtime/yaml.h"
 
 namespace {
 
@@ -22,13 +22,13 @@ std::vector<GroupPoint> points_of(const ConfigNode& root, base::ConfigErrors& er
 /// A record. What was taken of it has no conflicts, and is the same again from the text that we write of it.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
   if (size > 65536) return 0;
-  const auto root = runtime::parse_yaml({reinterpret_cast<const char*>(bytes), size}, "fuzz.yaml");
+  const auto root = config::parse_yaml({reinterpret_cast<const char*>(bytes), size}, "fuzz.yaml");
   if (!root) return 0;
   base::ConfigErrors errors;
   const auto points = points_of(*root, errors);
   if (!conflicts(points).empty()) __builtin_trap();
   const auto text = to_yaml(points, "fuzz.yaml");
-  const auto again = runtime::parse_yaml(text, "again.yaml");
+  const auto again = config::parse_yaml(text, "again.yaml");
   if (!again) __builtin_trap();
   base::ConfigErrors none;
   const auto same = points_of(*again, none);

@@ -1,6 +1,6 @@
 #include <cstdlib>
 
-#include "apps/rubicon-motes/world.h"
+#include "apps/simulators/motes/world.h"
 #include "base/virtual_scheduler.h"
 #include "motes/hdlc.h"
 

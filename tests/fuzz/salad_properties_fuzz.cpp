@@ -1,9 +1,9 @@
 #include <cstdlib>
 
-#include "apps/salad-simulator/script.h"
+#include "apps/simulators/salad/script.h"
 #include "networks/salad/properties_reader.h"
 #include "networks/salad/salad_options.h"
-#include "transport/memory_transports.h"
+#include "transport/memory/memory_transports.h"
 
 /// A properties file, read to the end; the same text as a simulator's script.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

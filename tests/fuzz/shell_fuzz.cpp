@@ -7,11 +7,11 @@
 #include <string_view>
 
 #include "base/virtual_scheduler.h"
-#include "runtime/island.h"
-#include "runtime/network_types.h"
-#include "runtime/shell.h"
-#include "runtime/yaml.h"
-#include "transport/memory_transports.h"
+#include "config/yaml.h"
+#include "console/shell.h"
+#include "island/island.h"
+#include "island/network_types.h"
+#include "transport/memory/memory_transports.h"
 #include "tuples/memory/memory_ecology.h"
 
 namespace {
@@ -22,12 +22,12 @@ constexpr std::string_view kIsland =
     "island: {id: 1}\nnetworks:\n  dummy: {type: dummy, simulate: {a: {sensors: {light-1: {}}, actuators: {lamp-1: "
     "{}}}}}\n";
 
-std::unique_ptr<runtime::Island> make_island(VirtualScheduler& time, transport::MemoryTransports& files,
-                                             base::LogSink& log, tuples::MemoryEcology& ecology) {
-  static const auto tree = runtime::parse_yaml(kIsland, "island.yaml");
+std::unique_ptr<island::Island> make_island(VirtualScheduler& time, transport::MemoryTransports& files,
+                                            base::LogSink& log, tuples::MemoryEcology& ecology) {
+  static const auto tree = config::parse_yaml(kIsland, "island.yaml");
   base::ConfigErrors errors;
-  auto config = runtime::read_island_config(tree.value(), runtime::network_types(), errors);
-  return std::move(runtime::Island::make(std::move(config), time, files, log, ecology, errors).value());
+  auto config = config::read_island_config(tree.value(), island::network_types(), errors);
+  return std::move(island::Island::make(std::move(config), time, files, log, ecology, errors).value());
 }
 
 /// Every line a shell writes is one JSON object.
@@ -49,7 +49,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
   const auto link = ecology.join(OwnerId(65536)).value();
   TupleSpace space(OwnerId(65536), time, *link);
   island->start();
-  runtime::Shell shell(space, OwnerId(1), "proxy", check, check, [] {});
+  console::Shell shell(space, OwnerId(1), "proxy", check, check, [] {});
   time.run_for(std::chrono::milliseconds(10));
   std::string_view rest(reinterpret_cast<const char*>(bytes), size);
   while (!rest.empty()) {

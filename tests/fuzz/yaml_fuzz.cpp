@@ -4,10 +4,10 @@
 #include <string_view>
 
 #include "base/virtual_scheduler.h"
-#include "runtime/island.h"
-#include "runtime/network_types.h"
-#include "runtime/yaml.h"
-#include "transport/memory_transports.h"
+#include "config/yaml.h"
+#include "island/island.h"
+#include "island/network_types.h"
+#include "transport/memory/memory_transports.h"
 #include "tuples/memory/memory_ecology.h"
 
 namespace {
@@ -21,8 +21,8 @@ void check(const ConfigNode& tree) {
   base::NullLogSink log;
   tuples::MemoryEcology ecology(time);
   base::ConfigErrors errors;
-  auto config = runtime::read_island_config(tree, runtime::network_types(), errors);
-  const auto island = runtime::Island::make(std::move(config), time, files, log, ecology, errors);
+  auto config = config::read_island_config(tree, island::network_types(), errors);
+  const auto island = island::Island::make(std::move(config), time, files, log, ecology, errors);
   if (island.has_value() != errors.empty()) __builtin_trap();
 }
 
@@ -33,13 +33,13 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
   if (size > 65536) return 0;
   const std::string_view all(reinterpret_cast<const char*>(bytes), size);
   const auto nul = all.find('\0');
-  auto tree = runtime::parse_yaml(all.substr(0, nul), "fuzz.yaml");
+  auto tree = config::parse_yaml(all.substr(0, nul), "fuzz.yaml");
   if (!tree) {
     if (tree.error().text.empty()) __builtin_trap();
     return 0;
   }
   if (nul != all.npos) {
-    if (const auto applied = runtime::apply_override(*tree, all.substr(nul + 1)); !applied) return 0;
+    if (const auto applied = config::apply_override(*tree, all.substr(nul + 1)); !applied) return 0;
   }
   check(*tree);
   return 0;

@@ -4,8 +4,8 @@
 #include <csignal>
 #include <sstream>
 
-#include "daemon/private_network.h"
 #include "install/installed.h"
+#include "support/private_network.h"
 
 namespace rubicon::install {
 namespace {
@@ -41,7 +41,7 @@ class Examples : public testing::Test {
 
   const Installed& all_ = Installed::get();
   const std::filesystem::path file_ = all_.workshop() / "examples.yaml";
-  daemon::PrivateNetwork alone_;
+  support::PrivateNetwork alone_;
 };
 
 TEST_F(Examples, TheFirstShowsValuesAsTheyCome) {
@@ -57,13 +57,13 @@ TEST_F(Examples, TheFirstShowsValuesAsTheyCome) {
 
 TEST_F(Examples, TheSecondCommandsAndSaysHowItEnded) {
   const Process home(island());
-  const auto on = daemon::run_to_end({kCommand, "lamp", "on", "Hall"});
+  const auto on = support::run_to_end({kCommand, "lamp", "on", "Hall"});
   EXPECT_EQ(on.output, "Hall, proxy.dummy-1.hall.actuator.lamp-1.command: confirmed\n") << on.errors;
   EXPECT_EQ(on.code, 0);
-  const auto maybe = daemon::run_to_end({kCommand, "lamp", "maybe"});
+  const auto maybe = support::run_to_end({kCommand, "lamp", "maybe"});
   EXPECT_THAT(maybe.output, HasSubstr(": refused ("));
   EXPECT_EQ(maybe.code, 3);
-  EXPECT_EQ(daemon::run_to_end({kCommand, "boiler", "on"}).code, 4);
+  EXPECT_EQ(support::run_to_end({kCommand, "boiler", "on"}).code, 4);
 }
 
 /// `I am 70001` -> `70001`.

@@ -22,7 +22,7 @@ Installed::Installed()
   fs::remove_all(root_);
   fs::create_directories(workshop_);
   outcome_ =
-      daemon::run_to_end({RUBICON_CMAKE, "--install", RUBICON_BINARY_DIR, "--prefix", prefix_.string(), "--strip"});
+      support::run_to_end({RUBICON_CMAKE, "--install", RUBICON_BINARY_DIR, "--prefix", prefix_.string(), "--strip"});
 }
 
 Installed::~Installed() {
@@ -31,9 +31,9 @@ Installed::~Installed() {
 }
 
 Outcome Installed::shell(const std::string& line) const {
-  return daemon::run_to_end({"env", "LD_LIBRARY_PATH=" + (prefix_ / "lib").string(),
-                             "PKG_CONFIG_PATH=" + (prefix_ / "lib/pkgconfig").string(), "sh", "-ec",
-                             "exec 2>&1; " + line});
+  return support::run_to_end({"env", "LD_LIBRARY_PATH=" + (prefix_ / "lib").string(),
+                              "PKG_CONFIG_PATH=" + (prefix_ / "lib/pkgconfig").string(), "sh", "-ec",
+                              "exec 2>&1; " + line});
 }
 
 std::string read_text(const fs::path& file) {

@@ -4,12 +4,12 @@
 #include <string>
 #include <vector>
 
-#include "daemon/process.h"
+#include "support/process.h"
 
 namespace rubicon::install {
 
-using daemon::Outcome;
-using daemon::Process;
+using support::Outcome;
+using support::Process;
 
 /// What `cmake --install` puts into an empty prefix; made once a program and removed at its end.
 class Installed {

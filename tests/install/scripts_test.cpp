@@ -5,19 +5,19 @@
 #include <filesystem>
 #include <fstream>
 
-#include "daemon/process.h"
+#include "support/process.h"
 
 namespace rubicon::install {
 namespace {
 
 /// Runs scripts/common.sh as ./run and ./test do, on a machine whose dpkg knows cmake only; nothing is installed.
-daemon::Outcome on_a_fresh_machine(const std::string& command) {
+support::Outcome on_a_fresh_machine(const std::string& command) {
   const auto folder = std::filesystem::temp_directory_path() / ("rubicon_scripts_" + std::to_string(::getpid()));
   std::filesystem::create_directories(folder);
   const auto dpkg = folder / "dpkg-query";
   std::ofstream(dpkg) << "#!/bin/sh\necho 'cmake install ok installed'\nexit 1\n";
   std::filesystem::permissions(dpkg, std::filesystem::perms::owner_all);
-  const auto outcome = daemon::run_to_end(
+  const auto outcome = support::run_to_end(
       {"bash", "-c",
        "set -euo pipefail; PATH=" + folder.string() +
            ":$PATH; . " RUBICON_SOURCE_DIR "/scripts/common.sh; as_root() { echo \"as root: $*\"; }; " + command});

@@ -4,9 +4,9 @@
 #include <csignal>
 #include <sstream>
 
-#include "daemon/private_network.h"
 #include "install/installed.h"
 #include "install/notice_socket.h"
+#include "support/private_network.h"
 
 namespace rubicon::install {
 namespace {
@@ -48,7 +48,7 @@ class Unit : public testing::Test {
   const Installed& all_ = Installed::get();
   const std::filesystem::path unit_ = all_.prefix() / "lib/systemd/system/rubicon-proxy@.service";
   const std::filesystem::path island_ = all_.prefix() / "etc/rubicon/home.yaml";
-  daemon::PrivateNetwork alone_;
+  support::PrivateNetwork alone_;
   NoticeSocket manager_{(all_.workshop() / "notify").string()};
 };
 

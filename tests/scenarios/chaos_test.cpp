@@ -150,20 +150,20 @@ class Chaos : public Ecology {
     std::filesystem::remove_all(folder_);
   }
 
-  runtime::IslandConfig config_of(std::uint32_t id, int tick) {
+  config::IslandConfig config_of(std::uint32_t id, int tick) {
     std::string text = "island: {id: " + std::to_string(id) + ", name: test}\nnetworks:\n";
     for (int network = 1; network <= kNetworks; ++network) {
       text +=
           "  world-" + std::to_string(network) + ": {type: world, silence: 5s, tick: " + std::to_string(tick) + "}\n";
     }
     base::ConfigErrors errors;
-    return runtime::read_island_config(runtime::parse_yaml(text, "chaos.yaml").value(), std::span(&kWorld, 1), errors);
+    return config::read_island_config(config::parse_yaml(text, "chaos.yaml").value(), std::span(&kWorld, 1), errors);
   }
   void start(std::uint32_t id) {
     base::ConfigErrors errors;
     auto store = state::StateStore::open(folder_ + "/" + std::to_string(id) + ".state", OwnerId(id));
     ASSERT_TRUE(store) << store.error().text;
-    auto made = runtime::Island::make(config_of(id, 0), scheduler, transports, log, ecology, errors, std::move(*store));
+    auto made = island::Island::make(config_of(id, 0), scheduler, transports, log, ecology, errors, std::move(*store));
     ASSERT_TRUE(made) << made.error().text;
     islands[id] = std::move(*made);
     islands[id]->start();

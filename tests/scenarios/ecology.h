@@ -8,10 +8,10 @@
 #include <string>
 
 #include "base/virtual_scheduler.h"
-#include "runtime/island.h"
-#include "runtime/yaml.h"
+#include "config/yaml.h"
+#include "island/island.h"
 #include "scenarios/scripted_network.h"
-#include "transport/memory_transports.h"
+#include "transport/memory/memory_transports.h"
 #include "tuples/memory/memory_ecology.h"
 
 namespace rubicon::scenarios {
@@ -26,13 +26,13 @@ using tuples::Handle;
 class Ecology : public testing::Test {
  public:
   /// An island with one scripted network `scripted-1`; `more` is YAML put under that network.
-  runtime::Island& start_island(std::uint32_t id, const std::string& more = "") {
+  island::Island& start_island(std::uint32_t id, const std::string& more = "") {
     const auto text = "island: {id: " + std::to_string(id) + ", name: test}\nnetworks:\n  scripted-1: {type: scripted" +
                       (more.empty() ? "" : ", " + more) + "}\n";
-    const auto tree = runtime::parse_yaml(text, "island.yaml");
+    const auto tree = config::parse_yaml(text, "island.yaml");
     base::ConfigErrors errors;
-    auto config = runtime::read_island_config(tree.value(), std::span(&kScripted, 1), errors);
-    auto made = runtime::Island::make(std::move(config), scheduler, transports, log, ecology, errors);
+    auto config = config::read_island_config(tree.value(), std::span(&kScripted, 1), errors);
+    auto made = island::Island::make(std::move(config), scheduler, transports, log, ecology, errors);
     EXPECT_TRUE(made.has_value()) << errors.text();
     auto& island = *(islands[id] = std::move(*made));
     island.start();
@@ -101,7 +101,7 @@ class Ecology : public testing::Test {
   };
 
  public:
-  std::map<std::uint32_t, std::unique_ptr<runtime::Island>> islands;
+  std::map<std::uint32_t, std::unique_ptr<island::Island>> islands;
   std::map<std::uint32_t, Place> components;
 };
 

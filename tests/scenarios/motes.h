@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
-#include "apps/rubicon-motes/world.h"
-#include "runtime/network_types.h"
+#include "apps/simulators/motes/world.h"
+#include "island/network_types.h"
 #include "scenarios/ecology.h"
 #include "state/state_store.h"
 
@@ -64,15 +64,15 @@ class Motes : public Ecology {
     return id + ": {type: wsn, board: EM1000, silence: 60s, share: no, source: \"network@" + kMotesHost + ":" +
            std::to_string(19201 + sink) + "\"" + (more.empty() ? "" : ", " + more) + "}";
   }
-  runtime::Island& start(std::uint32_t id, const std::string& networks, const std::string& state = {}) {
+  island::Island& start(std::uint32_t id, const std::string& networks, const std::string& state = {}) {
     const auto text = "island: {id: " + std::to_string(id) + ", name: test}\nnetworks:\n  " + networks + "\n";
     base::ConfigErrors errors;
-    const auto tree = runtime::parse_yaml(text, "island.yaml");
+    const auto tree = config::parse_yaml(text, "island.yaml");
     EXPECT_TRUE(tree) << text;
-    auto config = runtime::read_island_config(tree.value(), runtime::network_types(), errors);
+    auto config = config::read_island_config(tree.value(), island::network_types(), errors);
     std::unique_ptr<state::StateStore> store;
     if (!state.empty()) store = std::move(*state::StateStore::open(state, OwnerId(id), {}));
-    auto made = runtime::Island::make(std::move(config), scheduler, transports, log, ecology, errors, std::move(store));
+    auto made = island::Island::make(std::move(config), scheduler, transports, log, ecology, errors, std::move(store));
     EXPECT_TRUE(made.has_value()) << errors.text();
     auto& island = *(islands[id] = std::move(*made));
     island.start();

@@ -1,6 +1,6 @@
 #include <gmock/gmock.h>
 
-#include "runtime/network_types.h"
+#include "island/network_types.h"
 #include "scenarios/ecology.h"
 
 namespace rubicon::scenarios {
@@ -27,13 +27,13 @@ networks:
 /// An island made from text, whose file is then changed.
 class Reload : public Ecology {
  protected:
-  runtime::IslandConfig read(const std::string& text) {
-    const auto tree = runtime::parse_yaml(text, "island.yaml");
+  config::IslandConfig read(const std::string& text) {
+    const auto tree = config::parse_yaml(text, "island.yaml");
     EXPECT_TRUE(tree) << tree.error().text;
-    return runtime::read_island_config(tree.value(), runtime::network_types(), errors);
+    return config::read_island_config(tree.value(), island::network_types(), errors);
   }
   void start(const std::string& text) {
-    auto made = runtime::Island::make(read(text), scheduler, transports, log, ecology, errors);
+    auto made = island::Island::make(read(text), scheduler, transports, log, ecology, errors);
     ASSERT_TRUE(made.has_value()) << errors.text();
     island = std::move(*made);
     island->start();
@@ -43,7 +43,7 @@ class Reload : public Ecology {
     });
     scheduler.run_for(1s);
   }
-  Result<runtime::ReloadPlan> reload(const std::string& text) {
+  Result<config::ReloadPlan> reload(const std::string& text) {
     touched.clear();
     recording = true;
     auto done = island->reload(read(text), errors);
@@ -58,7 +58,7 @@ class Reload : public Ecology {
   bool exists(const std::string& key) { return robot->get(OwnerId(6541), key).has_value(); }
 
   base::ConfigErrors errors;
-  std::unique_ptr<runtime::Island> island;
+  std::unique_ptr<island::Island> island;
   TupleSpace* robot = nullptr;
   Handle everything;
   bool recording = false;

@@ -66,20 +66,20 @@ class Roaming : public Ecology {
   Listing listing(const std::string& device = "7") { return Listing(watcher(), device, scheduler); }
 
   /// An island from text; with a state file it remembers.
-  runtime::Island& start_text(std::uint32_t id, const std::string& text, const std::string& state = {}) {
-    const auto tree = runtime::parse_yaml("island: {id: " + std::to_string(id) + ", name: test}\n" + text, "i.yaml");
+  island::Island& start_text(std::uint32_t id, const std::string& text, const std::string& state = {}) {
+    const auto tree = config::parse_yaml("island: {id: " + std::to_string(id) + ", name: test}\n" + text, "i.yaml");
     base::ConfigErrors errors;
-    auto config = runtime::read_island_config(tree.value(), std::span(&kScripted, 1), errors);
+    auto config = config::read_island_config(tree.value(), std::span(&kScripted, 1), errors);
     std::unique_ptr<state::StateStore> store;
     if (!state.empty()) store = std::move(*state::StateStore::open(state, OwnerId(id), {}));
-    auto made = runtime::Island::make(std::move(config), scheduler, transports, log, ecology, errors, std::move(store));
+    auto made = island::Island::make(std::move(config), scheduler, transports, log, ecology, errors, std::move(store));
     EXPECT_TRUE(made.has_value()) << errors.text();
     auto& island = *(islands[id] = std::move(*made));
     island.start();
     scheduler.run_ready();
     return island;
   }
-  runtime::Island& start_with_state(std::uint32_t id, const std::string& state) {
+  island::Island& start_with_state(std::uint32_t id, const std::string& state) {
     return start_text(id, "networks: {scripted-1: {type: scripted, roaming: lab}}", state);
   }
   void stop(std::uint32_t id) {
@@ -91,8 +91,8 @@ class Roaming : public Ecology {
     EXPECT_NE(::mkdtemp(folders_.back().data()), nullptr);
     return folders_.back() + "/island.state";
   }
-  static runtime::IslandConfig read(const std::string& text, base::ConfigErrors& errors) {
-    return runtime::read_island_config(runtime::parse_yaml(text, "i.yaml").value(), std::span(&kScripted, 1), errors);
+  static config::IslandConfig read(const std::string& text, base::ConfigErrors& errors) {
+    return config::read_island_config(config::parse_yaml(text, "i.yaml").value(), std::span(&kScripted, 1), errors);
   }
 
   void join(std::uint32_t island, const std::string& device = "7") { devices_of(island).say(device, lamp()); }

@@ -4,11 +4,11 @@
 #include <nlohmann/json.hpp>
 
 #include "base/virtual_scheduler.h"
-#include "runtime/island.h"
-#include "runtime/network_types.h"
-#include "runtime/yaml.h"
+#include "config/yaml.h"
+#include "island/island.h"
+#include "island/network_types.h"
 #include "support/collecting_log.h"
-#include "transport/memory_transports.h"
+#include "transport/memory/memory_transports.h"
 #include "tuples/memory/memory_ecology.h"
 
 namespace rubicon::scenarios {
@@ -26,9 +26,9 @@ class Sleepy : public testing::Test {
  protected:
   void SetUp() override {
     base::ConfigErrors errors;
-    auto config = runtime::read_island_config(runtime::parse_yaml(kConfiguration, "home.yaml").value(),
-                                              runtime::network_types(), errors);
-    auto made = runtime::Island::make(std::move(config), scheduler_, transports_, log_, ecology_, errors);
+    auto config = config::read_island_config(config::parse_yaml(kConfiguration, "home.yaml").value(),
+                                             island::network_types(), errors);
+    auto made = island::Island::make(std::move(config), scheduler_, transports_, log_, ecology_, errors);
     ASSERT_TRUE(made.has_value()) << errors.text();
     island_ = std::move(*made);
     island_->start();
@@ -53,7 +53,7 @@ class Sleepy : public testing::Test {
   tuples::MemoryEcology ecology_{scheduler_};
   std::unique_ptr<tuples::Link> link_ = ecology_.join(OwnerId(70001)).value();
   TupleSpace user_{OwnerId(70001), scheduler_, *link_};
-  std::unique_ptr<runtime::Island> island_;
+  std::unique_ptr<island::Island> island_;
 };
 
 TEST_F(Sleepy, IsNotLockedAfterItsUserWasToldThatTheCommandExpired) {

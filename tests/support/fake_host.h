@@ -9,7 +9,7 @@
 #include "base/virtual_scheduler.h"
 #include "network/network.h"
 #include "support/collecting_log.h"
-#include "transport/memory_transports.h"
+#include "transport/memory/memory_transports.h"
 
 namespace rubicon::support {
 

@@ -12,7 +12,7 @@
 
 #include "base/bytes.h"
 #include "base/scheduler.h"
-#include "transport/memory_udp.h"
+#include "transport/memory/memory_udp.h"
 
 namespace rubicon::support {
 

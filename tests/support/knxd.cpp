@@ -70,19 +70,19 @@ std::string read_all(const std::string& path) {
 KnxNetwork::KnxNetwork() : reason_(network_.reason()) {
   if (!entered()) return;
   for (const auto* program : {"knxd", "knxtool", "ip"}) {
-    if (daemon::run_to_end({"sh", "-c", std::string("command -v ") + program}).code == 0) continue;
+    if (support::run_to_end({"sh", "-c", std::string("command -v ") + program}).code == 0) continue;
     reason_ = std::string("the program ") + program + " is not installed";
     return;
   }
-  const auto made = daemon::run_to_end({"sh", "-ec",
-                                        fmt::format(R"(
+  const auto made = support::run_to_end({"sh", "-ec",
+                                         fmt::format(R"(
     ip link add veth0 type veth peer name veth1
     ip address add {}/24 dev veth0
     ip link set veth0 up
     ip link set veth1 up
     ip route add 224.0.0.0/4 dev veth0
     ip route add default dev veth0)",
-                                                    kAddress)});
+                                                     kAddress)});
   if (made.code != 0) reason_ = "no network for knxd: " + made.errors;
 }
 
@@ -100,7 +100,7 @@ void Knxd::kill() {
 
 void Knxd::restart() {
   kill();
-  process_ = std::make_unique<daemon::Process>(std::vector<std::string>{"knxd", folder_ + "/knxd.ini"});
+  process_ = std::make_unique<support::Process>(std::vector<std::string>{"knxd", folder_ + "/knxd.ini"});
 }
 
 Knxd::~Knxd() {
@@ -123,14 +123,14 @@ bool Knxd::ready() const {
   return there && bound && (joined || !routing_);
 }
 
-daemon::Outcome Knxd::tool(const std::string& command, std::vector<std::string> arguments) const {
+support::Outcome Knxd::tool(const std::string& command, std::vector<std::string> arguments) const {
   std::vector<std::string> all{"knxtool", command, url()};
   all.insert(all.end(), arguments.begin(), arguments.end());
-  return daemon::run_to_end(std::move(all));
+  return support::run_to_end(std::move(all));
 }
 
 KnxdListener::KnxdListener(const Knxd& knxd) : path_(own_path("heard")) {
-  process_ = std::make_unique<daemon::Process>(std::vector<std::string>{
+  process_ = std::make_unique<support::Process>(std::vector<std::string>{
       "sh", "-c", fmt::format("exec knxtool groupsocketlisten {} >{} 2>&1", knxd.url(), path_)});
 }
 

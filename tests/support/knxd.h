@@ -4,8 +4,8 @@
 #include <memory>
 #include <string>
 
-#include "daemon/private_network.h"
-#include "daemon/process.h"
+#include "support/private_network.h"
+#include "support/process.h"
 
 namespace rubicon::support {
 
@@ -22,7 +22,7 @@ class KnxNetwork {
   const std::string& reason() const { return reason_; }
 
  private:
-  daemon::PrivateNetwork network_;
+  support::PrivateNetwork network_;
   std::string reason_;
 };
 
@@ -45,14 +45,14 @@ class Knxd {
   /// For knxtool.
   std::string url() const { return "local:" + folder_ + "/knx.sock"; }
   std::string errors() { return process_->errors(); }
-  daemon::Process& process() { return *process_; }
+  support::Process& process() { return *process_; }
   /// `knxtool COMMAND URL ARGUMENTS...`, to its end.
-  daemon::Outcome tool(const std::string& command, std::vector<std::string> arguments) const;
+  support::Outcome tool(const std::string& command, std::vector<std::string> arguments) const;
 
  private:
   std::string folder_;
   bool routing_;
-  std::unique_ptr<daemon::Process> process_;
+  std::unique_ptr<support::Process> process_;
 };
 
 /// `knxtool groupsocketlisten`: every group telegram on the bus of a knxd.
@@ -68,7 +68,7 @@ class KnxdListener {
 
  private:
   std::string path_;
-  std::unique_ptr<daemon::Process> process_;
+  std::unique_ptr<support::Process> process_;
 };
 
 }  // namespace rubicon::support

@@ -6,7 +6,7 @@
 #include <fstream>
 
 #include "transport/local_transports.h"
-#include "transport/memory_transports.h"
+#include "transport/memory/memory_transports.h"
 
 namespace rubicon::transport {
 namespace {

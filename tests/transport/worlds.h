@@ -5,7 +5,7 @@
 #include "base/virtual_scheduler.h"
 #include "transport/asio_scheduler.h"
 #include "transport/local_transports.h"
-#include "transport/memory_transports.h"
+#include "transport/memory/memory_transports.h"
 
 namespace rubicon::transport {
 

@@ -2,7 +2,7 @@
 
 // The tests of the tuple space run over each engine: here is the one of this program.
 #ifdef RUBICON_OVER_DDS
-#include "tuples_dds/dds_test_ecology.h"
+#include "tuples/dds/dds_test_ecology.h"
 namespace rubicon::tuples {
 using TestEcology = dds::DdsTestEcology;
 /// Components see each other as soon as they are there, or after a turn.

@@ -8,9 +8,9 @@
 
 #include "apps/rubicon/knx/commands.h"
 #include "base/config_reader.h"
+#include "config/yaml.h"
 #include "networks/knx/groups/import.h"
 #include "networks/knx/groups/record.h"
-#include "runtime/yaml.h"
 #include "transport/local_transports.h"
 #include "transport/read_text.h"
 
@@ -34,7 +34,7 @@ Result<std::vector<GroupPoint>> read_record(const std::string& path) {
                 fmt::format("{} is empty, expected a record. A shell empties the file behind `>` before this program "
                             "reads it: write with --output",
                             path));
-  const auto root = runtime::parse_yaml(*text, path);
+  const auto root = config::parse_yaml(*text, path);
   if (!root) return fail(root.error());
   base::ConfigErrors errors;
   ConfigReader reader(*root, "", errors);

@@ -1,0 +1,69 @@
+#include "apps/program/spdlog_sink.h"
+
+#include <poll.h>
+#include <spdlog/logger.h>
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <utility>
+
+#include "base/printable.h"
+
+namespace rubicon::program {
+
+namespace {
+
+spdlog::level::level_enum to_spdlog(base::LogLevel level) {
+  switch (level) {
+    case base::LogLevel::kDebug: return spdlog::level::debug;
+    case base::LogLevel::kInfo: return spdlog::level::info;
+    case base::LogLevel::kWarning: return spdlog::level::warn;
+    case base::LogLevel::kError: return spdlog::level::err;
+  }
+  return spdlog::level::err;
+}
+
+/// What a pipe that has room takes at once (POSIX: PIPE_BUF), less what stands before it.
+constexpr std::size_t kMaxLine = 3500;
+
+/// One log line stays one line, whatever a device put into its name.
+std::string one_line(std::string_view text) {
+  std::string out(text);
+  std::replace_if(
+      out.begin(), out.end(), [](unsigned char c) { return c < 0x20; }, ' ');
+  return base::printable(out);
+}
+
+/// A pipe that nobody reads must not stop the loop.
+bool has_room(int descriptor) {
+  pollfd wanted{descriptor, POLLOUT, 0};
+  return ::poll(&wanted, 1, 0) != 0;
+}
+
+}  // namespace
+
+struct SpdlogSink::Parts {
+  std::uint64_t lost = 0;  ///< lines since the last one that was written
+  spdlog::logger logger{"rubicon", std::make_shared<spdlog::sinks::stderr_color_sink_st>()};
+};
+
+SpdlogSink::SpdlogSink(const std::string& level) : parts_(std::make_unique<Parts>()) {
+  parts_->logger.set_pattern("%Y-%m-%dT%H:%M:%S.%e%z %^%l%$ %v");
+  parts_->logger.set_level(spdlog::level::from_str(level));
+}
+SpdlogSink::~SpdlogSink() = default;
+
+void SpdlogSink::write(base::LogLevel level, std::string_view who, std::string_view text) {
+  if (!parts_->logger.should_log(to_spdlog(level))) return;
+  if (!has_room(STDERR_FILENO)) {
+    ++parts_->lost;
+    return;
+  }
+  if (parts_->lost > 0)
+    parts_->logger.warn("log: {} lines were lost, nobody read them", std::exchange(parts_->lost, 0));
+  parts_->logger.log(to_spdlog(level), "{}: {}", who, one_line(text).substr(0, kMaxLine));
+}
+
+}  // namespace rubicon::program

@@ -1,0 +1,125 @@
+#include "apps/rubicon-proxy/check.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+
+#include "apps/rubicon-proxy/host_check.h"
+#include "island/island.h"
+#include "island/island_state.h"
+#include "island/network_types.h"
+#include "island/point_names.h"
+#include "transport/asio_scheduler.h"
+#include "transport/local_transports.h"
+#include "tuples/memory/memory_ecology.h"
+
+namespace rubicon::daemon {
+
+namespace {
+
+constexpr std::size_t kMaxErrorsShown = 50;
+
+void print(const std::vector<std::string>& lines, std::string_view before = {}) {
+  for (std::size_t i = 0; i < std::min(lines.size(), kMaxErrorsShown); ++i)
+    fmt::print(stderr, "{}{}\n", before, lines[i]);
+  if (lines.size() > kMaxErrorsShown) fmt::print(stderr, "... and {} more\n", lines.size() - kMaxErrorsShown);
+}
+
+/// What a reload of the file would do to an island that runs with the other one.
+int print_plan(const CheckOptions& options) {
+  base::ConfigErrors errors;
+  const auto next = load_island(options.file, options.overrides, errors);
+  if (!next) return report(next.error());
+  const auto path = options.against->empty() ? island::good_config_path(*next) : *options.against;
+  if (path.empty()) {
+    fmt::print(stderr, "--diff: no state file, so nothing is kept of the running configuration; name it: --diff OLD\n");
+    return kExitConfiguration;
+  }
+  const auto now = load_island(path, options.overrides, errors);
+  if (!now) return report(now.error());
+  if (!errors.empty()) {
+    print(errors.lines());
+    return kExitConfiguration;
+  }
+  const auto plan = config::plan_reload(*now, *next);
+  for (const auto& line : plan.refusals) fmt::print("refused: {}\n", line);
+  for (const auto& line : plan.lines) fmt::print("{}\n", line);
+  if (plan.refusals.empty() && plan.lines.empty()) fmt::print("nothing would change\n");
+  const bool files = std::any_of(next->networks.begin(), next->networks.end(),
+                                 [](const auto& setup) { return !setup.type->file_option.empty(); });
+  if (files) fmt::print("whether files that options name have changed, `reload try` of the running island says\n");
+  return plan.refusals.empty() ? kExitOk : kExitConfiguration;
+}
+
+std::vector<std::string> warnings(island::Island& island, const ConfigPlaces& places) {
+  std::vector<std::string> lines;
+  for (const auto& setup : island.config().networks) {
+    const auto& rules = island.config().proxy.networks.at(setup.id);
+    if (rules.devices.empty()) continue;
+    for (const auto& lost :
+         island::lost_names(rules, island.networks().find(setup.id)->listed(), island.config().types)) {
+      std::vector<std::string> path{"networks", setup.key, "devices"};
+      path.insert(path.end(), lost.path.begin(), lost.path.end());
+      lines.push_back(fmt::format("{}: {}: {}", places.of(path), fmt::join(path, "."), lost.text));
+    }
+  }
+  return lines;
+}
+
+std::string ids(const config::IslandConfig& config) {
+  std::vector<std::string> all;
+  for (const auto& setup : config.networks) all.push_back(setup.id);
+  return all.empty() ? "no networks"
+                     : fmt::format("{} network{} ({})", all.size(), all.size() == 1 ? "" : "s", fmt::join(all, ", "));
+}
+
+}  // namespace
+
+int report(const Error& error) {
+  fmt::print(stderr, "{}\n", error.text);
+  return error.code == ErrorCode::kIo ? kExitFailed : kExitConfiguration;
+}
+
+Result<config::IslandConfig> load_island(const std::string& file, const std::vector<std::string>& overrides,
+                                         base::ConfigErrors& errors) {
+  auto root = config::load_config(file, overrides);
+  if (!root) return fail(root.error());
+  auto config = config::read_island_config(std::move(*root), island::network_types(), errors);
+  config.directory = std::filesystem::path(file).parent_path().string();
+  return config;
+}
+
+int check(const CheckOptions& options) {
+  base::ConfigErrors errors;
+  auto config = load_island(options.file, options.overrides, errors);
+  if (!config) return report(config.error());
+  const auto networks = ids(*config);
+  std::size_t devices = 0;
+  for (const auto& [id, rules] : config->proxy.networks) devices += rules.devices.size();
+  // Making the networks checks their own keys; nothing is opened.
+  base::NullLogSink quiet;
+  transport::Loop loop;
+  transport::LocalTransports transports(loop);
+  tuples::MemoryEcology ecology(loop.scheduler());
+  auto island = island::Island::make(std::move(*config), loop.scheduler(), transports, quiet, ecology, errors);
+  if (!errors.empty()) {
+    print(errors.lines());
+    return kExitConfiguration;
+  }
+  if (!island) return report(island.error());
+  const ConfigPlaces places(options.file, options.overrides);
+  print(warnings(**island, places), "warning: ");
+  const auto lacking = options.elsewhere ? std::vector<std::string>() : what_host_lacks(**island, places);
+  if (!lacking.empty()) {
+    print(lacking);
+    fmt::print(stderr, "as seen on this host; `check --elsewhere` is for the files of another one\n");
+    return kExitConfiguration;
+  }
+  fmt::print("{}: ok: {}, {} device{} named\n", options.file, networks, devices, devices == 1 ? "" : "s");
+  return options.against ? print_plan(options) : kExitOk;
+}
+
+}  // namespace rubicon::daemon

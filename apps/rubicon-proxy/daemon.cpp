@@ -1,0 +1,347 @@
+#include "apps/rubicon-proxy/daemon.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <malloc.h>
+#include <unistd.h>
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/signal_set.hpp>
+#include <csignal>
+#include <cstdio>
+#include <utility>
+
+#include "apps/program/spdlog_sink.h"
+#include "apps/rubicon-proxy/check.h"
+#include "apps/rubicon-proxy/service_notice.h"
+#include "console/console.h"
+#include "console/live_console.h"
+#include "console/shell.h"
+#include "island/island.h"
+#include "island/island_state.h"
+#include "island/network_types.h"
+#include "island/spare_memory.h"
+#include "rubicon/summary.hpp"
+#include "transport/asio_scheduler.h"
+#include "transport/host_name.h"
+#include "transport/local_transports.h"
+#include "tuples/dds/dds_ecology.h"
+#include "tuples/memory/memory_ecology.h"
+#include "tuples/tuple_json.h"
+
+namespace rubicon::daemon {
+
+namespace {
+
+using tuples::Handle;
+
+/// Components of the daemon itself; ids above 65535 belong to no island.
+constexpr std::uint32_t kFirstComponent = 65536;
+constexpr Duration kPatience = std::chrono::milliseconds(300);
+constexpr Duration kDropReport = std::chrono::seconds(1);
+/// So long after a start or a reload the devices of the networks have their tuples.
+constexpr Duration kSettled = std::chrono::seconds(10);
+
+/// A standard descriptor that came closed would become the next file or socket we open.
+void open_missing_descriptors() {
+  while (true) {
+    const int descriptor = ::open("/dev/null", O_RDWR);
+    if (descriptor > STDERR_FILENO) {
+      ::close(descriptor);
+      return;
+    }
+    if (descriptor < 0) return;
+  }
+}
+
+/// A vector that grew and went gives its memory back at once. Left to itself, malloc keeps blocks as large as the
+/// largest that was ever freed: those of a start with 60,000 points stay for good.
+void give_back_large_blocks() {
+#ifdef __GLIBC__
+  ::mallopt(M_MMAP_THRESHOLD, 1 << 20);
+#endif
+}
+
+/// A running daemon: the loop, the island, and the console component that watches, shows and commands.
+class Session {
+ public:
+  Session(const RunOptions& options, transport::Loop& loop, console::LiveLog& log)
+      : options_(options),
+        live_log_(log),
+        log_(log, "daemon"),
+        loop_(loop),
+        signals_(loop_.context(), SIGTERM, SIGINT),
+        hang_up_(loop_.context(), SIGHUP),
+        output_(loop_.context(), STDOUT_FILENO, [this] { loop_.stop(); }) {}
+
+  Result<void> prepare(config::IslandConfig config, LogSink& sink) {
+    if (auto opened = open_ecology(config.engine, config.id, sink); !opened) return opened;
+    auto state = island::open_state(config, log_, loop_.scheduler().wall_now());
+    if (!state) return fail(std::move(state.error()));
+    base::ConfigErrors errors;
+    auto island = island::Island::make(std::move(config), loop_.scheduler(), transports_, sink, *ecology_, errors,
+                                       std::move(*state));
+    if (!island) return fail(island.error());
+    island_ = std::move(*island);
+    island::give_back_memory();
+    auto link = ecology_->join(console_);
+    if (!link) return fail(link.error());
+    link_ = std::move(*link);
+    space_ = std::make_unique<TupleSpace>(console_, loop_.scheduler(), *link_);
+    spare_memory_ = std::make_unique<island::SpareMemory>(loop_.scheduler(), *space_);
+    const Summary console{"console of the island", transport::host_name(), transport::own_process(), "",
+                          loop_.scheduler().wall_now()};
+    if (auto named = space_->describe(model::to_json(console)); !named) return named;
+    for (const auto& text : options_.watch) {
+      auto pattern = Pattern::parse(text);
+      if (!pattern) return fail(ErrorCode::kInvalid, fmt::format("--watch: {}", pattern.error().text));
+      // In the island's own space: a distant component sees only the latest of a turn, a watcher sees each set.
+      watches_.push_back(island_->space().subscribe(
+          *pattern, {}, [this](const tuples::Event& event) { put_event(tuples::event_line(event)); }));
+    }
+    return {};
+  }
+
+  int exit_code() const { return exit_code_; }
+
+  void run() {
+    await_signal();
+    await_hang_up();
+    const bool table = options_.watch.empty() && !options_.shell && console::owns_terminal();
+    if (options_.shell || table) make_shell(table);
+    if (table) show_table();
+    island_->start();
+    // A turn later the tuples are there and others see the island.
+    loop_.scheduler().post([this] { service_.ready(status()); });
+    keep_good();
+    // What the joins of many devices took; that of reading the configuration was given back before.
+    settled_ = loop_.scheduler().after(kSettled, island::give_back_memory);
+    log_.info(
+        fmt::format("island {} is up: {} networks", number(island_->config().id), island_->networks().ids().size()));
+    loop_.run();
+    screen_.reset();
+    if (output_.dropped() > 0)
+      log_.warning(fmt::format("{} lines were dropped: the reader is slow", output_.dropped()));
+  }
+
+ private:
+  Result<void> open_ecology(const config::EngineSetup& engine, IslandId id, LogSink& sink) {
+    if (!engine.dds) {
+      ecology_ = std::make_unique<tuples::MemoryEcology>(loop_.scheduler());
+      return {};
+    }
+    const auto post = [this](std::function<void()> call) { loop_.scheduler().post(std::move(call)); };
+    auto dds = tuples::dds::DdsEcology::open(engine.options, loop_.scheduler(), post, sink);
+    if (!dds) return fail(dds.error().code, engine.place + dds.error().text);
+    (*dds)->watch_displaced([this](OwnerId displaced) {
+      log_.error(fmt::format("component {} was there before, in another process: this one ends", number(displaced)));
+      exit_code_ = kExitFailed;
+      finish();
+    });
+    // Of all components of all processes the consoles need ids that nobody gave them.
+    console_ = OwnerId(kFirstComponent + (static_cast<std::uint32_t>(::getpid()) << 8U) + number(id) % 256);
+    ecology_ = std::move(*dds);
+    return {};
+  }
+
+  /// The first one ends the island; one that comes while it ends, no longer waits for a slow reader.
+  void await_signal() {
+    signals_.async_wait([this](const boost::system::error_code& error, int) {
+      if (error) return;
+      impatient_ = true;
+      finish();
+      if (closed_) lose_patience();
+      await_signal();
+    });
+  }
+
+  /// SIGHUP asks for a reload, as it does of every daemon.
+  void await_hang_up() {
+    hang_up_.async_wait([this](const boost::system::error_code& error, int) {
+      if (error) return;
+      std::ignore = reload(false);
+      await_hang_up();
+    });
+  }
+
+  /// One line for people who ask the service manager.
+  std::string status() const {
+    const auto& config = island_->config();
+    return fmt::format("island {} ({}) is up: {} networks", number(config.id), config.proxy.island_name,
+                       island_->networks().ids().size());
+  }
+
+  Result<std::vector<std::string>> reload(bool try_only) {
+    if (try_only) return take_file(true);
+    service_.reloading();
+    auto taken = take_file(false);
+    service_.ready(taken ? status() : status() + "; the last reload was refused: " + taken.error().text);
+    return taken;
+  }
+
+  /// Reads the file again; what it would change, or did change. On an error everything runs on as before.
+  Result<std::vector<std::string>> take_file(bool try_only) {
+    base::ConfigErrors errors;
+    auto next = load_island(options_.file, options_.overrides, errors);
+    if (next && !errors.empty()) next = fail(ErrorCode::kInvalid, errors.text());
+    if (!next) return refused(next.error());
+    if (try_only) {
+      auto plan = island_->plan(*next, errors);
+      return plan ? Result<std::vector<std::string>>(all_lines(std::move(*plan))) : fail(plan.error());
+    }
+    auto plan = island_->reload(std::move(*next), errors);
+    if (!plan) return refused(plan.error());
+    for (const auto& line : plan->lines) log_.info("reload: " + line);
+    for (const auto& line : plan->warnings) log_.warning("reload: " + line);
+    log_.info(fmt::format("reloaded {}: {} changes", options_.file, plan->lines.size()));
+    keep_good();
+    island::give_back_memory();
+    settled_ = loop_.scheduler().after(kSettled, island::give_back_memory);
+    return all_lines(std::move(*plan));
+  }
+
+  static std::vector<std::string> all_lines(config::ReloadPlan plan) {
+    for (const auto& line : plan.warnings) plan.lines.push_back("warning: " + line);
+    return std::move(plan.lines);
+  }
+
+  Result<std::vector<std::string>> refused(const Error& error) {
+    log_.error(fmt::format("{} was not taken, everything runs on as before: {}", options_.file, error.text));
+    return fail(error);
+  }
+
+  void keep_good() {
+    if (auto kept = island::keep_good_config(island_->config(), options_.file); !kept) log_.warning(kept.error().text);
+  }
+
+  /// Stops once the devices have heard that it ends, and everything is written.
+  void finish() {
+    if (std::exchange(finishing_, true)) return;
+    service_.stopping("last commands to devices, then writing what is not on the disk yet");
+    watches_.clear();
+    island_->close([this] {
+      closed_ = true;
+      if (screen_) return loop_.stop();
+      output_.when_empty([this] { loop_.stop(); });
+      if (impatient_) lose_patience();
+    });
+  }
+
+  void lose_patience() {
+    if (!patience_.pending()) patience_ = loop_.scheduler().after(kPatience, [this] { loop_.stop(); });
+  }
+
+  void put_event(std::string line) {
+    if (output_.event(std::move(line)) || drops_.pending()) return;
+    drops_ = loop_.scheduler().after(kDropReport, [this] {
+      log_.warning(fmt::format("{} lines were dropped so far: the reader is slow", output_.dropped()));
+    });
+  }
+
+  void make_shell(bool table) {
+    const auto& config = island_->config();
+    const auto answer = [this, table](std::string line) {
+      if (table) {
+        screen_->answer(std::move(line));
+      } else {
+        output_.answer(std::move(line));
+      }
+    };
+    const auto event = [this, table](std::string line) {
+      if (!table) put_event(std::move(line));
+    };
+    shell_ =
+        std::make_unique<console::Shell>(*space_, config.id, config.proxy.prefix, answer, event, [this] { finish(); });
+    shell_->on_reload([this](bool try_only) { return reload(try_only); });
+    // The shell answers from its copies: it starts to read when the first of them is there.
+    first_copy_ = space_->subscribe({config.id, "GATEWAY"}, {{}, {}, 0, true}, [this, table](const tuples::Event&) {
+      if (table) return screen_->listen();
+      if (!input_) read_input();
+    });
+  }
+
+  void read_input() {
+    console::ConsoleReader::Calls calls;
+    calls.line = [this](std::string_view line) { shell_->line(line); };
+    calls.too_long = [this] { shell_->line_too_long(); };
+    calls.pause = [this] { return output_.crowded(); };
+    calls.end = [this] {
+      if (!options_.watch.empty()) return;  // still something to show
+      shell_->when_idle([this] { finish(); });
+    };
+    input_ = std::make_unique<console::ConsoleReader>(loop_.context(), STDIN_FILENO, console::Shell::kMaxLine,
+                                                      std::move(calls));
+  }
+
+  void show_table() {
+    const auto& config = island_->config();
+    // Somebody is looking: this is real demand, and sensors are sampled for it.
+    watches_.push_back(space_->subscribe({config.id, config.proxy.prefix + ".**"}, {}, [](const tuples::Event&) {}));
+    screen_ = std::make_unique<console::LiveConsole>(
+        console::LiveConsole::Parts{loop_, output_, live_log_, [this](std::string_view line) { shell_->line(line); }},
+        console::LiveTable(*space_, config.id, config.proxy.island_name, config.proxy.prefix, live_log_));
+  }
+
+  const RunOptions& options_;
+  console::LiveLog& live_log_;
+  Log log_;
+  transport::Loop& loop_;
+  ServiceNotice service_{loop_.scheduler(), ServiceWishes::from_environment()};
+  transport::LocalTransports transports_{loop_};
+  std::unique_ptr<tuples::Ecology> ecology_;
+  OwnerId console_{kFirstComponent};
+  int exit_code_ = kExitOk;
+  bool finishing_ = false;
+  bool closed_ = false;     ///< the devices have heard that it ends
+  bool impatient_ = false;  ///< a signal asked for the end
+  boost::asio::signal_set signals_, hang_up_;
+  console::ConsoleWriter output_;
+  std::unique_ptr<island::Island> island_;
+  std::unique_ptr<tuples::Link> link_;
+  std::unique_ptr<TupleSpace> space_;
+  std::unique_ptr<island::SpareMemory> spare_memory_;
+  std::vector<Handle> watches_;
+  std::unique_ptr<console::Shell> shell_;
+  std::unique_ptr<console::LiveConsole> screen_;
+  Handle first_copy_;
+  std::unique_ptr<console::ConsoleReader> input_;
+  Timer patience_, drops_, settled_;
+};
+
+}  // namespace
+
+int run(const RunOptions& options) {
+  open_missing_descriptors();
+  give_back_large_blocks();
+  std::signal(SIGPIPE, SIG_IGN);  // a closed standard output ends the session by an error of write()
+  base::ConfigErrors errors;
+  auto config = load_island(options.file, options.overrides, errors);
+  if (!config) return report(config.error());
+  if (!errors.empty()) return check({.file = options.file, .overrides = options.overrides, .elsewhere = true});
+  auto tuples = config::read_own_tuples(options.tuples, config->proxy.prefix);
+  if (!tuples) return report(tuples.error());
+  config->tuples = std::move(*tuples);
+  transport::Loop loop;
+  program::SpdlogSink lines(options.log_level);
+  console::LiveLog sink(lines, options.log_level, loop.scheduler());
+  Session session(options, loop, sink);
+  if (auto ready = session.prepare(std::move(*config), sink); !ready) return report(ready.error());
+  session.run();
+  return session.exit_code();
+}
+
+int list_networks() {
+  for (const auto& type : island::network_types()) {
+    fmt::print("{}: {}\n", type.name, type.summary);
+    std::string_view sample = type.sample_config;
+    while (!sample.empty()) {
+      const auto end = std::min(sample.find('\n'), sample.size());
+      fmt::print("    {}\n", sample.substr(0, end));
+      sample.remove_prefix(std::min(end + 1, sample.size()));
+    }
+    fmt::print("\n");
+  }
+  return kExitOk;
+}
+
+}  // namespace rubicon::daemon

@@ -1,0 +1,76 @@
+#include "apps/rubicon-proxy/host_check.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <filesystem>
+
+#include "config/network_numbers.h"
+#include "island/island_state.h"
+#include "tuples/dds/host.h"
+
+namespace rubicon::daemon {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+class Findings {
+ public:
+  explicit Findings(const ConfigPlaces& places) : places_(places) {}
+
+  void add(const std::vector<std::string>& path, std::string_view text) {
+    lines.push_back(fmt::format("{}: {}: {}", places_.of(path), fmt::join(path, "."), text));
+  }
+  /// A file is to be made there. What we may not look into is left to who runs the island.
+  void need_folder(const std::vector<std::string>& path, const fs::path& file) {
+    const auto folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
+    std::error_code error;
+    const bool there = fs::is_directory(folder, error);
+    if (there || (error && error != std::errc::no_such_file_or_directory && error != std::errc::not_a_directory))
+      return;
+    add(path, fmt::format("there is no folder {}", folder.string()));
+  }
+
+  std::vector<std::string> lines;
+
+ private:
+  const ConfigPlaces& places_;
+};
+
+}  // namespace
+
+std::string ConfigPlaces::of(const std::vector<std::string>& path) const {
+  if (!root_) {
+    root_.emplace();
+    if (auto root = config::load_config(file_, overrides_)) root_ = std::move(*root);
+    config::number_networks(*root_);
+  }
+  const ConfigNode* node = &*root_;
+  ConfigPlace place(file_, 0, 0);
+  for (const auto& part : path) {
+    node = node->find(part);
+    if (!node) break;
+    place = node->key_place();
+  }
+  return to_string(place);
+}
+
+std::vector<std::string> what_host_lacks(island::Island& island, const ConfigPlaces& places) {
+  Findings findings(places);
+  const auto& config = island.config();
+  for (const auto& setup : config.networks) {
+    for (const auto& one : island.networks().find(setup.id)->missing())
+      findings.add({"networks", setup.key, one.option}, one.text);
+  }
+  if (config.engine.dds) {
+    const auto good = tuples::dds::check_interfaces(config.engine.options, tuples::dds::interfaces());
+    if (!good) findings.add({"tuples", "interfaces"}, good.error().text);
+  }
+  if (!config.state.file.empty()) findings.need_folder({"state", "file"}, island::state_path(config));
+  for (const auto& recorder : config.recorders)
+    findings.need_folder({"recorders", recorder.name, "file"}, fs::path(config.directory) / recorder.file);
+  return std::move(findings.lines);
+}
+
+}  // namespace rubicon::daemon

@@ -1,0 +1,164 @@
+#include "apps/simulators/motes/mockup.h"
+
+#include <utility>
+
+#include "motes/mote_records.h"
+
+namespace rubicon::mote_simulator {
+
+namespace {
+
+constexpr std::uint8_t kPeriodic = 1;
+constexpr std::uint8_t kActuate = 2;
+constexpr std::uint8_t kDemoData = 34;
+constexpr std::uint8_t kReadUpdates = 36;
+constexpr std::uint16_t kLight = 0x0001;
+constexpr std::uint16_t kTemperature = 0x0002;
+constexpr std::uint16_t kLed = 1;
+/// A command without its period (wsn.md 9.4: about 50 ms, about 170 readings between two reports).
+constexpr std::uint32_t kFloodPeriod = 51;
+constexpr unsigned kFloodReadings = 110;
+constexpr unsigned kFloodSpread = 120;
+
+}  // namespace
+
+Duration tinyos_ms(std::uint32_t count) {
+  return Duration(std::chrono::nanoseconds(1'000'000'000ULL * count / 1024));
+}
+
+Mockup::Mockup(MockupOptions options, Sensors& sensors, TinyosRandom& random, Scheduler& scheduler, Calls calls)
+    : options_(options), sensors_(sensors), random_(random), scheduler_(scheduler), calls_(std::move(calls)) {}
+
+void Mockup::reset() {
+  timer_.cancel();
+  updates_timer_.cancel();
+  actuators_.clear();
+  for (auto& sensor : measuring_) sensor.cancel();
+  mask_ = 0;
+  measured_ = {};
+}
+
+bool Mockup::take(const motes::NetMessage& message) {
+  if (message.application == motes::kApplicationMockup) return take_mockup(message);
+  if (message.application != motes::kApplicationControl || !options_.updates || message.record[0] != kReadUpdates)
+    return false;
+  read_updates(message);
+  return true;
+}
+
+bool Mockup::take_mockup(const motes::NetMessage& message) {
+  switch (message.record[0]) {
+    case kPeriodic: periodic(message); return true;
+    case kReadUpdates:  // one reading, period and mask ignored, no report (wsn.md 9.4)
+      read(kLight | kTemperature);
+      return true;
+    case kActuate:
+      if (options_.obey) actuate(message.record);
+      return options_.obey;
+    default: return false;
+  }
+}
+
+void Mockup::periodic(const motes::NetMessage& message) {
+  base::ByteReader reader(message.record);
+  reader.skip(1);
+  mask_ = reader.u16_be();
+  const auto period = reader.u16_be();  // 0 if it is not there
+  requester_ = {message.source_island, message.source_mote};
+  period_ = tinyos_ms(period == 0 ? kFloodPeriod : period);
+  due_ = scheduler_.now();
+  later(timer_, due_, period_, period == 0 ? &Mockup::flood_tick : &Mockup::tick);
+}
+
+void Mockup::later(Timer& timer, SteadyTime& due, Duration period, void (Mockup::*then)()) {
+  due += period;
+  timer = scheduler_.at(due, [this, then] { (this->*then)(); });
+}
+
+/// A tick begins to measure and sends its report without waiting for the values. So a report carries what the tick
+/// before measured, and the first one after a command whatever stood there (wsn.md 9.4); with sensors that need no time
+/// it carries its own. With mask 0 there are reports all the same.
+void Mockup::tick() {
+  later(timer_, due_, period_, &Mockup::tick);
+  read(mask_);
+  report();
+}
+
+void Mockup::flood_tick() {
+  later(timer_, due_, period_, &Mockup::flood_tick);
+  const unsigned readings = kFloodReadings + random_.next() % kFloodSpread;
+  const bool at_once = options_.sensor_time == Duration::zero();
+  if (at_once && (mask_ & kLight) != 0) sensors_.skip(kLightSensor, readings);
+  if (at_once && (mask_ & kTemperature) != 0) sensors_.skip(kTemperatureSensor, readings);
+  for (unsigned i = 0; i < readings; ++i) random_.next();  // of messages for which there is no room
+  read(mask_);
+  report();
+}
+
+std::uint16_t Mockup::reading(std::size_t sensor) {
+  const unsigned count = sensors_.read(sensor, scheduler_.now());
+  const auto led = actuators_.find(kLed);
+  const bool lit = sensor == kLightSensor && led != actuators_.end() && led->second != 0;
+  return static_cast<std::uint16_t>(lit ? count + kLedLight : count);
+}
+
+void Mockup::read(std::uint16_t mask) {
+  if ((mask & kLight) != 0) measure(kLightSensor);
+  if ((mask & kTemperature) != 0) measure(kTemperatureSensor);
+}
+
+/// A sensor that is measuring refuses to begin again.
+void Mockup::measure(std::size_t sensor) {
+  auto& measuring = measuring_.at(sensor);
+  if (measuring.pending()) return;
+  if (options_.sensor_time == Duration::zero()) {
+    measured_.at(sensor) = reading(sensor);
+    return;
+  }
+  measuring = scheduler_.after(options_.sensor_time, [this, sensor] { measured_.at(sensor) = reading(sensor); });
+}
+
+/// Light and temperature are all that the released mote fills in (wsn.md 7.1); the rest is what its memory holds.
+void Mockup::report() {
+  base::ByteWriter record;
+  record.u8(kDemoData).u16_be(measured_[kLightSensor]).u16_be(measured_[kTemperatureSensor]);
+  calls_.send(requester_, motes::kApplicationMockup, record.view());
+}
+
+void Mockup::actuate(ByteView record) {
+  base::ByteReader reader(record);
+  reader.skip(1);
+  const auto actuator = reader.u16_be();
+  const auto value = static_cast<std::int32_t>(reader.u32_be());
+  if (!reader.ok() || actuators_.size() > 16) return;
+  actuators_[actuator] = value;
+  calls_.actuated(actuator, value);
+}
+
+void Mockup::read_updates(const motes::NetMessage& message) {
+  base::ByteReader reader(message.record);
+  reader.skip(1);
+  const auto period = reader.u16_be();
+  updates_mask_ = reader.u16_be();
+  if (!reader.ok() || period == 0) return;
+  updates_for_ = {message.source_island, message.source_mote};
+  updates_period_ = tinyos_ms(period);
+  updates_due_ = scheduler_.now();
+  later(updates_timer_, updates_due_, updates_period_, &Mockup::updates_tick);
+}
+
+void Mockup::updates_tick() {
+  later(updates_timer_, updates_due_, updates_period_, &Mockup::updates_tick);
+  motes::RawUpdates updates;
+  for (std::size_t i = 0; i < kSensors.size(); ++i) {
+    const auto& place = kSensors[i];
+    if ((place.transducer & updates_mask_ & options_.transducers) == 0) continue;
+    if (place.word == 0) updates.readings.push_back({place.transducer, {}});
+    updates.readings.back().words.push_back(reading(i));
+  }
+  if (updates.readings.empty()) return;
+  const auto record = motes::encode_record(updates);
+  calls_.send(updates_for_, motes::kApplicationControl, record);
+}
+
+}  // namespace rubicon::mote_simulator

@@ -1,0 +1,136 @@
+#include "config/engine_config.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <set>
+
+namespace rubicon::config {
+
+namespace {
+
+using tuples::dds::DdsOptions;
+using tuples::dds::DdsTransport;
+
+/// Of DDS (its ports are made of it).
+constexpr std::int64_t kMaxDomain = 230;
+constexpr Duration kShortestLease = std::chrono::milliseconds(500);
+constexpr Duration kLongestLease = std::chrono::seconds(60);
+constexpr std::size_t kMostPeers = 64;
+constexpr std::size_t kLongestTag = 64;
+constexpr std::size_t kLongestInterface = 15;  // of Linux, net/if.h
+constexpr std::size_t kLongestHost = 253;      // RFC 1035, 2.3.4
+constexpr const char* kLoopback = "lo";
+
+bool is_made_of(std::string_view text, std::string_view more) {
+  return std::all_of(text.begin(), text.end(), [more](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || more.find(c) != more.npos;
+  });
+}
+
+/// The places of the items of a list (or of the one value that stands for a list).
+const ConfigPlace& place_of(ConfigReader& map, const std::string& key, std::size_t item) {
+  const auto* node = map.here().find(key);
+  return node->kind == ConfigNode::Kind::kList && item < node->items.size() ? node->items[item].place : node->place;
+}
+
+void item_error(ConfigReader& map, const std::string& key, std::size_t item, std::string_view text) {
+  map.errors().add(place_of(map, key, item), map.path() + "." + key, text);
+}
+
+void read_interfaces(ConfigReader& tuples, DdsOptions& dds) {
+  const auto names = tuples.texts("interfaces");
+  if (!tuples.has("interfaces")) return;
+  if (names.empty() || names.size() > tuples::dds::kMostInterfaces) {
+    return tuples.error("interfaces", fmt::format("has {} names, expected 1 to {} names of network interfaces",
+                                                  names.size(), tuples::dds::kMostInterfaces));
+  }
+  std::set<std::string> taken;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const auto& name = names[i];
+    if (name.empty() || name.size() > kLongestInterface || !is_made_of(name, "._-"))
+      item_error(tuples, "interfaces", i, "expected the name of a network interface, such as eth0");
+    if (!taken.insert(name).second) item_error(tuples, "interfaces", i, fmt::format("'{}' stands there twice", name));
+    if (name == kLoopback && names.size() > 1)
+      item_error(tuples, "interfaces", i, "lo stands alone: components of this host use the others as well");
+  }
+  dds.interfaces = names;
+}
+
+/// nullptr: it is good.
+const char* wrong_with_peer(std::string_view peer, bool tcp) {
+  const auto colon = peer.find(':');
+  const auto host = peer.substr(0, colon);
+  if (host.empty() || host.size() > kLongestHost || !is_made_of(host, ".-")) {
+    return "expected host or host:port, the host as a name or an IPv4 address";
+  }
+  if (colon == peer.npos) return tcp ? "expected host:port: over tcp every process has a port of its own" : nullptr;
+  const auto digits = peer.substr(colon + 1);
+  unsigned port = 0;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), port);
+  const bool good = error == std::errc() && end == digits.data() + digits.size() && port >= 1 && port <= 0xffff;
+  return good ? nullptr : "expected a port from 1 to 65535 behind the colon";
+}
+
+void read_peers(ConfigReader& tuples, DdsOptions& dds) {
+  dds.peers = tuples.texts("peers");
+  const bool tcp = dds.transport == DdsTransport::kTcp;
+  if (dds.peers.size() > kMostPeers)
+    tuples.error("peers", fmt::format("has {} hosts, expected at most {}", dds.peers.size(), kMostPeers));
+  for (std::size_t i = 0; i < dds.peers.size(); ++i) {
+    if (const auto* wrong = wrong_with_peer(dds.peers[i], tcp)) item_error(tuples, "peers", i, wrong);
+  }
+  if (!dds.peers.empty() && !tcp && is_loopback_only(dds))
+    tuples.error("peers", "lo reaches no other host, expected interfaces too, such as interfaces: [eth0]");
+}
+
+void read_ways(ConfigReader& tuples, DdsOptions& dds) {
+  const bool tcp = tuples.choice("transport", "udp", {"udp", "tcp"}) == "tcp";
+  dds.transport = tcp ? DdsTransport::kTcp : DdsTransport::kUdp;
+  dds.port = static_cast<std::uint16_t>(tuples.integer("port", 0, 0, 0xffff));
+  if (!tcp && tuples.has("port"))
+    tuples.error("port", "only transport tcp has that; the ports of udp follow from domain");
+  read_interfaces(tuples, dds);
+  read_peers(tuples, dds);
+  if (tcp && dds.port == 0 && dds.peers.empty())
+    tuples.error("transport", "tcp finds nobody by itself, expected port or peers (or both)");
+}
+
+void read_tag(ConfigReader& tuples, DdsOptions& dds) {
+  dds.tag = tuples.text("tag", dds.tag);
+  if (dds.tag.size() > kLongestTag || !is_made_of(dds.tag, "._-"))
+    tuples.error("tag", fmt::format("expected at most {} of A-Z a-z 0-9 . _ -", kLongestTag));
+}
+
+}  // namespace
+
+EngineSetup read_engine(ConfigReader& root) {
+  EngineSetup engine;
+  auto tuples = root.map("tuples");
+  if (root.has("tuples")) {
+    const auto* names = tuples.here().find("interfaces");
+    engine.place = fmt::format("{}: tuples{}: ", to_string(names ? names->place : tuples.here().place),
+                               names ? ".interfaces" : "");
+  }
+  engine.dds = tuples.choice("engine", "dds", {"memory", "dds"}) == "dds";
+  auto& dds = engine.options;
+  dds.domain = static_cast<std::uint32_t>(tuples.integer("domain", dds.domain, 0, kMaxDomain));
+  read_ways(tuples, dds);
+  read_tag(tuples, dds);
+  dds.lease = tuples.duration("lease", dds.lease);
+  if (dds.lease < kShortestLease || dds.lease > kLongestLease) tuples.error("lease", "expected from 500ms to 60s");
+  dds.trust_lan = tuples.boolean("trust_lan", dds.trust_lan);
+  if (tuples.node("security")) {
+    tuples.error("security",
+                 "is not there yet, expected nothing here; until then trust_lan: yes|no says whether other "
+                 "hosts may set tuples");
+  }
+  for (const auto* key : {"domain", "interfaces", "peers", "tag", "lease", "transport", "port", "trust_lan"}) {
+    if (!engine.dds && tuples.has(key)) tuples.error(key, "only engine dds has that");
+  }
+  tuples.finish();
+  return engine;
+}
+
+}  // namespace rubicon::config

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <string>
+
+#include "base/config_reader.h"
+#include "tuples/dds/dds_options.h"
+
+namespace rubicon::config {
+
+/// `tuples:`: how the components reach each other.
+struct EngineSetup {
+  bool dds = true;  ///< else within this process only
+  tuples::dds::DdsOptions options;
+  std::string place;  ///< `home.yaml:2:9: tuples: `, for what only the start finds out; empty = nothing stands there
+};
+
+/// Everything wrong is in the reader's errors. Whether the interfaces are there is for the start to find out: a
+/// configuration may be checked elsewhere.
+EngineSetup read_engine(ConfigReader& root);
+
+}  // namespace rubicon::config

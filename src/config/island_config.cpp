@@ -1,0 +1,287 @@
+#include "config/island_config.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <charconv>
+#include <set>
+
+#include "config/network_numbers.h"
+#include "model/former_types.h"
+#include "model/key.h"
+
+namespace rubicon::config {
+
+namespace {
+
+using base::ConfigErrors;
+
+constexpr std::uint64_t kSmallestState = 1 << 20;
+
+void read_island(ConfigReader& root, IslandConfig& config) {
+  auto island = root.map("island");
+  if (!root.has("island")) root.error("", "'island' is missing, expected island: {id: 1..65532, name: ...}");
+  if (root.has("island") && !island.has("id")) island.error("", "'id' is missing, expected 1..65532");
+  config.id = OwnerId(static_cast<std::uint32_t>(island.integer("id", 1, 1, model::kMaxIslandId)));
+  config.proxy.island_name = island.text("name", "island");
+  config.proxy.prefix = island.text("prefix", "proxy");
+  if (config.proxy.prefix != model::to_key_part(config.proxy.prefix)) {
+    island.error("prefix", "expected one key part: [A-Za-z0-9_-]+, at most 64 characters");
+  }
+  island.finish();
+}
+
+/// A duration that must not be zero.
+Duration positive(ConfigReader& map, const std::string& key, Duration otherwise) {
+  const auto span = map.duration(key, otherwise);
+  if (span > Duration(0)) return span;
+  map.error(key, "expected more than 0s");
+  return otherwise;
+}
+
+proxy::Admission admission(ConfigReader& map, std::string_view otherwise) {
+  const auto word = map.choice("new-devices", otherwise, {"auto", "ask", "ignore"});
+  for (const auto one : {proxy::Admission::kAsk, proxy::Admission::kIgnore}) {
+    if (to_string(one) == word) return one;
+  }
+  return proxy::Admission::kAuto;
+}
+
+void read_discovery(ConfigReader& root, proxy::DiscoveryRules& rules) {
+  auto discovery = root.map("discovery");
+  rules.otherwise = admission(discovery, "auto");
+  for (auto& rule : discovery.list("rules")) {
+    proxy::DiscoveryRule read{rule.text("network", ""), rule.text("type", ""), rule.text("address", "")};
+    if (!rule.has("new-devices")) rule.error("", "'new-devices' is missing, expected one of: auto, ask, ignore");
+    read.admission = admission(rule, "auto");
+    rules.rules.push_back(std::move(read));
+    rule.finish();
+  }
+  discovery.finish();
+}
+
+void read_state(ConfigReader& root, IslandConfig& config) {
+  auto state = root.map("state");
+  if (root.has("state")) config.state.file = state.required_text("file");
+  config.state.max_bytes = state.size("size", config.state.max_bytes);
+  if (config.state.max_bytes < kSmallestState) state.error("size", "expected at least 1MB");
+  config.proxy.save_period = positive(state, "save-every", config.proxy.save_period);
+  state.finish();
+}
+
+void read_general(ConfigReader& root, IslandConfig& config) {
+  config.engine = read_engine(root);
+  read_discovery(root, config.proxy.discovery);
+  read_state(root, config);
+  auto limits = root.map("limits");
+  config.limits.queue = static_cast<std::size_t>(limits.integer("queue", 10000, 1, 10'000'000));
+  config.limits.devices = static_cast<std::size_t>(limits.integer("devices", 20000, 1, 1'000'000));
+  config.proxy.max_devices = config.limits.devices;
+  limits.finish();
+  auto commands = root.map("commands");
+  config.proxy.command_time_to_live = positive(commands, "time-to-live", config.proxy.command_time_to_live);
+  config.proxy.confirmation_wait = positive(commands, "confirmation-wait", config.proxy.confirmation_wait);
+  config.proxy.queue_expiry = positive(commands, "queue-expiry", config.proxy.queue_expiry);
+  commands.finish();
+}
+
+model::DataType data_type(ConfigReader& type) {
+  using model::DataType;
+  const auto word = type.choice("data", "real", {"boolean", "integer", "real", "enumeration", "text", "json", "bytes"});
+  for (const auto data : {DataType::kBoolean, DataType::kInteger, DataType::kReal, DataType::kEnumeration,
+                          DataType::kText, DataType::kJson, DataType::kBytes}) {
+    if (to_string(data) == word) return data;
+  }
+  return DataType::kReal;
+}
+
+/// `id: 0x8001` or decimal.
+std::uint16_t type_id(ConfigReader& type) {
+  const auto text = type.required_text("id");
+  unsigned id = 0;
+  const bool hex = text.starts_with("0x");
+  const auto* begin = text.data() + (hex ? 2 : 0);
+  const auto [end, error] = std::from_chars(begin, text.data() + text.size(), id, hex ? 16 : 10);
+  if (error == std::errc() && end == text.data() + text.size() && id <= 0xffff) return static_cast<std::uint16_t>(id);
+  if (type.has("id")) type.error("id", "expected 0x8000..0xffff");
+  return model::kFirstSiteType;
+}
+
+void read_types(ConfigReader& root, IslandConfig& config) {
+  for (auto& [name, type] : root.maps("types")) {
+    model::SiteType site;
+    site.id = type_id(type);
+    site.name = name;
+    site.quantity = type.text("quantity", name);
+    site.unit = type.text("unit", "1");
+    site.data = data_type(type);
+    site.minimum = type.real("minimum", site.minimum, -1e300, 1e300);
+    site.maximum = type.real("maximum", site.maximum, -1e300, 1e300);
+    site.report =
+        type.choice("report", "state", {"state", "event"}) == "event" ? model::Report::kEvent : model::Report::kState;
+    site.words = fmt::format("{}", fmt::join(type.texts("words"), ","));
+    type.finish();
+    if (auto declared = config.types.declare(site); !declared) type.error("", declared.error().text);
+  }
+}
+
+/// `light-1: window`: default ids to instance names.
+std::map<std::string, std::string> read_names(ConfigReader& device, const std::string& key) {
+  std::map<std::string, std::string> names;
+  std::set<std::string> taken;
+  const auto map = device.map(key);
+  for (const auto& [from, node] : map.here().entries) {
+    const auto wrong = [&, &key = from, &at = node.place](std::string_view text) {
+      device.errors().add(at, fmt::format("{}.{}", map.path(), key), text);
+    };
+    const auto id = model::current_id(from);
+    const auto dash = id.rfind('-');
+    if (node.text.empty() || node.text != model::to_key_part(node.text)) wrong("expected a name of [A-Za-z0-9_-]+");
+    if (dash == id.npos) wrong("expected a sensor or actuator id such as light-1");
+    if (!taken.insert(id.substr(0, dash) + "-" + node.text).second) wrong("two of one type get the same name");
+    if (!names.emplace(id, node.text).second) wrong(fmt::format("{} has a name already", id));
+  }
+  return names;
+}
+
+void read_devices(ConfigReader& network, proxy::NetworkRules& rules) {
+  std::map<std::string, std::string> addresses;  // by key part
+  for (auto& [address, device] : network.maps("devices")) {
+    proxy::DeviceNames names;
+    names.id = device.text("id", "");
+    names.name = device.text("name", "");
+    names.area = device.text("area", "");
+    names.sensors = read_names(device, "sensors");
+    names.actuators = read_names(device, "actuators");
+    device.finish();
+    if (!names.id.empty() && names.id != model::to_key_part(names.id)) {
+      device.error("id", "expected one key part: [A-Za-z0-9_-]+, at most 64 characters");
+    }
+    const auto part = names.id.empty() ? model::to_key_part(address) : names.id;
+    const auto [taken, fresh] = addresses.emplace(part, address);
+    if (!fresh) device.error("", fmt::format("its id '{}' is taken by device '{}'", part, taken->second));
+    rules.devices.emplace(address, std::move(names));
+  }
+}
+
+const network::NetworkType* find_type(std::span<const network::NetworkType> types, std::string_view name) {
+  const auto found = std::find_if(types.begin(), types.end(), [name](const auto& type) { return type.name == name; });
+  return found == types.end() ? nullptr : &*found;
+}
+
+std::string type_names(std::span<const network::NetworkType> types) {
+  std::vector<std::string_view> names;
+  for (const auto& type : types) names.push_back(type.name);
+  return fmt::format("{}", fmt::join(names, ", "));
+}
+
+/// `as: wsn-1`: a recording plays under the network id it was recorded under.
+std::string played_id(const std::string& key, ConfigReader& network, const std::string& type) {
+  if (!network.has("as")) return key;
+  auto id = network.text("as", key);
+  if (type != "log") network.error("as", "only a network of type log plays another one");
+  if (id == model::to_key_part(id)) return id;
+  network.error("as", "a network id has [A-Za-z0-9_-]+, at most 64 characters");
+  return key;
+}
+
+/// `roaming: lab`; empty = off. What looks like yes or no is no name of a domain.
+std::string roaming_domain(ConfigReader& network, std::string_view of_type) {
+  auto domain = network.text("roaming", of_type);
+  if (domain == "off") return {};
+  const auto is = [&domain](std::string_view word) { return domain == word; };
+  const bool part = domain.empty() ? !network.has("roaming") : domain == model::to_key_part(domain);
+  if (part && !is("on") && !is("yes") && !is("no") && !is("true") && !is("false")) return domain;
+  network.error("roaming", "expected off, or the name of a domain: [A-Za-z0-9_-]+, at most 64 characters");
+  return {};
+}
+
+/// `rate`, which D1.4's text calls sampling-rate.
+void read_rate(ConfigReader& network, proxy::NetworkRules& rules) {
+  const std::string alias(model::kSamplingRate);
+  const bool has_alias = network.has(alias);
+  if (has_alias && network.has("rate")) network.error(alias, "is another name of rate, which stands here too");
+  const std::string key = has_alias ? alias : "rate";
+  rules.rate = std::chrono::duration_cast<std::chrono::milliseconds>(network.duration(key, rules.rate));
+  if (rules.rate < std::chrono::milliseconds(1)) network.error(key, "expected at least 1ms");
+}
+
+void read_network(const std::string& key, ConfigReader& network, std::span<const network::NetworkType> types,
+                  IslandConfig& config) {
+  NetworkSetup setup{.id = {}, .key = key};
+  proxy::NetworkRules rules;
+  const auto type = network.required_text("type");
+  setup.type = find_type(types, type);
+  if (!setup.type && !type.empty()) {
+    network.error("type", fmt::format("is '{}', expected one of: {}", type, type_names(types)));
+  }
+  setup.id = played_id(key, network, type);
+  if (key != model::to_key_part(key)) network.error("", "a network id has [A-Za-z0-9_-]+, at most 64 characters");
+  if (setup.type && key != type && !key.starts_with(type + "-")) {
+    network.error("", fmt::format("a network of type {} is called {} or {}-<name>", type, type, type));
+  }
+  if (setup.type && setup.type->quiet) rules.silence.reset();
+  rules.silence = network.duration_or_never("silence", rules.silence);
+  if (rules.silence == Duration(0)) network.error("silence", "expected more than 0s, or never");
+  read_rate(network, rules);
+  rules.roaming = roaming_domain(network, setup.type ? setup.type->roaming : std::string_view());
+  rules.lists_devices = setup.type && setup.type->lists_devices;
+  rules.probes = setup.type && setup.type->probes;
+  read_devices(network, rules);
+  if (!config.proxy.networks.emplace(setup.id, std::move(rules)).second) {
+    network.error(network.has("as") ? "as" : "", fmt::format("the network id '{}' is taken", setup.id));
+  }
+  config.networks.push_back(std::move(setup));
+}
+
+/// Each network gets its part of the tree, without the common keys: it may be large, and is needed once.
+void hand_out_options(ConfigNode& root, std::vector<NetworkSetup>& networks) {
+  auto* all = root.find("networks");
+  if (!all) return;
+  for (auto& setup : networks) {
+    auto* network = all->find(setup.key);
+    setup.options = std::move(*network);
+    std::erase_if(setup.options.entries, [](const auto& entry) {
+      return std::find(std::begin(kCommonNetworkKeys), std::end(kCommonNetworkKeys), entry.first) !=
+             std::end(kCommonNetworkKeys);
+    });
+  }
+}
+
+}  // namespace
+
+void NetworkSetup::release_options() {
+  kept = base::packed(options);
+  options = {};
+}
+
+std::vector<std::string> differences(const NetworkSetup& before, const NetworkSetup& now, std::size_t limit) {
+  const auto text = [](const NetworkSetup& setup) {
+    return setup.kept.empty() ? base::packed(setup.options) : setup.kept;
+  };
+  const auto old_text = text(before), new_text = text(now);
+  if (old_text == new_text) return {};
+  return base::differences(base::unpacked(old_text), base::unpacked(new_text), limit);
+}
+
+IslandConfig read_island_config(ConfigNode root_node, std::span<const network::NetworkType> types,
+                                ConfigErrors& errors) {
+  IslandConfig config;
+  number_networks(root_node);
+  ConfigReader root(root_node, "", errors);
+  read_island(root, config);
+  read_general(root, config);
+  read_types(root, config);
+  for (auto& [key, network] : root.maps("networks")) read_network(key, network, types, config);
+  config.recorders = read_recorders(root);
+  root.finish();
+  for (const auto* section : {"island", "tuples", "types", "state"}) {
+    const auto* node = std::as_const(root_node).find(section);
+    config.fixed.emplace_back(section, node ? *node : ConfigNode());
+  }
+  hand_out_options(root_node, config.networks);
+  return config;
+}
+
+}  // namespace rubicon::config

@@ -1,0 +1,74 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "base/config_reader.h"
+#include "config/engine_config.h"
+#include "config/own_tuples.h"
+#include "config/recorder_config.h"
+#include "gateway/gateway.h"
+#include "model/property_alias.h"
+#include "model/type_catalogue.h"
+#include "network/network.h"
+#include "proxy/proxy_config.h"
+
+namespace rubicon::config {
+
+/// One entry of `networks:`; `options` are the plug-in's own keys.
+struct NetworkSetup {
+  std::string id;
+  const network::NetworkType* type = nullptr;
+  ConfigNode options{};
+  std::string key{};   ///< in the file; differs from the id where a recording stands for another network (`as`)
+  std::string kept{};  ///< the options once they were read (base::packed); empty = not yet
+
+  /// The tree was read: only what a reload compares is kept of it.
+  void release_options();
+};
+
+/// The keys of a network that are no plug-in's own.
+inline constexpr std::string_view kCommonNetworkKeys[] = {"type",    "silence", "rate",   model::kSamplingRate,
+                                                          "devices", "as",      "roaming"};
+
+/// Where the options of one network differ, at most `limit` paths.
+std::vector<std::string> differences(const NetworkSetup& before, const NetworkSetup& now, std::size_t limit);
+
+/// `state:`; an empty file = nothing is remembered.
+struct StateSetup {
+  std::string file;
+  std::uint64_t max_bytes = 256ULL << 20;
+};
+
+/// A whole configuration file, checked except for the plug-ins' own keys.
+struct IslandConfig {
+  IslandId id{};
+  std::string directory;  ///< of the file; relative paths in it start there
+  proxy::ProxyConfig proxy;
+  gateway::GatewayLimits limits;
+  TypeCatalogue types;
+  std::vector<NetworkSetup> networks;
+  EngineSetup engine;
+  StateSetup state;
+  /// The sections that a running island cannot take anew, as they stand in the file.
+  std::vector<std::pair<std::string, ConfigNode>> fixed;
+  std::vector<RecorderSetup> recorders;
+  std::vector<OwnTuple> tuples;  ///< of the command line
+};
+
+/// Reads the shape of docs/architecture.md, section 5. Everything wrong is in `errors`; the result is then only good
+/// for finding more errors.
+IslandConfig read_island_config(ConfigNode root, std::span<const network::NetworkType> types,
+                                base::ConfigErrors& errors);
+
+/// `networks.dummy-1.seed=7` or any other path (a part with dots in double quotes): replaces or creates the value, at
+/// the place `--set ...`.
+Result<void> apply_override(ConfigNode& root, std::string_view assignment);
+
+/// File -> tree with the overrides applied; kNotFound, kIo or the errors of parse_yaml.
+Result<ConfigNode> load_config(const std::string& path, const std::vector<std::string>& overrides);
+
+}  // namespace rubicon::config

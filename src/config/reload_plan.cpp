@@ -1,0 +1,144 @@
+#include "config/reload_plan.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
+namespace rubicon::config {
+
+namespace {
+
+using proxy::DeviceNames;
+using proxy::NetworkRules;
+
+/// Paths or devices named in one line.
+constexpr std::size_t kNamed = 8;
+
+const NetworkSetup* find(const std::vector<NetworkSetup>& networks, const std::string& id) {
+  const auto found = std::find_if(networks.begin(), networks.end(), [&](const auto& setup) { return setup.id == id; });
+  return found == networks.end() ? nullptr : &*found;
+}
+
+std::string list(std::vector<std::string> names) {
+  const bool more = names.size() > kNamed;
+  if (more) names.resize(kNamed);
+  return fmt::format("{}{}", fmt::join(names, ", "), more ? ", ..." : "");
+}
+
+std::vector<std::string> renamed_devices(const NetworkRules& now, const NetworkRules& next) {
+  std::vector<std::string> addresses;
+  const auto compare = [&](const NetworkRules& these, const NetworkRules& those, bool both) {
+    for (const auto& [address, names] : these.devices) {
+      const auto other = those.devices.find(address);
+      const bool differs = other == those.devices.end() ? !(names == DeviceNames{}) : both && !(other->second == names);
+      if (differs) addresses.push_back(address);
+    }
+  };
+  compare(next, now, true);
+  compare(now, next, false);
+  return addresses;
+}
+
+void compare_rules(const std::string& id, const NetworkRules& now, const NetworkRules& next, ReloadPlan& plan) {
+  if (now.silence != next.silence) plan.lines.push_back(fmt::format("network {}: silence changes", id));
+  if (now.rate != next.rate) {
+    plan.lines.push_back(
+        fmt::format("network {}: rate changes from {} ms to {} ms", id, now.rate.count(), next.rate.count()));
+  }
+  if (now.roaming != next.roaming) {
+    const auto word = [](const std::string& domain) { return domain.empty() ? std::string("off") : domain; };
+    plan.lines.push_back(
+        fmt::format("network {}: roaming changes from {} to {}", id, word(now.roaming), word(next.roaming)));
+  }
+  const auto renamed = renamed_devices(now, next);
+  if (!renamed.empty()) {
+    plan.lines.push_back(fmt::format("network {}: {} devices are named anew: {}", id, renamed.size(), list(renamed)));
+  }
+}
+
+/// Networks that are the same under another id, as those of a list when one before them goes.
+void find_renamed(const IslandConfig& now, const IslandConfig& next, ReloadPlan& plan) {
+  const auto same = [&](const NetworkSetup& before, const NetworkSetup& after) {
+    return before.type == after.type && differences(before, after, 1).empty() &&
+           now.proxy.networks.at(before.id) == next.proxy.networks.at(after.id);
+  };
+  for (const auto& before : now.networks) {
+    const auto* stays = find(next.networks, before.id);
+    if (stays && same(before, *stays)) continue;
+    for (const auto& after : next.networks) {
+      const auto* other = find(now.networks, after.id);
+      if (after.id == before.id || !same(before, after) || (other && same(*other, after))) continue;
+      plan.lines.push_back(
+          fmt::format("network {}: is called {} now; what is remembered stays with the id", before.id, after.id));
+      break;
+    }
+  }
+}
+
+void compare_networks(const IslandConfig& now, const IslandConfig& next, ReloadPlan& plan) {
+  for (const auto& setup : now.networks) {
+    if (find(next.networks, setup.id)) continue;
+    plan.removed.push_back(setup.id);
+    plan.lines.push_back(fmt::format("network {}: is removed with its devices", setup.id));
+  }
+  for (const auto& setup : next.networks) {
+    const auto* before = find(now.networks, setup.id);
+    if (!before) {
+      plan.added.push_back(setup.id);
+      plan.lines.push_back(fmt::format("network {}: is added", setup.id));
+      continue;
+    }
+    if (before->type != setup.type) {
+      plan.retyped.push_back(setup.id);
+      plan.lines.push_back(fmt::format("network {}: is made anew, its type changes", setup.id));
+    } else if (const auto paths = differences(*before, setup, kNamed + 1); !paths.empty()) {
+      plan.changed.push_back(setup.id);
+      plan.lines.push_back(fmt::format("network {}: its options change: {}", setup.id, list(paths)));
+    }
+    compare_rules(setup.id, now.proxy.networks.at(setup.id), next.proxy.networks.at(setup.id), plan);
+  }
+}
+
+void compare_recorders(const std::vector<RecorderSetup>& now, const std::vector<RecorderSetup>& next,
+                       ReloadPlan& plan) {
+  const auto called = [](const std::string& name) { return [&name](const auto& setup) { return setup.name == name; }; };
+  for (const auto& setup : now) {
+    if (std::none_of(next.begin(), next.end(), called(setup.name)))
+      plan.lines.push_back(fmt::format("recorder {}: ends", setup.name));
+  }
+  for (const auto& setup : next) {
+    const auto before = std::find_if(now.begin(), now.end(), called(setup.name));
+    if (before == now.end()) {
+      plan.lines.push_back(fmt::format("recorder {}: starts", setup.name));
+    } else if (!(*before == setup)) {
+      plan.lines.push_back(fmt::format("recorder {}: begins anew, its options change", setup.name));
+    }
+  }
+}
+
+}  // namespace
+
+ReloadPlan plan_reload(const IslandConfig& now, const IslandConfig& next) {
+  ReloadPlan plan;
+  for (std::size_t i = 0; i < next.fixed.size() && i < now.fixed.size(); ++i) {
+    const auto& [section, node] = next.fixed[i];
+    const auto paths = base::differences(now.fixed[i].second, node, kNamed + 1);
+    if (paths.empty()) continue;
+    std::vector<std::string> full(paths);
+    for (auto& path : full) path = path.empty() ? section : fmt::format("{}.{}", section, path);
+    plan.refusals.push_back(fmt::format("{}: a running island cannot change this; restart it", list(full)));
+  }
+  find_renamed(now, next, plan);
+  compare_networks(now, next, plan);
+  compare_recorders(now.recorders, next.recorders, plan);
+  if (!(now.limits == next.limits)) plan.lines.push_back("limits change");
+  if (!(now.proxy.discovery == next.proxy.discovery)) plan.lines.push_back("discovery rules change");
+  const bool commands = now.proxy.command_time_to_live == next.proxy.command_time_to_live &&
+                        now.proxy.confirmation_wait == next.proxy.confirmation_wait &&
+                        now.proxy.queue_expiry == next.proxy.queue_expiry;
+  if (!commands) plan.lines.push_back("command times change");
+  return plan;
+}
+
+}  // namespace rubicon::config

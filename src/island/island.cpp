@@ -1,0 +1,327 @@
+#include "island/island.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <tuple>
+#include <utility>
+
+#include "config/yaml.h"
+#include "island/free_space.h"
+#include "island/island_metrics.h"
+#include "island/island_presence.h"
+#include "island/island_state.h"
+#include "island/options_file.h"
+#include "island/point_names.h"
+#include "model/former_types.h"
+#include "proxy/proxy.h"
+#include "transport/host_name.h"
+
+namespace rubicon::island {
+
+namespace {
+
+config::IslandConfig with_host(config::IslandConfig config) {
+  config.proxy.host = transport::host_name();
+  return config;
+}
+
+}  // namespace
+
+/// In the order of construction: what stands further down uses what stands above.
+struct Island::Parts {
+  Parts(config::IslandConfig some_config, std::unique_ptr<tuples::Link> a_link, Scheduler& scheduler,
+        transport::Transports& some_transports, base::LogSink& sink, std::unique_ptr<state::StateStore> store)
+      : config(with_host(std::move(some_config))),
+        transports(some_transports),
+        log(sink),
+        state(std::move(store)),
+        link(std::move(a_link)),
+        space(config.id, scheduler, *link),
+        own_tuples(space, config.tuples),
+        recorders({scheduler, space, some_transports, sink, config.proxy.prefix}),
+        gateway(scheduler, space, sink, config.limits),
+        proxy(config.proxy, scheduler, space, gateway, config.types, sink, state.get()),
+        networks(config.id, scheduler, some_transports, sink, gateway),
+        free_space(scheduler),
+        metrics(scheduler, space, config.proxy.prefix),
+        presence(scheduler, space, config.proxy.island_name, config.proxy.prefix,
+                 [this] { return proxy.device_counts(); }) {
+    gateway.connect(networks);
+    networks.follow_by([this](std::string_view tuple, std::function<void(std::string_view)> call) {
+      return follow(tuple, std::move(call));
+    });
+    watch_numbers();
+    watch_disks();
+  }
+  void watch_numbers();
+  void watch_disks();
+  Result<network::Followed> follow(std::string_view tuple, std::function<void(std::string_view)> call);
+
+  Result<void> add(const config::NetworkSetup& setup, network::Supervisor& to, const std::string& directory,
+                   std::size_t most_devices, base::ConfigErrors& errors);
+  void add_what_files_changed(const config::IslandConfig& next, config::ReloadPlan& plan);
+  void note_file(const config::NetworkSetup& setup);
+  Result<void> try_options(const config::IslandConfig& next, config::ReloadPlan& plan, Scheduler& scheduler,
+                           base::ConfigErrors& errors);
+  void warn_of_lost_names(const config::IslandConfig& next, const network::Supervisor& trial, config::ReloadPlan& plan);
+  void apply(config::IslandConfig next, config::ReloadPlan& plan);
+
+  config::IslandConfig config;
+  transport::Transports& transports;
+  base::LogSink& log;
+  std::unique_ptr<state::StateStore> state;
+  std::unique_ptr<tuples::Link> link;
+  TupleSpace space;
+  config::OwnTuples own_tuples;
+  Recorders recorders;  ///< ends after the networks: what they say last is recorded
+  gateway::Gateway gateway;
+  proxy::Proxy proxy;
+  network::Supervisor networks;
+  FreeSpace free_space;
+  IslandMetrics metrics;
+  IslandPresence presence;
+  std::map<std::string, std::size_t> file_digests;  ///< of what options name, by network id
+};
+
+/// Room for what the island writes: a full disk is seen before it is full.
+void Island::Parts::watch_disks() {
+  metrics.add([this](const IslandMetrics::Say& say) {
+    const auto tell = [&](const std::string& name, const std::string& path) {
+      if (const auto free = free_space.beside(path)) say(name + "-free-bytes", *free);
+    };
+    if (state) tell("state", state_path(config));
+    recorders.each([&](const std::string& name, const std::string& path) { tell("recorder-" + name, path); });
+  });
+}
+
+void Island::Parts::watch_numbers() {
+  metrics.add([this](const IslandMetrics::Say& say) {
+    const auto messages = gateway.counters();
+    say("gateway-delivered", messages.delivered);
+    say("gateway-dropped-readings", messages.dropped_readings);
+    say("gateway-refused-busy", messages.refused_busy);
+    say("gateway-undeliverable", messages.undeliverable);
+    say("gateway-duplicates", messages.duplicates);
+    say("gateway-looped", messages.looped);
+    say("gateway-malformed", messages.malformed);
+    say("gateway-forged", messages.forged);
+    const auto tuples = space.stats();
+    say("tuples-cached", tuples.cached);
+    say("tuples-subscriptions", tuples.subscriptions);
+    say("tuples-queued", tuples.queued);
+    say("tuples-merged", tuples.merged);
+    say("tuples-dropped", tuples.dropped);
+    say("tuples-refused", tuples.refused);
+    const auto devices = proxy.inbox_counters();
+    say("inbox-waiting", devices.waiting);
+    say("inbox-ignored", devices.ignored);
+    say("inbox-refused", devices.refused);
+    say("inbox-unheard-messages", devices.unheard);
+    recorders.say(say);
+  });
+  if (!state) return;
+  metrics.add([this](const IslandMetrics::Say& say) {
+    const auto file = state->stats();
+    say("state-devices", file.devices);
+    say("state-bytes", file.bytes);
+    say("state-failures", file.failures);
+    say("state-pruned", file.pruned);
+    say("state-damaged", file.damaged);
+  });
+}
+
+/// Who shows a value wants it: the subscription is an active one.
+Result<network::Followed> Island::Parts::follow(std::string_view tuple, std::function<void(std::string_view)> call) {
+  auto pattern = Pattern::parse(model::current_key(tuple));
+  if (!pattern) return fail(pattern.error());
+  if (!pattern->exact()) return fail(ErrorCode::kInvalid, fmt::format("'{}' is a pattern, expected one tuple", tuple));
+  if (!pattern->owner) pattern->owner = config.id;
+  auto handle = space.subscribe(*pattern, {}, [call = std::move(call)](const tuples::Event& event) {
+    call(event.kind == tuples::EventKind::kSet ? event.tuple.value : std::string_view());
+  });
+  return std::make_shared<tuples::Handle>(std::move(handle));
+}
+
+Island::Island(std::unique_ptr<Parts> parts, Scheduler& scheduler) : parts_(std::move(parts)), scheduler_(scheduler) {}
+Island::~Island() = default;
+
+/// Reads the plug-in's options and makes the network; what is wrong stands in `errors` too.
+Result<void> Island::Parts::add(const config::NetworkSetup& setup, network::Supervisor& to,
+                                const std::string& directory, std::size_t most_devices, base::ConfigErrors& errors) {
+  ConfigReader options(setup.options, "networks." + setup.key, errors);
+  const auto before = errors.lines().size();
+  auto added =
+      to.add(*setup.type, {setup.id, config.id, options, config.types, directory, config::parse_yaml, most_devices});
+  if (!added && errors.lines().size() == before) options.error("", added.error().text);
+  options.also_known(config::kCommonNetworkKeys);
+  options.finish();
+  return added;
+}
+
+Result<std::unique_ptr<Island>> Island::make(config::IslandConfig config, Scheduler& scheduler,
+                                             transport::Transports& transports, base::LogSink& log,
+                                             tuples::Ecology& ecology, base::ConfigErrors& errors,
+                                             std::unique_ptr<state::StateStore> state) {
+  auto link = ecology.join(config.id);
+  if (!link) return fail(link.error());
+  auto parts =
+      std::make_unique<Parts>(std::move(config), std::move(*link), scheduler, transports, log, std::move(state));
+  for (auto& setup : parts->config.networks) {
+    if (!setup.type) continue;
+    std::ignore = parts->add(setup, parts->networks, parts->config.directory, parts->config.limits.devices, errors);
+    parts->note_file(setup);
+    setup.release_options();
+  }
+  if (!errors.empty()) return fail(ErrorCode::kInvalid, errors.text());
+  return std::unique_ptr<Island>(new Island(std::move(parts), scheduler));
+}
+
+void Island::start() {
+  parts_->own_tuples.start();
+  parts_->recorders.take(parts_->config.recorders, parts_->config.directory);
+  parts_->proxy.restore();
+  parts_->networks.start();
+  parts_->metrics.start();
+  parts_->presence.start();
+}
+
+void Island::close(std::function<void()> closed) {
+  parts_->networks.close(std::move(closed));
+}
+
+namespace {
+
+/// Networks made on trial must not be heard.
+struct Nobody final : network::MessageSink {
+  void from_network(const std::string&, Message) override {}
+};
+
+const config::NetworkSetup& setup_of(const config::IslandConfig& config, const std::string& id) {
+  return *std::find_if(config.networks.begin(), config.networks.end(), [&](const auto& one) { return one.id == id; });
+}
+
+}  // namespace
+
+/// By what the networks list, those that are tried first; else by the devices that are there.
+void Island::Parts::warn_of_lost_names(const config::IslandConfig& next, const network::Supervisor& trial,
+                                       config::ReloadPlan& plan) {
+  for (const auto& setup : next.networks) {
+    const auto& rules = next.proxy.networks.at(setup.id);
+    if (rules.devices.empty()) continue;
+    const auto* tried = trial.find(setup.id);
+    const auto* network = tried ? tried : networks.find(setup.id);
+    const auto listed = network ? network->listed() : std::nullopt;
+    for (const auto& lost : lost_names(rules, listed, config.types))
+      plan.warnings.push_back(
+          fmt::format("networks.{}.devices.{}: {}", setup.key, fmt::join(lost.path, "."), lost.text));
+    if (listed) continue;
+    for (auto& line : proxy.lost_names(setup.id, rules)) plan.warnings.push_back(std::move(line));
+  }
+}
+
+/// Makes the new and the changed networks once, without opening anything.
+Result<void> Island::Parts::try_options(const config::IslandConfig& next, config::ReloadPlan& plan,
+                                        Scheduler& scheduler, base::ConfigErrors& errors) {
+  Nobody nobody;
+  base::NullLogSink quiet;
+  network::Supervisor trial(config.id, scheduler, transports, quiet, nobody);
+  for (const auto* ids : {&plan.added, &plan.changed, &plan.retyped}) {
+    for (const auto& id : *ids)
+      std::ignore = add(setup_of(next, id), trial, next.directory, next.limits.devices, errors);
+  }
+  if (!errors.empty()) return fail(ErrorCode::kInvalid, errors.text());
+  warn_of_lost_names(next, trial, plan);
+  return {};
+}
+
+void Island::Parts::note_file(const config::NetworkSetup& setup) {
+  file_digests[setup.id] = digest_of_options_file(setup, config.directory, transports);
+}
+
+/// Files that the options name may have changed though the options did not; a network may be missing since an earlier
+/// reload failed to make it.
+void Island::Parts::add_what_files_changed(const config::IslandConfig& next, config::ReloadPlan& plan) {
+  const auto running = networks.ids();
+  const auto has = [](const std::vector<std::string>& ids, const std::string& id) {
+    return std::find(ids.begin(), ids.end(), id) != ids.end();
+  };
+  for (const auto& setup : next.networks) {
+    if (has(plan.added, setup.id) || has(plan.changed, setup.id) || has(plan.retyped, setup.id)) continue;
+    if (!has(running, setup.id)) {
+      plan.added.push_back(setup.id);
+      plan.lines.push_back(fmt::format("network {}: is added, it could not be before", setup.id));
+    } else if (digest_of_options_file(setup, next.directory, transports) != file_digests[setup.id]) {
+      plan.changed.push_back(setup.id);
+      plan.lines.push_back(fmt::format("network {}: its {} file changed", setup.id, setup.type->file_option));
+    }
+  }
+}
+
+Result<config::ReloadPlan> Island::plan(const config::IslandConfig& next, base::ConfigErrors& errors) {
+  auto plan = config::plan_reload(parts_->config, next);
+  for (auto& line : parts_->proxy.objections(next.proxy)) plan.refusals.push_back(std::move(line));
+  if (!plan.refusals.empty()) return fail(ErrorCode::kRefused, fmt::format("{}", fmt::join(plan.refusals, "; ")));
+  parts_->add_what_files_changed(next, plan);
+  if (auto good = parts_->try_options(next, plan, scheduler_, errors); !good) return fail(std::move(good.error()));
+  return plan;
+}
+
+Result<config::ReloadPlan> Island::reload(config::IslandConfig next, base::ConfigErrors& errors) {
+  auto planned = plan(next, errors);
+  if (planned) parts_->apply(std::move(next), *planned);
+  return planned;
+}
+
+void Island::Parts::apply(config::IslandConfig next, config::ReloadPlan& plan) {
+  base::ConfigErrors errors;  // they were read without any a moment ago
+  const auto take_away = [this](const std::string& id) {
+    networks.remove(id);
+    gateway.forget(id);
+  };
+  std::vector<std::string> anew = plan.retyped;
+  for (const auto& id : plan.changed) {
+    const auto& setup = setup_of(next, id);
+    ConfigReader options(setup.options, "networks." + setup.key, errors);
+    const auto changed = networks.change(
+        {id, config.id, options, config.types, next.directory, config::parse_yaml, next.limits.devices});
+    if (!changed) anew.push_back(id);
+  }
+  for (const auto& id : plan.removed) take_away(id);
+  for (const auto& id : anew) take_away(id);
+  gateway.limit(next.limits);
+  config.directory = next.directory;
+  config.limits = next.limits;
+  config.proxy = next.proxy;
+  config.networks = std::move(next.networks);
+  config.recorders = std::move(next.recorders);
+  recorders.take(config.recorders, config.directory);
+  proxy.reconfigure(config.proxy);
+  for (const auto& id : anew) proxy.restart(id);
+  for (const auto* ids : {&std::as_const(plan.added), &std::as_const(anew)}) {
+    for (const auto& id : *ids) {
+      const auto added = add(setup_of(config, id), networks, config.directory, config.limits.devices, errors);
+      if (!added) plan.lines.push_back(fmt::format("network {}: could not be made: {}", id, added.error().text));
+    }
+  }
+  for (auto& setup : config.networks) {
+    note_file(setup);
+    setup.release_options();
+  }
+}
+
+TupleSpace& Island::space() {
+  return parts_->space;
+}
+gateway::Gateway& Island::gateway() {
+  return parts_->gateway;
+}
+network::Supervisor& Island::networks() {
+  return parts_->networks;
+}
+const config::IslandConfig& Island::config() const {
+  return parts_->config;
+}
+
+}  // namespace rubicon::island

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+
+#include "base/log.h"
+#include "base/scheduler.h"
+#include "config/island_config.h"
+#include "config/reload_plan.h"
+#include "island/recorders.h"
+#include "state/state_store.h"
+#include "transport/transports.h"
+#include "tuples/link.h"
+#include "tuples/tuple_space.h"
+
+namespace rubicon::island {
+
+/// A whole island: its component of the tuple space, gateway, proxy and networks, wired so that every listener is
+/// attached before a line opens. Several may live in one process, on one ecology. Everything taken by reference must
+/// outlive it. Without a state file it remembers nothing.
+class Island {
+ public:
+  /// Makes the networks (their own options are checked here, into `errors`) but opens nothing. kDuplicate if the
+  /// island's id is present in the ecology, kInvalid if the errors are not empty.
+  static Result<std::unique_ptr<Island>> make(config::IslandConfig config, Scheduler& scheduler,
+                                              transport::Transports& transports, base::LogSink& log,
+                                              tuples::Ecology& ecology, base::ConfigErrors& errors,
+                                              std::unique_ptr<state::StateStore> state = nullptr);
+  ~Island();
+
+  /// Starts the recorders, shows what is remembered, then opens the lines.
+  void start();
+
+  /// Lets the networks say their last words to their devices, at most network::kClosingTime long; then calls `closed`,
+  /// once, in a later turn.
+  void close(std::function<void()> closed);
+
+  /// What reload() would do with it; its errors.
+  Result<config::ReloadPlan> plan(const config::IslandConfig& next, base::ConfigErrors& errors);
+  /// Takes another configuration: what did not change is not touched, a network with other options keeps its line if
+  /// its type can do that. On an error (kInvalid, or kRefused for what needs a restart) nothing was changed; what is
+  /// wrong with the networks' own options stands in `errors`. A network that cannot be made after all is named in the
+  /// plan's lines, and made by the next reload.
+  Result<config::ReloadPlan> reload(config::IslandConfig next, base::ConfigErrors& errors);
+
+  TupleSpace& space();
+  gateway::Gateway& gateway();
+  network::Supervisor& networks();
+  const config::IslandConfig& config() const;
+
+ private:
+  struct Parts;
+  Island(std::unique_ptr<Parts> parts, Scheduler& scheduler);
+  std::unique_ptr<Parts> parts_;
+  Scheduler& scheduler_;
+};
+
+}  // namespace rubicon::island

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "base/log.h"
+#include "config/island_config.h"
+#include "state/state_store.h"
+
+namespace rubicon::island {
+
+/// Where the configuration wants its state file; empty = nowhere.
+std::string state_path(const config::IslandConfig& config);
+
+/// Opens the state file; nullptr if the configuration names none. A damaged one is set aside and a new one begun,
+/// loudly. The errors of StateStore::open otherwise.
+Result<std::unique_ptr<state::StateStore>> open_state(const config::IslandConfig& config, const Log& log, WallTime now);
+
+/// The copy of the last configuration that worked: beside the state file, `<state file>.good.yaml`.
+std::string good_config_path(const config::IslandConfig& config);
+/// Keeps that copy of `file`, where there is a state file. kIo otherwise.
+Result<void> keep_good_config(const config::IslandConfig& config, const std::string& file);
+
+}  // namespace rubicon::island

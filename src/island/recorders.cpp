@@ -1,0 +1,44 @@
+#include "island/recorders.h"
+
+#include <algorithm>
+#include <filesystem>
+
+namespace rubicon::island {
+
+void Recorders::take(const std::vector<config::RecorderSetup>& setups, const std::string& directory) {
+  const bool moved = directory != place_.directory;
+  place_.directory = directory;
+  // All that end first: two recorders may swap their files.
+  std::erase_if(all_, [&](const auto& recorder) {
+    return moved || std::find(setups.begin(), setups.end(), recorder->setup()) == setups.end();
+  });
+  for (const auto& setup : setups) {
+    const bool runs =
+        std::any_of(all_.begin(), all_.end(), [&](const auto& recorder) { return recorder->setup() == setup; });
+    if (runs) continue;
+    all_.push_back(std::make_unique<recorder::Recorder>(setup, place_));
+    all_.back()->start();
+  }
+}
+
+void Recorders::say(const IslandMetrics::Say& say) const {
+  for (const auto& recorder : all_) {
+    const auto prefix = "recorder-" + recorder->setup().name + "-";
+    const auto& counters = recorder->counters();
+    say.word(prefix + "state", recorder->state());
+    say(prefix + "records", counters.records);
+    say(prefix + "bytes", counters.bytes);
+    say(prefix + "dropped", counters.dropped);
+    say(prefix + "files", counters.files);
+    say(prefix + "failures", counters.failures);
+    say(prefix + "cut", counters.cut);
+  }
+}
+
+void Recorders::each(const std::function<void(const std::string& name, const std::string& path)>& visit) const {
+  namespace fs = std::filesystem;
+  for (const auto& recorder : all_)
+    visit(recorder->setup().name, (fs::path(place_.directory) / recorder->setup().file).string());
+}
+
+}  // namespace rubicon::island

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <malloc.h>
+
+#include <algorithm>
+#include <chrono>
+#include <functional>
+#include <utility>
+
+#include "base/scheduler.h"
+#include "tuples/tuple_space.h"
+
+namespace rubicon::island {
+
+/// What was freed lies between what stays; the system gets it back only when asked.
+inline void give_back_memory() {
+#ifdef __GLIBC__
+  ::malloc_trim(0);
+#endif
+}
+
+/// Gives memory back after many components left: DDS frees what it kept of them in places all over the heap. Only for
+/// who owns the heap, a program.
+class SpareMemory {
+ public:
+  static constexpr int kMany = 50;
+  static constexpr base::Duration kPause = std::chrono::seconds(10);
+
+  SpareMemory(base::Scheduler& scheduler, tuples::TupleSpace& space, std::function<void()> give = give_back_memory)
+      : scheduler_(scheduler), give_(std::move(give)) {
+    watch_ = space.watch_peers([this](OwnerId, tuples::PeerEvent event) {
+      if (event != tuples::PeerEvent::kUp && ++left_ >= kMany && !timer_.pending()) give_soon();
+    });
+  }
+
+ private:
+  /// In a turn of its own, and not often: it holds the loop up for some milliseconds.
+  void give_soon() {
+    timer_ = scheduler_.at(std::max(scheduler_.now(), not_before_), [this] {
+      left_ = 0;
+      not_before_ = scheduler_.now() + kPause;
+      give_();
+    });
+  }
+
+  base::Scheduler& scheduler_;
+  std::function<void()> give_;
+  int left_ = 0;
+  base::SteadyTime not_before_{};
+  base::Timer timer_;
+  tuples::Handle watch_;
+};
+
+}  // namespace rubicon::island

@@ -1,0 +1,78 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <set>
+
+#include "base/bytes.h"
+#include "transport/memory/memory_serial.h"
+#include "transport/memory/memory_udp.h"
+#include "transport/transports.h"
+
+namespace rubicon::transport {
+
+/// The twin of LocalTransports for tests: files of memory that can fail where a test wants. Outlives the files it
+/// opened.
+class MemoryTransports final : public Transports {
+ public:
+  struct File {
+    Bytes bytes;
+    std::optional<std::uint64_t> fails_at;  ///< reading this offset is an I/O error
+    bool appending = false;                 ///< somebody has it open for writing
+  };
+
+  void put(const std::string& path, Bytes bytes) { files_[path] = {std::move(bytes), std::nullopt, false}; }
+  void put(const std::string& path, std::string_view text);
+  void fail_at(const std::string& path, std::uint64_t offset) { files_[path].fails_at = offset; }
+  void remove(const std::string& path) { files_.erase(path); }
+
+  /// Puts this host on a network under an address; the network must outlive it. Without one there are no sockets
+  /// (kUnsupported) and no names.
+  void join(MemoryNet& net, std::string address = "127.0.0.1");
+
+  /// The host's serial lines; there are none before join(): asserted.
+  MemorySerial& serial();
+
+  Result<std::unique_ptr<FileSource>> open_file(const std::string& path) override;
+  Result<std::unique_ptr<UdpSocket>> open_udp(const UdpOptions& options, UdpCalls calls) override;
+  Result<std::unique_ptr<TcpStream>> open_tcp(const TcpOptions& options, TcpCalls calls) override;
+  Result<std::unique_ptr<TcpListener>> listen_tcp(const Endpoint& local, TcpAccept accept,
+                                                  TcpDeaf failed = nullptr) override;
+  Result<std::unique_ptr<ByteStream>> open_serial(const SerialOptions& options, StreamCalls calls) override;
+  /// The device's end of a serial line called `link`.
+  Result<std::unique_ptr<ByteStream>> make_pty(const std::string& link, StreamCalls calls) override;
+  std::unique_ptr<Lookup> look_up(const std::string& host, LookupDone done) override;
+
+  // Writing: the folders that files are in are always there, others when a test makes them missing.
+  Result<std::unique_ptr<AppendFile>> open_append(const std::string& path) override;
+  Result<void> rename_file(const std::string& from, const std::string& to) override;
+  Result<void> remove_file(const std::string& path) override;
+  Result<std::vector<std::string>> list_folder(const std::string& path) override;
+
+  /// The disk: how many bytes it still takes; then writing is an error after a part was written. nullopt = any.
+  void room(std::optional<std::uint64_t> bytes) { room_ = bytes; }
+  /// Opening and renaming in this folder fails as if it were not there (or may not be written).
+  void lose_folder(const std::string& path) { lost_.insert(path); }
+  void give_folder(const std::string& path) { lost_.erase(path); }
+  /// Cutting files off fails, as on a disk that has become read-only.
+  void refuse_cuts(bool refuse) { cuts_refused_ = refuse; }
+  void refuse_renames(bool refuse) { renames_refused_ = refuse; }
+  bool has(const std::string& path) const { return files_.contains(path); }
+  const Bytes& bytes(const std::string& path) { return files_[path].bytes; }
+  std::vector<std::string> paths() const;
+
+ private:
+  class MemoryAppendFile;
+  bool is_lost(const std::string& path) const;
+
+  MemoryNet* net_ = nullptr;
+  std::string address_;
+  std::unique_ptr<MemorySerial> serial_;
+  std::map<std::string, File> files_;
+  std::optional<std::uint64_t> room_;
+  std::set<std::string> lost_;
+  bool cuts_refused_ = false;
+  bool renames_refused_ = false;
+};
+
+}  // namespace rubicon::transport

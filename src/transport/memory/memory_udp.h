@@ -1,0 +1,81 @@
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "base/scheduler.h"
+#include "transport/memory/memory_tcp.h"
+#include "transport/udp.h"
+
+namespace rubicon::transport {
+
+/// What sockets of memory take for an address: no name is one.
+bool is_numeric_address(const std::string& host);
+
+/// A datagram on a MemoryNet.
+struct MemoryDatagram {
+  Endpoint from, to;
+  Bytes bytes;
+};
+
+/// A network of memory for tests: several hosts, each with its MemoryTransports, in the time of a scheduler, which must
+/// outlive it. Outlives the sockets on it.
+class MemoryNet {
+ public:
+  explicit MemoryNet(Scheduler& scheduler);
+  ~MemoryNet();
+  MemoryNet(const MemoryNet&) = delete;
+  MemoryNet& operator=(const MemoryNet&) = delete;
+
+  /// What a name is looked up to; empty = it cannot be found (as all names but `localhost` at first).
+  void name(const std::string& host, std::vector<std::string> addresses);
+
+  Duration transit = std::chrono::microseconds(100);  ///< of each datagram
+  Duration lookup_time = std::chrono::milliseconds(1);
+  bool names_answer = true;                          ///< else lookups begun now never end
+  bool reports_unreachable = true;                   ///< senders hear of it when nobody listens at the other end
+  std::function<bool(const MemoryDatagram&)> loses;  ///< true = it never arrives; may be empty
+  std::set<std::string> gone_interfaces{};           ///< by address: no group can be joined on them again
+  std::uint64_t refuses = 0;                         ///< so many of the next sends find the line busy
+
+  /// All that was ever sent, lost datagrams included.
+  const std::vector<MemoryDatagram>& sent() const { return sent_; }
+  std::size_t open_sockets() const;
+  Scheduler& scheduler() { return scheduler_; }
+
+  MemoryTcp tcp;  ///< its connections, with settings of their own
+
+  /// For MemoryTransports on the host with this address.
+  Result<std::unique_ptr<UdpSocket>> open_udp(const std::string& host, const UdpOptions& options, UdpCalls calls);
+  std::unique_ptr<Lookup> look_up(const std::string& host, LookupDone done);
+
+ private:
+  friend class MemoryUdp;
+  struct Port {
+    Endpoint local;  ///< by address of the host, whatever address was bound
+    UdpOptions options;
+    UdpCalls calls;
+    bool open = true;
+  };
+  using PortPtr = std::shared_ptr<Port>;
+
+  bool taken(const Endpoint& local, bool reuse) const;
+  void send(MemoryDatagram datagram, const Port& from);
+  void fly(MemoryDatagram datagram, std::function<void(const MemoryDatagram&)> land);
+  void arrive(const MemoryDatagram& datagram);
+  void arrive_in_group(const MemoryDatagram& datagram, bool loopback);
+  static void hear(const PortPtr& port, const MemoryDatagram& datagram);
+
+  Scheduler& scheduler_;
+  std::map<std::string, std::vector<std::string>> names_;
+  std::vector<PortPtr> ports_;
+  std::vector<MemoryDatagram> sent_;
+  std::map<std::uint64_t, Timer> flights_;
+  std::uint64_t last_flight_ = 0;
+};
+
+}  // namespace rubicon::transport

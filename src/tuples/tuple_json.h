@@ -1,0 +1,23 @@
+#pragma once
+
+#include <string>
+
+#include "base/printable.h"
+#include "base/result.h"
+#include "tuples/tuple.h"
+
+namespace rubicon::tuples {
+
+/// One line of --watch: owner, key, value, mimetype, seq, write, user, time, event (set, deleted, expired). `write` and
+/// `user` are seconds since 1970, 0 = not given; `time` is the user time, else the write time, as ISO 8601 with offset.
+/// A value that is not UTF-8 stands as value_hex instead of value. `through` is added if it is not empty: what the
+/// tuple was found by.
+std::string event_line(const tuples::Event& event, std::string_view through = {});
+
+/// Same fields without the event, with ok and creator: the answer to `get`.
+std::string tuple_line(const tuples::TupleView& tuple);
+
+/// {"ok":false,"error":{"code","text"}}
+std::string error_line(const Error& error);
+
+}  // namespace rubicon::tuples

@@ -1,0 +1,98 @@
+#include <gmock/gmock.h>
+
+#include "config/island_config.h"
+#include "config/yaml.h"
+#include "island/network_types.h"
+
+namespace rubicon::config {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using tuples::dds::DdsTransport;
+
+IslandConfig read(const std::string& tuples, base::ConfigErrors& errors) {
+  const auto tree = parse_yaml("island: {id: 1}\ntuples: " + tuples + "\n", "home.yaml");
+  return read_island_config(tree.value(), island::network_types(), errors);
+}
+
+EngineSetup good(const std::string& tuples) {
+  base::ConfigErrors errors;
+  auto engine = read(tuples, errors).engine;
+  EXPECT_TRUE(errors.empty()) << tuples << ": " << errors.text();
+  return engine;
+}
+
+TEST(EngineConfig, IsDdsOnLoopbackUnlessSaidOtherwise) {
+  const auto unsaid = good("{}");
+  EXPECT_TRUE(unsaid.dds);
+  EXPECT_EQ(unsaid.options, tuples::dds::DdsOptions());
+  EXPECT_TRUE(is_loopback_only(unsaid.options));
+  EXPECT_FALSE(unsaid.options.trust_lan);
+  EXPECT_FALSE(good("{engine: memory}").dds);
+}
+
+TEST(EngineConfig, TakesAllThatDdsNeeds) {
+  const auto lan = good("{domain: 7, interfaces: [eth0, wlan0.5], tag: lab_2, lease: 3s, trust_lan: yes}").options;
+  EXPECT_EQ(lan.domain, 7U);
+  EXPECT_THAT(lan.interfaces, ElementsAre("eth0", "wlan0.5"));
+  EXPECT_FALSE(is_loopback_only(lan));
+  EXPECT_EQ(lan.tag, "lab_2");
+  EXPECT_EQ(lan.lease, std::chrono::seconds(3));
+  EXPECT_TRUE(lan.trust_lan);
+  EXPECT_THAT(good("{interfaces: eth0, peers: [10.0.0.7, robot.lan, \"desk:7410\"]}").options.peers,
+              ElementsAre("10.0.0.7", "robot.lan", "desk:7410"));
+  const auto tcp = good("{interfaces: eth0, transport: tcp, port: 7500, peers: [\"10.0.0.7:7501\"]}").options;
+  EXPECT_EQ(tcp.transport, DdsTransport::kTcp);
+  EXPECT_EQ(tcp.port, 7500);
+  EXPECT_TRUE(good("{trust_lan: yes}").options.trust_lan) << "on loopback too";
+}
+
+TEST(EngineConfig, SaysWhereAndWhatIsWrong) {
+  const std::string long_tag(65, 'x'), long_name(16, 'e');
+  const std::pair<std::string, std::string> cases[] = {
+      {"{engine: mqtt}", "home.yaml:2:18: tuples.engine: is 'mqtt', expected one of: memory, dds"},
+      {"{domain: 231}", "home.yaml:2:18: tuples.domain: is '231', expected a whole number from 0 to 230"},
+      {"{lease: 100ms}", "home.yaml:2:17: tuples.lease: expected from 500ms to 60s"},
+      {"{lease: 61s}", "tuples.lease: expected from 500ms to 60s"},
+      {"{engine: memory, tag: lab}", "home.yaml:2:31: tuples.tag: only engine dds has that"},
+      {"{engine: memory, trust_lan: yes}", "tuples.trust_lan: only engine dds has that"},
+      {"{interfaces: []}", "home.yaml:2:22: tuples.interfaces: has 0 names, expected 1 to 4 names"},
+      {"{interfaces: [a, b, c, d, e]}", "has 5 names, expected 1 to 4"},
+      {"{interfaces: [eth0, eth0]}", "home.yaml:2:29: tuples.interfaces: 'eth0' stands there twice"},
+      {"{interfaces: [eth0, lo]}", "home.yaml:2:29: tuples.interfaces: lo stands alone"},
+      {"{interfaces: [\"eth 0\"]}", "home.yaml:2:23: tuples.interfaces: expected the name of a network interface"},
+      {"{interfaces: " + long_name + "}", "tuples.interfaces: expected the name of a network interface"},
+      {"{peers: [a]}", "home.yaml:2:17: tuples.peers: lo reaches no other host, expected interfaces too"},
+      {"{interfaces: eth0, peers: [a, \"b c\"]}", "home.yaml:2:39: tuples.peers: expected host or host:port"},
+      {"{interfaces: eth0, peers: [\"<x>\"]}", "expected host or host:port"},
+      {"{interfaces: eth0, peers: [\"a:0\"]}", "expected a port from 1 to 65535"},
+      {"{interfaces: eth0, peers: [\"a:99999\"]}", "expected a port from 1 to 65535"},
+      {"{interfaces: eth0, peers: [\"a:\"]}", "expected a port from 1 to 65535"},
+      {"{transport: tcp, peers: [a]}", "expected host:port: over tcp every process has a port of its own"},
+      {"{transport: tcp}", "home.yaml:2:21: tuples.transport: tcp finds nobody by itself, expected port or peers"},
+      {"{transport: sctp}", "expected one of: udp, tcp"},
+      {"{port: 7500}", "home.yaml:2:16: tuples.port: only transport tcp has that"},
+      {"{tag: " + long_tag + "}", "tuples.tag: expected at most 64 of A-Z a-z 0-9 . _ -"},
+      {"{tag: \"a<b\"}", "tuples.tag: expected at most 64"},
+      {"{trust_lan: perhaps}", "home.yaml:2:21: tuples.trust_lan: is 'perhaps', expected yes or no"},
+      {"{security: {ca: x}}", "home.yaml:2:20: tuples.security: is not there yet, expected nothing here"},
+      {"{trust-lan: yes}", "tuples: unknown key 'trust-lan'; did you mean 'trust_lan'? known: domain, engine"},
+  };
+  for (const auto& [text, part] : cases) {
+    base::ConfigErrors errors;
+    read(text, errors);
+    EXPECT_THAT(errors.text(), HasSubstr(part)) << text;
+  }
+}
+
+TEST(EngineConfig, TheHostsToAskAreNotWithoutBound) {
+  std::string hosts;
+  for (int i = 0; i < 65; ++i) hosts += (i ? ", h" : "h") + std::to_string(i);
+  base::ConfigErrors errors;
+  read("{interfaces: eth0, peers: [" + hosts + "]}", errors);
+  EXPECT_THAT(errors.text(), HasSubstr("tuples.peers: has 65 hosts, expected at most 64"));
+}
+
+}  // namespace
+}  // namespace rubicon::config

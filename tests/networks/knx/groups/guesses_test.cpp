@@ -1,0 +1,199 @@
+#include <algorithm>
+
+#include "networks/knx/groups/guesses.h"
+#include "networks/knx/groups/import.h"
+#include "networks/knx/groups/kind_of_type.h"
+#include "networks/knx/groups/support.h"
+#include "networks/knx/groups/words.h"
+
+namespace rubicon::networks::knx::testing {
+namespace {
+
+GroupEntry entry(std::string_view address, std::string name, std::string_view type, std::string middle = "Hall") {
+  GroupEntry out;
+  out.address = ga(address);
+  out.name = std::move(name);
+  out.main_group = "House";
+  out.middle_group = std::move(middle);
+  if (!type.empty()) out.dpt = dpt(type);
+  return out;
+}
+
+struct Guessed {
+  std::vector<GroupPoint> points;
+  Report report;
+};
+
+Guessed guess(const std::vector<GroupEntry>& entries, bool by_name = true) {
+  Guessed out;
+  out.points = guesses(entries, by_name, out.report);
+  return out;
+}
+
+TEST(KindOfType, CommandsAreActuatorsAndMeasuredValuesSensors) {
+  for (const auto* type :
+       {"1.001", "1.008", "1.*", "1.100", "2.001", "3.007", "5.001", "5.003", "5.*", "7.600", "17.001", "18.001",
+        "20.102", "20.*", "23.001", "213.100", "222.100", "232.600", "251.600"}) {
+    EXPECT_EQ(kind_of_type(dpt(type)), Kind::kActuator) << type;
+  }
+  for (const auto* type : {"1.005",  "1.011",  "1.018",  "1.019",  "4.001",  "5.010",  "6.010",  "7.001",  "8.001",
+                           "9.001",  "9.*",    "10.001", "11.001", "12.001", "13.013", "14.056", "16.000", "19.001",
+                           "20.014", "21.001", "22.101", "26.001", "27.001", "28.001", "29.010", "219.001"}) {
+    EXPECT_EQ(kind_of_type(dpt(type)), Kind::kSensor) << type;
+  }
+  EXPECT_EQ(kind_of_type({}), Kind::kSensor);
+}
+
+struct Pair {
+  const char *command, *command_type, *state, *state_type;
+};
+
+class Pairs : public ::testing::TestWithParam<Pair> {};
+
+TEST_P(Pairs, BecomeOneActuatorAndAreNamedInTheReport) {
+  const auto& [command, command_type, state, state_type] = GetParam();
+  const auto [points, report] = guess({entry("1/0/2", state, state_type), entry("1/0/1", command, command_type)});
+  ASSERT_EQ(points.size(), 1U) << report_text(report);
+  EXPECT_EQ(points[0].address, ga("1/0/1"));
+  EXPECT_EQ(points[0].state, ga("1/0/2"));
+  EXPECT_EQ(points[0].kind, Kind::kActuator);
+  EXPECT_EQ(points[0].name, command);
+  EXPECT_EQ(report.paired, 1U);
+  EXPECT_NE(report_text(report).find(state), std::string::npos) << report_text(report);
+}
+
+INSTANTIATE_TEST_SUITE_P(InSixLanguages, Pairs,
+                         ::testing::Values(Pair{"Lamp", "1.001", "Lamp status", "1.011"},
+                                           Pair{"Lamp on/off", "1.001", "Lamp feedback", "1.001"},
+                                           Pair{"Lamp switch", "1.001", "Lamp STATE", "1.001"},
+                                           Pair{"Flur Decke schalten", "1.001", "Flur Decke Status", "1.011"},
+                                           Pair{"Licht ein/aus", "1.001", "Licht Rückmeldung", "1.001"},
+                                           Pair{"Licht schalten", "1.001", "Licht RÜCKMELDUNG", "1.001"},
+                                           Pair{"Dimmer Wert", "5.001", "Dimmer Wert RM", "5.001"},
+                                           Pair{"Jalousie Sollwert", "5.001", "Jalousie Istwert", "5.001"},
+                                           Pair{"Ventil Befehl", "5.001", "Ventil Stellung", "5.001"},
+                                           Pair{"Raum Sollwert", "9.001", "Raum Sollwert Status", "9.001"},
+                                           Pair{"Lampe commande", "1.001", "Lampe état", "1.001"},
+                                           Pair{"Lampe marche/arrêt", "1.001", "Lampe retour d'état", "1.001"},
+                                           Pair{"Luce comando", "1.001", "Luce stato", "1.001"},
+                                           Pair{"Luz mando", "1.001", "Luz estado", "1.001"},
+                                           Pair{"Lamp schakelen", "1.001", "Lamp terugmelding", "1.001"},
+                                           Pair{"Setpoint", "9.001", "Setpoint status", "9.001"},
+                                           Pair{"Raum Sollwert", "9.001", "Raum aktueller Sollwert", "9.001"},
+                                           Pair{"schalten", "1.001", "Status", "1.001"}));
+
+class NoPairs : public ::testing::TestWithParam<Pair> {};
+
+TEST_P(NoPairs, StayTwoPoints) {
+  const auto& [command, command_type, state, state_type] = GetParam();
+  EXPECT_EQ(guess({entry("1/0/1", command, command_type), entry("1/0/2", state, state_type)}).points.size(), 2U);
+}
+
+INSTANTIATE_TEST_SUITE_P(OtherNamesOrTypes, NoPairs,
+                         ::testing::Values(Pair{"Lamp 1", "1.001", "Lamp 2 status", "1.011"},
+                                           Pair{"Lamp", "1.001", "Lamp status", "5.001"},
+                                           Pair{"Lamp", "1.001", "Lamp status", ""},
+                                           Pair{"Temperatur Soll", "9.001", "Temperatur Ist", "9.001"},
+                                           Pair{"Temperature", "9.001", "Temperature status", "9.001"},
+                                           Pair{"Door contact", "1.019", "Door contact status", "1.019"},
+                                           Pair{"Lamp", "1.001", "Lamp", "1.001"}));
+
+TEST(Guesses, OtherGroupsAreNoPairs) {
+  const auto found = guess({entry("1/0/1", "Lamp", "1.001", "Hall"), entry("1/0/2", "Lamp status", "1.011", "Cellar")});
+  EXPECT_EQ(found.points.size(), 2U);
+}
+
+TEST(Guesses, WhatFitsSeveralTimesIsNotPairedAndSaid) {
+  const auto found = guess({entry("1/0/1", "Lamp", "1.001"), entry("1/0/2", "Lamp status", "1.011"),
+                            entry("1/0/3", "Lamp feedback", "1.011")});
+  EXPECT_EQ(found.points.size(), 3U);
+  EXPECT_EQ(found.report.paired, 0U);
+  EXPECT_NE(report_text(found.report).find("not paired: 'Lamp'"), std::string::npos);
+}
+
+TEST(Guesses, OfSeveralCommandsTheOneWithTheSameTypeIsTaken) {
+  const auto found = guess(
+      {entry("1/0/1", "Blind", "1.008"), entry("1/0/2", "Blind", "1.007"), entry("1/0/3", "Blind status", "1.008")});
+  ASSERT_EQ(found.points.size(), 2U);
+  EXPECT_EQ(found.points[0].state, ga("1/0/3"));
+  EXPECT_FALSE(found.points[1].state);
+}
+
+TEST(Guesses, WordsInANameDecideItsKindAndAreNamed) {
+  const auto found =
+      guess({entry("1/0/1", "Setpoint comfort", "9.001"), entry("1/0/2", "Valve status", "5.001"),
+             entry("1/0/3", "Fensterkontakt", "1.001"), entry("1/0/4", "Temperatur an der Wand", "9.001"),
+             entry("1/0/5", "Bewegungsmelder sperren", "1.001"), entry("1/0/6", "Lamp command", "")});
+  std::vector<Kind> kinds;
+  for (const auto& point : found.points) kinds.push_back(point.kind);
+  EXPECT_EQ(kinds, (std::vector{Kind::kActuator, Kind::kSensor, Kind::kSensor, Kind::kSensor, Kind::kActuator,
+                                Kind::kSensor}));
+  EXPECT_EQ(found.report.kinds_by_name, 3U);
+  EXPECT_NE(report_text(found.report)
+                .find("'Setpoint comfort' is an actuator by its name (setpoint), by its type it "
+                      "would be a sensor"),
+            std::string::npos)
+      << report_text(found.report);
+}
+
+TEST(Guesses, AktuellInAnyFormIsAReport) {
+  for (const auto* name : {"Aktueller Sollwert", "aktuelle Betriebsart", "Sollwert aktuell", "AKTUELLES Niveau"}) {
+    const auto found = guess({entry("1/0/1", name, "5.001")});
+    EXPECT_EQ(found.points.at(0).kind, Kind::kSensor) << name;
+  }
+}
+
+TEST(Guesses, WithoutGuessesEachAddressIsItsOwnPointByItsType) {
+  const auto found = guess(
+      {entry("1/0/2", "Lamp status", "1.001"), entry("1/0/1", "Lamp", "1.001"), entry("1/0/3", "Setpoint", "9.001")},
+      false);
+  ASSERT_EQ(found.points.size(), 3U);
+  EXPECT_EQ(found.points[0].address, ga("1/0/1"));
+  EXPECT_EQ(found.points[1].kind, Kind::kActuator);
+  EXPECT_EQ(found.points[2].kind, Kind::kSensor);
+  EXPECT_TRUE(found.report.findings.empty());
+}
+
+TEST(Guesses, ListeningAddressesOfTheSameMainTypeAreHeard) {
+  auto lamp = entry("1/0/1", "Lamp", "1.001");
+  lamp.listen = {ga("0/0/1"), ga("0/0/2"), ga("0/0/3"), ga("1/0/1")};
+  const auto found = guess({lamp, entry("0/0/1", "All off", "1.001"), entry("0/0/2", "Scene", "18.001")});
+  ASSERT_EQ(found.points.size(), 3U);
+  EXPECT_EQ(found.points[2].listen, (std::vector{ga("0/0/1")}));
+}
+
+TEST(Guesses, APointIsADeviceOfItsOwnWithTheFilesNames) {
+  auto lamp = entry("1/4/6", "Lamp", "5.001");
+  lamp.description = "over the table";
+  const auto point = guess({lamp}).points.at(0);
+  EXPECT_EQ(point.device, "");
+  EXPECT_EQ(to_key_part(point.address), "1_4_6");
+  EXPECT_EQ(point.instance, "1");
+  EXPECT_EQ(point.description, "over the table");
+  EXPECT_EQ(point.main_group, "House");
+  EXPECT_EQ(point.middle_group, "Hall");
+}
+
+TEST(Guesses, TheWordTableOfTheDocumentationIsTheOneUsed) {
+  std::ifstream file(RUBICON_SOURCE_DIR "/docs/knx-import.md");
+  const std::string page{std::istreambuf_iterator<char>(file), {}};
+  for (const auto& [word, sense] : kWordTable) {
+    EXPECT_NE(page.find("`" + std::string(word) + "`"), page.npos) << word << " is not in docs/knx-import.md";
+  }
+}
+
+TEST(Import, TheFlatHasThreePairs) {
+  if (!shared_file("flat-3-1.csv")) GTEST_SKIP() << "no ../shared/data/knx/import beside the source tree";
+  const auto imported = import_file(shared_folder() + "flat-3-1.csv");
+  ASSERT_TRUE(imported);
+  std::map<std::string, std::string> states;
+  for (const auto& point : imported->points) {
+    if (point.state) states[to_string(point.address)] = to_string(*point.state);
+  }
+  EXPECT_EQ(states, (std::map<std::string, std::string>{{"1/0/1", "1/0/2"}, {"1/1/3", "1/1/4"}, {"2/1/3", "2/1/5"}}));
+  EXPECT_EQ(imported->points.size(), 31U);
+  EXPECT_EQ(imported->report.taken, 34U);
+}
+
+}  // namespace
+}  // namespace rubicon::networks::knx::testing

@@ -1,0 +1,202 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "tuples/component.h"
+#include "tuples/dds/frame_codec.h"
+#include "tuples/dds/rogue.h"
+
+namespace rubicon::tuples {
+namespace {
+
+using namespace std::chrono_literals;
+using dds::FrameWriter;
+using testing::Contains;
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+constexpr std::uint32_t kRogue = 66666;
+
+/// An island (1) and a robot (70000) that work together, and somebody who means no good.
+struct Rogues : testing::Test, TwoComponents {
+  void SetUp() override {
+    ASSERT_TRUE(robot->space.set("a", "1"));
+    copies = island->space.subscribe(pattern("a.**"), {}, seen.call());
+    a = island->space.subscribe(pattern("a"), {}, seen.call());
+    judge = island->space.judge(pattern("cmd"), [this](const RemoteSet& wish) {
+      judged.push_back(wish.value);
+      return Judgement::applied();
+    });
+    until([&] { return island->space.get(kRobot, "a").has_value(); });
+    until([&] {
+      return !island->space.peers().empty() && island->space.peers().back() == kRobot &&
+             island->space.peers().size() == 2;
+    });
+    seen.take();
+  }
+  template <class Done>
+  bool until(Done done) {
+    for (int i = 0; i < 1000 && !done(); ++i) time.run_for(1ms);
+    return done();
+  }
+  void let_pass() {
+    for (int i = 0; i < 50; ++i) time.run_for(1ms);
+  }
+  /// To the island, in its own name.
+  void tell(const Bytes& content) { rogue.frame(kRogue, rogue.incarnation(), 1, island_incarnation, content); }
+  static Bytes set(std::string_view key, std::string_view value, std::uint64_t sequence) {
+    Event event;
+    event.tuple.key = key;
+    event.tuple.value = value;
+    event.tuple.media_type = "text/plain";
+    event.tuple.sequence = sequence;
+    FrameWriter writer;
+    writer.add(event);
+    return writer.take();
+  }
+  static Bytes command(std::uint64_t request, std::string value) {
+    RemoteSet wish;
+    wish.request = request;
+    wish.key = "cmd";
+    wish.value = std::move(value);
+    wish.time_to_live = 60s;
+    FrameWriter writer;
+    writer.add(wish);
+    return writer.take();
+  }
+  /// What the rogue did to it, nobody else noticed.
+  void expect_the_others_work() {
+    ASSERT_TRUE(robot->space.set("a", "2"));
+    EXPECT_TRUE(until([&] { return island->space.get(kRobot, "a")->value == "2"; }));
+    Verdict verdict = Verdict::kRefused;
+    bool answered = false;
+    robot->space.set_remote(kIsland, "cmd", "robot", 60s, [&](const Reply& reply) {
+      verdict = reply.verdict;
+      answered = true;
+    });
+    EXPECT_TRUE(until([&] { return answered; }));
+    EXPECT_EQ(verdict, Verdict::kApplied);
+    EXPECT_THAT(judged, Contains("robot"));
+  }
+
+  std::uint64_t island_incarnation =  // it started at the beginning of this time
+      static_cast<std::uint64_t>(VirtualScheduler().wall_now().time_since_epoch().count());
+  dds::Rogue rogue{kRogue};
+  Listener seen;
+  std::vector<std::string> judged;
+  Handle copies, a, judge;
+};
+
+TEST_F(Rogues, SpeakForNobodyElse) {
+  rogue.frame(70000, island_incarnation, 1, island_incarnation, set("a", "forged", 99));
+  tell(set("a.own", "mine", 1));
+  EXPECT_TRUE(until([&] { return !seen.seen.empty(); }));
+  EXPECT_THAT(seen.take(), ElementsAre("a.own=mine"));
+  EXPECT_EQ(island->space.get(kRobot, "a")->value, "1");
+  expect_the_others_work();
+}
+
+TEST_F(Rogues, RepeatAndReorderCommandsInVain) {
+  for (const std::uint64_t request : {5U, 5U, 4U, 6U, 5U}) tell(command(request, "r" + std::to_string(request)));
+  EXPECT_TRUE(until([&] { return judged.size() == 2; }));
+  let_pass();
+  EXPECT_THAT(judged, ElementsAre("r5", "r6"));
+  expect_the_others_work();
+}
+
+TEST_F(Rogues, OversizedValuesAndUnsoundKeysAreDroppedAndCounted) {
+  const auto before = island->space.stats().dropped;
+  tell(set("a.huge", std::string(2 << 20, 'x'), 1));
+  tell(set("a..b", "x", 1));
+  tell(set("a." + std::string(400, 'k'), "x", 1));
+  tell(set("a.fine", "x", 1));
+  EXPECT_TRUE(until([&] { return !seen.seen.empty(); }));
+  EXPECT_THAT(seen.take(), ElementsAre("a.fine=x"));
+  EXPECT_GE(island->space.stats().dropped, before + 1);
+  expect_the_others_work();
+}
+
+TEST_F(Rogues, TenThousandSubscriptionsHarmNobody) {
+  for (std::uint32_t i = 0; i < 10'200; ++i) {
+    FrameWriter content;
+    content.add(SubscriptionSpec{i, pattern("a.k" + std::to_string(i)), {}});
+    rogue.interest(i, content.take());
+    if (i % 100 == 0) time.run_for(1ms);
+  }
+  let_pass();
+  expect_the_others_work();
+  EXPECT_LE(island->space.stats().subscriptions, 10'010U);
+}
+
+TEST_F(Rogues, AFloodOfComponentsIsIgnoredAndANewcomerIsSeen) {
+  for (std::uint32_t id = 100'000; id < 110'500; ++id) rogue.show(id, rogue.incarnation());
+  EXPECT_TRUE(until([&] { return ecology.log().contains("shows more than 16 components: it is ignored"); }));
+  let_pass();
+  EXPECT_THAT(island->space.peers(), ElementsAre(kRobot)) << "also what it was before";
+  const Component newcomer(ecology, time, 70'001);
+  EXPECT_TRUE(until([&] { return island->space.peers().size() == 2 && newcomer.space.peers().size() == 2; }));
+  EXPECT_THAT(newcomer.space.peers(), ElementsAre(kIsland, kRobot));
+  expect_the_others_work();
+}
+
+TEST_F(Rogues, ThatShowManyStartsOfOneComponentAreThatComponentOnceAtMost) {
+  for (std::uint64_t i = 1; i <= 5'000; ++i) rogue.show(kRogue, rogue.incarnation() + i);
+  let_pass();
+  EXPECT_LE(ecology.appearances().size(), 150U);
+  EXPECT_THAT(island->space.peers(), ElementsAre(OwnerId(kRogue), kRobot));
+  expect_the_others_work();
+}
+
+TEST_F(Rogues, ThatShowStartsOfOneComponentAndGoTakeItFromNobody) {
+  std::vector<std::unique_ptr<dds::Rogue>> more;
+  for (int i = 0; i < 5; ++i) more.push_back(std::make_unique<dds::Rogue>(number(kRobot)));
+  more.back()->show(number(kRobot), island_incarnation - 1'000'000);
+  const auto starts = [&] {
+    const auto all = ecology.appearances();
+    return std::count_if(all.begin(), all.end(), [](const auto& one) { return one.present && one.id == kRobot; });
+  };
+  EXPECT_TRUE(until([&] { return starts() == 7; }));
+  more.push_back(std::make_unique<dds::Rogue>(number(kRobot)));
+  EXPECT_TRUE(until([&] { return starts() == 8; }));
+  let_pass();
+  more.clear();
+  EXPECT_TRUE(until([&] { return starts() == 1; }));
+  let_pass();
+  ASSERT_THAT(island->space.peers(), Contains(kRobot));
+  ASSERT_TRUE(until([&] { return island->space.get(kRobot, "a").has_value(); }));
+  expect_the_others_work();
+}
+
+TEST_F(Rogues, SubscribeForNobodyElse) {
+  const auto robots = rogue.incarnation_of(number(kRobot));
+  ASSERT_NE(robots, 0U);
+  ASSERT_TRUE(island->space.set("mine", "1"));
+  std::vector<std::string> wanted;
+  const auto watch =
+      island->space.watch_demand(pattern("mine"), [&](const Demand& demand) { wanted.emplace_back(demand.key); });
+  FrameWriter content;
+  content.add(SubscriptionSpec{77, pattern("mine"), {}});
+  rogue.interest_of(number(kRobot), robots, 77, content.take());
+  let_pass();
+  EXPECT_THAT(wanted, IsEmpty());
+  FrameWriter own;
+  own.add(SubscriptionSpec{77, pattern("mine"), {}});
+  rogue.interest(77, own.take());
+  EXPECT_TRUE(until([&] { return !wanted.empty(); })) << "in its own name it may";
+}
+
+TEST_F(Rogues, RubbishIsDropped) {
+  std::mt19937 dice(7);
+  for (int i = 0; i < 500; ++i) {
+    Bytes rubbish(dice() % 200);
+    for (auto& byte : rubbish) byte = static_cast<std::uint8_t>(dice());
+    i % 2 == 0 ? tell(rubbish) : rogue.interest(static_cast<std::uint32_t>(dice() % 20), rubbish);
+    time.run_for(1ms);
+  }
+  let_pass();
+  expect_the_others_work();
+}
+
+}  // namespace
+}  // namespace rubicon::tuples
