@@ -44,26 +44,25 @@ bool has_room(int descriptor) {
 
 }  // namespace
 
-struct SpdlogSink::Parts {
+struct SpdlogSink::Impl {
   std::uint64_t lost = 0;  ///< lines since the last one that was written
   spdlog::logger logger{"rubicon", std::make_shared<spdlog::sinks::stderr_color_sink_st>()};
 };
 
-SpdlogSink::SpdlogSink(const std::string& level) : parts_(std::make_unique<Parts>()) {
-  parts_->logger.set_pattern("%Y-%m-%dT%H:%M:%S.%e%z %^%l%$ %v");
-  parts_->logger.set_level(spdlog::level::from_str(level));
+SpdlogSink::SpdlogSink(const std::string& level) : impl_(std::make_unique<Impl>()) {
+  impl_->logger.set_pattern("%Y-%m-%dT%H:%M:%S.%e%z %^%l%$ %v");
+  impl_->logger.set_level(spdlog::level::from_str(level));
 }
 SpdlogSink::~SpdlogSink() = default;
 
 void SpdlogSink::write(base::LogLevel level, std::string_view who, std::string_view text) {
-  if (!parts_->logger.should_log(to_spdlog(level))) return;
+  if (!impl_->logger.should_log(to_spdlog(level))) return;
   if (!has_room(STDERR_FILENO)) {
-    ++parts_->lost;
+    ++impl_->lost;
     return;
   }
-  if (parts_->lost > 0)
-    parts_->logger.warn("log: {} lines were lost, nobody read them", std::exchange(parts_->lost, 0));
-  parts_->logger.log(to_spdlog(level), "{}: {}", who, one_line(text).substr(0, kMaxLine));
+  if (impl_->lost > 0) impl_->logger.warn("log: {} lines were lost, nobody read them", std::exchange(impl_->lost, 0));
+  impl_->logger.log(to_spdlog(level), "{}: {}", who, one_line(text).substr(0, kMaxLine));
 }
 
 }  // namespace rubicon::program

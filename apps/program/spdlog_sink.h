@@ -15,8 +15,8 @@ class SpdlogSink final : public base::LogSink {
   void write(base::LogLevel level, std::string_view who, std::string_view text) override;
 
  private:
-  struct Parts;
-  std::unique_ptr<Parts> parts_;
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
 };
 
 }  // namespace rubicon::program

@@ -25,8 +25,9 @@ int publish(Session& session, const PublishOptions& options) {
   Handle judge, news;
   if (options.open) {
     const Pattern own{space.self(), options.key};
-    judge = space.judge(
-        own, [](const tuples::RemoteSet&) { return tuples::Judgement::applied(); }, tuples::Accepts::kSetsAndAppends);
+    judge = space.add_policy(
+        own, [](const tuples::RemoteSet&) { return tuples::SetDecision::applied(); },
+        tuples::PolicyScope::kSetsAndAppends);
     news = space.subscribe(own, {}, [&session](const Event& event) {
       if (event.kind != EventKind::kSet) return;
       session.out().line(session.json() ? dump(tuple_json(client::Tuple(event.tuple))) : clean(event.tuple.value));

@@ -40,7 +40,7 @@ OwnerId island_of(Session& session, const RecordOptions& options) {
   } else {
     say(fmt::format("a recording is of one island, say which with --island:{}", ids));
   }
-  return model::kNobody;
+  return model::kNoOwner;
 }
 
 Result<std::vector<Pattern>> patterns_of(const RecordOptions& options, const std::string& prefix, OwnerId island) {
@@ -69,7 +69,7 @@ int finish(Session& session, const recorder::Recorder& recorder, const std::stri
 
 int record(Session& session, const RecordOptions& options) {
   const auto island = island_of(session, options);
-  if (island == model::kNobody) return session.client().islands().empty() ? kNotThere : kUsage;
+  if (island == model::kNoOwner) return session.client().islands().empty() ? kNotThere : kUsage;
   const auto patterns = patterns_of(options, session.settings().prefix, island);
   if (!patterns) {
     say(patterns.error().text);

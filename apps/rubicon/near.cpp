@@ -16,7 +16,7 @@ namespace {
 
 /// Names that are offered.
 constexpr std::size_t kOffered = 3;
-/// Parts of the key of a point's tuple.
+/// Impl of the key of a point's tuple.
 constexpr std::size_t kValueParts = 6;
 
 /// `6541:` in front of the rest, which stays in `text`.

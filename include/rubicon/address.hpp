@@ -13,7 +13,7 @@ enum class OwnerId : std::uint32_t {};
 /// An island is a component: its proxy's id is the island's id (D1.4, Architecture).
 using IslandId = OwnerId;
 
-inline constexpr OwnerId kNobody{0};
+inline constexpr OwnerId kNoOwner{0};
 inline constexpr std::uint32_t kMaxIslandId = 65532;
 
 constexpr std::uint32_t number(OwnerId id) {
@@ -26,7 +26,7 @@ constexpr bool is_island(OwnerId id) {
 /// Where a message comes from or goes to. Empty device = the network itself; empty network = the island's gateway.
 /// The device is spelled as its network spells it (`1.4.6`, `7`), not as in a key.
 struct Address {
-  IslandId island = kNobody;
+  IslandId island = kNoOwner;
   std::string network;
   std::string device;
 

@@ -22,9 +22,9 @@ namespace rubicon::client {
 
 /// Where to meet the others; the defaults find islands with default configuration on this host.
 struct Options {
-  std::string name;             ///< for people, in lists of components; empty = `component`
-  OwnerId id = model::kNobody;  ///< above 65535; kNobody = one is drawn
-  std::uint32_t domain = 0;     ///< 0..230, as in the islands' `tuples.domain`
+  std::string name;              ///< for people, in lists of components; empty = `component`
+  OwnerId id = model::kNoOwner;  ///< above 65535; kNoOwner = one is drawn
+  std::uint32_t domain = 0;      ///< 0..230, as in the islands' `tuples.domain`
   std::vector<std::string> interfaces = {"lo"};
   std::vector<std::string> peers;  ///< host or host:port, of those that multicast does not reach
   bool tcp = false;                ///< as in the islands' `tuples.transport`; needs peers (host:port) or a port
@@ -241,9 +241,9 @@ class Client final {
   [[nodiscard]] Handle on_message(std::string_view type, MessageCall call);
 
  private:
-  struct Parts;
-  explicit Client(std::unique_ptr<Parts> parts);
-  std::unique_ptr<Parts> parts_;
+  struct Impl;
+  explicit Client(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
 };
 
 }  // namespace rubicon::client

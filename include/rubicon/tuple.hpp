@@ -96,21 +96,21 @@ struct Reply {
 using ReplyCall = std::function<void(const Reply&)>;
 
 /// What the owner decides about a RemoteSet: store it as the tuple's value, take note without storing, or refuse.
-struct Judgement {
+struct SetDecision {
   Verdict verdict = Verdict::kApplied;
   bool store = true;
   ErrorCode code = ErrorCode::kRefused;
   std::string text;
 
-  static Judgement applied() { return {}; }
-  static Judgement consumed() { return {Verdict::kApplied, false, {}, {}}; }
-  static Judgement refused(Error why) { return {Verdict::kRefused, false, why.code, std::move(why.text)}; }
+  static SetDecision applied() { return {}; }
+  static SetDecision consumed() { return {Verdict::kApplied, false, {}, {}}; }
+  static SetDecision refused(Error why) { return {Verdict::kRefused, false, why.code, std::move(why.text)}; }
 };
-using Judge = std::function<Judgement(const RemoteSet&)>;
+using SetPolicy = std::function<SetDecision(const RemoteSet&)>;
 
 /// What a judge understands. One that looks at whole values would take a piece for one: appends only reach those who
 /// say that they know them (RemoteSet::append).
-enum class Accepts : std::uint8_t { kSets, kSetsAndAppends };
+enum class PolicyScope : std::uint8_t { kSets, kSetsAndAppends };
 
 }  // namespace rubicon::tuples
 

@@ -97,7 +97,7 @@ class TupleSpace final {
 
   /// Decides about remote sets on own keys that match; the narrowest pattern wins. Without one they are refused, and
   /// appends are unless it accepts them. What cannot be done anyway (sequence, size, media type) does not reach it.
-  [[nodiscard]] Handle judge(const Pattern& pattern, Judge judge, Accepts accepts = Accepts::kSets);
+  [[nodiscard]] Handle add_policy(const Pattern& pattern, SetPolicy policy, PolicyScope scope = PolicyScope::kSets);
 
   // -- everybody's tuples
   /// Present matching tuples are told at once (in a later turn), then every change. `snapshot` is told once for each
@@ -137,8 +137,8 @@ class TupleSpace final {
   Stats stats() const;
 
  private:
-  struct Parts;
-  std::unique_ptr<Parts> parts_;
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
 };
 
 }  // namespace rubicon::tuples

@@ -9,6 +9,7 @@
 #include "base/nearest.h"
 
 #include "base/printable.h"
+#include "base/text.h"
 
 namespace rubicon::base {
 
@@ -26,13 +27,9 @@ std::string_view kind_name(ConfigNode::Kind kind) {
   return "something";
 }
 
-template <class Number>
-std::optional<Number> parse_number(std::string_view text) {
-  Number number{};
+std::string_view without_plus(std::string_view text) {
   if (text.starts_with('+') && !text.starts_with("+-")) text.remove_prefix(1);
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return number;
+  return text;
 }
 
 std::string shown(std::string_view text) {
@@ -177,7 +174,7 @@ std::int64_t ConfigReader::integer(const std::string& key, std::int64_t otherwis
                                    std::int64_t maximum) {
   const auto* found = scalar(key);
   if (!found) return otherwise;
-  const auto number = parse_number<std::int64_t>(found->text);
+  const auto number = parse_number<std::int64_t>(without_plus(found->text));
   if (number && *number >= minimum && *number <= maximum) return *number;
   error(key, fmt::format("is '{}', expected a whole number from {} to {}", shown(found->text), minimum, maximum));
   return otherwise;
@@ -186,7 +183,7 @@ std::int64_t ConfigReader::integer(const std::string& key, std::int64_t otherwis
 double ConfigReader::real(const std::string& key, double otherwise, double minimum, double maximum) {
   const auto* found = scalar(key);
   if (!found) return otherwise;
-  const auto number = parse_number<double>(found->text);
+  const auto number = parse_number<double>(without_plus(found->text));
   if (number && std::isfinite(*number) && *number >= minimum && *number <= maximum) return *number;
   error(key, fmt::format("is '{}', expected a number from {} to {}", shown(found->text), minimum, maximum));
   return otherwise;

@@ -68,8 +68,8 @@ std::unique_ptr<tuples::Link> joined(tuples::Ecology& ecology, OwnerId id, Error
 }  // namespace
 
 /// In the order of construction: what stands further down uses what stands above.
-struct Client::Parts {
-  Parts(Options o, std::unique_ptr<transport::PollLoop> a_loop) : options(std::move(o)), loop(std::move(a_loop)) {}
+struct Client::Impl {
+  Impl(Options o, std::unique_ptr<transport::PollLoop> a_loop) : options(std::move(o)), loop(std::move(a_loop)) {}
 
   Result<void> join() {
     tuples::dds::DdsOptions dds;
@@ -108,7 +108,7 @@ struct Client::Parts {
     });
   }
 
-  std::shared_ptr<Parts*> door = std::make_shared<Parts*>(this);
+  std::shared_ptr<Impl*> door = std::make_shared<Impl*>(this);
   Options options;
   CallSink log{options.warn};
   std::unique_ptr<transport::PollLoop> loop;
@@ -122,47 +122,47 @@ struct Client::Parts {
   std::atomic<bool> stopped = false;
 };
 
-Client::Client(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
+Client::Client(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Client::~Client() = default;
 
 Result<std::unique_ptr<Client>> Client::open(Options options) {
   if (auto good = check(options); !good) return fail(std::move(good.error()));
-  if (options.id == model::kNobody) options.id = drawn_id();
+  if (options.id == model::kNoOwner) options.id = drawn_id();
   if (options.name.empty()) options.name = "component";
   auto loop = transport::PollLoop::make();
   if (!loop) return fail(std::move(loop.error()));
-  auto parts = std::make_unique<Parts>(std::move(options), std::move(*loop));
+  auto parts = std::make_unique<Impl>(std::move(options), std::move(*loop));
   if (auto joined_in = parts->join(); !joined_in) return fail(std::move(joined_in.error()));
   return std::unique_ptr<Client>(new Client(std::move(parts)));
 }
 
 OwnerId Client::id() const {
-  return parts_->options.id;
+  return impl_->options.id;
 }
 TupleSpace& Client::tuples() {
-  return *parts_->space;
+  return *impl_->space;
 }
 base::Scheduler& Client::scheduler() {
-  return *parts_->loop;
+  return *impl_->loop;
 }
 int Client::descriptor() const {
-  return parts_->loop->descriptor();
+  return impl_->loop->descriptor();
 }
 void Client::poll() {
-  parts_->loop->poll();
+  impl_->loop->poll();
 }
 
 void Client::run() {
-  std::ignore = run_until([this] { return parts_->stopped.exchange(false); }, Duration::max());
+  std::ignore = run_until([this] { return impl_->stopped.exchange(false); }, Duration::max());
 }
 
 void Client::stop() {
-  parts_->stopped = true;
-  parts_->loop->wake();
+  impl_->stopped = true;
+  impl_->loop->wake();
 }
 
 bool Client::run_until(const std::function<bool()>& done, Duration patience) {
-  auto& loop = *parts_->loop;
+  auto& loop = *impl_->loop;
   const auto start = loop.now();
   while (true) {
     loop.poll();
@@ -174,14 +174,14 @@ bool Client::run_until(const std::function<bool()>& done, Duration patience) {
 }
 
 Handle Client::after(Duration delay, std::function<void()> call) {
-  auto timer = std::make_shared<Timer>(parts_->loop->after(delay, std::move(call)));
+  auto timer = std::make_shared<Timer>(impl_->loop->after(delay, std::move(call)));
   return Handle([timer] { timer->cancel(); });
 }
 
 std::vector<Component> Client::components() const {
   std::vector<Component> found;
-  for (const auto id : parts_->space->peers()) {
-    const auto text = parts_->space->summary(id);
+  for (const auto id : impl_->space->peers()) {
+    const auto text = impl_->space->summary(id);
     found.push_back({id, text.empty() ? Summary{} : model::summary_from_json(text).value_or(Summary{})});
   }
   return found;
@@ -194,14 +194,14 @@ std::vector<Component> Client::islands() const {
 }
 
 void Client::meet() {
-  const auto settled = [this] { return parts_->acquaintance->settled({}); };
+  const auto settled = [this] { return impl_->acquaintance->settled({}); };
   while (!run_until(settled, Acquaintance::kQuiet / 4)) {
   }
 }
 
 std::vector<Appearance> Client::appearances() const {
   std::vector<Appearance> all;
-  for (const auto& one : parts_->ecology->appearances()) {
+  for (const auto& one : impl_->ecology->appearances()) {
     all.push_back(
         {one.id, one.incarnation, one.version, one.present, model::summary_from_json(one.summary).value_or(Summary{})});
   }
@@ -213,7 +213,7 @@ unsigned Client::protocol_version() {
 }
 
 void Client::read(const Pattern& pattern, TuplesCall call, Duration patience) {
-  auto& parts = *parts_;
+  auto& parts = *impl_;
   parts.keep(parts.readings, [&](auto over) {
     auto told = [call = std::move(call), over](std::vector<Tuple> tuples) {
       over();
@@ -227,7 +227,7 @@ void Client::read(const Pattern& pattern, TuplesCall call, Duration patience) {
 std::vector<Tuple> Client::read(const Pattern& pattern, Duration patience) {
   std::optional<std::vector<Tuple>> found;
   const Reading reading(
-      *parts_->loop, *parts_->space, *parts_->acquaintance, pattern,
+      *impl_->loop, *impl_->space, *impl_->acquaintance, pattern,
       [&](std::vector<Tuple> tuples) { found = std::move(tuples); }, patience);
   run_until([&] { return found.has_value(); }, Duration::max());
   return std::move(*found);
@@ -268,9 +268,9 @@ Result<Handle> Client::watch_points(const Pattern& points, const Flow& flow, Poi
   const auto patterns = point_patterns(points);
   if (!patterns) return fail(patterns.error());
   auto watch = std::make_shared<std::unique_ptr<PointWatch>>(
-      std::make_unique<PointWatch>(*parts_->loop, *parts_->space, *patterns, flow, std::move(call)));
+      std::make_unique<PointWatch>(*impl_->loop, *impl_->space, *patterns, flow, std::move(call)));
   // Its end may be asked for from its own call.
-  return Handle([watch, door = std::weak_ptr(parts_->door)] {
+  return Handle([watch, door = std::weak_ptr(impl_->door)] {
     if (const auto parts = door.lock()) (*parts)->loop->post([watch] { watch->reset(); });
   });
 }
@@ -286,9 +286,9 @@ std::vector<Network> Client::networks(std::optional<OwnerId> island, Duration pa
 
 Handle Client::watch_devices(const DeviceQuery& query, DeviceCall call) {
   auto watch = std::make_shared<std::unique_ptr<DeviceWatch>>(
-      std::make_unique<DeviceWatch>(*parts_->space, query, std::move(call)));
+      std::make_unique<DeviceWatch>(*impl_->space, query, std::move(call)));
   // Its end may be asked for from its own call.
-  return Handle([watch, door = std::weak_ptr(parts_->door)] {
+  return Handle([watch, door = std::weak_ptr(impl_->door)] {
     if (const auto parts = door.lock()) (*parts)->loop->post([watch] { watch->reset(); });
   });
 }
@@ -317,7 +317,7 @@ std::vector<Device> Client::devices(const DeviceQuery& query, Duration patience)
 
 void Client::command(OwnerId owner, std::string_view key, std::string_view value, Ended ended, Duration time_to_live,
                      Duration patience, Ended under_way) {
-  auto& parts = *parts_;
+  auto& parts = *impl_;
   parts.keep(parts.errands, [&](auto over) {
     auto told = [ended = std::move(ended), over](const Outcome& outcome) {
       over();
@@ -330,31 +330,31 @@ void Client::command(OwnerId owner, std::string_view key, std::string_view value
 
 Outcome Client::command(OwnerId owner, std::string_view key, std::string_view value, Duration time_to_live,
                         Duration patience, Ended under_way) {
-  run_until([&] { return parts_->acquaintance->settled(owner); }, Acquaintance::kNamed);
+  run_until([&] { return impl_->acquaintance->settled(owner); }, Acquaintance::kNamed);
   std::optional<Outcome> outcome;
   const Errand errand(
-      *parts_->loop, *parts_->space, owner, key, value, [&](const Outcome& told) { outcome = told; }, time_to_live,
+      *impl_->loop, *impl_->space, owner, key, value, [&](const Outcome& told) { outcome = told; }, time_to_live,
       patience, std::move(under_way));
   run_until([&] { return outcome.has_value(); }, Duration::max());
   return *outcome;
 }
 
 void Client::send(OwnerId to, std::string_view type, std::string_view bytes, SentCall sent) {
-  parts_->office().send({to, {}, {}}, type, bytes, std::move(sent));
+  impl_->office().send({to, {}, {}}, type, bytes, std::move(sent));
 }
 
 void Client::send_to_network(OwnerId island, std::string_view network, std::string_view type, std::string_view bytes,
                              SentCall sent) {
-  parts_->office().send({island, std::string(network), {}}, type, bytes, std::move(sent));
+  impl_->office().send({island, std::string(network), {}}, type, bytes, std::move(sent));
 }
 
 void Client::send_to_device(OwnerId island, std::string_view network, std::string_view address, std::string_view type,
                             std::string_view bytes, SentCall sent) {
-  parts_->office().send({island, std::string(network), std::string(address)}, type, bytes, std::move(sent));
+  impl_->office().send({island, std::string(network), std::string(address)}, type, bytes, std::move(sent));
 }
 
 Handle Client::on_message(std::string_view type, MessageCall call) {
-  return parts_->office().on_message(type, std::move(call));
+  return impl_->office().on_message(type, std::move(call));
 }
 
 }  // namespace rubicon::client

@@ -42,8 +42,8 @@ Result<std::vector<OwnTuple>> read_own_tuples(const std::vector<std::string>& te
 
 void OwnTuples::start() {
   for (const auto& tuple : tuples_) {
-    judges_.push_back(space_.judge({space_.self(), tuple.key},
-                                   [](const tuples::RemoteSet&) { return tuples::Judgement::applied(); }));
+    judges_.push_back(space_.add_policy({space_.self(), tuple.key},
+                                        [](const tuples::RemoteSet&) { return tuples::SetDecision::applied(); }));
     std::ignore = space_.set(tuple.key, tuple.value, {"text/plain"});
   }
 }

@@ -69,8 +69,8 @@ class Waiter {
 
 }  // namespace
 
-struct ConsoleWriter::Parts : std::enable_shared_from_this<ConsoleWriter::Parts> {
-  Parts(asio::io_context& context, int descriptor, std::function<void()> on_closed)
+struct ConsoleWriter::Impl : std::enable_shared_from_this<ConsoleWriter::Impl> {
+  Impl(asio::io_context& context, int descriptor, std::function<void()> on_closed)
       : waiter(context, descriptor, O_WRONLY), closed(std::move(on_closed)) {}
 
   void put(std::string text) {
@@ -133,12 +133,12 @@ struct ConsoleWriter::Parts : std::enable_shared_from_this<ConsoleWriter::Parts>
 };
 
 ConsoleWriter::ConsoleWriter(asio::io_context& context, int descriptor, std::function<void()> closed)
-    : parts_(std::make_shared<Parts>(context, descriptor, std::move(closed))) {}
+    : impl_(std::make_shared<Impl>(context, descriptor, std::move(closed))) {}
 ConsoleWriter::~ConsoleWriter() = default;
 
 bool ConsoleWriter::event(std::string line) {
-  if (parts_->lines.size() >= kMaxLines || parts_->waiting_bytes >= kMaxBytes) {
-    ++parts_->dropped;
+  if (impl_->lines.size() >= kMaxLines || impl_->waiting_bytes >= kMaxBytes) {
+    ++impl_->dropped;
     return false;
   }
   answer(std::move(line));
@@ -147,32 +147,32 @@ bool ConsoleWriter::event(std::string line) {
 
 void ConsoleWriter::answer(std::string line) {
   line += '\n';
-  parts_->put(std::move(line));
+  impl_->put(std::move(line));
 }
 
 bool ConsoleWriter::screen(std::string text) {
-  if (!parts_->empty()) return false;
-  parts_->put(std::move(text));
+  if (!impl_->empty()) return false;
+  impl_->put(std::move(text));
   return true;
 }
 
 bool ConsoleWriter::crowded() const {
-  return parts_->lines.size() >= kMaxLines / 2 || parts_->waiting_bytes >= kMaxBytes / 2;
+  return impl_->lines.size() >= kMaxLines / 2 || impl_->waiting_bytes >= kMaxBytes / 2;
 }
 bool ConsoleWriter::empty() const {
-  return parts_->empty();
+  return impl_->empty();
 }
 std::uint64_t ConsoleWriter::dropped() const {
-  return parts_->dropped;
+  return impl_->dropped;
 }
 
 void ConsoleWriter::when_empty(std::function<void()> call) {
-  if (parts_->empty() || parts_->broken) return call();
-  parts_->emptied = std::move(call);
+  if (impl_->empty() || impl_->broken) return call();
+  impl_->emptied = std::move(call);
 }
 
-struct ConsoleReader::Parts : std::enable_shared_from_this<ConsoleReader::Parts> {
-  Parts(asio::io_context& context, int descriptor, std::size_t longest, Calls some_calls)
+struct ConsoleReader::Impl : std::enable_shared_from_this<ConsoleReader::Impl> {
+  Impl(asio::io_context& context, int descriptor, std::size_t longest, Calls some_calls)
       : waiter(context, descriptor, O_RDONLY), timer(context), max_line(longest), calls(std::move(some_calls)) {}
 
   void next() {
@@ -230,8 +230,8 @@ struct ConsoleReader::Parts : std::enable_shared_from_this<ConsoleReader::Parts>
 };
 
 ConsoleReader::ConsoleReader(asio::io_context& context, int descriptor, std::size_t max_line, Calls calls)
-    : parts_(std::make_shared<Parts>(context, descriptor, max_line, std::move(calls))) {
-  parts_->next();
+    : impl_(std::make_shared<Impl>(context, descriptor, max_line, std::move(calls))) {
+  impl_->next();
 }
 ConsoleReader::~ConsoleReader() = default;
 

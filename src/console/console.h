@@ -37,8 +37,8 @@ class ConsoleWriter {
   void when_empty(std::function<void()> call);
 
  private:
-  struct Parts;
-  std::shared_ptr<Parts> parts_;
+  struct Impl;
+  std::shared_ptr<Impl> impl_;
 };
 
 /// Standard input, line by line, or in pieces as they come; pauses while asked to.
@@ -55,8 +55,8 @@ class ConsoleReader {
   ~ConsoleReader();
 
  private:
-  struct Parts;
-  std::shared_ptr<Parts> parts_;
+  struct Impl;
+  std::shared_ptr<Impl> impl_;
 };
 
 }  // namespace rubicon::console

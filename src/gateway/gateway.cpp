@@ -56,8 +56,8 @@ void add(Gateway::Counters& sum, const Gateway::Counters& part) {
 
 }  // namespace
 
-struct Gateway::Parts {
-  Parts(Scheduler& s, TupleSpace& space, base::LogSink& sink, GatewayLimits l)
+struct Gateway::Impl {
+  Impl(Scheduler& s, TupleSpace& space, base::LogSink& sink, GatewayLimits l)
       : scheduler(s),
         self(space.self()),
         log(sink, "gateway"),
@@ -114,19 +114,19 @@ struct Gateway::Parts {
   IslandDoor door;
 };
 
-Inbox& Gateway::Parts::inbox(const std::string& network) {
+Inbox& Gateway::Impl::inbox(const std::string& network) {
   if (last_inbox == nullptr || last_inbox->network() != network)
     last_inbox = &inboxes.try_emplace(network, network, limits).first->second;
   return *last_inbox;
 }
 
-void Gateway::Parts::stamp(Message& message) {
-  if (message.origin != model::kNobody) return;
+void Gateway::Impl::stamp(Message& message) {
+  if (message.origin != model::kNoOwner) return;
   message.origin = self;
   message.number = ++last_number;
 }
 
-void Gateway::Parts::ask_turn() {
+void Gateway::Impl::ask_turn() {
   if (std::exchange(turn_asked, true)) return;
   scheduler.post([this, still = std::weak_ptr<bool>(alive)] {
     if (still.lock()) turn();
@@ -134,7 +134,7 @@ void Gateway::Parts::ask_turn() {
 }
 
 /// One turn of the loop: everything that waits, and nothing that comes meanwhile.
-void Gateway::Parts::turn() {
+void Gateway::Impl::turn() {
   turn_asked = false;
   auto from_abroad = std::exchange(foreign, {});
   auto from_here = std::exchange(outbox, {});
@@ -147,7 +147,7 @@ void Gateway::Parts::turn() {
   for (Message& message : from_here) route(message, own);
 }
 
-Result<void> Gateway::Parts::arrived(Message message, std::size_t size) {
+Result<void> Gateway::Impl::arrived(Message message, std::size_t size) {
   if (foreign.size() >= limits.queue || foreign_bytes + size > kForeignBytes) {
     ++own.refused_busy;
     return fail(ErrorCode::kBusy, "too many messages are waiting at this gateway");
@@ -158,11 +158,11 @@ Result<void> Gateway::Parts::arrived(Message message, std::size_t size) {
   return {};
 }
 
-std::uint64_t Gateway::Parts::send(Message message) {
+std::uint64_t Gateway::Impl::send(Message message) {
   stamp(message);
   const auto number = answerable_number(message);
-  if (message.source.island == model::kNobody) message.source.island = self;
-  if (message.destination.island == model::kNobody) message.destination.island = self;
+  if (message.source.island == model::kNoOwner) message.source.island = self;
+  if (message.destination.island == model::kNoOwner) message.destination.island = self;
   if (outbox.size() >= limits.queue) {
     undelivered(Envelope(message), Outcome::kBusy, "too many messages are waiting at this gateway");
     return number;
@@ -172,14 +172,14 @@ std::uint64_t Gateway::Parts::send(Message message) {
   return number;
 }
 
-void Gateway::Parts::undelivered(const Envelope& envelope, Outcome outcome, std::string why) {
+void Gateway::Impl::undelivered(const Envelope& envelope, Outcome outcome, std::string why) {
   if (outcome == Outcome::kBusy) ++own.refused_busy;
   if (outcome == Outcome::kUndeliverable) ++own.undeliverable;
   answer(envelope, outcome, std::move(why));
 }
 
 /// Answers have as much room again as what they answer.
-void Gateway::Parts::answer(const Envelope& envelope, Outcome outcome, std::string why) {
+void Gateway::Impl::answer(const Envelope& envelope, Outcome outcome, std::string why) {
   if (!envelope.answerable || outbox.size() >= limits.queue * 2) return;
   Message answer;
   answer.source = envelope.destination;
@@ -191,7 +191,7 @@ void Gateway::Parts::answer(const Envelope& envelope, Outcome outcome, std::stri
   ask_turn();
 }
 
-void Gateway::Parts::tell_drops(Inbox& box) {
+void Gateway::Impl::tell_drops(Inbox& box) {
   const auto dropped = box.counters.dropped_readings;
   if (dropped == box.told_drops || !log_limit.allow(box.network() + " drops", scheduler.now())) return;
   box.told_drops = dropped;
@@ -199,14 +199,14 @@ void Gateway::Parts::tell_drops(Inbox& box) {
       fmt::format("network {}: {} readings dropped so far, more than {} waited", box.network(), dropped, limits.queue));
 }
 
-void Gateway::Parts::no_room(Inbox& box, const Message& message) {
+void Gateway::Impl::no_room(Inbox& box, const Message& message) {
   ++box.counters.refused_busy;
   auto why = fmt::format("too many messages of network {} are waiting", box.network());
   if (log_limit.allow(box.network(), scheduler.now())) log.warning(why);
   if (message.kind() == MessageKind::kOpaque) answer(Envelope(message), Outcome::kBusy, std::move(why));
 }
 
-void Gateway::Parts::route(Message& message, Counters& count) {
+void Gateway::Impl::route(Message& message, Counters& count) {
   if (message.destination.island != self) return door.send(message);
   if (names_only_a_device(message)) return to_device(message, count);
   // An answer for a device is for those who know it: networks take none.
@@ -215,13 +215,13 @@ void Gateway::Parts::route(Message& message, Counters& count) {
   to_network(message, count);
 }
 
-bool Gateway::Parts::names_only_a_device(const Message& message) const {
+bool Gateway::Impl::names_only_a_device(const Message& message) const {
   const auto& to = message.destination;
   return networks_of && to.network.empty() && !to.device.empty() && expects_ears(message.kind());
 }
 
 /// A mote's message to a mote of another island names no network (wsn.md, section 9.8).
-void Gateway::Parts::to_device(Message& message, Counters& count) {
+void Gateway::Impl::to_device(Message& message, Counters& count) {
   auto& to = message.destination;
   auto found = networks_of(to.device);
   if (found.empty()) return to_listeners(message, count);
@@ -234,7 +234,7 @@ void Gateway::Parts::to_device(Message& message, Counters& count) {
                           found.size(), number(self), fmt::join(found, ", ")));
 }
 
-void Gateway::Parts::to_listeners(const Message& message, Counters& count) {
+void Gateway::Impl::to_listeners(const Message& message, Counters& count) {
   std::size_t heard = listeners[message.body.index()].tell(message);
   const auto* opaque = std::get_if<model::Opaque>(&message.body);
   if (opaque) {
@@ -253,14 +253,14 @@ void Gateway::Parts::to_listeners(const Message& message, Counters& count) {
                   : fmt::format("no network of island {} has a device {}", number(self), model::quoted(device)));
 }
 
-void Gateway::Parts::to_network(const Message& message, Counters& count) {
+void Gateway::Impl::to_network(const Message& message, Counters& count) {
   if (auto sent = to_own_network(message); !sent)
     return undelivered(Envelope(message), outcome_of(sent.error().code), std::move(sent.error().text));
   ++count.delivered;
 }
 
 /// The island's own parts may send anything; others only what docs/decisions/015 allows.
-Result<void> Gateway::Parts::to_own_network(const Message& message) {
+Result<void> Gateway::Impl::to_own_network(const Message& message) {
   if (networks == nullptr) return fail(ErrorCode::kNotFound, "this island has no networks");
   const auto kind = message.kind();
   if (is_ours(message) || kind == MessageKind::kOpaque) return networks->send(message);
@@ -270,75 +270,75 @@ Result<void> Gateway::Parts::to_own_network(const Message& message) {
               fmt::format("networks take no {} of others: subscribe to tuples and set them", to_string(kind)));
 }
 
-bool Gateway::Parts::is_ours(const Message& message) const {
+bool Gateway::Impl::is_ours(const Message& message) const {
   return message.origin == self && message.source.island == self && message.source.network.empty();
 }
 
 Gateway::Gateway(Scheduler& scheduler, TupleSpace& space, base::LogSink& log, GatewayLimits limits)
-    : parts_(std::make_unique<Parts>(scheduler, space, log, limits)) {}
+    : impl_(std::make_unique<Impl>(scheduler, space, log, limits)) {}
 
 Gateway::~Gateway() = default;
 
 void Gateway::limit(GatewayLimits limits) {
-  parts_->limits = limits;
-  for (auto& [network, box] : parts_->inboxes) box.limit(limits);
+  impl_->limits = limits;
+  for (auto& [network, box] : impl_->inboxes) box.limit(limits);
 }
 
 void Gateway::forget(const std::string& network) {
-  const auto box = parts_->inboxes.find(network);
-  if (box == parts_->inboxes.end()) return;
-  add(parts_->own, box->second.counters);  // the island's sums never shrink
-  parts_->last_inbox = nullptr;
-  parts_->inboxes.erase(box);
+  const auto box = impl_->inboxes.find(network);
+  if (box == impl_->inboxes.end()) return;
+  add(impl_->own, box->second.counters);  // the island's sums never shrink
+  impl_->last_inbox = nullptr;
+  impl_->inboxes.erase(box);
 }
 
 void Gateway::find_devices(NetworksOf networks_of) {
-  parts_->networks_of = std::move(networks_of);
+  impl_->networks_of = std::move(networks_of);
 }
 
 void Gateway::take_commands(CommandCall call) {
-  parts_->take_command = std::move(call);
+  impl_->take_command = std::move(call);
 }
 
 void Gateway::connect(network::Supervisor& networks) {
-  parts_->networks = &networks;
+  impl_->networks = &networks;
 }
 
 Handle Gateway::subscribe(MessageKind kind, MessageCall call) {
-  return parts_->listeners[static_cast<std::size_t>(kind)].add(std::move(call));
+  return impl_->listeners[static_cast<std::size_t>(kind)].add(std::move(call));
 }
 
 Handle Gateway::subscribe_user(std::string_view type, MessageCall call) {
-  return parts_->user_listeners[std::string(type)].add(std::move(call));
+  return impl_->user_listeners[std::string(type)].add(std::move(call));
 }
 
 std::uint64_t Gateway::send(Message message) {
-  RUBICON_DEBUG_ASSERT(parts_->scheduler.on_loop_thread());
-  return parts_->send(std::move(message));
+  RUBICON_DEBUG_ASSERT(impl_->scheduler.on_loop_thread());
+  return impl_->send(std::move(message));
 }
 
 void Gateway::on_taken(std::function<void(std::uint64_t number)> call) {
-  parts_->door.on_taken(std::move(call));
+  impl_->door.on_taken(std::move(call));
 }
 
 void Gateway::from_network(const std::string& network, Message message) {
-  RUBICON_DEBUG_ASSERT(parts_->scheduler.on_loop_thread());
-  parts_->stamp(message);
-  Inbox& box = parts_->inbox(network);
-  if (!box.add(message)) parts_->no_room(box, message);
-  parts_->ask_turn();
+  RUBICON_DEBUG_ASSERT(impl_->scheduler.on_loop_thread());
+  impl_->stamp(message);
+  Inbox& box = impl_->inbox(network);
+  if (!box.add(message)) impl_->no_room(box, message);
+  impl_->ask_turn();
 }
 
 Gateway::Counters Gateway::counters() const {
-  Counters sum = parts_->own;
-  add(sum, parts_->door.counters);
-  for (const auto& [network, box] : parts_->inboxes) add(sum, box.counters);
+  Counters sum = impl_->own;
+  add(sum, impl_->door.counters);
+  for (const auto& [network, box] : impl_->inboxes) add(sum, box.counters);
   return sum;
 }
 
 Gateway::Counters Gateway::counters(const std::string& network) const {
-  const auto found = parts_->inboxes.find(network);
-  return found == parts_->inboxes.end() ? Counters{} : found->second.counters;
+  const auto found = impl_->inboxes.find(network);
+  return found == impl_->inboxes.end() ? Counters{} : found->second.counters;
 }
 
 }  // namespace rubicon::gateway

@@ -43,7 +43,7 @@ class Gateway final : public network::MessageSink {
   [[nodiscard]] Handle subscribe_user(std::string_view type, MessageCall call);
 
   /// To an own network, a local listener (empty network) or another island. Origin and number are set here when origin
-  /// is kNobody. Delivery happens in a later turn. Returns what an Acknowledge to it names.
+  /// is kNoOwner. Delivery happens in a later turn. Returns what an Acknowledge to it names.
   std::uint64_t send(Message message);
   /// Told of each message to another island that it took, by the number that send() returned.
   void on_taken(std::function<void(std::uint64_t number)> call);
@@ -76,8 +76,8 @@ class Gateway final : public network::MessageSink {
   Counters counters(const std::string& network) const;
 
  private:
-  struct Parts;
-  std::unique_ptr<Parts> parts_;
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
 };
 
 }  // namespace rubicon::gateway

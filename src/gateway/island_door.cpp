@@ -22,9 +22,9 @@ Result<void> check_sender(const Message& message, OwnerId from) {
     return model::is_island(from) ? Result<void>{} : forged("hops", std::to_string(unsigned{message.hops}));
   }
   const auto& source = message.source.island;
-  if (message.origin != model::kNobody && message.origin != from)
+  if (message.origin != model::kNoOwner && message.origin != from)
     return forged("origin", std::to_string(number(message.origin)));
-  if (source != model::kNobody && source != from) return forged("source", to_string(message.source));
+  if (source != model::kNoOwner && source != from) return forged("source", to_string(message.source));
   return {};
 }
 
@@ -50,8 +50,8 @@ IslandDoor::IslandDoor(TupleSpace& space, const GatewayLimits& limits, Arrival a
       failure_(std::move(failure)),
       forged_(std::move(forged)) {
   RUBICON_ASSERT(space_.declare(kKey));
-  judge_ =
-      space_.judge({space_.self(), std::string(kKey)}, [this](const tuples::RemoteSet& wish) { return take(wish); });
+  judge_ = space_.add_policy({space_.self(), std::string(kKey)},
+                             [this](const tuples::RemoteSet& wish) { return take(wish); });
 }
 
 IslandDoor::~IslandDoor() {
@@ -87,18 +87,18 @@ void IslandDoor::answered(const Envelope& envelope, const tuples::Reply& reply) 
                        reply.text.empty() ? "" : ": ", reply.text));
 }
 
-tuples::Judgement IslandDoor::malformed(Error why) {
+tuples::SetDecision IslandDoor::malformed(Error why) {
   ++counters.malformed;
-  return tuples::Judgement::refused(std::move(why));
+  return tuples::SetDecision::refused(std::move(why));
 }
 
-tuples::Judgement IslandDoor::forged(OwnerId from, Error why) {
+tuples::SetDecision IslandDoor::forged(OwnerId from, Error why) {
   ++counters.forged;
   forged_(from, why.text);
-  return tuples::Judgement::refused(std::move(why));
+  return tuples::SetDecision::refused(std::move(why));
 }
 
-tuples::Judgement IslandDoor::take(const tuples::RemoteSet& wish) {
+tuples::SetDecision IslandDoor::take(const tuples::RemoteSet& wish) {
   if (!model::is_message_media_type(wish.media_type))
     return malformed({ErrorCode::kUnsupported, fmt::format("GATEWAY takes {}, got {}", model::kMessageMediaType,
                                                            model::quoted(wish.media_type))});
@@ -106,31 +106,31 @@ tuples::Judgement IslandDoor::take(const tuples::RemoteSet& wish) {
   if (!message) return malformed(std::move(message.error()));
   if (auto own = check_sender(*message, wish.from); !own) return forged(wish.from, std::move(own.error()));
   // A component that is no island posts without origin and number: nothing to recognise its message by.
-  if (message->origin == model::kNobody) {
+  if (message->origin == model::kNoOwner) {
     message->origin = wish.from;
     message->number = 0;
   } else if (message->origin == space_.self()) {
     ++counters.looped;
-    return tuples::Judgement::consumed();
+    return tuples::SetDecision::consumed();
   }
   const bool numbered = message->number != 0;
   if (numbered && seen_.seen(message->origin, message->number)) {
     ++counters.duplicates;
-    return tuples::Judgement::consumed();
+    return tuples::SetDecision::consumed();
   }
   if (message->hops >= model::kMaxHops) {
     ++counters.looped;
-    return tuples::Judgement::refused(
+    return tuples::SetDecision::refused(
         {ErrorCode::kRefused, fmt::format("hop limit of {} reached", unsigned{model::kMaxHops})});
   }
   ++message->hops;
-  if (message->destination.island == model::kNobody) message->destination.island = space_.self();
-  if (message->source.island == model::kNobody) message->source.island = wish.from;
+  if (message->destination.island == model::kNoOwner) message->destination.island = space_.self();
+  if (message->source.island == model::kNoOwner) message->source.island = wish.from;
   const auto [origin, number] = std::pair(message->origin, message->number);
   if (auto taken = arrival_(std::move(*message), wish.value.size()); !taken)
-    return tuples::Judgement::refused(std::move(taken.error()));
+    return tuples::SetDecision::refused(std::move(taken.error()));
   if (numbered) seen_.note(origin, number);
-  return tuples::Judgement::consumed();
+  return tuples::SetDecision::consumed();
 }
 
 }  // namespace rubicon::gateway

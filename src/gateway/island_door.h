@@ -44,9 +44,9 @@ class IslandDoor {
   Gateway::Counters counters;
 
  private:
-  tuples::Judgement take(const tuples::RemoteSet& wish);
-  tuples::Judgement malformed(Error why);
-  tuples::Judgement forged(OwnerId from, Error why);
+  tuples::SetDecision take(const tuples::RemoteSet& wish);
+  tuples::SetDecision malformed(Error why);
+  tuples::SetDecision forged(OwnerId from, Error why);
   void answered(const Envelope& envelope, const tuples::Reply& reply);
 
   TupleSpace& space_;

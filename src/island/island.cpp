@@ -30,9 +30,9 @@ config::IslandConfig with_host(config::IslandConfig config) {
 }  // namespace
 
 /// In the order of construction: what stands further down uses what stands above.
-struct Island::Parts {
-  Parts(config::IslandConfig some_config, std::unique_ptr<tuples::Link> a_link, Scheduler& scheduler,
-        transport::Transports& some_transports, base::LogSink& sink, std::unique_ptr<state::StateStore> store)
+struct Island::Impl {
+  Impl(config::IslandConfig some_config, std::unique_ptr<tuples::Link> a_link, Scheduler& scheduler,
+       transport::Transports& some_transports, base::LogSink& sink, std::unique_ptr<state::StateStore> store)
       : config(with_host(std::move(some_config))),
         transports(some_transports),
         log(sink),
@@ -57,7 +57,7 @@ struct Island::Parts {
   }
   void watch_numbers();
   void watch_disks();
-  Result<network::Followed> follow(std::string_view tuple, std::function<void(std::string_view)> call);
+  Result<network::TupleWatch> follow(std::string_view tuple, std::function<void(std::string_view)> call);
 
   Result<void> add(const config::NetworkSetup& setup, network::Supervisor& to, const std::string& directory,
                    std::size_t most_devices, base::ConfigErrors& errors);
@@ -86,7 +86,7 @@ struct Island::Parts {
 };
 
 /// Room for what the island writes: a full disk is seen before it is full.
-void Island::Parts::watch_disks() {
+void Island::Impl::watch_disks() {
   metrics.add([this](const IslandMetrics::Say& say) {
     const auto tell = [&](const std::string& name, const std::string& path) {
       if (const auto free = free_space.beside(path)) say(name + "-free-bytes", *free);
@@ -96,7 +96,7 @@ void Island::Parts::watch_disks() {
   });
 }
 
-void Island::Parts::watch_numbers() {
+void Island::Impl::watch_numbers() {
   metrics.add([this](const IslandMetrics::Say& say) {
     const auto messages = gateway.counters();
     say("gateway-delivered", messages.delivered);
@@ -133,7 +133,7 @@ void Island::Parts::watch_numbers() {
 }
 
 /// Who shows a value wants it: the subscription is an active one.
-Result<network::Followed> Island::Parts::follow(std::string_view tuple, std::function<void(std::string_view)> call) {
+Result<network::TupleWatch> Island::Impl::follow(std::string_view tuple, std::function<void(std::string_view)> call) {
   auto pattern = Pattern::parse(model::current_key(tuple));
   if (!pattern) return fail(pattern.error());
   if (!pattern->exact()) return fail(ErrorCode::kInvalid, fmt::format("'{}' is a pattern, expected one tuple", tuple));
@@ -144,12 +144,12 @@ Result<network::Followed> Island::Parts::follow(std::string_view tuple, std::fun
   return std::make_shared<tuples::Handle>(std::move(handle));
 }
 
-Island::Island(std::unique_ptr<Parts> parts, Scheduler& scheduler) : parts_(std::move(parts)), scheduler_(scheduler) {}
+Island::Island(std::unique_ptr<Impl> impl, Scheduler& scheduler) : impl_(std::move(impl)), scheduler_(scheduler) {}
 Island::~Island() = default;
 
 /// Reads the plug-in's options and makes the network; what is wrong stands in `errors` too.
-Result<void> Island::Parts::add(const config::NetworkSetup& setup, network::Supervisor& to,
-                                const std::string& directory, std::size_t most_devices, base::ConfigErrors& errors) {
+Result<void> Island::Impl::add(const config::NetworkSetup& setup, network::Supervisor& to, const std::string& directory,
+                               std::size_t most_devices, base::ConfigErrors& errors) {
   ConfigReader options(setup.options, "networks." + setup.key, errors);
   const auto before = errors.lines().size();
   auto added =
@@ -167,7 +167,7 @@ Result<std::unique_ptr<Island>> Island::make(config::IslandConfig config, Schedu
   auto link = ecology.join(config.id);
   if (!link) return fail(link.error());
   auto parts =
-      std::make_unique<Parts>(std::move(config), std::move(*link), scheduler, transports, log, std::move(state));
+      std::make_unique<Impl>(std::move(config), std::move(*link), scheduler, transports, log, std::move(state));
   for (auto& setup : parts->config.networks) {
     if (!setup.type) continue;
     std::ignore = parts->add(setup, parts->networks, parts->config.directory, parts->config.limits.devices, errors);
@@ -179,16 +179,16 @@ Result<std::unique_ptr<Island>> Island::make(config::IslandConfig config, Schedu
 }
 
 void Island::start() {
-  parts_->own_tuples.start();
-  parts_->recorders.take(parts_->config.recorders, parts_->config.directory);
-  parts_->proxy.restore();
-  parts_->networks.start();
-  parts_->metrics.start();
-  parts_->presence.start();
+  impl_->own_tuples.start();
+  impl_->recorders.take(impl_->config.recorders, impl_->config.directory);
+  impl_->proxy.restore();
+  impl_->networks.start();
+  impl_->metrics.start();
+  impl_->presence.start();
 }
 
 void Island::close(std::function<void()> closed) {
-  parts_->networks.close(std::move(closed));
+  impl_->networks.close(std::move(closed));
 }
 
 namespace {
@@ -205,8 +205,8 @@ const config::NetworkSetup& setup_of(const config::IslandConfig& config, const s
 }  // namespace
 
 /// By what the networks list, those that are tried first; else by the devices that are there.
-void Island::Parts::warn_of_lost_names(const config::IslandConfig& next, const network::Supervisor& trial,
-                                       config::ReloadPlan& plan) {
+void Island::Impl::warn_of_lost_names(const config::IslandConfig& next, const network::Supervisor& trial,
+                                      config::ReloadPlan& plan) {
   for (const auto& setup : next.networks) {
     const auto& rules = next.proxy.networks.at(setup.id);
     if (rules.devices.empty()) continue;
@@ -222,8 +222,8 @@ void Island::Parts::warn_of_lost_names(const config::IslandConfig& next, const n
 }
 
 /// Makes the new and the changed networks once, without opening anything.
-Result<void> Island::Parts::try_options(const config::IslandConfig& next, config::ReloadPlan& plan,
-                                        Scheduler& scheduler, base::ConfigErrors& errors) {
+Result<void> Island::Impl::try_options(const config::IslandConfig& next, config::ReloadPlan& plan, Scheduler& scheduler,
+                                       base::ConfigErrors& errors) {
   Nobody nobody;
   base::NullLogSink quiet;
   network::Supervisor trial(config.id, scheduler, transports, quiet, nobody);
@@ -236,13 +236,13 @@ Result<void> Island::Parts::try_options(const config::IslandConfig& next, config
   return {};
 }
 
-void Island::Parts::note_file(const config::NetworkSetup& setup) {
+void Island::Impl::note_file(const config::NetworkSetup& setup) {
   file_digests[setup.id] = digest_of_options_file(setup, config.directory, transports);
 }
 
 /// Files that the options name may have changed though the options did not; a network may be missing since an earlier
 /// reload failed to make it.
-void Island::Parts::add_what_files_changed(const config::IslandConfig& next, config::ReloadPlan& plan) {
+void Island::Impl::add_what_files_changed(const config::IslandConfig& next, config::ReloadPlan& plan) {
   const auto running = networks.ids();
   const auto has = [](const std::vector<std::string>& ids, const std::string& id) {
     return std::find(ids.begin(), ids.end(), id) != ids.end();
@@ -260,21 +260,21 @@ void Island::Parts::add_what_files_changed(const config::IslandConfig& next, con
 }
 
 Result<config::ReloadPlan> Island::plan(const config::IslandConfig& next, base::ConfigErrors& errors) {
-  auto plan = config::plan_reload(parts_->config, next);
-  for (auto& line : parts_->proxy.objections(next.proxy)) plan.refusals.push_back(std::move(line));
+  auto plan = config::plan_reload(impl_->config, next);
+  for (auto& line : impl_->proxy.objections(next.proxy)) plan.refusals.push_back(std::move(line));
   if (!plan.refusals.empty()) return fail(ErrorCode::kRefused, fmt::format("{}", fmt::join(plan.refusals, "; ")));
-  parts_->add_what_files_changed(next, plan);
-  if (auto good = parts_->try_options(next, plan, scheduler_, errors); !good) return fail(std::move(good.error()));
+  impl_->add_what_files_changed(next, plan);
+  if (auto good = impl_->try_options(next, plan, scheduler_, errors); !good) return fail(std::move(good.error()));
   return plan;
 }
 
 Result<config::ReloadPlan> Island::reload(config::IslandConfig next, base::ConfigErrors& errors) {
   auto planned = plan(next, errors);
-  if (planned) parts_->apply(std::move(next), *planned);
+  if (planned) impl_->apply(std::move(next), *planned);
   return planned;
 }
 
-void Island::Parts::apply(config::IslandConfig next, config::ReloadPlan& plan) {
+void Island::Impl::apply(config::IslandConfig next, config::ReloadPlan& plan) {
   base::ConfigErrors errors;  // they were read without any a moment ago
   const auto take_away = [this](const std::string& id) {
     networks.remove(id);
@@ -312,16 +312,16 @@ void Island::Parts::apply(config::IslandConfig next, config::ReloadPlan& plan) {
 }
 
 TupleSpace& Island::space() {
-  return parts_->space;
+  return impl_->space;
 }
 gateway::Gateway& Island::gateway() {
-  return parts_->gateway;
+  return impl_->gateway;
 }
 network::Supervisor& Island::networks() {
-  return parts_->networks;
+  return impl_->networks;
 }
 const config::IslandConfig& Island::config() const {
-  return parts_->config;
+  return impl_->config;
 }
 
 }  // namespace rubicon::island

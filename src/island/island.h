@@ -49,9 +49,9 @@ class Island {
   const config::IslandConfig& config() const;
 
  private:
-  struct Parts;
-  Island(std::unique_ptr<Parts> parts, Scheduler& scheduler);
-  std::unique_ptr<Parts> parts_;
+  struct Impl;
+  Island(std::unique_ptr<Impl> impl, Scheduler& scheduler);
+  std::unique_ptr<Impl> impl_;
   Scheduler& scheduler_;
 };
 

@@ -128,8 +128,8 @@ inline constexpr std::uint8_t kMaxHops = 4;
 
 /// What networks, gateways and listeners exchange (D1.4: RubiconMessage).
 struct Message {
-  IslandId origin = kNobody;  ///< the island it was born on; set by its gateway
-  std::uint64_t number = 0;   ///< unique per origin for ever; set by its gateway; what makes delivery once
+  IslandId origin = kNoOwner;  ///< the island it was born on; set by its gateway
+  std::uint64_t number = 0;    ///< unique per origin for ever; set by its gateway; what makes delivery once
   std::uint8_t hops = 0;
   Address source;
   Address destination;

@@ -88,9 +88,9 @@ KindTraits traits_of(FieldKind kind) {
   return {4, -kMost, kMost};
 }
 
-template <typename... Parts>
-auto unfit(ErrorCode code, const LearningRecord& record, fmt::format_string<Parts...> text, Parts&&... parts) {
-  return fail(code, fmt::format("mote record {}: {}", record.name, fmt::format(text, std::forward<Parts>(parts)...)));
+template <typename... Impl>
+auto unfit(ErrorCode code, const LearningRecord& record, fmt::format_string<Impl...> text, Impl&&... parts) {
+  return fail(code, fmt::format("mote record {}: {}", record.name, fmt::format(text, std::forward<Impl>(parts)...)));
 }
 
 /// The array that `field` counts; nullptr if it counts none.

@@ -11,7 +11,7 @@ void NetworkHost::deliver(std::string device, model::Body body) {
   deliver(std::move(message));
 }
 
-Result<Followed> NetworkHost::follow(std::string_view, std::function<void(std::string_view value)>) {
+Result<TupleWatch> NetworkHost::follow(std::string_view, std::function<void(std::string_view value)>) {
   return fail(ErrorCode::kUnsupported, "there are no tuples to follow here");
 }
 

@@ -18,7 +18,7 @@
 namespace rubicon::network {
 
 /// A tuple that is followed; destroyed = not any more.
-using Followed = std::shared_ptr<void>;
+using TupleWatch = std::shared_ptr<void>;
 
 /// What a plug-in knows of the world. Owned by the supervisor, outlives the network.
 class NetworkHost {
@@ -35,7 +35,7 @@ class NetworkHost {
   /// Values of a tuple, for networks that show them to their devices: the key of one of this island's, or `ID:key` of
   /// another's. `call` is told what there is, in a later turn, and each change (empty: it is gone), until the result is
   /// destroyed; nobody is asked at make() time. kInvalid for what is no tuple. By default there are none: kUnsupported.
-  virtual Result<Followed> follow(std::string_view tuple, std::function<void(std::string_view value)> call);
+  virtual Result<TupleWatch> follow(std::string_view tuple, std::function<void(std::string_view value)> call);
 
   virtual Scheduler& scheduler() = 0;
   virtual transport::Transports& transports() = 0;

@@ -43,7 +43,7 @@ class Supervisor::Slot final : public NetworkHost {
     if (closed_) return;
     message.source.island = supervisor_.island_;
     message.source.network = id_;
-    if (message.destination.island == model::kNobody) message.destination.island = supervisor_.island_;
+    if (message.destination.island == model::kNoOwner) message.destination.island = supervisor_.island_;
     if (message.kind() == MessageKind::kState) {
       auto& state = std::get<model::State>(message.body);
       complete(state);
@@ -65,7 +65,7 @@ class Supervisor::Slot final : public NetworkHost {
     deliver({}, model::State{model::LineState::kDown, std::move(why.text), {}});
   }
 
-  Result<Followed> follow(std::string_view tuple, std::function<void(std::string_view)> call) override {
+  Result<TupleWatch> follow(std::string_view tuple, std::function<void(std::string_view)> call) override {
     return supervisor_.follow_ ? supervisor_.follow_(tuple, std::move(call)) : NetworkHost::follow(tuple, call);
   }
 

@@ -28,7 +28,7 @@ class Supervisor {
   ~Supervisor();
 
   /// Who follows tuples for networks; without it nothing can be followed.
-  using Follow = std::function<Result<Followed>(std::string_view tuple, std::function<void(std::string_view)> call)>;
+  using Follow = std::function<Result<TupleWatch>(std::string_view tuple, std::function<void(std::string_view)> call)>;
   void follow_by(Follow follow) { follow_ = std::move(follow); }
 
   /// kDuplicate for an id already there; else what `make` says.

@@ -70,10 +70,10 @@ CommandDesk::~CommandDesk() {
   for (const auto& command : inbox_) log_.ended(*command, "dropped", "the island ends");
 }
 
-tuples::Judgement CommandDesk::judge(const tuples::RemoteSet& wish) {
+tuples::SetDecision CommandDesk::judge(const tuples::RemoteSet& wish) {
   Device* device = nullptr;
   const auto point = target_of(wish, device);
-  if (!point) return tuples::Judgement::refused(point.error());
+  if (!point) return tuples::SetDecision::refused(point.error());
   auto key = model::without_alias(wish.key);
   if (key == wish.key) return accept(wish, *device, **point);
   auto as_kept = wish;
@@ -82,7 +82,7 @@ tuples::Judgement CommandDesk::judge(const tuples::RemoteSet& wish) {
 }
 
 /// The wish came under another key than that of the command, which must not become a tuple.
-tuples::Judgement CommandDesk::accept_elsewhere(const tuples::RemoteSet& wish, Device& device, Point& point) {
+tuples::SetDecision CommandDesk::accept_elsewhere(const tuples::RemoteSet& wish, Device& device, Point& point) {
   auto judgement = accept(wish, device, point);
   judgement.store = false;
   if (judgement.verdict == tuples::Verdict::kApplied) std::ignore = around_.space.set(point.command, wish.value);
@@ -151,17 +151,17 @@ Result<Point*> CommandDesk::target_of(const Message& message, const PointId& id,
   return fail(ErrorCode::kRefused, fmt::format("{} of {} cannot be commanded", point->details->id, device->key));
 }
 
-tuples::Judgement CommandDesk::accept(const tuples::RemoteSet& wish, Device& device, Point& point) {
+tuples::SetDecision CommandDesk::accept(const tuples::RemoteSet& wish, Device& device, Point& point) {
   auto value = parse_command(point, wish.value);
-  if (!value) return tuples::Judgement::refused(value.error());
+  if (!value) return tuples::SetDecision::refused(value.error());
   if (is_rate(point) && !rate_of(*value)) {
-    return tuples::Judgement::refused(
+    return tuples::SetDecision::refused(
         {ErrorCode::kOutOfRange,
          fmt::format("rate: {} is not a number of milliseconds from 1 to a day", model::quoted(wish.value))});
   }
   const bool replaces = newest_wins(point) && point.live_commands > 0;
   if (!replaces && (waiting(device.number) >= kMaxPerDevice || live_ >= kMaxPerIsland)) {
-    return tuples::Judgement::refused(
+    return tuples::SetDecision::refused(
         {ErrorCode::kBusy, fmt::format("{}: {} commands wait for {} already, {} on the island", model::quoted(wish.key),
                                        waiting(device.number), device.key, live_)});
   }
@@ -183,7 +183,7 @@ tuples::Judgement CommandDesk::accept(const tuples::RemoteSet& wish, Device& dev
   ++live_;
   inbox_.push_back(std::move(command));
   next_turn_.ask();
-  return tuples::Judgement::applied();
+  return tuples::SetDecision::applied();
 }
 
 std::size_t CommandDesk::waiting(DeviceNumber device) const {
@@ -471,13 +471,13 @@ CommandDesk::Queue CommandDesk::release(Device& device) {
   return released;
 }
 
-tuples::Judgement CommandDesk::take_over(const tuples::RemoteSet& wish, Device& device, Point& point) {
+tuples::SetDecision CommandDesk::take_over(const tuples::RemoteSet& wish, Device& device, Point& point) {
   if (point.command == TupleRef{}) {
-    return tuples::Judgement::refused(
+    return tuples::SetDecision::refused(
         {ErrorCode::kRefused, fmt::format("{} of {} cannot be commanded here", point.details->id, device.key)});
   }
   if (newest_wins(point) && (point.live_commands > 0 || !point.details->command.empty())) {
-    return tuples::Judgement::refused(
+    return tuples::SetDecision::refused(
         {ErrorCode::kRefused, fmt::format("a newer command for {} of {} came first", point.details->id, device.key)});
   }
   return accept_elsewhere(wish, device, point);

@@ -23,7 +23,7 @@ class CommandDesk {
   CommandDesk& operator=(const CommandDesk&) = delete;
 
   /// Somebody wishes to set one of the proxy's tuples.
-  tuples::Judgement judge(const tuples::RemoteSet& wish);
+  tuples::SetDecision judge(const tuples::RemoteSet& wish);
   /// An Actuate or SetProperty of a device, an island or a component, which came as a message: judged as if its sender
   /// had set the tuple. Answered with one Acknowledge once the network has it, or has it not.
   Result<void> take(const Message& message);
@@ -44,13 +44,13 @@ class CommandDesk {
   /// is never executed here.
   Queue release(Device& device);
   /// A command that waited at another island for the device, in the words of its commander; `value` is its text.
-  tuples::Judgement take_over(const tuples::RemoteSet& wish, Device& device, Point& point);
+  tuples::SetDecision take_over(const tuples::RemoteSet& wish, Device& device, Point& point);
 
  private:
   Result<Point*> target_of(const tuples::RemoteSet& wish, Device*& device);
   Result<Point*> target_of(const Message& message, const PointId& id, Device*& device);
-  tuples::Judgement accept(const tuples::RemoteSet& wish, Device& device, Point& point);
-  tuples::Judgement accept_elsewhere(const tuples::RemoteSet& wish, Device& device, Point& point);
+  tuples::SetDecision accept(const tuples::RemoteSet& wish, Device& device, Point& point);
+  tuples::SetDecision accept_elsewhere(const tuples::RemoteSet& wish, Device& device, Point& point);
   void take_in();
   void start(std::unique_ptr<Command> command);
   void set_rate(Device& device, Point& point, Command& command);

@@ -120,23 +120,23 @@ void HandOver::clear(const Device& device) {
   }
 }
 
-tuples::Judgement HandOver::judge(const tuples::RemoteSet& wish) {
+tuples::SetDecision HandOver::judge(const tuples::RemoteSet& wish) {
   const Identity* identity = nullptr;
   auto* device = roaming_.meant_by(wish.key, identity);
   if (!device) {
-    return tuples::Judgement::refused(
+    return tuples::SetDecision::refused(
         {ErrorCode::kNotFound, fmt::format("{}: this island lists no such device", wish.key)});
   }
   if (wish.from != around_.space.self() && !roaming_.claims().knows(*identity, wish.from)) {
-    return tuples::Judgement::refused(
+    return tuples::SetDecision::refused(
         {ErrorCode::kRefused,
          fmt::format("{}: only the island that had {} before hands commands over", wish.key, device->key)});
   }
   auto command = parse_waiting_command(wish.value);
-  if (!command) return tuples::Judgement::refused(std::move(command.error()));
+  if (!command) return tuples::SetDecision::refused(std::move(command.error()));
   auto* point = find_point(*device, command->point);
   if (!point) {
-    return tuples::Judgement::refused(
+    return tuples::SetDecision::refused(
         {ErrorCode::kNotFound,
          fmt::format("{} has no {} of type {} instance {} here", device->key, to_string(command->point.kind),
                      static_cast<unsigned>(command->point.type), command->point.instance)});

@@ -20,7 +20,7 @@ class HandOver {
   /// for ten seconds, the device being gone.
   void send(Device& device, const Claim& to, const std::string& tuple);
   /// Somebody wishes to set one of our claims.
-  tuples::Judgement judge(const tuples::RemoteSet& wish);
+  tuples::SetDecision judge(const tuples::RemoteSet& wish);
   /// The device is listed: what was left of it must not stand in the way of its tuples.
   void clear(const Device& device);
 

@@ -5,13 +5,13 @@
 #include "base/assert.h"
 #include "model/key.h"
 #include "proxy/naming.h"
-#include "proxy/proxy_parts.h"
+#include "proxy/proxy_impl.h"
 #include "proxy/tuple_text.h"
 
 namespace rubicon::proxy {
 
-Proxy::Parts::Parts(ProxyConfig rules, Scheduler& scheduler, TupleSpace& space, gateway::Gateway& gateway,
-                    const TypeCatalogue& types, base::LogSink& log, state::StateStore* store)
+Proxy::Impl::Impl(ProxyConfig rules, Scheduler& scheduler, TupleSpace& space, gateway::Gateway& gateway,
+                  const TypeCatalogue& types, base::LogSink& log, state::StateStore* store)
     : config(std::move(rules)),
       around{config, scheduler, space, gateway, types, Log(log, "proxy"), TurnClock(scheduler)},
       directory(around),
@@ -37,7 +37,7 @@ Proxy::Parts::Parts(ProxyConfig rules, Scheduler& scheduler, TupleSpace& space, 
 }
 
 template <class Body>
-void Proxy::Parts::on(MessageKind kind, void (Parts::*call)(Device*, Network&, const Message&, const Body&)) {
+void Proxy::Impl::on(MessageKind kind, void (Impl::*call)(Device*, Network&, const Message&, const Body&)) {
   handles.push_back(around.gateway.subscribe(kind, [this, call](const Message& message) {
     RUBICON_DEBUG_ASSERT(around.scheduler.on_loop_thread());
     // Devices of other islands are mirrored by their own proxy; a foreign message may not pass for one of ours.
@@ -50,12 +50,12 @@ void Proxy::Parts::on(MessageKind kind, void (Parts::*call)(Device*, Network&, c
   }));
 }
 
-void Proxy::Parts::listen() {
-  on<model::Join>(MessageKind::kJoin, &Parts::join);
-  on<model::KeepAlive>(MessageKind::kKeepAlive, &Parts::keep_alive);
-  on<model::Leave>(MessageKind::kLeave, &Parts::leave);
-  on<model::Updates>(MessageKind::kUpdates, &Parts::updates);
-  on<model::State>(MessageKind::kState, &Parts::state);
+void Proxy::Impl::listen() {
+  on<model::Join>(MessageKind::kJoin, &Impl::join);
+  on<model::KeepAlive>(MessageKind::kKeepAlive, &Impl::keep_alive);
+  on<model::Leave>(MessageKind::kLeave, &Impl::leave);
+  on<model::Updates>(MessageKind::kUpdates, &Impl::updates);
+  on<model::State>(MessageKind::kState, &Impl::state);
   handles.push_back(
       around.gateway.subscribe(MessageKind::kAcknowledge, [this](const Message& message) { acknowledge(message); }));
   around.gateway.take_commands([this](const Message& message) { return desk.take(message); });
@@ -65,19 +65,19 @@ void Proxy::Parts::listen() {
     handles.push_back(around.space.watch_demand({self, fmt::format("{}.*.*.{}.*.value", config.prefix, kind)},
                                                 [this](const tuples::Demand& wanted) { demand.wanted(wanted); }));
   }
-  handles.push_back(around.space.judge({self, config.prefix + ".**"},
-                                       [this](const tuples::RemoteSet& wish) { return desk.judge(wish); }));
-  handles.push_back(around.space.judge({self, config.prefix + ".*.*.description"},
-                                       [this](const tuples::RemoteSet& wish) { return judge_description(wish); }));
-  handles.push_back(around.space.judge({self, "ROAMING.**"},
-                                       [this](const tuples::RemoteSet& wish) { return hand_over.judge(wish); }));
+  handles.push_back(around.space.add_policy({self, config.prefix + ".**"},
+                                            [this](const tuples::RemoteSet& wish) { return desk.judge(wish); }));
+  handles.push_back(around.space.add_policy({self, config.prefix + ".*.*.description"},
+                                            [this](const tuples::RemoteSet& wish) { return judge_description(wish); }));
+  handles.push_back(around.space.add_policy({self, "ROAMING.**"},
+                                            [this](const tuples::RemoteSet& wish) { return hand_over.judge(wish); }));
   for (const auto* inbox_key : {".inbox", ".inbox.*.*"}) {
-    handles.push_back(around.space.judge({self, config.prefix + inbox_key},
-                                         [this](const tuples::RemoteSet& wish) { return judge_inbox(wish); }));
+    handles.push_back(around.space.add_policy({self, config.prefix + inbox_key},
+                                              [this](const tuples::RemoteSet& wish) { return judge_inbox(wish); }));
   }
 }
 
-void Proxy::Parts::join(Device* device, Network& network, const Message& message, const model::Join& join) {
+void Proxy::Impl::join(Device* device, Network& network, const Message& message, const model::Join& join) {
   if (message.source.device.empty()) return void(stranger(network, message));
   const DeviceName name{network.id, message.source.device};
   const Announced announced{join, around.clock.now().steady,
@@ -94,8 +94,8 @@ void Proxy::Parts::join(Device* device, Network& network, const Message& message
 }
 
 /// False: there is no room for it, or its key is taken; it is in the inbox then.
-bool Proxy::Parts::admit(Network& network, const std::string& address, const Announced& announced,
-                         const state::KnownDevice* known) {
+bool Proxy::Impl::admit(Network& network, const std::string& address, const Announced& announced,
+                        const state::KnownDevice* known) {
   const auto& join = announced.join;
   const auto joined = directory.join(network, address, join);
   board.refresh_counters();
@@ -128,7 +128,7 @@ bool Proxy::Parts::admit(Network& network, const std::string& address, const Ann
   return true;
 }
 
-void Proxy::Parts::take_rate(Device& device) {
+void Proxy::Impl::take_rate(Device& device) {
   for (auto& point : device.points) {
     if (!is_rate(point) || std::exchange(device.rate_point, point.number) == point.number) continue;
     device.rate = rate_of(point.details->capability->initial).value_or(device.rate);
@@ -136,12 +136,12 @@ void Proxy::Parts::take_rate(Device& device) {
   }
 }
 
-void Proxy::Parts::keep_alive(Device* device, Network& network, const Message& message, const model::KeepAlive&) {
+void Proxy::Impl::keep_alive(Device* device, Network& network, const Message& message, const model::KeepAlive&) {
   if (!device) device = stranger(network, message);
   if (device) heard(*device);
 }
 
-void Proxy::Parts::remove(Device& device) {
+void Proxy::Impl::remove(Device& device) {
   auto& network = *device.network;
   roaming.withdrawn(device);
   desk.forget(device);
@@ -152,7 +152,7 @@ void Proxy::Parts::remove(Device& device) {
   board.refresh_counters();
 }
 
-void Proxy::Parts::leave(Device* device, Network& network, const Message& message, const model::Leave& leave) {
+void Proxy::Impl::leave(Device* device, Network& network, const Message& message, const model::Leave& leave) {
   const DeviceName name{network.id, message.source.device};
   roaming.forget(name);
   if (!device) {
@@ -173,7 +173,7 @@ void Proxy::Parts::leave(Device* device, Network& network, const Message& messag
   remove(*device);
 }
 
-void Proxy::Parts::updates(Device* device, Network& network, const Message& message, const model::Updates& updates) {
+void Proxy::Impl::updates(Device* device, Network& network, const Message& message, const model::Updates& updates) {
   if (!device) [[unlikely]] {
     device = stranger(network, message);
     if (!device) return;
@@ -182,7 +182,7 @@ void Proxy::Parts::updates(Device* device, Network& network, const Message& mess
   for (const auto& one : updates.readings) reading(*device, one);
 }
 
-void Proxy::Parts::reading(Device& device, const model::Reading& reading) {
+void Proxy::Impl::reading(Device& device, const model::Reading& reading) {
   auto* point = find_point(device, reading.point);
   if (!point) [[unlikely]] {
     point = directory.add_undeclared(device, reading.point);
@@ -202,7 +202,7 @@ void Proxy::Parts::reading(Device& device, const model::Reading& reading) {
     desk.reported(device, *point, reading);
 }
 
-void Proxy::Parts::heard(Device& device) {
+void Proxy::Impl::heard(Device& device) {
   device.heard_at = around.clock.now().steady;
   board.refresh_counters();
   if (!device.network->line_known) [[unlikely]]
@@ -213,7 +213,7 @@ void Proxy::Parts::heard(Device& device) {
   liveness.watch(device);
 }
 
-void Proxy::Parts::reachable(Device& device, bool was_known) {
+void Proxy::Impl::reachable(Device& device, bool was_known) {
   device.status = DeviceStatus::kReachable;
   device.since = around.clock.now().wall;
   device.reason.clear();
@@ -226,7 +226,7 @@ void Proxy::Parts::reachable(Device& device, bool was_known) {
   desk.deliver(device);
 }
 
-void Proxy::Parts::lost(Device& device) {
+void Proxy::Impl::lost(Device& device) {
   liveness.interrupted(device, "not heard since the device was out of reach");
   mirror.device_status(device);
   desk.delayed(device);
@@ -234,7 +234,7 @@ void Proxy::Parts::lost(Device& device) {
   roaming.listed(device);
 }
 
-void Proxy::Parts::state(Device*, Network& network, const Message&, const model::State& state) {
+void Proxy::Impl::state(Device*, Network& network, const Message&, const model::State& state) {
   const auto before = network_status_text(network);
   for (const auto& [name, count] : state.counters) network.reported[name] = std::to_string(count);
   for (const auto& [name, text] : state.texts) network.reported[name] = text;
@@ -246,11 +246,11 @@ void Proxy::Parts::state(Device*, Network& network, const Message&, const model:
 }
 
 /// A network that never speaks of its line has one that works when its devices are heard.
-void Proxy::Parts::presume_line(Network& network) {
+void Proxy::Impl::presume_line(Network& network) {
   set_line(network, {model::LineState::kUp, {}, {}});
 }
 
-void Proxy::Parts::set_line(Network& network, const model::State& state) {
+void Proxy::Impl::set_line(Network& network, const model::State& state) {
   const bool same = network.line_known && network.line == state.line && network.reason == state.reason;
   network.line_known = true;
   if (same) return;
@@ -264,7 +264,7 @@ void Proxy::Parts::set_line(Network& network, const model::State& state) {
   if (state.line == model::LineState::kUp) line_came_up(network);
 }
 
-void Proxy::Parts::line_went_down(Network& network) {
+void Proxy::Impl::line_went_down(Network& network) {
   network.down = true;
   for (auto& [address, device] : network.devices) {
     liveness.interrupted(device, "not heard since the line was down");
@@ -280,7 +280,7 @@ void Proxy::Parts::line_went_down(Network& network) {
   board.devices_changed(network);
 }
 
-void Proxy::Parts::line_came_up(Network& network) {
+void Proxy::Impl::line_came_up(Network& network) {
   network.down = false;
   for (auto& [address, device] : network.devices) {
     if (!network.rules.silence && device.status == DeviceStatus::kUnreachable) {
@@ -294,7 +294,7 @@ void Proxy::Parts::line_came_up(Network& network) {
   }
 }
 
-void Proxy::Parts::probe(const Device& device) {
+void Proxy::Impl::probe(const Device& device) {
   Message message;
   message.source.island = around.space.self();
   message.destination = {around.space.self(), device.network->id, device.address};
@@ -303,7 +303,7 @@ void Proxy::Parts::probe(const Device& device) {
 }
 
 /// The device, if it could not come before and can now.
-Device* Proxy::Parts::stranger(Network& network, const Message& message) {
+Device* Proxy::Impl::stranger(Network& network, const Message& message) {
   const DeviceName name{network.id, message.source.device};
   if (inbox.heard(name)) {
     const auto* entry = inbox.find(name);
@@ -319,7 +319,7 @@ Device* Proxy::Parts::stranger(Network& network, const Message& message) {
   return nullptr;
 }
 
-void Proxy::Parts::acknowledge(const Message& message) {
+void Proxy::Impl::acknowledge(const Message& message) {
   const auto* answer = std::get_if<model::Acknowledge>(&message.body);
   // An answer for a device of ours may carry any number; it is no answer to us.
   if (!answer || message.origin != around.space.self() || !message.destination.network.empty()) return;
@@ -328,37 +328,37 @@ void Proxy::Parts::acknowledge(const Message& message) {
 
 Proxy::Proxy(ProxyConfig config, Scheduler& scheduler, TupleSpace& space, gateway::Gateway& gateway,
              const TypeCatalogue& types, base::LogSink& log, state::StateStore* store)
-    : parts_(std::make_unique<Parts>(std::move(config), scheduler, space, gateway, types, log, store)) {}
+    : impl_(std::make_unique<Impl>(std::move(config), scheduler, space, gateway, types, log, store)) {}
 
 Proxy::~Proxy() = default;
 
 void Proxy::restore() {
-  parts_->restore(std::string());
+  impl_->restore(std::string());
 }
 
 std::vector<std::string> Proxy::objections(const ProxyConfig& next) const {
-  return parts_->objections(next);
+  return impl_->objections(next);
 }
 std::vector<std::string> Proxy::lost_names(const std::string& network, const NetworkRules& next) const {
-  return parts_->lost_names_in(network, next);
+  return impl_->lost_names_in(network, next);
 }
 
 void Proxy::reconfigure(ProxyConfig config) {
-  parts_->reconfigure(std::move(config));
+  impl_->reconfigure(std::move(config));
 }
 
 Proxy::InboxCounters Proxy::inbox_counters() const {
-  return parts_->inbox.counters();
+  return impl_->inbox.counters();
 }
 
 std::map<std::string, std::uint64_t> Proxy::device_counts() const {
   std::map<std::string, std::uint64_t> counts;
-  for (const auto& [id, network] : parts_->directory.networks()) counts[id] = network->devices.size();
+  for (const auto& [id, network] : impl_->directory.networks()) counts[id] = network->devices.size();
   return counts;
 }
 
 void Proxy::restart(const std::string& network) {
-  parts_->restart(network);
+  impl_->restart(network);
 }
 
 }  // namespace rubicon::proxy

@@ -47,8 +47,8 @@ class Proxy {
   std::map<std::string, std::uint64_t> device_counts() const;
 
  private:
-  struct Parts;
-  std::unique_ptr<Parts> parts_;
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
 };
 
 }  // namespace rubicon::proxy

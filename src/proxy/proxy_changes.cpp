@@ -5,7 +5,7 @@
 
 #include "model/key.h"
 #include "proxy/naming.h"
-#include "proxy/proxy_parts.h"
+#include "proxy/proxy_impl.h"
 
 namespace rubicon::proxy {
 
@@ -21,7 +21,7 @@ bool same_keys(const DeviceNames* one, const DeviceNames* other) {
 
 }  // namespace
 
-std::vector<std::string> Proxy::Parts::objections(const ProxyConfig& next) const {
+std::vector<std::string> Proxy::Impl::objections(const ProxyConfig& next) const {
   std::vector<std::string> lines;
   for (const auto& [id, network] : directory.networks()) {
     const auto rules = next.networks.find(id);
@@ -43,7 +43,7 @@ std::vector<std::string> Proxy::Parts::objections(const ProxyConfig& next) const
 }
 
 /// Of the devices that are there.
-std::vector<std::string> Proxy::Parts::lost_names_in(const std::string& id, const NetworkRules& next) const {
+std::vector<std::string> Proxy::Impl::lost_names_in(const std::string& id, const NetworkRules& next) const {
   std::vector<std::string> lines;
   const auto network = directory.networks().find(id);
   if (network == directory.networks().end()) return lines;
@@ -56,7 +56,7 @@ std::vector<std::string> Proxy::Parts::lost_names_in(const std::string& id, cons
   return lines;
 }
 
-void Proxy::Parts::warn_of_lost_names(const Device& device) {
+void Proxy::Impl::warn_of_lost_names(const Device& device) {
   const auto* names = names_of(device.network->rules, device.address);
   if (!names) return;
   for (const auto& lost : proxy::lost_names(*names, device)) {
@@ -67,7 +67,7 @@ void Proxy::Parts::warn_of_lost_names(const Device& device) {
 }
 
 /// Networks that went, that came, that have other rules; in this order, so that a key part given up can be taken.
-void Proxy::Parts::reconfigure(ProxyConfig next) {
+void Proxy::Impl::reconfigure(ProxyConfig next) {
   around.clock.refresh();
   next.prefix = config.prefix;
   next.island_name = config.island_name;
@@ -100,7 +100,7 @@ void Proxy::Parts::reconfigure(ProxyConfig next) {
   ask_again();
 }
 
-void Proxy::Parts::restart(const std::string& id) {
+void Proxy::Impl::restart(const std::string& id) {
   around.clock.refresh();
   auto& network = directory.network(id);
   drop_devices(network);
@@ -112,7 +112,7 @@ void Proxy::Parts::restart(const std::string& id) {
   restore(id);
 }
 
-void Proxy::Parts::drop_network(const std::string& id) {
+void Proxy::Impl::drop_network(const std::string& id) {
   auto& network = directory.network(id);
   drop_devices(network);
   inbox.drop_network(id);
@@ -123,14 +123,14 @@ void Proxy::Parts::drop_network(const std::string& id) {
 }
 
 /// The devices leave the tuple space; what is remembered of them stays.
-void Proxy::Parts::drop_devices(Network& network) {
+void Proxy::Impl::drop_devices(Network& network) {
   std::vector<Device*> devices;
   for (auto& [address, device] : network.devices) devices.push_back(&device);
   memory.dropped(devices);
   for (auto* device : devices) remove(*device);
 }
 
-void Proxy::Parts::change_rules(Network& network, NetworkRules rules) {
+void Proxy::Impl::change_rules(Network& network, NetworkRules rules) {
   std::vector<Device*> renamed;
   for (auto& [address, device] : network.devices) {
     if (!same_keys(names_of(network.rules, address), names_of(rules, address))) renamed.push_back(&device);
@@ -145,7 +145,7 @@ void Proxy::Parts::change_rules(Network& network, NetworkRules rules) {
   }
 }
 
-void Proxy::Parts::set_rate(Device& device, std::chrono::milliseconds rate) {
+void Proxy::Impl::set_rate(Device& device, std::chrono::milliseconds rate) {
   device.rate = rate;
   auto* point = find_point(device, device.rate_point);
   if (point) mirror.own_value(device, *point, static_cast<std::int64_t>(rate.count()), Quality::kGood);
@@ -153,7 +153,7 @@ void Proxy::Parts::set_rate(Device& device, std::chrono::milliseconds rate) {
 }
 
 /// Who has a key that the configuration keeps for another device waits until it is free.
-void Proxy::Parts::free_reserved_keys(Network& network) {
+void Proxy::Impl::free_reserved_keys(Network& network) {
   for (const auto& [id, address] : network.reserved) {
     const auto found = network.by_id.find(id);
     if (found == network.by_id.end() || found->second->address == address) continue;
@@ -169,7 +169,7 @@ void Proxy::Parts::free_reserved_keys(Network& network) {
 }
 
 /// All old keys go before the first new one comes, so that two devices may swap theirs.
-void Proxy::Parts::rename(Network& network, NetworkRules rules, const std::vector<Device*>& renamed) {
+void Proxy::Impl::rename(Network& network, NetworkRules rules, const std::vector<Device*>& renamed) {
   memory.dropped(renamed);  // one of them may find no key
   std::vector<std::map<PointNumber, TupleMirror::Kept>> kept;
   for (auto* device : renamed) {
@@ -202,7 +202,7 @@ void Proxy::Parts::rename(Network& network, NetworkRules rules, const std::vecto
 }
 
 /// The discovery rules may say something else now of those who wait; ignored by rule, too.
-void Proxy::Parts::ask_again() {
+void Proxy::Impl::ask_again() {
   for (const auto& name : inbox.all()) {
     const auto* entry = inbox.find(name);
     if (!entry) continue;

@@ -7,7 +7,7 @@
 #include "base/glob.h"
 #include "model/key.h"
 #include "proxy/naming.h"
-#include "proxy/proxy_parts.h"
+#include "proxy/proxy_impl.h"
 
 namespace rubicon::proxy {
 
@@ -35,8 +35,8 @@ Announced last_said(const Device& device) {
 }
 
 /// Ignored by a user: no. Known before, named in the configuration or by its network's options: yes. Else the rules.
-bool Proxy::Parts::let_in(Network& network, const DeviceName& name, const Announced& announced,
-                          const KnownDevice* known, bool listed) {
+bool Proxy::Impl::let_in(Network& network, const DeviceName& name, const Announced& announced, const KnownDevice* known,
+                         bool listed) {
   const auto* entry = inbox.find(name);
   const bool hidden =
       entry ? entry->standing == Standing::kIgnoredByUser : known && known->decision == Decision::kIgnored;
@@ -57,20 +57,20 @@ bool Proxy::Parts::let_in(Network& network, const DeviceName& name, const Announ
 }
 
 /// It may come, and cannot now: it is tried again when it speaks, and at a reload.
-void Proxy::Parts::park(const DeviceName& name, const Announced& announced, const std::string& why) {
+void Proxy::Impl::park(const DeviceName& name, const Announced& announced, const std::string& why) {
   around.warn(name.network + "/join", why);
   inbox.put(name, announced, Standing::kLetIn, why);
 }
 
 /// With what is remembered of it; nullptr if it still cannot come.
-Device* Proxy::Parts::try_again(Network& network, const DeviceName& name, bool approved) {
+Device* Proxy::Impl::try_again(Network& network, const DeviceName& name, bool approved) {
   const auto announced = inbox.find(name)->announced;
   const auto known = memory.recall(name.network, name.address);
   if (!enter(network, name.address, announced, known ? &*known : nullptr, approved)) return nullptr;
   return directory.find(network, name.address);
 }
 
-void Proxy::Parts::bring_back(Device& device, const KnownDevice& known) {
+void Proxy::Impl::bring_back(Device& device, const KnownDevice& known) {
   device.decision = known.decision;
   device.given_name = known.given_name;
   device.given_area = known.area;
@@ -95,13 +95,13 @@ void Proxy::Parts::bring_back(Device& device, const KnownDevice& known) {
   }
 }
 
-void Proxy::Parts::restore(const std::string& id) {
+void Proxy::Impl::restore(const std::string& id) {
   memory.each(id, [this](Memory::Row row, KnownDevice&& known) {
     if (config.networks.contains(known.network)) restore(directory.network(known.network), row, std::move(known));
   });
 }
 
-void Proxy::Parts::restore(Network& network, Memory::Row row, KnownDevice&& known) {
+void Proxy::Impl::restore(Network& network, Memory::Row row, KnownDevice&& known) {
   const DeviceName name{network.id, known.address};
   Announced announced{known.join, {}};
   announced.join.heard = false;
@@ -112,14 +112,14 @@ void Proxy::Parts::restore(Network& network, Memory::Row row, KnownDevice&& know
 }
 
 /// `approve` on `proxy.inbox.wsn-1.7`, or `approve wsn-1.*` on `proxy.inbox`.
-tuples::Judgement Proxy::Parts::judge_inbox(const tuples::RemoteSet& wish) {
+tuples::SetDecision Proxy::Impl::judge_inbox(const tuples::RemoteSet& wish) {
   const auto root = config.prefix + ".inbox";
   const bool many = wish.key == root;
   const std::string_view text = wish.value;
   const auto blank = many ? text.find(' ') : text.npos;
   const auto decision = decision_of(text.substr(0, blank));
   if (!decision || (many && (blank == text.npos || blank + 1 == text.size()))) {
-    return tuples::Judgement::refused(
+    return tuples::SetDecision::refused(
         {ErrorCode::kInvalid,
          fmt::format("{}: expected {}, got {}", model::quoted(wish.key),
                      many ? "approve or ignore and a pattern such as wsn-1.*" : "approve or ignore",
@@ -128,7 +128,7 @@ tuples::Judgement Proxy::Parts::judge_inbox(const tuples::RemoteSet& wish) {
   const std::string pattern = many ? std::string(text.substr(blank + 1)) : wish.key.substr(root.size() + 1);
   auto found = many ? inbox.waiting_like(pattern) : inbox.meant_by(pattern);
   if (found.size() > 1 && !many) {
-    return tuples::Judgement::refused(
+    return tuples::SetDecision::refused(
         {ErrorCode::kDuplicate, fmt::format("{} fits {} devices: set {} to {} {}.<address>", model::quoted(pattern),
                                             found.size(), root, text, found.front().network)});
   }
@@ -136,18 +136,18 @@ tuples::Judgement Proxy::Parts::judge_inbox(const tuples::RemoteSet& wish) {
     if (const auto* device = device_with_key(pattern)) found.push_back({device->network->id, device->address});
   }
   if (found.empty()) {
-    return tuples::Judgement::refused(
+    return tuples::SetDecision::refused(
         {ErrorCode::kNotFound, fmt::format("no device {} waits", model::quoted(pattern))});
   }
   if (decisions.size() + found.size() > 2 * config.max_devices)
-    return tuples::Judgement::refused({ErrorCode::kBusy, "too many decisions at once, try again"});
+    return tuples::SetDecision::refused({ErrorCode::kBusy, "too many decisions at once, try again"});
   for (auto& name : found) decisions.emplace_back(std::move(name), *decision);
   decisions_turn.ask();
-  return tuples::Judgement::consumed();
+  return tuples::SetDecision::consumed();
 }
 
 /// `wsn-1.7` -> the device that is published under it.
-Device* Proxy::Parts::device_with_key(std::string_view parts) {
+Device* Proxy::Impl::device_with_key(std::string_view parts) {
   const auto key = fmt::format("{}.{}", config.prefix, parts);
   for (const auto& [id, network] : directory.networks()) {
     if (!key.starts_with(network->key + ".")) continue;
@@ -157,7 +157,7 @@ Device* Proxy::Parts::device_with_key(std::string_view parts) {
   return nullptr;
 }
 
-void Proxy::Parts::carry_out() {
+void Proxy::Impl::carry_out() {
   around.clock.refresh();
   const auto end = decisions.begin() + static_cast<std::ptrdiff_t>(std::min(decisions.size(), kSlice));
   const std::vector slice(std::move_iterator(decisions.begin()), std::move_iterator(end));
@@ -166,7 +166,7 @@ void Proxy::Parts::carry_out() {
   if (!decisions.empty()) decisions_turn.ask();
 }
 
-void Proxy::Parts::approve(const DeviceName& name) {
+void Proxy::Impl::approve(const DeviceName& name) {
   const auto* entry = inbox.find(name);
   if (!entry) return;
   const auto join = entry->announced.join;
@@ -178,7 +178,7 @@ void Proxy::Parts::approve(const DeviceName& name) {
   }
 }
 
-void Proxy::Parts::ignore(const DeviceName& name) {
+void Proxy::Impl::ignore(const DeviceName& name) {
   Announced announced;
   if (const auto* entry = inbox.find(name)) announced = entry->announced;
   if (auto* device = directory.find(directory.network(name.network), name.address)) {

@@ -6,7 +6,7 @@
 #include "model/key.h"
 #include "proxy/commander.h"
 #include "proxy/naming.h"
-#include "proxy/proxy_parts.h"
+#include "proxy/proxy_impl.h"
 
 namespace rubicon::proxy {
 
@@ -34,11 +34,11 @@ Result<std::string> given_text(const json& value, const std::string& what) {
 
 /// `{"name": "Kitchen lamp", "area": "Kitchen"}` set as the description of a device names it; all else in a description
 /// is the device's own.
-tuples::Judgement Proxy::Parts::judge_description(const tuples::RemoteSet& wish) {
+tuples::SetDecision Proxy::Impl::judge_description(const tuples::RemoteSet& wish) {
   const auto head = config.prefix.size() + 1;
   const auto parts = std::string_view(wish.key).substr(head, wish.key.rfind('.') - head);
   auto* device = device_with_key(parts);
-  const auto refused = [](Error why) { return tuples::Judgement::refused(std::move(why)); };
+  const auto refused = [](Error why) { return tuples::SetDecision::refused(std::move(why)); };
   if (!device) return refused({ErrorCode::kNotFound, fmt::format("{}: no such device here", model::quoted(wish.key))});
   const auto tree = json::parse(wish.value, nullptr, false);
   if (!tree.is_object() || tree.empty()) return refused({ErrorCode::kInvalid, fmt::format("{}: {}", wish.key, kForm)});
@@ -61,10 +61,10 @@ tuples::Judgement Proxy::Parts::judge_description(const tuples::RemoteSet& wish)
     *target = std::move(*text);
   }
   if (auto done = give_name(*device, std::move(name), std::move(area), wish.from); !done) return refused(done.error());
-  return tuples::Judgement::consumed();
+  return tuples::SetDecision::consumed();
 }
 
-Result<void> Proxy::Parts::give_name(Device& device, std::string name, std::string area, OwnerId by) {
+Result<void> Proxy::Impl::give_name(Device& device, std::string name, std::string area, OwnerId by) {
   auto name_before = std::exchange(device.given_name, RareText()),
        area_before = std::exchange(device.given_area, RareText());
   device.given_name = std::move(name);

@@ -1,6 +1,6 @@
 #include <fmt/format.h>
 
-#include "proxy/proxy_parts.h"
+#include "proxy/proxy_impl.h"
 
 namespace rubicon::proxy {
 
@@ -13,7 +13,7 @@ bool is_configured(const Network& network, const Announced& announced) {
 }  // namespace
 
 /// Another island, or another network of this one, has the better claim.
-void Proxy::Parts::moved(Device& device, const Claim& to, const std::string& tuple) {
+void Proxy::Impl::moved(Device& device, const Claim& to, const std::string& tuple) {
   around.log.info(fmt::format("{} moved to {} of island {}", device.key, to.key, number(to.island)));
   demand.stop(device);
   hand_over.send(device, to, tuple);
@@ -22,7 +22,7 @@ void Proxy::Parts::moved(Device& device, const Claim& to, const std::string& tup
 }
 
 /// What it announced decides again whether it is let in; nullptr if it cannot come.
-Device* Proxy::Parts::arrive(const DeviceName& name) {
+Device* Proxy::Impl::arrive(const DeviceName& name) {
   const auto announced = roaming.take(name);
   if (!announced) return nullptr;
   auto& network = directory.network(name.network);
@@ -33,8 +33,8 @@ Device* Proxy::Parts::arrive(const DeviceName& name) {
   return directory.find(network, name.address);
 }
 
-bool Proxy::Parts::enter(Network& network, const std::string& address, const Announced& announced,
-                         const state::KnownDevice* known, bool approved) {
+bool Proxy::Impl::enter(Network& network, const std::string& address, const Announced& announced,
+                        const state::KnownDevice* known, bool approved) {
   if (directory.find(network, address) || !roaming.holds_back(network, address, announced, approved))
     return admit(network, address, announced, known);
   inbox.take({network.id, address});
@@ -42,7 +42,7 @@ bool Proxy::Parts::enter(Network& network, const std::string& address, const Ann
 }
 
 /// True: it is, or was, with another island; `device` is set if it is back.
-bool Proxy::Parts::elsewhere(Network& network, const std::string& address, Device*& device) {
+bool Proxy::Impl::elsewhere(Network& network, const std::string& address, Device*& device) {
   const auto heard = roaming.heard(network, address);
   if (heard == Roaming::Heard::kUnknown) return false;
   if (heard == Roaming::Heard::kReturns) device = arrive({network.id, address});
@@ -55,7 +55,7 @@ bool Proxy::Parts::elsewhere(Network& network, const std::string& address, Devic
 
 /// Its devices leave the old domain and are claimed in the new one, where others may have better claims; those that the
 /// old one held back come.
-void Proxy::Parts::change_domain(Network& network, const std::string& domain) {
+void Proxy::Impl::change_domain(Network& network, const std::string& domain) {
   if (network.rules.roaming == domain) return;
   for (auto& [address, device] : network.devices) roaming.withdrawn(device);
   const auto away = roaming.drop_network(network.id);

@@ -51,7 +51,7 @@ Recorder::~Recorder() {
 }
 
 OwnerId Recorder::identity() const {
-  return place_.island == model::kNobody ? place_.space.self() : place_.island;
+  return place_.island == model::kNoOwner ? place_.space.self() : place_.island;
 }
 
 void Recorder::start() {

@@ -23,9 +23,9 @@ class Recorder {
     TupleSpace& space;  ///< the island's own: there each set is seen; another one's sees the last of a turn
     transport::Transports& transports;
     base::LogSink& log;
-    std::string prefix;               ///< of the island's keys
-    std::string directory{};          ///< where a relative path starts
-    OwnerId island = model::kNobody;  ///< whose recording it is; kNobody = of who owns the space
+    std::string prefix;                ///< of the island's keys
+    std::string directory{};           ///< where a relative path starts
+    OwnerId island = model::kNoOwner;  ///< whose recording it is; kNoOwner = of who owns the space
   };
   Recorder(config::RecorderSetup setup, Place place);
   ~Recorder();

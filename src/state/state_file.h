@@ -16,7 +16,7 @@ struct StateFile {
   std::string path;
   FileLock lock;  // goes last: nobody else may open for writing before SQLite has closed
   Database database;
-  IslandId island = model::kNobody;
+  IslandId island = model::kNoOwner;
   bool read_only = false;
 };
 

@@ -71,8 +71,8 @@ std::string_view to_string(Decision decision) {
   return "none";
 }
 
-struct StateStore::Parts {
-  Parts(StateFile opened, DeviceRows device_rows, ValueRows value_rows)
+struct StateStore::Impl {
+  Impl(StateFile opened, DeviceRows device_rows, ValueRows value_rows)
       : file(std::move(opened)), devices(std::move(device_rows)), values(std::move(value_rows)) {}
 
   StateFile file;
@@ -99,7 +99,7 @@ struct StateStore::Parts {
   Result<void> hear(Row row, std::span<const StoredValue> of_device);
 };
 
-Result<void> StateStore::Parts::prepare(const StateOptions& options) {
+Result<void> StateStore::Impl::prepare(const StateOptions& options) {
   auto& database = file.database;
   auto all_pages = database.prepare("PRAGMA page_count", "measuring");
   auto unused_pages = database.prepare("PRAGMA freelist_count", "measuring");
@@ -121,17 +121,17 @@ Result<void> StateStore::Parts::prepare(const StateOptions& options) {
   return {};
 }
 
-Result<void> StateStore::Parts::start() {
+Result<void> StateStore::Impl::start() {
   at_begin = stats;
   broken.reset();
   return file.database.run("BEGIN IMMEDIATE", "beginning to write");
 }
 
-Result<void> StateStore::Parts::finish() {
+Result<void> StateStore::Impl::finish() {
   return file.database.run("COMMIT", "writing");
 }
 
-void StateStore::Parts::undo() {
+void StateStore::Impl::undo() {
   // SQLite may have done so itself, when the disk was full.
   if (file.database.in_transaction()) std::ignore = file.database.run("ROLLBACK", "rolling back");
   stats.devices = at_begin.devices;
@@ -140,7 +140,7 @@ void StateStore::Parts::undo() {
 }
 
 /// Does `work` in the transaction that was begun, or in one of its own.
-Result<void> StateStore::Parts::transact(const std::function<Result<void>()>& work) {
+Result<void> StateStore::Impl::transact(const std::function<Result<void>()>& work) {
   if (file.read_only) {
     return fail(ErrorCode::kRefused, fmt::format("state file {}: open for reading only", file.path));
   }
@@ -159,13 +159,13 @@ Result<void> StateStore::Parts::transact(const std::function<Result<void>()>& wo
   return done;
 }
 
-Result<void> StateStore::Parts::write(const std::function<Result<void>()>& work) {
+Result<void> StateStore::Impl::write(const std::function<Result<void>()>& work) {
   auto done = transact(work);
   ++(done ? stats.writes : stats.failures);
   return done;
 }
 
-Result<std::uint64_t> StateStore::Parts::used_pages() {
+Result<std::uint64_t> StateStore::Impl::used_pages() {
   Query all(pages), unused(free_pages);
   if (const auto row = all.next(); !row) return fail(row.error());
   if (const auto row = unused.next(); !row) return fail(row.error());
@@ -174,7 +174,7 @@ Result<std::uint64_t> StateStore::Parts::used_pages() {
 }
 
 /// Forgets devices until so many bytes more fit below the bound.
-Result<void> StateStore::Parts::make_room(std::uint64_t bytes, Row but) {
+Result<void> StateStore::Impl::make_room(std::uint64_t bytes, Row but) {
   const auto needed = bytes / page_bytes * 2 + kSparePages;
   const auto used = used_pages();
   if (!used) return fail(used.error());
@@ -185,7 +185,7 @@ Result<void> StateStore::Parts::make_room(std::uint64_t bytes, Row but) {
                                             bytes, max_pages * page_bytes));
 }
 
-Result<void> StateStore::Parts::prune(std::uint64_t goal, Row but) {
+Result<void> StateStore::Impl::prune(std::uint64_t goal, Row but) {
   while (true) {
     const auto used = used_pages();
     if (!used) return fail(used.error());
@@ -204,7 +204,7 @@ Result<void> StateStore::Parts::prune(std::uint64_t goal, Row but) {
   }
 }
 
-Result<void> StateStore::Parts::remove(Row row) {
+Result<void> StateStore::Impl::remove(Row row) {
   const auto gone = values.remove(row);
   if (!gone) return fail(gone.error());
   if (auto done = devices.remove(row); !done) return done;
@@ -213,7 +213,7 @@ Result<void> StateStore::Parts::remove(Row row) {
   return {};
 }
 
-Result<void> StateStore::Parts::put(Row row, std::span<const StoredValue> of_device) {
+Result<void> StateStore::Impl::put(Row row, std::span<const StoredValue> of_device) {
   for (const auto& value : of_device) {
     const auto fresh = values.put(row, value);
     if (!fresh) return fail(fresh.error());
@@ -222,13 +222,13 @@ Result<void> StateStore::Parts::put(Row row, std::span<const StoredValue> of_dev
   return {};
 }
 
-Result<void> StateStore::Parts::hear(Row row, std::span<const StoredValue> of_device) {
+Result<void> StateStore::Impl::hear(Row row, std::span<const StoredValue> of_device) {
   WallTime latest{};
   for (const auto& value : of_device) latest = std::max(latest, value.heard);
   return latest == WallTime{} ? Result<void>() : devices.hear(row, latest);
 }
 
-StateStore::StateStore(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
+StateStore::StateStore(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 
 StateStore::~StateStore() = default;
 
@@ -238,7 +238,7 @@ Result<std::unique_ptr<StateStore>> StateStore::make(Result<StateFile> file, con
   if (!devices) return fail(devices.error());
   auto values = ValueRows::prepare(file->database);
   if (!values) return fail(values.error());
-  auto parts = std::make_unique<Parts>(std::move(*file), std::move(*devices), std::move(*values));
+  auto parts = std::make_unique<Impl>(std::move(*file), std::move(*devices), std::move(*values));
   if (auto done = parts->prepare(options); !done) return fail(done.error());
   return std::unique_ptr<StateStore>(new StateStore(std::move(parts)));
 }
@@ -254,11 +254,11 @@ Result<std::unique_ptr<StateStore>> StateStore::open_existing(const std::string&
 }
 
 IslandId StateStore::island() const {
-  return parts_->file.island;
+  return impl_->file.island;
 }
 
 Result<StateStore::Row> StateStore::save(const KnownDevice& device) {
-  auto& parts = *parts_;
+  auto& parts = *impl_;
   Row row = kNoRow;
   // Before anything is written: a transaction survives a device that does not fit the form.
   auto fits = check_texts(device);
@@ -290,7 +290,7 @@ Result<StateStore::Row> StateStore::save(const KnownDevice& device) {
 }
 
 Result<void> StateStore::save_values(Row device, std::span<const StoredValue> values) {
-  auto& parts = *parts_;
+  auto& parts = *impl_;
   const auto bytes = size_of(values);
   if (!bytes) return ++parts.stats.failures, fail(bytes.error());
   return parts.write([&]() -> Result<void> {
@@ -307,7 +307,7 @@ Result<void> StateStore::save_values(Row device, std::span<const StoredValue> va
 }
 
 Result<void> StateStore::rename(Row device, const std::string& name, const std::string& area) {
-  auto& parts = *parts_;
+  auto& parts = *impl_;
   if (name.size() > kMaxGiven || area.size() > kMaxGiven) {
     ++parts.stats.failures;
     return fail(ErrorCode::kOutOfRange, fmt::format("state: name or area of {} bytes, at most {} are kept",
@@ -323,7 +323,7 @@ Result<void> StateStore::rename(Row device, const std::string& name, const std::
 }
 
 Result<void> StateStore::forget(const std::string& network, const std::string& address) {
-  auto& parts = *parts_;
+  auto& parts = *impl_;
   return parts.write([&]() -> Result<void> {
     const auto row = parts.devices.row_of(network, address);
     if (!row) return fail(row.error());
@@ -334,7 +334,7 @@ Result<void> StateStore::forget(const std::string& network, const std::string& a
 }
 
 Result<std::optional<KnownDevice>> StateStore::find(const std::string& network, const std::string& address) const {
-  auto& parts = *parts_;
+  auto& parts = *impl_;
   const auto row = parts.devices.row_of(network, address);
   if (!row) return fail(row.error());
   if (!*row) return std::optional<KnownDevice>();
@@ -347,7 +347,7 @@ Result<std::optional<KnownDevice>> StateStore::find(const std::string& network, 
 }
 
 Result<void> StateStore::each(const std::string& network, const std::function<void(Row, KnownDevice&&)>& visit) const {
-  auto& parts = *parts_;
+  auto& parts = *impl_;
   return parts.devices.each(parts.file.database, network, parts.stats.damaged,
                             [&](Row row, KnownDevice&& device) -> Result<void> {
                               auto values = parts.values.of(row, parts.stats.damaged);
@@ -359,7 +359,7 @@ Result<void> StateStore::each(const std::string& network, const std::function<vo
 }
 
 Result<void> StateStore::begin() {
-  auto& parts = *parts_;
+  auto& parts = *impl_;
   RUBICON_ASSERT(!parts.begun);
   if (parts.file.read_only) {
     return fail(ErrorCode::kRefused, fmt::format("state file {}: open for reading only", parts.file.path));
@@ -370,7 +370,7 @@ Result<void> StateStore::begin() {
 }
 
 Result<void> StateStore::commit(bool durable) {
-  auto& parts = *parts_;
+  auto& parts = *impl_;
   RUBICON_ASSERT(parts.begun);
   parts.begun = false;
   auto done = parts.broken ? Result<void>(fail(*parts.broken)) : parts.finish();
@@ -384,20 +384,20 @@ Result<void> StateStore::commit(bool durable) {
 }
 
 void StateStore::rollback() {
-  RUBICON_ASSERT(parts_->begun);
-  parts_->begun = false;
-  parts_->undo();
+  RUBICON_ASSERT(impl_->begun);
+  impl_->begun = false;
+  impl_->undo();
 }
 
 Result<void> StateStore::tidy() {
-  auto& parts = *parts_;
+  auto& parts = *impl_;
   RUBICON_ASSERT(!parts.begun);
   if (parts.file.read_only) return {};
   return parts.file.database.run("PRAGMA wal_checkpoint(PASSIVE)", "moving its log into it");
 }
 
 StateStore::Stats StateStore::stats() const {
-  auto& parts = *parts_;
+  auto& parts = *impl_;
   auto stats = parts.stats;
   Query all(parts.pages);
   if (const auto row = all.next(); row && *row) {

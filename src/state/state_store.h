@@ -127,10 +127,10 @@ class StateStore {
   Stats stats() const;
 
  private:
-  struct Parts;
-  explicit StateStore(std::unique_ptr<Parts> parts);
+  struct Impl;
+  explicit StateStore(std::unique_ptr<Impl> impl);
   static Result<std::unique_ptr<StateStore>> make(Result<StateFile> file, const StateOptions& options);
-  std::unique_ptr<Parts> parts_;
+  std::unique_ptr<Impl> impl_;
 };
 
 /// Moves a damaged file and what belongs to it to `<path>.damaged-<UTC time>`; the new name. kIo if that fails.

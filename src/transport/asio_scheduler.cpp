@@ -18,8 +18,8 @@ namespace rubicon::transport {
 namespace asio = boost::asio;
 
 /// Shared with the calls waiting in the io_context, which may run after the scheduler is gone.
-struct AsioScheduler::Parts : std::enable_shared_from_this<AsioScheduler::Parts> {
-  explicit Parts(asio::io_context& c) : context(c), alarm(c), thread(std::this_thread::get_id()) {}
+struct AsioScheduler::Impl : std::enable_shared_from_this<AsioScheduler::Impl> {
+  explicit Impl(asio::io_context& c) : context(c), alarm(c), thread(std::this_thread::get_id()) {}
 
   void post(std::function<void()> call) {
     posted.push_back(std::move(call));
@@ -73,15 +73,15 @@ struct AsioScheduler::Parts : std::enable_shared_from_this<AsioScheduler::Parts>
   bool alive = true;
 };
 
-AsioScheduler::AsioScheduler(asio::io_context& context) : parts_(std::make_shared<Parts>(context)) {
-  parts_->bell = Doorbell::make(context, [parts = parts_](const auto& call) { parts->run_with_posts(call); });
+AsioScheduler::AsioScheduler(asio::io_context& context) : impl_(std::make_shared<Impl>(context)) {
+  impl_->bell = Doorbell::make(context, [parts = impl_](const auto& call) { parts->run_with_posts(call); });
 }
 
 AsioScheduler::~AsioScheduler() {
-  parts_->alive = false;
-  parts_->alarm.cancel();
-  if (parts_->bell) parts_->bell->close();
-  parts_->posted.clear();
+  impl_->alive = false;
+  impl_->alarm.cancel();
+  if (impl_->bell) impl_->bell->close();
+  impl_->posted.clear();
 }
 
 SteadyTime AsioScheduler::now() const {
@@ -93,55 +93,55 @@ WallTime AsioScheduler::wall_now() const {
 }
 
 void AsioScheduler::post(std::function<void()> call) {
-  if (on_loop_thread()) return parts_->post(std::move(call));
-  if (parts_->bell) return parts_->bell->post(std::move(call));
-  asio::post(parts_->context, [parts = parts_, call = std::move(call)] {
+  if (on_loop_thread()) return impl_->post(std::move(call));
+  if (impl_->bell) return impl_->bell->post(std::move(call));
+  asio::post(impl_->context, [parts = impl_, call = std::move(call)] {
     if (parts->alive) parts->run_with_posts(call);
   });
 }
 
 Timer AsioScheduler::at(SteadyTime when, std::function<void()> call) {
   RUBICON_DEBUG_ASSERT(on_loop_thread());
-  Timer timer = parts_->timers.add(when, std::move(call));
-  parts_->arm();
+  Timer timer = impl_->timers.add(when, std::move(call));
+  impl_->arm();
   return timer;
 }
 
 bool AsioScheduler::on_loop_thread() const {
-  return parts_->thread.load(std::memory_order_relaxed) == std::this_thread::get_id();
+  return impl_->thread.load(std::memory_order_relaxed) == std::this_thread::get_id();
 }
 
 void AsioScheduler::adopt_thread() {
-  parts_->thread = std::this_thread::get_id();
+  impl_->thread = std::this_thread::get_id();
 }
 
-struct Loop::Parts {
+struct Loop::Impl {
   asio::io_context context{1};
   AsioScheduler scheduler{context};
 };
 
-Loop::Loop() : parts_(std::make_unique<Parts>()) {}
+Loop::Loop() : impl_(std::make_unique<Impl>()) {}
 Loop::~Loop() = default;
 
 AsioScheduler& Loop::scheduler() {
-  return parts_->scheduler;
+  return impl_->scheduler;
 }
 
 asio::io_context& Loop::context() {
-  return parts_->context;
+  return impl_->context;
 }
 
 void Loop::run() {
-  parts_->scheduler.adopt_thread();
+  impl_->scheduler.adopt_thread();
   {
-    const auto busy = asio::make_work_guard(parts_->context);
-    parts_->context.run();
+    const auto busy = asio::make_work_guard(impl_->context);
+    impl_->context.run();
   }
-  parts_->context.restart();  // the last work to go stops the context once more
+  impl_->context.restart();  // the last work to go stops the context once more
 }
 
 void Loop::stop() {
-  parts_->context.stop();
+  impl_->context.stop();
 }
 
 }  // namespace rubicon::transport

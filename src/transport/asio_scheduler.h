@@ -28,8 +28,8 @@ class AsioScheduler final : public base::Scheduler {
   void adopt_thread();
 
  private:
-  struct Parts;
-  std::shared_ptr<Parts> parts_;
+  struct Impl;
+  std::shared_ptr<Impl> impl_;
 };
 
 /// The loop of a process: an io_context and the scheduler on it.
@@ -47,8 +47,8 @@ class Loop {
   void stop();
 
  private:
-  struct Parts;
-  std::unique_ptr<Parts> parts_;
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
 };
 
 }  // namespace rubicon::transport

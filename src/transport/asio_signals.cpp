@@ -6,15 +6,15 @@
 
 namespace rubicon::transport {
 
-struct Signals::Parts {
-  explicit Parts(boost::asio::io_context& context) : set(context) {}
+struct Signals::Impl {
+  explicit Impl(boost::asio::io_context& context) : set(context) {}
   boost::asio::signal_set set;
 };
 
 Signals::Signals(Loop& loop, const std::vector<int>& numbers, std::function<void()> call)
-    : parts_(std::make_unique<Parts>(loop.context())) {
-  for (const int number : numbers) parts_->set.add(number);
-  parts_->set.async_wait([call = std::move(call)](const boost::system::error_code& error, int) {
+    : impl_(std::make_unique<Impl>(loop.context())) {
+  for (const int number : numbers) impl_->set.add(number);
+  impl_->set.async_wait([call = std::move(call)](const boost::system::error_code& error, int) {
     if (!error) call();
   });
 }

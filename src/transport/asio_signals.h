@@ -15,8 +15,8 @@ class Signals {
   ~Signals();
 
  private:
-  struct Parts;
-  std::unique_ptr<Parts> parts_;
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
 };
 
 }  // namespace rubicon::transport

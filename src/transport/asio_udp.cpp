@@ -46,8 +46,8 @@ bool tells_of_a_datagram(int error) {
 }
 
 /// Lives as long as a call to the kernel is pending, which may be longer than the socket.
-struct Parts : std::enable_shared_from_this<Parts> {
-  Parts(asio::io_context& context, UdpCalls c, std::size_t largest)
+struct Impl : std::enable_shared_from_this<Impl> {
+  Impl(asio::io_context& context, UdpCalls c, std::size_t largest)
       : socket(context), calls(std::move(c)), buffer(largest) {}
 
   Result<void> open(const UdpOptions& options);
@@ -93,7 +93,7 @@ error_code set(udp::socket& socket, int level, int option, const Value& value) {
   return {errno, boost::system::system_category()};
 }
 
-error_code Parts::bind_one(const udp::endpoint& endpoint, bool both_families) {
+error_code Impl::bind_one(const udp::endpoint& endpoint, bool both_families) {
   error_code error;
   socket.open(endpoint.protocol(), error);
   if (error) return error;
@@ -112,7 +112,7 @@ error_code Parts::bind_one(const udp::endpoint& endpoint, bool both_families) {
   return error;
 }
 
-error_code Parts::bind(const UdpOptions& options) {
+error_code Impl::bind(const UdpOptions& options) {
   const auto& wanted = options.local;
   error_code error;
   if (!wanted.address.empty()) {
@@ -125,7 +125,7 @@ error_code Parts::bind(const UdpOptions& options) {
   return bind_one({udp::v4(), wanted.port}, false);  // a machine without IPv6
 }
 
-Result<void> Parts::open(const UdpOptions& options) {
+Result<void> Impl::open(const UdpOptions& options) {
   reuse = options.reuse_address;
   if (const auto error = bind(options)) return io_error("open", options.local, error);
   if (options.multicast) {
@@ -139,7 +139,7 @@ auto cannot(const std::string& doing, const error_code& error) {
   return fail(ErrorCode::kIo, fmt::format("cannot {}: {}", doing, error.message()));
 }
 
-Result<void> Parts::set_multicast(const UdpMulticast& multicast) {
+Result<void> Impl::set_multicast(const UdpMulticast& multicast) {
   if (six) return fail(ErrorCode::kUnsupported, "groups are heard on IPv4 sockets only");
   in_addr interface_address{};
   if (!multicast.interface_address.empty()) {
@@ -164,7 +164,7 @@ Result<void> Parts::set_multicast(const UdpMulticast& multicast) {
 }
 
 /// Or leaves it, as `what` says.
-Result<void> Parts::join(const std::string& group, int what) {
+Result<void> Impl::join(const std::string& group, int what) {
   ip_mreq wanted{};
   if (!joined_on.empty()) ::inet_pton(AF_INET, joined_on.c_str(), &wanted.imr_interface);
   const bool numeric = ::inet_pton(AF_INET, group.c_str(), &wanted.imr_multiaddr) == 1;
@@ -175,7 +175,7 @@ Result<void> Parts::join(const std::string& group, int what) {
 }
 
 /// Only the last member that leaves and the first that comes make the system send a report, so leaving comes first.
-Result<void> Parts::rejoin() {
+Result<void> Impl::rejoin() {
   for (const auto& group : groups) {
     (void)join(group, IP_DROP_MEMBERSHIP);  // the interface may be another by now
     if (auto joined = join(group, IP_ADD_MEMBERSHIP); !joined) return joined;
@@ -183,7 +183,7 @@ Result<void> Parts::rejoin() {
   return {};
 }
 
-Result<void> Parts::connect(const Endpoint& wanted) {
+Result<void> Impl::connect(const Endpoint& wanted) {
   error_code error;
   auto address = asio::ip::make_address(wanted.address, error);
   if (error || wanted.port == 0)
@@ -195,7 +195,7 @@ Result<void> Parts::connect(const Endpoint& wanted) {
 }
 
 /// Most datagrams come from where the last one came from.
-const Endpoint& Parts::name_of(const udp::endpoint& endpoint) {
+const Endpoint& Impl::name_of(const udp::endpoint& endpoint) {
   if (endpoint != named) {
     named = endpoint;
     name = endpoint_of(endpoint);
@@ -204,7 +204,7 @@ const Endpoint& Parts::name_of(const udp::endpoint& endpoint) {
 }
 
 /// Most go to where the last one went.
-std::optional<udp::endpoint> Parts::target_of(const Endpoint& to) {
+std::optional<udp::endpoint> Impl::target_of(const Endpoint& to) {
   if (target && to == target_name) return target;
   error_code error;
   auto address = asio::ip::make_address(to.address, error);
@@ -215,13 +215,13 @@ std::optional<udp::endpoint> Parts::target_of(const Endpoint& to) {
   return target;
 }
 
-void Parts::receive() {
+void Impl::receive() {
   socket.async_receive_from(asio::buffer(buffer), from, [self = shared_from_this()](auto error, std::size_t size) {
     if (self->alive) self->received(error, size);
   });
 }
 
-void Parts::received(const error_code& error, std::size_t size) {
+void Impl::received(const error_code& error, std::size_t size) {
   // Each datagram would cost a call to the system more: reports show as errors of other calls first.
   const bool reports = (error || std::exchange(send_failed, false)) && take_error_reports();
   if (!alive) return;
@@ -235,7 +235,7 @@ void Parts::received(const error_code& error, std::size_t size) {
 }
 
 /// Empties the socket's queue of ICMP messages (ip(7), MSG_ERRQUEUE); true if there was one.
-bool Parts::take_error_reports() {
+bool Impl::take_error_reports() {
   bool some = false;
   for (int count = 0; alive && count < 100; ++count) {
     sockaddr_storage address{};
@@ -257,7 +257,7 @@ bool Parts::take_error_reports() {
 }
 
 /// The call that failed took the error from the socket: nothing wakes receive() for the report of it.
-void Parts::report_soon() {
+void Impl::report_soon() {
   if (std::exchange(send_failed, true)) return;
   asio::post(socket.get_executor(), [self = shared_from_this()] {
     if (self->alive && std::exchange(self->send_failed, false)) self->take_error_reports();
@@ -265,7 +265,7 @@ void Parts::report_soon() {
 }
 
 /// nullopt = wait. An ICMP message about an earlier datagram ends one call, the next one sends.
-std::optional<error_code> Parts::try_send(const udp::endpoint& to, ByteView bytes) {
+std::optional<error_code> Impl::try_send(const udp::endpoint& to, ByteView bytes) {
   error_code error;
   for (int attempt = 0; attempt < 3; ++attempt) {
     socket.send_to(asio::buffer(bytes.data(), bytes.size()), to, 0, error);
@@ -276,7 +276,7 @@ std::optional<error_code> Parts::try_send(const udp::endpoint& to, ByteView byte
   return error;
 }
 
-Result<void> Parts::send(const Endpoint& to, ByteView bytes) {
+Result<void> Impl::send(const Endpoint& to, ByteView bytes) {
   if (bytes.size() > kLongest) {
     return fail(ErrorCode::kOutOfRange,
                 fmt::format("UDP {}: {} bytes, at most {} fit", to_string(to), bytes.size(), kLongest));
@@ -305,13 +305,13 @@ Result<void> Parts::send(const Endpoint& to, ByteView bytes) {
   return {};
 }
 
-void Parts::flush_later() {
+void Impl::flush_later() {
   socket.async_wait(udp::socket::wait_write, [self = shared_from_this()](const error_code& error) {
     if (self->alive && !error) self->flush();
   });
 }
 
-void Parts::flush() {
+void Impl::flush() {
   while (!queue.empty()) {
     const auto done = try_send(queue.front().first, queue.front().second);
     if (!done) return flush_later();
@@ -322,26 +322,26 @@ void Parts::flush() {
 
 class AsioUdp final : public UdpSocket {
  public:
-  explicit AsioUdp(std::shared_ptr<Parts> parts) : parts_(std::move(parts)) {}
+  explicit AsioUdp(std::shared_ptr<Impl> impl) : impl_(std::move(impl)) {}
   ~AsioUdp() override {
-    parts_->alive = false;
+    impl_->alive = false;
     error_code ignored;
-    parts_->socket.close(ignored);
+    impl_->socket.close(ignored);
   }
   AsioUdp(const AsioUdp&) = delete;
   AsioUdp& operator=(const AsioUdp&) = delete;
 
-  Result<void> send(const Endpoint& to, ByteView bytes) override { return parts_->send(to, bytes); }
-  Result<void> rejoin() override { return parts_->rejoin(); }
+  Result<void> send(const Endpoint& to, ByteView bytes) override { return impl_->send(to, bytes); }
+  Result<void> rejoin() override { return impl_->rejoin(); }
   Endpoint local() const override {
     error_code error;
-    const auto bound = parts_->socket.local_endpoint(error);
+    const auto bound = impl_->socket.local_endpoint(error);
     return error ? Endpoint{} : endpoint_of(bound);
   }
-  std::uint64_t dropped() const override { return parts_->dropped; }
+  std::uint64_t dropped() const override { return impl_->dropped; }
 
  private:
-  std::shared_ptr<Parts> parts_;
+  std::shared_ptr<Impl> impl_;
 };
 
 }  // namespace
@@ -353,7 +353,7 @@ AfterSend after_send(int error) {
 }
 
 Result<std::unique_ptr<UdpSocket>> open_asio_udp(asio::io_context& context, const UdpOptions& options, UdpCalls calls) {
-  auto parts = std::make_shared<Parts>(context, std::move(calls), options.largest);
+  auto parts = std::make_shared<Impl>(context, std::move(calls), options.largest);
   if (auto open = parts->open(options); !open) return fail(open.error());
   parts->receive();
   return std::make_unique<AsioUdp>(std::move(parts));

@@ -40,7 +40,7 @@ class Descriptor {
 
 }  // namespace
 
-struct PollLoop::Parts {
+struct PollLoop::Impl {
   Descriptor wake{::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)};
   Descriptor alarm{::timerfd_create(CLOCK_MONOTONIC, TFD_CLOEXEC | TFD_NONBLOCK)};
   Descriptor all{::epoll_create1(EPOLL_CLOEXEC)};
@@ -93,34 +93,34 @@ struct PollLoop::Parts {
 };
 
 Result<std::unique_ptr<PollLoop>> PollLoop::make() {
-  auto parts = std::make_unique<Parts>();
+  auto parts = std::make_unique<Impl>();
   if (!parts->watch(parts->wake.get()) || !parts->watch(parts->alarm.get()))
     return fail(ErrorCode::kIo, std::string("making a loop: ") + std::strerror(errno));
   return std::unique_ptr<PollLoop>(new PollLoop(std::move(parts)));
 }
 
-PollLoop::PollLoop(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
+PollLoop::PollLoop(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 PollLoop::~PollLoop() = default;
 
 int PollLoop::descriptor() const {
-  return parts_->all.get();
+  return impl_->all.get();
 }
 
 void PollLoop::poll() {
-  RUBICON_ASSERT(!std::exchange(parts_->polling, true));  // from one of its own calls
-  parts_->thread = std::this_thread::get_id();
+  RUBICON_ASSERT(!std::exchange(impl_->polling, true));  // from one of its own calls
+  impl_->thread = std::this_thread::get_id();
   std::uint64_t count = 0;
-  std::ignore = ::read(parts_->wake.get(), &count, sizeof count);
-  parts_->run_batch();
+  std::ignore = ::read(impl_->wake.get(), &count, sizeof count);
+  impl_->run_batch();
   // A timer that came is not readable any more, whether or not something is due.
-  if (::read(parts_->alarm.get(), &count, sizeof count) > 0) parts_->armed_for = SteadyTime::max();
-  parts_->run_due();
-  parts_->polling = false;
+  if (::read(impl_->alarm.get(), &count, sizeof count) > 0) impl_->armed_for = SteadyTime::max();
+  impl_->run_due();
+  impl_->polling = false;
 }
 
 void PollLoop::wait(Duration longest) {
-  parts_->thread = std::this_thread::get_id();
-  pollfd one{parts_->all.get(), POLLIN, 0};
+  impl_->thread = std::this_thread::get_id();
+  pollfd one{impl_->all.get(), POLLIN, 0};
   const auto millis = std::chrono::ceil<std::chrono::milliseconds>(longest).count();
   ::poll(&one, 1, static_cast<int>(std::clamp<std::int64_t>(millis, 0, 60'000)));
 }
@@ -134,25 +134,25 @@ WallTime PollLoop::wall_now() const {
 }
 
 void PollLoop::post(std::function<void()> call) {
-  const std::lock_guard lock(parts_->mutex);
-  parts_->posted.push_back(std::move(call));
-  if (std::exchange(parts_->woken, true)) return;
+  const std::lock_guard lock(impl_->mutex);
+  impl_->posted.push_back(std::move(call));
+  if (std::exchange(impl_->woken, true)) return;
   wake();
 }
 
 void PollLoop::wake() {
   const std::uint64_t one = 1;
-  std::ignore = ::write(parts_->wake.get(), &one, sizeof one);
+  std::ignore = ::write(impl_->wake.get(), &one, sizeof one);
 }
 
 Timer PollLoop::at(SteadyTime when, std::function<void()> call) {
-  auto timer = parts_->timers.add(when, std::move(call));
-  parts_->arm();
+  auto timer = impl_->timers.add(when, std::move(call));
+  impl_->arm();
   return timer;
 }
 
 bool PollLoop::on_loop_thread() const {
-  return parts_->thread.load(std::memory_order_relaxed) == std::this_thread::get_id();
+  return impl_->thread.load(std::memory_order_relaxed) == std::this_thread::get_id();
 }
 
 }  // namespace rubicon::transport

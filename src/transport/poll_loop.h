@@ -31,9 +31,9 @@ class PollLoop final : public base::Scheduler {
   bool on_loop_thread() const override;
 
  private:
-  struct Parts;
-  explicit PollLoop(std::unique_ptr<Parts> parts);
-  std::unique_ptr<Parts> parts_;
+  struct Impl;
+  explicit PollLoop(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
 };
 
 }  // namespace rubicon::transport

@@ -37,16 +37,17 @@ void Requests::answer(const Reply& reply) {
   if (node && node.mapped().call) node.mapped().call(reply);
 }
 
-std::shared_ptr<Judges::Seat> Judges::add(const Pattern& pattern, Judge judge, Accepts accepts) {
-  auto seat = std::make_shared<Seat>(Seat{pattern, std::move(judge), accepts});
+std::shared_ptr<SetPolicies::PolicyEntry> SetPolicies::add(const Pattern& pattern, SetPolicy policy,
+                                                           PolicyScope scope) {
+  auto entry = std::make_shared<PolicyEntry>(PolicyEntry{pattern, std::move(policy), scope});
   const auto wider = [](const auto& one, const auto& other) { return width(one->pattern) < width(other->pattern); };
-  seats_.insert(std::upper_bound(seats_.begin(), seats_.end(), seat, wider), seat);
-  return seat;
+  entries_.insert(std::upper_bound(entries_.begin(), entries_.end(), entry, wider), entry);
+  return entry;
 }
 
-std::shared_ptr<Judges::Seat> Judges::find(OwnerId self, std::string_view key) const {
-  for (const auto& seat : seats_) {
-    if (seat->pattern.matches(self, key)) return seat;
+std::shared_ptr<SetPolicies::PolicyEntry> SetPolicies::find(OwnerId self, std::string_view key) const {
+  for (const auto& entry : entries_) {
+    if (entry->pattern.matches(self, key)) return entry;
   }
   return nullptr;
 }

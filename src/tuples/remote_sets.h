@@ -37,20 +37,20 @@ class Requests {
 };
 
 /// Who decides about remote sets on our tuples.
-class Judges {
+class SetPolicies {
  public:
-  struct Seat {
+  struct PolicyEntry {
     Pattern pattern;
-    Judge judge;
-    Accepts accepts;
+    SetPolicy policy;
+    PolicyScope scope;
   };
-  std::shared_ptr<Seat> add(const Pattern& pattern, Judge judge, Accepts accepts);
-  void remove(const std::shared_ptr<Seat>& seat) { std::erase(seats_, seat); }
+  std::shared_ptr<PolicyEntry> add(const Pattern& pattern, SetPolicy policy, PolicyScope scope);
+  void remove(const std::shared_ptr<PolicyEntry>& entry) { std::erase(entries_, entry); }
   /// The narrowest that matches; the earlier one of equals.
-  std::shared_ptr<Seat> find(OwnerId self, std::string_view key) const;
+  std::shared_ptr<PolicyEntry> find(OwnerId self, std::string_view key) const;
 
  private:
-  std::vector<std::shared_ptr<Seat>> seats_;  // narrowest first
+  std::vector<std::shared_ptr<PolicyEntry>> entries_;  // narrowest first
 };
 
 }  // namespace rubicon::tuples

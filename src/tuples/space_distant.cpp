@@ -1,7 +1,7 @@
 #include <algorithm>
 
 #include "tuples/peer_policy.h"
-#include "tuples/space_parts.h"
+#include "tuples/space_impl.h"
 
 namespace rubicon::tuples {
 
@@ -28,7 +28,7 @@ void tell(const std::vector<std::shared_ptr<Call>>& calls, Arguments... argument
 
 }  // namespace
 
-void TupleSpace::Parts::take_change(OwnerId owner, const Change& change) {
+void TupleSpace::Impl::take_change(OwnerId owner, const Change& change) {
   const auto& tuple = change.tuple;
   if (owner == self || tuple.value.size() > kMaxValueSize) {
     ++dropped;
@@ -60,7 +60,7 @@ void TupleSpace::Parts::take_change(OwnerId owner, const Change& change) {
 }
 
 /// Old news and repetitions are dropped, except after the owner came back: then its word counts, whatever the number.
-void TupleSpace::Parts::take_value(std::uint32_t index, const Change& change) {
+void TupleSpace::Impl::take_value(std::uint32_t index, const Change& change) {
   auto& tuple = store.at(index);
   const auto epoch = epochs[tuple.owner];
   const bool confirmed = tuple.epoch == epoch;
@@ -80,7 +80,7 @@ void TupleSpace::Parts::take_value(std::uint32_t index, const Change& change) {
   announce(index, EventKind::kSet);
 }
 
-void TupleSpace::Parts::end_snapshot(OwnerId owner, std::uint32_t wire_id) {
+void TupleSpace::Impl::end_snapshot(OwnerId owner, std::uint32_t wire_id) {
   const auto found = by_wire_id.find(wire_id);
   if (found == by_wire_id.end()) return;
   const auto& subscription = found->second;
@@ -91,19 +91,19 @@ void TupleSpace::Parts::end_snapshot(OwnerId owner, std::uint32_t wire_id) {
   });
 }
 
-void TupleSpace::Parts::drop_peer(OwnerId peer) {
+void TupleSpace::Impl::drop_peer(OwnerId peer) {
   const auto node = subscribers.extract(peer);
   if (!node) return;
   outbox.forget(*node.mapped().box);
   for (const auto& [id, subscription] : node.mapped().subscriptions) unsubscribe(subscription);
 }
 
-void TupleSpace::Parts::on_changes(OwnerId owner, std::span<const Change> changes) {
+void TupleSpace::Impl::on_changes(OwnerId owner, std::span<const Change> changes) {
   open_turn();
   for (const auto& change : changes) take_change(owner, change);
 }
 
-void TupleSpace::Parts::on_subscribe(OwnerId subscriber, const SubscriptionSpec& spec) {
+void TupleSpace::Impl::on_subscribe(OwnerId subscriber, const SubscriptionSpec& spec) {
   if (spec.pattern.owner && *spec.pattern.owner != self) return;
   auto& peer = subscribers[subscriber];
   if (!peer.box) {
@@ -123,14 +123,14 @@ void TupleSpace::Parts::on_subscribe(OwnerId subscriber, const SubscriptionSpec&
   peer.subscriptions[spec.id] = subscribe(spec.pattern, spec.flow, {}, peer.box, spec.id);
 }
 
-void TupleSpace::Parts::on_unsubscribe(OwnerId subscriber, std::uint32_t id) {
+void TupleSpace::Impl::on_unsubscribe(OwnerId subscriber, std::uint32_t id) {
   const auto peer = subscribers.find(subscriber);
   if (peer == subscribers.end()) return;
   const auto node = peer->second.subscriptions.extract(id);
   if (node) unsubscribe(node.mapped());
 }
 
-void TupleSpace::Parts::on_remote_set(const RemoteSet& wish) {
+void TupleSpace::Impl::on_remote_set(const RemoteSet& wish) {
   if (auto may = link.policy().may_set(wish); !may) {
     ++refused;
     return link.reply({wish.from, wish.request, Verdict::kRefused, may.error().code, std::move(may.error().text)});
@@ -138,16 +138,16 @@ void TupleSpace::Parts::on_remote_set(const RemoteSet& wish) {
   link.reply(judge(wish));
 }
 
-void TupleSpace::Parts::on_reply(const Reply& reply) {
+void TupleSpace::Impl::on_reply(const Reply& reply) {
   requests.answer(reply);
 }
 
-void TupleSpace::Parts::came(OwnerId owner) {
+void TupleSpace::Impl::came(OwnerId owner) {
   absent.erase(owner);
   confirm_anew(owner);
 }
 
-void TupleSpace::Parts::confirm_anew(OwnerId owner) {
+void TupleSpace::Impl::confirm_anew(OwnerId owner) {
   if (store.trie().has_owner(owner)) {
     ++epochs[owner];
   } else {
@@ -156,7 +156,7 @@ void TupleSpace::Parts::confirm_anew(OwnerId owner) {
 }
 
 /// Its copies stay readable for a while: who comes back soon disturbs nobody.
-void TupleSpace::Parts::went(OwnerId owner) {
+void TupleSpace::Impl::went(OwnerId owner) {
   drop_peer(owner);
   summaries.erase(owner);
   std::erase_if(absent, [this](const auto& one) { return !store.trie().has_owner(one.first); });
@@ -167,12 +167,12 @@ void TupleSpace::Parts::went(OwnerId owner) {
   });
 }
 
-void TupleSpace::Parts::on_peer(OwnerId peer, PeerEvent event) {
+void TupleSpace::Impl::on_peer(OwnerId peer, PeerEvent event) {
   event == PeerEvent::kUp ? came(peer) : went(peer);
   tell(peer_calls, peer, event);
 }
 
-void TupleSpace::Parts::on_summary(OwnerId peer, std::string_view summary) {
+void TupleSpace::Impl::on_summary(OwnerId peer, std::string_view summary) {
   if (summary.size() > kMaxSummary) return void(++dropped);
   summaries[peer] = summary;
   tell(summary_calls, peer, summary);

@@ -1,7 +1,7 @@
 #include <algorithm>
 
 #include "base/assert.h"
-#include "tuples/space_parts.h"
+#include "tuples/space_impl.h"
 
 namespace rubicon::tuples {
 
@@ -13,7 +13,7 @@ constexpr Duration kLinkRetry = std::chrono::milliseconds(1);
 
 }  // namespace
 
-TupleSpace::Parts::Parts(OwnerId id, Scheduler& sched, Link& far)
+TupleSpace::Impl::Impl(OwnerId id, Scheduler& sched, Link& far)
     : self(id),
       scheduler(sched),
       link(far),
@@ -29,12 +29,12 @@ TupleSpace::Parts::Parts(OwnerId id, Scheduler& sched, Link& far)
       requests(id, sched),
       walk_budget(kNodesPerTurn) {}
 
-TupleSpace::Parts::~Parts() {
+TupleSpace::Impl::~Impl() {
   door.reset();
 }
 
 /// The clocks are read once a turn; whatever is written in it carries one time.
-void TupleSpace::Parts::open_turn() {
+void TupleSpace::Impl::open_turn() {
   RUBICON_DEBUG_ASSERT(scheduler.on_loop_thread());
   if (turn_is_open) return;
   turn_is_open = true;
@@ -44,7 +44,7 @@ void TupleSpace::Parts::open_turn() {
 }
 
 /// What the calls made here write has a time of its own, but goes to the link with the rest.
-void TupleSpace::Parts::end_turn() {
+void TupleSpace::Impl::end_turn() {
   turn_is_open = false;
   turn_is_ending = true;
   walk_budget = kNodesPerTurn;
@@ -57,14 +57,14 @@ void TupleSpace::Parts::end_turn() {
   if (queue.size() > 0 || !walks.empty() || demand.pending()) open_turn();
 }
 
-void TupleSpace::Parts::flush_outbox() {
+void TupleSpace::Impl::flush_outbox() {
   if (outbox.empty() || outbox_retry.pending()) return;
   const auto left = outbox.flush();
   if (left == Outbox::Left::kMore) open_turn();
   if (left == Outbox::Left::kNoRoom) outbox_retry = scheduler.after(kLinkRetry, [this] { flush_outbox(); });
 }
 
-std::uint32_t TupleSpace::Parts::find(OwnerId owner, std::string_view key) {
+std::uint32_t TupleSpace::Impl::find(OwnerId owner, std::string_view key) {
   const auto index = store.find(owner, key);
   if (index == kNone || erasing == 0 || !condemned(index)) return index;
   remove(index, EventKind::kDeleted);
@@ -72,7 +72,7 @@ std::uint32_t TupleSpace::Parts::find(OwnerId owner, std::string_view key) {
 }
 
 /// Erased by pattern, but the walk has not come by yet.
-bool TupleSpace::Parts::condemned(std::uint32_t index) const {
+bool TupleSpace::Impl::condemned(std::uint32_t index) const {
   const auto& tuple = store.at(index);
   return erasing > 0 && std::any_of(walks.begin(), walks.end(), [&](const auto& walk) {
            return walk->aim == Walk::Aim::kErase && walk->is_older(tuple) &&
@@ -80,20 +80,20 @@ bool TupleSpace::Parts::condemned(std::uint32_t index) const {
          });
 }
 
-void TupleSpace::Parts::announce(std::uint32_t index, EventKind kind) {
+void TupleSpace::Impl::announce(std::uint32_t index, EventKind kind) {
   const auto& subscribers_now = store.subscribers(index);
   if (!subscribers_now.plain.empty()) queue.push(index, kind);
   for (auto* box : subscribers_now.peers) outbox.mark(*box, index);
   for (auto* subscription : subscribers_now.paced) pace(*subscription, index, kind);
 }
 
-void TupleSpace::Parts::pace(Subscription& subscription, std::uint32_t index, EventKind kind) {
+void TupleSpace::Impl::pace(Subscription& subscription, std::uint32_t index, EventKind kind) {
   if (!subscription.alive) return;
   if (kind == EventKind::kSet && !pacer.offer(subscription, index, now)) return;
   deliver(by_number.at(subscription.number), index, kind);
 }
 
-void TupleSpace::Parts::deliver(const SubscriptionPtr& subscription, std::uint32_t index, EventKind kind) {
+void TupleSpace::Impl::deliver(const SubscriptionPtr& subscription, std::uint32_t index, EventKind kind) {
   if (subscription->local()) {
     queue.push_to(index, kind, subscription);
   } else {
@@ -101,7 +101,7 @@ void TupleSpace::Parts::deliver(const SubscriptionPtr& subscription, std::uint32
   }
 }
 
-void TupleSpace::Parts::remove(std::uint32_t index, EventKind how) {
+void TupleSpace::Impl::remove(std::uint32_t index, EventKind how) {
   open_turn();
   auto& tuple = store.at(index);
   const bool own = tuple.owner == self;
@@ -114,12 +114,12 @@ void TupleSpace::Parts::remove(std::uint32_t index, EventKind how) {
   store.pool().unpin(index);
 }
 
-bool TupleSpace::Parts::still_matters(const Deadline& deadline) const {
+bool TupleSpace::Impl::still_matters(const Deadline& deadline) const {
   return store.is_present({deadline.tuple, deadline.generation}) &&
          (deadline.subscription == 0 || by_number.contains(deadline.subscription));
 }
 
-void TupleSpace::Parts::on_deadline(const Deadline& deadline, SteadyTime at) {
+void TupleSpace::Impl::on_deadline(const Deadline& deadline, SteadyTime at) {
   if (!still_matters(deadline)) return;
   if (deadline.subscription == 0) {
     if (expiry.is_due(deadline.tuple, at)) remove(deadline.tuple, EventKind::kExpired);

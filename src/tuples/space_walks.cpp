@@ -1,6 +1,6 @@
 #include <algorithm>
 
-#include "tuples/space_parts.h"
+#include "tuples/space_impl.h"
 
 namespace rubicon::tuples {
 
@@ -24,8 +24,8 @@ bool is_sound(const Pattern& pattern) {
   return pattern.key.find(':') == pattern.key.npos && Pattern::parse(pattern.key).has_value();
 }
 
-SubscriptionPtr TupleSpace::Parts::subscribe(const Pattern& pattern, const Flow& flow, EventCall call,
-                                             std::shared_ptr<PeerBox> peer, std::uint32_t wire_id) {
+SubscriptionPtr TupleSpace::Impl::subscribe(const Pattern& pattern, const Flow& flow, EventCall call,
+                                            std::shared_ptr<PeerBox> peer, std::uint32_t wire_id) {
   open_turn();
   auto subscription = std::make_shared<Subscription>();
   subscription->number = ++last_number;
@@ -40,7 +40,7 @@ SubscriptionPtr TupleSpace::Parts::subscribe(const Pattern& pattern, const Flow&
   return subscription;
 }
 
-void TupleSpace::Parts::unsubscribe(const SubscriptionPtr& subscription) {
+void TupleSpace::Impl::unsubscribe(const SubscriptionPtr& subscription) {
   open_turn();
   subscription->die();
   by_number.erase(subscription->number);
@@ -48,7 +48,7 @@ void TupleSpace::Parts::unsubscribe(const SubscriptionPtr& subscription) {
   walk(Walk::Aim::kLeave, subscription->pattern, subscription);
 }
 
-std::uint32_t TupleSpace::Parts::free_wire_id() {
+std::uint32_t TupleSpace::Impl::free_wire_id() {
   do {
     ++last_wire_id;
   } while (last_wire_id == 0 || by_wire_id.contains(last_wire_id));
@@ -56,14 +56,14 @@ std::uint32_t TupleSpace::Parts::free_wire_id() {
 }
 
 /// Small ones are done at once, the rest goes on in later turns.
-void TupleSpace::Parts::walk(Walk::Aim aim, const Pattern& pattern, SubscriptionPtr subscription) {
+void TupleSpace::Impl::walk(Walk::Aim aim, const Pattern& pattern, SubscriptionPtr subscription) {
   auto begun = std::make_unique<Walk>(aim, store.trie(), pattern, std::move(subscription), store.pool().generation());
   if (go_on(*begun)) return;
   erasing += aim == Walk::Aim::kErase;
   walks.push_back(std::move(begun));
 }
 
-bool TupleSpace::Parts::go_on(Walk& walk) {
+bool TupleSpace::Impl::go_on(Walk& walk) {
   const bool over = walk.aim == Walk::Aim::kJoin && !walk.subscription->alive;
   while (!over) {
     if (queue.size() > kQueueForWalks) return false;
@@ -79,14 +79,14 @@ bool TupleSpace::Parts::go_on(Walk& walk) {
   return true;
 }
 
-void TupleSpace::Parts::run_walks() {
+void TupleSpace::Impl::run_walks() {
   while (!walks.empty() && walk_budget > 0 && go_on(*walks.front())) {
     erasing -= walks.front()->aim == Walk::Aim::kErase;
     walks.pop_front();
   }
 }
 
-void TupleSpace::Parts::step(Walk& walk, std::uint32_t index) {
+void TupleSpace::Impl::step(Walk& walk, std::uint32_t index) {
   const auto& tuple = store.at(index);
   switch (walk.aim) {
     case Walk::Aim::kJoin: join(walk.subscription, index); break;
@@ -103,7 +103,7 @@ void TupleSpace::Parts::step(Walk& walk, std::uint32_t index) {
   }
 }
 
-void TupleSpace::Parts::join(const SubscriptionPtr& subscription, std::uint32_t index) {
+void TupleSpace::Impl::join(const SubscriptionPtr& subscription, std::uint32_t index) {
   const auto& tuple = store.at(index);
   const bool own = tuple.owner == self;
   if ((!own && !subscription->local()) || condemned(index)) return;
@@ -115,7 +115,7 @@ void TupleSpace::Parts::join(const SubscriptionPtr& subscription, std::uint32_t 
 }
 
 /// A copy that nobody here wants any more is dropped without an event.
-void TupleSpace::Parts::leave(const SubscriptionPtr& subscription, std::uint32_t index) {
+void TupleSpace::Impl::leave(const SubscriptionPtr& subscription, std::uint32_t index) {
   const auto want = store.subscribers(index).want;
   if (!store.leave(index, subscription)) return;
   if (store.at(index).owner == self) {

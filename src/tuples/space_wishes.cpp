@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 
 #include "base/assert.h"
-#include "tuples/space_parts.h"
+#include "tuples/space_impl.h"
 
 namespace rubicon::tuples {
 
@@ -13,7 +13,7 @@ SetOptions options_of(const RemoteSet& wish) {
 
 }  // namespace
 
-std::uint64_t TupleSpace::Parts::ask(RemoteSet wish, ReplyCall call) {
+std::uint64_t TupleSpace::Impl::ask(RemoteSet wish, ReplyCall call) {
   RUBICON_DEBUG_ASSERT(scheduler.on_loop_thread());
   wish.from = self;
   const auto request = wish.request = requests.next_number();
@@ -28,7 +28,7 @@ std::uint64_t TupleSpace::Parts::ask(RemoteSet wish, ReplyCall call) {
   return request;
 }
 
-void TupleSpace::Parts::send(RemoteSet wish) {
+void TupleSpace::Impl::send(RemoteSet wish) {
   if (wish.owner == self) {
     later([this, wish = std::move(wish)] { judge_own(wish); });
   } else if (auto sent = link.remote_set(wish); !sent) {
@@ -39,38 +39,38 @@ void TupleSpace::Parts::send(RemoteSet wish) {
   }
 }
 
-Judgement TupleSpace::Parts::decide(const RemoteSet& wish) {
-  if (auto ok = model::check_key(wish.key); !ok) return Judgement::refused(ok.error());
+SetDecision TupleSpace::Impl::decide(const RemoteSet& wish) {
+  if (auto ok = model::check_key(wish.key); !ok) return SetDecision::refused(ok.error());
   if (wish.value.size() > kMaxValueSize) {
-    return Judgement::refused(
+    return SetDecision::refused(
         {ErrorCode::kOutOfRange, fmt::format("the value for {} has {} bytes, at most {} are allowed", wish.key,
                                              wish.value.size(), kMaxValueSize)});
   }
-  const auto seat = judges.find(self, wish.key);
+  const auto policy = policies.find(self, wish.key);
   const auto index = find(self, wish.key);
-  if (!seat && index == kNone) {
-    return Judgement::refused({ErrorCode::kNotFound, fmt::format("{} has no tuple {}", number(self), wish.key)});
+  if (!policy && index == kNone) {
+    return SetDecision::refused({ErrorCode::kNotFound, fmt::format("{} has no tuple {}", number(self), wish.key)});
   }
-  if (!seat) return Judgement::refused({ErrorCode::kRefused, fmt::format("{} is read-only for others", wish.key)});
-  if (wish.append && seat->accepts != Accepts::kSetsAndAppends) {
-    return Judgement::refused(
+  if (!policy) return SetDecision::refused({ErrorCode::kRefused, fmt::format("{} is read-only for others", wish.key)});
+  if (wish.append && policy->scope != PolicyScope::kSetsAndAppends) {
+    return SetDecision::refused(
         {ErrorCode::kRefused, fmt::format("{} takes whole values, nothing can be appended", wish.key)});
   }
   const auto options = options_of(wish);
   const auto fits = wish.append ? check_append(wish.key, index, wish.value.size(), options)
                                 : check_sequence(wish.key, index, options);
-  return fits ? seat->judge(wish) : Judgement::refused(fits.error());
+  return fits ? policy->policy(wish) : SetDecision::refused(fits.error());
 }
 
-Reply TupleSpace::Parts::judge(const RemoteSet& wish) {
+Reply TupleSpace::Impl::judge(const RemoteSet& wish) {
   auto judgement = wish.time_to_live < Duration(0)
-                       ? Judgement{Verdict::kExpired, false, ErrorCode::kExpired, "the time to live ended on the way"}
+                       ? SetDecision{Verdict::kExpired, false, ErrorCode::kExpired, "the time to live ended on the way"}
                        : decide(wish);
   const bool store_it = judgement.verdict == Verdict::kApplied && judgement.store;
   if (store_it) {
     const auto stored = wish.append ? append(wish.key, wish.value, options_of(wish), wish.from)
                                     : write(wish.key, wish.value, options_of(wish), wish.from);
-    if (!stored) judgement = Judgement::refused(stored.error());
+    if (!stored) judgement = SetDecision::refused(stored.error());
   }
   Reply reply{wish.from, wish.request, judgement.verdict, judgement.code, std::move(judgement.text)};
   const auto index = store_it || wish.expected_sequence ? find(self, wish.key) : kNone;
@@ -78,7 +78,7 @@ Reply TupleSpace::Parts::judge(const RemoteSet& wish) {
   return reply;
 }
 
-void TupleSpace::Parts::judge_own(RemoteSet wish) {
+void TupleSpace::Impl::judge_own(RemoteSet wish) {
   const auto left = requests.remaining(wish.request);
   if (!left) return;
   // What is not over by now may be over in this very moment: zero would mean that no time was given.

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 
-#include "tuples/space_parts.h"
+#include "tuples/space_impl.h"
 
 namespace rubicon::tuples {
 
-Result<TupleRef> TupleSpace::Parts::write(std::string_view key, std::string_view value, const SetOptions& options,
-                                          OwnerId creator) {
+Result<TupleRef> TupleSpace::Impl::write(std::string_view key, std::string_view value, const SetOptions& options,
+                                         OwnerId creator) {
   if (value.size() > kMaxValueSize) {
     return fail(ErrorCode::kOutOfRange, fmt::format("setting {}: the value has {} bytes, at most {} are allowed",
                                                     model::quoted(key), value.size(), kMaxValueSize));
@@ -23,7 +23,7 @@ Result<TupleRef> TupleSpace::Parts::write(std::string_view key, std::string_view
   return TupleRef{index, store.at(index).generation};
 }
 
-void TupleSpace::Parts::write(std::uint32_t index, std::string_view value, const SetOptions& options, OwnerId creator) {
+void TupleSpace::Impl::write(std::uint32_t index, std::string_view value, const SetOptions& options, OwnerId creator) {
   open_turn();
   auto& tuple = store.at(index);
   tuple.value.assign(value);
@@ -38,8 +38,8 @@ void TupleSpace::Parts::write(std::uint32_t index, std::string_view value, const
   announce(index, EventKind::kSet);
 }
 
-Result<TupleRef> TupleSpace::Parts::append(std::string_view key, std::string_view bytes, const SetOptions& options,
-                                           OwnerId creator) {
+Result<TupleRef> TupleSpace::Impl::append(std::string_view key, std::string_view bytes, const SetOptions& options,
+                                          OwnerId creator) {
   const auto index = find(self, key);
   if (auto ok = check_append(key, index, bytes.size(), options); !ok) return fail(std::move(ok.error()));
   open_turn();
@@ -51,8 +51,8 @@ Result<TupleRef> TupleSpace::Parts::append(std::string_view key, std::string_vie
   return TupleRef{index, tuple.generation};
 }
 
-Result<void> TupleSpace::Parts::check_sequence(std::string_view key, std::uint32_t index,
-                                               const SetOptions& options) const {
+Result<void> TupleSpace::Impl::check_sequence(std::string_view key, std::uint32_t index,
+                                              const SetOptions& options) const {
   if (!options.expected_sequence) return {};
   const auto expected = *options.expected_sequence;
   const auto present = index == kNone ? 0 : store.at(index).sequence;
@@ -64,8 +64,8 @@ Result<void> TupleSpace::Parts::check_sequence(std::string_view key, std::uint32
               fmt::format("writing {}: expected {}, there is {}", model::quoted(key), say(expected), say(present)));
 }
 
-Result<void> TupleSpace::Parts::check_append(std::string_view key, std::uint32_t index, std::size_t more,
-                                             const SetOptions& options) const {
+Result<void> TupleSpace::Impl::check_append(std::string_view key, std::uint32_t index, std::size_t more,
+                                            const SetOptions& options) const {
   if (auto ok = check_sequence(key, index, options); !ok) return ok;
   if (index == kNone) {
     return fail(ErrorCode::kNotFound, fmt::format("appending to {}: no such tuple", model::quoted(key)));
@@ -82,7 +82,7 @@ Result<void> TupleSpace::Parts::check_append(std::string_view key, std::uint32_t
                           model::quoted(key), more, tuple.value.size(), kMaxValueSize));
 }
 
-void TupleSpace::Parts::stamp(Tuple& tuple, const SetOptions& options, OwnerId creator) {
+void TupleSpace::Impl::stamp(Tuple& tuple, const SetOptions& options, OwnerId creator) {
   ++tuple.sequence;
   tuple.creator = creator;
   tuple.write_time = wall;
@@ -90,13 +90,13 @@ void TupleSpace::Parts::stamp(Tuple& tuple, const SetOptions& options, OwnerId c
   ++sets;
 }
 
-void TupleSpace::Parts::live_for(Tuple& tuple, std::uint32_t index, Duration lifetime) {
+void TupleSpace::Impl::live_for(Tuple& tuple, std::uint32_t index, Duration lifetime) {
   lifetime = std::min(lifetime, kLongest);
   tuple.expire_time = wall + std::chrono::ceil<std::chrono::microseconds>(lifetime);
   expiry.set(index, lifetime, now);
 }
 
-void TupleSpace::Parts::set_media_type(Tuple& tuple, std::string_view name) {
+void TupleSpace::Impl::set_media_type(Tuple& tuple, std::string_view name) {
   if (store.media_types().name(tuple.media_type) == name) return;
   tuple.media_type = store.media_types().intern(name);
 }

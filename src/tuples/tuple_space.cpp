@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "base/assert.h"
-#include "tuples/space_parts.h"
+#include "tuples/space_impl.h"
 
 namespace rubicon::tuples {
 
@@ -45,16 +45,16 @@ Handle& Handle::operator=(Handle&& other) noexcept {
 }
 
 TupleSpace::TupleSpace(OwnerId self, base::Scheduler& scheduler, Link& link)
-    : parts_(std::make_unique<Parts>(self, scheduler, link)) {
-  link.attach(parts_.get());
+    : impl_(std::make_unique<Impl>(self, scheduler, link)) {
+  link.attach(impl_.get());
 }
 
 TupleSpace::~TupleSpace() {
-  parts_->link.attach(nullptr);
+  impl_->link.attach(nullptr);
 }
 
 OwnerId TupleSpace::self() const {
-  return parts_->self;
+  return impl_->self;
 }
 
 Result<TupleRef> TupleSpace::declare(std::string_view key, std::string_view value, const SetOptions& options) {
@@ -63,11 +63,11 @@ Result<TupleRef> TupleSpace::declare(std::string_view key, std::string_view valu
 }
 
 Result<TupleRef> TupleSpace::set(std::string_view key, std::string_view value, const SetOptions& options) {
-  return parts_->write(key, value, options, parts_->self);
+  return impl_->write(key, value, options, impl_->self);
 }
 
 Result<void> TupleSpace::set(TupleRef tuple, std::string_view value, const SetOptions& options) {
-  auto& parts = *parts_;
+  auto& parts = *impl_;
   if (!parts.store.is_present(tuple) || parts.condemned(tuple.index)) {
     return fail(ErrorCode::kNotFound, "setting a tuple by its short name: it was deleted or expired");
   }
@@ -80,11 +80,11 @@ Result<void> TupleSpace::set(TupleRef tuple, std::string_view value, const SetOp
 }
 
 Result<void> TupleSpace::append(std::string_view key, std::string_view bytes, const SetOptions& options) {
-  return parts_->append(key, bytes, options, parts_->self).map([](TupleRef) {});
+  return impl_->append(key, bytes, options, impl_->self).map([](TupleRef) {});
 }
 
 Result<void> TupleSpace::append(TupleRef tuple, std::string_view bytes, const SetOptions& options) {
-  auto& parts = *parts_;
+  auto& parts = *impl_;
   if (!parts.store.is_present(tuple) || parts.condemned(tuple.index)) {
     return fail(ErrorCode::kNotFound, "appending to a tuple by its short name: it was deleted or expired");
   }
@@ -92,47 +92,47 @@ Result<void> TupleSpace::append(TupleRef tuple, std::string_view bytes, const Se
 }
 
 Result<void> TupleSpace::erase(std::string_view key) {
-  const auto index = parts_->find(parts_->self, key);
+  const auto index = impl_->find(impl_->self, key);
   if (index == kNone) return fail(ErrorCode::kNotFound, fmt::format("erasing {}: no such tuple", model::quoted(key)));
-  parts_->remove(index, EventKind::kDeleted);
+  impl_->remove(index, EventKind::kDeleted);
   return {};
 }
 
 void TupleSpace::erase(const Pattern& pattern) {
-  if (!is_sound(pattern) || (pattern.owner && *pattern.owner != parts_->self)) return;
-  parts_->open_turn();
-  parts_->walk(Walk::Aim::kErase, {parts_->self, pattern.key}, nullptr);
+  if (!is_sound(pattern) || (pattern.owner && *pattern.owner != impl_->self)) return;
+  impl_->open_turn();
+  impl_->walk(Walk::Aim::kErase, {impl_->self, pattern.key}, nullptr);
 }
 
 std::optional<TupleRef> TupleSpace::find(std::string_view key) const {
-  const auto index = parts_->find(parts_->self, key);
+  const auto index = impl_->find(impl_->self, key);
   if (index == kNone) return std::nullopt;
-  return TupleRef{index, parts_->store.at(index).generation};
+  return TupleRef{index, impl_->store.at(index).generation};
 }
 
 bool TupleSpace::has_subscriber(TupleRef tuple) const {
-  if (!parts_->store.is_present(tuple)) return false;
-  const auto& members = parts_->store.subscribers(tuple.index).members;
+  if (!impl_->store.is_present(tuple)) return false;
+  const auto& members = impl_->store.subscribers(tuple.index).members;
   return std::any_of(members.begin(), members.end(), [](const auto& member) { return member->alive; });
 }
 
 Handle TupleSpace::watch_demand(const Pattern& pattern, DemandCall call) {
   if (!is_sound(pattern)) return {};
-  parts_->open_turn();
-  return parts_->handle(
-      [parts = parts_.get(), watch = parts_->demand.add(pattern, std::move(call))] { parts->demand.remove(watch); });
+  impl_->open_turn();
+  return impl_->handle(
+      [parts = impl_.get(), watch = impl_->demand.add(pattern, std::move(call))] { parts->demand.remove(watch); });
 }
 
-Handle TupleSpace::judge(const Pattern& pattern, Judge judge, Accepts accepts) {
+Handle TupleSpace::add_policy(const Pattern& pattern, SetPolicy policy, PolicyScope scope) {
   if (!is_sound(pattern)) return {};
-  return parts_->handle([parts = parts_.get(), seat = parts_->judges.add(pattern, std::move(judge), accepts)] {
-    parts->judges.remove(seat);
+  return impl_->handle([parts = impl_.get(), entry = impl_->policies.add(pattern, std::move(policy), scope)] {
+    parts->policies.remove(entry);
   });
 }
 
 Handle TupleSpace::subscribe(const Pattern& pattern, const Flow& flow, EventCall call, SnapshotCall snapshot) {
   if (!is_sound(pattern)) return {};
-  auto& parts = *parts_;
+  auto& parts = *impl_;
   const auto id = parts.free_wire_id();
   const auto subscription = parts.subscribe(pattern, flow, std::move(call), nullptr, id);
   subscription->snapshot = std::move(snapshot);
@@ -148,68 +148,68 @@ Handle TupleSpace::subscribe(const Pattern& pattern, const Flow& flow, EventCall
 
 std::uint64_t TupleSpace::set_remote(OwnerId owner, std::string_view key, std::string_view value, Duration time_to_live,
                                      ReplyCall call, const SetOptions& options) {
-  return parts_->ask(wish_of(owner, key, value, time_to_live, options), std::move(call));
+  return impl_->ask(wish_of(owner, key, value, time_to_live, options), std::move(call));
 }
 
 std::uint64_t TupleSpace::append_remote(OwnerId owner, std::string_view key, std::string_view bytes,
                                         Duration time_to_live, ReplyCall call, const SetOptions& options) {
   auto wish = wish_of(owner, key, bytes, time_to_live, options);
   wish.append = true;
-  return parts_->ask(std::move(wish), std::move(call));
+  return impl_->ask(std::move(wish), std::move(call));
 }
 
 std::optional<TupleView> TupleSpace::get(OwnerId owner, std::string_view key) const {
-  const auto index = parts_->find(owner, key);
+  const auto index = impl_->find(owner, key);
   if (index == kNone) return std::nullopt;
-  auto view = parts_->store.view(index);
-  view.owner_present = !parts_->absent.contains(owner);
+  auto view = impl_->store.view(index);
+  view.owner_present = !impl_->absent.contains(owner);
   return view;
 }
 
 void TupleSpace::list(const Pattern& pattern, const std::function<void(const TupleView&)>& visit) const {
   if (!is_sound(pattern)) return;
-  auto& store = parts_->store;
+  auto& store = impl_->store;
   PatternWalk walk(store.trie(), pattern);
   auto budget = kNoBudget;
   while (const auto index = walk.next(budget)) {
-    if (parts_->condemned(*index)) continue;
+    if (impl_->condemned(*index)) continue;
     store.pool().pin(*index);
     auto view = store.view(*index);
-    view.owner_present = !parts_->absent.contains(view.owner);
+    view.owner_present = !impl_->absent.contains(view.owner);
     visit(view);
     store.pool().unpin(*index);
   }
 }
 
 std::vector<OwnerId> TupleSpace::peers() const {
-  return parts_->link.peers();
+  return impl_->link.peers();
 }
 
 Handle TupleSpace::watch_peers(PeerCall call) {
-  auto watch = parts_->peer_calls.emplace_back(std::make_shared<PeerCall>(std::move(call)));
-  return parts_->handle([parts = parts_.get(), watch] { std::erase(parts->peer_calls, watch); });
+  auto watch = impl_->peer_calls.emplace_back(std::make_shared<PeerCall>(std::move(call)));
+  return impl_->handle([parts = impl_.get(), watch] { std::erase(parts->peer_calls, watch); });
 }
 
 Result<void> TupleSpace::describe(std::string_view summary) {
   if (summary.size() > kMaxSummary)
     return fail(ErrorCode::kOutOfRange,
                 fmt::format("summary of {} bytes: expected at most {}", summary.size(), kMaxSummary));
-  parts_->link.describe(std::string(summary));
+  impl_->link.describe(std::string(summary));
   return {};
 }
 
 std::string_view TupleSpace::summary(OwnerId peer) const {
-  const auto found = parts_->summaries.find(peer);
-  return found == parts_->summaries.end() ? std::string_view() : std::string_view(found->second);
+  const auto found = impl_->summaries.find(peer);
+  return found == impl_->summaries.end() ? std::string_view() : std::string_view(found->second);
 }
 
 Handle TupleSpace::watch_summaries(SummaryCall call) {
-  auto watch = parts_->summary_calls.emplace_back(std::make_shared<SummaryCall>(std::move(call)));
-  return parts_->handle([parts = parts_.get(), watch] { std::erase(parts->summary_calls, watch); });
+  auto watch = impl_->summary_calls.emplace_back(std::make_shared<SummaryCall>(std::move(call)));
+  return impl_->handle([parts = impl_.get(), watch] { std::erase(parts->summary_calls, watch); });
 }
 
 TupleSpace::Stats TupleSpace::stats() const {
-  const auto& parts = *parts_;
+  const auto& parts = *impl_;
   return {parts.store.own(),
           parts.store.cached(),
           parts.by_number.size(),

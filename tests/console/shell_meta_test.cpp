@@ -25,11 +25,11 @@ const std::string kOther = "proxy.dummy-1.kitchen.sensor.light-1.value";
 class ShellLinks : public testing::Test {
  protected:
   ShellLinks() {
-    judges_.push_back(robot_.judge(
-        {OwnerId(70000), "log"}, [](const tuples::RemoteSet&) { return tuples::Judgement::applied(); },
-        tuples::Accepts::kSetsAndAppends));
-    judges_.push_back(
-        robot_.judge({OwnerId(70000), "best"}, [](const tuples::RemoteSet&) { return tuples::Judgement::applied(); }));
+    judges_.push_back(robot_.add_policy(
+        {OwnerId(70000), "log"}, [](const tuples::RemoteSet&) { return tuples::SetDecision::applied(); },
+        tuples::PolicyScope::kSetsAndAppends));
+    judges_.push_back(robot_.add_policy({OwnerId(70000), "best"},
+                                        [](const tuples::RemoteSet&) { return tuples::SetDecision::applied(); }));
     world_.time.run_for(1s);
   }
 

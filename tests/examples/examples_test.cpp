@@ -38,7 +38,7 @@ TEST(ExamplesInText, OfHelpAreTheLinesBelowItsExamples) {
               ElementsAre(Example{"m", "rubicon run --shell"}));
 }
 
-TEST(Judgement, SeesExamplesThatHangShowNothingOrFindAProblem) {
+TEST(SetDecision, SeesExamplesThatHangShowNothingOrFindAProblem) {
   const auto of = [](const char* line, int code, const char* output = "", const char* errors = "") {
     return fault_of(line, {code, output, errors});
   };

@@ -90,7 +90,7 @@ Message golden_actuate() {
 }
 
 Message golden_opaque() {
-  return {kNobody, 0, 0, {}, {kHome, "", ""}, Opaque{"chat", {'h', 'e', 'l', 'l', 'o'}}};
+  return {kNoOwner, 0, 0, {}, {kHome, "", ""}, Opaque{"chat", {'h', 'e', 'l', 'l', 'o'}}};
 }
 
 TEST(MessageCbor, WritesTheGoldenBytes) {
@@ -369,7 +369,7 @@ TEST(MessageCbor, TheThreeMediaTypesAreKnown) {
 }
 
 TEST(MessageCbor, ReadsWhatAScriptBuildsByHand) {
-  const std::string command = "python3 " RUBICON_SOURCE_DIR "/tests/daemon/post_message.py 6541 chat hello";
+  const std::string command = "python3 " RUBICON_SOURCE_DIR "/tests/apps/rubicon-proxy/post_message.py 6541 chat hello";
   auto* pipe = popen(command.c_str(), "r");
   ASSERT_NE(pipe, nullptr);
   std::array<char, 4096> buffer{};

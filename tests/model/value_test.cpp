@@ -78,7 +78,7 @@ TEST(Value, OnlyJsonHasTheMediaTypeOfJson) {
 }
 
 TEST(Address, IslandsAreNumbersThatMotesCanCarry) {
-  EXPECT_FALSE(is_island(kNobody));
+  EXPECT_FALSE(is_island(kNoOwner));
   EXPECT_TRUE(is_island(OwnerId{1}));
   EXPECT_TRUE(is_island(OwnerId{65532}));
   EXPECT_FALSE(is_island(OwnerId{65533}));

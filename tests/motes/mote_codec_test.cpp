@@ -56,7 +56,7 @@ std::string spelled(const TypeCatalogue& types, const model::PointId& point) {
 
 std::string describe(const TypeCatalogue& types, const model::Message& message) {
   std::string text;
-  if (message.destination.island != model::kNobody)
+  if (message.destination.island != model::kNoOwner)
     text += fmt::format("to {}{}: ", model::number(message.destination.island), message.destination.device);
   const std::string& device = message.source.device;
   if (const auto* join = std::get_if<model::Join>(&message.body)) {

@@ -69,7 +69,7 @@ TEST_F(Board, ListsTheReachableDevicesOfAllNetworksInOneTuple) {
   join("7", lamp());
   join("1.4.6", lamp());
   const auto from_garden = [this](model::Body body) {
-    gate->from_network("garden", Message{model::kNobody, 0, 0, {kIsland, "garden", "pond"}, {kIsland, {}, {}}, body});
+    gate->from_network("garden", Message{model::kNoOwner, 0, 0, {kIsland, "garden", "pond"}, {kIsland, {}, {}}, body});
   };
   from_garden(lamp());
   time.run_for(1s);
@@ -125,7 +125,7 @@ TEST_F(Board, AListThatNoValueCanHoldStandsEmptyAndIsToldOnce) {
   start();
   const auto from_attic = [&](int device, model::Body body) {
     const auto address = std::to_string(10000 + device) + std::string(59, 'x');
-    gate->from_network(attic, Message{model::kNobody, 0, 0, {kIsland, attic, address}, {kIsland, {}, {}}, body});
+    gate->from_network(attic, Message{model::kNoOwner, 0, 0, {kIsland, attic, address}, {kIsland, {}, {}}, body});
     if (device % 1000 == 0) time.run_ready();
   };
   const auto told = [this] {
@@ -187,7 +187,7 @@ TEST_F(Board, AnInventiveNetworkDoesNotFillTheTupleSpace) {
 
 TEST_F(Board, ANetworkThatNeverSpeaksOfItsLineCountsAsUpOnceItDelivers) {
   start();
-  gate->from_network("mute", Message{model::kNobody, 0, 0, {kIsland, "mute", "7"}, {kIsland, {}, {}}, lamp()});
+  gate->from_network("mute", Message{model::kNoOwner, 0, 0, {kIsland, "mute", "7"}, {kIsland, {}, {}}, lamp()});
   time.run_for(1s);
   EXPECT_EQ(json("proxy.mute.status")["line"], "up");
   EXPECT_EQ(json("proxy.networks"), (std::vector<std::string>{"hall", "mute"}));

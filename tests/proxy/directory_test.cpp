@@ -247,7 +247,7 @@ TEST_F(Directory, LeavesTheDevicesOfOtherIslandsToTheirProxies) {
 TEST_F(Directory, AMessageForADeviceOfTwoNetworksGoesWhereItIsReachable) {
   config.networks["garden"];
   start();
-  gate->from_network("garden", Message{model::kNobody, 0, 0, {kIsland, "garden", "7"}, {kIsland, {}, {}}, lamp()});
+  gate->from_network("garden", Message{model::kNoOwner, 0, 0, {kIsland, "garden", "7"}, {kIsland, {}, {}}, lamp()});
   join("7", lamp());
   for (int i = 0; i < 3; ++i) {
     time.run_for(25s);

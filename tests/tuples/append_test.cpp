@@ -14,13 +14,13 @@ constexpr std::size_t kMiB = 1024 * 1024;
 
 struct Appends : testing::Test, TwoComponents {
   Handle accept(std::string_view keys) {
-    return island->space.judge(
+    return island->space.add_policy(
         pattern(keys),
         [this](const RemoteSet& wish) {
           judged.push_back(wish);
-          return Judgement::applied();
+          return SetDecision::applied();
         },
-        Accepts::kSetsAndAppends);
+        PolicyScope::kSetsAndAppends);
   }
   /// The answer to what the robot asks.
   Reply append(std::string_view key, std::string_view bytes, const SetOptions& options = {}) {
@@ -153,8 +153,8 @@ TEST_F(Appends, FromAfarAreJudgedAsAppendsAndStoredWithTheirCreator) {
 }
 
 TEST_F(Appends, OnlyReachJudgesThatKnowThem) {
-  const auto judge = island->space.judge(pattern("switch"), [](const RemoteSet& wish) {
-    return wish.value == "on" ? Judgement::applied() : Judgement::refused({ErrorCode::kInvalid, "on or off"});
+  const auto judge = island->space.add_policy(pattern("switch"), [](const RemoteSet& wish) {
+    return wish.value == "on" ? SetDecision::applied() : SetDecision::refused({ErrorCode::kInvalid, "on or off"});
   });
   ASSERT_TRUE(island->space.set("switch", "on"));
   ASSERT_TRUE(island->space.set("published", "1"));
@@ -182,12 +182,12 @@ TEST_F(Appends, ThatCannotBeDoneDoNotReachTheJudge) {
 }
 
 TEST_F(Appends, AJudgeMayConsumeOrRefuseThem) {
-  Judgement verdict = Judgement::consumed();
-  const auto judge = island->space.judge(
-      pattern("log"), [&](const RemoteSet&) { return verdict; }, Accepts::kSetsAndAppends);
+  SetDecision verdict = SetDecision::consumed();
+  const auto judge = island->space.add_policy(
+      pattern("log"), [&](const RemoteSet&) { return verdict; }, PolicyScope::kSetsAndAppends);
   ASSERT_TRUE(island->space.set("log", "a"));
   EXPECT_EQ(append("log", "b").verdict, Verdict::kApplied);
-  verdict = Judgement::refused({ErrorCode::kBusy, "not now"});
+  verdict = SetDecision::refused({ErrorCode::kBusy, "not now"});
   EXPECT_EQ(append("log", "b").code, ErrorCode::kBusy);
   EXPECT_EQ(own("log").value, "a");
 }

@@ -219,9 +219,9 @@ TEST_F(Bounds, ASubscriptionSentAgainReplacesItself) {
 
 TEST_F(Bounds, AWishWhoseTimeIsOverIsNotJudged) {
   bool judged = false;
-  const auto judge = space.judge(pattern("a"), [&](const RemoteSet&) {
+  const auto judge = space.add_policy(pattern("a"), [&](const RemoteSet&) {
     judged = true;
-    return Judgement::applied();
+    return SetDecision::applied();
   });
   RemoteSet wish;
   wish.from = kPeer;

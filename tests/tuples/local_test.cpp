@@ -210,7 +210,7 @@ TEST_F(Alone, HandlesMayOutliveTheSpace) {
     Component other(ecology, time, 2);
     subscription = other.space.subscribe(pattern("**"), {}, listener.call());
     watch = other.space.watch_demand(pattern("**"), [](const Demand&) {});
-    judge = other.space.judge(pattern("**"), [](const RemoteSet&) { return Judgement::applied(); });
+    judge = other.space.add_policy(pattern("**"), [](const RemoteSet&) { return SetDecision::applied(); });
     peers = other.space.watch_peers([](OwnerId, PeerEvent) {});
     ASSERT_TRUE(other.space.set("a", "1"));
   }

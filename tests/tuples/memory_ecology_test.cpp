@@ -32,7 +32,7 @@ TEST(MemoryEcology, CarriesARemoteSetAndItsReply) {
   MemoryEcology ecology(scheduler);
   Component island(ecology, scheduler, 1), robot(ecology, scheduler, 70000);
   const auto judge =
-      island.space.judge(*Pattern::parse("GATEWAY"), [](const RemoteSet&) { return Judgement::consumed(); });
+      island.space.add_policy(*Pattern::parse("GATEWAY"), [](const RemoteSet&) { return SetDecision::consumed(); });
   std::vector<Verdict> verdicts;
   robot.space.set_remote(OwnerId(1), "GATEWAY", "x", {}, [&](const Reply& r) { verdicts.push_back(r.verdict); });
   robot.space.set_remote(OwnerId(2), "GATEWAY", "x", {}, [&](const Reply& r) { verdicts.push_back(r.verdict); });

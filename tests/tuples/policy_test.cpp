@@ -70,7 +70,7 @@ struct Policy : testing::Test {
   GuardedLink link{std::move(*ecology.join(OwnerId(1))), doorkeeper};
   TupleSpace space{OwnerId(1), time, link};
   Component robot{ecology, time, 70000};
-  Handle judge = space.judge(pattern("a"), [](const RemoteSet&) { return Judgement::applied(); });
+  Handle judge = space.add_policy(pattern("a"), [](const RemoteSet&) { return SetDecision::applied(); });
   Listener seen;
 };
 

@@ -21,7 +21,7 @@ struct RemoteSets : testing::Test, TwoComponents {
 };
 
 TEST_F(RemoteSets, AnAppliedOneIsStoredWithItsCreator) {
-  const auto judge = island->space.judge(pattern("a.*"), [](const RemoteSet&) { return Judgement::applied(); });
+  const auto judge = island->space.add_policy(pattern("a.*"), [](const RemoteSet&) { return SetDecision::applied(); });
   const auto request = robot->space.set_remote(kIsland, "a.b", "5", 1s, note(), {"text/x", WallTime{2s}, 9s});
   EXPECT_TRUE(replies.empty());
   time.run_ready();
@@ -36,7 +36,7 @@ TEST_F(RemoteSets, AnAppliedOneIsStoredWithItsCreator) {
 }
 
 TEST_F(RemoteSets, AConsumedOneIsNotStored) {
-  const auto judge = island->space.judge(pattern("G"), [](const RemoteSet&) { return Judgement::consumed(); });
+  const auto judge = island->space.add_policy(pattern("G"), [](const RemoteSet&) { return SetDecision::consumed(); });
   robot->space.set_remote(kIsland, "G", "5", 1s, note());
   time.run_ready();
   EXPECT_EQ(only().verdict, Verdict::kApplied);
@@ -44,8 +44,8 @@ TEST_F(RemoteSets, AConsumedOneIsNotStored) {
 }
 
 TEST_F(RemoteSets, ARefusalSaysWhy) {
-  const auto judge = island->space.judge(pattern("**"), [](const RemoteSet&) {
-    return Judgement::refused({ErrorCode::kOutOfRange, "too hot"});
+  const auto judge = island->space.add_policy(pattern("**"), [](const RemoteSet&) {
+    return SetDecision::refused({ErrorCode::kOutOfRange, "too hot"});
   });
   robot->space.set_remote(kIsland, "a", "5", 1s, note());
   time.run_ready();
@@ -69,13 +69,13 @@ TEST_F(RemoteSets, WithoutAJudgeTuplesAreReadOnly) {
 
 TEST_F(RemoteSets, TheNarrowestJudgeDecides) {
   const auto say = [](const char* text) {
-    return [text](const RemoteSet&) { return Judgement::refused({ErrorCode::kRefused, text}); };
+    return [text](const RemoteSet&) { return SetDecision::refused({ErrorCode::kRefused, text}); };
   };
   std::vector<Handle> judges;
-  judges.push_back(island->space.judge(pattern("**"), say("anything")));
-  judges.push_back(island->space.judge(pattern("a.**"), say("rest")));
-  judges.push_back(island->space.judge(pattern("a.b"), say("exact")));
-  judges.push_back(island->space.judge(pattern("a.*"), say("part")));
+  judges.push_back(island->space.add_policy(pattern("**"), say("anything")));
+  judges.push_back(island->space.add_policy(pattern("a.**"), say("rest")));
+  judges.push_back(island->space.add_policy(pattern("a.b"), say("exact")));
+  judges.push_back(island->space.add_policy(pattern("a.*"), say("part")));
   for (const auto* key : {"a.b", "a.c", "a.c.d", "z"}) robot->space.set_remote(kIsland, key, "", 1s, note());
   time.run_ready();
   std::vector<std::string> texts;
@@ -85,11 +85,11 @@ TEST_F(RemoteSets, TheNarrowestJudgeDecides) {
 
 TEST_F(RemoteSets, ToOneselfGoThroughTheSameJudgeLater) {
   int judged = 0;
-  const auto judge = island->space.judge(pattern("a"), [&](const RemoteSet& wish) {
+  const auto judge = island->space.add_policy(pattern("a"), [&](const RemoteSet& wish) {
     EXPECT_EQ(wish.from, kIsland);
     EXPECT_TRUE(wish.time_to_live_given);
     ++judged;
-    return Judgement::applied();
+    return SetDecision::applied();
   });
   island->space.set_remote(kIsland, "a", "5", 1s, note());
   EXPECT_EQ(judged, 0);
@@ -106,7 +106,7 @@ TEST_F(RemoteSets, AnAbsentOwnerIsSaidSo) {
 }
 
 TEST_F(RemoteSets, ALostAnswerEndsWithTheTimeToLive) {
-  const auto judge = island->space.judge(pattern("a"), [](const RemoteSet&) { return Judgement::consumed(); });
+  const auto judge = island->space.add_policy(pattern("a"), [](const RemoteSet&) { return SetDecision::consumed(); });
   robot->space.set_remote(kIsland, "a", "5", {}, note());
   ecology.cut(kIsland, kRobot);
   time.run_for(5s - 1ns);
@@ -119,7 +119,7 @@ TEST_F(RemoteSets, ALostAnswerEndsWithTheTimeToLive) {
 }
 
 TEST_F(RemoteSets, BeyondTheBoundAreRefusedBusy) {
-  const auto judge = island->space.judge(pattern("a"), [](const RemoteSet&) { return Judgement::consumed(); });
+  const auto judge = island->space.add_policy(pattern("a"), [](const RemoteSet&) { return SetDecision::consumed(); });
   std::size_t applied = 0, busy = 0;
   for (int i = 0; i < 100'010; ++i) {
     robot->space.set_remote(kIsland, "a", "5", 1s, [&](const Reply& reply) {
@@ -135,10 +135,10 @@ TEST_F(RemoteSets, BeyondTheBoundAreRefusedBusy) {
 TEST_F(RemoteSets, AJudgeMayEndItselfAndEraseTheTuple) {
   Handle judge;
   ASSERT_TRUE(island->space.set("a", "1"));
-  judge = island->space.judge(pattern("a"), [&](const RemoteSet&) {
+  judge = island->space.add_policy(pattern("a"), [&](const RemoteSet&) {
     judge.reset();
     EXPECT_TRUE(island->space.erase("a"));
-    return Judgement::applied();
+    return SetDecision::applied();
   });
   robot->space.set_remote(kIsland, "a", "5", 1s, note());
   time.run_ready();

@@ -51,7 +51,7 @@ class Exposures {
     std::string text;    ///< of the tuple; empty = nothing is known
     bool usable = true;  ///< by the status beside it, where there is one
     std::optional<Payload> payload;
-    network::Followed value, status;
+    network::TupleWatch value, status;
     Timer again;  ///< cyclic
     Timer pause;  ///< pending: changes wait
     Timer retry;

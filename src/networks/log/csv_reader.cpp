@@ -1,6 +1,6 @@
 #include "networks/log/csv_reader.h"
 
-#include "base/trimmed.h"
+#include "base/text.h"
 
 namespace rubicon::networks::log {
 

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "base/trimmed.h"
+#include "base/text.h"
 
 namespace rubicon::networks::log {
 

@@ -184,7 +184,7 @@ void TupleRecording::on_head(const recording::FileHead& head) {
   ++work_;
   head_read_ = true;
   prefix_ = head.prefix + ".";
-  if (island_ == model::kNobody) island_ = head.island;
+  if (island_ == model::kNoOwner) island_ = head.island;
   if (island_ == head.island) return;
   complain_(0, fmt::format("is of island {}, the files before are of island {}; not played", number(head.island),
                            number(island_)));
@@ -224,7 +224,7 @@ TupleRecording::Place TupleRecording::place_of(const Record& record) {
   auto& place = places_[record.key_number];
   if (place.role != Role::kUnknown) return place;
   place.role = Role::kOther;
-  if (island_ == model::kNobody && model::is_island(record.owner)) island_ = record.owner;
+  if (island_ == model::kNoOwner && model::is_island(record.owner)) island_ = record.owner;
   if (record.owner != island_ || !record.key.starts_with(prefix_)) return place;
   if (!is_of_interest(record.key.substr(prefix_.size()))) return place;
   if (const auto known = keys_.find(record.key); known != keys_.end()) return place = known->second;

@@ -104,7 +104,7 @@ class TupleRecording final : public Recording {
   Complaint complain_;
   recording::RecordingReader reader_{kReaderShare};
   std::string prefix_ = "proxy.";
-  OwnerId island_ = model::kNobody;
+  OwnerId island_ = model::kNoOwner;
   bool chosen_by_user_;
   RecordedNetworks networks_;  ///< found so far
   bool head_read_ = false;

@@ -5,7 +5,7 @@
 #include <charconv>
 #include <cmath>
 
-#include "base/trimmed.h"
+#include "base/text.h"
 
 namespace rubicon::networks::salad {
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "base/trimmed.h"
+#include "base/text.h"
 #include "model/key.h"
 #include "networks/salad/properties_reader.h"
 #include "transport/read_text.h"

@@ -262,7 +262,7 @@ void WsnNetwork::deliver(model::Message message) {
     properties_.declare(mote_address(message.source.device).value_or(0), *join);
   if (const auto* updates = std::get_if<model::Updates>(&message.body)) readings_ += updates->readings.size();
   auto* opaque = std::get_if<model::Opaque>(&message.body);
-  if (opaque && message.destination.island == model::kNobody) {
+  if (opaque && message.destination.island == model::kNoOwner) {
     message.destination.island = options_.messages_to;
     if (auto json = options_.messages_as_json ? as_json(*opaque) : std::nullopt) *opaque = std::move(*json);
   }

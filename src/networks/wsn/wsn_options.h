@@ -17,8 +17,8 @@ struct WsnOptions {
   bool read_updates = false;  ///< `sampling: read-updates`
   /// The sink is told the island's id again each so often; nullopt = when the line is opened only.
   std::optional<Duration> island_check = std::chrono::seconds(30);
-  /// Who application messages of motes go to that are for this island; kNobody = those who listen here.
-  OwnerId messages_to = model::kNobody;
+  /// Who application messages of motes go to that are for this island; kNoOwner = those who listen here.
+  OwnerId messages_to = model::kNoOwner;
   bool messages_as_json = false;          ///< those of the learning and synaptic layers
   std::optional<ForwarderOptions> share;  ///< nullopt = the sink is not shared
 };

@@ -9,7 +9,7 @@
 
 namespace rubicon::tuples::dds {
 
-struct DdsEcology::Parts {
+struct DdsEcology::Impl {
   DdsOptions options;
   Scheduler& scheduler;
   Post post;
@@ -57,7 +57,7 @@ Result<Entity> make_domain(const DdsOptions& options, Log log) {
 
 }  // namespace
 
-DdsEcology::DdsEcology(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
+DdsEcology::DdsEcology(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 DdsEcology::~DdsEcology() = default;
 
 Result<std::unique_ptr<DdsEcology>> DdsEcology::open(DdsOptions options, Scheduler& scheduler, Post post,
@@ -74,30 +74,30 @@ Result<std::unique_ptr<DdsEcology>> DdsEcology::open(DdsOptions options, Schedul
   }
   auto domain = make_domain(options, Log(log, "dds"));
   if (!domain) return fail(std::move(domain.error()));
-  return std::unique_ptr<DdsEcology>(new DdsEcology(std::make_unique<Parts>(
-      Parts{std::move(options), scheduler, std::move(post), log, std::move(words), std::move(*domain)})));
+  return std::unique_ptr<DdsEcology>(new DdsEcology(std::make_unique<Impl>(
+      Impl{std::move(options), scheduler, std::move(post), log, std::move(words), std::move(*domain)})));
 }
 
 Result<std::unique_ptr<Link>> DdsEcology::join(OwnerId id) {
   const CycloneLog::Ear ear;
-  auto participant = made(dds_create_participant(parts_->options.domain, nullptr, nullptr),
+  auto participant = made(dds_create_participant(impl_->options.domain, nullptr, nullptr),
                           fmt::format("participant of component {}", number(id)));
   if (!participant) return fail(with_reason(std::move(participant.error()), ear.heard));
-  const auto displaced = [call = std::weak_ptr(parts_->displaced), id] {
+  const auto displaced = [call = std::weak_ptr(impl_->displaced), id] {
     if (const auto told = call.lock(); told && *told) (*told)(id);
   };
-  auto link = DdsLink::make(id, std::move(*participant), parts_->options, parts_->scheduler, parts_->post, displaced,
-                            parts_->appearances, parts_->log);
+  auto link = DdsLink::make(id, std::move(*participant), impl_->options, impl_->scheduler, impl_->post, displaced,
+                            impl_->appearances, impl_->log);
   if (!link) return fail(with_reason(std::move(link.error()), ear.heard));
   return std::move(*link);
 }
 
 std::vector<Appearance> DdsEcology::appearances() const {
-  return parts_->appearances->all();
+  return impl_->appearances->all();
 }
 
 void DdsEcology::watch_displaced(std::function<void(OwnerId)> call) {
-  *parts_->displaced = std::move(call);
+  *impl_->displaced = std::move(call);
 }
 
 }  // namespace rubicon::tuples::dds

@@ -35,9 +35,9 @@ class DdsEcology final : public Ecology {
   std::vector<Appearance> appearances() const;
 
  private:
-  struct Parts;
-  explicit DdsEcology(std::unique_ptr<Parts> parts);
-  std::unique_ptr<Parts> parts_;
+  struct Impl;
+  explicit DdsEcology(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
 };
 
 }  // namespace rubicon::tuples::dds

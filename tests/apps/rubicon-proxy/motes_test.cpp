@@ -124,8 +124,8 @@ TEST_F(MotesDaemon, SharesTheSinkWithAnotherProgramWhileItSamples) {
   EXPECT_EQ(ask(shell, "subscribe " + kLight + ".value min=200ms")["ok"], true);
   ASSERT_TRUE(flows(shell, kLight + ".value", 2));
   EXPECT_TRUE(becomes(shell, "proxy.wsn-1.property.share.value", "127.0.0.1:9002"));
-  const auto client =
-      run_to_end({"python3", RUBICON_SOURCE_DIR "/tests/daemon/sink_client.py", "127.0.0.1", "9002", "6543", "3", "2"});
+  const auto client = run_to_end({"python3", RUBICON_SOURCE_DIR "/tests/apps/rubicon-proxy/sink_client.py", "127.0.0.1",
+                                  "9002", "6543", "3", "2"});
   EXPECT_EQ(client.code, 0) << client.errors;
   EXPECT_EQ(client.output, "shared\n");
   EXPECT_TRUE(flows(shell, kLight + ".value", 3)) << "the island samples as before";

@@ -345,9 +345,9 @@ TEST_F(CommandLine, AppendsAndDeletesWhatItsOwnerLetsGo) {
   Friend other;
   auto& space = other.client().tuples();
   ASSERT_TRUE(space.set("robot.diary", "one"));
-  const auto judge = space.judge(
-      Pattern::parse("robot.**").value(), [](const tuples::RemoteSet&) { return tuples::Judgement::applied(); },
-      tuples::Accepts::kSetsAndAppends);
+  const auto judge = space.add_policy(
+      Pattern::parse("robot.**").value(), [](const tuples::RemoteSet&) { return tuples::SetDecision::applied(); },
+      tuples::PolicyScope::kSetsAndAppends);
   const auto id = std::to_string(number(other.client().id()));
   const auto appended = other.while_it_runs({"append", id + ":robot.diary", ", two"});
   EXPECT_EQ(appended.code, 0) << appended.output << appended.errors;

@@ -32,9 +32,9 @@ class Member {
     watch_ = space_.watch_demand(*Pattern::parse("**"), [this](const tuples::Demand& demand) {
       demand.wanted ? void(wanted_.emplace(demand.key)) : void(wanted_.erase(std::string(demand.key)));
     });
-    judge_ = space_.judge({client.id(), "cmd.**"}, [this](const tuples::RemoteSet& wish) {
+    judge_ = space_.add_policy({client.id(), "cmd.**"}, [this](const tuples::RemoteSet& wish) {
       note(commands_, wish.from, wish.value);
-      return tuples::Judgement::applied();
+      return tuples::SetDecision::applied();
     });
     messages_ = client.on_message(
         "count", [this](const client::UserMessage& message) { note(heard_, message.from, message.bytes); });

@@ -30,7 +30,8 @@ class Probe {
     }
     link_ = std::move(*link);
     space_ = std::make_unique<TupleSpace>(id, loop.scheduler(), *link_);
-    anybody_ = space_->judge({id, "probe.**"}, [](const tuples::RemoteSet&) { return tuples::Judgement::applied(); });
+    anybody_ =
+        space_->add_policy({id, "probe.**"}, [](const tuples::RemoteSet&) { return tuples::SetDecision::applied(); });
     peers_ = space_->watch_peers([this](OwnerId peer, tuples::PeerEvent event) { tell(peer, event); });
     shell_ = std::make_unique<console::Shell>(
         *space_, id, "probe", [this](std::string line) { output_.answer(std::move(line)); },

@@ -14,10 +14,10 @@ TEST(FileList, RelativePathsStartAtTheDirectoryOfTheConfiguration) {
 }
 
 TEST(FileList, AWildcardGivesWhatIsThereInNaturalOrder) {
-  const auto found = list_files({"tests/networks/log_*_test.cpp"}, RUBICON_SOURCE_DIR);
+  const auto found = list_files({"tests/networks/log/log_*_test.cpp"}, RUBICON_SOURCE_DIR);
   ASSERT_TRUE(found.has_value());
   EXPECT_EQ(found->size(), 7u);
-  EXPECT_EQ(found->front(), RUBICON_SOURCE_DIR "/tests/networks/log_csv_reader_test.cpp");
+  EXPECT_EQ(found->front(), RUBICON_SOURCE_DIR "/tests/networks/log/log_csv_reader_test.cpp");
 }
 
 TEST(FileList, AWildcardThatFitsNothingIsAnError) {

@@ -24,9 +24,9 @@ struct Rogues : testing::Test, TwoComponents {
     ASSERT_TRUE(robot->space.set("a", "1"));
     copies = island->space.subscribe(pattern("a.**"), {}, seen.call());
     a = island->space.subscribe(pattern("a"), {}, seen.call());
-    judge = island->space.judge(pattern("cmd"), [this](const RemoteSet& wish) {
+    judge = island->space.add_policy(pattern("cmd"), [this](const RemoteSet& wish) {
       judged.push_back(wish.value);
-      return Judgement::applied();
+      return SetDecision::applied();
     });
     until([&] { return island->space.get(kRobot, "a").has_value(); });
     until([&] {

@@ -3,7 +3,7 @@
 #include <charconv>
 #include <cmath>
 
-#include "base/trimmed.h"
+#include "base/text.h"
 #include "model/key.h"
 #include "networks/knx/dpt/codec.h"
 

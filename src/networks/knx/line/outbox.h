@@ -8,8 +8,8 @@
 #include <optional>
 #include <string_view>
 
+#include "base/deadline.h"
 #include "base/scheduler.h"
-#include "networks/knx/line/deadline.h"
 #include "networks/knx/line/line.h"
 
 namespace rubicon::networks::knx {
@@ -79,7 +79,7 @@ class Outbox {
   SteadyTime refilled_;
   bool ready_asked_ = false;
   bool finishing_ = false;
-  Deadline token_, expiry_;
+  base::Deadline token_, expiry_;
   Counters counters_;
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
 };

@@ -6,9 +6,9 @@
 #include <memory>
 #include <string>
 
+#include "base/deadline.h"
 #include "base/scheduler.h"
 #include "networks/knx/line/busy_rule.h"
-#include "networks/knx/line/deadline.h"
 #include "networks/knx/line/outbox.h"
 #include "networks/knx/wire/message.h"
 #include "transport/udp.h"
@@ -88,7 +88,7 @@ class Routing {
   Calls calls_;
   Outbox outbox_;
   BusyRule busy_;
-  Deadline wake_;
+  base::Deadline wake_;
   bool up_ = false;
   Endpoint own_;
   SteadyTime next_at_ = SteadyTime::min();

@@ -69,7 +69,7 @@ class RoutingLine final : public Line {
   std::unique_ptr<transport::UdpSocket> sender_;  ///< with a port of its own
   LineState state_;
   Timer up_, closing_;
-  Deadline silence_;
+  base::Deadline silence_;
   std::uint64_t joined_again_ = 0;
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
   Routing machine_;

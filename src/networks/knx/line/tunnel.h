@@ -5,8 +5,8 @@
 #include <optional>
 #include <string>
 
+#include "base/deadline.h"
 #include "base/scheduler.h"
-#include "networks/knx/line/deadline.h"
 #include "networks/knx/wire/message.h"
 #include "networks/knx/wire/status.h"
 
@@ -161,7 +161,7 @@ class Tunnel {
   bool holds_ = false;         ///< a stream that is silent: nothing is sent until something is heard
   bool awaits_state_ = false;  ///< a heartbeat is under way
   bool answered_ = false;      ///< by a CONNECT_RESPONSE
-  Deadline request_deadline_, heartbeat_deadline_, resync_deadline_, connect_deadline_;
+  base::Deadline request_deadline_, heartbeat_deadline_, resync_deadline_, connect_deadline_;
 };
 
 }  // namespace rubicon::networks::knx

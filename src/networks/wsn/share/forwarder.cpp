@@ -59,8 +59,8 @@ enum class Told : std::uint8_t { kYes, kTooSlow, kLost };
 
 }  // namespace
 
-struct Forwarder::Parts {
-  Parts(ForwarderOptions o, Scheduler& s, transport::Transports& t, ForwarderCalls c)
+struct Forwarder::Impl {
+  Impl(ForwarderOptions o, Scheduler& s, transport::Transports& t, ForwarderCalls c)
       : options(std::move(o)), scheduler(s), transports(t), calls(std::move(c)) {}
 
   void accept(std::unique_ptr<transport::TcpStream> stream, transport::TcpCalls& told);
@@ -101,17 +101,17 @@ struct Forwarder::Parts {
 };
 
 template <class Text>
-void Forwarder::Parts::note(const std::string& counter, Text text) {
+void Forwarder::Impl::note(const std::string& counter, Text text) {
   ++counters[counter];
   if (calls.note && limit.allow(counter, scheduler.now())) calls.note(counter, text());
 }
 
-std::size_t Forwarder::Parts::connected() const {
+std::size_t Forwarder::Impl::connected() const {
   const auto is_there = [](const ClientPtr& client) { return client->stream != nullptr; };
   return static_cast<std::size_t>(std::count_if(clients.begin(), clients.end(), is_there));
 }
 
-void Forwarder::Parts::accept(std::unique_ptr<transport::TcpStream> stream, transport::TcpCalls& told) {
+void Forwarder::Impl::accept(std::unique_ptr<transport::TcpStream> stream, transport::TcpCalls& told) {
   const auto name = to_string(stream->remote());
   if (const auto already = connected(); already >= options.clients)
     return note("refused-clients",
@@ -131,7 +131,7 @@ void Forwarder::Parts::accept(std::unique_ptr<transport::TcpStream> stream, tran
   told.failed = [this, client = client.get()](const Error&) { lost(*client); };
 }
 
-void Forwarder::Parts::received(Client& client, ByteView bytes) {
+void Forwarder::Impl::received(Client& client, ByteView bytes) {
   const auto alive = client.shared_from_this();
   if (!client.waits()) client.expires = scheduler.now() + options.packet_life;
   const auto left = client.waits() ? bytes : take(client, bytes);
@@ -139,7 +139,7 @@ void Forwarder::Parts::received(Client& client, ByteView bytes) {
 }
 
 /// Reads packets until one has to wait; gives the bytes behind it.
-ByteView Forwarder::Parts::take(Client& client, ByteView bytes) {
+ByteView Forwarder::Impl::take(Client& client, ByteView bytes) {
   while (!client.dropped) {
     const auto packet = client.reader.next(bytes);
     if (client.reader.greeted()) client.greeting.cancel();
@@ -154,7 +154,7 @@ ByteView Forwarder::Parts::take(Client& client, ByteView bytes) {
   return {};
 }
 
-bool Forwarder::Parts::is_wanted(Client& client, ByteView packet) {
+bool Forwarder::Impl::is_wanted(Client& client, ByteView packet) {
   if (is_bad(client, packet)) return false;
   if (!is_config(packet) || options.may_configure || (options.island && sets_island(packet, *options.island)))
     return true;
@@ -166,7 +166,7 @@ bool Forwarder::Parts::is_wanted(Client& client, ByteView packet) {
   return false;
 }
 
-bool Forwarder::Parts::is_bad(Client& client, ByteView packet) {
+bool Forwarder::Impl::is_bad(Client& client, ByteView packet) {
   constexpr auto kLongest = motes::kAmOverhead + kLongestPayload;
   if (packet.size() >= motes::kAmOverhead && packet.size() <= kLongest) {
     client.bad_in_a_row = 0;
@@ -182,7 +182,7 @@ bool Forwarder::Parts::is_bad(Client& client, ByteView packet) {
 }
 
 /// False: it has to wait.
-bool Forwarder::Parts::pass(Client& client, ByteView packet) {
+bool Forwarder::Impl::pass(Client& client, ByteView packet) {
   if (scheduler.now() < client.backlog_until) {
     drop_expired(client);
     return true;
@@ -195,12 +195,12 @@ bool Forwarder::Parts::pass(Client& client, ByteView packet) {
   return true;
 }
 
-void Forwarder::Parts::taken() {
+void Forwarder::Impl::taken() {
   ++counters["packets-from-clients"];
   taken_at = scheduler.now();
 }
 
-void Forwarder::Parts::keep(Client& client, ByteView packet) {
+void Forwarder::Impl::keep(Client& client, ByteView packet) {
   client.packet.assign(packet.begin(), packet.end());
   waiting.push_back(client.shared_from_this());
   await_expiry(client);
@@ -208,11 +208,11 @@ void Forwarder::Parts::keep(Client& client, ByteView packet) {
 }
 
 /// A sink that is busy takes one packet after the other, however long the queue: only one that is away takes none.
-SteadyTime Forwarder::Parts::due(const Client& client) const {
+SteadyTime Forwarder::Impl::due(const Client& client) const {
   return std::max(client.expires, taken_at + options.packet_life);
 }
 
-void Forwarder::Parts::await_expiry(Client& client) {
+void Forwarder::Impl::await_expiry(Client& client) {
   client.expiry = scheduler.at(due(client), [this, client = &client] {
     const auto alive = client->shared_from_this();
     if (due(*client) > scheduler.now()) return await_expiry(*client);
@@ -221,14 +221,14 @@ void Forwarder::Parts::await_expiry(Client& client) {
 }
 
 /// Its packet had to wait for too long, and so had what came with it.
-void Forwarder::Parts::expire(const ClientPtr& client) {
+void Forwarder::Impl::expire(const ClientPtr& client) {
   std::erase(waiting, client);
   drop_expired(*client);
   client->backlog_until = scheduler.now() + kBacklogTime;
   go_on(client);
 }
 
-void Forwarder::Parts::drop_expired(const Client& client) {
+void Forwarder::Impl::drop_expired(const Client& client) {
   note("dropped-expired", [&] {
     const auto span = std::chrono::duration<double>(options.packet_life).count();
     return fmt::format("client {}: dropped a packet that the sink could not take within {} s", client.name, span);
@@ -236,7 +236,7 @@ void Forwarder::Parts::drop_expired(const Client& client) {
 }
 
 /// Its packet was taken or dropped.
-void Forwarder::Parts::go_on(const ClientPtr& client) {
+void Forwarder::Impl::go_on(const ClientPtr& client) {
   client->packet.clear();
   const auto left = take(*client, client->unread());
   if (client->dropped) return;
@@ -250,7 +250,7 @@ void Forwarder::Parts::go_on(const ClientPtr& client) {
 }
 
 /// While a client is held nothing is read from it: that it is gone may show itself here only.
-Told Forwarder::Parts::tell(Client& client, ByteView framed) {
+Told Forwarder::Impl::tell(Client& client, ByteView framed) {
   if (!client.stream || !client.reader.greeted()) return Told::kYes;
   if (client.stream->queued() + framed.size() > options.client_bytes) return Told::kTooSlow;
   const auto sent = client.stream->send(framed);
@@ -259,7 +259,7 @@ Told Forwarder::Parts::tell(Client& client, ByteView framed) {
   return Told::kYes;
 }
 
-void Forwarder::Parts::lost(Client& client) {
+void Forwarder::Impl::lost(Client& client) {
   const auto alive = client.shared_from_this();
   client.stream.reset();
   if (!client.waits()) return drop(client);
@@ -272,13 +272,13 @@ void Forwarder::Parts::lost(Client& client) {
   drop(client);
 }
 
-void Forwarder::Parts::hang_up(Client& client, const std::string& counter, std::string_view why) {
+void Forwarder::Impl::hang_up(Client& client, const std::string& counter, std::string_view why) {
   const auto alive = client.shared_from_this();
   lost(client);
   note(counter, [&] { return fmt::format("client {}: hung up on: {}", client.name, why); });
 }
 
-void Forwarder::Parts::drop(Client& client) {
+void Forwarder::Impl::drop(Client& client) {
   client.dropped = true;
   client.stream.reset();
   client.greeting.cancel();
@@ -291,25 +291,25 @@ void Forwarder::Parts::drop(Client& client) {
 
 Forwarder::Forwarder(ForwarderOptions options, Scheduler& scheduler, transport::Transports& transports,
                      ForwarderCalls calls)
-    : parts_(std::make_unique<Parts>(std::move(options), scheduler, transports, std::move(calls))) {}
+    : impl_(std::make_unique<Impl>(std::move(options), scheduler, transports, std::move(calls))) {}
 
 Forwarder::~Forwarder() = default;
 
 Result<void> Forwarder::open() {
-  if (parts_->listener) return {};
-  auto listener = parts_->transports.listen_tcp(
-      parts_->options.listen,
-      [parts = parts_.get()](std::unique_ptr<transport::TcpStream> stream) {
+  if (impl_->listener) return {};
+  auto listener = impl_->transports.listen_tcp(
+      impl_->options.listen,
+      [parts = impl_.get()](std::unique_ptr<transport::TcpStream> stream) {
         transport::TcpCalls told;
         parts->accept(std::move(stream), told);
         return told;
       },
-      [parts = parts_.get()](Error why) {
+      [parts = impl_.get()](Error why) {
         parts->listener.reset();
         if (parts->calls.failed) parts->calls.failed(std::move(why));
       });
   if (!listener) return fail(listener.error());
-  parts_->listener = std::move(*listener);
+  impl_->listener = std::move(*listener);
   return {};
 }
 
@@ -317,40 +317,40 @@ void Forwarder::tell(ByteView packet) {
   if (packet.empty() || packet.size() > motes::kMaxPacket) return;
   const auto framed = motes::forwarder_packet(packet);
   std::vector<ClientPtr> slow, lost;
-  for (const auto& client : parts_->clients) {
-    const auto told = parts_->tell(*client, framed);
+  for (const auto& client : impl_->clients) {
+    const auto told = impl_->tell(*client, framed);
     if (told == Told::kTooSlow) slow.push_back(client);
     if (told == Told::kLost) lost.push_back(client);
   }
-  for (const auto& client : slow) parts_->hang_up(*client, "dropped-slow-clients", "it reads too slowly");
-  for (const auto& client : lost) parts_->lost(*client);
+  for (const auto& client : slow) impl_->hang_up(*client, "dropped-slow-clients", "it reads too slowly");
+  for (const auto& client : lost) impl_->lost(*client);
 }
 
 void Forwarder::room() {
-  auto& waiting = parts_->waiting;
+  auto& waiting = impl_->waiting;
   while (!waiting.empty()) {
     const auto client = waiting.front();
-    if (parts_->due(*client) <= parts_->scheduler.now()) {
-      parts_->expire(client);
+    if (impl_->due(*client) <= impl_->scheduler.now()) {
+      impl_->expire(client);
       continue;
     }
-    if (!parts_->calls.packet(client->packet)) return;
-    parts_->taken();
+    if (!impl_->calls.packet(client->packet)) return;
+    impl_->taken();
     waiting.pop_front();
-    parts_->go_on(client);
+    impl_->go_on(client);
   }
 }
 
 Endpoint Forwarder::local() const {
-  return parts_->listener ? parts_->listener->local() : Endpoint{};
+  return impl_->listener ? impl_->listener->local() : Endpoint{};
 }
 
 std::size_t Forwarder::clients() const {
-  return parts_->connected();
+  return impl_->connected();
 }
 
 std::map<std::string, std::uint64_t> Forwarder::counters() const {
-  auto counters = parts_->counters;
+  auto counters = impl_->counters;
   counters["clients"] = clients();
   return counters;
 }

@@ -75,8 +75,8 @@ class Forwarder {
   std::map<std::string, std::uint64_t> counters() const;
 
  private:
-  struct Parts;
-  std::unique_ptr<Parts> parts_;
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
 };
 
 }  // namespace rubicon::networks::wsn

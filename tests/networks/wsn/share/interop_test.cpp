@@ -15,7 +15,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
-/// A sink that has room for some packets at a time only, and answers as tests/wsn_share/forwarder_client.py says.
+/// A sink that has room for some packets at a time only, and answers as tests/networks/wsn/share/forwarder_client.py
+/// says.
 class EchoingSink {
  public:
   EchoingSink(Scheduler& scheduler, transport::Transports& transports)
@@ -113,8 +114,8 @@ TEST(ForwarderInterop, IndependentClientsInAnotherLanguageAreServedAtOnce) {
   EchoingSink sink(loop.scheduler(), local);
   ASSERT_TRUE(sink.forwarder().open());
   const auto at = sink.forwarder().local();
-  support::Process client(
-      {"python3", RUBICON_SOURCE_DIR "/tests/wsn_share/forwarder_client.py", at.address, std::to_string(at.port), "2"});
+  support::Process client({"python3", RUBICON_SOURCE_DIR "/tests/networks/wsn/share/forwarder_client.py", at.address,
+                           std::to_string(at.port), "2"});
   ASSERT_TRUE(run_beside(loop, client.pid())) << "it did not end";
   EXPECT_EQ(client.exit_code(), 0) << client.errors();
   std::vector<int> all(600);

@@ -21,13 +21,13 @@ using tuples::Handle;
 
 /// The parts and the wires between them: messages come in here, each part is told in the order of the life of a
 /// reading; no part calls back.
-struct Proxy::Parts {
-  Parts(ProxyConfig rules, Scheduler& scheduler, TupleSpace& space, gateway::Gateway& gateway,
-        const TypeCatalogue& types, base::LogSink& log, state::StateStore* store);
+struct Proxy::Impl {
+  Impl(ProxyConfig rules, Scheduler& scheduler, TupleSpace& space, gateway::Gateway& gateway,
+       const TypeCatalogue& types, base::LogSink& log, state::StateStore* store);
 
   void listen();
   template <class Body>
-  void on(MessageKind kind, void (Parts::*call)(Device*, Network&, const Message&, const Body&));
+  void on(MessageKind kind, void (Impl::*call)(Device*, Network&, const Message&, const Body&));
 
   void join(Device*, Network& network, const Message& message, const model::Join& join);
   void keep_alive(Device* device, Network& network, const Message& message, const model::KeepAlive&);
@@ -62,14 +62,14 @@ struct Proxy::Parts {
   void restore(const std::string& network);
   void restore(Network& network, Memory::Row row, state::KnownDevice&& known);
   Device* device_with_key(std::string_view parts);
-  tuples::Judgement judge_inbox(const tuples::RemoteSet& wish);
+  tuples::SetDecision judge_inbox(const tuples::RemoteSet& wish);
   void carry_out();
   void approve(const DeviceName& name);
   void ignore(const DeviceName& name);
   void remove(Device& device);
 
   // proxy_names.cpp: what users call devices
-  tuples::Judgement judge_description(const tuples::RemoteSet& wish);
+  tuples::SetDecision judge_description(const tuples::RemoteSet& wish);
   Result<void> give_name(Device& device, std::string name, std::string area, OwnerId by);
 
   // proxy_roaming.cpp: devices that go to other islands and come from them

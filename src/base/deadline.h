@@ -5,10 +5,10 @@
 
 #include "base/scheduler.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::base {
 
-/// A point in time that moves often and is seldom reached: moving it later costs no timer. Destroyed = the call does
-/// not happen.
+/// A point in time that moves often and is seldom reached: moving it later costs no timer. Destroying it cancels the
+/// call. One of these for the earliest of many times replaces a timer for each: advance_to() at each new one.
 class Deadline {
  public:
   Deadline(Scheduler& scheduler, std::function<void()> call) : scheduler_(scheduler), call_(std::move(call)) {}
@@ -18,6 +18,10 @@ class Deadline {
     due_ = when;
     if (when == SteadyTime::max() || (timer_.pending() && armed_for_ <= when)) return;
     arm();
+  }
+  /// Moves it only if `when` is earlier.
+  void advance_to(SteadyTime when) {
+    if (when < due_) set_at(when);
   }
   void clear() { due_ = SteadyTime::max(); }
   bool is_set() const { return due_ != SteadyTime::max(); }
@@ -33,7 +37,7 @@ class Deadline {
     if (!is_set()) return;
     if (due_ > scheduler_.now()) return arm();
     clear();
-    const auto call = call_;  // whoever owns this may be destroyed in it
+    const auto call = call_;  // the call may destroy the owner of this
     call();
   }
 
@@ -44,4 +48,4 @@ class Deadline {
   Timer timer_;
 };
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::base

@@ -38,9 +38,9 @@ struct Walk {
 
 /// What TupleSpace is made of. Everything that happens in one turn of the loop is told at its end: one posted call
 /// makes the callbacks, tells demand and hands changes to the link.
-struct TupleSpace::Parts final : LinkListener {
-  Parts(OwnerId id, Scheduler& sched, Link& far);
-  ~Parts() override;
+struct TupleSpace::Impl final : LinkListener {
+  Impl(OwnerId id, Scheduler& sched, Link& far);
+  ~Impl() override;
 
   void on_changes(OwnerId owner, std::span<const Change> changes) override;
   void on_subscribe(OwnerId subscriber, const SubscriptionSpec& spec) override;
@@ -56,14 +56,14 @@ struct TupleSpace::Parts final : LinkListener {
   void flush_outbox();
   template <class Call>
   void later(Call call) {
-    scheduler.post([door = std::weak_ptr<Parts*>(door), call = std::move(call)] {
+    scheduler.post([door = std::weak_ptr<Impl*>(door), call = std::move(call)] {
       if (door.lock()) call();
     });
   }
   /// A Handle whose end does nothing once the space is gone.
   template <class End>
   Handle handle(End end) {
-    return Handle([door = std::weak_ptr<Parts*>(door), end = std::move(end)] {
+    return Handle([door = std::weak_ptr<Impl*>(door), end = std::move(end)] {
       if (door.lock()) end();
     });
   }
@@ -109,14 +109,14 @@ struct TupleSpace::Parts final : LinkListener {
   void went(OwnerId owner);
   std::uint64_t ask(RemoteSet wish, ReplyCall call);
   void send(RemoteSet wish);
-  Judgement decide(const RemoteSet& wish);
+  SetDecision decide(const RemoteSet& wish);
   Reply judge(const RemoteSet& wish);
   void judge_own(RemoteSet wish);
 
   OwnerId self;
   Scheduler& scheduler;
   Link& link;
-  std::shared_ptr<Parts*> door = std::make_shared<Parts*>(this);
+  std::shared_ptr<Impl*> door = std::make_shared<Impl*>(this);
 
   Store store;
   EventQueue queue;
@@ -126,7 +126,7 @@ struct TupleSpace::Parts final : LinkListener {
   Expiry expiry;
   Pacer pacer;
   Requests requests;
-  Judges judges;
+  SetPolicies policies;
 
   struct Peer {
     std::shared_ptr<PeerBox> box;

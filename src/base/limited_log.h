@@ -1,0 +1,35 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "base/log.h"
+#include "base/rate_limit.h"
+#include "base/scheduler.h"
+
+namespace rubicon::base {
+
+/// A log for what may happen often: one line per subject and minute; the others are discarded. The scheduler must
+/// outlive it.
+class LimitedLog {
+ public:
+  LimitedLog(Log log, Scheduler& scheduler) : log_(std::move(log)), scheduler_(scheduler) {}
+
+  void info(const std::string& subject, std::string_view text) {
+    if (allow(subject)) log_.info(text);
+  }
+  void warning(const std::string& subject, std::string_view text) {
+    if (allow(subject)) log_.warning(text);
+  }
+  /// Where every line goes, for what is rare.
+  const Log& unlimited() const { return log_; }
+
+ private:
+  bool allow(const std::string& subject) { return limit_.allow(subject, scheduler_.now()); }
+
+  Log log_;
+  Scheduler& scheduler_;
+  RateLimit limit_;
+};
+
+}  // namespace rubicon::base
