@@ -122,10 +122,10 @@ class Watcher {
 /// The motes, in a process of their own.
 std::unique_ptr<Process> simulator(const Plan& plan, const std::string& board) {
   auto process = std::make_unique<Process>(std::vector<std::string>{
-      RUBICON_BINARY_DIR "/bin/rubicon-motes", "--sinks", std::to_string(plan.sinks), "--motes",
+      RUBICON_BINARY_DIR "/bin/motes-simulator", "--sinks", std::to_string(plan.sinks), "--motes",
       std::to_string(kSinkMotes), "--port", std::to_string(kFirstPort), "--board", board, "--wait"});
   for (int i = 0; i < plan.sinks; ++i) {
-    if (!process->line()) throw std::runtime_error("rubicon-motes: " + process->errors());
+    if (!process->line()) throw std::runtime_error("motes-simulator: " + process->errors());
   }
   return process;
 }

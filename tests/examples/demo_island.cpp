@@ -46,7 +46,7 @@ DemoIsland::DemoIsland() : folder_(fs::temp_directory_path() / ("rubicon_example
   start({kPrograms + "/salad-simulator", kExamples + "/home.yaml", "--bind", "127.0.0.1", "--script",
          kExamples + "/salad.script", "--log-level", "error"});
   const auto motes = [&](const char* count, const char* port) {
-    start({kPrograms + "/rubicon-motes", "--motes", count, "--board", "EM1000", "--obey", "--updates", "--wait",
+    start({kPrograms + "/motes-simulator", "--motes", count, "--board", "EM1000", "--obey", "--updates", "--wait",
            "--port", port, "--script", kExamples + "/motes.script"});
   };
   motes("6", "19202");

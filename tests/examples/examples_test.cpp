@@ -155,7 +155,7 @@ const char* reason_not_to_run(const Example& example, bool knx) {
 /// `./run` builds first and then runs this. Islands run in a domain of their own, motes and SALAD on another port:
 /// those of the example are the demo's.
 std::string runnable(const std::string& line, std::size_t domain) {
-  if (line.starts_with("rubicon-motes --motes")) return "rubicon-motes --port 19303" + line.substr(13);
+  if (line.starts_with("motes-simulator --motes")) return "motes-simulator --port 19303" + line.substr(15);
   if (line.starts_with("salad-simulator ")) return line + " --listen 19000";
   auto command = line;
   if (line.starts_with("./run")) {

@@ -80,7 +80,7 @@ class Motes : public Ecology {
     return island;
   }
   std::string state_file() {
-    folders_.push_back(testing::TempDir() + "rubicon-motes-XXXXXX");
+    folders_.push_back(testing::TempDir() + "motes-simulator-XXXXXX");
     EXPECT_NE(::mkdtemp(folders_.back().data()), nullptr);
     return folders_.back() + "/island.state";
   }

@@ -139,7 +139,7 @@ struct Outputs {
     return lost ? kFailed : 0;
   }
   void keep(const Result<void>& written) {
-    if (!written && !std::exchange(lost, true)) fmt::print(stderr, "rubicon-motes: {}\n", written.error().text);
+    if (!written && !std::exchange(lost, true)) fmt::print(stderr, "motes-simulator: {}\n", written.error().text);
   }
 };
 
@@ -179,7 +179,7 @@ std::unique_ptr<World> make_world(const Arguments& a, std::vector<Step> script, 
 }
 
 int report(const Error& error) {
-  fmt::print(stderr, "rubicon-motes: {}\n", error.text);
+  fmt::print(stderr, "motes-simulator: {}\n", error.text);
   return error.code == ErrorCode::kBusy || error.code == ErrorCode::kIo ? kFailed : kConfiguration;
 }
 
@@ -251,8 +251,8 @@ int run(Arguments& a) {
 
 int main(int argc, char** argv) {
   CLI::App app("A wireless network without its hardware: sinks and motes that behave as the original firmware does",
-               "rubicon-motes");
-  app.set_version_flag("--version", "rubicon-motes " RUBICON_VERSION);
+               "motes-simulator");
+  app.set_version_flag("--version", "motes-simulator " RUBICON_VERSION);
   Arguments arguments;
   describe_world(app, arguments);
   describe_line(app, arguments);

@@ -20,7 +20,7 @@ using nlohmann::json;
 using testing::AllOf;
 using testing::HasSubstr;
 
-/// The program rubicon-motes by itself.
+/// The program motes-simulator by itself.
 class MotesProgram : public testing::Test {
  protected:
   void SetUp() override {

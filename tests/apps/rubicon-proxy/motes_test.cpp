@@ -79,7 +79,7 @@ class MotesDaemon : public testing::Test {
   static std::string documented_line(const std::string& file, const std::string& before) {
     std::ifstream text(RUBICON_SOURCE_DIR "/" + file);
     for (std::string line; std::getline(text, line);) {
-      if (line.starts_with(before + "rubicon-motes ")) return line.substr(before.size());
+      if (line.starts_with(before + "motes-simulator ")) return line.substr(before.size());
     }
     return "";
   }
