@@ -15,11 +15,17 @@ class LimitedLog {
  public:
   LimitedLog(Log log, Scheduler& scheduler) : log_(std::move(log)), scheduler_(scheduler) {}
 
-  void info(const std::string& subject, std::string_view text) {
-    if (allow(subject)) log_.info(text);
+  /// False: discarded.
+  bool info(const std::string& subject, std::string_view text) {
+    const bool allowed = allow(subject);
+    if (allowed) log_.info(text);
+    return allowed;
   }
-  void warning(const std::string& subject, std::string_view text) {
-    if (allow(subject)) log_.warning(text);
+  /// False: discarded.
+  bool warning(const std::string& subject, std::string_view text) {
+    const bool allowed = allow(subject);
+    if (allowed) log_.warning(text);
+    return allowed;
   }
   /// Where every line goes, for what is rare.
   const Log& unlimited() const { return log_; }

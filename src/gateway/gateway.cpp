@@ -9,7 +9,8 @@
 #include <vector>
 
 #include "base/assert.h"
-#include "base/rate_limit.h"
+#include "base/lifetime.h"
+#include "base/limited_log.h"
 #include "gateway/inbox.h"
 #include "gateway/island_door.h"
 #include "gateway/listeners.h"
@@ -60,29 +61,28 @@ struct Gateway::Impl {
   Impl(Scheduler& s, TupleSpace& space, base::LogSink& sink, GatewayLimits l)
       : scheduler(s),
         self(space.self()),
-        log(sink, "gateway"),
+        log(Log(sink, "gateway"), s),
         limits(l),
         last_number(static_cast<std::uint64_t>(s.wall_now().time_since_epoch().count()) << 10),
+        next_turn(s, [this] { turn(); }),
         door(
             space, limits, [this](Message message, std::size_t size) { return arrived(std::move(message), size); },
             [this](const Envelope& envelope, Outcome outcome, std::string why) {
               undelivered(envelope, outcome, std::move(why));
             },
             [this](OwnerId from, const std::string& why) {
-              if (log_limit.allow("forged", scheduler.now()))
-                log.warning(fmt::format("a message of {} was refused: {}", number(from), why));
+              log.warning("forged", fmt::format("a message of {} was refused: {}", number(from), why));
             }) {}
 
   Inbox& inbox(const std::string& network);
   Result<void> arrived(Message message, std::size_t size);
   std::uint64_t send(Message message);
   void stamp(Message& message);
-  void ask_turn();
   void turn();
   /// Counts and answers.
   void undelivered(const Envelope& envelope, Outcome outcome, std::string why);
   void answer(const Envelope& envelope, Outcome outcome, std::string why);
-  void tell_drops(Inbox& box);
+  void report_drops(Inbox& box);
   void no_room(Inbox& box, const Message& message);
 
   void route(Message& message, Counters& count);
@@ -95,8 +95,7 @@ struct Gateway::Impl {
 
   Scheduler& scheduler;
   IslandId self;
-  Log log;
-  base::RateLimit log_limit;
+  base::LimitedLog log;
   GatewayLimits limits;
   network::Supervisor* networks = nullptr;
   NetworksOf networks_of;
@@ -109,8 +108,7 @@ struct Gateway::Impl {
   std::array<Listeners, std::variant_size_v<model::Body>> listeners;
   std::map<std::string, Listeners, std::less<>> user_listeners;
   Counters own;
-  bool turn_asked = false;
-  std::shared_ptr<bool> alive = std::make_shared<bool>(true);
+  base::OncePerTurn next_turn;
   IslandDoor door;
 };
 
@@ -126,22 +124,14 @@ void Gateway::Impl::stamp(Message& message) {
   message.number = ++last_number;
 }
 
-void Gateway::Impl::ask_turn() {
-  if (std::exchange(turn_asked, true)) return;
-  scheduler.post([this, still = std::weak_ptr<bool>(alive)] {
-    if (still.lock()) turn();
-  });
-}
-
 /// One turn of the loop: everything that waits, and nothing that comes meanwhile.
 void Gateway::Impl::turn() {
-  turn_asked = false;
   auto from_abroad = std::exchange(foreign, {});
   auto from_here = std::exchange(outbox, {});
   foreign_bytes = 0;
   for (auto& [network, box] : inboxes) {
     box.drain([&, count = &box.counters](Message& message) { route(message, *count); });
-    tell_drops(box);
+    report_drops(box);
   }
   for (Message& message : from_abroad) route(message, own);
   for (Message& message : from_here) route(message, own);
@@ -154,7 +144,7 @@ Result<void> Gateway::Impl::arrived(Message message, std::size_t size) {
   }
   foreign_bytes += size;
   foreign.push_back(std::move(message));
-  ask_turn();
+  next_turn.request();
   return {};
 }
 
@@ -168,7 +158,7 @@ std::uint64_t Gateway::Impl::send(Message message) {
     return number;
   }
   outbox.push_back(std::move(message));
-  ask_turn();
+  next_turn.request();
   return number;
 }
 
@@ -188,21 +178,21 @@ void Gateway::Impl::answer(const Envelope& envelope, Outcome outcome, std::strin
   answer.body = model::Acknowledge{envelope.number, outcome, std::move(why)};
   stamp(answer);
   outbox.push_back(std::move(answer));
-  ask_turn();
+  next_turn.request();
 }
 
-void Gateway::Impl::tell_drops(Inbox& box) {
+void Gateway::Impl::report_drops(Inbox& box) {
   const auto dropped = box.counters.dropped_readings;
-  if (dropped == box.told_drops || !log_limit.allow(box.network() + " drops", scheduler.now())) return;
-  box.told_drops = dropped;
-  log.warning(
-      fmt::format("network {}: {} readings dropped so far, more than {} waited", box.network(), dropped, limits.queue));
+  if (dropped == box.reported_drops) return;
+  const auto text = fmt::format("network {}: {} readings dropped so far because more than {} were waiting",
+                                box.network(), dropped, limits.queue);
+  if (log.warning(box.network() + " drops", text)) box.reported_drops = dropped;
 }
 
 void Gateway::Impl::no_room(Inbox& box, const Message& message) {
   ++box.counters.refused_busy;
   auto why = fmt::format("too many messages of network {} are waiting", box.network());
-  if (log_limit.allow(box.network(), scheduler.now())) log.warning(why);
+  log.warning(box.network(), why);
   if (message.kind() == MessageKind::kOpaque) answer(Envelope(message), Outcome::kBusy, std::move(why));
 }
 
@@ -326,7 +316,7 @@ void Gateway::from_network(const std::string& network, Message message) {
   impl_->stamp(message);
   Inbox& box = impl_->inbox(network);
   if (!box.add(message)) impl_->no_room(box, message);
-  impl_->ask_turn();
+  impl_->next_turn.request();
 }
 
 Gateway::Counters Gateway::counters() const {

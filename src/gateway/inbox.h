@@ -34,7 +34,7 @@ class Inbox {
   }
 
   Gateway::Counters counters;
-  std::uint64_t told_drops = 0;  ///< dropped readings the log knows of
+  std::uint64_t reported_drops = 0;  ///< how many dropped readings the log was told
 
  private:
   struct Waiting {

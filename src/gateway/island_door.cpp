@@ -68,9 +68,7 @@ void IslandDoor::send(const Message& message) {
   const Bytes bytes = model::to_cbor(message);
   tuples::SetOptions options;
   options.media_type = model::kMessageMediaType;
-  auto answer = [this, alive = std::weak_ptr<bool>(alive_), envelope](const tuples::Reply& reply) {
-    if (alive.lock()) answered(envelope, reply);
-  };
+  auto answer = lifetime_.guard([this, envelope](const tuples::Reply& reply) { answered(envelope, reply); });
   space_.set_remote(to, kKey, base::as_text(bytes), Duration(0), std::move(answer), options);
 }
 

@@ -1,9 +1,9 @@
 #pragma once
 
 #include <functional>
-#include <memory>
 #include <string>
 
+#include "base/lifetime.h"
 #include "gateway/gateway.h"
 #include "gateway/seen_messages.h"
 
@@ -57,8 +57,8 @@ class IslandDoor {
   Taken taken_;
   SeenMessages seen_;
   std::size_t under_way_ = 0;
-  std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
   Handle judge_;
+  base::Lifetime lifetime_;
 };
 
 }  // namespace rubicon::gateway

@@ -3,9 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 
+#include "base/text.h"
 #include "model/key.h"
 #include "proxy/tuple_text.h"
 
@@ -21,18 +21,10 @@ std::optional<double> as_number(const Value& value) {
   return std::nullopt;
 }
 
-template <class Number>
-std::optional<Number> whole_text(std::string_view text) {
-  Number number{};
-  const auto end = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (end.ec != std::errc() || end.ptr != text.data() + text.size()) return std::nullopt;
-  return number;
-}
-
 /// For a type the catalogue does not know: a number if it reads as one, else the text itself.
 Value untyped(std::string_view text) {
-  if (const auto whole = whole_text<std::int64_t>(text)) return *whole;
-  if (const auto real = whole_text<double>(text); real && std::isfinite(*real)) return *real;
+  if (const auto whole = base::parse_number<std::int64_t>(text)) return *whole;
+  if (const auto real = base::parse_number<double>(text); real && std::isfinite(*real)) return *real;
   return std::string(text);
 }
 

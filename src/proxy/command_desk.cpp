@@ -53,15 +53,15 @@ const Value& value_of(const Message& message) {
 
 }  // namespace
 
-CommandDesk::CommandDesk(Surroundings& around, DeviceDirectory& directory, TupleMirror& mirror, Memory& memory,
+CommandDesk::CommandDesk(ProxyContext& context, DeviceDirectory& directory, TupleMirror& mirror, Memory& memory,
                          std::function<void(Device&)> rate_changed)
-    : around_(around),
+    : context_(context),
       directory_(directory),
       mirror_(mirror),
       memory_(memory),
       rate_changed_(std::move(rate_changed)),
-      log_(around),
-      next_turn_(around.scheduler, [this] { take_in(); }) {}
+      log_(context),
+      next_turn_(context.scheduler, [this] { take_in(); }) {}
 
 CommandDesk::~CommandDesk() {
   for (const auto& [device, queue] : queues_) {
@@ -85,12 +85,12 @@ tuples::SetDecision CommandDesk::judge(const tuples::RemoteSet& wish) {
 tuples::SetDecision CommandDesk::accept_elsewhere(const tuples::RemoteSet& wish, Device& device, Point& point) {
   auto judgement = accept(wish, device, point);
   judgement.store = false;
-  if (judgement.verdict == tuples::Verdict::kApplied) std::ignore = around_.space.set(point.command, wish.value);
+  if (judgement.verdict == tuples::Verdict::kApplied) std::ignore = context_.space.set(point.command, wish.value);
   return judgement;
 }
 
 Result<Point*> CommandDesk::target_of(const tuples::RemoteSet& wish, Device*& device) {
-  const auto tuple = around_.space.find(model::without_alias(wish.key));
+  const auto tuple = context_.space.find(model::without_alias(wish.key));
   if (!tuple) {
     return fail(ErrorCode::kNotFound, fmt::format("{}: no such actuator or property here", model::quoted(wish.key)));
   }
@@ -127,7 +127,7 @@ Result<void> CommandDesk::take(const Message& message) {
   if (!message.source.network.empty())
     command.commander = fmt::format("{} {} of {}", message.source.network, message.source.device, command.commander);
   command.asker = {message.source, message.destination, wish.request};
-  std::ignore = around_.space.set((*point)->command, wish.value);
+  std::ignore = context_.space.set((*point)->command, wish.value);
   return {};
 }
 
@@ -171,18 +171,18 @@ tuples::SetDecision CommandDesk::accept(const tuples::RemoteSet& wish, Device& d
   command->key = wish.key.substr(0, wish.key.rfind('.'));
   command->creator = wish.from;
   command->creator_request = wish.request;
-  command->commander = commander_name(around_, wish.from);
+  command->commander = commander_name(context_, wish.from);
   write_value(point.type, *value, command->text);
   command->value = std::move(*value);
-  const auto& config = around_.config;
+  const auto& config = context_.config;
   command->time_to_live =
       std::min(wish.time_to_live_given ? wish.time_to_live : config.command_time_to_live, config.queue_expiry);
-  command->accepted = around_.clock.now().steady;
+  command->accepted = context_.clock.now().steady;
   command->expires = command->accepted + command->time_to_live;
   ++point.live_commands;
   ++live_;
   inbox_.push_back(std::move(command));
-  next_turn_.ask();
+  next_turn_.request();
   return tuples::SetDecision::applied();
 }
 
@@ -232,10 +232,10 @@ void CommandDesk::supersede(Device& device, Point& point, const Command& by) {
 }
 
 void CommandDesk::wait(Device& device, Point& point, Command& command) {
-  const auto serial = command.request = around_.next_request();
+  const auto serial = command.request = context_.next_request();
   by_request_.emplace(serial, &command);
-  command.deadline = around_.scheduler.at(command.expires, [this, serial] { deadline_passed(serial); });
-  const auto& now = around_.clock.now();
+  command.deadline = context_.scheduler.at(command.expires, [this, serial] { deadline_passed(serial); });
+  const auto& now = context_.clock.now();
   command.until = now.wall + std::chrono::ceil<std::chrono::microseconds>(command.expires - now.steady);
   change(device, point, command, CommandState::kQueued, why_it_waits(device));
 }
@@ -253,7 +253,7 @@ void CommandDesk::delayed(Device& device) {
 
 /// A turn may come before the timer that is due with it, all the more when the process was stopped.
 bool CommandDesk::is_over(const Command& command) const {
-  return command.expires <= around_.clock.now().steady;
+  return command.expires <= context_.clock.now().steady;
 }
 
 void CommandDesk::expire(Device& device, Point& point, Command& command, const std::string& why) {
@@ -265,32 +265,32 @@ void CommandDesk::expire(Device& device, Point& point, Command& command, const s
 /// afterwards.
 std::chrono::milliseconds CommandDesk::time_left(const Command& command) const {
   return std::chrono::ceil<std::chrono::milliseconds>(
-      std::min<Duration>(command.expires - around_.clock.now().steady, around_.config.confirmation_wait));
+      std::min<Duration>(command.expires - context_.clock.now().steady, context_.config.confirmation_wait));
 }
 
 void CommandDesk::hand_over(Device& device, Point& point, Command& command) {
   by_request_.erase(command.request);
-  const auto serial = command.request = around_.next_request();
+  const auto serial = command.request = context_.next_request();
   by_request_.emplace(serial, &command);
-  command.handed_over = around_.clock.now().wall;
+  command.handed_over = context_.clock.now().wall;
   Message message;
-  message.source.island = around_.space.self();
-  message.destination = {around_.space.self(), device.network->id, device.address};
+  message.source.island = context_.space.self();
+  message.destination = {context_.space.self(), device.network->id, device.address};
   if (point.id.kind == Kind::kProperty) {
     message.body = model::SetProperty{serial, point.id, command.value};
   } else {
     message.body = model::Actuate{serial, point.id, command.value, time_left(command)};
   }
-  around_.gateway.send(std::move(message));
+  context_.gateway.send(std::move(message));
   await(command);
   change(device, point, command, CommandState::kQueued,
          fmt::format("waits for the acknowledgement of {}", device.network->id));
 }
 
 void CommandDesk::await(Command& command) {
-  const auto wait = around_.config.confirmation_wait;
-  command.until = around_.clock.now().wall + std::chrono::ceil<std::chrono::microseconds>(wait);
-  command.deadline = around_.scheduler.after(wait, [this, serial = command.request] { deadline_passed(serial); });
+  const auto wait = context_.config.confirmation_wait;
+  command.until = context_.clock.now().wall + std::chrono::ceil<std::chrono::microseconds>(wait);
+  command.deadline = context_.scheduler.after(wait, [this, serial = command.request] { deadline_passed(serial); });
 }
 
 void CommandDesk::deliver(Device& device) {
@@ -309,7 +309,7 @@ void CommandDesk::deliver(Device& device) {
 }
 
 void CommandDesk::deadline_passed(std::uint64_t serial) {
-  around_.clock.refresh();
+  context_.clock.refresh();
   const auto found = by_request_.find(serial);
   if (found == by_request_.end()) return;
   auto& command = *found->second;
@@ -319,7 +319,7 @@ void CommandDesk::deadline_passed(std::uint64_t serial) {
     give_up(command, "its device or point is gone");
     return drop(command);
   }
-  const auto waited = seconds_text(around_.config.confirmation_wait);
+  const auto waited = seconds_text(context_.config.confirmation_wait);
   if (command.handed_over == WallTime{}) {
     expire(*device, *point, command, why_it_waits(*device));
   } else if (command.state == CommandState::kQueued) {
@@ -379,7 +379,7 @@ void CommandDesk::reported(Device& device, Point& point, const model::Reading& r
 }
 
 void CommandDesk::change(Device& device, Point& point, Command& command, CommandState state, std::string reason) {
-  if (command.state != state || command.since == WallTime{}) command.since = around_.clock.now().wall;
+  if (command.state != state || command.since == WallTime{}) command.since = context_.clock.now().wall;
   command.state = state;
   command.reason = std::move(reason);
   point.details->command = command_text(command);
@@ -409,7 +409,7 @@ void CommandDesk::answer(Command& command, model::Outcome outcome, std::string_v
   message.source = asker.about;
   message.destination = asker.from;
   message.body = model::Acknowledge{asker.request, outcome, std::string(text)};
-  around_.gateway.send(std::move(message));
+  context_.gateway.send(std::move(message));
 }
 
 void CommandDesk::drop(Command& command) {

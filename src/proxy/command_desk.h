@@ -16,7 +16,7 @@ namespace rubicon::proxy {
 class CommandDesk {
  public:
   /// `rate_changed`: the one property the proxy executes itself was set.
-  CommandDesk(Surroundings& around, DeviceDirectory& directory, TupleMirror& mirror, Memory& memory,
+  CommandDesk(ProxyContext& context, DeviceDirectory& directory, TupleMirror& mirror, Memory& memory,
               std::function<void(Device&)> rate_changed);
   ~CommandDesk();
   CommandDesk(const CommandDesk&) = delete;
@@ -74,13 +74,13 @@ class CommandDesk {
   void drop(Command& command);
   std::size_t waiting(DeviceNumber device) const;
 
-  Surroundings& around_;
+  ProxyContext& context_;
   DeviceDirectory& directory_;
   TupleMirror& mirror_;
   Memory& memory_;
   std::function<void(Device&)> rate_changed_;
   CommandLog log_;
-  NextTurn next_turn_;
+  base::OncePerTurn next_turn_;
   Queue inbox_;                                             ///< judged in this turn
   std::unordered_map<DeviceNumber, Queue> queues_;          ///< live commands, oldest first
   std::unordered_map<std::uint64_t, Command*> by_request_;  ///< the live ones, by Command::request

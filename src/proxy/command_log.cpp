@@ -7,7 +7,7 @@
 namespace rubicon::proxy {
 
 void CommandLog::ended(const Command& command, std::string_view how, std::string_view why) {
-  const auto now = around_.clock.now().steady;
+  const auto now = context_.clock.now().steady;
   if (begun_ == SteadyTime::min() || now - begun_ >= kWindow) {
     tell_left_out();
     begun_ = now;
@@ -15,14 +15,14 @@ void CommandLog::ended(const Command& command, std::string_view how, std::string
   }
   if (said_ >= kLines) {
     ++left_out_[std::string(how)];
-    if (!end_.pending()) end_ = around_.scheduler.at(begun_ + kWindow, [this] { tell_left_out(); });
+    if (!end_.pending()) end_ = context_.scheduler.at(begun_ + kWindow, [this] { tell_left_out(); });
     return;
   }
   ++said_;
   const std::chrono::duration<double> took = now - command.accepted;
-  around_.log.info(fmt::format("{} = {} by {}, id {}: {} after {:.2f} s{}{}", command.key, model::quoted(command.text),
-                               command.commander, number(command.creator), how, took.count(), why.empty() ? "" : ": ",
-                               why));
+  context_.log.info(fmt::format("{} = {} by {}, id {}: {} after {:.2f} s{}{}", command.key, model::quoted(command.text),
+                                command.commander, number(command.creator), how, took.count(), why.empty() ? "" : ": ",
+                                why));
 }
 
 void CommandLog::tell_left_out() {
@@ -35,8 +35,8 @@ void CommandLog::tell_left_out() {
     parts += fmt::format("{}{} {}", parts.empty() ? "" : ", ", count, how);
   }
   left_out_.clear();
-  around_.log.info(fmt::format("{} more commands ended within {} s: {}", all,
-                               std::chrono::duration_cast<std::chrono::seconds>(kWindow).count(), parts));
+  context_.log.info(fmt::format("{} more commands ended within {} s: {}", all,
+                                std::chrono::duration_cast<std::chrono::seconds>(kWindow).count(), parts));
 }
 
 }  // namespace rubicon::proxy

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "proxy/command.h"
-#include "proxy/surroundings.h"
+#include "proxy/proxy_context.h"
 
 namespace rubicon::proxy {
 
@@ -15,7 +15,7 @@ class CommandLog {
   static constexpr std::size_t kLines = 50;
   static constexpr Duration kWindow = std::chrono::seconds(10);
 
-  explicit CommandLog(Surroundings& around) : around_(around) {}
+  explicit CommandLog(ProxyContext& context) : context_(context) {}
   ~CommandLog() { tell_left_out(); }
   CommandLog(const CommandLog&) = delete;
   CommandLog& operator=(const CommandLog&) = delete;
@@ -26,7 +26,7 @@ class CommandLog {
  private:
   void tell_left_out();
 
-  Surroundings& around_;
+  ProxyContext& context_;
   SteadyTime begun_ = SteadyTime::min();
   std::size_t said_ = 0;
   std::map<std::string, std::uint64_t, std::less<>> left_out_;  ///< by how they ended

@@ -22,19 +22,19 @@ bool is_overdue(const Device& device) {
 
 }  // namespace
 
-Demand::Demand(Surroundings& around, DeviceDirectory& directory, TupleMirror& mirror, Liveness& liveness)
-    : around_(around),
+Demand::Demand(ProxyContext& context, DeviceDirectory& directory, TupleMirror& mirror, Liveness& liveness)
+    : context_(context),
       directory_(directory),
       mirror_(mirror),
       liveness_(liveness),
-      next_turn_(around.scheduler, [this] { flush(); }) {}
+      next_turn_(context.scheduler, [this] { flush(); }) {}
 
 void Demand::wanted(const tuples::Demand& demand) {
   const auto place = mirror_.place_of(demand.tuple);
   auto* device = place ? directory_.find(place->device) : nullptr;
   auto* point = device ? find_point(*device, place->point) : nullptr;
   if (!point || (point->id.kind != Kind::kSensor && !point->details->capability->sampled)) return;
-  if (demand.wanted && !point->wanted) point->wanted_at = around_.clock.now().steady;
+  if (demand.wanted && !point->wanted) point->wanted_at = context_.clock.now().steady;
   point->wanted = demand.wanted;
   point->interval = demand.interval;
   point->named = demand.named;
@@ -51,7 +51,7 @@ void Demand::overdue(Device& device) {
   overdue_.push_back(device.number);
   repeat(device);
   if (overdue_timer_.pending()) return;
-  overdue_timer_ = around_.scheduler.after(kOverduePause, [this] { tell_overdue(); });
+  overdue_timer_ = context_.scheduler.after(kOverduePause, [this] { tell_overdue(); });
 }
 
 void Demand::tell_overdue() {
@@ -65,7 +65,7 @@ void Demand::tell_overdue() {
     return true;
   });
   if (overdue_.empty()) return;
-  overdue_timer_ = around_.scheduler.after(kOverduePause, [this] { tell_overdue(); });
+  overdue_timer_ = context_.scheduler.after(kOverduePause, [this] { tell_overdue(); });
 }
 
 void Demand::changed(Device& device) {
@@ -80,7 +80,7 @@ void Demand::stop(Device& device) {
 void Demand::ask(Device& device) {
   if (std::exchange(device.sampling.queued, true)) return;
   queue_.push_back(device.number);
-  next_turn_.ask();
+  next_turn_.request();
 }
 
 void Demand::flush() {
@@ -92,7 +92,7 @@ void Demand::flush() {
     tell(*device);
   }
   queue_.erase(queue_.begin(), queue_.begin() + static_cast<std::ptrdiff_t>(count));
-  if (!queue_.empty()) next_turn_.ask();
+  if (!queue_.empty()) next_turn_.request();
 }
 
 std::chrono::milliseconds Demand::period_of(const Device& device) const {
@@ -117,7 +117,7 @@ void Demand::tell(Device& device) {
   const auto period = period_of(device);
   const bool same = points == sampling.points && period == sampling.period;
   if (!std::exchange(sampling.repeat, false) && same) return;
-  if (period < sampling.period || sampling.points.empty()) sampling.faster_at = around_.clock.now().steady;
+  if (period < sampling.period || sampling.points.empty()) sampling.faster_at = context_.clock.now().steady;
   sampling.points = std::move(points);
   sampling.period = period;
   send(device);
@@ -126,14 +126,14 @@ void Demand::tell(Device& device) {
 void Demand::send(Device& device) {
   auto& sampling = device.sampling;
   requests_.erase(sampling.request);
-  sampling.request = around_.next_request();
+  sampling.request = context_.next_request();
   sampling.unsure = true;
   requests_.emplace(sampling.request, device.number);
   Message message;
-  message.source.island = around_.space.self();
-  message.destination = {around_.space.self(), device.network->id, device.address};
+  message.source.island = context_.space.self();
+  message.destination = {context_.space.self(), device.network->id, device.address};
   message.body = model::Sample{sampling.request, sampling.points, sampling.period};
-  around_.gateway.send(std::move(message));
+  context_.gateway.send(std::move(message));
   liveness_.watch(device);
 }
 
@@ -151,7 +151,7 @@ bool Demand::acknowledged(const model::Acknowledge& answer) {
     device->sampling.repeat = true;
     busy_.push_back(device->number);
     if (busy_timer_.pending()) return true;
-    busy_timer_ = around_.scheduler.after(kBusyPause, [this] {
+    busy_timer_ = context_.scheduler.after(kBusyPause, [this] {
       for (const auto number : std::exchange(busy_, {})) {
         if (auto* again = directory_.find(number)) ask(*again);
       }

@@ -10,7 +10,7 @@ namespace rubicon::proxy {
 /// changed, at most once a turn; sent again when the device or its line comes back. Nobody listens: nothing is sampled.
 class Demand {
  public:
-  Demand(Surroundings& around, DeviceDirectory& directory, TupleMirror& mirror, Liveness& liveness);
+  Demand(ProxyContext& context, DeviceDirectory& directory, TupleMirror& mirror, Liveness& liveness);
 
   /// The space tells who is wanted.
   void wanted(const tuples::Demand& demand);
@@ -36,11 +36,11 @@ class Demand {
   void note_refusal(Device& device, std::string why);
   std::chrono::milliseconds period_of(const Device& device) const;
 
-  Surroundings& around_;
+  ProxyContext& context_;
   DeviceDirectory& directory_;
   TupleMirror& mirror_;
   Liveness& liveness_;
-  NextTurn next_turn_;
+  base::OncePerTurn next_turn_;
   std::vector<DeviceNumber> queue_;
   std::unordered_map<std::uint64_t, DeviceNumber> requests_;  ///< at most one a device
   std::vector<DeviceNumber> busy_;                            ///< to be told again after a pause

@@ -37,8 +37,8 @@ const std::string& area_of(const Device& device) {
 
 }  // namespace
 
-DeviceDirectory::DeviceDirectory(Surroundings& around) : around_(around) {
-  for (const auto& [id, rules] : around_.config.networks) network(id);
+DeviceDirectory::DeviceDirectory(ProxyContext& context) : context_(context) {
+  for (const auto& [id, rules] : context_.config.networks) network(id);
 }
 
 Network& DeviceDirectory::network(const std::string& id) {
@@ -47,10 +47,10 @@ Network& DeviceDirectory::network(const std::string& id) {
   if (!slot) {
     slot = std::make_unique<Network>();
     slot->id = id;
-    slot->key = fmt::format("{}.{}", around_.config.prefix, model::to_key_part(id));
-    slot->since = around_.clock.now().wall;
-    const auto rules = around_.config.networks.find(id);
-    configure(*slot, rules == around_.config.networks.end() ? NetworkRules{} : rules->second);
+    slot->key = fmt::format("{}.{}", context_.config.prefix, model::to_key_part(id));
+    slot->since = context_.clock.now().wall;
+    const auto rules = context_.config.networks.find(id);
+    configure(*slot, rules == context_.config.networks.end() ? NetworkRules{} : rules->second);
   }
   last_network_ = slot.get();
   return *slot;
@@ -113,7 +113,7 @@ Result<DeviceDirectory::Joined> DeviceDirectory::join(Network& network, const st
 
 bool DeviceDirectory::has_place(const Network& network, const std::string& address,
                                 const std::string& wanted_id) const {
-  return by_number_.size() < around_.config.max_devices &&
+  return by_number_.size() < context_.config.max_devices &&
          key_is_free(network, device_id(network.rules, address, wanted_id), address).has_value();
 }
 
@@ -129,9 +129,9 @@ Result<void> DeviceDirectory::key_is_free(const Network& network, const std::str
 }
 
 Result<Device*> DeviceDirectory::admit(Network& network, const std::string& address, const std::string& wanted_id) {
-  if (by_number_.size() >= around_.config.max_devices) {
+  if (by_number_.size() >= context_.config.max_devices) {
     return fail(ErrorCode::kBusy, fmt::format("join of {} on {}: the limit of {} devices is reached",
-                                              model::quoted(address), network.id, around_.config.max_devices));
+                                              model::quoted(address), network.id, context_.config.max_devices));
   }
   auto id = device_id(network.rules, address, wanted_id);
   if (auto free = key_is_free(network, id, address); !free) return fail(std::move(free.error()));
@@ -184,7 +184,7 @@ bool DeviceDirectory::reconcile(Device& device, const model::Join& join, std::ve
     }
     if (!made) {
       ++device.network->faults.refused_points;
-      around_.warn(device.key, fmt::format("{}: point refused: {}", device.key, made.error().text));
+      context_.warn(device.key, fmt::format("{}: point refused: {}", device.key, made.error().text));
       continue;
     }
     points.push_back(std::move(*made));
@@ -202,11 +202,11 @@ bool DeviceDirectory::reconcile(Device& device, const model::Join& join, std::ve
 Result<Point> DeviceDirectory::make_point(Device& device, const Capability& capability) {
   Point point;
   point.id = capability.point;
-  point.type = around_.types.find(capability.point.type);
+  point.type = context_.types.find(capability.point.type);
   point.details = std::make_unique<PointDetails>();
   point.details->capability = capabilities_.of(capability);
   point.details->id = point_id(names_of(device.network->rules, device.address), capability, point.type);
-  point.since = around_.clock.now().wall;
+  point.since = context_.clock.now().wall;
   const auto key = point_key(device, point, "");
   if (key.size() + kLongestEnd.size() > model::kMaxKeyLength) {
     return fail(ErrorCode::kOutOfRange, fmt::format("key {} is too long", model::quoted(key)));
@@ -217,7 +217,7 @@ Result<Point> DeviceDirectory::make_point(Device& device, const Capability& capa
 
 Point* DeviceDirectory::add_undeclared(Device& device, const PointId& id) {
   const bool possible =
-      id.kind == Kind::kSensor && around_.types.find(id.type) != nullptr && device.points.size() < kMaxPoints;
+      id.kind == Kind::kSensor && context_.types.find(id.type) != nullptr && device.points.size() < kMaxPoints;
   if (!possible) return nullptr;
   Capability capability;
   capability.point = id;

@@ -4,8 +4,8 @@
 #include <unordered_map>
 #include <vector>
 
+#include "proxy/proxy_context.h"
 #include "proxy/shared_capabilities.h"
-#include "proxy/surroundings.h"
 
 namespace rubicon::proxy {
 
@@ -15,7 +15,7 @@ inline constexpr std::size_t kMaxPoints = 1024;
 /// Which devices there are, what they can do, and which key part belongs to which address. Knows nothing of tuples.
 class DeviceDirectory {
  public:
-  explicit DeviceDirectory(Surroundings& around);
+  explicit DeviceDirectory(ProxyContext& context);
 
   /// The network with this id; one that the configuration does not name gets the default rules.
   Network& network(const std::string& id);
@@ -65,7 +65,7 @@ class DeviceDirectory {
   bool reconcile(Device& device, const model::Join& join, std::vector<Point>& vanished);
   Result<Point> make_point(Device& device, const Capability& capability);
 
-  Surroundings& around_;
+  ProxyContext& context_;
   SharedCapabilities capabilities_;
   std::map<std::string, std::unique_ptr<Network>> networks_;
   Network* last_network_ = nullptr;

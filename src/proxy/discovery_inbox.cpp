@@ -6,6 +6,7 @@
 #include <tuple>
 
 #include "base/glob.h"
+#include "model/json_members.h"
 #include "model/key.h"
 #include "proxy/naming.h"
 
@@ -22,10 +23,6 @@ constexpr std::size_t kListed = 100;
 
 bool fits(const std::string& pattern, std::string_view text) {
   return pattern.empty() || base::glob_matches(pattern, text);
-}
-
-std::string dump(const Tree& tree) {
-  return tree.dump(-1, ' ', false, Tree::error_handler_t::replace);
 }
 
 Tree describe(const DeviceName& device, const DiscoveryInbox::Entry& entry, const TypeCatalogue& types) {
@@ -65,14 +62,14 @@ std::string key_of(const DeviceName& device) {
   return fmt::format("{}.{}", model::to_key_part(device.network), model::to_key_part(device.address));
 }
 
-DiscoveryInbox::DiscoveryInbox(Surroundings& around) : around_(around) {}
+DiscoveryInbox::DiscoveryInbox(ProxyContext& context) : context_(context) {}
 
 void DiscoveryInbox::begin() {
   publish();
 }
 
 std::pair<Admission, std::string> DiscoveryInbox::admission(const DeviceName& device, const model::Join& join) const {
-  const auto& discovery = around_.config.discovery;
+  const auto& discovery = context_.config.discovery;
   for (std::size_t i = 0; i < discovery.rules.size(); ++i) {
     const auto& rule = discovery.rules[i];
     if (!fits(rule.network, device.network) || !fits(rule.type, join.device_type) ||
@@ -85,7 +82,7 @@ std::pair<Admission, std::string> DiscoveryInbox::admission(const DeviceName& de
 
 /// Devices that only a rule hides make room for those that somebody has to see.
 bool DiscoveryInbox::make_room(Standing standing) {
-  if (entries_.size() < around_.config.max_devices) return true;
+  if (entries_.size() < context_.config.max_devices) return true;
   if (standing == Standing::kIgnoredByRule || by_rule_.empty()) return false;
   take(DeviceName(*by_rule_.begin()));
   return true;
@@ -99,12 +96,12 @@ DiscoveryInbox::Entry* DiscoveryInbox::enter(const DeviceName& device, Standing 
   }
   if (!make_room(standing)) {
     ++counters_.refused;
-    around_.warn("inbox", fmt::format("{} is not in the inbox: the limit of {} devices is reached", key_of(device),
-                                      around_.config.max_devices));
+    context_.warn("inbox", fmt::format("{} is not in the inbox: the limit of {} devices is reached", key_of(device),
+                                       context_.config.max_devices));
     return nullptr;
   }
   auto& entry = entries_[device];
-  entry.since = around_.clock.now().wall;
+  entry.since = context_.clock.now().wall;
   return &entry;
 }
 
@@ -137,14 +134,14 @@ void DiscoveryInbox::show(const DeviceName& device, Entry& entry) {
     entry.key = part;
     for (int twin = 2; !keys_.emplace(entry.key, device).second; ++twin) entry.key = fmt::format("{}_{}", part, twin);
   }
-  const auto key = fmt::format("{}.inbox.{}", around_.config.prefix, entry.key);
-  const auto shown = around_.space.set(key, dump(describe(device, entry, around_.types)), kJson);
-  if (!shown) around_.warn("inbox", shown.error().text);
+  const auto key = fmt::format("{}.inbox.{}", context_.config.prefix, entry.key);
+  const auto shown = context_.space.set(key, model::dump(describe(device, entry, context_.types)), kJson);
+  if (!shown) context_.warn("inbox", shown.error().text);
 }
 
 void DiscoveryInbox::hide(Entry& entry) {
   if (entry.key.empty()) return;
-  std::ignore = around_.space.erase(fmt::format("{}.inbox.{}", around_.config.prefix, entry.key));
+  std::ignore = context_.space.erase(fmt::format("{}.inbox.{}", context_.config.prefix, entry.key));
   keys_.erase(entry.key);
   entry.key.clear();
 }
@@ -153,7 +150,7 @@ bool DiscoveryInbox::heard(const DeviceName& device) {
   const auto found = entries_.find(device);
   if (found == entries_.end()) return false;
   ++counters_.unheard;
-  found->second.announced.heard_at = around_.clock.now().steady;
+  found->second.announced.heard_at = context_.clock.now().steady;
   found->second.announced.join.heard = true;
   return true;
 }
@@ -202,8 +199,8 @@ std::vector<DeviceName> DiscoveryInbox::meant_by(const std::string& key) const {
   std::vector<DeviceName> found;
   for (const auto& [device, entry] : entries_) {
     if (!entry.ignored()) continue;
-    const auto rules = around_.config.networks.find(device.network);
-    const auto part = rules == around_.config.networks.end()
+    const auto rules = context_.config.networks.find(device.network);
+    const auto part = rules == context_.config.networks.end()
                           ? std::string()
                           : device_id(rules->second, device.address, entry.announced.join.id);
     if (key == key_of(device) || key == fmt::format("{}.{}", model::to_key_part(device.network), part))
@@ -214,18 +211,18 @@ std::vector<DeviceName> DiscoveryInbox::meant_by(const std::string& key) const {
 
 void DiscoveryInbox::changed() {
   if (timer_.pending()) return;
-  timer_ = around_.scheduler.at(std::max(publish_at_, around_.clock.now().steady), [this] { publish(); });
+  timer_ = context_.scheduler.at(std::max(publish_at_, context_.clock.now().steady), [this] { publish(); });
 }
 
 void DiscoveryInbox::publish() {
-  publish_at_ = around_.clock.refresh().steady + kPause;
+  publish_at_ = context_.clock.refresh().steady + kPause;
   Tree list = Tree::array();
   for (const auto& [device, entry] : entries_) {
     if (list.size() >= kListed) break;
-    if (!entry.ignored()) list.push_back(describe(device, entry, around_.types));
+    if (!entry.ignored()) list.push_back(describe(device, entry, context_.types));
   }
   const Tree all{{"count", counters_.waiting}, {"ignored", counters_.ignored}, {"waiting", std::move(list)}};
-  std::ignore = around_.space.set(around_.config.prefix + ".inbox", dump(all), kJson);
+  std::ignore = context_.space.set(context_.config.prefix + ".inbox", model::dump(all), kJson);
 }
 
 }  // namespace rubicon::proxy

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "proxy/proxy.h"
-#include "proxy/surroundings.h"
+#include "proxy/proxy_context.h"
 #include "state/state_store.h"
 
 namespace rubicon::proxy {
@@ -37,7 +37,7 @@ enum class Standing : std::uint8_t {
 /// as tuples (docs/inbox.md): `proxy.inbox` in all, `proxy.inbox.<network>.<device>` each.
 class DiscoveryInbox {
  public:
-  explicit DiscoveryInbox(Surroundings& around);
+  explicit DiscoveryInbox(ProxyContext& context);
 
   /// Makes `proxy.inbox`.
   void begin();
@@ -83,7 +83,7 @@ class DiscoveryInbox {
   void changed();
   void publish();
 
-  Surroundings& around_;
+  ProxyContext& context_;
   std::map<DeviceName, Entry> entries_;
   std::set<DeviceName> by_rule_;            ///< those ignored by rule
   std::map<std::string, DeviceName> keys_;  ///< of tuples

@@ -81,42 +81,42 @@ Result<WaitingCommand> parse_waiting_command(std::string_view text) {
 }
 
 void HandOver::send(Device& device, const Claim& to, const std::string& tuple) {
-  const auto now = around_.clock.now().steady;
+  const auto now = context_.clock.now().steady;
   for (auto& released : desk_.release(device)) {
     const auto* point = find_point(device, released->point);
     const auto left = released->expires - now;
     if (!point || left <= Duration(0)) continue;
     const auto text = waiting_command_text({point->id, released->text, released->creator, released->creator_request});
     const std::shared_ptr<Command> command = std::move(released);
-    around_.space.set_remote(to.island, tuple, text, left,
-                             [this, here = std::weak_ptr(here_), command, status = point_key(device, *point, "status"),
-                              island = to.island](const tuples::Reply& reply) {
-                               if (!here.expired() && reply.verdict != tuples::Verdict::kApplied)
-                                 answered(*command, status, island, reply);
-                             },
-                             {.media_type = "application/json"});
+    context_.space.set_remote(to.island, tuple, text, left,
+                              lifetime_.guard([this, command, status = point_key(device, *point, "status"),
+                                               island = to.island](const tuples::Reply& reply) {
+                                if (reply.verdict != tuples::Verdict::kApplied)
+                                  answered(*command, status, island, reply);
+                              }),
+                              {.media_type = "application/json"});
   }
 }
 
 void HandOver::answered(Command& command, const std::string& status, OwnerId island, const tuples::Reply& reply) {
   std::tie(command.state, command.reason) = outcome(island, reply);
-  command.since = around_.clock.refresh().wall;
+  command.since = context_.clock.refresh().wall;
   command.until = {};  // final
   std::string text = "{\"quality\":\"unknown\",\"since\":";
   append_seconds(command.since, text);
   text += fmt::format(",\"heard\":0,\"changed\":0,\"reason\":\"the device moved to island {}\",\"command\":{}}}",
                       number(island), command_text(command));
   // Only if the device is not back: then the tuple is its own again.
-  std::ignore = around_.space.set(status, text, {"application/json", {}, kLastWords, 0});
-  around_.log.warning(fmt::format("{} = {} by {}, id {}: {}", command.key, model::quoted(command.text),
-                                  command.commander, number(command.creator), command.reason));
+  std::ignore = context_.space.set(status, text, {"application/json", {}, kLastWords, 0});
+  context_.log.warning(fmt::format("{} = {} by {}, id {}: {}", command.key, model::quoted(command.text),
+                                   command.commander, number(command.creator), command.reason));
 }
 
 void HandOver::clear(const Device& device) {
   if (device.network->rules.roaming.empty()) return;
   for (const auto& point : device.points) {
     const auto status = point_key(device, point, "status");
-    if (point.status == TupleRef{} && around_.space.find(status)) std::ignore = around_.space.erase(status);
+    if (point.status == TupleRef{} && context_.space.find(status)) std::ignore = context_.space.erase(status);
   }
 }
 
@@ -127,7 +127,7 @@ tuples::SetDecision HandOver::judge(const tuples::RemoteSet& wish) {
     return tuples::SetDecision::refused(
         {ErrorCode::kNotFound, fmt::format("{}: this island lists no such device", wish.key)});
   }
-  if (wish.from != around_.space.self() && !roaming_.claims().knows(*identity, wish.from)) {
+  if (wish.from != context_.space.self() && !roaming_.claims().knows(*identity, wish.from)) {
     return tuples::SetDecision::refused(
         {ErrorCode::kRefused,
          fmt::format("{}: only the island that had {} before hands commands over", wish.key, device->key)});

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <memory>
 #include <string>
 
 #include "proxy/command_desk.h"
@@ -13,8 +12,8 @@ namespace rubicon::proxy {
 /// it is sent on, so it is never executed twice; creator and request stay those of its commander.
 class HandOver {
  public:
-  HandOver(Surroundings& around, DeviceDirectory& directory, CommandDesk& desk, Roaming& roaming)
-      : around_(around), directory_(directory), desk_(desk), roaming_(roaming) {}
+  HandOver(ProxyContext& context, DeviceDirectory& directory, CommandDesk& desk, Roaming& roaming)
+      : context_(context), directory_(directory), desk_(desk), roaming_(roaming) {}
 
   /// `tuple` is the key of the claim. What the other island refuses stands as failed in the command's status tuple here
   /// for ten seconds, the device being gone.
@@ -27,11 +26,11 @@ class HandOver {
  private:
   void answered(Command& command, const std::string& status, OwnerId island, const tuples::Reply& reply);
 
-  Surroundings& around_;
+  ProxyContext& context_;
   DeviceDirectory& directory_;
   CommandDesk& desk_;
   Roaming& roaming_;
-  std::shared_ptr<bool> here_ = std::make_shared<bool>(true);  ///< answers may come when this is gone
+  base::Lifetime lifetime_;
 };
 
 /// A command on its way to another island: {kind, type, instance, value, creator, request}.

@@ -46,8 +46,12 @@ std::optional<SteadyTime> probe_at(const Device& device) {
   return std::max(device.heard_at + *rules.silence / 2, device.probed_at + *rules.silence / 4);
 }
 
-Liveness::Liveness(Surroundings& around, DeviceDirectory& directory, TupleMirror& mirror, Calls calls)
-    : around_(around), directory_(directory), mirror_(mirror), calls_(std::move(calls)) {}
+Liveness::Liveness(ProxyContext& context, DeviceDirectory& directory, TupleMirror& mirror, Calls calls)
+    : context_(context),
+      directory_(directory),
+      mirror_(mirror),
+      calls_(std::move(calls)),
+      next_check_(context.scheduler, [this] { look_at_due(); }) {}
 
 std::optional<SteadyTime> Liveness::next_look(const Device& device) const {
   std::optional<SteadyTime> next;
@@ -75,14 +79,11 @@ void Liveness::arm(Device& device, SteadyTime when) {
 }
 
 void Liveness::set_timer() {
-  if (checks_.empty() || checks_.top().when >= timer_at_) return;
-  timer_at_ = checks_.top().when;
-  timer_ = around_.scheduler.at(timer_at_, [this] { look_at_due(); });
+  if (!checks_.empty()) next_check_.advance_to(checks_.top().when);
 }
 
 void Liveness::look_at_due() {
-  const auto now = around_.clock.refresh().steady;
-  timer_at_ = SteadyTime::max();
+  const auto now = context_.clock.refresh().steady;
   for (int looked = 0; looked < kDevicesATurn && !checks_.empty() && checks_.top().when <= now; ++looked) {
     const auto check = checks_.top();
     checks_.pop();
@@ -113,7 +114,7 @@ void Liveness::look(Device& device, SteadyTime now) {
   const auto silence = device.network->rules.silence;
   if (!silence || device.status != DeviceStatus::kReachable || device.heard_at + *silence > now) return;
   device.status = DeviceStatus::kUnreachable;
-  device.since = around_.clock.now().wall;
+  device.since = context_.clock.now().wall;
   device.reason = fmt::format("silent for {}", seconds_text(*silence));
   calls_.lost(device);
 }
@@ -123,7 +124,7 @@ void Liveness::interrupted(Device& device, const std::string& reason) {
     if (point.id.kind == Kind::kProperty) continue;
     if (point.quality != Quality::kGood && point.quality != Quality::kAssumed) continue;
     point.quality = Quality::kStale;
-    point.since = around_.clock.now().wall;
+    point.since = context_.clock.now().wall;
     point.details->reason = reason;
   }
   mirror_.all_points(device);

@@ -5,6 +5,7 @@
 #include <queue>
 #include <vector>
 
+#include "base/deadline.h"
 #include "proxy/tuple_mirror.h"
 
 namespace rubicon::proxy {
@@ -19,7 +20,7 @@ class Liveness {
     std::function<void(Device&)> lost;   ///< it is unreachable from now on
     std::function<void(Device&)> probe;  ///< it is to be asked whether it is there
   };
-  Liveness(Surroundings& around, DeviceDirectory& directory, TupleMirror& mirror, Calls calls);
+  Liveness(ProxyContext& context, DeviceDirectory& directory, TupleMirror& mirror, Calls calls);
 
   /// A point became good, a device reachable, or a rule changed: look at the device in time.
   void watch(Device& device);
@@ -38,13 +39,12 @@ class Liveness {
   void look(Device& device, SteadyTime now);
   std::optional<SteadyTime> next_look(const Device& device) const;
 
-  Surroundings& around_;
+  ProxyContext& context_;
   DeviceDirectory& directory_;
   TupleMirror& mirror_;
   Calls calls_;
   std::priority_queue<Check, std::vector<Check>, std::greater<>> checks_;
-  Timer timer_;
-  SteadyTime timer_at_ = SteadyTime::max();
+  base::Deadline next_check_;
 };
 
 /// When a device is asked whether it is there, where that can be asked: at once if it is only remembered, after half

@@ -42,8 +42,12 @@ bool is_announcement(const model::Join& known, const model::Join& join) {
                     });
 }
 
-Memory::Memory(Surroundings& around, DeviceDirectory& directory, state::StateStore* store)
-    : around_(around), directory_(directory), store_(store), writable_(store && !store->stats().read_only) {}
+Memory::Memory(ProxyContext& context, DeviceDirectory& directory, state::StateStore* store)
+    : context_(context),
+      directory_(directory),
+      store_(store),
+      writable_(store && !store->stats().read_only),
+      next_flush_(context.scheduler, [this] { flush(); }) {}
 
 Memory::~Memory() {
   while (writable_ && (!dirty_.empty() || !absent_.empty())) {
@@ -68,7 +72,7 @@ std::optional<KnownDevice> Memory::recall(const std::string& network, const std:
     return known;
   }
   if (found) return std::move(*found);
-  around_.warn("state", fmt::format("cannot recall {} on {}: {}", address, network, found.error().text));
+  context_.warn("state", fmt::format("cannot recall {} on {}: {}", address, network, found.error().text));
   return std::nullopt;
 }
 
@@ -85,7 +89,7 @@ void Memory::each(const std::string& network, const std::function<void(Row, Know
     }
     visit(row, std::move(known));
   });
-  if (!read) around_.log.error(fmt::format("cannot recall the known devices: {}", read.error().text));
+  if (!read) context_.log.error(fmt::format("cannot recall the known devices: {}", read.error().text));
 }
 
 void Memory::record_changed(Device& device) {
@@ -96,7 +100,7 @@ void Memory::record_changed(Device& device) {
 void Memory::values_changed(DeviceNumber number) {
   if (!writable_) return;
   auto* device = directory_.find(number);
-  if (device && !device->values_unsaved) mark(*device, around_.config.save_period);
+  if (device && !device->values_unsaved) mark(*device, context_.config.save_period);
 }
 
 void Memory::property_set(Device& device, Point& point) {
@@ -118,7 +122,7 @@ Result<void> Memory::named(Device& device) {
                 store_ ? "the state file of this island may only be read: the name would be lost"
                        : "this island has no state file (`state:` in its configuration): the name would be lost");
   }
-  const auto now = around_.clock.now().steady;
+  const auto now = context_.clock.now().steady;
   if (now - names_since_ >= std::chrono::seconds(1)) {
     names_since_ = now;
     names_ = 0;
@@ -146,18 +150,18 @@ void Memory::absent(const std::string& network, const std::string& address, cons
                     Decision decision) {
   if (!writable_) return;
   // A decision goes before what only waits.
-  const auto limit = around_.config.max_devices * (decision == Decision::kNone ? 1 : 2);
+  const auto limit = context_.config.max_devices * (decision == Decision::kNone ? 1 : 2);
   if (absent_.size() >= limit && !absent_.contains({network, address})) {
-    return around_.warn("state", fmt::format("{} on {} is not remembered: {} others could not be written yet", address,
-                                             network, absent_.size()));
+    return context_.warn("state", fmt::format("{} on {} is not remembered: {} others could not be written yet", address,
+                                              network, absent_.size()));
   }
-  const auto now = around_.clock.now().wall;
+  const auto now = context_.clock.now().wall;
   absent_[{network, address}] = KnownDevice{network, address, {}, decision, join, {}, now, now, {}};
   decision == Decision::kNone ? ask(kRecordDelay) : soon();
 }
 
 void Memory::forget(const std::string& network, const std::string& address) {
-  if (!writable_ || (absent_.size() >= around_.config.max_devices && !absent_.contains({network, address}))) return;
+  if (!writable_ || (absent_.size() >= context_.config.max_devices && !absent_.contains({network, address}))) return;
   absent_[{network, address}] = std::nullopt;
   ask(Duration(0));
 }
@@ -191,20 +195,17 @@ void Memory::mark(Device& device, Duration within) {
 void Memory::soon() {
   if (!writable_) return;
   durable_ = true;
-  ask(std::max(Duration(0), Duration(durable_at_ - around_.clock.now().steady)));
+  ask(std::max(Duration(0), Duration(durable_at_ - context_.clock.now().steady)));
 }
 
 void Memory::ask(Duration within) {
-  const auto when = around_.clock.now().steady + within;
-  if (when >= flush_at_) return;
-  flush_at_ = when;
-  timer_ = around_.scheduler.at(when, [this] { flush(); });
+  next_flush_.advance_to(context_.clock.now().steady + within);
 }
 
 /// One transaction a slice; what fails is tried again after the save period.
 void Memory::flush() {
-  flush_at_ = SteadyTime::max();
-  around_.clock.refresh();
+  next_flush_.clear();
+  context_.clock.refresh();
   std::vector<Name> absent;
   std::vector<Device*> devices;
   const bool saved = transaction(durable_, [&] {
@@ -216,9 +217,9 @@ void Memory::flush() {
   if (!saved) {
     for (auto* device : devices) device->state_row = 0;  // it may never have got that one
     std::erase_if(dirty_, [this](DeviceNumber number) { return !directory_.find(number); });
-    return ask(around_.config.save_period);
+    return ask(context_.config.save_period);
   }
-  if (durable_) durable_at_ = around_.clock.now().steady + kDurablePause;
+  if (durable_) durable_at_ = context_.clock.now().steady + kDurablePause;
   for (const auto& name : absent) absent_.erase(name);
   for (auto* device : devices) {
     device->record_unsaved = device->values_unsaved = false;
@@ -234,7 +235,7 @@ void Memory::flush() {
 }
 
 void Memory::tidy() {
-  const auto now = around_.clock.now().steady;
+  const auto now = context_.clock.now().steady;
   if (now < tidy_at_) return;
   tidy_at_ = now + kTidyPause;
   goes_on(store_->tidy());
@@ -245,14 +246,14 @@ bool Memory::transaction(bool durable, const std::function<bool()>& write) {
   auto done = store_->begin();
   const bool written = done && write();
   if (done) done = store_->commit(durable);
-  if (!done) around_.warn("state", fmt::format("cannot remember: {}", done.error().text));
+  if (!done) context_.warn("state", fmt::format("cannot remember: {}", done.error().text));
   return done && written;
 }
 
 /// What does not fit is left out; every other error means that the file cannot be written now.
 bool Memory::goes_on(const Result<void>& result) {
   if (result) return true;
-  around_.warn("state", fmt::format("cannot remember: {}", result.error().text));
+  context_.warn("state", fmt::format("cannot remember: {}", result.error().text));
   const auto code = result.error().code;
   return code == ErrorCode::kNotFound || code == ErrorCode::kOutOfRange || code == ErrorCode::kBusy;
 }
@@ -308,7 +309,7 @@ Result<void> Memory::save(Device& device) {
   known.area = device.given_area.text();
   known.join = announcement(device);
   for (const auto& point : device.points) known.point_ids.emplace_back(point.id, point.details->id);
-  known.first_seen = around_.clock.now().wall;
+  known.first_seen = context_.clock.now().wall;
   if (device.status == DeviceStatus::kReachable) known.last_heard = known.first_seen;
   auto row = store_->save(known);
   if (!row) return fail(std::move(row.error()));
@@ -320,7 +321,7 @@ Result<void> Memory::save_values(const Device& device) {
   std::vector<StoredValue> values;
   for (const auto& point : device.points) {
     if (!point.unsaved || point.changed == WallTime{} || point.quality == Quality::kStored) continue;
-    const auto tuple = around_.space.get(around_.space.self(), point_key(device, point, "value"));
+    const auto tuple = context_.space.get(context_.space.self(), point_key(device, point, "value"));
     if (!tuple) continue;
     // The rate is the proxy's own: it says nothing about when the device was heard.
     const auto heard = is_rate(point) ? WallTime{} : point.heard;

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "base/deadline.h"
 #include "proxy/device_directory.h"
 #include "state/state_store.h"
 
@@ -16,7 +17,7 @@ namespace rubicon::proxy {
 /// 100 ms and durably. What could not be written is tried again. Without a state file nothing is remembered.
 class Memory {
  public:
-  Memory(Surroundings& around, DeviceDirectory& directory, state::StateStore* store);
+  Memory(ProxyContext& context, DeviceDirectory& directory, state::StateStore* store);
   /// Writes what is not written yet.
   ~Memory();
   Memory(const Memory&) = delete;
@@ -69,14 +70,14 @@ class Memory {
   void keep_decision(const Device& device);
   bool goes_on(const Result<void>& result);
 
-  Surroundings& around_;
+  ProxyContext& context_;
   DeviceDirectory& directory_;
   state::StateStore* store_;
   bool writable_;
   std::vector<DeviceNumber> dirty_;
   std::map<Name, std::optional<state::KnownDevice>> absent_;  ///< not written yet; nullopt = to be forgotten
-  Timer timer_;
-  SteadyTime flush_at_ = SteadyTime::max(), tidy_at_{}, durable_at_{};
+  base::Deadline next_flush_;
+  SteadyTime tidy_at_{}, durable_at_{};
   SteadyTime names_since_{};
   int names_ = 0;         ///< written since then
   bool durable_ = false;  ///< what waits must be on the disk

@@ -21,15 +21,16 @@ constexpr std::size_t kMaxProperties = 256;
 
 }  // namespace
 
-NetworkBoard::NetworkBoard(Surroundings& around, DeviceDirectory& directory) : around_(around), directory_(directory) {}
+NetworkBoard::NetworkBoard(ProxyContext& context, DeviceDirectory& directory)
+    : context_(context), directory_(directory) {}
 
 void NetworkBoard::begin() {
-  std::string island = fmt::format("{{\"id\":{},\"name\":", number(around_.space.self()));
-  append_json(around_.config.island_name, island);
-  std::ignore = around_.space.set(around_.config.prefix + ".island", island + '}', kJson);
+  std::string island = fmt::format("{{\"id\":{},\"name\":", number(context_.space.self()));
+  append_json(context_.config.island_name, island);
+  std::ignore = context_.space.set(context_.config.prefix + ".island", island + '}', kJson);
   publish_networks();
   all_devices_ = "[]";
-  if (auto devices = around_.space.set(around_.config.prefix + ".devices", all_devices_, kJson))
+  if (auto devices = context_.space.set(context_.config.prefix + ".devices", all_devices_, kJson))
     all_devices_tuple_ = *devices;
   for (const auto& [id, network] : directory_.networks()) declare(*network);
 }
@@ -40,16 +41,16 @@ void NetworkBoard::publish_networks() {
     if (list.size() > 1) list += ',';
     append_json(id, list);
   }
-  std::ignore = around_.space.set(around_.config.prefix + ".networks", list + ']', kJson);
+  std::ignore = context_.space.set(context_.config.prefix + ".networks", list + ']', kJson);
 }
 
 void NetworkBoard::declare(Network& network) {
   if (network.status_tuple != TupleRef{}) return;
-  if (!around_.config.networks.contains(network.id)) publish_networks();
-  const auto status = around_.space.set(network.key + ".status", network_status_text(network), kJson);
-  const auto devices = around_.space.set(network.key + ".devices", "[]", kJson);
+  if (!context_.config.networks.contains(network.id)) publish_networks();
+  const auto status = context_.space.set(network.key + ".status", network_status_text(network), kJson);
+  const auto devices = context_.space.set(network.key + ".devices", "[]", kJson);
   if (!status || !devices) {
-    around_.warn(network.id, fmt::format("tuples of network {} cannot be made", model::quoted(network.id)));
+    context_.warn(network.id, fmt::format("tuples of network {} cannot be made", model::quoted(network.id)));
     return;
   }
   network.status_tuple = *status;
@@ -58,16 +59,16 @@ void NetworkBoard::declare(Network& network) {
 }
 
 void NetworkBoard::remove(Network& network) {
-  std::ignore = around_.space.erase(network.key + ".status");
-  std::ignore = around_.space.erase(network.key + ".devices");
+  std::ignore = context_.space.erase(network.key + ".status");
+  std::ignore = context_.space.erase(network.key + ".devices");
   too_long_.erase(network.key + ".devices");
   for (const auto& [name, value] : network.published) {
-    std::ignore = around_.space.erase(fmt::format("{}.property.{}.value", network.key, name));
+    std::ignore = context_.space.erase(fmt::format("{}.property.{}.value", network.key, name));
   }
 }
 
 void NetworkBoard::line_changed(Network& network) {
-  std::ignore = around_.space.set(network.status_tuple, network_status_text(network), kJson);
+  std::ignore = context_.space.set(network.status_tuple, network_status_text(network), kJson);
   publish_property(network, "line", std::string(to_string(network.line)));
 }
 
@@ -76,7 +77,7 @@ void NetworkBoard::publish_property(Network& network, const std::string& name, s
   if (network.published.size() >= kMaxProperties && !network.published.contains(part)) return;
   auto& published = network.published[part];
   if (published == value) return;
-  std::ignore = around_.space.set(fmt::format("{}.property.{}.value", network.key, part), value);
+  std::ignore = context_.space.set(fmt::format("{}.property.{}.value", network.key, part), value);
   published = std::move(value);
 }
 
@@ -91,15 +92,15 @@ void NetworkBoard::networks_changed() {
 }
 
 void NetworkBoard::list_soon() {
-  const auto now = around_.clock.now().steady;
+  const auto now = context_.clock.now().steady;
   if (!devices_timer_.pending())
-    devices_timer_ = around_.scheduler.at(std::max(devices_at_, now), [this] { publish_devices(); });
+    devices_timer_ = context_.scheduler.at(std::max(devices_at_, now), [this] { publish_devices(); });
   if (!all_devices_timer_.pending())
-    all_devices_timer_ = around_.scheduler.at(std::max(all_devices_at_, now), [this] { publish_all_devices(); });
+    all_devices_timer_ = context_.scheduler.at(std::max(all_devices_at_, now), [this] { publish_all_devices(); });
 }
 
 void NetworkBoard::publish_devices() {
-  devices_at_ = around_.clock.refresh().steady + kDevicesPause;
+  devices_at_ = context_.clock.refresh().steady + kDevicesPause;
   for (const auto& [id, network] : directory_.networks()) {
     if (!std::exchange(network->devices_dirty, false)) continue;
     publish_list(network->devices_tuple, network->key + ".devices", reachable_devices(*network));
@@ -107,41 +108,41 @@ void NetworkBoard::publish_devices() {
 }
 
 void NetworkBoard::publish_all_devices() {
-  all_devices_at_ = around_.clock.refresh().steady + kAllDevicesPause;
+  all_devices_at_ = context_.clock.refresh().steady + kAllDevicesPause;
   std::string list = "[";
   for (const auto& [id, network] : directory_.networks())
     append_reachable(*network, model::to_key_part(id) + '.', list);
   list += ']';
   if (list == all_devices_) return;
   all_devices_ = std::move(list);
-  publish_list(all_devices_tuple_, around_.config.prefix + ".devices", all_devices_);
+  publish_list(all_devices_tuple_, context_.config.prefix + ".devices", all_devices_);
 }
 
 /// A list that no value can hold would else stand for ever as it was when it still fitted.
 void NetworkBoard::publish_list(TupleRef tuple, const std::string& key, const std::string& list) {
   if (tuple == TupleRef{}) return;
-  const auto set = around_.space.set(tuple, list, kJson);
+  const auto set = context_.space.set(tuple, list, kJson);
   if (set) {
     too_long_.erase(key);
     return;
   }
-  std::ignore = around_.space.set(tuple, "[]", kJson);
+  std::ignore = context_.space.set(tuple, "[]", kJson);
   if (too_long_.insert(key).second)
-    around_.log.warning(fmt::format("{} stands empty, its devices are too many: {}", key, set.error().text));
+    context_.log.warning(fmt::format("{} stands empty, its devices are too many: {}", key, set.error().text));
 }
 
 void NetworkBoard::refresh_counters() {
   if (counters_timer_.pending()) return;
-  const auto when = std::max(counters_at_, around_.clock.now().steady);
-  counters_timer_ = around_.scheduler.at(when, [this] { publish_counters(); });
+  const auto when = std::max(counters_at_, context_.clock.now().steady);
+  counters_timer_ = context_.scheduler.at(when, [this] { publish_counters(); });
 }
 
 void NetworkBoard::publish_counters() {
-  counters_at_ = around_.clock.refresh().steady + kCountersPause;
+  counters_at_ = context_.clock.refresh().steady + kCountersPause;
   for (const auto& [id, slot] : directory_.networks()) {
     auto& network = *slot;
     for (const auto& [name, text] : network.reported) publish_property(network, name, text);
-    const auto queue = around_.gateway.counters(id);
+    const auto queue = context_.gateway.counters(id);
     const auto& faults = network.faults;
     const std::pair<const char*, std::uint64_t> own[] = {{"devices", network.devices.size()},
                                                          {"dropped-readings", queue.dropped_readings},

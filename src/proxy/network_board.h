@@ -11,7 +11,7 @@ namespace rubicon::proxy {
 /// devices come and go, the list of a network is published at most four times a second, that of the island once.
 class NetworkBoard {
  public:
-  NetworkBoard(Surroundings& around, DeviceDirectory& directory);
+  NetworkBoard(ProxyContext& context, DeviceDirectory& directory);
 
   /// The island's own tuples and those of the configured networks.
   void begin();
@@ -35,7 +35,7 @@ class NetworkBoard {
   void publish_counters();
   void publish_property(Network& network, const std::string& name, std::string value);
 
-  Surroundings& around_;
+  ProxyContext& context_;
   DeviceDirectory& directory_;
   TupleRef all_devices_tuple_;
   std::string all_devices_;         ///< as last published, or refused

@@ -13,23 +13,23 @@ namespace rubicon::proxy {
 Proxy::Impl::Impl(ProxyConfig rules, Scheduler& scheduler, TupleSpace& space, gateway::Gateway& gateway,
                   const TypeCatalogue& types, base::LogSink& log, state::StateStore* store)
     : config(std::move(rules)),
-      around{config, scheduler, space, gateway, types, Log(log, "proxy"), TurnClock(scheduler)},
-      directory(around),
-      memory(around, directory, store),
-      inbox(around),
-      board(around, directory),
-      mirror(around, directory, memory),
-      liveness(around, directory, mirror,
+      context{config, scheduler, space, gateway, types, Log(log, "proxy")},
+      directory(context),
+      memory(context, directory, store),
+      inbox(context),
+      board(context, directory),
+      mirror(context, directory, memory),
+      liveness(context, directory, mirror,
                {[this](Device& device) { demand.overdue(device); }, [this](Device& device) { lost(device); },
                 [this](Device& device) { probe(device); }}),
-      demand(around, directory, mirror, liveness),
-      desk(around, directory, mirror, memory, [this](Device& device) { demand.changed(device); }),
-      roaming(around, directory,
+      demand(context, directory, mirror, liveness),
+      desk(context, directory, mirror, memory, [this](Device& device) { demand.changed(device); }),
+      roaming(context, directory,
               {[this](Device& device, const Claim& to, const std::string& tuple) { moved(device, to, tuple); },
                [this](const DeviceName& name) { arrive(name); }, [this](Device& device) { demand.repeat(device); }}),
-      hand_over(around, directory, desk, roaming),
+      hand_over(context, directory, desk, roaming),
       decisions_turn(scheduler, [this] { carry_out(); }) {
-  for (const auto& line : collisions(config)) around.log.error(line);
+  for (const auto& line : collisions(config)) context.log.error(line);
   board.begin();
   inbox.begin();
   listen();
@@ -38,10 +38,10 @@ Proxy::Impl::Impl(ProxyConfig rules, Scheduler& scheduler, TupleSpace& space, ga
 
 template <class Body>
 void Proxy::Impl::on(MessageKind kind, void (Impl::*call)(Device*, Network&, const Message&, const Body&)) {
-  handles.push_back(around.gateway.subscribe(kind, [this, call](const Message& message) {
-    RUBICON_DEBUG_ASSERT(around.scheduler.on_loop_thread());
+  handles.push_back(context.gateway.subscribe(kind, [this, call](const Message& message) {
+    RUBICON_DEBUG_ASSERT(context.scheduler.on_loop_thread());
     // Devices of other islands are mirrored by their own proxy; a foreign message may not pass for one of ours.
-    const auto self = around.space.self();
+    const auto self = context.space.self();
     if (message.origin != self || message.source.island != self || message.source.network.empty()) return;
     auto& network = directory.network(message.source.network);
     board.declare(network);
@@ -57,30 +57,31 @@ void Proxy::Impl::listen() {
   on<model::Updates>(MessageKind::kUpdates, &Impl::updates);
   on<model::State>(MessageKind::kState, &Impl::state);
   handles.push_back(
-      around.gateway.subscribe(MessageKind::kAcknowledge, [this](const Message& message) { acknowledge(message); }));
-  around.gateway.take_commands([this](const Message& message) { return desk.take(message); });
-  around.gateway.find_devices([this](const std::string& address) { return directory.networks_of(address); });
-  const auto self = around.space.self();
+      context.gateway.subscribe(MessageKind::kAcknowledge, [this](const Message& message) { acknowledge(message); }));
+  context.gateway.take_commands([this](const Message& message) { return desk.take(message); });
+  context.gateway.find_devices([this](const std::string& address) { return directory.networks_of(address); });
+  const auto self = context.space.self();
   for (const auto* kind : {"sensor", "actuator"}) {
-    handles.push_back(around.space.watch_demand({self, fmt::format("{}.*.*.{}.*.value", config.prefix, kind)},
-                                                [this](const tuples::Demand& wanted) { demand.wanted(wanted); }));
+    handles.push_back(context.space.watch_demand({self, fmt::format("{}.*.*.{}.*.value", config.prefix, kind)},
+                                                 [this](const tuples::Demand& wanted) { demand.wanted(wanted); }));
   }
-  handles.push_back(around.space.add_policy({self, config.prefix + ".**"},
-                                            [this](const tuples::RemoteSet& wish) { return desk.judge(wish); }));
-  handles.push_back(around.space.add_policy({self, config.prefix + ".*.*.description"},
-                                            [this](const tuples::RemoteSet& wish) { return judge_description(wish); }));
-  handles.push_back(around.space.add_policy({self, "ROAMING.**"},
-                                            [this](const tuples::RemoteSet& wish) { return hand_over.judge(wish); }));
+  handles.push_back(context.space.add_policy({self, config.prefix + ".**"},
+                                             [this](const tuples::RemoteSet& wish) { return desk.judge(wish); }));
+  handles.push_back(
+      context.space.add_policy({self, config.prefix + ".*.*.description"},
+                               [this](const tuples::RemoteSet& wish) { return judge_description(wish); }));
+  handles.push_back(context.space.add_policy({self, "ROAMING.**"},
+                                             [this](const tuples::RemoteSet& wish) { return hand_over.judge(wish); }));
   for (const auto* inbox_key : {".inbox", ".inbox.*.*"}) {
-    handles.push_back(around.space.add_policy({self, config.prefix + inbox_key},
-                                              [this](const tuples::RemoteSet& wish) { return judge_inbox(wish); }));
+    handles.push_back(context.space.add_policy({self, config.prefix + inbox_key},
+                                               [this](const tuples::RemoteSet& wish) { return judge_inbox(wish); }));
   }
 }
 
 void Proxy::Impl::join(Device* device, Network& network, const Message& message, const model::Join& join) {
   if (message.source.device.empty()) return void(stranger(network, message));
   const DeviceName name{network.id, message.source.device};
-  const Announced announced{join, around.clock.now().steady,
+  const Announced announced{join, context.clock.now().steady,
                             join.heard ? roaming.stamp(network, name.address) : WallTime{}};
   std::optional<state::KnownDevice> known;
   const auto* entry = device ? nullptr : inbox.find(name);
@@ -108,7 +109,7 @@ bool Proxy::Impl::admit(Network& network, const std::string& address, const Anno
   for (const auto& point : joined->vanished) desk.forget(device, point.number);
   const bool first = device.status == DeviceStatus::kUnknown;
   if (join.heard && first) device.status = DeviceStatus::kReachable;
-  if (joined->fresh) device.since = around.clock.now().wall;
+  if (joined->fresh) device.since = context.clock.now().wall;
   device.joined = std::max(device.joined, announced.joined);
   if (joined->fresh) hand_over.clear(device);
   mirror.joined(*joined);
@@ -168,7 +169,7 @@ void Proxy::Impl::leave(Device* device, Network& network, const Message& message
     inbox.take(name);
     return;
   }
-  around.log.info(fmt::format("{} left: {}", device->key, leave.reason));
+  context.log.info(fmt::format("{} left: {}", device->key, leave.reason));
   memory.left(*device);
   remove(*device);
 }
@@ -189,9 +190,9 @@ void Proxy::Impl::reading(Device& device, const model::Reading& reading) {
     if (!point) {
       ++device.network->faults.undeclared_points;
       board.refresh_counters();
-      around.warn(device.key + "/undeclared",
-                  fmt::format("{}: value for a {} of type {} it never declared", device.key,
-                              to_string(reading.point.kind), static_cast<unsigned>(reading.point.type)));
+      context.warn(device.key + "/undeclared",
+                   fmt::format("{}: value for a {} of type {} it never declared", device.key,
+                               to_string(reading.point.kind), static_cast<unsigned>(reading.point.type)));
       return;
     }
     mirror.added(device, *point);
@@ -203,7 +204,7 @@ void Proxy::Impl::reading(Device& device, const model::Reading& reading) {
 }
 
 void Proxy::Impl::heard(Device& device) {
-  device.heard_at = around.clock.now().steady;
+  device.heard_at = context.clock.now().steady;
   board.refresh_counters();
   if (!device.network->line_known) [[unlikely]]
     set_line(*device.network, {model::LineState::kUp, {}, {}});
@@ -215,7 +216,7 @@ void Proxy::Impl::heard(Device& device) {
 
 void Proxy::Impl::reachable(Device& device, bool was_known) {
   device.status = DeviceStatus::kReachable;
-  device.since = around.clock.now().wall;
+  device.since = context.clock.now().wall;
   device.reason.clear();
   board.devices_changed(*device.network);
   if (!was_known) return;
@@ -256,7 +257,7 @@ void Proxy::Impl::set_line(Network& network, const model::State& state) {
   if (same) return;
   network.line = state.line;
   network.reason = state.reason;
-  network.since = around.clock.now().wall;
+  network.since = context.clock.now().wall;
   board.line_changed(network);
   const bool down = state.line == model::LineState::kDown || state.line == model::LineState::kEnded ||
                     state.line == model::LineState::kRefused;
@@ -296,10 +297,10 @@ void Proxy::Impl::line_came_up(Network& network) {
 
 void Proxy::Impl::probe(const Device& device) {
   Message message;
-  message.source.island = around.space.self();
-  message.destination = {around.space.self(), device.network->id, device.address};
+  message.source.island = context.space.self();
+  message.destination = {context.space.self(), device.network->id, device.address};
   message.body = model::Probe{announcement(device)};
-  around.gateway.send(std::move(message));
+  context.gateway.send(std::move(message));
 }
 
 /// The device, if it could not come before and can now.
@@ -314,15 +315,15 @@ Device* Proxy::Impl::stranger(Network& network, const Message& message) {
   if (Device* device = nullptr; elsewhere(network, name.address, device)) return device;
   ++network.faults.unknown_devices;
   board.refresh_counters();
-  around.warn(network.id + "/stranger", fmt::format("{} from {}, which never joined", to_string(message.kind()),
-                                                    model::quoted(to_string(message.source))));
+  context.warn(network.id + "/stranger", fmt::format("{} from {}, which never joined", to_string(message.kind()),
+                                                     model::quoted(to_string(message.source))));
   return nullptr;
 }
 
 void Proxy::Impl::acknowledge(const Message& message) {
   const auto* answer = std::get_if<model::Acknowledge>(&message.body);
   // An answer for a device of ours may carry any number; it is no answer to us.
-  if (!answer || message.origin != around.space.self() || !message.destination.network.empty()) return;
+  if (!answer || message.origin != context.space.self() || !message.destination.network.empty()) return;
   if (!desk.acknowledged(*answer)) demand.acknowledged(*answer);
 }
 

@@ -62,13 +62,13 @@ void Proxy::Impl::warn_of_lost_names(const Device& device) {
   for (const auto& lost : proxy::lost_names(*names, device)) {
     const auto path =
         fmt::format("networks.{}.devices.{}.{}", device.network->id, device.address, fmt::join(lost.path, "."));
-    around.warn(path, fmt::format("{}: {}", path, lost.text));
+    context.warn(path, fmt::format("{}: {}", path, lost.text));
   }
 }
 
 /// Networks that went, that came, that have other rules; in this order, so that a key part given up can be taken.
 void Proxy::Impl::reconfigure(ProxyConfig next) {
-  around.clock.refresh();
+  context.clock.refresh();
   next.prefix = config.prefix;
   next.island_name = config.island_name;
   next.host = config.host;
@@ -101,12 +101,12 @@ void Proxy::Impl::reconfigure(ProxyConfig next) {
 }
 
 void Proxy::Impl::restart(const std::string& id) {
-  around.clock.refresh();
+  context.clock.refresh();
   auto& network = directory.network(id);
   drop_devices(network);
   network.line = model::LineState::kConnecting;
   network.line_known = network.down = false;
-  network.since = around.clock.now().wall;
+  network.since = context.clock.now().wall;
   network.reason.clear();
   board.line_changed(network);
   restore(id);

@@ -58,7 +58,7 @@ bool Proxy::Impl::let_in(Network& network, const DeviceName& name, const Announc
 
 /// It may come, and cannot now: it is tried again when it speaks, and at a reload.
 void Proxy::Impl::park(const DeviceName& name, const Announced& announced, const std::string& why) {
-  around.warn(name.network + "/join", why);
+  context.warn(name.network + "/join", why);
   inbox.put(name, announced, Standing::kLetIn, why);
 }
 
@@ -142,7 +142,7 @@ tuples::SetDecision Proxy::Impl::judge_inbox(const tuples::RemoteSet& wish) {
   if (decisions.size() + found.size() > 2 * config.max_devices)
     return tuples::SetDecision::refused({ErrorCode::kBusy, "too many decisions at once, try again"});
   for (auto& name : found) decisions.emplace_back(std::move(name), *decision);
-  decisions_turn.ask();
+  decisions_turn.request();
   return tuples::SetDecision::consumed();
 }
 
@@ -158,19 +158,19 @@ Device* Proxy::Impl::device_with_key(std::string_view parts) {
 }
 
 void Proxy::Impl::carry_out() {
-  around.clock.refresh();
+  context.clock.refresh();
   const auto end = decisions.begin() + static_cast<std::ptrdiff_t>(std::min(decisions.size(), kSlice));
   const std::vector slice(std::move_iterator(decisions.begin()), std::move_iterator(end));
   decisions.erase(decisions.begin(), end);
   for (const auto& [name, decision] : slice) decision == Decision::kApproved ? approve(name) : ignore(name);
-  if (!decisions.empty()) decisions_turn.ask();
+  if (!decisions.empty()) decisions_turn.request();
 }
 
 void Proxy::Impl::approve(const DeviceName& name) {
   const auto* entry = inbox.find(name);
   if (!entry) return;
   const auto join = entry->announced.join;
-  around.log.info(fmt::format("{} was approved", key_of(name)));
+  context.log.info(fmt::format("{} was approved", key_of(name)));
   if (auto* device = try_again(directory.network(name.network), name, true)) {
     memory.approved(*device);
   } else {
@@ -188,7 +188,7 @@ void Proxy::Impl::ignore(const DeviceName& name) {
     remove(*device);
   }
   roaming.forget(name);
-  around.log.info(fmt::format("{} is ignored from now on", key_of(name)));
+  context.log.info(fmt::format("{} is ignored from now on", key_of(name)));
   inbox.put(name, announced, Standing::kIgnoredByUser, std::string(kByUser));
   memory.absent(name.network, name.address, announced.join, Decision::kIgnored);
 }

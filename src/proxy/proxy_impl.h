@@ -92,7 +92,7 @@ struct Proxy::Impl {
   void ask_again();
 
   ProxyConfig config;
-  Surroundings around;
+  ProxyContext context;
   DeviceDirectory directory;
   Memory memory;
   DiscoveryInbox inbox;
@@ -104,7 +104,7 @@ struct Proxy::Impl {
   Roaming roaming;
   HandOver hand_over;
   std::vector<std::pair<DeviceName, state::Decision>> decisions;  ///< judged in this turn
-  NextTurn decisions_turn;
+  base::OncePerTurn decisions_turn;
   std::vector<Handle> handles;
 };
 

@@ -75,8 +75,8 @@ Result<void> Proxy::Impl::give_name(Device& device, std::string name, std::strin
     return fail(done.error().code, fmt::format("{} keeps its name: {}", device.key, done.error().text));
   }
   if (directory.take_name(device)) mirror.described(device);
-  around.log.info(fmt::format("{} is called {} in area {} by {}, id {}", device.key, model::quoted(device.name),
-                              model::quoted(device.area.text()), commander_name(around, by), number(by)));
+  context.log.info(fmt::format("{} is called {} in area {} by {}, id {}", device.key, model::quoted(device.name),
+                               model::quoted(device.area.text()), commander_name(context, by), number(by)));
   return {};
 }
 

@@ -14,7 +14,7 @@ bool is_configured(const Network& network, const Announced& announced) {
 
 /// Another island, or another network of this one, has the better claim.
 void Proxy::Impl::moved(Device& device, const Claim& to, const std::string& tuple) {
-  around.log.info(fmt::format("{} moved to {} of island {}", device.key, to.key, number(to.island)));
+  context.log.info(fmt::format("{} moved to {} of island {}", device.key, to.key, number(to.island)));
   demand.stop(device);
   hand_over.send(device, to, tuple);
   memory.left(device);

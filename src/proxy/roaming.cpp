@@ -22,12 +22,12 @@ Claim claim_of(const Device& device, OwnerId self) {
 
 }  // namespace
 
-Roaming::Roaming(Surroundings& around, DeviceDirectory& directory, Calls calls)
-    : around_(around),
+Roaming::Roaming(ProxyContext& context, DeviceDirectory& directory, Calls calls)
+    : context_(context),
       directory_(directory),
       calls_(std::move(calls)),
-      claims_(around, {[this](const Identity& identity) { claimed(identity); },
-                       [this](const Identity& identity) { ceased(identity); }}) {}
+      claims_(context, {[this](const Identity& identity) { claimed(identity); },
+                        [this](const Identity& identity) { ceased(identity); }}) {}
 
 void Roaming::follow() {
   std::set<std::string> domains;
@@ -38,7 +38,7 @@ void Roaming::follow() {
 }
 
 WallTime Roaming::stamp(const Network& network, const std::string& address) const {
-  const auto now = around_.clock.now().wall;
+  const auto now = context_.clock.now().wall;
   if (network.rules.roaming.empty()) return now;
   return std::max(now, claims_.newest(identity_of(network, address)) + kNext);
 }
@@ -51,7 +51,7 @@ std::vector<Roaming::Holder> Roaming::holders(const Identity& identity, const Ne
   const auto own = own_.find(identity);
   auto* device = own == own_.end() ? nullptr : directory_.find(own->second.device);
   if (device && device->network != &network)
-    all.push_back({claim_of(*device, around_.space.self()), own->second.renewed_at});
+    all.push_back({claim_of(*device, context_.space.self()), own->second.renewed_at});
   return all;
 }
 
@@ -67,7 +67,7 @@ bool Roaming::holds_back(const Network& network, const std::string& address, con
   const bool newer =
       std::all_of(all.begin(), all.end(), [&](const Holder& one) { return announced.joined > one.claim.since; });
   const bool heard_there = std::any_of(all.begin(), all.end(), [](const Holder& one) { return one.claim.reachable; });
-  if (around_.clock.now().steady - rover.lost_at >= kForgotten) rover.losses = 0;
+  if (context_.clock.now().steady - rover.lost_at >= kForgotten) rover.losses = 0;
   if (newer && !(heard_there && rover.losses >= kPatience)) ask(name, rover, true);
   return true;
 }
@@ -86,7 +86,7 @@ Roaming::Heard Roaming::heard(const Network& network, const std::string& address
   const auto found = rovers_.find({network.id, address});
   auto* rover = found == rovers_.end() || !found->second.away ? nullptr : &found->second;
   if (rover) {
-    rover->announced.heard_at = around_.clock.now().steady;
+    rover->announced.heard_at = context_.clock.now().steady;
     rover->announced.join.heard = true;
   }
   if (all.empty() && !missed) return rover ? Heard::kReturns : Heard::kUnknown;
@@ -106,7 +106,7 @@ std::optional<Announced> Roaming::take(const DeviceName& name) {
 }
 
 Roaming::Rover& Roaming::remember(const DeviceName& name, const Announced& announced) {
-  const bool full = rovers_.size() >= around_.config.max_devices && !rovers_.contains(name);
+  const bool full = rovers_.size() >= context_.config.max_devices && !rovers_.contains(name);
   if (full) rovers_.erase(rovers_.begin());  // that one has to join again
   auto& rover = rovers_[name];
   rover.announced = announced;
@@ -118,12 +118,12 @@ Roaming::Rover& Roaming::remember(const DeviceName& name, const Announced& annou
 void Roaming::ask(const DeviceName& name, Rover& rover, bool by_join) {
   if (rover.decision.pending() && (rover.by_join || !by_join)) return;
   rover.by_join = by_join;
-  rover.asked_at = around_.clock.now().steady;
-  rover.decision = around_.scheduler.after(kRoamingSettles, [this, name] { decide(name); });
+  rover.asked_at = context_.clock.now().steady;
+  rover.decision = context_.scheduler.after(kRoamingSettles, [this, name] { decide(name); });
 }
 
 void Roaming::decide(const DeviceName& name) {
-  around_.clock.refresh();
+  context_.clock.refresh();
   const auto found = rovers_.find(name);
   if (found == rovers_.end() || !found->second.away) return;
   auto& rover = found->second;
@@ -152,10 +152,10 @@ void Roaming::listed(Device& device) {
     if (rover->second.losses == 0) rovers_.erase(rover);
   }
   const auto identity = identity_of(network, device.address);
-  const auto claim = claim_of(device, around_.space.self());
+  const auto claim = claim_of(device, context_.space.self());
   auto& own = own_[identity];
   const auto before = std::exchange(own.device, device.number);
-  if (claim.since != own.since) own.renewed_at = around_.clock.now().steady;
+  if (claim.since != own.since) own.renewed_at = context_.clock.now().steady;
   own.since = claim.since;
   const auto tuple = claims_.publish(identity, claim);
   auto* other = before == device.number ? nullptr : directory_.find(before);
@@ -199,7 +199,7 @@ void Roaming::claimed(const Identity& identity) {
   const auto own = own_.find(identity);
   auto* device = own == own_.end() ? nullptr : directory_.find(own->second.device);
   if (!device) return;
-  const auto mine = claim_of(*device, around_.space.self());
+  const auto mine = claim_of(*device, context_.space.self());
   std::optional<RoamingClaims::Other> best;
   claims_.each(identity, [&](const RoamingClaims::Other& other, Presence presence) {
     if (presence == Presence::kHere && better(other.claim, best ? best->claim : mine)) best = other;
@@ -211,7 +211,7 @@ void Roaming::give_up(Device& device, const Claim& to, const std::string& tuple)
   auto& rover = remember({device.network->id, device.address}, last_said(device));
   rover.trusted = true;
   ++rover.losses;
-  rover.lost_at = around_.clock.now().steady;
+  rover.lost_at = context_.clock.now().steady;
   calls_.moved(device, to, tuple);
 }
 
@@ -222,7 +222,7 @@ void Roaming::ceased(const Identity& identity) {
   const auto own = own_.find(identity);
   auto* device = own == own_.end() ? nullptr : directory_.find(own->second.device);
   if (device && !disputed) {
-    device->joined = std::min(device->joined, around_.clock.now().wall);
+    device->joined = std::min(device->joined, context_.clock.now().wall);
     listed(*device);
   }
   if (device) return calls_.alone(*device);

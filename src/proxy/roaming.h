@@ -24,7 +24,7 @@ class Roaming {
     /// The island that had the device let it go, and may have told it to stop.
     std::function<void(Device&)> alone;
   };
-  Roaming(Surroundings& around, DeviceDirectory& directory, Calls calls);
+  Roaming(ProxyContext& context, DeviceDirectory& directory, Calls calls);
 
   /// The networks and their domains changed.
   void follow();
@@ -95,7 +95,7 @@ class Roaming {
   void ceased(const Identity& identity);
   void give_up(Device& device, const Claim& to, const std::string& tuple);
 
-  Surroundings& around_;
+  ProxyContext& context_;
   DeviceDirectory& directory_;
   Calls calls_;
   RoamingClaims claims_;

@@ -21,11 +21,11 @@ constexpr Duration kClockDoubt = std::chrono::minutes(1);
 
 }  // namespace
 
-RoamingClaims::RoamingClaims(Surroundings& around, Calls calls)
-    : around_(around),
+RoamingClaims::RoamingClaims(ProxyContext& context, Calls calls)
+    : context_(context),
       calls_(std::move(calls)),
-      peers_watch_(around.space.watch_peers([this](OwnerId island, tuples::PeerEvent event) { peer(island, event); })) {
-}
+      peers_watch_(
+          context.space.watch_peers([this](OwnerId island, tuples::PeerEvent event) { peer(island, event); })) {}
 
 void RoamingClaims::follow(const std::set<std::string>& domains) {
   for (auto it = domains_.begin(); it != domains_.end();) {
@@ -41,22 +41,22 @@ void RoamingClaims::follow(const std::set<std::string>& domains) {
   for (const auto& domain : domains) {
     if (domains_.contains(domain)) continue;
     auto& followed = domains_[domain];
-    followed.since = around_.clock.now().steady;
+    followed.since = context_.clock.now().steady;
     followed.subscription =
-        around_.space.subscribe({std::nullopt, fmt::format("ROAMING.{}.*", domain)}, {.passive = true},
-                                [this, domain](const tuples::Event& event) { take(domain, event); });
+        context_.space.subscribe({std::nullopt, fmt::format("ROAMING.{}.*", domain)}, {.passive = true},
+                                 [this, domain](const tuples::Event& event) { take(domain, event); });
   }
 }
 
 void RoamingClaims::take(const std::string& domain, const tuples::Event& event) {
   const auto& tuple = event.tuple;
-  if (tuple.owner == around_.space.self() || !model::is_island(tuple.owner)) return;
+  if (tuple.owner == context_.space.self() || !model::is_island(tuple.owner)) return;
   const Place where{tuple.owner, std::string(tuple.key)};
   if (event.kind != tuples::EventKind::kSet) return drop(where);
   auto claim = parse_claim(tuple.owner, tuple.value);
   if (!claim) {
-    around_.warn(fmt::format("roaming/{}", number(tuple.owner)),
-                 fmt::format("claim {} of island {}: {}", tuple.key, number(tuple.owner), claim.error().text));
+    context_.warn(fmt::format("roaming/{}", number(tuple.owner)),
+                  fmt::format("claim {} of island {}: {}", tuple.key, number(tuple.owner), claim.error().text));
     return drop(where);
   }
   check_clock(*claim);
@@ -65,18 +65,19 @@ void RoamingClaims::take(const std::string& domain, const tuples::Event& event) 
   const bool is_new = known == theirs_.end();
   if (!is_new && known->second != identity) drop(where);
   if (is_new && theirs_.size() >= kMostClaims) {
-    return around_.warn("roaming", fmt::format("more than {} claims of other islands: some are not seen", kMostClaims));
+    return context_.warn("roaming",
+                         fmt::format("more than {} claims of other islands: some are not seen", kMostClaims));
   }
   place(identity, where.second, std::move(*claim));
 }
 
 void RoamingClaims::check_clock(const Claim& claim) {
-  const auto now = around_.clock.now().wall;
+  const auto now = context_.clock.now().wall;
   if (claim.since <= now || claim.since - now < kClockDoubt) return;
-  around_.warn(fmt::format("roaming/clock/{}", number(claim.island)),
-               fmt::format("island {} says that {} joined {} s from now: its clock or ours is wrong",
-                           number(claim.island), model::quoted(claim.address),
-                           std::chrono::duration_cast<std::chrono::seconds>(claim.since - now).count()));
+  context_.warn(fmt::format("roaming/clock/{}", number(claim.island)),
+                fmt::format("island {} says that {} joined {} s from now: its clock or ours is wrong",
+                            number(claim.island), model::quoted(claim.address),
+                            std::chrono::duration_cast<std::chrono::seconds>(claim.since - now).count()));
 }
 
 void RoamingClaims::place(const Identity& identity, const std::string& tuple, Claim claim) {
@@ -86,14 +87,14 @@ void RoamingClaims::place(const Identity& identity, const std::string& tuple, Cl
   auto& other = entries_[identity].others[island];
   auto renewed_at = other.renewed_at;
   const bool renewed = other.tuple.empty() || other.claim.since != claim.since;
-  if (renewed) renewed_at = listened(island, identity.domain) ? around_.clock.now().steady : SteadyTime::min();
+  if (renewed) renewed_at = listened(island, identity.domain) ? context_.clock.now().steady : SteadyTime::min();
   other = {std::move(claim), tuple, renewed_at, true};
   calls_.claimed(Identity(identity));
 }
 
 /// Else what arrives may be old.
 bool RoamingClaims::listened(OwnerId island, const std::string& domain) const {
-  const auto before = around_.clock.now().steady - kRoamingSettles;
+  const auto before = context_.clock.now().steady - kRoamingSettles;
   return peers_.at(island).since <= before && domains_.at(domain).since <= before;
 }
 
@@ -118,7 +119,7 @@ void RoamingClaims::tidy(const Identity& identity) {
 
 void RoamingClaims::peer(OwnerId island, tuples::PeerEvent event) {
   if (!model::is_island(island)) return;
-  const auto now = around_.clock.now().steady;
+  const auto now = context_.clock.now().steady;
   auto& peer = peers_[island];
   peer.since = now;
   peer.up = event == tuples::PeerEvent::kUp;
@@ -126,8 +127,8 @@ void RoamingClaims::peer(OwnerId island, tuples::PeerEvent event) {
   peer.settled.cancel();
   if (!peer.up) return;
   each_of(island, [](const Identity&, Other& other) { other.fresh = false; });
-  peer.settled = around_.scheduler.after(kRoamingSettles, [this, island] {
-    around_.clock.refresh();
+  peer.settled = context_.scheduler.after(kRoamingSettles, [this, island] {
+    context_.clock.refresh();
     std::vector<Identity> all;
     each_of(island, [&all](const Identity& identity, Other&) { all.push_back(identity); });
     for (const auto& identity : all) calls_.claimed(identity);
@@ -147,7 +148,7 @@ RoamingClaims::Presence RoamingClaims::presence(const Other& other) const {
   const auto found = peers_.find(other.claim.island);
   if (found == peers_.end()) return Presence::kGone;
   const auto& peer = found->second;
-  const auto age = around_.clock.now().steady - peer.since;
+  const auto age = context_.clock.now().steady - peer.since;
   if (peer.up) return other.fresh || age >= kRoamingSettles ? Presence::kHere : Presence::kBack;
   return peer.left || age >= kGrace ? Presence::kGone : Presence::kLost;
 }
@@ -184,15 +185,15 @@ std::string RoamingClaims::publish(const Identity& identity, const Claim& own) {
   if (entry.tuple.empty()) entry.tuple = free_tuple(identity);
   own_[entry.tuple] = identity;
   entry.text = std::move(text);
-  const auto set = around_.space.set(entry.tuple, entry.text, kClaimOptions);
-  if (!set) around_.warn("roaming", fmt::format("{}: {}", entry.tuple, set.error().text));
+  const auto set = context_.space.set(entry.tuple, entry.text, kClaimOptions);
+  if (!set) context_.warn("roaming", fmt::format("{}: {}", entry.tuple, set.error().text));
   return entry.tuple;
 }
 
 void RoamingClaims::withdraw(const Identity& identity) {
   const auto entry = entries_.find(identity);
   if (entry == entries_.end() || entry->second.tuple.empty()) return;
-  std::ignore = around_.space.erase(entry->second.tuple);
+  std::ignore = context_.space.erase(entry->second.tuple);
   own_.erase(entry->second.tuple);
   entry->second.tuple.clear();
   entry->second.text.clear();

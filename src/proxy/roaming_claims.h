@@ -6,8 +6,8 @@
 #include <string>
 #include <utility>
 
+#include "proxy/proxy_context.h"
 #include "proxy/roaming_claim.h"
-#include "proxy/surroundings.h"
 
 namespace rubicon::proxy {
 
@@ -20,7 +20,7 @@ class RoamingClaims {
     /// Another island does not list it any more.
     std::function<void(const Identity&)> ceased;
   };
-  RoamingClaims(Surroundings& around, Calls calls);
+  RoamingClaims(ProxyContext& context, Calls calls);
 
   /// The domains from now on. Claims of others in a domain that went are forgotten; own ones must be withdrawn before.
   void follow(const std::set<std::string>& domains);
@@ -79,7 +79,7 @@ class RoamingClaims {
   void tidy(const Identity& identity);
   void check_clock(const Claim& claim);
 
-  Surroundings& around_;
+  ProxyContext& context_;
   Calls calls_;
   std::map<std::string, Domain> domains_;
   std::map<Identity, Entry> entries_;

@@ -23,14 +23,18 @@ bool writable(const Point& point) {
 
 }  // namespace
 
-TupleMirror::TupleMirror(Surroundings& around, DeviceDirectory& directory, Memory& memory)
-    : around_(around), directory_(directory), memory_(memory), last_flush_(around.clock.now().steady - kRefreshPause) {}
+TupleMirror::TupleMirror(ProxyContext& context, DeviceDirectory& directory, Memory& memory)
+    : context_(context),
+      directory_(directory),
+      memory_(memory),
+      next_flush_(context.scheduler, [this] { flush(); }),
+      last_flush_(context.clock.now().steady - kRefreshPause) {}
 
 TupleRef TupleMirror::declare(std::string_view key, std::string_view value, std::string_view media_type,
                               WallTime user_time) {
-  const auto made = around_.space.declare(key, value, {media_type, user_time, {}});
+  const auto made = context_.space.declare(key, value, {media_type, user_time, {}});
   if (made) return *made;
-  around_.warn("declare", fmt::format("tuple {} cannot be made: {}", model::quoted(key), made.error().text));
+  context_.warn("declare", fmt::format("tuple {} cannot be made: {}", model::quoted(key), made.error().text));
   return {};
 }
 
@@ -54,14 +58,14 @@ void TupleMirror::joined(const DeviceDirectory::Joined& joined) {
       declare_point(device, point);
     } else {
       std::ignore =
-          around_.space.set(point_key(device, point, "description"), point_description(point), {kJsonType, {}, {}});
+          context_.space.set(point_key(device, point, "description"), point_description(point), {kJsonType, {}, {}});
     }
   }
   described(device);
 }
 
 void TupleMirror::described(const Device& device) {
-  std::ignore = around_.space.set(device.key + ".description", device_description(device), {kJsonType, {}, {}});
+  std::ignore = context_.space.set(device.key + ".description", device_description(device), {kJsonType, {}, {}});
 }
 
 void TupleMirror::declare_device(Device& device) {
@@ -98,20 +102,20 @@ void TupleMirror::erase_point(const Device& device, const Point& point) {
   places_.erase(point.value.index);
   places_.erase(point.command.index);
   for (const auto last : {"value", "status", "description", "command"}) {
-    std::ignore = around_.space.erase(point_key(device, point, last));
+    std::ignore = context_.space.erase(point_key(device, point, last));
   }
 }
 
 void TupleMirror::left(Device& device) {
   for (const auto& point : device.points) erase_point(device, point);
-  std::ignore = around_.space.erase(device.key + ".status");
-  std::ignore = around_.space.erase(device.key + ".description");
+  std::ignore = context_.space.erase(device.key + ".status");
+  std::ignore = context_.space.erase(device.key + ".description");
 }
 
 std::map<PointNumber, TupleMirror::Kept> TupleMirror::retire(Device& device) {
   std::map<PointNumber, Kept> kept;
   for (const auto& point : device.points) {
-    const auto tuple = around_.space.get(around_.space.self(), point_key(device, point, "value"));
+    const auto tuple = context_.space.get(context_.space.self(), point_key(device, point, "value"));
     if (tuple) kept[point.number] = {std::string(tuple->value), std::string(tuple->media_type), tuple->user_time};
   }
   left(device);
@@ -136,12 +140,12 @@ void TupleMirror::remembered(const Device& device, Point& point, const state::St
   point.text = text;
   point.heard = stored.heard;
   point.changed = stored.changed;
-  std::ignore = around_.space.set(point.value, text, {media_type(stored.value), stored.user_time, {}});
+  std::ignore = context_.space.set(point.value, text, {media_type(stored.value), stored.user_time, {}});
   set_quality(device, point, Quality::kStored, "from before the restart");
 }
 
 void TupleMirror::device_status(const Device& device) {
-  std::ignore = around_.space.set(device.status_tuple, device_status_text(device), {kJsonType, {}, {}});
+  std::ignore = context_.space.set(device.status_tuple, device_status_text(device), {kJsonType, {}, {}});
 }
 
 void TupleMirror::all_points(Device& device) {
@@ -160,7 +164,7 @@ bool TupleMirror::reading(Device& device, Point& point, const model::Reading& re
       return false;
     }
   }
-  const auto& now = around_.clock.now();
+  const auto& now = context_.clock.now();
   point.heard_at = now.steady;
   point.heard = now.wall;
   store_value(point, reading.value, reading.user_time);
@@ -180,14 +184,14 @@ void TupleMirror::store_value(Point& point, const Value& value, WallTime user_ti
   point.unsaved = true;
   if (point.text != value_text_) {
     point.text = value_text_;
-    point.changed = around_.clock.now().wall;
+    point.changed = context_.clock.now().wall;
   }
-  std::ignore = around_.space.set(point.value, value_text_, {media_type(value), user_time, {}});
+  std::ignore = context_.space.set(point.value, value_text_, {media_type(value), user_time, {}});
 }
 
 void TupleMirror::bad_value(const Device& device, Point& point, const std::string& why) {
   ++device.network->faults.bad_values;
-  around_.warn(device.key, fmt::format("{}: {}: {}", device.key, point.details->id, why));
+  context_.warn(device.key, fmt::format("{}: {}: {}", device.key, point.details->id, why));
   set_quality(device, point, Quality::kBad, why);
 }
 
@@ -197,7 +201,7 @@ void TupleMirror::assume(const Device& device, Point& point, const Value& value)
 }
 
 void TupleMirror::own_value(const Device& device, Point& point, const Value& value, Quality quality) {
-  const auto& now = around_.clock.now();
+  const auto& now = context_.clock.now();
   store_value(point, value, {});
   point.heard_at = now.steady;
   if (quality == Quality::kGood) point.heard = now.wall;
@@ -205,7 +209,7 @@ void TupleMirror::own_value(const Device& device, Point& point, const Value& val
 }
 
 void TupleMirror::set_quality(const Device& device, Point& point, Quality quality, std::string reason) {
-  if (point.quality != quality) point.since = around_.clock.now().wall;
+  if (point.quality != quality) point.since = context_.clock.now().wall;
   const bool same = point.quality == quality && point.details->reason == reason;
   point.quality = quality;
   point.details->reason = std::move(reason);
@@ -216,7 +220,7 @@ void TupleMirror::publish_status(const Device& device, Point& point) {
   point.dirty = false;
   memory_.values_changed(device.number);
   write_point_status(device, point, status_text_);
-  std::ignore = around_.space.set(point.status, status_text_, {kJsonType, {}, {}});
+  std::ignore = context_.space.set(point.status, status_text_, {kJsonType, {}, {}});
 }
 
 void TupleMirror::mark(Device& device, Point& point) {
@@ -228,15 +232,12 @@ void TupleMirror::mark(Device& device, Point& point) {
 
 void TupleMirror::ask_flush(bool at_once) {
   urgent_ |= at_once;
-  const auto now = around_.clock.now().steady;
-  const auto when = at_once ? now : std::max(now, last_flush_ + kRefreshPause);
-  if (when >= flush_at_) return;
-  flush_at_ = when;
-  flush_timer_ = around_.scheduler.at(when, [this] { flush(); });
+  const auto now = context_.clock.now().steady;
+  next_flush_.advance_to(at_once ? now : std::max(now, last_flush_ + kRefreshPause));
 }
 
 void TupleMirror::flush() {
-  around_.clock.refresh();
+  context_.clock.refresh();
   if (flushing_.empty()) {
     flushing_.swap(dirty_);
     urgent_ = false;
@@ -253,8 +254,7 @@ void TupleMirror::flush() {
       ++written;
     }
   }
-  flush_at_ = SteadyTime::max();
-  last_flush_ = around_.clock.now().steady;
+  last_flush_ = context_.clock.now().steady;
   if (!flushing_.empty()) {
     ask_flush(true);
   } else if (!dirty_.empty()) {

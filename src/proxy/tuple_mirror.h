@@ -6,6 +6,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "base/deadline.h"
 #include "proxy/device_directory.h"
 #include "proxy/memory.h"
 
@@ -15,7 +16,7 @@ namespace rubicon::proxy {
 /// wait for a flush, at most one a second; a changed quality is published at once.
 class TupleMirror {
  public:
-  TupleMirror(Surroundings& around, DeviceDirectory& directory, Memory& memory);
+  TupleMirror(ProxyContext& context, DeviceDirectory& directory, Memory& memory);
 
   /// After a join: makes what is missing, deletes what vanished, describes what changed.
   void joined(const DeviceDirectory::Joined& joined);
@@ -76,13 +77,12 @@ class TupleMirror {
     Place place;
   };
 
-  Surroundings& around_;
+  ProxyContext& context_;
   DeviceDirectory& directory_;
   Memory& memory_;
   std::unordered_map<std::uint32_t, Known> places_;  ///< by TupleRef::index
   std::vector<DeviceNumber> dirty_, flushing_;
-  Timer flush_timer_;
-  SteadyTime flush_at_ = SteadyTime::max();
+  base::Deadline next_flush_;
   SteadyTime last_flush_{};
   bool urgent_ = false;  ///< a line or device changed since the flush began
   std::string value_text_, status_text_;
