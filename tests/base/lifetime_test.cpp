@@ -135,9 +135,9 @@ TEST(LogOfWhatHappensOften, HasOneLineASubjectAndMinute) {
   VirtualScheduler scheduler;
   Lines lines;
   LimitedLog log(Log(lines, "wsn"), scheduler);
-  log.warning("mote 1", "a");
-  log.warning("mote 1", "b");
-  log.info("mote 2", "c");
+  EXPECT_TRUE(log.warning("mote 1", "a"));
+  EXPECT_FALSE(log.warning("mote 1", "b"));
+  EXPECT_TRUE(log.info("mote 2", "c"));
   scheduler.run_for(std::chrono::seconds(61));
   log.warning("mote 1", "d");
   EXPECT_EQ(lines.lines, (std::vector<std::string>{"a", "c", "d"}));
