@@ -6,12 +6,12 @@
 #include "motes/mote_records.h"
 #include "motes/rig.h"
 
-namespace rubicon::bench::wsn {
+namespace rubicon::bench::motes {
 
 namespace {
 
 using namespace std::chrono_literals;
-using mote_simulator::Event;
+using motes_simulator::Event;
 
 constexpr int kMotes = 10;
 constexpr int kClients = 5;
@@ -21,19 +21,19 @@ constexpr auto kPatience = 10min;
 
 /// What a mote's lamp is told, the value never twice.
 Bytes packet(std::uint16_t island, int value) {
-  const auto record = motes::encode_record(motes::ActuateCommand{1, value});
+  const auto record = rubicon::motes::encode_record(rubicon::motes::ActuateCommand{1, value});
   const auto mote = static_cast<std::uint16_t>(2 + value % kMotes);
-  return motes::packet_of(motes::NetMessage{island, mote, island, motes::kBaseMote, 0,
-                                            static_cast<std::uint16_t>(value), 0, motes::kTransportConnectionless,
-                                            motes::kApplicationMockup, record});
+  return rubicon::motes::packet_of(rubicon::motes::NetMessage{
+      island, mote, island, rubicon::motes::kBaseMote, 0, static_cast<std::uint16_t>(value), 0,
+      rubicon::motes::kTransportConnectionless, rubicon::motes::kApplicationMockup, record});
 }
 
 /// Motes that obey, and what they executed.
 struct Lamps {
   Lamps() : rig(1, kMotes, obedient(), [this](const Event& event) { hear(event); }) {}
 
-  static mote_simulator::MoteOptions obedient() {
-    mote_simulator::MoteOptions like;
+  static motes_simulator::MoteOptions obedient() {
+    motes_simulator::MoteOptions like;
     like.obey = true;
     return like;
   }
@@ -65,8 +65,8 @@ class Client {
     options.remote = {"127.0.0.1", kSharePort};
     transport::TcpCalls calls;
     calls.connected = [this, first, count] {
-      must(stream_->send(motes::kForwarderHello));
-      for (int i = 0; i < count; ++i) must(stream_->send(motes::forwarder_packet(packet(kIsland, first + i))));
+      must(stream_->send(rubicon::motes::kForwarderHello));
+      for (int i = 0; i < count; ++i) must(stream_->send(rubicon::motes::forwarder_packet(packet(kIsland, first + i))));
     };
     calls.received = [](ByteView) {};
     calls.failed = [this](const Error&) { lost_ = true; };
@@ -120,7 +120,7 @@ class BareLine {
     calls.connected = [] {};
     calls.received = [this, paced](ByteView bytes) {
       while (const auto frame = reader_.next(bytes)) {
-        if (paced && began_ && frame->protocol == motes::kHdlcAck) next();
+        if (paced && began_ && frame->protocol == rubicon::motes::kHdlcAck) next();
       }
     };
     calls.failed = [](const Error&) {};
@@ -137,12 +137,12 @@ class BareLine {
   void next() {
     if (sent_ >= commands_) return;
     const auto sequence = static_cast<std::uint8_t>(sent_);
-    must(stream_->send(motes::hdlc_acked_packet(sequence, packet(11, sent_++))));
+    must(stream_->send(rubicon::motes::hdlc_acked_packet(sequence, packet(11, sent_++))));
   }
 
   int commands_, sent_ = 0;
   bool began_ = false;
-  motes::HdlcReader reader_;
+  rubicon::motes::HdlcReader reader_;
   std::unique_ptr<transport::TcpStream> stream_;
 };
 
@@ -168,4 +168,4 @@ void measure_paced_clients(const Plan& plan, Json& out) {
   out["paced_clients"] = ours;
 }
 
-}  // namespace rubicon::bench::wsn
+}  // namespace rubicon::bench::motes

@@ -4,12 +4,12 @@
 #include "motes/mote_records.h"
 #include "motes/rig.h"
 
-namespace rubicon::bench::wsn {
+namespace rubicon::bench::motes {
 
 namespace {
 
 using namespace std::chrono_literals;
-using namespace mote_simulator;
+using namespace motes_simulator;
 
 constexpr int kEnergyMotes = 20;
 
@@ -18,19 +18,19 @@ class Listener final : public RadioNode {
  public:
   bool hear(const AirMessage& message) override {
     if (message.type != kAirNetMessage) return ++kinds_["joins"], false;
-    const auto net = motes::decode_net(message.payload);
-    const auto record = net ? motes::decode_record(*net) : Result<motes::Record>();
+    const auto net = rubicon::motes::decode_net(message.payload);
+    const auto record = net ? rubicon::motes::decode_record(*net) : Result<rubicon::motes::Record>();
     if (!record) return ++kinds_["others"], false;
-    if (const auto* command = std::get_if<motes::PeriodicCommand>(&*record)) {
+    if (const auto* command = std::get_if<rubicon::motes::PeriodicCommand>(&*record)) {
       ++kinds_["periodic_commands"];
       masks_[net->destination_mote] = command->transducers;
-    } else if (std::holds_alternative<motes::MoteAck>(*record)) {
+    } else if (std::holds_alternative<rubicon::motes::MoteAck>(*record)) {
       ++kinds_["acknowledgements"];
-    } else if (std::holds_alternative<motes::DemoReport>(*record)) {
+    } else if (std::holds_alternative<rubicon::motes::DemoReport>(*record)) {
       ++kinds_["reports"];
       ++reports_[net->source_mote];
     } else {
-      ++kinds_[net->source_mote == motes::kBaseMote ? "probes" : "others"];
+      ++kinds_[net->source_mote == rubicon::motes::kBaseMote ? "probes" : "others"];
     }
     return false;
   }
@@ -97,4 +97,4 @@ void measure_energy(const Plan& plan, Json& out) {
   out["energy"] = figures;
 }
 
-}  // namespace rubicon::bench::wsn
+}  // namespace rubicon::bench::motes

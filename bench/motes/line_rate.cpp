@@ -15,7 +15,7 @@
 #include "transport/asio_scheduler.h"
 #include "transport/local_transports.h"
 
-namespace rubicon::bench::wsn {
+namespace rubicon::bench::motes {
 
 namespace {
 
@@ -25,8 +25,8 @@ using namespace std::chrono_literals;
 constexpr auto kSettle = 4s;
 
 /// From one command to the next: nothing of the one before is under way any more, and no beat with the frames.
-Clock::duration pause(std::mt19937& dice) {
-  return std::chrono::milliseconds(130 + dice() % 60);
+Clock::duration pause(std::mt19937& rng) {
+  return std::chrono::milliseconds(130 + rng() % 60);
 }
 
 /// Of the nth command; none twice for longer than any measurement.
@@ -77,7 +77,7 @@ class Commander {
     component_->set_remote(kIslandOwner, key, value, {}, [](const tuples::Reply& reply) {
       if (reply.verdict != Verdict::kApplied) throw std::runtime_error("a command was refused: " + reply.text);
     });
-    again_ = scheduler_.after(pause(dice_), [this] { next(); });
+    again_ = scheduler_.after(pause(rng_), [this] { next(); });
   }
 
   Scheduler& scheduler_;
@@ -85,7 +85,7 @@ class Commander {
   Handle light_;
   std::uint64_t events_ = 0;
   Clock::time_point until_;
-  std::mt19937 dice_{3};
+  std::mt19937 rng_{3};
   Timer again_;
 };
 
@@ -131,17 +131,19 @@ class BareComputer {
     if (::connect(socket_, reinterpret_cast<const sockaddr*>(&to), sizeof to) != 0 ||
         ::setsockopt(socket_, IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes) != 0)
       throw std::runtime_error("connect");
-    write(motes::packet_of(motes::AmType::kConfig, motes::encode_config({motes::kSetIslandId, kIsland})));
+    write(rubicon::motes::packet_of(rubicon::motes::AmType::kConfig,
+                                    rubicon::motes::encode_config({rubicon::motes::kSetIslandId, kIsland})));
   }
   ~BareComputer() { ::close(socket_); }
   BareComputer(const BareComputer&) = delete;
   BareComputer& operator=(const BareComputer&) = delete;
 
   void command(std::size_t number) {
-    const auto record = motes::encode_record(motes::ActuateCommand{1, value_of(number)});
-    write(motes::packet_of(motes::NetMessage{kIsland, static_cast<std::uint16_t>(mote_of(number)), kIsland,
-                                             motes::kBaseMote, 1, static_cast<std::uint16_t>(number), 0,
-                                             motes::kTransportConnectionless, motes::kApplicationMockup, record}));
+    const auto record = rubicon::motes::encode_record(rubicon::motes::ActuateCommand{1, value_of(number)});
+    write(rubicon::motes::packet_of(rubicon::motes::NetMessage{
+        kIsland, static_cast<std::uint16_t>(mote_of(number)), kIsland, rubicon::motes::kBaseMote, 1,
+        static_cast<std::uint16_t>(number), 0, rubicon::motes::kTransportConnectionless,
+        rubicon::motes::kApplicationMockup, record}));
   }
   void read_until(Clock::time_point until) {
     for (auto left = until - Clock::now(); left > 0ns; left = until - Clock::now()) {
@@ -154,7 +156,7 @@ class BareComputer {
 
  private:
   void write(ByteView packet) {
-    const auto bytes = motes::hdlc_acked_packet(++sequence_, packet);
+    const auto bytes = rubicon::motes::hdlc_acked_packet(++sequence_, packet);
     if (::send(socket_, bytes.data(), bytes.size(), 0) < 0) throw std::runtime_error("send");
   }
   int socket_;
@@ -166,13 +168,13 @@ Round bare(std::chrono::seconds span) {
   Round round;
   {
     BareComputer computer(sink.port());
-    std::mt19937 dice(3);
+    std::mt19937 rng(3);
     const auto end = Clock::now() + span - 500ms;
     computer.read_until(Clock::now() + 500ms);
     for (std::size_t number = 0; Clock::now() < end; ++number) {
       round.asked.push_back(Clock::now().time_since_epoch().count());
       computer.command(number);
-      computer.read_until(Clock::now() + pause(dice));
+      computer.read_until(Clock::now() + pause(rng));
     }
     computer.read_until(Clock::now() + 1s);
   }
@@ -215,4 +217,4 @@ void measure_line_rate(const Plan& plan, Json& out) {
        {{"p50", rounded(median(p50) / median(floor50), 2)}, {"p99", rounded(median(p99) / median(floor99), 2)}}}};
 }
 
-}  // namespace rubicon::bench::wsn
+}  // namespace rubicon::bench::motes

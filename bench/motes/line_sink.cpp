@@ -18,7 +18,7 @@
 #include "motes/hdlc.h"
 #include "motes/mote_records.h"
 
-namespace rubicon::bench::wsn {
+namespace rubicon::bench::motes {
 
 namespace {
 
@@ -219,4 +219,4 @@ LineSeen LineSink::seen() {
   return seen;
 }
 
-}  // namespace rubicon::bench::wsn
+}  // namespace rubicon::bench::motes

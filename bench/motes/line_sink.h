@@ -7,7 +7,7 @@
 
 #include "motes/measurements.h"
 
-namespace rubicon::bench::wsn {
+namespace rubicon::bench::motes {
 
 struct LineSeen {
   std::uint64_t frames = 0;  ///< with readings, that it sent
@@ -38,4 +38,4 @@ class LineSink {
   int report_ = -1;
 };
 
-}  // namespace rubicon::bench::wsn
+}  // namespace rubicon::bench::motes

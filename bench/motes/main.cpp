@@ -10,7 +10,7 @@
 
 #include "motes/measurements.h"
 
-namespace rubicon::bench::wsn {
+namespace rubicon::bench::motes {
 
 double percentile(std::vector<double> values, double part) {
   if (values.empty()) return 0;
@@ -31,10 +31,10 @@ double rounded(double value, int digits) {
   return std::round(value * by) / by;
 }
 
-}  // namespace rubicon::bench::wsn
+}  // namespace rubicon::bench::motes
 
 int main(int argc, char** argv) {
-  using namespace rubicon::bench::wsn;
+  using namespace rubicon::bench::motes;
   using namespace std::chrono_literals;
   const std::pair<const char*, void (*)(const Plan&, Json&)> all[] = {
       {"line-rate", measure_line_rate}, {"sinks", measure_sinks},       {"clients", measure_paced_clients},

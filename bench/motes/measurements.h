@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace rubicon::bench::wsn {
+namespace rubicon::bench::motes {
 
 using Json = nlohmann::ordered_json;
 using Clock = std::chrono::steady_clock;
@@ -39,4 +39,4 @@ void measure_reboot(const Plan& plan, Json& out);
 void measure_restarts(const Plan& plan, Json& out);
 void measure_energy(const Plan& plan, Json& out);
 
-}  // namespace rubicon::bench::wsn
+}  // namespace rubicon::bench::motes

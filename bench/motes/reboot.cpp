@@ -8,19 +8,19 @@
 #include "transport/asio_scheduler.h"
 #include "transport/local_transports.h"
 
-namespace rubicon::bench::wsn {
+namespace rubicon::bench::motes {
 
 namespace {
 
 using namespace std::chrono_literals;
-using mote_simulator::Event;
+using motes_simulator::Event;
 
 constexpr int kRebootMotes = 200;
 /// Seven requests in three seconds (wsn.md 9.2), and what follows.
 constexpr auto kBetweenReboots = 4s;
 constexpr auto kRebootPatience = 20min;
 
-mote_simulator::Step reboot_all() {
+motes_simulator::Step reboot_all() {
   return {};  // all motes, at once
 }
 
@@ -61,8 +61,8 @@ class RealWorld {
       : loop_(loop), world_(options(sinks), loop.scheduler(), {}, [this](const Event& event) { joins.hear(event); }) {
     for (std::uint16_t sink = 1; sink <= sinks; ++sink) {
       must(world_.open(sink,
-                       mote_simulator::on_tcp(transports, {"127.0.0.1", 0},
-                                              [this](const transport::Endpoint& at) { ports.push_back(at.port); })));
+                       motes_simulator::on_tcp(transports, {"127.0.0.1", 0},
+                                               [this](const transport::Endpoint& at) { ports.push_back(at.port); })));
     }
   }
   void run(int reboots) {
@@ -81,13 +81,13 @@ class RealWorld {
   std::vector<std::uint16_t> ports;
 
  private:
-  static mote_simulator::WorldOptions options(int sinks) {
+  static motes_simulator::WorldOptions options(int sinks) {
     auto options = world_of(sinks, kRebootMotes / sinks);
     options.boot_spacing = {};
     return options;
   }
   transport::Loop& loop_;
-  mote_simulator::World world_;
+  motes_simulator::World world_;
 };
 
 Json summary(const Joins& joins) {
@@ -135,14 +135,14 @@ class BareReader {
 
  private:
   void look(ByteView bytes) {
-    const auto packet = motes::decode_packet(bytes);
-    const auto net = packet ? motes::decode_net(packet->payload) : Result<motes::NetMessage>();
+    const auto packet = rubicon::motes::decode_packet(bytes);
+    const auto net = packet ? rubicon::motes::decode_net(packet->payload) : Result<rubicon::motes::NetMessage>();
     if (!net) return;
-    const auto record = motes::decode_record(*net);
-    if (record && std::holds_alternative<motes::Joined>(*record)) joins_.heard(net->source_mote);
+    const auto record = rubicon::motes::decode_record(*net);
+    if (record && std::holds_alternative<rubicon::motes::Joined>(*record)) joins_.heard(net->source_mote);
   }
   Joins& joins_;
-  motes::HdlcReader reader_;
+  rubicon::motes::HdlcReader reader_;
   std::unique_ptr<transport::TcpStream> stream_;
 };
 
@@ -215,4 +215,4 @@ void measure_reboot(const Plan& plan, Json& out) {
   out["reboot"] = figures;
 }
 
-}  // namespace rubicon::bench::wsn
+}  // namespace rubicon::bench::motes

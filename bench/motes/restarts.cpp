@@ -7,12 +7,12 @@
 
 #include "motes/rig.h"
 
-namespace rubicon::bench::wsn {
+namespace rubicon::bench::motes {
 
 namespace {
 
 using namespace std::chrono_literals;
-using mote_simulator::Event;
+using motes_simulator::Event;
 
 constexpr int kSinks = 2;
 constexpr int kRestartMotes = 20;
@@ -61,9 +61,9 @@ class Restarts {
     rig_.time.run_for(30s);
     const auto before = boots_;
     for (int i = 0; i < restarts; ++i) {
-      rig_.time.run_for(std::chrono::milliseconds(1000 + dice_() % 10'000));
+      rig_.time.run_for(std::chrono::milliseconds(1000 + rng_() % 10'000));
       island_.reset();
-      rig_.time.run_for(std::chrono::milliseconds(200 + dice_() % 3000));
+      rig_.time.run_for(std::chrono::milliseconds(200 + rng_() % 3000));
       const auto began = Clock::now();
       start();
       rig_.time.run_ready();
@@ -106,7 +106,7 @@ class Restarts {
   VirtualRig rig_;
   Component component_{rig_.ecology, rig_.time, 70001};
   std::vector<Handle> demand_;
-  std::mt19937 dice_{7};
+  std::mt19937 rng_{7};
   std::unique_ptr<island::Island> island_;
 };
 
@@ -130,4 +130,4 @@ void measure_restarts(const Plan& plan, Json& out) {
                      {"peer_without_state_back_share", share(forgetful)}};
 }
 
-}  // namespace rubicon::bench::wsn
+}  // namespace rubicon::bench::motes

@@ -7,7 +7,7 @@
 #include "config/yaml.h"
 #include "island/network_types.h"
 
-namespace rubicon::bench::wsn {
+namespace rubicon::bench::motes {
 
 namespace {
 
@@ -61,12 +61,12 @@ bool reachable(island::Island& island, std::uint16_t sink, std::uint16_t mote) {
 Component::Component(tuples::Ecology& ecology, Scheduler& scheduler, std::uint32_t id)
     : link_(must(ecology.join(OwnerId(id)))), space_(std::make_unique<TupleSpace>(OwnerId(id), scheduler, *link_)) {}
 
-mote_simulator::WorldOptions world_of(int sinks, int motes, const mote_simulator::MoteOptions& like) {
-  mote_simulator::WorldOptions options;
+motes_simulator::WorldOptions world_of(int sinks, int motes, const motes_simulator::MoteOptions& like) {
+  motes_simulator::WorldOptions options;
   options.sinks = static_cast<std::uint16_t>(sinks);
   options.wait_for_computer = true;
   auto mote = like;
-  mote.board = *mote_simulator::parse_build("EM1000");
+  mote.board = *motes_simulator::parse_build("EM1000");
   for (int sink = 0; sink < sinks; ++sink) {
     options.add_motes(static_cast<std::uint16_t>(sink + 1), static_cast<std::uint16_t>(2 + sink * motes),
                       static_cast<std::uint16_t>(motes), mote);
@@ -74,14 +74,14 @@ mote_simulator::WorldOptions world_of(int sinks, int motes, const mote_simulator
   return options;
 }
 
-VirtualRig::VirtualRig(int sinks, int motes, mote_simulator::MoteOptions like, mote_simulator::EventLog::Call events)
-    : world(std::make_unique<mote_simulator::World>(world_of(sinks, motes, like), time,
-                                                    std::vector<mote_simulator::Step>{}, std::move(events))) {
+VirtualRig::VirtualRig(int sinks, int motes, motes_simulator::MoteOptions like, motes_simulator::EventLog::Call events)
+    : world(std::make_unique<motes_simulator::World>(world_of(sinks, motes, like), time,
+                                                     std::vector<motes_simulator::Step>{}, std::move(events))) {
   transports.join(net);
   for (const auto port : ports_of(sinks)) {
     const auto sink = static_cast<std::uint16_t>(port - kFirstPort + 1);
-    must(world->open(sink, mote_simulator::on_memory(net.tcp, {"127.0.0.1", port})));
+    must(world->open(sink, motes_simulator::on_memory(net.tcp, {"127.0.0.1", port})));
   }
 }
 
-}  // namespace rubicon::bench::wsn
+}  // namespace rubicon::bench::motes

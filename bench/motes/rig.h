@@ -12,7 +12,7 @@
 #include "transport/memory/memory_transports.h"
 #include "tuples/memory/memory_ecology.h"
 
-namespace rubicon::bench::wsn {
+namespace rubicon::bench::motes {
 
 inline constexpr std::uint16_t kIsland = 42;
 inline constexpr OwnerId kIslandOwner{kIsland};
@@ -54,15 +54,15 @@ class Component {
 /// Sinks, motes and what an island needs, in virtual time: an island's work takes none of it.
 struct VirtualRig {
   /// `motes` at each sink, the addresses counted on from 2.
-  VirtualRig(int sinks, int motes, mote_simulator::MoteOptions like = {}, mote_simulator::EventLog::Call events = {});
+  VirtualRig(int sinks, int motes, motes_simulator::MoteOptions like = {}, motes_simulator::EventLog::Call events = {});
 
   VirtualScheduler time;
   transport::MemoryNet net{time};
   transport::MemoryTransports transports;
   tuples::MemoryEcology ecology{time};
-  std::unique_ptr<mote_simulator::World> world;
+  std::unique_ptr<motes_simulator::World> world;
 };
 /// Sinks and motes (EM1000) of such a world; the motes boot when a computer comes.
-mote_simulator::WorldOptions world_of(int sinks, int motes, const mote_simulator::MoteOptions& like = {});
+motes_simulator::WorldOptions world_of(int sinks, int motes, const motes_simulator::MoteOptions& like = {});
 
-}  // namespace rubicon::bench::wsn
+}  // namespace rubicon::bench::motes

@@ -21,7 +21,7 @@
 #include "transport/asio_scheduler.h"
 #include "tuples/dds/dds_ecology.h"
 
-namespace rubicon::bench::wsn {
+namespace rubicon::bench::motes {
 
 namespace {
 
@@ -140,7 +140,7 @@ double bare_reader(const Plan& plan, int frames_per_second) {
     ends.push_back({pair[0], POLLIN, 0});
     others.push_back(pair[1]);
   }
-  const auto frame = motes::hdlc_packet(Bytes(122, 0x11));
+  const auto frame = rubicon::motes::hdlc_packet(Bytes(122, 0x11));
   const auto span = plan.sampled / 3;
   const pid_t writer = ::fork();
   if (writer == 0) {
@@ -153,7 +153,7 @@ double bare_reader(const Plan& plan, int frames_per_second) {
     ::_exit(0);
   }
   for (const int other : others) ::close(other);
-  std::vector<motes::HdlcReader> readers(ends.size());
+  std::vector<rubicon::motes::HdlcReader> readers(ends.size());
   const auto used = [] {
     rusage usage{};
     ::getrusage(RUSAGE_SELF, &usage);
@@ -212,4 +212,4 @@ void measure_sinks(const Plan& plan, Json& out) {
   std::filesystem::remove_all(folder);
 }
 
-}  // namespace rubicon::bench::wsn
+}  // namespace rubicon::bench::motes

@@ -46,24 +46,24 @@ class KnxPeer final : public Peer {
 class MotesPeer final : public Peer {
  public:
   explicit MotesPeer(support::FakeHost& host) : world_(options(), host.time) {
-    EXPECT_TRUE(world_.open(1, [&host](mote_simulator::SinkPort& port) -> Result<std::shared_ptr<void>> {
+    EXPECT_TRUE(world_.open(1, [&host](motes_simulator::SinkPort& port) -> Result<std::shared_ptr<void>> {
       port.attach(host.files.serial().plug("/dev/ttyUSB0", port.calls()));
       return std::make_shared<int>(0);
     }));
   }
 
  private:
-  static mote_simulator::WorldOptions options() {
-    mote_simulator::WorldOptions out;
-    mote_simulator::MoteOptions mote;
-    mote.board = mote_simulator::parse_build("EM1000").value();
+  static motes_simulator::WorldOptions options() {
+    motes_simulator::WorldOptions out;
+    motes_simulator::MoteOptions mote;
+    mote.board = motes_simulator::parse_build("EM1000").value();
     out.sink.island = 1;  // they may be switched on before the computer comes
     out.add_motes(1, 2, 3, mote);
-    mote.board = mote_simulator::parse_build("SE1000").value();
+    mote.board = motes_simulator::parse_build("SE1000").value();
     out.add_motes(1, 5, 1, mote);
     return out;
   }
-  mote_simulator::World world_;
+  motes_simulator::World world_;
 };
 
 }  // namespace

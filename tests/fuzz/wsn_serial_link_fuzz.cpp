@@ -6,7 +6,7 @@
 namespace {
 
 using namespace rubicon;
-using namespace rubicon::networks::wsn;
+using namespace rubicon::networks::wsn::sink;
 
 /// A link whose line brings anything, and who hears that each packet has one outcome.
 struct Station {
@@ -30,16 +30,16 @@ struct Station {
     packet.lane = static_cast<Lane>(what % kLanes);
     packet.repeatable = (what & 8) != 0;
     if ((what & 16) != 0) packet.expires = time.now() + std::chrono::milliseconds(500);
-    packet.done = [this](Sent) { ++done; };
+    packet.done = [this](SendResult) { ++done; };
     if (queue.push(std::move(packet))) ++pushed;
   }
 
   VirtualScheduler time;
-  SinkVoice voice{{}};
+  SinkNotifier notifier{{}};
   SendQueue queue{time, 4, {[this] { link.pump(); }, [](Lane) {}}};
   std::size_t unwritten = 0;
   int pushed = 0, done = 0;
-  SerialLink link{{{0, 1, 2}, std::chrono::seconds(1), 3, 0}, time, queue, voice, calls()};
+  SerialLink link{{{0, 1, 2}, std::chrono::seconds(1), 3, 0}, time, queue, notifier, calls()};
 };
 
 }  // namespace

@@ -6,7 +6,7 @@
 /// A source string: what is read says the same when it is read again, what is not says why.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace rubicon;
-  using namespace rubicon::networks::wsn;
+  using namespace rubicon::networks::wsn::sink;
   const auto source = parse_source(base::as_text(ByteView(data, size)));
   if (!source) {
     if (source.error().text.find("position") == std::string::npos) std::abort();

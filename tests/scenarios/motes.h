@@ -34,21 +34,21 @@ class Motes : public Ecology {
     for (const auto& folder : folders_) std::filesystem::remove_all(folder);
   }
 
-  static mote_simulator::MoteOptions em1000(bool obey = false) {
-    mote_simulator::MoteOptions options;
-    options.board = mote_simulator::parse_build("EM1000").value();
+  static motes_simulator::MoteOptions em1000(bool obey = false) {
+    motes_simulator::MoteOptions options;
+    options.board = motes_simulator::parse_build("EM1000").value();
     options.obey = obey;
     return options;
   }
   /// The sinks are reachable at ports 19202, 19203, ...; motes are switched on when somebody came.
   void begin_world() {
     setup.wait_for_computer = true;
-    world = std::make_unique<mote_simulator::World>(
-        setup, scheduler, std::vector<mote_simulator::Step>{},
-        [this](const mote_simulator::Event& event) { happened.push_back(event); });
+    world = std::make_unique<motes_simulator::World>(
+        setup, scheduler, std::vector<motes_simulator::Step>{},
+        [this](const motes_simulator::Event& event) { happened.push_back(event); });
     for (std::uint16_t sink = 1; sink <= world->sinks(); ++sink) {
       const auto port = static_cast<std::uint16_t>(19201 + sink);
-      ASSERT_TRUE(world->open(sink, mote_simulator::on_memory(net.tcp, {kMotesHost, port})));
+      ASSERT_TRUE(world->open(sink, motes_simulator::on_memory(net.tcp, {kMotesHost, port})));
       world->sink(sink).watch([this, sink](bool written, ByteView packet) {
         auto& packets = written ? to_sink[sink] : from_sink[sink];
         packets.emplace_back(packet.begin(), packet.end());
@@ -56,7 +56,7 @@ class Motes : public Ecology {
     }
   }
   /// One sink with so many motes, from address 2 on.
-  void begin_world(std::uint16_t motes, const mote_simulator::MoteOptions& like) {
+  void begin_world(std::uint16_t motes, const motes_simulator::MoteOptions& like) {
     setup.add_motes(1, 2, motes, like);
     begin_world();
   }
@@ -144,10 +144,10 @@ class Motes : public Ecology {
   }
 
   transport::MemoryNet net{scheduler};
-  mote_simulator::WorldOptions setup;
-  std::vector<mote_simulator::Event> happened;
+  motes_simulator::WorldOptions setup;
+  std::vector<motes_simulator::Event> happened;
   std::map<std::uint16_t, std::vector<Bytes>> to_sink, from_sink;  ///< packets, by sink
-  std::unique_ptr<mote_simulator::World> world;
+  std::unique_ptr<motes_simulator::World> world;
 
  private:
   Handle sees_;

@@ -28,7 +28,7 @@ class MessagesOfMotes : public Motes {
     const motes::NetMessage written{
         2, mote, 1, 2, 1, 0x1234, 0x66, motes::kTransportConnectionless, motes::kApplicationLearning, kRecord};
     world->radio().transmit(world->mote(2).node(),
-                            {mote_simulator::kAirNetMessage, motes::kSinkMote, 2, motes::encode_net(written)},
+                            {motes_simulator::kAirNetMessage, motes::kSinkMote, 2, motes::encode_net(written)},
                             [](bool) {});
     scheduler.run_for(5s);
   }
@@ -105,9 +105,9 @@ TEST_F(Motes, WithTheControlModuleSendAllThatIsWanted) {
   able.updates = true;
   begin_world(2, able);
   for (const auto& [sensor, count] : {std::pair("humidity", 1200), {"temperature", 6460}, {"rssi3", 35}}) {
-    const auto place = mote_simulator::parse_sensor(sensor).value();
+    const auto place = motes_simulator::parse_sensor(sensor).value();
     const double counts = count;
-    world->mote(2).sensors().show(place, {mote_simulator::Signal::Shape::kSet, counts, counts, {}, {}});
+    world->mote(2).sensors().show(place, {motes_simulator::Signal::Shape::kSet, counts, counts, {}, {}});
   }
   start(1, network("wsn-1", 1, "sampling: read-updates"));
   scheduler.run_for(5s);

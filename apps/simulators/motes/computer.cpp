@@ -2,7 +2,7 @@
 
 #include <utility>
 
-namespace rubicon::mote_simulator {
+namespace rubicon::motes_simulator {
 
 namespace {
 
@@ -63,4 +63,4 @@ void Computer::next() {
   pause_ = scheduler_.after(kPause, [this] { next(); });
 }
 
-}  // namespace rubicon::mote_simulator
+}  // namespace rubicon::motes_simulator

@@ -6,7 +6,7 @@
 #include "motes/hdlc.h"
 #include "motes/mote_records.h"
 
-namespace rubicon::mote_simulator {
+namespace rubicon::motes_simulator {
 
 struct ComputerOptions {
   std::uint16_t island = 11;
@@ -40,4 +40,4 @@ class Computer {
   Timer pause_;
 };
 
-}  // namespace rubicon::mote_simulator
+}  // namespace rubicon::motes_simulator

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-namespace rubicon::mote_simulator {
+namespace rubicon::motes_simulator {
 
 std::string to_json(const Event& event) {
   auto line = fmt::format(R"({{"at":{:.6f},"event":"{}")", std::chrono::duration<double>(event.at).count(), event.what);
@@ -14,4 +14,4 @@ std::string to_json(const Event& event) {
   return line + "}";
 }
 
-}  // namespace rubicon::mote_simulator
+}  // namespace rubicon::motes_simulator

@@ -9,7 +9,7 @@
 #include "base/bytes.h"
 #include "base/scheduler.h"
 
-namespace rubicon::mote_simulator {
+namespace rubicon::motes_simulator {
 
 /// Something that happened in the simulated world, as no computer at a sink can see it.
 struct Event {
@@ -45,4 +45,4 @@ class EventLog {
   Call call_;
 };
 
-}  // namespace rubicon::mote_simulator
+}  // namespace rubicon::motes_simulator

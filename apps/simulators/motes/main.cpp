@@ -19,7 +19,7 @@
 namespace {
 
 using namespace rubicon;
-using namespace rubicon::mote_simulator;
+using namespace rubicon::motes_simulator;
 
 constexpr int kFailed = 1;         ///< the system refused something, or not all could be written
 constexpr int kConfiguration = 2;  ///< flags, or a file that they name

@@ -4,13 +4,13 @@
 
 #include "base/assert.h"
 
-namespace rubicon::mote_simulator {
+namespace rubicon::motes_simulator {
 
 MessageMemory::Room MessageMemory::room() {
   Room room{};
-  const bool stale = std::uniform_real_distribution<>(0, 1)(dice_) < stale_;
+  const bool stale = std::uniform_real_distribution<>(0, 1)(rng_) < stale_;
   if (!stale || last_.empty()) return room;
-  const auto from = static_cast<std::ptrdiff_t>(dice_() % last_.size());
+  const auto from = static_cast<std::ptrdiff_t>(rng_() % last_.size());
   const auto count = std::min<std::ptrdiff_t>(std::ssize(last_) - from, std::ssize(room));
   std::copy_n(last_.begin() + from, count, room.end() - count);
   std::copy_n(last_.begin(), std::ssize(room) - count, room.begin());
@@ -34,8 +34,8 @@ Bytes MessageMemory::build_ack(motes::NetMessage message) {
   RUBICON_ASSERT(message.record.size() < kRecordRoom);
   auto into = room();
   const auto behind = std::copy(message.record.begin(), message.record.end(), into.begin());
-  *behind = static_cast<std::uint8_t>(0x60U + dice_() % 16U);
+  *behind = static_cast<std::uint8_t>(0x60U + rng_() % 16U);
   return wrap(message, into);
 }
 
-}  // namespace rubicon::mote_simulator
+}  // namespace rubicon::motes_simulator

@@ -6,7 +6,7 @@
 
 #include "motes/mote_packet.h"
 
-namespace rubicon::mote_simulator {
+namespace rubicon::motes_simulator {
 
 /// Room for a record behind NetMsg header, transport and application (wsn.md 12).
 inline constexpr std::size_t kRecordRoom = 100;
@@ -19,14 +19,14 @@ inline constexpr std::uint8_t kFullCount = 0x66;
 class MessageMemory {
  public:
   /// `stale`: share of the messages with parts of an older one behind the record; the others have zeros there.
-  MessageMemory(double stale, std::uint64_t seed) : stale_(stale), dice_(seed) {}
+  MessageMemory(double stale, std::uint64_t seed) : stale_(stale), rng_(seed) {}
 
   /// 114 bytes: the message with its record in front of what memory holds.
   Bytes build(motes::NetMessage message);
   /// The acknowledgement's buffer has one odd byte behind the record, in each recording another.
   Bytes build_ack(motes::NetMessage message);
   void clear() { last_.clear(); }
-  std::mt19937_64& dice() { return dice_; }
+  std::mt19937_64& rng() { return rng_; }
 
  private:
   using Room = std::array<std::uint8_t, kRecordRoom>;
@@ -34,8 +34,8 @@ class MessageMemory {
   Bytes wrap(motes::NetMessage& message, const Room& room);
 
   double stale_;
-  std::mt19937_64 dice_;
+  std::mt19937_64 rng_;
   Bytes last_;  ///< the message before
 };
 
-}  // namespace rubicon::mote_simulator
+}  // namespace rubicon::motes_simulator

@@ -4,7 +4,7 @@
 
 #include "motes/mote_records.h"
 
-namespace rubicon::mote_simulator {
+namespace rubicon::motes_simulator {
 
 namespace {
 
@@ -161,4 +161,4 @@ void Mockup::updates_tick() {
   calls_.send(updates_for_, motes::kApplicationControl, record);
 }
 
-}  // namespace rubicon::mote_simulator
+}  // namespace rubicon::motes_simulator

@@ -10,7 +10,7 @@
 #include "base/scheduler.h"
 #include "motes/mote_packet.h"
 
-namespace rubicon::mote_simulator {
+namespace rubicon::motes_simulator {
 
 /// Somebody a message comes from or goes to.
 struct Peer {
@@ -76,4 +76,4 @@ class Mockup {
   Timer timer_, updates_timer_;
 };
 
-}  // namespace rubicon::mote_simulator
+}  // namespace rubicon::motes_simulator

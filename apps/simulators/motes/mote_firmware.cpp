@@ -6,7 +6,7 @@
 #include "base/assert.h"
 #include "motes/mote_records.h"
 
-namespace rubicon::mote_simulator {
+namespace rubicon::motes_simulator {
 
 namespace {
 
@@ -116,7 +116,7 @@ void MoteFirmware::on_join_reply(ByteView payload) {
     return acknowledge_join(sequence);
   }
   Bytes garbage(kAckJoin);
-  for (auto& byte : garbage) byte = static_cast<std::uint8_t>(memory_.dice()() & 0xffU);
+  for (auto& byte : garbage) byte = static_cast<std::uint8_t>(memory_.rng()() & 0xffU);
   transmitter_.send({kAirAckJoin, kSinkMote, options_.address, std::move(garbage)});
 }
 
@@ -168,4 +168,4 @@ void MoteFirmware::transmit(Peer to, Bytes payload) {
   if (!transmitter_.send({kAirNetMessage, next, options_.address, std::move(payload)})) tell("lost");
 }
 
-}  // namespace rubicon::mote_simulator
+}  // namespace rubicon::motes_simulator

@@ -10,7 +10,7 @@
 #include "apps/simulators/motes/radio.h"
 #include "apps/simulators/motes/sensors.h"
 
-namespace rubicon::mote_simulator {
+namespace rubicon::motes_simulator {
 
 /// What a build declares, and what is really on the board (wsn.md 6).
 struct BoardBuild {
@@ -87,4 +87,4 @@ class MoteFirmware final : public RadioNode {
   Timer join_timer_;
 };
 
-}  // namespace rubicon::mote_simulator
+}  // namespace rubicon::motes_simulator

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace rubicon::mote_simulator {
+namespace rubicon::motes_simulator {
 
 namespace {
 
@@ -21,7 +21,7 @@ Duration ticks(unsigned count) {
 }  // namespace
 
 Radio::Radio(RadioOptions options, Scheduler& scheduler)
-    : options_(options), scheduler_(scheduler), dice_(options.seed) {}
+    : options_(options), scheduler_(scheduler), rng_(options.seed) {}
 
 Duration Radio::airtime(std::size_t payload) {
   return kByte * static_cast<int>(payload + kAround);
@@ -72,7 +72,7 @@ void Radio::transmit(Node from, AirMessage message, std::function<void(bool)> do
 }
 
 bool Radio::by_chance(double share) {
-  return share > 0 && std::uniform_real_distribution<>(0, 1)(dice_) < share;
+  return share > 0 && std::uniform_real_distribution<>(0, 1)(rng_) < share;
 }
 
 bool Radio::deliver(const Flight& flight, Node to) {
@@ -114,7 +114,7 @@ void Transmitter::stop() {
   back_off_.cancel();
 }
 
-bool Transmitter::send(AirMessage message, Sent sent) {
+bool Transmitter::send(AirMessage message, SentCallback sent) {
   if (!on_ || queue_.size() >= kQueue) return false;
   queue_.push_back({std::move(message), std::move(sent)});
   if (queue_.size() == 1) next();
@@ -140,4 +140,4 @@ void Transmitter::try_now() {
   });
 }
 
-}  // namespace rubicon::mote_simulator
+}  // namespace rubicon::motes_simulator

@@ -11,7 +11,7 @@
 #include "base/bytes.h"
 #include "base/scheduler.h"
 
-namespace rubicon::mote_simulator {
+namespace rubicon::motes_simulator {
 
 /// AM types on the air (wsn.md 8).
 inline constexpr std::uint8_t kAirJoinRequest = 0x0e;
@@ -103,14 +103,14 @@ class Radio {
   std::map<std::uint16_t, Cell> cells_;
   std::map<std::uint64_t, Flight> flights_;
   std::uint64_t last_flight_ = 0;
-  std::mt19937_64 dice_;
+  std::mt19937_64 rng_;
 };
 
 /// A node's own radio stack: a queue of 4 (wsn.md 12), and before each message a random back-off, as TinyOS does it for
 /// the CC2420 (initial 10 to 319, congested 10 to 79 ticks of 1/32768 s).
 class Transmitter {
  public:
-  using Sent = std::function<void(bool acknowledged)>;
+  using SentCallback = std::function<void(bool acknowledged)>;
   static constexpr std::size_t kQueue = 4;
 
   Transmitter(Radio& radio, Scheduler& scheduler) : radio_(radio), scheduler_(scheduler) {}
@@ -119,7 +119,7 @@ class Transmitter {
   /// Power is gone, and with it all that waits; the next start() begins the random numbers anew.
   void stop();
   /// False: the queue was full, and it is lost.
-  bool send(AirMessage message, Sent sent = {});
+  bool send(AirMessage message, SentCallback sent = {});
   /// The next send fails, and with it the queue stops for ever (wsn.md 14, 38), that is until the next start().
   void stall() { stalls_ = true; }
   TinyosRandom& random() { return random_; }
@@ -127,7 +127,7 @@ class Transmitter {
  private:
   struct Waiting {
     AirMessage message;
-    Sent sent;
+    SentCallback sent;
   };
   void next();
   void try_now();
@@ -142,4 +142,4 @@ class Transmitter {
   Timer back_off_;
 };
 
-}  // namespace rubicon::mote_simulator
+}  // namespace rubicon::motes_simulator

@@ -2,7 +2,7 @@
 
 #include "base/scheduler.h"
 
-namespace rubicon::mote_simulator {
+namespace rubicon::motes_simulator {
 
 /// Time that goes `speed` times as fast as that of another scheduler, which must outlive it.
 class ScaledScheduler final : public Scheduler {
@@ -31,4 +31,4 @@ class ScaledScheduler final : public Scheduler {
   WallTime wall_began_;
 };
 
-}  // namespace rubicon::mote_simulator
+}  // namespace rubicon::motes_simulator

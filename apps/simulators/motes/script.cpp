@@ -9,7 +9,7 @@
 #include "apps/simulators/script.h"
 #include "base/config_reader.h"
 
-namespace rubicon::mote_simulator {
+namespace rubicon::motes_simulator {
 
 namespace {
 
@@ -118,4 +118,4 @@ Result<std::vector<Step>> parse_script(std::string_view text) {
   return simulation::read_script<Step>({kForms, take, senseless}, text);
 }
 
-}  // namespace rubicon::mote_simulator
+}  // namespace rubicon::motes_simulator

@@ -8,7 +8,7 @@
 #include "base/result.h"
 #include "base/time.h"
 
-namespace rubicon::mote_simulator {
+namespace rubicon::motes_simulator {
 
 /// Which motes a step is about: an address, on all sinks or the one it began at (`7@2`); `all`.
 struct MotePattern {
@@ -73,4 +73,4 @@ struct Step {
 /// `repeat` would never come and is refused.
 Result<std::vector<Step>> parse_script(std::string_view text);
 
-}  // namespace rubicon::mote_simulator
+}  // namespace rubicon::motes_simulator

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace rubicon::mote_simulator {
+namespace rubicon::motes_simulator {
 
 namespace {
 
@@ -58,7 +58,7 @@ double Sensors::walk(One& one, SteadyTime now) {
   const double reach = std::abs(signal.to - signal.from) / 20;
   const auto [low, high] = std::minmax(signal.from, signal.to);
   for (std::int64_t i = 0; i < steps; ++i)
-    one.at = std::clamp(*one.at + std::uniform_real_distribution<>(-reach, reach)(dice_), low, high);
+    one.at = std::clamp(*one.at + std::uniform_real_distribution<>(-reach, reach)(rng_), low, high);
   return *one.at;
 }
 
@@ -82,4 +82,4 @@ std::uint16_t Sensors::read(std::size_t sensor, SteadyTime now) {
   return static_cast<std::uint16_t>(std::clamp(std::round(value), 0.0, 65535.0));
 }
 
-}  // namespace rubicon::mote_simulator
+}  // namespace rubicon::motes_simulator

@@ -8,7 +8,7 @@
 
 #include "base/time.h"
 
-namespace rubicon::mote_simulator {
+namespace rubicon::motes_simulator {
 
 /// One value that a mote can measure, under the original's name (wsn.md 6), and where Updates carry it.
 struct SensorPlace {
@@ -55,7 +55,7 @@ struct Signal {
 /// The sensors of one mote: what the world around it shows.
 class Sensors {
  public:
-  explicit Sensors(std::uint64_t seed) : dice_(seed) {}
+  explicit Sensors(std::uint64_t seed) : rng_(seed) {}
 
   void show(std::size_t sensor, const Signal& signal) { sensors_[sensor] = {signal, 0, std::nullopt, {}}; }
   std::uint16_t read(std::size_t sensor, SteadyTime now);
@@ -74,7 +74,7 @@ class Sensors {
   double walk(One& one, SteadyTime now);
 
   std::array<One, kSensors.size()> sensors_{};
-  std::mt19937_64 dice_;
+  std::mt19937_64 rng_;
 };
 
-}  // namespace rubicon::mote_simulator
+}  // namespace rubicon::motes_simulator

@@ -4,7 +4,7 @@
 
 #include "motes/hdlc.h"
 
-namespace rubicon::mote_simulator {
+namespace rubicon::motes_simulator {
 
 Duration SerialOutput::line_time(std::size_t bytes, unsigned baud) {
   if (baud == 0) return {};
@@ -50,4 +50,4 @@ void SerialOutput::left() {
   if (out_) out_(frame);
 }
 
-}  // namespace rubicon::mote_simulator
+}  // namespace rubicon::motes_simulator

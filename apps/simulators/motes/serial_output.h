@@ -7,7 +7,7 @@
 #include "base/bytes.h"
 #include "base/scheduler.h"
 
-namespace rubicon::mote_simulator {
+namespace rubicon::motes_simulator {
 
 /// The sink's way out to the computer: frames leave one after the other at the line's rate. Two messages have room, the
 /// one on the wire counted (wsn.md 12); acknowledgements are apart and go before them.
@@ -43,4 +43,4 @@ class SerialOutput {
   Timer timer_;
 };
 
-}  // namespace rubicon::mote_simulator
+}  // namespace rubicon::motes_simulator

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-namespace rubicon::mote_simulator {
+namespace rubicon::motes_simulator {
 
 namespace {
 
@@ -76,4 +76,4 @@ void SerialReceiver::plain(std::uint8_t byte) {
   }
 }
 
-}  // namespace rubicon::mote_simulator
+}  // namespace rubicon::motes_simulator

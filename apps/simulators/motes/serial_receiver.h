@@ -6,7 +6,7 @@
 #include "base/bytes.h"
 #include "motes/hdlc.h"
 
-namespace rubicon::mote_simulator {
+namespace rubicon::motes_simulator {
 
 /// A frame as it came over the serial line.
 struct SerialFrame {
@@ -35,4 +35,4 @@ class SerialReceiver {
   SerialFrame frame_;
 };
 
-}  // namespace rubicon::mote_simulator
+}  // namespace rubicon::motes_simulator

@@ -5,7 +5,7 @@
 
 #include "motes/mote_records.h"
 
-namespace rubicon::mote_simulator {
+namespace rubicon::motes_simulator {
 
 namespace {
 
@@ -38,7 +38,7 @@ SinkFirmware::SinkFirmware(SinkOptions options, Radio& radio, Scheduler& schedul
       mockup_({}, sensors_, transmitter_.random(), scheduler,
               {[this](Peer to, std::uint8_t application, ByteView record) { send_own(to, application, record); },
                [](std::uint16_t, std::int32_t) {}}),
-      dice_(options.seed),
+      rng_(options.seed),
       island_(options.island) {
   transmitter_.start(node_, kSinkMote);
 }
@@ -155,9 +155,9 @@ SteadyTime SinkFirmware::acknowledge(std::uint8_t sequence, Duration worked) {
   const auto& told = options_.ack;
   auto delay = told.shortest;
   if (told.longest > told.shortest) {
-    const auto share = std::uniform_real_distribution<>(0, 1)(dice_);
+    const auto share = std::uniform_real_distribution<>(0, 1)(rng_);
     delay += std::chrono::duration_cast<Duration>((told.longest - told.shortest) * share);
-    if (std::uniform_real_distribution<>(0, 1)(dice_) < told.odd_share) delay = told.odd;
+    if (std::uniform_real_distribution<>(0, 1)(rng_) < told.odd_share) delay = told.odd;
   }
   auto at = scheduler_.now() + std::max(delay, worked);
   if (!acks_.empty()) at = std::max(at, acks_.back().at);
@@ -328,4 +328,4 @@ void SinkFirmware::to_serial(ByteView payload) {
   if (watch_) watch_(false, packet);
 }
 
-}  // namespace rubicon::mote_simulator
+}  // namespace rubicon::motes_simulator

@@ -12,7 +12,7 @@
 #include "apps/simulators/motes/serial_output.h"
 #include "apps/simulators/motes/serial_receiver.h"
 
-namespace rubicon::mote_simulator {
+namespace rubicon::motes_simulator {
 
 /// When the serial acknowledgement of a frame begins to leave, counted from its last byte (wsn.md 2: 46 to 67 ms, once
 /// 113 ms). Never before the frame's own command is done with.
@@ -127,7 +127,7 @@ class SinkFirmware final : public RadioNode {
   Sensors sensors_;
   MessageMemory memory_;
   Mockup mockup_;
-  std::mt19937_64 dice_;
+  std::mt19937_64 rng_;
   Watch watch_;
   std::function<void()> room_;
   bool on_ = true;
@@ -142,4 +142,4 @@ class SinkFirmware final : public RadioNode {
   Timer line_timer_, arrival_timer_, ack_timer_, work_timer_, execution_timer_;
 };
 
-}  // namespace rubicon::mote_simulator
+}  // namespace rubicon::motes_simulator

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-namespace rubicon::mote_simulator {
+namespace rubicon::motes_simulator {
 
 SinkPort::SinkPort(SinkFirmware& sink, const EventLog& log) : sink_(sink), log_(log) {
   sink_.connect([this](ByteView bytes) {
@@ -108,4 +108,4 @@ SinkPort::Opener on_pty(transport::Transports& transports, std::string link) {
   };
 }
 
-}  // namespace rubicon::mote_simulator
+}  // namespace rubicon::motes_simulator

@@ -9,7 +9,7 @@
 #include "transport/memory/memory_tcp.h"
 #include "transport/transports.h"
 
-namespace rubicon::mote_simulator {
+namespace rubicon::motes_simulator {
 
 /// The socket that a sink's serial line ends in: one computer at a time, as on a real line; a second one is refused.
 /// While nobody is there the sink runs on, and its bytes are lost. Sink and log outlive it.
@@ -62,4 +62,4 @@ SinkPort::Opener on_memory(transport::MemoryTcp& net, transport::Endpoint at);
 /// A pseudo-terminal under this name.
 SinkPort::Opener on_pty(transport::Transports& transports, std::string link);
 
-}  // namespace rubicon::mote_simulator
+}  // namespace rubicon::motes_simulator

@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-namespace rubicon::mote_simulator {
+namespace rubicon::motes_simulator {
 
 /// The random numbers of TinyOS (RandomMlcgP: Park and Miller's generator, seeded with the node id + 1). The recorded
 /// sequence numbers of motes 2 and 3 and of sink 1 are draws of it (shared/data/motes: 247f is draw 3 of mote 2), the
@@ -24,4 +24,4 @@ class TinyosRandom {
   std::uint32_t seed_;
 };
 
-}  // namespace rubicon::mote_simulator
+}  // namespace rubicon::motes_simulator

@@ -7,13 +7,13 @@
 
 #include "base/assert.h"
 
-namespace rubicon::mote_simulator {
+namespace rubicon::motes_simulator {
 
 namespace {
 
 constexpr Duration kReplugRetry = std::chrono::seconds(1);
 
-/// Independent dice from one seed (splitmix64).
+/// Independent seeds from one (splitmix64).
 std::uint64_t mixed(std::uint64_t seed, std::uint64_t which) {
   std::uint64_t z = seed + which * 0x9e3779b97f4a7c15ULL;
   z = (z ^ (z >> 30U)) * 0xbf58476d1ce4e5b9ULL;
@@ -246,4 +246,4 @@ Result<void> check_script(const std::vector<Step>& script, const WorldOptions& w
   return {};
 }
 
-}  // namespace rubicon::mote_simulator
+}  // namespace rubicon::motes_simulator

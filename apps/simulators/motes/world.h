@@ -11,7 +11,7 @@
 #include "apps/simulators/motes/sink_port.h"
 #include "apps/simulators/script.h"
 
-namespace rubicon::mote_simulator {
+namespace rubicon::motes_simulator {
 
 /// A mote, and the sink it hears at first (1, 2, ...).
 struct MotePlace {
@@ -104,4 +104,4 @@ class World {
 /// kInvalid with its line for a step about a mote or a sink that is not in this world.
 Result<void> check_script(const std::vector<Step>& script, const WorldOptions& world);
 
-}  // namespace rubicon::mote_simulator
+}  // namespace rubicon::motes_simulator

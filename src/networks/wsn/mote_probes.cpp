@@ -31,14 +31,14 @@ void MoteProbes::take_from(std::deque<Question>& queue) {
   if (put(question)) return;
   // No room: whoever asked hears of it now, and asks again in time.
   known_.erase(question.mote);
-  question.done(Delivered::kExpired);
+  question.done(DeliveryResult::kExpired);
 }
 
 bool MoteProbes::put(Question question) {
   auto request = probe_request(island_, question.mote);
   ++question.attempts;
   auto& under_way = question.lost ? lost_under_way_ : under_way_;
-  request.done = [this, &under_way, question = std::move(question)](Delivered how) {
+  request.done = [this, &under_way, question = std::move(question)](DeliveryResult how) {
     --under_way;
     ended(question, how);
     next();
@@ -49,11 +49,11 @@ bool MoteProbes::put(Question question) {
   return true;
 }
 
-void MoteProbes::ended(Question question, Delivered how) {
-  const bool silent = how == Delivered::kNoAnswer || how == Delivered::kSinkSilent;
+void MoteProbes::ended(Question question, DeliveryResult how) {
+  const bool silent = how == DeliveryResult::kNoAnswer || how == DeliveryResult::kSinkSilent;
   if (silent && question.attempts < kAttempts) return silent_.push_back(std::move(question));
   known_.erase(question.mote);
-  if (how == Delivered::kNoAnswer) {
+  if (how == DeliveryResult::kNoAnswer) {
     auto& lost = lost_[question.mote];
     lost.pause = lost.pause == Duration::zero() ? kFirstPause : std::min(2 * lost.pause, kLongestPause);
     lost.due = scheduler_.now() + lost.pause;

@@ -23,7 +23,7 @@ class MoteProbes {
   /// From an unanswered question to the next one, doubled with each in a row.
   static constexpr Duration kFirstPause = std::chrono::seconds(10);
   static constexpr Duration kLongestPause = std::chrono::minutes(2);
-  using DoneCall = std::function<void(Delivered)>;
+  using DoneCall = std::function<void(DeliveryResult)>;
 
   MoteProbes(std::uint16_t island, Scheduler& scheduler, MoteRequests& requests)
       : island_(island), scheduler_(scheduler), requests_(requests) {}
@@ -54,7 +54,7 @@ class MoteProbes {
   void next();
   void take_from(std::deque<Question>& queue);
   bool put(Question question);
-  void ended(Question question, Delivered how);
+  void ended(Question question, DeliveryResult how);
 
   std::uint16_t island_;
   Scheduler& scheduler_;

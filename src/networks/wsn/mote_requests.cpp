@@ -22,11 +22,11 @@ MoteRequests::MoteRequests(Scheduler& scheduler, SendCall send, std::function<vo
     : scheduler_(scheduler),
       send_(std::move(send)),
       unanswered_attempt_(std::move(unanswered)),
-      dice_(static_cast<std::uint_fast32_t>(scheduler.wall_now().time_since_epoch().count())) {}
+      rng_(static_cast<std::uint_fast32_t>(scheduler.wall_now().time_since_epoch().count())) {}
 
 std::uint16_t MoteRequests::free_sequence(std::uint16_t mote) {
   for (;;) {
-    const auto sequence = static_cast<std::uint16_t>(dice_());
+    const auto sequence = static_cast<std::uint16_t>(rng_());
     if (sequence != kNoSequence && !pending_.contains({mote, sequence})) return sequence;
   }
 }
@@ -58,7 +58,7 @@ void MoteRequests::supersede(const Name& by, std::uint16_t subject) {
     scheduler_.post([this, name, attempt = pending_.at(name).attempt, still = std::weak_ptr<bool>(alive_)] {
       if (!still.lock()) return;
       const auto found = pending_.find(name);
-      if (found != pending_.end() && found->second.attempt == attempt) end(name, Delivered::kSuperseded);
+      if (found != pending_.end() && found->second.attempt == attempt) end(name, DeliveryResult::kSuperseded);
     });
   }
 }
@@ -69,8 +69,8 @@ Result<void> MoteRequests::put(const Name& name, Pending& pending) {
   message.sequence = name.second;
   message.record = request.record;
   const bool repeatable = request.attempts > 1 || request.harmless;
-  Outgoing out{motes::packet_of(message), request.lane, pending.expires, repeatable, {}};
-  out.done = [this, name, attempt = ++last_attempt_, still = std::weak_ptr<bool>(alive_)](Sent outcome) {
+  sink::Outgoing out{motes::packet_of(message), request.lane, pending.expires, repeatable, {}};
+  out.done = [this, name, attempt = ++last_attempt_, still = std::weak_ptr<bool>(alive_)](sink::SendResult outcome) {
     if (still.lock()) sent(name, attempt, outcome);
   };
   pending.attempt = last_attempt_;
@@ -79,16 +79,19 @@ Result<void> MoteRequests::put(const Name& name, Pending& pending) {
   return put;
 }
 
-void MoteRequests::sent(const Name& name, std::uint64_t attempt, Sent outcome) {
+void MoteRequests::sent(const Name& name, std::uint64_t attempt, sink::SendResult outcome) {
   const auto found = pending_.find(name);
   if (found == pending_.end() || found->second.attempt != attempt) return;  // the mote was faster
   auto& pending = found->second;
-  if (outcome == Sent::kRefused) return end(name, Delivered::kRefused);
-  if (outcome == Sent::kExpired) return end(name, pending.left ? Delivered::kNoAnswer : Delivered::kExpired);
-  if (outcome == Sent::kNotAcknowledged && pending.request.attempts == 1) return end(name, Delivered::kSinkSilent);
-  pending.left = pending.left || outcome == Sent::kAcknowledged;
+  if (outcome == sink::SendResult::kRefused) return end(name, DeliveryResult::kRefused);
+  if (outcome == sink::SendResult::kExpired)
+    return end(name, pending.left ? DeliveryResult::kNoAnswer : DeliveryResult::kExpired);
+  if (outcome == sink::SendResult::kNotAcknowledged && pending.request.attempts == 1)
+    return end(name, DeliveryResult::kSinkSilent);
+  pending.left = pending.left || outcome == sink::SendResult::kAcknowledged;
   if (pending.request.header.reliable == 0)
-    return end(name, outcome == Sent::kAcknowledged ? Delivered::kAcknowledged : Delivered::kSinkSilent);
+    return end(
+        name, outcome == sink::SendResult::kAcknowledged ? DeliveryResult::kAcknowledged : DeliveryResult::kSinkSilent);
   pending.patience = scheduler_.after(kPatience, [this, name] { again(name); });
 }
 
@@ -96,7 +99,7 @@ void MoteRequests::again(Name name) {
   auto& pending = pending_.at(name);
   if (pending.left && unanswered_attempt_) unanswered_attempt_();
   const bool over = pending.tries >= pending.request.attempts || scheduler_.now() >= pending.expires;
-  if (over) return end(name, pending.left ? Delivered::kNoAnswer : Delivered::kSinkSilent);
+  if (over) return end(name, pending.left ? DeliveryResult::kNoAnswer : DeliveryResult::kSinkSilent);
   if (put(name, pending)) return;
   pending.patience = scheduler_.after(kBusyPause, [this, name] { again(name); });
 }
@@ -105,13 +108,13 @@ bool MoteRequests::heard(const motes::HeardAck& ack) {
   const Name name{ack.mote, ack.ack.sequence};
   const auto found = pending_.find(name);
   if (found == pending_.end() || found->second.request.header.reliable == 0) return false;
-  end(name, ack.ack.status == 0 ? Delivered::kAcknowledged : Delivered::kRejected);
+  end(name, ack.ack.status == 0 ? DeliveryResult::kAcknowledged : DeliveryResult::kRejected);
   return true;
 }
 
-void MoteRequests::end(Name name, Delivered how) {
+void MoteRequests::end(Name name, DeliveryResult how) {
   auto ended = pending_.extract(name);
-  if (how == Delivered::kNoAnswer) ++unanswered_;
+  if (how == DeliveryResult::kNoAnswer) ++unanswered_;
   if (auto done = std::move(ended.mapped().request.done)) done(how);
 }
 

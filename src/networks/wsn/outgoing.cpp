@@ -89,7 +89,7 @@ MoteRequest probe_request(std::uint16_t island, std::uint16_t mote) {
   MoteRequest request;
   request.header = header(island, mote, true, motes::kTransportConnectionless, motes::kApplicationMockup);
   request.record = {kNothing};
-  request.lane = Lane::kProbe;
+  request.lane = sink::Lane::kProbe;
   request.attempts = 1;
   request.harmless = true;
   request.time_to_live = std::chrono::minutes(1);
@@ -100,7 +100,7 @@ MoteRequest ack_request(std::uint16_t island, const motes::WantedAck& wanted) {
   MoteRequest request;
   request.header = header(island, wanted.mote, false, motes::kTransportAck, wanted.application);
   request.record = motes::encode_record(motes::MoteAck{wanted.sequence, 0});
-  request.lane = Lane::kSampling;  // a mote that wants many leaves the commands their room
+  request.lane = sink::Lane::kSampling;  // a mote that wants many leaves the commands their room
   return request;
 }
 
@@ -196,22 +196,23 @@ std::optional<ReadOrder> told_to_read(ByteView packet) {
   return std::nullopt;
 }
 
-model::Acknowledge acknowledge_of(std::uint64_t number, Delivered how, std::uint16_t mote) {
+model::Acknowledge acknowledge_of(std::uint64_t number, DeliveryResult how, std::uint16_t mote) {
   using model::Outcome;
   const auto said = [number](Outcome outcome, std::string text = {}) {
     return model::Acknowledge{number, outcome, std::move(text)};
   };
   switch (how) {
-    case Delivered::kAcknowledged: return said(Outcome::kSent);
-    case Delivered::kNoAnswer:
+    case DeliveryResult::kAcknowledged: return said(Outcome::kSent);
+    case DeliveryResult::kNoAnswer:
       return said(Outcome::kFailed,
                   fmt::format("mote {} did not acknowledge it: whether it was executed is unknown", mote));
-    case Delivered::kSinkSilent: return said(Outcome::kUndeliverable, "the sink did not acknowledge it");
-    case Delivered::kExpired: return said(Outcome::kUndeliverable, "the sink was busy or away for too long");
-    case Delivered::kRefused: return said(Outcome::kUndeliverable, "a recording takes no messages");
-    case Delivered::kRejected:
+    case DeliveryResult::kSinkSilent: return said(Outcome::kUndeliverable, "the sink did not acknowledge it");
+    case DeliveryResult::kExpired: return said(Outcome::kUndeliverable, "the sink was busy or away for too long");
+    case DeliveryResult::kRefused: return said(Outcome::kUndeliverable, "a recording takes no messages");
+    case DeliveryResult::kRejected:
       return said(Outcome::kFailed, fmt::format("mote {} acknowledged it with an error", mote));
-    case Delivered::kSuperseded: return said(Outcome::kFailed, "a newer command came before the mote acknowledged it");
+    case DeliveryResult::kSuperseded:
+      return said(Outcome::kFailed, "a newer command came before the mote acknowledged it");
   }
   return said(Outcome::kUndeliverable);
 }

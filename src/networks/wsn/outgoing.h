@@ -51,6 +51,6 @@ struct ReadOrder {
 std::optional<ReadOrder> told_to_read(ByteView packet);
 
 /// The outcome of request `number` to a mote, in words for whoever asked.
-model::Acknowledge acknowledge_of(std::uint64_t number, Delivered how, std::uint16_t mote);
+model::Acknowledge acknowledge_of(std::uint64_t number, DeliveryResult how, std::uint16_t mote);
 
 }  // namespace rubicon::networks::wsn

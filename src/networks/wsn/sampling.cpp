@@ -88,9 +88,9 @@ Result<void> Sampling::tell(std::uint16_t address, Mote& mote) {
   request.record = options_.read_updates
                        ? motes::encode_record(motes::ReadUpdates{mote.wish.ticks, mote.wish.mask})
                        : motes::encode_record(motes::PeriodicCommand{mote.wish.mask, mote.wish.ticks});
-  request.lane = Lane::kSampling;
+  request.lane = sink::Lane::kSampling;
   request.time_to_live = kTimeToLive;
-  request.done = [this, address](Delivered how) { ended(address, how); };
+  request.done = [this, address](DeliveryResult how) { ended(address, how); };
   mote.tried = scheduler_.now();
   auto sent = requests_.send(std::move(request));
   if (!sent) return sent;
@@ -118,12 +118,12 @@ void Sampling::believe(std::uint16_t address, const Mote& mote) const {
   calls_.measures(address, mote.first ? mote.measured : mote.reads);
 }
 
-void Sampling::ended(std::uint16_t address, Delivered how) {
+void Sampling::ended(std::uint16_t address, DeliveryResult how) {
   Mote& mote = motes_[address];
   const auto asked = std::exchange(mote.asked, std::nullopt);
   if (!asked) return;
   if (asked->mask == 0) --calming_;
-  if (how == Delivered::kAcknowledged) {
+  if (how == DeliveryResult::kAcknowledged) {
     acknowledged(address, mote, *asked);
   } else {
     not_acknowledged(address, mote, how);
@@ -152,8 +152,8 @@ void Sampling::acknowledged(std::uint16_t address, Mote& mote, const Reads& aske
 }
 
 /// A mote that never acknowledged anything does not hear us: what it reports somebody else asked for.
-void Sampling::not_acknowledged(std::uint16_t address, Mote& mote, Delivered how) {
-  if (how == Delivered::kNoAnswer && !mote.answers) {
+void Sampling::not_acknowledged(std::uint16_t address, Mote& mote, DeliveryResult how) {
+  if (how == DeliveryResult::kNoAnswer && !mote.answers) {
     mote.deaf = true;
     mote.reads.reset();
     mote.first = false;
@@ -268,10 +268,10 @@ void Sampling::stop_some() {
   if (under_way.empty()) limit = scheduler_.after(Duration::zero(), [this] { end_closing(); });
 }
 
-void Sampling::stop_ended(std::uint16_t address, Mote& mote, const Reads& asked, Delivered how) {
+void Sampling::stop_ended(std::uint16_t address, Mote& mote, const Reads& asked, DeliveryResult how) {
   const bool read = asked.mask != 0;  // a command to read was under way: the one to stop follows it
   if (mote.asked || (read && tell(address, mote)) || closing_->under_way.erase(address) == 0) return;
-  if (read || how != Delivered::kAcknowledged) closing_->untold.push_back(address);
+  if (read || how != DeliveryResult::kAcknowledged) closing_->untold.push_back(address);
   stop_some();
 }
 

@@ -103,14 +103,14 @@ class Sampling {
   bool may_tell(const Mote& mote) const;
   void tell_later(std::uint16_t address, Mote& mote);
   Result<void> tell(std::uint16_t address, Mote& mote);
-  void ended(std::uint16_t address, Delivered how);
+  void ended(std::uint16_t address, DeliveryResult how);
   void acknowledged(std::uint16_t address, Mote& mote, const Reads& asked);
-  void not_acknowledged(std::uint16_t address, Mote& mote, Delivered how);
+  void not_acknowledged(std::uint16_t address, Mote& mote, DeliveryResult how);
   void forget_measurements_of_old(Mote& mote) const;
   void believe(std::uint16_t address, const Mote& mote) const;
   void overrule(std::uint16_t address, Mote& mote, std::optional<std::uint16_t> mask);
   void stop_some();
-  void stop_ended(std::uint16_t address, Mote& mote, const Reads& asked, Delivered how);
+  void stop_ended(std::uint16_t address, Mote& mote, const Reads& asked, DeliveryResult how);
   void end_closing();
 
   Scheduler& scheduler_;

@@ -9,13 +9,13 @@
 
 #include "base/rate_limit.h"
 #include "model/key.h"
+#include "networks/wsn/island_id_keeper.h"
 #include "networks/wsn/mote_probes.h"
 #include "networks/wsn/mote_properties.h"
 #include "networks/wsn/recent_messages.h"
 #include "networks/wsn/sampling.h"
 #include "networks/wsn/share/forwarder.h"
 #include "networks/wsn/sink/packet_recorder.h"
-#include "networks/wsn/sink_island.h"
 #include "networks/wsn/wsn_options.h"
 #include "networks/wsn/wsn_sample.h"
 
@@ -46,14 +46,14 @@ class WsnNetwork final : public network::Network {
  private:
   using NetMessage = motes::NetMessage;
   // The sink.
-  SinkCalls sink_calls();
-  void sink_changed(const SinkState& state);
+  sink::SinkCallbacks sink_calls();
+  void sink_changed(const sink::SinkState& state);
   void correct_island(std::uint16_t theirs);
   void check_island_if_quiet();
   // Those who share it.
   void share();
   bool take_from_client(ByteView packet);
-  SentCall overruled_by(const ReadOrder& order);
+  sink::SendCallback overruled_by(const ReadOrder& order);
   // Upwards.
   void received(ByteView packet);
   bool repeated(ByteView packet);
@@ -68,9 +68,9 @@ class WsnNetwork final : public network::Network {
   Result<void> opaque(const model::Message& message);
   Result<void> packet_for_sink(const model::Message& message, const MoteTag& tag);
   Result<void> put(MoteRequest request, std::uint64_t number, const model::Message& message);
-  void answer(const model::Message& message, std::uint64_t number, Delivered how, std::uint16_t mote);
+  void answer(const model::Message& message, std::uint64_t number, DeliveryResult how, std::uint16_t mote);
 
-  bool plays_a_file() const { return options_.source.kind == Source::Kind::kFile; }
+  bool plays_a_file() const { return options_.source.kind == sink::Source::Kind::kFile; }
   void say_untold(const std::vector<std::uint16_t>& motes, std::string_view why);
   void say(const std::string& subject, std::string_view text);
   void report();
@@ -86,7 +86,7 @@ class WsnNetwork final : public network::Network {
   Sampling sampling_;
   RecentMessages recent_;
   MoteProperties properties_;
-  SinkIsland sink_island_;
+  IslandIdKeeper island_id_keeper_;
   SteadyTime heard_{};  ///< any mote of ours
   base::RateLimit limit_;
   std::uint64_t readings_ = 0, joins_ = 0, bad_packets_ = 0, foreign_ = 0, foreign_motes_ = 0, repeated_ = 0,
@@ -94,9 +94,9 @@ class WsnNetwork final : public network::Network {
   bool opened_ = false;
   std::string share_reason_;
   Timer counters_, share_again_;
-  std::optional<PacketRecorder> recorder_;
-  std::optional<Forwarder> forwarder_;
-  std::unique_ptr<Sink> sink_;  ///< last: goes first, its calls reach all others
+  std::optional<sink::PacketRecorder> recorder_;
+  std::optional<share::Forwarder> forwarder_;
+  std::unique_ptr<sink::Sink> sink_;  ///< last: goes first, its calls reach all others
 };
 
 WsnNetwork::WsnNetwork(const network::NetworkConfig& config, WsnOptions options, network::NetworkHost& host)
@@ -106,19 +106,20 @@ WsnNetwork::WsnNetwork(const network::NetworkConfig& config, WsnOptions options,
       island_(static_cast<std::uint16_t>(model::number(config.island))),
       codec_(config.types, options_.codec),
       requests_(
-          host.scheduler(), [this](Outgoing packet) { return sink_->send(std::move(packet)); },
+          host.scheduler(), [this](sink::Outgoing packet) { return sink_->send(std::move(packet)); },
           [this] { check_island_if_quiet(); }),
       probes_(island_, host.scheduler(), requests_),
       sampling_(host.scheduler(), requests_, {island_, options_.read_updates},
                 {[this](std::uint16_t mote, std::optional<std::uint16_t> mask) { measures(mote, mask); },
                  [this](std::uint16_t mote, std::uint16_t mask) { show_mask(mote, mask); }}),
       properties_(config.types),
-      sink_island_(island_, host.scheduler(), [this](Outgoing packet) { return sink_->send(std::move(packet)); }) {
+      island_id_keeper_(island_, host.scheduler(),
+                        [this](sink::Outgoing packet) { return sink_->send(std::move(packet)); }) {
   const auto note = [this](const std::string& subject, std::string_view text) { say(subject, text); };
   if (!options_.source.record.empty())
     recorder_.emplace(options_.source.record, host.scheduler(), host.transports(), note);
   if (options_.share) {
-    ForwarderCalls calls;
+    share::ForwarderCallbacks calls;
     calls.packet = [this](ByteView packet) { return take_from_client(packet); };
     calls.failed = [this](const Error& why) {
       share_reason_ = why.text;
@@ -127,22 +128,23 @@ WsnNetwork::WsnNetwork(const network::NetworkConfig& config, WsnOptions options,
     calls.note = note;
     forwarder_.emplace(*options_.share, host.scheduler(), host.transports(), std::move(calls));
   }
-  sink_ = make_sink({options_.source, sink_island_.packet()}, host.scheduler(), host.transports(), sink_calls());
+  sink_ =
+      sink::make_sink({options_.source, island_id_keeper_.packet()}, host.scheduler(), host.transports(), sink_calls());
 }
 
-SinkCalls WsnNetwork::sink_calls() {
-  SinkCalls calls;
-  calls.changed = [this](const SinkState& state) { sink_changed(state); };
+sink::SinkCallbacks WsnNetwork::sink_calls() {
+  sink::SinkCallbacks calls;
+  calls.changed = [this](const sink::SinkState& state) { sink_changed(state); };
   calls.failed = [this](Error why) {
-    sink_island_.watch(std::nullopt);
+    island_id_keeper_.watch(std::nullopt);
     host_.failed(std::move(why));
   };
   calls.received = [this](ByteView packet) { received(packet); };
   calls.left = [this](ByteView packet) {
     if (recorder_) recorder_->written(packet);
   };
-  calls.room = [this](Lane lane) {
-    if (lane == Lane::kClient && forwarder_) forwarder_->room();
+  calls.room = [this](sink::Lane lane) {
+    if (lane == sink::Lane::kClient && forwarder_) forwarder_->room();
   };
   calls.note = [this](const std::string& subject, std::string_view text) { say(subject, text); };
   return calls;
@@ -158,10 +160,10 @@ Result<void> WsnNetwork::open() {
   return sink_->open();
 }
 
-void WsnNetwork::sink_changed(const SinkState& state) {
-  if (state.phase == SinkState::Phase::kUp) {
+void WsnNetwork::sink_changed(const sink::SinkState& state) {
+  if (state.phase == sink::SinkState::Phase::kUp) {
     probes_.forgive();
-    if (!sink_island_.watched()) sink_island_.watch(options_.island_check);
+    if (!island_id_keeper_.watched()) island_id_keeper_.watch(options_.island_check);
   }
   report();
 }
@@ -171,14 +173,14 @@ void WsnNetwork::correct_island(std::uint16_t theirs) {
   say("foreign-packets", fmt::format("a message for island {} from the sink of island {}: it has (or had) another id; "
                                      "motes that joined it under that id must be switched off and on",
                                      theirs, island_));
-  sink_island_.correct();
+  island_id_keeper_.correct();
 }
 
 /// Somebody is missed. A sink that was switched off and on is on another island and hears none of our motes; that may
 /// be all there is to it.
 void WsnNetwork::check_island_if_quiet() {
   if (!options_.island_check || plays_a_file() || host_.scheduler().now() < heard_ + kQuiet) return;
-  sink_island_.correct();
+  island_id_keeper_.correct();
 }
 
 void WsnNetwork::share() {
@@ -197,7 +199,7 @@ bool WsnNetwork::take_from_client(ByteView packet) {
   report_later();
   const auto expires = host_.scheduler().now() + kClientLife;
   const auto order = told_to_read(packet);
-  Outgoing out{Bytes(packet.begin(), packet.end()), Lane::kClient, expires, may_repeat(packet), {}};
+  sink::Outgoing out{Bytes(packet.begin(), packet.end()), sink::Lane::kClient, expires, may_repeat(packet), {}};
   if (order) out.done = overruled_by(*order);
   auto sent = sink_->send(std::move(out));
   if (!sent && sent.error().code == ErrorCode::kBusy) return false;
@@ -206,10 +208,10 @@ bool WsnNetwork::take_from_client(ByteView packet) {
   return true;
 }
 
-SentCall WsnNetwork::overruled_by(const ReadOrder& order) {
-  return [this, order](Sent how) {
+sink::SendCallback WsnNetwork::overruled_by(const ReadOrder& order) {
+  return [this, order](sink::SendResult how) {
     if (!order.mask) return;
-    sampling_.obeys_others(order.mote, how == Sent::kAcknowledged ? order.mask : std::nullopt);
+    sampling_.obeys_others(order.mote, how == sink::SendResult::kAcknowledged ? order.mask : std::nullopt);
   };
 }
 
@@ -318,8 +320,10 @@ Result<void> WsnNetwork::put(MoteRequest request, std::uint64_t number, const mo
   auto header = request.header;
   header.record = request.record;
   const auto order = told_to_read(motes::packet_of(header));
-  request.done = [this, asked, number, mote, order](Delivered how) {
-    if (order) overruled_by (*order)(how == Delivered::kAcknowledged ? Sent::kAcknowledged : Sent::kNotAcknowledged);
+  request.done = [this, asked, number, mote, order](DeliveryResult how) {
+    if (order)
+      overruled_by (*order)(how == DeliveryResult::kAcknowledged ? sink::SendResult::kAcknowledged
+                                                                 : sink::SendResult::kNotAcknowledged);
     answer(asked, number, how, mote);
   };
   auto sent = requests_.send(std::move(request));
@@ -327,7 +331,7 @@ Result<void> WsnNetwork::put(MoteRequest request, std::uint64_t number, const mo
   return sent;
 }
 
-void WsnNetwork::answer(const model::Message& message, std::uint64_t number, Delivered how, std::uint16_t mote) {
+void WsnNetwork::answer(const model::Message& message, std::uint64_t number, DeliveryResult how, std::uint16_t mote) {
   model::Message out;
   out.source.device = message.destination.device;
   out.destination = message.source;
@@ -361,8 +365,8 @@ Result<void> WsnNetwork::probe(std::uint16_t mote, const model::Message& message
   model::Message asked;
   asked.source = message.source;
   asked.destination = message.destination;
-  return probes_.ask(mote,
-                     [this, asked, number = message.number, mote](Delivered how) { answer(asked, number, how, mote); });
+  return probes_.ask(
+      mote, [this, asked, number = message.number, mote](DeliveryResult how) { answer(asked, number, how, mote); });
 }
 
 Result<void> WsnNetwork::opaque(const model::Message& message) {
@@ -383,13 +387,13 @@ Result<void> WsnNetwork::packet_for_sink(const model::Message& message, const Mo
   model::Message asked;
   asked.source = message.source;
   asked.destination = message.destination;
-  Outgoing out{std::move(*packet), Lane::kCommand, host_.scheduler().now() + 5s, false, {}};
-  out.done = [this, asked, number = message.number](Sent how) {
+  sink::Outgoing out{std::move(*packet), sink::Lane::kCommand, host_.scheduler().now() + 5s, false, {}};
+  out.done = [this, asked, number = message.number](sink::SendResult how) {
     answer(asked, number,
-           how == Sent::kAcknowledged ? Delivered::kAcknowledged
-           : how == Sent::kExpired    ? Delivered::kExpired
-           : how == Sent::kRefused    ? Delivered::kRefused
-                                      : Delivered::kSinkSilent,
+           how == sink::SendResult::kAcknowledged ? DeliveryResult::kAcknowledged
+           : how == sink::SendResult::kExpired    ? DeliveryResult::kExpired
+           : how == sink::SendResult::kRefused    ? DeliveryResult::kRefused
+                                                  : DeliveryResult::kSinkSilent,
            motes::kSinkMote);
   };
   return sink_->send(std::move(out));
@@ -405,14 +409,14 @@ Result<void> WsnNetwork::change(const network::NetworkConfig& config) {
   options_ = std::move(next);
   sampling_.change({island_, options_.read_updates});
   for (auto& join : codec_.change(options_.codec)) deliver(std::move(join));
-  if (sink_->state().phase == SinkState::Phase::kUp) sink_island_.watch(options_.island_check);
+  if (sink_->state().phase == sink::SinkState::Phase::kUp) island_id_keeper_.watch(options_.island_check);
   return {};
 }
 
 /// The firmware has no stop, so that a mote that gets no other command reports for ever (wsn.md 9.4).
 bool WsnNetwork::close(std::function<void()> closed) {
   const auto woken = sampling_.woken();
-  if (sink_->state().phase != SinkState::Phase::kUp) {
+  if (sink_->state().phase != sink::SinkState::Phase::kUp) {
     say_untold(woken, "the sink is away");
     return false;
   }
@@ -441,7 +445,7 @@ void WsnNetwork::report_later() {
 
 /// While the line is lost, the supervisor speaks for it.
 void WsnNetwork::report() {
-  using Phase = SinkState::Phase;
+  using Phase = sink::SinkState::Phase;
   const auto& sink = sink_->state();
   if (sink.phase == Phase::kOff) return;
   model::State state{sink.phase == Phase::kUp      ? model::LineState::kUp

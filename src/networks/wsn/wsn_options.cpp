@@ -34,9 +34,9 @@ std::filesystem::path place(const std::string& path) {
   return unknown ? whole.lexically_normal() : found;
 }
 
-Source read_source(ConfigReader& options, const std::string& directory) {
+sink::Source read_source(ConfigReader& options, const std::string& directory) {
   const auto text = options.text("source", kUsualSource);
-  auto source = parse_source(text);
+  auto source = sink::parse_source(text);
   if (!source) {
     options.error("source", source.error().text);
     return {};
@@ -48,7 +48,7 @@ Source read_source(ConfigReader& options, const std::string& directory) {
     source->record = path;
   }
   source->record = in_folder(directory, source->record);
-  if (source->kind != Source::Kind::kFile) return std::move(*source);
+  if (source->kind != sink::Source::Kind::kFile) return std::move(*source);
   source->path = in_folder(directory, source->path);
   if (!source->record.empty() && place(source->record) == place(source->path))
     options.error(options.has("record") ? "record" : "source",
@@ -100,9 +100,10 @@ std::optional<transport::Endpoint> read_endpoint(std::string_view text) {
 }
 
 /// Who owns the sink shares it; a forwarder's sink is shared already.
-std::optional<ForwarderOptions> read_share(ConfigReader& options, const Source& source, std::uint16_t island) {
-  ForwarderOptions out;
-  const bool owned = source.kind == Source::Kind::kSerial || source.kind == Source::Kind::kStream;
+std::optional<share::ForwarderOptions> read_share(ConfigReader& options, const sink::Source& source,
+                                                  std::uint16_t island) {
+  share::ForwarderOptions out;
+  const bool owned = source.kind == sink::Source::Kind::kSerial || source.kind == sink::Source::Kind::kStream;
   const auto text = options.text("share", owned ? "9002" : "no");
   out.may_configure = options.boolean("share-config", false);
   out.island = island;
@@ -129,7 +130,7 @@ WsnOptions read_wsn_options(const network::NetworkConfig& config) {
         "", fmt::format("motes know islands 1 to {}, this is island {}", kLastIsland, model::number(config.island)));
   out.source = read_source(options, config.directory);
   out.codec = read_motes(options, config.island);
-  if (out.source.kind == Source::Kind::kFile) {
+  if (out.source.kind == sink::Source::Kind::kFile) {
     out.codec.island.reset();  // recorded on whatever island
   } else {
     out.codec.unknown = {0, 0xffff};

@@ -14,7 +14,7 @@ struct FakeSink {
   explicit FakeSink(VirtualScheduler& scheduler) : time(scheduler) {}
 
   MoteRequests::SendCall call() {
-    return [this](Outgoing packet) -> Result<void> {
+    return [this](sink::Outgoing packet) -> Result<void> {
       if (full) return fail(ErrorCode::kBusy, "full");
       sent.push_back(std::move(packet));
       if (!answers) return {};
@@ -33,9 +33,9 @@ struct FakeSink {
   }
 
   VirtualScheduler& time;
-  std::vector<Outgoing> sent;
+  std::vector<sink::Outgoing> sent;
   bool answers = true, full = false;
-  Sent outcome = Sent::kAcknowledged;
+  sink::SendResult outcome = sink::SendResult::kAcknowledged;
 };
 
 }  // namespace rubicon::networks::wsn

@@ -16,10 +16,10 @@ class MeasuredValues : public MoteNetwork {
  protected:
   MeasuredValues() { options["board"] = "EM1000"; }
   void shows(std::uint16_t mote, std::size_t sensor, double value) {
-    using Signal = mote_simulator::Signal;
+    using Signal = motes_simulator::Signal;
     motes->mote(mote).sensors().show(sensor, {Signal::Shape::kSet, value, value, {}, {}});
   }
-  void shows_light(double value) { shows(2, mote_simulator::kLightSensor, value); }
+  void shows_light(double value) { shows(2, motes_simulator::kLightSensor, value); }
   std::vector<double> light() const { return readings("2", "light"); }
   std::vector<double> temperature() const { return readings("2", "temperature"); }
   static double lux(double count) { return count / 4096 * 1.5 / 100e3 * 0.625e9; }

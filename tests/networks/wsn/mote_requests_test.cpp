@@ -18,14 +18,14 @@ class MoteMail : public ::testing::Test {
     MoteRequest out;
     out.header = {11, mote, 11, motes::kBaseMote, static_cast<std::uint8_t>(reliable ? 1 : 0), 0, 0, 3, 5, {}};
     out.record = {0x02, 0, 1, 0, 0, 0, 1};
-    out.done = [this](Delivered how) { ends.push_back(how); };
+    out.done = [this](DeliveryResult how) { ends.push_back(how); };
     return out;
   }
 
   VirtualScheduler time;
   FakeSink sink{time};
   MoteRequests requests{time, sink.call()};
-  std::vector<Delivered> ends;
+  std::vector<DeliveryResult> ends;
 };
 
 TEST_F(MoteMail, EndsWithTheAcknowledgementOfTheMote) {
@@ -33,7 +33,7 @@ TEST_F(MoteMail, EndsWithTheAcknowledgementOfTheMote) {
   time.run_for(50ms);
   EXPECT_TRUE(ends.empty());
   EXPECT_TRUE(requests.heard(sink.ack(0)));
-  EXPECT_EQ(ends, std::vector{Delivered::kAcknowledged});
+  EXPECT_EQ(ends, std::vector{DeliveryResult::kAcknowledged});
   EXPECT_EQ(requests.pending(), 0u);
   time.run_for(10s);
   EXPECT_EQ(sink.sent.size(), 1u);
@@ -54,9 +54,9 @@ TEST_F(MoteMail, AMoteThatIsFasterThanItsSinkIsBelieved) {
   sink.answers = false;
   ASSERT_TRUE(requests.send(request(7)));
   EXPECT_TRUE(requests.heard(sink.ack(0)));
-  sink.sent[0].done(Sent::kNotAcknowledged);
+  sink.sent[0].done(sink::SendResult::kNotAcknowledged);
   time.run_for(10s);
-  EXPECT_EQ(ends, std::vector{Delivered::kAcknowledged});
+  EXPECT_EQ(ends, std::vector{DeliveryResult::kAcknowledged});
 }
 
 TEST_F(MoteMail, RepeatsWithTheSameNumberThreeTimesAndThenSaysThatNobodyAnswers) {
@@ -64,7 +64,7 @@ TEST_F(MoteMail, RepeatsWithTheSameNumberThreeTimesAndThenSaysThatNobodyAnswers)
   time.run_for(10s);
   ASSERT_EQ(sink.sent.size(), 3u);
   EXPECT_EQ(sink.message(1).sequence, sink.message(0).sequence);
-  EXPECT_EQ(ends, std::vector{Delivered::kNoAnswer});
+  EXPECT_EQ(ends, std::vector{DeliveryResult::kNoAnswer});
   EXPECT_EQ(requests.unanswered(), 1u);
 }
 
@@ -75,40 +75,40 @@ TEST_F(MoteMail, WhatMayNotBeExecutedTwiceIsSentOnce) {
   time.run_for(10s);
   EXPECT_EQ(sink.sent.size(), 1u);
   EXPECT_FALSE(sink.sent[0].repeatable);
-  EXPECT_EQ(ends, std::vector{Delivered::kNoAnswer});
+  EXPECT_EQ(ends, std::vector{DeliveryResult::kNoAnswer});
 }
 
 TEST_F(MoteMail, WithoutAWishForAcknowledgementTheSinksCounts) {
   ASSERT_TRUE(requests.send(request(7, false)));
   time.run_ready();
-  EXPECT_EQ(ends, std::vector{Delivered::kAcknowledged});
-  sink.outcome = Sent::kNotAcknowledged;
+  EXPECT_EQ(ends, std::vector{DeliveryResult::kAcknowledged});
+  sink.outcome = sink::SendResult::kNotAcknowledged;
   ASSERT_TRUE(requests.send(request(7, false)));
   time.run_for(10s);
-  EXPECT_EQ(ends.back(), Delivered::kSinkSilent);
+  EXPECT_EQ(ends.back(), DeliveryResult::kSinkSilent);
 }
 
 TEST_F(MoteMail, ASinkThatIsSilentIsNotCalledASilentMote) {
-  sink.outcome = Sent::kNotAcknowledged;
+  sink.outcome = sink::SendResult::kNotAcknowledged;
   ASSERT_TRUE(requests.send(request(7)));
   time.run_for(20s);
-  EXPECT_EQ(ends, std::vector{Delivered::kSinkSilent});
+  EXPECT_EQ(ends, std::vector{DeliveryResult::kSinkSilent});
 }
 
 TEST_F(MoteMail, WhatLeftOnceMayHaveBeenExecutedWhateverBecameOfItsRepetitions) {
   ASSERT_TRUE(requests.send(request(7)));
   time.run_ready();
-  sink.outcome = Sent::kNotAcknowledged;
+  sink.outcome = sink::SendResult::kNotAcknowledged;
   time.run_for(20s);
   EXPECT_EQ(sink.sent.size(), 3u);
-  EXPECT_EQ(ends, std::vector{Delivered::kNoAnswer});
+  EXPECT_EQ(ends, std::vector{DeliveryResult::kNoAnswer});
 }
 
 TEST_F(MoteMail, WhatCouldNotLeaveInTimeIsExpired) {
-  sink.outcome = Sent::kExpired;
+  sink.outcome = sink::SendResult::kExpired;
   ASSERT_TRUE(requests.send(request(7)));
   time.run_for(20s);
-  EXPECT_EQ(ends, std::vector{Delivered::kExpired});
+  EXPECT_EQ(ends, std::vector{DeliveryResult::kExpired});
   EXPECT_EQ(sink.sent.size(), 1u);
 }
 
@@ -159,7 +159,7 @@ TEST_F(MoteMail, ANewerRequestAboutTheSameEndsTheOlderOne) {
   ASSERT_TRUE(requests.send(other));
   ASSERT_TRUE(requests.send(off));
   time.run_for(500ms);
-  EXPECT_EQ(ends, std::vector{Delivered::kSuperseded});
+  EXPECT_EQ(ends, std::vector{DeliveryResult::kSuperseded});
   time.run_for(10s);
   EXPECT_EQ(sink.sent.size(), 7u) << "the first is not repeated";
 }
@@ -169,7 +169,7 @@ TEST_F(MoteMail, AnAcknowledgementWithAnErrorIsNoSuccess) {
   auto ack = sink.ack(0);
   ack.ack.status = 1;
   EXPECT_TRUE(requests.heard(ack));
-  EXPECT_EQ(ends, std::vector{Delivered::kRejected});
+  EXPECT_EQ(ends, std::vector{DeliveryResult::kRejected});
 }
 
 TEST_F(MoteMail, ItsEndInTheMiddleIsSafe) {
@@ -187,7 +187,7 @@ class Probing : public MoteMail {
  protected:
   static constexpr std::uint16_t kMany = MoteProbes::kAtATime;
   bool ask(std::uint16_t mote) {
-    return probes.ask(mote, [this, mote](Delivered how) { answers[mote] = how; }).has_value();
+    return probes.ask(mote, [this, mote](DeliveryResult how) { answers[mote] = how; }).has_value();
   }
   void ask_all(std::uint16_t first, std::uint16_t count) {
     for (auto mote = first; mote < first + count; ++mote) EXPECT_TRUE(ask(mote)) << mote;
@@ -199,14 +199,14 @@ class Probing : public MoteMail {
   }
 
   MoteProbes probes{11, time, requests};
-  std::map<std::uint16_t, Delivered> answers;
+  std::map<std::uint16_t, DeliveryResult> answers;
 };
 
 TEST_F(Probing, GoesAFewAtATimeInTheLastLane) {
   ask_all(2, kMany + 2);
-  EXPECT_EQ(probes.ask(2, [](Delivered) {}).error().code, ErrorCode::kDuplicate) << "it is being asked";
+  EXPECT_EQ(probes.ask(2, [](DeliveryResult) {}).error().code, ErrorCode::kDuplicate) << "it is being asked";
   ASSERT_EQ(sink.sent.size(), kMany);
-  EXPECT_EQ(sink.sent[0].lane, Lane::kProbe);
+  EXPECT_EQ(sink.sent[0].lane, sink::Lane::kProbe);
   EXPECT_EQ(base::to_hex(sink.message(0).record), "00");
   EXPECT_EQ(sink.message(0).reliable, 1);
   for (std::size_t i = 0; i < sink.sent.size(); ++i) requests.heard(sink.ack(i));
@@ -225,11 +225,11 @@ TEST_F(Probing, MotesThatDoNotAnswerAreAskedAgainWhenAllOthersWere) {
     EXPECT_TRUE(sink.sent[i].repeatable);
   }
   requests.heard(sink.ack(2 * kMany));
-  EXPECT_EQ(answers[50], Delivered::kAcknowledged);
+  EXPECT_EQ(answers[50], DeliveryResult::kAcknowledged);
   time.run_for(10s);
   EXPECT_EQ(sink.sent.size(), 1 + MoteProbes::kAttempts * 2 * kMany);
   EXPECT_EQ(answers.size(), 1 + 2 * kMany);
-  EXPECT_EQ(answers[102], Delivered::kNoAnswer);
+  EXPECT_EQ(answers[102], DeliveryResult::kNoAnswer);
   EXPECT_EQ(probes.waiting(), 0u);
 }
 
@@ -238,7 +238,7 @@ TEST_F(Probing, AMoteThatDidNotAnswerWaitsForThoseThatWereNotAskedYet) {
   time.run_for(500ms);
   ask_all(102, kMany);
   time.run_for(600ms);
-  EXPECT_EQ(probes.ask(2, [](Delivered) {}).error().code, ErrorCode::kDuplicate) << "it waits to be asked again";
+  EXPECT_EQ(probes.ask(2, [](DeliveryResult) {}).error().code, ErrorCode::kDuplicate) << "it waits to be asked again";
   ASSERT_EQ(sink.sent.size(), 2u * kMany);
   EXPECT_EQ(sink.message(2 * kMany - 1).destination_mote, 101 + kMany);
   time.run_for(1s);
@@ -255,11 +255,11 @@ TEST_F(Probing, AProbeWithoutRoomIsAnsweredAndDoesNotBlockTheOthers) {
 TEST_F(Probing, AMoteWhoseProbeFoundNoRoomMayBeAskedAgain) {
   sink.full = true;
   ASSERT_TRUE(ask(7));
-  EXPECT_EQ(answers[7], Delivered::kExpired);
+  EXPECT_EQ(answers[7], DeliveryResult::kExpired);
   sink.full = false;
   ASSERT_TRUE(ask(7));
   requests.heard(sink.ack(0));
-  EXPECT_EQ(answers[7], Delivered::kAcknowledged);
+  EXPECT_EQ(answers[7], DeliveryResult::kAcknowledged);
 }
 
 TEST_F(Probing, ALostMoteIsAskedEverLessOften) {
@@ -267,7 +267,7 @@ TEST_F(Probing, ALostMoteIsAskedEverLessOften) {
   time.run_for(4s);
   EXPECT_EQ(asked(7), MoteProbes::kAttempts);
   EXPECT_EQ(probes.lost(), 1u);
-  EXPECT_EQ(probes.ask(7, [](Delivered) {}).error().code, ErrorCode::kBusy);
+  EXPECT_EQ(probes.ask(7, [](DeliveryResult) {}).error().code, ErrorCode::kBusy);
   sink.sent.clear();
   for (int i = 0; i < 600; ++i) {  // each second, for ten minutes
     std::ignore = ask(7);

@@ -61,7 +61,7 @@ TEST_F(MoteSampling, TellsExactlyWhatIsWantedReliably) {
   EXPECT_EQ(command(0).period_ms, 1024);
   EXPECT_EQ(sink.message(0).reliable, 1);
   EXPECT_EQ(sink.message(0).application, motes::kApplicationMockup);
-  EXPECT_EQ(sink.sent[0].lane, Lane::kSampling);
+  EXPECT_EQ(sink.sent[0].lane, sink::Lane::kSampling);
   EXPECT_TRUE(obeyed.empty());
   acknowledge(0);
   EXPECT_EQ(obeyed.back(), std::pair(std::uint16_t{7}, std::uint16_t{0x0043}));

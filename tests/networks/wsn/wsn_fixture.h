@@ -21,9 +21,9 @@ namespace rubicon::networks::wsn {
 
 using namespace std::chrono_literals;
 
-inline mote_simulator::MoteOptions em1000() {
-  mote_simulator::MoteOptions options;
-  options.board = mote_simulator::parse_build("EM1000").value();
+inline motes_simulator::MoteOptions em1000() {
+  motes_simulator::MoteOptions options;
+  options.board = motes_simulator::parse_build("EM1000").value();
   return options;
 }
 
@@ -35,16 +35,16 @@ class MoteNetwork : public ::testing::Test {
   MoteNetwork() { options["source"] = "network@127.0.0.1:19202"; }
 
   /// Motes from address 2 on at one sink. Before open().
-  void world(std::uint16_t count, mote_simulator::MoteOptions like = {}) {
+  void world(std::uint16_t count, motes_simulator::MoteOptions like = {}) {
     setup.add_motes(1, 2, count, like);
     setup.wait_for_computer = true;
     make_world();
   }
   void make_world() {
-    motes = std::make_unique<mote_simulator::World>(
-        setup, host.time, std::vector<mote_simulator::Step>{},
-        [this](const mote_simulator::Event& event) { happened.push_back(event); });
-    ASSERT_TRUE(motes->open(1, mote_simulator::on_memory(host.net.tcp, {"127.0.0.1", 19202})));
+    motes = std::make_unique<motes_simulator::World>(
+        setup, host.time, std::vector<motes_simulator::Step>{},
+        [this](const motes_simulator::Event& event) { happened.push_back(event); });
+    ASSERT_TRUE(motes->open(1, motes_simulator::on_memory(host.net.tcp, {"127.0.0.1", 19202})));
   }
   Result<std::unique_ptr<network::Network>> make(std::string* errors = nullptr) {
     config_ = support::config_of(options);
@@ -165,9 +165,9 @@ class MoteNetwork : public ::testing::Test {
   TypeCatalogue types;
   support::FakeHost host;
   nlohmann::ordered_json options;
-  mote_simulator::WorldOptions setup;
-  std::vector<mote_simulator::Event> happened;
-  std::unique_ptr<mote_simulator::World> motes;
+  motes_simulator::WorldOptions setup;
+  std::vector<motes_simulator::Event> happened;
+  std::unique_ptr<motes_simulator::World> motes;
   std::unique_ptr<network::Network> network;
   std::uint64_t last_number = 1000, last_request = 0;
 

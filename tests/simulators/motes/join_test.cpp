@@ -4,7 +4,7 @@
 
 #include "simulators/motes/simulated_sink.h"
 
-namespace rubicon::mote_simulator {
+namespace rubicon::motes_simulator {
 namespace {
 
 using ::testing::ElementsAre;
@@ -202,4 +202,4 @@ TEST_F(Joining, OfTwoHundredAtOnceTheSinkTellsFewerThanBelieveIt) {
 }
 
 }  // namespace
-}  // namespace rubicon::mote_simulator
+}  // namespace rubicon::motes_simulator

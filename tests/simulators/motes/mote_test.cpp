@@ -2,7 +2,7 @@
 
 #include "simulators/motes/simulated_sink.h"
 
-namespace rubicon::mote_simulator {
+namespace rubicon::motes_simulator {
 namespace {
 
 using ::testing::Each;
@@ -335,4 +335,4 @@ TEST(MoteBuild, IsReadByNameOrMask) {
 }
 
 }  // namespace
-}  // namespace rubicon::mote_simulator
+}  // namespace rubicon::motes_simulator

@@ -2,7 +2,7 @@
 
 #include "simulators/motes/simulated_world.h"
 
-namespace rubicon::mote_simulator {
+namespace rubicon::motes_simulator {
 namespace {
 
 class SinkPorts : public SimulatedWorld {};
@@ -190,4 +190,4 @@ TEST_F(SinkPorts, UnpluggedASinkIsGoneAndComesBackOnItsCompiledIsland) {
 }
 
 }  // namespace
-}  // namespace rubicon::mote_simulator
+}  // namespace rubicon::motes_simulator

@@ -5,7 +5,7 @@
 
 #include "simulators/motes/simulated_sink.h"
 
-namespace rubicon::mote_simulator {
+namespace rubicon::motes_simulator {
 namespace {
 
 using ::testing::ElementsAre;
@@ -117,4 +117,4 @@ TEST_F(Replay, GivesTheRampsAndTheFloodOfTheTruncatedCommand) {
 }
 
 }  // namespace
-}  // namespace rubicon::mote_simulator
+}  // namespace rubicon::motes_simulator

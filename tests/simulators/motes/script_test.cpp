@@ -7,7 +7,7 @@
 
 #include "apps/simulators/motes/sensors.h"
 
-namespace rubicon::mote_simulator {
+namespace rubicon::motes_simulator {
 namespace {
 
 using namespace std::chrono_literals;
@@ -82,4 +82,4 @@ TEST(MoteScript, OfTheExampleIsGood) {
 }
 
 }  // namespace
-}  // namespace rubicon::mote_simulator
+}  // namespace rubicon::motes_simulator

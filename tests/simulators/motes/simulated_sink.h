@@ -12,7 +12,7 @@
 #include "motes/hdlc.h"
 #include "motes/mote_records.h"
 
-namespace rubicon::mote_simulator {
+namespace rubicon::motes_simulator {
 
 using namespace std::chrono_literals;
 
@@ -122,4 +122,4 @@ inline Bytes hex(std::string_view text) {
   return base::from_hex(text).value();
 }
 
-}  // namespace rubicon::mote_simulator
+}  // namespace rubicon::motes_simulator

@@ -3,7 +3,7 @@
 #include "simulators/motes/simulated_sink.h"
 #include "transport/memory/memory_transports.h"
 
-namespace rubicon::mote_simulator {
+namespace rubicon::motes_simulator {
 
 /// A computer that is connected to a sink's port.
 struct Client {
@@ -50,4 +50,4 @@ class SimulatedWorld : public SimulatedSink {
   transport::MemoryTransports host;
 };
 
-}  // namespace rubicon::mote_simulator
+}  // namespace rubicon::motes_simulator

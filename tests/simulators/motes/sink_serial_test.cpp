@@ -2,7 +2,7 @@
 
 #include "simulators/motes/simulated_sink.h"
 
-namespace rubicon::mote_simulator {
+namespace rubicon::motes_simulator {
 namespace {
 
 using ::testing::ElementsAre;
@@ -313,4 +313,4 @@ TEST_F(SinkSerial, LosesWhatFindsItsTwoBuffersTaken) {
 }
 
 }  // namespace
-}  // namespace rubicon::mote_simulator
+}  // namespace rubicon::motes_simulator

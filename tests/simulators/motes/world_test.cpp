@@ -4,7 +4,7 @@
 #include "apps/simulators/motes/scaled_scheduler.h"
 #include "simulators/motes/simulated_world.h"
 
-namespace rubicon::mote_simulator {
+namespace rubicon::motes_simulator {
 namespace {
 
 using ::testing::ElementsAre;
@@ -307,4 +307,4 @@ TEST(Air, QueuesFourMessagesOfANodeAndLosesMore) {
 }
 
 }  // namespace
-}  // namespace rubicon::mote_simulator
+}  // namespace rubicon::motes_simulator

@@ -12,7 +12,7 @@
 #include "motes/mote_packet.h"
 #include "motes/mote_records.h"
 
-namespace rubicon::networks::wsn {
+namespace rubicon::networks::wsn::share {
 
 namespace {
 
@@ -55,12 +55,12 @@ struct Client : std::enable_shared_from_this<Client> {
 
 using ClientPtr = std::shared_ptr<Client>;
 
-enum class Told : std::uint8_t { kYes, kTooSlow, kLost };
+enum class SendOutcome : std::uint8_t { kYes, kTooSlow, kLost };
 
 }  // namespace
 
 struct Forwarder::Impl {
-  Impl(ForwarderOptions o, Scheduler& s, transport::Transports& t, ForwarderCalls c)
+  Impl(ForwarderOptions o, Scheduler& s, transport::Transports& t, ForwarderCallbacks c)
       : options(std::move(o)), scheduler(s), transports(t), calls(std::move(c)) {}
 
   void accept(std::unique_ptr<transport::TcpStream> stream, transport::TcpCalls& told);
@@ -76,7 +76,7 @@ struct Forwarder::Impl {
   void expire(const ClientPtr& client);
   void drop_expired(const Client& client);
   void go_on(const ClientPtr& client);
-  Told tell(Client& client, ByteView framed);
+  SendOutcome tell(Client& client, ByteView framed);
   std::size_t connected() const;
   void lost(Client& client);
   void hang_up(Client& client, const std::string& counter, std::string_view why);
@@ -88,7 +88,7 @@ struct Forwarder::Impl {
   ForwarderOptions options;
   Scheduler& scheduler;
   transport::Transports& transports;
-  ForwarderCalls calls;
+  ForwarderCallbacks calls;
   std::unique_ptr<transport::TcpListener> listener;
   std::vector<ClientPtr> clients;
   std::deque<ClientPtr> waiting;  ///< whose turn it is next to have its packet offered
@@ -250,13 +250,13 @@ void Forwarder::Impl::go_on(const ClientPtr& client) {
 }
 
 /// While a client is held nothing is read from it: that it is gone may show itself here only.
-Told Forwarder::Impl::tell(Client& client, ByteView framed) {
-  if (!client.stream || !client.reader.greeted()) return Told::kYes;
-  if (client.stream->queued() + framed.size() > options.client_bytes) return Told::kTooSlow;
+SendOutcome Forwarder::Impl::tell(Client& client, ByteView framed) {
+  if (!client.stream || !client.reader.greeted()) return SendOutcome::kYes;
+  if (client.stream->queued() + framed.size() > options.client_bytes) return SendOutcome::kTooSlow;
   const auto sent = client.stream->send(framed);
-  if (!sent) return sent.error().code == ErrorCode::kBusy ? Told::kTooSlow : Told::kLost;
+  if (!sent) return sent.error().code == ErrorCode::kBusy ? SendOutcome::kTooSlow : SendOutcome::kLost;
   ++counters["packets-to-clients"];
-  return Told::kYes;
+  return SendOutcome::kYes;
 }
 
 void Forwarder::Impl::lost(Client& client) {
@@ -290,7 +290,7 @@ void Forwarder::Impl::drop(Client& client) {
 }
 
 Forwarder::Forwarder(ForwarderOptions options, Scheduler& scheduler, transport::Transports& transports,
-                     ForwarderCalls calls)
+                     ForwarderCallbacks calls)
     : impl_(std::make_unique<Impl>(std::move(options), scheduler, transports, std::move(calls))) {}
 
 Forwarder::~Forwarder() = default;
@@ -319,8 +319,8 @@ void Forwarder::tell(ByteView packet) {
   std::vector<ClientPtr> slow, lost;
   for (const auto& client : impl_->clients) {
     const auto told = impl_->tell(*client, framed);
-    if (told == Told::kTooSlow) slow.push_back(client);
-    if (told == Told::kLost) lost.push_back(client);
+    if (told == SendOutcome::kTooSlow) slow.push_back(client);
+    if (told == SendOutcome::kLost) lost.push_back(client);
   }
   for (const auto& client : slow) impl_->hang_up(*client, "dropped-slow-clients", "it reads too slowly");
   for (const auto& client : lost) impl_->lost(*client);
@@ -355,4 +355,4 @@ std::map<std::string, std::uint64_t> Forwarder::counters() const {
   return counters;
 }
 
-}  // namespace rubicon::networks::wsn
+}  // namespace rubicon::networks::wsn::share

@@ -10,7 +10,7 @@
 #include "base/scheduler.h"
 #include "transport/transports.h"
 
-namespace rubicon::networks::wsn {
+namespace rubicon::networks::wsn::share {
 
 struct ForwarderOptions {
   transport::Endpoint listen{"127.0.0.1", 9002};  ///< the port of wsn.md 4.1, for this machine alone
@@ -33,13 +33,13 @@ struct ForwarderOptions {
 
 /// Called in turns of the loop and from room(). The forwarder may be destroyed in `failed` only. All but `packet` may
 /// be empty.
-struct ForwarderCalls {
+struct ForwarderCallbacks {
   /// A client's packet (8 to 122 bytes). False: there is no room for it now; the forwarder keeps it, stops reading from
   /// that client and offers it again after room().
   std::function<bool(ByteView packet)> packet;
   /// The port is lost; open() may be called again. The clients stay.
   std::function<void(Error)> failed;
-  /// As SinkCalls::note, but at most once a minute for a subject.
+  /// As SinkCallbacks::note, but at most once a minute for a subject.
   std::function<void(const std::string& subject, std::string_view text)> note;
 };
 
@@ -51,7 +51,8 @@ struct ForwarderCalls {
 /// others.
 class Forwarder {
  public:
-  Forwarder(ForwarderOptions options, Scheduler& scheduler, transport::Transports& transports, ForwarderCalls calls);
+  Forwarder(ForwarderOptions options, Scheduler& scheduler, transport::Transports& transports,
+            ForwarderCallbacks calls);
   ~Forwarder();
   Forwarder(const Forwarder&) = delete;
   Forwarder& operator=(const Forwarder&) = delete;
@@ -79,4 +80,4 @@ class Forwarder {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace rubicon::networks::wsn
+}  // namespace rubicon::networks::wsn::share

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace rubicon::networks::wsn {
+namespace rubicon::networks::wsn::sink {
 
 namespace {
 
@@ -24,23 +24,23 @@ Duration gap_between(std::chrono::milliseconds from, std::chrono::milliseconds t
 
 }  // namespace
 
-FileSink::FileSink(SinkOptions options, Scheduler& scheduler, transport::Transports& transports, SinkCalls calls)
+FileSink::FileSink(SinkOptions options, Scheduler& scheduler, transport::Transports& transports, SinkCallbacks calls)
     : path_(std::move(options.source.path)),
       scheduler_(scheduler),
       transports_(transports),
-      voice_(std::move(calls)),
+      notifier_(std::move(calls)),
       piece_(kPiece) {}
 
 Result<void> FileSink::open() {
-  if (voice_.state().phase != Phase::kOff) return {};
+  if (notifier_.state().phase != Phase::kOff) return {};
   auto file = transports_.open_file(path_);
   if (!file) return fail(file.error());
   if (auto there = (*file)->seek(read_); !there) return there;
   file_ = std::move(*file);
   due_ = scheduler_.now();  // after a failure nothing is made up for
-  voice_.connecting();
+  notifier_.connecting();
   timer_ = scheduler_.after(Duration::zero(), [this] {
-    if (voice_.state(Phase::kUp, {})) go_on();
+    if (notifier_.state(Phase::kUp, {})) go_on();
   });
   return {};
 }
@@ -52,7 +52,7 @@ Result<void> FileSink::send(Outgoing) {  // NOLINT(performance-unnecessary-value
 /// Tells the record that is due, if one is, and plans what follows: one record or one piece of the file a turn.
 void FileSink::go_on() {
   if (const auto record = std::exchange(next_, std::nullopt)) {
-    if (!voice_.received(record->packet)) return;
+    if (!notifier_.received(record->packet)) return;
   }
   while (auto item = reader_.next()) {
     if (const auto* damage = std::get_if<motes::Damage>(&*item)) {
@@ -69,13 +69,13 @@ void FileSink::go_on() {
 /// False: there is none, or this is gone.
 bool FileSink::next_piece() {
   if (!file_) {
-    (void)voice_.state(Phase::kEnded, "the recording has ended");
+    (void)notifier_.state(Phase::kEnded, "the recording has ended");
     return false;
   }
   const auto count = file_->read(piece_);
   if (!count) {
     file_.reset();
-    (void)voice_.failed(count.error());
+    (void)notifier_.failed(count.error());
     return false;
   }
   read_ += *count;
@@ -91,7 +91,7 @@ bool FileSink::next_piece() {
 bool FileSink::damaged(const motes::Damage& damage) {
   ++damaged_;
   skipped_bytes_ += damage.bytes;
-  return voice_.note(
+  return notifier_.note(
       "damaged", fmt::format("{}: offset {}: {}; {} bytes skipped", path_, damage.offset, damage.why, damage.bytes));
 }
 
@@ -104,10 +104,10 @@ void FileSink::plan(const motes::PacketRecord& record) {
 
 std::map<std::string, std::uint64_t> FileSink::counters() const {
   std::map<std::string, std::uint64_t> counters;
-  voice_.count(counters);
+  notifier_.count(counters);
   counters["damaged"] = damaged_;
   counters["skipped-bytes"] = skipped_bytes_;
   return counters;
 }
 
-}  // namespace rubicon::networks::wsn
+}  // namespace rubicon::networks::wsn::sink

@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "motes/packet_log_reader.h"
-#include "networks/wsn/sink/sink_voice.h"
+#include "networks/wsn/sink/sink_notifier.h"
 
-namespace rubicon::networks::wsn {
+namespace rubicon::networks::wsn::sink {
 
 /// A packet log, played at its own pace from the first open() on (Source::Kind kFile; log.md 1.2): only what the sink
 /// said. After a failure open() goes on where it failed. Takes no packets.
@@ -15,14 +15,14 @@ class FileSink final : public Sink {
  public:
   static constexpr Duration kLongestGap = std::chrono::hours(1);
 
-  FileSink(SinkOptions options, Scheduler& scheduler, transport::Transports& transports, SinkCalls calls);
+  FileSink(SinkOptions options, Scheduler& scheduler, transport::Transports& transports, SinkCallbacks calls);
   FileSink(const FileSink&) = delete;
   FileSink& operator=(const FileSink&) = delete;
 
   Result<void> open() override;
   /// kRefused.
   Result<void> send(Outgoing packet) override;
-  const SinkState& state() const override { return voice_.state(); }
+  const SinkState& state() const override { return notifier_.state(); }
   std::map<std::string, std::uint64_t> counters() const override;
 
  private:
@@ -34,7 +34,7 @@ class FileSink final : public Sink {
   std::string path_;
   Scheduler& scheduler_;
   transport::Transports& transports_;
-  SinkVoice voice_;
+  SinkNotifier notifier_;
   std::unique_ptr<transport::FileSource> file_;
   motes::PacketLogReader reader_;
   std::uint64_t read_ = 0;  ///< bytes of the file
@@ -46,4 +46,4 @@ class FileSink final : public Sink {
   Timer timer_;
 };
 
-}  // namespace rubicon::networks::wsn
+}  // namespace rubicon::networks::wsn::sink

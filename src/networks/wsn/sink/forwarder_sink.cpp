@@ -6,7 +6,7 @@
 
 #include "networks/wsn/sink/host_stream.h"
 
-namespace rubicon::networks::wsn {
+namespace rubicon::networks::wsn::sink {
 
 namespace {
 
@@ -15,16 +15,16 @@ using Phase = SinkState::Phase;
 }  // namespace
 
 ForwarderSink::ForwarderSink(SinkOptions options, Scheduler& scheduler, transport::Transports& transports,
-                             SinkCalls calls)
+                             SinkCallbacks calls)
     : source_(options.source),
       greeting_(std::move(options.greeting)),
       scheduler_(scheduler),
       transports_(transports),
-      voice_(std::move(calls)),
-      queue_(scheduler, options.lane_size, {[this] { pump(); }, [this](Lane lane) { voice_.room(lane); }}) {}
+      notifier_(std::move(calls)),
+      queue_(scheduler, options.lane_size, {[this] { pump(); }, [this](Lane lane) { notifier_.room(lane); }}) {}
 
 Result<void> ForwarderSink::open() {
-  if (voice_.state().phase != Phase::kOff) return {};
+  if (notifier_.state().phase != Phase::kOff) return {};
   transport::StreamCalls calls;
   calls.connected = [this] { connected(); };
   calls.received = [this](ByteView bytes) { take(bytes); };
@@ -33,7 +33,7 @@ Result<void> ForwarderSink::open() {
   if (!line) return fail(line.error());
   line_ = std::move(*line);
   reader_ = {};
-  voice_.connecting();
+  notifier_.connecting();
   return {};
 }
 
@@ -52,7 +52,7 @@ void ForwarderSink::take(ByteView bytes) {
     if (!before && reader_.greeted() && !greeted()) return;
     if (!packet) return lost(packet.error());
     if (!*packet) return;
-    if (!voice_.received(**packet)) return;
+    if (!notifier_.received(**packet)) return;
   }
 }
 
@@ -60,7 +60,7 @@ void ForwarderSink::take(ByteView bytes) {
 bool ForwarderSink::greeted() {
   greeting_time_.cancel();
   greeting_waits_ = !greeting_.empty();
-  if (!voice_.state(Phase::kUp, {})) return false;
+  if (!notifier_.state(Phase::kUp, {})) return false;
   const auto alive = alive_;
   pump();
   return *alive && line_ != nullptr;
@@ -77,7 +77,7 @@ bool ForwarderSink::may_send() {
 }
 
 void ForwarderSink::pump() {
-  if (voice_.state().phase != Phase::kUp || !may_send()) return;
+  if (notifier_.state().phase != Phase::kUp || !may_send()) return;
   const bool greets = std::exchange(greeting_waits_, false);
   Outgoing greeting;
   greeting.packet = greeting_;
@@ -91,25 +91,25 @@ void ForwarderSink::pump() {
 
 void ForwarderSink::handed_over(Outgoing packet) {
   ++handed_over_;
-  queue_.report(std::move(packet.done), Sent::kAcknowledged);
+  queue_.report(std::move(packet.done), SendResult::kAcknowledged);
   next_ = scheduler_.now() + kDistance;
   pause_ = scheduler_.at(next_, [this] { pump(); });
-  (void)voice_.left(packet.packet);
+  (void)notifier_.left(packet.packet);
 }
 
 void ForwarderSink::lost(Error why) {
   const auto keep = std::move(line_);  // it may make this call
   greeting_time_.cancel();
   pause_.cancel();
-  (void)voice_.failed({why.code, fmt::format("{}: {}", to_string(source_), why.text)});
+  (void)notifier_.failed({why.code, fmt::format("{}: {}", to_string(source_), why.text)});
 }
 
 std::map<std::string, std::uint64_t> ForwarderSink::counters() const {
   std::map<std::string, std::uint64_t> counters;
-  voice_.count(counters);
+  notifier_.count(counters);
   queue_.count(counters);
   counters["acknowledged"] = handed_over_;
   return counters;
 }
 
-}  // namespace rubicon::networks::wsn
+}  // namespace rubicon::networks::wsn::sink

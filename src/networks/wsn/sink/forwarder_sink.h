@@ -4,9 +4,9 @@
 
 #include "motes/forwarder_stream.h"
 #include "networks/wsn/sink/send_queue.h"
-#include "networks/wsn/sink/sink_voice.h"
+#include "networks/wsn/sink/sink_notifier.h"
 
-namespace rubicon::networks::wsn {
+namespace rubicon::networks::wsn::sink {
 
 /// A sink that a serial forwarder has (Source::Kind kForwarder; wsn.md 4): up when the forwarder greeted. It tells
 /// nothing of the sink's acks: packets keep a distance, and are acknowledged when handed over.
@@ -15,13 +15,13 @@ class ForwarderSink final : public Sink {
   static constexpr Duration kDistance = std::chrono::milliseconds(100);  ///< between packets (wsn.md 9.7)
   static constexpr Duration kGreetingTime = std::chrono::seconds(10);
 
-  ForwarderSink(SinkOptions options, Scheduler& scheduler, transport::Transports& transports, SinkCalls calls);
+  ForwarderSink(SinkOptions options, Scheduler& scheduler, transport::Transports& transports, SinkCallbacks calls);
   ForwarderSink(const ForwarderSink&) = delete;
   ForwarderSink& operator=(const ForwarderSink&) = delete;
 
   Result<void> open() override;
   Result<void> send(Outgoing packet) override { return queue_.push(std::move(packet)); }
-  const SinkState& state() const override { return voice_.state(); }
+  const SinkState& state() const override { return notifier_.state(); }
   std::map<std::string, std::uint64_t> counters() const override;
 
  private:
@@ -37,7 +37,7 @@ class ForwarderSink final : public Sink {
   Bytes greeting_;
   Scheduler& scheduler_;
   transport::Transports& transports_;
-  SinkVoice voice_;
+  SinkNotifier notifier_;
   SendQueue queue_;
   std::unique_ptr<transport::ByteStream> line_;
   motes::ForwarderReader reader_;
@@ -48,4 +48,4 @@ class ForwarderSink final : public Sink {
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
 };
 
-}  // namespace rubicon::networks::wsn
+}  // namespace rubicon::networks::wsn::sink

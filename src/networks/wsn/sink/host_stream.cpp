@@ -4,7 +4,7 @@
 
 #include <utility>
 
-namespace rubicon::networks::wsn {
+namespace rubicon::networks::wsn::sink {
 
 namespace {
 
@@ -89,4 +89,4 @@ void HostStream::hold(bool held) {
   if (tcp_) tcp_->hold(held);
 }
 
-}  // namespace rubicon::networks::wsn
+}  // namespace rubicon::networks::wsn::sink

@@ -6,7 +6,7 @@
 
 #include "transport/transports.h"
 
-namespace rubicon::networks::wsn {
+namespace rubicon::networks::wsn::sink {
 
 /// A TCP connection to a host by its name: looks it up, then tries its addresses in turn. Destroyed = given up or
 /// closed. Calls as of any stream; it may be destroyed in them.
@@ -43,4 +43,4 @@ class HostStream final : public transport::ByteStream {
   bool held_ = false;
 };
 
-}  // namespace rubicon::networks::wsn
+}  // namespace rubicon::networks::wsn::sink

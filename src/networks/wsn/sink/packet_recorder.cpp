@@ -5,7 +5,7 @@
 #include <array>
 #include <utility>
 
-namespace rubicon::networks::wsn {
+namespace rubicon::networks::wsn::sink {
 
 namespace {
 
@@ -81,4 +81,4 @@ std::map<std::string, std::uint64_t> PacketRecorder::counters() const {
   return {{"recorded", recorded_}, {"unrecorded", unrecorded_}, {"recording-stops", stops_}};
 }
 
-}  // namespace rubicon::networks::wsn
+}  // namespace rubicon::networks::wsn::sink

@@ -10,14 +10,14 @@
 #include "motes/packet_log_writer.h"
 #include "transport/transports.h"
 
-namespace rubicon::networks::wsn {
+namespace rubicon::networks::wsn::sink {
 
 /// Records what is read from a sink and written to it, as the original's recorder does (log.md 1), behind what the file
 /// has already. When the file cannot be written it stops, and tries again with the first packet a minute later.
 class PacketRecorder {
  public:
   static constexpr Duration kPause = std::chrono::minutes(1);
-  /// As SinkCalls::note; may be empty.
+  /// As SinkCallbacks::note; may be empty.
   using Note = std::function<void(const std::string& subject, std::string_view text)>;
 
   PacketRecorder(std::string path, Scheduler& scheduler, transport::Transports& transports, Note note);
@@ -46,4 +46,4 @@ class PacketRecorder {
   std::uint64_t recorded_ = 0, unrecorded_ = 0, stops_ = 0;
 };
 
-}  // namespace rubicon::networks::wsn
+}  // namespace rubicon::networks::wsn::sink

@@ -8,7 +8,7 @@
 #include "base/assert.h"
 #include "motes/mote_packet.h"
 
-namespace rubicon::networks::wsn {
+namespace rubicon::networks::wsn::sink {
 
 namespace {
 
@@ -82,7 +82,7 @@ std::optional<Outgoing> SendQueue::take() {
     lane->packets.pop_front();
     if (packet->expires <= scheduler_.now()) {
       ++expired_;
-      report(std::move(packet->done), Sent::kExpired);
+      report(std::move(packet->done), SendResult::kExpired);
       packet.reset();
       continue;
     }
@@ -99,7 +99,7 @@ void SendQueue::put_back(Outgoing packet) {
   lane.packets.push_front(std::move(packet));
 }
 
-void SendQueue::report(SentCall done, Sent what) {
+void SendQueue::report(SendCallback done, SendResult what) {
   if (!done) return;
   scheduler_.post([done = std::move(done), what, alive = alive_] {
     if (*alive) done(what);
@@ -128,7 +128,7 @@ void SendQueue::expire_in(Waiting& lane, SteadyTime now, SteadyTime& next) {
       return false;
     }
     ++expired_;
-    report(std::move(packet.done), Sent::kExpired);
+    report(std::move(packet.done), SendResult::kExpired);
     return true;
   });
 }
@@ -152,4 +152,4 @@ void SendQueue::count(std::map<std::string, std::uint64_t>& into) const {
     into[fmt::format("waiting-{}", to_string(static_cast<Lane>(lane)))] = lanes_.at(lane).packets.size();
 }
 
-}  // namespace rubicon::networks::wsn
+}  // namespace rubicon::networks::wsn::sink

@@ -10,7 +10,7 @@
 
 #include "networks/wsn/sink/sink.h"
 
-namespace rubicon::networks::wsn {
+namespace rubicon::networks::wsn::sink {
 
 /// `command`, `client`, `sampling`, `probe`.
 std::string_view to_string(Lane lane);
@@ -40,7 +40,7 @@ class SendQueue {
   /// A packet that was taken and could not leave: it goes first in its lane again, whether there is room or not.
   void put_back(Outgoing packet);
   /// Calls `done` in a later turn.
-  void report(SentCall done, Sent what);
+  void report(SendCallback done, SendResult what);
 
   std::size_t waiting(Lane lane) const;
   void count(std::map<std::string, std::uint64_t>& into) const;
@@ -71,4 +71,4 @@ class SendQueue {
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
 };
 
-}  // namespace rubicon::networks::wsn
+}  // namespace rubicon::networks::wsn::sink

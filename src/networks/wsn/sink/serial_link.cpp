@@ -7,7 +7,7 @@
 
 #include "base/assert.h"
 
-namespace rubicon::networks::wsn {
+namespace rubicon::networks::wsn::sink {
 
 namespace {
 
@@ -29,11 +29,11 @@ constexpr std::array<FaultName, 6> kFaults{
 
 }  // namespace
 
-SerialLink::SerialLink(Options options, Scheduler& scheduler, SendQueue& queue, SinkVoice& voice, Calls calls)
+SerialLink::SerialLink(Options options, Scheduler& scheduler, SendQueue& queue, SinkNotifier& notifier, Calls calls)
     : options_(std::move(options)),
       scheduler_(scheduler),
       queue_(queue),
-      voice_(voice),
+      notifier_(notifier),
       calls_(std::move(calls)),
       sequence_(options_.first_sequence) {
   RUBICON_ASSERT(options_.attempts >= 1 && options_.attempts <= 100 && options_.ack_timeout > Duration::zero());
@@ -76,7 +76,7 @@ void SerialLink::watch_kept() {
 void SerialLink::drop_kept() {
   kept_expiry_.cancel();
   ++counters_.unacknowledged;
-  queue_.report(std::move(kept_->packet.done), Sent::kNotAcknowledged);
+  queue_.report(std::move(kept_->packet.done), SendResult::kNotAcknowledged);
   kept_.reset();
 }
 
@@ -96,7 +96,7 @@ bool SerialLink::take_frame(const motes::HdlcFrame& frame) {
   const auto alive = alive_;
   if (frame.protocol == motes::kHdlcAckedPacket) send_ack(frame.sequence);
   if (!*alive || !first_sound()) return false;
-  if (frame.protocol != motes::kHdlcAck) return voice_.received(frame.packet);
+  if (frame.protocol != motes::kHdlcAck) return notifier_.received(frame.packet);
   acknowledge(frame.sequence);
   return *alive;
 }
@@ -104,7 +104,7 @@ bool SerialLink::take_frame(const motes::HdlcFrame& frame) {
 void SerialLink::send_ack(std::uint8_t sequence) {
   if (calls_.unwritten() <= kMostUnwritten) return calls_.write(motes::hdlc_ack(sequence));
   ++counters_.unsent_acks;
-  (void)voice_.note("unsent-acks", "the line takes no bytes: acks to the sink are not sent");
+  (void)notifier_.note("unsent-acks", "the line takes no bytes: acks to the sink are not sent");
 }
 
 bool SerialLink::first_sound() {
@@ -121,7 +121,7 @@ bool SerialLink::note_faults() {
   const auto alive = alive_;
   for (const auto& fault : kFaults) {
     if (noted_.*fault.count == before.*fault.count) continue;
-    if (!voice_.note(std::string(fault.name), fault.text)) return false;
+    if (!notifier_.note(std::string(fault.name), fault.text)) return false;
   }
   return *alive;
 }
@@ -136,7 +136,7 @@ void SerialLink::acknowledge(std::uint8_t sequence) {
   const bool last = attempt + 1U == flight_->attempts;
   if (!std::exchange(flight_->acknowledged, true)) {
     ++counters_.acknowledged;
-    queue_.report(std::move(flight_->packet.done), Sent::kAcknowledged);
+    queue_.report(std::move(flight_->packet.done), SendResult::kAcknowledged);
   }
   if (last) {
     flight_.reset();
@@ -169,7 +169,7 @@ void SerialLink::start(Flight flight) {
   flight_ = std::move(flight);
   const bool leaves_first = !flight_->again;
   attempt();
-  if (leaves_first) voice_.left(Bytes(flight_->packet.packet));  // whoever is told may end the flight
+  if (leaves_first) notifier_.left(Bytes(flight_->packet.packet));  // whoever is told may end the flight
 }
 
 void SerialLink::attempt() {
@@ -207,9 +207,9 @@ void SerialLink::give_up() {
                           fmt::format("the sink does not acknowledge: no answer to {} attempts{}", attempts,
                                       something ? ", only bytes that are no frames: is the baud rate right?" : "")});
   }
-  queue_.report(std::move(flight_->packet.done), Sent::kNotAcknowledged);
+  queue_.report(std::move(flight_->packet.done), SendResult::kNotAcknowledged);
   const auto alive = alive_;
-  if (!voice_.note("unacknowledged", fmt::format("no ack of a packet in {} attempts", attempts))) return;
+  if (!notifier_.note("unacknowledged", fmt::format("no ack of a packet in {} attempts", attempts))) return;
   if (heard_ && ++unheard_ >= kMostUnheard) {
     flight_.reset();
     return calls_.failed({ErrorCode::kUnreachable, "the sink says nothing any more"});
@@ -231,4 +231,4 @@ void SerialLink::count(std::map<std::string, std::uint64_t>& into) const {
   for (const auto& fault : kFaults) into[std::string(fault.name)] = reader_.faults().*fault.count;
 }
 
-}  // namespace rubicon::networks::wsn
+}  // namespace rubicon::networks::wsn::sink

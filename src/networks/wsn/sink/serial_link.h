@@ -7,9 +7,9 @@
 
 #include "motes/hdlc.h"
 #include "networks/wsn/sink/send_queue.h"
-#include "networks/wsn/sink/sink_voice.h"
+#include "networks/wsn/sink/sink_notifier.h"
 
-namespace rubicon::networks::wsn {
+namespace rubicon::networks::wsn::sink {
 
 /// What a sink's serial line asks of its user (wsn.md 2, 9.7), without the line: acks what wants an ack, and sends one
 /// packet at a time, the next when the sink acknowledged it, under a new sequence number with each attempt. Belongs to
@@ -39,7 +39,7 @@ class SerialLink {
   static constexpr unsigned kMostUnheard = 3;
 
   /// Takes what it sends from `queue`.
-  SerialLink(Options options, Scheduler& scheduler, SendQueue& queue, SinkVoice& voice, Calls calls);
+  SerialLink(Options options, Scheduler& scheduler, SendQueue& queue, SinkNotifier& notifier, Calls calls);
   ~SerialLink();
   SerialLink(const SerialLink&) = delete;
   SerialLink& operator=(const SerialLink&) = delete;
@@ -85,7 +85,7 @@ class SerialLink {
   Options options_;
   Scheduler& scheduler_;
   SendQueue& queue_;
-  SinkVoice& voice_;
+  SinkNotifier& notifier_;
   Calls calls_;
   motes::HdlcReader reader_;
   motes::HdlcFaults noted_, before_;  ///< faults that were told; those before this line
@@ -99,4 +99,4 @@ class SerialLink {
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
 };
 
-}  // namespace rubicon::networks::wsn
+}  // namespace rubicon::networks::wsn::sink

@@ -6,7 +6,7 @@
 
 #include "networks/wsn/sink/host_stream.h"
 
-namespace rubicon::networks::wsn {
+namespace rubicon::networks::wsn::sink {
 
 namespace {
 
@@ -24,12 +24,12 @@ SerialLink::Options link_options(const SinkOptions& options, std::uint8_t first_
 }  // namespace
 
 SerialSink::SerialSink(const SinkOptions& options, Scheduler& scheduler, transport::Transports& transports,
-                       SinkCalls calls, std::uint8_t first_sequence)
+                       SinkCallbacks calls, std::uint8_t first_sequence)
     : source_(options.source),
       transports_(transports),
-      voice_(std::move(calls)),
-      queue_(scheduler, options.lane_size, {[this] { link_.pump(); }, [this](Lane lane) { voice_.room(lane); }}),
-      link_(link_options(options, first_sequence), scheduler, queue_, voice_, link_calls()),
+      notifier_(std::move(calls)),
+      queue_(scheduler, options.lane_size, {[this] { link_.pump(); }, [this](Lane lane) { notifier_.room(lane); }}),
+      link_(link_options(options, first_sequence), scheduler, queue_, notifier_, link_calls()),
       greets_(!options.greeting.empty()) {}
 
 /// A frame that the line does not take is as good as lost on it: its ack is waited for in any case.
@@ -39,25 +39,25 @@ SerialLink::Calls SerialSink::link_calls() {
     if (line_) (void)line_->send(bytes);
   };
   calls.unwritten = [this] { return line_ ? line_->queued() : std::size_t{0}; };
-  calls.heard = [this] { (void)voice_.state(Phase::kUp, {}); };
+  calls.heard = [this] { (void)notifier_.state(Phase::kUp, {}); };
   calls.acknowledges = [this](bool does) { acknowledges(does); };
   calls.failed = [this](Error why) { lost(std::move(why)); };
   return calls;
 }
 
 Result<void> SerialSink::open() {
-  if (voice_.state().phase != Phase::kOff) return {};
+  if (notifier_.state().phase != Phase::kOff) return {};
   auto line = open_line();
   if (!line) return fail(line.error());
   line_ = std::move(*line);
-  voice_.connecting();
+  notifier_.connecting();
   return {};
 }
 
 Result<std::unique_ptr<transport::ByteStream>> SerialSink::open_line() {
   transport::StreamCalls calls;
   calls.connected = [this] {
-    if (!greets_ && !voice_.state(Phase::kUp, {})) return;
+    if (!greets_ && !notifier_.state(Phase::kUp, {})) return;
     link_.begin();
   };
   calls.received = [this](ByteView bytes) { link_.take(bytes); };
@@ -68,21 +68,22 @@ Result<std::unique_ptr<transport::ByteStream>> SerialSink::open_line() {
 }
 
 void SerialSink::acknowledges(bool does) {
-  if (voice_.state().phase == Phase::kUp) (void)voice_.state(Phase::kUp, does ? std::string() : std::string(kSilent));
+  if (notifier_.state().phase == Phase::kUp)
+    (void)notifier_.state(Phase::kUp, does ? std::string() : std::string(kSilent));
 }
 
 void SerialSink::lost(Error why) {
   const auto keep = std::move(line_);  // it may make this call
   link_.end();
-  (void)voice_.failed({why.code, fmt::format("{}: {}", to_string(source_), why.text)});
+  (void)notifier_.failed({why.code, fmt::format("{}: {}", to_string(source_), why.text)});
 }
 
 std::map<std::string, std::uint64_t> SerialSink::counters() const {
   std::map<std::string, std::uint64_t> counters;
-  voice_.count(counters);
+  notifier_.count(counters);
   queue_.count(counters);
   link_.count(counters);
   return counters;
 }
 
-}  // namespace rubicon::networks::wsn
+}  // namespace rubicon::networks::wsn::sink

@@ -4,7 +4,7 @@
 
 #include "networks/wsn/sink/serial_link.h"
 
-namespace rubicon::networks::wsn {
+namespace rubicon::networks::wsn::sink {
 
 /// A sink on a serial line, or on the bytes of one over TCP (Source::Kind kSerial, kStream). Up at the first sound
 /// frame from it; a sink that answers nothing to the greeting is a lost line. Without a greeting it is up when the line
@@ -12,14 +12,14 @@ namespace rubicon::networks::wsn {
 class SerialSink final : public Sink {
  public:
   /// `first_sequence`: of the first frame; any will do (wsn.md 2).
-  SerialSink(const SinkOptions& options, Scheduler& scheduler, transport::Transports& transports, SinkCalls calls,
+  SerialSink(const SinkOptions& options, Scheduler& scheduler, transport::Transports& transports, SinkCallbacks calls,
              std::uint8_t first_sequence);
   SerialSink(const SerialSink&) = delete;
   SerialSink& operator=(const SerialSink&) = delete;
 
   Result<void> open() override;
   Result<void> send(Outgoing packet) override { return queue_.push(std::move(packet)); }
-  const SinkState& state() const override { return voice_.state(); }
+  const SinkState& state() const override { return notifier_.state(); }
   std::map<std::string, std::uint64_t> counters() const override;
 
  private:
@@ -30,11 +30,11 @@ class SerialSink final : public Sink {
 
   Source source_;
   transport::Transports& transports_;
-  SinkVoice voice_;
+  SinkNotifier notifier_;
   SendQueue queue_;
   std::unique_ptr<transport::ByteStream> line_;
   SerialLink link_;
   bool greets_;
 };
 
-}  // namespace rubicon::networks::wsn
+}  // namespace rubicon::networks::wsn::sink

@@ -7,7 +7,7 @@
 #include "networks/wsn/sink/forwarder_sink.h"
 #include "networks/wsn/sink/serial_sink.h"
 
-namespace rubicon::networks::wsn {
+namespace rubicon::networks::wsn::sink {
 
 namespace {
 
@@ -20,7 +20,7 @@ std::uint8_t any_sequence(const Scheduler& scheduler) {
 }  // namespace
 
 std::unique_ptr<Sink> make_sink(SinkOptions options, Scheduler& scheduler, transport::Transports& transports,
-                                SinkCalls calls) {
+                                SinkCallbacks calls) {
   switch (options.source.kind) {
     case Source::Kind::kForwarder:
       return std::make_unique<ForwarderSink>(std::move(options), scheduler, transports, std::move(calls));
@@ -32,4 +32,4 @@ std::unique_ptr<Sink> make_sink(SinkOptions options, Scheduler& scheduler, trans
   return std::make_unique<SerialSink>(options, scheduler, transports, std::move(calls), any_sequence(scheduler));
 }
 
-}  // namespace rubicon::networks::wsn
+}  // namespace rubicon::networks::wsn::sink

@@ -10,20 +10,20 @@
 #include "networks/wsn/sink/source.h"
 #include "transport/transports.h"
 
-namespace rubicon::networks::wsn {
+namespace rubicon::networks::wsn::sink {
 
 /// Who wants a packet sent; an earlier one goes before a later one, but none waits for ever.
 enum class Lane : std::uint8_t { kCommand, kClient, kSampling, kProbe };
 inline constexpr std::size_t kLanes = 4;
 
 /// What became of a packet.
-enum class Sent : std::uint8_t {
+enum class SendResult : std::uint8_t {
   kAcknowledged,     ///< the sink took it (wsn.md 9.7); by a forwarder: it was handed over
   kNotAcknowledged,  ///< the sink did not acknowledge any of the attempts: it may have executed it
   kExpired,          ///< its time was over before it could leave
   kRefused           ///< the source takes none (a recording)
 };
-using SentCall = std::function<void(Sent)>;
+using SendCallback = std::function<void(SendResult)>;
 
 struct Outgoing {
   Bytes packet;  ///< 1 to 255 bytes, no framing
@@ -31,7 +31,7 @@ struct Outgoing {
   SteadyTime expires = SteadyTime::max();
   /// False for what may not be executed twice: it is sent once, acknowledged or not (wsn.md 2, 10).
   bool repeatable = true;
-  SentCall done;  ///< called exactly once, in a later turn, unless the sink is destroyed; may be empty
+  SendCallback done;  ///< called exactly once, in a later turn, unless the sink is destroyed; may be empty
 };
 
 struct SinkState {
@@ -42,7 +42,7 @@ struct SinkState {
 
 /// Called in turns of the loop, never from inside a call to the sink. The sink, and with it these, may be destroyed in
 /// any of them as the last thing it does. Each may be empty.
-struct SinkCalls {
+struct SinkCallbacks {
   std::function<void(const SinkState&)> changed;
   /// The line is lost and closed; open() may be called again. What waits stays in its lanes.
   std::function<void(Error)> failed;
@@ -80,6 +80,6 @@ class Sink {
 };
 
 std::unique_ptr<Sink> make_sink(SinkOptions options, Scheduler& scheduler, transport::Transports& transports,
-                                SinkCalls calls);
+                                SinkCallbacks calls);
 
-}  // namespace rubicon::networks::wsn
+}  // namespace rubicon::networks::wsn::sink

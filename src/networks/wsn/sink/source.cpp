@@ -11,7 +11,7 @@
 
 #include "transport/serial.h"
 
-namespace rubicon::networks::wsn {
+namespace rubicon::networks::wsn::sink {
 
 namespace {
 
@@ -213,4 +213,4 @@ std::string to_string(const Source& source) {
   return "file@" + source.path;
 }
 
-}  // namespace rubicon::networks::wsn
+}  // namespace rubicon::networks::wsn::sink

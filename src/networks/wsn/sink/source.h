@@ -6,7 +6,7 @@
 
 #include "base/result.h"
 
-namespace rubicon::networks::wsn {
+namespace rubicon::networks::wsn::sink {
 
 /// Where the packets of a sink come from, as the original spells it (wsn.md 1.3).
 struct Source {
@@ -32,4 +32,4 @@ Result<Source> parse_source(std::string_view text);
 /// The source alone, without what is behind it: `serial@/dev/ttyUSB0:115200`.
 std::string to_string(const Source& source);
 
-}  // namespace rubicon::networks::wsn
+}  // namespace rubicon::networks::wsn::sink

@@ -10,7 +10,7 @@
 #include "networks/wsn/share/forwarder.h"
 #include "transport/memory/memory_transports.h"
 
-namespace rubicon::networks::wsn {
+namespace rubicon::networks::wsn::share {
 
 using namespace std::chrono_literals;
 
@@ -64,7 +64,7 @@ class ForwarderTest : public ::testing::Test {
   ForwarderTest() { host.join(net); }
 
   void open(ForwarderOptions options = {}) {
-    ForwarderCalls calls;
+    ForwarderCallbacks calls;
     calls.packet = [this](ByteView bytes) {
       if (taken.size() >= space) return ++refused, false;
       taken.emplace_back(bytes.begin(), bytes.end());
@@ -101,4 +101,4 @@ class ForwarderTest : public ::testing::Test {
   std::unique_ptr<Forwarder> forwarder;
 };
 
-}  // namespace rubicon::networks::wsn
+}  // namespace rubicon::networks::wsn::share

@@ -5,7 +5,7 @@
 
 #include "networks/wsn/share/forwarder_fixture.h"
 
-namespace rubicon::networks::wsn {
+namespace rubicon::networks::wsn::share {
 namespace {
 
 using ::testing::Contains;
@@ -352,4 +352,4 @@ TEST_F(ForwarderTest, TheOriginalToolsRecordedConnectionArrivesWhole) {
 }
 
 }  // namespace
-}  // namespace rubicon::networks::wsn
+}  // namespace rubicon::networks::wsn::share

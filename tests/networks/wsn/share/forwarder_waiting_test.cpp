@@ -4,7 +4,7 @@
 
 #include "networks/wsn/share/forwarder_fixture.h"
 
-namespace rubicon::networks::wsn {
+namespace rubicon::networks::wsn::share {
 namespace {
 
 using ::testing::ElementsAre;
@@ -235,4 +235,4 @@ TEST_F(ForwarderTest, AHeldClientThatDiedIsNoticedWhenItIsSentTo) {
 }
 
 }  // namespace
-}  // namespace rubicon::networks::wsn
+}  // namespace rubicon::networks::wsn::share

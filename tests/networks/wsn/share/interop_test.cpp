@@ -10,7 +10,7 @@
 #include "transport/asio_scheduler.h"
 #include "transport/local_transports.h"
 
-namespace rubicon::networks::wsn {
+namespace rubicon::networks::wsn::share {
 namespace {
 
 using namespace std::chrono_literals;
@@ -36,8 +36,8 @@ class EchoingSink {
     options.greeting_time = 2s;
     return options;
   }
-  ForwarderCalls calls() {
-    ForwarderCalls calls;
+  ForwarderCallbacks calls() {
+    ForwarderCallbacks calls;
     calls.packet = [this](ByteView packet) {
       if (waiting_.size() >= kRoom) return ++refused_, false;
       waiting_.emplace_back(packet.begin(), packet.end());
@@ -128,4 +128,4 @@ TEST(ForwarderInterop, IndependentClientsInAnotherLanguageAreServedAtOnce) {
 }
 
 }  // namespace
-}  // namespace rubicon::networks::wsn
+}  // namespace rubicon::networks::wsn::share

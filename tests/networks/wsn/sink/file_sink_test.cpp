@@ -7,7 +7,7 @@
 #include "motes/packet_log_writer.h"
 #include "networks/wsn/sink/sink_fixture.h"
 
-namespace rubicon::networks::wsn {
+namespace rubicon::networks::wsn::sink {
 namespace {
 
 using motes::PacketDirection;
@@ -168,4 +168,4 @@ TEST_F(FileSinkTest, PlaysTheOriginalsRecording) {
 }
 
 }  // namespace
-}  // namespace rubicon::networks::wsn
+}  // namespace rubicon::networks::wsn::sink

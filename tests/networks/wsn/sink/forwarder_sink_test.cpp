@@ -4,7 +4,7 @@
 
 #include "networks/wsn/sink/sink_fixture.h"
 
-namespace rubicon::networks::wsn {
+namespace rubicon::networks::wsn::sink {
 namespace {
 
 using testing::ElementsAre;
@@ -99,7 +99,7 @@ TEST_F(ForwarderSinkTest, LeavesATenthOfASecondBetweenPackets) {
   time.run_for(5s);
   ASSERT_EQ(heard_at.size(), 10U);
   for (std::size_t i = 1; i < heard_at.size(); ++i) EXPECT_GE(heard_at[i] - heard_at[i - 1], 100ms);
-  for (std::uint16_t i = 0; i < 10; ++i) EXPECT_EQ(outcome(i), Sent::kAcknowledged);
+  for (std::uint16_t i = 0; i < 10; ++i) EXPECT_EQ(outcome(i), SendResult::kAcknowledged);
   EXPECT_EQ(count("acknowledged"), 11U);
 }
 
@@ -161,7 +161,7 @@ TEST_F(ForwarderSinkTest, SendsNothingMoreToAForwarderThatTakesNothing) {
   for (std::uint16_t i = 0; i < 5; ++i) ASSERT_TRUE(send(i, {Lane::kCommand, 5s}));
   time.run_for(10s);
   EXPECT_EQ(count("acknowledged"), 2U) << "the greeting, and what was handed over before that showed";
-  EXPECT_EQ(outcome(4), Sent::kExpired);
+  EXPECT_EQ(outcome(4), SendResult::kExpired);
 }
 
 TEST_F(ForwarderSinkTest, DropsWhatIsNoSerialAm) {
@@ -186,4 +186,4 @@ TEST_F(ForwarderSinkTest, MayBeDestroyedInEachOfItsCalls) {
 }
 
 }  // namespace
-}  // namespace rubicon::networks::wsn
+}  // namespace rubicon::networks::wsn::sink

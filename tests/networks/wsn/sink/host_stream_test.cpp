@@ -2,7 +2,7 @@
 
 #include "networks/wsn/sink/sink_fixture.h"
 
-namespace rubicon::networks::wsn {
+namespace rubicon::networks::wsn::sink {
 namespace {
 
 using testing::HasSubstr;
@@ -91,4 +91,4 @@ TEST_F(HostStreamTest, CannotBeOpenedWhereThereAreNoSockets) {
 }
 
 }  // namespace
-}  // namespace rubicon::networks::wsn
+}  // namespace rubicon::networks::wsn::sink

@@ -7,7 +7,7 @@
 #include "motes/mote_vectors.h"
 #include "transport/memory/memory_transports.h"
 
-namespace rubicon::networks::wsn {
+namespace rubicon::networks::wsn::sink {
 namespace {
 
 using namespace std::chrono_literals;
@@ -134,4 +134,4 @@ TEST_F(WsnPacketRecorder, PassesOverWhatNoReaderWouldFind) {
 }
 
 }  // namespace
-}  // namespace rubicon::networks::wsn
+}  // namespace rubicon::networks::wsn::sink

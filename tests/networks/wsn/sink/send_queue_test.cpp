@@ -4,7 +4,7 @@
 
 #include "base/virtual_scheduler.h"
 
-namespace rubicon::networks::wsn {
+namespace rubicon::networks::wsn::sink {
 namespace {
 
 using namespace std::chrono_literals;
@@ -16,7 +16,7 @@ class WsnSendQueue : public testing::Test {
     packet.packet = {0, number};
     packet.lane = lane;
     packet.expires = expires;
-    packet.done = [this, number](Sent what) { told.emplace_back(number, what); };
+    packet.done = [this, number](SendResult what) { told.emplace_back(number, what); };
     return queue->push(std::move(packet));
   }
   int take() {
@@ -32,7 +32,7 @@ class WsnSendQueue : public testing::Test {
   VirtualScheduler time;
   int ready = 0;
   std::vector<Lane> rooms;
-  std::vector<std::pair<int, Sent>> told;
+  std::vector<std::pair<int, SendResult>> told;
   std::unique_ptr<SendQueue> queue = std::make_unique<SendQueue>(
       time, 4, SendQueue::Calls{[this] { ++ready; }, [this](Lane lane) { rooms.push_back(lane); }});
 };
@@ -111,7 +111,7 @@ TEST_F(WsnSendQueue, ReportsEachExpiredPacketOnceAtItsTime) {
   time.run_for(999ms);
   EXPECT_TRUE(told.empty());
   time.run_for(1ms);
-  EXPECT_EQ(told, (std::vector<std::pair<int, Sent>>{{2, Sent::kExpired}}));
+  EXPECT_EQ(told, (std::vector<std::pair<int, SendResult>>{{2, SendResult::kExpired}}));
   time.run_for(1h);
   EXPECT_EQ(told.size(), 2U);
   EXPECT_EQ(expired(), 2U);
@@ -149,7 +149,7 @@ TEST_F(WsnSendQueue, TellsNothingOnceItIsGone) {
   for (std::uint8_t i = 0; i < 4; ++i) ASSERT_TRUE(push(Lane::kClient, i, time.now() + 1s));
   EXPECT_FALSE(push(Lane::kClient, 9));
   EXPECT_EQ(take(), 0);
-  queue->report([this](Sent what) { told.emplace_back(0, what); }, Sent::kAcknowledged);
+  queue->report([this](SendResult what) { told.emplace_back(0, what); }, SendResult::kAcknowledged);
   queue.reset();
   time.run_for(1h);
   EXPECT_EQ(ready, 0);
@@ -158,4 +158,4 @@ TEST_F(WsnSendQueue, TellsNothingOnceItIsGone) {
 }
 
 }  // namespace
-}  // namespace rubicon::networks::wsn
+}  // namespace rubicon::networks::wsn::sink

@@ -6,7 +6,7 @@
 
 #include "networks/wsn/sink/sink_fixture.h"
 
-namespace rubicon::networks::wsn {
+namespace rubicon::networks::wsn::sink {
 namespace {
 
 using testing::ElementsAre;
@@ -139,7 +139,7 @@ TEST_F(SerialFaults, FloodDoesNotStarveSending) {
     time.run_for(net.tcp.transit);
     EXPECT_EQ(mote.heard.size(), before + 1) << i;
     time.run_for(20ms);
-    EXPECT_EQ(outcome(i), Sent::kAcknowledged) << i;
+    EXPECT_EQ(outcome(i), SendResult::kAcknowledged) << i;
   }
   reopening.cancel();
   time.run_for(1s);
@@ -150,7 +150,7 @@ TEST_F(SerialFaults, FloodDoesNotStarveSending) {
 /// The line takes none of our bytes while the sink floods us: acks wait up to a bound, the others are not sent.
 TEST_F(SerialFaults, FloodOfWhatWantsAcksDoesNotFillTheMemory) {
   SendQueue queue(time, 8, {[] {}, [](Lane) {}});
-  SinkVoice voice(calls());
+  SinkNotifier notifier(calls());
   std::size_t waits = 0, most = 0;
   SerialLink::Calls line;
   line.write = [&](ByteView bytes) { most = std::max(most, waits += bytes.size()); };
@@ -158,7 +158,7 @@ TEST_F(SerialFaults, FloodOfWhatWantsAcksDoesNotFillTheMemory) {
   line.heard = [] {};
   line.acknowledges = [](bool) {};
   line.failed = [](const Error&) {};
-  SerialLink link({}, time, queue, voice, std::move(line));
+  SerialLink link({}, time, queue, notifier, std::move(line));
   link.begin();
   const auto frame = motes::hdlc_acked_packet(1, kOnePacket);
   const auto unsent = [&] {
@@ -190,7 +190,7 @@ TEST_F(SerialFaults, ASinkThatGoesMuteIsALostLine) {
   EXPECT_THAT(failures[0].text, testing::HasSubstr("the sink says nothing any more"));
   EXPECT_EQ(failures[0].code, ErrorCode::kUnreachable);
   EXPECT_EQ(phase(), Phase::kOff);
-  for (std::uint16_t i = 0; i < 3; ++i) EXPECT_EQ(outcome(i), Sent::kNotAcknowledged) << i;
+  for (std::uint16_t i = 0; i < 3; ++i) EXPECT_EQ(outcome(i), SendResult::kNotAcknowledged) << i;
   EXPECT_EQ(outcome(3), std::nullopt) << "what waits stays";
   mote.answers = true;
   mote.executed.clear();
@@ -207,7 +207,7 @@ TEST_F(SerialFaults, ASinkThatDoesNotAckButSpeaksIsNoLostLine) {
     ASSERT_TRUE(send(i));
     if (i % 2 == 1) mote.say(numbered(1));
     time.run_for(3100ms);
-    EXPECT_EQ(outcome(i), Sent::kNotAcknowledged) << i;
+    EXPECT_EQ(outcome(i), SendResult::kNotAcknowledged) << i;
   }
   EXPECT_THAT(failures, IsEmpty());
   EXPECT_EQ(phase(), Phase::kUp);
@@ -221,4 +221,4 @@ TEST_F(SerialFaults, SayingNothingForAnHourIsNoFault) {
 }
 
 }  // namespace
-}  // namespace rubicon::networks::wsn
+}  // namespace rubicon::networks::wsn::sink

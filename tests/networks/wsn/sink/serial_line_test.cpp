@@ -2,7 +2,7 @@
 
 #include "networks/wsn/sink/sink_fixture.h"
 
-namespace rubicon::networks::wsn {
+namespace rubicon::networks::wsn::sink {
 namespace {
 
 using testing::ElementsAre;
@@ -45,7 +45,7 @@ TEST_F(SerialLineTest, CarriesPacketsBothWays) {
   time.run_for(1s);
   EXPECT_THAT(received, ElementsAre(numbered(7)));
   EXPECT_THAT(mote.executed, ElementsAre(numbered(1)));
-  EXPECT_EQ(outcome(1), Sent::kAcknowledged);
+  EXPECT_EQ(outcome(1), SendResult::kAcknowledged);
 }
 
 TEST_F(SerialLineTest, SurvivesThatTheSinkIsPulledOutAndPluggedInAgain) {
@@ -101,4 +101,4 @@ TEST_F(SerialLineTest, GreetsAgainAfterEachReplug) {
 }
 
 }  // namespace
-}  // namespace rubicon::networks::wsn
+}  // namespace rubicon::networks::wsn::sink

@@ -3,7 +3,7 @@
 #include "motes/mote_vectors.h"
 #include "networks/wsn/sink/sink_fixture.h"
 
-namespace rubicon::networks::wsn {
+namespace rubicon::networks::wsn::sink {
 namespace {
 
 using testing::ElementsAre;
@@ -117,11 +117,11 @@ TEST_F(SerialSinkTest, StaysUpWithAReasonWherePacketsComeAndAcksDoNot) {
   ASSERT_EQ(states.size(), 2U);
   ASSERT_TRUE(send(7));
   time.run_for(4s);
-  EXPECT_EQ(outcome(7), Sent::kNotAcknowledged);
+  EXPECT_EQ(outcome(7), SendResult::kNotAcknowledged);
   mote.answers = true;
   ASSERT_TRUE(send(8));
   time.run_for(4s);
-  EXPECT_EQ(outcome(8), Sent::kAcknowledged);
+  EXPECT_EQ(outcome(8), SendResult::kAcknowledged);
   EXPECT_EQ(sink->state().reason, "");
 }
 
@@ -178,7 +178,7 @@ TEST_F(SerialSinkTest, PacesTenCommandsForASinkThatLosesWhatComesTooSoon) {
   EXPECT_EQ(count("acknowledged"), 11U);
   EXPECT_EQ(count("packets-written"), 11U);
   EXPECT_EQ(count("repeated-frames"), 0U);
-  for (std::uint16_t i = 0; i < 10; ++i) EXPECT_EQ(outcome(i), Sent::kAcknowledged);
+  for (std::uint16_t i = 0; i < 10; ++i) EXPECT_EQ(outcome(i), SendResult::kAcknowledged);
 }
 
 TEST_F(SerialSinkTest, PushesBackOnAThousandCommandsAndLosesNone) {
@@ -220,7 +220,7 @@ TEST_F(SerialSinkTest, WaitsOverAnAckOfAnotherNumber) {
   EXPECT_FALSE(outcome(1)) << "the greeting's";
   mote.ack(0x11);
   time.run_for(10ms);
-  EXPECT_EQ(outcome(1), Sent::kAcknowledged);
+  EXPECT_EQ(outcome(1), SendResult::kAcknowledged);
 }
 
 TEST_F(SerialSinkTest, GivesUpAfterThreeAttempts) {
@@ -230,7 +230,7 @@ TEST_F(SerialSinkTest, GivesUpAfterThreeAttempts) {
   time.run_for(2999ms);
   EXPECT_FALSE(outcome(1));
   time.run_for(10ms);
-  EXPECT_EQ(outcome(1), Sent::kNotAcknowledged);
+  EXPECT_EQ(outcome(1), SendResult::kNotAcknowledged);
   EXPECT_EQ(mote.heard.size(), 3U);
   EXPECT_EQ(count("unacknowledged"), 1U);
   EXPECT_TRUE(noted("unacknowledged"));
@@ -243,7 +243,7 @@ TEST_F(SerialSinkTest, SendsOnlyOnceWhatMayNotBeRepeated) {
   ASSERT_TRUE(send(1, {Lane::kClient, 24h, false}));
   time.run_for(10s);
   EXPECT_EQ(mote.heard.size(), 1U);
-  EXPECT_EQ(outcome(1), Sent::kNotAcknowledged);
+  EXPECT_EQ(outcome(1), SendResult::kNotAcknowledged);
 }
 
 TEST_F(SerialSinkTest, RepeatsNothingWhoseTimeIsOver) {
@@ -252,7 +252,7 @@ TEST_F(SerialSinkTest, RepeatsNothingWhoseTimeIsOver) {
   ASSERT_TRUE(send(1, {Lane::kCommand, 1500ms}));
   time.run_for(10s);
   EXPECT_EQ(mote.heard.size(), 2U);
-  EXPECT_EQ(outcome(1), Sent::kNotAcknowledged) << "it may have been executed";
+  EXPECT_EQ(outcome(1), SendResult::kNotAcknowledged) << "it may have been executed";
 }
 
 TEST_F(SerialSinkTest, TakesTheAckOfAnEarlierAttemptButLetsTheLastOneArrive) {
@@ -263,11 +263,11 @@ TEST_F(SerialSinkTest, TakesTheAckOfAnEarlierAttemptButLetsTheLastOneArrive) {
   time.run_for(900ms);
   mote.ack_delay = 200ms;
   time.run_for(160ms);
-  EXPECT_EQ(outcome(1), Sent::kAcknowledged);
+  EXPECT_EQ(outcome(1), SendResult::kAcknowledged);
   EXPECT_EQ(mote.heard.size(), 2U) << "the next packet waits: the sink would lose it";
   time.run_for(3s);
   EXPECT_EQ(executed().back(), 2);
-  EXPECT_EQ(outcome(2), Sent::kAcknowledged);
+  EXPECT_EQ(outcome(2), SendResult::kAcknowledged);
   EXPECT_EQ(count("acknowledged"), 3U);
 }
 
@@ -280,10 +280,10 @@ TEST_F(SerialSinkTest, GoesOnWhereTheLastAttemptIsNeverAcked) {
   ASSERT_TRUE(send(1));
   ASSERT_TRUE(send(2));
   time.run_for(1500ms);
-  EXPECT_EQ(outcome(1), Sent::kAcknowledged);
+  EXPECT_EQ(outcome(1), SendResult::kAcknowledged);
   EXPECT_FALSE(outcome(2));
   time.run_for(1s);
-  EXPECT_EQ(outcome(2), Sent::kAcknowledged);
+  EXPECT_EQ(outcome(2), SendResult::kAcknowledged);
 }
 
 TEST_F(SerialSinkTest, ExpiresWhatCouldNotLeaveInTime) {
@@ -292,7 +292,7 @@ TEST_F(SerialSinkTest, ExpiresWhatCouldNotLeaveInTime) {
   ASSERT_TRUE(send(1));
   ASSERT_TRUE(send(2, {Lane::kCommand, 2s}));
   time.run_for(2s);
-  EXPECT_EQ(outcome(2), Sent::kExpired);
+  EXPECT_EQ(outcome(2), SendResult::kExpired);
   time.run_for(5s);
   EXPECT_EQ(mote.heard.size(), 3U);
   EXPECT_EQ(count("expired"), 1U);
@@ -336,7 +336,7 @@ TEST_F(SerialSinkTest, MayBeDestroyedInEachOfItsCalls) {
     } else {
       Outgoing packet;
       packet.packet = numbered(1);
-      packet.done = [&](Sent) { sink.reset(); };
+      packet.done = [&](SendResult) { sink.reset(); };
       ASSERT_TRUE(sink->send(std::move(packet)));
     }
     Bytes two = motes::hdlc_packet(numbered(5));
@@ -376,7 +376,7 @@ TEST_F(SerialSinkTest, KeepsWhatWaitsWhileThereIsNoLine) {
   ASSERT_TRUE(send(1));
   ASSERT_TRUE(send(2, {Lane::kCommand, 1s}));
   time.run_for(1h);
-  EXPECT_EQ(outcome(2), Sent::kExpired);
+  EXPECT_EQ(outcome(2), SendResult::kExpired);
   EXPECT_FALSE(outcome(1));
   open();
   time.run_for(1s);
@@ -391,7 +391,7 @@ TEST_F(SerialSinkTest, DoesNotRepeatOnANewLineWhatMayNotBeRepeated) {
   mote.hang_up();
   mote.answers = true;
   time.run_for(5s);
-  EXPECT_EQ(outcome(1), Sent::kNotAcknowledged);
+  EXPECT_EQ(outcome(1), SendResult::kNotAcknowledged);
   EXPECT_EQ(mote.heard.size(), 2U) << "itself, and the second greeting";
 }
 
@@ -405,7 +405,7 @@ TEST_F(SerialSinkTest, DoesNotOpenADoorAnHourLater) {
   time.run_for(4s);
   EXPECT_FALSE(outcome(1));
   time.run_for(1s);
-  EXPECT_EQ(outcome(1), Sent::kNotAcknowledged);
+  EXPECT_EQ(outcome(1), SendResult::kNotAcknowledged);
   mote.answers = true;
   open();
   time.run_for(5s);
@@ -420,7 +420,7 @@ TEST_F(SerialSinkTest, RepeatsOnOneNewLineOnly) {
   };
   ASSERT_TRUE(send(1));
   time.run_for(10s);
-  EXPECT_EQ(outcome(1), Sent::kNotAcknowledged);
+  EXPECT_EQ(outcome(1), SendResult::kNotAcknowledged);
   EXPECT_EQ(failures.size(), 2U);
 }
 
@@ -448,8 +448,8 @@ TEST_F(SerialSinkTest, GivesUpALineThatTakesNoBytes) {
   EXPECT_EQ(count("repeated-frames"), 0U) << "nothing piles up";
   net.tcp.stall(false);
   time.run_for(5s);
-  EXPECT_EQ(outcome(1), Sent::kAcknowledged);
+  EXPECT_EQ(outcome(1), SendResult::kAcknowledged);
 }
 
 }  // namespace
-}  // namespace rubicon::networks::wsn
+}  // namespace rubicon::networks::wsn::sink

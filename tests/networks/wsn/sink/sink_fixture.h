@@ -18,7 +18,7 @@
 #include "transport/memory/memory_serial.h"
 #include "transport/memory/memory_transports.h"
 
-namespace rubicon::networks::wsn {
+namespace rubicon::networks::wsn::sink {
 
 using namespace std::chrono_literals;
 
@@ -131,8 +131,8 @@ class SinkTold : public testing::Test {
     options.greeting = set_island(42);
   }
 
-  SinkCalls calls() {
-    SinkCalls calls;
+  SinkCallbacks calls() {
+    SinkCallbacks calls;
     calls.changed = [this](const SinkState& state) { states.push_back(state); };
     calls.failed = [this](Error why) {
       failures.push_back(std::move(why));
@@ -175,13 +175,13 @@ class SinkTold : public testing::Test {
     packet.lane = wish.lane;
     packet.expires = time.now() + wish.lives;
     packet.repeatable = wish.repeatable;
-    packet.done = [this, number](Sent what) {
+    packet.done = [this, number](SendResult what) {
       EXPECT_FALSE(told.contains(number)) << number << " was told twice";
       told[number] = what;
     };
     return sink->send(std::move(packet));
   }
-  std::optional<Sent> outcome(std::uint16_t number) const {
+  std::optional<SendResult> outcome(std::uint16_t number) const {
     const auto found = told.find(number);
     return found == told.end() ? std::nullopt : std::optional(found->second);
   }
@@ -201,7 +201,7 @@ class SinkTold : public testing::Test {
   std::vector<SteadyTime> received_at;
   std::vector<Lane> rooms;
   std::vector<std::pair<std::string, std::string>> notes;
-  std::map<std::uint16_t, Sent> told;
+  std::map<std::uint16_t, SendResult> told;
   std::function<void()> on_received, on_left, on_room;
   bool reopens = true;
   Duration reopen_pause = 500ms;
@@ -241,4 +241,4 @@ class SerialSinkFixture : public SinkTold {
   FakeSink mote{time};
 };
 
-}  // namespace rubicon::networks::wsn
+}  // namespace rubicon::networks::wsn::sink

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace rubicon::networks::wsn {
+namespace rubicon::networks::wsn::sink {
 namespace {
 
 using testing::HasSubstr;
@@ -148,4 +148,4 @@ TEST(SourceString, SaysWhatIsWrongWhereAndWhatWasExpected) {
 }
 
 }  // namespace
-}  // namespace rubicon::networks::wsn
+}  // namespace rubicon::networks::wsn::sink

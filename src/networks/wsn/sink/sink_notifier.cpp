@@ -1,10 +1,10 @@
-#include "networks/wsn/sink/sink_voice.h"
+#include "networks/wsn/sink/sink_notifier.h"
 
 #include <fmt/format.h>
 
 #include <utility>
 
-namespace rubicon::networks::wsn {
+namespace rubicon::networks::wsn::sink {
 
 namespace {
 
@@ -12,7 +12,7 @@ constexpr std::uint8_t kSerialAm = 0x00;
 
 }  // namespace
 
-bool SinkVoice::state(SinkState::Phase phase, std::string reason) {
+bool SinkNotifier::state(SinkState::Phase phase, std::string reason) {
   if (state_.phase == phase && state_.reason == reason) return true;
   state_ = {phase, std::move(reason)};
   const auto alive = alive_;
@@ -20,14 +20,14 @@ bool SinkVoice::state(SinkState::Phase phase, std::string reason) {
   return *alive;
 }
 
-bool SinkVoice::failed(Error why) {
+bool SinkNotifier::failed(Error why) {
   const auto alive = alive_;
   if (!state(SinkState::Phase::kOff, why.text)) return false;
   if (calls_.failed) calls_.failed(std::move(why));
   return *alive;
 }
 
-bool SinkVoice::received(ByteView packet) {
+bool SinkNotifier::received(ByteView packet) {
   const auto alive = alive_;
   if (packet.empty() || packet.front() != kSerialAm) {
     ++other_dispatch_;
@@ -40,27 +40,27 @@ bool SinkVoice::received(ByteView packet) {
   return *alive;
 }
 
-bool SinkVoice::left(ByteView packet) {
+bool SinkNotifier::left(ByteView packet) {
   const auto alive = alive_;
   ++written_;
   if (calls_.left) calls_.left(packet);
   return *alive;
 }
 
-bool SinkVoice::note(const std::string& subject, std::string_view text) {
+bool SinkNotifier::note(const std::string& subject, std::string_view text) {
   const auto alive = alive_;
   if (calls_.note) calls_.note(subject, text);
   return *alive;
 }
 
-void SinkVoice::room(Lane lane) const {
+void SinkNotifier::room(Lane lane) const {
   if (calls_.room) calls_.room(lane);
 }
 
-void SinkVoice::count(std::map<std::string, std::uint64_t>& into) const {
+void SinkNotifier::count(std::map<std::string, std::uint64_t>& into) const {
   into["packets-read"] = read_;
   into["packets-written"] = written_;
   into["unknown-dispatches"] = other_dispatch_;
 }
 
-}  // namespace rubicon::networks::wsn
+}  // namespace rubicon::networks::wsn::sink

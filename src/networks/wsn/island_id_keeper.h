@@ -11,13 +11,13 @@ namespace rubicon::networks::wsn {
 
 /// Keeps a sink on our island: a sink that was switched off is on the island that was compiled in, and tells nobody
 /// (wsn.md 9.1).
-class SinkIsland {
+class IslandIdKeeper {
  public:
-  using SendCall = std::function<Result<void>(Outgoing)>;
+  using SendCall = std::function<Result<void>(sink::Outgoing)>;
   /// A sink that shows another island, or nothing where something is due, is corrected at once, but not more often.
   static constexpr Duration kPause = std::chrono::seconds(5);
 
-  SinkIsland(std::uint16_t island, Scheduler& scheduler, SendCall send)
+  IslandIdKeeper(std::uint16_t island, Scheduler& scheduler, SendCall send)
       : island_(island), scheduler_(scheduler), send_(std::move(send)) {}
 
   /// SET_ISLAND_ID: also the first packet after each opening.

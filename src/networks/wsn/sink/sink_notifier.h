@@ -4,16 +4,16 @@
 
 #include "networks/wsn/sink/sink.h"
 
-namespace rubicon::networks::wsn {
+namespace rubicon::networks::wsn::sink {
 
 /// What a sink tells, and its state. Belongs to a Sink, which may be destroyed in any of these calls: whoever makes one
 /// touches nothing more when it gives false.
-class SinkVoice {
+class SinkNotifier {
  public:
-  explicit SinkVoice(SinkCalls calls) : calls_(std::move(calls)) {}
-  ~SinkVoice() { *alive_ = false; }
-  SinkVoice(const SinkVoice&) = delete;
-  SinkVoice& operator=(const SinkVoice&) = delete;
+  explicit SinkNotifier(SinkCallbacks calls) : calls_(std::move(calls)) {}
+  ~SinkNotifier() { *alive_ = false; }
+  SinkNotifier(const SinkNotifier&) = delete;
+  SinkNotifier& operator=(const SinkNotifier&) = delete;
 
   /// From inside open(): tells nobody.
   void connecting() { state_ = {SinkState::Phase::kConnecting, {}}; }
@@ -32,10 +32,10 @@ class SinkVoice {
   void count(std::map<std::string, std::uint64_t>& into) const;
 
  private:
-  SinkCalls calls_;
+  SinkCallbacks calls_;
   SinkState state_;
   std::uint64_t read_ = 0, written_ = 0, other_dispatch_ = 0;
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
 };
 
-}  // namespace rubicon::networks::wsn
+}  // namespace rubicon::networks::wsn::sink

@@ -1,4 +1,4 @@
-#include "networks/wsn/sink_island.h"
+#include "networks/wsn/island_id_keeper.h"
 
 #include <tuple>
 
@@ -6,24 +6,24 @@
 
 namespace rubicon::networks::wsn {
 
-Bytes SinkIsland::packet() const {
+Bytes IslandIdKeeper::packet() const {
   return motes::packet_of(motes::AmType::kConfig, motes::encode_config({motes::kSetIslandId, island_}));
 }
 
-void SinkIsland::watch(std::optional<Duration> period) {
+void IslandIdKeeper::watch(std::optional<Duration> period) {
   next_.cancel();
   if (!period) return;
   next_ = scheduler_.after(*period, [this, period] {
-    std::ignore = send_({packet(), Lane::kProbe, scheduler_.now() + *period, true, {}});
+    std::ignore = send_({packet(), sink::Lane::kProbe, scheduler_.now() + *period, true, {}});
     watch(period);
   });
 }
 
-void SinkIsland::correct() {
+void IslandIdKeeper::correct() {
   const auto now = scheduler_.now();
   if (corrected_ && now < *corrected_ + kPause) return;
   corrected_ = now;
-  std::ignore = send_({packet(), Lane::kCommand, now + kPause, true, {}});
+  std::ignore = send_({packet(), sink::Lane::kCommand, now + kPause, true, {}});
 }
 
 }  // namespace rubicon::networks::wsn

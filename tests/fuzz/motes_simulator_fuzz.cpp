@@ -11,12 +11,12 @@ using namespace rubicon;
 /// Whatever comes in on its serial line, what a sink says is sound.
 void check_sink(ByteView bytes) {
   VirtualScheduler time;
-  mote_simulator::WorldOptions options;
-  mote_simulator::MoteOptions mote;
+  motes_simulator::WorldOptions options;
+  motes_simulator::MoteOptions mote;
   mote.obey = mote.updates = true;
   options.add_motes(1, 2, 2, mote);
   options.sink.readings = true;
-  mote_simulator::World world(options, time);
+  motes_simulator::World world(options, time);
   motes::HdlcReader reader;
   world.sink(1).connect([&reader](ByteView out) {
     if (!reader.next(out) || !out.empty()) std::abort();
@@ -37,7 +37,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     check_sink(rest);
     return 0;
   }
-  const auto steps = mote_simulator::parse_script(base::as_text(rest));
+  const auto steps = motes_simulator::parse_script(base::as_text(rest));
   if (!steps && steps.error().text.empty()) std::abort();
   return 0;
 }
