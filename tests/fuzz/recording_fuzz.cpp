@@ -60,7 +60,7 @@ void check_replay(ByteView content) {
   recording.end();
   do {
     while (const auto step = recording.next()) {
-      if (step->said.empty()) std::abort();
+      if (step->messages.empty()) std::abort();
     }
   } while (recording.has_more());
 }

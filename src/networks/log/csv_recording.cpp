@@ -161,16 +161,16 @@ void CsvRecording::read_cells(const TextLine& line, std::size_t device, Step& st
       damaged(line, fmt::format("line {}, column `{}`: {}", line.number, placed.mapping->column, value.error().text));
     }
   }
-  if (!updates.readings.empty()) step.said.emplace_back(mapping_.devices[device].device, std::move(updates));
+  if (!updates.readings.empty()) step.messages.emplace_back(mapping_.devices[device].device, std::move(updates));
 }
 
 void CsvRecording::introduce(Step& step) {
   introduced_ = true;
   std::size_t label = 0;
   for (const DeviceMapping& device : mapping_.devices) {
-    if (!joined_) step.said.emplace_back(device.device, join_of(device));
+    if (!joined_) step.messages.emplace_back(device.device, join_of(device));
     model::Updates properties = properties_of(device, label);
-    if (!properties.readings.empty()) step.said.emplace_back(device.device, std::move(properties));
+    if (!properties.readings.empty()) step.messages.emplace_back(device.device, std::move(properties));
   }
   joined_ = true;
 }

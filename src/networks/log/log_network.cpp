@@ -93,8 +93,8 @@ class LogNetwork final : public network::Network {
   ReplayCounters counters_;
   std::unique_ptr<Recording> recording_;  ///< from the first opening on, when the format is known
   std::unique_ptr<FileChain> chain_;
-  std::optional<Step> step_;   ///< read, not yet due
-  std::size_t next_said_ = 0;  ///< what was told of it already goes before
+  std::optional<Step> step_;      ///< read, not yet due
+  std::size_t next_message_ = 0;  ///< what was told of it already goes before
   bool up_ = false;
   std::deque<std::string> leaving_;  ///< at the end, still to be told
   RecordTime position_{};
@@ -257,7 +257,7 @@ bool LogNetwork::fetch() {
   if (clock_.went_back() && !std::exchange(told_of_step_back_, true))
     host_.log().warning(fmt::format("{}: time steps back, taken as no pause", chain_->path()));
   step_ = std::move(step);
-  next_said_ = 0;
+  next_message_ = 0;
   return true;
 }
 
@@ -271,15 +271,15 @@ void LogNetwork::tell(std::size_t& weight) {
   const bool passed_over = clock_.passed_over(position_);
   const WallTime now = host_.scheduler().wall_now();
   const WallTime when = options_.recorded_times ? step_->wall.value_or(now) : now;
-  auto& said = step_->said;
-  while (next_said_ < said.size() && weight < kReadingsPerTurn) {
-    auto& [device, body] = said[next_said_++];
+  auto& messages = step_->messages;
+  while (next_message_ < messages.size() && weight < kReadingsPerTurn) {
+    auto& [device, body] = messages[next_message_++];
     weight += weight_of(body);
     if (passed_over && !told_when_passed_over(body)) continue;
     ++told_;
     deliver(device, std::move(body), when);
   }
-  if (next_said_ == said.size()) step_.reset();
+  if (next_message_ == messages.size()) step_.reset();
   if (host_.scheduler().now() >= next_report_) report(LineState::kUp);
 }
 

@@ -52,7 +52,7 @@ std::optional<Step> PacketRecording::step_of(const motes::PacketRecord& record) 
   step.wall = WallTime(step.time);
   for (model::Message& message : events->messages) {
     if (!message.source.device.empty()) devices_.insert(message.source.device);
-    step.said.emplace_back(std::move(message.source.device), std::move(message.body));
+    step.messages.emplace_back(std::move(message.source.device), std::move(message.body));
   }
   return step;
 }

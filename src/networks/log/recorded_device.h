@@ -82,7 +82,7 @@ struct RecordedDevice {
   std::vector<std::string> capabilities;           ///< types in the order of their first point
   std::map<PointKey, RecordedPoint> points;
   bool changed = false;         ///< since its last Join
-  bool queued = false;          ///< for a look at the end of the turn
+  bool deferred = false;        ///< until the end of the turn
   std::string joined_as;        ///< address of its last Join; empty = it is not joined
   std::uint64_t confirmed = 0;  ///< the snapshot that named it last
 

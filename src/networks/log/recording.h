@@ -29,7 +29,7 @@ struct Step {
   /// UTC of the moment, where the recording knows it.
   std::optional<WallTime> wall;
   /// Device and what it said, in order.
-  std::vector<std::pair<std::string, model::Body>> said;
+  std::vector<std::pair<std::string, model::Body>> messages;
 };
 
 /// A damaged place: byte offset in the present file, and what is wrong there.

@@ -34,7 +34,7 @@ class HostileRecording : public LogRecording {
   std::size_t drain(TupleRecording& recording) {
     std::size_t pauses = 0;
     for (;;) {
-      while (const auto step = recording.next()) most_said_ = std::max(most_said_, step->said.size());
+      while (const auto step = recording.next()) most_messages_ = std::max(most_messages_, step->messages.size());
       if (!recording.has_more()) return pauses;
       ++pauses;
     }
@@ -47,7 +47,7 @@ class HostileRecording : public LogRecording {
 
   ReplayCounters counters_;
   std::vector<std::string> complaints_;
-  std::size_t most_said_ = 0;
+  std::size_t most_messages_ = 0;
 };
 
 TEST_F(HostileRecording, AMomentWithManyReadingsIsToldInSharesAndNothingIsLost) {
@@ -95,7 +95,7 @@ TEST_F(HostileRecording, AllDevicesLeaveInSharesWhenASnapshotDoesNotNameThem) {
   played.feed(base::as_bytes(file));
   played.end();
   EXPECT_THAT(drain(played), Gt(2u));
-  EXPECT_THAT(most_said_, Le(250u));
+  EXPECT_THAT(most_messages_, Le(250u));
   EXPECT_THAT(played.devices(), IsEmpty());
 }
 
@@ -113,7 +113,7 @@ TEST_F(HostileRecording, RecordsThatMatchNothingLetOthersGoFirst) {
 
 TEST_F(HostileRecording, MoreDevicesThanAnIslandTakesAreNotRemembered) {
   Writer writer;
-  for (std::size_t i = 0; i < TupleRecording::kMaxDevices + 500; ++i)
+  for (std::size_t i = 0; i < RecordedKeys::kMaxDevices + 500; ++i)
     writer.set(fmt::format("proxy.wsn-1.{}.sensor.light-1.value", i), "5");
   auto played = recording();
   played.begin("x", {});
@@ -121,14 +121,14 @@ TEST_F(HostileRecording, MoreDevicesThanAnIslandTakesAreNotRemembered) {
   played.feed(base::as_bytes(file));
   played.end();
   drain(played);
-  EXPECT_EQ(played.devices().size(), TupleRecording::kMaxDevices);
+  EXPECT_EQ(played.devices().size(), RecordedKeys::kMaxDevices);
   EXPECT_THAT(complaints_, ElementsAre(HasSubstr("more devices than are played, expected at most 20000")));
 }
 
 TEST_F(HostileRecording, MorePointsThanADeviceHasAndUnknownTypesAreNotRemembered) {
   Writer writer;
   writer.same_turn = true;
-  for (std::size_t i = 0; i < TupleRecording::kMaxPoints + 5; ++i)
+  for (std::size_t i = 0; i < RecordedKeys::kMaxPoints + 5; ++i)
     writer.set(fmt::format("proxy.wsn-1.7.sensor.light-{}.value", i), "5");
   for (int i = 0; i < 2000; ++i) writer.set(fmt::format("proxy.wsn-1.8.sensor.mood{}-1.value", i), "5");
   auto played = recording();

@@ -1,0 +1,83 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "networks/log/recorded_device.h"
+#include "networks/log/recorded_networks.h"
+#include "networks/log/recording_faults.h"
+#include "networks/log/work_budget.h"
+#include "recording/file_head.h"
+#include "recording/record.h"
+
+namespace rubicon::networks::log {
+
+struct TextHash {
+  using is_transparent = void;
+  std::size_t operator()(std::string_view text) const { return std::hash<std::string_view>{}(text); }
+};
+template <class T>
+using ByText = std::unordered_map<std::string, T, TextHash, std::equal_to<>>;
+
+/// The keys of a recording: which device and which of its tuples each one names. Owns the devices, which never move.
+/// Bounded, whatever the recording holds. What the constructor takes by reference must outlive it.
+class RecordedKeys {
+ public:
+  static constexpr std::size_t kMaxDevices = 20'000;
+  static constexpr std::size_t kMaxPoints = 2048;  ///< of one device
+  static constexpr std::size_t kMaxKeys = 500'000;
+  static constexpr std::size_t kMaxText = 64 << 20;  ///< bytes of all keys
+
+  /// `network`: the one to be played; empty = the only one there is.
+  RecordedKeys(std::string network, ForeignTypes& types, WorkBudget& budget, RecordingFaults& faults);
+
+  enum class Role : std::uint8_t { kUnresolved, kIgnored, kDevice, kPoint, kValue, kStatus };
+  /// What a key names: of kDevice the description of a device, of kPoint that of a point.
+  struct Target {
+    Role role = Role::kUnresolved;
+    RecordedDevice* device = nullptr;
+    RecordedPoint* point = nullptr;
+  };
+  Target target_of(const recording::Record& record);
+
+  /// The key numbers of records begin again.
+  void begin_block() { by_number_.clear(); }
+  /// Takes prefix and island; false if the island is not that of the files before.
+  bool read_head(const recording::FileHead& head);
+  OwnerId island() const { return island_; }
+
+  /// The configuration names the network.
+  bool chosen_by_user() const { return chosen_by_user_; }
+  /// There are several networks, and none is chosen.
+  bool ambiguous() const { return !chosen_by_user_ && networks_.size() > 1; }
+  /// Only takes the network's name from the key.
+  void note_network(const recording::Record& record);
+  const RecordedNetworks& networks() const { return networks_; }
+
+  const ByText<std::unique_ptr<RecordedDevice>>& devices() const { return devices_; }
+
+ private:
+  bool is_of_island(const recording::Record& record) const;
+  Target add_key(std::string_view key);
+  Target resolve(std::string_view key);
+  RecordedDevice* find_or_add_device(std::string_view id);
+  RecordedPoint* find_or_add_point(RecordedDevice& device, std::string_view kind, std::string_view id);
+
+  std::string network_;
+  const bool chosen_by_user_;
+  ForeignTypes& types_;
+  WorkBudget& budget_;
+  RecordingFaults& faults_;
+  std::string prefix_ = "proxy.";
+  OwnerId island_ = model::kNoOwner;
+  RecordedNetworks networks_;
+  ByText<std::unique_ptr<RecordedDevice>> devices_;
+  ByText<Target> by_text_;
+  std::size_t text_ = 0;           ///< bytes in by_text_
+  std::vector<Target> by_number_;  ///< of the present block
+};
+
+}  // namespace rubicon::networks::log
