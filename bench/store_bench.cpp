@@ -11,8 +11,9 @@
 #include <vector>
 
 #include "base/virtual_scheduler.h"
+#include "rubicon/tuple_space.hpp"
+#include "tuples/link.h"
 #include "tuples/memory/memory_ecology.h"
-#include "tuples/tuple_space.h"
 
 // The tuple store alone: what a set costs among many tuples and patterns, and what a tuple costs in time and memory.
 

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "apps/rubicon-proxy/exit_codes.h"
-#include "base/result.h"
 #include "config/island_config.h"
+#include "rubicon/result.hpp"
 
 namespace rubicon::daemon {
 

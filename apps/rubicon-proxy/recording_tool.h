@@ -4,8 +4,8 @@
 #include <optional>
 #include <string>
 
-#include "base/result.h"
-#include "model/key.h"
+#include "rubicon/key.hpp"
+#include "rubicon/result.hpp"
 #include "transport/transports.h"
 
 namespace rubicon::daemon {

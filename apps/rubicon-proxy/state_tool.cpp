@@ -12,7 +12,7 @@
 #include "apps/rubicon-proxy/daemon.h"
 #include "base/own_file.h"
 #include "base/printable.h"
-#include "model/key.h"
+#include "rubicon/key.hpp"
 #include "state/state_json.h"
 #include "state/state_store.h"
 

@@ -57,7 +57,7 @@ std::string near_query(Session& session, const client::DeviceQuery& query) {
 }
 
 int list(Session& session, const DeviceOptions& options) {
-  session.meet();
+  session.discover();
   const auto query = options.query();
   const auto found = session.client().devices(query, session.settings().patience);
   if (found.empty()) return session.nothing("no such device", near_query(session, query));

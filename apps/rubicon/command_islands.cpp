@@ -36,7 +36,7 @@ Line component_json(const client::Component& one) {
 }
 
 int list(Session& session, bool all) {
-  session.meet();
+  session.discover();
   auto& client = session.client();
   const auto found = all ? client.components() : client.islands();
   using Kind = Column::Kind;

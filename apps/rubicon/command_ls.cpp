@@ -37,7 +37,7 @@ std::vector<Point> all_that_fit(Session& session, const Selections& selections) 
     const auto& pattern = selection.pattern;
     const auto is_meant = [&](const Point& point) { return selection.fits(point.tuple.owner, point.tuple.key); };
     if (const auto points = points_of(pattern)) {
-      if (!pattern.owner) session.meet();
+      if (!pattern.owner) session.discover();
       if (auto some = session.client().read_points(*points, session.settings().patience))
         std::copy_if(some->begin(), some->end(), std::back_inserter(found), is_meant);
       continue;

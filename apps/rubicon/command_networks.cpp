@@ -42,7 +42,7 @@ std::string next_of(const LineStatus& line, WallTime now) {
 }
 
 int list(Session& session, const NetworksOptions& options) {
-  session.meet();
+  session.discover();
   const auto island = options.island == 0 ? std::nullopt : std::optional(OwnerId(options.island));
   const auto look = [&] { return session.client().networks(island, session.settings().patience); };
   std::map<Name, Counters> before;

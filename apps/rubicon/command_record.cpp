@@ -30,7 +30,7 @@ class Complaints final : public base::LogSink {
 /// Whose recording it becomes: nobody = that was said on standard error.
 OwnerId island_of(Session& session, const RecordOptions& options) {
   if (options.island != 0) return OwnerId(options.island);
-  session.meet();
+  session.discover();
   const auto islands = session.client().islands();
   if (islands.size() == 1) return islands[0].id;
   std::string ids;

@@ -52,7 +52,7 @@ std::vector<OwnerId> components_called(Session& session, const std::string& word
   std::uint32_t id = 0;
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), id);
   const bool is_id = error == std::errc() && end == word.data() + word.size();
-  session.meet();
+  session.discover();
   std::vector<OwnerId> found;
   for (const auto& one : session.client().components()) {
     if (is_id ? one.id == OwnerId(id) : one.summary.name == word) found.push_back(one.id);

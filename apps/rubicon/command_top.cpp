@@ -41,7 +41,7 @@ class Top {
           },
           [this, one](OwnerId owner) { snapshot_ended_.emplace(one, owner); }));
     }
-    session_.meet();
+    session_.discover();
     begin_round();
     session_.run([this] { return options_.rounds > 0 && done_ >= options_.rounds; },
                  span_of(options_.length, Duration::max()));

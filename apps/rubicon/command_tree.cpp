@@ -64,7 +64,7 @@ void add_points(Node& node, const client::Device& device, const About& about) {
 }
 
 int tree(Session& session, const DeviceOptions& options) {
-  session.meet();
+  session.discover();
   const auto query = options.query();
   const auto devices = session.client().devices(query, session.settings().patience);
   if (devices.empty()) return session.nothing("no such device");

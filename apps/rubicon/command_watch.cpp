@@ -74,7 +74,7 @@ class Watch {
     return session_.client().tuples().subscribe(selection.pattern, flow, [this, selection](const Event& event) {
       Point plain;
       plain.tuple = client::Tuple(event.tuple);
-      const auto what = event.kind == EventKind::kSet ? PointEvent::kValue : PointEvent::kGone;
+      const auto what = event.kind == EventKind::kSet ? PointEvent::kValue : PointEvent::kRemoved;
       found(selection, what, plain, to_string(event.kind));
     });
   }
@@ -83,7 +83,7 @@ class Watch {
     const auto& tuple = point.tuple;
     if (!selection.fits(tuple.owner, tuple.key)) return;
     if (selection.narrower() && !options_.passive) {
-      event == PointEvent::kGone ? wakers_.forget(tuple.owner, tuple.key) : wakers_.wake(tuple.owner, tuple.key);
+      event == PointEvent::kRemoved ? wakers_.forget(tuple.owner, tuple.key) : wakers_.wake(tuple.owner, tuple.key);
     }
     take(event, point, what);
   }
@@ -97,7 +97,7 @@ class Watch {
   void take(PointEvent event, const Point& point, std::string_view what = {}) {
     if (options_.count > 0 && shown_ >= options_.count) return;
     const std::pair name(point.tuple.owner, point.tuple.key);
-    if (event == PointEvent::kGone) {
+    if (event == PointEvent::kRemoved) {
       values_.erase(name);
     } else {
       const auto value = std::hash<std::string_view>{}(point.value() + '\n' + point.status.quality);
@@ -107,7 +107,7 @@ class Watch {
       known->second = value;
     }
     ++shown_;
-    if (event == PointEvent::kGone && what.empty()) what = point.tuple.owner_present ? "deleted" : "lost";
+    if (event == PointEvent::kRemoved && what.empty()) what = point.tuple.owner_present ? "deleted" : "lost";
     if (event == PointEvent::kValue) what = "set";
     if (event == PointEvent::kState) what = "quality";
     session_.out().line(session_.json() ? json_of(point, what) : text_of(event, point, what));
@@ -126,7 +126,7 @@ class Watch {
     const bool has_news = event == PointEvent::kState || (!point.status.quality.empty() && !point.good());
     const auto quality = has_news ? "  " + clean(quality_text(point)) : std::string();
     const auto rest =
-        event == PointEvent::kGone ? fmt::format(" {}", what) : fmt::format(" = {}{}", clean(tuple.value), quality);
+        event == PointEvent::kRemoved ? fmt::format(" {}", what) : fmt::format(" = {}{}", clean(tuple.value), quality);
     auto name = name_of(tuple.owner, tuple.key);
     const auto used = characters(time) + 2 + characters(rest);
     const auto width = session_.look().width;

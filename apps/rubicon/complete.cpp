@@ -68,7 +68,7 @@ std::set<std::string> live(const Settings& settings, const Question& question, c
   options.name = "rubicon complete";
   auto client = Client::open(options);
   if (!client) return {};
-  (*client)->meet();
+  (*client)->discover();
   std::set<std::string> found;
   switch (question.wanted) {
     case Wanted::kTuple: {

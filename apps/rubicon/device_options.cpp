@@ -49,7 +49,7 @@ std::vector<client::Device> devices_called(const std::vector<client::Device>& al
 }
 
 int one_device(Session& session, std::string_view word, client::Device& device) {
-  session.meet();
+  session.discover();
   const auto all = session.client().devices({}, session.settings().patience);
   auto found = devices_called(all, word);
   if (found.empty()) return session.nothing(fmt::format("no device {}", model::quoted(word)), near_device(all, word));

@@ -84,7 +84,7 @@ class Doctor {
     auto& client = **opened;
     const auto islands = cli::look_at_islands(client, length_, settings_.patience);
     islands_ = islands.size();
-    const auto seen = client.appearances();
+    const auto seen = client.component_starts();
     add(check_versions(seen, Client::protocol_version()));
     add(check_twins(seen));
     for (const auto& island : islands) examine(island);
@@ -138,7 +138,7 @@ class Doctor {
     for (const auto& entry : clients) {
       auto& client = *entry.second;
       client.run_until([&] { return !client.tuples().peers().empty(); }, std::chrono::seconds(1));
-      client.meet();
+      client.discover();
       for (const auto& island : client.islands()) {
         add({{"other-domain", islands_ == 0 ? Grade::kProblem : Grade::kNote,
               fmt::format("island {} {} is in domain {}, this looks in domain {}", number(island.id),

@@ -42,7 +42,7 @@ Finding check_interface(const std::string& name, bool needs_multicast, const std
   return {"interface", Grade::kGood, fmt::format("{} ({}) is up", name, found->address)};
 }
 
-std::string who(const client::Appearance& one) {
+std::string who(const client::ComponentStart& one) {
   auto text = one.summary.host.empty() ? std::string("an unknown host") : one.summary.host;
   if (!one.summary.program.empty()) text += " (" + one.summary.program + ")";
   return text;
@@ -92,7 +92,7 @@ Finding check_peer(const std::string& peer, std::uint32_t domain, const Probe& p
   return {"peer", Grade::kGood, fmt::format("peer {} answers, and something listens there in domain {}", peer, domain)};
 }
 
-Findings check_versions(const std::vector<client::Appearance>& seen, unsigned ours) {
+Findings check_versions(const std::vector<client::ComponentStart>& seen, unsigned ours) {
   Findings all;
   for (const auto& one : seen) {
     if (!one.present || one.version == ours) continue;
@@ -107,8 +107,8 @@ Findings check_versions(const std::vector<client::Appearance>& seen, unsigned ou
   return all;
 }
 
-Findings check_twins(const std::vector<client::Appearance>& seen) {
-  std::map<OwnerId, std::vector<const client::Appearance*>> starts;
+Findings check_twins(const std::vector<client::ComponentStart>& seen) {
+  std::map<OwnerId, std::vector<const client::ComponentStart*>> starts;
   for (const auto& one : seen) starts[one.id].push_back(&one);
   Findings all;
   for (const auto& entry : starts) {

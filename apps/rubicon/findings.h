@@ -29,8 +29,8 @@ Finding check_places(std::uint32_t domain, unsigned processes);
 /// `firewall`, of a peer.
 Finding check_peer(const std::string& peer, std::uint32_t domain, const Probe& probe);
 /// `version`: components that speak another version of the protocol.
-Findings check_versions(const std::vector<client::Appearance>& seen, unsigned ours);
+Findings check_versions(const std::vector<client::ComponentStart>& seen, unsigned ours);
 /// `island-twice`: ids with two starts that are there at the same time, or that came and went.
-Findings check_twins(const std::vector<client::Appearance>& seen);
+Findings check_twins(const std::vector<client::ComponentStart>& seen);
 
 }  // namespace rubicon::cli

@@ -27,7 +27,7 @@ IslandLook::IslandLook(Client& client, Duration patience) : client_(client), pat
 }
 
 void IslandLook::first() {
-  client_.meet();
+  client_.discover();
   pass(client_, kPublication);
   for (auto& island : client_.islands()) all_.push_back(seen_first(std::move(island)));
 }
@@ -39,7 +39,7 @@ std::vector<IslandSeen> IslandLook::second() {
 }
 
 void IslandLook::add_newcomers() {
-  client_.meet();
+  client_.discover();
   for (auto& island : client_.islands()) {
     const auto is_it = [&](const IslandSeen& seen) { return seen.island.id == island.id; };
     if (std::none_of(all_.begin(), all_.end(), is_it)) all_.emplace_back().island = std::move(island);

@@ -51,15 +51,15 @@ WallTime Session::now() const {
   return std::chrono::floor<std::chrono::microseconds>(std::chrono::system_clock::now());
 }
 
-void Session::meet() {
+void Session::discover() {
   if (met_) return;
   met_ = true;
   client_->run_until([this] { return !client_->tuples().peers().empty(); }, kFirstMeeting);
-  client_->meet();
+  client_->discover();
 }
 
 std::vector<client::Tuple> Session::read(const Pattern& pattern) {
-  if (!pattern.owner) meet();
+  if (!pattern.owner) discover();
   return client_->read(pattern, settings_.patience);
 }
 

@@ -31,7 +31,7 @@ class Session {
   WallTime now() const;
 
   /// Waits for others, a second for the first one.
-  void meet();
+  void discover();
   /// All that match and are there; meets first.
   std::vector<client::Tuple> read(const Pattern& pattern);
 

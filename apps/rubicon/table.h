@@ -6,7 +6,7 @@
 
 #include "apps/rubicon/layout.h"
 #include "base/printable.h"
-#include "base/time.h"
+#include "rubicon/time.hpp"
 
 namespace rubicon::cli {
 

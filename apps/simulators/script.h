@@ -11,9 +11,9 @@
 #include <utility>
 #include <vector>
 
-#include "base/result.h"
 #include "base/scheduler.h"
-#include "model/key.h"
+#include "rubicon/key.hpp"
+#include "rubicon/result.hpp"
 
 /// What the simulators' scripts have in common: lines `at SPAN ...` with the times from the start, `#` begins a
 /// comment, `at SPAN repeat` begins again. A Step has `at`, `kind` (with kRepeat) and `line`.

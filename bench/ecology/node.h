@@ -4,9 +4,11 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "base/scheduler.h"
+#include "rubicon/tuple_space.hpp"
 #include "transport/asio_scheduler.h"
 #include "tuples/dds/dds_ecology.h"
-#include "tuples/tuple_space.h"
+#include "tuples/link.h"
 
 namespace rubicon::bench {
 

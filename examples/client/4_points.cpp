@@ -19,7 +19,7 @@ void end(int) {
 
 void print(PointEvent event, const Point& point) {
   std::cout << point.key() << ' ';
-  if (event == PointEvent::kGone) {
+  if (event == PointEvent::kRemoved) {
     std::cout << "(gone)" << std::endl;
     return;
   }

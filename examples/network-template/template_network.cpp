@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "model/key.h"
+#include "rubicon/key.hpp"
 // The build makes this header from sample.yaml.
 #include "networks/template/template_sample.h"
 

@@ -7,13 +7,14 @@
 
 namespace rubicon::model {
 
-/// A component of the tuple space (D1.4: peis-id). Islands take 1..65532 (motes carry 16 bits), others ids above 65535.
+/// Identifies a component of the tuple space (D1.4: peis-id). Islands have ids 1..65532, because motes carry 16 bits;
+/// all other components have ids above 65535.
 enum class OwnerId : std::uint32_t {};
 
-/// An island is a component: its proxy's id is the island's id (D1.4, Architecture).
+/// The owner id of an island's proxy, which identifies the island too (D1.4, Architecture).
 using IslandId = OwnerId;
 
-inline constexpr OwnerId kNoOwner{0};
+inline constexpr OwnerId kNoOwner{0};  ///< no component has this id
 inline constexpr std::uint32_t kMaxIslandId = 65532;
 
 constexpr std::uint32_t number(OwnerId id) {
@@ -23,12 +24,11 @@ constexpr bool is_island(OwnerId id) {
   return number(id) >= 1 && number(id) <= kMaxIslandId;
 }
 
-/// Where a message comes from or goes to. Empty device = the network itself; empty network = the island's gateway.
-/// The device is spelled as its network spells it (`1.4.6`, `7`), not as in a key.
+/// The source or the destination of a message.
 struct Address {
   IslandId island = kNoOwner;
-  std::string network;
-  std::string device;
+  std::string network;  ///< id of the network, `knx-hall`; empty = the island's gateway
+  std::string device;   ///< in the notation of its network (`1.4.6`, `7`), not as in a key; empty = the network itself
 
   friend bool operator==(const Address&, const Address&) = default;
   friend auto operator<=>(const Address&, const Address&) = default;

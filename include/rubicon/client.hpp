@@ -17,25 +17,26 @@
 #include "rubicon/time.hpp"
 #include "rubicon/tuple_space.hpp"
 
-/// What a program needs to take part in the tuple space of RUBICON islands (D1.4, chapter 2): docs/client.md.
+/// The library for programs that take part in the tuple space of RUBICON islands (D1.4, chapter 2): docs/client.md.
 namespace rubicon::client {
 
-/// Where to meet the others; the defaults find islands with default configuration on this host.
+/// How a client finds other components. The defaults find islands with the default configuration on this host.
 struct Options {
-  std::string name;              ///< for people, in lists of components; empty = `component`
-  OwnerId id = model::kNoOwner;  ///< above 65535; kNoOwner = one is drawn
-  std::uint32_t domain = 0;      ///< 0..230, as in the islands' `tuples.domain`
-  std::vector<std::string> interfaces = {"lo"};
-  std::vector<std::string> peers;  ///< host or host:port, of those that multicast does not reach
-  bool tcp = false;                ///< as in the islands' `tuples.transport`; needs peers (host:port) or a port
-  std::uint16_t port = 0;          ///< of TCP: where others may call; 0 = anywhere
-  std::string tag;
-  Duration lease = std::chrono::seconds(2);
-  bool trust_lan = false;  ///< whether components of other hosts may set our tuples and send us messages
-  std::function<void(std::string_view)> warn;  ///< told what goes wrong, at most once a minute and subject
+  std::string name;                              ///< display name in lists of components; empty = `component`
+  OwnerId id = model::kNoOwner;                  ///< above 65535; kNoOwner = a random one
+  std::uint32_t domain = 0;                      ///< 0..230, as in the islands' `tuples.domain`
+  std::vector<std::string> interfaces = {"lo"};  ///< names of network interfaces, as in `tuples.interfaces`
+  std::vector<std::string> peers;                ///< HOST or HOST:PORT of components that multicast does not reach
+  bool tcp = false;        ///< as in the islands' `tuples.transport`; needs a port, or peers with ports
+  std::uint16_t port = 0;  ///< TCP port to listen on; 0 = any, so that only this component can connect
+  std::string tag;         ///< as in `tuples.tag`: components with another tag are not seen
+  Duration lease = std::chrono::seconds(2);  ///< other components lose this one after such a silence
+  bool trust_lan = false;  ///< components on other hosts may set tuples of this one and send messages to it
+  /// Receives warnings, one per subject and minute.
+  std::function<void(std::string_view)> warn;
 };
 
-/// A tuple of its own, where a TupleView would not live long enough.
+/// A copy of a tuple that owns its texts; members as in TupleView.
 struct Tuple {
   Tuple() = default;
   explicit Tuple(const tuples::TupleView& view);
@@ -48,12 +49,13 @@ struct Tuple {
   bool owner_present = true;
 };
 
-/// One start of a component as it was met on the wire, also of those that are not talked to: other versions of the
-/// protocol, ids that are taken twice.
-struct Appearance {
+/// One start (incarnation) of a component as observed on the network, also of components that this one ignores because
+/// of their protocol version or a duplicate id.
+struct ComponentStart {
   OwnerId id{};
-  std::uint64_t incarnation = 0;  ///< microseconds since 1970 at its start, or later; of one id the highest counts
-  unsigned version = 0;           ///< of the protocol
+  std::uint64_t incarnation =
+      0;                 ///< microseconds since 1970 at the start, or later; of several with one id the highest counts
+  unsigned version = 0;  ///< protocol version
   bool present = false;
   Summary summary;
 };
@@ -61,41 +63,41 @@ struct Appearance {
 /// Another component that is present.
 struct Component {
   OwnerId id{};
-  Summary summary;  ///< empty until it said something of itself
+  Summary summary;  ///< empty if it published none
 };
 
 /// A device as an island lists it.
 struct Device {
   OwnerId island{};
-  std::string prefix, network, id;  ///< its keys begin with <prefix>.<network>.<id>
+  std::string prefix, network, id;  ///< its keys begin with `<prefix>.<network>.<id>.`
   std::string name, model, type, address;
-  std::string status;  ///< unknown, reachable or unreachable
-  std::string reason;  ///< why
-  WallTime since{};    ///< when the status became what it is
-  LineStatus line;     ///< of its network
-  std::vector<std::string> sensors, actuators, properties;
-  std::string area;  ///< room or place; empty = not known
+  std::string status;                                       ///< unknown, reachable or unreachable
+  std::string reason;                                       ///< of the status
+  WallTime since{};                                         ///< start of the present status
+  LineStatus line;                                          ///< of its network
+  std::vector<std::string> sensors, actuators, properties;  ///< ids, `temperature-1`
+  std::string area;                                         ///< room or place; empty = not known
 
   /// `proxy.wsn-1.7`
   std::string key() const { return prefix + "." + network + "." + id; }
 };
 
-/// Which devices; empty = any, `*` and `?` as in shells. They must all hold.
+/// Selects devices that match all members; an empty member matches any. `*` and `?` as in shells.
 struct DeviceQuery {
   std::optional<OwnerId> island{};
   std::string network;  ///< id of the network: `knx-hall`, `wsn*`
   std::string type;     ///< of the device, or of a sensor, actuator or property that it has: `EM1000`, `temperature`
-  std::string name;     ///< for people, or the device's key part or address
+  std::string name;     ///< display name, key part or address of the device
   std::string area{};   ///< `Living*`
 };
 
-/// One sensor, actuator or property, with all that its island says of it: whether its value can be believed is part of
-/// it. A tuple that is no point of an island has an empty quality.
+/// One sensor, actuator or property with its value, its quality and the state of its line. The quality tells whether
+/// the value can be trusted; it is empty if the tuple is no point of an island.
 struct Point {
-  Tuple tuple;             ///< its `.value`
-  PointStatus status;      ///< quality (docs/tuple-keys.md#quality), reason, heard, changed, last command
+  Tuple tuple;             ///< its `.value` tuple
+  PointStatus status;      ///< quality (docs/tuple-keys.md#quality), reason, times, last command
   LineStatus line;         ///< of its network
-  std::string type, unit;  ///< `temperature`, `degC`; unit `1` for what has none
+  std::string type, unit;  ///< `temperature`, `degC`; unit `1` = dimensionless
 
   const std::string& value() const { return tuple.value; }
   /// `proxy.wsn-1.7.sensor.light-1`
@@ -103,141 +105,147 @@ struct Point {
   bool good() const { return status.quality == "good"; }
 };
 
-/// One point for each `.value` of a point among the tuples, in natural order of the keys, with what the other tuples
-/// among them say of it: those that read() or a recording gave.
+/// Makes points of tuples, such as those that read() or a recording gives: one for each `.value` tuple of a point, with
+/// its status from the other tuples, in natural order of the keys.
 std::vector<Point> points_from(const std::vector<Tuple>& tuples);
 
-/// What happened to a point.
+/// A change of a point.
 enum class PointEvent : std::uint8_t {
-  kValue,  ///< its value was set (equal values too)
-  kState,  ///< its quality, the reason or the state of its line is another one; the value is as it was
-  kGone,   ///< its tuple was deleted; or (`tuple.owner_present` is false) its island is lost for good
+  kValue,    ///< its value was set, also to an equal value
+  kState,    ///< its quality, the reason or the state of its line changed, not the value
+  kRemoved,  ///< its tuple was deleted or, if `tuple.owner_present` is false, its island did not return
 };
 
 /// A network of an island, as `rubicon networks` shows it.
 struct Network {
   OwnerId island{};
-  std::string prefix, id;  ///< its keys begin with <prefix>.<id>
+  std::string prefix, id;  ///< its keys begin with `<prefix>.<id>.`
   LineStatus line;
-  std::size_t devices = 0, reachable = 0;
+  std::size_t devices = 0, reachable = 0;         ///< number of devices, and of reachable ones
   std::map<std::string, std::string> properties;  ///< counters and texts by name (docs/tuple-keys.md)
 
-  /// `knx` of `knx-hall`
+  /// Network type: `knx` of the id `knx-hall`.
   std::string type() const { return id.substr(0, id.find('-')); }
 };
 
-/// How a command ended (docs/life-of-a-command.md).
+/// State of a command (docs/life-of-a-command.md).
 struct Outcome {
-  /// confirmed, assumed, refused, failed, timed-out, expired, superseded; applied (a tuple that has no status);
-  /// no-such-owner. Under way: queued or sent.
+  /// Final: confirmed, assumed, refused, failed, timed-out, expired, superseded, applied (the tuple has no status),
+  /// no-such-owner. Not final: queued, sent.
   std::string state;
-  std::string reason;         ///< why it ended so; under way: what it waits for
-  std::uint64_t request = 0;  ///< with our id, names the command in the status
-  WallTime until{};           ///< under way: when the state ends at the latest, by the island's clock; else zero
+  std::string reason;         ///< of a final state; before: what the command waits for
+  std::uint64_t request = 0;  ///< number of the command, unique among those of this component
+  WallTime until{};           ///< latest end of a state that is not final, by the island's clock; else zero
   bool good() const { return state == "confirmed" || state == "assumed" || state == "applied"; }
 };
 
-/// Bytes from one component to another through its GATEWAY tuple, never read on the way (D1.4: user object).
+/// Application bytes that one component sends to another through its GATEWAY tuple; the proxies on the way do not
+/// interpret them (D1.4: user object).
 struct UserMessage {
   OwnerId from{};
-  std::string type;  ///< the application's own word for what the bytes are
+  std::string type;  ///< content type, defined by the application
   std::string bytes;
-  std::string network, device;  ///< who of its devices said it: address as the network spells it; empty = itself
+  /// The device that sent it, in the notation of its network; empty = the component itself.
+  std::string network, device;
 };
 
-using Ended = std::function<void(const Outcome&)>;
+using OutcomeCall = std::function<void(const Outcome&)>;
 using TuplesCall = std::function<void(std::vector<Tuple>)>;
 using PointsCall = std::function<void(std::vector<Point>)>;
 using PointCall = std::function<void(PointEvent event, const Point& point)>;
 using DeviceCall = std::function<void(const Device& device, bool present)>;
 using MessageCall = std::function<void(const UserMessage&)>;
-/// Empty text: the island took it.
-using SentCall = std::function<void(const std::string& why_not)>;
+/// An empty error: the destination accepted the message.
+using SentCall = std::function<void(const std::string& error)>;
 
-/// A component of the tuple space with its own loop. Single-threaded: every call and callback on the thread that runs
-/// the loop. Callbacks come from the loop only, never from inside a call; they may do anything but
-/// destroy the client or wait: run(), run_until() and all that say that they wait.
+/// A component of the tuple space with its own event loop. Not thread-safe: make all calls on the thread that runs the
+/// loop. Callbacks run on that thread, from the loop, never inside a call. A callback must not destroy the client or
+/// make a blocking call.
 ///
-/// The loop runs in run(), run_until() and the calls that say that they wait; or, in a program that has its own loop,
-/// in poll(), whenever descriptor() is readable.
+/// The loop runs during blocking calls: run(), run_until() and those marked "Blocks". A program with an event loop of
+/// its own calls poll() instead whenever descriptor() is readable.
+///
+/// `timeout` bounds how long a call waits for components that do not answer.
 class Client final {
  public:
-  /// kInvalid for unsound options, kBusy when this process has a client in that domain, kIo when the network does not
-  /// work as the options say.
+  /// kInvalid for invalid options, kBusy if this process has a client in that domain already, kIo if the network cannot
+  /// be used as the options require.
   static Result<std::unique_ptr<Client>> open(Options options = {});
   ~Client();
   Client(const Client&) = delete;
   Client& operator=(const Client&) = delete;
 
   OwnerId id() const;
-  /// Everything about tuples: own ones, subscriptions, copies, remote sets.
+  /// Own tuples, subscriptions, cached copies, remote sets. Lives as long as the client.
   TupleSpace& tuples();
 
   // -- the loop
-  base::Scheduler& scheduler();  ///< for what needs to be handed one
-  int descriptor() const;        ///< belongs to the client
-  void poll();
-  void run();   ///< until stop()
-  void stop();  ///< may be called from a signal handler or another thread
-  /// Runs the loop until `done` says true (asked after each turn) or the patience ends; what `done` said last.
-  bool run_until(const std::function<bool()>& done, Duration patience);
-  /// Once, after the delay.
+  base::Scheduler& scheduler();  ///< for objects that need the scheduler of this loop
+  int descriptor() const;        ///< owned by the client: do not close it
+  void poll();                   ///< handles what is due, does not block
+  void run();                    ///< until stop()
+  void stop();                   ///< may be called from a signal handler or another thread
+  /// Runs the loop until `done`, which is called after each turn, returns true, or until the timeout. Returns the last
+  /// result of `done`.
+  bool run_until(const std::function<bool()>& done, Duration timeout);
+  /// Calls `call` once after the delay, unless the handle is destroyed first.
   [[nodiscard]] Handle after(Duration delay, std::function<void()> call);
 
-  // -- who is there
-  std::vector<Component> components() const;  ///< all present ones, islands included, by id
-  std::vector<Component> islands() const;
-  /// Runs the loop until it has probably met everybody who is there: nobody new came for some 0.3 s.
-  void meet();
-  /// All starts met since this client came, bounded; for those who look for what is wrong.
-  std::vector<Appearance> appearances() const;
+  // -- components
+  std::vector<Component> components() const;  ///< the components that are present, including islands, by id
+  std::vector<Component> islands() const;     ///< the islands among them
+  /// Blocks until discovery is probably complete: no new component for about 0.3 s.
+  void discover();
+  /// Component starts observed since open(), bounded. For diagnostics.
+  std::vector<ComponentStart> component_starts() const;
   static unsigned protocol_version();
 
-  // -- what there is
-  /// All present tuples that match, once they are all here, without creating demand. Owners that answer nothing within
-  /// the patience are left out.
-  void read(const Pattern& pattern, TuplesCall call, Duration patience = std::chrono::seconds(3));
-  /// The same, waits.
-  std::vector<Tuple> read(const Pattern& pattern, Duration patience = std::chrono::seconds(3));
-  /// All present points that match, with quality, reason and the state of their lines, without creating demand; in
-  /// natural order of their keys. `points`: a key of five parts, `*` for any one (`proxy.*.*.sensor.temperature-1`);
-  /// kInvalid for others. A point whose island left or was lost has quality network-down.
-  Result<void> read_points(const Pattern& points, PointsCall call, Duration patience = std::chrono::seconds(3));
-  /// The same, waits.
-  Result<std::vector<Point>> read_points(const Pattern& points, Duration patience = std::chrono::seconds(3));
-  /// Calls for each present point that matches, then for each set of a value at the pace of `flow`, and for each change
-  /// of quality, reason or line though no value came. Creates demand for the values unless `flow` is passive. kInvalid
-  /// as above, and network-down.
+  // -- tuples, points, networks and devices
+  /// Reads all present tuples that match, without creating demand. `call` receives them all at once; owners that do not
+  /// answer within the timeout are left out.
+  void read(const Pattern& pattern, TuplesCall call, Duration timeout = std::chrono::seconds(3));
+  /// The same. Blocks.
+  std::vector<Tuple> read(const Pattern& pattern, Duration timeout = std::chrono::seconds(3));
+  /// Reads all present points that match, with their status, without creating demand, in natural order of the keys.
+  /// The key of `points` has five parts, `*` for any (`proxy.*.*.sensor.temperature-1`); kInvalid for others. A point
+  /// whose island left or was lost has the quality network-down.
+  Result<void> read_points(const Pattern& points, PointsCall call, Duration timeout = std::chrono::seconds(3));
+  /// The same. Blocks.
+  Result<std::vector<Point>> read_points(const Pattern& points, Duration timeout = std::chrono::seconds(3));
+  /// Reports each present point that matches, then each set of a value at the pace of `flow`, and each change of
+  /// quality, reason or line state. Creates demand for the values unless `flow` is passive. Pattern, kInvalid and
+  /// network-down as for read_points().
   Result<Handle> watch_points(const Pattern& points, const Flow& flow, PointCall call);
-  /// The networks of all islands (or of one), by island and natural order of their ids; waits.
-  std::vector<Network> networks(std::optional<OwnerId> island = {}, Duration patience = std::chrono::seconds(3));
-  /// Calls for each device that fits, now and later, for each change of one, and (present = false) for each that went.
+  /// The networks of all islands, or of one, by island and natural order of their ids. Blocks.
+  std::vector<Network> networks(std::optional<OwnerId> island = {}, Duration timeout = std::chrono::seconds(3));
+  /// Reports each device that matches, now and later, each change of one, and, with present = false, each one that is
+  /// removed or whose island left.
   [[nodiscard]] Handle watch_devices(const DeviceQuery& query, DeviceCall call);
-  /// Those that are there now, the reachable ones first, then the unreachable, then those that were not heard yet;
-  /// within by island, network and natural order of their ids. Waits.
-  std::vector<Device> devices(const DeviceQuery& query = {}, Duration patience = std::chrono::seconds(3));
+  /// The devices that match now: first the reachable ones, then the unreachable, then those not heard yet; each group
+  /// by island, network and natural order of the ids. Blocks.
+  std::vector<Device> devices(const DeviceQuery& query = {}, Duration timeout = std::chrono::seconds(3));
 
   // -- commands
-  /// Sets a tuple of another component and follows what becomes of it: a `.command` to its final state, else to the
-  /// owner's answer. `time_to_live` zero = 5 s; it always travels with the command. Waits as long as the island says
-  /// that each state may last, and for the patience longer: then it is timed-out, and was not carried out meanwhile
-  /// unless the island could not tell of it. `under_way` is called with each state that is not final.
-  void command(OwnerId owner, std::string_view key, std::string_view value, Ended ended, Duration time_to_live = {},
-               Duration patience = std::chrono::seconds(15), Ended under_way = {});
-  /// The same, waits.
+  /// Sets a tuple of another component and tracks the result: of a `.command` tuple until a final state, of others
+  /// until the owner's reply. `time_to_live` (zero = 5 s) is sent with the command. `ended` receives the final state,
+  /// `progress` each state before it. The tracking ends as timed-out when the time that the island gives for a state
+  /// has passed by more than the timeout; the command was then not executed, unless the island could not report it.
+  void command(OwnerId owner, std::string_view key, std::string_view value, OutcomeCall ended,
+               Duration time_to_live = {}, Duration timeout = std::chrono::seconds(15), OutcomeCall progress = {});
+  /// The same. Blocks.
   Outcome command(OwnerId owner, std::string_view key, std::string_view value, Duration time_to_live = {},
-                  Duration patience = std::chrono::seconds(15), Ended under_way = {});
+                  Duration timeout = std::chrono::seconds(15), OutcomeCall progress = {});
 
   // -- messages
-  /// In order, delivered once or `sent` says why not.
+  /// Sends a message to a component. Messages arrive in order and at most once; `sent` reports the result.
   void send(OwnerId to, std::string_view type, std::string_view bytes, SentCall sent = {});
-  /// The same to a network of an island (`knx-hall`), for those types of network that listen (docs/knx.md).
+  /// Sends to a network of an island (`knx-hall`), if its type accepts messages (docs/knx.md).
   void send_to_network(OwnerId island, std::string_view network, std::string_view type, std::string_view bytes,
                        SentCall sent = {});
-  /// The same to a device, by its address (`7`); without a network to the one that has it, refused where several have.
+  /// Sends to a device, by its address (`7`). An empty network: the one that has the device; refused if several have.
   void send_to_device(OwnerId island, std::string_view network, std::string_view address, std::string_view type,
                       std::string_view bytes, SentCall sent = {});
-  /// Messages to this component of this type; empty = of all types.
+  /// Receives the messages to this component of that type; an empty type = all messages.
   [[nodiscard]] Handle on_message(std::string_view type, MessageCall call);
 
  private:

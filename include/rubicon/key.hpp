@@ -10,31 +10,36 @@
 
 namespace rubicon::model {
 
-/// Keys are parts joined by dots; a part is `[A-Za-z0-9_-]+`, case sensitive. The bounds hold for patterns too.
-inline constexpr std::size_t kMaxKeyLength = 255;
+/// A key is a sequence of parts joined by dots; a part is `[A-Za-z0-9_-]+`, case-sensitive. The limits also apply to
+/// patterns.
+inline constexpr std::size_t kMaxKeyLength = 255;  ///< bytes
 inline constexpr std::size_t kMaxKeyParts = 12;
 
-/// kInvalid with the position and what stands there (control characters escaped, long keys shortened).
+/// kInvalid if it is no key; the text names the position of the fault and quotes the key.
 Result<void> check_key(std::string_view key);
 
-/// Any text -> one key part: other characters become `_`, cut at `limit`, empty becomes `_`.
+/// Makes one key part of any text: replaces each character that a part may not contain by `_`, and cuts at `limit`
+/// bytes. An empty text becomes `_`.
 std::string to_key_part(std::string_view text, std::size_t limit = 64);
 
-/// Text of outsiders for error messages: printable, at most 60 characters.
+/// Untrusted text in quotation marks, for error messages: control characters are escaped, long texts are cut after 60
+/// characters.
 std::string quoted(std::string_view text);
 
-/// The parts of a checked key or pattern, as views into it.
+/// The parts of a valid key or pattern, as views into it.
 std::vector<std::string_view> key_parts(std::string_view key);
 
-/// Which tuples: an owner, or any, and a key whose parts may be `*` (exactly one part), the last one `**` (the rest,
-/// also none). Text form: `proxy.*.status`, `6541:proxy.**`; `*:` in front also means any owner.
+/// Selects tuples by owner and key. In the key, the part `*` stands for exactly one part; the last part may be `**`,
+/// which stands for any number of parts, also none. Text form: `proxy.*.status` or `*:proxy.*.status` (any owner),
+/// `6541:proxy.**`.
 struct Pattern {
-  std::optional<OwnerId> owner;
+  std::optional<OwnerId> owner;  ///< empty = any
   std::string key;
 
+  /// kInvalid if the text is not of that form.
   static Result<Pattern> parse(std::string_view text);
-  bool matches(OwnerId of, std::string_view concrete) const;
-  /// No wildcard in the key.
+  bool matches(OwnerId tuple_owner, std::string_view tuple_key) const;
+  /// The key has no wildcard.
   bool exact() const;
 
   friend bool operator==(const Pattern&, const Pattern&) = default;

@@ -5,40 +5,40 @@
 
 #include "rubicon/time.hpp"
 
-/// What the `.status` tuples of points, devices and networks say (docs/tuple-keys.md). What they do not say is empty or
-/// zero.
+/// Values of the `.status` tuples of points, devices and networks (docs/tuple-keys.md). Members that the tuple does not
+/// have are empty or zero.
 namespace rubicon::model {
 
-/// `<prefix>.<network>.<device>.<kind>.<id>.status`.
+/// `<prefix>.<network>.<device>.<kind>.<id>.status`
 struct PointStatus {
-  std::string quality;  ///< the words of docs/tuple-keys.md#quality; empty = none is said
+  std::string quality;  ///< one of docs/tuple-keys.md#quality
   std::string reason;
-  WallTime since{};     ///< when the quality became what it is
-  WallTime heard{};     ///< when the last good value came; zero = never
-  WallTime changed{};   ///< when its text last differed from the one before
-  std::string command;  ///< state of the last command (docs/life-of-a-command.md); empty = there was none
+  WallTime since{};     ///< start of the present quality
+  WallTime heard{};     ///< last good value received; zero = never
+  WallTime changed{};   ///< last time the value differed from the one before
+  std::string command;  ///< state of the last command (docs/life-of-a-command.md); empty = no command yet
 
   friend bool operator==(const PointStatus&, const PointStatus&) = default;
 };
 
-/// `<prefix>.<network>.<device>.status`.
+/// `<prefix>.<network>.<device>.status`
 struct DeviceCondition {
-  std::string status;  ///< unknown, reachable or unreachable; empty = none is said
+  std::string status;  ///< unknown, reachable or unreachable
   std::string reason;
   WallTime since{};
 
   friend bool operator==(const DeviceCondition&, const DeviceCondition&) = default;
 };
 
-/// `<prefix>.<network>.status`.
+/// `<prefix>.<network>.status`
 struct LineStatus {
-  std::string line;  ///< down, connecting, refused, up or ended; empty = none is said
+  std::string line;  ///< down, connecting, refused, up or ended
   std::string reason;
   WallTime since{};
-  std::uint64_t attempts = 0;  ///< to open the line since the island started
-  WallTime next_attempt{};     ///< zero = none is planned
+  std::uint64_t attempts = 0;  ///< attempts to open the line since the island started
+  WallTime next_attempt{};     ///< zero = none scheduled
 
-  /// The line works, or has worked to its end (a recording).
+  /// The line is up, or is a recording that was replayed to its end.
   bool works() const { return line == "up" || line == "ended"; }
 
   friend bool operator==(const LineStatus&, const LineStatus&) = default;

@@ -7,24 +7,24 @@
 
 namespace rubicon::base {
 
-/// Why something the outside world asked for or sent did not work (never our own mistakes: those assert).
+/// Why an operation on input from outside failed. Errors of this program itself are assertions.
 enum class ErrorCode {
-  kInvalid,      ///< malformed: a frame, a file, a key, a value
+  kInvalid,      ///< malformed frame, file, key or value
   kNotFound,     ///< no such tuple, device, network, island, file
   kOutOfRange,   ///< well formed, but outside the permitted range
-  kUnsupported,  ///< well formed, but this peer, device or type does not do that
+  kUnsupported,  ///< well formed, but this peer, device or type does not support it
   kRefused,      ///< not permitted (read-only, recorded device, hop limit, not the owner)
-  kBusy,         ///< a bound is reached; try again later
-  kExpired,      ///< its time to live ended first
-  kDuplicate,    ///< already there, or two things claim one name
+  kBusy,         ///< a limit is reached; try again later
+  kExpired,      ///< the time to live ended first
+  kDuplicate,    ///< exists already, or two things claim one name
   kUnreachable,  ///< the line or the device is down
-  kIo,           ///< the operating system said no
+  kIo,           ///< the operating system reported an error
 };
 
-/// `invalid`, `not-found`, ...: the spelling in tuples, replies and logs.
+/// `invalid`, `not-found`, ...: as written in tuples, replies and logs.
 std::string_view to_string(ErrorCode code);
 
-/// What went wrong: a code for programs and a text for people that says what was being done to what.
+/// A failure: a code for programs, and a text for people that names the operation and its object.
 struct Error {
   ErrorCode code = ErrorCode::kInvalid;
   std::string text;
@@ -32,7 +32,7 @@ struct Error {
   friend bool operator==(const Error&, const Error&) = default;
 };
 
-/// A value, or the reason there is none.
+/// A value, or the error that prevented it.
 template <class T = void>
 class [[nodiscard]] Result : public tl::expected<T, Error> {
  public:

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <string>
@@ -10,25 +11,29 @@
 
 namespace rubicon::model {
 
-/// What a component says of itself to everybody, without being asked (docs/ecology.md, "Who is there").
+/// Longest text of a summary, in bytes; longer ones are rejected.
+inline constexpr std::size_t kMaxSummary = 16UL * 1024;
+
+/// The self-description of a component, which all others receive without subscribing (docs/ecology.md, "Who is there").
 struct Summary {
-  std::string name;                                 ///< for people
-  std::string host;                                 ///< of the machine it runs on
-  std::string program;                              ///< `rubicon-proxy 0.1.0`
-  std::string prefix;                               ///< of an island: the first part of its keys; else empty
-  WallTime since{};                                 ///< when it started
-  std::map<std::string, std::uint64_t> networks{};  ///< of an island: how many devices each lists
+  std::string name;                                 ///< display name
+  std::string host;                                 ///< name of the machine it runs on
+  std::string program;                              ///< program and version: `rubicon-proxy 0.1.0`
+  std::string prefix;                               ///< of an island: first part of its keys; else empty
+  WallTime since{};                                 ///< start of the component
+  std::map<std::string, std::uint64_t> networks{};  ///< of an island: number of devices by network id
 
   friend bool operator==(const Summary&, const Summary&) = default;
 };
 
-/// One line of JSON, shorter than kMaxSummary: networks that do not fit are left out.
+/// One line of JSON of at most kMaxSummary bytes; leaves all networks out if they would not fit.
 std::string to_json(const Summary& summary);
-/// kInvalid when it is no JSON object; members that are missing or of another kind are empty.
+/// kInvalid if the text is no JSON object. Members that are missing or of another type become empty.
 Result<Summary> summary_from_json(std::string_view text);
 
 }  // namespace rubicon::model
 
 namespace rubicon {
+using model::kMaxSummary;
 using model::Summary;
 }  // namespace rubicon

@@ -7,13 +7,13 @@ namespace rubicon::base {
 
 using Duration = std::chrono::nanoseconds;
 
-/// Monotonic time: deadlines, intervals, ages. Its zero means nothing.
+/// Monotonic time, for deadlines, intervals and ages. Its epoch has no meaning.
 using SteadyTime = std::chrono::time_point<std::chrono::steady_clock, Duration>;
 
-/// UTC, microseconds since 1970: what stands in tuples. Zero = not known.
+/// UTC in microseconds since 1970-01-01, as in tuples. Zero = not known.
 using WallTime = std::chrono::sys_time<std::chrono::microseconds>;
 
-/// Seconds since 1970 with microseconds as fraction: the spelling of every time in tuples and JSON lines.
+/// Seconds since 1970-01-01 UTC with microseconds as fraction: the form of every time in JSON.
 inline double to_seconds(WallTime time) {
   return static_cast<double>(time.time_since_epoch().count()) / 1e6;
 }

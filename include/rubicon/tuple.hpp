@@ -13,58 +13,62 @@
 
 namespace rubicon::tuples {
 
-/// One tuple as a reader sees it. The views are valid during the call that hands it over.
+/// One tuple. The string views are valid during the call that passes it.
 struct TupleView {
   OwnerId owner{};
   std::string_view key;
   std::string_view value;
   std::string_view media_type;
-  OwnerId creator{};           ///< who wrote it last; differs from the owner after a remote set
-  std::uint64_t sequence = 0;  ///< +1 by the owner at each set, from 1
-  WallTime write_time{};       ///< when the owner published
-  WallTime user_time{};        ///< when the device measured; zero = not given
+  OwnerId creator{};           ///< component that wrote the value; differs from the owner after a remote set
+  std::uint64_t sequence = 0;  ///< starts at 1; the owner increments it with each set
+  WallTime write_time{};       ///< when the owner wrote it
+  WallTime user_time{};        ///< when the device measured it; zero = not given
   WallTime expire_time{};      ///< zero = never
-  bool owner_present = true;  ///< false: a copy whose owner left or was lost; it may be old. Only get() and list() know
+  /// False: a copy whose owner left or was lost; the value may be out of date. Set by get() and list() only.
+  bool owner_present = true;
 };
 
 enum class EventKind : std::uint8_t { kSet, kDeleted, kExpired, kLost };
 std::string_view to_string(EventKind kind);
 
-/// What happened to a tuple: set (equal values too), deleted by its owner, its expiry time came, or (lost) its owner
-/// left or was lost and did not come back within kOwnerGrace. For the last three the view shows the last value.
+/// A change of a tuple: its owner set it (also to an equal value), its owner deleted it, it expired, or it is lost: its
+/// owner left or was lost, and did not return within kOwnerGrace. The view of a tuple that is gone shows its last
+/// value.
 struct Event {
   EventKind kind = EventKind::kSet;
   TupleView tuple;
 };
 using EventCall = std::function<void(const Event&)>;
 
-/// How a component came or went.
+/// A component appeared, left in an orderly way, or was not heard for its lease.
 enum class PeerEvent : std::uint8_t { kUp, kLeft, kLost };
 
-/// Longest summary a component may give of itself, in bytes; longer ones are not taken.
-inline constexpr std::size_t kMaxSummary = 16UL * 1024;
-
-/// How often a subscriber wants to hear of a tuple. Deletion and expiry are always told at once.
+/// How often a subscriber receives a tuple. Deletion and expiry are always delivered at once.
 struct Flow {
-  Duration minimum{
-      0};  ///< at most one event in this time, the latest value always delivered; also the wanted sampling period
-  Duration maximum{0};   ///< the present value again when nothing came for this long; zero = no heartbeat
-  double dead_band = 0;  ///< numeric values: changes smaller than this against the last delivered one are held back
-  bool passive = false;  ///< sees what there is, creates no demand
+  /// Minimum interval: at most one event in this time; the latest value is always delivered. Also the sampling period
+  /// that the subscriber asks for.
+  Duration minimum{0};
+  /// Heartbeat: the present value is delivered again after this time without an event; zero = no heartbeat.
+  Duration maximum{0};
+  /// Numeric values that differ from the last delivered one by less than this are not delivered.
+  double dead_band = 0;
+  /// The subscription receives what others have sampled; it creates no demand.
+  bool passive = false;
 
   friend bool operator==(const Flow&, const Flow&) = default;
 };
 
+/// Optional parts of a set or an append.
 struct SetOptions {
   std::string_view media_type = "text/plain";
-  WallTime user_time{};
+  WallTime user_time{};  ///< when the device measured the value; zero = not given
   Duration lifetime{0};  ///< the tuple expires this long after the write; zero = never
-  /// Only if the tuple has this sequence now, else kRefused; 0 = only if it is not there. Sequences of a tuple that was
-  /// deleted and made again start anew.
+  /// The write is refused (kRefused) unless the tuple has this sequence; 0 = unless the tuple does not exist. Sequences
+  /// start again at 1 when a tuple is deleted and created again.
   std::optional<std::uint64_t> expected_sequence{};
 };
 
-/// A wish to change somebody else's tuple (or one's own, through the same judge).
+/// A request to write a tuple of another component (or, under the same policy, an own one).
 struct RemoteSet {
   OwnerId from{};
   OwnerId owner{};
@@ -74,10 +78,10 @@ struct RemoteSet {
   std::string media_type = "text/plain";
   WallTime user_time{};
   Duration lifetime{0};
-  Duration time_to_live{0};         ///< from the sending on; what remains is handed on with it. Zero = none given
-  bool time_to_live_given = false;  ///< by the caller; else the space put its default
-  bool append = false;              ///< `value` goes behind the present one; an empty media type = that of the tuple
-  std::optional<std::uint64_t> expected_sequence{};  ///< checked by the owner's space before its judge is asked
+  Duration time_to_live{0};         ///< time that remains for the request; zero = not given
+  bool time_to_live_given = false;  ///< by the sender; if not, the owner may use a default of its own
+  bool append = false;              ///< append `value` to the present one; an empty media type = that of the tuple
+  std::optional<std::uint64_t> expected_sequence{};  ///< checked by the owner's space before the policy is called
 };
 
 enum class Verdict : std::uint8_t { kApplied, kRefused, kExpired, kNoSuchOwner };
@@ -88,14 +92,14 @@ struct Reply {
   OwnerId to{};
   std::uint64_t request = 0;
   Verdict verdict = Verdict::kApplied;
-  ErrorCode code = ErrorCode::kRefused;  ///< of a refusal
-  std::string text;                      ///< why not
-  /// Of the tuple after the decision, when something was stored or a sequence was expected (0 = no such tuple); else 0.
+  ErrorCode code = ErrorCode::kRefused;  ///< reason of a refusal
+  std::string text;                      ///< reason of a refusal, for people
+  /// Sequence of the tuple after the decision, if a value was stored or a sequence was expected; 0 = no such tuple.
   std::uint64_t sequence = 0;
 };
 using ReplyCall = std::function<void(const Reply&)>;
 
-/// What the owner decides about a RemoteSet: store it as the tuple's value, take note without storing, or refuse.
+/// The owner's decision about a RemoteSet: store the value (applied), accept it without storing (consumed), or refuse.
 struct SetDecision {
   Verdict verdict = Verdict::kApplied;
   bool store = true;
@@ -108,8 +112,8 @@ struct SetDecision {
 };
 using SetPolicy = std::function<SetDecision(const RemoteSet&)>;
 
-/// What a judge understands. One that looks at whole values would take a piece for one: appends only reach those who
-/// say that they know them (RemoteSet::append).
+/// What a policy accepts. Appends (RemoteSet::append) reach only policies that opt in; others would take a fragment for
+/// a whole value.
 enum class PolicyScope : std::uint8_t { kSets, kSetsAndAppends };
 
 }  // namespace rubicon::tuples

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "rubicon/summary.hpp"
 #include "rubicon/tuple.hpp"
 
 namespace rubicon::base {
@@ -17,8 +18,8 @@ namespace rubicon::tuples {
 
 class Link;
 
-/// Short name of one own tuple, for those who set it often. Valid until the tuple is deleted or expires; a stale one is
-/// recognised (generation) and answered with kNotFound.
+/// Refers to one own tuple, for writing it often without a search by key. Valid until the tuple is deleted or expires;
+/// then every use fails with kNotFound, because the generation differs.
 struct TupleRef {
   std::uint32_t index = 0xffffffff;
   std::uint32_t generation = 0;
@@ -26,27 +27,25 @@ struct TupleRef {
   friend bool operator==(const TupleRef&, const TupleRef&) = default;
 };
 
-/// Somebody began or ceased to want one of our tuples, or wants it at another pace.
+/// The demand for one own tuple began, ended, or changed its pace.
 struct Demand {
   TupleRef tuple;
   std::string_view key;
-  bool wanted = false;   ///< at least one active (not passive) subscription of any component, own ones included
-  Duration interval{0};  ///< shortest wanted minimum interval; zero = at least one subscriber named none
-  Duration named{0};     ///< shortest interval that was named; zero = nobody named one
+  bool wanted = false;   ///< at least one active (not passive) subscription of any component, including this one
+  Duration interval{0};  ///< shortest minimum interval of all active subscriptions; zero = one of them gives none
+  Duration named{0};     ///< shortest minimum interval among those that give one; zero = none does
 };
 using DemandCall = std::function<void(const Demand&)>;
 using PeerCall = std::function<void(OwnerId peer, PeerEvent event)>;
 using SummaryCall = std::function<void(OwnerId peer, std::string_view summary)>;
-/// The tuples of this owner that a subscription covers are all here: get() and list() see them.
+/// All tuples of this owner that the subscription covers have arrived: get() and list() see them.
 using SnapshotCall = std::function<void(OwnerId owner)>;
 
-/// How long copies stay readable whose owner left or was lost. With the lease after which it is lost (2 s if not
-/// configured, at most 15 s) that is less than a minute after its last sign of life.
+/// How long copies stay readable after their owner left or was lost. An owner is lost when nothing is heard from it for
+/// its lease (2 s by default, at most 15 s): copies end less than a minute after its last sign of life.
 inline constexpr Duration kOwnerGrace = std::chrono::seconds(45);
 
-class TupleSpace;
-
-/// Ends what it stands for when destroyed: a subscription, a watch, a judge. May outlive the space.
+/// Keeps a subscription, a watch or a policy alive; destroying it, or reset(), ends that. May outlive the space.
 class Handle {
  public:
   Handle() = default;
@@ -63,9 +62,12 @@ class Handle {
   std::function<void()> end_;
 };
 
-/// One component's door to the ecology: its own tuples, of which it is the authority, and copies of what it subscribed
-/// to. Callbacks come in a later turn, never from inside a call, in the order of the sets; a local subscriber
-/// sees each set, a distant one the latest of a turn (docs/decisions). One thread. Scheduler and link must outlive it.
+/// A component's view of the tuple space: the tuples it owns, and cached copies of those it subscribes to. Callbacks
+/// run in a later turn of the loop, never inside a call, in the order of the sets. A local subscriber receives each
+/// set, a distant one the latest of each turn (docs/decisions). Not thread-safe. The scheduler and the link must
+/// outlive it.
+///
+/// A pattern that Pattern::parse() would reject gives an empty Handle.
 class TupleSpace final {
  public:
   TupleSpace(OwnerId self, base::Scheduler& scheduler, Link& link);
@@ -74,65 +76,78 @@ class TupleSpace final {
   OwnerId self() const;
 
   // -- own tuples
-  /// Makes the tuple (empty value, published like any set) if it is not there.
+  /// Sets the tuple unless it exists.
   Result<TupleRef> declare(std::string_view key, std::string_view value = {}, const SetOptions& options = {});
+  /// Creates or changes the tuple. kInvalid for a bad key, kOutOfRange for a value beyond 1 MiB, kRefused if the tuple
+  /// does not have the expected sequence.
   Result<TupleRef> set(std::string_view key, std::string_view value, const SetOptions& options = {});
   Result<void> set(TupleRef tuple, std::string_view value, const SetOptions& options = {});
-  /// Adds bytes behind the value of an own tuple, as one set: sequence +1, everybody sees the whole value. kNotFound
-  /// when there is none, kInvalid when `options` name another media type than it has (empty = whatever it has),
-  /// kOutOfRange beyond 1 MiB, kRefused when it has not the expected sequence; the tuple is then unchanged. Without a
-  /// lifetime it expires when it would have.
+  /// Appends bytes to the value of an own tuple. It counts as one set: the sequence grows by 1, and subscribers receive
+  /// the whole value. Fails without a change: kNotFound if there is no such tuple, kInvalid if `options` give a media
+  /// type other than the tuple's (empty = any), kOutOfRange if the value would exceed 1 MiB, kRefused if the tuple does
+  /// not have the expected sequence. Without a lifetime in `options` the expiry stays as it was.
   Result<void> append(std::string_view key, std::string_view bytes, const SetOptions& options = {});
   Result<void> append(TupleRef tuple, std::string_view bytes, const SetOptions& options = {});
+  /// Deletes an own tuple; kNotFound if there is none.
   Result<void> erase(std::string_view key);
-  /// Deletes own tuples; long walks take several turns. Only keys count, an owner in the pattern must be self.
+  /// Deletes all own tuples that match, over several turns if they are many. Does nothing if the pattern names another
+  /// owner.
   void erase(const Pattern& pattern);
   std::optional<TupleRef> find(std::string_view key) const;
-  /// The tuple has at least one subscriber, passive ones included.
+  /// Whether the tuple has at least one subscriber, active or passive.
   bool has_subscriber(TupleRef tuple) const;
 
-  /// First and last active subscriber of each own tuple that matches, present and future; the present wanted ones are
-  /// told at once (in a later turn). Changes within a turn are merged.
+  /// Reports each begin, change and end of demand for own tuples that match, present and future ones. Begins with those
+  /// that are in demand now, in a later turn. Changes within a turn are merged.
   [[nodiscard]] Handle watch_demand(const Pattern& pattern, DemandCall call);
 
-  /// Decides about remote sets on own keys that match; the narrowest pattern wins. Without one they are refused, and
-  /// appends are unless it accepts them. What cannot be done anyway (sequence, size, media type) does not reach it.
+  /// Makes `policy` decide about remote sets of own tuples that match; of several policies the one with the narrowest
+  /// pattern decides. Without a policy remote sets are refused. Requests that fail for another reason (sequence, size,
+  /// media type, an append outside `scope`) are refused before the policy is called.
   [[nodiscard]] Handle add_policy(const Pattern& pattern, SetPolicy policy, PolicyScope scope = PolicyScope::kSets);
 
-  // -- everybody's tuples
-  /// Present matching tuples are told at once (in a later turn), then every change. `snapshot` is told once for each
-  /// other owner, and again when it was away.
+  // -- tuples of all components
+  /// Delivers all present tuples that match, from a later turn on, then every change. `snapshot` is called for each
+  /// other owner once all its tuples have been delivered, and again each time the owner returns.
   [[nodiscard]] Handle subscribe(const Pattern& pattern, const Flow& flow, EventCall call, SnapshotCall snapshot = {});
 
-  /// Asks the owner (self is fine) to set its tuple; the answer comes exactly once, in a later turn: at the latest when
-  /// the time to live ends, kExpired. `time_to_live` zero = 5 s.
+  /// Asks the owner, which may be this component, to set its tuple. `call` receives exactly one reply, in a later turn;
+  /// kExpired if there is none within the time to live (zero = 5 s). Returns the number of the request.
   std::uint64_t set_remote(OwnerId owner, std::string_view key, std::string_view value, Duration time_to_live,
                            ReplyCall call, const SetOptions& options = {});
 
-  /// Asks the owner to append, under the rules of append() and its judge. An answer that is lost leaves open whether
-  /// the bytes were added: who repeats it names the expected sequence.
+  /// Asks the owner to append, under the rules of append() and of its policy. If the reply is lost, it is not known
+  /// whether the bytes were appended: give the expected sequence, and repeating is safe.
   std::uint64_t append_remote(OwnerId owner, std::string_view key, std::string_view bytes, Duration time_to_live,
                               ReplyCall call, const SetOptions& options = {});
 
-  /// Own tuple, or copy of a foreign one that a subscription of ours covers.
+  /// An own tuple, or the cached copy of another component's. The views are valid until the next call or turn.
   std::optional<TupleView> get(OwnerId owner, std::string_view key) const;
+  /// Visits own tuples and cached copies that match, in no particular order.
   void list(const Pattern& pattern, const std::function<void(const TupleView&)>& visit) const;
 
   // -- components
+  /// The other components that are present, by id.
   std::vector<OwnerId> peers() const;
+  /// Reports components that appear, leave or are lost from now on.
   [[nodiscard]] Handle watch_peers(PeerCall call);
-  /// What all others see of this component without subscribing (docs/ecology.md); kOutOfRange beyond kMaxSummary.
+  /// Publishes a summary of this component, which all others receive without subscribing (docs/ecology.md). kOutOfRange
+  /// if it is longer than kMaxSummary.
   Result<void> describe(std::string_view summary);
-  /// What a present component says of itself; empty = nothing. Valid until the next turn.
+  /// The summary of a component that is present; empty = it published none. Valid until the next turn.
   std::string_view summary(OwnerId peer) const;
-  /// Told when a component says something else of itself than before.
+  /// Reports each change of a summary.
   [[nodiscard]] Handle watch_summaries(SummaryCall call);
 
-  /// Numbers for people and metrics: tuples own and cached, subscriptions, events queued, merged for slow peers.
+  /// Present sizes, and counters since the start, for metrics.
   struct Stats {
-    std::size_t own = 0, cached = 0, subscriptions = 0, queued = 0;
-    std::uint64_t sets = 0, events = 0, merged = 0, dropped = 0;
-    std::uint64_t refused = 0;  ///< subscriptions and remote sets of others that the policy of the link did not take
+    std::size_t own = 0, cached = 0, subscriptions = 0;
+    std::size_t queued = 0;     ///< events for local subscribers and changes for peers that wait for delivery
+    std::uint64_t sets = 0;     ///< sets and appends of own tuples
+    std::uint64_t events = 0;   ///< events delivered to local subscribers
+    std::uint64_t merged = 0;   ///< changes replaced by a later one before delivery
+    std::uint64_t dropped = 0;  ///< changes and subscriptions beyond a limit, or invalid ones
+    std::uint64_t refused = 0;  ///< subscriptions and remote sets of peers that the link's PeerPolicy refused
   };
   Stats stats() const;
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "base/bytes.h"
-#include "base/result.h"
+#include "rubicon/result.hpp"
 
 namespace rubicon::base {
 

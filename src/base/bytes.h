@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "base/result.h"
+#include "rubicon/result.hpp"
 
 namespace rubicon::base {
 

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "base/config_node.h"
-#include "base/time.h"
+#include "rubicon/time.hpp"
 
 namespace rubicon::base {
 

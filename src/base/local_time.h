@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "base/time.h"
+#include "rubicon/time.hpp"
 
 namespace rubicon::base {
 

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "base/result.h"
+#include "rubicon/result.hpp"
 
 namespace rubicon::base {
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <unordered_map>
 
-#include "base/time.h"
+#include "rubicon/time.hpp"
 
 namespace rubicon::base {
 

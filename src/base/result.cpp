@@ -1,4 +1,4 @@
-#include "base/result.h"
+#include "rubicon/result.hpp"
 
 namespace rubicon::base {
 

@@ -3,7 +3,7 @@
 #include <functional>
 #include <memory>
 
-#include "base/time.h"
+#include "rubicon/time.hpp"
 
 namespace rubicon::base {
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "base/scheduler.h"
-#include "tuples/tuple_space.h"
+#include "rubicon/tuple_space.hpp"
 
 namespace rubicon::client {
 

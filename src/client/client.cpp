@@ -161,15 +161,15 @@ void Client::stop() {
   impl_->loop->wake();
 }
 
-bool Client::run_until(const std::function<bool()>& done, Duration patience) {
+bool Client::run_until(const std::function<bool()>& done, Duration timeout) {
   auto& loop = *impl_->loop;
   const auto start = loop.now();
   while (true) {
     loop.poll();
     if (done()) return true;
     const auto gone = loop.now() - start;
-    if (gone >= patience) return false;
-    loop.wait(std::min(patience - gone, kLongestNap));
+    if (gone >= timeout) return false;
+    loop.wait(std::min(timeout - gone, kLongestNap));
   }
 }
 
@@ -193,15 +193,15 @@ std::vector<Component> Client::islands() const {
   return found;
 }
 
-void Client::meet() {
+void Client::discover() {
   const auto settled = [this] { return impl_->acquaintance->settled({}); };
   while (!run_until(settled, Acquaintance::kQuiet / 4)) {
   }
 }
 
-std::vector<Appearance> Client::appearances() const {
-  std::vector<Appearance> all;
-  for (const auto& one : impl_->ecology->appearances()) {
+std::vector<ComponentStart> Client::component_starts() const {
+  std::vector<ComponentStart> all;
+  for (const auto& one : impl_->ecology->component_starts()) {
     all.push_back(
         {one.id, one.incarnation, one.version, one.present, model::summary_from_json(one.summary).value_or(Summary{})});
   }
@@ -212,28 +212,27 @@ unsigned Client::protocol_version() {
   return tuples::dds::kProtocolVersion;
 }
 
-void Client::read(const Pattern& pattern, TuplesCall call, Duration patience) {
+void Client::read(const Pattern& pattern, TuplesCall call, Duration timeout) {
   auto& parts = *impl_;
   parts.keep(parts.readings, [&](auto over) {
     auto told = [call = std::move(call), over](std::vector<Tuple> tuples) {
       over();
       call(std::move(tuples));
     };
-    return std::make_unique<Reading>(*parts.loop, *parts.space, *parts.acquaintance, pattern, std::move(told),
-                                     patience);
+    return std::make_unique<Reading>(*parts.loop, *parts.space, *parts.acquaintance, pattern, std::move(told), timeout);
   });
 }
 
-std::vector<Tuple> Client::read(const Pattern& pattern, Duration patience) {
+std::vector<Tuple> Client::read(const Pattern& pattern, Duration timeout) {
   std::optional<std::vector<Tuple>> found;
   const Reading reading(
       *impl_->loop, *impl_->space, *impl_->acquaintance, pattern,
-      [&](std::vector<Tuple> tuples) { found = std::move(tuples); }, patience);
+      [&](std::vector<Tuple> tuples) { found = std::move(tuples); }, timeout);
   run_until([&] { return found.has_value(); }, Duration::max());
   return std::move(*found);
 }
 
-Result<void> Client::read_points(const Pattern& points, PointsCall call, Duration patience) {
+Result<void> Client::read_points(const Pattern& points, PointsCall call, Duration timeout) {
   const auto patterns = point_patterns(points);
   if (!patterns) return fail(patterns.error());
   struct Gathering {
@@ -250,15 +249,15 @@ Result<void> Client::read_points(const Pattern& points, PointsCall call, Duratio
           std::move(some.begin(), some.end(), std::back_inserter(gathering->tuples));
           if (--gathering->left == 0) gathering->call(points_from(gathering->tuples));
         },
-        patience);
+        timeout);
   }
   return {};
 }
 
-Result<std::vector<Point>> Client::read_points(const Pattern& points, Duration patience) {
+Result<std::vector<Point>> Client::read_points(const Pattern& points, Duration timeout) {
   const auto found = std::make_shared<std::optional<std::vector<Point>>>();
   auto begun = read_points(
-      points, [found](std::vector<Point> some) { *found = std::move(some); }, patience);
+      points, [found](std::vector<Point> some) { *found = std::move(some); }, timeout);
   if (!begun) return fail(std::move(begun.error()));
   run_until([&] { return found->has_value(); }, Duration::max());
   return std::move(**found);
@@ -275,10 +274,10 @@ Result<Handle> Client::watch_points(const Pattern& points, const Flow& flow, Poi
   });
 }
 
-std::vector<Network> Client::networks(std::optional<OwnerId> island, Duration patience) {
+std::vector<Network> Client::networks(std::optional<OwnerId> island, Duration timeout) {
   std::vector<Tuple> tuples;
   for (const auto* pattern : {"*.*.status", "*.*.*.status", "*.*.property.*.value"}) {
-    auto some = read({island, pattern}, patience);
+    auto some = read({island, pattern}, timeout);
     std::move(some.begin(), some.end(), std::back_inserter(tuples));
   }
   return networks_from(tuples);
@@ -293,15 +292,15 @@ Handle Client::watch_devices(const DeviceQuery& query, DeviceCall call) {
   });
 }
 
-std::vector<Device> Client::devices(const DeviceQuery& query, Duration patience) {
+std::vector<Device> Client::devices(const DeviceQuery& query, Duration timeout) {
   std::map<std::pair<OwnerId, std::string>, DeviceCondition> conditions;
   std::map<std::pair<OwnerId, std::string>, LineStatus> lines;
-  for (const auto& tuple : read({query.island, "*.*.*.status"}, patience))
+  for (const auto& tuple : read({query.island, "*.*.*.status"}, timeout))
     conditions[{tuple.owner, tuple.key}] = model::device_condition_from_json(tuple.value);
-  for (const auto& tuple : read({query.island, "*.*.status"}, patience))
+  for (const auto& tuple : read({query.island, "*.*.status"}, timeout))
     lines[{tuple.owner, tuple.key}] = model::line_status_from_json(tuple.value);
   std::vector<Device> found;
-  for (const auto& tuple : read({query.island, "*.*.*.description"}, patience)) {
+  for (const auto& tuple : read({query.island, "*.*.*.description"}, timeout)) {
     auto device = device_from(tuple.owner, tuple.key, tuple.value);
     if (!device || !fits(query, *device)) continue;
     const auto& condition = conditions[{tuple.owner, device->key() + ".status"}];
@@ -315,8 +314,8 @@ std::vector<Device> Client::devices(const DeviceQuery& query, Duration patience)
   return found;
 }
 
-void Client::command(OwnerId owner, std::string_view key, std::string_view value, Ended ended, Duration time_to_live,
-                     Duration patience, Ended under_way) {
+void Client::command(OwnerId owner, std::string_view key, std::string_view value, OutcomeCall ended,
+                     Duration time_to_live, Duration timeout, OutcomeCall progress) {
   auto& parts = *impl_;
   parts.keep(parts.errands, [&](auto over) {
     auto told = [ended = std::move(ended), over](const Outcome& outcome) {
@@ -324,17 +323,17 @@ void Client::command(OwnerId owner, std::string_view key, std::string_view value
       if (ended) ended(outcome);
     };
     return std::make_unique<Errand>(*parts.loop, *parts.space, owner, key, value, std::move(told), time_to_live,
-                                    patience, std::move(under_way));
+                                    timeout, std::move(progress));
   });
 }
 
 Outcome Client::command(OwnerId owner, std::string_view key, std::string_view value, Duration time_to_live,
-                        Duration patience, Ended under_way) {
+                        Duration timeout, OutcomeCall progress) {
   run_until([&] { return impl_->acquaintance->settled(owner); }, Acquaintance::kNamed);
   std::optional<Outcome> outcome;
   const Errand errand(
       *impl_->loop, *impl_->space, owner, key, value, [&](const Outcome& told) { outcome = told; }, time_to_live,
-      patience, std::move(under_way));
+      timeout, std::move(progress));
   run_until([&] { return outcome.has_value(); }, Duration::max());
   return *outcome;
 }

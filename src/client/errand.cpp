@@ -55,7 +55,7 @@ std::string name_of(const nlohmann::json& command) {
 }  // namespace
 
 Errand::Errand(Scheduler& scheduler, TupleSpace& space, OwnerId owner, std::string_view key, std::string_view value,
-               Ended ended, Duration time_to_live, Duration patience, Ended under_way)
+               OutcomeCall ended, Duration time_to_live, Duration patience, OutcomeCall under_way)
     : scheduler_(scheduler),
       self_(space.self()),
       owner_(owner),

@@ -13,7 +13,7 @@ namespace rubicon::client {
 class Errand {
  public:
   Errand(Scheduler& scheduler, TupleSpace& space, OwnerId owner, std::string_view key, std::string_view value,
-         Ended ended, Duration time_to_live, Duration patience, Ended under_way = {});
+         OutcomeCall ended, Duration time_to_live, Duration patience, OutcomeCall under_way = {});
 
  private:
   void answered(const tuples::Reply& reply);
@@ -29,7 +29,7 @@ class Errand {
   OwnerId owner_;  ///< who tells of it: another one when the device moved
   bool is_command_ = false;
   Outcome outcome_;
-  Ended ended_, under_way_;
+  OutcomeCall ended_, under_way_;
   Duration margin_;
   bool is_state_ = false;  ///< the point takes the newest command only (its description says so)
   bool seen_ = false;      ///< the status told of this command

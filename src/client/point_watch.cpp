@@ -48,7 +48,7 @@ void PointWatch::valued(const tuples::Event& event) {
     auto gone = entries_.extract(name);
     touched_.erase(name);
     if (gone) gone.mapped().point.tuple.owner_present = event.kind != tuples::EventKind::kLost;
-    if (gone && gone.mapped().told) call_(PointEvent::kGone, shown(name, gone.mapped()));
+    if (gone && gone.mapped().told) call_(PointEvent::kRemoved, shown(name, gone.mapped()));
     return forget_lost(name.first);
   }
   auto& entry = entries_[name];

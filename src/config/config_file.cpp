@@ -10,7 +10,7 @@
 #include "config/island_config.h"
 #include "config/network_numbers.h"
 #include "config/yaml.h"
-#include "model/key.h"
+#include "rubicon/key.hpp"
 
 namespace rubicon::config {
 

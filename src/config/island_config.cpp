@@ -9,7 +9,7 @@
 
 #include "config/network_numbers.h"
 #include "model/former_types.h"
-#include "model/key.h"
+#include "rubicon/key.hpp"
 
 namespace rubicon::config {
 

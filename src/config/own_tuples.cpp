@@ -5,7 +5,7 @@
 #include <set>
 #include <tuple>
 
-#include "model/key.h"
+#include "rubicon/key.hpp"
 
 namespace rubicon::config {
 

@@ -4,8 +4,8 @@
 #include <string_view>
 #include <vector>
 
-#include "base/result.h"
-#include "tuples/tuple_space.h"
+#include "rubicon/result.hpp"
+#include "rubicon/tuple_space.hpp"
 
 namespace rubicon::config {
 

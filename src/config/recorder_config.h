@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "base/config_reader.h"
-#include "model/key.h"
+#include "rubicon/key.hpp"
 
 namespace rubicon::config {
 

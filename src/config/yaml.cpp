@@ -15,7 +15,7 @@
 #include "base/config_reader.h"
 #include "base/printable.h"
 #include "config/yaml_fault.h"
-#include "model/key.h"
+#include "rubicon/key.hpp"
 
 namespace rubicon::config {
 

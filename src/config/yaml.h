@@ -3,7 +3,7 @@
 #include <string_view>
 
 #include "base/config_node.h"
-#include "base/result.h"
+#include "rubicon/result.hpp"
 
 namespace rubicon::config {
 

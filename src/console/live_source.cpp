@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "base/natural_order.h"
-#include "model/key.h"
 #include "model/unit_text.h"
+#include "rubicon/key.hpp"
 
 namespace rubicon::console {
 

@@ -4,8 +4,8 @@
 #include <string_view>
 #include <vector>
 
-#include "base/time.h"
-#include "tuples/tuple_space.h"
+#include "rubicon/time.hpp"
+#include "rubicon/tuple_space.hpp"
 
 namespace rubicon::console {
 

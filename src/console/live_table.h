@@ -6,11 +6,11 @@
 #include <vector>
 
 #include "base/printable.h"
-#include "base/time.h"
 #include "console/live_log.h"
 #include "console/live_source.h"
 #include "console/live_view.h"
-#include "tuples/tuple_space.h"
+#include "rubicon/time.hpp"
+#include "rubicon/tuple_space.hpp"
 
 namespace rubicon::console {
 

@@ -10,8 +10,8 @@
 #include "base/nearest.h"
 #include "base/printable.h"
 #include "console/shell_words.h"
-#include "model/key.h"
 #include "model/message_cbor.h"
+#include "rubicon/key.hpp"
 #include "tuples/tuple_json.h"
 
 namespace rubicon::console {

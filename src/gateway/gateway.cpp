@@ -14,7 +14,7 @@
 #include "gateway/inbox.h"
 #include "gateway/island_door.h"
 #include "gateway/listeners.h"
-#include "model/key.h"
+#include "rubicon/key.hpp"
 
 namespace rubicon::gateway {
 

@@ -11,7 +11,7 @@
 #include "base/scheduler.h"
 #include "model/message.h"
 #include "network/supervisor.h"
-#include "tuples/tuple_space.h"
+#include "rubicon/tuple_space.hpp"
 
 namespace rubicon::gateway {
 

@@ -5,7 +5,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "model/address.h"
+#include "rubicon/address.hpp"
 
 namespace rubicon::gateway {
 

@@ -8,10 +8,10 @@
 #include "config/island_config.h"
 #include "config/reload_plan.h"
 #include "island/recorders.h"
+#include "rubicon/tuple_space.hpp"
 #include "state/state_store.h"
 #include "transport/transports.h"
 #include "tuples/link.h"
-#include "tuples/tuple_space.h"
 
 namespace rubicon::island {
 

@@ -5,7 +5,7 @@
 
 #include "base/scheduler.h"
 #include "rubicon/summary.hpp"
-#include "tuples/tuple_space.h"
+#include "rubicon/tuple_space.hpp"
 
 namespace rubicon::island {
 

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "base/scheduler.h"
-#include "tuples/tuple_space.h"
+#include "rubicon/tuple_space.hpp"
 
 namespace rubicon::island {
 

@@ -1,4 +1,4 @@
-#include "model/address.h"
+#include "rubicon/address.hpp"
 
 #include <fmt/format.h>
 

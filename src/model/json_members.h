@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "base/time.h"
+#include "rubicon/time.hpp"
 
 namespace rubicon::model {
 

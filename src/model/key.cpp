@@ -1,4 +1,4 @@
-#include "model/key.h"
+#include "rubicon/key.hpp"
 
 #include <fmt/format.h>
 
@@ -122,19 +122,19 @@ Result<Pattern> Pattern::parse(std::string_view text) {
   return pattern;
 }
 
-bool Pattern::matches(OwnerId of, std::string_view concrete) const {
-  if (owner && *owner != of) return false;
+bool Pattern::matches(OwnerId tuple_owner, std::string_view tuple_key) const {
+  if (owner && *owner != tuple_owner) return false;
   std::string_view wanted = key;
   while (true) {
     const auto want_dot = wanted.find('.');
     const auto want = wanted.substr(0, want_dot);
     if (want == "**") return true;
-    const auto have_dot = concrete.find('.');
-    if (want != "*" && want != concrete.substr(0, have_dot)) return false;
-    if (want_dot == wanted.npos) return have_dot == concrete.npos;
+    const auto have_dot = tuple_key.find('.');
+    if (want != "*" && want != tuple_key.substr(0, have_dot)) return false;
+    if (want_dot == wanted.npos) return have_dot == tuple_key.npos;
     wanted.remove_prefix(want_dot + 1);
-    if (have_dot == concrete.npos) return wanted == "**";
-    concrete.remove_prefix(have_dot + 1);
+    if (have_dot == tuple_key.npos) return wanted == "**";
+    tuple_key.remove_prefix(have_dot + 1);
   }
 }
 

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "base/bytes.h"
-#include "base/time.h"
-#include "model/address.h"
 #include "model/point.h"
+#include "rubicon/address.hpp"
+#include "rubicon/time.hpp"
 
 namespace rubicon::model {
 

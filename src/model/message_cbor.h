@@ -3,8 +3,8 @@
 #include <string_view>
 
 #include "base/bytes.h"
-#include "base/result.h"
 #include "model/message.h"
+#include "rubicon/result.hpp"
 
 namespace rubicon::model {
 

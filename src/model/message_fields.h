@@ -4,8 +4,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "base/result.h"
 #include "model/message.h"
+#include "rubicon/result.hpp"
 
 namespace rubicon::model {
 

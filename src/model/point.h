@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "base/time.h"
 #include "model/type_catalogue.h"
 #include "model/words.h"
+#include "rubicon/time.hpp"
 
 namespace rubicon::model {
 

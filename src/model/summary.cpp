@@ -2,7 +2,6 @@
 
 #include "model/json_members.h"
 #include "rubicon/key.hpp"
-#include "rubicon/tuple.hpp"
 
 namespace rubicon::model {
 
@@ -30,7 +29,7 @@ std::string to_json(const Summary& summary) {
   auto whole = tree;
   for (const auto& [id, devices] : summary.networks) whole["networks"][id] = devices;
   auto text = dump(whole);
-  return text.size() <= tuples::kMaxSummary ? text : dump(tree);
+  return text.size() <= kMaxSummary ? text : dump(tree);
 }
 
 Result<Summary> summary_from_json(std::string_view text) {

@@ -9,8 +9,8 @@
 
 #include "base/assert.h"
 #include "model/former_types.h"
-#include "model/key.h"
 #include "model/type_tables.h"
+#include "rubicon/key.hpp"
 
 namespace rubicon::model {
 

@@ -8,8 +8,8 @@
 #include <string>
 #include <string_view>
 
-#include "base/result.h"
 #include "model/value.h"
+#include "rubicon/result.hpp"
 
 namespace rubicon::model {
 

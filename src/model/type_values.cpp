@@ -5,9 +5,9 @@
 #include <nlohmann/json.hpp>
 
 #include "base/bytes.h"
-#include "model/key.h"
 #include "model/type_catalogue.h"
 #include "model/words.h"
+#include "rubicon/key.hpp"
 
 namespace rubicon::model {
 

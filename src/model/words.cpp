@@ -6,7 +6,7 @@
 #include <charconv>
 #include <nlohmann/json.hpp>
 
-#include "model/key.h"
+#include "rubicon/key.hpp"
 
 namespace rubicon::model {
 

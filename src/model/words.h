@@ -6,8 +6,8 @@
 #include <string_view>
 #include <vector>
 
-#include "base/result.h"
 #include "model/type_catalogue.h"
+#include "rubicon/result.hpp"
 
 namespace rubicon::model {
 

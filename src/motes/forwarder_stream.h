@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "base/bytes.h"
-#include "base/result.h"
+#include "rubicon/result.hpp"
 
 namespace rubicon::motes {
 

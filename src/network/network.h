@@ -9,10 +9,10 @@
 
 #include "base/config_reader.h"
 #include "base/log.h"
-#include "base/result.h"
 #include "base/scheduler.h"
 #include "model/message.h"
 #include "model/type_catalogue.h"
+#include "rubicon/result.hpp"
 #include "transport/transports.h"
 
 namespace rubicon::network {

@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "base/text.h"
-#include "model/key.h"
 #include "proxy/tuple_text.h"
+#include "rubicon/key.hpp"
 
 namespace rubicon::proxy {
 

@@ -6,10 +6,10 @@
 #include <tuple>
 
 #include "gateway/island_door.h"
-#include "model/key.h"
 #include "model/property_alias.h"
 #include "proxy/commander.h"
 #include "proxy/tuple_text.h"
+#include "rubicon/key.hpp"
 
 namespace rubicon::proxy {
 

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "model/key.h"
+#include "rubicon/key.hpp"
 
 namespace rubicon::proxy {
 

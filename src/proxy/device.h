@@ -9,13 +9,13 @@
 #include <unordered_map>
 #include <vector>
 
-#include "base/time.h"
 #include "model/message.h"
 #include "model/quality.h"
 #include "proxy/proxy_config.h"
 #include "proxy/rare_text.h"
+#include "rubicon/time.hpp"
+#include "rubicon/tuple_space.hpp"
 #include "state/state_store.h"
-#include "tuples/tuple_space.h"
 
 namespace rubicon::proxy {
 

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <set>
 
-#include "model/key.h"
 #include "proxy/naming.h"
+#include "rubicon/key.hpp"
 
 namespace rubicon::proxy {
 

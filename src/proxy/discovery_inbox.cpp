@@ -7,8 +7,8 @@
 
 #include "base/glob.h"
 #include "model/json_members.h"
-#include "model/key.h"
 #include "proxy/naming.h"
+#include "rubicon/key.hpp"
 
 namespace rubicon::proxy {
 

@@ -7,8 +7,8 @@
 #include <tuple>
 
 #include "model/former_types.h"
-#include "model/key.h"
 #include "proxy/tuple_text.h"
+#include "rubicon/key.hpp"
 
 namespace rubicon::proxy {
 

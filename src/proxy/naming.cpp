@@ -6,7 +6,7 @@
 #include <algorithm>
 
 #include "base/nearest.h"
-#include "model/key.h"
+#include "rubicon/key.hpp"
 
 namespace rubicon::proxy {
 

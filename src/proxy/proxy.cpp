@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include "base/assert.h"
-#include "model/key.h"
 #include "proxy/naming.h"
 #include "proxy/proxy_impl.h"
 #include "proxy/tuple_text.h"
+#include "rubicon/key.hpp"
 
 namespace rubicon::proxy {
 

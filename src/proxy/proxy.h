@@ -11,8 +11,8 @@
 #include "gateway/gateway.h"
 #include "model/type_catalogue.h"
 #include "proxy/proxy_config.h"
+#include "rubicon/tuple_space.hpp"
 #include "state/state_store.h"
-#include "tuples/tuple_space.h"
 
 namespace rubicon::proxy {
 

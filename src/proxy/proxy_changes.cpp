@@ -3,9 +3,9 @@
 
 #include <array>
 
-#include "model/key.h"
 #include "proxy/naming.h"
 #include "proxy/proxy_impl.h"
+#include "rubicon/key.hpp"
 
 namespace rubicon::proxy {
 

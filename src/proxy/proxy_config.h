@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "base/time.h"
+#include "rubicon/time.hpp"
 
 namespace rubicon::proxy {
 

@@ -11,7 +11,7 @@
 #include "gateway/gateway.h"
 #include "model/type_catalogue.h"
 #include "proxy/device.h"
-#include "tuples/tuple_space.h"
+#include "rubicon/tuple_space.hpp"
 
 namespace rubicon::proxy {
 

@@ -5,9 +5,9 @@
 #include <iterator>
 
 #include "base/glob.h"
-#include "model/key.h"
 #include "proxy/naming.h"
 #include "proxy/proxy_impl.h"
+#include "rubicon/key.hpp"
 
 namespace rubicon::proxy {
 

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "model/key.h"
 #include "proxy/commander.h"
 #include "proxy/naming.h"
 #include "proxy/proxy_impl.h"
+#include "rubicon/key.hpp"
 
 namespace rubicon::proxy {
 

@@ -3,9 +3,9 @@
 #include <string>
 #include <string_view>
 
-#include "base/result.h"
-#include "base/time.h"
-#include "model/address.h"
+#include "rubicon/address.hpp"
+#include "rubicon/result.hpp"
+#include "rubicon/time.hpp"
 
 namespace rubicon::proxy {
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "model/key.h"
+#include "rubicon/key.hpp"
 
 namespace rubicon::proxy {
 

@@ -4,8 +4,8 @@
 
 #include <tuple>
 
-#include "model/key.h"
 #include "proxy/tuple_text.h"
+#include "rubicon/key.hpp"
 
 namespace rubicon::proxy {
 

@@ -9,7 +9,7 @@
 #include "base/scheduler.h"
 #include "recorder/recording_file.h"
 #include "recording/block_builder.h"
-#include "tuples/tuple_space.h"
+#include "rubicon/tuple_space.hpp"
 
 namespace rubicon::recorder {
 

@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "base/bytes.h"
-#include "base/time.h"
+#include "rubicon/time.hpp"
 
 namespace rubicon::recording {
 

@@ -6,8 +6,8 @@
 #include <string>
 
 #include "base/bytes.h"
-#include "base/time.h"
-#include "model/address.h"
+#include "rubicon/address.hpp"
+#include "rubicon/time.hpp"
 
 namespace rubicon::recording {
 

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <string_view>
 
-#include "base/time.h"
-#include "model/address.h"
+#include "rubicon/address.hpp"
+#include "rubicon/time.hpp"
 
 namespace rubicon::recording {
 

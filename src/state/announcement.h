@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "base/bytes.h"
-#include "base/result.h"
 #include "model/message.h"
+#include "rubicon/result.hpp"
 
 namespace rubicon::state {
 

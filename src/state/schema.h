@@ -4,8 +4,8 @@
 #include <string>
 #include <string_view>
 
-#include "base/result.h"
-#include "model/address.h"
+#include "rubicon/address.hpp"
+#include "rubicon/result.hpp"
 #include "state/sqlite.h"
 
 namespace rubicon::state {

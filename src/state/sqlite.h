@@ -8,8 +8,8 @@
 #include <string_view>
 
 #include "base/bytes.h"
-#include "base/result.h"
-#include "base/time.h"
+#include "rubicon/result.hpp"
+#include "rubicon/time.hpp"
 
 namespace rubicon::state {
 

@@ -3,9 +3,9 @@
 #include <optional>
 #include <string>
 
-#include "base/result.h"
-#include "base/time.h"
-#include "model/address.h"
+#include "rubicon/address.hpp"
+#include "rubicon/result.hpp"
+#include "rubicon/time.hpp"
 #include "state/file_lock.h"
 #include "state/sqlite.h"
 

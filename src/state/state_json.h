@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "base/result.h"
+#include "rubicon/result.hpp"
 #include "state/state_store.h"
 
 namespace rubicon::state {

@@ -9,10 +9,10 @@
 #include <utility>
 #include <vector>
 
-#include "base/result.h"
-#include "base/time.h"
-#include "model/address.h"
 #include "model/message.h"
+#include "rubicon/address.hpp"
+#include "rubicon/result.hpp"
+#include "rubicon/time.hpp"
 
 namespace rubicon::state {
 

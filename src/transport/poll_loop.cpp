@@ -17,8 +17,8 @@
 #include <vector>
 
 #include "base/assert.h"
-#include "base/result.h"
 #include "base/timer_heap.h"
+#include "rubicon/result.hpp"
 
 namespace rubicon::transport {
 

@@ -2,8 +2,8 @@
 
 #include <memory>
 
-#include "base/result.h"
 #include "base/scheduler.h"
+#include "rubicon/result.hpp"
 
 namespace rubicon::transport {
 

@@ -4,7 +4,7 @@
 #include <functional>
 
 #include "base/bytes.h"
-#include "base/result.h"
+#include "rubicon/result.hpp"
 
 namespace rubicon::transport {
 

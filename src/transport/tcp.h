@@ -4,7 +4,7 @@
 #include <functional>
 #include <memory>
 
-#include "base/time.h"
+#include "rubicon/time.hpp"
 #include "transport/stream.h"
 #include "transport/udp.h"
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "base/byte_sink.h"
-#include "base/result.h"
+#include "rubicon/result.hpp"
 #include "transport/serial.h"
 #include "transport/tcp.h"
 #include "transport/udp.h"

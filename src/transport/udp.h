@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "base/bytes.h"
-#include "base/result.h"
+#include "rubicon/result.hpp"
 
 namespace rubicon::transport {
 

@@ -6,7 +6,8 @@
 #include <string_view>
 #include <vector>
 
-#include "tuples/tuple.h"
+#include "rubicon/summary.hpp"
+#include "rubicon/tuple.hpp"
 
 namespace rubicon::tuples {
 

@@ -3,7 +3,7 @@
 #include <string>
 #include <string_view>
 
-#include "tuples/tuple_space.h"
+#include "rubicon/tuple_space.hpp"
 
 namespace rubicon::tuples {
 

@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "model/key.h"
+#include "rubicon/key.hpp"
 #include "tuples/child_table.h"
 #include "tuples/pages.h"
 #include "tuples/part_names.h"

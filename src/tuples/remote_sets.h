@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "base/scheduler.h"
-#include "tuples/tuple_space.h"
+#include "rubicon/tuple_space.hpp"
 
 namespace rubicon::tuples {
 

@@ -1,4 +1,4 @@
-#include "tuples/tuple.h"
+#include "rubicon/tuple.hpp"
 
 #include "base/assert.h"
 

@@ -3,8 +3,8 @@
 #include <string>
 
 #include "base/printable.h"
-#include "base/result.h"
-#include "tuples/tuple.h"
+#include "rubicon/result.hpp"
+#include "rubicon/tuple.hpp"
 
 namespace rubicon::tuples {
 

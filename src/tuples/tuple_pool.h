@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "rubicon/tuple_space.hpp"
 #include "tuples/pages.h"
 #include "tuples/part_trie.h"
-#include "tuples/tuple_space.h"
 
 namespace rubicon::tuples {
 

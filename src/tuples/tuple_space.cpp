@@ -1,4 +1,4 @@
-#include "tuples/tuple_space.h"
+#include "rubicon/tuple_space.hpp"
 
 #include <fmt/format.h>
 

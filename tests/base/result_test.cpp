@@ -1,4 +1,4 @@
-#include "base/result.h"
+#include "rubicon/result.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <set>
 
 #include "base/rate_limit.h"
-#include "base/time.h"
+#include "rubicon/time.hpp"
 
 namespace rubicon::base {
 namespace {

@@ -151,7 +151,7 @@ struct Commands : ClientParts {
                                                   R"(,"reason":"because"}})"));
     time.run_for(1ms);
   }
-  Ended end = [this](const Outcome& outcome) { ended.push_back(outcome.state + " " + outcome.reason); };
+  OutcomeCall end = [this](const Outcome& outcome) { ended.push_back(outcome.state + " " + outcome.reason); };
   tuples::Handle judge;
   tuples::RemoteSet last;
   std::vector<std::string> ended;

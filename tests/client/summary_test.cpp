@@ -17,7 +17,7 @@ TEST(Summary, ComesBackAsItWasSaid) {
 TEST(Summary, OfManyNetworksStillFits) {
   Summary said{"home", "pi", "", "proxy", {}, {}};
   for (int i = 0; i < 5000; ++i) said.networks["network-" + std::to_string(i)] = 1;
-  EXPECT_LE(model::to_json(said).size(), tuples::kMaxSummary);
+  EXPECT_LE(model::to_json(said).size(), kMaxSummary);
   EXPECT_EQ(model::summary_from_json(model::to_json(said))->name, "home");
 }
 

@@ -1,7 +1,7 @@
 #include <cstdlib>
 
 #include "base/bytes.h"
-#include "model/key.h"
+#include "rubicon/key.hpp"
 
 namespace {
 

@@ -1,4 +1,4 @@
-#include "model/key.h"
+#include "rubicon/key.hpp"
 
 #include <gtest/gtest.h>
 

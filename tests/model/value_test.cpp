@@ -8,8 +8,8 @@
 #include <limits>
 #include <random>
 
-#include "model/address.h"
 #include "model/quality.h"
+#include "rubicon/address.hpp"
 
 namespace rubicon::model {
 namespace {

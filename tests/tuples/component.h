@@ -5,8 +5,9 @@
 #include <vector>
 
 #include "base/virtual_scheduler.h"
+#include "rubicon/tuple_space.hpp"
+#include "tuples/link.h"
 #include "tuples/test_ecology.h"
-#include "tuples/tuple_space.h"
 
 namespace rubicon::tuples {
 

@@ -5,8 +5,8 @@
 #include <string_view>
 #include <vector>
 
-#include "base/result.h"
-#include "base/time.h"
+#include "rubicon/result.hpp"
+#include "rubicon/time.hpp"
 
 namespace rubicon::motes_simulator {
 

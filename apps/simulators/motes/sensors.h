@@ -6,7 +6,7 @@
 #include <random>
 #include <string_view>
 
-#include "base/time.h"
+#include "rubicon/time.hpp"
 
 namespace rubicon::motes_simulator {
 

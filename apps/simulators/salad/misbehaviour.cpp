@@ -5,7 +5,7 @@
 #include <array>
 #include <utility>
 
-#include "model/key.h"
+#include "rubicon/key.hpp"
 
 namespace rubicon::salad_simulator {
 

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "base/result.h"
+#include "rubicon/result.hpp"
 
 namespace rubicon::salad_simulator {
 

@@ -4,8 +4,8 @@
 #include <string_view>
 #include <vector>
 
-#include "base/time.h"
 #include "networks/salad/salad_codec.h"
+#include "rubicon/time.hpp"
 
 namespace rubicon::salad_simulator {
 

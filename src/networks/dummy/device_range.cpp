@@ -5,7 +5,7 @@
 #include <charconv>
 #include <optional>
 
-#include "model/key.h"
+#include "rubicon/key.hpp"
 
 namespace rubicon::networks::dummy {
 

@@ -5,9 +5,9 @@
 #include <map>
 #include <utility>
 
-#include "model/key.h"
 #include "networks/dummy/dummy_device.h"
 #include "networks/dummy/dummy_sample.h"
+#include "rubicon/key.hpp"
 
 namespace rubicon::networks::dummy {
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "model/key.h"
+#include "rubicon/key.hpp"
 
 namespace rubicon::networks::knx {
 

@@ -4,8 +4,8 @@
 #include <deque>
 
 #include "base/bytes.h"
-#include "base/time.h"
 #include "networks/knx/wire/address.h"
+#include "rubicon/time.hpp"
 
 namespace rubicon::networks::knx {
 

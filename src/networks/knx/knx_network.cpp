@@ -8,13 +8,13 @@
 #include <utility>
 
 #include "base/rate_limit.h"
-#include "model/key.h"
 #include "networks/knx/bus_points.h"
 #include "networks/knx/knx_options.h"
 #include "networks/knx/knx_sample.h"
 #include "networks/knx/operators.h"
 #include "networks/knx/unassigned.h"
 #include "networks/knx/wire/cemi.h"
+#include "rubicon/key.hpp"
 #include "transport/interfaces.h"
 
 namespace rubicon::networks::knx {

@@ -7,9 +7,9 @@
 #include <filesystem>
 #include <set>
 
-#include "model/key.h"
 #include "networks/knx/groups/import.h"
 #include "networks/knx/groups/record.h"
+#include "rubicon/key.hpp"
 #include "transport/read_text.h"
 
 namespace rubicon::networks::knx {

@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "model/key.h"
+#include "rubicon/key.hpp"
 
 namespace rubicon::networks::knx {
 

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <set>
 
-#include "model/key.h"
 #include "networks/knx/wire/cemi.h"
+#include "rubicon/key.hpp"
 
 namespace rubicon::networks::knx {
 

@@ -3,8 +3,8 @@
 #include <map>
 #include <string>
 
-#include "base/time.h"
 #include "networks/knx/wire/telegram.h"
+#include "rubicon/time.hpp"
 
 namespace rubicon::networks::knx {
 

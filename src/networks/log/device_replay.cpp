@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "model/key.h"
+#include "rubicon/key.hpp"
 
 namespace rubicon::networks::log {
 

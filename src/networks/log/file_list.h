@@ -4,7 +4,7 @@
 #include <string_view>
 #include <vector>
 
-#include "base/result.h"
+#include "rubicon/result.hpp"
 
 namespace rubicon::networks::log {
 

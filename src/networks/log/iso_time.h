@@ -3,7 +3,7 @@
 #include <optional>
 #include <string_view>
 
-#include "base/time.h"
+#include "rubicon/time.hpp"
 
 namespace rubicon::networks::log {
 

@@ -9,7 +9,7 @@
 #include <set>
 
 #include "model/former_types.h"
-#include "model/key.h"
+#include "rubicon/key.hpp"
 
 namespace rubicon::networks::log {
 

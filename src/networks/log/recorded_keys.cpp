@@ -1,6 +1,6 @@
 #include "networks/log/recorded_keys.h"
 
-#include "model/key.h"
+#include "rubicon/key.hpp"
 
 namespace rubicon::networks::log {
 

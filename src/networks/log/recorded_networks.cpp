@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "model/key.h"
+#include "rubicon/key.hpp"
 
 namespace rubicon::networks::log {
 

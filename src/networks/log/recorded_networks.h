@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "base/result.h"
+#include "rubicon/result.hpp"
 
 namespace rubicon::networks::log {
 

@@ -3,7 +3,7 @@
 #include <chrono>
 #include <optional>
 
-#include "base/time.h"
+#include "rubicon/time.hpp"
 
 namespace rubicon::networks::log {
 

@@ -9,10 +9,10 @@
 #include <utility>
 
 #include "base/rate_limit.h"
-#include "model/key.h"
 #include "networks/salad/salad_line.h"
 #include "networks/salad/salad_points.h"
 #include "networks/salad/salad_sample.h"
+#include "rubicon/key.hpp"
 
 namespace rubicon::networks::salad {
 

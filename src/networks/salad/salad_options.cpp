@@ -6,8 +6,8 @@
 #include <filesystem>
 
 #include "base/text.h"
-#include "model/key.h"
 #include "networks/salad/properties_reader.h"
+#include "rubicon/key.hpp"
 #include "transport/read_text.h"
 
 namespace rubicon::networks::salad {

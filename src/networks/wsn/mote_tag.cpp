@@ -5,8 +5,8 @@
 #include <charconv>
 #include <vector>
 
-#include "model/key.h"
 #include "motes/mote_packet.h"
+#include "rubicon/key.hpp"
 
 namespace rubicon::networks::wsn {
 

@@ -6,8 +6,8 @@
 #include <limits>
 #include <utility>
 
-#include "model/key.h"
 #include "networks/wsn/learning_json.h"
+#include "rubicon/key.hpp"
 
 namespace rubicon::networks::wsn {
 

@@ -4,8 +4,8 @@
 #include <deque>
 #include <tuple>
 
-#include "base/time.h"
 #include "motes/mote_packet.h"
+#include "rubicon/time.hpp"
 
 namespace rubicon::networks::wsn {
 

@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "base/rate_limit.h"
-#include "model/key.h"
 #include "networks/wsn/island_id_keeper.h"
 #include "networks/wsn/mote_probes.h"
 #include "networks/wsn/mote_properties.h"
@@ -18,6 +17,7 @@
 #include "networks/wsn/sink/packet_recorder.h"
 #include "networks/wsn/wsn_options.h"
 #include "networks/wsn/wsn_sample.h"
+#include "rubicon/key.hpp"
 
 namespace rubicon::networks::wsn {
 

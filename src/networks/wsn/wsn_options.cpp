@@ -7,8 +7,8 @@
 #include <filesystem>
 #include <system_error>
 
-#include "model/key.h"
 #include "networks/wsn/mote_tag.h"
+#include "rubicon/key.hpp"
 
 namespace rubicon::networks::wsn {
 

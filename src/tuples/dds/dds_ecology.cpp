@@ -16,7 +16,7 @@ struct DdsEcology::Impl {
   base::LogSink& log;
   std::unique_ptr<CycloneLog> words;  // outlives the domain, which still has some
   Entity domain;
-  std::shared_ptr<Appearances> appearances = std::make_shared<Appearances>();
+  std::shared_ptr<ComponentStarts> starts = std::make_shared<ComponentStarts>();
   std::shared_ptr<std::function<void(OwnerId)>> displaced = std::make_shared<std::function<void(OwnerId)>>();
 };
 
@@ -87,13 +87,13 @@ Result<std::unique_ptr<Link>> DdsEcology::join(OwnerId id) {
     if (const auto told = call.lock(); told && *told) (*told)(id);
   };
   auto link = DdsLink::make(id, std::move(*participant), impl_->options, impl_->scheduler, impl_->post, displaced,
-                            impl_->appearances, impl_->log);
+                            impl_->starts, impl_->log);
   if (!link) return fail(with_reason(std::move(link.error()), ear.heard));
   return std::move(*link);
 }
 
-std::vector<Appearance> DdsEcology::appearances() const {
-  return impl_->appearances->all();
+std::vector<ComponentStart> DdsEcology::component_starts() const {
+  return impl_->starts->all();
 }
 
 void DdsEcology::watch_displaced(std::function<void(OwnerId)> call) {

@@ -5,7 +5,7 @@
 
 #include "base/log.h"
 #include "base/scheduler.h"
-#include "tuples/dds/appearances.h"
+#include "tuples/dds/component_starts.h"
 #include "tuples/dds/dds_options.h"
 #include "tuples/link.h"
 
@@ -32,7 +32,7 @@ class DdsEcology final : public Ecology {
   void watch_displaced(std::function<void(OwnerId)> call);
 
   /// What the links of this process met, also what they do not talk to.
-  std::vector<Appearance> appearances() const;
+  std::vector<ComponentStart> component_starts() const;
 
  private:
   struct Impl;

@@ -37,7 +37,7 @@ std::size_t size_of(const Change& change) {
 }  // namespace
 
 DdsLink::DdsLink(OwnerId self, Entity participant, const DdsOptions& options, Scheduler& scheduler,
-                 DdsEcology::Post post, std::function<void()> displaced, std::shared_ptr<Appearances> appearances,
+                 DdsEcology::Post post, std::function<void()> displaced, std::shared_ptr<ComponentStarts> starts,
                  base::LogSink& log)
     : self_(self),
       scheduler_(scheduler),
@@ -45,7 +45,7 @@ DdsLink::DdsLink(OwnerId self, Entity participant, const DdsOptions& options, Sc
       lease_(options.lease),
       host_(host_id("host")),
       policy_(self, host_, options.trust_lan, log_),
-      appearances_(std::move(appearances)),
+      starts_(std::move(starts)),
       signal_(std::move(post), [this](unsigned sources) { drain(sources); }),
       participant_(std::move(participant)),
       twins_(self, scheduler, lease_, log_,
@@ -57,10 +57,10 @@ DdsLink::DdsLink(OwnerId self, Entity participant, const DdsOptions& options, Sc
 
 Result<std::unique_ptr<DdsLink>> DdsLink::make(OwnerId self, Entity participant, const DdsOptions& options,
                                                Scheduler& scheduler, DdsEcology::Post post,
-                                               std::function<void()> displaced,
-                                               std::shared_ptr<Appearances> appearances, base::LogSink& log) {
+                                               std::function<void()> displaced, std::shared_ptr<ComponentStarts> starts,
+                                               base::LogSink& log) {
   std::unique_ptr<DdsLink> link(new DdsLink(self, std::move(participant), options, scheduler, std::move(post),
-                                            std::move(displaced), std::move(appearances), log));
+                                            std::move(displaced), std::move(starts), log));
   if (auto done = link->make_entities(); !done) return fail(std::move(done.error()));
   return link;
 }

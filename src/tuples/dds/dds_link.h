@@ -25,8 +25,8 @@ class DdsLink final : public Link, private FrameReader {
   /// process has the id, and had it before.
   static Result<std::unique_ptr<DdsLink>> make(OwnerId self, Entity participant, const DdsOptions& options,
                                                Scheduler& scheduler, DdsEcology::Post post,
-                                               std::function<void()> displaced,
-                                               std::shared_ptr<Appearances> appearances, base::LogSink& log);
+                                               std::function<void()> displaced, std::shared_ptr<ComponentStarts> starts,
+                                               base::LogSink& log);
   ~DdsLink() override;
 
   void attach(LinkListener* listener) override;
@@ -41,7 +41,7 @@ class DdsLink final : public Link, private FrameReader {
 
  private:
   DdsLink(OwnerId self, Entity participant, const DdsOptions& options, Scheduler& scheduler, DdsEcology::Post post,
-          std::function<void()> displaced, std::shared_ptr<Appearances> appearances, base::LogSink& log);
+          std::function<void()> displaced, std::shared_ptr<ComponentStarts> starts, base::LogSink& log);
 
   // FrameReader: the entries of the frame at hand
   void on_changes(std::span<const Change> changes) override;
@@ -110,7 +110,7 @@ class DdsLink final : public Link, private FrameReader {
   Duration lease_;
   std::string host_;
   HostPolicy policy_;
-  std::shared_ptr<Appearances> appearances_;
+  std::shared_ptr<ComponentStarts> starts_;
   std::string summary_;
   bool presence_unwritten_ = false;
   Signal signal_;

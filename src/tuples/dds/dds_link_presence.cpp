@@ -52,7 +52,7 @@ bool DdsLink::is_taken(const PresenceNews& news) {
     return false;
   }
   if (news.who != Participants::Start(self_, incarnation_))
-    appearances_->note({id, incarnation, news.version, news.there, news.start.summary});
+    starts_->note({id, incarnation, news.version, news.there, news.start.summary});
   if (!news.there) return true;
   if (news.version != kProtocolVersion) {
     warn(fmt::format("version {}", number(id)),
@@ -125,7 +125,7 @@ void DdsLink::ban(const Participant& who) {
   warn("banned", fmt::format("one DDS participant shows more than {} components: it is ignored, with all that it says",
                              Participants::kMostComponents));
   for (const auto& start : participants_.ban(who)) {
-    appearances_->note({start.first, start.second, kProtocolVersion, false, {}});
+    starts_->note({start.first, start.second, kProtocolVersion, false, {}});
     absent(start, false);
   }
   interests_.erase_all(who);

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "base/time.h"
+#include "rubicon/time.hpp"
 
 namespace rubicon::tuples::dds {
 

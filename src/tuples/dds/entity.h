@@ -6,7 +6,7 @@
 #include <string>
 #include <utility>
 
-#include "base/result.h"
+#include "rubicon/result.hpp"
 
 namespace rubicon::tuples::dds {
 

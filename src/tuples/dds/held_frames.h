@@ -3,7 +3,7 @@
 #include <deque>
 
 #include "base/bytes.h"
-#include "base/time.h"
+#include "rubicon/time.hpp"
 #include "tuples/dds/writers.h"
 
 namespace rubicon::tuples::dds {

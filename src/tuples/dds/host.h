@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "base/result.h"
 #include "base/scheduler.h"
+#include "rubicon/result.hpp"
 #include "tuples/dds/dds_options.h"
 
 namespace rubicon::tuples::dds {

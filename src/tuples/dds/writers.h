@@ -7,8 +7,8 @@
 #include <optional>
 #include <set>
 
+#include "rubicon/tuple.hpp"
 #include "tuples/dds/entity.h"
-#include "tuples/tuple.h"
 
 namespace rubicon::tuples::dds {
 

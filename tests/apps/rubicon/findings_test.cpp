@@ -50,7 +50,7 @@ TEST(Findings, PeersAreToldApartByTheirSilence) {
   EXPECT_THAT(check_peer("p", 2, {"", 0, 8, false}).mend, HasSubstr("7900 to 8149"));
 }
 
-client::Appearance start(std::uint32_t id, std::uint64_t incarnation, bool present, unsigned version = 1) {
+client::ComponentStart start(std::uint32_t id, std::uint64_t incarnation, bool present, unsigned version = 1) {
   return {OwnerId(id), incarnation, version, present, {"", "host" + std::to_string(incarnation), "", "", {}, {}}};
 }
 

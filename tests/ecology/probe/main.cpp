@@ -12,9 +12,10 @@
 #include "config/yaml.h"
 #include "console/console.h"
 #include "console/shell.h"
+#include "rubicon/tuple_space.hpp"
 #include "transport/asio_scheduler.h"
 #include "tuples/dds/dds_ecology.h"
-#include "tuples/tuple_space.h"
+#include "tuples/link.h"
 
 namespace rubicon {
 namespace {

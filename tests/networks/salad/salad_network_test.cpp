@@ -6,9 +6,9 @@
 
 #include <fstream>
 
-#include "model/key.h"
 #include "network/supervisor.h"
 #include "networks/salad/salad_codec.h"
+#include "rubicon/key.hpp"
 #include "support/config_text.h"
 #include "support/fake_host.h"
 

@@ -44,7 +44,7 @@ class DdsTestEcology {
   /// Components whose id another process has, and had before.
   std::vector<OwnerId> displaced;
   const support::CollectingLog& log() const { return log_; }
-  std::vector<Appearance> appearances() const { return ecology_->appearances(); }
+  std::vector<ComponentStart> component_starts() const { return ecology_->component_starts(); }
 
   void cut(OwnerId a, OwnerId b) {
     each(a, b, [](CuttableLink& link, OwnerId peer) { link.cut(peer); });

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "base/bytes.h"
-#include "tuples/dds/appearances.h"
+#include "tuples/dds/component_starts.h"
 #include "tuples/dds/dds_options.h"
 #include "tuples/dds/entity.h"
 #include "tuples/dds/host.h"

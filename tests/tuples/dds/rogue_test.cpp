@@ -143,7 +143,7 @@ TEST_F(Rogues, AFloodOfComponentsIsIgnoredAndANewcomerIsSeen) {
 TEST_F(Rogues, ThatShowManyStartsOfOneComponentAreThatComponentOnceAtMost) {
   for (std::uint64_t i = 1; i <= 5'000; ++i) rogue.show(kRogue, rogue.incarnation() + i);
   let_pass();
-  EXPECT_LE(ecology.appearances().size(), 150U);
+  EXPECT_LE(ecology.component_starts().size(), 150U);
   EXPECT_THAT(island->space.peers(), ElementsAre(OwnerId(kRogue), kRobot));
   expect_the_others_work();
 }
@@ -153,7 +153,7 @@ TEST_F(Rogues, ThatShowStartsOfOneComponentAndGoTakeItFromNobody) {
   for (int i = 0; i < 5; ++i) more.push_back(std::make_unique<dds::Rogue>(number(kRobot)));
   more.back()->show(number(kRobot), island_incarnation - 1'000'000);
   const auto starts = [&] {
-    const auto all = ecology.appearances();
+    const auto all = ecology.component_starts();
     return std::count_if(all.begin(), all.end(), [](const auto& one) { return one.present && one.id == kRobot; });
   };
   EXPECT_TRUE(until([&] { return starts() == 7; }));

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "model/key.h"
 #include "networks/knx/dpt/codec.h"
 #include "networks/knx/wire/cemi.h"
+#include "rubicon/key.hpp"
 
 namespace rubicon::networks::knx {
 

@@ -8,12 +8,12 @@
 #include <string_view>
 #include <vector>
 
-#include "base/result.h"
 #include "model/type_catalogue.h"
 #include "model/value.h"
 #include "model/words.h"
 #include "networks/knx/dpt/form.h"
 #include "networks/knx/wire/telegram.h"
+#include "rubicon/result.hpp"
 
 namespace rubicon::networks::knx {
 

@@ -4,8 +4,8 @@
 #include <charconv>
 #include <optional>
 
-#include "model/key.h"
 #include "networks/knx/dpt/dpt.h"
+#include "rubicon/key.hpp"
 
 namespace rubicon::networks::knx {
 

@@ -5,8 +5,8 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "model/key.h"
 #include "networks/knx/dpt/codec.h"
+#include "rubicon/key.hpp"
 
 // 229.001: a count, the code of its unit, the status of 21.001 (knx.md 9.8; KNX 3/7/2).
 

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "model/key.h"
 #include "networks/knx/dpt/codec.h"
 #include "networks/knx/dpt/float16.h"
+#include "rubicon/key.hpp"
 
 namespace rubicon::networks::knx {
 

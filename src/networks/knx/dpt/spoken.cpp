@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "base/text.h"
-#include "model/key.h"
 #include "networks/knx/dpt/codec.h"
+#include "rubicon/key.hpp"
 
 // Values as people write them.
 

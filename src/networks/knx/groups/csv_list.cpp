@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <unordered_map>
 
-#include "model/key.h"
 #include "networks/knx/dpt/characters.h"
 #include "networks/knx/groups/csv_layout.h"
 #include "networks/knx/groups/csv_records.h"
 #include "networks/knx/groups/encoding.h"
 #include "networks/knx/groups/entry_taker.h"
 #include "networks/knx/groups/readers.h"
+#include "rubicon/key.hpp"
 
 namespace rubicon::networks::knx {
 

@@ -5,8 +5,8 @@
 
 #include <algorithm>
 
-#include "model/key.h"
 #include "networks/knx/groups/encoding.h"
+#include "rubicon/key.hpp"
 
 namespace rubicon::networks::knx {
 

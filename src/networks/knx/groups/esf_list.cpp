@@ -4,11 +4,11 @@
 #include <array>
 #include <charconv>
 
-#include "model/key.h"
 #include "networks/knx/dpt/characters.h"
 #include "networks/knx/groups/encoding.h"
 #include "networks/knx/groups/entry_taker.h"
 #include "networks/knx/groups/readers.h"
+#include "rubicon/key.hpp"
 
 namespace rubicon::networks::knx {
 

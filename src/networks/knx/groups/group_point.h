@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
-#include "base/time.h"
 #include "model/point.h"
 #include "networks/knx/dpt/dpt.h"
 #include "networks/knx/wire/address.h"
+#include "rubicon/time.hpp"
 
 namespace rubicon::networks::knx {
 

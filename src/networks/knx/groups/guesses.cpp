@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <map>
 
-#include "model/key.h"
 #include "networks/knx/groups/kind_of_type.h"
 #include "networks/knx/groups/words.h"
+#include "rubicon/key.hpp"
 
 namespace rubicon::networks::knx {
 

@@ -4,9 +4,9 @@
 #include <set>
 #include <tuple>
 
-#include "model/key.h"
 #include "networks/knx/groups/kind_of_type.h"
 #include "networks/knx/groups/record.h"
+#include "rubicon/key.hpp"
 
 namespace rubicon::networks::knx {
 

@@ -3,10 +3,10 @@
 
 #include <memory>
 
-#include "model/key.h"
 #include "networks/knx/groups/encoding.h"
 #include "networks/knx/groups/entry_taker.h"
 #include "networks/knx/groups/readers.h"
+#include "rubicon/key.hpp"
 
 namespace rubicon::networks::knx {
 

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <random>
 
-#include "base/time.h"
+#include "rubicon/time.hpp"
 
 namespace rubicon::networks::knx {
 

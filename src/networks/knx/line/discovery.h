@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "base/result.h"
 #include "base/scheduler.h"
 #include "networks/knx/line/found_server.h"
+#include "rubicon/result.hpp"
 #include "transport/transports.h"
 
 namespace rubicon::networks::knx {

@@ -5,9 +5,9 @@
 #include <string>
 #include <utility>
 
-#include "base/result.h"
-#include "base/time.h"
 #include "networks/knx/wire/telegram.h"
+#include "rubicon/result.hpp"
+#include "rubicon/time.hpp"
 
 namespace rubicon::networks::knx {
 

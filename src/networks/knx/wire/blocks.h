@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "base/bytes.h"
-#include "base/result.h"
 #include "networks/knx/wire/address.h"
+#include "rubicon/result.hpp"
 
 namespace rubicon::networks::knx {
 

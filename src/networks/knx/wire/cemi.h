@@ -3,8 +3,8 @@
 #include <cstdint>
 
 #include "base/bytes.h"
-#include "base/result.h"
 #include "networks/knx/wire/telegram.h"
+#include "rubicon/result.hpp"
 
 namespace rubicon::networks::knx {
 

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "tuples/tuple.h"
+#include "rubicon/tuple.hpp"
 
 namespace rubicon::tuples::dds {
 
@@ -15,7 +15,7 @@ namespace rubicon::tuples::dds {
 inline constexpr std::uint16_t kProtocolVersion = 1;
 
 /// One start of a component, as its presence says.
-struct Appearance {
+struct ComponentStart {
   OwnerId id{};
   std::uint64_t incarnation = 0;
   std::uint16_t version = 0;  ///< 0 = never told
@@ -24,11 +24,11 @@ struct Appearance {
 };
 
 /// What was met, for those who look for what is wrong: those that are there, and the last that went.
-class Appearances {
+class ComponentStarts {
  public:
   static constexpr std::size_t kMost = 1000, kMostGone = 100;
 
-  void note(Appearance news) {
+  void note(ComponentStart news) {
     const std::pair name(news.id, news.incarnation);
     const auto known = all_.find(name);
     if (news.present) {
@@ -38,8 +38,8 @@ class Appearances {
       if (gone_.size() > kMostGone) forget(gone_.front());
     }
   }
-  std::vector<Appearance> all() const {
-    std::vector<Appearance> list;
+  std::vector<ComponentStart> all() const {
+    std::vector<ComponentStart> list;
     for (const auto& entry : all_) list.push_back(entry.second);
     return list;
   }
@@ -53,7 +53,7 @@ class Appearances {
     gone_.pop_front();
   }
 
-  std::map<Name, Appearance> all_;
+  std::map<Name, ComponentStart> all_;
   std::deque<Name> gone_;  ///< in the order of their going
 };
 
