@@ -82,7 +82,7 @@ struct Island {
     options.kind = ConfigNode::Kind::kMap;
     ConfigErrors errors;
     ConfigReader reader(options, "networks.wsn-1", errors);
-    const network::NetworkType type{"feed", "", "", &Feed::make};
+    const network::NetworkType type{.name = "feed", .summary = "", .sample_config = "", .make = &Feed::make};
     std::ignore = networks.add(type, {"wsn-1", kPipelineIsland, reader, types, {}});
     networks.start();
     model::Join join;

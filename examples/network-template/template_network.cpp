@@ -24,11 +24,11 @@ struct Options {
 /// One device with a thermometer and a lamp. A real network would talk to it through a line of host.transports().
 class TemplateNetwork final : public network::Network {
  public:
-  TemplateNetwork(Options options, const TypeCatalogue& types, network::NetworkHost& host)
+  TemplateNetwork(const network::NetworkConfig& config, Options options, network::NetworkHost& host)
       : options_(std::move(options)),
         host_(host),
-        thermometer_{Kind::kSensor, types.find("temperature")->id, "1"},
-        lamp_{Kind::kActuator, types.find("switch")->id, "1"} {}
+        thermometer_{Kind::kSensor, config.types.find("temperature")->id, "1"},
+        lamp_{Kind::kActuator, config.types.find("switch")->id, "1"} {}
 
   // Called at the start and again after each host_.failed(why). Must not block: begin to connect, and deliver
   // State{kUp} when the line works. Here there is nothing to connect.
@@ -89,20 +89,22 @@ class TemplateNetwork final : public network::Network {
   Timer timer_;
 };
 
-// Reads every option; what is wrong goes to options.error with file, line and column. Opens nothing yet.
-Result<std::unique_ptr<network::Network>> make(const network::NetworkConfig& config, network::NetworkHost& host) {
-  const std::size_t errors = config.options.errors().lines().size();
+// Reads every option; reports what is wrong by options.error with file, line and column. Opens nothing.
+Options read_template_options(const network::NetworkConfig& config) {
   Options options;
   options.device = config.options.required_text("device");
   options.temperature = config.options.real("temperature", 20, -50, 100);
-  if (config.options.errors().lines().size() > errors)
-    return fail(ErrorCode::kInvalid, fmt::format("network {}: wrong options", config.id));
-  return std::make_unique<TemplateNetwork>(std::move(options), config.types, host);
+  return options;
 }
 
 }  // namespace
 
-// Local and unicast lines are tried again at least every second; say 30 s as last member if yours is not.
-const network::NetworkType kType{"template", "an example to copy: one lamp with a thermometer", kSample, make};
+// network.h describes the other fields, such as how often a lost line is opened again.
+const network::NetworkType kType{
+    .name = "template",
+    .summary = "an example to copy: one lamp with a thermometer",
+    .sample_config = kSample,
+    .make = network::make_network<TemplateNetwork, read_template_options>,
+};
 
 }  // namespace rubicon::networks::template_network

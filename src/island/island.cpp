@@ -49,15 +49,15 @@ struct Island::Impl {
         presence(scheduler, space, config.proxy.island_name, config.proxy.prefix,
                  [this] { return proxy.device_counts(); }) {
     gateway.connect(networks);
-    networks.follow_by([this](std::string_view tuple, std::function<void(std::string_view)> call) {
-      return follow(tuple, std::move(call));
+    networks.provide_tuples([this](std::string_view tuple, std::function<void(std::string_view)> call) {
+      return watch_tuple(tuple, std::move(call));
     });
     watch_numbers();
     watch_disks();
   }
   void watch_numbers();
   void watch_disks();
-  Result<network::TupleWatch> follow(std::string_view tuple, std::function<void(std::string_view)> call);
+  Result<network::TupleWatch> watch_tuple(std::string_view tuple, std::function<void(std::string_view)> call);
 
   Result<void> add(const config::NetworkSetup& setup, network::Supervisor& to, const std::string& directory,
                    std::size_t most_devices, base::ConfigErrors& errors);
@@ -132,8 +132,9 @@ void Island::Impl::watch_numbers() {
   });
 }
 
-/// Who shows a value wants it: the subscription is an active one.
-Result<network::TupleWatch> Island::Impl::follow(std::string_view tuple, std::function<void(std::string_view)> call) {
+/// The subscription is active: a network that shows a value needs the device to report it.
+Result<network::TupleWatch> Island::Impl::watch_tuple(std::string_view tuple,
+                                                      std::function<void(std::string_view)> call) {
   auto pattern = Pattern::parse(model::current_key(tuple));
   if (!pattern) return fail(pattern.error());
   if (!pattern->exact()) return fail(ErrorCode::kInvalid, fmt::format("'{}' is a pattern, expected one tuple", tuple));

@@ -1,5 +1,7 @@
 #include "network/network.h"
 
+#include <fmt/format.h>
+
 #include <utility>
 
 namespace rubicon::network {
@@ -11,12 +13,12 @@ void NetworkHost::deliver(std::string device, model::Body body) {
   deliver(std::move(message));
 }
 
-Result<TupleWatch> NetworkHost::follow(std::string_view, std::function<void(std::string_view value)>) {
-  return fail(ErrorCode::kUnsupported, "there are no tuples to follow here");
+Result<TupleWatch> NetworkHost::watch_tuple(std::string_view, std::function<void(std::string_view value)>) {
+  return fail(ErrorCode::kUnsupported, "this host has no tuples");
 }
 
 Result<void> Network::change(const NetworkConfig&) {
-  return fail(ErrorCode::kUnsupported, "this type of network takes new options only from the start");
+  return fail(ErrorCode::kUnsupported, "this type of network cannot change its options while it runs");
 }
 
 bool Network::close(std::function<void()>) {  // NOLINT(performance-unnecessary-value-param): as others keep it
@@ -29,6 +31,10 @@ std::optional<std::vector<ListedDevice>> Network::listed() const {
 
 std::vector<Missing> Network::missing() const {
   return {};
+}
+
+Error wrong_options(const NetworkConfig& config) {
+  return {ErrorCode::kInvalid, fmt::format("network {}: wrong options", config.id)};
 }
 
 }  // namespace rubicon::network

@@ -5,9 +5,12 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "base/config_reader.h"
+#include "base/limited_log.h"
 #include "base/log.h"
 #include "base/scheduler.h"
 #include "model/message.h"
@@ -17,43 +20,47 @@
 
 namespace rubicon::network {
 
-/// A tuple that is followed; destroyed = not any more.
+/// Keeps a tuple subscription alive; destroying it unsubscribes.
 using TupleWatch = std::shared_ptr<void>;
 
-/// What a plug-in knows of the world. Owned by the supervisor, outlives the network.
+/// What a network may use of the island. Owned by the supervisor, outlives the network.
 class NetworkHost {
  public:
   virtual ~NetworkHost() = default;
 
-  /// Upwards: Join, KeepAlive, Leave, Updates, Acknowledge, State, Opaque. Fill source.device and body (and the
-  /// destination if it is not this island); the host fills in the rest. Only queues; may be called from anywhere but
-  /// make().
+  /// Sends a message upwards: Join, KeepAlive, Leave, Updates, Acknowledge, State, Opaque. Fill source.device and body
+  /// (and the destination if it is not this island); the host fills in the rest. Only queues; may be called at any time
+  /// after the construction of the network.
   virtual void deliver(Message message) = 0;
-  /// The line is lost: open() will be called again after a pause. What waits for the line may stay in the network.
+  /// The line is lost; the host calls open() again after a pause. Messages that wait for the line may stay in the
+  /// network.
   virtual void failed(Error why) = 0;
 
-  /// Values of a tuple, for networks that show them to their devices: the key of one of this island's, or `ID:key` of
-  /// another's. `call` is told what there is, in a later turn, and each change (empty: it is gone), until the result is
-  /// destroyed; nobody is asked at make() time. kInvalid for what is no tuple. By default there are none: kUnsupported.
-  virtual Result<TupleWatch> follow(std::string_view tuple, std::function<void(std::string_view value)> call);
+  /// Subscribes to a tuple for a network that shows values to its devices. `tuple` is the key of a tuple of this
+  /// island, or `ID:key` for one of another component. `call` gets the present value in a later turn, then each new one
+  /// (empty: the tuple was deleted), until the result is destroyed. Not to be called while the network is constructed.
+  /// kInvalid if `tuple` names no tuple. The default has no tuples: kUnsupported.
+  virtual Result<TupleWatch> watch_tuple(std::string_view tuple, std::function<void(std::string_view value)> call);
 
   virtual Scheduler& scheduler() = 0;
   virtual transport::Transports& transports() = 0;
   virtual const Log& log() const = 0;
 
-  /// deliver() in short: `body` from `device` to this island's gateway.
+  /// Delivers `body` from `device` to the gateway of this island.
   void deliver(std::string device, model::Body body);
+  /// The same log for events that outsiders can cause often: one line per subject and minute.
+  base::LimitedLog limited_log() { return {log(), scheduler()}; }
 };
 
-/// What `make` gets. `options` is the network's map without the keys common to all networks (type, silence, devices,
-/// ...): read every key, then the caller reports the unknown ones.
+/// What a network is made from. `options` is the network's map. The caller reads the keys that all networks share
+/// (type, silence, devices, ...); the network reads every other key, and the caller reports the unknown ones.
 struct NetworkConfig {
   std::string id;  ///< `wsn-1`
   IslandId island{};
   ConfigReader& options;
   const TypeCatalogue& types;
   std::string directory;  ///< of the configuration file: relative paths start here; empty = the working directory
-  /// Reads further YAML of the site's (`file` for the places in errors); nullptr where there is none.
+  /// Parses further YAML files that options name (`file` appears in errors); nullptr where there is no parser.
   Result<ConfigNode> (*read_yaml)(std::string_view text, std::string_view file) = nullptr;
   std::size_t most_devices = 20000;  ///< `limits.devices` of the island
 };
@@ -70,54 +77,86 @@ struct Missing {
   std::string text;
 };
 
-/// The time all networks of an island together have for their last words to their devices when it ends.
+/// How long all networks of an island together may send last messages to their devices when the island ends.
 inline constexpr Duration kClosingTime = std::chrono::seconds(2);
 
-/// A network of devices behind one line. Destroyed = stopped, at once and without a word to the host.
+/// A network of devices behind one line. Destruction stops it at once; the host is not called again.
 class Network {
  public:
   virtual ~Network() = default;
-  /// Makes the line, again after failed(). Never blocks: success may be announced later by State{kUp}; a Result with an
+  /// Opens the line; called again after each failed(). Never blocks: success may be announced later by State{kUp}. An
   /// error counts as failed().
   virtual Result<void> open() = 0;
-  /// Downwards: Actuate, Sample, SetProperty, Opaque, Probe; the destination is a device of this network. An error
-  /// answers the request (kUnsupported is a valid answer, silence is not); else an Acknowledge with the request's
-  /// number follows.
+  /// Sends a message downwards: Actuate, Sample, SetProperty, Opaque, Probe; the destination is a device of this
+  /// network. Every request is answered, either by the error returned here (kUnsupported is a valid answer), or by a
+  /// later Acknowledge with the request's number.
   virtual Result<void> send(const Message& message) = 0;
-  /// Takes new options without losing the line: joins what is new or changed, lets leave what is gone. kUnsupported
-  /// (the default) and every other error mean that nothing was changed; the caller then makes the network anew. The
-  /// options were accepted by `make` before.
+  /// Takes new options while the line stays open: new and changed devices join, removed ones leave. On kUnsupported
+  /// (the default) and every other error nothing was changed, and the caller recreates the network. `make` accepted the
+  /// same options before.
   virtual Result<void> change(const NetworkConfig& config);
-  /// The island ends: the last chance to tell devices what they should not go on with. True: `closed` is called once,
-  /// in a later turn; who takes longer than kClosingTime is destroyed without it. False (the default): there is
-  /// nothing to say, or no line to say it on, and `closed` is never called. Commands that come after it may be refused.
+  /// The island ends: the last chance to stop what devices would continue without the island. True: the network calls
+  /// `closed` once, in a later turn, but is destroyed after kClosingTime in any case. False (the default): there is
+  /// nothing to send, or no line to send it on, and `closed` is never called. Later commands may be refused.
   virtual bool close(std::function<void()> closed);
-  /// The devices that there are, if the options list all of them; nullopt (the default): only the line knows.
+  /// All devices, if the options list them; nullopt (the default) if only the line knows them.
   virtual std::optional<std::vector<ListedDevice>> listed() const;
   /// What the options name and this host lacks at the moment, for `check`; nothing by default. Opens no line.
   virtual std::vector<Missing> missing() const;
 };
 
-/// One type of network. `make` checks the options (reporting to options.error) and must not open anything.
+/// One type of network. Set the fields by name.
 struct NetworkType {
   std::string_view name;           ///< `log`
-  std::string_view summary;        ///< one line for people
+  std::string_view summary;        ///< one line for users
   std::string_view sample_config;  ///< the plug-in's sample.yaml: a map of one network id
-  Result<std::unique_ptr<Network>> (*make)(const NetworkConfig&, NetworkHost&);
-  /// Longest pause between attempts to open: 1 s for local and unicast peers, 30 s else.
+  /// Reads the options, reports each error by config.options.error(), and constructs the network; opens nothing.
+  /// kInvalid if it reported an error. Use make_network().
+  Result<std::unique_ptr<Network>> (*make)(const NetworkConfig& config, NetworkHost& host);
+  /// Longest pause between attempts to open the line: 1 s for local and unicast peers, 30 s where attempts disturb
+  /// others.
   Duration longest_pause = std::chrono::seconds(1);
-  /// Its options name every device it has: what is remembered of another one is not shown at start.
+  /// The options name every device: the proxy then does not show devices that it remembers and the options do not name.
   bool lists_devices = false;
-  /// The option that names a file read together with the options: a reload looks whether that changed. Empty = none.
+  /// The option that names a file which is read with the options: a reload compares its content too. Empty = none.
   std::string_view file_option{};
   /// Roaming domain of types whose addresses are unique in the world (docs/roaming.md); a key part, empty = none. The
-  /// configuration's word goes before.
+  /// option `roaming` overrides it.
   std::string_view roaming{};
-  /// Its devices give no sign of life: without the option `silence` they are never unreachable by silence.
+  /// The devices send no sign of life: without the option `silence` they never become unreachable by silence.
   bool quiet = false;
-  /// Its quiet devices can be asked whether they are there: the proxy sends it Probe for each remembered device at
-  /// start, and for devices that were silent for half the silence period, and for three quarters of it.
+  /// A quiet device can be asked whether it is there: the proxy sends a Probe for each remembered device at start, and
+  /// for devices that were silent for half the silence period, and for three quarters of it.
   bool probes = false;
 };
+
+/// The error of a network whose options are wrong: what is wrong stands in config.options.errors().
+Error wrong_options(const NetworkConfig& config);
+
+/// The options of a network as `read(config)` or `read(config, host.transports())` returns them; kInvalid if `read`
+/// reported an error to config.options.
+template <auto read>
+auto read_options(const NetworkConfig& config, NetworkHost& host) {
+  const auto read_them = [&] {
+    if constexpr (std::is_invocable_v<decltype(read), const NetworkConfig&>)
+      return read(config);
+    else
+      return read(config, host.transports());
+  };
+  using Options = decltype(read_them());
+  const std::size_t errors = config.options.errors().lines().size();
+  Options options = read_them();
+  if (config.options.errors().lines().size() > errors) return Result<Options>(fail(wrong_options(config)));
+  return Result<Options>(std::move(options));
+}
+
+/// NetworkType::make for a class with a constructor (config, options, host), which is called only with options in which
+/// `read` found no error.
+template <class Type, auto read>
+Result<std::unique_ptr<Network>> make_network(const NetworkConfig& config, NetworkHost& host) {
+  auto options = read_options<read>(config, host);
+  if (!options) return fail(std::move(options.error()));
+  return std::make_unique<Type>(config, std::move(*options), host);
+}
 
 }  // namespace rubicon::network

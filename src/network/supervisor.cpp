@@ -65,8 +65,9 @@ class Supervisor::Slot final : public NetworkHost {
     deliver({}, model::State{model::LineState::kDown, std::move(why.text), {}});
   }
 
-  Result<TupleWatch> follow(std::string_view tuple, std::function<void(std::string_view)> call) override {
-    return supervisor_.follow_ ? supervisor_.follow_(tuple, std::move(call)) : NetworkHost::follow(tuple, call);
+  Result<TupleWatch> watch_tuple(std::string_view tuple, std::function<void(std::string_view)> call) override {
+    return supervisor_.watch_tuple_ ? supervisor_.watch_tuple_(tuple, std::move(call))
+                                    : NetworkHost::watch_tuple(tuple, std::move(call));
   }
 
   Scheduler& scheduler() override { return supervisor_.scheduler_; }

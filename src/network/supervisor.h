@@ -27,9 +27,10 @@ class Supervisor {
              MessageSink& sink);
   ~Supervisor();
 
-  /// Who follows tuples for networks; without it nothing can be followed.
-  using Follow = std::function<Result<TupleWatch>(std::string_view tuple, std::function<void(std::string_view)> call)>;
-  void follow_by(Follow follow) { follow_ = std::move(follow); }
+  /// Serves NetworkHost::watch_tuple; without it that is kUnsupported.
+  using WatchTuple =
+      std::function<Result<TupleWatch>(std::string_view tuple, std::function<void(std::string_view value)> call)>;
+  void provide_tuples(WatchTuple watch) { watch_tuple_ = std::move(watch); }
 
   /// kDuplicate for an id already there; else what `make` says.
   Result<void> add(const NetworkType& type, const NetworkConfig& config);
@@ -58,7 +59,7 @@ class Supervisor {
   transport::Transports& transports_;
   base::LogSink& log_;
   MessageSink& sink_;
-  Follow follow_;
+  WatchTuple watch_tuple_;
   bool started_ = false, closing_ = false;
   std::size_t still_closing_ = 0;
   std::function<void()> closed_;

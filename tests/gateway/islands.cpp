@@ -7,8 +7,10 @@ namespace {
 PlayedNetwork* last_made = nullptr;
 
 constexpr network::NetworkType kPlayed{
-    "played", "", "",
-    [](const network::NetworkConfig&, network::NetworkHost& host) -> Result<std::unique_ptr<network::Network>> {
+    .name = "played",
+    .summary = "",
+    .sample_config = "",
+    .make = [](const network::NetworkConfig&, network::NetworkHost& host) -> Result<std::unique_ptr<network::Network>> {
       auto made = std::make_unique<PlayedNetwork>(host);
       last_made = made.get();
       return made;

@@ -66,11 +66,13 @@ class Played final : public Network {
 };
 
 NetworkType played(Duration longest_pause = 1s) {
-  return {"played", "", "",
-          [](const NetworkConfig&, NetworkHost& host) -> Result<std::unique_ptr<Network>> {
+  return {.name = "played",
+          .summary = "",
+          .sample_config = "",
+          .make = [](const NetworkConfig&, NetworkHost& host) -> Result<std::unique_ptr<Network>> {
             return std::make_unique<Played>(host);
           },
-          longest_pause};
+          .longest_pause = longest_pause};
 }
 
 struct Sink final : MessageSink {

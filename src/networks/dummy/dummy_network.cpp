@@ -15,7 +15,8 @@ namespace {
 
 class DummyNetwork final : public network::Network {
  public:
-  DummyNetwork(Script script, network::NetworkHost& host) : script_(std::move(script)), host_(host) {
+  DummyNetwork(const network::NetworkConfig&, Script script, network::NetworkHost& host)
+      : script_(std::move(script)), host_(host) {
     for (ScriptedDevice& device : std::exchange(script_.devices, {})) {
       std::string address = device.address;
       devices_.try_emplace(std::move(address), std::move(device), host_, up_);
@@ -93,18 +94,14 @@ class DummyNetwork final : public network::Network {
   Timer cut_timer_;
 };
 
-Result<std::unique_ptr<network::Network>> make(const network::NetworkConfig& config, network::NetworkHost& host) {
-  const std::size_t errors = config.options.errors().lines().size();
-  Script script = read_script(config);
-  if (config.options.errors().lines().size() > errors)
-    return fail(ErrorCode::kInvalid, fmt::format("network {}: wrong options", config.id));
-  return std::make_unique<DummyNetwork>(std::move(script), host);
-}
-
 }  // namespace
 
 const network::NetworkType kType{
-    "dummy", "devices played from the configuration: waves and actuators", kSample, make, std::chrono::seconds(1),
-    true};
+    .name = "dummy",
+    .summary = "devices played from the configuration: waves and actuators",
+    .sample_config = kSample,
+    .make = network::make_network<DummyNetwork, read_script>,
+    .lists_devices = true,
+};
 
 }  // namespace rubicon::networks::dummy

@@ -43,13 +43,13 @@ void Exposures::follow(const std::shared_ptr<Shown>& shown, Exposure what) {
   auto& one = *shown;
   if (one.what.tuple.ends_with(kValue)) {
     const auto status = one.what.tuple.substr(0, one.what.tuple.size() - kValue.size()) + ".status";
-    if (auto followed = host_.follow(status, [this, &one](std::string_view text) {
+    if (auto followed = host_.watch_tuple(status, [this, &one](std::string_view text) {
           one.usable = is_usable(text);
           changed(one);
         }))
       one.status = std::move(*followed);
   }
-  auto followed = host_.follow(one.what.tuple, [this, &one](std::string_view text) {
+  auto followed = host_.watch_tuple(one.what.tuple, [this, &one](std::string_view text) {
     one.text = text;
     changed(one);
   });

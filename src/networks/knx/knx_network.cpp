@@ -210,10 +210,9 @@ Result<void> KnxNetwork::send(const model::Message& message) {
 }
 
 Result<void> KnxNetwork::change(const network::NetworkConfig& config) {
-  const auto errors = config.options.errors().lines().size();
-  KnxOptions next = read_knx_options(config, host_.transports());
-  if (config.options.errors().lines().size() > errors)
-    return fail(ErrorCode::kInvalid, fmt::format("network {}: wrong options", config.id));
+  auto read = network::read_options<read_knx_options>(config, host_);
+  if (!read) return fail(std::move(read.error()));
+  KnxOptions next = std::move(*read);
   if (!same_line(next.line, options_.line)) return fail(ErrorCode::kUnsupported, "the line changes");
   PointTable table(std::exchange(next.points, {}), types_);
   options_ = std::move(next);
@@ -269,24 +268,16 @@ void KnxNetwork::report() {
   host_.deliver("", std::move(state));
 }
 
-Result<std::unique_ptr<network::Network>> make(const network::NetworkConfig& config, network::NetworkHost& host) {
-  const std::size_t errors = config.options.errors().lines().size();
-  KnxOptions options = read_knx_options(config, host.transports());
-  if (config.options.errors().lines().size() > errors)
-    return fail(ErrorCode::kInvalid, fmt::format("network {}: wrong options", config.id));
-  return std::make_unique<KnxNetwork>(config, std::move(options), host);
-}
-
 }  // namespace
 
-const network::NetworkType kType{"knx",
-                                 "a KNX installation, by a KNXnet/IP tunnel or by routing",
-                                 kSample,
-                                 make,
-                                 std::chrono::seconds(1),
-                                 true,
-                                 "import",
-                                 "",
-                                 true};
+const network::NetworkType kType{
+    .name = "knx",
+    .summary = "a KNX installation, by a KNXnet/IP tunnel or by routing",
+    .sample_config = kSample,
+    .make = network::make_network<KnxNetwork, read_knx_options>,
+    .lists_devices = true,
+    .file_option = "import",
+    .quiet = true,
+};
 
 }  // namespace rubicon::networks::knx

@@ -365,17 +365,13 @@ void LogNetwork::report(LineState line, std::string reason) {
   host_.deliver("", std::move(state));
 }
 
-Result<std::unique_ptr<network::Network>> make(const network::NetworkConfig& config, network::NetworkHost& host) {
-  const std::size_t errors = config.options.errors().lines().size();
-  LogOptions options = read_log_options(config);
-  if (config.options.errors().lines().size() > errors)
-    return fail(ErrorCode::kInvalid, fmt::format("network {}: wrong options", config.id));
-  return std::make_unique<LogNetwork>(config, std::move(options), host);
-}
-
 }  // namespace
 
-const network::NetworkType kType{"log", "replays recordings: our own, the original's packet logs, CSV tables", kSample,
-                                 make};
+const network::NetworkType kType{
+    .name = "log",
+    .summary = "replays recordings: our own, the original's packet logs, CSV tables",
+    .sample_config = kSample,
+    .make = network::make_network<LogNetwork, read_log_options>,
+};
 
 }  // namespace rubicon::networks::log

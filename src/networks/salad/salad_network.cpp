@@ -202,10 +202,9 @@ Result<void> SaladNetwork::actuate(DeviceId id, const model::Actuate& command) {
 }
 
 Result<void> SaladNetwork::change(const network::NetworkConfig& config) {
-  const auto errors = config.options.errors().lines().size();
-  SaladOptions next = read_salad_options(config, host_.transports());
-  if (config.options.errors().lines().size() > errors)
-    return fail(ErrorCode::kInvalid, fmt::format("network {}: wrong options", config.id));
+  auto read = network::read_options<read_salad_options>(config, host_);
+  if (!read) return fail(std::move(read.error()));
+  SaladOptions next = std::move(*read);
   const auto line_of = [](const SaladOptions& o) { return std::tie(o.host, o.port, o.own_port, o.buffer); };
   if (line_of(next) != line_of(options_)) return fail(ErrorCode::kUnsupported, "the line changes");
   const bool types_known = std::all_of(next.devices.begin(), next.devices.end(), [this](const auto& device) {
@@ -265,18 +264,15 @@ void SaladNetwork::report() {
   host_.deliver("", std::move(state));
 }
 
-Result<std::unique_ptr<network::Network>> make(const network::NetworkConfig& config, network::NetworkHost& host) {
-  const std::size_t errors = config.options.errors().lines().size();
-  SaladOptions options = read_salad_options(config, host.transports());
-  if (config.options.errors().lines().size() > errors)
-    return fail(ErrorCode::kInvalid, fmt::format("network {}: wrong options", config.id));
-  return std::make_unique<SaladNetwork>(config, std::move(options), host);
-}
-
 }  // namespace
 
 const network::NetworkType kType{
-    "salad",     "the devices of the SALAD middleware, over UDP", kSample, make, std::chrono::seconds(1), true,
-    "properties"};
+    .name = "salad",
+    .summary = "the devices of the SALAD middleware, over UDP",
+    .sample_config = kSample,
+    .make = network::make_network<SaladNetwork, read_salad_options>,
+    .lists_devices = true,
+    .file_option = "properties",
+};
 
 }  // namespace rubicon::networks::salad

@@ -400,10 +400,9 @@ Result<void> WsnNetwork::packet_for_sink(const model::Message& message, const Mo
 }
 
 Result<void> WsnNetwork::change(const network::NetworkConfig& config) {
-  const auto errors = config.options.errors().lines().size();
-  WsnOptions next = read_wsn_options(config);
-  if (config.options.errors().lines().size() > errors)
-    return fail(ErrorCode::kInvalid, fmt::format("network {}: wrong options", config.id));
+  auto read = network::read_options<read_wsn_options>(config, host_);
+  if (!read) return fail(std::move(read.error()));
+  WsnOptions next = std::move(*read);
   if (!(next.source == options_.source) || next.share != options_.share)
     return fail(ErrorCode::kUnsupported, "the line changes");
   options_ = std::move(next);
@@ -475,25 +474,14 @@ void WsnNetwork::report() {
   host_.deliver("", std::move(state));
 }
 
-Result<std::unique_ptr<network::Network>> make(const network::NetworkConfig& config, network::NetworkHost& host) {
-  const std::size_t errors = config.options.errors().lines().size();
-  WsnOptions options = read_wsn_options(config);
-  if (config.options.errors().lines().size() > errors)
-    return fail(ErrorCode::kInvalid, fmt::format("network {}: wrong options", config.id));
-  return std::make_unique<WsnNetwork>(config, std::move(options), host);
-}
-
 }  // namespace
 
-const network::NetworkType kType{"wsn",
-                                 "802.15.4 motes of TinyOS behind a sink, over a serial line or a serial forwarder",
-                                 kSample,
-                                 make,
-                                 std::chrono::seconds(1),
-                                 false,
-                                 "",
-                                 "",
-                                 false,
-                                 true};
+const network::NetworkType kType{
+    .name = "wsn",
+    .summary = "802.15.4 motes of TinyOS behind a sink, over a serial line or a serial forwarder",
+    .sample_config = kSample,
+    .make = network::make_network<WsnNetwork, read_wsn_options>,
+    .probes = true,
+};
 
 }  // namespace rubicon::networks::wsn
