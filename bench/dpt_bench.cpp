@@ -4,12 +4,12 @@
 
 // What it costs to read a payload of KNX; the goal is at most 20 ns for these types.
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::dpt {
 namespace {
 
 void dpt_decode(benchmark::State& state, DptId id, Bytes bytes) {
   const auto* type = find_dpt(id);
-  const PayloadView payload{bytes, type->bits <= 6};
+  const wire::PayloadView payload{bytes, type->bits <= 6};
   for (auto _ : state) {
     auto value = decode(*type, payload);
     benchmark::DoNotOptimize(value);
@@ -22,4 +22,4 @@ BENCHMARK_CAPTURE(dpt_decode, 13.001, DptId{13, 1}, Bytes{0xff, 0xff, 0xff, 0xfe
 BENCHMARK_CAPTURE(dpt_decode, 14.056, DptId{14, 56}, Bytes{0x41, 0xac, 0x00, 0x00})->Name("DptDecode/14.056");
 
 }  // namespace
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::dpt

@@ -13,7 +13,8 @@ namespace rubicon::bench::knx {
 namespace {
 
 using namespace std::chrono_literals;
-using namespace networks::knx;
+using namespace networks::knx::line;
+using namespace networks::knx::wire;
 
 constexpr std::uint16_t kPort = 3671;
 /// So many telegrams wait in the queue while one is under way.

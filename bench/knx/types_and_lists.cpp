@@ -40,7 +40,9 @@ namespace rubicon::bench::knx {
 
 namespace {
 
-using namespace networks::knx;
+using namespace networks::knx::dpt;
+using namespace networks::knx::groups;
+using namespace networks::knx::wire;
 
 /// Of so many decodes of the types that are numbers; what they need to be found is not counted.
 std::uint64_t allocations_of(const Dpt& type, PayloadView payload, int decodes) {
@@ -115,7 +117,7 @@ void measure_memory(const std::vector<GroupPoint>& points, Json& out) {
   ConfigReader reader(node, "networks.knx", errors);
   DeafHost deaf;
   const auto before = in_use();
-  const auto made = kType.make({"knx", IslandId{1}, reader, types, {}}, deaf);
+  const auto made = networks::knx::kType.make({"knx", IslandId{1}, reader, types, {}}, deaf);
   if (!made) throw std::runtime_error(errors.text());
   out["network_made_mb"] = megabytes(before);
   if (const auto opened = (*made)->open(); !opened) throw std::runtime_error(opened.error().text);

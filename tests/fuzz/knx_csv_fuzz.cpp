@@ -5,7 +5,7 @@
 
 /// Input: a group address list as CSV.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace rubicon::networks::knx;
+  using namespace rubicon::networks::knx::groups;
   auto list = read_csv({reinterpret_cast<const char*>(data), size});
   if (list.report.refused && !list.entries.empty()) std::abort();
   if (list.report.taken != list.entries.size() && !list.report.refused) std::abort();

@@ -7,7 +7,8 @@
 /// as text somebody typed.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace rubicon;
-  using namespace rubicon::networks::knx;
+  using namespace rubicon::networks::knx::dpt;
+  using namespace rubicon::networks::knx::wire;
   if (size < 3) return 0;
   const auto types = all_dpts();
   const auto* type = &types[(data[0] * 256U + data[1]) % types.size()];

@@ -5,7 +5,7 @@
 
 /// Input: a list of any kind, recognised by its content (the seeds are ESF). What is taken must survive the record.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace rubicon::networks::knx;
+  using namespace rubicon::networks::knx::groups;
   const std::string_view text(reinterpret_cast<const char*>(data), size);
   const auto imported = import_text(text, "fuzz.esf");
   if (!imported) return 0;

@@ -8,7 +8,8 @@
 namespace {
 
 using namespace rubicon;
-using namespace rubicon::networks::knx;
+using namespace rubicon::networks::knx::line;
+using namespace rubicon::networks::knx::wire;
 
 void require(bool condition) {
   if (!condition) std::abort();

@@ -8,7 +8,8 @@
 namespace {
 
 using namespace rubicon;
-using namespace rubicon::networks::knx;
+using namespace rubicon::networks::knx::groups;
+using namespace rubicon::networks::knx::wire;
 
 std::vector<GroupPoint> points_of(const ConfigNode& root, base::ConfigErrors& errors) {
   std::vector<GroupPoint> points;

@@ -11,7 +11,8 @@
 /// A telegram that is under way meanwhile leaves, or expires; a router may hold it up.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace rubicon;
-  using namespace rubicon::networks::knx;
+  using namespace rubicon::networks::knx::line;
+  using namespace rubicon::networks::knx::wire;
   VirtualScheduler time;
   transport::MemoryNet net(time);
   transport::MemoryTransports lines;

@@ -7,7 +7,8 @@
 /// time, 254 sends a telegram, 253 reports an undelivered datagram. Nothing that a server says may do harm.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace rubicon;
-  using namespace rubicon::networks::knx;
+  using namespace rubicon::networks::knx::line;
+  using namespace rubicon::networks::knx::wire;
   if (size < 1) return 0;
   VirtualScheduler time;
   TunnelCounters counters;

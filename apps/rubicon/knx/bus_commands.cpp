@@ -16,7 +16,7 @@ namespace rubicon::cli::knx {
 namespace {
 
 using namespace std::chrono_literals;
-using networks::knx::parse_group;
+using networks::knx::wire::parse_group;
 using nlohmann::json;
 
 /// The network answers at the latest after its own 7 s (a read that nobody answers).

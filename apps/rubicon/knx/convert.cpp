@@ -62,13 +62,13 @@ void add_convert(Cli& cli, CLI::App* under) {
       {"decode", "Say what the bytes of a telegram mean",
        "  rubicon knx decode 9.001 0c33\n"
        "  printf '9.001 0c33\\n1.001 01\\n' | rubicon knx decode    # a line each: the value, or error: why\n"},
-      networks::knx::decode_line, "HEX: the bytes; 0c33 or 0c 33");
+      networks::knx::dpt::decode_line, "HEX: the bytes; 0c33 or 0c 33");
   add(cli, under,
       {"encode", "Say which bytes a value is on the bus",
        "  rubicon knx encode 9.001 21.5\n"
        "  rubicon knx encode 10.001 Fri 13:30:15\n"
        "  printf '5.001 50\\n' | rubicon knx encode    # a line each: hex without blanks, or error: why\n"},
-      networks::knx::encode_line, "VALUE: as people write it: 21.5, on, comfort, 2026-11-20, JSON");
+      networks::knx::dpt::encode_line, "VALUE: as people write it: 21.5, on, comfort, 2026-11-20, JSON");
 }
 
 }  // namespace rubicon::cli::knx

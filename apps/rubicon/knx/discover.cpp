@@ -13,13 +13,13 @@ namespace rubicon::cli::knx {
 
 namespace {
 
-using networks::knx::Discovery;
-using networks::knx::DiscoveryOptions;
-using networks::knx::DiscoveryResult;
+using networks::knx::line::Discovery;
+using networks::knx::line::DiscoveryOptions;
+using networks::knx::line::DiscoveryResult;
 
 struct DiscoverOptions {
   std::vector<std::string> hosts, addresses;
-  std::uint16_t port = networks::knx::kKnxPort;
+  std::uint16_t port = networks::knx::line::kKnxPort;
   bool route_back = false;
 };
 
@@ -47,13 +47,13 @@ DiscoveryResult look(DiscoveryOptions options) {
   return found;
 }
 
-Line as_json(const networks::knx::FoundServer& server) {
+Line as_json(const networks::knx::line::FoundServer& server) {
   const auto& about = server.description;
   Line line{{"host", server.control.address},
             {"port", server.control.port},
             {"name", about.name},
             {"address", to_string(about.address)},
-            {"medium", networks::knx::medium_name(about.medium)},
+            {"medium", networks::knx::line::medium_name(about.medium)},
             {"serial", base::to_hex(about.serial)},
             {"mac", base::to_hex(about.mac)}};
   for (const auto& one : about.families) line["families"][std::to_string(static_cast<int>(one.family))] = one.version;
@@ -84,7 +84,7 @@ int discover(const Settings& settings, const DiscoverOptions& options) {
     if (settings.json) {
       out.line(dump(as_json(server)));
     } else {
-      put(out, networks::knx::describe(server));
+      put(out, networks::knx::line::describe(server));
     }
   }
   for (const auto& problem : result.problems) say(clean(problem.text));

@@ -18,7 +18,7 @@ namespace rubicon::cli::knx {
 
 namespace {
 
-using networks::knx::GroupPoint;
+using networks::knx::groups::GroupPoint;
 
 struct ImportOptions {
   std::string file, record, output;
@@ -27,7 +27,7 @@ struct ImportOptions {
 
 Result<std::vector<GroupPoint>> read_record(const std::string& path) {
   transport::LocalTransports disk;
-  const auto text = transport::read_text(disk, path, networks::knx::kMaxListBytes);
+  const auto text = transport::read_text(disk, path, networks::knx::groups::kMaxListBytes);
   if (!text) return fail(text.error());
   if (text->find_first_not_of(" \t\r\n") == text->npos)
     return fail(ErrorCode::kInvalid,
@@ -39,7 +39,7 @@ Result<std::vector<GroupPoint>> read_record(const std::string& path) {
   base::ConfigErrors errors;
   ConfigReader reader(*root, "", errors);
   std::vector<GroupPoint> points;
-  networks::knx::read_groups(reader, points);
+  networks::knx::groups::read_groups(reader, points);
   reader.finish();
   if (!errors.empty()) return fail(ErrorCode::kInvalid, errors.text());
   return points;
@@ -79,7 +79,7 @@ int put(const ImportOptions& options, const std::string& text) {
 
 /// The record goes to standard output or its file, the report to standard error.
 int import(const ImportOptions& options) {
-  networks::knx::ImportOptions how;
+  networks::knx::groups::ImportOptions how;
   how.guess = !options.no_guess;
   if (!options.record.empty()) {
     auto known = read_record(options.record);
@@ -89,12 +89,12 @@ int import(const ImportOptions& options) {
     }
     how.known = std::move(*known);
   }
-  const auto imported = networks::knx::import_file(options.file, how);
+  const auto imported = networks::knx::groups::import_file(options.file, how);
   if (!imported) {
     say(imported.error().text);
     return kFailed;
   }
-  const auto code = put(options, networks::knx::to_yaml(imported->points, imported->report.source));
+  const auto code = put(options, networks::knx::groups::to_yaml(imported->points, imported->report.source));
   std::fputs(report_text(imported->report).c_str(), stderr);
   return code;
 }

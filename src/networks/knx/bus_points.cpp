@@ -30,7 +30,7 @@ bool is_rounded(const BoundPoint& point) {
 BusPoints::BusPoints(network::NetworkHost& host, GroupReads::Options reads, Say say)
     : host_(host),
       say_(std::move(say)),
-      reads_(host.scheduler(), reads, [this](GroupAddress address) { no_answer(address); }) {}
+      reads_(host.scheduler(), reads, [this](wire::GroupAddress address) { no_answer(address); }) {}
 
 void BusPoints::take(PointTable table) {
   PointTable before = std::exchange(table_, std::move(table));
@@ -41,7 +41,7 @@ void BusPoints::take(PointTable table) {
     point.wanted = known->wanted;
     point.heard_at = known->heard_at;
   }
-  reads_.keep([this](GroupAddress address) { return !table_.heard_on(address).empty(); });
+  reads_.keep([this](wire::GroupAddress address) { return !table_.heard_on(address).empty(); });
   std::erase_if(commanded_, [this](const auto& one) { return !table_.find(one.first.first, one.first.second); });
   if (!begun_) return;
   for (const auto& [device, content] : before.devices()) {
@@ -61,7 +61,7 @@ void BusPoints::join(const std::string& device) {
   host_.deliver(device, table_.join_of(device));
 }
 
-void BusPoints::line_up(Line& line) {
+void BusPoints::line_up(line::Line& line) {
   line_ = &line;
   for (auto& point : table_.points()) point.heard_at = {};
   reads_.use(&line);
@@ -75,7 +75,7 @@ void BusPoints::line_down() {
 }
 
 void BusPoints::ask_marked() {
-  using When = ReadRule::When;
+  using When = groups::ReadRule::When;
   for (std::size_t i = 0; i < table_.points().size(); ++i) {
     const auto& point = table_.points()[i];
     if (!point.readable() || point.group.read.when == When::kNever) continue;
@@ -96,21 +96,22 @@ void BusPoints::due(std::size_t index) {
   const auto& point = table_.points()[index];
   const auto& rule = point.group.read;
   const auto now = host_.scheduler().now();
-  if (rule.when == ReadRule::When::kExpire && point.heard_at != SteadyTime{} && point.heard_at + rule.period > now) {
+  if (rule.when == groups::ReadRule::When::kExpire && point.heard_at != SteadyTime{} &&
+      point.heard_at + rule.period > now) {
     periodic_[index] = host_.scheduler().at(point.heard_at + rule.period, [this, index] { due(index); });
     return;
   }
-  if (rule.when == ReadRule::When::kExpire || point.wanted) ask(point, GroupReads::Rank::kMarked);
+  if (rule.when == groups::ReadRule::When::kExpire || point.wanted) ask(point, GroupReads::Rank::kMarked);
   plan(index);
 }
 
-bool BusPoints::heard(const Telegram& telegram) {
+bool BusPoints::heard(const wire::Telegram& telegram) {
   return hear(telegram, nullptr);
 }
 
-bool BusPoints::hear(const Telegram& telegram, const BoundPoint* commanded) {
+bool BusPoints::hear(const wire::Telegram& telegram, const BoundPoint* commanded) {
   if (!table_.knows(telegram.destination)) return false;
-  if (telegram.service == Service::kRead) return true;
+  if (telegram.service == wire::Service::kRead) return true;
   reads_.heard(telegram.destination);
   for (const auto& hearing : table_.heard_on(telegram.destination)) {
     auto& point = table_.points()[hearing.point];
@@ -119,7 +120,7 @@ bool BusPoints::hear(const Telegram& telegram, const BoundPoint* commanded) {
   return true;
 }
 
-void BusPoints::update(BoundPoint& point, PayloadView payload) {
+void BusPoints::update(BoundPoint& point, wire::PayloadView payload) {
   auto value = value_of(point, payload);
   std::string why;
   ++counters_.readings;
@@ -156,7 +157,7 @@ Result<void> BusPoints::sample(const std::string& device, const model::Sample& w
     auto& point = table_.points()[index];
     const bool before =
         std::exchange(point.wanted, std::find(wish.points.begin(), wish.points.end(), point.id) != wish.points.end());
-    const bool may_ask = point.readable() && point.group.read.when != ReadRule::When::kNever;
+    const bool may_ask = point.readable() && point.group.read.when != groups::ReadRule::When::kNever;
     if (point.wanted && !before && may_ask && !is_fresh(point)) ask(point, GroupReads::Rank::kWanted);
   }
   host_.deliver(device, model::Acknowledge{wish.request, model::Outcome::kSent, {}});
@@ -170,35 +171,36 @@ Result<void> BusPoints::actuate(const std::string& device, const model::Actuate&
   auto payload = payload_of(*point, command.value);
   if (!payload) return fail(payload.error());
   if (line_ == nullptr) return fail(ErrorCode::kUnreachable, "the line to the bus is down");
-  Telegram telegram;
+  wire::Telegram telegram;
   telegram.destination = point->group.address;
-  telegram.priority = Priority::kNormal;  // before reads and what is exposed
+  telegram.priority = wire::Priority::kNormal;  // before reads and what is exposed
   telegram.payload = *payload;
   ++counters_.commands;
   commanded_[{device, command.point}] = {command.request, std::move(*payload), command.value, {}};
   const bool told = command.time_to_live.count() > 0;
   line_->send(
       telegram, host_.scheduler().now() + (told ? Duration(command.time_to_live) : kCommandLifetime),
-      [this, device, command, telegram, alive = std::weak_ptr<bool>(alive_)](Sent outcome, std::string_view why) {
+      [this, device, command, telegram, alive = std::weak_ptr<bool>(alive_)](line::Sent outcome, std::string_view why) {
         if (!alive.lock()) return;
         sent(device, command, outcome, why);
-        if (outcome == Sent::kSent) hear(telegram, table_.find(device, command.point));
+        if (outcome == line::Sent::kSent) hear(telegram, table_.find(device, command.point));
       });
   return {};
 }
 
 /// L_Data.con makes a command sent; whether it had an effect, the state address says. Without the confirmation the
 /// interface has it at least, and nobody reported that it failed.
-void BusPoints::sent(const std::string& device, const model::Actuate& command, Sent outcome, std::string_view why) {
-  if (outcome == Sent::kSent || outcome == Sent::kUnconfirmed) {
+void BusPoints::sent(const std::string& device, const model::Actuate& command, line::Sent outcome,
+                     std::string_view why) {
+  if (outcome == line::Sent::kSent || outcome == line::Sent::kUnconfirmed) {
     host_.deliver(device, model::Acknowledge{command.request, model::Outcome::kSent,
-                                             outcome == Sent::kSent ? std::string() : std::string(why)});
+                                             outcome == line::Sent::kSent ? std::string() : std::string(why)});
     return verify(device, command);
   }
   ++counters_.failed_commands;
   const auto commanded = commanded_.find({device, command.point});
   if (commanded != commanded_.end() && commanded->second.request == command.request) commanded_.erase(commanded);
-  const auto kind = outcome == Sent::kRefused ? model::Outcome::kRefused : model::Outcome::kFailed;
+  const auto kind = outcome == line::Sent::kRefused ? model::Outcome::kRefused : model::Outcome::kFailed;
   host_.deliver(device, model::Acknowledge{command.request, kind, std::string(why)});
 }
 
@@ -207,13 +209,14 @@ void BusPoints::verify(const std::string& device, const model::Actuate& command)
   const auto* point = table_.find(device, command.point);
   const auto commanded = commanded_.find({device, command.point});
   if (!point || commanded == commanded_.end() || commanded->second.request != command.request) return;
-  if (!point->group.state || point->group.read.when == ReadRule::When::kNever) return void(commanded_.erase(commanded));
+  if (!point->group.state || point->group.read.when == groups::ReadRule::When::kNever)
+    return void(commanded_.erase(commanded));
   commanded->second.verify = host_.scheduler().after(kReportTime, [this, key = commanded->first] {
     if (const auto* silent = table_.find(key.first, key.second)) ask(*silent, GroupReads::Rank::kVerify);
   });
 }
 
-void BusPoints::no_answer(GroupAddress address) {
+void BusPoints::no_answer(wire::GroupAddress address) {
   say_(fmt::format("no answer {}", to_string(address)),
        fmt::format("nobody on the bus answers for {}: no device has its read flag set, or the one that has is off",
                    to_string(address)));

@@ -27,10 +27,10 @@ class BusPoints {
   void take(PointTable table);
   void begin();
   /// Everything marked or wanted is asked again.
-  void line_up(Line& line);
+  void line_up(line::Line& line);
   void line_down();
   /// A response or write of the bus, or a write of ours that the bus has; false if the address means nothing here.
-  bool heard(const Telegram& telegram);
+  bool heard(const wire::Telegram& telegram);
   Result<void> actuate(const std::string& device, const model::Actuate& command);
   Result<void> sample(const std::string& device, const model::Sample& wish);
 
@@ -41,29 +41,29 @@ class BusPoints {
  private:
   void join(const std::string& device);
   /// `commanded`: whose command it was; that is no report of its own.
-  bool hear(const Telegram& telegram, const BoundPoint* commanded);
-  void update(BoundPoint& point, PayloadView payload);
+  bool hear(const wire::Telegram& telegram, const BoundPoint* commanded);
+  void update(BoundPoint& point, wire::PayloadView payload);
   void ask(const BoundPoint& point, GroupReads::Rank rank) { reads_.ask(point.source(), rank); }
   void ask_marked();
   void plan(std::size_t index);
   void due(std::size_t index);
-  void sent(const std::string& device, const model::Actuate& command, Sent outcome, std::string_view why);
+  void sent(const std::string& device, const model::Actuate& command, line::Sent outcome, std::string_view why);
   void verify(const std::string& device, const model::Actuate& command);
   bool is_fresh(const BoundPoint& point) const;
-  void no_answer(GroupAddress address);
+  void no_answer(wire::GroupAddress address);
 
   network::NetworkHost& host_;
   Say say_;
   PointTable table_;
   GroupReads reads_;
-  Line* line_ = nullptr;
+  line::Line* line_ = nullptr;
   bool begun_ = false;
   Counters counters_;
   std::map<std::size_t, Timer> periodic_;  ///< of points with expire or every
   /// What was commanded last, until something else is reported: a report of the same bytes means that value.
   struct Commanded {
     std::uint64_t request = 0;
-    Payload payload;
+    wire::Payload payload;
     Value value;
     Timer verify;  ///< pending: its report is awaited
   };

@@ -58,12 +58,12 @@ void Exposures::follow(const std::shared_ptr<Shown>& shown, Exposure what) {
 }
 
 /// Values are text in the catalogue's unit and words.
-Result<Payload> Exposures::payload_of(const Exposure& what, std::string_view text) const {
-  const auto* dpt = find_dpt(what.dpt);
+Result<wire::Payload> Exposures::payload_of(const Exposure& what, std::string_view text) const {
+  const auto* dpt = dpt::find_dpt(what.dpt);
   const auto* type = types_.find(dpt->sensor);
   const auto value = type ? TypeCatalogue::parse(*type, text) : Result<Value>(fail(ErrorCode::kInvalid, "no type"));
-  if (!value) return encode_text(*dpt, text);
-  const auto converted = from_catalogue(*dpt, Kind::kSensor, *value);
+  if (!value) return dpt::encode_text(*dpt, text);
+  const auto converted = dpt::from_catalogue(*dpt, Kind::kSensor, *value);
   return converted ? encode(*dpt, *converted) : fail(converted.error());
 }
 
@@ -101,7 +101,7 @@ void Exposures::write_change(Shown& shown) {
 void Exposures::write(Shown& shown) {
   shown.waits = false;
   rest(shown);
-  Telegram telegram;
+  wire::Telegram telegram;
   telegram.destination = shown.what.address;
   telegram.payload = *shown.payload;
   const auto self = std::find_if(shown_.begin(), shown_.end(), [&](const auto& one) { return one.get() == &shown; });
@@ -134,13 +134,13 @@ void Exposures::line_up() {
   }
 }
 
-bool Exposures::asked(const Telegram& question) {
+bool Exposures::asked(const wire::Telegram& question) {
   const auto found = std::find_if(shown_.begin(), shown_.end(),
                                   [&](const auto& one) { return one->what.address == question.destination; });
   if (found == shown_.end()) return false;
   if (!(*found)->payload) return true;
-  Telegram answer;
-  answer.service = Service::kResponse;
+  wire::Telegram answer;
+  answer.service = wire::Service::kResponse;
   answer.destination = question.destination;
   answer.payload = *(*found)->payload;
   answer.priority = question.priority;
@@ -148,7 +148,7 @@ bool Exposures::asked(const Telegram& question) {
   return true;
 }
 
-bool Exposures::shows(GroupAddress address) const {
+bool Exposures::shows(wire::GroupAddress address) const {
   return std::any_of(shown_.begin(), shown_.end(), [&](const auto& one) { return one->what.address == address; });
 }
 

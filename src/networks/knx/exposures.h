@@ -14,8 +14,8 @@ namespace rubicon::networks::knx {
 
 /// A tuple that the bus can read and is told of.
 struct Exposure {
-  GroupAddress address{};
-  DptId dpt;
+  wire::GroupAddress address{};
+  dpt::DptId dpt;
   std::string tuple;                         ///< key of one of this island's, or `ID:key`
   bool on_change = true;                     ///< written when the value changes
   Duration pause = std::chrono::seconds(5);  ///< from one change to the next that is written; the last one always is
@@ -28,7 +28,7 @@ struct Exposure {
 class Exposures {
  public:
   /// Hands a telegram over for the bus; `done` is told whether the bus has it.
-  using Out = std::function<void(Telegram, std::function<void(bool sent)> done)>;
+  using Out = std::function<void(wire::Telegram, std::function<void(bool sent)> done)>;
   /// A tuple's value cannot be shown as that type.
   using Unfit = std::function<void(const Exposure&, const Error&)>;
 
@@ -40,8 +40,8 @@ class Exposures {
   void line_up();
   void line_down() { up_ = false; }
   /// A GroupRead: answered when the value is known, in the priority of the question. False: not exposed.
-  bool asked(const Telegram& question);
-  bool shows(GroupAddress address) const;
+  bool asked(const wire::Telegram& question);
+  bool shows(wire::GroupAddress address) const;
 
   std::size_t size() const { return shown_.size(); }
 
@@ -50,7 +50,7 @@ class Exposures {
     Exposure what;
     std::string text;    ///< of the tuple; empty = nothing is known
     bool usable = true;  ///< by the status beside it, where there is one
-    std::optional<Payload> payload;
+    std::optional<wire::Payload> payload;
     network::TupleWatch value, status;
     Timer again;  ///< cyclic
     Timer pause;  ///< pending: changes wait
@@ -64,7 +64,7 @@ class Exposures {
   void write_change(Shown& shown);
   void rest(Shown& shown);
   void retry(Shown& shown);
-  Result<Payload> payload_of(const Exposure& what, std::string_view text) const;
+  Result<wire::Payload> payload_of(const Exposure& what, std::string_view text) const;
 
   network::NetworkHost& host_;
   const TypeCatalogue& types_;

@@ -16,7 +16,7 @@ GroupReads::GroupReads(Scheduler& scheduler, Options options, NoAnswer no_answer
     : scheduler_(scheduler), options_(options), no_answer_(std::move(no_answer)) {}
 
 /// What left before the line was lost is asked anew; what did not leave is still in the line.
-void GroupReads::use(Line* line) {
+void GroupReads::use(line::Line* line) {
   line_ = line;
   for (auto& [address, question] : open_) {
     question.patience.cancel();
@@ -27,7 +27,7 @@ void GroupReads::use(Line* line) {
   fill();
 }
 
-void GroupReads::ask(GroupAddress address, Rank rank) {
+void GroupReads::ask(wire::GroupAddress address, Rank rank) {
   if (open_.contains(address)) return;
   const auto [waiting, fresh] = ranks_.emplace(address, rank);
   if (!fresh && waiting->second <= rank) return;
@@ -36,7 +36,7 @@ void GroupReads::ask(GroupAddress address, Rank rank) {
   fill();
 }
 
-void GroupReads::heard(GroupAddress address) {
+void GroupReads::heard(wire::GroupAddress address) {
   ranks_.erase(address);
   const auto found = open_.find(address);
   if (found == open_.end()) return;
@@ -45,7 +45,7 @@ void GroupReads::heard(GroupAddress address) {
   fill();
 }
 
-void GroupReads::keep(const std::function<bool(GroupAddress)>& wanted) {
+void GroupReads::keep(const std::function<bool(wire::GroupAddress)>& wanted) {
   std::erase_if(ranks_, [&](const auto& one) { return !wanted(one.first); });
   std::erase_if(open_, [&](const auto& one) {
     const bool goes = !wanted(one.first);
@@ -71,21 +71,21 @@ void GroupReads::fill() {
   }
 }
 
-void GroupReads::put(GroupAddress address) {
+void GroupReads::put(wire::GroupAddress address) {
   ++asked_;
   auto& question = open_[address];
   ++question.tries;
   question.under_way = true;
-  Telegram telegram;
-  telegram.service = Service::kRead;
+  wire::Telegram telegram;
+  telegram.service = wire::Service::kRead;
   telegram.destination = address;
   line_->send(std::move(telegram), scheduler_.now() + kLifetime,
-              [this, address, alive = std::weak_ptr<bool>(alive_)](Sent, std::string_view) {
+              [this, address, alive = std::weak_ptr<bool>(alive_)](line::Sent, std::string_view) {
                 if (alive.lock()) left(address);
               });
 }
 
-void GroupReads::left(GroupAddress address) {
+void GroupReads::left(wire::GroupAddress address) {
   const auto found = open_.find(address);
   if (found == open_.end()) return;
   found->second.under_way = false;
@@ -93,7 +93,7 @@ void GroupReads::left(GroupAddress address) {
   found->second.patience = scheduler_.after(options_.patience, [this, address] { over(address); });
 }
 
-void GroupReads::over(GroupAddress address) {
+void GroupReads::over(wire::GroupAddress address) {
   const auto found = open_.find(address);
   if (found == open_.end()) return;
   if (found->second.tries < kTries) return put(address);

@@ -23,18 +23,18 @@ class GroupReads {
     std::array<std::size_t, kRanks> open{2, 4, 2, 2};  ///< questions at a time, by rank
     Duration patience = std::chrono::seconds(2);
   };
-  using NoAnswer = std::function<void(GroupAddress)>;
+  using NoAnswer = std::function<void(wire::GroupAddress)>;
 
   GroupReads(Scheduler& scheduler, Options options, NoAnswer no_answer);
 
   /// Questions go over this line from now on; nullptr: they wait.
-  void use(Line* line);
+  void use(line::Line* line);
   /// Each address is asked once, however often it is wished before the answer; in the best rank it was wished in.
-  void ask(GroupAddress address, Rank rank);
+  void ask(wire::GroupAddress address, Rank rank);
   /// A response or write was heard.
-  void heard(GroupAddress address);
+  void heard(wire::GroupAddress address);
   /// Only these are asked any more.
-  void keep(const std::function<bool(GroupAddress)>& wanted);
+  void keep(const std::function<bool(wire::GroupAddress)>& wanted);
 
   std::size_t waiting() const { return ranks_.size() + open_.size(); }
   std::uint64_t asked() const { return asked_; }
@@ -48,18 +48,18 @@ class GroupReads {
     Timer patience;
   };
   void fill();
-  void put(GroupAddress address);
-  void left(GroupAddress address);
-  void over(GroupAddress address);
+  void put(wire::GroupAddress address);
+  void left(wire::GroupAddress address);
+  void over(wire::GroupAddress address);
 
   Scheduler& scheduler_;
   Options options_;
   NoAnswer no_answer_;
-  Line* line_ = nullptr;
-  std::array<std::deque<GroupAddress>, kRanks>
-      queues_;                          ///< what left ranks_, or has a better rank there, is passed over
-  std::map<GroupAddress, Rank> ranks_;  ///< of those that wait
-  std::map<GroupAddress, Question> open_;
+  line::Line* line_ = nullptr;
+  std::array<std::deque<wire::GroupAddress>, kRanks>
+      queues_;                                ///< what left ranks_, or has a better rank there, is passed over
+  std::map<wire::GroupAddress, Rank> ranks_;  ///< of those that wait
+  std::map<wire::GroupAddress, Question> open_;
   std::array<std::size_t, kRanks> open_count_{};
   std::uint64_t asked_ = 0, unanswered_ = 0;
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);

@@ -8,15 +8,15 @@ namespace rubicon::networks::knx {
 
 namespace {
 
-auto parts(const Outbox::Limits& limits) {
+auto parts(const line::Outbox::Limits& limits) {
   return std::tie(limits.rate, limits.burst, limits.queue);
 }
 
-auto parts(const TunnelOptions& o) {
+auto parts(const line::TunnelOptions& o) {
   return std::tuple_cat(std::tie(o.host, o.port, o.local_port, o.via, o.nat, o.wanted), parts(o.limits));
 }
 
-auto parts(const RoutingOptions& o) {
+auto parts(const line::RoutingOptions& o) {
   return std::tuple_cat(std::tie(o.group, o.interface_address, o.ttl, o.address), parts(o.limits));
 }
 
@@ -28,14 +28,14 @@ bool same_line(const LineOptions& one, const LineOptions& other) {
                                   : parts(one.tunnel) == parts(other.tunnel);
 }
 
-std::unique_ptr<Line> make_line(const LineOptions& options, Scheduler& scheduler, transport::Transports& transports,
-                                LineCalls calls) {
+std::unique_ptr<line::Line> make_line(const LineOptions& options, Scheduler& scheduler,
+                                      transport::Transports& transports, line::LineCalls calls) {
   if (options.via == Via::kRouting) {
     auto routing = options.routing;
     routing.seed = std::random_device()();
-    return std::make_unique<RoutingLine>(scheduler, transports, routing, std::move(calls));
+    return std::make_unique<line::RoutingLine>(scheduler, transports, routing, std::move(calls));
   }
-  return std::make_unique<TunnelLine>(options.tunnel, scheduler, transports, std::move(calls));
+  return std::make_unique<line::TunnelLine>(options.tunnel, scheduler, transports, std::move(calls));
 }
 
 }  // namespace rubicon::networks::knx

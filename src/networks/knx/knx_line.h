@@ -12,14 +12,14 @@ enum class Via : std::uint8_t { kTunnel, kTunnelTcp, kRouting };
 /// The way to the bus that the configuration names; only the part that `via` means counts.
 struct LineOptions {
   Via via = Via::kTunnel;
-  TunnelOptions tunnel;
-  RoutingOptions routing;
+  line::TunnelOptions tunnel;
+  line::RoutingOptions routing;
 };
 
 /// Whether a line with the one is as good as one with the other.
 bool same_line(const LineOptions& one, const LineOptions& other);
 
-std::unique_ptr<Line> make_line(const LineOptions& options, Scheduler& scheduler, transport::Transports& transports,
-                                LineCalls calls);
+std::unique_ptr<line::Line> make_line(const LineOptions& options, Scheduler& scheduler,
+                                      transport::Transports& transports, line::LineCalls calls);
 
 }  // namespace rubicon::networks::knx

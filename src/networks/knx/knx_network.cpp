@@ -40,13 +40,15 @@ class KnxNetwork final : public network::Network {
         points_(host, {}, [this](const std::string& subject, std::string_view text) { say(subject, text); }),
         exposures_(
             host, config.types,
-            [this](Telegram telegram, std::function<void(bool)> done) { put(std::move(telegram), std::move(done)); },
+            [this](wire::Telegram telegram, std::function<void(bool)> done) {
+              put(std::move(telegram), std::move(done));
+            },
             [this](const Exposure& what, const Error& error) {
               say("expose " + what.tuple, fmt::format("{} as {}: {}", what.tuple, to_string(what.address), error.text));
             }),
         operators_(
-            host, capture_, [this](GroupAddress address) { return meaning(address); },
-            [this](const Telegram& telegram) { points_.heard(telegram); }) {
+            host, capture_, [this](wire::GroupAddress address) { return meaning(address); },
+            [this](const wire::Telegram& telegram) { points_.heard(telegram); }) {
     points_.take(PointTable(options_.points, types_));
     options_.points = {};  // the table has them
     make_line();
@@ -60,13 +62,13 @@ class KnxNetwork final : public network::Network {
 
  private:
   void make_line();
-  void line_changed(const LineState& state);
+  void line_changed(const line::LineState& state);
   void lost(Error why);
   void down();
-  void received(const Telegram& telegram);
-  bool repetition(const Telegram& telegram);
-  void put(Telegram telegram, std::function<void(bool sent)> done);
-  Operators::Meaning meaning(GroupAddress address) const;
+  void received(const wire::Telegram& telegram);
+  bool repetition(const wire::Telegram& telegram);
+  void put(wire::Telegram telegram, std::function<void(bool sent)> done);
+  Operators::Meaning meaning(wire::GroupAddress address) const;
   void say(const std::string& subject, std::string_view text);
   void report();
   void report_later();
@@ -80,24 +82,24 @@ class KnxNetwork final : public network::Network {
   Operators operators_;
   Unassigned unassigned_;
   base::RateLimit limit_;
-  std::deque<std::pair<SteadyTime, Telegram>> recent_;
+  std::deque<std::pair<SteadyTime, wire::Telegram>> recent_;
   std::uint64_t repetitions_ = 0;
   bool opened_ = false, up_ = false, told_doubled_ = false;
   Timer counters_;
-  std::unique_ptr<Line> line_;  ///< last: goes first, its calls reach all others
+  std::unique_ptr<line::Line> line_;  ///< last: goes first, its calls reach all others
 };
 
 void KnxNetwork::make_line() {
-  LineCalls calls;
-  calls.changed = [this](const LineState& state) { line_changed(state); };
+  line::LineCalls calls;
+  calls.changed = [this](const line::LineState& state) { line_changed(state); };
   calls.failed = [this](Error why) { lost(std::move(why)); };
-  calls.received = [this](const Telegram& telegram) { received(telegram); };
+  calls.received = [this](const wire::Telegram& telegram) { received(telegram); };
   calls.settled = [this] { report_later(); };
   calls.frame = [this](ByteView cemi, bool outgoing) {
     if (outgoing) report_later();
     capture_.add(cemi, outgoing, host_.scheduler().wall_now());
     if (!outgoing || !operators_.monitored()) return;
-    if (const auto telegram = read_telegram(cemi)) operators_.seen(*telegram, true);
+    if (const auto telegram = wire::read_telegram(cemi)) operators_.seen(*telegram, true);
   };
   calls.note = [this](const std::string& subject, std::string_view text) { say(subject, text); };
   line_ = knx::make_line(options_.line, host_.scheduler(), host_.transports(), std::move(calls));
@@ -129,12 +131,12 @@ std::vector<network::Missing> KnxNetwork::missing() const {
   return {{"interface", fmt::format("no interface of this host has the address {}", wanted)}};
 }
 
-void KnxNetwork::line_changed(const LineState& state) {
-  if (state.phase == LineState::Phase::kUp && !std::exchange(up_, true)) {
+void KnxNetwork::line_changed(const line::LineState& state) {
+  if (state.phase == line::LineState::Phase::kUp && !std::exchange(up_, true)) {
     operators_.use(line_.get());
     points_.line_up(*line_);
     exposures_.line_up();
-  } else if (state.phase != LineState::Phase::kUp) {
+  } else if (state.phase != line::LineState::Phase::kUp) {
     down();
   }
   report();
@@ -152,7 +154,7 @@ void KnxNetwork::down() {
   exposures_.line_down();
 }
 
-bool KnxNetwork::repetition(const Telegram& telegram) {
+bool KnxNetwork::repetition(const wire::Telegram& telegram) {
   const auto now = host_.scheduler().now();
   while (!recent_.empty() && (recent_.size() > kRemembered || recent_.front().first + kRepetition < now))
     recent_.pop_front();
@@ -167,23 +169,23 @@ bool KnxNetwork::repetition(const Telegram& telegram) {
   return false;
 }
 
-void KnxNetwork::received(const Telegram& telegram) {
+void KnxNetwork::received(const wire::Telegram& telegram) {
   if (repetition(telegram)) return void(++repetitions_);
   operators_.seen(telegram, false);
   const bool exposed =
-      telegram.service == Service::kRead ? exposures_.asked(telegram) : exposures_.shows(telegram.destination);
+      telegram.service == wire::Service::kRead ? exposures_.asked(telegram) : exposures_.shows(telegram.destination);
   if (!points_.heard(telegram) && !exposed) unassigned_.heard(telegram, host_.scheduler().wall_now());
   report_later();
 }
 
-void KnxNetwork::put(Telegram telegram, std::function<void(bool)> done) {
+void KnxNetwork::put(wire::Telegram telegram, std::function<void(bool)> done) {
   line_->send(std::move(telegram), host_.scheduler().now() + kExposedLifetime,
-              [done = std::move(done)](Sent outcome, std::string_view) {
-                done(outcome == Sent::kSent || outcome == Sent::kUnconfirmed);
+              [done = std::move(done)](line::Sent outcome, std::string_view) {
+                done(outcome == line::Sent::kSent || outcome == line::Sent::kUnconfirmed);
               });
 }
 
-Operators::Meaning KnxNetwork::meaning(GroupAddress address) const {
+Operators::Meaning KnxNetwork::meaning(wire::GroupAddress address) const {
   const auto heard_on = points_.table().heard_on(address);
   if (!heard_on.empty()) {
     const auto& point = points_.table().points()[heard_on.front().point];
@@ -193,7 +195,7 @@ Operators::Meaning KnxNetwork::meaning(GroupAddress address) const {
     if (point.group.address == address) return {point.group.name, point.dpt};
   }
   for (const auto& exposed : options_.exposures) {
-    if (exposed.address == address) return {exposed.tuple, find_dpt(exposed.dpt)};
+    if (exposed.address == address) return {exposed.tuple, dpt::find_dpt(exposed.dpt)};
   }
   return {};
 }
@@ -220,7 +222,7 @@ Result<void> KnxNetwork::change(const network::NetworkConfig& config) {
   if (!options_.report.empty()) host_.log().info(options_.report);
   points_.take(std::move(table));
   if (opened_) exposures_.take(options_.exposures);
-  unassigned_.forget([this](GroupAddress one) { return points_.table().knows(one) || exposures_.shows(one); });
+  unassigned_.forget([this](wire::GroupAddress one) { return points_.table().knows(one) || exposures_.shows(one); });
   report_later();
   return {};
 }
@@ -239,7 +241,7 @@ void KnxNetwork::report_later() {
 /// While the line is lost, the supervisor speaks for it.
 void KnxNetwork::report() {
   const auto& line = line_->state();
-  using Phase = LineState::Phase;
+  using Phase = line::LineState::Phase;
   if (line.phase == Phase::kOff) return;
   const bool refused = line.phase == Phase::kWaiting || line.phase == Phase::kRefused;
   model::State state{up_       ? model::LineState::kUp

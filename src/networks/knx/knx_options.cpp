@@ -33,22 +33,22 @@ auto address(ConfigReader& options, const std::string& key, Parse parse) {
   return found;
 }
 
-Outbox::Limits limits(ConfigReader& options) {
-  Outbox::Limits limits;
+line::Outbox::Limits limits(ConfigReader& options) {
+  line::Outbox::Limits limits;
   limits.rate = options.real("telegrams-per-second", limits.rate, 0, 1'000'000);
   limits.burst = static_cast<unsigned>(options.integer("burst", limits.burst, 1, 1000));
   return limits;
 }
 
-void read_tunnel(ConfigReader& options, TunnelOptions& out) {
+void read_tunnel(ConfigReader& options, line::TunnelOptions& out) {
   out.host = options.required_text("host");
   out.port = static_cast<std::uint16_t>(options.integer("port", out.port, 1, 65535));
   out.local_port = static_cast<std::uint16_t>(options.integer("local-port", 0, 0, 65535));
   const auto nat = options.choice("nat", "auto", {"auto", "yes", "no"});
-  out.nat = nat == "auto"  ? TunnelOptions::Nat::kAuto
-            : nat == "yes" ? TunnelOptions::Nat::kOn
-                           : TunnelOptions::Nat::kOff;
-  out.wanted = address(options, "tunnel-address", parse_individual);
+  out.nat = nat == "auto"  ? line::TunnelOptions::Nat::kAuto
+            : nat == "yes" ? line::TunnelOptions::Nat::kOn
+                           : line::TunnelOptions::Nat::kOff;
+  out.wanted = address(options, "tunnel-address", wire::parse_individual);
   out.limits = limits(options);
 }
 
@@ -59,7 +59,7 @@ std::optional<std::uint32_t> ipv4(const std::string& text) {
   return ntohl(address.s_addr);
 }
 
-void read_routing(ConfigReader& options, RoutingOptions& out) {
+void read_routing(ConfigReader& options, line::RoutingOptions& out) {
   out.group.address = options.text("multicast", out.group.address);
   out.group.port = static_cast<std::uint16_t>(options.integer("port", out.group.port, 1, 65535));
   out.interface_address = options.text("interface", out.interface_address);
@@ -71,14 +71,14 @@ void read_routing(ConfigReader& options, RoutingOptions& out) {
     options.error("multicast",
                   fmt::format("is {}, expected 224.0.23.12 or a higher group", model::quoted(out.group.address)));
   out.ttl = static_cast<std::uint8_t>(options.integer("ttl", out.ttl, 1, 255));
-  if (const auto own = address(options, "address", parse_individual)) out.address = *own;
+  if (const auto own = address(options, "address", wire::parse_individual)) out.address = *own;
   out.limits = limits(options);
 }
 
 void read_line(ConfigReader& options, LineOptions& out) {
   const auto via = options.choice("via", "tunnel", {"tunnel", "tunnel-tcp", "routing"});
   out.via = via == "tunnel" ? Via::kTunnel : via == "routing" ? Via::kRouting : Via::kTunnelTcp;
-  out.tunnel.via = out.via == Via::kTunnelTcp ? TunnelOptions::Via::kTcp : TunnelOptions::Via::kUdp;
+  out.tunnel.via = out.via == Via::kTunnelTcp ? line::TunnelOptions::Via::kTcp : line::TunnelOptions::Via::kUdp;
   if (out.via == Via::kRouting) {
     read_routing(options, out.routing);
   } else {
@@ -88,7 +88,7 @@ void read_line(ConfigReader& options, LineOptions& out) {
 
 void read_exposure(const std::string& key, ConfigReader& entry, std::vector<Exposure>& out) {
   Exposure one;
-  if (auto parsed = parse_group(key)) {
+  if (auto parsed = wire::parse_group(key)) {
     one.address = *parsed;
   } else {
     entry.error("", parsed.error().text);
@@ -98,7 +98,7 @@ void read_exposure(const std::string& key, ConfigReader& entry, std::vector<Expo
   if (!one.tuple.empty() && (!pattern || !pattern->exact()))
     entry.error("tuple", pattern ? "is a pattern, expected one tuple" : pattern.error().text);
   const auto dpt = entry.required_text("dpt");
-  if (auto id = parse_dpt(dpt); id && find_dpt(*id)) {
+  if (auto id = dpt::parse_dpt(dpt); id && dpt::find_dpt(*id)) {
     one.dpt = *id;
   } else if (!dpt.empty()) {
     entry.error("dpt", id ? fmt::format("there is no data point type {}", to_string(*id)) : id.error().text);
@@ -115,10 +115,10 @@ void read_exposure(const std::string& key, ConfigReader& entry, std::vector<Expo
 
 /// An address that we expose answers for itself: it cannot be a point too.
 void check_exposures(ConfigReader& options, const KnxOptions& out) {
-  std::set<GroupAddress> exposed;
+  std::set<wire::GroupAddress> exposed;
   for (const auto& one : out.exposures) exposed.insert(one.address);
   for (const auto& point : out.points) {
-    std::vector<GroupAddress> own = point.listen;
+    std::vector<wire::GroupAddress> own = point.listen;
     own.push_back(point.address);
     if (point.state) own.push_back(*point.state);
     for (const auto address : own) {
@@ -129,9 +129,9 @@ void check_exposures(ConfigReader& options, const KnxOptions& out) {
 }
 
 /// A record as `rubicon knx import` writes it: what stands under `groups` there.
-std::vector<GroupPoint> points_of_record(const network::NetworkConfig& config, std::string_view text,
-                                         const std::string& path) {
-  std::vector<GroupPoint> points;
+std::vector<groups::GroupPoint> points_of_record(const network::NetworkConfig& config, std::string_view text,
+                                                 const std::string& path) {
+  std::vector<groups::GroupPoint> points;
   auto& options = config.options;
   if (config.read_yaml == nullptr) {
     options.error("import", "records in YAML cannot be read here");
@@ -143,28 +143,28 @@ std::vector<GroupPoint> points_of_record(const network::NetworkConfig& config, s
     return points;
   }
   ConfigReader record(*root, "", options.errors());
-  read_groups(record, points);
+  groups::read_groups(record, points);
   record.finish();
   return points;
 }
 
 /// A line for the log; the whole report is what the tool is for.
-std::string summary_of(const Report& report, const std::string& path) {
+std::string summary_of(const groups::Report& report, const std::string& path) {
   return fmt::format("{}: {}, {} addresses, {} without a type, {} warnings, {} errors; `rubicon knx import` says which",
                      path, report.form, report.taken, report.untyped, report.warnings, report.errors);
 }
 
 /// The export of a project, or a record.
-std::vector<GroupPoint> points_of_file(const network::NetworkConfig& config, transport::Transports& transports,
-                                       const std::string& name, bool guess, std::string& report) {
+std::vector<groups::GroupPoint> points_of_file(const network::NetworkConfig& config, transport::Transports& transports,
+                                               const std::string& name, bool guess, std::string& report) {
   const auto path = (std::filesystem::path(config.directory) / name).lexically_normal().string();
-  const auto text = transport::read_text(transports, path, kMaxListBytes);
+  const auto text = transport::read_text(transports, path, groups::kMaxListBytes);
   if (!text) {
     config.options.error("import", text.error().text);
     return {};
   }
   if (path.ends_with(".yaml") || path.ends_with(".yml")) return points_of_record(config, *text, path);
-  auto imported = import_text(*text, path, {guess, {}});
+  auto imported = groups::import_text(*text, path, {guess, {}});
   if (!imported) {
     config.options.error("import", imported.error().text);
     return {};
@@ -175,11 +175,11 @@ std::vector<GroupPoint> points_of_file(const network::NetworkConfig& config, tra
 
 void read_points(const network::NetworkConfig& config, transport::Transports& transports, KnxOptions& out) {
   ConfigReader& options = config.options;
-  read_groups(options, out.points);
+  groups::read_groups(options, out.points);
   const bool guess = options.boolean("guess", true);
   const auto name = options.text("import", "");
   if (name.empty()) return;
-  std::set<GroupAddress> here;
+  std::set<wire::GroupAddress> here;
   for (const auto& point : out.points) {
     here.insert(point.address);
     if (point.state) here.insert(*point.state);

@@ -14,7 +14,7 @@ namespace rubicon::networks::knx {
 /// What a `type: knx` network is told.
 struct KnxOptions {
   LineOptions line;
-  std::vector<GroupPoint> points;
+  std::vector<groups::GroupPoint> points;
   std::vector<Exposure> exposures;
   Capture::Limits capture;
   std::string report;  ///< what the import said, for the log; empty = nothing to say

@@ -29,17 +29,17 @@ std::string text_of(const json& wish, const char* key) {
   return found->is_number() || found->is_boolean() ? found->dump() : std::string();
 }
 
-std::string_view word(Service service) {
+std::string_view word(wire::Service service) {
   switch (service) {
-    case Service::kRead: return "read";
-    case Service::kResponse: return "response";
-    case Service::kWrite: break;
+    case wire::Service::kRead: return "read";
+    case wire::Service::kResponse: return "response";
+    case wire::Service::kWrite: break;
   }
   return "write";
 }
 
 /// The value in the words of the KNX table; empty where there is no type or it does not fit.
-std::string value_text(const Dpt* dpt, PayloadView payload) {
+std::string value_text(const dpt::Dpt* dpt, wire::PayloadView payload) {
   if (!dpt) return {};
   const auto value = decode(*dpt, payload);
   if (!value) return {};
@@ -48,12 +48,12 @@ std::string value_text(const Dpt* dpt, PayloadView payload) {
 }
 
 /// The type named in the request, else the configured one.
-Result<const Dpt*> type_of(const json& wish, const Dpt* configured) {
+Result<const dpt::Dpt*> type_of(const json& wish, const dpt::Dpt* configured) {
   const auto text = text_of(wish, "dpt");
   if (text.empty()) return configured;
-  const auto id = parse_dpt(text);
+  const auto id = dpt::parse_dpt(text);
   if (!id) return fail(id.error());
-  const auto* dpt = find_dpt(*id);
+  const auto* dpt = dpt::find_dpt(*id);
   if (!dpt) return fail(ErrorCode::kNotFound, fmt::format("there is no data point type {}", to_string(*id)));
   return dpt;
 }
@@ -63,14 +63,14 @@ Result<const Dpt*> type_of(const json& wish, const Dpt* configured) {
 Operators::Operators(network::NetworkHost& host, const Capture& capture, Means means, Wrote wrote)
     : host_(host), capture_(capture), means_(std::move(means)), wrote_(std::move(wrote)) {}
 
-void Operators::use(Line* line) {
+void Operators::use(line::Line* line) {
   line_ = line;
   if (line_ != nullptr) return;
   for (const auto& reading : readings_) refuse(reading.asker, "the line to the bus was lost");
   readings_.clear();
 }
 
-void Operators::give_up(GroupAddress address, std::string_view why) {
+void Operators::give_up(wire::GroupAddress address, std::string_view why) {
   readings_.remove_if([&](const Reading& one) {
     if (one.address != address) return false;
     refuse(one.asker, why);
@@ -103,43 +103,44 @@ Result<void> Operators::take(const model::Message& message) {
 }
 
 void Operators::read(Asker asker, const json& wish) {
-  const auto address = parse_group(text_of(wish, "address"));
+  const auto address = wire::parse_group(text_of(wish, "address"));
   if (!address) return refuse(asker, address.error().text);
   const auto dpt = type_of(wish, means_(*address).dpt);
   if (!dpt) return refuse(asker, dpt.error().text);
   if (readings_.size() >= kMostReads) return refuse(asker, "too many questions are open");
-  Telegram question;
-  question.service = Service::kRead;
+  wire::Telegram question;
+  question.service = wire::Service::kRead;
   question.destination = *address;
   auto& reading = readings_.emplace_back(Reading{std::move(asker), *address, *dpt, {}});
   reading.patience = host_.scheduler().after(kOperatorLifetime + kAnswer, [this, &reading] {
     refuse(reading.asker, fmt::format("nobody on the bus answers for {}", to_string(reading.address)));
     readings_.remove_if([&](const Reading& one) { return &one == &reading; });
   });
-  line_->send(std::move(question), host_.scheduler().now() + kOperatorLifetime,
-              [this, address = *address, alive = std::weak_ptr<bool>(alive_)](Sent outcome, std::string_view why) {
-                if (alive.lock() && outcome != Sent::kSent && outcome != Sent::kUnconfirmed) give_up(address, why);
-              });
+  line_->send(
+      std::move(question), host_.scheduler().now() + kOperatorLifetime,
+      [this, address = *address, alive = std::weak_ptr<bool>(alive_)](line::Sent outcome, std::string_view why) {
+        if (alive.lock() && outcome != line::Sent::kSent && outcome != line::Sent::kUnconfirmed) give_up(address, why);
+      });
 }
 
 void Operators::write(Asker asker, const json& wish) {
-  const auto address = parse_group(text_of(wish, "address"));
+  const auto address = wire::parse_group(text_of(wish, "address"));
   if (!address) return refuse(asker, address.error().text);
   const auto dpt = type_of(wish, means_(*address).dpt);
   if (!dpt) return refuse(asker, dpt.error().text);
   if (!*dpt) return refuse(asker, fmt::format("{} has no type here: name one", to_string(*address)));
-  auto payload = encode_text(**dpt, text_of(wish, "value"));
+  auto payload = dpt::encode_text(**dpt, text_of(wish, "value"));
   if (!payload) return refuse(asker, payload.error().text);
-  Telegram telegram;
+  wire::Telegram telegram;
   telegram.destination = *address;
   telegram.payload = *payload;
-  telegram.priority = Priority::kNormal;
+  telegram.priority = wire::Priority::kNormal;
   const auto hex = base::to_hex(payload->bytes);
   line_->send(telegram, host_.scheduler().now() + kOperatorLifetime,
               [this, asker = std::move(asker), hex, telegram, alive = std::weak_ptr<bool>(alive_)](
-                  Sent outcome, std::string_view why) {
+                  line::Sent outcome, std::string_view why) {
                 if (!alive.lock()) return;
-                if (outcome != Sent::kSent && outcome != Sent::kUnconfirmed) return refuse(asker, why);
+                if (outcome != line::Sent::kSent && outcome != line::Sent::kUnconfirmed) return refuse(asker, why);
                 reply(asker, {{"ok", true}, {"address", to_string(telegram.destination)}, {"hex", hex}});
                 wrote_(telegram);
               });
@@ -179,28 +180,28 @@ void Operators::capture(const Asker& asker, const json& wish) {
   reply(asker, {{"ok", true}, {"frames", std::move(frames)}, {"more", frame != all.end()}});
 }
 
-json Operators::described(const Telegram& telegram, bool own) const {
+json Operators::described(const wire::Telegram& telegram, bool own) const {
   const auto meaning = means_(telegram.destination);
   json out{{"time", base::to_seconds(host_.scheduler().wall_now())},
            {"service", word(telegram.service)},
            {"source", to_string(telegram.source)},
            {"address", to_string(telegram.destination)},
            {"own", own}};
-  if (telegram.service != Service::kRead) out["hex"] = base::to_hex(telegram.payload.bytes);
+  if (telegram.service != wire::Service::kRead) out["hex"] = base::to_hex(telegram.payload.bytes);
   if (!meaning.name.empty()) out["name"] = meaning.name;
-  if (!meaning.dpt || telegram.service == Service::kRead) return out;
+  if (!meaning.dpt || telegram.service == wire::Service::kRead) return out;
   out["dpt"] = to_string(meaning.dpt->id);
   out["value"] = value_text(meaning.dpt, telegram.payload);
   out["unit"] = meaning.dpt->unit;
   return out;
 }
 
-void Operators::seen(const Telegram& telegram, bool own) {
+void Operators::seen(const wire::Telegram& telegram, bool own) {
   if (!monitors_.empty()) {
     const auto text = described(telegram, own).dump(-1, ' ', false, json::error_handler_t::replace);
     for (const auto& monitor : monitors_) say(monitor.asker.address, kTelegramTag, text);
   }
-  if (telegram.service == Service::kRead || own) return;
+  if (telegram.service == wire::Service::kRead || own) return;
   readings_.remove_if([&](const Reading& reading) {
     if (reading.address != telegram.destination) return false;
     auto answer = described(telegram, own);

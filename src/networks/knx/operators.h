@@ -28,22 +28,22 @@ class Operators {
   /// Name and type of a group address, as configured; empty where it is not.
   struct Meaning {
     std::string name;
-    const Dpt* dpt = nullptr;
+    const dpt::Dpt* dpt = nullptr;
   };
-  using Means = std::function<Meaning(GroupAddress)>;
+  using Means = std::function<Meaning(wire::GroupAddress)>;
 
   /// Told of each write that the bus has.
-  using Wrote = std::function<void(const Telegram&)>;
+  using Wrote = std::function<void(const wire::Telegram&)>;
 
   Operators(network::NetworkHost& host, const Capture& capture, Means means, Wrote wrote);
 
   /// Requests go over this line; nullptr: they are refused.
-  void use(Line* line);
+  void use(line::Line* line);
   /// A message to the network; kUnsupported if it is no request of a tool, kInvalid if it cannot be read.
   Result<void> take(const model::Message& message);
   bool monitored() const { return !monitors_.empty(); }
   /// A telegram was heard, or is sent.
-  void seen(const Telegram& telegram, bool own);
+  void seen(const wire::Telegram& telegram, bool own);
 
  private:
   struct Asker {
@@ -52,8 +52,8 @@ class Operators {
   };
   struct Reading {
     Asker asker;
-    GroupAddress address{};
-    const Dpt* dpt = nullptr;
+    wire::GroupAddress address{};
+    const dpt::Dpt* dpt = nullptr;
     Timer patience;
   };
   struct Monitor {
@@ -66,15 +66,15 @@ class Operators {
   void capture(const Asker& asker, const nlohmann::json& wish);
   void reply(const Asker& asker, nlohmann::json answer);
   void refuse(const Asker& asker, std::string_view why);
-  void give_up(GroupAddress address, std::string_view why);
+  void give_up(wire::GroupAddress address, std::string_view why);
   void say(const Address& to, std::string_view tag, const std::string& text);
-  nlohmann::json described(const Telegram& telegram, bool own) const;
+  nlohmann::json described(const wire::Telegram& telegram, bool own) const;
 
   network::NetworkHost& host_;
   const Capture& capture_;
   Means means_;
   Wrote wrote_;
-  Line* line_ = nullptr;
+  line::Line* line_ = nullptr;
   std::list<Reading> readings_;
   std::list<Monitor> monitors_;
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);

@@ -17,11 +17,11 @@ namespace {
 /// A value read each hour is old when the answer to the next question is overdue.
 constexpr Duration kAnswerTime = std::chrono::seconds(10);
 
-std::string address_of(const GroupPoint& group) {
+std::string address_of(const groups::GroupPoint& group) {
   return group.device.empty() ? to_string(group.address) : group.device;
 }
 
-TypeId type_of(const GroupPoint& group, const Dpt* dpt, const TypeCatalogue& types) {
+TypeId type_of(const groups::GroupPoint& group, const dpt::Dpt* dpt, const TypeCatalogue& types) {
   if (dpt) return group.kind == Kind::kSensor ? dpt->sensor : dpt->actuator;
   return types.find(group.kind == Kind::kSensor ? "bytesInput" : "bytesOutput")->id;
 }
@@ -31,13 +31,13 @@ constexpr double kNoBound = 1e15;
 
 /// The bounds of the data point type in the catalogue's unit, where they say more than the type. What a float can hold
 /// bounds commands, but no measured value: that has the same range in every network.
-void add_range(Capability& capability, const Dpt& dpt, const model::Type& type) {
+void add_range(Capability& capability, const dpt::Dpt& dpt, const model::Type& type) {
   const bool numeric = type.data == model::DataType::kReal || type.data == model::DataType::kInteger ||
                        type.data == model::DataType::kEnumeration;
-  const auto range = numeric && type.words.empty() ? range_of(dpt) : std::nullopt;
+  const auto range = numeric && type.words.empty() ? dpt::range_of(dpt) : std::nullopt;
   if (!range) return;
   const bool commanded = capability.point.kind == Kind::kActuator;
-  const bool says = commanded || dpt.form != Form::kFloat16;
+  const bool says = commanded || dpt.form != dpt::Form::kFloat16;
   if (range->minimum > type.minimum && range->minimum > -kNoBound && (commanded || std::isinf(type.minimum)) && says)
     capability.minimum = range->minimum;
   if (range->maximum < type.maximum && range->maximum < kNoBound && (commanded || std::isinf(type.maximum)) && says)
@@ -57,14 +57,14 @@ Capability capability_of(const BoundPoint& point, const TypeCatalogue& types) {
   capability.reports = point.readable();
   capability.sampled = actuator && point.readable();
   const auto& rule = point.group.read;
-  const bool periodic = rule.when == ReadRule::When::kEvery || rule.when == ReadRule::When::kExpire;
+  const bool periodic = rule.when == groups::ReadRule::When::kEvery || rule.when == groups::ReadRule::When::kExpire;
   capability.deadline = periodic ? rule.period + kAnswerTime : Duration::zero();  // the bus reports changes only
   return capability;
 }
 
 }  // namespace
 
-PointTable::PointTable(const std::vector<GroupPoint>& groups, const TypeCatalogue& types) : types_(&types) {
+PointTable::PointTable(const std::vector<groups::GroupPoint>& groups, const TypeCatalogue& types) : types_(&types) {
   points_.reserve(groups.size());
   for (const auto& group : groups) bind(group, types);
   sort();
@@ -74,22 +74,24 @@ PointTable::PointTable(const std::vector<GroupPoint>& groups, const TypeCatalogu
   }
   // 1.4.6 and 1/4/6 would be one key (knx.md, section 1).
   for (const auto& group : groups) {
-    const auto key = to_key_part(group.address);
+    const auto key = wire::to_key_part(group.address);
     if (group.device.empty() && taken.contains(key)) wanted_ids_[address_of(group)] = "ga-" + key;
   }
 }
 
-void PointTable::bind(const GroupPoint& group, const TypeCatalogue& types) {
+void PointTable::bind(const groups::GroupPoint& group, const TypeCatalogue& types) {
   BoundPoint point;
   point.group = {group.address, group.state, group.dpt, group.name, group.read};
-  point.dpt = group.dpt ? find_dpt(*group.dpt) : nullptr;
+  point.dpt = group.dpt ? dpt::find_dpt(*group.dpt) : nullptr;
   point.id = {group.kind, type_of(group, point.dpt, types), group.instance};
   point.address = address_of(group);
   const auto index = points_.size();
   auto& device = devices_[point.address];
   device.points.push_back(index);
   if (device.name.empty() && !group.device.empty()) device.name = group.device_name;
-  const auto hears = [&](GroupAddress address) { heard_.push_back({address, static_cast<std::uint32_t>(index)}); };
+  const auto hears = [&](wire::GroupAddress address) {
+    heard_.push_back({address, static_cast<std::uint32_t>(index)});
+  };
   hears(point.source());
   for (const auto address : group.listen) hears(address);
   if (group.state) commanded_.push_back(group.address);
@@ -107,16 +109,16 @@ void PointTable::sort() {
   commanded_.shrink_to_fit();
 }
 
-std::span<const PointTable::Hearing> PointTable::heard_on(GroupAddress address) const {
+std::span<const PointTable::Hearing> PointTable::heard_on(wire::GroupAddress address) const {
   struct ByAddress {
-    bool operator()(const Hearing& one, GroupAddress wanted) const { return one.address < wanted; }
-    bool operator()(GroupAddress wanted, const Hearing& one) const { return wanted < one.address; }
+    bool operator()(const Hearing& one, wire::GroupAddress wanted) const { return one.address < wanted; }
+    bool operator()(wire::GroupAddress wanted, const Hearing& one) const { return wanted < one.address; }
   };
   const auto [first, last] = std::equal_range(heard_.begin(), heard_.end(), address, ByAddress());
   return {first, last};
 }
 
-bool PointTable::knows(GroupAddress address) const {
+bool PointTable::knows(wire::GroupAddress address) const {
   return !heard_on(address).empty() || std::binary_search(commanded_.begin(), commanded_.end(), address);
 }
 
@@ -156,24 +158,25 @@ model::Join PointTable::join_of(const std::string& device) const {
   return join;
 }
 
-Result<Value> value_of(const BoundPoint& point, PayloadView payload) {
+Result<Value> value_of(const BoundPoint& point, wire::PayloadView payload) {
   if (!point.dpt) return Value(base::to_hex(payload.bytes));
   auto value = decode(*point.dpt, payload);
-  return value ? to_catalogue(*point.dpt, point.id.kind, *value) : value;
+  return value ? dpt::to_catalogue(*point.dpt, point.id.kind, *value) : value;
 }
 
 /// Without a type the bytes of the command go out as they are; a bit cannot be meant.
-Result<Payload> payload_of(const BoundPoint& point, const Value& value) {
+Result<wire::Payload> payload_of(const BoundPoint& point, const Value& value) {
   if (point.dpt) {
-    auto converted = from_catalogue(*point.dpt, point.id.kind, value);
-    return converted ? encode(*point.dpt, *converted) : Result<Payload>(fail(converted.error()));
+    auto converted = dpt::from_catalogue(*point.dpt, point.id.kind, value);
+    return converted ? encode(*point.dpt, *converted) : Result<wire::Payload>(fail(converted.error()));
   }
   const auto* hex = std::get_if<std::string>(&value);
   auto bytes = hex ? base::from_hex(*hex) : Result<Bytes>(fail(ErrorCode::kInvalid, "expected bytes in hex"));
   if (!bytes) return fail(bytes.error());
-  if (bytes->empty() || bytes->size() > kLongestPayload)
-    return fail(ErrorCode::kOutOfRange, fmt::format("{} bytes, expected 1 to {}", bytes->size(), kLongestPayload));
-  return Payload{std::move(*bytes), false};
+  if (bytes->empty() || bytes->size() > wire::kLongestPayload)
+    return fail(ErrorCode::kOutOfRange,
+                fmt::format("{} bytes, expected 1 to {}", bytes->size(), wire::kLongestPayload));
+  return wire::Payload{std::move(*bytes), false};
 }
 
 }  // namespace rubicon::networks::knx

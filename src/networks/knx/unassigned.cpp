@@ -5,7 +5,7 @@
 
 namespace rubicon::networks::knx {
 
-void Unassigned::heard(const Telegram& telegram, WallTime now) {
+void Unassigned::heard(const wire::Telegram& telegram, WallTime now) {
   if (entries_.size() >= kMost && !entries_.contains(telegram.destination)) {
     const auto older = [](const auto& one, const auto& other) { return one.second.time < other.second.time; };
     entries_.erase(std::min_element(entries_.begin(), entries_.end(), older));
@@ -14,7 +14,7 @@ void Unassigned::heard(const Telegram& telegram, WallTime now) {
   auto& entry = entries_[telegram.destination];
   ++entry.count;
   const auto& bytes = telegram.payload.bytes;
-  if (telegram.service != Service::kRead)
+  if (telegram.service != wire::Service::kRead)
     entry.last = base::to_hex(ByteView(bytes).first(std::min(bytes.size(), kLongest)));
   entry.source = telegram.source;
   entry.time = now;

@@ -14,7 +14,7 @@ class Unassigned {
   static constexpr std::size_t kMost = 256;    ///< addresses; the one silent for longest makes room
   static constexpr std::size_t kLongest = 32;  ///< bytes shown of a value
 
-  void heard(const Telegram& telegram, WallTime now);
+  void heard(const wire::Telegram& telegram, WallTime now);
   /// Newly configured addresses are unassigned no more.
   template <class Known>
   void forget(Known known) {
@@ -29,10 +29,10 @@ class Unassigned {
   struct Entry {
     std::uint64_t count = 0;
     std::string last;  ///< hex, of the first bytes
-    IndividualAddress source{};
+    wire::IndividualAddress source{};
     WallTime time{};
   };
-  std::map<GroupAddress, Entry> entries_;
+  std::map<wire::GroupAddress, Entry> entries_;
   std::uint64_t dropped_ = 0;  ///< addresses that made room
 };
 

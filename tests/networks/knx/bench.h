@@ -55,7 +55,7 @@ class KnxBench : public ::testing::Test {
   PointId point(Kind kind, std::string_view type, std::string instance = "1") const {
     return {kind, types.find(type)->id, std::move(instance)};
   }
-  static std::uint16_t group(std::string_view text) { return number(parse_group(text).value()); }
+  static std::uint16_t group(std::string_view text) { return number(wire::parse_group(text).value()); }
 
   /// Reads of this address that reached the bus.
   int reads_of(std::string_view address) const { return telegrams(address, {0x00, 0x00}); }

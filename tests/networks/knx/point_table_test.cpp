@@ -5,10 +5,10 @@
 namespace rubicon::networks::knx {
 namespace {
 
-GroupPoint group_point(std::string_view address, std::string device = {}) {
-  GroupPoint point;
-  point.address = parse_group(address).value();
-  point.dpt = DptId{1, 1};
+groups::GroupPoint group_point(std::string_view address, std::string device = {}) {
+  groups::GroupPoint point;
+  point.address = wire::parse_group(address).value();
+  point.dpt = dpt::DptId{1, 1};
   point.device = std::move(device);
   point.name = "Hall light";
   return point;
@@ -23,13 +23,13 @@ TEST(Points, NameADeviceOfOneAddressAndNoneThatHasItsOwnId) {
 
 TEST(Points, AreHeardOnceOnEachAddress) {
   auto point = group_point("1/0/1");
-  point.listen = {parse_group("0/0/1").value(), point.address, parse_group("0/0/1").value()};
+  point.listen = {wire::parse_group("0/0/1").value(), point.address, wire::parse_group("0/0/1").value()};
   const TypeCatalogue types;
   const PointTable table({point, group_point("1/0/2")}, types);
   EXPECT_EQ(table.heard_on(point.address).size(), 1U);
-  EXPECT_EQ(table.heard_on(parse_group("0/0/1").value()).size(), 1U);
-  EXPECT_EQ(table.heard_on(parse_group("1/0/2").value())[0].point, 1U);
-  EXPECT_TRUE(table.heard_on(parse_group("1/0/3").value()).empty());
+  EXPECT_EQ(table.heard_on(wire::parse_group("0/0/1").value()).size(), 1U);
+  EXPECT_EQ(table.heard_on(wire::parse_group("1/0/2").value())[0].point, 1U);
+  EXPECT_TRUE(table.heard_on(wire::parse_group("1/0/3").value()).empty());
 }
 
 }  // namespace

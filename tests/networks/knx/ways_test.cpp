@@ -15,7 +15,7 @@ class KnxByTcp : public KnxBench {
     start(R"({"host": "10.0.0.9", "via": "tunnel-tcp", "telegrams-per-second": 0, "groups": {
       "1/0/1": {"dpt": "1.001", "kind": "actuator", "state": "1/0/2"}, "1/2/7": "9.001"},
       "expose": {"6/0/1": {"tuple": "proxy.den.1.sensor.temperature-1.value", "dpt": "9.001"}}})");
-    ASSERT_EQ(last_state().line, LineState::kUp);
+    ASSERT_EQ(last_state().line, model::LineState::kUp);
     ASSERT_EQ(server.counters.connects, 1U);
     ASSERT_TRUE(by_tcp);
   }
@@ -65,7 +65,7 @@ TEST_F(KnxByTcp, ALostConnectionIsMadeAgainAndTheStateRead) {
   server.start();
   ASSERT_TRUE(network->open());
   host.time.run_for(2s);
-  EXPECT_EQ(last_state().line, LineState::kUp);
+  EXPECT_EQ(last_state().line, model::LineState::kUp);
   EXPECT_TRUE(by_tcp);
   EXPECT_EQ(reads_of("1/2/7"), 2);
 }

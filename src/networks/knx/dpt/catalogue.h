@@ -3,7 +3,7 @@
 #include "model/type_catalogue.h"
 
 /// The types of the catalogue that data point types become (docs/types.md; tests/cases/types/knx_dpt.tsv).
-namespace rubicon::networks::knx::catalogue {
+namespace rubicon::networks::knx::dpt::catalogue {
 
 inline constexpr TypeId kLight{0x0001};
 inline constexpr TypeId kTemperature{0x0002};
@@ -143,4 +143,4 @@ inline constexpr TypeId kPosition{0x047f};
 inline constexpr TypeId kBinaryState{0x0488};
 inline constexpr TypeId kSerialNumber{0x060d};
 
-}  // namespace rubicon::networks::knx::catalogue
+}  // namespace rubicon::networks::knx::dpt::catalogue

@@ -1,6 +1,6 @@
 #include "networks/knx/dpt/characters.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::dpt {
 
 namespace {
 
@@ -62,4 +62,4 @@ bool is_utf8(std::string_view text) {
   return true;
 }
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::dpt

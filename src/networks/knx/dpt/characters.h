@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::dpt {
 
 /// The next character of UTF-8 text, which is taken from it; nullopt (and one byte taken) where it is no UTF-8.
 std::optional<char32_t> take_character(std::string_view& text);
@@ -14,4 +14,4 @@ void append_character(char32_t character, std::string& out);
 /// Well formed (RFC 3629): no surrogates, nothing above U+10FFFF, shortest forms only.
 bool is_utf8(std::string_view text);
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::dpt

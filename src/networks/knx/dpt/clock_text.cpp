@@ -4,7 +4,7 @@
 
 #include <chrono>
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::dpt {
 
 namespace {
 
@@ -73,4 +73,4 @@ std::optional<Clock> parse_date_time(std::string_view text) {
   return clock;
 }
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::dpt

@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::dpt {
 
 /// A date and a time of day without a zone, as buses send them.
 struct Clock {
@@ -37,4 +37,4 @@ std::optional<Clock> parse_date(std::string_view text);
 /// `13:30:15` or `13:30`
 std::optional<Clock> parse_time(std::string_view text);
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::dpt

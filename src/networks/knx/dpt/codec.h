@@ -8,22 +8,22 @@
 
 // The parts of decode() and encode(), by what they deal with. Payloads have the right length here.
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::dpt {
 
 Result<Value> decode_number(const Dpt& type, ByteView bytes);
-Result<Payload> encode_number(const Dpt& type, const Value& value);
+Result<wire::Payload> encode_number(const Dpt& type, const Value& value);
 Result<Value> decode_text(const Dpt& type, ByteView bytes);
-Result<Payload> encode_words(const Dpt& type, const Value& value);
+Result<wire::Payload> encode_words(const Dpt& type, const Value& value);
 Result<Value> decode_time(const Dpt& type, ByteView bytes);
-Result<Payload> encode_time(const Dpt& type, const Value& value);
+Result<wire::Payload> encode_time(const Dpt& type, const Value& value);
 Result<Value> decode_record(const Dpt& type, ByteView bytes);
-Result<Payload> encode_record(const Dpt& type, const Value& value);
+Result<wire::Payload> encode_record(const Dpt& type, const Value& value);
 Result<Value> decode_metering(const Dpt& type, ByteView bytes);
-Result<Payload> encode_metering(const Dpt& type, const Value& value);
+Result<wire::Payload> encode_metering(const Dpt& type, const Value& value);
 Result<Value> decode_bits(const Dpt& type, ByteView bytes);
-Result<Payload> encode_bits(const Dpt& type, const Value& value);
+Result<wire::Payload> encode_bits(const Dpt& type, const Value& value);
 Result<Value> decode_raw(const Dpt& type, ByteView bytes);
-Result<Payload> encode_raw(const Dpt& type, const Value& value);
+Result<wire::Payload> encode_raw(const Dpt& type, const Value& value);
 
 /// Longer JSON is no value of any data point type.
 inline constexpr std::size_t kMaxJson = 4096;
@@ -55,4 +55,4 @@ inline std::optional<std::uint32_t> word_value(std::span<const Word> words, std:
 std::string_view word_of(std::span<const Word> words, std::uint64_t value);
 using model::same_word;
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::dpt

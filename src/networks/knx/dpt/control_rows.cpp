@@ -3,7 +3,7 @@
 #include "networks/knx/dpt/records.h"
 #include "networks/knx/dpt/table.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::dpt {
 
 namespace {
 
@@ -118,4 +118,4 @@ std::span<const Dpt> control_rows() {
   return kRows;
 }
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::dpt

@@ -4,7 +4,7 @@
 
 // The two states of one bit, mains 1 and 2 (knx.md 9.4; KNX 3/7/2).
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::dpt {
 
 inline constexpr Word kSwitchWords[] = {{0, "off"}, {1, "on"}};
 inline constexpr Word kBoolWords[] = {{0, "false"}, {1, "true"}};
@@ -33,4 +33,4 @@ inline constexpr Word kHeatCoolWords[] = {{0, "cooling"}, {1, "heating"}};
 inline constexpr Word kConsumerProducerWords[] = {{0, "consumer"}, {1, "producer"}};
 inline constexpr Word kEnergyDirectionWords[] = {{0, "positive"}, {1, "negative"}};
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::dpt

@@ -8,7 +8,7 @@
 
 // Between the units and words of KNX and those of the type catalogue.
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::dpt {
 
 namespace {
 
@@ -207,4 +207,4 @@ Result<Value> from_catalogue(const Dpt& type, Kind kind, const Value& value) {
   return Value(tidy(number_of(value) * conversion->divide / conversion->multiply - conversion->shift, 15));
 }
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::dpt

@@ -3,7 +3,7 @@
 #include "networks/knx/dpt/set_words.h"
 #include "networks/knx/dpt/table.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::dpt {
 
 namespace {
 
@@ -97,4 +97,4 @@ std::span<const Dpt> device_mode_rows() {
   return kDeviceModeRows;
 }
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::dpt

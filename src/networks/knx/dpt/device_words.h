@@ -4,7 +4,7 @@
 
 // Enumerations of main 20, sub types from 600 on (knx.md 9.6; KNX 3/7/2).
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::dpt {
 
 inline constexpr Word kBehaviourLockUnlockWords[] = {{0, "off"},
                                                      {1, "on"},
@@ -153,4 +153,4 @@ inline constexpr Word kPrivatehvacCommandWords[] = {
     {4, "reset out of service"}, {5, "alarm acknowledge"}, {6, "set to default"}};
 inline constexpr Word kPrivateheatCoolStageWords[] = {{0, "disabled"}, {1, "stage A"}, {2, "stage B"}, {3, "both"}};
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::dpt

@@ -9,24 +9,24 @@
 #include "networks/knx/wire/cemi.h"
 #include "rubicon/key.hpp"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::dpt {
 
 namespace {
 
-std::string_view wrong_size(const Dpt& type, PayloadView payload) {
+std::string_view wrong_size(const Dpt& type, wire::PayloadView payload) {
   const bool small = type.bits > 0 && type.bits <= 6;
   if (small != payload.small) return small ? "the small form of up to 6 bits" : "whole octets";
   return "the length of the type";
 }
 
-bool has_size(const Dpt& type, PayloadView payload) {
+bool has_size(const Dpt& type, wire::PayloadView payload) {
   if (type.bits >= 8) return !payload.small && payload.bytes.size() * 8 == type.bits;
   if (type.bits > 0) return payload.small && payload.bytes.size() == 1;
-  return !payload.small && !payload.bytes.empty() && payload.bytes.size() <= kLongestPayload;
+  return !payload.small && !payload.bytes.empty() && payload.bytes.size() <= wire::kLongestPayload;
 }
 
 std::string length_text(const Dpt& type) {
-  if (type.bits == 0) return fmt::format("1 to {} octets", kLongestPayload);
+  if (type.bits == 0) return fmt::format("1 to {} octets", wire::kLongestPayload);
   return type.bits < 8 ? fmt::format("{} bits", type.bits) : fmt::format("{} octets", type.bits / 8);
 }
 
@@ -37,7 +37,7 @@ std::string step_label(double percent) {
 
 }  // namespace
 
-Result<Value> decode(const Dpt& type, PayloadView payload) {
+Result<Value> decode(const Dpt& type, wire::PayloadView payload) {
   if (!has_size(type, payload)) [[unlikely]] {
     return fail(ErrorCode::kInvalid,
                 fmt::format("{}: {} octets{}, expected {} ({})", name_of(type), payload.bytes.size(),
@@ -62,7 +62,7 @@ Result<Value> decode(const Dpt& type, PayloadView payload) {
   }
 }
 
-Result<Payload> encode(const Dpt& type, const Value& value) {
+Result<wire::Payload> encode(const Dpt& type, const Value& value) {
   switch (type.form) {
     case Form::kCharacter:
     case Form::kText:
@@ -146,4 +146,4 @@ std::string_view word_of(std::span<const Word> words, std::uint64_t value) {
   return found == words.end() || found->value != value ? std::string_view() : found->text;
 }
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::dpt

@@ -15,7 +15,7 @@
 #include "networks/knx/wire/telegram.h"
 #include "rubicon/result.hpp"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::dpt {
 
 /// Number of a data point type. Without a sub type (`9`, `9.*`, `DPT-9`) it means the main type only.
 struct DptId {
@@ -56,11 +56,11 @@ const Dpt* find_dpt(DptId id);
 /// Payload -> value in the unit of the table, exact per resolution. kInvalid: wrong length or form, undecodable (7FFF
 /// of 9.xxx); kOutOfRange: outside the bounds of the type. Numbers are double or int64, one bit is bool, enumerations
 /// are their number, times and texts are text, sets of bits and records JSON. No allocation for numeric types.
-Result<Value> decode(const Dpt& type, PayloadView payload);
+Result<Value> decode(const Dpt& type, wire::PayloadView payload);
 /// The inverse; kOutOfRange outside the bounds (never clamped), kInvalid for a value of another kind.
-Result<Payload> encode(const Dpt& type, const Value& value);
+Result<wire::Payload> encode(const Dpt& type, const Value& value);
 /// Value as people write it: numbers, on/off and the type's own words, names of enumeration values, times, JSON.
-Result<Payload> encode_text(const Dpt& type, std::string_view text);
+Result<wire::Payload> encode_text(const Dpt& type, std::string_view text);
 /// The words of an enumeration, each once, or the names of the bits of a set; empty for others.
 std::vector<model::Word> words_of(const Dpt& type);
 /// The word of a value where the type has words (`comfort`, `down`, `reserved (7)`), else its text.
@@ -81,4 +81,4 @@ std::optional<Range> range_of(const Dpt& type);
 Result<Value> to_catalogue(const Dpt& type, Kind kind, const Value& value);
 Result<Value> from_catalogue(const Dpt& type, Kind kind, const Value& value);
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::dpt

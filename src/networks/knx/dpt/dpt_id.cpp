@@ -7,7 +7,7 @@
 #include "networks/knx/dpt/dpt.h"
 #include "rubicon/key.hpp"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::dpt {
 
 namespace {
 
@@ -64,4 +64,4 @@ std::string to_string(DptId id) {
   return fmt::format("{}.{:03}", id.main, id.sub);
 }
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::dpt

@@ -8,7 +8,7 @@
 
 #include "networks/knx/dpt/codec.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::dpt {
 
 namespace {
 
@@ -79,7 +79,7 @@ std::string decode_line(std::string_view line) {
   auto bytes = base::from_hex(parts->rest);
   if (!bytes) return error_line(bytes.error());
   const auto& type = *parts->type;
-  const auto value = decode(type, PayloadView{*bytes, type.bits > 0 && type.bits <= 6});
+  const auto value = decode(type, wire::PayloadView{*bytes, type.bits > 0 && type.bits <= 6});
   return value ? value_line(type, *value) : error_line(value.error());
 }
 
@@ -91,4 +91,4 @@ std::string encode_line(std::string_view line) {
   return payload ? base::to_hex(payload->bytes) : error_line(payload.error());
 }
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::dpt

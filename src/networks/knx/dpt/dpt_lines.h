@@ -3,7 +3,7 @@
 #include <string>
 #include <string_view>
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::dpt {
 
 /// A line of `rubicon knx decode`: `9.001 0c33` -> `21.5`. Values are in the table's own unit, numbers in the shortest
 /// text that reads back, bits and enumerations as their word (`down`, `reserved (7)`), records as JSON. Text with
@@ -14,4 +14,4 @@ std::string decode_line(std::string_view line);
 /// reads.
 std::string encode_line(std::string_view line);
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::dpt

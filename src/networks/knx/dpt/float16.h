@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <optional>
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::dpt {
 
 /// What 9.xxx sends for "no valid value" (KNX 3/7/2, DPT 9).
 inline constexpr std::uint16_t kInvalidFloat16 = 0x7fff;
@@ -30,4 +30,4 @@ inline std::optional<std::uint16_t> float16_raw(double value) {
   return std::nullopt;
 }
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::dpt

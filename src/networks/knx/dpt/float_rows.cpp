@@ -1,7 +1,7 @@
 #include "networks/knx/dpt/catalogue.h"
 #include "networks/knx/dpt/table.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::dpt {
 
 namespace {
 
@@ -261,4 +261,4 @@ std::span<const Dpt> float_rows() {
   return kFloatRows;
 }
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::dpt

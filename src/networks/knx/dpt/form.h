@@ -4,7 +4,7 @@
 #include <span>
 #include <string_view>
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::dpt {
 
 /// How the payload of a data point type is built (KNX 3/7/2); mains in brackets.
 enum class Form : std::uint8_t {
@@ -79,4 +79,4 @@ struct Record {
   std::span<const Validity> validities{};
 };
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::dpt

@@ -3,7 +3,7 @@
 #include "networks/knx/dpt/records.h"
 #include "networks/knx/dpt/table.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::dpt {
 
 namespace {
 
@@ -111,4 +111,4 @@ std::span<const Dpt> main_rows() {
   return kMainRows;
 }
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::dpt

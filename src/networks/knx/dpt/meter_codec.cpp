@@ -10,7 +10,7 @@
 
 // 229.001: a count, the code of its unit, the status of 21.001 (knx.md 9.8; KNX 3/7/2).
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::dpt {
 
 namespace {
 
@@ -127,7 +127,7 @@ Result<Value> decode_metering(const Dpt& type, ByteView bytes) {
   return Value(Json{json.dump()});
 }
 
-Result<Payload> encode_metering(const Dpt& type, const Value& value) {
+Result<wire::Payload> encode_metering(const Dpt& type, const Value& value) {
   const auto* text = std::get_if<Json>(&value);
   if (!text) return wrong_kind(type, value, "JSON");
   const auto json = text->text.size() > kMaxJson ? Tree() : Tree::parse(text->text, nullptr, false);
@@ -136,11 +136,11 @@ Result<Payload> encode_metering(const Dpt& type, const Value& value) {
   if (!reading) return fail(reading.error());
   const auto status = status_of(type, json);
   if (!status) return fail(status.error());
-  Payload payload{Bytes(6), false};
+  wire::Payload payload{Bytes(6), false};
   put_bits(payload.bytes, 0, 32, static_cast<std::uint64_t>(reading->count));
   put_bits(payload.bytes, 32, 8, reading->code);
   put_bits(payload.bytes, 40, 8, *status);
   return payload;
 }
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::dpt

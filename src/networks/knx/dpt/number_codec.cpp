@@ -7,7 +7,7 @@
 #include "networks/knx/dpt/codec.h"
 #include "networks/knx/dpt/float16.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::dpt {
 
 namespace {
 
@@ -46,9 +46,9 @@ Result<Value> decode_float16(const Dpt& type, ByteView bytes) {
   return real(type, float16_value(raw));
 }
 
-Payload payload_of(const Dpt& type, std::uint64_t raw) {
+wire::Payload payload_of(const Dpt& type, std::uint64_t raw) {
   if (type.bits < 8) return {{static_cast<std::uint8_t>(raw)}, true};
-  Payload payload;
+  wire::Payload payload;
   payload.bytes.resize(type.bits / 8);
   for (auto byte = payload.bytes.rbegin(); byte != payload.bytes.rend(); ++byte, raw >>= 8) {
     *byte = static_cast<std::uint8_t>(raw);
@@ -71,7 +71,7 @@ float single(double value) {
   return static_cast<float>(std::clamp(value, -kMost, kMost));
 }
 
-Result<Payload> encode_real(const Dpt& type, double value) {
+Result<wire::Payload> encode_real(const Dpt& type, double value) {
   if (!in_range(type, value)) return out_of_range(type, value);
   if (type.form == Form::kFloat16) {
     const auto raw = float16_raw(value);
@@ -81,7 +81,7 @@ Result<Payload> encode_real(const Dpt& type, double value) {
   return payload_of(type, std::bit_cast<std::uint32_t>(single(value)));
 }
 
-Result<Payload> encode_whole(const Dpt& type, double value) {
+Result<wire::Payload> encode_whole(const Dpt& type, double value) {
   // Where the sources cut -0.01 to 0 for 12.xxx, the range is that of the number cut (knx.md 9.2).
   if (type.bits == 32 && type.minimum == 0 && value > -1 && value < 0) value = 0;
   if (!in_range(type, value) || value >= 9223372036854775808.0) return out_of_range(type, value);
@@ -134,7 +134,7 @@ Result<Value> decode_number(const Dpt& type, ByteView bytes) {
   return whole(type, type.bits < 8 ? raw & ((1 << type.bits) - 1) : raw);
 }
 
-Result<Payload> encode_number(const Dpt& type, const Value& value) {
+Result<wire::Payload> encode_number(const Dpt& type, const Value& value) {
   if (type.form == Form::kBit) {
     const auto* on = std::get_if<bool>(&value);
     if (!on) return wrong_kind(type, value, "off or on");
@@ -161,4 +161,4 @@ Result<Payload> encode_number(const Dpt& type, const Value& value) {
   return encode_whole(type, given);
 }
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::dpt

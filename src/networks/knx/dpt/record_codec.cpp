@@ -8,7 +8,7 @@
 #include "networks/knx/dpt/float16.h"
 #include "rubicon/key.hpp"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::dpt {
 
 namespace {
 
@@ -153,7 +153,7 @@ class RecordWriter {
  public:
   RecordWriter(const Dpt& type, const Tree& json) : type_(type), json_(json), bytes_((type.bits + 7U) / 8) {}
 
-  Result<Payload> write() {
+  Result<wire::Payload> write() {
     if (auto known = check_names(); !known) return fail(known.error());
     for (const auto& field : type_.record->fields) {
       if (auto done = write_field(field); !done) return fail(done.error());
@@ -161,7 +161,7 @@ class RecordWriter {
     for (std::size_t i = 0; i < type_.record->validities.size(); ++i) {
       if (auto done = write_validity(i); !done) return fail(done.error());
     }
-    return Payload{std::move(bytes_), type_.bits < 8};
+    return wire::Payload{std::move(bytes_), type_.bits < 8};
   }
 
  private:
@@ -250,7 +250,7 @@ Result<Value> decode_record(const Dpt& type, ByteView bytes) {
   return Value(Json{json.dump()});
 }
 
-Result<Payload> encode_record(const Dpt& type, const Value& value) {
+Result<wire::Payload> encode_record(const Dpt& type, const Value& value) {
   const auto* text = std::get_if<Json>(&value);
   if (!text) return wrong_kind(type, value, "JSON");
   const auto json = text->text.size() > kMaxJson ? Tree() : Tree::parse(text->text, nullptr, false);
@@ -262,7 +262,7 @@ Result<Value> decode_raw(const Dpt&, ByteView bytes) {
   return Value(Json{fmt::format(R"({{"raw":"{}"}})", base::to_hex(bytes))});
 }
 
-Result<Payload> encode_raw(const Dpt& type, const Value& value) {
+Result<wire::Payload> encode_raw(const Dpt& type, const Value& value) {
   constexpr std::string_view kExpected = "JSON like {\"raw\":\"00ff\"} of its length";
   const auto* text = std::get_if<Json>(&value);
   if (!text || text->text.size() > kMaxJson) return wrong_kind(type, value, kExpected);
@@ -270,7 +270,7 @@ Result<Payload> encode_raw(const Dpt& type, const Value& value) {
   const bool has = json.is_object() && json.contains("raw") && json["raw"].is_string();
   auto bytes = base::from_hex(has ? json["raw"].get<std::string>() : std::string());
   if (!has || !bytes || bytes->size() * 8 != type.bits) return wrong_kind(type, value, kExpected);
-  return Payload{std::move(*bytes), false};
+  return wire::Payload{std::move(*bytes), false};
 }
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::dpt

@@ -3,7 +3,7 @@
 #include "networks/knx/dpt/set_words.h"
 #include "networks/knx/dpt/table.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::dpt {
 
 namespace {
 
@@ -102,4 +102,4 @@ std::span<const Dpt> record_rows() {
   return kRows;
 }
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::dpt

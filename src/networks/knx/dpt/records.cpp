@@ -5,7 +5,7 @@
 #include "networks/knx/dpt/set_words.h"
 #include "networks/knx/dpt/system_words.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::dpt {
 
 namespace {
 
@@ -225,4 +225,4 @@ constexpr Record kRgbControlRecord{kRgbControl};
 constexpr Record kGeographicalRecord{kGeographical};
 constexpr Record kFourFloatSetpointsRecord{kFourFloatSetpoints};
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::dpt

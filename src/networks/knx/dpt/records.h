@@ -3,7 +3,7 @@
 #include "networks/knx/dpt/form.h"
 
 /// The layouts of types of several fields (knx.md 9.3 and 9.8 after KNX 3/7/2).
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::dpt {
 
 extern const Record kBlindStepRecord;
 extern const Record kStatusModeRecord;
@@ -49,4 +49,4 @@ extern const Record kRgbControlRecord;
 extern const Record kGeographicalRecord;
 extern const Record kFourFloatSetpointsRecord;
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::dpt

@@ -3,7 +3,7 @@
 #include "networks/knx/dpt/set_words.h"
 #include "networks/knx/dpt/table.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::dpt {
 
 namespace {
 
@@ -88,4 +88,4 @@ std::span<const Dpt> set_rows() {
   return kSetRows;
 }
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::dpt

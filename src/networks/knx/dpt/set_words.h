@@ -4,7 +4,7 @@
 
 // Names of bits (mains 21, 22, 30; bit 0 is the lowest) and the enumerations of main 23 (knx.md 9.6, 9.7; KNX 3/7/2).
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::dpt {
 
 inline constexpr Word kPrivatehvacStatusWords[] = {{0, "comfort"},   {1, "standby"}, {2, "economy"},  {3, "protection"},
                                                    {4, "dew point"}, {5, "heat"},    {6, "inactive"}, {7, "frost"}};
@@ -91,4 +91,4 @@ inline constexpr Word kUpDownActionWords[] = {{0, "up"}, {1, "down"}, {2, "up/do
 inline constexpr Word kHVACPBActionWords[] = {
     {0, "comfort/economy"}, {1, "comfort/nothing"}, {2, "economy/nothing"}, {3, "protection/auto"}};
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::dpt

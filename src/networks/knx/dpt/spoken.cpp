@@ -9,7 +9,7 @@
 
 // Values as people write them.
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::dpt {
 
 namespace {
 
@@ -50,7 +50,7 @@ std::optional<bool> bit_in(const Dpt& type, std::string_view text) {
   return std::nullopt;
 }
 
-Result<Payload> encode_bit(const Dpt& type, std::string_view text) {
+Result<wire::Payload> encode_bit(const Dpt& type, std::string_view text) {
   if (const auto on = bit_in(type, text)) return encode(type, *on);
   if (const auto on = from_catalogue_text(type, text)) return encode(type, *on);
   return unreadable(type, text, fmt::format("{} or {} (or off, on)", type.words[0].text, type.words[1].text));
@@ -76,16 +76,16 @@ std::optional<SpokenStep> step_in(std::string_view text) {
   return step;
 }
 
-Result<Payload> encode_step(const Dpt& type, std::string_view text) {
+Result<wire::Payload> encode_step(const Dpt& type, std::string_view text) {
   if (const auto step = step_in(text)) {
-    return Payload{{static_cast<std::uint8_t>((step->direction ? 8 : 0) | step->code)}, true};
+    return wire::Payload{{static_cast<std::uint8_t>((step->direction ? 8 : 0) | step->code)}, true};
   }
   if (text.ends_with('%')) text = base::trimmed(text.substr(0, text.size() - 1));
   if (const auto number = number_in<double>(text)) return encode(type, *number);
   return unreadable(type, text, "a number from -100 to 100, stop, increase 3 or decrease 3");
 }
 
-Result<Payload> encode_figure(const Dpt& type, std::string_view text) {
+Result<wire::Payload> encode_figure(const Dpt& type, std::string_view text) {
   auto figure = text;
   if (!type.unit.empty() && figure.ends_with(type.unit)) {
     figure = base::trimmed(figure.substr(0, figure.size() - type.unit.size()));
@@ -134,7 +134,7 @@ std::string version_json(std::string_view text) {
   return fmt::format(R"({{"magic":{},"version":{},"revision":{}}})", *magic, *version, *revision);
 }
 
-Result<Payload> encode_structure(const Dpt& type, std::string_view text) {
+Result<wire::Payload> encode_structure(const Dpt& type, std::string_view text) {
   if (text.starts_with('{')) return encode(type, Json{std::string(text)});
   const auto json = type.id.main == 217 ? version_json(text) : json_of(type, text);
   if (json.empty()) return unreadable(type, text, "a JSON object");
@@ -142,14 +142,14 @@ Result<Payload> encode_structure(const Dpt& type, std::string_view text) {
 }
 
 /// A number, the names of bits as JSON, or one of them.
-Result<Payload> encode_set(const Dpt& type, std::string_view text) {
+Result<wire::Payload> encode_set(const Dpt& type, std::string_view text) {
   const auto raw = model::bits_of(words_of(type), text);
   if (!raw) return fail(raw.error().code, name_of(type) + ": " + raw.error().text);
   return encode(type, std::int64_t{*raw});
 }
 
 /// The words of the type catalogue too: those of the type itself go before.
-Result<Payload> encode_word(const Dpt& type, std::string_view text) {
+Result<wire::Payload> encode_word(const Dpt& type, std::string_view text) {
   auto own = encode(type, std::string(text));
   const auto converted = own ? Result<Value>(fail(ErrorCode::kInvalid, "")) : from_catalogue_text(type, text);
   return converted ? encode(type, *converted) : own;
@@ -157,7 +157,7 @@ Result<Payload> encode_word(const Dpt& type, std::string_view text) {
 
 }  // namespace
 
-Result<Payload> encode_text(const Dpt& type, std::string_view text) {
+Result<wire::Payload> encode_text(const Dpt& type, std::string_view text) {
   switch (type.form) {
     case Form::kCharacter:
     case Form::kText:
@@ -185,4 +185,4 @@ Result<Payload> encode_text(const Dpt& type, std::string_view text) {
   }
 }
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::dpt

@@ -2,7 +2,7 @@
 #include "networks/knx/dpt/system_words.h"
 #include "networks/knx/dpt/table.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::dpt {
 
 namespace {
 
@@ -90,4 +90,4 @@ std::span<const Dpt> system_mode_rows() {
   return kSystemModeRows;
 }
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::dpt

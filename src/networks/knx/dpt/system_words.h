@@ -4,7 +4,7 @@
 
 // Enumerations of main 20, sub types below 600 (knx.md 9.6; KNX 3/7/2).
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::dpt {
 
 inline constexpr Word kSCLOModeWords[] = {{0, "autonomous"}, {1, "slave"}, {2, "master"}};
 inline constexpr Word kBuildingModeWords[] = {{0, "in use"}, {1, "not used"}, {2, "protection"}};
@@ -123,4 +123,4 @@ inline constexpr Word kADATypeWords[] = {{1, "air damper"}, {2, "VAV"}};
 inline constexpr Word kBackupModeWords[] = {{0, "backup value"}, {1, "keep last state"}};
 inline constexpr Word kStartSynchronizationWords[] = {{0, "unchanged"}, {1, "single close"}, {2, "single open"}};
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::dpt

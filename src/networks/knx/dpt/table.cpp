@@ -4,7 +4,7 @@
 #include <array>
 #include <vector>
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::dpt {
 
 namespace {
 
@@ -53,4 +53,4 @@ const Dpt* find_dpt(DptId id) {
   return slot.main;
 }
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::dpt

@@ -4,7 +4,7 @@
 
 #include "networks/knx/dpt/dpt.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::dpt {
 
 /// One row; the order is that of Dpt.
 constexpr Dpt row(std::uint16_t main, std::uint16_t sub, std::string_view name, std::string_view meaning,
@@ -30,4 +30,4 @@ inline constexpr double kFloat16Minimum = -671088.64;
 /// As the table has it: a little above the largest single, which it rounds to.
 inline constexpr double kFloat32Maximum = 3.4028235e38;
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::dpt

@@ -7,11 +7,11 @@
 #include "networks/knx/dpt/codec.h"
 #include "networks/knx/wire/cemi.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::dpt {
 
 namespace {
 
-constexpr std::size_t kMaxLongText = kLongestPayload;  ///< with its NUL, which one of full length does without
+constexpr std::size_t kMaxLongText = wire::kLongestPayload;  ///< with its NUL, which one of full length does without
 constexpr double kLatin1 = 255;
 
 bool is_letter(char c) {
@@ -49,12 +49,12 @@ Result<Bytes> in_code_page(const Dpt& type, const std::string& text) {
   return bytes;
 }
 
-Result<Payload> too_long(const Dpt& type, const std::string& text, std::size_t most) {
+Result<wire::Payload> too_long(const Dpt& type, const std::string& text, std::size_t most) {
   return fail(ErrorCode::kOutOfRange,
               fmt::format("{}: a text of {} bytes has more than {} characters", name_of(type), text.size(), most));
 }
 
-Result<Payload> encode_long(const Dpt& type, const std::string& text) {
+Result<wire::Payload> encode_long(const Dpt& type, const std::string& text) {
   Bytes bytes(text.begin(), text.end());
   if (type.maximum <= kLatin1) {
     auto page = in_code_page(type, text);
@@ -65,15 +65,15 @@ Result<Payload> encode_long(const Dpt& type, const std::string& text) {
   }
   if (bytes.size() > kMaxLongText) return too_long(type, text, kMaxLongText);
   if (bytes.size() < kMaxLongText) bytes.push_back(0);
-  return Payload{std::move(bytes), false};
+  return wire::Payload{std::move(bytes), false};
 }
 
-Result<Payload> encode_short(const Dpt& type, const std::string& text) {
+Result<wire::Payload> encode_short(const Dpt& type, const std::string& text) {
   auto bytes = in_code_page(type, text);
   if (!bytes) return fail(bytes.error());
   if (bytes->size() > type.bits / 8U) return too_long(type, text, type.bits / 8U);
   bytes->resize(type.bits / 8U);
-  return Payload{std::move(*bytes), false};
+  return wire::Payload{std::move(*bytes), false};
 }
 
 /// `de`, `CH`, and `de-CH` for both (ISO 639-1, ISO 3166-1).
@@ -84,23 +84,23 @@ Result<Value> decode_letters(const Dpt& type, ByteView bytes) {
   return Value(std::move(text));
 }
 
-Result<Payload> encode_letters(const Dpt& type, std::string text) {
+Result<wire::Payload> encode_letters(const Dpt& type, std::string text) {
   const auto given = text;
   if (type.bits == 32 && text.size() == 5 && text[2] == '-') text.erase(2, 1);
   if (text.size() * 8 != type.bits || !std::ranges::all_of(text, is_letter)) {
     return wrong_kind(type, given, type.bits == 32 ? "language and region as in de-CH" : "two letters");
   }
-  return Payload{Bytes(text.begin(), text.end()), false};
+  return wire::Payload{Bytes(text.begin(), text.end()), false};
 }
 
 /// Digits of `text` without one separator at `place`.
-Result<Payload> encode_hex(const Dpt& type, const std::string& text, std::size_t place, char separator,
-                           std::string_view expected) {
+Result<wire::Payload> encode_hex(const Dpt& type, const std::string& text, std::size_t place, char separator,
+                                 std::string_view expected) {
   auto digits = text;
   if (place < digits.size() && digits[place] == separator) digits.erase(place, 1);
   auto bytes = digits.find(' ') == digits.npos ? base::from_hex(digits) : Result<Bytes>(Bytes());
   if (!bytes || bytes->size() * 8 != type.bits) return wrong_kind(type, text, expected);
-  return Payload{std::move(*bytes), false};
+  return wire::Payload{std::move(*bytes), false};
 }
 
 Result<Value> decode_address(ByteView bytes) {
@@ -109,8 +109,8 @@ Result<Value> decode_address(ByteView bytes) {
   return Value(std::string(text));
 }
 
-Result<Payload> encode_address(const Dpt& type, const std::string& text) {
-  Payload payload{Bytes(16), false};
+Result<wire::Payload> encode_address(const Dpt& type, const std::string& text) {
+  wire::Payload payload{Bytes(16), false};
   if (text.find('\0') != text.npos || inet_pton(AF_INET6, text.c_str(), payload.bytes.data()) != 1) {
     return wrong_kind(type, text, "an IPv6 address");
   }
@@ -129,7 +129,7 @@ Result<Value> decode_text(const Dpt& type, ByteView bytes) {
   }
 }
 
-Result<Payload> encode_words(const Dpt& type, const Value& value) {
+Result<wire::Payload> encode_words(const Dpt& type, const Value& value) {
   const auto* text = std::get_if<std::string>(&value);
   if (!text) return wrong_kind(type, value, "text");
   switch (type.form) {
@@ -142,4 +142,4 @@ Result<Payload> encode_words(const Dpt& type, const Value& value) {
   }
 }
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::dpt

@@ -2,7 +2,7 @@
 #include "networks/knx/dpt/records.h"
 #include "networks/knx/dpt/table.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::dpt {
 
 namespace {
 
@@ -26,4 +26,4 @@ std::span<const Dpt> text_rows() {
   return kTextRows;
 }
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::dpt

@@ -7,7 +7,7 @@
 #include "networks/knx/dpt/clock_text.h"
 #include "networks/knx/dpt/codec.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::dpt {
 
 namespace {
 
@@ -135,7 +135,7 @@ Result<void> set_flags(const Dpt& type, const Tree& json, Bytes& bytes) {
   return {};
 }
 
-Result<Payload> encode_clock_json(const Dpt& type, const std::string& text) {
+Result<wire::Payload> encode_clock_json(const Dpt& type, const std::string& text) {
   const auto json = text.size() > kMaxJson ? Tree() : Tree::parse(text, nullptr, false);
   if (!json.is_object()) return wrong_kind(type, text, "a date and time as JSON");
   const auto clock = clock_in(type, json);
@@ -144,10 +144,10 @@ Result<Payload> encode_clock_json(const Dpt& type, const std::string& text) {
   if (auto set = set_flags(type, json, bytes); !set) return fail(set.error());
   const bool dated = flag_of(bytes, "dateValid") && flag_of(bytes, "yearValid");
   if ((dated && !has_date(*clock)) || (flag_of(bytes, "timeValid") && !has_time(*clock))) return no_time(type, bytes);
-  return Payload{std::move(bytes), false};
+  return wire::Payload{std::move(bytes), false};
 }
 
-Result<Payload> encode_clock(const Dpt& type, const Value& value) {
+Result<wire::Payload> encode_clock(const Dpt& type, const Value& value) {
   if (const auto* json = std::get_if<Json>(&value)) return encode_clock_json(type, json->text);
   const auto* text = std::get_if<std::string>(&value);
   if (!text) return wrong_kind(type, value, "a date and time as in 2026-11-20T13:30:15");
@@ -157,7 +157,7 @@ Result<Payload> encode_clock(const Dpt& type, const Value& value) {
   if (clock->year < 1900 || clock->year > 2155) {
     return fail(ErrorCode::kOutOfRange, fmt::format("{}: {} is not from 1900 to 2155", name_of(type), clock->year));
   }
-  return Payload{bytes_of(*clock, weekday_of(*clock)), false};
+  return wire::Payload{bytes_of(*clock, weekday_of(*clock)), false};
 }
 
 constexpr std::array<std::string_view, 8> kDays{"", "Mon", "Tue", "Wed", "Thu", "Fri", "Sat", "Sun"};
@@ -173,7 +173,7 @@ Result<Value> decode_time_of_day(const Dpt& type, ByteView bytes) {
       fmt::format("{}{}{:02}:{:02}:{:02}", day, day.empty() ? "" : " ", clock.hour, clock.minute, clock.second));
 }
 
-Result<Payload> encode_time_of_day(const Dpt& type, const std::string& text) {
+Result<wire::Payload> encode_time_of_day(const Dpt& type, const std::string& text) {
   const auto blank = text.find(' ');
   const auto word = blank == text.npos ? std::string_view() : std::string_view(text).substr(0, blank);
   std::size_t day = 0;
@@ -182,9 +182,9 @@ Result<Payload> encode_time_of_day(const Dpt& type, const std::string& text) {
   if (day == kDays.size() || !clock || clock->hour == 24) {
     return wrong_kind(type, text, "a time as in 13:30:15 or Fri 13:30:15");
   }
-  return Payload{{static_cast<std::uint8_t>(day << 5 | static_cast<std::size_t>(clock->hour)),
-                  static_cast<std::uint8_t>(clock->minute), static_cast<std::uint8_t>(clock->second)},
-                 false};
+  return wire::Payload{{static_cast<std::uint8_t>(day << 5 | static_cast<std::size_t>(clock->hour)),
+                        static_cast<std::uint8_t>(clock->minute), static_cast<std::uint8_t>(clock->second)},
+                       false};
 }
 
 /// 90..99 are 19xx, 0..89 are 20xx (KNX 3/7/2, DPT 11).
@@ -195,15 +195,15 @@ Result<Value> decode_date(const Dpt& type, ByteView bytes) {
   return Value(fmt::format("{:04}-{:02}-{:02}", clock.year, clock.month, clock.day));
 }
 
-Result<Payload> encode_date(const Dpt& type, const std::string& text) {
+Result<wire::Payload> encode_date(const Dpt& type, const std::string& text) {
   const auto clock = parse_date(text);
   if (!clock) return wrong_kind(type, text, "a date as in 2026-11-20");
   if (clock->year < 1990 || clock->year > 2089) {
     return fail(ErrorCode::kOutOfRange, fmt::format("{}: {} is not from 1990 to 2089", name_of(type), text));
   }
-  return Payload{{static_cast<std::uint8_t>(clock->day), static_cast<std::uint8_t>(clock->month),
-                  static_cast<std::uint8_t>(clock->year % 100)},
-                 false};
+  return wire::Payload{{static_cast<std::uint8_t>(clock->day), static_cast<std::uint8_t>(clock->month),
+                        static_cast<std::uint8_t>(clock->year % 100)},
+                       false};
 }
 
 }  // namespace
@@ -213,7 +213,7 @@ Result<Value> decode_time(const Dpt& type, ByteView bytes) {
   return type.form == Form::kDate ? decode_date(type, bytes) : decode_clock(type, bytes);
 }
 
-Result<Payload> encode_time(const Dpt& type, const Value& value) {
+Result<wire::Payload> encode_time(const Dpt& type, const Value& value) {
   if (type.form == Form::kDateTime) return encode_clock(type, value);
   const auto* text = std::get_if<std::string>(&value);
   const bool time = type.form == Form::kTime;
@@ -221,4 +221,4 @@ Result<Payload> encode_time(const Dpt& type, const Value& value) {
   return time ? encode_time_of_day(type, *text) : encode_date(type, *text);
 }
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::dpt

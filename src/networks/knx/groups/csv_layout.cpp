@@ -8,7 +8,7 @@
 #include "networks/knx/groups/encoding.h"
 #include "networks/knx/groups/entry_taker.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::groups {
 
 namespace {
 
@@ -204,9 +204,9 @@ void place_by_words(CsvLayout& layout, const Header& header) {
   prefer(layout.security, Column::kSecurity);
 }
 
-Notation notation_of(std::span<const CsvRecord> rows, const CsvLayout& layout) {
-  if (layout.address_parts == 2) return Notation::kTwoLevel;
-  if (layout.address_parts == 3) return Notation::kThreeLevel;
+wire::Notation notation_of(std::span<const CsvRecord> rows, const CsvLayout& layout) {
+  if (layout.address_parts == 2) return wire::Notation::kTwoLevel;
+  if (layout.address_parts == 3) return wire::Notation::kThreeLevel;
   NotationVote vote;
   for (const auto& row : rows) vote.add(cell(row, layout.address), true);
   return vote.winner();
@@ -256,4 +256,4 @@ std::string address_text(const CsvRecord& row, const CsvLayout& layout) {
   return out;
 }
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::groups

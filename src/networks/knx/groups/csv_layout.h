@@ -8,7 +8,7 @@
 #include "networks/knx/groups/csv_records.h"
 #include "networks/knx/wire/address.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::groups {
 
 /// Which column of an ETS CSV export holds what.
 struct CsvLayout {
@@ -17,7 +17,7 @@ struct CsvLayout {
   std::size_t address = 0;        ///< the first column of the address
   std::size_t address_parts = 1;  ///< in so many columns
   std::optional<std::size_t> central{}, unfiltered{}, description{}, comment{}, type{}, security{};
-  Notation notation = Notation::kThreeLevel;
+  wire::Notation notation = wire::Notation::kThreeLevel;
 
   /// `3/1`: names in three columns, addresses in one.
   std::string form() const;
@@ -30,4 +30,4 @@ std::optional<CsvLayout> find_layout(std::span<const CsvRecord> first_rows);
 /// The address of a row as one text: `1/0/7`, `1/0/-`; parts that are absent become `-`.
 std::string address_text(const CsvRecord& row, const CsvLayout& layout);
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::groups

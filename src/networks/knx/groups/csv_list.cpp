@@ -11,7 +11,7 @@
 #include "networks/knx/groups/readers.h"
 #include "rubicon/key.hpp"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::groups {
 
 namespace {
 
@@ -21,7 +21,8 @@ constexpr std::size_t kFirstRows = 500;
 /// Bytes of a row -> UTF-8; true if it was none in a file that is.
 bool decode(CsvRecord& row, Encoding encoding) {
   if (encoding == Encoding::kUtf8) return false;
-  const bool good = std::all_of(row.fields.begin(), row.fields.end(), [](const auto& field) { return is_utf8(field); });
+  const bool good =
+      std::all_of(row.fields.begin(), row.fields.end(), [](const auto& field) { return dpt::is_utf8(field); });
   if (encoding == Encoding::kMixed && good) return false;
   for (auto& field : row.fields) field = from_windows_1252(field);
   return encoding == Encoding::kMixed;
@@ -54,9 +55,9 @@ class RangeNames {
 
   void apply(GroupEntry& entry) const {
     const auto value = number(entry.address);
-    const auto main = entry.notation == Notation::kFree ? std::string("-") : fmt::format("{}", value >> 11);
+    const auto main = entry.notation == wire::Notation::kFree ? std::string("-") : fmt::format("{}", value >> 11);
     entry.main_group = find(main, last_main_);
-    entry.middle_group = entry.notation == Notation::kThreeLevel
+    entry.middle_group = entry.notation == wire::Notation::kThreeLevel
                              ? find(fmt::format("{}/{}", main, value >> 8 & 7), last_middle_)
                              : last_middle_;
   }
@@ -116,7 +117,7 @@ class CsvList {
     if (looks_like_address(address) && address.ends_with("/-")) return true;
     const bool none = address.empty() || address.find_first_not_of("-/") == address.npos;
     if (!none || row.fields.size() <= layout_.address) return false;
-    if (layout_.names == 1) return taker_.notation() == Notation::kFree;
+    if (layout_.names == 1) return taker_.notation() == wire::Notation::kFree;
     return clean_text(text(row, layout_.names - 1), 8).empty();
   }
 
@@ -124,7 +125,7 @@ class CsvList {
     if (layout_.names == 1) {
       std::vector<std::string> doubts;
       auto only = taker_.field("group name", text(row, 0), doubts);
-      const bool is_middle = taker_.notation() == Notation::kThreeLevel && !address.ends_with("/-/-");
+      const bool is_middle = taker_.notation() == wire::Notation::kThreeLevel && !address.ends_with("/-/-");
       (is_middle ? middle : main) = std::move(only);
     }
     names_.set(address, main, middle);
@@ -206,4 +207,4 @@ GroupList read_csv(std::string_view text) {
   return list;
 }
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::groups

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::groups {
 
 namespace {
 
@@ -106,4 +106,4 @@ char delimiter_of(std::string_view text) {
   return *best == 0 ? '\0' : kCandidates[static_cast<std::size_t>(best - counts.begin())];
 }
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::groups

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::groups {
 
 /// One row of a CSV file: bytes as they stand, quotes undone.
 struct CsvRecord {
@@ -43,4 +43,4 @@ class CsvRecords {
 /// The delimiter of a file: what stands most often outside quotes in its first line that is not empty; 0 = none.
 char delimiter_of(std::string_view text);
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::groups

@@ -5,7 +5,7 @@
 
 #include "networks/knx/dpt/characters.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::groups {
 
 namespace {
 
@@ -19,12 +19,12 @@ bool is_ascii(std::string_view bytes) {
 }  // namespace
 
 Encoding encoding_of(std::string_view bytes) {
-  if (is_utf8(bytes)) return Encoding::kUtf8;
+  if (dpt::is_utf8(bytes)) return Encoding::kUtf8;
   if (bytes.starts_with(kUtf8Mark)) return Encoding::kMixed;
   while (!bytes.empty()) {
     const auto end = std::min(bytes.find('\n'), bytes.size() - 1);
     const auto line = bytes.substr(0, end + 1);
-    if (!is_ascii(line) && is_utf8(line)) return Encoding::kMixed;
+    if (!is_ascii(line) && dpt::is_utf8(line)) return Encoding::kMixed;
     bytes.remove_prefix(end + 1);
   }
   return Encoding::kWindows1252;
@@ -41,7 +41,7 @@ std::uint16_t windows_1252(std::uint8_t byte) {
 std::string from_windows_1252(std::string_view bytes) {
   std::string out;
   out.reserve(bytes.size() + bytes.size() / 8);
-  for (const char c : bytes) append_character(windows_1252(static_cast<std::uint8_t>(c)), out);
+  for (const char c : bytes) dpt::append_character(windows_1252(static_cast<std::uint8_t>(c)), out);
   return out;
 }
 
@@ -86,4 +86,4 @@ std::string to_lower(std::string_view utf8) {
   return out;
 }
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::groups

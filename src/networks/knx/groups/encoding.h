@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::groups {
 
 /// How the bytes of a list become text. Mixed: UTF-8, but lines that are none are read as Windows-1252.
 enum class Encoding : std::uint8_t { kUtf8, kWindows1252, kMixed };
@@ -28,4 +28,4 @@ std::string to_lower(std::string_view utf8);
 /// The byte order mark of UTF-8.
 inline constexpr std::string_view kUtf8Mark = "\xef\xbb\xbf";
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::groups

@@ -8,7 +8,7 @@
 #include "networks/knx/groups/encoding.h"
 #include "rubicon/key.hpp"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::groups {
 
 namespace {
 
@@ -16,17 +16,17 @@ std::size_t slashes(std::string_view text) {
   return static_cast<std::size_t>(std::count(text.begin(), text.end(), '/'));
 }
 
-std::string_view example(Notation notation) {
+std::string_view example(wire::Notation notation) {
   switch (notation) {
-    case Notation::kTwoLevel: return "two levels (1/519)";
-    case Notation::kFree: return "a plain number (2567)";
-    case Notation::kThreeLevel: break;
+    case wire::Notation::kTwoLevel: return "two levels (1/519)";
+    case wire::Notation::kFree: return "a plain number (2567)";
+    case wire::Notation::kThreeLevel: break;
   }
   return "three levels (1/2/7)";
 }
 
-std::size_t slashes_of(Notation notation) {
-  return notation == Notation::kThreeLevel ? 2 : notation == Notation::kTwoLevel ? 1 : 0;
+std::size_t slashes_of(wire::Notation notation) {
+  return notation == wire::Notation::kThreeLevel ? 2 : notation == wire::Notation::kTwoLevel ? 1 : 0;
 }
 
 }  // namespace
@@ -54,22 +54,22 @@ void NotationVote::add(std::string_view address, bool free_too) {
   if (count != 0 || free_too) ++votes_[count];
 }
 
-Notation NotationVote::winner() const {
-  if (votes_[2] >= votes_[1] && votes_[2] >= votes_[0]) return Notation::kThreeLevel;
-  return votes_[1] >= votes_[0] ? Notation::kTwoLevel : Notation::kFree;
+wire::Notation NotationVote::winner() const {
+  if (votes_[2] >= votes_[1] && votes_[2] >= votes_[0]) return wire::Notation::kThreeLevel;
+  return votes_[1] >= votes_[0] ? wire::Notation::kTwoLevel : wire::Notation::kFree;
 }
 
-EntryTaker::EntryTaker(GroupList& list, Notation notation) : list_(list), notation_(notation) {
+EntryTaker::EntryTaker(GroupList& list, wire::Notation notation) : list_(list), notation_(notation) {
   list_.report.notation = notation;
 }
 
-std::optional<GroupAddress> EntryTaker::address(std::size_t line, std::string_view text) {
+std::optional<wire::GroupAddress> EntryTaker::address(std::size_t line, std::string_view text) {
   auto& report = list_.report;
   if (looks_like_address(text) && slashes(text) != slashes_of(notation_)) {
     report.error(line, {}, fmt::format("wrong number of levels: '{}', expected {}", text, example(notation_)));
     return {};
   }
-  const auto address = parse_group(text);
+  const auto address = wire::parse_group(text);
   if (address) return *address;
   if (address.error().code == ErrorCode::kOutOfRange) ++report.out_of_range;
   const auto why = address.error().code == ErrorCode::kOutOfRange
@@ -79,7 +79,7 @@ std::optional<GroupAddress> EntryTaker::address(std::size_t line, std::string_vi
   return {};
 }
 
-std::optional<DptId> EntryTaker::type(std::string_view text, std::vector<std::string>& doubts) const {
+std::optional<dpt::DptId> EntryTaker::type(std::string_view text, std::vector<std::string>& doubts) const {
   constexpr std::string_view kBreaks = " ,;\t\n";
   const auto begin = std::min(text.find_first_not_of(kBreaks), text.size());
   const auto end = std::min(text.find_first_of(kBreaks, begin), text.size());
@@ -87,17 +87,17 @@ std::optional<DptId> EntryTaker::type(std::string_view text, std::vector<std::st
   const auto first = text.substr(begin, end - begin);
   if (text.find_first_not_of(kBreaks, end) != text.npos)
     doubts.push_back(fmt::format("several types, the first is taken: {}", model::quoted(text)));
-  const auto id = parse_dpt(first);
+  const auto id = dpt::parse_dpt(first);
   if (!id) {
     doubts.push_back(fmt::format("type {} cannot be read: imported without a type", model::quoted(first)));
     return {};
   }
-  const auto* type = find_dpt(*id);
+  const auto* type = dpt::find_dpt(*id);
   if (!type) {
     doubts.push_back(fmt::format("main type {} unknown: imported without a type, values shown as hex", id->main));
     return {};
   }
-  if (id->sub != DptId::kMainOnly && type->id.sub == DptId::kMainOnly) {
+  if (id->sub != dpt::DptId::kMainOnly && type->id.sub == dpt::DptId::kMainOnly) {
     doubts.push_back(fmt::format("sub type of {} unknown: imported with main type {}", to_string(*id), id->main));
     return type->id;
   }
@@ -132,7 +132,7 @@ void EntryTaker::take(GroupEntry entry, const std::vector<std::string>& doubts) 
     all.push_back("empty name: imported, its name is the address");
   }
   if (!entry.dpt) ++report.untyped;
-  if (entry.dpt && entry.dpt->sub == DptId::kMainOnly) ++report.main_type_only;
+  if (entry.dpt && entry.dpt->sub == dpt::DptId::kMainOnly) ++report.main_type_only;
   if (!all.empty()) {
     report.warning(entry.line, entry.address, joined(all));
   } else if (!entry.dpt) {
@@ -146,4 +146,4 @@ std::string joined(const std::vector<std::string>& texts) {
   return fmt::format("{}", fmt::join(texts, "; "));
 }
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::groups

@@ -10,7 +10,7 @@
 #include "networks/knx/groups/readers.h"
 #include "rubicon/key.hpp"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::groups {
 
 namespace {
 
@@ -53,7 +53,7 @@ void read_type(std::string_view text, GroupEntry& entry, std::vector<std::string
   entry.size_bits = size_of(text);
   const auto eis = text.starts_with("EIS ") ? number_at(text.substr(4)) : std::nullopt;
   if (eis && *eis >= 1 && *eis < kMainOfEis.size()) {
-    entry.dpt = DptId{kMainOfEis[*eis], DptId::kMainOnly};
+    entry.dpt = dpt::DptId{kMainOfEis[*eis], dpt::DptId::kMainOnly};
     if (*eis == 10 || *eis == 11 || *eis == 14)
       doubts.push_back(fmt::format("EIS {} does not tell its sign: imported with main type {}", *eis, entry.dpt->main));
   } else if (text.starts_with("Uncertain")) {
@@ -72,7 +72,7 @@ bool known_priority(std::string_view text) {
 
 class EsfList {
  public:
-  EsfList(GroupList& list, Notation notation) : list_(list), taker_(list, notation) {}
+  EsfList(GroupList& list, wire::Notation notation) : list_(list), taker_(list, notation) {}
 
   bool full(std::size_t line) { return taker_.full(line); }
 
@@ -105,7 +105,7 @@ class EsfList {
   /// Group names may hold dots: the first one ends the main group.
   void fill_groups(std::string_view groups, GroupEntry& entry, std::vector<std::string>& doubts) const {
     const auto dot = std::min(groups.find('.'), groups.size());
-    const bool has_middle = taker_.notation() == Notation::kThreeLevel && dot < groups.size();
+    const bool has_middle = taker_.notation() == wire::Notation::kThreeLevel && dot < groups.size();
     entry.main_group = taker_.field("group name", has_middle ? groups.substr(0, dot) : groups, doubts);
     if (has_middle) entry.middle_group = taker_.field("group name", groups.substr(dot + 1), doubts);
   }
@@ -113,7 +113,7 @@ class EsfList {
   void fill_listen(std::string_view text, GroupEntry& entry, std::vector<std::string>& doubts) const {
     for (const auto part : split(text, ' ')) {
       if (part.empty()) continue;
-      const auto address = parse_group(part);
+      const auto address = wire::parse_group(part);
       if (!address) {
         doubts.push_back(fmt::format("listening address {} ignored", model::quoted(part)));
         if (doubts.size() > 16) return;
@@ -144,7 +144,7 @@ void each_line(std::string_view text, Take take) {
   }
 }
 
-Notation notation_of(std::string_view text) {
+wire::Notation notation_of(std::string_view text) {
   NotationVote vote;
   each_line(text, [&](const Line& line) {
     const auto first = line.text.substr(0, line.text.find('\t'));
@@ -165,7 +165,8 @@ GroupList read_esf(std::string_view text) {
   each_line(text, [&](const Line& line) {
     if (line.text.find_first_not_of(" \t") == line.text.npos) return true;
     if (lines.full(line.number)) return false;
-    const bool decode = encoding == Encoding::kWindows1252 || (encoding == Encoding::kMixed && !is_utf8(line.text));
+    const bool decode =
+        encoding == Encoding::kWindows1252 || (encoding == Encoding::kMixed && !dpt::is_utf8(line.text));
     lines.take(line.number, decode ? from_windows_1252(line.text) : std::string(line.text));
     return true;
   });
@@ -173,4 +174,4 @@ GroupList read_esf(std::string_view text) {
   return list;
 }
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::groups

@@ -4,7 +4,7 @@
 #include "networks/knx/groups/entry_taker.h"
 #include "networks/knx/groups/readers.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::groups {
 
 namespace {
 
@@ -48,4 +48,4 @@ GroupList read_group_list(std::string_view text) {
   return is_esf(content) ? read_esf(text) : read_csv(text);
 }
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::groups

@@ -9,7 +9,7 @@
 #include "networks/knx/dpt/dpt.h"
 #include "networks/knx/wire/address.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::groups {
 
 /// Bounds of a group address list; beyond them it is refused, or the rest of it is left out and the report says so.
 inline constexpr std::size_t kMaxListBytes = 64UL * 1024 * 1024;
@@ -21,15 +21,15 @@ inline constexpr std::size_t kMaxNotes = 2 * kMaxGroupAddresses;
 
 /// One group address as a project's export has it.
 struct GroupEntry {
-  GroupAddress address{};
-  Notation notation = Notation::kThreeLevel;
+  wire::GroupAddress address{};
+  wire::Notation notation = wire::Notation::kThreeLevel;
   std::string name, main_group, middle_group, description;  ///< UTF-8, at most 4 KiB each; line breaks are `\n`
-  std::optional<DptId> dpt{};
+  std::optional<dpt::DptId> dpt{};
   std::uint8_t size_bits = 0;  ///< what an ESF says besides the type; 0 = not said
   bool central = false, unfiltered = false;
-  std::string security = "Auto";       ///< `Auto`, `On`, `Off`
-  std::vector<GroupAddress> listen{};  ///< ESF: more addresses that its objects hear
-  std::size_t line = 0;                ///< where it begins in the file, from 1
+  std::string security = "Auto";             ///< `Auto`, `On`, `Off`
+  std::vector<wire::GroupAddress> listen{};  ///< ESF: more addresses that its objects hear
+  std::size_t line = 0;                      ///< where it begins in the file, from 1
 
   friend bool operator==(const GroupEntry&, const GroupEntry&) = default;
 };
@@ -40,7 +40,7 @@ struct Finding {
   enum class Level : std::uint8_t { kNote, kWarning, kError };
   Level level = Level::kNote;
   std::size_t line = 0;  ///< 0 = not about a line
-  std::optional<GroupAddress> address{};
+  std::optional<wire::GroupAddress> address{};
   std::string text;
 
   friend bool operator==(const Finding&, const Finding&) = default;
@@ -57,12 +57,12 @@ struct Report {
   bool merged = false;
   std::size_t notes = 0, warnings = 0, errors = 0;
   std::vector<Finding> findings;  ///< by line, bounded as said above
-  Notation notation = Notation::kThreeLevel;
+  wire::Notation notation = wire::Notation::kThreeLevel;
 
   void add(Finding finding);
-  void note(std::size_t line, std::optional<GroupAddress> address, std::string text);
-  void warning(std::size_t line, std::optional<GroupAddress> address, std::string text);
-  void error(std::size_t line, std::optional<GroupAddress> address, std::string text);
+  void note(std::size_t line, std::optional<wire::GroupAddress> address, std::string text);
+  void warning(std::size_t line, std::optional<wire::GroupAddress> address, std::string text);
+  void error(std::size_t line, std::optional<wire::GroupAddress> address, std::string text);
   /// Nothing is imported: `text` is all that is left to say.
   void refuse(std::size_t line, std::string text);
 };
@@ -78,4 +78,4 @@ struct GroupList {
   Report report;
 };
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::groups

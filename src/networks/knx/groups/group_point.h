@@ -9,7 +9,7 @@
 #include "networks/knx/wire/address.h"
 #include "rubicon/time.hpp"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::groups {
 
 /// When the value of a point is asked from the bus (knx.md, section 8).
 struct ReadRule {
@@ -21,10 +21,10 @@ struct ReadRule {
 
 /// One sensor or actuator: what one or two group addresses mean together.
 struct GroupPoint {
-  GroupAddress address{};               ///< an actuator's commands go here; a sensor's values come from here
-  std::optional<GroupAddress> state{};  ///< where an actuator reports; none: its commands end assumed
-  std::vector<GroupAddress> listen{};   ///< more addresses its value is heard on
-  std::optional<DptId> dpt{};           ///< none: values are bytes in hex
+  wire::GroupAddress address{};               ///< an actuator's commands go here; a sensor's values come from here
+  std::optional<wire::GroupAddress> state{};  ///< where an actuator reports; none: its commands end assumed
+  std::vector<wire::GroupAddress> listen{};   ///< more addresses its value is heard on
+  std::optional<dpt::DptId> dpt{};            ///< none: values are bytes in hex
   Kind kind = Kind::kSensor;
   std::string device{};               ///< id of its device; empty = one of its own, called after the address
   std::string device_name{};          ///< for people
@@ -36,4 +36,4 @@ struct GroupPoint {
   friend bool operator==(const GroupPoint&, const GroupPoint&) = default;
 };
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::groups

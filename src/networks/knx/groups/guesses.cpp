@@ -9,7 +9,7 @@
 #include "networks/knx/groups/words.h"
 #include "rubicon/key.hpp"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::groups {
 
 namespace {
 
@@ -69,7 +69,7 @@ void narrow(std::vector<Named*>& commands, const Named& state) {
       [](const Named* command) { return command->words.says(Sense::kCommand) || command->words.says(Sense::kSwitch); });
 }
 
-std::string shown(const Named& named, Notation notation) {
+std::string shown(const Named& named, wire::Notation notation) {
   return fmt::format("{} '{}'", to_string(named.entry->address, notation), named.entry->name);
 }
 
@@ -163,7 +163,7 @@ GroupPoint point_of(const GroupEntry& entry, Kind kind) {
 
 /// Of the addresses that an ESF says its objects hear, those of the same main type.
 void take_listen(const std::vector<GroupEntry>& entries, std::vector<GroupPoint>& points) {
-  std::map<GroupAddress, const GroupEntry*> by_address;
+  std::map<wire::GroupAddress, const GroupEntry*> by_address;
   for (const auto& entry : entries) by_address.emplace(entry.address, &entry);
   for (auto& point : points) {
     for (const auto address : by_address.at(point.address)->listen) {
@@ -192,4 +192,4 @@ std::vector<GroupPoint> guesses(const std::vector<GroupEntry>& entries, bool by_
   return points;
 }
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::groups

@@ -5,7 +5,7 @@
 #include "networks/knx/groups/group_list.h"
 #include "networks/knx/groups/group_point.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::groups {
 
 /// Group addresses -> what the network takes, sorted by address. Each address is a sensor or an actuator by its type.
 /// With `by_name` the words of its name (words.h) decide first, and a command and a state address become one actuator
@@ -14,4 +14,4 @@ namespace rubicon::networks::knx {
 /// decided because several addresses fit.
 std::vector<GroupPoint> guesses(const std::vector<GroupEntry>& entries, bool by_name, Report& report);
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::groups

@@ -10,7 +10,7 @@
 #include "networks/knx/groups/readers.h"
 #include "networks/knx/groups/record.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::groups {
 
 namespace {
 
@@ -61,4 +61,4 @@ Result<Import> import_file(const std::string& path, const ImportOptions& options
   return import_text(text, std::filesystem::path(path).filename().string(), options);
 }
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::groups

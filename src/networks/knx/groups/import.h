@@ -8,7 +8,7 @@
 #include "networks/knx/groups/group_list.h"
 #include "networks/knx/groups/group_point.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::groups {
 
 struct ImportOptions {
   bool guess = true;                               ///< false: kinds by type only, each address a point of its own
@@ -27,4 +27,4 @@ Result<Import> import_text(std::string_view text, const std::string& source, con
 /// Reads a whole file of at most 64 MiB; for start-up and tools, it blocks. kNotFound, kIo, kOutOfRange, kInvalid.
 Result<Import> import_file(const std::string& path, const ImportOptions& options = {});
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::groups

@@ -2,7 +2,7 @@
 
 #include <array>
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::groups {
 
 namespace {
 
@@ -11,7 +11,7 @@ struct Rule {
   Kind kind;
 };
 constexpr Kind kSensor = Kind::kSensor, kActuator = Kind::kActuator;
-constexpr std::uint16_t kAll = DptId::kMainOnly;
+constexpr std::uint16_t kAll = dpt::DptId::kMainOnly;
 
 /// The first rule that fits decides; types without one are sensors (4, 6, 8, 10 to 16, 19, 24 to 29, ...).
 constexpr std::array kRules{
@@ -71,7 +71,7 @@ constexpr std::array kRules{
 
 }  // namespace
 
-Kind kind_of_type(std::optional<DptId> type) {
+Kind kind_of_type(std::optional<dpt::DptId> type) {
   if (!type) return kSensor;
   for (const auto& rule : kRules) {
     if (rule.main == type->main && type->sub >= rule.first && type->sub <= rule.last) return rule.kind;
@@ -79,4 +79,4 @@ Kind kind_of_type(std::optional<DptId> type) {
   return kSensor;
 }
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::groups

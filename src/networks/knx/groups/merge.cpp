@@ -6,7 +6,7 @@
 
 #include "networks/knx/groups/record.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::groups {
 
 namespace {
 
@@ -51,7 +51,7 @@ class Merge {
   }
 
  private:
-  bool is_taken(GroupAddress address) const { return owner_.contains(address) || states_.contains(address); }
+  bool is_taken(wire::GroupAddress address) const { return owner_.contains(address) || states_.contains(address); }
 
   void update(GroupPoint& point, const GroupPoint& imported) {
     const auto before = point;
@@ -120,15 +120,15 @@ class Merge {
     points_.push_back(std::move(point));
   }
 
-  static std::string type_text(std::optional<DptId> type) {
+  static std::string type_text(std::optional<dpt::DptId> type) {
     return type ? "type " + to_string(*type) : std::string("no type");
   }
 
   std::vector<GroupPoint> points_;
   std::size_t known_ = 0;
   Report& report_;
-  std::unordered_map<GroupAddress, std::size_t> owner_;  ///< address -> its point
-  std::unordered_set<GroupAddress> states_, seen_;
+  std::unordered_map<wire::GroupAddress, std::size_t> owner_;  ///< address -> its point
+  std::unordered_set<wire::GroupAddress> states_, seen_;
 };
 
 }  // namespace
@@ -140,4 +140,4 @@ std::vector<GroupPoint> merge(std::vector<GroupPoint> known, const std::vector<G
   return merge.finish();
 }
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::groups

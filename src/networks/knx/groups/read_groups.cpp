@@ -8,7 +8,7 @@
 #include "networks/knx/groups/record.h"
 #include "rubicon/key.hpp"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::groups {
 
 namespace {
 
@@ -23,7 +23,7 @@ class PointReader {
   std::optional<GroupPoint> read(std::string_view key, const ConfigPlace& place, const ConfigNode& node) {
     const auto before = errors_.lines().size();
     GroupPoint point;
-    if (const auto address = parse_group(key)) {
+    if (const auto address = wire::parse_group(key)) {
       point.address = *address;
     } else {
       errors_.add(place, path_, address.error().text);
@@ -50,10 +50,10 @@ class PointReader {
     if (middle != names_.end()) point.middle_group = middle->second;
   }
 
-  std::optional<DptId> type(const ConfigPlace& place, const std::string& path, const std::string& text) {
-    const auto id = parse_dpt(text);
-    const auto* known = id ? find_dpt(*id) : nullptr;
-    if (known && (known->id.sub != DptId::kMainOnly || id->sub == DptId::kMainOnly)) return *id;
+  std::optional<dpt::DptId> type(const ConfigPlace& place, const std::string& path, const std::string& text) {
+    const auto id = dpt::parse_dpt(text);
+    const auto* known = id ? dpt::find_dpt(*id) : nullptr;
+    if (known && (known->id.sub != dpt::DptId::kMainOnly || id->sub == dpt::DptId::kMainOnly)) return *id;
     errors_.add(place, path,
                 known ? fmt::format("type {} is not known, expected one of main type {}, or {}.* for any of it",
                                     to_string(*id), id->main, id->main)
@@ -61,8 +61,8 @@ class PointReader {
     return {};
   }
 
-  std::optional<GroupAddress> address(ConfigReader& reader, const std::string& key, const std::string& text) {
-    const auto address = parse_group(text);
+  std::optional<wire::GroupAddress> address(ConfigReader& reader, const std::string& key, const std::string& text) {
+    const auto address = wire::parse_group(text);
     if (address) return *address;
     reader.error(key, address.error().text);
     return {};
@@ -96,7 +96,7 @@ class PointReader {
 
   static std::string key_part(ConfigReader& reader, const std::string& key, std::string_view otherwise) {
     auto text = reader.text(key, otherwise);
-    const bool individual = key == "device" && parse_individual(text).has_value();
+    const bool individual = key == "device" && wire::parse_individual(text).has_value();
     if (reader.has(key) && !individual && text != model::to_key_part(text))
       reader.error(key, fmt::format("is {}, expected at most 64 letters, digits, - and _", model::quoted(text)));
     return text;
@@ -133,14 +133,14 @@ class Claims {
   using Key = std::tuple<std::string, Kind, TypeId, std::string>;
 
   static Key key_of(const GroupPoint& point) {
-    const auto* type = point.dpt ? find_dpt(*point.dpt) : nullptr;
+    const auto* type = point.dpt ? dpt::find_dpt(*point.dpt) : nullptr;
     const auto id = !type ? TypeId{} : point.kind == Kind::kActuator ? type->actuator : type->sensor;
-    return {point.device.empty() ? to_key_part(point.address) : point.device, point.kind, id, point.instance};
+    return {point.device.empty() ? wire::to_key_part(point.address) : point.device, point.kind, id, point.instance};
   }
 
-  std::set<GroupAddress> addresses_;
-  std::map<GroupAddress, GroupAddress> states_;
-  std::map<Key, GroupAddress> keys_;
+  std::set<wire::GroupAddress> addresses_;
+  std::map<wire::GroupAddress, wire::GroupAddress> states_;
+  std::map<Key, wire::GroupAddress> keys_;
 };
 
 GroupNames read_group_names(ConfigReader& reader) {
@@ -193,4 +193,4 @@ std::optional<ReadRule> parse_read_rule(std::string_view text) {
   return ReadRule{word == "every" ? When::kEvery : When::kExpire, *period};
 }
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::groups

@@ -4,7 +4,7 @@
 
 #include "networks/knx/groups/group_list.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::groups {
 
 /// Text of a file -> its group addresses. Good lines are taken whatever stands in the others; only what makes the whole
 /// file unreadable refuses it (`report.refused`). None reads anything but `text`.
@@ -21,4 +21,4 @@ GroupList read_esf(std::string_view text);
 /// By content: an XML document, an ESF, else CSV. Refuses what is too large, empty or of another kind.
 GroupList read_group_list(std::string_view text);
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::groups

@@ -9,7 +9,7 @@
 #include "networks/knx/groups/group_list.h"
 #include "networks/knx/groups/group_point.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::groups {
 
 /// The record: what a network's configuration says of group addresses, written by `rubicon knx import` or by hand
 /// (docs/knx-import.md). Reads `groups` and `group-names` of `reader`, appends to `out` in the order of the file and
@@ -34,4 +34,4 @@ std::string to_yaml(const std::vector<GroupPoint>& points, const std::string& so
 /// The result is sorted by address.
 std::vector<GroupPoint> merge(std::vector<GroupPoint> known, const std::vector<GroupPoint>& imported, Report& report);
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::groups

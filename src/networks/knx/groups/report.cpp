@@ -5,7 +5,7 @@
 #include "base/printable.h"
 #include "networks/knx/groups/group_list.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::groups {
 
 std::string_view to_string(Finding::Level level) {
   switch (level) {
@@ -22,15 +22,15 @@ void Report::add(Finding finding) {
   if (++count <= (is_note ? kMaxNotes : kMaxFindings)) findings.push_back(std::move(finding));
 }
 
-void Report::note(std::size_t line, std::optional<GroupAddress> address, std::string text) {
+void Report::note(std::size_t line, std::optional<wire::GroupAddress> address, std::string text) {
   add({Finding::Level::kNote, line, address, std::move(text)});
 }
 
-void Report::warning(std::size_t line, std::optional<GroupAddress> address, std::string text) {
+void Report::warning(std::size_t line, std::optional<wire::GroupAddress> address, std::string text) {
   add({Finding::Level::kWarning, line, address, std::move(text)});
 }
 
-void Report::error(std::size_t line, std::optional<GroupAddress> address, std::string text) {
+void Report::error(std::size_t line, std::optional<wire::GroupAddress> address, std::string text) {
   add({Finding::Level::kError, line, address, std::move(text)});
 }
 
@@ -93,4 +93,4 @@ std::string report_text(const Report& report) {
   return out;
 }
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::groups

@@ -8,7 +8,7 @@
 #include "networks/knx/groups/encoding.h"
 #include "networks/knx/groups/record.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::groups {
 
 namespace {
 
@@ -75,7 +75,7 @@ std::string quoted(std::string_view text) {
 }
 
 std::string scalar(std::string_view text) {
-  const auto utf8 = is_utf8(text) ? std::string(text) : from_windows_1252(text);
+  const auto utf8 = dpt::is_utf8(text) ? std::string(text) : from_windows_1252(text);
   return is_plain(utf8) && !needs_escape(utf8) ? utf8 : quoted(utf8);
 }
 
@@ -111,7 +111,7 @@ class GroupNames {
   std::map<Key, std::string> names_;
 };
 
-std::string list_text(const std::vector<GroupAddress>& addresses) {
+std::string list_text(const std::vector<wire::GroupAddress>& addresses) {
   std::string out;
   for (const auto address : addresses) out += fmt::format("{}{}", out.empty() ? "" : ", ", to_string(address));
   return "[" + out + "]";
@@ -140,7 +140,7 @@ std::string line_of(const GroupPoint& point, const GroupNames& names) {
 std::string comment(std::string_view text) {
   std::string out;
   for (const char c : clean_text(text, 200)) out += c == '\n' ? ' ' : c;
-  return needs_escape(out) || !is_utf8(out) ? scalar(out) : out;
+  return needs_escape(out) || !dpt::is_utf8(out) ? scalar(out) : out;
 }
 
 }  // namespace
@@ -178,4 +178,4 @@ std::string to_yaml(const std::vector<GroupPoint>& points, const std::string& so
   return out;
 }
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::groups

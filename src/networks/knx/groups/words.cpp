@@ -6,7 +6,7 @@
 
 #include "networks/knx/groups/encoding.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::groups {
 
 using enum Sense;
 
@@ -201,4 +201,4 @@ NameWords words_of(std::string_view name) {
   return out;
 }
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::groups

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::groups {
 
 /// What a word in a name says of a group address.
 enum class Sense : std::uint8_t {
@@ -37,4 +37,4 @@ struct NameWords {
 
 NameWords words_of(std::string_view name);
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::groups

@@ -8,7 +8,7 @@
 #include "networks/knx/groups/readers.h"
 #include "rubicon/key.hpp"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::groups {
 
 namespace {
 
@@ -18,7 +18,7 @@ constexpr std::string_view kRefused = ": file refused, nothing imported";
 using ParserPointer = std::unique_ptr<XML_ParserStruct, decltype(&XML_ParserFree)>;
 
 /// The notation of a document, from the first addresses in its text.
-Notation notation_of(std::string_view text) {
+wire::Notation notation_of(std::string_view text) {
   constexpr std::string_view kAttribute = " Address=\"";
   NotationVote vote;
   std::size_t at = text.find(kAttribute);
@@ -51,7 +51,7 @@ class Attributes {
 /// Listens to the parser and takes what it hears into the list.
 class XmlList {
  public:
-  XmlList(GroupList& list, XML_Parser parser, Notation notation)
+  XmlList(GroupList& list, XML_Parser parser, wire::Notation notation)
       : list_(list), parser_(parser), taker_(list, notation) {}
 
   std::size_t line() const { return static_cast<std::size_t>(XML_GetCurrentLineNumber(parser_)); }
@@ -180,4 +180,4 @@ GroupList read_xml(std::string_view text) {
   return list;
 }
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::groups

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::line {
 
 namespace {
 
@@ -33,4 +33,4 @@ void BusyRule::heard(SteadyTime now, Duration wait) {
   resume_at_ = now + wait + std::chrono::duration_cast<Duration>(part * n_ * kRandomStep);
 }
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::line

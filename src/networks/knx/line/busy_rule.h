@@ -5,7 +5,7 @@
 
 #include "rubicon/time.hpp"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::line {
 
 /// How long a sender of routing keeps silent when a router says ROUTING_BUSY, so that all senders stop and do not start
 /// again at one time (KNX 3/8/5; knx.md, section 7). N grows by the busies that are said more than 10 ms apart.
@@ -32,4 +32,4 @@ class BusyRule {
   SteadyTime counted_{}, resume_at_ = SteadyTime::min();
 };
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::line

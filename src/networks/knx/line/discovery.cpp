@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::line {
 
 namespace {
 
@@ -18,17 +18,18 @@ constexpr std::size_t kMostProblems = 100;
 constexpr int kTries = 2;
 
 /// The blocks an extended search asks for: device, families, secured families, tunnels.
-Srp wanted_dibs() {
-  return {Srp::Type::kWantedDibs, false, {0x01, 0x02, 0x06, 0x07}};
+wire::Srp wanted_dibs() {
+  return {wire::Srp::Type::kWantedDibs, false, {0x01, 0x02, 0x06, 0x07}};
 }
 
 /// Servers of Core version 2 answer an extended search (KNX 3/8/2).
-bool knows_extended_search(const ServerDescription& description) {
-  return std::any_of(description.families.begin(), description.families.end(),
-                     [](const FamilyVersion& one) { return one.family == Family::kCore && one.version >= 2; });
+bool knows_extended_search(const wire::ServerDescription& description) {
+  return std::any_of(description.families.begin(), description.families.end(), [](const wire::FamilyVersion& one) {
+    return one.family == wire::Family::kCore && one.version >= 2;
+  });
 }
 
-Endpoint endpoint_of(const Hpai& hpai, const Endpoint& from) {
+Endpoint endpoint_of(const wire::Hpai& hpai, const Endpoint& from) {
   if (hpai.route_back()) return from;
   return {address_text(hpai), hpai.port};
 }
@@ -87,23 +88,24 @@ void Discovery::search(const std::string& interface_address) {
 }
 
 void Discovery::say(Search& search) {
-  const auto own = options_.route_back ? Hpai{} : udp_hpai(search.interface_address, search.socket->local().port);
-  for (const auto& request : {SearchRequest{own, false, {}}, SearchRequest{own, true, {wanted_dibs()}}}) {
-    if (auto sent = search.socket->send(options_.group, write(Message(request))); !sent)
+  const auto own =
+      options_.route_back ? wire::Hpai{} : wire::udp_hpai(search.interface_address, search.socket->local().port);
+  for (const auto& request : {wire::SearchRequest{own, false, {}}, wire::SearchRequest{own, true, {wanted_dibs()}}}) {
+    if (auto sent = search.socket->send(options_.group, write(wire::Message(request))); !sent)
       problem({sent.error().code,
                fmt::format("interface {} is not searched: {}", search.interface_address, sent.error().text)});
   }
 }
 
 void Discovery::heard(const Endpoint& from, ByteView frame) {
-  const auto message = read_message(frame);
+  const auto message = wire::read_message(frame);
   if (!message) {
     ++result_.bad_frames;
     return;
   }
-  const auto* response = std::get_if<SearchResponse>(&*message);
+  const auto* response = std::get_if<wire::SearchResponse>(&*message);
   if (response == nullptr) return;
-  const auto description = read_description(response->dibs);
+  const auto description = wire::read_description(response->dibs);
   if (!servers_.add(endpoint_of(response->control, from), description, response->extended)) ++result_.bad_frames;
 }
 
@@ -146,8 +148,8 @@ void Discovery::send(Question& question) {
   const bool route_back = options_.route_back || question.tries > 0;
   const auto local = question.socket->local();
   ++question.tries;
-  const DescriptionRequest request{route_back ? Hpai{} : udp_hpai(local.address, local.port)};
-  if (auto sent = question.socket->send(question.remote, write(Message(request))); !sent)
+  const wire::DescriptionRequest request{route_back ? wire::Hpai{} : wire::udp_hpai(local.address, local.port)};
+  if (auto sent = question.socket->send(question.remote, write(wire::Message(request))); !sent)
     return unanswered(question, sent.error().text);
   question.patience = scheduler_.after(options_.description, [this, &question] {
     if (question.tries < kTries) return send(question);
@@ -165,15 +167,15 @@ void Discovery::unanswered(Question& question, const std::string& why) {
 
 void Discovery::answered(Question& question, const Endpoint& from, ByteView frame) {
   if (question.over) return;
-  const auto message = read_message(frame);
-  const auto* described = message ? std::get_if<DescriptionResponse>(&*message) : nullptr;
-  const auto* found = message ? std::get_if<SearchResponse>(&*message) : nullptr;
+  const auto message = wire::read_message(frame);
+  const auto* described = message ? std::get_if<wire::DescriptionResponse>(&*message) : nullptr;
+  const auto* found = message ? std::get_if<wire::SearchResponse>(&*message) : nullptr;
   const bool awaited = question.described ? found != nullptr : described != nullptr;
   if (!awaited) {
     result_.bad_frames += described == nullptr && found == nullptr ? 1 : 0;
     return;
   }
-  const auto description = read_description(described ? described->dibs : found->dibs);
+  const auto description = wire::read_description(described ? described->dibs : found->dibs);
   if (!servers_.add(from, description, found != nullptr)) ++result_.bad_frames;
   if (described != nullptr && knows_extended_search(description)) return ask_more(question);
   end(question);
@@ -183,9 +185,9 @@ void Discovery::answered(Question& question, const Endpoint& from, ByteView fram
 void Discovery::ask_more(Question& question) {
   question.described = true;
   const auto local = question.socket->local();
-  const auto own = question.tries > 1 || options_.route_back ? Hpai{} : udp_hpai(local.address, local.port);
-  const SearchRequest request{own, true, {wanted_dibs()}};
-  if (!question.socket->send(question.remote, write(Message(request)))) return end(question);
+  const auto own = question.tries > 1 || options_.route_back ? wire::Hpai{} : wire::udp_hpai(local.address, local.port);
+  const wire::SearchRequest request{own, true, {wanted_dibs()}};
+  if (!question.socket->send(question.remote, write(wire::Message(request)))) return end(question);
   question.patience = scheduler_.after(options_.description, [this, &question] { end(question); });
 }
 
@@ -212,4 +214,4 @@ void Discovery::finish_if_done() {
   });
 }
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::line

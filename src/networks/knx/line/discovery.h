@@ -10,7 +10,7 @@
 #include "rubicon/result.hpp"
 #include "transport/transports.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::line {
 
 /// System group of KNXnet/IP, and the port of all its services (KNX 3/8/2).
 constexpr std::string_view kKnxGroup = "224.0.23.12";
@@ -82,4 +82,4 @@ class Discovery {
   Timer repeat_, end_, finish_;
 };
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::line

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::line {
 
 namespace {
 
@@ -14,7 +14,7 @@ bool is_set(const std::array<std::uint8_t, size>& bytes) {
   return bytes != std::array<std::uint8_t, size>{};
 }
 
-void merge_families(std::vector<FamilyVersion>& into, const std::vector<FamilyVersion>& more) {
+void merge_families(std::vector<wire::FamilyVersion>& into, const std::vector<wire::FamilyVersion>& more) {
   for (const auto& family : more) {
     const auto known =
         std::find_if(into.begin(), into.end(), [&](const auto& one) { return one.family == family.family; });
@@ -26,14 +26,14 @@ void merge_families(std::vector<FamilyVersion>& into, const std::vector<FamilyVe
   }
 }
 
-std::string families_text(const std::vector<FamilyVersion>& families) {
+std::string families_text(const std::vector<wire::FamilyVersion>& families) {
   std::vector<std::string> words;
   words.reserve(families.size());
   for (const auto& [family, version] : families) words.push_back(fmt::format("{} {}", to_string(family), version));
   return fmt::format("{}", fmt::join(words, ", "));
 }
 
-std::string slot_text(const TunnelSlot& slot) {
+std::string slot_text(const wire::TunnelSlot& slot) {
   const auto* state = !slot.usable ? "not usable" : slot.free ? "free" : "used";
   return fmt::format("{} {}{}", to_string(slot.address), state, slot.authorised ? "" : " (needs authorisation)");
 }
@@ -57,7 +57,7 @@ std::size_t FoundServer::free_slots() const {
                                                 [](const auto& slot) { return slot.usable && slot.free; }));
 }
 
-void merge(ServerDescription& into, const ServerDescription& more) {
+void merge(wire::ServerDescription& into, const wire::ServerDescription& more) {
   if (more.medium != 0) {  // it tells of the device
     into.medium = more.medium;
     into.programming_mode = more.programming_mode;
@@ -75,7 +75,7 @@ void merge(ServerDescription& into, const ServerDescription& more) {
   if (!more.slots.empty()) into.slots = more.slots;
 }
 
-bool FoundServers::add(const transport::Endpoint& control, const ServerDescription& description, bool extended) {
+bool FoundServers::add(const transport::Endpoint& control, const wire::ServerDescription& description, bool extended) {
   auto known = std::find_if(servers_.begin(), servers_.end(), [&](const auto& one) { return one.control == control; });
   if (known == servers_.end()) {
     if (servers_.size() >= kMost) return false;
@@ -121,4 +121,4 @@ std::string describe(const FoundServer& server) {
   return text;
 }
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::line

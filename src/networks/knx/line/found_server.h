@@ -6,12 +6,12 @@
 #include "networks/knx/wire/message.h"
 #include "transport/udp.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::line {
 
 /// A KNXnet/IP server as its answers to searches and to requests for its description tell it.
 struct FoundServer {
   transport::Endpoint control;  ///< where to reach it; what names it
-  ServerDescription description;
+  wire::ServerDescription description;
   bool extended = false;  ///< it answered an extended search: a server of Core version 2
 
   std::size_t free_slots() const;
@@ -20,7 +20,7 @@ struct FoundServer {
 
 /// Adds what another answer of the same server tells. What an answer leaves out stays as it was: knxd names family 03
 /// in its description only, and a serial number in its search answer only (knx.md, 5.2).
-void merge(ServerDescription& into, const ServerDescription& more);
+void merge(wire::ServerDescription& into, const wire::ServerDescription& more);
 
 /// Answers of any number of servers, one entry per control endpoint, in the order they came.
 class FoundServers {
@@ -29,7 +29,7 @@ class FoundServers {
   static constexpr std::size_t kMost = 1024;
 
   /// False if it was one too many.
-  bool add(const transport::Endpoint& control, const ServerDescription& description, bool extended);
+  bool add(const transport::Endpoint& control, const wire::ServerDescription& description, bool extended);
   const std::vector<FoundServer>& all() const { return servers_; }
 
  private:
@@ -42,4 +42,4 @@ std::string medium_name(std::uint8_t medium);
 /// Some lines for people, without an end of line at the end.
 std::string describe(const FoundServer& server);
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::line

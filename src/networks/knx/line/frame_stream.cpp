@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::line {
 
 void FrameStream::append(ByteView bytes) {
   buffer_.erase(buffer_.begin(), buffer_.begin() + static_cast<std::ptrdiff_t>(begin_));
@@ -12,7 +12,7 @@ void FrameStream::append(ByteView bytes) {
 
 Result<ByteView> FrameStream::next() {
   const auto rest = ByteView(buffer_).subspan(begin_);
-  const auto size = frame_size(rest);
+  const auto size = wire::frame_size(rest);
   if (!size) return fail(size.error());
   if (*size > kLongestFrame)
     return fail(ErrorCode::kInvalid,
@@ -27,4 +27,4 @@ void FrameStream::clear() {
   begin_ = 0;
 }
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::line

@@ -2,7 +2,7 @@
 
 #include "networks/knx/wire/frame.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::line {
 
 /// Cuts a stream of bytes into frames by their total length (knx.md, section 3). Holds at most one frame that is not
 /// complete.
@@ -23,4 +23,4 @@ class FrameStream {
   std::size_t begin_ = 0;
 };
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::line

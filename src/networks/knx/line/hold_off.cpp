@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::line {
 
 namespace {
 
@@ -47,4 +47,4 @@ void HoldOff::ended(Duration lived) {
   if (lived >= kGoodLife) next_ = kShortest;
 }
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::line

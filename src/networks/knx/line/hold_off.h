@@ -5,7 +5,7 @@
 
 #include "rubicon/time.hpp"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::line {
 
 /// How long to leave a server alone that refused a tunnel or took it away again (knx.md, sections 5.3 and 5.5). Losses
 /// of other kinds are the affair of whoever reopens lines.
@@ -33,4 +33,4 @@ class HoldOff {
   std::deque<SteadyTime> short_lives_;  ///< ends of the last tunnels that were closed young
 };
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::line

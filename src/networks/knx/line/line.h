@@ -9,7 +9,7 @@
 #include "rubicon/result.hpp"
 #include "rubicon/time.hpp"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::line {
 
 /// What became of a telegram that was to be sent.
 enum class Sent : std::uint8_t {
@@ -24,10 +24,10 @@ enum class Sent : std::uint8_t {
 struct LineState {
   enum class Phase : std::uint8_t { kOff, kResolving, kConnecting, kUp, kWaiting, kRefused };
   Phase phase = Phase::kOff;
-  std::string reason;       ///< in words: "all tunnels of the interface are in use (status 24)"
-  std::string server;       ///< name and endpoint, as far as known
-  IndividualAddress own{};  ///< the tunnel's address; of routing: the configured one
-  bool bus = true;          ///< false: link up, bus down or silent (status 27, three times no con)
+  std::string reason;             ///< in words: "all tunnels of the interface are in use (status 24)"
+  std::string server;             ///< name and endpoint, as far as known
+  wire::IndividualAddress own{};  ///< the tunnel's address; of routing: the configured one
+  bool bus = true;                ///< false: link up, bus down or silent (status 27, three times no con)
 };
 
 /// Called in turns of the loop, never from inside a call to the line. The line, and with it these, may be destroyed in
@@ -36,7 +36,7 @@ struct LineCalls {
   std::function<void(const LineState&)> changed;
   /// The line is lost and closed; open() may be called again. What waits stays in the line.
   std::function<void(Error)> failed;
-  std::function<void(const Telegram&)> received;
+  std::function<void(const wire::Telegram&)> received;
   /// Every cEMI frame in either direction, as it stood on the wire: for monitor and capture.
   std::function<void(ByteView cemi, bool outgoing)> frame;
   /// What became of a telegram is known: counters changed.
@@ -66,10 +66,10 @@ class Line {
   /// Begins to connect; success shows as state kUp. Never blocks.
   virtual Result<void> open() = 0;
   /// `done` is called exactly once, in a later turn, unless the line is destroyed. Reads use spare rate only.
-  virtual void send(Telegram telegram, SteadyTime expires, SentCall done) = 0;
+  virtual void send(wire::Telegram telegram, SteadyTime expires, SentCall done) = 0;
   virtual const LineState& state() const = 0;
   /// Counters by name (`[a-z-]+`).
   virtual std::map<std::string, std::uint64_t> counters() const = 0;
 };
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::line

@@ -5,7 +5,7 @@
 
 #include "base/assert.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::line {
 
 namespace {
 
@@ -15,12 +15,12 @@ constexpr std::string_view kNoTime = "its time was over before it could be sent"
 constexpr std::string_view kNoAnswer = "the line was lost before the interface acknowledged it";
 
 /// System, urgent, normal, low (knx.md, section 8).
-std::size_t rank(Priority priority) {
+std::size_t rank(wire::Priority priority) {
   switch (priority) {
-    case Priority::kSystem: return 0;
-    case Priority::kUrgent: return 1;
-    case Priority::kNormal: return 2;
-    case Priority::kLow: break;
+    case wire::Priority::kSystem: return 0;
+    case wire::Priority::kUrgent: return 1;
+    case wire::Priority::kNormal: return 2;
+    case wire::Priority::kLow: break;
   }
   return 3;
 }
@@ -42,12 +42,12 @@ Outbox::~Outbox() {
   *alive_ = false;
 }
 
-void Outbox::push(Telegram telegram, SteadyTime expires, SentCall done) {
+void Outbox::push(wire::Telegram telegram, SteadyTime expires, SentCall done) {
   if (waiting_ >= limits_.queue) {
     ++counters_.refused;
     return report_later(std::move(done), Sent::kRefused, "too many telegrams wait already");
   }
-  auto& queues = telegram.service == Service::kRead ? reads_ : queues_;
+  auto& queues = telegram.service == wire::Service::kRead ? reads_ : queues_;
   queues[rank(telegram.priority)].push_back({std::move(telegram), expires, std::move(done), false});
   ++waiting_;
   if (expires < expiry_.due()) expiry_.set_at(expires);
@@ -88,7 +88,7 @@ Outbox::Queue* Outbox::next_queue() {
   return may_go(std::min(limits_.burst, 2U)) ? &*read : nullptr;
 }
 
-const Telegram* Outbox::take() {
+const wire::Telegram* Outbox::take() {
   if (under_way()) return nullptr;
   if (limits_.rate > 0) refill();
   if (waits_again_ && under_way_->expires <= scheduler_.now()) lose_under_way();
@@ -176,4 +176,4 @@ void Outbox::expire() {
   if (next != SteadyTime::max()) expiry_.set_at(std::max(next, now + kExpiryStep));
 }
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::line

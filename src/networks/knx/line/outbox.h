@@ -12,7 +12,7 @@
 #include "base/scheduler.h"
 #include "networks/knx/line/line.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::line {
 
 /// Telegrams that wait for the bus: by priority, in order within one, bounded, at the rate the bus takes them (knx.md,
 /// section 8). At most one is under way; it survives a lost line once. Belongs to a Line.
@@ -34,10 +34,10 @@ class Outbox {
   Outbox& operator=(const Outbox&) = delete;
 
   /// As Line::send.
-  void push(Telegram telegram, SteadyTime expires, SentCall done);
+  void push(wire::Telegram telegram, SteadyTime expires, SentCall done);
   /// The telegram to send now, which is under way then; nullptr: none, or not yet (ready() follows), or one is under
   /// way.
-  const Telegram* take();
+  const wire::Telegram* take();
   /// What became of the telegram under way; calls its `done`, in which this may be destroyed. The caller goes on with
   /// take(), or is down: ready() is not called for what is pushed in `done`.
   void finish(Sent outcome, std::string_view why);
@@ -51,7 +51,7 @@ class Outbox {
 
  private:
   struct Item {
-    Telegram telegram;
+    wire::Telegram telegram;
     SteadyTime expires;
     SentCall done;
     bool again = false;  ///< it was under way before, on a line that was lost
@@ -84,4 +84,4 @@ class Outbox {
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
 };
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::line

@@ -7,7 +7,7 @@
 
 #include "networks/knx/wire/cemi.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::line {
 
 namespace {
 
@@ -43,7 +43,7 @@ void Routing::down() {
   sent_.clear();
 }
 
-void Routing::send(Telegram telegram, SteadyTime expires, SentCall done) {
+void Routing::send(wire::Telegram telegram, SteadyTime expires, SentCall done) {
   telegram.source = options_.address;
   outbox_.push(std::move(telegram), expires, std::move(done));
 }
@@ -66,13 +66,13 @@ void Routing::pump() {
   if (outbox_.under_way()) return transmit();
   const auto* telegram = outbox_.take();
   if (telegram == nullptr) return;
-  auto cemi = write_telegram(CemiCode::kDataIndication, *telegram);
+  auto cemi = wire::write_telegram(wire::CemiCode::kDataIndication, *telegram);
   if (!cemi) {
     wake_.set(Duration::zero());
     return outbox_.finish(Sent::kRefused, cemi.error().text);
   }
   cemi_ = std::move(*cemi);
-  frame_ = write(Message(RoutingIndication{cemi_}));
+  frame_ = write(wire::Message(wire::RoutingIndication{cemi_}));
   transmit();
 }
 
@@ -103,17 +103,17 @@ void Routing::give_up(Error why) {
 }
 
 void Routing::heard(const Endpoint& from, ByteView datagram, Group group) {
-  const auto message = read_message(datagram);
+  const auto message = wire::read_message(datagram);
   if (!message) {
     ++counters_.bad;
     return remark("bad-frames", from, fmt::format("sent a frame that cannot be read: {}", message.error().text));
   }
-  if (const auto* routed = std::get_if<RoutingIndication>(&*message)) return indication(from, *routed, group);
-  if (std::holds_alternative<SearchRequest>(*message) || std::holds_alternative<SearchResponse>(*message))
+  if (const auto* routed = std::get_if<wire::RoutingIndication>(&*message)) return indication(from, *routed, group);
+  if (std::holds_alternative<wire::SearchRequest>(*message) || std::holds_alternative<wire::SearchResponse>(*message))
     return calls_.discovery(from, datagram);
   if (group == Group::kSystem) return;
-  if (const auto* said = std::get_if<RoutingBusy>(&*message)) return busy(from, *said);
-  if (const auto* said = std::get_if<RoutingLostMessage>(&*message)) {
+  if (const auto* said = std::get_if<wire::RoutingBusy>(&*message)) return busy(from, *said);
+  if (const auto* said = std::get_if<wire::RoutingLostMessage>(&*message)) {
     counters_.lost += said->lost;
     const auto alive = alive_;
     remark("lost-messages", from,
@@ -122,7 +122,7 @@ void Routing::heard(const Endpoint& from, ByteView datagram, Group group) {
     return;
   }
   ++counters_.other;
-  if (const auto* other = std::get_if<OtherService>(&*message))
+  if (const auto* other = std::get_if<wire::OtherService>(&*message))
     remark("unknown-services", from, fmt::format("sent {}: passed over", to_string(other->service)));
 }
 
@@ -131,7 +131,7 @@ void Routing::remark(const std::string& subject, const Endpoint& from, std::stri
 }
 
 /// System broadcasts go over 224.0.23.12 only, all else over the routing group only; neither is for us but the monitor.
-void Routing::indication(const Endpoint& from, const RoutingIndication& indication, Group group) {
+void Routing::indication(const Endpoint& from, const wire::RoutingIndication& indication, Group group) {
   const auto foreign = indication.system_broadcast ? Group::kConfigured : Group::kSystem;
   if (group == foreign) {
     ++counters_.other;
@@ -141,8 +141,8 @@ void Routing::indication(const Endpoint& from, const RoutingIndication& indicati
     ++counters_.own;
     return;
   }
-  const auto frame = read_data_frame(indication.cemi);
-  if (!frame || frame->code != CemiCode::kDataIndication) {
+  const auto frame = wire::read_data_frame(indication.cemi);
+  if (!frame || frame->code != wire::CemiCode::kDataIndication) {
     ++(frame || frame.error().code == ErrorCode::kUnsupported ? counters_.other : counters_.bad);
     return calls_.frame(indication.cemi, false);
   }
@@ -151,8 +151,9 @@ void Routing::indication(const Endpoint& from, const RoutingIndication& indicati
   if (!*alive) return;
   watch_address(from, indication.cemi);
   if (!*alive) return;
-  const auto telegram = indication.system_broadcast ? Result<Telegram>(fail(ErrorCode::kUnsupported, "a broadcast"))
-                                                    : to_telegram(*frame);
+  const auto telegram = indication.system_broadcast
+                            ? Result<wire::Telegram>(fail(ErrorCode::kUnsupported, "a broadcast"))
+                            : wire::to_telegram(*frame);
   ++(telegram ? counters_.received : telegram.error().code == ErrorCode::kInvalid ? counters_.bad : counters_.other);
   if (telegram) calls_.received(*telegram);
 }
@@ -170,7 +171,7 @@ bool Routing::is_own(const Endpoint& from, ByteView cemi) {
 
 /// Nothing is dropped for that: the bytes may be a true answer all the same (knx.md, 6.4).
 void Routing::watch_address(const Endpoint& from, ByteView cemi) {
-  const auto frame = read_data_frame(cemi);
+  const auto frame = wire::read_data_frame(cemi);
   if (!frame || frame->source != options_.address) return;
   ++counters_.doubled;
   if (!doubled_by_.empty()) return;
@@ -178,7 +179,7 @@ void Routing::watch_address(const Endpoint& from, ByteView cemi) {
   calls_.changed();
 }
 
-void Routing::busy(const Endpoint& from, const RoutingBusy& busy) {
+void Routing::busy(const Endpoint& from, const wire::RoutingBusy& busy) {
   ++counters_.busy;
   busy_.heard(scheduler_.now(), std::chrono::milliseconds(busy.wait));
   if (!up_) return;
@@ -207,4 +208,4 @@ std::map<std::string, std::uint64_t> Routing::counters() const {
           {"telegrams-lost", box.lost}};
 }
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::line

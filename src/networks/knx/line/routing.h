@@ -13,7 +13,7 @@
 #include "networks/knx/wire/message.h"
 #include "transport/udp.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::line {
 
 /// Our part of KNXnet/IP routing (KNX 3/8/5; knx.md, section 7) without sockets: telegrams to a group of routers and
 /// back, evenly spaced, with a pause when a router is busy. Datagrams go in by heard(), and out by a call.
@@ -23,9 +23,9 @@ class Routing {
   struct Calls {
     /// The datagram for the group.
     std::function<Result<void>(ByteView frame)> send;
-    std::function<void(const Telegram&)> received;
+    std::function<void(const wire::Telegram&)> received;
     std::function<void(ByteView cemi, bool outgoing)> frame;
-    std::function<void(const transport::Endpoint& from, const RoutingLostMessage&)> lost;
+    std::function<void(const transport::Endpoint& from, const wire::RoutingLostMessage&)> lost;
     /// A whole frame of a search or its answer.
     std::function<void(const transport::Endpoint& from, ByteView frame)> discovery;
     /// As LineCalls::note; may be empty.
@@ -36,7 +36,7 @@ class Routing {
     std::function<void(Error)> failed;
   };
   struct Options {
-    IndividualAddress address{};  ///< own, unique on the backbone
+    wire::IndividualAddress address{};  ///< own, unique on the backbone
     /// At most so many frames stand apart by this at least; twice this in the slow phase after a busy.
     Duration gap = std::chrono::milliseconds(20);
     std::uint64_t seed = 0;  ///< of the random part of pauses
@@ -61,7 +61,7 @@ class Routing {
   void down();
   void heard(const transport::Endpoint& from, ByteView datagram, Group group = Group::kOnly);
   /// As Line::send.
-  void send(Telegram telegram, SteadyTime expires, SentCall done);
+  void send(wire::Telegram telegram, SteadyTime expires, SentCall done);
 
   /// What people should know, empty if nothing: that a router holds us up, that our address is somebody's else too.
   std::string note() const;
@@ -76,8 +76,8 @@ class Routing {
   void pump();
   bool must_wait();
   void transmit();
-  void indication(const Endpoint& from, const RoutingIndication& indication, Group group);
-  void busy(const Endpoint& from, const RoutingBusy& busy);
+  void indication(const Endpoint& from, const wire::RoutingIndication& indication, Group group);
+  void busy(const Endpoint& from, const wire::RoutingBusy& busy);
   bool is_own(const Endpoint& from, ByteView cemi);
   void watch_address(const Endpoint& from, ByteView cemi);
   void give_up(Error why);
@@ -100,4 +100,4 @@ class Routing {
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
 };
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::line

@@ -4,7 +4,7 @@
 
 #include <utility>
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::line {
 
 using transport::Endpoint;
 
@@ -30,14 +30,14 @@ RoutingLine::~RoutingLine() {
 Routing::Calls RoutingLine::machine_calls() {
   Routing::Calls calls;
   calls.send = [this](ByteView frame) { return sender_->send(options_.group, frame); };
-  calls.received = [this](const Telegram& telegram) {
+  calls.received = [this](const wire::Telegram& telegram) {
     if (calls_.received) calls_.received(telegram);
   };
   calls.note = calls_.note;
   calls.frame = [this](ByteView cemi, bool outgoing) {
     if (calls_.frame) calls_.frame(cemi, outgoing);
   };
-  calls.lost = [this](const Endpoint& from, const RoutingLostMessage& message) {
+  calls.lost = [this](const Endpoint& from, const wire::RoutingLostMessage& message) {
     if (more_.lost) more_.lost(from, message);
   };
   calls.discovery = [this](const Endpoint& from, ByteView frame) {
@@ -128,7 +128,7 @@ void RoutingLine::close() {
   sender_.reset();
 }
 
-void RoutingLine::send(Telegram telegram, SteadyTime expires, SentCall done) {
+void RoutingLine::send(wire::Telegram telegram, SteadyTime expires, SentCall done) {
   machine_.send(std::move(telegram), expires, telling(std::move(done), calls_));
 }
 
@@ -155,4 +155,4 @@ void RoutingLine::tell() {
   if (calls_.changed) calls_.changed(state_);
 }
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::line

@@ -8,21 +8,21 @@
 #include "networks/knx/line/routing.h"
 #include "transport/transports.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::line {
 
 struct RoutingOptions {
   transport::Endpoint group{std::string(kKnxGroup), kKnxPort};  ///< 224.0.23.12 or higher
-  std::string interface_address{};     ///< IPv4; empty = the system's choice, own frames are then known by their bytes
-  std::uint8_t ttl = 16;               ///< as ETS projects have it
-  IndividualAddress address{0xfffa};   ///< own: 15.15.250; unique on the backbone
-  Outbox::Limits limits{0, 1, 10000};  ///< beside the 50 a second of routing; default: none
-  std::uint64_t seed = 0;              ///< another one per process: of the pauses after ROUTING_BUSY
+  std::string interface_address{};  ///< IPv4; empty = the system's choice, own frames are then known by their bytes
+  std::uint8_t ttl = 16;            ///< as ETS projects have it
+  wire::IndividualAddress address{0xfffa};  ///< own: 15.15.250; unique on the backbone
+  Outbox::Limits limits{0, 1, 10000};       ///< beside the 50 a second of routing; default: none
+  std::uint64_t seed = 0;                   ///< another one per process: of the pauses after ROUTING_BUSY
 };
 
 /// What a routing line tells beyond LineCalls; each may be empty.
 struct RoutingCalls {
   /// A router lost telegrams on its way to or from the bus.
-  std::function<void(const transport::Endpoint& from, const RoutingLostMessage&)> lost{};
+  std::function<void(const transport::Endpoint& from, const wire::RoutingLostMessage&)> lost{};
   /// A search or its answer was heard (for Discovery::heard).
   std::function<void(const transport::Endpoint& from, ByteView frame)> discovery{};
 };
@@ -42,7 +42,7 @@ class RoutingLine final : public Line {
   RoutingLine& operator=(const RoutingLine&) = delete;
 
   Result<void> open() override;
-  void send(Telegram telegram, SteadyTime expires, SentCall done) override;
+  void send(wire::Telegram telegram, SteadyTime expires, SentCall done) override;
   const LineState& state() const override { return state_; }
   std::map<std::string, std::uint64_t> counters() const override;
 
@@ -75,4 +75,4 @@ class RoutingLine final : public Line {
   Routing machine_;
 };
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::line

@@ -8,7 +8,7 @@
 #include "base/assert.h"
 #include "networks/knx/wire/cemi.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::line {
 
 namespace {
 
@@ -37,7 +37,7 @@ constexpr Duration kSameAnswer = 1s;
 /// How long an ack may come after the confirmation, which says as much as it.
 constexpr Duration kAckGrace = 100ms;
 /// Header and connection header stand before the cEMI of a request.
-constexpr std::size_t kBeforeCemi = kHeaderSize + 4;
+constexpr std::size_t kBeforeCemi = wire::kHeaderSize + 4;
 
 }  // namespace
 
@@ -51,7 +51,7 @@ Tunnel::Tunnel(Scheduler& scheduler, Settings settings, TunnelCounters& counters
       resync_deadline_(scheduler, [this] { end(Cause::kOutOfStep, "the interface counts telegrams differently"); }),
       connect_deadline_(scheduler, [this] { connect_timeout(); }) {}
 
-void Tunnel::transmit(Path path, const Message& message) {
+void Tunnel::transmit(Path path, const wire::Message& message) {
   const auto frame = write(message);
   calls_.transmit(path, frame);
 }
@@ -70,7 +70,8 @@ void Tunnel::send_connect() {
   connect_deadline_.set_at(settings_.stream ? connect_until_ : std::min(repeat, connect_until_));
   transmit(
       Path::kControl,
-      ConnectRequest{settings_.own, settings_.own, {ConnectionType::kTunnel, TunnelLayer::kLink, settings_.wanted}});
+      wire::ConnectRequest{
+          settings_.own, settings_.own, {wire::ConnectionType::kTunnel, wire::TunnelLayer::kLink, settings_.wanted}});
 }
 
 void Tunnel::connect_timeout() {
@@ -80,31 +81,31 @@ void Tunnel::connect_timeout() {
 
 void Tunnel::receive(ByteView bytes) {
   if (phase_ == Phase::kEnded) return;
-  const auto frame = read_frame(bytes);
+  const auto frame = wire::read_frame(bytes);
   if (!frame) return bad_frame(frame.error().text);
   undelivered_in_row_ = 0;
   heard_ = true;
   if (std::exchange(holds_, false)) request_deadline_.set(Duration::zero());
   switch (frame->service) {
-    case ServiceCode::kTunnellingAck: return on_ack(*frame);
-    case ServiceCode::kTunnellingRequest:
-    case ServiceCode::kFeatureResponse:
-    case ServiceCode::kFeatureNotice: return on_request(*frame);
+    case wire::ServiceCode::kTunnellingAck: return on_ack(*frame);
+    case wire::ServiceCode::kTunnellingRequest:
+    case wire::ServiceCode::kFeatureResponse:
+    case wire::ServiceCode::kFeatureNotice: return on_request(*frame);
     default: return on_control(*frame);
   }
 }
 
-void Tunnel::on_control(const Frame& frame) {
-  const auto message = read_message(frame);
+void Tunnel::on_control(const wire::Frame& frame) {
+  const auto message = wire::read_message(frame);
   if (!message) {
     bad_frame(message.error().text);
-  } else if (const auto* connect = std::get_if<ConnectResponse>(&*message)) {
+  } else if (const auto* connect = std::get_if<wire::ConnectResponse>(&*message)) {
     on(*connect);
-  } else if (const auto* state = std::get_if<ConnectionStateResponse>(&*message)) {
+  } else if (const auto* state = std::get_if<wire::ConnectionStateResponse>(&*message)) {
     on(*state);
-  } else if (const auto* disconnect = std::get_if<DisconnectRequest>(&*message)) {
+  } else if (const auto* disconnect = std::get_if<wire::DisconnectRequest>(&*message)) {
     on(*disconnect);
-  } else if (!std::holds_alternative<DisconnectResponse>(*message)) {
+  } else if (!std::holds_alternative<wire::DisconnectResponse>(*message)) {
     ++counters_.unknown_services;
     if (calls_.note)
       calls_.note("unknown-services", fmt::format("the interface sent {}: passed over", to_string(frame.service)));
@@ -116,27 +117,27 @@ void Tunnel::bad_frame(std::string_view why) {
   if (calls_.note) calls_.note("bad-frames", fmt::format("the interface sent a frame that cannot be read: {}", why));
 }
 
-void Tunnel::on(const ConnectResponse& response) {
+void Tunnel::on(const wire::ConnectResponse& response) {
   if (phase_ != Phase::kConnecting) {
     // A second channel, because the request was repeated: nobody would ever use it.
-    if (response.status == status::kOk && response.channel != channel_) disconnect(response.channel);
+    if (response.status == wire::status::kOk && response.channel != channel_) disconnect(response.channel);
     return;
   }
   answered_ = true;
   settings_.tries_route_back = false;
-  if (response.status == status::kOk) return connected(response);
-  if (response.status == status::kConnectionType && settings_.wanted) {
+  if (response.status == wire::status::kOk) return connected(response);
+  if (response.status == wire::status::kConnectionType && settings_.wanted) {
     settings_.wanted.reset();
     connect_tries_ = 0;
     answers_from_ = scheduler_.now() + kSameAnswer;
     return send_connect();
   }
   // Likely the same answer once more; if not, the repeat brings another.
-  if (response.status == status::kConnectionType && scheduler_.now() < answers_from_) return;
-  end(Cause::kRefused, describe_status(response.status), response.status);
+  if (response.status == wire::status::kConnectionType && scheduler_.now() < answers_from_) return;
+  end(Cause::kRefused, wire::describe_status(response.status), response.status);
 }
 
-void Tunnel::connected(const ConnectResponse& response) {
+void Tunnel::connected(const wire::ConnectResponse& response) {
   phase_ = Phase::kUp;
   channel_ = response.channel;
   address_ = response.crd.address;
@@ -146,20 +147,20 @@ void Tunnel::connected(const ConnectResponse& response) {
   calls_.up();
 }
 
-void Tunnel::on(const DisconnectRequest& request) {
+void Tunnel::on(const wire::DisconnectRequest& request) {
   if (phase_ != Phase::kUp || request.channel != channel_) {
     ++counters_.wrong_channel;
     return;
   }
-  transmit(Path::kControl, DisconnectResponse{channel_, status::kOk});
+  transmit(Path::kControl, wire::DisconnectResponse{channel_, wire::status::kOk});
   end(Cause::kClosedByServer, "the interface closed the tunnel");
 }
 
 // Receiving (knx.md, section 6.2). The ack goes out before anybody looks at the cEMI.
 
-void Tunnel::on_request(const Frame& frame) {
+void Tunnel::on_request(const wire::Frame& frame) {
   base::ByteReader reader(frame.body);
-  const auto header = read_connection_header(reader);
+  const auto header = wire::read_connection_header(reader);
   if (!header) return bad_frame(header.error().text);
   if (phase_ != Phase::kUp || header->channel != channel_) {
     ++counters_.wrong_channel;
@@ -167,7 +168,7 @@ void Tunnel::on_request(const Frame& frame) {
   }
   if (!settings_.stream && !in_sequence(header->sequence)) return;
   const auto rest = frame.body.subspan(reader.position());
-  if (frame.service == ServiceCode::kTunnellingRequest) return on_cemi(rest);
+  if (frame.service == wire::ServiceCode::kTunnellingRequest) return on_cemi(rest);
   on_feature(frame.service, rest);
 }
 
@@ -189,12 +190,12 @@ bool Tunnel::in_sequence(std::uint8_t sequence) {
 }
 
 void Tunnel::acknowledge(std::uint8_t sequence) {
-  write_connection_ack(ack_, ServiceCode::kTunnellingAck, {channel_, sequence, status::kOk});
+  wire::write_connection_ack(ack_, wire::ServiceCode::kTunnellingAck, {channel_, sequence, wire::status::kOk});
   calls_.transmit(Path::kData, ack_);
 }
 
 void Tunnel::on_cemi(ByteView cemi) {
-  const bool is_confirmation = !cemi.empty() && cemi[0] == static_cast<std::uint8_t>(CemiCode::kDataConfirmation);
+  const bool is_confirmation = !cemi.empty() && cemi[0] == static_cast<std::uint8_t>(wire::CemiCode::kDataConfirmation);
   auto outcome = is_confirmation ? confirmation(cemi) : std::nullopt;
   if (outcome && sending_ == Sending::kWaitAck) {
     early_ = std::exchange(outcome, std::nullopt);
@@ -210,7 +211,7 @@ void Tunnel::on_cemi(ByteView cemi) {
 /// own.
 bool Tunnel::is_stray(ByteView confirmation) {
   if (stray_.empty()) return false;
-  const bool late = scheduler_.now() < stray_until_ && confirms(confirmation, stray_);
+  const bool late = scheduler_.now() < stray_until_ && wire::confirms(confirmation, stray_);
   if (late || scheduler_.now() >= stray_until_) stray_.clear();
   return late;
 }
@@ -221,26 +222,26 @@ std::optional<Tunnel::Outcome> Tunnel::confirmation(ByteView cemi) {
     swallowed_ = sending_ != Sending::kIdle;
     return std::nullopt;
   }
-  if (sending_ == Sending::kIdle || !confirms(cemi, ByteView(request_).subspan(kBeforeCemi))) {
+  if (sending_ == Sending::kIdle || !wire::confirms(cemi, ByteView(request_).subspan(kBeforeCemi))) {
     ++counters_.late_confirmations;
     return std::nullopt;
   }
-  if ((control1_of(cemi) & 1) == 0) return Outcome::kConfirmed;
+  if ((wire::control1_of(cemi) & 1) == 0) return Outcome::kConfirmed;
   ++counters_.not_acknowledged;
   return Outcome::kNotAcknowledged;
 }
 
-void Tunnel::on_feature(ServiceCode service, ByteView body) {
+void Tunnel::on_feature(wire::ServiceCode service, ByteView body) {
   if (body.size() < 2) return bad_frame(fmt::format("{}: body: too short", to_string(service)));
-  const bool of_bus = body[0] == static_cast<std::uint8_t>(Feature::kBusConnection) && body.size() > 2;
-  if (of_bus && service == ServiceCode::kFeatureNotice) calls_.bus(body[2] != 0);
+  const bool of_bus = body[0] == static_cast<std::uint8_t>(wire::Feature::kBusConnection) && body.size() > 2;
+  if (of_bus && service == wire::ServiceCode::kFeatureNotice) calls_.bus(body[2] != 0);
 }
 
 // Sending (knx.md, section 6.1).
 
 void Tunnel::send(ByteView cemi) {
   RUBICON_ASSERT(idle());
-  write_connection_request(request_, ServiceCode::kTunnellingRequest, {channel_, send_sequence_, 0}, cemi);
+  wire::write_connection_request(request_, wire::ServiceCode::kTunnellingRequest, {channel_, send_sequence_, 0}, cemi);
   request_tries_ = 0;
   early_.reset();
   swallowed_ = doubted_ = false;
@@ -260,21 +261,21 @@ void Tunnel::transmit_request() {
   calls_.transmit(Path::kData, request_);
 }
 
-void Tunnel::on_ack(const Frame& frame) {
+void Tunnel::on_ack(const wire::Frame& frame) {
   base::ByteReader reader(frame.body);
-  const auto ack = read_connection_header(reader);
+  const auto ack = wire::read_connection_header(reader);
   if (!ack) return bad_frame(ack.error().text);
   if (phase_ != Phase::kUp || ack->channel != channel_) {
     ++counters_.wrong_channel;
     return;
   }
   if (sending_ != Sending::kWaitAck || ack->sequence != send_sequence_) return;
-  if (ack->status == status::kLayer) {
+  if (ack->status == wire::status::kLayer) {
     ++send_sequence_;
     ++counters_.not_understood;
     return finish(Outcome::kNotUnderstood);
   }
-  if (ack->status != status::kOk) return ack_missing();
+  if (ack->status != wire::status::kOk) return ack_missing();
   if (const auto outcome = acknowledged()) finish(*outcome);
 }
 
@@ -333,7 +334,7 @@ void Tunnel::ack_missing() {
 // Heartbeat (knx.md, section 5.4).
 
 void Tunnel::send_state_request() {
-  transmit(Path::kControl, ConnectionStateRequest{channel_, settings_.own});
+  transmit(Path::kControl, wire::ConnectionStateRequest{channel_, settings_.own});
 }
 
 void Tunnel::heartbeat() {
@@ -349,22 +350,22 @@ void Tunnel::heartbeat_missing() {
   heartbeat();
 }
 
-void Tunnel::on(const ConnectionStateResponse& response) {
+void Tunnel::on(const wire::ConnectionStateResponse& response) {
   if (phase_ != Phase::kUp || response.channel != channel_) {
     ++counters_.wrong_channel;
     return;
   }
-  if (response.status == status::kUnknownConnection)
-    return end(Cause::kForgotten, describe_status(response.status), response.status);
-  const bool bus_down = response.status == status::kBusDown;
-  if (response.status == status::kOk || bus_down) {
+  if (response.status == wire::status::kUnknownConnection)
+    return end(Cause::kForgotten, wire::describe_status(response.status), response.status);
+  const bool bus_down = response.status == wire::status::kBusDown;
+  if (response.status == wire::status::kOk || bus_down) {
     if (std::exchange(awaits_state_, false)) heartbeat_deadline_.set(kHeartbeatPeriod);
     heartbeat_tries_ = 0;
     return calls_.bus(!bus_down);
   }
   if (!awaits_state_) return;  // it answers a question that was no heartbeat
   ++counters_.missing_heartbeats;
-  if (heartbeat_tries_ >= kHeartbeatTries) return end(Cause::kSilent, describe_status(response.status));
+  if (heartbeat_tries_ >= kHeartbeatTries) return end(Cause::kSilent, wire::describe_status(response.status));
   awaits_state_ = false;
   heartbeat_deadline_.set(kHeartbeatPause);
 }
@@ -377,7 +378,7 @@ void Tunnel::undelivered() {
 }
 
 void Tunnel::disconnect(std::uint8_t channel) {
-  transmit(Path::kControl, DisconnectRequest{channel, settings_.own});
+  transmit(Path::kControl, wire::DisconnectRequest{channel, settings_.own});
 }
 
 void Tunnel::stop() {
@@ -413,4 +414,4 @@ void Tunnel::end(Cause cause, std::string why, std::uint8_t code) {
   calls_.ended({cause, code, std::move(why), outcome});
 }
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::line

@@ -10,7 +10,7 @@
 #include "networks/knx/wire/message.h"
 #include "networks/knx/wire/status.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::line {
 
 /// What happened on a tunnel; kept by who makes tunnels, beyond the life of each.
 struct TunnelCounters {
@@ -72,11 +72,11 @@ class Tunnel {
 
   struct Settings {
     bool stream = false;  ///< TCP: no acks, no repeats, sequence numbers are not looked at
-    Hpai own{};           ///< what the server shall answer to; route back = to where the frames come from
+    wire::Hpai own{};     ///< what the server shall answer to; route back = to where the frames come from
     /// Without an answer to the first CONNECT_REQUEST the next ones ask for route back, and so does all that follows:
     /// each request with an endpoint that cannot be reached costs a tunnel of the server until it misses the heartbeat.
     bool tries_route_back = false;
-    std::optional<IndividualAddress> wanted{};  ///< asked for; without it again on status 22
+    std::optional<wire::IndividualAddress> wanted{};  ///< asked for; without it again on status 22
   };
 
   Tunnel(Scheduler& scheduler, Settings settings, TunnelCounters& counters, Calls calls);
@@ -98,10 +98,10 @@ class Tunnel {
   /// DISCONNECT_REQUEST if there is a channel; no calls afterwards.
   void close();
 
-  IndividualAddress address() const { return address_; }
+  wire::IndividualAddress address() const { return address_; }
   std::uint8_t channel() const { return channel_; }
   /// Where requests and acks go; route back = as control.
-  const Hpai& data_endpoint() const { return data_; }
+  const wire::Hpai& data_endpoint() const { return data_; }
   /// The server answered, and it was asked for route back.
   bool route_back_works() const { return answered_ && !settings_.stream && settings_.own.route_back(); }
 
@@ -111,17 +111,17 @@ class Tunnel {
 
   void send_connect();
   void connect_timeout();
-  void on_control(const Frame& frame);
+  void on_control(const wire::Frame& frame);
   void bad_frame(std::string_view why);
-  void on(const ConnectResponse& response);
-  void on(const ConnectionStateResponse& response);
-  void on(const DisconnectRequest& request);
-  void connected(const ConnectResponse& response);
-  void on_request(const Frame& frame);
-  void on_ack(const Frame& frame);
+  void on(const wire::ConnectResponse& response);
+  void on(const wire::ConnectionStateResponse& response);
+  void on(const wire::DisconnectRequest& request);
+  void connected(const wire::ConnectResponse& response);
+  void on_request(const wire::Frame& frame);
+  void on_ack(const wire::Frame& frame);
   bool in_sequence(std::uint8_t sequence);
   void on_cemi(ByteView cemi);
-  void on_feature(ServiceCode service, ByteView body);
+  void on_feature(wire::ServiceCode service, ByteView body);
   std::optional<Outcome> confirmation(ByteView cemi);
   bool is_stray(ByteView confirmation);
   std::optional<Outcome> acknowledged();
@@ -136,7 +136,7 @@ class Tunnel {
   void disconnect(std::uint8_t channel);
   void end(Cause cause, std::string why, std::uint8_t code = 0);
   void stop();
-  void transmit(Path path, const Message& message);
+  void transmit(Path path, const wire::Message& message);
 
   Scheduler& scheduler_;
   Settings settings_;
@@ -146,8 +146,8 @@ class Tunnel {
   Sending sending_ = Sending::kIdle;
   std::uint8_t channel_ = 0;
   std::uint8_t send_sequence_ = 0, receive_sequence_ = 0;
-  IndividualAddress address_{};
-  Hpai data_{};
+  wire::IndividualAddress address_{};
+  wire::Hpai data_{};
   Bytes request_, ack_;  ///< frames; their memory is used again
   unsigned connect_tries_ = 0, request_tries_ = 0, heartbeat_tries_ = 0, undelivered_in_row_ = 0;
   SteadyTime connect_until_{};
@@ -164,4 +164,4 @@ class Tunnel {
   base::Deadline request_deadline_, heartbeat_deadline_, resync_deadline_, connect_deadline_;
 };
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::line

@@ -7,7 +7,7 @@
 
 #include "networks/knx/wire/cemi.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::line {
 
 namespace {
 
@@ -151,12 +151,12 @@ Result<void> TunnelLine::open_tcp() {
   return {};
 }
 
-Hpai TunnelLine::own_endpoint() const {
-  if (over_tcp()) return {HostProtocol::kTcp, {}, 0};
+wire::Hpai TunnelLine::own_endpoint() const {
+  if (over_tcp()) return {wire::HostProtocol::kTcp, {}, 0};
   if (route_back_ || !socket_) return {};
   const auto local = socket_->local();
-  const auto own = udp_hpai(local.address, local.port);
-  return own.route_back() ? Hpai{} : own;
+  const auto own = wire::udp_hpai(local.address, local.port);
+  return own.route_back() ? wire::Hpai{} : own;
 }
 
 void TunnelLine::make_tunnel() {
@@ -166,7 +166,7 @@ void TunnelLine::make_tunnel() {
   calls.received = [this](ByteView cemi, std::optional<Tunnel::Outcome> outcome) { received_cemi(cemi, outcome); };
   calls.finished = [this](Tunnel::Outcome outcome) { finish(outcome); };
   calls.bus = [this](bool connected) {
-    bus_is(connected, connected ? std::string_view() : meaning_of(status::kBusDown).meaning);
+    bus_is(connected, connected ? std::string_view() : wire::meaning_of(wire::status::kBusDown).meaning);
   };
   if (calls_.note) calls.note = calls_.note;
   calls.ended = [this](Tunnel::End end) { ended(std::move(end)); };
@@ -255,8 +255,8 @@ void TunnelLine::received_cemi(ByteView cemi, std::optional<Tunnel::Outcome> out
     if (!*alive) return;
   }
   if (outcome) return finish(*outcome);
-  if (cemi.empty() || cemi[0] != static_cast<std::uint8_t>(CemiCode::kDataIndication)) return;
-  const auto frame = read_data_frame(cemi);
+  if (cemi.empty() || cemi[0] != static_cast<std::uint8_t>(wire::CemiCode::kDataIndication)) return;
+  const auto frame = wire::read_data_frame(cemi);
   if (!frame) {
     ++tunnel_counters_.bad_frames;
     return note("bad-frames", frame.error().text);
@@ -265,7 +265,7 @@ void TunnelLine::received_cemi(ByteView cemi, std::optional<Tunnel::Outcome> out
     ++counters_.lte;
     return;
   }
-  const auto telegram = to_telegram(*frame);
+  const auto telegram = wire::to_telegram(*frame);
   if (!telegram) {
     ++counters_.other_frames;
     return;
@@ -309,7 +309,7 @@ void TunnelLine::ended(Tunnel::End end) {
   const auto alive = alive_;
   retired_ = std::move(tunnel_);
   if (!std::exchange(route_back_, route_back_ || retired_->route_back_works()) && route_back_ &&
-      end.cause == Tunnel::Cause::kRefused && meaning_of(end.status).remedy == Remedy::kWaitForSlot)
+      end.cause == Tunnel::Cause::kRefused && wire::meaning_of(end.status).remedy == wire::Remedy::kWaitForSlot)
     end.why += "; one may be held for two minutes by our first request, whose answer did not reach us (NAT)";
   // What the system still holds of a dead stream would reach the bus long after its time.
   if (stream_ && end.cause == Tunnel::Cause::kSilent) stream_->abort();
@@ -336,11 +336,11 @@ bool TunnelLine::holds_off(const Tunnel::End& end, Duration lived) {
     return true;
   }
   if (end.cause != Tunnel::Cause::kRefused) return false;
-  switch (meaning_of(end.status).remedy) {
-    case Remedy::kRetry:
-    case Remedy::kWaitForSlot: hold_off(Phase::kWaiting, hold_off_.slot_taken(), end.why); return true;
-    case Remedy::kConfiguration: hold_off(Phase::kRefused, hold_off_.misconfigured(), end.why); return true;
-    case Remedy::kBusDown:
+  switch (wire::meaning_of(end.status).remedy) {
+    case wire::Remedy::kRetry:
+    case wire::Remedy::kWaitForSlot: hold_off(Phase::kWaiting, hold_off_.slot_taken(), end.why); return true;
+    case wire::Remedy::kConfiguration: hold_off(Phase::kRefused, hold_off_.misconfigured(), end.why); return true;
+    case wire::Remedy::kBusDown:
       state_.bus = false;
       hold_off(Phase::kWaiting, hold_off_.slot_taken(), end.why);
       return true;
@@ -360,7 +360,7 @@ void TunnelLine::hold_off(Phase phase, Duration pause, std::string why) {
 
 // Sending.
 
-void TunnelLine::send(Telegram telegram, SteadyTime expires, SentCall done) {
+void TunnelLine::send(wire::Telegram telegram, SteadyTime expires, SentCall done) {
   outbox_.push(std::move(telegram), expires, telling(std::move(done), calls_));
 }
 
@@ -369,7 +369,7 @@ void TunnelLine::pump() {
   while (tunnel_ && tunnel_->idle()) {
     const auto* telegram = outbox_.take();
     if (telegram == nullptr) return;
-    const auto cemi = write_telegram(CemiCode::kDataRequest, *telegram);
+    const auto cemi = wire::write_telegram(wire::CemiCode::kDataRequest, *telegram);
     if (!cemi) {
       outbox_.finish(Sent::kRefused, cemi.error().text);
       if (!*alive) return;
@@ -431,4 +431,4 @@ std::map<std::string, std::uint64_t> TunnelLine::counters() const {
           {"doubled-address", counters_.doubled_address}};
 }
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::line

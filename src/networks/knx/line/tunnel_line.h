@@ -11,7 +11,7 @@
 #include "networks/knx/line/tunnel.h"
 #include "transport/transports.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::line {
 
 struct TunnelOptions {
   enum class Via : std::uint8_t { kUdp, kTcp };
@@ -22,7 +22,7 @@ struct TunnelOptions {
   std::uint16_t local_port = 0;  ///< of UDP; 0 = any
   Via via = Via::kUdp;
   Nat nat = Nat::kAuto;
-  std::optional<IndividualAddress> wanted{};  ///< a tunnel address to ask for; servers of version 1 give any
+  std::optional<wire::IndividualAddress> wanted{};  ///< a tunnel address to ask for; servers of version 1 give any
   Outbox::Limits limits{};
 };
 
@@ -39,7 +39,7 @@ class TunnelLine final : public Line {
 
   /// Fails if there are no sockets, or the local port is taken. Harmless unless closed.
   Result<void> open() override;
-  void send(Telegram telegram, SteadyTime expires, SentCall done) override;
+  void send(wire::Telegram telegram, SteadyTime expires, SentCall done) override;
   const LineState& state() const override { return state_; }
   std::map<std::string, std::uint64_t> counters() const override;
 
@@ -56,7 +56,7 @@ class TunnelLine final : public Line {
   Result<void> open_udp();
   Result<void> open_tcp();
   void make_tunnel();
-  Hpai own_endpoint() const;
+  wire::Hpai own_endpoint() const;
   bool over_tcp() const { return options_.via == TunnelOptions::Via::kTcp; }
 
   // What sockets say.
@@ -106,4 +106,4 @@ class TunnelLine final : public Line {
   Outbox outbox_;
 };
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::line

@@ -8,7 +8,7 @@
 #include <optional>
 #include <span>
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::wire {
 
 namespace {
 
@@ -95,4 +95,4 @@ std::string to_string(IndividualAddress address) {
   return fmt::format("{}.{}.{}", value >> 12, value >> 8 & 0xf, value & 0xff);
 }
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::wire

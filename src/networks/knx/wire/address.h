@@ -6,7 +6,7 @@
 
 #include "rubicon/result.hpp"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::wire {
 
 /// Where group telegrams go; 0 is the broadcast address, never a normal target (KNX 3/3/3).
 enum class GroupAddress : std::uint16_t {};
@@ -33,4 +33,4 @@ constexpr std::uint16_t number(IndividualAddress address) {
   return static_cast<std::uint16_t>(address);
 }
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::wire

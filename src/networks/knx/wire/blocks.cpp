@@ -7,7 +7,7 @@
 
 #include "base/assert.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::wire {
 
 namespace {
 
@@ -158,4 +158,4 @@ void write(Bytes& out, const Srp& srp) {
   out.insert(out.end(), srp.content.begin(), srp.content.end());
 }
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::wire

@@ -11,7 +11,7 @@
 #include "networks/knx/wire/address.h"
 #include "rubicon/result.hpp"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::wire {
 
 /// Building blocks of KNXnet/IP bodies (KNX 3/8/2, section 7.5). read_x() takes its block off the front of `reader`;
 /// kInvalid names the block and what is wrong with it. write() appends.
@@ -81,4 +81,4 @@ void write(Bytes& out, const Srp& srp);
 
 void write_u16(Bytes& out, std::uint16_t value);
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::wire

@@ -7,7 +7,7 @@
 #include "networks/knx/wire/blocks.h"
 #include "networks/knx/wire/frame.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::wire {
 
 namespace {
 
@@ -154,4 +154,4 @@ std::uint8_t control1_of(ByteView cemi) {
   return rest.empty() ? std::uint8_t{0} : rest[0];
 }
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::wire

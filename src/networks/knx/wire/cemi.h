@@ -6,7 +6,7 @@
 #include "networks/knx/wire/telegram.h"
 #include "rubicon/result.hpp"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::wire {
 
 /// Message codes of cEMI (KNX 3/6/3). Others occur.
 enum class CemiCode : std::uint8_t {
@@ -78,4 +78,4 @@ bool confirms(ByteView confirmation, ByteView request);
 /// Ctrl1 of a frame of L_Data, passing over additional info; 0 if there is none.
 std::uint8_t control1_of(ByteView cemi);
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::wire

@@ -7,7 +7,7 @@
 
 #include "networks/knx/wire/cemi.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::wire {
 
 namespace {
 
@@ -151,4 +151,4 @@ std::string describe(ByteView cemi, Notation notation) {
   return name + hex(cemi.subspan(1)) + why;
 }
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::wire

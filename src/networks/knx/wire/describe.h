@@ -5,10 +5,10 @@
 #include "base/bytes.h"
 #include "networks/knx/wire/address.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::wire {
 
 /// A cEMI frame in one line for people: `L_Data.ind low from 1.1.201 to 1/2/5 hops 5 GroupValueResponse (small) 01`.
 /// Frames that cannot be read are shown in hex with the reason. Never fails, whatever the bytes are.
 std::string describe(ByteView cemi, Notation notation = Notation::kThreeLevel);
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::wire

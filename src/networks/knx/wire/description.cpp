@@ -6,7 +6,7 @@
 
 #include "base/assert.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::wire {
 
 namespace {
 
@@ -209,4 +209,4 @@ std::vector<Dib> to_dibs(const ServerDescription& description) {
   return dibs;
 }
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::wire

@@ -8,7 +8,7 @@
 
 #include "networks/knx/wire/blocks.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::wire {
 
 /// A description information block as it stands in search and description answers (KNX 3/8/2, section 7.5.4).
 struct Dib {
@@ -84,4 +84,4 @@ ServerDescription read_description(std::span<const Dib> dibs);
 /// Device and families always, the others when there is something in them.
 std::vector<Dib> to_dibs(const ServerDescription& description);
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::wire

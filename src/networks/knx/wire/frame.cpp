@@ -4,7 +4,7 @@
 
 #include "base/assert.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::wire {
 
 namespace {
 
@@ -89,4 +89,4 @@ void close_frame(Bytes& out, std::size_t begin) {
   out[begin + 5] = static_cast<std::uint8_t>(total & 0xff);
 }
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::wire

@@ -6,7 +6,7 @@
 #include "base/bytes.h"
 #include "rubicon/result.hpp"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::wire {
 
 /// Services of KNXnet/IP (KNX 3/8/2 to 3/8/5, 3/8/9). Frames carry others too: an enum value need not be named here.
 enum class ServiceCode : std::uint16_t {
@@ -69,4 +69,4 @@ Result<std::size_t> frame_size(ByteView stream);
 void open_frame(Bytes& out, ServiceCode service);
 void close_frame(Bytes& out, std::size_t begin = 0);
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::wire

@@ -4,7 +4,7 @@
 
 #include <utility>
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::wire {
 
 namespace {
 
@@ -297,4 +297,4 @@ void write_connection_ack(Bytes& out, ServiceCode service, const ConnectionHeade
   close_frame(out);
 }
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::wire

@@ -7,7 +7,7 @@
 #include "networks/knx/wire/description.h"
 #include "networks/knx/wire/frame.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::wire {
 
 /// Bodies of the services we speak (KNX 3/8/2 to 3/8/5); views look into the bytes they were read from.
 
@@ -124,4 +124,4 @@ Bytes write(const Message& message);
 void write_connection_request(Bytes& out, ServiceCode service, const ConnectionHeader& header, ByteView cemi);
 void write_connection_ack(Bytes& out, ServiceCode service, const ConnectionHeader& header);
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::wire

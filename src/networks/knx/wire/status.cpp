@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::wire {
 
 StatusMeaning meaning_of(std::uint8_t status) {
   switch (status) {
@@ -33,4 +33,4 @@ std::string describe_status(std::uint8_t status) {
   return fmt::format("{} (status {:02X})", meaning_of(status).meaning, status);
 }
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::wire

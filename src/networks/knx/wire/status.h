@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::wire {
 
 /// Status codes with a meaning of their own in the state machines (KNX 3/8/2, 7.8; 3/8/4).
 namespace status {
@@ -32,4 +32,4 @@ StatusMeaning meaning_of(std::uint8_t status);
 /// `all tunnels of the interface are in use (status 24)`.
 std::string describe_status(std::uint8_t status);
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::wire

@@ -5,7 +5,7 @@
 #include "base/bytes.h"
 #include "networks/knx/wire/address.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::wire {
 
 /// What a group telegram does (KNX 3/3/7): APCI 000, 040, 080.
 enum class Service : std::uint8_t { kRead, kResponse, kWrite };
@@ -41,4 +41,4 @@ struct Telegram {
   friend bool operator==(const Telegram&, const Telegram&) = default;
 };
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::wire

@@ -8,15 +8,15 @@
 #include "networks/knx/dpt/dpt_lines.h"
 #include "networks/knx/dpt/samples.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::dpt {
 namespace {
 
 constexpr std::size_t kRandom = 400;
 
 /// What a payload is when its reserved bits are 0 and its floats are in the one form that is sent.
-Payload settled(const Dpt& type, const Payload& payload) {
+wire::Payload settled(const Dpt& type, const wire::Payload& payload) {
   const auto value = decode(type, payload);
-  return value ? encode(type, *value).value_or(Payload{}) : Payload{};
+  return value ? encode(type, *value).value_or(wire::Payload{}) : wire::Payload{};
 }
 
 /// Bits that no decoder looks at: changing one changes no value.
@@ -75,7 +75,7 @@ TEST(DptRoundTrip, BothStopsOfAStepStayWhatTheyAre) {
   for (const auto* name : {"3.007", "3.008", "3.999"}) {
     const auto& type = dpt(name);
     for (unsigned raw = 0; raw < 16; ++raw) {
-      const Payload sample{{static_cast<std::uint8_t>(raw)}, true};
+      const wire::Payload sample{{static_cast<std::uint8_t>(raw)}, true};
       EXPECT_EQ(settled(type, sample), sample) << name << ' ' << raw;
     }
   }
@@ -195,10 +195,10 @@ TEST(DptCatalogue, TheBoundsOfANumberAreThoseThatATelegramTakes) {
     const auto range = range_of(*type);
     if (!range) continue;
     const bool whole = types.find(type->actuator)->data != model::DataType::kReal;
-    const auto sent = [&](double number) -> Result<Payload> {
+    const auto sent = [&](double number) -> Result<wire::Payload> {
       const auto value =
           from_catalogue(*type, Kind::kActuator, whole ? Value(static_cast<std::int64_t>(number)) : Value(number));
-      return value ? encode(*type, *value) : Result<Payload>(fail(value.error()));
+      return value ? encode(*type, *value) : Result<wire::Payload>(fail(value.error()));
     };
     for (const auto& [bound, beyond] : {std::pair(range->minimum, -1), std::pair(range->maximum, 1)}) {
       if (std::abs(bound) >= 1e15 || !sent(bound)) continue;  // the type of the catalogue is narrower
@@ -220,7 +220,7 @@ TEST(DptDecode, NeverReadsBeyondThePayload) {
       for (const bool small : {false, true}) {
         // Of its own, so that the sanitizer sees a step beyond it.
         const Bytes bytes(length, 0x01);
-        const auto value = decode(*type, PayloadView{bytes, small});
+        const auto value = decode(*type, wire::PayloadView{bytes, small});
         const bool right =
             type->bits == 0 ? length > 0 && !small : small == (type->bits <= 6) && length == (type->bits + 7U) / 8U;
         if (!right) {
@@ -233,4 +233,4 @@ TEST(DptDecode, NeverReadsBeyondThePayload) {
 }
 
 }  // namespace
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::dpt

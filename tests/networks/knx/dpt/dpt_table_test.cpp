@@ -7,7 +7,7 @@
 #include "model/type_catalogue.h"
 #include "networks/knx/dpt/samples.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::dpt {
 namespace {
 
 const std::string kMapping = RUBICON_SOURCE_DIR "/tests/cases/types/knx_dpt.tsv";
@@ -144,4 +144,4 @@ TEST(DptTable, NamesTheTypesOfTheCatalogueThatTheMappingLists) {
 }
 
 }  // namespace
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::dpt

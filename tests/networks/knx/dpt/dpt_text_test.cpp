@@ -3,7 +3,7 @@
 #include "networks/knx/dpt/dpt_lines.h"
 #include "networks/knx/dpt/samples.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::dpt {
 namespace {
 
 std::string hex_of(std::string_view type, std::string_view text) {
@@ -278,15 +278,15 @@ TEST(DptText, SinglesAreShownAsShortAsTheyReadBack) {
 TEST(DptText, AnOpenTextOfFullLengthIsSentAgain) {
   const std::string full(253, 'g');
   const auto& type = *find_dpt({24, DptId::kMainOnly});
-  const auto value = decode(type, PayloadView{base::as_bytes(full), false});
+  const auto value = decode(type, wire::PayloadView{base::as_bytes(full), false});
   ASSERT_TRUE(value) << value.error().text;
   const auto sent = encode(type, *value);
   ASSERT_TRUE(sent) << sent.error().text;
   EXPECT_EQ(decode(type, *sent).value(), *value);
-  EXPECT_FALSE(decode(type, PayloadView{base::as_bytes(full + 'g'), false})) << "no telegram is so long";
+  EXPECT_FALSE(decode(type, wire::PayloadView{base::as_bytes(full + 'g'), false})) << "no telegram is so long";
   EXPECT_FALSE(encode(type, full + 'g'));
   EXPECT_LE(encode(type, full.substr(1))->bytes.size(), 253U);
 }
 
 }  // namespace
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::dpt

@@ -7,7 +7,7 @@
 
 // What two other libraries make of the same values, compared as knx.md 9.2 says.
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::dpt {
 namespace {
 
 double number_of(const Value& value) {
@@ -49,4 +49,4 @@ TEST(DptVectors, DecodeAsCalimeroDoes) {
 }
 
 }  // namespace
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::dpt

@@ -6,7 +6,7 @@
 
 // The worked values of knx.md 9.10 (measured with xknx and Calimero), and the tables of words and bits.
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::dpt {
 namespace {
 
 struct Worked {
@@ -175,4 +175,4 @@ TEST(DptWorked, EverySetHasItsBits) {
 }
 
 }  // namespace
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::dpt

@@ -6,7 +6,7 @@
 #include <random>
 #include <set>
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::dpt {
 
 std::vector<std::vector<std::string>> rows_of(const std::string& path) {
   std::ifstream file(path);
@@ -36,20 +36,20 @@ const Dpt& dpt(std::string_view text) {
   return type ? *type : all_dpts()[0];
 }
 
-Payload payload(const Dpt& type, std::string_view hex) {
+wire::Payload payload(const Dpt& type, std::string_view hex) {
   return {base::from_hex(hex).value(), type.bits > 0 && type.bits <= 6};
 }
 
-std::vector<Payload> payloads_of(const Dpt& type, std::size_t count) {
+std::vector<wire::Payload> payloads_of(const Dpt& type, std::size_t count) {
   const bool small = type.bits > 0 && type.bits <= 6;
   const std::size_t size = type.bits == 0 ? 20 : small ? 1 : type.bits / 8U;
-  std::vector<Payload> all;
+  std::vector<wire::Payload> all;
   if (size <= 2) {
     // JSON is slow to write and to read: every eleventh of the 65536 has all bits in all company.
     const bool json = type.form == Form::kBits || type.form == Form::kRecord;
     const unsigned stride = json && size == 2 ? 11 : 1;
     for (unsigned raw = 0; raw < (small ? 64U : 1U << (8 * size)); raw += stride) {
-      Payload one{{static_cast<std::uint8_t>(raw)}, small};
+      wire::Payload one{{static_cast<std::uint8_t>(raw)}, small};
       if (size == 2) one.bytes.insert(one.bytes.begin(), static_cast<std::uint8_t>(raw >> 8));
       all.push_back(std::move(one));
     }
@@ -57,7 +57,7 @@ std::vector<Payload> payloads_of(const Dpt& type, std::size_t count) {
   }
   std::mt19937 random(type.id.main * 70000U + type.id.sub);
   for (std::size_t i = 0; i < count; ++i) {
-    Payload one{Bytes(size), false};
+    wire::Payload one{Bytes(size), false};
     // Every second one is sparse: zero octets and small numbers are what real payloads have.
     for (auto& byte : one.bytes) byte = static_cast<std::uint8_t>(random() % (i % 2 == 0 ? 256 : 13));
     // Random octets are hardly ever letters only.
@@ -80,4 +80,4 @@ std::vector<const Dpt*> all_and_mains() {
   return types;
 }
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::dpt

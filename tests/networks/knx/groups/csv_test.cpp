@@ -3,7 +3,7 @@
 #include "networks/knx/groups/csv_records.h"
 #include "networks/knx/groups/support.h"
 
-namespace rubicon::networks::knx::testing {
+namespace rubicon::networks::knx::groups {
 namespace {
 
 std::string line_of(const GroupEntry& entry) {
@@ -242,4 +242,4 @@ TEST(GroupLists, TextThatIsNoListIsRefused) {
 }
 
 }  // namespace
-}  // namespace rubicon::networks::knx::testing
+}  // namespace rubicon::networks::knx::groups

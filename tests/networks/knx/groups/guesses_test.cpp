@@ -6,7 +6,7 @@
 #include "networks/knx/groups/support.h"
 #include "networks/knx/groups/words.h"
 
-namespace rubicon::networks::knx::testing {
+namespace rubicon::networks::knx::groups {
 namespace {
 
 GroupEntry entry(std::string_view address, std::string name, std::string_view type, std::string middle = "Hall") {
@@ -167,7 +167,7 @@ TEST(Guesses, APointIsADeviceOfItsOwnWithTheFilesNames) {
   lamp.description = "over the table";
   const auto point = guess({lamp}).points.at(0);
   EXPECT_EQ(point.device, "");
-  EXPECT_EQ(to_key_part(point.address), "1_4_6");
+  EXPECT_EQ(wire::to_key_part(point.address), "1_4_6");
   EXPECT_EQ(point.instance, "1");
   EXPECT_EQ(point.description, "over the table");
   EXPECT_EQ(point.main_group, "House");
@@ -196,4 +196,4 @@ TEST(Import, TheFlatHasThreePairs) {
 }
 
 }  // namespace
-}  // namespace rubicon::networks::knx::testing
+}  // namespace rubicon::networks::knx::groups

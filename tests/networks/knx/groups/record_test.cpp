@@ -5,7 +5,7 @@
 #include "networks/knx/groups/record.h"
 #include "networks/knx/groups/support.h"
 
-namespace rubicon::networks::knx::testing {
+namespace rubicon::networks::knx::groups {
 namespace {
 
 using When = ReadRule::When;
@@ -149,7 +149,7 @@ std::vector<GroupPoint> awkward_points() {
   std::uint16_t number = 300;
   for (const auto& name : names) {
     GroupPoint each;
-    each.address = GroupAddress(number++);
+    each.address = wire::GroupAddress(number++);
     each.name = name;
     each.description = name + name;
     each.device_name = name;
@@ -363,4 +363,4 @@ TEST(Import, FilesThatAreNotThereOrRefusedSaySo) {
 }
 
 }  // namespace
-}  // namespace rubicon::networks::knx::testing
+}  // namespace rubicon::networks::knx::groups

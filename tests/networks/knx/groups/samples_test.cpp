@@ -3,7 +3,7 @@
 
 #include "networks/knx/groups/support.h"
 
-namespace rubicon::networks::knx::testing {
+namespace rubicon::networks::knx::groups {
 namespace {
 
 std::string one_line(std::string text) {
@@ -13,7 +13,7 @@ std::string one_line(std::string text) {
 
 std::string type_text(const GroupEntry& entry) {
   if (!entry.dpt) return "";
-  return entry.dpt->sub == DptId::kMainOnly ? std::to_string(entry.dpt->main) : to_string(*entry.dpt);
+  return entry.dpt->sub == dpt::DptId::kMainOnly ? std::to_string(entry.dpt->main) : to_string(*entry.dpt);
 }
 
 class Samples : public ::testing::Test {
@@ -130,4 +130,4 @@ TEST_F(Samples, TheWordsOfTheReportSayWhatWasWrong) {
 }
 
 }  // namespace
-}  // namespace rubicon::networks::knx::testing
+}  // namespace rubicon::networks::knx::groups

@@ -12,14 +12,14 @@
 
 #include "networks/knx/groups/readers.h"
 
-namespace rubicon::networks::knx::testing {
+namespace rubicon::networks::knx::groups {
 
-inline GroupAddress ga(std::string_view text) {
-  return parse_group(text).value();
+inline wire::GroupAddress ga(std::string_view text) {
+  return wire::parse_group(text).value();
 }
 
-inline DptId dpt(std::string_view text) {
-  return parse_dpt(text).value();
+inline dpt::DptId dpt(std::string_view text) {
+  return dpt::parse_dpt(text).value();
 }
 
 inline std::string shared_folder() {
@@ -68,4 +68,4 @@ inline std::vector<Finding> findings(const Report& report, Finding::Level level)
   return out;
 }
 
-}  // namespace rubicon::networks::knx::testing
+}  // namespace rubicon::networks::knx::groups

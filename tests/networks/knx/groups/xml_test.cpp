@@ -2,7 +2,7 @@
 
 #include "networks/knx/groups/support.h"
 
-namespace rubicon::networks::knx::testing {
+namespace rubicon::networks::knx::groups {
 namespace {
 
 std::string document(std::string_view declaration, std::string_view body) {
@@ -115,7 +115,7 @@ TEST(EsfList, FirstDotEndsTheMainGroupAndTheLastBeginsTheAddress) {
   ASSERT_EQ(list.entries.size(), 2U) << texts(list.report);
   EXPECT_EQ(list.entries[0].main_group, "Ground");
   EXPECT_EQ(list.entries[0].middle_group, "floor.west");
-  EXPECT_EQ(list.entries[0].listen, (std::vector<GroupAddress>{ga("1/0/2"), ga("1/0/3")}));
+  EXPECT_EQ(list.entries[0].listen, (std::vector<wire::GroupAddress>{ga("1/0/2"), ga("1/0/3")}));
   EXPECT_EQ(list.entries[1].dpt, dpt("3.*"));
   EXPECT_EQ(list.report.warnings, 0U) << texts(list.report);
 }
@@ -130,7 +130,7 @@ TEST(EsfList, EveryEisNumberGivesItsMainType) {
   for (std::size_t i = 0; i < mains.size(); ++i) {
     ASSERT_TRUE(list.entries[i].dpt);
     EXPECT_EQ(list.entries[i].dpt->main, mains[i]);
-    EXPECT_EQ(list.entries[i].dpt->sub, DptId::kMainOnly);
+    EXPECT_EQ(list.entries[i].dpt->sub, dpt::DptId::kMainOnly);
   }
   EXPECT_EQ(list.report.warnings, 3U) << "the sign of 10, 11 and 14 is not said";
 }
@@ -138,10 +138,10 @@ TEST(EsfList, EveryEisNumberGivesItsMainType) {
 TEST(EsfList, TwoLevelProjectsHaveMainGroupsOnly) {
   const auto list = read_group_list("House\nLight.1/519\tLamp\tEIS 1 'Switching' (1 Bit)\tLow\t\n");
   ASSERT_EQ(list.entries.size(), 1U) << texts(list.report);
-  EXPECT_EQ(list.entries[0].notation, Notation::kTwoLevel);
+  EXPECT_EQ(list.entries[0].notation, wire::Notation::kTwoLevel);
   EXPECT_EQ(list.entries[0].main_group, "Light");
   EXPECT_EQ(list.entries[0].middle_group, "");
 }
 
 }  // namespace
-}  // namespace rubicon::networks::knx::testing
+}  // namespace rubicon::networks::knx::groups

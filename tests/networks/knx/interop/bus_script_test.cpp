@@ -12,7 +12,7 @@
 #include "support/knxd.h"
 #include "support/private_network.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::line {
 namespace {
 
 using ::testing::HasSubstr;
@@ -82,4 +82,4 @@ TEST(BusOfTheDemo, LeavesNoProcessAndNoFolderBehind) {
 }
 
 }  // namespace
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::line

@@ -10,7 +10,7 @@
 #include "support/knxd.h"
 #include "transport/worlds.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::line {
 namespace {
 
 using namespace std::chrono_literals;
@@ -37,7 +37,7 @@ class TunnelToKnxd : public ::testing::Test {
   /// A lost line is reopened soon, as the supervisor does.
   std::unique_ptr<TunnelLine> make_line() {
     LineCalls calls;
-    calls.received = [this](const Telegram& telegram) { heard.push_back(telegram); };
+    calls.received = [this](const wire::Telegram& telegram) { heard.push_back(telegram); };
     calls.failed = [this](const Error&) {
       ++losses;
       reopening = time().after(500ms, [this] { EXPECT_TRUE(line->open()); });
@@ -51,8 +51,8 @@ class TunnelToKnxd : public ::testing::Test {
     ASSERT_TRUE(world->until([&] { return up(); })) << line->state().reason;
   }
   void write(std::uint16_t group, Bytes value) {
-    Telegram telegram;
-    telegram.destination = GroupAddress(group);
+    wire::Telegram telegram;
+    telegram.destination = wire::GroupAddress(group);
     telegram.payload = {std::move(value), false};
     line->send(telegram, time().now() + 1min, [this](Sent outcome, std::string_view) { ++told[outcome]; });
   }
@@ -61,7 +61,7 @@ class TunnelToKnxd : public ::testing::Test {
   std::unique_ptr<transport::MachineWorld> world;
   std::unique_ptr<Knxd> knxd;
   TunnelOptions options;
-  std::vector<Telegram> heard;
+  std::vector<wire::Telegram> heard;
   std::map<Sent, int> told;
   int losses = 0;
   Timer reopening;
@@ -91,10 +91,10 @@ TEST_F(TunnelToKnxd, WhatKnxtoolWritesReachesUs) {
   EXPECT_EQ(knxd->tool("groupswrite", {"1/2/3", "1"}).code, 0);
   EXPECT_EQ(knxd->tool("groupread", {"1/2/5"}).code, 0);
   ASSERT_TRUE(world->until([&] { return heard.size() == 3; }));
-  EXPECT_EQ(heard[0].destination, GroupAddress{0x0a08});
-  EXPECT_EQ(heard[0].payload, (Payload{{0x0c, 0x65}, false}));
-  EXPECT_EQ(heard[1].payload, (Payload{{1}, true}));
-  EXPECT_EQ(heard[2].service, Service::kRead);
+  EXPECT_EQ(heard[0].destination, wire::GroupAddress{0x0a08});
+  EXPECT_EQ(heard[0].payload, (wire::Payload{{0x0c, 0x65}, false}));
+  EXPECT_EQ(heard[1].payload, (wire::Payload{{1}, true}));
+  EXPECT_EQ(heard[2].service, wire::Service::kRead);
 }
 
 TEST_F(TunnelToKnxd, KilledAndStartedAgainItIsFoundWithoutALostWrite) {
@@ -129,7 +129,7 @@ TEST_F(TunnelToKnxd, WithoutAFreeTunnelItWaitsAndSaysSo) {
 
 TEST_F(TunnelToKnxd, AWantedAddressAndRouteBackAreNegotiated) {
   start_knxd();
-  options.wanted = IndividualAddress{0x11cc};  // knxd refuses the extended form with status 22
+  options.wanted = wire::IndividualAddress{0x11cc};  // knxd refuses the extended form with status 22
   options.nat = TunnelOptions::Nat::kOn;
   connect();
   write(0x0a07, {1, 2});
@@ -150,4 +150,4 @@ TEST_F(TunnelToKnxd, ThousandsOfTelegramsAreConfirmedOneByOne) {
 }
 
 }  // namespace
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::line

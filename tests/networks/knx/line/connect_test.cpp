@@ -1,6 +1,6 @@
 #include "networks/knx/line/line_fixture.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::line {
 namespace {
 
 using Phase = LineState::Phase;
@@ -313,28 +313,28 @@ TEST_F(ConnectTest, ARefusalThatConcernsAnOldConnectionIsAFailureForTheCaller) {
 
 TEST_F(ConnectTest, AWantedAddressIsAskedFor) {
   make_server({.wanted_addresses = true});
-  options.wanted = IndividualAddress{0x11ca};
+  options.wanted = wire::IndividualAddress{0x11ca};
   connect();
-  EXPECT_EQ(line->state().own, IndividualAddress{0x11ca});
+  EXPECT_EQ(line->state().own, wire::IndividualAddress{0x11ca});
   const auto first = std::move(line);
   open();
   EXPECT_EQ(phase(), Phase::kWaiting);
   EXPECT_EQ(line->state().reason, "the wanted tunnel address is in use (status 2E)");
-  options.wanted = IndividualAddress{0x1101};
+  options.wanted = wire::IndividualAddress{0x1101};
   open();
   EXPECT_EQ(phase(), Phase::kRefused);
 }
 
 TEST_F(ConnectTest, AServerThatKnowsNoWantedAddressesGivesAny) {
-  options.wanted = IndividualAddress{0x11ca};
+  options.wanted = wire::IndividualAddress{0x11ca};
   connect();
-  EXPECT_EQ(line->state().own, IndividualAddress{0x11c8});
+  EXPECT_EQ(line->state().own, wire::IndividualAddress{0x11c8});
   EXPECT_EQ(server->counters.connects, 2U);
 }
 
 TEST_F(ConnectTest, TheRefusalOfAWantedAddressMayComeTwice) {
   make_server();
-  options.wanted = IndividualAddress{0x11ca};
+  options.wanted = wire::IndividualAddress{0x11ca};
   server->set_weather({.duplicate = 1, .late = 50us});
   open();
   time.run_for(3s);
@@ -344,7 +344,7 @@ TEST_F(ConnectTest, TheRefusalOfAWantedAddressMayComeTwice) {
 
 TEST_F(ConnectTest, ATypeThatIsNotOfferedAtAllIsStillToldSoon) {
   make_server();
-  options.wanted = IndividualAddress{0x11ca};
+  options.wanted = wire::IndividualAddress{0x11ca};
   server->connect_status = 0x22;
   open();
   time.run_for(3s);
@@ -449,4 +449,4 @@ TEST_F(ConnectTest, TwoClientsThatFightForASlotAreNoticed) {
 }
 
 }  // namespace
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::line

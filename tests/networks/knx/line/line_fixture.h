@@ -12,7 +12,7 @@
 #include "support/knx_server.h"
 #include "transport/memory/memory_transports.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::line {
 
 using namespace std::chrono_literals;
 
@@ -43,7 +43,7 @@ class LineFixture : public testing::Test {
       failures.push_back(std::move(why));
       if (reopens) reopening = time.after(reopen_pause, [this] { EXPECT_TRUE(line->open()); });
     };
-    calls.received = [this](const Telegram& telegram) { received.push_back(telegram); };
+    calls.received = [this](const wire::Telegram& telegram) { received.push_back(telegram); };
     calls.frame = [this](ByteView cemi, bool outgoing) {
       frames.emplace_back(outgoing, Bytes(cemi.begin(), cemi.end()));
     };
@@ -65,9 +65,9 @@ class LineFixture : public testing::Test {
   LineState::Phase phase() const { return line->state().phase; }
   std::uint64_t count(const std::string& name) const { return line->counters().at(name); }
 
-  static Telegram write(std::uint16_t group, Bytes value, bool small = false) {
-    Telegram telegram;
-    telegram.destination = GroupAddress{group};
+  static wire::Telegram write(std::uint16_t group, Bytes value, bool small = false) {
+    wire::Telegram telegram;
+    telegram.destination = wire::GroupAddress{group};
     telegram.payload = {std::move(value), small};
     return telegram;
   }
@@ -77,7 +77,7 @@ class LineFixture : public testing::Test {
     const Bytes value{static_cast<std::uint8_t>(number >> 8), static_cast<std::uint8_t>(number & 0xff)};
     send(number, write(0x0a07, value), lives);
   }
-  void send(std::uint16_t number, Telegram telegram, Duration lives = 60s) {
+  void send(std::uint16_t number, wire::Telegram telegram, Duration lives = 60s) {
     line->send(std::move(telegram), time.now() + lives, [this, number](Sent sent, std::string_view why) {
       EXPECT_FALSE(told.contains(number)) << number << " was told twice";
       told[number] = {sent, std::string(why)};
@@ -105,7 +105,7 @@ class LineFixture : public testing::Test {
   std::unique_ptr<support::KnxServer> server;
   std::vector<LineState> states;
   std::vector<Error> failures;
-  std::vector<Telegram> received;
+  std::vector<wire::Telegram> received;
   std::vector<std::pair<bool, Bytes>> frames;
   std::vector<std::pair<std::string, std::string>> notes;
   std::map<std::uint16_t, Told> told;
@@ -116,4 +116,4 @@ class LineFixture : public testing::Test {
   std::unique_ptr<TunnelLine> line;
 };
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::line

@@ -1,6 +1,6 @@
 #include "networks/knx/line/line_fixture.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::line {
 namespace {
 
 /// Datagrams get lost, doubled and reordered, each way: knx.md, section 17.
@@ -70,4 +70,4 @@ TEST_P(LossTest, TelegramsOfTheBusAreHeardOnceAndInOrderWithoutLoss) {
 INSTANTIATE_TEST_SUITE_P(Seeds, LossTest, testing::Values(1U, 2U, 3U, 4U, 5U, 6U, 7U, 8U));
 
 }  // namespace
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::line

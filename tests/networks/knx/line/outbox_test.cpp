@@ -8,7 +8,7 @@
 
 #include "base/virtual_scheduler.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::line {
 namespace {
 
 using namespace std::chrono_literals;
@@ -25,13 +25,13 @@ class OutboxTest : public testing::Test {
       }
     });
   }
-  void push(std::uint16_t group, Priority priority = Priority::kLow, Service service = Service::kWrite,
-            Duration lives = 1h) {
-    Telegram telegram;
-    telegram.destination = GroupAddress{group};
+  void push(std::uint16_t group, wire::Priority priority = wire::Priority::kLow,
+            wire::Service service = wire::Service::kWrite, Duration lives = 1h) {
+    wire::Telegram telegram;
+    telegram.destination = wire::GroupAddress{group};
     telegram.priority = priority;
     telegram.service = service;
-    if (service != Service::kRead) telegram.payload = {{1}, true};
+    if (service != wire::Service::kRead) telegram.payload = {{1}, true};
     outbox->push(telegram, time.now() + lives,
                  [this, group](Sent sent, std::string_view) { told.emplace_back(group, sent); });
   }
@@ -46,12 +46,12 @@ class OutboxTest : public testing::Test {
 
 TEST_F(OutboxTest, SystemGoesBeforeUrgentNormalAndLowAndInOrderWithin) {
   make({.rate = 0});
-  push(1, Priority::kLow);
-  push(2, Priority::kNormal);
-  push(3, Priority::kUrgent);
-  push(4, Priority::kSystem);
-  push(5, Priority::kUrgent);
-  push(6, Priority::kLow);
+  push(1, wire::Priority::kLow);
+  push(2, wire::Priority::kNormal);
+  push(3, wire::Priority::kUrgent);
+  push(4, wire::Priority::kSystem);
+  push(5, wire::Priority::kUrgent);
+  push(6, wire::Priority::kLow);
   EXPECT_TRUE(taken.empty()) << "not inside push()";
   time.run_ready();
   EXPECT_EQ(taken, (std::vector<std::uint16_t>{4, 3, 5, 2, 1, 6}));
@@ -82,7 +82,7 @@ TEST_F(OutboxTest, WithoutARateAllGoesAtOnce) {
 
 TEST_F(OutboxTest, ReadsUseWhatOthersLeave) {
   make({.rate = 10, .burst = 3});
-  for (std::uint16_t i = 1; i <= 10; ++i) push(i, Priority::kSystem, Service::kRead);
+  for (std::uint16_t i = 1; i <= 10; ++i) push(i, wire::Priority::kSystem, wire::Service::kRead);
   time.run_ready();
   EXPECT_EQ(taken.size(), 2U) << "a token is left";
   push(100);
@@ -109,9 +109,9 @@ TEST_F(OutboxTest, RefusesWhatIsBeyondItsBoundInALaterTurn) {
 TEST_F(OutboxTest, WhatWaitsTooLongExpiresInTime) {
   make({.rate = 20});
   auto_send = false;
-  push(1, Priority::kLow, Service::kWrite, 2s);
-  push(2, Priority::kLow, Service::kRead, 1s);
-  push(3, Priority::kLow, Service::kWrite, 10s);
+  push(1, wire::Priority::kLow, wire::Service::kWrite, 2s);
+  push(2, wire::Priority::kLow, wire::Service::kRead, 1s);
+  push(3, wire::Priority::kLow, wire::Service::kWrite, 10s);
   time.run_for(990ms);
   EXPECT_TRUE(told.empty());
   time.run_for(20ms);
@@ -127,11 +127,11 @@ TEST_F(OutboxTest, WhatWasUnderWayGoesFirstOnTheNextLineAndOnlyOnceMore) {
   make({.rate = 0});
   auto_send = false;
   push(1);
-  push(2, Priority::kSystem);
+  push(2, wire::Priority::kSystem);
   EXPECT_EQ(number(outbox->take()->destination), 2);
   EXPECT_EQ(outbox->take(), nullptr) << "one at a time";
   outbox->line_lost();
-  push(3, Priority::kSystem);
+  push(3, wire::Priority::kSystem);
   EXPECT_EQ(number(outbox->take()->destination), 2);
   outbox->line_lost();
   time.run_ready();
@@ -143,7 +143,7 @@ TEST_F(OutboxTest, WhatWasUnderWayGoesFirstOnTheNextLineAndOnlyOnceMore) {
 TEST_F(OutboxTest, WhatWasUnderWayAndHasNoTimeLeftIsReportedLost) {
   make({.rate = 0});
   auto_send = false;
-  push(1, Priority::kLow, Service::kWrite, 1s);
+  push(1, wire::Priority::kLow, wire::Service::kWrite, 1s);
   outbox->take();
   outbox->line_lost();
   time.run_for(2s);
@@ -155,13 +155,13 @@ TEST_F(OutboxTest, WhatWasUnderWayAndHasNoTimeLeftIsReportedLost) {
 TEST_F(OutboxTest, WhatIsTakenOnceMoreHasTimeLeft) {
   make({.rate = 0});
   auto_send = false;
-  push(1, Priority::kLow, Service::kWrite, 1s);
+  push(1, wire::Priority::kLow, wire::Service::kWrite, 1s);
   outbox->take();
   outbox->line_lost();
   time.run_for(990ms);
   // At that very instant the line comes up, before anybody looked for what is over.
   const auto taken_then = time.after(10ms, [this] { EXPECT_EQ(outbox->take(), nullptr); });
-  push(2, Priority::kLow, Service::kWrite, 5ms);  // the look at it puts the next one off by a step
+  push(2, wire::Priority::kLow, wire::Service::kWrite, 5ms);  // the look at it puts the next one off by a step
   time.run_for(1s);
   ASSERT_EQ(told.size(), 2U);
   EXPECT_EQ(told[1], (std::pair<std::uint16_t, Sent>{1, Sent::kLost}));
@@ -176,4 +176,4 @@ TEST_F(OutboxTest, DestroyedItTellsNothing) {
 }
 
 }  // namespace
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::line

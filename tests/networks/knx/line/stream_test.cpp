@@ -1,6 +1,6 @@
 #include "networks/knx/line/line_fixture.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::line {
 namespace {
 
 using Phase = LineState::Phase;
@@ -140,4 +140,4 @@ TEST_F(StreamTest, AMissingConfirmationOfAPeerThatLivesIsReportedAfterThreeSecon
 }
 
 }  // namespace
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::line

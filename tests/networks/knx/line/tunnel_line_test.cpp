@@ -1,6 +1,6 @@
 #include "networks/knx/line/line_fixture.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::line {
 namespace {
 
 using Phase = LineState::Phase;
@@ -11,7 +11,7 @@ TEST_F(TunnelLineTest, ComesUpAndKnowsItsAddressAndServer) {
   net.name("knx.home", {"fe80::1", "10.0.0.9"});
   options.host = "knx.home";
   connect();
-  EXPECT_EQ(line->state().own, IndividualAddress{0x11c8});
+  EXPECT_EQ(line->state().own, wire::IndividualAddress{0x11c8});
   EXPECT_EQ(line->state().server, "knx.home (10.0.0.9:3671)");
   EXPECT_TRUE(line->state().bus);
   ASSERT_EQ(states.size(), 2U);
@@ -45,9 +45,9 @@ TEST_F(TunnelLineTest, HearsTheBusWhateverTheSource) {
   server->inject_cemi({0x29, 0, 0xbc});
   time.run_for(1s);
   ASSERT_EQ(received.size(), 3U);
-  EXPECT_EQ(received[0].payload, (Payload{{1}, true}));
-  EXPECT_EQ(received[1].service, Service::kResponse);
-  EXPECT_EQ(received[2].service, Service::kRead);
+  EXPECT_EQ(received[0].payload, (wire::Payload{{1}, true}));
+  EXPECT_EQ(received[1].service, wire::Service::kResponse);
+  EXPECT_EQ(received[2].service, wire::Service::kRead);
   EXPECT_EQ(frames.size(), 7U);
   EXPECT_EQ(server->counters.acks, 7U) << "everything in sequence is acknowledged";
   EXPECT_EQ(count("other-frames"), 1U);
@@ -59,13 +59,13 @@ TEST_F(TunnelLineTest, HearsTheBusWhateverTheSource) {
 TEST_F(TunnelLineTest, AReadIsAnswered) {
   connect();
   server->answers[0x0a05] = {{1}, true};
-  Telegram read;
-  read.service = Service::kRead;
-  read.destination = GroupAddress{0x0a05};
+  wire::Telegram read;
+  read.service = wire::Service::kRead;
+  read.destination = wire::GroupAddress{0x0a05};
   send(1, read);
   time.run_for(1s);
   ASSERT_EQ(received.size(), 1U);
-  EXPECT_EQ(received[0].service, Service::kResponse);
+  EXPECT_EQ(received[0].service, wire::Service::kResponse);
 }
 
 TEST_F(TunnelLineTest, LongValuesGoAsExtendedFrames) {
@@ -436,7 +436,7 @@ TEST_F(TunnelLineTest, MayBeDestroyedInAnyOfItsCalls) {
       destroy_if(state.phase == Phase::kConnecting ? 0 : state.phase == Phase::kUp ? 1 : -1);
     };
     calls.failed = [=](const Error&) { destroy_if(2); };
-    calls.received = [=](const Telegram&) { destroy_if(3); };
+    calls.received = [=](const wire::Telegram&) { destroy_if(3); };
     calls.frame = [=](ByteView, bool outgoing) { destroy_if(outgoing ? 4 : 5); };
     calls.note = [=](const std::string&, std::string_view) { destroy_if(6); };
     line = std::make_unique<TunnelLine>(options, time, transports, std::move(calls));
@@ -459,4 +459,4 @@ TEST_F(TunnelLineTest, MayBeDestroyedInAnyOfItsCalls) {
 }
 
 }  // namespace
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::line

@@ -5,12 +5,12 @@
 #include <sstream>
 
 #include "networks/knx/line/frame_stream.h"
-#include "networks/knx/line/hex.h"
 #include "networks/knx/wire/cemi.h"
+#include "networks/knx/wire/hex.h"
 #include "networks/knx/wire/message.h"
 #include "networks/knx/wire/status.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::wire {
 namespace {
 
 /// A frame of knx.md, section 18: what it is written from and what it is read as.
@@ -273,7 +273,7 @@ TEST(Frames, StreamsAreCutByTheTotalLength) {
 }
 
 TEST(Frames, AStreamOutOfStepIsNoticedBeforeMuchIsLost) {
-  FrameStream stream;
+  line::FrameStream stream;
   stream.append(bytes_of("061004200800"));
   EXPECT_TRUE(stream.next()) << "2048 bytes: more to come";
   stream.clear();
@@ -327,4 +327,4 @@ TEST(Frames, AllCapturedFramesAreWrittenAsTheyWereRead) {
 }
 
 }  // namespace
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::wire

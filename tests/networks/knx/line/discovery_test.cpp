@@ -5,9 +5,9 @@
 
 #include <optional>
 
-#include "networks/knx/routing/host.h"
+#include "networks/knx/line/host.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::line {
 namespace {
 
 using namespace std::chrono_literals;
@@ -75,7 +75,7 @@ TEST_F(Discovering, WhatKnxdAnswersIsUnderstood) {
   EXPECT_EQ(found.control, (Endpoint{"10.77.0.1", 3671}));
   EXPECT_EQ(found.description.name, "test-knxd");
   EXPECT_EQ(to_string(found.description.address), "1.1.250");
-  EXPECT_EQ(found.description.version(Family::kRouting), 1);
+  EXPECT_EQ(found.description.version(wire::Family::kRouting), 1);
   EXPECT_FALSE(found.extended);
   EXPECT_EQ(describe(found),
             "test-knxd  10.77.0.1:3671  1.1.250  TP1\n"
@@ -86,25 +86,26 @@ TEST_F(Discovering, WhatKnxdAnswersIsUnderstood) {
 }
 
 TEST_F(Discovering, AnswersOfOneServerAreMergedByItsControlEndpoint) {
-  ServerDescription plain;
+  wire::ServerDescription plain;
   plain.name = "router";
   plain.medium = 0x02;
-  plain.address = IndividualAddress(0x1101);
+  plain.address = wire::IndividualAddress(0x1101);
   plain.serial = {1, 2, 3, 4, 5, 6};
-  plain.families = {{Family::kCore, 1}, {Family::kRouting, 1}};
+  plain.families = {{wire::Family::kCore, 1}, {wire::Family::kRouting, 1}};
   auto rich = plain;
   rich.serial = {};
-  rich.families = {{Family::kCore, 2}, {Family::kTunnelling, 2}};
-  rich.secured = {{Family::kTunnelling, 1}};
+  rich.families = {{wire::Family::kCore, 2}, {wire::Family::kTunnelling, 2}};
+  rich.secured = {{wire::Family::kTunnelling, 1}};
   rich.max_apdu = 254;
-  rich.slots = {{IndividualAddress(0x1102), true, true, true}, {IndividualAddress(0x1103), true, false, false}};
+  rich.slots = {{wire::IndividualAddress(0x1102), true, true, true},
+                {wire::IndividualAddress(0x1103), true, false, false}};
   server.listen({std::string(kKnxGroup)}, kKnxPort);
   server.answer = [&](const Endpoint& from, ByteView frame) {
     const bool extended = frame[3] == 0x0b;
     // Route back: the control endpoint is where the answer comes from.
-    const SearchResponse response{extended ? Hpai{} : udp_hpai("10.77.0.1", 3671), extended,
-                                  to_dibs(extended ? rich : plain)};
-    server.send(from, write(Message(response)));
+    const wire::SearchResponse response{extended ? wire::Hpai{} : wire::udp_hpai("10.77.0.1", 3671), extended,
+                                        wire::to_dibs(extended ? rich : plain)};
+    server.send(from, write(wire::Message(response)));
   };
   start(search());
   time.run_for(10s);
@@ -129,9 +130,10 @@ TEST_F(Discovering, SeveralServersAndInterfacesAreFoundAndBrokenOnesCounted) {
   broken.listen({std::string(kKnxGroup)}, kKnxPort);
   for (auto* host : {&server, &other}) {
     host->answer = [host](const Endpoint& from, ByteView) {
-      ServerDescription told;
+      wire::ServerDescription told;
       told.name = host->at;
-      host->send(from, write(Message(SearchResponse{udp_hpai(host->at, 3671), false, to_dibs(told)})));
+      host->send(
+          from, write(wire::Message(wire::SearchResponse{wire::udp_hpai(host->at, 3671), false, wire::to_dibs(told)})));
     };
   }
   broken.answer = [&](const Endpoint& from, ByteView) {
@@ -154,8 +156,8 @@ TEST_F(Discovering, SeveralServersAndInterfacesAreFoundAndBrokenOnesCounted) {
 TEST_F(Discovering, AFloodOfServersIsBounded) {
   start(search());
   for (int i = 0; i < 5000; ++i) {
-    const Hpai control = udp_hpai("10.0.0.1", static_cast<std::uint16_t>(i + 1));
-    discovery->heard({"10.0.0.1", 3671}, write(Message(SearchResponse{control, false, to_dibs({})})));
+    const wire::Hpai control = wire::udp_hpai("10.0.0.1", static_cast<std::uint16_t>(i + 1));
+    discovery->heard({"10.0.0.1", 3671}, write(wire::Message(wire::SearchResponse{control, false, wire::to_dibs({})})));
   }
   time.run_for(10s);
   ASSERT_TRUE(result);
@@ -196,16 +198,17 @@ TEST_F(Discovering, ASilentHostIsAskedTwiceTheSecondTimeWithRouteBack) {
 
 /// A description of a server of version 2 has no block of secured families (Calimero; knx.md, section 3.4).
 TEST_F(Discovering, AHostOfVersionTwoIsAskedWhatItSecures) {
-  ServerDescription plain;
+  wire::ServerDescription plain;
   plain.name = "secure only";
   plain.medium = 0x20;
-  plain.families = {{Family::kCore, 2}, {Family::kTunnelling, 2}};
+  plain.families = {{wire::Family::kCore, 2}, {wire::Family::kTunnelling, 2}};
   auto rich = plain;
-  rich.secured = {{Family::kTunnelling, 1}};
+  rich.secured = {{wire::Family::kTunnelling, 1}};
   server.listen({}, kKnxPort);
   server.answer = [&](const Endpoint& from, ByteView frame) {
-    server.send(from, frame[3] == 3 ? write(Message(DescriptionResponse{to_dibs(plain)}))
-                                    : write(Message(SearchResponse{Hpai{}, true, to_dibs(rich)})));
+    server.send(from, frame[3] == 3
+                          ? write(wire::Message(wire::DescriptionResponse{wire::to_dibs(plain)}))
+                          : write(wire::Message(wire::SearchResponse{wire::Hpai{}, true, wire::to_dibs(rich)})));
   };
   start(description());
   time.run_for(10s);
@@ -219,11 +222,11 @@ TEST_F(Discovering, AHostOfVersionTwoIsAskedWhatItSecures) {
 }
 
 TEST_F(Discovering, AHostThatAnswersNoExtendedSearchIsDescribedAllTheSame) {
-  ServerDescription plain;
-  plain.families = {{Family::kCore, 2}};
+  wire::ServerDescription plain;
+  plain.families = {{wire::Family::kCore, 2}};
   server.listen({}, kKnxPort);
   server.answer = [&](const Endpoint& from, ByteView frame) {
-    if (frame[3] == 3) server.send(from, write(Message(DescriptionResponse{to_dibs(plain)})));
+    if (frame[3] == 3) server.send(from, write(wire::Message(wire::DescriptionResponse{wire::to_dibs(plain)})));
   };
   start(description());
   time.run_for(10s);
@@ -263,4 +266,4 @@ TEST_F(Discovering, MayBeEndedBefore) {
 }
 
 }  // namespace
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::line

@@ -11,7 +11,7 @@
 #include "base/virtual_scheduler.h"
 #include "transport/memory/memory_transports.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::line {
 
 using transport::Endpoint;
 
@@ -44,4 +44,4 @@ struct Host {
   std::vector<std::unique_ptr<transport::UdpSocket>> sockets;
 };
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::line

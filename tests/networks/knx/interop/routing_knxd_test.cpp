@@ -10,7 +10,7 @@
 #include "transport/interfaces.h"
 #include "transport/worlds.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::line {
 namespace {
 
 using namespace std::chrono_literals;
@@ -32,7 +32,7 @@ class WithKnxd : public ::testing::Test {
   }
   void open_line() {
     LineCalls calls;
-    calls.received = [this](const Telegram& telegram) { heard.push_back(telegram); };
+    calls.received = [this](const wire::Telegram& telegram) { heard.push_back(telegram); };
     calls.failed = [](const Error& why) { ADD_FAILURE() << why.text; };
     RoutingOptions options;
     options.interface_address = KnxNetwork::kAddress;
@@ -40,8 +40,8 @@ class WithKnxd : public ::testing::Test {
     ASSERT_TRUE(line->open());
   }
   void write(std::uint16_t group, Bytes value) {
-    Telegram telegram;
-    telegram.destination = GroupAddress(group);
+    wire::Telegram telegram;
+    telegram.destination = wire::GroupAddress(group);
     telegram.payload = {std::move(value), false};
     line->send(telegram, world->loop.scheduler().now() + 1min, [this](Sent outcome, std::string_view why) {
       EXPECT_EQ(outcome, Sent::kSent) << why;
@@ -62,7 +62,7 @@ class WithKnxd : public ::testing::Test {
   std::unique_ptr<transport::MachineWorld> world;
   std::unique_ptr<Knxd> knxd;
   std::unique_ptr<RoutingLine> line;
-  std::vector<Telegram> heard;
+  std::vector<wire::Telegram> heard;
   int sent = 0;
 };
 
@@ -90,23 +90,23 @@ TEST_F(WithKnxd, WhatItsUsersWriteIsHeardByUs) {
   EXPECT_EQ(knxd->tool("groupswrite", {"1/2/9", "1"}).code, 0);
   EXPECT_EQ(knxd->tool("groupread", {"1/2/10"}).code, 0);
   ASSERT_TRUE(world->until([&] { return heard.size() == 3; }));
-  EXPECT_EQ(heard[0].destination, GroupAddress(0x0a08));
-  EXPECT_EQ(heard[0].payload, (Payload{{0x0c, 0x65}, false}));
+  EXPECT_EQ(heard[0].destination, wire::GroupAddress(0x0a08));
+  EXPECT_EQ(heard[0].payload, (wire::Payload{{0x0c, 0x65}, false}));
   EXPECT_EQ(number(heard[0].source) >> 8, 0x11) << "one of 1.1.200 and up";
-  EXPECT_EQ(heard[1].payload, (Payload{{1}, true}));
-  EXPECT_EQ(heard[2].service, Service::kRead);
+  EXPECT_EQ(heard[1].payload, (wire::Payload{{1}, true}));
+  EXPECT_EQ(heard[2].service, wire::Service::kRead);
 }
 
 TEST_F(WithKnxd, AReadOfOursIsAnsweredByItsUser) {
   open_line();
-  Telegram read;
-  read.service = Service::kRead;
-  read.destination = GroupAddress(0x0a05);
+  wire::Telegram read;
+  read.service = wire::Service::kRead;
+  read.destination = wire::GroupAddress(0x0a05);
   line->send(read, world->loop.scheduler().now() + 1min, {});
   ASSERT_TRUE(world->until([&] { return line->counters().at("telegrams-sent") == 1; }));
   EXPECT_EQ(knxd->tool("groupsresponse", {"1/2/5", "1"}).code, 0);
   ASSERT_TRUE(world->until([&] { return heard.size() == 1; }));
-  EXPECT_EQ(heard[0].service, Service::kResponse);
+  EXPECT_EQ(heard[0].service, wire::Service::kResponse);
 }
 
 TEST_F(WithKnxd, ASearchFindsIt) {
@@ -123,11 +123,11 @@ TEST_F(WithKnxd, ItDescribesItselfWhenAskedAndTheAnswersAreMerged) {
   const auto described = discover({{}, {host}});
   ASSERT_THAT(described.servers, SizeIs(1));
   EXPECT_EQ(described.servers[0].description.name, "test-knxd");
-  EXPECT_EQ(described.servers[0].description.version(Family::kDeviceManagement), 1);
+  EXPECT_EQ(described.servers[0].description.version(wire::Family::kDeviceManagement), 1);
   const auto both = discover({{KnxNetwork::kAddress}, {host}});
   ASSERT_THAT(both.servers, SizeIs(1));
   EXPECT_THAT(describe(both.servers[0]), HasSubstr("serial     010203040506")) << "told in the search answer only";
-  EXPECT_EQ(both.servers[0].description.version(Family::kDeviceManagement), 1) << "told in the description only";
+  EXPECT_EQ(both.servers[0].description.version(wire::Family::kDeviceManagement), 1) << "told in the description only";
 }
 
 TEST_F(WithKnxd, AnAnswerToWhereTheQuestionCameFromReachesUsToo) {
@@ -148,4 +148,4 @@ TEST_F(WithKnxd, TheInterfaceIsListed) {
 }
 
 }  // namespace
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::line

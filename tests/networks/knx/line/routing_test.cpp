@@ -1,9 +1,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "networks/knx/routing/router.h"
+#include "networks/knx/line/router.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::line {
 namespace {
 
 using ::testing::Each;
@@ -34,7 +34,7 @@ TEST_F(RoutingOverMemory, WhatKnxdSendsIsHeard) {
   from_other("0610053000132900bcd011c80a070300800c33");  // of knx.md, section 18
   ASSERT_THAT(router.heard, SizeIs(1));
   auto expected = write_to(0x0a07);
-  expected.source = IndividualAddress(0x11c8);
+  expected.source = wire::IndividualAddress(0x11c8);
   expected.hops = 5;
   EXPECT_EQ(router.heard[0], expected);
   EXPECT_THAT(router.frames, ElementsAre(std::pair("2900bcd011c80a070300800c33", false)));
@@ -66,7 +66,8 @@ TEST_F(RoutingOverMemory, AfterSilenceThereIsNoBurst) {
 TEST_F(RoutingOverMemory, UrgentTelegramsOvertake) {
   Router router(time, here);
   open(router);
-  for (const auto priority : {Priority::kLow, Priority::kNormal, Priority::kUrgent, Priority::kSystem}) {
+  for (const auto priority :
+       {wire::Priority::kLow, wire::Priority::kNormal, wire::Priority::kUrgent, wire::Priority::kSystem}) {
     auto telegram = write_to(0x0100 + static_cast<std::uint16_t>(priority));
     telegram.priority = priority;
     router.send(telegram);
@@ -87,9 +88,9 @@ TEST_F(RoutingOverMemory, OwnFramesAreNotHeardAndThoseOfANeighbourOnThisMachineA
   neighbour.send(write_to(2));
   time.run_for(100ms);
   ASSERT_THAT(router.heard, SizeIs(1));
-  EXPECT_EQ(router.heard[0].destination, GroupAddress(2));
+  EXPECT_EQ(router.heard[0].destination, wire::GroupAddress(2));
   ASSERT_THAT(neighbour.heard, SizeIs(1));
-  EXPECT_EQ(neighbour.heard[0].destination, GroupAddress(1));
+  EXPECT_EQ(neighbour.heard[0].destination, wire::GroupAddress(1));
   EXPECT_EQ(router.line->counters().at("own-frames"), 1u);
   EXPECT_EQ(router.line->counters().at("doubled-address"), 1u);
   EXPECT_THAT(router.line->state().reason, HasSubstr("15.15.250 is the address of 10.77.0.2:49153 too"));
@@ -302,4 +303,4 @@ TEST_F(RoutingOverMemory, ATelegramThatNoFrameHoldsIsRefusedAndTheNextOneGoes) {
 }
 
 }  // namespace
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::line

@@ -1,9 +1,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "networks/knx/routing/router.h"
+#include "networks/knx/line/router.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::line {
 namespace {
 
 using ::testing::ElementsAre;
@@ -112,11 +112,11 @@ TEST_F(RoutingLineLife, MayBeDestroyedInAnyOfItsCalls) {
       destroy_if(state.phase == LineState::Phase::kOff ? 1 : state.reason.empty() ? 0 : 2);
     };
     calls.failed = [&](const Error&) { destroy_if(3); };
-    calls.received = [&](const Telegram&) { destroy_if(4); };
+    calls.received = [&](const wire::Telegram&) { destroy_if(4); };
     calls.frame = [&](ByteView, bool outgoing) { destroy_if(outgoing ? 5 : 6); };
     calls.note = [&](const std::string&, std::string_view) { destroy_if(7); };
     RoutingCalls more;
-    more.lost = [&](const Endpoint&, const RoutingLostMessage&) { destroy_if(8); };
+    more.lost = [&](const Endpoint&, const wire::RoutingLostMessage&) { destroy_if(8); };
     more.discovery = [&](const Endpoint&, ByteView) { destroy_if(9); };
     RoutingOptions options;
     options.interface_address = here.at;
@@ -170,4 +170,4 @@ TEST_F(RoutingLineLife, ADestroyedLineSaysNothingMore) {
 }
 
 }  // namespace
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::line

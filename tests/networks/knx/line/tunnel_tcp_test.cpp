@@ -13,7 +13,7 @@
 #include "support/knx_server.h"
 #include "transport/worlds.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::line {
 namespace {
 
 using namespace std::chrono_literals;
@@ -92,7 +92,7 @@ class TunnelOverTcp : public ::testing::Test {
     options.via = TunnelOptions::Via::kTcp;
     options.limits.rate = 0;
     LineCalls calls;
-    calls.received = [this](const Telegram& telegram) { heard.push_back(telegram); };
+    calls.received = [this](const wire::Telegram& telegram) { heard.push_back(telegram); };
     calls.failed = [this](Error why) {
       failures.push_back(std::move(why));
       reopening = time().after(50ms, [this] { EXPECT_TRUE(line->open()); });
@@ -106,8 +106,8 @@ class TunnelOverTcp : public ::testing::Test {
     ASSERT_TRUE(world.until([&] { return up(); })) << line->state().reason;
   }
   void write(std::uint8_t value, Duration lives = 1min) {
-    Telegram telegram;
-    telegram.destination = GroupAddress(0x0a07);
+    wire::Telegram telegram;
+    telegram.destination = wire::GroupAddress(0x0a07);
     telegram.payload = {{1, value}, false};
     line->send(telegram, time().now() + lives, [this](Sent outcome, std::string_view) { told.push_back(outcome); });
   }
@@ -117,7 +117,7 @@ class TunnelOverTcp : public ::testing::Test {
   support::KnxServer server{world.loop.scheduler(), net};
   Bridge bridge{world.loop.context(), net, {"10.0.0.9", 3671}};
   TunnelOptions options;
-  std::vector<Telegram> heard;
+  std::vector<wire::Telegram> heard;
   std::vector<Error> failures;
   std::vector<Sent> told;
   Timer reopening;
@@ -171,4 +171,4 @@ TEST_F(TunnelOverTcp, ADeadPeerIsGivenUpAndHearsNothingMore) {
 }
 
 }  // namespace
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::line

@@ -2,18 +2,18 @@
 
 #include <gtest/gtest.h>
 
+#include "networks/knx/line/host.h"
 #include "networks/knx/line/routing_line.h"
-#include "networks/knx/routing/host.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::line {
 
 using namespace std::chrono_literals;
 
 inline const std::string kGroup(kKnxGroup);
 
-inline Telegram write_to(std::uint16_t group, Bytes value = {0x0c, 0x33}) {
-  Telegram telegram;
-  telegram.destination = GroupAddress(group);
+inline wire::Telegram write_to(std::uint16_t group, Bytes value = {0x0c, 0x33}) {
+  wire::Telegram telegram;
+  telegram.destination = wire::GroupAddress(group);
   telegram.payload = {std::move(value), false};
   return telegram;
 }
@@ -24,10 +24,10 @@ struct Router {
     LineCalls calls;
     calls.changed = [this](const LineState& state) { states.push_back(state); };
     calls.failed = [this](Error error) { failures.push_back(std::move(error)); };
-    calls.received = [this](const Telegram& telegram) { heard.push_back(telegram); };
+    calls.received = [this](const wire::Telegram& telegram) { heard.push_back(telegram); };
     calls.frame = [this](ByteView cemi, bool outgoing) { frames.emplace_back(base::to_hex(cemi), outgoing); };
     RoutingCalls more;
-    more.lost = [this](const Endpoint& from, const RoutingLostMessage& message) {
+    more.lost = [this](const Endpoint& from, const wire::RoutingLostMessage& message) {
       losses.emplace_back(from.address, message.lost);
     };
     calls.note = [this](const std::string& subject, std::string_view text) {
@@ -38,7 +38,7 @@ struct Router {
     if (options.interface_address == "any") options.interface_address.clear();
     line = std::make_unique<RoutingLine>(time, host.lines, std::move(options), std::move(calls), std::move(more));
   }
-  void send(Telegram telegram, Duration lives = 5s) {
+  void send(wire::Telegram telegram, Duration lives = 5s) {
     line->send(std::move(telegram), time.now() + lives, [this](Sent outcome, std::string_view) {
       outcomes.push_back(outcome);
       times.push_back(time.now());
@@ -48,7 +48,7 @@ struct Router {
   VirtualScheduler& time;
   std::vector<LineState> states;
   std::vector<Error> failures;
-  std::vector<Telegram> heard;
+  std::vector<wire::Telegram> heard;
   std::vector<std::pair<std::string, bool>> frames;
   std::vector<std::pair<std::string, int>> losses;
   std::vector<std::pair<Endpoint, std::string>> searches;
@@ -83,4 +83,4 @@ class RoutingOverMemory : public ::testing::Test {
   Host here{net, "10.77.0.2"}, other{net, "10.77.0.3"};
 };
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::line

@@ -4,7 +4,7 @@
 
 #include "base/bytes.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::wire {
 
 inline Bytes bytes_of(std::string_view hex) {
   auto bytes = base::from_hex(hex);
@@ -12,4 +12,4 @@ inline Bytes bytes_of(std::string_view hex) {
   return bytes ? *bytes : Bytes{};
 }
 
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::wire

@@ -1,11 +1,11 @@
 #include "networks/knx/wire/cemi.h"
-#include "networks/knx/line/hex.h"
+#include "networks/knx/wire/hex.h"
 
 #include <gtest/gtest.h>
 
 #include "networks/knx/wire/describe.h"
 
-namespace rubicon::networks::knx {
+namespace rubicon::networks::knx::wire {
 namespace {
 
 std::string written(const Telegram& telegram, CemiCode code = CemiCode::kDataRequest) {
@@ -159,4 +159,4 @@ TEST(Cemi, FramesAreDescribedInOneLine) {
 }
 
 }  // namespace
-}  // namespace rubicon::networks::knx
+}  // namespace rubicon::networks::knx::wire
