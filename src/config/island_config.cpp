@@ -40,21 +40,21 @@ Duration positive(ConfigReader& map, const std::string& key, Duration otherwise)
   return otherwise;
 }
 
-proxy::Admission admission(ConfigReader& map, std::string_view otherwise) {
+proxy::DiscoveryAction discovery_action(ConfigReader& map, std::string_view otherwise) {
   const auto word = map.choice("new-devices", otherwise, {"auto", "ask", "ignore"});
-  for (const auto one : {proxy::Admission::kAsk, proxy::Admission::kIgnore}) {
+  for (const auto one : {proxy::DiscoveryAction::kAsk, proxy::DiscoveryAction::kIgnore}) {
     if (to_string(one) == word) return one;
   }
-  return proxy::Admission::kAuto;
+  return proxy::DiscoveryAction::kAuto;
 }
 
 void read_discovery(ConfigReader& root, proxy::DiscoveryRules& rules) {
   auto discovery = root.map("discovery");
-  rules.otherwise = admission(discovery, "auto");
+  rules.otherwise = discovery_action(discovery, "auto");
   for (auto& rule : discovery.list("rules")) {
     proxy::DiscoveryRule read{rule.text("network", ""), rule.text("type", ""), rule.text("address", "")};
     if (!rule.has("new-devices")) rule.error("", "'new-devices' is missing, expected one of: auto, ask, ignore");
-    read.admission = admission(rule, "auto");
+    read.action = discovery_action(rule, "auto");
     rules.rules.push_back(std::move(read));
     rule.finish();
   }

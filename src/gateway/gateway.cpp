@@ -11,8 +11,8 @@
 #include "base/assert.h"
 #include "base/lifetime.h"
 #include "base/limited_log.h"
+#include "gateway/gateway_tuple.h"
 #include "gateway/inbox.h"
-#include "gateway/island_door.h"
 #include "gateway/listeners.h"
 #include "rubicon/key.hpp"
 
@@ -39,7 +39,7 @@ Outcome outcome_of(ErrorCode code) {
 }
 
 /// Requests and application messages nobody hears must be answered; reports may go unheard.
-bool expects_ears(MessageKind kind) {
+bool requires_listener(MessageKind kind) {
   return kind == MessageKind::kOpaque || kind == MessageKind::kActuate || kind == MessageKind::kSample ||
          kind == MessageKind::kSetProperty || kind == MessageKind::kProbe;
 }
@@ -109,7 +109,7 @@ struct Gateway::Impl {
   std::map<std::string, Listeners, std::less<>> user_listeners;
   Counters own;
   base::OncePerTurn next_turn;
-  IslandDoor door;
+  GatewayTuple door;
 };
 
 Inbox& Gateway::Impl::inbox(const std::string& network) {
@@ -207,7 +207,7 @@ void Gateway::Impl::route(Message& message, Counters& count) {
 
 bool Gateway::Impl::names_only_a_device(const Message& message) const {
   const auto& to = message.destination;
-  return networks_of && to.network.empty() && !to.device.empty() && expects_ears(message.kind());
+  return networks_of && to.network.empty() && !to.device.empty() && requires_listener(message.kind());
 }
 
 /// A mote's message to a mote of another island names no network (wsn.md, section 9.8).
@@ -231,7 +231,7 @@ void Gateway::Impl::to_listeners(const Message& message, Counters& count) {
     const auto user = user_listeners.find(opaque->type);
     if (user != user_listeners.end()) heard += user->second.tell(message);
   }
-  if (heard > 0 || !expects_ears(message.kind())) {
+  if (heard > 0 || !requires_listener(message.kind())) {
     ++count.delivered;
     return;
   }

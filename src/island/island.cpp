@@ -115,10 +115,10 @@ void Island::Impl::watch_numbers() {
     say("tuples-dropped", tuples.dropped);
     say("tuples-refused", tuples.refused);
     const auto devices = proxy.inbox_counters();
-    say("inbox-waiting", devices.waiting);
+    say("inbox-waiting", devices.pending);
     say("inbox-ignored", devices.ignored);
     say("inbox-refused", devices.refused);
-    say("inbox-unheard-messages", devices.unheard);
+    say("inbox-unheard-messages", devices.discarded);
     recorders.say(say);
   });
   if (!state) return;

@@ -45,7 +45,7 @@ Result<std::unique_ptr<state::StateStore>> open_state(const config::IslandConfig
   const auto path = state_path(config);
   if (path.empty()) {
     const auto& discovery = config.proxy.discovery;
-    if (discovery.otherwise != proxy::Admission::kAuto || !discovery.rules.empty())
+    if (discovery.otherwise != proxy::DiscoveryAction::kAuto || !discovery.rules.empty())
       log.warning("there is no state file: what is approved or ignored is forgotten at the end (state: {file: ...})");
     return std::unique_ptr<state::StateStore>();
   }

@@ -9,6 +9,12 @@ std::string text_of(const nlohmann::ordered_json& tree, const char* name) {
   return found != tree.end() && found->is_string() ? found->get<std::string>() : std::string();
 }
 
+std::optional<std::string> find_text(const nlohmann::json& tree, const char* name) {
+  const auto found = tree.find(name);
+  if (found == tree.end() || !found->is_string()) return std::nullopt;
+  return found->get<std::string>();
+}
+
 WallTime time_of(const nlohmann::ordered_json& tree, const char* name) {
   constexpr double kLatest = 1e11;  // beyond the year 5000
   const auto found = tree.find(name);

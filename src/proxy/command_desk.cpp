@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <tuple>
 
-#include "gateway/island_door.h"
+#include "gateway/gateway_tuple.h"
 #include "model/property_alias.h"
 #include "proxy/commander.h"
 #include "proxy/tuple_text.h"
@@ -70,39 +70,39 @@ CommandDesk::~CommandDesk() {
   for (const auto& command : inbox_) log_.ended(*command, "dropped", "the island ends");
 }
 
-tuples::SetDecision CommandDesk::judge(const tuples::RemoteSet& wish) {
+tuples::SetDecision CommandDesk::decide_set(const tuples::RemoteSet& request) {
   Device* device = nullptr;
-  const auto point = target_of(wish, device);
+  const auto point = target_of(request, device);
   if (!point) return tuples::SetDecision::refused(point.error());
-  auto key = model::without_alias(wish.key);
-  if (key == wish.key) return accept(wish, *device, **point);
-  auto as_kept = wish;
+  auto key = model::without_alias(request.key);
+  if (key == request.key) return accept(request, *device, **point);
+  auto as_kept = request;
   as_kept.key = std::move(key);
   return accept_elsewhere(as_kept, *device, **point);
 }
 
-/// The wish came under another key than that of the command, which must not become a tuple.
-tuples::SetDecision CommandDesk::accept_elsewhere(const tuples::RemoteSet& wish, Device& device, Point& point) {
-  auto judgement = accept(wish, device, point);
-  judgement.store = false;
-  if (judgement.verdict == tuples::Verdict::kApplied) std::ignore = context_.space.set(point.command, wish.value);
-  return judgement;
+/// The request came under another key than that of the command, which must not become a tuple.
+tuples::SetDecision CommandDesk::accept_elsewhere(const tuples::RemoteSet& request, Device& device, Point& point) {
+  auto decision = accept(request, device, point);
+  decision.store = false;
+  if (decision.verdict == tuples::Verdict::kApplied) std::ignore = context_.space.set(point.command, request.value);
+  return decision;
 }
 
-Result<Point*> CommandDesk::target_of(const tuples::RemoteSet& wish, Device*& device) {
-  const auto tuple = context_.space.find(model::without_alias(wish.key));
+Result<Point*> CommandDesk::target_of(const tuples::RemoteSet& request, Device*& device) {
+  const auto tuple = context_.space.find(model::without_alias(request.key));
   if (!tuple) {
-    return fail(ErrorCode::kNotFound, fmt::format("{}: no such actuator or property here", model::quoted(wish.key)));
+    return fail(ErrorCode::kNotFound, fmt::format("{}: no such actuator or property here", model::quoted(request.key)));
   }
   const auto place = mirror_.place_of(*tuple);
   if (!place || place->role != TupleMirror::Role::kCommand) {
     return fail(ErrorCode::kRefused,
                 fmt::format("{}: published by the island; set the .command of an actuator or a writable property",
-                            model::quoted(wish.key)));
+                            model::quoted(request.key)));
   }
   device = directory_.find(place->device);
   auto* point = device ? find_point(*device, place->point) : nullptr;
-  if (!point) return fail(ErrorCode::kNotFound, fmt::format("{}: its device is gone", model::quoted(wish.key)));
+  if (!point) return fail(ErrorCode::kNotFound, fmt::format("{}: its device is gone", model::quoted(request.key)));
   return point;
 }
 
@@ -112,22 +112,22 @@ Result<void> CommandDesk::take(const Message& message) {
   Device* device = nullptr;
   const auto point = target_of(message, *id, device);
   if (!point) return fail(point.error());
-  tuples::RemoteSet wish;
-  wish.from = message.origin;
-  wish.request = gateway::answerable_number(message);
-  wish.key = point_key(*device, **point, "command");
-  write_value((*point)->type, value_of(message), wish.value);
+  tuples::RemoteSet request;
+  request.from = message.origin;
+  request.request = gateway::answerable_number(message);
+  request.key = point_key(*device, **point, "command");
+  write_value((*point)->type, value_of(message), request.value);
   if (const auto* actuate = std::get_if<model::Actuate>(&message.body)) {
-    wish.time_to_live = actuate->time_to_live;
-    wish.time_to_live_given = wish.time_to_live > Duration(0);
+    request.time_to_live = actuate->time_to_live;
+    request.time_to_live_given = request.time_to_live > Duration(0);
   }
-  const auto judgement = accept(wish, *device, **point);
-  if (judgement.verdict != tuples::Verdict::kApplied) return fail(judgement.code, judgement.text);
+  const auto decision = accept(request, *device, **point);
+  if (decision.verdict != tuples::Verdict::kApplied) return fail(decision.code, decision.text);
   auto& command = *inbox_.back();
   if (!message.source.network.empty())
     command.commander = fmt::format("{} {} of {}", message.source.network, message.source.device, command.commander);
-  command.asker = {message.source, message.destination, wish.request};
-  std::ignore = context_.space.set((*point)->command, wish.value);
+  command.asker = {message.source, message.destination, request.request};
+  std::ignore = context_.space.set((*point)->command, request.value);
   return {};
 }
 
@@ -151,32 +151,32 @@ Result<Point*> CommandDesk::target_of(const Message& message, const PointId& id,
   return fail(ErrorCode::kRefused, fmt::format("{} of {} cannot be commanded", point->details->id, device->key));
 }
 
-tuples::SetDecision CommandDesk::accept(const tuples::RemoteSet& wish, Device& device, Point& point) {
-  auto value = parse_command(point, wish.value);
+tuples::SetDecision CommandDesk::accept(const tuples::RemoteSet& request, Device& device, Point& point) {
+  auto value = parse_command(point, request.value);
   if (!value) return tuples::SetDecision::refused(value.error());
   if (is_rate(point) && !rate_of(*value)) {
     return tuples::SetDecision::refused(
         {ErrorCode::kOutOfRange,
-         fmt::format("rate: {} is not a number of milliseconds from 1 to a day", model::quoted(wish.value))});
+         fmt::format("rate: {} is not a number of milliseconds from 1 to a day", model::quoted(request.value))});
   }
   const bool replaces = newest_wins(point) && point.live_commands > 0;
   if (!replaces && (waiting(device.number) >= kMaxPerDevice || live_ >= kMaxPerIsland)) {
     return tuples::SetDecision::refused(
-        {ErrorCode::kBusy, fmt::format("{}: {} commands wait for {} already, {} on the island", model::quoted(wish.key),
-                                       waiting(device.number), device.key, live_)});
+        {ErrorCode::kBusy, fmt::format("{}: {} commands wait for {} already, {} on the island",
+                                       model::quoted(request.key), waiting(device.number), device.key, live_)});
   }
   auto command = std::make_unique<Command>();
   command->device = device.number;
   command->point = point.number;
-  command->key = wish.key.substr(0, wish.key.rfind('.'));
-  command->creator = wish.from;
-  command->creator_request = wish.request;
-  command->commander = commander_name(context_, wish.from);
+  command->key = request.key.substr(0, request.key.rfind('.'));
+  command->creator = request.from;
+  command->creator_request = request.request;
+  command->commander = commander_name(context_, request.from);
   write_value(point.type, *value, command->text);
   command->value = std::move(*value);
   const auto& config = context_.config;
   command->time_to_live =
-      std::min(wish.time_to_live_given ? wish.time_to_live : config.command_time_to_live, config.queue_expiry);
+      std::min(request.time_to_live_given ? request.time_to_live : config.command_time_to_live, config.queue_expiry);
   command->accepted = context_.clock.now().steady;
   command->expires = command->accepted + command->time_to_live;
   ++point.live_commands;
@@ -209,7 +209,7 @@ void CommandDesk::start(std::unique_ptr<Command> command) {
   if (is_over(started)) return expire(*device, *point, started, started.reason);
   if (is_rate(*point)) return set_rate(*device, *point, started);
   const bool goes = can_send(*device->network) && device->status != DeviceStatus::kUnreachable;
-  goes ? hand_over(*device, *point, started) : wait(*device, *point, started);
+  goes ? dispatch(*device, *point, started) : wait(*device, *point, started);
 }
 
 void CommandDesk::set_rate(Device& device, Point& point, Command& command) {
@@ -268,7 +268,7 @@ std::chrono::milliseconds CommandDesk::time_left(const Command& command) const {
       std::min<Duration>(command.expires - context_.clock.now().steady, context_.config.confirmation_wait));
 }
 
-void CommandDesk::hand_over(Device& device, Point& point, Command& command) {
+void CommandDesk::dispatch(Device& device, Point& point, Command& command) {
   by_request_.erase(command.request);
   const auto serial = command.request = context_.next_request();
   by_request_.emplace(serial, &command);
@@ -304,7 +304,7 @@ void CommandDesk::deliver(Device& device) {
     auto* point = find_point(device, command->point);
     if (!point) continue;
     is_over(*command) ? expire(device, *point, *command, std::string(command->reason))
-                      : hand_over(device, *point, *command);
+                      : dispatch(device, *point, *command);
   }
 }
 
@@ -471,7 +471,7 @@ CommandDesk::Queue CommandDesk::release(Device& device) {
   return released;
 }
 
-tuples::SetDecision CommandDesk::take_over(const tuples::RemoteSet& wish, Device& device, Point& point) {
+tuples::SetDecision CommandDesk::take_over(const tuples::RemoteSet& request, Device& device, Point& point) {
   if (point.command == TupleRef{}) {
     return tuples::SetDecision::refused(
         {ErrorCode::kRefused, fmt::format("{} of {} cannot be commanded here", point.details->id, device.key)});
@@ -480,7 +480,7 @@ tuples::SetDecision CommandDesk::take_over(const tuples::RemoteSet& wish, Device
     return tuples::SetDecision::refused(
         {ErrorCode::kRefused, fmt::format("a newer command for {} of {} came first", point.details->id, device.key)});
   }
-  return accept_elsewhere(wish, device, point);
+  return accept_elsewhere(request, device, point);
 }
 
 }  // namespace rubicon::proxy

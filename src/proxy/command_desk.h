@@ -22,8 +22,8 @@ class CommandDesk {
   CommandDesk(const CommandDesk&) = delete;
   CommandDesk& operator=(const CommandDesk&) = delete;
 
-  /// Somebody wishes to set one of the proxy's tuples.
-  tuples::SetDecision judge(const tuples::RemoteSet& wish);
+  /// Somebody requests to set one of the proxy's tuples.
+  tuples::SetDecision decide_set(const tuples::RemoteSet& request);
   /// An Actuate or SetProperty of a device, an island or a component, which came as a message: judged as if its sender
   /// had set the tuple. Answered with one Acknowledge once the network has it, or has it not.
   Result<void> take(const Message& message);
@@ -44,18 +44,18 @@ class CommandDesk {
   /// is never executed here.
   Queue release(Device& device);
   /// A command that waited at another island for the device, in the words of its commander; `value` is its text.
-  tuples::SetDecision take_over(const tuples::RemoteSet& wish, Device& device, Point& point);
+  tuples::SetDecision take_over(const tuples::RemoteSet& request, Device& device, Point& point);
 
  private:
-  Result<Point*> target_of(const tuples::RemoteSet& wish, Device*& device);
+  Result<Point*> target_of(const tuples::RemoteSet& request, Device*& device);
   Result<Point*> target_of(const Message& message, const PointId& id, Device*& device);
-  tuples::SetDecision accept(const tuples::RemoteSet& wish, Device& device, Point& point);
-  tuples::SetDecision accept_elsewhere(const tuples::RemoteSet& wish, Device& device, Point& point);
+  tuples::SetDecision accept(const tuples::RemoteSet& request, Device& device, Point& point);
+  tuples::SetDecision accept_elsewhere(const tuples::RemoteSet& request, Device& device, Point& point);
   void take_in();
   void start(std::unique_ptr<Command> command);
   void set_rate(Device& device, Point& point, Command& command);
   void supersede(Device& device, Point& point, const Command& by);
-  void hand_over(Device& device, Point& point, Command& command);
+  void dispatch(Device& device, Point& point, Command& command);
   bool is_over(const Command& command) const;
   /// It could not be sent in its time; `why` may be empty.
   void expire(Device& device, Point& point, Command& command, const std::string& why);

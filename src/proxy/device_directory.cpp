@@ -92,17 +92,27 @@ Device* DeviceDirectory::find(DeviceNumber number) {
   return found == by_number_.end() ? nullptr : found->second;
 }
 
+Device* DeviceDirectory::find_by_key(std::string_view parts) {
+  const auto key = fmt::format("{}.{}", context_.config.prefix, parts);
+  for (const auto& [id, network] : networks_) {
+    if (!key.starts_with(network->key + ".")) continue;
+    const auto found = network->by_id.find(key.substr(network->key.size() + 1));
+    if (found != network->by_id.end()) return found->second;
+  }
+  return nullptr;
+}
+
 Result<DeviceDirectory::Joined> DeviceDirectory::join(Network& network, const std::string& address,
                                                       const model::Join& join) {
   Joined joined;
   joined.device = find(network, address);
   if (!joined.device) {
-    auto admitted = admit(network, address, join.id);
-    if (!admitted) {
+    auto added = add(network, address, join.id);
+    if (!added) {
       ++network.faults.refused_joins;
-      return fail(admitted.error());
+      return fail(added.error());
     }
-    joined.device = *admitted;
+    joined.device = *added;
     joined.fresh = true;
   }
   joined.changed = take_identity(*joined.device, join);
@@ -128,7 +138,7 @@ Result<void> DeviceDirectory::key_is_free(const Network& network, const std::str
                                                  model::quoted(address), network.id, id, model::quoted(other)));
 }
 
-Result<Device*> DeviceDirectory::admit(Network& network, const std::string& address, const std::string& wanted_id) {
+Result<Device*> DeviceDirectory::add(Network& network, const std::string& address, const std::string& wanted_id) {
   if (by_number_.size() >= context_.config.max_devices) {
     return fail(ErrorCode::kBusy, fmt::format("join of {} on {}: the limit of {} devices is reached",
                                               model::quoted(address), network.id, context_.config.max_devices));

@@ -27,6 +27,8 @@ class DeviceDirectory {
 
   Device* find(Network& network, const std::string& address);
   Device* find(DeviceNumber number);
+  /// The device with the key `<prefix>.<parts>`, such as `wsn-1.7`.
+  Device* find_by_key(std::string_view parts);
 
   struct Joined {
     Device* device = nullptr;
@@ -60,7 +62,7 @@ class DeviceDirectory {
 
  private:
   Result<void> key_is_free(const Network& network, const std::string& id, const std::string& address) const;
-  Result<Device*> admit(Network& network, const std::string& address, const std::string& wanted_id);
+  Result<Device*> add(Network& network, const std::string& address, const std::string& wanted_id);
   static bool take_identity(Device& device, const model::Join& join);
   bool reconcile(Device& device, const model::Join& join, std::vector<Point>& vanished);
   Result<Point> make_point(Device& device, const Capability& capability);

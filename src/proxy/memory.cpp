@@ -116,7 +116,7 @@ void Memory::approved(Device& device) {
   soon();
 }
 
-Result<void> Memory::named(Device& device) {
+Result<void> Memory::save_names(Device& device) {
   if (!writable_) {
     return fail(ErrorCode::kRefused,
                 store_ ? "the state file of this island may only be read: the name would be lost"

@@ -39,7 +39,7 @@ class Memory {
   void approved(Device& device);
   /// A user gave the device its given_name and given_area: on the disk when this returns. kRefused: nothing can be
   /// remembered here; kBusy: too many at once.
-  Result<void> named(Device& device);
+  Result<void> save_names(Device& device);
   /// A device that is not in the directory waits (kNone), was ignored, or was approved and found no room.
   void absent(const std::string& network, const std::string& address, const model::Join& join,
               state::Decision decision);

@@ -2,9 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
+
 #include "base/assert.h"
 #include "proxy/naming.h"
 #include "proxy/proxy_impl.h"
+#include "proxy/reload_checks.h"
 #include "proxy/tuple_text.h"
 #include "rubicon/key.hpp"
 
@@ -16,24 +20,24 @@ Proxy::Impl::Impl(ProxyConfig rules, Scheduler& scheduler, TupleSpace& space, ga
       context{config, scheduler, space, gateway, types, Log(log, "proxy")},
       directory(context),
       memory(context, directory, store),
-      inbox(context),
-      board(context, directory),
+      network_tuples(context, directory),
       mirror(context, directory, memory),
+      user_names(context, directory, memory, mirror),
       liveness(context, directory, mirror,
                {[this](Device& device) { demand.overdue(device); }, [this](Device& device) { lost(device); },
                 [this](Device& device) { probe(device); }}),
       demand(context, directory, mirror, liveness),
       desk(context, directory, mirror, memory, [this](Device& device) { demand.changed(device); }),
-      roaming(context, directory,
-              {[this](Device& device, const Claim& to, const std::string& tuple) { moved(device, to, tuple); },
-               [this](const DeviceName& name) { arrive(name); }, [this](Device& device) { demand.repeat(device); }}),
-      hand_over(context, directory, desk, roaming),
-      decisions_turn(scheduler, [this] { carry_out(); }) {
+      admission(context, directory, memory, network_tuples,
+                {[this](const DeviceDirectory::Joined& joined, const Announced& announced,
+                        const state::KnownDevice* known) { listed(joined, announced, known); },
+                 [this](Device& device, const Claim& to, const std::string& tuple) { moved(device, to, tuple); },
+                 [this](Device& device) { ignored(device); }, [this](Device& device) { demand.repeat(device); }}),
+      transfer(context, directory, desk, admission.roaming()) {
   for (const auto& line : collisions(config)) context.log.error(line);
-  board.begin();
-  inbox.begin();
+  network_tuples.begin();
   listen();
-  roaming.follow();
+  admission.roaming().follow_domains();
 }
 
 template <class Body>
@@ -44,7 +48,7 @@ void Proxy::Impl::on(MessageKind kind, void (Impl::*call)(Device*, Network&, con
     const auto self = context.space.self();
     if (message.origin != self || message.source.island != self || message.source.network.empty()) return;
     auto& network = directory.network(message.source.network);
-    board.declare(network);
+    network_tuples.declare(network);
     auto* device = message.source.device.empty() ? nullptr : directory.find(network, message.source.device);
     (this->*call)(device, network, message, *std::get_if<Body>(&message.body));
   }));
@@ -65,68 +69,80 @@ void Proxy::Impl::listen() {
     handles.push_back(context.space.watch_demand({self, fmt::format("{}.*.*.{}.*.value", config.prefix, kind)},
                                                  [this](const tuples::Demand& wanted) { demand.wanted(wanted); }));
   }
-  handles.push_back(context.space.add_policy({self, config.prefix + ".**"},
-                                             [this](const tuples::RemoteSet& wish) { return desk.judge(wish); }));
+  handles.push_back(context.space.add_policy(
+      {self, config.prefix + ".**"}, [this](const tuples::RemoteSet& request) { return desk.decide_set(request); }));
   handles.push_back(
       context.space.add_policy({self, config.prefix + ".*.*.description"},
-                               [this](const tuples::RemoteSet& wish) { return judge_description(wish); }));
-  handles.push_back(context.space.add_policy({self, "ROAMING.**"},
-                                             [this](const tuples::RemoteSet& wish) { return hand_over.judge(wish); }));
+                               [this](const tuples::RemoteSet& request) { return user_names.decide_set(request); }));
+  handles.push_back(context.space.add_policy(
+      {self, "ROAMING.**"}, [this](const tuples::RemoteSet& request) { return transfer.decide_set(request); }));
   for (const auto* inbox_key : {".inbox", ".inbox.*.*"}) {
-    handles.push_back(context.space.add_policy({self, config.prefix + inbox_key},
-                                               [this](const tuples::RemoteSet& wish) { return judge_inbox(wish); }));
+    handles.push_back(
+        context.space.add_policy({self, config.prefix + inbox_key},
+                                 [this](const tuples::RemoteSet& request) { return admission.decide_set(request); }));
   }
 }
 
 void Proxy::Impl::join(Device* device, Network& network, const Message& message, const model::Join& join) {
-  if (message.source.device.empty()) return void(stranger(network, message));
-  const DeviceName name{network.id, message.source.device};
-  const Announced announced{join, context.clock.now().steady,
-                            join.heard ? roaming.stamp(network, name.address) : WallTime{}};
-  std::optional<state::KnownDevice> known;
-  const auto* entry = device ? nullptr : inbox.find(name);
-  // Who waits for a word is remembered by the inbox; who was let in may have values from before.
-  if (!device && (!entry || entry->standing == Standing::kLetIn)) known = memory.recall(name.network, name.address);
-  if (!device && !let_in(network, name, announced, known ? &*known : nullptr, !join.heard)) {
-    if (join.heard) inbox.heard(name);
-    return;
-  }
-  enter(network, name.address, announced, known ? &*known : nullptr);
+  if (message.source.device.empty()) return void(admission.on_unknown_device(network, message));
+  admission.on_join(device, network, message.source.device, join);
 }
 
-/// False: there is no room for it, or its key is taken; it is in the inbox then.
-bool Proxy::Impl::admit(Network& network, const std::string& address, const Announced& announced,
-                        const state::KnownDevice* known) {
+void Proxy::Impl::listed(const DeviceDirectory::Joined& joined, const Announced& announced,
+                         const state::KnownDevice* known) {
+  auto& device = *joined.device;
   const auto& join = announced.join;
-  const auto joined = directory.join(network, address, join);
-  board.refresh_counters();
-  if (!joined) {
-    park({network.id, address}, announced, joined.error().text);
-    return false;
-  }
-  inbox.take({network.id, address});
-  auto& device = *joined->device;
-  for (const auto& point : joined->vanished) desk.forget(device, point.number);
+  for (const auto& point : joined.vanished) desk.forget(device, point.number);
   const bool first = device.status == DeviceStatus::kUnknown;
   if (join.heard && first) device.status = DeviceStatus::kReachable;
-  if (joined->fresh) device.since = context.clock.now().wall;
+  if (joined.fresh) device.since = context.clock.now().wall;
   device.joined = std::max(device.joined, announced.joined);
-  if (joined->fresh) hand_over.clear(device);
-  mirror.joined(*joined);
+  if (joined.fresh) transfer.clear(device);
+  mirror.joined(joined);
   take_rate(device);
-  if (joined->fresh || joined->changed) warn_of_lost_names(device);
-  if (known) bring_back(device, *known);
+  if (joined.fresh || joined.changed) warn_of_lost_names(device);
+  if (known) restore_values(device, *known);
   const bool as_remembered = known && is_announcement(known->join, join);
-  if (joined->changed && !as_remembered) memory.record_changed(device);
+  if (joined.changed && !as_remembered) memory.record_changed(device);
   if (join.heard) {
-    if (!network.line_known) presume_line(network);
+    if (!device.network->line_known) presume_line(*device.network);
     device.heard_at = announced.heard_at;
-    if (first || device.status == DeviceStatus::kUnreachable) reachable(device, !joined->fresh);
+    if (first || device.status == DeviceStatus::kUnreachable) reachable(device, !joined.fresh);
   }
   liveness.watch(device);
-  if (!joined->fresh) demand.repeat(device);
-  roaming.listed(device);
-  return true;
+  if (!joined.fresh) demand.repeat(device);
+}
+
+void Proxy::Impl::restore_values(Device& device, const state::KnownDevice& known) {
+  device.decision = known.decision;
+  device.given_name = known.given_name;
+  device.given_area = known.area;
+  if (directory.take_name(device)) mirror.described(device);
+  for (const auto& stored : known.values) {
+    auto* point = find_point(device, stored.point);
+    if (!point) {
+      point = directory.add_undeclared(device, stored.point);
+      if (!point) continue;
+      mirror.added(device, *point);
+    }
+    point->details->set_by_user = stored.set_by_user;
+    if (!is_rate(*point)) {
+      mirror.remembered(device, *point, stored);
+      continue;
+    }
+    const auto value = TypeCatalogue::parse(*point->type, to_text(stored.value));
+    const auto rate = value ? rate_of(*value) : std::nullopt;
+    if (!rate || !stored.set_by_user) continue;
+    device.rate = *rate;
+    mirror.own_value(device, *point, *value, Quality::kGood);
+  }
+}
+
+void Proxy::Impl::warn_of_lost_names(const Device& device) {
+  for (const auto& lost : lost_names_of(device)) {
+    const auto path = path_of(device, lost);
+    context.warn(path, fmt::format("{}: {}", path, lost.text));
+  }
 }
 
 void Proxy::Impl::take_rate(Device& device) {
@@ -138,37 +154,38 @@ void Proxy::Impl::take_rate(Device& device) {
 }
 
 void Proxy::Impl::keep_alive(Device* device, Network& network, const Message& message, const model::KeepAlive&) {
-  if (!device) device = stranger(network, message);
+  if (!device) device = admission.on_unknown_device(network, message);
   if (device) heard(*device);
 }
 
 void Proxy::Impl::remove(Device& device) {
   auto& network = *device.network;
-  roaming.withdrawn(device);
+  admission.roaming().withdraw_claim(device);
   desk.forget(device);
   demand.forget(device);
   mirror.left(device);
   directory.remove(device);
-  board.devices_changed(network);
-  board.refresh_counters();
+  network_tuples.devices_changed(network);
+  network_tuples.refresh_counters();
+}
+
+void Proxy::Impl::moved(Device& device, const Claim& to, const std::string& tuple) {
+  context.log.info(fmt::format("{} moved to {} of island {}", device.key, to.key, number(to.island)));
+  demand.stop(device);
+  transfer.send(device, to, tuple);
+  memory.left(device);
+  remove(device);
+}
+
+void Proxy::Impl::ignored(Device& device) {
+  demand.stop(device);
+  memory.dropped(std::array{&device});
+  remove(device);
 }
 
 void Proxy::Impl::leave(Device* device, Network& network, const Message& message, const model::Leave& leave) {
-  const DeviceName name{network.id, message.source.device};
-  roaming.forget(name);
-  if (!device) {
-    const auto* entry = inbox.find(name);
-    if (!entry || entry->ignored()) return;
-    const auto known = memory.recall(name.network, name.address);
-    const auto decision = known ? known->decision : state::Decision::kNone;
-    if (decision == state::Decision::kNone) {
-      memory.forget(name.network, name.address);
-    } else {
-      memory.absent(name.network, name.address, entry->announced.join, decision);
-    }
-    inbox.take(name);
-    return;
-  }
+  admission.on_leave({network.id, message.source.device});
+  if (!device) return;
   context.log.info(fmt::format("{} left: {}", device->key, leave.reason));
   memory.left(*device);
   remove(*device);
@@ -176,7 +193,7 @@ void Proxy::Impl::leave(Device* device, Network& network, const Message& message
 
 void Proxy::Impl::updates(Device* device, Network& network, const Message& message, const model::Updates& updates) {
   if (!device) [[unlikely]] {
-    device = stranger(network, message);
+    device = admission.on_unknown_device(network, message);
     if (!device) return;
   }
   heard(*device);
@@ -189,7 +206,7 @@ void Proxy::Impl::reading(Device& device, const model::Reading& reading) {
     point = directory.add_undeclared(device, reading.point);
     if (!point) {
       ++device.network->faults.undeclared_points;
-      board.refresh_counters();
+      network_tuples.refresh_counters();
       context.warn(device.key + "/undeclared",
                    fmt::format("{}: value for a {} of type {} it never declared", device.key,
                                to_string(reading.point.kind), static_cast<unsigned>(reading.point.type)));
@@ -205,7 +222,7 @@ void Proxy::Impl::reading(Device& device, const model::Reading& reading) {
 
 void Proxy::Impl::heard(Device& device) {
   device.heard_at = context.clock.now().steady;
-  board.refresh_counters();
+  network_tuples.refresh_counters();
   if (!device.network->line_known) [[unlikely]]
     set_line(*device.network, {model::LineState::kUp, {}, {}});
   if (device.status == DeviceStatus::kReachable) [[likely]]
@@ -218,9 +235,9 @@ void Proxy::Impl::reachable(Device& device, bool was_known) {
   device.status = DeviceStatus::kReachable;
   device.since = context.clock.now().wall;
   device.reason.clear();
-  board.devices_changed(*device.network);
+  network_tuples.devices_changed(*device.network);
   if (!was_known) return;
-  roaming.listed(device);
+  admission.roaming().publish_claim(device);
   mirror.device_status(device);
   mirror.all_points(device);
   demand.repeat(device);
@@ -231,19 +248,19 @@ void Proxy::Impl::lost(Device& device) {
   liveness.interrupted(device, "not heard since the device was out of reach");
   mirror.device_status(device);
   desk.delayed(device);
-  board.devices_changed(*device.network);
-  roaming.listed(device);
+  network_tuples.devices_changed(*device.network);
+  admission.roaming().publish_claim(device);
 }
 
 void Proxy::Impl::state(Device*, Network& network, const Message&, const model::State& state) {
   const auto before = network_status_text(network);
   for (const auto& [name, count] : state.counters) network.reported[name] = std::to_string(count);
   for (const auto& [name, text] : state.texts) network.reported[name] = text;
-  board.refresh_counters();
+  network_tuples.refresh_counters();
   const auto since = network.since;
   set_line(network, state);
   const bool tried_again = since == network.since && network_status_text(network) != before;
-  if (tried_again) board.line_changed(network);
+  if (tried_again) network_tuples.line_changed(network);
 }
 
 /// A network that never speaks of its line has one that works when its devices are heard.
@@ -258,7 +275,7 @@ void Proxy::Impl::set_line(Network& network, const model::State& state) {
   network.line = state.line;
   network.reason = state.reason;
   network.since = context.clock.now().wall;
-  board.line_changed(network);
+  network_tuples.line_changed(network);
   const bool down = state.line == model::LineState::kDown || state.line == model::LineState::kEnded ||
                     state.line == model::LineState::kRefused;
   if (down && !network.down) line_went_down(network);
@@ -276,9 +293,9 @@ void Proxy::Impl::line_went_down(Network& network) {
     device.since = network.since;
     device.reason = fmt::format("the line is down: {}", network.reason);
     mirror.device_status(device);
-    roaming.listed(device);
+    admission.roaming().publish_claim(device);
   }
-  board.devices_changed(network);
+  network_tuples.devices_changed(network);
 }
 
 void Proxy::Impl::line_came_up(Network& network) {
@@ -303,23 +320,6 @@ void Proxy::Impl::probe(const Device& device) {
   context.gateway.send(std::move(message));
 }
 
-/// The device, if it could not come before and can now.
-Device* Proxy::Impl::stranger(Network& network, const Message& message) {
-  const DeviceName name{network.id, message.source.device};
-  if (inbox.heard(name)) {
-    const auto* entry = inbox.find(name);
-    const bool comes =
-        entry->standing == Standing::kLetIn && directory.has_place(network, name.address, entry->announced.join.id);
-    return comes ? try_again(network, name) : nullptr;
-  }
-  if (Device* device = nullptr; elsewhere(network, name.address, device)) return device;
-  ++network.faults.unknown_devices;
-  board.refresh_counters();
-  context.warn(network.id + "/stranger", fmt::format("{} from {}, which never joined", to_string(message.kind()),
-                                                     model::quoted(to_string(message.source))));
-  return nullptr;
-}
-
 void Proxy::Impl::acknowledge(const Message& message) {
   const auto* answer = std::get_if<model::Acknowledge>(&message.body);
   // An answer for a device of ours may carry any number; it is no answer to us.
@@ -334,14 +334,14 @@ Proxy::Proxy(ProxyConfig config, Scheduler& scheduler, TupleSpace& space, gatewa
 Proxy::~Proxy() = default;
 
 void Proxy::restore() {
-  impl_->restore(std::string());
+  impl_->admission.restore(std::string());
 }
 
 std::vector<std::string> Proxy::objections(const ProxyConfig& next) const {
-  return impl_->objections(next);
+  return key_conflicts(impl_->directory, next);
 }
 std::vector<std::string> Proxy::lost_names(const std::string& network, const NetworkRules& next) const {
-  return impl_->lost_names_in(network, next);
+  return lost_names_in(impl_->directory, network, next);
 }
 
 void Proxy::reconfigure(ProxyConfig config) {
@@ -349,7 +349,7 @@ void Proxy::reconfigure(ProxyConfig config) {
 }
 
 Proxy::InboxCounters Proxy::inbox_counters() const {
-  return impl_->inbox.counters();
+  return impl_->admission.inbox_counters();
 }
 
 std::map<std::string, std::uint64_t> Proxy::device_counts() const {

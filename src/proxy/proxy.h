@@ -38,9 +38,9 @@ class Proxy {
   void restart(const std::string& network);
 
   struct InboxCounters {
-    std::uint64_t waiting = 0, ignored = 0;
-    std::uint64_t refused = 0;  ///< devices there was no room for
-    std::uint64_t unheard = 0;  ///< messages of waiting and ignored devices
+    std::uint64_t pending = 0, ignored = 0;
+    std::uint64_t refused = 0;    ///< devices there was no room for
+    std::uint64_t discarded = 0;  ///< messages of pending and ignored devices
   };
   InboxCounters inbox_counters() const;
   /// How many devices each network lists, reachable or not.

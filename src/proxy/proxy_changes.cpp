@@ -1,103 +1,46 @@
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <array>
 
 #include "proxy/naming.h"
 #include "proxy/proxy_impl.h"
+#include "proxy/reload_checks.h"
 #include "rubicon/key.hpp"
 
 namespace rubicon::proxy {
 
-namespace {
-
-/// What the configuration says of the device's keys, as opposed to its name for people.
-bool same_keys(const DeviceNames* one, const DeviceNames* other) {
-  static const DeviceNames kNone;
-  const auto& a = one ? *one : kNone;
-  const auto& b = other ? *other : kNone;
-  return a.id == b.id && a.sensors == b.sensors && a.actuators == b.actuators;
-}
-
-}  // namespace
-
-std::vector<std::string> Proxy::Impl::objections(const ProxyConfig& next) const {
-  std::vector<std::string> lines;
-  for (const auto& [id, network] : directory.networks()) {
-    const auto rules = next.networks.find(id);
-    if (rules == next.networks.end()) continue;
-    for (const auto& [address, names] : rules->second.devices) {
-      const auto device = network->devices.find(address);
-      if (device == network->devices.end() || same_keys(names_of(network->rules, address), &names)) continue;
-      std::map<std::pair<Kind, std::string>, std::string> taken;
-      for (const auto& point : device->second.points) {
-        auto part = point_id(&names, *point.details->capability, point.type);
-        const auto [other, free] = taken.emplace(std::pair(point.id.kind, part), point.details->id);
-        if (free) continue;
-        lines.push_back(fmt::format("networks.{}.devices.{}: {} and {} would both become {}", id, address,
-                                    other->second, point.details->id, part));
-      }
-    }
-  }
-  return lines;
-}
-
-/// Of the devices that are there.
-std::vector<std::string> Proxy::Impl::lost_names_in(const std::string& id, const NetworkRules& next) const {
-  std::vector<std::string> lines;
-  const auto network = directory.networks().find(id);
-  if (network == directory.networks().end()) return lines;
-  for (const auto& [address, names] : next.devices) {
-    const auto device = network->second->devices.find(address);
-    if (device == network->second->devices.end()) continue;
-    for (const auto& lost : proxy::lost_names(names, device->second))
-      lines.push_back(fmt::format("networks.{}.devices.{}.{}: {}", id, address, fmt::join(lost.path, "."), lost.text));
-  }
-  return lines;
-}
-
-void Proxy::Impl::warn_of_lost_names(const Device& device) {
-  const auto* names = names_of(device.network->rules, device.address);
-  if (!names) return;
-  for (const auto& lost : proxy::lost_names(*names, device)) {
-    const auto path =
-        fmt::format("networks.{}.devices.{}.{}", device.network->id, device.address, fmt::join(lost.path, "."));
-    context.warn(path, fmt::format("{}: {}", path, lost.text));
-  }
-}
-
-/// Networks that went, that came, that have other rules; in this order, so that a key part given up can be taken.
+/// First the networks that are removed, then new and changed ones: a key part given up can be taken at once.
 void Proxy::Impl::reconfigure(ProxyConfig next) {
   context.clock.refresh();
   next.prefix = config.prefix;
   next.island_name = config.island_name;
   next.host = config.host;
   const auto before = std::exchange(config, std::move(next)).networks;
-  bool came_or_went = false;
+  bool networks_changed = false;
   for (const auto& [id, rules] : before) {
     if (config.networks.contains(id)) continue;
-    came_or_went = true;
+    networks_changed = true;
     drop_network(id);
   }
   for (const auto& [id, rules] : config.networks) {
     const auto old = before.find(id);
     if (old == before.end()) {
-      came_or_went = true;
+      networks_changed = true;
       auto& network = directory.network(id);
       directory.configure(network, rules);
-      board.declare(network);
-      roaming.follow();
-      restore(id);
+      network_tuples.declare(network);
+      admission.roaming().follow_domains();
+      admission.restore(id);
     } else if (!(old->second == rules)) {
       change_rules(directory.network(id), rules);
     }
   }
-  if (came_or_went) {
-    board.networks_changed();
-    roaming.follow();
+  if (networks_changed) {
+    network_tuples.networks_changed();
+    admission.roaming().follow_domains();
   }
-  board.refresh_counters();
-  ask_again();
+  network_tuples.refresh_counters();
+  admission.reevaluate_inbox();
 }
 
 void Proxy::Impl::restart(const std::string& id) {
@@ -108,21 +51,19 @@ void Proxy::Impl::restart(const std::string& id) {
   network.line_known = network.down = false;
   network.since = context.clock.now().wall;
   network.reason.clear();
-  board.line_changed(network);
-  restore(id);
+  network_tuples.line_changed(network);
+  admission.restore(id);
 }
 
 void Proxy::Impl::drop_network(const std::string& id) {
   auto& network = directory.network(id);
   drop_devices(network);
-  inbox.drop_network(id);
-  roaming.drop_network(id);
-  std::erase_if(decisions, [&id](const auto& one) { return one.first.network == id; });
-  board.remove(network);
+  admission.drop_network(id);
+  network_tuples.remove(network);
   directory.remove_network(id);
 }
 
-/// The devices leave the tuple space; what is remembered of them stays.
+/// Removes the devices from the tuple space; the state file keeps what it remembers of them.
 void Proxy::Impl::drop_devices(Network& network) {
   std::vector<Device*> devices;
   for (auto& [address, device] : network.devices) devices.push_back(&device);
@@ -136,7 +77,7 @@ void Proxy::Impl::change_rules(Network& network, NetworkRules rules) {
     if (!same_keys(names_of(network.rules, address), names_of(rules, address))) renamed.push_back(&device);
   }
   const auto old_rate = network.rules.rate;
-  change_domain(network, rules.roaming);
+  admission.change_domain(network, rules.roaming);
   rename(network, std::move(rules), renamed);
   for (auto& [address, device] : network.devices) {
     if (directory.take_name(device)) mirror.described(device);
@@ -152,25 +93,25 @@ void Proxy::Impl::set_rate(Device& device, std::chrono::milliseconds rate) {
   demand.changed(device);
 }
 
-/// Who has a key that the configuration keeps for another device waits until it is free.
+/// A device that holds a key which the configuration reserves for another one is deferred until it gets a free key.
 void Proxy::Impl::free_reserved_keys(Network& network) {
   for (const auto& [id, address] : network.reserved) {
     const auto found = network.by_id.find(id);
     if (found == network.by_id.end() || found->second->address == address) continue;
     auto& holder = *found->second;
-    const auto said = last_said(holder);
+    const auto announced = last_announcement(holder);
     const DeviceName name{network.id, holder.address};
-    const auto why =
-        fmt::format("{} gave up its key to {}, which the configuration names so", holder.key, model::quoted(address));
+    const auto why = fmt::format("{} gave up its key to {}, for which the configuration reserves it", holder.key,
+                                 model::quoted(address));
     memory.dropped(std::array{&holder});
     remove(holder);
-    park(name, said, why);
+    admission.defer(name, announced, why);
   }
 }
 
-/// All old keys go before the first new one comes, so that two devices may swap theirs.
+/// Frees all old keys before it gives the first new one, so that two devices can swap theirs.
 void Proxy::Impl::rename(Network& network, NetworkRules rules, const std::vector<Device*>& renamed) {
-  memory.dropped(renamed);  // one of them may find no key
+  memory.dropped(renamed);  // before one of them finds no key
   std::vector<std::map<PointNumber, TupleMirror::Kept>> kept;
   for (auto* device : renamed) {
     kept.push_back(mirror.retire(*device));
@@ -182,34 +123,23 @@ void Proxy::Impl::rename(Network& network, NetworkRules rules, const std::vector
     auto& device = *renamed[i];
     const auto vanished = directory.name(device);
     if (!vanished) {
-      const auto said = last_said(device);
+      const auto announced = last_announcement(device);
       const DeviceName name{network.id, device.address};
-      roaming.withdrawn(device);
+      admission.roaming().withdraw_claim(device);
       desk.forget(device);
       demand.forget(device);
       directory.remove(device);
-      park(name, said, vanished.error().text);
+      admission.defer(name, announced, vanished.error().text);
       continue;
     }
     for (const auto& point : *vanished) desk.forget(device, point.number);
-    for (auto& point : device.points) point.wanted = false;  // whoever wants the new keys is told anew
+    for (auto& point : device.points) point.wanted = false;  // the subscriptions to the new keys decide
     mirror.renamed(device, kept[i]);
-    roaming.listed(device);
+    admission.roaming().publish_claim(device);
     memory.record_changed(device);
     demand.changed(device);
   }
-  board.devices_changed(network);
-}
-
-/// The discovery rules may say something else now of those who wait; ignored by rule, too.
-void Proxy::Impl::ask_again() {
-  for (const auto& name : inbox.all()) {
-    const auto* entry = inbox.find(name);
-    if (!entry) continue;
-    auto& network = directory.network(name.network);
-    const auto announced = entry->announced;
-    if (let_in(network, name, announced, nullptr, false) && inbox.find(name)) try_again(network, name);
-  }
+  network_tuples.devices_changed(network);
 }
 
 }  // namespace rubicon::proxy

@@ -35,19 +35,19 @@ struct NetworkRules {
 };
 
 /// What happens to a device that announces itself and is neither known nor named in the configuration.
-enum class Admission : std::uint8_t { kAuto, kAsk, kIgnore };
-std::string_view to_string(Admission admission);
+enum class DiscoveryAction : std::uint8_t { kAuto, kAsk, kIgnore };
+std::string_view to_string(DiscoveryAction action);
 
 /// For devices of some networks, types or addresses; `*` and `?` stand for any text and any character, empty = any.
 struct DiscoveryRule {
   std::string network, type, address;
-  Admission admission = Admission::kAuto;
+  DiscoveryAction action = DiscoveryAction::kAuto;
 
   friend bool operator==(const DiscoveryRule&, const DiscoveryRule&) = default;
 };
 
 struct DiscoveryRules {
-  Admission otherwise = Admission::kAuto;
+  DiscoveryAction otherwise = DiscoveryAction::kAuto;
   std::vector<DiscoveryRule> rules;  ///< the first that fits decides
 
   friend bool operator==(const DiscoveryRules&, const DiscoveryRules&) = default;

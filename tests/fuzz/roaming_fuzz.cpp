@@ -1,23 +1,23 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "proxy/hand_over.h"
+#include "proxy/admission/command_transfer.h"
 
 /// Input: what another island says in a claim, or hands over as a waiting command. What was read must be written so
 /// that it reads as the same again.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
   using namespace rubicon;
   const std::string_view text(reinterpret_cast<const char*>(bytes), size);
-  if (const auto claim = proxy::parse_claim(OwnerId(1), text)) {
-    const auto written = proxy::claim_text(*claim);
-    const auto again = proxy::parse_claim(OwnerId(1), written);
+  if (const auto claim = proxy::admission::parse_claim(OwnerId(1), text)) {
+    const auto written = proxy::admission::claim_text(*claim);
+    const auto again = proxy::admission::parse_claim(OwnerId(1), written);
     if (written.size() <= 4096 && (!again || !(*again == *claim))) std::abort();
   } else if (claim.error().text.empty()) {
     std::abort();
   }
-  if (const auto command = proxy::parse_waiting_command(text)) {
-    const auto written = proxy::waiting_command_text(*command);
-    const auto again = proxy::parse_waiting_command(written);
+  if (const auto command = proxy::admission::parse_waiting_command(text)) {
+    const auto written = proxy::admission::waiting_command_text(*command);
+    const auto again = proxy::admission::parse_waiting_command(written);
     if (written.size() <= 32 * 1024 && (!again || !(*again == *command))) std::abort();
   } else if (command.error().text.empty()) {
     std::abort();

@@ -1,5 +1,5 @@
 #include "gateway/islands.h"
-#include "gateway/island_door.h"
+#include "gateway/gateway_tuple.h"
 #include "model/message_cbor.h"
 
 namespace rubicon::gateway {

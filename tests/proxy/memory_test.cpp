@@ -299,7 +299,7 @@ TEST_F(Remembering, ANameThatTheDiskRefusesIsRefusedAndMayBeGivenLater) {
 }
 
 TEST_F(Remembering, WhatIsNotWrittenYetIsKnownAlready) {
-  config.discovery.otherwise = Admission::kAsk;
+  config.discovery.otherwise = DiscoveryAction::kAsk;
   start();
   join("7", lamp());
   ASSERT_EQ(set("proxy.inbox.hall.7", "approve").verdict, Verdict::kApplied);
@@ -310,7 +310,7 @@ TEST_F(Remembering, WhatIsNotWrittenYetIsKnownAlready) {
 }
 
 TEST_F(Remembering, AGivenNameIsNotLostWhileTheDiskIsFull) {
-  config.discovery.otherwise = Admission::kAsk;
+  config.discovery.otherwise = DiscoveryAction::kAsk;
   start();
   join("7", lamp());
   ASSERT_EQ(set("proxy.inbox.hall.7", "approve").verdict, Verdict::kApplied);

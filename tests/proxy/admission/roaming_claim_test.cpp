@@ -1,4 +1,4 @@
-#include "proxy/roaming_claim.h"
+#include "proxy/admission/roaming_claim.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "island.h"
-#include "proxy/hand_over.h"
+#include "proxy/admission/command_transfer.h"
+#include "proxy/island.h"
 
-namespace rubicon::proxy {
+namespace rubicon::proxy::admission {
 namespace {
 
 using testing::HasSubstr;
@@ -141,4 +141,4 @@ TEST(WaitingCommand, SaysWhatIsWrong) {
 }
 
 }  // namespace
-}  // namespace rubicon::proxy
+}  // namespace rubicon::proxy::admission

@@ -1,4 +1,4 @@
-#include "proxy/discovery_inbox.h"
+#include "proxy/admission/discovery_inbox.h"
 
 #include <fmt/format.h>
 
@@ -10,20 +10,17 @@
 #include "proxy/naming.h"
 #include "rubicon/key.hpp"
 
-namespace rubicon::proxy {
+namespace rubicon::proxy::admission {
 
 namespace {
 
 using Tree = nlohmann::ordered_json;
 
-constexpr tuples::SetOptions kJson{"application/json", {}, {}};
-constexpr Duration kPause = std::chrono::milliseconds(250);
-/// Devices listed in `proxy.inbox`; its count says how many there are.
-constexpr std::size_t kListed = 100;
-
-bool fits(const std::string& pattern, std::string_view text) {
-  return pattern.empty() || base::glob_matches(pattern, text);
-}
+constexpr tuples::SetOptions kInboxOptions{"application/json", {}, {}};
+/// Between two publications of `proxy.inbox`.
+constexpr Duration kInboxPause = std::chrono::milliseconds(250);
+/// Devices listed in `proxy.inbox`; its `count` counts all.
+constexpr std::size_t kMaxListed = 100;
 
 Tree describe(const DeviceName& device, const DiscoveryInbox::Entry& entry, const TypeCatalogue& types) {
   const auto& join = entry.announced.join;
@@ -44,57 +41,23 @@ Tree describe(const DeviceName& device, const DiscoveryInbox::Entry& entry, cons
 
 }  // namespace
 
-std::string_view to_string(Admission admission) {
-  switch (admission) {
-    case Admission::kAuto: return "auto";
-    case Admission::kAsk: return "ask";
-    case Admission::kIgnore: return "ignore";
-  }
-  return "auto";
-}
-
-bool says_the_same(const model::Join& one, const model::Join& other) {
-  return one.name == other.name && one.model == other.model && one.device_type == other.device_type &&
-         one.capabilities == other.capabilities;
-}
-
-std::string key_of(const DeviceName& device) {
-  return fmt::format("{}.{}", model::to_key_part(device.network), model::to_key_part(device.address));
-}
-
 DiscoveryInbox::DiscoveryInbox(ProxyContext& context) : context_(context) {}
 
-void DiscoveryInbox::begin() {
-  publish();
-}
-
-std::pair<Admission, std::string> DiscoveryInbox::admission(const DeviceName& device, const model::Join& join) const {
-  const auto& discovery = context_.config.discovery;
-  for (std::size_t i = 0; i < discovery.rules.size(); ++i) {
-    const auto& rule = discovery.rules[i];
-    if (!fits(rule.network, device.network) || !fits(rule.type, join.device_type) ||
-        !fits(rule.address, device.address))
-      continue;
-    return {rule.admission, fmt::format("discovery.rules[{}] says {}", i, to_string(rule.admission))};
-  }
-  return {discovery.otherwise, fmt::format("discovery.new-devices is {}", to_string(discovery.otherwise))};
-}
-
-/// Devices that only a rule hides make room for those that somebody has to see.
-bool DiscoveryInbox::make_room(Standing standing) {
+/// Devices that are ignored by a rule make room for those that need a decision.
+bool DiscoveryInbox::make_room(InboxState state) {
   if (entries_.size() < context_.config.max_devices) return true;
-  if (standing == Standing::kIgnoredByRule || by_rule_.empty()) return false;
+  if (state == InboxState::kIgnoredByRule || by_rule_.empty()) return false;
   take(DeviceName(*by_rule_.begin()));
   return true;
 }
 
-DiscoveryInbox::Entry* DiscoveryInbox::enter(const DeviceName& device, Standing standing) {
+DiscoveryInbox::Entry* DiscoveryInbox::find_or_add(const DeviceName& device, InboxState state) {
   const auto found = entries_.find(device);
   if (found != entries_.end()) {
     count(found->second, false);
     return &found->second;
   }
-  if (!make_room(standing)) {
+  if (!make_room(state)) {
     ++counters_.refused;
     context_.warn("inbox", fmt::format("{} is not in the inbox: the limit of {} devices is reached", key_of(device),
                                        context_.config.max_devices));
@@ -105,27 +68,27 @@ DiscoveryInbox::Entry* DiscoveryInbox::enter(const DeviceName& device, Standing 
   return &entry;
 }
 
-void DiscoveryInbox::count(const Entry& entry, bool comes) {
-  auto& counter = entry.ignored() ? counters_.ignored : counters_.waiting;
-  comes ? ++counter : --counter;
+void DiscoveryInbox::count(const Entry& entry, bool added) {
+  auto& counter = entry.ignored() ? counters_.ignored : counters_.pending;
+  added ? ++counter : --counter;
 }
 
-DiscoveryInbox::Put DiscoveryInbox::put(const DeviceName& device, const Announced& announced, Standing standing,
+DiscoveryInbox::Put DiscoveryInbox::put(const DeviceName& device, const Announced& announced, InboxState state,
                                         std::string why) {
-  auto* entry = enter(device, standing);
+  auto* entry = find_or_add(device, state);
   if (!entry) return Put::kNoRoom;
   const bool same =
-      entry->standing == standing && entry->why == why && says_the_same(entry->announced.join, announced.join);
+      entry->state == state && entry->why == why && same_announcement(entry->announced.join, announced.join);
   const bool shown = !entry->key.empty();
   entry->announced = announced;
-  entry->standing = standing;
+  entry->state = state;
   entry->why = std::move(why);
   count(*entry, true);
-  standing == Standing::kIgnoredByRule ? void(by_rule_.insert(device)) : void(by_rule_.erase(device));
+  state == InboxState::kIgnoredByRule ? void(by_rule_.insert(device)) : void(by_rule_.erase(device));
   if (entry->ignored()) hide(*entry);
   if (!entry->ignored() && !(same && shown)) show(device, *entry);
-  if (!same || shown == entry->key.empty()) changed();
-  return same ? Put::kSame : Put::kNews;
+  if (!same || shown == entry->key.empty()) publish_soon();
+  return same ? Put::kSame : Put::kNew;
 }
 
 void DiscoveryInbox::show(const DeviceName& device, Entry& entry) {
@@ -135,7 +98,7 @@ void DiscoveryInbox::show(const DeviceName& device, Entry& entry) {
     for (int twin = 2; !keys_.emplace(entry.key, device).second; ++twin) entry.key = fmt::format("{}_{}", part, twin);
   }
   const auto key = fmt::format("{}.inbox.{}", context_.config.prefix, entry.key);
-  const auto shown = context_.space.set(key, model::dump(describe(device, entry, context_.types)), kJson);
+  const auto shown = context_.space.set(key, model::dump(describe(device, entry, context_.types)), kInboxOptions);
   if (!shown) context_.warn("inbox", shown.error().text);
 }
 
@@ -146,10 +109,10 @@ void DiscoveryInbox::hide(Entry& entry) {
   entry.key.clear();
 }
 
-bool DiscoveryInbox::heard(const DeviceName& device) {
+bool DiscoveryInbox::note_message(const DeviceName& device) {
   const auto found = entries_.find(device);
   if (found == entries_.end()) return false;
-  ++counters_.unheard;
+  ++counters_.discarded;
   found->second.announced.heard_at = context_.clock.now().steady;
   found->second.announced.join.heard = true;
   return true;
@@ -168,7 +131,7 @@ std::optional<DiscoveryInbox::Entry> DiscoveryInbox::take(const DeviceName& devi
   by_rule_.erase(device);
   auto entry = std::move(found->second);
   entries_.erase(found);
-  changed();
+  publish_soon();
   return entry;
 }
 
@@ -179,13 +142,13 @@ void DiscoveryInbox::drop_network(const std::string& network) {
   }
 }
 
-std::vector<DeviceName> DiscoveryInbox::all() const {
+std::vector<DeviceName> DiscoveryInbox::devices() const {
   std::vector<DeviceName> found;
   for (const auto& [device, entry] : entries_) found.push_back(device);
   return found;
 }
 
-std::vector<DeviceName> DiscoveryInbox::waiting_like(const std::string& pattern) const {
+std::vector<DeviceName> DiscoveryInbox::matching(const std::string& pattern) const {
   std::vector<DeviceName> found;
   for (const auto& [device, entry] : entries_) {
     if (pattern == fmt::format("{}.{}", device.network, device.address)) return {device};
@@ -194,7 +157,7 @@ std::vector<DeviceName> DiscoveryInbox::waiting_like(const std::string& pattern)
   return found;
 }
 
-std::vector<DeviceName> DiscoveryInbox::meant_by(const std::string& key) const {
+std::vector<DeviceName> DiscoveryInbox::with_key(const std::string& key) const {
   if (const auto shown = keys_.find(key); shown != keys_.end()) return {shown->second};
   std::vector<DeviceName> found;
   for (const auto& [device, entry] : entries_) {
@@ -209,20 +172,20 @@ std::vector<DeviceName> DiscoveryInbox::meant_by(const std::string& key) const {
   return found;
 }
 
-void DiscoveryInbox::changed() {
+void DiscoveryInbox::publish_soon() {
   if (timer_.pending()) return;
   timer_ = context_.scheduler.at(std::max(publish_at_, context_.clock.now().steady), [this] { publish(); });
 }
 
 void DiscoveryInbox::publish() {
-  publish_at_ = context_.clock.refresh().steady + kPause;
+  publish_at_ = context_.clock.refresh().steady + kInboxPause;
   Tree list = Tree::array();
   for (const auto& [device, entry] : entries_) {
-    if (list.size() >= kListed) break;
+    if (list.size() >= kMaxListed) break;
     if (!entry.ignored()) list.push_back(describe(device, entry, context_.types));
   }
-  const Tree all{{"count", counters_.waiting}, {"ignored", counters_.ignored}, {"waiting", std::move(list)}};
-  std::ignore = context_.space.set(context_.config.prefix + ".inbox", model::dump(all), kJson);
+  const Tree all{{"count", counters_.pending}, {"ignored", counters_.ignored}, {"waiting", std::move(list)}};
+  std::ignore = context_.space.set(context_.config.prefix + ".inbox", model::dump(all), kInboxOptions);
 }
 
-}  // namespace rubicon::proxy
+}  // namespace rubicon::proxy::admission

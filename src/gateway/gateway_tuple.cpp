@@ -1,4 +1,4 @@
-#include "gateway/island_door.h"
+#include "gateway/gateway_tuple.h"
 
 #include <fmt/format.h>
 
@@ -43,23 +43,24 @@ Envelope::Envelope(const Message& message)
       number(answerable_number(message)),
       answerable(message.kind() != MessageKind::kAcknowledge) {}
 
-IslandDoor::IslandDoor(TupleSpace& space, const GatewayLimits& limits, Arrival arrival, Failure failure, Forged forged)
+GatewayTuple::GatewayTuple(TupleSpace& space, const GatewayLimits& limits, Arrival arrival, Failure failure,
+                           Forged forged)
     : space_(space),
       limit_(limits.queue),
       arrival_(std::move(arrival)),
       failure_(std::move(failure)),
       forged_(std::move(forged)) {
   RUBICON_ASSERT(space_.declare(kKey));
-  judge_ = space_.add_policy({space_.self(), std::string(kKey)},
-                             [this](const tuples::RemoteSet& wish) { return take(wish); });
+  policy_ = space_.add_policy({space_.self(), std::string(kKey)},
+                              [this](const tuples::RemoteSet& request) { return take(request); });
 }
 
-IslandDoor::~IslandDoor() {
-  judge_.reset();
+GatewayTuple::~GatewayTuple() {
+  policy_.reset();
   static_cast<void>(space_.erase(kKey));
 }
 
-void IslandDoor::send(const Message& message) {
+void GatewayTuple::send(const Message& message) {
   const Envelope envelope(message);
   const IslandId to = message.destination.island;
   if (under_way_ >= limit_)
@@ -72,7 +73,7 @@ void IslandDoor::send(const Message& message) {
   space_.set_remote(to, kKey, base::as_text(bytes), Duration(0), std::move(answer), options);
 }
 
-void IslandDoor::answered(const Envelope& envelope, const tuples::Reply& reply) {
+void GatewayTuple::answered(const Envelope& envelope, const tuples::Reply& reply) {
   --under_way_;
   if (reply.verdict == tuples::Verdict::kApplied) {
     ++counters.delivered;
@@ -85,27 +86,27 @@ void IslandDoor::answered(const Envelope& envelope, const tuples::Reply& reply) 
                        reply.text.empty() ? "" : ": ", reply.text));
 }
 
-tuples::SetDecision IslandDoor::malformed(Error why) {
+tuples::SetDecision GatewayTuple::malformed(Error why) {
   ++counters.malformed;
   return tuples::SetDecision::refused(std::move(why));
 }
 
-tuples::SetDecision IslandDoor::forged(OwnerId from, Error why) {
+tuples::SetDecision GatewayTuple::forged(OwnerId from, Error why) {
   ++counters.forged;
   forged_(from, why.text);
   return tuples::SetDecision::refused(std::move(why));
 }
 
-tuples::SetDecision IslandDoor::take(const tuples::RemoteSet& wish) {
-  if (!model::is_message_media_type(wish.media_type))
+tuples::SetDecision GatewayTuple::take(const tuples::RemoteSet& request) {
+  if (!model::is_message_media_type(request.media_type))
     return malformed({ErrorCode::kUnsupported, fmt::format("GATEWAY takes {}, got {}", model::kMessageMediaType,
-                                                           model::quoted(wish.media_type))});
-  auto message = model::from_cbor(base::as_bytes(wish.value));
+                                                           model::quoted(request.media_type))});
+  auto message = model::from_cbor(base::as_bytes(request.value));
   if (!message) return malformed(std::move(message.error()));
-  if (auto own = check_sender(*message, wish.from); !own) return forged(wish.from, std::move(own.error()));
+  if (auto own = check_sender(*message, request.from); !own) return forged(request.from, std::move(own.error()));
   // A component that is no island posts without origin and number: nothing to recognise its message by.
   if (message->origin == model::kNoOwner) {
-    message->origin = wish.from;
+    message->origin = request.from;
     message->number = 0;
   } else if (message->origin == space_.self()) {
     ++counters.looped;
@@ -123,9 +124,9 @@ tuples::SetDecision IslandDoor::take(const tuples::RemoteSet& wish) {
   }
   ++message->hops;
   if (message->destination.island == model::kNoOwner) message->destination.island = space_.self();
-  if (message->source.island == model::kNoOwner) message->source.island = wish.from;
+  if (message->source.island == model::kNoOwner) message->source.island = request.from;
   const auto [origin, number] = std::pair(message->origin, message->number);
-  if (auto taken = arrival_(std::move(*message), wish.value.size()); !taken)
+  if (auto taken = arrival_(std::move(*message), request.value.size()); !taken)
     return tuples::SetDecision::refused(std::move(taken.error()));
   if (numbered) seen_.note(origin, number);
   return tuples::SetDecision::consumed();

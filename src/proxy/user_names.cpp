@@ -1,3 +1,5 @@
+#include "proxy/user_names.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -5,7 +7,6 @@
 
 #include "proxy/commander.h"
 #include "proxy/naming.h"
-#include "proxy/proxy_impl.h"
 #include "rubicon/key.hpp"
 
 namespace rubicon::proxy {
@@ -14,9 +15,9 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::string_view kForm = R"(expected {"name": TEXT, "area": TEXT}, one of them or both; "" takes it away)";
+constexpr std::string_view kForm = R"(expected {"name": TEXT, "area": TEXT}, one of them or both; "" removes it)";
 
-/// A name as it may be given: printable, not longer than the state file keeps it.
+/// A name that a user may give: no control characters, not longer than the state file keeps.
 Result<std::string> given_text(const json& value, const std::string& what) {
   if (!value.is_string()) return fail(ErrorCode::kInvalid, fmt::format("{}: {}", what, kForm));
   auto text = value.get<std::string>();
@@ -32,24 +33,24 @@ Result<std::string> given_text(const json& value, const std::string& what) {
 
 }  // namespace
 
-/// `{"name": "Kitchen lamp", "area": "Kitchen"}` set as the description of a device names it; all else in a description
-/// is the device's own.
-tuples::SetDecision Proxy::Impl::judge_description(const tuples::RemoteSet& wish) {
-  const auto head = config.prefix.size() + 1;
-  const auto parts = std::string_view(wish.key).substr(head, wish.key.rfind('.') - head);
-  auto* device = device_with_key(parts);
+tuples::SetDecision UserNames::decide_set(const tuples::RemoteSet& request) {
+  const auto head = context_.config.prefix.size() + 1;
+  const auto parts = std::string_view(request.key).substr(head, request.key.rfind('.') - head);
+  auto* device = directory_.find_by_key(parts);
   const auto refused = [](Error why) { return tuples::SetDecision::refused(std::move(why)); };
-  if (!device) return refused({ErrorCode::kNotFound, fmt::format("{}: no such device here", model::quoted(wish.key))});
-  const auto tree = json::parse(wish.value, nullptr, false);
-  if (!tree.is_object() || tree.empty()) return refused({ErrorCode::kInvalid, fmt::format("{}: {}", wish.key, kForm)});
+  if (!device)
+    return refused({ErrorCode::kNotFound, fmt::format("{}: no such device here", model::quoted(request.key))});
+  const auto tree = json::parse(request.value, nullptr, false);
+  if (!tree.is_object() || tree.empty())
+    return refused({ErrorCode::kInvalid, fmt::format("{}: {}", request.key, kForm)});
   auto name = device->given_name.text(), area = device->given_area.text();
   for (const auto& [member, value] : tree.items()) {
     auto* target = member == "name" ? &name : member == "area" ? &area : nullptr;
     if (!target) {
-      return refused({ErrorCode::kRefused,
-                      fmt::format("{}: {} is not given by users; {}", wish.key, model::quoted(member), kForm)});
+      return refused(
+          {ErrorCode::kRefused, fmt::format("{}: users cannot set {}; {}", request.key, model::quoted(member), kForm)});
     }
-    auto text = given_text(value, fmt::format("{}: {}", wish.key, member));
+    auto text = given_text(value, fmt::format("{}: {}", request.key, member));
     if (!text) return refused(std::move(text.error()));
     const auto* fixed = names_of(device->network->rules, device->address);
     const bool taken = fixed && !(target == &name ? fixed->name : fixed->area).empty();
@@ -60,23 +61,23 @@ tuples::SetDecision Proxy::Impl::judge_description(const tuples::RemoteSet& wish
     }
     *target = std::move(*text);
   }
-  if (auto done = give_name(*device, std::move(name), std::move(area), wish.from); !done) return refused(done.error());
+  if (auto done = give(*device, std::move(name), std::move(area), request.from); !done) return refused(done.error());
   return tuples::SetDecision::consumed();
 }
 
-Result<void> Proxy::Impl::give_name(Device& device, std::string name, std::string area, OwnerId by) {
+Result<void> UserNames::give(Device& device, std::string name, std::string area, OwnerId by) {
   auto name_before = std::exchange(device.given_name, RareText()),
        area_before = std::exchange(device.given_area, RareText());
   device.given_name = std::move(name);
   device.given_area = std::move(area);
-  if (auto done = memory.named(device); !done) {
+  if (auto done = memory_.save_names(device); !done) {
     device.given_name = std::move(name_before);
     device.given_area = std::move(area_before);
     return fail(done.error().code, fmt::format("{} keeps its name: {}", device.key, done.error().text));
   }
-  if (directory.take_name(device)) mirror.described(device);
-  context.log.info(fmt::format("{} is called {} in area {} by {}, id {}", device.key, model::quoted(device.name),
-                               model::quoted(device.area.text()), commander_name(context, by), number(by)));
+  if (directory_.take_name(device)) mirror_.described(device);
+  context_.log.info(fmt::format("{} is called {} in area {} by {}, id {}", device.key, model::quoted(device.name),
+                                model::quoted(device.area.text()), commander_name(context_, by), number(by)));
   return {};
 }
 

@@ -1,4 +1,4 @@
-#include "proxy/roaming_claim.h"
+#include "proxy/admission/roaming_claim.h"
 
 #include <fmt/format.h>
 
@@ -6,25 +6,20 @@
 #include <nlohmann/json.hpp>
 #include <tuple>
 
+#include "model/json_members.h"
 #include "proxy/tuple_text.h"
 #include "rubicon/key.hpp"
 
-namespace rubicon::proxy {
+namespace rubicon::proxy::admission {
 
 namespace {
 
 using PlainTree = nlohmann::json;
 
-constexpr std::size_t kLongestClaim = 4096;
-constexpr std::size_t kLongestAddress = 255;
+constexpr std::size_t kMaxClaim = 4096;
+constexpr std::size_t kMaxAddress = 255;
 /// 2200-01-01 in seconds since 1970: microseconds up to it are exact in a double.
 constexpr double kLatest = 7258118400.0;
-
-std::optional<std::string> text_of(const PlainTree& tree, const char* name) {
-  const auto found = tree.find(name);
-  if (found == tree.end() || !found->is_string()) return std::nullopt;
-  return found->get<std::string>();
-}
 
 bool is_part(const std::string& text) {
   return text == model::to_key_part(text);
@@ -52,15 +47,15 @@ std::string claim_text(const Claim& claim) {
 
 Result<Claim> parse_claim(OwnerId island, std::string_view text) {
   const auto tree =
-      text.size() > kLongestClaim ? PlainTree(PlainTree::value_t::discarded) : PlainTree::parse(text, nullptr, false);
+      text.size() > kMaxClaim ? PlainTree(PlainTree::value_t::discarded) : PlainTree::parse(text, nullptr, false);
   if (!tree.is_object()) return fail(wrong("a JSON object of at most 4096 bytes"));
-  const auto key = text_of(tree, "key"), network = text_of(tree, "network"), device = text_of(tree, "device"),
-             address = text_of(tree, "address");
+  const auto key = model::find_text(tree, "key"), network = model::find_text(tree, "network"),
+             device = model::find_text(tree, "device"), address = model::find_text(tree, "address");
   if (!key || !model::check_key(*key)) return fail(wrong("the key of the device"));
   if (!network || !device || !is_part(*network) || !is_part(*device)) {
     return fail(wrong("the key parts of network and device"));
   }
-  if (!address || address->empty() || address->size() > kLongestAddress) {
+  if (!address || address->empty() || address->size() > kMaxAddress) {
     return fail(wrong("an address of 1 to 255 bytes"));
   }
   const auto since = tree.find("since");
@@ -77,4 +72,4 @@ std::string claim_key(const Identity& identity) {
   return fmt::format("ROAMING.{}.{}", identity.domain, model::to_key_part(identity.address));
 }
 
-}  // namespace rubicon::proxy
+}  // namespace rubicon::proxy::admission

@@ -7,7 +7,7 @@
 #include "rubicon/result.hpp"
 #include "rubicon/time.hpp"
 
-namespace rubicon::proxy {
+namespace rubicon::proxy::admission {
 
 /// One device wherever it is: within a roaming domain an address means one device.
 struct Identity {
@@ -15,28 +15,28 @@ struct Identity {
   friend auto operator<=>(const Identity&, const Identity&) = default;
 };
 
-/// "I list this device": what an island says in a tuple `ROAMING.<domain>.<address as key part>` (docs/roaming.md).
+/// The value of a tuple `ROAMING.<domain>.<address as key part>`: its owner lists the device (docs/roaming.md).
 struct Claim {
-  OwnerId island{};     ///< owner of the tuple; not part of its text
+  OwnerId island{};     ///< owner of the tuple; not in its text
   std::string key;      ///< of the device's tuples there: `proxy.wsn-1.7`
   std::string network;  ///< key parts of network and device there
   std::string device;
   std::string address;
   WallTime since{};        ///< when it last joined there; zero = not since the island started
-  bool reachable = false;  ///< the island hears it
+  bool reachable = false;  ///< from that island
 
   friend bool operator==(const Claim&, const Claim&) = default;
 };
 
-/// The newest join, then the lower island id, then the lower network: every island decides alike.
+/// The newest join, then the lower island id, then the lower network: every island comes to the same result.
 bool better(const Claim& one, const Claim& other);
 
 /// {key, network, device, address, since, reachable}; since in seconds, exact to the microsecond.
 std::string claim_text(const Claim& claim);
-/// Text of another island; kInvalid says what is wrong. Joins later than the year 2200 are no times.
+/// Parses the claim of another island. kInvalid: a member is missing or wrong, or `since` is after the year 2200.
 Result<Claim> parse_claim(OwnerId island, std::string_view text);
 
 /// `ROAMING.<domain>.<address as key part>`
 std::string claim_key(const Identity& identity);
 
-}  // namespace rubicon::proxy
+}  // namespace rubicon::proxy::admission

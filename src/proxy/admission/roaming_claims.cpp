@@ -1,4 +1,4 @@
-#include "proxy/roaming_claims.h"
+#include "proxy/admission/roaming_claims.h"
 
 #include <fmt/format.h>
 
@@ -7,23 +7,23 @@
 
 #include "rubicon/key.hpp"
 
-namespace rubicon::proxy {
+namespace rubicon::proxy::admission {
 
 namespace {
 
 constexpr tuples::SetOptions kClaimOptions{"application/json", {}, {}};
-/// How long the devices of an island that was lost are kept for it.
+/// How long an island that went down without leaving keeps its devices.
 constexpr Duration kGrace = std::chrono::seconds(10);
-/// Claims of others that are followed; devices beyond may be listed twice.
-constexpr std::size_t kMostClaims = 200'000;
-/// A clock that is further ahead is worth a word.
-constexpr Duration kClockDoubt = std::chrono::minutes(1);
+/// Claims of other islands that are followed; devices of further ones may be listed twice.
+constexpr std::size_t kMaxClaims = 200'000;
+/// Clocks of other islands that are further ahead than this are reported.
+constexpr Duration kMaxClockError = std::chrono::minutes(1);
 
 }  // namespace
 
-RoamingClaims::RoamingClaims(ProxyContext& context, Calls calls)
+RoamingClaims::RoamingClaims(ProxyContext& context, Callbacks callbacks)
     : context_(context),
-      calls_(std::move(calls)),
+      callbacks_(std::move(callbacks)),
       peers_watch_(
           context.space.watch_peers([this](OwnerId island, tuples::PeerEvent event) { peer(island, event); })) {}
 
@@ -51,7 +51,7 @@ void RoamingClaims::follow(const std::set<std::string>& domains) {
 void RoamingClaims::take(const std::string& domain, const tuples::Event& event) {
   const auto& tuple = event.tuple;
   if (tuple.owner == context_.space.self() || !model::is_island(tuple.owner)) return;
-  const Place where{tuple.owner, std::string(tuple.key)};
+  const OtherKey where{tuple.owner, std::string(tuple.key)};
   if (event.kind != tuples::EventKind::kSet) return drop(where);
   auto claim = parse_claim(tuple.owner, tuple.value);
   if (!claim) {
@@ -64,51 +64,50 @@ void RoamingClaims::take(const std::string& domain, const tuples::Event& event) 
   const auto known = theirs_.find(where);
   const bool is_new = known == theirs_.end();
   if (!is_new && known->second != identity) drop(where);
-  if (is_new && theirs_.size() >= kMostClaims) {
-    return context_.warn("roaming",
-                         fmt::format("more than {} claims of other islands: some are not seen", kMostClaims));
+  if (is_new && theirs_.size() >= kMaxClaims) {
+    return context_.warn("roaming", fmt::format("more than {} claims of other islands: some are ignored", kMaxClaims));
   }
-  place(identity, where.second, std::move(*claim));
+  store(identity, where.second, std::move(*claim));
 }
 
 void RoamingClaims::check_clock(const Claim& claim) {
   const auto now = context_.clock.now().wall;
-  if (claim.since <= now || claim.since - now < kClockDoubt) return;
+  if (claim.since <= now || claim.since - now < kMaxClockError) return;
   context_.warn(fmt::format("roaming/clock/{}", number(claim.island)),
-                fmt::format("island {} says that {} joined {} s from now: its clock or ours is wrong",
+                fmt::format("island {} claims that {} joined {} s from now: check the clocks of both islands",
                             number(claim.island), model::quoted(claim.address),
                             std::chrono::duration_cast<std::chrono::seconds>(claim.since - now).count()));
 }
 
-void RoamingClaims::place(const Identity& identity, const std::string& tuple, Claim claim) {
+void RoamingClaims::store(const Identity& identity, const std::string& tuple, Claim claim) {
   const auto island = claim.island;
   theirs_[{island, tuple}] = identity;
   peers_.try_emplace(island);
   auto& other = entries_[identity].others[island];
   auto renewed_at = other.renewed_at;
   const bool renewed = other.tuple.empty() || other.claim.since != claim.since;
-  if (renewed) renewed_at = listened(island, identity.domain) ? context_.clock.now().steady : SteadyTime::min();
+  if (renewed) renewed_at = is_recent(island, identity.domain) ? context_.clock.now().steady : SteadyTime::min();
   other = {std::move(claim), tuple, renewed_at, true};
-  calls_.claimed(Identity(identity));
+  callbacks_.claimed(Identity(identity));
 }
 
-/// Else what arrives may be old.
-bool RoamingClaims::listened(OwnerId island, const std::string& domain) const {
+/// Whether a claim that arrives now was published now. Just after we subscribed, or the island came up, it may be old.
+bool RoamingClaims::is_recent(OwnerId island, const std::string& domain) const {
   const auto before = context_.clock.now().steady - kRoamingSettles;
   return peers_.at(island).since <= before && domains_.at(domain).since <= before;
 }
 
-void RoamingClaims::drop(const Place& place) {
-  const auto node = theirs_.extract(place);
+void RoamingClaims::drop(const OtherKey& claim) {
+  const auto node = theirs_.extract(claim);
   if (!node) return;
   const auto& identity = node.mapped();
   const auto entry = entries_.find(identity);
   if (entry == entries_.end()) return;
-  const auto other = entry->second.others.find(place.first);
-  if (other == entry->second.others.end() || other->second.tuple != place.second) return;
+  const auto other = entry->second.others.find(claim.first);
+  if (other == entry->second.others.end() || other->second.tuple != claim.second) return;
   entry->second.others.erase(other);
-  entry->second.former = place.first;
-  calls_.ceased(identity);
+  entry->second.former = claim.first;
+  callbacks_.unclaimed(identity);
   tidy(identity);
 }
 
@@ -131,7 +130,7 @@ void RoamingClaims::peer(OwnerId island, tuples::PeerEvent event) {
     context_.clock.refresh();
     std::vector<Identity> all;
     each_of(island, [&all](const Identity& identity, Other&) { all.push_back(identity); });
-    for (const auto& identity : all) calls_.claimed(identity);
+    for (const auto& identity : all) callbacks_.claimed(identity);
   });
 }
 
@@ -165,12 +164,12 @@ WallTime RoamingClaims::newest(const Identity& identity) const {
   return newest;
 }
 
-bool RoamingClaims::knows(const Identity& identity, OwnerId island) const {
+bool RoamingClaims::has_claimed(const Identity& identity, OwnerId island) const {
   const auto entry = entries_.find(identity);
   return entry != entries_.end() && (entry->second.former == island || entry->second.others.contains(island));
 }
 
-/// Two addresses may give one key part: who reads compares the address in the value.
+/// Two addresses may give one key part: readers compare the address in the value.
 std::string RoamingClaims::free_tuple(const Identity& identity) const {
   const auto first = claim_key(identity);
   auto key = first;
@@ -200,9 +199,9 @@ void RoamingClaims::withdraw(const Identity& identity) {
   tidy(identity);
 }
 
-const Identity* RoamingClaims::meant_by(const std::string& tuple) const {
+const Identity* RoamingClaims::identity_of_own(const std::string& tuple) const {
   const auto found = own_.find(tuple);
   return found == own_.end() ? nullptr : &found->second;
 }
 
-}  // namespace rubicon::proxy
+}  // namespace rubicon::proxy::admission

@@ -1,13 +1,13 @@
-#include "island.h"
+#include "proxy/island.h"
 
-namespace rubicon::proxy {
+namespace rubicon::proxy::admission {
 namespace {
 
 class Discovery : public Island {
  protected:
   void SetUp() override {
     remember();
-    config.discovery.otherwise = Admission::kAsk;
+    config.discovery.otherwise = DiscoveryAction::kAsk;
   }
   nlohmann::json inbox() {
     time.run_for(1s);
@@ -78,7 +78,7 @@ TEST_F(Discovery, AWaitingDeviceStillWaitsAfterARestart) {
 }
 
 TEST_F(Discovery, TheFirstRuleThatFitsDecides) {
-  config.discovery.rules = {{"hall", "", "9.*", Admission::kIgnore}, {"h*", "lamp", "", Admission::kAuto}};
+  config.discovery.rules = {{"hall", "", "9.*", DiscoveryAction::kIgnore}, {"h*", "lamp", "", DiscoveryAction::kAuto}};
   start();
   auto typed = lamp();
   typed.device_type = "lamp";
@@ -104,7 +104,7 @@ TEST_F(Discovery, WhatTheConfigurationNamesNeedsNoApproval) {
 }
 
 TEST_F(Discovery, AKnownDeviceCanBeIgnored) {
-  config.discovery.otherwise = Admission::kAuto;
+  config.discovery.otherwise = DiscoveryAction::kAuto;
   start();
   join("7", lamp());
   ASSERT_EQ(set("proxy.inbox.hall.7", "ignore").verdict, Verdict::kApplied);
@@ -174,7 +174,7 @@ TEST_F(Discovery, NewRulesAreAskedAtOnceForThoseWhoWait) {
   join("7", lamp());
   join("8", lamp());
   ASSERT_EQ(set("proxy.inbox.hall.8", "ignore").verdict, Verdict::kApplied);
-  config.discovery.otherwise = Admission::kAuto;
+  config.discovery.otherwise = DiscoveryAction::kAuto;
   proxy->reconfigure(config);
   time.run_ready();
   EXPECT_TRUE(exists("proxy.hall.7.status"));
@@ -246,7 +246,7 @@ TEST_F(Discovery, AnApprovalWithoutRoomSurvivesARestart) {
 }
 
 TEST_F(Discovery, ADeviceWhoseKeyIsTakenIsInTheInboxWithTheReason) {
-  config.discovery.otherwise = Admission::kAuto;
+  config.discovery.otherwise = DiscoveryAction::kAuto;
   start();
   join("1.7", lamp());
   join("1_7", lamp());
@@ -259,7 +259,7 @@ TEST_F(Discovery, ADeviceWhoseKeyIsTakenIsInTheInboxWithTheReason) {
 }
 
 TEST_F(Discovery, AnIgnoredDeviceIsToldToStopAndIsAsItWasOnceApproved) {
-  config.discovery.otherwise = Admission::kAuto;
+  config.discovery.otherwise = DiscoveryAction::kAuto;
   start();
   auto message = lamp();
   message.capabilities.push_back(capability(Kind::kProperty, types.find("rate")->id, ""));
@@ -397,7 +397,7 @@ TEST_F(Discovery, DecisionsUnderWayDoNotBringARemovedNetworkBack) {
 
 TEST_F(Discovery, DevicesThatARuleHidesMakeRoomForThoseThatWait) {
   config.max_devices = 3;
-  config.discovery.rules = {{"", "", "s*", Admission::kIgnore}};
+  config.discovery.rules = {{"", "", "s*", DiscoveryAction::kIgnore}};
   start();
   for (int i = 0; i < 10; ++i) join("s" + std::to_string(i), lamp());
   EXPECT_EQ(inbox()["ignored"], 3);
@@ -407,4 +407,4 @@ TEST_F(Discovery, DevicesThatARuleHidesMakeRoomForThoseThatWait) {
 }
 
 }  // namespace
-}  // namespace rubicon::proxy
+}  // namespace rubicon::proxy::admission

@@ -1,4 +1,4 @@
-#include "proxy/hand_over.h"
+#include "proxy/admission/command_transfer.h"
 
 #include <fmt/format.h>
 
@@ -7,30 +7,26 @@
 #include <tuple>
 
 #include "model/former_types.h"
+#include "model/json_members.h"
 #include "proxy/tuple_text.h"
 #include "rubicon/key.hpp"
 
-namespace rubicon::proxy {
+namespace rubicon::proxy::admission {
 
 namespace {
 
 using PlainTree = nlohmann::json;
 
-constexpr std::size_t kLongestHandOver = 32 * 1024;
-constexpr std::size_t kLongestInstance = 255;
-constexpr Duration kLastWords = std::chrono::seconds(10);
+constexpr std::size_t kMaxTransfer = 32 * 1024;
+constexpr std::size_t kMaxInstance = 255;
+/// How long the status of a failed transfer is published.
+constexpr Duration kFailureShown = std::chrono::seconds(10);
 
 std::optional<std::uint64_t> whole(const PlainTree& tree, const char* name, std::uint64_t most) {
   const auto found = tree.find(name);
   if (found == tree.end() || !found->is_number_unsigned()) return std::nullopt;
   const auto value = found->get<std::uint64_t>();
   return value <= most ? std::optional(value) : std::nullopt;
-}
-
-std::optional<std::string> text_of(const PlainTree& tree, const char* name) {
-  const auto found = tree.find(name);
-  if (found == tree.end() || !found->is_string()) return std::nullopt;
-  return found->get<std::string>();
 }
 
 std::optional<Kind> kind_of(const std::optional<std::string>& word) {
@@ -40,14 +36,14 @@ std::optional<Kind> kind_of(const std::optional<std::string>& word) {
   return std::nullopt;
 }
 
-/// What is known of a command whose island did not simply take it.
+/// What became of a command that the other island did not apply.
 std::pair<CommandState, std::string> outcome(OwnerId island, const tuples::Reply& reply) {
   if (reply.verdict == tuples::Verdict::kExpired) {
     return {CommandState::kTimedOut,
             fmt::format("the device moved to island {}, which did not answer in time", number(island))};
   }
   return {CommandState::kFailed,
-          fmt::format("the device moved to island {}, which did not take it: {}", number(island), reply.text)};
+          fmt::format("the device moved to island {}, which refused it: {}", number(island), reply.text)};
 }
 
 }  // namespace
@@ -60,18 +56,18 @@ std::string waiting_command_text(const WaitingCommand& command) {
 }
 
 Result<WaitingCommand> parse_waiting_command(std::string_view text) {
-  const auto tree = text.size() > kLongestHandOver ? PlainTree(PlainTree::value_t::discarded)
-                                                   : PlainTree::parse(text, nullptr, false);
+  const auto tree =
+      text.size() > kMaxTransfer ? PlainTree(PlainTree::value_t::discarded) : PlainTree::parse(text, nullptr, false);
   const auto wrong = [](std::string_view what) {
     return fail(ErrorCode::kInvalid, fmt::format("a command that follows its device needs {}", what));
   };
   if (!tree.is_object()) return wrong("a JSON object of at most 32 KiB");
-  const auto kind = kind_of(text_of(tree, "kind"));
+  const auto kind = kind_of(model::find_text(tree, "kind"));
   if (!kind) return wrong("kind actuator or property");
   const auto type = whole(tree, "type", std::numeric_limits<std::uint16_t>::max());
-  const auto instance = text_of(tree, "instance");
-  if (!type || !instance || instance->size() > kLongestInstance) return wrong("a type number and an instance");
-  auto value = text_of(tree, "value");
+  const auto instance = model::find_text(tree, "instance");
+  if (!type || !instance || instance->size() > kMaxInstance) return wrong("a type number and an instance");
+  auto value = model::find_text(tree, "value");
   if (!value) return wrong("a value");
   const auto creator = whole(tree, "creator", std::numeric_limits<std::uint32_t>::max());
   const auto request = whole(tree, "request", std::numeric_limits<std::uint64_t>::max());
@@ -80,7 +76,7 @@ Result<WaitingCommand> parse_waiting_command(std::string_view text) {
                         std::move(*value), OwnerId(static_cast<std::uint32_t>(*creator)), *request};
 }
 
-void HandOver::send(Device& device, const Claim& to, const std::string& tuple) {
+void CommandTransfer::send(Device& device, const Claim& to, const std::string& tuple) {
   const auto now = context_.clock.now().steady;
   for (auto& released : desk_.release(device)) {
     const auto* point = find_point(device, released->point);
@@ -98,7 +94,8 @@ void HandOver::send(Device& device, const Claim& to, const std::string& tuple) {
   }
 }
 
-void HandOver::answered(Command& command, const std::string& status, OwnerId island, const tuples::Reply& reply) {
+void CommandTransfer::answered(Command& command, const std::string& status, OwnerId island,
+                               const tuples::Reply& reply) {
   std::tie(command.state, command.reason) = outcome(island, reply);
   command.since = context_.clock.refresh().wall;
   command.until = {};  // final
@@ -106,13 +103,12 @@ void HandOver::answered(Command& command, const std::string& status, OwnerId isl
   append_seconds(command.since, text);
   text += fmt::format(",\"heard\":0,\"changed\":0,\"reason\":\"the device moved to island {}\",\"command\":{}}}",
                       number(island), command_text(command));
-  // Only if the device is not back: then the tuple is its own again.
-  std::ignore = context_.space.set(status, text, {"application/json", {}, kLastWords, 0});
+  std::ignore = context_.space.set(status, text, {"application/json", {}, kFailureShown, 0});
   context_.log.warning(fmt::format("{} = {} by {}, id {}: {}", command.key, model::quoted(command.text),
                                    command.commander, number(command.creator), command.reason));
 }
 
-void HandOver::clear(const Device& device) {
+void CommandTransfer::clear(const Device& device) {
   if (device.network->rules.roaming.empty()) return;
   for (const auto& point : device.points) {
     const auto status = point_key(device, point, "status");
@@ -120,19 +116,19 @@ void HandOver::clear(const Device& device) {
   }
 }
 
-tuples::SetDecision HandOver::judge(const tuples::RemoteSet& wish) {
+tuples::SetDecision CommandTransfer::decide_set(const tuples::RemoteSet& request) {
   const Identity* identity = nullptr;
-  auto* device = roaming_.meant_by(wish.key, identity);
+  auto* device = roaming_.device_of_claim(request.key, identity);
   if (!device) {
     return tuples::SetDecision::refused(
-        {ErrorCode::kNotFound, fmt::format("{}: this island lists no such device", wish.key)});
+        {ErrorCode::kNotFound, fmt::format("{}: this island lists no such device", request.key)});
   }
-  if (wish.from != context_.space.self() && !roaming_.claims().knows(*identity, wish.from)) {
+  if (request.from != context_.space.self() && !roaming_.claims().has_claimed(*identity, request.from)) {
     return tuples::SetDecision::refused(
         {ErrorCode::kRefused,
-         fmt::format("{}: only the island that had {} before hands commands over", wish.key, device->key)});
+         fmt::format("{}: only an island that listed {} before may transfer commands", request.key, device->key)});
   }
-  auto command = parse_waiting_command(wish.value);
+  auto command = parse_waiting_command(request.value);
   if (!command) return tuples::SetDecision::refused(std::move(command.error()));
   auto* point = find_point(*device, command->point);
   if (!point) {
@@ -141,7 +137,7 @@ tuples::SetDecision HandOver::judge(const tuples::RemoteSet& wish) {
          fmt::format("{} has no {} of type {} instance {} here", device->key, to_string(command->point.kind),
                      static_cast<unsigned>(command->point.type), command->point.instance)});
   }
-  auto as_given = wish;
+  auto as_given = request;
   as_given.from = command->creator;
   as_given.request = command->request;
   as_given.key = point_key(*device, *point, "command");
@@ -149,4 +145,4 @@ tuples::SetDecision HandOver::judge(const tuples::RemoteSet& wish) {
   return desk_.take_over(as_given, *device, *point);
 }
 
-}  // namespace rubicon::proxy
+}  // namespace rubicon::proxy::admission

@@ -9,9 +9,9 @@ namespace rubicon::proxy {
 
 /// Keeps the tuples of networks and of the island: line, counters, reachable devices, list of networks. However fast
 /// devices come and go, the list of a network is published at most four times a second, that of the island once.
-class NetworkBoard {
+class NetworkTuples {
  public:
-  NetworkBoard(ProxyContext& context, DeviceDirectory& directory);
+  NetworkTuples(ProxyContext& context, DeviceDirectory& directory);
 
   /// The island's own tuples and those of the configured networks.
   void begin();

@@ -22,7 +22,7 @@ struct Envelope {
 };
 
 /// The ways to and from other islands: their GATEWAY tuple and ours, which takes messages in and keeps no value.
-class IslandDoor {
+class GatewayTuple {
  public:
   /// A message came in; an error refuses it.
   using Arrival = std::function<Result<void>(Message message, std::size_t size)>;
@@ -33,10 +33,10 @@ class IslandDoor {
   /// A component posted a message in the name of another one.
   using Forged = std::function<void(OwnerId from, const std::string& why)>;
 
-  IslandDoor(TupleSpace& space, const GatewayLimits& limits, Arrival arrival, Failure failure, Forged forged);
-  ~IslandDoor();
-  IslandDoor(const IslandDoor&) = delete;
-  IslandDoor& operator=(const IslandDoor&) = delete;
+  GatewayTuple(TupleSpace& space, const GatewayLimits& limits, Arrival arrival, Failure failure, Forged forged);
+  ~GatewayTuple();
+  GatewayTuple(const GatewayTuple&) = delete;
+  GatewayTuple& operator=(const GatewayTuple&) = delete;
 
   void send(const Message& message);
   void on_taken(Taken taken) { taken_ = std::move(taken); }
@@ -44,7 +44,7 @@ class IslandDoor {
   Gateway::Counters counters;
 
  private:
-  tuples::SetDecision take(const tuples::RemoteSet& wish);
+  tuples::SetDecision take(const tuples::RemoteSet& request);
   tuples::SetDecision malformed(Error why);
   tuples::SetDecision forged(OwnerId from, Error why);
   void answered(const Envelope& envelope, const tuples::Reply& reply);
@@ -57,7 +57,7 @@ class IslandDoor {
   Taken taken_;
   SeenMessages seen_;
   std::size_t under_way_ = 0;
-  Handle judge_;
+  Handle policy_;
   base::Lifetime lifetime_;
 };
 

@@ -1,4 +1,4 @@
-#include "proxy/network_board.h"
+#include "proxy/network_tuples.h"
 
 #include <fmt/format.h>
 
@@ -21,10 +21,10 @@ constexpr std::size_t kMaxProperties = 256;
 
 }  // namespace
 
-NetworkBoard::NetworkBoard(ProxyContext& context, DeviceDirectory& directory)
+NetworkTuples::NetworkTuples(ProxyContext& context, DeviceDirectory& directory)
     : context_(context), directory_(directory) {}
 
-void NetworkBoard::begin() {
+void NetworkTuples::begin() {
   std::string island = fmt::format("{{\"id\":{},\"name\":", number(context_.space.self()));
   append_json(context_.config.island_name, island);
   std::ignore = context_.space.set(context_.config.prefix + ".island", island + '}', kJson);
@@ -35,7 +35,7 @@ void NetworkBoard::begin() {
   for (const auto& [id, network] : directory_.networks()) declare(*network);
 }
 
-void NetworkBoard::publish_networks() {
+void NetworkTuples::publish_networks() {
   std::string list = "[";
   for (const auto& [id, network] : directory_.networks()) {
     if (list.size() > 1) list += ',';
@@ -44,7 +44,7 @@ void NetworkBoard::publish_networks() {
   std::ignore = context_.space.set(context_.config.prefix + ".networks", list + ']', kJson);
 }
 
-void NetworkBoard::declare(Network& network) {
+void NetworkTuples::declare(Network& network) {
   if (network.status_tuple != TupleRef{}) return;
   if (!context_.config.networks.contains(network.id)) publish_networks();
   const auto status = context_.space.set(network.key + ".status", network_status_text(network), kJson);
@@ -58,7 +58,7 @@ void NetworkBoard::declare(Network& network) {
   publish_property(network, "line", std::string(to_string(network.line)));
 }
 
-void NetworkBoard::remove(Network& network) {
+void NetworkTuples::remove(Network& network) {
   std::ignore = context_.space.erase(network.key + ".status");
   std::ignore = context_.space.erase(network.key + ".devices");
   too_long_.erase(network.key + ".devices");
@@ -67,12 +67,12 @@ void NetworkBoard::remove(Network& network) {
   }
 }
 
-void NetworkBoard::line_changed(Network& network) {
+void NetworkTuples::line_changed(Network& network) {
   std::ignore = context_.space.set(network.status_tuple, network_status_text(network), kJson);
   publish_property(network, "line", std::string(to_string(network.line)));
 }
 
-void NetworkBoard::publish_property(Network& network, const std::string& name, std::string value) {
+void NetworkTuples::publish_property(Network& network, const std::string& name, std::string value) {
   const auto part = model::to_key_part(name);
   if (network.published.size() >= kMaxProperties && !network.published.contains(part)) return;
   auto& published = network.published[part];
@@ -81,17 +81,17 @@ void NetworkBoard::publish_property(Network& network, const std::string& name, s
   published = std::move(value);
 }
 
-void NetworkBoard::devices_changed(Network& network) {
+void NetworkTuples::devices_changed(Network& network) {
   network.devices_dirty = true;
   list_soon();
 }
 
-void NetworkBoard::networks_changed() {
+void NetworkTuples::networks_changed() {
   publish_networks();
   list_soon();
 }
 
-void NetworkBoard::list_soon() {
+void NetworkTuples::list_soon() {
   const auto now = context_.clock.now().steady;
   if (!devices_timer_.pending())
     devices_timer_ = context_.scheduler.at(std::max(devices_at_, now), [this] { publish_devices(); });
@@ -99,7 +99,7 @@ void NetworkBoard::list_soon() {
     all_devices_timer_ = context_.scheduler.at(std::max(all_devices_at_, now), [this] { publish_all_devices(); });
 }
 
-void NetworkBoard::publish_devices() {
+void NetworkTuples::publish_devices() {
   devices_at_ = context_.clock.refresh().steady + kDevicesPause;
   for (const auto& [id, network] : directory_.networks()) {
     if (!std::exchange(network->devices_dirty, false)) continue;
@@ -107,7 +107,7 @@ void NetworkBoard::publish_devices() {
   }
 }
 
-void NetworkBoard::publish_all_devices() {
+void NetworkTuples::publish_all_devices() {
   all_devices_at_ = context_.clock.refresh().steady + kAllDevicesPause;
   std::string list = "[";
   for (const auto& [id, network] : directory_.networks())
@@ -119,7 +119,7 @@ void NetworkBoard::publish_all_devices() {
 }
 
 /// A list that no value can hold would else stand for ever as it was when it still fitted.
-void NetworkBoard::publish_list(TupleRef tuple, const std::string& key, const std::string& list) {
+void NetworkTuples::publish_list(TupleRef tuple, const std::string& key, const std::string& list) {
   if (tuple == TupleRef{}) return;
   const auto set = context_.space.set(tuple, list, kJson);
   if (set) {
@@ -131,13 +131,13 @@ void NetworkBoard::publish_list(TupleRef tuple, const std::string& key, const st
     context_.log.warning(fmt::format("{} stands empty, its devices are too many: {}", key, set.error().text));
 }
 
-void NetworkBoard::refresh_counters() {
+void NetworkTuples::refresh_counters() {
   if (counters_timer_.pending()) return;
   const auto when = std::max(counters_at_, context_.clock.now().steady);
   counters_timer_ = context_.scheduler.at(when, [this] { publish_counters(); });
 }
 
-void NetworkBoard::publish_counters() {
+void NetworkTuples::publish_counters() {
   counters_at_ = context_.clock.refresh().steady + kCountersPause;
   for (const auto& [id, slot] : directory_.networks()) {
     auto& network = *slot;

@@ -1,0 +1,82 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "proxy/admission/announced.h"
+#include "proxy/proxy.h"
+#include "proxy/proxy_context.h"
+
+namespace rubicon::proxy::admission {
+
+/// Why a device is in the inbox and not in the directory.
+enum class InboxState : std::uint8_t {
+  kPending,        ///< a user has to decide
+  kAdmitted,       ///< its key is taken or there is no room: retried at its next message, or at a reload
+  kIgnoredByRule,  ///< not published; makes room for others
+  kIgnoredByUser,  ///< not published
+};
+
+/// Reason of InboxState::kIgnoredByUser.
+inline constexpr std::string_view kDecidedByUser = "a user decided so";
+
+/// The devices that announced themselves and are not listed. Publishes those that are pending or admitted
+/// (docs/inbox.md): `proxy.inbox` for all, `proxy.inbox.<network>.<device>` for each.
+class DiscoveryInbox {
+ public:
+  explicit DiscoveryInbox(ProxyContext& context);
+
+  struct Entry {
+    Announced announced;
+    InboxState state = InboxState::kIgnoredByRule;
+    std::string why;  ///< reason of the state
+    WallTime since{};
+    std::string key;  ///< network and device part of its tuple's key; empty = not published
+
+    bool ignored() const { return state == InboxState::kIgnoredByRule || state == InboxState::kIgnoredByUser; }
+  };
+
+  /// Sets `proxy.inbox`.
+  void publish();
+  enum class Put : std::uint8_t { kNoRoom, kSame, kNew };
+  /// Adds the device or replaces its entry. kSame: state, reason and announcement are those of before.
+  Put put(const DeviceName& device, const Announced& announced, InboxState state, std::string why);
+  /// True if the device is in the inbox: its message is counted and discarded.
+  bool note_message(const DeviceName& device);
+  const Entry* find(const DeviceName& device) const;
+  /// Removes the device from the inbox.
+  std::optional<Entry> take(const DeviceName& device);
+  void drop_network(const std::string& network);
+
+  std::vector<DeviceName> devices() const;
+  /// The published devices whose key fits the glob `<network>.<device>`; or the one with exactly this network and
+  /// address, ignored or not.
+  std::vector<DeviceName> matching(const std::string& pattern) const;
+  /// The device published with this key; else the ignored ones that would have it, by address or configured id.
+  std::vector<DeviceName> with_key(const std::string& key) const;
+
+  using Counters = Proxy::InboxCounters;
+  const Counters& counters() const { return counters_; }
+
+ private:
+  Entry* find_or_add(const DeviceName& device, InboxState state);
+  bool make_room(InboxState state);
+  void count(const Entry& entry, bool added);
+  void show(const DeviceName& device, Entry& entry);
+  void hide(Entry& entry);
+  void publish_soon();
+
+  ProxyContext& context_;
+  std::map<DeviceName, Entry> entries_;
+  std::set<DeviceName> by_rule_;            ///< those ignored by rule
+  std::map<std::string, DeviceName> keys_;  ///< published keys
+  Counters counters_;
+  Timer timer_;
+  SteadyTime publish_at_{};  ///< not before
+};
+
+}  // namespace rubicon::proxy::admission

@@ -1,0 +1,97 @@
+#pragma once
+
+#include <functional>
+#include <map>
+#include <set>
+#include <string>
+#include <utility>
+
+#include "proxy/admission/roaming_claim.h"
+#include "proxy/proxy_context.h"
+
+namespace rubicon::proxy::admission {
+
+/// The roaming claims of this island and of all others, in the domains of its networks, and which islands are up.
+/// Decides nothing.
+class RoamingClaims {
+ public:
+  struct Callbacks {
+    /// Another island published a claim, changed it, or is up again and still holds it.
+    std::function<void(const Identity&)> claimed;
+    /// Another island withdrew its claim.
+    std::function<void(const Identity&)> unclaimed;
+  };
+  RoamingClaims(ProxyContext& context, Callbacks callbacks);
+
+  /// Follows exactly these domains. Claims of others in other domains are forgotten; withdraw own ones there before.
+  void follow(const std::set<std::string>& domains);
+
+  /// Whether the island of a claim is up.
+  enum class Presence : std::uint8_t {
+    kHere,
+    kBack,  ///< came up a moment ago: its claim from before may be outdated
+    kLost,  ///< down without leaving, for less than the grace period
+    kGone,  ///< left, or down for longer
+  };
+  struct Other {
+    Claim claim;
+    std::string tuple;        ///< its key
+    SteadyTime renewed_at{};  ///< when its `since` last changed, on our clock; min = before we subscribed
+    bool fresh = false;       ///< published since the island came up
+  };
+  void each(const Identity& identity, const std::function<void(const Other&, Presence)>& visit) const;
+  /// The newest join that any other island knows of, up or not; zero = none.
+  WallTime newest(const Identity& identity) const;
+  /// The island claims the device, or was the last that withdrew its claim.
+  bool has_claimed(const Identity& identity, OwnerId island) const;
+
+  /// Sets our claim. Returns the key of its tuple.
+  std::string publish(const Identity& identity, const Claim& own);
+  void withdraw(const Identity& identity);
+  /// The device of an own claim, by the key of its tuple; nullptr = no own claim.
+  const Identity* identity_of_own(const std::string& tuple) const;
+
+ private:
+  struct Entry {
+    std::map<OwnerId, Other> others;
+    OwnerId former{};         ///< the last island that withdrew its claim
+    std::string tuple, text;  ///< of our own claim; empty = none
+  };
+  struct Domain {
+    SteadyTime since{};
+    tuples::Handle subscription;
+  };
+  struct Peer {
+    bool up = true;
+    bool left = false;
+    SteadyTime since{};
+    Timer settled;
+  };
+  using OtherKey = std::pair<OwnerId, std::string>;  ///< owner and key of a claim
+
+  void take(const std::string& domain, const tuples::Event& event);
+  void store(const Identity& identity, const std::string& tuple, Claim claim);
+  void drop(const OtherKey& claim);
+  void peer(OwnerId island, tuples::PeerEvent event);
+  void each_of(OwnerId island, const std::function<void(const Identity&, Other&)>& visit);
+  Presence presence(const Other& other) const;
+  bool is_recent(OwnerId island, const std::string& domain) const;
+  std::string free_tuple(const Identity& identity) const;
+  void tidy(const Identity& identity);
+  void check_clock(const Claim& claim);
+
+  ProxyContext& context_;
+  Callbacks callbacks_;
+  std::map<std::string, Domain> domains_;
+  std::map<Identity, Entry> entries_;
+  std::map<OtherKey, Identity> theirs_;
+  std::map<std::string, Identity> own_;  ///< by the key of the claim
+  std::map<OwnerId, Peer> peers_;
+  tuples::Handle peers_watch_;
+};
+
+/// Joins that two proxies hear within this time are one join. An island that came up has the same time to publish its
+/// claims again.
+inline constexpr Duration kRoamingSettles = std::chrono::milliseconds(300);
+
+}  // namespace rubicon::proxy::admission
