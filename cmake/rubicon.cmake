@@ -115,10 +115,14 @@ function(rubicon_program_parts folder)
   target_link_libraries(${ARG_TARGET} PUBLIC ${ARG_LINKS})
 endfunction()
 
-# tests/<folder>/*.cpp -> <folder>_test. COST: its seconds on a quiet machine, so that the longest begin first.
+# tests/<folder>/*.cpp, and those of its sub-folders ROOMS -> <folder>_test. COST: its seconds on a quiet machine, so that the longest begin first.
 function(rubicon_test folder)
-  cmake_parse_arguments(ARG "" "TIMEOUT;COST" "LINKS" ${ARGN})
-  file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${folder}/*.cpp)
+  cmake_parse_arguments(ARG "" "TIMEOUT;COST" "LINKS;ROOMS" ${ARGN})
+  set(patterns ${CMAKE_CURRENT_SOURCE_DIR}/${folder}/*.cpp)
+  foreach(room ${ARG_ROOMS})
+    list(APPEND patterns ${CMAKE_CURRENT_SOURCE_DIR}/${folder}/${room}/*.cpp)
+  endforeach()
+  file(GLOB sources CONFIGURE_DEPENDS ${patterns})
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 300)
   endif()
