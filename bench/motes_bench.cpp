@@ -2,8 +2,10 @@
 
 #include <cstring>
 
+#include "model/type_catalogue.h"
 #include "motes/hdlc.h"
-#include "motes/mote_records.h"
+#include "motes/mote_codec.h"
+#include "networks/wsn/recent_messages.h"
 
 // What it costs to read the sink's serial line: flags, escapes and CRC, packet, radio message, record. The goal is
 // 2,000,000 frames a second on one core. The floor beside it copies the same bytes once and runs the CRC over them.
@@ -109,6 +111,37 @@ void floor_of_frames(benchmark::State& state) {
   state.SetBytesProcessed(static_cast<std::int64_t>(line.size()) * state.iterations());
 }
 BENCHMARK(floor_of_frames)->Name("mote/frames-floor");
+
+/// The packets of the line above.
+std::vector<Bytes> packets_on(ByteView line) {
+  HdlcReader reader;
+  std::vector<Bytes> packets;
+  while (const auto frame = reader.next(line)) packets.emplace_back(frame->packet.begin(), frame->packet.end());
+  return packets;
+}
+
+/// What a wsn network spends on each packet of its sink: packet to messages in physical units, and the check for
+/// repetitions.
+void received(benchmark::State& state) {
+  const auto packets = packets_on(recorded_like());
+  const TypeCatalogue types;
+  CodecOptions options;
+  options.island = kIsland;
+  MoteCodec codec(types, options);
+  networks::wsn::RecentMessages recent;
+  SteadyTime now{};
+  for (auto _ : state) {
+    for (const Bytes& bytes : packets) {
+      const auto packet = decode_whole(bytes);
+      auto events = codec.interpret(*packet);
+      benchmark::DoNotOptimize(events);
+      bool repeated = recent.seen(packet->radio->header, now += std::chrono::milliseconds(10));
+      benchmark::DoNotOptimize(repeated);
+    }
+  }
+  state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(packets.size()));
+}
+BENCHMARK(received)->Name("mote/received");
 
 }  // namespace
 }  // namespace rubicon::motes

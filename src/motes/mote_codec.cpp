@@ -86,27 +86,29 @@ const Calibration& MoteCodec::calibration(std::uint16_t mote) const {
 }
 
 Result<MoteEvents> MoteCodec::decode(ByteView bytes) {
-  const auto packet = decode_packet(bytes);
-  if (!packet) return fail(packet.error());
+  const auto decoded = decode_whole(bytes);
+  if (!decoded) return fail(decoded.error());
+  return interpret(*decoded);
+}
+
+Result<MoteEvents> MoteCodec::interpret(const DecodedPacket& decoded) {
   MoteEvents events;
-  if (!packet->is(AmType::kNetMessage)) {
+  if (!decoded.radio) {
+    const auto& [am, payload] = decoded.packet;
     model::Message message;
-    message.body = model::Opaque{fmt::format("mote/am/{}", packet->am.type),
-                                 Bytes(packet->payload.begin(), packet->payload.end())};
+    message.body = model::Opaque{fmt::format("mote/am/{}", am.type), Bytes(payload.begin(), payload.end())};
     events.messages.push_back(std::move(message));
     return events;
   }
-  const auto message = decode_net(packet->payload);
-  if (!message) return fail(message.error());
-  if (message->source_mote >= kFirstSpecialMote)
-    return fail(ErrorCode::kInvalid, fmt::format("radio message from no mote ({:04x})", message->source_mote));
-  if (motes_.size() >= kMostMotes && !motes_.contains(message->source_mote)) {
-    return fail(ErrorCode::kBusy, fmt::format("mote {}: {} motes are known already, more than a sink has",
-                                              message->source_mote, kMostMotes));
+  const auto& [message, record] = *decoded.radio;
+  if (message.source_mote >= kFirstSpecialMote)
+    return fail(ErrorCode::kInvalid, fmt::format("radio message from address {:04x}, expected a mote's (below {:04x})",
+                                                 message.source_mote, kFirstSpecialMote));
+  if (motes_.size() >= kMostMotes && !motes_.contains(message.source_mote)) {
+    return fail(ErrorCode::kBusy, fmt::format("mote {} ignored: {} motes are known, more than a sink has",
+                                              message.source_mote, kMostMotes));
   }
-  const auto record = decode_record(*message);
-  if (!record) return fail(record.error());
-  on_record(*message, *record, events);
+  on_record(message, record, events);
   return events;
 }
 

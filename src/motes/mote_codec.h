@@ -72,7 +72,10 @@ class MoteCodec {
   /// The catalogue must outlive the codec. More than kMostMotes motes are kBusy.
   MoteCodec(const TypeCatalogue& types, CodecOptions options);
 
+  /// decode_whole() and interpret().
   Result<MoteEvents> decode(ByteView packet);
+  /// What a packet means. kInvalid for a message that no mote can have sent.
+  Result<MoteEvents> interpret(const DecodedPacket& decoded);
 
   /// What is remembered of a mote that did not join since (wsn.md 9.2: it may never do so again). If that is not what
   /// it is by our boards and units, or it was heard meanwhile: its join, as it is now.

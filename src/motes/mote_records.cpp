@@ -191,6 +191,19 @@ Result<Record> decode_record(const NetMessage& message) {
   return Record(OtherRecord{type, message.record});
 }
 
+Result<DecodedPacket> decode_whole(ByteView bytes) {
+  const auto packet = decode_packet(bytes);
+  if (!packet) return fail(packet.error());
+  Result<DecodedPacket> decoded(DecodedPacket{*packet, std::nullopt});
+  if (!packet->is(AmType::kNetMessage)) return decoded;
+  const auto header = decode_net(packet->payload);
+  if (!header) return fail(header.error());
+  auto record = decode_record(*header);
+  if (!record) return fail(record.error());
+  decoded->radio.emplace(RadioMessage{*header, std::move(*record)});
+  return decoded;
+}
+
 Bytes encode_record(const Record& record) {
   base::ByteWriter writer;
   std::visit([&writer](const auto& alternative) { write(writer, alternative); }, record);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string_view>
 #include <variant>
 
@@ -94,6 +95,22 @@ using Record =
 
 /// Parses by type under transport and application; ignores all bytes behind the record. kInvalid if it is cut short.
 Result<Record> decode_record(const NetMessage& message);
+
+/// A radio message and its record.
+struct RadioMessage {
+  NetMessage header;
+  Record record;
+};
+
+/// A packet, decoded as far as we know its content. Views of the bytes it was decoded from.
+struct DecodedPacket {
+  MotePacket packet;
+  std::optional<RadioMessage> radio;  ///< in packets of AM type 1C
+};
+
+/// Packet, radio message and record in one go. kInvalid if one of them is malformed. Allocates nothing but the text of
+/// an error.
+Result<DecodedPacket> decode_whole(ByteView bytes);
 
 /// The record alone: not padded, without transport and application.
 Bytes encode_record(const Record& record);

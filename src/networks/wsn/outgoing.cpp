@@ -41,13 +41,6 @@ Result<std::int32_t> count_of(const model::Value& value) {
   return fail(ErrorCode::kOutOfRange, fmt::format("{}: motes take whole numbers of 32 bits", model::to_text(value)));
 }
 
-/// The part of a record that its type calls for, if it is a command of the firmware.
-std::optional<motes::Record> command_in(const motes::NetMessage& message) {
-  auto record = motes::decode_record(message);
-  if (!record || std::holds_alternative<motes::OtherRecord>(*record)) return std::nullopt;
-  return std::move(*record);
-}
-
 /// Also one that is cut short: a mote reads on in its memory.
 bool sets_actuator(const motes::NetMessage& message) {
   static const auto kType = motes::encode_record(motes::ActuateCommand{}).front();
@@ -57,14 +50,6 @@ bool sets_actuator(const motes::NetMessage& message) {
 
 Error past_the_command_desk() {
   return {ErrorCode::kRefused, "messages do not command actuators: set the actuator's .command instead"};
-}
-
-std::optional<motes::NetMessage> net_message_in(ByteView packet) {
-  const auto read = motes::decode_packet(packet);
-  if (!read || !read->is(motes::AmType::kNetMessage)) return std::nullopt;
-  const auto message = motes::decode_net(read->payload);
-  if (!message) return std::nullopt;
-  return *message;
 }
 
 }  // namespace
@@ -177,23 +162,25 @@ std::optional<model::Opaque> as_json(const model::Opaque& message) {
   return model::Opaque{"mote/json", Bytes(bytes.begin(), bytes.end())};
 }
 
-bool may_repeat(ByteView packet) {
-  const auto read = motes::decode_packet(packet);
-  if (!read) return false;
-  if (read->is(motes::AmType::kConfig)) return true;
-  const auto message = net_message_in(packet);
-  return message && command_in(*message).has_value();
+bool may_repeat(const motes::DecodedPacket& packet) {
+  if (packet.radio) return !std::holds_alternative<motes::OtherRecord>(packet.radio->record);
+  return packet.packet.is(motes::AmType::kConfig);
 }
 
-std::optional<ReadOrder> told_to_read(ByteView packet) {
-  const auto message = net_message_in(packet);
-  if (!message) return std::nullopt;
-  const auto command = command_in(*message);
-  if (!command) return std::nullopt;
-  if (const auto* periodic = std::get_if<motes::PeriodicCommand>(&*command))
-    return ReadOrder{message->destination_mote, periodic->transducers};
-  if (std::holds_alternative<motes::ReadUpdates>(*command)) return ReadOrder{message->destination_mote, std::nullopt};
+std::optional<ReadOrder> read_order_in(const motes::RadioMessage& message) {
+  const auto mote = message.header.destination_mote;
+  if (const auto* periodic = std::get_if<motes::PeriodicCommand>(&message.record))
+    return ReadOrder{mote, periodic->transducers};
+  if (std::holds_alternative<motes::ReadUpdates>(message.record)) return ReadOrder{mote, std::nullopt};
   return std::nullopt;
+}
+
+std::optional<ReadOrder> read_order_in(const MoteRequest& request) {
+  auto header = request.header;
+  header.record = request.record;
+  auto record = motes::decode_record(header);
+  if (!record) return std::nullopt;
+  return read_order_in(motes::RadioMessage{header, std::move(*record)});
 }
 
 model::Acknowledge acknowledge_of(std::uint64_t number, DeliveryResult how, std::uint16_t mote) {

@@ -41,14 +41,16 @@ std::optional<model::Opaque> as_json(const model::Opaque& message);
 
 /// Whether a client's packet may be sent twice: the commands of the firmware itself may, what we do not know may not
 /// (wsn.md 2).
-bool may_repeat(ByteView packet);
+bool may_repeat(const motes::DecodedPacket& packet);
 /// What a client's packet tells a mote to read.
 struct ReadOrder {
   std::uint16_t mote = 0;             ///< kBroadcast: all of them
   std::optional<std::uint16_t> mask;  ///< of the periodic command; nullopt: READ_UPDATES, which leaves that alone
 };
 /// nullopt if it tells nothing of the kind.
-std::optional<ReadOrder> told_to_read(ByteView packet);
+std::optional<ReadOrder> read_order_in(const motes::RadioMessage& message);
+/// The same for a request of ours.
+std::optional<ReadOrder> read_order_in(const MoteRequest& request);
 
 /// The outcome of request `number` to a mote, in words for whoever asked.
 model::Acknowledge acknowledge_of(std::uint64_t number, DeliveryResult how, std::uint16_t mote);

@@ -7,7 +7,7 @@
 #include <tuple>
 #include <utility>
 
-#include "base/rate_limit.h"
+#include "base/limited_log.h"
 #include "networks/wsn/island_id_keeper.h"
 #include "networks/wsn/mote_probes.h"
 #include "networks/wsn/mote_properties.h"
@@ -52,11 +52,11 @@ class WsnNetwork final : public network::Network {
   void check_island_if_quiet();
   // Those who share it.
   void share();
-  bool take_from_client(ByteView packet);
+  bool take_from_client(ByteView bytes);
   sink::SendCallback overruled_by(const ReadOrder& order);
   // Upwards.
-  void received(ByteView packet);
-  bool repeated(ByteView packet);
+  void received(ByteView bytes);
+  void bad_packet(const Error& why);
   void take(motes::MoteEvents& events);
   void deliver(model::Message message);
   void measures(std::uint16_t mote, std::optional<std::uint16_t> mask);
@@ -88,7 +88,7 @@ class WsnNetwork final : public network::Network {
   MoteProperties properties_;
   IslandIdKeeper island_id_keeper_;
   SteadyTime heard_{};  ///< any mote of ours
-  base::RateLimit limit_;
+  base::LimitedLog log_;
   std::uint64_t readings_ = 0, joins_ = 0, bad_packets_ = 0, foreign_ = 0, foreign_motes_ = 0, repeated_ = 0,
                 commands_ = 0;
   bool opened_ = false;
@@ -114,7 +114,8 @@ WsnNetwork::WsnNetwork(const network::NetworkConfig& config, WsnOptions options,
                  [this](std::uint16_t mote, std::uint16_t mask) { show_mask(mote, mask); }}),
       properties_(config.types),
       island_id_keeper_(island_, host.scheduler(),
-                        [this](sink::Outgoing packet) { return sink_->send(std::move(packet)); }) {
+                        [this](sink::Outgoing packet) { return sink_->send(std::move(packet)); }),
+      log_(host.limited_log()) {
   const auto note = [this](const std::string& subject, std::string_view text) { say(subject, text); };
   if (!options_.source.record.empty())
     recorder_.emplace(options_.source.record, host.scheduler(), host.transports(), note);
@@ -195,11 +196,13 @@ void WsnNetwork::share() {
   report_later();
 }
 
-bool WsnNetwork::take_from_client(ByteView packet) {
+bool WsnNetwork::take_from_client(ByteView bytes) {
   report_later();
   const auto expires = host_.scheduler().now() + kClientLife;
-  const auto order = told_to_read(packet);
-  sink::Outgoing out{Bytes(packet.begin(), packet.end()), sink::Lane::kClient, expires, may_repeat(packet), {}};
+  const auto packet = motes::decode_whole(bytes);
+  const auto order = packet && packet->radio ? read_order_in(*packet->radio) : std::nullopt;
+  const bool repeatable = packet && may_repeat(*packet);
+  sink::Outgoing out{Bytes(bytes.begin(), bytes.end()), sink::Lane::kClient, expires, repeatable, {}};
   if (order) out.done = overruled_by(*order);
   auto sent = sink_->send(std::move(out));
   if (!sent && sent.error().code == ErrorCode::kBusy) return false;
@@ -215,25 +218,26 @@ sink::SendCallback WsnNetwork::overruled_by(const ReadOrder& order) {
   };
 }
 
-void WsnNetwork::received(ByteView packet) {
+void WsnNetwork::received(ByteView bytes) {
   report_later();
-  if (forwarder_) forwarder_->tell(packet);
-  if (recorder_) recorder_->read(packet);
-  auto events = codec_.decode(packet);
-  if (!events) {
-    ++bad_packets_;
-    return say("bad-packets", events.error().text);
-  }
+  if (forwarder_) forwarder_->tell(bytes);
+  if (recorder_) recorder_->read(bytes);
+  const auto packet = motes::decode_whole(bytes);
+  if (!packet) return bad_packet(packet.error());
+  auto events = codec_.interpret(*packet);
+  if (!events) return bad_packet(events.error());
   if (events->wants_ack) std::ignore = requests_.send(ack_request(island_, *events->wants_ack));
-  if (repeated(packet)) return void(++repeated_);
-  take(*events);
+  const bool repeated = packet->radio && recent_.seen(packet->radio->header, host_.scheduler().now());
+  if (repeated) {
+    ++repeated_;
+  } else {
+    take(*events);
+  }
 }
 
-bool WsnNetwork::repeated(ByteView bytes) {
-  const auto packet = motes::decode_packet(bytes);
-  if (!packet || !packet->is(motes::AmType::kNetMessage)) return false;
-  const auto message = motes::decode_net(packet->payload);
-  return message && recent_.seen(*message, host_.scheduler().now());
+void WsnNetwork::bad_packet(const Error& why) {
+  ++bad_packets_;
+  say("bad-packets", why.text);
 }
 
 void WsnNetwork::take(motes::MoteEvents& events) {
@@ -317,9 +321,7 @@ Result<void> WsnNetwork::put(MoteRequest request, std::uint64_t number, const mo
   model::Message asked;
   asked.source = message.source;
   asked.destination = message.destination;
-  auto header = request.header;
-  header.record = request.record;
-  const auto order = told_to_read(motes::packet_of(header));
+  const auto order = read_order_in(request);
   request.done = [this, asked, number, mote, order](DeliveryResult how) {
     if (order)
       overruled_by (*order)(how == DeliveryResult::kAcknowledged ? sink::SendResult::kAcknowledged
@@ -427,14 +429,14 @@ bool WsnNetwork::close(std::function<void()> closed) {
 
 void WsnNetwork::say_untold(const std::vector<std::uint16_t>& motes, std::string_view why) {
   if (motes.empty()) return;
-  host_.log().warning(
+  log_.unlimited().warning(
       fmt::format("motes {} go on sampling, the command to stop did not reach them: {}", fmt::join(motes, ", "), why));
 }
 
 /// At most one line a minute and subject; the counters have all.
 void WsnNetwork::say(const std::string& subject, std::string_view text) {
   report_later();
-  if (limit_.allow(subject, host_.scheduler().now())) host_.log().warning(text);
+  log_.warning(subject, text);
 }
 
 void WsnNetwork::report_later() {

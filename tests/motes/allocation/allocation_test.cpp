@@ -71,14 +71,10 @@ struct Read {
 };
 
 void read_packet(ByteView bytes, Read& read) {
-  const auto packet = decode_packet(bytes);
-  if (!packet) return;
-  const auto message = decode_net(packet->payload);
-  if (!message) return;
-  const auto record = decode_record(*message);
-  if (!record) return;
+  const auto packet = decode_whole(bytes);
+  if (!packet || !packet->radio) return;
   ++read.records;
-  if (const auto* updates = std::get_if<RawUpdates>(&*record)) {
+  if (const auto* updates = std::get_if<RawUpdates>(&packet->radio->record)) {
     for (const RawReading& reading : updates->readings) read.words += reading.words.size();
   }
 }
