@@ -55,8 +55,7 @@ void MoteRequests::supersede(const Name& by, std::uint16_t subject) {
     if (one->first != by && one->second.request.subject == subject) older.push_back(one->first);
   }
   for (const Name& name : older) {
-    scheduler_.post([this, name, attempt = pending_.at(name).attempt, still = std::weak_ptr<bool>(alive_)] {
-      if (!still.lock()) return;
+    lifetime_.post(scheduler_, [this, name, attempt = pending_.at(name).attempt] {
       const auto found = pending_.find(name);
       if (found != pending_.end() && found->second.attempt == attempt) end(name, DeliveryResult::kSuperseded);
     });
@@ -70,9 +69,8 @@ Result<void> MoteRequests::put(const Name& name, Pending& pending) {
   message.record = request.record;
   const bool repeatable = request.attempts > 1 || request.harmless;
   sink::Outgoing out{motes::packet_of(message), request.lane, pending.expires, repeatable, {}};
-  out.done = [this, name, attempt = ++last_attempt_, still = std::weak_ptr<bool>(alive_)](sink::SendResult outcome) {
-    if (still.lock()) sent(name, attempt, outcome);
-  };
+  out.done = lifetime_.guard(
+      [this, name, attempt = ++last_attempt_](sink::SendResult outcome) { sent(name, attempt, outcome); });
   pending.attempt = last_attempt_;
   auto put = send_(std::move(out));
   if (put) ++pending.tries;

@@ -3,10 +3,10 @@
 #include <cstdint>
 #include <functional>
 #include <map>
-#include <memory>
 #include <optional>
 #include <random>
 
+#include "base/lifetime.h"
 #include "base/scheduler.h"
 #include "motes/mote_codec.h"
 #include "networks/wsn/sink/sink.h"
@@ -83,7 +83,7 @@ class MoteRequests {
   std::minstd_rand rng_;
   std::map<Name, Pending> pending_;
   std::uint64_t last_attempt_ = 0, unanswered_ = 0;
-  std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
+  base::Lifetime lifetime_;
 };
 
 }  // namespace rubicon::networks::wsn

@@ -2,9 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
 #include <vector>
 
+#include "base/text.h"
 #include "motes/mote_packet.h"
 #include "rubicon/key.hpp"
 
@@ -22,11 +22,13 @@ std::vector<std::string_view> parts_of(std::string_view text) {
   }
 }
 
+/// A number without leading zeros, so that each has one spelling.
 template <class Number>
 bool read_number(std::string_view text, Number& out) {
-  if (text.empty() || (text.size() > 1 && text[0] == '0')) return false;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), out);
-  return error == std::errc() && end == text.data() + text.size();
+  const auto number = base::parse_number<Number>(text);
+  if (!number || (text.size() > 1 && text[0] == '0')) return false;
+  out = *number;
+  return true;
 }
 
 bool read_net(const std::vector<std::string_view>& parts, MoteTag& tag) {

@@ -2,11 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
-#include <cstdlib>
 #include <filesystem>
 #include <system_error>
 
+#include "base/text.h"
 #include "networks/wsn/mote_tag.h"
 #include "rubicon/key.hpp"
 
@@ -18,11 +17,6 @@ namespace {
 constexpr std::string_view kUsualSource = "sf@localhost:9002";
 /// Ids above mean something else to motes (wsn.md 6).
 constexpr std::uint32_t kLastIsland = 0xfffc;
-
-std::string in_folder(const std::string& directory, const std::string& path) {
-  const std::filesystem::path given(path);
-  return path.empty() || directory.empty() || given.is_absolute() ? path : (directory / given).string();
-}
 
 /// Where a path leads, as far as it exists.
 std::filesystem::path place(const std::string& path) {
@@ -47,9 +41,9 @@ sink::Source read_source(ConfigReader& options, const std::string& directory) {
     if (path.empty()) options.error("record", "empty path, expected a file");
     source->record = path;
   }
-  source->record = in_folder(directory, source->record);
+  if (!source->record.empty()) source->record = base::resolve_path(directory, source->record);
   if (source->kind != sink::Source::Kind::kFile) return std::move(*source);
-  source->path = in_folder(directory, source->path);
+  source->path = base::resolve_path(directory, source->path);
   if (!source->record.empty() && place(source->record) == place(source->path))
     options.error(options.has("record") ? "record" : "source",
                   model::quoted(source->record) + ", expected another file than the one that is played");
@@ -94,8 +88,9 @@ std::optional<transport::Endpoint> read_endpoint(std::string_view text) {
     if (host.size() > 2 && host.front() == '[' && host.back() == ']') host = host.substr(1, host.size() - 2);
     at.address = host;
   }
-  const auto [end, error] = std::from_chars(port.data(), port.data() + port.size(), at.port);
-  if (error != std::errc() || end != port.data() + port.size() || at.address.empty()) return std::nullopt;
+  const auto number = base::parse_number<std::uint16_t>(port);
+  if (!number || at.address.empty()) return std::nullopt;
+  at.port = *number;
   return at;
 }
 

@@ -61,9 +61,9 @@ bool ForwarderSink::greeted() {
   greeting_time_.cancel();
   greeting_waits_ = !greeting_.empty();
   if (!notifier_.state(Phase::kUp, {})) return false;
-  const auto alive = alive_;
+  const auto self = lifetime_.watch();
   pump();
-  return *alive && line_ != nullptr;
+  return !self.ended() && line_ != nullptr;
 }
 
 /// False: pump() is called again when it is time.

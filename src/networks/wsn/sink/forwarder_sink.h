@@ -2,6 +2,7 @@
 
 #include <memory>
 
+#include "base/lifetime.h"
 #include "motes/forwarder_stream.h"
 #include "networks/wsn/sink/send_queue.h"
 #include "networks/wsn/sink/sink_notifier.h"
@@ -45,7 +46,7 @@ class ForwarderSink final : public Sink {
   SteadyTime next_ = SteadyTime::min();
   Timer pause_, greeting_time_;
   std::uint64_t handed_over_ = 0;
-  std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
+  base::Lifetime lifetime_;
 };
 
 }  // namespace rubicon::networks::wsn::sink

@@ -2,20 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <utility>
 
 #include "base/assert.h"
 #include "motes/mote_packet.h"
 
 namespace rubicon::networks::wsn::sink {
-
-namespace {
-
-/// Expired packets are looked for at most this often.
-constexpr Duration kExpiryStep = std::chrono::milliseconds(10);
-
-}  // namespace
 
 std::string_view to_string(Lane lane) {
   switch (lane) {
@@ -27,129 +19,87 @@ std::string_view to_string(Lane lane) {
   return "probe";
 }
 
-SendQueue::SendQueue(Scheduler& scheduler, std::size_t lane_size, Calls calls)
-    : scheduler_(scheduler), lane_size_(lane_size), calls_(std::move(calls)) {
+SendQueue::SendQueue(Scheduler& scheduler, std::size_t lane_size, Callbacks callbacks)
+    : scheduler_(scheduler),
+      lane_size_(lane_size),
+      callbacks_(std::move(callbacks)),
+      packets_(
+          scheduler, kLanes, [this](Outgoing packet) { expired(std::move(packet)); }, [this] { notify_room(); }),
+      ready_(scheduler, [this] { callbacks_.ready(); }) {
   RUBICON_ASSERT(lane_size > 0);
-}
-
-SendQueue::~SendQueue() {
-  *alive_ = false;
 }
 
 Result<void> SendQueue::push(Outgoing packet) {
   RUBICON_ASSERT(!packet.packet.empty() && packet.packet.size() <= motes::kMaxPacket);
-  auto& lane = lanes_.at(static_cast<std::size_t>(packet.lane));
-  if (lane.packets.size() >= lane_size_) {
-    lane.refused = true;
-    return fail(ErrorCode::kBusy,
-                fmt::format("{} packets wait for the sink already ({})", lane.packets.size(), to_string(packet.lane)));
+  const auto lane = index_of(packet.lane);
+  if (packets_.size(lane) >= lane_size_) {
+    lanes_.at(lane).refused = true;
+    return fail(ErrorCode::kBusy, fmt::format("the queue to the sink is full: {} packets wait in lane {}",
+                                              packets_.size(lane), to_string(packet.lane)));
   }
-  if (lane.packets.empty()) lane.passed = 0;
-  watch(packet.expires);
-  lane.packets.push_back(std::move(packet));
-  tell_ready();
+  if (packets_.empty(lane)) lanes_.at(lane).passed = 0;
+  packets_.push_back(lane, std::move(packet));
+  ready_.request();
   return {};
 }
 
-void SendQueue::tell_ready() {
-  if (std::exchange(ready_asked_, true)) return;
-  scheduler_.post([this, alive = alive_] {
-    if (!*alive) return;
-    ready_asked_ = false;
-    calls_.ready();
-  });
+/// The best lane with packets, unless another one was passed over too often.
+std::optional<std::size_t> SendQueue::next_lane() const {
+  std::optional<std::size_t> best;
+  for (std::size_t lane = 0; lane < kLanes; ++lane) {
+    if (packets_.empty(lane)) continue;
+    if (lanes_.at(lane).passed >= kMaxPassed) return lane;
+    if (!best) best = lane;
+  }
+  return best;
 }
 
-/// The best lane, unless another one was passed by too often.
-SendQueue::Waiting* SendQueue::next() {
-  const auto waits = [](const Waiting& lane) { return !lane.packets.empty(); };
-  const auto passed = [&](const Waiting& lane) { return waits(lane) && lane.passed >= kPatience; };
-  auto* found = std::find_if(lanes_.begin(), lanes_.end(), passed);
-  if (found == lanes_.end()) found = std::find_if(lanes_.begin(), lanes_.end(), waits);
-  return found == lanes_.end() ? nullptr : &*found;
-}
-
-void SendQueue::count_passed(const Waiting& taken) {
-  for (auto* worse = lanes_.data() + (&taken - lanes_.data()) + 1; worse != lanes_.data() + kLanes; ++worse) {
-    if (!worse->packets.empty()) ++worse->passed;
+void SendQueue::count_passed(std::size_t taken) {
+  for (std::size_t lane = taken + 1; lane < kLanes; ++lane) {
+    if (!packets_.empty(lane)) ++lanes_.at(lane).passed;
   }
 }
 
 std::optional<Outgoing> SendQueue::take() {
-  std::optional<Outgoing> packet;
-  while (Waiting* const lane = packet ? nullptr : next()) {
-    packet = std::move(lane->packets.front());
-    lane->packets.pop_front();
-    if (packet->expires <= scheduler_.now()) {
-      ++expired_;
-      report(std::move(packet->done), SendResult::kExpired);
-      packet.reset();
+  std::optional<Outgoing> taken;
+  while (const auto lane = taken ? std::nullopt : next_lane()) {
+    auto packet = packets_.pop_front(*lane);
+    if (packet.expires <= scheduler_.now()) {
+      expired(std::move(packet));
       continue;
     }
-    lane->passed = 0;
+    taken = std::move(packet);
+    lanes_.at(*lane).passed = 0;
     count_passed(*lane);
   }
-  tell_room();
-  return packet;
+  notify_room();
+  return taken;
 }
 
 void SendQueue::put_back(Outgoing packet) {
-  watch(packet.expires);
-  auto& lane = lanes_.at(static_cast<std::size_t>(packet.lane));
-  lane.packets.push_front(std::move(packet));
+  packets_.push_front(index_of(packet.lane), std::move(packet));
 }
 
-void SendQueue::report(SendCallback done, SendResult what) {
-  if (!done) return;
-  scheduler_.post([done = std::move(done), what, alive = alive_] {
-    if (*alive) done(what);
-  });
+void SendQueue::expired(Outgoing packet) {
+  ++expired_;
+  report(std::move(packet.done), SendResult::kExpired);
 }
 
-void SendQueue::tell_room() {
-  for (auto& lane : lanes_) {
-    if (lane.packets.size() >= lane_size_ || !std::exchange(lane.refused, false)) continue;
-    scheduler_.post([this, which = static_cast<Lane>(&lane - lanes_.data()), alive = alive_] {
-      if (*alive) calls_.room(which);
-    });
+void SendQueue::report(SendCallback done, SendResult result) {
+  if (done) lifetime_.post(scheduler_, [done = std::move(done), result] { done(result); });
+}
+
+void SendQueue::notify_room() {
+  for (std::size_t lane = 0; lane < kLanes; ++lane) {
+    if (packets_.size(lane) >= lane_size_ || !std::exchange(lanes_.at(lane).refused, false)) continue;
+    lifetime_.post(scheduler_, [this, lane] { callbacks_.room(static_cast<Lane>(lane)); });
   }
-}
-
-void SendQueue::watch(SteadyTime expires) {
-  if (expires >= next_expiry_) return;
-  next_expiry_ = expires;
-  expiry_ = scheduler_.at(expires, [this] { expire(); });
-}
-
-void SendQueue::expire_in(Waiting& lane, SteadyTime now, SteadyTime& next) {
-  std::erase_if(lane.packets, [&](Outgoing& packet) {
-    if (packet.expires > now) {
-      next = std::min(next, packet.expires);
-      return false;
-    }
-    ++expired_;
-    report(std::move(packet.done), SendResult::kExpired);
-    return true;
-  });
-}
-
-void SendQueue::expire() {
-  const auto now = scheduler_.now();
-  auto next = SteadyTime::max();
-  for (auto& lane : lanes_) expire_in(lane, now, next);
-  next_expiry_ = SteadyTime::max();
-  if (next != SteadyTime::max()) watch(std::max(next, now + kExpiryStep));
-  tell_room();
-}
-
-std::size_t SendQueue::waiting(Lane lane) const {
-  return lanes_.at(static_cast<std::size_t>(lane)).packets.size();
 }
 
 void SendQueue::count(std::map<std::string, std::uint64_t>& into) const {
   into["expired"] = expired_;
   for (std::size_t lane = 0; lane < kLanes; ++lane)
-    into[fmt::format("waiting-{}", to_string(static_cast<Lane>(lane)))] = lanes_.at(lane).packets.size();
+    into[fmt::format("waiting-{}", to_string(static_cast<Lane>(lane)))] = packets_.size(lane);
 }
 
 }  // namespace rubicon::networks::wsn::sink

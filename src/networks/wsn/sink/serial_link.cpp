@@ -39,10 +39,6 @@ SerialLink::SerialLink(Options options, Scheduler& scheduler, SendQueue& queue, 
   RUBICON_ASSERT(options_.attempts >= 1 && options_.attempts <= 100 && options_.ack_timeout > Duration::zero());
 }
 
-SerialLink::~SerialLink() {
-  *alive_ = false;
-}
-
 void SerialLink::begin() {
   RUBICON_ASSERT(!up_);
   reader_.reset();
@@ -93,12 +89,12 @@ void SerialLink::take(ByteView bytes) {
 /// False: this is gone. The ack goes before the packet is looked at (wsn.md 2, rule 4).
 bool SerialLink::take_frame(const motes::HdlcFrame& frame) {
   unheard_ = 0;
-  const auto alive = alive_;
+  const auto self = lifetime_.watch();
   if (frame.protocol == motes::kHdlcAckedPacket) send_ack(frame.sequence);
-  if (!*alive || !first_sound()) return false;
+  if (self.ended() || !first_sound()) return false;
   if (frame.protocol != motes::kHdlcAck) return notifier_.received(frame.packet);
   acknowledge(frame.sequence);
-  return *alive;
+  return !self.ended();
 }
 
 void SerialLink::send_ack(std::uint8_t sequence) {
@@ -109,21 +105,21 @@ void SerialLink::send_ack(std::uint8_t sequence) {
 
 bool SerialLink::first_sound() {
   if (std::exchange(heard_, true)) return true;
-  const auto alive = alive_;
+  const auto self = lifetime_.watch();
   calls_.heard();
-  return *alive;
+  return !self.ended();
 }
 
 bool SerialLink::note_faults() {
   const auto& faults = reader_.faults();
   if (faults == noted_) return true;
   const auto before = std::exchange(noted_, faults);
-  const auto alive = alive_;
+  const auto self = lifetime_.watch();
   for (const auto& fault : kFaults) {
     if (noted_.*fault.count == before.*fault.count) continue;
     if (!notifier_.note(std::string(fault.name), fault.text)) return false;
   }
-  return *alive;
+  return !self.ended();
 }
 
 /// An ack of another packet's attempt is waited over (wsn.md 2). One of an earlier attempt of this packet shows that
@@ -142,9 +138,9 @@ void SerialLink::acknowledge(std::uint8_t sequence) {
     flight_.reset();
     ack_.cancel();
   }
-  const auto alive = alive_;
+  const auto self = lifetime_.watch();
   calls_.acknowledges(true);
-  if (*alive) pump();
+  if (!self.ended()) pump();
 }
 
 // What goes.
@@ -208,14 +204,14 @@ void SerialLink::give_up() {
                                       something ? ", only bytes that are no frames: is the baud rate right?" : "")});
   }
   queue_.report(std::move(flight_->packet.done), SendResult::kNotAcknowledged);
-  const auto alive = alive_;
+  const auto self = lifetime_.watch();
   if (!notifier_.note("unacknowledged", fmt::format("no ack of a packet in {} attempts", attempts))) return;
   if (heard_ && ++unheard_ >= kMostUnheard) {
     flight_.reset();
     return calls_.failed({ErrorCode::kUnreachable, "the sink says nothing any more"});
   }
   calls_.acknowledges(false);
-  if (*alive) next();
+  if (!self.ended()) next();
 }
 
 void SerialLink::next() {

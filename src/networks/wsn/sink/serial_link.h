@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "base/lifetime.h"
 #include "motes/hdlc.h"
 #include "networks/wsn/sink/send_queue.h"
 #include "networks/wsn/sink/sink_notifier.h"
@@ -40,7 +41,6 @@ class SerialLink {
 
   /// Takes what it sends from `queue`.
   SerialLink(Options options, Scheduler& scheduler, SendQueue& queue, SinkNotifier& notifier, Calls calls);
-  ~SerialLink();
   SerialLink(const SerialLink&) = delete;
   SerialLink& operator=(const SerialLink&) = delete;
 
@@ -96,7 +96,7 @@ class SerialLink {
   std::optional<Flight> kept_;  ///< what a lost line interrupted
   Timer ack_, kept_expiry_;
   Counters counters_;
-  std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
+  base::Lifetime lifetime_;
 };
 
 }  // namespace rubicon::networks::wsn::sink

@@ -15,20 +15,20 @@ constexpr std::uint8_t kSerialAm = 0x00;
 bool SinkNotifier::state(SinkState::Phase phase, std::string reason) {
   if (state_.phase == phase && state_.reason == reason) return true;
   state_ = {phase, std::move(reason)};
-  const auto alive = alive_;
+  const auto self = lifetime_.watch();
   if (calls_.changed) calls_.changed(state_);
-  return *alive;
+  return !self.ended();
 }
 
 bool SinkNotifier::failed(Error why) {
-  const auto alive = alive_;
+  const auto self = lifetime_.watch();
   if (!state(SinkState::Phase::kOff, why.text)) return false;
   if (calls_.failed) calls_.failed(std::move(why));
-  return *alive;
+  return !self.ended();
 }
 
 bool SinkNotifier::received(ByteView packet) {
-  const auto alive = alive_;
+  const auto self = lifetime_.watch();
   if (packet.empty() || packet.front() != kSerialAm) {
     ++other_dispatch_;
     return note("unknown-dispatches",
@@ -37,20 +37,20 @@ bool SinkNotifier::received(ByteView packet) {
   }
   ++read_;
   if (calls_.received) calls_.received(packet);
-  return *alive;
+  return !self.ended();
 }
 
 bool SinkNotifier::left(ByteView packet) {
-  const auto alive = alive_;
+  const auto self = lifetime_.watch();
   ++written_;
   if (calls_.left) calls_.left(packet);
-  return *alive;
+  return !self.ended();
 }
 
 bool SinkNotifier::note(const std::string& subject, std::string_view text) {
-  const auto alive = alive_;
+  const auto self = lifetime_.watch();
   if (calls_.note) calls_.note(subject, text);
-  return *alive;
+  return !self.ended();
 }
 
 void SinkNotifier::room(Lane lane) const {

@@ -1,7 +1,6 @@
 #pragma once
 
-#include <memory>
-
+#include "base/lifetime.h"
 #include "networks/wsn/sink/sink.h"
 
 namespace rubicon::networks::wsn::sink {
@@ -11,7 +10,6 @@ namespace rubicon::networks::wsn::sink {
 class SinkNotifier {
  public:
   explicit SinkNotifier(SinkCallbacks calls) : calls_(std::move(calls)) {}
-  ~SinkNotifier() { *alive_ = false; }
   SinkNotifier(const SinkNotifier&) = delete;
   SinkNotifier& operator=(const SinkNotifier&) = delete;
 
@@ -35,7 +33,7 @@ class SinkNotifier {
   SinkCallbacks calls_;
   SinkState state_;
   std::uint64_t read_ = 0, written_ = 0, other_dispatch_ = 0;
-  std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
+  base::Lifetime lifetime_;
 };
 
 }  // namespace rubicon::networks::wsn::sink

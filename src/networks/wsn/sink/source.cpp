@@ -4,11 +4,10 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
-#include <optional>
 #include <utility>
 #include <vector>
 
+#include "base/text.h"
 #include "transport/serial.h"
 
 namespace rubicon::networks::wsn::sink {
@@ -53,10 +52,10 @@ auto not_offered(const Part& part, std::string_view instead) {
               fmt::format("source, position {}: \"{}\" is not offered; {}", part.at + 1, part.text, instead));
 }
 
-Part trimmed(Part part) {
-  const auto first = part.text.find_first_not_of(" \t");
-  if (first == part.text.npos) return part.first(0);
-  return part.from(first).first(part.text.find_last_not_of(" \t") + 1 - first);
+Part trimmed(const Part& part) {
+  const auto inner = base::trimmed(part.text);
+  if (inner.empty()) return part.first(0);
+  return part.from(static_cast<std::size_t>(inner.data() - part.text.data())).first(inner.size());
 }
 
 std::vector<Part> elements_of(std::string_view text) {
@@ -72,19 +71,11 @@ std::vector<Part> elements_of(std::string_view text) {
   }
 }
 
-/// A decimal number without sign; nullopt for anything else and beyond 32 bits.
-std::optional<unsigned> number_in(std::string_view text) {
-  unsigned value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return value;
-}
-
 Result<unsigned> read_baud(const Part& part) {
   const auto* const platform =
       std::find_if(kPlatforms.begin(), kPlatforms.end(), [&](const auto& row) { return row.first == part.text; });
   if (platform != kPlatforms.end()) return platform->second;
-  const auto number = number_in(part.text);
+  const auto number = base::parse_number<unsigned>(part.text);
   if (number && transport::is_baud_rate(*number)) return *number;
   return wrong(part,
                "a baud rate of serial lines (50 to 4000000, such as 57600 or 115200) or a platform (telosb, tmote, "
@@ -125,12 +116,12 @@ Result<Source> read_endpoint(const Part& part, Source::Kind kind, bool comma) {
   const auto digits = part.from(separator + 1);
   if (digits.text.find(':') != digits.text.npos)
     return wrong(part, "HOST:PORT, with an IPv6 address in brackets: `[::1]:9002`");
-  const auto port = number_in(digits.text);
-  if (!port || *port < 1 || *port > 65535) return wrong(digits, "a port of 1 to 65535");
+  const auto port = base::parse_number<std::uint16_t>(digits.text);
+  if (!port || *port == 0) return wrong(digits, "a port of 1 to 65535");
   Source source;
   source.kind = kind;
   source.host = name;
-  source.port = static_cast<std::uint16_t>(*port);
+  source.port = *port;
   return source;
 }
 

@@ -34,7 +34,7 @@ class WsnSendQueue : public testing::Test {
   std::vector<Lane> rooms;
   std::vector<std::pair<int, SendResult>> told;
   std::unique_ptr<SendQueue> queue = std::make_unique<SendQueue>(
-      time, 4, SendQueue::Calls{[this] { ++ready; }, [this](Lane lane) { rooms.push_back(lane); }});
+      time, 4, SendQueue::Callbacks{[this] { ++ready; }, [this](Lane lane) { rooms.push_back(lane); }});
 };
 
 TEST_F(WsnSendQueue, GivesCommandsBeforeClientsBeforeSamplingBeforeProbes) {
