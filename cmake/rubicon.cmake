@@ -71,9 +71,16 @@ function(rubicon_library name)
   target_link_libraries(${target} PUBLIC rubicon_options ${ARG_LINKS})
 endfunction()
 
-# A network plug-in: src/networks/<name>, with its sample.yaml compiled in as kSample (<name>_sample.h).
+# A network plug-in: src/networks/<name>, with its sample.yaml compiled in as kSample (<name>_sample.h). It is part of
+# rubicon-proxy, unless it lies in another FOLDER.
 function(rubicon_network name)
   cmake_parse_arguments(ARG "" "FOLDER;NAMESPACE" "LINKS" ${ARGN})
+  if(NOT ARG_FOLDER)
+    set_property(GLOBAL APPEND PROPERTY RUBICON_NETWORKS ${name})
+  endif()
+  if(TARGET rubicon_networks_${name})
+    return()  # taken from another build: tests/contract/new_network
+  endif()
   if(NOT ARG_NAMESPACE)
     set(ARG_NAMESPACE ${name})
   endif()
@@ -100,6 +107,30 @@ inline constexpr std::string_view kSample = R\"sample(${sample})sample\";
   add_library(rubicon_networks_${name} STATIC ${sources})
   target_include_directories(rubicon_networks_${name} PUBLIC ${CMAKE_BINARY_DIR}/generated ${elsewhere})
   target_link_libraries(rubicon_networks_${name} PUBLIC rubicon_network ${ARG_LINKS})
+endfunction()
+
+# rubicon_all_networks: all networks of rubicon-proxy, and networks/all_networks.h with their types.
+function(rubicon_all_networks)
+  get_property(networks GLOBAL PROPERTY RUBICON_NETWORKS)
+  add_library(rubicon_all_networks INTERFACE)
+  set(includes "")
+  set(types "")
+  foreach(name ${networks})
+    string(APPEND includes "#include \"networks/${name}/${name}_network.h\"\n")
+    string(APPEND types "    rubicon::networks::${name}::kType,\n")
+    target_link_libraries(rubicon_all_networks INTERFACE rubicon_networks_${name})
+  endforeach()
+  file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/generated/networks/all_networks.h CONTENT
+"#pragma once
+#include <array>
+${includes}
+namespace rubicon::networks {
+inline auto all_types() {
+  return std::array{
+${types}  };
+}
+}
+" @ONLY)
 endfunction()
 
 # The files of a folder of apps/ but its main.cpp, as a library rubicon_<folder> (or TARGET).

@@ -47,7 +47,7 @@ TEST(HouseRules, NothingIsLeftToDoLaterAndNoMachineIsNamed) {
 TEST(HouseRules, EveryNetworkFolderHasItsFourParts) {
   std::vector<fs::path> folders{fs::path(RUBICON_SOURCE_DIR) / "examples/network-template"};
   for (const auto& entry : fs::directory_iterator(fs::path(RUBICON_SOURCE_DIR) / "src/networks")) {
-    folders.push_back(entry.path());
+    if (entry.is_directory()) folders.push_back(entry.path());
   }
   for (const auto& folder : folders) {
     auto name = folder.filename().string();
