@@ -193,8 +193,8 @@ TEST_F(Replay, SeveralNetworksInARecordingAreNamedWhenNoneIsChosen) {
   TestIsland theatre("island: {id: 99, name: theatre}\nnetworks: {log-1: {type: log, file: home.rec, speed: max}}\n",
                      disk, false);
   theatre.run(5s);
-  EXPECT_TRUE(
-      theatre.log.contains("home.rec: the recording holds the networks dummy-1, log-flat; say which one to play"));
+  EXPECT_TRUE(theatre.log.contains(
+      "home.rec: the recording holds the networks dummy-1, log-flat; choose one with the option `network`"));
   EXPECT_TRUE(theatre.picture("log-1").empty());
 }
 

@@ -3,9 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 
+#include "base/text.h"
 #include "networks/log/iso_time.h"
 
 namespace rubicon::networks::log {
@@ -15,7 +15,7 @@ namespace {
 constexpr std::string_view kTimeUnits[] = {"us", "ms", "s", "min", "h", "unix", "unix-ms", "iso"};
 constexpr double kFurthestMicroseconds = 4e18;
 
-/// `light-window` -> type and instance; reports what is wrong about it.
+/// Fills in the point and type that `light-window` names; reports mistakes to the reader.
 const Type* read_point(ConfigReader& reader, const std::string& key, const std::string& text, Kind kind,
                        const TypeCatalogue& types, model::Capability& capability) {
   const std::size_t dash = text.find('-');
@@ -23,12 +23,12 @@ const Type* read_point(ConfigReader& reader, const std::string& key, const std::
   const std::string instance = dash == std::string::npos ? "" : text.substr(dash + 1);
   const Type* type = types.find(type_name);
   if (type == nullptr) {
-    reader.error(
-        key, fmt::format("unknown type `{}`, expected one of the catalogue or one declared by the site", type_name));
+    reader.error(key,
+                 fmt::format("unknown type `{}`, expected one of the catalogue or one declared in `types`", type_name));
     return nullptr;
   }
   if (kind == Kind::kSensor && instance.empty()) {
-    reader.error(key, fmt::format("`{}`, expected type and instance, as `{}-1`", text, type_name));
+    reader.error(key, fmt::format("`{}`, expected type and instance, for example `{}-1`", text, type_name));
     return nullptr;
   }
   capability.point = {kind, type->id, instance};
@@ -45,7 +45,7 @@ std::map<std::string, std::string> read_words(ConfigReader& reader) {
   return words;
 }
 
-/// One type has one unit on all networks; a type without a unit takes what the table has.
+/// Values are converted to the unit of the type; a type without a unit takes that of the table.
 void read_unit(ConfigReader& reader, ColumnMapping& mapping) {
   const std::string unit = reader.text("unit", "");
   const Type* type = mapping.form.type;
@@ -133,12 +133,12 @@ void read_times(ConfigReader& options, CsvMapping& mapping) {
   }
   mapping.period = std::chrono::floor<RecordTime>(options.duration("period", Duration::zero()));
   if (mapping.time_column.empty() && mapping.period <= RecordTime{0})
-    options.error("period", "missing, expected `time: {column: .., unit: ..}` or a period as 250ms");
+    options.error("period", "missing, expected `time: {column: .., unit: ..}` or a period, for example 250ms");
   const std::string start = options.text("start-time", "");
   if (start.empty()) return;
   mapping.start_time = parse_iso_time(start);
   if (!mapping.start_time)
-    options.error("start-time", fmt::format("`{}`, expected a time as 2026-01-31T12:00:00Z", start));
+    options.error("start-time", fmt::format("`{}`, expected a time, for example 2026-01-31T12:00:00Z", start));
 }
 
 }  // namespace
@@ -148,9 +148,10 @@ CsvMapping read_csv_mapping(ConfigReader& options, const TypeCatalogue& types) {
   mapping.comment = options.text("comment", "");
   mapping.names_from_comment = options.text("names-from-comment", "");
   mapping.separators = options.text("separators", mapping.separators);
-  if (mapping.separators.empty()) options.error("separators", "empty, expected characters as \",;\"");
+  if (mapping.separators.empty()) options.error("separators", "empty, expected characters, for example \",;\"");
   if (mapping.comment.empty() && !mapping.names_from_comment.empty())
-    options.error("names-from-comment", "needs `comment`, the sign with which comment lines start");
+    options.error("names-from-comment",
+                  "given without `comment`, expected the characters that comment lines start with");
   read_header(options, mapping);
   read_times(options, mapping);
   for (auto& [id, reader] : options.maps("map")) mapping.devices.push_back(read_device(id, reader, types));
@@ -160,10 +161,8 @@ CsvMapping read_csv_mapping(ConfigReader& options, const TypeCatalogue& types) {
 
 std::optional<double> number_of(std::string_view text) {
   if (text.starts_with('+')) text.remove_prefix(1);
-  double number = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (error != std::errc{} || end != text.data() + text.size() || !std::isfinite(number)) return std::nullopt;
-  return number;
+  const auto number = base::parse_number<double>(text);
+  return number && std::isfinite(*number) ? number : std::nullopt;
 }
 
 Result<model::Value> value_of(const CellForm& form, std::string_view cell) {

@@ -14,7 +14,7 @@
 
 namespace rubicon::networks::log {
 
-/// A cell as a value of its type: text through `words`, then by the type; numbers through scale and offset, then into
+/// How a cell becomes a value of its type. Text is translated by `words` first; numbers are scaled, then converted to
 /// the unit of the type.
 struct CellForm {
   const Type* type = nullptr;
@@ -30,8 +30,8 @@ struct ColumnMapping {
   CellForm form;
 };
 
-/// A property of a device that holds for a whole file: a fixed text, a `name: text` comment line, or what a side table
-/// says about the number in the file's name.
+/// A property of a device that is the same for a whole file: a fixed text, the text of a `name: text` comment line, or
+/// the entry of a table for the number in the file's name.
 struct PropertyMapping {
   enum class Source { kFixed, kComment, kTable };
   Source source = Source::kFixed;
@@ -48,32 +48,32 @@ struct DeviceMapping {
   std::vector<PropertyMapping> properties;
 };
 
-/// How the time of a row is written. Relative units count from the beginning of the file.
+/// The unit of the time column. Relative times count from the beginning of the file.
 enum class TimeUnit { kMicroseconds, kMilliseconds, kSeconds, kMinutes, kHours, kUnixSeconds, kUnixMilliseconds, kIso };
 
-/// Everything the configuration says about a text table (log.md 2).
+/// The options of a text table (log.md 2).
 struct CsvMapping {
-  std::string comment;             ///< lines that start so hold no data; empty = there are none
-  std::size_t header_lines = 1;    ///< the last of them holds the column names
-  std::string names_from_comment;  ///< comment line `<this>: a,b,c` that holds the names instead
+  std::string comment;             ///< lines that start with it hold no data; empty = there are none
+  std::size_t header_lines = 1;    ///< the last one holds the column names
+  std::string names_from_comment;  ///< or a comment line `<this>: a,b,c` holds them
   std::string separators = ",;\t";
-  std::string time_column;  ///< empty = every row comes `period` after the one before
+  std::string time_column;  ///< empty = each row is `period` after the one before
   TimeUnit time_unit = TimeUnit::kMilliseconds;
   RecordTime period{0};
   std::optional<WallTime> start_time;
   std::vector<DeviceMapping> devices;
 };
 
-/// Reads the keys of `format: csv`; what is wrong stands in the reader's errors.
+/// Reads the keys of `format: csv`; mistakes are added to the reader's errors.
 CsvMapping read_csv_mapping(ConfigReader& options, const TypeCatalogue& types);
 
-/// The value of a cell; kInvalid or kOutOfRange for what its type does not permit.
+/// The value of a cell; kInvalid or kOutOfRange if its type does not permit it.
 Result<model::Value> value_of(const CellForm& form, std::string_view cell);
 
-/// A decimal number without blanks; nothing for NaN, infinities and text.
+/// A finite decimal number without blanks, with or without a sign.
 std::optional<double> number_of(std::string_view text);
 
-/// The time in a cell, as microseconds since the file's beginning or since 1970.
+/// The time in a cell, in microseconds since the beginning of the file or since 1970.
 std::optional<RecordTime> time_of(TimeUnit unit, std::string_view cell);
 bool is_absolute(TimeUnit unit);
 

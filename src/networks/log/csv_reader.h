@@ -10,23 +10,23 @@
 
 namespace rubicon::networks::log {
 
-/// Longest line that is looked at; a longer one is skipped and reported.
+/// Longer lines are skipped and reported.
 inline constexpr std::size_t kMaxLine = 64UL * 1024;
 
-/// A line of a text file without its line end (LF or CR LF), or the fact that it was too long.
+/// A line of a text file without its line end (LF or CR LF).
 struct TextLine {
   std::uint64_t offset = 0;
-  std::uint64_t number = 0;  ///< counts from 1
+  std::uint64_t number = 0;  ///< from 1
   std::uint64_t bytes = 0;   ///< with the line end
-  bool too_long = false;     ///< then without text
+  bool too_long = false;     ///< `text` is then empty
   std::string text;
 };
 
-/// Takes a text file in pieces of any size and gives its lines: byte order mark dropped, the last line end may be
-/// missing, memory bounded whatever the lines are.
+/// Splits a text file, fed in pieces of any size, into lines. Drops a byte order mark; the last line end may be
+/// missing. Memory is bounded however long the lines are.
 class LineReader {
  public:
-  /// Appends bytes; call next() until it gives nothing before feeding more.
+  /// Appends bytes. Call it when next() returned nothing.
   void feed(ByteView bytes);
   void end() { ended_ = true; }
   std::optional<TextLine> next();
@@ -44,8 +44,8 @@ class LineReader {
   bool ended_ = false;
 };
 
-/// Splits a line at any of the separators. A blank in the set separates only lines that hold none of the others;
-/// blanks around cells are dropped, a run of them counts as one. A cell in double quotes may hold separators.
+/// Splits a line at each of the separators. A blank among them separates only in lines without the others, and several
+/// blanks count as one. Blanks around cells are dropped. A cell in double quotes may contain separators.
 void split_cells(std::string_view line, std::string_view separators, std::vector<std::string_view>& cells);
 
 }  // namespace rubicon::networks::log

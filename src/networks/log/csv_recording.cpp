@@ -13,14 +13,14 @@ CsvRecording::CsvRecording(CsvMapping mapping, ReplayCounters& counters, Complai
 
 void CsvRecording::begin(std::string_view, std::vector<std::string> labels) {
   reader_ = LineReader();
-  placed_.assign(mapping_.devices.size(), {});
+  columns_.assign(mapping_.devices.size(), {});
   labels_ = std::move(labels);
   comments_.clear();
   time_cell_.reset();
   header_left_ = mapping_.header_lines;
   row_number_ = 0;
   names_known_ = false;
-  introduced_ = false;
+  described_ = false;
 }
 
 bool CsvRecording::absolute_times() const {
@@ -82,15 +82,15 @@ bool CsvRecording::on_comment(std::string_view text) {
 }
 
 void CsvRecording::on_names(std::string_view text, std::uint64_t offset) {
-  // Some copies of public data sets have a comment sign in front of the header (log.md 2.2).
+  // Some copies of public data sets begin the header with a comment sign (log.md 2.2).
   text = base::trimmed(text);
   if (text.starts_with('#')) text.remove_prefix(1);
   split_cells(text, mapping_.separators, cells_);
-  place({cells_.begin(), cells_.end()}, offset);
+  find_columns({cells_.begin(), cells_.end()}, offset);
   names_known_ = true;
 }
 
-void CsvRecording::place(const std::vector<std::string>& names, std::uint64_t offset) {
+void CsvRecording::find_columns(const std::vector<std::string>& names, std::uint64_t offset) {
   const auto cell_of = [&names](const std::string& column) -> std::optional<std::size_t> {
     const auto found = std::find(names.begin(), names.end(), column);
     if (found != names.end()) return static_cast<std::size_t>(found - names.begin());
@@ -104,11 +104,11 @@ void CsvRecording::place(const std::vector<std::string>& names, std::uint64_t of
     if (!time_cell_) complain_(offset, fmt::format("no time column `{}`", mapping_.time_column));
   }
   for (std::size_t d = 0; d < mapping_.devices.size(); ++d) {
-    placed_[d].clear();
+    columns_[d].clear();
     for (const ColumnMapping& column : mapping_.devices[d].columns) {
       const auto cell = cell_of(column.column);
       if (cell)
-        placed_[d].push_back({*cell, &column});
+        columns_[d].push_back({*cell, &column});
       else
         complain_(offset, fmt::format("no column `{}`", column.column));
     }
@@ -138,34 +138,34 @@ std::optional<Step> CsvRecording::row(const TextLine& line) {
     step.wall = WallTime(*time);
   else if (mapping_.start_time)
     step.wall = *mapping_.start_time + *time;
-  if (!introduced_) introduce(step);
-  for (std::size_t device = 0; device < placed_.size(); ++device) read_cells(line, device, step);
+  if (!described_) add_joins_and_properties(step);
+  for (std::size_t device = 0; device < columns_.size(); ++device) read_cells(line, device, step);
   ++counters_.records;
   return step;
 }
 
 void CsvRecording::read_cells(const TextLine& line, std::size_t device, Step& step) {
   model::Updates updates;
-  for (const Placed& placed : placed_[device]) {
-    if (placed.cell >= cells_.size()) {
+  for (const FoundColumn& column : columns_[device]) {
+    if (column.cell >= cells_.size()) {
       damaged(line,
-              fmt::format("line {} has {} cells, expected at least {}", line.number, cells_.size(), placed.cell + 1));
+              fmt::format("line {} has {} cells, expected at least {}", line.number, cells_.size(), column.cell + 1));
       continue;
     }
-    const std::string_view cell = cells_[placed.cell];
+    const std::string_view cell = cells_[column.cell];
     if (cell.empty()) continue;
-    auto value = value_of(placed.mapping->form, cell);
+    auto value = value_of(column.mapping->form, cell);
     if (value) {
-      updates.readings.push_back({placed.mapping->capability.point, std::move(*value), {}});
+      updates.readings.push_back({column.mapping->capability.point, std::move(*value), {}});
     } else {
-      damaged(line, fmt::format("line {}, column `{}`: {}", line.number, placed.mapping->column, value.error().text));
+      damaged(line, fmt::format("line {}, column `{}`: {}", line.number, column.mapping->column, value.error().text));
     }
   }
   if (!updates.readings.empty()) step.messages.emplace_back(mapping_.devices[device].device, std::move(updates));
 }
 
-void CsvRecording::introduce(Step& step) {
-  introduced_ = true;
+void CsvRecording::add_joins_and_properties(Step& step) {
+  described_ = true;
   std::size_t label = 0;
   for (const DeviceMapping& device : mapping_.devices) {
     if (!joined_) step.messages.emplace_back(device.device, join_of(device));

@@ -8,7 +8,7 @@
 
 namespace rubicon::networks::log {
 
-/// Text tables, one row a moment (log.md 2): each row becomes one message per device that has a value in it.
+/// Text tables (log.md 2). Each row becomes one message for each device that has a value in it.
 class CsvRecording final : public Recording {
  public:
   CsvRecording(CsvMapping mapping, ReplayCounters& counters, Complaint complain);
@@ -23,8 +23,8 @@ class CsvRecording final : public Recording {
   std::vector<std::string> devices() const override;
 
  private:
-  /// A mapped column found in the present file.
-  struct Placed {
+  /// A mapped column that the present file has.
+  struct FoundColumn {
     std::size_t cell;
     const ColumnMapping* mapping;
   };
@@ -32,12 +32,12 @@ class CsvRecording final : public Recording {
   std::optional<Step> on_line(const TextLine& line);
   bool on_comment(std::string_view text);
   void on_names(std::string_view text, std::uint64_t offset);
-  void place(const std::vector<std::string>& names, std::uint64_t offset);
+  void find_columns(const std::vector<std::string>& names, std::uint64_t offset);
   std::optional<Step> row(const TextLine& line);
   std::optional<Step> damaged(const TextLine& line, std::string_view what);
   std::optional<RecordTime> row_time();
   void read_cells(const TextLine& line, std::size_t device, Step& step);
-  void introduce(Step& step);
+  void add_joins_and_properties(Step& step);
   model::Join join_of(const DeviceMapping& device) const;
   model::Updates properties_of(const DeviceMapping& device, std::size_t& label);
 
@@ -45,7 +45,7 @@ class CsvRecording final : public Recording {
   ReplayCounters& counters_;
   Complaint complain_;
   LineReader reader_;
-  std::vector<std::vector<Placed>> placed_;  ///< per device
+  std::vector<std::vector<FoundColumn>> columns_;  ///< by device
   std::vector<std::string> labels_;
   std::map<std::string, std::string> comments_;
   std::vector<std::string_view> cells_;
@@ -53,8 +53,8 @@ class CsvRecording final : public Recording {
   std::size_t header_left_ = 0;
   std::uint64_t row_number_ = 0;
   bool names_known_ = false;
-  bool introduced_ = false;  ///< in the present file
-  bool joined_ = false;      ///< at all
+  bool described_ = false;  ///< joins and properties of the present file were played
+  bool joined_ = false;     ///< in any file
 };
 
 }  // namespace rubicon::networks::log

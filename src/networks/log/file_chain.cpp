@@ -73,13 +73,13 @@ Result<std::string> FileChain::label_of(const std::string& table, const std::str
   return std::string();
 }
 
-Result<FileChain::Got> FileChain::next(Step& step) {
+Result<FileChain::Found> FileChain::next(Step& step) {
   if (auto found = recording_.next()) {
     step = std::move(*found);
-    return Got::kStep;
+    return Found::kStep;
   }
   if (auto failure = recording_.failure()) return fail(failure->code, fmt::format("{}: {}", path(), failure->text));
-  if (recording_.has_more()) return Got::kNothingYet;
+  if (recording_.has_more()) return Found::kNothingYet;
   if (!ended_) {
     const auto count = file_->read(piece_);
     if (!count) return fail(count.error());
@@ -88,12 +88,12 @@ Result<FileChain::Got> FileChain::next(Step& step) {
       recording_.end();
     else
       recording_.feed(ByteView(piece_).first(*count));
-    return Got::kNothingYet;
+    return Found::kNothingYet;
   }
-  if (index_ + 1 == files_.size()) return Got::kEnd;
+  if (index_ + 1 == files_.size()) return Found::kEnd;
   ++index_;
   if (auto opened = open_current(); !opened) return fail(opened.error());
-  return Got::kNextFile;
+  return Found::kNextFile;
 }
 
 }  // namespace rubicon::networks::log

@@ -9,19 +9,19 @@
 
 namespace rubicon::networks::log {
 
-/// Reads a list of files, one after the other and in pieces of 64 KiB, through a recording format.
+/// Reads files one after the other, in pieces of 64 KiB, through a recording format.
 class FileChain {
  public:
-  enum class Got { kStep, kNextFile, kNothingYet, kEnd };
+  enum class Found { kStep, kNextFile, kNothingYet, kEnd };
 
   FileChain(transport::Transports& transports, Recording& recording);
 
-  /// Opens the first of these files, or after a failure the one that failed.
+  /// Opens the first of these files; after a failure, the one that failed.
   Result<void> open(std::vector<std::string> files);
-  /// Back to the first file; opens it.
+  /// Opens the first file again.
   Result<void> rewind();
-  /// Reads at most one piece. kStep filled `step`; kNextFile: what follows is of the next file.
-  Result<Got> next(Step& step);
+  /// Reads at most one piece. kStep: `step` is filled; kNextFile: the next file begins; kNothingYet: call it again.
+  Result<Found> next(Step& step);
 
   const std::string& path() const { return files_[index_]; }
 

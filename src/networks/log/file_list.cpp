@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "base/text.h"
+
 namespace rubicon::networks::log {
 
 namespace {
@@ -33,27 +35,23 @@ Result<std::vector<std::string>> expand(const fs::path& pattern) {
   std::vector<std::string> found;
   const std::string wanted = pattern.filename().string();
   for (; !error && entries != fs::directory_iterator(); entries.increment(error)) {
-    if (!fits_wildcard(wanted, entries->path().filename().string())) continue;
+    if (!matches_wildcard(wanted, entries->path().filename().string())) continue;
     found.push_back((pattern.parent_path() / entries->path().filename()).string());
     if (found.size() > kMaxFiles)
-      return fail(ErrorCode::kOutOfRange, fmt::format("more than {} files fit {}", kMaxFiles, pattern.string()));
+      return fail(ErrorCode::kOutOfRange, fmt::format("more than {} files match {}", kMaxFiles, pattern.string()));
   }
   if (error) return fail(ErrorCode::kNotFound, fmt::format("{}: {}", pattern.string(), error.message()));
-  if (found.empty()) return fail(ErrorCode::kNotFound, fmt::format("no file fits {}", pattern.string()));
+  if (found.empty()) return fail(ErrorCode::kNotFound, fmt::format("no file matches {}", pattern.string()));
   std::sort(found.begin(), found.end(), natural_less);
   return found;
 }
 
 }  // namespace
 
-std::string resolved(const std::string& path, const std::string& directory) {
-  return (fs::path(directory) / path).lexically_normal().string();
-}
-
 Result<std::vector<std::string>> list_files(const std::vector<std::string>& configured, const std::string& directory) {
   std::vector<std::string> files;
   for (const std::string& path : configured) {
-    const fs::path whole = resolved(path, directory);
+    const fs::path whole = base::resolve_path(directory, path);
     if (whole.filename().string().find_first_of("*?") == std::string::npos) {
       files.push_back(whole.string());
       continue;
@@ -65,7 +63,7 @@ Result<std::vector<std::string>> list_files(const std::vector<std::string>& conf
   return files;
 }
 
-bool fits_wildcard(std::string_view pattern, std::string_view name) {
+bool matches_wildcard(std::string_view pattern, std::string_view name) {
   std::size_t p = 0, n = 0, star = std::string_view::npos, resume = 0;
   while (n < name.size()) {
     if (p < pattern.size() && pattern[p] == '*') {

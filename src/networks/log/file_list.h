@@ -8,17 +8,14 @@
 
 namespace rubicon::networks::log {
 
-/// Paths as configured -> paths of files, in playing order. Relative ones start at `directory`; `*` and `?` in the last
-/// part stand for what is there, in natural order (2 before 10). kNotFound if a pattern fits nothing.
+/// The files that the configured paths name, in playing order. Relative paths start at `directory`. A last part with
+/// `*` and `?` is a pattern for file names, sorted in natural order (2 before 10). kNotFound if no file matches it.
 Result<std::vector<std::string>> list_files(const std::vector<std::string>& configured, const std::string& directory);
 
-/// A configured path as seen from here; relative ones start at `directory`.
-std::string resolved(const std::string& path, const std::string& directory);
+/// Whether a file name matches a pattern with `*` (any number of characters) and `?` (one character).
+bool matches_wildcard(std::string_view pattern, std::string_view name);
 
-/// Whether a file name fits a pattern with `*` (any run) and `?` (one character).
-bool fits_wildcard(std::string_view pattern, std::string_view name);
-
-/// Numbers inside names count as numbers.
+/// Compares names; numbers in them compare as numbers.
 bool natural_less(std::string_view left, std::string_view right);
 
 /// The last number in a file's name, as text without leading zeros; empty if there is none.

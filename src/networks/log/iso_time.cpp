@@ -1,6 +1,6 @@
 #include "networks/log/iso_time.h"
 
-#include <charconv>
+#include "base/text.h"
 
 namespace rubicon::networks::log {
 
@@ -8,9 +8,10 @@ namespace {
 
 /// Takes exactly `digits` decimal digits from the front.
 bool take_number(std::string_view& text, std::size_t digits, int& number) {
-  if (text.size() < digits) return false;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + digits, number);
-  if (error != std::errc{} || end != text.data() + digits || text.front() == '-') return false;
+  if (text.size() < digits || text.front() == '-') return false;
+  const auto parsed = base::parse_number<int>(text.substr(0, digits));
+  if (!parsed) return false;
+  number = *parsed;
   text.remove_prefix(digits);
   return true;
 }
@@ -21,7 +22,7 @@ bool take_sign(std::string_view& text, std::string_view any_of) {
   return true;
 }
 
-/// `.25` -> 250000; digits beyond microseconds are dropped.
+/// `.25` -> 250 ms; digits beyond microseconds are ignored.
 std::optional<std::chrono::microseconds> take_fraction(std::string_view& text) {
   std::chrono::microseconds fraction{0};
   if (!take_sign(text, ".,")) return fraction;

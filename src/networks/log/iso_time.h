@@ -7,7 +7,8 @@
 
 namespace rubicon::networks::log {
 
-/// `2026-01-31T12:00:00.25Z`; a blank instead of the T, no seconds, `+01:00` instead of Z; without either it is UTC.
+/// `2026-01-31T12:00:00.25Z`. A blank may replace the T, `+01:00` the Z; seconds and time may be missing. UTC without a
+/// zone.
 std::optional<WallTime> parse_iso_time(std::string_view text);
 
 }  // namespace rubicon::networks::log

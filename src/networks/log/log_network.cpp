@@ -7,7 +7,8 @@
 #include <iterator>
 #include <set>
 
-#include "base/rate_limit.h"
+#include "base/lifetime.h"
+#include "base/limited_log.h"
 #include "networks/log/csv_recording.h"
 #include "networks/log/file_chain.h"
 #include "networks/log/file_list.h"
@@ -23,15 +24,15 @@ namespace {
 using namespace std::chrono_literals;
 using model::LineState;
 
-/// What one turn of the loop may deliver and read, so that the gateway's queue (10,000) never overflows and nobody
-/// waits. What one message holds comes on top (a recording of ours: at most 250 readings).
+/// What one turn of the loop delivers and reads at most, so that the gateway's queue (10,000) does not overflow and
+/// other networks need not wait. The last message may exceed it (by 250 readings in a recording of our own).
 constexpr std::size_t kReadingsPerTurn = 1000;
 constexpr std::size_t kPiecesPerTurn = 16;
-/// Text of this size counts as a reading more.
+/// So many bytes of text count as one more reading.
 constexpr std::size_t kTextPerReading = 1024;
 constexpr Duration kCountersEvery = 5s;
-/// Between two rounds of a loop that is played as fast as possible, so that others get their turn.
-constexpr Duration kBreath = 1ms;
+/// Between two rounds of a loop, which may be played as fast as possible.
+constexpr Duration kLoopPause = 1ms;
 
 std::size_t text_in(const Value& value) {
   if (const auto* text = std::get_if<std::string>(&value)) return text->size();
@@ -48,8 +49,8 @@ std::size_t weight_of(const model::Body& body) {
   return updates->readings.size() + text / kTextPerReading;
 }
 
-/// In the part before the start offset only what devices are is told, not what they measured.
-bool told_when_passed_over(const model::Body& body) {
+/// Before the option `start` joins, leaves and properties are played, readings are not.
+bool is_played_when_skipped(const model::Body& body) {
   if (const auto* updates = std::get_if<model::Updates>(&body))
     return updates->readings.front().point.kind == Kind::kProperty;
   return std::holds_alternative<model::Join>(body) || std::holds_alternative<model::Leave>(body);
@@ -61,7 +62,9 @@ class LogNetwork final : public network::Network {
       : options_(std::move(options)),
         host_(host),
         types_(config.types),
-        clock_(options_.speed, options_.longest_gap, options_.start) {}
+        clock_(options_.speed, options_.longest_gap, options_.start),
+        log_(host.log(), host.scheduler()),
+        next_turn_(host.scheduler(), [this] { play(); }) {}
 
   Result<void> open() override;
   Result<void> send(const Message& message) override;
@@ -75,10 +78,9 @@ class LogNetwork final : public network::Network {
   std::unique_ptr<Recording> make_recording();
   void play();
   bool fetch();
-  void tell(std::size_t& weight);
-  void now_up();
+  void deliver_step(std::size_t& weight);
+  void line_up();
   void deliver(const std::string& device, model::Body body, WallTime when);
-  void play_later();
   void finish();
   void play_again();
   void fail_line(Error why);
@@ -91,20 +93,20 @@ class LogNetwork final : public network::Network {
   const TypeCatalogue& types_;
   ReplayClock clock_;
   ReplayCounters counters_;
-  std::unique_ptr<Recording> recording_;  ///< from the first opening on, when the format is known
+  std::unique_ptr<Recording> recording_;  ///< made by the first open(), which chooses the format
   std::unique_ptr<FileChain> chain_;
   std::optional<Step> step_;      ///< read, not yet due
-  std::size_t next_message_ = 0;  ///< what was told of it already goes before
+  std::size_t next_message_ = 0;  ///< of step_; those before it are delivered
   bool up_ = false;
-  std::deque<std::string> leaving_;  ///< at the end, still to be told
+  std::deque<std::string> leaving_;  ///< devices that leave at the end
   RecordTime position_{};
-  std::uint64_t told_ = 0;  ///< in this round
+  std::uint64_t delivered_ = 0;  ///< messages, in this round
   std::uint64_t rounds_ = 0;
-  bool told_of_step_back_ = false;
+  bool step_back_logged_ = false;
   SteadyTime next_report_{};
-  base::RateLimit complaints_;
+  base::LimitedLog log_;
   Timer timer_;
-  std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);  ///< posted calls look whether we still are
+  base::OncePerTurn next_turn_;
 };
 
 std::unique_ptr<Recording> LogNetwork::make_recording() {
@@ -115,7 +117,7 @@ std::unique_ptr<Recording> LogNetwork::make_recording() {
   return std::make_unique<PacketRecording>(types_, options_.calibration, counters_, std::move(complain));
 }
 
-/// By the first bytes of a file, unless the configuration said it; kInvalid if they contradict.
+/// By the first bytes of the file, unless the configuration names the format; kInvalid if they contradict it.
 Result<void> LogNetwork::choose_format(const std::string& first_file) {
   using Format = LogOptions::Format;
   if (options_.format == Format::kCsv) return {};
@@ -126,14 +128,14 @@ Result<void> LogNetwork::choose_format(const std::string& first_file) {
   if (!count) return fail(count.error());
   const bool ours =
       *count == beginning.size() && std::equal(beginning.begin(), beginning.end(), recording::kMagic.begin());
-  if (options_.format == Format::kFound && *count < beginning.size())
+  if (options_.format == Format::kDetect && *count < beginning.size())
     return fail(ErrorCode::kIo,
-                fmt::format("{}: has {} bytes yet, expected at least {} to tell a recording from packets "
-                            "(or say format: packets, recording or csv)",
+                fmt::format("{}: has {} bytes, expected at least {}, which show whether it is a recording or packets "
+                            "(the option `format` names it: packets, recording or csv)",
                             first_file, *count, beginning.size()));
-  if (options_.format == Format::kFound) options_.format = ours ? Format::kTuples : Format::kPackets;
+  if (options_.format == Format::kDetect) options_.format = ours ? Format::kTuples : Format::kPackets;
   if (ours && options_.format == Format::kPackets)
-    return fail(ErrorCode::kInvalid, first_file + ": is a recording, expected packets (say format: recording)");
+    return fail(ErrorCode::kInvalid, first_file + ": is a recording, expected packets (use `format: recording`)");
   return {};
 }
 
@@ -158,24 +160,28 @@ Result<void> LogNetwork::open() {
   step_.reset();
   up_ = false;
   clock_.restart(host_.scheduler().now());
-  recording_->ready() ? now_up() : report(LineState::kConnecting, "the recording is being read");
-  play_later();
+  if (recording_->ready()) {
+    line_up();
+  } else {
+    report(LineState::kConnecting, "the recording is being read");
+  }
+  next_turn_.request();
   return {};
 }
 
 Result<void> LogNetwork::send(const Message& message) {
   if (const auto* sample = std::get_if<model::Sample>(&message.body)) {
     host_.deliver(message.destination.device,
-                  model::Acknowledge{sample->request, model::Outcome::kSent, "a recording plays whatever is asked"});
+                  model::Acknowledge{sample->request, model::Outcome::kSent, "a recording plays at its own pace"});
     return {};
   }
   const auto kind = message.kind();
   if (kind == MessageKind::kActuate || kind == MessageKind::kSetProperty)
-    return fail(ErrorCode::kRefused, "recorded devices cannot be actuated");
+    return fail(ErrorCode::kRefused, "recorded devices take no commands");
   return fail(ErrorCode::kUnsupported, fmt::format("a recording takes no {}", to_string(kind)));
 }
 
-/// A table's columns are in the options; what other recordings hold, they say themselves.
+/// The options list the devices of a table; those of other recordings are in the files.
 std::optional<std::vector<network::ListedDevice>> LogNetwork::listed() const {
   if (!options_.csv) return std::nullopt;
   std::vector<network::ListedDevice> all;
@@ -209,13 +215,7 @@ std::vector<network::Missing> LogNetwork::missing() const {
   return all;
 }
 
-void LogNetwork::play_later() {
-  host_.scheduler().post([this, alive = std::weak_ptr<bool>(alive_)] {
-    if (alive.lock()) play();
-  });
-}
-
-/// One turn: tells what is due, then waits for the next step, or goes on in the next turn.
+/// One turn: delivers what is due, then waits for the next step, or continues in the next turn.
 void LogNetwork::play() {
   timer_.cancel();
   std::size_t weight = 0;
@@ -230,53 +230,57 @@ void LogNetwork::play() {
       timer_ = host_.scheduler().at(due, [this] { play(); });
       return;
     }
-    tell(weight);
+    deliver_step(weight);
   }
-  play_later();
+  next_turn_.request();
 }
 
-/// Fills step_ if the files give one without reading on; false when there is nothing to go on with.
+/// Reads one piece; fills step_ if that completes one. False: nothing to play.
 bool LogNetwork::fetch() {
   Step step;
-  const auto got = chain_->next(step);
-  if (!got) {
-    recording_->failure() ? end_line(got.error().text) : fail_line(got.error());
+  const auto found = chain_->next(step);
+  if (!found) {
+    if (recording_->failure()) {
+      end_line(found.error().text);
+    } else {
+      fail_line(found.error());
+    }
     return false;
   }
-  if (!up_ && recording_->ready()) now_up();
-  switch (*got) {
-    case FileChain::Got::kStep: break;
-    case FileChain::Got::kNothingYet: return true;
-    case FileChain::Got::kNextFile:
+  if (!up_ && recording_->ready()) line_up();
+  switch (*found) {
+    case FileChain::Found::kStep: break;
+    case FileChain::Found::kNothingYet: return true;
+    case FileChain::Found::kNextFile:
       if (options_.between_files || !recording_->absolute_times())
         clock_.break_off(std::chrono::floor<RecordTime>(options_.between_files.value_or(recording_->period())));
       return true;
-    case FileChain::Got::kEnd: finish(); return false;
+    case FileChain::Found::kEnd: finish(); return false;
   }
   position_ = clock_.advance(step.time);
-  if (clock_.went_back() && !std::exchange(told_of_step_back_, true))
-    host_.log().warning(fmt::format("{}: time steps back, taken as no pause", chain_->path()));
+  if (clock_.went_back() && !std::exchange(step_back_logged_, true))
+    host_.log().warning(fmt::format("{}: time steps back; played without a pause", chain_->path()));
   step_ = std::move(step);
   next_message_ = 0;
   return true;
 }
 
-void LogNetwork::now_up() {
+void LogNetwork::line_up() {
   up_ = true;
   report(LineState::kUp);
 }
 
-/// Goes on with it in the next turn when this one has told enough.
-void LogNetwork::tell(std::size_t& weight) {
-  const bool passed_over = clock_.passed_over(position_);
+/// Delivers messages of step_ until the turn is full.
+void LogNetwork::deliver_step(std::size_t& weight) {
+  const bool skipped = clock_.is_skipped(position_);
   const WallTime now = host_.scheduler().wall_now();
   const WallTime when = options_.recorded_times ? step_->wall.value_or(now) : now;
   auto& messages = step_->messages;
   while (next_message_ < messages.size() && weight < kReadingsPerTurn) {
     auto& [device, body] = messages[next_message_++];
     weight += weight_of(body);
-    if (passed_over && !told_when_passed_over(body)) continue;
-    ++told_;
+    if (skipped && !is_played_when_skipped(body)) continue;
+    ++delivered_;
     deliver(device, std::move(body), when);
   }
   if (next_message_ == messages.size()) step_.reset();
@@ -298,37 +302,36 @@ void LogNetwork::deliver(const std::string& device, model::Body body, WallTime w
 }
 
 void LogNetwork::finish() {
-  if (options_.loop && told_ > 0) {
+  if (options_.loop && delivered_ > 0) {
     ++rounds_;
     host_.log().info(fmt::format("{}: end reached, playing again", chain_->path()));
     report(LineState::kUp);
-    timer_ = host_.scheduler().after(kBreath, [this] { play_again(); });
+    timer_ = host_.scheduler().after(kLoopPause, [this] { play_again(); });
     return;
   }
-  if (told_ == 0) host_.log().warning(fmt::format("{}: nothing in it to play", chain_->path()));
+  if (delivered_ == 0) host_.log().warning(fmt::format("{}: no messages to play", chain_->path()));
   leave_or_stay("the recording ended");
 }
 
 void LogNetwork::play_again() {
-  told_ = 0;
-  told_of_step_back_ = false;
+  delivered_ = 0;
+  step_back_logged_ = false;
   if (auto opened = chain_->rewind(); !opened) return fail_line(std::move(opened.error()));
   clock_.restart(host_.scheduler().now());
   play();
 }
 
 void LogNetwork::fail_line(Error why) {
-  if (complaints_.allow(why.text, host_.scheduler().now())) host_.log().warning(why.text);
+  log_.warning(why.text, why.text);
   host_.failed(std::move(why));
 }
 
-/// What reading again cannot cure is told once, and the line does not come back.
+/// For errors that reading again does not cure: logs once; the line stays down.
 void LogNetwork::end_line(const std::string& reason) {
   host_.log().error(reason);
   leave_or_stay(reason);
 }
 
-/// As many at once as a turn may tell.
 void LogNetwork::leave_or_stay(const std::string& reason) {
   if (recording_ && options_.end == LogOptions::End::kLeave) {
     auto devices = recording_->devices();
@@ -337,13 +340,14 @@ void LogNetwork::leave_or_stay(const std::string& reason) {
   leave_some(reason);
 }
 
+/// Some in each turn.
 void LogNetwork::leave_some(const std::string& reason) {
   for (std::size_t i = 0; i < kReadingsPerTurn && !leaving_.empty(); ++i) {
     host_.deliver(std::move(leaving_.front()), model::Leave{reason});
     leaving_.pop_front();
   }
   if (!leaving_.empty()) {
-    timer_ = host_.scheduler().after(kBreath, [this, reason] { leave_some(reason); });
+    timer_ = host_.scheduler().after(kLoopPause, [this, reason] { leave_some(reason); });
     return;
   }
   report(LineState::kEnded, reason);
@@ -351,9 +355,8 @@ void LogNetwork::leave_some(const std::string& reason) {
 }
 
 void LogNetwork::complain(std::uint64_t offset, std::string_view what) {
-  if (!complaints_.allow("damage", host_.scheduler().now())) return;
-  host_.log().warning(fmt::format("{}: byte {}: {} ({} damaged places so far, next report in a minute)", chain_->path(),
-                                  offset, what, counters_.damaged));
+  log_.warning("damage", fmt::format("{}: byte {}: {} ({} damaged places so far, next report in a minute)",
+                                     chain_->path(), offset, what, counters_.damaged));
 }
 
 void LogNetwork::report(LineState line, std::string reason) {

@@ -4,7 +4,7 @@
 
 namespace rubicon::networks::log {
 
-/// Replays recordings: the original recorder's packet logs and text tables (D1.4, LOG network).
+/// Replays recordings: our own, the original recorder's packet logs, text tables (D1.4, LOG network).
 extern const network::NetworkType kType;
 
 }  // namespace rubicon::networks::log

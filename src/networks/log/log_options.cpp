@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "networks/log/file_list.h"
+#include "base/text.h"
 
 namespace rubicon::networks::log {
 
@@ -12,19 +12,19 @@ namespace {
 constexpr double kSlowest = 0.001;
 constexpr double kFastest = 1e6;
 
-/// Keys that only tables have: who wrote them without `format` meant a table.
+/// Keys that only tables have. With one of them and no `format`, the user probably meant a table.
 constexpr const char* kTableKeys[] = {"map",        "period",     "time",    "header",
                                       "separators", "start-time", "comment", "names-from-comment"};
 
-/// What makes the options those of a table though they do not say so; empty = nothing does.
-std::string looks_like_a_table(ConfigReader& options, const LogOptions& out) {
+/// Why the options seem to be those of a table; empty = they do not.
+std::string table_hint(ConfigReader& options, const LogOptions& out) {
   std::vector<std::string> keys;
   for (const auto* key : kTableKeys) {
     if (options.has(key)) keys.emplace_back(key);
   }
   if (!keys.empty()) return fmt::format("only tables have {}", fmt::join(keys, ", "));
-  const bool named_so = !out.files.empty() && out.files.front().ends_with(".csv");
-  return named_so ? fmt::format("the file is called {}", out.files.front()) : std::string();
+  const bool has_csv_name = !out.files.empty() && out.files.front().ends_with(".csv");
+  return has_csv_name ? fmt::format("the file is {}", out.files.front()) : std::string();
 }
 
 void read_files(ConfigReader& options, LogOptions& out) {
@@ -76,7 +76,8 @@ void read_motes(ConfigReader& options, LogOptions& out) {
 void resolve_tables(CsvMapping& mapping, const std::string& directory) {
   for (DeviceMapping& device : mapping.devices) {
     for (PropertyMapping& property : device.properties) {
-      if (property.source == PropertyMapping::Source::kTable) property.text = resolved(property.text, directory);
+      if (property.source == PropertyMapping::Source::kTable)
+        property.text = base::resolve_path(directory, property.text);
     }
   }
 }
@@ -94,17 +95,17 @@ LogOptions read_log_options(const network::NetworkConfig& config) {
   out.format = format == "packets"     ? Format::kPackets
                : format == "csv"       ? Format::kCsv
                : format == "recording" ? Format::kTuples
-                                       : Format::kFound;
-  if (const auto why = looks_like_a_table(options, out); format.empty() && !why.empty()) {
-    options.error("", fmt::format("'format' is missing, expected format: csv ({}), or packets or recording", why));
+                                       : Format::kDetect;
+  if (const auto why = table_hint(options, out); format.empty() && !why.empty()) {
+    options.error("", fmt::format("'format' is missing, expected csv ({}), packets or recording", why));
     out.format = Format::kCsv;
   }
   if (out.format == Format::kCsv) {
     out.csv = read_csv_mapping(options, config.types);
     resolve_tables(*out.csv, config.directory);
   }
-  if (out.format == Format::kTuples || out.format == Format::kFound) out.network = options.text("network", "");
-  if (out.format == Format::kPackets || out.format == Format::kFound) read_motes(options, out);
+  if (out.format == Format::kTuples || out.format == Format::kDetect) out.network = options.text("network", "");
+  if (out.format == Format::kPackets || out.format == Format::kDetect) read_motes(options, out);
   return out;
 }
 

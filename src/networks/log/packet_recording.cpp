@@ -8,7 +8,7 @@ namespace rubicon::networks::log {
 
 namespace {
 
-/// Keeps a damaged timestamp inside what microseconds can count; the replay clock does the rest.
+/// Keeps a damaged timestamp within the range of microseconds; the replay clock limits it further.
 RecordTime time_of(std::chrono::milliseconds written) {
   constexpr std::chrono::milliseconds kFurthest(4'000'000'000'000'000);
   return std::clamp(written, -kFurthest, kFurthest);

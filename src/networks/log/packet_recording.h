@@ -8,7 +8,7 @@
 
 namespace rubicon::networks::log {
 
-/// The original recorder's packet logs (log.md 1): what the sink read, as messages of motes.
+/// The original recorder's packet logs (log.md 1): the packets that the sink received, as messages of motes.
 class PacketRecording final : public Recording {
  public:
   PacketRecording(const TypeCatalogue& types, motes::Calibration calibration, ReplayCounters& counters,

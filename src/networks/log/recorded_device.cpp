@@ -3,27 +3,27 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "base/text.h"
 #include "model/former_types.h"
+#include "model/json_members.h"
+#include "model/point_tuples.h"
 #include "rubicon/key.hpp"
 
 namespace rubicon::networks::log {
 
 namespace {
 
-using Tree = nlohmann::json;
+using Tree = nlohmann::ordered_json;
+using model::text_of;
 
-/// As many as a proxy takes for a device; a hostile recording must not unfold.
+/// As many as a proxy accepts of a device; limits the memory that a hostile recording takes.
 constexpr std::size_t kMaxListed = 1024;
-
-std::string text_in(const Tree& tree, const char* name) {
-  const auto found = tree.find(name);
-  return found != tree.end() && found->is_string() ? found->get<std::string>() : std::string();
-}
+/// Longer texts are no statuses, in bytes.
+constexpr std::size_t kMaxStatus = 64 << 10;
 
 std::optional<double> number_in(const Tree& tree, const char* name) {
   const auto found = tree.find(name);
@@ -42,7 +42,7 @@ std::vector<std::string> texts_in(const Tree& tree, const char* name) {
   return texts;
 }
 
-/// The words of an enumeration or a set of bits that its type does not name.
+/// The words of an enumeration or a set of bits, for types that have none.
 std::vector<model::Word> words_in(const Tree& tree) {
   std::vector<model::Word> words;
   const auto codes = tree.find("codes");
@@ -62,7 +62,7 @@ std::string instance_part(std::string_view id) {
 }
 
 Access access_in(const Tree& tree, Kind kind) {
-  const auto word = text_in(tree, "access");
+  const auto word = text_of(tree, "access");
   for (const auto access : {Access::kRead, Access::kWrite, Access::kReadWrite}) {
     if (word == to_string(access)) return access;
   }
@@ -75,7 +75,7 @@ bool has_unit(const Type* type) {
   return is_number && type->unit != "1";
 }
 
-/// Rule 4 of the deadlines (docs/tuple-keys.md); what is left is for the network's option.
+/// Rule 4 of the deadlines (docs/tuple-keys.md); the network's option sets the others.
 void set_deadline(RecordedPoint& point) {
   const bool event = point.type != nullptr && point.type->report == model::Report::kEvent;
   if (point.kind != Kind::kSensor || event) point.capability.deadline = Duration::zero();
@@ -149,10 +149,10 @@ bool describe(RecordedDevice& device, std::string_view text) {
   const auto tree = Tree::parse(text, nullptr, false);
   if (!tree.is_object()) return false;
   device.text = text;
-  device.address = text_in(tree, "address");
-  device.name = text_in(tree, "name");
-  device.model = text_in(tree, "model");
-  device.type = text_in(tree, "type");
+  device.address = text_of(tree, "address");
+  device.name = text_of(tree, "name");
+  device.model = text_of(tree, "model");
+  device.type = text_of(tree, "type");
   device.listed = {texts_in(tree, "sensors"), texts_in(tree, "actuators"), texts_in(tree, "properties")};
   device.capabilities = texts_in(tree, "capabilities");
   const auto listed = listed_in(device);
@@ -167,8 +167,8 @@ bool describe(RecordedDevice& device, std::string_view text) {
 bool describe(RecordedPoint& point, std::string_view text, ForeignTypes& types) {
   const auto tree = Tree::parse(text, nullptr, false);
   if (!tree.is_object()) return false;
-  const auto type_name = text_in(tree, "type");
-  // A type without a name is called by its number in keys.
+  const auto type_name = text_of(tree, "type");
+  // In keys a type without a name is called by its number.
   const auto name = type_name.empty() ? std::string(type_part(point.id)) : type_name;
   if (!types.has_room(name)) return false;
   point.text = text;
@@ -179,7 +179,7 @@ bool describe(RecordedPoint& point, std::string_view text, ForeignTypes& types) 
   capability.point = {point.kind, TypeId(static_cast<std::uint16_t>(id)), instance_part(point.id)};
   point.type = types.find(name, capability.point.type);
   capability.access = access_in(tree, point.kind);
-  const auto unit = text_in(tree, "unit");
+  const auto unit = text_of(tree, "unit");
   point.unit =
       has_unit(point.type) && unit != point.type->unit ? model::conversion(unit, point.type->unit) : std::nullopt;
   if (point.type == nullptr || (unit != point.type->unit && !point.unit)) capability.unit = unit;
@@ -198,7 +198,7 @@ bool describe(RecordedPoint& point, std::string_view text, ForeignTypes& types) 
 
 namespace {
 
-/// Where no description was recorded: what the id says.
+/// For points without a recorded description.
 void describe_by_id(RecordedPoint& point, ForeignTypes& types) {
   auto& capability = point.capability;
   capability = {};
@@ -209,8 +209,8 @@ void describe_by_id(RecordedPoint& point, ForeignTypes& types) {
   set_deadline(point);
 }
 
-/// The recorded lists are by kind; the order among the kinds shows only in that of the capabilities. Points of types
-/// that were named already may come at any time; else the one that brings the next type.
+/// The points in the order of the original join, as far as it can be known: recorded lists are by kind, the list of
+/// capabilities shows the order of their types.
 std::vector<RecordedDevice::PointKey> in_order(const RecordedDevice& device) {
   std::vector<RecordedDevice::PointKey> order;
   std::array<std::size_t, 3> next{};
@@ -278,46 +278,23 @@ bool RecordedStatus::is_heard(WallTime written) const {
   return quality != Quality::kStored && heard != WallTime{} && written - heard <= kOneTurn;
 }
 
-namespace {
-
-std::string_view behind(std::string_view text, std::string_view mark) {
-  const auto at = text.find(mark);
-  return at == text.npos ? std::string_view() : text.substr(at + mark.size());
-}
-
-}  // namespace
-
-/// There is one for each reading and more: only the words that matter are looked at.
 std::optional<RecordedStatus> recorded_status(std::string_view text) {
-  constexpr std::size_t kNear = 200;
-  constexpr double kLast = 1e12;
-  text = text.substr(0, kNear);
-  const auto word = behind(text, R"("quality":")");
+  if (text.size() > kMaxStatus) return std::nullopt;
+  const auto status = model::point_status_from_json(text);
   for (auto quality = Quality::kNetworkDown; quality <= Quality::kGood;
        quality = static_cast<Quality>(static_cast<std::uint8_t>(quality) + 1)) {
-    if (word.substr(0, word.find('"')) != to_string(quality)) continue;
-    RecordedStatus status{quality, {}};
-    const auto heard = behind(text, R"("heard":)");
-    double seconds = 0;
-    if (std::from_chars(heard.data(), heard.data() + heard.size(), seconds).ec == std::errc() && seconds > 0 &&
-        seconds < kLast)
-      status.heard = WallTime(std::chrono::microseconds(static_cast<std::int64_t>(seconds * 1e6)));
-    return status;
+    if (status.quality == to_string(quality)) return RecordedStatus{quality, status.heard};
   }
   return std::nullopt;
 }
 
 namespace {
 
-/// Whole numbers stay whole: 100000 is another text as a real number (1e+05).
+/// Whole numbers stay whole: as a real number 100000 would be shown as 1e+05.
 Result<Value> real_value(const Type& type, std::string_view text) {
-  std::int64_t whole = 0;
-  const auto* end = text.data() + text.size();
-  if (const auto [at, error] = std::from_chars(text.data(), end, whole); error == std::errc() && at == end)
-    return Value(whole);
-  double real = 0;
-  const auto [at, error] = std::from_chars(text.data(), end, real);
-  if (error == std::errc() && at == end && std::isfinite(real)) return Value(real);
+  if (const auto whole = base::parse_number<std::int64_t>(text)) return Value(*whole);
+  const auto real = base::parse_number<double>(text);
+  if (real && std::isfinite(*real)) return Value(*real);
   return fail(ErrorCode::kInvalid, fmt::format("{}: {} is not a number", type.name, model::quoted(text)));
 }
 

@@ -26,10 +26,11 @@ bool RecordedNetworks::note(const std::vector<std::string_view>& parts) {
   return true;
 }
 
-Error RecordedNetworks::choose() const {
+Error RecordedNetworks::ambiguous() const {
   return {ErrorCode::kInvalid,
-          fmt::format("the recording holds the networks {}; say which one to play, for example network: {}",
-                      fmt::join(names_, ", "), *names_.begin())};
+          fmt::format(
+              "the recording holds the networks {}; choose one with the option `network`, for example `network: {}`",
+              fmt::join(names_, ", "), *names_.begin())};
 }
 
 }  // namespace rubicon::networks::log

@@ -9,14 +9,14 @@
 
 namespace rubicon::networks::log {
 
-/// The networks that a recording was found to hold; at most 1000.
+/// The names of the networks in a recording; at most 1000.
 class RecordedNetworks {
  public:
-  /// The parts of a key behind the prefix, `wsn-1.7.sensor.light-1.value`: whether they name a network not seen before.
+  /// Takes the parts of a key after the prefix, `wsn-1.7.sensor.light-1.value`. True: they name a new network.
   bool note(const std::vector<std::string_view>& parts);
   std::size_t size() const { return names_.size(); }
-  /// That one of them must be chosen, with all their names.
-  Error choose() const;
+  /// The error that one of them must be chosen, with all names.
+  Error ambiguous() const;
 
  private:
   std::set<std::string, std::less<>> names_;

@@ -14,7 +14,7 @@
 
 namespace rubicon::networks::log {
 
-/// What was found in the files so far; `lines` counts those of text tables.
+/// Counts of what the files held so far; `lines` are those of text tables.
 struct ReplayCounters {
   std::uint64_t records = 0;
   std::uint64_t readings = 0;
@@ -23,46 +23,46 @@ struct ReplayCounters {
   std::uint64_t lines = 0;
 };
 
-/// What devices said at one moment of a recording.
+/// The messages of devices at one moment of a recording.
 struct Step {
   RecordTime time{};
-  /// UTC of the moment, where the recording knows it.
+  /// UTC of the moment, if the recording has it.
   std::optional<WallTime> wall;
-  /// Device and what it said, in order.
+  /// Device and message, in order.
   std::vector<std::pair<std::string, model::Body>> messages;
 };
 
-/// A damaged place: byte offset in the present file, and what is wrong there.
+/// Reports damage: byte offset in the present file, and what is wrong there.
 using Complaint = std::function<void(std::uint64_t offset, std::string_view what)>;
 
-/// A recording format: bytes of one file after the other -> steps. Knows no files and no clock.
+/// A recording format: turns the bytes of one file after the other into steps. Knows neither files nor time.
 class Recording {
  public:
   virtual ~Recording() = default;
-  /// A file begins; `labels` holds what side tables say about it, in the order of label_tables().
+  /// A file begins. `labels`: its entries in label_tables(), in their order.
   virtual void begin(std::string_view file_name, std::vector<std::string> labels) = 0;
-  /// The first file follows again: a new round.
+  /// A new round begins with the first file.
   virtual void restart() {}
   virtual void feed(ByteView bytes) = 0;
   /// The file has no more bytes.
   virtual void end() = 0;
-  /// The next step, or nothing until more bytes come. A moment with much to say comes as several steps of one time.
+  /// The next step; nullopt until more bytes are fed. One moment may give several steps of the same time.
   virtual std::optional<Step> next() = 0;
-  /// next() gave nothing so that others get their turn: call it again, feed nothing before.
+  /// next() returned nothing only to end the turn: call it again before feeding more.
   virtual bool has_more() const { return false; }
-  /// What must be known before anything can be played is known.
+  /// Everything that must be known before playing is known.
   virtual bool ready() const { return true; }
-  /// Why nothing more can be played, however often the files are read.
+  /// Why nothing can be played, an error that reading the files again does not cure.
   virtual std::optional<Error> failure() const { return std::nullopt; }
-  /// Whether times of one file continue those of the file before.
+  /// Whether the times of a file continue those of the file before.
   virtual bool absolute_times() const = 0;
-  /// Readings carry the user times they were recorded with, or none.
+  /// Readings have the user times they were recorded with.
   virtual bool has_user_times() const { return false; }
-  /// Pause between two files whose times are not related.
+  /// The pause between two files whose times are unrelated.
   virtual RecordTime period() const = 0;
-  /// Side tables to be looked up at each file: key (the last number in the file's name), value.
+  /// Paths of tables with an entry for each file. Its key is the last number in the file's name.
   virtual std::vector<std::string> label_tables() const { return {}; }
-  /// All devices told of so far, for the end policy.
+  /// All devices so far; they leave at the end if the options say so.
   virtual std::vector<std::string> devices() const = 0;
 };
 

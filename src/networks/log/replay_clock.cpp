@@ -7,7 +7,7 @@ namespace rubicon::networks::log {
 
 namespace {
 
-/// Nothing in a recording is further away than this; keeps sums of hostile gaps inside 64 bits of nanoseconds.
+/// Longest gap and position; so that sums of hostile gaps fit 64 bits of nanoseconds.
 constexpr RecordTime kLongest = std::chrono::hours(24 * 365 * 100);
 
 }  // namespace

@@ -7,24 +7,24 @@
 
 namespace rubicon::networks::log {
 
-/// Time as recordings write it; microseconds, so that any calendar fits.
+/// A time in a recording. Microseconds, so that it covers every calendar.
 using RecordTime = std::chrono::microseconds;
 
-/// From the times in a recording to the times of its replay: a gap in the recording is a pause divided by the speed, a
-/// step backwards is no pause, and pauses may have an upper limit. Drift-free: every due time counts from the start.
+/// Converts times of a recording to times of its replay. The pause between two records is divided by the speed and may
+/// have an upper limit; after a step back there is none. Free of drift: due times count from the start.
 class ReplayClock {
  public:
-  /// Speed 0 = as fast as possible. `start` = how much of the recording is passed over at once.
+  /// Speed 0 = as fast as possible. `start` = how much of the recording is skipped at the beginning.
   ReplayClock(double speed, std::optional<Duration> longest_gap, Duration start);
 
-  /// The recording begins (again) now.
+  /// The recording starts now.
   void restart(SteadyTime now);
-  /// The next record's time has nothing to do with the last one's: it comes `gap` after it.
+  /// The time of the next record is unrelated to the last one: it is played `gap` after it.
   void break_off(RecordTime gap);
-  /// Takes the next record's time; gives how far into the recording it is.
+  /// Takes the time of the next record; returns its position in the recording.
   RecordTime advance(RecordTime time);
 
-  bool passed_over(RecordTime position) const { return position < start_; }
+  bool is_skipped(RecordTime position) const { return position < start_; }
   SteadyTime due(RecordTime position) const;
   bool went_back() const { return went_back_; }
   bool as_fast_as_possible() const { return speed_ == 0; }

@@ -87,7 +87,7 @@ bool TupleRecording::read_network_names() {
   while (const auto record = next_record()) keys_.note_network(*record);
   if (reader_.busy() || replay_.budget_used()) return false;
   if (!reader_.ended()) return true;
-  failure_ = keys_.networks().choose();
+  failure_ = keys_.networks().ambiguous();
   return true;
 }
 

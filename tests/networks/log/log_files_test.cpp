@@ -9,7 +9,7 @@ using Paths = std::vector<std::string>;
 
 TEST(FileList, RelativePathsStartAtTheDirectoryOfTheConfiguration) {
   EXPECT_EQ(list_files({"a.csv", "/b.csv", "../c.csv"}, "/etc/rubicon").value(),
-            (Paths{"/etc/rubicon/a.csv", "/b.csv", "/etc/c.csv"}));
+            (Paths{"/etc/rubicon/a.csv", "/b.csv", "/etc/rubicon/../c.csv"}));
   EXPECT_EQ(list_files({"a.csv"}, "").value(), (Paths{"a.csv"}));
 }
 
@@ -26,12 +26,12 @@ TEST(FileList, AWildcardThatFitsNothingIsAnError) {
 }
 
 TEST(FileList, WildcardsFitAsInAShell) {
-  EXPECT_TRUE(fits_wildcard("a*.csv", "a12.csv"));
-  EXPECT_TRUE(fits_wildcard("*", ""));
-  EXPECT_TRUE(fits_wildcard("*a*b", "xaxbab"));
-  EXPECT_TRUE(fits_wildcard("?.csv", "1.csv"));
-  EXPECT_FALSE(fits_wildcard("?.csv", "12.csv"));
-  EXPECT_FALSE(fits_wildcard("a*.csv", "a12.csv.bak"));
+  EXPECT_TRUE(matches_wildcard("a*.csv", "a12.csv"));
+  EXPECT_TRUE(matches_wildcard("*", ""));
+  EXPECT_TRUE(matches_wildcard("*a*b", "xaxbab"));
+  EXPECT_TRUE(matches_wildcard("?.csv", "1.csv"));
+  EXPECT_FALSE(matches_wildcard("?.csv", "12.csv"));
+  EXPECT_FALSE(matches_wildcard("a*.csv", "a12.csv.bak"));
 }
 
 TEST(FileList, NumbersInNamesCountAsNumbers) {

@@ -43,7 +43,7 @@ TEST_F(LogNetworkTest, RefusesCommandsAndSaysWhy) {
     const auto sent = made_.network->send(to_room(body));
     ASSERT_FALSE(sent.has_value());
     EXPECT_EQ(sent.error().code, ErrorCode::kRefused);
-    EXPECT_EQ(sent.error().text, "recorded devices cannot be actuated");
+    EXPECT_EQ(sent.error().text, "recorded devices take no commands");
   }
 }
 
@@ -187,7 +187,7 @@ TEST_F(LogNetworkTest, NamesEverythingThatIsWrongWithItsOptions) {
   for (const std::string& line : wrong.errors) all += line + "\n";
   for (const char* part :
        {"file: missing", "speed: `-1`, expected max or a factor", "end: ", "header: `perhaps`", "period: missing",
-        "start-time: `noon`", "unknown type `warmth`", "`humidity`, expected type and instance, as `humidity-1`",
+        "start-time: `noon`", "unknown type `warmth`", "`humidity`, expected type and instance, for example `humidity-1`",
         "expected exactly one of value, from-comment, from-table"})
     EXPECT_THAT(all, HasSubstr(part));
 }

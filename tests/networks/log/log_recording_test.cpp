@@ -155,7 +155,8 @@ TEST_F(LogRecording, SeveralNetworksEndTheLineOnceWithTheirNamesAndTellNothing) 
   writer.set("proxy.knx.1_1_1.sensor.temperature-1.value", "20");
   play(writer.file());
   const std::string why =
-      "home.rec: the recording holds the networks knx, wsn-1; say which one to play, for example network: knx";
+      "home.rec: the recording holds the networks knx, wsn-1; choose one with the option `network`, for example "
+      "`network: knx`";
   EXPECT_THAT(listener_.failures, IsEmpty()) << "it would be opened again and again";
   EXPECT_THAT(lines(), ElementsAre("connecting", "ended: " + why));
   EXPECT_THAT(listener_.lines, ElementsAre(why));
@@ -175,8 +176,9 @@ TEST_F(LogRecording, AllNetworksOfTheFileAreNamedAlsoThoseOfItsLastBlock) {
   writer.set("proxy.zigbee-1.3.actuator.lamp-1.value", "on");
   play(writer.file());
   const std::string why =
-      "home.rec: the recording holds the networks knx, salad, wsn-1, zigbee-1; say which one to play, for example "
-      "network: knx";
+      "home.rec: the recording holds the networks knx, salad, wsn-1, zigbee-1; choose one with the option `network`, "
+      "for example "
+      "`network: knx`";
   EXPECT_THAT(lines(), ElementsAre("connecting", "ended: " + why));
   EXPECT_THAT(listener_.lines, ElementsAre(why));
   EXPECT_THAT(told(), IsEmpty());
@@ -238,7 +240,7 @@ TEST_F(LogRecording, AFileTooShortToTellItsFormatIsTriedAgainUnlessTheFormatIsSa
     play(text);
     ASSERT_FALSE(opened_);
     EXPECT_THAT(opened_.error().text,
-                HasSubstr(fmt::format("home.rec: has {} bytes yet, expected at least 8", text.size())));
+                HasSubstr(fmt::format("home.rec: has {} bytes, expected at least 8", text.size())));
     play(text, {{"format", scalar("packets")}});
     EXPECT_TRUE(opened_);
   }
