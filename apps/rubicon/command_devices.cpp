@@ -9,6 +9,9 @@
 #include "apps/rubicon/near.h"
 #include "apps/rubicon/tuple_text.h"
 #include "apps/rubicon/type_text.h"
+#include "model/json_members.h"
+#include "model/point_keys.h"
+#include "model/point_tuples.h"
 #include "model/unit_text.h"
 
 namespace rubicon::cli {
@@ -16,7 +19,6 @@ namespace rubicon::cli {
 namespace {
 
 using client::Device;
-using Kind = Column::Kind;
 
 Line device_json(const Device& device) {
   Line line;
@@ -61,14 +63,14 @@ int list(Session& session, const DeviceOptions& options) {
   const auto query = options.query();
   const auto found = session.client().devices(query, session.settings().patience);
   if (found.empty()) return session.nothing("no such device", near_query(session, query));
-  Table table({{"DEVICE", Kind::kKey},
-               {"NAME", Kind::kText, 2},
-               {"STATUS", Kind::kText},
-               {"TYPE", Kind::kText, 3},
-               {"SENSORS", Kind::kText, 1},
-               {"ACTUATORS", Kind::kText, 1}});
+  Table table({{"DEVICE", Column::Kind::kKey},
+               {"NAME", Column::Kind::kText, 2},
+               {"STATUS", Column::Kind::kText},
+               {"TYPE", Column::Kind::kText, 3},
+               {"SENSORS", Column::Kind::kText, 1},
+               {"ACTUATORS", Column::Kind::kText, 1}});
   for (const auto& device : found) {
-    if (session.json()) session.out().line(dump(device_json(device)));
+    if (session.json()) session.out().line(model::dump(device_json(device)));
     table.row({name_of(device.island, device.key()), device.name, condition_of(device),
                device.type.empty() ? device.model : device.type, fmt::format("{}", fmt::join(device.sensors, " ")),
                fmt::format("{}", fmt::join(device.actuators, " "))});
@@ -86,26 +88,26 @@ std::string value_in(const Tree& tree, const std::string& key) {
 }
 
 struct Place {
-  const char* kind;
+  Kind kind;
   std::string id;
 };
 
 std::vector<Place> places_of(const Device& device) {
   std::vector<Place> points;
-  for (const auto& id : device.sensors) points.push_back({"sensor", id});
-  for (const auto& id : device.actuators) points.push_back({"actuator", id});
-  for (const auto& id : device.properties) points.push_back({"property", id});
+  for (const auto& id : device.sensors) points.push_back({Kind::kSensor, id});
+  for (const auto& id : device.actuators) points.push_back({Kind::kActuator, id});
+  for (const auto& id : device.properties) points.push_back({Kind::kProperty, id});
   return points;
 }
 
-Line place_json(const Tree& tree, const std::string& key, const Place& point) {
+Line place_json(const Tree& tree, const model::PointKey& key, const Place& point) {
   Line line;
-  line["kind"] = point.kind;
+  line["kind"] = to_string(point.kind);
   line["id"] = point.id;
-  line["key"] = key;
-  line["value"] = value_in(tree, key + ".value");
-  line["status"] = object_of(value_in(tree, key + ".status"));
-  line["description"] = object_of(value_in(tree, key + ".description"));
+  line["key"] = key.text;
+  line["value"] = value_in(tree, key.value());
+  line["status"] = model::object_of<nlohmann::json>(value_in(tree, key.status()));
+  line["description"] = model::object_of<nlohmann::json>(value_in(tree, key.description()));
   return line;
 }
 
@@ -143,22 +145,22 @@ void describe_for_people(Session& session, const Device& device, const Tree& tre
   for (const auto& entry : tree) tuples.push_back(entry.second);
   std::map<std::string, client::Point> points;
   for (auto& point : client::points_from(tuples)) points.emplace(point.key(), std::move(point));
-  Table table({{"KIND", Kind::kWord, 4},
-               {"POINT", Kind::kKey},
-               {"VALUE", Kind::kValue},
+  Table table({{"KIND", Column::Kind::kWord, 4},
+               {"POINT", Column::Kind::kKey},
+               {"VALUE", Column::Kind::kValue},
                {"UNIT"},
                {"QUALITY"},
-               {"HEARD", Kind::kWord, 3},
-               {"RANGE", Kind::kText, 2},
-               {"LAST COMMAND", Kind::kText, 1}});
+               {"HEARD", Column::Kind::kWord, 3},
+               {"RANGE", Column::Kind::kText, 2},
+               {"LAST COMMAND", Column::Kind::kText, 1}});
   std::string reasons;
   for (const auto& place : places_of(device)) {
-    const auto key = fmt::format("{}.{}.{}", device.key(), place.kind, place.id);
-    const auto& point = points[key];
-    const auto about = object_of(value_in(tree, key + ".description"));
+    const auto key = model::DeviceKey{device.key()}.point(place.kind, place.id);
+    const auto& point = points[key.text];
+    const auto about = model::point_description_from_json(value_in(tree, key.description()));
     const auto& status = point.status;
-    table.row({place.kind, place.id, point.value(), model::unit_text(point.unit), status.quality,
-               age_text(status.heard, session.now()), range_text(about), status.command});
+    table.row({std::string(to_string(place.kind)), place.id, point.value(), model::unit_text(point.unit),
+               status.quality, age_text(status.heard, session.now()), about ? range_text(*about) : "", status.command});
     const bool is_told = status.reason.empty() || status.reason == device.reason || status.reason == device.line.reason;
     if (!is_told) reasons += fmt::format("{} is {}\n", clean(place.id), clean(quality_text(point)));
   }
@@ -170,8 +172,8 @@ void describe_for_programs(Session& session, const Device& device, const Tree& t
   auto line = device_json(device);
   line["points"] = Line::array();
   for (const auto& point : places_of(device))
-    line["points"].push_back(place_json(tree, fmt::format("{}.{}.{}", device.key(), point.kind, point.id), point));
-  session.out().line(dump(line));
+    line["points"].push_back(place_json(tree, model::DeviceKey{device.key()}.point(point.kind, point.id), point));
+  session.out().line(model::dump(line));
 }
 
 int describe(Session& session, const std::string& word) {

@@ -4,6 +4,8 @@
 #include "apps/rubicon/near.h"
 #include "apps/rubicon/target.h"
 #include "apps/rubicon/tuple_text.h"
+#include "model/json_members.h"
+#include "model/point_keys.h"
 
 namespace rubicon::cli {
 
@@ -68,8 +70,8 @@ Point plain(Tuple tuple) {
 
 std::optional<Point> read_one(Session& session, const Target& target) {
   if (is_value_of_point(target.key)) {
-    auto found =
-        session.client().read_points({target.owner, without_last_part(target.key)}, session.settings().patience);
+    auto found = session.client().read_points({target.owner, std::string(model::parent_key(target.key))},
+                                              session.settings().patience);
     return found && !found->empty() ? std::optional(std::move(found->front())) : std::nullopt;
   }
   auto found = session.read({target.owner, target.key});
@@ -86,7 +88,7 @@ std::optional<Point> fresh_value(Session& session, const Target& target, const T
   };
   Handle handle;
   if (is_value_of_point(target.key)) {
-    auto watch = session.client().watch_points({target.owner, without_last_part(target.key)}, {},
+    auto watch = session.client().watch_points({target.owner, std::string(model::parent_key(target.key))}, {},
                                                [&](PointEvent event, const Point& point) {
                                                  if (event == PointEvent::kValue) take(point);
                                                });
@@ -103,7 +105,7 @@ std::optional<Point> fresh_value(Session& session, const Target& target, const T
 void show(Session& session, const Point& point, const GetOptions& options) {
   auto& out = session.out();
   const auto& tuple = point.tuple;
-  if (session.json()) return out.line(dump(point_json(point)));
+  if (session.json()) return out.line(model::dump(point_json(point)));
   if (options.all) return out.write(all_text(point, session.who(tuple.creator), session.now(), out.has_colour()));
   const auto value = out.is_terminal() ? clean(tuple.value) : tuple.value;
   const bool named = options.targets.size() > 1;

@@ -5,6 +5,8 @@
 
 #include "apps/rubicon/cli.h"
 #include "apps/rubicon/tuple_text.h"
+#include "model/json_members.h"
+#include "model/point_keys.h"
 
 namespace rubicon::cli {
 
@@ -17,7 +19,7 @@ struct InboxOptions {
 };
 
 int list(Session& session, const InboxOptions& options) {
-  const auto inbox = session.settings().prefix + ".inbox";
+  const model::IslandKey island{session.settings().prefix};
   using Kind = Column::Kind;
   Table table({{"ISLAND"},
                {"DEVICE", Kind::kKey},
@@ -26,23 +28,23 @@ int list(Session& session, const InboxOptions& options) {
                {"ADDRESS", Kind::kText, 2},
                {"SINCE", Kind::kWord, 4},
                {"WHY", Kind::kText}});
-  for (const auto& tuple : session.read({options.owner(), inbox + ".*.*"})) {
-    const auto about = object_of(tuple.value);
+  for (const auto& tuple : session.read({options.owner(), island.inbox("*.*")})) {
+    const auto about = model::object_of(tuple.value);
     if (session.json()) {
       Line line{{"island", number(tuple.owner)}};
       line.update(Line::parse(tuple.value, nullptr, false));
-      session.out().line(dump(line));
+      session.out().line(model::dump(line));
     }
-    table.row({session.who(tuple.owner), text_in(about, "key"), text_in(about, "name"), text_in(about, "model"),
-               text_in(about, "address"), age_text(wall_time(number_in(about, "since")), session.now()),
-               text_in(about, "why")});
+    table.row({session.who(tuple.owner), model::text_of(about, "key"), model::text_of(about, "name"),
+               model::text_of(about, "model"), model::text_of(about, "address"),
+               age_text(model::time_of(about, "since"), session.now()), model::text_of(about, "why")});
   }
   if (session.json()) return kGood;
   if (!table.empty()) session.out().write(table.text(session.look()));
   std::size_t ignored = 0;
-  const auto inboxes = session.read({options.owner(), inbox});
+  const auto inboxes = session.read({options.owner(), island.inbox()});
   for (const auto& tuple : inboxes)
-    ignored += static_cast<std::size_t>(std::max(0.0, number_in(object_of(tuple.value), "ignored")));
+    ignored += static_cast<std::size_t>(std::max(0.0, model::number_of(model::object_of(tuple.value), "ignored")));
   if (inboxes.empty()) return session.nothing("no inbox");
   if (table.empty()) session.out().line("nobody waits");
   if (ignored > 0) session.out().line(fmt::format("{} ignored", counted(ignored, "device")));
@@ -58,8 +60,9 @@ std::set<OwnerId> islands_for(Session& session, const InboxOptions& options, con
 
 /// `wsn-1.7` is one device, a word with * or ? all that wait and fit; what does not wait is asked of the inbox itself.
 int decide(Session& session, const InboxOptions& options, const std::string& word) {
-  const auto inbox = session.settings().prefix + ".inbox";
-  const auto one = fmt::format("{}.{}", inbox, options.which);
+  const model::IslandKey island{session.settings().prefix};
+  const auto inbox = island.inbox();
+  const auto one = island.inbox(options.which);
   const bool single = model::check_key(one).has_value();
   auto islands = single ? islands_for(session, options, one) : std::set<OwnerId>();
   const bool waits = !islands.empty();
@@ -75,11 +78,11 @@ int decide(Session& session, const InboxOptions& options, const std::string& wor
   const auto outcome = waits ? session.client().command(*islands.begin(), one, word)
                              : session.client().command(*islands.begin(), inbox, word + " " + options.which);
   if (session.json()) {
-    session.out().line(dump({{"island", number(*islands.begin())},
-                             {"decision", word},
-                             {"device", options.which},
-                             {"state", outcome.state},
-                             {"reason", outcome.reason}}));
+    session.out().line(model::dump({{"island", number(*islands.begin())},
+                                    {"decision", word},
+                                    {"device", options.which},
+                                    {"state", outcome.state},
+                                    {"reason", outcome.reason}}));
   } else if (outcome.good()) {
     session.out().line(fmt::format("{} {}", word == "approve" ? "approved" : "ignored", clean(options.which)));
   } else {

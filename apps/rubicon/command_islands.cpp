@@ -4,6 +4,7 @@
 
 #include "apps/rubicon/cli.h"
 #include "apps/rubicon/tuple_text.h"
+#include "model/json_members.h"
 
 namespace rubicon::cli {
 
@@ -48,7 +49,7 @@ int list(Session& session, bool all) {
                {"DEVICES"},
                {"NETWORKS", Kind::kText}});
   for (const auto& one : found) {
-    if (session.json()) session.out().line(dump(component_json(one)));
+    if (session.json()) session.out().line(model::dump(component_json(one)));
     const bool island = model::is_island(one.id);
     table.row({std::to_string(number(one.id)), one.summary.name, one.summary.host, one.summary.program,
                age_text(one.summary.since, session.now()), island ? std::to_string(devices_of(one.summary)) : "",

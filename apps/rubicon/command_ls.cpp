@@ -8,6 +8,8 @@
 #include "apps/rubicon/selection.h"
 #include "apps/rubicon/tuple_text.h"
 #include "base/natural_order.h"
+#include "model/json_members.h"
+#include "model/point_keys.h"
 
 namespace rubicon::cli {
 
@@ -17,14 +19,14 @@ using client::Point;
 
 /// The values of all points.
 std::string usual_pattern(const Settings& settings) {
-  return settings.prefix + ".*.*.*.*.value";
+  return model::IslandKey{settings.prefix}.network("*").device("*").point("*", "*").value();
 }
 
 /// A pattern may leave out the lines that its points stand on.
 std::vector<client::Tuple> with_lines(Session& session, const std::optional<OwnerId>& owner,
                                       std::vector<client::Tuple> tuples) {
   if (std::any_of(tuples.begin(), tuples.end(), [](const auto& tuple) { return is_value_of_point(tuple.key); })) {
-    auto lines = session.read({owner, "*.*.status"});
+    auto lines = session.read({owner, model::IslandKey{"*"}.network("*").status()});
     std::move(lines.begin(), lines.end(), std::back_inserter(tuples));
   }
   return tuples;
@@ -74,7 +76,7 @@ int list(Session& session, const std::string& text) {
                {"QUALITY", Column::Kind::kWord, 1},
                {"AGE", Column::Kind::kWord, 2}});
   for (const auto& point : found) {
-    if (session.json()) session.out().line(dump(point_json(point)));
+    if (session.json()) session.out().line(model::dump(point_json(point)));
     const auto& tuple = point.tuple;
     const auto& quality = point.status.quality;
     table.row({name_of(tuple.owner, tuple.key), tuple.value, tuple.owner_present ? quality : "absent",

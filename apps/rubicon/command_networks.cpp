@@ -3,6 +3,8 @@
 #include "apps/rubicon/cli.h"
 #include "apps/rubicon/losses.h"
 #include "apps/rubicon/tuple_text.h"
+#include "model/json_members.h"
+#include "model/point_keys.h"
 
 namespace rubicon::cli {
 
@@ -20,7 +22,7 @@ using Name = std::pair<OwnerId, std::string>;
 Line network_json(const Network& network, const Counters& counters, const Counters& growth) {
   Line line;
   line["island"] = number(network.island);
-  line["key"] = fmt::format("{}.{}", network.prefix, network.id);
+  line["key"] = model::IslandKey{network.prefix}.network(network.id).text;
   line["network"] = network.id;
   line["type"] = network.type();
   line["line"] = network.line.line;
@@ -63,7 +65,7 @@ int list(Session& session, const NetworksOptions& options) {
     const auto counters = counters_of(network.properties);
     const auto known = before.find({network.island, network.id});
     const auto growth = known == before.end() ? Counters() : growth_of(known->second, counters);
-    if (session.json()) session.out().line(dump(network_json(network, counters, growth)));
+    if (session.json()) session.out().line(model::dump(network_json(network, counters, growth)));
     table.row({name_of(network.island, network.id), network.type(), network.line.line,
                age_text(network.line.since, session.now()), next_of(network.line, session.now()),
                fmt::format("{}/{}", network.reachable, network.devices), losses_text(losses_of(counters), growth),

@@ -2,6 +2,7 @@
 
 #include "apps/rubicon/cli.h"
 #include "apps/rubicon/tuple_text.h"
+#include "model/json_members.h"
 
 namespace rubicon::cli {
 
@@ -30,7 +31,8 @@ int publish(Session& session, const PublishOptions& options) {
         tuples::PolicyScope::kSetsAndAppends);
     news = space.subscribe(own, {}, [&session](const Event& event) {
       if (event.kind != EventKind::kSet) return;
-      session.out().line(session.json() ? dump(tuple_json(client::Tuple(event.tuple))) : clean(event.tuple.value));
+      session.out().line(session.json() ? model::dump(tuple_json(client::Tuple(event.tuple)))
+                                        : clean(event.tuple.value));
     });
   }
   say(fmt::format("{} is there until this program ends", name_of(space.self(), options.key)));

@@ -4,6 +4,7 @@
 #include "apps/rubicon/tuple_text.h"
 #include "base/bytes.h"
 #include "base/local_time.h"
+#include "model/json_members.h"
 #include "tuples/tuple_json.h"
 
 namespace rubicon::cli {
@@ -42,7 +43,7 @@ std::string sender_of(const client::UserMessage& message) {
 
 void show(Session& session, const client::UserMessage& message, const ReceiveOptions& options) {
   auto& out = session.out();
-  if (session.json()) return out.line(dump(json_of(message, session.now())));
+  if (session.json()) return out.line(model::dump(json_of(message, session.now())));
   if (options.raw) return out.write(message.bytes);
   const bool hex = options.hex || !base::is_utf8(message.bytes);
   const auto text = hex ? base::to_hex(base::as_bytes(message.bytes)) : clean(message.bytes);

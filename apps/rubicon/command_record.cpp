@@ -5,6 +5,7 @@
 #include "apps/rubicon/cli.h"
 #include "apps/rubicon/tuple_text.h"
 #include "apps/rubicon/woken.h"
+#include "model/json_members.h"
 #include "recorder/recorder.h"
 #include "transport/local_transports.h"
 
@@ -57,7 +58,7 @@ Result<std::vector<Pattern>> patterns_of(const RecordOptions& options, const std
 int finish(Session& session, const recorder::Recorder& recorder, const std::string& file) {
   const auto& counters = recorder.counters();
   if (session.json()) {
-    session.out().line(dump(
+    session.out().line(model::dump(
         {{"file", file}, {"records", counters.records}, {"bytes", counters.bytes}, {"dropped", counters.dropped}}));
   } else {
     session.out().line(fmt::format("{}: {}, {} written{}", file, counted(counters.records, "record"),

@@ -3,6 +3,8 @@
 #include "apps/rubicon/cli.h"
 #include "apps/rubicon/device_options.h"
 #include "apps/rubicon/tuple_text.h"
+#include "model/json_members.h"
+#include "model/point_keys.h"
 
 namespace rubicon::cli {
 
@@ -26,7 +28,8 @@ int rename(Session& session, const RenameOptions& options) {
   Line given;
   if (options.has_name()) given["name"] = options.name;
   if (options.has_area()) given["area"] = options.area;
-  const auto outcome = session.client().command(device.island, device.key() + ".description", dump(given));
+  const auto outcome =
+      session.client().command(device.island, model::DeviceKey{device.key()}.description(), model::dump(given));
   if (session.json()) {
     Line line;
     line["island"] = number(device.island);
@@ -34,7 +37,7 @@ int rename(Session& session, const RenameOptions& options) {
     line.update(given);
     line["state"] = outcome.state;
     line["reason"] = outcome.reason;
-    session.out().line(dump(line));
+    session.out().line(model::dump(line));
   } else if (outcome.good()) {
     const auto name = options.has_name() ? options.name : device.name;
     const auto area = options.has_area() ? options.area : device.area;

@@ -1,12 +1,13 @@
 #include <fmt/format.h>
 
-#include <charconv>
 #include <cstdio>
 #include <memory>
 
 #include "apps/rubicon/cli.h"
 #include "apps/rubicon/tuple_text.h"
 #include "base/bytes.h"
+#include "base/text.h"
+#include "model/json_members.h"
 
 namespace rubicon::cli {
 
@@ -49,20 +50,19 @@ Result<std::string> content(const SendOptions& options) {
 
 /// By id, or by a name that only one has.
 std::vector<OwnerId> components_called(Session& session, const std::string& word) {
-  std::uint32_t id = 0;
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), id);
-  const bool is_id = error == std::errc() && end == word.data() + word.size();
+  const auto id = base::parse_number<std::uint32_t>(word);
   session.discover();
   std::vector<OwnerId> found;
   for (const auto& one : session.client().components()) {
-    if (is_id ? one.id == OwnerId(id) : one.summary.name == word) found.push_back(one.id);
+    if (id ? one.id == OwnerId(*id) : one.summary.name == word) found.push_back(one.id);
   }
   return found;
 }
 
 int tell(Session& session, OwnerId to, std::size_t bytes, const std::string& why_not) {
   if (session.json()) {
-    session.out().line(dump({{"to", number(to)}, {"bytes", bytes}, {"ok", why_not.empty()}, {"reason", why_not}}));
+    session.out().line(
+        model::dump({{"to", number(to)}, {"bytes", bytes}, {"ok", why_not.empty()}, {"reason", why_not}}));
   } else if (why_not.empty()) {
     session.out().line(fmt::format("sent {} to {}", counted(bytes, "byte"), session.who(to)));
   } else {

@@ -4,6 +4,7 @@
 #include "apps/rubicon/near.h"
 #include "apps/rubicon/target.h"
 #include "apps/rubicon/tuple_text.h"
+#include "model/json_members.h"
 
 namespace rubicon::cli {
 
@@ -36,7 +37,7 @@ int tell(Session& session, const Target& target, const std::string& value, const
     line["reason"] = outcome.reason;
     line["request"] = outcome.request;
     line["seconds"] = std::chrono::duration<double>(took).count();
-    session.out().line(dump(line));
+    session.out().line(model::dump(line));
     return exit_code_of(outcome.state);
   }
   const auto text = fmt::format("{} after {}{}{}", painted(outcome.state, outcome.state, session.look().colour),

@@ -7,6 +7,7 @@
 #include "apps/rubicon/selection.h"
 #include "apps/rubicon/tuple_text.h"
 #include "base/local_time.h"
+#include "model/json_members.h"
 
 namespace rubicon::cli {
 
@@ -89,11 +90,11 @@ class Top {
 
   void show_lines(const std::vector<Rates::Row>& rows) {
     for (const auto& row : rows) {
-      session_.out().line(dump({{"time", base::iso_text(session_.now())},
-                                {options_.by, row.name},
-                                {"per_second", row.per_second},
-                                {"total", row.total},
-                                {"last", base::to_seconds(row.last)}}));
+      session_.out().line(model::dump({{"time", base::iso_text(session_.now())},
+                                       {options_.by, row.name},
+                                       {"per_second", row.per_second},
+                                       {"total", row.total},
+                                       {"last", base::to_seconds(row.last)}}));
     }
   }
 

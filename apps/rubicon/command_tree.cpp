@@ -5,6 +5,8 @@
 #include "apps/rubicon/cli.h"
 #include "apps/rubicon/device_options.h"
 #include "apps/rubicon/tuple_text.h"
+#include "model/json_members.h"
+#include "model/point_keys.h"
 #include "model/unit_text.h"
 
 namespace rubicon::cli {
@@ -54,13 +56,13 @@ std::string text_at(const About& about, const std::pair<OwnerId, std::string>& n
 }
 
 void add_points(Node& node, const client::Device& device, const About& about) {
-  const auto add = [&](const char* kind, const std::vector<std::string>& ids) {
+  const auto add = [&](Kind kind, const std::vector<std::string>& ids) {
     for (const auto& id : ids)
-      node.below[id].about = text_at(about, {device.island, fmt::format("{}.{}.{}", device.key(), kind, id)});
+      node.below[id].about = text_at(about, {device.island, model::DeviceKey{device.key()}.point(kind, id).text});
   };
-  add("sensor", device.sensors);
-  add("actuator", device.actuators);
-  add("property", device.properties);
+  add(Kind::kSensor, device.sensors);
+  add(Kind::kActuator, device.actuators);
+  add(Kind::kProperty, device.properties);
 }
 
 int tree(Session& session, const DeviceOptions& options) {
@@ -68,7 +70,8 @@ int tree(Session& session, const DeviceOptions& options) {
   const auto query = options.query();
   const auto devices = session.client().devices(query, session.settings().patience);
   if (devices.empty()) return session.nothing("no such device");
-  const auto points = session.client().read_points({query.island, "*.*.*.*.*"}, session.settings().patience);
+  const auto points =
+      session.client().read_points({query.island, model::any_point().text}, session.settings().patience);
   const auto about = points ? about_points(*points, session.now()) : About();
   std::map<OwnerId, Node> islands;
   for (const auto& island : session.client().islands()) {
@@ -84,7 +87,7 @@ int tree(Session& session, const DeviceOptions& options) {
   }
   for (const auto& [id, node] : islands) {
     if (session.json()) {
-      session.out().line(dump({{"island", number(id)}, {"name", node.about}, {"networks", json_of(node)}}));
+      session.out().line(model::dump({{"island", number(id)}, {"name", node.about}, {"networks", json_of(node)}}));
       continue;
     }
     std::string text = bold(fmt::format("{} {}", number(id), clean(node.about)), session.look().colour) + "\n";

@@ -7,6 +7,7 @@
 #include "apps/rubicon/tuple_text.h"
 #include "apps/rubicon/type_text.h"
 #include "model/former_types.h"
+#include "model/json_members.h"
 #include "model/unit_text.h"
 
 namespace rubicon::cli {
@@ -40,7 +41,7 @@ int list(const Settings& settings, const std::string& word) {
                {"QUANTITY", Kind::kText, 1}});
   for (const auto* type : catalogue.all()) {
     if (!word.empty() && !found_by(*type, word) && !found_by(*type, of_today)) continue;
-    if (settings.json) out.line(dump(json_of(*type)));
+    if (settings.json) out.line(model::dump(json_of(*type)));
     table.row({std::string(type->name), std::to_string(static_cast<unsigned>(type->id)), model::unit_text(type->unit),
                std::string(to_string(type->data)), range_text(*type), std::string(type->quantity)});
   }

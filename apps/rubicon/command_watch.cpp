@@ -9,6 +9,8 @@
 #include "apps/rubicon/selection.h"
 #include "apps/rubicon/tuple_text.h"
 #include "apps/rubicon/woken.h"
+#include "model/json_members.h"
+#include "model/point_keys.h"
 
 namespace rubicon::cli {
 
@@ -116,7 +118,7 @@ class Watch {
   static std::string json_of(const Point& point, std::string_view what) {
     auto line = point_json(point);
     line["event"] = what;
-    return dump(line);
+    return model::dump(line);
   }
 
   std::string text_of(PointEvent event, const Point& point, std::string_view what) const {
@@ -160,7 +162,8 @@ class Watch {
 };
 
 int watch(Session& session, const WatchOptions& options) {
-  auto selections = parse_selections(options.patterns, session.settings().prefix + ".*.*.*.*.value", "value");
+  const auto any_point = model::IslandKey{session.settings().prefix}.network("*").device("*").point("*", "*");
+  auto selections = parse_selections(options.patterns, any_point.value(), "value");
   if (!selections) {
     say(selections.error().text);
     return kUsage;

@@ -6,6 +6,8 @@
 #include "apps/rubicon/completion.h"
 #include "apps/rubicon/target.h"
 #include "apps/rubicon/tuple_text.h"
+#include "model/json_members.h"
+#include "model/point_keys.h"
 
 namespace rubicon::cli {
 
@@ -54,7 +56,8 @@ std::set<std::string> values(Client& client, const std::string& tuple) {
   const auto typed = parse_target(tuple);
   if (!typed) return {};
   const auto longer = long_form(*typed, "description");
-  const Pattern pattern = longer.value_or(Pattern{typed->owner, without_last_part(typed->key) + ".description"});
+  const Pattern pattern =
+      longer.value_or(Pattern{typed->owner, model::PointKey{std::string(model::parent_key(typed->key))}.description()});
   std::set<std::string> found;
   for (const auto& one : client.read(pattern, kPatience)) {
     const auto words = value_words(one.value);
@@ -82,8 +85,9 @@ std::set<std::string> live(const Settings& settings, const Question& question, c
       for (const auto& one : (*client)->components()) found.insert(std::to_string(number(one.id)));
       break;
     case Wanted::kWaiting:
-      for (const auto& tuple : (*client)->read({std::nullopt, settings.prefix + ".inbox.*.*"}, kPatience))
-        found.insert(text_in(object_of(tuple.value), "key"));
+      for (const auto& tuple :
+           (*client)->read({std::nullopt, model::IslandKey{settings.prefix}.inbox("*.*")}, kPatience))
+        found.insert(model::text_of(model::object_of(tuple.value), "key"));
       break;
     case Wanted::kNothing: break;
   }

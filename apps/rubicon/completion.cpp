@@ -4,7 +4,8 @@
 
 #include <algorithm>
 
-#include "apps/rubicon/tuple_text.h"
+#include "model/point_keys.h"
+#include "model/point_tuples.h"
 
 namespace rubicon::cli {
 
@@ -76,14 +77,11 @@ Question wanted_at(const CLI::App& app, const std::vector<std::string>& before) 
 }
 
 std::vector<std::string> value_words(const std::string& description) {
-  const auto about = object_of(description);
+  const auto about = model::point_description_from_json(description);
+  if (!about) return {};
   std::vector<std::string> all;
-  if (const auto words = about.find("words"); words != about.end() && words->is_array()) {
-    for (const auto& word : *words) {
-      if (word.is_string()) all.push_back(word.get<std::string>());
-    }
-  }
-  if (all.empty() && text_in(about, "data_type") == "boolean") all = {"off", "on"};
+  for (const auto& word : about->words) all.push_back(word.text);
+  if (all.empty() && about->data_type == "boolean") all = {"off", "on"};
   return all;
 }
 
@@ -116,7 +114,7 @@ std::vector<Pattern> questions_for(const std::string& typed, const std::string& 
   if (last_dot == typed.npos) {
     const auto colon = typed.find(':');
     const auto owner = colon == typed.npos ? std::string() : typed.substr(0, colon + 1);
-    if (prefix.starts_with(typed.substr(owner.size()))) ask(owner + prefix + ".networks");
+    if (prefix.starts_with(typed.substr(owner.size()))) ask(owner + model::IslandKey{prefix}.networks());
     return questions;
   }
   const auto known = typed.substr(0, last_dot);

@@ -2,11 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
-
 #include "apps/rubicon/near.h"
 #include "apps/rubicon/session.h"
 #include "apps/rubicon/tuple_text.h"
+#include "base/text.h"
 
 namespace rubicon::cli {
 
@@ -14,11 +13,11 @@ namespace {
 
 /// `6541:` in front of the rest, which stays in `word`.
 std::optional<OwnerId> take_island(std::string_view& word) {
-  std::uint32_t id = 0;
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), id);
-  if (error != std::errc() || end == word.data() + word.size() || *end != ':') return std::nullopt;
-  word.remove_prefix(static_cast<std::size_t>(end - word.data()) + 1);
-  return OwnerId(id);
+  const auto colon = word.find(':');
+  const auto id = base::parse_number<std::uint32_t>(word.substr(0, colon));
+  if (colon == word.npos || !id) return std::nullopt;
+  word.remove_prefix(colon + 1);
+  return OwnerId(*id);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include "apps/rubicon/cli.h"
 #include "apps/rubicon/island_look.h"
 #include "apps/rubicon/tuple_text.h"
+#include "model/json_members.h"
 
 namespace rubicon::cli {
 
@@ -187,10 +188,10 @@ int doctor(const Settings& settings, Duration length) {
                                       [](const Finding& finding) { return finding.grade == Grade::kProblem; });
   if (settings.json) {
     for (const auto& finding : findings) {
-      out.line(dump({{"check", finding.check},
-                     {"grade", to_string(finding.grade)},
-                     {"what", finding.what},
-                     {"mend", finding.mend}}));
+      out.line(model::dump({{"check", finding.check},
+                            {"grade", to_string(finding.grade)},
+                            {"what", finding.what},
+                            {"mend", finding.mend}}));
     }
   } else {
     show(out, findings);

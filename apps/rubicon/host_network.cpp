@@ -12,12 +12,14 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <charconv>
 #include <chrono>
 #include <cstring>
 #include <fstream>
 #include <sstream>
 #include <utility>
+
+#include "base/host_port.h"
+#include "base/text.h"
 
 namespace rubicon::cli {
 
@@ -123,9 +125,8 @@ std::set<unsigned> ports_in(std::string_view table) {
     words >> number >> local;
     const auto colon = local.rfind(':');
     if (colon == local.npos || number.empty() || number.back() != ':') continue;
-    unsigned port = 0;
-    const auto* end = local.data() + local.size();
-    if (std::from_chars(local.data() + colon + 1, end, port, 16).ptr == end) ports.insert(port);
+    const auto port = base::parse_hex_number<unsigned>(std::string_view(local).substr(colon + 1));
+    if (port) ports.insert(*port);
   }
   return ports;
 }
@@ -162,16 +163,12 @@ bool passes_udp(const std::string& address) {
 
 Probe probe_peer(const std::string& peer, unsigned domain) {
   Probe probe;
-  const auto colon = peer.find(':');
-  const auto address = resolved(peer.substr(0, colon), probe.error);
+  const auto with_port = base::parse_host_port(peer);
+  const auto address = resolved(with_port ? with_port->host : peer, probe.error);
   if (address.empty()) return probe;
   std::vector<std::uint16_t> ports{kClosedPort};
-  if (colon != peer.npos) {
-    std::uint16_t port = 0;
-    std::from_chars(peer.data() + colon + 1, peer.data() + peer.size(), port);
-    ports.push_back(port);
-  }
-  for (unsigned i = 0; colon == peer.npos && i < kProbedProcesses; ++i)
+  if (with_port) ports.push_back(with_port->port);
+  for (unsigned i = 0; !with_port && i < kProbedProcesses; ++i)
     ports.push_back(static_cast<std::uint16_t>(kBase + kPerDomain * domain + kFirstUnicast + 2 * i));
   std::vector<Socket> sockets(ports.size());
   std::vector<pollfd> waiting;

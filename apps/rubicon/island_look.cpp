@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "base/scheduler.h"
+#include "model/point_keys.h"
 
 namespace rubicon::cli {
 
@@ -20,10 +21,11 @@ void pass(Client& client, Duration time) {
 
 /// Islands say what their clocks say while a component asks (docs/tuple-keys.md).
 IslandLook::IslandLook(Client& client, Duration patience) : client_(client), patience_(patience) {
-  clocks_ = client.tuples().subscribe({std::nullopt, "*.property.clock.value"}, {}, [this](const Event& event) {
-    if (event.kind == EventKind::kSet && !event.tuple.value.empty())
-      clock_offsets_[event.tuple.owner] = event.tuple.write_time - std::chrono::system_clock::now();
-  });
+  clocks_ = client.tuples().subscribe(
+      {std::nullopt, model::IslandKey{"*"}.property("clock")}, {}, [this](const Event& event) {
+        if (event.kind == EventKind::kSet && !event.tuple.value.empty())
+          clock_offsets_[event.tuple.owner] = event.tuple.write_time - std::chrono::system_clock::now();
+      });
 }
 
 void IslandLook::first() {
@@ -59,7 +61,7 @@ IslandSeen IslandLook::seen_first(client::Component island) {
 
 void IslandLook::look_again(IslandSeen& seen) {
   const auto id = seen.island.id;
-  seen.answers = !client_.read({id, "*.island"}, patience_).empty();
+  seen.answers = !client_.read({id, model::IslandKey{"*"}.island()}, patience_).empty();
   seen.now = client_.networks(id, patience_);
   seen.properties = properties_of(id);
   seen.numbers = counters_of(seen.properties);
@@ -68,7 +70,7 @@ void IslandLook::look_again(IslandSeen& seen) {
 
 IslandLook::Properties IslandLook::properties_of(OwnerId island) {
   Properties properties;
-  for (const auto& tuple : client_.read({island, "*.property.*.value"}, patience_))
+  for (const auto& tuple : client_.read({island, model::IslandKey{"*"}.property("*")}, patience_))
     properties[std::string(model::key_parts(tuple.key)[2])] = tuple.value;
   return properties;
 }

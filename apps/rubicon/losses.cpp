@@ -4,7 +4,8 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
+
+#include "base/text.h"
 
 namespace rubicon::cli {
 
@@ -24,9 +25,7 @@ bool counts_loss(std::string_view name) {
 Counters counters_of(const std::map<std::string, std::string>& properties) {
   Counters counters;
   for (const auto& [name, text] : properties) {
-    std::uint64_t number = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-    if (error == std::errc() && end == text.data() + text.size()) counters[name] = number;
+    if (const auto number = base::parse_number<std::uint64_t>(text)) counters[name] = *number;
   }
   return counters;
 }

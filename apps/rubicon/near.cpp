@@ -8,6 +8,7 @@
 
 #include "apps/rubicon/session.h"
 #include "base/nearest.h"
+#include "model/point_keys.h"
 #include "model/type_catalogue.h"
 
 namespace rubicon::cli {
@@ -16,8 +17,8 @@ namespace {
 
 /// Names that are offered.
 constexpr std::size_t kOffered = 3;
-/// Impl of the key of a point's tuple.
-constexpr std::size_t kValueParts = 6;
+/// Parts of the key of a point.
+constexpr std::size_t kPointParts = 5;
 
 /// `6541:` in front of the rest, which stays in `text`.
 std::string take_owner(std::string_view& text) {
@@ -28,23 +29,23 @@ std::string take_owner(std::string_view& text) {
   return owner;
 }
 
-void each_point(const client::Device& device, const std::function<void(const char*, const std::string&)>& visit) {
-  for (const auto& id : device.sensors) visit("sensor", id);
-  for (const auto& id : device.actuators) visit("actuator", id);
-  for (const auto& id : device.properties) visit("property", id);
+void each_point(const client::Device& device, const std::function<void(Kind, const std::string&)>& visit) {
+  for (const auto& id : device.sensors) visit(Kind::kSensor, id);
+  for (const auto& id : device.actuators) visit(Kind::kActuator, id);
+  for (const auto& id : device.properties) visit(Kind::kProperty, id);
 }
 
 /// Spelling with as many parts as were typed -> what is offered for it.
 std::multimap<std::string, std::string> spellings(const std::vector<client::Device>& devices, std::size_t parts) {
   std::multimap<std::string, std::string> all;
   for (const auto& device : devices) {
-    each_point(device, [&](const char* kind, const std::string& id) {
+    each_point(device, [&](Kind kind, const std::string& id) {
       const auto short_name = device.id + "." + id;
       if (parts == 1) all.emplace(id, short_name);
       if (parts == 2) all.emplace(short_name, short_name);
       if (parts == 3) all.emplace(device.network + "." + short_name, device.network + "." + short_name);
-      if (parts == kValueParts - 1) {
-        const auto key = fmt::format("{}.{}.{}", device.key(), kind, id);
+      if (parts == kPointParts) {
+        const auto key = model::DeviceKey{device.key()}.point(kind, id).text;
         all.emplace(key, key);
       }
     });
@@ -83,7 +84,7 @@ std::string near_tuple(Session& session, std::string_view typed, std::string_vie
   const auto owner = take_owner(key);
   const auto parts = model::key_parts(key).size();
   const auto patience = session.settings().patience;
-  if (parts <= 3 || parts == kValueParts - 1) {
+  if (parts <= 3 || parts == kPointParts) {
     const auto found = near_point(session.client().devices({}, patience), key);
     if (!found.empty()) return found;
   }
@@ -93,7 +94,7 @@ std::string near_tuple(Session& session, std::string_view typed, std::string_vie
   if (!parsed) return {};
   std::vector<std::string> keys;
   for (const auto& tuple : session.read(*parsed)) {
-    const bool meant = parts != kValueParts || last.empty() || tuple.key.ends_with(last);
+    const bool meant = parts != kPointParts + 1 || last.empty() || tuple.key.ends_with(last);
     if (meant) keys.push_back(tuple.key);
   }
   return base::did_you_mean(key, keys);

@@ -5,6 +5,7 @@
 #include "apps/rubicon/session.h"
 #include "apps/rubicon/tuple_text.h"
 #include "model/former_types.h"
+#include "model/point_keys.h"
 #include "model/property_alias.h"
 
 namespace rubicon::cli {
@@ -18,10 +19,6 @@ std::vector<Target> present(Session& session, const Pattern& pattern) {
   std::vector<Target> found;
   for (auto& tuple : session.read(pattern)) found.push_back({tuple.owner, std::move(tuple.key)});
   return found;
-}
-
-bool is_point_kind(std::string_view part) {
-  return part == "sensor" || part == "actuator" || part == "property";
 }
 
 }  // namespace
@@ -38,10 +35,14 @@ Result<TypedTarget> parse_target(std::string_view text) {
 
 std::optional<Pattern> long_form(const TypedTarget& typed, std::string_view last) {
   const auto parts = model::key_parts(typed.key);
-  if (parts.size() == 2) return Pattern{typed.owner, fmt::format("*.*.{}.*.{}.{}", parts[0], parts[1], last)};
-  if (parts.size() == 3)
-    return Pattern{typed.owner, fmt::format("*.{}.{}.*.{}.{}", parts[0], parts[1], parts[2], last)};
-  if (parts.size() == 5 && is_point_kind(parts[3])) return Pattern{typed.owner, fmt::format("{}.{}", typed.key, last)};
+  const auto point = [&](std::string_view network, std::string_view device, std::string_view id) {
+    const auto key = model::IslandKey{"*"}.network(network).device(device).point("*", id);
+    return Pattern{typed.owner, fmt::format("{}.{}", key.text, last)};
+  };
+  if (parts.size() == 2) return point("*", parts[0], parts[1]);
+  if (parts.size() == 3) return point(parts[0], parts[1], parts[2]);
+  if (parts.size() == 5 && model::parse_kind(parts[3]))
+    return Pattern{typed.owner, fmt::format("{}.{}", typed.key, last)};
   return std::nullopt;
 }
 

@@ -2,54 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
-
 #include "apps/rubicon/table.h"
 #include "base/bytes.h"
 #include "base/local_time.h"
+#include "model/point_keys.h"
 #include "tuples/tuple_json.h"
 
 namespace rubicon::cli {
-
-namespace {
-
-/// Of `<prefix>.<network>.<device>.<kind>.<id>.value`.
-constexpr std::size_t kPointParts = 6;
-
-bool is_kind(std::string_view part) {
-  return part == "sensor" || part == "actuator" || part == "property";
-}
-
-}  // namespace
-
-std::string dump(const Line& line) {
-  return line.dump(-1, ' ', false, Line::error_handler_t::replace);
-}
-
-nlohmann::json object_of(std::string_view text) {
-  auto tree = nlohmann::json::parse(text, nullptr, false);
-  return tree.is_object() ? tree : nlohmann::json::object();
-}
-
-std::string text_in(const nlohmann::json& object, const char* name) {
-  const auto found = object.find(name);
-  return found != object.end() && found->is_string() ? found->get<std::string>() : std::string();
-}
-
-double number_in(const nlohmann::json& object, const char* name) {
-  const auto found = object.find(name);
-  return found != object.end() && found->is_number() ? found->get<double>() : 0;
-}
-
-bool flag_in(const nlohmann::json& object, const char* name) {
-  const auto found = object.find(name);
-  return found != object.end() && found->is_boolean() && found->get<bool>();
-}
-
-std::uint64_t count_in(const nlohmann::json& object, const char* name) {
-  const auto found = object.find(name);
-  return found != object.end() && found->is_number_unsigned() ? found->get<std::uint64_t>() : 0;
-}
 
 Line tuple_json(const client::Tuple& tuple) {
   Line line;
@@ -73,12 +32,6 @@ Line tuple_json(const client::Tuple& tuple) {
 
 std::string name_of(OwnerId owner, std::string_view key) {
   return fmt::format("{}:{}", number(owner), key);
-}
-
-WallTime wall_time(double seconds) {
-  constexpr double kLatest = 1e11;
-  if (!(seconds > 0 && seconds < kLatest)) return {};
-  return WallTime(std::chrono::microseconds(std::llround(seconds * 1e6)));
 }
 
 Line point_json(const client::Point& point) {
@@ -110,23 +63,14 @@ std::string next_attempt_text(const LineStatus& line, WallTime now) {
 }
 
 bool is_value_of_point(std::string_view key) {
-  const auto parts = model::key_parts(key);
-  return parts.size() == kPointParts && is_kind(parts[3]) && parts[5] == "value";
+  return model::last_part(key) == "value" && model::point_of(key).has_value();
 }
 
 std::optional<Pattern> points_of(const Pattern& pattern) {
+  constexpr std::size_t kParts = 6;
   const auto parts = model::key_parts(pattern.key);
-  if (parts.size() != kPointParts || parts[5] != "value") return std::nullopt;
-  return Pattern{pattern.owner, without_last_part(pattern.key)};
-}
-
-std::string without_last_part(std::string_view key) {
-  const auto dot = key.rfind('.');
-  return std::string(key.substr(0, dot == key.npos ? 0 : dot));
-}
-
-std::string_view last_part(std::string_view key) {
-  return key.substr(key.rfind('.') + 1);
+  if (parts.size() != kParts || parts.back() != "value") return std::nullopt;
+  return Pattern{pattern.owner, std::string(model::parent_key(pattern.key))};
 }
 
 }  // namespace rubicon::cli

@@ -3,9 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 
+#include "base/text.h"
 #include "model/unit_text.h"
 
 namespace rubicon::cli {
@@ -31,9 +31,8 @@ std::string lower(std::string_view text) {
 bool is_number_of(const Type& type, std::string_view word) {
   const bool hex = word.starts_with("0x");
   const auto digits = hex ? word.substr(2) : word;
-  std::uint32_t number = 0;
-  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), number, hex ? 16 : 10);
-  return error == std::errc() && end == digits.data() + digits.size() && TypeId(number) == type.id;
+  const auto number = hex ? base::parse_hex_number<std::uint16_t>(digits) : base::parse_number<std::uint16_t>(digits);
+  return number && TypeId(*number) == type.id;
 }
 
 }  // namespace
@@ -48,20 +47,12 @@ std::string range_text(const Type& type) {
   return between(bound_text(type.minimum), bound_text(type.maximum));
 }
 
-std::string range_text(const nlohmann::json& description) {
-  const auto words = description.find("words");
-  if (words != description.end() && words->is_array() && !words->empty()) {
-    std::string all;
-    for (const auto& word : *words) {
-      if (word.is_string()) all += (all.empty() ? "" : "|") + word.get<std::string>();
-    }
-    return all;
-  }
-  const auto bound = [&description](const char* name) {
-    const auto found = description.find(name);
-    return found != description.end() && found->is_number() ? bound_text(found->get<double>()) : std::string();
-  };
-  return between(bound("minimum"), bound("maximum"));
+std::string range_text(const model::PointDescription& description) {
+  std::string words;
+  for (const auto& word : description.words) words += (words.empty() ? "" : "|") + word.text;
+  if (!words.empty()) return words;
+  const auto bound = [](const std::optional<double>& number) { return number ? bound_text(*number) : std::string(); };
+  return between(bound(description.minimum), bound(description.maximum));
 }
 
 bool found_by(const Type& type, std::string_view word) {

@@ -6,6 +6,7 @@
 
 #include "apps/rubicon/output.h"
 #include "client/device_watch.h"
+#include "model/point_keys.h"
 
 namespace rubicon::cli {
 
@@ -13,7 +14,7 @@ namespace {
 
 bool wakes(const client::Device& device, const Selections& selections) {
   return std::any_of(device.sensors.begin(), device.sensors.end(), [&](const std::string& sensor) {
-    const auto key = fmt::format("{}.sensor.{}.value", device.key(), sensor);
+    const auto key = model::DeviceKey{device.key()}.point(Kind::kSensor, sensor).value();
     return any_fits(selections, device.island, key);
   });
 }
@@ -26,14 +27,16 @@ std::size_t woken_devices(const std::vector<client::Device>& devices, const Sele
 }
 
 void tell_who_wakes(Client& client, const Selections& selections) {
-  client.read({std::nullopt, "*.*.*.description"}, [selections](const std::vector<client::Tuple>& tuples) {
-    std::vector<client::Device> devices;
-    for (const auto& tuple : tuples) {
-      if (auto device = client::device_from(tuple.owner, tuple.key, tuple.value)) devices.push_back(std::move(*device));
-    }
-    if (const auto count = woken_devices(devices, selections); count > kManyDevices)
-      say(fmt::format("this wakes the sensors of {} devices; --passive wakes none", count));
-  });
+  client.read({std::nullopt, model::IslandKey{"*"}.network("*").device("*").description()},
+              [selections](const std::vector<client::Tuple>& tuples) {
+                std::vector<client::Device> devices;
+                for (const auto& tuple : tuples) {
+                  if (auto device = client::device_from(tuple.owner, tuple.key, tuple.value))
+                    devices.push_back(std::move(*device));
+                }
+                if (const auto count = woken_devices(devices, selections); count > kManyDevices)
+                  say(fmt::format("this wakes the sensors of {} devices; --passive wakes none", count));
+              });
 }
 
 void Wakers::wake(OwnerId owner, std::string_view key) {

@@ -276,7 +276,8 @@ Result<Handle> Client::watch_points(const Pattern& points, const Flow& flow, Poi
 
 std::vector<Network> Client::networks(std::optional<OwnerId> island, Duration timeout) {
   std::vector<Tuple> tuples;
-  for (const auto* pattern : {"*.*.status", "*.*.*.status", "*.*.property.*.value"}) {
+  const auto any_network = model::IslandKey{"*"}.network("*");
+  for (const auto& pattern : {any_network.status(), any_network.device("*").status(), any_network.property("*")}) {
     auto some = read({island, pattern}, timeout);
     std::move(some.begin(), some.end(), std::back_inserter(tuples));
   }
@@ -295,15 +296,17 @@ Handle Client::watch_devices(const DeviceQuery& query, DeviceCall call) {
 std::vector<Device> Client::devices(const DeviceQuery& query, Duration timeout) {
   std::map<std::pair<OwnerId, std::string>, DeviceCondition> conditions;
   std::map<std::pair<OwnerId, std::string>, LineStatus> lines;
-  for (const auto& tuple : read({query.island, "*.*.*.status"}, timeout))
+  const auto any_network = model::IslandKey{"*"}.network("*");
+  const auto any_device = any_network.device("*");
+  for (const auto& tuple : read({query.island, any_device.status()}, timeout))
     conditions[{tuple.owner, tuple.key}] = model::device_condition_from_json(tuple.value);
-  for (const auto& tuple : read({query.island, "*.*.status"}, timeout))
+  for (const auto& tuple : read({query.island, any_network.status()}, timeout))
     lines[{tuple.owner, tuple.key}] = model::line_status_from_json(tuple.value);
   std::vector<Device> found;
-  for (const auto& tuple : read({query.island, "*.*.*.description"}, timeout)) {
+  for (const auto& tuple : read({query.island, any_device.description()}, timeout)) {
     auto device = device_from(tuple.owner, tuple.key, tuple.value);
     if (!device || !fits(query, *device)) continue;
-    const auto& condition = conditions[{tuple.owner, device->key() + ".status"}];
+    const auto& condition = conditions[{tuple.owner, model::DeviceKey{device->key()}.status()}];
     device->status = condition.status;
     device->reason = condition.reason;
     device->since = condition.since;

@@ -3,25 +3,12 @@
 #include <algorithm>
 
 #include "base/glob.h"
-#include "client/json_fields.h"
 #include "client/points.h"
 #include "model/former_types.h"
 
 namespace rubicon::client {
 
 namespace {
-
-using nlohmann::json;
-
-std::vector<std::string> list_of(const json& tree, const char* name) {
-  std::vector<std::string> list;
-  const auto found = tree.find(name);
-  if (found == tree.end() || !found->is_array()) return list;
-  for (const auto& item : *found) {
-    if (item.is_string()) list.push_back(item.get<std::string>());
-  }
-  return list;
-}
 
 bool any_or_matches(const std::string& pattern, std::string_view text) {
   return pattern.empty() || base::glob_matches(pattern, text);
@@ -42,21 +29,21 @@ constexpr Flow kPassive{.passive = true};
 Result<Device> device_from(OwnerId island, std::string_view key, std::string_view description) {
   const auto parts = model::key_parts(key);
   if (parts.size() != 4) return fail(ErrorCode::kInvalid, "description of a device: expected a key of four parts");
-  const auto tree = json::parse(description, nullptr, false);
-  if (!tree.is_object()) return fail(ErrorCode::kInvalid, "description of a device: expected a JSON object");
+  auto about = model::device_description_from_json(description);
+  if (!about) return fail(ErrorCode::kInvalid, "description of a device: expected a JSON object");
   Device device;
   device.island = island;
   device.prefix = parts[0];
   device.network = parts[1];
   device.id = parts[2];
-  device.name = text_of(tree, "name");
-  device.model = text_of(tree, "model");
-  device.type = text_of(tree, "type");
-  device.address = text_of(tree, "address");
-  device.area = text_of(tree, "area");
-  device.sensors = list_of(tree, "sensors");
-  device.actuators = list_of(tree, "actuators");
-  device.properties = list_of(tree, "properties");
+  device.name = std::move(about->name);
+  device.model = std::move(about->model);
+  device.type = std::move(about->type);
+  device.address = std::move(about->address);
+  device.area = std::move(about->area);
+  device.sensors = std::move(about->sensors);
+  device.actuators = std::move(about->actuators);
+  device.properties = std::move(about->properties);
   return device;
 }
 
@@ -72,15 +59,18 @@ bool fits(const DeviceQuery& query, const Device& device) {
 
 DeviceWatch::DeviceWatch(TupleSpace& space, DeviceQuery query, DeviceCall call)
     : query_(std::move(query)), call_(std::move(call)) {
-  lines_watch_ =
-      space.subscribe({query_.island, "*.*.status"}, kPassive, [this](const Event& event) { line_stated(event); });
-  statuses_ = space.subscribe({query_.island, "*.*.*.status"}, kPassive, [this](const Event& event) { stated(event); });
-  descriptions_ =
-      space.subscribe({query_.island, "*.*.*.description"}, kPassive, [this](const Event& event) { described(event); });
+  const auto any_network = model::IslandKey{"*"}.network("*");
+  const auto any_device = any_network.device("*");
+  lines_watch_ = space.subscribe({query_.island, any_network.status()}, kPassive,
+                                 [this](const Event& event) { line_stated(event); });
+  statuses_ =
+      space.subscribe({query_.island, any_device.status()}, kPassive, [this](const Event& event) { stated(event); });
+  descriptions_ = space.subscribe({query_.island, any_device.description()}, kPassive,
+                                  [this](const Event& event) { described(event); });
 }
 
 void DeviceWatch::described(const Event& event) {
-  const Name name{event.tuple.owner, std::string(without_last_part(event.tuple.key))};
+  const Name name{event.tuple.owner, std::string(model::parent_key(event.tuple.key))};
   if (event.kind != EventKind::kSet) return forget(name);
   auto device = device_from(event.tuple.owner, event.tuple.key, event.tuple.value);
   if (!device) return;
@@ -90,7 +80,7 @@ void DeviceWatch::described(const Event& event) {
 }
 
 void DeviceWatch::stated(const Event& event) {
-  const Name name{event.tuple.owner, std::string(without_last_part(event.tuple.key))};
+  const Name name{event.tuple.owner, std::string(model::parent_key(event.tuple.key))};
   if (event.kind != EventKind::kSet) return forget(name);
   auto& entry = entries_[name];
   auto condition = model::device_condition_from_json(event.tuple.value);
@@ -101,7 +91,7 @@ void DeviceWatch::stated(const Event& event) {
 }
 
 void DeviceWatch::line_stated(const Event& event) {
-  const Name network{event.tuple.owner, std::string(without_last_part(event.tuple.key))};
+  const Name network{event.tuple.owner, std::string(model::parent_key(event.tuple.key))};
   if (event.kind != EventKind::kSet) return void(lines_.erase(network));
   auto line = model::line_status_from_json(event.tuple.value);
   if (line.line.empty()) return;  // a tuple of three parts that is no line
@@ -123,7 +113,8 @@ void DeviceWatch::tell(Entry& entry) {
   about.status = entry.condition.status;
   about.reason = entry.condition.reason;
   about.since = entry.condition.since;
-  if (const auto line = lines_.find({about.island, about.prefix + "." + about.network}); line != lines_.end())
+  if (const auto line = lines_.find({about.island, model::IslandKey{about.prefix}.network(about.network).text});
+      line != lines_.end())
     about.line = line->second;
   const bool wanted = fits(query_, *entry.device);
   if (!wanted && !entry.told) return;

@@ -2,16 +2,15 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
+#include <algorithm>
 #include <utility>
 
-#include "client/json_fields.h"
+#include "model/point_keys.h"
 
 namespace rubicon::client {
 
 namespace {
 
-constexpr std::string_view kCommand = ".command";
 /// A device that left may have moved: so long its new island has to tell of the command (docs/roaming.md).
 constexpr Duration kMove = std::chrono::seconds(2);
 constexpr Duration kDefaultTimeToLive = std::chrono::seconds(5);
@@ -22,34 +21,15 @@ bool is_final(std::string_view state) {
   return state != "queued" && state != "sent" && !state.empty();
 }
 
-/// Zero if it is missing, or no time.
-double seconds_of(const nlohmann::json& tree, const char* name) {
-  const auto found = tree.find(name);
-  return found != tree.end() && found->is_number() ? found->get<double>() : 0;
-}
-
 /// How long the state may last by the island's own clock; ours may be another.
-Duration longest_of(const nlohmann::json& command) {
-  const auto seconds = seconds_of(command, "until") - seconds_of(command, "since");
-  if (!(seconds > 0)) return Duration(0);
-  constexpr double kMost = std::chrono::duration<double>(kLongestState).count();
-  return seconds >= kMost ? kLongestState
-                          : std::chrono::duration_cast<Duration>(std::chrono::duration<double>(seconds));
-}
-
-WallTime until_of(const nlohmann::json& command) {
-  const auto seconds = seconds_of(command, "until");
-  constexpr double kMost = 1e11;  // beyond the year 5000
-  return WallTime(std::chrono::microseconds(seconds > 0 && seconds < kMost ? std::llround(seconds * 1e6) : 0));
+Duration longest_of(const model::CommandStatus& command) {
+  if (command.until <= command.since) return Duration(0);
+  return std::min<Duration>(command.until - command.since, kLongestState);
 }
 
 /// Who superseded a command, by the status of the newer one.
-std::string name_of(const nlohmann::json& command) {
-  auto name = text_of(command, "commander");
-  if (!name.empty()) return name;
-  const auto creator = command.find("creator");
-  return fmt::format("component {}",
-                     creator != command.end() && creator->is_number_unsigned() ? creator->get<std::uint64_t>() : 0);
+std::string name_of(const model::Commander& commander) {
+  return commander.name.empty() ? fmt::format("component {}", number(commander.creator)) : commander.name;
 }
 
 }  // namespace
@@ -59,26 +39,23 @@ Errand::Errand(Scheduler& scheduler, TupleSpace& space, OwnerId owner, std::stri
     : scheduler_(scheduler),
       self_(space.self()),
       owner_(owner),
-      is_command_(key.ends_with(kCommand)),
+      is_command_(model::last_part(key) == "command"),
       ended_(std::move(ended)),
       under_way_(std::move(under_way)),
       margin_(patience) {
   if (is_command_) {
-    const std::string point(key.substr(0, key.size() - kCommand.size()));
-    description_ =
-        space.subscribe({owner, point + ".description"}, {{}, {}, 0, true}, [this](const tuples::Event& event) {
-          const auto about = nlohmann::json::parse(event.tuple.value, nullptr, false);
-          is_state_ = about.is_object() && text_of(about, "report") == "state";
-        });
-    status_ = space.subscribe({std::nullopt, point + ".status"}, {{}, {}, 0, true},
+    const model::PointKey point{std::string(model::parent_key(key))};
+    description_ = space.subscribe({owner, point.description()}, {.passive = true}, [this](const tuples::Event& event) {
+      const auto about = model::point_description_from_json(event.tuple.value);
+      is_state_ = about && about->report == "state";
+    });
+    status_ = space.subscribe({std::nullopt, point.status()}, {.passive = true},
                               [this](const tuples::Event& event) { stated(event); });
   }
   const auto lives = time_to_live > Duration(0) ? time_to_live : kDefaultTimeToLive;
   wait(lives);
   outcome_.request = space.set_remote(owner, key, value, lives,
-                                      [this, alive = std::weak_ptr<bool>(alive_)](const tuples::Reply& reply) {
-                                        if (alive.lock()) answered(reply);
-                                      });
+                                      lifetime_.guard([this](const tuples::Reply& reply) { answered(reply); }));
 }
 
 void Errand::wait(Duration longest) {
@@ -117,25 +94,20 @@ void Errand::stated(const tuples::Event& event) {
     if (tuple.owner == owner_) left();
     return;
   }
-  const auto status = nlohmann::json::parse(tuple.value, nullptr, false);
-  if (!status.is_object() || !status.contains("command") || !status["command"].is_object()) return;
-  const auto& command = status["command"];
-  const auto is = [&](const char* name, std::uint64_t wanted) {
-    const auto found = command.find(name);
-    return found != command.end() && found->is_number_unsigned() && *found == wanted;
-  };
-  if (!is("creator", number(self_)) || !is("request", outcome_.request)) {
-    if (tuple.owner == owner_) displaced(command);
+  const auto command = model::command_status_from_json(tuple.value);
+  if (!command) return;
+  if (command->commander.creator != self_ || command->commander.request != outcome_.request) {
+    if (tuple.owner == owner_) displaced(command->commander);
     return;
   }
   owner_ = tuple.owner;
   move_.cancel();
   seen_ = true;
-  outcome_.state = text_of(command, "state");
-  outcome_.reason = text_of(command, "reason");
-  outcome_.until = until_of(command);
+  outcome_.state = command->state;
+  outcome_.reason = command->reason;
+  outcome_.until = command->until;
   if (is_final(outcome_.state)) return end();
-  if (const auto longest = longest_of(command); longest > Duration(0)) wait(longest);
+  if (const auto longest = longest_of(*command); longest > Duration(0)) wait(longest);
   const auto call = under_way_;
   const auto outcome = outcome_;
   if (call) call(outcome);  // may end this
@@ -151,7 +123,7 @@ void Errand::left() {
 
 /// Of several changes within a turn of the owner only the last one is told: that a newer command took the place of
 /// ours may be seen by that one alone.
-void Errand::displaced(const nlohmann::json& by) {
+void Errand::displaced(const model::Commander& by) {
   if (!seen_ || !is_state_) return;
   outcome_.state = "superseded";
   outcome_.reason = "by " + name_of(by);

@@ -1,8 +1,8 @@
 #pragma once
 
-#include <nlohmann/json.hpp>
-
+#include "base/lifetime.h"
 #include "base/scheduler.h"
+#include "model/point_tuples.h"
 #include "rubicon/client.hpp"
 
 namespace rubicon::client {
@@ -18,7 +18,7 @@ class Errand {
  private:
   void answered(const tuples::Reply& reply);
   void stated(const tuples::Event& event);
-  void displaced(const nlohmann::json& by);
+  void displaced(const model::Commander& by);
   void left();
   void wait(Duration longest);
   void unheard();
@@ -35,7 +35,7 @@ class Errand {
   bool seen_ = false;      ///< the status told of this command
   tuples::Handle status_, description_;
   Timer patience_, move_;
-  std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
+  base::Lifetime lifetime_;
 };
 
 }  // namespace rubicon::client

@@ -43,7 +43,7 @@ PointWatch::PointWatch(Scheduler& scheduler, TupleSpace& space, const PointPatte
 }
 
 void PointWatch::valued(const tuples::Event& event) {
-  const Name name{event.tuple.owner, std::string(without_last_part(event.tuple.key))};
+  const Name name{event.tuple.owner, std::string(model::parent_key(event.tuple.key))};
   if (event.kind != tuples::EventKind::kSet) {
     auto gone = entries_.extract(name);
     touched_.erase(name);
@@ -61,7 +61,7 @@ void PointWatch::valued(const tuples::Event& event) {
 
 void PointWatch::stated(const tuples::Event& event) {
   if (event.kind != tuples::EventKind::kSet) return;
-  const Name name{event.tuple.owner, std::string(without_last_part(event.tuple.key))};
+  const Name name{event.tuple.owner, std::string(model::parent_key(event.tuple.key))};
   auto& entry = entries_[name];
   auto status = model::point_status_from_json(event.tuple.value);
   const bool improved = status.quality == "good" && entry.point.status.quality != "good";
@@ -72,7 +72,7 @@ void PointWatch::stated(const tuples::Event& event) {
 
 void PointWatch::described(const tuples::Event& event) {
   if (event.kind != tuples::EventKind::kSet) return;
-  describe(entries_[{event.tuple.owner, std::string(without_last_part(event.tuple.key))}].point, event.tuple.value);
+  describe(entries_[{event.tuple.owner, std::string(model::parent_key(event.tuple.key))}].point, event.tuple.value);
 }
 
 void PointWatch::line_stated(const tuples::Event& event) {
@@ -81,7 +81,7 @@ void PointWatch::line_stated(const tuples::Event& event) {
   auto status = model::line_status_from_json(event.tuple.value);
   if (status.line.empty()) return;  // a tuple of three parts that is no line
   const bool news = !same(std::exchange(lines_[line], status), status);
-  const auto below = std::string(without_last_part(line.second)) + ".";
+  const auto below = std::string(model::parent_key(line.second)) + ".";
   for (auto at = entries_.lower_bound({line.first, below});
        news && at != entries_.end() && at->first.first == line.first && at->first.second.starts_with(below); ++at)
     touch(at->first);

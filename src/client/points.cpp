@@ -6,7 +6,7 @@
 #include <tuple>
 
 #include "base/natural_order.h"
-#include "client/json_fields.h"
+#include "rubicon/key.hpp"
 
 namespace rubicon::client {
 
@@ -30,10 +30,10 @@ bool in_natural_order(OwnerId island_a, std::string_view a, OwnerId island_b, st
 Point point_from(const Tuple& tuple, const Texts& texts) {
   Point point;
   point.tuple = tuple;
-  const auto key = point.key();
-  point.status = model::point_status_from_json(text_at(texts, tuple.owner, key + ".status"));
+  const model::PointKey key{point.key()};
+  point.status = model::point_status_from_json(text_at(texts, tuple.owner, key.status()));
   point.line = model::line_status_from_json(text_at(texts, tuple.owner, line_key(tuple.key)));
-  describe(point, text_at(texts, tuple.owner, key + ".description"));
+  describe(point, text_at(texts, tuple.owner, key.description()));
   if (!tuple.owner_present) hide_behind_lost_island(point);
   return point;
 }
@@ -52,24 +52,20 @@ Result<PointPatterns> point_patterns(const Pattern& points) {
                                                  "proxy.wsn-1.7.sensor.light-1, * for any one part",
                                                  model::quoted(points.key)));
   const auto pattern = [&points](const std::string& key) { return Pattern{points.owner, key}; };
-  return PointPatterns{pattern(points.key + ".value"), pattern(points.key + ".status"),
-                       pattern(points.key + ".description"), pattern(line_key(points.key))};
-}
-
-std::string_view without_last_part(std::string_view key) {
-  const auto dot = key.rfind('.');
-  return key.substr(0, dot == key.npos ? 0 : dot);
+  const model::PointKey point{points.key};
+  return PointPatterns{pattern(point.value()), pattern(point.status()), pattern(point.description()),
+                       pattern(line_key(points.key))};
 }
 
 std::string line_key(std::string_view key) {
-  const auto parts = model::key_parts(key);
-  return parts.size() < 2 ? std::string() : fmt::format("{}.{}.status", parts[0], parts[1]);
+  const auto network = model::network_of(key);
+  return network ? network->status() : std::string();
 }
 
 void describe(Point& point, std::string_view description) {
-  const auto about = nlohmann::json::parse(description, nullptr, false);
-  point.type = text_of(about, "type");
-  point.unit = text_of(about, "unit");
+  auto about = model::point_description_from_json(description).value_or(model::PointDescription{});
+  point.type = std::move(about.type);
+  point.unit = std::move(about.unit);
 }
 
 void hide_behind_lost_island(Point& point) {

@@ -2,6 +2,7 @@
 
 #include <array>
 
+#include "model/point_keys.h"
 #include "model/point_tuples.h"
 #include "rubicon/client.hpp"
 
@@ -18,7 +19,6 @@ Result<PointPatterns> point_patterns(const Pattern& points);
 
 /// `proxy.wsn-1.status` of `proxy.wsn-1.7.sensor.light-1.value`.
 std::string line_key(std::string_view key);
-std::string_view without_last_part(std::string_view key);
 
 /// What stands in the `.description` of a point.
 void describe(Point& point, std::string_view description);

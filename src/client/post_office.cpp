@@ -37,9 +37,7 @@ void PostOffice::send(const Address& to, std::string_view type, std::string_view
   if (!sent) return;
   waiting_[number].sent = std::move(sent);
   if (to.island != self_) return;
-  scheduler_.post([this, number, alive = std::weak_ptr<bool>(alive_)] {  // no other gateway will say that it took it
-    if (alive.lock()) taken(number);
-  });
+  lifetime_.post(scheduler_, [this, number] { taken(number); });  // our own gateway reports only what others took
 }
 
 void PostOffice::taken(std::uint64_t number) {

@@ -3,6 +3,7 @@
 #include <list>
 #include <map>
 
+#include "base/lifetime.h"
 #include "base/log.h"
 #include "gateway/gateway.h"
 #include "rubicon/client.hpp"
@@ -39,7 +40,7 @@ class PostOffice {
   std::map<std::uint64_t, Waiting> waiting_;  ///< by the message's number
   tuples::Handle answers_;
   OwnerId self_;
-  std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
+  base::Lifetime lifetime_;
 };
 
 }  // namespace rubicon::client

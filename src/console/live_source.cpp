@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
-#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "base/natural_order.h"
@@ -15,41 +13,19 @@ namespace rubicon::console {
 
 namespace {
 
-using nlohmann::json;
-
-json parsed(std::string_view text) {
-  auto tree = json::parse(text, nullptr, false);
-  return tree.is_object() ? tree : json::object();
-}
-
 std::string part_of(std::string_view key, std::size_t index) {
   const auto parts = model::key_parts(key);
   return index < parts.size() ? std::string(parts[index]) : std::string();
-}
-
-std::string without_last_part(std::string_view key) {
-  return std::string(key.substr(0, key.rfind('.')));
-}
-
-/// A member that is text, else nothing.
-std::string text_in(const json& object, const char* name) {
-  const auto found = object.find(name);
-  return found != object.end() && found->is_string() ? found->get<std::string>() : std::string();
-}
-
-/// A member that is a time in seconds since 1970, else zero.
-WallTime time_in(const json& object, const char* name) {
-  constexpr double kLatest = 1e11;
-  const auto found = object.find(name);
-  const auto seconds = found != object.end() && found->is_number() ? found->get<double>() : 0;
-  if (!(seconds > 0 && seconds < kLatest)) return {};
-  return WallTime(std::chrono::microseconds(std::llround(seconds * 1e6)));
 }
 
 }  // namespace
 
 LiveSource::LiveSource(const TupleSpace& space, OwnerId island, std::string prefix)
     : space_(space), island_(island), prefix_(std::move(prefix)) {}
+
+model::DeviceKey LiveSource::any_device() const {
+  return model::IslandKey{prefix_}.network("*").device("*");
+}
 
 std::string LiveSource::value(const std::string& key) const {
   const auto tuple = space_.get(island_, key);
@@ -58,9 +34,9 @@ std::string LiveSource::value(const std::string& key) const {
 
 std::vector<LiveNetwork> LiveSource::networks() const {
   std::vector<LiveNetwork> all;
-  space_.list({island_, prefix_ + ".*.status"}, [&](const tuples::TupleView& tuple) {
-    const auto status = parsed(tuple.value);
-    all.push_back({part_of(tuple.key, 1), text_in(status, "line"), text_in(status, "reason")});
+  space_.list({island_, model::IslandKey{prefix_}.network("*").status()}, [&](const tuples::TupleView& tuple) {
+    auto status = model::line_status_from_json(tuple.value);
+    all.push_back({part_of(tuple.key, 1), std::move(status.line), std::move(status.reason)});
   });
   std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return base::natural_less(a.id, b.id); });
   return all;
@@ -68,71 +44,73 @@ std::vector<LiveNetwork> LiveSource::networks() const {
 
 std::vector<std::string> LiveSource::devices() const {
   std::vector<std::string> keys;
-  space_.list({island_, prefix_ + ".*.*.status"},
-              [&](const tuples::TupleView& tuple) { keys.push_back(without_last_part(tuple.key)); });
+  space_.list({island_, any_device().status()},
+              [&](const tuples::TupleView& tuple) { keys.emplace_back(model::parent_key(tuple.key)); });
   std::sort(keys.begin(), keys.end(), base::natural_less);
   return keys;
 }
 
 LiveDevice LiveSource::device(const std::string& key) const {
-  const auto status = parsed(value(key + ".status"));
+  const model::DeviceKey device{key};
+  auto condition = model::device_condition_from_json(value(device.status()));
+  auto description = model::device_description_from_json(value(device.description()));
   return {key,
           part_of(key, 1),
           part_of(key, 2),
-          text_in(parsed(value(key + ".description")), "name"),
-          text_in(status, "status"),
-          text_in(status, "reason")};
+          description ? std::move(description->name) : std::string(),
+          std::move(condition.status),
+          std::move(condition.reason)};
 }
 
 std::vector<std::string> LiveSource::points(const std::string& device) const {
   std::vector<std::string> keys;
   for (const auto* kind : {"sensor", "actuator"}) {
     const auto begin = static_cast<std::ptrdiff_t>(keys.size());
-    space_.list({island_, fmt::format("{}.{}.*.value", device, kind)},
-                [&](const tuples::TupleView& tuple) { keys.push_back(without_last_part(tuple.key)); });
+    space_.list({island_, model::DeviceKey{device}.point(kind, "*").value()},
+                [&](const tuples::TupleView& tuple) { keys.emplace_back(model::parent_key(tuple.key)); });
     std::sort(keys.begin() + begin, keys.end(), base::natural_less);
   }
   return keys;
 }
 
+model::PointDescription LiveSource::description(const model::PointKey& point) const {
+  return model::point_description_from_json(value(point.description())).value_or(model::PointDescription{});
+}
+
 LivePoint LiveSource::point(const std::string& key) const {
-  const auto status = parsed(value(key + ".status"));
-  const auto command = status.contains("command") ? status["command"] : json::object();
+  const model::PointKey point{key};
+  auto status = model::point_status_from_json(value(point.status()));
   return {key,
           part_of(key, 4),
-          value(key + ".value"),
-          model::unit_text(text_in(parsed(value(key + ".description")), "unit")),
-          text_in(status, "quality"),
-          command.is_object() ? text_in(command, "state") : std::string(),
-          time_in(status, "heard")};
+          value(point.value()),
+          model::unit_text(description(point).unit),
+          std::move(status.quality),
+          std::move(status.command),
+          status.heard};
 }
 
 LiveSource::Count LiveSource::count() const {
   Count count;
-  space_.list({island_, prefix_ + ".*.*.status"}, [&](const tuples::TupleView& tuple) {
+  space_.list({island_, any_device().status()}, [&](const tuples::TupleView& tuple) {
     ++count.devices;
-    if (tuple.value.find("\"reachable\"") != tuple.value.npos) ++count.reachable;
+    if (model::says_reachable(tuple.value)) ++count.reachable;
   });
   return count;
 }
 
 std::string LiveSource::command_to_try() const {
   std::string first;
-  space_.list({island_, prefix_ + ".*.*.actuator.*.command"}, [&](const tuples::TupleView& tuple) {
+  space_.list({island_, any_device().point(Kind::kActuator, "*").command()}, [&](const tuples::TupleView& tuple) {
     if (!first.empty() && tuple.key > first) return;
-    const auto point = without_last_part(tuple.key);
-    if (text_in(parsed(value(point + ".description")), "data_type") == "boolean") first = tuple.key;
+    const model::PointKey point{std::string(model::parent_key(tuple.key))};
+    if (description(point).data_type == "boolean") first = tuple.key;
   });
   if (first.empty()) return "help, devices, quit";
-  const auto point = without_last_part(first);
-  const auto about = parsed(value(point + ".description"));
-  std::vector<std::string> words{"off", "on"};
-  if (const auto found = about.find("words"); found != about.end() && found->is_array() && found->size() == 2) {
-    for (std::size_t i = 0; i < 2; ++i) {
-      if ((*found)[i].is_string()) words[i] = (*found)[i].get<std::string>();
-    }
-  }
-  return fmt::format("set {} {}", first, value(point + ".value") == words[1] ? words[0] : words[1]);
+  const model::PointKey point{std::string(model::parent_key(first))};
+  const auto words = description(point).words;
+  const bool has_words = words.size() == 2;
+  const std::string off = has_words ? words[0].text : "off", on = has_words ? words[1].text : "on";
+  return fmt::format("set {} {}", first, value(point.value()) == on ? off : on);
 }
 
 }  // namespace rubicon::console

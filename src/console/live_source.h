@@ -4,6 +4,8 @@
 #include <string_view>
 #include <vector>
 
+#include "model/point_keys.h"
+#include "model/point_tuples.h"
 #include "rubicon/time.hpp"
 #include "rubicon/tuple_space.hpp"
 
@@ -44,7 +46,9 @@ class LiveSource {
   std::string command_to_try() const;
 
  private:
+  model::DeviceKey any_device() const;
   std::string value(const std::string& key) const;
+  model::PointDescription description(const model::PointKey& point) const;
 
   const TupleSpace& space_;
   OwnerId island_;

@@ -3,14 +3,17 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 
 #include "base/bytes.h"
 #include "base/config_reader.h"
 #include "base/nearest.h"
 #include "base/printable.h"
+#include "base/text.h"
 #include "console/shell_words.h"
+#include "model/json_members.h"
 #include "model/message_cbor.h"
+#include "model/point_keys.h"
+#include "model/point_tuples.h"
 #include "rubicon/key.hpp"
 #include "tuples/tuple_json.h"
 
@@ -18,20 +21,11 @@ namespace rubicon::console {
 
 namespace {
 
-using nlohmann::json;
-
 constexpr std::size_t kMaxSubscriptions = 1000;
 constexpr Duration kShortestHeartbeat = std::chrono::milliseconds(10);
 
 std::string value_text(const tuples::TupleView& tuple) {
   return base::is_utf8(tuple.value) ? std::string(tuple.value) : base::to_hex(base::as_bytes(tuple.value));
-}
-
-/// A member of an object, or `otherwise` where there is none of that kind.
-json member(const json& object, const char* name, json otherwise) {
-  if (!object.is_object() || !object.contains(name)) return otherwise;
-  const auto& found = object[name];
-  return found.type() == otherwise.type() || (found.is_number() && otherwise.is_number()) ? found : otherwise;
 }
 
 /// One word behind the pattern of `subscribe`.
@@ -51,8 +45,8 @@ Result<void> read_flow(std::string_view word, tuples::Flow& flow) {
     return {};
   }
   if (word.starts_with("deadband=")) {
-    const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), flow.dead_band);
-    if (error == std::errc() && end == value.data() + value.size() && flow.dead_band >= 0) return {};
+    flow.dead_band = base::parse_number<double>(value).value_or(-1);
+    if (flow.dead_band >= 0) return {};
   }
   return fail(ErrorCode::kInvalid,
               fmt::format("{}: expected min=SPAN, max=SPAN, deadband=NUMBER or passive", model::quoted(word)));
@@ -177,7 +171,7 @@ tuples::ReplyCall Shell::reply_to(const Slot& slot, OwnerId owner, std::string k
                                                                      : ErrorCode::kNotFound;
       line["error"] = {{"code", to_string(code)}, {"text", reply.text}};
     }
-    finish(slot, text_of(line));
+    finish(slot, model::dump(line));
   };
 }
 
@@ -223,9 +217,10 @@ void Shell::list(std::string_view rest, const Slot& slot) {
   std::size_t count = 0;
   space_.list(*pattern, [&](const tuples::TupleView& tuple) {
     ++count;
-    slot->lines.push_back(text_of({{"key", tuple.key}, {"value", value_text(tuple)}, {"mimetype", tuple.media_type}}));
+    slot->lines.push_back(
+        model::dump({{"key", tuple.key}, {"value", value_text(tuple)}, {"mimetype", tuple.media_type}}));
   });
-  finish(slot, text_of({{"ok", true}, {"count", count}}));
+  finish(slot, model::dump({{"ok", true}, {"count", count}}));
 }
 
 void Shell::subscribe(std::string_view rest, const Slot& slot) {
@@ -243,7 +238,7 @@ void Shell::subscribe(std::string_view rest, const Slot& slot) {
   if (subscriptions_.size() >= kMaxSubscriptions && !subscriptions_.contains(std::string(name))) {
     return fail_with(slot, ErrorCode::kBusy, fmt::format("at most {} subscriptions", kMaxSubscriptions));
   }
-  finish(slot, text_of({{"ok", true}, {"subscribed", name}}));
+  finish(slot, model::dump({{"ok", true}, {"subscribed", name}}));
   subscriptions_[std::string(name)] =
       through
           ? follow(name, *link_called(name.substr(kArrow.size())), flow)
@@ -255,55 +250,56 @@ void Shell::unsubscribe(std::string_view rest, const Slot& slot) {
   if (subscriptions_.erase(name) == 0) {
     return fail_with(slot, ErrorCode::kNotFound, fmt::format("no subscription {}", model::quoted(name)));
   }
-  finish(slot, text_of({{"ok", true}, {"unsubscribed", name}}));
+  finish(slot, model::dump({{"ok", true}, {"unsubscribed", name}}));
 }
 
 void Shell::devices(std::string_view, const Slot& slot) {
   std::size_t count = 0;
-  space_.list({island_, prefix_ + ".*.*.status"}, [&](const tuples::TupleView& tuple) {
-    const auto device = tuple.key.substr(0, tuple.key.rfind('.'));
-    const auto status = json::parse(tuple.value, nullptr, false);
-    const auto about = space_.get(island_, std::string(device) + ".description");
-    const auto description = about ? json::parse(about->value, nullptr, false) : json();
+  const auto any_device = model::IslandKey{prefix_}.network("*").device("*");
+  space_.list({island_, any_device.status()}, [&](const tuples::TupleView& tuple) {
+    const model::DeviceKey device{std::string(model::parent_key(tuple.key))};
+    const auto condition = model::device_condition_from_json(tuple.value);
+    const auto about = space_.get(island_, device.description());
+    const auto description = model::device_description_from_json(about ? about->value : std::string_view());
     ++count;
-    slot->lines.push_back(text_of({{"device", device},
-                                   {"name", member(description, "name", "")},
-                                   {"status", member(status, "status", "unknown")},
-                                   {"since", member(status, "since", 0.0)}}));
+    slot->lines.push_back(model::dump({{"device", device.text},
+                                       {"name", description ? description->name : ""},
+                                       {"status", condition.status.empty() ? "unknown" : condition.status},
+                                       {"since", model::seconds_json(condition.since)}}));
   });
-  finish(slot, text_of({{"ok", true}, {"count", count}}));
+  finish(slot, model::dump({{"ok", true}, {"count", count}}));
 }
 
 void Shell::stats(std::string_view, const Slot& slot) {
   Line networks = Line::object();
-  space_.list({island_, prefix_ + ".*.property.*.value"}, [&](const tuples::TupleView& tuple) {
+  space_.list({island_, model::IslandKey{prefix_}.network("*").property("*")}, [&](const tuples::TupleView& tuple) {
     const auto parts = model::key_parts(tuple.key);
     networks[std::string(parts[1])][std::string(parts[3])] = value_text(tuple);
   });
   Line island = Line::object();
-  space_.list({island_, prefix_ + ".property.*.value"}, [&](const tuples::TupleView& tuple) {
+  space_.list({island_, model::IslandKey{prefix_}.property("*")}, [&](const tuples::TupleView& tuple) {
     island[std::string(model::key_parts(tuple.key)[2])] = value_text(tuple);
   });
   const auto own = space_.stats();
-  finish(slot, text_of({{"ok", true},
-                        {"tuples", own.cached},
-                        {"subscriptions", own.subscriptions},
-                        {"events", own.events},
-                        {"merged", own.merged},
-                        {"dropped", own.dropped},
-                        {"island", island},
-                        {"networks", networks}}));
+  finish(slot, model::dump({{"ok", true},
+                            {"tuples", own.cached},
+                            {"subscriptions", own.subscriptions},
+                            {"events", own.events},
+                            {"merged", own.merged},
+                            {"dropped", own.dropped},
+                            {"island", island},
+                            {"networks", networks}}));
 }
 
 void Shell::help(std::string_view, const Slot& slot) {
   Line usage = Line::array();
   for (const auto& [name, command] : commands()) usage.push_back(command.usage);
-  finish(slot, text_of({{"ok", true}, {"commands", usage}}));
+  finish(slot, model::dump({{"ok", true}, {"commands", usage}}));
 }
 
 void Shell::quit(std::string_view, const Slot& slot) {
   quitting_ = true;
-  finish(slot, text_of({{"ok", true}}));
+  finish(slot, model::dump({{"ok", true}}));
   when_idle(quit_);
 }
 

@@ -2,6 +2,7 @@
 
 #include "console/shell.h"
 #include "console/shell_words.h"
+#include "model/json_members.h"
 #include "tuples/tuple_json.h"
 
 namespace rubicon::console {
@@ -68,7 +69,7 @@ void Shell::link(std::string_view rest, const Slot& slot) {
   }
   const auto linked = set_reference(space_, meta->key, *target);
   if (!linked) return fail_with(slot, linked.error().code, linked.error().text);
-  finish(slot, text_of({{"ok", true}, {"linked", to_string(*meta)}, {"target", to_string(*target)}}));
+  finish(slot, model::dump({{"ok", true}, {"linked", to_string(*meta)}, {"target", to_string(*target)}}));
 }
 
 void Shell::unlink(std::string_view rest, const Slot& slot) {
@@ -81,7 +82,7 @@ void Shell::unlink(std::string_view rest, const Slot& slot) {
   }
   const auto erased = space_.erase(meta->key);
   if (!erased) return fail_with(slot, erased.error().code, erased.error().text);
-  finish(slot, text_of({{"ok", true}, {"unlinked", to_string(*meta)}}));
+  finish(slot, model::dump({{"ok", true}, {"unlinked", to_string(*meta)}}));
 }
 
 tuples::Handle Shell::follow(std::string_view name, const tuples::TupleName& meta, const tuples::Flow& flow) {
@@ -96,7 +97,7 @@ tuples::Handle Shell::follow(std::string_view name, const tuples::TupleName& met
           line["error"] = {{"code", to_string(target.error().code)}, {"text", target.error().text}};
         }
         line["event"] = target ? "target" : "unresolved";
-        event_(text_of(line));
+        event_(model::dump(line));
       });
 }
 

@@ -2,13 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
+#include "base/text.h"
 
 namespace rubicon::console {
-
-std::string text_of(const Line& line) {
-  return line.dump(-1, ' ', false, Line::error_handler_t::replace);
-}
 
 std::string_view take_word(std::string_view& rest) {
   const auto begin = rest.find_first_not_of(" \t");
@@ -36,14 +32,13 @@ Result<std::optional<std::uint64_t>> take_sequence(std::string_view& word) {
   const auto at = word.find('@');
   if (at == word.npos) return std::nullopt;
   const auto digits = word.substr(at + 1);
-  std::uint64_t sequence = 0;
-  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), sequence);
-  if (error != std::errc() || end != digits.data() + digits.size()) {
+  const auto sequence = base::parse_number<std::uint64_t>(digits);
+  if (!sequence) {
     return fail(ErrorCode::kInvalid,
                 fmt::format("{}: expected a sequence number behind the @, such as KEY@7", model::quoted(word)));
   }
   word = word.substr(0, at);
-  return std::optional(sequence);
+  return sequence;
 }
 
 }  // namespace rubicon::console

@@ -12,7 +12,6 @@ namespace rubicon::console {
 
 /// One line of an answer, its members in the order they were given.
 using Line = nlohmann::ordered_json;
-std::string text_of(const Line& line);
 
 /// The first word; `rest` loses it and the blanks around it.
 std::string_view take_word(std::string_view& rest);

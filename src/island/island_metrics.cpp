@@ -4,6 +4,8 @@
 
 #include <tuple>
 
+#include "model/point_keys.h"
+
 namespace rubicon::island {
 
 namespace {
@@ -16,7 +18,7 @@ IslandMetrics::IslandMetrics(Scheduler& scheduler, TupleSpace& space, std::strin
     : scheduler_(scheduler), space_(space), prefix_(std::move(prefix)) {}
 
 void IslandMetrics::start() {
-  const auto clock = prefix_ + ".property.clock.value";
+  const auto clock = model::IslandKey{prefix_}.property("clock");
   std::ignore = space_.declare(clock);
   clock_watch_ = space_.watch_demand({space_.self(), clock}, [this](const tuples::Demand& demand) {
     clock_wanted_ = demand.wanted;
@@ -32,18 +34,18 @@ void IslandMetrics::publish() {
   for (const auto& [name, value] : now) {
     const auto before = published_.find(name);
     if (before != published_.end() && before->second == value) continue;
-    std::ignore = space_.set(fmt::format("{}.property.{}.value", prefix_, name), value);
+    std::ignore = space_.set(model::IslandKey{prefix_}.property(name), value);
   }
   for (const auto& [name, value] : published_) {
-    if (!now.contains(name)) std::ignore = space_.erase(fmt::format("{}.property.{}.value", prefix_, name));
+    if (!now.contains(name)) std::ignore = space_.erase(model::IslandKey{prefix_}.property(name));
   }
   published_ = std::move(now);
   if (clock_wanted_) publish_clock();
 }
 
 void IslandMetrics::publish_clock() {
-  std::ignore =
-      space_.set(prefix_ + ".property.clock.value", fmt::format("{:.6f}", base::to_seconds(scheduler_.wall_now())));
+  std::ignore = space_.set(model::IslandKey{prefix_}.property("clock"),
+                           fmt::format("{:.6f}", base::to_seconds(scheduler_.wall_now())));
 }
 
 }  // namespace rubicon::island

@@ -5,6 +5,8 @@
 #include <tuple>
 #include <utility>
 
+#include "model/json_members.h"
+#include "model/point_keys.h"
 #include "transport/host_name.h"
 
 namespace rubicon::island {
@@ -43,7 +45,7 @@ void IslandPresence::list_islands() {
   auto text = islands();
   if (text == listed_) return;
   listed_ = std::move(text);
-  std::ignore = space_.set(summary_.prefix + ".islands", listed_, {"application/json"});
+  std::ignore = space_.set(model::IslandKey{summary_.prefix}.islands(), listed_, {"application/json"});
 }
 
 /// JSON; each entry is the island's own summary and its id.
@@ -56,7 +58,7 @@ std::string IslandPresence::islands() const {
     entry.update(nlohmann::ordered_json::parse(model::to_json(summary)));
     list.push_back(std::move(entry));
   }
-  return list.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+  return model::dump(list);
 }
 
 }  // namespace rubicon::island

@@ -13,10 +13,6 @@ constexpr TypeId kMotion{0x000a};
 constexpr FormerType kFormer[] = {{TypeId(0x0400), "illuminance", kLight, "light"},
                                   {TypeId(0x0202), "pir", kMotion, "motion"}};
 
-bool is_kind(std::string_view part) {
-  return part == to_string(Kind::kSensor) || part == to_string(Kind::kActuator) || part == to_string(Kind::kProperty);
-}
-
 }  // namespace
 
 std::span<const FormerType> former_types() {
@@ -49,7 +45,7 @@ std::string current_key(std::string_view key) {
   const auto parts = key_parts(key);
   std::string now;
   for (std::size_t i = 0; i < parts.size(); ++i) {
-    const bool is_id = i + 1 == parts.size() || (i > 0 && is_kind(parts[i - 1]));
+    const bool is_id = i + 1 == parts.size() || (i > 0 && parse_kind(parts[i - 1]));
     if (i > 0) now += '.';
     now += is_id && parts[i].find('-') != parts[i].npos ? current_id(parts[i]) : parts[i];
   }

@@ -1,30 +1,40 @@
 #include "model/json_members.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
+#include <iterator>
 
 namespace rubicon::model {
 
-std::string text_of(const nlohmann::ordered_json& tree, const char* name) {
-  const auto found = tree.find(name);
-  return found != tree.end() && found->is_string() ? found->get<std::string>() : std::string();
-}
-
-std::optional<std::string> find_text(const nlohmann::json& tree, const char* name) {
-  const auto found = tree.find(name);
-  if (found == tree.end() || !found->is_string()) return std::nullopt;
-  return found->get<std::string>();
-}
-
-WallTime time_of(const nlohmann::ordered_json& tree, const char* name) {
+WallTime time_from_seconds(double seconds) {
   constexpr double kLatest = 1e11;  // beyond the year 5000
-  const auto found = tree.find(name);
-  const auto seconds = found != tree.end() && found->is_number() ? found->get<double>() : 0;
   if (!(seconds > 0 && seconds < kLatest)) return {};
   return WallTime(std::chrono::microseconds(std::llround(seconds * 1e6)));
 }
 
-std::string dump(const nlohmann::ordered_json& tree) {
-  return tree.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+nlohmann::ordered_json seconds_json(WallTime time) {
+  const auto micros = time.time_since_epoch().count();
+  if (micros % 1000000 == 0) return micros / 1000000;
+  return base::to_seconds(time);
+}
+
+void append_seconds(WallTime time, std::string& out) {
+  const auto micros = time.time_since_epoch().count();
+  fmt::format_to(std::back_inserter(out), "{}", micros / 1000000);
+  auto rest = micros % 1000000;
+  if (rest <= 0) return;
+  int digits = 6;
+  for (; rest % 10 == 0; rest /= 10) --digits;
+  fmt::format_to(std::back_inserter(out), ".{:0{}}", rest, digits);
+}
+
+void append_json(std::string_view text, std::string& out) {
+  if (text.empty()) {
+    out += "\"\"";
+    return;
+  }
+  out += dump(nlohmann::json(text));
 }
 
 }  // namespace rubicon::model

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
+#include "base/text.h"
 
 namespace rubicon::model {
 
@@ -107,10 +107,9 @@ Result<Pattern> Pattern::parse(std::string_view text) {
   const auto colon = text.find(':');
   if (colon != text.npos) {
     const auto owner = text.substr(0, colon);
-    std::uint32_t id = 0;
-    const auto end = std::from_chars(owner.data(), owner.data() + owner.size(), id);
+    const auto id = base::parse_number<std::uint32_t>(owner).value_or(0);
     const bool any = owner == "*";
-    if (!any && (end.ec != std::errc() || end.ptr != owner.data() + owner.size() || id == 0)) {
+    if (!any && id == 0) {
       return fail(ErrorCode::kInvalid,
                   fmt::format("pattern {}: expected an owner id or * before the colon", quoted(text)));
     }

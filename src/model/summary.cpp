@@ -10,19 +10,19 @@ namespace {
 using Tree = nlohmann::ordered_json;
 
 /// Longest text taken of a foreign summary.
-constexpr std::size_t kMaxText = 256;
+constexpr std::size_t kMaxSummaryText = 256;
 
 std::string short_text_of(const Tree& tree, const char* name) {
-  return text_of(tree, name).substr(0, kMaxText);
+  return text_of(tree, name).substr(0, kMaxSummaryText);
 }
 
 }  // namespace
 
 std::string to_json(const Summary& summary) {
   Tree tree;
-  tree["name"] = summary.name.substr(0, kMaxText);
-  tree["host"] = summary.host.substr(0, kMaxText);
-  tree["program"] = summary.program.substr(0, kMaxText);
+  tree["name"] = summary.name.substr(0, kMaxSummaryText);
+  tree["host"] = summary.host.substr(0, kMaxSummaryText);
+  tree["program"] = summary.program.substr(0, kMaxSummaryText);
   if (!summary.prefix.empty()) tree["prefix"] = summary.prefix;
   tree["since"] = base::to_seconds(summary.since);
   if (summary.networks.empty()) return dump(tree);
@@ -35,7 +35,7 @@ std::string to_json(const Summary& summary) {
 Result<Summary> summary_from_json(std::string_view text) {
   const auto tree = Tree::parse(text, nullptr, false);
   if (!tree.is_object())
-    return fail(ErrorCode::kInvalid, "summary of a component: expected a JSON object, got " + quoted(text));
+    return fail(ErrorCode::kInvalid, "summary of a component: expected a JSON object, got " + model::quoted(text));
   Summary summary;
   summary.name = short_text_of(tree, "name");
   summary.host = short_text_of(tree, "host");
@@ -45,7 +45,7 @@ Result<Summary> summary_from_json(std::string_view text) {
   summary.since = time_of(tree, "since");
   if (const auto networks = tree.find("networks"); networks != tree.end() && networks->is_object()) {
     for (const auto& [id, devices] : networks->items()) {
-      if (devices.is_number_unsigned()) summary.networks[id.substr(0, kMaxText)] = devices.get<std::uint64_t>();
+      if (devices.is_number_unsigned()) summary.networks[id.substr(0, kMaxSummaryText)] = devices.get<std::uint64_t>();
     }
   }
   return summary;

@@ -88,8 +88,8 @@ std::span<const DeviceType> TypeCatalogue::device_types() {
 
 Result<void> TypeCatalogue::declare(const SiteType& type) {
   if (!is_type_name(type.name)) {
-    return fail(ErrorCode::kInvalid,
-                fmt::format("type name {}: expected a letter, then at most 63 of [A-Za-z0-9_]", quoted(type.name)));
+    return fail(ErrorCode::kInvalid, fmt::format("type name {}: expected a letter, then at most 63 of [A-Za-z0-9_]",
+                                                 model::quoted(type.name)));
   }
   if (type.id < kFirstSiteType) {
     return fail(ErrorCode::kOutOfRange,
@@ -135,6 +135,13 @@ std::string_view to_string(Kind kind) {
     case Kind::kProperty: return "property";
   }
   return "unknown";
+}
+
+std::optional<Kind> parse_kind(std::string_view word) {
+  for (const auto kind : {Kind::kSensor, Kind::kActuator, Kind::kProperty}) {
+    if (to_string(kind) == word) return kind;
+  }
+  return std::nullopt;
 }
 
 std::string_view to_string(Access access) {

@@ -53,6 +53,8 @@ struct SiteType {
 enum class Kind : std::uint8_t { kSensor, kActuator, kProperty };
 /// `sensor`, `actuator`, `property`: a part of keys.
 std::string_view to_string(Kind kind);
+/// nullopt for every other word.
+std::optional<Kind> parse_kind(std::string_view word);
 
 enum class Access : std::uint8_t { kRead = 1, kWrite = 2, kReadWrite = 3 };
 std::string_view to_string(Access access);

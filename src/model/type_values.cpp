@@ -1,10 +1,10 @@
 #include <fmt/format.h>
 
-#include <charconv>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "base/bytes.h"
+#include "base/text.h"
 #include "model/type_catalogue.h"
 #include "model/words.h"
 #include "rubicon/key.hpp"
@@ -13,10 +13,10 @@ namespace rubicon::model {
 
 namespace {
 
-constexpr std::size_t kMaxText = 65536;
+constexpr std::size_t kMaxValueText = 65536;
 
 tl::unexpected<Error> refuse(ErrorCode code, const Type& type, std::string_view text, std::string_view expected) {
-  return fail(code, fmt::format("{}: {} is not {}", type.name, quoted(text), expected));
+  return fail(code, fmt::format("{}: {} is not {}", type.name, model::quoted(text), expected));
 }
 
 std::string range_text(const Type& type) {
@@ -65,11 +65,8 @@ std::optional<std::string_view> alike_word(std::string_view words, std::string_v
 
 template <class Number>
 std::optional<Number> number_in(std::string_view text) {
-  Number number{};
   if (text.starts_with('+') && text.size() > 1 && text[1] != '-') text.remove_prefix(1);
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return number;
+  return base::parse_number<Number>(text);
 }
 
 Result<Value> parse_boolean(const Type& type, std::string_view text) {
@@ -82,7 +79,7 @@ Result<Value> parse_boolean(const Type& type, std::string_view text) {
 
 /// The words are the point's: what is no number may be one of them.
 Result<Value> parse_own_word(const Type& type, std::string_view text, std::optional<std::int64_t> number) {
-  if (text.empty() || text.size() > kMaxText) return refuse(ErrorCode::kInvalid, type, text, "a word or a number");
+  if (text.empty() || text.size() > kMaxValueText) return refuse(ErrorCode::kInvalid, type, text, "a word or a number");
   if (!number) return Value(std::string(text));
   if (auto fits = check_range(type, static_cast<double>(*number), text); !fits) return fail(fits.error());
   return Value(*number);
@@ -113,7 +110,7 @@ Result<Value> parse_real(const Type& type, std::string_view text) {
 }
 
 Result<Value> parse_json(const Type& type, std::string_view text) {
-  if (text.size() > kMaxText) return refuse(ErrorCode::kOutOfRange, type, text, "at most 65536 bytes long");
+  if (text.size() > kMaxValueText) return refuse(ErrorCode::kOutOfRange, type, text, "at most 65536 bytes long");
   if (!nlohmann::json::accept(text)) return refuse(ErrorCode::kInvalid, type, text, "JSON");
   return Value(Json{std::string(text)});
 }
@@ -142,10 +139,10 @@ Result<Value> TypeCatalogue::parse(const Type& type, std::string_view text) {
     case DataType::kEnumeration: return parse_enumeration(type, text);
     case DataType::kJson: return parse_json(type, text);
     case DataType::kText:
-      if (text.size() > kMaxText) return refuse(ErrorCode::kOutOfRange, type, text, "at most 65536 bytes long");
+      if (text.size() > kMaxValueText) return refuse(ErrorCode::kOutOfRange, type, text, "at most 65536 bytes long");
       return Value(std::string(text));
     case DataType::kBytes:
-      if (text.size() > kMaxText) return refuse(ErrorCode::kOutOfRange, type, text, "at most 65536 bytes long");
+      if (text.size() > kMaxValueText) return refuse(ErrorCode::kOutOfRange, type, text, "at most 65536 bytes long");
       if (!base::from_hex(text)) return refuse(ErrorCode::kInvalid, type, text, "bytes in hex");
       return Value(std::string(text));
   }

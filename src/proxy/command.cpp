@@ -73,29 +73,13 @@ std::string_view to_string(CommandState state) {
 }
 
 std::string command_text(const Command& command) {
-  const auto who = [](OwnerId creator, const std::string& name, std::uint64_t request, std::string& out) {
-    out += fmt::format("\"creator\":{},\"commander\":", number(creator));
-    append_json(name, out);
-    out += fmt::format(",\"request\":{}", request);
-  };
-  std::string out = fmt::format("{{\"state\":\"{}\",", to_string(command.state));
-  who(command.creator, command.commander, command.creator_request, out);
-  out += ",\"value\":";
-  append_json(command.text, out);
-  out += ",\"since\":";
-  append_seconds(command.since, out);
-  if (command.until != WallTime{}) {
-    out += ",\"until\":";
-    append_seconds(command.until, out);
-  }
-  out += ",\"reason\":";
-  append_json(command.reason, out);
-  if (command.by) {
-    out += ",\"by\":{";
-    who(command.by->creator, command.by->name, command.by->request, out);
-    out += '}';
-  }
-  return out + '}';
+  return model::command_status_to_json({std::string(to_string(command.state)),
+                                        {command.creator, command.commander, command.creator_request},
+                                        command.text,
+                                        command.since,
+                                        command.until,
+                                        command.reason,
+                                        command.by});
 }
 
 Result<Value> parse_command(const Point& point, std::string_view text) {

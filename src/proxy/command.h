@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "base/scheduler.h"
+#include "model/point_tuples.h"
 #include "proxy/device.h"
 
 namespace rubicon::proxy {
@@ -22,13 +23,6 @@ enum class CommandState : std::uint8_t {
   kSuperseded,  ///< a newer command took its place
 };
 std::string_view to_string(CommandState state);
-
-/// A commander and one of its requests.
-struct Commander {
-  OwnerId creator{};
-  std::string name;
-  std::uint64_t request = 0;
-};
 
 /// Who sent a command as a message, and waits for one Acknowledge.
 struct Asker {
@@ -53,14 +47,14 @@ struct Command {
   WallTime since{};
   WallTime until{};  ///< when the state ends by itself; zero = final
   std::string reason;
-  std::optional<Commander> by;  ///< who superseded it
-  std::uint64_t request = 0;    ///< names it to the network and to its deadline; a new one at each step
-  WallTime handed_over{};       ///< to the network; zero = it waits for line or device
+  std::optional<model::Commander> by;  ///< who superseded it
+  std::uint64_t request = 0;           ///< names it to the network and to its deadline; a new one at each step
+  WallTime handed_over{};              ///< to the network; zero = it waits for line or device
   model::Outcome outcome = model::Outcome::kSent;  ///< what the network answered
   Timer deadline;                                  ///< expiry, then the waits for acknowledgement and confirmation
 };
 
-/// {state, creator, commander, request, value, since[, until], reason[, by: {creator, commander, request}]}
+/// As it stands in the status of its point.
 std::string command_text(const Command& command);
 
 /// A commander's text -> value: by the type and within the range the point itself declared.

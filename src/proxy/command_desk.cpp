@@ -115,7 +115,7 @@ Result<void> CommandDesk::take(const Message& message) {
   tuples::RemoteSet request;
   request.from = message.origin;
   request.request = gateway::answerable_number(message);
-  request.key = point_key(*device, **point, "command");
+  request.key = point_key(*device, **point).command();
   write_value((*point)->type, value_of(message), request.value);
   if (const auto* actuate = std::get_if<model::Actuate>(&message.body)) {
     request.time_to_live = actuate->time_to_live;

@@ -1,7 +1,5 @@
 #include "proxy/device.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 
 namespace rubicon::proxy {
@@ -32,8 +30,8 @@ Quality shown_quality(const Device& device, const Point& point) {
   return point.quality;
 }
 
-std::string point_key(const Device& device, const Point& point, std::string_view last) {
-  return fmt::format("{}.{}.{}.{}", device.key, to_string(point.id.kind), point.details->id, last);
+model::PointKey point_key(const Device& device, const Point& point) {
+  return model::DeviceKey{device.key}.point(point.id.kind, point.details->id);
 }
 
 Point* find_point(Device& device, const PointId& id) {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "model/message.h"
+#include "model/point_keys.h"
 #include "model/quality.h"
 #include "proxy/proxy_config.h"
 #include "proxy/rare_text.h"
@@ -159,8 +160,7 @@ std::optional<std::chrono::milliseconds> rate_of(const Value& value);
 /// Quality as published: the line hides the device, the device hides the point.
 Quality shown_quality(const Device& device, const Point& point);
 
-/// `proxy.wsn-1.7.sensor.light-1.value` for `value`.
-std::string point_key(const Device& device, const Point& point, std::string_view last);
+model::PointKey point_key(const Device& device, const Point& point);
 
 Point* find_point(Device& device, const PointId& id);
 Point* find_point(Device& device, PointNumber number);

@@ -13,8 +13,6 @@ namespace rubicon::proxy {
 namespace {
 
 constexpr Duration kLongestSilence = std::chrono::hours(24 * 366);
-/// The longest last part of a point's keys.
-constexpr std::string_view kLongestEnd = ".description";
 
 template <class Text>
 bool assign(Text& to, const std::string& from) {
@@ -47,7 +45,7 @@ Network& DeviceDirectory::network(const std::string& id) {
   if (!slot) {
     slot = std::make_unique<Network>();
     slot->id = id;
-    slot->key = fmt::format("{}.{}", context_.config.prefix, model::to_key_part(id));
+    slot->key = model::IslandKey{context_.config.prefix}.network(model::to_key_part(id)).text;
     slot->since = context_.clock.now().wall;
     const auto rules = context_.config.networks.find(id);
     configure(*slot, rules == context_.config.networks.end() ? NetworkRules{} : rules->second);
@@ -149,7 +147,7 @@ Result<Device*> DeviceDirectory::add(Network& network, const std::string& addres
   device->number = ++last_number_;
   device->network = &network;
   device->address = address;
-  device->key = fmt::format("{}.{}", network.key, id);
+  device->key = model::NetworkKey{network.key}.device(id).text;
   device->id = std::move(id);
   device->wanted_id = wanted_id;
   device->rate = network.rules.rate;
@@ -217,9 +215,9 @@ Result<Point> DeviceDirectory::make_point(Device& device, const Capability& capa
   point.details->capability = capabilities_.of(capability);
   point.details->id = point_id(names_of(device.network->rules, device.address), capability, point.type);
   point.since = context_.clock.now().wall;
-  const auto key = point_key(device, point, "");
-  if (key.size() + kLongestEnd.size() > model::kMaxKeyLength) {
-    return fail(ErrorCode::kOutOfRange, fmt::format("key {} is too long", model::quoted(key)));
+  const auto longest_key = point_key(device, point).description();
+  if (longest_key.size() > model::kMaxKeyLength) {
+    return fail(ErrorCode::kOutOfRange, fmt::format("key {} is too long", model::quoted(longest_key)));
   }
   point.number = ++device.last_point;
   return point;
@@ -258,7 +256,7 @@ Result<std::vector<Point>> DeviceDirectory::name(Device& device) {
   auto id = device_id(network.rules, device.address, device.wanted_id.text());
   if (auto free = key_is_free(network, id, device.address); !free) return fail(std::move(free.error()));
   device.id = std::move(id);
-  device.key = fmt::format("{}.{}", network.key, device.id);
+  device.key = model::NetworkKey{network.key}.device(device.id).text;
   network.by_id.emplace(device.id, &device);
   const auto* names = names_of(network.rules, device.address);
   std::vector<Point> vanished, points;

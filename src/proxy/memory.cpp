@@ -321,7 +321,7 @@ Result<void> Memory::save_values(const Device& device) {
   std::vector<StoredValue> values;
   for (const auto& point : device.points) {
     if (!point.unsaved || point.changed == WallTime{} || point.quality == Quality::kStored) continue;
-    const auto tuple = context_.space.get(context_.space.self(), point_key(device, point, "value"));
+    const auto tuple = context_.space.get(context_.space.self(), point_key(device, point).value());
     if (!tuple) continue;
     // The rate is the proxy's own: it says nothing about when the device was heard.
     const auto heard = is_rate(point) ? WallTime{} : point.heard;

@@ -4,6 +4,8 @@
 
 #include <tuple>
 
+#include "model/json_members.h"
+#include "model/point_keys.h"
 #include "proxy/tuple_text.h"
 #include "rubicon/key.hpp"
 
@@ -26,11 +28,11 @@ NetworkTuples::NetworkTuples(ProxyContext& context, DeviceDirectory& directory)
 
 void NetworkTuples::begin() {
   std::string island = fmt::format("{{\"id\":{},\"name\":", number(context_.space.self()));
-  append_json(context_.config.island_name, island);
-  std::ignore = context_.space.set(context_.config.prefix + ".island", island + '}', kJson);
+  model::append_json(context_.config.island_name, island);
+  std::ignore = context_.space.set(model::IslandKey{context_.config.prefix}.island(), island + '}', kJson);
   publish_networks();
   all_devices_ = "[]";
-  if (auto devices = context_.space.set(context_.config.prefix + ".devices", all_devices_, kJson))
+  if (auto devices = context_.space.set(model::IslandKey{context_.config.prefix}.devices(), all_devices_, kJson))
     all_devices_tuple_ = *devices;
   for (const auto& [id, network] : directory_.networks()) declare(*network);
 }
@@ -39,16 +41,16 @@ void NetworkTuples::publish_networks() {
   std::string list = "[";
   for (const auto& [id, network] : directory_.networks()) {
     if (list.size() > 1) list += ',';
-    append_json(id, list);
+    model::append_json(id, list);
   }
-  std::ignore = context_.space.set(context_.config.prefix + ".networks", list + ']', kJson);
+  std::ignore = context_.space.set(model::IslandKey{context_.config.prefix}.networks(), list + ']', kJson);
 }
 
 void NetworkTuples::declare(Network& network) {
   if (network.status_tuple != TupleRef{}) return;
   if (!context_.config.networks.contains(network.id)) publish_networks();
-  const auto status = context_.space.set(network.key + ".status", network_status_text(network), kJson);
-  const auto devices = context_.space.set(network.key + ".devices", "[]", kJson);
+  const auto status = context_.space.set(model::NetworkKey{network.key}.status(), network_status_text(network), kJson);
+  const auto devices = context_.space.set(model::NetworkKey{network.key}.devices(), "[]", kJson);
   if (!status || !devices) {
     context_.warn(network.id, fmt::format("tuples of network {} cannot be made", model::quoted(network.id)));
     return;
@@ -59,11 +61,11 @@ void NetworkTuples::declare(Network& network) {
 }
 
 void NetworkTuples::remove(Network& network) {
-  std::ignore = context_.space.erase(network.key + ".status");
-  std::ignore = context_.space.erase(network.key + ".devices");
-  too_long_.erase(network.key + ".devices");
+  std::ignore = context_.space.erase(model::NetworkKey{network.key}.status());
+  std::ignore = context_.space.erase(model::NetworkKey{network.key}.devices());
+  too_long_.erase(model::NetworkKey{network.key}.devices());
   for (const auto& [name, value] : network.published) {
-    std::ignore = context_.space.erase(fmt::format("{}.property.{}.value", network.key, name));
+    std::ignore = context_.space.erase(model::NetworkKey{network.key}.property(name));
   }
 }
 
@@ -77,7 +79,7 @@ void NetworkTuples::publish_property(Network& network, const std::string& name, 
   if (network.published.size() >= kMaxProperties && !network.published.contains(part)) return;
   auto& published = network.published[part];
   if (published == value) return;
-  std::ignore = context_.space.set(fmt::format("{}.property.{}.value", network.key, part), value);
+  std::ignore = context_.space.set(model::NetworkKey{network.key}.property(part), value);
   published = std::move(value);
 }
 
@@ -103,7 +105,7 @@ void NetworkTuples::publish_devices() {
   devices_at_ = context_.clock.refresh().steady + kDevicesPause;
   for (const auto& [id, network] : directory_.networks()) {
     if (!std::exchange(network->devices_dirty, false)) continue;
-    publish_list(network->devices_tuple, network->key + ".devices", reachable_devices(*network));
+    publish_list(network->devices_tuple, model::NetworkKey{network->key}.devices(), reachable_devices(*network));
   }
 }
 
@@ -115,7 +117,7 @@ void NetworkTuples::publish_all_devices() {
   list += ']';
   if (list == all_devices_) return;
   all_devices_ = std::move(list);
-  publish_list(all_devices_tuple_, context_.config.prefix + ".devices", all_devices_);
+  publish_list(all_devices_tuple_, model::IslandKey{context_.config.prefix}.devices(), all_devices_);
 }
 
 /// A list that no value can hold would else stand for ever as it was when it still fitted.

@@ -65,21 +65,22 @@ void Proxy::Impl::listen() {
   context.gateway.take_commands([this](const Message& message) { return desk.take(message); });
   context.gateway.find_devices([this](const std::string& address) { return directory.networks_of(address); });
   const auto self = context.space.self();
+  const model::IslandKey island{config.prefix};
+  const auto any_device = island.network("*").device("*");
   for (const auto* kind : {"sensor", "actuator"}) {
-    handles.push_back(context.space.watch_demand({self, fmt::format("{}.*.*.{}.*.value", config.prefix, kind)},
+    handles.push_back(context.space.watch_demand({self, any_device.point(kind, "*").value()},
                                                  [this](const tuples::Demand& wanted) { demand.wanted(wanted); }));
   }
   handles.push_back(context.space.add_policy(
       {self, config.prefix + ".**"}, [this](const tuples::RemoteSet& request) { return desk.decide_set(request); }));
   handles.push_back(
-      context.space.add_policy({self, config.prefix + ".*.*.description"},
+      context.space.add_policy({self, any_device.description()},
                                [this](const tuples::RemoteSet& request) { return user_names.decide_set(request); }));
   handles.push_back(context.space.add_policy(
       {self, "ROAMING.**"}, [this](const tuples::RemoteSet& request) { return transfer.decide_set(request); }));
-  for (const auto* inbox_key : {".inbox", ".inbox.*.*"}) {
-    handles.push_back(
-        context.space.add_policy({self, config.prefix + inbox_key},
-                                 [this](const tuples::RemoteSet& request) { return admission.decide_set(request); }));
+  for (const auto& inbox_key : {island.inbox(), island.inbox("*.*")}) {
+    handles.push_back(context.space.add_policy(
+        {self, inbox_key}, [this](const tuples::RemoteSet& request) { return admission.decide_set(request); }));
   }
 }
 

@@ -58,29 +58,30 @@ void TupleMirror::joined(const DeviceDirectory::Joined& joined) {
       declare_point(device, point);
     } else {
       std::ignore =
-          context_.space.set(point_key(device, point, "description"), point_description(point), {kJsonType, {}, {}});
+          context_.space.set(point_key(device, point).description(), point_description(point), {kJsonType, {}, {}});
     }
   }
   described(device);
 }
 
 void TupleMirror::described(const Device& device) {
-  std::ignore = context_.space.set(device.key + ".description", device_description(device), {kJsonType, {}, {}});
+  std::ignore =
+      context_.space.set(model::DeviceKey{device.key}.description(), device_description(device), {kJsonType, {}, {}});
 }
 
 void TupleMirror::declare_device(Device& device) {
-  device.status_tuple = declare(device.key + ".status", device_status_text(device), kJsonType);
+  device.status_tuple = declare(model::DeviceKey{device.key}.status(), device_status_text(device), kJsonType);
 }
 
 void TupleMirror::declare_point(Device& device, Point& point, const Kept* kept) {
-  const auto key = point_key(device, point, "value");
+  const auto key = point_key(device, point).value();
   point.value = kept ? declare(key, kept->value, kept->media_type, kept->user_time) : declare(key, {}, "text/plain");
   remember(point.value, {Role::kValue, device.number, point.number});
   write_point_status(device, point, status_text_);
-  point.status = declare(point_key(device, point, "status"), status_text_, kJsonType);
-  declare(point_key(device, point, "description"), point_description(point), kJsonType);
+  point.status = declare(point_key(device, point).status(), status_text_, kJsonType);
+  declare(point_key(device, point).description(), point_description(point), kJsonType);
   if (writable(point)) {
-    point.command = declare(point_key(device, point, "command"), {}, "text/plain");
+    point.command = declare(point_key(device, point).command(), {}, "text/plain");
     remember(point.command, {Role::kCommand, device.number, point.number});
   }
   if (!kept) initial_value(device, point);
@@ -101,21 +102,22 @@ void TupleMirror::added(Device& device, Point& point) {
 void TupleMirror::erase_point(const Device& device, const Point& point) {
   places_.erase(point.value.index);
   places_.erase(point.command.index);
-  for (const auto last : {"value", "status", "description", "command"}) {
-    std::ignore = context_.space.erase(point_key(device, point, last));
-  }
+  const auto point_tuples = point_key(device, point);
+  for (const auto& key :
+       {point_tuples.value(), point_tuples.status(), point_tuples.description(), point_tuples.command()})
+    std::ignore = context_.space.erase(key);
 }
 
 void TupleMirror::left(Device& device) {
   for (const auto& point : device.points) erase_point(device, point);
-  std::ignore = context_.space.erase(device.key + ".status");
-  std::ignore = context_.space.erase(device.key + ".description");
+  std::ignore = context_.space.erase(model::DeviceKey{device.key}.status());
+  std::ignore = context_.space.erase(model::DeviceKey{device.key}.description());
 }
 
 std::map<PointNumber, TupleMirror::Kept> TupleMirror::retire(Device& device) {
   std::map<PointNumber, Kept> kept;
   for (const auto& point : device.points) {
-    const auto tuple = context_.space.get(context_.space.self(), point_key(device, point, "value"));
+    const auto tuple = context_.space.get(context_.space.self(), point_key(device, point).value());
     if (tuple) kept[point.number] = {std::string(tuple->value), std::string(tuple->media_type), tuple->user_time};
   }
   left(device);

@@ -5,20 +5,12 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <iterator>
-#include <nlohmann/json.hpp>
 
 #include "model/point_tuples.h"
 
 namespace rubicon::proxy {
 
 namespace {
-
-using Tree = nlohmann::ordered_json;
-
-std::string dump(const Tree& tree) {
-  return tree.dump(-1, ' ', false, Tree::error_handler_t::replace);
-}
 
 /// The reason that belongs to the quality shown, and since when it holds.
 std::pair<std::string_view, WallTime> reason_of(const Device& device, const Point& point) {
@@ -29,32 +21,20 @@ std::pair<std::string_view, WallTime> reason_of(const Device& device, const Poin
   return {reason, point.since};
 }
 
-Tree words_of(std::string_view words) {
-  Tree list = Tree::array();
+/// The words of a type: `closed,open`.
+std::vector<model::Word> words_of(std::string_view words) {
+  std::vector<model::Word> list;
   while (!words.empty()) {
     const auto comma = words.find(',');
-    list.push_back(words.substr(0, comma));
+    list.push_back({static_cast<std::uint32_t>(list.size()), std::string(words.substr(0, comma))});
     words.remove_prefix(comma == words.npos ? words.size() : comma + 1);
   }
   return list;
 }
 
-/// The words of a point itself; their numbers too where these are not 0, 1, 2 and so on.
-void add_words(Tree& tree, const std::vector<model::Word>& words) {
-  Tree texts = Tree::array(), codes = Tree::array();
-  bool counted = true;
-  for (const auto& word : words) {
-    counted = counted && word.value == codes.size();
-    texts.push_back(word.text);
-    codes.push_back(word.value);
-  }
-  tree["words"] = std::move(texts);
-  if (!counted) tree["codes"] = std::move(codes);
-}
-
-void add_range(Tree& tree, const char* name, std::optional<double> own, double of_type) {
+std::optional<double> bound_of(std::optional<double> own, double of_type) {
   const double bound = own.value_or(of_type);
-  if (std::isfinite(bound)) tree[name] = bound;
+  return std::isfinite(bound) ? std::optional(bound) : std::nullopt;
 }
 
 /// One of the counters that came with the state of the line.
@@ -81,41 +61,11 @@ std::string seconds_text(Duration span) {
   return fmt::format("{:g} s", std::chrono::duration<double>(rounded).count());
 }
 
-void append_seconds(WallTime time, std::string& out) {
-  const auto micros = time.time_since_epoch().count();
-  fmt::format_to(std::back_inserter(out), "{}", micros / 1000000);
-  auto rest = micros % 1000000;
-  if (rest <= 0) return;
-  int digits = 6;
-  for (; rest % 10 == 0; rest /= 10) --digits;
-  fmt::format_to(std::back_inserter(out), ".{:0{}}", rest, digits);
-}
-
-void append_json(std::string_view text, std::string& out) {
-  if (text.empty()) {
-    out += "\"\"";
-    return;
-  }
-  out += dump(Tree(text));
-}
-
 void write_point_status(const Device& device, const Point& point, std::string& out) {
   const auto [reason, since] = reason_of(device, point);
-  out = "{\"quality\":\"";
-  out += to_string(shown_quality(device, point));
-  out += "\",\"since\":";
-  append_seconds(since, out);
-  out += ",\"heard\":";
-  append_seconds(point.heard, out);
-  out += ",\"changed\":";
-  append_seconds(point.changed, out);
-  out += ",\"reason\":";
-  append_json(reason, out);
-  if (!point.details->command.empty()) {
-    out += ",\"command\":";
-    out += point.details->command.text();
-  }
-  out += '}';
+  model::write_point_status({to_string(shown_quality(device, point)), reason, since, point.heard, point.changed,
+                             point.details->command.text()},
+                            out);
 }
 
 std::string device_status_text(const Device& device) {
@@ -133,42 +83,43 @@ std::string point_description(const Point& point) {
   const auto& capability = *point.details->capability;
   const model::Type unknown{};
   const auto& type = point.type ? *point.type : unknown;
-  Tree tree;
-  tree["type"] = point.type ? std::string(type.name) : capability.type_name;
-  tree["type_id"] = static_cast<unsigned>(point.id.type);
-  tree["quantity"] = type.quantity;
-  tree["unit"] = capability.unit.empty() ? std::string(type.unit) : capability.unit;
-  tree["data_type"] = point.type ? to_string(type.data) : std::string_view("unknown");
-  add_range(tree, "minimum", capability.minimum, type.minimum);
-  add_range(tree, "maximum", capability.maximum, type.maximum);
-  if (!type.words.empty()) tree["words"] = words_of(type.words);
-  if (!capability.words.empty()) add_words(tree, capability.words);
-  tree["access"] = to_string(capability.access);
-  tree["report"] = type.report == model::Report::kEvent ? "event" : "state";
-  tree["instance"] = point.details->id.substr(std::min(point.details->id.find('-'), point.details->id.size() - 1) + 1);
-  return dump(tree);
+  const auto& id = point.details->id;
+  model::PointDescription description;
+  description.type = point.type ? std::string(type.name) : capability.type_name;
+  description.type_id = static_cast<std::uint64_t>(point.id.type);
+  description.quantity = type.quantity;
+  description.unit = capability.unit.empty() ? std::string(type.unit) : capability.unit;
+  description.data_type = point.type ? to_string(type.data) : std::string_view("unknown");
+  description.minimum = bound_of(capability.minimum, type.minimum);
+  description.maximum = bound_of(capability.maximum, type.maximum);
+  description.words = capability.words.empty() ? words_of(type.words) : capability.words;
+  description.access = to_string(capability.access);
+  description.report = type.report == model::Report::kEvent ? "event" : "state";
+  description.instance = id.substr(std::min(id.find('-'), id.size() - 1) + 1);
+  return model::point_description_to_json(description);
 }
 
 std::string device_description(const Device& device) {
-  Tree lists[3] = {Tree::array(), Tree::array(), Tree::array()};
-  Tree capabilities = Tree::array();
+  model::DeviceDescription description{device.name,
+                                       std::string(device.area.text()),
+                                       device.model,
+                                       device.type,
+                                       device.address,
+                                       device.network->id,
+                                       {},
+                                       {},
+                                       {},
+                                       {}};
+  std::vector<std::string>* lists[] = {&description.sensors, &description.actuators, &description.properties};
+  auto& capabilities = description.capabilities;
   for (const auto& point : device.points) {
-    lists[static_cast<std::size_t>(point.id.kind)].push_back(point.details->id);
-    const auto type = point.details->id.substr(0, point.details->id.find('-'));
-    if (std::find(capabilities.begin(), capabilities.end(), type) == capabilities.end()) capabilities.push_back(type);
+    const auto& id = point.details->id;
+    lists[static_cast<std::size_t>(point.id.kind)]->push_back(id);
+    auto type = id.substr(0, id.find('-'));
+    if (std::find(capabilities.begin(), capabilities.end(), type) == capabilities.end())
+      capabilities.push_back(std::move(type));
   }
-  Tree tree;
-  tree["name"] = device.name;
-  if (!device.area.empty()) tree["area"] = device.area.text();
-  tree["model"] = device.model;
-  tree["type"] = device.type;
-  tree["address"] = device.address;
-  tree["network"] = device.network->id;
-  tree["capabilities"] = std::move(capabilities);
-  tree["sensors"] = std::move(lists[0]);
-  tree["actuators"] = std::move(lists[1]);
-  tree["properties"] = std::move(lists[2]);
-  return dump(tree);
+  return model::device_description_to_json(description);
 }
 
 void append_reachable(const Network& network, std::string_view before, std::string& list) {

@@ -30,9 +30,5 @@ void append_reachable(const Network& network, std::string_view before, std::stri
 
 /// `0.35 s`, to the millisecond.
 std::string seconds_text(Duration span);
-/// Appends microseconds as seconds: `1767225600.25`.
-void append_seconds(WallTime time, std::string& out);
-/// Appends text as a JSON string; broken UTF-8 is replaced.
-void append_json(std::string_view text, std::string& out);
 
 }  // namespace rubicon::proxy

@@ -5,6 +5,8 @@
 
 #include "apps/rubicon/knx/direct_bus.h"
 #include "apps/rubicon/tuple_text.h"
+#include "model/json_members.h"
+#include "model/point_keys.h"
 #include "networks/knx/operators.h"
 
 namespace rubicon::cli::knx {
@@ -23,7 +25,7 @@ struct Place {
 std::vector<Place> places(Session& session, const BusOptions& options) {
   std::vector<Place> found;
   const auto owner = options.island == 0 ? std::nullopt : std::optional(OwnerId(options.island));
-  for (const auto& tuple : session.read({owner, session.settings().prefix + ".networks"})) {
+  for (const auto& tuple : session.read({owner, model::IslandKey{session.settings().prefix}.networks()})) {
     const auto names = json::parse(tuple.value, nullptr, false);
     if (!names.is_array()) continue;
     for (const auto& name : names) {
@@ -49,7 +51,7 @@ class IslandBus final : public Bus {
   IslandBus& operator=(const IslandBus&) = delete;
 
   void ask(const json& request) override {
-    const auto refused = [this, id = text_in(request, "id")](const std::string& why) {
+    const auto refused = [this, id = model::text_of(request, "id")](const std::string& why) {
       if (!why.empty() && on_reply) on_reply({{"id", id}, {"ok", false}, {"why", why}});
     };
     session_->client().send_to_network(place_.island, place_.network, networks::knx::kRequestTag, request.dump(),
@@ -99,7 +101,7 @@ json Bus::answer_to(json request, Duration patience) {
   request["id"] = id;
   std::optional<json> answer;
   on_reply = [&](const json& reply) {
-    if (text_in(reply, "id") == id) answer = reply;
+    if (model::text_of(reply, "id") == id) answer = reply;
   };
   ask(request);
   run([&] { return answer.has_value(); }, patience);

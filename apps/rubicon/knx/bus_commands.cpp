@@ -8,6 +8,7 @@
 #include "apps/rubicon/knx/commands.h"
 #include "apps/rubicon/tuple_text.h"
 #include "base/own_file.h"
+#include "model/json_members.h"
 #include "networks/knx/capture.h"
 #include "networks/knx/wire/address.h"
 
@@ -32,14 +33,14 @@ struct Options {
 };
 
 int refused(const json& answer) {
-  say(clean(text_in(answer, "why")));
+  say(clean(model::text_of(answer, "why")));
   return kNotDone;
 }
 
 std::string value_text(const json& telegram) {
-  auto text = text_in(telegram, "value");
-  if (text.empty()) return text_in(telegram, "hex");
-  const auto unit = text_in(telegram, "unit");
+  auto text = model::text_of(telegram, "value");
+  if (text.empty()) return model::text_of(telegram, "hex");
+  const auto unit = model::text_of(telegram, "unit");
   return unit.empty() ? text : text + " " + unit;
 }
 
@@ -47,7 +48,7 @@ int read(Bus& bus, const Settings& settings, const Options& options) {
   json request{{"do", "read"}, {"address", options.address}};
   if (!options.dpt.empty()) request["dpt"] = options.dpt;
   auto answer = bus.answer_to(request, kPatience);
-  if (!flag_in(answer, "ok")) return refused(answer);
+  if (!model::flag_of(answer, "ok")) return refused(answer);
   answer.erase("id");
   bus.out().line(settings.json ? answer.dump() : clean(value_text(answer)));
   return kGood;
@@ -56,26 +57,27 @@ int read(Bus& bus, const Settings& settings, const Options& options) {
 int write(Bus& bus, const Settings& settings, const Options& options) {
   auto answer = bus.answer_to(
       {{"do", "write"}, {"address", options.address}, {"dpt", options.dpt}, {"value", options.value}}, kPatience);
-  if (!flag_in(answer, "ok")) return refused(answer);
+  if (!model::flag_of(answer, "ok")) return refused(answer);
   answer.erase("id");
-  bus.out().line(settings.json ? answer.dump()
-                               : fmt::format("sent {} to {}", text_in(answer, "hex"), text_in(answer, "address")));
+  bus.out().line(settings.json
+                     ? answer.dump()
+                     : fmt::format("sent {} to {}", model::text_of(answer, "hex"), model::text_of(answer, "address")));
   return kGood;
 }
 
 std::string telegram_line(const json& telegram) {
-  const auto name = text_in(telegram, "name");
-  const auto dpt = text_in(telegram, "dpt");
-  return fmt::format("{}  {:<9}{:<11}{:<9}{:<8}{}{}{}", clock_text(wall_time(number_in(telegram, "time"))),
-                     flag_in(telegram, "own") ? "own" : text_in(telegram, "source"), text_in(telegram, "address"),
-                     text_in(telegram, "service"), dpt.empty() ? "-" : dpt, value_text(telegram),
-                     name.empty() ? "" : "  ", name);
+  const auto name = model::text_of(telegram, "name");
+  const auto dpt = model::text_of(telegram, "dpt");
+  return fmt::format("{}  {:<9}{:<11}{:<9}{:<8}{}{}{}", clock_text(model::time_of(telegram, "time")),
+                     model::flag_of(telegram, "own") ? "own" : model::text_of(telegram, "source"),
+                     model::text_of(telegram, "address"), model::text_of(telegram, "service"), dpt.empty() ? "-" : dpt,
+                     value_text(telegram), name.empty() ? "" : "  ", name);
 }
 
 /// Addresses of the command line may be in any notation.
 bool wanted(const Options& options, const json& telegram) {
   if (options.only.empty()) return true;
-  const auto address = parse_group(text_in(telegram, "address"));
+  const auto address = parse_group(model::text_of(telegram, "address"));
   return address && std::any_of(options.only.begin(), options.only.end(),
                                 [&](const auto& text) { return *parse_group(text) == *address; });
 }
@@ -91,7 +93,7 @@ int monitor(Bus& bus, const Settings& settings, const Options& options) {
   const json request{{"do", "monitor"}, {"seconds", kLeaseSeconds}, {"id", "monitor"}};
   bool refusal = false;
   bus.on_reply = [&](const json& reply) {
-    if (flag_in(reply, "ok") || refusal) return;
+    if (model::flag_of(reply, "ok") || refusal) return;
     refusal = true;
     refused(reply);
   };
@@ -108,12 +110,12 @@ std::vector<networks::knx::Capture::Frame> frames_in(const json& answer) {
   const auto found = answer.find("frames");
   if (found == answer.end() || !found->is_array()) return frames;
   for (const auto& one : *found) {
-    auto cemi = base::from_hex(text_in(one, "cemi"));
+    auto cemi = base::from_hex(model::text_of(one, "cemi"));
     if (!cemi || cemi->empty()) continue;
     auto& frame = frames.emplace_back();
-    frame.number = count_in(one, "number");
-    frame.time = WallTime(std::chrono::microseconds(count_in(one, "time")));
-    frame.outgoing = flag_in(one, "out");
+    frame.number = model::count_of(one, "number");
+    frame.time = WallTime(std::chrono::microseconds(model::count_of(one, "time")));
+    frame.outgoing = model::flag_of(one, "out");
     frame.cemi = std::move(*cemi);
   }
   return frames;
@@ -134,14 +136,14 @@ int capture(Bus& bus, const Settings&, const Options& options) {
   std::uint64_t next = 0, frames = 0;
   for (bool more = true; more;) {
     const auto answer = bus.answer_to({{"do", "capture"}, {"from", next}}, kPatience);
-    if (!flag_in(answer, "ok")) return refused(answer);
+    if (!model::flag_of(answer, "ok")) return refused(answer);
     const auto before = next;
     for (const auto& frame : frames_in(answer)) {
       put(networks::knx::pcap_record(frame));
       next = std::max(next, frame.number + 1);
       ++frames;
     }
-    more = flag_in(answer, "more") && next > before;
+    more = model::flag_of(answer, "more") && next > before;
   }
   if (std::fflush(file.get()) != 0 || std::ferror(file.get()) != 0) {
     say(fmt::format("{}: cannot be written", options.file));

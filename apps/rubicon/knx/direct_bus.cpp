@@ -7,6 +7,7 @@
 
 #include "apps/rubicon/tuple_text.h"
 #include "base/config_reader.h"
+#include "model/json_members.h"
 #include "networks/knx/knx_network.h"
 #include "networks/knx/operators.h"
 #include "transport/asio_scheduler.h"
@@ -109,7 +110,7 @@ void DirectBus::ask(const json& request) {
   const auto bytes = base::as_bytes(text);
   message.body = model::Opaque{std::string(networks::knx::kRequestTag), Bytes(bytes.begin(), bytes.end())};
   if (auto taken = network_->send(message); !taken && on_reply)
-    on_reply({{"id", text_in(request, "id")}, {"ok", false}, {"why", taken.error().text}});
+    on_reply({{"id", model::text_of(request, "id")}, {"ok", false}, {"why", taken.error().text}});
 }
 
 void DirectBus::hear(const Message& message) {

@@ -4,6 +4,7 @@
 
 #include "apps/rubicon/knx/commands.h"
 #include "apps/rubicon/tuple_text.h"
+#include "model/json_members.h"
 #include "networks/knx/line/discovery.h"
 #include "transport/asio_scheduler.h"
 #include "transport/interfaces.h"
@@ -82,7 +83,7 @@ int discover(const Settings& settings, const DiscoverOptions& options) {
   Output out(1);
   for (const auto& server : result.servers) {
     if (settings.json) {
-      out.line(dump(as_json(server)));
+      out.line(model::dump(as_json(server)));
     } else {
       put(out, networks::knx::line::describe(server));
     }

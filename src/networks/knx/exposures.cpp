@@ -1,22 +1,22 @@
 #include "networks/knx/exposures.h"
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 #include <utility>
+
+#include "model/point_keys.h"
+#include "model/point_tuples.h"
 
 namespace rubicon::networks::knx {
 
 namespace {
 
-constexpr std::string_view kValue = ".value";
 /// What could not be written is tried again after this time.
 constexpr Duration kRetry = std::chrono::seconds(10);
 
 /// Of the `.status` beside a value: whether there is a value to show at all.
 bool is_usable(std::string_view status) {
-  const auto tree = nlohmann::json::parse(status, nullptr, false);
-  const auto quality = tree.is_object() ? tree.value("quality", nlohmann::json()) : nlohmann::json();
-  return !quality.is_string() || quality == "good" || quality == "assumed";
+  const auto quality = model::point_status_from_json(status).quality;
+  return quality.empty() || quality == "good" || quality == "assumed";
 }
 
 }  // namespace
@@ -41,9 +41,9 @@ void Exposures::take(std::vector<Exposure> wanted) {
 void Exposures::follow(const std::shared_ptr<Shown>& shown, Exposure what) {
   shown->what = std::move(what);
   auto& one = *shown;
-  if (one.what.tuple.ends_with(kValue)) {
-    const auto status = one.what.tuple.substr(0, one.what.tuple.size() - kValue.size()) + ".status";
-    if (auto followed = host_.watch_tuple(status, [this, &one](std::string_view text) {
+  if (model::last_part(one.what.tuple) == "value") {
+    const model::PointKey point{std::string(model::parent_key(one.what.tuple))};
+    if (auto followed = host_.watch_tuple(point.status(), [this, &one](std::string_view text) {
           one.usable = is_usable(text);
           changed(one);
         }))

@@ -8,6 +8,7 @@
 
 #include "model/former_types.h"
 #include "model/json_members.h"
+#include "model/point_tuples.h"
 #include "proxy/tuple_text.h"
 #include "rubicon/key.hpp"
 
@@ -29,13 +30,6 @@ std::optional<std::uint64_t> whole(const PlainTree& tree, const char* name, std:
   return value <= most ? std::optional(value) : std::nullopt;
 }
 
-std::optional<Kind> kind_of(const std::optional<std::string>& word) {
-  for (const auto kind : {Kind::kActuator, Kind::kProperty}) {
-    if (word && to_string(kind) == *word) return kind;
-  }
-  return std::nullopt;
-}
-
 /// What became of a command that the other island did not apply.
 std::pair<CommandState, std::string> outcome(OwnerId island, const tuples::Reply& reply) {
   if (reply.verdict == tuples::Verdict::kExpired) {
@@ -52,7 +46,7 @@ std::string waiting_command_text(const WaitingCommand& command) {
   const PlainTree tree{{"kind", to_string(command.point.kind)}, {"type", static_cast<unsigned>(command.point.type)},
                        {"instance", command.point.instance},    {"value", command.value},
                        {"creator", number(command.creator)},    {"request", command.request}};
-  return tree.dump(-1, ' ', false, PlainTree::error_handler_t::replace);
+  return model::dump(tree);
 }
 
 Result<WaitingCommand> parse_waiting_command(std::string_view text) {
@@ -62,8 +56,8 @@ Result<WaitingCommand> parse_waiting_command(std::string_view text) {
     return fail(ErrorCode::kInvalid, fmt::format("a command that follows its device needs {}", what));
   };
   if (!tree.is_object()) return wrong("a JSON object of at most 32 KiB");
-  const auto kind = kind_of(model::find_text(tree, "kind"));
-  if (!kind) return wrong("kind actuator or property");
+  const auto kind = model::parse_kind(model::text_of(tree, "kind"));
+  if (!kind || *kind == Kind::kSensor) return wrong("kind actuator or property");
   const auto type = whole(tree, "type", std::numeric_limits<std::uint16_t>::max());
   const auto instance = model::find_text(tree, "instance");
   if (!type || !instance || instance->size() > kMaxInstance) return wrong("a type number and an instance");
@@ -85,7 +79,7 @@ void CommandTransfer::send(Device& device, const Claim& to, const std::string& t
     const auto text = waiting_command_text({point->id, released->text, released->creator, released->creator_request});
     const std::shared_ptr<Command> command = std::move(released);
     context_.space.set_remote(to.island, tuple, text, left,
-                              lifetime_.guard([this, command, status = point_key(device, *point, "status"),
+                              lifetime_.guard([this, command, status = point_key(device, *point).status(),
                                                island = to.island](const tuples::Reply& reply) {
                                 if (reply.verdict != tuples::Verdict::kApplied)
                                   answered(*command, status, island, reply);
@@ -99,10 +93,9 @@ void CommandTransfer::answered(Command& command, const std::string& status, Owne
   std::tie(command.state, command.reason) = outcome(island, reply);
   command.since = context_.clock.refresh().wall;
   command.until = {};  // final
-  std::string text = "{\"quality\":\"unknown\",\"since\":";
-  append_seconds(command.since, text);
-  text += fmt::format(",\"heard\":0,\"changed\":0,\"reason\":\"the device moved to island {}\",\"command\":{}}}",
-                      number(island), command_text(command));
+  std::string text;
+  const auto reason = fmt::format("the device moved to island {}", number(island));
+  model::write_point_status({to_string(Quality::kUnknown), reason, command.since, {}, {}, command_text(command)}, text);
   std::ignore = context_.space.set(status, text, {"application/json", {}, kFailureShown, 0});
   context_.log.warning(fmt::format("{} = {} by {}, id {}: {}", command.key, model::quoted(command.text),
                                    command.commander, number(command.creator), command.reason));
@@ -111,7 +104,7 @@ void CommandTransfer::answered(Command& command, const std::string& status, Owne
 void CommandTransfer::clear(const Device& device) {
   if (device.network->rules.roaming.empty()) return;
   for (const auto& point : device.points) {
-    const auto status = point_key(device, point, "status");
+    const auto status = point_key(device, point).status();
     if (point.status == TupleRef{} && context_.space.find(status)) std::ignore = context_.space.erase(status);
   }
 }
@@ -140,7 +133,7 @@ tuples::SetDecision CommandTransfer::decide_set(const tuples::RemoteSet& request
   auto as_given = request;
   as_given.from = command->creator;
   as_given.request = command->request;
-  as_given.key = point_key(*device, *point, "command");
+  as_given.key = point_key(*device, *point).command();
   as_given.value = std::move(command->value);
   return desk_.take_over(as_given, *device, *point);
 }

@@ -97,14 +97,14 @@ void DiscoveryInbox::show(const DeviceName& device, Entry& entry) {
     entry.key = part;
     for (int twin = 2; !keys_.emplace(entry.key, device).second; ++twin) entry.key = fmt::format("{}_{}", part, twin);
   }
-  const auto key = fmt::format("{}.inbox.{}", context_.config.prefix, entry.key);
+  const auto key = model::IslandKey{context_.config.prefix}.inbox(entry.key);
   const auto shown = context_.space.set(key, model::dump(describe(device, entry, context_.types)), kInboxOptions);
   if (!shown) context_.warn("inbox", shown.error().text);
 }
 
 void DiscoveryInbox::hide(Entry& entry) {
   if (entry.key.empty()) return;
-  std::ignore = context_.space.erase(fmt::format("{}.inbox.{}", context_.config.prefix, entry.key));
+  std::ignore = context_.space.erase(model::IslandKey{context_.config.prefix}.inbox(entry.key));
   keys_.erase(entry.key);
   entry.key.clear();
 }
@@ -185,7 +185,7 @@ void DiscoveryInbox::publish() {
     if (!entry.ignored()) list.push_back(describe(device, entry, context_.types));
   }
   const Tree all{{"count", counters_.pending}, {"ignored", counters_.ignored}, {"waiting", std::move(list)}};
-  std::ignore = context_.space.set(context_.config.prefix + ".inbox", model::dump(all), kInboxOptions);
+  std::ignore = context_.space.set(model::IslandKey{context_.config.prefix}.inbox(), model::dump(all), kInboxOptions);
 }
 
 }  // namespace rubicon::proxy::admission

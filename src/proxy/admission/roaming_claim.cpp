@@ -38,9 +38,9 @@ bool better(const Claim& one, const Claim& other) {
 std::string claim_text(const Claim& claim) {
   std::string out = fmt::format("{{\"key\":\"{}\",\"network\":\"{}\",\"device\":\"{}\",\"address\":", claim.key,
                                 claim.network, claim.device);
-  append_json(claim.address, out);
+  model::append_json(claim.address, out);
   out += ",\"since\":";
-  append_seconds(claim.since, out);
+  model::append_seconds(claim.since, out);
   out += fmt::format(",\"reachable\":{}}}", claim.reachable);
   return out;
 }

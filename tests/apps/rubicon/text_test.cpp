@@ -7,6 +7,7 @@
 #include "apps/rubicon/table.h"
 #include "apps/rubicon/tuple_text.h"
 #include "apps/rubicon/type_text.h"
+#include "model/json_members.h"
 
 namespace rubicon::cli {
 namespace {
@@ -14,21 +15,7 @@ namespace {
 using namespace std::chrono_literals;
 
 WallTime at(double seconds) {
-  return wall_time(seconds);
-}
-
-TEST(CliText, MembersOfAnotherKindReadAsNothing) {
-  const auto odd = object_of(R"({"ok": 1, "id": 7, "text": true, "count": -1, "share": 0.5})");
-  EXPECT_FALSE(flag_in(odd, "ok"));
-  EXPECT_EQ(text_in(odd, "id"), "");
-  EXPECT_EQ(number_in(odd, "text"), 0);
-  EXPECT_EQ(count_in(odd, "count"), 0U);
-  EXPECT_EQ(count_in(odd, "share"), 0U);
-  const auto number = nlohmann::json(7);
-  EXPECT_FALSE(flag_in(number, "ok"));
-  const auto good = object_of(R"({"ok": true, "count": 18446744073709551615})");
-  EXPECT_TRUE(flag_in(good, "ok"));
-  EXPECT_EQ(count_in(good, "count"), 18446744073709551615U);
+  return model::time_from_seconds(seconds);
 }
 
 TEST(CliTable, AlignsColumnsByCharactersAndLeavesNoBlanksAtTheEnds) {
@@ -92,7 +79,7 @@ client::Tuple tuple(std::string_view key, std::string_view value) {
 
 TEST(CliText, ATupleInJsonHasTheNamesOfTheDaemonsLines) {
   ::setenv("TZ", "CET-1", 1);
-  EXPECT_EQ(dump(tuple_json(tuple("a.b", "on"))),
+  EXPECT_EQ(model::dump(tuple_json(tuple("a.b", "on"))),
             R"({"owner":7,"key":"a.b","value":"on","mimetype":"text/plain","seq":3,"write":12.5,"user":0.0,)"
             R"("time":"1970-01-01T01:00:12.500000+01:00","creator":70001,"expire":0.0})");
   ::unsetenv("TZ");
@@ -137,10 +124,10 @@ TEST(CliText, KnowsWhichPatternsNameValuesOfPoints) {
 }
 
 TEST(CliText, RangesHaveNoExponents) {
-  EXPECT_EQ(range_text(nlohmann::json{{"minimum", 0}, {"maximum", 8.64e7}}), "0..86400000");
-  EXPECT_EQ(range_text(nlohmann::json{{"minimum", -273.15}}), "-273.15..");
-  EXPECT_EQ(range_text(nlohmann::json{{"words", {"open", "closed"}}, {"minimum", 0}}), "open|closed");
-  EXPECT_EQ(range_text(nlohmann::json::object()), "");
+  EXPECT_EQ(range_text(model::PointDescription{.minimum = 0, .maximum = 8.64e7}), "0..86400000");
+  EXPECT_EQ(range_text(model::PointDescription{.minimum = -273.15}), "-273.15..");
+  EXPECT_EQ(range_text(model::PointDescription{.minimum = 0, .words = {{0, "open"}, {1, "closed"}}}), "open|closed");
+  EXPECT_EQ(range_text(model::PointDescription{}), "");
   Type type;
   type.minimum = 0;
   EXPECT_EQ(range_text(type), "0..");
@@ -158,9 +145,9 @@ TEST(CliText, ATypeIsFoundByNameQuantityUnitOrNumber) {
 }
 
 TEST(CliText, HostileNumbersAreNoTimes) {
-  EXPECT_EQ(wall_time(-1), WallTime{});
-  EXPECT_EQ(wall_time(1e300), WallTime{});
-  EXPECT_EQ(wall_time(std::numeric_limits<double>::quiet_NaN()), WallTime{});
+  EXPECT_EQ(model::time_from_seconds(-1), WallTime{});
+  EXPECT_EQ(model::time_from_seconds(1e300), WallTime{});
+  EXPECT_EQ(model::time_from_seconds(std::numeric_limits<double>::quiet_NaN()), WallTime{});
 }
 
 TEST(CliExitCodes, EachWordForAnOutcomeHasItsCode) {
