@@ -61,14 +61,14 @@ std::optional<HeardQuality> heard_quality_from_json(std::string_view text);
 
 /// What a point is: its `.description`.
 struct PointDescription {
-  std::string type;
+  std::string type{};
   std::uint64_t type_id = 0;
-  std::string quantity, unit, data_type;
-  std::optional<double> minimum, maximum;
-  std::vector<Word> words;
-  std::string access;  ///< to_string(Access)
-  std::string report;  ///< state or event
-  std::string instance;
+  std::string quantity{}, unit{}, data_type{};
+  std::optional<double> minimum{}, maximum{};
+  std::vector<Word> words{};
+  std::string access{};  ///< to_string(Access)
+  std::string report{};  ///< state or event
+  std::string instance{};
 
   friend bool operator==(const PointDescription&, const PointDescription&) = default;
 };
