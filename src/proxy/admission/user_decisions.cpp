@@ -4,6 +4,7 @@
 #include <iterator>
 #include <optional>
 
+#include "model/point_keys.h"
 #include "proxy/admission/admission.h"
 #include "rubicon/key.hpp"
 
@@ -28,7 +29,7 @@ std::optional<Decision> decision_of(std::string_view word) {
 
 /// `approve` on `proxy.inbox.wsn-1.7`, or `approve wsn-1.*` on `proxy.inbox`.
 tuples::SetDecision Admission::decide_set(const tuples::RemoteSet& request) {
-  const auto root = context_.config.prefix + ".inbox";
+  const auto root = model::IslandKey{context_.config.prefix}.inbox();
   const bool many = request.key == root;
   const std::string_view text = request.value;
   const auto blank = many ? text.find(' ') : text.npos;
