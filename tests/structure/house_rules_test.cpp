@@ -45,8 +45,8 @@ TEST(HouseRules, NothingIsLeftToDoLaterAndNoMachineIsNamed) {
 }
 
 TEST(HouseRules, EveryNetworkFolderHasItsFourParts) {
-  std::vector<fs::path> folders{fs::path(RUBICON_SOURCE_DIR) / "examples/network-template"};
-  for (const auto& entry : fs::directory_iterator(fs::path(RUBICON_SOURCE_DIR) / "src/networks")) {
+  std::vector<fs::path> folders{root_folder() / "examples/network-template"};
+  for (const auto& entry : fs::directory_iterator(root_folder() / "src/networks")) {
     if (entry.is_directory()) folders.push_back(entry.path());
   }
   for (const auto& folder : folders) {
@@ -65,7 +65,7 @@ TEST(HouseRules, EveryFuzzTargetHasSeeds) {
     const auto stem = fs::path(file.path).stem().string();
     if (!stem.ends_with("_fuzz")) continue;
     ++targets;
-    const auto seeds = fs::path(RUBICON_SOURCE_DIR) / "tests/fuzz/seeds" / stem.substr(0, stem.size() - 5);
+    const auto seeds = root_folder() / "tests/fuzz/seeds" / stem.substr(0, stem.size() - 5);
     EXPECT_TRUE(fs::exists(seeds) && !fs::is_empty(seeds)) << stem << " has no seeds in " << seeds.filename();
   }
   EXPECT_GE(targets, 7U);
@@ -80,7 +80,7 @@ TEST(HouseRules, TheCoverageTableOfD14NamesTestsThatExist) {
     }
   }
   static const std::regex kNamed(R"re(`([A-Z]\w+\.[A-Z]\w+)`)re");
-  const auto table = read_text(fs::path(RUBICON_SOURCE_DIR) / "docs/d1.4.md");
+  const auto table = read_text(root_folder() / "docs/d1.4.md");
   std::size_t named = 0;
   for (std::sregex_iterator it(table.begin(), table.end(), kNamed), end; it != end; ++it, ++named) {
     EXPECT_TRUE(tests.contains((*it)[1].str())) << "docs/d1.4.md names " << (*it)[1] << ", no such test";

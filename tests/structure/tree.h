@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -13,6 +14,12 @@ struct SourceFile {
   std::string text;
 };
 
+/// The root of the project that is looked at: another copy if the environment names it.
+inline std::filesystem::path root_folder() {
+  const char* tree = std::getenv("RUBICON_TREE");  // NOLINT(concurrency-mt-unsafe): one thread
+  return tree != nullptr ? tree : RUBICON_SOURCE_DIR;
+}
+
 inline std::string read_text(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(file), {}};
@@ -22,7 +29,7 @@ inline std::string read_text(const std::filesystem::path& path) {
 inline std::vector<SourceFile> files_below(const std::string& folder, const std::vector<std::string>& endings) {
   namespace fs = std::filesystem;
   std::vector<SourceFile> files;
-  const fs::path root(RUBICON_SOURCE_DIR);
+  const fs::path root = root_folder();
   if (!fs::exists(root / folder)) return files;
   for (const auto& entry : fs::recursive_directory_iterator(root / folder)) {
     if (!entry.is_regular_file()) continue;
