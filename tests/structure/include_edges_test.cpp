@@ -36,7 +36,7 @@ const std::map<std::string, Names> kFolderEdges{
     {"apps/rubicon-proxy",
      {"apps/program", "island", "console", "config", "recorder", "recording", "state", "transport", "tuples", "network",
       "gateway", "proxy"}},
-    {"apps/simulators", {"apps/program", "config", "networks/salad", "network", "motes", "transport"}},
+    {"apps/simulators", {"apps/program", "config", "networks/salad", "networks/knx", "network", "motes", "transport"}},
 };
 
 /// The folder that each public header is part of.
