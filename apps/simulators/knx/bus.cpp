@@ -10,7 +10,8 @@ namespace rubicon::knx_simulator {
 namespace {
 
 using namespace std::chrono_literals;
-using namespace networks::knx;
+using namespace networks::knx::wire;
+using networks::knx::dpt::Dpt;
 
 constexpr Duration kAnswerTime = 20ms, kReportTime = 50ms, kRampStep = 1s;
 constexpr std::uint16_t kFirstDevice = 0x1101, kDevices = 199;  ///< 1.1.1 to 1.1.199; then from the front again

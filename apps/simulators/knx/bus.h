@@ -15,8 +15,8 @@ namespace rubicon::knx_simulator {
 /// bus: what arrives on one goes out on the others. The scheduler must outlive it.
 class Bus {
  public:
-  using Telegram = networks::knx::Telegram;
-  using GroupAddress = networks::knx::GroupAddress;
+  using Telegram = networks::knx::wire::Telegram;
+  using GroupAddress = networks::knx::wire::GroupAddress;
   using Send = std::function<void(const Telegram&)>;
 
   struct Counters {
@@ -39,9 +39,9 @@ class Bus {
   void received(const Telegram& telegram, std::size_t line);
 
   /// A device writes: keeps the value and sends it.
-  void write(GroupAddress group, const networks::knx::Payload& value);
+  void write(GroupAddress group, const networks::knx::wire::Payload& value);
   /// Keeps the value without a telegram.
-  void set(GroupAddress group, const networks::knx::Payload& value);
+  void set(GroupAddress group, const networks::knx::wire::Payload& value);
   /// A device reads, as an actuator does at its start.
   void read(GroupAddress group);
   /// Writes numbers from `from` to `to` each second.
@@ -50,7 +50,7 @@ class Bus {
   void silence(Duration span);
 
   /// nullptr: there is no such group address.
-  const networks::knx::Payload* value(GroupAddress group) const;
+  const networks::knx::wire::Payload* value(GroupAddress group) const;
   const Counters& counters() const { return counters_; }
 
  private:
@@ -62,7 +62,7 @@ class Bus {
   };
   struct Device {
     Group group;
-    networks::knx::IndividualAddress address{};
+    networks::knx::wire::IndividualAddress address{};
     double base = 0;  ///< what noise is added to
     Ramp ramp;
     Timer sensor, answering, reporting;
@@ -73,11 +73,11 @@ class Bus {
   double measured(const Device& device);
   void step(Device& device);
   void write_number(Device& device, double number);
-  void keep(Device& device, const networks::knx::Payload& value);
+  void keep(Device& device, const networks::knx::wire::Payload& value);
   void report_state(const Device& device);
   void answer(Device& device);
-  void send(const Device& device, GroupAddress group, networks::knx::Service service,
-            const networks::knx::Payload& value);
+  void send(const Device& device, GroupAddress group, networks::knx::wire::Service service,
+            const networks::knx::wire::Payload& value);
 
   Scheduler& scheduler_;
   std::map<GroupAddress, Device> devices_;

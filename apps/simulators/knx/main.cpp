@@ -67,7 +67,7 @@ void complete(Arguments& a, bool routing) {
   options.routing.emplace();
   if (!a.routing.empty()) options.routing->group.address = a.routing;
   options.routing->interface_address = a.interface;
-  options.routing->address = networks::knx::IndividualAddress(options.server.own_address);
+  options.routing->address = networks::knx::wire::IndividualAddress(options.server.own_address);
   options.routing->seed = std::random_device{}();
 }
 

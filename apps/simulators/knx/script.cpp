@@ -14,7 +14,8 @@ namespace rubicon::knx_simulator {
 
 namespace {
 
-using namespace networks::knx;
+using namespace networks::knx::wire;
+using networks::knx::dpt::Dpt;
 using Words = std::vector<std::string_view>;
 
 constexpr auto kShortest = std::chrono::milliseconds(1);
@@ -98,8 +99,8 @@ Result<Group> read_group(const Words& words) {
   const auto address = parse_group(words[1]);
   if (!address) return fail(address.error());
   group.address = *address;
-  const auto id = parse_dpt(words[2]);
-  group.type = id ? find_dpt(*id) : nullptr;
+  const auto id = networks::knx::dpt::parse_dpt(words[2]);
+  group.type = id ? networks::knx::dpt::find_dpt(*id) : nullptr;
   if (group.type == nullptr)
     return fail(ErrorCode::kInvalid,
                 fmt::format("{}: expected a data point type such as 9.001", model::quoted(words[2])));

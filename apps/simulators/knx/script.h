@@ -5,10 +5,10 @@
 #include <string_view>
 #include <vector>
 
-#include "base/time.h"
 #include "networks/knx/dpt/dpt.h"
 #include "networks/knx/wire/address.h"
 #include "networks/knx/wire/telegram.h"
+#include "rubicon/time.hpp"
 
 namespace rubicon::knx_simulator {
 
@@ -19,10 +19,10 @@ namespace rubicon::knx_simulator {
 ///     group 1/2/8 9.004 300 every 5s wave 50 600 over 2min
 ///     group 1/3/1 5.010 7 write-only                      does not answer reads
 struct Group {
-  networks::knx::GroupAddress address{};
-  const networks::knx::Dpt* type = nullptr;            ///< never null once read
-  networks::knx::Payload value;                        ///< at the start
-  std::optional<networks::knx::GroupAddress> state{};  ///< repeats each value that is written here
+  networks::knx::wire::GroupAddress address{};
+  const networks::knx::dpt::Dpt* type = nullptr;             ///< never null once read
+  networks::knx::wire::Payload value;                        ///< at the start
+  std::optional<networks::knx::wire::GroupAddress> state{};  ///< repeats each value that is written here
   Duration every{};          ///< between two telegrams of a sensor; 0 = sends only when told to
   double noise = 0;          ///< each of these telegrams differs by at most this, in units of the type
   double low = 0, high = 0;  ///< of a wave
@@ -46,11 +46,11 @@ struct Step {
   enum class Kind : std::uint8_t { kWrite, kSet, kRead, kRamp, kSilence, kDisconnect, kStop, kRepeat };
   Duration at{};
   Kind kind = Kind::kWrite;
-  networks::knx::GroupAddress group{};
-  std::string text{};              ///< of a write or set
-  networks::knx::Payload value{};  ///< the same in the type of the group
-  double from = 0, to = 0;         ///< of a ramp
-  Duration span{};                 ///< of a ramp, silence or stop
+  networks::knx::wire::GroupAddress group{};
+  std::string text{};                    ///< of a write or set
+  networks::knx::wire::Payload value{};  ///< the same in the type of the group
+  double from = 0, to = 0;               ///< of a ramp
+  Duration span{};                       ///< of a ramp, silence or stop
 
   int line = 0;  ///< of the file, from 1
 

@@ -12,7 +12,7 @@ namespace rubicon::knx_simulator {
 namespace {
 
 using namespace std::chrono_literals;
-using namespace networks::knx;
+using namespace networks::knx::wire;
 using transport::Endpoint;
 
 constexpr std::uint8_t kNoTunnellingLayer = status::kLayer, kRefusedFrame = 0x29;
@@ -342,7 +342,7 @@ void Server::pass_on(std::uint8_t id, const Bytes& cemi) {
       scheduler_.now(), id, source, frame->destination, Bytes(frame->tpdu.begin(), frame->tpdu.end()), cemi};
   frame->code = CemiCode::kDataIndication;
   frame->source = IndividualAddress(source);
-  const auto indication = networks::knx::write(*frame);
+  const auto indication = networks::knx::wire::write(*frame);
   for (const auto& [other, channel] : channels_) {
     if (other != id) queue(other, indication);
   }

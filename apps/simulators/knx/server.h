@@ -125,7 +125,7 @@ class Server {
     unsigned tries = 0;
     Timer ack, silence;
   };
-  using Hpai = networks::knx::Hpai;
+  using Hpai = networks::knx::wire::Hpai;
 
   Result<std::unique_ptr<transport::UdpSocket>> open_udp(std::uint16_t port);
   Result<void> listen();
@@ -134,16 +134,16 @@ class Server {
   void received(const Peer& from, ByteView frame);
   void stream_received(const ConnectionPtr& connection, ByteView bytes);
   void describe(const Peer& from, const Hpai& control);
-  void connect(const Peer& from, const networks::knx::ConnectRequest& request);
+  void connect(const Peer& from, const networks::knx::wire::ConnectRequest& request);
   void refuse_connect(const Peer& from, ByteView frame, std::uint8_t status);
   void open_tunnel(const Peer& control, const Peer& data, std::uint16_t address, bool route_back);
   bool in_use(std::uint16_t address) const;
-  std::optional<std::uint16_t> address_for(const networks::knx::Cri& cri, std::uint8_t& status) const;
-  void heartbeat(const Peer& from, const networks::knx::ConnectionStateRequest& request);
-  void disconnect(const Peer& from, const networks::knx::DisconnectRequest& request);
-  void tunnelled(const networks::knx::ConnectionRequest& request);
-  void acknowledge(const Channel& channel, const networks::knx::ConnectionHeader& header);
-  void acknowledged(const networks::knx::ConnectionHeader& header);
+  std::optional<std::uint16_t> address_for(const networks::knx::wire::Cri& cri, std::uint8_t& status) const;
+  void heartbeat(const Peer& from, const networks::knx::wire::ConnectionStateRequest& request);
+  void disconnect(const Peer& from, const networks::knx::wire::DisconnectRequest& request);
+  void tunnelled(const networks::knx::wire::ConnectionRequest& request);
+  void acknowledge(const Channel& channel, const networks::knx::wire::ConnectionHeader& header);
+  void acknowledged(const networks::knx::wire::ConnectionHeader& header);
   void take_frame(std::uint8_t id, const Bytes& cemi);
   void pass_on(std::uint8_t id, const Bytes& cemi);
   void confirm(std::uint8_t id, const Bytes& cemi);
@@ -153,7 +153,7 @@ class Server {
   void guard_silence(std::uint8_t id);
   void drop(std::uint8_t id);
   Peer peer_of(const Peer& from, const Hpai& hpai) const;
-  void send(const Peer& to, const networks::knx::Message& message, bool data = false);
+  void send(const Peer& to, const networks::knx::wire::Message& message, bool data = false);
   void transmit(const Peer& to, const Bytes& frame, bool data);
   void later(Duration delay, std::function<void()> call);
   void through_weather(std::function<void()> deliver);

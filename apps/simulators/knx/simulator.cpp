@@ -12,7 +12,8 @@ namespace rubicon::knx_simulator {
 namespace {
 
 using namespace std::chrono_literals;
-using namespace networks::knx;
+using namespace networks::knx::wire;
+using namespace networks::knx::line;
 
 /// Telegrams that wait longer for their turn on the multicast group are discarded.
 constexpr Duration kRoutingWait = 5s;

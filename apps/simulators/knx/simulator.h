@@ -16,7 +16,7 @@ namespace rubicon::knx_simulator {
 struct SimulatorOptions {
   ServerOptions server;
   bool tunnelling = true;
-  std::optional<networks::knx::RoutingOptions> routing{};
+  std::optional<networks::knx::line::RoutingOptions> routing{};
   Server::Weather weather{};
   std::uint64_t seed = 1;
 };
@@ -49,7 +49,7 @@ class Simulator {
   Log log_;
   Bus bus_;
   Server server_;
-  std::unique_ptr<networks::knx::RoutingLine> router_;
+  std::unique_ptr<networks::knx::line::RoutingLine> router_;
   simulation::ScriptRun<Step> script_;
   Timer restart_server_, reopen_router_;
 };

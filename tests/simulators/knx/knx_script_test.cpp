@@ -10,7 +10,7 @@ namespace rubicon::knx_simulator {
 namespace {
 
 using namespace std::chrono_literals;
-using namespace networks::knx;
+using namespace networks::knx::wire;
 using ::testing::HasSubstr;
 using ::testing::SizeIs;
 

@@ -12,7 +12,8 @@ namespace rubicon::knx_simulator {
 namespace {
 
 using namespace std::chrono_literals;
-using namespace networks::knx;
+using namespace networks::knx::wire;
+using namespace networks::knx::line;
 using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
