@@ -19,7 +19,7 @@ constexpr std::uint16_t kSharePort = 9002;
 constexpr auto kStep = 10ms;
 constexpr auto kPatience = 10min;
 
-/// What a mote's lamp is told, the value never twice.
+/// A command to the lamp of a mote, never twice with the same value.
 Bytes packet(std::uint16_t island, int value) {
   const auto record = rubicon::motes::encode_record(rubicon::motes::ActuateCommand{1, value});
   const auto mote = static_cast<std::uint16_t>(2 + value % kMotes);
@@ -57,7 +57,7 @@ struct Lamps {
   VirtualRig rig;
 };
 
-/// A program at the serial forwarder that says all it has to say at once.
+/// A program at the serial forwarder that sends all its packets at once.
 class Client {
  public:
   Client(transport::Transports& transports, int first, int count) {
@@ -95,7 +95,7 @@ Json through_the_island(int commands) {
   const int each = commands / kClients;
   for (int i = 0; i < kClients; ++i) clients.push_back(std::make_unique<Client>(rig.transports, i * each, each));
   const auto taken = [&] { return counter(*island, "share-packets-from-clients"); };
-  rig.time.run_for(2s);  // they have said everything, and the counter is told once a second
+  rig.time.run_for(2s);  // they have sent everything, and the counter is reported once a second
   const auto at_once = taken();
   lamps.settle(each * kClients);
   const auto last = lamps.last;

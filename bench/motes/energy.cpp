@@ -13,7 +13,7 @@ using namespace motes_simulator;
 
 constexpr int kEnergyMotes = 20;
 
-/// Hears everything in a cell of the radio, and says nothing.
+/// Receives everything in a cell of the radio, and sends nothing.
 class Listener final : public RadioNode {
  public:
   bool hear(const AirMessage& message) override {
@@ -57,7 +57,7 @@ class Listener final : public RadioNode {
   std::map<std::uint16_t, std::uint16_t> masks_;
 };
 
-/// What the motes of a computer send that tells each to report once a second, and never anything else.
+/// The traffic if a computer commands each mote to report once a second, and nothing else.
 std::uint64_t peer_reports(const Plan& plan) {
   VirtualScheduler time;
   auto options = world_of(1, kEnergyMotes);

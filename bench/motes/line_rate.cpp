@@ -21,10 +21,10 @@ namespace {
 
 using namespace std::chrono_literals;
 
-/// The motes are told what to read in this time: some 70 ms each, one at a time.
+/// The motes get their sampling commands in this time: some 70 ms each, one at a time.
 constexpr auto kSettle = 4s;
 
-/// From one command to the next: nothing of the one before is under way any more, and no beat with the frames.
+/// From one command to the next: nothing of the previous one is under way, and no beat with the frames.
 Clock::duration pause(std::mt19937& rng) {
   return std::chrono::milliseconds(130 + rng() % 60);
 }
@@ -53,7 +53,7 @@ struct Round {
   }
 };
 
-/// Somebody far away who sees all light and switches lamps.
+/// A distant client that receives all light and switches lamps.
 class Commander {
  public:
   Commander(tuples::Ecology& ecology, Scheduler& scheduler)

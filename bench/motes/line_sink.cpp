@@ -77,7 +77,7 @@ class Line {
     if (count <= 0) return false;
     const auto now = Clock::now();
     ByteView bytes(buffer.data(), static_cast<std::size_t>(count));
-    // A command is one small write of the other side and comes whole: its first byte came with its last one.
+    // A command is one small write of the other side and arrives whole: first and last byte come together.
     while (const auto frame = reader_.next(bytes)) take(*frame, now);
     return true;
   }

@@ -28,7 +28,7 @@ double median(std::vector<double> values);
 /// `part` of the values are not above it; 0 <= part <= 1. 0 for none.
 double percentile(std::vector<double> values, double part);
 double milliseconds(Clock::duration span);
-/// With so many digits behind the point.
+/// Rounded to this many decimals.
 double rounded(double value, int digits);
 
 // Each adds its figures (docs/benchmarks.md, "Motes").

@@ -24,7 +24,7 @@ motes_simulator::Step reboot_all() {
   return {};  // all motes, at once
 }
 
-/// Joins that left a sink, until somebody hears of them.
+/// Joins that a sink sent, until they are heard.
 class Joins {
  public:
   void hear(const Event& event) {
@@ -32,7 +32,7 @@ class Joins {
       latest_ = event.mote;
       waiting_[event.mote] = Clock::now();
       ++emitted_;
-    } else if (event.what == "serial-full") {  // told in the same call: the sink had no room for what it emits
+    } else if (event.what == "serial-full") {  // logged in the same call: the sink had no room for what it emits
       if (latest_ != 0 && waiting_.erase(latest_) > 0) --emitted_;
     } else if (event.what == "joined") {
       return;  // between a join and its packet
@@ -70,7 +70,7 @@ class RealWorld {
     Timer next;
     const std::function<void()> again = [&] {
       if (done++ == reboots) return loop_.stop();
-      if (done > 1) world_.take(reboot_all());
+      if (done > 1) world_.execute(reboot_all());
       next = loop_.scheduler().after(kBetweenReboots, again);
     };
     again();
@@ -156,7 +156,7 @@ Json floor_of(const Plan& plan, int sinks) {
   return summary(world.joins);
 }
 
-/// Virtual time: all motes are known and rebooted at once; who is heard of again, and when.
+/// Virtual time: all motes are known and rebooted at once; which are heard again, and when.
 Json found_again(int sinks) {
   std::set<std::uint16_t> believe, listed;
   const auto note = [&](const Event& event) {
@@ -179,7 +179,7 @@ Json found_again(int sinks) {
   believe.clear();
   listed.clear();
   from = rig.time.now();
-  rig.world->take(reboot_all());
+  rig.world->execute(reboot_all());
   rig.time.run_ready();
   found.clear();
   rig.time.run_for(kRebootPatience);

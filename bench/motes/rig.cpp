@@ -74,7 +74,8 @@ motes_simulator::WorldOptions world_of(int sinks, int motes, const motes_simulat
   return options;
 }
 
-VirtualRig::VirtualRig(int sinks, int motes, motes_simulator::MoteOptions like, motes_simulator::EventLog::Call events)
+VirtualRig::VirtualRig(int sinks, int motes, motes_simulator::MoteOptions like,
+                       motes_simulator::EventLog::Callback events)
     : world(std::make_unique<motes_simulator::World>(world_of(sinks, motes, like), time,
                                                      std::vector<motes_simulator::Step>{}, std::move(events))) {
   transports.join(net);

@@ -28,7 +28,7 @@ T must(Result<T> result) {
 
 /// A configuration with a network `wsn-N` for each of these ports, each with these options more.
 std::string island_of(const std::vector<std::uint16_t>& ports, const std::string& options);
-/// kFirstPort and the ones behind it.
+/// kFirstPort and the following ones.
 std::vector<std::uint16_t> ports_of(int sinks);
 
 /// An island that runs. What it is made of must outlive it.
@@ -54,7 +54,8 @@ class Component {
 /// Sinks, motes and what an island needs, in virtual time: an island's work takes none of it.
 struct VirtualRig {
   /// `motes` at each sink, the addresses counted on from 2.
-  VirtualRig(int sinks, int motes, motes_simulator::MoteOptions like = {}, motes_simulator::EventLog::Call events = {});
+  VirtualRig(int sinks, int motes, motes_simulator::MoteOptions like = {},
+             motes_simulator::EventLog::Callback events = {});
 
   VirtualScheduler time;
   transport::MemoryNet net{time};
@@ -62,7 +63,7 @@ struct VirtualRig {
   tuples::MemoryEcology ecology{time};
   std::unique_ptr<motes_simulator::World> world;
 };
-/// Sinks and motes (EM1000) of such a world; the motes boot when a computer comes.
+/// Sinks and motes (EM1000) of such a world; the motes boot when a computer connects.
 motes_simulator::WorldOptions world_of(int sinks, int motes, const motes_simulator::MoteOptions& like = {});
 
 }  // namespace rubicon::bench::motes

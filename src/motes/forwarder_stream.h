@@ -9,16 +9,16 @@
 
 namespace rubicon::motes {
 
-/// The serial-forwarder protocol (wsn.md 4.1): both sides greet with these two bytes, then send packets behind a length
-/// byte.
+/// The greeting of the serial-forwarder protocol (wsn.md 4.1): both sides send these two bytes first, then packets,
+/// each after a length byte.
 inline constexpr std::array<std::uint8_t, 2> kForwarderHello{0x55, 0x20};
 
-/// Bytes of one direction of a connection, in pieces of any size -> packets. Allocates nothing.
+/// Splits the bytes of one direction of a connection, in pieces of any size, into packets. Allocates nothing.
 class ForwarderReader {
  public:
-  /// Takes bytes from the front of `bytes` until a packet is complete; nullopt: all were taken, no packet is. The
-  /// packet is good until the reader is used again. kInvalid for a peer that does not speak the protocol (first byte
-  /// not 55, a version before 20, a length of 0): from then on every call says so.
+  /// Consumes bytes from the front of `bytes` until a packet is complete; nullopt: all bytes were consumed before that.
+  /// The packet is valid until the next call. kInvalid if the peer violates the protocol (first byte not 55, version
+  /// below 20, length 0); then every later call fails too.
   Result<std::optional<ByteView>> next(ByteView& bytes);
   /// The peer's greeting was read.
   bool greeted() const { return greeting_ == kForwarderHello.size(); }
@@ -31,7 +31,7 @@ class ForwarderReader {
   std::array<std::uint8_t, 255> buffer_{};
 };
 
-/// Length byte and packet. The packet has 1 to 255 bytes: asserted.
+/// Length byte and packet. Asserts that the packet has 1 to 255 bytes.
 Bytes forwarder_packet(ByteView packet);
 
 }  // namespace rubicon::motes

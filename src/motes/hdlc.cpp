@@ -10,16 +10,16 @@ namespace {
 
 constexpr std::uint8_t kFlag = 0x7e;
 constexpr std::uint8_t kEscape = 0x7d;
-constexpr std::uint8_t kFlipped = 0x20;
+constexpr std::uint8_t kEscapeBit = 0x20;  ///< inverted in escaped bytes
 constexpr std::uint8_t kUnknownProtocol = 0xff;
 /// Protocol, sequence number or one byte, CRC.
-constexpr std::size_t kShortest = 4;
+constexpr std::size_t kMinFrame = 4;
 constexpr std::size_t kCrcBytes = 2;
 
 constexpr std::size_t kSlices = 8;
 using CrcTables = std::array<std::array<std::uint16_t, 256>, kSlices>;
 
-/// tables[k][b]: the CRC of the byte b with k zero bytes behind it.
+/// tables[k][b]: the CRC of the byte b followed by k zero bytes.
 constexpr CrcTables make_tables() {
   CrcTables tables{};
   for (unsigned byte = 0; byte < 256; ++byte) {
@@ -60,7 +60,7 @@ std::size_t plain_bytes(ByteView bytes) {
 void put(Bytes& out, std::uint8_t byte) {
   if (byte == kFlag || byte == kEscape) {
     out.push_back(kEscape);
-    byte ^= kFlipped;
+    byte ^= kEscapeBit;
   }
   out.push_back(byte);
 }
@@ -93,28 +93,28 @@ std::uint16_t crc16(ByteView bytes, std::uint16_t crc) {
 }
 
 void HdlcReader::reset() {
-  place_ = Place::kHunting;
+  state_ = State::kHunting;
   size_ = 0;
 }
 
 std::optional<HdlcFrame> HdlcReader::next(ByteView& bytes) {
   while (!bytes.empty()) {
-    if (place_ == Place::kInside) bytes = plain_run(bytes);
+    if (state_ == State::kInside) bytes = take_plain_bytes(bytes);
     if (bytes.empty()) break;
     const std::uint8_t byte = bytes.front();
     bytes = bytes.subspan(1);
     if (byte != kFlag) {
       take(byte);
-    } else if (auto frame = flag()) {
+    } else if (auto frame = take_flag()) {
       return frame;
     }
   }
   return std::nullopt;
 }
 
-/// What needs no second look is copied at once; the rest of the bytes.
-ByteView HdlcReader::plain_run(ByteView bytes) {
-  const std::size_t most = std::min(bytes.size(), kLongest - size_);
+/// Copies the bytes up to the next flag or escape at once; returns the rest.
+ByteView HdlcReader::take_plain_bytes(ByteView bytes) {
+  const std::size_t most = std::min(bytes.size(), kMaxFrame - size_);
   const std::size_t run = plain_bytes(bytes.first(most));
   if (run > 0) std::memcpy(buffer_.data() + size_, bytes.data(), run);
   size_ += run;
@@ -122,34 +122,34 @@ ByteView HdlcReader::plain_run(ByteView bytes) {
 }
 
 void HdlcReader::take(std::uint8_t byte) {
-  if (place_ == Place::kHunting) {
+  if (state_ == State::kHunting) {
     ++faults_.bytes_between;
-  } else if (place_ == Place::kInside && byte == kEscape) {
-    place_ = Place::kEscaped;
-  } else if (place_ != Place::kOverlong) {
-    if (size_ == kLongest) {
+  } else if (state_ == State::kInside && byte == kEscape) {
+    state_ = State::kEscaped;
+  } else if (state_ != State::kOverlong) {
+    if (size_ == kMaxFrame) {
       ++faults_.too_long;
-      place_ = Place::kOverlong;
+      state_ = State::kOverlong;
       return;
     }
-    buffer_[size_++] = place_ == Place::kEscaped ? byte ^ kFlipped : byte;
-    place_ = Place::kInside;
+    buffer_[size_++] = state_ == State::kEscaped ? byte ^ kEscapeBit : byte;
+    state_ = State::kInside;
   }
 }
 
-std::optional<HdlcFrame> HdlcReader::flag() {
+std::optional<HdlcFrame> HdlcReader::take_flag() {
   const std::size_t size = std::exchange(size_, 0);
-  if (place_ == Place::kEscaped) {  // sync is lost, and this flag opens nothing (wsn.md 2, rule 3)
+  if (state_ == State::kEscaped) {  // synchronisation is lost: this flag starts no frame (wsn.md 2, rule 3)
     ++faults_.broken_escapes;
-    place_ = Place::kHunting;
+    state_ = State::kHunting;
     return std::nullopt;
   }
-  const bool inside = std::exchange(place_, Place::kInside) == Place::kInside;
-  return inside && size > 0 ? sound_frame(ByteView(buffer_).first(size)) : std::nullopt;
+  const bool inside = std::exchange(state_, State::kInside) == State::kInside;
+  return inside && size > 0 ? valid_frame(ByteView(buffer_).first(size)) : std::nullopt;
 }
 
-std::optional<HdlcFrame> HdlcReader::sound_frame(ByteView frame) {
-  if (frame.size() < kShortest) {
+std::optional<HdlcFrame> HdlcReader::valid_frame(ByteView frame) {
+  if (frame.size() < kMinFrame) {
     ++faults_.too_short;
     return std::nullopt;
   }

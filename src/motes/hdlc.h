@@ -8,57 +8,58 @@
 
 namespace rubicon::motes {
 
-/// CRC-16 of the serial line: polynomial 1021, not reflected, no final xor; begins with 0 (wsn.md 2; check value of
-/// "123456789": 31c3). `crc`: of the bytes before these.
+/// CRC-16 of the serial line: polynomial 1021, not reflected, no final xor; initial value 0 (wsn.md 2; check value of
+/// "123456789": 31c3). `crc`: of the preceding bytes.
 std::uint16_t crc16(ByteView bytes, std::uint16_t crc = 0);
 
 /// Protocol bytes (wsn.md 2).
 inline constexpr std::uint8_t kHdlcAck = 0x43;
-inline constexpr std::uint8_t kHdlcAckedPacket = 0x44;  ///< with a sequence number; wants an ack
+inline constexpr std::uint8_t kHdlcAckedPacket = 0x44;  ///< with a sequence number; asks for an acknowledgement
 inline constexpr std::uint8_t kHdlcPacket = 0x45;
 
-/// One sound frame without flags, escapes and CRC. `packet` is good until the reader is used again.
+/// One valid frame without flags, escapes and CRC. `packet` is valid until the next call to the reader.
 struct HdlcFrame {
   std::uint8_t protocol = 0;
   std::uint8_t sequence = 0;  ///< of kHdlcAck and kHdlcAckedPacket
-  ByteView packet;            ///< empty for an ack
+  ByteView packet;            ///< empty for an acknowledgement
 };
 
-/// What a reader passed over.
+/// Counts of what a reader discarded.
 struct HdlcFaults {
   std::uint64_t bad_crc = 0, too_short = 0, too_long = 0, broken_escapes = 0, unknown_protocols = 0,
-                bytes_between = 0;  ///< before the first flag, and while in search of one
+                bytes_between = 0;  ///< before the first flag, and while searching for one
 
   friend bool operator==(const HdlcFaults&, const HdlcFaults&) = default;
 };
 
-/// Bytes of a serial line, in pieces of any size -> frames, by the rules for the computer's side (wsn.md 2): flags may
-/// be shared, empty frames are skipped, whatever is unsound is counted and dropped. Allocates nothing.
+/// Splits the bytes of a serial line, in pieces of any size, into frames, by the rules for the computer's side (wsn.md
+/// 2): two frames may share a flag, empty frames are skipped, invalid ones are counted and discarded. Allocates
+/// nothing.
 class HdlcReader {
  public:
-  /// Longest frame, CRC included, without escapes.
-  static constexpr std::size_t kLongest = 256;
+  /// Longest frame, with CRC, without escapes.
+  static constexpr std::size_t kMaxFrame = 256;
 
-  /// Takes bytes from the front of `bytes` until a frame is complete; nullopt: all were taken, no frame is.
+  /// Consumes bytes from the front of `bytes` until a frame is complete; nullopt: all bytes were consumed before that.
   std::optional<HdlcFrame> next(ByteView& bytes);
-  /// The line was closed and opened: what was begun is forgotten.
+  /// Discards a partial frame, for a line that was opened again.
   void reset();
   const HdlcFaults& faults() const { return faults_; }
 
  private:
-  enum class Place : std::uint8_t { kHunting, kInside, kEscaped, kOverlong };
-  std::optional<HdlcFrame> flag();
-  std::optional<HdlcFrame> sound_frame(ByteView frame);
+  enum class State : std::uint8_t { kHunting, kInside, kEscaped, kOverlong };
+  std::optional<HdlcFrame> take_flag();
+  std::optional<HdlcFrame> valid_frame(ByteView frame);
   void take(std::uint8_t byte);
-  ByteView plain_run(ByteView bytes);
+  ByteView take_plain_bytes(ByteView bytes);
 
-  Place place_ = Place::kHunting;
+  State state_ = State::kHunting;
   std::size_t size_ = 0;
-  std::array<std::uint8_t, kLongest> buffer_{};
+  std::array<std::uint8_t, kMaxFrame> buffer_{};
   HdlcFaults faults_;
 };
 
-/// Frames as they stand on the wire, with both flags (wsn.md 10: a sink loses a frame that shares one).
+/// Frames as on the wire, with both flags (wsn.md 10: a sink loses a frame that shares one).
 Bytes hdlc_ack(std::uint8_t sequence);
 Bytes hdlc_acked_packet(std::uint8_t sequence, ByteView packet);  ///< computer to sink
 Bytes hdlc_packet(ByteView packet);                               ///< sink to computer

@@ -10,11 +10,11 @@
 
 namespace rubicon::motes {
 
-/// A list of at most kMost plain values, kept where it stands: records are read without allocating. More than kMost is
-/// a fault of ours: asserted.
-template <typename T, std::size_t kMost>
+/// A list of at most kMax trivially copyable values without heap memory, so that records are decoded without
+/// allocating. Asserts that it does not overflow.
+template <typename T, std::size_t kMax>
 class InlineArray {
-  static_assert(std::is_trivially_copyable_v<T> && kMost <= 255);
+  static_assert(std::is_trivially_copyable_v<T> && kMax <= 255);
 
  public:
   InlineArray() = default;
@@ -23,11 +23,11 @@ class InlineArray {
   }
 
   void push_back(const T& value) {
-    RUBICON_ASSERT(size_ < kMost);
+    RUBICON_ASSERT(size_ < kMax);
     values_[size_++] = value;
   }
 
-  static constexpr std::size_t capacity() { return kMost; }
+  static constexpr std::size_t capacity() { return kMax; }
   std::size_t size() const { return size_; }
   bool empty() const { return size_ == 0; }
   const T& operator[](std::size_t index) const {
@@ -52,8 +52,8 @@ class InlineArray {
   }
 
  private:
-  std::array<T, kMost> values_{};
-  std::uint8_t size_ = 0;  // small: these lie inside each other
+  std::array<T, kMax> values_{};
+  std::uint8_t size_ = 0;  // small, because the arrays are nested
 };
 
 }  // namespace rubicon::motes

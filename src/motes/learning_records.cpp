@@ -10,6 +10,8 @@
 #include <optional>
 #include <utility>
 
+#include "base/printable.h"
+
 namespace rubicon::motes {
 
 namespace {
@@ -17,7 +19,7 @@ namespace {
 using enum FieldKind;
 using Field = RecordField;
 
-// The layouts of wsn.md 7.2: name, kind, offset, how many, counted by, usual value.
+// The layouts of wsn.md 7.2: name, kind, offset, count, counted by, fixed value.
 constexpr Field kCommand[] = {{"command", kU8, 0}, {"counter", kU16, 1}, {"delay", kU16, 3}};
 constexpr Field kSerialData[] = {{"island", kU8, 0}, {"mote", kU16, 1},  {"counter", kU16, 3}, {"temp", kU16, 5},
                                  {"humid", kU16, 7}, {"light", kU16, 9}, {"rssi", kU16, 11}};
@@ -52,7 +54,7 @@ constexpr Field kComplete[] = {{"destIsland", kU16, 0}, {"destMote", kU16, 2}, {
 constexpr Field kConnless[] = {{"type", kU8, 0}, {"island", kU8, 1}, {"mote", kU16, 2},       {"reliable", kU8, 4},
                                {"seq", kU16, 5}, {"nbytes", kU8, 7}, {"payload", kU8, 8, 100}};
 constexpr Field kRAddr[] = {{"pid", kU16, 0}, {"devid", kU16, 2}};
-// Ten floats a channel (wsn.md 9.10, 12); that nothing stands before them is unverified.
+// Ten floats a channel (wsn.md 9.10, 12); that nothing precedes them is unverified.
 constexpr Field kSynData[] = {{"floats", kFloat, 0, 10}};
 
 constexpr std::uint8_t kT = kTransportConnectionless, kA = kApplicationLearning;  // wsn.md 6
@@ -88,9 +90,11 @@ KindTraits traits_of(FieldKind kind) {
   return {4, -kMost, kMost};
 }
 
-template <typename... Impl>
-auto unfit(ErrorCode code, const LearningRecord& record, fmt::format_string<Impl...> text, Impl&&... parts) {
-  return fail(code, fmt::format("mote record {}: {}", record.name, fmt::format(text, std::forward<Impl>(parts)...)));
+template <typename... Arguments>
+auto wrong(ErrorCode code, const LearningRecord& record, fmt::format_string<Arguments...> text,
+           Arguments&&... arguments) {
+  return fail(code,
+              fmt::format("mote record {}: {}", record.name, fmt::format(text, std::forward<Arguments>(arguments)...)));
 }
 
 /// The array that `field` counts; nullptr if it counts none.
@@ -99,13 +103,10 @@ const RecordField* counted_by(const LearningRecord& record, const RecordField& f
   return found != record.fields.end() ? &*found : nullptr;
 }
 
-/// A name from outside, fit for a line.
+/// A name from outside, shortened and made printable.
 std::string shown(std::string_view name) {
   constexpr std::size_t kShown = 40;
-  std::string text(name.substr(0, kShown));
-  std::ranges::replace_if(
-      text, [](char c) { return c < ' ' || c > '~'; }, '?');
-  return text;
+  return base::printable(name.substr(0, kShown));
 }
 
 Result<void> check_names(const LearningRecord& record, const FieldValues& values) {
@@ -113,7 +114,7 @@ Result<void> check_names(const LearningRecord& record, const FieldValues& values
     if (record.find(name) != nullptr) continue;
     std::string known;
     for (const RecordField& field : record.fields) known += fmt::format("{}{}", known.empty() ? "" : ", ", field.name);
-    return unfit(ErrorCode::kInvalid, record, "no field \"{}\", expected {}", shown(name), known);
+    return wrong(ErrorCode::kInvalid, record, "unknown field \"{}\", expected {}", shown(name), known);
   }
   return {};
 }
@@ -122,21 +123,21 @@ Result<void> check_range(const LearningRecord& record, const RecordField& field,
   const KindTraits traits = traits_of(field.kind);
   const bool inside = number >= traits.least && number <= traits.most;
   if (inside && (field.kind == kFloat || number == std::floor(number))) return {};
-  return unfit(ErrorCode::kOutOfRange, record, "{} is {}, expected {} from {} to {}", field.name, number,
+  return wrong(ErrorCode::kOutOfRange, record, "{} is {}, expected {} from {} to {}", field.name, number,
                field.kind == kFloat ? "a number" : "a whole number", traits.least, traits.most);
 }
 
-/// How many numbers a field was given, where it was given any.
+/// Checks how many numbers were given for a field.
 Result<void> check_count(const LearningRecord& record, const RecordField& field, std::size_t given) {
   if (field.is_array() && given > field.count)
-    return unfit(ErrorCode::kOutOfRange, record, "{} has {} elements, expected at most {}", field.name, given,
+    return wrong(ErrorCode::kOutOfRange, record, "{} has {} elements, expected at most {}", field.name, given,
                  field.count);
   if (!field.is_array() && given != 1)
-    return unfit(ErrorCode::kInvalid, record, "{} has {} elements, expected one number", field.name, given);
+    return wrong(ErrorCode::kInvalid, record, "{} has {} elements, expected one number", field.name, given);
   return {};
 }
 
-/// The numbers to write for a field: given, or what stands there where it is left out.
+/// The numbers to write for a field: those given, or the defaults of an omitted one.
 Result<std::vector<double>> numbers_for(const LearningRecord& record, const RecordField& field,
                                         const FieldValues& values) {
   const auto given = values.find(field.name);
@@ -147,18 +148,17 @@ Result<std::vector<double>> numbers_for(const LearningRecord& record, const Reco
   }
   if (given == values.end()) {
     if (count) return std::vector<double>{*count};
-    if (field.usual >= 0) return std::vector<double>{static_cast<double>(field.usual)};
+    if (field.fixed >= 0) return std::vector<double>{static_cast<double>(field.fixed)};
     if (field.is_array()) return std::vector<double>{};
     const KindTraits traits = traits_of(field.kind);
-    return unfit(ErrorCode::kInvalid, record, "{} is missing, expected a number from {} to {}", field.name,
+    return wrong(ErrorCode::kInvalid, record, "{} is missing, expected a number from {} to {}", field.name,
                  traits.least, traits.most);
   }
   if (auto fits = check_count(record, field, given->second.size()); !fits) return fail(fits.error());
-  if (field.usual >= 0 && given->second.front() != field.usual)
-    return unfit(ErrorCode::kInvalid, record, "{} is {}, expected {}, which the record is known by", field.name,
-                 given->second.front(), field.usual);
+  if (field.fixed >= 0 && given->second.front() != field.fixed)
+    return wrong(ErrorCode::kInvalid, record, "{} is {}, expected {}", field.name, given->second.front(), field.fixed);
   if (count && given->second.front() != *count)
-    return unfit(ErrorCode::kInvalid, record, "{} is {}, expected {}, the elements given", field.name,
+    return wrong(ErrorCode::kInvalid, record, "{} is {}, expected {}, the number of elements", field.name,
                  given->second.front(), *count);
   return given->second;
 }
@@ -186,7 +186,7 @@ double get(FieldKind kind, base::ByteReader& reader) {
   return std::bit_cast<float>(reader.u32_le());
 }
 
-/// How many numbers of a field a record holds. `read`: the fields before it.
+/// The number of elements of a field in the record. `read`: the preceding fields.
 Result<std::size_t> numbers_in(const LearningRecord& record, const RecordField& field, ByteView bytes,
                                const FieldValues& read) {
   const std::size_t size = traits_of(field.kind).size;
@@ -195,9 +195,9 @@ Result<std::size_t> numbers_in(const LearningRecord& record, const RecordField& 
   std::size_t count = 1;
   if (field.is_array()) count = static_cast<std::size_t>(read.find(field.counted_by)->second.front());
   if (count > field.count)
-    return unfit(ErrorCode::kInvalid, record, "{} is {}, expected at most {}", field.counted_by, count, field.count);
+    return wrong(ErrorCode::kInvalid, record, "{} is {}, expected at most {}", field.counted_by, count, field.count);
   if (count > there)
-    return unfit(ErrorCode::kInvalid, record, "cut short in {} after {} bytes, expected {}", field.name, bytes.size(),
+    return wrong(ErrorCode::kInvalid, record, "cut short in {} after {} bytes, expected {}", field.name, bytes.size(),
                  record.size);
   return count;
 }
@@ -251,7 +251,7 @@ const LearningRecord* learning_record_in(const NetMessage& message) {
       message.record.empty())
     return nullptr;
   const std::uint8_t first = message.record.front();
-  // What learning sends to its computer begins with its own type, what is sent to a mote with a learning command.
+  // Messages to the computer begin with their record type, messages to a mote with a learning command.
   if (message.destination_mote == kBaseMote)
     return first == kDownType || first == kOutputType ? find_learning_record(first) : nullptr;
   return find_learning_record(form_of_command(first));
@@ -259,7 +259,7 @@ const LearningRecord* learning_record_in(const NetMessage& message) {
 
 Result<Bytes> encode_learning(std::string_view name, const FieldValues& values) {
   const LearningRecord* record = find_learning_record(name);
-  if (record == nullptr) return fail(ErrorCode::kNotFound, fmt::format("no mote record \"{}\"", shown(name)));
+  if (record == nullptr) return fail(ErrorCode::kNotFound, fmt::format("unknown mote record \"{}\"", shown(name)));
   if (auto known = check_names(*record, values); !known) return fail(known.error());
   Bytes out(record->size);
   for (const RecordField& field : record->fields) {
@@ -283,15 +283,15 @@ Result<FieldValues> decode_learning(const LearningRecord& record, ByteView bytes
     base::ByteReader reader(bytes.subspan(std::min(field.offset, bytes.size())));
     std::vector<double>& numbers = values[std::string(field.name)];
     for (std::size_t i = 0; i < *count; ++i) numbers.push_back(get(field.kind, reader));
-    if (field.usual >= 0 && numbers.front() != field.usual)
-      return unfit(ErrorCode::kInvalid, record, "{} is {}, expected {}", field.name, numbers.front(), field.usual);
+    if (field.fixed >= 0 && numbers.front() != field.fixed)
+      return wrong(ErrorCode::kInvalid, record, "{} is {}, expected {}", field.name, numbers.front(), field.fixed);
   }
   return values;
 }
 
 Result<FieldValues> decode_learning(std::uint8_t type, ByteView bytes) {
   const LearningRecord* record = find_learning_record(type);
-  if (record == nullptr) return fail(ErrorCode::kNotFound, fmt::format("no layout of mote record type {}", type));
+  if (record == nullptr) return fail(ErrorCode::kNotFound, fmt::format("unknown mote record type {}", type));
   return decode_learning(*record, bytes);
 }
 

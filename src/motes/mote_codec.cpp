@@ -20,7 +20,7 @@ std::string name_of(std::uint16_t mote) {
   return fmt::format("{}", mote);
 }
 
-/// Every board declares type 1, so this is a claim, not a fact (wsn.md 6).
+/// As declared, which proves little: every board declares type 1 (wsn.md 6).
 std::string model_of(std::uint8_t mote_type) {
   switch (mote_type) {
     case 1: return "TELOSB";
@@ -37,11 +37,11 @@ model::Message message_of(std::uint16_t mote, model::Body body) {
   return message;
 }
 
-/// A message nobody here reads, with a tag by which its application finds it: `mote/<transport>/<application>/<type>`.
-/// On its way to another island it keeps what its receiver's acknowledgement needs: `.../reliable/<sequence>`.
-model::Opaque opaque_of(const NetMessage& message, bool on_its_way) {
+/// A message for an application, tagged `mote/<transport>/<application>/<type>`. `forwarded` to another island it keeps
+/// what the receiver needs to acknowledge it: `.../reliable/<sequence>`.
+model::Opaque opaque_of(const NetMessage& message, bool forwarded) {
   auto tag = fmt::format("mote/{}/{}/{}", message.transport, message.application, message.record.front());
-  if (on_its_way && message.reliable == 1) tag += fmt::format("/reliable/{}", message.sequence);
+  if (forwarded && message.reliable == 1) tag += fmt::format("/reliable/{}", message.sequence);
   return {std::move(tag), Bytes(message.record.begin(), message.record.end())};
 }
 
@@ -104,9 +104,9 @@ Result<MoteEvents> MoteCodec::interpret(const DecodedPacket& decoded) {
   if (message.source_mote >= kFirstSpecialMote)
     return fail(ErrorCode::kInvalid, fmt::format("radio message from address {:04x}, expected a mote's (below {:04x})",
                                                  message.source_mote, kFirstSpecialMote));
-  if (motes_.size() >= kMostMotes && !motes_.contains(message.source_mote)) {
+  if (motes_.size() >= kMaxMotes && !motes_.contains(message.source_mote)) {
     return fail(ErrorCode::kBusy, fmt::format("mote {} ignored: {} motes are known, more than a sink has",
-                                              message.source_mote, kMostMotes));
+                                              message.source_mote, kMaxMotes));
   }
   on_record(message, record, events);
   return events;
@@ -131,7 +131,7 @@ void MoteCodec::on_record(const NetMessage& message, const Record& record, MoteE
   events.mote = mote;
   heard(mote, events);
   events.messages.push_back(message_of(mote, model::KeepAlive{}));
-  // Of what somebody there asked through us: whoever waits for it here hears of it too.
+  // It may acknowledge a request from that island which we sent to the mote, and whose result we await.
   if (const auto* ack = std::get_if<MoteAck>(&record)) events.ack = HeardAck{mote, message.application, *ack};
   model::Message out = message_of(mote, opaque_of(message, true));
   out.destination.island = IslandId{message.destination_island};
@@ -168,7 +168,7 @@ void MoteCodec::on_joined(const Joined& joined, MoteEvents& events) {
   declare(joined.mote, mote);
   events.mote = joined.mote;
   events.joined = true;
-  tell_join(joined.mote, mote, events);
+  report_join(joined.mote, mote, events);
 }
 
 const MoteCodec::Shared& MoteCodec::nothing() {
@@ -176,13 +176,13 @@ const MoteCodec::Shared& MoteCodec::nothing() {
   return none;
 }
 
-/// Motes of one kind declare the same, and there may be thousands of them.
-MoteCodec::Shared MoteCodec::once(Capabilities made) {
+/// Motes of one kind declare the same, and there may be thousands: they share one copy.
+MoteCodec::Shared MoteCodec::shared(Capabilities capabilities) {
   std::erase_if(kinds_, [](const auto& kind) { return kind.expired(); });
   for (const auto& kind : kinds_) {
-    if (auto known = kind.lock(); known && *known == made) return known;
+    if (auto known = kind.lock(); known && *known == capabilities) return known;
   }
-  auto fresh = std::make_shared<const Capabilities>(std::move(made));
+  auto fresh = std::make_shared<const Capabilities>(std::move(capabilities));
   if (kinds_.size() < kMostKinds) kinds_.push_back(fresh);
   return fresh;
 }
@@ -194,7 +194,7 @@ void MoteCodec::declare(std::uint16_t address, Mote& mote) {
   for (const auto& [bit, type] : kActuators) {
     if ((mote.joined->actuators & bit) != 0) declared.push_back(actuator(type));
   }
-  mote.declared = once(std::move(declared));
+  mote.declared = shared(std::move(declared));
 }
 
 model::Capability MoteCodec::actuator(std::string_view type) const {
@@ -206,7 +206,7 @@ model::Capability MoteCodec::actuator(std::string_view type) const {
   return capability;
 }
 
-/// What a mote once said, from the sensors it was remembered with: under whatever board and units that was.
+/// The mask that a mote declared, reconstructed from its remembered sensors under any board and units.
 std::uint16_t MoteCodec::mask_of(std::uint16_t address, const model::Join& join) const {
   std::uint16_t mask = 0;
   for (const model::Capability& known : join.capabilities) {
@@ -218,8 +218,8 @@ std::uint16_t MoteCodec::mask_of(std::uint16_t address, const model::Join& join)
   return mask;
 }
 
-std::optional<model::Message> MoteCodec::know(std::uint16_t address, const model::Join& join) {
-  if (motes_.size() >= kMostMotes && !motes_.contains(address)) return std::nullopt;
+std::optional<model::Message> MoteCodec::remember(std::uint16_t address, const model::Join& join) {
+  if (motes_.size() >= kMaxMotes && !motes_.contains(address)) return std::nullopt;
   Mote& mote = motes_[address];
   if (mote.joined) return std::nullopt;
   Joined joined{0, address, 0, mask_of(address, join), 0};
@@ -243,7 +243,7 @@ std::optional<model::Message> MoteCodec::know(std::uint16_t address, const model
   return message;
 }
 
-void MoteCodec::measures(std::uint16_t mote, std::optional<MeasuredFields> fields) {
+void MoteCodec::set_measured(std::uint16_t mote, std::optional<MeasuredFields> fields) {
   if (const auto found = motes_.find(mote); found != motes_.end()) found->second.fields = fields;
 }
 
@@ -265,7 +265,7 @@ std::uint16_t MoteCodec::transducer_under(const Calibration& calibration, const 
   return 0;
 }
 
-/// Of the two fields that the firmware fills, those that were measured.
+/// The measured ones of the two fields that the firmware fills.
 RawUpdates MoteCodec::updates_of(std::uint16_t address, const DemoReport& demo) const {
   const auto mote = motes_.find(address);
   const auto fields = mote == motes_.end() ? options_.unknown : mote->second.fields.value_or(options_.unknown);
@@ -295,7 +295,7 @@ void MoteCodec::on_updates(std::uint16_t address, const RawUpdates& updates, Mot
       if (value) out.readings.push_back({point_of(Kind::kSensor, sensor.type, sensor.instance), std::move(*value), {}});
     }
   }
-  if (grown) tell_join(address, mote, events);
+  if (grown) report_join(address, mote, events);
   if (out.readings.empty()) {
     events.messages.push_back(message_of(address, model::KeepAlive{}));
   } else {
@@ -307,10 +307,10 @@ void MoteCodec::heard(std::uint16_t address, MoteEvents& events) {
   if (address == kSinkMote && !motes_.contains(address)) return;
   const auto [found, fresh] = motes_.try_emplace(address);
   found->second.heard = true;
-  if (fresh) tell_join(address, found->second, events);
+  if (fresh) report_join(address, found->second, events);
 }
 
-void MoteCodec::tell_join(std::uint16_t address, const Mote& mote, MoteEvents& events) const {
+void MoteCodec::report_join(std::uint16_t address, const Mote& mote, MoteEvents& events) const {
   events.messages.push_back(join_of(address, mote));
 }
 

@@ -14,93 +14,92 @@
 
 namespace rubicon::motes {
 
-/// An application acknowledgement, for whoever waits for one: matches on mote and sequence number (wsn.md 9.6).
+/// An acknowledgement of a mote's application; its request has the same mote and sequence number (wsn.md 9.6).
 struct HeardAck {
   std::uint16_t mote = 0;
   std::uint8_t application = 0;
   MoteAck ack;
 };
 
-/// The sender wants an acknowledgement (wsn.md 9.6).
+/// A mote asks for an acknowledgement (wsn.md 9.6).
 struct WantedAck {
   std::uint16_t mote = 0;
   std::uint8_t application = 0;
   std::uint16_t sequence = 0;
 };
 
-/// What one packet says: messages for the host, and the protocol's own part.
+/// The content of one packet: messages for the host, and what the protocol itself needs.
 struct MoteEvents {
   std::vector<model::Message> messages;
-  std::optional<std::uint16_t> mote;  ///< of our island, that lives
-  bool joined = false;                ///< it was switched on, or told the sink so again
-  bool reported = false;              ///< it sends readings
+  std::optional<std::uint16_t> mote;  ///< the mote of our island that sent it
+  bool joined = false;                ///< the mote was switched on, or repeated its join
+  bool reported = false;              ///< the packet has readings
   std::optional<HeardAck> ack;
-  /// The island the message was for, where that is not ours: `messages` has it with its destination if it comes from a
-  /// mote of ours; else the sink has another id (wsn.md 9.1, 9.8).
+  /// The destination island, if it is not ours. A message of our mote is then in `messages` with its destination;
+  /// otherwise the sink has another island id (wsn.md 9.1, 9.8).
   std::optional<std::uint16_t> foreign_island;
-  /// The island of a mote that is not ours and speaks to us over our own sink's radio: not taken, its own sink hears
-  /// it.
+  /// The island of a foreign mote whose message our sink's radio received: ignored, because its own sink receives it.
   std::optional<std::uint16_t> foreign_source;
   std::optional<WantedAck> wants_ack;
 };
 
-/// Which fields of a mote's DEMO_DATA are measured values; the others hold old memory (wsn.md 7.1, 9.4).
+/// Which fields of a mote's DEMO_DATA are measured values; the others contain stale memory (wsn.md 7.1, 9.4).
 struct MeasuredFields {
   std::uint16_t sure = 0xffff;    ///< transducers
-  std::uint16_t unless_zero = 0;  ///< further ones where the field is not 0, which it is until the first measurement
+  std::uint16_t unless_zero = 0;  ///< further ones, unless the field is 0, as before the first measurement
 
   friend bool operator==(const MeasuredFields&, const MeasuredFields&) = default;
 };
 
 struct CodecOptions {
   Calibration calibration{};
-  std::optional<std::uint16_t> island{};    ///< none (recordings): every message counts as ours
-  std::map<std::uint16_t, Board> boards{};  ///< of motes that are built otherwise than the calibration says
-  bool actuators_report = false;            ///< whether the motes tell what their actuators are at
-  /// Of motes of which nobody said what they measure. The default takes all fields, as a recording has them.
+  std::optional<std::uint16_t> island{};    ///< nullopt (recordings): every message counts as ours
+  std::map<std::uint16_t, Board> boards{};  ///< of motes whose board differs from the calibration's
+  bool actuators_report = false;            ///< whether motes report the state of their actuators
+  /// For motes without set_measured(). The default takes all fields, as for recordings.
   MeasuredFields unknown{};
 };
 
-/// Packets from a sink -> messages in the catalogue's words. Remembers what each mote showed, so that a sensor nobody
-/// declared joins with its first reading (wsn.md 9.2); at most kMostMotes of them. Fills source.device with the mote's
-/// address.
+/// Decodes the packets of a sink into messages in terms of the catalogue. Remembers the sensors that each mote showed,
+/// so that an undeclared sensor joins with its first reading (wsn.md 9.2), for at most kMaxMotes motes. Sets
+/// source.device to the mote's address.
 class MoteCodec {
  public:
-  /// A sink has room for 20 (wsn.md 12); more addresses than this come from noise.
-  static constexpr std::size_t kMostMotes = 1000;
+  /// A sink has room for 20 (wsn.md 12); more addresses than this are noise.
+  static constexpr std::size_t kMaxMotes = 1000;
 
-  /// The catalogue must outlive the codec. More than kMostMotes motes are kBusy.
+  /// The catalogue must outlive the codec. Messages of more than kMaxMotes motes are kBusy.
   MoteCodec(const TypeCatalogue& types, CodecOptions options);
 
   /// decode_whole() and interpret().
   Result<MoteEvents> decode(ByteView packet);
-  /// What a packet means. kInvalid for a message that no mote can have sent.
+  /// The events in a packet. kInvalid if its source is not a mote, kBusy if it is one mote too many.
   Result<MoteEvents> interpret(const DecodedPacket& decoded);
 
-  /// What is remembered of a mote that did not join since (wsn.md 9.2: it may never do so again). If that is not what
-  /// it is by our boards and units, or it was heard meanwhile: its join, as it is now.
-  std::optional<model::Message> know(std::uint16_t mote, const model::Join& join);
-  /// What the mote measured of its next reports; nullopt = nobody knows.
-  void measures(std::uint16_t mote, std::optional<MeasuredFields> fields);
+  /// Restores a mote from its remembered join, until it joins again (wsn.md 9.2: it may never do so). Returns its
+  /// present join if boards and units changed it, or if the mote was heard meanwhile.
+  std::optional<model::Message> remember(std::uint16_t mote, const model::Join& join);
+  /// Which fields of the mote's next reports are measured; nullopt: unknown.
+  void set_measured(std::uint16_t mote, std::optional<MeasuredFields> fields);
   bool knows(std::uint16_t mote) const { return motes_.contains(mote); }
-  /// Whether the mote declared the point, or showed it.
+  /// Whether the mote declared or showed the point.
   bool offers(std::uint16_t mote, const model::PointId& point) const;
-  /// The transducer behind a sensor; 0 if there is none of that kind.
+  /// The transducer of a sensor; 0 if unknown.
   std::uint16_t transducer_of(std::uint16_t mote, const model::PointId& sensor) const;
-  /// Other boards and units from now on; the joins of all motes, as they are then.
+  /// Changes boards and units; returns the new joins of all motes.
   std::vector<model::Message> change(CodecOptions options);
 
  private:
   using Capabilities = std::vector<model::Capability>;
   using Shared = std::shared_ptr<const Capabilities>;
-  static constexpr std::size_t kMostKinds = 64;  ///< that are looked through at a join
+  static constexpr std::size_t kMostKinds = 64;  ///< compared at a join
   struct Mote {
-    std::optional<Joined> joined;  ///< what it said of itself, or is remembered of it
+    std::optional<Joined> joined;  ///< its own declaration, or the remembered one
     bool heard = false;
     std::string model;
     Shared declared = nothing();
-    std::optional<MeasuredFields> fields;  ///< measures()
-    Capabilities shown;                    ///< not declared, but read: they outlive a re-join
+    std::optional<MeasuredFields> fields;  ///< set_measured()
+    Capabilities shown;                    ///< not declared, but read; kept when it joins again
     std::optional<double> celsius;
   };
 
@@ -110,14 +109,14 @@ class MoteCodec {
   void on_updates(std::uint16_t address, const RawUpdates& updates, MoteEvents& events);
   RawUpdates updates_of(std::uint16_t address, const DemoReport& demo) const;
   static const Shared& nothing();
-  Shared once(Capabilities made);
+  Shared shared(Capabilities capabilities);
   void declare(std::uint16_t address, Mote& mote);
   model::Capability actuator(std::string_view type) const;
   std::uint16_t mask_of(std::uint16_t mote, const model::Join& join) const;
   std::uint16_t transducer_under(const Calibration& calibration, const model::PointId& point) const;
   const Calibration& calibration(std::uint16_t mote) const;
   void heard(std::uint16_t address, MoteEvents& events);
-  void tell_join(std::uint16_t address, const Mote& mote, MoteEvents& events) const;
+  void report_join(std::uint16_t address, const Mote& mote, MoteEvents& events) const;
   model::Message join_of(std::uint16_t address, const Mote& mote) const;
   bool show(Mote& mote, const MoteSensor& sensor) const;
   model::Capability capability_of(const MoteSensor& sensor) const;
@@ -127,7 +126,7 @@ class MoteCodec {
   CodecOptions options_;
   std::map<std::uint16_t, Calibration> exceptions_;  ///< by mote
   std::map<std::uint16_t, Mote> motes_;
-  std::vector<std::weak_ptr<const Capabilities>> kinds_;  ///< what motes declare, each kind of them once
+  std::vector<std::weak_ptr<const Capabilities>> kinds_;  ///< shared between motes that declare the same
 };
 
 }  // namespace rubicon::motes

@@ -12,10 +12,10 @@ inline constexpr std::uint16_t kBaseMote = 0xfffd;
 inline constexpr std::uint16_t kBroadcast = 0xffff;
 inline constexpr std::uint16_t kSinkMote = 1;
 
-/// AM types that carry something for us (wsn.md 6).
+/// AM types that we know (wsn.md 6).
 enum class AmType : std::uint8_t { kCommand = 0x0b, kSerialData = 0x0c, kNetMessage = 0x1c, kConfig = 0x25 };
 
-/// Component ids of the motes: the first two bytes behind the NetMsg header (wsn.md 6).
+/// Component ids of the motes: the first two bytes after the NetMsg header (wsn.md 6).
 inline constexpr std::uint8_t kTransportSynaptic = 1;
 inline constexpr std::uint8_t kTransportConnectionless = 3;
 inline constexpr std::uint8_t kTransportAck = 9;
@@ -24,8 +24,8 @@ inline constexpr std::uint8_t kApplicationLearning = 6;
 inline constexpr std::uint8_t kApplicationControl = 10;
 inline constexpr std::uint8_t kApplicationSynaptic = 11;
 
-/// Serial AM header, 7 bytes behind the dispatch byte 00 (wsn.md 3). `length` is what was written there: the frame
-/// alone says how long the payload is.
+/// Serial AM header, 7 bytes after the dispatch byte 00 (wsn.md 3). `length` is the value of its field; the real length
+/// of the payload follows from the frame.
 struct AmHeader {
   std::uint16_t destination = 0;
   std::uint16_t source = 0;
@@ -36,8 +36,7 @@ struct AmHeader {
   friend bool operator==(const AmHeader&, const AmHeader&) = default;
 };
 
-/// What sink and computer exchange: dispatch byte, AM header, payload; no framing. A view of the bytes it was read
-/// from.
+/// What sink and computer exchange: dispatch byte, AM header, payload; no framing. A view of the decoded bytes.
 struct MotePacket {
   AmHeader am;
   ByteView payload;
@@ -45,8 +44,9 @@ struct MotePacket {
   bool is(AmType type) const { return am.type == static_cast<std::uint8_t>(type); }
 };
 
-/// The radio message inside a packet of AM type 1C (wsn.md 5). `counted` is its nbytes field: wrong in everything a
-/// sink forwards. `record` reaches to the end of the frame and may end in padding or stale mote memory; a view.
+/// The radio message inside a packet of AM type 1C (wsn.md 5). `counted` is its nbytes field, which is wrong in
+/// all messages that a sink forwards. `record` extends to the end of the frame and may end with padding or stale memory
+/// of the mote; a view.
 struct NetMessage {
   std::uint16_t destination_island = 0;
   std::uint16_t destination_mote = 0;
@@ -60,23 +60,24 @@ struct NetMessage {
   ByteView record;
 };
 
-/// Longest packet that a length byte can announce (sf protocol, recorder).
+/// Longest packet that a length byte can express (serial-forwarder protocol, recorder).
 inline constexpr std::size_t kMaxPacket = 255;
-/// Longest AM payload a sink takes (wsn.md 12).
+/// Longest AM payload that a sink accepts (wsn.md 12).
 inline constexpr std::size_t kMaxPayload = 114;
 /// Dispatch byte and AM header.
 inline constexpr std::size_t kAmOverhead = 8;
 
 Result<MotePacket> decode_packet(ByteView bytes);
-/// Writes `am.length` as it stands; use packet_of() for a true one.
+/// Writes `am.length` unchanged; packet_of() sets the true length.
 Bytes encode_packet(const MotePacket& packet);
 
-/// From a packet's payload; needs NetMsg header, transport, application and a first record byte (15 bytes, wsn.md 3).
+/// Decodes a packet's payload; needs NetMsg header, transport, application and a first record byte (15 bytes, wsn.md
+/// 3).
 Result<NetMessage> decode_net(ByteView payload);
 Bytes encode_net(const NetMessage& message);
 
-/// The bytes of a packet from the computer to the sink with true lengths, not padded (wsn.md 3). The payload has at
-/// most 247 bytes: asserted.
+/// The bytes of a packet from the computer to the sink with true lengths, not padded (wsn.md 3). Asserts that the
+/// payload has at most 247 bytes.
 Bytes packet_of(AmType type, ByteView payload);
 Bytes packet_of(NetMessage message);
 

@@ -23,13 +23,13 @@ bool known_transducer(std::uint16_t id) {
   return id != 0 && id <= kLast && (id & (id - 1)) == 0;
 }
 
-/// One way of reading an Updates record into `updates`; false if it runs past the frame.
-bool read_items(ByteView items, std::size_t count, bool multi_valued, RawUpdates& updates, bool& met_unknown) {
+/// Decodes the items of an Updates record in one of two ways; false if they exceed the frame.
+bool read_items(ByteView items, std::size_t count, bool multi_valued, RawUpdates& updates, bool& found_unknown) {
   base::ByteReader reader(items);
   std::size_t words_left = kMaxUpdateWords;
   for (std::size_t i = 0; i < count; ++i) {
     RawReading reading{reader.u16_be(), {}};
-    met_unknown = met_unknown || !known_transducer(reading.transducer);
+    found_unknown = found_unknown || !known_transducer(reading.transducer);
     const std::size_t words = multi_valued ? words_of(reading.transducer) : 1;
     if (!reader.ok() || words + 1 > words_left) return false;
     words_left -= words + 1;
@@ -49,10 +49,10 @@ Result<Record> decode_updates(ByteView record) {
   const ByteView items = record.subspan(2);
   Record record_read{std::in_place_type<RawUpdates>};
   RawUpdates& updates = std::get<RawUpdates>(record_read);
-  bool met_unknown = false;
-  bool whole = read_items(items, record[1], true, updates, met_unknown);
-  // Multi-valued items are documented but were never seen: an unknown id may be a value read as an id (wsn.md 7.1).
-  if (met_unknown) {
+  bool found_unknown = false;
+  bool whole = read_items(items, record[1], true, updates, found_unknown);
+  // Multi-valued items are documented but were never seen: an unknown id may be a value taken for an id (wsn.md 7.1).
+  if (found_unknown) {
     bool still_unknown = false;
     RawUpdates single;
     if (read_items(items, record[1], false, single, still_unknown) && !still_unknown) {

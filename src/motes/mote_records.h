@@ -28,11 +28,11 @@ enum class Transducer : std::uint16_t {
   kRssi5 = 0x1000,
 };
 
-/// Words that an Updates record has room for behind its count (wsn.md 7.1), and the most that one item carries.
+/// Words that fit into an Updates record after its count (wsn.md 7.1), and the maximum in one item.
 inline constexpr std::size_t kMaxUpdateWords = 49;
 inline constexpr std::size_t kMaxItemWords = 5;
 
-/// Words that stand behind this id in an Updates item; 1 for ids nobody defined.
+/// Words that follow this id in an Updates item; 1 for undefined ids.
 std::size_t words_of(std::uint16_t transducer);
 
 /// A mote joined (SERIAL_JOINED).
@@ -44,7 +44,7 @@ struct Joined {
   std::uint8_t actuators = 0;
 };
 
-/// Raw readings of one transducer, in the order of the wire.
+/// Raw readings of one transducer, in wire order.
 struct RawReading {
   std::uint16_t transducer = 0;
   InlineArray<std::uint16_t, kMaxItemWords> words;
@@ -53,11 +53,11 @@ struct RawReading {
 };
 
 struct RawUpdates {
-  /// An id and one word are the shortest item.
+  /// The shortest item is an id and one word.
   InlineArray<RawReading, kMaxUpdateWords / 2> readings;
 };
 
-/// The only two fields that the released mote fills in DEMO_DATA; the rest is stale memory (wsn.md 7.1).
+/// The only two fields of DEMO_DATA that the released firmware fills; the rest is stale memory (wsn.md 7.1).
 struct DemoReport {
   std::uint16_t light = 0;
   std::uint16_t temperature = 0;
@@ -78,13 +78,13 @@ struct ActuateCommand {
   std::int32_t value = 0;
 };
 
-/// Application acknowledgement (LEARNING_NOTIFICATION under transport 9): arrived, not done.
+/// Acknowledgement by an application (LEARNING_NOTIFICATION under transport 9): received, not executed.
 struct MoteAck {
   std::uint16_t sequence = 0;
   std::uint8_t status = 0;
 };
 
-/// Bytes of an application we do not read, whole and with what stands behind them: a view of the message's record.
+/// A record of another application, with all bytes after it: a view of the message's record.
 struct OtherRecord {
   std::uint8_t type = 0;
   ByteView bytes;
@@ -93,7 +93,7 @@ struct OtherRecord {
 using Record =
     std::variant<Joined, RawUpdates, DemoReport, ReadUpdates, PeriodicCommand, ActuateCommand, MoteAck, OtherRecord>;
 
-/// Parses by type under transport and application; ignores all bytes behind the record. kInvalid if it is cut short.
+/// Decodes by transport, application and type; ignores the bytes after the record. kInvalid if it is cut short.
 Result<Record> decode_record(const NetMessage& message);
 
 /// A radio message and its record.
@@ -115,7 +115,7 @@ Result<DecodedPacket> decode_whole(ByteView bytes);
 /// The record alone: not padded, without transport and application.
 Bytes encode_record(const Record& record);
 
-/// Own AM type 25, not inside a NetMsg: the computer sets the sink's island (wsn.md 7.1).
+/// AM type 25, not part of a NetMsg: the computer sets the sink's island (wsn.md 7.1).
 struct ConfigCommand {
   std::uint8_t command = 0;
   std::uint16_t value = 0;

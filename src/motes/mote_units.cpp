@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::string_view kBoardNames[] = {"STANDARD", "EM1000", "SE1000", "IRIS", "MICAZ"};
 constexpr std::uint16_t kAddedMask = 0x6f52;
-constexpr std::uint16_t kMeantByAddedMask = 0x1f43;  // LIGHT, TEMP, HUMID, RSSI1..5
+constexpr std::uint16_t kIntendedMask = 0x1f43;  // LIGHT, TEMP, HUMID, RSSI1..5
 constexpr std::uint16_t kDefinedBits = 0x1fff;
 constexpr std::uint16_t kUnset = 0xffff;
 constexpr double kRoomTemperature = 25.0;
@@ -25,7 +25,7 @@ bool has_cc2420(Board board) {
   return board != Board::kIris;
 }
 
-/// The name of what a transducer measures, as `units: physical` and as raw counts.
+/// Sensor types of a transducer, for values and for raw counts.
 struct Naming {
   Transducer transducer;
   std::string_view physical;
@@ -51,7 +51,7 @@ const Naming* naming_of(Transducer transducer) {
   return found == std::end(kNamings) ? nullptr : found;
 }
 
-/// Whether a formula is sure for this board (wsn.md 11); else the count itself is published.
+/// Whether the formula for this board is verified (wsn.md 11); otherwise the count itself is published.
 bool has_formula(Transducer transducer, Board board) {
   switch (transducer) {
     case Transducer::kLight:
@@ -82,7 +82,7 @@ double lux_of(std::uint16_t count) {
   return 0.625e6 * amperes * 1000.0;
 }
 
-/// The register behind it has 8 bits and ends at 0 dBm: anything far outside is no reading.
+/// The register has 8 bits and ends at 0 dBm: values far outside are no readings.
 std::optional<model::Value> dbm_of(std::uint16_t count) {
   const double dbm = static_cast<std::int16_t>(count) + kCc2420Offset;
   if (dbm < -150 || dbm > 50) return std::nullopt;
@@ -98,7 +98,7 @@ std::optional<double> thermistor(std::uint16_t count) {
   return kelvin - 273.15;
 }
 
-/// The anchor a transducer id stands for: RSSI1..5 are bits, 6..10 are numbered (wsn.md 6).
+/// The anchor of a transducer id: RSSI1..5 are bits, 6..10 are numbered (wsn.md 6).
 std::size_t anchor_of(std::uint16_t transducer) {
   for (std::size_t anchor = 1; anchor <= 5; ++anchor) {
     if (transducer == 0x0080u << anchor) return anchor;
@@ -159,15 +159,15 @@ std::vector<MoteSensor> sensors_of(std::uint16_t transducer, const Calibration& 
 }
 
 std::vector<MoteSensor> sensors_in_mask(std::uint16_t mask, const Calibration& calibration) {
-  if (mask == kAddedMask) mask = kMeantByAddedMask;
+  if (mask == kAddedMask) mask = kIntendedMask;
   std::vector<MoteSensor> sensors;
   for (unsigned bit = 1; bit <= kDefinedBits; bit <<= 1) {
     if ((mask & bit) == 0) continue;
     for (MoteSensor& sensor : sensors_of(static_cast<std::uint16_t>(bit), calibration)) {
-      const bool there = std::any_of(sensors.begin(), sensors.end(), [&](const MoteSensor& other) {
+      const bool listed = std::any_of(sensors.begin(), sensors.end(), [&](const MoteSensor& other) {
         return other.type == sensor.type && other.instance == sensor.instance;
       });
-      if (!there) sensors.push_back(std::move(sensor));
+      if (!listed) sensors.push_back(std::move(sensor));
     }
   }
   return sensors;

@@ -10,10 +10,10 @@ namespace rubicon::motes {
 
 namespace {
 
-constexpr std::size_t kHeader = 13;   // timestamp 8, direction 1, length 4 (log.md 1)
-constexpr std::size_t kAmLength = 5;  // of the length field in a packet (wsn.md 3)
+constexpr std::size_t kHeaderSize = 13;  // timestamp 8, direction 1, length 4 (log.md 1)
+constexpr std::size_t kAmLength = 5;     // of the length field in a packet (wsn.md 3)
 
-enum class Verdict { kSound, kFaulty, kNeedsMore };
+enum class Verdict { kValid, kInvalid, kNeedsMore };
 
 struct Header {
   std::int64_t time = 0;
@@ -30,43 +30,43 @@ Header read_header(ByteView bytes) {
   return header;
 }
 
-bool sound(const Header& header) {
+bool valid(const Header& header) {
   return header.direction <= 1 && header.length >= kAmOverhead && header.length <= kMaxPacket;
 }
 
-Verdict judge(ByteView left) {
-  if (left.size() < kHeader) return Verdict::kNeedsMore;
+Verdict check(ByteView left) {
+  if (left.size() < kHeaderSize) return Verdict::kNeedsMore;
   const Header header = read_header(left);
-  if (!sound(header)) return Verdict::kFaulty;
-  if (left.size() < kHeader + header.length) return Verdict::kNeedsMore;
-  const ByteView packet = left.subspan(kHeader, header.length);
+  if (!valid(header)) return Verdict::kInvalid;
+  if (left.size() < kHeaderSize + header.length) return Verdict::kNeedsMore;
+  const ByteView packet = left.subspan(kHeaderSize, header.length);
   const bool fits = packet[0] == 0 && packet[kAmLength] + kAmOverhead == packet.size();
-  return fits ? Verdict::kSound : Verdict::kFaulty;
+  return fits ? Verdict::kValid : Verdict::kInvalid;
 }
 
-/// What is wrong with a record that is not sound; only asked at the start of a damaged stretch.
+/// The fault of an invalid record; called at the start of damage only.
 std::string fault_of(ByteView left) {
-  if (judge(left) == Verdict::kNeedsMore) return "record cut short by the end of the file";
+  if (check(left) == Verdict::kNeedsMore) return "record cut short by the end of the file";
   const Header header = read_header(left);
   if (header.direction > 1) return fmt::format("direction {}, expected 0 or 1", header.direction);
-  if (!sound(header))
+  if (!valid(header))
     return fmt::format("packet length {}, expected {} to {}", static_cast<std::int32_t>(header.length), kAmOverhead,
                        kMaxPacket);
-  return fmt::format("dispatch byte {:02x} and AM length {} in a packet of {} bytes", left[kHeader],
-                     left[kHeader + kAmLength], header.length);
+  return fmt::format("dispatch byte {:02x} and AM length {} in a packet of {} bytes", left[kHeaderSize],
+                     left[kHeaderSize + kAmLength], header.length);
 }
 
 }  // namespace
 
 void PacketLogReader::feed(ByteView bytes) {
   buffer_.erase(buffer_.begin(), buffer_.begin() + static_cast<std::ptrdiff_t>(position_));
-  base_ += position_;
+  buffer_offset_ += position_;
   position_ = 0;
   buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
 }
 
 void PacketLogReader::skip_one() {
-  if (!damage_) damage_ = Damage{base_ + position_, 0, fault_of(ByteView(buffer_).subspan(position_))};
+  if (!damage_) damage_ = Damage{buffer_offset_ + position_, 0, fault_of(ByteView(buffer_).subspan(position_))};
   ++damage_->bytes;
   ++position_;
 }
@@ -79,18 +79,18 @@ std::optional<PacketLogReader::Item> PacketLogReader::damage_or_nothing() {
 PacketRecord PacketLogReader::take_record() {
   const ByteView left = ByteView(buffer_).subspan(position_);
   const Header header = read_header(left);
-  const ByteView packet = left.subspan(kHeader, header.length);
-  PacketRecord record{base_ + position_, std::chrono::milliseconds(header.time), header.direction == 1,
+  const ByteView packet = left.subspan(kHeaderSize, header.length);
+  PacketRecord record{buffer_offset_ + position_, std::chrono::milliseconds(header.time), header.direction == 1,
                       Bytes(packet.begin(), packet.end())};
-  position_ += kHeader + packet.size();
+  position_ += kHeaderSize + packet.size();
   return record;
 }
 
 std::optional<PacketLogReader::Item> PacketLogReader::next() {
   while (position_ < buffer_.size()) {
-    const Verdict verdict = judge(ByteView(buffer_).subspan(position_));
+    const Verdict verdict = check(ByteView(buffer_).subspan(position_));
     if (verdict == Verdict::kNeedsMore && !ended_) return std::nullopt;
-    if (verdict == Verdict::kSound) {
+    if (verdict == Verdict::kValid) {
       if (damage_) return damage_or_nothing();
       return Item(take_record());
     }

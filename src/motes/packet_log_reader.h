@@ -10,7 +10,7 @@
 
 namespace rubicon::motes {
 
-/// A stretch of a file that could not be read, reported once for the whole stretch.
+/// Consecutive bytes of a file that could not be decoded, reported once.
 struct Damage {
   std::uint64_t offset = 0;
   std::uint64_t bytes = 0;
@@ -25,17 +25,17 @@ struct PacketRecord {
   Bytes packet;
 };
 
-/// Takes the bytes of a packet log in pieces of any size and gives its records. After damage it seeks the next sound
-/// record: direction 0 or 1, length that fits the AM header inside (log.md 1.2). Holds at most one piece and a record.
+/// Splits a packet log, fed in pieces of any size, into its records. After damage it seeks the next valid record:
+/// direction 0 or 1, length that matches the AM header (log.md 1.2). Buffers at most one piece and a record.
 class PacketLogReader {
  public:
   using Item = std::variant<PacketRecord, Damage>;
 
-  /// Appends bytes; call next() until it gives nothing before feeding more.
+  /// Appends bytes; before that, call next() until it returns nullopt.
   void feed(ByteView bytes);
-  /// No more bytes will come: what is left is a record or damage.
+  /// The end of the file: the remaining bytes are a record or damage.
   void end() { ended_ = true; }
-  /// The next item, or nothing until more bytes come (or for good, after end()).
+  /// The next item; nullopt until more bytes are fed, or at the end of the file.
   std::optional<Item> next();
 
  private:
@@ -45,7 +45,7 @@ class PacketLogReader {
 
   Bytes buffer_;
   std::size_t position_ = 0;
-  std::uint64_t base_ = 0;  ///< file offset of buffer_[0]
+  std::uint64_t buffer_offset_ = 0;  ///< file offset of buffer_[0]
   bool ended_ = false;
   std::optional<Damage> damage_;
 };

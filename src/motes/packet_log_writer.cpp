@@ -8,8 +8,8 @@ namespace rubicon::motes {
 
 namespace {
 
-constexpr std::size_t kHead = 13;
-/// Dispatch byte of a packet, and where its AM header has the payload's length (wsn.md 3).
+constexpr std::size_t kHeaderBytes = 13;
+/// Dispatch byte of a packet (wsn.md 3).
 constexpr std::uint8_t kSerialDispatch = 0;
 constexpr std::size_t kShown = 16;
 
@@ -40,7 +40,7 @@ Result<void> check_packet_log(ByteView beginning) {
   const auto shown = beginning.first(std::min(beginning.size(), kShown));
   return fail(ErrorCode::kInvalid,
               fmt::format("begins with {}, expected a record of {} bytes and a packet (time, direction 0 or 1, length)",
-                          base::to_hex(shown), kHead));
+                          base::to_hex(shown), kHeaderBytes));
 }
 
 Result<void> PacketLogWriter::write(std::chrono::milliseconds time, PacketDirection direction, ByteView packet) {

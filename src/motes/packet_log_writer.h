@@ -7,25 +7,26 @@
 
 namespace rubicon::motes {
 
-/// Who a recorded packet came from (log.md 1): byte 8 of its record.
+/// Direction of a recorded packet (log.md 1): byte 8 of its record; kRead: the sink sent it.
 enum class PacketDirection : std::uint8_t { kWritten = 0, kRead = 1 };
 
 /// One record of the original packet recorder (log.md 1): time as milliseconds since 1970, direction, length, packet,
-/// big-endian. kOutOfRange for a packet longer than kMaxPacket or without its AM header: no reader finds it again.
+/// big-endian. kOutOfRange for a packet that is longer than kMaxPacket or shorter than its header: readers
+/// would not recognise it.
 Result<Bytes> packet_log_record(std::chrono::milliseconds time, PacketDirection direction, ByteView packet);
 
-/// Whether records may be put behind what a file begins with: it is empty or begins with a sound record. `beginning`:
-/// its first bytes, at least 21 of them if it has as many. kInvalid says what stands there instead.
+/// Whether records may be appended to a file: it is empty or begins with a valid record. `beginning`: its first bytes,
+/// at least 21 of them if it has as many. kInvalid: it begins with something else.
 Result<void> check_packet_log(ByteView beginning);
 
-/// Writes packets exactly as the original's recorder does, each record at once. It only ever appends: give it a sink at
-/// the end of a file that check_packet_log() accepts. The sink must outlive it.
+/// Writes packets as the original's recorder does, each record with one append. `sink` must be at the end of a file
+/// that check_packet_log() accepts, and must outlive the writer.
 class PacketLogWriter {
  public:
   explicit PacketLogWriter(base::ByteSink& sink) : sink_(sink) {}
 
-  /// What the sink or packet_log_record() says. After an error of the sink a part of a record may stand there; readers
-  /// pass over it.
+  /// Errors of packet_log_record() and of the sink. After the latter the file may end with a partial record, which
+  /// readers skip.
   Result<void> write(std::chrono::milliseconds time, PacketDirection direction, ByteView packet);
   std::uint64_t records() const { return records_; }
 

@@ -21,7 +21,7 @@ void check_round_trip(ByteView bytes) {
 
 }  // namespace
 
-/// Input: one byte of settings, then packets, each behind a length byte, through one codec.
+/// Input: one byte of settings, then packets, each after a length byte, through one codec.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const TypeCatalogue types;
   if (size == 0) return 0;

@@ -8,7 +8,7 @@ namespace {
 
 using namespace rubicon;
 
-/// Whatever comes in on its serial line, what a sink says is sound.
+/// The output of a sink is valid whatever its serial line receives.
 void check_sink(ByteView bytes) {
   VirtualScheduler time;
   motes_simulator::WorldOptions options;
@@ -29,7 +29,7 @@ void check_sink(ByteView bytes) {
 
 }  // namespace
 
-/// Input: a byte that says which, then a script, or what a computer sends to a sink.
+/// Input: a byte that selects the kind, then a script, or what a computer sends to a sink.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;
   const ByteView rest{data + 1, size - 1};

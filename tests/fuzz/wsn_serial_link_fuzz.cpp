@@ -8,10 +8,10 @@ namespace {
 using namespace rubicon;
 using namespace rubicon::networks::wsn::sink;
 
-/// A link whose line brings anything, and who hears that each packet has one outcome.
+/// A link with arbitrary input, and a check that each packet gets one result.
 struct Station {
-  SerialLink::Calls calls() {
-    SerialLink::Calls all;
+  SerialLink::Callbacks calls() {
+    SerialLink::Callbacks all;
     all.write = [](ByteView bytes) {
       if (bytes.size() < 6 || bytes.front() != 0x7e || bytes.back() != 0x7e) std::abort();
     };

@@ -3,7 +3,7 @@
 #include "base/bytes.h"
 #include "networks/wsn/sink/source.h"
 
-/// A source string: what is read says the same when it is read again, what is not says why.
+/// A source string: it is parsed to an equal source from its own text, or the error has a text.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace rubicon;
   using namespace rubicon::networks::wsn::sink;

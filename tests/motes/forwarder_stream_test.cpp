@@ -73,7 +73,7 @@ TEST(ForwarderStream, NewerVersionsAreAcceptedAndOlderRefused) {
   EXPECT_FALSE(old.greeted());
 }
 
-TEST(ForwarderStream, AStrangerIsRefusedForGood) {
+TEST(ForwarderStream, APeerOfAnotherProtocolIsRefusedForGood) {
   ForwarderReader reader;
   EXPECT_THAT(fault_of(reader, base::as_bytes("GET / HTTP/1.1")), HasSubstr("greeted with 47, expected 55"));
   EXPECT_THAT(fault_of(reader, hex("5520")), HasSubstr("greeted with 47, expected 55"));

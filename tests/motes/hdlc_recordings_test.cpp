@@ -112,7 +112,7 @@ TEST(HdlcFaultTable, WhatIsHeardIsWhatTheOfficialForwarderPassedOn) {
     ++from_serial;
   }
   EXPECT_EQ(from_serial, 13u);
-  // The text before a flag stands behind another one here: a frame with a wrong CRC.
+  // The text before a flag follows another one here: a frame with a wrong CRC.
   EXPECT_EQ(reader.faults(), (HdlcFaults{.bad_crc = 2, .too_short = 1, .too_long = 2, .unknown_protocols = 1}));
 }
 

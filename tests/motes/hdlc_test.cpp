@@ -115,7 +115,7 @@ TEST(Hdlc, ARepeatedSequenceNumberIsNotHeldBack) {
   EXPECT_EQ(heard_in(kConfig42Frame + kConfig42Frame).size(), 2u);
 }
 
-TEST(Hdlc, EmptyFramesAreSkippedWithoutAWord) {
+TEST(Hdlc, EmptyFramesAreSkippedSilently) {
   HdlcReader reader;
   std::vector<Heard> heard;
   hear(reader, hex("7e7e7e7e") + kAck0e + hex("7e7e"), heard);
@@ -151,7 +151,7 @@ std::vector<Fault> faults() {
   };
 }
 
-TEST(Hdlc, WhatIsUnsoundIsCountedAndTheNextFrameHeard) {
+TEST(Hdlc, InvalidFramesAreCountedAndTheNextOneIsRead) {
   for (const Fault& fault : faults()) {
     HdlcReader reader;
     std::vector<Heard> heard;
@@ -207,7 +207,7 @@ TEST(Hdlc, AnyByteTravelsAnywhere) {
   }
 }
 
-TEST(Hdlc, AReopenedLineForgetsWhatHadBegun) {
+TEST(Hdlc, AReopenedLineDiscardsThePartialFrame) {
   HdlcReader reader;
   std::vector<Heard> heard;
   hear(reader, ByteView(kConfig42Frame).first(9), heard);
@@ -224,7 +224,7 @@ TEST(Hdlc, EveryPrefixOfAFrameIsSurvivedAndTheNextHeard) {
     for (std::size_t length = 0; length + 1 < frame.size(); ++length) {
       const Bytes prefix(frame.begin(), frame.begin() + static_cast<std::ptrdiff_t>(length));
       const auto heard = heard_in(prefix + kAck0e + kAck0e);
-      // An escape at the end of the prefix costs the frame behind it.
+      // An escape at the end of the prefix costs the frame after it.
       ASSERT_GE(heard.size(), length > 0 && prefix.back() == 0x7d ? 1u : 2u) << base::to_hex(prefix);
       for (const Heard& one : heard) ASSERT_EQ(one, kHeardAck0e) << base::to_hex(prefix);
     }

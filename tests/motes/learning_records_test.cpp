@@ -212,17 +212,17 @@ TEST(LearningRecords, WhatDoesNotFitIsRefusedWithRecordFieldAndRange) {
             "mote record NetIdCmd: command is nan, expected a whole number from 0 to 255");
   EXPECT_EQ(with("netId", {}), "mote record NetIdCmd: netId has 0 elements, expected one number");
   EXPECT_EQ(with("netId", {1, 2}), "mote record NetIdCmd: netId has 2 elements, expected one number");
-  EXPECT_EQ(with("clock", {1}), "mote record NetIdCmd: no field \"clock\", expected command, netId, seq");
+  EXPECT_EQ(with("clock", {1}), "mote record NetIdCmd: unknown field \"clock\", expected command, netId, seq");
   values.erase("seq");
   EXPECT_EQ(encoded("NetIdCmd", values), "mote record NetIdCmd: seq is missing, expected a number from 0 to 65535");
-  EXPECT_EQ(encoded("Nonsense", {}), "no mote record \"Nonsense\"");
+  EXPECT_EQ(encoded("Nonsense", {}), "unknown mote record \"Nonsense\"");
 }
 
 TEST(LearningRecords, ArraysAreBoundedAndTheirCountMustBeTrue) {
   EXPECT_EQ(encoded("LearningOutput", {{"floats", std::vector<double>(25)}}),
             "mote record LearningOutput: floats has 25 elements, expected at most 24");
   EXPECT_EQ(encoded("LearningOutput", {{"count", {3}}, {"floats", {1, 2}}}),
-            "mote record LearningOutput: count is 3, expected 2, the elements given");
+            "mote record LearningOutput: count is 3, expected 2, the number of elements");
   EXPECT_THAT(encoded("LearningOutput", {{"floats", {1e39}}}),
               HasSubstr("floats is 1e+39, expected a number from -3.4"));
   EXPECT_THAT(encoded("LearningOutput", {{"floats", {std::nan("")}}}), HasSubstr("floats is nan"));
@@ -244,7 +244,7 @@ TEST(LearningRecords, APrefixIsReadOnlyWhereAnArrayEndsIt) {
   }
 }
 
-TEST(LearningRecords, ACountBeyondItsArrayIsNotBelieved) {
+TEST(LearningRecords, ACountBeyondItsArrayIsRefused) {
   EXPECT_EQ(decode_learning(0x19, padded("19 19", 96, "")).error().text,
             "mote record LearningOutput: count is 25, expected at most 24");
   Bytes create = layouts()[5].bytes;

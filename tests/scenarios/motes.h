@@ -40,7 +40,7 @@ class Motes : public Ecology {
     options.obey = obey;
     return options;
   }
-  /// The sinks are reachable at ports 19202, 19203, ...; motes are switched on when somebody came.
+  /// The sinks are reachable at ports 19202, 19203, ...; motes are switched on after the first connection.
   void begin_world() {
     setup.wait_for_computer = true;
     world = std::make_unique<motes_simulator::World>(
@@ -99,7 +99,7 @@ class Motes : public Ecology {
     return text.empty() || text.front() == '(' ? ~std::uint64_t{0} : std::stoull(text);
   }
 
-  /// Somebody who wants this sensor, `wsn-1.2.sensor.light-1`.
+  /// A subscriber to this sensor, `wsn-1.2.sensor.light-1`.
   [[nodiscard]] Handle want(std::uint32_t island, const std::string& sensor, Flow flow = {},
                             std::uint32_t who = kRobot) {
     auto wish = component(who).subscribe({OwnerId(island), "proxy." + sensor + ".value"}, flow, [](const Event&) {});

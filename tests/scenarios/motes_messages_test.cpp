@@ -23,7 +23,7 @@ class MessagesOfMotes : public Motes {
     to_sink.clear();
     from_sink.clear();
   }
-  /// Mote 2 of island 1 writes a message of the learning layer to somebody of island 2, reliably.
+  /// Mote 2 of island 1 writes a message of the learning layer to a component of island 2, reliably.
   void write_to_island_2(std::uint16_t mote) {
     const motes::NetMessage written{
         2, mote, 1, 2, 1, 0x1234, 0x66, motes::kTransportConnectionless, motes::kApplicationLearning, kRecord};
@@ -38,7 +38,7 @@ class MessagesOfMotes : public Motes {
 TEST_F(MessagesOfMotes, GoToMotesOfOtherIslandsAndTheAcknowledgementComesBack) {
   write_to_island_2(3);
   const auto arrived = radio_messages(to_sink[2]);
-  ASSERT_THAT(arrived, SizeIs(1)) << "once, although it is reliable: nobody but the sender repeats it";
+  ASSERT_THAT(arrived, SizeIs(1)) << "once, although it is reliable: only the sender repeats it";
   EXPECT_EQ(arrived[0].source_island, 1);
   EXPECT_EQ(arrived[0].source_mote, 2);
   EXPECT_EQ(arrived[0].sequence, 0x1234);
@@ -87,7 +87,7 @@ TEST_F(MessagesOfMotes, ComeFromComponentsOfOtherIslandsWhoHearWhetherTheyArrive
   EXPECT_EQ(events("ignored", 3, 2), 1U);
   write("4");
   ASSERT_THAT(said, SizeIs(2));
-  EXPECT_NE(said[1].outcome, Outcome::kSent) << "nobody has such a mote";
+  EXPECT_NE(said[1].outcome, Outcome::kSent) << "there is no such mote";
   EXPECT_THAT(radio_messages(to_sink[2]), SizeIs(1));
 }
 

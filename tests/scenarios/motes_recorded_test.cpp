@@ -27,7 +27,7 @@ std::string text_of(const std::string& path) {
   return text.str();
 }
 
-/// What a mote measured, as the annotations say that were made with the recording.
+/// What a mote measured, by the annotations made with the recording.
 using Counts = std::vector<std::pair<int, int>>;
 std::map<std::string, Counts> annotated(const std::string& path) {
   static const std::regex line(R"(NET dest=\w+/\w+ src=\w+/(\w+)|light=(\d+) temp=(\d+))");
@@ -140,7 +140,7 @@ class RecordedMotes : public Motes, public testing::WithParamInterface<Recording
     EXPECT_EQ(seen(GetParam().island, "proxy.wsn-1.devices"), R"(["2","3"])");
   }
   const std::vector<std::string>& values(const std::string& point) { return heard_.at(point)->values; }
-  /// A message each `pace`; once both motes are there, somebody wants these sensors of them.
+  /// A message each `pace`; once both motes are there, these sensors are subscribed to.
   void while_wanting(const std::string& sensor, Duration pace) {
     wanted_ = sensor;
     pace_ = pace;

@@ -103,7 +103,7 @@ TEST_F(Motes, BeforeTheFirstSubscriberTheRadioCarriesProbesAlone) {
   for (const auto* mote : {"2", "3", "4"}) EXPECT_TRUE(reachable(1, std::string("wsn-1.") + mote));
 }
 
-TEST_F(Motes, OnlyTheSensorThatSomebodyWantsIsRead) {
+TEST_F(Motes, OnlyTheSensorWithASubscriberIsRead) {
   begin_world(3, em1000());
   start(1, network("wsn-1", 1));
   scheduler.run_for(5s);
@@ -139,14 +139,14 @@ TEST_F(Motes, ASubscriberMayWantAnotherPeriodThanTheProperty) {
   scheduler.run_for(3s);
   heard->values.clear();
   scheduler.run_for(30s);
-  EXPECT_THAT(heard->values, SizeIs(AllOf(Ge(5), Le(7)))) << "as the property says";
+  EXPECT_THAT(heard->values, SizeIs(AllOf(Ge(5), Le(7)))) << "the period of the property";
   Flow fast;
   fast.minimum = 500ms;
   auto hurried = want(1, "wsn-1.2.sensor.light-1", fast, kRobot + 1);
   scheduler.run_for(2s);
   heard->values.clear();
   scheduler.run_for(10s);
-  EXPECT_THAT(heard->values, SizeIs(AllOf(Ge(18), Le(22)))) << "as the faster subscriber says";
+  EXPECT_THAT(heard->values, SizeIs(AllOf(Ge(18), Le(22)))) << "the period of the faster subscriber";
   hurried.reset();
   scheduler.run_for(6s);
   heard->values.clear();

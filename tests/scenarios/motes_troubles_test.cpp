@@ -40,7 +40,7 @@ TEST_F(Motes, ARestartUnderTrafficNeedsNoReboot) {
   EXPECT_EQ(seen(1, "proxy.wsn-1.5.property.mask.value"), "64") << "and can be asked for all of it";
 }
 
-TEST_F(Motes, ManyRestartsUnderTrafficLoseNobody) {
+TEST_F(Motes, ManyRestartsUnderTrafficLoseNoMote) {
   const auto file = state_file();
   begin_world(5, em1000());
   start(1, network("wsn-1", 1), file);
@@ -149,7 +149,7 @@ TEST_F(TroubledMotes, ARadioThatLosesAFifthLosesAFifthOfTheValuesAndNoMote) {
   expect_nothing_grew();
 }
 
-TEST_F(TroubledMotes, ARadioThatCarriesAllTwiceDisturbsNobody) {
+TEST_F(TroubledMotes, ARadioThatCarriesAllTwiceDoesNoHarm) {
   world->radio().options().duplicates = 1;
   const auto values = hear(1, "wsn-1.2.sensor.light-1");
   scheduler.run_for(20s);
@@ -169,7 +169,7 @@ TEST_F(TroubledMotes, AMoteThatIsRebootedReportsAgainByItself) {
   EXPECT_GE(flow(20s).first, 18U);
 }
 
-TEST_F(Motes, MotesThatAreRebootedUnheardAreToldAgainWhatToRead) {
+TEST_F(Motes, MotesThatAreRebootedUnheardGetTheirCommandAgain) {
   begin_world(8, em1000());
   start(1, network("wsn-1", 1));
   scheduler.run_for(8s);
@@ -213,7 +213,7 @@ TEST_F(Motes, TheReleasedFirmwareTakesACommandAndDoesNothing) {
   EXPECT_EQ(seen(1, std::string("proxy.") + kLed + ".value"), "");
 }
 
-TEST_F(Motes, MotesThatObeyAndCannotTellAreAssumedToHaveObeyed) {
+TEST_F(Motes, MotesThatObeyWithoutReportingAreAssumedToHaveObeyed) {
   begin_world(2, em1000(true));
   start(1, network("wsn-1", 1, "actuators: assumed"));
   scheduler.run_for(5s);
@@ -308,7 +308,7 @@ TEST_F(Motes, AMoteThatIsCarriedToAnotherIslandIsListedThereAndGoneHere) {
   EXPECT_TRUE(reachable(1, "wsn-1.3"));
   const auto there = hear(2, "wsn-1.2.sensor.light-1");
   scheduler.run_for(10s);
-  EXPECT_THAT(there->values, SizeIs(Ge(8))) << "who wants it wherever it is has it";
+  EXPECT_THAT(there->values, SizeIs(Ge(8))) << "a subscription to any island receives it";
   world->mote(2).move_to({1});
   world->mote(2).boot();
   scheduler.run_for(5s);

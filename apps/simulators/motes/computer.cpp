@@ -6,7 +6,7 @@ namespace rubicon::motes_simulator {
 
 namespace {
 
-/// Longer than any acknowledgement takes (wsn.md 9.7).
+/// Between two packets; longer than any acknowledgement takes (wsn.md 9.7).
 constexpr auto kPause = std::chrono::milliseconds(200);
 
 }  // namespace
@@ -52,14 +52,14 @@ void Computer::on_packet(ByteView bytes) {
 }
 
 void Computer::send(Bytes packet) {
-  if (waiting_.size() < kMaxWaiting) waiting_.push_back(std::move(packet));
+  if (queue_.size() < kMaxQueued) queue_.push_back(std::move(packet));
   if (!pause_.pending()) next();
 }
 
 void Computer::next() {
-  if (waiting_.empty()) return;
-  sink_.received(motes::hdlc_acked_packet(++serial_, waiting_.front()));
-  waiting_.pop_front();
+  if (queue_.empty()) return;
+  sink_.received(motes::hdlc_acked_packet(++serial_sequence_, queue_.front()));
+  queue_.pop_front();
   pause_ = scheduler_.after(kPause, [this] { next(); });
 }
 

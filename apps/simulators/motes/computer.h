@@ -10,12 +10,12 @@ namespace rubicon::motes_simulator {
 
 struct ComputerOptions {
   std::uint16_t island = 11;
-  std::uint16_t period = 1024;  ///< TinyOS milliseconds between two reports of a mote
-  bool updates = false;         ///< asks for UPDATES instead of DEMO_DATA
+  std::uint16_t period = 1024;  ///< TinyOS milliseconds (1/1024 s) between two reports of a mote
+  bool updates = false;         ///< requests UPDATES instead of DEMO_DATA
 };
 
-/// A computer at a sink that does the least a computer can, for recordings without a proxy: it sets the island and
-/// tells each mote that joins to report. Takes the sink's output; the sink outlives it.
+/// A minimal computer for recordings without a proxy: sets the island id of the sink and commands each mote that joins
+/// to report. Takes over the sink's output. Sink and scheduler must outlive it.
 class Computer {
  public:
   Computer(ComputerOptions options, SinkFirmware& sink, Scheduler& scheduler);
@@ -24,7 +24,7 @@ class Computer {
   Computer& operator=(const Computer&) = delete;
 
  private:
-  static constexpr std::size_t kMaxWaiting = 1000;
+  static constexpr std::size_t kMaxQueued = 1000;
   void received(ByteView bytes);
   void on_packet(ByteView packet);
   void send(Bytes packet);
@@ -34,8 +34,8 @@ class Computer {
   SinkFirmware& sink_;
   Scheduler& scheduler_;
   motes::HdlcReader reader_;
-  std::deque<Bytes> waiting_;
-  std::uint8_t serial_ = 0;
+  std::deque<Bytes> queue_;
+  std::uint8_t serial_sequence_ = 0;
   std::uint16_t sequence_ = 0;
   Timer pause_;
 };

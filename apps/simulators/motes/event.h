@@ -11,10 +11,10 @@
 
 namespace rubicon::motes_simulator {
 
-/// Something that happened in the simulated world, as no computer at a sink can see it.
+/// An event inside the simulated world, which a computer at a sink cannot observe.
 struct Event {
-  Duration at{};           ///< since the world began
-  std::string_view what;   ///< `executed`, `joined`, ...: docs/motes-simulator.md has them all
+  Duration at{};           ///< since the start of the world
+  std::string_view what;   ///< `executed`, `joined`, ...: listed in docs/motes-simulator.md
   std::uint16_t sink = 0;  ///< 1, 2, ...; 0 = none
   std::uint16_t mote = 0;  ///< address; 0 = none
   std::optional<std::uint16_t> sequence;
@@ -22,27 +22,28 @@ struct Event {
   Bytes record;  ///< of what was executed or ignored
 };
 
-/// One line of JSON without its end: `{"at":1.234567,"event":"executed","sink":1,"mote":2,...}`, times in seconds.
+/// One line of JSON without line end: `{"at":1.234567,"event":"executed","sink":1,"mote":2,...}`, times in seconds.
 std::string to_json(const Event& event);
 
-/// Where the parts of a world put their events; costs nothing while nobody listens.
+/// Collects the events of a world; costs nothing without a callback.
 class EventLog {
  public:
-  using Call = std::function<void(const Event&)>;
+  using Callback = std::function<void(const Event&)>;
 
-  EventLog(Scheduler& scheduler, Call call) : scheduler_(scheduler), began_(scheduler.now()), call_(std::move(call)) {}
+  EventLog(Scheduler& scheduler, Callback callback)
+      : scheduler_(scheduler), start_(scheduler.now()), callback_(std::move(callback)) {}
 
-  explicit operator bool() const { return static_cast<bool>(call_); }
+  explicit operator bool() const { return static_cast<bool>(callback_); }
   void operator()(Event event) const {
-    if (!call_) return;
-    event.at = scheduler_.now() - began_;
-    call_(event);
+    if (!callback_) return;
+    event.at = scheduler_.now() - start_;
+    callback_(event);
   }
 
  private:
   Scheduler& scheduler_;
-  SteadyTime began_;
-  Call call_;
+  SteadyTime start_;
+  Callback callback_;
 };
 
 }  // namespace rubicon::motes_simulator

@@ -21,9 +21,9 @@ namespace {
 using namespace rubicon;
 using namespace rubicon::motes_simulator;
 
-constexpr int kFailed = 1;         ///< the system refused something, or not all could be written
-constexpr int kConfiguration = 2;  ///< flags, or a file that they name
-constexpr std::size_t kLargestScript = 1 << 20;
+constexpr int kFailed = 1;         ///< system error, such as a port in use or a failed write
+constexpr int kConfiguration = 2;  ///< wrong options, or an error in a file they name
+constexpr std::size_t kMaxScript = 1 << 20;
 
 struct Arguments {
   std::string board = "EM1000", listen = "127.0.0.1", pty, script, events, record, span = "10min", spacing = "250ms",
@@ -36,56 +36,59 @@ struct Arguments {
 };
 
 void describe_world(CLI::App& app, Arguments& a) {
-  app.add_option("--motes", a.motes, "at each sink")->check(CLI::Range(0, 1000))->capture_default_str();
-  app.add_option("--sinks", a.world.sinks, "each with its own port, counted up")
+  app.add_option("--motes", a.motes, "motes at each sink")->check(CLI::Range(0, 1000))->capture_default_str();
+  app.add_option("--sinks", a.world.sinks, "sinks, each on its own port, counted up from --port")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
   app.add_option("--first", a.first, "address of the first mote")->check(CLI::Range(2, 60000))->capture_default_str();
-  app.add_flag("--same-ids", a.same_ids, "the motes of each sink begin with that address, else they are counted on");
+  app.add_flag("--same-ids", a.same_ids, "number the motes of each sink from --first instead of counting on");
   app.add_option("--board", a.board, "STANDARD, EM1000, SE1000, or a transducer mask in four hex digits")
       ->capture_default_str();
-  app.add_option("--island", a.world.sink.island, "compiled into the sinks, which the proxy's CONFIG changes")
+  app.add_option("--island", a.world.sink.island, "island id compiled into the sinks, until the proxy sets another")
       ->check(CLI::Range(1, 65532))
       ->capture_default_str();
-  app.add_option("--sensor-time", a.sensor_time, "a measurement takes so long; 0s = none, as in the recordings")
+  app.add_option("--sensor-time", a.sensor_time, "duration of a measurement; 0s as in the recordings")
       ->capture_default_str();
-  app.add_flag("--obey", a.mote.obey, "beyond the original: motes execute Actuate, and their LED makes light");
+  app.add_flag("--obey", a.mote.obey, "extension: motes execute Actuate, and a lit LED adds light");
   app.add_flag("--updates", a.mote.updates,
-               "beyond the original: motes answer READ_UPDATES with the readings of all they have");
-  app.add_flag("--wait", a.world.wait_for_computer, "motes are switched on when somebody has come to their sink");
+               "extension: motes answer READ_UPDATES with the readings of all their sensors");
+  app.add_flag("--wait", a.world.wait_for_computer,
+               "switch the motes of a sink on when a computer has connected to it");
   app.add_flag("--reply-to-all", a.world.sink.reply_to_all,
-               "replies to joins are for all, so that motes answer those to others with garbage");
-  app.add_option("--boot-spacing", a.spacing, "from one mote's boot to the next")->capture_default_str();
-  app.add_option("--loss", a.world.radio.loss, "share of the radio messages that are lost")
+               "broadcast the replies to joins, so that motes answer those to others with garbage");
+  app.add_option("--boot-spacing", a.spacing, "time from one mote's boot to the next")->capture_default_str();
+  app.add_option("--loss", a.world.radio.loss, "share of the radio messages that get lost")
       ->check(CLI::Range(0.0, 1.0));
-  app.add_option("--duplicates", a.world.radio.duplicates, "share that comes twice")->check(CLI::Range(0.0, 1.0));
-  app.add_option("--delay", a.delay, "of radio messages")->capture_default_str();
-  app.add_option("--seed", a.world.seed, "of all chance")->capture_default_str();
-  app.add_option("--script", a.script, "file with timed steps: `at 2s reboot 7`, see docs/motes-simulator.md");
+  app.add_option("--duplicates", a.world.radio.duplicates, "share of the radio messages that arrive twice")
+      ->check(CLI::Range(0.0, 1.0));
+  app.add_option("--delay", a.delay, "additional delay of radio messages")->capture_default_str();
+  app.add_option("--seed", a.world.seed, "of all random numbers")->capture_default_str();
+  app.add_option("--script", a.script, "file with timed steps, such as `at 2s reboot 7`: docs/motes-simulator.md");
 }
 
 void describe_line(CLI::App& app, Arguments& a) {
-  app.add_option("--port", a.port, "TCP port of the first sink: source network@HOST:PORT")->capture_default_str();
+  app.add_option("--port", a.port, "TCP port of the first sink, for source network@HOST:PORT; 0 = any free port")
+      ->capture_default_str();
   app.add_option("--listen", a.listen, "numeric address to listen on")->capture_default_str();
   auto* pty =
-      app.add_option("--pty", a.pty, "name of a pseudo-terminal instead: source serial@NAME:115200; NAME-2, ...");
-  app.add_option("--baud", a.world.sink.baud, "of the serial lines")
+      app.add_option("--pty", a.pty, "make pseudo-terminals NAME, NAME-2, ... instead, for source serial@NAME:115200");
+  app.add_option("--baud", a.world.sink.baud, "baud rate of the serial lines")
       ->check(CLI::Range(300, 4000000))
       ->capture_default_str();
-  app.add_option("--events", a.events, "file that a line of JSON is put behind for each event; - = standard output");
-  app.add_option("--record", a.record, "file that the first sink's packets are put behind, as the original's LOG");
-  app.add_option("--speed", a.speed, "how many times as fast as real time")->check(CLI::Range(0.01, 1000.0));
-  auto* wait = app.get_option("--wait")->excludes(pty);  // nobody sees who comes to a pseudo-terminal
-  auto* fast = app.add_flag("--fast", a.fast, "as fast as possible, without ports: for recordings");
+  app.add_option("--events", a.events, "file to append a line of JSON to for each event; - = standard output");
+  app.add_option("--record", a.record, "file to append the first sink's packets to, in the original's LOG format");
+  app.add_option("--speed", a.speed, "factor of real time")->check(CLI::Range(0.01, 1000.0));
+  auto* wait = app.get_option("--wait")->excludes(pty);  // connections to a pseudo-terminal cannot be detected
+  auto* fast = app.add_flag("--fast", a.fast, "run as fast as possible, without ports, for recordings");
   fast->excludes(pty)->excludes(wait);
-  app.add_option("--for", a.span, "how much time --fast lets pass")->needs(fast)->capture_default_str();
-  app.add_option("--report", a.report, "with --fast: each mote is told to report so often")->capture_default_str();
+  app.add_option("--for", a.span, "simulated time of a --fast run")->needs(fast)->capture_default_str();
+  app.add_option("--report", a.report, "with --fast: report period of each mote")->capture_default_str();
 }
 
 Result<Duration> duration_of(const std::string& flag, const std::string& text) {
   const auto span = base::parse_duration(text);
   if (!span)
-    return fail(ErrorCode::kInvalid, fmt::format("{} {}: expected a span such as 500ms, 2s, 10min", flag, text));
+    return fail(ErrorCode::kInvalid, fmt::format("{} {}: expected a duration such as 500ms, 2s, 10min", flag, text));
   return *span;
 }
 
@@ -102,22 +105,22 @@ Result<void> complete(Arguments& a) {
                 fmt::format("--board {}: expected STANDARD, EM1000, SE1000 or four hex digits", a.board));
   a.world.boot_spacing = *spacing;
   a.world.radio.delay = *delay;
-  if (a.world.wait_for_computer) a.world.first_boot = std::chrono::seconds(1);  // it sets the island first
+  if (a.world.wait_for_computer) a.world.first_boot = std::chrono::seconds(1);  // the computer sets the island id first
   a.mote.board = *board;
   a.mote.sensor_time = *sensor_time;
   const unsigned last = a.first + a.motes * (a.same_ids ? 1U : a.world.sinks);
   if (last > motes::kBaseMote - 1U)
     return fail(ErrorCode::kInvalid,
-                fmt::format("addresses of motes would go to {}, expected at most 65532", last - 1));
+                fmt::format("the last mote would have address {}, expected at most 65532", last - 1));
   if (!a.fast && a.pty.empty() && a.port + a.world.sinks > 65536)
-    return fail(ErrorCode::kInvalid, "--port: the ports of all sinks are to be at most 65535");
+    return fail(ErrorCode::kInvalid, "--port: the port of the last sink would exceed 65535");
   for (std::uint16_t sink = 1; sink <= a.world.sinks; ++sink)
     a.world.add_motes(sink, static_cast<std::uint16_t>(a.first + (a.same_ids ? 0 : (sink - 1) * a.motes)), a.motes,
                       a.mote);
   return {};
 }
 
-/// Where events and packets are written to.
+/// The files that events and packets are written to.
 struct Outputs {
   std::unique_ptr<transport::AppendFile> events, record;
   std::unique_ptr<motes::PacketLogWriter> packets;
@@ -127,18 +130,18 @@ struct Outputs {
     const auto line = to_json(event) + "\n";
     if (print) std::fputs(line.c_str(), stdout);
     if (print && live) flush();
-    if (events) keep(events->append(base::as_bytes(line)));
+    if (events) check(events->append(base::as_bytes(line)));
   }
   void flush() {
     if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
-      keep(fail(ErrorCode::kIo, "cannot write to standard output: events are lost"));
+      check(fail(ErrorCode::kIo, "cannot write to standard output: events are lost"));
   }
-  /// The exit code of a run that came to its end.
+  /// The exit code of a completed run.
   int finish() {
     flush();
     return lost ? kFailed : 0;
   }
-  void keep(const Result<void>& written) {
+  void check(const Result<void>& written) {
     if (!written && !std::exchange(lost, true)) fmt::print(stderr, "motes-simulator: {}\n", written.error().text);
   }
 };
@@ -154,7 +157,7 @@ Result<void> open_outputs(const Arguments& a, transport::Transports& transports,
   if (a.record.empty()) return {};
   Bytes beginning(64);
   auto there = transports.open_file(a.record);
-  const auto count = there ? (*there)->read(beginning) : Result<std::size_t>(0);  // else it is made
+  const auto count = there ? (*there)->read(beginning) : Result<std::size_t>(0);  // otherwise it is created
   if (!count) return fail(count.error());
   if (const auto sound = motes::check_packet_log(ByteView(beginning).first(*count)); !sound)
     return fail(sound.error().code, a.record + ": " + sound.error().text);
@@ -166,13 +169,13 @@ Result<void> open_outputs(const Arguments& a, transport::Transports& transports,
 }
 
 std::unique_ptr<World> make_world(const Arguments& a, std::vector<Step> script, Scheduler& scheduler, Outputs& out) {
-  EventLog::Call events;
+  EventLog::Callback events;
   if (out.print || out.events) events = [&out](const Event& event) { out.event(event); };
   auto world = std::make_unique<World>(a.world, scheduler, std::move(script), std::move(events));
   if (!out.packets) return world;
   world->sink(1).watch([&out, &scheduler](bool written, ByteView packet) {
     const auto at = std::chrono::duration_cast<std::chrono::milliseconds>(scheduler.wall_now().time_since_epoch());
-    out.keep(
+    out.check(
         out.packets->write(at, written ? motes::PacketDirection::kWritten : motes::PacketDirection::kRead, packet));
   });
   return world;
@@ -220,7 +223,7 @@ Result<void> open_ports(const Arguments& a, World& world, transport::Transports&
 
 Result<std::vector<Step>> read_script(const Arguments& a, transport::Transports& transports) {
   if (a.script.empty()) return std::vector<Step>();
-  const auto text = transport::read_text(transports, a.script, kLargestScript);
+  const auto text = transport::read_text(transports, a.script, kMaxScript);
   if (!text) return fail(text.error());
   auto steps = parse_script(*text);
   if (!steps) return fail(steps.error().code, a.script + ": " + steps.error().text);
@@ -250,7 +253,7 @@ int run(Arguments& a) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("A wireless network without its hardware: sinks and motes that behave as the original firmware does",
+  CLI::App app("Simulates sinks and motes with the original firmware on TCP ports or pseudo-terminals",
                "motes-simulator");
   app.set_version_flag("--version", "motes-simulator " RUBICON_VERSION);
   Arguments arguments;
@@ -258,7 +261,7 @@ int main(int argc, char** argv) {
   describe_line(app, arguments);
   try {
     app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {  // also --help and --version, which end well
+  } catch (const CLI::ParseError& error) {  // also --help and --version, with exit code 0
     return app.exit(error) == 0 ? 0 : kConfiguration;
   }
   return run(arguments);

@@ -8,22 +8,22 @@
 
 namespace rubicon::motes_simulator {
 
-/// Room for a record behind NetMsg header, transport and application (wsn.md 12).
+/// Bytes for a record after NetMsg header, transport and application (wsn.md 12).
 inline constexpr std::size_t kRecordRoom = 100;
 inline constexpr std::size_t kNetHeader = 12;
-/// What stands in the nbytes field of all that a mote sends, whatever its length (wsn.md 5).
+/// The nbytes field of everything that a mote sends, whatever its length (wsn.md 5).
 inline constexpr std::uint8_t kFullCount = 0x66;
 
-/// Where a firmware builds its messages. The buffers are used again and not always cleared, so that parts of older
-/// messages stand behind a record (wsn.md 5).
+/// The message buffers of a firmware. They are reused and not always cleared, so that parts of older messages follow a
+/// record (wsn.md 5).
 class MessageMemory {
  public:
-  /// `stale`: share of the messages with parts of an older one behind the record; the others have zeros there.
+  /// `stale`: share of the messages in which parts of an older one follow the record; in the others zeros do.
   MessageMemory(double stale, std::uint64_t seed) : stale_(stale), rng_(seed) {}
 
-  /// 114 bytes: the message with its record in front of what memory holds.
+  /// 114 bytes: the message, its record, and the previous content of the buffer.
   Bytes build(motes::NetMessage message);
-  /// The acknowledgement's buffer has one odd byte behind the record, in each recording another.
+  /// In an acknowledgement one further byte follows the record, which differs between recordings.
   Bytes build_ack(motes::NetMessage message);
   void clear() { last_.clear(); }
   std::mt19937_64& rng() { return rng_; }
@@ -35,7 +35,7 @@ class MessageMemory {
 
   double stale_;
   std::mt19937_64 rng_;
-  Bytes last_;  ///< the message before
+  Bytes last_;  ///< the previous message
 };
 
 }  // namespace rubicon::motes_simulator

@@ -26,8 +26,8 @@ Duration tinyos_ms(std::uint32_t count) {
   return Duration(std::chrono::nanoseconds(1'000'000'000ULL * count / 1024));
 }
 
-Mockup::Mockup(MockupOptions options, Sensors& sensors, TinyosRandom& random, Scheduler& scheduler, Calls calls)
-    : options_(options), sensors_(sensors), random_(random), scheduler_(scheduler), calls_(std::move(calls)) {}
+Mockup::Mockup(MockupOptions options, Sensors& sensors, TinyosRandom& random, Scheduler& scheduler, Callbacks callbacks)
+    : options_(options), sensors_(sensors), random_(random), scheduler_(scheduler), callbacks_(std::move(callbacks)) {}
 
 void Mockup::reset() {
   timer_.cancel();
@@ -67,30 +67,30 @@ void Mockup::periodic(const motes::NetMessage& message) {
   requester_ = {message.source_island, message.source_mote};
   period_ = tinyos_ms(period == 0 ? kFloodPeriod : period);
   due_ = scheduler_.now();
-  later(timer_, due_, period_, period == 0 ? &Mockup::flood_tick : &Mockup::tick);
+  schedule(timer_, due_, period_, period == 0 ? &Mockup::flood_tick : &Mockup::tick);
 }
 
-void Mockup::later(Timer& timer, SteadyTime& due, Duration period, void (Mockup::*then)()) {
+void Mockup::schedule(Timer& timer, SteadyTime& due, Duration period, void (Mockup::*then)()) {
   due += period;
   timer = scheduler_.at(due, [this, then] { (this->*then)(); });
 }
 
-/// A tick begins to measure and sends its report without waiting for the values. So a report carries what the tick
-/// before measured, and the first one after a command whatever stood there (wsn.md 9.4); with sensors that need no time
-/// it carries its own. With mask 0 there are reports all the same.
+/// A tick starts a measurement and sends its report without waiting for the values. So a report carries what the
+/// previous tick measured, and the first one after a command stale values (wsn.md 9.4). Sensors that need no time are
+/// measured in the same tick. With mask 0 reports are sent too.
 void Mockup::tick() {
-  later(timer_, due_, period_, &Mockup::tick);
+  schedule(timer_, due_, period_, &Mockup::tick);
   read(mask_);
   report();
 }
 
 void Mockup::flood_tick() {
-  later(timer_, due_, period_, &Mockup::flood_tick);
+  schedule(timer_, due_, period_, &Mockup::flood_tick);
   const unsigned readings = kFloodReadings + random_.next() % kFloodSpread;
   const bool at_once = options_.sensor_time == Duration::zero();
   if (at_once && (mask_ & kLight) != 0) sensors_.skip(kLightSensor, readings);
   if (at_once && (mask_ & kTemperature) != 0) sensors_.skip(kTemperatureSensor, readings);
-  for (unsigned i = 0; i < readings; ++i) random_.next();  // of messages for which there is no room
+  for (unsigned i = 0; i < readings; ++i) random_.next();  // for messages that find the queue full
   read(mask_);
   report();
 }
@@ -107,7 +107,7 @@ void Mockup::read(std::uint16_t mask) {
   if ((mask & kTemperature) != 0) measure(kTemperatureSensor);
 }
 
-/// A sensor that is measuring refuses to begin again.
+/// A sensor that is measuring ignores further requests.
 void Mockup::measure(std::size_t sensor) {
   auto& measuring = measuring_.at(sensor);
   if (measuring.pending()) return;
@@ -118,11 +118,11 @@ void Mockup::measure(std::size_t sensor) {
   measuring = scheduler_.after(options_.sensor_time, [this, sensor] { measured_.at(sensor) = reading(sensor); });
 }
 
-/// Light and temperature are all that the released mote fills in (wsn.md 7.1); the rest is what its memory holds.
+/// The released firmware fills in light and temperature only (wsn.md 7.1); the rest is stale memory.
 void Mockup::report() {
   base::ByteWriter record;
   record.u8(kDemoData).u16_be(measured_[kLightSensor]).u16_be(measured_[kTemperatureSensor]);
-  calls_.send(requester_, motes::kApplicationMockup, record.view());
+  callbacks_.send(requester_, motes::kApplicationMockup, record.view());
 }
 
 void Mockup::actuate(ByteView record) {
@@ -132,7 +132,7 @@ void Mockup::actuate(ByteView record) {
   const auto value = static_cast<std::int32_t>(reader.u32_be());
   if (!reader.ok() || actuators_.size() > 16) return;
   actuators_[actuator] = value;
-  calls_.actuated(actuator, value);
+  callbacks_.actuated(actuator, value);
 }
 
 void Mockup::read_updates(const motes::NetMessage& message) {
@@ -144,11 +144,11 @@ void Mockup::read_updates(const motes::NetMessage& message) {
   updates_for_ = {message.source_island, message.source_mote};
   updates_period_ = tinyos_ms(period);
   updates_due_ = scheduler_.now();
-  later(updates_timer_, updates_due_, updates_period_, &Mockup::updates_tick);
+  schedule(updates_timer_, updates_due_, updates_period_, &Mockup::updates_tick);
 }
 
 void Mockup::updates_tick() {
-  later(updates_timer_, updates_due_, updates_period_, &Mockup::updates_tick);
+  schedule(updates_timer_, updates_due_, updates_period_, &Mockup::updates_tick);
   motes::RawUpdates updates;
   for (std::size_t i = 0; i < kSensors.size(); ++i) {
     const auto& place = kSensors[i];
@@ -158,7 +158,7 @@ void Mockup::updates_tick() {
   }
   if (updates.readings.empty()) return;
   const auto record = motes::encode_record(updates);
-  calls_.send(updates_for_, motes::kApplicationControl, record);
+  callbacks_.send(updates_for_, motes::kApplicationControl, record);
 }
 
 }  // namespace rubicon::motes_simulator

@@ -12,7 +12,7 @@
 
 namespace rubicon::motes_simulator {
 
-/// Somebody a message comes from or goes to.
+/// Source or destination of a message.
 struct Peer {
   std::uint16_t island = 0, mote = 0;
 };
@@ -21,28 +21,28 @@ struct Peer {
 Duration tinyos_ms(std::uint32_t count);
 
 struct MockupOptions {
-  std::uint16_t transducers = 0;  ///< that are really there: what `updates` reads
-  /// From the start of a measurement to its value: 210 ms for the SHT11's 14 bits. 0: at once, as the stubs of the
-  /// recordings do.
+  std::uint16_t transducers = 0;  ///< that the board really has: `updates` reads these
+  /// From the start of a measurement to its value: 210 ms for the SHT11's 14 bits. 0: immediately, as with the sensor
+  /// stubs of the recordings.
   Duration sensor_time = std::chrono::milliseconds(210);
-  bool obey = false;     ///< beyond the original: it executes Actuate, and LED makes light
-  bool updates = false;  ///< beyond the original: READ_UPDATES of application 10 are answered with UPDATES
+  bool obey = false;     ///< extension: executes Actuate, and LED adds light
+  bool updates = false;  ///< extension: answers READ_UPDATES of application 10 with UPDATES
 };
 
-/// The application of the released mote, Mockup-WSN (wsn.md 9.4, 9.5), and what a mote with the Control module could
-/// do.
+/// The application of the released firmware, Mockup-WSN (wsn.md 9.4, 9.5), and the extensions of a mote with the
+/// Control module.
 class Mockup {
  public:
-  struct Calls {
+  struct Callbacks {
     std::function<void(Peer to, std::uint8_t application, ByteView record)> send;
     std::function<void(std::uint16_t actuator, std::int32_t value)> actuated;
   };
-  /// Counts that a LED of 1 adds to the light.
+  /// Counts that a lit LED adds to the light.
   static constexpr unsigned kLedLight = 200;
 
-  Mockup(MockupOptions options, Sensors& sensors, TinyosRandom& random, Scheduler& scheduler, Calls calls);
+  Mockup(MockupOptions options, Sensors& sensors, TinyosRandom& random, Scheduler& scheduler, Callbacks callbacks);
 
-  /// Transport 3. False: nothing the application knows, ignored.
+  /// A message of transport 3; false: unknown to the application, ignored.
   bool take(const motes::NetMessage& message);
   void reset();
 
@@ -58,19 +58,19 @@ class Mockup {
   void measure(std::size_t sensor);
   void report();
   std::uint16_t reading(std::size_t sensor);
-  void later(Timer& timer, SteadyTime& due, Duration period, void (Mockup::*then)());
+  void schedule(Timer& timer, SteadyTime& due, Duration period, void (Mockup::*then)());
 
   MockupOptions options_;
   Sensors& sensors_;
   TinyosRandom& random_;
   Scheduler& scheduler_;
-  Calls calls_;
+  Callbacks callbacks_;
   Peer requester_, updates_for_;
   std::uint16_t mask_ = 0, updates_mask_ = 0;
   Duration period_{}, updates_period_{};
   std::map<std::uint16_t, std::int32_t> actuators_;
   SteadyTime due_{}, updates_due_{};
-  /// What the record of the next report holds, of light and temperature: zero from the boot to the first measurement.
+  /// Light and temperature in the record of the next report: zero from boot to the first measurement.
   std::array<std::uint16_t, 2> measured_{};
   std::array<Timer, 2> measuring_;
   Timer timer_, updates_timer_;

@@ -1,9 +1,9 @@
 #include "apps/simulators/motes/mote_firmware.h"
 
-#include <charconv>
 #include <utility>
 
 #include "base/assert.h"
+#include "base/text.h"
 #include "motes/mote_records.h"
 
 namespace rubicon::motes_simulator {
@@ -27,10 +27,9 @@ std::optional<BoardBuild> parse_build(std::string_view name) {
   if (name == "STANDARD") return BoardBuild{0x6f52, 0x1f43};
   if (name == "EM1000") return BoardBuild{0x1f4f, 0x1f4f};
   if (name == "SE1000") return BoardBuild{0x00b0, 0x00b0};
-  std::uint16_t mask = 0;
-  const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), mask, 16);
-  if (name.size() != 4 || error != std::errc() || end != name.data() + name.size()) return std::nullopt;
-  return BoardBuild{mask, mask};
+  const auto mask = base::parse_hex_number<std::uint16_t>(name);
+  if (name.size() != 4 || !mask) return std::nullopt;
+  return BoardBuild{*mask, *mask};
 }
 
 MoteFirmware::MoteFirmware(MoteOptions options, Radio::Cells hears, Radio& radio, Scheduler& scheduler,
@@ -52,7 +51,7 @@ MoteFirmware::MoteFirmware(MoteOptions options, Radio::Cells hears, Radio& radio
   RUBICON_ASSERT(options.address > kSinkMote && options.address < kBaseMote);
 }
 
-void MoteFirmware::tell(std::string_view what, const NetMessage* message) const {
+void MoteFirmware::log_event(std::string_view what, const NetMessage* message) const {
   if (!log_) return;
   const auto& cells = radio_.cells(node_);
   Event event{{},           what, cells.empty() ? std::uint16_t{0} : cells.front(), options_.address, std::nullopt,
@@ -71,13 +70,13 @@ void MoteFirmware::boot() {
   memory_.clear();
   sensors_.restart();
   requests_ = 0;
-  tell("boot");
+  log_event("boot");
   request_join();
 }
 
 void MoteFirmware::kill() {
-  if (on_) tell("off");
-  ++life_;
+  if (on_) log_event("off");
+  ++boot_count_;
   on_ = joined_ = false;
   island_ = 0;
   join_timer_.cancel();
@@ -103,7 +102,7 @@ bool MoteFirmware::hear(const AirMessage& message) {
   return true;
 }
 
-/// Its known bug: the reply to somebody else is answered as well, with what stands in memory (wsn.md 9.2).
+/// Known bug of the firmware: it answers replies to other motes too, with memory garbage (wsn.md 9.2).
 void MoteFirmware::on_join_reply(ByteView payload) {
   if (joined_ || replied_ || payload.size() != kJoinReply) return;
   base::ByteReader reader(payload);
@@ -112,7 +111,7 @@ void MoteFirmware::on_join_reply(ByteView payload) {
   const auto sequence = reader.u16_be();
   if (sequence == join_sequence_) {
     island_ = island;
-    replied_ = true;  // the first one wins (wsn.md 9.9)
+    replied_ = true;  // the first reply wins (wsn.md 9.9)
     return acknowledge_join(sequence);
   }
   Bytes garbage(kAckJoin);
@@ -124,12 +123,13 @@ void MoteFirmware::acknowledge_join(std::uint16_t sequence) {
   base::ByteWriter ack;
   ack.u16_be(island_).u16_be(kSinkMote).u16_be(island_).u16_be(options_.address).u16_be(sequence);
   ack.u8(options_.type).u16_be(options_.board.declared).u8(options_.actuators);
-  transmitter_.send({kAirAckJoin, kSinkMote, options_.address, ack.take()}, [this, life = life_](bool acknowledged) {
-    if (!acknowledged || joined_ || life != life_) return;
-    joined_ = true;
-    join_timer_.cancel();
-    tell("joined");
-  });
+  transmitter_.send({kAirAckJoin, kSinkMote, options_.address, ack.take()},
+                    [this, boot = boot_count_](bool acknowledged) {
+                      if (!acknowledged || joined_ || boot != boot_count_) return;
+                      joined_ = true;
+                      join_timer_.cancel();
+                      log_event("joined");
+                    });
 }
 
 void MoteFirmware::on_net(ByteView payload) {
@@ -141,7 +141,7 @@ void MoteFirmware::on_net(ByteView payload) {
 void MoteFirmware::on_message(const NetMessage& message) {
   if (message.transport != kTransportConnectionless) return;
   if (message.reliable != 0) acknowledge(message);
-  tell(mockup_.take(message) ? "executed" : "ignored", &message);
+  log_event(mockup_.take(message) ? "executed" : "ignored", &message);
 }
 
 void MoteFirmware::acknowledge(const NetMessage& message) {
@@ -162,10 +162,10 @@ void MoteFirmware::send(Peer to, std::uint8_t application, ByteView record) {
   transmit(to, memory_.build(message));
 }
 
-/// One hop: what is for another island, too, goes to the sink, which has a rule for it (wsn.md 9.8).
+/// One hop. Messages for another island go to the sink as well, which handles them (wsn.md 9.8).
 void MoteFirmware::transmit(Peer to, Bytes payload) {
   const auto next = to.mote == kBaseMote || to.island != island_ ? kSinkMote : to.mote;
-  if (!transmitter_.send({kAirNetMessage, next, options_.address, std::move(payload)})) tell("lost");
+  if (!transmitter_.send({kAirNetMessage, next, options_.address, std::move(payload)})) log_event("lost");
 }
 
 }  // namespace rubicon::motes_simulator

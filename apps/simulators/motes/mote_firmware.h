@@ -12,7 +12,7 @@
 
 namespace rubicon::motes_simulator {
 
-/// What a build declares, and what is really on the board (wsn.md 6).
+/// The transducers that a build declares, and those the board really has (wsn.md 6).
 struct BoardBuild {
   std::uint16_t declared = 0x00b0;
   std::uint16_t real = 0x00b0;
@@ -32,7 +32,7 @@ struct MoteOptions {
   std::uint64_t seed = 1;
 };
 
-/// A mote with the released firmware (wsn.md 8, 9), from its radio up. Off until boot(). Radio, scheduler and log
+/// A mote with the released firmware (wsn.md 8, 9), above its radio. Off until boot(). Radio, scheduler and log must
 /// outlive it.
 class MoteFirmware final : public RadioNode {
  public:
@@ -42,16 +42,16 @@ class MoteFirmware final : public RadioNode {
   MoteFirmware(const MoteFirmware&) = delete;
   MoteFirmware& operator=(const MoteFirmware&) = delete;
 
-  /// Switches it on, or off and on: it has forgotten everything, and its random numbers begin anew.
+  /// Switches it on, or off and on: its memory is cleared, and its random numbers start again.
   void boot();
-  /// Its battery is empty.
+  /// Switches it off.
   void kill();
   void move_to(Radio::Cells cells) { radio_.place(node_, std::move(cells)); }
-  /// Its transmit queue stalls with the next message (wsn.md 14, 38), until it is booted.
+  /// The transmit queue stalls with the next message (wsn.md 14, 38), until boot().
   void stall() { transmitter_.stall(); }
 
   bool on() const { return on_; }
-  /// It believes so: whether the sink told the computer is another question (wsn.md 9.2).
+  /// In its own view; the sink may not have reported it to the computer (wsn.md 9.2).
   bool joined() const { return joined_; }
   std::uint16_t address() const { return options_.address; }
   std::uint16_t island() const { return island_; }
@@ -69,7 +69,7 @@ class MoteFirmware final : public RadioNode {
   void acknowledge(const motes::NetMessage& message);
   void send(Peer to, std::uint8_t application, ByteView record);
   void transmit(Peer to, Bytes payload);
-  void tell(std::string_view what, const motes::NetMessage* message = nullptr) const;
+  void log_event(std::string_view what, const motes::NetMessage* message = nullptr) const;
 
   MoteOptions options_;
   Radio& radio_;
@@ -83,7 +83,7 @@ class MoteFirmware final : public RadioNode {
   bool on_ = false, joined_ = false, replied_ = false;
   std::uint16_t island_ = 0, join_sequence_ = 0;
   unsigned requests_ = 0;
-  std::uint64_t life_ = 0;
+  std::uint64_t boot_count_ = 0;
   Timer join_timer_;
 };
 

@@ -9,9 +9,9 @@ namespace {
 
 using namespace std::chrono_literals;
 
-/// From the decision to send until others can sense it: turnaround and the symbols that carrier sense wants.
+/// From the decision to send until others can detect it: turnaround and the symbols that carrier sense needs.
 constexpr Duration kBlind = 320us;
-constexpr std::size_t kAround = 19;
+constexpr std::size_t kOverhead = 19;
 constexpr Duration kByte = 32us;
 
 Duration ticks(unsigned count) {
@@ -24,7 +24,7 @@ Radio::Radio(RadioOptions options, Scheduler& scheduler)
     : options_(options), scheduler_(scheduler), rng_(options.seed) {}
 
 Duration Radio::airtime(std::size_t payload) {
-  return kByte * static_cast<int>(payload + kAround);
+  return kByte * static_cast<int>(payload + kOverhead);
 }
 
 Radio::Node Radio::add(RadioNode& node, Cells cells) {
@@ -67,7 +67,7 @@ void Radio::transmit(Node from, AirMessage message, std::function<void(bool)> do
   Flight flight{from, std::move(message), std::move(done), {}, {}};
   occupy(id, flight, ends);
   if (flights_.size() >= kMaxInFlight) flight.heard_in.clear();
-  flight.lands = scheduler_.at(ends + options_.delay, [this, id] { land(id); });
+  flight.landing = scheduler_.at(ends + options_.delay, [this, id] { land(id); });
   flights_.emplace(id, std::move(flight));
 }
 
@@ -82,7 +82,7 @@ bool Radio::deliver(const Flight& flight, Node to) {
   if (lost()) return false;
   const bool taken = nodes_[to].node->hear(flight.message);
   if (by_chance(options_.duplicates)) nodes_[to].node->hear(flight.message);
-  return taken && !lost();  // the acknowledgement may be lost as well
+  return taken && !lost();  // the acknowledgement may be lost too
 }
 
 void Radio::land(std::uint64_t id) {
@@ -109,7 +109,7 @@ void Transmitter::start(Radio::Node node, std::uint16_t address) {
 void Transmitter::stop() {
   on_ = false;
   stalls_ = false;
-  ++life_;
+  ++start_count_;
   queue_.clear();
   back_off_.cancel();
 }
@@ -131,8 +131,8 @@ void Transmitter::try_now() {
     back_off_ = scheduler_.after(ticks(10U + random_.next() % 70U), [this] { try_now(); });
     return;
   }
-  radio_.transmit(node_, queue_.front().message, [this, life = life_](bool acknowledged) {
-    if (life != life_) return;
+  radio_.transmit(node_, queue_.front().message, [this, start = start_count_](bool acknowledged) {
+    if (start != start_count_) return;
     const auto gone = std::move(queue_.front());
     queue_.pop_front();
     next();

@@ -22,7 +22,7 @@ inline constexpr std::uint8_t kAirNetMessage = 0x1c;
 /// Longest payload of a radio message (wsn.md 8).
 inline constexpr std::size_t kAirPayload = 114;
 
-/// A message on the air; `destination` ffff = all who hear it.
+/// A message on the air; destination ffff: broadcast.
 struct AirMessage {
   std::uint8_t type = 0;
   std::uint16_t destination = 0;
@@ -30,24 +30,24 @@ struct AirMessage {
   Bytes payload;
 };
 
-/// What hears the radio.
+/// A receiver.
 class RadioNode {
  public:
   virtual ~RadioNode() = default;
-  /// True: it was for this node, whose radio acknowledges it if one destination was named.
+  /// True: the message was for this node; its radio acknowledges it unless it was a broadcast.
   virtual bool hear(const AirMessage& message) = 0;
 };
 
 struct RadioOptions {
-  double loss = 0;         ///< share of the messages that a receiver does not get
-  double duplicates = 0;   ///< share that it gets twice
-  Duration delay{};        ///< on top of the time on the air
-  bool collisions = true;  ///< two that begin at the same moment are lost, as in reality
+  double loss = 0;         ///< share of the messages that a receiver misses
+  double duplicates = 0;   ///< share that a receiver gets twice
+  Duration delay{};        ///< in addition to the time on the air
+  bool collisions = true;  ///< messages that start simultaneously are lost, as in reality
   std::uint64_t seed = 1;
 };
 
-/// The air of channel 26, in cells: one for each sink. Who is in the same cell hears each other; a mote may be in
-/// several. Scheduler and nodes outlive it.
+/// Radio channel 26, divided into cells, one for each sink. Nodes of a cell hear each other; a mote may be in several
+/// cells. Scheduler and nodes must outlive it.
 class Radio {
  public:
   using Node = std::size_t;
@@ -58,16 +58,16 @@ class Radio {
   Radio(RadioOptions options, Scheduler& scheduler);
 
   Node add(RadioNode& node, Cells cells);
-  /// It moved: from now on these cells hear it.
+  /// Moves a node to other cells.
   void place(Node node, Cells cells);
   const Cells& cells(Node node) const { return nodes_[node].cells; }
   RadioOptions& options() { return options_; }
-  /// Of the links of one node, on top of the loss that all have.
+  /// Additional loss on the links of one node.
   void set_loss(Node node, double loss) { nodes_[node].loss = loss; }
 
-  /// Carrier sense: somebody's message is on the air there, and has been for long enough to be noticed.
+  /// Carrier sense: a message has been on the air in the node's cells long enough to be detected.
   bool busy(Node node) const;
-  /// `done` is called in a later turn, when it has gone; true: a hardware acknowledgement came.
+  /// `done` is called in a later turn, when the message was sent; true: a hardware acknowledgement came.
   void transmit(Node from, AirMessage message, std::function<void(bool acknowledged)> done);
 
   /// 250 kbit/s, 19 bytes around the payload: 4.26 ms for 114 bytes, 1.50 ms for 28 (wsn.md 8).
@@ -78,10 +78,10 @@ class Radio {
     Node from = 0;
     AirMessage message;
     std::function<void(bool)> done;
-    Cells heard_in;  ///< where no other message spoilt it
-    Timer lands;
+    Cells heard_in;  ///< cells in which no other message collided with it
+    Timer landing;
   };
-  struct Place {
+  struct NodeState {
     RadioNode* node = nullptr;
     Cells cells;
     double loss = 0;
@@ -99,14 +99,14 @@ class Radio {
 
   RadioOptions options_;
   Scheduler& scheduler_;
-  std::vector<Place> nodes_;
+  std::vector<NodeState> nodes_;
   std::map<std::uint16_t, Cell> cells_;
   std::map<std::uint64_t, Flight> flights_;
   std::uint64_t last_flight_ = 0;
   std::mt19937_64 rng_;
 };
 
-/// A node's own radio stack: a queue of 4 (wsn.md 12), and before each message a random back-off, as TinyOS does it for
+/// The radio stack of a node: a queue of 4 messages (wsn.md 12), and before each a random back-off, as in TinyOS for
 /// the CC2420 (initial 10 to 319, congested 10 to 79 ticks of 1/32768 s).
 class Transmitter {
  public:
@@ -116,11 +116,11 @@ class Transmitter {
   Transmitter(Radio& radio, Scheduler& scheduler) : radio_(radio), scheduler_(scheduler) {}
 
   void start(Radio::Node node, std::uint16_t address);
-  /// Power is gone, and with it all that waits; the next start() begins the random numbers anew.
+  /// Power off: discards the queue. The next start() restarts the random numbers.
   void stop();
-  /// False: the queue was full, and it is lost.
+  /// False: the queue is full, the message is lost.
   bool send(AirMessage message, SentCallback sent = {});
-  /// The next send fails, and with it the queue stops for ever (wsn.md 14, 38), that is until the next start().
+  /// The next send fails and stops the queue (wsn.md 14, 38) until the next start().
   void stall() { stalls_ = true; }
   TinyosRandom& random() { return random_; }
 
@@ -138,7 +138,7 @@ class Transmitter {
   TinyosRandom random_{0};
   std::deque<Waiting> queue_;
   bool on_ = false, stalls_ = false;
-  std::uint64_t life_ = 0;  ///< what left in an earlier life is not ours any more
+  std::uint64_t start_count_ = 0;  ///< identifies messages sent before a restart
   Timer back_off_;
 };
 

@@ -1,19 +1,19 @@
 #include "apps/simulators/motes/script.h"
 
 #include <algorithm>
-#include <charconv>
 #include <tuple>
 #include <utility>
 
 #include "apps/simulators/motes/sensors.h"
 #include "apps/simulators/script.h"
 #include "base/config_reader.h"
+#include "base/text.h"
 
 namespace rubicon::motes_simulator {
 
 namespace {
 
-constexpr auto kShortest = std::chrono::milliseconds(1);
+constexpr auto kMinSpan = std::chrono::milliseconds(1);
 constexpr std::size_t kMaxSinks = 16;
 
 using Form = simulation::Form<Step>;
@@ -39,8 +39,9 @@ constexpr Form kForms[] = {
 
 template <typename Number>
 bool read_number(std::string_view text, Number lowest, Number highest, Number& into) {
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), into);
-  return error == std::errc() && end == text.data() + text.size() && into >= lowest && into <= highest;
+  const auto number = base::parse_number<Number>(text);
+  into = number.value_or(Number{});
+  return number && into >= lowest && into <= highest;
 }
 
 bool read_id(std::string_view text, std::uint16_t& into) {
@@ -96,12 +97,12 @@ bool take(Step& step, std::string_view wanted, std::string_view word, bool first
   return read;
 }
 
-/// What takes no time would never let the world go on.
-std::string_view senseless(const Step& step) {
+/// Why a step is invalid; empty if it is valid. Steps that take no time would stop the world.
+std::string_view invalid_reason(const Step& step) {
   using Kind = Step::Kind;
-  if (step.kind == Kind::kRepeat && step.at < kShortest) return "expected to repeat after at least 1ms";
+  if (step.kind == Kind::kRepeat && step.at < kMinSpan) return "expected to repeat after at least 1ms";
   const bool moves = step.kind == Kind::kRamp || step.kind == Kind::kSine || step.kind == Kind::kWalk;
-  if (moves && step.span < kShortest) return "expected a SPAN of at least 1ms";
+  if (moves && step.span < kMinSpan) return "expected a SPAN of at least 1ms";
   return {};
 }
 
@@ -115,7 +116,7 @@ bool operator==(const Step& a, const Step& b) {
 }
 
 Result<std::vector<Step>> parse_script(std::string_view text) {
-  return simulation::read_script<Step>({kForms, take, senseless}, text);
+  return simulation::read_script<Step>({kForms, take, invalid_reason}, text);
 }
 
 }  // namespace rubicon::motes_simulator

@@ -10,7 +10,7 @@
 
 namespace rubicon::motes_simulator {
 
-/// One value that a mote can measure, under the original's name (wsn.md 6), and where Updates carry it.
+/// A value that a mote can measure, by the original's name (wsn.md 6), and its position in Updates.
 struct SensorPlace {
   std::string_view name;
   std::uint16_t transducer;
@@ -37,14 +37,14 @@ inline constexpr std::size_t kTemperatureSensor = 1;
 /// Index in kSensors.
 std::optional<std::size_t> parse_sensor(std::string_view name);
 
-/// How a sensor's raw counts go with time.
+/// The raw counts of a sensor over time.
 struct Signal {
   enum class Shape : std::uint8_t {
-    kCount,  ///< a fixed step with each reading, as in the recordings: light 300 + 7n, temperature 6500 + n (m)
+    kCount,  ///< a fixed increment with each reading, as in the recordings: light 300 + 7n, temperature 6500 + n (m)
     kSet,    ///< always `to`
     kRamp,   ///< `from` to `to` in `span`, then `to`
-    kSine,   ///< between `from` and `to`, once up and down in `span`
-    kWalk    ///< by chance between `from` and `to`: a step of up to a twentieth of the way each `span`
+    kSine,   ///< between `from` and `to`, one period in `span`
+    kWalk    ///< random between `from` and `to`: steps of up to a twentieth of the range each `span`
   };
   Shape shape = Shape::kCount;
   double from = 0, to = 0;
@@ -52,16 +52,16 @@ struct Signal {
   SteadyTime began{};
 };
 
-/// The sensors of one mote: what the world around it shows.
+/// The sensors of one mote and the signals they measure.
 class Sensors {
  public:
   explicit Sensors(std::uint64_t seed) : rng_(seed) {}
 
   void show(std::size_t sensor, const Signal& signal) { sensors_[sensor] = {signal, 0, std::nullopt, {}}; }
   std::uint16_t read(std::size_t sensor, SteadyTime now);
-  /// As if it had been read so many times.
+  /// As if it had been read `readings` times.
   void skip(std::size_t sensor, unsigned readings) { sensors_[sensor].readings += readings; }
-  /// Counting begins anew, as it does in a mote that is rebooted.
+  /// Restarts the counting signals, as a reboot of the mote does.
   void restart();
 
  private:

@@ -9,8 +9,8 @@
 
 namespace rubicon::motes_simulator {
 
-/// The sink's way out to the computer: frames leave one after the other at the line's rate. Two messages have room, the
-/// one on the wire counted (wsn.md 12); acknowledgements are apart and go before them.
+/// The serial line from the sink to the computer: frames leave one after the other at the line's rate. Buffers two
+/// messages, including the one on the wire (wsn.md 12), and separately acknowledgements, which are sent first.
 class SerialOutput {
  public:
   using Out = std::function<void(ByteView bytes)>;
@@ -19,14 +19,14 @@ class SerialOutput {
 
   SerialOutput(unsigned baud, Scheduler& scheduler) : baud_(baud), scheduler_(scheduler) {}
 
-  /// Where bytes go, a frame at a time when its last bit has left; without it they are lost.
+  /// Receives each frame when its last bit was sent; without it frames are lost.
   void connect(Out out) { out_ = std::move(out); }
-  /// False: no room, it is lost.
+  /// False: the buffers are full, the packet is lost.
   bool packet(ByteView packet);
   bool ack(std::uint8_t sequence);
   void reset();
 
-  /// 8 data bits, a start and a stop bit; baud 0 = no time at all.
+  /// Time for bytes of 8 data bits, a start and a stop bit; baud 0: none.
   static Duration line_time(std::size_t bytes, unsigned baud);
 
  private:

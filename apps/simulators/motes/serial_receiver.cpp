@@ -8,71 +8,71 @@ namespace {
 
 constexpr std::uint8_t kFlag = 0x7e;
 constexpr std::uint8_t kEscape = 0x7d;
-constexpr std::uint8_t kFlipped = 0x20;
+constexpr std::uint8_t kEscapeBit = 0x20;
 constexpr std::size_t kCrcBytes = 2;
 
-bool crc_good(SerialFrame& frame) {
+bool remove_valid_crc(SerialFrame& frame) {
   auto& bytes = frame.packet;
   if (bytes.size() < kCrcBytes) return false;
-  const auto told = static_cast<std::uint16_t>(bytes[bytes.size() - 2] | bytes[bytes.size() - 1] << 8U);
+  const auto crc = static_cast<std::uint16_t>(bytes[bytes.size() - 2] | bytes[bytes.size() - 1] << 8U);
   bytes.resize(bytes.size() - kCrcBytes);
   const std::uint8_t head[] = {frame.protocol, frame.sequence};
   const std::size_t length = frame.protocol == motes::kHdlcAckedPacket ? 2 : 1;
-  return motes::crc16(bytes, motes::crc16({head, length})) == told;
+  return motes::crc16(bytes, motes::crc16({head, length})) == crc;
 }
 
 }  // namespace
 
 void SerialReceiver::reset() {
-  place_ = Place::kHunting;
+  state_ = State::kHunting;
   escaped_ = false;
   frame_ = {};
 }
 
 std::optional<SerialFrame> SerialReceiver::take(std::uint8_t byte) {
-  if (byte == kFlag) return flag();
-  if (place_ == Place::kHunting) return std::nullopt;
+  if (byte == kFlag) return take_flag();
+  if (state_ == State::kHunting) return std::nullopt;
   if (byte == kEscape) {
     escaped_ = true;
     return std::nullopt;
   }
-  plain(std::exchange(escaped_, false) ? static_cast<std::uint8_t>(byte ^ kFlipped) : byte);
+  take_plain(std::exchange(escaped_, false) ? static_cast<std::uint8_t>(byte ^ kEscapeBit) : byte);
   return std::nullopt;
 }
 
-std::optional<SerialFrame> SerialReceiver::flag() {
-  const auto place = place_;
+std::optional<SerialFrame> SerialReceiver::take_flag() {
+  const auto state = state_;
   auto frame = std::move(frame_);
   reset();
-  if (place == Place::kHunting || place == Place::kProtocol) {
-    place_ = Place::kProtocol;
+  if (state == State::kHunting || state == State::kProtocol) {
+    state_ = State::kProtocol;
     return std::nullopt;
   }
-  if (place != Place::kInside || !crc_good(frame)) return std::nullopt;
+  if (state != State::kInside || !remove_valid_crc(frame)) return std::nullopt;
   return frame;
 }
 
-void SerialReceiver::plain(std::uint8_t byte) {
-  switch (place_) {
-    case Place::kProtocol:
+void SerialReceiver::take_plain(std::uint8_t byte) {
+  switch (state_) {
+    case State::kProtocol:
       frame_.protocol = byte;
       if (byte == motes::kHdlcAckedPacket) {
-        place_ = Place::kSequence;
+        state_ = State::kSequence;
       } else if (byte == motes::kHdlcPacket) {
-        place_ = Place::kInside;
+        state_ = State::kInside;
       } else {
         reset();
       }
       return;
-    case Place::kSequence:
+    case State::kSequence:
       frame_.sequence = byte;
-      place_ = Place::kInside;
+      state_ = State::kInside;
       return;
-    case Place::kInside:
-      if (frame_.packet.size() >= kLongest + kCrcBytes) return reset();
+    case State::kInside:
+      if (frame_.packet.size() >= kMaxPacket + kCrcBytes) return reset();
       frame_.packet.push_back(byte);
       return;
-    case Place::kHunting: return;
+    case State::kHunting: return;
   }
 }
 

@@ -8,29 +8,29 @@
 
 namespace rubicon::motes_simulator {
 
-/// A frame as it came over the serial line.
+/// A frame from the serial line.
 struct SerialFrame {
   std::uint8_t protocol = 0;
   std::uint8_t sequence = 0;  ///< of a 44 frame
   Bytes packet;
 };
 
-/// How the original sink reads its serial line (wsn.md 10): the flag that ends a frame does not open the next one, so
-/// that a frame that shares a flag with the one before is lost, and one behind a frame without a closing flag too.
+/// Reads the serial line like the original sink (wsn.md 10): the flag that ends a frame does not start the next one, so
+/// that a frame is lost if it shares a flag with the previous one, or follows one without a closing flag.
 class SerialReceiver {
  public:
   /// TinyOS's SERIAL_MTU.
-  static constexpr std::size_t kLongest = 255;
+  static constexpr std::size_t kMaxPacket = 255;
 
   std::optional<SerialFrame> take(std::uint8_t byte);
   void reset();
 
  private:
-  enum class Place : std::uint8_t { kHunting, kProtocol, kSequence, kInside };
-  std::optional<SerialFrame> flag();
-  void plain(std::uint8_t byte);
+  enum class State : std::uint8_t { kHunting, kProtocol, kSequence, kInside };
+  std::optional<SerialFrame> take_flag();
+  void take_plain(std::uint8_t byte);
 
-  Place place_ = Place::kHunting;
+  State state_ = State::kHunting;
   bool escaped_ = false;
   SerialFrame frame_;
 };

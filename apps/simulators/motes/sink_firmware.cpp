@@ -16,9 +16,9 @@ using motes::kBroadcast;
 using motes::kSinkMote;
 using motes::NetMessage;
 
-constexpr Duration kLongestWork = 40ms;
+constexpr Duration kMaxProcessing = 40ms;
 constexpr Duration kAfterAck = 1ms;
-/// True length of an acknowledgement, which the sink tells of its own ones only (wsn.md 5).
+/// True length of an acknowledgement; the sink writes it in its own ones only (wsn.md 5).
 constexpr std::uint8_t kAckCount = 6;
 constexpr std::size_t kJoinRequest = 6;
 constexpr std::size_t kJoinAckSize = 14;
@@ -53,13 +53,14 @@ void SinkFirmware::kill() {
   memory_.clear();
   joining_.reset();
   frame_length_ = 0;
-  line_free_ = work_free_ = executed_ = {};
+  line_free_ = processor_free_ = executed_ = {};
   arriving_.clear();
   acks_.clear();
-  work_.clear();
+  processing_.clear();
   ready_.clear();
-  for (auto* timer : {&line_timer_, &arrival_timer_, &ack_timer_, &work_timer_, &execution_timer_}) timer->cancel();
-  if (congested_before) tell_room();
+  for (auto* timer : {&line_timer_, &arrival_timer_, &ack_timer_, &processing_timer_, &execution_timer_})
+    timer->cancel();
+  if (congested_before) notify_room();
 }
 
 void SinkFirmware::reboot() {
@@ -68,22 +69,22 @@ void SinkFirmware::reboot() {
   island_ = options_.island;
   sensors_.restart();
   transmitter_.start(node_, kSinkMote);
-  tell("sink-boot");
+  log_event("sink-boot");
 }
 
-void SinkFirmware::tell(std::string_view what, std::uint16_t mote, const NetMessage* message) const {
+void SinkFirmware::log_event(std::string_view what, std::uint16_t mote, const NetMessage* message) const {
   if (!log_) return;
   Event event{{}, what, options_.number, mote, std::nullopt, std::nullopt, {}};
   if (message != nullptr) {
     event.sequence = message->sequence;
-    const std::size_t told = message->counted > 2 ? message->counted - 2U : 1U;
-    const auto record = message->record.first(std::min(told, message->record.size()));
+    const std::size_t length = message->counted > 2 ? message->counted - 2U : 1U;
+    const auto record = message->record.first(std::min(length, message->record.size()));
     event.record.assign(record.begin(), record.end());
   }
   log_(std::move(event));
 }
 
-// --- Bytes in.
+// --- From the serial line.
 
 void SinkFirmware::received(ByteView bytes) {
   if (!on_) return;
@@ -100,7 +101,7 @@ void SinkFirmware::received(ByteView bytes) {
   await_line();
 }
 
-void SinkFirmware::hung_up() {
+void SinkFirmware::disconnected() {
   const auto now = scheduler_.now();
   line_free_ = std::min(line_free_, now);
   std::erase_if(arriving_, [now](const Arriving& one) { return one.at > now; });
@@ -109,16 +110,16 @@ void SinkFirmware::hung_up() {
   await_frames();
 }
 
-/// Bytes that are no sound frames end in no arrival: the line itself says when there is room for more.
+/// Bytes that are not valid frames cause no arrival: room for more is derived from the line's time.
 void SinkFirmware::await_line() {
   if (line_timer_.pending() || line_free_ <= scheduler_.now() + kLineAhead) return;
   line_timer_ = scheduler_.at(line_free_ - kLineAhead, [this] {
     await_line();
-    tell_room();
+    notify_room();
   });
 }
 
-void SinkFirmware::tell_room() {
+void SinkFirmware::notify_room() {
   if (!congested() && room_) room_();
 }
 
@@ -133,33 +134,34 @@ void SinkFirmware::arrived() {
   arriving_.pop_front();
   await_frames();
   take(std::move(one));
-  if (congested_before) tell_room();
+  if (congested_before) notify_room();
 }
 
-/// All that is sound is acknowledged; what finds both buffers taken is not executed (wsn.md 9.7, 10).
+/// Every valid frame is acknowledged; one that finds both buffers occupied is not executed (wsn.md 9.7, 10).
 void SinkFirmware::take(Arriving arrived) {
   const auto frame_time = SerialOutput::line_time(std::min<std::size_t>(arrived.length, 300), options_.baud);
-  const auto works = std::min(std::chrono::duration_cast<Duration>(frame_time * options_.processing), kLongestWork);
+  const auto processing =
+      std::min(std::chrono::duration_cast<Duration>(frame_time * options_.processing), kMaxProcessing);
   if (arrived.frame.protocol == motes::kHdlcAckedPacket)
-    arrived.acknowledged = acknowledge(arrived.frame.sequence, works);
+    arrived.acknowledged = acknowledge(arrived.frame.sequence, processing);
   if (watch_) watch_(true, arrived.frame.packet);
-  if (work_.size() >= kSerialIn) return tell("overrun");
-  work_free_ = std::max(work_free_, scheduler_.now()) + works;
-  arrived.at = work_free_;
-  arrived.works = works;
-  work_.push_back(std::move(arrived));
-  await_work();
+  if (processing_.size() >= kSerialIn) return log_event("overrun");
+  processor_free_ = std::max(processor_free_, scheduler_.now()) + processing;
+  arrived.at = processor_free_;
+  arrived.processing = processing;
+  processing_.push_back(std::move(arrived));
+  await_processing();
 }
 
-SteadyTime SinkFirmware::acknowledge(std::uint8_t sequence, Duration worked) {
-  const auto& told = options_.ack;
-  auto delay = told.shortest;
-  if (told.longest > told.shortest) {
+SteadyTime SinkFirmware::acknowledge(std::uint8_t sequence, Duration processing) {
+  const auto& ack = options_.ack;
+  auto delay = ack.shortest;
+  if (ack.longest > ack.shortest) {
     const auto share = std::uniform_real_distribution<>(0, 1)(rng_);
-    delay += std::chrono::duration_cast<Duration>((told.longest - told.shortest) * share);
-    if (std::uniform_real_distribution<>(0, 1)(rng_) < told.odd_share) delay = told.odd;
+    delay += std::chrono::duration_cast<Duration>((ack.longest - ack.shortest) * share);
+    if (std::uniform_real_distribution<>(0, 1)(rng_) < ack.outlier_share) delay = ack.outlier;
   }
-  auto at = scheduler_.now() + std::max(delay, worked);
+  auto at = scheduler_.now() + std::max(delay, processing);
   if (!acks_.empty()) at = std::max(at, acks_.back().at);
   if (acks_.size() >= SerialOutput::kAcks) return at;
   acks_.push_back({at, sequence});
@@ -177,16 +179,16 @@ void SinkFirmware::await_acks() {
   });
 }
 
-void SinkFirmware::await_work() {
-  if (work_timer_.pending() || work_.empty()) return;
-  work_timer_ = scheduler_.at(work_.front().at, [this] { worked(); });
+void SinkFirmware::await_processing() {
+  if (processing_timer_.pending() || processing_.empty()) return;
+  processing_timer_ = scheduler_.at(processing_.front().at, [this] { processed(); });
 }
 
-void SinkFirmware::worked() {
-  auto one = std::move(work_.front());
-  work_.pop_front();
-  await_work();
-  one.at = executed_ = std::max({one.at, one.acknowledged + kAfterAck, executed_ + one.works});
+void SinkFirmware::processed() {
+  auto one = std::move(processing_.front());
+  processing_.pop_front();
+  await_processing();
+  one.at = executed_ = std::max({one.at, one.acknowledged + kAfterAck, executed_ + one.processing});
   ready_.push_back(std::move(one));
   await_execution();
 }
@@ -203,7 +205,7 @@ void SinkFirmware::await_execution() {
 
 // --- From the computer.
 
-/// Destination, source, group and length of the AM header are not looked at (wsn.md 10).
+/// The sink ignores destination, source, group and length of the AM header (wsn.md 10).
 void SinkFirmware::execute(const Bytes& packet) {
   const auto read = motes::decode_packet(packet);
   if (!read || read->payload.size() > kAirPayload) return;
@@ -229,19 +231,20 @@ void SinkFirmware::on_serial_message(ByteView payload) {
   if (mote == kSinkMote || mote == kBroadcast) on_own_message(*message);
 }
 
-/// The radio's length is what the message says of itself (wsn.md 8).
+/// The length on the radio is that of the message's own field (wsn.md 8).
 void SinkFirmware::forward(std::uint16_t mote, ByteView payload, std::uint8_t counted) {
   const auto length = std::min(payload.size(), kNetHeader + counted);
   const auto sent = payload.first(length);
-  if (!transmitter_.send({kAirNetMessage, mote, kSinkMote, Bytes(sent.begin(), sent.end())})) tell("radio-full", mote);
+  if (!transmitter_.send({kAirNetMessage, mote, kSinkMote, Bytes(sent.begin(), sent.end())}))
+    log_event("radio-full", mote);
 }
 
 void SinkFirmware::on_own_message(const NetMessage& message) {
   if (message.transport != motes::kTransportConnectionless) return;
   if (message.reliable != 0) acknowledge_message(message);
-  // The recordings show no report of a sink, though periodic commands went to it.
+  // The recordings show no report of a sink although it got periodic commands.
   const bool executed = options_.readings && mockup_.take(message);
-  tell(executed ? "executed" : "ignored", kSinkMote, &message);
+  log_event(executed ? "executed" : "ignored", kSinkMote, &message);
 }
 
 void SinkFirmware::acknowledge_message(const NetMessage& message) {
@@ -262,7 +265,7 @@ void SinkFirmware::send_own(Peer to, std::uint8_t application, ByteView record) 
   route_own(to, memory_.build(message));
 }
 
-/// What it sends to another island's computer ends nowhere (wsn.md 9.8).
+/// Its messages to the computer of another island are lost (wsn.md 9.8).
 void SinkFirmware::route_own(Peer to, Bytes payload) {
   if (to.mote != kBaseMote) return forward(to.mote, payload, kFullCount);
   if (to.island == island_) to_serial(payload);
@@ -278,7 +281,7 @@ bool SinkFirmware::hear(const AirMessage& message) {
   return true;
 }
 
-/// Every request is answered, also of motes that have joined, with the address the mote has (wsn.md 9.2).
+/// Answers every request, also of motes that have joined, with the address that the mote has (wsn.md 9.2).
 void SinkFirmware::on_join_request(const AirMessage& request) {
   if (request.payload.size() < kJoinRequest) return;
   base::ByteReader reader(request.payload);
@@ -303,12 +306,12 @@ void SinkFirmware::on_ack_join(ByteView payload) {
   joining_.reset();
   base::ByteWriter record;
   record.u8(kSerialJoined).u16_be(island_).u16_be(mote).bytes(reader.take(4));
-  tell("listed", mote);
+  log_event("listed", mote);
   to_serial(memory_.build({island_, kBaseMote, island_, mote, 0, 0, kFullCount, motes::kTransportConnectionless,
                            motes::kApplicationControl, record.view()}));
 }
 
-/// wsn.md 9.8: what is for its own island's computer, and what its own motes send to other islands.
+/// Forwards messages for the computer of its own island, and those of its own motes to other islands (wsn.md 9.8).
 void SinkFirmware::on_air_message(ByteView payload) {
   Bytes whole(payload.begin(), payload.end());
   if (whole.size() < kNetHeader) return;
@@ -324,7 +327,7 @@ void SinkFirmware::to_serial(ByteView payload) {
   const motes::AmHeader header{kBroadcast, 0, static_cast<std::uint8_t>(kAirPayload), 0,
                                static_cast<std::uint8_t>(AmType::kNetMessage)};
   const auto packet = motes::encode_packet({header, payload});
-  if (!output_.packet(packet)) return tell("serial-full");
+  if (!output_.packet(packet)) return log_event("serial-full");
   if (watch_) watch_(false, packet);
 }
 

@@ -14,62 +14,62 @@
 
 namespace rubicon::motes_simulator {
 
-/// When the serial acknowledgement of a frame begins to leave, counted from its last byte (wsn.md 2: 46 to 67 ms, once
-/// 113 ms). Never before the frame's own command is done with.
+/// From the last byte of a frame to the start of its serial acknowledgement (wsn.md 2: 46 to 67 ms, once 113 ms). The
+/// acknowledgement is never sent before the frame was processed.
 struct AckDelay {
   Duration shortest = std::chrono::milliseconds(46);
   Duration longest = std::chrono::milliseconds(67);
-  Duration odd = std::chrono::milliseconds(113);
-  double odd_share = 0.02;
+  Duration outlier = std::chrono::milliseconds(113);
+  double outlier_share = 0.02;
 };
 
 struct SinkOptions {
-  std::uint16_t number = 1;   ///< which sink of the world: the cell of its radio, and its name in events
-  std::uint16_t island = 11;  ///< compiled in; what it has again after each reboot (wsn.md 6, 9.1)
-  unsigned baud = 115200;     ///< 0 = the line takes no time
+  std::uint16_t number = 1;   ///< in the world: the cell of its radio, and its name in events
+  std::uint16_t island = 11;  ///< compiled in; set again by each reboot (wsn.md 6, 9.1)
+  unsigned baud = 115200;     ///< 0: the line takes no time
   AckDelay ack;
-  /// A command is in the works for as long as the line took for so many frames like it, but at most 40 ms: of ten back
-  /// to back four are executed, of four at once two, as measured (wsn.md 9.7, 10). 0 = it takes no time.
+  /// Processing time of a command, in multiples of its time on the line, at most 40 ms. As measured, four of ten
+  /// commands back to back are executed, and two of four at once (wsn.md 9.7, 10). 0: none.
   double processing = 3.7;
-  /// Replies to joins are for all who hear them, so that each mote that has not joined answers with garbage (wsn.md
-  /// 9.2): of many that boot at once hardly one joins then. Else they are for the one address alone.
+  /// Broadcasts the replies to joins, so that each mote that has not joined answers with garbage (wsn.md 9.2): of many
+  /// that boot together hardly one joins. Otherwise replies go to one address.
   bool reply_to_all = false;
-  bool readings = false;  ///< beyond the recordings: it has sensors and reports as device 1 when told to
+  bool readings = false;  ///< extension: it has sensors and reports as device 1 on command
   double stale = 0.25;    ///< MessageMemory
   std::uint64_t seed = 1;
 };
 
-/// A sink with the released firmware: what goes on between its serial line and its radio (wsn.md 9, 10), oddities
-/// included. Runs from the beginning; radio, scheduler and log outlive it.
+/// A sink with the released firmware, between its serial line and its radio (wsn.md 9, 10), including its bugs. On from
+/// the start. Radio, scheduler and log must outlive it.
 class SinkFirmware final : public RadioNode {
  public:
-  /// Frames that came faster than the line is, until they are held up: congested() says so.
+  /// Frames that may arrive faster than the line transmits before congested() is true.
   static constexpr std::size_t kBacklog = 64;
   static constexpr std::size_t kMaxBacklog = 4096;
-  /// And so much time that bytes of any kind, sound frames or not, will take on the line.
+  /// Line time of all bytes, valid frames or not, before congested() is true.
   static constexpr Duration kLineAhead = std::chrono::milliseconds(100);
-  /// Packets as the computer knows them, for a recorder: to it, or (`written`) from it.
+  /// Packets for a recorder: to the computer, or (`written`) from it.
   using Watch = std::function<void(bool written, ByteView packet)>;
 
   SinkFirmware(SinkOptions options, Radio& radio, Scheduler& scheduler, const EventLog& log);
   SinkFirmware(const SinkFirmware&) = delete;
   SinkFirmware& operator=(const SinkFirmware&) = delete;
 
-  /// Bytes that the computer sent, in pieces of any size; they take their time on the line.
+  /// Bytes from the computer, in pieces of any size; they take their time on the line.
   void received(ByteView bytes);
-  /// Where its bytes go; empty = nobody reads, and they are lost.
+  /// Receives its bytes; empty: they are lost.
   void connect(SerialOutput::Out out) { output_.connect(std::move(out)); }
   void watch(Watch watch) { watch_ = std::move(watch); }
   bool congested() const { return arriving_.size() > kBacklog || line_free_ > scheduler_.now() + kLineAhead; }
-  /// Called when it is no longer.
+  /// Called when congested() becomes false.
   void on_room(std::function<void()> room) { room_ = std::move(room); }
-  /// The computer is gone: what it sent and is not on the line yet never comes. What has come of a frame stays, as the
-  /// sink knows nothing of it.
-  void hung_up();
+  /// The computer disconnected: bytes that are not on the line yet are lost. The part of a frame that arrived stays,
+  /// because the sink does not notice.
+  void disconnected();
 
-  /// Off and on: it is on its compiled island again, and tells nobody.
+  /// Off and on: it has its compiled-in island id again, and does not report it.
   void reboot();
-  /// Power is gone until reboot().
+  /// Switches it off until reboot().
   void kill();
   std::uint16_t island() const { return island_; }
   std::uint16_t number() const { return options_.number; }
@@ -82,8 +82,8 @@ class SinkFirmware final : public RadioNode {
     SerialFrame frame;
     SteadyTime at{};
     std::size_t length = 0;     ///< on the line
-    Duration works{};           ///< how long it keeps a buffer
-    SteadyTime acknowledged{};  ///< executed after that, as in all recordings
+    Duration processing{};      ///< how long it occupies a buffer
+    SteadyTime acknowledged{};  ///< executed after this, as in all recordings
   };
   struct Ack {
     SteadyTime at{};
@@ -95,13 +95,13 @@ class SinkFirmware final : public RadioNode {
 
   void await_frames();
   void await_line();
-  void tell_room();
+  void notify_room();
   void arrived();
   void take(Arriving arrived);
-  SteadyTime acknowledge(std::uint8_t sequence, Duration worked);
+  SteadyTime acknowledge(std::uint8_t sequence, Duration processing);
   void await_acks();
-  void await_work();
-  void worked();
+  void await_processing();
+  void processed();
   void await_execution();
   void execute(const Bytes& packet);
   void on_config(ByteView payload);
@@ -115,7 +115,7 @@ class SinkFirmware final : public RadioNode {
   void on_ack_join(ByteView payload);
   void on_air_message(ByteView payload);
   void to_serial(ByteView payload);
-  void tell(std::string_view what, std::uint16_t mote = 0, const motes::NetMessage* message = nullptr) const;
+  void log_event(std::string_view what, std::uint16_t mote = 0, const motes::NetMessage* message = nullptr) const;
 
   SinkOptions options_;
   Scheduler& scheduler_;
@@ -132,14 +132,14 @@ class SinkFirmware final : public RadioNode {
   std::function<void()> room_;
   bool on_ = true;
   std::uint16_t island_;
-  std::optional<Joining> joining_;  ///< it remembers one only (wsn.md 9.2)
+  std::optional<Joining> joining_;  ///< it remembers only one (wsn.md 9.2)
   std::size_t frame_length_ = 0;
-  SteadyTime line_free_{}, work_free_{}, executed_{};
+  SteadyTime line_free_{}, processor_free_{}, executed_{};
   std::deque<Arriving> arriving_;
   std::deque<Ack> acks_;
-  std::deque<Arriving> work_;   ///< `at`: when its buffer is free again
-  std::deque<Arriving> ready_;  ///< `at`: when it is executed
-  Timer line_timer_, arrival_timer_, ack_timer_, work_timer_, execution_timer_;
+  std::deque<Arriving> processing_;  ///< `at`: when its buffer becomes free
+  std::deque<Arriving> ready_;       ///< `at`: when it is executed
+  Timer line_timer_, arrival_timer_, ack_timer_, processing_timer_, execution_timer_;
 };
 
 }  // namespace rubicon::motes_simulator

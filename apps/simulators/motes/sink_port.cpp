@@ -6,7 +6,7 @@ namespace rubicon::motes_simulator {
 
 SinkPort::SinkPort(SinkFirmware& sink, const EventLog& log) : sink_(sink), log_(log) {
   sink_.connect([this](ByteView bytes) {
-    // What the computer does not read is lost, as with a real line, and not kept for whoever reads later.
+    // Bytes that the computer does not read are lost, as on a real line.
     if (stream_ && stream_->queued() == 0) static_cast<void>(stream_->send(bytes).has_value());
   });
   sink_.on_room([this] {
@@ -67,7 +67,7 @@ void SinkPort::received(ByteView bytes) {
 
 void SinkPort::lost() {
   const auto gone = std::move(stream_);
-  sink_.hung_up();
+  sink_.disconnected();
   if (log_) log_({{}, "disconnected", sink_.number(), 0, std::nullopt, std::nullopt, {}});
 }
 

@@ -11,11 +11,11 @@
 
 namespace rubicon::motes_simulator {
 
-/// The socket that a sink's serial line ends in: one computer at a time, as on a real line; a second one is refused.
-/// While nobody is there the sink runs on, and its bytes are lost. Sink and log outlive it.
+/// The end of a sink's serial line: one computer at a time, as on a real line; a second one is refused. Without a
+/// computer the sink runs on, and its bytes are lost. Sink and log must outlive it.
 class SinkPort {
  public:
-  /// What makes the port reachable, until the returned thing is destroyed.
+  /// Makes the port reachable until the result is destroyed.
   using Opener = std::function<Result<std::shared_ptr<void>>(SinkPort& port)>;
 
   SinkPort(SinkFirmware& sink, const EventLog& log);
@@ -23,20 +23,22 @@ class SinkPort {
   SinkPort(const SinkPort&) = delete;
   SinkPort& operator=(const SinkPort&) = delete;
 
-  /// Opens it, and again when it is plugged in after it was pulled out.
+  /// Opens the port with `opener`, which plug() uses too.
   Result<void> open(Opener opener);
-  /// Whoever is there loses the connection, and nobody can come.
+  /// Disconnects the computer and closes the port.
   void pull();
-  /// Opens it as before, unless it is open.
+  /// Opens the port again if it is closed.
   Result<void> plug();
   bool pulled() const { return !reachable_; }
   bool in_use() const { return stream_ != nullptr; }
-  /// A computer has come.
+  /// Called when a computer connects.
   void on_connected(std::function<void()> connected) { connected_ = std::move(connected); }
-  /// The system took the port away, and nobody can come until plug(); who is there stays.
+  /// Called when the system closed the port: no computer can connect until plug(); a connected one stays.
   void on_closed(std::function<void()> closed) { closed_ = std::move(closed); }
 
-  /// For openers: a computer's end of the line, taken unless there is one already.
+  // For openers.
+
+  /// Connects a computer unless there is one already.
   transport::StreamCalls take(std::unique_ptr<transport::ByteStream> stream);
   transport::StreamCalls calls();
   void attach(std::unique_ptr<transport::ByteStream> stream);
@@ -54,12 +56,12 @@ class SinkPort {
   std::function<void()> connected_, closed_;
 };
 
-/// Listens on TCP. `bound` is told what was bound, for port 0.
+/// Listens on TCP. `bound` gets the real address, for port 0.
 SinkPort::Opener on_tcp(transport::Transports& transports, transport::Endpoint at,
                         std::function<void(const transport::Endpoint&)> bound = {});
-/// Listens on a network of memory.
+/// Listens on an in-memory network.
 SinkPort::Opener on_memory(transport::MemoryTcp& net, transport::Endpoint at);
-/// A pseudo-terminal under this name.
+/// Makes a pseudo-terminal with this name.
 SinkPort::Opener on_pty(transport::Transports& transports, std::string link);
 
 }  // namespace rubicon::motes_simulator

@@ -4,9 +4,9 @@
 
 namespace rubicon::motes_simulator {
 
-/// The random numbers of TinyOS (RandomMlcgP: Park and Miller's generator, seeded with the node id + 1). The recorded
-/// sequence numbers of motes 2 and 3 and of sink 1 are draws of it (shared/data/motes: 247f is draw 3 of mote 2), the
-/// others being the radio's back-offs: that is why they are the same after each reboot (wsn.md 9.2).
+/// The random numbers of TinyOS (RandomMlcgP: Park and Miller's generator, seeded with the node id + 1). The sequence
+/// numbers of motes 2 and 3 and of sink 1 in the recordings come from it (247f is number 3 of mote 2); the numbers
+/// between them are the radio's back-offs. That is why they repeat after each reboot (wsn.md 9.2).
 class TinyosRandom {
  public:
   explicit TinyosRandom(std::uint16_t node) : seed_(node + 1U) {}

@@ -11,7 +11,7 @@ namespace rubicon::motes_simulator {
 
 namespace {
 
-constexpr Duration kReplugRetry = std::chrono::seconds(1);
+constexpr Duration kReopenPause = std::chrono::seconds(1);
 
 /// Independent seeds from one (splitmix64).
 std::uint64_t mixed(std::uint64_t seed, std::uint64_t which) {
@@ -43,7 +43,7 @@ bool is_about_motes(Step::Kind kind) {
 }
 
 std::string addresses(const std::vector<MotePlace>& motes) {
-  if (motes.empty()) return "none, as there are no motes";
+  if (motes.empty()) return "none: there are no motes";
   const auto [lowest, highest] = std::minmax_element(
       motes.begin(), motes.end(), [](const auto& a, const auto& b) { return a.mote.address < b.mote.address; });
   return fmt::format("one of {} to {}", lowest->mote.address, highest->mote.address);
@@ -58,12 +58,12 @@ void WorldOptions::add_motes(std::uint16_t at_sink, std::uint16_t first, std::ui
   }
 }
 
-World::World(WorldOptions options, Scheduler& scheduler, std::vector<Step> script, EventLog::Call events)
+World::World(WorldOptions options, Scheduler& scheduler, std::vector<Step> script, EventLog::Callback events)
     : options_(std::move(options)),
       scheduler_(scheduler),
       log_(scheduler, std::move(events)),
       radio_(seeded(options_.radio, options_.seed), scheduler),
-      script_(scheduler, std::move(script), [this](const Step& step) { take(step); }) {
+      script_(scheduler, std::move(script), [this](const Step& step) { execute(step); }) {
   make_sinks();
   make_motes();
   for (std::uint16_t number = 1; number <= sinks(); ++number) {
@@ -85,7 +85,7 @@ void World::make_sinks() {
     place->port->on_connected([this, number] {
       if (options_.wait_for_computer) boot_motes(number);
     });
-    place->port->on_closed([this, number] { open_again(number); });
+    place->port->on_closed([this, number] { reopen(number); });
     places_.push_back(std::move(place));
   }
 }
@@ -104,8 +104,8 @@ void World::boot_motes(std::uint16_t of_sink) {
   if (std::exchange(places_[of_sink - 1U]->booted, true)) return;
   auto delay = options_.first_boot;
   for (auto& mote : motes_) {
-    if (mote.began_at != of_sink || mote.empty) continue;
-    mote.boots = scheduler_.after(delay, [firmware = mote.firmware.get()] { firmware->boot(); });
+    if (mote.began_at != of_sink || mote.killed) continue;
+    mote.boot = scheduler_.after(delay, [firmware = mote.firmware.get()] { firmware->boot(); });
     delay += options_.boot_spacing;
   }
 }
@@ -140,30 +140,30 @@ void World::unplug(std::uint16_t number, Duration span) {
   if (log_) log_({{}, "unplugged", number, 0, std::nullopt, std::nullopt, {}});
   place.sink->kill();
   place.port->pull();
-  place.opens_again.cancel();
-  place.power_comes = std::max(place.power_comes, scheduler_.now() + span);
-  place.plugs_in = scheduler_.at(place.power_comes, [this, number] { plug_in(number); });
+  place.reopen.cancel();
+  place.power_on = std::max(place.power_on, scheduler_.now() + span);
+  place.plug_in = scheduler_.at(place.power_on, [this, number] { plug_in(number); });
 }
 
 void World::plug_in(std::uint16_t number) {
   sink(number).reboot();
-  if (!port(number).plug()) open_again(number);
+  if (!port(number).plug()) reopen(number);
 }
 
-void World::open_again(std::uint16_t number) {
-  places_[number - 1U]->opens_again = scheduler_.after(kReplugRetry, [this, number] {
-    if (!port(number).plug()) open_again(number);
+void World::reopen(std::uint16_t number) {
+  places_[number - 1U]->reopen = scheduler_.after(kReopenPause, [this, number] {
+    if (!port(number).plug()) reopen(number);
   });
 }
 
-/// Without power there is nothing to reboot.
+/// Has no effect while the sink is off.
 void World::reboot_sink(std::uint16_t number) {
-  if (exists(number) && !places_[number - 1U]->plugs_in.pending()) sink(number).reboot();
+  if (exists(number) && !places_[number - 1U]->plug_in.pending()) sink(number).reboot();
 }
 
 // --- The script.
 
-void World::take(const Step& step) {
+void World::execute(const Step& step) {
   using Kind = Step::Kind;
   switch (step.kind) {
     case Kind::kLoss: radio_.options().loss = step.to; return;
@@ -174,7 +174,7 @@ void World::take(const Step& step) {
     case Kind::kRepeat: return;
     case Kind::kReboot: return reboot(step);
     default:
-      for (auto* mote : matching(step.motes)) take_mote_step(step, *mote);
+      for (auto* mote : matching(step.motes)) execute_for(step, *mote);
   }
 }
 
@@ -185,20 +185,20 @@ void World::reboot(const Step& step) {
   auto delay = Duration{};
   for (auto* mote : which) {
     auto* const firmware = mote->firmware.get();
-    mote->empty = false;
-    mote->boots.cancel();
+    mote->killed = false;
+    mote->boot.cancel();
     if (delay == Duration{}) {
       firmware->boot();
     } else {
-      mote->boots = scheduler_.after(delay, [firmware] { firmware->boot(); });
+      mote->boot = scheduler_.after(delay, [firmware] { firmware->boot(); });
     }
     delay += apart;
   }
 }
 
 void World::kill(Mote& mote) {
-  mote.empty = true;
-  mote.boots.cancel();
+  mote.killed = true;
+  mote.boot.cancel();
   mote.firmware->kill();
 }
 
@@ -207,7 +207,7 @@ void World::move(const Step& step, MoteFirmware& mote) {
     mote.move_to(step.sinks);
 }
 
-void World::take_mote_step(const Step& step, Mote& place) {
+void World::execute_for(const Step& step, Mote& place) {
   using Kind = Step::Kind;
   using Shape = Signal::Shape;
   auto& mote = *place.firmware;

@@ -9,22 +9,23 @@
 
 namespace rubicon::networks::wsn {
 
-/// Keeps a sink on our island: a sink that was switched off is on the island that was compiled in, and tells nobody
-/// (wsn.md 9.1).
+/// Keeps the id of our island set in a sink: after a power cycle a sink has its compiled-in id again, and does not
+/// report it (wsn.md 9.1).
 class IslandIdKeeper {
  public:
   using SendCall = std::function<Result<void>(sink::Outgoing)>;
-  /// A sink that shows another island, or nothing where something is due, is corrected at once, but not more often.
-  static constexpr Duration kPause = std::chrono::seconds(5);
+  /// Minimum time between two corrections.
+  static constexpr Duration kMinPause = std::chrono::seconds(5);
 
   IslandIdKeeper(std::uint16_t island, Scheduler& scheduler, SendCall send)
       : island_(island), scheduler_(scheduler), send_(std::move(send)) {}
 
-  /// SET_ISLAND_ID: also the first packet after each opening.
+  /// The SET_ISLAND_ID packet; also the first packet after each opening of the line.
   Bytes packet() const;
-  /// Tells it each so often from now on; nullopt = no more.
-  void watch(std::optional<Duration> period);
-  bool watched() const { return next_.pending(); }
+  /// Sends the id periodically from now on; nullopt: not any longer.
+  void repeat(std::optional<Duration> period);
+  bool repeats() const { return next_.pending(); }
+  /// Sends the id now, because the sink seems to have another one; does nothing within kMinPause of the last call.
   void correct();
 
  private:

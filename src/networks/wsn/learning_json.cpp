@@ -17,11 +17,11 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::string_view kRecord = "record", kTransport = "transport", kApplication = "application";
 
-/// What a member holds, short enough for a line.
+/// The value of a member, shortened for an error text.
 std::string shown(const Json& value) {
   constexpr std::size_t kShown = 40;
   if (value.is_structured()) return value.is_array() ? "an array" : "an object";
-  return value.dump(-1, ' ', true).substr(0, kShown);  // ASCII, so that the cut splits no character
+  return value.dump(-1, ' ', true).substr(0, kShown);  // ASCII: the cut cannot split a character
 }
 
 tl::unexpected<Error> unfit(std::string_view record, std::string_view member, const Json& value,
@@ -31,26 +31,26 @@ tl::unexpected<Error> unfit(std::string_view record, std::string_view member, co
 }
 
 Result<const motes::LearningRecord*> record_of(const Json& object) {
-  if (!object.is_object()) return fail(ErrorCode::kInvalid, "a mote's message is no JSON object");
+  if (!object.is_object()) return fail(ErrorCode::kInvalid, "a message to a mote is not a JSON object");
   const auto name = object.find(kRecord);
   if (name == object.end() || !name->is_string()) {
-    return fail(ErrorCode::kInvalid, "a mote's message without \"record\", expected the name of one");
+    return fail(ErrorCode::kInvalid, "a message to a mote has no \"record\", expected the name of one");
   }
   const auto* record = motes::find_learning_record(name->get_ref<const std::string&>());
   if (record == nullptr) {
     std::string known;
     for (const auto& one : motes::learning_records()) known += fmt::format("{}{}", known.empty() ? "" : ", ", one.name);
-    return fail(ErrorCode::kNotFound, fmt::format("no mote record {}, expected one of {}", shown(*name), known));
+    return fail(ErrorCode::kNotFound, fmt::format("unknown mote record {}, expected one of {}", shown(*name), known));
   }
   if (record->own_packet) {
-    return fail(ErrorCode::kUnsupported, fmt::format("mote record {}: travels in a packet of its own (type {}), "
-                                                     "not in a radio message",
+    return fail(ErrorCode::kUnsupported, fmt::format("mote record {}: is a packet of its own (type {}), "
+                                                     "not part of a radio message",
                                                      record->name, record->type));
   }
   return record;
 }
 
-/// `transport` or `application`: as given, or as the record has it.
+/// `transport` or `application`: the member if given, otherwise the usual one of the record.
 Result<std::uint8_t> component_of(const motes::LearningRecord& record, const Json& object, std::string_view member,
                                   std::uint8_t usual) {
   const auto given = object.find(member);
@@ -61,14 +61,14 @@ Result<std::uint8_t> component_of(const motes::LearningRecord& record, const Jso
   }
   if (usual != 0) return usual;
   return fail(ErrorCode::kInvalid,
-              fmt::format("mote record {}: {} is missing, and none is known for it", record.name, member));
+              fmt::format("mote record {}: {} is missing, expected 1 to 255", record.name, member));
 }
 
 Result<std::vector<double>> numbers_of(const motes::LearningRecord& record, const std::string& member,
                                        const Json& value) {
   if (value.is_number()) return std::vector<double>{value.get<double>()};
   const auto* field = record.find(member);
-  if (field == nullptr) return std::vector<double>{};  // to be refused with the names there are
+  if (field == nullptr) return std::vector<double>{};  // encode_learning() refuses it and lists the names
   if (!value.is_array() || !field->is_array())
     return unfit(record.name, member, value, field->is_array() ? "an array of numbers" : "a number");
   std::vector<double> numbers;
@@ -90,8 +90,8 @@ Result<motes::FieldValues> fields_of(const motes::LearningRecord& record, const 
   return fields;
 }
 
-/// The shortest decimal that reads back as the same float: 0.1, not 0.10000000149011612. That of the largest float is
-/// larger than any float.
+/// The shortest decimal that converts to the same float: 0.1, not 0.10000000149011612. That of the largest float
+/// exceeds the range of floats.
 double shortest(double number) {
   const auto single = static_cast<float>(number);
   const double decimal = std::strtod(fmt::format("{}", single).c_str(), nullptr);
@@ -114,7 +114,7 @@ Json json_of(const motes::RecordField& field, const std::vector<double>& numbers
 
 Result<LearningMessage> learning_message(std::string_view json) {
   const Json object = Json::parse(json, nullptr, false);
-  if (object.is_discarded()) return fail(ErrorCode::kInvalid, "a mote's message is no JSON text");
+  if (object.is_discarded()) return fail(ErrorCode::kInvalid, "a message to a mote is not valid JSON");
   const auto record = record_of(object);
   if (!record) return fail(record.error());
   const auto transport = component_of(**record, object, kTransport, (*record)->transport);

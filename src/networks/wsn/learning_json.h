@@ -19,14 +19,14 @@ struct LearningMessage {
   friend bool operator==(const LearningMessage&, const LearningMessage&) = default;
 };
 
-/// A message as scripts write it: `{"record": "NetIdCmd", "command": 1, "netId": 300, "seq": 48879}`, the fields as in
-/// motes/learning_records.h. Records of learning go to transport 3, application 6, those of the synaptic channels to 1
-/// and 11; `transport` and `application` (1 to 255) say otherwise, and must be given where neither is known. The error
-/// says which member is wrong and what was expected.
+/// Parses a message such as `{"record": "NetIdCmd", "command": 1, "netId": 300, "seq": 48879}`; fields as in
+/// motes/learning_records.h. Learning records have transport 3 and application 6, synaptic ones 1 and 11; the members
+/// `transport` and `application` (1 to 255) override this, and are required where none is known. The error names the
+/// member and what was expected.
 Result<LearningMessage> learning_message(std::string_view json);
 
-/// The same form of a message that a mote or a computer sent, without padding; nullopt if its record is none of those
-/// or is cut short. A number that is none (NaN, infinity) is null.
+/// The same form for a message that a mote or a computer sent, without padding; nullopt if its record is of another
+/// kind or cut short. NaN and infinity become null.
 std::optional<std::string> learning_json(const motes::NetMessage& message);
 
 }  // namespace rubicon::networks::wsn

@@ -10,40 +10,40 @@
 
 namespace rubicon::networks::wsn {
 
-/// Asks motes whether they are there, some at a time, so that a restart with many of them keeps the radio free. One
-/// that does not answer is asked again when all others were. One that did not answer its last question either is lost:
-/// it stands in a queue of its own, with a few places that nobody else has, and is asked ever less often. So of 200
-/// motes that were rebooted at once, most of them lost to the sink for good (wsn.md 9.2), the living ones never wait
-/// for the rest.
+/// Probes motes for a sign of life, few at a time, so that a restart with many of them does not congest the radio. A
+/// mote that does not answer is probed again after all others. One that did not answer its last probe either is lost:
+/// lost motes wait in a queue with slots of its own, and are probed at growing intervals. After a power failure most of
+/// 200 motes may be lost to the sink for good (wsn.md 9.2); the others do not wait for them.
 class MoteProbes {
  public:
-  static constexpr std::size_t kAtATime = 24;
-  static constexpr std::size_t kLostAtATime = 2;  ///< besides those
-  static constexpr unsigned kAttempts = 3;        ///< 1 for lost ones
-  /// From an unanswered question to the next one, doubled with each in a row.
+  static constexpr std::size_t kMaxConcurrent = 24;
+  static constexpr std::size_t kMaxConcurrentLost = 2;  ///< in addition
+  static constexpr unsigned kAttempts = 3;              ///< 1 for lost motes
+  /// From an unanswered probe of a lost mote to the next one; doubles with each in a row.
   static constexpr Duration kFirstPause = std::chrono::seconds(10);
-  static constexpr Duration kLongestPause = std::chrono::minutes(2);
-  using DoneCall = std::function<void(DeliveryResult)>;
+  static constexpr Duration kMaxPause = std::chrono::minutes(2);
+  using DoneCallback = std::function<void(DeliveryResult)>;
 
   MoteProbes(std::uint16_t island, Scheduler& scheduler, MoteRequests& requests)
       : island_(island), scheduler_(scheduler), requests_(requests) {}
 
-  /// kDuplicate: it waits to be asked (again) or is being asked. kBusy: it is lost, and not due yet. Then `done` is not
-  /// called.
-  Result<void> ask(std::uint16_t mote, DoneCall done);
-  /// It gave a sign of life.
+  /// kDuplicate: a probe of the mote is pending. kBusy: the mote is lost, and its pause is not over. After an error
+  /// `done` is not called.
+  Result<void> probe(std::uint16_t mote, DoneCallback done);
+  /// The mote gave a sign of life.
   void heard(std::uint16_t mote) { lost_.erase(mote); }
-  /// Nobody could have answered: the sink was away.
-  void forgive() { lost_.clear(); }
+  /// The sink was away, so that no mote could have answered: none counts as lost.
+  void forget_lost() { lost_.clear(); }
 
-  std::uint64_t asked() const { return asked_; }
+  /// Probes sent.
+  std::uint64_t sent() const { return sent_; }
   std::size_t waiting() const { return waiting_.size() + silent_.size() + lost_waiting_.size(); }
   std::size_t lost() const { return lost_.size(); }
 
  private:
-  struct Question {
+  struct Probe {
     std::uint16_t mote = 0;
-    DoneCall done;
+    DoneCallback done;
     unsigned attempts = 0;
     bool lost = false;
   };
@@ -52,20 +52,20 @@ class MoteProbes {
     Duration pause{};
   };
   void next();
-  void take_from(std::deque<Question>& queue);
-  bool put(Question question);
-  void ended(Question question, DeliveryResult how);
+  void start_first(std::deque<Probe>& queue);
+  bool start(Probe probe);
+  void ended(Probe probe, DeliveryResult result);
 
   std::uint16_t island_;
   Scheduler& scheduler_;
   MoteRequests& requests_;
-  std::deque<Question> waiting_;
-  std::deque<Question> silent_;  ///< did not answer so far
-  std::deque<Question> lost_waiting_;
-  std::set<std::uint16_t> known_;       ///< waiting or being asked
-  std::map<std::uint16_t, Lost> lost_;  ///< did not answer their last question
+  std::deque<Probe> waiting_;
+  std::deque<Probe> silent_;  ///< not answered so far
+  std::deque<Probe> lost_waiting_;
+  std::set<std::uint16_t> pending_;     ///< motes whose probe waits or is under way
+  std::map<std::uint16_t, Lost> lost_;  ///< motes that did not answer their last probe
   std::size_t under_way_ = 0, lost_under_way_ = 0;
-  std::uint64_t asked_ = 0;
+  std::uint64_t sent_ = 0;
 };
 
 }  // namespace rubicon::networks::wsn

@@ -29,7 +29,7 @@ void MoteProperties::declare(std::uint16_t mote, model::Join& join) const {
   }
 }
 
-model::Updates MoteProperties::reads(std::uint16_t mote, std::uint16_t mask) {
+model::Updates MoteProperties::set_mask(std::uint16_t mote, std::uint16_t mask) {
   masks_[mote] = mask;
   const model::PointId point{Kind::kProperty, types_.find("mask")->id, {}};
   return model::Updates{{{point, std::int64_t{mask}, {}}}};

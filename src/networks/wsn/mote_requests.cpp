@@ -11,9 +11,9 @@ namespace rubicon::networks::wsn {
 
 namespace {
 
-/// The motes' own programs take it for "no room" (wsn.md 5).
+/// The programs of the motes use it for "no room" (wsn.md 5).
 constexpr std::uint16_t kNoSequence = 0xffff;
-/// When the lane is full, a repetition comes back.
+/// Until the next try to send a repetition for which the lane was full.
 constexpr Duration kBusyPause = std::chrono::milliseconds(200);
 
 }  // namespace
@@ -32,88 +32,89 @@ std::uint16_t MoteRequests::free_sequence(std::uint16_t mote) {
 }
 
 Result<void> MoteRequests::send(MoteRequest request) {
-  RUBICON_ASSERT(request.record.size() <= kLongestRecord);
-  if (pending_.size() >= kMostPending)
-    return fail(ErrorCode::kBusy, fmt::format("{} messages to motes wait already", pending_.size()));
+  RUBICON_ASSERT(request.record.size() <= kMaxRecord);
+  if (pending_.size() >= kMaxPending)
+    return fail(ErrorCode::kBusy, fmt::format("{} messages to motes are pending", pending_.size()));
   const auto mote = request.header.destination_mote;
-  const Name name{mote, request.sequence ? *request.sequence : free_sequence(mote)};
-  if (pending_.contains(name))
-    return fail(ErrorCode::kDuplicate, fmt::format("a message {} to mote {} is under way", name.second, mote));
+  const Key key{mote, request.sequence ? *request.sequence : free_sequence(mote)};
+  if (pending_.contains(key))
+    return fail(ErrorCode::kDuplicate,
+                fmt::format("a message with sequence number {} to mote {} is pending", key.second, mote));
   const auto subject = request.subject;
-  Pending& pending = pending_[name];
+  Pending& pending = pending_[key];
   pending.expires = scheduler_.now() + request.time_to_live;
   pending.request = std::move(request);
-  auto put = this->put(name, pending);
-  if (!put) pending_.erase(name);
-  if (put && subject) supersede(name, *subject);
-  return put;
+  auto transmitted = transmit(key, pending);
+  if (!transmitted) pending_.erase(key);
+  if (transmitted && subject) supersede(key, *subject);
+  return transmitted;
 }
 
-void MoteRequests::supersede(const Name& by, std::uint16_t subject) {
-  std::vector<Name> older;
+void MoteRequests::supersede(const Key& by, std::uint16_t subject) {
+  std::vector<Key> older;
   for (auto one = pending_.lower_bound({by.first, 0}); one != pending_.end() && one->first.first == by.first; ++one) {
     if (one->first != by && one->second.request.subject == subject) older.push_back(one->first);
   }
-  for (const Name& name : older) {
-    lifetime_.post(scheduler_, [this, name, attempt = pending_.at(name).attempt] {
-      const auto found = pending_.find(name);
-      if (found != pending_.end() && found->second.attempt == attempt) end(name, DeliveryResult::kSuperseded);
+  for (const Key& key : older) {
+    lifetime_.post(scheduler_, [this, key, attempt = pending_.at(key).attempt] {
+      const auto found = pending_.find(key);
+      if (found != pending_.end() && found->second.attempt == attempt) end(key, DeliveryResult::kSuperseded);
     });
   }
 }
 
-Result<void> MoteRequests::put(const Name& name, Pending& pending) {
+Result<void> MoteRequests::transmit(const Key& key, Pending& pending) {
   auto& request = pending.request;
   auto message = request.header;
-  message.sequence = name.second;
+  message.sequence = key.second;
   message.record = request.record;
-  const bool repeatable = request.attempts > 1 || request.harmless;
+  const bool repeatable = request.attempts > 1 || request.idempotent;
   sink::Outgoing out{motes::packet_of(message), request.lane, pending.expires, repeatable, {}};
-  out.done = lifetime_.guard(
-      [this, name, attempt = ++last_attempt_](sink::SendResult outcome) { sent(name, attempt, outcome); });
+  out.done =
+      lifetime_.guard([this, key, attempt = ++last_attempt_](sink::SendResult result) { sent(key, attempt, result); });
   pending.attempt = last_attempt_;
-  auto put = send_(std::move(out));
-  if (put) ++pending.tries;
-  return put;
+  auto queued = send_(std::move(out));
+  if (queued) ++pending.tries;
+  return queued;
 }
 
-void MoteRequests::sent(const Name& name, std::uint64_t attempt, sink::SendResult outcome) {
-  const auto found = pending_.find(name);
-  if (found == pending_.end() || found->second.attempt != attempt) return;  // the mote was faster
+void MoteRequests::sent(const Key& key, std::uint64_t attempt, sink::SendResult result) {
+  using sink::SendResult;
+  const auto found = pending_.find(key);
+  if (found == pending_.end() || found->second.attempt != attempt) return;  // the mote answered before
   auto& pending = found->second;
-  if (outcome == sink::SendResult::kRefused) return end(name, DeliveryResult::kRefused);
-  if (outcome == sink::SendResult::kExpired)
-    return end(name, pending.left ? DeliveryResult::kNoAnswer : DeliveryResult::kExpired);
-  if (outcome == sink::SendResult::kNotAcknowledged && pending.request.attempts == 1)
-    return end(name, DeliveryResult::kSinkSilent);
-  pending.left = pending.left || outcome == sink::SendResult::kAcknowledged;
+  if (result == SendResult::kRefused) return end(key, DeliveryResult::kRefused);
+  if (result == SendResult::kExpired)
+    return end(key, pending.reached_sink ? DeliveryResult::kNoAnswer : DeliveryResult::kExpired);
+  const bool acknowledged = result == SendResult::kAcknowledged;
+  if (!acknowledged && pending.request.attempts == 1) return end(key, DeliveryResult::kSinkSilent);
+  pending.reached_sink = pending.reached_sink || acknowledged;
   if (pending.request.header.reliable == 0)
-    return end(
-        name, outcome == sink::SendResult::kAcknowledged ? DeliveryResult::kAcknowledged : DeliveryResult::kSinkSilent);
-  pending.patience = scheduler_.after(kPatience, [this, name] { again(name); });
+    return end(key, acknowledged ? DeliveryResult::kAcknowledged : DeliveryResult::kSinkSilent);
+  pending.timeout = scheduler_.after(kAckTimeout, [this, key] { retry(key); });
 }
 
-void MoteRequests::again(Name name) {
-  auto& pending = pending_.at(name);
-  if (pending.left && unanswered_attempt_) unanswered_attempt_();
+void MoteRequests::retry(Key key) {
+  auto& pending = pending_.at(key);
+  if (pending.reached_sink && unanswered_attempt_) unanswered_attempt_();
   const bool over = pending.tries >= pending.request.attempts || scheduler_.now() >= pending.expires;
-  if (over) return end(name, pending.left ? DeliveryResult::kNoAnswer : DeliveryResult::kSinkSilent);
-  if (put(name, pending)) return;
-  pending.patience = scheduler_.after(kBusyPause, [this, name] { again(name); });
+  if (over) return end(key, pending.reached_sink ? DeliveryResult::kNoAnswer : DeliveryResult::kSinkSilent);
+  if (transmit(key, pending)) return;
+  pending.timeout = scheduler_.after(kBusyPause, [this, key] { retry(key); });
 }
 
-bool MoteRequests::heard(const motes::HeardAck& ack) {
-  const Name name{ack.mote, ack.ack.sequence};
-  const auto found = pending_.find(name);
+bool MoteRequests::acknowledged(const motes::HeardAck& ack) {
+  const Key key{ack.mote, ack.ack.sequence};
+  const auto found = pending_.find(key);
   if (found == pending_.end() || found->second.request.header.reliable == 0) return false;
-  end(name, ack.ack.status == 0 ? DeliveryResult::kAcknowledged : DeliveryResult::kRejected);
+  end(key, ack.ack.status == 0 ? DeliveryResult::kAcknowledged : DeliveryResult::kRejected);
   return true;
 }
 
-void MoteRequests::end(Name name, DeliveryResult how) {
-  auto ended = pending_.extract(name);
-  if (how == DeliveryResult::kNoAnswer) ++unanswered_;
-  if (auto done = std::move(ended.mapped().request.done)) done(how);
+void MoteRequests::end(Key key, DeliveryResult result) {
+  auto ended = pending_.extract(key);
+  if (result == DeliveryResult::kNoAnswer) ++unanswered_;
+  if (auto done = std::move(ended.mapped().request.done)) done(result);
 }
 
 }  // namespace rubicon::networks::wsn

@@ -45,8 +45,7 @@ bool read_net(const std::vector<std::string_view>& parts, MoteTag& tag) {
 Result<MoteTag> parse_tag(std::string_view text) {
   const auto parts = parts_of(text);
   if (parts[0] != "mote" || parts.size() < 2)
-    return fail(ErrorCode::kUnsupported,
-                fmt::format("motes take messages of type mote/..., got {}", model::quoted(text)));
+    return fail(ErrorCode::kUnsupported, fmt::format("message type {}, expected mote/...", model::quoted(text)));
   MoteTag tag;
   if (parts[1] == "json" && (parts.size() == 2 || (parts.size() == 3 && parts[2] == "reliable"))) {
     tag.kind = MoteTag::Kind::kJson;

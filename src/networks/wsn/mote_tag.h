@@ -9,24 +9,25 @@
 namespace rubicon::networks::wsn {
 
 /// The type tag of application messages to and from motes (docs/motes.md), one of
-/// `mote/<transport>/<application>/<record type>`: a NetMsg; the record type is the first of the bytes,
-/// `.../reliable`: the mote is to acknowledge it, `.../reliable/<sequence>`: with the sender's own sequence number,
-/// `mote/am/<AM type>`: another packet for the sink itself (wsn.md 6), behind the AM header,
+/// `mote/<transport>/<application>/<record type>`: a radio message; the record type is the first byte of the record,
+/// `.../reliable`: the mote acknowledges it, `.../reliable/<sequence>`: with the sender's own sequence number,
+/// `mote/am/<AM type>`: another packet for the sink itself (wsn.md 6), without the AM header,
 /// `mote/json`, `mote/json/reliable`: a command of the learning or synaptic layer, as JSON.
 struct MoteTag {
   enum class Kind : std::uint8_t { kNet, kAm, kJson };
   Kind kind = Kind::kNet;
-  std::uint8_t transport = 0, application = 0, type = 0;  ///< kAm: the type alone
+  std::uint8_t transport = 0, application = 0, type = 0;  ///< kAm: only the type
   bool reliable = false;
   std::optional<std::uint16_t> sequence;
 
   friend bool operator==(const MoteTag&, const MoteTag&) = default;
 };
 
-/// kUnsupported for tags of others, kInvalid for what begins with `mote/` and goes on otherwise.
+/// kUnsupported if the tag does not begin with `mote/`, kInvalid if the rest is malformed.
 Result<MoteTag> parse_tag(std::string_view text);
 
-/// A mote's address, 1 to 65532, as devices are named: `7`. With `broadcast`, 65535 too. nullopt for anything else.
+/// The address of a mote, 1 to 65532, from a device name: `7`. With `broadcast` 65535 is accepted too. nullopt for
+/// everything else.
 std::optional<std::uint16_t> mote_address(std::string_view device, bool broadcast = false);
 
 }  // namespace rubicon::networks::wsn

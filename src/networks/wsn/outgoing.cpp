@@ -13,10 +13,10 @@ namespace rubicon::networks::wsn {
 
 namespace {
 
-/// Of actuators (wsn.md 6).
+/// Actuator ids (wsn.md 6).
 constexpr std::uint16_t kLed = 1, kRelay = 2;
 /// A record type that no program of the motes reads (wsn.md 9.3).
-constexpr std::uint8_t kNothing = 0;
+constexpr std::uint8_t kNoCommand = 0;
 
 motes::NetMessage header(std::uint16_t island, std::uint16_t mote, bool reliable, std::uint8_t transport,
                          std::uint8_t application) {
@@ -38,18 +38,18 @@ Result<std::int32_t> count_of(const model::Value& value) {
   using Limits = std::numeric_limits<std::int32_t>;
   if (number && std::nearbyint(*number) == *number && *number >= Limits::min() && *number <= Limits::max())
     return static_cast<std::int32_t>(*number);
-  return fail(ErrorCode::kOutOfRange, fmt::format("{}: motes take whole numbers of 32 bits", model::to_text(value)));
+  return fail(ErrorCode::kOutOfRange, fmt::format("{}: expected a whole number of 32 bits", model::to_text(value)));
 }
 
-/// Also one that is cut short: a mote reads on in its memory.
+/// True also for a record that is cut short: a mote reads on in its memory.
 bool sets_actuator(const motes::NetMessage& message) {
   static const auto kType = motes::encode_record(motes::ActuateCommand{}).front();
   return message.transport == motes::kTransportConnectionless && message.application == motes::kApplicationMockup &&
          !message.record.empty() && message.record.front() == kType;
 }
 
-Error past_the_command_desk() {
-  return {ErrorCode::kRefused, "messages do not command actuators: set the actuator's .command instead"};
+Error actuator_in_message() {
+  return {ErrorCode::kRefused, "messages cannot command actuators: set the actuator's .command instead"};
 }
 
 }  // namespace
@@ -58,7 +58,7 @@ Result<MoteRequest> actuate_request(std::uint16_t island, std::uint16_t mote, st
                                     const model::Actuate& command) {
   const std::uint16_t actuator = actuator_type == "led" ? kLed : actuator_type == "relay" ? kRelay : 0;
   if (actuator == 0 || command.point.instance != "1")
-    return fail(ErrorCode::kNotFound, fmt::format("motes have led-1 and relay-1, no {}-{}",
+    return fail(ErrorCode::kNotFound, fmt::format("motes have no actuator {}-{}, expected led-1 or relay-1",
                                                   model::quoted(actuator_type), model::quoted(command.point.instance)));
   const auto value = count_of(command.value);
   if (!value) return fail(value.error());
@@ -73,10 +73,10 @@ Result<MoteRequest> actuate_request(std::uint16_t island, std::uint16_t mote, st
 MoteRequest probe_request(std::uint16_t island, std::uint16_t mote) {
   MoteRequest request;
   request.header = header(island, mote, true, motes::kTransportConnectionless, motes::kApplicationMockup);
-  request.record = {kNothing};
+  request.record = {kNoCommand};
   request.lane = sink::Lane::kProbe;
   request.attempts = 1;
-  request.harmless = true;
+  request.idempotent = true;
   request.time_to_live = std::chrono::minutes(1);
   return request;
 }
@@ -85,7 +85,7 @@ MoteRequest ack_request(std::uint16_t island, const motes::WantedAck& wanted) {
   MoteRequest request;
   request.header = header(island, wanted.mote, false, motes::kTransportAck, wanted.application);
   request.record = motes::encode_record(motes::MoteAck{wanted.sequence, 0});
-  request.lane = sink::Lane::kSampling;  // a mote that wants many leaves the commands their room
+  request.lane = sink::Lane::kSampling;  // not kCommand: many acknowledgements must not delay commands
   return request;
 }
 
@@ -95,25 +95,26 @@ Result<MoteRequest> opaque_request(std::uint16_t island, std::uint16_t mote, con
   MoteRequest request;
   request.attempts = 1;
   if (tag.reliable && mote == motes::kBroadcast)
-    return fail(ErrorCode::kUnsupported, "all motes at once cannot acknowledge: send it without /reliable");
+    return fail(ErrorCode::kUnsupported, "a message to all motes cannot be acknowledged: send it without /reliable");
   if (tag.kind == MoteTag::Kind::kJson) {
-    auto learned = learning_message(base::as_text(opaque.bytes));
-    if (!learned) return fail(learned.error());
-    request.header = header(island, mote, tag.reliable, learned->transport, learned->application);
-    request.record = std::move(learned->record);
+    auto learning = learning_message(base::as_text(opaque.bytes));
+    if (!learning) return fail(learning.error());
+    request.header = header(island, mote, tag.reliable, learning->transport, learning->application);
+    request.record = std::move(learning->record);
   } else {
     if (opaque.bytes.empty() || opaque.bytes.front() != tag.type)
-      return fail(ErrorCode::kInvalid, fmt::format("{}: the bytes do not begin with {:02x}", opaque.type, tag.type));
+      return fail(ErrorCode::kInvalid,
+                  fmt::format("{}: expected a record that begins with {:02x}", opaque.type, tag.type));
     request.header = header(island, mote, tag.reliable, tag.transport, tag.application);
     request.record = opaque.bytes;
     request.sequence = tag.sequence;
   }
-  if (request.record.size() > kLongestRecord)
-    return fail(ErrorCode::kOutOfRange, fmt::format("{} bytes for a mote, at most {} go over its radio",
-                                                    request.record.size(), kLongestRecord));
+  if (request.record.size() > kMaxRecord)
+    return fail(ErrorCode::kOutOfRange,
+                fmt::format("a record of {} bytes, expected at most {}", request.record.size(), kMaxRecord));
   auto whole = request.header;
   whole.record = request.record;
-  if (sets_actuator(whole)) return fail(past_the_command_desk());
+  if (sets_actuator(whole)) return fail(actuator_in_message());
   const auto from = model::number(message.source.island);
   if (from == 0 || from == island || from >= motes::kBaseMote) return request;
   request.header.source_island = static_cast<std::uint16_t>(from);
@@ -124,15 +125,15 @@ Result<MoteRequest> opaque_request(std::uint16_t island, std::uint16_t mote, con
 Result<Bytes> am_packet(const model::Message& message, const MoteTag& tag) {
   const auto& bytes = std::get<model::Opaque>(message.body).bytes;
   if (tag.type == static_cast<std::uint8_t>(motes::AmType::kConfig))
-    return fail(ErrorCode::kRefused, "the configuration of the sink is the island's own");
+    return fail(ErrorCode::kRefused, "messages cannot configure the sink: the island sets its id");
   if (!message.destination.device.empty())
-    return fail(ErrorCode::kNotFound, "packets of an AM type go to the sink: to the network, not to a device");
+    return fail(ErrorCode::kNotFound, "packets of an AM type go to the sink: address the network, not a device");
   if (bytes.size() > motes::kMaxPayload)
     return fail(ErrorCode::kOutOfRange,
-                fmt::format("{} bytes for the sink, at most {} fit", bytes.size(), motes::kMaxPayload));
+                fmt::format("a payload of {} bytes, expected at most {}", bytes.size(), motes::kMaxPayload));
   if (tag.type == static_cast<std::uint8_t>(motes::AmType::kNetMessage)) {
     if (const auto carried = motes::decode_net(bytes); carried && sets_actuator(*carried))
-      return fail(past_the_command_desk());
+      return fail(actuator_in_message());
   }
   return motes::packet_of(static_cast<motes::AmType>(tag.type), bytes);
 }
@@ -151,12 +152,12 @@ std::optional<model::Message> acknowledgement_for_applications(const motes::Hear
 std::optional<model::Opaque> as_json(const model::Opaque& message) {
   const auto tag = parse_tag(message.type);
   if (!tag || tag->kind != MoteTag::Kind::kNet) return std::nullopt;
-  motes::NetMessage said;
-  said.destination_mote = motes::kBaseMote;
-  said.transport = tag->transport;
-  said.application = tag->application;
-  said.record = message.bytes;
-  const auto json = learning_json(said);
+  motes::NetMessage net;
+  net.destination_mote = motes::kBaseMote;
+  net.transport = tag->transport;
+  net.application = tag->application;
+  net.record = message.bytes;
+  const auto json = learning_json(net);
   if (!json) return std::nullopt;
   const auto bytes = base::as_bytes(*json);
   return model::Opaque{"mote/json", Bytes(bytes.begin(), bytes.end())};
@@ -183,25 +184,36 @@ std::optional<ReadOrder> read_order_in(const MoteRequest& request) {
   return read_order_in(motes::RadioMessage{header, std::move(*record)});
 }
 
-model::Acknowledge acknowledge_of(std::uint64_t number, DeliveryResult how, std::uint16_t mote) {
-  using model::Outcome;
-  const auto said = [number](Outcome outcome, std::string text = {}) {
-    return model::Acknowledge{number, outcome, std::move(text)};
-  };
-  switch (how) {
-    case DeliveryResult::kAcknowledged: return said(Outcome::kSent);
-    case DeliveryResult::kNoAnswer:
-      return said(Outcome::kFailed,
-                  fmt::format("mote {} did not acknowledge it: whether it was executed is unknown", mote));
-    case DeliveryResult::kSinkSilent: return said(Outcome::kUndeliverable, "the sink did not acknowledge it");
-    case DeliveryResult::kExpired: return said(Outcome::kUndeliverable, "the sink was busy or away for too long");
-    case DeliveryResult::kRefused: return said(Outcome::kUndeliverable, "a recording takes no messages");
-    case DeliveryResult::kRejected:
-      return said(Outcome::kFailed, fmt::format("mote {} acknowledged it with an error", mote));
-    case DeliveryResult::kSuperseded:
-      return said(Outcome::kFailed, "a newer command came before the mote acknowledged it");
+DeliveryResult delivery_result_of(sink::SendResult result) {
+  switch (result) {
+    case sink::SendResult::kAcknowledged: return DeliveryResult::kAcknowledged;
+    case sink::SendResult::kExpired: return DeliveryResult::kExpired;
+    case sink::SendResult::kRefused: return DeliveryResult::kRefused;
+    case sink::SendResult::kNotAcknowledged: break;
   }
-  return said(Outcome::kUndeliverable);
+  return DeliveryResult::kSinkSilent;
+}
+
+model::Acknowledge acknowledge_of(std::uint64_t number, DeliveryResult result, std::uint16_t mote) {
+  using model::Outcome;
+  const auto outcome = [number](Outcome kind, std::string text = {}) {
+    return model::Acknowledge{number, kind, std::move(text)};
+  };
+  switch (result) {
+    case DeliveryResult::kAcknowledged: return outcome(Outcome::kSent);
+    case DeliveryResult::kNoAnswer:
+      return outcome(Outcome::kFailed,
+                     fmt::format("mote {} did not acknowledge it: whether it was executed is unknown", mote));
+    case DeliveryResult::kSinkSilent: return outcome(Outcome::kUndeliverable, "the sink did not acknowledge it");
+    case DeliveryResult::kExpired:
+      return outcome(Outcome::kUndeliverable, "expired: the sink was busy or away for too long");
+    case DeliveryResult::kRefused: return outcome(Outcome::kUndeliverable, "the motes of a recording take no messages");
+    case DeliveryResult::kRejected:
+      return outcome(Outcome::kFailed, fmt::format("mote {} acknowledged it with an error", mote));
+    case DeliveryResult::kSuperseded:
+      return outcome(Outcome::kFailed, "a newer command came before the mote acknowledged it");
+  }
+  return outcome(Outcome::kUndeliverable);
 }
 
 }  // namespace rubicon::networks::wsn

@@ -16,17 +16,18 @@ bool is_report(const motes::NetMessage& message) {
 }  // namespace
 
 bool RecentMessages::seen(const motes::NetMessage& message, SteadyTime now) {
-  while (!names_.empty() && (names_.size() >= kMost || names_.front().first + kSpan < now)) names_.pop_front();
+  while (!messages_.empty() && (messages_.size() >= kMaxMessages || messages_.front().first + kSpan < now))
+    messages_.pop_front();
   if (message.reliable != 1 && !is_report(message)) return false;
-  const Name name{message.source_island, message.source_mote, message.sequence,
-                  message.transport,     message.application, message.record.front()};
-  if (std::any_of(names_.begin(), names_.end(), [&](const auto& one) { return one.second == name; })) return true;
-  names_.emplace_back(now, name);
+  const Key key{message.source_island, message.source_mote, message.sequence,
+                message.transport,     message.application, message.record.front()};
+  if (std::any_of(messages_.begin(), messages_.end(), [&](const auto& one) { return one.second == key; })) return true;
+  messages_.emplace_back(now, key);
   return false;
 }
 
 void RecentMessages::forget(std::uint16_t mote) {
-  std::erase_if(names_, [mote](const auto& one) { return std::get<1>(one.second) == mote; });
+  std::erase_if(messages_, [mote](const auto& one) { return std::get<1>(one.second) == mote; });
 }
 
 }  // namespace rubicon::networks::wsn

@@ -9,22 +9,22 @@
 
 namespace rubicon::networks::wsn {
 
-/// Reliable messages of the last seconds: a sender that misses our acknowledgement says it again. And reports: one that
-/// the radio carries twice is no second measurement. Not for longer: after a restart a mote counts from the same number
+/// Detects repetitions: of reliable messages, which a mote repeats if it misses our acknowledgement, and of reports
+/// that the radio carried twice. Looks back kSpan only, because after a restart a mote counts from the same number
 /// again (wsn.md 9.2).
 class RecentMessages {
  public:
   static constexpr Duration kSpan = std::chrono::seconds(3);
-  static constexpr std::size_t kMost = 256;
+  static constexpr std::size_t kMaxMessages = 256;
 
-  /// True if it was heard before; else it is from now on.
+  /// True if the message was seen before; it is remembered from now on.
   bool seen(const motes::NetMessage& message, SteadyTime now);
-  /// It was switched on, and counts anew.
+  /// The mote was switched on: its sequence numbers start again.
   void forget(std::uint16_t mote);
 
  private:
-  using Name = std::tuple<std::uint16_t, std::uint16_t, std::uint16_t, std::uint8_t, std::uint8_t, std::uint8_t>;
-  std::deque<std::pair<SteadyTime, Name>> names_;
+  using Key = std::tuple<std::uint16_t, std::uint16_t, std::uint16_t, std::uint8_t, std::uint8_t, std::uint8_t>;
+  std::deque<std::pair<SteadyTime, Key>> messages_;
 };
 
 }  // namespace rubicon::networks::wsn

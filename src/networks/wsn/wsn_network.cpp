@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/limited_log.h"
+#include "network/state_reporter.h"
 #include "networks/wsn/island_id_keeper.h"
 #include "networks/wsn/mote_probes.h"
 #include "networks/wsn/mote_properties.h"
@@ -24,15 +25,25 @@ namespace rubicon::networks::wsn {
 namespace {
 
 using namespace std::chrono_literals;
+using sink::SendResult;
+using Phase = sink::SinkState::Phase;
 
-constexpr Duration kCountersEvery = 1s;
-constexpr Duration kShareAgain = 30s;
-/// A full lane is sent within ten seconds; what waited longer was meant for a sink that was away.
-constexpr Duration kClientLife = 20s;
-/// Of a sink on another island nothing is heard, of any mote.
-constexpr Duration kQuiet = 2s;
-/// Some of what the supervisor grants is left to name those that did not acknowledge.
-constexpr Duration kStopping = network::kClosingTime - 200ms;
+/// Between attempts to open the port of the forwarder.
+constexpr Duration kShareRetry = 30s;
+/// A full lane is sent within ten seconds; a packet that waited longer was meant for a sink that was away.
+constexpr Duration kClientPacketLifetime = 20s;
+/// While the sink has another island id, no mote is heard for at least this long.
+constexpr Duration kSilence = 2s;
+/// Leaves some of the time that the supervisor grants, to log the motes that did not acknowledge.
+constexpr Duration kStopTimeout = network::kClosingTime - 200ms;
+
+/// Source and destination of a request, to answer it.
+model::Message envelope_of(const model::Message& message) {
+  model::Message envelope;
+  envelope.source = message.source;
+  envelope.destination = message.destination;
+  return envelope;
+}
 
 class WsnNetwork final : public network::Network {
  public:
@@ -44,37 +55,39 @@ class WsnNetwork final : public network::Network {
   bool close(std::function<void()> closed) override;
 
  private:
-  using NetMessage = motes::NetMessage;
   // The sink.
-  sink::SinkCallbacks sink_calls();
+  sink::SinkCallbacks sink_callbacks();
   void sink_changed(const sink::SinkState& state);
   void correct_island(std::uint16_t theirs);
-  void check_island_if_quiet();
-  // Those who share it.
+  void correct_island_if_silent();
+  // The clients that share it.
+  share::ForwarderCallbacks forwarder_callbacks();
   void share();
+  void retry_share();
   bool take_from_client(ByteView bytes);
-  sink::SendCallback overruled_by(const ReadOrder& order);
+  void end_override(const ReadOrder& order, bool acknowledged);
   // Upwards.
   void received(ByteView bytes);
   void bad_packet(const Error& why);
-  void take(motes::MoteEvents& events);
+  void apply(motes::MoteEvents& events);
+  void mote_heard(std::uint16_t mote, const motes::MoteEvents& events);
   void deliver(model::Message message);
-  void measures(std::uint16_t mote, std::optional<std::uint16_t> mask);
+  void set_measured(std::uint16_t mote, std::optional<std::uint16_t> mask);
   void show_mask(std::uint16_t mote, std::uint16_t mask);
   // Downwards.
   Result<void> actuate(std::uint16_t mote, const model::Actuate& command);
-  Result<void> sample(std::uint16_t mote, const model::Sample& wish);
+  Result<void> sample(std::uint16_t mote, const model::Sample& sample);
+  Result<void> set_property(std::uint16_t mote, const model::SetProperty& set) const;
   Result<void> probe(std::uint16_t mote, const model::Message& message);
   Result<void> opaque(const model::Message& message);
   Result<void> packet_for_sink(const model::Message& message, const MoteTag& tag);
-  Result<void> put(MoteRequest request, std::uint64_t number, const model::Message& message);
-  void answer(const model::Message& message, std::uint64_t number, DeliveryResult how, std::uint16_t mote);
+  Result<void> request(MoteRequest request, std::uint64_t number, const model::Message& message);
+  void answer(const model::Message& envelope, std::uint64_t number, DeliveryResult result, std::uint16_t mote);
 
   bool plays_a_file() const { return options_.source.kind == sink::Source::Kind::kFile; }
-  void say_untold(const std::vector<std::uint16_t>& motes, std::string_view why);
-  void say(const std::string& subject, std::string_view text);
-  void report();
-  void report_later();
+  void warn_of_active(const std::vector<std::uint16_t>& motes, std::string_view why) const;
+  void note(const std::string& subject, std::string_view text);
+  std::optional<model::State> state() const;
 
   WsnOptions options_;
   network::NetworkHost& host_;
@@ -87,16 +100,17 @@ class WsnNetwork final : public network::Network {
   RecentMessages recent_;
   MoteProperties properties_;
   IslandIdKeeper island_id_keeper_;
-  SteadyTime heard_{};  ///< any mote of ours
+  SteadyTime last_heard_{};  ///< any mote of ours
   base::LimitedLog log_;
+  network::StateReporter reporter_;
   std::uint64_t readings_ = 0, joins_ = 0, bad_packets_ = 0, foreign_ = 0, foreign_motes_ = 0, repeated_ = 0,
                 commands_ = 0;
   bool opened_ = false;
-  std::string share_reason_;
-  Timer counters_, share_again_;
+  std::string share_error_;
+  Timer share_retry_;
   std::optional<sink::PacketRecorder> recorder_;
   std::optional<share::Forwarder> forwarder_;
-  std::unique_ptr<sink::Sink> sink_;  ///< last: goes first, its calls reach all others
+  std::unique_ptr<sink::Sink> sink_;  ///< last: destroyed first, because its callbacks use all others
 };
 
 WsnNetwork::WsnNetwork(const network::NetworkConfig& config, WsnOptions options, network::NetworkHost& host)
@@ -107,54 +121,46 @@ WsnNetwork::WsnNetwork(const network::NetworkConfig& config, WsnOptions options,
       codec_(config.types, options_.codec),
       requests_(
           host.scheduler(), [this](sink::Outgoing packet) { return sink_->send(std::move(packet)); },
-          [this] { check_island_if_quiet(); }),
+          [this] { correct_island_if_silent(); }),
       probes_(island_, host.scheduler(), requests_),
       sampling_(host.scheduler(), requests_, {island_, options_.read_updates},
-                {[this](std::uint16_t mote, std::optional<std::uint16_t> mask) { measures(mote, mask); },
+                {[this](std::uint16_t mote, std::optional<std::uint16_t> mask) { set_measured(mote, mask); },
                  [this](std::uint16_t mote, std::uint16_t mask) { show_mask(mote, mask); }}),
       properties_(config.types),
       island_id_keeper_(island_, host.scheduler(),
                         [this](sink::Outgoing packet) { return sink_->send(std::move(packet)); }),
-      log_(host.limited_log()) {
-  const auto note = [this](const std::string& subject, std::string_view text) { say(subject, text); };
+      log_(host.limited_log()),
+      reporter_(host, [this] { return state(); }) {
   if (!options_.source.record.empty())
-    recorder_.emplace(options_.source.record, host.scheduler(), host.transports(), note);
-  if (options_.share) {
-    share::ForwarderCallbacks calls;
-    calls.packet = [this](ByteView packet) { return take_from_client(packet); };
-    calls.failed = [this](const Error& why) {
-      share_reason_ = why.text;
-      share_again_ = host_.scheduler().after(kShareAgain, [this] { share(); });
-    };
-    calls.note = note;
-    forwarder_.emplace(*options_.share, host.scheduler(), host.transports(), std::move(calls));
-  }
-  sink_ =
-      sink::make_sink({options_.source, island_id_keeper_.packet()}, host.scheduler(), host.transports(), sink_calls());
+    recorder_.emplace(options_.source.record, host.scheduler(), host.transports(),
+                      [this](const std::string& subject, std::string_view text) { note(subject, text); });
+  if (options_.share) forwarder_.emplace(*options_.share, host.scheduler(), host.transports(), forwarder_callbacks());
+  sink_ = sink::make_sink({options_.source, island_id_keeper_.packet()}, host.scheduler(), host.transports(),
+                          sink_callbacks());
 }
 
-sink::SinkCallbacks WsnNetwork::sink_calls() {
-  sink::SinkCallbacks calls;
-  calls.changed = [this](const sink::SinkState& state) { sink_changed(state); };
-  calls.failed = [this](Error why) {
-    island_id_keeper_.watch(std::nullopt);
+sink::SinkCallbacks WsnNetwork::sink_callbacks() {
+  sink::SinkCallbacks callbacks;
+  callbacks.changed = [this](const sink::SinkState& state) { sink_changed(state); };
+  callbacks.failed = [this](Error why) {
+    island_id_keeper_.repeat(std::nullopt);
     host_.failed(std::move(why));
   };
-  calls.received = [this](ByteView packet) { received(packet); };
-  calls.left = [this](ByteView packet) {
+  callbacks.received = [this](ByteView packet) { received(packet); };
+  callbacks.sent = [this](ByteView packet) {
     if (recorder_) recorder_->written(packet);
   };
-  calls.room = [this](sink::Lane lane) {
-    if (lane == sink::Lane::kClient && forwarder_) forwarder_->room();
+  callbacks.room = [this](sink::Lane lane) {
+    if (lane == sink::Lane::kClient && forwarder_) forwarder_->resume();
   };
-  calls.note = [this](const std::string& subject, std::string_view text) { say(subject, text); };
-  return calls;
+  callbacks.note = [this](const std::string& subject, std::string_view text) { note(subject, text); };
+  return callbacks;
 }
 
 Result<void> WsnNetwork::open() {
   if (!std::exchange(opened_, true)) {
     if (recorder_) {
-      if (auto ready = recorder_->open(); !ready) say("recorder", ready.error().text);
+      if (auto ready = recorder_->open(); !ready) note("recorder", ready.error().text);
     }
     share();
   }
@@ -162,65 +168,77 @@ Result<void> WsnNetwork::open() {
 }
 
 void WsnNetwork::sink_changed(const sink::SinkState& state) {
-  if (state.phase == sink::SinkState::Phase::kUp) {
-    probes_.forgive();
-    if (!island_id_keeper_.watched()) island_id_keeper_.watch(options_.island_check);
+  if (state.phase == Phase::kUp) {
+    probes_.forget_lost();
+    if (!island_id_keeper_.repeats()) island_id_keeper_.repeat(options_.island_check);
   }
-  report();
+  reporter_.line_changed();
 }
 
 void WsnNetwork::correct_island(std::uint16_t theirs) {
   ++foreign_;
-  say("foreign-packets", fmt::format("a message for island {} from the sink of island {}: it has (or had) another id; "
-                                     "motes that joined it under that id must be switched off and on",
-                                     theirs, island_));
+  note("foreign-packets", fmt::format("the sink passed on a message for island {}: it has or had that id instead of "
+                                      "{}; switch the motes that joined it meanwhile off and on",
+                                      theirs, island_));
   island_id_keeper_.correct();
 }
 
-/// Somebody is missed. A sink that was switched off and on is on another island and hears none of our motes; that may
-/// be all there is to it.
-void WsnNetwork::check_island_if_quiet() {
-  if (!options_.island_check || plays_a_file() || host_.scheduler().now() < heard_ + kQuiet) return;
+/// For missing answers and reports. A sink that was switched off and on has another island id and hears none of our
+/// motes; that may be the cause.
+void WsnNetwork::correct_island_if_silent() {
+  if (!options_.island_check || plays_a_file() || host_.scheduler().now() < last_heard_ + kSilence) return;
   island_id_keeper_.correct();
+}
+
+share::ForwarderCallbacks WsnNetwork::forwarder_callbacks() {
+  share::ForwarderCallbacks callbacks;
+  callbacks.packet = [this](ByteView packet) { return take_from_client(packet); };
+  callbacks.failed = [this](const Error& why) {
+    share_error_ = why.text;
+    retry_share();
+  };
+  callbacks.note = [this](const std::string& subject, std::string_view text) { note(subject, text); };
+  return callbacks;
 }
 
 void WsnNetwork::share() {
   if (!forwarder_) return;
+  share_error_.clear();
   if (auto ready = forwarder_->open(); !ready) {
-    share_reason_ = ready.error().text;
-    say("share", fmt::format("the sink cannot be shared: {}", share_reason_));
-    share_again_ = host_.scheduler().after(kShareAgain, [this] { share(); });
-  } else {
-    share_reason_.clear();
+    share_error_ = ready.error().text;
+    note("share", fmt::format("the sink is not shared: {}", share_error_));
+    retry_share();
   }
-  report_later();
+  reporter_.counters_changed();
+}
+
+void WsnNetwork::retry_share() {
+  share_retry_ = host_.scheduler().after(kShareRetry, [this] { share(); });
 }
 
 bool WsnNetwork::take_from_client(ByteView bytes) {
-  report_later();
-  const auto expires = host_.scheduler().now() + kClientLife;
+  reporter_.counters_changed();
+  const auto expires = host_.scheduler().now() + kClientPacketLifetime;
   const auto packet = motes::decode_whole(bytes);
   const auto order = packet && packet->radio ? read_order_in(*packet->radio) : std::nullopt;
   const bool repeatable = packet && may_repeat(*packet);
   sink::Outgoing out{Bytes(bytes.begin(), bytes.end()), sink::Lane::kClient, expires, repeatable, {}};
-  if (order) out.done = overruled_by(*order);
+  if (order)
+    out.done = [this, order = *order](SendResult result) { end_override(order, result == SendResult::kAcknowledged); };
   auto sent = sink_->send(std::move(out));
   if (!sent && sent.error().code == ErrorCode::kBusy) return false;
-  if (!sent) say("share", fmt::format("a client's packet cannot be sent: {}", sent.error().text));
-  if (sent && order) sampling_.overruled(order->mote, order->mask);
+  if (!sent) note("share", fmt::format("a client's packet was not sent: {}", sent.error().text));
+  if (sent && order) sampling_.override_begins(order->mote, order->mask);
   return true;
 }
 
-sink::SendCallback WsnNetwork::overruled_by(const ReadOrder& order) {
-  return [this, order](sink::SendResult how) {
-    if (!order.mask) return;
-    sampling_.obeys_others(order.mote, how == sink::SendResult::kAcknowledged ? order.mask : std::nullopt);
-  };
+void WsnNetwork::end_override(const ReadOrder& order, bool acknowledged) {
+  if (order.mask) sampling_.override_ends(order.mote, acknowledged ? order.mask : std::nullopt);
 }
 
 void WsnNetwork::received(ByteView bytes) {
-  report_later();
-  if (forwarder_) forwarder_->tell(bytes);
+  reporter_.counters_changed();
+  if (forwarder_) forwarder_->broadcast(bytes);
   if (recorder_) recorder_->read(bytes);
   const auto packet = motes::decode_whole(bytes);
   if (!packet) return bad_packet(packet.error());
@@ -231,36 +249,38 @@ void WsnNetwork::received(ByteView bytes) {
   if (repeated) {
     ++repeated_;
   } else {
-    take(*events);
+    apply(*events);
   }
 }
 
 void WsnNetwork::bad_packet(const Error& why) {
   ++bad_packets_;
-  say("bad-packets", why.text);
+  note("bad-packets", why.text);
 }
 
-void WsnNetwork::take(motes::MoteEvents& events) {
+void WsnNetwork::apply(motes::MoteEvents& events) {
   if (events.foreign_source) {
     ++foreign_motes_;
-    return say("foreign-motes",
-               fmt::format("a mote of island {} speaks to this island by radio", *events.foreign_source));
+    return note("foreign-motes", fmt::format("ignored a radio message of a mote of island {}", *events.foreign_source));
   }
   if (events.foreign_island && events.messages.empty()) return correct_island(*events.foreign_island);
   if (events.joined) recent_.forget(*events.mote);
   for (auto& message : events.messages) deliver(std::move(message));
-  if (events.ack && !requests_.heard(*events.ack) && !events.foreign_island) {
-    if (auto said = acknowledgement_for_applications(*events.ack)) deliver(std::move(*said));
+  if (events.ack && !requests_.acknowledged(*events.ack) && !events.foreign_island) {
+    if (auto message = acknowledgement_for_applications(*events.ack)) deliver(std::move(*message));
   }
-  if (!events.mote) return;
-  heard_ = host_.scheduler().now();
-  probes_.heard(*events.mote);
+  if (events.mote) mote_heard(*events.mote, events);
+}
+
+void WsnNetwork::mote_heard(std::uint16_t mote, const motes::MoteEvents& events) {
+  last_heard_ = host_.scheduler().now();
+  probes_.heard(mote);
   if (events.joined) {
     ++joins_;
-    show_mask(*events.mote, 0);
-    sampling_.joined(*events.mote);
+    show_mask(mote, 0);
+    sampling_.joined(mote);
   }
-  sampling_.heard(*events.mote, events.reported);
+  sampling_.heard(mote, events.reported);
 }
 
 void WsnNetwork::deliver(model::Message message) {
@@ -275,18 +295,18 @@ void WsnNetwork::deliver(model::Message message) {
   host_.deliver(std::move(message));
 }
 
-/// In a recording nothing follows our commands: its reports are shown as they are.
-void WsnNetwork::measures(std::uint16_t mote, std::optional<std::uint16_t> mask) {
+/// Not for recordings, which do not follow our commands: all fields of their reports are shown.
+void WsnNetwork::set_measured(std::uint16_t mote, std::optional<std::uint16_t> mask) {
   if (plays_a_file()) return;
-  codec_.measures(mote, mask ? std::optional(motes::MeasuredFields{*mask, 0}) : std::nullopt);
+  codec_.set_measured(mote, mask ? std::optional(motes::MeasuredFields{*mask, 0}) : std::nullopt);
 }
 
 void WsnNetwork::show_mask(std::uint16_t mote, std::uint16_t mask) {
-  host_.deliver(fmt::format("{}", mote), properties_.reads(mote, mask));
+  host_.deliver(fmt::format("{}", mote), properties_.set_mask(mote, mask));
 }
 
 Result<void> WsnNetwork::send(const model::Message& message) {
-  report_later();
+  reporter_.counters_changed();
   if (message.kind() == MessageKind::kOpaque) return opaque(message);
   const auto& device = message.destination.device;
   const auto mote = mote_address(device);
@@ -294,81 +314,75 @@ Result<void> WsnNetwork::send(const model::Message& message) {
   if (message.kind() == MessageKind::kProbe) return probe(*mote, message);
   if (!codec_.knows(*mote)) return fail(ErrorCode::kNotFound, fmt::format("mote {} was never heard", *mote));
   if (const auto* command = std::get_if<model::Actuate>(&message.body)) return actuate(*mote, *command);
-  if (const auto* wish = std::get_if<model::Sample>(&message.body)) return sample(*mote, *wish);
-  if (const auto* set = std::get_if<model::SetProperty>(&message.body)) {
-    const bool mask = set->point.type == types_.find("mask")->id;
-    return mask ? fail(ErrorCode::kRefused, "what a mote reads follows who subscribes: its mask cannot be set")
-                : fail(ErrorCode::kNotFound, fmt::format("mote {} has no such property", *mote));
-  }
-  return fail(ErrorCode::kUnsupported, fmt::format("motes take no {}", to_string(message.kind())));
+  if (const auto* request = std::get_if<model::Sample>(&message.body)) return sample(*mote, *request);
+  if (const auto* set = std::get_if<model::SetProperty>(&message.body)) return set_property(*mote, *set);
+  return fail(ErrorCode::kUnsupported, fmt::format("motes do not support {}", to_string(message.kind())));
+}
+
+Result<void> WsnNetwork::set_property(std::uint16_t mote, const model::SetProperty& set) const {
+  const bool mask = set.point.type == types_.find("mask")->id;
+  return mask ? fail(ErrorCode::kRefused, "the mask cannot be set: a mote reads what is subscribed to")
+              : fail(ErrorCode::kNotFound, fmt::format("mote {} has no such property", mote));
 }
 
 Result<void> WsnNetwork::actuate(std::uint16_t mote, const model::Actuate& command) {
   if (!codec_.offers(mote, command.point))
     return fail(ErrorCode::kNotFound, fmt::format("mote {} has no such actuator", mote));
   const auto* type = types_.find(command.point.type);
-  auto request = actuate_request(island_, mote, type ? type->name : std::string_view(), command);
-  if (!request) return fail(request.error());
-  model::Message asked;
-  asked.destination.device = fmt::format("{}", mote);
-  auto sent = put(std::move(*request), command.request, asked);
+  auto actuation = actuate_request(island_, mote, type ? type->name : std::string_view(), command);
+  if (!actuation) return fail(actuation.error());
+  model::Message from;
+  from.destination.device = fmt::format("{}", mote);
+  auto sent = request(std::move(*actuation), command.request, from);
   if (sent) ++commands_;
   return sent;
 }
 
-Result<void> WsnNetwork::put(MoteRequest request, std::uint64_t number, const model::Message& message) {
+Result<void> WsnNetwork::request(MoteRequest request, std::uint64_t number, const model::Message& message) {
   const auto mote = request.header.destination_mote;
-  model::Message asked;
-  asked.source = message.source;
-  asked.destination = message.destination;
   const auto order = read_order_in(request);
-  request.done = [this, asked, number, mote, order](DeliveryResult how) {
-    if (order)
-      overruled_by (*order)(how == DeliveryResult::kAcknowledged ? sink::SendResult::kAcknowledged
-                                                                 : sink::SendResult::kNotAcknowledged);
-    answer(asked, number, how, mote);
+  request.done = [this, envelope = envelope_of(message), number, mote, order](DeliveryResult result) {
+    if (order) end_override(*order, result == DeliveryResult::kAcknowledged);
+    answer(envelope, number, result, mote);
   };
   auto sent = requests_.send(std::move(request));
-  if (sent && order) sampling_.overruled(order->mote, order->mask);
+  if (sent && order) sampling_.override_begins(order->mote, order->mask);
   return sent;
 }
 
-void WsnNetwork::answer(const model::Message& message, std::uint64_t number, DeliveryResult how, std::uint16_t mote) {
+void WsnNetwork::answer(const model::Message& envelope, std::uint64_t number, DeliveryResult result,
+                        std::uint16_t mote) {
   model::Message out;
-  out.source.device = message.destination.device;
-  out.destination = message.source;
-  out.body = acknowledge_of(number, how, mote);
+  out.source.device = envelope.destination.device;
+  out.destination = envelope.source;
+  out.body = acknowledge_of(number, result, mote);
   host_.deliver(std::move(out));
-  report_later();
+  reporter_.counters_changed();
 }
 
-Result<void> WsnNetwork::sample(std::uint16_t mote, const model::Sample& wish) {
-  if (plays_a_file()) return fail(ErrorCode::kRefused, "recorded motes report when they did");
-  Reads reads;
-  for (const auto& point : wish.points) {
-    reads.mask |= codec_.transducer_of(mote, point);
-  }
-  if (reads.mask == 0 && !wish.points.empty())
+Result<void> WsnNetwork::sample(std::uint16_t mote, const model::Sample& sample) {
+  if (plays_a_file()) return fail(ErrorCode::kRefused, "the motes of a recording cannot be commanded to sample");
+  SampleSetting setting;
+  for (const auto& point : sample.points) setting.mask |= codec_.transducer_of(mote, point);
+  if (setting.mask == 0 && !sample.points.empty())
     return fail(ErrorCode::kNotFound,
-                fmt::format("mote {} has none of the {} sensors that are asked for", mote, wish.points.size()));
-  if (reads.mask != 0) reads.ticks = ticks_of(wish.period);
-  if (reads.mask != 0 && sampling_.obeys(mote, reads)) check_island_if_quiet();  // its reports are missed
-  if (auto wanted = sampling_.want(mote, reads); !wanted) return wanted;
-  host_.deliver(fmt::format("{}", mote), model::Acknowledge{wish.request, model::Outcome::kSent, {}});
+                fmt::format("mote {} has none of the {} requested sensors", mote, sample.points.size()));
+  if (setting.mask != 0) setting.ticks = ticks_of(sample.period);
+  const bool reports_missing = setting.mask != 0 && sampling_.has_acknowledged(mote, setting);
+  if (reports_missing) correct_island_if_silent();
+  if (auto demanded = sampling_.demand(mote, setting); !demanded) return demanded;
+  host_.deliver(fmt::format("{}", mote), model::Acknowledge{sample.request, model::Outcome::kSent, {}});
   return {};
 }
 
 Result<void> WsnNetwork::probe(std::uint16_t mote, const model::Message& message) {
-  if (plays_a_file()) return fail(ErrorCode::kRefused, "recorded motes cannot be asked");
+  if (plays_a_file()) return fail(ErrorCode::kRefused, "the motes of a recording cannot be probed");
   if (message.source.island == IslandId{island_} && message.source.network.empty()) {
-    if (auto join = codec_.know(mote, std::get<model::Probe>(message.body).known)) deliver(std::move(*join));
+    if (auto join = codec_.remember(mote, std::get<model::Probe>(message.body).known)) deliver(std::move(*join));
   }
   if (!codec_.knows(mote)) return fail(ErrorCode::kNotFound, fmt::format("mote {} was never heard", mote));
-  model::Message asked;
-  asked.source = message.source;
-  asked.destination = message.destination;
-  return probes_.ask(
-      mote, [this, asked, number = message.number, mote](DeliveryResult how) { answer(asked, number, how, mote); });
+  return probes_.probe(mote, [this, envelope = envelope_of(message), number = message.number,
+                              mote](DeliveryResult result) { answer(envelope, number, result, mote); });
 }
 
 Result<void> WsnNetwork::opaque(const model::Message& message) {
@@ -377,26 +391,18 @@ Result<void> WsnNetwork::opaque(const model::Message& message) {
   if (tag->kind == MoteTag::Kind::kAm) return packet_for_sink(message, *tag);
   const auto mote = mote_address(message.destination.device, true);
   if (!mote) return fail(ErrorCode::kNotFound, fmt::format("no mote {}", model::quoted(message.destination.device)));
-  auto request = opaque_request(island_, *mote, message, *tag);
-  if (!request) return fail(request.error());
-  return put(std::move(*request), message.number, message);
+  auto to_mote = opaque_request(island_, *mote, message, *tag);
+  if (!to_mote) return fail(to_mote.error());
+  return request(std::move(*to_mote), message.number, message);
 }
 
-/// Packets of other AM types, past the motes' network layer (wsn.md 7.2).
+/// Packets of other AM types, outside the motes' network layer (wsn.md 7.2).
 Result<void> WsnNetwork::packet_for_sink(const model::Message& message, const MoteTag& tag) {
   auto packet = am_packet(message, tag);
   if (!packet) return fail(packet.error());
-  model::Message asked;
-  asked.source = message.source;
-  asked.destination = message.destination;
   sink::Outgoing out{std::move(*packet), sink::Lane::kCommand, host_.scheduler().now() + 5s, false, {}};
-  out.done = [this, asked, number = message.number](sink::SendResult how) {
-    answer(asked, number,
-           how == sink::SendResult::kAcknowledged ? DeliveryResult::kAcknowledged
-           : how == sink::SendResult::kExpired    ? DeliveryResult::kExpired
-           : how == sink::SendResult::kRefused    ? DeliveryResult::kRefused
-                                                  : DeliveryResult::kSinkSilent,
-           motes::kSinkMote);
+  out.done = [this, envelope = envelope_of(message), number = message.number](SendResult result) {
+    answer(envelope, number, delivery_result_of(result), motes::kSinkMote);
   };
   return sink_->send(std::move(out));
 }
@@ -410,45 +416,38 @@ Result<void> WsnNetwork::change(const network::NetworkConfig& config) {
   options_ = std::move(next);
   sampling_.change({island_, options_.read_updates});
   for (auto& join : codec_.change(options_.codec)) deliver(std::move(join));
-  if (sink_->state().phase == sink::SinkState::Phase::kUp) island_id_keeper_.watch(options_.island_check);
+  if (sink_->state().phase == Phase::kUp) island_id_keeper_.repeat(options_.island_check);
   return {};
 }
 
-/// The firmware has no stop, so that a mote that gets no other command reports for ever (wsn.md 9.4).
+/// The firmware has no stop: a mote reports until it gets another command (wsn.md 9.4).
 bool WsnNetwork::close(std::function<void()> closed) {
-  const auto woken = sampling_.woken();
-  if (sink_->state().phase != sink::SinkState::Phase::kUp) {
-    say_untold(woken, "the sink is away");
+  const auto active = sampling_.active();
+  if (sink_->state().phase != Phase::kUp) {
+    warn_of_active(active, "the sink is away");
     return false;
   }
-  return sampling_.close(kStopping, [this, closed = std::move(closed)](const auto& untold) {
-    say_untold(untold, "they did not acknowledge in time");
+  return sampling_.close(kStopTimeout, [this, closed = std::move(closed)](const auto& still_active) {
+    warn_of_active(still_active, "they did not acknowledge in time");
     closed();
   });
 }
 
-void WsnNetwork::say_untold(const std::vector<std::uint16_t>& motes, std::string_view why) {
+void WsnNetwork::warn_of_active(const std::vector<std::uint16_t>& motes, std::string_view why) const {
   if (motes.empty()) return;
   log_.unlimited().warning(
       fmt::format("motes {} go on sampling, the command to stop did not reach them: {}", fmt::join(motes, ", "), why));
 }
 
-/// At most one line a minute and subject; the counters have all.
-void WsnNetwork::say(const std::string& subject, std::string_view text) {
-  report_later();
+void WsnNetwork::note(const std::string& subject, std::string_view text) {
+  reporter_.counters_changed();
   log_.warning(subject, text);
 }
 
-void WsnNetwork::report_later() {
-  if (counters_.pending() || !opened_) return;
-  counters_ = host_.scheduler().after(kCountersEvery, [this] { report(); });
-}
-
-/// While the line is lost, the supervisor speaks for it.
-void WsnNetwork::report() {
-  using Phase = sink::SinkState::Phase;
+/// nullopt while the line is lost: the supervisor then reports the state.
+std::optional<model::State> WsnNetwork::state() const {
   const auto& sink = sink_->state();
-  if (sink.phase == Phase::kOff) return;
+  if (sink.phase == Phase::kOff) return std::nullopt;
   model::State state{sink.phase == Phase::kUp      ? model::LineState::kUp
                      : sink.phase == Phase::kEnded ? model::LineState::kEnded
                                                    : model::LineState::kConnecting,
@@ -456,7 +455,7 @@ void WsnNetwork::report() {
   state.counters.insert({{"readings", readings_},
                          {"joins", joins_},
                          {"commands", commands_},
-                         {"probes", probes_.asked()},
+                         {"probes", probes_.sent()},
                          {"waiting-probes", probes_.waiting()},
                          {"lost-motes", probes_.lost()},
                          {"pending-messages", requests_.pending()},
@@ -468,12 +467,12 @@ void WsnNetwork::report() {
   state.texts["source"] = to_string(options_.source);
   if (forwarder_) {
     for (const auto& [name, count] : forwarder_->counters()) state.counters["share-" + name] = count;
-    state.texts["share"] = share_reason_.empty() ? transport::to_string(forwarder_->local()) : share_reason_;
+    state.texts["share"] = share_error_.empty() ? transport::to_string(forwarder_->local()) : share_error_;
   }
   if (recorder_) {
     for (const auto& [name, count] : recorder_->counters()) state.counters["record-" + name] = count;
   }
-  host_.deliver("", std::move(state));
+  return state;
 }
 
 }  // namespace

@@ -13,13 +13,13 @@ namespace rubicon::networks::wsn {
 
 namespace {
 
-/// What the original takes when it is told nothing (wsn.md 1.3).
-constexpr std::string_view kUsualSource = "sf@localhost:9002";
-/// Ids above mean something else to motes (wsn.md 6).
+/// The default of the original (wsn.md 1.3).
+constexpr std::string_view kDefaultSource = "sf@localhost:9002";
+/// Higher ids have a special meaning for motes (wsn.md 6).
 constexpr std::uint32_t kLastIsland = 0xfffc;
 
-/// Where a path leads, as far as it exists.
-std::filesystem::path place(const std::string& path) {
+/// The path with symbolic links resolved, as far as it exists.
+std::filesystem::path canonical_path(const std::string& path) {
   const std::filesystem::path given(path);
   std::error_code unknown;
   const auto whole = std::filesystem::absolute(given, unknown);
@@ -29,7 +29,7 @@ std::filesystem::path place(const std::string& path) {
 }
 
 sink::Source read_source(ConfigReader& options, const std::string& directory) {
-  const auto text = options.text("source", kUsualSource);
+  const auto text = options.text("source", kDefaultSource);
   auto source = sink::parse_source(text);
   if (!source) {
     options.error("source", source.error().text);
@@ -37,16 +37,17 @@ sink::Source read_source(ConfigReader& options, const std::string& directory) {
   }
   if (options.has("record")) {
     const auto path = options.text("record", "");
-    if (!source->record.empty()) options.error("record", "the source names a file to record in already");
-    if (path.empty()) options.error("record", "empty path, expected a file");
+    if (!source->record.empty())
+      options.error("record", "the source names a file to record to as well, expected one of them");
+    if (path.empty()) options.error("record", "empty path, expected the path of a file");
     source->record = path;
   }
   if (!source->record.empty()) source->record = base::resolve_path(directory, source->record);
   if (source->kind != sink::Source::Kind::kFile) return std::move(*source);
   source->path = base::resolve_path(directory, source->path);
-  if (!source->record.empty() && place(source->record) == place(source->path))
+  if (!source->record.empty() && canonical_path(source->record) == canonical_path(source->path))
     options.error(options.has("record") ? "record" : "source",
-                  model::quoted(source->record) + ", expected another file than the one that is played");
+                  model::quoted(source->record) + ", expected a file other than the one that is played");
   return std::move(*source);
 }
 
@@ -94,12 +95,12 @@ std::optional<transport::Endpoint> read_endpoint(std::string_view text) {
   return at;
 }
 
-/// Who owns the sink shares it; a forwarder's sink is shared already.
+/// By default a sink with a line of its own is shared; behind a forwarder it is shared already.
 std::optional<share::ForwarderOptions> read_share(ConfigReader& options, const sink::Source& source,
                                                   std::uint16_t island) {
   share::ForwarderOptions out;
-  const bool owned = source.kind == sink::Source::Kind::kSerial || source.kind == sink::Source::Kind::kStream;
-  const auto text = options.text("share", owned ? "9002" : "no");
+  const bool own_line = source.kind == sink::Source::Kind::kSerial || source.kind == sink::Source::Kind::kStream;
+  const auto text = options.text("share", own_line ? "9002" : "no");
   out.may_configure = options.boolean("share-config", false);
   out.island = island;
   out.clients =
@@ -122,11 +123,11 @@ WsnOptions read_wsn_options(const network::NetworkConfig& config) {
   WsnOptions out;
   if (model::number(config.island) > kLastIsland)
     options.error(
-        "", fmt::format("motes know islands 1 to {}, this is island {}", kLastIsland, model::number(config.island)));
+        "", fmt::format("island {}: motes can join islands 1 to {} only", model::number(config.island), kLastIsland));
   out.source = read_source(options, config.directory);
   out.codec = read_motes(options, config.island);
   if (out.source.kind == sink::Source::Kind::kFile) {
-    out.codec.island.reset();  // recorded on whatever island
+    out.codec.island.reset();  // a recording may be of any island
   } else {
     out.codec.unknown = {0, 0xffff};
   }

@@ -10,20 +10,20 @@
 
 namespace rubicon::networks::wsn {
 
-/// What a `type: wsn` network is told in the configuration.
+/// The options of a `type: wsn` network (README.md).
 struct WsnOptions {
   sink::Source source;
-  motes::CodecOptions codec;  ///< its island is ours
+  motes::CodecOptions codec;  ///< with the id of our island, except for recordings
   bool read_updates = false;  ///< `sampling: read-updates`
-  /// The sink is told the island's id again each so often; nullopt = when the line is opened only.
+  /// Interval at which the island's id is sent to the sink again; nullopt: only when the line is opened.
   std::optional<Duration> island_check = std::chrono::seconds(30);
-  /// Who application messages of motes go to that are for this island; kNoOwner = those who listen here.
+  /// Receiver of motes' application messages to this island; kNoOwner: the listeners in this process.
   OwnerId messages_to = model::kNoOwner;
-  bool messages_as_json = false;                 ///< those of the learning and synaptic layers
-  std::optional<share::ForwarderOptions> share;  ///< nullopt = the sink is not shared
+  bool messages_as_json = false;                 ///< applies to the learning and synaptic layers
+  std::optional<share::ForwarderOptions> share;  ///< nullopt: the sink is not shared
 };
 
-/// Reads the options; what is wrong stands in the reader's errors.
+/// Reads the options; errors go to `config.options`.
 WsnOptions read_wsn_options(const network::NetworkConfig& config);
 
 }  // namespace rubicon::networks::wsn

@@ -9,7 +9,7 @@
 
 namespace rubicon::networks::wsn {
 
-/// Keeps what is sent to a sink; the test says what became of it.
+/// Keeps what is sent to a sink; the test sets the result.
 struct FakeSink {
   explicit FakeSink(VirtualScheduler& scheduler) : time(scheduler) {}
 

@@ -52,11 +52,11 @@ TEST(LearningJson, TheLargestFloatsReadBack) {
   EXPECT_EQ(*again, message);
 }
 
-TEST(LearningJson, ARecordThatIsKnownByItsTypeHasNoOther) {
+TEST(LearningJson, ARecordWithAFixedTypeAcceptsNoOther) {
   EXPECT_TRUE(learning_message(R"({"record":"LearningOutput","type":25,"floats":[0.75]})"));
   const auto refused = learning_message(R"({"record":"LearningOutput","type":12,"floats":[0.75]})");
   ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.error().text, "mote record LearningOutput: type is 12, expected 25, which the record is known by");
+  EXPECT_EQ(refused.error().text, "mote record LearningOutput: type is 12, expected 25");
 }
 
 TEST(LearningJson, SynapticRecordsGoToTheirOwnApplication) {
@@ -75,7 +75,7 @@ TEST(LearningJson, TransportAndApplicationMayBeGiven) {
   ASSERT_TRUE(message.has_value()) << message.error().text;
   EXPECT_EQ(*message, (LearningMessage{9, 255, hex("08 01f4 0007")}));
   EXPECT_EQ(error_of(R"({"record": "RAddr", "pid": 11, "devid": 5, "transport": 3})"),
-            "mote record RAddr: application is missing, and none is known for it");
+            "mote record RAddr: application is missing, expected 1 to 255");
   EXPECT_EQ(error_of(R"({"record": "RAddr", "pid": 11, "devid": 5, "transport": 3, "application": 6})"), "");
 }
 
@@ -104,7 +104,7 @@ TEST(LearningJson, EveryRecordIsWrittenAndReadBackTheSame) {
   }
 }
 
-TEST(LearningJson, AnUploadOfFloatsIsToldAsWeightsOfTheSameBytes) {
+TEST(LearningJson, AnUploadOfFloatsIsReportedAsWeightsOfTheSameBytes) {
   const auto floats = learning_message(
       R"({"record":"LearningModuleFloatCmd","type":12,"netId":1,"seq":2,"rows":3,"cols":4,"size":8,"floats":[0.1,2]})");
   ASSERT_TRUE(floats.has_value()) << floats.error().text;
@@ -115,15 +115,15 @@ TEST(LearningJson, AnUploadOfFloatsIsToldAsWeightsOfTheSameBytes) {
 }
 
 TEST(LearningJson, WhatDoesNotFitIsRefusedWithAReason) {
-  EXPECT_EQ(error_of(""), "a mote's message is no JSON text");
-  EXPECT_EQ(error_of("{\"record\":"), "a mote's message is no JSON text");
-  EXPECT_EQ(error_of("[1]"), "a mote's message is no JSON object");
-  EXPECT_EQ(error_of("{}"), "a mote's message without \"record\", expected the name of one");
-  EXPECT_EQ(error_of(R"({"record": 17})"), "a mote's message without \"record\", expected the name of one");
+  EXPECT_EQ(error_of(""), "a message to a mote is not valid JSON");
+  EXPECT_EQ(error_of("{\"record\":"), "a message to a mote is not valid JSON");
+  EXPECT_EQ(error_of("[1]"), "a message to a mote is not a JSON object");
+  EXPECT_EQ(error_of("{}"), "a message to a mote has no \"record\", expected the name of one");
+  EXPECT_EQ(error_of(R"({"record": 17})"), "a message to a mote has no \"record\", expected the name of one");
   EXPECT_THAT(error_of(R"({"record": "Nonsense"})"),
-              StartsWith("no mote record \"Nonsense\", expected one of Command,"));
+              StartsWith("unknown mote record \"Nonsense\", expected one of Command,"));
   EXPECT_EQ(error_of(R"({"record": "CommandMsg", "command": 1, "counter": 1, "delay": 1})"),
-            "mote record Command: travels in a packet of its own (type 11), not in a radio message");
+            "mote record Command: is a packet of its own (type 11), not part of a radio message");
 }
 
 TEST(LearningJson, MembersThatDoNotFitAreNamed) {
@@ -138,7 +138,8 @@ TEST(LearningJson, MembersThatDoNotFitAreNamed) {
   EXPECT_EQ(with(R"("seq": true)"), "mote record NetIdCmd: seq is true, expected a number");
   EXPECT_EQ(with(R"("seq": [7])"), "mote record NetIdCmd: seq is an array, expected a number");
   EXPECT_EQ(with(R"("seq": null)"), "mote record NetIdCmd: seq is null, expected a number");
-  EXPECT_EQ(with(R"("seq": 7, "clock": 1)"), "mote record NetIdCmd: no field \"clock\", expected command, netId, seq");
+  EXPECT_EQ(with(R"("seq": 7, "clock": 1)"),
+            "mote record NetIdCmd: unknown field \"clock\", expected command, netId, seq");
   EXPECT_EQ(with(R"("transport": 3)"), "mote record NetIdCmd: seq is missing, expected a number from 0 to 65535");
   for (const char* wrong : {"0", "256", "-1", "1.0", "\"3\"", "[3]"}) {
     EXPECT_THAT(with(fmt::format(R"("seq": 7, "transport": {})", wrong)),
@@ -152,7 +153,7 @@ TEST(LearningJson, ArraysThatDoNotFitAreNamed) {
   EXPECT_EQ(error_of(R"({"record": "LearningOutput", "floats": {}})"),
             "mote record LearningOutput: floats is an object, expected an array of numbers");
   EXPECT_EQ(error_of(R"({"record": "LearningOutput", "count": 2, "floats": [1]})"),
-            "mote record LearningOutput: count is 2, expected 1, the elements given");
+            "mote record LearningOutput: count is 2, expected 1, the number of elements");
   std::string many = "0";
   for (int i = 0; i < 24; ++i) many += ",0";
   EXPECT_EQ(error_of(fmt::format(R"({{"record": "LearningOutput", "floats": [{}]}})", many)),
@@ -166,8 +167,8 @@ TEST(LearningJson, DeepAndLongTextsAreSurvived) {
   EXPECT_LT(error_of(R"({"record": ")" + std::string(100'000, 'x') + "\"}").size(), 400u);
   EXPECT_LT(error_of(R"({"record": "NetIdCmd", ")" + std::string(100'000, 'x') + "\": 1}").size(), 400u);
   EXPECT_EQ(error_of("{\"record\": \"NetIdCmd\", \"caf\u00e9\": 1}"),
-            "mote record NetIdCmd: no field \"caf??\", expected command, netId, seq");
-  EXPECT_THAT(error_of("{\"record\": \"caf\u00e9\"}"), StartsWith(R"(no mote record "caf\u00e9", expected)"));
+            "mote record NetIdCmd: unknown field \"caf\u00e9\", expected command, netId, seq");
+  EXPECT_THAT(error_of("{\"record\": \"caf\u00e9\"}"), StartsWith(R"(unknown mote record "caf\u00e9", expected)"));
 }
 
 TEST(LearningJson, WhatIsNoNumberIsShownAsNull) {

@@ -86,7 +86,7 @@ TEST_F(MeasuredValues, ABadRadioBringsNothingUnmeasured) {
     run(2s);
   }
   EXPECT_THAT(temperature(), AllOf(SizeIs(Ge(30)), Each(Ge(25.0))));
-  EXPECT_THAT(light(), IsEmpty()) << "nobody asked for it, and its field holds old memory";
+  EXPECT_THAT(light(), IsEmpty()) << "there is no subscriber, and its field holds stale memory";
 }
 
 TEST_F(MeasuredValues, ARadioThatCarriesAllTwiceBringsNothingUnmeasured) {
@@ -157,7 +157,7 @@ class LastWords : public MeasuredValues {
   int closed = 0;
 };
 
-TEST_F(LastWords, MotesThatWeWokeAreToldToStop) {
+TEST_F(LastWords, MotesThatWeActivatedAreStopped) {
   start(3);
   ASSERT_TRUE(demand("2", {"light"}));
   ASSERT_TRUE(demand("3", {"temperature"}));
@@ -165,11 +165,11 @@ TEST_F(LastWords, MotesThatWeWokeAreToldToStop) {
   ASSERT_TRUE(close());
   run(1s);
   EXPECT_EQ(closed, 1);
-  EXPECT_EQ(stops(), 2u) << "and nobody tells mote 4";
+  EXPECT_EQ(stops(), 2u) << "and mote 4 gets none";
   EXPECT_FALSE(host.words.contains("go on sampling"));
 }
 
-TEST_F(LastWords, WhoCouldNotBeToldIsNamed) {
+TEST_F(LastWords, MotesThatDidNotAcknowledgeTheStopAreNamed) {
   start(2);
   ASSERT_TRUE(demand("2", {"light"}));
   ASSERT_TRUE(demand("3", {"light"}));
@@ -182,7 +182,7 @@ TEST_F(LastWords, WhoCouldNotBeToldIsNamed) {
   EXPECT_TRUE(host.words.contains("motes 3 go on sampling"));
 }
 
-TEST_F(LastWords, NobodyWaitsForALineThatIsLost) {
+TEST_F(LastWords, ClosingDoesNotWaitForALostLine) {
   start(1);
   ASSERT_TRUE(demand("2", {"light"}));
   run(5s);
@@ -192,7 +192,7 @@ TEST_F(LastWords, NobodyWaitsForALineThatIsLost) {
   EXPECT_TRUE(host.words.contains("motes 2 go on sampling"));
 }
 
-TEST_F(LastWords, ThereAreNoneWhereNobodyWasWoken) {
+TEST_F(LastWords, NoMoteIsStoppedIfNoneWasActivated) {
   start(2);
   EXPECT_FALSE(close());
 }
@@ -205,7 +205,7 @@ TEST_F(MeasuredValues, ReadingsThatAreMissedBringTheSinkBackAtOnce) {
   run(10s);
   motes->sink(1).reboot();
   run(3s);
-  EXPECT_EQ(motes->sink(1).island(), 11) << "nobody missed anything yet";
+  EXPECT_EQ(motes->sink(1).island(), 11) << "nothing is missing yet";
   ASSERT_TRUE(demand("2", {"light"}));  // as the proxy does when its value is stale
   run(300ms);
   EXPECT_EQ(motes->sink(1).island(), kIsland);
@@ -225,7 +225,7 @@ TEST_F(MeasuredValues, AnUnansweredProbeBringsTheSinkBack) {
   EXPECT_THAT(host.all<model::KeepAlive>(), SizeIs(Ge(1))) << "the second attempt is answered";
 }
 
-TEST_F(MeasuredValues, AMoteThatIsMissedAmongOthersThatAreHeardIsNoReasonToTellTheSinkAnything) {
+TEST_F(MeasuredValues, AMissingMoteAmongOthersThatAreHeardCausesNoCorrection) {
   start(2);
   ASSERT_TRUE(demand("2", {"light"}));
   ASSERT_TRUE(demand("3", {"light"}));
@@ -239,7 +239,7 @@ TEST_F(MeasuredValues, AMoteThatIsMissedAmongOthersThatAreHeardIsNoReasonToTellT
   EXPECT_LE(events("island"), before + 1) << "the usual check each 30 s";
 }
 
-TEST_F(MeasuredValues, ASinkThatIsAskedForOftenIsToldAtMostEachFiveSeconds) {
+TEST_F(MeasuredValues, ASinkIsCorrectedAtMostEveryFiveSeconds) {
   start(1);
   ASSERT_TRUE(demand("2", {"light"}));
   run(10s);

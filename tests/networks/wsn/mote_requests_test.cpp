@@ -32,34 +32,34 @@ TEST_F(MoteMail, EndsWithTheAcknowledgementOfTheMote) {
   ASSERT_TRUE(requests.send(request(7)));
   time.run_for(50ms);
   EXPECT_TRUE(ends.empty());
-  EXPECT_TRUE(requests.heard(sink.ack(0)));
+  EXPECT_TRUE(requests.acknowledged(sink.ack(0)));
   EXPECT_EQ(ends, std::vector{DeliveryResult::kAcknowledged});
   EXPECT_EQ(requests.pending(), 0u);
   time.run_for(10s);
   EXPECT_EQ(sink.sent.size(), 1u);
 }
 
-TEST_F(MoteMail, TheAcknowledgementOfAnotherMoteOrNumberIsNotOurs) {
+TEST_F(MoteMail, AnAcknowledgementOfAnotherMoteOrNumberIsIgnored) {
   ASSERT_TRUE(requests.send(request(7)));
   auto ack = sink.ack(0);
   ++ack.mote;
-  EXPECT_FALSE(requests.heard(ack));
+  EXPECT_FALSE(requests.acknowledged(ack));
   --ack.mote;
   ++ack.ack.sequence;
-  EXPECT_FALSE(requests.heard(ack));
+  EXPECT_FALSE(requests.acknowledged(ack));
   EXPECT_EQ(requests.pending(), 1u);
 }
 
-TEST_F(MoteMail, AMoteThatIsFasterThanItsSinkIsBelieved) {
+TEST_F(MoteMail, AnAcknowledgementBeforeTheSinksIsAccepted) {
   sink.answers = false;
   ASSERT_TRUE(requests.send(request(7)));
-  EXPECT_TRUE(requests.heard(sink.ack(0)));
+  EXPECT_TRUE(requests.acknowledged(sink.ack(0)));
   sink.sent[0].done(sink::SendResult::kNotAcknowledged);
   time.run_for(10s);
   EXPECT_EQ(ends, std::vector{DeliveryResult::kAcknowledged});
 }
 
-TEST_F(MoteMail, RepeatsWithTheSameNumberThreeTimesAndThenSaysThatNobodyAnswers) {
+TEST_F(MoteMail, RepeatsThreeTimesWithTheSameNumberAndThenReportsNoAnswer) {
   ASSERT_TRUE(requests.send(request(7)));
   time.run_for(10s);
   ASSERT_EQ(sink.sent.size(), 3u);
@@ -78,7 +78,7 @@ TEST_F(MoteMail, WhatMayNotBeExecutedTwiceIsSentOnce) {
   EXPECT_EQ(ends, std::vector{DeliveryResult::kNoAnswer});
 }
 
-TEST_F(MoteMail, WithoutAWishForAcknowledgementTheSinksCounts) {
+TEST_F(MoteMail, WithoutARequestForAcknowledgementTheSinksCounts) {
   ASSERT_TRUE(requests.send(request(7, false)));
   time.run_ready();
   EXPECT_EQ(ends, std::vector{DeliveryResult::kAcknowledged});
@@ -95,7 +95,7 @@ TEST_F(MoteMail, ASinkThatIsSilentIsNotCalledASilentMote) {
   EXPECT_EQ(ends, std::vector{DeliveryResult::kSinkSilent});
 }
 
-TEST_F(MoteMail, WhatLeftOnceMayHaveBeenExecutedWhateverBecameOfItsRepetitions) {
+TEST_F(MoteMail, AMessageThatReachedTheSinkOnceMayHaveBeenExecuted) {
   ASSERT_TRUE(requests.send(request(7)));
   time.run_ready();
   sink.outcome = sink::SendResult::kNotAcknowledged;
@@ -104,7 +104,7 @@ TEST_F(MoteMail, WhatLeftOnceMayHaveBeenExecutedWhateverBecameOfItsRepetitions) 
   EXPECT_EQ(ends, std::vector{DeliveryResult::kNoAnswer});
 }
 
-TEST_F(MoteMail, WhatCouldNotLeaveInTimeIsExpired) {
+TEST_F(MoteMail, AMessageThatCouldNotBeSentInTimeIsExpired) {
   sink.outcome = sink::SendResult::kExpired;
   ASSERT_TRUE(requests.send(request(7)));
   time.run_for(20s);
@@ -138,12 +138,12 @@ TEST_F(MoteMail, NumbersOfOneMoteAreUniqueAndNeverTheMotesNoRoom) {
   }
 }
 
-TEST_F(MoteMail, ThereIsABoundOfWhatIsPending) {
-  for (std::size_t i = 0; i < MoteRequests::kMostPending; ++i) ASSERT_TRUE(requests.send(request(7)));
+TEST_F(MoteMail, TheNumberOfPendingRequestsIsLimited) {
+  for (std::size_t i = 0; i < MoteRequests::kMaxPending; ++i) ASSERT_TRUE(requests.send(request(7)));
   EXPECT_EQ(requests.send(request(8)).error().code, ErrorCode::kBusy);
 }
 
-TEST_F(MoteMail, TheNumberOfSomebodyElseIsKeptAndCannotBeUnderWayTwice) {
+TEST_F(MoteMail, AGivenSequenceNumberIsKeptAndCannotBePendingTwice) {
   auto routed = request(7);
   routed.sequence = 4660;
   ASSERT_TRUE(requests.send(routed));
@@ -168,11 +168,11 @@ TEST_F(MoteMail, AnAcknowledgementWithAnErrorIsNoSuccess) {
   ASSERT_TRUE(requests.send(request(7)));
   auto ack = sink.ack(0);
   ack.ack.status = 1;
-  EXPECT_TRUE(requests.heard(ack));
+  EXPECT_TRUE(requests.acknowledged(ack));
   EXPECT_EQ(ends, std::vector{DeliveryResult::kRejected});
 }
 
-TEST_F(MoteMail, ItsEndInTheMiddleIsSafe) {
+TEST_F(MoteMail, MayBeDestroyedWhileRequestsArePending) {
   {
     MoteRequests brief(time, sink.call());
     ASSERT_TRUE(brief.send(request(7)));
@@ -185,9 +185,9 @@ TEST_F(MoteMail, ItsEndInTheMiddleIsSafe) {
 
 class Probing : public MoteMail {
  protected:
-  static constexpr std::uint16_t kMany = MoteProbes::kAtATime;
+  static constexpr std::uint16_t kMany = MoteProbes::kMaxConcurrent;
   bool ask(std::uint16_t mote) {
-    return probes.ask(mote, [this, mote](DeliveryResult how) { answers[mote] = how; }).has_value();
+    return probes.probe(mote, [this, mote](DeliveryResult how) { answers[mote] = how; }).has_value();
   }
   void ask_all(std::uint16_t first, std::uint16_t count) {
     for (auto mote = first; mote < first + count; ++mote) EXPECT_TRUE(ask(mote)) << mote;
@@ -204,17 +204,17 @@ class Probing : public MoteMail {
 
 TEST_F(Probing, GoesAFewAtATimeInTheLastLane) {
   ask_all(2, kMany + 2);
-  EXPECT_EQ(probes.ask(2, [](DeliveryResult) {}).error().code, ErrorCode::kDuplicate) << "it is being asked";
+  EXPECT_EQ(probes.probe(2, [](DeliveryResult) {}).error().code, ErrorCode::kDuplicate) << "it is being asked";
   ASSERT_EQ(sink.sent.size(), kMany);
   EXPECT_EQ(sink.sent[0].lane, sink::Lane::kProbe);
   EXPECT_EQ(base::to_hex(sink.message(0).record), "00");
   EXPECT_EQ(sink.message(0).reliable, 1);
-  for (std::size_t i = 0; i < sink.sent.size(); ++i) requests.heard(sink.ack(i));
+  for (std::size_t i = 0; i < sink.sent.size(); ++i) requests.acknowledged(sink.ack(i));
   EXPECT_EQ(answers.size(), kMany + 2u);
   EXPECT_TRUE(ask(2));
 }
 
-TEST_F(Probing, MotesThatDoNotAnswerAreAskedAgainWhenAllOthersWere) {
+TEST_F(Probing, MotesThatDoNotAnswerAreProbedAgainAfterAllOthers) {
   ask_all(102, 2 * kMany);
   ask(50);
   time.run_for(2s + 100ms);
@@ -224,7 +224,7 @@ TEST_F(Probing, MotesThatDoNotAnswerAreAskedAgainWhenAllOthersWere) {
     EXPECT_EQ(sink.message(i).destination_mote == 50, last) << "after two seconds, not after six: " << i;
     EXPECT_TRUE(sink.sent[i].repeatable);
   }
-  requests.heard(sink.ack(2 * kMany));
+  requests.acknowledged(sink.ack(2 * kMany));
   EXPECT_EQ(answers[50], DeliveryResult::kAcknowledged);
   time.run_for(10s);
   EXPECT_EQ(sink.sent.size(), 1 + MoteProbes::kAttempts * 2 * kMany);
@@ -233,12 +233,12 @@ TEST_F(Probing, MotesThatDoNotAnswerAreAskedAgainWhenAllOthersWere) {
   EXPECT_EQ(probes.waiting(), 0u);
 }
 
-TEST_F(Probing, AMoteThatDidNotAnswerWaitsForThoseThatWereNotAskedYet) {
+TEST_F(Probing, AMoteThatDidNotAnswerWaitsForThoseNotProbedYet) {
   ask_all(2, kMany);
   time.run_for(500ms);
   ask_all(102, kMany);
   time.run_for(600ms);
-  EXPECT_EQ(probes.ask(2, [](DeliveryResult) {}).error().code, ErrorCode::kDuplicate) << "it waits to be asked again";
+  EXPECT_EQ(probes.probe(2, [](DeliveryResult) {}).error().code, ErrorCode::kDuplicate) << "it waits to be asked again";
   ASSERT_EQ(sink.sent.size(), 2u * kMany);
   EXPECT_EQ(sink.message(2 * kMany - 1).destination_mote, 101 + kMany);
   time.run_for(1s);
@@ -252,22 +252,22 @@ TEST_F(Probing, AProbeWithoutRoomIsAnsweredAndDoesNotBlockTheOthers) {
   EXPECT_EQ(probes.waiting(), 0u);
 }
 
-TEST_F(Probing, AMoteWhoseProbeFoundNoRoomMayBeAskedAgain) {
+TEST_F(Probing, AMoteWhoseProbeFoundNoRoomMayBeProbedAgain) {
   sink.full = true;
   ASSERT_TRUE(ask(7));
   EXPECT_EQ(answers[7], DeliveryResult::kExpired);
   sink.full = false;
   ASSERT_TRUE(ask(7));
-  requests.heard(sink.ack(0));
+  requests.acknowledged(sink.ack(0));
   EXPECT_EQ(answers[7], DeliveryResult::kAcknowledged);
 }
 
-TEST_F(Probing, ALostMoteIsAskedEverLessOften) {
+TEST_F(Probing, ALostMoteIsProbedAtGrowingIntervals) {
   ask(7);
   time.run_for(4s);
   EXPECT_EQ(asked(7), MoteProbes::kAttempts);
   EXPECT_EQ(probes.lost(), 1u);
-  EXPECT_EQ(probes.ask(7, [](DeliveryResult) {}).error().code, ErrorCode::kBusy);
+  EXPECT_EQ(probes.probe(7, [](DeliveryResult) {}).error().code, ErrorCode::kBusy);
   sink.sent.clear();
   for (int i = 0; i < 600; ++i) {  // each second, for ten minutes
     std::ignore = ask(7);
@@ -279,16 +279,16 @@ TEST_F(Probing, ALostMoteIsAskedEverLessOften) {
   EXPECT_TRUE(ask(7)) << "it is alive";
 }
 
-TEST_F(Probing, AfterASinkThatWasAwayNobodyIsLost) {
+TEST_F(Probing, AfterTheSinkWasAwayNoMoteIsLost) {
   ask_all(2, 5);
   time.run_for(10s);
   EXPECT_EQ(probes.lost(), 5u);
-  probes.forgive();
+  probes.forget_lost();
   ask_all(2, 5);
 }
 
 /// As the proxy asks with `silence: 20s`: after ten seconds of silence, then often. All were heard within two seconds.
-TEST_F(Probing, TwoHundredLostMotesKeepNoLivingOneWaiting) {
+TEST_F(Probing, TwoHundredLostMotesDoNotDelayTheOthers) {
   std::map<std::uint16_t, SteadyTime> due, answered;
   for (std::uint16_t mote = 2; mote < 202; ++mote) {
     due[mote] = time.now() + 10s + 10ms * mote;
@@ -301,7 +301,7 @@ TEST_F(Probing, TwoHundredLostMotesKeepNoLivingOneWaiting) {
     for (; heard < sink.sent.size(); ++heard) {
       const auto mote = sink.message(heard).destination_mote;
       if (!lives(mote)) continue;
-      requests.heard(sink.ack(heard));
+      requests.acknowledged(sink.ack(heard));
       probes.heard(mote);
       longest = std::max(longest, time.now() - answered[mote]);
       answered[mote] = time.now();

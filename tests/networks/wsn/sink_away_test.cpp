@@ -16,7 +16,7 @@ Bytes numbered(std::uint16_t number) {
   return {0, 0, 1, 0, 0, 2, 0, 0x1c, static_cast<std::uint8_t>(number >> 8), static_cast<std::uint8_t>(number & 0xff)};
 }
 
-/// Acks all that comes, and knows what it was. Destroyed = the cable is pulled, and nobody answers at its port.
+/// Acknowledges and remembers everything. Destroying it pulls the cable: its port does not answer.
 class AckingSink {
  public:
   AckingSink(transport::MemoryNet& net, const transport::Endpoint& at) {
@@ -57,7 +57,7 @@ class SinkAway : public MoteNetwork {
   static void say(transport::TcpStream& stream, std::uint16_t number) {
     EXPECT_TRUE(stream.send(motes::forwarder_packet(numbered(number))));
   }
-  /// What clients said and the sink executed.
+  /// Packets of clients that the sink executed.
   std::vector<int> executed() const {
     std::vector<int> numbers;
     for (const auto& packet : sink->executed)
@@ -68,7 +68,7 @@ class SinkAway : public MoteNetwork {
   std::unique_ptr<AckingSink> sink;
 };
 
-TEST_F(SinkAway, NothingThatClientsSaidLongAgoIsExecuted) {
+TEST_F(SinkAway, OldPacketsOfClientsAreNotExecuted) {
   plug();
   open();
   run(1s);
@@ -87,7 +87,7 @@ TEST_F(SinkAway, NothingThatClientsSaidLongAgoIsExecuted) {
   run(70s);
   plug();
   run(30s);
-  ASSERT_THAT(sink->executed, SizeIs(Ge(1U))) << "it is there again, and was told its island";
+  ASSERT_THAT(sink->executed, SizeIs(Ge(1U))) << "it is back, and got its island id";
   EXPECT_THAT(executed(), IsEmpty());
   EXPECT_EQ(counter("expired") + counter("share-dropped-expired"), 800U);
   say(*stays, 2);

@@ -102,7 +102,7 @@ class MoteNetwork : public ::testing::Test {
   Result<void> light_up(const std::string& device, std::int64_t value) {
     return send(device, model::Actuate{++last_request, {Kind::kActuator, types.find("led")->id, "1"}, value, 5s});
   }
-  /// Instead of the simulated one another sink comes, and says this.
+  /// Connects another sink instead of the simulated one, which sends this.
   void from_the_sink(std::string_view packet) {
     motes->port(1).pull();
     run(1s);
@@ -115,7 +115,7 @@ class MoteNetwork : public ::testing::Test {
     ASSERT_TRUE(other_sink_->send(motes::hdlc_packet(base::from_hex(packet).value())));
     run(1s);
   }
-  /// That one says more.
+  /// That sink sends more.
   void from_the_same_sink(std::string_view packet) {
     ASSERT_TRUE(other_sink_->send(motes::hdlc_packet(base::from_hex(packet).value())));
     run(100ms);

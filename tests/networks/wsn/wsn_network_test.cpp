@@ -12,7 +12,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
-TEST_F(MoteNetwork, TheSinkIsToldItsIslandBeforeAnyMoteJoins) {
+TEST_F(MoteNetwork, TheSinkGetsItsIslandIdBeforeAnyMoteJoins) {
   start(3);
   EXPECT_EQ(motes->sink(1).island(), kIsland);
   EXPECT_EQ(line(), LineState::kUp);
@@ -35,7 +35,7 @@ TEST_F(MoteNetwork, AMoteJoinsWithWhatItDeclaresAndItsProperties) {
     EXPECT_TRUE(names.contains(name)) << name;
 }
 
-TEST_F(MoteNetwork, WithoutDemandMotesSayNothing) {
+TEST_F(MoteNetwork, WithoutDemandMotesSendNothing) {
   world(3, em1000());
   open();
   run(10min);
@@ -86,7 +86,7 @@ TEST_F(MoteNetwork, SimulatedMotesObey) {
   EXPECT_EQ(events("executed"), 1u);
 }
 
-TEST_F(MoteNetwork, ACommandToAMoteThatIsGoneFailsWithWhatIsNotKnown) {
+TEST_F(MoteNetwork, ACommandToAMissingMoteFailsAndSaysThatTheExecutionIsUnknown) {
   start(1);
   motes->mote(2).kill();
   ASSERT_TRUE(light_up("2", 1));
@@ -95,7 +95,7 @@ TEST_F(MoteNetwork, ACommandToAMoteThatIsGoneFailsWithWhatIsNotKnown) {
   EXPECT_THAT(answer(last_request).text, HasSubstr("whether it was executed is unknown"));
 }
 
-TEST_F(MoteNetwork, AMoteNobodyHeardIsNotCommanded) {
+TEST_F(MoteNetwork, AMoteThatWasNeverHeardIsNotCommanded) {
   world(1);
   open();
   run(5s);
@@ -113,7 +113,7 @@ TEST_F(MoteNetwork, ActuatorsTakeTheWholeNumbersOf32BitsAndNoOthers) {
     EXPECT_EQ(light_up("2", value).error().code, ErrorCode::kOutOfRange) << value;
 }
 
-TEST_F(MoteNetwork, AProbeIsAnsweredByLifeAlone) {
+TEST_F(MoteNetwork, AProbeIsAnsweredByASignOfLifeOnly) {
   start(2);
   ASSERT_TRUE(send("2", model::Probe{}));
   run(2s);
@@ -126,7 +126,7 @@ TEST_F(MoteNetwork, AProbeIsAnsweredByLifeAlone) {
   EXPECT_EQ(answer(last_number).outcome, Outcome::kFailed);
 }
 
-TEST_F(MoteNetwork, ARememberedMoteIsThereAgainWithWhatItOnceDeclared) {
+TEST_F(MoteNetwork, ARememberedMoteIsRestoredWithItsDeclaration) {
   world(1, em1000());
   options["board"] = "EM1000";
   open();
@@ -145,7 +145,7 @@ TEST_F(MoteNetwork, ARememberedMoteIsThereAgainWithWhatItOnceDeclared) {
   ASSERT_TRUE(demand("2", {"humidity"})) << "it declared it in another life";
 }
 
-TEST_F(MoteNetwork, AMoteThatStillReportsForALifeBeforeIsCalmed) {
+TEST_F(MoteNetwork, AMoteThatStillReportsForAnEarlierRunIsThrottled) {
   start(1);
   ASSERT_TRUE(demand("2", {"light"}));
   run(5s);
@@ -170,7 +170,7 @@ TEST_F(MoteNetwork, AMoteThatReportsWithoutAKnownJoinIsListedWithWhatItShows) {
   EXPECT_EQ(join.capabilities.front().type_name, "light");
 }
 
-TEST_F(MoteNetwork, AMoteThatIsSwitchedOffAndOnIsToldAgainWhatToRead) {
+TEST_F(MoteNetwork, AMoteThatIsSwitchedOffAndOnGetsItsCommandAgain) {
   start(1);
   ASSERT_TRUE(demand("2", {"light"}));
   run(5s);
@@ -194,7 +194,7 @@ TEST_F(MoteNetwork, ASinkThatWasSwitchedOffGetsItsIslandBackWithinTheIslandCheck
   EXPECT_GT(readings("2", "light").size(), before);
 }
 
-TEST_F(MoteNetwork, AJoinOfAnotherIslandCorrectsTheSinkAtOnceAndListsNobody) {
+TEST_F(MoteNetwork, AJoinOfAnotherIslandCorrectsTheSinkAndListsNoMote) {
   start(1);
   motes->sink(1).reboot();
   motes->mote(2).boot();
@@ -203,7 +203,7 @@ TEST_F(MoteNetwork, AJoinOfAnotherIslandCorrectsTheSinkAtOnceAndListsNobody) {
   EXPECT_EQ(motes->sink(1).island(), kIsland);
   EXPECT_THAT(host.all<model::Join>(), IsEmpty());
   EXPECT_GE(counter("foreign-packets"), 1u);
-  EXPECT_TRUE(host.words.contains("another id"));
+  EXPECT_TRUE(host.words.contains("had that id instead"));
 }
 
 TEST_F(MoteNetwork, ALineThatIsPulledOutAndPluggedInAgainHeals) {
@@ -312,10 +312,10 @@ TEST_F(MoteNetwork, TheAnswerOfAMoteToAnotherIslandIsRoutedThere) {
   EXPECT_EQ(opaque.type, "mote/9/6/23");
   EXPECT_EQ(base::to_hex(ByteView(opaque.bytes).first(4)), "17123400");
   EXPECT_EQ(routed->source.device, "2");
-  EXPECT_EQ(answer(last_number).outcome, Outcome::kSent) << "and who sent it through us hears that it arrived";
+  EXPECT_EQ(answer(last_number).outcome, Outcome::kSent) << "and its sender learns that it arrived";
 }
 
-TEST_F(MoteNetwork, AllMotesAtOnceCannotAcknowledge) {
+TEST_F(MoteNetwork, ABroadcastCannotBeAcknowledged) {
   start(2);
   EXPECT_EQ(send("65535", model::Opaque{"mote/3/6/1/reliable", {1, 1, 0x2c, 0, 7}}).error().code,
             ErrorCode::kUnsupported);
@@ -333,7 +333,7 @@ TEST_F(MoteNetwork, AMoteOfAnotherIslandInReachIsNotOurs) {
   EXPECT_GE(counter("foreign-motes"), 1u);
 }
 
-TEST_F(MoteNetwork, WhatAnApplicationIsAcknowledgedIsHandedOn) {
+TEST_F(MoteNetwork, AcknowledgementsForApplicationsAreForwarded) {
   start(1);
   from_the_sink("00ffff000072001c002afffd002a000200000066090617123400");
   const auto said = std::find_if(host.delivered.begin(), host.delivered.end(),
@@ -343,7 +343,7 @@ TEST_F(MoteNetwork, WhatAnApplicationIsAcknowledgedIsHandedOn) {
   EXPECT_EQ(base::to_hex(std::get<model::Opaque>(said->body).bytes), "17123400");
 }
 
-TEST_F(MoteNetwork, RecordsOfLearningAreHandedOnAsJsonIfWished) {
+TEST_F(MoteNetwork, RecordsOfLearningAreForwardedAsJsonIfConfigured) {
   options["messages-as"] = "json";
   start(1);
   from_the_sink("00ffff000072001c002afffd002a000200000066030619020000403f0000c0bf");
@@ -356,7 +356,7 @@ TEST_F(MoteNetwork, RecordsOfLearningAreHandedOnAsJsonIfWished) {
   EXPECT_EQ(json.at("record"), "LearningOutput");
 }
 
-TEST_F(MoteNetwork, AMoteRememberedWithNothingStaysUnheardHoweverOftenItIsAsked) {
+TEST_F(MoteNetwork, AMoteRememberedWithoutSensorsStaysUnheardHoweverOftenItIsProbed) {
   start(1);
   host.delivered.clear();
   for (int i = 0; i < 3; ++i) {
@@ -437,7 +437,7 @@ TEST_F(MoteNetwork, TheFirstDemandOutlivesAnOutageOfTheRadio) {
   EXPECT_FALSE(readings("2", "light").empty());
 }
 
-TEST_F(MoteNetwork, WhatMotesSayToTheIslandGoesToTheComponentThatIsNamed) {
+TEST_F(MoteNetwork, MessagesOfMotesToTheIslandGoToTheConfiguredComponent) {
   options["messages-to"] = 70001;
   start(1);
   from_the_sink("00ffff000072001c002afffd002a000200000066030619020000403f0000c0bf");

@@ -168,7 +168,7 @@ TEST_F(Joining, TakesTheIslandTheSinkHasAndForgetsItWithAReboot) {
   EXPECT_EQ(world->sink(1).island(), 11);
   came.clear();
   probe(2, 42);
-  EXPECT_THAT(packets(2), IsEmpty()) << "a sink of another island drops what its motes say";
+  EXPECT_THAT(packets(2), IsEmpty()) << "a sink of another island drops the messages of its motes";
   set_island(42);
   came.clear();
   probe(2, 42);

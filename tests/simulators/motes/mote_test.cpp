@@ -10,7 +10,7 @@ using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
-/// What motes do when they are told something (wsn.md 9.3 to 9.6).
+/// What motes do with commands (wsn.md 9.3 to 9.6).
 class SimulatedMote : public SimulatedSink {
  protected:
   void tell(std::uint16_t mote, std::string_view record, std::uint16_t sequence = 0x1234, std::uint8_t reliable = 0,
@@ -243,7 +243,7 @@ TEST_F(SimulatedMote, StopsForEverWhenItsQueueStalls) {
   EXPECT_THAT(lights(2), SizeIs(3));
 }
 
-TEST_F(SimulatedMote, DoesNotObeyUnlessItIsToldToBeBetterThanTheOriginal) {
+TEST_F(SimulatedMote, ObeysActuateOnlyWithTheExtension) {
   auto options = plain();
   options.motes[1].mote.obey = true;
   joined(std::move(options));

@@ -29,7 +29,7 @@ TEST_F(SinkPorts, SpeaksOverAPortToOneComputerAtATime) {
   EXPECT_EQ(third.failed, 0);
 }
 
-TEST_F(SinkPorts, RunsOnWhileNobodyIsThereAndItsBytesAreLost) {
+TEST_F(SinkPorts, RunsOnWithoutAComputerAndItsBytesAreLost) {
   open(plain());
   time.run_for(5s);
   EXPECT_TRUE(world->mote(2).joined());
@@ -38,7 +38,7 @@ TEST_F(SinkPorts, RunsOnWhileNobodyIsThereAndItsBytesAreLost) {
   EXPECT_EQ(late.all, 0u);
 }
 
-TEST_F(SinkPorts, BootsItsMotesWhenSomebodyHasComeIfItIsToWait) {
+TEST_F(SinkPorts, BootsItsMotesAfterTheFirstConnectionIfItWaits) {
   auto options = plain();
   options.wait_for_computer = true;
   open(std::move(options));
@@ -105,7 +105,7 @@ TEST_F(SinkPorts, ForgetsWhatIsNotOnTheLineYetWhenTheComputerHangsUp) {
   EXPECT_EQ(next.frames, 2) << "the answers to its own frame alone";
 }
 
-TEST_F(SinkPorts, ListensAgainToWhomItHeldUpBeforeAReboot) {
+TEST_F(SinkPorts, ReadsFromAHeldComputerAgainAfterAReboot) {
   open(plain(), "at 3s sink-reboot 1");
   Client client(host, 19202);
   time.run_for(2900ms);
@@ -146,7 +146,7 @@ TEST_F(SinkPorts, OpensAPortAgainThatTheSystemTookAway) {
   net.tcp.deafen();
   time.run_for(100ms);
   EXPECT_TRUE(world->port(1).pulled());
-  EXPECT_EQ(first.failed, 0) << "who is there stays";
+  EXPECT_EQ(first.failed, 0) << "the connected computer stays";
   time.run_for(2s);
   EXPECT_FALSE(world->port(1).pulled());
   first.stream.reset();

@@ -25,7 +25,7 @@ std::vector<Came> frames_of(ByteView bytes) {
 
 std::size_t length_of(const Came& packet) {
   const auto net = packet.net();
-  return net.transport == motes::kTransportAck ? 4 : 100;  // what is behind an acknowledgement is memory
+  return net.transport == motes::kTransportAck ? 4 : 100;  // stale memory follows an acknowledgement
 }
 
 /// Packets of one mote in hex, stale bytes cut off.
@@ -38,7 +38,8 @@ std::vector<std::string> of_mote(const std::vector<Came>& frames, std::uint16_t 
   return all;
 }
 
-/// The recordings of the original firmware: what the computer sent goes in, what the sink said must come out.
+/// The recordings of the original firmware: the input is what the computer sent, the expected output what the sink
+/// sent.
 class Replay : public SimulatedSink {
  protected:
   void play(const std::string& name, Duration gap) {

@@ -39,7 +39,7 @@ class SimulatedWorld : public SimulatedSink {
     const auto record = hex("00");
     return motes::hdlc_acked_packet(9, motes::packet_of(command(1, record, 1, 1)));
   }
-  /// As often as the sink told of it.
+  /// As often as the sink reported it.
   std::size_t listed(std::uint16_t mote, std::uint16_t sink) const {
     return static_cast<std::size_t>(std::count_if(events.begin(), events.end(), [&](const Event& event) {
       return event.what == "listed" && event.mote == mote && event.sink == sink;

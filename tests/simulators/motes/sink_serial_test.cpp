@@ -26,7 +26,7 @@ TEST_F(SinkSerial, AcknowledgesASoundFrameAndAnswersAReliableMessage) {
   settle();
   EXPECT_THAT(acks(), ElementsAre(0x26));
   EXPECT_THAT(acknowledged(1), ElementsAre(0x0106));
-  EXPECT_EQ(packets(1).front().net().counted, 6) << "the sink tells the true length of its own messages";
+  EXPECT_EQ(packets(1).front().net().counted, 6) << "the sink writes the true length of its own messages";
 }
 
 TEST_F(SinkSerial, AcknowledgesUnknownDispatchBytesAndIgnoresThem) {
@@ -230,7 +230,7 @@ TEST_F(SinkSerial, DelaysItsAcknowledgementsByChance) {
   EXPECT_EQ(acknowledged(1).size(), 100u);
 }
 
-TEST_F(SinkSerial, TakesNoTimeWhereItIsToldTo) {
+TEST_F(SinkSerial, TakesNoTimeIfConfigured) {
   auto options = plain();
   options.sink.ack = {{}, {}, {}, 0};
   options.sink.processing = 0;
@@ -286,7 +286,7 @@ TEST_F(SinkSerial, SurvivesEveryCorruptionOfAFrame) {
   EXPECT_THAT(acks(), ElementsAre(20));
 }
 
-TEST_F(SinkSerial, HoldsUpWhoSendsFasterThanTheLineIs) {
+TEST_F(SinkSerial, HoldsAComputerThatSendsFasterThanTheLine) {
   for (int i = 0; i < 200; ++i) send(probe(static_cast<std::uint8_t>(i), 1));
   EXPECT_TRUE(world->sink(1).congested());
   int room = 0;

@@ -69,7 +69,7 @@ TEST_F(MoteWorld, AMoteKilledBeforeTheComputerComesStaysOff) {
   EXPECT_TRUE(world->mote(3).joined());
 }
 
-TEST_F(MoteWorld, StepsAboutWhatIsNotThereDoNothing) {
+TEST_F(MoteWorld, StepsForUnknownMotesAndSinksHaveNoEffect) {
   make(plain(),
        "at 0s kill 99\nat 0s reboot 5@9\nat 0s unplug 9 for 1s\nat 0s sink-reboot 9\nat 0s move 2 to 9\nat 0s set 99 "
        "light 1");
@@ -78,7 +78,7 @@ TEST_F(MoteWorld, StepsAboutWhatIsNotThereDoNothing) {
   EXPECT_THAT(world->radio().cells(world->mote(2).node()), ElementsAre(1)) << "not in no cell";
 }
 
-TEST(MoteScriptInAWorld, IsCheckedForMotesAndSinksThatAreNotThere) {
+TEST(MoteScriptInAWorld, IsCheckedForUnknownMotesAndSinks) {
   WorldOptions world;
   world.sinks = 2;
   world.add_motes(1, 2, 3);
@@ -97,7 +97,7 @@ TEST(MoteScriptInAWorld, IsCheckedForMotesAndSinksThatAreNotThere) {
   EXPECT_EQ(said("at 1s unplug 3 for 1s"), "line 1: there is no sink 3, expected 1 to 2");
 }
 
-TEST_F(MoteWorld, LosesAndDoublesRadioMessagesAsToldTo) {
+TEST_F(MoteWorld, LosesAndDuplicatesRadioMessagesAsConfigured) {
   auto run = [this](std::string_view script) {
     auto options = plain();
     options.motes.resize(1);
@@ -118,7 +118,7 @@ TEST_F(MoteWorld, LosesAndDoublesRadioMessagesAsToldTo) {
   EXPECT_NEAR(static_cast<double>(run("at 3s duplicates 30")), static_cast<double>(all) * 1.3, 50);
 }
 
-TEST_F(MoteWorld, DelaysRadioMessagesAsToldTo) {
+TEST_F(MoteWorld, DelaysRadioMessagesAsConfigured) {
   joined();
   const auto answered_after = [this] {
     came.clear();
@@ -185,7 +185,7 @@ TEST_F(MoteWorld, RecordsItselfWithAComputerOfItsOwn) {
   }
 }
 
-/// Counts what somebody has the scheduler do.
+/// Counts the calls to the scheduler.
 class Counted final : public Scheduler {
  public:
   explicit Counted(Scheduler& real) : real_(real) {}

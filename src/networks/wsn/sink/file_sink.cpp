@@ -11,24 +11,26 @@ namespace {
 
 using Phase = SinkState::Phase;
 
-/// Read in one turn of the loop.
+/// Bytes read in one turn of the loop.
 constexpr std::size_t kPiece = std::size_t{4} * 1024;
 
-/// A clock set back is no pause (log.md 1.2); times are what a file says, so that they may not be subtracted.
+/// Zero if the recording's clock was set back (log.md 1.2). The times come from a file: a plain difference may
+/// overflow.
 Duration gap_between(std::chrono::milliseconds from, std::chrono::milliseconds to) {
   if (to <= from) return Duration::zero();
   const auto gap = static_cast<std::uint64_t>(to.count()) - static_cast<std::uint64_t>(from.count());
-  constexpr auto kMost = std::chrono::duration_cast<std::chrono::milliseconds>(FileSink::kLongestGap).count();
-  return std::chrono::milliseconds(std::min<std::uint64_t>(gap, kMost));
+  constexpr auto kMax = std::chrono::duration_cast<std::chrono::milliseconds>(FileSink::kMaxGap).count();
+  return std::chrono::milliseconds(std::min<std::uint64_t>(gap, kMax));
 }
 
 }  // namespace
 
-FileSink::FileSink(SinkOptions options, Scheduler& scheduler, transport::Transports& transports, SinkCallbacks calls)
+FileSink::FileSink(SinkOptions options, Scheduler& scheduler, transport::Transports& transports,
+                   SinkCallbacks callbacks)
     : path_(std::move(options.source.path)),
       scheduler_(scheduler),
       transports_(transports),
-      notifier_(std::move(calls)),
+      notifier_(std::move(callbacks)),
       piece_(kPiece) {}
 
 Result<void> FileSink::open() {
@@ -37,20 +39,21 @@ Result<void> FileSink::open() {
   if (!file) return fail(file.error());
   if (auto there = (*file)->seek(read_); !there) return there;
   file_ = std::move(*file);
-  due_ = scheduler_.now();  // after a failure nothing is made up for
+  due_ = scheduler_.now();  // the time of a failure is not caught up
   notifier_.connecting();
   timer_ = scheduler_.after(Duration::zero(), [this] {
-    if (notifier_.state(Phase::kUp, {})) go_on();
+    if (notifier_.set_state(Phase::kUp, {})) play();
   });
   return {};
 }
 
-Result<void> FileSink::send(Outgoing) {  // NOLINT(performance-unnecessary-value-param): as others keep it
-  return fail(ErrorCode::kRefused, "recorded motes cannot be commanded");
+Result<void> FileSink::send(Outgoing) {  // NOLINT(performance-unnecessary-value-param)
+  return fail(ErrorCode::kRefused, "a recording takes no packets: recorded motes cannot be commanded");
 }
 
-/// Tells the record that is due, if one is, and plans what follows: one record or one piece of the file a turn.
-void FileSink::go_on() {
+/// Delivers the record that is due, if there is one, and schedules the next: one record or one piece of the file a
+/// turn.
+void FileSink::play() {
   if (const auto record = std::exchange(next_, std::nullopt)) {
     if (!notifier_.received(record->packet)) return;
   }
@@ -58,18 +61,18 @@ void FileSink::go_on() {
     if (const auto* damage = std::get_if<motes::Damage>(&*item)) {
       if (!damaged(*damage)) return;
     } else if (auto& record = std::get<motes::PacketRecord>(*item); record.from_sink) {
-      plan(record);
+      schedule(record);
       next_ = std::move(record);
       return;
     }
   }
-  if (next_piece()) timer_ = scheduler_.after(Duration::zero(), [this] { go_on(); });
+  if (read_piece()) timer_ = scheduler_.after(Duration::zero(), [this] { play(); });
 }
 
-/// False: there is none, or this is gone.
-bool FileSink::next_piece() {
+/// False: there is none, or this was destroyed.
+bool FileSink::read_piece() {
   if (!file_) {
-    (void)notifier_.state(Phase::kEnded, "the recording has ended");
+    (void)notifier_.set_state(Phase::kEnded, "the recording has ended");
     return false;
   }
   const auto count = file_->read(piece_);
@@ -95,11 +98,11 @@ bool FileSink::damaged(const motes::Damage& damage) {
       "damaged", fmt::format("{}: offset {}: {}; {} bytes skipped", path_, damage.offset, damage.why, damage.bytes));
 }
 
-/// Counts from when the record before was due, so that delays do not add up.
-void FileSink::plan(const motes::PacketRecord& record) {
-  if (last_) due_ += gap_between(*last_, record.time);
-  last_ = record.time;
-  timer_ = scheduler_.at(due_, [this] { go_on(); });
+/// Counts from when the previous record was due, so that delays do not accumulate.
+void FileSink::schedule(const motes::PacketRecord& record) {
+  if (previous_) due_ += gap_between(*previous_, record.time);
+  previous_ = record.time;
+  timer_ = scheduler_.at(due_, [this] { play(); });
 }
 
 std::map<std::string, std::uint64_t> FileSink::counters() const {

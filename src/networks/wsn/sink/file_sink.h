@@ -9,27 +9,28 @@
 
 namespace rubicon::networks::wsn::sink {
 
-/// A packet log, played at its own pace from the first open() on (Source::Kind kFile; log.md 1.2): only what the sink
-/// said. After a failure open() goes on where it failed. Takes no packets.
+/// Plays a packet log at its recorded pace, starting with the first open() (Source::Kind kFile; log.md 1.2): only the
+/// packets that the sink sent. After a failure open() continues where it stopped. Takes no packets.
 class FileSink final : public Sink {
  public:
-  static constexpr Duration kLongestGap = std::chrono::hours(1);
+  /// Longer gaps between two records are shortened to this.
+  static constexpr Duration kMaxGap = std::chrono::hours(1);
 
-  FileSink(SinkOptions options, Scheduler& scheduler, transport::Transports& transports, SinkCallbacks calls);
+  FileSink(SinkOptions options, Scheduler& scheduler, transport::Transports& transports, SinkCallbacks callbacks);
   FileSink(const FileSink&) = delete;
   FileSink& operator=(const FileSink&) = delete;
 
   Result<void> open() override;
-  /// kRefused.
+  /// Always kRefused.
   Result<void> send(Outgoing packet) override;
   const SinkState& state() const override { return notifier_.state(); }
   std::map<std::string, std::uint64_t> counters() const override;
 
  private:
-  void go_on();
-  bool next_piece();
+  void play();
+  bool read_piece();
   bool damaged(const motes::Damage& damage);
-  void plan(const motes::PacketRecord& record);
+  void schedule(const motes::PacketRecord& record);
 
   std::string path_;
   Scheduler& scheduler_;
@@ -40,8 +41,8 @@ class FileSink final : public Sink {
   std::uint64_t read_ = 0;  ///< bytes of the file
   std::vector<std::uint8_t> piece_;
   std::optional<motes::PacketRecord> next_;
-  std::optional<std::chrono::milliseconds> last_;  ///< time written in the record before
-  SteadyTime due_{};                               ///< of that record, then of the next one
+  std::optional<std::chrono::milliseconds> previous_;  ///< recorded time of the record before `next_`
+  SteadyTime due_{};                                   ///< of `next_`; while there is none, of the record before it
   std::uint64_t damaged_ = 0, skipped_bytes_ = 0;
   Timer timer_;
 };

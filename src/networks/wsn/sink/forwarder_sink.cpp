@@ -15,12 +15,12 @@ using Phase = SinkState::Phase;
 }  // namespace
 
 ForwarderSink::ForwarderSink(SinkOptions options, Scheduler& scheduler, transport::Transports& transports,
-                             SinkCallbacks calls)
+                             SinkCallbacks callbacks)
     : source_(options.source),
       greeting_(std::move(options.greeting)),
       scheduler_(scheduler),
       transports_(transports),
-      notifier_(std::move(calls)),
+      notifier_(std::move(callbacks)),
       queue_(scheduler, options.lane_size, {[this] { pump(); }, [this](Lane lane) { notifier_.room(lane); }}) {}
 
 Result<void> ForwarderSink::open() {
@@ -37,10 +37,10 @@ Result<void> ForwarderSink::open() {
   return {};
 }
 
-/// Both sides greet at once (wsn.md 4.1).
+/// Both sides send their greeting immediately (wsn.md 4.1).
 void ForwarderSink::connected() {
   if (const auto sent = line_->send(motes::kForwarderHello); !sent) return lost(sent.error());
-  greeting_time_ = scheduler_.after(kGreetingTime, [this] {
+  greeting_timeout_ = scheduler_.after(kGreetingTimeout, [this] {
     lost({ErrorCode::kUnreachable, "no greeting of the serial-forwarder protocol (55 20) within 10 s"});
   });
 }
@@ -56,51 +56,51 @@ void ForwarderSink::take(ByteView bytes) {
   }
 }
 
-/// False: this is gone, or the line is.
+/// False: this was destroyed, or the line is lost.
 bool ForwarderSink::greeted() {
-  greeting_time_.cancel();
-  greeting_waits_ = !greeting_.empty();
-  if (!notifier_.state(Phase::kUp, {})) return false;
+  greeting_timeout_.cancel();
+  greeting_pending_ = !greeting_.empty();
+  if (!notifier_.set_state(Phase::kUp, {})) return false;
   const auto self = lifetime_.watch();
   pump();
   return !self.ended() && line_ != nullptr;
 }
 
-/// False: pump() is called again when it is time.
+/// False: pump() is called again later.
 bool ForwarderSink::may_send() {
-  if (pause_.pending()) return false;
+  if (gap_.pending()) return false;
   const auto now = scheduler_.now();
-  const bool busy = line_->queued() > 0;  // more would only pile up
-  if (now >= next_ && !busy) return true;
-  pause_ = scheduler_.at(std::max(next_, busy ? now + kDistance : now), [this] { pump(); });
+  const bool busy = line_->queued() > 0;  // further packets would only accumulate there
+  if (now >= next_send_ && !busy) return true;
+  gap_ = scheduler_.at(std::max(next_send_, busy ? now + kMinGap : now), [this] { pump(); });
   return false;
 }
 
 void ForwarderSink::pump() {
   if (notifier_.state().phase != Phase::kUp || !may_send()) return;
-  const bool greets = std::exchange(greeting_waits_, false);
+  const bool greets = std::exchange(greeting_pending_, false);
   Outgoing greeting;
   greeting.packet = greeting_;
   auto packet = greets ? std::optional(std::move(greeting)) : queue_.take();
   if (!packet) return;
   const auto sent = line_->send(motes::forwarder_packet(packet->packet));
-  if (sent) return handed_over(std::move(*packet));
+  if (sent) return written(std::move(*packet));
   if (!greets) queue_.put_back(std::move(*packet));
   lost(sent.error());
 }
 
-void ForwarderSink::handed_over(Outgoing packet) {
-  ++handed_over_;
+void ForwarderSink::written(Outgoing packet) {
+  ++written_;
   queue_.report(std::move(packet.done), SendResult::kAcknowledged);
-  next_ = scheduler_.now() + kDistance;
-  pause_ = scheduler_.at(next_, [this] { pump(); });
-  (void)notifier_.left(packet.packet);
+  next_send_ = scheduler_.now() + kMinGap;
+  gap_ = scheduler_.at(next_send_, [this] { pump(); });
+  (void)notifier_.sent(packet.packet);
 }
 
 void ForwarderSink::lost(Error why) {
-  const auto keep = std::move(line_);  // it may make this call
-  greeting_time_.cancel();
-  pause_.cancel();
+  const auto keep = std::move(line_);  // this call may come from it
+  greeting_timeout_.cancel();
+  gap_.cancel();
   (void)notifier_.failed({why.code, fmt::format("{}: {}", to_string(source_), why.text)});
 }
 
@@ -108,7 +108,7 @@ std::map<std::string, std::uint64_t> ForwarderSink::counters() const {
   std::map<std::string, std::uint64_t> counters;
   notifier_.count(counters);
   queue_.count(counters);
-  counters["acknowledged"] = handed_over_;
+  counters["acknowledged"] = written_;
   return counters;
 }
 

@@ -9,14 +9,15 @@
 
 namespace rubicon::networks::wsn::sink {
 
-/// A sink that a serial forwarder has (Source::Kind kForwarder; wsn.md 4): up when the forwarder greeted. It tells
-/// nothing of the sink's acks: packets keep a distance, and are acknowledged when handed over.
+/// A sink behind a serial forwarder (Source::Kind kForwarder; wsn.md 4): up after the forwarder's greeting. The
+/// protocol does not carry the sink's acknowledgements: packets keep a minimum gap, and count as acknowledged when they
+/// are written.
 class ForwarderSink final : public Sink {
  public:
-  static constexpr Duration kDistance = std::chrono::milliseconds(100);  ///< between packets (wsn.md 9.7)
-  static constexpr Duration kGreetingTime = std::chrono::seconds(10);
+  static constexpr Duration kMinGap = std::chrono::milliseconds(100);  ///< between packets (wsn.md 9.7)
+  static constexpr Duration kGreetingTimeout = std::chrono::seconds(10);
 
-  ForwarderSink(SinkOptions options, Scheduler& scheduler, transport::Transports& transports, SinkCallbacks calls);
+  ForwarderSink(SinkOptions options, Scheduler& scheduler, transport::Transports& transports, SinkCallbacks callbacks);
   ForwarderSink(const ForwarderSink&) = delete;
   ForwarderSink& operator=(const ForwarderSink&) = delete;
 
@@ -31,7 +32,7 @@ class ForwarderSink final : public Sink {
   bool greeted();
   void pump();
   bool may_send();
-  void handed_over(Outgoing packet);
+  void written(Outgoing packet);
   void lost(Error why);
 
   Source source_;
@@ -42,10 +43,10 @@ class ForwarderSink final : public Sink {
   SendQueue queue_;
   std::unique_ptr<transport::ByteStream> line_;
   motes::ForwarderReader reader_;
-  bool greeting_waits_ = false;  ///< the first packet on this line has not left
-  SteadyTime next_ = SteadyTime::min();
-  Timer pause_, greeting_time_;
-  std::uint64_t handed_over_ = 0;
+  bool greeting_pending_ = false;  ///< the first packet on this line was not sent yet
+  SteadyTime next_send_ = SteadyTime::min();
+  Timer gap_, greeting_timeout_;
+  std::uint64_t written_ = 0;
   base::Lifetime lifetime_;
 };
 

@@ -8,8 +8,8 @@ namespace rubicon::networks::wsn::sink {
 
 namespace {
 
-/// Names can be looked up where there are sockets only. To connect to nowhere is refused before a socket is made.
-Result<void> need_sockets(transport::Transports& transports) {
+/// Names can be resolved only where there are sockets. Connecting to an empty address fails before a socket is opened.
+Result<void> check_sockets(transport::Transports& transports) {
   const auto tried = transports.open_tcp({}, {});
   if (!tried && tried.error().code == ErrorCode::kUnsupported) return fail(tried.error());
   return {};
@@ -20,7 +20,7 @@ Result<void> need_sockets(transport::Transports& transports) {
 Result<std::unique_ptr<transport::ByteStream>> HostStream::open(const std::string& host, std::uint16_t port,
                                                                 transport::Transports& transports,
                                                                 transport::StreamCalls calls) {
-  if (auto there = need_sockets(transports); !there) return fail(there.error());
+  if (auto sockets = check_sockets(transports); !sockets) return fail(sockets.error());
   auto stream = std::make_unique<HostStream>(host, port, transports, std::move(calls));
   auto* const opened = stream.get();
   opened->lookup_ = transports.look_up(host, [opened](auto addresses) { opened->resolved(std::move(addresses)); });
@@ -35,17 +35,17 @@ HostStream::~HostStream() = default;
 
 void HostStream::resolved(Result<std::vector<std::string>> addresses) {
   const auto keep = std::move(lookup_);
-  if (!addresses) return end(addresses.error());
-  addresses_.assign(addresses->rbegin(), addresses->rend());
+  if (!addresses) return fail_with(addresses.error());
+  untried_.assign(addresses->rbegin(), addresses->rend());
   connect_next({ErrorCode::kUnreachable, fmt::format("{} has no address", host_)});
 }
 
-/// `why`: what to say if no address is left.
+/// `why`: the error if no address is left.
 void HostStream::connect_next(Error why) {
-  while (!addresses_.empty()) {
+  while (!untried_.empty()) {
     transport::TcpOptions options;
-    options.remote = {std::move(addresses_.back()), port_};
-    addresses_.pop_back();
+    options.remote = {std::move(untried_.back()), port_};
+    untried_.pop_back();
     address_ = options.remote.address;
     transport::TcpCalls calls;
     calls.connected = [this] {
@@ -64,23 +64,23 @@ void HostStream::connect_next(Error why) {
     }
     why = tcp.error();
   }
-  end(std::move(why));
+  fail_with(std::move(why));
 }
 
 void HostStream::lost(Error why) {
-  const auto keep = std::move(tcp_);  // it makes this call
-  if (connected_) return end(std::move(why));
+  const auto keep = std::move(tcp_);  // this call comes from it
+  if (connected_) return fail_with(std::move(why));
   connect_next(std::move(why));
 }
 
-/// A lookup's error names the host, a connection's the address.
-void HostStream::end(Error why) {
+/// The error of a lookup names the host already, that of a connection only the address.
+void HostStream::fail_with(Error why) {
   if (!address_.empty() && address_ != host_) why.text = fmt::format("{}: {}", host_, why.text);
   if (calls_.failed) calls_.failed(std::move(why));
 }
 
 Result<void> HostStream::send(ByteView bytes) {
-  if (!tcp_ || !connected_) return fail(ErrorCode::kUnreachable, fmt::format("{}: is not connected", host_));
+  if (!tcp_ || !connected_) return fail(ErrorCode::kUnreachable, fmt::format("{}: not connected", host_));
   return tcp_->send(bytes);
 }
 

@@ -8,8 +8,8 @@
 
 namespace rubicon::networks::wsn::sink {
 
-/// A TCP connection to a host by its name: looks it up, then tries its addresses in turn. Destroyed = given up or
-/// closed. Calls as of any stream; it may be destroyed in them.
+/// A TCP connection to a host name: resolves the name, then tries its addresses in order. Destroying it cancels or
+/// closes the connection. Callbacks as of any stream; each may destroy it.
 class HostStream final : public transport::ByteStream {
  public:
   /// kUnsupported where there are no sockets.
@@ -29,15 +29,15 @@ class HostStream final : public transport::ByteStream {
   void resolved(Result<std::vector<std::string>> addresses);
   void connect_next(Error why);
   void lost(Error why);
-  void end(Error why);
+  void fail_with(Error why);
 
   std::string host_;
   std::uint16_t port_;
   transport::Transports& transports_;
   transport::StreamCalls calls_;
   std::unique_ptr<transport::Lookup> lookup_;
-  std::vector<std::string> addresses_;  ///< that were not tried yet, the next one last
-  std::string address_;                 ///< the last one that was tried
+  std::vector<std::string> untried_;  ///< addresses, the next one last
+  std::string address_;               ///< the last one tried
   std::unique_ptr<transport::TcpStream> tcp_;
   bool connected_ = false;
   bool held_ = false;

@@ -9,7 +9,7 @@ namespace rubicon::networks::wsn::sink {
 
 namespace {
 
-/// What check_packet_log() wants to see.
+/// Bytes that check_packet_log() needs.
 constexpr std::size_t kBeginning = 32;
 
 Result<Bytes> beginning_of(transport::Transports& transports, const std::string& path) {
@@ -54,8 +54,8 @@ void PacketRecorder::record(motes::PacketDirection direction, ByteView packet) {
   const auto size = file_->size();
   if (auto done = file_->append(*bytes); !done) {
     ++unrecorded_;
-    (void)file_->truncate(size);  // what cannot be cut readers pass over
-    return stop(done.error());
+    (void)file_->truncate(size);  // if this fails too, readers skip the partial record
+    return pause(done.error());
   }
   ++recorded_;
 }
@@ -64,21 +64,21 @@ bool PacketRecorder::ready() {
   if (file_) return true;
   if (scheduler_.now() < next_try_) return false;
   if (auto opened = open(); !opened) {
-    stop(opened.error());
+    pause(opened.error());
     return false;
   }
   return true;
 }
 
-void PacketRecorder::stop(const Error& why) {
+void PacketRecorder::pause(const Error& why) {
   file_.reset();
-  ++stops_;
-  next_try_ = scheduler_.now() + kPause;
-  if (note_) note_("recording-stops", fmt::format("not recorded for a minute: {}", why.text));
+  ++pauses_;
+  next_try_ = scheduler_.now() + kRetryPause;
+  if (note_) note_("recording-stops", fmt::format("recording pauses for a minute: {}", why.text));
 }
 
 std::map<std::string, std::uint64_t> PacketRecorder::counters() const {
-  return {{"recorded", recorded_}, {"unrecorded", unrecorded_}, {"recording-stops", stops_}};
+  return {{"recorded", recorded_}, {"unrecorded", unrecorded_}, {"recording-stops", pauses_}};
 }
 
 }  // namespace rubicon::networks::wsn::sink

@@ -12,18 +12,18 @@
 
 namespace rubicon::networks::wsn::sink {
 
-/// Records what is read from a sink and written to it, as the original's recorder does (log.md 1), behind what the file
-/// has already. When the file cannot be written it stops, and tries again with the first packet a minute later.
+/// Appends the traffic of a sink to a packet log, in the format of the original's recorder (log.md 1). After a write
+/// error it pauses for a minute and resumes with the next packet.
 class PacketRecorder {
  public:
-  static constexpr Duration kPause = std::chrono::minutes(1);
+  static constexpr Duration kRetryPause = std::chrono::minutes(1);
   /// As SinkCallbacks::note; may be empty.
   using Note = std::function<void(const std::string& subject, std::string_view text)>;
 
   PacketRecorder(std::string path, Scheduler& scheduler, transport::Transports& transports, Note note);
 
-  /// Opens the file, makes it if it is not there; nothing if it is open. kInvalid for a file that is no packet log,
-  /// which stays as it is; kBusy when somebody else writes it.
+  /// Opens the file and creates it if necessary; does nothing if it is open. kInvalid: the file is not a packet log; it
+  /// stays unchanged. kBusy: another process writes it.
   Result<void> open();
   /// A packet that the sink sent.
   void read(ByteView packet) { record(motes::PacketDirection::kRead, packet); }
@@ -35,7 +35,7 @@ class PacketRecorder {
  private:
   void record(motes::PacketDirection direction, ByteView packet);
   bool ready();
-  void stop(const Error& why);
+  void pause(const Error& why);
 
   std::string path_;
   Scheduler& scheduler_;
@@ -43,7 +43,7 @@ class PacketRecorder {
   Note note_;
   std::unique_ptr<transport::AppendFile> file_;
   SteadyTime next_try_ = SteadyTime::min();
-  std::uint64_t recorded_ = 0, unrecorded_ = 0, stops_ = 0;
+  std::uint64_t recorded_ = 0, unrecorded_ = 0, pauses_ = 0;
 };
 
 }  // namespace rubicon::networks::wsn::sink

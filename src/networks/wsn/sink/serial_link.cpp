@@ -23,18 +23,20 @@ constexpr std::array<FaultName, 6> kFaults{
     {{"bad-crc", &HdlcFaults::bad_crc, "a frame with a wrong CRC"},
      {"short-frames", &HdlcFaults::too_short, "a frame of less than 4 bytes"},
      {"long-frames", &HdlcFaults::too_long, "a frame of more than 256 bytes"},
-     {"broken-escapes", &HdlcFaults::broken_escapes, "an escape before a flag"},
-     {"unknown-protocols", &HdlcFaults::unknown_protocols, "a frame of unknown protocol, expected 43, 44 or 45"},
-     {"garbage-bytes", &HdlcFaults::bytes_between, "bytes outside of frames"}}};
+     {"broken-escapes", &HdlcFaults::broken_escapes, "an escape byte before a flag"},
+     {"unknown-protocols", &HdlcFaults::unknown_protocols,
+      "a frame with an unknown protocol byte, expected 43, 44 or 45"},
+     {"garbage-bytes", &HdlcFaults::bytes_between, "bytes outside frames"}}};
 
 }  // namespace
 
-SerialLink::SerialLink(Options options, Scheduler& scheduler, SendQueue& queue, SinkNotifier& notifier, Calls calls)
+SerialLink::SerialLink(Options options, Scheduler& scheduler, SendQueue& queue, SinkNotifier& notifier,
+                       Callbacks callbacks)
     : options_(std::move(options)),
       scheduler_(scheduler),
       queue_(queue),
       notifier_(notifier),
-      calls_(std::move(calls)),
+      callbacks_(std::move(callbacks)),
       sequence_(options_.first_sequence) {
   RUBICON_ASSERT(options_.attempts >= 1 && options_.attempts <= 100 && options_.ack_timeout > Duration::zero());
 }
@@ -42,10 +44,10 @@ SerialLink::SerialLink(Options options, Scheduler& scheduler, SendQueue& queue, 
 void SerialLink::begin() {
   RUBICON_ASSERT(!up_);
   reader_.reset();
-  before_ = reader_.faults();
+  earlier_ = reader_.faults();
   up_ = true;
   heard_ = false;
-  unheard_ = 0;
+  unanswered_ = 0;
   if (options_.greeting.empty()) return pump();
   Flight greeting;
   greeting.packet.packet = options_.greeting;
@@ -55,28 +57,28 @@ void SerialLink::begin() {
 
 void SerialLink::end() {
   up_ = false;
-  ack_.cancel();
+  ack_timeout_.cancel();
   auto flight = std::exchange(flight_, std::nullopt);
   if (!flight || flight->greeting || flight->acknowledged) return;
-  kept_ = std::move(flight);
-  if (!kept_->packet.repeatable || std::exchange(kept_->again, true)) return drop_kept();
-  watch_kept();
+  interrupted_ = std::move(flight);
+  if (!interrupted_->packet.repeatable || std::exchange(interrupted_->interrupted, true)) return drop_interrupted();
+  expire_interrupted();
 }
 
-/// Its time may be over before there is a line again.
-void SerialLink::watch_kept() {
-  if (kept_->packet.expires == SteadyTime::max()) return;
-  kept_expiry_ = scheduler_.at(kept_->packet.expires, [this] { drop_kept(); });
+/// The packet may expire before there is a line again.
+void SerialLink::expire_interrupted() {
+  if (interrupted_->packet.expires == SteadyTime::max()) return;
+  interrupted_expiry_ = scheduler_.at(interrupted_->packet.expires, [this] { drop_interrupted(); });
 }
 
-void SerialLink::drop_kept() {
-  kept_expiry_.cancel();
+void SerialLink::drop_interrupted() {
+  interrupted_expiry_.cancel();
   ++counters_.unacknowledged;
-  queue_.report(std::move(kept_->packet.done), SendResult::kNotAcknowledged);
-  kept_.reset();
+  queue_.report(std::move(interrupted_->packet.done), SendResult::kNotAcknowledged);
+  interrupted_.reset();
 }
 
-// What comes.
+// Receiving.
 
 void SerialLink::take(ByteView bytes) {
   while (up_) {
@@ -86,27 +88,27 @@ void SerialLink::take(ByteView bytes) {
   }
 }
 
-/// False: this is gone. The ack goes before the packet is looked at (wsn.md 2, rule 4).
+/// False: this was destroyed. A frame is acknowledged before its packet is interpreted (wsn.md 2, rule 4).
 bool SerialLink::take_frame(const motes::HdlcFrame& frame) {
-  unheard_ = 0;
+  unanswered_ = 0;
   const auto self = lifetime_.watch();
   if (frame.protocol == motes::kHdlcAckedPacket) send_ack(frame.sequence);
-  if (self.ended() || !first_sound()) return false;
+  if (self.ended() || !note_first_frame()) return false;
   if (frame.protocol != motes::kHdlcAck) return notifier_.received(frame.packet);
   acknowledge(frame.sequence);
   return !self.ended();
 }
 
 void SerialLink::send_ack(std::uint8_t sequence) {
-  if (calls_.unwritten() <= kMostUnwritten) return calls_.write(motes::hdlc_ack(sequence));
+  if (callbacks_.unwritten() <= kMaxUnwritten) return callbacks_.write(motes::hdlc_ack(sequence));
   ++counters_.unsent_acks;
-  (void)notifier_.note("unsent-acks", "the line takes no bytes: acks to the sink are not sent");
+  (void)notifier_.note("unsent-acks", "the line takes no bytes: acknowledgements to the sink are not sent");
 }
 
-bool SerialLink::first_sound() {
+bool SerialLink::note_first_frame() {
   if (std::exchange(heard_, true)) return true;
   const auto self = lifetime_.watch();
-  calls_.heard();
+  callbacks_.heard();
   return !self.ended();
 }
 
@@ -122,9 +124,9 @@ bool SerialLink::note_faults() {
   return !self.ended();
 }
 
-/// An ack of another packet's attempt is waited over (wsn.md 2). One of an earlier attempt of this packet shows that
-/// the sink has it; but the last attempt is on its way to the sink too, and what follows too soon may be lost
-/// (wsn.md 9.7).
+/// Acknowledgements of other packets are ignored (wsn.md 2). One of an earlier attempt shows that the sink has the
+/// packet; the next packet still waits for the acknowledgement of the last attempt, because the sink may lose what
+/// follows too soon (wsn.md 9.7).
 void SerialLink::acknowledge(std::uint8_t sequence) {
   if (!flight_) return;
   const auto attempt = static_cast<std::uint8_t>(sequence - flight_->first);
@@ -136,21 +138,21 @@ void SerialLink::acknowledge(std::uint8_t sequence) {
   }
   if (last) {
     flight_.reset();
-    ack_.cancel();
+    ack_timeout_.cancel();
   }
   const auto self = lifetime_.watch();
-  calls_.acknowledges(true);
+  callbacks_.acknowledges(true);
   if (!self.ended()) pump();
 }
 
-// What goes.
+// Sending.
 
 void SerialLink::pump() {
   if (!up_ || flight_) return;
-  if (kept_ && kept_->packet.expires <= scheduler_.now()) drop_kept();
-  if (kept_) {
-    kept_expiry_.cancel();
-    return start(*std::exchange(kept_, std::nullopt));
+  if (interrupted_ && interrupted_->packet.expires <= scheduler_.now()) drop_interrupted();
+  if (interrupted_) {
+    interrupted_expiry_.cancel();
+    return start(*std::exchange(interrupted_, std::nullopt));
   }
   auto packet = queue_.take();
   if (!packet) return;
@@ -163,16 +165,16 @@ void SerialLink::start(Flight flight) {
   flight.attempts = flight.blocked = 0;
   flight.first = sequence_;
   flight_ = std::move(flight);
-  const bool leaves_first = !flight_->again;
+  const bool first_time = !flight_->interrupted;
   attempt();
-  if (leaves_first) notifier_.left(Bytes(flight_->packet.packet));  // whoever is told may end the flight
+  if (first_time) notifier_.sent(Bytes(flight_->packet.packet));  // a copy: the callback may end the flight
 }
 
 void SerialLink::attempt() {
   ++flight_->attempts;
   flight_->blocked = 0;
-  calls_.write(motes::hdlc_acked_packet(sequence_++, flight_->packet.packet));
-  ack_ = scheduler_.after(options_.ack_timeout, [this] { waited(); });
+  callbacks_.write(motes::hdlc_acked_packet(sequence_++, flight_->packet.packet));
+  ack_timeout_ = scheduler_.after(options_.ack_timeout, [this] { ack_timed_out(); });
 }
 
 bool SerialLink::may_repeat() const {
@@ -180,13 +182,13 @@ bool SerialLink::may_repeat() const {
   return packet.repeatable && flight_->attempts < options_.attempts && packet.expires > scheduler_.now();
 }
 
-/// No ack came in time. What the line has not even taken is not written once more.
-void SerialLink::waited() {
+/// No acknowledgement came in time. A frame that the line has not taken yet is not written again.
+void SerialLink::ack_timed_out() {
   if (flight_->acknowledged) return next();
-  if (calls_.unwritten() > 0) {
+  if (callbacks_.unwritten() > 0) {
     if (++flight_->blocked >= options_.attempts)
-      return calls_.failed({ErrorCode::kUnreachable, "the line takes no bytes"});
-    ack_ = scheduler_.after(options_.ack_timeout, [this] { waited(); });
+      return callbacks_.failed({ErrorCode::kUnreachable, "the line takes no bytes"});
+    ack_timeout_ = scheduler_.after(options_.ack_timeout, [this] { ack_timed_out(); });
     return;
   }
   if (!may_repeat()) return give_up();
@@ -198,19 +200,21 @@ void SerialLink::give_up() {
   ++counters_.unacknowledged;
   const auto attempts = flight_->attempts;
   if (flight_->greeting && !heard_) {
-    const bool something = reader_.faults() != before_;
-    return calls_.failed({ErrorCode::kUnreachable,
-                          fmt::format("the sink does not acknowledge: no answer to {} attempts{}", attempts,
-                                      something ? ", only bytes that are no frames: is the baud rate right?" : "")});
+    const bool noise = reader_.faults() != earlier_;
+    return callbacks_.failed(
+        {ErrorCode::kUnreachable,
+         fmt::format("the sink does not acknowledge: no answer to {} attempts{}", attempts,
+                     noise ? "; only bytes that are not frames arrived: check the baud rate" : "")});
   }
   queue_.report(std::move(flight_->packet.done), SendResult::kNotAcknowledged);
   const auto self = lifetime_.watch();
-  if (!notifier_.note("unacknowledged", fmt::format("no ack of a packet in {} attempts", attempts))) return;
-  if (heard_ && ++unheard_ >= kMostUnheard) {
+  if (!notifier_.note("unacknowledged", fmt::format("the sink did not acknowledge a packet in {} attempts", attempts)))
+    return;
+  if (heard_ && ++unanswered_ >= kMaxUnanswered) {
     flight_.reset();
-    return calls_.failed({ErrorCode::kUnreachable, "the sink says nothing any more"});
+    return callbacks_.failed({ErrorCode::kUnreachable, "the sink stopped answering"});
   }
-  calls_.acknowledges(false);
+  callbacks_.acknowledges(false);
   if (!self.ended()) next();
 }
 

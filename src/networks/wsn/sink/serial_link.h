@@ -12,45 +12,45 @@
 
 namespace rubicon::networks::wsn::sink {
 
-/// What a sink's serial line asks of its user (wsn.md 2, 9.7), without the line: acks what wants an ack, and sends one
-/// packet at a time, the next when the sink acknowledged it, under a new sequence number with each attempt. Belongs to
-/// a Sink, which may be destroyed in any of its calls.
+/// The computer's side of a sink's serial protocol (wsn.md 2, 9.7), without the line itself: acknowledges the frames
+/// that ask for it, and sends one packet at a time: the next one after the sink's acknowledgement, each attempt under a
+/// new sequence number. Owned by a Sink, which may be destroyed in any callback.
 class SerialLink {
  public:
   struct Options {
-    Bytes greeting;                                  ///< as SinkOptions
+    Bytes greeting;                                  ///< SinkOptions::greeting
     Duration ack_timeout = std::chrono::seconds(1);  ///< wsn.md 2: at least 1 s
-    unsigned attempts = 3;                           ///< of what may be repeated
+    unsigned attempts = 3;                           ///< for repeatable packets, 1 to 100
     std::uint8_t first_sequence = 0;
   };
-  struct Calls {
-    std::function<void(ByteView)> write;     ///< to the line, from which nothing may come back in this call
+  struct Callbacks {
+    std::function<void(ByteView)> write;     ///< to the line, which must not call back during this call
     std::function<std::size_t()> unwritten;  ///< bytes that the line has not taken yet
-    std::function<void()> heard;             ///< the first sound frame after begin()
+    std::function<void()> heard;             ///< the first valid frame after begin()
     std::function<void(bool)> acknowledges;  ///< whether the sink acknowledged the last packet
-    std::function<void(Error)> failed;       ///< the line is of no use: end() is called next
+    std::function<void(Error)> failed;       ///< the line is unusable: the owner calls end() next
   };
   struct Counters {
     std::uint64_t acknowledged = 0, repeated = 0, unacknowledged = 0, unsent_acks = 0;
   };
 
-  /// An ack to the sink is not worth more than so many bytes before it.
-  static constexpr std::size_t kMostUnwritten = 1024;
-  /// So many packets in a row without ack, and no sound frame between them: the sink that was heard is gone.
-  static constexpr unsigned kMostUnheard = 3;
+  /// With more unwritten bytes than this, acknowledgements to the sink are not sent.
+  static constexpr std::size_t kMaxUnwritten = 1024;
+  /// A sink that was heard is lost after this many unacknowledged packets in a row without a valid frame between them.
+  static constexpr unsigned kMaxUnanswered = 3;
 
-  /// Takes what it sends from `queue`.
-  SerialLink(Options options, Scheduler& scheduler, SendQueue& queue, SinkNotifier& notifier, Calls calls);
+  /// Takes the packets to send from `queue`. All references must outlive it.
+  SerialLink(Options options, Scheduler& scheduler, SendQueue& queue, SinkNotifier& notifier, Callbacks callbacks);
   SerialLink(const SerialLink&) = delete;
   SerialLink& operator=(const SerialLink&) = delete;
 
-  /// The line is there: greets.
+  /// The line is up: sends the greeting. Asserts that it was down.
   void begin();
-  /// The line is gone. What was under way is sent once more on the next one, if it may be and its time allows.
+  /// The line is lost. The packet under way is sent again on the next line if it is repeatable and has not expired.
   void end();
   /// Bytes from the line.
   void take(ByteView bytes);
-  /// Something may wait in the queue.
+  /// The queue may hold a packet.
   void pump();
 
   bool up() const { return up_; }
@@ -61,40 +61,41 @@ class SerialLink {
   struct Flight {
     Outgoing packet;
     bool greeting = false;
-    bool again = false;         ///< the line was lost under it before
-    bool acknowledged = false;  ///< by the ack of an earlier attempt: the last one's is waited for
+    bool interrupted = false;   ///< an earlier line was lost while it was under way
+    bool acknowledged = false;  ///< on an earlier attempt, while the acknowledgement of the last one is outstanding
     unsigned attempts = 0;      ///< on this line
-    unsigned blocked = 0;       ///< times the line had not taken the last attempt
+    unsigned blocked = 0;       ///< timeouts during which the line did not take the last attempt
     std::uint8_t first = 0;     ///< sequence number of the first attempt
   };
 
   void send_ack(std::uint8_t sequence);
   bool take_frame(const motes::HdlcFrame& frame);
-  bool first_sound();
+  bool note_first_frame();
   void acknowledge(std::uint8_t sequence);
   void start(Flight flight);
   void attempt();
-  void waited();
+  void ack_timed_out();
   bool may_repeat() const;
   void give_up();
   void next();
-  void watch_kept();
-  void drop_kept();
+  void expire_interrupted();
+  void drop_interrupted();
   bool note_faults();
 
   Options options_;
   Scheduler& scheduler_;
   SendQueue& queue_;
   SinkNotifier& notifier_;
-  Calls calls_;
+  Callbacks callbacks_;
   motes::HdlcReader reader_;
-  motes::HdlcFaults noted_, before_;  ///< faults that were told; those before this line
+  motes::HdlcFaults noted_;    ///< faults already passed to the notifier
+  motes::HdlcFaults earlier_;  ///< faults on earlier lines
   bool up_ = false, heard_ = false;
-  unsigned unheard_ = 0;  ///< packets in a row that were given up, without a sound frame
+  unsigned unanswered_ = 0;  ///< unacknowledged packets since the last valid frame
   std::uint8_t sequence_;
   std::optional<Flight> flight_;
-  std::optional<Flight> kept_;  ///< what a lost line interrupted
-  Timer ack_, kept_expiry_;
+  std::optional<Flight> interrupted_;  ///< by the loss of the line
+  Timer ack_timeout_, interrupted_expiry_;
   Counters counters_;
   base::Lifetime lifetime_;
 };

@@ -12,7 +12,7 @@ namespace {
 
 using Phase = SinkState::Phase;
 
-constexpr std::string_view kSilent = "the sink does not acknowledge";
+constexpr std::string_view kNotAcknowledging = "the sink does not acknowledge";
 
 SerialLink::Options link_options(const SinkOptions& options, std::uint8_t first_sequence) {
   SerialLink::Options link;
@@ -24,25 +24,25 @@ SerialLink::Options link_options(const SinkOptions& options, std::uint8_t first_
 }  // namespace
 
 SerialSink::SerialSink(const SinkOptions& options, Scheduler& scheduler, transport::Transports& transports,
-                       SinkCallbacks calls, std::uint8_t first_sequence)
+                       SinkCallbacks callbacks, std::uint8_t first_sequence)
     : source_(options.source),
       transports_(transports),
-      notifier_(std::move(calls)),
+      notifier_(std::move(callbacks)),
       queue_(scheduler, options.lane_size, {[this] { link_.pump(); }, [this](Lane lane) { notifier_.room(lane); }}),
-      link_(link_options(options, first_sequence), scheduler, queue_, notifier_, link_calls()),
+      link_(link_options(options, first_sequence), scheduler, queue_, notifier_, link_callbacks()),
       greets_(!options.greeting.empty()) {}
 
-/// A frame that the line does not take is as good as lost on it: its ack is waited for in any case.
-SerialLink::Calls SerialSink::link_calls() {
-  SerialLink::Calls calls;
-  calls.write = [this](ByteView bytes) {
+/// Write errors need no treatment: such a frame is not acknowledged, like one that got lost.
+SerialLink::Callbacks SerialSink::link_callbacks() {
+  SerialLink::Callbacks callbacks;
+  callbacks.write = [this](ByteView bytes) {
     if (line_) (void)line_->send(bytes);
   };
-  calls.unwritten = [this] { return line_ ? line_->queued() : std::size_t{0}; };
-  calls.heard = [this] { (void)notifier_.state(Phase::kUp, {}); };
-  calls.acknowledges = [this](bool does) { acknowledges(does); };
-  calls.failed = [this](Error why) { lost(std::move(why)); };
-  return calls;
+  callbacks.unwritten = [this] { return line_ ? line_->queued() : std::size_t{0}; };
+  callbacks.heard = [this] { (void)notifier_.set_state(Phase::kUp, {}); };
+  callbacks.acknowledges = [this](bool acknowledges) { show_acknowledging(acknowledges); };
+  callbacks.failed = [this](Error why) { lost(std::move(why)); };
+  return callbacks;
 }
 
 Result<void> SerialSink::open() {
@@ -57,7 +57,7 @@ Result<void> SerialSink::open() {
 Result<std::unique_ptr<transport::ByteStream>> SerialSink::open_line() {
   transport::StreamCalls calls;
   calls.connected = [this] {
-    if (!greets_ && !notifier_.state(Phase::kUp, {})) return;
+    if (!greets_ && !notifier_.set_state(Phase::kUp, {})) return;
     link_.begin();
   };
   calls.received = [this](ByteView bytes) { link_.take(bytes); };
@@ -67,13 +67,13 @@ Result<std::unique_ptr<transport::ByteStream>> SerialSink::open_line() {
   return HostStream::open(source_.host, source_.port, transports_, std::move(calls));
 }
 
-void SerialSink::acknowledges(bool does) {
+void SerialSink::show_acknowledging(bool acknowledges) {
   if (notifier_.state().phase == Phase::kUp)
-    (void)notifier_.state(Phase::kUp, does ? std::string() : std::string(kSilent));
+    (void)notifier_.set_state(Phase::kUp, acknowledges ? std::string() : std::string(kNotAcknowledging));
 }
 
 void SerialSink::lost(Error why) {
-  const auto keep = std::move(line_);  // it may make this call
+  const auto keep = std::move(line_);  // this call may come from it
   link_.end();
   (void)notifier_.failed({why.code, fmt::format("{}: {}", to_string(source_), why.text)});
 }

@@ -6,14 +6,13 @@
 
 namespace rubicon::networks::wsn::sink {
 
-/// A sink on a serial line, or on the bytes of one over TCP (Source::Kind kSerial, kStream). Up at the first sound
-/// frame from it; a sink that answers nothing to the greeting is a lost line. Without a greeting it is up when the line
-/// is.
+/// A sink on a serial line, or on the bytes of one over TCP (Source::Kind kSerial, kStream). Up after its first valid
+/// frame; a sink that does not answer the greeting is a lost line. Without a greeting it is up when the line is.
 class SerialSink final : public Sink {
  public:
-  /// `first_sequence`: of the first frame; any will do (wsn.md 2).
-  SerialSink(const SinkOptions& options, Scheduler& scheduler, transport::Transports& transports, SinkCallbacks calls,
-             std::uint8_t first_sequence);
+  /// `first_sequence`: of the first frame; any value will do (wsn.md 2).
+  SerialSink(const SinkOptions& options, Scheduler& scheduler, transport::Transports& transports,
+             SinkCallbacks callbacks, std::uint8_t first_sequence);
   SerialSink(const SerialSink&) = delete;
   SerialSink& operator=(const SerialSink&) = delete;
 
@@ -24,8 +23,8 @@ class SerialSink final : public Sink {
 
  private:
   Result<std::unique_ptr<transport::ByteStream>> open_line();
-  SerialLink::Calls link_calls();
-  void acknowledges(bool does);
+  SerialLink::Callbacks link_callbacks();
+  void show_acknowledging(bool acknowledges);
   void lost(Error why);
 
   Source source_;

@@ -11,8 +11,8 @@ namespace rubicon::networks::wsn::sink {
 
 namespace {
 
-/// Another one at each start, so that no ack of an earlier life is taken for ours.
-std::uint8_t any_sequence(const Scheduler& scheduler) {
+/// Differs from start to start, so that a late acknowledgement to an earlier process does not match.
+std::uint8_t start_sequence(const Scheduler& scheduler) {
   const auto time = std::chrono::floor<std::chrono::milliseconds>(scheduler.wall_now().time_since_epoch());
   return static_cast<std::uint8_t>(static_cast<std::uint64_t>(time.count()) & 0xffU);
 }
@@ -20,16 +20,16 @@ std::uint8_t any_sequence(const Scheduler& scheduler) {
 }  // namespace
 
 std::unique_ptr<Sink> make_sink(SinkOptions options, Scheduler& scheduler, transport::Transports& transports,
-                                SinkCallbacks calls) {
+                                SinkCallbacks callbacks) {
   switch (options.source.kind) {
     case Source::Kind::kForwarder:
-      return std::make_unique<ForwarderSink>(std::move(options), scheduler, transports, std::move(calls));
+      return std::make_unique<ForwarderSink>(std::move(options), scheduler, transports, std::move(callbacks));
     case Source::Kind::kFile:
-      return std::make_unique<FileSink>(std::move(options), scheduler, transports, std::move(calls));
+      return std::make_unique<FileSink>(std::move(options), scheduler, transports, std::move(callbacks));
     case Source::Kind::kSerial:
     case Source::Kind::kStream: break;
   }
-  return std::make_unique<SerialSink>(options, scheduler, transports, std::move(calls), any_sequence(scheduler));
+  return std::make_unique<SerialSink>(options, scheduler, transports, std::move(callbacks), start_sequence(scheduler));
 }
 
 }  // namespace rubicon::networks::wsn::sink

@@ -12,24 +12,23 @@
 
 namespace rubicon::networks::wsn::sink {
 
-/// Who wants a packet sent; an earlier one goes before a later one, but none waits for ever.
+/// Priority of a packet, best first. SendQueue lets no lane starve.
 enum class Lane : std::uint8_t { kCommand, kClient, kSampling, kProbe };
 inline constexpr std::size_t kLanes = 4;
 
-/// What became of a packet.
 enum class SendResult : std::uint8_t {
-  kAcknowledged,     ///< the sink took it (wsn.md 9.7); by a forwarder: it was handed over
-  kNotAcknowledged,  ///< the sink did not acknowledge any of the attempts: it may have executed it
-  kExpired,          ///< its time was over before it could leave
-  kRefused           ///< the source takes none (a recording)
+  kAcknowledged,     ///< by the sink (wsn.md 9.7); over a forwarder: written to the forwarder
+  kNotAcknowledged,  ///< by the sink, after all attempts: the packet may have been executed
+  kExpired,          ///< before it could be sent
+  kRefused           ///< the source takes no packets (a recording)
 };
 using SendCallback = std::function<void(SendResult)>;
 
 struct Outgoing {
-  Bytes packet;  ///< 1 to 255 bytes, no framing
+  Bytes packet;  ///< 1 to 255 bytes, without framing
   Lane lane = Lane::kCommand;
   SteadyTime expires = SteadyTime::max();
-  /// False for what may not be executed twice: it is sent once, acknowledged or not (wsn.md 2, 10).
+  /// False: the packet must not be executed twice, so it is sent only once, acknowledged or not (wsn.md 2, 10).
   bool repeatable = true;
   SendCallback done;  ///< called exactly once, in a later turn, unless the sink is destroyed; may be empty
 };
@@ -37,49 +36,50 @@ struct Outgoing {
 struct SinkState {
   enum class Phase : std::uint8_t { kOff, kConnecting, kUp, kEnded };
   Phase phase = Phase::kOff;
-  std::string reason;  ///< in words: "the sink does not acknowledge"
+  std::string reason;  ///< for people: "the sink does not acknowledge"; empty if there is nothing to explain
 };
 
-/// Called in turns of the loop, never from inside a call to the sink. The sink, and with it these, may be destroyed in
-/// any of them as the last thing it does. Each may be empty.
+/// Called in turns of the loop, never from inside a call to the sink. A callback may destroy the sink, as its last
+/// action. Each may be empty.
 struct SinkCallbacks {
   std::function<void(const SinkState&)> changed;
-  /// The line is lost and closed; open() may be called again. What waits stays in its lanes.
+  /// The line is lost and closed; open() may be called again. Waiting packets stay in their lanes.
   std::function<void(Error)> failed;
   std::function<void(ByteView packet)> received;
-  /// A packet left for the first time (not told again for its repetitions).
-  std::function<void(ByteView packet)> left;
+  /// A packet was sent for the first time; not called for its repetitions.
+  std::function<void(ByteView packet)> sent;
   /// A lane that refused a packet has room again.
   std::function<void(Lane)> room;
-  /// Something odd that is counted too and worth a line in a log, but not each time: whoever is told keeps to one a
-  /// minute for a subject (a counter's name).
+  /// An anomaly for the log, which is counted too; the callee limits it to one line per subject and minute. `subject`
+  /// is the name of the counter.
   std::function<void(const std::string& subject, std::string_view text)> note;
 };
 
 struct SinkOptions {
   Source source;
-  /// The first packet after each opening, before all others: its acknowledgement shows that the sink is there
-  /// (wsn.md 9.1). Empty = none: then a line is up when it is there, and a sink that answers nothing goes unnoticed.
+  /// The first packet after each opening, sent before all others: its acknowledgement shows that the sink is there
+  /// (wsn.md 9.1). Empty: none; the sink is then up as soon as the line is, and a silent sink goes unnoticed.
   Bytes greeting;
-  std::size_t lane_size = 128;  ///< packets that may wait in a lane
+  std::size_t lane_size = 128;  ///< packets that may wait in a lane, at least 1
 };
 
-/// The way to one sink, whatever the source: one packet at a time, the next when the sink acknowledged it (wsn.md 9.7).
-/// What waits survives a lost line. Destroyed = closed.
+/// The connection to one sink over any kind of source. Sends one packet at a time, the next one after the sink
+/// acknowledged it (wsn.md 9.7). Waiting packets survive a lost line. Destroying it closes the line.
 class Sink {
  public:
   virtual ~Sink() = default;
-  /// Begins to connect; success shows as phase kUp. Never blocks.
+  /// Starts to connect; phase kUp reports success. Never blocks.
   virtual Result<void> open() = 0;
-  /// kBusy when the lane is full: `room` tells when it no longer is. kRefused by a recording. Where it fails `done` is
-  /// not called. A packet of another size than Outgoing says is asserted.
+  /// kBusy: the lane is full, `room` is called later. kRefused: the source is a recording. After an error `done` is not
+  /// called. Asserts the size that Outgoing demands.
   virtual Result<void> send(Outgoing packet) = 0;
   virtual const SinkState& state() const = 0;
   /// Counters by name (`[a-z-]+`).
   virtual std::map<std::string, std::uint64_t> counters() const = 0;
 };
 
+/// Scheduler and transports must outlive the sink.
 std::unique_ptr<Sink> make_sink(SinkOptions options, Scheduler& scheduler, transport::Transports& transports,
-                                SinkCallbacks calls);
+                                SinkCallbacks callbacks);
 
 }  // namespace rubicon::networks::wsn::sink

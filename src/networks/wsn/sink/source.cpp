@@ -30,9 +30,9 @@ constexpr std::array<std::pair<std::string_view, unsigned>, 13> kPlatforms{{{"mi
                                                                             {"ucmini", 115200}}};
 
 constexpr std::string_view kForms = "`serial@DEVICE:BAUD`, `network@HOST:PORT`, `sf@HOST:PORT` or `file@PATH`";
-constexpr std::string_view kRecords = "`file@PATH` behind a `+`, to record";
+constexpr std::string_view kRecords = "`+file@PATH` to record";
 
-/// A part of the source string and where it begins there.
+/// A part of the source string and its offset there.
 struct Part {
   std::string_view text;
   std::size_t at = 0;
@@ -41,15 +41,15 @@ struct Part {
   Part first(std::size_t count) const { return {text.substr(0, count), at}; }
 };
 
-/// Positions are told from 1 on.
+/// Positions count from 1.
 auto wrong(const Part& part, std::string_view expected) {
   return fail(ErrorCode::kInvalid,
               fmt::format("source, position {}: \"{}\", expected {}", part.at + 1, part.text, expected));
 }
 
-auto not_offered(const Part& part, std::string_view instead) {
+auto not_supported(const Part& part, std::string_view instead) {
   return fail(ErrorCode::kUnsupported,
-              fmt::format("source, position {}: \"{}\" is not offered; {}", part.at + 1, part.text, instead));
+              fmt::format("source, position {}: \"{}\" is not supported; {}", part.at + 1, part.text, instead));
 }
 
 Part trimmed(const Part& part) {
@@ -83,7 +83,7 @@ Result<unsigned> read_baud(const Part& part) {
 }
 
 Result<Source> read_serial(const Part& rest) {
-  const auto colon = rest.text.rfind(':');  // paths by bus have colons too
+  const auto colon = rest.text.rfind(':');  // /dev/serial/by-path names contain colons
   if (colon == rest.text.npos || colon == 0) return wrong(rest, "DEVICE:BAUD, as in `serial@/dev/ttyUSB0:telosb`");
   const auto baud = read_baud(rest.from(colon + 1));
   if (!baud) return fail(baud.error());
@@ -110,7 +110,7 @@ Result<Source> read_endpoint(const Part& part, Source::Kind kind, bool comma) {
   const auto separator = closing == part.text.npos ? closing : part.text.find_first_of(comma ? ":," : ":", closing);
   const auto host = part.first(separator);
   const bool whole = bracketed ? separator == closing + 1 && closing > 1 : separator != part.text.npos;
-  if (!whole) return wrong(part, "HOST:PORT, the port is mandatory");
+  if (!whole) return wrong(part, "HOST:PORT with a port");
   const auto name = bracketed ? host.text.substr(1, closing - 1) : host.text;
   if (!is_host(name, bracketed)) return wrong(host, "a host name or address");
   const auto digits = part.from(separator + 1);
@@ -126,7 +126,7 @@ Result<Source> read_endpoint(const Part& part, Source::Kind kind, bool comma) {
 }
 
 Result<Source> read_file(const Part& rest) {
-  if (rest.text.empty()) return wrong(rest, "the path of a packet log behind `file@`");
+  if (rest.text.empty()) return wrong(rest, "`file@` and the path of a packet log");
   Source source;
   source.kind = Source::Kind::kFile;
   source.path = rest.text;
@@ -156,27 +156,27 @@ Result<Source> read_first(const Part& part) {
   if (scheme == "sf") return read_endpoint(rest, Source::Kind::kForwarder, false);
   if (scheme == "file") return read_file(rest);
   if (is_simulator(part))
-    return not_offered(part, "let the simulator offer its serial port over TCP and use `network@HOST:PORT`");
+    return not_supported(part, "make the simulator serve its serial port over TCP and use `network@HOST:PORT`");
   if (scheme == "peis")
-    return not_offered(part,
-                       "let the proxy that has the sink share it (`share:` of its network) and use `sf@HOST:PORT`");
-  if (scheme == "log") return not_offered(part, "to play a packet log use `file@PATH`, or a network of type `log`");
+    return not_supported(part,
+                         "share the sink from the proxy that owns it (`share:` of its network) and use `sf@HOST:PORT`");
+  if (scheme == "log") return not_supported(part, "to play a packet log use `file@PATH`, or a network of type `log`");
   if (scheme.empty() && part.text.find(',') != part.text.npos) return read_endpoint(part, Source::Kind::kStream, true);
   return wrong(part, kForms);
 }
 
 Result<void> read_later(const Part& part, Source& source) {
   const auto [scheme, rest] = split(part);
-  if (scheme == "peis") return not_offered(part, "`share:` of the network offers the sink to other programs");
+  if (scheme == "peis") return not_supported(part, "use `share:` of the network to offer the sink to other programs");
   if (scheme == "serial" || scheme == "network" || scheme == "sf" || is_simulator(part))
-    return wrong(part, fmt::format("one source only, and {}", kRecords));
+    return wrong(part, fmt::format("only one source, and {}", kRecords));
   if (scheme == "log") return wrong(part, kRecords);
   if (scheme != "file")
-    return wrong(part, fmt::format("{} (`+` and `>>` part elements: no path can hold them)", kRecords));
-  if (rest.text.empty()) return wrong(rest, "the path to record to behind `file@`");
-  if (!source.record.empty()) return wrong(part, "one file to record to");
+    return wrong(part, fmt::format("{} (`+` and `>>` separate elements: a path cannot contain them)", kRecords));
+  if (rest.text.empty()) return wrong(rest, "`file@` and the path to record to");
+  if (!source.record.empty()) return wrong(part, "only one file to record to");
   if (source.kind == Source::Kind::kFile && source.path == rest.text)
-    return wrong(part, "another file than the one that is played");
+    return wrong(part, "a file other than the one that is played");
   source.record = rest.text;
   return {};
 }
@@ -193,8 +193,8 @@ Result<Source> parse_source(std::string_view text) {
 }
 
 std::string to_string(const Source& source) {
-  const bool six = source.host.find(':') != std::string::npos;
-  const auto endpoint = fmt::format("{}{}{}:{}", six ? "[" : "", source.host, six ? "]" : "", source.port);
+  const bool ipv6 = source.host.find(':') != std::string::npos;
+  const auto endpoint = fmt::format("{}{}{}:{}", ipv6 ? "[" : "", source.host, ipv6 ? "]" : "", source.port);
   switch (source.kind) {
     case Source::Kind::kSerial: return fmt::format("serial@{}:{}", source.path, source.baud);
     case Source::Kind::kStream: return "network@" + endpoint;

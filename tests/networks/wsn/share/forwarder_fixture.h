@@ -14,14 +14,14 @@ namespace rubicon::networks::wsn::share {
 
 using namespace std::chrono_literals;
 
-/// One that tells which it is, in the form of wsn.md 3: dispatch, AM header, payload of `size` bytes.
+/// A packet with its number, in the form of wsn.md 3: dispatch, AM header, payload of `size` bytes.
 inline Bytes packet(std::uint8_t number, std::size_t size = 4, std::uint8_t type = 0x1c) {
   Bytes bytes{0x00, 0x00, 0x01, 0x00, 0x00, static_cast<std::uint8_t>(size), 0x00, type};
   bytes.resize(8 + size, number);
   return bytes;
 }
 
-/// As it stands in the stream.
+/// As in the stream.
 inline Bytes sent(const Bytes& packet) {
   Bytes bytes{static_cast<std::uint8_t>(packet.size())};
   bytes.insert(bytes.end(), packet.begin(), packet.end());
@@ -30,16 +30,16 @@ inline Bytes sent(const Bytes& packet) {
 
 inline const Bytes kHello{0x55, 0x20};
 
-/// Another program, which speaks as wsn.md 4.1 says.
+/// Another program, which follows wsn.md 4.1.
 struct Program {
   std::unique_ptr<transport::TcpStream> stream;
   Bytes heard;
-  bool hung_up_on = false;
+  bool disconnected = false;
 
   void connect(transport::Transports& transports) {
     transport::TcpCalls calls;
     calls.received = [this](ByteView bytes) { heard.insert(heard.end(), bytes.begin(), bytes.end()); };
-    calls.failed = [this](const Error&) { hung_up_on = true; };
+    calls.failed = [this](const Error&) { disconnected = true; };
     stream = std::move(transports.open_tcp({{"127.0.0.1", 9002}}, std::move(calls))).value();
   }
   void greet(transport::Transports& transports) {
@@ -48,7 +48,7 @@ struct Program {
   }
   void send(const Bytes& bytes) { EXPECT_TRUE(stream->send(bytes)); }
   void say(const Bytes& packet) { send(sent(packet)); }
-  /// What came behind the greeting, cut into packets.
+  /// What followed the greeting, split into packets.
   std::vector<Bytes> packets() const {
     std::vector<Bytes> all;
     for (std::size_t at = 2; at < heard.size(); at += std::size_t{1} + heard[at]) {
@@ -81,7 +81,7 @@ class ForwarderTest : public ::testing::Test {
   /// So many packets more are taken.
   void make_room(std::size_t more) {
     space = taken.size() + more;
-    forwarder->room();
+    forwarder->resume();
     run();
   }
   std::uint64_t counted(const std::string& name) const { return forwarder->counters().at(name); }

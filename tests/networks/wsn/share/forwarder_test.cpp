@@ -31,7 +31,7 @@ TEST_F(ForwarderTest, EveryClientThatGreetedHearsEveryPacketOfTheSink) {
   two.greet(host);
   silent.connect(host);
   run();
-  for (std::uint8_t number = 1; number <= 3; ++number) forwarder->tell(packet(number, 114));
+  for (std::uint8_t number = 1; number <= 3; ++number) forwarder->broadcast(packet(number, 114));
   run();
   for (auto* program : {&one, &two})
     EXPECT_THAT(program->packets(), ElementsAre(packet(1, 114), packet(2, 114), packet(3, 114)));
@@ -63,7 +63,7 @@ TEST_F(ForwarderTest, ReadsMaySplitAnywhere) {
   EXPECT_THAT(numbers(), ElementsAre(1, 2, 3, 4, 5));
 }
 
-TEST_F(ForwarderTest, AClientThatDoesNotGreetIsHungUpOnAndDisturbsNobody) {
+TEST_F(ForwarderTest, AClientThatDoesNotGreetIsDisconnected) {
   open();
   Program silent, half, sound;
   silent.connect(host);
@@ -71,21 +71,21 @@ TEST_F(ForwarderTest, AClientThatDoesNotGreetIsHungUpOnAndDisturbsNobody) {
   half.send({0x55});
   sound.greet(host);
   run(4990ms);
-  EXPECT_FALSE(silent.hung_up_on);
+  EXPECT_FALSE(silent.disconnected);
   sound.say(packet(1));
   run(20ms);
-  EXPECT_TRUE(silent.hung_up_on);
-  EXPECT_TRUE(half.hung_up_on);
-  EXPECT_FALSE(sound.hung_up_on);
+  EXPECT_TRUE(silent.disconnected);
+  EXPECT_TRUE(half.disconnected);
+  EXPECT_FALSE(sound.disconnected);
   EXPECT_THAT(numbers(), ElementsAre(1));
   EXPECT_EQ(counted("dropped-silent"), 2u);
   EXPECT_EQ(counted("clients"), 1u);
   EXPECT_THAT(notes, Contains(HasSubstr("did not greet within 5 s")));
   run(1h);
-  EXPECT_FALSE(sound.hung_up_on) << "who greeted may be silent for ever";
+  EXPECT_FALSE(sound.disconnected) << "after the greeting it may be silent for ever";
 }
 
-TEST_F(ForwarderTest, OnlyWhoSpeaksTheProtocolIsKept) {
+TEST_F(ForwarderTest, OnlyClientsOfTheProtocolAreKept) {
   open();
   const std::vector<std::pair<Bytes, bool>> cases{
       {{0x55, 0x20}, true},  {{0x55, 0x21}, true},  {{0x55, 0xff}, true},         {{0x55, 0x1f}, false},
@@ -95,7 +95,7 @@ TEST_F(ForwarderTest, OnlyWhoSpeaksTheProtocolIsKept) {
     program.connect(host);
     program.send(greeting);
     run(100ms);
-    EXPECT_EQ(program.hung_up_on, !kept) << base::to_hex(greeting);
+    EXPECT_EQ(program.disconnected, !kept) << base::to_hex(greeting);
   }
   run();
   EXPECT_EQ(counted("dropped-strangers"), 4u);
@@ -113,8 +113,8 @@ TEST_F(ForwarderTest, ALengthOf0EndsThatClientOnly) {
   one.say(packet(2));
   two.say(packet(3));
   run();
-  EXPECT_TRUE(one.hung_up_on);
-  EXPECT_FALSE(two.hung_up_on);
+  EXPECT_TRUE(one.disconnected);
+  EXPECT_FALSE(two.disconnected);
   EXPECT_THAT(numbers(), ElementsAre(1, 3)) << "what came before the 0 counts";
   EXPECT_THAT(notes, ElementsAre(StartsWith("dropped-strangers: ")));
 }
@@ -131,7 +131,7 @@ TEST_F(ForwarderTest, PacketsThatTheSinkCannotTakeAreDroppedAndTheClientStays) {
   one.say(packet(4, 247));
   run();
   EXPECT_THAT(taken, ElementsAre(packet(1, 0), packet(2, 114)));
-  EXPECT_FALSE(one.hung_up_on);
+  EXPECT_FALSE(one.disconnected);
   EXPECT_EQ(counted("dropped-bad-packets"), 4u);
   EXPECT_THAT(notes, ElementsAre(HasSubstr("dropped a packet of 1 bytes, expected 8 to 122"))) << "once a minute";
   run(1min);
@@ -140,7 +140,7 @@ TEST_F(ForwarderTest, PacketsThatTheSinkCannotTakeAreDroppedAndTheClientStays) {
   EXPECT_THAT(notes, Contains(HasSubstr("dropped a packet of 123 bytes, expected 8 to 122")));
 }
 
-TEST_F(ForwarderTest, AClientOfBadPacketsAloneIsHungUpOn) {
+TEST_F(ForwarderTest, AClientThatSendsOnlyBadPacketsIsDisconnected) {
   open();
   Program garbage, mixed;
   garbage.greet(host);
@@ -154,11 +154,11 @@ TEST_F(ForwarderTest, AClientOfBadPacketsAloneIsHungUpOn) {
   mixed.say(packet(1));
   bad(mixed, 99);
   run();
-  EXPECT_FALSE(garbage.hung_up_on);
+  EXPECT_FALSE(garbage.disconnected);
   bad(garbage, 1000);
   run();
-  EXPECT_TRUE(garbage.hung_up_on);
-  EXPECT_FALSE(mixed.hung_up_on) << "a good one between them";
+  EXPECT_TRUE(garbage.disconnected);
+  EXPECT_FALSE(mixed.disconnected) << "a good one between them";
   EXPECT_EQ(counted("dropped-bad-packets"), 100u + 198u);
   EXPECT_EQ(counted("dropped-strangers"), 1u);
   EXPECT_THAT(notes, ElementsAre(StartsWith("dropped-bad-packets"), HasSubstr("100 bad packets in a row")));
@@ -176,7 +176,7 @@ TEST_F(ForwarderTest, ConfigPacketsAreRefusedUnlessClientsMayConfigure) {
   run();
   EXPECT_THAT(taken, ElementsAre(packet(1)));
   EXPECT_EQ(counted("dropped-config"), 1u);
-  EXPECT_FALSE(one.hung_up_on);
+  EXPECT_FALSE(one.disconnected);
 
   forwarder.reset();
   taken.clear();
@@ -190,7 +190,7 @@ TEST_F(ForwarderTest, ConfigPacketsAreRefusedUnlessClientsMayConfigure) {
   EXPECT_THAT(taken, ElementsAre(kSetIsland));
 }
 
-TEST_F(ForwarderTest, ContentIsNotLookedAt) {
+TEST_F(ForwarderTest, ContentIsNotInterpreted) {
   open();
   Program one;
   one.greet(host);
@@ -200,7 +200,7 @@ TEST_F(ForwarderTest, ContentIsNotLookedAt) {
   EXPECT_THAT(taken, ElementsAre(strange));
 }
 
-TEST_F(ForwarderTest, ASlowClientIsHungUpOnAndHoldsUpNobody) {
+TEST_F(ForwarderTest, ASlowClientIsDisconnectedAndDelaysNoOther) {
   ForwarderOptions options;
   options.client_bytes = 1000;
   open(options);
@@ -210,7 +210,7 @@ TEST_F(ForwarderTest, ASlowClientIsHungUpOnAndHoldsUpNobody) {
   run();
   slow.stream->hold(true);
   for (int i = 0; i < 20; ++i) {
-    forwarder->tell(packet(1, 114));
+    forwarder->broadcast(packet(1, 114));
     run(11ms);
     EXPECT_EQ(forwarder->clients(), i < 8 ? 2u : 1u) << "8 packets of 123 bytes wait in 1000 bytes: " << i;
   }
@@ -241,10 +241,10 @@ TEST_F(ForwarderTest, AConfigPacketThatSetsTheIslandOfTheSinkPassesAndEveryOther
   EXPECT_EQ(counted("dropped-config"), 3u);
   ASSERT_THAT(notes, SizeIs(1)) << "once a minute";
   EXPECT_THAT(notes[0], testing::HasSubstr("share-config"));
-  EXPECT_FALSE(original.hung_up_on);
+  EXPECT_FALSE(original.disconnected);
 }
 
-TEST_F(ForwarderTest, MoreClientsThanAllowedAreHungUpOn) {
+TEST_F(ForwarderTest, MoreClientsThanAllowedAreDisconnected) {
   ForwarderOptions options;
   options.clients = 2;
   open(options);
@@ -253,21 +253,21 @@ TEST_F(ForwarderTest, MoreClientsThanAllowedAreHungUpOn) {
     program->greet(host);
     run(10ms);
   }
-  EXPECT_FALSE(one.hung_up_on);
-  EXPECT_FALSE(two.hung_up_on);
-  EXPECT_TRUE(three.hung_up_on);
+  EXPECT_FALSE(one.disconnected);
+  EXPECT_FALSE(two.disconnected);
+  EXPECT_TRUE(three.disconnected);
   EXPECT_EQ(counted("refused-clients"), 1u);
   ASSERT_THAT(notes, SizeIs(1));
-  EXPECT_THAT(notes[0], testing::HasSubstr("refused, there are 2 already (share-clients)"));
+  EXPECT_THAT(notes[0], testing::HasSubstr("refused, 2 are connected (share-clients)"));
   one.stream.reset();
   run();
   Program four;
   four.greet(host);
   run();
-  EXPECT_FALSE(four.hung_up_on) << "a place is free again";
+  EXPECT_FALSE(four.disconnected) << "a place is free again";
 }
 
-TEST_F(ForwarderTest, ALostPortIsToldTheClientsStayAndItCanBeOpenedAgain) {
+TEST_F(ForwarderTest, ALostPortIsReportedTheClientsStayAndItCanBeOpenedAgain) {
   open();
   Program one;
   one.greet(host);
@@ -277,7 +277,7 @@ TEST_F(ForwarderTest, ALostPortIsToldTheClientsStayAndItCanBeOpenedAgain) {
   ASSERT_THAT(failures, SizeIs(1));
   EXPECT_THAT(failures[0].text, HasSubstr("127.0.0.1:9002"));
   EXPECT_EQ(forwarder->local(), transport::Endpoint());
-  forwarder->tell(packet(1));
+  forwarder->broadcast(packet(1));
   run();
   EXPECT_THAT(one.packets(), SizeIs(1));
   ASSERT_TRUE(forwarder->open());
@@ -297,7 +297,7 @@ TEST_F(ForwarderTest, ATakenPortIsBusyAndOpenIsHarmlessTwice) {
   EXPECT_EQ(refused_open.error().code, ErrorCode::kBusy);
 }
 
-TEST_F(ForwarderTest, ADestroyedForwarderHangsUpOnAll) {
+TEST_F(ForwarderTest, ADestroyedForwarderDisconnectsAll) {
   open();
   Program one, two;
   one.greet(host);
@@ -305,19 +305,19 @@ TEST_F(ForwarderTest, ADestroyedForwarderHangsUpOnAll) {
   run();
   forwarder.reset();
   run(10s);
-  EXPECT_TRUE(one.hung_up_on);
-  EXPECT_TRUE(two.hung_up_on);
+  EXPECT_TRUE(one.disconnected);
+  EXPECT_TRUE(two.disconnected);
   EXPECT_EQ(net.tcp.open_streams(), 0u);
 }
 
-TEST_F(ForwarderTest, APacketThatNoLengthByteCanAnnounceIsForNobody) {
+TEST_F(ForwarderTest, APacketThatALengthByteCannotExpressIsDiscarded) {
   open();
   Program one;
   one.greet(host);
   run();
-  forwarder->tell({});
-  forwarder->tell(Bytes(256, 1));
-  forwarder->tell(Bytes(255, 1));
+  forwarder->broadcast({});
+  forwarder->broadcast(Bytes(256, 1));
+  forwarder->broadcast(Bytes(255, 1));
   run();
   EXPECT_THAT(one.packets(), ElementsAre(Bytes(255, 1)));
 }
@@ -337,7 +337,7 @@ TEST_F(ForwarderTest, TheOriginalToolsRecordedConnectionArrivesWhole) {
       original.connect(host);
       original.send(recorded);
       run();
-      EXPECT_FALSE(original.hung_up_on);
+      EXPECT_FALSE(original.disconnected);
       ASSERT_THAT(taken, SizeIs(may_configure ? 4 : 3));
       Bytes again = kHello;
       for (const auto& one : taken)

@@ -99,11 +99,11 @@ TEST_F(ForwarderTest, APacketDoesNotOvertakeAnothersThatWaits) {
   two.say(packet(2));
   run();
   EXPECT_THAT(taken, IsEmpty());
-  forwarder->room();
+  forwarder->resume();
   EXPECT_THAT(numbers(), ElementsAre(1, 2));
 }
 
-TEST_F(ForwarderTest, WhatAClientSaidBeforeItHungUpStillReachesTheSink) {
+TEST_F(ForwarderTest, PacketsOfADisconnectedClientStillReachTheSink) {
   open();
   space = 1;
   Program one;
@@ -117,7 +117,7 @@ TEST_F(ForwarderTest, WhatAClientSaidBeforeItHungUpStillReachesTheSink) {
   EXPECT_THAT(numbers(), ElementsAre(1, 2, 3, 4));
 }
 
-TEST_F(ForwarderTest, ClientsThatHungUpTakeNobodysPlaceAndDoNotPileUp) {
+TEST_F(ForwarderTest, DisconnectedClientsTakeNoPlaceAndAreLimited) {
   ForwarderOptions options;
   options.clients = 2;
   open(options);
@@ -127,17 +127,17 @@ TEST_F(ForwarderTest, ClientsThatHungUpTakeNobodysPlaceAndDoNotPileUp) {
     passing.greet(host);
     passing.say(packet(number));
     run(10ms);
-    EXPECT_FALSE(passing.hung_up_on) << int{number};
+    EXPECT_FALSE(passing.disconnected) << int{number};
     passing.stream.reset();
     run(10ms);
   }
   EXPECT_EQ(counted("refused-clients"), 0u);
   EXPECT_EQ(counted("dropped-gone"), 3u);
   make_room(10);
-  EXPECT_THAT(numbers(), ElementsAre(1, 2)) << "what the first ones said is kept";
+  EXPECT_THAT(numbers(), ElementsAre(1, 2)) << "packets of the first ones are kept";
 }
 
-TEST_F(ForwarderTest, WhatTheSinkCouldNotTakeInTimeIsDroppedAndNothingElse) {
+TEST_F(ForwarderTest, OnlyPacketsThatTheSinkDidNotTakeInTimeAreDropped) {
   open();
   space = 2;
   Program gone, stays, silent;
@@ -153,7 +153,7 @@ TEST_F(ForwarderTest, WhatTheSinkCouldNotTakeInTimeIsDroppedAndNothingElse) {
   run(19900ms);
   EXPECT_EQ(counted("dropped-expired"), 0u);
   run(200ms);
-  EXPECT_EQ(counted("dropped-expired"), 5u) << "3, 4, 11, 12, and 13, which nobody had read";
+  EXPECT_EQ(counted("dropped-expired"), 5u) << "3, 4, 11, 12, and 13, which was not read yet";
   run(1h);
   make_room(10);
   EXPECT_THAT(numbers(), ElementsAre(1, 2));
@@ -161,11 +161,11 @@ TEST_F(ForwarderTest, WhatTheSinkCouldNotTakeInTimeIsDroppedAndNothingElse) {
   silent.say(packet(21));
   run();
   EXPECT_THAT(numbers(), ElementsAre(1, 2, 14, 21)) << "read from again";
-  EXPECT_FALSE(stays.hung_up_on);
+  EXPECT_FALSE(stays.disconnected);
 }
 
 /// An hour without a sink: what is then taken is no older than what may wait here and in the system's buffers.
-TEST_F(ForwarderTest, AClientThatGoesOnWhileThereIsNoSinkIsNotHeardAnHourLater) {
+TEST_F(ForwarderTest, PacketsSentWhileThereIsNoSinkAreNotExecutedAnHourLater) {
   open();
   space = 0;
   Program one;
@@ -182,7 +182,7 @@ TEST_F(ForwarderTest, AClientThatGoesOnWhileThereIsNoSinkIsNotHeardAnHourLater) 
   EXPECT_THAT(numbers(), ElementsAre(60));
 }
 
-/// A connection that broke while nothing was read from it: only sending tells.
+/// A connection that broke while nothing was read from it: only sending detects it.
 class BrokenStream final : public transport::TcpStream {
  public:
   Result<void> send(ByteView) override {
@@ -217,7 +217,7 @@ class OwnPort final : public transport::Transports {
   transport::TcpAccept accept;
 };
 
-TEST_F(ForwarderTest, AHeldClientThatDiedIsNoticedWhenItIsSentTo) {
+TEST_F(ForwarderTest, AHeldClientThatDiedIsDetectedWhenSending) {
   OwnPort port;
   Forwarder held({}, time, port, {[](ByteView) { return false; }, {}, {}});
   ASSERT_TRUE(held.open());
@@ -226,10 +226,10 @@ TEST_F(ForwarderTest, AHeldClientThatDiedIsNoticedWhenItIsSentTo) {
   const auto calls = port.accept(std::move(owned));
   calls.received(kHello);
   calls.received(sent(packet(1)));
-  held.tell(packet(2));
+  held.broadcast(packet(2));
   EXPECT_EQ(held.clients(), 1u);
   stream->broken = true;
-  held.tell(packet(3));
+  held.broadcast(packet(3));
   EXPECT_EQ(held.clients(), 0u);
   EXPECT_EQ(held.counters().at("packets-to-clients"), 1u);
 }

@@ -33,7 +33,7 @@ class EchoingSink {
   static ForwarderOptions options() {
     ForwarderOptions options;
     options.listen.port = 0;
-    options.greeting_time = 2s;
+    options.greeting_timeout = 2s;
     return options;
   }
   ForwarderCallbacks calls() {
@@ -49,7 +49,7 @@ class EchoingSink {
   void work_later() {
     timer_ = scheduler_.after(1ms, [this] {
       for (const auto& packet : std::exchange(waiting_, {})) work(packet);
-      forwarder_.room();
+      forwarder_.resume();
     });
   }
   void work(const Bytes& packet) {
@@ -74,7 +74,7 @@ class EchoingSink {
       writer.u8(static_cast<std::uint8_t>(counters.at(name)));
     auto packet = writer.take();
     packet.resize(122);
-    forwarder_.tell(packet);
+    forwarder_.broadcast(packet);
   }
 
   Scheduler& scheduler_;

@@ -111,7 +111,7 @@ TEST_F(FileSinkTest, RefusesCommands) {
   const auto sent = send(1);
   ASSERT_FALSE(sent);
   EXPECT_EQ(sent.error().code, ErrorCode::kRefused);
-  EXPECT_EQ(sent.error().text, "recorded motes cannot be commanded");
+  EXPECT_EQ(sent.error().text, "a recording takes no packets: recorded motes cannot be commanded");
   time.run_for(1s);
   EXPECT_FALSE(outcome(1));
 }

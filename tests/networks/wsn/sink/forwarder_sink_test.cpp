@@ -39,7 +39,7 @@ class ForwarderSinkTest : public SinkTold {
     time.run_for(1s);
     ASSERT_EQ(phase(), Phase::kUp) << sink->state().reason;
   }
-  /// Fails on what the peer said.
+  /// Fails on what the peer sent.
   Error failure(const Bytes& first, const Bytes& then = {}) {
     reopens = false;
     greeting = first;
@@ -50,7 +50,7 @@ class ForwarderSinkTest : public SinkTold {
     time.run_for(10s);
     EXPECT_EQ(failures.size(), 1U);
     EXPECT_EQ(phase(), Phase::kOff);
-    EXPECT_EQ(stream, nullptr) << "hung up on";
+    EXPECT_EQ(stream, nullptr) << "disconnected";
     return failures.empty() ? Error{} : failures.front();
   }
 
@@ -95,7 +95,7 @@ TEST_F(ForwarderSinkTest, LeavesATenthOfASecondBetweenPackets) {
   heard_at.clear();
   for (std::uint16_t i = 0; i < 10; ++i) ASSERT_TRUE(send(i));
   time.run_for(850ms);
-  EXPECT_EQ(told.size(), 9U);
+  EXPECT_EQ(results.size(), 9U);
   time.run_for(5s);
   ASSERT_EQ(heard_at.size(), 10U);
   for (std::size_t i = 1; i < heard_at.size(); ++i) EXPECT_GE(heard_at[i] - heard_at[i - 1], 100ms);
@@ -151,11 +151,11 @@ TEST_F(ForwarderSinkTest, KeepsWhatWaitsOverALostConnection) {
   ASSERT_EQ(failures.size(), 1U);
   heard.clear();
   time.run_for(5s);
-  EXPECT_EQ(told.size(), 5U);
+  EXPECT_EQ(results.size(), 5U);
   EXPECT_EQ(base::to_hex(heard).substr(0, 28), "55200b00000100000300250a002a") << "the greeting goes first again";
 }
 
-TEST_F(ForwarderSinkTest, SendsNothingMoreToAForwarderThatTakesNothing) {
+TEST_F(ForwarderSinkTest, SendsNothingToAForwarderThatDoesNotRead) {
   connect();
   net.tcp.stall(true);
   for (std::uint16_t i = 0; i < 5; ++i) ASSERT_TRUE(send(i, {Lane::kCommand, 5s}));

@@ -11,7 +11,7 @@ using testing::IsEmpty;
 /// A sink behind a host's name.
 using HostStreamTest = SerialSinkFixture;
 
-TEST_F(HostStreamTest, IsNoLineWhereNobodyListens) {
+TEST_F(HostStreamTest, IsNoLineIfNoServerListens) {
   options.source = parse_source("network@10.0.0.9:1").value();
   reopens = false;
   make();

@@ -16,7 +16,7 @@ class WsnSendQueue : public testing::Test {
     packet.packet = {0, number};
     packet.lane = lane;
     packet.expires = expires;
-    packet.done = [this, number](SendResult what) { told.emplace_back(number, what); };
+    packet.done = [this, number](SendResult what) { results.emplace_back(number, what); };
     return queue->push(std::move(packet));
   }
   int take() {
@@ -32,7 +32,7 @@ class WsnSendQueue : public testing::Test {
   VirtualScheduler time;
   int ready = 0;
   std::vector<Lane> rooms;
-  std::vector<std::pair<int, SendResult>> told;
+  std::vector<std::pair<int, SendResult>> results;
   std::unique_ptr<SendQueue> queue = std::make_unique<SendQueue>(
       time, 4, SendQueue::Callbacks{[this] { ++ready; }, [this](Lane lane) { rooms.push_back(lane); }});
 };
@@ -101,7 +101,7 @@ TEST_F(WsnSendQueue, TellsOfRoomThatExpiryMade) {
   EXPECT_FALSE(push(Lane::kClient, 9));
   time.run_for(1s);
   EXPECT_EQ(rooms, std::vector{Lane::kClient});
-  EXPECT_EQ(told.size(), 4U);
+  EXPECT_EQ(results.size(), 4U);
 }
 
 TEST_F(WsnSendQueue, ReportsEachExpiredPacketOnceAtItsTime) {
@@ -109,23 +109,23 @@ TEST_F(WsnSendQueue, ReportsEachExpiredPacketOnceAtItsTime) {
   ASSERT_TRUE(push(Lane::kSampling, 2, time.now() + 1s));
   ASSERT_TRUE(push(Lane::kSampling, 3));
   time.run_for(999ms);
-  EXPECT_TRUE(told.empty());
+  EXPECT_TRUE(results.empty());
   time.run_for(1ms);
-  EXPECT_EQ(told, (std::vector<std::pair<int, SendResult>>{{2, SendResult::kExpired}}));
+  EXPECT_EQ(results, (std::vector<std::pair<int, SendResult>>{{2, SendResult::kExpired}}));
   time.run_for(1h);
-  EXPECT_EQ(told.size(), 2U);
+  EXPECT_EQ(results.size(), 2U);
   EXPECT_EQ(expired(), 2U);
   EXPECT_EQ(take(), 3);
 }
 
 TEST_F(WsnSendQueue, NeverGivesWhatHasExpired) {
-  // The second one's time is over between two looks for such.
+  // The second one expires between two sweeps.
   ASSERT_TRUE(push(Lane::kCommand, 1, time.now() + 10ms));
   ASSERT_TRUE(push(Lane::kCommand, 2, time.now() + 11ms));
   time.run_for(12ms);
   EXPECT_EQ(take(), -1);
   time.run_ready();
-  EXPECT_EQ(told.size(), 2U);
+  EXPECT_EQ(results.size(), 2U);
 }
 
 TEST_F(WsnSendQueue, AsksForATakerOnceATurn) {
@@ -149,12 +149,12 @@ TEST_F(WsnSendQueue, TellsNothingOnceItIsGone) {
   for (std::uint8_t i = 0; i < 4; ++i) ASSERT_TRUE(push(Lane::kClient, i, time.now() + 1s));
   EXPECT_FALSE(push(Lane::kClient, 9));
   EXPECT_EQ(take(), 0);
-  queue->report([this](SendResult what) { told.emplace_back(0, what); }, SendResult::kAcknowledged);
+  queue->report([this](SendResult what) { results.emplace_back(0, what); }, SendResult::kAcknowledged);
   queue.reset();
   time.run_for(1h);
   EXPECT_EQ(ready, 0);
   EXPECT_TRUE(rooms.empty());
-  EXPECT_TRUE(told.empty());
+  EXPECT_TRUE(results.empty());
 }
 
 }  // namespace

@@ -152,7 +152,7 @@ TEST_F(SerialFaults, FloodOfWhatWantsAcksDoesNotFillTheMemory) {
   SendQueue queue(time, 8, {[] {}, [](Lane) {}});
   SinkNotifier notifier(calls());
   std::size_t waits = 0, most = 0;
-  SerialLink::Calls line;
+  SerialLink::Callbacks line;
   line.write = [&](ByteView bytes) { most = std::max(most, waits += bytes.size()); };
   line.unwritten = [&] { return waits; };
   line.heard = [] {};
@@ -167,10 +167,10 @@ TEST_F(SerialFaults, FloodOfWhatWantsAcksDoesNotFillTheMemory) {
     return counters.at("unsent-acks");
   };
   for (int i = 0; i < 4000; ++i) link.take(frame);
-  EXPECT_EQ(received.size(), 4000U) << "packets are told all the same";
+  EXPECT_EQ(received.size(), 4000U) << "packets are delivered all the same";
   const auto ack = motes::hdlc_ack(1).size();
-  EXPECT_GT(most, SerialLink::kMostUnwritten);
-  EXPECT_LE(most, SerialLink::kMostUnwritten + ack);
+  EXPECT_GT(most, SerialLink::kMaxUnwritten);
+  EXPECT_LE(most, SerialLink::kMaxUnwritten + ack);
   EXPECT_EQ(unsent(), 4000 - most / ack);
   EXPECT_TRUE(noted("unsent-acks"));
   waits = 0;
@@ -187,11 +187,11 @@ TEST_F(SerialFaults, ASinkThatGoesMuteIsALostLine) {
   EXPECT_THAT(failures, IsEmpty()) << "three packets, three attempts each";
   time.run_for(200ms);
   ASSERT_EQ(failures.size(), 1U);
-  EXPECT_THAT(failures[0].text, testing::HasSubstr("the sink says nothing any more"));
+  EXPECT_THAT(failures[0].text, testing::HasSubstr("the sink stopped answering"));
   EXPECT_EQ(failures[0].code, ErrorCode::kUnreachable);
   EXPECT_EQ(phase(), Phase::kOff);
   for (std::uint16_t i = 0; i < 3; ++i) EXPECT_EQ(outcome(i), SendResult::kNotAcknowledged) << i;
-  EXPECT_EQ(outcome(3), std::nullopt) << "what waits stays";
+  EXPECT_EQ(outcome(3), std::nullopt) << "waiting packets stay";
   mote.answers = true;
   mote.executed.clear();
   ASSERT_TRUE(sink->open());

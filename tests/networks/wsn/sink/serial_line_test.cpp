@@ -87,7 +87,7 @@ TEST_F(SerialLineTest, BelongsToOneProgramOnly) {
   EXPECT_EQ(other->open().error().code, ErrorCode::kBusy);
 }
 
-/// The sink came back from a power cut on its built-in island, and tells nobody (wsn.md 9.1).
+/// The sink came back from a power cut on its built-in island, and does not report it (wsn.md 9.1).
 TEST_F(SerialLineTest, GreetsAgainAfterEachReplug) {
   connect();
   for (int i = 0; i < 3; ++i) {

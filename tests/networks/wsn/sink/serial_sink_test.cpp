@@ -70,7 +70,7 @@ TEST_F(SerialSinkTest, RepeatsUnderANewSequenceNumberEachTime) {
   ASSERT_EQ(mote.heard.size(), 3U);
   EXPECT_EQ(mote.heard[1].when - mote.heard[0].when, 1s);
   EXPECT_EQ(count("repeated-frames"), 2U);
-  EXPECT_EQ(left.size(), 1U) << "repetitions are not told";
+  EXPECT_EQ(left.size(), 1U) << "repetitions are not reported";
 }
 
 TEST_F(SerialSinkTest, IsALostLineWhereTheSinkAnswersNothing) {
@@ -167,7 +167,7 @@ TEST_F(SerialSinkTest, CountsSequenceNumbersOnBeyond255) {
   EXPECT_EQ(mote.heard[1].sequence, 0xff);
   EXPECT_EQ(mote.heard[2].sequence, 0x00);
   EXPECT_EQ(mote.heard[3].sequence, 0x01);
-  EXPECT_EQ(told.size(), 4U);
+  EXPECT_EQ(results.size(), 4U);
 }
 
 TEST_F(SerialSinkTest, PacesTenCommandsForASinkThatLosesWhatComesTooSoon) {
@@ -194,7 +194,7 @@ TEST_F(SerialSinkTest, PushesBackOnAThousandCommandsAndLosesNone) {
   EXPECT_EQ(count("waiting-client"), options.lane_size);
   time.run_for(100s);
   EXPECT_EQ(mote.executed.size(), 1000U);
-  EXPECT_EQ(told.size(), 1000U);
+  EXPECT_EQ(results.size(), 1000U);
   EXPECT_EQ(number_in(mote.executed.back()), 999);
 }
 
@@ -395,7 +395,7 @@ TEST_F(SerialSinkTest, DoesNotRepeatOnANewLineWhatMayNotBeRepeated) {
   EXPECT_EQ(mote.heard.size(), 2U) << "itself, and the second greeting";
 }
 
-TEST_F(SerialSinkTest, DoesNotOpenADoorAnHourLater) {
+TEST_F(SerialSinkTest, DoesNotSendAnExpiredCommandLater) {
   reopens = false;
   connect();
   mote.answers = false;

@@ -121,7 +121,7 @@ class FakeSink {
   int last_ = 0;
 };
 
-/// What a sink told, for any kind of source. A lost line is opened again after a pause, as the supervisor would.
+/// What a sink reported, for any kind of source. A lost line is opened again after a pause, as the supervisor would.
 class SinkTold : public testing::Test {
  protected:
   using Phase = SinkState::Phase;
@@ -143,7 +143,7 @@ class SinkTold : public testing::Test {
       received_at.push_back(time.now());
       if (on_received) on_received();
     };
-    calls.left = [this](ByteView packet) {
+    calls.sent = [this](ByteView packet) {
       left.emplace_back(packet.begin(), packet.end());
       if (on_left) on_left();
     };
@@ -176,14 +176,14 @@ class SinkTold : public testing::Test {
     packet.expires = time.now() + wish.lives;
     packet.repeatable = wish.repeatable;
     packet.done = [this, number](SendResult what) {
-      EXPECT_FALSE(told.contains(number)) << number << " was told twice";
-      told[number] = what;
+      EXPECT_FALSE(results.contains(number)) << number << " got two results";
+      results[number] = what;
     };
     return sink->send(std::move(packet));
   }
   std::optional<SendResult> outcome(std::uint16_t number) const {
-    const auto found = told.find(number);
-    return found == told.end() ? std::nullopt : std::optional(found->second);
+    const auto found = results.find(number);
+    return found == results.end() ? std::nullopt : std::optional(found->second);
   }
   Phase phase() const { return sink->state().phase; }
   std::uint64_t count(const std::string& name) const { return sink->counters().at(name); }
@@ -201,7 +201,7 @@ class SinkTold : public testing::Test {
   std::vector<SteadyTime> received_at;
   std::vector<Lane> rooms;
   std::vector<std::pair<std::string, std::string>> notes;
-  std::map<std::uint16_t, SendResult> told;
+  std::map<std::uint16_t, SendResult> results;
   std::function<void()> on_received, on_left, on_room;
   bool reopens = true;
   Duration reopen_pause = 500ms;

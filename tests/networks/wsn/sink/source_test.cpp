@@ -109,7 +109,7 @@ TEST(SourceString, SaysWhatIsWrongWhereAndWhatWasExpected) {
       {"serial@/dev/ttyUSB0:56700", kBad, {"position 21", "\"56700\"", "57600"}},
       {"serial@/dev/ttyUSB0:1", kBad, {"position 21", "baud rate"}},
       {"serial@/dev/ttyUSB0:99999999999", kBad, {"99999999999", "4000000"}},
-      {"sf@host", kBad, {"position 4", "HOST:PORT, the port is mandatory"}},
+      {"sf@host", kBad, {"position 4", "HOST:PORT with a port"}},
       {"sf@host,9002", kBad, {"HOST:PORT"}},
       {"sf@host:", kBad, {"position 9", "port of 1 to 65535"}},
       {"sf@host:0", kBad, {"\"0\"", "port of 1 to 65535"}},
@@ -128,7 +128,7 @@ TEST(SourceString, SaysWhatIsWrongWhereAndWhatWasExpected) {
       {"tossim-radio", kNot, {"tossim-radio", "network@HOST:PORT"}},
       {"peis@6541:wsn", kNot, {"peis@6541:wsn", "share:", "sf@HOST:PORT"}},
       {"log@x.log", kNot, {"log@x.log", "file@PATH", "type `log`"}},
-      {"sf@h:1+peis@wsn", kNot, {"position 8", "peis@wsn", "`share:` of the network offers the sink"}},
+      {"sf@h:1+peis@wsn", kNot, {"position 8", "peis@wsn", "use `share:` of the network to offer the sink"}},
       {"sf@h:1+serial@/dev/x:telosb", kBad, {"position 8", "one source"}},
       {"sf@h:1>>network@h:2", kBad, {"position 9", "one source"}},
       {"sf@h:1+tossim-serial", kBad, {"one source"}},
@@ -136,9 +136,9 @@ TEST(SourceString, SaysWhatIsWrongWhereAndWhatWasExpected) {
       {"sf@h:1+", kBad, {"position 8", "\"\"", "file@PATH"}},
       {"sf@h:1+file@", kBad, {"position 13", "path"}},
       {"sf@h:1+file@a+file@b", kBad, {"position 15", "file@b", "one file"}},
-      {"file@a+file@a", kBad, {"another file than the one that is played"}},
-      {"file@/data/a+b.log", kBad, {"position 14", "b.log", "no path can hold them"}},
-      {"sf@h:1+file@/data/a>>b", kBad, {"position 22", "no path can hold them"}},
+      {"file@a+file@a", kBad, {"a file other than the one that is played"}},
+      {"file@/data/a+b.log", kBad, {"position 14", "b.log", "a path cannot contain them"}},
+      {"sf@h:1+file@/data/a>>b", kBad, {"position 22", "a path cannot contain them"}},
   };
   for (const auto& [text, code, says] : refusals) {
     const auto error = refused(text);
