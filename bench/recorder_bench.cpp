@@ -86,7 +86,7 @@ struct Recorded {
       setup.rotation = {};
       setup.rotation.keep = 0;
       recorder = std::make_unique<recorder::Recorder>(std::move(setup),
-                                                      recorder::Recorder::Place{time, space, disk, log, "proxy", ""});
+                                                      recorder::Recorder::Context{time, space, disk, log, "proxy", ""});
       recorder->start();
     }
     for (int device = 0; device < kRecordedDevices; ++device) names.push_back(std::to_string(device));

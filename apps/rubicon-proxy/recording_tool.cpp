@@ -51,7 +51,7 @@ Result<void> walk(transport::Transports& transports, const std::string& path, co
       if (auto visited = visit(*item); !visited) return visited;
     }
   }
-  if (!sound) return fail(ErrorCode::kInvalid, path + ": is no recording");
+  if (!sound) return fail(ErrorCode::kInvalid, path + ": is not a recording");
   return {};
 }
 

@@ -13,7 +13,7 @@
 #include "base/own_file.h"
 #include "base/printable.h"
 #include "rubicon/key.hpp"
-#include "state/state_json.h"
+#include "state/state_export.h"
 #include "state/state_store.h"
 
 namespace rubicon::daemon {

@@ -27,6 +27,12 @@ class LimitedLog {
     if (allowed) log_.warning(text);
     return allowed;
   }
+  /// False: discarded.
+  bool error(const std::string& subject, std::string_view text) {
+    const bool allowed = allow(subject);
+    if (allowed) log_.error(text);
+    return allowed;
+  }
   /// Where every line goes, for what is rare.
   const Log& unlimited() const { return log_; }
 

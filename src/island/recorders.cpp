@@ -6,8 +6,8 @@
 namespace rubicon::island {
 
 void Recorders::take(const std::vector<config::RecorderSetup>& setups, const std::string& directory) {
-  const bool moved = directory != place_.directory;
-  place_.directory = directory;
+  const bool moved = directory != context_.directory;
+  context_.directory = directory;
   // All that end first: two recorders may swap their files.
   std::erase_if(all_, [&](const auto& recorder) {
     return moved || std::find(setups.begin(), setups.end(), recorder->setup()) == setups.end();
@@ -16,7 +16,7 @@ void Recorders::take(const std::vector<config::RecorderSetup>& setups, const std
     const bool runs =
         std::any_of(all_.begin(), all_.end(), [&](const auto& recorder) { return recorder->setup() == setup; });
     if (runs) continue;
-    all_.push_back(std::make_unique<recorder::Recorder>(setup, place_));
+    all_.push_back(std::make_unique<recorder::Recorder>(setup, context_));
     all_.back()->start();
   }
 }
@@ -38,7 +38,7 @@ void Recorders::say(const IslandMetrics::Say& say) const {
 void Recorders::each(const std::function<void(const std::string& name, const std::string& path)>& visit) const {
   namespace fs = std::filesystem;
   for (const auto& recorder : all_)
-    visit(recorder->setup().name, (fs::path(place_.directory) / recorder->setup().file).string());
+    visit(recorder->setup().name, (fs::path(context_.directory) / recorder->setup().file).string());
 }
 
 }  // namespace rubicon::island

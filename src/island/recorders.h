@@ -14,7 +14,7 @@ namespace rubicon::island {
 class Recorders {
  public:
   /// `place.directory` is not used: each configuration brings its own.
-  explicit Recorders(recorder::Recorder::Place place) : place_(std::move(place)) {}
+  explicit Recorders(recorder::Recorder::Context context) : context_(std::move(context)) {}
 
   /// Starts what is new, ends what is gone, begins anew what changed; the others are not touched.
   void take(const std::vector<config::RecorderSetup>& setups, const std::string& directory);
@@ -25,7 +25,7 @@ class Recorders {
   void each(const std::function<void(const std::string& name, const std::string& path)>& visit) const;
 
  private:
-  recorder::Recorder::Place place_;
+  recorder::Recorder::Context context_;
   std::vector<std::unique_ptr<recorder::Recorder>> all_;
 };
 

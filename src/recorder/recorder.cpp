@@ -3,7 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <filesystem>
+
+#include "base/text.h"
 
 namespace rubicon::recorder {
 
@@ -15,14 +16,10 @@ namespace {
 constexpr Duration kFlushEvery = std::chrono::seconds(1);
 constexpr Duration kRotateAgain = std::chrono::minutes(1);
 constexpr Duration kLongestPause = std::chrono::minutes(1);
-/// Tuples of a snapshot written in one turn of the loop.
+/// Tuples of a snapshot that one turn of the loop writes.
 constexpr std::size_t kSlice = 1000;
-/// Between two lines of the log that count what is dropped.
+/// Between two log lines with the number of dropped records.
 constexpr Duration kCountEvery = std::chrono::seconds(10);
-
-std::string resolved(const std::string& path, const std::string& directory) {
-  return (std::filesystem::path(directory) / path).string();
-}
 
 RecordKind kind_of(tuples::EventKind kind) {
   switch (kind) {
@@ -36,38 +33,41 @@ RecordKind kind_of(tuples::EventKind kind) {
 
 }  // namespace
 
-Recorder::Recorder(config::RecorderSetup setup, Place place)
+Recorder::Recorder(config::RecorderSetup setup, Context context)
     : setup_(std::move(setup)),
-      place_(std::move(place)),
-      log_(place_.log, "recorder " + setup_.name),
+      context_(std::move(context)),
+      log_(context_.log, "recorder " + setup_.name),
+      limited_log_(log_, context_.scheduler),
       block_(setup_.compression),
-      file_(place_.transports, resolved(setup_.file, place_.directory),
-            {identity(), place_.prefix, {}, "rubicon " RUBICON_VERSION}, setup_.rotation) {}
+      file_(context_.transports, base::resolve_path(context_.directory, setup_.file),
+            {identity(), context_.prefix, {}, "rubicon " RUBICON_VERSION}, setup_.rotation),
+      end_turn_(context_.scheduler, [this] { seen_.reset(); }),
+      next_slice_(context_.scheduler, [this] { write_snapshot_slice(); }) {}
 
 Recorder::~Recorder() {
-  alive_.reset();
+  closing_ = true;
   subscriptions_.clear();
   write_block();
 }
 
 OwnerId Recorder::identity() const {
-  return place_.island == model::kNoOwner ? place_.space.self() : place_.island;
+  return context_.island == model::kNoOwner ? context_.space.self() : context_.island;
 }
 
 void Recorder::start() {
-  make_ready(place_.scheduler.wall_now());
+  ensure_open(context_.scheduler.wall_now());
   begin_snapshot(recording::kMarkStart);
   for (std::size_t i = 0; i < setup_.patterns.size(); ++i) {
     const tuples::Flow flow{setup_.minimum, {}, 0, !setup_.active};
-    subscriptions_.push_back(place_.space.subscribe(setup_.patterns[i], flow,
-                                                    [this, i](const tuples::Event& event) { on_event(i, event); }));
+    subscriptions_.push_back(context_.space.subscribe(setup_.patterns[i], flow,
+                                                      [this, i](const tuples::Event& event) { on_event(i, event); }));
   }
 }
 
 void Recorder::on_event(std::size_t pattern, const tuples::Event& event) {
   const auto& tuple = event.tuple;
-  if (event.kind == tuples::EventKind::kLost) return;  // nobody ended the tuple, only the copy of it went
-  // What two patterns match is told twice.
+  if (event.kind == tuples::EventKind::kLost) return;  // only the copy was lost, the tuple may still exist
+  // A tuple that several patterns match is recorded once.
   const auto end = setup_.patterns.begin() + static_cast<std::ptrdiff_t>(pattern);
   if (std::any_of(setup_.patterns.begin(), end, [&](const auto& one) { return one.matches(tuple.owner, tuple.key); }))
     return;
@@ -75,35 +75,33 @@ void Recorder::on_event(std::size_t pattern, const tuples::Event& event) {
 }
 
 void Recorder::add(RecordKind kind, const tuples::TupleView& tuple) {
-  take({kind, seen(), tuple.owner, tuple.key, tuple.value, tuple.media_type, tuple.creator, tuple.sequence,
-        tuple.write_time, tuple.user_time, tuple.expire_time});
+  write({kind, seen(), tuple.owner, tuple.key, tuple.value, tuple.media_type, tuple.creator, tuple.sequence,
+         tuple.write_time, tuple.user_time, tuple.expire_time});
 }
 
 void Recorder::mark(std::string_view word) {
   const auto now = seen();
   const auto self = identity();
-  take({RecordKind::kMark, now, self, {}, word, "text/plain", self, 0, now, {}, {}});
+  write({RecordKind::kMark, now, self, {}, word, "text/plain", self, 0, now, {}, {}});
 }
 
-void Recorder::take(const Record& record) {
+void Recorder::write(const Record& record) {
   const bool first = block_.empty();
   if (!block_.add(record)) {
     ++counters_.dropped;
-    return complain(fmt::format("{}: too long to be recorded", model::quoted(record.key)));
+    return log_failure(fmt::format("{}: too long to be recorded", model::quoted(record.key)));
   }
   if (block_.full()) return write_block();
-  if (first) flush_ = place_.scheduler.after(kFlushEvery, [this] { write_block(); });
+  if (first) flush_ = context_.scheduler.after(kFlushEvery, [this] { write_block(); });
 }
 
-/// The clock is read once a turn.
+/// The same for all records of a turn.
 WallTime Recorder::seen() {
-  if (seen_is_fresh_) return seen_;
-  seen_is_fresh_ = true;
-  seen_ = place_.scheduler.wall_now();
-  place_.scheduler.post([this, alive = std::weak_ptr<bool>(alive_)] {
-    if (alive.lock()) seen_is_fresh_ = false;
-  });
-  return seen_;
+  if (!seen_) {
+    seen_ = context_.scheduler.wall_now();
+    end_turn_.request();
+  }
+  return *seen_;
 }
 
 void Recorder::write_block() {
@@ -111,7 +109,7 @@ void Recorder::write_block() {
   if (block_.empty()) return;
   const auto count = block_.records();
   const auto last = block_.last();
-  if (!make_ready(block_.first())) {
+  if (!ensure_open(block_.first())) {
     block_.clear();
     return drop(count);
   }
@@ -123,16 +121,16 @@ void Recorder::write_block() {
   written();
   counters_.records += count;
   counters_.bytes += bytes.size();
-  if (!alive_) return;
+  if (closing_) return;
   rotate_if_due(last);
-  // After a gap the next snapshot says what is there by now.
+  // A snapshot after a gap records the present tuples.
   if (std::exchange(gap_, false)) begin_snapshot(recording::kMarkSnapshot);
 }
 
-/// The file is open, or it is not its time to be tried again.
-bool Recorder::make_ready(WallTime first) {
+/// Opens the file unless it is open; false: that failed, or the pause after a failure is not over.
+bool Recorder::ensure_open(WallTime first) {
   if (file_.is_open()) return true;
-  if (place_.scheduler.now() < try_again_) return false;
+  if (context_.scheduler.now() < try_again_) return false;
   auto opened = file_.open(first);
   if (!opened) {
     failed_to_write(opened.error());
@@ -140,22 +138,25 @@ bool Recorder::make_ready(WallTime first) {
   }
   if (opened->is_new) ++counters_.files;
   counters_.cut += opened->cut;
-  const auto now = place_.scheduler.now();
-  if (opened->cut > 0 && complaints_.allow("cut", now)) {
-    log_.warning(fmt::format("{}: {} bytes behind the last sound record were cut off", file_.path(), opened->cut));
-  }
-  if (opened->is_new) {
-    log_.info(fmt::format("{}: a new recording begins", file_.path()));
-  } else if (reason_.empty() && complaints_.allow("goes on", now)) {
-    log_.info(fmt::format("{}: the recording goes on", file_.path()));
-  }
+  log_opening(*opened);
   return true;
 }
 
+void Recorder::log_opening(const RecordingFile::Opened& opened) {
+  if (opened.cut > 0)
+    limited_log_.warning(
+        "cut", fmt::format("{}: {} damaged bytes at the end of the file were cut off", file_.path(), opened.cut));
+  if (opened.is_new) {
+    log_.info(fmt::format("{}: a new recording begins", file_.path()));
+  } else if (reason_.empty()) {
+    limited_log_.info("continues", fmt::format("{}: the recording continues", file_.path()));
+  }
+}
+
 void Recorder::rotate_if_due(WallTime now) {
-  if (in_snapshot_ || place_.scheduler.now() < rotate_again_ || !file_.rotation_due(now)) return;
+  if (in_snapshot_ || context_.scheduler.now() < rotate_again_ || !file_.rotation_due(now)) return;
   if (auto done = file_.rotate(); !done) {
-    rotate_again_ = place_.scheduler.now() + kRotateAgain;
+    rotate_again_ = context_.scheduler.now() + kRotateAgain;
     return failed(done.error());
   }
   if (auto done = file_.remove_old(); !done) failed(done.error());
@@ -164,53 +165,54 @@ void Recorder::rotate_if_due(WallTime now) {
 
 void Recorder::failed(const Error& why) {
   ++counters_.failures;
-  complain(why.text);
+  log_failure(why.text);
 }
 
 void Recorder::failed_to_write(const Error& why) {
-  failed_at_ = place_.scheduler.now();
+  failed_at_ = context_.scheduler.now();
   pause_ = std::clamp<Duration>(2 * pause_, kFlushEvery, kLongestPause);
   try_again_ = failed_at_ + pause_;
   ++counters_.failures;
   if (reason_.empty()) {
-    trouble_since_ = failed_at_;
+    failing_since_ = failed_at_;
     dropped_before_ = counters_.dropped;
   }
-  if (std::exchange(reason_, why.text) == why.text || !complaints_.allow(why.text, failed_at_)) return;
-  log_.error(fmt::format("{}; what cannot be written is dropped", why.text));
+  if (std::exchange(reason_, why.text) == why.text) return;
+  if (!limited_log_.error(why.text, fmt::format("{}; records are dropped until it can be written", why.text))) return;
   next_count_ = failed_at_ + kCountEvery;
 }
 
 void Recorder::drop(std::uint64_t records) {
   counters_.dropped += records;
   gap_ = true;
-  const auto now = place_.scheduler.now();
+  const auto now = context_.scheduler.now();
   if (now < next_count_) return;
   next_count_ = now + kCountEvery;
   log_.warning(fmt::format("{} records dropped in {} s: {}", counters_.dropped - dropped_before_,
-                           std::chrono::duration_cast<std::chrono::seconds>(now - trouble_since_).count(), reason_));
+                           std::chrono::duration_cast<std::chrono::seconds>(now - failing_since_).count(), reason_));
 }
 
 void Recorder::written() {
-  const auto now = place_.scheduler.now();
-  // A disk that is nearly full takes something again and again: only what stays is a success.
+  const auto now = context_.scheduler.now();
+  // A nearly full disk accepts a block now and then: the pauses stay long until a minute had no failure.
   if (now - failed_at_ >= kLongestPause) pause_ = {};
-  if (std::exchange(reason_, {}).empty() || !complaints_.allow("resumed", now)) return;
-  log_.info(fmt::format("{}: the recording goes on; {} records were dropped in {} s", file_.path(),
-                        counters_.dropped - dropped_before_,
-                        std::chrono::duration_cast<std::chrono::seconds>(now - trouble_since_).count()));
+  if (std::exchange(reason_, {}).empty()) return;
+  limited_log_.info("resumed",
+                    fmt::format("{}: the recording continues; {} records were dropped in {} s", file_.path(),
+                                counters_.dropped - dropped_before_,
+                                std::chrono::duration_cast<std::chrono::seconds>(now - failing_since_).count()));
 }
 
-void Recorder::complain(std::string_view text) {
-  if (!complaints_.allow("failure", place_.scheduler.now())) return;
-  log_.error(fmt::format("{} ({} records dropped so far, next report in a minute)", text, counters_.dropped));
+void Recorder::log_failure(std::string_view text) {
+  limited_log_.error("failure",
+                     fmt::format("{} ({} records dropped so far, next report in a minute)", text, counters_.dropped));
 }
 
 void Recorder::begin_snapshot(std::string_view word) {
   snapshot_.clear();
   for (const auto& pattern : setup_.patterns) {
-    place_.space.list(pattern,
-                      [this](const tuples::TupleView& tuple) { snapshot_.emplace_back(tuple.owner, tuple.key); });
+    context_.space.list(pattern,
+                        [this](const tuples::TupleView& tuple) { snapshot_.emplace_back(tuple.owner, tuple.key); });
   }
   if (setup_.patterns.size() > 1) {
     std::sort(snapshot_.begin(), snapshot_.end());
@@ -218,27 +220,25 @@ void Recorder::begin_snapshot(std::string_view word) {
   }
   const bool running = std::exchange(in_snapshot_, true);
   mark(word);
-  if (!running) snapshot_slice();
+  if (!running) write_snapshot_slice();
 }
 
-void Recorder::snapshot_slice() {
+void Recorder::write_snapshot_slice() {
   for (std::size_t i = 0; i < kSlice && !snapshot_.empty(); ++i) {
     const auto [owner, key] = std::move(snapshot_.back());
     snapshot_.pop_back();
-    if (const auto tuple = place_.space.get(owner, key)) add(RecordKind::kPresent, *tuple);
+    if (const auto tuple = context_.space.get(owner, key)) add(RecordKind::kPresent, *tuple);
   }
   if (snapshot_.empty()) {
     mark(recording::kMarkComplete);
     write_block();
-    if (snapshot_.empty()) {  // else the block ended a gap: what is there by now is still owed
+    if (snapshot_.empty()) {  // otherwise writing the block ended a gap, and a new snapshot has begun
       in_snapshot_ = false;
-      file_.snapshot_ends();
+      file_.end_snapshot();
       return;
     }
   }
-  place_.scheduler.post([this, alive = std::weak_ptr<bool>(alive_)] {
-    if (alive.lock()) snapshot_slice();
-  });
+  next_slice_.request();
 }
 
 }  // namespace rubicon::recorder

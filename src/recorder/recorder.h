@@ -1,11 +1,12 @@
 #pragma once
 
-#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "base/lifetime.h"
+#include "base/limited_log.h"
 #include "base/log.h"
-#include "base/rate_limit.h"
 #include "base/scheduler.h"
 #include "recorder/recording_file.h"
 #include "recording/block_builder.h"
@@ -13,24 +14,25 @@
 
 namespace rubicon::recorder {
 
-/// Writes what some patterns match to a file (docs/recording.md). A block goes to the file when it is full, and once a
-/// second; what cannot be written is dropped and counted, and the file is tried again after a second, then after pauses
-/// that double up to a minute. Everything taken by reference must outlive it; its destruction writes what is left.
+/// Writes the changes of tuples that match its patterns to a file (docs/recording.md), each block when it is full and
+/// at least once a second. Records that cannot be written are dropped and counted; the file is tried again after a
+/// second, then after pauses that double up to a minute. Everything taken by reference must outlive it. Destroying it
+/// writes the last block.
 class Recorder {
  public:
-  struct Place {
+  struct Context {
     Scheduler& scheduler;
-    TupleSpace& space;  ///< the island's own: there each set is seen; another one's sees the last of a turn
+    TupleSpace& space;  ///< the island's own, which shows each set; another one shows the last set of a turn
     transport::Transports& transports;
     base::LogSink& log;
     std::string prefix;                ///< of the island's keys
-    std::string directory{};           ///< where a relative path starts
-    OwnerId island = model::kNoOwner;  ///< whose recording it is; kNoOwner = of who owns the space
+    std::string directory{};           ///< relative paths start here
+    OwnerId island = model::kNoOwner;  ///< the recorded island; kNoOwner = the owner of the space
   };
-  Recorder(config::RecorderSetup setup, Place place);
+  Recorder(config::RecorderSetup setup, Context context);
   ~Recorder();
 
-  /// Subscribes and opens the file. Before, nothing is touched.
+  /// Opens the file and subscribes; the constructor does neither.
   void start();
 
   /// Since the start.
@@ -38,15 +40,15 @@ class Recorder {
     std::uint64_t records = 0;   ///< written
     std::uint64_t bytes = 0;     ///< written, compressed
     std::uint64_t dropped = 0;   ///< records that could not be written
-    std::uint64_t files = 0;     ///< begun
-    std::uint64_t failures = 0;  ///< of opening, writing and rotating
-    std::uint64_t cut = 0;       ///< bytes of damaged tails
+    std::uint64_t files = 0;     ///< new ones
+    std::uint64_t failures = 0;  ///< to open, write and rotate files
+    std::uint64_t cut = 0;       ///< bytes of damaged tails cut off
   };
   const Counters& counters() const { return counters_; }
   const config::RecorderSetup& setup() const { return setup_; }
-  /// `recording`, or `dropping records: why`.
+  /// `recording`, or `dropping records: ` and the reason.
   std::string state() const { return reason_.empty() ? "recording" : "dropping records: " + reason_; }
-  /// Writes what waits.
+  /// Writes the records that are not written yet.
   void flush() { write_block(); }
 
  private:
@@ -54,39 +56,41 @@ class Recorder {
   void add(recording::RecordKind kind, const tuples::TupleView& tuple);
   OwnerId identity() const;
   void mark(std::string_view word);
-  void take(const recording::Record& record);
+  void write(const recording::Record& record);
   WallTime seen();
   void write_block();
-  bool make_ready(WallTime first);
+  bool ensure_open(WallTime first);
+  void log_opening(const RecordingFile::Opened& opened);
   void rotate_if_due(WallTime now);
   void failed(const Error& why);
   void failed_to_write(const Error& why);
   void drop(std::uint64_t records);
   void written();
-  void complain(std::string_view text);
+  void log_failure(std::string_view text);
   void begin_snapshot(std::string_view word);
-  void snapshot_slice();
+  void write_snapshot_slice();
 
   config::RecorderSetup setup_;
-  Place place_;
+  Context context_;
   Log log_;
-  base::RateLimit complaints_;
+  base::LimitedLog limited_log_;
   recording::BlockBuilder block_;
   RecordingFile file_;
   Counters counters_;
-  WallTime seen_{};  ///< the moment of this turn
-  bool seen_is_fresh_ = false;
+  std::optional<WallTime> seen_;  ///< the time of this turn, read once
   SteadyTime try_again_{}, rotate_again_{}, failed_at_{};
-  Duration pause_{};    ///< before the next attempt to write; zero = the last minute had no failure
-  bool gap_ = false;    ///< something was dropped since the last snapshot
-  std::string reason_;  ///< why nothing can be written; empty = it can
-  SteadyTime trouble_since_{}, next_count_{};
-  std::uint64_t dropped_before_ = 0;                       ///< the trouble began
-  std::vector<std::pair<OwnerId, std::string>> snapshot_;  ///< still to be written, from the back
+  Duration pause_{};    ///< before the next attempt to write; zero = no failure in the last minute
+  bool gap_ = false;    ///< records were dropped since the last snapshot
+  std::string reason_;  ///< why records are dropped; empty = they are not
+  SteadyTime failing_since_{}, next_count_{};
+  std::uint64_t dropped_before_ = 0;                       ///< dropped records at failing_since_
+  std::vector<std::pair<OwnerId, std::string>> snapshot_;  ///< keys still to be written, from the back
   bool in_snapshot_ = false;
   Timer flush_;
   std::vector<tuples::Handle> subscriptions_;
-  std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);  ///< posted calls look whether we still are
+  bool closing_ = false;
+  base::OncePerTurn end_turn_;
+  base::OncePerTurn next_slice_;
 };
 
 }  // namespace rubicon::recorder

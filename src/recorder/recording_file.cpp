@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kMostTwins = 99;
+constexpr int kMaxTwins = 99;
 
 struct NameParts {
   std::string folder, stem, extension;
@@ -27,7 +27,7 @@ NameParts parts_of(const std::string& path) {
 
 /// `20260131T120000.000000Z`.
 std::string time_part(WallTime time) {
-  // What no calendar holds comes from a damaged clock.
+  // A damaged clock may give times that no calendar has.
   constexpr WallTime kLast{std::chrono::microseconds(253'402'300'799'999'999)};
   time = std::clamp(time, WallTime{}, kLast);
   const auto seconds = std::chrono::floor<std::chrono::seconds>(time);
@@ -70,13 +70,13 @@ Result<RecordingFile::Opened> RecordingFile::open(WallTime first) {
   auto file = transports_.open_append(path_);
   if (!file) return fail(file.error());
   file_ = std::move(*file);
-  auto opened = file_->size() == 0 ? begin(first) : take_up(first);
+  auto opened = file_->size() == 0 ? begin(first) : resume(first);
   if (!opened) {
     file_.reset();
     return opened;
   }
-  begin_of_session_ = file_->size();
-  weight_of_snapshot_ = 0;
+  opened_size_ = file_->size();
+  snapshot_size_ = 0;
   return opened;
 }
 
@@ -86,7 +86,7 @@ Result<RecordingFile::Opened> RecordingFile::begin(WallTime first) {
   return Opened{true, 0};
 }
 
-Result<RecordingFile::Opened> RecordingFile::take_up(WallTime first) {
+Result<RecordingFile::Opened> RecordingFile::resume(WallTime first) {
   auto source = transports_.open_file(path_);
   if (!source) return fail(source.error());
   const auto read = [&source](std::uint64_t offset, std::span<std::uint8_t> into) -> Result<std::size_t> {
@@ -110,7 +110,7 @@ Result<RecordingFile::Opened> RecordingFile::take_up(WallTime first) {
     if (begun) begun->cut = cut;
     return begun;
   }
-  // A head of another clock, or a hostile one, does not rotate for ever, nor never.
+  // Whatever time the head has, the file is rotated neither at once nor never.
   created_ = std::clamp(tail->head.created, std::min(WallTime{}, first), first);
   return Opened{false, cut};
 }
@@ -128,7 +128,7 @@ bool RecordingFile::rotation_due(WallTime now) const {
   if (!file_) return false;
   if (rotation_.every && now - created_ >= std::chrono::floor<std::chrono::microseconds>(*rotation_.every)) return true;
   if (!rotation_.size || file_->size() < *rotation_.size) return false;
-  return file_->size() - begin_of_session_ >= 2 * weight_of_snapshot_;
+  return file_->size() - opened_size_ >= 2 * snapshot_size_;
 }
 
 Result<void> RecordingFile::rotate() {
@@ -136,7 +136,7 @@ Result<void> RecordingFile::rotate() {
   const auto name = rotated_name(path_, created_);
   auto renamed = transports_.rename_file(path_, name);
   const auto extension = parts_of(name).extension;
-  for (int twin = 2; !renamed && renamed.error().code == ErrorCode::kDuplicate && twin <= kMostTwins; ++twin) {
+  for (int twin = 2; !renamed && renamed.error().code == ErrorCode::kDuplicate && twin <= kMaxTwins; ++twin) {
     const auto stem = name.substr(0, name.size() - extension.size());
     renamed = transports_.rename_file(path_, fmt::format("{}-{}{}", stem, twin, extension));
   }

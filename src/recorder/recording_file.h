@@ -9,11 +9,11 @@
 
 namespace rubicon::recorder {
 
-/// The file a recorder writes, and those it wrote before: opens, cuts a damaged tail, appends, rotates. Blocks the loop
-/// for a write of a block, never until the disk has it.
+/// The file a recorder writes: opens it, cuts off a damaged tail, appends, rotates. A write blocks the loop until the
+/// operating system has the block, not until the disk has it.
 class RecordingFile {
  public:
-  /// `identity` says whose recording it is; its time is set when a file is begun.
+  /// `identity` is the head of new files, except its time.
   RecordingFile(transport::Transports& transports, std::string path, recording::FileHead identity,
                 config::Rotation rotation);
 
@@ -24,22 +24,23 @@ class RecordingFile {
     bool is_new = false;
     std::uint64_t cut = 0;  ///< bytes of a damaged tail
   };
-  /// Goes on behind the last sound block, or begins a file whose first record was seen at `first`. kInvalid if the file
-  /// is no recording of this island.
+  /// Continues after the last sound block, or begins a file whose first record was seen at `first`. kInvalid if the
+  /// file is not a recording of this island.
   Result<Opened> open(WallTime first);
-  /// Closes the file when that fails; what was written of the block is cut off then, now or at the next opening.
+  /// After an error the file is closed, and the incomplete block cut off, at the latest by the next open().
   Result<void> append(ByteView block);
 
-  /// What a snapshot takes does not count: else one that is larger than a file would follow the other.
-  void snapshot_ends() { weight_of_snapshot_ = file_ ? file_->size() - begin_of_session_ : 0; }
+  /// The present snapshot is complete. Its size does not count for the rotation, as one snapshot may be larger than a
+  /// file.
+  void end_snapshot() { snapshot_size_ = file_ ? file_->size() - opened_size_ : 0; }
   bool rotation_due(WallTime now) const;
-  /// Closes the file and renames it by the time of its first record. After an error it is closed too.
+  /// Closes the file and renames it by the time of its first record. Closed after an error, too.
   Result<void> rotate();
   /// Removes the oldest of the renamed files beyond those to keep.
   Result<void> remove_old();
 
  private:
-  Result<Opened> take_up(WallTime first);
+  Result<Opened> resume(WallTime first);
   Result<Opened> begin(WallTime first);
 
   transport::Transports& transports_;
@@ -48,8 +49,8 @@ class RecordingFile {
   config::Rotation rotation_;
   std::unique_ptr<transport::AppendFile> file_;
   WallTime created_{};
-  std::uint64_t begin_of_session_ = 0;  ///< size when it was opened
-  std::uint64_t weight_of_snapshot_ = 0;
+  std::uint64_t opened_size_ = 0;  ///< size when it was opened
+  std::uint64_t snapshot_size_ = 0;
 };
 
 /// `recordings/home.rec` and a time -> `recordings/home-20260131T120000.000000Z.rec`.

@@ -13,7 +13,7 @@ namespace rubicon::recording {
 
 namespace {
 
-/// More than the numbers of a record can take: eight of ten bytes and four single bytes.
+/// More bytes than the numbers of a record can take: eight of ten bytes and four single bytes.
 constexpr std::size_t kNumbers = 96;
 constexpr std::size_t kSmallTable = 1024;
 
@@ -68,14 +68,14 @@ std::uint32_t BlockBuilder::find(std::size_t hash, std::uint32_t owner, std::str
 
 void BlockBuilder::remember(const Known& known) {
   keys_.push_back(known);
-  if (2 * keys_.size() > table_.size()) return widen();
+  if (2 * keys_.size() > table_.size()) return grow_table();
   const auto mask = table_.size() - 1;
   auto slot = known.hash & mask;
   while (table_[slot] != 0) slot = (slot + 1) & mask;
   table_[slot] = static_cast<std::uint32_t>(keys_.size());
 }
 
-void BlockBuilder::widen() {
+void BlockBuilder::grow_table() {
   table_.assign(2 * table_.size(), 0);
   const auto mask = table_.size() - 1;
   for (std::uint32_t number = 1; number <= keys_.size(); ++number) {
@@ -89,7 +89,7 @@ std::uint8_t* BlockBuilder::put_media_type(std::uint8_t* to, Known& known, std::
   const auto found = std::find(media_types_.begin(), media_types_.end(), name);
   const auto number = static_cast<std::uint16_t>(found - media_types_.begin());
   known.media_type = number;
-  // One past the known ones stands for the next new one, whose text follows.
+  // The number after the known ones announces a new one, whose text follows.
   to = put_number(to, number);
   if (found != media_types_.end()) return to;
   media_types_.emplace_back(name);

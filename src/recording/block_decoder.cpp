@@ -23,7 +23,7 @@ BlockDecoder::BlockDecoder(const BlockHead& head, ByteView raw)
 
 std::uint8_t BlockDecoder::byte() {
   if (at_ != end_) return *at_++;
-  short_ = true;
+  truncated_ = true;
   return 0;
 }
 
@@ -34,13 +34,13 @@ std::uint64_t BlockDecoder::number() {
     sum |= static_cast<std::uint64_t>(part & 0x7fU) << shift;
     if ((part & 0x80U) == 0) return sum;
   }
-  short_ = true;  // no number is that long
+  truncated_ = true;  // no number is that long
   return 0;
 }
 
 std::string_view BlockDecoder::text(std::size_t size) {
   if (size > static_cast<std::size_t>(end_ - at_)) {
-    short_ = true;
+    truncated_ = true;
     return {};
   }
   const std::string_view found(reinterpret_cast<const char*>(at_), size);
@@ -74,7 +74,7 @@ BlockDecoder::Known* BlockDecoder::key_of(Record& record) {
 void BlockDecoder::read_media_type(Known& known) {
   const auto place = number();
   if (place > media_types_.size()) {
-    short_ = true;
+    truncated_ = true;
     return;
   }
   if (place == media_types_.size()) media_types_.push_back(text(byte()));
@@ -83,7 +83,7 @@ void BlockDecoder::read_media_type(Known& known) {
 
 std::optional<Record> BlockDecoder::next() {
   if (left_ == 0) {
-    if (at_ != end_) return stop("bytes behind the last record");
+    if (at_ != end_) return stop("bytes after the last record");
     return std::nullopt;
   }
   Record record;
@@ -107,7 +107,7 @@ std::optional<Record> BlockDecoder::next() {
   if ((flags & kHasMediaType) != 0) read_media_type(*known);
   record.media_type = media_types_[known->media_type];
   record.value = text(number());
-  if (short_) return stop("a record that does not end in its block");
+  if (truncated_) return stop("a record that does not end in its block");
   --left_;
   return record;
 }

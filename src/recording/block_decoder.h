@@ -10,15 +10,15 @@
 
 namespace rubicon::recording {
 
-/// Reads the records of one unpacked block. The bytes must outlive it and the records it gives. Takes any bytes.
+/// Decodes the records of one unpacked block, from any bytes. They must outlive it and its records.
 class BlockDecoder {
  public:
   BlockDecoder() = default;
   BlockDecoder(const BlockHead& head, ByteView raw);
 
-  /// The next record; nothing at the end, and from the first fault on.
+  /// The next record; nullopt at the end and after a fault.
   std::optional<Record> next();
-  /// Empty unless the bytes are no sound records, or not as many as the head says.
+  /// Why the bytes are not as many sound records as the head says; empty = they are.
   std::string_view fault() const { return fault_; }
 
  private:
@@ -39,7 +39,7 @@ class BlockDecoder {
 
   const std::uint8_t* at_ = nullptr;
   const std::uint8_t* end_ = nullptr;
-  bool short_ = false;
+  bool truncated_ = false;
   std::uint32_t left_ = 0;
   std::int64_t seen_ = 0;
   std::vector<Known> keys_;

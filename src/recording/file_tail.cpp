@@ -10,7 +10,7 @@ namespace rubicon::recording {
 
 namespace {
 
-/// Marker positions looked at in one step backwards.
+/// Bytes searched for markers in one step backwards.
 constexpr std::uint64_t kStride = 512 << 10;
 
 Result<Bytes> read_range(const ReadAt& read, std::uint64_t from, std::uint64_t to) {
@@ -26,13 +26,13 @@ Result<Bytes> read_range(const ReadAt& read, std::uint64_t from, std::uint64_t t
   return bytes;
 }
 
-/// Bytes that may be checked in vain: heads of long blocks behind each other would have them checked again and again.
-constexpr std::uint64_t kMostChecked = 64 << 20;
+/// Bytes checked without success. Without a limit many heads of long blocks in a row would each cause a long check.
+constexpr std::uint64_t kMaxChecked = 64 << 20;
 
 /// End of the last sound block that begins in the first `starts` bytes; 0 if there is none, or `checked` is used up.
 std::size_t last_sound_end(ByteView bytes, std::size_t starts, std::uint64_t& checked) {
   std::size_t end = 0;
-  for (auto at = find_sync(bytes, 0); at < starts && checked < kMostChecked; at = find_sync(bytes, at + 1)) {
+  for (auto at = find_sync(bytes, 0); at < starts && checked < kMaxChecked; at = find_sync(bytes, at + 1)) {
     const auto head = decode_block_head(bytes.subspan(at));
     if (!head) continue;
     checked += head->packed;
@@ -52,7 +52,7 @@ Result<FileTail> find_tail(std::uint64_t size, const ReadAt& read) {
   auto found = decode_head(*beginning);
   switch (found.state) {
     case HeadState::kIncomplete: return tail;
-    case HeadState::kNoRecording: return fail(ErrorCode::kInvalid, "is no recording");
+    case HeadState::kNoRecording: return fail(ErrorCode::kInvalid, "is not a recording");
     case HeadState::kDamaged: return fail(ErrorCode::kInvalid, "is a recording whose head is damaged");
     case HeadState::kNewer: return fail(ErrorCode::kUnsupported, "is a recording of a newer version");
     case HeadState::kSound: break;
@@ -63,11 +63,11 @@ Result<FileTail> find_tail(std::uint64_t size, const ReadAt& read) {
   std::uint64_t checked = 0;
   for (std::uint64_t high = size; high > found.size;) {
     const auto low = std::max<std::uint64_t>(found.size, high - std::min(high, kStride));
-    // A block that begins below `high` may reach beyond it.
+    // A block that begins before `high` may end after it.
     const auto bytes = read_range(read, low, std::min<std::uint64_t>(size, high + kMaxBlock));
     if (!bytes) return fail(bytes.error());
     const auto end = last_sound_end(*bytes, static_cast<std::size_t>(high - low), checked);
-    const bool given_up = checked >= kMostChecked || (end == 0 && low > found.size && size - low >= kLongestTail);
+    const bool given_up = checked >= kMaxChecked || (end == 0 && low > found.size && size - low >= kMaxTail);
     if (given_up) {
       return fail(ErrorCode::kInvalid,
                   fmt::format("byte {}: no sound block in the last {} bytes, expected one (the file is left as it is)",

@@ -6,7 +6,7 @@
 
 namespace rubicon::recording {
 
-/// Integers of the file's heads, least byte first; the caller looks after the room.
+/// Integers in little-endian order, as in the heads of the format; the caller provides enough bytes.
 template <class Number>
 void put_le(std::uint8_t* to, Number number) {
   auto rest = static_cast<std::uint64_t>(number);

@@ -9,29 +9,29 @@
 
 namespace rubicon::recording {
 
-/// What happened to a tuple, or what the recorder itself did. The numbers are those of the file.
+/// What happened to a tuple, or a mark of the recorder. The numbers are those in the file.
 enum class RecordKind : std::uint8_t {
   kSet = 0,
   kDeleted = 1,
   kExpired = 2,
-  /// Part of a snapshot: the tuple was there, whenever it was set.
+  /// Part of a snapshot: the tuple existed, whenever it was set.
   kPresent = 3,
-  /// A word of the recorder, in the value; the key is empty. Readers pass over words they do not know.
+  /// A mark of the recorder: the value is one of the words below, the key is empty. Readers ignore unknown words.
   kMark = 4
 };
 std::string_view to_string(RecordKind kind);
 
-/// The recorder began with its island: what was recorded before is over. A snapshot follows.
+/// The recorder started with its island, and a new session begins. A snapshot follows.
 inline constexpr std::string_view kMarkStart = "start";
 /// A snapshot begins: a new file, or the first record after a gap.
 inline constexpr std::string_view kMarkSnapshot = "snapshot";
-/// The snapshot is complete: what it did not name is not there.
+/// The snapshot is complete: tuples that are not in it do not exist.
 inline constexpr std::string_view kMarkComplete = "complete";
 
-/// No record has a time further from 1970 than this (about 127,000 years), so that the difference of any two fits.
+/// All times are within this of 1970 (about 127,000 years), so that the difference of two fits 64 bits.
 inline constexpr std::chrono::microseconds kFurthest{4'000'000'000'000'000'000};
 
-/// One line of a recording. The views are valid during the call that hands it over.
+/// One record. Who provides it says how long the views are valid.
 struct Record {
   RecordKind kind = RecordKind::kSet;
   WallTime seen{};  ///< when the recorder saw it
@@ -44,10 +44,10 @@ struct Record {
   WallTime write_time{};
   WallTime user_time{};          ///< zero = not given
   WallTime expire_time{};        ///< zero = never
-  std::uint32_t key_number = 0;  ///< of owner and key among those of its block, from 0; set by the reader only
+  std::uint32_t key_number = 0;  ///< of owner and key within the block, from 0; set by the reader only
 };
 
-/// What does not fit these bounds is not recorded (and no reader takes it).
+/// Larger records, in bytes, are neither written nor read.
 inline constexpr std::size_t kMaxValue = 1 << 20;
 inline constexpr std::size_t kMaxKey = 255;
 inline constexpr std::size_t kMaxMediaType = 255;

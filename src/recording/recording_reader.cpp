@@ -10,8 +10,8 @@
 
 namespace rubicon::recording {
 
-RecordingReader::RecordingReader(std::size_t share)
-    : share_(share), unpacker_(ZSTD_createDCtx(), [](ZSTD_DCtx_s* unpacker) { ZSTD_freeDCtx(unpacker); }) {
+RecordingReader::RecordingReader(std::size_t budget)
+    : budget_(budget), unpacker_(ZSTD_createDCtx(), [](ZSTD_DCtx_s* unpacker) { ZSTD_freeDCtx(unpacker); }) {
   RUBICON_ASSERT(unpacker_ != nullptr);
 }
 RecordingReader::~RecordingReader() = default;
@@ -33,16 +33,16 @@ std::optional<RecordingReader::Item> RecordingReader::next() {
       if (auto record = take_record()) return record;
     }
     if (found_) {
-      // What was skipped on the way to it comes first.
+      // Damage before it comes first.
       if (auto damage = take_damage()) return damage;
       if (std::holds_alternative<BlockFound>(*found_)) records_.emplace(head_, raw_);
       return std::exchange(found_, std::nullopt);
     }
-    if (work_ > share_) {
+    if (work_ > budget_) {
       busy_ = true;
       return std::nullopt;
     }
-    if (look() == Step::kWait) return ended_ ? take_damage() : std::nullopt;
+    if (parse() == Progress::kNeedsBytes) return ended_ ? take_damage() : std::nullopt;
   }
 }
 
@@ -69,41 +69,41 @@ BlockDecoder RecordingReader::block() const {
   return {head_, raw_};
 }
 
-/// Looks at what stands at the present position.
-RecordingReader::Step RecordingReader::look() {
+/// Parses at the present position.
+RecordingReader::Progress RecordingReader::parse() {
   const auto rest = ByteView(buffer_).subspan(position_);
   work_ += kBlockHead;
-  if (rest.empty() || (rest.size() < kSync.size() && !ended_)) return Step::kWait;
+  if (rest.empty() || (rest.size() < kSync.size() && !ended_)) return Progress::kNeedsBytes;
   const auto begins = [&rest](const auto& with) {
     return rest.size() >= with.size() && std::equal(with.begin(), with.end(), rest.begin());
   };
-  if (begins(kSync)) return look_at_block(rest);
-  if (begins(kMagic)) return look_at_head(rest);
+  if (begins(kSync)) return parse_block(rest);
+  if (begins(kMagic)) return parse_head(rest);
   const auto sync = find_sync(rest, 0);
   work_ += sync;
   const bool none = sync == rest.size();
-  // The beginning of a marker may stand at the end.
+  // The bytes may end within a marker.
   const auto keep = none && !ended_ ? kSync.size() - 1 : 0;
   return skip(sync - keep, base_ + position_ == 0 ? "no recording begins here" : "no block begins here");
 }
 
-RecordingReader::Step RecordingReader::skip(std::size_t bytes, std::string_view why) {
-  if (bytes == 0) return Step::kWait;
+RecordingReader::Progress RecordingReader::skip(std::size_t bytes, std::string_view why) {
+  if (bytes == 0) return Progress::kNeedsBytes;
   if (!damage_) damage_ = Damage{base_ + position_, 0, std::string(why)};
   damage_->bytes += bytes;
   position_ += bytes;
-  return Step::kAgain;
+  return Progress::kMade;
 }
 
-RecordingReader::Step RecordingReader::look_at_head(ByteView rest) {
+RecordingReader::Progress RecordingReader::parse_head(ByteView rest) {
   auto found = decode_head(rest.first(std::min(rest.size(), kMaxHead)));
   switch (found.state) {
     case HeadState::kSound:
       position_ += found.size;
       found_ = std::move(found.head);
-      return Step::kAgain;
+      return Progress::kMade;
     case HeadState::kIncomplete:
-      if (!ended_) return Step::kWait;
+      if (!ended_) return Progress::kNeedsBytes;
       return skip(kMagic.size(), "the head of the recording is cut short");
     case HeadState::kNewer: return skip(kMagic.size(), "the recording is of a newer version");
     case HeadState::kNoRecording:
@@ -112,15 +112,15 @@ RecordingReader::Step RecordingReader::look_at_head(ByteView rest) {
   return skip(kMagic.size(), "the head of the recording is damaged");
 }
 
-RecordingReader::Step RecordingReader::look_at_block(ByteView rest) {
+RecordingReader::Progress RecordingReader::parse_block(ByteView rest) {
   if (rest.size() < kBlockHead) {
-    if (!ended_) return Step::kWait;
+    if (!ended_) return Progress::kNeedsBytes;
     return skip(kSync.size(), "the head of a block is cut short");
   }
   const auto head = decode_block_head(rest);
   if (!head) return skip(kSync.size(), "the head of a block is damaged");
   if (rest.size() - kBlockHead < head->packed) {
-    if (!ended_) return Step::kWait;
+    if (!ended_) return Progress::kNeedsBytes;
     return skip(kSync.size(), "a block is cut short");
   }
   const auto packed = rest.subspan(kBlockHead, head->packed);
@@ -132,7 +132,7 @@ RecordingReader::Step RecordingReader::look_at_block(ByteView rest) {
   end_of_block_ = base_ + position_;
   head_ = *head;
   found_ = BlockFound{offset_, head_};
-  return Step::kAgain;
+  return Progress::kMade;
 }
 
 bool RecordingReader::unpack(const BlockHead& head, ByteView packed) {

@@ -13,58 +13,57 @@ struct ZSTD_DCtx_s;
 
 namespace rubicon::recording {
 
-/// A stretch of a file that could not be read, told once for the whole stretch.
+/// A part of a file that could not be read.
 struct Damage {
   std::uint64_t offset = 0;
   std::uint64_t bytes = 0;
   std::string why;
 };
 
-/// A sound block begins; its records follow.
+/// The beginning of a sound block; its records follow.
 struct BlockFound {
   std::uint64_t offset = 0;
   BlockHead head;
 };
 
-/// Takes the bytes of a recording in pieces of any size and gives its records. After damage it goes on at the next
-/// sound block. Holds at most a piece, a block, its unpacked records and their keys, whatever the file claims.
+/// Reads the records of a recording that is fed in pieces of any size. After damage it continues at the next sound
+/// block. Holds at most a piece, a block, its unpacked records and their keys, whatever lengths the file has.
 class RecordingReader {
  public:
   using Item = std::variant<FileHead, BlockFound, Record, Damage>;
 
-  /// `share`: about how many bytes one next() may look at, check and unpack without finding anything; a block is never
-  /// divided.
-  explicit RecordingReader(std::size_t share = std::numeric_limits<std::size_t>::max());
+  /// `budget`: about how many bytes one next() searches, checks and unpacks without a result; a block is never divided.
+  explicit RecordingReader(std::size_t budget = std::numeric_limits<std::size_t>::max());
   ~RecordingReader();
   RecordingReader(RecordingReader&&) noexcept;
   RecordingReader& operator=(RecordingReader&&) noexcept;
 
-  /// Appends bytes; call next() until it gives nothing before feeding more. Ends the views of records.
+  /// Appends bytes. Call it when next() returned nothing and busy() is false. Invalidates the views of records.
   void feed(ByteView bytes);
-  /// No more bytes will come: what is left is damage. Without it a growing file can be followed.
+  /// The file has no more bytes: the rest is damage. Not to be called for a file that still grows.
   void end() { ended_ = true; }
   bool ended() const { return ended_; }
-  /// The next item, or nothing until more bytes come (or for good, after end()), or when the share is used up.
+  /// The next item; nullopt if it needs more bytes, at the end, or when the budget is used up.
   std::optional<Item> next();
-  /// The last next() gave nothing because its share was used up: call it again before feeding.
+  /// The last next() used up its budget: call it again before feeding more.
   bool busy() const { return busy_; }
 
-  /// The records of the block found last, from its beginning.
+  /// The records of the last block, from its beginning.
   BlockDecoder block() const;
-  /// Where in the file the block found last begins.
+  /// Where in the file the last block begins.
   std::uint64_t block_offset() const { return offset_; }
 
  private:
-  enum class Step { kAgain, kWait };
-  Step look();
-  Step look_at_head(ByteView rest);
-  Step look_at_block(ByteView rest);
-  Step skip(std::size_t bytes, std::string_view why);
+  enum class Progress { kMade, kNeedsBytes };
+  Progress parse();
+  Progress parse_head(ByteView rest);
+  Progress parse_block(ByteView rest);
+  Progress skip(std::size_t bytes, std::string_view why);
   bool unpack(const BlockHead& head, ByteView packed);
   std::optional<Item> take_record();
   std::optional<Item> take_damage();
 
-  std::size_t share_;
+  std::size_t budget_;
   std::size_t work_ = 0;
   bool busy_ = false;
   Bytes buffer_;

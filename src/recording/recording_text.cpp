@@ -8,6 +8,7 @@
 
 #include "base/bytes.h"
 #include "base/printable.h"
+#include "model/json_members.h"
 
 namespace rubicon::recording {
 
@@ -77,7 +78,7 @@ void append_json_line(const recording::Record& record, std::string& out) {
   line["write"] = base::to_seconds(record.write_time);
   line["user"] = base::to_seconds(record.user_time);
   line["expire"] = base::to_seconds(record.expire_time);
-  out += line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+  out += model::dump(line);
   out += '\n';
 }
 

@@ -7,7 +7,7 @@ namespace rubicon::state {
 
 namespace {
 
-constexpr std::size_t kMaxKept = 256;
+constexpr std::size_t kMaxCached = 256;
 
 Bytes bytes_of(model::Body body) {
   Message message;
@@ -19,10 +19,10 @@ std::string key_of(ByteView bytes) {
   return std::string(base::as_text(bytes));
 }
 
-/// Makes room for one more.
+/// Empties a full container.
 template <class Container>
 void bound(Container& container) {
-  if (container.size() >= kMaxKept) container.clear();
+  if (container.size() >= kMaxCached) container.clear();
 }
 
 }  // namespace
@@ -34,12 +34,12 @@ Result<AnnouncementBytes> AnnouncementWriter::write(const model::Join& join, con
   model::Updates ids;
   for (const auto& [point, id] : point_ids) ids.readings.push_back({point, id, {}});
   AnnouncementBytes bytes{bytes_of(std::move(nameless)), bytes_of(std::move(ids))};
-  if (auto sound = try_out(bytes.capabilities); !sound) return fail(sound.error());
-  if (auto sound = try_out(bytes.point_ids); !sound) return fail(sound.error());
+  if (auto sound = check(bytes.capabilities); !sound) return fail(sound.error());
+  if (auto sound = check(bytes.point_ids); !sound) return fail(sound.error());
   return bytes;
 }
 
-Result<void> AnnouncementWriter::try_out(const Bytes& bytes) {
+Result<void> AnnouncementWriter::check(const Bytes& bytes) {
   auto key = key_of(bytes);
   if (sound_.contains(key)) return {};
   if (const auto back = model::from_cbor(bytes); !back) return fail(back.error());

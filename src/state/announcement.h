@@ -14,30 +14,29 @@ namespace rubicon::state {
 
 using PointIds = std::vector<std::pair<model::PointId, std::string>>;
 
-/// What changes only with a new announcement, in the CBOR of docs/gateway.cddl: a Join without its name and id, which
-/// stand in columns, and the key parts of the points as an Updates whose values they are. Devices of one kind say the
-/// same bytes.
+/// An announcement in the CBOR of docs/gateway.cddl: a Join without name and id, which have columns of their own, and
+/// the ids of the points in keys as values of an Updates. Devices of the same kind have the same bytes.
 struct AnnouncementBytes {
   Bytes capabilities;
   Bytes point_ids;
 };
 
-/// Writes announcements; refuses what could not be read back.
+/// Encodes announcements; refuses those that could not be read back.
 class AnnouncementWriter {
  public:
-  /// kOutOfRange or kInvalid: beyond the bounds of the form; the text names the field.
+  /// kOutOfRange or kInvalid: it exceeds the limits of the encoding; the text names the field.
   Result<AnnouncementBytes> write(const model::Join& join, const PointIds& point_ids);
 
  private:
-  Result<void> try_out(const Bytes& bytes);
+  Result<void> check(const Bytes& bytes);
 
-  std::unordered_set<std::string> sound_;  ///< read back before; bounded
+  std::unordered_set<std::string> sound_;  ///< already checked; bounded
 };
 
-/// Reads announcements; each different one only once.
+/// Decodes announcements, equal ones only once.
 class AnnouncementReader {
  public:
-  /// nullptr: not the form. The answer is valid until the next call.
+  /// nullptr: the bytes are no announcement. The result is valid until the next call.
   const model::Join* join(ByteView bytes);
   const PointIds* point_ids(ByteView bytes);
 

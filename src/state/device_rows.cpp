@@ -33,13 +33,13 @@ std::optional<KnownDevice> device_at(const Query& query, AnnouncementReader& ann
 }  // namespace
 
 Result<DeviceRows> DeviceRows::prepare(Database& database) {
-  struct Wish {
+  struct Entry {
     Statement& statement;
     std::string sql;
     const char* doing;
   };
   DeviceRows rows;
-  const Wish wishes[] = {
+  const Entry entries[] = {
       {rows.row_of_, "SELECT row FROM device WHERE network=? AND address=?", "looking for a device"},
       {rows.exists_, "SELECT 1 FROM device WHERE row=?", "looking for a device"},
       {rows.insert_,
@@ -54,7 +54,7 @@ Result<DeviceRows> DeviceRows::prepare(Database& database) {
        "given_name=CASE ?8 WHEN '' THEN given_name ELSE ?8 END, area=CASE ?9 WHEN '' THEN area ELSE ?9 END WHERE "
        "row=?7",
        "writing a device"},
-      // Most joins repeat what is there: no need to write it again.
+      // Most joins repeat the stored announcement, which is then not written again.
       {rows.update_announcement_,
        "UPDATE announcement SET capabilities=?1, point_ids=?2 WHERE device=?3 AND (capabilities<>?1 OR point_ids<>?2)",
        "writing a device"},
@@ -68,10 +68,10 @@ Result<DeviceRows> DeviceRows::prepare(Database& database) {
       {rows.count_, "SELECT count(*) FROM device", "counting devices"},
       {rows.read_, std::string(kSelect) + "WHERE d.row=?", "reading a device"},
   };
-  for (const auto& wish : wishes) {
-    auto statement = database.prepare(wish.sql.c_str(), wish.doing);
+  for (const auto& entry : entries) {
+    auto statement = database.prepare(entry.sql.c_str(), entry.doing);
     if (!statement) return fail(statement.error());
-    wish.statement = std::move(*statement);
+    entry.statement = std::move(*statement);
   }
   return rows;
 }
@@ -124,10 +124,10 @@ Result<void> DeviceRows::remove(Row row) {
   return Query(remove_).integer(row).run();
 }
 
-Result<std::vector<DeviceRows::Row>> DeviceRows::stalest(Row but, std::int64_t count) {
+Result<std::vector<DeviceRows::Row>> DeviceRows::stalest(Row except, std::int64_t count) {
   std::vector<Row> rows;
   Query query(stalest_);
-  query.integer(but).integer(count);
+  query.integer(except).integer(count);
   while (true) {
     const auto row = query.next();
     if (!row) return fail(row.error());
@@ -147,7 +147,7 @@ Result<void> DeviceRows::each(Database& database, const std::string& network, st
                               const std::function<Result<void>(Row, KnownDevice&&)>& visit) const {
   const auto last = database.number("SELECT ifnull(max(row),0) FROM device", "reading devices");
   if (!last) return fail(last.error());
-  // A statement of its own: the visitor may come back here.
+  // Has a statement of its own, as the visitor may call each() too.
   const auto sql = std::string(kSelect) + "WHERE d.row<=?1 AND (?2='' OR d.network=?2) ORDER BY d.row";
   auto statement = database.prepare(sql.c_str(), "reading devices");
   if (!statement) return fail(statement.error());

@@ -11,7 +11,7 @@
 
 namespace rubicon::state {
 
-/// The tables of devices and of what they announced; without their values.
+/// The tables of devices and their announcements, without values.
 class DeviceRows {
  public:
   using Row = StateStore::Row;
@@ -23,15 +23,15 @@ class DeviceRows {
   Result<Row> insert(const KnownDevice& device, const AnnouncementBytes& announcement);
   Result<void> update(Row row, const KnownDevice& device, const AnnouncementBytes& announcement);
   Result<void> rename(Row row, const std::string& name, const std::string& area);
-  /// Later only.
+  /// Updates last_heard if `heard` is later.
   Result<void> hear(Row row, WallTime heard);
   Result<void> remove(Row row);
-  /// Those to forget first: without a decision and a given name before others, then by last heard.
-  Result<std::vector<Row>> stalest(Row but, std::int64_t count);
+  /// The devices to forget first: those without a decision and a given name before others, then by last heard.
+  Result<std::vector<Row>> stalest(Row except, std::int64_t count);
   Result<std::uint64_t> count();
 
-  /// Sound devices, by row, up to the last one there is now; `visit` says whether to go on. `damaged` grows by the
-  /// others.
+  /// Visits the devices that can be read, by row, up to the present last one, until `visit` returns an error. Adds the
+  /// number of the others to `damaged`.
   Result<void> each(Database& database, const std::string& network, std::uint64_t& damaged,
                     const std::function<Result<void>(Row, KnownDevice&&)>& visit) const;
   Result<std::optional<KnownDevice>> read(Row row, std::uint64_t& damaged);

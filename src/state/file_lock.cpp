@@ -12,7 +12,7 @@ namespace rubicon::state {
 
 Result<FileLock> FileLock::take(const std::string& path) {
   const auto side = path + "-lock";
-  // Opened for reading: a side file that another user made locks as well.
+  // Reading is enough to lock, also a file that another user created.
   auto opened = OwnFile::open(side, O_RDONLY | O_NONBLOCK);
   if (!opened) {
     const auto code = opened.error().code == ErrorCode::kRefused ? ErrorCode::kRefused : ErrorCode::kIo;

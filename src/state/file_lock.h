@@ -7,13 +7,13 @@
 namespace rubicon::state {
 
 /// The right to write a state file: an advisory lock on `<path>-lock` beside it, which ends with the process. SQLite's
-/// own locks stay free, so that readers come in while an island runs. The side file stays behind; it is empty.
+/// own locks are not used, so that others can read while an island runs. The empty lock file remains.
 class FileLock {
  public:
   FileLock() = default;  ///< holds nothing
 
-  /// kBusy: somebody else has it (also in this process); kRefused: no side file may be made there; kIo: anything else,
-  /// also a side file that is a symbolic link: an island that took it for a folder it may only read would forget.
+  /// kBusy: it is locked, by another process or by this one; kRefused: no permission to create the lock file; kIo:
+  /// everything else, also a lock file that is a symbolic link, so that it does not pass for a missing permission.
   static Result<FileLock> take(const std::string& path);
 
  private:

@@ -11,8 +11,8 @@ namespace rubicon::state {
 namespace {
 
 /// `device` is small, because it is written with every batch of values; what changes only with a new announcement
-/// stands apart. Rows are never used twice (AUTOINCREMENT), so that a row of a forgotten device names nobody. Times
-/// are microseconds since 1970. `value.form` is the alternative of model::Value.
+/// has a table of its own. Rows are never used twice (AUTOINCREMENT), so that the row of a forgotten device never names
+/// another one. Times are microseconds since 1970. `value.form` is the alternative of model::Value.
 constexpr const char* kVersion1 = R"sql(
 CREATE TABLE meta(name TEXT PRIMARY KEY, value ANY) STRICT, WITHOUT ROWID;
 CREATE TABLE device(
@@ -44,7 +44,7 @@ CREATE TABLE value(
   PRIMARY KEY(device, kind, type, instance)) STRICT, WITHOUT ROWID;
 )sql";
 
-/// Names and areas that users gave.
+/// Names and areas given by users.
 constexpr const char* kVersion2 = R"sql(
 ALTER TABLE device ADD COLUMN given_name TEXT NOT NULL DEFAULT '';
 ALTER TABLE device ADD COLUMN area TEXT NOT NULL DEFAULT '';
@@ -73,23 +73,23 @@ Result<Header> read_header(Database& database, std::span<const char* const> step
   }
   const auto newest = static_cast<std::int64_t>(steps.size());
   if (*version > newest) {
-    return fail(ErrorCode::kRefused, fmt::format("state file {}: made by a newer rubicon-proxy (version {} of the "
-                                                 "form, this one knows up to {})",
+    return fail(ErrorCode::kRefused, fmt::format("state file {}: made by a newer rubicon-proxy (version {}, "
+                                                 "this program knows versions up to {})",
                                                  file, *version, newest));
   }
   if (*version < 1) {
-    return fail(ErrorCode::kInvalid, fmt::format("state file {}: version {} of the form never was", file, *version));
+    return fail(ErrorCode::kInvalid, fmt::format("state file {}: has version {}, expected 1 or more", file, *version));
   }
   return Header{false, *version};
 }
 
 namespace {
 
-/// Does `work` and marks the file as of `version`, all or nothing.
-Result<void> reach(Database& database, const std::string& work, std::size_t version) {
+/// Runs `work` and sets the version of the file, all or nothing.
+Result<void> run_step(Database& database, const std::string& work, std::size_t version) {
   const auto sql = fmt::format("BEGIN IMMEDIATE;{};PRAGMA application_id={};PRAGMA user_version={};COMMIT", work,
                                kApplicationId, version);
-  auto done = database.run(sql.c_str(), "bringing its form up to date");
+  auto done = database.run(sql.c_str(), "upgrading it");
   if (!done && database.in_transaction()) std::ignore = database.run("ROLLBACK", "rolling back");
   return done;
 }
@@ -97,18 +97,18 @@ Result<void> reach(Database& database, const std::string& work, std::size_t vers
 }  // namespace
 
 Result<void> make_tables(Database& database, std::string_view finally) {
-  return reach(database, fmt::format("{};{}", fmt::join(schema_steps(), ";"), finally), schema_steps().size());
+  return run_step(database, fmt::format("{};{}", fmt::join(schema_steps(), ";"), finally), schema_steps().size());
 }
 
-Result<void> bring_up(Database& database, std::int64_t version, std::span<const char* const> steps) {
+Result<void> upgrade(Database& database, std::int64_t version, std::span<const char* const> steps) {
   for (auto next = static_cast<std::size_t>(version); next < steps.size(); ++next) {
-    if (auto done = reach(database, steps[next], next + 1); !done) return done;
+    if (auto done = run_step(database, steps[next], next + 1); !done) return done;
   }
   return {};
 }
 
 Result<void> rename_types(Database& database) {
-  constexpr const char* kDoing = "giving values the types of today";
+  constexpr const char* kDoing = "replacing former types";
   std::string sql;
   for (const auto& former : model::former_types()) {
     const auto id = static_cast<unsigned>(former.id), now = static_cast<unsigned>(former.now);
@@ -118,7 +118,7 @@ Result<void> rename_types(Database& database) {
         fmt::format("SELECT EXISTS(SELECT 1 FROM value WHERE type={} OR ({}))", id, properties).c_str(), kDoing);
     if (!there) return fail(there.error());
     if (*there == 0) continue;
-    // Where a value of the newer name is there too, it is the later one.
+    // A value that exists under both names is the latest under the newer one.
     sql +=
         fmt::format("UPDATE OR IGNORE value SET type={} WHERE type={};DELETE FROM value WHERE type={};", now, id, id);
     sql += fmt::format(

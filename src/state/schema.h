@@ -10,33 +10,32 @@
 
 namespace rubicon::state {
 
-/// Stands in the header of every state file (SQLite's application_id): `RbnS`.
+/// In the header of every state file (SQLite's application_id): `RbnS`.
 inline constexpr std::int64_t kApplicationId = 0x52626e53;
 
-/// SQL that brings a file of version N, the index in the table, to version N + 1. Steps are added, never changed.
+/// The SQL at index N brings a file of version N to version N + 1. Steps are added, never changed.
 std::span<const char* const> schema_steps();
 
-/// What the header of a file says.
+/// The header of a file.
 struct Header {
-  bool fresh = false;  ///< nothing in it yet
+  bool fresh = false;  ///< the file is empty
   std::int64_t version = 0;
 };
 
-/// kInvalid: another program's file; kRefused: of a newer version than `steps` make.
+/// kRefused: the file is of another program, or of a newer version than the last step; kInvalid: its version never was.
 Result<Header> read_header(Database& database, std::span<const char* const> steps);
 
-/// Makes an empty file one of the newest version, `finally` (SQL) included, in one transaction: a process that dies
-/// before its end leaves an empty file.
+/// Makes the tables of the newest version in an empty file, then runs the SQL `finally`, all in one transaction: a
+/// process that dies meanwhile leaves an empty file.
 Result<void> make_tables(Database& database, std::string_view finally);
-/// Applies the steps the file lacks, each as one transaction: a process that dies between two of them leaves a file of
-/// a whole version.
-Result<void> bring_up(Database& database, std::int64_t version, std::span<const char* const> steps);
-/// Values under former names and numbers of types get those of today; nothing is written where there are none.
+/// Applies the missing steps, each in one transaction: a process that dies meanwhile leaves a file of some version.
+Result<void> upgrade(Database& database, std::int64_t version, std::span<const char* const> steps);
+/// Replaces former names and numbers of types (model/former_types.h); writes nothing if there are none.
 Result<void> rename_types(Database& database);
-/// The last step of making a file: whose it is.
+/// The SQL that stores the island of a new file.
 std::string sql_of_island(IslandId island);
 
-/// The island a file belongs to; kInvalid when it says none.
+/// The island a file belongs to; kInvalid if it names none.
 Result<IslandId> read_island(Database& database);
 
 }  // namespace rubicon::state

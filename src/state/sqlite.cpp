@@ -8,9 +8,9 @@ namespace rubicon::state {
 
 namespace {
 
-/// Texts and blobs of a damaged file are not believed beyond this.
-constexpr int kLongestField = 4 << 20;
-constexpr int kPatienceMs = 500;  // with a tool that reads, or with SQLite's own recovery
+/// Longer texts and blobs can only come from a damaged file.
+constexpr int kMaxField = 4 << 20;
+constexpr int kBusyTimeoutMs = 500;  // a tool may read, or SQLite recover the file
 
 ErrorCode code_of(int extended) {
   switch (extended & 0xff) {
@@ -18,7 +18,7 @@ ErrorCode code_of(int extended) {
     case SQLITE_NOTADB:
     case SQLITE_CONSTRAINT:
     case SQLITE_MISMATCH:
-    case SQLITE_ERROR: return ErrorCode::kInvalid;  // a table is missing or other than ours
+    case SQLITE_ERROR: return ErrorCode::kInvalid;  // a table is missing or has other columns
     case SQLITE_BUSY:
     case SQLITE_LOCKED: return ErrorCode::kBusy;
     case SQLITE_READONLY: return ErrorCode::kRefused;
@@ -32,7 +32,7 @@ bool system_failed(int extended) {
   return code == SQLITE_IOERR || code == SQLITE_FULL || code == SQLITE_CANTOPEN;
 }
 
-/// `file:` form of a path, in which `?`, `#` and `%` stand for themselves.
+/// The path as a `file:` URI.
 std::string uri_of(const std::string& path, Database::Mode mode) {
   std::string out = "file:";
   for (const char c : path) {
@@ -42,7 +42,7 @@ std::string uri_of(const std::string& path, Database::Mode mode) {
       out += c;
     }
   }
-  if (mode == Database::Mode::kUnmoving) out += "?immutable=1";
+  if (mode == Database::Mode::kImmutable) out += "?immutable=1";
   return out;
 }
 
@@ -55,14 +55,14 @@ int flags_of(Database::Mode mode) {
   }
 }
 
-/// A file from outside runs no code of its own (https://www.sqlite.org/security.html, "Untrusted SQLite Database
+/// Keeps a hostile file from running code (https://www.sqlite.org/security.html, "Untrusted SQLite Database
 /// Files").
 void distrust(sqlite3* database) {
   sqlite3_db_config(database, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
   sqlite3_db_config(database, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
   sqlite3_db_config(database, SQLITE_DBCONFIG_ENABLE_TRIGGER, 0, nullptr);
   sqlite3_db_config(database, SQLITE_DBCONFIG_ENABLE_VIEW, 0, nullptr);
-  sqlite3_limit(database, SQLITE_LIMIT_LENGTH, kLongestField);
+  sqlite3_limit(database, SQLITE_LIMIT_LENGTH, kMaxField);
 }
 
 }  // namespace
@@ -182,7 +182,7 @@ Result<Database> Database::open(const std::string& path, Mode mode) {
                                         std::strerror(sqlite3_system_errno(opened))));
   }
   distrust(opened);
-  sqlite3_busy_timeout(opened, kPatienceMs);
+  sqlite3_busy_timeout(opened, kBusyTimeoutMs);
   return database;
 }
 

@@ -13,11 +13,11 @@
 
 namespace rubicon::state {
 
-/// What SQLite said as an Error: damage is kInvalid, a write to what may only be read kRefused, a lock of somebody else
-/// kBusy, the rest kIo. The text names the file, what was being done, and the cause.
+/// SQLite's last error: damage is kInvalid, writing a read-only file kRefused, a lock of another process kBusy, the
+/// rest kIo. The text names the file, the action and the cause.
 Error sqlite_error(sqlite3* database, std::string_view doing);
 
-/// A prepared statement; kept as long as its database. Used through Query.
+/// A prepared statement, to be used by Query. The database must outlive it.
 class Statement {
  public:
   Statement() = default;
@@ -33,7 +33,7 @@ class Statement {
 };
 
 /// One use of a statement: bind its parameters in order, step, read columns. The statement is ready for the next use
-/// when the query goes out of scope. What is bound must live as long as the query.
+/// when the query goes out of scope. Bound texts and blobs must outlive the query.
 class Query {
  public:
   explicit Query(Statement& statement) : statement_(statement.statement_.get()), doing_(statement.doing_) {}
@@ -48,9 +48,9 @@ class Query {
   Query& blob(ByteView value);
   Query& null();
 
-  /// True: a row is there to be read; false: there are no more.
+  /// True: a row can be read; false: there are no more.
   Result<bool> next();
-  /// Steps to the end; for statements without rows.
+  /// For statements without rows.
   Result<void> run();
   /// Rows the last insert, update or delete of the connection changed.
   std::int64_t changes() const;
@@ -73,20 +73,20 @@ class Query {
   int failure_ = SQLITE_OK;
 };
 
-/// A connection to one file. Nothing in it throws.
+/// A connection to one file. Throws nothing.
 class Database {
  public:
   enum class Mode {
-    kCreate,    ///< reads and writes, makes the file if there is none
-    kWrite,     ///< reads and writes what exists
-    kRead,      ///< reads
-    kUnmoving,  ///< reads a file that nobody writes, without side files beside it
+    kCreate,     ///< reads and writes; creates the file if it does not exist
+    kWrite,      ///< reads and writes an existing file
+    kRead,       ///< reads
+    kImmutable,  ///< reads a file that no process writes, without further files beside it
   };
   static Result<Database> open(const std::string& path, Mode mode);
 
   Result<void> run(const char* sql, const char* doing);
   Result<Statement> prepare(const char* sql, const char* doing);
-  /// First column of the first row; kInvalid when there is none.
+  /// First column of the first row; kInvalid if there is none.
   Result<std::int64_t> number(const char* sql, const char* doing);
   Result<std::string> word(const char* sql, const char* doing);
 

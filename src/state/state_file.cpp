@@ -20,24 +20,24 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr int kPageBytes = 4096;
-constexpr int kSmallestFile = 512;  // a page; SQLite takes some shorter ones for empty
+constexpr int kMinFile = 512;  // a page; SQLite accepts some shorter files as empty
 
-/// Symbolic links resolved: the side files stand beside the file they belong to.
-std::string resolved(const std::string& path) {
+/// Resolves symbolic links, so that SQLite's files are beside the file they belong to.
+std::string real_path(const std::string& path) {
   std::error_code error;
   auto real = fs::weakly_canonical(fs::absolute(path, error), error);
   return error ? path : real.string();
 }
 
-/// As above, but the file itself is no link: who can put one there would choose what is written.
-Result<std::string> resolved_own(const std::string& path) {
+/// The same, but refuses a link in place of the file: whoever created it could choose which file is written.
+Result<std::string> real_path_to_write(const std::string& path) {
   std::error_code error;
   const auto whole = fs::absolute(path, error);
   if (error) return path;
   auto real = (fs::weakly_canonical(whole.parent_path(), error) / whole.filename()).string();
   if (error) return path;
   if (fs::is_symlink(real, error))
-    return fail(ErrorCode::kRefused, fmt::format("state file {}: is a symbolic link: name the file itself", path));
+    return fail(ErrorCode::kRefused, fmt::format("state file {}: is a symbolic link, expected the file itself", path));
   return real;
 }
 
@@ -47,15 +47,16 @@ Result<bool> exists(const std::string& path) {
     if (errno == ENOENT) return false;
     return fail(ErrorCode::kIo, fmt::format("state file {}: {}", path, std::strerror(errno)));
   }
-  if (!S_ISREG(status.st_mode)) return fail(ErrorCode::kInvalid, fmt::format("state file {}: not a file", path));
-  if (status.st_size > 0 && status.st_size < kSmallestFile) {
+  if (!S_ISREG(status.st_mode))
+    return fail(ErrorCode::kInvalid, fmt::format("state file {}: not a regular file", path));
+  if (status.st_size > 0 && status.st_size < kMinFile) {
     return fail(ErrorCode::kInvalid,
                 fmt::format("state file {}: {} bytes are no SQLite database", path, status.st_size));
   }
   return true;
 }
 
-/// To write one also needs to make files beside it.
+/// SQLite also creates files beside it.
 bool may_write(const std::string& path) {
   return ::access(path.c_str(), W_OK) == 0 && ::access(fs::path(path).parent_path().c_str(), W_OK | X_OK) == 0;
 }
@@ -86,18 +87,18 @@ Result<void> tune_reader(Database& database) {
                           "PRAGMA cache_size=-8192"});
 }
 
-/// A log beyond 4 MiB is written back by the commit that reaches it; StateStore::tidy does so earlier.
+/// A commit that lets the log grow beyond 4 MiB moves it into the file; StateStore::tidy does so earlier.
 Result<void> tune_writer(Database& database, std::uint64_t max_bytes) {
-  // EXTRA for the switch of a new file to the log: a rollback journal that came back with the power would empty it.
+  // EXTRA while a new file switches to the log: a rollback journal that reappears after a power failure would empty it.
   if (auto done = apply(database, {"PRAGMA synchronous=EXTRA"}); !done) return done;
   const auto mode = database.word("PRAGMA journal_mode=WAL", "opening");
   if (!mode) return fail(mode.error());
-  // Where the file system cannot do it, each commit waits for the disk.
+  // On file systems without support for the log each commit waits for the disk.
   const auto* synchronous = *mode == "wal" ? "PRAGMA synchronous=NORMAL" : "PRAGMA synchronous=FULL";
   const auto bound = fmt::format("PRAGMA max_page_count={}", std::max<std::uint64_t>(max_bytes / kPageBytes, 1));
   return apply(database, {synchronous, bound.c_str(), "PRAGMA wal_autocheckpoint=1000",
                           "PRAGMA journal_size_limit=4194304", "PRAGMA foreign_keys=ON",
-                          // Only a stranger's program may hold the file from now on; the loop does not wait for it.
+                          // From now on only a foreign program can lock the file; the loop does not wait for it.
                           "PRAGMA busy_timeout=20"});
 }
 
@@ -119,14 +120,14 @@ Result<void> check_island(StateFile& file, std::optional<IslandId> wanted) {
                                                number(*island), number(*wanted)));
 }
 
-Result<void> make_fresh(StateFile& file, std::optional<IslandId> island) {
+Result<void> initialise(StateFile& file, std::optional<IslandId> island) {
   if (!island || file.read_only) {
     return fail(ErrorCode::kInvalid, fmt::format("state file {}: empty", file.path));
   }
   if (auto done = make_tables(file.database, sql_of_island(*island)); !done) return done;
   file.island = *island;
-  // SQLite drops the log of a file without content, which it would be if the power failed: on the disk with it.
-  if (auto done = file.database.run("PRAGMA wal_checkpoint(FULL)", "making it"); !done) return done;
+  // Moves the tables from the log into the file: after a power failure SQLite would drop the log of an empty file.
+  if (auto done = file.database.run("PRAGMA wal_checkpoint(FULL)", "creating it"); !done) return done;
   sync_folder_of(file.path);
   return {};
 }
@@ -137,34 +138,35 @@ Result<void> verify(StateFile& file, std::optional<IslandId> island, std::uint64
   if (!header) return fail(header.error());
   if (auto done = tune_reader(database); !done) return done;
   if (!header->fresh) {
-    // Before anything is written into it.
+    // Checked before anything is written.
     if (auto done = check_soundness(database); !done) return done;
     if (auto done = check_island(file, island); !done) return done;
   }
   if (!file.read_only) {
     if (auto done = tune_writer(database, max_bytes); !done) return done;
   }
-  if (header->fresh) return make_fresh(file, island);
+  if (header->fresh) return initialise(file, island);
   const auto newest = static_cast<std::int64_t>(schema_steps().size());
   if (!file.read_only) {
-    if (auto done = bring_up(database, header->version, schema_steps()); !done) return done;
+    if (auto done = upgrade(database, header->version, schema_steps()); !done) return done;
     return rename_types(database);
   }
   if (header->version == newest) return {};
   return fail(ErrorCode::kRefused,
-              fmt::format("state file {}: of an older version, and may not be brought up to date", file.path));
+              fmt::format("state file {}: of an older version, and there is no permission to upgrade it", file.path));
 }
 
-/// A file that cannot get side files is read as it is, if it has no log that would be missed.
+/// If SQLite cannot create its files beside it, the file is read as it is, unless it has a log with later changes.
 Result<Database> open_for_reading(const std::string& path) {
   auto database = Database::open(path, Database::Mode::kRead);
   if (!database) return database;
   const auto probe = database->number("SELECT count(*) FROM sqlite_schema", "reading");
   if (probe || probe.error().code == ErrorCode::kInvalid || has_content(path + "-wal")) return database;
-  return Database::open(path, Database::Mode::kUnmoving);
+  return Database::open(path, Database::Mode::kImmutable);
 }
 
-/// A tool may tidy up after a process that died, as SQLite does for the last reader that leaves, but writes nothing.
+/// A tool may recover the file after a process that died, as SQLite does when it opens and closes files; it writes
+/// nothing else.
 Result<Database> open_beside(const std::string& path) {
   auto database = Database::open(path, Database::Mode::kWrite);
   if (!database || !may_write(path)) return open_for_reading(path);
@@ -187,7 +189,7 @@ Result<void> open_own(StateFile& file, bool present) {
       return fail(forbidden ? ErrorCode::kIo : lock.error().code, lock.error().text);
     }
   }
-  // SQLite would make it readable for all; its side files take the mode of the file. Those of earlier releases are.
+  // Earlier releases left the files readable for all, as SQLite creates them; its other files get the mode of this one.
   if (!file.read_only) {
     for (const auto* suffix : {"", "-wal", "-shm", "-journal"}) OwnFile::close_to_others(file.path + suffix);
   }
@@ -207,15 +209,15 @@ Result<StateFile> open_state_file(const std::string& path, FileUse use, std::opt
                                   std::uint64_t max_bytes) {
   StateFile file;
   if (use == FileUse::kOwn) {
-    auto own = resolved_own(path);
+    auto own = real_path_to_write(path);
     if (!own) return fail(std::move(own.error()));
     file.path = std::move(*own);
   } else {
-    file.path = resolved(path);
+    file.path = real_path(path);
   }
   const auto present = exists(file.path);
   if (!present) return fail(present.error());
-  if (!*present && !island) return fail(ErrorCode::kNotFound, fmt::format("state file {}: there is none", file.path));
+  if (!*present && !island) return fail(ErrorCode::kNotFound, fmt::format("state file {}: does not exist", file.path));
   if (use == FileUse::kOwn) {
     if (auto done = open_own(file, *present); !done) return fail(done.error());
   } else {
@@ -229,7 +231,7 @@ Result<StateFile> open_state_file(const std::string& path, FileUse use, std::opt
 }
 
 Result<std::string> set_aside(const std::string& path, WallTime now) {
-  const auto real = resolved(path);
+  const auto real = real_path(path);
   auto lock = FileLock::take(real);
   if (!lock) return fail(lock.error());
   const auto seconds = std::chrono::floor<std::chrono::seconds>(now);
@@ -242,7 +244,7 @@ Result<std::string> set_aside(const std::string& path, WallTime now) {
     return fail(error == std::errc::no_such_file_or_directory ? ErrorCode::kNotFound : ErrorCode::kIo,
                 fmt::format("state file {}: moving it to {}: {}", real, target, error.message()));
   }
-  // A log that stayed would be applied to the next file.
+  // A log that remained would be applied to the next file.
   for (const auto* suffix : {"-wal", "-shm", "-journal"}) {
     fs::rename(real + suffix, target + suffix, error);
     if (error && error != std::errc::no_such_file_or_directory) {

@@ -11,26 +11,26 @@
 
 namespace rubicon::state {
 
-/// An open state file whose header, form and island are right.
+/// An open state file whose header, tables and island were checked.
 struct StateFile {
   std::string path;
-  FileLock lock;  // goes last: nobody else may open for writing before SQLite has closed
+  FileLock lock;  // destroyed last, after SQLite has closed the file
   Database database;
   IslandId island = model::kNoOwner;
   bool read_only = false;
 };
 
 enum class FileUse {
-  kOwn,   ///< write; without permission, read
-  kRead,  ///< read beside somebody who may write
+  kOwn,   ///< writes; only reads without permission to write
+  kRead,  ///< reads, while another process may write
 };
 
-/// Errors as StateStore::open. Without an island any is right and the file must exist.
+/// Errors as those of StateStore::open. Without `island` the file must exist and may be of any island.
 Result<StateFile> open_state_file(const std::string& path, FileUse use, std::optional<IslandId> island,
                                   std::uint64_t max_bytes);
 
-/// Moves a damaged file and what SQLite keeps beside it to `<path>.damaged-<UTC time>`, which is the answer, so that
-/// open() makes a new one. kBusy while another process has it open for writing.
+/// Renames a damaged file and SQLite's files beside it to `<path>.damaged-<UTC time>`, which is returned, so that
+/// open() creates a new one. kBusy while another process has it open for writing.
 Result<std::string> set_aside(const std::string& path, WallTime now);
 
 }  // namespace rubicon::state

@@ -13,13 +13,14 @@ namespace rubicon::state {
 
 namespace {
 
-constexpr std::uint64_t kSmallestBound = 256 << 10;
-constexpr std::uint64_t kBytesPerValue = 96;    // of a row and its part of the tree, without texts
-constexpr std::uint64_t kBytesPerDevice = 256;  // same
-constexpr std::uint64_t kSparePages = 8;        // for what splits of pages take
+constexpr std::uint64_t kMinFileSize = 256 << 10;
+/// In the file without texts, with the share of the B-tree.
+constexpr std::uint64_t kBytesPerValue = 96, kBytesPerDevice = 256;
+constexpr std::uint64_t kSparePages = 8;  // for pages that SQLite splits
 constexpr std::size_t kMaxText = 4096;
 constexpr std::size_t kMaxAddress = 255;
-constexpr std::int64_t kFewestPruned = 16, kMostPruned = 1024;
+/// Devices that are forgotten at once to make room.
+constexpr std::int64_t kMinPruned = 16, kMaxPruned = 1024;
 constexpr StateStore::Row kNoRow = 0;  // rows count from 1
 
 std::string name_of(const KnownDevice& device) {
@@ -39,7 +40,7 @@ Result<void> check_texts(const KnownDevice& device) {
         Field{"area", device.area, kMaxGiven}}) {
     if (field.text.size() <= field.most) continue;
     return fail(ErrorCode::kOutOfRange,
-                fmt::format("state: {} of device {}: {} bytes, at most {} are kept", field.name,
+                fmt::format("state: {} of device {} has {} bytes, expected at most {}", field.name,
                             name_of(device).substr(0, kMaxAddress), field.text.size(), field.most));
   }
   return {};
@@ -51,7 +52,7 @@ Result<std::uint64_t> size_of(std::span<const StoredValue> values) {
     const auto size = ValueRows::size_of(value);
     if (size > kMaxStoredValue) {
       return fail(ErrorCode::kOutOfRange,
-                  fmt::format("state: the value of {} {}-{} has {} bytes, at most {} are kept",
+                  fmt::format("state: the value of {} {}-{} has {} bytes, expected at most {}",
                               to_string(value.point.kind), static_cast<unsigned>(value.point.type),
                               value.point.instance.substr(0, 60), size, kMaxStoredValue));
     }
@@ -91,9 +92,10 @@ struct StateStore::Impl {
   Result<void> start();
   Result<void> finish();
   void undo();
+  void count(const Result<void>& done);
   Result<std::uint64_t> used_pages();
-  Result<void> make_room(std::uint64_t bytes, Row but);
-  Result<void> prune(std::uint64_t goal, Row but);
+  Result<void> make_room(std::uint64_t bytes, Row except);
+  Result<void> prune(std::uint64_t goal, Row except);
   Result<void> remove(Row row);
   Result<void> put(Row row, std::span<const StoredValue> of_device);
   Result<void> hear(Row row, std::span<const StoredValue> of_device);
@@ -110,7 +112,7 @@ Result<void> StateStore::Impl::prepare(const StateOptions& options) {
   pages = std::move(*all_pages);
   free_pages = std::move(*unused_pages);
   page_bytes = static_cast<std::uint64_t>(*page_size);
-  max_pages = std::max(options.max_bytes, kSmallestBound) / page_bytes;
+  max_pages = std::max(options.max_bytes, kMinFileSize) / page_bytes;
   const auto known = devices.count();
   if (!known) return fail(known.error());
   const auto kept = values.count();
@@ -132,11 +134,19 @@ Result<void> StateStore::Impl::finish() {
 }
 
 void StateStore::Impl::undo() {
-  // SQLite may have done so itself, when the disk was full.
+  // SQLite has already done it if the disk is full.
   if (file.database.in_transaction()) std::ignore = file.database.run("ROLLBACK", "rolling back");
   stats.devices = at_begin.devices;
   stats.values = at_begin.values;
   stats.pruned = at_begin.pruned;
+}
+
+void StateStore::Impl::count(const Result<void>& done) {
+  if (done) {
+    ++stats.writes;
+  } else {
+    ++stats.failures;
+  }
 }
 
 /// Does `work` in the transaction that was begun, or in one of its own.
@@ -147,7 +157,7 @@ Result<void> StateStore::Impl::transact(const std::function<Result<void>()>& wor
   if (begun) {
     if (broken) return fail(*broken);
     auto done = work();
-    // Found out before the first change, or after devices were forgotten to make room.
+    // These two change nothing but forget devices to make room.
     const bool harmless = done || done.error().code == ErrorCode::kNotFound || done.error().code == ErrorCode::kBusy;
     if (!harmless) broken = done.error();
     return done;
@@ -161,7 +171,7 @@ Result<void> StateStore::Impl::transact(const std::function<Result<void>()>& wor
 
 Result<void> StateStore::Impl::write(const std::function<Result<void>()>& work) {
   auto done = transact(work);
-  ++(done ? stats.writes : stats.failures);
+  count(done);
   return done;
 }
 
@@ -173,29 +183,29 @@ Result<std::uint64_t> StateStore::Impl::used_pages() {
   return static_cast<std::uint64_t>(std::max<std::int64_t>(used, 0));
 }
 
-/// Forgets devices until so many bytes more fit below the bound.
-Result<void> StateStore::Impl::make_room(std::uint64_t bytes, Row but) {
+/// Forgets devices until so many more bytes fit into the file.
+Result<void> StateStore::Impl::make_room(std::uint64_t bytes, Row except) {
   const auto needed = bytes / page_bytes * 2 + kSparePages;
   const auto used = used_pages();
   if (!used) return fail(used.error());
   if (*used + needed <= max_pages) return {};
-  const auto spare = max_pages / 64;  // so that not every write has to
-  if (needed + spare < max_pages) return prune(max_pages - needed - spare, but);
-  return fail(ErrorCode::kBusy, fmt::format("state file {}: {} bytes do not fit below its bound of {} bytes", file.path,
-                                            bytes, max_pages * page_bytes));
+  const auto spare = max_pages / 64;  // so that not every write forgets devices
+  if (needed + spare < max_pages) return prune(max_pages - needed - spare, except);
+  return fail(ErrorCode::kBusy, fmt::format("state file {}: no room for {} bytes, its size is limited to {} bytes",
+                                            file.path, bytes, max_pages * page_bytes));
 }
 
-Result<void> StateStore::Impl::prune(std::uint64_t goal, Row but) {
+Result<void> StateStore::Impl::prune(std::uint64_t goal, Row except) {
   while (true) {
     const auto used = used_pages();
     if (!used) return fail(used.error());
     if (*used <= goal) return {};
-    const auto batch = std::clamp(static_cast<std::int64_t>(stats.devices / 64), kFewestPruned, kMostPruned);
-    const auto rows = devices.stalest(but, batch);
+    const auto batch = std::clamp(static_cast<std::int64_t>(stats.devices / 64), kMinPruned, kMaxPruned);
+    const auto rows = devices.stalest(except, batch);
     if (!rows) return fail(rows.error());
     if (rows->empty()) {
       return fail(ErrorCode::kBusy,
-                  fmt::format("state file {}: its bound of {} bytes is reached", file.path, max_pages * page_bytes));
+                  fmt::format("state file {}: its limit of {} bytes is reached", file.path, max_pages * page_bytes));
     }
     for (const auto row : *rows) {
       if (auto done = remove(row); !done) return done;
@@ -238,19 +248,19 @@ Result<std::unique_ptr<StateStore>> StateStore::make(Result<StateFile> file, con
   if (!devices) return fail(devices.error());
   auto values = ValueRows::prepare(file->database);
   if (!values) return fail(values.error());
-  auto parts = std::make_unique<Impl>(std::move(*file), std::move(*devices), std::move(*values));
-  if (auto done = parts->prepare(options); !done) return fail(done.error());
-  return std::unique_ptr<StateStore>(new StateStore(std::move(parts)));
+  auto made = std::make_unique<Impl>(std::move(*file), std::move(*devices), std::move(*values));
+  if (auto done = made->prepare(options); !done) return fail(done.error());
+  return std::unique_ptr<StateStore>(new StateStore(std::move(made)));
 }
 
 Result<std::unique_ptr<StateStore>> StateStore::open(const std::string& path, IslandId island, StateOptions options) {
   RUBICON_ASSERT(model::is_island(island));
-  return make(open_state_file(path, FileUse::kOwn, island, std::max(options.max_bytes, kSmallestBound)), options);
+  return make(open_state_file(path, FileUse::kOwn, island, std::max(options.max_bytes, kMinFileSize)), options);
 }
 
 Result<std::unique_ptr<StateStore>> StateStore::open_existing(const std::string& path, Use use, StateOptions options) {
   const auto file_use = use == Use::kWrite ? FileUse::kOwn : FileUse::kRead;
-  return make(open_state_file(path, file_use, std::nullopt, std::max(options.max_bytes, kSmallestBound)), options);
+  return make(open_state_file(path, file_use, std::nullopt, std::max(options.max_bytes, kMinFileSize)), options);
 }
 
 IslandId StateStore::island() const {
@@ -258,128 +268,136 @@ IslandId StateStore::island() const {
 }
 
 Result<StateStore::Row> StateStore::save(const KnownDevice& device) {
-  auto& parts = *impl_;
+  auto& impl = *impl_;
   Row row = kNoRow;
-  // Before anything is written: a transaction survives a device that does not fit the form.
-  auto fits = check_texts(device);
-  if (!fits) return ++parts.stats.failures, fail(fits.error());
-  const auto bytes = parts.announcements.write(device.join, device.point_ids);
+  // Checked before anything is written, so that a transaction survives a device that cannot be stored.
+  if (auto fits = check_texts(device); !fits) {
+    ++impl.stats.failures;
+    return fail(fits.error());
+  }
+  const auto bytes = impl.announcements.write(device.join, device.point_ids);
   if (!bytes) {
-    ++parts.stats.failures;
+    ++impl.stats.failures;
     return fail(ErrorCode::kOutOfRange,
-                fmt::format("state: device {} cannot be kept: {}", name_of(device), bytes.error().text));
+                fmt::format("state: device {} cannot be stored: {}", name_of(device), bytes.error().text));
   }
   const auto values = size_of(device.values);
-  if (!values) return ++parts.stats.failures, fail(values.error());
-  auto done = parts.write([&]() -> Result<void> {
-    const auto known = parts.devices.row_of(device.network, device.address);
+  if (!values) {
+    ++impl.stats.failures;
+    return fail(values.error());
+  }
+  auto done = impl.write([&]() -> Result<void> {
+    const auto known = impl.devices.row_of(device.network, device.address);
     if (!known) return fail(known.error());
     row = known->value_or(kNoRow);
     const auto size = bytes->capabilities.size() + bytes->point_ids.size() + kBytesPerDevice + *values;
-    if (auto room = parts.make_room(size, row); !room) return room;
-    if (row != kNoRow) return parts.devices.update(row, device, *bytes);
-    const auto fresh = parts.devices.insert(device, *bytes);
+    if (auto room = impl.make_room(size, row); !room) return room;
+    if (row != kNoRow) return impl.devices.update(row, device, *bytes);
+    const auto fresh = impl.devices.insert(device, *bytes);
     if (!fresh) return fail(fresh.error());
     row = *fresh;
-    ++parts.stats.devices;
-    if (auto put = parts.put(row, device.values); !put) return put;
-    return parts.hear(row, device.values);
+    ++impl.stats.devices;
+    if (auto put = impl.put(row, device.values); !put) return put;
+    return impl.hear(row, device.values);
   });
   if (!done) return fail(done.error());
   return row;
 }
 
 Result<void> StateStore::save_values(Row device, std::span<const StoredValue> values) {
-  auto& parts = *impl_;
+  auto& impl = *impl_;
   const auto bytes = size_of(values);
-  if (!bytes) return ++parts.stats.failures, fail(bytes.error());
-  return parts.write([&]() -> Result<void> {
-    const auto known = parts.devices.exists(device);
+  if (!bytes) {
+    ++impl.stats.failures;
+    return fail(bytes.error());
+  }
+  return impl.write([&]() -> Result<void> {
+    const auto known = impl.devices.exists(device);
     if (!known) return fail(known.error());
     if (!*known) {
       return fail(ErrorCode::kNotFound,
-                  fmt::format("state file {}: device row {} was forgotten", parts.file.path, device));
+                  fmt::format("state file {}: device row {} was forgotten", impl.file.path, device));
     }
-    if (auto room = parts.make_room(*bytes, device); !room) return room;
-    if (auto done = parts.put(device, values); !done) return done;
-    return parts.hear(device, values);
+    if (auto room = impl.make_room(*bytes, device); !room) return room;
+    if (auto done = impl.put(device, values); !done) return done;
+    return impl.hear(device, values);
   });
 }
 
 Result<void> StateStore::rename(Row device, const std::string& name, const std::string& area) {
-  auto& parts = *impl_;
+  auto& impl = *impl_;
   if (name.size() > kMaxGiven || area.size() > kMaxGiven) {
-    ++parts.stats.failures;
-    return fail(ErrorCode::kOutOfRange, fmt::format("state: name or area of {} bytes, at most {} are kept",
+    ++impl.stats.failures;
+    return fail(ErrorCode::kOutOfRange, fmt::format("state: name or area has {} bytes, expected at most {}",
                                                     std::max(name.size(), area.size()), kMaxGiven));
   }
-  return parts.write([&]() -> Result<void> {
-    const auto known = parts.devices.exists(device);
+  return impl.write([&]() -> Result<void> {
+    const auto known = impl.devices.exists(device);
     if (!known) return fail(known.error());
-    if (*known) return parts.devices.rename(device, name, area);
+    if (*known) return impl.devices.rename(device, name, area);
     return fail(ErrorCode::kNotFound,
-                fmt::format("state file {}: device row {} was forgotten", parts.file.path, device));
+                fmt::format("state file {}: device row {} was forgotten", impl.file.path, device));
   });
 }
 
 Result<void> StateStore::forget(const std::string& network, const std::string& address) {
-  auto& parts = *impl_;
-  return parts.write([&]() -> Result<void> {
-    const auto row = parts.devices.row_of(network, address);
+  auto& impl = *impl_;
+  return impl.write([&]() -> Result<void> {
+    const auto row = impl.devices.row_of(network, address);
     if (!row) return fail(row.error());
-    if (*row) return parts.remove(**row);
-    return fail(ErrorCode::kNotFound, fmt::format("state file {}: no device {}/{}", parts.file.path,
+    if (*row) return impl.remove(**row);
+    return fail(ErrorCode::kNotFound, fmt::format("state file {}: no device {}/{}", impl.file.path,
                                                   network.substr(0, kMaxAddress), address.substr(0, kMaxAddress)));
   });
 }
 
 Result<std::optional<KnownDevice>> StateStore::find(const std::string& network, const std::string& address) const {
-  auto& parts = *impl_;
-  const auto row = parts.devices.row_of(network, address);
+  auto& impl = *impl_;
+  const auto row = impl.devices.row_of(network, address);
   if (!row) return fail(row.error());
   if (!*row) return std::optional<KnownDevice>();
-  auto device = parts.devices.read(**row, parts.stats.damaged);
+  auto device = impl.devices.read(**row, impl.stats.damaged);
   if (!device || !*device) return device;
-  auto values = parts.values.of(**row, parts.stats.damaged);
+  auto values = impl.values.of(**row, impl.stats.damaged);
   if (!values) return fail(values.error());
   (*device)->values = std::move(*values);
   return device;
 }
 
 Result<void> StateStore::each(const std::string& network, const std::function<void(Row, KnownDevice&&)>& visit) const {
-  auto& parts = *impl_;
-  return parts.devices.each(parts.file.database, network, parts.stats.damaged,
-                            [&](Row row, KnownDevice&& device) -> Result<void> {
-                              auto values = parts.values.of(row, parts.stats.damaged);
-                              if (!values) return fail(values.error());
-                              device.values = std::move(*values);
-                              visit(row, std::move(device));
-                              return {};
-                            });
+  auto& impl = *impl_;
+  return impl.devices.each(impl.file.database, network, impl.stats.damaged,
+                           [&](Row row, KnownDevice&& device) -> Result<void> {
+                             auto values = impl.values.of(row, impl.stats.damaged);
+                             if (!values) return fail(values.error());
+                             device.values = std::move(*values);
+                             visit(row, std::move(device));
+                             return {};
+                           });
 }
 
 Result<void> StateStore::begin() {
-  auto& parts = *impl_;
-  RUBICON_ASSERT(!parts.begun);
-  if (parts.file.read_only) {
-    return fail(ErrorCode::kRefused, fmt::format("state file {}: open for reading only", parts.file.path));
+  auto& impl = *impl_;
+  RUBICON_ASSERT(!impl.begun);
+  if (impl.file.read_only) {
+    return fail(ErrorCode::kRefused, fmt::format("state file {}: open for reading only", impl.file.path));
   }
-  if (auto done = parts.start(); !done) return done;
-  parts.begun = true;
+  if (auto done = impl.start(); !done) return done;
+  impl.begun = true;
   return {};
 }
 
 Result<void> StateStore::commit(bool durable) {
-  auto& parts = *impl_;
-  RUBICON_ASSERT(parts.begun);
-  parts.begun = false;
-  auto done = parts.broken ? Result<void>(fail(*parts.broken)) : parts.finish();
+  auto& impl = *impl_;
+  RUBICON_ASSERT(impl.begun);
+  impl.begun = false;
+  auto done = impl.broken ? Result<void>(fail(*impl.broken)) : impl.finish();
   if (!done) {
-    parts.undo();
+    impl.undo();
   } else if (durable) {
-    done = parts.file.database.sync();
+    done = impl.file.database.sync();
   }
-  ++(done ? parts.stats.writes : parts.stats.failures);
+  impl.count(done);
   return done;
 }
 
@@ -390,18 +408,18 @@ void StateStore::rollback() {
 }
 
 Result<void> StateStore::tidy() {
-  auto& parts = *impl_;
-  RUBICON_ASSERT(!parts.begun);
-  if (parts.file.read_only) return {};
-  return parts.file.database.run("PRAGMA wal_checkpoint(PASSIVE)", "moving its log into it");
+  auto& impl = *impl_;
+  RUBICON_ASSERT(!impl.begun);
+  if (impl.file.read_only) return {};
+  return impl.file.database.run("PRAGMA wal_checkpoint(PASSIVE)", "moving its log into it");
 }
 
 StateStore::Stats StateStore::stats() const {
-  auto& parts = *impl_;
-  auto stats = parts.stats;
-  Query all(parts.pages);
+  auto& impl = *impl_;
+  auto stats = impl.stats;
+  Query all(impl.pages);
   if (const auto row = all.next(); row && *row) {
-    stats.bytes = static_cast<std::uint64_t>(all.integer_at(0)) * parts.page_bytes;
+    stats.bytes = static_cast<std::uint64_t>(all.integer_at(0)) * impl.page_bytes;
   }
   return stats;
 }

@@ -16,7 +16,7 @@
 
 namespace rubicon::state {
 
-/// What the user said about a device that announced itself.
+/// The user's decision about a device that announced itself.
 enum class Decision : std::uint8_t { kNone, kApproved, kIgnored };
 std::string_view to_string(Decision decision);
 
@@ -32,49 +32,48 @@ struct StoredValue {
   friend bool operator==(const StoredValue&, const StoredValue&) = default;
 };
 
-/// A device as it is remembered.
+/// A stored device.
 struct KnownDevice {
   std::string network;
   std::string address;
-  std::string id;  ///< its part of the keys; empty = it never had one (waiting, ignored)
+  std::string id;  ///< in keys; empty = it never had one (pending, ignored)
   Decision decision = Decision::kNone;
-  model::Join join{};  ///< its last announcement
-  std::vector<std::pair<model::PointId, std::string>>
-      point_ids{};                      ///< the parts of the keys its points have: `light-1`
-  WallTime first_seen{}, last_heard{};  ///< zero = never heard
+  model::Join join{};                                               ///< its last announcement
+  std::vector<std::pair<model::PointId, std::string>> point_ids{};  ///< the ids of its points in keys: `light-1`
+  WallTime first_seen{}, last_heard{};                              ///< zero = never heard
   std::vector<StoredValue> values{};
-  std::string given_name{}, area{};  ///< by a user, each at most kMaxGiven bytes; empty = none
+  std::string given_name{}, area{};  ///< given by a user, each at most kMaxGiven bytes; empty = none
 };
 
 /// Longest name or area a user may give a device, in bytes.
 inline constexpr std::size_t kMaxGiven = 128;
 
 struct StateOptions {
-  /// Of the file; before it grows beyond, the devices not heard for longest are forgotten, those without a decision
-  /// first. At least 256 KiB is allowed. The write-ahead log beside it takes some MiB more.
+  /// Largest size of the file, at least 256 KiB. To stay within it the devices that were not heard for longest are
+  /// forgotten, first those without a decision. The write-ahead log beside the file takes some MiB more.
   std::uint64_t max_bytes = 256ULL << 20;
 };
 
-/// Largest text or JSON of a value that is kept, in bytes: what a message may carry (docs/gateway.cddl).
+/// Largest text or JSON of a stored value, in bytes, as in messages (docs/gateway.cddl).
 inline constexpr std::size_t kMaxStoredValue = 65536;
 
 struct StateFile;
 
-/// The one place that remembers across restarts: one SQLite file an island. Everything is written by the calling
-/// thread in short transactions; a process that dies at any instant leaves the file as it was after one of them.
-/// Commands are never stored.
+/// Stores what an island remembers across restarts, in one SQLite file. The calling thread writes in short
+/// transactions; a process that dies at any instant leaves the file as it was after one of them. Commands are never
+/// stored.
 class StateStore {
  public:
-  /// Makes the file if there is none. kInvalid: not a state file, or damaged; kRefused: of another island or
-  /// program, or made by a newer version; kBusy: another process has it open for writing; kIo: cannot be read or made.
-  /// A file that may only be read is opened so, and every write fails with kRefused.
+  /// Creates the file if it does not exist. kInvalid: not a state file, or damaged; kRefused: of another island or
+  /// program, or of a newer version; kBusy: another process has it open for writing; kIo: it cannot be read or created.
+  /// Without permission to write it is opened for reading, and every write fails with kRefused.
   static Result<std::unique_ptr<StateStore>> open(const std::string& path, IslandId island, StateOptions options = {});
 
   enum class Use {
     kWrite,  ///< as open()
     kRead,   ///< also while another process writes; every write fails with kRefused
   };
-  /// For tools: opens what there is (else kNotFound), whatever island it is of.
+  /// For tools: opens an existing file (else kNotFound) of any island.
   static Result<std::unique_ptr<StateStore>> open_existing(const std::string& path, Use use, StateOptions options = {});
   ~StateStore();
 
@@ -83,45 +82,45 @@ class StateStore {
   /// Row of a device in the file; stays valid until the device is forgotten (then writes answer kNotFound).
   using Row = std::int64_t;
 
-  /// Inserts or replaces what is known of (network, address), except values and first_seen of a known one (a first_seen
-  /// of zero is filled in), a decision by kNone, a given name or area by an empty one, and last_heard by an earlier
-  /// one. kOutOfRange: texts or lists beyond the bounds of docs/state.md; kBusy: it does not fit below the bound of the
-  /// file, and a transaction goes on without it. Deadlines are kept in milliseconds, rounded up.
+  /// Inserts or replaces the device (network, address). Of a known device these stay: values; first_seen unless it is
+  /// zero; a decision that kNone, a given name or area that an empty one, a last_heard that an earlier one would
+  /// replace. kOutOfRange: texts or lists beyond the limits of docs/state.md; kBusy: the file is at its limit; the
+  /// transaction continues without the device. Deadlines are stored in milliseconds, rounded up.
   Result<Row> save(const KnownDevice& device);
-  /// Replaces the values of these points; the device's last_heard becomes the latest heard of them, if that is later.
-  /// kOutOfRange (and nothing is written): a value beyond kMaxStoredValue; kBusy as for save.
+  /// Replaces the values of these points; a later `heard` of them becomes the device's last_heard. kOutOfRange, and
+  /// nothing is written: a value beyond kMaxStoredValue; kBusy as for save().
   Result<void> save_values(Row device, std::span<const StoredValue> values);
-  /// What a user called the device and where it is, empty = nothing any more. kNotFound: no such device; kOutOfRange:
-  /// beyond kMaxGiven.
+  /// Sets the name and the area given by a user; empty = none. kNotFound: no such device; kOutOfRange: longer than
+  /// kMaxGiven.
   Result<void> rename(Row device, const std::string& name, const std::string& area);
   /// kNotFound: no such device.
   Result<void> forget(const std::string& network, const std::string& address);
 
   Result<std::optional<KnownDevice>> find(const std::string& network, const std::string& address) const;
-  /// The devices of one network (empty = all) in the order in which they were first saved, values included, those by
-  /// kind, type and instance. What cannot be read back is left out and counted. `visit` may call everything but
-  /// commit() and rollback(); what it adds is not visited.
+  /// Visits the devices of one network (empty = all) with their values, in the order in which they were first saved;
+  /// values by kind, type and instance. Devices and values that cannot be read are skipped and counted. `visit` may
+  /// call everything but commit() and rollback(); devices that it adds are not visited.
   Result<void> each(const std::string& network, const std::function<void(Row, KnownDevice&&)>& visit) const;
 
-  /// All writes between begin and commit are one: all of them survive or none. Without begin each write is its own.
-  /// A durable commit is on the disk when it returns; another one may be lost with the power, never with the process.
-  /// After a write between them failed with kIo or kInvalid the others fail the same way, and so does commit: nothing
-  /// of them survives, and the next begin starts anew.
+  /// All writes between begin and commit are one transaction; without begin each write is one. A durable commit is on
+  /// the disk when it returns; others may be lost in a power failure, but not if the process dies. After a write failed
+  /// with kIo or kInvalid, the following ones and commit fail too, and nothing is written; the next begin starts a new
+  /// transaction.
   Result<void> begin();
   Result<void> commit(bool durable);
   /// Undoes everything since begin.
   void rollback();
 
-  /// For quiet times (once a minute, say): moves the write-ahead log into the file, so that no commit has to. Waits for
-  /// the disk as a durable commit does; costs nothing if there is nothing to move.
+  /// Moves the write-ahead log into the file, so that no commit has to; to be called at quiet times, about once a
+  /// minute. Waits for the disk like a durable commit; costs nothing if the log is empty.
   Result<void> tidy();
 
   struct Stats {
     std::uint64_t devices = 0, values = 0;
     std::uint64_t bytes = 0;                 ///< of the file, without its log
     std::uint64_t writes = 0, failures = 0;  ///< calls of save, save_values, forget, commit
-    std::uint64_t pruned = 0;                ///< devices forgotten for the bound of the file
-    std::uint64_t damaged = 0;               ///< devices and values that each() and find() could not read back
+    std::uint64_t pruned = 0;                ///< devices forgotten to make room
+    std::uint64_t damaged = 0;               ///< devices and values that each() and find() could not read
     bool read_only = false;
   };
   Stats stats() const;
@@ -133,7 +132,8 @@ class StateStore {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Moves a damaged file and what belongs to it to `<path>.damaged-<UTC time>`; the new name. kIo if that fails.
+/// Renames a damaged file and SQLite's files beside it to `<path>.damaged-<UTC time>`; returns that name. kIo if it
+/// fails.
 Result<std::string> set_aside(const std::string& path, WallTime now);
 
 }  // namespace rubicon::state

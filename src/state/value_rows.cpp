@@ -9,7 +9,7 @@ namespace rubicon::state {
 
 namespace {
 
-/// The alternatives of model::Value as they stand in `form`; never changed.
+/// The alternatives of model::Value in the column `form`; the numbers must not change.
 enum class Form : std::uint8_t { kNothing, kBoolean, kInteger, kReal, kText, kJson };
 
 struct ValueBinder {
@@ -19,7 +19,7 @@ struct ValueBinder {
   void operator()(bool on) const { form(Form::kBoolean).integer(on ? 1 : 0); }
   void operator()(std::int64_t number) const { form(Form::kInteger).integer(number); }
   void operator()(double number) const {
-    if (!std::isfinite(number)) return (*this)(std::monostate{});  // tuples show neither
+    if (!std::isfinite(number)) return (*this)(std::monostate{});  // tuples have neither infinity nor NaN
     form(Form::kReal).real(number);
   }
   void operator()(const std::string& text) const { form(Form::kText).text(text); }
@@ -96,31 +96,31 @@ struct TextSize {
 }  // namespace
 
 Result<ValueRows> ValueRows::prepare(Database& database) {
-  struct Wish {
+  struct Entry {
     Statement& statement;
     const char* sql;
     const char* doing;
   };
   ValueRows rows;
-  for (const auto& wish : {
-           Wish{rows.update_,
-                "UPDATE value SET form=?1, value=?2, heard=?3, changed=?4, user_time=?5, set_by_user=?6 "
-                "WHERE device=?7 AND kind=?8 AND type=?9 AND instance=?10",
-                "writing a value"},
-           Wish{rows.insert_,
-                "INSERT INTO value(form,value,heard,changed,user_time,set_by_user,device,kind,type,instance) "
-                "VALUES(?,?,?,?,?,?,?,?,?,?)",
-                "writing a value"},
-           Wish{rows.remove_, "DELETE FROM value WHERE device=?", "forgetting values"},
-           Wish{rows.select_,
-                "SELECT kind,type,instance,form,value,heard,changed,user_time,set_by_user FROM value WHERE device=? "
-                "ORDER BY kind,type,instance",
-                "reading values"},
-           Wish{rows.count_, "SELECT count(*) FROM value", "counting values"},
+  for (const auto& entry : {
+           Entry{rows.update_,
+                 "UPDATE value SET form=?1, value=?2, heard=?3, changed=?4, user_time=?5, set_by_user=?6 "
+                 "WHERE device=?7 AND kind=?8 AND type=?9 AND instance=?10",
+                 "writing a value"},
+           Entry{rows.insert_,
+                 "INSERT INTO value(form,value,heard,changed,user_time,set_by_user,device,kind,type,instance) "
+                 "VALUES(?,?,?,?,?,?,?,?,?,?)",
+                 "writing a value"},
+           Entry{rows.remove_, "DELETE FROM value WHERE device=?", "forgetting values"},
+           Entry{rows.select_,
+                 "SELECT kind,type,instance,form,value,heard,changed,user_time,set_by_user FROM value WHERE device=? "
+                 "ORDER BY kind,type,instance",
+                 "reading values"},
+           Entry{rows.count_, "SELECT count(*) FROM value", "counting values"},
        }) {
-    auto statement = database.prepare(wish.sql, wish.doing);
+    auto statement = database.prepare(entry.sql, entry.doing);
     if (!statement) return fail(statement.error());
-    wish.statement = std::move(*statement);
+    entry.statement = std::move(*statement);
   }
   return rows;
 }

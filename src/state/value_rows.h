@@ -13,15 +13,15 @@ class ValueRows {
  public:
   static Result<ValueRows> prepare(Database& database);
 
-  /// True: it was not there before.
+  /// True: the value is new.
   Result<bool> put(StateStore::Row device, const StoredValue& value);
-  /// How many went.
+  /// Returns the number of removed values.
   Result<std::uint64_t> remove(StateStore::Row device);
-  /// Sound ones by kind, type and instance; `damaged` grows by the others.
+  /// The values that can be read, by kind, type and instance; adds the number of the others to `damaged`.
   Result<std::vector<StoredValue>> of(StateStore::Row device, std::uint64_t& damaged);
   Result<std::uint64_t> count();
 
-  /// Bytes of text that the value brings into the file.
+  /// Bytes of text in the value.
   static std::size_t size_of(const StoredValue& value);
 
  private:

@@ -1,7 +1,7 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "state/state_json.h"
+#include "state/state_export.h"
 
 using namespace rubicon;
 

@@ -61,7 +61,7 @@ class Recording : public testing::Test {
     return one;
   }
   std::unique_ptr<Recorder> start(const config::RecorderSetup& one) {
-    auto recorder = std::make_unique<Recorder>(one, Recorder::Place{time, space, disk, log, "proxy", "rec"});
+    auto recorder = std::make_unique<Recorder>(one, Recorder::Context{time, space, disk, log, "proxy", "rec"});
     recorder->start();
     time.run_ready();
     return recorder;
@@ -150,7 +150,7 @@ TEST_F(Recording, GoesOnInTheSameFileAndCutsADamagedTail) {
   recorder = start(setup());
   EXPECT_EQ(disk.bytes("rec/home.rec")[sound + 1], 'R') << "no block begins where the sound ones ended";
   EXPECT_EQ(recorder->counters().cut, 100u);
-  EXPECT_TRUE(log.contains("100 bytes behind the last sound record were cut off"));
+  EXPECT_TRUE(log.contains("100 damaged bytes at the end of the file were cut off"));
   set("proxy.a.value", "2");
   recorder.reset();
   EXPECT_THAT(content().damage, IsEmpty());
@@ -180,7 +180,7 @@ TEST_F(Recording, AFileThatIsNoRecordingIsLeftAlone) {
   time.run_for(5s);
   recorder.reset();
   EXPECT_EQ(disk.bytes("rec/home.rec"), before);
-  EXPECT_TRUE(log.contains("rec/home.rec: is no recording"));
+  EXPECT_TRUE(log.contains("rec/home.rec: is not a recording"));
 }
 
 TEST_F(Recording, ARecordingOfAnotherIslandIsLeftAlone) {
@@ -240,20 +240,20 @@ TEST_F(Recording, SaysWhatItDropsWhileItDropsAndWhenItGoesOn) {
     for (int k = 0; k < 100; ++k) set("proxy.a.value", std::to_string(k));
     time.run_for(1s);
   }
-  EXPECT_EQ(lines("No space left on device; what cannot be written is dropped"), 1);
+  EXPECT_EQ(lines("No space left on device; records are dropped until it can be written"), 1);
   EXPECT_EQ(lines(" records dropped in "), 2) << "each ten seconds";
   EXPECT_THAT(recorder->state(), HasSubstr("dropping records: "));
   EXPECT_THAT(recorder->state(), HasSubstr("No space left on device"));
   const auto dropped = recorder->counters().dropped;
   EXPECT_GT(dropped, 2500u);
-  EXPECT_EQ(lines("goes on"), 0) << "it does not";
+  EXPECT_EQ(lines("continues"), 0);
   disk.room(std::nullopt);
   for (int i = 0; i < 60; ++i) {
     set("proxy.a.value", "last");
     time.run_for(1s);
   }
   EXPECT_EQ(recorder->state(), "recording");
-  EXPECT_TRUE(log.contains("rec/home.rec: the recording goes on; " + std::to_string(recorder->counters().dropped) +
+  EXPECT_TRUE(log.contains("rec/home.rec: the recording continues; " + std::to_string(recorder->counters().dropped) +
                            " records were dropped in "));
   EXPECT_THAT(content().damage, IsEmpty());
   EXPECT_EQ(content().sets().back(), "set proxy.a.value=last");
@@ -269,7 +269,7 @@ TEST_F(Recording, AMissingFolderIsToldOnceAMinuteAndTriedAgain) {
   }
   const auto told = [this] {
     return std::count_if(log.lines.begin(), log.lines.end(),
-                         [](const auto& line) { return line.find("what cannot be written") != line.npos; });
+                         [](const auto& line) { return line.find("records are dropped until") != line.npos; });
   };
   EXPECT_EQ(told(), 1);
   EXPECT_GT(recorder->counters().dropped, 40u);
@@ -307,7 +307,7 @@ TEST_F(Recording, ADiskThatIsNearlyFullIsLeftInPeace) {
   EXPECT_LE(recorder->counters().failures - before.failures, 16u);
   const auto goes_on = [this] {
     return std::count_if(log.lines.begin(), log.lines.end(),
-                         [](const auto& line) { return line.find("goes on") != line.npos; });
+                         [](const auto& line) { return line.find("continues") != line.npos; });
   };
   EXPECT_LE(goes_on(), 11);
   disk.room(std::nullopt);

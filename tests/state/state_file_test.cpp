@@ -409,7 +409,7 @@ TEST(StateFile, OfAnOlderVersionIsBroughtUpStepByStep) {
   const auto header = read_header(database, steps);
   ASSERT_TRUE(header) << header.error().text;
   EXPECT_EQ(header->version, newest);
-  ASSERT_TRUE(bring_up(database, header->version, steps));
+  ASSERT_TRUE(upgrade(database, header->version, steps));
   EXPECT_EQ(*database.number("PRAGMA user_version", "test"), newest + 2);
   EXPECT_EQ(*database.word("SELECT group_concat(room) FROM device", "test"), "hall,attic,hall");
   EXPECT_EQ(read_header(database, schema_steps()).error().code, ErrorCode::kRefused);
@@ -438,7 +438,7 @@ TEST(StateFile, WhoseStepFailsStaysAtTheVersionBefore) {
   const auto newest = static_cast<std::int64_t>(steps.size());
   steps.insert(steps.end(), 2, "CREATE TABLE room(name TEXT)");
   auto database = *Database::open(folder / "s", Database::Mode::kWrite);
-  EXPECT_FALSE(bring_up(database, newest, steps));
+  EXPECT_FALSE(upgrade(database, newest, steps));
   EXPECT_EQ(*database.number("PRAGMA user_version", "test"), newest + 1);
   EXPECT_FALSE(database.in_transaction());
 }

@@ -291,7 +291,7 @@ TEST(StateStore, SaysSoWhenOneDeviceAloneIsBeyondTheBoundAndGoesOn) {
   const auto refused = store->save_values(row, big);
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().code, ErrorCode::kBusy);
-  EXPECT_THAT(refused.error().text, HasSubstr("bound"));
+  EXPECT_THAT(refused.error().text, HasSubstr("limited to"));
   EXPECT_TRUE(store->save_values(row, std::vector{value_at(sensor(1), 1.0, 1)}));
 }
 

@@ -2,22 +2,19 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
 #include <optional>
 
+#include "base/text.h"
 #include "rubicon/key.hpp"
 
 namespace rubicon::networks::dummy {
 
 namespace {
 
-constexpr std::size_t kMostDigits = 9;
+constexpr std::size_t kMaxDigits = 9;
 
-std::optional<std::size_t> whole(std::string_view text) {
-  std::size_t number = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (error != std::errc() || end != text.data() + text.size() || text.size() > kMostDigits) return std::nullopt;
-  return number;
+std::optional<std::size_t> whole_number(std::string_view text) {
+  return text.size() > kMaxDigits ? std::nullopt : base::parse_number<std::size_t>(text);
 }
 
 }  // namespace
@@ -33,12 +30,13 @@ Result<DeviceRange> DeviceRange::parse(std::string_view key) {
   }
   const auto from = key.substr(open + 1, dots - open - 1);
   const auto to = key.substr(dots + 2, close - dots - 2);
-  const auto first = whole(from), last = whole(to);
+  const auto first = whole_number(from), last = whole_number(to);
   if (!first || !last || *first > *last || key.find('{', close) != key.npos)
-    return fail(ErrorCode::kInvalid,
-                fmt::format("is {}, expected one range of whole numbers such as room-{{1..100}}", model::quoted(key)));
+    return fail(
+        ErrorCode::kInvalid,
+        fmt::format("is {}, expected one range of whole numbers, for example room-{{1..100}}", model::quoted(key)));
   range.before_ = key.substr(0, open);
-  range.behind_ = key.substr(close + 1);
+  range.after_ = key.substr(close + 1);
   range.first_ = *first;
   range.last_ = *last;
   range.digits_ = from.starts_with('0') ? from.size() : 0;
@@ -51,9 +49,9 @@ std::string DeviceRange::number(std::size_t index) const {
 }
 
 std::string DeviceRange::name(const std::string& text, std::size_t index) const {
-  const auto place = text.find("{n}");
-  if (!is_range_ || place == text.npos) return text;
-  return text.substr(0, place) + number(index) + text.substr(place + 3);
+  const auto at = text.find("{n}");
+  if (!is_range_ || at == text.npos) return text;
+  return text.substr(0, at) + number(index) + text.substr(at + 3);
 }
 
 }  // namespace rubicon::networks::dummy

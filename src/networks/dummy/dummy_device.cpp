@@ -12,11 +12,11 @@ namespace {
 using namespace std::chrono_literals;
 using Behaviour = ActuatorScript::Behaviour;
 
-/// No wave is worth a shorter period; a period of zero would never let the loop go.
+/// Samples are not sent more often; with a period of zero the loop would never end.
 constexpr Duration kShortestPeriod = 10ms;
 
 template <class Scripts>
-std::size_t place_of(const Scripts& scripts, const model::PointId& point) {
+std::size_t index_of(const Scripts& scripts, const model::PointId& point) {
   const auto found = std::find_if(scripts.begin(), scripts.end(),
                                   [&](const auto& script) { return script.capability.point == point; });
   return static_cast<std::size_t>(found - scripts.begin());
@@ -28,8 +28,8 @@ auto no_such(const model::PointId& point, const std::string& device) {
                           static_cast<unsigned>(point.type), point.instance));
 }
 
-/// The measured number that follows from what an actuator was set to.
-Value following(const Wave& wave, const Value& commanded) {
+/// The value of a sensor that follows an actuator with this value.
+Value follower_value(const Wave& wave, const Value& commanded) {
   if (const auto* on = std::get_if<bool>(&commanded)) return wave.level(*on);
   if (const auto* whole = std::get_if<std::int64_t>(&commanded)) return wave.value_of(static_cast<double>(*whole));
   if (const auto* real = std::get_if<double>(&commanded)) return wave.value_of(*real);
@@ -45,30 +45,30 @@ DummyDevice::DummyDevice(ScriptedDevice self, network::NetworkHost& host, const 
 
 void DummyDevice::start() {
   Scheduler& scheduler = host_.scheduler();
-  began_ = scheduler.now();
-  join_timer_ = scheduler.at(began_ + script_.join, [this] { join(); });
-  if (script_.leave) leave_timer_ = scheduler.at(began_ + *script_.leave, [this] { leave(); });
-  if (script_.rejoin) rejoin_timer_ = scheduler.at(began_ + *script_.rejoin, [this] { join(); });
+  started_ = scheduler.now();
+  join_timer_ = scheduler.at(started_ + script_.join, [this] { join(); });
+  if (script_.leave) leave_timer_ = scheduler.at(started_ + *script_.leave, [this] { leave(); });
+  if (script_.rejoin) rejoin_timer_ = scheduler.at(started_ + *script_.rejoin, [this] { join(); });
 }
 
 void DummyDevice::join() {
   joined_ = true;
-  greet();
-  live_timer_ = host_.scheduler().after(self_.first_live, [this] { live(); });
+  announce();
+  keep_alive_timer_ = host_.scheduler().after(self_.first_keep_alive, [this] { keep_alive(); });
 }
 
 void DummyDevice::retire() {
   if (joined_) host_.deliver(self_.address, model::Leave{"no longer configured"});
 }
 
-void DummyDevice::greet() {
+void DummyDevice::announce() {
   if (!joined_) return;
   model::Join join;
   join.device_type = script_.type;
   join.name = self_.name;
   join.model = script_.model;
   join.capabilities = capabilities();
-  tell(std::move(join));
+  deliver(std::move(join));
 }
 
 std::vector<model::Capability> DummyDevice::capabilities() const {
@@ -77,40 +77,41 @@ std::vector<model::Capability> DummyDevice::capabilities() const {
   for (const auto& actuator : script_.actuators) all.push_back(actuator.capability);
   for (std::size_t i = 0; i < script_.properties.size(); ++i) {
     all.push_back(script_.properties[i].capability);
-    if (const auto value = set_.find(i); value != set_.end()) all.back().initial = value->second;
+    if (const auto value = properties_.find(i); value != properties_.end()) all.back().initial = value->second;
   }
   return all;
 }
 
 void DummyDevice::leave() {
-  tell(model::Leave{"the script says so"});
+  deliver(model::Leave{"it leaves by the configuration"});
   joined_ = false;
-  live_timer_.cancel();
+  keep_alive_timer_.cancel();
   sample_timer_.cancel();
   sampled_.clear();
-  jobs_.clear();
+  pending_.clear();
 }
 
-void DummyDevice::live() {
-  tell(model::KeepAlive{});
-  live_timer_ = host_.scheduler().after(script_.keep_alive, [this] { live(); });
+void DummyDevice::keep_alive() {
+  deliver(model::KeepAlive{});
+  keep_alive_timer_ = host_.scheduler().after(script_.keep_alive, [this] { keep_alive(); });
 }
 
-/// Nothing comes through a line that is down.
-void DummyDevice::tell(model::Body body) {
+/// Messages are lost while the line is down.
+void DummyDevice::deliver(model::Body body) {
   if (line_is_up_) host_.deliver(self_.address, std::move(body));
 }
 
 void DummyDevice::report(const model::PointId& point, Value value) {
-  tell(model::Updates{{{point, std::move(value), host_.scheduler().wall_now()}}});
+  deliver(model::Updates{{{point, std::move(value), host_.scheduler().wall_now()}}});
 }
 
 void DummyDevice::acknowledge(std::uint64_t request, model::Outcome outcome, std::string text) {
-  tell(model::Acknowledge{request, outcome, std::move(text)});
+  deliver(model::Acknowledge{request, outcome, std::move(text)});
 }
 
 Result<void> DummyDevice::send(const Message& message) {
-  if (!joined_) return fail(ErrorCode::kUnreachable, fmt::format("device {} is not there now", self_.address));
+  if (!joined_)
+    return fail(ErrorCode::kUnreachable, fmt::format("device {} has left or has not joined yet", self_.address));
   if (const auto* wanted = std::get_if<model::Sample>(&message.body)) return sample(*wanted);
   if (const auto* command = std::get_if<model::Actuate>(&message.body)) return actuate(*command);
   if (const auto* set = std::get_if<model::SetProperty>(&message.body)) return set_property(*set);
@@ -120,9 +121,9 @@ Result<void> DummyDevice::send(const Message& message) {
 Result<void> DummyDevice::sample(const model::Sample& sample) {
   std::vector<std::size_t> wanted;
   for (const auto& point : sample.points) {
-    const std::size_t place = place_of(script_.sensors, point);
-    if (place == script_.sensors.size()) return no_such(point, self_.address);
-    wanted.push_back(place);
+    const std::size_t index = index_of(script_.sensors, point);
+    if (index == script_.sensors.size()) return no_such(point, self_.address);
+    wanted.push_back(index);
   }
   sampled_ = std::move(wanted);
   period_ = std::max<Duration>(sample.period, kShortestPeriod);
@@ -135,50 +136,50 @@ void DummyDevice::measure() {
   sample_timer_.cancel();
   if (sampled_.empty()) return;
   model::Updates updates;
-  const Duration since = host_.scheduler().now() - began_;
-  for (const std::size_t place : sampled_) {
-    const SensorScript& sensor = script_.sensors[place];
+  const Duration since = host_.scheduler().now() - started_;
+  for (const std::size_t index : sampled_) {
+    const SensorScript& sensor = script_.sensors[index];
     const model::PointId& point = sensor.capability.point;
-    const auto followed = followed_.find(point);
-    Value value = followed != followed_.end() ? followed->second : sensor.wave.at(since, chances_[place]);
+    const auto follower = followers_.find(point);
+    Value value = follower != followers_.end() ? follower->second : sensor.wave.at(since, chances_[index]);
     updates.readings.push_back({point, std::move(value), host_.scheduler().wall_now()});
   }
-  tell(std::move(updates));
+  deliver(std::move(updates));
   sample_timer_ = host_.scheduler().after(period_, [this] { measure(); });
 }
 
 Result<void> DummyDevice::actuate(const model::Actuate& actuate) {
-  const std::size_t place = place_of(script_.actuators, actuate.point);
-  if (place == script_.actuators.size()) return no_such(actuate.point, self_.address);
-  const ActuatorScript& actuator = script_.actuators[place];
+  const std::size_t index = index_of(script_.actuators, actuate.point);
+  if (index == script_.actuators.size()) return no_such(actuate.point, self_.address);
+  const ActuatorScript& actuator = script_.actuators[index];
   if (auto fits = TypeCatalogue::check(*actuator.type, actuate.value); !fits) return fits;
   if (actuator.behaviour == Behaviour::kFail) {
-    acknowledge(actuate.request, model::Outcome::kFailed, "the script says so");
+    acknowledge(actuate.request, model::Outcome::kFailed, "the configuration lets it fail");
     return {};
   }
   acknowledge(actuate.request, model::Outcome::kSent);
   if (actuator.behaviour == Behaviour::kIgnore) return {};
-  jobs_[place] = {place, actuate.value, host_.scheduler().after(actuator.delay, [this, place] { obey(place); })};
+  pending_[index] = {actuate.value, host_.scheduler().after(actuator.delay, [this, index] { execute(index); })};
   return {};
 }
 
-void DummyDevice::obey(std::size_t actuator) {
-  const Value value = std::move(jobs_.at(actuator).value);
-  jobs_.erase(actuator);
+void DummyDevice::execute(std::size_t actuator) {
+  const Value value = std::move(pending_.at(actuator).value);
+  pending_.erase(actuator);
   const ActuatorScript& script = script_.actuators[actuator];
   if (script.behaviour != Behaviour::kSilent) report(script.capability.point, value);
   if (!script.sensor) return;
-  const std::size_t sensor = place_of(script_.sensors, *script.sensor);
-  followed_[*script.sensor] = following(script_.sensors[sensor].wave, value);
+  const std::size_t sensor = index_of(script_.sensors, *script.sensor);
+  followers_[*script.sensor] = follower_value(script_.sensors[sensor].wave, value);
   if (std::find(sampled_.begin(), sampled_.end(), sensor) != sampled_.end())
-    report(*script.sensor, followed_[*script.sensor]);
+    report(*script.sensor, followers_[*script.sensor]);
 }
 
 Result<void> DummyDevice::set_property(const model::SetProperty& set) {
-  const std::size_t place = place_of(script_.properties, set.point);
-  if (place == script_.properties.size()) return no_such(set.point, self_.address);
-  if (auto fits = TypeCatalogue::check(*script_.properties[place].type, set.value); !fits) return fits;
-  set_[place] = set.value;
+  const std::size_t index = index_of(script_.properties, set.point);
+  if (index == script_.properties.size()) return no_such(set.point, self_.address);
+  if (auto fits = TypeCatalogue::check(*script_.properties[index].type, set.value); !fits) return fits;
+  properties_[index] = set.value;
   acknowledge(set.request, model::Outcome::kSent);
   report(set.point, set.value);
   return {};

@@ -24,30 +24,31 @@ class DummyNetwork final : public network::Network {
   }
 
   Result<void> open() override {
-    const bool first = !std::exchange(begun_, true);
-    if (first) begin();
-    if (is_cut(host_.scheduler().now())) return fail(ErrorCode::kUnreachable, "the script keeps the line down");
+    const bool first = !std::exchange(started_, true);
+    if (first) start();
+    if (line_is_down(host_.scheduler().now()))
+      return fail(ErrorCode::kUnreachable, "the line is down until up-at, by the configuration");
     up_ = true;
     host_.deliver({}, model::State{model::LineState::kUp, {}, {}});
     if (first) return {};
-    for (auto& [address, device] : devices_) device.greet();
+    for (auto& [address, device] : devices_) device.announce();
     return {};
   }
 
-  /// Device by device: the others go on with what they do.
+  /// Replaces the devices whose scripts changed; the others continue.
   Result<void> change(const network::NetworkConfig& config) override {
     Script next = read_script(config);
     if (next.seed != script_.seed || next.down_at != script_.down_at || next.up_at != script_.up_at)
-      return fail(ErrorCode::kUnsupported, "seed and line hold for the whole network");
+      return fail(ErrorCode::kUnsupported, "seed or line changed");
     std::map<std::string, DummyDevice> before = std::exchange(devices_, {});
     for (ScriptedDevice& device : next.devices) {
       const std::string address = device.address;
       auto known = before.extract(address);
-      if (known && known.mapped().plays(device)) {
+      if (known && known.mapped().has_script_of(device)) {
         devices_.insert(std::move(known));
       } else {
         DummyDevice& fresh = devices_.try_emplace(address, std::move(device), host_, up_).first->second;
-        if (begun_) fresh.start();
+        if (started_) fresh.start();
       }
     }
     for (auto& [address, device] : before) device.retire();
@@ -69,29 +70,29 @@ class DummyNetwork final : public network::Network {
   }
 
  private:
-  bool is_cut(SteadyTime now) const {
-    if (!script_.down_at || now < began_ + *script_.down_at) return false;
-    return !script_.up_at || now < began_ + *script_.up_at;
+  bool line_is_down(SteadyTime now) const {
+    if (!script_.down_at || now < start_time_ + *script_.down_at) return false;
+    return !script_.up_at || now < start_time_ + *script_.up_at;
   }
 
-  void begin() {
-    began_ = host_.scheduler().now();
-    if (script_.down_at) cut_timer_ = host_.scheduler().at(began_ + *script_.down_at, [this] { cut(); });
+  void start() {
+    start_time_ = host_.scheduler().now();
+    if (script_.down_at) down_timer_ = host_.scheduler().at(start_time_ + *script_.down_at, [this] { lose_line(); });
     for (auto& [address, device] : devices_) device.start();
   }
 
-  void cut() {
+  void lose_line() {
     up_ = false;
-    host_.failed({ErrorCode::kUnreachable, "the script cut the line"});
+    host_.failed({ErrorCode::kUnreachable, "the line is lost at down-at, by the configuration"});
   }
 
   Script script_;
   network::NetworkHost& host_;
   std::map<std::string, DummyDevice> devices_;
-  SteadyTime began_{};
-  bool begun_ = false;
+  SteadyTime start_time_{};
+  bool started_ = false;
   bool up_ = false;
-  Timer cut_timer_;
+  Timer down_timer_;
 };
 
 }  // namespace

@@ -17,7 +17,7 @@ using namespace std::chrono_literals;
 using model::Access;
 using model::Capability;
 
-constexpr std::int64_t kUsualRate = 1000;
+constexpr std::int64_t kDefaultRate = 1000;
 
 /// Reads one entry of `simulate`.
 class DeviceReader {
@@ -47,7 +47,7 @@ DeviceScript DeviceReader::read(ConfigReader& options) {
   if (device.rejoin && (!device.leave || *device.rejoin <= *device.leave))
     options.error("rejoin", "is not after leave");
   device.keep_alive = options.duration("keepalive", 10s);
-  if (device.keep_alive <= 0s) options.error("keepalive", "expected more than nothing");
+  if (device.keep_alive <= 0s) options.error("keepalive", "expected more than 0s");
   read_sensors(device, options);
   read_actuators(device, options);
   read_properties(device, options);
@@ -63,7 +63,7 @@ const Type* DeviceReader::type_of(const std::string& id, ConfigReader& options, 
   if (dash == id.npos || dash + 1 == id.size())
     options.error("", "expected a type and an instance, as in temperature-1");
   else if (type == nullptr)
-    options.error("", fmt::format("there is no type {}", id.substr(0, dash)));
+    options.error("", fmt::format("unknown type {}, expected one of the catalogue", id.substr(0, dash)));
   if (type == nullptr || dash == id.npos) return nullptr;
   capability.point = {kind, type->id, id.substr(dash + 1)};
   return type;
@@ -76,14 +76,14 @@ void DeviceReader::read_sensors(DeviceScript& device, ConfigReader& options) {
     if (type == nullptr) continue;
     const bool twice = std::any_of(device.sensors.begin(), device.sensors.end(),
                                    [&](const SensorScript& one) { return one.capability.point == capability.point; });
-    if (twice) reader.error("", fmt::format("the device has {}-{} already", type->name, capability.point.instance));
+    if (twice) reader.error("", fmt::format("is a second {}-{} of the device", type->name, capability.point.instance));
     device.sensors.push_back({id, capability, Wave::read(reader, *type)});
     reader.finish();
   }
 }
 
 void DeviceReader::read_actuators(DeviceScript& device, ConfigReader& options) {
-  using Answer = ActuatorScript::Behaviour;
+  using Behaviour = ActuatorScript::Behaviour;
   for (auto& [id, reader] : options.maps("actuators")) {
     ActuatorScript actuator;
     const Type* type = type_of(id, reader, Kind::kActuator, actuator.capability);
@@ -95,13 +95,13 @@ void DeviceReader::read_actuators(DeviceScript& device, ConfigReader& options) {
       actuator.capability.initial = value.value_or(Value{});
     }
     const std::string behaviour = reader.choice("behaviour", "obey", {"obey", "ignore", "fail", "silent"});
-    actuator.behaviour = behaviour == "ignore"   ? Answer::kIgnore
-                         : behaviour == "fail"   ? Answer::kFail
-                         : behaviour == "silent" ? Answer::kSilent
-                                                 : Answer::kObey;
+    actuator.behaviour = behaviour == "ignore"   ? Behaviour::kIgnore
+                         : behaviour == "fail"   ? Behaviour::kFail
+                         : behaviour == "silent" ? Behaviour::kSilent
+                                                 : Behaviour::kObey;
     actuator.capability.access = Access::kReadWrite;
     actuator.capability.deadline = 0s;
-    actuator.capability.reports = actuator.behaviour != Answer::kSilent;
+    actuator.capability.reports = actuator.behaviour != Behaviour::kSilent;
     actuator.delay = reader.duration("delay", 0s);
     read_followed(device, reader, actuator);
     reader.finish();
@@ -117,7 +117,7 @@ void DeviceReader::read_followed(DeviceScript& device, ConfigReader& options, Ac
   for (const SensorScript& one : device.sensors) {
     if (one.capability.point == followed.point) actuator.sensor = followed.point;
   }
-  if (!actuator.sensor) options.error("sensor", "is no sensor of this device");
+  if (!actuator.sensor) options.error("sensor", "is not a sensor of this device");
 }
 
 PropertyScript property_of(const Type& type, Value value) {
@@ -135,7 +135,7 @@ void DeviceReader::read_properties(DeviceScript& device, ConfigReader& options) 
     const std::string text = properties.text(name, "");
     const Type* type = types_.find(name == model::kSamplingRate ? "rate" : name);
     if (type == nullptr) {
-      properties.error(name, "is no type");
+      properties.error(name, "is not a type, expected one of the catalogue");
       continue;
     }
     auto value = TypeCatalogue::parse(*type, text);
@@ -144,7 +144,7 @@ void DeviceReader::read_properties(DeviceScript& device, ConfigReader& options) 
   }
   const Type* rate = types_.find("rate");
   const bool named = properties.has("rate") || properties.has(std::string(model::kSamplingRate));
-  if (rate != nullptr && !named) device.properties.push_back(property_of(*rate, kUsualRate));
+  if (rate != nullptr && !named) device.properties.push_back(property_of(*rate, kDefaultRate));
 }
 
 }  // namespace
@@ -158,7 +158,7 @@ void add_devices(const DeviceRange& range, DeviceReader& reader, ConfigReader& o
   for (std::size_t i = 0; i < range.count(); ++i) {
     auto address = range.address(i);
     if (!taken.insert(address).second) {
-      options.error("", fmt::format("a device {} is there already", address));
+      options.error("", fmt::format("a second device has the address {}", address));
       return;
     }
     const auto share = static_cast<Duration::rep>(i + 1);

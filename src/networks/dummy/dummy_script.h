@@ -12,7 +12,7 @@
 namespace rubicon::networks::dummy {
 
 struct SensorScript {
-  std::string id;  ///< as written; its chance follows from it
+  std::string id;  ///< as configured; gives the seed of its chance
   model::Capability capability;
   Wave wave;
 };
@@ -23,7 +23,7 @@ struct ActuatorScript {
   const Type* type = nullptr;
   Behaviour behaviour = Behaviour::kObey;
   Duration delay{};
-  std::optional<model::PointId> sensor;  ///< follows the actuator
+  std::optional<model::PointId> sensor;  ///< a sensor that follows the actuator
 };
 
 struct PropertyScript {
@@ -31,7 +31,7 @@ struct PropertyScript {
   const Type* type = nullptr;
 };
 
-/// What all devices of one entry of `simulate` have in common.
+/// What all devices of an entry of `simulate` share.
 struct DeviceScript {
   std::string model, type;
   Duration join{};
@@ -40,25 +40,25 @@ struct DeviceScript {
   std::vector<SensorScript> sensors;
   std::vector<ActuatorScript> actuators;
   std::vector<PropertyScript> properties;
-  std::size_t digest = 0;  ///< of the entry as it stands in the configuration
+  std::size_t digest = 0;  ///< of the entry in the configuration
 };
 
-/// One device: what it shares with others of its range, and what it has alone.
+/// One device of an entry.
 struct ScriptedDevice {
   std::string address, name;
   std::uint64_t seed = 1;
   std::shared_ptr<const DeviceScript> script;
-  Duration first_live{};  ///< from its join to its first sign of life: a range does not speak at once
+  Duration first_keep_alive{};  ///< from its join to its first keep-alive; differs within a range to spread the load
 };
 
-/// What the configuration says shall happen. All times count from the first opening of the line.
+/// What is simulated. All times count from the first opening of the line.
 struct Script {
   std::uint64_t seed = 1;
   std::vector<ScriptedDevice> devices;
   std::optional<Duration> down_at, up_at;
 };
 
-/// Reads the network's options; what is wrong is reported to them.
+/// Reads the network's options; mistakes are added to the reader's errors.
 Script read_script(const network::NetworkConfig& config);
 
 }  // namespace rubicon::networks::dummy

@@ -10,7 +10,7 @@ namespace {
 
 using model::DataType;
 
-/// Share of the whole span that a random walk moves at most in one step.
+/// Largest step of a random walk, as a share of the span.
 constexpr double kStride = 0.1;
 
 bool is_numeric(const Type& type) {
@@ -18,14 +18,14 @@ bool is_numeric(const Type& type) {
 }
 
 double walk(Wave::Chance& chance) {
-  chance.position = std::clamp(chance.position + kStride * (2 * chance.dice.roll() - 1), 0.0, 1.0);
+  chance.position = std::clamp(chance.position + kStride * (2 * chance.random.next() - 1), 0.0, 1.0);
   return chance.position;
 }
 
 }  // namespace
 
 /// SplitMix64 (Steele, Lea, Flood: Fast splittable pseudorandom number generators, 2014).
-double Dice::roll() {
+double Random::next() {
   std::uint64_t z = state_ += 0x9e3779b97f4a7c15;
   z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9;
   z = (z ^ (z >> 27)) * 0x94d049bb133111eb;
@@ -51,12 +51,12 @@ Wave Wave::read(ConfigReader& options, const Type& type) {
                 : shape == "steps"    ? Shape::kSteps
                                       : Shape::kConstant;
   wave.period_ = options.duration("period", std::chrono::minutes(1));
-  if (wave.period_ <= Duration::zero()) options.error("period", "expected more than nothing");
+  if (wave.period_ <= Duration::zero()) options.error("period", "expected more than 0s");
   if (shaped) wave.read_levels(options);
   if (wave.shape_ == Shape::kSteps || wave.shape_ == Shape::kConstant)
     wave.read_steps(options);
   else if (!shaped)
-    options.error("wave", "is for numbers and booleans, expected constant or steps for this type");
+    options.error("wave", "is a shape for numbers and booleans, expected constant or steps for this type");
   return wave;
 }
 
@@ -90,7 +90,7 @@ Value Wave::at(Duration since, Chance& chance) const {
   const auto step = static_cast<std::size_t>(since / period_);
   const Value& value = steps_[step % steps_.size()];
   const auto* number = std::get_if<double>(&value);
-  return number != nullptr && noise_ > 0 ? value_of(*number + noise_ * (2 * chance.dice.roll() - 1)) : value;
+  return number != nullptr && noise_ > 0 ? value_of(*number + noise_ * (2 * chance.random.next() - 1)) : value;
 }
 
 double Wave::number_at(Duration since, Chance& chance) const {
@@ -102,7 +102,7 @@ double Wave::number_at(Duration since, Chance& chance) const {
     case Shape::kSawtooth: share = phase; break;
     default: share = walk(chance); break;
   }
-  const double noise = noise_ > 0 ? noise_ * (2 * chance.dice.roll() - 1) : 0;
+  const double noise = noise_ > 0 ? noise_ * (2 * chance.random.next() - 1) : 0;
   return low_ + share * (high_ - low_) + noise;
 }
 

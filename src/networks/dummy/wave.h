@@ -9,38 +9,38 @@
 
 namespace rubicon::networks::dummy {
 
-/// Reproducible chance: the same seed gives the same numbers on every machine.
-class Dice {
+/// A random generator that gives the same numbers for the same seed on every machine.
+class Random {
  public:
-  explicit Dice(std::uint64_t seed) : state_(seed) {}
-  /// From 0 up to, not including, 1.
-  double roll();
+  explicit Random(std::uint64_t seed) : state_(seed) {}
+  /// In [0, 1).
+  double next();
 
  private:
   std::uint64_t state_;
 };
 
-/// A number that stays the same for a text, to give each point a seed of its own.
+/// Combines a seed with a text, so that each point has a seed of its own.
 std::uint64_t seed_of(std::uint64_t seed, std::string_view text);
 
-/// What a simulated sensor measures over time: a shape between two levels, with noise, in the terms of its type. Many
-/// sensors may share one; what each has of its own is its chance.
+/// The values of a simulated sensor over time: a shape between two levels, with noise, within the range of its type.
+/// Many sensors may share one; each has its own chance.
 class Wave {
  public:
   struct Chance {
-    explicit Chance(std::uint64_t seed) : dice(seed) {}
-    Dice dice;
+    explicit Chance(std::uint64_t seed) : random(seed) {}
+    Random random;
     double position = 0.5;  ///< of a random walk, from 0 to 1
   };
 
-  /// Reads wave, low, high, period, noise, value, values; what is wrong is reported to `options`.
+  /// Reads wave, low, high, period, noise, value and values; mistakes are added to the errors of `options`.
   static Wave read(ConfigReader& options, const Type& type);
 
-  /// The value `since` the network was opened first. Noise and walks go on with each call.
+  /// The value at the time `since` the first opening of the network. Noise and random walks change with each call.
   Value at(Duration since, Chance& chance) const;
-  /// What the wave gives at its lower or upper level: what a sensor shows that follows a switched actuator.
+  /// The value at the upper or lower level, which a sensor has that follows a switched actuator.
   Value level(bool high) const;
-  /// A number in the terms of the type: clamped, rounded, a boolean from half way up.
+  /// A number as a value of the type: clamped and rounded; a boolean is true in the upper half.
   Value value_of(double number) const;
 
  private:
@@ -56,7 +56,7 @@ class Wave {
   double low_ = 0, high_ = 1, noise_ = 0;
   Duration period_{};
   int decimals_ = 2;
-  std::vector<Value> steps_;  ///< of steps, and the one value of a constant
+  std::vector<Value> steps_;  ///< the values of steps, or the value of a constant
 };
 
 }  // namespace rubicon::networks::dummy

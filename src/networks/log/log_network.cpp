@@ -8,7 +8,6 @@
 #include <set>
 
 #include "base/lifetime.h"
-#include "base/limited_log.h"
 #include "networks/log/csv_recording.h"
 #include "networks/log/file_chain.h"
 #include "networks/log/file_list.h"
@@ -63,7 +62,7 @@ class LogNetwork final : public network::Network {
         host_(host),
         types_(config.types),
         clock_(options_.speed, options_.longest_gap, options_.start),
-        log_(host.log(), host.scheduler()),
+        log_(host.limited_log()),
         next_turn_(host.scheduler(), [this] { play(); }) {}
 
   Result<void> open() override;

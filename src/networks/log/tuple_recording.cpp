@@ -8,8 +8,8 @@ using recording::Record;
 
 namespace {
 
-/// Bytes that the reader may look at without a result in one go.
-constexpr std::size_t kReaderShare = 4 << 20;
+/// Bytes that the reader may search without a result before it ends the turn.
+constexpr std::size_t kReaderBudget = 4 << 20;
 /// Records of the first block in which network names are searched; the recorder's own blocks have fewer.
 constexpr std::size_t kLookAhead = 50'000;
 
@@ -18,14 +18,14 @@ constexpr std::size_t kLookAhead = 50'000;
 TupleRecording::TupleRecording(const TypeCatalogue& types, std::string network, ReplayCounters& counters,
                                Complaint complain)
     : counters_(counters),
-      reader_(kReaderShare),
+      reader_(kReaderBudget),
       faults_(counters, std::move(complain), reader_),
       types_(types),
       keys_(std::move(network), types_, budget_, faults_),
       replay_(keys_, types_, budget_, faults_, step_) {}
 
 void TupleRecording::begin(std::string_view, std::vector<std::string>) {
-  reader_ = recording::RecordingReader(kReaderShare);
+  reader_ = recording::RecordingReader(kReaderBudget);
   keys_.begin_block();
   put_back_.reset();
 }

@@ -33,7 +33,7 @@ void append_utf8(char32_t c, std::string& out) {
   }
 }
 
-/// Gives natural lines: LF, CR or CR LF ends one.
+/// Splits a text into lines, which end in LF, CR or CR LF.
 class Lines {
  public:
   explicit Lines(std::string_view text) : text_(text) {}
@@ -54,19 +54,19 @@ class Lines {
   int number_ = 0;
 };
 
-std::string_view without_blanks_in_front(std::string_view line) {
+std::string_view without_leading_blanks(std::string_view line) {
   const auto first = line.find_first_not_of(kSpaces);
   return first == line.npos ? std::string_view() : line.substr(first);
 }
 
-/// An odd number of backslashes at the end: the line goes on.
-bool goes_on(std::string_view line) {
+/// An odd number of backslashes at the end: the next line continues this one.
+bool continues(std::string_view line) {
   std::size_t count = 0;
   while (count < line.size() && line[line.size() - 1 - count] == '\\') ++count;
   return count % 2 == 1;
 }
 
-/// Where the key ends: the first `=`, `:` or blank without a backslash in front.
+/// The key ends at the first `=`, `:` or blank that has no backslash before it.
 std::size_t end_of_key(std::string_view line) {
   std::size_t at = 0;
   for (; at < line.size(); ++at) {
@@ -91,7 +91,7 @@ std::optional<char32_t> hex4(std::string_view digits) {
   return value;
 }
 
-/// Puts UTF-16 units together; one without its other half becomes the replacement character.
+/// Writes UTF-16 units as UTF-8; half of a surrogate pair becomes the replacement character.
 class Utf8 {
  public:
   explicit Utf8(std::string& out) : out_(out) {}
@@ -133,7 +133,7 @@ char32_t unescaped(char c) {
   }
 }
 
-std::string resolved(std::string_view text, std::string& fault) {
+std::string unescape(std::string_view text, std::string& fault) {
   std::string out;
   Utf8 utf8(out);
   for (std::size_t at = 0; at < text.size(); ++at) {
@@ -161,29 +161,29 @@ Property property_of(std::string_view line, int number) {
   Property property;
   property.line = number;
   const auto end = end_of_key(line);
-  property.key = resolved(line.substr(0, end), property.fault);
-  auto value = without_blanks_in_front(line.substr(end));
-  if (value.starts_with('=') || value.starts_with(':')) value = without_blanks_in_front(value.substr(1));
-  property.value = resolved(value, property.fault);
+  property.key = unescape(line.substr(0, end), property.fault);
+  auto value = without_leading_blanks(line.substr(end));
+  if (value.starts_with('=') || value.starts_with(':')) value = without_leading_blanks(value.substr(1));
+  property.value = unescape(value, property.fault);
   return property;
 }
 
 }  // namespace
 
 std::vector<Property> read_properties(std::string_view text) {
-  if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);  // Java would not, but some editors put it there
+  if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);  // Java does not skip it, but some editors write it
   std::vector<Property> properties;
   Lines lines(text);
   for (std::string_view line; lines.next(line);) {
-    line = without_blanks_in_front(line);
+    line = without_leading_blanks(line);
     if (line.empty() || line[0] == '#' || line[0] == '!') continue;
     const int number = lines.number();
     std::string whole;
-    bool more = goes_on(line);
+    bool more = continues(line);
     whole = line.substr(0, line.size() - (more ? 1 : 0));
     while (more && lines.next(line)) {
-      line = without_blanks_in_front(line);
-      more = goes_on(line);
+      line = without_leading_blanks(line);
+      more = continues(line);
       whole += line.substr(0, line.size() - (more ? 1 : 0));
     }
     properties.push_back(property_of(whole, number));

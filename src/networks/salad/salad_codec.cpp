@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
 #include <cmath>
 
 #include "base/text.h"
@@ -14,16 +13,8 @@ namespace {
 constexpr std::string_view kUpdates = "#SALADST#";
 constexpr std::string_view kRequest = "#SALAD#";
 constexpr std::string_view kDigits = "0123456789";
-/// Where doubles hold no int64 any more.
+/// From here on a double does not fit an int64.
 constexpr double kTooLarge = 9223372036854775808.0;
-
-template <class Number>
-std::optional<Number> whole(std::string_view text) {
-  Number number{};
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return number;
-}
 
 /// Takes the digits at the front.
 std::string_view take_digits(std::string_view& text) {
@@ -32,15 +23,15 @@ std::string_view take_digits(std::string_view& text) {
   return digits;
 }
 
-/// A number in its parts, as it is written.
+/// The parts of a number as written.
 struct Decimal {
-  std::string_view before, after;  ///< the point
+  std::string_view before, after;  ///< digits before and after the point
   std::string_view exponent;       ///< with its sign
   bool negative = false;
   bool plain_whole = false;  ///< neither point nor exponent
 };
 
-std::optional<Decimal> take_apart(std::string_view text) {
+std::optional<Decimal> split_number(std::string_view text) {
   Decimal parts;
   parts.negative = text.starts_with('-');
   if (parts.negative || text.starts_with('+')) text.remove_prefix(1);
@@ -60,13 +51,13 @@ std::optional<Decimal> take_apart(std::string_view text) {
   return parts;
 }
 
-/// What no double holds is either far too small, which is zero, or far too large.
-bool vanishes(const Decimal& parts) {
-  constexpr std::int64_t kFar = 1'000'000;  // longer than any datagram: what stands in it cannot make up for this
+/// Whether a number that fits no double is too small, which is read as zero, and not too large.
+bool underflows(const Decimal& parts) {
+  constexpr std::int64_t kFar = 1'000'000;  // more than the digits of any datagram can compensate
   auto text = parts.exponent;
   const bool negative = text.starts_with('-');
   if (negative || text.starts_with('+')) text.remove_prefix(1);
-  const auto written = text.empty() ? 0 : std::min(whole<std::int64_t>(text).value_or(kFar), kFar);
+  const auto written = text.empty() ? 0 : std::min(base::parse_number<std::int64_t>(text).value_or(kFar), kFar);
   const auto exponent = negative ? -written : written;
   if (const auto first = parts.before.find_first_not_of('0'); first != parts.before.npos)
     return exponent + static_cast<std::int64_t>(parts.before.size() - first) < 0;
@@ -75,24 +66,21 @@ bool vanishes(const Decimal& parts) {
 }
 
 std::optional<Value> number_of(const Decimal& parts, std::string_view text) {
-  double number = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (error == std::errc::result_out_of_range) {
-    if (!vanishes(parts)) return std::nullopt;
-    number = 0;
-  }
+  const auto parsed = base::parse_number<double>(text);
+  if (!parsed && !underflows(parts)) return std::nullopt;
+  const double number = parsed.value_or(0);
   if (std::floor(number) == number && std::abs(number) < kTooLarge) return Value(static_cast<std::int64_t>(number));
   return Value(number);
 }
 
-/// Whole numbers without end stay as they are written, but for zeros in front.
+/// Whole numbers of any length stay as written, without leading zeros.
 Value digits_of(const Decimal& parts) {
   auto digits = parts.before;
   digits.remove_prefix(std::min(digits.find_first_not_of('0'), digits.size() - 1));
   return Value(fmt::format("{}{}", parts.negative ? "-" : "", digits));
 }
 
-/// One item, or the fault that keeps it from being one.
+/// Reads one item, or returns why it is none.
 std::optional<Fault> read_item(std::string_view text, Item& item) {
   const auto semicolon = text.find(';');
   if (semicolon == text.npos || text.find(';', semicolon + 1) != text.npos) return Fault::kForm;
@@ -104,8 +92,8 @@ std::optional<Fault> read_item(std::string_view text, Item& item) {
   return std::nullopt;
 }
 
-/// The items up to the next `#`, or to the end; `last` is whether the last one that was there can be read.
-void read_items(std::string_view text, Datagram& out, bool& last) {
+/// Reads the items of one list. `last_is_sound`: whether the last one could be read; unchanged if there is none.
+void read_items(std::string_view text, Datagram& out, bool& last_is_sound) {
   while (!text.empty()) {
     const auto colon = std::min(text.find(':'), text.size());
     const auto one = base::trimmed(text.substr(0, colon));
@@ -113,7 +101,7 @@ void read_items(std::string_view text, Datagram& out, bool& last) {
     if (one.empty()) continue;
     Item item;
     const auto fault = read_item(one, item);
-    last = !fault;
+    last_is_sound = !fault;
     if (fault) {
       ++out.faults[*fault];
     } else {
@@ -149,15 +137,15 @@ Datagram read_datagram(ByteView bytes, std::size_t buffer) {
     ++out.faults[Fault::kNotSalad];
     return out;
   }
-  bool last = false;
+  bool last_is_sound = false;
   for (std::size_t at = 0; at != text.npos; at = text.find(kUpdates, at)) {
     at += kUpdates.size();
     const auto end = std::min(text.find('#', at), text.size());
-    read_items(text.substr(at, end - at), out, last);
+    read_items(text.substr(at, end - at), out, last_is_sound);
     at = end;
   }
   if (count(out) == 0) ++out.faults[Fault::kEmpty];
-  if (text.size() >= buffer && last) {
+  if (text.size() >= buffer && last_is_sound) {
     out.items.pop_back();
     ++out.faults[Fault::kCut];
   }
@@ -166,16 +154,16 @@ Datagram read_datagram(ByteView bytes, std::size_t buffer) {
 
 std::optional<DeviceId> read_id(std::string_view text) {
   if (text.empty() || text.find_first_not_of(kDigits) != text.npos) return std::nullopt;
-  const auto id = whole<DeviceId>(text);
+  const auto id = base::parse_number<DeviceId>(text);
   return id && *id > 0 ? id : std::nullopt;
 }
 
 std::optional<Value> read_number(std::string_view text) {
-  const auto parts = take_apart(text);
+  const auto parts = split_number(text);
   if (!parts) return std::nullopt;
   if (text.starts_with('+')) text.remove_prefix(1);
   if (!parts->plain_whole) return number_of(*parts, text);
-  if (const auto number = whole<std::int64_t>(text)) return Value(*number);
+  if (const auto number = base::parse_number<std::int64_t>(text)) return Value(*number);
   return digits_of(*parts);
 }
 
@@ -193,7 +181,7 @@ std::optional<Request> read_request(ByteView bytes) {
   text = text.substr(kRequest.size(), text.size() - kRequest.size() - kEnd.size());
   const auto first = text.find(':'), last = text.rfind(':');
   if (first == text.npos || first == last || text.substr(0, first) != "2") return std::nullopt;
-  const auto value = whole<std::int64_t>(text.substr(last + 1));
+  const auto value = base::parse_number<std::int64_t>(text.substr(last + 1));
   if (!value) return std::nullopt;
   return Request{Request::Kind::kActuate, std::string(text.substr(first + 1, last - first - 1)), *value};
 }

@@ -7,12 +7,12 @@
 
 namespace rubicon::networks::salad {
 
-SaladLine::SaladLine(const SaladOptions& options, transport::Transports& transports, Calls calls)
-    : options_(options), transports_(transports), calls_(std::move(calls)) {}
+SaladLine::SaladLine(const SaladOptions& options, transport::Transports& transports, Callbacks callbacks)
+    : options_(options), transports_(transports), callbacks_(std::move(callbacks)) {}
 
 Result<void> SaladLine::open() {
   if (receiver_) {
-    if (ready_) calls_.ready();
+    if (ready_) callbacks_.ready();
     return {};
   }
   if (auto opened = open_sockets(); !opened) {
@@ -34,7 +34,7 @@ Result<void> SaladLine::open_sockets() {
   calls.received = [](const transport::Endpoint&, ByteView) {};
   calls.undelivered = [this](const Error& error) {
     ++counters_.undelivered;
-    calls_.undelivered(error);
+    callbacks_.undelivered(error);
   };
   auto sender = transports_.open_udp({{}, options_.buffer}, std::move(calls));
   if (!sender) return fail(sender.error());
@@ -61,26 +61,26 @@ void SaladLine::look_up() {
 
 void SaladLine::looked_up(Result<std::vector<std::string>> addresses) {
   lookup_.reset();
-  if (!addresses && ready_) return calls_.undelivered(addresses.error());
+  if (!addresses && ready_) return callbacks_.undelivered(addresses.error());
   if (!addresses) return fail_line(std::move(addresses.error()));
   addresses_ = std::move(*addresses);
-  if (!std::exchange(ready_, true)) calls_.ready();
+  if (!std::exchange(ready_, true)) callbacks_.ready();
 }
 
 void SaladLine::fail_line(Error why) {
   close();
-  calls_.failed(std::move(why));
+  callbacks_.failed(std::move(why));
 }
 
-/// Only the host counts: SALAD's sending port is its own affair.
+/// Only the host is checked: SALAD may send from any port.
 void SaladLine::receive(const transport::Endpoint& from, ByteView bytes) {
   const bool known = std::find(addresses_.begin(), addresses_.end(), from.address) != addresses_.end();
   if (!known && !options_.any_source) {
     ++counters_.other_source;
-    return calls_.counted();
+    return callbacks_.counted();
   }
   ++counters_.datagrams;
-  calls_.received(bytes);
+  callbacks_.received(bytes);
 }
 
 Result<void> SaladLine::send(std::string_view datagram) {

@@ -10,28 +10,29 @@
 namespace rubicon::networks::salad {
 
 /// The two sockets of salad.md, section 1: one bound to `rubicon_port` that only receives, one on an ephemeral port
-/// that only sends. The options must outlive it; `any_source` may change meanwhile.
+/// that only sends. The options must outlive it; their `any_source` may change.
 class SaladLine {
  public:
-  struct Calls {
-    std::function<void()> ready;                    ///< both sockets are up, the host is known
-    std::function<void(Error)> failed;              ///< closed again
-    std::function<void(ByteView)> received;         ///< from SALAD
-    std::function<void(const Error&)> undelivered;  ///< what was sent met nobody, or the host cannot be found any more
-    std::function<void()> counted;                  ///< something from elsewhere was dropped
+  struct Callbacks {
+    std::function<void()> ready;             ///< both sockets are open, the host is known
+    std::function<void(Error)> failed;       ///< the line is closed
+    std::function<void(ByteView)> received;  ///< from SALAD
+    std::function<void(const Error&)>
+        undelivered;                ///< a datagram was not delivered, or the host no longer has an address
+    std::function<void()> counted;  ///< a counter changed: a datagram from elsewhere was dropped
   };
   struct Counters {
     std::uint64_t datagrams = 0;     ///< received from SALAD
     std::uint64_t other_source = 0;  ///< received from elsewhere, dropped
-    std::uint64_t undelivered = 0;   ///< sent in vain, as far as ICMP tells
+    std::uint64_t undelivered = 0;   ///< reported as undelivered by ICMP
   };
 
-  SaladLine(const SaladOptions& options, transport::Transports& transports, Calls calls);
+  SaladLine(const SaladOptions& options, transport::Transports& transports, Callbacks callbacks);
 
-  /// Binds, then looks the host up; ready() or failed() follows. Harmless while open or opening.
+  /// Binds the sockets and looks up the host; the callback ready() or failed() follows. Does nothing while opening.
   Result<void> open();
   bool ready() const { return ready_; }
-  /// Looks the host up again: SALAD may have moved. What was known stays if that fails.
+  /// Looks up the host again, as SALAD may have moved. Keeps the known addresses if that fails.
   void refresh();
   /// kUnreachable before ready().
   Result<void> send(std::string_view datagram);
@@ -51,12 +52,12 @@ class SaladLine {
 
   const SaladOptions& options_;
   transport::Transports& transports_;
-  Calls calls_;
+  Callbacks callbacks_;
   std::unique_ptr<transport::UdpSocket> receiver_, sender_;
   std::unique_ptr<transport::Lookup> lookup_;
-  std::vector<std::string> addresses_;  ///< of SALAD's host; the first is sent to
+  std::vector<std::string> addresses_;  ///< of SALAD's host; datagrams go to the first
   bool ready_ = false;
-  std::uint64_t unsent_ = 0;  ///< of sockets closed since
+  std::uint64_t unsent_ = 0;  ///< of sockets that are closed
   Counters counters_;
 };
 

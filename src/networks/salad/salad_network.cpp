@@ -8,7 +8,8 @@
 #include <tuple>
 #include <utility>
 
-#include "base/rate_limit.h"
+#include "base/limited_log.h"
+#include "network/state_reporter.h"
 #include "networks/salad/salad_line.h"
 #include "networks/salad/salad_points.h"
 #include "networks/salad/salad_sample.h"
@@ -18,12 +19,10 @@ namespace rubicon::networks::salad {
 
 namespace {
 
-using namespace std::chrono_literals;
 using model::LineState;
 
-constexpr Duration kCountersEvery = 1s;
-constexpr std::string_view kNotYet = "no update of SALAD yet";
-/// Lines a minute about ids that are not configured; each id is named once.
+constexpr std::string_view kNotYet = "no update from SALAD yet";
+/// Log lines a minute about ids that are not configured; each id is logged once.
 constexpr int kUnknownIdLines = 5;
 
 class SaladNetwork final : public network::Network {
@@ -33,10 +32,14 @@ class SaladNetwork final : public network::Network {
         types_(config.types),
         host_(host),
         line_(options_, host.transports(),
-              {[this] { ready(); }, [this](Error why) { lost(std::move(why)); },
-               [this](ByteView bytes) { received(bytes); }, [this](const Error& error) { undelivered(error); },
-               [this] { report_later(); }}) {}
-  /// SALAD stops its updates (salad.md, section 2), if it hears it.
+              {.ready = [this] { ready(); },
+               .failed = [this](Error why) { lost(std::move(why)); },
+               .received = [this](ByteView bytes) { received(bytes); },
+               .undelivered = [this](const Error& error) { undelivered(error); },
+               .counted = [this] { reporter_.counters_changed(); }}),
+        log_(host.limited_log()),
+        reporter_(host, [this] { return line_.ready() ? std::optional(state()) : std::nullopt; }) {}
+  /// Asks SALAD to stop its updates (salad.md, section 2).
   ~SaladNetwork() override { static_cast<void>(line_.send(kStopUpdates)); }
   SaladNetwork(const SaladNetwork&) = delete;
   SaladNetwork& operator=(const SaladNetwork&) = delete;
@@ -50,42 +53,41 @@ class SaladNetwork final : public network::Network {
   void ready();
   void lost(Error why);
   void start();
-  void nothing_heard();
+  void check_silence();
   void received(ByteView bytes);
   void undelivered(const Error& error);
   void deliver(const Item& item);
   void unknown_id(DeviceId id);
   void join(DeviceId id);
   Result<void> actuate(DeviceId id, const model::Actuate& command);
-  void say(const std::string& kind, std::string_view text);
   void set_line(LineState state, std::string reason);
-  void report();
-  void report_later();
+  model::State state();
 
   SaladOptions options_;
   const TypeCatalogue& types_;
   network::NetworkHost& host_;
   SaladLine line_;
   bool joined_ = false;
-  bool started_ = false;  ///< asked for updates since the line came up
-  /// Up = SALAD speaks. Connecting = it was asked for updates and has not answered. Down = it is not there.
-  LineState state_ = LineState::kConnecting;
+  bool started_ = false;  ///< updates were requested since the line became ready
+  /// Up: SALAD sends updates. Connecting: they were requested, none came yet. Down: it cannot be reached.
+  LineState line_state_ = LineState::kConnecting;
   std::string reason_{kNotYet};           ///< why it is not up
-  std::uint64_t undelivered_before_ = 0;  ///< when it was last asked
+  std::uint64_t undelivered_before_ = 0;  ///< the last request for updates
   std::map<Fault, std::uint64_t> faults_;
   std::uint64_t readings_ = 0, starts_ = 0, commands_ = 0, unknown_ids_ = 0;
-  std::set<DeviceId> named_;  ///< unknown ids that were logged
-  base::RateLimit limit_;
+  std::set<DeviceId> logged_ids_;  ///< unknown ones
+  base::LimitedLog log_;
   SteadyTime heard_{};
-  Timer silence_, counters_;
+  Timer silence_;
+  network::StateReporter reporter_;
 };
 
-/// The devices are there before any contact (salad.md, section 6: of 55 the original showed between 16 and 55).
+/// The devices join before any contact (salad.md, section 6: the original showed between 16 and 55 of 55).
 Result<void> SaladNetwork::open() {
   if (!std::exchange(joined_, true)) {
     for (const auto& [id, device] : options_.devices) join(id);
     if (!options_.unknown_keys.empty())
-      host_.log().warning(fmt::format("the properties file has keys nobody reads: {}",
+      host_.log().warning(fmt::format("ignored unknown keys of the properties file: {}",
                                       model::quoted(fmt::format("{}", fmt::join(options_.unknown_keys, ", ")))));
   }
   return line_.open();
@@ -103,12 +105,12 @@ void SaladNetwork::join(DeviceId id) {
 
 void SaladNetwork::ready() {
   if (!std::exchange(started_, true)) start();
-  report();
+  reporter_.line_changed();
 }
 
 void SaladNetwork::lost(Error why) {
   started_ = false;
-  state_ = LineState::kConnecting;
+  line_state_ = LineState::kConnecting;
   reason_ = kNotYet;
   silence_.cancel();
   host_.failed(std::move(why));
@@ -117,41 +119,42 @@ void SaladNetwork::lost(Error why) {
 void SaladNetwork::start() {
   ++starts_;
   undelivered_before_ = line_.counters().undelivered;
-  if (auto sent = line_.send(kStartUpdates); !sent) say("send", sent.error().text);
+  if (auto sent = line_.send(kStartUpdates); !sent) log_.warning("send", sent.error().text);
   heard_ = host_.scheduler().now();
   silence_.cancel();
-  if (options_.start_again) silence_ = host_.scheduler().after(*options_.start_again, [this] { nothing_heard(); });
+  if (options_.start_again) silence_ = host_.scheduler().after(*options_.start_again, [this] { check_silence(); });
 }
 
-/// SALAD may have been restarted, or moved: asking again is harmless (salad.md, section 6).
-void SaladNetwork::nothing_heard() {
+/// SALAD may have been restarted, or moved; a repeated request does no harm (salad.md, section 6).
+void SaladNetwork::check_silence() {
   if (!line_.ready() || !options_.start_again) return;
   const auto due = heard_ + *options_.start_again;
   if (due > host_.scheduler().now()) {
-    silence_ = host_.scheduler().at(due, [this] { nothing_heard(); });
+    silence_ = host_.scheduler().at(due, [this] { check_silence(); });
     return;
   }
-  if (state_ == LineState::kUp)
-    set_line(LineState::kConnecting, "no update of SALAD any more: it was asked again");
-  else if (state_ == LineState::kDown && line_.counters().undelivered == undelivered_before_)
-    set_line(LineState::kConnecting, std::string(kNotYet));  // its host takes what we send
+  if (line_state_ == LineState::kUp)
+    set_line(LineState::kConnecting, "SALAD stopped sending updates; they were requested again");
+  else if (line_state_ == LineState::kDown && line_.counters().undelivered == undelivered_before_)
+    set_line(LineState::kConnecting, std::string(kNotYet));  // the request was not reported as undelivered
   line_.refresh();
   start();
-  report_later();
+  reporter_.counters_changed();
 }
 
 void SaladNetwork::received(ByteView bytes) {
   const auto datagram = read_datagram(bytes, options_.buffer);
   for (const auto& [fault, times] : datagram.faults) {
     faults_[fault] += times;
-    say(std::string(to_string(fault)), fmt::format("{}: {}", to_string(fault), model::quoted(base::as_text(bytes))));
+    log_.warning(std::string(to_string(fault)),
+                 fmt::format("{}: {}", to_string(fault), model::quoted(base::as_text(bytes))));
   }
   if (!datagram.items.empty()) {
     heard_ = host_.scheduler().now();
     set_line(LineState::kUp, {});
   }
   for (const Item& item : datagram.items) deliver(item);
-  report_later();
+  reporter_.counters_changed();
 }
 
 void SaladNetwork::deliver(const Item& item) {
@@ -164,16 +167,16 @@ void SaladNetwork::deliver(const Item& item) {
 
 void SaladNetwork::unknown_id(DeviceId id) {
   ++unknown_ids_;
-  if (named_.contains(id)) return;
-  if (!limit_.allow(fmt::format("unknown id {}", id % kUnknownIdLines), host_.scheduler().now())) return;
-  named_.insert(id);
-  host_.log().warning(fmt::format("device {} is not configured, its readings are dropped", id));
+  if (logged_ids_.contains(id)) return;
+  const auto subject = fmt::format("unknown id {}", id % kUnknownIdLines);
+  if (log_.warning(subject, fmt::format("device {} is not configured, its readings are dropped", id)))
+    logged_ids_.insert(id);
 }
 
 void SaladNetwork::undelivered(const Error& error) {
-  say("undelivered", error.text);
-  set_line(LineState::kDown, fmt::format("SALAD is not there: {}", error.text));
-  report_later();
+  log_.warning("undelivered", error.text);
+  set_line(LineState::kDown, fmt::format("SALAD cannot be reached: {}", error.text));
+  reporter_.counters_changed();
 }
 
 Result<void> SaladNetwork::send(const Message& message) {
@@ -183,7 +186,7 @@ Result<void> SaladNetwork::send(const Message& message) {
     return fail(ErrorCode::kNotFound, fmt::format("no device {}", model::quoted(address)));
   if (const auto* command = std::get_if<model::Actuate>(&message.body)) return actuate(*id, *command);
   if (message.kind() == MessageKind::kSample)
-    return fail(ErrorCode::kUnsupported, "SALAD sends its updates when it likes to");
+    return fail(ErrorCode::kUnsupported, "SALAD decides itself when it sends updates");
   return fail(ErrorCode::kUnsupported, fmt::format("SALAD takes no {}", to_string(message.kind())));
 }
 
@@ -191,10 +194,11 @@ Result<void> SaladNetwork::actuate(DeviceId id, const model::Actuate& command) {
   const auto& device = options_.devices.at(id);
   const auto value = command_of(device, *types_.find(device.type_id), command);
   if (!value) {
-    say(fmt::format("refused {}", id), fmt::format("command to device {} refused: {}", id, value.error().text));
+    log_.warning(fmt::format("refused {}", id),
+                 fmt::format("command to device {} refused: {}", id, value.error().text));
     return fail(value.error());
   }
-  report_later();
+  reporter_.counters_changed();
   if (auto sent = line_.send(salad::actuate(device.actuator, *value)); !sent) return sent;
   ++commands_;
   host_.deliver(std::to_string(id), model::Acknowledge{command.request, model::Outcome::kSent, {}});
@@ -206,47 +210,35 @@ Result<void> SaladNetwork::change(const network::NetworkConfig& config) {
   if (!read) return fail(std::move(read.error()));
   SaladOptions next = std::move(*read);
   const auto line_of = [](const SaladOptions& o) { return std::tie(o.host, o.port, o.own_port, o.buffer); };
-  if (line_of(next) != line_of(options_)) return fail(ErrorCode::kUnsupported, "the line changes");
+  if (line_of(next) != line_of(options_)) return fail(ErrorCode::kUnsupported, "host, port or buffer changed");
   const bool types_known = std::all_of(next.devices.begin(), next.devices.end(), [this](const auto& device) {
     return types_.find(device.second.type_id) != nullptr;
   });
-  if (!types_known) return fail(ErrorCode::kUnsupported, "a type is new");
+  if (!types_known) return fail(ErrorCode::kUnsupported, "a device has a new type");
   const auto before = std::exchange(options_, std::move(next));
   if (!joined_) return {};
   for (const auto& [id, device] : before.devices) {
     if (!options_.devices.contains(id))
-      host_.deliver(std::to_string(id), model::Leave{"taken out of the configuration"});
+      host_.deliver(std::to_string(id), model::Leave{"removed from the configuration"});
   }
   for (const auto& [id, device] : options_.devices) {
     const auto old = before.devices.find(id);
     if (old == before.devices.end() || !(old->second == device)) join(id);
-    named_.erase(id);
+    logged_ids_.erase(id);
   }
   if (line_.ready() && options_.start_again != before.start_again) start();
   return {};
 }
 
-/// At most one line a minute and kind; the counters have all.
-void SaladNetwork::say(const std::string& kind, std::string_view text) {
-  if (limit_.allow(kind, host_.scheduler().now())) host_.log().warning(text);
-}
-
 void SaladNetwork::set_line(LineState state, std::string reason) {
-  if (state_ == state && reason_ == reason) return;
-  state_ = state;
+  if (line_state_ == state && reason_ == reason) return;
+  line_state_ = state;
   reason_ = std::move(reason);
-  if (line_.ready()) report();
+  reporter_.line_changed();
 }
 
-void SaladNetwork::report_later() {
-  if (counters_.pending() || !line_.ready()) return;
-  counters_ = host_.scheduler().after(kCountersEvery, [this] {
-    if (line_.ready()) report();
-  });
-}
-
-void SaladNetwork::report() {
-  model::State state{state_, reason_, {}};
+model::State SaladNetwork::state() {
+  model::State state{line_state_, reason_, {}};
   const auto& line = line_.counters();
   state.counters = {{"port", line_.own_port()},
                     {"datagrams", line.datagrams},
@@ -261,7 +253,7 @@ void SaladNetwork::report() {
     const auto kind = static_cast<Fault>(fault);
     state.counters[std::string(to_string(kind))] = faults_[kind];
   }
-  host_.deliver("", std::move(state));
+  return state;
 }
 
 }  // namespace

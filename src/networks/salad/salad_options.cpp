@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <filesystem>
 
 #include "base/text.h"
 #include "networks/salad/properties_reader.h"
@@ -14,11 +13,11 @@ namespace rubicon::networks::salad {
 
 namespace {
 
-constexpr std::size_t kLargestFile = 1 << 20;
-constexpr std::size_t kLongestName = 40;
+constexpr std::size_t kMaxFile = 1 << 20;
+constexpr std::size_t kMaxName = 40;
 constexpr std::string_view kDevice = "device_";
-/// Keys of the original's file (salad.md, section 5). Two of them have no effect here: the original never applied the
-/// first, and how long to wait between attempts is the supervisor's business.
+/// Keys of the original's file (salad.md, section 5). Two of them have no effect: the original never applied the first,
+/// and the supervisor decides how long to wait between attempts.
 constexpr std::string_view kNoEffect[] = {"socket_accept_timeout_milliseconds", "socket_init_retry_milliseconds"};
 constexpr std::string_view kOriginalKeys[] = {"salad_host", "salad_port", "rubicon_port", "socket_buffer_size_bytes",
                                               kNoEffect[0], kNoEffect[1]};
@@ -67,14 +66,14 @@ const Type* type_of(std::string_view name, const TypeCatalogue& types) {
   return nullptr;
 }
 
-/// What ends a field of a datagram cannot stand in it.
+/// Whether it has none of the characters that end a field of a datagram.
 bool can_be_sent(std::string_view actuator) {
   return actuator.size() <= 64 && std::all_of(actuator.begin(), actuator.end(), [](char c) {
            return c > ' ' && c < 0x7f && c != ':' && c != '#' && c != ';';
          });
 }
 
-/// Puts devices into the options, and what is wrong with them into the errors.
+/// Adds devices to the options, and their mistakes to the errors.
 class Table {
  public:
   Table(SaladOptions& options, const TypeCatalogue& types, ConfigErrors& errors)
@@ -90,7 +89,7 @@ class Table {
     if (!device) return errors_.add(place, path, device.error().text);
     const auto [other, fresh] = places_.emplace(*id, place);
     if (!fresh)
-      return errors_.add(place, path, fmt::format("device {} is there already, at {}", *id, to_string(other->second)));
+      return errors_.add(place, path, fmt::format("device {} is already defined at {}", *id, to_string(other->second)));
     options_.devices.emplace(*id, std::move(*device));
   }
 
@@ -109,7 +108,7 @@ ConfigNode scalar(std::string text, ConfigPlace place) {
   return node;
 }
 
-/// The file's devices go to the table; its other known keys to the options, where those do not have them.
+/// Adds the devices of the file to the table, and its other known keys to the options that do not have them.
 void read_file(const std::string& path, std::string_view text, ConfigNode& merged, Table& table, SaladOptions& out,
                ConfigErrors& errors) {
   std::map<std::string, ConfigNode> found;  // the last of two equal keys counts, as in Java
@@ -170,9 +169,9 @@ Result<SaladDevice> read_device(std::string_view line, const TypeCatalogue& type
   if (tokens.empty() || tokens[0].empty()) return fail(ErrorCode::kInvalid, "its name is missing");
   if (tokens.size() < 2 || tokens[1].empty()) return fail(ErrorCode::kInvalid, "its type is missing");
   SaladDevice device{std::string(tokens[0]), std::string(tokens[1]), {}, {}, !tokens[1].starts_with("actuator.")};
-  if (device.name != model::to_key_part(device.name, kLongestName))
+  if (device.name != model::to_key_part(device.name, kMaxName))
     return fail(ErrorCode::kInvalid, fmt::format("its name is {}, expected at most {} of [A-Za-z0-9_-]",
-                                                 model::quoted(device.name), kLongestName));
+                                                 model::quoted(device.name), kMaxName));
   const auto* type = type_of(device.type, types);
   if (type == nullptr)
     return fail(ErrorCode::kInvalid,
@@ -195,8 +194,8 @@ SaladOptions read_salad_options(const network::NetworkConfig& config, transport:
   ConfigNode merged = options.here();
   const auto name = options.text("properties", "");
   if (!name.empty()) {
-    const auto path = (std::filesystem::path(config.directory) / name).lexically_normal().string();
-    const auto text = transport::read_text(transports, path, kLargestFile);
+    const auto path = base::resolve_path(config.directory, name);
+    const auto text = transport::read_text(transports, path, kMaxFile);
     if (text) {
       read_file(path, *text, merged, table, out, errors);
     } else {
@@ -212,7 +211,7 @@ SaladOptions read_salad_options(const network::NetworkConfig& config, transport:
   if (out.start_again && *out.start_again < std::chrono::milliseconds(100))
     options.error("start-again-after", "expected at least 100ms, or never");
   if (out.devices.empty() && errors.empty())
-    options.error("", "no devices, expected 'table', or 'properties' with the name of a file");
+    options.error("", "has no devices, expected 'table', or 'properties' with the path of a file");
   return out;
 }
 

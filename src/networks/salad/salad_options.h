@@ -10,34 +10,34 @@
 
 namespace rubicon::networks::salad {
 
-/// One line of the device table, `device_<id> = <name>,<type>[,<actuator id>]` (salad.md, section 5).
+/// A device of the table, `device_<id> = <name>,<type>[,<actuator id>]` (salad.md, section 5).
 struct SaladDevice {
   std::string name;      ///< symbolic: `TV_STATE`
   std::string type;      ///< as SALAD calls it: `sensor.soundrecognition.confidence`
-  std::string actuator;  ///< what commands go to; empty = it takes none
+  std::string actuator;  ///< target of commands; empty = it takes none
   TypeId type_id{};      ///< in the catalogue
-  bool sensor = true;    ///< by its type; a sensor with an actuator id is both
+  bool sensor = true;    ///< its type is that of a sensor; with an actuator id it is both
 
   friend bool operator==(const SaladDevice&, const SaladDevice&) = default;
 };
 
-/// What a `type: salad` network is told, by its configuration and by the original's properties file.
+/// The options of a `type: salad` network, from its configuration and the original's properties file.
 struct SaladOptions {
   std::string host = "localhost";
   std::uint16_t port = 9000;
-  std::uint16_t own_port = 9100;                                   ///< 0 = any free one
+  std::uint16_t own_port = 9100;                                   ///< 0 = any free port
   std::size_t buffer = 2048;                                       ///< longest datagram, in bytes
-  bool any_source = false;                                         ///< take datagrams from any host
-  std::optional<Duration> start_again = std::chrono::seconds(10);  ///< silence after which updates are asked for again
+  bool any_source = false;                                         ///< accept datagrams from any host
+  std::optional<Duration> start_again = std::chrono::seconds(10);  ///< after this silence updates are requested again
   std::map<DeviceId, SaladDevice> devices;
   std::vector<std::string> unknown_keys;  ///< of the properties file
 };
 
-/// Reads all options and the properties file they name; what is wrong stands in the reader's errors, with the line of
-/// the properties file where it stands there. A key of the configuration goes before the same key of that file.
+/// Reads the options and the properties file that they name; mistakes are added to the reader's errors, with the line
+/// in the properties file. A key of the configuration has priority over the same key of that file.
 SaladOptions read_salad_options(const network::NetworkConfig& config, transport::Transports& transports);
 
-/// `<name>,<type>[,<actuator id>]` -> a device; kInvalid says what is wrong with it.
+/// Reads `<name>,<type>[,<actuator id>]`; kInvalid with the reason.
 Result<SaladDevice> read_device(std::string_view line, const TypeCatalogue& types);
 
 }  // namespace rubicon::networks::salad

@@ -2,8 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
 #include <cmath>
+
+#include "base/text.h"
 
 namespace rubicon::networks::salad {
 
@@ -11,7 +12,7 @@ namespace {
 
 using model::PointId;
 
-/// The symbolic name in small letters: `switch-fridge` (salad.md, section 7).
+/// The symbolic name in lower case: `fridge` (salad.md, section 7).
 std::string instance_of(const SaladDevice& device) {
   std::string instance = device.name;
   for (char& c : instance) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
@@ -31,9 +32,7 @@ Value typed(const Type& type, const Value& value) {
   if (type.data == model::DataType::kBoolean && whole && (*whole == 0 || *whole == 1)) return Value(*whole == 1);
   const auto* digits = std::get_if<std::string>(&value);
   if (type.data != model::DataType::kReal || !digits) return value;
-  double number = 0;
-  std::from_chars(digits->data(), digits->data() + digits->size(), number);
-  return Value(number);
+  return Value(base::parse_number<double>(*digits).value_or(0));
 }
 
 }  // namespace
@@ -62,7 +61,8 @@ Result<std::int64_t> command_of(const SaladDevice& device, const Type& type, con
   if (command.point != point_of(device, Kind::kActuator) || !is_actuator(device))
     return fail(ErrorCode::kNotFound, fmt::format("{} has no such actuator", device.name));
   if (device.actuator.empty())
-    return fail(ErrorCode::kRefused, fmt::format("{} has no actuator id, SALAD takes no commands for it", device.name));
+    return fail(ErrorCode::kRefused,
+                fmt::format("{} has no actuator id, so SALAD takes no commands for it", device.name));
   if (auto fits = TypeCatalogue::check(type, command.value); !fits) return fail(fits.error());
   if (const auto* on = std::get_if<bool>(&command.value)) return *on ? 1 : 0;
   if (const auto* whole = std::get_if<std::int64_t>(&command.value)) return *whole;

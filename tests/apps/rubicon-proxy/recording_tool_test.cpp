@@ -112,7 +112,7 @@ TEST_F(RecordingTool, OtherFilesAreRefused) {
   for (const std::string_view text : {"", "x", "time,temperature\n"}) {
     disk.put("a.rec", text);
     info();
-    EXPECT_THAT(done.error().text, HasSubstr("a.rec: is no recording"));
+    EXPECT_THAT(done.error().text, HasSubstr("a.rec: is not a recording"));
     EXPECT_THAT(exported(false), testing::IsEmpty());
     EXPECT_EQ(done.error().code, ErrorCode::kInvalid);
   }

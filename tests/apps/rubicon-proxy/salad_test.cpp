@@ -64,7 +64,7 @@ TEST(SaladFlat, LivesWithTheSimulatorAndObeysCommands) {
   Process shell({kDaemon, "run", kFlat, "--set", "tuples.engine=memory", "--shell", "--set",
                  "networks.salad.start-again-after=200ms"});
   EXPECT_EQ(devices(shell, "unknown").first, 55) << "before SALAD is there";
-  EXPECT_TRUE(becomes(shell, "proxy.salad.status", "SALAD is not there"));
+  EXPECT_TRUE(becomes(shell, "proxy.salad.status", "SALAD cannot be reached"));
   Process salad({kSimulator, kFlat, "--period", "50ms", "--misbehave", "all"});
   EXPECT_TRUE(salad.line_with("55 devices, listening on 127.0.0.1 port 9000")) << salad.errors();
   EXPECT_TRUE(becomes(shell, kTelevision + ".value", "0")) << "the updates were asked for again";
@@ -78,7 +78,7 @@ TEST(SaladFlat, LivesWithTheSimulatorAndObeysCommands) {
   EXPECT_TRUE(becomes(shell, "proxy.salad.66.actuator.relay-knx_blind_down.value", "on"));
   salad.signal(SIGTERM);
   EXPECT_EQ(salad.exit_code(), 0);
-  EXPECT_TRUE(becomes(shell, "proxy.salad.status", "SALAD is not there"));
+  EXPECT_TRUE(becomes(shell, "proxy.salad.status", "SALAD cannot be reached"));
   shell.write("quit\n");
   EXPECT_EQ(shell.exit_code(), 0);
 }
@@ -109,7 +109,7 @@ TEST(SaladFlat, ATakenPortIsSaidAndTheDevicesAreThere) {
   EXPECT_TRUE(becomes(shell, "proxy.salad.status", "Address already in use"));
   EXPECT_EQ(devices(shell, "unknown").first, 55);
   squatter.signal(SIGTERM);
-  EXPECT_TRUE(becomes(shell, "proxy.salad.status", "SALAD is not there"));
+  EXPECT_TRUE(becomes(shell, "proxy.salad.status", "SALAD cannot be reached"));
   EXPECT_TRUE(becomes(shell, "proxy.salad.property.line.value", "down"));
 }
 

@@ -2,7 +2,7 @@
 
 #include <gmock/gmock.h>
 
-#include "state/state_json.h"
+#include "state/state_export.h"
 #include "state/state_support.h"
 
 namespace rubicon::daemon {
@@ -136,7 +136,7 @@ TEST_F(StateTool, AWrongImportChangesNothingAndNamesEveryWrongLine) {
   EXPECT_EQ(import(file_, content), 1);
   EXPECT_THAT(errors_, HasSubstr("line 2: values[2].kind: expected sensor, actuator or property"));
   EXPECT_THAT(errors_, HasSubstr("line 3: decision: expected none, approved or ignored"));
-  EXPECT_THAT(errors_, HasSubstr("line 7: the export had another number of devices than the 5"));
+  EXPECT_THAT(errors_, HasSubstr("line 7: the export was written with another number of devices than the 5"));
   EXPECT_THAT(errors_, HasSubstr("nothing was imported"));
   EXPECT_EQ(exported(file_), before);
   EXPECT_EQ(import(folder_ / "new", content), 1);
@@ -184,7 +184,7 @@ TEST_F(StateTool, ShowsATableOfTheDevices) {
   EXPECT_THAT(output_, testing::ContainsRegex("wsn-1/8 +id_8 +approved +2026-09-21 [0-9:]+ +7\n"));
   EXPECT_THAT(output_, testing::ContainsRegex("1/4/6 +none +never +0\n"));
   EXPECT_EQ(quietly([&] { return show_state(folder_ / "none"); }), 1);
-  EXPECT_THAT(errors_, HasSubstr("there is none"));
+  EXPECT_THAT(errors_, HasSubstr("does not exist"));
 }
 
 TEST_F(StateTool, ForgetsDevicesByAddressOrKeyAllOrNone) {

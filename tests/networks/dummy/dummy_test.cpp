@@ -130,10 +130,10 @@ TEST_F(Dummy, RangesThatMakeNoSenseAreRefused) {
   make(R"({"simulate": {"room-{5..1}": {}, "{1..x}": {}, "{1..2}-{1..2}": {}, "r-{1..20001}": {},
          "b-{1..3}": {}, "b-2": {}}})");
   for (const auto* text :
-       {"simulate.room-{5..1}: is 'room-{5..1}', expected one range of whole numbers such as room-{1..100}",
+       {"simulate.room-{5..1}: is 'room-{5..1}', expected one range of whole numbers, for example room-{1..100}",
         "simulate.{1..x}: is '{1..x}', expected one range", "simulate.{1..2}-{1..2}: is '{1..2}-{1..2}', expected one",
         "simulate.r-{1..20001}: 20001 devices beside 0 others, expected at most limits.devices, 20000",
-        "simulate.b-2: a device b-2 is there already"}) {
+        "simulate.b-2: a second device has the address b-2"}) {
     EXPECT_THAT(errors.text(), HasSubstr(text));
   }
   EXPECT_THAT(errors.lines(), SizeIs(5));
@@ -291,8 +291,8 @@ TEST_F(Dummy, TellsAllThatIsWrongWithItsOptions) {
     "actuators": {"switch-1": {"behaviour": "sulk", "sensor": "motion-1"}}, "properties": {"shoe": 42, "rate": "fast"}}}})");
   EXPECT_EQ(network, nullptr);
   for (const char* part : {"colour", "leave: is not after join", "sensors.temperature: expected a type and an instance",
-                           "no type nothing", "ajar", "room-1.wave", "humidity-1.high: is below low", "battery-1.high",
-                           "sulk", "is no sensor of this device", "shoe: is no type", "properties.rate"}) {
+                           "unknown type nothing", "ajar", "room-1.wave", "humidity-1.high: is below low", "battery-1.high",
+                           "sulk", "is not a sensor of this device", "shoe: is not a type", "properties.rate"}) {
     EXPECT_THAT(errors.text(), HasSubstr(part));
   }
 }

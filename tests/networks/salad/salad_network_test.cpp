@@ -279,11 +279,11 @@ TEST_F(Salad, ADatagramThatFillsTheBufferLosesItsLastItem) {
 TEST_F(Salad, TheLineIsUpWhileSaladAnswersAndNoLonger) {
   start();
   say("garbage");
-  EXPECT_TRUE(line_is(LineState::kConnecting, "no update of SALAD yet")) << "it was asked and has not answered";
+  EXPECT_TRUE(line_is(LineState::kConnecting, "no update from SALAD yet")) << "it was asked and has not answered";
   say("#SALADST#7;1#END#");
   EXPECT_TRUE(line_is(LineState::kUp, ""));
   host.time.run_for(11s);
-  EXPECT_TRUE(line_is(LineState::kConnecting, "no update of SALAD any more: it was asked again"));
+  EXPECT_TRUE(line_is(LineState::kConnecting, "SALAD stopped sending updates; they were requested again"));
 }
 
 TEST_F(Salad, ASaladThatEndsTakesTheLineDown) {
@@ -294,7 +294,7 @@ TEST_F(Salad, ASaladThatEndsTakesTheLineDown) {
   EXPECT_EQ(state().line, LineState::kDown);
   listen();
   host.time.run_for(21s);
-  EXPECT_TRUE(line_is(LineState::kConnecting, "no update of SALAD yet")) << "it takes what we send again";
+  EXPECT_TRUE(line_is(LineState::kConnecting, "no update from SALAD yet")) << "it takes what we send again";
 }
 
 TEST_F(Salad, AfterSilenceUpdatesAreAskedForAgain) {
@@ -310,7 +310,7 @@ TEST_F(Salad, AfterSilenceUpdatesAreAskedForAgain) {
   EXPECT_THAT(asked, SizeIs(2)) << "not while SALAD speaks";
   host.time.run_for(11s);
   EXPECT_THAT(asked, SizeIs(3));
-  EXPECT_THAT(state().reason, HasSubstr("no update of SALAD any more"));
+  EXPECT_THAT(state().reason, HasSubstr("SALAD stopped sending updates"));
   for (int i = 0; i < 10; ++i) say("garbage");
   host.time.run_for(10s);
   EXPECT_THAT(asked, SizeIs(4)) << "garbage is no update";
@@ -359,7 +359,7 @@ TEST_F(Salad, NobodyAtTheOtherEndIsSeenAndHarmless) {
   host.time.run_for(5s);
   EXPECT_THAT(host.failures, IsEmpty());
   EXPECT_EQ(state().line, LineState::kDown);
-  EXPECT_THAT(state().reason, HasSubstr("SALAD is not there: UDP 192.168.1.141:9000"));
+  EXPECT_THAT(state().reason, HasSubstr("SALAD cannot be reached: UDP 192.168.1.141:9000"));
   EXPECT_EQ(counters()["undelivered-datagrams"], 1u);
   listen();
   host.time.run_for(10s);

@@ -197,8 +197,8 @@ constexpr Wrong kWrong[] = {
     {"device_=FRIDGE,sensor.switch", "expected a device id from 1 to 65535"},
     {"device_x=FRIDGE,sensor.switch", "expected a device id from 1 to 65535"},
     {"device_99999999999999999999=FRIDGE,sensor.switch", "expected a device id from 1 to 65535"},
-    {"device_1=FRIDGE,sensor.switch", "device 1 is there already, at site/salad.properties:2:1"},
-    {"device_01=FRIDGE,sensor.switch", "device 1 is there already"},
+    {"device_1=FRIDGE,sensor.switch", "device 1 is already defined at site/salad.properties:2:1"},
+    {"device_01=FRIDGE,sensor.switch", "device 1 is already defined"},
     {"device_7=FRI.DGE,sensor.switch", "its name is 'FRI.DGE'"},
     {"device_7=FRI DGE,sensor.switch", "its name is 'FRI DGE'"},
     {"device_7=K\xdcHLSCHRANK,sensor.switch", "its name is"},
@@ -238,7 +238,7 @@ TEST_F(SaladFile, WhatIsWrongInTheConfigurationIsSaidThere) {
 TEST_F(SaladFile, ADeviceInBothIsThereTwice) {
   static_cast<void>(read("device_7=FRIDGE,sensor.switch",
                          R"({"properties": "salad.properties", "table": {"7": "FRIDGE,sensor.switch"}})"));
-  EXPECT_THAT(errors.text(), HasSubstr("table.7: device 7 is there already, at site/salad.properties:1:1"));
+  EXPECT_THAT(errors.text(), HasSubstr("table.7: device 7 is already defined at site/salad.properties:1:1"));
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "state/state_json.h"
+#include "state/state_export.h"
 
 #include <fmt/format.h>
 
@@ -15,23 +15,21 @@ namespace {
 
 using model::FieldReader;
 using nlohmann::json;
-using state::KnownDevice;
-using state::StoredValue;
 
 constexpr std::uint64_t kFormVersion = 1;
 constexpr int kMaxDepth = 16;
 
-/// Text that is not UTF-8 stands as {"hex": digits} wherever it is.
-void armour(json& item) {
+/// Replaces each text that is not UTF-8 by {"hex": digits}.
+void encode_bytes(json& item) {
   if (item.is_string() && !base::is_utf8(item.get_ref<const std::string&>())) {
     item = json{{"hex", base::to_hex(base::as_bytes(item.get_ref<const std::string&>()))}};
   } else if (item.is_structured()) {
-    for (auto& part : item) armour(part);
+    for (auto& part : item) encode_bytes(part);
   }
 }
 
-/// False: hexadecimal digits were expected, or it is nested too deep.
-bool disarm(json& item, int depth = 0) {
+/// The reverse. False: the digits are not hexadecimal, or the item is nested too deep.
+bool decode_bytes(json& item, int depth = 0) {
   if (depth > kMaxDepth) return false;
   if (item.is_object() && item.size() == 1 && item.contains("hex")) {
     const auto& digits = item["hex"];
@@ -43,25 +41,25 @@ bool disarm(json& item, int depth = 0) {
   }
   if (!item.is_structured()) return true;
   for (auto& part : item) {
-    if (!disarm(part, depth + 1)) return false;
+    if (!decode_bytes(part, depth + 1)) return false;
   }
   return true;
 }
 
-std::int64_t us(WallTime time) {
+std::int64_t microseconds(WallTime time) {
   return time.time_since_epoch().count();
 }
 
-WallTime time_in(FieldReader& in, const char* key) {
+WallTime time_from_json(FieldReader& in, const char* key) {
   return WallTime(std::chrono::microseconds(in.signed_number(key)));
 }
 
-json point_out(const model::PointId& point) {
+json point_to_json(const model::PointId& point) {
   return {
       {"kind", to_string(point.kind)}, {"type", static_cast<std::uint16_t>(point.type)}, {"instance", point.instance}};
 }
 
-model::PointId point_in(FieldReader& in) {
+model::PointId point_from_json(FieldReader& in) {
   model::PointId point;
   const auto kind = in.text("kind");
   for (const auto candidate : {Kind::kSensor, Kind::kActuator, Kind::kProperty}) {
@@ -74,78 +72,78 @@ model::PointId point_in(FieldReader& in) {
   return model::current_point(std::move(point));
 }
 
-json value_out(const StoredValue& value) {
-  auto out = point_out(value.point);
+json value_to_json(const StoredValue& value) {
+  auto out = point_to_json(value.point);
   out["value"] = model::value_to_json(value.value);
-  out["heard-us"] = us(value.heard);
-  out["changed-us"] = us(value.changed);
-  out["user-us"] = us(value.user_time);
+  out["heard-us"] = microseconds(value.heard);
+  out["changed-us"] = microseconds(value.changed);
+  out["user-us"] = microseconds(value.user_time);
   out["set-by-user"] = value.set_by_user;
   return out;
 }
 
-StoredValue value_in(FieldReader& in) {
+StoredValue value_from_json(FieldReader& in) {
   StoredValue value;
-  value.point = point_in(in);
+  value.point = point_from_json(in);
   value.value = in.value("value");
-  value.heard = time_in(in, "heard-us");
-  value.changed = time_in(in, "changed-us");
-  value.user_time = time_in(in, "user-us");
+  value.heard = time_from_json(in, "heard-us");
+  value.changed = time_from_json(in, "changed-us");
+  value.user_time = time_from_json(in, "user-us");
   value.set_by_user = in.boolean("set-by-user");
   return value;
 }
 
-/// A join is written as messages write it.
-json join_out(const model::Join& join) {
+/// The form that a join has in messages.
+json join_to_json(const model::Join& join) {
   Message message;
   message.body = join;
   return json::from_cbor(model::to_cbor(message))["body"];
 }
 
-Result<model::Join> join_in(const json& join) {
+Result<model::Join> join_from_json(const json& join) {
   const json form{{"v", 1}, {"kind", "join"}, {"body", join}};
   auto message = model::from_cbor(json::to_cbor(form));
   if (!message) return fail(message.error());
   return std::move(std::get<model::Join>(message->body));
 }
 
-state::Decision decision_in(FieldReader& in) {
+Decision decision_from_json(FieldReader& in) {
   const auto word = in.text("decision");
-  for (const auto decision : {state::Decision::kNone, state::Decision::kApproved, state::Decision::kIgnored}) {
+  for (const auto decision : {Decision::kNone, Decision::kApproved, Decision::kIgnored}) {
     if (to_string(decision) == word) return decision;
   }
   in.wrong("decision", "none, approved or ignored");
-  return state::Decision::kNone;
+  return Decision::kNone;
 }
 
-Result<KnownDevice> device_in(const json& line) {
+Result<KnownDevice> device_from_json(const json& line) {
   Error error{ErrorCode::kInvalid, {}};
   FieldReader in(line, "", error);
   KnownDevice device;
   for (const auto* key : {"network", "address", "join"}) {
-    if (!in.has(key)) in.wrong(key, "to be there");
+    if (!in.has(key)) in.wrong(key, "a value");
   }
   device.network = in.text("network", 255);
   device.address = in.text("address", 255);
   device.id = in.text("id", 255);
-  device.given_name = in.text("given-name", state::kMaxGiven);
-  device.area = in.text("area", state::kMaxGiven);
-  device.decision = decision_in(in);
-  device.first_seen = time_in(in, "first-seen-us");
-  device.last_heard = time_in(in, "last-heard-us");
+  device.given_name = in.text("given-name", kMaxGiven);
+  device.area = in.text("area", kMaxGiven);
+  device.decision = decision_from_json(in);
+  device.first_seen = time_from_json(in, "first-seen-us");
+  device.last_heard = time_from_json(in, "last-heard-us");
   in.each("point-ids", [&device](FieldReader& item) {
-    auto point = point_in(item);
+    auto point = point_from_json(item);
     device.point_ids.emplace_back(std::move(point), model::current_id(item.text("id", 255)));
   });
-  in.each("values", [&device](FieldReader& item) { device.values.push_back(value_in(item)); });
+  in.each("values", [&device](FieldReader& item) { device.values.push_back(value_from_json(item)); });
   if (!in.ok()) return fail(std::move(error));
-  auto join = join_in(line["join"]);
+  auto join = join_from_json(line["join"]);
   if (!join) return fail(join.error());
   device.join = std::move(*join);
   return device;
 }
 
-/// Errors of the message reader call everything a message, and begin the path of a list with a dot.
+/// Removes what the message reader puts before its errors: `message: `, and a dot before the path of a list.
 std::string_view without_prefix(std::string_view text) {
   for (const std::string_view prefix : {"message: ", "."}) {
     if (text.starts_with(prefix)) text.remove_prefix(prefix.size());
@@ -153,8 +151,8 @@ std::string_view without_prefix(std::string_view text) {
   return text;
 }
 
-/// JSON without building it, so that a hostile line cannot nest without bound.
-bool shallow(std::string_view text) {
+/// Checks the depth of JSON before it is parsed, so that a hostile line cannot nest without bound.
+bool is_shallow(std::string_view text) {
   int depth = 0;
   bool quoted = false;
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -184,19 +182,19 @@ std::string export_line(const KnownDevice& device) {
             {"address", device.address},
             {"id", device.id},
             {"decision", to_string(device.decision)},
-            {"first-seen-us", us(device.first_seen)},
-            {"last-heard-us", us(device.last_heard)},
-            {"join", join_out(device.join)},
+            {"first-seen-us", microseconds(device.first_seen)},
+            {"last-heard-us", microseconds(device.last_heard)},
+            {"join", join_to_json(device.join)},
             {"point-ids", json::array()},
             {"values", json::array()}};
   if (!device.given_name.empty()) line["given-name"] = device.given_name;
   if (!device.area.empty()) line["area"] = device.area;
   for (const auto& [point, id] : device.point_ids) {
-    auto& item = line["point-ids"].emplace_back(point_out(point));
+    auto& item = line["point-ids"].emplace_back(point_to_json(point));
     item["id"] = id;
   }
-  for (const auto& value : device.values) line["values"].push_back(value_out(value));
-  armour(line);
+  for (const auto& value : device.values) line["values"].push_back(value_to_json(value));
+  encode_bytes(line);
   return line.dump();
 }
 
@@ -218,7 +216,7 @@ Result<void> ExportReader::head(std::string_view text) {
   const IslandId island{static_cast<std::uint32_t>(in.number("island", UINT32_MAX))};
   if (!in.ok() || !model::is_island(island)) return fail(wrong(kExpected));
   if (version != kFormVersion) {
-    return fail(wrong(fmt::format("version {} of the form, expected {}", version, kFormVersion)));
+    return fail(wrong(fmt::format("an export of version {}, expected {}", version, kFormVersion)));
   }
   island_ = island;
   return {};
@@ -227,31 +225,32 @@ Result<void> ExportReader::head(std::string_view text) {
 Result<std::optional<KnownDevice>> ExportReader::line(std::string_view text) {
   ++lines_;
   if (text.size() > kMaxExportLine) {
-    return fail(wrong(fmt::format("{} bytes, at most {} are read", text.size(), kMaxExportLine)));
+    return fail(wrong(fmt::format("has {} bytes, expected at most {}", text.size(), kMaxExportLine)));
   }
-  if (!shallow(text)) return fail(wrong(fmt::format("nested deeper than {} levels", kMaxDepth)));
+  if (!is_shallow(text)) return fail(wrong(fmt::format("nested deeper, expected at most {} levels", kMaxDepth)));
   if (!island_) {
     if (auto done = head(text); !done) return fail(done.error());
     return std::optional<KnownDevice>();
   }
-  if (ended_) return fail(wrong("something after the end of the export"));
+  if (ended_) return fail(wrong("follows the last line of the export"));
   auto line = json::parse(text, nullptr, false);
   if (!line.is_object()) return fail(wrong("expected a JSON object"));
   if (line.contains("end")) {
     ended_ = true;
     if (line.value("devices", json()) == json(devices_)) return std::optional<KnownDevice>();
-    return fail(wrong(fmt::format("the export had another number of devices than the {} before this line", devices_)));
+    return fail(
+        wrong(fmt::format("the export was written with another number of devices than the {} above", devices_)));
   }
   ++devices_;
-  if (!disarm(line)) return fail(wrong(R"(expected hexadecimal digits in {"hex": ...})"));
-  auto device = device_in(line);
+  if (!decode_bytes(line)) return fail(wrong(R"(expected hexadecimal digits in {"hex": ...})"));
+  auto device = device_from_json(line);
   if (!device) return fail(wrong(without_prefix(device.error().text)));
   return std::optional(std::move(*device));
 }
 
 Result<void> ExportReader::end() const {
   if (ended_) return {};
-  return fail(ErrorCode::kInvalid, fmt::format("after line {}: the export is cut off, expected more lines", lines_));
+  return fail(ErrorCode::kInvalid, fmt::format("after line {}: the export is incomplete, expected more lines", lines_));
 }
 
 }  // namespace rubicon::state

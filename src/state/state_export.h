@@ -10,21 +10,20 @@
 
 namespace rubicon::state {
 
-/// The lines of an export of a state file (docs/state.md, "The form of an export"), without their line ends.
+// An export of a state file as lines of JSON (docs/state.md, "The form of an export"), without line ends.
 std::string export_head(IslandId island);
-std::string export_line(const state::KnownDevice& device);
+std::string export_line(const KnownDevice& device);
 std::string export_end(std::uint64_t devices);
 
-/// Longest line of an export that is read, in bytes.
+/// Longest line that is accepted, in bytes.
 inline constexpr std::size_t kMaxExportLine = 8 << 20;
 
-/// Takes the lines of an export one by one; errors name the line and what was expected there.
+/// Reads the lines of an export one by one; errors name the line and what was expected.
 class ExportReader {
  public:
-  /// The device of the line; none for the first and the last line of an export. After an error the next line may still
-  /// be right.
-  Result<std::optional<state::KnownDevice>> line(std::string_view text);
-  /// kInvalid: the export was cut off.
+  /// The device of the line; nullopt for the first and the last line. After an error the next line may be correct.
+  Result<std::optional<KnownDevice>> line(std::string_view text);
+  /// kInvalid: the export is incomplete.
   Result<void> end() const;
 
   /// Known after the first line.
