@@ -22,7 +22,7 @@ struct RecordingOptions {
 /// Takes text piece by piece; an error ends the work.
 using WriteText = std::function<Result<void>(std::string_view text)>;
 
-/// What a recording holds and what is damaged in it, for people. kInvalid if it is no recording.
+/// Describes the content of a recording and its damage. kInvalid if the file is not a recording.
 Result<void> describe_recording(transport::Transports& transports, const std::string& file, const WriteText& write);
 
 /// One line a record (docs/recording.md); marks are left out. Damage is told through `damaged`.

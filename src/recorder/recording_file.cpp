@@ -110,7 +110,7 @@ Result<RecordingFile::Opened> RecordingFile::resume(WallTime first) {
     if (begun) begun->cut = cut;
     return begun;
   }
-  // Whatever time the head has, the file is rotated neither at once nor never.
+  // A head with a wrong time, even a hostile one, neither causes a rotation at once nor prevents it.
   created_ = std::clamp(tail->head.created, std::min(WallTime{}, first), first);
   return Opened{false, cut};
 }

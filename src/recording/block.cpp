@@ -10,7 +10,7 @@ namespace rubicon::recording {
 
 namespace {
 
-constexpr std::size_t kHeadSum = 40;  ///< where the head's own check stands
+constexpr std::size_t kHeadSum = 40;  ///< offset of the head's own check sum
 
 WallTime time_at(const std::uint8_t* from) {
   return WallTime(std::chrono::microseconds(get_le<std::int64_t>(from)));

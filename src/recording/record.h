@@ -31,7 +31,7 @@ inline constexpr std::string_view kMarkComplete = "complete";
 /// All times are within this of 1970 (about 127,000 years), so that the difference of two fits 64 bits.
 inline constexpr std::chrono::microseconds kFurthest{4'000'000'000'000'000'000};
 
-/// One record. Who provides it says how long the views are valid.
+/// One record. The reader or writer that provides it defines how long the views are valid.
 struct Record {
   RecordKind kind = RecordKind::kSet;
   WallTime seen{};  ///< when the recorder saw it

@@ -220,7 +220,7 @@ Result<std::string> Database::word(const char* sql, const char* doing) {
 }
 
 Result<void> Database::sync() {
-  // Commits stand in the write-ahead log, which synchronous=NORMAL does not sync (https://www.sqlite.org/wal.html,
+  // Commits are in the write-ahead log, which synchronous=NORMAL does not sync (https://www.sqlite.org/wal.html,
   // "Performance Considerations"); its own file object does it without the cost of a checkpoint.
   sqlite3_file* log = nullptr;
   if (sqlite3_file_control(handle(), "main", SQLITE_FCNTL_JOURNAL_POINTER, &log) != SQLITE_OK) {

@@ -149,7 +149,7 @@ TEST_F(Daemon, CheckFindsWhatThisHostLacksUnlessItIsMeantForAnother) {
        {file + ":2:10: tuples.interfaces: DDS: there is no interface 'nosuch0' on this host",
         file + ":3:9: state.file: there is no folder " + (directory_ / "gone").string(),
         file + ":5:22: networks.log-a.file: " + (directory_ / "nowhere.rec").string() + ": cannot open: No such file",
-        file + ":6:35: networks.log-b.files: no file fits " + (directory_ / "none-*.csv").string(),
+        file + ":6:35: networks.log-b.files: no file matches " + (directory_ / "none-*.csv").string(),
         file + ":8:19: recorders.all.file: there is no folder " + (directory_ / "lost").string(),
         std::string("as seen on this host; `check --elsewhere`")}) {
     EXPECT_THAT(here.errors, HasSubstr(line));
