@@ -18,7 +18,7 @@ gateway::MessageCall opaque_call(MessageCall call) {
 
 PostOffice::PostOffice(Scheduler& scheduler, TupleSpace& space, base::LogSink& log)
     : scheduler_(scheduler), gateway_(scheduler, space, log), self_(space.self()) {
-  gateway_.on_taken([this](std::uint64_t number) { taken(number); });
+  gateway_.on_accepted([this](std::uint64_t number) { taken(number); });
   answers_ = gateway_.subscribe(MessageKind::kAcknowledge, [this](const Message& message) {
     const auto& answer = std::get<model::Acknowledge>(message.body);
     if (answer.outcome == model::Outcome::kSent) return;

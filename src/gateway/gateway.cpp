@@ -38,7 +38,7 @@ Outcome outcome_of(ErrorCode code) {
   }
 }
 
-/// Requests and application messages nobody hears must be answered; reports may go unheard.
+/// Requests and application messages without a listener are answered; reports need none.
 bool requires_listener(MessageKind kind) {
   return kind == MessageKind::kOpaque || kind == MessageKind::kActuate || kind == MessageKind::kSample ||
          kind == MessageKind::kSetProperty || kind == MessageKind::kProbe;
@@ -65,17 +65,17 @@ struct Gateway::Impl {
         limits(l),
         last_number(static_cast<std::uint64_t>(s.wall_now().time_since_epoch().count()) << 10),
         next_turn(s, [this] { turn(); }),
-        door(
-            space, limits, [this](Message message, std::size_t size) { return arrived(std::move(message), size); },
+        gateway_tuple(
+            space, limits, [this](Message message, std::size_t size) { return on_arrival(std::move(message), size); },
             [this](const Envelope& envelope, Outcome outcome, std::string why) {
               undelivered(envelope, outcome, std::move(why));
             },
             [this](OwnerId from, const std::string& why) {
-              log.warning("forged", fmt::format("a message of {} was refused: {}", number(from), why));
+              log.warning("forged", fmt::format("refused a message of component {}: {}", number(from), why));
             }) {}
 
   Inbox& inbox(const std::string& network);
-  Result<void> arrived(Message message, std::size_t size);
+  Result<void> on_arrival(Message message, std::size_t size);
   std::uint64_t send(Message message);
   void stamp(Message& message);
   void turn();
@@ -83,7 +83,7 @@ struct Gateway::Impl {
   void undelivered(const Envelope& envelope, Outcome outcome, std::string why);
   void answer(const Envelope& envelope, Outcome outcome, std::string why);
   void report_drops(Inbox& box);
-  void no_room(Inbox& box, const Message& message);
+  void refuse(Inbox& box, const Message& message);
 
   void route(Message& message, Counters& count);
   void to_listeners(const Message& message, Counters& count);
@@ -99,8 +99,8 @@ struct Gateway::Impl {
   GatewayLimits limits;
   network::Supervisor* networks = nullptr;
   NetworksOf networks_of;
-  CommandCall take_command;
-  std::uint64_t last_number;  ///< from the wall clock on, so that no number comes twice, restarts included
+  CommandCall handle_command;
+  std::uint64_t last_number;  ///< starts at the wall clock, so that numbers are unique over restarts
   std::map<std::string, Inbox> inboxes;
   Inbox* last_inbox = nullptr;
   std::vector<Message> foreign, outbox;  ///< from other islands; from own components
@@ -109,7 +109,7 @@ struct Gateway::Impl {
   std::map<std::string, Listeners, std::less<>> user_listeners;
   Counters own;
   base::OncePerTurn next_turn;
-  GatewayTuple door;
+  GatewayTuple gateway_tuple;
 };
 
 Inbox& Gateway::Impl::inbox(const std::string& network) {
@@ -124,20 +124,20 @@ void Gateway::Impl::stamp(Message& message) {
   message.number = ++last_number;
 }
 
-/// One turn of the loop: everything that waits, and nothing that comes meanwhile.
+/// Routes all waiting messages, but none that arrive meanwhile.
 void Gateway::Impl::turn() {
-  auto from_abroad = std::exchange(foreign, {});
-  auto from_here = std::exchange(outbox, {});
+  auto from_islands = std::exchange(foreign, {});
+  auto from_components = std::exchange(outbox, {});
   foreign_bytes = 0;
   for (auto& [network, box] : inboxes) {
     box.drain([&, count = &box.counters](Message& message) { route(message, *count); });
     report_drops(box);
   }
-  for (Message& message : from_abroad) route(message, own);
-  for (Message& message : from_here) route(message, own);
+  for (Message& message : from_islands) route(message, own);
+  for (Message& message : from_components) route(message, own);
 }
 
-Result<void> Gateway::Impl::arrived(Message message, std::size_t size) {
+Result<void> Gateway::Impl::on_arrival(Message message, std::size_t size) {
   if (foreign.size() >= limits.queue || foreign_bytes + size > kForeignBytes) {
     ++own.refused_busy;
     return fail(ErrorCode::kBusy, "too many messages are waiting at this gateway");
@@ -168,12 +168,12 @@ void Gateway::Impl::undelivered(const Envelope& envelope, Outcome outcome, std::
   answer(envelope, outcome, std::move(why));
 }
 
-/// Answers have as much room again as what they answer.
+/// Answers may use twice the room of other messages.
 void Gateway::Impl::answer(const Envelope& envelope, Outcome outcome, std::string why) {
   if (!envelope.answerable || outbox.size() >= limits.queue * 2) return;
   Message answer;
   answer.source = envelope.destination;
-  answer.source.island = self;  // an answer to a message for another island is said here
+  answer.source.island = self;  // also if the message was for another island
   answer.destination = envelope.source;
   answer.body = model::Acknowledge{envelope.number, outcome, std::move(why)};
   stamp(answer);
@@ -189,7 +189,7 @@ void Gateway::Impl::report_drops(Inbox& box) {
   if (log.warning(box.network() + " drops", text)) box.reported_drops = dropped;
 }
 
-void Gateway::Impl::no_room(Inbox& box, const Message& message) {
+void Gateway::Impl::refuse(Inbox& box, const Message& message) {
   ++box.counters.refused_busy;
   auto why = fmt::format("too many messages of network {} are waiting", box.network());
   log.warning(box.network(), why);
@@ -197,9 +197,9 @@ void Gateway::Impl::no_room(Inbox& box, const Message& message) {
 }
 
 void Gateway::Impl::route(Message& message, Counters& count) {
-  if (message.destination.island != self) return door.send(message);
+  if (message.destination.island != self) return gateway_tuple.send(message);
   if (names_only_a_device(message)) return to_device(message, count);
-  // An answer for a device is for those who know it: networks take none.
+  // Networks accept no Acknowledge: an answer to a device goes to the listeners.
   if (message.destination.network.empty() || message.kind() == MessageKind::kAcknowledge)
     return to_listeners(message, count);
   to_network(message, count);
@@ -225,13 +225,13 @@ void Gateway::Impl::to_device(Message& message, Counters& count) {
 }
 
 void Gateway::Impl::to_listeners(const Message& message, Counters& count) {
-  std::size_t heard = listeners[message.body.index()].tell(message);
+  std::size_t calls = listeners[message.body.index()].call(message);
   const auto* opaque = std::get_if<model::Opaque>(&message.body);
   if (opaque) {
     const auto user = user_listeners.find(opaque->type);
-    if (user != user_listeners.end()) heard += user->second.tell(message);
+    if (user != user_listeners.end()) calls += user->second.call(message);
   }
-  if (heard > 0 || !requires_listener(message.kind())) {
+  if (calls > 0 || !requires_listener(message.kind())) {
     ++count.delivered;
     return;
   }
@@ -239,7 +239,7 @@ void Gateway::Impl::to_listeners(const Message& message, Counters& count) {
   const auto& device = message.destination.device;
   undelivered(Envelope(message), Outcome::kUndeliverable,
               device.empty()
-                  ? fmt::format("nobody on island {} listens to {} messages", number(self), what)
+                  ? fmt::format("island {} has no listener for {} messages", number(self), what)
                   : fmt::format("no network of island {} has a device {}", number(self), model::quoted(device)));
 }
 
@@ -249,15 +249,16 @@ void Gateway::Impl::to_network(const Message& message, Counters& count) {
   ++count.delivered;
 }
 
-/// The island's own parts may send anything; others only what docs/decisions/015 allows.
+/// Components of this island may send anything; others only what docs/decisions/015 allows.
 Result<void> Gateway::Impl::to_own_network(const Message& message) {
   if (networks == nullptr) return fail(ErrorCode::kNotFound, "this island has no networks");
   const auto kind = message.kind();
   if (is_ours(message) || kind == MessageKind::kOpaque) return networks->send(message);
   const bool command = kind == MessageKind::kActuate || kind == MessageKind::kSetProperty;
-  if (command && take_command) return take_command(message);
-  return fail(ErrorCode::kRefused,
-              fmt::format("networks take no {} of others: subscribe to tuples and set them", to_string(kind)));
+  if (command && handle_command) return handle_command(message);
+  return fail(
+      ErrorCode::kRefused,
+      fmt::format("networks accept no {} of others: subscribe to tuples and set them instead", to_string(kind)));
 }
 
 bool Gateway::Impl::is_ours(const Message& message) const {
@@ -282,12 +283,12 @@ void Gateway::forget(const std::string& network) {
   impl_->inboxes.erase(box);
 }
 
-void Gateway::find_devices(NetworksOf networks_of) {
+void Gateway::set_device_lookup(NetworksOf networks_of) {
   impl_->networks_of = std::move(networks_of);
 }
 
-void Gateway::take_commands(CommandCall call) {
-  impl_->take_command = std::move(call);
+void Gateway::set_command_handler(CommandCall call) {
+  impl_->handle_command = std::move(call);
 }
 
 void Gateway::connect(network::Supervisor& networks) {
@@ -307,21 +308,21 @@ std::uint64_t Gateway::send(Message message) {
   return impl_->send(std::move(message));
 }
 
-void Gateway::on_taken(std::function<void(std::uint64_t number)> call) {
-  impl_->door.on_taken(std::move(call));
+void Gateway::on_accepted(std::function<void(std::uint64_t number)> call) {
+  impl_->gateway_tuple.on_accepted(std::move(call));
 }
 
 void Gateway::from_network(const std::string& network, Message message) {
   RUBICON_DEBUG_ASSERT(impl_->scheduler.on_loop_thread());
   impl_->stamp(message);
   Inbox& box = impl_->inbox(network);
-  if (!box.add(message)) impl_->no_room(box, message);
+  if (!box.add(message)) impl_->refuse(box, message);
   impl_->next_turn.request();
 }
 
 Gateway::Counters Gateway::counters() const {
   Counters sum = impl_->own;
-  add(sum, impl_->door.counters);
+  add(sum, impl_->gateway_tuple.counters);
   for (const auto& [network, box] : impl_->inboxes) add(sum, box.counters);
   return sum;
 }

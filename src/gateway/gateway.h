@@ -17,7 +17,7 @@ namespace rubicon::gateway {
 
 struct GatewayLimits {
   std::size_t queue = 10000;    ///< readings waiting per network (limits.queue)
-  std::size_t devices = 20000;  ///< joins waiting per network: one a device (limits.devices)
+  std::size_t devices = 20000;  ///< joins waiting per network, one per device (limits.devices)
 
   friend bool operator==(const GatewayLimits&, const GatewayLimits&) = default;
 };
@@ -26,7 +26,7 @@ using MessageCall = std::function<void(const Message&)>;
 using tuples::Handle;
 
 /// Routes messages: own networks <-> local listeners <-> other islands through their GATEWAY tuple (D1.4,
-/// Implementation). Delivers in a later turn, once and in order per source; every message that cannot be delivered is
+/// Implementation). Delivers in a later turn, once and in order per source. A message that cannot be delivered is
 /// answered with an Acknowledge{kUndeliverable | kBusy | ..., reason} to its source, unless it is an Acknowledge
 /// itself.
 class Gateway final : public network::MessageSink {
@@ -34,37 +34,37 @@ class Gateway final : public network::MessageSink {
   Gateway(Scheduler& scheduler, TupleSpace& space, base::LogSink& log, GatewayLimits limits = {});
   ~Gateway() override;
 
-  /// Where messages for own networks go (the supervisor); set once, before anything is sent.
+  /// Messages for own networks go there. Call once, before anything is sent.
   void connect(network::Supervisor& networks);
 
-  /// All messages of this kind that reach this island, from own networks or other islands.
+  /// Subscribes to all messages of this kind that reach this island, from own networks or other islands.
   [[nodiscard]] Handle subscribe(MessageKind kind, MessageCall call);
-  /// All Opaque messages with this type tag.
+  /// Subscribes to all Opaque messages with this type tag.
   [[nodiscard]] Handle subscribe_user(std::string_view type, MessageCall call);
 
-  /// To an own network, a local listener (empty network) or another island. Origin and number are set here when origin
-  /// is kNoOwner. Delivery happens in a later turn. Returns what an Acknowledge to it names.
+  /// Sends to an own network, a local listener (empty network) or another island, in a later turn. Sets origin and
+  /// number where origin is kNoOwner. Returns the number that an Acknowledge to the message names.
   std::uint64_t send(Message message);
-  /// Told of each message to another island that it took, by the number that send() returned.
-  void on_taken(std::function<void(std::uint64_t number)> call);
+  /// `call` gets the number that send() returned, for each message that another island accepted.
+  void on_accepted(std::function<void(std::uint64_t number)> call);
 
-  /// Who knows which own networks have a device: messages to a device without a network go to the one that has it, and
-  /// are refused where several have.
+  /// Returns the own networks that have a device. A message to a device without a network goes to the network that has
+  /// it, and is refused if several have.
   using NetworksOf = std::function<std::vector<std::string>(const std::string& device)>;
-  void find_devices(NetworksOf networks_of);
+  void set_device_lookup(NetworksOf networks_of);
 
-  /// Who judges Actuate and SetProperty of others (devices, other islands, components) for devices of own networks, and
-  /// answers them; an error is answered here. They never reach a network by themselves (docs/decisions/015).
+  /// Accepts and answers, or refuses by an error, an Actuate or SetProperty of others (devices, other islands,
+  /// components) for a device of an own network. They never reach a network directly (docs/decisions/015).
   using CommandCall = std::function<Result<void>(const Message&)>;
-  void take_commands(CommandCall call);
+  void set_command_handler(CommandCall call);
 
-  /// Who undeliverable messages of an own component are reported to is Message.source; answers to this island with an
-  /// empty network go to the kAcknowledge listeners.
+  /// A message of an own network. If it cannot be delivered, its Message::source is answered; answers to this island
+  /// with an empty network go to the kAcknowledge listeners.
   void from_network(const std::string& network, Message message) override;
 
-  /// Other bounds from now on; what waits already stays.
+  /// Sets other bounds; messages that wait already stay.
   void limit(GatewayLimits limits);
-  /// Drops what waits of a network that was removed or is made anew.
+  /// Drops the waiting messages of a network that is removed or recreated.
   void forget(const std::string& network);
 
   struct Counters {

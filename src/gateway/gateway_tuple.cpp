@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::string_view kKey = "GATEWAY";
 
-/// Who posts a message that entered no island yet is its origin and its source; only islands hand on what others said.
+/// A message that has passed no island yet must name its sender as origin and source; only islands forward messages.
 Result<void> check_sender(const Message& message, OwnerId from) {
   const auto forged = [from](std::string_view what, const std::string& claimed) {
     return fail(ErrorCode::kRefused, fmt::format("{} {}, but component {} posted it", what, claimed, number(from)));
@@ -52,7 +52,7 @@ GatewayTuple::GatewayTuple(TupleSpace& space, const GatewayLimits& limits, Arriv
       forged_(std::move(forged)) {
   RUBICON_ASSERT(space_.declare(kKey));
   policy_ = space_.add_policy({space_.self(), std::string(kKey)},
-                              [this](const tuples::RemoteSet& request) { return take(request); });
+                              [this](const tuples::RemoteSet& request) { return receive(request); });
 }
 
 GatewayTuple::~GatewayTuple() {
@@ -77,7 +77,7 @@ void GatewayTuple::answered(const Envelope& envelope, const tuples::Reply& reply
   --under_way_;
   if (reply.verdict == tuples::Verdict::kApplied) {
     ++counters.delivered;
-    if (taken_) taken_(envelope.number);
+    if (accepted_) accepted_(envelope.number);
     return;
   }
   const bool busy = reply.verdict == tuples::Verdict::kRefused && reply.code == ErrorCode::kBusy;
@@ -97,14 +97,14 @@ tuples::SetDecision GatewayTuple::forged(OwnerId from, Error why) {
   return tuples::SetDecision::refused(std::move(why));
 }
 
-tuples::SetDecision GatewayTuple::take(const tuples::RemoteSet& request) {
+tuples::SetDecision GatewayTuple::receive(const tuples::RemoteSet& request) {
   if (!model::is_message_media_type(request.media_type))
-    return malformed({ErrorCode::kUnsupported, fmt::format("GATEWAY takes {}, got {}", model::kMessageMediaType,
+    return malformed({ErrorCode::kUnsupported, fmt::format("GATEWAY expects {}, got {}", model::kMessageMediaType,
                                                            model::quoted(request.media_type))});
   auto message = model::from_cbor(base::as_bytes(request.value));
   if (!message) return malformed(std::move(message.error()));
   if (auto own = check_sender(*message, request.from); !own) return forged(request.from, std::move(own.error()));
-  // A component that is no island posts without origin and number: nothing to recognise its message by.
+  // A component that is no island sends without origin and number: its duplicates cannot be recognised.
   if (message->origin == model::kNoOwner) {
     message->origin = request.from;
     message->number = 0;

@@ -7,8 +7,8 @@ namespace rubicon::gateway {
 
 namespace {
 
-/// More room than this is given back when the load that needed it is over.
-constexpr std::size_t kRoomKept = 1024;
+/// More capacity than this is freed when the load that needed it is over.
+constexpr std::size_t kCapacityKept = 1024;
 
 std::size_t weight(const model::Updates& updates) {
   return std::max<std::size_t>(1, updates.readings.size());
@@ -40,10 +40,10 @@ void Inbox::drop_oldest_updates() {
   readings_ -= weight(updates);
   oldest.message.body = model::KeepAlive{};
   oldest.dropped = true;
-  if (++dropped_ > kRoomKept + limits_.queue / 2) close_ranks();
+  if (++dropped_ > kCapacityKept + limits_.queue / 2) compact();
 }
 
-/// Nullptr when no further device has room.
+/// nullptr: there is no room for another device.
 Inbox::Marks* Inbox::marks_of(const std::string& device) {
   if (const auto found = marks_.find(device); found != marks_.end()) return &found->second;
   if (marks_.size() >= limits_.devices) return nullptr;
@@ -74,13 +74,13 @@ bool Inbox::add_keep_alive(Message& message) {
 bool Inbox::add_other(Message& message) {
   if (others_ >= limits_.queue) return false;
   ++others_;
-  // What joins after it left is a new story.
+  // A join after the leave must not replace one from before.
   if (message.kind() == MessageKind::kLeave) marks_.erase(message.source.device);
   push(message);
   return true;
 }
 
-void Inbox::close_ranks() {
+void Inbox::compact() {
   std::erase_if(waiting_, [](const Waiting& one) { return one.dropped; });
   oldest_ = dropped_ = 0;
   marks_.clear();
@@ -101,7 +101,7 @@ void Inbox::begin_drain() {
 void Inbox::end_drain() {
   const std::size_t used = leaving_.size();
   leaving_.clear();
-  if (leaving_.capacity() > std::max(kRoomKept, used * 4)) leaving_.shrink_to_fit();
+  if (leaving_.capacity() > std::max(kCapacityKept, used * 4)) leaving_.shrink_to_fit();
 }
 
 }  // namespace rubicon::gateway

@@ -24,7 +24,7 @@ void Listeners::Content::tidy() {
   if (std::exchange(untidy, false)) std::erase_if(listeners, [](const auto& one) { return one->ended; });
 }
 
-std::size_t Listeners::tell(const Message& message) {
+std::size_t Listeners::call(const Message& message) {
   Content& content = *content_;
   std::size_t heard = 0;
   ++content.depth;

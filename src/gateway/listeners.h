@@ -7,12 +7,12 @@
 
 namespace rubicon::gateway {
 
-/// Those who want one kind of message. They may come and go, themselves included, while they are being called.
+/// The subscribers to one kind of message. They may subscribe and unsubscribe, themselves included, during a call.
 class Listeners {
  public:
   [[nodiscard]] Handle add(MessageCall call);
-  /// How many heard it.
-  std::size_t tell(const Message& message);
+  /// Returns how many listeners were called.
+  std::size_t call(const Message& message);
   bool empty() const { return content_->listeners.empty(); }
 
  private:

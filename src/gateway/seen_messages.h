@@ -9,8 +9,8 @@
 
 namespace rubicon::gateway {
 
-/// Remembers which messages were taken in, so that each counts once on whatever ways it arrives. Bounded: the last 4096
-/// numbers of the 1024 origins heard last.
+/// Remembers which messages were accepted, so that duplicates that arrive on several ways are ignored. Bounded: the
+/// last 4096 numbers of the 1024 latest origins.
 class SeenMessages {
  public:
   static constexpr std::size_t kNumbers = 4096;
@@ -29,7 +29,7 @@ class SeenMessages {
   Window& window(IslandId origin);
 
   std::unordered_map<IslandId, Window> windows_;
-  std::list<IslandId> by_age_;  ///< heard last first
+  std::list<IslandId> by_age_;  ///< latest first
 };
 
 }  // namespace rubicon::gateway

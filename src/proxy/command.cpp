@@ -13,7 +13,7 @@ namespace rubicon::proxy {
 
 namespace {
 
-constexpr std::size_t kLongestCommand = 4096;
+constexpr std::size_t kMaxCommand = 4096;
 
 std::optional<double> as_number(const Value& value) {
   if (const auto* whole = std::get_if<std::int64_t>(&value)) return static_cast<double>(*whole);
@@ -21,14 +21,14 @@ std::optional<double> as_number(const Value& value) {
   return std::nullopt;
 }
 
-/// For a type the catalogue does not know: a number if it reads as one, else the text itself.
+/// The value of a point without a type of the catalogue: a number if the text is one, else the text.
 Value untyped(std::string_view text) {
   if (const auto whole = base::parse_number<std::int64_t>(text)) return *whole;
   if (const auto real = base::parse_number<double>(text); real && std::isfinite(*real)) return *real;
   return std::string(text);
 }
 
-/// The type with the bounds and the unit of the point itself: what its commands are held to.
+/// The type with the bounds and the unit of the point, by which its commands are checked.
 model::Type bounded(const Point& point) {
   const auto& own = *point.details->capability;
   model::Type type;
@@ -41,14 +41,14 @@ model::Type bounded(const Point& point) {
   return type;
 }
 
-/// Of a number.
+/// Checks numbers; other values have no range.
 Result<Value> in_range(const model::Type& type, Value value) {
   if (!as_number(value)) return value;
   if (auto fits = TypeCatalogue::check(type, value); !fits) return fail(fits.error());
   return value;
 }
 
-/// Peers may name words for points of any type.
+/// A peer may declare words for a point of any type; they count only where the type has none.
 bool has_own_words(const Point& point) {
   const bool takes = point.type->words.empty() &&
                      (point.type->data == model::DataType::kEnumeration || point.type->data == model::DataType::kJson);
@@ -83,9 +83,9 @@ std::string command_text(const Command& command) {
 }
 
 Result<Value> parse_command(const Point& point, std::string_view text) {
-  if (text.size() > kLongestCommand) {
+  if (text.size() > kMaxCommand) {
     return fail(ErrorCode::kOutOfRange, fmt::format("{}: a command may have {} bytes, this one has {}",
-                                                    point.details->id, kLongestCommand, text.size()));
+                                                    point.details->id, kMaxCommand, text.size()));
   }
   const auto type = bounded(point);
   if (!point.type) return in_range(type, untyped(text));

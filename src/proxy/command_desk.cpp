@@ -29,7 +29,7 @@ std::string why_it_waits(const Device& device) {
   return fmt::format("the line is {}{}{}", to_string(network.line), network.reason.empty() ? "" : ": ", network.reason);
 }
 
-/// What the asker of a command that ended is answered, if not what the network said.
+/// The answer to the sender of a command that ended.
 model::Outcome outcome_of(const Command& command, CommandState state) {
   switch (state) {
     case CommandState::kConfirmed:
@@ -45,7 +45,7 @@ const PointId* point_of(const Message& message) {
   return set ? &set->point : nullptr;
 }
 
-/// What is asked for, without key, text and time.
+/// The commanded value.
 const Value& value_of(const Message& message) {
   const auto* actuate = std::get_if<model::Actuate>(&message.body);
   return actuate ? actuate->value : std::get<model::SetProperty>(message.body).value;
@@ -61,35 +61,37 @@ CommandDesk::CommandDesk(ProxyContext& context, DeviceDirectory& directory, Tupl
       memory_(memory),
       rate_changed_(std::move(rate_changed)),
       log_(context),
-      next_turn_(context.scheduler, [this] { take_in(); }) {}
+      next_turn_(context.scheduler, [this] { start_accepted(); }) {}
 
 CommandDesk::~CommandDesk() {
   for (const auto& [device, queue] : queues_) {
     for (const auto& command : queue) log_.ended(*command, "dropped", "the island ends");
   }
-  for (const auto& command : inbox_) log_.ended(*command, "dropped", "the island ends");
+  for (const auto& command : accepted_) log_.ended(*command, "dropped", "the island ends");
 }
 
 tuples::SetDecision CommandDesk::decide_set(const tuples::RemoteSet& request) {
   Device* device = nullptr;
-  const auto point = target_of(request, device);
+  const auto point = resolve_target(request, device);
   if (!point) return tuples::SetDecision::refused(point.error());
   auto key = model::without_alias(request.key);
   if (key == request.key) return accept(request, *device, **point);
-  auto as_kept = request;
-  as_kept.key = std::move(key);
-  return accept_elsewhere(as_kept, *device, **point);
+  auto under_own_key = request;
+  under_own_key.key = std::move(key);
+  return accept_under_other_key(under_own_key, *device, **point);
 }
 
-/// The request came under another key than that of the command, which must not become a tuple.
-tuples::SetDecision CommandDesk::accept_elsewhere(const tuples::RemoteSet& request, Device& device, Point& point) {
+/// The key of the request is not that of the command and must not become a tuple.
+tuples::SetDecision CommandDesk::accept_under_other_key(const tuples::RemoteSet& request, Device& device,
+                                                        Point& point) {
   auto decision = accept(request, device, point);
   decision.store = false;
-  if (decision.verdict == tuples::Verdict::kApplied) std::ignore = context_.space.set(point.command, request.value);
+  if (decision.verdict == tuples::Verdict::kApplied)
+    std::ignore = context_.space.set(point.mirror.command, request.value);
   return decision;
 }
 
-Result<Point*> CommandDesk::target_of(const tuples::RemoteSet& request, Device*& device) {
+Result<Point*> CommandDesk::resolve_target(const tuples::RemoteSet& request, Device*& device) {
   const auto tuple = context_.space.find(model::without_alias(request.key));
   if (!tuple) {
     return fail(ErrorCode::kNotFound, fmt::format("{}: no such actuator or property here", model::quoted(request.key)));
@@ -106,11 +108,11 @@ Result<Point*> CommandDesk::target_of(const tuples::RemoteSet& request, Device*&
   return point;
 }
 
-Result<void> CommandDesk::take(const Message& message) {
+Result<void> CommandDesk::on_message(const Message& message) {
   const auto* id = point_of(message);
   if (!id) return fail(ErrorCode::kUnsupported, fmt::format("{} is no command", to_string(message.kind())));
   Device* device = nullptr;
-  const auto point = target_of(message, *id, device);
+  const auto point = resolve_target(message, *id, device);
   if (!point) return fail(point.error());
   tuples::RemoteSet request;
   request.from = message.origin;
@@ -123,7 +125,7 @@ Result<void> CommandDesk::take(const Message& message) {
   }
   const auto decision = accept(request, *device, **point);
   if (decision.verdict != tuples::Verdict::kApplied) return fail(decision.code, decision.text);
-  auto& command = *inbox_.back();
+  auto& command = *accepted_.back();
   if (!message.source.network.empty())
     command.commander = fmt::format("{} {} of {}", message.source.network, message.source.device, command.commander);
   command.asker = {message.source, message.destination, request.request};
@@ -131,7 +133,7 @@ Result<void> CommandDesk::take(const Message& message) {
   return {};
 }
 
-Result<Point*> CommandDesk::target_of(const Message& message, const PointId& id, Device*& device) {
+Result<Point*> CommandDesk::resolve_target(const Message& message, const PointId& id, Device*& device) {
   const auto& to = message.destination;
   const auto network = directory_.networks().find(to.network);
   if (network == directory_.networks().end()) {
@@ -147,7 +149,7 @@ Result<Point*> CommandDesk::target_of(const Message& message, const PointId& id,
                 fmt::format("{} has no {} of type {} instance {}", device->key, to_string(id.kind),
                             static_cast<unsigned>(id.type), model::quoted(id.instance)));
   }
-  if (point->command != TupleRef{}) return point;
+  if (point->mirror.command != TupleRef{}) return point;
   return fail(ErrorCode::kRefused, fmt::format("{} of {} cannot be commanded", point->details->id, device->key));
 }
 
@@ -159,7 +161,7 @@ tuples::SetDecision CommandDesk::accept(const tuples::RemoteSet& request, Device
         {ErrorCode::kOutOfRange,
          fmt::format("rate: {} is not a number of milliseconds from 1 to a day", model::quoted(request.value))});
   }
-  const bool replaces = newest_wins(point) && point.live_commands > 0;
+  const bool replaces = newest_wins(point) && point.commands.live > 0;
   if (!replaces && (waiting(device.number) >= kMaxPerDevice || live_ >= kMaxPerIsland)) {
     return tuples::SetDecision::refused(
         {ErrorCode::kBusy, fmt::format("{}: {} commands wait for {} already, {} on the island",
@@ -179,21 +181,22 @@ tuples::SetDecision CommandDesk::accept(const tuples::RemoteSet& request, Device
       std::min(request.time_to_live_given ? request.time_to_live : config.command_time_to_live, config.queue_expiry);
   command->accepted = context_.clock.now().steady;
   command->expires = command->accepted + command->time_to_live;
-  ++point.live_commands;
+  ++point.commands.live;
   ++live_;
-  inbox_.push_back(std::move(command));
+  accepted_.push_back(std::move(command));
   next_turn_.request();
   return tuples::SetDecision::applied();
 }
 
 std::size_t CommandDesk::waiting(DeviceNumber device) const {
   const auto queue = queues_.find(device);
-  const auto arrived = std::count_if(inbox_.begin(), inbox_.end(), [&](const auto& c) { return c->device == device; });
+  const auto arrived =
+      std::count_if(accepted_.begin(), accepted_.end(), [&](const auto& c) { return c->device == device; });
   return static_cast<std::size_t>(arrived) + (queue == queues_.end() ? 0 : queue->second.size());
 }
 
-void CommandDesk::take_in() {
-  for (auto& command : std::exchange(inbox_, {})) start(std::move(command));
+void CommandDesk::start_accepted() {
+  for (auto& command : std::exchange(accepted_, {})) start(std::move(command));
 }
 
 void CommandDesk::start(std::unique_ptr<Command> command) {
@@ -246,12 +249,12 @@ void CommandDesk::delayed(Device& device) {
   const auto why = why_it_waits(device);
   for (auto& command : queue->second) {
     auto* point = find_point(device, command->point);
-    if (point && command->handed_over == WallTime{} && command->reason != why)
+    if (point && command->dispatched == WallTime{} && command->reason != why)
       change(device, *point, *command, CommandState::kQueued, why);
   }
 }
 
-/// A turn may come before the timer that is due with it, all the more when the process was stopped.
+/// A turn may run before the timer that is due with it, for example after the process was stopped.
 bool CommandDesk::is_over(const Command& command) const {
   return command.expires <= context_.clock.now().steady;
 }
@@ -261,8 +264,7 @@ void CommandDesk::expire(Device& device, Point& point, Command& command, const s
          fmt::format("not sent within {}{}{}", seconds_text(command.time_to_live), why.empty() ? "" : ": ", why));
 }
 
-/// Of a command that is not over. Never longer than we wait ourselves: what is called timed-out here must not happen
-/// afterwards.
+/// For the network. Never longer than the confirmation wait: a command that timed out here must not be executed later.
 std::chrono::milliseconds CommandDesk::time_left(const Command& command) const {
   return std::chrono::ceil<std::chrono::milliseconds>(
       std::min<Duration>(command.expires - context_.clock.now().steady, context_.config.confirmation_wait));
@@ -272,7 +274,7 @@ void CommandDesk::dispatch(Device& device, Point& point, Command& command) {
   by_request_.erase(command.request);
   const auto serial = command.request = context_.next_request();
   by_request_.emplace(serial, &command);
-  command.handed_over = context_.clock.now().wall;
+  command.dispatched = context_.clock.now().wall;
   Message message;
   message.source.island = context_.space.self();
   message.destination = {context_.space.self(), device.network->id, device.address};
@@ -296,9 +298,9 @@ void CommandDesk::await(Command& command) {
 void CommandDesk::deliver(Device& device) {
   const auto queue = queues_.find(device.number);
   if (queue == queues_.end() || !can_send(*device.network)) return;
-  std::vector<Command*> waiting;  // those that are over leave the queue
+  std::vector<Command*> waiting;  // a copy: expired ones leave the queue
   for (const auto& command : queue->second) {
-    if (command->handed_over == WallTime{}) waiting.push_back(command.get());
+    if (command->dispatched == WallTime{}) waiting.push_back(command.get());
   }
   for (auto* command : waiting) {
     auto* point = find_point(device, command->point);
@@ -320,7 +322,7 @@ void CommandDesk::deadline_passed(std::uint64_t serial) {
     return drop(command);
   }
   const auto waited = seconds_text(context_.config.confirmation_wait);
-  if (command.handed_over == WallTime{}) {
+  if (command.dispatched == WallTime{}) {
     expire(*device, *point, command, why_it_waits(*device));
   } else if (command.state == CommandState::kQueued) {
     settle(*device, *point, command, CommandState::kTimedOut, "no acknowledgement within " + waited);
@@ -331,7 +333,7 @@ void CommandDesk::deadline_passed(std::uint64_t serial) {
 
 bool CommandDesk::acknowledged(const model::Acknowledge& answer) {
   const auto found = by_request_.find(answer.request);
-  if (found == by_request_.end() || found->second->handed_over == WallTime{}) return false;
+  if (found == by_request_.end() || found->second->dispatched == WallTime{}) return false;
   auto& command = *found->second;
   auto* device = directory_.find(command.device);
   auto* point = device ? find_point(*device, command.point) : nullptr;
@@ -367,11 +369,11 @@ void CommandDesk::reported(Device& device, Point& point, const model::Reading& r
   const auto queue = queues_.find(device.number);
   if (queue == queues_.end()) return;
   for (auto& command : queue->second) {
-    if (command->point != point.number || command->handed_over == WallTime{}) continue;
-    // Without a time of its own a report counts as newer once the sending is acknowledged: what overtakes the
-    // acknowledgement may have been under way before the command.
+    if (command->point != point.number || command->dispatched == WallTime{}) continue;
+    // A report without a time counts as newer once the command is acknowledged: one that arrives earlier may have been
+    // on its way before the command.
     const bool newer = reading.user_time == WallTime{} ? command->state == CommandState::kSent
-                                                       : reading.user_time >= command->handed_over;
+                                                       : reading.user_time >= command->dispatched;
     if (!newer || !confirms(reading.value, command->value)) continue;
     settle(device, point, *command, CommandState::kConfirmed, {});
     return;
@@ -382,12 +384,12 @@ void CommandDesk::change(Device& device, Point& point, Command& command, Command
   if (command.state != state || command.since == WallTime{}) command.since = context_.clock.now().wall;
   command.state = state;
   command.reason = std::move(reason);
-  point.details->command = command_text(command);
+  point.details->last_command = command_text(command);
   mirror_.publish_status(device, point);
 }
 
 void CommandDesk::settle(Device& device, Point& point, Command& command, CommandState state, std::string reason) {
-  --point.live_commands;
+  --point.commands.live;
   command.until = {};
   change(device, point, command, state, std::move(reason));
   log_.ended(command, to_string(state), command.reason);
@@ -447,14 +449,14 @@ CommandDesk::Queue CommandDesk::release(Device& device) {
   Queue released;
   const auto take_from = [&](Queue& queue) {
     for (auto& command : queue) {
-      if (command->device != device.number || command->handed_over != WallTime{}) continue;
+      if (command->device != device.number || command->dispatched != WallTime{}) continue;
       const auto* point = find_point(device, command->point);
       if (!point) continue;
       if (newest_wins(*point)) std::erase_if(released, [&](const auto& one) { return one->point == point->number; });
       command->deadline.cancel();
       by_request_.erase(command->request);
       --live_;
-      if (command->asker) {  // who asked by message is answered from here only
+      if (command->asker) {  // only this island can answer its sender
         give_up(*command, "its device moved to another island or network");
         command.reset();
         continue;
@@ -467,20 +469,20 @@ CommandDesk::Queue CommandDesk::release(Device& device) {
   const auto waiting = queues_.find(device.number);
   if (waiting != queues_.end()) take_from(waiting->second);
   if (waiting != queues_.end() && waiting->second.empty()) queues_.erase(waiting);
-  take_from(inbox_);
+  take_from(accepted_);
   return released;
 }
 
 tuples::SetDecision CommandDesk::take_over(const tuples::RemoteSet& request, Device& device, Point& point) {
-  if (point.command == TupleRef{}) {
+  if (point.mirror.command == TupleRef{}) {
     return tuples::SetDecision::refused(
         {ErrorCode::kRefused, fmt::format("{} of {} cannot be commanded here", point.details->id, device.key)});
   }
-  if (newest_wins(point) && (point.live_commands > 0 || !point.details->command.empty())) {
+  if (newest_wins(point) && (point.commands.live > 0 || !point.details->last_command.empty())) {
     return tuples::SetDecision::refused(
         {ErrorCode::kRefused, fmt::format("a newer command for {} of {} came first", point.details->id, device.key)});
   }
-  return accept_elsewhere(request, device, point);
+  return accept_under_other_key(request, device, point);
 }
 
 }  // namespace rubicon::proxy

@@ -11,64 +11,65 @@
 
 namespace rubicon::proxy {
 
-/// Decides about commands inside the reply and follows each one to its end (docs/life-of-a-command.md). What cannot be
-/// sent now waits, bounded in number and time. Commands live in memory only: none is ever executed twice.
+/// Accepts or refuses commands inside the reply and tracks each one to its final state (docs/life-of-a-command.md).
+/// Commands that cannot be sent now wait, bounded in number and time. They are kept in memory only: none is executed
+/// twice.
 class CommandDesk {
  public:
-  /// `rate_changed`: the one property the proxy executes itself was set.
+  /// `rate_changed`: `rate`, the property that the proxy executes itself, was set.
   CommandDesk(ProxyContext& context, DeviceDirectory& directory, TupleMirror& mirror, Memory& memory,
               std::function<void(Device&)> rate_changed);
   ~CommandDesk();
   CommandDesk(const CommandDesk&) = delete;
   CommandDesk& operator=(const CommandDesk&) = delete;
 
-  /// Somebody requests to set one of the proxy's tuples.
+  /// A remote set of one of the proxy's tuples.
   tuples::SetDecision decide_set(const tuples::RemoteSet& request);
-  /// An Actuate or SetProperty of a device, an island or a component, which came as a message: judged as if its sender
-  /// had set the tuple. Answered with one Acknowledge once the network has it, or has it not.
-  Result<void> take(const Message& message);
-  /// Device or line went, or are away for another reason: what waits says so.
+  /// An Actuate or SetProperty that came as a message of a device, an island or a component: treated as if its sender
+  /// had set the tuple. Answered with one Acknowledge once the network acknowledged it, or the command ended.
+  Result<void> on_message(const Message& message);
+  /// Device or line is unavailable, or for another reason than before: publishes why commands wait.
   void delayed(Device& device);
-  /// The device or its line is back: sends what waits, in order.
+  /// The device or its line is back: sends the waiting commands, in order.
   void deliver(Device& device);
-  /// True if the request was a command of ours.
+  /// True if the answer belongs to a command.
   bool acknowledged(const model::Acknowledge& answer);
-  /// A good reading of a point with live commands; call after the value was published.
+  /// A good reading of a point with live commands. Call after its value was published.
   void reported(Device& device, Point& point, const model::Reading& reading);
-  /// The device left, or one of its points vanished: their commands end with them.
+  /// The device or one of its points is removed: ends its commands.
   void forget(const Device& device);
   void forget(const Device& device, PointNumber point);
 
   using Queue = std::vector<std::unique_ptr<Command>>;
-  /// The device moves to another island: what was not sent yet comes out, oldest first, of a state the newest only, and
-  /// is never executed here.
+  /// The device moves to another island: removes and returns the commands that were not sent yet, oldest first; of a
+  /// state only the newest.
   Queue release(Device& device);
-  /// A command that waited at another island for the device, in the words of its commander; `value` is its text.
+  /// A command that waited for the device at another island; `from` and `request` are those of its commander.
   tuples::SetDecision take_over(const tuples::RemoteSet& request, Device& device, Point& point);
 
  private:
-  Result<Point*> target_of(const tuples::RemoteSet& request, Device*& device);
-  Result<Point*> target_of(const Message& message, const PointId& id, Device*& device);
+  Result<Point*> resolve_target(const tuples::RemoteSet& request, Device*& device);
+  Result<Point*> resolve_target(const Message& message, const PointId& id, Device*& device);
   tuples::SetDecision accept(const tuples::RemoteSet& request, Device& device, Point& point);
-  tuples::SetDecision accept_elsewhere(const tuples::RemoteSet& request, Device& device, Point& point);
-  void take_in();
+  tuples::SetDecision accept_under_other_key(const tuples::RemoteSet& request, Device& device, Point& point);
+  void start_accepted();
   void start(std::unique_ptr<Command> command);
   void set_rate(Device& device, Point& point, Command& command);
   void supersede(Device& device, Point& point, const Command& by);
   void dispatch(Device& device, Point& point, Command& command);
   bool is_over(const Command& command) const;
-  /// It could not be sent in its time; `why` may be empty.
+  /// The time to live ended before it was sent; `why` may be empty.
   void expire(Device& device, Point& point, Command& command, const std::string& why);
   std::chrono::milliseconds time_left(const Command& command) const;
   void wait(Device& device, Point& point, Command& command);
   void sent(Device& device, Point& point, Command& command);
-  /// Within the confirmation wait the network must acknowledge, or the device report.
+  /// Starts the confirmation wait for the acknowledgement of the network, or for the report of the device.
   void await(Command& command);
   void deadline_passed(std::uint64_t serial);
   void change(Device& device, Point& point, Command& command, CommandState state, std::string reason);
-  /// Final: publishes the state and drops the command.
+  /// Publishes a final state and drops the command.
   void settle(Device& device, Point& point, Command& command, CommandState state, std::string reason);
-  /// Its device or point is gone: there is no state to publish.
+  /// Ends a command whose device or point is removed: there is no status to publish.
   void give_up(Command& command, std::string_view why);
   void answer(Command& command, model::Outcome outcome, std::string_view text);
   void drop(Command& command);
@@ -81,7 +82,7 @@ class CommandDesk {
   std::function<void(Device&)> rate_changed_;
   CommandLog log_;
   base::OncePerTurn next_turn_;
-  Queue inbox_;                                             ///< judged in this turn
+  Queue accepted_;                                          ///< in this turn, started in the next
   std::unordered_map<DeviceNumber, Queue> queues_;          ///< live commands, oldest first
   std::unordered_map<std::uint64_t, Command*> by_request_;  ///< the live ones, by Command::request
   std::size_t live_ = 0;

@@ -9,32 +9,32 @@ namespace rubicon::proxy {
 void CommandLog::ended(const Command& command, std::string_view how, std::string_view why) {
   const auto now = context_.clock.now().steady;
   if (begun_ == SteadyTime::min() || now - begun_ >= kWindow) {
-    tell_left_out();
+    log_omitted();
     begun_ = now;
-    said_ = 0;
+    logged_ = 0;
   }
-  if (said_ >= kLines) {
-    ++left_out_[std::string(how)];
-    if (!end_.pending()) end_ = context_.scheduler.at(begun_ + kWindow, [this] { tell_left_out(); });
+  if (logged_ >= kLines) {
+    ++omitted_[std::string(how)];
+    if (!end_.pending()) end_ = context_.scheduler.at(begun_ + kWindow, [this] { log_omitted(); });
     return;
   }
-  ++said_;
+  ++logged_;
   const std::chrono::duration<double> took = now - command.accepted;
   context_.log.info(fmt::format("{} = {} by {}, id {}: {} after {:.2f} s{}{}", command.key, model::quoted(command.text),
                                 command.commander, number(command.creator), how, took.count(), why.empty() ? "" : ": ",
                                 why));
 }
 
-void CommandLog::tell_left_out() {
+void CommandLog::log_omitted() {
   end_.cancel();
-  if (left_out_.empty()) return;
+  if (omitted_.empty()) return;
   std::uint64_t all = 0;
   std::string parts;
-  for (const auto& [how, count] : left_out_) {
+  for (const auto& [how, count] : omitted_) {
     all += count;
     parts += fmt::format("{}{} {}", parts.empty() ? "" : ", ", count, how);
   }
-  left_out_.clear();
+  omitted_.clear();
   context_.log.info(fmt::format("{} more commands ended within {} s: {}", all,
                                 std::chrono::duration_cast<std::chrono::seconds>(kWindow).count(), parts));
 }

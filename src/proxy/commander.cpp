@@ -9,14 +9,14 @@ namespace rubicon::proxy {
 
 namespace {
 
-constexpr std::size_t kLongest = 60;
+constexpr std::size_t kMaxName = 60;
 
-/// Of a foreign summary, for logs and screens; cut at a character.
+/// A text of a foreign summary, printable and cut after a character.
 std::string shown_text(std::string_view text) {
   std::size_t end = 0;
   while (end < text.size()) {
     const auto length = base::first_character(text.substr(end)).size();
-    if (end + length > kLongest) break;
+    if (end + length > kMaxName) break;
     end += length;
   }
   return base::printable(text.substr(0, end));

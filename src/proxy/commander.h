@@ -6,8 +6,8 @@
 
 namespace rubicon::proxy {
 
-/// A component as people know it, by its summary: `rubicon set (pid 4711 of anna)`, ` on HOST` with it if that is
-/// another one, `flat (island 2)`; `component 70001` if it says nothing of itself. Printable, at most some 200 bytes.
+/// The name of a component for people, from its summary: `rubicon set (pid 4711 of anna)`, ` on HOST` with it if that
+/// is another one, `flat (island 2)`; `component 70001` if it has no summary. Printable, at most some 200 bytes.
 std::string commander_name(const ProxyContext& context, OwnerId id);
 
 }  // namespace rubicon::proxy

@@ -8,16 +8,16 @@ namespace rubicon::proxy {
 
 namespace {
 
-/// Devices told in one turn of the loop.
-constexpr std::size_t kSlice = 1000;
-constexpr std::chrono::milliseconds kLongestPeriod = std::chrono::hours(24);
+/// Devices checked in one turn of the loop.
+constexpr std::size_t kOrdersATurn = 1000;
+constexpr std::chrono::milliseconds kMaxPeriod = std::chrono::hours(24);
 constexpr Duration kBusyPause = std::chrono::seconds(1);
 constexpr Duration kOverduePause = std::chrono::seconds(10);
 
 bool is_overdue(const Device& device) {
   return device.status == DeviceStatus::kReachable && device.sampling.refusal.empty() &&
          std::any_of(device.points.begin(), device.points.end(),
-                     [](const Point& point) { return point.wanted && point.quality == Quality::kStale; });
+                     [](const Point& point) { return point.demand.wanted && point.quality == Quality::kStale; });
 }
 
 }  // namespace
@@ -27,23 +27,23 @@ Demand::Demand(ProxyContext& context, DeviceDirectory& directory, TupleMirror& m
       directory_(directory),
       mirror_(mirror),
       liveness_(liveness),
-      next_turn_(context.scheduler, [this] { flush(); }) {}
+      next_turn_(context.scheduler, [this] { check_queued(); }) {}
 
-void Demand::wanted(const tuples::Demand& demand) {
+void Demand::on_demand(const tuples::Demand& demand) {
   const auto place = mirror_.place_of(demand.tuple);
   auto* device = place ? directory_.find(place->device) : nullptr;
   auto* point = device ? find_point(*device, place->point) : nullptr;
   if (!point || (point->id.kind != Kind::kSensor && !point->details->capability->sampled)) return;
-  if (demand.wanted && !point->wanted) point->wanted_at = context_.clock.now().steady;
-  point->wanted = demand.wanted;
-  point->interval = demand.interval;
-  point->named = demand.named;
-  ask(*device);
+  if (demand.wanted && !point->demand.wanted) point->demand.since = context_.clock.now().steady;
+  point->demand.wanted = demand.wanted;
+  point->demand.interval = demand.interval;
+  point->demand.named = demand.named;
+  check_next_turn(*device);
 }
 
 void Demand::repeat(Device& device) {
   device.sampling.repeat |= !device.sampling.points.empty() || device.sampling.unsure;
-  ask(device);
+  check_next_turn(device);
 }
 
 void Demand::overdue(Device& device) {
@@ -51,10 +51,10 @@ void Demand::overdue(Device& device) {
   overdue_.push_back(device.number);
   repeat(device);
   if (overdue_timer_.pending()) return;
-  overdue_timer_ = context_.scheduler.after(kOverduePause, [this] { tell_overdue(); });
+  overdue_timer_ = context_.scheduler.after(kOverduePause, [this] { repeat_overdue(); });
 }
 
-void Demand::tell_overdue() {
+void Demand::repeat_overdue() {
   std::erase_if(overdue_, [this](DeviceNumber number) {
     auto* device = directory_.find(number);
     if (device && is_overdue(*device)) {
@@ -65,31 +65,35 @@ void Demand::tell_overdue() {
     return true;
   });
   if (overdue_.empty()) return;
-  overdue_timer_ = context_.scheduler.after(kOverduePause, [this] { tell_overdue(); });
+  overdue_timer_ = context_.scheduler.after(kOverduePause, [this] { repeat_overdue(); });
 }
 
 void Demand::changed(Device& device) {
-  ask(device);
+  check_next_turn(device);
+}
+
+void Demand::reset(Device& device) {
+  for (auto& point : device.points) point.demand.wanted = false;
 }
 
 void Demand::stop(Device& device) {
-  for (auto& point : device.points) point.wanted = false;
-  tell(device);
+  reset(device);
+  send_if_changed(device);
 }
 
-void Demand::ask(Device& device) {
+void Demand::check_next_turn(Device& device) {
   if (std::exchange(device.sampling.queued, true)) return;
   queue_.push_back(device.number);
   next_turn_.request();
 }
 
-void Demand::flush() {
-  const auto count = std::min(queue_.size(), kSlice);
+void Demand::check_queued() {
+  const auto count = std::min(queue_.size(), kOrdersATurn);
   for (std::size_t i = 0; i < count; ++i) {
     auto* device = directory_.find(queue_[i]);
     if (!device) continue;
     device->sampling.queued = false;
-    tell(*device);
+    send_if_changed(*device);
   }
   queue_.erase(queue_.begin(), queue_.begin() + static_cast<std::ptrdiff_t>(count));
   if (!queue_.empty()) next_turn_.request();
@@ -98,21 +102,21 @@ void Demand::flush() {
 std::chrono::milliseconds Demand::period_of(const Device& device) const {
   Duration shortest = Duration::max();
   for (const auto& point : device.points) {
-    if (!point.wanted) continue;
-    if (point.named != Duration::zero()) shortest = std::min(shortest, point.named);
-    if (point.interval == Duration::zero()) shortest = std::min(shortest, Duration(device.rate));
+    if (!point.demand.wanted) continue;
+    if (point.demand.named != Duration::zero()) shortest = std::min(shortest, point.demand.named);
+    if (point.demand.interval == Duration::zero()) shortest = std::min(shortest, Duration(device.rate));
   }
   if (shortest == Duration::max()) return std::chrono::milliseconds(0);
   return std::clamp(std::chrono::duration_cast<std::chrono::milliseconds>(shortest), std::chrono::milliseconds(1),
-                    kLongestPeriod);
+                    kMaxPeriod);
 }
 
-void Demand::tell(Device& device) {
+void Demand::send_if_changed(Device& device) {
   auto& sampling = device.sampling;
-  if (!can_send(*device.network)) return;  // asked again when the line is up
+  if (!can_send(*device.network)) return;  // repeated when the line is up
   std::vector<PointId> points;
   for (const auto& point : device.points) {
-    if (point.wanted) points.push_back(point.id);
+    if (point.demand.wanted) points.push_back(point.id);
   }
   const auto period = period_of(device);
   const bool same = points == sampling.points && period == sampling.period;
@@ -153,7 +157,7 @@ bool Demand::acknowledged(const model::Acknowledge& answer) {
     if (busy_timer_.pending()) return true;
     busy_timer_ = context_.scheduler.after(kBusyPause, [this] {
       for (const auto number : std::exchange(busy_, {})) {
-        if (auto* again = directory_.find(number)) ask(*again);
+        if (auto* again = directory_.find(number)) check_next_turn(*again);
       }
     });
   } else {
@@ -166,7 +170,7 @@ void Demand::note_refusal(Device& device, std::string why) {
   if (device.sampling.refusal == why) return;
   device.sampling.refusal = std::move(why);
   for (auto& point : device.points) {
-    if (point.wanted) mirror_.publish_status(device, point);
+    if (point.demand.wanted) mirror_.publish_status(device, point);
   }
   liveness_.watch(device);
 }

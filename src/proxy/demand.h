@@ -6,32 +6,35 @@
 
 namespace rubicon::proxy {
 
-/// Turns subscriptions into sampling: per device one set of sensors and the shortest wanted period, sent when it
-/// changed, at most once a turn; sent again when the device or its line comes back. Nobody listens: nothing is sampled.
+/// Turns subscriptions into sampling orders: per device one set of sensors and the shortest wanted period, sent when it
+/// changed, at most once per turn, and again when the device or its line is back. Without subscribers nothing is
+/// sampled.
 class Demand {
  public:
   Demand(ProxyContext& context, DeviceDirectory& directory, TupleMirror& mirror, Liveness& liveness);
 
-  /// The space tells who is wanted.
-  void wanted(const tuples::Demand& demand);
-  /// The device may have forgotten what it was told.
+  /// Subscriptions to the value of a point changed.
+  void on_demand(const tuples::Demand& demand);
+  /// The device may have lost its order: sends it again.
   void repeat(Device& device);
-  /// A sensor that is wanted has not been heard in time: the device may have lost what it was told. Told again now and
-  /// every ten seconds until it reports.
+  /// A wanted value became stale: the device may have lost its order. Sends it now and every ten seconds until the
+  /// device reports.
   void overdue(Device& device);
   /// The device's rate or its points changed.
   void changed(Device& device);
-  /// Nothing is wanted of the device from now on, and it is told so.
+  /// Orders the device to stop sampling.
   void stop(Device& device);
+  /// The device gets other keys: the subscriptions to the new keys decide what is wanted.
+  static void reset(Device& device);
   /// True if the request was a Sample of ours.
   bool acknowledged(const model::Acknowledge& answer);
   void forget(const Device& device);
 
  private:
-  void ask(Device& device);
-  void flush();
-  void tell_overdue();
-  void tell(Device& device);
+  void check_next_turn(Device& device);
+  void check_queued();
+  void repeat_overdue();
+  void send_if_changed(Device& device);
   void send(Device& device);
   void note_refusal(Device& device, std::string why);
   std::chrono::milliseconds period_of(const Device& device) const;
@@ -43,7 +46,7 @@ class Demand {
   base::OncePerTurn next_turn_;
   std::vector<DeviceNumber> queue_;
   std::unordered_map<std::uint64_t, DeviceNumber> requests_;  ///< at most one a device
-  std::vector<DeviceNumber> busy_;                            ///< to be told again after a pause
+  std::vector<DeviceNumber> busy_;                            ///< answered busy: retried after a pause
   Timer busy_timer_;
   std::vector<DeviceNumber> overdue_;
   Timer overdue_timer_;

@@ -4,6 +4,10 @@
 
 namespace rubicon::proxy {
 
+// A KNX import lists tens of thousands of points: bench/point_bench measures what each costs.
+static_assert(sizeof(Point) <= 192);
+static_assert(sizeof(Device) <= 456);
+
 std::string_view to_string(DeviceStatus status) {
   switch (status) {
     case DeviceStatus::kUnknown: return "unknown";
@@ -18,9 +22,9 @@ bool is_rate(const Point& point) {
 }
 
 std::optional<std::chrono::milliseconds> rate_of(const Value& value) {
-  constexpr std::chrono::milliseconds kLongest = std::chrono::hours(24);
+  constexpr std::chrono::milliseconds kMaxRate = std::chrono::hours(24);
   const auto* whole = std::get_if<std::int64_t>(&value);
-  if (!whole || *whole < 1 || *whole > kLongest.count()) return std::nullopt;
+  if (!whole || *whole < 1 || *whole > kMaxRate.count()) return std::nullopt;
   return std::chrono::milliseconds(*whole);
 }
 

@@ -22,7 +22,7 @@ namespace rubicon::proxy {
 
 using tuples::TupleRef;
 
-/// Never given twice, so that a number kept in a list cannot mean a device that came later.
+/// Never reused, so that a number kept in a list cannot name a later device.
 using DeviceNumber = std::uint64_t;
 using PointNumber = std::uint32_t;
 
@@ -35,81 +35,113 @@ struct Moment {
 enum class DeviceStatus : std::uint8_t { kUnknown, kReachable, kUnreachable };
 std::string_view to_string(DeviceStatus status);
 
-/// What is needed of a point seldom; apart, so that a reading touches little memory.
+/// Seldom needed fields of a point; apart, so that a reading touches little memory.
 struct PointDetails {
   std::shared_ptr<const Capability> capability;  ///< SharedCapabilities
   std::string id;                                ///< its part of the keys: `light-window`
-  RareText reason;                               ///< why the quality is what it is
-  RareText command;                              ///< JSON of the last command and its state; empty = none yet
-  bool set_by_user = false;                      ///< a property a user gave its value
-  bool declared = true;                          ///< false: made by a value that arrived, not by a join
+  RareText reason;                               ///< of the quality
+  RareText last_command;                         ///< JSON of the last command and its state; empty = none yet
+  bool set_by_user = false;                      ///< a property that a user set
+  bool declared = true;                          ///< false: made from a reading, not from a join
 };
 
-/// One sensor, actuator or property of a device, with the short names of its tuples. What a reading needs stands first.
+// The fields of a point and of a device stand in groups. Only the part of the proxy that owns a group writes to it.
+
+/// Owned by TupleMirror.
+struct PointMirror {
+  TupleRef value;
+  bool dirty = false;  ///< the status tuple waits for the next flush
+  std::string text;    ///< the last good value
+  TupleRef status, command;
+};
+/// Owned by Demand.
+struct PointDemand {
+  bool wanted = false;   ///< the value has an active subscriber
+  Duration interval{0};  ///< shortest wanted period; zero = a subscriber named none
+  Duration named{0};     ///< shortest period that a subscriber named; zero = none
+  SteadyTime since{};    ///< when it became wanted
+};
+/// Owned by CommandDesk.
+struct PointCommands {
+  std::uint16_t live = 0;  ///< commands in a state that is not final
+};
+/// Owned by Memory.
+struct PointStorage {
+  bool unsaved = false;  ///< the value is newer than that in the state file
+};
+
+/// One sensor, actuator or property of a device. What a reading needs comes first.
 struct Point {
   PointId id;                  ///< as the network spells it
   const Type* type = nullptr;  ///< nullptr = not in the catalogue
-  TupleRef value;
-  PointNumber number = 0;               ///< unique in its device
-  std::uint16_t live_commands = 0;      ///< commands neither confirmed nor given up
-  Quality quality = Quality::kUnknown;  ///< its own, whatever line and device are
-  bool dirty = false;                   ///< its status tuple waits for the next flush
-  bool unsaved = false;                 ///< its value is newer than the state file's
-  std::string text;                     ///< the last good value
-  SteadyTime heard_at{};                ///< of the last good value
-  WallTime heard{}, changed{}, since{};
-  TupleRef status, command;
-  bool wanted = false;   ///< somebody subscribed actively to its value
-  Duration interval{0};  ///< shortest wanted period; zero = a subscriber named none
-  Duration named{0};     ///< shortest period a subscriber named; zero = none
-  SteadyTime wanted_at{};
+  PointNumber number = 0;      ///< unique in its device
+  PointCommands commands;
+  Quality quality = Quality::kUnknown;  ///< of the point alone; shown_quality() adds line and device
+  PointStorage storage;
+  SteadyTime heard_at{};  ///< of the last good value
+  WallTime heard{}, changed{};
+  PointMirror mirror;
+  WallTime since{};  ///< of the quality
+  PointDemand demand;
   std::unique_ptr<PointDetails> details;
 };
 
-/// What the device was last told to sample, and what it said to that.
+/// The last sampling order to the device and its answer. Owned by Demand.
 struct Sampling {
   std::vector<PointId> points;
   std::chrono::milliseconds period{0};
-  std::uint64_t request = 0;  ///< 0 = nothing outstanding
+  std::uint64_t request = 0;  ///< 0 = no answer expected
   RareText refusal;           ///< empty = accepted or not answered yet
   SteadyTime faster_at{};     ///< when the period last became shorter
-  bool unsure = false;        ///< told, but not known to be accepted or refused
-  bool queued = false;        ///< stands in the list of devices to be told this turn
-  bool repeat = false;        ///< tell it even if nothing changed
-  bool overdue = false;       ///< stands in the list of devices to be told again until they report
+  bool unsure = false;        ///< sent, and neither accepted nor refused yet
+  bool queued = false;        ///< in the list of devices whose order is checked in the next turn
+  bool repeat = false;        ///< send the order even if nothing changed
+  bool overdue = false;       ///< in the list of devices whose order is repeated until they report
+};
+/// Owned by Liveness.
+struct DeviceLiveness {
+  SteadyTime check_at = SteadyTime::max();  ///< the next check
+  SteadyTime probed_at{};                   ///< the last Probe; zero = none
+};
+/// Owned by TupleMirror.
+struct DeviceMirror {
+  TupleRef status;
+  bool dirty = false;  ///< some points wait for the next flush
+};
+/// Owned by Memory.
+struct DeviceStorage {
+  std::int64_t row = 0;  ///< in the state file; 0 = not stored
+  state::Decision decision = state::Decision::kNone;
+  bool record_unsaved = false, values_unsaved = false;
 };
 
 struct Network;
 
-/// A device known to the island. Owned by its Network's map. What a reading needs stands first.
+/// A device that the island lists. Owned by its Network's map. What a reading needs comes first.
 struct Device {
   DeviceNumber number = 0;
   Network* network = nullptr;
+  DeviceMirror mirror;
   DeviceStatus status = DeviceStatus::kUnknown;
-  bool dirty = false;                       ///< some of its points wait for the next flush
-  SteadyTime heard_at{};                    ///< any message; meaningless while status is unknown
-  SteadyTime check_at = SteadyTime::max();  ///< when the liveness looks at it next
-  SteadyTime probed_at{};                   ///< when it was last asked whether it is there; zero = never
+  SteadyTime heard_at{};  ///< the last message; meaningless while status is unknown
+  DeviceLiveness liveness;
   std::vector<Point> points;
   std::string address;  ///< as its network spells it
   std::string id;       ///< its part of the keys
   std::string key;      ///< `proxy.wsn-1.7`
   std::string type, name, model;
-  RareText area;               ///< where it is: the configuration's word, else the user's
-  std::string announced_name;  ///< the device's own; `name` is the configuration's or the user's where there is one
+  RareText area;                    ///< where it is: from the configuration, else from a user
+  std::string announced_name;       ///< by the device; `name` is the one shown: configured, else given, else this
   RareText given_name, given_area;  ///< by a user at run time
   RareText wanted_id;               ///< Join::id
   WallTime joined{};                ///< Announced::joined of its last join
-  WallTime since{};
-  RareText reason;
-  TupleRef status_tuple;
+  WallTime since{};                 ///< of the status
+  RareText reason;                  ///< of the status
   std::chrono::milliseconds rate{1000};
-  PointNumber rate_point = 0;  ///< the property that shows it; 0 = none
-  PointNumber last_point = 0;
+  PointNumber rate_point = 0;  ///< the property that shows the rate; 0 = none
+  PointNumber last_point = 0;  ///< the last number given to a point
   Sampling sampling;
-  state::Decision decision = state::Decision::kNone;
-  std::int64_t state_row = 0;  ///< in the state file; 0 = not there
-  bool record_unsaved = false, values_unsaved = false;
+  DeviceStorage storage;
 };
 
 /// Finds std::string keys by string_view without a copy.
@@ -118,12 +150,12 @@ struct TextHash {
   std::size_t operator()(std::string_view text) const { return std::hash<std::string_view>{}(text); }
 };
 
-/// What went wrong on a network; published as counters.
+/// Errors of a network; published as counters.
 struct NetworkFaults {
   std::uint64_t refused_joins = 0;      ///< device cap, or another device has the key
   std::uint64_t refused_points = 0;     ///< key taken, too long, or too many points
   std::uint64_t unknown_devices = 0;    ///< messages of devices that never joined
-  std::uint64_t undeclared_points = 0;  ///< readings of points that cannot be made from them
+  std::uint64_t undeclared_points = 0;  ///< readings that name a point which was not declared and cannot be added
   std::uint64_t bad_values = 0;         ///< readings that do not fit their type
   std::uint64_t roamed_messages = 0;    ///< messages of devices that another island lists
 };
@@ -134,13 +166,14 @@ struct Network {
   std::string key;  ///< `proxy.wsn-1`
   NetworkRules rules;
   model::LineState line = model::LineState::kConnecting;
-  bool line_known = false;  ///< a State arrived; before, whatever it delivers shows that the line works
+  bool line_known = false;  ///< a State arrived; until then any message counts as a sign that the line is up
   bool down = false;        ///< down, refused or ended; a line that is being reopened stays down until it is up
   WallTime since{};
   std::string reason;
-  std::unordered_map<std::string, Device, TextHash, std::equal_to<>> devices;  ///< by address; they never move
+  std::unordered_map<std::string, Device, TextHash, std::equal_to<>>
+      devices;                                  ///< by address; the addresses of devices are stable
   std::map<std::string, Device*> by_id;         ///< the reachable ones are published in this order
-  std::map<std::string, std::string> reserved;  ///< configured id -> the address it is kept for
+  std::map<std::string, std::string> reserved;  ///< configured id -> the address it is reserved for
   NetworkFaults faults;
   TupleRef status_tuple, devices_tuple;
   std::map<std::string, std::string> reported;   ///< counters and texts of the network itself
@@ -152,12 +185,12 @@ inline bool can_send(const Network& network) {
   return !network.line_known || network.line == model::LineState::kUp || network.line == model::LineState::kEnded;
 }
 
-/// The property of a device that the proxy executes itself: the sampling period where nobody names one.
+/// The property of a device that the proxy executes itself: the sampling period for subscribers that name none.
 bool is_rate(const Point& point);
 /// A usable rate; nullopt for anything that is not a whole number of milliseconds from 1 to a day.
 std::optional<std::chrono::milliseconds> rate_of(const Value& value);
 
-/// Quality as published: the line hides the device, the device hides the point.
+/// Quality as published: a line that is down hides the quality of the device, an unreachable device that of the point.
 Quality shown_quality(const Device& device, const Point& point);
 
 model::PointKey point_key(const Device& device, const Point& point);

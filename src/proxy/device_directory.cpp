@@ -12,7 +12,7 @@ namespace rubicon::proxy {
 
 namespace {
 
-constexpr Duration kLongestSilence = std::chrono::hours(24 * 366);
+constexpr Duration kMaxSilence = std::chrono::hours(24 * 366);
 
 template <class Text>
 bool assign(Text& to, const std::string& from) {
@@ -21,7 +21,7 @@ bool assign(Text& to, const std::string& from) {
   return true;
 }
 
-/// The configuration's name goes before the user's, that before the device's own.
+/// From the configuration, else from a user, else from the device.
 const std::string& name_of(const Device& device) {
   const auto* names = names_of(device.network->rules, device.address);
   if (names && !names->name.empty()) return names->name;
@@ -56,7 +56,7 @@ Network& DeviceDirectory::network(const std::string& id) {
 
 void DeviceDirectory::configure(Network& network, NetworkRules rules) {
   network.rules = std::move(rules);
-  if (network.rules.silence) network.rules.silence = std::min(*network.rules.silence, kLongestSilence);
+  if (network.rules.silence) network.rules.silence = std::min(*network.rules.silence, kMaxSilence);
   network.reserved.clear();
   for (const auto& [address, names] : network.rules.devices) {
     network.reserved.emplace(device_id(network.rules, address), address);
@@ -113,7 +113,7 @@ Result<DeviceDirectory::Joined> DeviceDirectory::join(Network& network, const st
     joined.device = *added;
     joined.fresh = true;
   }
-  joined.changed = take_identity(*joined.device, join);
+  joined.changed = update_identity(*joined.device, join);
   joined.changed |= reconcile(*joined.device, join, joined.vanished);
   joined.changed |= joined.fresh;
   return joined;
@@ -156,15 +156,15 @@ Result<Device*> DeviceDirectory::add(Network& network, const std::string& addres
   return device;
 }
 
-bool DeviceDirectory::take_identity(Device& device, const model::Join& join) {
-  // A device that says less than before is still what it was.
+bool DeviceDirectory::update_identity(Device& device, const model::Join& join) {
+  // A join may leave out what an earlier one announced.
   if (!join.name.empty()) device.announced_name = join.name;
   bool changed = !join.device_type.empty() && assign(device.type, join.device_type);
   changed |= !join.model.empty() && assign(device.model, join.model);
-  return take_name(device) || changed;
+  return update_name(device) || changed;
 }
 
-bool DeviceDirectory::take_name(Device& device) {
+bool DeviceDirectory::update_name(Device& device) {
   const bool named = assign(device.name, name_of(device));
   return assign(device.area, area_of(device)) || named;
 }

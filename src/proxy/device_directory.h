@@ -9,20 +9,20 @@
 
 namespace rubicon::proxy {
 
-/// Most points one device may have; more in a join are refused and counted.
+/// Points that one device may have; further ones of a join are refused and counted.
 inline constexpr std::size_t kMaxPoints = 1024;
 
-/// Which devices there are, what they can do, and which key part belongs to which address. Knows nothing of tuples.
+/// The listed devices, their points, and which key part belongs to which address. Uses no tuples.
 class DeviceDirectory {
  public:
   explicit DeviceDirectory(ProxyContext& context);
 
-  /// The network with this id; one that the configuration does not name gets the default rules.
+  /// The network with this id. It is created if needed, with default rules where the configuration does not name it.
   Network& network(const std::string& id);
   const std::map<std::string, std::unique_ptr<Network>>& networks() const { return networks_; }
 
-  /// Ids of the networks that have a device with this address: of those that reach it; else of those where it was not
-  /// heard yet; else of those that lost it.
+  /// Ids of the networks that have a device with this address: those where it is reachable; if there are none, those
+  /// where it was not heard yet; else those where it is unreachable.
   std::vector<std::string> networks_of(const std::string& address) const;
 
   Device* find(Network& network, const std::string& address);
@@ -32,38 +32,37 @@ class DeviceDirectory {
 
   struct Joined {
     Device* device = nullptr;
-    bool fresh = false;           ///< it was not known before
-    bool changed = false;         ///< points, capabilities or names differ from what they were
-    std::vector<Point> vanished;  ///< points it had and has no more
+    bool fresh = false;           ///< was not listed before
+    bool changed = false;         ///< points, capabilities or names differ from before
+    std::vector<Point> vanished;  ///< points that the device no longer has
   };
   /// kBusy at the device cap, kDuplicate if another address has its key.
   Result<Joined> join(Network& network, const std::string& address, const model::Join& join);
-  /// join() of a device that is not here would find room and a free key.
+  /// True if join() of a device that is not listed would find room and a free key.
   bool has_place(const Network& network, const std::string& address, const std::string& wanted_id) const;
 
-  /// A point made by a value that arrived for it; nullptr if it cannot be.
+  /// Adds a point for a reading that names no declared one; nullptr if that is impossible.
   Point* add_undeclared(Device& device, const PointId& id);
 
   void remove(Device& device);
 
-  /// New rules for a network. The devices whose key or point ids follow from them must have been released before, and
-  /// are named again after.
+  /// New rules for a network. Call release() before and name() after it for devices whose key or point ids change.
   void configure(Network& network, NetworkRules rules);
-  /// Frees the device's key part; the device stays, without a name.
+  /// Frees the key part of the device, which stays in the directory.
   void release(Device& device);
-  /// Gives a released device and its points the ids that the present rules say. kDuplicate: its key part is taken; it
-  /// stays released. Points whose id is taken are moved out and returned.
+  /// Gives a released device and its points their ids by the present rules. kDuplicate: the key part is taken, the
+  /// device stays released. Returns the points that were removed because their id is taken.
   Result<std::vector<Point>> name(Device& device);
-  /// The name for people by the present rules; true if it is another one now.
-  static bool take_name(Device& device);
-  /// Forgets a network without devices.
+  /// Sets name and area by the present rules; true if one of them changed.
+  static bool update_name(Device& device);
+  /// The network must have no devices.
   void remove_network(const std::string& id);
   std::size_t size() const { return by_number_.size(); }
 
  private:
   Result<void> key_is_free(const Network& network, const std::string& id, const std::string& address) const;
   Result<Device*> add(Network& network, const std::string& address, const std::string& wanted_id);
-  static bool take_identity(Device& device, const model::Join& join);
+  static bool update_identity(Device& device, const model::Join& join);
   bool reconcile(Device& device, const model::Join& join, std::vector<Point>& vanished);
   Result<Point> make_point(Device& device, const Capability& capability);
 

@@ -10,9 +10,9 @@ namespace rubicon::proxy {
 
 namespace {
 
-constexpr Duration kShortestDeadline = std::chrono::seconds(3);
-constexpr Duration kLongestDeadline = std::chrono::hours(24 * 366);
-/// Devices looked at in one turn of the loop.
+constexpr Duration kMinDeadline = std::chrono::seconds(3);
+constexpr Duration kMaxDeadline = std::chrono::hours(24 * 366);
+/// Devices checked in one turn of the loop.
 constexpr int kDevicesATurn = 1000;
 
 bool ages(const Point& point) {
@@ -23,37 +23,37 @@ bool ages(const Point& point) {
 
 std::optional<SteadyTime> stale_at(const Device& device, const Point& point) {
   if (const auto& own = point.details->capability->deadline) {
-    return *own <= Duration::zero() ? std::nullopt : std::optional(point.heard_at + std::min(*own, kLongestDeadline));
+    return *own <= Duration::zero() ? std::nullopt : std::optional(point.heard_at + std::min(*own, kMaxDeadline));
   }
   if (!ages(point)) return std::nullopt;
   const auto silence = device.network->rules.silence;
-  const bool sampled = point.wanted && device.sampling.refusal.empty();
+  const bool sampled = point.demand.wanted && device.sampling.refusal.empty();
   if (!sampled) return silence ? std::optional(point.heard_at + *silence) : std::nullopt;
-  const auto patience = std::max<Duration>(3 * device.sampling.period, kShortestDeadline);
-  // A sensor that is just beginning to be sampled gets its first period, but no longer than unsampled ones have.
-  auto grace = std::max(point.wanted_at, device.sampling.faster_at) + patience;
+  const auto deadline = std::max<Duration>(3 * device.sampling.period, kMinDeadline);
+  // A sensor that is newly sampled has one more deadline for its first value, but not longer than an unsampled one.
+  auto grace = std::max(point.demand.since, device.sampling.faster_at) + deadline;
   if (silence) grace = std::min(grace, point.heard_at + *silence);
-  return std::max(point.heard_at + patience, grace);
+  return std::max(point.heard_at + deadline, grace);
 }
 
 std::optional<SteadyTime> probe_at(const Device& device) {
   const auto& rules = device.network->rules;
   if (!rules.probes || !can_send(*device.network)) return std::nullopt;
   const bool heard = device.status == DeviceStatus::kReachable;
-  if (!heard && device.probed_at == SteadyTime{}) return SteadyTime{};
+  if (!heard && device.liveness.probed_at == SteadyTime{}) return SteadyTime{};
   if (!rules.silence) return std::nullopt;
-  if (!heard) return device.probed_at + *rules.silence / 2;
-  return std::max(device.heard_at + *rules.silence / 2, device.probed_at + *rules.silence / 4);
+  if (!heard) return device.liveness.probed_at + *rules.silence / 2;
+  return std::max(device.heard_at + *rules.silence / 2, device.liveness.probed_at + *rules.silence / 4);
 }
 
-Liveness::Liveness(ProxyContext& context, DeviceDirectory& directory, TupleMirror& mirror, Calls calls)
+Liveness::Liveness(ProxyContext& context, DeviceDirectory& directory, TupleMirror& mirror, Callbacks callbacks)
     : context_(context),
       directory_(directory),
       mirror_(mirror),
-      calls_(std::move(calls)),
-      next_check_(context.scheduler, [this] { look_at_due(); }) {}
+      callbacks_(std::move(callbacks)),
+      next_check_(context.scheduler, [this] { check_due(); }) {}
 
-std::optional<SteadyTime> Liveness::next_look(const Device& device) const {
+std::optional<SteadyTime> Liveness::next_check_of(const Device& device) const {
   std::optional<SteadyTime> next;
   const auto earlier = [&next](std::optional<SteadyTime> when) {
     if (when && (!next || *when < *next)) next = when;
@@ -68,12 +68,12 @@ std::optional<SteadyTime> Liveness::next_look(const Device& device) const {
 }
 
 void Liveness::watch(Device& device) {
-  if (const auto when = next_look(device)) arm(device, *when);
+  if (const auto when = next_check_of(device)) arm(device, *when);
 }
 
 void Liveness::arm(Device& device, SteadyTime when) {
-  if (when >= device.check_at) return;
-  device.check_at = when;
+  if (when >= device.liveness.check_at) return;
+  device.liveness.check_at = when;
   checks_.push({when, device.number});
   set_timer();
 }
@@ -82,21 +82,21 @@ void Liveness::set_timer() {
   if (!checks_.empty()) next_check_.advance_to(checks_.top().when);
 }
 
-void Liveness::look_at_due() {
+void Liveness::check_due() {
   const auto now = context_.clock.refresh().steady;
-  for (int looked = 0; looked < kDevicesATurn && !checks_.empty() && checks_.top().when <= now; ++looked) {
-    const auto check = checks_.top();
+  for (int checked = 0; checked < kDevicesATurn && !checks_.empty() && checks_.top().when <= now; ++checked) {
+    const auto due = checks_.top();
     checks_.pop();
-    auto* device = directory_.find(check.device);
-    if (!device || device->check_at != check.when) continue;  // gone, or armed again for an earlier time
-    device->check_at = SteadyTime::max();
-    look(*device, now);
+    auto* device = directory_.find(due.device);
+    if (!device || device->liveness.check_at != due.when) continue;  // removed, or armed for an earlier time since
+    device->liveness.check_at = SteadyTime::max();
+    check(*device, now);
     watch(*device);
   }
   set_timer();
 }
 
-void Liveness::look(Device& device, SteadyTime now) {
+void Liveness::check(Device& device, SteadyTime now) {
   bool aged = false;
   for (auto& point : device.points) {
     if (point.quality != Quality::kGood) continue;
@@ -106,17 +106,17 @@ void Liveness::look(Device& device, SteadyTime now) {
                         fmt::format("not heard for {}", seconds_text(now - point.heard_at)));
     aged = true;
   }
-  if (aged) calls_.stale(device);
+  if (aged) callbacks_.stale(device);
   if (const auto due = probe_at(device); due && *due <= now) {
-    device.probed_at = now;
-    calls_.probe(device);
+    device.liveness.probed_at = now;
+    callbacks_.probe(device);
   }
   const auto silence = device.network->rules.silence;
   if (!silence || device.status != DeviceStatus::kReachable || device.heard_at + *silence > now) return;
   device.status = DeviceStatus::kUnreachable;
   device.since = context_.clock.now().wall;
   device.reason = fmt::format("silent for {}", seconds_text(*silence));
-  calls_.lost(device);
+  callbacks_.lost(device);
 }
 
 void Liveness::interrupted(Device& device, const std::string& reason) {

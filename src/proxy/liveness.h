@@ -10,21 +10,20 @@
 
 namespace rubicon::proxy {
 
-/// Notices silence: devices not heard for the network's silence become unreachable, values older than their deadline
-/// stale. One heap entry a device and one timer in all: a reading only notes the time, the look at the deadline finds
-/// out whether anything is due.
+/// Devices not heard for the network's `silence` become unreachable, values older than their deadline become stale.
+/// One heap entry per device and one timer for all: a reading only notes the time; the check at the deadline decides.
 class Liveness {
  public:
-  struct Calls {
-    std::function<void(Device&)> stale;  ///< some of its values just became so
-    std::function<void(Device&)> lost;   ///< it is unreachable from now on
-    std::function<void(Device&)> probe;  ///< it is to be asked whether it is there
+  struct Callbacks {
+    std::function<void(Device&)> stale;  ///< some of its values just became stale
+    std::function<void(Device&)> lost;   ///< it just became unreachable
+    std::function<void(Device&)> probe;  ///< send it a Probe
   };
-  Liveness(ProxyContext& context, DeviceDirectory& directory, TupleMirror& mirror, Calls calls);
+  Liveness(ProxyContext& context, DeviceDirectory& directory, TupleMirror& mirror, Callbacks callbacks);
 
-  /// A point became good, a device reachable, or a rule changed: look at the device in time.
+  /// Schedules the next check of the device. Call when a point became good, the device reachable, or a rule changed.
   void watch(Device& device);
-  /// Values seen before an interruption say nothing about what happened during it.
+  /// The line or the device was interrupted: its good and assumed values become stale with this reason.
   void interrupted(Device& device, const std::string& reason);
 
  private:
@@ -35,21 +34,20 @@ class Liveness {
   };
   void arm(Device& device, SteadyTime when);
   void set_timer();
-  void look_at_due();
-  void look(Device& device, SteadyTime now);
-  std::optional<SteadyTime> next_look(const Device& device) const;
+  void check_due();
+  void check(Device& device, SteadyTime now);
+  std::optional<SteadyTime> next_check_of(const Device& device) const;
 
   ProxyContext& context_;
   DeviceDirectory& directory_;
   TupleMirror& mirror_;
-  Calls calls_;
+  Callbacks callbacks_;
   std::priority_queue<Check, std::vector<Check>, std::greater<>> checks_;
   base::Deadline next_check_;
 };
 
-/// When a device is asked whether it is there, where that can be asked: at once if it is only remembered, after half
-/// the silence period of a quiet one and, if it does not answer, after three quarters; then each half period. nullopt =
-/// not now.
+/// When a device is probed, in networks that can: at once if it is only remembered; a quiet one after half the silence
+/// period and, without an answer, after three quarters; then each half period. nullopt = not now.
 std::optional<SteadyTime> probe_at(const Device& device);
 
 /// When a good value becomes stale; nullopt = never. The rule is in docs/tuple-keys.md, "Deadlines".

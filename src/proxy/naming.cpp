@@ -21,7 +21,7 @@ std::string type_part(const Capability& capability, const Type* type) {
   return part;
 }
 
-/// `light-1` -> `light-window`; the type stays.
+/// `light-1` -> `light-window`; keeps the type.
 std::string renamed(const std::map<std::string, std::string>& names, const std::string& id) {
   const auto name = names.find(id);
   if (name == names.end() || name->second.empty()) return id;
@@ -42,14 +42,14 @@ void check_names(const std::string& path, const std::map<std::string, std::strin
   }
 }
 
-void look_for(const std::string& kind, const std::map<std::string, std::string>& names,
+void add_lost(const std::string& kind, const std::map<std::string, std::string>& names,
               const std::vector<std::string>& there, std::vector<LostName>& out) {
-  constexpr std::size_t kMostNamed = 20;
+  constexpr std::size_t kMaxNamed = 20;
   for (const auto& [id, name] : names) {
     if (std::find(there.begin(), there.end(), id) != there.end()) continue;
     const auto near = base::did_you_mean(id, there);
-    const std::vector<std::string> some(
-        there.begin(), there.begin() + static_cast<std::ptrdiff_t>(std::min(there.size(), kMostNamed)));
+    const std::vector<std::string> some(there.begin(),
+                                        there.begin() + static_cast<std::ptrdiff_t>(std::min(there.size(), kMaxNamed)));
     out.push_back({{kind + "s", id},
                    fmt::format("the device has no such {}{}{} {}", kind, near.empty() ? ", there are:" : "; ",
                                near.empty() ? "" : near + " There are:",
@@ -62,8 +62,8 @@ void look_for(const std::string& kind, const std::map<std::string, std::string>&
 std::vector<LostName> lost_names(const DeviceNames& names, const std::vector<std::string>& sensors,
                                  const std::vector<std::string>& actuators) {
   std::vector<LostName> out;
-  look_for("sensor", names.sensors, sensors, out);
-  look_for("actuator", names.actuators, actuators, out);
+  add_lost("sensor", names.sensors, sensors, out);
+  add_lost("actuator", names.actuators, actuators, out);
   return out;
 }
 

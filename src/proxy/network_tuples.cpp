@@ -13,12 +13,12 @@ namespace rubicon::proxy {
 
 namespace {
 
-constexpr tuples::SetOptions kJson{"application/json", {}, {}};
+constexpr tuples::SetOptions kNetworkOptions{"application/json", {}, {}};
 constexpr Duration kDevicesPause = std::chrono::milliseconds(250);
-/// It grows with all networks, and goes out whole for each device.
+/// The list of all devices is long, and published as a whole.
 constexpr Duration kAllDevicesPause = std::chrono::seconds(1);
 constexpr Duration kCountersPause = std::chrono::seconds(1);
-/// Counters a network may publish; more are not shown.
+/// Properties that a network may publish; further ones are ignored.
 constexpr std::size_t kMaxProperties = 256;
 
 }  // namespace
@@ -29,10 +29,11 @@ NetworkTuples::NetworkTuples(ProxyContext& context, DeviceDirectory& directory)
 void NetworkTuples::begin() {
   std::string island = fmt::format("{{\"id\":{},\"name\":", number(context_.space.self()));
   model::append_json(context_.config.island_name, island);
-  std::ignore = context_.space.set(model::IslandKey{context_.config.prefix}.island(), island + '}', kJson);
+  std::ignore = context_.space.set(model::IslandKey{context_.config.prefix}.island(), island + '}', kNetworkOptions);
   publish_networks();
   all_devices_ = "[]";
-  if (auto devices = context_.space.set(model::IslandKey{context_.config.prefix}.devices(), all_devices_, kJson))
+  if (auto devices =
+          context_.space.set(model::IslandKey{context_.config.prefix}.devices(), all_devices_, kNetworkOptions))
     all_devices_tuple_ = *devices;
   for (const auto& [id, network] : directory_.networks()) declare(*network);
 }
@@ -43,16 +44,17 @@ void NetworkTuples::publish_networks() {
     if (list.size() > 1) list += ',';
     model::append_json(id, list);
   }
-  std::ignore = context_.space.set(model::IslandKey{context_.config.prefix}.networks(), list + ']', kJson);
+  std::ignore = context_.space.set(model::IslandKey{context_.config.prefix}.networks(), list + ']', kNetworkOptions);
 }
 
 void NetworkTuples::declare(Network& network) {
   if (network.status_tuple != TupleRef{}) return;
   if (!context_.config.networks.contains(network.id)) publish_networks();
-  const auto status = context_.space.set(model::NetworkKey{network.key}.status(), network_status_text(network), kJson);
-  const auto devices = context_.space.set(model::NetworkKey{network.key}.devices(), "[]", kJson);
+  const auto status =
+      context_.space.set(model::NetworkKey{network.key}.status(), network_status_text(network), kNetworkOptions);
+  const auto devices = context_.space.set(model::NetworkKey{network.key}.devices(), "[]", kNetworkOptions);
   if (!status || !devices) {
-    context_.warn(network.id, fmt::format("tuples of network {} cannot be made", model::quoted(network.id)));
+    context_.warn(network.id, fmt::format("cannot publish the tuples of network {}", model::quoted(network.id)));
     return;
   }
   network.status_tuple = *status;
@@ -70,7 +72,7 @@ void NetworkTuples::remove(Network& network) {
 }
 
 void NetworkTuples::line_changed(Network& network) {
-  std::ignore = context_.space.set(network.status_tuple, network_status_text(network), kJson);
+  std::ignore = context_.space.set(network.status_tuple, network_status_text(network), kNetworkOptions);
   publish_property(network, "line", std::string(to_string(network.line)));
 }
 
@@ -120,17 +122,17 @@ void NetworkTuples::publish_all_devices() {
   publish_list(all_devices_tuple_, model::IslandKey{context_.config.prefix}.devices(), all_devices_);
 }
 
-/// A list that no value can hold would else stand for ever as it was when it still fitted.
+/// A list that is too long for a value is published as empty, so that an outdated one does not remain.
 void NetworkTuples::publish_list(TupleRef tuple, const std::string& key, const std::string& list) {
   if (tuple == TupleRef{}) return;
-  const auto set = context_.space.set(tuple, list, kJson);
+  const auto set = context_.space.set(tuple, list, kNetworkOptions);
   if (set) {
     too_long_.erase(key);
     return;
   }
-  std::ignore = context_.space.set(tuple, "[]", kJson);
+  std::ignore = context_.space.set(tuple, "[]", kNetworkOptions);
   if (too_long_.insert(key).second)
-    context_.log.warning(fmt::format("{} stands empty, its devices are too many: {}", key, set.error().text));
+    context_.log.warning(fmt::format("{} is published as []: the list is too long: {}", key, set.error().text));
 }
 
 void NetworkTuples::refresh_counters() {

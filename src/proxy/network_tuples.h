@@ -7,23 +7,23 @@
 
 namespace rubicon::proxy {
 
-/// Keeps the tuples of networks and of the island: line, counters, reachable devices, list of networks. However fast
-/// devices come and go, the list of a network is published at most four times a second, that of the island once.
+/// Publishes the tuples of networks and of the island: line, counters, reachable devices, list of networks. The device
+/// list of a network is published at most four times a second, that of the island at most once.
 class NetworkTuples {
  public:
   NetworkTuples(ProxyContext& context, DeviceDirectory& directory);
 
   /// The island's own tuples and those of the configured networks.
   void begin();
-  /// Makes the tuples of a network that appeared.
+  /// Publishes the tuples of a new network; does nothing for a known one.
   void declare(Network& network);
-  /// Takes the tuples of a network away.
+  /// Erases the tuples of a network.
   void remove(Network& network);
-  /// Networks came or went.
+  /// Networks were added or removed.
   void networks_changed();
   void line_changed(Network& network);
   void devices_changed(Network& network);
-  /// Counters of the network, of its queue and of its devices, as far as they changed; at most once a second.
+  /// Publishes the changed counters of all networks, their queues and devices; at most once a second.
   void refresh_counters();
 
  private:
@@ -39,9 +39,9 @@ class NetworkTuples {
   DeviceDirectory& directory_;
   TupleRef all_devices_tuple_;
   std::string all_devices_;         ///< as last published, or refused
-  std::set<std::string> too_long_;  ///< keys of the lists that are told to be so
+  std::set<std::string> too_long_;  ///< keys of the lists that do not fit and were reported
   Timer devices_timer_, all_devices_timer_, counters_timer_;
-  SteadyTime devices_at_{}, all_devices_at_{}, counters_at_{};  ///< not again before
+  SteadyTime devices_at_{}, all_devices_at_{}, counters_at_{};  ///< not before
 };
 
 }  // namespace rubicon::proxy

@@ -44,7 +44,7 @@ template <class Body>
 void Proxy::Impl::on(MessageKind kind, void (Impl::*call)(Device*, Network&, const Message&, const Body&)) {
   handles.push_back(context.gateway.subscribe(kind, [this, call](const Message& message) {
     RUBICON_DEBUG_ASSERT(context.scheduler.on_loop_thread());
-    // Devices of other islands are mirrored by their own proxy; a foreign message may not pass for one of ours.
+    // Other islands publish their own devices; a message of another island must not act for one of ours.
     const auto self = context.space.self();
     if (message.origin != self || message.source.island != self || message.source.network.empty()) return;
     auto& network = directory.network(message.source.network);
@@ -62,14 +62,14 @@ void Proxy::Impl::listen() {
   on<model::State>(MessageKind::kState, &Impl::state);
   handles.push_back(
       context.gateway.subscribe(MessageKind::kAcknowledge, [this](const Message& message) { acknowledge(message); }));
-  context.gateway.take_commands([this](const Message& message) { return desk.take(message); });
-  context.gateway.find_devices([this](const std::string& address) { return directory.networks_of(address); });
+  context.gateway.set_command_handler([this](const Message& message) { return desk.on_message(message); });
+  context.gateway.set_device_lookup([this](const std::string& address) { return directory.networks_of(address); });
   const auto self = context.space.self();
   const model::IslandKey island{config.prefix};
   const auto any_device = island.network("*").device("*");
   for (const auto* kind : {"sensor", "actuator"}) {
     handles.push_back(context.space.watch_demand({self, any_device.point(kind, "*").value()},
-                                                 [this](const tuples::Demand& wanted) { demand.wanted(wanted); }));
+                                                 [this](const tuples::Demand& wanted) { demand.on_demand(wanted); }));
   }
   handles.push_back(context.space.add_policy(
       {self, config.prefix + ".**"}, [this](const tuples::RemoteSet& request) { return desk.decide_set(request); }));
@@ -100,7 +100,7 @@ void Proxy::Impl::listed(const DeviceDirectory::Joined& joined, const Announced&
   device.joined = std::max(device.joined, announced.joined);
   if (joined.fresh) transfer.clear(device);
   mirror.joined(joined);
-  take_rate(device);
+  adopt_rate(device);
   if (joined.fresh || joined.changed) warn_of_lost_names(device);
   if (known) restore_values(device, *known);
   const bool as_remembered = known && is_announcement(known->join, join);
@@ -115,10 +115,10 @@ void Proxy::Impl::listed(const DeviceDirectory::Joined& joined, const Announced&
 }
 
 void Proxy::Impl::restore_values(Device& device, const state::KnownDevice& known) {
-  device.decision = known.decision;
+  Memory::restore_decision(device, known);
   device.given_name = known.given_name;
   device.given_area = known.area;
-  if (directory.take_name(device)) mirror.described(device);
+  if (directory.update_name(device)) mirror.described(device);
   for (const auto& stored : known.values) {
     auto* point = find_point(device, stored.point);
     if (!point) {
@@ -146,7 +146,7 @@ void Proxy::Impl::warn_of_lost_names(const Device& device) {
   }
 }
 
-void Proxy::Impl::take_rate(Device& device) {
+void Proxy::Impl::adopt_rate(Device& device) {
   for (auto& point : device.points) {
     if (!is_rate(point) || std::exchange(device.rate_point, point.number) == point.number) continue;
     device.rate = rate_of(point.details->capability->initial).value_or(device.rate);
@@ -180,7 +180,7 @@ void Proxy::Impl::moved(Device& device, const Claim& to, const std::string& tupl
 
 void Proxy::Impl::ignored(Device& device) {
   demand.stop(device);
-  memory.dropped(std::array{&device});
+  memory.save_before_removal(std::array{&device});
   remove(device);
 }
 
@@ -217,7 +217,7 @@ void Proxy::Impl::reading(Device& device, const model::Reading& reading) {
   }
   if (mirror.reading(device, *point, reading)) [[unlikely]]
     liveness.watch(device);
-  if (point->live_commands != 0 && point->quality == Quality::kGood) [[unlikely]]
+  if (point->commands.live != 0 && point->quality == Quality::kGood) [[unlikely]]
     desk.reported(device, *point, reading);
 }
 
@@ -260,11 +260,11 @@ void Proxy::Impl::state(Device*, Network& network, const Message&, const model::
   network_tuples.refresh_counters();
   const auto since = network.since;
   set_line(network, state);
-  const bool tried_again = since == network.since && network_status_text(network) != before;
-  if (tried_again) network_tuples.line_changed(network);
+  const bool retried = since == network.since && network_status_text(network) != before;
+  if (retried) network_tuples.line_changed(network);
 }
 
-/// A network that never speaks of its line has one that works when its devices are heard.
+/// For networks that never report their line: it is up when a device is heard.
 void Proxy::Impl::presume_line(Network& network) {
   set_line(network, {model::LineState::kUp, {}, {}});
 }
@@ -288,7 +288,7 @@ void Proxy::Impl::line_went_down(Network& network) {
   for (auto& [address, device] : network.devices) {
     liveness.interrupted(device, "not heard since the line was down");
     desk.delayed(device);
-    // Where silence says nothing, the line decides who can be reached.
+    // Without a `silence`, the line alone decides which devices are reachable.
     if (network.rules.silence || device.status != DeviceStatus::kReachable) continue;
     device.status = DeviceStatus::kUnreachable;
     device.since = network.since;
@@ -323,7 +323,7 @@ void Proxy::Impl::probe(const Device& device) {
 
 void Proxy::Impl::acknowledge(const Message& message) {
   const auto* answer = std::get_if<model::Acknowledge>(&message.body);
-  // An answer for a device of ours may carry any number; it is no answer to us.
+  // Answers to devices of ours are not for the proxy; they may carry any number.
   if (!answer || message.origin != context.space.self() || !message.destination.network.empty()) return;
   if (!desk.acknowledged(*answer)) demand.acknowledged(*answer);
 }

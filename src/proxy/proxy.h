@@ -16,30 +16,30 @@
 
 namespace rubicon::proxy {
 
-/// The island's face in the tuple space: device directory, tuple mirror, demand, command desk (D1.4, chapter 3). A
-/// listener of the gateway; attach it before networks start. Everything it takes by reference must outlive it; without
-/// a store it forgets everything at its end.
+/// Presents the devices of the island as tuples (D1.4, chapter 3): publishes readings, turns subscriptions into
+/// sampling, carries out commands. Construct it before networks start. Everything it takes by reference must outlive
+/// it; without a store nothing is remembered beyond its end.
 class Proxy {
  public:
   Proxy(ProxyConfig config, Scheduler& scheduler, TupleSpace& space, gateway::Gateway& gateway,
         const TypeCatalogue& types, base::LogSink& log, state::StateStore* store = nullptr);
   ~Proxy();
 
-  /// Shows the devices that the state file remembers; call before the lines open.
+  /// Lists the devices that the state file remembers. Call before the lines open.
   void restore();
-  /// Why new rules cannot be taken, one line each: names by which two points of a device would claim one key.
+  /// Why new rules cannot be applied, one line each: names by which two points of a device would claim one key.
   std::vector<std::string> objections(const ProxyConfig& next) const;
-  /// Names that next rules give to points which the devices of that network do not have, one line each.
+  /// Names in the next rules for points that the devices of that network do not have, one line each.
   std::vector<std::string> lost_names(const std::string& network, const NetworkRules& next) const;
-  /// Takes new rules while everything runs: networks that went, came, or have other names, silence or rate; limits and
-  /// discovery. Prefix and island name stay.
+  /// Applies new rules at run time: networks added or removed, their names, silence and rate; limits and discovery.
+  /// Prefix and island name stay.
   void reconfigure(ProxyConfig config);
-  /// The network is being made anew: its devices are as after a restart of the island.
+  /// The network is recreated: its devices are as after a restart of the island.
   void restart(const std::string& network);
 
   struct InboxCounters {
     std::uint64_t pending = 0, ignored = 0;
-    std::uint64_t refused = 0;    ///< devices there was no room for
+    std::uint64_t refused = 0;    ///< devices without room in the inbox
     std::uint64_t discarded = 0;  ///< messages of pending and ignored devices
   };
   InboxCounters inbox_counters() const;

@@ -67,7 +67,7 @@ void Proxy::Impl::drop_network(const std::string& id) {
 void Proxy::Impl::drop_devices(Network& network) {
   std::vector<Device*> devices;
   for (auto& [address, device] : network.devices) devices.push_back(&device);
-  memory.dropped(devices);
+  memory.save_before_removal(devices);
   for (auto* device : devices) remove(*device);
 }
 
@@ -80,7 +80,7 @@ void Proxy::Impl::change_rules(Network& network, NetworkRules rules) {
   admission.change_domain(network, rules.roaming);
   rename(network, std::move(rules), renamed);
   for (auto& [address, device] : network.devices) {
-    if (directory.take_name(device)) mirror.described(device);
+    if (directory.update_name(device)) mirror.described(device);
     if (old_rate != network.rules.rate && device.rate == old_rate) set_rate(device, network.rules.rate);
     liveness.watch(device);
   }
@@ -103,7 +103,7 @@ void Proxy::Impl::free_reserved_keys(Network& network) {
     const DeviceName name{network.id, holder.address};
     const auto why = fmt::format("{} gave up its key to {}, for which the configuration reserves it", holder.key,
                                  model::quoted(address));
-    memory.dropped(std::array{&holder});
+    memory.save_before_removal(std::array{&holder});
     remove(holder);
     admission.defer(name, announced, why);
   }
@@ -111,7 +111,7 @@ void Proxy::Impl::free_reserved_keys(Network& network) {
 
 /// Frees all old keys before it gives the first new one, so that two devices can swap theirs.
 void Proxy::Impl::rename(Network& network, NetworkRules rules, const std::vector<Device*>& renamed) {
-  memory.dropped(renamed);  // before one of them finds no key
+  memory.save_before_removal(renamed);  // before one of them finds no key
   std::vector<std::map<PointNumber, TupleMirror::Kept>> kept;
   for (auto* device : renamed) {
     kept.push_back(mirror.retire(*device));
@@ -133,7 +133,7 @@ void Proxy::Impl::rename(Network& network, NetworkRules rules, const std::vector
       continue;
     }
     for (const auto& point : *vanished) desk.forget(device, point.number);
-    for (auto& point : device.points) point.wanted = false;  // the subscriptions to the new keys decide
+    demand.reset(device);
     mirror.renamed(device, kept[i]);
     admission.roaming().publish_claim(device);
     memory.record_changed(device);

@@ -11,12 +11,12 @@
 
 namespace rubicon::proxy {
 
-/// Names given at installation time to one device; keys are the default ids (`light-1`), values the instance part that
-/// replaces theirs (`window` -> `light-window`).
+/// Names given to one device at installation time. Keys of the maps are default ids (`light-1`), values the instance
+/// that replaces theirs (`window` -> `light-window`).
 struct DeviceNames {
   std::string id;    ///< key part instead of the address; empty = the address
-  std::string name;  ///< for people; empty = what a user or the device says
-  std::string area;  ///< room or place; empty = what a user says
+  std::string name;  ///< for people; empty = from a user or the device
+  std::string area;  ///< room or place; empty = from a user
   std::map<std::string, std::string> sensors;
   std::map<std::string, std::string> actuators;
 
@@ -25,11 +25,11 @@ struct DeviceNames {
 
 struct NetworkRules {
   std::optional<Duration> silence = std::chrono::seconds(60);  ///< nullopt = never unreachable by silence
-  std::chrono::milliseconds rate{1000};                        ///< sampling period where nobody names one
+  std::chrono::milliseconds rate{1000};                        ///< sampling period where no subscriber names one
   std::map<std::string, DeviceNames> devices;                  ///< by address
   std::string roaming;         ///< domain within which an address means one device; empty = none
-  bool lists_devices = false;  ///< its own options name every device it has (NetworkType::lists_devices)
-  bool probes = false;         ///< quiet devices are asked whether they are there (NetworkType::probes)
+  bool lists_devices = false;  ///< its options name all its devices (NetworkType::lists_devices)
+  bool probes = false;         ///< quiet devices are sent a Probe (NetworkType::probes)
 
   friend bool operator==(const NetworkRules&, const NetworkRules&) = default;
 };
@@ -48,7 +48,7 @@ struct DiscoveryRule {
 
 struct DiscoveryRules {
   DiscoveryAction otherwise = DiscoveryAction::kAuto;
-  std::vector<DiscoveryRule> rules;  ///< the first that fits decides
+  std::vector<DiscoveryRule> rules;  ///< the first that fits applies
 
   friend bool operator==(const DiscoveryRules&, const DiscoveryRules&) = default;
 };
@@ -61,9 +61,9 @@ struct ProxyConfig {
   Duration confirmation_wait = std::chrono::seconds(5);
   Duration queue_expiry = std::chrono::hours(24);  ///< no command waits longer, whatever its time to live
   std::size_t max_devices = 20000;
-  Duration save_period = std::chrono::seconds(10);  ///< how often changed values are remembered
+  Duration save_period = std::chrono::seconds(10);  ///< how often changed values are written to the state file
   DiscoveryRules discovery;
-  std::map<std::string, NetworkRules> networks;  ///< by network id; every network of the island stands here
+  std::map<std::string, NetworkRules> networks;  ///< by network id; all networks of the island
 };
 
 }  // namespace rubicon::proxy

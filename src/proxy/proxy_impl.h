@@ -51,7 +51,7 @@ struct Proxy::Impl {
   void set_line(Network& network, const model::State& state);
   void line_went_down(Network& network);
   void line_came_up(Network& network);
-  void take_rate(Device& device);
+  void adopt_rate(Device& device);
   void warn_of_lost_names(const Device& device);
 
   // What follows from the decisions of the admission.

@@ -6,7 +6,7 @@
 
 namespace rubicon::proxy {
 
-/// A text that most devices and points do not have: eight bytes while it is empty.
+/// A text that most devices and points do not have; takes eight bytes while it is empty.
 class RareText {
  public:
   RareText() = default;

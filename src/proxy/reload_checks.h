@@ -8,7 +8,7 @@
 
 namespace rubicon::proxy {
 
-// What new rules would do to the devices that are listed now, one line each, for whoever reloads the configuration.
+// Problems that new rules would cause for the devices listed now, one line each. Printed by a reload.
 
 /// Names by which two points of one device would claim one key: the rules cannot be applied.
 std::vector<std::string> key_conflicts(const DeviceDirectory& directory, const ProxyConfig& next);

@@ -12,9 +12,9 @@ std::shared_ptr<const Capability> SharedCapabilities::of(const Capability& capab
   for (auto one = first; one != last; ++one) {
     if (auto known = one->second.lock(); known && *known == capability) return known;
   }
-  if (known_.size() >= kMost) std::erase_if(known_, [](const auto& one) { return one.second.expired(); });
+  if (known_.size() >= kMax) std::erase_if(known_, [](const auto& one) { return one.second.expired(); });
   auto fresh = std::make_shared<const Capability>(capability);
-  if (known_.size() < kMost) known_.emplace(hash, fresh);
+  if (known_.size() < kMax) known_.emplace(hash, fresh);
   return fresh;
 }
 

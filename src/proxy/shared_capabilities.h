@@ -8,11 +8,11 @@
 
 namespace rubicon::proxy {
 
-/// Capabilities, those that are alike once: devices of one kind have the same, and there may be thousands of them.
+/// Shares equal capabilities: thousands of devices of one kind have the same.
 class SharedCapabilities {
  public:
-  /// More different ones than these are not looked for any more.
-  static constexpr std::size_t kMost = 2048;
+  /// Different capabilities beyond this number are not shared.
+  static constexpr std::size_t kMax = 2048;
 
   std::shared_ptr<const Capability> of(const Capability& capability);
 

@@ -34,7 +34,7 @@ TupleRef TupleMirror::declare(std::string_view key, std::string_view value, std:
                               WallTime user_time) {
   const auto made = context_.space.declare(key, value, {media_type, user_time, {}});
   if (made) return *made;
-  context_.warn("declare", fmt::format("tuple {} cannot be made: {}", model::quoted(key), made.error().text));
+  context_.warn("declare", fmt::format("cannot declare tuple {}: {}", model::quoted(key), made.error().text));
   return {};
 }
 
@@ -54,7 +54,7 @@ void TupleMirror::joined(const DeviceDirectory::Joined& joined) {
   if (joined.fresh) declare_device(device);
   if (!joined.changed) return;
   for (auto& point : device.points) {
-    if (point.status == TupleRef{}) {
+    if (point.mirror.status == TupleRef{}) {
       declare_point(device, point);
     } else {
       std::ignore =
@@ -70,19 +70,20 @@ void TupleMirror::described(const Device& device) {
 }
 
 void TupleMirror::declare_device(Device& device) {
-  device.status_tuple = declare(model::DeviceKey{device.key}.status(), device_status_text(device), kJsonType);
+  device.mirror.status = declare(model::DeviceKey{device.key}.status(), device_status_text(device), kJsonType);
 }
 
 void TupleMirror::declare_point(Device& device, Point& point, const Kept* kept) {
   const auto key = point_key(device, point).value();
-  point.value = kept ? declare(key, kept->value, kept->media_type, kept->user_time) : declare(key, {}, "text/plain");
-  remember(point.value, {Role::kValue, device.number, point.number});
+  point.mirror.value =
+      kept ? declare(key, kept->value, kept->media_type, kept->user_time) : declare(key, {}, "text/plain");
+  remember(point.mirror.value, {Role::kValue, device.number, point.number});
   write_point_status(device, point, status_text_);
-  point.status = declare(point_key(device, point).status(), status_text_, kJsonType);
+  point.mirror.status = declare(point_key(device, point).status(), status_text_, kJsonType);
   declare(point_key(device, point).description(), point_description(point), kJsonType);
   if (writable(point)) {
-    point.command = declare(point_key(device, point).command(), {}, "text/plain");
-    remember(point.command, {Role::kCommand, device.number, point.number});
+    point.mirror.command = declare(point_key(device, point).command(), {}, "text/plain");
+    remember(point.mirror.command, {Role::kCommand, device.number, point.number});
   }
   if (!kept) initial_value(device, point);
 }
@@ -100,8 +101,8 @@ void TupleMirror::added(Device& device, Point& point) {
 }
 
 void TupleMirror::erase_point(const Device& device, const Point& point) {
-  places_.erase(point.value.index);
-  places_.erase(point.command.index);
+  places_.erase(point.mirror.value.index);
+  places_.erase(point.mirror.command.index);
   const auto point_tuples = point_key(device, point);
   for (const auto& key :
        {point_tuples.value(), point_tuples.status(), point_tuples.description(), point_tuples.command()})
@@ -134,25 +135,25 @@ void TupleMirror::renamed(Device& device, const std::map<PointNumber, Kept>& kep
 }
 
 void TupleMirror::remembered(const Device& device, Point& point, const state::StoredValue& stored) {
-  // A value that the device itself knew when it joined is newer.
+  // A value that came with the join is newer.
   if (point.quality != Quality::kUnknown && point.quality != Quality::kStored) return;
   const auto* json = std::get_if<Json>(&stored.value);
   const auto text = json ? json->text : to_text(stored.value);
   if (point.type && !TypeCatalogue::parse(*point.type, text)) return;
-  point.text = text;
+  point.mirror.text = text;
   point.heard = stored.heard;
   point.changed = stored.changed;
-  std::ignore = context_.space.set(point.value, text, {media_type(stored.value), stored.user_time, {}});
+  std::ignore = context_.space.set(point.mirror.value, text, {media_type(stored.value), stored.user_time, {}});
   set_quality(device, point, Quality::kStored, "from before the restart");
 }
 
 void TupleMirror::device_status(const Device& device) {
-  std::ignore = context_.space.set(device.status_tuple, device_status_text(device), {kJsonType, {}, {}});
+  std::ignore = context_.space.set(device.mirror.status, device_status_text(device), {kJsonType, {}, {}});
 }
 
 void TupleMirror::all_points(Device& device) {
   for (auto& point : device.points) mark(device, point);
-  ask_flush(true);
+  schedule_flush(true);
 }
 
 bool TupleMirror::reading(Device& device, Point& point, const model::Reading& reading) {
@@ -174,21 +175,21 @@ bool TupleMirror::reading(Device& device, Point& point, const model::Reading& re
     set_quality(device, point, Quality::kGood, {});
     return true;
   }
-  if (!point.dirty) {
+  if (!point.mirror.dirty) {
     mark(device, point);
-    ask_flush(false);
+    schedule_flush(false);
   }
   return false;
 }
 
 void TupleMirror::store_value(Point& point, const Value& value, WallTime user_time) {
   write_value(point.type, value, value_text_);
-  point.unsaved = true;
-  if (point.text != value_text_) {
-    point.text = value_text_;
+  Memory::note_value(point);
+  if (point.mirror.text != value_text_) {
+    point.mirror.text = value_text_;
     point.changed = context_.clock.now().wall;
   }
-  std::ignore = context_.space.set(point.value, value_text_, {media_type(value), user_time, {}});
+  std::ignore = context_.space.set(point.mirror.value, value_text_, {media_type(value), user_time, {}});
 }
 
 void TupleMirror::bad_value(const Device& device, Point& point, const std::string& why) {
@@ -219,20 +220,20 @@ void TupleMirror::set_quality(const Device& device, Point& point, Quality qualit
 }
 
 void TupleMirror::publish_status(const Device& device, Point& point) {
-  point.dirty = false;
+  point.mirror.dirty = false;
   memory_.values_changed(device.number);
   write_point_status(device, point, status_text_);
-  std::ignore = context_.space.set(point.status, status_text_, {kJsonType, {}, {}});
+  std::ignore = context_.space.set(point.mirror.status, status_text_, {kJsonType, {}, {}});
 }
 
 void TupleMirror::mark(Device& device, Point& point) {
-  point.dirty = true;
-  if (device.dirty) return;
-  device.dirty = true;
+  point.mirror.dirty = true;
+  if (device.mirror.dirty) return;
+  device.mirror.dirty = true;
   dirty_.push_back(device.number);
 }
 
-void TupleMirror::ask_flush(bool at_once) {
+void TupleMirror::schedule_flush(bool at_once) {
   urgent_ |= at_once;
   const auto now = context_.clock.now().steady;
   next_flush_.advance_to(at_once ? now : std::max(now, last_flush_ + kRefreshPause));
@@ -249,18 +250,18 @@ void TupleMirror::flush() {
     auto* device = directory_.find(flushing_.back());
     flushing_.pop_back();
     if (!device) continue;
-    device->dirty = false;
+    device->mirror.dirty = false;
     for (auto& point : device->points) {
-      if (!point.dirty) continue;
+      if (!point.mirror.dirty) continue;
       publish_status(*device, point);
       ++written;
     }
   }
   last_flush_ = context_.clock.now().steady;
   if (!flushing_.empty()) {
-    ask_flush(true);
+    schedule_flush(true);
   } else if (!dirty_.empty()) {
-    ask_flush(urgent_);
+    schedule_flush(urgent_);
   }
 }
 

@@ -12,39 +12,40 @@
 
 namespace rubicon::proxy {
 
-/// Keeps the tuples of devices and their points true (docs/tuple-keys.md). Status texts that only say "heard again"
-/// wait for a flush, at most one a second; a changed quality is published at once.
+/// Publishes the tuples of devices and their points (docs/tuple-keys.md). A status whose only news is the time of the
+/// last reading waits for a flush, at most one per second; a changed quality is published at once.
 class TupleMirror {
  public:
   TupleMirror(ProxyContext& context, DeviceDirectory& directory, Memory& memory);
 
-  /// After a join: makes what is missing, deletes what vanished, describes what changed.
+  /// After a join: declares new tuples, erases those of vanished points, updates descriptions.
   void joined(const DeviceDirectory::Joined& joined);
+  /// Erases the tuples of the device.
   void left(Device& device);
-  /// Takes a device's tuples away before it gets other keys; what they held is for renamed().
+  /// Erases the tuples before the device gets other keys. Pass the returned values to renamed().
   struct Kept {
     std::string value, media_type;
     WallTime user_time{};
   };
   std::map<PointNumber, Kept> retire(Device& device);
-  /// The device has its new keys: makes its tuples again, as they were.
+  /// The device has its new keys: declares its tuples again with the values they had.
   void renamed(Device& device, const std::map<PointNumber, Kept>& kept);
-  /// Only the device's name changed.
+  /// The name or area of the device changed.
   void described(const Device& device);
-  /// The last value a point had before the island was restarted. Only where nothing is known yet.
+  /// The value of a point before the island was restarted. Ignored if a newer one is known.
   void remembered(const Device& device, Point& point, const state::StoredValue& stored);
-  /// One point made outside a join.
+  /// A point was added outside a join.
   void added(Device& device, Point& point);
 
   void device_status(const Device& device);
-  /// The line or the device changed: the quality shown of all its points does.
+  /// The line or the device changed, and with it the shown quality of all its points.
   void all_points(Device& device);
 
-  /// A value arrived. True if the point just became good, so that its deadline must be watched.
+  /// Publishes a value that arrived. True if the point just became good: its deadline must be watched.
   bool reading(Device& device, Point& point, const model::Reading& reading);
-  /// A value nobody reported: commanded to an actuator that cannot report.
+  /// A value that was commanded to an actuator that cannot report.
   void assume(const Device& device, Point& point, const Value& value);
-  /// A value the proxy itself is the source of (`rate`), or that a network knew at the join.
+  /// A value whose source is the proxy (`rate`), or that came with the join.
   void own_value(const Device& device, Point& point, const Value& value, Quality quality);
 
   void set_quality(const Device& device, Point& point, Quality quality, std::string reason);
@@ -56,7 +57,7 @@ class TupleMirror {
     DeviceNumber device = 0;
     PointNumber point = 0;
   };
-  /// Which point one of our tuples belongs to.
+  /// The point that an own tuple belongs to.
   std::optional<Place> place_of(TupleRef tuple) const;
 
  private:
@@ -69,7 +70,7 @@ class TupleMirror {
   void bad_value(const Device& device, Point& point, const std::string& why);
   void store_value(Point& point, const Value& value, WallTime user_time);
   void mark(Device& device, Point& point);
-  void ask_flush(bool at_once);
+  void schedule_flush(bool at_once);
   void flush();
 
   struct Known {
@@ -84,7 +85,7 @@ class TupleMirror {
   std::vector<DeviceNumber> dirty_, flushing_;
   base::Deadline next_flush_;
   SteadyTime last_flush_{};
-  bool urgent_ = false;  ///< a line or device changed since the flush began
+  bool urgent_ = false;  ///< a line or device changed: the next flush must not wait
   std::string value_text_, status_text_;
 };
 

@@ -17,7 +17,7 @@ std::pair<std::string_view, WallTime> reason_of(const Device& device, const Poin
   if (device.network->down) return {device.network->reason, device.network->since};
   if (device.status == DeviceStatus::kUnreachable) return {device.reason.text(), device.since};
   std::string_view reason = point.details->reason.text();
-  if (reason.empty() && point.wanted && point.quality != Quality::kGood) reason = device.sampling.refusal.text();
+  if (reason.empty() && point.demand.wanted && point.quality != Quality::kGood) reason = device.sampling.refusal.text();
   return {reason, point.since};
 }
 
@@ -64,7 +64,7 @@ std::string seconds_text(Duration span) {
 void write_point_status(const Device& device, const Point& point, std::string& out) {
   const auto [reason, since] = reason_of(device, point);
   model::write_point_status({to_string(shown_quality(device, point)), reason, since, point.heard, point.changed,
-                             point.details->command.text()},
+                             point.details->last_command.text()},
                             out);
 }
 

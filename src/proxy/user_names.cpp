@@ -75,7 +75,7 @@ Result<void> UserNames::give(Device& device, std::string name, std::string area,
     device.given_area = std::move(area_before);
     return fail(done.error().code, fmt::format("{} keeps its name: {}", device.key, done.error().text));
   }
-  if (directory_.take_name(device)) mirror_.described(device);
+  if (directory_.update_name(device)) mirror_.described(device);
   context_.log.info(fmt::format("{} is called {} in area {} by {}, id {}", device.key, model::quoted(device.name),
                                 model::quoted(device.area.text()), commander_name(context_, by), number(by)));
   return {};

@@ -76,7 +76,7 @@ TEST_F(BetweenIslands, AnUndeliverableMessageOfADeviceIsAnsweredOnItsOwnIsland) 
 
 TEST_F(BetweenIslands, ACommandOfAnotherIslandGoesToWhoeverTakesCommandsNotToTheNetwork) {
   std::vector<Message> taken;
-  two.gateway.take_commands([&](const Message& message) -> Result<void> {
+  two.gateway.set_command_handler([&](const Message& message) -> Result<void> {
     taken.push_back(message);
     return {};
   });
@@ -92,7 +92,7 @@ TEST_F(BetweenIslands, ACommandOfAnotherIslandGoesToWhoeverTakesCommandsNotToThe
 }
 
 TEST_F(BetweenIslands, ACommandThatCannotBeTakenIsAnsweredToItsIslandWithItsOwnRequestNumber) {
-  two.gateway.take_commands([](const Message&) { return fail(ErrorCode::kUnsupported, "no lamps here"); });
+  two.gateway.set_command_handler([](const Message&) { return fail(ErrorCode::kUnsupported, "no lamps here"); });
   one.send(two.address("a", "7"), model::Actuate{6, kLamp, true});
   time.run_for(1s);
   EXPECT_THAT(one.answers(), ElementsAre(::testing::FieldsAre(6u, Outcome::kUnsupported, "no lamps here")));

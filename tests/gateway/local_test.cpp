@@ -230,7 +230,7 @@ TEST_F(LocalGateway, DevicesOfTwoOwnNetworksTalkToEachOther) {
 }
 
 TEST_F(LocalGateway, AMessageForADeviceGoesToTheNetworkThatHasIt) {
-  one.gateway.find_devices([](const std::string& device) {
+  one.gateway.set_device_lookup([](const std::string& device) {
     return device == "7" ? std::vector<std::string>{"b"} : std::vector<std::string>{};
   });
   two.send({one.space.self(), "", "7"}, Opaque{"chat", {'x'}});
@@ -241,7 +241,7 @@ TEST_F(LocalGateway, AMessageForADeviceGoesToTheNetworkThatHasIt) {
 }
 
 TEST_F(LocalGateway, AMessageForADeviceThatSeveralNetworksHaveIsRefusedWithTheirNames) {
-  one.gateway.find_devices([](const std::string&) { return std::vector<std::string>{"a", "b"}; });
+  one.gateway.set_device_lookup([](const std::string&) { return std::vector<std::string>{"a", "b"}; });
   one.send({one.space.self(), "", "7"}, model::Actuate{5, kLamp, 1.0});
   time.run_ready();
   EXPECT_THAT(one.network("a").sent, IsEmpty());
@@ -251,7 +251,7 @@ TEST_F(LocalGateway, AMessageForADeviceThatSeveralNetworksHaveIsRefusedWithTheir
 }
 
 TEST_F(LocalGateway, AMessageForADeviceNobodyHasIsAnswered) {
-  one.gateway.find_devices([](const std::string&) { return std::vector<std::string>{}; });
+  one.gateway.set_device_lookup([](const std::string&) { return std::vector<std::string>{}; });
   one.send({one.space.self(), "", "7"}, Opaque{"chat", {'x'}});
   time.run_ready();
   ASSERT_THAT(one.answers(), SizeIs(1));

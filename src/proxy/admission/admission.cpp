@@ -81,7 +81,7 @@ void Admission::keep_out(const DeviceName& name, const Announced& announced, con
   const auto put = inbox_.put(name, announced, ruling.state, std::move(ruling.why));
   const bool is_new = put == DiscoveryInbox::Put::kNew && !(known && same_announcement(known->join, announced.join));
   if (ruling.state == InboxState::kPending && is_new)
-    memory_.absent(name.network, name.address, announced.join, Decision::kNone);
+    memory_.save_unlisted(name.network, name.address, announced.join, Decision::kNone);
 }
 
 Device* Admission::list_unless_claimed(Network& network, const std::string& address, const Announced& announced,
@@ -170,7 +170,7 @@ void Admission::on_leave(const DeviceName& name) {
   if (decision == Decision::kNone) {
     memory_.forget(name.network, name.address);
   } else {
-    memory_.absent(name.network, name.address, entry->announced.join, decision);
+    memory_.save_unlisted(name.network, name.address, entry->announced.join, decision);
   }
   inbox_.take(name);
 }
@@ -190,7 +190,7 @@ void Admission::restore(Network& network, Memory::Row row, KnownDevice&& known) 
   auto ruling = decide(network, name, announced.join, &known, false);
   if (!ruling.is_admitted()) return keep_out(name, announced, &known, std::move(ruling));
   if (network.rules.lists_devices) return;
-  if (auto* device = list_unless_claimed(network, name.address, announced, &known)) device->state_row = row;
+  if (auto* device = list_unless_claimed(network, name.address, announced, &known)) Memory::restore_row(*device, row);
 }
 
 void Admission::reevaluate_inbox() {

@@ -105,7 +105,7 @@ void CommandTransfer::clear(const Device& device) {
   if (device.network->rules.roaming.empty()) return;
   for (const auto& point : device.points) {
     const auto status = point_key(device, point).status();
-    if (point.status == TupleRef{} && context_.space.find(status)) std::ignore = context_.space.erase(status);
+    if (point.mirror.status == TupleRef{} && context_.space.find(status)) std::ignore = context_.space.erase(status);
   }
 }
 

@@ -79,7 +79,7 @@ void Admission::approve(const DeviceName& name) {
   if (auto* device = retry(directory_.network(name.network), name, true)) {
     memory_.approved(*device);
   } else {
-    memory_.absent(name.network, name.address, join, Decision::kApproved);
+    memory_.save_unlisted(name.network, name.address, join, Decision::kApproved);
   }
 }
 
@@ -93,7 +93,7 @@ void Admission::ignore(const DeviceName& name) {
   roaming_.forget(name);
   context_.log.info(fmt::format("{} is ignored from now on", key_of(name)));
   inbox_.put(name, announced, InboxState::kIgnoredByUser, std::string(kDecidedByUser));
-  memory_.absent(name.network, name.address, announced.join, Decision::kIgnored);
+  memory_.save_unlisted(name.network, name.address, announced.join, Decision::kIgnored);
 }
 
 }  // namespace rubicon::proxy::admission

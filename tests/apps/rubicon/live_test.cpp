@@ -320,7 +320,7 @@ TEST_F(CommandLine, SendsToThoseWhoWaitForTheType) {
   EXPECT_THAT(heard, ElementsAre("hello", "from a file"));
   const auto unheard = rubicon({"send", "6541", "--type", "chat", "-"}, "from standard input");
   EXPECT_EQ(unheard.code, 3);
-  EXPECT_THAT(unheard.errors, HasSubstr("nobody on island 6541 listens"));
+  EXPECT_THAT(unheard.errors, HasSubstr("island 6541 has no listener"));
   const auto hex = other.while_it_runs({"send", id, "--type", "chat", "--hex", "68 69"});
   EXPECT_EQ(hex.code, 0) << hex.errors;
   EXPECT_EQ(heard.back(), "hi");
