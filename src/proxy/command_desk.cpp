@@ -129,7 +129,7 @@ Result<void> CommandDesk::on_message(const Message& message) {
   if (!message.source.network.empty())
     command.commander = fmt::format("{} {} of {}", message.source.network, message.source.device, command.commander);
   command.asker = {message.source, message.destination, request.request};
-  std::ignore = context_.space.set((*point)->command, request.value);
+  std::ignore = context_.space.set((*point)->mirror.command, request.value);
   return {};
 }
 
