@@ -140,7 +140,7 @@ TEST_F(BetweenIslands, AMessageInTheNameOfAnotherIsRefusedCountedAndLoggedOnce) 
   EXPECT_THAT(one.heard, IsEmpty());
   EXPECT_EQ(one.gateway.counters().forged, 3u);
   EXPECT_EQ(std::count_if(log.lines.begin(), log.lines.end(),
-                          [](const auto& line) { return line.find("70001 was refused") != line.npos; }),
+                          [](const auto& line) { return line.find("refused a message of component 70001") != line.npos; }),
             1);
 }
 

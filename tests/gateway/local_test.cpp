@@ -196,7 +196,7 @@ TEST_F(LocalGateway, GivesUserMessagesToThoseWhoWantTheirTypeAndAnswersWhenNobod
   ASSERT_THAT(one.heard, SizeIs(1));
   EXPECT_EQ(one.heard[0].destination, one.address("a", "7"));
   EXPECT_EQ(one.answers()[0].outcome, Outcome::kUndeliverable);
-  EXPECT_THAT(one.answers()[0].text, HasSubstr("nobody"));
+  EXPECT_THAT(one.answers()[0].text, HasSubstr("no listener"));
   handle.reset();
   one.network("a").say("7", note("late"));
   time.run_ready();
