@@ -1,49 +1,58 @@
-# Sourced by ./run and ./test: says what is done, installs missing packages, configures and builds a preset.
+# Sourced by ./run and ./test: reports progress, installs missing packages, configures and builds a preset.
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 
-# A clone elsewhere finds what this one compiled.
+# A clone in another folder finds what this one compiled.
 export CCACHE_BASEDIR=$root CCACHE_NOHASHDIR=1
 
 say() { printf '[%s] %s\n' "$(basename "$0")" "$*" >&2; }
 
-as_root() {
-  if [ "$(id -u)" -eq 0 ]; then "$@"
-  elif command -v sudo >/dev/null; then sudo "$@"
-  else
-    say "missing packages and neither root nor sudo; install them by hand: ${missing[*]}"
+# Who may install packages, as a command to put in front: nothing for root, sudo, or `false` for anybody else.
+root_command() {
+  if [ "$(id -u)" -eq 0 ]; then echo
+  elif command -v sudo >/dev/null; then echo sudo
+  else echo false
+  fi
+}
+
+# installed PACKAGE...: those that dpkg has, one on each line.
+installed() {
+  { dpkg-query -W -f='${Package} ${Status}\n' "$@" 2>/dev/null || true; } | awk '/install ok installed/ {print $1}'
+}
+
+# install_missing LIST...: installs what is missing of scripts/packages-LIST.txt.
+install_missing() {
+  local wanted missing as_root
+  mapfile -t wanted < <(cd "$root/scripts" && lists=("${@/#/packages-}") && cat "${lists[@]/%/.txt}" | grep -vE '^(#|$)' | sort -u)
+  mapfile -t missing < <(comm -23 <(printf '%s\n' "${wanted[@]}") <(installed "${wanted[@]}" | sort))
+  [ "${#missing[@]}" -eq 0 ] && return
+  as_root=$(root_command)
+  [ "$as_root" = false ] || say "installing ${#missing[@]} missing packages: ${missing[*]}"
+  if ! $as_root apt-get update -qq; then  # `false` fails, and sudo for those who may not use it
+    say "${#missing[@]} packages are missing, and installing them needs root or sudo. Ask somebody who has it to run:"
+    printf '%s\n' "apt-get install --no-install-recommends ${missing[*]}" >&2
     exit 1
   fi
+  install_without_starting "$as_root" "${missing[@]}"
 }
 
-install_missing() {
-  local wanted present
-  mapfile -t wanted < <(grep -vE '^(#|$)' "$root/scripts/packages.txt")
-  # dpkg-query fails where it does not know one of them: that is what we are here for.
-  present=$({ dpkg-query -W -f='${Package} ${Status}\n' "${wanted[@]}" 2>/dev/null || true; } | awk '/install ok installed/ {print $1}')
-  mapfile -t missing < <(comm -23 <(printf '%s\n' "${wanted[@]}" | sort) <(printf '%s\n' "$present" | sort))
-  [ "${#missing[@]}" -eq 0 ] && return
-  say "installing ${#missing[@]} missing packages: ${missing[*]}"
-  as_root apt-get update -qq
-  install_without_starting
-}
-
-# Tests start knxd themselves, where it meets nobody: neither its installation nor the machine's next start shall.
+# Services that a package brings (knxd) must not start: the tests start their own, in networks of their own.
 install_without_starting() (
+  as_root=$1
+  shift
   policy=/usr/sbin/policy-rc.d
   if [ ! -e "$policy" ]; then
-    trap 'as_root rm -f "$policy"' EXIT
-    printf '#!/bin/sh\nexit 101\n' | as_root tee "$policy" >/dev/null
-    as_root chmod 755 "$policy"
+    trap '$as_root rm -f "$policy"' EXIT
+    printf '#!/bin/sh\nexit 101\n' | $as_root tee "$policy" >/dev/null
+    $as_root chmod 755 "$policy"
   fi
-  as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${missing[@]}" >&2
-  if [[ " ${missing[*]} " == *" knxd "* ]] && command -v systemctl >/dev/null; then
-    as_root systemctl --quiet disable knxd.socket knxd.service || true
+  $as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "$@" >&2
+  if [[ " $* " == *" knxd "* ]] && command -v systemctl >/dev/null; then
+    $as_root systemctl --quiet disable knxd.socket knxd.service || true
   fi
 )
-
-# show_progress FILE PATTERN PID: while the process runs, how far it is by the last line of the file that begins so; on a
-# terminal one line that changes, else a line each half a minute.
+# show_progress FILE PATTERN PID: while the process runs, shows `n of m` from the last line of the file that matches the
+# pattern: on a terminal in one line that changes, otherwise as a line every 30 seconds.
 show_progress() {
   local file=$1 pattern=$2 pid=$3 now= shown= turns=0
   while kill -0 "$pid" 2>/dev/null; do

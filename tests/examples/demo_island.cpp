@@ -21,7 +21,7 @@ const std::string kMotes =
     "actuators: assumed}";
 const std::string kKnx =
     "networks.knx-demo={type: knx, host: 127.0.0.1, port: 13671, groups: {1/0/1: {dpt: 1.001, kind: actuator, state: "
-    "1/0/2, name: Hall lamp}, 1/2/7: {dpt: 9.001, name: Hall temperature}}}";
+    "1/0/2, name: Hall lamp}, 1/2/7: {dpt: 9.001, name: Hall temperature}, 1/2/8: {dpt: 9.007, name: Hall humidity}}}";
 
 // What pages name besides: mote 7 of wsn-1, and devices that wait for a decision.
 const std::string kOtherMotes =
@@ -30,16 +30,11 @@ const std::string kOtherMotes =
 const std::string kWaiting = "networks.dummy-new={type: dummy, simulate: {guest: {}, stranger: {}}}";
 const std::string kAsk = "discovery={rules: [{network: dummy-new, new-devices: ask}]}";
 
-bool is_there(const char* program) {
-  return support::run_to_end({"sh", "-c", std::string("command -v ") + program}).code == 0;
-}
-
 }  // namespace
 
 DemoIsland::DemoIsland() : folder_(fs::temp_directory_path() / ("rubicon_examples_" + std::to_string(::getpid()))) {
   if (!network_.entered()) return;
   write_files();
-  has_knx_ = is_there("knxd") && is_there("knxtool");
   const auto start = [this](std::vector<std::string> words) {
     running_.push_back(std::make_unique<support::Process>(std::move(words)));
   };
@@ -67,14 +62,8 @@ DemoIsland::DemoIsland() : folder_(fs::temp_directory_path() / ("rubicon_example
                                   "--shell",
                                   "--log-level",
                                   "error"};
-  if (has_knx_) {
-    // knxd joins its group at the interface of the default route.
-    support::run_to_end({"sh", "-ec",
-                         "ip link add veth0 type veth peer name veth1; ip address add 10.57.0.1/24 dev veth0;"
-                         "ip link set veth0 up; ip link set veth1 up; ip route add default dev veth0"});
-    start({kExamples + "/knx-bus.sh"});
-    island.insert(island.end(), {"--set", kKnx});
-  }
+  start({kPrograms + "/knx-simulator", kExamples + "/knx.script", "--listen", "13671", "--log-level", "error"});
+  island.insert(island.end(), {"--set", kKnx});
   start(std::move(island));
   auto& shell = *running_.back();
   // As the live table of ./run, it wants all sensors. Its motes join one after the other.

@@ -20,7 +20,6 @@ class DemoIsland {
 
   /// Empty: it runs. Else why it cannot be run here.
   const std::string& reason() const { return network_.reason(); }
-  bool has_knx() const { return has_knx_; }
   const std::filesystem::path& folder() const { return folder_; }
 
   /// A shell command line in that folder, ended with SIGINT after so many seconds.
@@ -31,7 +30,6 @@ class DemoIsland {
 
   support::PrivateNetwork network_;
   std::filesystem::path folder_;
-  bool has_knx_ = false;
   std::vector<std::unique_ptr<support::Process>> running_;
 };
 

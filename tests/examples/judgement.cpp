@@ -54,8 +54,8 @@ bool found_losses_only(const std::string& output) {
 }  // namespace
 
 bool is_endless(const std::string& line) {
-  constexpr std::array kPrograms{"rubicon record",    "rubicon receive",        "rubicon publish",
-                                 "rubicon-proxy run", "motes-simulator --port", "salad-simulator "};
+  constexpr std::array kPrograms{"rubicon record",         "rubicon receive",  "rubicon publish", "rubicon-proxy run",
+                                 "motes-simulator --port", "salad-simulator ", "knx-simulator "};
   return (shows_what_is_there(line) || begins(line, kPrograms)) && !has(line, " | ") && !has(line, " --rounds ");
 }
 

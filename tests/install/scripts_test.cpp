@@ -2,13 +2,20 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <string>
+#include <vector>
 
 #include "support/process.h"
 
 namespace rubicon::install {
 namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
 
 /// Runs scripts/common.sh as ./run and ./test do, on a machine whose dpkg knows cmake only; nothing is installed.
 support::Outcome on_a_fresh_machine(const std::string& command) {
@@ -20,18 +27,51 @@ support::Outcome on_a_fresh_machine(const std::string& command) {
   const auto outcome = support::run_to_end(
       {"bash", "-c",
        "set -euo pipefail; PATH=" + folder.string() +
-           ":$PATH; . " RUBICON_SOURCE_DIR "/scripts/common.sh; as_root() { echo \"as root: $*\"; }; " + command});
+           ":$PATH; . " RUBICON_SOURCE_DIR
+           "/scripts/common.sh; root_command() { echo fake_root; }; fake_root() { echo \"as root: $*\"; }; " +
+           command});
   std::filesystem::remove_all(folder);
   return outcome;
 }
 
+std::vector<std::string> packages(const std::string& list) {
+  std::ifstream file(RUBICON_SOURCE_DIR "/scripts/packages-" + list + ".txt");
+  std::vector<std::string> names;
+  for (std::string line; std::getline(file, line);) {
+    if (!line.empty() && !line.starts_with("#")) names.push_back(line);
+  }
+  return names;
+}
+
 TEST(Scripts, WhatDpkgDoesNotKnowIsInstalled) {
-  const auto outcome = on_a_fresh_machine("install_missing; echo went on");
+  const auto outcome = on_a_fresh_machine("install_missing run; echo went on");
   EXPECT_EQ(outcome.code, 0) << outcome.errors;
-  EXPECT_THAT(outcome.errors + outcome.output, testing::HasSubstr("libexpat1-dev"));
-  EXPECT_THAT(outcome.errors + outcome.output, testing::Not(testing::HasSubstr(" cmake ")));
-  EXPECT_THAT(outcome.errors + outcome.output, testing::HasSubstr("apt-get install"));
-  EXPECT_THAT(outcome.output, testing::HasSubstr("went on"));
+  EXPECT_THAT(outcome.errors + outcome.output, HasSubstr("libexpat1-dev"));
+  EXPECT_THAT(outcome.errors + outcome.output, Not(HasSubstr(" cmake ")));
+  EXPECT_THAT(outcome.errors + outcome.output, HasSubstr("apt-get install"));
+  EXPECT_THAT(outcome.output, HasSubstr("went on"));
+}
+
+TEST(Scripts, RunningInstallsNoTestToolsAndNoServices) {
+  const auto to_run = on_a_fresh_machine("install_missing run");
+  for (const auto& tool : packages("test")) EXPECT_THAT(to_run.errors, Not(HasSubstr(" " + tool + " "))) << tool;
+  const auto to_test = on_a_fresh_machine("install_missing run test");
+  EXPECT_THAT(to_test.errors, AllOf(HasSubstr(" knxd "), HasSubstr(" libgtest-dev "), HasSubstr(" g++ ")));
+}
+
+TEST(Scripts, EachPackageIsListedOnce) {
+  auto all = packages("run");
+  EXPECT_FALSE(all.empty());
+  for (const auto& one : packages("test")) all.push_back(one);
+  std::sort(all.begin(), all.end());
+  EXPECT_EQ(std::adjacent_find(all.begin(), all.end()), all.end());
+}
+
+TEST(Scripts, WithoutRootAndSudoTheCommandForSomebodyElseIsShown) {
+  const auto outcome = on_a_fresh_machine("root_command() { echo false; }; install_missing run; echo went on");
+  EXPECT_EQ(outcome.code, 1);
+  EXPECT_THAT(outcome.errors, HasSubstr("\napt-get install --no-install-recommends cyclonedds-dev "));
+  EXPECT_THAT(outcome.output, Not(HasSubstr("went on")));
 }
 
 }  // namespace
