@@ -1,3 +1,5 @@
+#include "config/config_file.h"
+
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -7,7 +9,6 @@
 #include <fstream>
 #include <iterator>
 
-#include "config/island_config.h"
 #include "config/network_numbers.h"
 #include "config/yaml.h"
 #include "rubicon/key.hpp"

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/config_reader.h"
+#include "config/config_file.h"
 #include "config/engine_config.h"
 #include "config/own_tuples.h"
 #include "config/recorder_config.h"
@@ -63,12 +64,5 @@ struct IslandConfig {
 /// for finding more errors.
 IslandConfig read_island_config(ConfigNode root, std::span<const network::NetworkType> types,
                                 base::ConfigErrors& errors);
-
-/// `networks.dummy-1.seed=7` or any other path (a part with dots in double quotes): replaces or creates the value, at
-/// the place `--set ...`.
-Result<void> apply_override(ConfigNode& root, std::string_view assignment);
-
-/// File -> tree with the overrides applied; kNotFound, kIo or the errors of parse_yaml.
-Result<ConfigNode> load_config(const std::string& path, const std::vector<std::string>& overrides);
 
 }  // namespace rubicon::config

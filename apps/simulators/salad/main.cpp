@@ -6,11 +6,14 @@
 
 #include "apps/program/spdlog_sink.h"
 #include "apps/simulators/salad/simulator.h"
-#include "config/island_config.h"
+#include "base/host_port.h"
+#include "config/config_file.h"
+#include "config/site_types.h"
 #include "networks/salad/salad_network.h"
 #include "transport/asio_scheduler.h"
 #include "transport/asio_signals.h"
 #include "transport/local_transports.h"
+#include "transport/read_text.h"
 
 namespace {
 
@@ -19,6 +22,7 @@ using namespace rubicon::salad_simulator;
 
 constexpr int kFailed = 1;
 constexpr int kConfiguration = 2;
+constexpr std::size_t kLargestScript = 1 << 20;
 
 struct Arguments {
   std::string table, network, proxy, bind, script, period = "500ms", log_level = "info";
@@ -50,16 +54,6 @@ void describe(CLI::App& app, Arguments& a) {
       ->capture_default_str();
 }
 
-Result<std::string> read_text(const std::string& path, transport::Transports& transports) {
-  auto file = transports.open_file(path);
-  if (!file) return fail(file.error());
-  std::string text(static_cast<std::size_t>(std::min<std::uint64_t>((*file)->size(), 1 << 20)), '\0');
-  auto count = (*file)->read({reinterpret_cast<std::uint8_t*>(text.data()), text.size()});
-  if (!count) return fail(count.error());
-  text.resize(*count);
-  return text;
-}
-
 ConfigNode options_naming(const std::string& properties) {
   ConfigNode options, name;
   name.kind = ConfigNode::Kind::kScalar;
@@ -73,8 +67,9 @@ ConfigNode options_naming(const std::string& properties) {
 Result<ConfigNode> network_options(const Arguments& a, TypeCatalogue& types) {
   auto root = config::load_config(a.table, {});
   if (!root) return fail(root.error());
-  base::ConfigErrors not_ours;
-  types = config::read_island_config(*root, std::span(&networks::salad::kType, 1), not_ours).types;
+  base::ConfigErrors reported_by_the_daemon;
+  ConfigReader reader(*root, "", reported_by_the_daemon);
+  config::read_site_types(reader, types);
   const auto* networks = root->find("networks");
   for (const auto& [id, network] : networks ? networks->entries : std::vector<std::pair<std::string, ConfigNode>>{}) {
     const auto* type = network.find("type");
@@ -99,18 +94,16 @@ Result<networks::salad::SaladOptions> read_options(const Arguments& a, TypeCatal
   return options;
 }
 
-/// Everything that is not a number comes last: arguments go before what the file says.
+/// Completes the simulator's options: arguments take precedence over the file.
 Result<void> complete(Arguments& a, const networks::salad::SaladOptions& file) {
   auto& options = a.simulator;
   options.port = a.port < 0 ? file.port : static_cast<std::uint16_t>(a.port);
   options.proxy_port = file.own_port;
-  if (const auto colon = a.proxy.rfind(':'); colon != a.proxy.npos) {
-    const auto port = networks::salad::read_id(a.proxy.substr(colon + 1));
-    if (!port) return fail(ErrorCode::kInvalid, "--proxy: expected HOST:PORT");
-    options.proxy_port = *port;
-    options.proxy_host = a.proxy.substr(0, colon);
-  } else if (!a.proxy.empty()) {
-    options.proxy_host = a.proxy;
+  if (!a.proxy.empty()) {
+    const auto proxy = base::parse_host_port(a.proxy, file.own_port);
+    if (!proxy) return fail(ErrorCode::kInvalid, "--proxy: expected HOST:PORT");
+    options.proxy_host = proxy->host;
+    options.proxy_port = proxy->port;
   }
   if (options.proxy_port == 0) return fail(ErrorCode::kInvalid, "--proxy: expected HOST:PORT, FILE has no fixed port");
   options.bind = a.bind == "any" ? "" : a.bind.empty() ? listening_address(options.proxy_host) : a.bind;
@@ -138,7 +131,7 @@ int run(Arguments& a) {
   if (auto complete_ones = complete(a, *file); !complete_ones) return report(complete_ones.error());
   std::vector<Step> script;
   if (!a.script.empty()) {
-    auto text = read_text(a.script, transports);
+    auto text = transport::read_text(transports, a.script, kLargestScript);
     auto steps = text ? parse_script(*text) : Result<std::vector<Step>>(fail(text.error()));
     if (!steps) return report({steps.error().code, a.script + ": " + steps.error().text});
     script = std::move(*steps);
