@@ -36,7 +36,7 @@ class Client {
     options.port = port;
     options.nat = TunnelOptions::Nat::kOn;
     options.limits.rate = 0;
-    LineCalls calls;
+    LineCallbacks calls;
     calls.changed = [this](const LineState& state) {
       if (state.phase == LineState::Phase::kUp && up) up();
     };
@@ -66,8 +66,8 @@ double our_telegrams(int telegrams) {
   double rate = 0;
   const std::function<void()> more = [&] {
     for (; asked < telegrams && asked - done < kWaiting; ++asked) {
-      client.line().send(write_of(asked), loop.scheduler().now() + 60s, [&](Sent outcome, std::string_view) {
-        if (outcome != Sent::kSent) throw std::runtime_error("a telegram was not confirmed");
+      client.line().send(write_of(asked), loop.scheduler().now() + 60s, [&](SendOutcome outcome, std::string_view) {
+        if (outcome != SendOutcome::kSent) throw std::runtime_error("a telegram was not confirmed");
         if (++done == telegrams) {
           rate = telegrams / seconds_since(start);
           loop.stop();
@@ -143,10 +143,10 @@ Json one_seed(const support::Knxd& knxd, int writes, unsigned seed) {
   int done = 0, unconfirmed = 0;
   const auto start = Clock::now();
   for (int i = 0; i < writes; ++i) {
-    client.line().send(write_of(i), loop.scheduler().now() + 60s, [&, i](Sent outcome, std::string_view) {
-      if (outcome == Sent::kUnconfirmed) {
+    client.line().send(write_of(i), loop.scheduler().now() + 60s, [&, i](SendOutcome outcome, std::string_view) {
+      if (outcome == SendOutcome::kUnconfirmed) {
         ++unconfirmed;
-      } else if (outcome != Sent::kSent) {
+      } else if (outcome != SendOutcome::kSent) {
         failed.insert(i);
       }
       if (++done == writes) loop.stop();

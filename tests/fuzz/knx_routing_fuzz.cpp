@@ -18,7 +18,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   transport::MemoryTransports lines;
   lines.join(net, "10.77.0.1");
   int outcomes = 0, found = 0;
-  Routing::Calls calls;
+  Routing::Callbacks calls;
   calls.send = [](ByteView) { return Result<void>(); };
   calls.received = [](const Telegram& telegram) {
     if (telegram.destination == GroupAddress{} || telegram.payload.bytes.size() > kLongestPayload) std::abort();
@@ -32,21 +32,21 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       if (describe(server).empty()) std::abort();
     ++found;
   });
-  calls.discovery = [&](const transport::Endpoint& from, ByteView frame) { discovery.heard(from, frame); };
+  calls.discovery = [&](const transport::Endpoint& from, ByteView frame) { discovery.receive(from, frame); };
   Routing routing(time, {IndividualAddress(0xfffa)}, calls);
   routing.up({"10.77.0.1", 49152});
   ByteView rest(data, size);
-  discovery.heard({"10.77.0.2", 3671}, rest);
+  discovery.receive({"10.77.0.2", 3671}, rest);
   while (!rest.empty()) {
     const auto length = std::min<std::size_t>(rest[0], rest.size() - 1);
-    routing.heard({"10.77.0.2", 3671}, rest.subspan(1, length));
+    routing.receive({"10.77.0.2", 3671}, rest.subspan(1, length));
     rest = rest.subspan(1 + length);
     time.run_for(std::chrono::milliseconds(1));
   }
   Telegram telegram;
   telegram.destination = GroupAddress(1);
   telegram.payload = {{1}, true};
-  routing.send(telegram, time.now() + std::chrono::minutes(5), [&](Sent, std::string_view) { ++outcomes; });
+  routing.send(telegram, time.now() + std::chrono::minutes(5), [&](SendOutcome, std::string_view) { ++outcomes; });
   time.run_for(std::chrono::minutes(6));
   if (outcomes != 1 || found != 1) std::abort();
   return 0;

@@ -14,7 +14,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   TunnelCounters counters;
   int under_way = 0;
   bool ended = false;
-  Tunnel::Calls calls;
+  Tunnel::Callbacks calls;
   calls.transmit = [&](Tunnel::Path, ByteView frame) {
     if (!read_message(frame)) std::abort();
   };

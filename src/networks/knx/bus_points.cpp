@@ -178,29 +178,29 @@ Result<void> BusPoints::actuate(const std::string& device, const model::Actuate&
   ++counters_.commands;
   commanded_[{device, command.point}] = {command.request, std::move(*payload), command.value, {}};
   const bool told = command.time_to_live.count() > 0;
-  line_->send(
-      telegram, host_.scheduler().now() + (told ? Duration(command.time_to_live) : kCommandLifetime),
-      [this, device, command, telegram, alive = std::weak_ptr<bool>(alive_)](line::Sent outcome, std::string_view why) {
-        if (!alive.lock()) return;
-        sent(device, command, outcome, why);
-        if (outcome == line::Sent::kSent) hear(telegram, table_.find(device, command.point));
-      });
+  line_->send(telegram, host_.scheduler().now() + (told ? Duration(command.time_to_live) : kCommandLifetime),
+              [this, device, command, telegram, alive = std::weak_ptr<bool>(alive_)](line::SendOutcome outcome,
+                                                                                     std::string_view why) {
+                if (!alive.lock()) return;
+                sent(device, command, outcome, why);
+                if (outcome == line::SendOutcome::kSent) hear(telegram, table_.find(device, command.point));
+              });
   return {};
 }
 
 /// L_Data.con makes a command sent; whether it had an effect, the state address says. Without the confirmation the
 /// interface has it at least, and nobody reported that it failed.
-void BusPoints::sent(const std::string& device, const model::Actuate& command, line::Sent outcome,
+void BusPoints::sent(const std::string& device, const model::Actuate& command, line::SendOutcome outcome,
                      std::string_view why) {
-  if (outcome == line::Sent::kSent || outcome == line::Sent::kUnconfirmed) {
+  if (outcome == line::SendOutcome::kSent || outcome == line::SendOutcome::kUnconfirmed) {
     host_.deliver(device, model::Acknowledge{command.request, model::Outcome::kSent,
-                                             outcome == line::Sent::kSent ? std::string() : std::string(why)});
+                                             outcome == line::SendOutcome::kSent ? std::string() : std::string(why)});
     return verify(device, command);
   }
   ++counters_.failed_commands;
   const auto commanded = commanded_.find({device, command.point});
   if (commanded != commanded_.end() && commanded->second.request == command.request) commanded_.erase(commanded);
-  const auto kind = outcome == line::Sent::kRefused ? model::Outcome::kRefused : model::Outcome::kFailed;
+  const auto kind = outcome == line::SendOutcome::kRefused ? model::Outcome::kRefused : model::Outcome::kFailed;
   host_.deliver(device, model::Acknowledge{command.request, kind, std::string(why)});
 }
 

@@ -47,7 +47,7 @@ class BusPoints {
   void ask_marked();
   void plan(std::size_t index);
   void due(std::size_t index);
-  void sent(const std::string& device, const model::Actuate& command, line::Sent outcome, std::string_view why);
+  void sent(const std::string& device, const model::Actuate& command, line::SendOutcome outcome, std::string_view why);
   void verify(const std::string& device, const model::Actuate& command);
   bool is_fresh(const BoundPoint& point) const;
   void no_answer(wire::GroupAddress address);

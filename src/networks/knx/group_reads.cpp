@@ -80,7 +80,7 @@ void GroupReads::put(wire::GroupAddress address) {
   telegram.service = wire::Service::kRead;
   telegram.destination = address;
   line_->send(std::move(telegram), scheduler_.now() + kLifetime,
-              [this, address, alive = std::weak_ptr<bool>(alive_)](line::Sent, std::string_view) {
+              [this, address, alive = std::weak_ptr<bool>(alive_)](line::SendOutcome, std::string_view) {
                 if (alive.lock()) left(address);
               });
 }

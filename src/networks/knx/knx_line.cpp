@@ -29,7 +29,7 @@ bool same_line(const LineOptions& one, const LineOptions& other) {
 }
 
 std::unique_ptr<line::Line> make_line(const LineOptions& options, Scheduler& scheduler,
-                                      transport::Transports& transports, line::LineCalls calls) {
+                                      transport::Transports& transports, line::LineCallbacks calls) {
   if (options.via == Via::kRouting) {
     auto routing = options.routing;
     routing.seed = std::random_device()();

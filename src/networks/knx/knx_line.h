@@ -20,6 +20,6 @@ struct LineOptions {
 bool same_line(const LineOptions& one, const LineOptions& other);
 
 std::unique_ptr<line::Line> make_line(const LineOptions& options, Scheduler& scheduler,
-                                      transport::Transports& transports, line::LineCalls calls);
+                                      transport::Transports& transports, line::LineCallbacks calls);
 
 }  // namespace rubicon::networks::knx

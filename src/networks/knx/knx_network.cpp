@@ -90,7 +90,7 @@ class KnxNetwork final : public network::Network {
 };
 
 void KnxNetwork::make_line() {
-  line::LineCalls calls;
+  line::LineCallbacks calls;
   calls.changed = [this](const line::LineState& state) { line_changed(state); };
   calls.failed = [this](Error why) { lost(std::move(why)); };
   calls.received = [this](const wire::Telegram& telegram) { received(telegram); };
@@ -180,8 +180,8 @@ void KnxNetwork::received(const wire::Telegram& telegram) {
 
 void KnxNetwork::put(wire::Telegram telegram, std::function<void(bool)> done) {
   line_->send(std::move(telegram), host_.scheduler().now() + kExposedLifetime,
-              [done = std::move(done)](line::Sent outcome, std::string_view) {
-                done(outcome == line::Sent::kSent || outcome == line::Sent::kUnconfirmed);
+              [done = std::move(done)](line::SendOutcome outcome, std::string_view) {
+                done(outcome == line::SendOutcome::kSent || outcome == line::SendOutcome::kUnconfirmed);
               });
 }
 
@@ -250,7 +250,7 @@ void KnxNetwork::report() {
                      line.reason, line_->counters()};
   if (const auto doubled = state.counters.find("doubled-address");
       doubled != state.counters.end() && doubled->second > 0 && !std::exchange(told_doubled_, true))
-    host_.log().warning(fmt::format("{} is the address of another one on the bus too", to_string(line.own)));
+    host_.log().warning(fmt::format("{} is also the address of another device on the bus", to_string(line.own)));
   const auto& points = points_.counters();
   state.counters.insert({{"readings", points.readings},
                          {"undecodable-values", points.bad_values},

@@ -118,8 +118,9 @@ void Operators::read(Asker asker, const json& wish) {
   });
   line_->send(
       std::move(question), host_.scheduler().now() + kOperatorLifetime,
-      [this, address = *address, alive = std::weak_ptr<bool>(alive_)](line::Sent outcome, std::string_view why) {
-        if (alive.lock() && outcome != line::Sent::kSent && outcome != line::Sent::kUnconfirmed) give_up(address, why);
+      [this, address = *address, alive = std::weak_ptr<bool>(alive_)](line::SendOutcome outcome, std::string_view why) {
+        if (alive.lock() && outcome != line::SendOutcome::kSent && outcome != line::SendOutcome::kUnconfirmed)
+          give_up(address, why);
       });
 }
 
@@ -138,9 +139,10 @@ void Operators::write(Asker asker, const json& wish) {
   const auto hex = base::to_hex(payload->bytes);
   line_->send(telegram, host_.scheduler().now() + kOperatorLifetime,
               [this, asker = std::move(asker), hex, telegram, alive = std::weak_ptr<bool>(alive_)](
-                  line::Sent outcome, std::string_view why) {
+                  line::SendOutcome outcome, std::string_view why) {
                 if (!alive.lock()) return;
-                if (outcome != line::Sent::kSent && outcome != line::Sent::kUnconfirmed) return refuse(asker, why);
+                if (outcome != line::SendOutcome::kSent && outcome != line::SendOutcome::kUnconfirmed)
+                  return refuse(asker, why);
                 reply(asker, {{"ok", true}, {"address", to_string(telegram.destination)}, {"hex", hex}});
                 wrote_(telegram);
               });

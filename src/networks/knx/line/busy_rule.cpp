@@ -22,11 +22,11 @@ unsigned BusyRule::level(SteadyTime now) const {
   return fallen >= n_ ? 0 : n_ - static_cast<unsigned>(fallen);
 }
 
-void BusyRule::heard(SteadyTime now, Duration wait) {
+void BusyRule::receive(SteadyTime now, Duration wait) {
   const bool waiting = now < resume_at_;
   const auto level_now = level(now);
   const bool counts = level_now == 0 || now - counted_ > kApart;
-  n_ = counts ? std::min(level_now + 1, kMost) : level_now;
+  n_ = counts ? std::min(level_now + 1, kMaxLevel) : level_now;
   if (counts) counted_ = now;
   if (waiting && now + wait <= resume_at_) return;
   const double part = std::generate_canonical<double, 53>(random_);

@@ -7,21 +7,22 @@
 
 namespace rubicon::networks::knx::line {
 
-/// How long a sender of routing keeps silent when a router says ROUTING_BUSY, so that all senders stop and do not start
-/// again at one time (KNX 3/8/5; knx.md, section 7). N grows by the busies that are said more than 10 ms apart.
+/// How long a routing client stops sending after ROUTING_BUSY, so that all clients stop and do not resume at the same
+/// time (KNX 3/8/5; knx.md, section 7). N grows with each ROUTING_BUSY that comes more than 10 ms after the last.
 class BusyRule {
  public:
-  /// However many busies come: N stays below, and the random part of a pause at 5 s.
-  static constexpr unsigned kMost = 100;
+  /// Bound of N, which bounds the random part of a pause to 5 s.
+  static constexpr unsigned kMaxLevel = 100;
 
   explicit BusyRule(std::uint64_t seed) : random_(seed) {}
 
-  void heard(SteadyTime now, Duration wait);
-  /// Nothing is sent before.
+  /// A ROUTING_BUSY with this wait time.
+  void receive(SteadyTime now, Duration wait);
+  /// Nothing is sent before this time.
   SteadyTime resume_at() const { return resume_at_; }
-  /// After the pause, for N * 100 ms: routers get what waits slower.
+  /// After the pause, telegrams are sent more slowly for N * 100 ms.
   bool slow(SteadyTime now) const { return n_ > 0 && now < slow_until(); }
-  /// N: kept during the slow phase, then one less each 5 ms.
+  /// N: constant during the slow phase, then one less every 5 ms.
   unsigned level(SteadyTime now) const;
 
  private:

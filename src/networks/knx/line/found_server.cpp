@@ -58,7 +58,7 @@ std::size_t FoundServer::free_slots() const {
 }
 
 void merge(wire::ServerDescription& into, const wire::ServerDescription& more) {
-  if (more.medium != 0) {  // it tells of the device
+  if (more.medium != 0) {  // the answer describes the device
     into.medium = more.medium;
     into.programming_mode = more.programming_mode;
     into.address = more.address;
@@ -78,7 +78,7 @@ void merge(wire::ServerDescription& into, const wire::ServerDescription& more) {
 bool FoundServers::add(const transport::Endpoint& control, const wire::ServerDescription& description, bool extended) {
   auto known = std::find_if(servers_.begin(), servers_.end(), [&](const auto& one) { return one.control == control; });
   if (known == servers_.end()) {
-    if (servers_.size() >= kMost) return false;
+    if (servers_.size() >= kMaxServers) return false;
     known = servers_.insert(servers_.end(), FoundServer{control, {}, false});
   }
   merge(known->description, description);
@@ -98,24 +98,24 @@ std::string medium_name(std::uint8_t medium) {
 }
 
 std::string describe(const FoundServer& server) {
-  const auto& told = server.description;
-  auto text = fmt::format("{}  {}  {}  {}{}", told.name.empty() ? "(no name)" : told.name, to_string(server.control),
-                          to_string(told.address), medium_name(told.medium),
-                          told.programming_mode ? "  in programming mode" : "");
+  const auto& about = server.description;
+  auto text = fmt::format("{}  {}  {}  {}{}", about.name.empty() ? "(no name)" : about.name, to_string(server.control),
+                          to_string(about.address), medium_name(about.medium),
+                          about.programming_mode ? "  in programming mode" : "");
   const auto line = [&](std::string_view what, const std::string& value) {
     text += fmt::format("\n  {:<10} {}", what, value);
   };
-  if (is_set(told.serial)) line("serial", base::to_hex(told.serial));
-  if (is_set(told.mac)) line("MAC", mac_text(told.mac));
-  if (is_set(told.multicast)) line("group", fmt::format("{}", fmt::join(told.multicast, ".")));
-  if (!told.families.empty()) line("families", families_text(told.families));
-  if (!told.secured.empty()) line("secure", families_text(told.secured) + " (KNX IP Secure is required)");
-  if (told.max_apdu) line("max APDU", fmt::format("{} bytes", *told.max_apdu));
-  if (!told.slots.empty()) line("tunnels", slots_text(server));
-  if (told.slots.empty() && !told.addresses.empty()) {
+  if (is_set(about.serial)) line("serial", base::to_hex(about.serial));
+  if (is_set(about.mac)) line("MAC", mac_text(about.mac));
+  if (is_set(about.multicast)) line("group", fmt::format("{}", fmt::join(about.multicast, ".")));
+  if (!about.families.empty()) line("families", families_text(about.families));
+  if (!about.secured.empty()) line("secure", families_text(about.secured) + " (KNX IP Secure is required)");
+  if (about.max_apdu) line("max APDU", fmt::format("{} bytes", *about.max_apdu));
+  if (!about.slots.empty()) line("tunnels", slots_text(server));
+  if (about.slots.empty() && !about.addresses.empty()) {
     std::vector<std::string> words;
-    words.reserve(told.addresses.size());
-    for (const auto address : told.addresses) words.push_back(to_string(address));
+    words.reserve(about.addresses.size());
+    for (const auto address : about.addresses) words.push_back(to_string(address));
     line("addresses", fmt::format("{}", fmt::join(words, ", ")));
   }
   return text;

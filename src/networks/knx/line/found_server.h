@@ -8,9 +8,9 @@
 
 namespace rubicon::networks::knx::line {
 
-/// A KNXnet/IP server as its answers to searches and to requests for its description tell it.
+/// A KNXnet/IP server, described by its answers to searches and description requests.
 struct FoundServer {
-  transport::Endpoint control;  ///< where to reach it; what names it
+  transport::Endpoint control;  ///< identifies the server
   wire::ServerDescription description;
   bool extended = false;  ///< it answered an extended search: a server of Core version 2
 
@@ -18,17 +18,17 @@ struct FoundServer {
   friend bool operator==(const FoundServer&, const FoundServer&) = default;
 };
 
-/// Adds what another answer of the same server tells. What an answer leaves out stays as it was: knxd names family 03
-/// in its description only, and a serial number in its search answer only (knx.md, 5.2).
+/// Adds the contents of another answer of the same server. Values that an answer leaves out stay: knxd reports family
+/// 03 only in its description, and a serial number only in its search answer (knx.md, 5.2).
 void merge(wire::ServerDescription& into, const wire::ServerDescription& more);
 
-/// Answers of any number of servers, one entry per control endpoint, in the order they came.
+/// Answers of any number of servers, one entry per control endpoint, in order of arrival.
 class FoundServers {
  public:
-  /// A network of the size that KNX allows has less routers; what else answers is not worth the memory.
-  static constexpr std::size_t kMost = 1024;
+  /// A KNX network of the largest size has fewer routers.
+  static constexpr std::size_t kMaxServers = 1024;
 
-  /// False if it was one too many.
+  /// False if the server was not added because there are kMaxServers.
   bool add(const transport::Endpoint& control, const wire::ServerDescription& description, bool extended);
   const std::vector<FoundServer>& all() const { return servers_; }
 
@@ -39,7 +39,7 @@ class FoundServers {
 /// `TP1`, `IP`, `medium 40`, `unknown medium`.
 std::string medium_name(std::uint8_t medium);
 
-/// Some lines for people, without an end of line at the end.
+/// Several lines for the user, without a final line end.
 std::string describe(const FoundServer& server);
 
 }  // namespace rubicon::networks::knx::line

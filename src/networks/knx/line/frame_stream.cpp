@@ -14,9 +14,8 @@ Result<ByteView> FrameStream::next() {
   const auto rest = ByteView(buffer_).subspan(begin_);
   const auto size = wire::frame_size(rest);
   if (!size) return fail(size.error());
-  if (*size > kLongestFrame)
-    return fail(ErrorCode::kInvalid,
-                fmt::format("KNXnet/IP total length {}, expected at most {}", *size, kLongestFrame));
+  if (*size > kMaxFrame)
+    return fail(ErrorCode::kInvalid, fmt::format("KNXnet/IP total length {}, expected at most {}", *size, kMaxFrame));
   if (*size == 0 || *size > rest.size()) return ByteView{};
   begin_ += *size;
   return rest.first(*size);

@@ -4,17 +4,17 @@
 
 namespace rubicon::networks::knx::line {
 
-/// Cuts a stream of bytes into frames by their total length (knx.md, section 3). Holds at most one frame that is not
-/// complete.
+/// Cuts a stream of bytes into frames by their total length (knx.md, section 3). Holds at most one
+/// incomplete frame.
 class FrameStream {
  public:
-  /// No frame of the services over TCP is nearly as long: one that says so is none.
-  static constexpr std::size_t kLongestFrame = 2048;
+  /// Far longer than any frame of the services over TCP: a header with a larger length is an error.
+  static constexpr std::size_t kMaxFrame = 2048;
 
-  /// Takes more bytes; only after next() has given nothing.
+  /// Adds received bytes; only after next() has returned an empty view.
   void append(ByteView bytes);
-  /// The next whole frame, good until the next call to this; empty if there is none yet. kInvalid: the stream cannot be
-  /// trusted any more.
+  /// The next whole frame, valid until the next call to this; empty if it is incomplete. kInvalid: the stream is broken
+  /// and must be closed.
   Result<ByteView> next();
   void clear();
 

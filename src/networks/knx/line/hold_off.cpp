@@ -16,7 +16,7 @@ constexpr std::size_t kFightEnds = 3;
 
 }  // namespace
 
-/// 0.8 to 1.2 (xorshift: any spread will do).
+/// 0.8 to 1.2 (xorshift: any distribution will do).
 double HoldOff::jitter() {
   random_ ^= random_ << 13;
   random_ ^= random_ >> 7;

@@ -11,62 +11,62 @@
 
 namespace rubicon::networks::knx::line {
 
-/// What became of a telegram that was to be sent.
-enum class Sent : std::uint8_t {
-  kSent,             ///< confirmed by L_Data.con; by routing: it left
-  kNotAcknowledged,  ///< L_Data.con with its error bit: nobody on the bus took it
-  kUnconfirmed,      ///< the interface took it, but no L_Data.con came within 3 s or before the line was lost
+/// What became of a telegram that was given to a line.
+enum class SendOutcome : std::uint8_t {
+  kSent,             ///< confirmed by L_Data.con; with routing: transmitted
+  kNotAcknowledged,  ///< L_Data.con with its error bit: no device on the bus acknowledged it
+  kUnconfirmed,      ///< the interface accepted it, but no L_Data.con came within 3 s or before the line was lost
   kRefused,          ///< the server did not understand it (ack status 29), or the queue is full
-  kExpired,          ///< its time was over before it could leave
-  kLost              ///< the line was lost while it was under way, and again (or its time was over) when repeated
+  kExpired,          ///< it expired before it could be sent
+  kLost              ///< the line was lost before its outcome was known, and it was expired or had been repeated before
 };
 
 struct LineState {
   enum class Phase : std::uint8_t { kOff, kResolving, kConnecting, kUp, kWaiting, kRefused };
   Phase phase = Phase::kOff;
-  std::string reason;             ///< in words: "all tunnels of the interface are in use (status 24)"
+  std::string reason;             ///< for the user: "all tunnels of the interface are in use (status 24)"
   std::string server;             ///< name and endpoint, as far as known
-  wire::IndividualAddress own{};  ///< the tunnel's address; of routing: the configured one
-  bool bus = true;                ///< false: link up, bus down or silent (status 27, three times no con)
+  wire::IndividualAddress own{};  ///< the tunnel's address; with routing: the configured one
+  bool bus = true;                ///< false: link up, bus down or silent (status 27, three times no L_Data.con)
 };
 
-/// Called in turns of the loop, never from inside a call to the line. The line, and with it these, may be destroyed in
-/// any of them as the last thing it does. Each may be empty.
-struct LineCalls {
+/// Called in turns of the loop, never from inside a call to the line. Each call is the last action of the line in its
+/// turn, so the line may be destroyed in it. Each may be empty.
+struct LineCallbacks {
   std::function<void(const LineState&)> changed;
-  /// The line is lost and closed; open() may be called again. What waits stays in the line.
+  /// The line is lost and closed; open() may be called again. Telegrams that wait stay in the line.
   std::function<void(Error)> failed;
   std::function<void(const wire::Telegram&)> received;
-  /// Every cEMI frame in either direction, as it stood on the wire: for monitor and capture.
+  /// Every cEMI frame in either direction, as transmitted: for monitor and capture.
   std::function<void(ByteView cemi, bool outgoing)> frame;
-  /// What became of a telegram is known: counters changed.
+  /// The outcome of a telegram is known: counters changed.
   std::function<void()> settled;
-  /// Something odd that is counted too and worth a line in a log, but not each time: whoever is told keeps to one a
-  /// minute for a subject (a counter's name: few, whatever comes from outside).
+  /// For the log: an event that a counter counts too. The callee limits it to one line per subject and minute. Subjects
+  /// are names of counters, so there are few, whatever arrives from outside.
   std::function<void(const std::string& subject, std::string_view text)> note;
 };
 
-using SentCall = std::function<void(Sent outcome, std::string_view why)>;
+using SendCallback = std::function<void(SendOutcome outcome, std::string_view why)>;
 
-/// `done` that says `settled` first.
-inline SentCall telling(SentCall done, const LineCalls& calls) {
-  if (!calls.settled) return done;
-  return [done = std::move(done), settled = calls.settled](Sent outcome, std::string_view why) {
+/// Calls `settled` of the callbacks, then `done`.
+inline SendCallback after_settled(SendCallback done, const LineCallbacks& callbacks) {
+  if (!callbacks.settled) return done;
+  return [done = std::move(done), settled = callbacks.settled](SendOutcome outcome, std::string_view why) {
     settled();
     if (done) done(outcome, why);
   };
 }
 
-/// A way to the bus: a tunnel over UDP or TCP, or routing. Queues by priority, keeps at most one telegram in flight,
-/// keeps to the rate of the bus. What waits survives a lost line and is sent once more if its time allows. Destroyed =
-/// closed, with a DISCONNECT_REQUEST where there is a tunnel.
+/// A connection to the bus: a tunnel over UDP or TCP, or routing. Queues telegrams by priority, sends one at a time and
+/// respects the rate of the bus. Telegrams that wait survive a lost line; the one whose outcome is unknown is sent once
+/// more unless it has expired. Destruction closes the line, with a DISCONNECT_REQUEST where there is a tunnel.
 class Line {
  public:
   virtual ~Line() = default;
-  /// Begins to connect; success shows as state kUp. Never blocks.
+  /// Starts to connect; the state becomes kUp on success. Never blocks.
   virtual Result<void> open() = 0;
   /// `done` is called exactly once, in a later turn, unless the line is destroyed. Reads use spare rate only.
-  virtual void send(wire::Telegram telegram, SteadyTime expires, SentCall done) = 0;
+  virtual void send(wire::Telegram telegram, SteadyTime expires, SendCallback done) = 0;
   virtual const LineState& state() const = 0;
   /// Counters by name (`[a-z-]+`).
   virtual std::map<std::string, std::uint64_t> counters() const = 0;

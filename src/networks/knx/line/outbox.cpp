@@ -9,10 +9,9 @@ namespace rubicon::networks::knx::line {
 
 namespace {
 
-/// Expired telegrams are looked for at most this often.
-constexpr Duration kExpiryStep = std::chrono::milliseconds(10);
-constexpr std::string_view kNoTime = "its time was over before it could be sent";
+constexpr std::string_view kExpiredBefore = "it expired before it could be sent";
 constexpr std::string_view kNoAnswer = "the line was lost before the interface acknowledged it";
+constexpr std::size_t kRanks = 4;
 
 /// System, urgent, normal, low (knx.md, section 8).
 std::size_t rank(wire::Priority priority) {
@@ -31,36 +30,24 @@ Outbox::Outbox(Scheduler& scheduler, Limits limits, std::function<void()> ready)
     : scheduler_(scheduler),
       limits_(limits),
       ready_(std::move(ready)),
+      queues_(scheduler, 2 * kRanks, [this](Item item) { expired(std::move(item)); }),
       tokens_(limits.burst),
       refilled_(scheduler.now()),
-      token_(scheduler, [this] { ready_(); }),
-      expiry_(scheduler, [this] { expire(); }) {
+      next_token_(scheduler, [this] { ready_(); }),
+      repeat_expiry_(scheduler, [this] { repeat_expired(); }),
+      ready_later_(scheduler, [this] { ready_(); }) {
   RUBICON_ASSERT(limits.burst >= 1 && limits.rate >= 0);
 }
 
-Outbox::~Outbox() {
-  *alive_ = false;
-}
-
-void Outbox::push(wire::Telegram telegram, SteadyTime expires, SentCall done) {
+void Outbox::push(wire::Telegram telegram, SteadyTime expires, SendCallback done) {
   if (waiting_ >= limits_.queue) {
     ++counters_.refused;
-    return report_later(std::move(done), Sent::kRefused, "too many telegrams wait already");
+    return report_later(std::move(done), SendOutcome::kRefused, "the send queue is full");
   }
-  auto& queues = telegram.service == wire::Service::kRead ? reads_ : queues_;
-  queues[rank(telegram.priority)].push_back({std::move(telegram), expires, std::move(done), false});
+  const auto queue = rank(telegram.priority) + (telegram.service == wire::Service::kRead ? kRanks : 0);
+  queues_.push_back(queue, {std::move(telegram), expires, std::move(done)});
   ++waiting_;
-  if (expires < expiry_.due()) expiry_.set_at(expires);
-  if (!under_way() && !finishing_) call_ready_later();
-}
-
-void Outbox::call_ready_later() {
-  if (std::exchange(ready_asked_, true)) return;
-  scheduler_.post([this, alive = alive_] {
-    if (!*alive) return;
-    ready_asked_ = false;
-    ready_();
-  });
+  if (!in_flight() && !finishing_) ready_later_.request();
 }
 
 void Outbox::refill() {
@@ -69,111 +56,91 @@ void Outbox::refill() {
   tokens_ = std::min<double>(limits_.burst, tokens_ + passed.count() * limits_.rate);
 }
 
-/// True if there are so many tokens; else ready() is called when there are.
-bool Outbox::may_go(double tokens) {
+/// False if there are fewer tokens; `ready` is then called when there are enough.
+bool Outbox::has_tokens(double tokens) {
   if (limits_.rate <= 0 || tokens_ >= tokens) return true;
   const std::chrono::duration<double> wait((tokens - tokens_) / limits_.rate);
-  const auto pause = std::chrono::ceil<std::chrono::microseconds>(wait);
-  token_.set(pause);
+  next_token_.set(std::chrono::ceil<std::chrono::microseconds>(wait));
   return false;
 }
 
-/// Reads leave a token for whatever else may come.
-Outbox::Queue* Outbox::next_queue() {
-  const auto waits = [](const Queue& queue) { return !queue.empty(); };
-  const auto queue = std::find_if(queues_.begin(), queues_.end(), waits);
-  if (queue != queues_.end()) return may_go(1) ? &*queue : nullptr;
-  const auto read = std::find_if(reads_.begin(), reads_.end(), waits);
-  if (read == reads_.end()) return nullptr;
-  return may_go(std::min(limits_.burst, 2U)) ? &*read : nullptr;
+/// A read leaves one token for telegrams that may follow.
+std::optional<std::size_t> Outbox::next_queue() {
+  for (std::size_t queue = 0; queue < 2 * kRanks; ++queue) {
+    if (queues_.empty(queue)) continue;
+    const double tokens = queue < kRanks ? 1 : std::min(limits_.burst, 2U);
+    return has_tokens(tokens) ? std::optional(queue) : std::nullopt;
+  }
+  return std::nullopt;
 }
 
 const wire::Telegram* Outbox::take() {
-  if (under_way()) return nullptr;
+  if (in_flight()) return nullptr;
   if (limits_.rate > 0) refill();
-  if (waits_again_ && under_way_->expires <= scheduler_.now()) lose_under_way();
-  if (waits_again_) {
-    if (!may_go(1)) return nullptr;
-    waits_again_ = false;
+  if (repeats_ && in_flight_->expires <= scheduler_.now()) lose_in_flight();
+  if (repeats_) {
+    if (!has_tokens(1)) return nullptr;
+    repeats_ = false;
+    repeat_expiry_.clear();
   } else if (!take_next()) {
     return nullptr;
   }
   if (limits_.rate > 0) tokens_ -= 1;
-  return &under_way_->telegram;
+  return &in_flight_->telegram;
 }
 
 bool Outbox::take_next() {
-  while (auto* const queue = next_queue()) {
-    under_way_ = std::move(queue->front());
-    queue->pop_front();
-    --waiting_;
-    if (under_way_->expires > scheduler_.now()) return true;
-    ++counters_.expired;
-    report_later(std::move(under_way_->done), Sent::kExpired, kNoTime);
-    under_way_.reset();
+  while (const auto queue = next_queue()) {
+    auto item = queues_.pop_front(*queue);
+    if (item.expires > scheduler_.now()) {
+      --waiting_;
+      in_flight_ = std::move(item);
+      return true;
+    }
+    expired(std::move(item));
   }
   return false;
 }
 
-void Outbox::finish(Sent outcome, std::string_view why) {
-  RUBICON_ASSERT(under_way());
-  Item item = std::move(*under_way_);
-  under_way_.reset();
+void Outbox::finish(SendOutcome outcome, std::string_view why) {
+  RUBICON_ASSERT(in_flight());
+  Item item = std::move(*in_flight_);
+  in_flight_.reset();
   if (!item.done) return;
-  const auto alive = alive_;
+  const auto watch = lifetime_.watch();
   finishing_ = true;
   item.done(outcome, why);
-  if (*alive) finishing_ = false;
+  if (!watch.ended()) finishing_ = false;
 }
 
 void Outbox::line_lost() {
-  if (!under_way()) return;
-  if (!under_way_->again && under_way_->expires > scheduler_.now()) {
-    under_way_->again = waits_again_ = true;
-    if (under_way_->expires < expiry_.due()) expiry_.set_at(under_way_->expires);
-    return;
-  }
-  lose_under_way();
+  if (!in_flight()) return;
+  if (in_flight_->repeated || in_flight_->expires <= scheduler_.now()) return lose_in_flight();
+  in_flight_->repeated = repeats_ = true;
+  repeat_expiry_.set_at(in_flight_->expires);
 }
 
-void Outbox::lose_under_way() {
+void Outbox::repeat_expired() {
+  if (repeats_) lose_in_flight();
+}
+
+void Outbox::lose_in_flight() {
   ++counters_.lost;
-  report_later(std::move(under_way_->done), Sent::kLost, kNoAnswer);
-  under_way_.reset();
-  waits_again_ = false;
+  report_later(std::move(in_flight_->done), SendOutcome::kLost, kNoAnswer);
+  in_flight_.reset();
+  repeats_ = false;
+  repeat_expiry_.clear();
 }
 
-void Outbox::report_later(SentCall done, Sent outcome, std::string_view why) {
+void Outbox::report_later(SendCallback done, SendOutcome outcome, std::string_view why) {
   if (!done) return;
-  scheduler_.post([done = std::move(done), outcome, why, alive = alive_] {
-    if (*alive) done(outcome, why);
-  });
+  lifetime_.post(scheduler_, [done = std::move(done), outcome, why] { done(outcome, why); });
 }
 
-void Outbox::expire_in(Queue& queue, SteadyTime now, SteadyTime& next) {
-  std::erase_if(queue, [&](Item& item) {
-    if (item.expires > now) {
-      next = std::min(next, item.expires);
-      return false;
-    }
-    ++counters_.expired;
-    --waiting_;
-    report_later(std::move(item.done), Sent::kExpired, kNoTime);
-    return true;
-  });
-}
-
-void Outbox::expire() {
-  const auto now = scheduler_.now();
-  auto next = SteadyTime::max();
-  for (auto& queue : queues_) expire_in(queue, now, next);
-  for (auto& queue : reads_) expire_in(queue, now, next);
-  if (waits_again_ && under_way_->expires <= now) {
-    lose_under_way();
-  } else if (waits_again_) {
-    next = std::min(next, under_way_->expires);
-  }
-  if (next != SteadyTime::max()) expiry_.set_at(std::max(next, now + kExpiryStep));
+void Outbox::expired(Item item) {
+  ++counters_.expired;
+  --waiting_;
+  report_later(std::move(item.done), SendOutcome::kExpired, kExpiredBefore);
 }
 
 }  // namespace rubicon::networks::knx::line

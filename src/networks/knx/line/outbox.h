@@ -1,51 +1,51 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
-#include <deque>
 #include <functional>
-#include <memory>
 #include <optional>
 #include <string_view>
 
 #include "base/deadline.h"
+#include "base/expiring_queues.h"
+#include "base/lifetime.h"
 #include "base/scheduler.h"
 #include "networks/knx/line/line.h"
 
 namespace rubicon::networks::knx::line {
 
-/// Telegrams that wait for the bus: by priority, in order within one, bounded, at the rate the bus takes them (knx.md,
-/// section 8). At most one is under way; it survives a lost line once. Belongs to a Line.
+/// The send queue of a line (knx.md, section 8): by priority, first in first out within one, bounded, and released at
+/// the rate of the bus. One telegram at a time is in flight; it survives a lost line once. Owned by a Line.
 class Outbox {
  public:
   struct Limits {
-    double rate = 20;           ///< telegrams a second; 0 = as many as the line takes
-    unsigned burst = 5;         ///< telegrams at once after a pause, at least 1
-    std::size_t queue = 10000;  ///< telegrams that wait; more are refused
+    double rate = 20;           ///< telegrams per second; 0 = unlimited
+    unsigned burst = 5;         ///< telegrams without delay after a pause, at least 1
+    std::size_t queue = 10000;  ///< telegrams that may wait; further ones are refused
   };
   struct Counters {
     std::uint64_t refused = 0, expired = 0, lost = 0;
   };
 
-  /// `ready` is called, never from inside a call to this, when take() may give something.
+  /// `ready` is called when take() may return a telegram, never from inside a call to this. The scheduler must outlive
+  /// it.
   Outbox(Scheduler& scheduler, Limits limits, std::function<void()> ready);
-  ~Outbox();
   Outbox(const Outbox&) = delete;
   Outbox& operator=(const Outbox&) = delete;
 
   /// As Line::send.
-  void push(wire::Telegram telegram, SteadyTime expires, SentCall done);
-  /// The telegram to send now, which is under way then; nullptr: none, or not yet (ready() follows), or one is under
-  /// way.
+  void push(wire::Telegram telegram, SteadyTime expires, SendCallback done);
+  /// The telegram to send now, which is in flight from then on. nullptr: none waits, or it is too early for one
+  /// (`ready` follows), or one is in flight.
   const wire::Telegram* take();
-  /// What became of the telegram under way; calls its `done`, in which this may be destroyed. The caller goes on with
-  /// take(), or is down: ready() is not called for what is pushed in `done`.
-  void finish(Sent outcome, std::string_view why);
-  /// The line is lost. The telegram under way will be taken once more if its time allows and it was not already;
-  /// else it is reported.
+  /// The outcome of the telegram in flight is known. Calls its `done`, in which this may be destroyed. For telegrams
+  /// pushed in `done`, `ready` is not called: the caller continues with take(), or is down.
+  void finish(SendOutcome outcome, std::string_view why);
+  /// The line is lost. The telegram in flight will be taken once more, unless it has expired or was repeated before:
+  /// then its outcome is kLost.
   void line_lost();
 
-  bool under_way() const { return under_way_.has_value() && !waits_again_; }
+  bool in_flight() const { return in_flight_.has_value() && !repeats_; }
+  /// Telegrams in the queue, without the one in flight.
   std::size_t waiting() const { return waiting_; }
   const Counters& counters() const { return counters_; }
 
@@ -53,35 +53,33 @@ class Outbox {
   struct Item {
     wire::Telegram telegram;
     SteadyTime expires;
-    SentCall done;
-    bool again = false;  ///< it was under way before, on a line that was lost
+    SendCallback done;
+    bool repeated = false;  ///< it was in flight before, on a line that was lost
   };
-  using Queue = std::deque<Item>;
 
-  Queue* next_queue();
+  std::optional<std::size_t> next_queue();
   bool take_next();
-  void lose_under_way();
-  bool may_go(double tokens);
+  void lose_in_flight();
+  bool has_tokens(double tokens);
   void refill();
-  void report_later(SentCall done, Sent outcome, std::string_view why);
-  void expire();
-  void expire_in(Queue& queue, SteadyTime now, SteadyTime& next);
-  void call_ready_later();
+  void report_later(SendCallback done, SendOutcome outcome, std::string_view why);
+  void expired(Item item);
+  void repeat_expired();
 
   Scheduler& scheduler_;
   Limits limits_;
   std::function<void()> ready_;
-  std::array<Queue, 4> queues_, reads_;  ///< by rank of priority
+  base::ExpiringQueues<Item> queues_;  ///< by rank of priority; those of reads follow
   std::size_t waiting_ = 0;
-  std::optional<Item> under_way_;
-  bool waits_again_ = false;  ///< the one under way waits for the next line
+  std::optional<Item> in_flight_;
+  bool repeats_ = false;  ///< the line was lost with `in_flight_`, which waits for the next one
   double tokens_;
   SteadyTime refilled_;
-  bool ready_asked_ = false;
   bool finishing_ = false;
-  base::Deadline token_, expiry_;
+  base::Deadline next_token_, repeat_expiry_;
+  base::OncePerTurn ready_later_;
   Counters counters_;
-  std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
+  base::Lifetime lifetime_;
 };
 
 }  // namespace rubicon::networks::knx::line

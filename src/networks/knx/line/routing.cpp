@@ -11,24 +11,20 @@ namespace rubicon::networks::knx::line {
 
 namespace {
 
-/// Of own frames, to know them when they come back (as Calimero keeps them).
-constexpr std::size_t kRemembered = 20;
-/// A system that has no room for a datagram so often has none at all.
-constexpr unsigned kMostAttempts = 50;
+/// Own frames that are remembered, to recognise them when they are received back (as Calimero does).
+constexpr std::size_t kRememberedFrames = 20;
+/// Attempts to send a frame that the operating system has no buffer for.
+constexpr unsigned kMaxSendAttempts = 50;
 
 }  // namespace
 
-Routing::Routing(Scheduler& scheduler, Options options, Calls calls)
+Routing::Routing(Scheduler& scheduler, Options options, Callbacks callbacks)
     : scheduler_(scheduler),
       options_(options),
-      calls_(std::move(calls)),
+      callbacks_(std::move(callbacks)),
       outbox_(scheduler, options.limits, [this] { pump(); }),
-      busy_(options.seed),
+      busy_rule_(options.seed),
       wake_(scheduler, [this] { pump(); }) {}
-
-Routing::~Routing() {
-  *alive_ = false;
-}
 
 void Routing::up(Endpoint own) {
   own_ = std::move(own);
@@ -43,95 +39,95 @@ void Routing::down() {
   sent_.clear();
 }
 
-void Routing::send(wire::Telegram telegram, SteadyTime expires, SentCall done) {
+void Routing::send(wire::Telegram telegram, SteadyTime expires, SendCallback done) {
   telegram.source = options_.address;
   outbox_.push(std::move(telegram), expires, std::move(done));
 }
 
-/// True while a router is busy or the last frame is too recent; pump() follows.
+/// True while a router is busy or the last frame is too recent; pump() then runs later.
 bool Routing::must_wait() {
   const auto now = scheduler_.now();
-  const auto earliest = std::max(next_at_, busy_.resume_at());
+  const auto earliest = std::max(next_at_, busy_rule_.resume_at());
   if (now < earliest) wake_.set_at(earliest);
   return now < earliest;
 }
 
 void Routing::pump() {
   if (!up_ || must_wait()) return;
-  if (!busy_one_.empty()) {
-    busy_one_.clear();
+  if (!busy_router_.empty()) {
+    busy_router_.clear();
     wake_.set(Duration::zero());
-    return calls_.changed();
+    return callbacks_.changed();
   }
-  if (outbox_.under_way()) return transmit();
+  if (outbox_.in_flight()) return transmit();
   const auto* telegram = outbox_.take();
   if (telegram == nullptr) return;
   auto cemi = wire::write_telegram(wire::CemiCode::kDataIndication, *telegram);
   if (!cemi) {
     wake_.set(Duration::zero());
-    return outbox_.finish(Sent::kRefused, cemi.error().text);
+    return outbox_.finish(SendOutcome::kRefused, cemi.error().text);
   }
   cemi_ = std::move(*cemi);
   frame_ = write(wire::Message(wire::RoutingIndication{cemi_}));
   transmit();
 }
 
-/// There is no confirmation in routing: that it left is all that is known.
+/// Routing has no confirmations: a telegram counts as sent when it was transmitted.
 void Routing::transmit() {
   const auto now = scheduler_.now();
-  next_at_ = now + (busy_.slow(now) ? 2 * options_.gap : options_.gap);
+  next_at_ = now + (busy_rule_.slow(now) ? 2 * options_.gap : options_.gap);
   wake_.set_at(next_at_);
-  const auto sent = calls_.send(frame_);
+  const auto sent = callbacks_.send(frame_);
   if (!sent) {
     ++counters_.retries;
-    if (sent.error().code != ErrorCode::kBusy || ++attempts_ >= kMostAttempts) give_up(sent.error());
+    if (sent.error().code != ErrorCode::kBusy || ++attempts_ >= kMaxSendAttempts) give_up(sent.error());
     return;
   }
   attempts_ = 0;
   ++counters_.sent;
   sent_.push_back(cemi_);
-  if (sent_.size() > kRemembered) sent_.pop_front();
-  const auto alive = alive_;
+  if (sent_.size() > kRememberedFrames) sent_.pop_front();
+  const auto watch = lifetime_.watch();
   const auto cemi = std::exchange(cemi_, {});
-  calls_.frame(cemi, true);
-  if (*alive) outbox_.finish(Sent::kSent, "");
+  callbacks_.frame(cemi, true);
+  if (!watch.ended()) outbox_.finish(SendOutcome::kSent, "");
 }
 
 void Routing::give_up(Error why) {
   down();
-  calls_.failed(std::move(why));
+  callbacks_.failed(std::move(why));
 }
 
-void Routing::heard(const Endpoint& from, ByteView datagram, Group group) {
+void Routing::receive(const Endpoint& from, ByteView datagram, Group group) {
   const auto message = wire::read_message(datagram);
   if (!message) {
     ++counters_.bad;
-    return remark("bad-frames", from, fmt::format("sent a frame that cannot be read: {}", message.error().text));
+    return note("bad-frames", from, fmt::format("sent a frame that cannot be read: {}", message.error().text));
   }
-  if (const auto* routed = std::get_if<wire::RoutingIndication>(&*message)) return indication(from, *routed, group);
+  if (const auto* routed = std::get_if<wire::RoutingIndication>(&*message))
+    return receive_indication(from, *routed, group);
   if (std::holds_alternative<wire::SearchRequest>(*message) || std::holds_alternative<wire::SearchResponse>(*message))
-    return calls_.discovery(from, datagram);
+    return callbacks_.discovery(from, datagram);
   if (group == Group::kSystem) return;
-  if (const auto* said = std::get_if<wire::RoutingBusy>(&*message)) return busy(from, *said);
-  if (const auto* said = std::get_if<wire::RoutingLostMessage>(&*message)) {
-    counters_.lost += said->lost;
-    const auto alive = alive_;
-    remark("lost-messages", from,
-           fmt::format("lost {} telegrams on their way (device state {:02x})", said->lost, said->device_state));
-    if (*alive) calls_.lost(from, *said);
+  if (const auto* busy = std::get_if<wire::RoutingBusy>(&*message)) return receive_busy(from, *busy);
+  if (const auto* lost = std::get_if<wire::RoutingLostMessage>(&*message)) {
+    counters_.lost += lost->lost;
+    const auto watch = lifetime_.watch();
+    note("lost-messages", from, fmt::format("lost {} telegrams (device state {:02x})", lost->lost, lost->device_state));
+    if (!watch.ended()) callbacks_.lost(from, *lost);
     return;
   }
   ++counters_.other;
   if (const auto* other = std::get_if<wire::OtherService>(&*message))
-    remark("unknown-services", from, fmt::format("sent {}: passed over", to_string(other->service)));
+    note("unknown-services", from, fmt::format("sent {}: ignored", to_string(other->service)));
 }
 
-void Routing::remark(const std::string& subject, const Endpoint& from, std::string_view what) {
-  if (calls_.note) calls_.note(subject, fmt::format("{} {}", transport::to_string(from), what));
+void Routing::note(const std::string& subject, const Endpoint& from, std::string_view what) {
+  if (callbacks_.note) callbacks_.note(subject, fmt::format("{} {}", transport::to_string(from), what));
 }
 
-/// System broadcasts go over 224.0.23.12 only, all else over the routing group only; neither is for us but the monitor.
-void Routing::indication(const Endpoint& from, const wire::RoutingIndication& indication, Group group) {
+/// System broadcasts use 224.0.23.12 only, all other frames the routing group only. Others are counted and ignored.
+void Routing::receive_indication(const Endpoint& from, const wire::RoutingIndication& indication, Group group) {
   const auto foreign = indication.system_broadcast ? Group::kConfigured : Group::kSystem;
   if (group == foreign) {
     ++counters_.other;
@@ -144,21 +140,22 @@ void Routing::indication(const Endpoint& from, const wire::RoutingIndication& in
   const auto frame = wire::read_data_frame(indication.cemi);
   if (!frame || frame->code != wire::CemiCode::kDataIndication) {
     ++(frame || frame.error().code == ErrorCode::kUnsupported ? counters_.other : counters_.bad);
-    return calls_.frame(indication.cemi, false);
+    return callbacks_.frame(indication.cemi, false);
   }
-  const auto alive = alive_;
-  calls_.frame(indication.cemi, false);
-  if (!*alive) return;
-  watch_address(from, indication.cemi);
-  if (!*alive) return;
+  const auto watch = lifetime_.watch();
+  callbacks_.frame(indication.cemi, false);
+  if (watch.ended()) return;
+  check_source_address(from, indication.cemi);
+  if (watch.ended()) return;
   const auto telegram = indication.system_broadcast
-                            ? Result<wire::Telegram>(fail(ErrorCode::kUnsupported, "a broadcast"))
+                            ? Result<wire::Telegram>(fail(ErrorCode::kUnsupported, "a system broadcast"))
                             : wire::to_telegram(*frame);
   ++(telegram ? counters_.received : telegram.error().code == ErrorCode::kInvalid ? counters_.bad : counters_.other);
-  if (telegram) calls_.received(*telegram);
+  if (telegram) callbacks_.received(*telegram);
 }
 
-/// Nobody else sends from our port; where the address it is seen with is unknown, another machine may.
+/// No other program of this machine uses our port. If our own address is unknown, another machine may use the same
+/// port.
 bool Routing::is_own(const Endpoint& from, ByteView cemi) {
   if (from.port != own_.port) return false;
   if (!own_.address.empty()) return from.address == own_.address;
@@ -169,43 +166,43 @@ bool Routing::is_own(const Endpoint& from, ByteView cemi) {
   return true;
 }
 
-/// Nothing is dropped for that: the bytes may be a true answer all the same (knx.md, 6.4).
-void Routing::watch_address(const Endpoint& from, ByteView cemi) {
+/// The telegram is still delivered: it may be a valid answer (knx.md, 6.4).
+void Routing::check_source_address(const Endpoint& from, ByteView cemi) {
   const auto frame = wire::read_data_frame(cemi);
   if (!frame || frame->source != options_.address) return;
-  ++counters_.doubled;
-  if (!doubled_by_.empty()) return;
-  doubled_by_ = transport::to_string(from);
-  calls_.changed();
+  ++counters_.duplicate_address;
+  if (!address_rival_.empty()) return;
+  address_rival_ = transport::to_string(from);
+  callbacks_.changed();
 }
 
-void Routing::busy(const Endpoint& from, const wire::RoutingBusy& busy) {
+void Routing::receive_busy(const Endpoint& from, const wire::RoutingBusy& busy) {
   ++counters_.busy;
-  busy_.heard(scheduler_.now(), std::chrono::milliseconds(busy.wait));
+  busy_rule_.receive(scheduler_.now(), std::chrono::milliseconds(busy.wait));
   if (!up_) return;
-  wake_.set_at(busy_.resume_at());
-  if (!busy_one_.empty()) return;
-  busy_one_ = transport::to_string(from);
-  calls_.changed();
+  wake_.set_at(busy_rule_.resume_at());
+  if (!busy_router_.empty()) return;
+  busy_router_ = transport::to_string(from);
+  callbacks_.changed();
 }
 
-std::string Routing::note() const {
+std::string Routing::problem() const {
   std::string text;
-  if (!busy_one_.empty()) text = fmt::format("{} is busy: nothing is sent for now", busy_one_);
-  if (doubled_by_.empty()) return text;
-  return fmt::format("{}{}{} is the address of {} too", text, text.empty() ? "" : "; ", to_string(options_.address),
-                     doubled_by_);
+  if (!busy_router_.empty()) text = fmt::format("{} is busy: sending is paused", busy_router_);
+  if (address_rival_.empty()) return text;
+  return fmt::format("{}{}{} is also the address of {}", text, text.empty() ? "" : "; ", to_string(options_.address),
+                     address_rival_);
 }
 
 std::map<std::string, std::uint64_t> Routing::counters() const {
-  const auto& box = outbox_.counters();
-  return {{"telegrams-sent", counters_.sent},  {"telegrams-received", counters_.received},
-          {"own-frames", counters_.own},       {"bad-frames", counters_.bad},
-          {"other-frames", counters_.other},   {"busy", counters_.busy},
-          {"lost-messages", counters_.lost},   {"doubled-address", counters_.doubled},
-          {"send-retries", counters_.retries}, {"telegrams-waiting", outbox_.waiting()},
-          {"telegrams-refused", box.refused},  {"telegrams-expired", box.expired},
-          {"telegrams-lost", box.lost}};
+  const auto& outbox = outbox_.counters();
+  return {{"telegrams-sent", counters_.sent},    {"telegrams-received", counters_.received},
+          {"own-frames", counters_.own},         {"bad-frames", counters_.bad},
+          {"other-frames", counters_.other},     {"busy", counters_.busy},
+          {"lost-messages", counters_.lost},     {"doubled-address", counters_.duplicate_address},
+          {"send-retries", counters_.retries},   {"telegrams-waiting", outbox_.waiting()},
+          {"telegrams-refused", outbox.refused}, {"telegrams-expired", outbox.expired},
+          {"telegrams-lost", outbox.lost}};
 }
 
 }  // namespace rubicon::networks::knx::line

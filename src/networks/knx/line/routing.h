@@ -3,10 +3,10 @@
 #include <deque>
 #include <functional>
 #include <map>
-#include <memory>
 #include <string>
 
 #include "base/deadline.h"
+#include "base/lifetime.h"
 #include "base/scheduler.h"
 #include "networks/knx/line/busy_rule.h"
 #include "networks/knx/line/outbox.h"
@@ -15,89 +15,91 @@
 
 namespace rubicon::networks::knx::line {
 
-/// Our part of KNXnet/IP routing (KNX 3/8/5; knx.md, section 7) without sockets: telegrams to a group of routers and
-/// back, evenly spaced, with a pause when a router is busy. Datagrams go in by heard(), and out by a call.
+/// The client side of KNXnet/IP routing (KNX 3/8/5; knx.md, section 7) without sockets: sends telegrams to the
+/// multicast group of the routers, evenly spaced, with a pause when a router is busy, and reads what others send.
+/// Datagrams enter by receive() and leave by `send`.
 class Routing {
  public:
-  /// In this machine's turn; a call may destroy the machine.
-  struct Calls {
-    /// The datagram for the group.
+  /// Each is the last action of the function that calls it, except `send`; this may be destroyed in it.
+  struct Callbacks {
+    /// Sends a datagram to the group.
     std::function<Result<void>(ByteView frame)> send;
     std::function<void(const wire::Telegram&)> received;
     std::function<void(ByteView cemi, bool outgoing)> frame;
     std::function<void(const transport::Endpoint& from, const wire::RoutingLostMessage&)> lost;
     /// A whole frame of a search or its answer.
     std::function<void(const transport::Endpoint& from, ByteView frame)> discovery;
-    /// As LineCalls::note; may be empty.
+    /// As LineCallbacks::note; may be empty.
     std::function<void(const std::string& subject, std::string_view text)> note{};
-    /// note() changed.
+    /// problem() changed.
     std::function<void()> changed;
-    /// Sending fails: the machine is as after down().
+    /// Sending fails. Routing is down, as after down().
     std::function<void(Error)> failed;
   };
   struct Options {
     wire::IndividualAddress address{};  ///< own, unique on the backbone
-    /// At most so many frames stand apart by this at least; twice this in the slow phase after a busy.
+    /// Least time between two frames; doubled in the slow phase after a ROUTING_BUSY.
     Duration gap = std::chrono::milliseconds(20);
-    std::uint64_t seed = 0;  ///< of the random part of pauses
+    std::uint64_t seed = 0;  ///< for the random part of pauses
     Outbox::Limits limits{0, 1, 10000};
   };
-  /// Where a datagram was sent to.
+  /// The group that a datagram was sent to.
   enum class Group : std::uint8_t {
     kOnly,        ///< the routing group, which is 224.0.23.12
-    kConfigured,  ///< the routing group, which is another
-    kSystem       ///< 224.0.23.12 where the routing group is another: system broadcasts and searches only
+    kConfigured,  ///< the routing group, which is not 224.0.23.12
+    kSystem       ///< 224.0.23.12 beside another routing group: system broadcasts and searches only
   };
 
-  Routing(Scheduler& scheduler, Options options, Calls calls);
-  ~Routing();
+  /// The scheduler must outlive it.
+  Routing(Scheduler& scheduler, Options options, Callbacks callbacks);
   Routing(const Routing&) = delete;
   Routing& operator=(const Routing&) = delete;
 
-  /// The line is there; `own` is what others see us send from, its address empty where that is not known. The port is
-  /// nobody else's on this machine.
+  /// The sockets are open. `own` is the source of our datagrams: its address is empty if unknown, its port is used by
+  /// no other program of this machine.
   void up(transport::Endpoint own);
-  /// The line is lost: what waits stays.
+  /// The sockets are lost. Telegrams that wait stay.
   void down();
-  void heard(const transport::Endpoint& from, ByteView datagram, Group group = Group::kOnly);
+  void receive(const transport::Endpoint& from, ByteView datagram, Group group = Group::kOnly);
   /// As Line::send.
-  void send(wire::Telegram telegram, SteadyTime expires, SentCall done);
+  void send(wire::Telegram telegram, SteadyTime expires, SendCallback done);
 
-  /// What people should know, empty if nothing: that a router holds us up, that our address is somebody's else too.
-  std::string note() const;
+  /// For the user: that a router is busy, that another device uses our address; empty if neither.
+  std::string problem() const;
   std::map<std::string, std::uint64_t> counters() const;
 
  private:
   using Endpoint = transport::Endpoint;
   struct Counters {
-    std::uint64_t sent = 0, received = 0, own = 0, bad = 0, other = 0, busy = 0, lost = 0, doubled = 0, retries = 0;
+    std::uint64_t sent = 0, received = 0, own = 0, bad = 0, other = 0, busy = 0, lost = 0, duplicate_address = 0,
+                  retries = 0;
   };
 
   void pump();
   bool must_wait();
   void transmit();
-  void indication(const Endpoint& from, const wire::RoutingIndication& indication, Group group);
-  void busy(const Endpoint& from, const wire::RoutingBusy& busy);
+  void receive_indication(const Endpoint& from, const wire::RoutingIndication& indication, Group group);
+  void receive_busy(const Endpoint& from, const wire::RoutingBusy& busy);
   bool is_own(const Endpoint& from, ByteView cemi);
-  void watch_address(const Endpoint& from, ByteView cemi);
+  void check_source_address(const Endpoint& from, ByteView cemi);
   void give_up(Error why);
-  void remark(const std::string& subject, const Endpoint& from, std::string_view what);
+  void note(const std::string& subject, const Endpoint& from, std::string_view what);
 
   Scheduler& scheduler_;
   Options options_;
-  Calls calls_;
+  Callbacks callbacks_;
   Outbox outbox_;
-  BusyRule busy_;
+  BusyRule busy_rule_;
   base::Deadline wake_;
   bool up_ = false;
   Endpoint own_;
   SteadyTime next_at_ = SteadyTime::min();
-  Bytes cemi_, frame_;      ///< under way
+  Bytes cemi_, frame_;      ///< of the telegram in flight
   unsigned attempts_ = 0;   ///< to send it
-  std::deque<Bytes> sent_;  ///< the last ones that did not come back
-  std::string busy_one_, doubled_by_;
+  std::deque<Bytes> sent_;  ///< the last frames that were not received back
+  std::string busy_router_, address_rival_;
   Counters counters_;
-  std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
+  base::Lifetime lifetime_;
 };
 
 }  // namespace rubicon::networks::knx::line

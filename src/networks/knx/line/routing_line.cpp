@@ -9,48 +9,44 @@ namespace rubicon::networks::knx::line {
 using transport::Endpoint;
 
 RoutingLine::RoutingLine(Scheduler& scheduler, transport::Transports& transports, RoutingOptions options,
-                         LineCalls calls, RoutingCalls more)
+                         LineCallbacks callbacks, RoutingCallbacks routing_callbacks)
     : scheduler_(scheduler),
       transports_(transports),
       options_(std::move(options)),
-      calls_(std::move(calls)),
-      more_(std::move(more)),
-      silence_(scheduler, [this] { join_again(); }),
-      machine_(scheduler, {options_.address, std::chrono::milliseconds(20), options_.seed, options_.limits},
-               machine_calls()) {
+      callbacks_(std::move(callbacks)),
+      routing_callbacks_(std::move(routing_callbacks)),
+      silence_(scheduler, [this] { rejoin(); }),
+      routing_(scheduler, {options_.address, std::chrono::milliseconds(20), options_.seed, options_.limits},
+               routing_calls()) {
   state_.server = to_string(options_.group);
   if (!options_.interface_address.empty()) state_.server += " on " + options_.interface_address;
   state_.own = options_.address;
 }
 
-RoutingLine::~RoutingLine() {
-  *alive_ = false;
-}
-
-Routing::Calls RoutingLine::machine_calls() {
-  Routing::Calls calls;
+Routing::Callbacks RoutingLine::routing_calls() {
+  Routing::Callbacks calls;
   calls.send = [this](ByteView frame) { return sender_->send(options_.group, frame); };
   calls.received = [this](const wire::Telegram& telegram) {
-    if (calls_.received) calls_.received(telegram);
+    if (callbacks_.received) callbacks_.received(telegram);
   };
-  calls.note = calls_.note;
+  calls.note = callbacks_.note;
   calls.frame = [this](ByteView cemi, bool outgoing) {
-    if (calls_.frame) calls_.frame(cemi, outgoing);
+    if (callbacks_.frame) callbacks_.frame(cemi, outgoing);
   };
   calls.lost = [this](const Endpoint& from, const wire::RoutingLostMessage& message) {
-    if (more_.lost) more_.lost(from, message);
+    if (routing_callbacks_.lost) routing_callbacks_.lost(from, message);
   };
   calls.discovery = [this](const Endpoint& from, ByteView frame) {
-    if (more_.discovery) more_.discovery(from, frame);
+    if (routing_callbacks_.discovery) routing_callbacks_.discovery(from, frame);
   };
-  calls.changed = [this] { tell(); };
+  calls.changed = [this] { report_state(); };
   calls.failed = [this](Error error) { lost(std::move(error)); };
   return calls;
 }
 
 Result<void> RoutingLine::open() {
-  machine_.down();
-  closing_.cancel();
+  routing_.down();
+  close_later_.cancel();
   close();
   auto opened = join_all();
   if (opened) opened = open_sender();
@@ -58,10 +54,10 @@ Result<void> RoutingLine::open() {
     close();
     return opened;
   }
-  machine_.up({options_.interface_address, sender_->local().port});
+  routing_.up({options_.interface_address, sender_->local().port});
   silence_.set(kSilence);
   state_.phase = LineState::Phase::kUp;
-  up_ = scheduler_.after(Duration::zero(), [this] { tell(); });
+  report_up_ = scheduler_.after(Duration::zero(), [this] { report_state(); });
   return {};
 }
 
@@ -72,13 +68,13 @@ Result<void> RoutingLine::join_all() {
   return joined;
 }
 
-/// Bound to the group, so that a server on this machine keeps what is sent to its port.
+/// Bound to the group address, so that a server on this machine still receives what is sent to its port.
 Result<void> RoutingLine::join(const Endpoint& group, Routing::Group role) {
   transport::UdpOptions options{group};
   options.multicast = transport::UdpMulticast{{group.address}, options_.interface_address, options_.ttl};
   options.reuse_address = true;
   transport::UdpCalls calls;
-  calls.received = [this, role](const Endpoint& from, ByteView bytes) { heard(from, bytes, role); };
+  calls.received = [this, role](const Endpoint& from, ByteView bytes) { receive(from, bytes, role); };
   calls.undelivered = [](const Error&) {};
   calls.failed = [this](Error error) { lost(std::move(error)); };
   auto socket = transports_.open_udp(options, std::move(calls));
@@ -87,14 +83,14 @@ Result<void> RoutingLine::join(const Endpoint& group, Routing::Group role) {
   return {};
 }
 
-/// Others on this machine hear the group on the same port; from a port of our own they know our frames from theirs, as
-/// we do (knxd takes for its own what comes from its address and port 3671: measured).
+/// Other programs of this machine receive the group on the same port. Because we send from a port of our own, they and
+/// we can tell each other's frames from own ones (knxd treats all from its address and port 3671 as its own: measured).
 Result<void> RoutingLine::open_sender() {
   transport::UdpOptions options{{options_.interface_address, 0}};
   options.multicast = transport::UdpMulticast{{}, options_.interface_address, options_.ttl};
   transport::UdpCalls calls;
   calls.received = [](const Endpoint&, ByteView) {};
-  calls.undelivered = [](const Error&) {};  // of one datagram to a group; what matters shows when sending
+  calls.undelivered = [](const Error&) {};  // one datagram to a group; lasting errors show when sending
   calls.failed = [this](Error error) { lost(std::move(error)); };
   auto socket = transports_.open_udp(options, std::move(calls));
   if (!socket) return fail(socket.error());
@@ -102,14 +98,14 @@ Result<void> RoutingLine::open_sender() {
   return {};
 }
 
-void RoutingLine::heard(const Endpoint& from, ByteView datagram, Routing::Group role) {
-  if (from.port != sender_->local().port) silence_.set(kSilence);  // what we hear of ourselves proves nothing
-  machine_.heard(from, datagram, role);
+void RoutingLine::receive(const Endpoint& from, ByteView datagram, Routing::Group role) {
+  if (from.port != sender_->local().port) silence_.set(kSilence);  // own frames do not prove membership
+  routing_.receive(from, datagram, role);
 }
 
-/// Left and joined: only that makes the system say so to the switch. The sockets stay, and what has come to them.
-void RoutingLine::join_again() {
-  ++joined_again_;
+/// Leaves and joins: only that makes the system report the membership to the switch. Sockets and received data stay.
+void RoutingLine::rejoin() {
+  ++rejoined_;
   for (const auto& socket : sockets_) {
     if (auto joined = socket->rejoin(); !joined) return lost(joined.error());
   }
@@ -117,8 +113,8 @@ void RoutingLine::join_again() {
 }
 
 std::map<std::string, std::uint64_t> RoutingLine::counters() const {
-  auto all = machine_.counters();
-  all["joined-again"] = joined_again_;
+  auto all = routing_.counters();
+  all["joined-again"] = rejoined_;
   return all;
 }
 
@@ -128,31 +124,31 @@ void RoutingLine::close() {
   sender_.reset();
 }
 
-void RoutingLine::send(wire::Telegram telegram, SteadyTime expires, SentCall done) {
-  machine_.send(std::move(telegram), expires, telling(std::move(done), calls_));
+void RoutingLine::send(wire::Telegram telegram, SteadyTime expires, SendCallback done) {
+  routing_.send(std::move(telegram), expires, after_settled(std::move(done), callbacks_));
 }
 
-/// The sockets live until a later turn: one of them may be calling.
+/// The sockets are closed in a later turn: this may be a call of one of them.
 void RoutingLine::lost(Error why) {
-  machine_.down();
+  routing_.down();
   silence_.clear();
   state_.phase = LineState::Phase::kOff;
   state_.reason = why.text;
-  closing_ = scheduler_.after(Duration::zero(), [this, why = std::move(why)] { tell_lost(why); });
+  close_later_ = scheduler_.after(Duration::zero(), [this, why = std::move(why)] { report_lost(why); });
 }
 
-void RoutingLine::tell_lost(const Error& why) {
+void RoutingLine::report_lost(const Error& why) {
   close();
-  const auto alive = alive_;
-  const auto copy = why;  // whose owner may be destroyed
-  if (calls_.changed) calls_.changed(state_);
-  if (*alive && calls_.failed) calls_.failed(copy);
+  const auto watch = lifetime_.watch();
+  const auto copy = why;  // the timer that owns `why` may be destroyed with this
+  if (callbacks_.changed) callbacks_.changed(state_);
+  if (!watch.ended() && callbacks_.failed) callbacks_.failed(copy);
 }
 
-void RoutingLine::tell() {
+void RoutingLine::report_state() {
   if (state_.phase != LineState::Phase::kUp) return;
-  state_.reason = machine_.note();
-  if (calls_.changed) calls_.changed(state_);
+  state_.reason = routing_.problem();
+  if (callbacks_.changed) callbacks_.changed(state_);
 }
 
 }  // namespace rubicon::networks::knx::line

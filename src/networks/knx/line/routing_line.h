@@ -3,6 +3,7 @@
 #include <memory>
 #include <string>
 
+#include "base/lifetime.h"
 #include "networks/knx/line/discovery.h"
 #include "networks/knx/line/line.h"
 #include "networks/knx/line/routing.h"
@@ -12,67 +13,67 @@ namespace rubicon::networks::knx::line {
 
 struct RoutingOptions {
   transport::Endpoint group{std::string(kKnxGroup), kKnxPort};  ///< 224.0.23.12 or higher
-  std::string interface_address{};  ///< IPv4; empty = the system's choice, own frames are then known by their bytes
-  std::uint8_t ttl = 16;            ///< as ETS projects have it
+  std::string
+      interface_address{};  ///< IPv4; empty = the system's choice; own frames are then recognised by their bytes
+  std::uint8_t ttl = 16;    ///< the default of ETS projects
   wire::IndividualAddress address{0xfffa};  ///< own: 15.15.250; unique on the backbone
-  Outbox::Limits limits{0, 1, 10000};       ///< beside the 50 a second of routing; default: none
-  std::uint64_t seed = 0;                   ///< another one per process: of the pauses after ROUTING_BUSY
+  Outbox::Limits limits{0, 1, 10000};       ///< in addition to the 50 per second of routing; default: none
+  std::uint64_t seed = 0;                   ///< different in each process: for the pauses after ROUTING_BUSY
 };
 
-/// What a routing line tells beyond LineCalls; each may be empty.
-struct RoutingCalls {
+/// What a routing line reports in addition to LineCallbacks; each may be empty.
+struct RoutingCallbacks {
   /// A router lost telegrams on its way to or from the bus.
   std::function<void(const transport::Endpoint& from, const wire::RoutingLostMessage&)> lost{};
-  /// A search or its answer was heard (for Discovery::heard).
+  /// A search or its answer was received (for Discovery::receive).
   std::function<void(const transport::Endpoint& from, ByteView frame)> discovery{};
 };
 
-/// Telegrams over the routers' group: each is sent when it left; nobody confirms it.
+/// KNXnet/IP routing: telegrams over the multicast group of the routers, without confirmations.
 class RoutingLine final : public Line {
  public:
-  /// Who heard nobody for so long joins the groups once more: switches forget members where no router asks for them
-  /// (IGMP snooping), and interfaces come and go.
+  /// After this long without traffic the line rejoins its groups: switches without an IGMP querier forget members (IGMP
+  /// snooping), and interfaces appear and disappear.
   static constexpr Duration kSilence = std::chrono::seconds(60);
 
   /// Scheduler and transports must outlive it.
-  RoutingLine(Scheduler& scheduler, transport::Transports& transports, RoutingOptions options, LineCalls calls,
-              RoutingCalls more = {});
-  ~RoutingLine() override;
+  RoutingLine(Scheduler& scheduler, transport::Transports& transports, RoutingOptions options, LineCallbacks callbacks,
+              RoutingCallbacks routing_callbacks = {});
   RoutingLine(const RoutingLine&) = delete;
   RoutingLine& operator=(const RoutingLine&) = delete;
 
   Result<void> open() override;
-  void send(wire::Telegram telegram, SteadyTime expires, SentCall done) override;
+  void send(wire::Telegram telegram, SteadyTime expires, SendCallback done) override;
   const LineState& state() const override { return state_; }
   std::map<std::string, std::uint64_t> counters() const override;
 
  private:
   using Sockets = std::vector<std::unique_ptr<transport::UdpSocket>>;
 
-  void tell_lost(const Error& why);
+  void report_lost(const Error& why);
   Result<void> join(const transport::Endpoint& group, Routing::Group role);
   Result<void> join_all();
   Result<void> open_sender();
-  void heard(const transport::Endpoint& from, ByteView datagram, Routing::Group role);
-  void join_again();
+  void receive(const transport::Endpoint& from, ByteView datagram, Routing::Group role);
+  void rejoin();
   void close();
-  Routing::Calls machine_calls();
+  Routing::Callbacks routing_calls();
   void lost(Error why);
-  void tell();
+  void report_state();
 
   Scheduler& scheduler_;
   transport::Transports& transports_;
   RoutingOptions options_;
-  LineCalls calls_;
-  RoutingCalls more_;
-  Sockets sockets_;                               ///< that hear
-  std::unique_ptr<transport::UdpSocket> sender_;  ///< with a port of its own
+  LineCallbacks callbacks_;
+  RoutingCallbacks routing_callbacks_;
+  Sockets sockets_;                               ///< receive from the groups
+  std::unique_ptr<transport::UdpSocket> sender_;  ///< has a port of its own
   LineState state_;
-  Timer up_, closing_;
+  Timer report_up_, close_later_;
   base::Deadline silence_;
-  std::uint64_t joined_again_ = 0;
-  std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
-  Routing machine_;
+  std::uint64_t rejoined_ = 0;
+  Routing routing_;
+  base::Lifetime lifetime_;
 };
 
 }  // namespace rubicon::networks::knx::line

@@ -13,28 +13,31 @@ namespace {
 
 using Phase = LineState::Phase;
 
-constexpr unsigned kSilentBus = 3;  ///< telegrams in a row without a confirmation
+constexpr unsigned kSilentBus = 3;  ///< consecutive telegrams without a confirmation
 constexpr std::string_view kBusSilent = "the bus is silent: three telegrams in a row were not confirmed";
-/// Over TCP there are no acks to tell a silent bus from an interface that does not do what it is told.
+/// Over TCP there are no acks, so that a silent bus looks like an interface that does not work.
 constexpr std::string_view kInterfaceSilent = "the interface did not confirm three telegrams in a row";
-constexpr std::size_t kLargestFrame = 2048;
+constexpr std::size_t kMaxFrame = 2048;
 
 struct Report {
-  Sent sent;
+  SendOutcome sent;
   std::string_view why;
 };
 
-/// Over TCP nothing says that the interface took it.
+/// Over TCP there is no ack which shows that the interface accepted the telegram.
 Report report_of(Tunnel::Outcome outcome, bool over_tcp) {
   switch (outcome) {
-    case Tunnel::Outcome::kNotAcknowledged: return {Sent::kNotAcknowledged, "nobody on the bus acknowledged it"};
+    case Tunnel::Outcome::kNotAcknowledged:
+      return {SendOutcome::kNotAcknowledged, "no device on the bus acknowledged it"};
     case Tunnel::Outcome::kUnconfirmed:
-      return {Sent::kUnconfirmed, over_tcp ? "the interface did not confirm that it was sent to the bus"
-                                           : "the interface took it, but did not confirm that it was sent to the bus"};
-    case Tunnel::Outcome::kNotUnderstood: return {Sent::kRefused, "the interface did not understand it (status 29)"};
+      return {SendOutcome::kUnconfirmed,
+              over_tcp ? "the interface did not confirm that it was sent to the bus"
+                       : "the interface accepted it, but did not confirm that it was sent to the bus"};
+    case Tunnel::Outcome::kNotUnderstood:
+      return {SendOutcome::kRefused, "the interface did not understand it (status 29)"};
     case Tunnel::Outcome::kConfirmed: break;
   }
-  return {Sent::kSent, {}};
+  return {SendOutcome::kSent, {}};
 }
 
 std::uint64_t seconds_of(WallTime time) {
@@ -47,11 +50,12 @@ bool is_ipv4(const std::string& address) {
 
 }  // namespace
 
-TunnelLine::TunnelLine(TunnelOptions options, Scheduler& scheduler, transport::Transports& transports, LineCalls calls)
+TunnelLine::TunnelLine(TunnelOptions options, Scheduler& scheduler, transport::Transports& transports,
+                       LineCallbacks callbacks)
     : options_(std::move(options)),
       scheduler_(scheduler),
       transports_(transports),
-      calls_(std::move(calls)),
+      callbacks_(std::move(callbacks)),
       route_back_(options_.nat == TunnelOptions::Nat::kOn),
       hold_off_(static_cast<std::uint64_t>(scheduler.wall_now().time_since_epoch().count()) ^
                 std::hash<std::string>{}(options_.host)),
@@ -60,24 +64,24 @@ TunnelLine::TunnelLine(TunnelOptions options, Scheduler& scheduler, transport::T
 }
 
 TunnelLine::~TunnelLine() {
-  *alive_ = false;
+  lifetime_.end();
   if (tunnel_) tunnel_->close();
 }
 
 Result<void> TunnelLine::open() {
   if (state_.phase != Phase::kOff) return {};
-  // Names can be looked up where there are sockets, and a port that is taken shows at once.
-  transport::UdpCalls nobody{[](const auto&, ByteView) {}, [](const Error&) {}, [](const Error&) {}};
+  // A trial socket shows at once whether sockets can be opened and the local port is free.
+  transport::UdpCalls unused{[](const auto&, ByteView) {}, [](const Error&) {}, [](const Error&) {}};
   transport::UdpOptions trial;
   if (!over_tcp()) trial.local.port = options_.local_port;
-  if (const auto tried = transports_.open_udp(trial, std::move(nobody)); !tried) return fail(tried.error());
+  if (const auto tried = transports_.open_udp(trial, std::move(unused)); !tried) return fail(tried.error());
   state_.phase = Phase::kResolving;
   lookup_ = transports_.look_up(options_.host, [this](auto addresses) { resolved(std::move(addresses)); });
   return {};
 }
 
 void TunnelLine::resolved(Result<std::vector<std::string>> addresses) {
-  const auto keep = std::move(lookup_);
+  const auto lookup = std::move(lookup_);  // destroyed at the end: this is its callback
   if (!addresses) return fail_line(addresses.error().code, addresses.error().text);
   const auto four = std::find_if(addresses->begin(), addresses->end(), is_ipv4);
   if (four == addresses->end())
@@ -89,35 +93,35 @@ void TunnelLine::resolved(Result<std::vector<std::string>> addresses) {
 
 void TunnelLine::connect() {
   if (auto opened = open_sockets(); !opened) return fail_line(opened.error().code, opened.error().text);
-  const auto alive = alive_;
+  const auto watch = lifetime_.watch();
   set_state(Phase::kConnecting, {});
-  if (*alive && !over_tcp() && tunnel_) tunnel_->connect();
+  if (!watch.ended() && !over_tcp() && tunnel_) tunnel_->connect();
 }
 
 Result<void> TunnelLine::open_sockets() {
   if (auto opened = over_tcp() ? open_tcp() : open_udp(); !opened) return opened;
   data_ = control_;
   send_error_.clear();
-  stranger_.clear();
+  other_sender_.clear();
   make_tunnel();
   return {};
 }
 
-/// A connected socket knows which of our addresses the server sees; the one that is used is not connected, since
-/// servers may have a data endpoint elsewhere.
+/// A connected probe socket tells which of our addresses the server sees. The socket of the tunnel is not connected,
+/// since the data endpoint of a server may be another address.
 Result<void> TunnelLine::open_udp() {
   transport::UdpOptions options;
   if (!route_back_) {
-    transport::UdpCalls nobody{[](const auto&, ByteView) {}, [](const Error&) {}, [](const Error&) {}};
+    transport::UdpCalls unused{[](const auto&, ByteView) {}, [](const Error&) {}, [](const Error&) {}};
     transport::UdpOptions probe;
     probe.remote = control_;
-    const auto found = transports_.open_udp(probe, std::move(nobody));
+    const auto found = transports_.open_udp(probe, std::move(unused));
     if (!found) return fail(found.error());
     options.local = (*found)->local();
     if (!is_ipv4(options.local.address)) options.local.address.clear();
   }
   options.local.port = options_.local_port;
-  options.largest = kLargestFrame;
+  options.largest = kMaxFrame;
   transport::UdpCalls calls;
   calls.received = [this](const transport::Endpoint& from, ByteView bytes) { received(from, bytes); };
   calls.undelivered = [this](const Error&) {
@@ -160,15 +164,15 @@ wire::Hpai TunnelLine::own_endpoint() const {
 }
 
 void TunnelLine::make_tunnel() {
-  Tunnel::Calls calls;
+  Tunnel::Callbacks calls;
   calls.transmit = [this](Tunnel::Path path, ByteView frame) { transmit(path, frame); };
   calls.up = [this] { up(); };
   calls.received = [this](ByteView cemi, std::optional<Tunnel::Outcome> outcome) { received_cemi(cemi, outcome); };
   calls.finished = [this](Tunnel::Outcome outcome) { finish(outcome); };
   calls.bus = [this](bool connected) {
-    bus_is(connected, connected ? std::string_view() : wire::meaning_of(wire::status::kBusDown).meaning);
+    set_bus(connected, connected ? std::string_view() : wire::meaning_of(wire::status::kBusDown).meaning);
   };
-  if (calls_.note) calls.note = calls_.note;
+  if (callbacks_.note) calls.note = callbacks_.note;
   calls.ended = [this](Tunnel::End end) { ended(std::move(end)); };
   const bool tries_route_back = !over_tcp() && options_.nat == TunnelOptions::Nat::kAuto;
   tunnel_ = std::make_unique<Tunnel>(scheduler_,
@@ -176,29 +180,29 @@ void TunnelLine::make_tunnel() {
                                      tunnel_counters_, std::move(calls));
 }
 
-// What sockets say.
+// Callbacks of the sockets.
 
-/// Only the server counts, from whichever port.
+/// Accepts datagrams of the server, from any port.
 void TunnelLine::received(const transport::Endpoint& from, ByteView bytes) {
   if (from.address != control_.address && from.address != data_.address) {
     ++counters_.other_source;
-    stranger_ = transport::to_string(from);
-    return note("wrong-source", fmt::format("{} sends to us, but is not the interface {}: passed over", stranger_,
-                                            transport::to_string(control_)));
+    other_sender_ = transport::to_string(from);
+    return note("wrong-source", fmt::format("{} sends to this tunnel, but is not the interface {}: ignored",
+                                            other_sender_, transport::to_string(control_)));
   }
   send_error_.clear();
   if (tunnel_) tunnel_->receive(bytes);
 }
 
 void TunnelLine::stream_received(ByteView bytes) {
-  const auto alive = alive_;
+  const auto watch = lifetime_.watch();
   frames_.append(bytes);
-  while (*alive && tunnel_) {
+  while (!watch.ended() && tunnel_) {
     const auto frame = frames_.next();
     if (!frame) {
       ++tunnel_counters_.bad_frames;
       note("bad-frames", frame.error().text);
-      if (*alive && tunnel_) tunnel_->lost(frame.error().text);
+      if (!watch.ended() && tunnel_) tunnel_->lost(frame.error().text);
       return;
     }
     if (frame->empty()) return;
@@ -206,7 +210,7 @@ void TunnelLine::stream_received(ByteView bytes) {
   }
 }
 
-/// What cannot be sent is as good as lost on the way: the machine has its timers.
+/// A frame that cannot be sent is treated as lost: the tunnel has timers for that.
 void TunnelLine::transmit(Tunnel::Path path, ByteView frame) {
   Result<void> sent;
   if (stream_) {
@@ -218,41 +222,41 @@ void TunnelLine::transmit(Tunnel::Path path, ByteView frame) {
 }
 
 void TunnelLine::note(const std::string& subject, std::string_view text) {
-  if (calls_.note) calls_.note(subject, text);
+  if (callbacks_.note) callbacks_.note(subject, text);
 }
 
-/// Of silence: what may be the reason for it.
-std::string TunnelLine::reason_of(const Tunnel::End& end) const {
+/// Adds possible causes where the server did not answer.
+std::string TunnelLine::reason_for(const Tunnel::End& end) const {
   const bool silence = end.cause == Tunnel::Cause::kNoAnswer || end.cause == Tunnel::Cause::kSilent;
   auto why = end.why;
   if (silence && !send_error_.empty()) why += fmt::format(" ({})", send_error_);
-  if (end.cause == Tunnel::Cause::kNoAnswer && !stranger_.empty())
-    why += fmt::format("; {} sent something instead (wrong-source)", stranger_);
+  if (end.cause == Tunnel::Cause::kNoAnswer && !other_sender_.empty())
+    why += fmt::format("; {} sent a datagram instead (wrong-source)", other_sender_);
   return why;
 }
 
-// What the tunnel says.
+// Callbacks of the tunnel.
 
 void TunnelLine::up() {
   ++counters_.connects;
   up_since_ = scheduler_.now();
-  silent_ = 0;
+  unconfirmed_in_row_ = 0;
   hold_off_.connected();
   route_back_ = route_back_ || tunnel_->route_back_works();
   const auto& data = tunnel_->data_endpoint();
   if (!over_tcp() && !data.route_back()) data_ = {address_text(data), data.port};
   state_.own = tunnel_->address();
   state_.bus = true;
-  const auto alive = alive_;
+  const auto watch = lifetime_.watch();
   set_state(Phase::kUp, {});
-  if (*alive) pump();
+  if (!watch.ended()) pump();
 }
 
 void TunnelLine::received_cemi(ByteView cemi, std::optional<Tunnel::Outcome> outcome) {
-  const auto alive = alive_;
-  if (calls_.frame) {
-    calls_.frame(cemi, false);
-    if (!*alive) return;
+  const auto watch = lifetime_.watch();
+  if (callbacks_.frame) {
+    callbacks_.frame(cemi, false);
+    if (watch.ended()) return;
   }
   if (outcome) return finish(*outcome);
   if (cemi.empty() || cemi[0] != static_cast<std::uint8_t>(wire::CemiCode::kDataIndication)) return;
@@ -271,34 +275,34 @@ void TunnelLine::received_cemi(ByteView cemi, std::optional<Tunnel::Outcome> out
     return;
   }
   ++counters_.received;
-  // Never a reason to drop it: there are installations where several tunnels share an address.
-  if (telegram->source == state_.own) ++counters_.doubled_address;
-  if (calls_.received) calls_.received(*telegram);
+  // The telegram is delivered all the same: in some installations several tunnels share an address.
+  if (telegram->source == state_.own) ++counters_.duplicate_address;
+  if (callbacks_.received) callbacks_.received(*telegram);
 }
 
 void TunnelLine::finish(Tunnel::Outcome outcome) {
-  const auto alive = alive_;
+  const auto watch = lifetime_.watch();
   if (outcome == Tunnel::Outcome::kConfirmed) ++counters_.sent;
-  count_silence(outcome);
-  if (!*alive) return;
+  count_unconfirmed(outcome);
+  if (watch.ended()) return;
   const auto report = report_of(outcome, over_tcp());
   outbox_.finish(report.sent, report.why);
-  if (*alive) pump();
+  if (!watch.ended()) pump();
 }
 
-/// Bus up and down by what becomes of telegrams: three in a row without any confirmation.
-void TunnelLine::count_silence(Tunnel::Outcome outcome) {
+/// The bus counts as down after three consecutive telegrams without a confirmation.
+void TunnelLine::count_unconfirmed(Tunnel::Outcome outcome) {
   if (outcome == Tunnel::Outcome::kUnconfirmed) {
-    if (++silent_ < kSilentBus) return;
-    if (!over_tcp()) return bus_is(false, kBusSilent);
-    if (silent_ == kSilentBus) set_state(state_.phase, std::string(kInterfaceSilent));
-  } else if (outcome != Tunnel::Outcome::kNotUnderstood && std::exchange(silent_, 0U) >= kSilentBus) {
-    over_tcp() && state_.bus ? set_state(state_.phase, {}) : bus_is(true, {});
+    if (++unconfirmed_in_row_ < kSilentBus) return;
+    if (!over_tcp()) return set_bus(false, kBusSilent);
+    if (unconfirmed_in_row_ == kSilentBus) set_state(state_.phase, std::string(kInterfaceSilent));
+  } else if (outcome != Tunnel::Outcome::kNotUnderstood && std::exchange(unconfirmed_in_row_, 0U) >= kSilentBus) {
+    over_tcp() && state_.bus ? set_state(state_.phase, {}) : set_bus(true, {});
   }
 }
 
-void TunnelLine::bus_is(bool connected, std::string_view why) {
-  if (connected && silent_ >= kSilentBus) return;  // it answers, but sends nothing on
+void TunnelLine::set_bus(bool connected, std::string_view why) {
+  if (connected && unconfirmed_in_row_ >= kSilentBus) return;  // it answers heartbeats, but sends nothing to the bus
   if (state_.bus == connected) return;
   state_.bus = connected;
   set_state(state_.phase, std::string(why));
@@ -306,78 +310,80 @@ void TunnelLine::bus_is(bool connected, std::string_view why) {
 
 void TunnelLine::ended(Tunnel::End end) {
   const auto lived = up_since_ != SteadyTime{} ? scheduler_.now() - up_since_ : Duration{};
-  const auto alive = alive_;
+  const auto watch = lifetime_.watch();
   retired_ = std::move(tunnel_);
   if (!std::exchange(route_back_, route_back_ || retired_->route_back_works()) && route_back_ &&
       end.cause == Tunnel::Cause::kRefused && wire::meaning_of(end.status).remedy == wire::Remedy::kWaitForSlot)
-    end.why += "; one may be held for two minutes by our first request, whose answer did not reach us (NAT)";
-  // What the system still holds of a dead stream would reach the bus long after its time.
+    end.why += "; our first request may occupy one for two minutes, because its answer did not reach us (NAT)";
+  // Data of a dead stream that the operating system still holds would reach the bus after it expired.
   if (stream_ && end.cause == Tunnel::Cause::kSilent) stream_->abort();
   close_sockets();
   up_since_ = {};
   hold_off_.ended(lived);
-  if (outbox_.under_way() && end.outcome) {
+  if (outbox_.in_flight() && end.outcome) {
     if (*end.outcome == Tunnel::Outcome::kConfirmed) ++counters_.sent;
     const auto report = report_of(*end.outcome, over_tcp());
     outbox_.finish(report.sent, report.why);
-    if (!*alive) return;
+    if (watch.ended()) return;
   }
   outbox_.line_lost();
-  if (holds_off(end, lived)) return;
-  fail_line(ErrorCode::kUnreachable, fmt::format("{}: {}", state_.server, reason_of(end)));
+  if (retries_later(end, lived)) return;
+  fail_line(ErrorCode::kUnreachable, fmt::format("{}: {}", state_.server, reason_for(end)));
 }
 
-bool TunnelLine::holds_off(const Tunnel::End& end, Duration lived) {
+bool TunnelLine::retries_later(const Tunnel::End& end, Duration lived) {
   if (end.cause == Tunnel::Cause::kClosedByServer) {
     const auto pause = hold_off_.closed_by_server(scheduler_.now(), lived);
     if (pause == Duration{}) return false;
-    hold_off(Phase::kWaiting, pause,
-             "the interface closes the tunnel again and again: two clients seem to fight for it");
+    retry_after(Phase::kWaiting, pause,
+                "the interface closes the tunnel repeatedly: two clients probably compete for it");
     return true;
   }
   if (end.cause != Tunnel::Cause::kRefused) return false;
   switch (wire::meaning_of(end.status).remedy) {
     case wire::Remedy::kRetry:
-    case wire::Remedy::kWaitForSlot: hold_off(Phase::kWaiting, hold_off_.slot_taken(), end.why); return true;
-    case wire::Remedy::kConfiguration: hold_off(Phase::kRefused, hold_off_.misconfigured(), end.why); return true;
+    case wire::Remedy::kWaitForSlot: retry_after(Phase::kWaiting, hold_off_.slot_taken(), end.why); return true;
+    case wire::Remedy::kConfiguration: retry_after(Phase::kRefused, hold_off_.misconfigured(), end.why); return true;
     case wire::Remedy::kBusDown:
       state_.bus = false;
-      hold_off(Phase::kWaiting, hold_off_.slot_taken(), end.why);
+      retry_after(Phase::kWaiting, hold_off_.slot_taken(), end.why);
       return true;
     default: return false;
   }
 }
 
-void TunnelLine::hold_off(Phase phase, Duration pause, std::string why) {
+void TunnelLine::retry_after(Phase phase, Duration pause, std::string why) {
   next_attempt_ = scheduler_.wall_now() + std::chrono::ceil<std::chrono::microseconds>(pause);
-  pause_ = scheduler_.after(pause, [this] {
-    state_.phase = Phase::kOff;
-    ++counters_.attempts;
-    if (auto opened = open(); !opened) fail_line(opened.error().code, opened.error().text);
-  });
+  retry_timer_ = scheduler_.after(pause, [this] { retry(); });
   set_state(phase, std::move(why));
+}
+
+void TunnelLine::retry() {
+  state_.phase = Phase::kOff;
+  ++counters_.attempts;
+  if (auto opened = open(); !opened) fail_line(opened.error().code, opened.error().text);
 }
 
 // Sending.
 
-void TunnelLine::send(wire::Telegram telegram, SteadyTime expires, SentCall done) {
-  outbox_.push(std::move(telegram), expires, telling(std::move(done), calls_));
+void TunnelLine::send(wire::Telegram telegram, SteadyTime expires, SendCallback done) {
+  outbox_.push(std::move(telegram), expires, after_settled(std::move(done), callbacks_));
 }
 
 void TunnelLine::pump() {
-  const auto alive = alive_;
+  const auto watch = lifetime_.watch();
   while (tunnel_ && tunnel_->idle()) {
     const auto* telegram = outbox_.take();
     if (telegram == nullptr) return;
     const auto cemi = wire::write_telegram(wire::CemiCode::kDataRequest, *telegram);
     if (!cemi) {
-      outbox_.finish(Sent::kRefused, cemi.error().text);
-      if (!*alive) return;
+      outbox_.finish(SendOutcome::kRefused, cemi.error().text);
+      if (watch.ended()) return;
       continue;
     }
     tunnel_->send(*cemi);
-    if (calls_.frame) calls_.frame(*cemi, true);
-    if (!*alive) return;
+    if (callbacks_.frame) callbacks_.frame(*cemi, true);
+    if (watch.ended()) return;
   }
 }
 
@@ -386,7 +392,7 @@ void TunnelLine::pump() {
 void TunnelLine::set_state(Phase phase, std::string reason) {
   state_.phase = phase;
   state_.reason = std::move(reason);
-  if (calls_.changed) calls_.changed(state_);
+  if (callbacks_.changed) callbacks_.changed(state_);
 }
 
 void TunnelLine::close_sockets() {
@@ -396,9 +402,9 @@ void TunnelLine::close_sockets() {
 
 void TunnelLine::fail_line(ErrorCode code, std::string why) {
   close_sockets();
-  const auto alive = alive_;
+  const auto watch = lifetime_.watch();
   set_state(Phase::kOff, why);
-  if (*alive && calls_.failed) calls_.failed({code, std::move(why)});
+  if (!watch.ended() && callbacks_.failed) callbacks_.failed({code, std::move(why)});
 }
 
 std::map<std::string, std::uint64_t> TunnelLine::counters() const {
@@ -416,7 +422,7 @@ std::map<std::string, std::uint64_t> TunnelLine::counters() const {
           {"not-acknowledged", tunnel.not_acknowledged},
           {"late-confirmations", tunnel.late_confirmations},
           {"attempts", counters_.attempts},
-          {"next-attempt", pause_.pending() ? seconds_of(next_attempt_) : 0},
+          {"next-attempt", retry_timer_.pending() ? seconds_of(next_attempt_) : 0},
           {"reconnects", counters_.connects > 0 ? counters_.connects - 1 : 0},
           {"missing-heartbeats", tunnel.missing_heartbeats},
           {"duplicates", tunnel.duplicates},
@@ -428,7 +434,7 @@ std::map<std::string, std::uint64_t> TunnelLine::counters() const {
           {"undelivered", counters_.undelivered},
           {"lte-frames", counters_.lte},
           {"other-frames", counters_.other_frames},
-          {"doubled-address", counters_.doubled_address}};
+          {"doubled-address", counters_.duplicate_address}};
 }
 
 }  // namespace rubicon::networks::knx::line

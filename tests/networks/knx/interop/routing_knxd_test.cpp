@@ -31,7 +31,7 @@ class WithKnxd : public ::testing::Test {
     ASSERT_TRUE(world->until([&] { return knxd->ready(); })) << knxd->errors();
   }
   void open_line() {
-    LineCalls calls;
+    LineCallbacks calls;
     calls.received = [this](const wire::Telegram& telegram) { heard.push_back(telegram); };
     calls.failed = [](const Error& why) { ADD_FAILURE() << why.text; };
     RoutingOptions options;
@@ -43,8 +43,8 @@ class WithKnxd : public ::testing::Test {
     wire::Telegram telegram;
     telegram.destination = wire::GroupAddress(group);
     telegram.payload = {std::move(value), false};
-    line->send(telegram, world->loop.scheduler().now() + 1min, [this](Sent outcome, std::string_view why) {
-      EXPECT_EQ(outcome, Sent::kSent) << why;
+    line->send(telegram, world->loop.scheduler().now() + 1min, [this](SendOutcome outcome, std::string_view why) {
+      EXPECT_EQ(outcome, SendOutcome::kSent) << why;
       ++sent;
     });
   }
@@ -139,7 +139,7 @@ TEST_F(WithKnxd, AnAnswerToWhereTheQuestionCameFromReachesUsToo) {
 TEST_F(WithKnxd, AHostWithoutAServerIsToldAtOnce) {
   const auto found = discover({{}, {{KnxNetwork::kAddress, 3999}}});
   ASSERT_THAT(found.problems, SizeIs(1));
-  EXPECT_THAT(found.problems[0].text, HasSubstr("nobody listens there"));
+  EXPECT_THAT(found.problems[0].text, HasSubstr("no program listens on that port"));
 }
 
 TEST_F(WithKnxd, TheInterfaceIsListed) {

@@ -36,7 +36,7 @@ class TunnelToKnxd : public ::testing::Test {
 
   /// A lost line is reopened soon, as the supervisor does.
   std::unique_ptr<TunnelLine> make_line() {
-    LineCalls calls;
+    LineCallbacks calls;
     calls.received = [this](const wire::Telegram& telegram) { heard.push_back(telegram); };
     calls.failed = [this](const Error&) {
       ++losses;
@@ -54,7 +54,7 @@ class TunnelToKnxd : public ::testing::Test {
     wire::Telegram telegram;
     telegram.destination = wire::GroupAddress(group);
     telegram.payload = {std::move(value), false};
-    line->send(telegram, time().now() + 1min, [this](Sent outcome, std::string_view) { ++told[outcome]; });
+    line->send(telegram, time().now() + 1min, [this](SendOutcome outcome, std::string_view) { ++told[outcome]; });
   }
 
   KnxNetwork network;
@@ -62,7 +62,7 @@ class TunnelToKnxd : public ::testing::Test {
   std::unique_ptr<Knxd> knxd;
   TunnelOptions options;
   std::vector<wire::Telegram> heard;
-  std::map<Sent, int> told;
+  std::map<SendOutcome, int> told;
   int losses = 0;
   Timer reopening;
   std::unique_ptr<TunnelLine> line;
@@ -80,7 +80,7 @@ TEST_F(TunnelToKnxd, WhatWeWriteIsHeardByKnxtool) {
   EXPECT_THAT(listener.heard(), HasSubstr("Write from " + to_string(line->state().own) + " to 1/2/7: 0C 33"));
   write(0x0a09, Bytes(20, 0x41));
   EXPECT_TRUE(world->until([&] { return listener.heard().find("to 1/2/9: 41 41") != std::string::npos; }));
-  EXPECT_GE(told[Sent::kSent], 2);
+  EXPECT_GE(told[SendOutcome::kSent], 2);
   EXPECT_EQ(told.size(), 1U);
 }
 
@@ -110,7 +110,7 @@ TEST_F(TunnelToKnxd, KilledAndStartedAgainItIsFoundWithoutALostWrite) {
     const auto back = time().now();
     ASSERT_TRUE(world->until([&] { return up(); })) << line->state().reason;
     EXPECT_LT(time().now() - back, 20s) << "it needs less than 2 s";
-    ASSERT_TRUE(world->until([&] { return told[Sent::kSent] == round + 1; }));
+    ASSERT_TRUE(world->until([&] { return told[SendOutcome::kSent] == round + 1; }));
   }
   EXPECT_GE(losses, kRounds);
   EXPECT_EQ(line->counters().at("reconnects"), static_cast<unsigned>(kRounds));
@@ -133,7 +133,7 @@ TEST_F(TunnelToKnxd, AWantedAddressAndRouteBackAreNegotiated) {
   options.nat = TunnelOptions::Nat::kOn;
   connect();
   write(0x0a07, {1, 2});
-  EXPECT_TRUE(world->until([&] { return told[Sent::kSent] == 1; }));
+  EXPECT_TRUE(world->until([&] { return told[SendOutcome::kSent] == 1; }));
 }
 
 TEST_F(TunnelToKnxd, ThousandsOfTelegramsAreConfirmedOneByOne) {
@@ -143,7 +143,7 @@ TEST_F(TunnelToKnxd, ThousandsOfTelegramsAreConfirmedOneByOne) {
   const auto begin = time().now();
   for (int i = 0; i < kCount; ++i)
     write(0x0a07, {static_cast<std::uint8_t>(i >> 8), static_cast<std::uint8_t>(i & 0xff)});
-  ASSERT_TRUE(world->until([&] { return told[Sent::kSent] == kCount; }));
+  ASSERT_TRUE(world->until([&] { return told[SendOutcome::kSent] == kCount; }));
   const std::chrono::duration<double> took = time().now() - begin;
   std::cout << fmt::format("{:.0f} telegrams/s\n", kCount / took.count());
   EXPECT_EQ(line->counters().at("repeats"), 0U);

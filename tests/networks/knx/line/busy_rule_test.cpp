@@ -16,7 +16,7 @@ TEST(BusyRule, ThePauseIsTheWaitAndARandomPartOfFiftyMilliseconds) {
   for (std::uint64_t seed = 0; seed < 200; ++seed) {
     BusyRule rule(seed);
     EXPECT_LE(rule.resume_at(), kStart) << "nobody was busy yet";
-    rule.heard(kStart, 100ms);
+    rule.receive(kStart, 100ms);
     const auto pause = rule.resume_at() - kStart;
     EXPECT_GE(pause, 100ms);
     EXPECT_LT(pause, 150ms);
@@ -29,30 +29,30 @@ TEST(BusyRule, ThePauseIsTheWaitAndARandomPartOfFiftyMilliseconds) {
 
 TEST(BusyRule, OneSeedIsOnePause) {
   BusyRule one(7), same(7);
-  one.heard(kStart, 20ms);
-  same.heard(kStart, 20ms);
+  one.receive(kStart, 20ms);
+  same.receive(kStart, 20ms);
   EXPECT_EQ(one.resume_at(), same.resume_at());
 }
 
 TEST(BusyRule, AnotherBusyProlongsOnlyIfItsTimeIsLonger) {
   BusyRule rule(1);
-  rule.heard(kStart, 1s);
+  rule.receive(kStart, 1s);
   const auto first = rule.resume_at();
-  rule.heard(kStart + 100ms, 100ms);
+  rule.receive(kStart + 100ms, 100ms);
   EXPECT_EQ(rule.resume_at(), first);
-  rule.heard(kStart + 200ms, 2s);
+  rule.receive(kStart + 200ms, 2s);
   EXPECT_GE(rule.resume_at(), kStart + 2200ms);
 }
 
 TEST(BusyRule, BusiesCountWhenTheyAreMoreThanTenMillisecondsApart) {
   BusyRule rule(1);
-  rule.heard(kStart, 1s);
+  rule.receive(kStart, 1s);
   EXPECT_EQ(rule.level(kStart), 1u);
-  rule.heard(kStart + 10ms, 100ms);
+  rule.receive(kStart + 10ms, 100ms);
   EXPECT_EQ(rule.level(kStart + 10ms), 1u);
-  rule.heard(kStart + 11ms, 100ms);
+  rule.receive(kStart + 11ms, 100ms);
   EXPECT_EQ(rule.level(kStart + 11ms), 2u);
-  rule.heard(kStart + 22ms, 100ms);
+  rule.receive(kStart + 22ms, 100ms);
   EXPECT_EQ(rule.level(kStart + 22ms), 3u);
 }
 
@@ -60,7 +60,7 @@ TEST(BusyRule, TheRandomPartGrowsWithTheCount) {
   Duration longest{};
   for (std::uint64_t seed = 0; seed < 100; ++seed) {
     BusyRule rule(seed);
-    for (int i = 0; i < 10; ++i) rule.heard(kStart + i * 20ms, 10s);
+    for (int i = 0; i < 10; ++i) rule.receive(kStart + i * 20ms, 10s);
     const auto part = rule.resume_at() - (kStart + 180ms) - 10s;
     EXPECT_LT(part, 500ms);
     longest = std::max(longest, part);
@@ -70,7 +70,7 @@ TEST(BusyRule, TheRandomPartGrowsWithTheCount) {
 
 TEST(BusyRule, AfterThePauseItIsSlowAndThenForgets) {
   BusyRule rule(3);
-  for (int i = 0; i < 3; ++i) rule.heard(kStart + i * 20ms, 1s);
+  for (int i = 0; i < 3; ++i) rule.receive(kStart + i * 20ms, 1s);
   const auto resume = rule.resume_at();
   EXPECT_TRUE(rule.slow(resume));
   EXPECT_TRUE(rule.slow(resume + 299ms));
@@ -85,8 +85,8 @@ TEST(BusyRule, AfterThePauseItIsSlowAndThenForgets) {
 
 TEST(BusyRule, AFloodDoesNotSilenceForEver) {
   BusyRule rule(3);
-  for (int i = 0; i < 100000; ++i) rule.heard(kStart + i * 11ms, 0ms);
-  EXPECT_EQ(rule.level(kStart + 100000 * 11ms), BusyRule::kMost);
+  for (int i = 0; i < 100000; ++i) rule.receive(kStart + i * 11ms, 0ms);
+  EXPECT_EQ(rule.level(kStart + 100000 * 11ms), BusyRule::kMaxLevel);
   EXPECT_LT(rule.resume_at(), kStart + 100000 * 11ms + 5s);
 }
 

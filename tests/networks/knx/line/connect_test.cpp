@@ -55,7 +55,7 @@ TEST_F(ConnectTest, AServerThatIsKilledAndComesBackIsFoundAgainWithoutALoss) {
     server->start();
     time.run_for(2s);
     EXPECT_EQ(phase(), Phase::kUp) << round;
-    EXPECT_EQ(sent(round), Sent::kSent) << round;
+    EXPECT_EQ(sent(round), SendOutcome::kSent) << round;
   }
   EXPECT_EQ(count("reconnects"), 20U);
 }
@@ -65,7 +65,7 @@ TEST_F(ConnectTest, AServerThatForgotTheTunnelIsNoticedAtTheFirstMissingAck) {
   server->forget_all();
   send(1);
   time.run_for(1800ms);
-  EXPECT_EQ(sent(1), Sent::kSent);
+  EXPECT_EQ(sent(1), SendOutcome::kSent);
   EXPECT_EQ(failures.size(), 1U);
   EXPECT_NE(failures[0].text.find("status 21"), std::string::npos);
 }
@@ -82,7 +82,7 @@ TEST_F(ConnectTest, ASilentServerIsAskedByRouteBackAfterTwoSeconds) {
   EXPECT_EQ(server->channels().size(), 2U) << "one is lost for a while, not all";
   send(1);
   time.run_for(100ms);
-  EXPECT_EQ(sent(1), Sent::kSent);
+  EXPECT_EQ(sent(1), SendOutcome::kSent);
   // What worked is remembered.
   server->disconnect_all();
   time.run_for(1s);
@@ -172,7 +172,7 @@ TEST_F(ConnectTest, AMachineWithoutARouteSaysSoAtOnce) {
   NoRoute machine;
   machine.lines.join(net, "10.0.0.3");
   std::vector<Error> told_failures;
-  LineCalls calls;
+  LineCallbacks calls;
   calls.failed = [&](Error error) { told_failures.push_back(std::move(error)); };
   TunnelLine alone(options, time, machine, std::move(calls));
   ASSERT_TRUE(alone.open());
@@ -218,7 +218,7 @@ TEST_F(ConnectTest, TheDataEndpointMayBeElsewhere) {
   send(1);
   server->inject(0x1101, 0x0a08, 0x80, {1, 2});
   time.run_for(100ms);
-  EXPECT_EQ(sent(1), Sent::kSent);
+  EXPECT_EQ(sent(1), SendOutcome::kSent);
   EXPECT_EQ(received.size(), 1U);
   std::size_t requests = 0, heartbeats = 0;
   time.run_for(61s);
@@ -235,7 +235,7 @@ TEST_F(ConnectTest, WithAllTunnelsTakenItWaitsWithGrowingPausesAndSaysSo) {
   make_server({.tunnels = 1});
   connect();
   std::vector<LineState> second_states;
-  LineCalls calls;
+  LineCallbacks calls;
   calls.changed = [&](const LineState& state) { second_states.push_back(state); };
   calls.failed = [&](const Error& error) { ADD_FAILURE() << error.text; };
   TunnelLine second(options, time, transports, std::move(calls));
@@ -430,7 +430,7 @@ TEST_F(ConnectTest, ADisconnectIsAnsweredAndTheLineReopened) {
   EXPECT_EQ(server->channels(), std::vector<std::uint8_t>{77});
   send(1);
   time.run_for(100ms);
-  EXPECT_EQ(sent(1), Sent::kSent);
+  EXPECT_EQ(sent(1), SendOutcome::kSent);
 }
 
 TEST_F(ConnectTest, TwoClientsThatFightForASlotAreNoticed) {
@@ -439,7 +439,7 @@ TEST_F(ConnectTest, TwoClientsThatFightForASlotAreNoticed) {
   open();
   time.run_for(10s);
   EXPECT_EQ(phase(), Phase::kWaiting);
-  EXPECT_NE(line->state().reason.find("fight"), std::string::npos);
+  EXPECT_NE(line->state().reason.find("compete"), std::string::npos);
   EXPECT_EQ(server->counters.connects, 4U);
   EXPECT_EQ(failures.size(), 3U);
   time.run_for(35s);

@@ -150,19 +150,20 @@ TEST_F(Discovering, SeveralServersAndInterfacesAreFoundAndBrokenOnesCounted) {
   EXPECT_EQ(result->servers[1].description.name, "10.77.0.3");
   EXPECT_EQ(result->bad_frames, 8u) << "two each time";
   ASSERT_THAT(result->problems, SizeIs(1));
-  EXPECT_THAT(result->problems[0].text, HasSubstr("interface 192.0.2.1 is not searched"));
+  EXPECT_THAT(result->problems[0].text, HasSubstr("interface 192.0.2.1 cannot be searched"));
 }
 
 TEST_F(Discovering, AFloodOfServersIsBounded) {
   start(search());
   for (int i = 0; i < 5000; ++i) {
     const wire::Hpai control = wire::udp_hpai("10.0.0.1", static_cast<std::uint16_t>(i + 1));
-    discovery->heard({"10.0.0.1", 3671}, write(wire::Message(wire::SearchResponse{control, false, wire::to_dibs({})})));
+    discovery->receive({"10.0.0.1", 3671},
+                       write(wire::Message(wire::SearchResponse{control, false, wire::to_dibs({})})));
   }
   time.run_for(10s);
   ASSERT_TRUE(result);
-  EXPECT_EQ(result->servers.size(), FoundServers::kMost);
-  EXPECT_EQ(result->bad_frames, 5000 - FoundServers::kMost);
+  EXPECT_EQ(result->servers.size(), FoundServers::kMaxServers);
+  EXPECT_EQ(result->bad_frames, 5000 - FoundServers::kMaxServers);
 }
 
 TEST_F(Discovering, AHostIsAskedByNameAndTheAnswerEndsTheWait) {
@@ -242,7 +243,7 @@ TEST_F(Discovering, NobodyListeningIsToldAtOnceAndAnUnknownNameToo) {
   ASSERT_THAT(result->problems, SizeIs(2));
   std::string all;
   for (const auto& problem : result->problems) all += problem.text + "\n";
-  EXPECT_THAT(all, HasSubstr("10.77.0.1:3671 does not describe itself: nobody listens there"));
+  EXPECT_THAT(all, HasSubstr("10.77.0.1:3671 does not describe itself: no program listens on that port"));
   EXPECT_THAT(all, HasSubstr("nobody.example cannot be found"));
 }
 

@@ -21,7 +21,7 @@ using namespace std::chrono_literals;
 class LineFixture : public testing::Test {
  protected:
   struct Told {
-    Sent sent;
+    SendOutcome sent;
     std::string why;
   };
 
@@ -37,7 +37,7 @@ class LineFixture : public testing::Test {
   }
 
   void make_line() {
-    LineCalls calls;
+    LineCallbacks calls;
     calls.changed = [this](const LineState& state) { states.push_back(state); };
     calls.failed = [this](Error why) {
       failures.push_back(std::move(why));
@@ -78,15 +78,15 @@ class LineFixture : public testing::Test {
     send(number, write(0x0a07, value), lives);
   }
   void send(std::uint16_t number, wire::Telegram telegram, Duration lives = 60s) {
-    line->send(std::move(telegram), time.now() + lives, [this, number](Sent sent, std::string_view why) {
+    line->send(std::move(telegram), time.now() + lives, [this, number](SendOutcome sent, std::string_view why) {
       EXPECT_FALSE(told.contains(number)) << number << " was told twice";
       told[number] = {sent, std::string(why)};
       order.push_back(number);
     });
   }
-  Sent sent(std::uint16_t number) const {
+  SendOutcome sent(std::uint16_t number) const {
     EXPECT_TRUE(told.contains(number)) << number;
-    return told.contains(number) ? told.at(number).sent : Sent::kExpired;
+    return told.contains(number) ? told.at(number).sent : SendOutcome::kExpired;
   }
 
   /// How often each number reached the bus.

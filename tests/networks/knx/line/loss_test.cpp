@@ -28,7 +28,7 @@ class LossTest : public LineFixture, public testing::WithParamInterface<unsigned
     for (std::uint16_t i = 0; i < kWrites; ++i) {
       ASSERT_TRUE(times.contains(i)) << i;
       more += times.at(i) - 1;
-      EXPECT_TRUE(sent(i) == Sent::kSent || sent(i) == Sent::kUnconfirmed) << i << ": " << told[i].why;
+      EXPECT_TRUE(sent(i) == SendOutcome::kSent || sent(i) == SendOutcome::kUnconfirmed) << i << ": " << told[i].why;
     }
     // Only what was under way when a line was lost goes out once more.
     EXPECT_LE(more, static_cast<int>(count("reconnects")));

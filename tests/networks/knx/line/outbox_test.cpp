@@ -21,7 +21,7 @@ class OutboxTest : public testing::Test {
       while (const auto* telegram = outbox->take()) {
         taken.push_back(number(telegram->destination));
         when.push_back(time.now());
-        outbox->finish(Sent::kSent, {});
+        outbox->finish(SendOutcome::kSent, {});
       }
     });
   }
@@ -33,7 +33,7 @@ class OutboxTest : public testing::Test {
     telegram.service = service;
     if (service != wire::Service::kRead) telegram.payload = {{1}, true};
     outbox->push(telegram, time.now() + lives,
-                 [this, group](Sent sent, std::string_view) { told.emplace_back(group, sent); });
+                 [this, group](SendOutcome sent, std::string_view) { told.emplace_back(group, sent); });
   }
 
   VirtualScheduler time;
@@ -41,7 +41,7 @@ class OutboxTest : public testing::Test {
   bool auto_send = true;
   std::vector<std::uint16_t> taken;
   std::vector<SteadyTime> when;
-  std::vector<std::pair<std::uint16_t, Sent>> told;
+  std::vector<std::pair<std::uint16_t, SendOutcome>> told;
 };
 
 TEST_F(OutboxTest, SystemGoesBeforeUrgentNormalAndLowAndInOrderWithin) {
@@ -102,7 +102,7 @@ TEST_F(OutboxTest, RefusesWhatIsBeyondItsBoundInALaterTurn) {
   EXPECT_TRUE(told.empty());
   time.run_ready();
   ASSERT_EQ(told.size(), 1U);
-  EXPECT_EQ(told[0], (std::pair<std::uint16_t, Sent>{4, Sent::kRefused}));
+  EXPECT_EQ(told[0], (std::pair<std::uint16_t, SendOutcome>{4, SendOutcome::kRefused}));
   EXPECT_EQ(outbox->waiting(), 3U);
 }
 
@@ -118,7 +118,7 @@ TEST_F(OutboxTest, WhatWaitsTooLongExpiresInTime) {
   EXPECT_EQ(told.size(), 1U);
   time.run_for(1s);
   ASSERT_EQ(told.size(), 2U);
-  EXPECT_EQ(told[1], (std::pair<std::uint16_t, Sent>{1, Sent::kExpired}));
+  EXPECT_EQ(told[1], (std::pair<std::uint16_t, SendOutcome>{1, SendOutcome::kExpired}));
   EXPECT_EQ(outbox->waiting(), 1U);
   EXPECT_EQ(outbox->counters().expired, 2U);
 }
@@ -136,7 +136,7 @@ TEST_F(OutboxTest, WhatWasUnderWayGoesFirstOnTheNextLineAndOnlyOnceMore) {
   outbox->line_lost();
   time.run_ready();
   ASSERT_EQ(told.size(), 1U);
-  EXPECT_EQ(told[0], (std::pair<std::uint16_t, Sent>{2, Sent::kLost}));
+  EXPECT_EQ(told[0], (std::pair<std::uint16_t, SendOutcome>{2, SendOutcome::kLost}));
   EXPECT_EQ(number(outbox->take()->destination), 3);
 }
 
@@ -148,7 +148,7 @@ TEST_F(OutboxTest, WhatWasUnderWayAndHasNoTimeLeftIsReportedLost) {
   outbox->line_lost();
   time.run_for(2s);
   ASSERT_EQ(told.size(), 1U);
-  EXPECT_EQ(told[0].second, Sent::kLost);
+  EXPECT_EQ(told[0].second, SendOutcome::kLost);
   EXPECT_EQ(outbox->take(), nullptr);
 }
 
@@ -164,7 +164,7 @@ TEST_F(OutboxTest, WhatIsTakenOnceMoreHasTimeLeft) {
   push(2, wire::Priority::kLow, wire::Service::kWrite, 5ms);  // the look at it puts the next one off by a step
   time.run_for(1s);
   ASSERT_EQ(told.size(), 2U);
-  EXPECT_EQ(told[1], (std::pair<std::uint16_t, Sent>{1, Sent::kLost}));
+  EXPECT_EQ(told[1], (std::pair<std::uint16_t, SendOutcome>{1, SendOutcome::kLost}));
 }
 
 TEST_F(OutboxTest, DestroyedItTellsNothing) {

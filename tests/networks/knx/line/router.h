@@ -21,12 +21,12 @@ inline wire::Telegram write_to(std::uint16_t group, Bytes value = {0x0c, 0x33}) 
 /// A routing line of a host, and all it says.
 struct Router {
   Router(VirtualScheduler& t, Host& host, RoutingOptions options = {}) : time(t) {
-    LineCalls calls;
+    LineCallbacks calls;
     calls.changed = [this](const LineState& state) { states.push_back(state); };
     calls.failed = [this](Error error) { failures.push_back(std::move(error)); };
     calls.received = [this](const wire::Telegram& telegram) { heard.push_back(telegram); };
     calls.frame = [this](ByteView cemi, bool outgoing) { frames.emplace_back(base::to_hex(cemi), outgoing); };
-    RoutingCalls more;
+    RoutingCallbacks more;
     more.lost = [this](const Endpoint& from, const wire::RoutingLostMessage& message) {
       losses.emplace_back(from.address, message.lost);
     };
@@ -39,7 +39,7 @@ struct Router {
     line = std::make_unique<RoutingLine>(time, host.lines, std::move(options), std::move(calls), std::move(more));
   }
   void send(wire::Telegram telegram, Duration lives = 5s) {
-    line->send(std::move(telegram), time.now() + lives, [this](Sent outcome, std::string_view) {
+    line->send(std::move(telegram), time.now() + lives, [this](SendOutcome outcome, std::string_view) {
       outcomes.push_back(outcome);
       times.push_back(time.now());
     });
@@ -53,7 +53,7 @@ struct Router {
   std::vector<std::pair<std::string, int>> losses;
   std::vector<std::pair<Endpoint, std::string>> searches;
   std::vector<std::pair<std::string, std::string>> notes;
-  std::vector<Sent> outcomes;
+  std::vector<SendOutcome> outcomes;
   std::vector<SteadyTime> times;
   std::unique_ptr<RoutingLine> line;
 };

@@ -19,7 +19,7 @@ TEST_F(RoutingLineLife, ALineWithoutRoomIsTriedAgain) {
   net.refuses = 3;
   router.send(write_to(1));
   time.run_for(1s);
-  EXPECT_THAT(router.outcomes, ElementsAre(Sent::kSent));
+  EXPECT_THAT(router.outcomes, ElementsAre(SendOutcome::kSent));
   EXPECT_EQ(router.line->counters().at("send-retries"), 3u);
   EXPECT_THAT(other.heard, SizeIs(1));
 }
@@ -38,10 +38,10 @@ TEST_F(RoutingLineLife, ALostLineKeepsWhatWaitsForTheNext) {
   EXPECT_EQ(net.open_sockets(), 1u) << "the other's";
   EXPECT_THAT(router.outcomes, IsEmpty());
   time.run_for(10s);
-  EXPECT_THAT(router.outcomes, ElementsAre(Sent::kExpired));
+  EXPECT_THAT(router.outcomes, ElementsAre(SendOutcome::kExpired));
   ASSERT_TRUE(router.line->open());
   time.run_for(1s);
-  EXPECT_THAT(router.outcomes, ElementsAre(Sent::kExpired, Sent::kSent, Sent::kSent));
+  EXPECT_THAT(router.outcomes, ElementsAre(SendOutcome::kExpired, SendOutcome::kSent, SendOutcome::kSent));
   EXPECT_THAT(other.heard, SizeIs(2));
   EXPECT_EQ(router.states.back().phase, LineState::Phase::kUp);
 }
@@ -107,7 +107,7 @@ TEST_F(RoutingLineLife, MayBeDestroyedInAnyOfItsCalls) {
     const auto destroy_if = [&](int now) {
       if (when == now) line.reset();
     };
-    LineCalls calls;
+    LineCallbacks calls;
     calls.changed = [&](const LineState& state) {
       destroy_if(state.phase == LineState::Phase::kOff ? 1 : state.reason.empty() ? 0 : 2);
     };
@@ -115,7 +115,7 @@ TEST_F(RoutingLineLife, MayBeDestroyedInAnyOfItsCalls) {
     calls.received = [&](const wire::Telegram&) { destroy_if(4); };
     calls.frame = [&](ByteView, bool outgoing) { destroy_if(outgoing ? 5 : 6); };
     calls.note = [&](const std::string&, std::string_view) { destroy_if(7); };
-    RoutingCalls more;
+    RoutingCallbacks more;
     more.lost = [&](const Endpoint&, const wire::RoutingLostMessage&) { destroy_if(8); };
     more.discovery = [&](const Endpoint&, ByteView) { destroy_if(9); };
     RoutingOptions options;
@@ -123,7 +123,7 @@ TEST_F(RoutingLineLife, MayBeDestroyedInAnyOfItsCalls) {
     line = std::make_unique<RoutingLine>(time, here.lines, options, std::move(calls), std::move(more));
     ASSERT_TRUE(line->open());
     time.run_for(100ms);
-    if (line) line->send(write_to(1), SteadyTime::max(), [](Sent, std::string_view) {});
+    if (line) line->send(write_to(1), SteadyTime::max(), [](SendOutcome, std::string_view) {});
     time.run_for(100ms);
     for (const auto* hex : {"06100201000e08010a4d00019ca4", "0610053000132900bcd011c80a070300800c33", "061005380006",
                             "06100531000a04000005", "06100532000c060000640000"}) {
@@ -133,16 +133,16 @@ TEST_F(RoutingLineLife, MayBeDestroyedInAnyOfItsCalls) {
     }
     time.run_for(1s);
     net.refuses = 50;
-    if (line) line->send(write_to(1), SteadyTime::max(), [](Sent, std::string_view) {});
+    if (line) line->send(write_to(1), SteadyTime::max(), [](SendOutcome, std::string_view) {});
     time.run_for(5s);
     net.refuses = 0;
     EXPECT_EQ(line, nullptr) << when;
   }
   RoutingOptions options;
   options.interface_address = here.at;
-  auto line = std::make_unique<RoutingLine>(time, here.lines, options, LineCalls{});
+  auto line = std::make_unique<RoutingLine>(time, here.lines, options, LineCallbacks{});
   ASSERT_TRUE(line->open());
-  line->send(write_to(1), SteadyTime::max(), [&](Sent, std::string_view) { line.reset(); });
+  line->send(write_to(1), SteadyTime::max(), [&](SendOutcome, std::string_view) { line.reset(); });
   time.run_for(1s);
   EXPECT_EQ(line, nullptr);
 }
@@ -153,7 +153,7 @@ TEST_F(RoutingLineLife, WhatWaitsBeforeTheLineIsThereGoesWhenItIs) {
   time.run_for(1s);
   EXPECT_THAT(router.outcomes, IsEmpty());
   open(router);
-  EXPECT_THAT(router.outcomes, ElementsAre(Sent::kSent));
+  EXPECT_THAT(router.outcomes, ElementsAre(SendOutcome::kSent));
 }
 
 TEST_F(RoutingLineLife, ADestroyedLineSaysNothingMore) {

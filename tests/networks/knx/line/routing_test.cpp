@@ -22,7 +22,7 @@ TEST_F(RoutingOverMemory, ATelegramLeavesAsAnIndicationFromOurAddress) {
   router.send(write_to(0x0a07));
   EXPECT_THAT(router.outcomes, IsEmpty()) << "never from inside the call";
   time.run_for(1ms);
-  EXPECT_THAT(router.outcomes, ElementsAre(Sent::kSent));
+  EXPECT_THAT(router.outcomes, ElementsAre(SendOutcome::kSent));
   EXPECT_THAT(other.heard,
               ElementsAre(std::pair(Endpoint{"10.77.0.2", 49152}, "0610053000132900bce0fffa0a070300800c33")));
   EXPECT_THAT(router.frames, ElementsAre(std::pair("2900bce0fffa0a070300800c33", true)));
@@ -48,7 +48,7 @@ TEST_F(RoutingOverMemory, FramesStandTwentyMillisecondsApart) {
   EXPECT_EQ(router.outcomes.size(), 50u);
   time.run_for(10s);
   EXPECT_THAT(router.outcomes, SizeIs(100));
-  EXPECT_THAT(router.outcomes, Each(Sent::kSent));
+  EXPECT_THAT(router.outcomes, Each(SendOutcome::kSent));
   EXPECT_THAT(pauses(router), Each(Duration(20ms)));
   ASSERT_THAT(other.heard, SizeIs(100));
   EXPECT_THAT(other.heard[99].second, HasSubstr("fffa0064")) << "in order";
@@ -93,7 +93,7 @@ TEST_F(RoutingOverMemory, OwnFramesAreNotHeardAndThoseOfANeighbourOnThisMachineA
   EXPECT_EQ(neighbour.heard[0].destination, wire::GroupAddress(1));
   EXPECT_EQ(router.line->counters().at("own-frames"), 1u);
   EXPECT_EQ(router.line->counters().at("doubled-address"), 1u);
-  EXPECT_THAT(router.line->state().reason, HasSubstr("15.15.250 is the address of 10.77.0.2:49153 too"));
+  EXPECT_THAT(router.line->state().reason, HasSubstr("15.15.250 is also the address of 10.77.0.2:49153"));
   EXPECT_THAT(router.states, SizeIs(2)) << "told once";
 }
 
@@ -160,7 +160,7 @@ TEST_F(RoutingOverMemory, ABusyRouterIsNamedInTheStateUntilWeGoOn) {
   open(router);
   busy();
   busy();
-  EXPECT_EQ(router.line->state().reason, "10.77.0.3:3671 is busy: nothing is sent for now");
+  EXPECT_EQ(router.line->state().reason, "10.77.0.3:3671 is busy: sending is paused");
   EXPECT_EQ(router.line->state().phase, LineState::Phase::kUp);
   time.run_for(1s);
   EXPECT_EQ(router.line->state().reason, "");
@@ -189,7 +189,7 @@ TEST_F(RoutingOverMemory, ABusyThatIsMeantForSingleDevicesIsObeyedToo) {
   time.run_for(900ms);
   EXPECT_THAT(router.outcomes, IsEmpty());
   time.run_for(200ms);
-  EXPECT_THAT(router.outcomes, ElementsAre(Sent::kSent));
+  EXPECT_THAT(router.outcomes, ElementsAre(SendOutcome::kSent));
 }
 
 TEST_F(RoutingOverMemory, WhatDoesNotLiveAsLongAsThePauseExpires) {
@@ -199,7 +199,7 @@ TEST_F(RoutingOverMemory, WhatDoesNotLiveAsLongAsThePauseExpires) {
   router.send(write_to(1), 500ms);
   router.send(write_to(2), 5s);
   time.run_for(5s);
-  EXPECT_THAT(router.outcomes, ElementsAre(Sent::kExpired, Sent::kSent));
+  EXPECT_THAT(router.outcomes, ElementsAre(SendOutcome::kExpired, SendOutcome::kSent));
   EXPECT_THAT(other.heard, SizeIs(2)) << "its own busy and one write";
 }
 
@@ -211,8 +211,8 @@ TEST_F(RoutingOverMemory, LostMessagesAreCountedAndTold) {
   EXPECT_EQ(router.line->counters().at("lost-messages"), 8u);
   EXPECT_THAT(router.losses, ElementsAre(std::pair("10.77.0.3", 5), std::pair("10.77.0.3", 3)));
   ASSERT_THAT(router.notes, SizeIs(2));
-  EXPECT_EQ(router.notes[1], std::pair(std::string("lost-messages"),
-                                       std::string("10.77.0.3:3671 lost 3 telegrams on their way (device state 01)")));
+  EXPECT_EQ(router.notes[1],
+            std::pair(std::string("lost-messages"), std::string("10.77.0.3:3671 lost 3 telegrams (device state 01)")));
 }
 
 TEST_F(RoutingOverMemory, OddFramesAreWorthANote) {
@@ -222,7 +222,7 @@ TEST_F(RoutingOverMemory, OddFramesAreWorthANote) {
   from_other("06200530000629");
   ASSERT_THAT(router.notes, SizeIs(2));
   EXPECT_EQ(router.notes[0].first, "unknown-services");
-  EXPECT_EQ(router.notes[0].second, "10.77.0.3:3671 sent service 0538: passed over");
+  EXPECT_EQ(router.notes[0].second, "10.77.0.3:3671 sent service 0538: ignored");
   EXPECT_EQ(router.notes[1].first, "bad-frames");
   EXPECT_THAT(router.notes[1].second, HasSubstr("version 20"));
 }
@@ -273,7 +273,7 @@ TEST_F(RoutingOverMemory, ADifferentGroupHearsSystemBroadcastsOnTheSystemsGroupA
   EXPECT_THAT(router.heard, SizeIs(1));
   router.send(write_to(1));
   time.run_for(100ms);
-  EXPECT_THAT(router.outcomes, ElementsAre(Sent::kSent)) << "the busy was none of ours";
+  EXPECT_THAT(router.outcomes, ElementsAre(SendOutcome::kSent)) << "the busy was none of ours";
   EXPECT_EQ(net.sent().back().to.address, "239.1.2.3");
 }
 
@@ -299,7 +299,7 @@ TEST_F(RoutingOverMemory, ATelegramThatNoFrameHoldsIsRefusedAndTheNextOneGoes) {
   router.send(write_to(1, Bytes(300)));
   router.send(write_to(2));
   time.run_for(1s);
-  EXPECT_THAT(router.outcomes, ElementsAre(Sent::kRefused, Sent::kSent));
+  EXPECT_THAT(router.outcomes, ElementsAre(SendOutcome::kRefused, SendOutcome::kSent));
 }
 
 }  // namespace

@@ -24,7 +24,7 @@ TEST_F(TunnelLineTest, AWriteReachesTheBusAndIsReportedSent) {
   send(1);
   EXPECT_TRUE(told.empty());
   time.run_for(1s);
-  EXPECT_EQ(sent(1), Sent::kSent);
+  EXPECT_EQ(sent(1), SendOutcome::kSent);
   ASSERT_EQ(server->heard().size(), 1U);
   EXPECT_EQ(base::to_hex(server->heard()[0].cemi), "1100bce000000a070300800001");
   ASSERT_EQ(frames.size(), 2U);
@@ -72,11 +72,11 @@ TEST_F(TunnelLineTest, LongValuesGoAsExtendedFrames) {
   connect();
   send(1, write(0x0a09, Bytes(20, 0x41)));
   time.run_for(1s);
-  EXPECT_EQ(sent(1), Sent::kSent);
+  EXPECT_EQ(sent(1), SendOutcome::kSent);
   EXPECT_EQ(server->heard().at(0).tpdu.size(), 22U);
   send(2, write(0x0a09, Bytes(254, 0x41)));
   time.run_for(1s);
-  EXPECT_EQ(sent(2), Sent::kRefused);
+  EXPECT_EQ(sent(2), SendOutcome::kRefused);
   EXPECT_NE(told[2].why.find("254 bytes"), std::string::npos);
 }
 
@@ -102,8 +102,8 @@ TEST_F(TunnelLineTest, AConfirmationBeforeTheAckIsRemembered) {
   time.run_for(45ms);
   EXPECT_TRUE(told.empty());
   time.run_for(1s);
-  EXPECT_EQ(sent(1), Sent::kSent);
-  EXPECT_EQ(sent(2), Sent::kSent);
+  EXPECT_EQ(sent(1), SendOutcome::kSent);
+  EXPECT_EQ(sent(2), SendOutcome::kSent);
   EXPECT_EQ(count("repeats"), 0U);
   EXPECT_EQ(server->heard().size(), 2U);
 }
@@ -114,8 +114,8 @@ TEST_F(TunnelLineTest, AConfirmationWithoutAnAckIsAnAck) {
   send(1);
   send(2);
   time.run_for(1s);
-  EXPECT_EQ(sent(1), Sent::kSent);
-  EXPECT_EQ(sent(2), Sent::kSent);
+  EXPECT_EQ(sent(1), SendOutcome::kSent);
+  EXPECT_EQ(sent(2), SendOutcome::kSent);
   EXPECT_EQ(count("repeats"), 0U);
   EXPECT_EQ(count("missing-acks"), 2U);
   EXPECT_EQ(server->counters.out_of_sequence, 0U);
@@ -130,7 +130,7 @@ TEST_F(TunnelLineTest, AMissingAckMakesOneRepeatWithTheSameSequence) {
   time.run_for(50ms);
   EXPECT_TRUE(told.empty());
   time.run_for(100ms);
-  EXPECT_EQ(sent(1), Sent::kSent);
+  EXPECT_EQ(sent(1), SendOutcome::kSent);
   EXPECT_EQ(count("repeats"), 1U);
   EXPECT_EQ(server->heard().size(), 1U);
   EXPECT_TRUE(failures.empty());
@@ -142,7 +142,7 @@ TEST_F(TunnelLineTest, ALateAckAfterTheRepeatIsGoodEnough) {
   server->confirm_time = 1300ms;
   send(1);
   time.run_for(3s);
-  EXPECT_EQ(sent(1), Sent::kSent);
+  EXPECT_EQ(sent(1), SendOutcome::kSent);
   EXPECT_EQ(server->heard().size(), 1U);
   EXPECT_EQ(server->counters.repeats_seen, 1U);
 }
@@ -160,8 +160,8 @@ TEST_F(TunnelLineTest, WithoutAcksTheLineIsLostAndTheTelegramSentOnceMore) {
   server->acks = server->confirms = true;
   time.run_for(2s);
   EXPECT_EQ(phase(), Phase::kUp);
-  EXPECT_EQ(sent(1), Sent::kSent);
-  EXPECT_EQ(sent(2), Sent::kSent);
+  EXPECT_EQ(sent(1), SendOutcome::kSent);
+  EXPECT_EQ(sent(2), SendOutcome::kSent);
   EXPECT_EQ(order.front(), 1);
   EXPECT_EQ(count("reconnects"), 1U);
 }
@@ -171,7 +171,7 @@ TEST_F(TunnelLineTest, ATelegramThatGoesLostTwiceIsReportedOnce) {
   server->acks = server->confirms = false;
   send(1);
   time.run_for(10s);
-  EXPECT_EQ(sent(1), Sent::kLost);
+  EXPECT_EQ(sent(1), SendOutcome::kLost);
   EXPECT_EQ(failures.size(), 2U);
   EXPECT_EQ(count("telegrams-lost"), 1U);
 }
@@ -184,12 +184,12 @@ TEST_F(TunnelLineTest, ATelegramWhoseTimeIsOverIsNotSentAgain) {
   send(2, 4s);
   send(3, 60s);
   time.run_for(6s);
-  EXPECT_EQ(sent(1), Sent::kLost);
-  EXPECT_EQ(sent(2), Sent::kExpired);
+  EXPECT_EQ(sent(1), SendOutcome::kLost);
+  EXPECT_EQ(sent(2), SendOutcome::kExpired);
   EXPECT_FALSE(told.contains(3));
   server->acks = server->confirms = true;
   time.run_for(5s);
-  EXPECT_EQ(sent(3), Sent::kSent);
+  EXPECT_EQ(sent(3), SendOutcome::kSent);
 }
 
 TEST_F(TunnelLineTest, ATelegramTheServerDoesNotUnderstandIsRefusedAndTheTunnelStays) {
@@ -197,11 +197,11 @@ TEST_F(TunnelLineTest, ATelegramTheServerDoesNotUnderstandIsRefusedAndTheTunnelS
   server->ack_status = 0x29;
   send(1);
   time.run_for(100ms);
-  EXPECT_EQ(sent(1), Sent::kRefused);
+  EXPECT_EQ(sent(1), SendOutcome::kRefused);
   server->ack_status = 0;
   send(2);
   time.run_for(100ms);
-  EXPECT_EQ(sent(2), Sent::kSent);
+  EXPECT_EQ(sent(2), SendOutcome::kSent);
   EXPECT_TRUE(failures.empty());
 }
 
@@ -213,7 +213,7 @@ TEST_F(TunnelLineTest, AnErrorInTheAckIsAMissingAck) {
   EXPECT_EQ(failures.size(), 1U);
   server->ack_status = 0;
   time.run_for(1s);
-  EXPECT_EQ(sent(1), Sent::kSent);
+  EXPECT_EQ(sent(1), SendOutcome::kSent);
 }
 
 TEST_F(TunnelLineTest, ANegativeConfirmationIsReportedAndTheTunnelStays) {
@@ -221,7 +221,7 @@ TEST_F(TunnelLineTest, ANegativeConfirmationIsReportedAndTheTunnelStays) {
   server->confirms_negatively = true;
   send(1);
   time.run_for(100ms);
-  EXPECT_EQ(sent(1), Sent::kNotAcknowledged);
+  EXPECT_EQ(sent(1), SendOutcome::kNotAcknowledged);
   EXPECT_EQ(count("not-acknowledged"), 1U);
   EXPECT_EQ(phase(), Phase::kUp);
 }
@@ -233,7 +233,7 @@ TEST_F(TunnelLineTest, ThreeTelegramsWithoutConfirmationMakeTheBusSilent) {
   time.run_for(8s);
   EXPECT_TRUE(line->state().bus);
   time.run_for(2s);
-  for (std::uint16_t i = 1; i <= 3; ++i) EXPECT_EQ(sent(i), Sent::kUnconfirmed);
+  for (std::uint16_t i = 1; i <= 3; ++i) EXPECT_EQ(sent(i), SendOutcome::kUnconfirmed);
   EXPECT_FALSE(line->state().bus);
   EXPECT_EQ(phase(), Phase::kUp);
   EXPECT_NE(line->state().reason.find("silent"), std::string::npos);
@@ -250,7 +250,7 @@ TEST_F(TunnelLineTest, ALateConfirmationConfirmsNothingElse) {
   send(1);
   send(2);
   time.run_for(3900ms);
-  EXPECT_EQ(sent(1), Sent::kUnconfirmed);
+  EXPECT_EQ(sent(1), SendOutcome::kUnconfirmed);
   EXPECT_FALSE(told.contains(2));
   EXPECT_EQ(count("late-confirmations"), 1U);
 }
@@ -261,14 +261,14 @@ TEST_F(TunnelLineTest, ALateConfirmationDoesNotConfirmAnEqualTelegram) {
   server->confirm_time = 3100ms;  // of the first one: it comes while the second one is under way
   send(1, equal);
   time.run_for(3050ms);
-  EXPECT_EQ(sent(1), Sent::kUnconfirmed);
+  EXPECT_EQ(sent(1), SendOutcome::kUnconfirmed);
   server->confirm_time = 500ms;
   server->confirms_negatively = true;
   send(2, equal);
   time.run_for(300ms);
   EXPECT_FALSE(told.contains(2)) << "that was the first one's";
   time.run_for(1s);
-  EXPECT_EQ(sent(2), Sent::kNotAcknowledged);
+  EXPECT_EQ(sent(2), SendOutcome::kNotAcknowledged);
   EXPECT_EQ(count("late-confirmations"), 1U);
 }
 
@@ -278,23 +278,23 @@ TEST_F(TunnelLineTest, AConfirmationThatNeverComesSpoilsOneEqualTelegramAtMost) 
   server->confirms = false;
   send(1, equal);
   time.run_for(3100ms);
-  EXPECT_EQ(sent(1), Sent::kUnconfirmed);
+  EXPECT_EQ(sent(1), SendOutcome::kUnconfirmed);
   server->confirms = true;
   send(2, equal);
   time.run_for(3100ms);
-  EXPECT_EQ(sent(2), Sent::kUnconfirmed) << "nobody knows whose the one confirmation was";
+  EXPECT_EQ(sent(2), SendOutcome::kUnconfirmed) << "nobody knows whose the one confirmation was";
   send(3, equal);
   send(4, equal);
   time.run_for(100ms);
-  EXPECT_EQ(sent(3), Sent::kSent);
-  EXPECT_EQ(sent(4), Sent::kSent);
+  EXPECT_EQ(sent(3), SendOutcome::kSent);
+  EXPECT_EQ(sent(4), SendOutcome::kSent);
   server->confirms = false;
   send(5, equal);
   time.run_for(8100ms);
   server->confirms = true;
   send(6, equal);
   time.run_for(100ms);
-  EXPECT_EQ(sent(6), Sent::kSent) << "after some seconds none is waited for";
+  EXPECT_EQ(sent(6), SendOutcome::kSent) << "after some seconds none is waited for";
 }
 
 TEST_F(TunnelLineTest, WhatWasUnderWayAtTheEndOfATunnelIsCounted) {
@@ -304,7 +304,7 @@ TEST_F(TunnelLineTest, WhatWasUnderWayAtTheEndOfATunnelIsCounted) {
   time.run_for(20ms);
   server->disconnect_all();
   time.run_for(10ms);
-  EXPECT_EQ(sent(1), Sent::kSent);
+  EXPECT_EQ(sent(1), SendOutcome::kSent);
   EXPECT_EQ(count("telegrams-sent"), 1U);
   time.run_for(1s);
   server->ack_time = {};
@@ -313,7 +313,7 @@ TEST_F(TunnelLineTest, WhatWasUnderWayAtTheEndOfATunnelIsCounted) {
   time.run_for(20ms);
   server->disconnect_all();
   time.run_for(10ms);
-  EXPECT_EQ(sent(2), Sent::kUnconfirmed);
+  EXPECT_EQ(sent(2), SendOutcome::kUnconfirmed);
   EXPECT_EQ(count("unconfirmed"), 1U);
 }
 
@@ -393,10 +393,10 @@ TEST_F(TunnelLineTest, BadAndUnknownFramesAreCountedAndSurvived) {
   ASSERT_EQ(notes.size(), 9U);
   EXPECT_EQ(notes[0].first, "bad-frames");
   EXPECT_EQ(notes[7].first, "unknown-services");
-  EXPECT_EQ(notes[7].second, "the interface sent service 0538: passed over");
+  EXPECT_EQ(notes[7].second, "the interface sent service 0538: ignored");
   send(1);
   time.run_for(100ms);
-  EXPECT_EQ(sent(1), Sent::kSent);
+  EXPECT_EQ(sent(1), SendOutcome::kSent);
 }
 
 TEST_F(TunnelLineTest, DatagramsOfStrangersAreDropped) {
@@ -428,7 +428,7 @@ TEST_F(TunnelLineTest, DestroyedItLeavesItsSlot) {
 TEST_F(TunnelLineTest, MayBeDestroyedInAnyOfItsCalls) {
   for (const int when : {0, 1, 2, 3, 4, 5, 6}) {
     connect();
-    LineCalls calls;
+    LineCallbacks calls;
     const auto destroy_if = [this, when](int now) {
       if (when == now) line.reset();
     };
@@ -442,7 +442,7 @@ TEST_F(TunnelLineTest, MayBeDestroyedInAnyOfItsCalls) {
     line = std::make_unique<TunnelLine>(options, time, transports, std::move(calls));
     ASSERT_TRUE(line->open());
     time.run_for(100ms);
-    if (line && when != 3) line->send(write(1, {1, 1}), SteadyTime::max(), [](Sent, std::string_view) {});
+    if (line && when != 3) line->send(write(1, {1, 1}), SteadyTime::max(), [](SendOutcome, std::string_view) {});
     time.run_for(100ms);
     server->inject(0x1101, 0x0a08, 0x80, {1, 2});
     time.run_for(100ms);
@@ -453,7 +453,7 @@ TEST_F(TunnelLineTest, MayBeDestroyedInAnyOfItsCalls) {
     EXPECT_EQ(line, nullptr) << when;
   }
   connect();
-  line->send(write(1, {1, 1}), SteadyTime::max(), [this](Sent, std::string_view) { line.reset(); });
+  line->send(write(1, {1, 1}), SteadyTime::max(), [this](SendOutcome, std::string_view) { line.reset(); });
   time.run_for(1s);
   EXPECT_EQ(line, nullptr);
 }
