@@ -77,7 +77,7 @@ Result<void> Simulator::open_router() {
   const auto line = bus_.attach([this](const Telegram& telegram) {
     if (router_) router_->send(telegram, scheduler_.now() + kRoutingWait, {});
   });
-  LineCalls calls;
+  LineCallbacks calls;
   calls.received = [this, line](const Telegram& telegram) {
     log_.info(text_of(telegram));
     bus_.received(telegram, line);

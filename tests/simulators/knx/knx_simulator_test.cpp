@@ -39,8 +39,8 @@ class SimulatedKnx : public testing::Test {
     const auto opened = simulator->open();
     ASSERT_TRUE(opened) << opened.error().text;
   }
-  LineCalls calls() {
-    LineCalls calls;
+  LineCallbacks calls() {
+    LineCallbacks calls;
     calls.received = [this](const Telegram& one) { heard.push_back(text_of(one)); };
     calls.failed = [this](const Error&) { ++failures; };
     return calls;
@@ -194,7 +194,7 @@ TEST_F(SimulatedKnx, ARouterPassesTelegramsBetweenItsGroupAndTheTunnels) {
   transport::MemoryTransports other;
   other.join(net, "10.0.0.3");
   std::vector<std::string> routed;
-  LineCalls router_calls;
+  LineCallbacks router_calls;
   router_calls.received = [&](const Telegram& one) { routed.push_back(text_of(one)); };
   RoutingLine router(time, other, {}, std::move(router_calls));
   ASSERT_TRUE(router.open());
