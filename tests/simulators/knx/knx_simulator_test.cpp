@@ -60,7 +60,7 @@ class SimulatedKnx : public testing::Test {
     telegram.service = service;
     telegram.destination = parse_group(group).value();
     telegram.payload = std::move(payload);
-    line->send(telegram, time.now() + 1min, [this](Sent outcome, std::string_view) { outcomes.push_back(outcome); });
+    line->send(telegram, time.now() + 1min, [this](SendOutcome outcome, std::string_view) { outcomes.push_back(outcome); });
     time.run_for(1s);
   }
   static std::string text_of(const Telegram& one) {
@@ -78,7 +78,7 @@ class SimulatedKnx : public testing::Test {
   std::unique_ptr<Simulator> simulator;
   std::unique_ptr<Line> line;
   std::vector<std::string> heard;
-  std::vector<Sent> outcomes;
+  std::vector<SendOutcome> outcomes;
   int failures = 0;
 };
 
@@ -86,7 +86,7 @@ TEST_F(SimulatedKnx, AnActuatorTakesACommandAndReportsItsState) {
   run();
   connect();
   send(Service::kWrite, "1/0/1", {{1}, true});
-  EXPECT_THAT(outcomes, ElementsAre(Sent::kSent));
+  EXPECT_THAT(outcomes, ElementsAre(SendOutcome::kSent));
   EXPECT_THAT(heard, ElementsAre("write 1/0/2 01"));
   heard.clear();
   send(Service::kRead, "1/0/2");
@@ -168,7 +168,7 @@ TEST_F(SimulatedKnx, ASilentBusNeitherSendsNorAnswers) {
   connect();
   time.run_for(2s);
   send(Service::kRead, "1/2/7");
-  EXPECT_THAT(outcomes, ElementsAre(Sent::kSent)) << "the server confirms all the same";
+  EXPECT_THAT(outcomes, ElementsAre(SendOutcome::kSent)) << "the server confirms all the same";
   EXPECT_THAT(heard, IsEmpty());
   time.run_for(10s);
   send(Service::kRead, "1/2/7");
