@@ -222,7 +222,6 @@ void DeviceReplay::release(RecordedDevice& device, RecordedPoint& point) {
 }
 
 void DeviceReplay::read_status(RecordedDevice& device, RecordedPoint& point, const Record& record) {
-  budget_.charge_parsed(record.value.size());
   point.status = is_removal(record) ? std::nullopt : recorded_status(record.value);
   if (!point.waiting || !point.status) return;
   if (point.status->is_heard(point.write_time)) {

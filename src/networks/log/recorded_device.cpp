@@ -4,12 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <set>
 
 #include "base/text.h"
 #include "model/former_types.h"
-#include "model/json_members.h"
 #include "model/point_tuples.h"
 #include "rubicon/key.hpp"
 
@@ -17,43 +15,13 @@ namespace rubicon::networks::log {
 
 namespace {
 
-using Tree = nlohmann::ordered_json;
-using model::text_of;
-
 /// As many as a proxy accepts of a device; limits the memory that a hostile recording takes.
 constexpr std::size_t kMaxListed = 1024;
-/// Longer texts are no statuses, in bytes.
-constexpr std::size_t kMaxStatus = 64 << 10;
 
-std::optional<double> number_in(const Tree& tree, const char* name) {
-  const auto found = tree.find(name);
-  if (found == tree.end() || !found->is_number()) return std::nullopt;
-  return found->get<double>();
-}
-
-std::vector<std::string> texts_in(const Tree& tree, const char* name) {
-  std::vector<std::string> texts;
-  const auto found = tree.find(name);
-  if (found == tree.end() || !found->is_array()) return texts;
-  for (const auto& one : *found) {
-    if (one.is_string() && !one.get_ref<const std::string&>().empty() && texts.size() < kMaxListed)
-      texts.push_back(one.get<std::string>());
-  }
+std::vector<std::string> limited(std::vector<std::string> texts) {
+  std::erase(texts, std::string());
+  if (texts.size() > kMaxListed) texts.resize(kMaxListed);
   return texts;
-}
-
-/// The words of an enumeration or a set of bits, for types that have none.
-std::vector<model::Word> words_in(const Tree& tree) {
-  std::vector<model::Word> words;
-  const auto codes = tree.find("codes");
-  for (auto& text : texts_in(tree, "words")) {
-    const auto place = words.size();
-    const bool coded = codes != tree.end() && codes->is_array() && place < codes->size();
-    if (coded && !(*codes)[place].is_number_unsigned()) return {};
-    const auto value = coded ? std::min<std::uint64_t>((*codes)[place].get<std::uint64_t>(), UINT16_MAX) : place;
-    words.push_back({static_cast<std::uint32_t>(value), std::move(text)});
-  }
-  return words;
 }
 
 std::string instance_part(std::string_view id) {
@@ -61,8 +29,7 @@ std::string instance_part(std::string_view id) {
   return dash == id.npos ? std::string() : std::string(id.substr(dash + 1));
 }
 
-Access access_in(const Tree& tree, Kind kind) {
-  const auto word = text_of(tree, "access");
+Access access_of(std::string_view word, Kind kind) {
   for (const auto access : {Access::kRead, Access::kWrite, Access::kReadWrite}) {
     if (word == to_string(access)) return access;
   }
@@ -146,15 +113,16 @@ std::array<std::set<std::string_view>, 3> listed_in(const RecordedDevice& device
 }  // namespace
 
 bool describe(RecordedDevice& device, std::string_view text) {
-  const auto tree = Tree::parse(text, nullptr, false);
-  if (!tree.is_object()) return false;
+  auto described = model::device_description_from_json(text);
+  if (!described) return false;
   device.text = text;
-  device.address = text_of(tree, "address");
-  device.name = text_of(tree, "name");
-  device.model = text_of(tree, "model");
-  device.type = text_of(tree, "type");
-  device.listed = {texts_in(tree, "sensors"), texts_in(tree, "actuators"), texts_in(tree, "properties")};
-  device.capabilities = texts_in(tree, "capabilities");
+  device.address = std::move(described->address);
+  device.name = std::move(described->name);
+  device.model = std::move(described->model);
+  device.type = std::move(described->type);
+  device.listed = {limited(std::move(described->sensors)), limited(std::move(described->actuators)),
+                   limited(std::move(described->properties))};
+  device.capabilities = limited(std::move(described->capabilities));
   const auto listed = listed_in(device);
   for (auto& [key, point] : device.points) {
     if (listed[static_cast<std::size_t>(key.first)].contains(key.second)) continue;
@@ -165,9 +133,9 @@ bool describe(RecordedDevice& device, std::string_view text) {
 }
 
 bool describe(RecordedPoint& point, std::string_view text, ForeignTypes& types) {
-  const auto tree = Tree::parse(text, nullptr, false);
-  if (!tree.is_object()) return false;
-  const auto type_name = text_of(tree, "type");
+  auto described = model::point_description_from_json(text);
+  if (!described) return false;
+  const auto& type_name = described->type;
   // In keys a type without a name is called by its number.
   const auto name = type_name.empty() ? std::string(type_part(point.id)) : type_name;
   if (!types.has_room(name)) return false;
@@ -175,23 +143,25 @@ bool describe(RecordedPoint& point, std::string_view text, ForeignTypes& types) 
   auto& capability = point.capability;
   capability = {};
   capability.type_name = model::current_type(type_name);
-  const auto id = std::clamp(number_in(tree, "type_id").value_or(0), 0.0, 65535.0);
-  capability.point = {point.kind, TypeId(static_cast<std::uint16_t>(id)), instance_part(point.id)};
+  const auto id = static_cast<std::uint16_t>(std::min<std::uint64_t>(described->type_id, UINT16_MAX));
+  capability.point = {point.kind, TypeId(id), instance_part(point.id)};
   point.type = types.find(name, capability.point.type);
-  capability.access = access_in(tree, point.kind);
-  const auto unit = text_of(tree, "unit");
+  capability.access = access_of(described->access, point.kind);
+  const auto& unit = described->unit;
   point.unit =
       has_unit(point.type) && unit != point.type->unit ? model::conversion(unit, point.type->unit) : std::nullopt;
   if (point.type == nullptr || (unit != point.type->unit && !point.unit)) capability.unit = unit;
-  const auto own_bound = [&](const char* key, double of_type) {
-    auto bound = number_in(tree, key);
+  const auto own_bound = [&](std::optional<double> bound, double of_type) {
     if (bound && point.type && *bound == of_type) bound.reset();
     if (bound && point.unit) bound = (*point.unit)(*bound);
     return bound;
   };
-  capability.minimum = own_bound("minimum", point.type ? point.type->minimum : 0);
-  capability.maximum = own_bound("maximum", point.type ? point.type->maximum : 0);
-  if (point.type == nullptr || point.type->words.empty()) capability.words = words_in(tree);
+  capability.minimum = own_bound(described->minimum, point.type ? point.type->minimum : 0);
+  capability.maximum = own_bound(described->maximum, point.type ? point.type->maximum : 0);
+  if (point.type == nullptr || point.type->words.empty()) {
+    capability.words = std::move(described->words);
+    if (capability.words.size() > kMaxListed) capability.words.resize(kMaxListed);
+  }
   set_deadline(point);
   return true;
 }
@@ -279,13 +249,9 @@ bool RecordedStatus::is_heard(WallTime written) const {
 }
 
 std::optional<RecordedStatus> recorded_status(std::string_view text) {
-  if (text.size() > kMaxStatus) return std::nullopt;
-  const auto status = model::point_status_from_json(text);
-  for (auto quality = Quality::kNetworkDown; quality <= Quality::kGood;
-       quality = static_cast<Quality>(static_cast<std::uint8_t>(quality) + 1)) {
-    if (status.quality == to_string(quality)) return RecordedStatus{quality, status.heard};
-  }
-  return std::nullopt;
+  const auto status = model::heard_quality_from_json(text);
+  if (!status) return std::nullopt;
+  return RecordedStatus{status->quality, status->heard};
 }
 
 namespace {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <optional>
 
+#include "base/text.h"
+
 namespace rubicon::networks::salad {
 
 namespace {
@@ -80,15 +82,8 @@ std::size_t end_of_key(std::string_view line) {
 }
 
 std::optional<char32_t> hex4(std::string_view digits) {
-  char32_t value = 0;
-  if (digits.size() != 4) return std::nullopt;
-  for (const char c : digits) {
-    const auto letter = static_cast<char>(c | 0x20);
-    const int digit = c >= '0' && c <= '9' ? c - '0' : letter >= 'a' && letter <= 'f' ? letter - 'a' + 10 : -1;
-    if (digit < 0) return std::nullopt;
-    value = value * 16 + static_cast<char32_t>(digit);
-  }
-  return value;
+  const auto unit = digits.size() == 4 ? base::parse_hex_number<std::uint16_t>(digits) : std::nullopt;
+  return unit ? std::optional<char32_t>(*unit) : std::nullopt;
 }
 
 /// Writes UTF-16 units as UTF-8; half of a surrogate pair becomes the replacement character.

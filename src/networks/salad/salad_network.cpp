@@ -8,6 +8,7 @@
 #include <tuple>
 #include <utility>
 
+#include "base/deadline.h"
 #include "base/limited_log.h"
 #include "network/state_reporter.h"
 #include "networks/salad/salad_line.h"
@@ -38,6 +39,7 @@ class SaladNetwork final : public network::Network {
                .undelivered = [this](const Error& error) { undelivered(error); },
                .counted = [this] { reporter_.counters_changed(); }}),
         log_(host.limited_log()),
+        silence_(host.scheduler(), [this] { request_again(); }),
         reporter_(host, [this] { return line_.ready() ? std::optional(state()) : std::nullopt; }) {}
   /// Asks SALAD to stop its updates (salad.md, section 2).
   ~SaladNetwork() override { static_cast<void>(line_.send(kStopUpdates)); }
@@ -53,7 +55,8 @@ class SaladNetwork final : public network::Network {
   void ready();
   void lost(Error why);
   void start();
-  void check_silence();
+  void restart_silence();
+  void request_again();
   void received(ByteView bytes);
   void undelivered(const Error& error);
   void deliver(const Item& item);
@@ -77,8 +80,7 @@ class SaladNetwork final : public network::Network {
   std::uint64_t readings_ = 0, starts_ = 0, commands_ = 0, unknown_ids_ = 0;
   std::set<DeviceId> logged_ids_;  ///< unknown ones
   base::LimitedLog log_;
-  SteadyTime heard_{};
-  Timer silence_;
+  base::Deadline silence_;
   network::StateReporter reporter_;
 };
 
@@ -112,7 +114,7 @@ void SaladNetwork::lost(Error why) {
   started_ = false;
   line_state_ = LineState::kConnecting;
   reason_ = kNotYet;
-  silence_.cancel();
+  silence_.clear();
   host_.failed(std::move(why));
 }
 
@@ -120,19 +122,20 @@ void SaladNetwork::start() {
   ++starts_;
   undelivered_before_ = line_.counters().undelivered;
   if (auto sent = line_.send(kStartUpdates); !sent) log_.warning("send", sent.error().text);
-  heard_ = host_.scheduler().now();
-  silence_.cancel();
-  if (options_.start_again) silence_ = host_.scheduler().after(*options_.start_again, [this] { check_silence(); });
+  restart_silence();
+}
+
+void SaladNetwork::restart_silence() {
+  if (options_.start_again) {
+    silence_.set(*options_.start_again);
+  } else {
+    silence_.clear();
+  }
 }
 
 /// SALAD may have been restarted, or moved; a repeated request does no harm (salad.md, section 6).
-void SaladNetwork::check_silence() {
-  if (!line_.ready() || !options_.start_again) return;
-  const auto due = heard_ + *options_.start_again;
-  if (due > host_.scheduler().now()) {
-    silence_ = host_.scheduler().at(due, [this] { check_silence(); });
-    return;
-  }
+void SaladNetwork::request_again() {
+  if (!line_.ready()) return;
   if (line_state_ == LineState::kUp)
     set_line(LineState::kConnecting, "SALAD stopped sending updates; they were requested again");
   else if (line_state_ == LineState::kDown && line_.counters().undelivered == undelivered_before_)
@@ -150,7 +153,7 @@ void SaladNetwork::received(ByteView bytes) {
                  fmt::format("{}: {}", to_string(fault), model::quoted(base::as_text(bytes))));
   }
   if (!datagram.items.empty()) {
-    heard_ = host_.scheduler().now();
+    restart_silence();
     set_line(LineState::kUp, {});
   }
   for (const Item& item : datagram.items) deliver(item);
