@@ -17,7 +17,7 @@ constexpr int kMotes = 10;
 constexpr int kClients = 5;
 constexpr std::uint16_t kSharePort = 9002;
 constexpr auto kStep = 10ms;
-constexpr auto kPatience = 10min;
+constexpr auto kTimeout = 10min;
 
 /// A command to the lamp of a mote, never twice with the same value.
 Bytes packet(std::uint16_t island, int value) {
@@ -43,11 +43,11 @@ struct Lamps {
     ++executed;
     last = rig.time.now();
   }
-  /// Until nothing was executed for a while.
+  /// Runs until nothing was executed for a while.
   void settle(int commands) {
     const auto began = rig.time.now();
     for (last = began; executed < static_cast<std::uint64_t>(commands) && rig.time.now() < last + 20s &&
-                       rig.time.now() < began + kPatience;)
+                       rig.time.now() < began + kTimeout;)
       rig.time.run_for(kStep);
   }
 
@@ -110,7 +110,7 @@ Json through_the_island(int commands) {
           {"lost_clients", lost}};
 }
 
-/// The sink's line without an island: all at once, or (`paced`) the next when the one before was acknowledged.
+/// The sink's line without an island: all at once, or (`paced`) each after the acknowledgement of the previous one.
 class BareLine {
  public:
   BareLine(transport::Transports& transports, int commands, bool paced) : commands_(commands) {

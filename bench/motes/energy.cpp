@@ -35,7 +35,7 @@ class Listener final : public RadioNode {
     return false;
   }
 
-  /// What was heard since the last call.
+  /// The traffic since the last call.
   Json take() {
     Json found;
     for (const auto& [kind, count] : kinds_) found[kind] = count;
@@ -86,11 +86,11 @@ void measure_energy(const Plan& plan, Json& out) {
   figures["joining"] = listener.take();
   rig.time.run_for(plan.quiet);
   figures["before_the_first_subscriber"] = listener.take();
-  auto wish =
+  auto subscription =
       component->subscribe({kIslandOwner, "proxy.wsn-1.7.sensor.light-1.value"}, {}, [](const tuples::Event&) {});
   rig.time.run_for(plan.quiet);
   figures["one_sensor_of_mote_7"] = listener.take();
-  wish.reset();
+  subscription.reset();
   rig.time.run_for(plan.quiet);
   figures["after_the_last_subscriber"] = listener.take();
   figures["peer_reports_all_each_second"] = peer_reports(plan);

@@ -29,7 +29,7 @@ Clock::duration pause(std::mt19937& rng) {
   return std::chrono::milliseconds(130 + rng() % 60);
 }
 
-/// Of the nth command; none twice for longer than any measurement.
+/// Of the nth command; not repeated within a measurement.
 int mote_of(std::size_t n) {
   return LineSink::kFirstMote + static_cast<int>(n % LineSink::kMotes);
 }
@@ -42,7 +42,7 @@ struct Round {
   std::vector<std::int64_t> asked;  ///< steady clock, ns
   LineSeen seen;
 
-  /// In microseconds, of those that came.
+  /// In microseconds, of those that arrived.
   std::vector<double> took() const {
     std::vector<double> all;
     for (std::size_t i = 0; i < asked.size(); ++i) {
@@ -119,7 +119,7 @@ Round with_island(std::chrono::seconds span) {
   return round;
 }
 
-/// The same line at the other end of a bare socket: frames are read and not looked at, commands written as they are.
+/// The same line at the other end of a bare socket: frames are read without decoding, commands written unchanged.
 class BareComputer {
  public:
   explicit BareComputer(std::uint16_t port) : socket_(::socket(AF_INET, SOCK_STREAM, 0)) {

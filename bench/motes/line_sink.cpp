@@ -121,7 +121,7 @@ class Line {
     waiting_.push_back(message(asked.destination_mote, kTransportAck, asked.application, record.take()));
   }
 
-  /// One frame after the other, each when the last bit of the one before has left.
+  /// One frame after the other, each after the last bit of the previous one.
   void write_due() {
     const auto now = Clock::now();
     if (island_ == 0) return;
@@ -144,7 +144,7 @@ class Line {
   Bytes reading() {
     const auto mote = static_cast<std::uint16_t>(LineSink::kFirstMote + frames_ % LineSink::kMotes);
     const auto light = static_cast<std::uint16_t>(frames_);
-    RawUpdates updates;  // of DEMO_DATA only what follows a command would count
+    RawUpdates updates;  // of DEMO_DATA only reports after a command would count
     updates.readings.push_back({static_cast<std::uint16_t>(Transducer::kLight), {light}});
     updates.readings.push_back({static_cast<std::uint16_t>(Transducer::kTemperature), {6500}});
     return message(mote, kTransportConnectionless, kApplicationControl, encode_record(updates));

@@ -10,14 +10,14 @@
 namespace rubicon::bench::motes {
 
 struct LineSeen {
-  std::uint64_t frames = 0;  ///< with readings, that it sent
+  std::uint64_t frames = 0;  ///< sent, with readings
   /// By mote and value, when the command first came: steady clock, ns.
   std::map<std::pair<int, int>, std::int64_t> commands;
 };
 
 /// A sink in a process of its own that keeps its line full: 127-byte frames of its 20 motes back to back at 115200 baud
-/// to whoever connects, from the first packet on that it gets. Acknowledges packets as the real one does, and commands
-/// in the name of the motes.
+/// to each connection, starting with its first packet. Acknowledges packets like a real sink, and commands on behalf of
+/// the motes.
 class LineSink {
  public:
   static constexpr int kMotes = 20;
@@ -29,7 +29,7 @@ class LineSink {
   LineSink& operator=(const LineSink&) = delete;
 
   std::uint16_t port() const { return port_; }
-  /// What it saw; to be asked when the connection was closed, or will be by its end.
+  /// Its counts; valid once the connection was closed, which this waits for.
   LineSeen seen();
 
  private:

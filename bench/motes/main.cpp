@@ -44,7 +44,7 @@ int main(int argc, char** argv) {
   std::vector<std::string> only;
   std::vector<std::string> names;
   for (const auto& one : all) names.emplace_back(one.first);
-  app.add_flag("--quick", quick, "small: shows that it works, not how fast");
+  app.add_flag("--quick", quick, "a short run that checks the measurements without meaningful figures");
   app.add_option("--only", only, "line-rate, sinks, clients, reboot, restarts or energy (may be repeated)")
       ->check(CLI::IsMember(names))
       ->allow_extra_args(false);

@@ -15,7 +15,7 @@ struct Plan {
   int rounds = 3;                    ///< of each measurement; medians are reported
   std::chrono::seconds line{40};     ///< a round of the line rate
   int sinks = 100;                   ///< in one daemon
-  std::chrono::seconds sampled{30};  ///< processor time is counted for so long
+  std::chrono::seconds sampled{30};  ///< how long processor time is measured
   std::chrono::seconds silence{60};  ///< of the motes of these sinks
   int commands = 1000;               ///< unpaced, of all clients
   int reboots = 5;                   ///< of all motes, a round

@@ -21,7 +21,7 @@ constexpr auto kBetweenReboots = 4s;
 constexpr auto kRebootPatience = 20min;
 
 motes_simulator::Step reboot_all() {
-  return {};  // all motes, at once
+  return {};  // all motes together
 }
 
 /// Joins that a sink sent, until they are heard.
@@ -118,7 +118,7 @@ Json listed(const Plan& plan, int sinks) {
   return figures;
 }
 
-/// A program that reads the lines and looks for joins, and nothing else.
+/// A program that only reads the lines and looks for joins.
 class BareReader {
  public:
   BareReader(transport::Transports& transports, std::uint16_t port, Joins& joins) : joins_(joins) {
@@ -156,7 +156,7 @@ Json floor_of(const Plan& plan, int sinks) {
   return summary(world.joins);
 }
 
-/// Virtual time: all motes are known and rebooted at once; which are heard again, and when.
+/// Virtual time: all motes are known and rebooted together; which are heard again, and when.
 Json found_again(int sinks) {
   std::set<std::uint16_t> believe, listed;
   const auto note = [&](const Event& event) {

@@ -19,7 +19,7 @@ constexpr int kRestartMotes = 20;
 constexpr auto kRestartStep = 20ms;
 constexpr auto kRestartPatience = 60s;
 
-/// Gone with all in it.
+/// Removed with its content.
 class Folder {
  public:
   Folder() {

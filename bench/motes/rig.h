@@ -18,7 +18,7 @@ inline constexpr std::uint16_t kIsland = 42;
 inline constexpr OwnerId kIslandOwner{kIsland};
 inline constexpr std::uint16_t kFirstPort = 19202;
 
-/// What the world refused that a measurement cannot do without.
+/// Throws if a call failed that the measurement needs.
 void must(const Result<void>& result);
 template <class T>
 T must(Result<T> result) {
@@ -26,12 +26,12 @@ T must(Result<T> result) {
   return std::move(*result);
 }
 
-/// A configuration with a network `wsn-N` for each of these ports, each with these options more.
+/// A configuration with a network `wsn-N` for each of these ports, each with these additional options.
 std::string island_of(const std::vector<std::uint16_t>& ports, const std::string& options);
 /// kFirstPort and the following ones.
 std::vector<std::uint16_t> ports_of(int sinks);
 
-/// An island that runs. What it is made of must outlive it.
+/// A running island. Its parts must outlive it.
 std::unique_ptr<island::Island> start_island(const std::string& yaml, Scheduler& scheduler,
                                              transport::Transports& transports, tuples::Ecology& ecology,
                                              std::unique_ptr<state::StateStore> state = nullptr);
@@ -39,7 +39,7 @@ std::unique_ptr<island::Island> start_island(const std::string& yaml, Scheduler&
 /// The proxy lists the mote at that sink as reachable.
 bool reachable(island::Island& island, std::uint16_t sink, std::uint16_t mote);
 
-/// A component that is no island.
+/// A component other than an island.
 class Component {
  public:
   Component(tuples::Ecology& ecology, Scheduler& scheduler, std::uint32_t id);
@@ -53,7 +53,7 @@ class Component {
 
 /// Sinks, motes and what an island needs, in virtual time: an island's work takes none of it.
 struct VirtualRig {
-  /// `motes` at each sink, the addresses counted on from 2.
+  /// `motes` at each sink, with addresses from 2.
   VirtualRig(int sinks, int motes, motes_simulator::MoteOptions like = {},
              motes_simulator::EventLog::Callback events = {});
 

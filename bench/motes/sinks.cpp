@@ -84,7 +84,8 @@ class Watcher {
     const auto end = loop_.scheduler().after(span, [this] { loop_.stop(); });
     loop_.run();
   }
-  /// Until so many are reachable, or no more came for some seconds: a sink loses a join now and then (wsn.md 9.2).
+  /// Runs until this many are reachable, or no more joined for some seconds: a sink loses a join now and then
+  /// (wsn.md 9.2).
   std::size_t await(std::size_t motes) {
     std::size_t before = 0;
     for (int idle = 0; idle < 10 && reachable_.size() < motes; idle = reachable_.size() > before ? 0 : idle + 1) {
@@ -130,7 +131,7 @@ std::unique_ptr<Process> simulator(const Plan& plan, const std::string& board) {
   return process;
 }
 
-/// Reads so many frames a second from as many connections and checks them, and nothing else: processor time in percent.
+/// Only reads and checks as many frames a second from as many connections: processor time in percent.
 double bare_reader(const Plan& plan, int frames_per_second) {
   std::vector<pollfd> ends;
   std::vector<int> others;
@@ -187,7 +188,7 @@ void measure(const Plan& plan, const std::string& folder, const std::string& boa
   const auto wanted = static_cast<std::size_t>(plan.sinks * kSinkMotes);
   figures["motes"] = wanted;
   figures["listed"] = watcher.await(wanted);
-  watcher.run(plan.silence / 2);  // from now on each mote is asked each half of the silence
+  watcher.run(plan.silence / 2);  // from now on each mote is probed each half of the silence
   figures["idle_probed"] = watcher.load(daemon, plan.sampled);
   for (const auto& [name, period] : {std::pair{"each_10_s", 10s}, std::pair{"each_1_s", 1s}}) {
     if (board != kLargestBoard || plan.sampled < period) continue;

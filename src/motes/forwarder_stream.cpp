@@ -32,7 +32,7 @@ Result<std::optional<ByteView>> ForwarderReader::next(ByteView& bytes) {
     const std::uint8_t byte = bytes.front();
     bytes = bytes.subspan(1);
     if (!greeted()) {
-      if (auto sound = greet(byte); !sound) fault_ = sound.error();
+      if (auto valid = greet(byte); !valid) fault_ = valid.error();
     } else if (byte == 0) {
       fault_ = Error{ErrorCode::kInvalid, "a packet of 0 bytes in the serial-forwarder protocol, expected 1 to 255"};
     } else {

@@ -86,8 +86,8 @@ KindTraits traits_of(FieldKind kind) {
     case kU16: return {2, 0, 0xffff};
     case kFloat: break;
   }
-  constexpr double kMost = std::numeric_limits<float>::max();
-  return {4, -kMost, kMost};
+  constexpr double kMax = std::numeric_limits<float>::max();
+  return {4, -kMax, kMax};
 }
 
 template <typename... Arguments>

@@ -7,7 +7,7 @@
 
 namespace rubicon::motes {
 
-/// Addresses with a meaning (wsn.md 6): a mote id of kBaseMote is the computer behind an island's sink.
+/// Special addresses (wsn.md 6). kBaseMote is the computer of an island's sink.
 inline constexpr std::uint16_t kBaseMote = 0xfffd;
 inline constexpr std::uint16_t kBroadcast = 0xffff;
 inline constexpr std::uint16_t kSinkMote = 1;

@@ -213,28 +213,28 @@ TEST_P(HdlcRecordings, SayTheSameWithGarbageBetweenTheFrames) {
 INSTANTIATE_TEST_SUITE_P(Shared, HdlcRecordings, testing::ValuesIn(kRecordings),
                          [](const auto& test) { return test.param.file.substr(0, test.param.file.find('.')); });
 
-struct Told {
+struct Records {
   std::vector<Joined> joins;
   std::vector<DemoReport> demos;
   std::vector<MoteAck> acks;
   std::map<std::uint16_t, std::size_t> demos_of;
 };
 
-Told told_in(const std::vector<Heard>& heard) {
-  Told told;
+Records records_in(const std::vector<Heard>& heard) {
+  Records records;
   for (const Heard& one : heard) {
     if (one.packet.empty()) continue;
     const auto packet = decode_packet(one.packet);
     const auto message = decode_net(packet.value().payload);
     const auto record = decode_record(message.value());
-    if (const auto* joined = std::get_if<Joined>(&record.value())) told.joins.push_back(*joined);
-    if (const auto* ack = std::get_if<MoteAck>(&record.value())) told.acks.push_back(*ack);
+    if (const auto* joined = std::get_if<Joined>(&record.value())) records.joins.push_back(*joined);
+    if (const auto* ack = std::get_if<MoteAck>(&record.value())) records.acks.push_back(*ack);
     if (const auto* demo = std::get_if<DemoReport>(&record.value())) {
-      told.demos.push_back(*demo);
-      ++told.demos_of[message->source_mote];
+      records.demos.push_back(*demo);
+      ++records.demos_of[message->source_mote];
     }
   }
-  return told;
+  return records;
 }
 
 class SinkRecordings : public testing::Test {
@@ -242,44 +242,44 @@ class SinkRecordings : public testing::Test {
   /// False: absent, the test is skipped.
   bool open(const std::string& name) {
     const Bytes bytes = recorded(name);
-    told_ = told_in(heard_in(bytes));
+    records_ = records_in(heard_in(bytes));
     return !bytes.empty();
   }
 
-  Told told_;
+  Records records_;
 };
 
 TEST_F(SinkRecordings, OfTheFirmwareHoldTwoJoins51ReportsAndFourAcknowledgements) {
   if (!open("avr_sink_uart_mote2pc.bin")) GTEST_SKIP() << "the recording is not here";
-  ASSERT_EQ(told_.joins.size(), 2u);
+  ASSERT_EQ(records_.joins.size(), 2u);
   for (std::size_t i = 0; i < 2; ++i) {
-    EXPECT_EQ(told_.joins[i].island, 11);
-    EXPECT_EQ(told_.joins[i].mote, 2 + i);
-    EXPECT_EQ(told_.joins[i].transducers, 0x00b0);
-    EXPECT_EQ(told_.joins[i].actuators, 0x01);
+    EXPECT_EQ(records_.joins[i].island, 11);
+    EXPECT_EQ(records_.joins[i].mote, 2 + i);
+    EXPECT_EQ(records_.joins[i].transducers, 0x00b0);
+    EXPECT_EQ(records_.joins[i].actuators, 0x01);
   }
-  ASSERT_EQ(told_.demos.size(), 51u);
-  EXPECT_EQ(told_.demos.front().light, 300);
-  EXPECT_EQ(told_.demos.front().temperature, 6500);
-  EXPECT_EQ(told_.demos.back().light, 412);
-  EXPECT_EQ(told_.demos.back().temperature, 6516);
+  ASSERT_EQ(records_.demos.size(), 51u);
+  EXPECT_EQ(records_.demos.front().light, 300);
+  EXPECT_EQ(records_.demos.front().temperature, 6500);
+  EXPECT_EQ(records_.demos.back().light, 412);
+  EXPECT_EQ(records_.demos.back().temperature, 6516);
   // Ramps over the sensor reads so far: light 300 + 7n, temperature 6500 + n.
-  for (const DemoReport& demo : told_.demos) EXPECT_EQ(demo.light - 300, 7 * (demo.temperature - 6500));
-  ASSERT_EQ(told_.acks.size(), 4u);
+  for (const DemoReport& demo : records_.demos) EXPECT_EQ(demo.light - 300, 7 * (demo.temperature - 6500));
+  ASSERT_EQ(records_.acks.size(), 4u);
   const std::uint16_t acked[] = {0xbeef, 0x0102, 0x0103, 0x0106};
-  for (std::size_t i = 0; i < 4; ++i) EXPECT_EQ(told_.acks[i].sequence, acked[i]);
+  for (std::size_t i = 0; i < 4; ++i) EXPECT_EQ(records_.acks[i].sequence, acked[i]);
 }
 
 TEST_F(SinkRecordings, OfTheOriginalHoldTwoJoins33ReportsAndTwoAcknowledgements) {
   if (!open("origjava_uart_mote2pc.bin")) GTEST_SKIP() << "the recording is not here";
-  ASSERT_EQ(told_.joins.size(), 2u);
-  for (const Joined& joined : told_.joins) EXPECT_EQ(joined.island, 12);
-  EXPECT_EQ(told_.demos.size(), 33u);
-  EXPECT_EQ(told_.demos_of.size(), 2u);
-  for (const DemoReport& demo : told_.demos) EXPECT_EQ(demo.light - 300, 7 * (demo.temperature - 6500));
-  ASSERT_EQ(told_.acks.size(), 2u);
-  EXPECT_EQ(told_.acks[0].sequence, 0xee3c);
-  EXPECT_EQ(told_.acks[1].sequence, 0x99bb);
+  ASSERT_EQ(records_.joins.size(), 2u);
+  for (const Joined& joined : records_.joins) EXPECT_EQ(joined.island, 12);
+  EXPECT_EQ(records_.demos.size(), 33u);
+  EXPECT_EQ(records_.demos_of.size(), 2u);
+  for (const DemoReport& demo : records_.demos) EXPECT_EQ(demo.light - 300, 7 * (demo.temperature - 6500));
+  ASSERT_EQ(records_.acks.size(), 2u);
+  EXPECT_EQ(records_.acks[0].sequence, 0xee3c);
+  EXPECT_EQ(records_.acks[1].sequence, 0x99bb);
 }
 
 }  // namespace

@@ -166,7 +166,7 @@ TEST(Hdlc, AFlagBehindAnEscapeOpensNothing) {
   EXPECT_THAT(heard_in(hex("7e4401027d") + kAck0e + kAck0e), ElementsAre(kHeardAck0e));
 }
 
-/// A sound frame of so many bytes between flags, before escapes, CRC included.
+/// A valid frame with this many bytes between its flags, before escapes, with CRC.
 Bytes frame_of_size(std::size_t size) {
   Bytes packet(size - 3);
   for (std::size_t i = 0; i < packet.size(); ++i) packet[i] = static_cast<std::uint8_t>(i * 7);

@@ -59,6 +59,26 @@ TEST(MotePacket, RefusesWhatIsTooShortTooLongOrOfAnotherKind) {
   EXPECT_TRUE(decode_net(Bytes(15, 0)).has_value());
 }
 
+TEST(MotePacket, IsDecodedWholeOrNotAtAll) {
+  const auto bytes = command_packet(3, 0x0103, ActuateCommand{1, -5});
+  const auto decoded = decode_whole(bytes);
+  ASSERT_TRUE(decoded.has_value());
+  ASSERT_TRUE(decoded->radio.has_value());
+  EXPECT_EQ(decoded->radio->header.sequence, 0x0103);
+  EXPECT_EQ(std::get<ActuateCommand>(decoded->radio->record).value, -5);
+  EXPECT_FALSE(decode_whole(ByteView(bytes).first(7)).has_value()) << "no AM header";
+  EXPECT_FALSE(decode_whole(ByteView(bytes).first(kAmOverhead + 14)).has_value()) << "no radio message";
+  EXPECT_FALSE(decode_whole(ByteView(bytes).first(bytes.size() - 1)).has_value()) << "a record that is cut short";
+}
+
+TEST(MotePacket, OfAnotherAmTypeHasNoRadioMessage) {
+  const auto bytes = packet_of(AmType::kConfig, encode_config({kSetIslandId, 42}));
+  const auto decoded = decode_whole(bytes);
+  ASSERT_TRUE(decoded.has_value());
+  EXPECT_TRUE(decoded->packet.is(AmType::kConfig));
+  EXPECT_FALSE(decoded->radio.has_value());
+}
+
 TEST(MoteRecords, UpdatesOfMoreThan49WordsAreRefused) {
   const auto decode = [](std::uint8_t count) {
     NetMessage message;

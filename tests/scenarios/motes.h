@@ -102,9 +102,10 @@ class Motes : public Ecology {
   /// A subscriber to this sensor, `wsn-1.2.sensor.light-1`.
   [[nodiscard]] Handle want(std::uint32_t island, const std::string& sensor, Flow flow = {},
                             std::uint32_t who = kRobot) {
-    auto wish = component(who).subscribe({OwnerId(island), "proxy." + sensor + ".value"}, flow, [](const Event&) {});
+    auto subscription =
+        component(who).subscribe({OwnerId(island), "proxy." + sensor + ".value"}, flow, [](const Event&) {});
     scheduler.run_ready();
-    return wish;
+    return subscription;
   }
   /// Values published of one tuple from now on, in order.
   struct Heard {

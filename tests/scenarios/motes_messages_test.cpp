@@ -69,9 +69,9 @@ TEST_F(MessagesOfMotes, GoToTheComponentsOfOtherIslands) {
 }
 
 TEST_F(MessagesOfMotes, ComeFromComponentsOfOtherIslandsWhoHearWhetherTheyArrived) {
-  std::vector<model::Acknowledge> said;
+  std::vector<model::Acknowledge> answers;
   const auto ears = islands[1]->gateway().subscribe(MessageKind::kAcknowledge, [&](const Message& message) {
-    said.push_back(std::get<model::Acknowledge>(message.body));
+    answers.push_back(std::get<model::Acknowledge>(message.body));
   });
   const auto write = [&](const std::string& device) {
     Message message;
@@ -82,12 +82,12 @@ TEST_F(MessagesOfMotes, ComeFromComponentsOfOtherIslandsWhoHearWhetherTheyArrive
     scheduler.run_for(5s);
   };
   write("3");
-  ASSERT_THAT(said, SizeIs(1));
-  EXPECT_EQ(said[0].outcome, Outcome::kSent) << said[0].text;
+  ASSERT_THAT(answers, SizeIs(1));
+  EXPECT_EQ(answers[0].outcome, Outcome::kSent) << answers[0].text;
   EXPECT_EQ(events("ignored", 3, 2), 1U);
   write("4");
-  ASSERT_THAT(said, SizeIs(2));
-  EXPECT_NE(said[1].outcome, Outcome::kSent) << "there is no such mote";
+  ASSERT_THAT(answers, SizeIs(2));
+  EXPECT_NE(answers[1].outcome, Outcome::kSent) << "there is no such mote";
   EXPECT_THAT(radio_messages(to_sink[2]), SizeIs(1));
 }
 

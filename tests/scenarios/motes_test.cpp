@@ -37,7 +37,7 @@ class TwoSinks : public Motes {
     begin_world();
     auto& island = start(1, network("wsn-1", 1) + "\n  " + network("wsn-2", 2));
     answers_ = island.gateway().subscribe(MessageKind::kAcknowledge, [this](const Message& message) {
-      said.push_back(std::get<model::Acknowledge>(message.body));
+      answers.push_back(std::get<model::Acknowledge>(message.body));
     });
     scheduler.run_for(5s);
   }
@@ -49,7 +49,7 @@ class TwoSinks : public Motes {
     islands[1]->gateway().send(std::move(message));
     scheduler.run_for(5s);
   }
-  std::vector<model::Acknowledge> said;
+  std::vector<model::Acknowledge> answers;
 
  private:
   Handle answers_;
@@ -58,7 +58,7 @@ class TwoSinks : public Motes {
 TEST_F(TwoSinks, WithAMote2EachHaveTwoDevices) {
   EXPECT_TRUE(reachable(1, "wsn-1.2"));
   EXPECT_TRUE(reachable(1, "wsn-2.2"));
-  const auto wish = want(1, "wsn-2.2.sensor.light-1");
+  const auto subscription = want(1, "wsn-2.2.sensor.light-1");
   const auto first = hear(1, "wsn-1.2.sensor.light-1");
   const auto second = hear(1, "wsn-2.2.sensor.light-1");
   scheduler.run_for(10s);
@@ -68,16 +68,16 @@ TEST_F(TwoSinks, WithAMote2EachHaveTwoDevices) {
 
 TEST_F(TwoSinks, AMessageToAMoteThatTwoHaveIsRefusedAsAmbiguous) {
   write("");
-  ASSERT_THAT(said, SizeIs(1));
-  EXPECT_NE(said[0].outcome, Outcome::kSent);
-  EXPECT_THAT(said[0].text, AllOf(HasSubstr("wsn-1"), HasSubstr("wsn-2")));
+  ASSERT_THAT(answers, SizeIs(1));
+  EXPECT_NE(answers[0].outcome, Outcome::kSent);
+  EXPECT_THAT(answers[0].text, AllOf(HasSubstr("wsn-1"), HasSubstr("wsn-2")));
   EXPECT_EQ(events("ignored"), 0U);
 }
 
 TEST_F(TwoSinks, AMessageThatNamesTheNetworkArrivesThere) {
   write("wsn-2");
-  ASSERT_THAT(said, SizeIs(1));
-  EXPECT_EQ(said[0].outcome, Outcome::kSent) << said[0].text;
+  ASSERT_THAT(answers, SizeIs(1));
+  EXPECT_EQ(answers[0].outcome, Outcome::kSent) << answers[0].text;
   EXPECT_EQ(events("ignored", 2, 2), 1U);
   EXPECT_EQ(events("ignored", 2, 1), 0U);
 }
@@ -111,7 +111,7 @@ TEST_F(Motes, OnlyTheSensorWithASubscriberIsRead) {
   for (const auto* sensor : {"2.sensor.light-1", "2.sensor.temperature-1", "3.sensor.light-1", "4.sensor.light-1"})
     heard[sensor] = hear(1, std::string("wsn-1.") + sensor);
   from_sink.clear();
-  auto wish = want(1, "wsn-1.2.sensor.temperature-1");
+  auto subscription = want(1, "wsn-1.2.sensor.temperature-1");
   scheduler.run_for(20s);
   EXPECT_THAT(heard["2.sensor.temperature-1"]->values, SizeIs(AllOf(Ge(17), Le(21)))) << "once a second";
   EXPECT_NEAR(std::stod(heard["2.sensor.temperature-1"]->values.front()), 25.4, 0.2);
@@ -119,7 +119,7 @@ TEST_F(Motes, OnlyTheSensorWithASubscriberIsRead) {
     EXPECT_THAT(heard[other]->values, IsEmpty()) << other;
   for (const auto& message : radio_messages(from_sink[1])) EXPECT_EQ(message.source_mote, 2);
   EXPECT_EQ(seen(1, "proxy.wsn-1.2.property.mask.value"), "2");
-  wish.reset();
+  subscription.reset();
   scheduler.run_for(3s);
   from_sink.clear();
   scheduler.run_for(60s);

@@ -298,7 +298,8 @@ TEST_F(Motes, AMoteThatIsCarriedToAnotherIslandIsListedThereAndGoneHere) {
   scheduler.run_for(6s);
   ASSERT_TRUE(reachable(1, "wsn-1.2"));
   ASSERT_EQ(status(2, "wsn-1.2"), nlohmann::json());
-  auto wish = component(kRobot).subscribe({std::nullopt, "proxy.*.2.sensor.light-1.value"}, {}, [](const Event&) {});
+  auto subscription =
+      component(kRobot).subscribe({std::nullopt, "proxy.*.2.sensor.light-1.value"}, {}, [](const Event&) {});
   scheduler.run_for(5s);
   world->mote(2).move_to({2});
   world->mote(2).boot();

@@ -159,8 +159,8 @@ Result<void> open_outputs(const Arguments& a, transport::Transports& transports,
   auto there = transports.open_file(a.record);
   const auto count = there ? (*there)->read(beginning) : Result<std::size_t>(0);  // otherwise it is created
   if (!count) return fail(count.error());
-  if (const auto sound = motes::check_packet_log(ByteView(beginning).first(*count)); !sound)
-    return fail(sound.error().code, a.record + ": " + sound.error().text);
+  if (const auto valid = motes::check_packet_log(ByteView(beginning).first(*count)); !valid)
+    return fail(valid.error().code, a.record + ": " + valid.error().text);
   auto file = transports.open_append(a.record);
   if (!file) return fail(file.error());
   out.record = std::move(*file);
@@ -227,8 +227,8 @@ Result<std::vector<Step>> read_script(const Arguments& a, transport::Transports&
   if (!text) return fail(text.error());
   auto steps = parse_script(*text);
   if (!steps) return fail(steps.error().code, a.script + ": " + steps.error().text);
-  if (const auto sound = check_script(*steps, a.world); !sound)
-    return fail(sound.error().code, a.script + ": " + sound.error().text);
+  if (const auto valid = check_script(*steps, a.world); !valid)
+    return fail(valid.error().code, a.script + ": " + valid.error().text);
   return steps;
 }
 

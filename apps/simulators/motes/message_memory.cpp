@@ -33,8 +33,8 @@ Bytes MessageMemory::build(motes::NetMessage message) {
 Bytes MessageMemory::build_ack(motes::NetMessage message) {
   RUBICON_ASSERT(message.record.size() < kRecordRoom);
   auto into = room();
-  const auto behind = std::copy(message.record.begin(), message.record.end(), into.begin());
-  *behind = static_cast<std::uint8_t>(0x60U + rng_() % 16U);
+  const auto next = std::copy(message.record.begin(), message.record.end(), into.begin());
+  *next = static_cast<std::uint8_t>(0x60U + rng_() % 16U);
   return wrap(message, into);
 }
 

@@ -4,7 +4,7 @@
 
 namespace rubicon::motes_simulator {
 
-/// Time that goes `speed` times as fast as that of another scheduler, which must outlive it.
+/// A clock that runs `speed` times as fast as that of another scheduler, which must outlive it.
 class ScaledScheduler final : public Scheduler {
  public:
   ScaledScheduler(Scheduler& real, double speed)

@@ -20,8 +20,8 @@ std::string error_of(std::string_view json) {
   return message ? "" : message.error().text;
 }
 
-motes::NetMessage message_to(std::uint16_t mote, const LearningMessage& said) {
-  return {11, mote, 11, 5, 0, 1, 0, said.transport, said.application, said.record};
+motes::NetMessage message_to(std::uint16_t mote, const LearningMessage& message) {
+  return {11, mote, 11, 5, 0, 1, 0, message.transport, message.application, message.record};
 }
 
 TEST(LearningJson, ACommandHasTheBytesOfTheOriginal) {
@@ -45,11 +45,11 @@ TEST(LearningJson, TheLargestFloatsReadBack) {
   Bytes largest = hex("19 02 ffff7fff ffff7f7f");
   largest.resize(98);
   const LearningMessage message{3, 6, largest};
-  const auto told = learning_json(message_to(motes::kBaseMote, message));
-  ASSERT_TRUE(told.has_value());
-  const auto again = learning_message(*told);
-  ASSERT_TRUE(again.has_value()) << again.error().text;
-  EXPECT_EQ(*again, message);
+  const auto json = learning_json(message_to(motes::kBaseMote, message));
+  ASSERT_TRUE(json.has_value());
+  const auto read_back = learning_message(*json);
+  ASSERT_TRUE(read_back.has_value()) << read_back.error().text;
+  EXPECT_EQ(*read_back, message);
 }
 
 TEST(LearningJson, ARecordWithAFixedTypeAcceptsNoOther) {
@@ -108,10 +108,10 @@ TEST(LearningJson, AnUploadOfFloatsIsReportedAsWeightsOfTheSameBytes) {
   const auto floats = learning_message(
       R"({"record":"LearningModuleFloatCmd","type":12,"netId":1,"seq":2,"rows":3,"cols":4,"size":8,"floats":[0.1,2]})");
   ASSERT_TRUE(floats.has_value()) << floats.error().text;
-  const auto told = learning_json(message_to(5, *floats));
-  ASSERT_TRUE(told.has_value());
-  EXPECT_THAT(*told, StartsWith(R"({"record":"LearningModuleCmd")"));
-  EXPECT_EQ(learning_message(*told).value(), *floats);
+  const auto json = learning_json(message_to(5, *floats));
+  ASSERT_TRUE(json.has_value());
+  EXPECT_THAT(*json, StartsWith(R"({"record":"LearningModuleCmd")"));
+  EXPECT_EQ(learning_message(*json).value(), *floats);
 }
 
 TEST(LearningJson, WhatDoesNotFitIsRefusedWithAReason) {

@@ -342,7 +342,7 @@ TEST_F(MoteSampling, WhatAnotherProgramAskedForIsMeasuredFromItsSecondReportOn) 
 
 // --- The end.
 
-/// Motes that were woken by us, and one that was not.
+/// Motes that we activated, and one that we did not.
 class MoteSamplingEnds : public MoteSampling {
  protected:
   using Motes = std::vector<std::uint16_t>;

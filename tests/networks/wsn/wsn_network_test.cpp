@@ -336,21 +336,21 @@ TEST_F(MoteNetwork, AMoteOfAnotherIslandInReachIsNotOurs) {
 TEST_F(MoteNetwork, AcknowledgementsForApplicationsAreForwarded) {
   start(1);
   from_the_sink("00ffff000072001c002afffd002a000200000066090617123400");
-  const auto said = std::find_if(host.delivered.begin(), host.delivered.end(),
-                                 [](const auto& message) { return message.kind() == MessageKind::kOpaque; });
-  ASSERT_NE(said, host.delivered.end());
-  EXPECT_EQ(std::get<model::Opaque>(said->body).type, "mote/9/6/23");
-  EXPECT_EQ(base::to_hex(std::get<model::Opaque>(said->body).bytes), "17123400");
+  const auto found = std::find_if(host.delivered.begin(), host.delivered.end(),
+                                  [](const auto& message) { return message.kind() == MessageKind::kOpaque; });
+  ASSERT_NE(found, host.delivered.end());
+  EXPECT_EQ(std::get<model::Opaque>(found->body).type, "mote/9/6/23");
+  EXPECT_EQ(base::to_hex(std::get<model::Opaque>(found->body).bytes), "17123400");
 }
 
 TEST_F(MoteNetwork, RecordsOfLearningAreForwardedAsJsonIfConfigured) {
   options["messages-as"] = "json";
   start(1);
   from_the_sink("00ffff000072001c002afffd002a000200000066030619020000403f0000c0bf");
-  const auto said = std::find_if(host.delivered.begin(), host.delivered.end(),
-                                 [](const auto& message) { return message.kind() == MessageKind::kOpaque; });
-  ASSERT_NE(said, host.delivered.end());
-  const auto& opaque = std::get<model::Opaque>(said->body);
+  const auto found = std::find_if(host.delivered.begin(), host.delivered.end(),
+                                  [](const auto& message) { return message.kind() == MessageKind::kOpaque; });
+  ASSERT_NE(found, host.delivered.end());
+  const auto& opaque = std::get<model::Opaque>(found->body);
   EXPECT_EQ(opaque.type, "mote/json");
   const auto json = nlohmann::json::parse(base::as_text(opaque.bytes));
   EXPECT_EQ(json.at("record"), "LearningOutput");
@@ -405,7 +405,7 @@ TEST_F(MoteNetwork, AReloadDoesNotBringTheRememberedToLife) {
   EXPECT_EQ(heard, (std::map<std::string, bool>{{"2", true}, {"9", false}}));
   motes->sink(1).reboot();
   run(5min);
-  EXPECT_EQ(motes->sink(1).island(), 11) << "it was told to leave the sink alone";
+  EXPECT_EQ(motes->sink(1).island(), 11) << "island-check: never";
 }
 
 TEST_F(MoteNetwork, ANewerCommandIsNotUndoneByTheRepetitionOfTheOlderOne) {
@@ -441,12 +441,12 @@ TEST_F(MoteNetwork, MessagesOfMotesToTheIslandGoToTheConfiguredComponent) {
   options["messages-to"] = 70001;
   start(1);
   from_the_sink("00ffff000072001c002afffd002a000200000066030619020000403f0000c0bf");
-  const auto said = std::find_if(host.delivered.begin(), host.delivered.end(),
-                                 [](const auto& message) { return message.kind() == MessageKind::kOpaque; });
-  ASSERT_NE(said, host.delivered.end());
-  EXPECT_EQ(said->destination.island, OwnerId{70001});
-  EXPECT_EQ(said->source.device, "2");
-  EXPECT_EQ(std::get<model::Opaque>(said->body).type, "mote/3/6/25");
+  const auto found = std::find_if(host.delivered.begin(), host.delivered.end(),
+                                  [](const auto& message) { return message.kind() == MessageKind::kOpaque; });
+  ASSERT_NE(found, host.delivered.end());
+  EXPECT_EQ(found->destination.island, OwnerId{70001});
+  EXPECT_EQ(found->source.device, "2");
+  EXPECT_EQ(std::get<model::Opaque>(found->body).type, "mote/3/6/25");
 }
 
 TEST_F(MoteNetwork, AMessageIsHeardOnceUntilItsMoteIsSwitchedOffAndOn) {

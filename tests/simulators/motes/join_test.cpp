@@ -195,10 +195,10 @@ TEST_F(Joining, OfTwoHundredAtOnceTheSinkTellsFewerThanBelieveIt) {
   time.run_for(10s);
   const auto all = world->motes({});
   const auto believe = std::count_if(all.begin(), all.end(), [](const auto* mote) { return mote->joined(); });
-  std::set<std::uint16_t> told;
-  for (const auto& join : joins()) told.insert(join.mote);
-  EXPECT_GT(told.size(), 0u);
-  EXPECT_LT(told.size(), static_cast<std::size_t>(believe));
+  std::set<std::uint16_t> listed;
+  for (const auto& join : joins()) listed.insert(join.mote);
+  EXPECT_GT(listed.size(), 0u);
+  EXPECT_LT(listed.size(), static_cast<std::size_t>(believe));
 }
 
 }  // namespace

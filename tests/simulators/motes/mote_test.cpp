@@ -13,8 +13,8 @@ using ::testing::SizeIs;
 /// What motes do with commands (wsn.md 9.3 to 9.6).
 class SimulatedMote : public SimulatedSink {
  protected:
-  void tell(std::uint16_t mote, std::string_view record, std::uint16_t sequence = 0x1234, std::uint8_t reliable = 0,
-            std::uint8_t application = 5) {
+  void send_command(std::uint16_t mote, std::string_view record, std::uint16_t sequence = 0x1234,
+                    std::uint8_t reliable = 0, std::uint8_t application = 5) {
     const auto bytes = hex(record);
     send(++serial_, command(mote, bytes, sequence, reliable, application));
     time.run_for(100ms);
@@ -34,7 +34,7 @@ class SimulatedMote : public SimulatedSink {
 TEST_F(SimulatedMote, ReportsEachPeriodInTinyOsMilliseconds) {
   joined();
   const auto begin = time.now();
-  tell(2, "01 0043 03e8");
+  send_command(2, "01 0043 03e8");
   time.run_for(5s);
   EXPECT_THAT(lights(2), ElementsAre(300, 307, 314, 321, 328));  // each 977 ms
   const auto all = packets(2);
@@ -67,46 +67,46 @@ class SlowSensors : public SimulatedMote {
 };
 
 TEST_F(SlowSensors, AReportCarriesWhatTheTickBeforeMeasuredAndTheFirstOneNothing) {
-  tell(2, "01 0003 0400");
+  send_command(2, "01 0003 0400");
   time.run_for(4500ms);
   EXPECT_THAT(lights(2), ElementsAre(0, 300, 307, 314));
   EXPECT_THAT(temperatures(), ElementsAre(0, 6500, 6501, 6502));
 }
 
 TEST_F(SlowSensors, ASensorThatIsAddedHasNothingInTheFirstReportAndTheOthersGoOn) {
-  tell(2, "01 0001 0400");
+  send_command(2, "01 0001 0400");
   time.run_for(2500ms);
   came.clear();
-  tell(2, "01 0003 0400");
+  send_command(2, "01 0003 0400");
   time.run_for(3s);
   EXPECT_THAT(lights(2), ElementsAre(307, 314, 321));
   EXPECT_THAT(temperatures(), ElementsAre(0, 6500, 6501));
 }
 
 TEST_F(SlowSensors, AfterAPauseTheFirstReportCarriesTheLastValueOfBefore) {
-  tell(2, "01 0001 0400");
+  send_command(2, "01 0001 0400");
   time.run_for(3500ms);
-  tell(2, "01 0000 ffff");
+  send_command(2, "01 0000 ffff");
   time.run_for(1min);
   came.clear();
-  tell(2, "01 0001 0400");
+  send_command(2, "01 0001 0400");
   time.run_for(2500ms);
   EXPECT_THAT(lights(2), ElementsAre(314, 321));
 }
 
 TEST_F(SlowSensors, AfterARebootTheFirstReportCarriesZero) {
-  tell(2, "01 0001 0400");
+  send_command(2, "01 0001 0400");
   time.run_for(3500ms);
   world->mote(2).boot();
   time.run_for(1s);
   came.clear();
-  tell(2, "01 0001 0400");
+  send_command(2, "01 0001 0400");
   time.run_for(2500ms);
   EXPECT_THAT(lights(2), ElementsAre(0, 300));
 }
 
 TEST_F(SlowSensors, ASensorThatIsMeasuringDoesNotBeginAgain) {
-  tell(2, "01 0001 0040");
+  send_command(2, "01 0001 0040");
   time.run_for(10s);
   const auto light = lights(2);
   ASSERT_GT(light.size(), 100u);
@@ -115,9 +115,9 @@ TEST_F(SlowSensors, ASensorThatIsMeasuringDoesNotBeginAgain) {
 
 TEST_F(SimulatedMote, KnowsNoStop) {
   joined();
-  tell(2, "01 0003 0400");
+  send_command(2, "01 0003 0400");
   time.run_for(10s);
-  tell(2, "01 0000 ffff");
+  send_command(2, "01 0000 ffff");
   came.clear();
   time.run_for(60s);
   EXPECT_THAT(lights(2), IsEmpty());
@@ -127,7 +127,7 @@ TEST_F(SimulatedMote, KnowsNoStop) {
 
 TEST_F(SimulatedMote, ReportsWithoutReadingWhenTheMaskIsEmpty) {
   joined();
-  tell(2, "01 0000 0400");
+  send_command(2, "01 0000 0400");
   time.run_for(5s);
   EXPECT_THAT(lights(2), SizeIs(5));
   EXPECT_THAT(lights(2), Each(0));
@@ -135,7 +135,7 @@ TEST_F(SimulatedMote, ReportsWithoutReadingWhenTheMaskIsEmpty) {
 
 TEST_F(SimulatedMote, ReadsOnlyWhatTheMaskSays) {
   joined();
-  tell(2, "01 0002 0400");
+  send_command(2, "01 0002 0400");
   time.run_for(3s);
   EXPECT_THAT(lights(2), ElementsAre(0, 0, 0));
   const auto last = motes::decode_record(packets(2).back().net());
@@ -146,11 +146,11 @@ TEST_F(SimulatedMote, IsFloodedByATruncatedCommandUntilAWholeOneComes) {
   auto options = plain();
   options.radio.collisions = false;  // one of twenty a second can hit the command
   joined(std::move(options));
-  tell(2, "01 0043");
+  send_command(2, "01 0043");
   time.run_for(2s);
   EXPECT_GT(lights(2).size(), 30u);
   EXPECT_LT(lights(2).size(), 50u);
-  tell(2, "01 0003 0400");
+  send_command(2, "01 0003 0400");
   time.run_for(200ms);
   came.clear();
   time.run_for(10s);
@@ -159,11 +159,11 @@ TEST_F(SimulatedMote, IsFloodedByATruncatedCommandUntilAWholeOneComes) {
 
 TEST_F(SimulatedMote, AcknowledgesReliableMessagesWhateverTheySay) {
   joined();
-  tell(2, "00", 1, 1);
-  tell(2, "02 0001 00000001", 2, 1);
-  tell(2, "24 01f4 0043", 3, 1, 10);
-  tell(2, "24 01f4 0043", 4, 1);
-  tell(2, "24 01f4 0043", 5, 0);
+  send_command(2, "00", 1, 1);
+  send_command(2, "02 0001 00000001", 2, 1);
+  send_command(2, "24 01f4 0043", 3, 1, 10);
+  send_command(2, "24 01f4 0043", 4, 1);
+  send_command(2, "24 01f4 0043", 5, 0);
   time.run_for(1s);
   EXPECT_THAT(acknowledged(2), ElementsAre(1, 2, 3, 4));
   EXPECT_THAT(packets(2, motes::kTransportConnectionless), IsEmpty());
@@ -173,9 +173,9 @@ TEST_F(SimulatedMote, AcknowledgesReliableMessagesWhateverTheySay) {
 
 TEST_F(SimulatedMote, ReadsOnceAndReportsNothingWhenAskedForUpdatesByApplication5) {
   joined();
-  tell(2, "01 0003 0400");
+  send_command(2, "01 0003 0400");
   time.run_for(2500ms);
-  tell(2, "24 01f4 0043");
+  send_command(2, "24 01f4 0043");
   time.run_for(3s);
   const auto light = lights(2);
   EXPECT_EQ(light.front(), 300);
@@ -184,8 +184,8 @@ TEST_F(SimulatedMote, ReadsOnceAndReportsNothingWhenAskedForUpdatesByApplication
 
 TEST_F(SimulatedMote, ReadsOnceWithoutMoreInItsPeriodicReports) {
   joined();
-  tell(2, "24 01f4 0043");
-  tell(2, "01 0002 0400");
+  send_command(2, "24 01f4 0043");
+  send_command(2, "01 0002 0400");
   time.run_for(4s);
   EXPECT_THAT(lights(2), ElementsAre(300, 300, 300, 300)) << "light is not in the mask";
 }
@@ -208,7 +208,7 @@ TEST_F(SimulatedMote, AnswersOtherIslandsByTheirOwnAddress) {
 
 TEST_F(SimulatedMote, IsReachedByABroadcastAsIsTheSink) {
   joined();
-  tell(motes::kBroadcast, "00", 0x77, 1);
+  send_command(motes::kBroadcast, "00", 0x77, 1);
   time.run_for(1s);
   EXPECT_THAT(acknowledged(1), ElementsAre(0x77));
   EXPECT_THAT(acknowledged(2), ElementsAre(0x77));
@@ -221,14 +221,14 @@ TEST_F(SimulatedMote, BeginsItsSequenceNumbersAnewWithEachBoot) {
     came.clear();
     world->mote(2).boot();
     time.run_for(1s);
-    tell(2, "00", 1, 1);
+    send_command(2, "00", 1, 1);
     EXPECT_EQ(packets(2, motes::kTransportAck).front().net().sequence, 0x247f);
   }
 }
 
 TEST_F(SimulatedMote, StopsForEverWhenItsQueueStalls) {
   joined();
-  tell(2, "01 0003 0400");
+  send_command(2, "01 0003 0400");
   time.run_for(3s);
   world->mote(2).stall();
   time.run_for(2s);
@@ -238,7 +238,7 @@ TEST_F(SimulatedMote, StopsForEverWhenItsQueueStalls) {
   EXPECT_GT(count("lost", 2), 5u);
   world->mote(2).boot();
   time.run_for(1s);
-  tell(2, "01 0003 0400");
+  send_command(2, "01 0003 0400");
   time.run_for(3s);
   EXPECT_THAT(lights(2), SizeIs(3));
 }
@@ -248,8 +248,8 @@ TEST_F(SimulatedMote, ObeysActuateOnlyWithTheExtension) {
   options.motes[1].mote.obey = true;
   joined(std::move(options));
   for (const std::uint16_t mote : {std::uint16_t{2}, std::uint16_t{3}}) {
-    tell(mote, "01 0001 0400");
-    tell(mote, "02 0001 00000001", 5, 1);
+    send_command(mote, "01 0001 0400");
+    send_command(mote, "02 0001 00000001", 5, 1);
   }
   time.run_for(3s);
   EXPECT_EQ(count("actuator", 2), 0u);
@@ -263,7 +263,7 @@ TEST_F(SimulatedMote, AnswersWithUpdatesOfItsWholeBoardWhereThatIsSwitchedOn) {
   options.motes[0].mote.updates = true;
   options.motes[0].mote.board = *parse_build("EM1000");
   joined(std::move(options));
-  tell(2, "24 0200 ffff", 1, 0, 10);
+  send_command(2, "24 0200 ffff", 1, 0, 10);
   time.run_for(2s);
   const auto all = updates(2);
   ASSERT_THAT(all, SizeIs(4));
@@ -274,7 +274,7 @@ TEST_F(SimulatedMote, AnswersWithUpdatesOfItsWholeBoardWhereThatIsSwitchedOn) {
   EXPECT_EQ(readings[5].transducer, 0x0100);
   EXPECT_THAT(readings[5].words, SizeIs(5));
   came.clear();
-  tell(2, "24 0200 0041", 1, 0, 10);
+  send_command(2, "24 0200 0041", 1, 0, 10);
   time.run_for(1s);
   EXPECT_THAT(updates(2).back().readings, SizeIs(2));
 }
@@ -283,10 +283,10 @@ TEST_F(SimulatedMote, HasPartsOfOlderMessagesBehindItsRecords) {
   auto options = plain();
   for (auto& place : options.motes) place.mote.stale = 0.5;
   joined(std::move(options));
-  tell(2, "01 0003 0100");
+  send_command(2, "01 0003 0100");
   time.run_for(20s);
   EXPECT_GT(lights(2).size(), 50u);
-  for (int i = 0; i < 20; ++i) tell(2, "00", 5, 1);
+  for (int i = 0; i < 20; ++i) send_command(2, "00", 5, 1);
   time.run_for(5s);
   const auto all = packets(2);
   const auto stale = std::count_if(all.begin(), all.end(), [](const Came& one) {
@@ -305,7 +305,7 @@ TEST_F(SimulatedMote, ShowsTheSignalsOfTheScript) {
        "at 0s set 2 light 777\nat 0s ramp 2 temperature 1000 2000 over 10s\nat 20s sine 2 light 100 200 every 4s\n"
        "at 40s walk all light 500 600 every 100ms\nat 60s count 2@1 light\n");
   time.run_for(1s);
-  tell(2, "01 0003 0100");
+  send_command(2, "01 0003 0100");
   time.run_for(4900ms);
   EXPECT_THAT(lights(2), Each(777));
   const auto half = std::get<motes::DemoReport>(motes::decode_record(packets(2).back().net()).value());

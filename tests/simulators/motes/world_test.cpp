@@ -83,18 +83,18 @@ TEST(MoteScriptInAWorld, IsCheckedForUnknownMotesAndSinks) {
   world.sinks = 2;
   world.add_motes(1, 2, 3);
   world.add_motes(2, 7, 1);
-  const auto said = [&](std::string_view script) {
+  const auto error_of = [&](std::string_view script) {
     const auto checked = check_script(*parse_script(script), world);
     return checked ? std::string("good") : checked.error().text;
   };
   for (const auto* good : {"at 1s kill 4", "at 1s kill 7@2", "at 1s set all light 1", "at 1s move 4 to 1,2",
                            "at 1s move 4 to none", "at 1s sink-reboot 2", "at 1s loss 5"})
-    EXPECT_EQ(said(good), "good") << good;
-  EXPECT_EQ(said("at 2s loss 1\n\nat 1s kill 99"), "line 3: there is no mote 99, expected one of 2 to 7");
-  EXPECT_EQ(said("at 1s loss 5 of 7@1"), "line 1: there is no mote 7@1, expected one of 2 to 7");
-  EXPECT_EQ(said("at 1s move 4 to 2,3"), "line 1: there is no sink 3, expected 1 to 2");
-  EXPECT_EQ(said("at 1s sink-reboot 3"), "line 1: there is no sink 3, expected 1 to 2");
-  EXPECT_EQ(said("at 1s unplug 3 for 1s"), "line 1: there is no sink 3, expected 1 to 2");
+    EXPECT_EQ(error_of(good), "good") << good;
+  EXPECT_EQ(error_of("at 2s loss 1\n\nat 1s kill 99"), "line 3: there is no mote 99, expected one of 2 to 7");
+  EXPECT_EQ(error_of("at 1s loss 5 of 7@1"), "line 1: there is no mote 7@1, expected one of 2 to 7");
+  EXPECT_EQ(error_of("at 1s move 4 to 2,3"), "line 1: there is no sink 3, expected 1 to 2");
+  EXPECT_EQ(error_of("at 1s sink-reboot 3"), "line 1: there is no sink 3, expected 1 to 2");
+  EXPECT_EQ(error_of("at 1s unplug 3 for 1s"), "line 1: there is no sink 3, expected 1 to 2");
 }
 
 TEST_F(MoteWorld, LosesAndDuplicatesRadioMessagesAsConfigured) {

@@ -38,8 +38,8 @@ Result<void> PacketRecorder::open() {
   if (!file) return fail(file.error());
   const auto beginning = beginning_of(transports_, path_);
   if (!beginning) return fail(beginning.error());
-  if (auto sound = motes::check_packet_log(*beginning); !sound)
-    return fail(sound.error().code, fmt::format("{}: {}", path_, sound.error().text));
+  if (auto valid = motes::check_packet_log(*beginning); !valid)
+    return fail(valid.error().code, fmt::format("{}: {}", path_, valid.error().text));
   file_ = std::move(*file);
   return {};
 }

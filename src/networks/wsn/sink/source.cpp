@@ -103,7 +103,7 @@ bool is_host(std::string_view text, bool bracketed) {
   return !text.empty() && std::all_of(text.begin(), text.end(), good);
 }
 
-/// `HOST:PORT` or, where `comma` is allowed, `HOST,PORT`; an IPv6 address stands in brackets.
+/// `HOST:PORT` or, where `comma` is allowed, `HOST,PORT`; IPv6 addresses in brackets.
 Result<Source> read_endpoint(const Part& part, Source::Kind kind, bool comma) {
   const bool bracketed = part.text.starts_with('[');
   const auto closing = bracketed ? part.text.find(']') : 0;

@@ -64,7 +64,7 @@ class Client:
 
     def take(self, size):
         while len(self.buffer) < size:
-            expect(self.fill(), "the server hung up")
+            expect(self.fill(), "the server disconnected")
         taken, self.buffer = self.buffer[:size], self.buffer[size:]
         return taken
 
@@ -92,8 +92,8 @@ class Client:
         """So many beacons; what the last one says."""
         self.say(packet(0x71, bytes([count])))
         for _ in range(count):
-            said = self.beacon()
-        return said
+            answer = self.beacon()
+        return answer
 
     def follow(self, number):
         while self.number is None or self.number < number:
@@ -106,11 +106,11 @@ class Client:
 
 
 def strangers(address):
-    for said in (b"\x55\x1f", b"\x54\x20", b"GET / HTTP/1.1\r\n\r\n"):
+    for greeting in (b"\x55\x1f", b"\x54\x20", b"GET / HTTP/1.1\r\n\r\n"):
         client = Client(address)
         client.hear_hello()
-        client.socket.sendall(said)
-        client.hear_end("not hung up on after " + said.hex())
+        client.socket.sendall(greeting)
+        client.hear_end("not disconnected after " + greeting.hex())
         expect(client.buffer == b"", "packets for one who did not greet")
 
 
@@ -120,7 +120,7 @@ def sender_of_zero(address):
     client.greet()
     client.say(packet(0x72, b"\x09" + struct.pack(">H", 0)))
     client.socket.sendall(b"\x00")
-    client.hear_end("not hung up on after a length of 0")
+    client.hear_end("not disconnected after a length of 0")
 
 
 def refused_packets(client):
@@ -144,9 +144,9 @@ def numbered_packets(client, name, count):
 
 def flood_until_slow_is_dropped(one, two):
     for _ in range(2000):
-        said = one.ask(200)
+        answer = one.ask(200)
         two.follow(one.number)
-        if said["slow"] == 1:
+        if answer["slow"] == 1:
             return
     raise Wrong("a client that never reads is still there")
 
@@ -158,7 +158,7 @@ def drained(slow):
         while True:
             slow.beacon()
     except Wrong as why:
-        expect(str(why) == "the server hung up", str(why))
+        expect(str(why) == "the server disconnected", str(why))
 
 
 def main():

@@ -65,24 +65,24 @@ TEST_F(ForwarderTest, ReadsMaySplitAnywhere) {
 
 TEST_F(ForwarderTest, AClientThatDoesNotGreetIsDisconnected) {
   open();
-  Program silent, half, sound;
+  Program silent, half, greeted;
   silent.connect(host);
   half.connect(host);
   half.send({0x55});
-  sound.greet(host);
+  greeted.greet(host);
   run(4990ms);
   EXPECT_FALSE(silent.disconnected);
-  sound.say(packet(1));
+  greeted.say(packet(1));
   run(20ms);
   EXPECT_TRUE(silent.disconnected);
   EXPECT_TRUE(half.disconnected);
-  EXPECT_FALSE(sound.disconnected);
+  EXPECT_FALSE(greeted.disconnected);
   EXPECT_THAT(numbers(), ElementsAre(1));
   EXPECT_EQ(counted("dropped-silent"), 2u);
   EXPECT_EQ(counted("clients"), 1u);
   EXPECT_THAT(notes, Contains(HasSubstr("did not greet within 5 s")));
   run(1h);
-  EXPECT_FALSE(sound.disconnected) << "after the greeting it may be silent for ever";
+  EXPECT_FALSE(greeted.disconnected) << "after the greeting it may be silent for ever";
 }
 
 TEST_F(ForwarderTest, OnlyClientsOfTheProtocolAreKept) {

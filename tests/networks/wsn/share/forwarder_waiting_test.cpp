@@ -40,15 +40,15 @@ TEST_F(ForwarderTest, NoRoomReachesTheSender) {
   space = 0;
   Program one;
   one.greet(host);
-  std::size_t said = 0;
-  while (said < 10000 && one.stream->send(sent(packet(1, 114)))) {
-    ++said;
+  std::size_t sent_count = 0;
+  while (sent_count < 10000 && one.stream->send(sent(packet(1, 114)))) {
+    ++sent_count;
     run(1ms);
   }
-  EXPECT_LT(said, 2000u) << "it should have been told that it is busy";
+  EXPECT_LT(sent_count, 2000u) << "the connection should have refused more";
   make_room(100000);
   run(10s);
-  EXPECT_EQ(taken.size(), said);
+  EXPECT_EQ(taken.size(), sent_count);
 }
 
 /// A sink takes some sixteen packets a second: the last of a thousand waits for a minute, and is not late.

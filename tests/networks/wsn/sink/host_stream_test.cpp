@@ -51,7 +51,7 @@ TEST_F(HostStreamTest, SaysWhichHostItWasWhereAnAddressDoesNotAnswer) {
   EXPECT_THAT(failures[0].text, HasSubstr("network@connect:1: connect: TCP 10.0.0.9:1"));
 }
 
-/// Those of a host, where UDP is asked for by nobody.
+/// The transports of this host, without UDP.
 class TcpAlone final : public transport::Transports {
  public:
   explicit TcpAlone(transport::Transports& host) : host_(host) {}

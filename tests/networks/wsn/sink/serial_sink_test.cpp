@@ -109,7 +109,7 @@ TEST_F(SerialSinkTest, StaysUpWithAReasonWherePacketsComeAndAcksDoNot) {
   time.run_for(100ms);
   mote.say(numbered(1));
   time.run_for(1ms);
-  EXPECT_EQ(phase(), Phase::kUp) << "the first sound frame";
+  EXPECT_EQ(phase(), Phase::kUp) << "the first valid frame";
   time.run_for(5s);
   EXPECT_THAT(failures, IsEmpty());
   EXPECT_EQ(phase(), Phase::kUp);

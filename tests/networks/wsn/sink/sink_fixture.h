@@ -45,7 +45,7 @@ inline std::uint16_t number_in(ByteView packet) {
   return static_cast<std::uint16_t>(packet[8] << 8 | packet[9]);
 }
 
-/// The computer's end of a sink as section 10 of wsn.md measured it: acks every sound 44, and executes only what comes
+/// The computer's end of a sink as section 10 of wsn.md measured it: acks every valid 44, and executes only what comes
 /// when it has acked what came before.
 class FakeSink {
  public:
@@ -163,18 +163,18 @@ class SinkTold : public testing::Test {
     });
   }
 
-  struct Wish {
+  struct Options {
     Lane lane = Lane::kCommand;
     Duration lives = 24h;
     bool repeatable = true;
   };
-  Result<void> send(std::uint16_t number) { return send(number, Wish{}); }
-  Result<void> send(std::uint16_t number, Wish wish) {
+  Result<void> send(std::uint16_t number) { return send(number, Options{}); }
+  Result<void> send(std::uint16_t number, Options options) {
     Outgoing packet;
     packet.packet = numbered(number);
-    packet.lane = wish.lane;
-    packet.expires = time.now() + wish.lives;
-    packet.repeatable = wish.repeatable;
+    packet.lane = options.lane;
+    packet.expires = time.now() + options.lives;
+    packet.repeatable = options.repeatable;
     packet.done = [this, number](SendResult what) {
       EXPECT_FALSE(results.contains(number)) << number << " got two results";
       results[number] = what;
