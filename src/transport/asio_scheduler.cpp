@@ -11,13 +11,13 @@
 
 #include "base/assert.h"
 #include "base/timer_heap.h"
-#include "transport/doorbell.h"
+#include "transport/cross_thread_queue.h"
 
 namespace rubicon::transport {
 
 namespace asio = boost::asio;
 
-/// Shared with the calls waiting in the io_context, which may run after the scheduler is gone.
+/// Shared with the calls that wait in the io_context, which may run after the scheduler was destroyed.
 struct AsioScheduler::Impl : std::enable_shared_from_this<AsioScheduler::Impl> {
   explicit Impl(asio::io_context& c) : context(c), alarm(c), thread(std::this_thread::get_id()) {}
 
@@ -35,7 +35,7 @@ struct AsioScheduler::Impl : std::enable_shared_from_this<AsioScheduler::Impl> {
     batch.clear();
   }
 
-  /// A call that stands in no batch, and what it posts.
+  /// Runs a call outside of any batch, then the calls that it posts.
   void run_with_posts(const std::function<void()>& call) {
     const bool asked = std::exchange(batch_asked, true);
     call();
@@ -53,7 +53,7 @@ struct AsioScheduler::Impl : std::enable_shared_from_this<AsioScheduler::Impl> {
     });
   }
 
-  /// Calls made by a timer see its posts run first, as in virtual time.
+  /// What the call of a timer posts runs before the next timer, as in virtual time.
   void run_due() {
     if (!alive) return;
     armed_for = SteadyTime::max();
@@ -64,7 +64,8 @@ struct AsioScheduler::Impl : std::enable_shared_from_this<AsioScheduler::Impl> {
 
   asio::io_context& context;
   asio::steady_timer alarm;
-  std::shared_ptr<Doorbell> bell;  ///< nullptr: other threads post through the context
+  std::shared_ptr<CrossThreadQueue>
+      cross_thread;  ///< nullptr if no descriptors were left: other threads then post through the context
   std::atomic<std::thread::id> thread;
   base::TimerHeap timers;
   SteadyTime armed_for = SteadyTime::max();
@@ -74,13 +75,14 @@ struct AsioScheduler::Impl : std::enable_shared_from_this<AsioScheduler::Impl> {
 };
 
 AsioScheduler::AsioScheduler(asio::io_context& context) : impl_(std::make_shared<Impl>(context)) {
-  impl_->bell = Doorbell::make(context, [parts = impl_](const auto& call) { parts->run_with_posts(call); });
+  impl_->cross_thread =
+      CrossThreadQueue::make(context, [impl = impl_](const auto& call) { impl->run_with_posts(call); });
 }
 
 AsioScheduler::~AsioScheduler() {
   impl_->alive = false;
   impl_->alarm.cancel();
-  if (impl_->bell) impl_->bell->close();
+  if (impl_->cross_thread) impl_->cross_thread->close();
   impl_->posted.clear();
 }
 
@@ -94,9 +96,9 @@ WallTime AsioScheduler::wall_now() const {
 
 void AsioScheduler::post(std::function<void()> call) {
   if (on_loop_thread()) return impl_->post(std::move(call));
-  if (impl_->bell) return impl_->bell->post(std::move(call));
-  asio::post(impl_->context, [parts = impl_, call = std::move(call)] {
-    if (parts->alive) parts->run_with_posts(call);
+  if (impl_->cross_thread) return impl_->cross_thread->post(std::move(call));
+  asio::post(impl_->context, [impl = impl_, call = std::move(call)] {
+    if (impl->alive) impl->run_with_posts(call);
   });
 }
 
@@ -137,7 +139,7 @@ void Loop::run() {
     const auto busy = asio::make_work_guard(impl_->context);
     impl_->context.run();
   }
-  impl_->context.restart();  // the last work to go stops the context once more
+  impl_->context.restart();  // the end of the last work stops the context again
 }
 
 void Loop::stop() {

@@ -10,9 +10,8 @@ class io_context;
 
 namespace rubicon::transport {
 
-/// Real time on an io_context, which must outlive it. Posts run in batches: what a batch posts waits for the next one,
-/// so that timers and I/O always get their turn. post() may be called from other threads, everything else only on the
-/// loop's.
+/// Real time on an io_context, which must outlive it. Posted calls run in batches: what a batch posts runs in the next
+/// one, so that timers and I/O are not starved. post() may be called from any thread, all else only from the loop's.
 class AsioScheduler final : public base::Scheduler {
  public:
   explicit AsioScheduler(boost::asio::io_context& context);
@@ -24,7 +23,7 @@ class AsioScheduler final : public base::Scheduler {
   Timer at(SteadyTime when, std::function<void()> call) override;
   bool on_loop_thread() const override;
 
-  /// The calling thread becomes the loop's; at first it is the one that made the scheduler.
+  /// Makes the calling thread the loop's, which at first is the one that constructed the scheduler.
   void adopt_thread();
 
  private:
@@ -43,7 +42,7 @@ class Loop {
 
   /// Runs until stop(), on this thread.
   void run();
-  /// May be called from anywhere, other threads included.
+  /// May be called from any thread.
   void stop();
 
  private:

@@ -8,7 +8,8 @@
 
 namespace rubicon::transport {
 
-/// Calls on the loop's thread for the first of these signals (SIGTERM, ...); until destroyed they end nothing.
+/// Calls `call` on the loop's thread at the first of these signals (SIGTERM, ...). Until this is destroyed the signals
+/// do not end the process.
 class Signals {
  public:
   Signals(Loop& loop, const std::vector<int>& numbers, std::function<void()> call);

@@ -149,7 +149,7 @@ bool lacks_room(int error) {
 constexpr auto kRoomPause = std::chrono::milliseconds(100);
 
 struct Port : std::enable_shared_from_this<Port> {
-  Port(asio::io_context& c, Endpoint l, TcpAccept a, TcpDeaf f)
+  Port(asio::io_context& c, Endpoint l, TcpAccept a, ListenerFailed f)
       : context(c), acceptor(c), pause(c), local(std::move(l)), accept(std::move(a)), failed(std::move(f)) {}
 
   Result<void> open();
@@ -163,7 +163,7 @@ struct Port : std::enable_shared_from_this<Port> {
   asio::steady_timer pause;
   Endpoint local;
   TcpAccept accept;
-  TcpDeaf failed;
+  ListenerFailed failed;
   bool alive = true;
 };
 
@@ -258,7 +258,7 @@ Result<std::unique_ptr<TcpStream>> open_asio_tcp(asio::io_context& context, cons
 }
 
 Result<std::unique_ptr<TcpListener>> listen_asio_tcp(asio::io_context& context, const Endpoint& local, TcpAccept accept,
-                                                     TcpDeaf failed) {
+                                                     ListenerFailed failed) {
   auto port = std::make_shared<Port>(context, local, std::move(accept), std::move(failed));
   if (auto open = port->open(); !open) return fail(open.error());
   return std::make_unique<AsioListener>(std::move(port));

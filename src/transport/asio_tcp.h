@@ -16,6 +16,6 @@ Result<std::unique_ptr<TcpStream>> open_asio_tcp(boost::asio::io_context& contex
 
 /// A port of the machine on an io_context, which must outlive it. As Transports::listen_tcp.
 Result<std::unique_ptr<TcpListener>> listen_asio_tcp(boost::asio::io_context& context, const Endpoint& local,
-                                                     TcpAccept accept, TcpDeaf failed);
+                                                     TcpAccept accept, ListenerFailed failed);
 
 }  // namespace rubicon::transport

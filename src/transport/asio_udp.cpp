@@ -353,10 +353,10 @@ AfterSend after_send(int error) {
 }
 
 Result<std::unique_ptr<UdpSocket>> open_asio_udp(asio::io_context& context, const UdpOptions& options, UdpCalls calls) {
-  auto parts = std::make_shared<Impl>(context, std::move(calls), options.largest);
-  if (auto open = parts->open(options); !open) return fail(open.error());
-  parts->receive();
-  return std::make_unique<AsioUdp>(std::move(parts));
+  auto impl = std::make_shared<Impl>(context, std::move(calls), options.largest);
+  if (auto open = impl->open(options); !open) return fail(open.error());
+  impl->receive();
+  return std::make_unique<AsioUdp>(std::move(impl));
 }
 
 }  // namespace rubicon::transport

@@ -6,7 +6,7 @@
 
 namespace rubicon::transport {
 
-/// What termios calls a rate; nullopt for one it does not know (termios(3), asm-generic/termbits.h).
+/// The constant of termios for a baud rate; nullopt if there is none (termios(3), asm-generic/termbits.h).
 std::optional<speed_t> speed_of(unsigned baud);
 
 }  // namespace rubicon::transport

@@ -4,10 +4,10 @@
 
 namespace rubicon::transport {
 
-/// What this machine calls itself; empty if the system does not say.
+/// Host name of this machine; empty if the system does not provide it.
 std::string host_name();
 
-/// This process and whose it is, for lists of components: `pid 4711 of anna`.
+/// Process id and user of this process, for lists of components: `pid 4711 of anna`.
 std::string own_process();
 
 }  // namespace rubicon::transport

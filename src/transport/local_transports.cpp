@@ -82,7 +82,7 @@ Result<std::unique_ptr<TcpStream>> LocalTransports::open_tcp(const TcpOptions& o
 }
 
 Result<std::unique_ptr<TcpListener>> LocalTransports::listen_tcp(const Endpoint& local, TcpAccept accept,
-                                                                 TcpDeaf failed) {
+                                                                 ListenerFailed failed) {
   if (loop_ == nullptr) return Transports::listen_tcp(local, std::move(accept), std::move(failed));
   return listen_asio_tcp(loop_->context(), local, std::move(accept), std::move(failed));
 }

@@ -22,7 +22,7 @@ class LocalTransports final : public Transports {
   Result<std::unique_ptr<UdpSocket>> open_udp(const UdpOptions& options, UdpCalls calls) override;
   Result<std::unique_ptr<TcpStream>> open_tcp(const TcpOptions& options, TcpCalls calls) override;
   Result<std::unique_ptr<TcpListener>> listen_tcp(const Endpoint& local, TcpAccept accept,
-                                                  TcpDeaf failed = nullptr) override;
+                                                  ListenerFailed failed = nullptr) override;
   Result<std::unique_ptr<ByteStream>> open_serial(const SerialOptions& options, StreamCalls calls) override;
   Result<std::unique_ptr<ByteStream>> make_pty(const std::string& link, StreamCalls calls) override;
   std::unique_ptr<Lookup> look_up(const std::string& host, LookupDone done) override;

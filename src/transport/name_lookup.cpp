@@ -21,12 +21,12 @@ namespace asio = boost::asio;
 
 namespace {
 
-/// Threads that may wait for a name server at one time.
+/// Maximum number of threads that wait for a name server.
 constexpr int kMaxThreads = 16;
 
 using Addresses = Result<std::vector<std::string>>;
 
-/// Blocks as long as the system's resolver does.
+/// Blocks until the system's resolver answers or gives up.
 Addresses ask(const std::string& host) {
   addrinfo hints{};
   hints.ai_socktype = SOCK_DGRAM;
@@ -49,7 +49,7 @@ Addresses ask(const std::string& host) {
   return addresses;
 }
 
-/// What the asker holds; its destruction takes the call away. Touched on the loop's thread only.
+/// Held by the caller; destroying it cancels the call. Used on the loop's thread only.
 class PendingLookup final : public Lookup {
  public:
   explicit PendingLookup(std::shared_ptr<LookupDone> done) : done_(std::move(done)) {}
@@ -61,21 +61,21 @@ class PendingLookup final : public Lookup {
   std::shared_ptr<LookupDone> done_;
 };
 
-void tell(const std::shared_ptr<LookupDone>& done, Addresses addresses) {
+void complete(const std::shared_ptr<LookupDone>& done, Addresses addresses) {
   if (const auto call = std::exchange(*done, nullptr)) call(std::move(addresses));
 }
 
 }  // namespace
 
-/// The way from the threads back to the loop: shut before the loop ends.
-struct NameLookup::Door {
-  explicit Door(asio::io_context& c) : context(&c) {}
+/// Passes results from the threads to the loop, until the loop ends.
+struct NameLookup::Replies {
+  explicit Replies(asio::io_context& c) : context(&c) {}
 
   void post(std::shared_ptr<LookupDone> done, Addresses addresses) {
     const std::scoped_lock lock(mutex);
     if (context == nullptr) return;
     asio::post(*context, [done = std::move(done), addresses = std::move(addresses)]() mutable {
-      tell(done, std::move(addresses));
+      complete(done, std::move(addresses));
     });
   }
 
@@ -84,11 +84,11 @@ struct NameLookup::Door {
   std::atomic<int> threads{0};
 };
 
-NameLookup::NameLookup(asio::io_context& context) : door_(std::make_shared<Door>(context)) {}
+NameLookup::NameLookup(asio::io_context& context) : replies_(std::make_shared<Replies>(context)) {}
 
 NameLookup::~NameLookup() {
-  const std::scoped_lock lock(door_->mutex);
-  door_->context = nullptr;
+  const std::scoped_lock lock(replies_->mutex);
+  replies_->context = nullptr;
 }
 
 std::unique_ptr<Lookup> NameLookup::look_up(const std::string& host, LookupDone done) {
@@ -97,26 +97,26 @@ std::unique_ptr<Lookup> NameLookup::look_up(const std::string& host, LookupDone 
   boost::system::error_code error;
   const auto numeric = asio::ip::make_address(host, error);
   if (!error) {
-    door_->post(std::move(call), std::vector<std::string>{numeric.to_string()});
+    replies_->post(std::move(call), std::vector<std::string>{numeric.to_string()});
     return pending;
   }
-  if (door_->threads.fetch_add(1) >= kMaxThreads) {
-    --door_->threads;
-    door_->post(std::move(call),
-                fail(ErrorCode::kBusy, fmt::format("host {}: too many names wait for the name server", host)));
+  if (replies_->threads.fetch_add(1) >= kMaxThreads) {
+    --replies_->threads;
+    replies_->post(std::move(call),
+                   fail(ErrorCode::kBusy, fmt::format("host {}: too many host names are being looked up", host)));
     return pending;
   }
   try {
     // The loop's thread keeps the call alive until its answer is posted, so it is never destroyed on the other one.
-    std::thread([door = door_, host, call]() mutable {
+    std::thread([replies = replies_, host, call]() mutable {
       auto addresses = ask(host);
-      --door->threads;
-      door->post(std::move(call), std::move(addresses));
+      --replies->threads;
+      replies->post(std::move(call), std::move(addresses));
     }).detach();
   } catch (const std::system_error& refused) {
-    --door_->threads;
-    door_->post(std::move(call),
-                fail(ErrorCode::kIo, fmt::format("host {}: no thread to ask with: {}", host, refused.what())));
+    --replies_->threads;
+    replies_->post(std::move(call), fail(ErrorCode::kIo, fmt::format("host {}: cannot start a thread to look it up: {}",
+                                                                     host, refused.what())));
   }
   return pending;
 }

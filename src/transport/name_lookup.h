@@ -10,8 +10,8 @@ class io_context;
 
 namespace rubicon::transport {
 
-/// Looks names up on threads of their own, so that neither the loop nor the end of the process waits for a name server.
-/// A numeric address needs none. Destroyed before its io_context; lookups under way are then forgotten.
+/// Looks up host names on threads of its own, so that neither the loop nor the end of the process waits for a name
+/// server. Must be destroyed before its io_context; this drops the pending lookups.
 class NameLookup {
  public:
   explicit NameLookup(boost::asio::io_context& context);
@@ -19,12 +19,12 @@ class NameLookup {
   NameLookup(const NameLookup&) = delete;
   NameLookup& operator=(const NameLookup&) = delete;
 
-  /// As Transports::look_up; kBusy if too many names that nobody answers are being looked up.
+  /// As Transports::look_up; kBusy if too many lookups are pending.
   std::unique_ptr<Lookup> look_up(const std::string& host, LookupDone done);
 
  private:
-  struct Door;
-  std::shared_ptr<Door> door_;
+  struct Replies;
+  std::shared_ptr<Replies> replies_;
 };
 
 }  // namespace rubicon::transport

@@ -46,7 +46,7 @@ struct PollLoop::Impl {
   Descriptor all{::epoll_create1(EPOLL_CLOEXEC)};
   std::mutex mutex;
   std::vector<std::function<void()>> posted;  ///< guarded by the mutex
-  bool woken = false;                         ///< guarded by the mutex: `wake` was written for what is posted
+  bool woken = false;                         ///< guarded by the mutex: `wake` was written for the posted calls
   std::vector<std::function<void()>> batch;
   base::TimerHeap timers;
   bool polling = false;
@@ -69,7 +69,7 @@ struct PollLoop::Impl {
     batch.clear();
   }
 
-  /// Calls made by a timer see its posts run first, as in virtual time.
+  /// What the call of a timer posts runs before the next timer, as in virtual time.
   void run_due() {
     const SteadyTime now = std::chrono::steady_clock::now();
     if (now >= armed_for) armed_for = SteadyTime::max();
@@ -93,10 +93,10 @@ struct PollLoop::Impl {
 };
 
 Result<std::unique_ptr<PollLoop>> PollLoop::make() {
-  auto parts = std::make_unique<Impl>();
-  if (!parts->watch(parts->wake.get()) || !parts->watch(parts->alarm.get()))
+  auto impl = std::make_unique<Impl>();
+  if (!impl->watch(impl->wake.get()) || !impl->watch(impl->alarm.get()))
     return fail(ErrorCode::kIo, std::string("making a loop: ") + std::strerror(errno));
-  return std::unique_ptr<PollLoop>(new PollLoop(std::move(parts)));
+  return std::unique_ptr<PollLoop>(new PollLoop(std::move(impl)));
 }
 
 PollLoop::PollLoop(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -107,21 +107,21 @@ int PollLoop::descriptor() const {
 }
 
 void PollLoop::poll() {
-  RUBICON_ASSERT(!std::exchange(impl_->polling, true));  // from one of its own calls
+  RUBICON_ASSERT(!std::exchange(impl_->polling, true));  // poll() was called by one of its own calls
   impl_->thread = std::this_thread::get_id();
   std::uint64_t count = 0;
   std::ignore = ::read(impl_->wake.get(), &count, sizeof count);
   impl_->run_batch();
-  // A timer that came is not readable any more, whether or not something is due.
+  // Reading the alarm disarms it, whether or not a timer is due.
   if (::read(impl_->alarm.get(), &count, sizeof count) > 0) impl_->armed_for = SteadyTime::max();
   impl_->run_due();
   impl_->polling = false;
 }
 
-void PollLoop::wait(Duration longest) {
+void PollLoop::wait(Duration timeout) {
   impl_->thread = std::this_thread::get_id();
   pollfd one{impl_->all.get(), POLLIN, 0};
-  const auto millis = std::chrono::ceil<std::chrono::milliseconds>(longest).count();
+  const auto millis = std::chrono::ceil<std::chrono::milliseconds>(timeout).count();
   ::poll(&one, 1, static_cast<int>(std::clamp<std::int64_t>(millis, 0, 60'000)));
 }
 

@@ -7,21 +7,22 @@
 
 namespace rubicon::transport {
 
-/// A loop for programs that have one of their own: everything waits behind one file descriptor. At any time one thread
-/// uses it, whichever made the last call of poll() or wait(); post() may be called from all.
+/// A loop for programs that have an event loop of their own: one file descriptor tells when there is work. One thread
+/// at a time uses it: the one that called poll() or wait() last. post() may be called from any thread.
 class PollLoop final : public base::Scheduler {
  public:
-  /// kIo when the system gives no descriptors.
+  /// kIo if the system has no descriptors left.
   static Result<std::unique_ptr<PollLoop>> make();
   ~PollLoop() override;
 
-  /// Readable (epoll, poll, select) when poll() has something to do. Belongs to the loop.
+  /// Readable (epoll, poll, select) when poll() has work. Owned by the loop.
   int descriptor() const;
-  /// Does what is due, without waiting. What it posts waits for the next time. Never from one of the calls it makes.
+  /// Runs what is due, without waiting. Calls posted meanwhile run the next time. Must not be called by one of the
+  /// calls that it makes.
   void poll();
-  /// Waits until there is something to do, at most this long.
-  void wait(Duration longest);
-  /// Ends wait(). From any thread, and from signal handlers.
+  /// Waits until there is work, at most for the timeout.
+  void wait(Duration timeout);
+  /// Ends wait(). May be called from any thread and from signal handlers.
   void wake();
 
   SteadyTime now() const override;

@@ -6,8 +6,8 @@
 
 namespace rubicon::transport {
 
-/// A whole file that belongs to a configuration. kOutOfRange beyond `largest` bytes; else what open_file and read say.
-/// For start-up and reloads: it blocks.
+/// Reads a whole file of the configuration. kOutOfRange if it is longer than `largest` bytes, else the errors of
+/// open_file() and read(). Blocks: for start-up and reloads.
 Result<std::string> read_text(Transports& transports, const std::string& path, std::size_t largest);
 
 }  // namespace rubicon::transport

@@ -8,31 +8,31 @@
 
 namespace rubicon::transport {
 
-/// Called from the loop, never from inside a call to the stream. The stream may be destroyed in any of them.
+/// Called from the loop, never inside a call to the stream. Each may destroy the stream.
 struct StreamCalls {
-  /// The line is there: bytes flow from now on. Never called for a connection that somebody else made.
+  /// The line or connection is established. Not called for an accepted connection.
   std::function<void()> connected;
-  /// What came next in the stream, in pieces of any size. The bytes are only good during the call.
+  /// The next bytes of the stream, in pieces of any size; valid during the call.
   std::function<void(ByteView bytes)> received;
-  /// There is no connection (any more), for whatever reason, the other end's orderly close and a pulled plug among
-  /// them; called once.
+  /// The connection failed or ended, for any reason, such as an orderly close by the other end or an unplugged device.
+  /// Called once.
   std::function<void(Error)> failed;
 };
 
-/// Bytes in order to and from one other end: a TCP connection, a serial line. Destroyed = closed.
+/// A TCP connection or a serial line; destroying it closes it.
 class ByteStream {
  public:
-  /// Bytes that wait for a busy line, or for the connection; a send that would make them more is refused.
+  /// Maximum number of bytes that wait for a busy line, or for the connection.
   static constexpr std::size_t kMaxQueued = std::size_t{64} * 1024;
 
   virtual ~ByteStream() = default;
-  /// Hands the bytes over, or queues them while the line is busy or not yet there: all or nothing. kBusy beyond
-  /// kMaxQueued, kUnreachable once the connection is lost.
+  /// Sends the bytes, or queues them while the line is busy or not connected yet: all or nothing. kBusy beyond
+  /// kMaxQueued, kUnreachable after the connection was lost.
   virtual Result<void> send(ByteView bytes) = 0;
-  /// While held nothing is received: the other end gets no rid of its bytes, once the system's buffers are full. What
-  /// is lost meanwhile may be noticed later only.
+  /// While held, nothing is received: when the system's buffers are full, the other end cannot send. A lost connection
+  /// may be noticed only afterwards.
   virtual void hold(bool held) = 0;
-  /// How many bytes of send() the system has not taken yet.
+  /// Bytes of send() that the system has not accepted yet.
   virtual std::size_t queued() const = 0;
 };
 

@@ -13,24 +13,25 @@ namespace rubicon::transport {
 struct TcpOptions {
   /// Numeric address and port to connect to; names are looked up before (Transports::look_up).
   Endpoint remote;
-  /// A connection that does not come about within this time has failed.
+  /// The attempt to connect fails after this time.
   Duration connect_timeout = std::chrono::seconds(10);
-  /// Bytes that the other end does not acknowledge for so long end the connection (RFC 5482); 0 = the system's
-  /// (minutes).
+  /// The connection ends if sent bytes are not acknowledged for this long (RFC 5482); 0 = the system's default, which
+  /// is minutes.
   Duration user_timeout = std::chrono::seconds(30);
-  /// A silent connection is probed each so often, and ends with the user timeout; whole seconds; 0 = never.
+  /// Interval between probes of a silent connection, in whole seconds; without answers it ends after the user timeout.
+  /// 0 = no probes.
   Duration keep_alive = std::chrono::seconds(10);
 };
 
 using TcpCalls = StreamCalls;
 
-/// A connection to somebody who listens, being made or made. Destroyed = closed; what the system took by then still
-/// goes out, what was queued does not. Small sends leave at once (TCP_NODELAY).
+/// A connection that is being established, or established. Destroying it closes it: bytes that the system accepted are
+/// still sent, queued bytes are not. Small sends are transmitted at once (TCP_NODELAY).
 class TcpStream : public ByteStream {
  public:
   virtual bool connected() const = 0;
-  /// Breaks the connection off: nothing more goes out, not even what the system took (RFC 9293, section 3.10.5). To be
-  /// destroyed next; no calls.
+  /// Aborts the connection: nothing more is sent, not even what the system accepted (RFC 9293, section 3.10.5). No
+  /// calls follow; destroy the stream next.
   virtual void abort() = 0;
   /// Own address and port; empty until connected.
   virtual Endpoint local() const = 0;
@@ -38,17 +39,17 @@ class TcpStream : public ByteStream {
   virtual Endpoint remote() const = 0;
 };
 
-/// Gets our end of a connection that somebody made, and says which calls it makes.
+/// Receives our end of an accepted connection, and returns its callbacks.
 using TcpAccept = std::function<TcpCalls(std::unique_ptr<TcpStream> stream)>;
 
-/// Nobody can connect any more (never told of what passes); the listener is to be destroyed.
-using TcpDeaf = std::function<void(Error)>;
+/// The listener cannot accept connections any longer, for good; it should be destroyed.
+using ListenerFailed = std::function<void(Error)>;
 
-/// A port on which others connect, until this is destroyed; connections that were accepted live on.
+/// Listens on a port until destroyed; accepted connections stay open.
 class TcpListener {
  public:
   virtual ~TcpListener() = default;
-  /// What was bound, with the port the system chose.
+  /// The bound address and port.
   virtual Endpoint local() const = 0;
 };
 

@@ -54,7 +54,7 @@ class Transports {
   /// lost. kBusy if the port is taken, kInvalid if the address is not numeric, else kIo. By default there are none:
   /// kUnsupported.
   virtual Result<std::unique_ptr<TcpListener>> listen_tcp(const Endpoint& local, TcpAccept accept,
-                                                          TcpDeaf failed = nullptr);
+                                                          ListenerFailed failed = nullptr);
   /// A serial line, for us alone. `connected` is called in a later turn. kNotFound if there is no such device, kBusy if
   /// somebody else has it, kInvalid for a baud rate the system does not know or what is no serial line, kIo, each with
   /// the path in the text. By default there are none: kUnsupported.

@@ -22,7 +22,7 @@ Result<std::unique_ptr<TcpStream>> Transports::open_tcp(const TcpOptions&, TcpCa
   return fail(ErrorCode::kUnsupported, "there are no sockets here");
 }
 
-Result<std::unique_ptr<TcpListener>> Transports::listen_tcp(const Endpoint&, TcpAccept, TcpDeaf) {
+Result<std::unique_ptr<TcpListener>> Transports::listen_tcp(const Endpoint&, TcpAccept, ListenerFailed) {
   return fail(ErrorCode::kUnsupported, "there are no sockets here");
 }
 

@@ -4,94 +4,95 @@
 
 namespace rubicon::tuples {
 
-void Outbox::mark(PeerBox& box, std::uint32_t index) {
-  if (box.gone) return;
-  if (box.marked.size() <= index) box.marked.resize(std::max<std::size_t>(index + 1, box.marked.size() * 2));
-  if (box.marked[index]) {
+void Outbox::add(PeerQueue& peer, std::uint32_t index) {
+  if (peer.closed) return;
+  if (peer.queued.size() <= index) peer.queued.resize(std::max<std::size_t>(index + 1, peer.queued.size() * 2));
+  if (peer.queued[index]) {
     ++merged_;
     return;
   }
-  if (box.waiting.size() >= kMaxWaiting) {
+  if (peer.entries.size() >= kMaxEntries) {
     ++dropped_;
     return;
   }
-  box.marked[index] = true;
-  box.waiting.push_back({index, 0});
+  peer.queued[index] = true;
+  peer.entries.emplace_back(PeerQueue::TupleIndex(index));
   store_.pool().pin(index);
-  list(box);
+  list(peer);
 }
 
-void Outbox::mark_snapshot_end(PeerBox& box, std::uint32_t subscription) {
-  if (box.gone) return;
-  box.waiting.push_back({kNone, subscription});
-  list(box);
+void Outbox::add_control(PeerQueue& peer, const PeerQueue::Entry& entry) {
+  if (peer.closed) return;
+  peer.entries.push_back(entry);
+  list(peer);
 }
 
-void Outbox::list(PeerBox& box) {
+void Outbox::list(PeerQueue& peer) {
   ++size_;
-  if (std::exchange(box.listed, true)) return;
-  listed_.push_back(&box);
+  if (std::exchange(peer.listed, true)) return;
+  listed_.push_back(&peer);
 }
 
-Outbox::Left Outbox::flush() {
-  auto left = Left::kNothing;
-  for (std::size_t i = 0; i < listed_.size(); ++i) left = std::max(left, flush(*listed_[i]));
-  std::erase_if(listed_, [](PeerBox* box) {
-    box->listed = !box->waiting.empty();
-    return !box->listed;
+Outbox::State Outbox::flush() {
+  auto state = State::kEmpty;
+  for (std::size_t i = 0; i < listed_.size(); ++i) state = std::max(state, flush(*listed_[i]));
+  std::erase_if(listed_, [](PeerQueue* peer) {
+    peer->listed = !peer->entries.empty();
+    return !peer->listed;
   });
-  return left;
+  return state;
 }
 
-Outbox::Left Outbox::flush(PeerBox& box) {
+Outbox::State Outbox::flush(PeerQueue& peer) {
   std::size_t done = 0;
-  auto left = Left::kNothing;
-  for (std::size_t frame = 0; done < box.waiting.size(); ++frame) {
-    const auto count = fill_frame(box, done);
-    left = frame == kFramesPerTurn ? Left::kMore : link_.publish(box.id, frame_) ? Left::kNothing : Left::kNoRoom;
-    if (left != Left::kNothing) break;
-    sent(box, done, count);
+  auto state = State::kEmpty;
+  for (std::size_t frame = 0; done < peer.entries.size(); ++frame) {
+    const auto count = fill_frame(peer, done);
+    state = frame == kFramesPerTurn ? State::kMore : link_.publish(peer.id, frame_) ? State::kEmpty : State::kNoRoom;
+    if (state != State::kEmpty) break;
+    release(peer, done, count);
     done += count;
   }
-  box.waiting.erase(box.waiting.begin(), box.waiting.begin() + static_cast<std::ptrdiff_t>(done));
-  if (box.waiting.empty() && box.waiting.capacity() > 65536) box.waiting.shrink_to_fit();
-  return left;
+  peer.entries.erase(peer.entries.begin(), peer.entries.begin() + static_cast<std::ptrdiff_t>(done));
+  if (peer.entries.empty() && peer.entries.capacity() > 65536) peer.entries.shrink_to_fit();
+  return state;
 }
 
-std::size_t Outbox::fill_frame(const PeerBox& box, std::size_t from) {
+Change Outbox::change_of(const PeerQueue::Entry& entry) const {
+  if (const auto* end = std::get_if<SnapshotEnd>(&entry)) return *end;
+  if (std::holds_alternative<Restart>(entry)) return Restart{};
+  const auto index = static_cast<std::uint32_t>(std::get<PeerQueue::TupleIndex>(entry));
+  const auto& tuple = store_.at(index);
+  if (tuple.present) return TupleSet{store_.view(index)};
+  return TupleGone{tuple.end, tuple.key(), tuple.sequence};
+}
+
+std::size_t Outbox::fill_frame(const PeerQueue& peer, std::size_t from) {
   frame_.clear();
   std::size_t bytes = 0;
-  for (auto at = from; at < box.waiting.size() && frame_.size() < kFrameChanges && bytes < kFrameBytes; ++at) {
-    const auto [index, snapshot_of] = box.waiting[at];
-    Change change;
-    if (index == kNone) {
-      change.tuple.sequence = snapshot_of;
-    } else {
-      const auto& tuple = store_.at(index);
-      change.kind = tuple.present ? EventKind::kSet : tuple.end;
-      change.tuple = store_.view(index);
-    }
-    bytes += change.tuple.key.size() + change.tuple.value.size();
-    frame_.push_back(change);
+  for (auto at = from; at < peer.entries.size() && frame_.size() < kFrameChanges && bytes < kFrameBytes; ++at) {
+    bytes += text_size(frame_.emplace_back(change_of(peer.entries[at])));
   }
   return frame_.size();
 }
 
-void Outbox::sent(PeerBox& box, std::size_t from, std::size_t count) {
+/// Takes note that these entries leave the queue.
+void Outbox::release(PeerQueue& peer, std::size_t from, std::size_t count) {
   size_ -= count;
   for (auto at = from; at < from + count; ++at) {
-    const auto index = box.waiting[at].tuple;
-    if (index == kNone) continue;
-    box.marked[index] = false;
+    const auto* tuple = std::get_if<PeerQueue::TupleIndex>(&peer.entries[at]);
+    if (!tuple) continue;
+    const auto index = static_cast<std::uint32_t>(*tuple);
+    peer.queued[index] = false;
     store_.pool().unpin(index);
   }
 }
 
-void Outbox::forget(PeerBox& box) {
-  box.gone = true;
-  sent(box, 0, box.waiting.size());
-  box.waiting.clear();
-  if (std::exchange(box.listed, false)) std::erase(listed_, &box);
+void Outbox::close(PeerQueue& peer) {
+  peer.closed = true;
+  release(peer, 0, peer.entries.size());
+  peer.entries.clear();
+  if (std::exchange(peer.listed, false)) std::erase(listed_, &peer);
 }
 
 }  // namespace rubicon::tuples

@@ -1,44 +1,45 @@
 #pragma once
 
 #include <memory>
+#include <variant>
 #include <vector>
 
+#include "tuples/link.h"
 #include "tuples/store.h"
 
 namespace rubicon::tuples {
 
-/// What one distant subscriber has not been sent yet: tuples, each at most once, and ends of snapshots, in order.
-struct PeerBox {
-  struct Waiting {
-    std::uint32_t tuple = kNone;
-    std::uint32_t snapshot_of = 0;  ///< subscription id, when tuple is none
-  };
+/// What has not been sent to one distant subscriber yet, in order: each tuple at most once, and control messages.
+struct PeerQueue {
+  enum class TupleIndex : std::uint32_t {};
+  using Entry = std::variant<TupleIndex, SnapshotEnd, Restart>;
+
   OwnerId id{};
-  bool gone = false;
-  bool listed = false;  ///< among the boxes that have something
-  std::vector<Waiting> waiting;
-  std::vector<bool> marked;  ///< by tuple index
+  bool closed = false;  ///< the subscriber is gone
+  bool listed = false;  ///< among the queues of the outbox that are not empty
+  std::vector<Entry> entries;
+  std::vector<bool> queued;  ///< by tuple index
 };
 
-/// Hands the latest values to the link, per subscriber and turn; keeps what the link does not take.
+/// Passes the latest values to the link, per subscriber and turn; keeps what the link does not accept.
 class Outbox {
  public:
   static constexpr std::size_t kFrameChanges = 512;
   static constexpr std::size_t kFrameBytes = 256UL * 1024;
   static constexpr std::size_t kFramesPerTurn = 16;
-  static constexpr std::size_t kMaxWaiting = 4'000'000;
+  static constexpr std::size_t kMaxEntries = 4'000'000;
 
-  enum class Left { kNothing, kMore, kNoRoom };
+  enum class State { kEmpty, kMore, kNoRoom };
 
   Outbox(Store& store, Link& link) : store_(store), link_(link) {}
 
-  void mark(PeerBox& box, std::uint32_t index);
-  void mark_snapshot_end(PeerBox& box, std::uint32_t subscription);
-  /// Only into an empty box: what the subscriber has may be old.
-  void mark_beginning(PeerBox& box) { mark_snapshot_end(box, 0); }
-  /// kMore: go on next turn. kNoRoom: the link refused, try again a little later.
-  Left flush();
-  void forget(PeerBox& box);
+  void add(PeerQueue& peer, std::uint32_t index);
+  void add(PeerQueue& peer, const SnapshotEnd& end) { add_control(peer, end); }
+  /// To be called while the queue is empty.
+  void add(PeerQueue& peer, const Restart& restart) { add_control(peer, restart); }
+  /// kMore: continue in the next turn. kNoRoom: the link refused a frame, try again a little later.
+  State flush();
+  void close(PeerQueue& peer);
 
   std::size_t size() const { return size_; }
   bool empty() const { return listed_.empty(); }
@@ -46,14 +47,16 @@ class Outbox {
   std::uint64_t dropped() const { return dropped_; }
 
  private:
-  void list(PeerBox& box);
-  Left flush(PeerBox& box);
-  std::size_t fill_frame(const PeerBox& box, std::size_t from);
-  void sent(PeerBox& box, std::size_t from, std::size_t count);
+  void add_control(PeerQueue& peer, const PeerQueue::Entry& entry);
+  void list(PeerQueue& peer);
+  State flush(PeerQueue& peer);
+  Change change_of(const PeerQueue::Entry& entry) const;
+  std::size_t fill_frame(const PeerQueue& peer, std::size_t from);
+  void release(PeerQueue& peer, std::size_t from, std::size_t count);
 
   Store& store_;
   Link& link_;
-  std::vector<PeerBox*> listed_;
+  std::vector<PeerQueue*> listed_;
   std::vector<Change> frame_;
   std::size_t size_ = 0;
   std::uint64_t merged_ = 0;

@@ -20,22 +20,22 @@ class PeerPolicy {
  public:
   virtual ~PeerPolicy() = default;
   /// Whether this may be seen as that component; the error says why not. Asked before anything else of the peer counts.
-  virtual Result<void> may_come(const PeerIdentity& peer) = 0;
+  virtual Result<void> may_join(const PeerIdentity& peer) = 0;
   /// A component that may come is up: from now on it is the one of that id, until it went.
-  virtual void came(const PeerIdentity& peer) = 0;
-  virtual void went(OwnerId peer) = 0;
+  virtual void peer_up(const PeerIdentity& peer) = 0;
+  virtual void peer_down(OwnerId peer) = 0;
   /// Whether the subscription of a component that is up may join own tuples.
   virtual Result<void> may_subscribe(OwnerId peer, const SubscriptionSpec& spec) = 0;
   /// Whether a component that is up may ask for this set; the error goes into the reply.
-  virtual Result<void> may_set(const RemoteSet& wish) = 0;
+  virtual Result<void> may_set(const RemoteSet& set) = 0;
 };
 
 /// Everybody may everything: for links inside one process.
 class OpenPolicy final : public PeerPolicy {
  public:
-  Result<void> may_come(const PeerIdentity&) override { return {}; }
-  void came(const PeerIdentity&) override {}
-  void went(OwnerId) override {}
+  Result<void> may_join(const PeerIdentity&) override { return {}; }
+  void peer_up(const PeerIdentity&) override {}
+  void peer_down(OwnerId) override {}
   Result<void> may_subscribe(OwnerId, const SubscriptionSpec&) override { return {}; }
   Result<void> may_set(const RemoteSet&) override { return {}; }
 };

@@ -7,7 +7,7 @@ namespace rubicon::tuples {
 
 namespace {
 
-/// How long a copy lives from now on: what the owner gave the tuple, whatever the two wall clocks say.
+/// How long a copy lives from now on: the lifetime that the owner gave the tuple, independent of the wall clocks.
 Duration lifetime_of(const TupleView& tuple) {
   if (tuple.expire_time == WallTime{}) return Duration(0);
   const auto from = static_cast<double>(tuple.write_time.time_since_epoch().count());
@@ -18,9 +18,9 @@ Duration lifetime_of(const TupleView& tuple) {
   return std::chrono::microseconds(static_cast<std::int64_t>(to - from));
 }
 
-/// The calls may end any of the watches.
+/// A call may end any of the watches.
 template <class Call, class... Arguments>
-void tell(const std::vector<std::shared_ptr<Call>>& calls, Arguments... arguments) {
+void call_all(const std::vector<std::shared_ptr<Call>>& calls, Arguments... arguments) {
   for (const auto& call : std::vector(calls)) {
     if (std::find(calls.begin(), calls.end(), call) != calls.end()) (*call)(arguments...);
   }
@@ -28,43 +28,34 @@ void tell(const std::vector<std::shared_ptr<Call>>& calls, Arguments... argument
 
 }  // namespace
 
-void TupleSpace::Impl::take_change(OwnerId owner, const Change& change) {
+void TupleSpace::Impl::apply(OwnerId owner, const TupleSet& change) {
   const auto& tuple = change.tuple;
-  if (owner == self || tuple.value.size() > kMaxValueSize) {
+  if (tuple.value.size() > kMaxValueSize) {
     ++dropped;
     return;
   }
-  if (tuple.key.empty()) {
-    // Who was lost to the owner does not always notice: deletions of that time are found at the end of the snapshot.
-    if (tuple.sequence == 0) return confirm_anew(owner);
-    end_snapshot(owner, static_cast<std::uint32_t>(tuple.sequence));
-    return;
-  }
   auto index = store.find(owner, tuple.key);
-  if (change.kind != EventKind::kSet) {
-    if (index != kNone) remove(index, change.kind);
-    return;
-  }
-  if (index != kNone) {
-    take_value(index, change);
-    return;
-  }
+  if (index != kNone) return update_copy(index, tuple);
   if (store.cached() >= kMaxCached || tuple.sequence == 0 || !model::check_key(tuple.key)) {
     ++dropped;
     return;
   }
   index = store.create(owner, tuple.key);
-  // Late news of what nobody here wants any more.
+  // Sent before the owner knew that the last subscription here ended.
   if (store.at(index).subscribers == 0) return store.remove(index, EventKind::kDeleted);
-  take_value(index, change);
+  update_copy(index, tuple);
 }
 
-/// Old news and repetitions are dropped, except after the owner came back: then its word counts, whatever the number.
-void TupleSpace::Impl::take_value(std::uint32_t index, const Change& change) {
+void TupleSpace::Impl::apply(OwnerId owner, const TupleGone& change) {
+  const auto index = store.find(owner, change.key);
+  if (index != kNone) remove(index, change.how);
+}
+
+/// Drops old and repeated values; in a new epoch of the owner each value counts, whatever its sequence.
+void TupleSpace::Impl::update_copy(std::uint32_t index, const TupleView& news) {
   auto& tuple = store.at(index);
   const auto epoch = epochs[tuple.owner];
   const bool confirmed = tuple.epoch == epoch;
-  const auto& news = change.tuple;
   tuple.epoch = epoch;
   if (confirmed && news.sequence <= tuple.sequence) return;
   if (news.sequence == tuple.sequence && news.write_time == tuple.write_time && news.value == tuple.value) return;
@@ -80,11 +71,11 @@ void TupleSpace::Impl::take_value(std::uint32_t index, const Change& change) {
   announce(index, EventKind::kSet);
 }
 
-void TupleSpace::Impl::end_snapshot(OwnerId owner, std::uint32_t wire_id) {
-  const auto found = by_wire_id.find(wire_id);
+void TupleSpace::Impl::apply(OwnerId owner, const SnapshotEnd& end) {
+  const auto found = by_wire_id.find(end.subscription);
   if (found == by_wire_id.end()) return;
   const auto& subscription = found->second;
-  walk(Walk::Aim::kReconcile, {owner, subscription->pattern.key}, nullptr);
+  walk(Walk::Purpose::kReconcile, {owner, subscription->pattern.key}, nullptr);
   if (!subscription->snapshot) return;
   later([subscription, owner] {
     if (subscription->alive) subscription->snapshot(owner);
@@ -94,22 +85,26 @@ void TupleSpace::Impl::end_snapshot(OwnerId owner, std::uint32_t wire_id) {
 void TupleSpace::Impl::drop_peer(OwnerId peer) {
   const auto node = subscribers.extract(peer);
   if (!node) return;
-  outbox.forget(*node.mapped().box);
+  outbox.close(*node.mapped().outgoing);
   for (const auto& [id, subscription] : node.mapped().subscriptions) unsubscribe(subscription);
 }
 
 void TupleSpace::Impl::on_changes(OwnerId owner, std::span<const Change> changes) {
   open_turn();
-  for (const auto& change : changes) take_change(owner, change);
+  if (owner == self) {
+    dropped += changes.size();
+    return;
+  }
+  for (const auto& change : changes) std::visit([&](const auto& one) { apply(owner, one); }, change);
 }
 
 void TupleSpace::Impl::on_subscribe(OwnerId subscriber, const SubscriptionSpec& spec) {
   if (spec.pattern.owner && *spec.pattern.owner != self) return;
   auto& peer = subscribers[subscriber];
-  if (!peer.box) {
-    peer.box = std::make_shared<PeerBox>();
-    peer.box->id = subscriber;
-    outbox.mark_beginning(*peer.box);
+  if (!peer.outgoing) {
+    peer.outgoing = std::make_shared<PeerQueue>();
+    peer.outgoing->id = subscriber;
+    outbox.add(*peer.outgoing, Restart{});
   }
   on_unsubscribe(subscriber, spec.id);
   if (!link.policy().may_subscribe(subscriber, spec)) {
@@ -120,7 +115,7 @@ void TupleSpace::Impl::on_subscribe(OwnerId subscriber, const SubscriptionSpec& 
     ++dropped;
     return;
   }
-  peer.subscriptions[spec.id] = subscribe(spec.pattern, spec.flow, {}, peer.box, spec.id);
+  peer.subscriptions[spec.id] = subscribe(spec.pattern, spec.flow, {}, peer.outgoing, spec.id);
 }
 
 void TupleSpace::Impl::on_unsubscribe(OwnerId subscriber, std::uint32_t id) {
@@ -130,24 +125,26 @@ void TupleSpace::Impl::on_unsubscribe(OwnerId subscriber, std::uint32_t id) {
   if (node) unsubscribe(node.mapped());
 }
 
-void TupleSpace::Impl::on_remote_set(const RemoteSet& wish) {
-  if (auto may = link.policy().may_set(wish); !may) {
+void TupleSpace::Impl::on_remote_set(const RemoteSet& set) {
+  if (auto may = link.policy().may_set(set); !may) {
     ++refused;
-    return link.reply({wish.from, wish.request, Verdict::kRefused, may.error().code, std::move(may.error().text)});
+    return link.reply({set.from, set.request, Verdict::kRefused, may.error().code, std::move(may.error().text)});
   }
-  link.reply(judge(wish));
+  link.reply(answer(set));
 }
 
 void TupleSpace::Impl::on_reply(const Reply& reply) {
   requests.answer(reply);
 }
 
-void TupleSpace::Impl::came(OwnerId owner) {
+void TupleSpace::Impl::peer_up(OwnerId owner) {
   absent.erase(owner);
-  confirm_anew(owner);
+  begin_epoch(owner);
 }
 
-void TupleSpace::Impl::confirm_anew(OwnerId owner) {
+/// From now on each value of the owner counts, and the end of a snapshot removes copies that it did not contain. Needed
+/// because we may not notice that the owner had lost us.
+void TupleSpace::Impl::begin_epoch(OwnerId owner) {
   if (store.trie().has_owner(owner)) {
     ++epochs[owner];
   } else {
@@ -155,27 +152,37 @@ void TupleSpace::Impl::confirm_anew(OwnerId owner) {
   }
 }
 
-/// Its copies stay readable for a while: who comes back soon disturbs nobody.
-void TupleSpace::Impl::went(OwnerId owner) {
+/// Copies stay readable for kOwnerGrace: if the owner returns soon, no subscriber notices.
+void TupleSpace::Impl::peer_down(OwnerId owner) {
   drop_peer(owner);
   summaries.erase(owner);
   std::erase_if(absent, [this](const auto& one) { return !store.trie().has_owner(one.first); });
-  if (!store.trie().has_owner(owner)) return void(epochs.erase(owner));
+  if (!store.trie().has_owner(owner)) {
+    epochs.erase(owner);
+    return;
+  }
   absent[owner] = scheduler.after(kOwnerGrace, [this, owner] {
     open_turn();
-    walk(Walk::Aim::kForget, {owner, "**"}, nullptr);
+    walk(Walk::Purpose::kForget, {owner, "**"}, nullptr);
   });
 }
 
 void TupleSpace::Impl::on_peer(OwnerId peer, PeerEvent event) {
-  event == PeerEvent::kUp ? came(peer) : went(peer);
-  tell(peer_calls, peer, event);
+  if (event == PeerEvent::kUp) {
+    peer_up(peer);
+  } else {
+    peer_down(peer);
+  }
+  call_all(peer_calls, peer, event);
 }
 
 void TupleSpace::Impl::on_summary(OwnerId peer, std::string_view summary) {
-  if (summary.size() > kMaxSummary) return void(++dropped);
+  if (summary.size() > kMaxSummary) {
+    ++dropped;
+    return;
+  }
   summaries[peer] = summary;
-  tell(summary_calls, peer, summary);
+  call_all(summary_calls, peer, summary);
 }
 
 }  // namespace rubicon::tuples

@@ -4,6 +4,7 @@
 #include <map>
 #include <set>
 
+#include "base/lifetime.h"
 #include "tuples/deadlines.h"
 #include "tuples/demand_watches.h"
 #include "tuples/event_queue.h"
@@ -19,33 +20,31 @@ inline constexpr std::size_t kMaxCached = 2'000'000;
 /// Subscriptions one distant component may hold here.
 inline constexpr std::size_t kMaxSubscriptionsPerPeer = 10'000;
 
-/// A long walk over the tuples, done some nodes a turn.
+/// An operation on all tuples that match a pattern, done in slices of some nodes per turn.
 struct Walk {
-  enum class Aim { kJoin, kLeave, kErase, kReconcile, kForget };
+  enum class Purpose { kJoin, kLeave, kErase, kReconcile, kForget };
 
-  Walk(Aim a, PartTrie& trie, const Pattern& p, SubscriptionPtr s, std::uint32_t g)
-      : aim(a), pattern(p), subscription(std::move(s)), generation(g), steps(trie, p) {}
+  Walk(Purpose why, PartTrie& trie, const Pattern& p, SubscriptionPtr s, std::uint32_t g)
+      : purpose(why), pattern(p), subscription(std::move(s)), generation(g), steps(trie, p) {}
 
-  /// Was there when the walk began. Generations may wrap around.
+  /// Whether the tuple existed when the walk began. Generations may wrap around.
   bool is_older(const Tuple& tuple) const { return static_cast<std::int32_t>(tuple.generation - generation) <= 0; }
 
-  Aim aim;
+  Purpose purpose;
   Pattern pattern;
   SubscriptionPtr subscription;
   std::uint32_t generation;  ///< of the youngest tuple when the walk began
   PatternWalk steps;
 };
 
-/// What TupleSpace is made of. Everything that happens in one turn of the loop is told at its end: one posted call
-/// makes the callbacks, tells demand and hands changes to the link.
+/// Everything that happens in one turn of the loop is reported at its end: one posted call makes the callbacks, reports
+/// demand and passes changes to the link.
 struct TupleSpace::Impl final : LinkListener {
   Impl(OwnerId id, Scheduler& sched, Link& far);
-  ~Impl() override;
-
   void on_changes(OwnerId owner, std::span<const Change> changes) override;
   void on_subscribe(OwnerId subscriber, const SubscriptionSpec& spec) override;
   void on_unsubscribe(OwnerId subscriber, std::uint32_t id) override;
-  void on_remote_set(const RemoteSet& wish) override;
+  void on_remote_set(const RemoteSet& set) override;
   void on_reply(const Reply& reply) override;
   void on_peer(OwnerId peer, PeerEvent event) override;
   void on_summary(OwnerId peer, std::string_view summary) override;
@@ -56,21 +55,17 @@ struct TupleSpace::Impl final : LinkListener {
   void flush_outbox();
   template <class Call>
   void later(Call call) {
-    scheduler.post([door = std::weak_ptr<Impl*>(door), call = std::move(call)] {
-      if (door.lock()) call();
-    });
+    lifetime.post(scheduler, std::move(call));
   }
-  /// A Handle whose end does nothing once the space is gone.
+  /// A Handle whose end does nothing after the space was destroyed.
   template <class End>
   Handle handle(End end) {
-    return Handle([door = std::weak_ptr<Impl*>(door), end = std::move(end)] {
-      if (door.lock()) end();
-    });
+    return Handle(lifetime.guard(std::move(end)));
   }
 
   // -- tuples
   std::uint32_t find(OwnerId owner, std::string_view key);
-  bool condemned(std::uint32_t index) const;
+  bool pending_erase(std::uint32_t index) const;
   Result<TupleRef> write(std::string_view key, std::string_view value, const SetOptions& options, OwnerId creator);
   void write(std::uint32_t index, std::string_view value, const SetOptions& options, OwnerId creator);
   Result<TupleRef> append(std::string_view key, std::string_view bytes, const SetOptions& options, OwnerId creator);
@@ -88,35 +83,36 @@ struct TupleSpace::Impl final : LinkListener {
   bool still_matters(const Deadline& deadline) const;
 
   // -- subscriptions
-  SubscriptionPtr subscribe(const Pattern& pattern, const Flow& flow, EventCall call, std::shared_ptr<PeerBox> peer,
+  SubscriptionPtr subscribe(const Pattern& pattern, const Flow& flow, EventCall call, std::shared_ptr<PeerQueue> peer,
                             std::uint32_t wire_id);
   void unsubscribe(const SubscriptionPtr& subscription);
-  void walk(Walk::Aim aim, const Pattern& pattern, SubscriptionPtr subscription);
-  bool go_on(Walk& walk);
-  void step(Walk& walk, std::uint32_t index);
+  void walk(Walk::Purpose purpose, const Pattern& pattern, SubscriptionPtr subscription);
+  bool resume(Walk& walk);
+  void visit(Walk& walk, std::uint32_t index);
   void join(const SubscriptionPtr& subscription, std::uint32_t index);
   void leave(const SubscriptionPtr& subscription, std::uint32_t index);
   void run_walks();
   std::uint32_t free_wire_id();
 
-  // -- others
-  void take_change(OwnerId owner, const Change& change);
-  void take_value(std::uint32_t index, const Change& change);
+  // -- other components (space_distant.cpp, space_remote_sets.cpp)
+  void apply(OwnerId owner, const TupleSet& change);
+  void apply(OwnerId owner, const TupleGone& change);
+  void apply(OwnerId owner, const SnapshotEnd& end);
+  void apply(OwnerId owner, const Restart&) { begin_epoch(owner); }
+  void update_copy(std::uint32_t index, const TupleView& news);
   void drop_peer(OwnerId peer);
-  void end_snapshot(OwnerId owner, std::uint32_t wire_id);
-  void came(OwnerId owner);
-  void confirm_anew(OwnerId owner);
-  void went(OwnerId owner);
-  std::uint64_t ask(RemoteSet wish, ReplyCall call);
-  void send(RemoteSet wish);
-  SetDecision decide(const RemoteSet& wish);
-  Reply judge(const RemoteSet& wish);
-  void judge_own(RemoteSet wish);
+  void peer_up(OwnerId owner);
+  void begin_epoch(OwnerId owner);
+  void peer_down(OwnerId owner);
+  std::uint64_t start_request(RemoteSet set, ReplyCall call);
+  void send(RemoteSet set);
+  SetDecision decide(const RemoteSet& set);
+  Reply answer(const RemoteSet& set);
+  void answer_own(RemoteSet set);
 
   OwnerId self;
   Scheduler& scheduler;
   Link& link;
-  std::shared_ptr<Impl*> door = std::make_shared<Impl*>(this);
 
   Store store;
   EventQueue queue;
@@ -129,12 +125,12 @@ struct TupleSpace::Impl final : LinkListener {
   SetPolicies policies;
 
   struct Peer {
-    std::shared_ptr<PeerBox> box;
+    std::shared_ptr<PeerQueue> outgoing;
     std::unordered_map<std::uint32_t, SubscriptionPtr> subscriptions;
   };
   std::map<OwnerId, Peer> subscribers;      // distant ones
-  std::map<OwnerId, std::uint16_t> epochs;  // how often an owner came up
-  std::map<OwnerId, Timer> absent;          // owners that were lost or left and are not back; ends their grace
+  std::map<OwnerId, std::uint16_t> epochs;  // incremented when an owner comes up or restarts
+  std::map<OwnerId, Timer> absent;          // owners that left or were lost, and the end of their grace
   std::map<OwnerId, std::string> summaries;
   std::vector<std::shared_ptr<PeerCall>> peer_calls;
   std::vector<std::shared_ptr<SummaryCall>> summary_calls;
@@ -148,16 +144,17 @@ struct TupleSpace::Impl final : LinkListener {
   std::size_t walk_budget = 0;
 
   bool turn_is_open = false;
-  bool turn_is_ending = false;  // what opens a turn now is told before the end is over
+  bool turn_is_ending = false;  // end_turn() runs: a turn that opens now needs no posted call
   SteadyTime now{};
   WallTime wall{};
   Timer outbox_retry;
   std::uint64_t sets = 0;
   std::uint64_t dropped = 0;
-  std::uint64_t refused = 0;  ///< by the link's policy
+  std::uint64_t refused = 0;  // by the link's policy
+  base::Lifetime lifetime;    // last: ends first
 };
 
-/// Keys of patterns built by hand or sent by others are checked before anything walks by them.
+/// Whether the pattern is valid. To be asked of each pattern that this space did not parse itself.
 bool is_sound(const Pattern& pattern);
 
 }  // namespace rubicon::tuples

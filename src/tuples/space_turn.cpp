@@ -29,11 +29,7 @@ TupleSpace::Impl::Impl(OwnerId id, Scheduler& sched, Link& far)
       requests(id, sched),
       walk_budget(kNodesPerTurn) {}
 
-TupleSpace::Impl::~Impl() {
-  door.reset();
-}
-
-/// The clocks are read once a turn; whatever is written in it carries one time.
+/// The clocks are read once per turn: all writes of a turn have the same time.
 void TupleSpace::Impl::open_turn() {
   RUBICON_DEBUG_ASSERT(scheduler.on_loop_thread());
   if (turn_is_open) return;
@@ -43,7 +39,7 @@ void TupleSpace::Impl::open_turn() {
   if (!turn_is_ending) later([this] { end_turn(); });
 }
 
-/// What the calls made here write has a time of its own, but goes to the link with the rest.
+/// Writes by the callbacks that run here begin a turn of their own, with a later time, but are sent with this one.
 void TupleSpace::Impl::end_turn() {
   turn_is_open = false;
   turn_is_ending = true;
@@ -59,23 +55,23 @@ void TupleSpace::Impl::end_turn() {
 
 void TupleSpace::Impl::flush_outbox() {
   if (outbox.empty() || outbox_retry.pending()) return;
-  const auto left = outbox.flush();
-  if (left == Outbox::Left::kMore) open_turn();
-  if (left == Outbox::Left::kNoRoom) outbox_retry = scheduler.after(kLinkRetry, [this] { flush_outbox(); });
+  const auto state = outbox.flush();
+  if (state == Outbox::State::kMore) open_turn();
+  if (state == Outbox::State::kNoRoom) outbox_retry = scheduler.after(kLinkRetry, [this] { flush_outbox(); });
 }
 
 std::uint32_t TupleSpace::Impl::find(OwnerId owner, std::string_view key) {
   const auto index = store.find(owner, key);
-  if (index == kNone || erasing == 0 || !condemned(index)) return index;
+  if (index == kNone || erasing == 0 || !pending_erase(index)) return index;
   remove(index, EventKind::kDeleted);
   return kNone;
 }
 
-/// Erased by pattern, but the walk has not come by yet.
-bool TupleSpace::Impl::condemned(std::uint32_t index) const {
+/// Whether the tuple matches an erase by pattern that has not reached it yet.
+bool TupleSpace::Impl::pending_erase(std::uint32_t index) const {
   const auto& tuple = store.at(index);
   return erasing > 0 && std::any_of(walks.begin(), walks.end(), [&](const auto& walk) {
-           return walk->aim == Walk::Aim::kErase && walk->is_older(tuple) &&
+           return walk->purpose == Walk::Purpose::kErase && walk->is_older(tuple) &&
                   walk->pattern.matches(tuple.owner, tuple.key());
          });
 }
@@ -83,7 +79,7 @@ bool TupleSpace::Impl::condemned(std::uint32_t index) const {
 void TupleSpace::Impl::announce(std::uint32_t index, EventKind kind) {
   const auto& subscribers_now = store.subscribers(index);
   if (!subscribers_now.plain.empty()) queue.push(index, kind);
-  for (auto* box : subscribers_now.peers) outbox.mark(*box, index);
+  for (auto* peer : subscribers_now.peers) outbox.add(*peer, index);
   for (auto* subscription : subscribers_now.paced) pace(*subscription, index, kind);
 }
 
@@ -97,7 +93,7 @@ void TupleSpace::Impl::deliver(const SubscriptionPtr& subscription, std::uint32_
   if (subscription->local()) {
     queue.push_to(index, kind, subscription);
   } else {
-    outbox.mark(*subscription->peer, index);
+    outbox.add(*subscription->peer, index);
   }
 }
 
@@ -128,7 +124,7 @@ void TupleSpace::Impl::on_deadline(const Deadline& deadline, SteadyTime at) {
   const auto& subscription = by_number.at(deadline.subscription);
   const auto due = pacer.due(*subscription, deadline.tuple, at);
   if (due == Pacer::Due::kNothing) return;
-  // A heartbeat says that the owner lives and the value stands.
+  // A heartbeat means that the owner is present and the value is still valid.
   if (due == Pacer::Due::kHeartbeat && absent.contains(store.at(deadline.tuple).owner)) return;
   open_turn();
   deliver(subscription, deadline.tuple, EventKind::kSet);

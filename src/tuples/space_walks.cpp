@@ -6,10 +6,10 @@ namespace rubicon::tuples {
 
 namespace {
 
-/// Walks pause while more than this waits for local subscribers.
+/// Walks pause while more events than this wait for local subscribers.
 constexpr std::size_t kQueueForWalks = 100'000;
 
-/// Changing a set copies it: so many members count as much as one node.
+/// Changing a subscriber set copies it: this many members cost as much of the budget as one node.
 constexpr std::size_t kMembersPerNode = 16;
 
 Flow bounded(Flow flow) {
@@ -25,7 +25,7 @@ bool is_sound(const Pattern& pattern) {
 }
 
 SubscriptionPtr TupleSpace::Impl::subscribe(const Pattern& pattern, const Flow& flow, EventCall call,
-                                            std::shared_ptr<PeerBox> peer, std::uint32_t wire_id) {
+                                            std::shared_ptr<PeerQueue> peer, std::uint32_t wire_id) {
   open_turn();
   auto subscription = std::make_shared<Subscription>();
   subscription->number = ++last_number;
@@ -36,7 +36,7 @@ SubscriptionPtr TupleSpace::Impl::subscribe(const Pattern& pattern, const Flow& 
   subscription->peer = std::move(peer);
   by_number.emplace(subscription->number, subscription);
   store.add(subscription);
-  walk(Walk::Aim::kJoin, pattern, subscription);
+  walk(Walk::Purpose::kJoin, pattern, subscription);
   return subscription;
 }
 
@@ -45,7 +45,7 @@ void TupleSpace::Impl::unsubscribe(const SubscriptionPtr& subscription) {
   subscription->die();
   by_number.erase(subscription->number);
   store.drop(subscription);
-  walk(Walk::Aim::kLeave, subscription->pattern, subscription);
+  walk(Walk::Purpose::kLeave, subscription->pattern, subscription);
 }
 
 std::uint32_t TupleSpace::Impl::free_wire_id() {
@@ -55,49 +55,51 @@ std::uint32_t TupleSpace::Impl::free_wire_id() {
   return last_wire_id;
 }
 
-/// Small ones are done at once, the rest goes on in later turns.
-void TupleSpace::Impl::walk(Walk::Aim aim, const Pattern& pattern, SubscriptionPtr subscription) {
-  auto begun = std::make_unique<Walk>(aim, store.trie(), pattern, std::move(subscription), store.pool().generation());
-  if (go_on(*begun)) return;
-  erasing += aim == Walk::Aim::kErase;
+/// Completes a short walk at once, a long one in later turns.
+void TupleSpace::Impl::walk(Walk::Purpose purpose, const Pattern& pattern, SubscriptionPtr subscription) {
+  auto begun =
+      std::make_unique<Walk>(purpose, store.trie(), pattern, std::move(subscription), store.pool().generation());
+  if (resume(*begun)) return;
+  erasing += purpose == Walk::Purpose::kErase;
   walks.push_back(std::move(begun));
 }
 
-bool TupleSpace::Impl::go_on(Walk& walk) {
-  const bool over = walk.aim == Walk::Aim::kJoin && !walk.subscription->alive;
+/// True: the walk is complete.
+bool TupleSpace::Impl::resume(Walk& walk) {
+  const bool over = walk.purpose == Walk::Purpose::kJoin && !walk.subscription->alive;
   while (!over) {
     if (queue.size() > kQueueForWalks) return false;
     const auto index = walk.steps.next(walk_budget);
     if (!index) break;
     walk_budget -= std::min(walk_budget, store.subscribers(*index).members.size() / kMembersPerNode);
-    step(walk, *index);
+    visit(walk, *index);
   }
   if (!over && !walk.steps.done()) return false;
-  if (walk.aim == Walk::Aim::kJoin && !over && !walk.subscription->local()) {
-    outbox.mark_snapshot_end(*walk.subscription->peer, walk.subscription->wire_id);
+  if (walk.purpose == Walk::Purpose::kJoin && !over && !walk.subscription->local()) {
+    outbox.add(*walk.subscription->peer, SnapshotEnd{walk.subscription->wire_id});
   }
   return true;
 }
 
 void TupleSpace::Impl::run_walks() {
-  while (!walks.empty() && walk_budget > 0 && go_on(*walks.front())) {
-    erasing -= walks.front()->aim == Walk::Aim::kErase;
+  while (!walks.empty() && walk_budget > 0 && resume(*walks.front())) {
+    erasing -= walks.front()->purpose == Walk::Purpose::kErase;
     walks.pop_front();
   }
 }
 
-void TupleSpace::Impl::step(Walk& walk, std::uint32_t index) {
+void TupleSpace::Impl::visit(Walk& walk, std::uint32_t index) {
   const auto& tuple = store.at(index);
-  switch (walk.aim) {
-    case Walk::Aim::kJoin: join(walk.subscription, index); break;
-    case Walk::Aim::kLeave: leave(walk.subscription, index); break;
-    case Walk::Aim::kErase:
+  switch (walk.purpose) {
+    case Walk::Purpose::kJoin: join(walk.subscription, index); break;
+    case Walk::Purpose::kLeave: leave(walk.subscription, index); break;
+    case Walk::Purpose::kErase:
       if (walk.is_older(tuple)) remove(index, EventKind::kDeleted);
       break;
-    case Walk::Aim::kReconcile:
+    case Walk::Purpose::kReconcile:
       if (tuple.epoch != epochs[tuple.owner]) remove(index, EventKind::kDeleted);
       break;
-    case Walk::Aim::kForget:
+    case Walk::Purpose::kForget:
       if (absent.contains(tuple.owner)) remove(index, EventKind::kLost);
       break;
   }
@@ -106,7 +108,7 @@ void TupleSpace::Impl::step(Walk& walk, std::uint32_t index) {
 void TupleSpace::Impl::join(const SubscriptionPtr& subscription, std::uint32_t index) {
   const auto& tuple = store.at(index);
   const bool own = tuple.owner == self;
-  if ((!own && !subscription->local()) || condemned(index)) return;
+  if ((!own && !subscription->local()) || pending_erase(index)) return;
   const auto want = store.subscribers(index).want;
   if (!store.join(index, subscription)) return;
   if (own) demand.note(index, want);
@@ -114,7 +116,7 @@ void TupleSpace::Impl::join(const SubscriptionPtr& subscription, std::uint32_t i
   deliver(subscription, index, EventKind::kSet);
 }
 
-/// A copy that nobody here wants any more is dropped without an event.
+/// A copy without subscribers is dropped without an event.
 void TupleSpace::Impl::leave(const SubscriptionPtr& subscription, std::uint32_t index) {
   const auto want = store.subscribers(index).want;
   if (!store.leave(index, subscription)) return;

@@ -57,11 +57,11 @@ Result<void> TupleSpace::Impl::check_sequence(std::string_view key, std::uint32_
   const auto expected = *options.expected_sequence;
   const auto present = index == kNone ? 0 : store.at(index).sequence;
   if (expected == present) return {};
-  const auto say = [](std::uint64_t sequence) {
+  const auto text_of = [](std::uint64_t sequence) {
     return sequence == 0 ? std::string("no such tuple") : fmt::format("sequence {}", sequence);
   };
-  return fail(ErrorCode::kRefused,
-              fmt::format("writing {}: expected {}, there is {}", model::quoted(key), say(expected), say(present)));
+  return fail(ErrorCode::kRefused, fmt::format("writing {}: expected {}, found {}", model::quoted(key),
+                                               text_of(expected), text_of(present)));
 }
 
 Result<void> TupleSpace::Impl::check_append(std::string_view key, std::uint32_t index, std::size_t more,
@@ -73,12 +73,12 @@ Result<void> TupleSpace::Impl::check_append(std::string_view key, std::uint32_t 
   const auto& tuple = store.at(index);
   const auto media_type = store.media_types().name(tuple.media_type);
   if (!options.media_type.empty() && options.media_type != media_type) {
-    return fail(ErrorCode::kInvalid, fmt::format("appending to {}: it is {}, expected more of that, got {}",
+    return fail(ErrorCode::kInvalid, fmt::format("appending to {}: expected its media type {}, got {}",
                                                  model::quoted(key), media_type, model::quoted(options.media_type)));
   }
   if (more <= kMaxValueSize && tuple.value.size() <= kMaxValueSize - more) return {};
   return fail(ErrorCode::kOutOfRange,
-              fmt::format("appending to {}: {} bytes to the {} there are, at most {} are allowed in all",
+              fmt::format("appending to {}: {} bytes after the present {}, expected at most {} in total",
                           model::quoted(key), more, tuple.value.size(), kMaxValueSize));
 }
 

@@ -21,7 +21,7 @@ struct SubscriberSet {
   std::vector<SubscriptionPtr> members;  ///< by number
   std::vector<Subscription*> plain;      ///< local, without pacing
   std::vector<Subscription*> paced;
-  std::vector<PeerBox*> peers;  ///< of distant members without pacing, each once
+  std::vector<PeerQueue*> peers;  ///< of distant members without pacing, each once
   Want want;
   std::uint64_t hash = 0;
   std::uint32_t uses = 0;  ///< tuples and queued events

@@ -7,34 +7,34 @@
 
 namespace rubicon::tuples {
 
-struct PeerBox;
+struct PeerQueue;
 
-/// Where one paced subscription stands with one tuple.
+/// State of one paced subscription for one tuple.
 struct Pace {
   SteadyTime last{};                     ///< of the last delivery
-  SteadyTime armed = SteadyTime::max();  ///< of the earliest deadline under way
-  double number = 0;                     ///< last delivered
+  SteadyTime armed = SteadyTime::max();  ///< earliest pending deadline
+  double number = 0;                     ///< last delivered value
   bool has_number = false;
   bool pending = false;  ///< a value waits for the end of the minimum interval
 };
 
-/// One subscription, of this component or of a distant one; shared by all subscriber sets it is in. No call is made
-/// after it died.
+/// One subscription, of this component or of a distant one; shared by all subscriber sets that contain it. No call is
+/// made after die().
 struct Subscription {
   std::uint64_t number = 0;  ///< unique in this space
   std::uint32_t wire_id = 0;
   Pattern pattern;
   Flow flow;
   EventCall call;
-  std::function<void(OwnerId)> snapshot;  ///< of a local one: told when an owner told all it has
-  std::shared_ptr<PeerBox> peer;          ///< of a distant subscriber; null = local
-  std::size_t place = 0;                  ///< among the subscriptions with this very pattern
+  std::function<void(OwnerId)> snapshot;  ///< local only: called when all tuples of an owner have arrived
+  std::shared_ptr<PeerQueue> peer;        ///< queue of a distant subscriber; null = local
+  std::size_t place = 0;                  ///< position among the subscriptions with the same pattern
   bool alive = true;
   bool running = false;  ///< inside its call
   std::unordered_map<std::uint32_t, Pace> paces;
 
   bool local() const { return peer == nullptr; }
-  /// Heartbeats are made by the receiver: a distant subscriber's maximum interval is no matter of ours.
+  /// The receiver makes heartbeats: the maximum interval of a distant subscriber does not count here.
   bool paced() const {
     return flow.minimum > Duration(0) || flow.dead_band > 0 || (local() && flow.maximum > Duration(0));
   }

@@ -15,19 +15,19 @@ namespace {
 constexpr Duration kDefaultTimeToLive = std::chrono::seconds(5);
 constexpr std::size_t kNoBudget = std::numeric_limits<std::size_t>::max();
 
-RemoteSet wish_of(OwnerId owner, std::string_view key, std::string_view value, Duration time_to_live,
-                  const SetOptions& options) {
-  RemoteSet wish;
-  wish.owner = owner;
-  wish.key = key;
-  wish.value = value;
-  wish.media_type = options.media_type;
-  wish.user_time = options.user_time;
-  wish.lifetime = options.lifetime;
-  wish.time_to_live = time_to_live > Duration(0) ? std::min(time_to_live, kLongest) : kDefaultTimeToLive;
-  wish.time_to_live_given = true;  // the default is documented: the owner must not put another one
-  wish.expected_sequence = options.expected_sequence;
-  return wish;
+RemoteSet remote_set_of(OwnerId owner, std::string_view key, std::string_view value, Duration time_to_live,
+                        const SetOptions& options) {
+  RemoteSet set;
+  set.owner = owner;
+  set.key = key;
+  set.value = value;
+  set.media_type = options.media_type;
+  set.user_time = options.user_time;
+  set.lifetime = options.lifetime;
+  set.time_to_live = time_to_live > Duration(0) ? std::min(time_to_live, kLongest) : kDefaultTimeToLive;
+  set.time_to_live_given = true;  // the default is documented, so the owner must not use another
+  set.expected_sequence = options.expected_sequence;
+  return set;
 }
 
 }  // namespace
@@ -67,15 +67,15 @@ Result<TupleRef> TupleSpace::set(std::string_view key, std::string_view value, c
 }
 
 Result<void> TupleSpace::set(TupleRef tuple, std::string_view value, const SetOptions& options) {
-  auto& parts = *impl_;
-  if (!parts.store.is_present(tuple) || parts.condemned(tuple.index)) {
-    return fail(ErrorCode::kNotFound, "setting a tuple by its short name: it was deleted or expired");
+  auto& impl = *impl_;
+  if (!impl.store.is_present(tuple) || impl.pending_erase(tuple.index)) {
+    return fail(ErrorCode::kNotFound, "setting a tuple by reference: it was deleted or expired");
   }
   if (value.size() > kMaxValueSize || options.expected_sequence) {
-    const auto key = parts.store.at(tuple.index).key();
-    return parts.write(key, value, options, parts.self).map([](TupleRef) {});
+    const auto key = impl.store.at(tuple.index).key();
+    return impl.write(key, value, options, impl.self).map([](TupleRef) {});
   }
-  parts.write(tuple.index, value, options, parts.self);
+  impl.write(tuple.index, value, options, impl.self);
   return {};
 }
 
@@ -84,11 +84,11 @@ Result<void> TupleSpace::append(std::string_view key, std::string_view bytes, co
 }
 
 Result<void> TupleSpace::append(TupleRef tuple, std::string_view bytes, const SetOptions& options) {
-  auto& parts = *impl_;
-  if (!parts.store.is_present(tuple) || parts.condemned(tuple.index)) {
-    return fail(ErrorCode::kNotFound, "appending to a tuple by its short name: it was deleted or expired");
+  auto& impl = *impl_;
+  if (!impl.store.is_present(tuple) || impl.pending_erase(tuple.index)) {
+    return fail(ErrorCode::kNotFound, "appending to a tuple by reference: it was deleted or expired");
   }
-  return append(parts.store.at(tuple.index).key(), bytes, options);
+  return append(impl.store.at(tuple.index).key(), bytes, options);
 }
 
 Result<void> TupleSpace::erase(std::string_view key) {
@@ -101,7 +101,7 @@ Result<void> TupleSpace::erase(std::string_view key) {
 void TupleSpace::erase(const Pattern& pattern) {
   if (!is_sound(pattern) || (pattern.owner && *pattern.owner != impl_->self)) return;
   impl_->open_turn();
-  impl_->walk(Walk::Aim::kErase, {impl_->self, pattern.key}, nullptr);
+  impl_->walk(Walk::Purpose::kErase, {impl_->self, pattern.key}, nullptr);
 }
 
 std::optional<TupleRef> TupleSpace::find(std::string_view key) const {
@@ -120,42 +120,42 @@ Handle TupleSpace::watch_demand(const Pattern& pattern, DemandCall call) {
   if (!is_sound(pattern)) return {};
   impl_->open_turn();
   return impl_->handle(
-      [parts = impl_.get(), watch = impl_->demand.add(pattern, std::move(call))] { parts->demand.remove(watch); });
+      [impl = impl_.get(), watch = impl_->demand.add(pattern, std::move(call))] { impl->demand.remove(watch); });
 }
 
 Handle TupleSpace::add_policy(const Pattern& pattern, SetPolicy policy, PolicyScope scope) {
   if (!is_sound(pattern)) return {};
-  return impl_->handle([parts = impl_.get(), entry = impl_->policies.add(pattern, std::move(policy), scope)] {
-    parts->policies.remove(entry);
+  return impl_->handle([impl = impl_.get(), entry = impl_->policies.add(pattern, std::move(policy), scope)] {
+    impl->policies.remove(entry);
   });
 }
 
 Handle TupleSpace::subscribe(const Pattern& pattern, const Flow& flow, EventCall call, SnapshotCall snapshot) {
   if (!is_sound(pattern)) return {};
-  auto& parts = *impl_;
-  const auto id = parts.free_wire_id();
-  const auto subscription = parts.subscribe(pattern, flow, std::move(call), nullptr, id);
+  auto& impl = *impl_;
+  const auto id = impl.free_wire_id();
+  const auto subscription = impl.subscribe(pattern, flow, std::move(call), nullptr, id);
   subscription->snapshot = std::move(snapshot);
-  parts.by_wire_id.emplace(id, subscription);
-  const bool others = !pattern.owner || *pattern.owner != parts.self;
-  if (others) parts.link.subscribe({id, pattern, subscription->flow});
-  return parts.handle([&parts, subscription, others] {
-    parts.by_wire_id.erase(subscription->wire_id);
-    if (others) parts.link.unsubscribe(subscription->wire_id);
-    parts.unsubscribe(subscription);
+  impl.by_wire_id.emplace(id, subscription);
+  const bool others = !pattern.owner || *pattern.owner != impl.self;
+  if (others) impl.link.subscribe({id, pattern, subscription->flow});
+  return impl.handle([&impl, subscription, others] {
+    impl.by_wire_id.erase(subscription->wire_id);
+    if (others) impl.link.unsubscribe(subscription->wire_id);
+    impl.unsubscribe(subscription);
   });
 }
 
 std::uint64_t TupleSpace::set_remote(OwnerId owner, std::string_view key, std::string_view value, Duration time_to_live,
                                      ReplyCall call, const SetOptions& options) {
-  return impl_->ask(wish_of(owner, key, value, time_to_live, options), std::move(call));
+  return impl_->start_request(remote_set_of(owner, key, value, time_to_live, options), std::move(call));
 }
 
 std::uint64_t TupleSpace::append_remote(OwnerId owner, std::string_view key, std::string_view bytes,
                                         Duration time_to_live, ReplyCall call, const SetOptions& options) {
-  auto wish = wish_of(owner, key, bytes, time_to_live, options);
-  wish.append = true;
-  return impl_->ask(std::move(wish), std::move(call));
+  auto set = remote_set_of(owner, key, bytes, time_to_live, options);
+  set.append = true;
+  return impl_->start_request(std::move(set), std::move(call));
 }
 
 std::optional<TupleView> TupleSpace::get(OwnerId owner, std::string_view key) const {
@@ -172,7 +172,7 @@ void TupleSpace::list(const Pattern& pattern, const std::function<void(const Tup
   PatternWalk walk(store.trie(), pattern);
   auto budget = kNoBudget;
   while (const auto index = walk.next(budget)) {
-    if (impl_->condemned(*index)) continue;
+    if (impl_->pending_erase(*index)) continue;
     store.pool().pin(*index);
     auto view = store.view(*index);
     view.owner_present = !impl_->absent.contains(view.owner);
@@ -187,7 +187,7 @@ std::vector<OwnerId> TupleSpace::peers() const {
 
 Handle TupleSpace::watch_peers(PeerCall call) {
   auto watch = impl_->peer_calls.emplace_back(std::make_shared<PeerCall>(std::move(call)));
-  return impl_->handle([parts = impl_.get(), watch] { std::erase(parts->peer_calls, watch); });
+  return impl_->handle([impl = impl_.get(), watch] { std::erase(impl->peer_calls, watch); });
 }
 
 Result<void> TupleSpace::describe(std::string_view summary) {
@@ -205,20 +205,20 @@ std::string_view TupleSpace::summary(OwnerId peer) const {
 
 Handle TupleSpace::watch_summaries(SummaryCall call) {
   auto watch = impl_->summary_calls.emplace_back(std::make_shared<SummaryCall>(std::move(call)));
-  return impl_->handle([parts = impl_.get(), watch] { std::erase(parts->summary_calls, watch); });
+  return impl_->handle([impl = impl_.get(), watch] { std::erase(impl->summary_calls, watch); });
 }
 
 TupleSpace::Stats TupleSpace::stats() const {
-  const auto& parts = *impl_;
-  return {parts.store.own(),
-          parts.store.cached(),
-          parts.by_number.size(),
-          parts.queue.size() + parts.outbox.size(),
-          parts.sets,
-          parts.queue.delivered(),
-          parts.queue.merged() + parts.outbox.merged(),
-          parts.queue.dropped() + parts.outbox.dropped() + parts.dropped,
-          parts.refused};
+  const auto& impl = *impl_;
+  return {impl.store.own(),
+          impl.store.cached(),
+          impl.by_number.size(),
+          impl.queue.size() + impl.outbox.size(),
+          impl.sets,
+          impl.queue.delivered(),
+          impl.queue.merged() + impl.outbox.merged(),
+          impl.queue.dropped() + impl.outbox.dropped() + impl.dropped,
+          impl.refused};
 }
 
 }  // namespace rubicon::tuples

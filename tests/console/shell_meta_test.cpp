@@ -187,7 +187,7 @@ TEST_F(ShellLinks, ANumberBehindTheKeyIsTheExpectedSequence) {
   const auto late = answer("append 70000:log@1 c");
   EXPECT_EQ(late["verdict"], "refused");
   EXPECT_EQ(late["seq"], 2) << "the present one";
-  EXPECT_THAT(late["error"]["text"].get<std::string>(), HasSubstr("expected sequence 1, there is sequence 2"));
+  EXPECT_THAT(late["error"]["text"].get<std::string>(), HasSubstr("expected sequence 1, found sequence 2"));
   EXPECT_EQ(answer("set 70000:log@2 new")["seq"], 3);
   EXPECT_EQ(value_of("log"), "new");
   EXPECT_EQ(code_of("set 70000:log@0 x"), "refused");

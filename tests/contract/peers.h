@@ -35,8 +35,8 @@ class DiskAndMemory final : public transport::Transports {
   }
   Result<std::unique_ptr<transport::TcpListener>> listen_tcp(const transport::Endpoint& local,
                                                              transport::TcpAccept accept,
-                                                             transport::TcpDeaf deaf) override {
-    return memory_.listen_tcp(local, std::move(accept), std::move(deaf));
+                                                             transport::ListenerFailed failed) override {
+    return memory_.listen_tcp(local, std::move(accept), std::move(failed));
   }
   Result<std::unique_ptr<transport::ByteStream>> open_serial(const transport::SerialOptions& options,
                                                              transport::StreamCalls calls) override {

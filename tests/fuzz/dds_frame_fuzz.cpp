@@ -12,7 +12,7 @@ struct Copy final : dds::FrameReader {
   void on_changes(std::span<const Change> changes) override {
     for (const auto& change : changes) frame.add(change);
   }
-  void on_set(RemoteSet&& wish) override { frame.add(wish); }
+  void on_set(RemoteSet&& set) override { frame.add(set); }
   void on_reply(Reply&& reply) override { frame.add(reply); }
   void on_identity_check(const dds::IdentityCheck& check) override { frame.add(check); }
 

@@ -331,7 +331,7 @@ TEST_F(BetweenIslands, NothingIsAppendedToTheGatewayTuple) {
     time.run_for(1s);
     EXPECT_EQ(reply.verdict, Verdict::kRefused);
     EXPECT_EQ(reply.code, ErrorCode::kRefused);
-    EXPECT_THAT(reply.text, HasSubstr("GATEWAY takes whole values"));
+    EXPECT_THAT(reply.text, HasSubstr("GATEWAY accepts whole values only"));
   }
   EXPECT_THAT(one.heard, IsEmpty());
   EXPECT_EQ(one.space.get(OwnerId{1}, "GATEWAY")->value, "");

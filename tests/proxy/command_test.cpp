@@ -65,7 +65,7 @@ TEST_F(Commands, NothingIsAppendedToWhatTheIslandPublishes) {
     time.run_ready();
     EXPECT_EQ(reply.verdict, Verdict::kRefused) << key;
     EXPECT_EQ(reply.code, ErrorCode::kRefused) << key;
-    EXPECT_NE(reply.text.find(key + " takes whole values"), std::string::npos) << reply.text;
+    EXPECT_NE(reply.text.find(key + " accepts whole values only"), std::string::npos) << reply.text;
   }
   EXPECT_EQ(text(kFlapCommand), "open");
   EXPECT_EQ(actuated().size(), sent);

@@ -312,7 +312,7 @@ TEST(MemoryListen, HostsHavePortsOfTheirOwnAndFindThemUnderLoopback) {
   EXPECT_EQ(client.connected, 1);
   EXPECT_THAT(first.accepted, IsEmpty());
   EXPECT_THAT(second.accepted, SizeIs(1));
-  world.net.tcp.deafen();
+  world.net.tcp.fail_listeners();
   world.time.run_for(1s);
   EXPECT_THAT(first.failures, SizeIs(1));
   EXPECT_THAT(second.failures, SizeIs(1));

@@ -16,8 +16,8 @@ struct Appends : testing::Test, TwoComponents {
   Handle accept(std::string_view keys) {
     return island->space.add_policy(
         pattern(keys),
-        [this](const RemoteSet& wish) {
-          judged.push_back(wish);
+        [this](const RemoteSet& set) {
+          decided.push_back(set);
           return SetDecision::applied();
         },
         PolicyScope::kSetsAndAppends);
@@ -40,7 +40,7 @@ struct Appends : testing::Test, TwoComponents {
   }
   TupleView own(std::string_view key) { return island->space.get(kIsland, key).value_or(TupleView{}); }
 
-  std::vector<RemoteSet> judged;
+  std::vector<RemoteSet> decided;
 };
 
 TEST_F(Appends, AddToAnOwnTupleAsOneSetEach) {
@@ -92,10 +92,10 @@ TEST_F(Appends, HappenOnlyAtTheExpectedSequence) {
   EXPECT_TRUE(island->space.append("log", "b", {.expected_sequence = 1}));
   const auto late = island->space.append("log", "c", {.expected_sequence = 1});
   EXPECT_EQ(late.error().code, ErrorCode::kRefused);
-  EXPECT_EQ(late.error().text, "writing 'log': expected sequence 1, there is sequence 2");
+  EXPECT_EQ(late.error().text, "writing 'log': expected sequence 1, found sequence 2");
   EXPECT_EQ(own("log").value, "ab");
   EXPECT_EQ(island->space.append("none", "c", {.expected_sequence = 7}).error().text,
-            "writing 'none': expected sequence 7, there is no such tuple");
+            "writing 'none': expected sequence 7, found no such tuple");
 }
 
 TEST_F(Appends, AShortNameThatIsOverIsNotFound) {
@@ -139,22 +139,22 @@ TEST_F(Appends, ADistantSubscriberAlwaysSeesTheWholeValue) {
 }
 
 TEST_F(Appends, FromAfarAreJudgedAsAppendsAndStoredWithTheirCreator) {
-  const auto judge = accept("log");
+  const auto policy = accept("log");
   ASSERT_TRUE(island->space.set("log", "a"));
   const auto reply = append("log", "b", {.user_time = WallTime{7s}});
   EXPECT_EQ(reply.verdict, Verdict::kApplied);
   EXPECT_EQ(reply.sequence, 2u);
-  ASSERT_EQ(judged.size(), 1u);
-  EXPECT_TRUE(judged[0].append);
-  EXPECT_EQ(judged[0].value, "b") << "the piece, not the whole";
+  ASSERT_EQ(decided.size(), 1u);
+  EXPECT_TRUE(decided[0].append);
+  EXPECT_EQ(decided[0].value, "b") << "the piece, not the whole";
   EXPECT_EQ(own("log").value, "ab");
   EXPECT_EQ(own("log").creator, kRobot);
   EXPECT_EQ(own("log").user_time, WallTime{7s});
 }
 
 TEST_F(Appends, OnlyReachJudgesThatKnowThem) {
-  const auto judge = island->space.add_policy(pattern("switch"), [](const RemoteSet& wish) {
-    return wish.value == "on" ? SetDecision::applied() : SetDecision::refused({ErrorCode::kInvalid, "on or off"});
+  const auto policy = island->space.add_policy(pattern("switch"), [](const RemoteSet& set) {
+    return set.value == "on" ? SetDecision::applied() : SetDecision::refused({ErrorCode::kInvalid, "on or off"});
   });
   ASSERT_TRUE(island->space.set("switch", "on"));
   ASSERT_TRUE(island->space.set("published", "1"));
@@ -168,7 +168,7 @@ TEST_F(Appends, OnlyReachJudgesThatKnowThem) {
 }
 
 TEST_F(Appends, ThatCannotBeDoneDoNotReachTheJudge) {
-  const auto judge = accept("**");
+  const auto policy = accept("**");
   ASSERT_TRUE(island->space.set("log", std::string(kMiB, 'x')));
   EXPECT_EQ(append("log", "y").code, ErrorCode::kOutOfRange);
   EXPECT_EQ(append("log", "y", {.media_type = "application/json"}).code, ErrorCode::kInvalid);
@@ -177,13 +177,13 @@ TEST_F(Appends, ThatCannotBeDoneDoNotReachTheJudge) {
   const auto late = append("log", "", {.expected_sequence = 4});
   EXPECT_EQ(late.code, ErrorCode::kRefused);
   EXPECT_EQ(late.sequence, 1u) << "the present one, to try again with";
-  EXPECT_TRUE(judged.empty());
+  EXPECT_TRUE(decided.empty());
   EXPECT_EQ(own("log").sequence, 1u);
 }
 
 TEST_F(Appends, AJudgeMayConsumeOrRefuseThem) {
   SetDecision verdict = SetDecision::consumed();
-  const auto judge = island->space.add_policy(
+  const auto policy = island->space.add_policy(
       pattern("log"), [&](const RemoteSet&) { return verdict; }, PolicyScope::kSetsAndAppends);
   ASSERT_TRUE(island->space.set("log", "a"));
   EXPECT_EQ(append("log", "b").verdict, Verdict::kApplied);
@@ -193,7 +193,7 @@ TEST_F(Appends, AJudgeMayConsumeOrRefuseThem) {
 }
 
 TEST_F(Appends, OfTwoWritersWithOneSequenceOneIsRefusedAndCanGoOn) {
-  const auto judge = accept("log");
+  const auto policy = accept("log");
   ASSERT_TRUE(island->space.set("log", ""));
   Component second{ecology, time, 80000};
   std::vector<Reply> replies;
@@ -211,17 +211,17 @@ TEST_F(Appends, OfTwoWritersWithOneSequenceOneIsRefusedAndCanGoOn) {
 }
 
 TEST_F(Appends, ToOneselfGoThroughTheJudgeToo) {
-  const auto judge = accept("log");
+  const auto policy = accept("log");
   ASSERT_TRUE(island->space.set("log", "a"));
   const auto reply =
       answer([&](ReplyCall call) { island->space.append_remote(kIsland, "log", "b", 1s, std::move(call)); });
   EXPECT_EQ(reply.verdict, Verdict::kApplied);
-  EXPECT_EQ(judged.size(), 1u);
+  EXPECT_EQ(decided.size(), 1u);
   EXPECT_EQ(own("log").value, "ab");
 }
 
 TEST_F(Appends, ALostAnswerIsRepeatedSafelyWithTheSequence) {
-  const auto judge = accept("log");
+  const auto policy = accept("log");
   ASSERT_TRUE(island->space.set("log", "a"));
   Reply lost;
   robot->space.append_remote(kIsland, "log", "b", 1s, [&](const Reply& reply) { lost = reply; },
@@ -237,10 +237,10 @@ TEST_F(Appends, ALostAnswerIsRepeatedSafelyWithTheSequence) {
 }
 
 TEST_F(Appends, SetsCompareSequencesToo) {
-  const auto judge = accept("**");
+  const auto policy = accept("**");
   EXPECT_TRUE(island->space.set("own", "1", {.expected_sequence = 0}));
   EXPECT_EQ(island->space.set("own", "2", {.expected_sequence = 0}).error().text,
-            "writing 'own': expected no such tuple, there is sequence 1");
+            "writing 'own': expected no such tuple, found sequence 1");
   const auto tuple = *island->space.find("own");
   EXPECT_EQ(island->space.set(tuple, "2", {.expected_sequence = 5}).error().code, ErrorCode::kRefused);
   EXPECT_TRUE(island->space.set(tuple, "2", {.expected_sequence = 1}));
@@ -251,7 +251,7 @@ TEST_F(Appends, SetsCompareSequencesToo) {
   EXPECT_EQ(twice.verdict, Verdict::kRefused);
   EXPECT_EQ(twice.sequence, 1u);
   EXPECT_EQ(set("far", "2", {.expected_sequence = 1}).sequence, 2u);
-  EXPECT_EQ(judged.size(), 2u) << "the refused one was not judged";
+  EXPECT_EQ(decided.size(), 2u) << "the refused one was not decided";
 }
 
 }  // namespace

@@ -12,22 +12,24 @@ using namespace std::chrono_literals;
 using testing::ElementsAre;
 using testing::IsEmpty;
 
-/// A link whose other end a test plays.
-struct PlayedLink final : Link {
+/// A link whose other end is played by the test.
+struct ScriptedLink final : Link {
   void attach(LinkListener* to) override { listener = to; }
   bool publish(OwnerId, std::span<const Change> changes) override {
     ++attempts;
     if (full) return false;
     frames.push_back(changes.size());
     for (const auto& change : changes) {
-      const std::string key(change.tuple.key);
-      if (key.empty() && change.tuple.sequence == 0) {
-        ++beginnings;
-        continue;
+      if (std::holds_alternative<Restart>(change)) {
+        ++restarts;
+      } else if (const auto* end = std::get_if<SnapshotEnd>(&change)) {
+        sent.push_back("end " + std::to_string(end->subscription));
+      } else if (const auto* gone = std::get_if<TupleGone>(&change)) {
+        sent.push_back(std::string(gone->key) + " " + std::string(to_string(gone->how)));
+      } else {
+        const auto& tuple = std::get<TupleSet>(change).tuple;
+        sent.push_back(std::string(tuple.key) + "=" + std::string(tuple.value));
       }
-      sent.push_back(key.empty()                      ? "end " + std::to_string(change.tuple.sequence)
-                     : change.kind == EventKind::kSet ? key + "=" + std::string(change.tuple.value)
-                                                      : key + " " + std::string(to_string(change.kind)));
     }
     return true;
   }
@@ -42,7 +44,7 @@ struct PlayedLink final : Link {
   OpenPolicy open;
   LinkListener* listener = nullptr;
   bool full = false;
-  int attempts = 0, beginnings = 0;
+  int attempts = 0, restarts = 0;
   std::vector<std::uint32_t> subscribed;
   std::vector<std::size_t> frames;
   Seen sent;
@@ -52,8 +54,8 @@ struct PlayedLink final : Link {
 constexpr OwnerId kPeer{70000};
 
 struct Bounds : testing::Test {
-  Change change(std::string_view key, std::string_view value, std::uint64_t sequence) {
-    Change made;
+  TupleSet change(std::string_view key, std::string_view value, std::uint64_t sequence) {
+    TupleSet made;
     made.tuple.key = key;
     made.tuple.value = value;
     made.tuple.sequence = sequence;
@@ -65,7 +67,7 @@ struct Bounds : testing::Test {
     time.run_ready();
   }
   VirtualScheduler time;
-  PlayedLink link;
+  ScriptedLink link;
   TupleSpace space{OwnerId(1), time, link};
   Listener listener;
 };
@@ -75,28 +77,28 @@ TEST_F(Bounds, WhoWasLostToTheOwnerOnlyStillLearnsWhatWasDeletedMeanwhile) {
   time.run_ready();
   receive(change("kept", "1", 1));
   receive(change("gone", "1", 1));
-  receive(change("", "", link.subscribed.back()));
+  receive(SnapshotEnd{link.subscribed.back()});
   // The owner saw us go and come back; to us it was always there.
-  receive(change("", "", 0));
+  receive(Restart{});
   receive(change("kept", "1", 1));
   EXPECT_TRUE(space.get(kPeer, "gone")) << "the snapshot is not complete yet";
-  receive(change("", "", link.subscribed.back()));
+  receive(SnapshotEnd{link.subscribed.back()});
   time.run_for(1s);
   EXPECT_TRUE(space.get(kPeer, "kept"));
   EXPECT_FALSE(space.get(kPeer, "gone"));
 }
 
-TEST_F(Bounds, ASubscriberThatIsNewOrBackIsToldThatItBegins) {
+TEST_F(Bounds, ANewOrReturningSubscriberReceivesARestartFirst) {
   link.listener->on_subscribe(kPeer, {9, pattern("a"), {}});
   link.listener->on_subscribe(kPeer, {10, pattern("b"), {}});
   time.run_ready();
-  EXPECT_EQ(link.beginnings, 1);
+  EXPECT_EQ(link.restarts, 1);
   link.listener->on_peer(kPeer, PeerEvent::kUp);
   link.listener->on_peer(kPeer, PeerEvent::kLost);
   link.listener->on_peer(kPeer, PeerEvent::kUp);
   link.listener->on_subscribe(kPeer, {9, pattern("a"), {}});
   time.run_ready();
-  EXPECT_EQ(link.beginnings, 2);
+  EXPECT_EQ(link.restarts, 2);
 }
 
 TEST_F(Bounds, ASlowSubscriberGetsTheLatestOnceThereIsRoom) {
@@ -159,7 +161,7 @@ TEST_F(Bounds, HostileChangesAreCountedAndDropped) {
   }
   receive(change("a", huge, 1));
   receive(change("a", "x", 0));
-  auto mine = change("a", "x", 1);
+  const Change mine = change("a", "x", 1);
   link.listener->on_changes(OwnerId(1), std::span(&mine, 1));
   auto odd = change("odd", "x", 1);
   odd.tuple.media_type = huge;
@@ -217,20 +219,20 @@ TEST_F(Bounds, ASubscriptionSentAgainReplacesItself) {
   EXPECT_FALSE(space.has_subscriber(*space.find("a")));
 }
 
-TEST_F(Bounds, AWishWhoseTimeIsOverIsNotJudged) {
-  bool judged = false;
-  const auto judge = space.add_policy(pattern("a"), [&](const RemoteSet&) {
-    judged = true;
+TEST_F(Bounds, AnExpiredRemoteSetDoesNotReachThePolicy) {
+  bool decided = false;
+  const auto policy = space.add_policy(pattern("a"), [&](const RemoteSet&) {
+    decided = true;
     return SetDecision::applied();
   });
-  RemoteSet wish;
-  wish.from = kPeer;
-  wish.key = "a";
-  wish.time_to_live = -1ns;
-  link.listener->on_remote_set(wish);
+  RemoteSet set;
+  set.from = kPeer;
+  set.key = "a";
+  set.time_to_live = -1ns;
+  link.listener->on_remote_set(set);
   ASSERT_EQ(link.replies.size(), 1u);
   EXPECT_EQ(link.replies[0].verdict, Verdict::kExpired);
-  EXPECT_FALSE(judged);
+  EXPECT_FALSE(decided);
 }
 
 TEST_F(Bounds, AFullWindowRefusesBusy) {

@@ -107,8 +107,8 @@ TEST_F(MetaTuples, RefuseImpossibleNames) {
 
 TEST_F(MetaTuples, OfOthersAreSetThroughTheirJudge) {
   const auto seen = see("1:**");
-  const auto judge = island->space.add_policy(pattern("best"), [](const RemoteSet& wish) {
-    return is_reference(wish.media_type) ? SetDecision::applied() : SetDecision::refused({ErrorCode::kInvalid, "no"});
+  const auto policy = island->space.add_policy(pattern("best"), [](const RemoteSet& set) {
+    return is_reference(set.media_type) ? SetDecision::applied() : SetDecision::refused({ErrorCode::kInvalid, "no"});
   });
   std::vector<Verdict> verdicts;
   ASSERT_TRUE(set_reference(robot->space, here("best"), here("light"), 1s,
@@ -122,7 +122,7 @@ TEST_F(MetaTuples, OfOthersAreSetThroughTheirJudge) {
 TEST_F(MetaTuples, SetAndAppendThroughAskTheOwnerOfTheTarget) {
   const auto seen = see("1:**");
   ASSERT_TRUE(island->space.set("lamp", "off"));
-  const auto judge = island->space.add_policy(
+  const auto policy = island->space.add_policy(
       pattern("lamp"), [](const RemoteSet&) { return SetDecision::applied(); }, PolicyScope::kSetsAndAppends);
   link("best", here("lamp"));
   time.run_ready();
@@ -148,7 +148,7 @@ TEST_F(MetaTuples, AnOwnTargetIsJudgedLikeAnyOther) {
   ASSERT_TRUE(set_through(robot->space, there("best"), "busy", 1s, note));
   time.run_ready();
   EXPECT_THAT(codes, ElementsAre(ErrorCode::kRefused)) << "nobody judges it";
-  const auto judge = robot->space.add_policy(pattern("mode"), [](const RemoteSet&) { return SetDecision::applied(); });
+  const auto policy = robot->space.add_policy(pattern("mode"), [](const RemoteSet&) { return SetDecision::applied(); });
   ASSERT_TRUE(set_through(robot->space, there("best"), "busy", 1s, note));
   time.run_ready();
   EXPECT_EQ(get_through(robot->space, there("best"))->value, "busy");
@@ -156,7 +156,7 @@ TEST_F(MetaTuples, AnOwnTargetIsJudgedLikeAnyOther) {
 
 TEST_F(MetaTuples, NothingIsSetThroughToATargetThatIsNotSeen) {
   ASSERT_TRUE(island->space.set("inner", "1:lamp", {.media_type = kReferenceMediaType}));
-  const auto judge = island->space.add_policy(pattern("**"), [](const RemoteSet&) { return SetDecision::applied(); });
+  const auto policy = island->space.add_policy(pattern("**"), [](const RemoteSet&) { return SetDecision::applied(); });
   link("outer", here("inner"));
   const auto blind = set_through(robot->space, there("outer"), "on", 1s, {});
   ASSERT_FALSE(blind) << "would overwrite the reference";

@@ -14,15 +14,15 @@ using testing::IsEmpty;
 
 /// Refuses what its test says, and writes down what it is asked.
 struct Doorkeeper final : PeerPolicy {
-  Result<void> may_come(const PeerIdentity&) override { return {}; }
-  void came(const PeerIdentity&) override {}
-  void went(OwnerId) override {}
+  Result<void> may_join(const PeerIdentity&) override { return {}; }
+  void peer_up(const PeerIdentity&) override {}
+  void peer_down(OwnerId) override {}
   Result<void> may_subscribe(OwnerId peer, const SubscriptionSpec& spec) override {
     asked.push_back(std::to_string(number(peer)) + " subscribes " + spec.pattern.key);
     return answer("subscribing");
   }
-  Result<void> may_set(const RemoteSet& wish) override {
-    asked.push_back(std::to_string(number(wish.from)) + " sets " + wish.key);
+  Result<void> may_set(const RemoteSet& set) override {
+    asked.push_back(std::to_string(number(set.from)) + " sets " + set.key);
     return answer("setting");
   }
   Result<void> answer(const std::string& doing) const {
@@ -41,7 +41,7 @@ struct GuardedLink final : Link {
   bool publish(OwnerId to, std::span<const Change> changes) override { return link->publish(to, changes); }
   void subscribe(const SubscriptionSpec& spec) override { link->subscribe(spec); }
   void unsubscribe(std::uint32_t id) override { link->unsubscribe(id); }
-  Result<void> remote_set(const RemoteSet& wish) override { return link->remote_set(wish); }
+  Result<void> remote_set(const RemoteSet& set) override { return link->remote_set(set); }
   void reply(const Reply& reply) override { link->reply(reply); }
   void describe(std::string summary) override { link->describe(std::move(summary)); }
   std::vector<OwnerId> peers() const override { return link->peers(); }
@@ -70,7 +70,7 @@ struct Policy : testing::Test {
   GuardedLink link{std::move(*ecology.join(OwnerId(1))), doorkeeper};
   TupleSpace space{OwnerId(1), time, link};
   Component robot{ecology, time, 70000};
-  Handle judge = space.add_policy(pattern("a"), [](const RemoteSet&) { return SetDecision::applied(); });
+  Handle policy = space.add_policy(pattern("a"), [](const RemoteSet&) { return SetDecision::applied(); });
   Listener seen;
 };
 

@@ -21,7 +21,7 @@ struct RemoteSets : testing::Test, TwoComponents {
 };
 
 TEST_F(RemoteSets, AnAppliedOneIsStoredWithItsCreator) {
-  const auto judge = island->space.add_policy(pattern("a.*"), [](const RemoteSet&) { return SetDecision::applied(); });
+  const auto policy = island->space.add_policy(pattern("a.*"), [](const RemoteSet&) { return SetDecision::applied(); });
   const auto request = robot->space.set_remote(kIsland, "a.b", "5", 1s, note(), {"text/x", WallTime{2s}, 9s});
   EXPECT_TRUE(replies.empty());
   time.run_ready();
@@ -36,7 +36,7 @@ TEST_F(RemoteSets, AnAppliedOneIsStoredWithItsCreator) {
 }
 
 TEST_F(RemoteSets, AConsumedOneIsNotStored) {
-  const auto judge = island->space.add_policy(pattern("G"), [](const RemoteSet&) { return SetDecision::consumed(); });
+  const auto policy = island->space.add_policy(pattern("G"), [](const RemoteSet&) { return SetDecision::consumed(); });
   robot->space.set_remote(kIsland, "G", "5", 1s, note());
   time.run_ready();
   EXPECT_EQ(only().verdict, Verdict::kApplied);
@@ -44,7 +44,7 @@ TEST_F(RemoteSets, AConsumedOneIsNotStored) {
 }
 
 TEST_F(RemoteSets, ARefusalSaysWhy) {
-  const auto judge = island->space.add_policy(pattern("**"), [](const RemoteSet&) {
+  const auto policy = island->space.add_policy(pattern("**"), [](const RemoteSet&) {
     return SetDecision::refused({ErrorCode::kOutOfRange, "too hot"});
   });
   robot->space.set_remote(kIsland, "a", "5", 1s, note());
@@ -84,17 +84,17 @@ TEST_F(RemoteSets, TheNarrowestJudgeDecides) {
 }
 
 TEST_F(RemoteSets, ToOneselfGoThroughTheSameJudgeLater) {
-  int judged = 0;
-  const auto judge = island->space.add_policy(pattern("a"), [&](const RemoteSet& wish) {
-    EXPECT_EQ(wish.from, kIsland);
-    EXPECT_TRUE(wish.time_to_live_given);
-    ++judged;
+  int decided = 0;
+  const auto policy = island->space.add_policy(pattern("a"), [&](const RemoteSet& set) {
+    EXPECT_EQ(set.from, kIsland);
+    EXPECT_TRUE(set.time_to_live_given);
+    ++decided;
     return SetDecision::applied();
   });
   island->space.set_remote(kIsland, "a", "5", 1s, note());
-  EXPECT_EQ(judged, 0);
+  EXPECT_EQ(decided, 0);
   time.run_ready();
-  EXPECT_EQ(judged, 1);
+  EXPECT_EQ(decided, 1);
   EXPECT_EQ(only().verdict, Verdict::kApplied);
 }
 
@@ -106,7 +106,7 @@ TEST_F(RemoteSets, AnAbsentOwnerIsSaidSo) {
 }
 
 TEST_F(RemoteSets, ALostAnswerEndsWithTheTimeToLive) {
-  const auto judge = island->space.add_policy(pattern("a"), [](const RemoteSet&) { return SetDecision::consumed(); });
+  const auto policy = island->space.add_policy(pattern("a"), [](const RemoteSet&) { return SetDecision::consumed(); });
   robot->space.set_remote(kIsland, "a", "5", {}, note());
   ecology.cut(kIsland, kRobot);
   time.run_for(5s - 1ns);
@@ -119,7 +119,7 @@ TEST_F(RemoteSets, ALostAnswerEndsWithTheTimeToLive) {
 }
 
 TEST_F(RemoteSets, BeyondTheBoundAreRefusedBusy) {
-  const auto judge = island->space.add_policy(pattern("a"), [](const RemoteSet&) { return SetDecision::consumed(); });
+  const auto policy = island->space.add_policy(pattern("a"), [](const RemoteSet&) { return SetDecision::consumed(); });
   std::size_t applied = 0, busy = 0;
   for (int i = 0; i < 100'010; ++i) {
     robot->space.set_remote(kIsland, "a", "5", 1s, [&](const Reply& reply) {
@@ -133,10 +133,10 @@ TEST_F(RemoteSets, BeyondTheBoundAreRefusedBusy) {
 }
 
 TEST_F(RemoteSets, AJudgeMayEndItselfAndEraseTheTuple) {
-  Handle judge;
+  Handle policy;
   ASSERT_TRUE(island->space.set("a", "1"));
-  judge = island->space.add_policy(pattern("a"), [&](const RemoteSet&) {
-    judge.reset();
+  policy = island->space.add_policy(pattern("a"), [&](const RemoteSet&) {
+    policy.reset();
     EXPECT_TRUE(island->space.erase("a"));
     return SetDecision::applied();
   });

@@ -79,14 +79,14 @@ class MemoryListening final : public MemoryListener {
 
 class MemoryPort final : public TcpListener {
  public:
-  MemoryPort(std::unique_ptr<MemoryListener> listener, Endpoint local, std::shared_ptr<const TcpDeaf> failed)
+  MemoryPort(std::unique_ptr<MemoryListener> listener, Endpoint local, std::shared_ptr<const ListenerFailed> failed)
       : listener_(std::move(listener)), local_(std::move(local)), failed_(std::move(failed)) {}
   Endpoint local() const override { return local_; }
 
  private:
   std::unique_ptr<MemoryListener> listener_;
   Endpoint local_;
-  std::shared_ptr<const TcpDeaf> failed_;
+  std::shared_ptr<const ListenerFailed> failed_;
 };
 
 MemoryTcp::MemoryTcp(Scheduler& scheduler) : scheduler_(scheduler) {}
@@ -99,7 +99,7 @@ std::unique_ptr<MemoryListener> MemoryTcp::listen(const Endpoint& at, Accept acc
 }
 
 Result<std::unique_ptr<TcpListener>> MemoryTcp::listen(const std::string& host, const Endpoint& local, Accept accept,
-                                                       TcpDeaf failed) {
+                                                       ListenerFailed failed) {
   if (local.address.empty() || !is_numeric_address(local.address))
     return fail(ErrorCode::kInvalid, fmt::format("TCP: no address to listen on: {}", to_string(local)));
   Endpoint at{host, local.port == 0 ? ++last_port_ : local.port};
@@ -107,12 +107,12 @@ Result<std::unique_ptr<TcpListener>> MemoryTcp::listen(const std::string& host, 
   if (listeners_.contains(at))
     return fail(ErrorCode::kBusy, fmt::format("TCP {}: cannot listen: Address already in use", to_string(local)));
   auto listener = listen(at, std::move(accept));
-  auto deaf = std::make_shared<const TcpDeaf>(std::move(failed));
-  listeners_[at].failed = deaf;
-  return std::make_unique<MemoryPort>(std::move(listener), Endpoint{local.address, at.port}, std::move(deaf));
+  auto failed_call = std::make_shared<const ListenerFailed>(std::move(failed));
+  listeners_[at].failed = failed_call;
+  return std::make_unique<MemoryPort>(std::move(listener), Endpoint{local.address, at.port}, std::move(failed_call));
 }
 
-void MemoryTcp::deafen() {
+void MemoryTcp::fail_listeners() {
   for (const auto& [at, listening] : std::exchange(listeners_, {})) {
     scheduler_.post([at = at, failed = listening.failed] {
       const auto call = failed.lock();

@@ -36,7 +36,7 @@ class MemoryTcp {
   /// For MemoryTransports on the host with this address: the port is one of it, whatever address was given; others on
   /// the host find it under the loopback address too.
   Result<std::unique_ptr<TcpListener>> listen(const std::string& host, const Endpoint& local, Accept accept,
-                                              TcpDeaf failed);
+                                              ListenerFailed failed);
 
   Duration transit = std::chrono::microseconds(100);  ///< of each piece
   std::size_t segment = 0;  ///< streams arrive in pieces of so many bytes; 0 = what was sent in a turn is one piece
@@ -47,7 +47,7 @@ class MemoryTcp {
   /// All connections break; both ends hear of it.
   void cut();
   /// Nobody can connect any more; those who listen hear of it and are no longer there.
-  void deafen();
+  void fail_listeners();
   /// Ends of connections that are open or being made.
   std::size_t open_streams() const;
 
@@ -63,7 +63,7 @@ class MemoryTcp {
 
   struct Listening {
     Accept accept;
-    std::weak_ptr<const TcpDeaf> failed;  ///< the listener is there
+    std::weak_ptr<const ListenerFailed> failed;  ///< the listener is there
   };
 
   std::map<Endpoint, Listening>::const_iterator listener_for(const End& client) const;

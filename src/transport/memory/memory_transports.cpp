@@ -75,7 +75,7 @@ Result<std::unique_ptr<TcpStream>> MemoryTransports::open_tcp(const TcpOptions& 
 }
 
 Result<std::unique_ptr<TcpListener>> MemoryTransports::listen_tcp(const Endpoint& local, TcpAccept accept,
-                                                                  TcpDeaf failed) {
+                                                                  ListenerFailed failed) {
   if (net_ == nullptr) return Transports::listen_tcp(local, std::move(accept), std::move(failed));
   return net_->tcp.listen(address_, local, std::move(accept), std::move(failed));
 }

@@ -37,7 +37,7 @@ class MemoryTransports final : public Transports {
   Result<std::unique_ptr<UdpSocket>> open_udp(const UdpOptions& options, UdpCalls calls) override;
   Result<std::unique_ptr<TcpStream>> open_tcp(const TcpOptions& options, TcpCalls calls) override;
   Result<std::unique_ptr<TcpListener>> listen_tcp(const Endpoint& local, TcpAccept accept,
-                                                  TcpDeaf failed = nullptr) override;
+                                                  ListenerFailed failed = nullptr) override;
   Result<std::unique_ptr<ByteStream>> open_serial(const SerialOptions& options, StreamCalls calls) override;
   /// The device's end of a serial line called `link`.
   Result<std::unique_ptr<ByteStream>> make_pty(const std::string& link, StreamCalls calls) override;

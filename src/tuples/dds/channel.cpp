@@ -45,9 +45,9 @@ void Channel::add(Bytes changes) {
   push(std::move(changes), size);
 }
 
-void Channel::add(RemoteSet wish, SteadyTime now) {
-  const auto size = wish.key.size() + wish.value.size() + kOverhead;
-  push(TimedSet{std::move(wish), now}, size);
+void Channel::add(RemoteSet set, SteadyTime now) {
+  const auto size = set.key.size() + set.value.size() + kOverhead;
+  push(TimedSet{std::move(set), now}, size);
 }
 
 void Channel::add(Reply reply) {
@@ -79,10 +79,10 @@ std::size_t Channel::fill(SteadyTime now) {
     } else if (const auto* reply = std::get_if<Reply>(&entry)) {
       frame_.add(*reply);
     } else {
-      const auto& [wish, since] = std::get<TimedSet>(entry);
-      auto left = wish;
+      const auto& [set, since] = std::get<TimedSet>(entry);
+      auto left = set;
       left.time_to_live -= now - since;
-      if (wish.time_to_live == Duration(0) || left.time_to_live > Duration(0)) frame_.add(left);
+      if (set.time_to_live == Duration(0) || left.time_to_live > Duration(0)) frame_.add(left);
     }
   }
   return count;

@@ -23,7 +23,7 @@ class Channel {
 
   /// Entries encoded by a FrameWriter, at most kFrameBytes, or one longer entry.
   void add(Bytes changes);
-  void add(RemoteSet wish, SteadyTime now);
+  void add(RemoteSet set, SteadyTime now);
   void add(Reply reply);
   void add(const IdentityCheck& check);
 
@@ -39,7 +39,7 @@ class Channel {
 
  private:
   struct TimedSet {
-    RemoteSet wish;
+    RemoteSet set;
     SteadyTime since;
   };
   using Entry = std::variant<Bytes, TimedSet, Reply>;

@@ -30,8 +30,9 @@ rubicon_wire_Interest interest_of(OwnerId id, std::uint64_t incarnation, std::ui
   return interest;
 }
 
+/// Estimated size of an entry, with its numbers.
 std::size_t size_of(const Change& change) {
-  return change.tuple.key.size() + change.tuple.value.size() + change.tuple.media_type.size() + 64;
+  return text_size(change) + 64;
 }
 
 }  // namespace
@@ -191,7 +192,7 @@ void DdsLink::leave() {
 
 void DdsLink::forget_all() {
   for (const auto& [id, peer] : peers_) {
-    if (peer.is_up()) policy_.went(id);
+    if (peer.is_up()) policy_.peer_down(id);
   }
   peers_.clear();
   gone_.clear();
@@ -245,13 +246,13 @@ void DdsLink::flush(Channel& channel) {
   if (state != Channel::State::kEmpty) ask_flush(state == Channel::State::kFull ? kRetry : Duration(0));
 }
 
-Result<void> DdsLink::remote_set(const RemoteSet& wish) {
-  auto* peer = find_up(wish.owner);
-  if (!peer) return fail(ErrorCode::kNotFound, fmt::format("no component {} in the ecology", number(wish.owner)));
-  auto* channel = channel_to(wish.owner, *peer);
+Result<void> DdsLink::remote_set(const RemoteSet& set) {
+  auto* peer = find_up(set.owner);
+  if (!peer) return fail(ErrorCode::kNotFound, fmt::format("no component {} is present", number(set.owner)));
+  auto* channel = channel_to(set.owner, *peer);
   if (!channel || channel->waiting() > kMaxSetsWaiting)
-    return fail(ErrorCode::kBusy, fmt::format("component {} takes nothing at the moment", number(wish.owner)));
-  channel->add(wish, scheduler_.now());
+    return fail(ErrorCode::kBusy, fmt::format("component {} takes nothing at the moment", number(set.owner)));
+  channel->add(set, scheduler_.now());
   ask_flush(Duration(0));
   return {};
 }

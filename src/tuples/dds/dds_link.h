@@ -33,7 +33,7 @@ class DdsLink final : public Link, private FrameReader {
   bool publish(OwnerId subscriber, std::span<const Change> changes) override;
   void subscribe(const SubscriptionSpec& spec) override;
   void unsubscribe(std::uint32_t id) override;
-  Result<void> remote_set(const RemoteSet& wish) override;
+  Result<void> remote_set(const RemoteSet& set) override;
   void reply(const Reply& reply) override;
   std::vector<OwnerId> peers() const override;
   void describe(std::string summary) override;
@@ -45,7 +45,7 @@ class DdsLink final : public Link, private FrameReader {
 
   // FrameReader: the entries of the frame at hand
   void on_changes(std::span<const Change> changes) override;
-  void on_set(RemoteSet&& wish) override;
+  void on_set(RemoteSet&& set) override;
   void on_reply(Reply&& reply) override;
   void on_identity_check(const IdentityCheck&) override {}  // between twins only
 

@@ -60,7 +60,7 @@ bool DdsLink::is_taken(const PresenceNews& news) {
                      number(id), news.version, kProtocolVersion));
     return false;
   }
-  const auto may = policy_.may_come({id, incarnation, news.start.host});
+  const auto may = policy_.may_join({id, incarnation, news.start.host});
   if (!may) warn(fmt::format("refused {}", number(id)), may.error().text + ": ignored");
   return may.has_value();
 }
@@ -178,7 +178,7 @@ void DdsLink::come(OwnerId id, Peer& peer, std::uint64_t incarnation) {
   peer.participant = start.participant;
   if (std::exchange(peer.requests_of, incarnation) != incarnation) peer.last_request = 0;
   peer.summary.clear();
-  policy_.came({id, incarnation, start.host});
+  policy_.peer_up({id, incarnation, start.host});
   listener_->on_peer(id, PeerEvent::kUp);
   if (listener_) tell_summary(id, peer);
   for (const auto& spec : interests_.of(id, incarnation, sender.participant)) {
@@ -194,7 +194,7 @@ void DdsLink::go(OwnerId id, Peer& peer, PeerEvent event) {
   peer.channel.reset();
   gone_.push_back(id);
   listener_->on_peer(id, event);
-  policy_.went(id);
+  policy_.peer_down(id);
 }
 
 /// Nothing may be kept of those who come and go.

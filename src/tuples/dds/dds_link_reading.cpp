@@ -129,11 +129,11 @@ void DdsLink::on_changes(std::span<const Change> changes) {
   if (listener_) listener_->on_changes(reading_from_, changes);
 }
 
-void DdsLink::on_set(RemoteSet&& wish) {
+void DdsLink::on_set(RemoteSet&& set) {
   auto* peer = find_up(reading_from_);
-  if (!listener_ || !peer || wish.request <= peer->last_request) return;  // a repetition
-  peer->last_request = wish.request;
-  listener_->on_remote_set(wish);
+  if (!listener_ || !peer || set.request <= peer->last_request) return;  // a repetition
+  peer->last_request = set.request;
+  listener_->on_remote_set(set);
 }
 
 void DdsLink::on_reply(Reply&& reply) {

@@ -22,7 +22,7 @@ std::int64_t micros(WallTime time) {
   return time.time_since_epoch().count();
 }
 
-/// Takes what FrameWriter put; after a short or unsound read everything is zero.
+/// Reads what FrameWriter wrote. After an invalid read all further ones give zero.
 class Cursor {
  public:
   explicit Cursor(ByteView bytes) : bytes_(bytes) {}
@@ -52,7 +52,7 @@ class Cursor {
     return found;
   }
   WallTime time() { return WallTime(std::chrono::microseconds(signed_number())); }
-  /// None is negative, none longer than a hundred years.
+  /// Clamped to 0..100 years.
   Duration duration() { return Duration(std::clamp<std::int64_t>(signed_number(), 0, kLongestDuration)); }
   OwnerId owner() {
     const auto id = number();
@@ -75,38 +75,48 @@ class Cursor {
   bool ok_ = true;
 };
 
-Change read_change(Cursor& in, EventKind kind, OwnerId from) {
-  Change change{kind, {}};
-  auto& tuple = change.tuple;
+/// In an entry kSet with an empty key the sequence is the id of the subscription whose snapshot ends, or 0 for Restart.
+Change read_set_entry(Cursor& in, OwnerId from) {
+  TupleView tuple;
   tuple.owner = from;
   tuple.key = in.text();
   tuple.sequence = in.number();
-  if (kind != EventKind::kSet) return change;
   tuple.value = in.text();
   tuple.media_type = in.text();
   tuple.creator = in.owner();
   tuple.write_time = in.time();
   tuple.user_time = in.time();
   tuple.expire_time = in.time();
-  return change;
+  if (!tuple.key.empty()) return TupleSet{tuple};
+  if (tuple.sequence != 0) return SnapshotEnd{static_cast<std::uint32_t>(tuple.sequence)};
+  return Restart{};
+}
+
+Change read_change(Cursor& in, Entry entry, OwnerId from) {
+  if (entry == Entry::kSet) return read_set_entry(in, from);
+  TupleGone gone;
+  gone.how = entry == Entry::kExpired ? EventKind::kExpired : EventKind::kDeleted;
+  gone.key = in.text();
+  gone.sequence = in.number();
+  return gone;
 }
 
 RemoteSet read_set(Cursor& in, OwnerId from, OwnerId to) {
-  RemoteSet wish;
-  wish.from = from;
-  wish.owner = to;
-  wish.request = in.number();
-  wish.key = in.text();
-  wish.value = in.text();
-  wish.media_type = in.text();
-  wish.user_time = in.time();
-  wish.lifetime = in.duration();
-  wish.time_to_live = in.duration();
+  RemoteSet set;
+  set.from = from;
+  set.owner = to;
+  set.request = in.number();
+  set.key = in.text();
+  set.value = in.text();
+  set.media_type = in.text();
+  set.user_time = in.time();
+  set.lifetime = in.duration();
+  set.time_to_live = in.duration();
   const auto bits = in.byte();
-  wish.append = (bits & kAppend) != 0;
-  wish.time_to_live_given = (bits & kTimeToLiveGiven) != 0;
-  if ((bits & kExpectsSequence) != 0) wish.expected_sequence = in.number();
-  return wish;
+  set.append = (bits & kAppend) != 0;
+  set.time_to_live_given = (bits & kTimeToLiveGiven) != 0;
+  if ((bits & kExpectsSequence) != 0) set.expected_sequence = in.number();
+  return set;
 }
 
 Reply read_reply(Cursor& in, OwnerId to) {
@@ -148,11 +158,22 @@ void FrameWriter::add(ByteView entries) {
 }
 
 void FrameWriter::add(const Change& change) {
-  const auto& tuple = change.tuple;
-  byte(static_cast<std::uint8_t>(change.kind));
+  if (const auto* set = std::get_if<TupleSet>(&change)) return set_entry(set->tuple);
+  if (const auto* gone = std::get_if<TupleGone>(&change)) {
+    byte(static_cast<std::uint8_t>(gone->how == EventKind::kExpired ? Entry::kExpired : Entry::kDeleted));
+    text(gone->key);
+    number(gone->sequence);
+    return;
+  }
+  TupleView control;
+  if (const auto* end = std::get_if<SnapshotEnd>(&change)) control.sequence = end->subscription;
+  set_entry(control);
+}
+
+void FrameWriter::set_entry(const TupleView& tuple) {
+  byte(static_cast<std::uint8_t>(Entry::kSet));
   text(tuple.key);
   number(tuple.sequence);
-  if (change.kind != EventKind::kSet) return;
   text(tuple.value);
   text(tuple.media_type);
   number(model::number(tuple.creator));
@@ -161,21 +182,21 @@ void FrameWriter::add(const Change& change) {
   signed_number(micros(tuple.expire_time));
 }
 
-void FrameWriter::add(const RemoteSet& wish) {
+void FrameWriter::add(const RemoteSet& set) {
   byte(static_cast<std::uint8_t>(Entry::kRemoteSet));
-  number(wish.request);
-  text(wish.key);
-  text(wish.value);
-  text(wish.media_type);
-  signed_number(micros(wish.user_time));
-  signed_number(wish.lifetime.count());
-  signed_number(wish.time_to_live.count());
+  number(set.request);
+  text(set.key);
+  text(set.value);
+  text(set.media_type);
+  signed_number(micros(set.user_time));
+  signed_number(set.lifetime.count());
+  signed_number(set.time_to_live.count());
   std::uint8_t bits = 0;
-  if (wish.append) bits |= kAppend;
-  if (wish.time_to_live_given) bits |= kTimeToLiveGiven;
-  if (wish.expected_sequence) bits |= kExpectsSequence;
+  if (set.append) bits |= kAppend;
+  if (set.time_to_live_given) bits |= kTimeToLiveGiven;
+  if (set.expected_sequence) bits |= kExpectsSequence;
   byte(bits);
-  if (wish.expected_sequence) number(*wish.expected_sequence);
+  if (set.expected_sequence) number(*set.expected_sequence);
 }
 
 void FrameWriter::add(const Reply& reply) {
@@ -195,7 +216,7 @@ void FrameWriter::add(const IdentityCheck& check) {
 Result<void> read_frame(ByteView frame, OwnerId from, OwnerId to, FrameReader& reader) {
   Cursor in(frame);
   std::vector<Change> changes;
-  const auto tell_changes = [&] {
+  const auto pass_changes = [&] {
     if (!changes.empty()) reader.on_changes(changes);
     changes.clear();
   };
@@ -203,29 +224,29 @@ Result<void> read_frame(ByteView frame, OwnerId from, OwnerId to, FrameReader& r
     const auto start = in.position();
     const auto entry = in.byte();
     if (entry <= static_cast<std::uint8_t>(Entry::kExpired)) {
-      const auto change = read_change(in, static_cast<EventKind>(entry), from);
+      const auto change = read_change(in, static_cast<Entry>(entry), from);
       if (in.ok()) changes.push_back(change);
     } else if (entry == static_cast<std::uint8_t>(Entry::kRemoteSet)) {
-      auto wish = read_set(in, from, to);
-      tell_changes();
-      if (in.ok()) reader.on_set(std::move(wish));
+      auto set = read_set(in, from, to);
+      pass_changes();
+      if (in.ok()) reader.on_set(std::move(set));
     } else if (entry == static_cast<std::uint8_t>(Entry::kReply)) {
       auto reply = read_reply(in, to);
-      tell_changes();
+      pass_changes();
       if (in.ok()) reader.on_reply(std::move(reply));
     } else if (entry <= static_cast<std::uint8_t>(Entry::kAnswer)) {
       const IdentityCheck check{entry == static_cast<std::uint8_t>(Entry::kAnswer), in.number()};
-      tell_changes();
+      pass_changes();
       if (in.ok()) reader.on_identity_check(check);
     } else {
       in.fail_read();
     }
     if (in.ok()) continue;
-    tell_changes();
+    pass_changes();
     return fail(ErrorCode::kInvalid,
-                fmt::format("frame from {}: no sound entry at byte {}", model::number(from), start));
+                fmt::format("frame from component {}: invalid entry at byte {}", model::number(from), start));
   }
-  tell_changes();
+  pass_changes();
   return {};
 }
 
@@ -252,7 +273,7 @@ Result<SubscriptionSpec> read_subscription(ByteView content) {
   spec.flow.minimum = in.duration();
   spec.flow.maximum = in.duration();
   spec.flow.dead_band = std::bit_cast<double>(in.number());
-  if (!in.ok() || !in.at_end() || id > 0xffffffff) return fail(ErrorCode::kInvalid, "subscription: not of this form");
+  if (!in.ok() || !in.at_end() || id > 0xffffffff) return fail(ErrorCode::kInvalid, "subscription: malformed");
   if (!pattern) return fail(std::move(pattern.error()));
   spec.pattern = std::move(*pattern);
   spec.pattern.owner = owner;

@@ -8,21 +8,22 @@
 
 namespace rubicon::tuples::dds {
 
-/// Between two processes with one component id: the question whether the other is alive, and its answer.
+/// Sent between two processes with the same component id: the question whether the other is alive, or the answer.
 struct IdentityCheck {
   bool is_answer = false;
-  std::uint64_t number = 0;  ///< drawn by who asks; the answer repeats it
+  std::uint64_t number = 0;  ///< random number of the question; the answer repeats it
 };
 
-/// What one component tells another, put behind each other into frames (docs/ecology.md).
+/// Encodes what one component sends to another as entries of a frame (docs/ecology.md).
 class FrameWriter {
  public:
   void add(const Change& change);
-  void add(const RemoteSet& wish);
+  void add(const RemoteSet& set);
   void add(const Reply& reply);
   void add(const IdentityCheck& check);
   /// The content of an Interest, not of a frame.
   void add(const SubscriptionSpec& spec);
+  /// Entries that are encoded already.
   void add(ByteView entries);
 
   std::size_t size() const { return bytes_.size(); }
@@ -35,25 +36,26 @@ class FrameWriter {
   void number(std::uint64_t value);
   void signed_number(std::int64_t value);
   void text(std::string_view text);
+  void set_entry(const TupleView& tuple);
 
   Bytes bytes_;
 };
 
-/// Who takes the entries of a frame, in their order; views are into the frame.
+/// Receives the entries of a frame in order; views point into the frame.
 class FrameReader {
  public:
   virtual ~FrameReader() = default;
   virtual void on_changes(std::span<const Change> changes) = 0;
-  virtual void on_set(RemoteSet&& wish) = 0;
+  virtual void on_set(RemoteSet&& set) = 0;
   virtual void on_reply(Reply&& reply) = 0;
   virtual void on_identity_check(const IdentityCheck& check) = 0;
 };
 
-/// Tells the entries of a frame from `from` to `to`. kInvalid names the offset of the first unsound one; what stood
-/// before it was told.
+/// Passes the entries of a frame from `from` to `to` to the reader. kInvalid names the offset of the first invalid
+/// entry; the entries before it have been passed.
 Result<void> read_frame(ByteView frame, OwnerId from, OwnerId to, FrameReader& reader);
 
-/// The content of an Interest. kInvalid: not that, or its pattern is none.
+/// Decodes the content of an Interest. kInvalid if it is malformed or has no valid pattern.
 Result<SubscriptionSpec> read_subscription(ByteView content);
 
 }  // namespace rubicon::tuples::dds

@@ -4,7 +4,7 @@
 
 namespace rubicon::tuples::dds {
 
-Result<void> HostPolicy::may_come(const PeerIdentity& peer) {
+Result<void> HostPolicy::may_join(const PeerIdentity& peer) {
   if (peer.incarnation >= kEarliest) return {};
   return fail(ErrorCode::kInvalid,
               fmt::format("component {} says that it started at {} us after 1970: expected a time after 1999, set the "
@@ -12,23 +12,23 @@ Result<void> HostPolicy::may_come(const PeerIdentity& peer) {
                           number(peer.id), peer.incarnation));
 }
 
-void HostPolicy::went(OwnerId peer) {
+void HostPolicy::peer_down(OwnerId peer) {
   hosts_.erase(peer);
   named_.erase(peer);
 }
 
-Result<void> HostPolicy::may_set(const RemoteSet& wish) {
-  const auto found = hosts_.find(wish.from);
+Result<void> HostPolicy::may_set(const RemoteSet& set) {
+  const auto found = hosts_.find(set.from);
   if (trusts_others_ || (found != hosts_.end() && found->second == own_host_)) return {};
-  if (named_.insert(wish.from).second) {
+  if (named_.insert(set.from).second) {
     log_.warning(
         fmt::format("remote sets of component {} are refused: it runs on another host, and tuples.trust_lan is no",
-                    number(wish.from)));
+                    number(set.from)));
   }
   return fail(
       ErrorCode::kRefused,
       fmt::format("setting '{}': component {} takes no remote sets from other hosts (its tuples.trust_lan is no)",
-                  wish.key, number(self_)));
+                  set.key, number(self_)));
 }
 
 }  // namespace rubicon::tuples::dds

@@ -19,11 +19,11 @@ class HostPolicy final : public PeerPolicy {
   /// Starts before this are no times: 2000-01-01 UTC.
   static constexpr std::uint64_t kEarliest = 946'684'800'000'000;
 
-  Result<void> may_come(const PeerIdentity& peer) override;
-  void came(const PeerIdentity& peer) override { hosts_[peer.id] = peer.host; }
-  void went(OwnerId peer) override;
+  Result<void> may_join(const PeerIdentity& peer) override;
+  void peer_up(const PeerIdentity& peer) override { hosts_[peer.id] = peer.host; }
+  void peer_down(OwnerId peer) override;
   Result<void> may_subscribe(OwnerId, const SubscriptionSpec&) override { return {}; }
-  Result<void> may_set(const RemoteSet& wish) override;
+  Result<void> may_set(const RemoteSet& set) override;
 
  private:
   OwnerId self_;

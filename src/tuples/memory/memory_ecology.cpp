@@ -12,28 +12,34 @@ namespace rubicon::tuples {
 
 namespace {
 
-/// A Change that owns its bytes while it waits for the next turn.
-struct ChangeCopy {
-  explicit ChangeCopy(const Change& change)
-      : kind(change.kind),
-        tuple(change.tuple),
-        key(change.tuple.key),
-        value(change.tuple.value),
-        media_type(change.tuple.media_type) {}
+/// A Change that owns its texts until it is delivered.
+class OwnedChange {
+ public:
+  explicit OwnedChange(const Change& change) : change_(change) {
+    if (const auto* set = std::get_if<TupleSet>(&change)) {
+      key_ = set->tuple.key;
+      value_ = set->tuple.value;
+      media_type_ = set->tuple.media_type;
+    } else if (const auto* gone = std::get_if<TupleGone>(&change)) {
+      key_ = gone->key;
+    }
+  }
 
   Change view() const {
-    Change change{kind, tuple};
-    change.tuple.key = key;
-    change.tuple.value = value;
-    change.tuple.media_type = media_type;
+    auto change = change_;
+    if (auto* set = std::get_if<TupleSet>(&change)) {
+      set->tuple.key = key_;
+      set->tuple.value = value_;
+      set->tuple.media_type = media_type_;
+    } else if (auto* gone = std::get_if<TupleGone>(&change)) {
+      gone->key = key_;
+    }
     return change;
   }
 
-  EventKind kind;
-  TupleView tuple;
-  std::string key;
-  std::string value;
-  std::string media_type;
+ private:
+  Change change_;
+  std::string key_, value_, media_type_;
 };
 
 std::pair<OwnerId, OwnerId> unordered_pair(OwnerId a, OwnerId b) {
@@ -42,7 +48,7 @@ std::pair<OwnerId, OwnerId> unordered_pair(OwnerId a, OwnerId b) {
 
 }  // namespace
 
-/// The members and what separates them; links and posted deliveries share it, so either may go first.
+/// The members and the cuts between them; shared by the links and the posted deliveries, which may outlive each other.
 struct MemoryEcology::Shared : std::enable_shared_from_this<MemoryEcology::Shared> {
   struct Member {
     std::uint64_t incarnation = 0;
@@ -57,8 +63,8 @@ struct MemoryEcology::Shared : std::enable_shared_from_this<MemoryEcology::Share
     return from != to && members.contains(to) && !cuts.contains(unordered_pair(from, to));
   }
 
-  /// Deliveries carry the incarnation of both ends and the epoch of their connection: what was under way when either
-  /// went or the pair was cut is lost with it.
+  /// A delivery carries the incarnations of both ends and the epoch of their connection. It is lost if either end
+  /// leaves or the connection is cut before it arrives.
   template <class Call>
   void deliver(OwnerId from, OwnerId to, Call call) {
     if (!reachable(from, to)) return;
@@ -67,7 +73,7 @@ struct MemoryEcology::Shared : std::enable_shared_from_this<MemoryEcology::Share
     const auto epoch = epochs[unordered_pair(from, to)];
     scheduler.post([shared = shared_from_this(), from, to, sender, receiver, epoch, call = std::move(call)] {
       if (!shared->is_present(from, sender) || shared->epochs[unordered_pair(from, to)] != epoch) return;
-      shared->tell(to, receiver, call);
+      shared->call_listener(to, receiver, call);
     });
   }
 
@@ -77,7 +83,7 @@ struct MemoryEcology::Shared : std::enable_shared_from_this<MemoryEcology::Share
   }
 
   template <class Call>
-  void tell(OwnerId to, std::uint64_t incarnation, const Call& call) {
+  void call_listener(OwnerId to, std::uint64_t incarnation, const Call& call) {
     if (!is_present(to, incarnation)) return;
     if (auto* listener = members.at(to).listener) call(*listener);
   }
@@ -85,11 +91,11 @@ struct MemoryEcology::Shared : std::enable_shared_from_this<MemoryEcology::Share
   void announce(OwnerId peer, PeerEvent event, OwnerId to) {
     const auto incarnation = members.at(to).incarnation;
     scheduler.post([shared = shared_from_this(), peer, event, to, incarnation] {
-      shared->tell(to, incarnation, [&](LinkListener& listener) { listener.on_peer(peer, event); });
+      shared->call_listener(to, incarnation, [&](LinkListener& listener) { listener.on_peer(peer, event); });
     });
   }
 
-  /// Tells `to` that `from` is there and what it subscribes to.
+  /// Reports to `to` that `from` is up, its summary and its subscriptions.
   void introduce(OwnerId from, OwnerId to) {
     deliver(from, to, [from](LinkListener& listener) { listener.on_peer(from, PeerEvent::kUp); });
     if (const auto& summary = members.at(from).summary; !summary.empty())
@@ -114,7 +120,7 @@ struct MemoryEcology::Shared : std::enable_shared_from_this<MemoryEcology::Share
   std::uint64_t incarnations = 0;
 };
 
-/// One member's end. A member is visible to others from its attach on, so that no announcement is missed.
+/// The link of one member, which is visible to the others from attach() on, so that it misses no announcement.
 class MemoryEcology::MemoryLink final : public Link {
  public:
   MemoryLink(OwnerId self, std::shared_ptr<Shared> shared) : self_(self), shared_(std::move(shared)) {}
@@ -136,7 +142,7 @@ class MemoryEcology::MemoryLink final : public Link {
   }
 
   bool publish(OwnerId subscriber, std::span<const Change> changes) override {
-    std::vector<ChangeCopy> copies(changes.begin(), changes.end());
+    std::vector<OwnedChange> copies(changes.begin(), changes.end());
     shared_->deliver(self_, subscriber, [owner = self_, copies = std::move(copies)](LinkListener& listener) {
       std::vector<Change> views;
       views.reserve(copies.size());
@@ -160,11 +166,11 @@ class MemoryEcology::MemoryLink final : public Link {
     });
   }
 
-  Result<void> remote_set(const RemoteSet& wish) override {
-    if (!shared_->reachable(self_, wish.owner) || !shared_->members.at(wish.owner).listener) {
-      return fail(ErrorCode::kNotFound, fmt::format("no component {} in the ecology", number(wish.owner)));
+  Result<void> remote_set(const RemoteSet& set) override {
+    if (!shared_->reachable(self_, set.owner) || !shared_->members.at(set.owner).listener) {
+      return fail(ErrorCode::kNotFound, fmt::format("no component {} is present", number(set.owner)));
     }
-    shared_->deliver(self_, wish.owner, [wish](LinkListener& l) { l.on_remote_set(wish); });
+    shared_->deliver(self_, set.owner, [set](LinkListener& l) { l.on_remote_set(set); });
     return {};
   }
 
@@ -177,20 +183,21 @@ class MemoryEcology::MemoryLink final : public Link {
     me.summary = std::move(summary);
     if (!me.listener) return;
     shared_->each_reachable(self_, [&](OwnerId peer) {
-      shared_->deliver(self_, peer, [from = self_, told = me.summary](LinkListener& l) { l.on_summary(from, told); });
+      shared_->deliver(self_, peer,
+                       [from = self_, summary = me.summary](LinkListener& l) { l.on_summary(from, summary); });
     });
   }
 
   PeerPolicy& policy() override { return policy_; }
 
   std::vector<OwnerId> peers() const override {
-    std::vector<OwnerId> there;
-    shared_->each_reachable(self_, [&](OwnerId peer) { there.push_back(peer); });
-    return there;
+    std::vector<OwnerId> present;
+    shared_->each_reachable(self_, [&](OwnerId peer) { present.push_back(peer); });
+    return present;
   }
 
  private:
-  /// A new incarnation: what is under way to or from the old one is lost, the others hear that it left.
+  /// Begins a new incarnation: deliveries to and from the old one are lost; the others are told that it left.
   void leave() {
     auto& me = shared_->members.at(self_);
     if (me.listener) {
@@ -211,7 +218,7 @@ MemoryEcology::~MemoryEcology() = default;
 
 Result<std::unique_ptr<Link>> MemoryEcology::join(OwnerId id) {
   if (shared_->members.contains(id)) {
-    return fail(ErrorCode::kDuplicate, fmt::format("component {} is already in the ecology", number(id)));
+    return fail(ErrorCode::kDuplicate, fmt::format("component {} is already present in this process", number(id)));
   }
   shared_->members[id].incarnation = ++shared_->incarnations;
   return std::make_unique<MemoryLink>(id, shared_);

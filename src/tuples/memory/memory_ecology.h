@@ -7,8 +7,8 @@
 
 namespace rubicon::tuples {
 
-/// An ecology inside one process and one loop: every link it makes is a component that reaches all others. Also the
-/// twin of the distributed engine in tests: components can be cut off and crash.
+/// An ecology inside one process and one loop: each link is a component that reaches all others. Tests use it in place
+/// of the distributed engine, because connections can be cut.
 class MemoryEcology final : public Ecology {
  public:
   explicit MemoryEcology(Scheduler& scheduler);
@@ -17,8 +17,9 @@ class MemoryEcology final : public Ecology {
   /// kDuplicate if the id is present. Destroying the link = leaving.
   Result<std::unique_ptr<Link>> join(OwnerId id) override;
 
-  /// Nothing passes between the two until mended; each sees the other as lost. What was sent is lost with it.
+  /// Cuts the connection of two components: each loses the other, and what is under way is lost.
   void cut(OwnerId a, OwnerId b);
+  /// Restores it.
   void mend(OwnerId a, OwnerId b);
 
  private:

@@ -143,7 +143,7 @@ TEST_F(SinkPorts, OpensAPortAgainThatTheSystemTookAway) {
   ASSERT_TRUE(world->open(1, on_tcp(host, {"127.0.0.1", 19202})));
   Client first(host, 19202);
   time.run_for(1s);
-  net.tcp.deafen();
+  net.tcp.fail_listeners();
   time.run_for(100ms);
   EXPECT_TRUE(world->port(1).pulled());
   EXPECT_EQ(first.failed, 0) << "the connected computer stays";

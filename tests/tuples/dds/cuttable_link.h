@@ -41,9 +41,9 @@ class CuttableLink final : public Link, private LinkListener {
   }
   void subscribe(const SubscriptionSpec& spec) override { link_->subscribe(spec); }
   void unsubscribe(std::uint32_t id) override { link_->unsubscribe(id); }
-  Result<void> remote_set(const RemoteSet& wish) override {
-    if (cuts_.contains(wish.owner)) return fail(ErrorCode::kNotFound, "cut");
-    return link_->remote_set(wish);
+  Result<void> remote_set(const RemoteSet& set) override {
+    if (cuts_.contains(set.owner)) return fail(ErrorCode::kNotFound, "cut");
+    return link_->remote_set(set);
   }
   void reply(const Reply& reply) override {
     if (!cuts_.contains(reply.to)) link_->reply(reply);
@@ -68,8 +68,8 @@ class CuttableLink final : public Link, private LinkListener {
     subscriptions_[subscriber].erase(id);
     if (!cuts_.contains(subscriber)) listener_->on_unsubscribe(subscriber, id);
   }
-  void on_remote_set(const RemoteSet& wish) override {
-    if (!cuts_.contains(wish.from)) listener_->on_remote_set(wish);
+  void on_remote_set(const RemoteSet& set) override {
+    if (!cuts_.contains(set.from)) listener_->on_remote_set(set);
   }
   void on_reply(const Reply& reply) override { listener_->on_reply(reply); }
   void on_peer(OwnerId peer, PeerEvent event) override {

@@ -11,23 +11,20 @@ struct Entries final : FrameReader {
   void on_changes(std::span<const Change> some) override {
     for (const auto& change : some) {
       changes.push_back(change);
-      texts.emplace_back(change.tuple.key);
-      texts.emplace_back(change.tuple.value);
     }
   }
-  void on_set(RemoteSet&& wish) override { sets.push_back(std::move(wish)); }
+  void on_set(RemoteSet&& set) override { sets.push_back(std::move(set)); }
   void on_reply(Reply&& reply) override { replies.push_back(std::move(reply)); }
   void on_identity_check(const IdentityCheck& check) override { checks.push_back(check); }
 
   std::vector<Change> changes;
-  std::vector<std::string> texts;
   std::vector<RemoteSet> sets;
   std::vector<Reply> replies;
   std::vector<IdentityCheck> checks;
 };
 
-Change lamp() {
-  Change change;
+TupleSet lamp() {
+  TupleSet change;
   change.tuple = {kIsland,
                   "proxy.hall.lamp",
                   std::string_view("on\0", 3),
@@ -40,7 +37,7 @@ Change lamp() {
   return change;
 }
 
-RemoteSet wish() {
+RemoteSet append_request() {
   RemoteSet set;
   set.from = kSender;
   set.owner = kIsland;
@@ -57,28 +54,29 @@ RemoteSet wish() {
 
 TEST(Frame, BringsEveryEntryInItsOrderAsItWas) {
   FrameWriter frame;
-  frame.add(lamp());
-  auto gone = lamp();
-  gone.kind = EventKind::kExpired;
-  frame.add(gone);
-  frame.add(wish());
+  frame.add(Change(lamp()));
+  frame.add(TupleGone{EventKind::kExpired, lamp().tuple.key, 301});
+  frame.add(append_request());
   frame.add(Reply{kSender, 8, Verdict::kRefused, ErrorCode::kBusy, "later", 9});
   Entries read;
   ASSERT_TRUE(read_frame(frame.view(), kIsland, kSender, read));
   ASSERT_EQ(read.changes.size(), 2U);
-  const auto& tuple = read.changes[0].tuple;
+  const auto& tuple = std::get<TupleSet>(read.changes[0]).tuple;
   EXPECT_EQ(tuple.owner, kIsland);
   EXPECT_EQ(tuple.creator, kSender);
   EXPECT_EQ(tuple.sequence, 300U);
   EXPECT_EQ(tuple.value, std::string_view("on\0", 3));
   EXPECT_EQ(tuple.write_time, lamp().tuple.write_time);
   EXPECT_EQ(tuple.user_time, lamp().tuple.user_time);
-  EXPECT_EQ(read.changes[1].kind, EventKind::kExpired);
+  const auto& gone = std::get<TupleGone>(read.changes[1]);
+  EXPECT_EQ(gone.how, EventKind::kExpired);
+  EXPECT_EQ(gone.key, "proxy.hall.lamp");
+  EXPECT_EQ(gone.sequence, 301U);
   ASSERT_EQ(read.sets.size(), 1U);
   const auto& set = read.sets[0];
   EXPECT_EQ(set.from, kIsland);
   EXPECT_EQ(set.owner, kSender);
-  EXPECT_EQ(set.time_to_live, wish().time_to_live);
+  EXPECT_EQ(set.time_to_live, append_request().time_to_live);
   EXPECT_TRUE(set.append && set.time_to_live_given);
   EXPECT_EQ(set.expected_sequence, 0U);
   ASSERT_EQ(read.replies.size(), 1U);
@@ -86,11 +84,25 @@ TEST(Frame, BringsEveryEntryInItsOrderAsItWas) {
   EXPECT_EQ(read.replies[0].text, "later");
 }
 
+TEST(Frame, CarriesControlMessagesAsSetsWithAnEmptyKey) {
+  FrameWriter frame;
+  frame.add(SnapshotEnd{5});
+  frame.add(Restart{});
+  EXPECT_EQ(base::to_hex(frame.view()),
+            "000005000000000000"
+            "000000000000000000");
+  Entries read;
+  ASSERT_TRUE(read_frame(frame.view(), kIsland, kSender, read));
+  ASSERT_EQ(read.changes.size(), 2U);
+  EXPECT_EQ(std::get<SnapshotEnd>(read.changes[0]).subscription, 5U);
+  EXPECT_TRUE(std::holds_alternative<Restart>(read.changes[1]));
+}
+
 TEST(Frame, CutAnywhereTellsWhatIsWholeAndWhereItEnds) {
   FrameWriter frame;
-  frame.add(lamp());
+  frame.add(Change(lamp()));
   const auto whole = frame.size();
-  frame.add(wish());
+  frame.add(append_request());
   for (std::size_t size = 0; size < frame.size(); ++size) {
     Entries read;
     const auto done = read_frame(frame.view().first(size), kIsland, kSender, read);

@@ -24,8 +24,8 @@ struct Rogues : testing::Test, TwoComponents {
     ASSERT_TRUE(robot->space.set("a", "1"));
     copies = island->space.subscribe(pattern("a.**"), {}, seen.call());
     a = island->space.subscribe(pattern("a"), {}, seen.call());
-    judge = island->space.add_policy(pattern("cmd"), [this](const RemoteSet& wish) {
-      judged.push_back(wish.value);
+    policy = island->space.add_policy(pattern("cmd"), [this](const RemoteSet& set) {
+      decided.push_back(set.value);
       return SetDecision::applied();
     });
     until([&] { return island->space.get(kRobot, "a").has_value(); });
@@ -47,22 +47,22 @@ struct Rogues : testing::Test, TwoComponents {
   void tell(const Bytes& content) { rogue.frame(kRogue, rogue.incarnation(), 1, island_incarnation, content); }
   static Bytes set(std::string_view key, std::string_view value, std::uint64_t sequence) {
     Event event;
-    event.tuple.key = key;
-    event.tuple.value = value;
-    event.tuple.media_type = "text/plain";
-    event.tuple.sequence = sequence;
+    change.tuple.key = key;
+    change.tuple.value = value;
+    change.tuple.media_type = "text/plain";
+    change.tuple.sequence = sequence;
     FrameWriter writer;
-    writer.add(event);
+    writer.add(change);
     return writer.take();
   }
   static Bytes command(std::uint64_t request, std::string value) {
-    RemoteSet wish;
-    wish.request = request;
-    wish.key = "cmd";
-    wish.value = std::move(value);
-    wish.time_to_live = 60s;
+    RemoteSet set;
+    set.request = request;
+    set.key = "cmd";
+    set.value = std::move(value);
+    set.time_to_live = 60s;
     FrameWriter writer;
-    writer.add(wish);
+    writer.add(set);
     return writer.take();
   }
   /// What the rogue did to it, nobody else noticed.
@@ -77,15 +77,15 @@ struct Rogues : testing::Test, TwoComponents {
     });
     EXPECT_TRUE(until([&] { return answered; }));
     EXPECT_EQ(verdict, Verdict::kApplied);
-    EXPECT_THAT(judged, Contains("robot"));
+    EXPECT_THAT(decided, Contains("robot"));
   }
 
   std::uint64_t island_incarnation =  // it started at the beginning of this time
       static_cast<std::uint64_t>(VirtualScheduler().wall_now().time_since_epoch().count());
   dds::Rogue rogue{kRogue};
   Listener seen;
-  std::vector<std::string> judged;
-  Handle copies, a, judge;
+  std::vector<std::string> decided;
+  Handle copies, a, policy;
 };
 
 TEST_F(Rogues, SpeakForNobodyElse) {
@@ -99,9 +99,9 @@ TEST_F(Rogues, SpeakForNobodyElse) {
 
 TEST_F(Rogues, RepeatAndReorderCommandsInVain) {
   for (const std::uint64_t request : {5U, 5U, 4U, 6U, 5U}) tell(command(request, "r" + std::to_string(request)));
-  EXPECT_TRUE(until([&] { return judged.size() == 2; }));
+  EXPECT_TRUE(until([&] { return decided.size() == 2; }));
   let_pass();
-  EXPECT_THAT(judged, ElementsAre("r5", "r6"));
+  EXPECT_THAT(decided, ElementsAre("r5", "r6"));
   expect_the_others_work();
 }
 

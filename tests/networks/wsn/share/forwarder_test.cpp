@@ -272,7 +272,7 @@ TEST_F(ForwarderTest, ALostPortIsReportedTheClientsStayAndItCanBeOpenedAgain) {
   Program one;
   one.greet(host);
   run();
-  net.tcp.deafen();
+  net.tcp.fail_listeners();
   run();
   ASSERT_THAT(failures, SizeIs(1));
   EXPECT_THAT(failures[0].text, HasSubstr("127.0.0.1:9002"));

@@ -209,7 +209,7 @@ class OwnPort final : public transport::Transports {
     return fail(ErrorCode::kNotFound, path);
   }
   Result<std::unique_ptr<transport::TcpListener>> listen_tcp(const transport::Endpoint&, transport::TcpAccept accepts,
-                                                             transport::TcpDeaf) override {
+                                                             transport::ListenerFailed) override {
     accept = std::move(accepts);
     return std::make_unique<Listener>();
   }

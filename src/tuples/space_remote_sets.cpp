@@ -1,0 +1,91 @@
+#include <fmt/format.h>
+
+#include "base/assert.h"
+#include "tuples/space_impl.h"
+
+namespace rubicon::tuples {
+
+namespace {
+
+SetOptions options_of(const RemoteSet& set) {
+  return {set.media_type, set.user_time, set.lifetime, set.expected_sequence};
+}
+
+}  // namespace
+
+std::uint64_t TupleSpace::Impl::start_request(RemoteSet set, ReplyCall call) {
+  RUBICON_DEBUG_ASSERT(scheduler.on_loop_thread());
+  set.from = self;
+  const auto request = set.request = requests.next_number();
+  if (requests.full()) {
+    later([request, me = self, call = std::move(call)] {
+      if (call) call({me, request, Verdict::kRefused, ErrorCode::kBusy, "too many remote sets wait for their replies"});
+    });
+    return request;
+  }
+  requests.open(request, set.time_to_live, std::move(call));
+  send(std::move(set));
+  return request;
+}
+
+void TupleSpace::Impl::send(RemoteSet set) {
+  if (set.owner == self) {
+    later([this, set = std::move(set)] { answer_own(set); });
+  } else if (auto sent = link.remote_set(set); !sent) {
+    const auto verdict = sent.error().code == ErrorCode::kNotFound ? Verdict::kNoSuchOwner : Verdict::kRefused;
+    later([this, reply = Reply{self, set.request, verdict, sent.error().code, sent.error().text}] {
+      requests.answer(reply);
+    });
+  }
+}
+
+SetDecision TupleSpace::Impl::decide(const RemoteSet& set) {
+  if (auto ok = model::check_key(set.key); !ok) return SetDecision::refused(ok.error());
+  if (set.value.size() > kMaxValueSize) {
+    return SetDecision::refused(
+        {ErrorCode::kOutOfRange, fmt::format("the value for {} has {} bytes, at most {} are allowed", set.key,
+                                             set.value.size(), kMaxValueSize)});
+  }
+  const auto policy = policies.find(self, set.key);
+  const auto index = find(self, set.key);
+  if (!policy && index == kNone) {
+    return SetDecision::refused({ErrorCode::kNotFound, fmt::format("{} has no tuple {}", number(self), set.key)});
+  }
+  if (!policy)
+    return SetDecision::refused({ErrorCode::kRefused, fmt::format("{} is read-only for other components", set.key)});
+  if (set.append && policy->scope != PolicyScope::kSetsAndAppends) {
+    return SetDecision::refused(
+        {ErrorCode::kRefused, fmt::format("{} accepts whole values only, not appends", set.key)});
+  }
+  const auto options = options_of(set);
+  const auto fits =
+      set.append ? check_append(set.key, index, set.value.size(), options) : check_sequence(set.key, index, options);
+  return fits ? policy->policy(set) : SetDecision::refused(fits.error());
+}
+
+Reply TupleSpace::Impl::answer(const RemoteSet& set) {
+  auto decision = set.time_to_live < Duration(0)
+                      ? SetDecision{Verdict::kExpired, false, ErrorCode::kExpired,
+                                    "the time to live ended before the owner received the request"}
+                      : decide(set);
+  const bool store_it = decision.verdict == Verdict::kApplied && decision.store;
+  if (store_it) {
+    const auto stored = set.append ? append(set.key, set.value, options_of(set), set.from)
+                                   : write(set.key, set.value, options_of(set), set.from);
+    if (!stored) decision = SetDecision::refused(stored.error());
+  }
+  Reply reply{set.from, set.request, decision.verdict, decision.code, std::move(decision.text)};
+  const auto index = store_it || set.expected_sequence ? find(self, set.key) : kNone;
+  if (index != kNone) reply.sequence = store.at(index).sequence;
+  return reply;
+}
+
+void TupleSpace::Impl::answer_own(RemoteSet set) {
+  const auto remaining = requests.remaining(set.request);
+  if (!remaining) return;
+  // Exactly zero remains: pass a negative time, because zero means that none was given.
+  set.time_to_live = *remaining > Duration(0) ? *remaining : Duration(-1);
+  requests.answer(answer(set));
+}
+
+}  // namespace rubicon::tuples
