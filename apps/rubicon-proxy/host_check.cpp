@@ -64,7 +64,7 @@ std::vector<std::string> what_host_lacks(island::Island& island, const ConfigPla
       findings.add({"networks", setup.key, one.option}, one.text);
   }
   if (config.engine.dds) {
-    const auto good = tuples::dds::check_interfaces(config.engine.options, tuples::dds::interfaces());
+    const auto good = tuples::dds::check_interfaces(config.engine.options, transport::interfaces());
     if (!good) findings.add({"tuples", "interfaces"}, good.error().text);
   }
   if (!config.state.file.empty()) findings.need_folder({"state", "file"}, island::state_path(config));

@@ -27,7 +27,7 @@ class Doctor {
   }
 
   const Findings& examine() {
-    interfaces_ = interfaces();
+    interfaces_ = transport::interfaces();
     add(check_interfaces(options_, interfaces_));
     look_at_udp();
     const auto here = processes_by_domain(bound_ports());
@@ -153,7 +153,7 @@ class Doctor {
   const Settings& settings_;
   client::Options options_;
   Duration length_;
-  std::vector<Interface> interfaces_;
+  std::vector<transport::Interface> interfaces_;
   std::size_t islands_ = 0;
   std::vector<std::string> complaints_;
   Findings findings_;

@@ -19,13 +19,13 @@ bool only_loopback(const client::Options& options) {
   return std::all_of(options.interfaces.begin(), options.interfaces.end(), [](const auto& one) { return one == "lo"; });
 }
 
-std::string names_of(const std::vector<Interface>& there) {
+std::string names_of(const std::vector<transport::Interface>& there) {
   std::string names;
   for (const auto& one : there) names += (names.empty() ? "" : ", ") + one.name;
   return names;
 }
 
-Finding check_interface(const std::string& name, bool needs_multicast, const std::vector<Interface>& there) {
+Finding check_interface(const std::string& name, bool needs_multicast, const std::vector<transport::Interface>& there) {
   const auto found = std::find_if(there.begin(), there.end(), [&](const auto& one) { return one.name == name; });
   if (found == there.end())
     return {"interface", Grade::kProblem, fmt::format("{} is not an interface of this host", name),
@@ -59,7 +59,7 @@ std::string_view to_string(Finding::Grade grade) {
   return "good";
 }
 
-Findings check_interfaces(const client::Options& options, const std::vector<Interface>& there) {
+Findings check_interfaces(const client::Options& options, const std::vector<transport::Interface>& there) {
   Findings all;
   const bool needs_multicast = !only_loopback(options) && options.peers.empty();
   for (const auto& name : options.interfaces) all.push_back(check_interface(name, needs_multicast, there));
@@ -67,13 +67,14 @@ Findings check_interfaces(const client::Options& options, const std::vector<Inte
 }
 
 Finding check_places(std::uint32_t domain, unsigned processes) {
-  if (processes >= kMostProcesses)
+  if (processes >= tuples::dds::kMaxProcessesPerHost)
     return {"participant-index", Grade::kProblem,
             fmt::format("all {} places of this host in domain {} are taken: no participant index is free",
-                        kMostProcesses, domain),
+                        tuples::dds::kMaxProcessesPerHost, domain),
             "end programs that are not needed (`ss -lunp` lists them), or give some islands another tuples.domain"};
   return {"participant-index", Grade::kGood,
-          fmt::format("{} of {} places of this host in domain {} are taken", processes, kMostProcesses, domain)};
+          fmt::format("{} of {} places of this host in domain {} are taken", processes,
+                      tuples::dds::kMaxProcessesPerHost, domain)};
 }
 
 Finding check_peer(const std::string& peer, std::uint32_t domain, const Probe& probe) {

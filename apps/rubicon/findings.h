@@ -5,6 +5,8 @@
 
 #include "apps/rubicon/host_network.h"
 #include "rubicon/client.hpp"
+#include "transport/interfaces.h"
+#include "tuples/dds/dds_options.h"
 
 namespace rubicon::cli {
 
@@ -23,7 +25,7 @@ using Findings = std::vector<Finding>;
 // Pure: what follows from what was seen. Each gives one finding or more of one name.
 
 /// `no-multicast`: interfaces that are not there, are down, or cannot find others.
-Findings check_interfaces(const client::Options& options, const std::vector<Interface>& there);
+Findings check_interfaces(const client::Options& options, const std::vector<transport::Interface>& there);
 /// `participant-index`: no place for one more process in the domain.
 Finding check_places(std::uint32_t domain, unsigned processes);
 /// `firewall`, of a peer.

@@ -1,9 +1,6 @@
 #include "apps/rubicon/host_network.h"
 
 #include <arpa/inet.h>
-#include <ifaddrs.h>
-#include <net/if.h>
-#include <netdb.h>
 #include <netinet/in.h>
 #include <poll.h>
 #include <sys/socket.h>
@@ -20,6 +17,8 @@
 
 #include "base/host_port.h"
 #include "base/text.h"
+#include "transport/resolve.h"
+#include "tuples/dds/dds_options.h"
 
 namespace rubicon::cli {
 
@@ -27,10 +26,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr unsigned kBase = 7400, kPerDomain = 250, kFirstUnicast = 10, kLastDomain = 230;
 /// Below all ports of DDS.
-constexpr std::uint16_t kClosedPort = kBase - 1;
-constexpr unsigned kProbedProcesses = 8;
+constexpr std::uint16_t kClosedPort = tuples::dds::multicast_port_of(0) - 1;
 constexpr std::chrono::milliseconds kProbeTime{700};
 
 class Socket {
@@ -65,22 +62,6 @@ int send_to(const Socket& socket, const sockaddr_in& where) {
   return ::send(socket.get(), "", 1, 0) == 1 ? 0 : errno;
 }
 
-std::string resolved(const std::string& host, std::string& error) {
-  addrinfo wanted{};
-  wanted.ai_family = AF_INET;
-  wanted.ai_socktype = SOCK_DGRAM;
-  addrinfo* found = nullptr;
-  if (const int code = ::getaddrinfo(host.c_str(), nullptr, &wanted, &found); code != 0) {
-    error = ::gai_strerror(code);
-    return {};
-  }
-  std::array<char, INET_ADDRSTRLEN> text{};
-  const auto* where = reinterpret_cast<const sockaddr_in*>(found->ai_addr);
-  ::inet_ntop(AF_INET, &where->sin_addr, text.data(), text.size());
-  ::freeaddrinfo(found);
-  return text.data();
-}
-
 /// Waits for refusals.
 void wait_for_refusals(std::vector<pollfd>& waiting, Probe& probe) {
   const auto end = Clock::now() + kProbeTime;
@@ -90,31 +71,16 @@ void wait_for_refusals(std::vector<pollfd>& waiting, Probe& probe) {
     for (std::size_t i = 0; i < waiting.size(); ++i) {
       if (waiting[i].revents == 0) continue;
       waiting[i].fd = -1;  // poll passes it over from now on
-      i == 0 ? void(probe.closed_port_refused = true) : void(++probe.refused);
+      if (i == 0) {
+        probe.closed_port_refused = true;
+      } else {
+        ++probe.refused;
+      }
     }
   }
 }
 
 }  // namespace
-
-std::vector<Interface> interfaces() {
-  std::vector<Interface> all;
-  ifaddrs* list = nullptr;
-  if (::getifaddrs(&list) != 0) return all;
-  for (const auto* one = list; one; one = one->ifa_next) {
-    auto found =
-        std::find_if(all.begin(), all.end(), [&](const Interface& known) { return known.name == one->ifa_name; });
-    if (found == all.end()) found = all.insert(all.end(), {one->ifa_name, "", false, false});
-    found->is_up = (one->ifa_flags & IFF_UP) != 0;
-    found->has_multicast = (one->ifa_flags & IFF_MULTICAST) != 0;
-    if (!one->ifa_addr || one->ifa_addr->sa_family != AF_INET || !found->address.empty()) continue;
-    std::array<char, INET_ADDRSTRLEN> text{};
-    const auto* where = reinterpret_cast<const sockaddr_in*>(one->ifa_addr);
-    found->address = ::inet_ntop(AF_INET, &where->sin_addr, text.data(), text.size());
-  }
-  ::freeifaddrs(list);
-  return all;
-}
 
 std::set<unsigned> ports_in(std::string_view table) {
   std::set<unsigned> ports;
@@ -141,11 +107,8 @@ std::set<unsigned> bound_ports() {
 std::map<unsigned, unsigned> processes_by_domain(const std::set<unsigned>& ports) {
   std::map<unsigned, unsigned> processes;
   for (const auto port : ports) {
-    if (port < kBase || !ports.contains(port + 1)) continue;
-    const auto domain = (port - kBase) / kPerDomain;
-    const auto offset = (port - kBase) % kPerDomain;
-    if (domain > kLastDomain || offset < kFirstUnicast || offset % 2 != 0) continue;
-    ++processes[domain];
+    const auto domain = tuples::dds::domain_of_port(port);
+    if (domain && ports.contains(port + 1)) ++processes[*domain];
   }
   return processes;
 }
@@ -164,12 +127,16 @@ bool passes_udp(const std::string& address) {
 Probe probe_peer(const std::string& peer, unsigned domain) {
   Probe probe;
   const auto with_port = base::parse_host_port(peer);
-  const auto address = resolved(with_port ? with_port->host : peer, probe.error);
-  if (address.empty()) return probe;
+  const auto addresses = transport::resolve(with_port ? with_port->host : peer, transport::AddressFamily::kIpv4);
+  if (!addresses) {
+    probe.error = addresses.error().text;
+    return probe;
+  }
+  const auto& address = addresses->front();
   std::vector<std::uint16_t> ports{kClosedPort};
   if (with_port) ports.push_back(with_port->port);
-  for (unsigned i = 0; !with_port && i < kProbedProcesses; ++i)
-    ports.push_back(static_cast<std::uint16_t>(kBase + kPerDomain * domain + kFirstUnicast + 2 * i));
+  for (unsigned i = 0; !with_port && i < tuples::dds::kProcessesSearchedOnPeer; ++i)
+    ports.push_back(static_cast<std::uint16_t>(tuples::dds::port_of(domain, i)));
   std::vector<Socket> sockets(ports.size());
   std::vector<pollfd> waiting;
   for (std::size_t i = 0; i < ports.size(); ++i) {
@@ -185,15 +152,15 @@ Probe probe_peer(const std::string& peer, unsigned domain) {
 }
 
 std::set<unsigned> domains_heard(const std::string& address, unsigned except, std::chrono::milliseconds patience) {
-  std::vector<Socket> sockets(kLastDomain + 1);
+  std::vector<Socket> sockets(tuples::dds::kMaxDomain + 1);
   std::vector<pollfd> waiting;
   ip_mreq group{};
   ::inet_pton(AF_INET, "239.255.0.1", &group.imr_multiaddr);  // DDSI-RTPS 2.5, 9.6.2.4.1
   ::inet_pton(AF_INET, address.c_str(), &group.imr_interface);
-  for (unsigned domain = 0; domain <= kLastDomain; ++domain) {
+  for (unsigned domain = 0; domain <= tuples::dds::kMaxDomain; ++domain) {
     const int descriptor = domain == except ? -1 : sockets[domain].get();
     const int yes = 1;
-    const auto where = address_of("239.255.0.1", static_cast<std::uint16_t>(kBase + kPerDomain * domain));
+    const auto where = address_of("239.255.0.1", static_cast<std::uint16_t>(tuples::dds::multicast_port_of(domain)));
     const bool listens = descriptor >= 0 && ::setsockopt(descriptor, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes) == 0 &&
                          ::bind(descriptor, as_any(where), sizeof where) == 0 &&
                          ::setsockopt(descriptor, IPPROTO_IP, IP_ADD_MEMBERSHIP, &group, sizeof group) == 0;

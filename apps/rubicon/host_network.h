@@ -11,17 +11,8 @@
 
 namespace rubicon::cli {
 
-/// A network interface of this host.
-struct Interface {
-  std::string name;
-  std::string address;  ///< IPv4; empty = none
-  bool is_up = false, has_multicast = false;
-};
-std::vector<Interface> interfaces();
-
 /// Processes of this host that take part in DDS domains, by the pairs of UDP ports that are theirs (DDSI-RTPS 2.5,
-/// 9.6.2.3: 7410 + 250 * domain + 2 * index, and the next one), at most kMostProcesses in a domain.
-inline constexpr unsigned kMostProcesses = 120;
+/// 9.6.2.3).
 std::map<unsigned, unsigned> processes_by_domain(const std::set<unsigned>& ports);
 /// Of /proc/net/udp: the ports that are bound.
 std::set<unsigned> ports_in(std::string_view table);

@@ -6,6 +6,7 @@
 #include "base/config_reader.h"
 #include "config/engine_config.h"
 #include "config/island_config.h"
+#include "tuples/dds/dds_options.h"
 
 namespace rubicon::cli {
 
@@ -59,7 +60,7 @@ void SettingsOptions::add_to(CLI::App& app) {
   const auto group = "Where to look, and how to show it (all commands)";
   app.add_option("--domain", domain_, "DDS domain of the islands, 0..230")
       ->type_name("N")
-      ->check(CLI::Range(0, 230).description(""))
+      ->check(CLI::Range(0U, tuples::dds::kMaxDomain).description(""))
       ->group(group);
   app.add_option("--interfaces", interfaces_, "network interfaces, with commas; lo = this host")
       ->delimiter(',')

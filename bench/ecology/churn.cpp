@@ -27,7 +27,7 @@ double resident_at(const Json& stays, int visits) {
 
 }  // namespace
 
-/// An owner of tuples that stays while others come and go; what it takes at steps of the way.
+/// An owner of tuples that stays while other components come and go; measures its memory in steps.
 Json keeper(const Meeting& meeting, const Json& options) {
   const int visits = options.at("visits"), step = options.at("step");
   Node node(kFirst, meeting);
@@ -48,7 +48,7 @@ Json keeper(const Meeting& meeting, const Json& options) {
   return stays;
 }
 
-/// Components one after the other, each as a command of the command line: reads all, sets one tuple, goes.
+/// Runs components one after the other, each like a CLI command: reads all, sets one tuple, leaves.
 Json visitors(const Meeting& meeting, const Json& options) {
   const int visits = options.at("visits");
   for (int i = 0; i < visits; ++i) {

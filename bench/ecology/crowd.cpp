@@ -28,7 +28,7 @@ double processor_seconds() {
 
 }  // namespace
 
-/// All stay until the same time, so that nobody's farewell is measured.
+/// All components stay until the same time, so that no leaving is measured.
 Json one_of_many(const Meeting& meeting, const Json& options) {
   const double begin = options.at("begin");
   const std::size_t others = options.at("count").get<std::size_t>() - 1;

@@ -39,7 +39,7 @@ class Windows {
   std::vector<std::vector<double>> windows_;
 };
 
-/// Sets a tuple that the other process subscribed to; that one answers by setting one of its own from the callback.
+/// Sets a tuple that the other process subscribes to; the other one answers from the callback by setting its own.
 class Pinger {
  public:
   Pinger(Node& node, const Json& options)
@@ -67,7 +67,7 @@ class Pinger {
     due_ = paced ? std::max(due_ + pace_, node_.scheduler().now()) : node_.scheduler().now() + kResend;
     if (paced || !timer_.pending()) timer_ = node_.scheduler().at(due_, [this] { tick(); });
   }
-  /// Time to send by the pace; in the tight loop only when an answer is lost.
+  /// Sends at the given pace; in the tight loop only if an answer was lost.
   void tick() {
     if (started_ && pace_ == base::Duration(0) && node_.scheduler().now() - times_[number_ % times_.size()] < kResend) {
       timer_ = node_.scheduler().after(kResend, [this] { tick(); });
@@ -109,8 +109,8 @@ struct Place {
   std::vector<std::string> first, second;
 };
 
-/// The scheduler puts two processes that wake each other on one processor or on two, as it likes, for seconds at a
-/// time, and a half round trip of either tool takes 10 us or 40 us by that alone. Held apart both have the same.
+/// The scheduler of Linux runs two processes that wake each other on one CPU or on two, for seconds at a time; that
+/// alone makes a half round trip of either tool take 10 us or 40 us. On fixed CPUs both tools have the same conditions.
 std::vector<Place> places() {
   std::vector<Place> all{{"free", {}, {}}};
   cpu_set_t allowed;
@@ -125,7 +125,7 @@ std::vector<Place> places() {
   return all;
 }
 
-/// `ddsperf` beside us, on loopback as we are; listener mode, which is its default.
+/// `ddsperf` for comparison, on loopback too, in listener mode, which is its default.
 Json engine_ping(const Plan& plan, const Place& place, bool paced) {
   const auto config = "CYCLONEDDS_URI=" + tuples::dds::domain_xml(options_of(plan.new_meeting()));
   const auto seconds = std::to_string(static_cast<int>(plan.seconds) + 2);

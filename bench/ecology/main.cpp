@@ -11,6 +11,7 @@
 #include "ecology/report.h"
 #include "ecology/roles.h"
 #include "support/private_network.h"
+#include "tuples/dds/dds_options.h"
 
 namespace {
 
@@ -37,25 +38,27 @@ struct Options {
 void describe(CLI::App& app, Options& options) {
   std::vector<std::string> names;
   for (const auto& [name, measure] : kMeasurements) names.push_back(name);
-  app.add_option("--domain", options.domain, "DDS domain, 0 to 230")->check(CLI::Range(0, 230))->capture_default_str();
+  app.add_option("--domain", options.domain, "DDS domain, 0 to 230")
+      ->check(CLI::Range(0U, rubicon::tuples::dds::kMaxDomain))
+      ->capture_default_str();
   app.add_option("--only", options.only, "only this measurement (may be repeated)")
       ->check(CLI::IsMember(names))
       ->allow_extra_args(false);
-  app.add_flag("--quick", options.quick, "small and few: shows that it works, not how fast");
-  app.add_flag("--json", options.json, "no word on standard error about what is being measured");
+  app.add_flag("--quick", options.quick, "small sizes: tests the program, measures nothing");
+  app.add_flag("--json", options.json, "no progress on standard error");
   app.add_option("--role", options.role)->group("");
   app.add_option("--tag", options.tag)->group("");
   app.add_option("--options", options.role_options)->group("");
 }
 
 int play(const Options& options) {
-  ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // nothing is left behind by a measurement that is given up
+  ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // so that an aborted measurement leaves no process behind
   const auto result = kRoles.at(options.role)({options.domain, options.tag}, Json::parse(options.role_options));
   fmt::print("{}\n", result.dump());
   return 0;
 }
 
-/// A network of its own where it may have one: nobody else's traffic, no fixed ports taken.
+/// Enters a private network if permitted: no other traffic, and all ports are free.
 bool enter_private_network() {
   if (::geteuid() != 0 && ::unshare(CLONE_NEWUSER) != 0) return false;
   static const rubicon::support::PrivateNetwork alone;
@@ -82,7 +85,7 @@ int measure(const Options& options) {
 }  // namespace
 
 int main(int count, char** values) {
-  CLI::App app("What the tuple space over DDS costs and gives, with several processes on this host: one JSON object.");
+  CLI::App app("Measures the tuple space over DDS with several processes on this host. Prints one JSON object.");
   Options options;
   describe(app, options);
   CLI11_PARSE(app, count, values);

@@ -17,28 +17,28 @@ using Json = nlohmann::ordered_json;
 /// The two components of most measurements.
 inline constexpr OwnerId kFirst{70001}, kSecond{70002};
 
-/// Where the components of one measurement meet: nobody else has this tag.
+/// Domain and tag of one measurement; no other components have this tag.
 struct Meeting {
   std::uint32_t domain = 0;
   std::string tag;
 };
 tuples::dds::DdsOptions options_of(const Meeting& meeting);
 
-/// A component of its own in this process, as a program has one: a loop, DDS, a tuple space.
+/// A component in this process, as a program has one: a loop, DDS, a tuple space.
 class Node {
  public:
-  /// Ends the process with a message when DDS does not work.
+  /// Ends the process with a message if DDS does not work.
   Node(OwnerId id, const Meeting& meeting);
 
   tuples::TupleSpace& space() { return *space_; }
   base::Scheduler& scheduler() { return loop_.scheduler(); }
 
-  /// Runs the loop until finish(). Ends the process with a message when that takes longer than `most`.
+  /// Runs the loop until finish(). Ends the process with a message if that takes longer than `most`.
   void run(base::Duration most);
   void finish() { loop_.stop(); }
-  /// Runs until the other component is there.
+  /// Runs until the other component is up.
   void await(OwnerId peer);
-  /// Runs until it left, or is lost.
+  /// Runs until it left or is lost.
   void await_end_of(OwnerId peer);
 
  private:
@@ -49,14 +49,14 @@ class Node {
   std::unique_ptr<tuples::TupleSpace> space_;
 };
 
-/// Says on standard error why this process cannot go on, and ends it with code 1.
+/// Prints the reason on standard error, and ends the process with code 1.
 [[noreturn]] void give_up(const std::string& why);
 
 double seconds_between(SteadyTime from, SteadyTime to);
 /// Resident memory of this process, MB (10^6 bytes).
 double resident_mb();
 
-/// `text` padded to the 64 bytes of all values here.
+/// `text` padded to 64 bytes, the size of all values here.
 std::string value_of(std::uint64_t number);
 std::uint64_t number_of(std::string_view value);
 

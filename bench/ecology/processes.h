@@ -9,7 +9,7 @@
 
 namespace rubicon::bench {
 
-/// A program this one started; ended with it at the latest.
+/// A program that this one started; it ends with this one at the latest.
 class Child {
  public:
   Child(const std::vector<std::string>& command, const std::vector<std::string>& more_environment);
@@ -17,8 +17,8 @@ class Child {
   Child& operator=(Child&&) = delete;
   ~Child();
 
-  /// What it writes to its standard output until its end. Ends this process with a message when that takes longer
-  /// than `most`, or it fails.
+  /// Its standard output until its end. Ends this process with a message if that takes longer than `most`, or if it
+  /// fails.
   std::string output(base::Duration most);
 
  private:
@@ -27,13 +27,13 @@ class Child {
   int out_ = -1;
 };
 
-/// What a process of ours does in a measurement: the measured, in JSON.
+/// What a process does in a measurement; returns its results as JSON.
 using Role = Json (*)(const Meeting& meeting, const Json& options);
 
-/// This program again, in that role; `prefix` stands before the command.
+/// Starts this program in that role; `prefix` is put before the command.
 Child start_role(const std::string& role, const Meeting& meeting, const Json& options,
                  const std::vector<std::string>& prefix = {});
-/// What it measured.
+/// Its results.
 Json result_of(Child& child);
 
 }  // namespace rubicon::bench

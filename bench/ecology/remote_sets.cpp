@@ -7,7 +7,7 @@ namespace rubicon::bench {
 
 namespace {
 
-/// Sets under way at a time.
+/// Maximum number of pending sets.
 constexpr std::uint64_t kWindow = 4000;
 
 class Commander {
@@ -52,7 +52,7 @@ Json commander(const Meeting& meeting, const Json& options) {
   return Commander(node, options.at("count")).run();
 }
 
-/// Each set carries its number: which came, how often, and after which.
+/// Each set carries its number: counts lost, repeated and reordered ones.
 Json desk(const Meeting& meeting, const Json& options) {
   Node node(kSecond, meeting);
   std::vector<bool> seen(options.at("count").get<std::size_t>() + 1);

@@ -8,9 +8,9 @@
 namespace rubicon::bench {
 
 double median(std::vector<double> values);
-/// `part` of the values are not above it; 0 <= part <= 1.
+/// The quantile: `part` (0..1) of the values are not above it.
 double percentile(std::vector<double> values, double part);
-/// With so many digits behind the point.
+/// Rounded to this number of decimals.
 double rounded(double value, int digits);
 
 /// How much is measured.
@@ -18,13 +18,13 @@ struct Plan {
   std::uint32_t domain = 0;
   int rounds = 5;         ///< of each measurement; medians are reported
   double seconds = 3;     ///< of each round that is measured by time
-  bool is_quick = false;  ///< smaller everywhere: shows that it works, not how fast
+  bool is_quick = false;  ///< smaller sizes: a test of the program, not a measurement
 
-  /// One that nobody else has.
+  /// A unique meeting place.
   Meeting new_meeting() const;
 };
 
-/// The one JSON object that comes out: figures by name, their targets, and what else was seen.
+/// The JSON object of results: figures by name, their targets, and details.
 class Report {
  public:
   void figure(const std::string& name, Json value) { figures_[name] = std::move(value); }

@@ -10,7 +10,7 @@ namespace rubicon::bench {
 
 namespace {
 
-/// Tuples set in one turn, and waiting ones beyond which the writer waits.
+/// Tuples set in one turn, and the number of queued ones beyond which the writer waits.
 constexpr std::size_t kBatch = 1000, kAhead = 5'000;
 constexpr auto kPause = std::chrono::microseconds(200);
 
@@ -18,7 +18,7 @@ std::string load_key(std::size_t index) {
   return fmt::format("bench.load.device-{}.sensor.light-{}.value", index / 10, index % 10);
 }
 
-/// Sets all tuples again and again: as fast as they are taken, or as fast as it can when `flat_out`.
+/// Sets all tuples repeatedly: as fast as they are accepted, or as fast as possible if `flat_out`.
 class Writer {
  public:
   Writer(Node& node, const Json& options)
@@ -81,7 +81,7 @@ class Writer {
   base::Timer timer_;
 };
 
-/// Takes everything, each tuple for `busy_us`; what it holds in the end is compared.
+/// Subscribes to everything and spends `busy_us` on each event; its final copies are compared.
 class Sink {
  public:
   Sink(Node& node, const Json& options)
@@ -115,7 +115,7 @@ class Sink {
       if (busy_ > base::Duration(0)) std::this_thread::sleep_for(busy_);
     }
   }
-  /// Entries keep their order: what was set before the end is here, but for one turn.
+  /// Entries stay in order: one turn after the end marker everything has arrived.
   void settle() {
     timer_ = node_.scheduler().after(std::chrono::milliseconds(300), [this] { node_.finish(); });
   }

@@ -1,4 +1,4 @@
-// Shows the values of all sensors of a type, whoever has them, as they come: 1_watch [TYPE], Ctrl-C ends it.
+// Prints the values of all sensors of a type, on all islands, as they arrive: 1_watch [TYPE]. Ctrl-C ends it.
 //
 //   g++ -std=c++20 1_watch.cpp $(pkg-config --cflags --libs rubicon) -o watch
 
@@ -25,11 +25,11 @@ void print(const rubicon::Event& event) {
   }
 }
 
-/// Subscribes to the sensors of the type that this device has. A subscription is demand: it makes them be sampled.
+/// Subscribes to the device's sensors of the type. The subscription creates demand: the sensors are sampled.
 std::vector<rubicon::Handle> subscriptions(rubicon::Client& client, const rubicon::client::Device& device,
                                            const std::string& type) {
   rubicon::Flow flow;
-  flow.minimum = std::chrono::milliseconds(500);  // a value each half a second is enough
+  flow.minimum = std::chrono::milliseconds(500);  // at most two values per second
   std::vector<rubicon::Handle> all;
   for (const auto& sensor : device.sensors) {
     if (!sensor.starts_with(type + "-")) continue;
@@ -58,10 +58,10 @@ int main(int argc, char** argv) {
   std::map<std::pair<rubicon::OwnerId, std::string>, std::vector<rubicon::Handle>> watched;
   rubicon::client::DeviceQuery query;
   query.type = type;
-  // Told of those that are there and of those that come later, from any island.
+  // Called for the devices that are present and for those that appear later, on any island.
   const auto devices = (*client)->watch_devices(query, [&](const rubicon::client::Device& device, bool present) {
     auto& handles = watched[{device.island, device.key()}];
-    handles.clear();  // ends the subscriptions: it went, or has other sensors now
+    handles.clear();  // ends the subscriptions: the device is gone, or its sensors changed
     if (present) handles = subscriptions(**client, device, type);
   });
   (*client)->run();

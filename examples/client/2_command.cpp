@@ -1,5 +1,5 @@
-// Sets an actuator and says how that ended: 2_command TYPE VALUE [NAME], for example `2_command lamp on`.
-// Exit code 0: the device reported it, or cannot report; 3: it did not happen; 4: there is no such actuator.
+// Sets an actuator and prints the result: 2_command TYPE VALUE [NAME], for example `2_command lamp on`.
+// Exit code 0: the device confirmed it, or cannot confirm; 3: the command was not executed; 4: no such actuator.
 //
 //   g++ -std=c++20 2_command.cpp $(pkg-config --cflags --libs rubicon) -o command
 
@@ -33,7 +33,7 @@ int main(int argc, char** argv) {
   rubicon::client::DeviceQuery query;
   query.type = argv[1];
   if (argc > 3) query.name = argv[3];
-  for (const auto& device : client.devices(query)) {  // these calls wait, and run the client's loop meanwhile
+  for (const auto& device : client.devices(query)) {  // blocks, and runs the client's loop meanwhile
     const auto actuator = actuator_of(device, argv[1]);
     if (actuator.empty()) continue;
     const auto key = device.key() + ".actuator." + actuator + ".command";

@@ -1,4 +1,4 @@
-// Shows the points of a type with what their values are worth, then each change: 4_points [TYPE], Ctrl-C ends it.
+// Prints the points of a type with their quality, then each change: 4_points [TYPE]. Ctrl-C ends it.
 //
 //   g++ -std=c++20 4_points.cpp $(pkg-config --cflags --libs rubicon) -o points
 
@@ -42,10 +42,10 @@ int main(int argc, char** argv) {
   std::signal(SIGINT, end);
   std::signal(SIGTERM, end);
 
-  // One instance of the type in each device, on any network of any island.
+  // The first instance of the type in each device, on any network of any island.
   const rubicon::Pattern points{std::nullopt, "*.*.*.sensor." + type + "-1"};
   rubicon::Flow flow;
-  flow.passive = true;  // shows what is there; without it the sensors are sampled as long as this runs
+  flow.passive = true;  // without it the sensors would be sampled for as long as this runs
   const auto watch = (*client)->watch_points(points, flow, print);
   if (!watch) {
     std::cerr << watch.error().text << '\n';

@@ -2,7 +2,7 @@
 
 namespace rubicon::base {
 
-/// Prints what broke and where, then aborts: our own mistakes end here, in every build.
+/// Prints the condition and its place, then aborts: errors of this program itself end here, in every build.
 [[noreturn]] void assertion_failed(const char* condition, const char* file, int line);
 
 }  // namespace rubicon::base

@@ -5,11 +5,11 @@
 
 namespace rubicon::base {
 
-/// Where bytes are put for good, in order: a file being appended to, a vector in tests.
+/// Receives bytes in order: a file opened for appending, a vector in tests.
 class ByteSink {
  public:
   virtual ~ByteSink() = default;
-  /// Takes all of them, or says why not; then a part may have been taken.
+  /// Appends all bytes. After an error a part of them may have been appended.
   virtual Result<void> append(ByteView bytes) = 0;
 };
 

@@ -14,8 +14,8 @@ namespace rubicon::base {
 using Bytes = std::vector<std::uint8_t>;
 using ByteView = std::span<const std::uint8_t>;
 
-/// Takes integers from a byte string, never beyond its end. After a short read every further read gives zero and
-/// ok() is false: parse a whole record, then ask once.
+/// Reads integers from a byte string, never beyond its end. After a read beyond the end all further ones give zero and
+/// ok() is false: parse a whole record, then check once.
 class ByteReader {
  public:
   explicit ByteReader(ByteView bytes) : bytes_(bytes) {}

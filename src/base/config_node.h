@@ -9,7 +9,7 @@
 
 namespace rubicon::base {
 
-/// Where in a configuration file something stands; line and column count from 1, 0 = not from a file (`--set`).
+/// A place in a configuration file; line and column count from 1, 0 = not from a file (`--set`).
 struct ConfigPlace {
   ConfigPlace() = default;
   ConfigPlace(std::string_view of_file, int of_line, int of_column)
@@ -25,14 +25,14 @@ struct ConfigPlace {
 /// `home.yaml:3:7`, or the file's name alone.
 std::string to_string(const ConfigPlace& place);
 
-/// A configuration tree as its author wrote it: text not yet interpreted, every node with its place.
+/// A configuration tree as written: texts are not interpreted yet, every node has its place.
 struct ConfigNode {
   enum class Kind : std::uint8_t { kNull, kScalar, kList, kMap };
 
   Kind kind = Kind::kNull;
-  bool was_quoted = false;  ///< a quoted scalar is text, whatever it looks like
+  bool was_quoted = false;  ///< a quoted scalar is always text
   ConfigPlace place;
-  int key_line = 0, key_column = 0;                         ///< of an entry: where its key stands; 0 = not known
+  int key_line = 0, key_column = 0;                         ///< of an entry: place of its key; 0 = not known
   std::string text;                                         ///< of a scalar
   std::vector<ConfigNode> items;                            ///< of a list
   std::vector<std::pair<std::string, ConfigNode>> entries;  ///< of a map, in the order of the file, keys unique
@@ -47,17 +47,17 @@ struct ConfigNode {
 
   const ConfigNode* find(std::string_view key) const;
   ConfigNode* find(std::string_view key);
-  /// Where the key of this entry stands, else where the node does.
+  /// The place of the entry's key, or of the node if that is not known.
   ConfigPlace key_place() const;
 };
 
-/// Where two trees say different things, as paths such as `devices.7.id`: at most `limit` of them, in the order of
-/// `now`, then what only `before` has. Places, comments and the order of keys do not count; empty = they say the same.
+/// The differences of two trees as paths such as `devices.7.id`: at most `limit` of them, in the order of `now`, then
+/// what only `before` has. Places, comments and the order of keys do not count; empty = equal.
 std::vector<std::string> differences(const ConfigNode& before, const ConfigNode& now, std::size_t limit);
 
-/// A tree without its places, in about as many bytes as its file has: what a program keeps that has read it.
+/// A compact form of the tree without its places, about as long as its file, to be kept after reading.
 std::string packed(const ConfigNode& node);
-/// What packed() was given; for its own output only (asserted).
+/// The tree that packed() was called with; for output of packed() only (asserted).
 ConfigNode unpacked(std::string_view packed);
 
 }  // namespace rubicon::base

@@ -15,7 +15,7 @@
 
 namespace rubicon::base {
 
-/// All that is wrong with a configuration, each line `file:line:column: path: what, expected what`.
+/// All errors of a configuration, each line `file:line:column: path: what, expected what`.
 class ConfigErrors {
  public:
   void add(const ConfigPlace& place, std::string_view path, std::string_view text);
@@ -46,15 +46,15 @@ class ConfigReader {
                        std::int64_t maximum = std::numeric_limits<std::int64_t>::max());
   double real(const std::string& key, double otherwise, double minimum = -std::numeric_limits<double>::max(),
               double maximum = std::numeric_limits<double>::max());
-  /// `250ms`, `5s`, `1.5h`, `2min`, `1d`; a bare number is refused, the unit is part of the value.
+  /// `250ms`, `5s`, `1.5h`, `2min`, `1d`; the unit is required.
   Duration duration(const std::string& key, Duration otherwise);
   /// Same, or the word `never` (nullopt).
   std::optional<Duration> duration_or_never(const std::string& key, std::optional<Duration> otherwise);
-  /// Bytes: `100MB`, `64KiB`, `1.5GB`, `512B`; the unit is part of the value.
+  /// Bytes: `100MB`, `64KiB`, `1.5GB`, `512B`; the unit is required.
   std::uint64_t size(const std::string& key, std::uint64_t otherwise, std::uint64_t minimum = 0,
                      std::uint64_t maximum = std::numeric_limits<std::uint64_t>::max());
 
-  /// The node under a key for own reading (marked as known); nullptr if absent.
+  /// The node of a key, for reading by the caller (marked as known); nullptr if absent.
   const ConfigNode* node(const std::string& key);
   /// A nested map; an empty one if absent, an error if not a map.
   ConfigReader map(const std::string& key);
@@ -67,11 +67,11 @@ class ConfigReader {
   /// All keys of this map, in file order (does not mark them as known).
   std::vector<std::string> keys() const;
 
-  /// An error of the caller's own about a key of this map (or about the map itself, key empty).
+  /// Adds an error about a key of this map (or about the map itself, if the key is empty).
   void error(const std::string& key, std::string_view text);
-  /// Keys of this map that another reader takes: named among the known ones.
+  /// Keys of this map that another reader reads: listed among the known ones.
   void also_known(std::span<const std::string_view> keys);
-  /// Reports every key nobody asked for, the nearest known one first, then all.
+  /// Reports each key that was not read, with the nearest known key first, then all known ones.
   void finish();
 
   const ConfigNode& here() const { return *map_; }
@@ -94,7 +94,7 @@ std::optional<Duration> parse_duration(std::string_view text);
 /// Bytes in `100MB`, `64KiB`, ... (B; kB, MB, GB, TB by thousands; KiB, MiB, GiB, TiB by 1024): nullopt if it is no
 /// size.
 std::optional<std::uint64_t> parse_size(std::string_view text);
-/// The shortest exact spelling: `100MB`.
+/// The shortest exact form: `100MB`.
 std::string size_text(std::uint64_t bytes);
 
 }  // namespace rubicon::base

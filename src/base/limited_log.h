@@ -33,7 +33,7 @@ class LimitedLog {
     if (allowed) log_.error(text);
     return allowed;
   }
-  /// Where every line goes, for what is rare.
+  /// The log without a limit, for rare lines.
   const Log& unlimited() const { return log_; }
 
  private:

@@ -6,8 +6,8 @@
 
 namespace rubicon::base {
 
-// Times for people: local time of this process (TZ, /etc/localtime) with the zone named. A time that no calendar of
-// the system reaches stands as seconds since 1970.
+// Times for people: local time of this process (TZ, /etc/localtime) with the name of the zone. A time outside of the
+// system's calendar is written as seconds since 1970.
 
 /// `2026-01-31 12:00:00.250 CET`, milliseconds rounded down.
 std::string local_text(WallTime time);

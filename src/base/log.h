@@ -7,14 +7,14 @@ namespace rubicon::base {
 
 enum class LogLevel { kDebug, kInfo, kWarning, kError };
 
-/// Where log lines go: standard error in the daemon, a vector in tests.
+/// Receives log lines: standard error in the daemon, a vector in tests.
 class LogSink {
  public:
   virtual ~LogSink() = default;
   virtual void write(LogLevel level, std::string_view who, std::string_view text) = 0;
 };
 
-/// A named voice on a sink; cheap to copy. The sink must outlive it.
+/// A log with a name, which writes to a sink; cheap to copy. The sink must outlive it.
 class Log {
  public:
   Log(LogSink& sink, std::string who) : sink_(&sink), who_(std::move(who)) {}
@@ -29,7 +29,7 @@ class Log {
   std::string who_;
 };
 
-/// Swallows everything.
+/// Discards everything.
 class NullLogSink final : public LogSink {
  public:
   void write(LogLevel, std::string_view, std::string_view) override {}

@@ -18,7 +18,7 @@ bool same(char a, char b) {
   return lower(a) == lower(b);
 }
 
-/// More slips make another word.
+/// Maximum edit distance of a misspelling.
 std::size_t most_slips(std::size_t length) {
   if (length <= 5) return 1;
   return length <= 8 ? 2 : 3;

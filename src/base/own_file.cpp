@@ -27,7 +27,7 @@ ErrorCode code_of(int error) {
   }
 }
 
-/// The mode that a file should have instead of its own: only one of ours that others may use has a wrong one.
+/// The mode that a file should have: another one than now only if it is ours and others may access it.
 std::optional<mode_t> better_mode(int descriptor) {
   struct stat about {};
   if (::fstat(descriptor, &about) != 0 || !S_ISREG(about.st_mode) || about.st_uid != ::geteuid()) return {};
@@ -81,8 +81,8 @@ Result<void> OwnFile::write(std::string_view bytes, const std::string& path) con
     const auto count = ::write(descriptor_, bytes.data(), bytes.size());
     if (count < 0 && errno == EINTR) continue;
     if (count <= 0) {
-      return fail(ErrorCode::kIo, fmt::format("{}: cannot write: {}", path,
-                                              count < 0 ? std::strerror(errno) : "the disk takes no more"));
+      return fail(ErrorCode::kIo,
+                  fmt::format("{}: cannot write: {}", path, count < 0 ? std::strerror(errno) : "the disk is full"));
     }
     bytes.remove_prefix(static_cast<std::size_t>(count));
   }

@@ -16,19 +16,19 @@ class OwnFile {
   OwnFile& operator=(const OwnFile&) = delete;
   ~OwnFile();
 
-  /// Opens a file that we write, and makes it if it is not there: readable for its user and group only (0640, whatever
-  /// the umask allows), and never through a symbolic link, by which somebody else would choose what we overwrite.
-  /// `flags` are those of open(2) beside O_CREAT. A file of ours that others may use, as earlier releases made them, is
-  /// closed to them. kRefused: we may not; kNotFound: its folder is absent; kInvalid: it is a symbolic link; kIo:
-  /// anything else, in the words of the system.
+  /// Opens a file for writing, and creates it if it does not exist: accessible to its user and group only (0640,
+  /// whatever the umask allows), and never through a symbolic link, which another user could point at a file to
+  /// overwrite. `flags` are those of open(2) besides O_CREAT. Takes away access by others that earlier releases gave.
+  /// kRefused: no permission; kNotFound: the folder does not exist; kInvalid: it is a symbolic link; kIo: other errors
+  /// of the system.
   static Result<OwnFile> open(const std::string& path, int flags);
-  /// Does only the latter, to a file that somebody else opens and which may be absent.
+  /// Only takes away access by others, from a file that need not exist.
   static void close_to_others(const std::string& path);
 
   int get() const { return descriptor_; }
   /// The descriptor, which the caller closes.
   int release();
-  /// All of it, or kIo.
+  /// Writes all of it; kIo on failure.
   Result<void> write(std::string_view bytes, const std::string& path) const;
 
  private:

@@ -8,8 +8,8 @@
 
 namespace rubicon::base {
 
-/// Says "log this" at most once per subject and minute, and counts what it swallowed. Bounded: beyond 1024 subjects
-/// all newcomers share one budget.
+/// Allows one log line per subject and minute, and counts the suppressed ones. Bounded: beyond 1024 subjects all new
+/// ones share one limit.
 class RateLimit {
  public:
   explicit RateLimit(Duration period = std::chrono::minutes(1)) : period_(period) {}

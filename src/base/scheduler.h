@@ -7,7 +7,7 @@
 
 namespace rubicon::base {
 
-/// A pending call; destroying or cancelling it guarantees that the call does not happen. May outlive its scheduler.
+/// A pending call; after destroying or cancelling it the call does not happen. May outlive its scheduler.
 class Timer {
  public:
   struct Entry {
@@ -29,7 +29,7 @@ class Timer {
   std::shared_ptr<Entry> entry_;
 };
 
-/// The only source of time and of later calls; a constructor argument of everything that waits.
+/// The only source of time and of delayed calls; a constructor argument of everything that waits.
 class Scheduler {
  public:
   virtual ~Scheduler() = default;
@@ -40,11 +40,11 @@ class Scheduler {
   /// Calls `call` in a later turn of the loop, in the order of posting, never from inside post().
   virtual void post(std::function<void()> call) = 0;
 
-  /// Calls `call` once, not before `when`; equal times run in the order they were asked for.
+  /// Calls `call` once, not before `when`; calls with equal times run in the order of at().
   [[nodiscard]] virtual Timer at(SteadyTime when, std::function<void()> call) = 0;
   [[nodiscard]] Timer after(Duration delay, std::function<void()> call) { return at(now() + delay, std::move(call)); }
 
-  /// True on the thread that runs the loop: what debug builds assert at the doors of the core.
+  /// True on the thread that runs the loop; debug builds assert it at the entry points of the core.
   virtual bool on_loop_thread() const = 0;
 };
 

@@ -14,7 +14,7 @@ Timer& Timer::operator=(Timer&& other) noexcept {
 }
 
 void Timer::cancel() {
-  // What the call holds may own this timer: let go of everything before that is destroyed.
+  // The call may own this timer: release everything before it is destroyed.
   const auto entry = std::exchange(entry_, nullptr);
   if (entry) const auto call = std::exchange(entry->call, nullptr);
 }

@@ -10,7 +10,7 @@
 namespace rubicon::base {
 
 /// Pending timers ordered by time, then by age; shared by the virtual and the real scheduler.
-/// Cancelled entries are swept once they outnumber the live ones, so that re-arming costs no memory.
+/// Cancelled entries are removed once they outnumber the live ones, so that re-arming does not use up memory.
 class TimerHeap {
  public:
   Timer add(SteadyTime when, std::function<void()> call);
@@ -18,7 +18,7 @@ class TimerHeap {
   /// The time of the earliest live entry.
   std::optional<SteadyTime> next();
 
-  /// Takes the earliest live entry out if it is due at `now`; its call is moved out, so a Timer sees it as done.
+  /// Removes the earliest live entry if it is due at `now`, and returns its call; the Timer then is no longer pending.
   std::function<void()> take_due(SteadyTime now);
 
   std::size_t size() const { return heap_.size(); }

@@ -6,10 +6,10 @@
 
 namespace rubicon::base {
 
-/// Time that moves only when a test says so: hours of a building's life in milliseconds, the same every run.
+/// Time that advances only when a test advances it: hours pass in milliseconds, and each run is the same.
 class VirtualScheduler final : public Scheduler {
  public:
-  /// Starts at 2026-01-01T00:00:00Z on the wall.
+  /// The wall clock starts at 2026-01-01T00:00:00Z.
   VirtualScheduler();
 
   SteadyTime now() const override { return now_; }
@@ -18,14 +18,14 @@ class VirtualScheduler final : public Scheduler {
   Timer at(SteadyTime when, std::function<void()> call) override { return timers_.add(when, std::move(call)); }
   bool on_loop_thread() const override { return true; }
 
-  /// Runs everything that is due now, posts included, until nothing is left.
+  /// Runs all calls that are due now, including those that they post.
   void run_ready();
-  /// Moves time forward by `span`, running each timer at its own time.
+  /// Advances the time by `span`, and runs each timer at its time.
   void run_for(Duration span);
-  /// Time goes by and nothing runs, as while a process is stopped; what is due then runs late.
+  /// Advances the time and runs nothing, as while a process is stopped; what is due then runs late.
   void stop_for(Duration span) { advance_to(now_ + span); }
-  /// `outside` is asked when nothing is left to do now, and waits a little for real parts: true if they posted
-  /// something.
+  /// `outside` is called when nothing is left to do; it waits briefly for real input, and returns true if that posted
+  /// calls.
   void ask_outside(std::function<bool()> outside) { outside_ = std::move(outside); }
   /// Sets the wall clock, as an administrator or NTP would; monotonic time is untouched.
   void set_wall(WallTime wall) { wall_ = wall; }

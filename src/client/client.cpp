@@ -24,7 +24,6 @@ namespace rubicon::client {
 namespace {
 
 constexpr std::uint32_t kFirstId = 65536;
-constexpr std::uint32_t kLastDomain = 230;
 /// How long a waiting call sleeps at most before it looks again.
 constexpr Duration kLongestNap = std::chrono::seconds(1);
 
@@ -38,8 +37,9 @@ Result<void> check(const Options& options) {
   if (id != 0 && id < kFirstId)
     return fail(ErrorCode::kInvalid,
                 fmt::format("component id {}: expected a number above 65535, the others are islands", id));
-  if (options.domain > kLastDomain)
-    return fail(ErrorCode::kInvalid, fmt::format("domain {}: expected 0 to {}", options.domain, kLastDomain));
+  if (options.domain > tuples::dds::kMaxDomain)
+    return fail(ErrorCode::kInvalid,
+                fmt::format("domain {}: expected 0 to {}", options.domain, tuples::dds::kMaxDomain));
   if (options.tcp && options.peers.empty() && options.port == 0)
     return fail(ErrorCode::kInvalid, "tcp finds nobody by itself: expected peers (host:port) or a port");
   if (options.interfaces.empty())

@@ -13,8 +13,6 @@ namespace {
 using tuples::dds::DdsOptions;
 using tuples::dds::DdsTransport;
 
-/// Of DDS (its ports are made of it).
-constexpr std::int64_t kMaxDomain = 230;
 constexpr Duration kShortestLease = std::chrono::milliseconds(500);
 constexpr Duration kLongestLease = std::chrono::seconds(60);
 constexpr std::size_t kMostPeers = 64;
@@ -42,9 +40,9 @@ void item_error(ConfigReader& map, const std::string& key, std::size_t item, std
 void read_interfaces(ConfigReader& tuples, DdsOptions& dds) {
   const auto names = tuples.texts("interfaces");
   if (!tuples.has("interfaces")) return;
-  if (names.empty() || names.size() > tuples::dds::kMostInterfaces) {
+  if (names.empty() || names.size() > tuples::dds::kMaxInterfaces) {
     return tuples.error("interfaces", fmt::format("has {} names, expected 1 to {} names of network interfaces",
-                                                  names.size(), tuples::dds::kMostInterfaces));
+                                                  names.size(), tuples::dds::kMaxInterfaces));
   }
   std::set<std::string> taken;
   for (std::size_t i = 0; i < names.size(); ++i) {
@@ -115,7 +113,7 @@ EngineSetup read_engine(ConfigReader& root) {
   }
   engine.dds = tuples.choice("engine", "dds", {"memory", "dds"}) == "dds";
   auto& dds = engine.options;
-  dds.domain = static_cast<std::uint32_t>(tuples.integer("domain", dds.domain, 0, kMaxDomain));
+  dds.domain = static_cast<std::uint32_t>(tuples.integer("domain", dds.domain, 0, tuples::dds::kMaxDomain));
   read_ways(tuples, dds);
   read_tag(tuples, dds);
   dds.lease = tuples.duration("lease", dds.lease);

@@ -56,7 +56,7 @@ bool is_pseudo(const struct stat& status) {
   return S_ISCHR(status.st_mode) && number >= 136 && number <= 143;
 }
 
-/// 8 data bits, 1 stop bit, no parity, no flow control, no echo, nothing translated; modem lines are not looked at, and
+/// 8 data bits, 1 stop bit, no parity, no flow control, no echo, nothing translated. Modem lines are ignored, and
 /// stay as they are when the line is closed: some boards reset on DTR or RTS (termios(3), HUPCL).
 bool make_raw(int descriptor, std::optional<speed_t> speed) {
   termios settings{};
@@ -64,14 +64,14 @@ bool make_raw(int descriptor, std::optional<speed_t> speed) {
   ::cfmakeraw(&settings);
   settings.c_cflag &= ~static_cast<tcflag_t>(CRTSCTS | CSTOPB | HUPCL);
   settings.c_cflag |= CLOCAL | CREAD;
-  settings.c_cc[VMIN] = 1;  // 0 would make "nothing there" look like the end
+  settings.c_cc[VMIN] = 1;  // with 0 an empty buffer would look like the end
   settings.c_cc[VTIME] = 0;
   if (speed) ::cfsetspeed(&settings, *speed);
   return ::tcsetattr(descriptor, TCSANOW, &settings) == 0;
 }
 
-/// A line that others do not get while we have it. A pseudo-terminal would stay exclusive behind one of us who was
-/// killed, as its maker has it open too; there the lock must do.
+/// Keeps other programs from opening the line. A pseudo-terminal is only locked: TIOCEXCL would stay in force after
+/// this process was killed, because its maker has it open too.
 Result<void> claim(const std::string& path, int descriptor, bool pseudo) {
   if (::flock(descriptor, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
     return fail(ErrorCode::kBusy, path + ": cannot open: another program has the serial line");
@@ -105,7 +105,7 @@ Result<Descriptor> open_line(const SerialOptions& options, bool& pseudo) {
   return line;
 }
 
-/// On an io_context from now on; `connected` comes in a later turn.
+/// Starts reading; `connected` is called in a later turn.
 Result<void> start(const std::shared_ptr<Line>& line, Descriptor descriptor) {
   boost::system::error_code error;
   line->socket.assign(descriptor.get(), error);
@@ -122,7 +122,7 @@ class AsioSerial final : public ByteStream {
  public:
   AsioSerial(std::shared_ptr<Line> line, bool pseudo) : line_(std::move(line)), pseudo_(pseudo) {}
   ~AsioSerial() override {
-    // Else close() waits until a slow line has sent what is left, which may be half a minute (tty(4), closing_wait).
+    // Otherwise close() waits up to half a minute until a slow line has sent the rest (tty(4), closing_wait).
     if (!pseudo_ && line_->socket.is_open()) ::tcflush(line_->socket.native_handle(), TCOFLUSH);
     line_->leave();
   }
@@ -138,15 +138,15 @@ class AsioSerial final : public ByteStream {
   bool pseudo_;
 };
 
-/// Marks the slave of a pseudo-terminal as made by a living program. The lock goes with the program, and is none of
-/// those that programs claim lines with (fcntl(2), open file description locks).
+/// Marks the slave of a pseudo-terminal as belonging to a running program. The lock ends with the program, and differs
+/// from those that programs claim lines with (fcntl(2), open file description locks).
 bool mark(int slave) {
   struct flock lock {};
   lock.l_type = F_WRLCK;
   return ::fcntl(slave, F_OFD_SETLK, &lock) == 0;
 }
 
-/// The slave's maker lives; false for terminals of others.
+/// Whether the program that made the slave runs; false for terminals made by other programs.
 bool is_marked(const std::string& slave) {
   const Descriptor line(::open(slave.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
   if (line.get() < 0) return errno == EBUSY;
@@ -155,7 +155,7 @@ bool is_marked(const std::string& slave) {
   return ::fcntl(line.get(), F_OFD_GETLK, &lock) == 0 && lock.l_type != F_UNLCK;
 }
 
-/// The symbolic link to a pseudo-terminal, for as long as it is ours.
+/// Owns the symbolic link to a pseudo-terminal.
 class Link {
  public:
   Link(std::string path, std::string to) : path_(std::move(path)), to_(std::move(to)) {}
@@ -169,10 +169,10 @@ class Link {
     if (path_.empty() || path_.find('\0') != std::string::npos)
       return fail(ErrorCode::kInvalid, "a path for a pseudo-terminal is empty or has a zero byte in it");
     if (const auto other = target(); other.starts_with("/dev/pts/")) {
-      // A dead maker's link may name the very terminal that is ours now: numbers are used again.
+      // A stale link may name the terminal that is ours now, because numbers are reused.
       if (other != to_ && is_marked(other))
         return fail(ErrorCode::kBusy, path_ + ": cannot make a pseudo-terminal: another program has one there");
-      // Left behind: it points to what may be anybody's by now, or to nothing.
+      // A stale link: its terminal no longer exists, or belongs to another program.
       ::unlink(path_.c_str());
     }
     made_ = ::symlink(to_.c_str(), path_.c_str()) == 0;
@@ -181,7 +181,7 @@ class Link {
   }
 
  private:
-  /// Of the symbolic link that is there; empty if none is.
+  /// Target of the present symbolic link; empty = there is none.
   std::string target() const {
     std::array<char, 256> text{};
     const auto size = ::readlink(path_.c_str(), text.data(), text.size());
@@ -206,7 +206,7 @@ class AsioPty final : public ByteStream {
 
  private:
   std::shared_ptr<Line> line_;
-  Descriptor other_end_;  ///< kept open: without any, reading from ours would be an error
+  Descriptor other_end_;  ///< kept open, because reading from the master fails while no slave is open
   std::unique_ptr<Link> link_;
 };
 

@@ -27,7 +27,7 @@ std::string name_of(const Endpoint& endpoint) {
   return "TCP " + to_string(endpoint);
 }
 
-/// A connection that is being made, or made.
+/// A connection that is being established, or established.
 struct Connection final : AsioTraffic<tcp::socket> {
   Connection(asio::io_context& context, const TcpOptions& o, TcpCalls c)
       : AsioTraffic(context, name_of(o.remote), "the other end closed", std::move(c)), deadline(context), options(o) {}
@@ -52,7 +52,7 @@ int whole_seconds(Duration span) {
   return static_cast<int>(std::max<std::int64_t>(1, std::chrono::ceil<std::chrono::seconds>(span).count()));
 }
 
-/// A system without one of them still has a connection; hence no complaint (tcp(7)).
+/// Errors are ignored: the connection also works without these options (tcp(7)).
 void Connection::set_options() {
   set(socket, IPPROTO_TCP, TCP_NODELAY, 1);
   const auto user = std::chrono::ceil<std::chrono::milliseconds>(options.user_timeout).count();
@@ -100,7 +100,7 @@ void Connection::connected_or_not(const error_code& error) {
   lose(std::move(why));
 }
 
-/// Closed with a linger time of 0 it is reset, and what it still had to send is thrown away (socket(7), SO_LINGER).
+/// Closing with a linger time of 0 resets the connection and discards unsent data (socket(7), SO_LINGER).
 void Connection::abort() {
   if (socket.is_open()) set(socket, SOL_SOCKET, SO_LINGER, ::linger{1, 0});
   deadline.cancel();
@@ -134,8 +134,8 @@ class AsioTcp final : public TcpStream {
   std::shared_ptr<Connection> connection_;
 };
 
-/// What accept(2) says of the connection it was about to give; the next one may be sound.
-bool tells_of_one_connection(int error) {
+/// Whether the error of accept(2) concerns only the connection that was to be accepted.
+bool concerns_one_connection(int error) {
   return error == ECONNABORTED || error == EPROTO || error == ENETDOWN || error == ENOPROTOOPT || error == EHOSTDOWN ||
          error == ENONET || error == EHOSTUNREACH || error == EOPNOTSUPP || error == ENETUNREACH || error == EPERM ||
          error == EINTR;
@@ -145,7 +145,7 @@ bool lacks_room(int error) {
   return error == EMFILE || error == ENFILE || error == ENOBUFS || error == ENOMEM;
 }
 
-/// How long connections wait when the system has no room for another one.
+/// Pause before accepting again after the system had no room for a connection.
 constexpr auto kRoomPause = std::chrono::milliseconds(100);
 
 struct Port : std::enable_shared_from_this<Port> {
@@ -200,7 +200,7 @@ void Port::arrived(const error_code& error, tcp::socket socket) {
       if (self->alive) self->next();
     });
   }
-  if (error && !tells_of_one_connection(error.value())) {
+  if (error && !concerns_one_connection(error.value())) {
     error_code ignored;
     acceptor.close(ignored);
     if (failed)
@@ -215,7 +215,7 @@ void Port::take(tcp::socket socket) {
   error_code error;
   const auto from = socket.remote_endpoint(error);
   if (!error) socket.non_blocking(true, error);
-  if (error) return;  // it is gone again
+  if (error) return;  // closed already
   auto address = from.address();
   if (address.is_v6() && address.to_v6().is_v4_mapped())
     address = asio::ip::make_address_v4(asio::ip::v4_mapped, address.to_v6());

@@ -17,13 +17,13 @@
 
 namespace rubicon::transport {
 
-/// What a ByteStream does once there is a socket or descriptor of Asio's: reading, holding, the queue. Lives as long as
-/// a call to the kernel is pending, which may be longer than the stream.
+/// Implements a ByteStream on an Asio socket or descriptor: reading, holding, the send queue. Lives as long as an
+/// operation is pending, which may be longer than the stream.
 template <class Socket>
 struct AsioTraffic : std::enable_shared_from_this<AsioTraffic<Socket>> {
   using ErrorCodeOfAsio = boost::system::error_code;
 
-  /// `name` begins every error ("TCP 127.0.0.1:9002"), `ended` says what the end of the stream means.
+  /// `name` begins each error text ("TCP 127.0.0.1:9002"); `ended` is the text for the end of the stream.
   AsioTraffic(boost::asio::io_context& context, std::string name_, std::string_view ended_, StreamCalls c)
       : socket(context), name(std::move(name_)), ended(ended_), calls(std::move(c)) {}
 
@@ -34,7 +34,7 @@ struct AsioTraffic : std::enable_shared_from_this<AsioTraffic<Socket>> {
     return {ErrorCode::kIo, fmt::format("{}: cannot {}: {}", name, doing, error.message())};
   }
 
-  /// The line is there.
+  /// The connection is established.
   void begin() {
     connected = true;
     receive();
@@ -58,7 +58,7 @@ struct AsioTraffic : std::enable_shared_from_this<AsioTraffic<Socket>> {
     if (going()) receive();
   }
 
-  /// One read is always under way, or its bytes are kept: so little is taken from the system while held.
+  /// Either one read is pending or its bytes are kept, so that hardly anything is read while held.
   void hold(bool hold) {
     if (std::exchange(held, hold) == hold || hold || kept == 0) return;
     boost::asio::post(socket.get_executor(), [self = this->shared_from_this()] {
@@ -66,7 +66,7 @@ struct AsioTraffic : std::enable_shared_from_this<AsioTraffic<Socket>> {
     });
   }
 
-  /// As much as the system takes at once.
+  /// Writes as much as the system accepts at once.
   std::size_t write_some(ByteView bytes, ErrorCodeOfAsio& error) {
     std::size_t done = 0;
     while (done < bytes.size() && !error)
@@ -82,7 +82,7 @@ struct AsioTraffic : std::enable_shared_from_this<AsioTraffic<Socket>> {
                   fmt::format("{}: cannot send {} bytes: {} wait already", name, bytes.size(), waits()));
     ErrorCodeOfAsio error;
     const auto done = connected && waits() == 0 ? write_some(bytes, error) : 0;
-    // A broken connection shows itself in a later turn, when it is received from.
+    // A broken connection is reported in a later turn, by the pending read.
     if (error) return fail(ErrorCode::kUnreachable, trouble("send", error).text);
     queue.insert(queue.end(), bytes.begin() + static_cast<std::ptrdiff_t>(done), bytes.end());
     if (connected && !queue.empty()) flush_later();
@@ -105,7 +105,7 @@ struct AsioTraffic : std::enable_shared_from_this<AsioTraffic<Socket>> {
     if (!queue.empty()) flush_later();
   }
 
-  /// No bytes any more, and no calls.
+  /// Closes the socket; no bytes and no calls follow.
   void end() {
     ErrorCodeOfAsio ignored;
     lost = true;
@@ -135,7 +135,7 @@ struct AsioTraffic : std::enable_shared_from_this<AsioTraffic<Socket>> {
   Bytes queue;  ///< from `written` on
   std::size_t written = 0;
   bool connected = false, lost = false, waiting = false, alive = true, held = false;
-  std::size_t kept = 0;  ///< bytes of the buffer that came while held
+  std::size_t kept = 0;  ///< bytes in the buffer that arrived while held
 };
 
 }  // namespace rubicon::transport

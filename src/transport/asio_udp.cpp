@@ -39,13 +39,13 @@ Endpoint endpoint_of(const udp::endpoint& endpoint) {
   return {address.to_string(), endpoint.port()};
 }
 
-/// What an ICMP message tells of one datagram; the socket is as good as before.
-bool tells_of_a_datagram(int error) {
+/// Whether the error comes from an ICMP message about one datagram; the socket stays usable.
+bool concerns_a_datagram(int error) {
   return error == ECONNREFUSED || error == EHOSTUNREACH || error == ENETUNREACH || error == EMSGSIZE ||
          error == EHOSTDOWN || error == ENETDOWN || error == EPROTO || error == ENOPROTOOPT || error == EACCES;
 }
 
-/// Lives as long as a call to the kernel is pending, which may be longer than the socket.
+/// Lives as long as an operation is pending, which may be longer than the socket.
 struct Impl : std::enable_shared_from_this<Impl> {
   Impl(asio::io_context& context, UdpCalls c, std::size_t largest)
       : socket(context), calls(std::move(c)), buffer(largest) {}
@@ -74,13 +74,13 @@ struct Impl : std::enable_shared_from_this<Impl> {
   udp::endpoint from;
   std::deque<std::pair<udp::endpoint, Bytes>> queue;
   std::uint64_t dropped = 0;
-  bool send_failed = false;  ///< ICMP spoke up in a call to send: there may be a report of it
-  udp::endpoint named;       ///< what `name` stands for
+  bool send_failed = false;  ///< a send failed because of an ICMP message: there may be a report
+  udp::endpoint named;       ///< endpoint that `name` is the text of
   Endpoint name;
-  std::optional<udp::endpoint> target;  ///< what `target_name` stands for
+  std::optional<udp::endpoint> target;  ///< endpoint of `target_name`
   Endpoint target_name;
-  std::optional<udp::endpoint> remote;  ///< as the socket's family spells it
-  std::vector<std::string> groups;      ///< that were joined
+  std::optional<udp::endpoint> remote;  ///< in the socket's address family
+  std::vector<std::string> groups;      ///< joined groups
   std::string joined_on;                ///< address of an interface; empty = the default one
   bool reuse = false;
   bool six = false;
@@ -99,7 +99,7 @@ error_code Impl::bind_one(const udp::endpoint& endpoint, bool both_families) {
   if (error) return error;
   six = endpoint.address().is_v6();
   if (six) socket.set_option(asio::ip::v6_only(!both_families), error);
-  // Without this the system keeps what ICMP says to itself (ip(7), IP_RECVERR).
+  // Needed to receive reports of ICMP messages (ip(7), IP_RECVERR).
   set(socket, IPPROTO_IP, IP_RECVERR, 1);
   if (six) set(socket, IPPROTO_IPV6, IPV6_RECVERR, 1);
   if (!error && reuse) error = set(socket, SOL_SOCKET, SO_REUSEADDR, 1);
@@ -149,7 +149,7 @@ Result<void> Impl::set_multicast(const UdpMulticast& multicast) {
     if (const auto error = set(socket, IPPROTO_IP, IP_MULTICAST_IF, interface_address))
       return cannot("send to groups from the interface of " + multicast.interface_address, error);
   }
-  // Otherwise it hears every group that anybody on this machine joined (ip(7), IP_MULTICAST_ALL).
+  // Otherwise it receives all groups that any program on this machine joined (ip(7), IP_MULTICAST_ALL).
   if (const auto error = set(socket, IPPROTO_IP, IP_MULTICAST_ALL, 0)) return cannot("hear own groups only", error);
   if (const auto error = set(socket, IPPROTO_IP, IP_MULTICAST_TTL, static_cast<int>(multicast.ttl)))
     return cannot(fmt::format("set the time to live to {}", multicast.ttl), error);
@@ -163,7 +163,7 @@ Result<void> Impl::set_multicast(const UdpMulticast& multicast) {
   return {};
 }
 
-/// Or leaves it, as `what` says.
+/// Joins or leaves a group: `what` is IP_ADD_MEMBERSHIP or IP_DROP_MEMBERSHIP.
 Result<void> Impl::join(const std::string& group, int what) {
   ip_mreq wanted{};
   if (!joined_on.empty()) ::inet_pton(AF_INET, joined_on.c_str(), &wanted.imr_interface);
@@ -174,10 +174,10 @@ Result<void> Impl::join(const std::string& group, int what) {
   return cannot(fmt::format("join group {} on {}", group, where), error);
 }
 
-/// Only the last member that leaves and the first that comes make the system send a report, so leaving comes first.
+/// The system sends a report only when the last member leaves or the first one joins, hence the leaving.
 Result<void> Impl::rejoin() {
   for (const auto& group : groups) {
-    (void)join(group, IP_DROP_MEMBERSHIP);  // the interface may be another by now
+    (void)join(group, IP_DROP_MEMBERSHIP);  // may fail if the interface changed
     if (auto joined = join(group, IP_ADD_MEMBERSHIP); !joined) return joined;
   }
   return {};
@@ -194,7 +194,7 @@ Result<void> Impl::connect(const Endpoint& wanted) {
   return error ? Result<void>(io_error("connect", wanted, error)) : Result<void>();
 }
 
-/// Most datagrams come from where the last one came from.
+/// Cached, because most datagrams come from the same endpoint as the last one.
 const Endpoint& Impl::name_of(const udp::endpoint& endpoint) {
   if (endpoint != named) {
     named = endpoint;
@@ -203,7 +203,7 @@ const Endpoint& Impl::name_of(const udp::endpoint& endpoint) {
   return name;
 }
 
-/// Most go to where the last one went.
+/// Cached, because most datagrams go to the same endpoint as the last one.
 std::optional<udp::endpoint> Impl::target_of(const Endpoint& to) {
   if (target && to == target_name) return target;
   error_code error;
@@ -222,13 +222,13 @@ void Impl::receive() {
 }
 
 void Impl::received(const error_code& error, std::size_t size) {
-  // Each datagram would cost a call to the system more: reports show as errors of other calls first.
+  // Only after an error, because the check costs a system call.
   const bool reports = (error || std::exchange(send_failed, false)) && take_error_reports();
   if (!alive) return;
   if (!error) {
-    // Between bind() and connect() a stranger may have been heard.
+    // Between bind() and connect() a datagram of another endpoint may have arrived.
     if (!remote || from == *remote) calls.received(name_of(from), ByteView(buffer).first(size));
-  } else if (!reports && !tells_of_a_datagram(error.value())) {
+  } else if (!reports && !concerns_a_datagram(error.value())) {
     return calls.failed({ErrorCode::kIo, fmt::format("UDP: cannot receive: {}", error.message())});
   }
   if (alive) receive();
@@ -256,7 +256,7 @@ bool Impl::take_error_reports() {
   return some;
 }
 
-/// The call that failed took the error from the socket: nothing wakes receive() for the report of it.
+/// The failed send took the error from the socket, so that the pending receive does not wake up for the report.
 void Impl::report_soon() {
   if (std::exchange(send_failed, true)) return;
   asio::post(socket.get_executor(), [self = shared_from_this()] {
@@ -264,12 +264,12 @@ void Impl::report_soon() {
   });
 }
 
-/// nullopt = wait. An ICMP message about an earlier datagram ends one call, the next one sends.
+/// nullopt = wait. An ICMP message about an earlier datagram makes one call fail; the next one sends.
 std::optional<error_code> Impl::try_send(const udp::endpoint& to, ByteView bytes) {
   error_code error;
   for (int attempt = 0; attempt < 3; ++attempt) {
     socket.send_to(asio::buffer(bytes.data(), bytes.size()), to, 0, error);
-    if (!error || !tells_of_a_datagram(error.value())) break;
+    if (!error || !concerns_a_datagram(error.value())) break;
     report_soon();
   }
   if (after_send(error.value()) == AfterSend::kWait) return std::nullopt;

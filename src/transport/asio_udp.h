@@ -10,11 +10,11 @@ class io_context;
 
 namespace rubicon::transport {
 
-/// What becomes of a datagram that the system answered with this error (errno; 0 = none).
+/// What to do with a datagram after send() failed with this error (errno; 0 = none).
 enum class AfterSend : std::uint8_t {
   kSent,
-  kWait,  ///< the socket is full: until it can be written to again
-  kDrop,  ///< a queue behind it is full (ENOBUFS): the socket seems writable all the time, and waiting would never rest
+  kWait,  ///< the socket's buffer is full: wait until it is writable
+  kDrop,  ///< a queue of the system is full (ENOBUFS): the socket counts as writable, so waiting would be a busy loop
   kRefused
 };
 AfterSend after_send(int error);

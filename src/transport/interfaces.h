@@ -5,17 +5,21 @@
 
 namespace rubicon::transport {
 
-/// An IPv4 address of this machine and the interface that has it.
+/// A network interface of this machine.
 struct Interface {
   std::string name;     ///< `eth0`
-  std::string address;  ///< `192.168.1.5`
-  bool loopback = false;
-  bool multicast = false;
+  std::string address;  ///< IPv4, `192.168.1.5`; empty = none
+  bool is_up = false;
+  bool has_multicast = false;
+  bool is_loopback = false;
 
   friend bool operator==(const Interface&, const Interface&) = default;
 };
 
-/// Of the interfaces that are up, in the system's order; empty if the system does not say.
+/// All interfaces with their first IPv4 addresses, in the system's order; empty if the system does not list them.
+std::vector<Interface> interfaces();
+
+/// The interfaces that are up, once for each of their IPv4 addresses.
 std::vector<Interface> ipv4_interfaces();
 
 }  // namespace rubicon::transport

@@ -41,7 +41,7 @@ class LocalAppendFile final : public AppendFile {
     size_ = static_cast<std::uint64_t>(status.st_size);
     if (::flock(descriptor_, LOCK_EX | LOCK_NB) == 0) return {};
     if (errno != EWOULDBLOCK) return refused(path_, "lock");
-    return fail(ErrorCode::kBusy, path_ + ": is being written by somebody else");
+    return fail(ErrorCode::kBusy, path_ + ": another program is writing to it");
   }
 
   Result<void> append(ByteView bytes) override {
@@ -49,7 +49,7 @@ class LocalAppendFile final : public AppendFile {
       const auto count = ::write(descriptor_, bytes.data(), bytes.size());
       if (count < 0 && errno == EINTR) continue;
       if (count < 0) return refused(path_, "write");
-      if (count == 0) return fail(ErrorCode::kIo, path_ + ": cannot write: the disk takes no more");
+      if (count == 0) return fail(ErrorCode::kIo, path_ + ": cannot write: the disk is full");
       size_ += static_cast<std::uint64_t>(count);
       bytes = bytes.subspan(static_cast<std::size_t>(count));
     }
@@ -86,13 +86,13 @@ Result<std::unique_ptr<AppendFile>> LocalTransports::open_append(const std::stri
 Result<void> LocalTransports::rename_file(const std::string& from, const std::string& to) {
   int done = ::renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_NOREPLACE);
   if (done != 0 && (errno == EINVAL || errno == ENOSYS)) {
-    // A file system that cannot promise it, as NFS: a second name is never made over another one.
+    // A file system without that operation, such as NFS: link() never replaces an existing name.
     done = ::link(from.c_str(), to.c_str());
     if (done == 0) done = ::unlink(from.c_str());
   }
   if (done == 0) return {};
   if (errno == EEXIST)
-    return fail(ErrorCode::kDuplicate, fmt::format("{}: cannot be called {}: that is there", from, to));
+    return fail(ErrorCode::kDuplicate, fmt::format("{}: cannot be renamed to {}: that exists already", from, to));
   return refused(from, fmt::format("be called {}", to));
 }
 

@@ -9,12 +9,12 @@ namespace rubicon::transport {
 class Loop;
 class NameLookup;
 
-/// The machine's own files and sockets. Files only regular ones: a FIFO or a device could block the loop.
+/// Files and sockets of the machine. Opens regular files only: a FIFO or a device could block the loop.
 class LocalTransports final : public Transports {
  public:
-  /// Files only; sockets and names are kUnsupported.
+  /// For files only; sockets and names give kUnsupported.
   LocalTransports();
-  /// The loop must outlive it and all sockets it opened.
+  /// The loop must outlive it and all its sockets.
   explicit LocalTransports(Loop& loop);
   ~LocalTransports() override;
 

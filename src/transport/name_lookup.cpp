@@ -1,19 +1,16 @@
 #include "transport/name_lookup.h"
 
 #include <fmt/format.h>
-#include <netdb.h>
-#include <sys/socket.h>
 
-#include <algorithm>
 #include <atomic>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/address.hpp>
-#include <boost/asio/ip/basic_endpoint.hpp>
-#include <boost/asio/ip/udp.hpp>
 #include <boost/asio/post.hpp>
 #include <mutex>
 #include <system_error>
 #include <thread>
+
+#include "transport/resolve.h"
 
 namespace rubicon::transport {
 
@@ -25,29 +22,6 @@ namespace {
 constexpr int kMaxThreads = 16;
 
 using Addresses = Result<std::vector<std::string>>;
-
-/// Blocks until the system's resolver answers or gives up.
-Addresses ask(const std::string& host) {
-  addrinfo hints{};
-  hints.ai_socktype = SOCK_DGRAM;
-  addrinfo* found = nullptr;
-  const int error = ::getaddrinfo(host.c_str(), nullptr, &hints, &found);
-  if (error != 0)
-    return fail(ErrorCode::kUnreachable, fmt::format("host {} cannot be found: {}", host, ::gai_strerror(error)));
-  std::vector<std::string> addresses;
-  for (const auto family : {AF_INET, AF_INET6}) {
-    for (const addrinfo* one = found; one != nullptr; one = one->ai_next) {
-      asio::ip::udp::endpoint endpoint;
-      if (one->ai_family != family || one->ai_addrlen > endpoint.capacity()) continue;
-      std::copy_n(reinterpret_cast<const char*>(one->ai_addr), one->ai_addrlen,
-                  reinterpret_cast<char*>(endpoint.data()));
-      addresses.push_back(endpoint.address().to_string());
-    }
-  }
-  ::freeaddrinfo(found);
-  if (addresses.empty()) return fail(ErrorCode::kUnreachable, fmt::format("host {} has no address", host));
-  return addresses;
-}
 
 /// Held by the caller; destroying it cancels the call. Used on the loop's thread only.
 class PendingLookup final : public Lookup {
@@ -109,7 +83,7 @@ std::unique_ptr<Lookup> NameLookup::look_up(const std::string& host, LookupDone 
   try {
     // The loop's thread keeps the call alive until its answer is posted, so it is never destroyed on the other one.
     std::thread([replies = replies_, host, call]() mutable {
-      auto addresses = ask(host);
+      auto addresses = resolve(host);
       --replies->threads;
       replies->post(std::move(call), std::move(addresses));
     }).detach();

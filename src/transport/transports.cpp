@@ -5,7 +5,7 @@ namespace rubicon::transport {
 namespace {
 
 auto no_files(const std::string& path) {
-  return fail(ErrorCode::kUnsupported, path + ": files cannot be written here");
+  return fail(ErrorCode::kUnsupported, path + ": this transport cannot write files");
 }
 
 }  // namespace

@@ -14,7 +14,7 @@
 
 namespace rubicon::transport {
 
-/// A file being read from front to back in pieces.
+/// A file that is read in pieces.
 class FileSource {
  public:
   virtual ~FileSource() = default;
@@ -24,55 +24,50 @@ class FileSource {
   virtual std::uint64_t size() const = 0;
 };
 
-/// A file that grows at its end; nobody else can open it so meanwhile. Destroyed = closed. When the disk has what the
-/// operating system took is left to that: to wait for it would hold up the loop for seconds.
+/// A file opened for appending, by one program at a time. Destroying it closes it. The operating system decides when
+/// the bytes reach the disk: waiting for that would block the loop for seconds.
 class AppendFile : public base::ByteSink {
  public:
-  /// Not buffered: what it took, the operating system has. kIo when the disk is full; then a part may stand in the file
-  /// (size() tells).
+  /// Not buffered here. kIo if the disk is full; a part of the bytes may have been written (see size()).
   Result<void> append(ByteView bytes) override = 0;
   virtual std::uint64_t size() const = 0;
-  /// Cuts the file off.
+  /// Cuts the file to this size.
   virtual Result<void> truncate(std::uint64_t size) = 0;
 };
 
-/// Everything through which bytes enter and leave the process. Networks get it from their host, so that tests can hand
-/// them lines of memory.
+/// Everything through which bytes enter and leave the process. Networks get it from their host, so that tests can
+/// provide in-memory lines. By default all operations but open_file() give kUnsupported.
 class Transports {
  public:
   virtual ~Transports() = default;
   /// kNotFound or kIo with the path in the text; a directory is refused.
   virtual Result<std::unique_ptr<FileSource>> open_file(const std::string& path) = 0;
   /// A bound socket; kBusy if the port is taken, else kIo, with the port in the text.
-  /// By default there are none: kUnsupported.
   virtual Result<std::unique_ptr<UdpSocket>> open_udp(const UdpOptions& options, UdpCalls calls);
-  /// A connection that is being made: whether it came about is told by the calls. kInvalid if the remote end is not
-  /// numeric, kIo if the system gives no socket. By default there are none: kUnsupported.
+  /// Begins to connect; the calls report the result. kInvalid if the remote end is not numeric, kIo if the system gives
+  /// no socket.
   virtual Result<std::unique_ptr<TcpStream>> open_tcp(const TcpOptions& options, TcpCalls calls);
-  /// Listens on a numeric address and a port; port 0 = any free one. Connections are accepted from then on; a system
-  /// that has no room for one (descriptors) leaves it waiting. `failed` is called, in a later turn, when the port is
-  /// lost. kBusy if the port is taken, kInvalid if the address is not numeric, else kIo. By default there are none:
-  /// kUnsupported.
+  /// Listens on a numeric address and a port; port 0 = any free one. While the system has no descriptors
+  /// left, connections wait. `failed` is called, in a later turn, if the port is lost. kBusy if the port is taken,
+  /// kInvalid if the address is not numeric, else kIo.
   virtual Result<std::unique_ptr<TcpListener>> listen_tcp(const Endpoint& local, TcpAccept accept,
                                                           ListenerFailed failed = nullptr);
-  /// A serial line, for us alone. `connected` is called in a later turn. kNotFound if there is no such device, kBusy if
-  /// somebody else has it, kInvalid for a baud rate the system does not know or what is no serial line, kIo, each with
-  /// the path in the text. By default there are none: kUnsupported.
+  /// Opens a serial line exclusively. `connected` is called in a later turn. kNotFound if there is no such device,
+  /// kBusy if another program has it, kInvalid for an unknown baud rate or a file that is no serial line, else kIo;
+  /// each with the path in the text.
   virtual Result<std::unique_ptr<ByteStream>> open_serial(const SerialOptions& options, StreamCalls calls);
-  /// Our end of a new pseudo-terminal, whose other end others open as a serial line under `link` (a symbolic link that
-  /// is made here and removed with the stream; one that a dead program left behind is replaced). Who opens and closes
-  /// the other end goes unnoticed; what is sent while nobody has it open may be lost. `connected` is called in a later
-  /// turn. kBusy if another program's pseudo-terminal has that link, kDuplicate if something else is called so,
-  /// kInvalid for what is no path, else kIo. By default there are none: kUnsupported.
+  /// Makes a pseudo-terminal, whose other end programs open as a serial line under `link`: a symbolic link that is made
+  /// here and removed with the stream; a stale one is replaced. Opening and closing of the other end is not noticed;
+  /// bytes sent while it is closed may be lost. `connected` is called in a later turn. kBusy if the pseudo-terminal of
+  /// another program has that link, kDuplicate if another file has that name, kInvalid for an invalid path, else kIo.
   virtual Result<std::unique_ptr<ByteStream>> make_pty(const std::string& link, StreamCalls calls);
-  /// Asks for the addresses of a host, IPv4 ones first, never empty. `done` is called once, in a later turn;
-  /// kUnreachable if there are none. Destroying the answer ends the wait, and `done` is not called.
-  /// Only for those who have sockets: asserted.
+  /// Looks up the addresses of a host, IPv4 ones first, never empty. `done` is called once, in a later turn;
+  /// kUnreachable if there are none. Destroying the result cancels the call. Only if there are sockets: asserted.
   virtual std::unique_ptr<Lookup> look_up(const std::string& host, LookupDone done);
 
-  // Files that are written; kUnsupported where there are none.
-  /// Opens a file at its end, makes an empty one if it is not there (its folder must be). kBusy if somebody else
-  /// appends to it; never truncates.
+  // Writing files.
+  /// Opens a file for appending, and creates it if it does not exist (its folder must). kBusy if another program
+  /// appends to it. Never truncates.
   virtual Result<std::unique_ptr<AppendFile>> open_append(const std::string& path);
   /// kDuplicate if there is something called `to`: never over another file, also one that comes meanwhile.
   virtual Result<void> rename_file(const std::string& from, const std::string& to);

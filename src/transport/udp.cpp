@@ -15,23 +15,23 @@ std::string to_string(const Endpoint& endpoint) {
 
 // NOLINTBEGIN(performance-unnecessary-value-param): those that have sockets keep what they are given
 Result<std::unique_ptr<UdpSocket>> Transports::open_udp(const UdpOptions&, UdpCalls) {
-  return fail(ErrorCode::kUnsupported, "there are no sockets here");
+  return fail(ErrorCode::kUnsupported, "this transport has no sockets");
 }
 
 Result<std::unique_ptr<TcpStream>> Transports::open_tcp(const TcpOptions&, TcpCalls) {
-  return fail(ErrorCode::kUnsupported, "there are no sockets here");
+  return fail(ErrorCode::kUnsupported, "this transport has no sockets");
 }
 
 Result<std::unique_ptr<TcpListener>> Transports::listen_tcp(const Endpoint&, TcpAccept, ListenerFailed) {
-  return fail(ErrorCode::kUnsupported, "there are no sockets here");
+  return fail(ErrorCode::kUnsupported, "this transport has no sockets");
 }
 
 Result<std::unique_ptr<ByteStream>> Transports::open_serial(const SerialOptions&, StreamCalls) {
-  return fail(ErrorCode::kUnsupported, "there are no serial lines here");
+  return fail(ErrorCode::kUnsupported, "this transport has no serial lines");
 }
 
 Result<std::unique_ptr<ByteStream>> Transports::make_pty(const std::string&, StreamCalls) {
-  return fail(ErrorCode::kUnsupported, "there are no serial lines here");
+  return fail(ErrorCode::kUnsupported, "this transport has no serial lines");
 }
 
 std::unique_ptr<Lookup> Transports::look_up(const std::string&, LookupDone) {

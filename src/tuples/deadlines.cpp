@@ -1,24 +1,23 @@
 #include "tuples/deadlines.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
+
+#include "base/text.h"
 
 namespace rubicon::tuples {
 
 namespace {
 
-constexpr std::size_t kMostPerRun = 10'000;
+constexpr std::size_t kMaxPerRun = 10'000;
 
 bool later(const Deadline& a, const Deadline& b) {
   return a.when > b.when;
 }
 
 std::optional<double> number_in(std::string_view text) {
-  double value = 0;
-  const auto end = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (end.ec != std::errc() || end.ptr != text.data() + text.size() || !std::isfinite(value)) return std::nullopt;
-  return value;
+  const auto value = base::parse_number<double>(text);
+  return value && std::isfinite(*value) ? value : std::nullopt;
 }
 
 }  // namespace
@@ -41,8 +40,8 @@ void Deadlines::arm() {
 
 void Deadlines::run() {
   const auto now = scheduler_.now();
-  armed_ = SteadyTime::min();  // what is added meanwhile arms nothing
-  for (std::size_t count = 0; count < kMostPerRun && !heap_.empty() && heap_.front().when <= now; ++count) {
+  armed_ = SteadyTime::min();  // so that add() does not arm the timer meanwhile
+  for (std::size_t count = 0; count < kMaxPerRun && !heap_.empty() && heap_.front().when <= now; ++count) {
     const auto deadline = heap_.front();
     std::pop_heap(heap_.begin(), heap_.end(), later);
     heap_.pop_back();
@@ -59,7 +58,7 @@ void Deadlines::sweep() {
 
 void Expiry::set(std::uint32_t index, Duration lifetime, SteadyTime now) {
   auto& times = times_[index];
-  times.ends = now + std::min(lifetime, kLongest);
+  times.ends = now + std::min(lifetime, kMaxDuration);
   if (times.ends < times.armed) arm(index, times);
 }
 

@@ -8,7 +8,7 @@
 
 namespace rubicon::tuples {
 
-/// Something to look at when its time comes: a tuple's expiry (no subscription), or a tuple for a paced subscription.
+/// A time at which a tuple expires (no subscription), or is due for a paced subscription.
 struct Deadline {
   SteadyTime when{};
   std::uint64_t subscription = 0;
@@ -16,8 +16,8 @@ struct Deadline {
   std::uint32_t generation = 0;
 };
 
-/// Deadlines on one timer, armed for the earliest. They are not taken back: who is called looks whether it still
-/// matters.
+/// Deadlines on one timer, which is armed for the earliest. They are never removed: when one is reached, the caller
+/// checks whether it still matters.
 class Deadlines {
  public:
   using Call = std::function<void(const Deadline&, SteadyTime now)>;
@@ -42,10 +42,10 @@ class Deadlines {
   Timer timer_;
 };
 
-/// Longest lifetime or interval that counts; anything longer is cut, so that no sum of times overflows.
-inline constexpr Duration kLongest = std::chrono::hours(24 * 3650);
+/// Longer lifetimes and intervals are cut to this, so that no sum of times overflows.
+inline constexpr Duration kMaxDuration = std::chrono::hours(24 * 3650);
 
-/// When tuples expire, as time of this process's steady clock: wall clocks may jump or differ.
+/// Expiry times of tuples on the steady clock of this process, because wall clocks may jump or differ.
 class Expiry {
  public:
   Expiry(Deadlines& deadlines, Store& store) : deadlines_(deadlines), store_(store) {}
@@ -53,7 +53,7 @@ class Expiry {
   /// Counts from `now`; no lifetime = never.
   void set(std::uint32_t index, Duration lifetime, SteadyTime now);
   void clear(std::uint32_t index) { times_.erase(index); }
-  /// False when the tuple was set again meanwhile; then its new time is armed.
+  /// False if the tuple was set again meanwhile; then its new time is armed.
   bool is_due(std::uint32_t index, SteadyTime now);
 
  private:
@@ -68,14 +68,14 @@ class Expiry {
   std::unordered_map<std::uint32_t, Times> times_;
 };
 
-/// Minimum and maximum interval and dead band of the subscriptions that have them.
+/// Applies minimum interval, maximum interval and dead band of the subscriptions that have them.
 class Pacer {
  public:
   enum class Due { kNothing, kChange, kHeartbeat };
 
   Pacer(Deadlines& deadlines, Store& store) : deadlines_(deadlines), store_(store) {}
 
-  /// True: deliver the new value now. False: held back; if it still counts later, due() says so.
+  /// True: deliver the new value now. False: due() returns kChange later if it is to be delivered then.
   bool offer(Subscription& subscription, std::uint32_t index, SteadyTime now);
   /// An initial value was delivered.
   void begin(Subscription& subscription, std::uint32_t index, SteadyTime now);

@@ -5,7 +5,7 @@
 namespace rubicon::tuples {
 
 std::shared_ptr<DemandWatches::Watch> DemandWatches::add(const Pattern& pattern, DemandCall call) {
-  any_fresh_ = true;
+  any_new_ = true;
   return watches_.emplace_back(std::make_shared<Watch>(Watch{pattern, std::move(call)}));
 }
 
@@ -14,12 +14,12 @@ void DemandWatches::remove(const std::shared_ptr<Watch>& watch) {
   std::erase(watches_, watch);
 }
 
-Want DemandWatches::want_of(std::uint32_t index) const {
-  return store_.at(index).present ? store_.subscribers(index).want : Want{};
+DemandState DemandWatches::demand_of(std::uint32_t index) const {
+  return store_.at(index).present ? store_.subscribers(index).demand : DemandState{};
 }
 
-void DemandWatches::note(std::uint32_t index, const Want& before) {
-  if (watches_.empty() || want_of(index) == before) return;
+void DemandWatches::note(std::uint32_t index, const DemandState& before) {
+  if (watches_.empty() || demand_of(index) == before) return;
   if (!before_.emplace(index, before).second) return;
   order_.push_back(index);
   store_.pool().pin(index);
@@ -28,25 +28,25 @@ void DemandWatches::note(std::uint32_t index, const Want& before) {
 void DemandWatches::drain() {
   const auto before = std::exchange(before_, {});
   for (const auto index : std::exchange(order_, {})) {
-    tell_change(index, before.at(index));
+    report_change(index, before.at(index));
     store_.pool().unpin(index);
   }
-  if (!std::exchange(any_fresh_, false)) return;
+  if (!std::exchange(any_new_, false)) return;
   for (const auto& watch : std::vector(watches_)) {
-    if (watch->alive && std::exchange(watch->fresh, false)) tell_present(*watch);
+    if (watch->alive && std::exchange(watch->is_new, false)) report_present(*watch);
   }
 }
 
-void DemandWatches::tell_change(std::uint32_t index, const Want& before) {
-  const auto now = want_of(index);
+void DemandWatches::report_change(std::uint32_t index, const DemandState& before) {
+  const auto now = demand_of(index);
   if (now == before) return;
   for (const auto& watch : std::vector(watches_)) {
-    if (watch->alive && !watch->fresh && watch->pattern.matches(self_, store_.at(index).key()))
-      tell(*watch, index, now);
+    if (watch->alive && !watch->is_new && watch->pattern.matches(self_, store_.at(index).key()))
+      report(*watch, index, now);
   }
 }
 
-void DemandWatches::tell_present(Watch& watch) {
+void DemandWatches::report_present(Watch& watch) {
   auto pattern = watch.pattern;
   if (pattern.owner && *pattern.owner != self_) return;
   pattern.owner = self_;
@@ -54,15 +54,15 @@ void DemandWatches::tell_present(Watch& watch) {
   auto budget = std::numeric_limits<std::size_t>::max();
   while (const auto index = walk.next(budget)) {
     if (!watch.alive) return;
-    const auto want = want_of(*index);
-    if (want.wanted) tell(watch, *index, want);
+    const auto demand = demand_of(*index);
+    if (demand.wanted) report(watch, *index, demand);
   }
 }
 
-void DemandWatches::tell(Watch& watch, std::uint32_t index, const Want& want) {
+void DemandWatches::report(Watch& watch, std::uint32_t index, const DemandState& demand) {
   const auto& tuple = store_.at(index);
   store_.pool().pin(index);
-  watch.call(Demand{{index, tuple.generation}, tuple.key(), want.wanted, want.interval, want.named});
+  watch.call(Demand{{index, tuple.generation}, tuple.key(), demand.wanted, demand.interval, demand.named});
   store_.pool().unpin(index);
 }
 

@@ -42,7 +42,7 @@ EventQueue::Queued* EventQueue::room_for(std::uint32_t index, EventKind kind) {
 
 void EventQueue::fill(Queued& queued, std::uint32_t index, EventKind kind, std::uint32_t set) {
   const auto& tuple = store_.at(index);
-  __builtin_prefetch(tuple.key_text.get());  // wanted at the end of the turn
+  __builtin_prefetch(tuple.key_text.get());  // needed at the end of the turn
   queued.tuple = index;
   queued.set = set;
   store_.sets().use(queued.set);
@@ -56,9 +56,9 @@ void EventQueue::fill(Queued& queued, std::uint32_t index, EventKind kind, std::
   queued.value = tuple.value;
 }
 
-void EventQueue::drain(std::size_t most) {
-  for (auto count = std::min(size(), most); count > 0; --count) {
-    // The calls may push, which moves the others.
+void EventQueue::drain(std::size_t max) {
+  for (auto count = std::min(size(), max); count > 0; --count) {
+    // Moved out, because the calls may push.
     const Queued queued = std::move(events_[head_]);
     ++head_;
     ++taken_;

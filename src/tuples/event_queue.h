@@ -7,20 +7,20 @@
 
 namespace rubicon::tuples {
 
-/// What waits for local subscribers, each set in its order. Beyond the limit a further set of a tuple that already
-/// waits behind the limit replaces it (merged); what then still does not fit is dropped and counted.
+/// Events for local subscribers, in the order of the sets. Beyond the limit a set of a tuple replaces an earlier one
+/// that is also beyond the limit (merged); events beyond twice the limit are dropped and counted.
 class EventQueue {
  public:
   static constexpr std::size_t kLimit = 1'000'000;
 
   explicit EventQueue(Store& store, std::size_t limit = kLimit) : store_(store), limit_(limit) {}
 
-  /// To the plain local subscribers the tuple has now.
+  /// For the present local subscribers of the tuple without pacing.
   void push(std::uint32_t index, EventKind kind);
-  /// To one subscription.
+  /// For one subscription.
   void push_to(std::uint32_t index, EventKind kind, SubscriptionPtr target);
-  /// Makes the calls of what is queued now, at most `most` events; the calls may do anything to the space.
-  void drain(std::size_t most);
+  /// Delivers the events that are queued now, at most `max`; the calls may change the space.
+  void drain(std::size_t max);
 
   std::size_t size() const { return events_.size() - head_; }
   std::uint64_t delivered() const { return delivered_; }
@@ -51,8 +51,9 @@ class EventQueue {
   std::size_t limit_;
   std::vector<Queued> events_;
   std::size_t head_ = 0;
-  std::uint64_t taken_ = 0;                                  // events that ever left: head_ as a number that only grows
-  std::unordered_map<std::uint32_t, std::uint64_t> beyond_;  // tuple -> its place behind the limit, counted like taken_
+  std::uint64_t taken_ = 0;  // events delivered since the start: head_ plus those erased
+  std::unordered_map<std::uint32_t, std::uint64_t>
+      beyond_;  // tuple -> its position beyond the limit, counted like taken_
   std::uint64_t delivered_ = 0;
   std::uint64_t merged_ = 0;
   std::uint64_t dropped_ = 0;

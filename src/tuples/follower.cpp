@@ -11,7 +11,7 @@ Follower::Follower(TupleSpace& space, const Flow& flow, EventCall call, TargetCa
 
 void Follower::begin(const TupleName& meta) {
   chain_.push_back(meta);
-  stops_.emplace_back();
+  hops_.emplace_back();
   watch(0, Role::kReference);
 }
 
@@ -20,69 +20,69 @@ void Follower::end() {
   cut(0);
 }
 
-/// The new subscription begins before the old one of the same tuple ends: its copy stays.
-void Follower::watch(std::size_t place, Role role) {
-  auto& stop = stops_[place];
-  if (stop.role == role) return;
-  stop.role = role;
+/// The new subscription begins before the old one of the same tuple ends, so that the copy stays.
+void Follower::watch(std::size_t position, Role role) {
+  auto& hop = hops_[position];
+  if (hop.role == role) return;
+  hop.role = role;
   const Flow passive{.passive = true};
-  stop.subscription =
-      space_.subscribe({chain_[place].owner, chain_[place].key}, role == Role::kTarget ? flow_ : passive,
-                       [follower = weak_from_this(), place](const Event& event) {
-                         if (const auto alive = follower.lock()) alive->on_event(place, event);
+  hop.subscription =
+      space_.subscribe({chain_[position].owner, chain_[position].key}, role == Role::kTarget ? flow_ : passive,
+                       [follower = weak_from_this(), position](const Event& event) {
+                         if (const auto alive = follower.lock()) alive->on_event(position, event);
                        });
 }
 
 /// Forgets what comes behind `count` stops; their subscriptions end with the answer.
-Follower::Stops Follower::cut(std::size_t count) {
-  const auto first = stops_.begin() + static_cast<std::ptrdiff_t>(std::min(count, stops_.size()));
-  Stops left(std::make_move_iterator(first), std::make_move_iterator(stops_.end()));
-  stops_.erase(first, stops_.end());
-  chain_.resize(stops_.size());
+Follower::Hops Follower::cut(std::size_t count) {
+  const auto first = hops_.begin() + static_cast<std::ptrdiff_t>(std::min(count, hops_.size()));
+  Hops left(std::make_move_iterator(first), std::make_move_iterator(hops_.end()));
+  hops_.erase(first, hops_.end());
+  chain_.resize(hops_.size());
   return left;
 }
 
-void Follower::on_event(std::size_t place, const Event& event) {
+void Follower::on_event(std::size_t position, const Event& event) {
   const bool set = event.kind == EventKind::kSet;
-  if (stops_[place].role == Role::kTarget && !(set && is_reference(event.tuple.media_type))) return pass_on(event);
+  if (hops_[position].role == Role::kTarget && !(set && is_reference(event.tuple.media_type))) return forward(event);
   if (!set) {
-    // Should it be made again at once, the target's value is told again.
-    const auto left = cut(place + 1);
-    tell_gone(event.kind);
+    // If the tuple is created again at once, the target's value is delivered again.
+    const auto left = cut(position + 1);
+    report_removed(event.kind);
   }
-  if (!ended_) follow(place);
+  if (!ended_) follow(position);
 }
 
-/// What is left behind stays subscribed until all is told, so that its last value can be shown.
+/// Removed hops stay subscribed until everything is reported, so that the last value can be shown.
 void Follower::follow(std::size_t at) {
-  Stops left;
+  Hops left;
   auto next = next_reference(space_, std::span(chain_).first(at + 1));
   for (; next && *next; next = next_reference(space_, std::span(chain_).first(at + 1))) {
     watch(at, Role::kReference);
     if (++at < chain_.size() && chain_[at] == **next) continue;
     if (at < chain_.size()) left = cut(at);
     chain_.push_back(std::move(**next));
-    stops_.emplace_back();
+    hops_.emplace_back();
   }
   if (at + 1 < chain_.size()) left = cut(at + 1);
   watch(at, next ? Role::kTarget : Role::kReference);
-  if (next) return tell_target(chain_.back());
-  tell_gone(EventKind::kDeleted);
-  if (!ended_) tell_target(fail(std::move(next.error())));
+  if (next) return report_target(chain_.back());
+  report_removed(EventKind::kDeleted);
+  if (!ended_) report_target(fail(std::move(next.error())));
 }
 
-void Follower::pass_on(const Event& event) {
+void Follower::forward(const Event& event) {
   if (event.kind == EventKind::kSet) {
-    standing_ = chain_.back();
-  } else if (!std::exchange(standing_, std::nullopt)) {
+    delivered_ = chain_.back();
+  } else if (!std::exchange(delivered_, std::nullopt)) {
     return;
   }
   call_(event);
 }
 
-/// The view shows the last value if it can still be seen; copied, because the call may do anything.
-void Follower::tell_gone(EventKind how) {
-  const auto name = std::exchange(standing_, std::nullopt);
+/// The event shows the last value if it is still known; it is copied, because the call may change the space.
+void Follower::report_removed(EventKind how) {
+  const auto name = std::exchange(delivered_, std::nullopt);
   if (!name) return;
   Event event{how, {}};
   if (const auto last = space_.get(name->owner, name->key)) event.tuple = *last;
@@ -95,9 +95,9 @@ void Follower::tell_gone(EventKind how) {
   call_(event);
 }
 
-void Follower::tell_target(Result<TupleName> target) {
-  const auto same = [&](const Result<TupleName>& told) {
-    return told ? target && *told == *target : !target && told.error() == target.error();
+void Follower::report_target(Result<TupleName> target) {
+  const auto same = [&](const Result<TupleName>& reported) {
+    return reported ? target && *reported == *target : !target && reported.error() == target.error();
   };
   if (target_ && same(*target_)) return;
   target_ = target;

@@ -9,46 +9,46 @@
 
 namespace rubicon::tuples {
 
-/// One step along the references: the name the last tuple of `chain` holds, nothing if that tuple is the end; errors as
-/// resolve. The chain begins with the meta tuple it all started from.
+/// Follows one reference: returns the name that the last tuple of `chain` holds, or nullopt if that tuple is the
+/// target. Errors as for resolve(). The chain begins with the first meta tuple.
 Result<std::optional<TupleName>> next_reference(const TupleSpace& space, std::span<const TupleName> chain);
 
-/// What stands behind subscribe_through. It looks at the tuples as they are now, not at single events, so that a
-/// thousand changes in a turn cost one move, and a cycle costs nothing until one of its tuples changes. Owned by the
-/// Handle, and by the space's call while that lasts.
+/// Implements subscribe_through(). It evaluates the present tuples instead of single events, so that a thousand changes
+/// in a turn cost one move, and a cycle costs nothing until one of its tuples changes. Owned by the Handle, and by a
+/// call of the space while it runs.
 class Follower : public std::enable_shared_from_this<Follower> {
  public:
   Follower(TupleSpace& space, const Flow& flow, EventCall call, TargetCall target_call);
 
   void begin(const TupleName& meta);
-  /// No call is made after it.
+  /// No call follows.
   void end();
 
  private:
   enum class Role { kNone, kReference, kTarget };
-  /// One tuple on the way, and its subscription.
-  struct Stop {
+  /// The subscription to one tuple of the chain.
+  struct Hop {
     Role role = Role::kNone;
     Handle subscription;
   };
 
-  void watch(std::size_t place, Role role);
-  using Stops = std::vector<Stop>;
-  Stops cut(std::size_t count);
-  void on_event(std::size_t place, const Event& event);
+  void watch(std::size_t position, Role role);
+  using Hops = std::vector<Hop>;
+  Hops cut(std::size_t count);
+  void on_event(std::size_t position, const Event& event);
   void follow(std::size_t at);
-  void pass_on(const Event& event);
-  void tell_gone(EventKind how);
-  void tell_target(Result<TupleName> target);
+  void forward(const Event& event);
+  void report_removed(EventKind how);
+  void report_target(Result<TupleName> target);
 
   TupleSpace& space_;
   Flow flow_;
   EventCall call_;
   TargetCall target_call_;
   std::vector<TupleName> chain_;
-  Stops stops_;                              // one for each name of the chain
-  std::optional<TupleName> standing_;        // whose value was told and not taken back
-  std::optional<Result<TupleName>> target_;  // as told
+  Hops hops_;                                // one for each name of the chain
+  std::optional<TupleName> delivered_;       // whose value was delivered, and not reported as removed
+  std::optional<Result<TupleName>> target_;  // as reported
   bool ended_ = false;
 };
 

@@ -43,7 +43,7 @@ Result<TupleName> read_peis(std::string_view text) {
   return read_name(fmt::format("{}:{}", owner, key));
 }
 
-/// Would `meta` be sound if it named `target`? What is broken further on is not its fault.
+/// Whether `meta` may name `target`. Errors that lie further along the chain do not count.
 Result<void> check_target(const TupleSpace& space, const TupleName& meta, const TupleName& target) {
   if (auto ok = model::check_key(meta.key); !ok) return ok;
   if (auto ok = read_name(to_string(target)); !ok) return fail(std::move(ok.error()));
@@ -86,7 +86,7 @@ Result<std::optional<TupleName>> next_reference(const TupleSpace& space, std::sp
   const auto what = [&] { return "meta tuple " + to_string(chain.front()); };
   const auto tuple = space.get(last.owner, last.key);
   if (!tuple && chain.size() == 1) {
-    return fail(ErrorCode::kNotFound, what() + ": not there, or not subscribed to");
+    return fail(ErrorCode::kNotFound, what() + ": does not exist, or is not subscribed to");
   }
   if (!tuple || (!is_reference(tuple->media_type) && chain.size() > 1)) return std::nullopt;
   auto next = read_reference(tuple->media_type, tuple->value);
@@ -133,7 +133,7 @@ Result<TupleView> get_through(const TupleSpace& space, const TupleName& meta) {
   const auto target = resolve(space, meta);
   if (!target) return fail(target.error());
   if (const auto tuple = space.get(target->owner, target->key)) return *tuple;
-  return fail(ErrorCode::kNotFound, fmt::format("meta tuple {}: its target {} is not there or not subscribed to",
+  return fail(ErrorCode::kNotFound, fmt::format("meta tuple {}: its target {} does not exist or is not subscribed to",
                                                 to_string(meta), to_string(*target)));
 }
 

@@ -6,15 +6,15 @@
 
 namespace rubicon::tuples {
 
-/// A vector that grows by pages: elements stay where they are, and at most one page is empty, where a vector of 300,000
-/// may hold room for as many again.
+/// A vector that grows by pages: elements never move, and at most one page is unused, whereas a std::vector may reserve
+/// twice its size.
 template <class T>
 class Pages {
  public:
   T& operator[](std::uint32_t index) { return pages_[index / kPage][index % kPage]; }
   const T& operator[](std::uint32_t index) const { return pages_[index / kPage][index % kPage]; }
   std::uint32_t size() const { return size_; }
-  /// Its index.
+  /// Returns the index of the new element.
   std::uint32_t add() {
     if (size_ % kPage == 0) pages_.push_back(std::make_unique<T[]>(kPage));
     return size_++;

@@ -15,13 +15,13 @@ inline constexpr PartId kNoPart = 0xffffffff;
 inline constexpr PartId kAnyPart = 0;  ///< `*`
 inline constexpr PartId kAnyRest = 1;  ///< `**`
 
-/// Key parts, each stored once and counted, so that parts of deleted tuples go with them.
+/// Interned key parts with reference counts, so that the parts of deleted tuples are freed.
 class PartNames {
  public:
   PartNames();
 
   PartId find(std::string_view text) const;
-  /// Each acquire wants its release.
+  /// Each acquire() needs a release().
   PartId acquire(std::string_view text);
   void acquire(PartId part) { ++entries_[part].uses; }
   void release(PartId part);

@@ -15,7 +15,7 @@ namespace rubicon::tuples {
 
 inline constexpr std::uint32_t kNone = 0xffffffff;
 
-/// A key or pattern as interned parts, its owner (or `*`) in front.
+/// A key or pattern as interned parts; the first part is the owner (or `*`).
 struct PartPath {
   std::array<PartId, model::kMaxKeyParts + 1> parts{};
   std::size_t size = 0;
@@ -23,7 +23,7 @@ struct PartPath {
 
 class PatternWalk;
 
-/// A tree of interned parts; a node may carry a payload, a number that means something to its user. The names must
+/// A tree of interned parts. A node may have a payload, a number defined by the user of the trie. The names must
 /// outlive it.
 class PartTrie {
  public:
@@ -31,7 +31,7 @@ class PartTrie {
 
   explicit PartTrie(PartNames& names);
 
-  /// The key must have passed check_key (or the pattern's twin of it).
+  /// The key must be a valid key or pattern.
   std::uint32_t add(std::optional<model::OwnerId> owner, std::string_view key);
   std::uint32_t find(std::optional<model::OwnerId> owner, std::string_view key) const;
 
@@ -39,7 +39,7 @@ class PartTrie {
 
   std::uint32_t payload(std::uint32_t node) const { return nodes_[node].payload; }
   void set_payload(std::uint32_t node, std::uint32_t payload) { nodes_[node].payload = payload; }
-  /// Takes the payload away, and every node that is then of no use.
+  /// Removes the payload and all nodes that become unused.
   void clear(std::uint32_t node);
 
   /// The payloads of all patterns in this trie that match a concrete key.
@@ -62,7 +62,7 @@ class PartTrie {
     std::uint32_t children : 31 = 0;
     std::uint32_t indexed : 1 = 0;  ///< its children are in the table
   };
-  /// Up to this many children are found by looking at each: they lie side by side, the table does not.
+  /// Up to this many children are searched one by one, which is faster than the table because they are adjacent.
   static constexpr std::uint32_t kFewChildren = 8;
   std::uint32_t make_child(std::uint32_t node, std::string_view part);
   std::uint32_t take_free_node();
@@ -77,8 +77,8 @@ class PartTrie {
   std::vector<PatternWalk*> walks_;
 };
 
-/// Visits the payloads that match a pattern, a few nodes at a time. The trie may change in between: nodes that go are
-/// stepped over, nodes that come may or may not be met. The trie must outlive it.
+/// Visits the payloads that match a pattern, a few nodes at a time. The trie may change in between: removed nodes are
+/// skipped, new ones may or may not be visited. The trie must outlive it.
 class PatternWalk {
  public:
   PatternWalk(PartTrie& trie, const model::Pattern& pattern);
@@ -86,7 +86,7 @@ class PatternWalk {
   PatternWalk(const PatternWalk&) = delete;
   PatternWalk& operator=(const PatternWalk&) = delete;
 
-  /// The next payload; nothing when the walk is over or the budget of nodes is spent.
+  /// The next payload; nullopt if the walk is complete or the budget of nodes is used up.
   std::optional<std::uint32_t> next(std::size_t& budget);
   bool done() const { return depth_ == 0; }
 
@@ -95,7 +95,7 @@ class PatternWalk {
   struct Frame {
     std::uint32_t node = kNone;
     std::uint32_t cursor = kNone;  ///< the child to enter next
-    std::size_t at = 0;            ///< the pattern's part that children must match
+    std::size_t at = 0;            ///< index of the pattern's part that children must match
   };
   void enter(std::uint32_t node, std::size_t at);
   bool any_rest(std::size_t at) const { return at < pattern_.size && pattern_.parts[at] == kAnyRest; }

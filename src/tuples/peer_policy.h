@@ -7,21 +7,22 @@
 
 namespace rubicon::tuples {
 
-/// A component as it shows itself: what the policy knows when it decides.
+/// What a component declares about itself.
 struct PeerIdentity {
   OwnerId id{};
-  std::uint64_t incarnation = 0;  ///< its start: microseconds since 1970 UTC by its own clock
-  std::string host;               ///< where it runs, in its own words; equal on one host
+  std::uint64_t incarnation = 0;  ///< its start: microseconds since 1970 UTC, by its own clock
+  std::string host;               ///< identifies its host; equal for all components of a host
 };
 
-/// Who a peer is and what it may. A link has one, and reports who comes and goes; the space asks it when a distant
-/// subscription begins and before each remote set, never per publication. Authentication replaces the inside of this.
+/// Decides who a peer is and what it may do. A link has one and reports peers that come up and go down; the space asks
+/// it when a distant subscription begins and before each remote set, never per publication. Authentication will be
+/// another implementation.
 class PeerPolicy {
  public:
   virtual ~PeerPolicy() = default;
-  /// Whether this may be seen as that component; the error says why not. Asked before anything else of the peer counts.
+  /// Whether to accept this peer as that component; the error says why not. Asked before anything else of the peer.
   virtual Result<void> may_join(const PeerIdentity& peer) = 0;
-  /// A component that may come is up: from now on it is the one of that id, until it went.
+  /// A component that may join is up: the one with that id until peer_down().
   virtual void peer_up(const PeerIdentity& peer) = 0;
   virtual void peer_down(OwnerId peer) = 0;
   /// Whether the subscription of a component that is up may join own tuples.
@@ -30,7 +31,7 @@ class PeerPolicy {
   virtual Result<void> may_set(const RemoteSet& set) = 0;
 };
 
-/// Everybody may everything: for links inside one process.
+/// Allows everything: for links inside one process.
 class OpenPolicy final : public PeerPolicy {
  public:
   Result<void> may_join(const PeerIdentity&) override { return {}; }

@@ -7,7 +7,7 @@ namespace rubicon::tuples {
 
 namespace {
 
-/// Sorts patterns from narrow to wide: no wildcard, few wildcards, `**`; then the one with more said.
+/// Orders patterns from narrow to wide: without wildcard, with `*`, with `**`; then by the number of literal parts.
 auto width(const Pattern& pattern) {
   std::size_t literal = 0;
   const auto parts = model::key_parts(pattern.key);

@@ -10,17 +10,17 @@
 
 namespace rubicon::tuples {
 
-/// Remote sets of ours that wait for their answer; each is answered once, at the latest when its time to live ends.
+/// Own remote sets that wait for their replies. Each gets exactly one, at the latest when its time to live ends.
 class Requests {
  public:
-  static constexpr std::size_t kMost = 100'000;
+  static constexpr std::size_t kMax = 100'000;
 
   Requests(OwnerId self, Scheduler& scheduler);
 
-  bool full() const { return open_.size() >= kMost; }
+  bool full() const { return open_.size() >= kMax; }
   std::uint64_t next_number() { return ++last_; }
   void open(std::uint64_t request, Duration time_to_live, ReplyCall call);
-  /// What remains of a request's time; nothing when it is answered already.
+  /// The time that remains for a request; nullopt if it was answered.
   std::optional<Duration> remaining(std::uint64_t request) const;
   void answer(const Reply& reply);
 
@@ -36,7 +36,7 @@ class Requests {
   std::uint64_t last_ = 0;
 };
 
-/// Who decides about remote sets on our tuples.
+/// The policies that decide about remote sets of own tuples.
 class SetPolicies {
  public:
   struct PolicyEntry {
@@ -46,7 +46,7 @@ class SetPolicies {
   };
   std::shared_ptr<PolicyEntry> add(const Pattern& pattern, SetPolicy policy, PolicyScope scope);
   void remove(const std::shared_ptr<PolicyEntry>& entry) { std::erase(entries_, entry); }
-  /// The narrowest that matches; the earlier one of equals.
+  /// The narrowest that matches; the earlier one of equally narrow ones. nullptr: none.
   std::shared_ptr<PolicyEntry> find(OwnerId self, std::string_view key) const;
 
  private:

@@ -12,8 +12,8 @@ Duration lifetime_of(const TupleView& tuple) {
   if (tuple.expire_time == WallTime{}) return Duration(0);
   const auto from = static_cast<double>(tuple.write_time.time_since_epoch().count());
   const auto to = static_cast<double>(tuple.expire_time.time_since_epoch().count());
-  const auto longest = std::chrono::duration<double, std::micro>(kLongest).count();
-  if (to - from >= longest) return kLongest;
+  const auto longest = std::chrono::duration<double, std::micro>(kMaxDuration).count();
+  if (to - from >= longest) return kMaxDuration;
   if (to <= from) return Duration(1);
   return std::chrono::microseconds(static_cast<std::int64_t>(to - from));
 }

@@ -101,12 +101,12 @@ void TupleSpace::Impl::remove(std::uint32_t index, EventKind how) {
   open_turn();
   auto& tuple = store.at(index);
   const bool own = tuple.owner == self;
-  const auto want = store.subscribers(index).want;
+  const auto demand_before = store.subscribers(index).demand;
   store.pool().pin(index);
   announce(index, how);
   if (tuple.expire_time != WallTime{}) expiry.clear(index);
   store.remove(index, how);
-  if (own) demand.note(index, want);
+  if (own) demand.note(index, demand_before);
   store.pool().unpin(index);
 }
 

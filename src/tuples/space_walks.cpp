@@ -13,8 +13,8 @@ constexpr std::size_t kQueueForWalks = 100'000;
 constexpr std::size_t kMembersPerNode = 16;
 
 Flow bounded(Flow flow) {
-  flow.minimum = std::clamp(flow.minimum, Duration(0), kLongest);
-  flow.maximum = std::clamp(flow.maximum, Duration(0), kLongest);
+  flow.minimum = std::clamp(flow.minimum, Duration(0), kMaxDuration);
+  flow.maximum = std::clamp(flow.maximum, Duration(0), kMaxDuration);
   return flow;
 }
 
@@ -109,19 +109,19 @@ void TupleSpace::Impl::join(const SubscriptionPtr& subscription, std::uint32_t i
   const auto& tuple = store.at(index);
   const bool own = tuple.owner == self;
   if ((!own && !subscription->local()) || pending_erase(index)) return;
-  const auto want = store.subscribers(index).want;
+  const auto demand_before = store.subscribers(index).demand;
   if (!store.join(index, subscription)) return;
-  if (own) demand.note(index, want);
+  if (own) demand.note(index, demand_before);
   if (subscription->paced()) pacer.begin(*subscription, index, now);
   deliver(subscription, index, EventKind::kSet);
 }
 
 /// A copy without subscribers is dropped without an event.
 void TupleSpace::Impl::leave(const SubscriptionPtr& subscription, std::uint32_t index) {
-  const auto want = store.subscribers(index).want;
+  const auto demand_before = store.subscribers(index).demand;
   if (!store.leave(index, subscription)) return;
   if (store.at(index).owner == self) {
-    demand.note(index, want);
+    demand.note(index, demand_before);
   } else if (store.at(index).subscribers == 0) {
     expiry.clear(index);
     store.remove(index, EventKind::kDeleted);

@@ -91,7 +91,7 @@ void TupleSpace::Impl::stamp(Tuple& tuple, const SetOptions& options, OwnerId cr
 }
 
 void TupleSpace::Impl::live_for(Tuple& tuple, std::uint32_t index, Duration lifetime) {
-  lifetime = std::min(lifetime, kLongest);
+  lifetime = std::min(lifetime, kMaxDuration);
   tuple.expire_time = wall + std::chrono::ceil<std::chrono::microseconds>(lifetime);
   expiry.set(index, lifetime, now);
 }

@@ -4,14 +4,14 @@
 
 namespace rubicon::tuples {
 
-/// Own and cached tuples and who subscribed to what, without time, queues or links: the index of
+/// Own and cached tuples and the subscriptions that cover them, without time, queues or links: the index of
 /// docs/decisions/003. Setting a tuple touches neither other tuples nor patterns.
 class Store {
  public:
   explicit Store(OwnerId self) : self_(self), tuples_(names_), patterns_(names_) {}
 
   std::uint32_t find(OwnerId owner, std::string_view key) const;
-  /// A tuple with its subscribers, no value yet. The key is checked and not there.
+  /// Creates a tuple with its subscribers and an empty value. The key must be valid and unused.
   std::uint32_t create(OwnerId owner, std::string_view key);
   /// Its index stays valid while pinned.
   void remove(std::uint32_t index, EventKind how);
@@ -21,10 +21,10 @@ class Store {
   const SubscriberSet& subscribers(std::uint32_t index) const { return sets_[pool_[index].subscribers]; }
   bool is_present(TupleRef tuple) const;
 
-  /// From now on new tuples know the subscription; present ones are joined one by one.
+  /// Adds the subscription to future tuples; present ones are joined one by one.
   void add(const SubscriptionPtr& subscription);
   void drop(const SubscriptionPtr& subscription);
-  /// False if it was there already (or not there).
+  /// False if nothing changed.
   bool join(std::uint32_t index, const SubscriptionPtr& subscription);
   bool leave(std::uint32_t index, const SubscriptionPtr& subscription);
 
@@ -38,7 +38,7 @@ class Store {
   std::size_t cached() const { return cached_; }
 
  private:
-  /// Up to this many are added one by one, along transitions that are remembered.
+  /// Up to this many subscribers are added one by one, along cached transitions.
   static constexpr std::size_t kFewSubscribers = 8;
 
   std::uint32_t subscribers_of(OwnerId owner, std::string_view key);

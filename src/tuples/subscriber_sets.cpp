@@ -75,7 +75,7 @@ std::uint32_t SubscriberSets::intern(std::vector<SubscriptionPtr> members, std::
 }
 
 void SubscriberSets::fill(SubscriberSet& set) {
-  set.want.interval = Duration::max();
+  set.demand.interval = Duration::max();
   for (const auto& member : set.members) {
     if (member->paced()) {
       set.paced.push_back(member.get());
@@ -85,13 +85,13 @@ void SubscriberSets::fill(SubscriberSet& set) {
       set.peers.push_back(member->peer.get());
     }
     if (member->flow.passive) continue;
-    set.want.wanted = true;
-    const auto wish = member->flow.minimum;
-    set.want.interval = std::min(set.want.interval, wish);
-    const bool shorter = set.want.named == Duration(0) || wish < set.want.named;
-    if (wish != Duration(0) && shorter) set.want.named = wish;
+    set.demand.wanted = true;
+    const auto minimum = member->flow.minimum;
+    set.demand.interval = std::min(set.demand.interval, minimum);
+    const bool shorter = set.demand.named == Duration(0) || minimum < set.demand.named;
+    if (minimum != Duration(0) && shorter) set.demand.named = minimum;
   }
-  if (!set.want.wanted) set.want.interval = Duration(0);
+  if (!set.demand.wanted) set.demand.interval = Duration(0);
 }
 
 void SubscriberSets::collect() {

@@ -8,29 +8,30 @@
 
 namespace rubicon::tuples {
 
-/// Whether a tuple is wanted, and how often.
-struct Want {
+/// The demand for a tuple; members as in Demand.
+struct DemandState {
   bool wanted = false;
-  Duration interval{0};  ///< shortest; zero = somebody named none
-  Duration named{0};     ///< shortest that was named; zero = nobody did
-  friend bool operator==(const Want&, const Want&) = default;
+  Duration interval{0};
+  Duration named{0};
+  friend bool operator==(const DemandState&, const DemandState&) = default;
 };
 
-/// Who subscribed to a tuple. Most tuples share one of few sets.
+/// The subscriptions that cover a tuple. Most tuples share one of few sets.
 struct SubscriberSet {
-  std::vector<SubscriptionPtr> members;  ///< by number
+  std::vector<SubscriptionPtr> members;  ///< sorted by number
   std::vector<Subscription*> plain;      ///< local, without pacing
   std::vector<Subscription*> paced;
-  std::vector<PeerQueue*> peers;  ///< of distant members without pacing, each once
-  Want want;
+  std::vector<PeerQueue*> peers;  ///< of the distant members without pacing, each once
+  DemandState demand;
   std::uint64_t hash = 0;
-  std::uint32_t uses = 0;  ///< tuples and queued events
+  std::uint32_t uses = 0;  ///< by tuples and queued events
 
   bool contains(const Subscription& subscription) const;
 };
 
-/// Interned subscriber sets: a tuple holds a number; adding one subscription to a million tuples that have the same
-/// set costs one set. Set 0 is the empty one. Unused sets go with collect(), called only when no ids are in hand.
+/// Interned subscriber sets: a tuple refers to its set by number, so that adding a subscription to a million tuples
+/// with the same set makes one new set. Set 0 is the empty one. collect() removes unused sets; no ids may be held
+/// meanwhile.
 class SubscriberSets {
  public:
   SubscriberSets() : sets_(1) { sets_[0].uses = 1; }

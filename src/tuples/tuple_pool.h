@@ -11,7 +11,7 @@
 
 namespace rubicon::tuples {
 
-/// Media types, each stored once. Bounded, because they come from outside: what no longer fits becomes
+/// Interned media types. Bounded, because peers send them: beyond the limit a type becomes
 /// `application/octet-stream`.
 class MediaTypes {
  public:
@@ -27,8 +27,8 @@ class MediaTypes {
   std::deque<std::string> names_;  // views into them stay valid
 };
 
-/// One tuple as the store keeps it. A deleted one keeps its place while events about it wait (pins). Two cache lines
-/// that come together: tuples are visited in any order.
+/// One tuple in the store. A deleted one stays in memory while events about it are queued (pins). Aligned to a pair of
+/// cache lines, because tuples are visited in random order.
 struct alignas(128) Tuple {
   std::unique_ptr<char[]> key_text;
   std::string value;
@@ -38,20 +38,20 @@ struct alignas(128) Tuple {
   WallTime expire_time{};
   OwnerId owner{};
   OwnerId creator{};
-  std::uint32_t generation = 0;  ///< unlike that of any earlier tuple of this place
+  std::uint32_t generation = 0;  ///< differs from all earlier tuples with this index
   std::uint32_t node = kNone;
   std::uint32_t subscribers = 0;  ///< id of an interned set
   std::uint32_t pins = 0;
   std::uint16_t media_type = 0;
-  std::uint16_t epoch = 0;  ///< of a copy: the owner's presence in which it was last confirmed
+  std::uint16_t epoch = 0;  ///< of a copy: the owner's epoch in which it was last confirmed
   std::uint8_t key_size = 0;
   bool present = false;
-  EventKind end = EventKind::kDeleted;  ///< how it ended, when not present
+  EventKind end = EventKind::kDeleted;  ///< how it ended, if not present
 
   std::string_view key() const { return {key_text.get(), key_size}; }
 };
 
-/// Tuples at places that never move, named by index.
+/// Tuples by index; they never move.
 class TuplePool {
  public:
   Tuple& operator[](std::uint32_t index) { return tuples_[index]; }
@@ -59,7 +59,7 @@ class TuplePool {
   bool contains(std::uint32_t index) const { return index < tuples_.size(); }
 
   std::uint32_t take(OwnerId owner, std::string_view key);
-  /// The tuple is no longer there; its place becomes free with the last pin.
+  /// Marks the tuple as gone; its memory is reused after the last unpin().
   void end(std::uint32_t index, EventKind how);
   void pin(std::uint32_t index) { ++(*this)[index].pins; }
   void unpin(std::uint32_t index);

@@ -27,7 +27,7 @@ using Clock = std::chrono::steady_clock;
 const std::string kMember = RUBICON_BINARY_DIR "/bin/ecology-member";
 constexpr auto kLease = 1s;
 
-/// Components in processes of their own, on loopback in a network of this program alone.
+/// Components in separate processes, on loopback in a private network.
 class Faults : public testing::Test {
  protected:
   void SetUp() override {
@@ -75,7 +75,7 @@ TEST_F(Faults, DemandIsTheUnionOfTheLivingAfterTenThousandChanges) {
       wants[who].erase(name);
     }
   }
-  // A last wish for all but a few, so that the outcome is neither all nor nothing.
+  // A last subscription for all but a few components, so that the result is neither all nor none.
   std::set<std::string> union_of_all;
   for (std::size_t i = 0; i < wants.size(); ++i) {
     for (const auto& [name, pattern] : std::map(wants[i])) {
@@ -158,7 +158,7 @@ TEST_F(Faults, CommandsAndMessagesOfManyAreTakenOnceAndInOrder) {
     ASSERT_TRUE(until(*sender, "peers", 60s, [](const json& answer) { return answer["peers"].size() == kSenders; }));
   const auto all = std::to_string(kEach);
   for (auto& sender : senders) ask(*sender, "command 70000 " + all);
-  owner->signal(SIGSTOP);  // shorter than the lease: held up, not lost
+  owner->signal(SIGSTOP);  // shorter than the lease: delayed, not lost
   std::this_thread::sleep_for(kLease / 4);
   owner->signal(SIGCONT);
   for (int i = 0; i < kSenders; ++i) {

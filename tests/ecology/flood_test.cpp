@@ -16,10 +16,10 @@ using tuples::dds::Rogue;
 
 const std::string kVisitor = RUBICON_BINARY_DIR "/bin/ecology-member";
 constexpr std::uint32_t kMemberId = 70000, kRogue = 66666;
-/// Without bounds each flood takes at least three times of it.
+/// Without bounds each flood takes at least three times as much.
 constexpr long kMostGrowth = 8L * 1024;
 
-/// A component in a process of its own, and somebody who sends it as much as DDS carries.
+/// A component in a process of its own, and a sender that floods it over DDS.
 class AFlood : public testing::Test {
  protected:
   void SetUp() override {
@@ -31,7 +31,7 @@ class AFlood : public testing::Test {
     ASSERT_NE(incarnation_, 0U);
     before_ = member_->resident_kilobytes();
   }
-  /// Asked once more when all was taken.
+  /// Checked again after everything was processed.
   void expect_no_growth() {
     for (int i = 0; i < 20; ++i) ASSERT_EQ(ask(*member_, "set a 1")["ok"], true);
     EXPECT_LT(member_->resident_kilobytes() - before_, kMostGrowth);

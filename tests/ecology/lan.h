@@ -5,8 +5,8 @@
 
 namespace rubicon::ecology {
 
-/// A network namespace with nothing but a loopback that is up: what an operating system is to those who only look at
-/// the network. Lives as long as the object or a process in it.
+/// A network namespace with a loopback interface, which stands for a host. Lives as long as the object or a process in
+/// it.
 class Host {
  public:
   Host();
@@ -17,10 +17,10 @@ class Host {
 
   bool exists() const { return descriptor_ >= 0; }
   int descriptor() const { return descriptor_; }
-  /// What the `ip` program calls it.
+  /// Its name for the program `ip`.
   std::string name() const;
 
-  /// While it lives, this process and what it starts is on the host.
+  /// While it lives, this process and those that it starts are on the host.
   class Visit {
    public:
     explicit Visit(const Host& host);
@@ -39,15 +39,15 @@ class Host {
   int descriptor_ = -1;
 };
 
-/// Hosts with a cable each to one switch, none of it real: nobody outside this program sees anything. Needs network
-/// namespaces (of its own user's, if this user is not root) and the program `ip`; without them made() is false. A
-/// program that made one stays in a network of its own.
+/// Virtual hosts that are connected to one switch, invisible outside of this program. Needs network namespaces (with a
+/// user namespace if the user is not root) and the program `ip`; without them made() is false. The program stays in a
+/// private network afterwards.
 class Lan {
  public:
   explicit Lan(int hosts);
 
   bool made() const { return reason_.empty(); }
-  /// Why not.
+  /// The reason if made() is false.
   const std::string& reason() const { return reason_; }
 
   const Host& host(int number) const { return hosts_.at(static_cast<std::size_t>(number)); }

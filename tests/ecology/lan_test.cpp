@@ -38,19 +38,19 @@ bool has_some_value(const json& tuple) {
   return tuple.value("ok", false) && !tuple.value("value", "").empty();
 }
 
-/// Waits for the news that `peer` came or went; how long that took.
+/// Waits until `peer` is reported as up or down; returns how long that took.
 std::optional<Clock::duration> news(Process& probe, int peer, const std::string& event) {
   const auto start = Clock::now();
   if (!probe.line_with("{\"peer\":" + std::to_string(peer) + ",\"event\":\"" + event + "\"")) return std::nullopt;
   return Clock::now() - start;
 }
 
-/// Waits until a probe counts so many others.
+/// Waits until a probe sees this number of peers.
 bool sees(Process& probe, std::size_t others) {
   return probe.line_with("\"there\":" + std::to_string(others) + "}").has_value();
 }
 
-/// Programs on hosts that have nothing but cables to one switch.
+/// Programs on hosts that are connected to one switch.
 class OnALan : public testing::Test {
  protected:
   OnALan() {
@@ -83,8 +83,8 @@ class OnALan : public testing::Test {
     return support::run_to_end({kProbe, "70000", tuples});
   }
 
-  /// What every way of being on a LAN has to give: the second island reads the first one's sensors, and commands it
-  /// once it is trusted.
+  /// Required of each LAN configuration: the second island reads the first one's sensors, and commands it once it is
+  /// trusted.
   void expect_reading_and_trust(const std::string& first_tuples, const std::string& second_tuples) const {
     auto second = island(1, 2, "{" + second_tuples + "}");
     {
@@ -135,7 +135,7 @@ TEST_F(OnALan, OverTcpHostsAndPortsAreNamed) {
   connect(2);
   if (IsSkipped()) return;
   for (const int host : {0, 1}) lan_->interface_without_multicast(host);
-  // Cyclone's threads keep TCP connections to the end of the process; a sanitizer would call that ours.
+  // Cyclone's threads keep TCP connections until the process ends; a sanitizer would report them as leaks of ours.
   ::setenv("LSAN_OPTIONS", "detect_leaks=0", 1);
   const auto peers = ", peers: [\"" + Lan::address(0) + ":7500\", \"" + Lan::address(1) + ":7500\"]";
   expect_reading_and_trust("interfaces: cable, transport: tcp, port: 7500" + peers,
@@ -166,7 +166,7 @@ TEST_F(OnALan, LoopbackStaysOnItsHost) {
   EXPECT_EQ(ask(*beside, "set 70001:probe.x 5").value("verdict", ""), "applied");
   EXPECT_TRUE(until(*beside, "get 70001:probe.x", 60s, has_value("5")));
   EXPECT_EQ(lan_->host(0).packets_sent(Lan::kCable), sent) << "nothing leaves the host";
-  // Whoever looks for them from outside finds each other, but not them.
+  // Components outside find each other, but not these.
   auto outside = probe(1, 70'003, "{interfaces: cable, peers: " + Lan::address(0) + "}");
   auto companion = probe(1, 70'004, "{interfaces: cable, peers: " + Lan::address(0) + "}");
   ASSERT_TRUE(news(*outside, 70'004, "up"));
@@ -191,7 +191,7 @@ TEST_F(OnALan, OtherDomainsAndTagsAreNotSeen) {
   EXPECT_EQ(ask(*tagged, "set 70001:probe.x 1").value("verdict", ""), "no-such-owner");
 }
 
-/// An owner and a subscriber on two hosts, and what a break between them looks like.
+/// An owner and a subscriber on two hosts with a connection that breaks.
 class ABreak : public OnALan {
  protected:
   void watch(const std::string& more) {

@@ -18,7 +18,7 @@ using testing::HasSubstr;
 
 const std::string kProxy = RUBICON_BINARY_DIR "/bin/rubicon-proxy";
 
-/// The daemon on a host of its own, where something stands in its way: it ends at once and says what to do.
+/// The daemon on a virtual host with an obstacle: it ends at once with instructions what to do.
 class AStart : public testing::Test {
  protected:
   void SetUp() override {
@@ -79,10 +79,9 @@ TEST_F(AStart, WithoutAFreeParticipantIndexSaysHowManyAreThereAndWhatToDo) {
   }
   const auto full = run("");
   EXPECT_EQ(full.code, 1);
-  EXPECT_THAT(full.errors,
-              HasSubstr("DDS: domain 0 has no room for one more process on this host: 120 are there already "
-                        "(UDP ports 7410 to 7649 are taken). End some of them, or use another "
-                        "tuples.domain\n"));
+  EXPECT_THAT(full.errors, HasSubstr("DDS: domain 0 has no room for one more process on this host: 120 run already "
+                                     "(UDP ports 7410 to 7649 are taken). End some of them, or use another "
+                                     "tuples.domain\n"));
   EXPECT_EQ(run("tuples: {domain: 1}\n").code, 0) << "another domain has room";
   ::close(sockets.back());
   EXPECT_EQ(run("").code, 0) << "the last one is used as well";
@@ -93,7 +92,7 @@ TEST_F(AStart, WithoutAFreeParticipantIndexSaysHowManyAreThereAndWhatToDo) {
 TEST_F(AStart, WithoutReadersIsNoStartAndSaysWhichOneIsMissing) {
   std::ofstream(file_, std::ios::binary) << "island: {id: 1, name: island}\n";
   const Host::Visit there(lan_.host(0));
-  // A sanitizer asks to come first.
+  // The library of a sanitizer must be loaded first.
   const auto outcome = support::run_to_end({"env", "LD_PRELOAD=" RUBICON_NO_READERS,
                                             "ASAN_OPTIONS=verify_asan_link_order=0", kProxy, "run", file_, "--shell"},
                                            "quit\n");

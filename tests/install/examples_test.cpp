@@ -88,7 +88,7 @@ TEST_F(Examples, TheThirdIsBuiltOutsideTheTreeAndTalksInItsOwnLoop) {
     for (int letter = 0; letter < 20; ++letter) bob.write(ann_id + " letter " + std::to_string(letter) + "\n");
     for (int letter = 0; letter < 20; ++letter)  // once each, in order
       EXPECT_EQ(ann.line_with("from ").value_or("nothing"), "from " + bob_id + ": letter " + std::to_string(letter));
-    EXPECT_TRUE(bob.line_with("to " + ann_id + ": taken"));
+    EXPECT_TRUE(bob.line_with("to " + ann_id + ": accepted"));
     ann.write("7 hello\n");  // nobody of the island wants letters
     EXPECT_THAT(ann.line_with("to 7: ").value_or("nothing"), HasSubstr("island 7 has no listener"));
     bob.close_input();

@@ -320,7 +320,7 @@ TEST(MachineUdp, ThePeerOfASocketIsNumeric) {
 
 TEST(Interfaces, TheMachineHasALoopback) {
   const auto all = ipv4_interfaces();
-  const auto is_loopback = [](const Interface& one) { return one.loopback && one.address == "127.0.0.1"; };
+  const auto is_loopback = [](const Interface& one) { return one.is_loopback && one.address == "127.0.0.1"; };
   EXPECT_EQ(std::count_if(all.begin(), all.end(), is_loopback), 1);
 }
 

@@ -31,7 +31,7 @@ DiscoveryOptions plan(const DiscoverOptions& options) {
   out.route_back = options.route_back;
   if (!out.interfaces.empty() || !out.hosts.empty()) return out;
   for (const auto& one : transport::ipv4_interfaces()) {
-    if (one.multicast && !one.loopback) out.interfaces.push_back(one.address);
+    if (one.has_multicast && !one.is_loopback) out.interfaces.push_back(one.address);
   }
   return out;
 }

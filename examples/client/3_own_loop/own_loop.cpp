@@ -1,9 +1,9 @@
-// A chat between components, in a program that has a loop of its own: 3_own_loop NAME
-// Says who comes and goes. A line `ID TEXT` on standard input goes to the component with that id; the end of the input,
-// SIGINT or SIGTERM ends it.
+// A chat between components, in a program that has an event loop of its own: 3_own_loop NAME
+// Prints components that appear and leave. A line `ID TEXT` on standard input is sent to the component with that id.
+// The end of the input, SIGINT or SIGTERM ends the program.
 //
-// The client is one more descriptor of the program's loop: whenever it is readable, poll() does what is due. Everything
-// stays on this one thread.
+// The client is one more descriptor of the program's loop: whenever it is readable, poll() handles what is due. All
+// runs on one thread.
 
 #include <poll.h>
 #include <signal.h>
@@ -17,9 +17,9 @@
 
 namespace {
 
-constexpr const char* kChat = "chat";  // our word for what the bytes are; components that chat agree on it
+constexpr const char* kChat = "chat";  // content type of the messages
 
-/// Readable when one of the signals came.
+/// Readable after one of the signals.
 int signals_descriptor() {
   sigset_t set;
   sigemptyset(&set);
@@ -37,7 +37,7 @@ std::string name_of(const rubicon::Client& client, rubicon::OwnerId id) {
 }
 
 /// One line of the user: `70001 hello`.
-void say(rubicon::Client& client, std::string_view line) {
+void send_line(rubicon::Client& client, std::string_view line) {
   std::uint32_t id = 0;
   const auto [end, error] = std::from_chars(line.data(), line.data() + line.size(), id);
   if (error != std::errc()) {
@@ -46,19 +46,19 @@ void say(rubicon::Client& client, std::string_view line) {
   }
   line.remove_prefix(static_cast<std::size_t>(end - line.data()));
   if (line.starts_with(' ')) line.remove_prefix(1);
-  client.send(rubicon::OwnerId(id), kChat, line, [id](const std::string& why_not) {
-    std::cout << "to " << id << ": " << (why_not.empty() ? "taken" : why_not) << std::endl;
+  client.send(rubicon::OwnerId(id), kChat, line, [id](const std::string& error) {
+    std::cout << "to " << id << ": " << (error.empty() ? "accepted" : error) << std::endl;
   });
 }
 
-/// What is there of standard input; false at its end.
+/// Reads what standard input has; false at its end.
 bool read_input(rubicon::Client& client, std::string& pending) {
   std::array<char, 4096> buffer;
   const auto count = ::read(STDIN_FILENO, buffer.data(), buffer.size());
   if (count <= 0) return false;
   pending.append(buffer.data(), static_cast<std::size_t>(count));
   for (auto end = pending.find('\n'); end != std::string::npos; end = pending.find('\n')) {
-    say(client, std::string_view(pending).substr(0, end));
+    send_line(client, std::string_view(pending).substr(0, end));
     pending.erase(0, end + 1);
   }
   return true;
@@ -69,7 +69,7 @@ void loop(rubicon::Client& client) {
   std::array<pollfd, 3> wanted{
       {{client.descriptor(), POLLIN, 0}, {STDIN_FILENO, POLLIN, 0}, {signals_descriptor(), POLLIN, 0}}};
   while (true) {
-    client.poll();  // costs nothing when nothing is due
+    client.poll();  // cheap when nothing is due
     if (::poll(wanted.data(), wanted.size(), -1) < 0) continue;
     if (wanted[2].revents != 0) return;
     if (wanted[1].revents != 0 && !read_input(client, pending)) return;
@@ -80,7 +80,7 @@ void loop(rubicon::Client& client) {
 
 int main(int argc, char** argv) {
   rubicon::client::Options options;
-  options.name = argc > 1 ? argv[1] : "somebody";
+  options.name = argc > 1 ? argv[1] : "anonymous";
   auto opened = rubicon::Client::open(options);
   if (!opened) {
     std::cerr << opened.error().text << '\n';

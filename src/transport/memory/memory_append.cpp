@@ -4,7 +4,7 @@
 
 namespace rubicon::transport {
 
-/// Looks the file up at each call. Rename a file only after closing it: this one does not follow.
+/// Looks up the file by its path at each call, so that renaming an open file has no effect here.
 class MemoryTransports::MemoryAppendFile final : public AppendFile {
  public:
   MemoryAppendFile(MemoryTransports& disk, std::string path) : disk_(disk), path_(std::move(path)) {
@@ -52,16 +52,17 @@ bool MemoryTransports::is_lost(const std::string& path) const {
 Result<std::unique_ptr<AppendFile>> MemoryTransports::open_append(const std::string& path) {
   if (is_lost(path)) return fail(ErrorCode::kNotFound, path + ": cannot open for writing: No such file or directory");
   auto& file = files_[path];
-  if (std::exchange(file.appending, true)) return fail(ErrorCode::kBusy, path + ": is being written by somebody else");
+  if (std::exchange(file.appending, true)) return fail(ErrorCode::kBusy, path + ": another program is writing to it");
   return std::make_unique<MemoryAppendFile>(*this, path);
 }
 
 Result<void> MemoryTransports::rename_file(const std::string& from, const std::string& to) {
   if (renames_refused_ || is_lost(from))
-    return fail(ErrorCode::kIo, from + ": cannot be called " + to + ": Read-only file system");
-  if (files_.contains(to)) return fail(ErrorCode::kDuplicate, from + ": cannot be called " + to + ": that is there");
+    return fail(ErrorCode::kIo, from + ": cannot be renamed to " + to + ": Read-only file system");
+  if (files_.contains(to))
+    return fail(ErrorCode::kDuplicate, from + ": cannot be renamed to " + to + ": that exists already");
   auto file = files_.extract(from);
-  if (file.empty()) return fail(ErrorCode::kNotFound, from + ": cannot be called " + to + ": no such file");
+  if (file.empty()) return fail(ErrorCode::kNotFound, from + ": cannot be renamed to " + to + ": no such file");
   file.key() = to;
   files_.insert(std::move(file));
   return {};

@@ -6,8 +6,8 @@
 
 namespace rubicon::transport {
 
-/// Bytes reach an end of a stream of memory in pieces of `segment` (0 = one piece), as long as it is open and not held;
-/// what it does not take is kept for when it is let go.
+/// Delivers bytes to an end of an in-memory stream in pieces of `segment` bytes (0 = one piece) while it is open and
+/// not held; keeps the rest for the end of the hold.
 template <class End>
 void arrive_at(End& end, ByteView bytes, std::size_t segment) {
   const auto piece = segment == 0 ? bytes.size() : segment;

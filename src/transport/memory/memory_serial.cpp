@@ -10,7 +10,7 @@
 
 namespace rubicon::transport {
 
-/// The device's or the program's; `peer` is there while both are.
+/// The device's or the program's end; `peer` exists while both do.
 struct MemorySerial::End {
   SerialOptions options;
   bool device = false;
@@ -99,7 +99,7 @@ void MemorySerial::flush(const EndPtr& end) {
   const auto peer = end->peer.lock();
   if (!end->connected || (peer && peer->held) || end->queue.empty()) return;
   auto bytes = std::exchange(end->queue, {});
-  if (!peer) return;  // nobody has it open
+  if (!peer) return;  // not open
   const auto flight = ++last_flight_;
   flights_[flight] = scheduler_.after(transit, [this, flight, peer, bytes = std::move(bytes)] {
     const auto landed = std::move(flights_.extract(flight).mapped());

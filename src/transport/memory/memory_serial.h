@@ -12,8 +12,8 @@
 
 namespace rubicon::transport {
 
-/// The serial lines of a host of memory (MemoryTransports::serial()): devices by plug(), programs by
-/// MemoryTransports::open_serial. Outlives the streams.
+/// The serial lines of an in-memory host (MemoryTransports::serial()): devices use plug(), programs
+/// MemoryTransports::open_serial(). Must outlive the streams.
 class MemorySerial {
  public:
   explicit MemorySerial(Scheduler& scheduler);
@@ -21,15 +21,16 @@ class MemorySerial {
   MemorySerial(const MemorySerial&) = delete;
   MemorySerial& operator=(const MemorySerial&) = delete;
 
-  /// The device's end of a new line; destroyed = unplugged, and the path is gone until somebody plugs again. It does
-  /// not notice who opens and closes the path; what it sends meanwhile is lost. Nothing may be plugged there: asserted.
+  /// Returns the device's end of a new line; destroying it unplugs the device, and the path no longer exists. It does
+  /// not notice opening and closing of the path; bytes sent while it is closed are lost. The path must be free:
+  /// asserted.
   std::unique_ptr<ByteStream> plug(const std::string& path, StreamCalls calls);
   bool is_plugged(const std::string& path) const { return devices_.contains(path); }
-  /// How the path was opened; nullptr if nobody has it open.
+  /// The options with which the path was opened; nullptr if it is not open.
   const SerialOptions* opened(const std::string& path) const;
 
   Duration transit = std::chrono::microseconds(100);  ///< of each piece
-  std::size_t segment = 0;  ///< bytes arrive in pieces of so many; 0 = what was sent in a turn is one piece
+  std::size_t segment = 0;  ///< size of the pieces in which bytes arrive; 0 = one piece per turn
 
   /// As Transports::open_serial.
   Result<std::unique_ptr<ByteStream>> open(const SerialOptions& options, StreamCalls calls);

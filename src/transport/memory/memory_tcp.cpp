@@ -11,7 +11,7 @@
 
 namespace rubicon::transport {
 
-/// One end of a connection; `alive` = its stream is there.
+/// One end of a connection; `alive` = its stream exists.
 struct MemoryTcp::End {
   Endpoint local, remote;
   TcpCalls calls;

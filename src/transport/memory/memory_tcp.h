@@ -12,7 +12,7 @@
 
 namespace rubicon::transport {
 
-/// Somebody listens on a port of a MemoryTcp until this is destroyed; connections it accepted live on.
+/// Listens on a port of a MemoryTcp until destroyed; accepted connections stay open.
 class MemoryListener {
  public:
   virtual ~MemoryListener() = default;
@@ -22,8 +22,7 @@ class MemoryListener {
 /// ends are TcpStreams. Outlives them.
 class MemoryTcp {
  public:
-  /// Gets the server's end of a connection and makes its calls; `connected` is not called. To destroy the stream is to
-  /// hang up.
+  /// Receives the server's end of a connection; `connected` is not called. Destroying the stream closes it.
   using Accept = TcpAccept;
 
   explicit MemoryTcp(Scheduler& scheduler);
@@ -31,24 +30,24 @@ class MemoryTcp {
   MemoryTcp(const MemoryTcp&) = delete;
   MemoryTcp& operator=(const MemoryTcp&) = delete;
 
-  /// Nobody else may listen there: asserted. The endpoint is a host's address and a port of it.
+  /// The endpoint is the address of a host and a free port (asserted).
   std::unique_ptr<MemoryListener> listen(const Endpoint& at, Accept accept);
-  /// For MemoryTransports on the host with this address: the port is one of it, whatever address was given; others on
-  /// the host find it under the loopback address too.
+  /// For MemoryTransports on the host with this address: listens on a port of the host, whatever address `local` has;
+  /// programs on the host also reach it under the loopback address.
   Result<std::unique_ptr<TcpListener>> listen(const std::string& host, const Endpoint& local, Accept accept,
                                               ListenerFailed failed);
 
   Duration transit = std::chrono::microseconds(100);  ///< of each piece
-  std::size_t segment = 0;  ///< streams arrive in pieces of so many bytes; 0 = what was sent in a turn is one piece
-  bool answers = true;      ///< else attempts to connect begun now end by their timeout only
+  std::size_t segment = 0;  ///< size of the pieces in which bytes arrive; 0 = one piece per turn
+  bool answers = true;      ///< if false, new attempts to connect run into their timeout
 
-  /// While so, no byte leaves, and nobody hears of an end: queues fill up, also those of streams that were closed.
+  /// While stalled, no byte and no end of a connection is transmitted: queues fill up, also of closed streams.
   void stall(bool stalled);
-  /// All connections break; both ends hear of it.
+  /// Breaks all connections; both ends are told.
   void cut();
-  /// Nobody can connect any more; those who listen hear of it and are no longer there.
+  /// Makes all listeners fail: their `failed` is called, and they accept no connections.
   void fail_listeners();
-  /// Ends of connections that are open or being made.
+  /// Number of ends of connections that are open or being established.
   std::size_t open_streams() const;
 
   /// For MemoryTransports on the host with this address.
@@ -63,7 +62,7 @@ class MemoryTcp {
 
   struct Listening {
     Accept accept;
-    std::weak_ptr<const ListenerFailed> failed;  ///< the listener is there
+    std::weak_ptr<const ListenerFailed> failed;  ///< expired: the listener was destroyed
   };
 
   std::map<Endpoint, Listening>::const_iterator listener_for(const End& client) const;
@@ -80,7 +79,7 @@ class MemoryTcp {
   Scheduler& scheduler_;
   std::map<Endpoint, Listening> listeners_;
   std::vector<EndPtr> ends_;
-  std::vector<EndPtr> closed_;  ///< while nothing leaves
+  std::vector<EndPtr> closed_;  ///< closed while stalled
   std::map<std::uint64_t, Timer> flights_;
   std::uint64_t last_flight_ = 0;
   bool stalled_ = false;

@@ -11,7 +11,7 @@ namespace rubicon::transport {
 
 namespace {
 
-/// Looks the file up at each call, so that a test may change it, or take it away, while it is being read.
+/// Looks up the file at each call, so that a test may change or remove it while it is read.
 class MemoryFile final : public FileSource {
  public:
   MemoryFile(const std::map<std::string, MemoryTransports::File>& files, std::string path)

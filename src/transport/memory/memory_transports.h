@@ -11,14 +11,14 @@
 
 namespace rubicon::transport {
 
-/// The twin of LocalTransports for tests: files of memory that can fail where a test wants. Outlives the files it
+/// Replaces LocalTransports in tests: in-memory files that fail where a test wants. Must outlive the files that it
 /// opened.
 class MemoryTransports final : public Transports {
  public:
   struct File {
     Bytes bytes;
     std::optional<std::uint64_t> fails_at;  ///< reading this offset is an I/O error
-    bool appending = false;                 ///< somebody has it open for writing
+    bool appending = false;                 ///< open for writing
   };
 
   void put(const std::string& path, Bytes bytes) { files_[path] = {std::move(bytes), std::nullopt, false}; }
@@ -26,8 +26,8 @@ class MemoryTransports final : public Transports {
   void fail_at(const std::string& path, std::uint64_t offset) { files_[path].fails_at = offset; }
   void remove(const std::string& path) { files_.erase(path); }
 
-  /// Puts this host on a network under an address; the network must outlive it. Without one there are no sockets
-  /// (kUnsupported) and no names.
+  /// Connects this host to a network under an address; the network must outlive it. Without one there are no sockets
+  /// (kUnsupported) and no host names.
   void join(MemoryNet& net, std::string address = "127.0.0.1");
 
   /// The host's serial lines; there are none before join(): asserted.
@@ -43,18 +43,18 @@ class MemoryTransports final : public Transports {
   Result<std::unique_ptr<ByteStream>> make_pty(const std::string& link, StreamCalls calls) override;
   std::unique_ptr<Lookup> look_up(const std::string& host, LookupDone done) override;
 
-  // Writing: the folders that files are in are always there, others when a test makes them missing.
+  // Writing: all folders exist, but those that a test removes with lose_folder().
   Result<std::unique_ptr<AppendFile>> open_append(const std::string& path) override;
   Result<void> rename_file(const std::string& from, const std::string& to) override;
   Result<void> remove_file(const std::string& path) override;
   Result<std::vector<std::string>> list_folder(const std::string& path) override;
 
-  /// The disk: how many bytes it still takes; then writing is an error after a part was written. nullopt = any.
+  /// Free space of the disk: a write beyond it fails after a part was written. nullopt = unlimited.
   void room(std::optional<std::uint64_t> bytes) { room_ = bytes; }
-  /// Opening and renaming in this folder fails as if it were not there (or may not be written).
+  /// Opening and renaming in this folder fails as if it did not exist.
   void lose_folder(const std::string& path) { lost_.insert(path); }
   void give_folder(const std::string& path) { lost_.erase(path); }
-  /// Cutting files off fails, as on a disk that has become read-only.
+  /// Truncating files fails, as on a disk that has become read-only.
   void refuse_cuts(bool refuse) { cuts_refused_ = refuse; }
   void refuse_renames(bool refuse) { renames_refused_ = refuse; }
   bool has(const std::string& path) const { return files_.contains(path); }

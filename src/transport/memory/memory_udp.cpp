@@ -160,7 +160,7 @@ void MemoryNet::arrive_in_group(const MemoryDatagram& datagram, bool loopback) {
   }
 }
 
-/// To the one who bound last, as Linux does with shared ports.
+/// Delivers to the socket that was bound last, as Linux does for shared ports.
 void MemoryNet::arrive(const MemoryDatagram& datagram) {
   const auto to = std::find_if(ports_.rbegin(), ports_.rend(), [&](const auto& port) {
     return port->local == datagram.to && !is_group(port->options.local.address);

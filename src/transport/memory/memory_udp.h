@@ -13,7 +13,7 @@
 
 namespace rubicon::transport {
 
-/// What sockets of memory take for an address: no name is one.
+/// Whether in-memory sockets accept this as an address; host names are none.
 bool is_numeric_address(const std::string& host);
 
 /// A datagram on a MemoryNet.
@@ -22,8 +22,8 @@ struct MemoryDatagram {
   Bytes bytes;
 };
 
-/// A network of memory for tests: several hosts, each with its MemoryTransports, in the time of a scheduler, which must
-/// outlive it. Outlives the sockets on it.
+/// An in-memory network for tests: several hosts, each with its MemoryTransports, in the time of a scheduler, which
+/// must outlive it. Must outlive its sockets.
 class MemoryNet {
  public:
   explicit MemoryNet(Scheduler& scheduler);
@@ -31,18 +31,18 @@ class MemoryNet {
   MemoryNet(const MemoryNet&) = delete;
   MemoryNet& operator=(const MemoryNet&) = delete;
 
-  /// What a name is looked up to; empty = it cannot be found (as all names but `localhost` at first).
+  /// Sets the addresses of a host name; empty = it cannot be found. At first only `localhost` is known.
   void name(const std::string& host, std::vector<std::string> addresses);
 
   Duration transit = std::chrono::microseconds(100);  ///< of each datagram
   Duration lookup_time = std::chrono::milliseconds(1);
-  bool names_answer = true;                          ///< else lookups begun now never end
-  bool reports_unreachable = true;                   ///< senders hear of it when nobody listens at the other end
-  std::function<bool(const MemoryDatagram&)> loses;  ///< true = it never arrives; may be empty
-  std::set<std::string> gone_interfaces{};           ///< by address: no group can be joined on them again
-  std::uint64_t refuses = 0;                         ///< so many of the next sends find the line busy
+  bool names_answer = true;                          ///< if false, new lookups never complete
+  bool reports_unreachable = true;                   ///< report datagrams to ports without a socket to their senders
+  std::function<bool(const MemoryDatagram&)> loses;  ///< true = drop the datagram; may be empty
+  std::set<std::string> gone_interfaces{};           ///< by address: groups cannot be joined on them again
+  std::uint64_t refuses = 0;                         ///< number of next sends that find the line busy
 
-  /// All that was ever sent, lost datagrams included.
+  /// All datagrams that were sent, including dropped ones.
   const std::vector<MemoryDatagram>& sent() const { return sent_; }
   std::size_t open_sockets() const;
   Scheduler& scheduler() { return scheduler_; }
@@ -56,7 +56,7 @@ class MemoryNet {
  private:
   friend class MemoryUdp;
   struct Port {
-    Endpoint local;  ///< by address of the host, whatever address was bound
+    Endpoint local;  ///< with the address of the host, whatever address was bound
     UdpOptions options;
     UdpCalls calls;
     bool open = true;

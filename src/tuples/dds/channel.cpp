@@ -10,14 +10,15 @@ namespace rubicon::tuples::dds {
 
 namespace {
 
-/// Roughly what an entry takes beside its texts.
+/// Approximate size of an entry besides its texts.
 constexpr std::size_t kOverhead = 64;
 
 Qos writer_qos() {
   auto qos = make_qos();
   dds_qset_reliability(qos.get(), DDS_RELIABILITY_RELIABLE, 0);
   dds_qset_history(qos.get(), DDS_HISTORY_KEEP_ALL, 0);
-  dds_qset_ignorelocal(qos.get(), DDS_IGNORELOCAL_PARTICIPANT);  // the own reader is none of the other end
+  dds_qset_ignorelocal(qos.get(),
+                       DDS_IGNORELOCAL_PARTICIPANT);  // the reader in this participant is not the destination
   return qos;
 }
 
@@ -67,7 +68,7 @@ bool Channel::is_matched() {
   return matched_;
 }
 
-/// Puts the first entries into the frame: how many. A set whose time ends here is not sent.
+/// Encodes the first entries into the frame and returns their number. Leaves out remote sets whose time to live ended.
 std::size_t Channel::fill(SteadyTime now) {
   frame_.clear();
   std::size_t count = 0;
@@ -80,9 +81,9 @@ std::size_t Channel::fill(SteadyTime now) {
       frame_.add(*reply);
     } else {
       const auto& [set, since] = std::get<TimedSet>(entry);
-      auto left = set;
-      left.time_to_live -= now - since;
-      if (set.time_to_live == Duration(0) || left.time_to_live > Duration(0)) frame_.add(left);
+      auto remaining = set;
+      remaining.time_to_live -= now - since;
+      if (set.time_to_live == Duration(0) || remaining.time_to_live > Duration(0)) frame_.add(remaining);
     }
   }
   return count;
@@ -95,7 +96,7 @@ bool Channel::write() {
   frame.target_incarnation = ends_.target_incarnation;
   const auto bytes = frame_.view();
   frame.content._maximum = frame.content._length = static_cast<std::uint32_t>(bytes.size());
-  frame.content._buffer = const_cast<std::uint8_t*>(bytes.data());  // written, never changed
+  frame.content._buffer = const_cast<std::uint8_t*>(bytes.data());  // DDS only reads it
   return dds_write(writer_.get(), &frame) == DDS_RETCODE_OK;
 }
 

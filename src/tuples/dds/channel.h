@@ -8,16 +8,16 @@
 
 namespace rubicon::tuples::dds {
 
-/// Everything one component tells one other, in order: a queue of entries in front of a writer of its own, so that who
-/// does not take its frames holds up nobody else. Nothing blocks.
+/// Everything that one component sends to one other, in order: a queue of entries before a DDS writer of its own, so
+/// that a receiver that is slow delays no other. Does not block.
 class Channel {
  public:
-  /// From and to whom.
+  /// Source and destination.
   struct Ends {
     OwnerId source{}, target{};
     std::uint64_t source_incarnation = 0, target_incarnation = 0;
   };
-  /// `listener` is told on a thread of DDS when the other end can be reached; it must outlive the channel.
+  /// `listener`, which must outlive the channel, is called on a thread of DDS when the destination can be reached.
   static Result<std::unique_ptr<Channel>> make(const Ends& ends, dds_entity_t participant, dds_entity_t topic,
                                                const dds_listener_t* listener);
 
@@ -28,10 +28,11 @@ class Channel {
   void add(const IdentityCheck& check);
 
   enum class State : std::uint8_t { kEmpty, kMore, kFull };
-  /// Writes at most kFramesPerTurn frames. kMore: go on next turn; kFull: the other end takes nothing now.
+  /// Writes at most kFramesPerTurn frames. kMore: continue in the next turn; kFull: the destination accepts nothing
+  /// now.
   State flush(SteadyTime now);
 
-  /// Bytes that wait, roughly.
+  /// Approximate number of bytes that wait.
   std::size_t waiting() const { return waiting_; }
 
   static constexpr std::size_t kFrameBytes = 32 * 1024;

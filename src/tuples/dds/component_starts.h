@@ -11,31 +11,31 @@
 
 namespace rubicon::tuples::dds {
 
-/// Of what stands in frames, interests and presence (docs/ecology.md). Who has another one is seen, but not talked to.
+/// Version of frames, interests and presence (docs/ecology.md). Components with another one are seen but ignored.
 inline constexpr std::uint16_t kProtocolVersion = 1;
 
-/// One start of a component, as its presence says.
+/// One start (incarnation) of a component, from its presence.
 struct ComponentStart {
   OwnerId id{};
   std::uint64_t incarnation = 0;
-  std::uint16_t version = 0;  ///< 0 = never told
+  std::uint16_t version = 0;  ///< 0 = not known
   bool present = false;
   std::string summary;
 };
 
-/// What was met, for those who look for what is wrong: those that are there, and the last that went.
+/// The starts that were observed, for diagnostics: those that are present, and the last that ended.
 class ComponentStarts {
  public:
-  static constexpr std::size_t kMost = 1000, kMostGone = 100;
+  static constexpr std::size_t kMax = 1000, kMaxGone = 100;
 
   void note(ComponentStart news) {
     const std::pair name(news.id, news.incarnation);
     const auto known = all_.find(name);
     if (news.present) {
-      if (known != all_.end() || all_.size() < kMost) all_[name] = std::move(news);
+      if (known != all_.end() || all_.size() < kMax) all_[name] = std::move(news);
     } else if (known != all_.end() && std::exchange(known->second.present, false)) {
       gone_.push_back(name);
-      if (gone_.size() > kMostGone) forget(gone_.front());
+      if (gone_.size() > kMaxGone) forget(gone_.front());
     }
   }
   std::vector<ComponentStart> all() const {
@@ -54,7 +54,7 @@ class ComponentStarts {
   }
 
   std::map<Name, ComponentStart> all_;
-  std::deque<Name> gone_;  ///< in the order of their going
+  std::deque<Name> gone_;  ///< in the order in which they ended
 };
 
 }  // namespace rubicon::tuples::dds

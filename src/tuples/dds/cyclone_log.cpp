@@ -10,18 +10,18 @@ namespace rubicon::tuples::dds {
 
 namespace {
 
-/// Sentences on their way to the loop; more are dropped.
-constexpr int kMostUnderWay = 16;
-constexpr std::size_t kLongest = 500;
+/// Messages that may wait for the loop; more are dropped.
+constexpr int kMaxPending = 16;
+constexpr std::size_t kMaxLength = 500;  // of a message
 
-thread_local CycloneLog::Ear* ear = nullptr;
-CycloneLog* latest = nullptr;  // of the loop's thread
+thread_local CycloneLog::Capture* capture = nullptr;
+CycloneLog* latest = nullptr;  // used on the loop's thread only
 
-/// What is said without who says it and the line's end.
-std::string sentence(const dds_log_data_t& data) {
+/// The text without line end and full stop.
+std::string message_of(const dds_log_data_t& data) {
   std::string_view text(data.message);
   while (!text.empty() && (text.back() == '\n' || text.back() == ' ' || text.back() == '.')) text.remove_suffix(1);
-  return std::string(text.substr(0, kLongest));
+  return std::string(text.substr(0, kMaxLength));
 }
 
 }  // namespace
@@ -31,22 +31,22 @@ struct CycloneLog::Shared : std::enable_shared_from_this<CycloneLog::Shared> {
       : scheduler(loop), post(std::move(to)), log(sink, "dds") {}
 
   void take(std::string text) {
-    if (ear) {
-      ear->heard += (ear->heard.empty() ? "" : "; ") + text;
+    if (capture) {
+      capture->text += (capture->text.empty() ? "" : "; ") + text;
       return;
     }
-    if (under_way.fetch_add(1) >= kMostUnderWay) {
-      --under_way;
+    if (pending.fetch_add(1) >= kMaxPending) {
+      --pending;
       return;
     }
     post([self = shared_from_this(), text = std::move(text)] {
-      --self->under_way;
-      self->say(text);
+      --self->pending;
+      self->log_limited(text);
     });
   }
 
-  /// Of one kind is what begins alike: addresses and numbers stand further behind.
-  void say(const std::string& text) {
+  /// Messages are of one kind if their texts are equal up to the first number or path.
+  void log_limited(const std::string& text) {
     if (alive && limit.allow(text.substr(0, text.find_first_of("0123456789/")), scheduler.now())) log.warning(text);
   }
 
@@ -54,8 +54,8 @@ struct CycloneLog::Shared : std::enable_shared_from_this<CycloneLog::Shared> {
   DdsEcology::Post post;
   Log log;
   base::RateLimit limit;
-  std::atomic<int> under_way{0};
-  bool alive = true;  // of the loop's thread
+  std::atomic<int> pending{0};
+  bool alive = true;  // used on the loop's thread only
 };
 
 CycloneLog::CycloneLog(Scheduler& scheduler, DdsEcology::Post post, base::LogSink& log)
@@ -64,7 +64,7 @@ CycloneLog::CycloneLog(Scheduler& scheduler, DdsEcology::Post post, base::LogSin
   dds_set_log_sink(
       [](void* shared, const dds_log_data_t* data) {
         constexpr std::uint32_t kWanted = DDS_LC_FATAL | DDS_LC_ERROR | DDS_LC_WARNING;
-        if ((data->priority & kWanted) != 0) static_cast<Shared*>(shared)->take(sentence(*data));
+        if ((data->priority & kWanted) != 0) static_cast<Shared*>(shared)->take(message_of(*data));
       },
       shared_.get());
 }
@@ -76,12 +76,12 @@ CycloneLog::~CycloneLog() {
   dds_set_log_sink(nullptr, nullptr);
 }
 
-CycloneLog::Ear::Ear() {
-  ear = this;
+CycloneLog::Capture::Capture() {
+  capture = this;
 }
 
-CycloneLog::Ear::~Ear() {
-  ear = nullptr;
+CycloneLog::Capture::~Capture() {
+  capture = nullptr;
 }
 
 }  // namespace rubicon::tuples::dds

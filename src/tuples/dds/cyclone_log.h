@@ -9,8 +9,9 @@
 
 namespace rubicon::tuples::dds {
 
-/// Takes what Cyclone says of errors and warnings, on whatever thread, to our log: each kind at most once a minute. One
-/// at a time a process has its words; the latest made. Without it they would stand on standard error, for every packet.
+/// Redirects errors and warnings of Cyclone DDS, from any thread, to our log: at most one line per kind and minute.
+/// Without it Cyclone would write to standard error for each packet. Cyclone has one sink per process: the latest
+/// CycloneLog receives the messages.
 class CycloneLog {
  public:
   CycloneLog(Scheduler& scheduler, DdsEcology::Post post, base::LogSink& log);
@@ -18,14 +19,14 @@ class CycloneLog {
   CycloneLog(const CycloneLog&) = delete;
   CycloneLog& operator=(const CycloneLog&) = delete;
 
-  /// While it lives, what Cyclone says on this thread is put here instead.
-  class Ear {
+  /// While it lives, messages of Cyclone on this thread are collected here instead.
+  class Capture {
    public:
-    Ear();
-    ~Ear();
-    Ear(const Ear&) = delete;
-    Ear& operator=(const Ear&) = delete;
-    std::string heard;  ///< sentences, joined by `; `
+    Capture();
+    ~Capture();
+    Capture(const Capture&) = delete;
+    Capture& operator=(const Capture&) = delete;
+    std::string text;  ///< messages, joined by `; `
   };
 
  private:

@@ -14,7 +14,7 @@ struct DdsEcology::Impl {
   Scheduler& scheduler;
   Post post;
   base::LogSink& log;
-  std::unique_ptr<CycloneLog> words;  // outlives the domain, which still has some
+  std::unique_ptr<CycloneLog> cyclone_log;  // outlives the domain, which may log when it is deleted
   Entity domain;
   std::shared_ptr<ComponentStarts> starts = std::make_shared<ComponentStarts>();
   std::shared_ptr<std::function<void(OwnerId)>> displaced = std::make_shared<std::function<void(OwnerId)>>();
@@ -22,37 +22,37 @@ struct DdsEcology::Impl {
 
 namespace {
 
-/// How long a start may ask for names of hosts.
-constexpr Duration kResolving = std::chrono::seconds(5);
+/// Time for resolving host names at the start.
+constexpr Duration kResolveTimeout = std::chrono::seconds(5);
 
-/// kBusy or kIo, in words that say what to do where that is known.
-Error cannot_open(const DdsOptions& options, dds_return_t answer, const std::string& heard) {
-  if (answer == DDS_RETCODE_PRECONDITION_NOT_MET)
+/// kBusy or kIo, the text says what to do where that is known.
+Error cannot_open(const DdsOptions& options, dds_return_t code, const std::string& messages) {
+  if (code == DDS_RETCODE_PRECONDITION_NOT_MET)
     return {ErrorCode::kBusy, fmt::format("DDS domain {} is open in this process already", options.domain)};
-  if (heard.find("free participant index") != heard.npos) {
+  if (messages.find("free participant index") != messages.npos) {
     return {ErrorCode::kIo,
-            fmt::format(
-                "DDS: domain {} has no room for one more process on this host: {} are there already (UDP ports {} to "
-                "{} are taken). End some of them, or use another tuples.domain",
-                options.domain, kMostOnAHost, port_of(options.domain, 0), port_of(options.domain, kMostOnAHost) - 1)};
+            fmt::format("DDS: domain {} has no room for one more process on this host: {} run already (UDP ports {} to "
+                        "{} are taken). End some of them, or use another tuples.domain",
+                        options.domain, kMaxProcessesPerHost, port_of(options.domain, 0),
+                        port_of(options.domain, kMaxProcessesPerHost) - 1)};
   }
   return {ErrorCode::kIo, fmt::format("DDS: domain {} cannot be opened: {}", options.domain,
-                                      heard.empty() ? dds_strretcode(-answer) : heard)};
+                                      messages.empty() ? dds_strretcode(-code) : messages)};
 }
 
-/// What Cyclone answers is a word at most; what it said meanwhile is the reason.
-Error with_reason(Error error, const std::string& heard) {
-  if (!heard.empty()) error.text += ": " + heard;
+/// Appends the messages of Cyclone, which explain its return code.
+Error with_reason(Error error, const std::string& messages) {
+  if (!messages.empty()) error.text += ": " + messages;
   return error;
 }
 
 Result<Entity> make_domain(const DdsOptions& options, Log log) {
   const auto xml = domain_xml(options);
-  const CycloneLog::Ear ear;
-  const auto answer = dds_create_domain(options.domain, xml.c_str());
-  if (answer > 0 && !ear.heard.empty()) log.warning(ear.heard);
-  if (answer > 0) return Entity(answer);
-  return fail(cannot_open(options, answer, ear.heard));
+  const CycloneLog::Capture capture;
+  const auto code = dds_create_domain(options.domain, xml.c_str());
+  if (code > 0 && !capture.text.empty()) log.warning(capture.text);
+  if (code > 0) return Entity(code);
+  return fail(cannot_open(options, code, capture.text));
 }
 
 }  // namespace
@@ -62,33 +62,34 @@ DdsEcology::~DdsEcology() = default;
 
 Result<std::unique_ptr<DdsEcology>> DdsEcology::open(DdsOptions options, Scheduler& scheduler, Post post,
                                                      base::LogSink& log) {
-  if (auto good = check_interfaces(options, interfaces()); !good) return fail(std::move(good.error()));
-  auto words = std::make_unique<CycloneLog>(scheduler, post, log);
+  if (auto good = check_interfaces(options, transport::interfaces()); !good) return fail(std::move(good.error()));
+  auto cyclone_log = std::make_unique<CycloneLog>(scheduler, post, log);
   std::vector<std::string> unknown;
-  options.peers = with_addresses(std::move(options.peers), scheduler, kResolving, unknown);
+  options.peers = with_addresses(std::move(options.peers), scheduler, kResolveTimeout, unknown);
   for (const auto& peer : unknown) {
     Log(log, "dds")
-        .warning(fmt::format(
-            "tuples.peers: '{}' cannot be resolved: until the next start it has to find us, we do not look for it",
-            peer));
+        .warning(fmt::format("tuples.peers: '{}' cannot be resolved: this process does not search for it until the "
+                             "next start, but it may "
+                             "find this process",
+                             peer));
   }
   auto domain = make_domain(options, Log(log, "dds"));
   if (!domain) return fail(std::move(domain.error()));
   return std::unique_ptr<DdsEcology>(new DdsEcology(std::make_unique<Impl>(
-      Impl{std::move(options), scheduler, std::move(post), log, std::move(words), std::move(*domain)})));
+      Impl{std::move(options), scheduler, std::move(post), log, std::move(cyclone_log), std::move(*domain)})));
 }
 
 Result<std::unique_ptr<Link>> DdsEcology::join(OwnerId id) {
-  const CycloneLog::Ear ear;
+  const CycloneLog::Capture capture;
   auto participant = made(dds_create_participant(impl_->options.domain, nullptr, nullptr),
                           fmt::format("participant of component {}", number(id)));
-  if (!participant) return fail(with_reason(std::move(participant.error()), ear.heard));
+  if (!participant) return fail(with_reason(std::move(participant.error()), capture.text));
   const auto displaced = [call = std::weak_ptr(impl_->displaced), id] {
-    if (const auto told = call.lock(); told && *told) (*told)(id);
+    if (const auto listener = call.lock(); listener && *listener) (*listener)(id);
   };
   auto link = DdsLink::make(id, std::move(*participant), impl_->options, impl_->scheduler, impl_->post, displaced,
                             impl_->starts, impl_->log);
-  if (!link) return fail(with_reason(std::move(link.error()), ear.heard));
+  if (!link) return fail(with_reason(std::move(link.error()), capture.text));
   return std::move(*link);
 }
 

@@ -11,15 +11,15 @@
 
 namespace rubicon::tuples::dds {
 
-/// The components of all processes and hosts that share a DDS domain. At most one a process and domain; outlives the
-/// links it makes, whose scheduler it uses. DDS has threads of its own: they raise a flag and post one call, nothing
-/// else.
+/// The components of all processes and hosts that share a DDS domain. At most one object per process and domain; it
+/// outlives its links. The threads of DDS only raise a flag and post a call.
 class DdsEcology final : public Ecology {
  public:
-  /// Makes a call on the loop's thread, in a later turn. Called from any thread; must outlive the ecology.
+  /// Runs the call on the loop's thread, in a later turn. Called from any thread; must outlive the ecology.
   using Post = std::function<void(std::function<void()>)>;
 
-  /// kBusy: this process has one in that domain; kIo: the network does not work as configured, with DDS's word for it.
+  /// kBusy: this process has one in that domain; kIo: the network cannot be used as configured;
+  /// the text has the reason from DDS.
   static Result<std::unique_ptr<DdsEcology>> open(DdsOptions options, Scheduler& scheduler, Post post,
                                                   base::LogSink& log);
   ~DdsEcology() override;
@@ -27,11 +27,11 @@ class DdsEcology final : public Ecology {
   /// The component is seen by others from the link's attach() on. kIo as for open().
   Result<std::unique_ptr<Link>> join(OwnerId id) override;
 
-  /// `call` is told, in a later turn and once a start, which component of this process has an id that another process
-  /// has too, and had before: it should go, so that all who look see the same one.
+  /// `call` receives, in a later turn and once per start, the component of this process whose id another process uses
+  /// and used before. That component should end, so that all others see the same one.
   void watch_displaced(std::function<void(OwnerId)> call);
 
-  /// What the links of this process met, also what they do not talk to.
+  /// The component starts that the links of this process observed, including ignored ones.
   std::vector<ComponentStart> component_starts() const;
 
  private:

@@ -12,12 +12,12 @@ namespace rubicon::tuples::dds {
 
 namespace {
 
-/// What may wait for one component before publish() and remote_set() say that there is no room.
+/// Bytes that may wait for one component; beyond them publish() and remote_set() refuse.
 constexpr std::size_t kMaxWaiting = 512 * 1024;
 constexpr std::size_t kMaxSetsWaiting = 32 * 1024 * 1024;
-/// Between attempts to write to who takes nothing.
+/// Pause before writing again to a component that accepts nothing.
 constexpr Duration kRetry = std::chrono::milliseconds(1);
-/// Frames that DDS keeps for a loop that is busy; then it holds up their writers.
+/// Frames that DDS queues while the loop is busy; then their writers have to wait.
 constexpr std::int32_t kQueuedFrames = 64;
 
 rubicon_wire_Interest interest_of(OwnerId id, std::uint64_t incarnation, std::uint32_t slot, const Bytes& content) {
@@ -43,18 +43,19 @@ DdsLink::DdsLink(OwnerId self, Entity participant, const DdsOptions& options, Sc
     : self_(self),
       scheduler_(scheduler),
       log_(log, "dds"),
+      limited_log_(log_, scheduler),
       lease_(options.lease),
       host_(host_id("host")),
       policy_(self, host_, options.trust_lan, log_),
       starts_(std::move(starts)),
       signal_(std::move(post), [this](unsigned sources) { drain(sources); }),
       participant_(std::move(participant)),
-      twins_(self, scheduler, lease_, log_,
-             {[this](std::uint64_t incarnation) {
-                return Channel::make({self_, self_, incarnation_, incarnation}, participant_.get(), frame_topic_.get(),
-                                     signal_.listener(Signal::kWriter));
-              },
-              std::move(displaced)}) {}
+      id_conflicts_(self, scheduler, lease_, log_,
+                    {[this](std::uint64_t incarnation) {
+                       return Channel::make({self_, self_, incarnation_, incarnation}, participant_.get(),
+                                            frame_topic_.get(), signal_.listener(Signal::kWriter));
+                     },
+                     std::move(displaced)}) {}
 
 Result<std::unique_ptr<DdsLink>> DdsLink::make(OwnerId self, Entity participant, const DdsOptions& options,
                                                Scheduler& scheduler, DdsEcology::Post post,
@@ -70,10 +71,6 @@ DdsLink::~DdsLink() {
   leave();
 }
 
-void DdsLink::warn(const std::string& subject, const std::string& text) {
-  if (log_limit_.allow(subject, scheduler_.now())) log_.warning(text);
-}
-
 void DdsLink::attach(LinkListener* listener) {
   leave();
   if (!listener) return;
@@ -81,12 +78,12 @@ void DdsLink::attach(LinkListener* listener) {
   listener_ = listener;
   const auto since = scheduler_.wall_now().time_since_epoch().count();
   incarnation_ = std::max(static_cast<std::uint64_t>(since), incarnation_ + 1);
-  twins_.begin(incarnation_);
-  if (!write_presence()) ask_flush(kRetry);
+  id_conflicts_.begin(incarnation_);
+  if (!write_presence()) retry_flush();
   for (const auto source : {Signal::kPresence, Signal::kInterests, Signal::kFrames}) signal_.raise(source);
 }
 
-/// Nothing if they are there. Readers first: whoever sees us can reach us.
+/// Does nothing if they exist. Readers are made first, so that a component that sees this one can reach it.
 Result<void> DdsLink::make_entities() {
   if (presence_writer_) return {};
   auto done = make_topics();
@@ -120,7 +117,7 @@ Result<void> DdsLink::make_readers() {
   auto subscriber = made(dds_create_subscriber(participant_.get(), partition.get(), nullptr), "subscriber of frames");
   if (!subscriber) return fail(std::move(subscriber.error()));
   frame_subscriber_ = std::move(*subscriber);
-  // Asks for no lease: that would hide all components with a longer one. Each is lost by its own.
+  // The readers request no lease: that would hide components with a longer one. Each component has its own.
   const auto make_one = [](Entity& entity, const char* what, dds_entity_t answer) -> Result<void> {
     auto reader = made(answer, fmt::format("reader of {}", what));
     if (!reader) return fail(std::move(reader.error()));
@@ -143,7 +140,7 @@ Result<void> DdsLink::make_readers() {
 
 Result<void> DdsLink::make_writers() {
   auto qos = make_kept_qos();
-  dds_qset_writer_data_lifecycle(qos.get(), false);  // a crash must not look like a farewell
+  dds_qset_writer_data_lifecycle(qos.get(), false);  // a crash must not look like an orderly leave
   const auto make_one = [this](const char* what, const Entity& topic, const Qos& with) {
     return made(dds_create_writer(participant_.get(), topic.get(), with.get(), nullptr),
                 fmt::format("writer of {}", what));
@@ -169,13 +166,12 @@ bool DdsLink::write_presence() {
   return !presence_unwritten_;
 }
 
-/// Says farewell, and forgets everybody. What was made for an attachment that never was stays.
+/// Announces that this component leaves, and forgets all others. Keeps entities that no listener used yet.
 void DdsLink::leave() {
   if (!listener_) return;
-  flush();  // what can still be told
+  flush();  // what can still be sent
   listener_ = nullptr;
-  flush_timer_.cancel();
-  flush_at_ = SteadyTime::max();
+  flush_retry_.clear();
   rubicon_wire_Presence presence{};
   presence.id = number(self_);
   presence.incarnation = incarnation_;
@@ -196,12 +192,12 @@ void DdsLink::forget_all() {
   }
   peers_.clear();
   gone_.clear();
-  twins_.begin(0);
+  id_conflicts_.begin(0);
   interests_.clear();
   participants_.clear();
   writers_.clear();
-  held_.clear();
-  held_timer_.cancel();
+  early_frames_.clear();
+  early_timer_.cancel();
   slots_.clear();
   slot_of_.clear();
   free_slots_.clear();
@@ -227,7 +223,7 @@ Peer* DdsLink::find_up(OwnerId id) {
 
 bool DdsLink::publish(OwnerId subscriber, std::span<const Change> changes) {
   auto* peer = find_up(subscriber);
-  if (!peer) return true;  // nobody is there to take them
+  if (!peer) return true;  // no receiver: dropped
   auto* channel = channel_to(subscriber, *peer);
   if (!channel || channel->waiting() > kMaxWaiting) return false;
   FrameWriter entries;
@@ -240,10 +236,11 @@ bool DdsLink::publish(OwnerId subscriber, std::span<const Change> changes) {
   return true;
 }
 
-/// At once: what a space publishes is all that its turn brought.
+/// To be called by publish(), which brings all changes of a turn at once.
 void DdsLink::flush(Channel& channel) {
   const auto state = channel.flush(scheduler_.now());
-  if (state != Channel::State::kEmpty) ask_flush(state == Channel::State::kFull ? kRetry : Duration(0));
+  if (state == Channel::State::kFull) retry_flush();
+  if (state == Channel::State::kMore) flush_soon_.request();
 }
 
 Result<void> DdsLink::remote_set(const RemoteSet& set) {
@@ -251,21 +248,22 @@ Result<void> DdsLink::remote_set(const RemoteSet& set) {
   if (!peer) return fail(ErrorCode::kNotFound, fmt::format("no component {} is present", number(set.owner)));
   auto* channel = channel_to(set.owner, *peer);
   if (!channel || channel->waiting() > kMaxSetsWaiting)
-    return fail(ErrorCode::kBusy, fmt::format("component {} takes nothing at the moment", number(set.owner)));
+    return fail(ErrorCode::kBusy,
+                fmt::format("component {} does not accept requests at the moment", number(set.owner)));
   channel->add(set, scheduler_.now());
-  ask_flush(Duration(0));
+  flush_soon_.request();
   return {};
 }
 
-/// Not bounded by itself: who sets much and takes no replies is held up by its own channel's bound of sets under way.
+/// Replies beyond the bound are dropped: a component that sends many requests and reads no replies loses them.
 void DdsLink::reply(const Reply& reply) {
   auto* peer = find_up(reply.to);
   auto* channel = peer ? channel_to(reply.to, *peer) : nullptr;
   if (!channel) return;
   if (channel->waiting() > kMaxSetsWaiting)
-    return warn("replies", fmt::format("component {} takes no replies: some are dropped", number(reply.to)));
+    return warn("replies", fmt::format("component {} does not read its replies: some are dropped", number(reply.to)));
   channel->add(reply);
-  ask_flush(Duration(0));
+  flush_soon_.request();
 }
 
 void DdsLink::subscribe(const SubscriptionSpec& spec) {
@@ -281,7 +279,7 @@ void DdsLink::subscribe(const SubscriptionSpec& spec) {
   slots_[number] = content.take();
   slot_of_[spec.id] = number;
   unwritten_slots_.insert(number);
-  ask_flush(Duration(0));
+  flush_soon_.request();
 }
 
 void DdsLink::unsubscribe(std::uint32_t id) {
@@ -290,7 +288,7 @@ void DdsLink::unsubscribe(std::uint32_t id) {
   slots_[found->second].clear();
   unwritten_slots_.insert(found->second);
   slot_of_.erase(found);
-  ask_flush(Duration(0));
+  flush_soon_.request();
 }
 
 bool DdsLink::write_slot(std::uint32_t number, const Bytes& content) {
@@ -302,7 +300,7 @@ bool DdsLink::write_slot(std::uint32_t number, const Bytes& content) {
   return true;
 }
 
-/// False: DDS takes nothing now.
+/// False: DDS accepts nothing at the moment.
 bool DdsLink::flush_slots() {
   while (!unwritten_slots_.empty()) {
     const auto number = *unwritten_slots_.begin();
@@ -314,25 +312,8 @@ bool DdsLink::flush_slots() {
   return true;
 }
 
-/// One call a turn, so that what a turn brings goes together.
-void DdsLink::ask_flush(Duration within) {
-  if (within == Duration(0)) return ask_flush();
-  const auto when = scheduler_.now() + within;
-  if (when >= flush_at_) return;
-  flush_at_ = when;
-  flush_timer_ = scheduler_.at(when, [this] {
-    flush_at_ = SteadyTime::max();
-    flush();
-  });
-}
-
-void DdsLink::ask_flush() {
-  if (std::exchange(flush_posted_, true)) return;
-  scheduler_.post([this, door = std::weak_ptr(door_)] {
-    if (door.expired()) return;
-    flush_posted_ = false;
-    flush();
-  });
+void DdsLink::retry_flush() {
+  flush_retry_.advance_to(scheduler_.now() + kRetry);
 }
 
 void DdsLink::flush() {
@@ -346,23 +327,23 @@ void DdsLink::flush() {
     full |= state == Channel::State::kFull;
     more |= state == Channel::State::kMore;
   }
-  if (more) ask_flush(Duration(0));
-  if (full) ask_flush(kRetry);
+  if (more) flush_soon_.request();
+  if (full) retry_flush();
 }
 
 void DdsLink::describe(std::string summary) {
   if (summary == summary_) return;
   summary_ = std::move(summary);
   presence_unwritten_ = true;
-  ask_flush(Duration(0));
+  flush_soon_.request();
 }
 
 std::vector<OwnerId> DdsLink::peers() const {
-  std::vector<OwnerId> there;
+  std::vector<OwnerId> present;
   for (const auto& [id, peer] : peers_) {
-    if (peer.is_up()) there.push_back(id);
+    if (peer.is_up()) present.push_back(id);
   }
-  return there;
+  return present;
 }
 
 }  // namespace rubicon::tuples::dds

@@ -1,17 +1,17 @@
 #include <fmt/format.h>
 
 #include "tuples/dds/dds_link.h"
-#include "tuples/dds/taking.h"
+#include "tuples/dds/take_samples.h"
 #include "wire.h"
 
 namespace rubicon::tuples::dds {
 
 namespace {
 
-constexpr std::size_t kMostPeers = 10'000;
-/// Components remembered that are not there any more, for what they may still bring.
-constexpr std::size_t kMostGone = 100;
-constexpr std::size_t kLongestHost = 64;
+constexpr std::size_t kMaxPeers = 10'000;
+/// Components remembered after they went down, because frames of them may still arrive.
+constexpr std::size_t kMaxGone = 100;
+constexpr std::size_t kMaxHostLength = 64;
 
 std::string text_of(const char* text, std::size_t most) {
   return text ? std::string(text).substr(0, most) : std::string();
@@ -31,7 +31,7 @@ void DdsLink::take_presences() {
       const auto* writer = info.valid_data ? writers_.find(presence_reader_.get(), info.publication_handle) : nullptr;
       if (!writer) return;
       one.version = sample.version;
-      one.start = {writer->participant, text_of(sample.host, kLongestHost), text_of(sample.summary, kMaxSummary + 1)};
+      one.start = {writer->participant, text_of(sample.host, kMaxHostLength), text_of(sample.summary, kMaxSummary + 1)};
       if (one.start.summary.size() > kMaxSummary) one.start.summary.clear();
     } else {
       presence_quota_.release(info.publication_handle, info.instance_handle);
@@ -39,13 +39,13 @@ void DdsLink::take_presences() {
     news.push_back(std::move(one));
   });
   for (const auto& one : news) {
-    if (listener_ && is_taken(one)) present(one);
+    if (listener_ && accepts(one)) on_presence(one);
   }
-  forget_gone_peers();
+  drop_gone_peers();
 }
 
-/// Notes it, unless it is of somebody who is ignored.
-bool DdsLink::is_taken(const PresenceNews& news) {
+/// Records the start; false if its component is ignored.
+bool DdsLink::accepts(const PresenceNews& news) {
   const auto [id, incarnation] = news.who;
   if (news.there && participants_.is_banned(news.start.participant)) {
     presence_quota_.ban(news.publication);
@@ -56,8 +56,8 @@ bool DdsLink::is_taken(const PresenceNews& news) {
   if (!news.there) return true;
   if (news.version != kProtocolVersion) {
     warn(fmt::format("version {}", number(id)),
-         fmt::format("component {} speaks version {} of the protocol, this program version {}: not talked to",
-                     number(id), news.version, kProtocolVersion));
+         fmt::format("component {} has version {} of the protocol, this program version {}: ignored", number(id),
+                     news.version, kProtocolVersion));
     return false;
   }
   const auto may = policy_.may_join({id, incarnation, news.start.host});
@@ -65,38 +65,40 @@ bool DdsLink::is_taken(const PresenceNews& news) {
   return may.has_value();
 }
 
-void DdsLink::present(const PresenceNews& news) {
+void DdsLink::on_presence(const PresenceNews& news) {
   const auto [id, incarnation] = news.who;
-  if (id == self_) return news.there ? twins_.seen(incarnation, news.start.participant) : twins_.gone(incarnation);
-  if (!news.there) return absent(news.who, news.left);
-  if (auto* peer = know(id); peer && listener_) appear(*peer, news);
+  if (id == self_)
+    return news.there ? id_conflicts_.seen(incarnation, news.start.participant) : id_conflicts_.gone(incarnation);
+  if (!news.there) return on_absence(news.who, news.left);
+  if (auto* peer = find_or_add_peer(id); peer && listener_) add_start(*peer, news);
 }
 
-void DdsLink::appear(Peer& peer, const PresenceNews& news) {
+void DdsLink::add_start(Peer& peer, const PresenceNews& news) {
   const auto [id, incarnation] = news.who;
   const auto& who = news.start.participant;
   const auto known = peer.alive.find(incarnation);
   if (known != peer.alive.end() && known->second.participant != who) {
-    return warn(fmt::format("forged {}", number(id)),
-                fmt::format("somebody else says to be component {}, with the same start: ignored", number(id)));
+    return warn(
+        fmt::format("forged {}", number(id)),
+        fmt::format("another DDS participant claims to be component {}, with the same start: ignored", number(id)));
   }
   if (known == peer.alive.end()) {
     if (!participants_.add(who, news.who)) return ban(who);
     for (auto other = peer.alive.begin(), next = other; other != peer.alive.end(); other = next) {
       next = std::next(other);
-      if (other->second.participant == who) forget(id, peer, other);
+      if (other->second.participant == who) remove_start(id, peer, other);
     }
   }
   const auto place = known == peer.alive.end() ? ++starts_seen_ : known->second.place;
   peer.alive[incarnation] = news.start;
   peer.alive[incarnation].place = place;
-  if (peer.alive.size() > Peer::kMostStarts) forget(id, peer, superfluous(peer, incarnation));
-  settle(id, peer, false);
+  if (peer.alive.size() > Peer::kMaxStarts) remove_start(id, peer, excess_start(peer, incarnation));
+  select_incarnation(id, peer, false);
 }
 
-/// Never the earliest start, which is the genuine one unless somebody set a clock back, nor the one that comes now. Of
-/// the others who came first stays: those who push in are not believed more than who was there.
-Peer::Starts::iterator DdsLink::superfluous(Peer& peer, std::uint64_t newcomer) {
+/// The start to forget: of those between the earliest, which is the genuine one unless a clock was set back, and the
+/// newcomer, the one that arrived last.
+Peer::Starts::iterator DdsLink::excess_start(Peer& peer, std::uint64_t newcomer) {
   auto last = peer.alive.end();
   for (auto one = std::next(peer.alive.begin()); one != peer.alive.end(); ++one) {
     if (one->first == newcomer) continue;
@@ -105,65 +107,65 @@ Peer::Starts::iterator DdsLink::superfluous(Peer& peer, std::uint64_t newcomer) 
   return last;
 }
 
-void DdsLink::forget(OwnerId id, Peer& peer, Peer::Starts::iterator start) {
+void DdsLink::remove_start(OwnerId id, Peer& peer, Peer::Starts::iterator start) {
   participants_.remove(start->second.participant, {id, start->first});
   peer.alive.erase(start);
 }
 
-void DdsLink::absent(const Participants::Start& who, bool left) {
+void DdsLink::on_absence(const Participants::Start& who, bool left) {
   const auto [id, incarnation] = who;
   const auto found = peers_.find(id);
   if (found == peers_.end()) return;
   const auto start = found->second.alive.find(incarnation);
   if (start == found->second.alive.end()) return;
-  forget(id, found->second, start);
-  settle(id, found->second, left);
+  remove_start(id, found->second, start);
+  select_incarnation(id, found->second, left);
 }
 
-/// It and all that it showed is ignored for as long as it is there.
+/// Ignores the participant and all its components for as long as it is present.
 void DdsLink::ban(const Participant& who) {
-  warn("banned", fmt::format("one DDS participant shows more than {} components: it is ignored, with all that it says",
-                             Participants::kMostComponents));
+  warn("banned",
+       fmt::format("one DDS participant claims more than {} components: it is ignored", Participants::kMaxComponents));
   for (const auto& start : participants_.ban(who)) {
     starts_->note({start.first, start.second, kProtocolVersion, false, {}});
-    absent(start, false);
+    on_absence(start, false);
   }
   interests_.erase_all(who);
 }
 
-/// nullptr: there are too many others.
-Peer* DdsLink::know(OwnerId id) {
+/// nullptr: too many peers.
+Peer* DdsLink::find_or_add_peer(OwnerId id) {
   if (const auto found = peers_.find(id); found != peers_.end()) return &found->second;
-  if (peers_.size() >= kMostPeers) make_room();
-  if (peers_.size() < kMostPeers) return &peers_[id];
-  warn("peers", fmt::format("component {} is not seen: there are {} others", number(id), peers_.size()));
+  if (peers_.size() >= kMaxPeers) evict_peers();
+  if (peers_.size() < kMaxPeers) return &peers_[id];
+  warn("peers", fmt::format("component {} is ignored: there are {} others already", number(id), peers_.size()));
   return nullptr;
 }
 
-/// Those that went, else whoever shows most of them.
-void DdsLink::make_room() {
+/// Removes the peers that went down; if that is not enough, bans the participant with most components.
+void DdsLink::evict_peers() {
   std::erase_if(peers_, [](const auto& one) { return one.second.alive.empty() && !one.second.is_up(); });
-  if (peers_.size() < kMostPeers) return;
-  if (const auto greatest = participants_.greatest()) ban(*greatest);
+  if (peers_.size() < kMaxPeers) return;
+  if (const auto largest = participants_.largest()) ban(*largest);
   std::erase_if(peers_, [](const auto& one) { return one.second.alive.empty() && !one.second.is_up(); });
 }
 
-void DdsLink::forget_gone_peers() {
-  for (; gone_.size() > kMostGone; gone_.pop_front()) {
+void DdsLink::drop_gone_peers() {
+  for (; gone_.size() > kMaxGone; gone_.pop_front()) {
     const auto found = peers_.find(gone_.front());
     if (found != peers_.end() && found->second.alive.empty() && !found->second.is_up()) peers_.erase(found);
   }
 }
 
-/// The latest incarnation that is alive is the peer.
-void DdsLink::settle(OwnerId id, Peer& peer, bool left) {
+/// Makes the latest start that is present the peer's incarnation.
+void DdsLink::select_incarnation(OwnerId id, Peer& peer, bool left) {
   const auto wanted = peer.alive.empty() ? 0 : peer.alive.rbegin()->first;
-  if (wanted == peer.incarnation) return tell_summary(id, peer);
-  if (peer.is_up()) go(id, peer, left ? PeerEvent::kLeft : PeerEvent::kLost);
-  if (wanted != 0 && listener_) come(id, peer, wanted);
+  if (wanted == peer.incarnation) return report_summary(id, peer);
+  if (peer.is_up()) peer_down(id, peer, left ? PeerEvent::kLeft : PeerEvent::kLost);
+  if (wanted != 0 && listener_) peer_up(id, peer, wanted);
 }
 
-void DdsLink::tell_summary(OwnerId id, Peer& peer) {
+void DdsLink::report_summary(OwnerId id, Peer& peer) {
   if (!listener_ || !peer.is_up()) return;
   const auto& summary = peer.alive.at(peer.incarnation).summary;
   if (summary == peer.summary) return;
@@ -171,25 +173,25 @@ void DdsLink::tell_summary(OwnerId id, Peer& peer) {
   listener_->on_summary(id, peer.summary);
 }
 
-void DdsLink::come(OwnerId id, Peer& peer, std::uint64_t incarnation) {
+void DdsLink::peer_up(OwnerId id, Peer& peer, std::uint64_t incarnation) {
   const auto& start = peer.alive.at(incarnation);
-  const HeldFrames::Sender sender{id, incarnation, start.participant};
+  const EarlyFrames::Sender sender{id, incarnation, start.participant};
   peer.incarnation = incarnation;
   peer.participant = start.participant;
   if (std::exchange(peer.requests_of, incarnation) != incarnation) peer.last_request = 0;
   peer.summary.clear();
   policy_.peer_up({id, incarnation, start.host});
   listener_->on_peer(id, PeerEvent::kUp);
-  if (listener_) tell_summary(id, peer);
+  if (listener_) report_summary(id, peer);
   for (const auto& spec : interests_.of(id, incarnation, sender.participant)) {
     if (listener_) listener_->on_subscribe(id, spec);
   }
-  for (const auto& content : held_.take(sender)) {
-    if (listener_) tell(id, content);
+  for (const auto& content : early_frames_.take(sender)) {
+    if (listener_) deliver(id, content);
   }
 }
 
-void DdsLink::go(OwnerId id, Peer& peer, PeerEvent event) {
+void DdsLink::peer_down(OwnerId id, Peer& peer, PeerEvent event) {
   peer.incarnation = 0;
   peer.channel.reset();
   gone_.push_back(id);
@@ -197,8 +199,8 @@ void DdsLink::go(OwnerId id, Peer& peer, PeerEvent event) {
   policy_.peer_down(id);
 }
 
-/// Nothing may be kept of those who come and go.
-void DdsLink::forget_gone_writers() {
+/// So that nothing is kept of participants that come and go.
+void DdsLink::drop_gone_writers() {
   const auto there = matched_writers({presence_reader_.get(), interest_reader_.get(), frame_reader_.get()});
   participants_.keep_only(writers_.keep_only(there));
 }

@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 
 #include "tuples/dds/dds_link.h"
-#include "tuples/dds/taking.h"
+#include "tuples/dds/take_samples.h"
 #include "wire.h"
 
 namespace rubicon::tuples::dds {
@@ -14,13 +14,13 @@ ByteView view(const dds_sequence_octet& octets) {
 
 }  // namespace
 
-/// What DDS brought. Each listener call may end the link's attachment.
+/// Processes the samples that arrived. Each listener call may detach the link.
 void DdsLink::drain(unsigned sources) {
   if (listener_ && (sources & Signal::kPresence) != 0) take_presences();
   if (listener_ && (sources & Signal::kInterests) != 0) take_interests();
   if (listener_ && (sources & Signal::kFrames) != 0 && take_frames()) signal_.raise(Signal::kFrames);
   if (listener_ && (sources & Signal::kWriter) != 0) flush();
-  if (listener_ && writers_.is_long()) forget_gone_writers();
+  if (listener_ && writers_.is_long()) drop_gone_writers();
 }
 
 void DdsLink::take_interests() {
@@ -46,17 +46,17 @@ void DdsLink::take_interests() {
     if (one.key.subscriber != self_) news.push_back(std::move(one));
   });
   for (auto& one : news) {
-    if (listener_) interest(one.key, one.participant, std::move(one.spec));
+    if (listener_) on_interest(one.key, one.participant, std::move(one.spec));
   }
 }
 
-void DdsLink::interest(const InterestKey& key, const Participant& who, std::optional<SubscriptionSpec> spec) {
+void DdsLink::on_interest(const InterestKey& key, const Participant& who, std::optional<SubscriptionSpec> spec) {
   const auto id = key.subscriber;
   const auto* before = interests_.find(key);
   const auto owner = before ? before->participant : who;
   if (spec && owner != who) {
     return warn(fmt::format("forged interest {}", number(id)),
-                fmt::format("somebody else subscribes as component {}: ignored", number(id)));
+                fmt::format("another DDS participant subscribes as component {}: ignored", number(id)));
   }
   const auto* peer = find_up(id);
   const bool counts = peer && peer->incarnation == key.incarnation && peer->participant == owner;
@@ -66,60 +66,59 @@ void DdsLink::interest(const InterestKey& key, const Participant& who, std::opti
   if (!interests_.put(key, {who, *spec})) {
     interests_.erase(key);
     return warn(fmt::format("interests {}", number(id)),
-                fmt::format("component {} has too many subscriptions, or too long ones: one is ignored", number(id)));
+                fmt::format("component {} has too many or too long subscriptions: one is ignored", number(id)));
   }
   if (counts) listener_->on_subscribe(id, *spec);
 }
 
-/// True: there may be more.
+/// True: more may have arrived.
 bool DdsLink::take_frames() {
   struct News {
-    HeldFrames::Sender sender;
+    EarlyFrames::Sender sender;
     Bytes content;
   };
   std::vector<News> news;
   const auto count = take<rubicon_wire_Frame>(frame_reader_.get(), kSamples, [&](const auto& sample, const auto& info) {
     if (!info.valid_data || sample.target_incarnation != incarnation_) return;
     const auto* writer = writers_.find(frame_reader_.get(), info.publication_handle);
-    // It went before its first word was read: whose it was cannot be known any more.
+    // Without a writer: it went before its first frame was read, so its component is not known.
     if (!writer || !writer->source || participants_.is_banned(writer->participant)) return;
     const OwnerId source{sample.source};
     if (*writer->source != source)
       return warn(
           fmt::format("forged {}", sample.source),
-          fmt::format("frames that say they are from component {} come from another one: dropped", sample.source));
+          fmt::format("frames in the name of component {} come from another component: dropped", sample.source));
     const auto bytes = view(sample.content);
     news.push_back({{source, sample.source_incarnation, writer->participant}, Bytes(bytes.begin(), bytes.end())});
   });
   for (const auto& one : news) {
-    if (listener_) frame(one.sender, one.content);
+    if (listener_) on_frame(one.sender, one.content);
   }
   return count >= kSamples;
 }
 
-void DdsLink::frame(const HeldFrames::Sender& sender, ByteView content) {
-  if (sender.id == self_) return twins_.frame(sender.incarnation, content);
+void DdsLink::on_frame(const EarlyFrames::Sender& sender, ByteView content) {
+  if (sender.id == self_) return id_conflicts_.on_frame(sender.incarnation, content);
   const auto* peer = find_up(sender.id);
-  if (!peer || sender.incarnation > peer->incarnation) return hold(sender, content);
+  if (!peer || sender.incarnation > peer->incarnation) return buffer(sender, content);
   if (sender.incarnation < peer->incarnation) return;
-  if (sender.participant == peer->participant) return tell(sender.id, content);
+  if (sender.participant == peer->participant) return deliver(sender.id, content);
   warn(fmt::format("forged {}", number(sender.id)),
-       fmt::format("frames that say they are from component {} come from another participant: dropped",
-                   number(sender.id)));
+       fmt::format("frames in the name of component {} come from another DDS participant: dropped", number(sender.id)));
 }
 
-void DdsLink::hold(const HeldFrames::Sender& sender, ByteView content) {
-  if (!held_.add(sender, content, scheduler_.now()))
-    return warn("held", "frames of a component that did not show itself yet: there is no room, dropped");
-  if (!held_timer_.pending()) held_timer_ = scheduler_.after(lease_, [this] { drop_held(); });
+void DdsLink::buffer(const EarlyFrames::Sender& sender, ByteView content) {
+  if (!early_frames_.add(sender, content, scheduler_.now()))
+    return warn("held", "frames arrived before the presence of their component, and the buffer is full: dropped");
+  if (!early_timer_.pending()) early_timer_ = scheduler_.after(lease_, [this] { drop_expired_frames(); });
 }
 
-void DdsLink::drop_held() {
-  held_.drop_until(scheduler_.now() - lease_);
-  if (!held_.empty()) held_timer_ = scheduler_.after(lease_, [this] { drop_held(); });
+void DdsLink::drop_expired_frames() {
+  early_frames_.drop_until(scheduler_.now() - lease_);
+  if (!early_frames_.empty()) early_timer_ = scheduler_.after(lease_, [this] { drop_expired_frames(); });
 }
 
-void DdsLink::tell(OwnerId id, ByteView content) {
+void DdsLink::deliver(OwnerId id, ByteView content) {
   reading_from_ = id;
   if (auto read = read_frame(content, id, self_, *this); !read)
     warn(fmt::format("frame {}", number(id)), read.error().text);

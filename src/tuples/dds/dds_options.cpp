@@ -5,16 +5,17 @@
 #include <algorithm>
 #include <string_view>
 
+#include "transport/interfaces.h"
 #include "tuples/dds/host.h"
 
 namespace rubicon::tuples::dds {
 
 namespace {
 
-/// Between announcements to those who are not there (yet, or any more): how soon a mended cable is noticed.
+/// Interval of announcements to peers that are not present: a repaired connection is noticed after this.
 constexpr int kAnnounceMs = 2000;
-/// A TCP connection that takes nothing holds up everybody for this long, then it is closed.
-constexpr int kTcpPatienceMs = 500;
+/// A TCP connection that accepts no data blocks all others for this long, then it is closed.
+constexpr int kTcpWriteTimeoutMs = 500;
 
 std::string escaped(std::string_view text) {
   std::string out;
@@ -34,17 +35,17 @@ std::string peer(std::string_view address) {
   return fmt::format("<Peer address=\"{}\"/>", escaped(address));
 }
 
-/// The first processes of a host that names no port.
+/// The processes to search on a host without a port.
 std::string first_of(const std::string& host, std::uint32_t domain) {
   std::string out;
-  for (unsigned i = 0; i < kSoughtOnAPeer; ++i) out += peer(fmt::format("{}:{}", host, port_of(domain, i)));
+  for (unsigned i = 0; i < kProcessesSearchedOnPeer; ++i) out += peer(fmt::format("{}:{}", host, port_of(domain, i)));
   return out;
 }
 
 /// All processes of this host, by the addresses of the interfaces in use.
 std::string own_addresses(const DdsOptions& options) {
   std::string out;
-  for (const auto& one : interfaces()) {
+  for (const auto& one : transport::interfaces()) {
     const bool used = std::count(options.interfaces.begin(), options.interfaces.end(), one.name) > 0;
     if (used && !one.address.empty()) out += peer(one.address);
   }
@@ -52,7 +53,7 @@ std::string own_addresses(const DdsOptions& options) {
 }
 
 std::string peer_elements(const DdsOptions& options) {
-  // Multicast on loopback finds all; without it those who come first find each other.
+  // Multicast on loopback finds all processes; where it does not work, the first ones of the host find each other.
   if (is_loopback_only(options) && options.transport == DdsTransport::kUdp)
     return first_of("127.0.0.1", options.domain);
   std::string out;
@@ -63,13 +64,13 @@ std::string peer_elements(const DdsOptions& options) {
   return out;
 }
 
-/// Of Cyclone's words for it. On loopback for finding each other only.
+/// Value of AllowMulticast. On loopback multicast serves discovery only.
 const char* multicast(const DdsOptions& options) {
   if (options.transport == DdsTransport::kTcp || !options.peers.empty()) return "false";
   return is_loopback_only(options) ? "spdp" : "true";
 }
 
-/// Sockets of DDS hear all interfaces: without it a sender elsewhere could speak to those who use loopback only.
+/// Cyclone's sockets receive on all interfaces. On loopback a secret part of the tag keeps out senders on other hosts.
 std::string tag_of(const DdsOptions& options) {
   if (!is_loopback_only(options)) return options.tag;
   return fmt::format("{}@{}", options.tag, host_id("tag"));
@@ -83,7 +84,7 @@ std::string discovery(const DdsOptions& options) {
           ? std::string("<ParticipantIndex>none</ParticipantIndex>")
           : fmt::format(
                 "<ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>{}</MaxAutoParticipantIndex>",
-                kMostOnAHost);
+                kMaxProcessesPerHost);
   return fmt::format(
       "<Discovery>{}{}<Peers>{}</Peers><LeaseDuration>{} ms</LeaseDuration><SPDPInterval>{} "
       "ms</SPDPInterval></Discovery>",
@@ -98,10 +99,6 @@ bool is_loopback_only(const DdsOptions& options) {
                      [](const auto& name) { return name == "lo"; });
 }
 
-unsigned port_of(std::uint32_t domain, unsigned process) {
-  return 7410 + 250 * domain + 2 * process;
-}
-
 std::string domain_xml(const DdsOptions& options) {
   const std::string_view allowed = multicast(options);
   std::string names;
@@ -112,7 +109,7 @@ std::string domain_xml(const DdsOptions& options) {
   std::string transport, tcp;
   if (options.transport == DdsTransport::kTcp) {
     transport = "<Transport>tcp</Transport>";
-    tcp = fmt::format("<TCP><Port>{}</Port><WriteTimeout>{} ms</WriteTimeout></TCP>", options.port, kTcpPatienceMs);
+    tcp = fmt::format("<TCP><Port>{}</Port><WriteTimeout>{} ms</WriteTimeout></TCP>", options.port, kTcpWriteTimeoutMs);
   }
   return fmt::format(
       "<CycloneDDS xmlns=\"https://cdds.io/config\"><Domain Id=\"any\">"

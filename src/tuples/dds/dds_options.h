@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,32 +13,46 @@ enum class DdsTransport : std::uint8_t { kUdp, kTcp };
 
 /// How components find and reach each other.
 struct DdsOptions {
-  std::uint32_t domain = 0;                        ///< 0..230: who has another one is not there
-  std::vector<std::string> interfaces = {"lo"};    ///< names, at most kMostInterfaces; `lo` alone = this host only
-  std::vector<std::string> peers;                  ///< host or host:port, where multicast does not reach them
-  std::string tag;                                 ///< who has another one is not there, in the same domain too
-  base::Duration lease = std::chrono::seconds(2);  ///< silence after which others lose us
+  std::uint32_t domain = 0;                        ///< 0..kMaxDomain: components of other domains are not seen
+  std::vector<std::string> interfaces = {"lo"};    ///< names, at most kMaxInterfaces; `lo` alone = this host only
+  std::vector<std::string> peers;                  ///< HOST or HOST:PORT of hosts that multicast does not reach
+  std::string tag;                                 ///< components of the domain with another tag are not seen
+  base::Duration lease = std::chrono::seconds(2);  ///< others lose this component after such a silence
   DdsTransport transport = DdsTransport::kUdp;
-  std::uint16_t port = 0;  ///< of TCP: where this process listens; 0 = anywhere, others cannot call it first
-  bool trust_lan = false;  ///< remote sets of other hosts are taken
+  std::uint16_t port = 0;  ///< TCP port to listen on; 0 = any, so that only this process can connect
+  bool trust_lan = false;  ///< accept remote sets from other hosts
 
   friend bool operator==(const DdsOptions&, const DdsOptions&) = default;
 };
 
-inline constexpr std::size_t kMostInterfaces = 4;  ///< of Cyclone
-/// Processes of one host in one domain: the ports of more would be those of the next domain (DDSI-RTPS 2.5, 9.6.2.3).
-inline constexpr unsigned kMostOnAHost = 120;
-/// How many processes of a host in `peers` are looked for where it names no port; they find the others.
-inline constexpr unsigned kSoughtOnAPeer = 8;
+inline constexpr std::size_t kMaxInterfaces = 4;  ///< limit of Cyclone DDS
+inline constexpr std::uint32_t kMaxDomain = 230;  ///< higher domains would have ports above 65535
+/// Processes of one host in one domain; more would use the ports of the next domain.
+inline constexpr unsigned kMaxProcessesPerHost = 120;
+/// A peer without a port is searched for this many processes; they find the others.
+inline constexpr unsigned kProcessesSearchedOnPeer = 8;
 
-/// The first of the two UDP ports of the n-th process of a host (from 0), as above.
-unsigned port_of(std::uint32_t domain, unsigned process);
+/// UDP port to which the participants of a domain announce themselves by multicast (DDSI-RTPS 2.5, 9.6.2.3).
+constexpr unsigned multicast_port_of(std::uint32_t domain) {
+  return 7400 + 250 * domain;
+}
+/// The first of the two UDP ports of the n-th process of a host, n from 0 (as above).
+constexpr unsigned port_of(std::uint32_t domain, unsigned process) {
+  return multicast_port_of(domain) + 10 + 2 * process;
+}
+/// The domain whose process has this port as its first one; nullopt if no process has.
+constexpr std::optional<std::uint32_t> domain_of_port(unsigned port) {
+  if (port < port_of(0, 0)) return std::nullopt;
+  const auto domain = (port - multicast_port_of(0)) / 250;
+  if (domain > kMaxDomain || port < port_of(domain, 0) || (port - port_of(domain, 0)) % 2 != 0) return std::nullopt;
+  return domain;
+}
 
-/// Nothing leaves this host.
+/// Whether all traffic stays on this host.
 bool is_loopback_only(const DdsOptions& options);
 
-/// Cyclone's own configuration of the domain (https://cdds.io/config), made for this host as it is now. Peers whose
-/// names are not resolved yet are left out.
+/// The configuration of the domain for Cyclone DDS (https://cdds.io/config), with the present interfaces of this host.
+/// Peers whose names are not resolved are left out.
 std::string domain_xml(const DdsOptions& options);
 
 }  // namespace rubicon::tuples::dds

@@ -10,7 +10,7 @@
 
 namespace rubicon::tuples::dds {
 
-/// A DDS entity, deleted with its owner (and what is below it). Once deleted, no listener of it runs any more.
+/// Owns a DDS entity: deletes it and its children. After that no listener of it runs.
 class Entity {
  public:
   Entity() = default;
@@ -29,7 +29,7 @@ class Entity {
   dds_entity_t entity_ = 0;
 };
 
-/// What a dds_create_... answered; kIo with what was being made and DDS's own word for what went wrong.
+/// Wraps the result of a dds_create_... call; kIo with `what` and the reason from DDS.
 Result<Entity> made(dds_entity_t answer, const std::string& what);
 
 struct QosDeleter {
@@ -40,7 +40,7 @@ inline Qos make_qos() {
   return Qos(dds_create_qos());
 }
 
-/// Of topics whose last sample of each instance late joiners get. Writing never blocks.
+/// For topics whose last sample of each instance is delivered to late joiners. Writing never blocks.
 Qos make_kept_qos();
 
 struct ListenerDeleter {

@@ -16,7 +16,7 @@ constexpr std::uint8_t kAppend = 1, kTimeToLiveGiven = 2, kExpectsSequence = 4;
 // Bits of a subscription.
 constexpr std::uint8_t kOneOwner = 1, kPassive = 2;
 
-constexpr std::int64_t kLongestDuration = std::chrono::nanoseconds(std::chrono::years(100)).count();
+constexpr std::int64_t kMaxDuration = std::chrono::nanoseconds(std::chrono::years(100)).count();
 
 std::int64_t micros(WallTime time) {
   return time.time_since_epoch().count();
@@ -53,7 +53,7 @@ class Cursor {
   }
   WallTime time() { return WallTime(std::chrono::microseconds(signed_number())); }
   /// Clamped to 0..100 years.
-  Duration duration() { return Duration(std::clamp<std::int64_t>(signed_number(), 0, kLongestDuration)); }
+  Duration duration() { return Duration(std::clamp<std::int64_t>(signed_number(), 0, kMaxDuration)); }
   OwnerId owner() {
     const auto id = number();
     if (id > 0xffffffff) fail_read();

@@ -6,7 +6,7 @@
 
 #include <type_traits>
 
-/// The store that a reader has by default. The library shows it, its installed headers do not (0.10.2:
+/// The default store of a reader. The library exports it, but no installed header declares it (0.10.2:
 /// src/core/ddsc/src/dds__rhc_default.h).
 extern "C" dds_rhc* dds_rhc_default_new(dds_reader* reader, const ddsi_sertype* type);
 
@@ -23,13 +23,13 @@ GuardedStore::Face& face_of(ddsi_rhc* head) {
   return *reinterpret_cast<GuardedStore::Face*>(head);
 }
 
-bool let_in(ddsi_rhc* head, const ddsi_writer_info* writer, ddsi_serdata* sample, ddsi_tkmap_instance* key) {
+bool store_sample(ddsi_rhc* head, const ddsi_writer_info* writer, ddsi_serdata* sample, ddsi_tkmap_instance* key) {
   auto& face = face_of(head);
   const auto& prefix = writer->guid.prefix.u;
   const bool is_value = sample->kind == SDK_DATA;
   const bool may = is_value ? face.quota->add({writer->iid, {prefix[0], prefix[1], prefix[2]}}, key->m_iid)
                             : face.quota->has(writer->iid, key->m_iid);
-  if (!may) return true;  // false would have Cyclone try again and hold up all others
+  if (!may) return true;  // false would make Cyclone retry and delay all others
   const bool stored = dds_rhc_store(face.store, writer, sample, key);
   if (stored && (sample->statusinfo & NN_STATUSINFO_UNREGISTER) != 0) face.quota->unregistered(writer->iid, key->m_iid);
   return stored;
@@ -58,7 +58,7 @@ auto pass_on(dds_rhc* head, Arguments... arguments) {
 }
 
 const dds_rhc_ops kOperations = {
-    {let_in, writer_gone,
+    {store_sample, writer_gone,
      [](ddsi_rhc* head, const std::uint64_t writer) { dds_rhc_relinquish_ownership(face_of(head).store, writer); },
      [](ddsi_rhc* head, const dds_qos_t* qos) { dds_rhc_set_qos(face_of(head).store, qos); }, end_store},
     pass_on<&dds_rhc_ops::read>,

@@ -8,22 +8,21 @@
 
 namespace rubicon::tuples::dds {
 
-/// Stands before the store of a reader (Cyclone calls it a reader history cache) and lets in what the quota has room
-/// for. A filter of the topic would not do: Cyclone asks it about values only, and keeps an instance of each dispose.
-/// Outlives its reader.
+/// Wraps the store of a reader (Cyclone: reader history cache) and drops samples beyond the quota. A topic filter is
+/// not enough: Cyclone applies it to values only, and keeps an instance for each dispose. Outlives its reader.
 class GuardedStore {
  public:
   explicit GuardedStore(InstanceQuota& quota);
   GuardedStore(const GuardedStore&) = delete;
   GuardedStore& operator=(const GuardedStore&) = delete;
 
-  /// One at a time.
+  /// At most one reader at a time.
   dds_entity_t make_reader(dds_entity_t parent, dds_entity_t topic, const dds_qos_t* qos,
                            const dds_listener_t* listener);
 
-  /// What Cyclone has of it.
+  /// The part that Cyclone has a pointer to.
   struct Face {
-    dds_rhc head;  ///< first: Cyclone knows the rest by it
+    dds_rhc head;  ///< must be first: Cyclone passes its address
     dds_rhc* store;
     InstanceQuota* quota;
   };

@@ -3,50 +3,25 @@
 #include <arpa/inet.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <ifaddrs.h>
-#include <net/if.h>
-#include <netdb.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <fstream>
-#include <memory>
+
+#include "transport/resolve.h"
 
 namespace rubicon::tuples::dds {
 
 namespace {
 
-std::string address_of(const sockaddr& address) {
-  if (address.sa_family != AF_INET) return {};
-  std::array<char, INET_ADDRSTRLEN> text{};
-  const auto& ipv4 = reinterpret_cast<const sockaddr_in&>(address);
-  return ::inet_ntop(AF_INET, &ipv4.sin_addr, text.data(), text.size()) ? text.data() : std::string();
-}
-
-Interface& find_or_add(std::vector<Interface>& all, const std::string& name) {
-  const auto found = std::find_if(all.begin(), all.end(), [&](const auto& one) { return one.name == name; });
-  return found == all.end() ? all.emplace_back(Interface{name, {}, false, false}) : *found;
-}
-
-std::string names_of(const std::vector<Interface>& all) {
+std::string names_of(const std::vector<transport::Interface>& all) {
   std::vector<std::string_view> names;
   for (const auto& one : all) names.push_back(one.name);
   return fmt::format("{}", fmt::join(names, ", "));
 }
 
-/// Empty: no such host.
-std::string resolved(const std::string& name) {
-  addrinfo wanted{};
-  wanted.ai_family = AF_INET;
-  wanted.ai_socktype = SOCK_DGRAM;
-  addrinfo* list = nullptr;
-  if (::getaddrinfo(name.c_str(), nullptr, &wanted, &list) != 0) return {};
-  const std::unique_ptr<addrinfo, decltype(&::freeaddrinfo)> owner(list, &::freeaddrinfo);
-  return list ? address_of(*list->ai_addr) : std::string();
-}
-
-Result<void> check(const Interface& one, bool needs_multicast) {
+Result<void> check(const transport::Interface& one, bool needs_multicast) {
   if (!one.is_up) {
     return fail(ErrorCode::kIo, fmt::format("DDS: interface '{0}' is down: bring it up (ip link set {0} up){1}",
                                             one.name, one.name == "lo" ? ", or set tuples.engine: memory" : ""));
@@ -62,28 +37,14 @@ Result<void> check(const Interface& one, bool needs_multicast) {
 
 }  // namespace
 
-std::vector<Interface> interfaces() {
-  ifaddrs* list = nullptr;
-  if (::getifaddrs(&list) != 0) return {};
-  const std::unique_ptr<ifaddrs, decltype(&::freeifaddrs)> owner(list, &::freeifaddrs);
-  std::vector<Interface> all;
-  for (const auto* one = list; one; one = one->ifa_next) {
-    auto& known = find_or_add(all, one->ifa_name);
-    known.is_up = (one->ifa_flags & IFF_UP) != 0;
-    known.has_multicast = (one->ifa_flags & IFF_MULTICAST) != 0;
-    if (one->ifa_addr && known.address.empty()) known.address = address_of(*one->ifa_addr);
-  }
-  return all;
-}
-
-Result<void> check_interfaces(const DdsOptions& options, const std::vector<Interface>& there) {
+Result<void> check_interfaces(const DdsOptions& options, const std::vector<transport::Interface>& present) {
   const bool needs_multicast =
       !is_loopback_only(options) && options.peers.empty() && options.transport == DdsTransport::kUdp;
   for (const auto& name : options.interfaces) {
-    const auto found = std::find_if(there.begin(), there.end(), [&](const auto& one) { return one.name == name; });
-    if (found == there.end()) {
+    const auto found = std::find_if(present.begin(), present.end(), [&](const auto& one) { return one.name == name; });
+    if (found == present.end()) {
       return fail(ErrorCode::kIo,
-                  fmt::format("DDS: there is no interface '{}' on this host; there are: {}", name, names_of(there)));
+                  fmt::format("DDS: there is no interface '{}' on this host; there are: {}", name, names_of(present)));
     }
     if (auto good = check(*found, needs_multicast); !good) return good;
   }
@@ -95,17 +56,18 @@ bool has_address(const std::string& peer) {
   return ::inet_pton(AF_INET, peer.substr(0, peer.find(':')).c_str(), &address) == 1;
 }
 
-std::vector<std::string> with_addresses(std::vector<std::string> peers, Scheduler& scheduler, Duration patience,
+std::vector<std::string> with_addresses(std::vector<std::string> peers, Scheduler& scheduler, Duration timeout,
                                         std::vector<std::string>& unknown) {
-  const auto end = scheduler.now() + patience;
+  const auto end = scheduler.now() + timeout;
   for (auto& peer : peers) {
     if (has_address(peer)) continue;
     const auto colon = std::min(peer.find(':'), peer.size());
-    const auto address = scheduler.now() < end ? resolved(peer.substr(0, colon)) : std::string();
-    if (address.empty()) {
-      unknown.push_back(peer);
+    Result<std::vector<std::string>> found = fail(ErrorCode::kExpired, "no time left");
+    if (scheduler.now() < end) found = transport::resolve(peer.substr(0, colon), transport::AddressFamily::kIpv4);
+    if (found) {
+      peer.replace(0, colon, found->front());
     } else {
-      peer.replace(0, colon, address);
+      unknown.push_back(peer);
     }
   }
   return peers;

@@ -7,27 +7,27 @@ namespace rubicon::tuples::dds {
 Result<void> HostPolicy::may_join(const PeerIdentity& peer) {
   if (peer.incarnation >= kEarliest) return {};
   return fail(ErrorCode::kInvalid,
-              fmt::format("component {} says that it started at {} us after 1970: expected a time after 1999, set the "
+              fmt::format("component {} gives {} us after 1970 as its start: expected a time after 1999, set the "
                           "clock of its host",
                           number(peer.id), peer.incarnation));
 }
 
 void HostPolicy::peer_down(OwnerId peer) {
   hosts_.erase(peer);
-  named_.erase(peer);
+  refusal_logged_.erase(peer);
 }
 
 Result<void> HostPolicy::may_set(const RemoteSet& set) {
   const auto found = hosts_.find(set.from);
   if (trusts_others_ || (found != hosts_.end() && found->second == own_host_)) return {};
-  if (named_.insert(set.from).second) {
+  if (refusal_logged_.insert(set.from).second) {
     log_.warning(
         fmt::format("remote sets of component {} are refused: it runs on another host, and tuples.trust_lan is no",
                     number(set.from)));
   }
   return fail(
       ErrorCode::kRefused,
-      fmt::format("setting '{}': component {} takes no remote sets from other hosts (its tuples.trust_lan is no)",
+      fmt::format("setting '{}': component {} accepts no remote sets from other hosts (its tuples.trust_lan is no)",
                   set.key, number(self_)));
 }
 

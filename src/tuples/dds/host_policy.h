@@ -8,15 +8,15 @@
 
 namespace rubicon::tuples::dds {
 
-/// The policy without authentication (docs/ecology.md): a start is a time of a clock that was set, everybody may read,
-/// and only components of the own host may set unless `tuples.trust_lan` says otherwise. Peers say themselves where
-/// they run: this keeps out mistakes, not liars.
+/// The policy without authentication (docs/ecology.md): the start time must be plausible, all components may read, and
+/// only those on this host may set, unless `tuples.trust_lan` is on. A component declares its host itself, so this
+/// prevents mistakes, not attacks.
 class HostPolicy final : public PeerPolicy {
  public:
   HostPolicy(OwnerId self, std::string own_host, bool trusts_others, Log log)
       : self_(self), own_host_(std::move(own_host)), trusts_others_(trusts_others), log_(std::move(log)) {}
 
-  /// Starts before this are no times: 2000-01-01 UTC.
+  /// Earlier starts are rejected: 2000-01-01 UTC.
   static constexpr std::uint64_t kEarliest = 946'684'800'000'000;
 
   Result<void> may_join(const PeerIdentity& peer) override;
@@ -31,7 +31,7 @@ class HostPolicy final : public PeerPolicy {
   bool trusts_others_;
   Log log_;
   std::map<OwnerId, std::string> hosts_;  ///< of those that are up
-  std::set<OwnerId> named_;               ///< of those that are up: whose refusal stands in the log
+  std::set<OwnerId> refusal_logged_;      ///< of those that are up
 };
 
 }  // namespace rubicon::tuples::dds

@@ -8,14 +8,14 @@
 
 namespace rubicon::tuples::dds {
 
-/// Bounds how many instances of a topic DDS keeps for us from all writers of one participant. Cyclone keeps an instance
-/// until its writer unregisters it or goes, and all that is in it was taken; so does this count it. The calls come on
-/// threads of DDS too.
+/// Limits the number of instances of a topic that DDS keeps for all writers of one participant. Cyclone keeps an
+/// instance until its writer unregistered it or is gone, and all its samples were taken; it counts here for as long.
+/// Thread-safe.
 class InstanceQuota {
  public:
-  using Handle = std::uint64_t;  ///< of a writer or an instance, as DDS names them
+  using Handle = std::uint64_t;  ///< DDS handle of a writer or an instance
   using Prefix = std::array<std::uint32_t, 3>;
-  /// A writer and the part of its name that all of its participant's have.
+  /// A writer, and the prefix of its GUID, which all writers of a participant share.
   struct Source {
     Handle writer = 0;
     Prefix participant{};
@@ -25,15 +25,15 @@ class InstanceQuota {
   InstanceQuota(const InstanceQuota&) = delete;
   InstanceQuota& operator=(const InstanceQuota&) = delete;
 
-  /// A value of an instance comes. False: there is no room for it.
+  /// A value of an instance arrives. False: the limit is reached.
   bool add(const Source& source, Handle instance);
-  /// Only who has an instance may end it.
+  /// Whether the writer has the instance: only then it may end it.
   bool has(Handle writer, Handle instance) const;
   void unregistered(Handle writer, Handle instance);
   void gone(Handle writer);
   /// The instance's end was taken from the reader.
   void release(Handle writer, Handle instance);
-  /// No new value of this writer's participant from now on, as long as it is there.
+  /// Accepts no new values from the participant of this writer for as long as it is present.
   void ban(Handle writer);
   void clear();
 

@@ -19,7 +19,7 @@ bool Interests::put(const InterestKey& key, Interest interest) {
   if (before && before->participant != interest.participant) return false;
   if (before) erase(key);
   const auto slots = all_.find({key.subscriber, key.incarnation});
-  if (slots != all_.end() && slots->second.size() >= kMostOfOne) return false;
+  if (slots != all_.end() && slots->second.size() >= kMaxOfOne) return false;
   if (!participants_.add_interest(interest.participant, cost(interest))) return false;
   all_[{key.subscriber, key.incarnation}].insert_or_assign(key.slot, std::move(interest));
   return true;

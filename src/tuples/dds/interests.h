@@ -7,7 +7,7 @@
 
 namespace rubicon::tuples::dds {
 
-/// Whose an interest is: a slot of one start of a component.
+/// Identifies an interest: a slot of one start of a component.
 struct InterestKey {
   OwnerId subscriber{};
   std::uint64_t incarnation = 0;
@@ -15,11 +15,11 @@ struct InterestKey {
   friend auto operator<=>(const InterestKey&, const InterestKey&) = default;
 };
 
-/// What other components subscribe to, also those whose presence was not seen yet. Bounded per component, and in bytes
-/// per participant and in all.
+/// The subscriptions of other components, including those whose presence has not arrived. Bounded per component, and in
+/// bytes per participant and in all.
 class Interests {
  public:
-  static constexpr std::size_t kMostOfOne = 10'000;
+  static constexpr std::size_t kMaxOfOne = 10'000;
 
   struct Interest {
     Participant participant{};
@@ -29,12 +29,13 @@ class Interests {
   explicit Interests(Participants& participants) : participants_(participants) {}
 
   const Interest* find(const InterestKey& key) const;
-  /// In place of what the same participant had there. False: there is no room, or the slot is another participant's.
+  /// Replaces what the same participant had in the slot. False: a bound is reached, or another participant has the
+  /// slot.
   bool put(const InterestKey& key, Interest interest);
   void erase(const InterestKey& key);
-  /// Of one start of a component, by slot; only what its own participant wrote.
+  /// The subscriptions of one start of a component, by slot; only those that its own participant wrote.
   std::vector<SubscriptionSpec> of(OwnerId subscriber, std::uint64_t incarnation, const Participant& who) const;
-  /// Those of a participant that is not there any more, or is ignored.
+  /// Removes those of a participant that is gone or banned.
   void erase_all(const Participant& who);
   void clear() { all_.clear(); }
 

@@ -11,7 +11,7 @@ bool Participants::is_banned(const Participant& who) const {
 
 bool Participants::add(const Participant& who, const Start& start) {
   auto& starts = shares_[who].starts;
-  if (starts.size() >= kMostComponents && !starts.contains(start)) return false;
+  if (starts.size() >= kMaxComponents && !starts.contains(start)) return false;
   starts.insert(start);
   return true;
 }
@@ -28,7 +28,7 @@ std::vector<Participants::Start> Participants::ban(const Participant& who) {
   return {starts.begin(), starts.end()};
 }
 
-std::optional<Participant> Participants::greatest() const {
+std::optional<Participant> Participants::largest() const {
   const auto found = std::max_element(shares_.begin(), shares_.end(), [](const auto& a, const auto& b) {
     return a.second.starts.size() < b.second.starts.size();
   });
@@ -39,7 +39,7 @@ std::optional<Participant> Participants::greatest() const {
 bool Participants::add_interest(const Participant& who, std::size_t bytes) {
   auto& share = shares_[who];
   const bool fits =
-      share.interest_bytes + bytes <= kMostInterestBytes && interest_bytes_ + bytes <= kMostInterestBytesOfAll;
+      share.interest_bytes + bytes <= kMaxInterestBytes && interest_bytes_ + bytes <= kMaxInterestBytesOfAll;
   if (fits) {
     share.interest_bytes += bytes;
     interest_bytes_ += bytes;
@@ -56,7 +56,7 @@ void Participants::remove_interest(const Participant& who, std::size_t bytes) {
   drop_if_nothing(who);
 }
 
-/// What the others have left to remove they remove themselves: only a ban ends by their going.
+/// Components and interests are removed by their own callers.
 void Participants::keep_only(const std::set<Participant>& there) {
   for (auto& [who, share] : shares_) share.banned &= there.contains(who);
   std::erase_if(shares_, [](const auto& one) { return one.second.is_nothing(); });

@@ -9,29 +9,30 @@
 
 namespace rubicon::tuples::dds {
 
-/// What each DDS participant takes of our memory. A component has one of its own; who shows more than a few is there to
-/// do harm, and is ignored for as long as DDS sees it.
+/// Accounts for the memory that each DDS participant makes this process use. A component has a participant of its own;
+/// a participant with more than a few components is hostile, and is ignored for as long as it is present.
 class Participants {
  public:
-  static constexpr std::size_t kMostComponents = 16;
-  static constexpr std::size_t kMostInterestBytes = 4UL << 20, kMostInterestBytesOfAll = 64UL << 20;
+  static constexpr std::size_t kMaxComponents = 16;
+  static constexpr std::size_t kMaxInterestBytes = 4UL << 20, kMaxInterestBytesOfAll = 64UL << 20;
 
   /// A component's start.
   using Start = std::pair<OwnerId, std::uint64_t>;
 
   bool is_banned(const Participant& who) const;
-  /// False: that is one more than a participant may have.
+  /// False: the participant has kMaxComponents already.
   bool add(const Participant& who, const Start& start);
   void remove(const Participant& who, const Start& start);
-  /// Its components, which are no more.
+  /// Returns the components of the participant, which are forgotten.
   std::vector<Start> ban(const Participant& who);
-  /// Who has most components, if more than one.
-  std::optional<Participant> greatest() const;
+  /// The participant with most components; nullopt if none has more than one.
+  std::optional<Participant> largest() const;
 
-  /// False: there is no room for so many bytes of interests.
+  /// False: the bound of bytes is reached.
   bool add_interest(const Participant& who, std::size_t bytes);
   void remove_interest(const Participant& who, std::size_t bytes);
 
+  /// Ends the bans of all participants but these.
   void keep_only(const std::set<Participant>& there);
   void clear();
 

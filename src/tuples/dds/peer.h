@@ -10,28 +10,28 @@
 
 namespace rubicon::tuples::dds {
 
-/// Another component as this one knows it. A component that starts again has a new incarnation, the later the higher.
+/// Another component. Each start has an incarnation; later starts have higher ones.
 struct Peer {
-  static constexpr std::size_t kMostStarts = 4;
+  static constexpr std::size_t kMaxStarts = 4;
 
-  /// What one of its starts says of itself, and the participant that says it.
+  /// The presence of one start, and the DDS participant that wrote it.
   struct Start {
     Participant participant{};
     std::string host, summary;
-    std::uint64_t place = 0;  ///< in the order in which starts came here
+    std::uint64_t place = 0;  ///< order of arrival
   };
   using Starts = std::map<std::uint64_t, Start>;
-  /// Those that are there, by incarnation: at most one of a participant, kMostStarts in all. The highest counts; two =
-  /// it just started again, or its id is taken twice.
+  /// The starts that are present, by incarnation: at most one per participant, kMaxStarts in all. The highest counts.
+  /// There are two if the component has just restarted or two processes use its id.
   Starts alive;
 
-  std::uint64_t incarnation = 0;  ///< that the listener was told of; 0 = none
+  std::uint64_t incarnation = 0;  ///< reported to the listener; 0 = down
   Participant participant{};      ///< of that incarnation
-  std::string summary;            ///< that the listener was told
+  std::string summary;            ///< reported to the listener
 
-  std::unique_ptr<Channel> channel;  ///< made when something is to be told
-  std::uint64_t last_request = 0;    ///< of its remote sets; what comes again is dropped
-  std::uint64_t requests_of = 0;     ///< the incarnation that made them
+  std::unique_ptr<Channel> channel;  ///< made when there is something to send
+  std::uint64_t last_request = 0;    ///< highest number of its remote sets; repetitions are dropped
+  std::uint64_t requests_of = 0;     ///< the incarnation that sent them
 
   bool is_up() const { return incarnation != 0; }
 };

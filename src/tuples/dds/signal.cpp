@@ -6,17 +6,17 @@ namespace rubicon::tuples::dds {
 
 /// Lives until the last posted call ran; `call` is only touched on the loop's thread.
 struct Signal::Shared : std::enable_shared_from_this<Signal::Shared> {
-  /// What a listener is given.
-  struct Ear {
+  /// The argument of a DDS listener.
+  struct Listener {
     Shared* shared = nullptr;
     Source source{};
-    DdsListener listener;
+    DdsListener handle;
   };
 
   DdsEcology::Post post;
   std::function<void(unsigned)> call;
   std::atomic<unsigned> raised{0};
-  std::map<Source, Ear> ears;
+  std::map<Source, Listener> listeners;
 
   void raise(Source source) {
     if (raised.fetch_or(source) != 0) return;
@@ -25,16 +25,16 @@ struct Signal::Shared : std::enable_shared_from_this<Signal::Shared> {
       if (const auto wake = self->call) wake(sources);
     });
   }
-  static void hear(void* ear) {
-    const auto& [shared, source, listener] = *static_cast<Ear*>(ear);
-    shared->raise(source);
+  static void on_event(void* context) {
+    const auto& listener = *static_cast<Listener*>(context);
+    listener.shared->raise(listener.source);
   }
   void listen(Source source) {
-    auto& ear = ears[source];
-    ear = {this, source, DdsListener(dds_create_listener(&ear))};
-    dds_lset_data_available(ear.listener.get(), [](dds_entity_t, void* told) { hear(told); });
-    dds_lset_publication_matched(ear.listener.get(),
-                                 [](dds_entity_t, const dds_publication_matched_status_t, void* told) { hear(told); });
+    auto& listener = listeners[source];
+    listener = {this, source, DdsListener(dds_create_listener(&listener))};
+    dds_lset_data_available(listener.handle.get(), [](dds_entity_t, void* context) { on_event(context); });
+    dds_lset_publication_matched(listener.handle.get(), [](dds_entity_t, const dds_publication_matched_status_t,
+                                                           void* context) { on_event(context); });
   }
 };
 
@@ -49,7 +49,7 @@ Signal::~Signal() {
 }
 
 const dds_listener_t* Signal::listener(Source source) const {
-  return shared_->ears.at(source).listener.get();
+  return shared_->listeners.at(source).handle.get();
 }
 
 void Signal::raise(Source source) {

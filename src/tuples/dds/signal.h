@@ -9,19 +9,19 @@
 
 namespace rubicon::tuples::dds {
 
-/// How the threads of DDS wake the loop: however much happens, one posted call until it ran.
+/// Wakes the loop from the threads of DDS: however many events there are, at most one posted call is pending.
 class Signal {
  public:
-  /// What there is news of. A writer's news is that somebody can be reached.
+  /// What has news. kWriter: a reader was matched, so that frames can be sent.
   enum Source : unsigned { kPresence = 1, kInterests = 2, kFrames = 4, kWriter = 8 };
 
-  /// `call` is told the sources that raised it.
+  /// `call` receives the sources that raised the signal.
   Signal(DdsEcology::Post post, std::function<void(unsigned sources)> call);
   ~Signal();
   Signal(const Signal&) = delete;
   Signal& operator=(const Signal&) = delete;
 
-  /// Of entities that must be deleted before the signal.
+  /// For entities that are deleted before the signal.
   const dds_listener_t* listener(Source source) const;
   void raise(Source source);
 

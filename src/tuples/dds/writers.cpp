@@ -1,23 +1,25 @@
 #include "tuples/dds/writers.h"
 
 #include <algorithm>
-#include <charconv>
 #include <string_view>
 #include <vector>
+
+#include "base/text.h"
 
 namespace rubicon::tuples::dds {
 
 namespace {
 
-/// `<source>.<target>`, as components name the partition of a channel.
+/// From the partition of a channel, which is called `<source>.<target>`.
 std::optional<OwnerId> source_of(const dds_qos_t* qos) {
-  std::uint32_t count = 0, id = 0;
+  std::uint32_t count = 0;
   char** names = nullptr;
   std::optional<OwnerId> source;
   if (dds_qget_partition(qos, &count, &names) && count == 1) {
     const std::string_view name = names[0];
-    const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), id);
-    if (error == std::errc() && end != name.data() + name.size() && *end == '.') source = OwnerId(id);
+    const auto dot = name.find('.');
+    const auto id = dot == name.npos ? std::nullopt : base::parse_number<std::uint32_t>(name.substr(0, dot));
+    if (id) source = OwnerId(*id);
   }
   for (std::uint32_t i = 0; i < count; ++i) dds_free(names[i]);
   dds_free(names);

@@ -12,26 +12,26 @@
 
 namespace rubicon::tuples::dds {
 
-/// A DDS participant, as DDS itself names it: one end of the ecology, whatever its samples say.
+/// The GUID of a DDS participant. DDS provides it: samples cannot forge it.
 using Participant = std::array<std::uint8_t, 16>;
 
-/// Whose a writer is.
+/// The origin of a DDS writer.
 struct Writer {
   Participant participant{};
-  std::optional<OwnerId> source;  ///< the first part of its partition, which only its owner may have
+  std::optional<OwnerId> source;  ///< component of the writer of frames, from its partition
 };
 
-/// The writers that any of the readers is matched with.
+/// The writers that are matched with any of the readers.
 std::set<dds_instance_handle_t> matched_writers(std::initializer_list<dds_entity_t> readers);
 
-/// The writers of samples, asked of DDS once each; those that are gone are forgotten.
+/// Origins of the writers of samples, cached because asking DDS is slow.
 class Writers {
  public:
-  /// nullptr: it went before this was asked, whose it was cannot be known any more.
+  /// nullptr: the writer is gone, and its origin was not asked before.
   const Writer* find(dds_entity_t reader, dds_instance_handle_t publication);
-  /// Time to call keep_only(): much was added since the last time.
+  /// Time to call keep_only(): many were added since the last call.
   bool is_long() const { return known_.size() >= long_; }
-  /// Drops all but these; the participants that remain.
+  /// Drops all others; returns the participants that remain.
   std::set<Participant> keep_only(const std::set<dds_instance_handle_t>& there);
   void clear() { known_.clear(); }
 

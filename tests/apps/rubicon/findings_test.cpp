@@ -9,11 +9,11 @@ namespace {
 using testing::HasSubstr;
 using Grade = Finding::Grade;
 
-const std::vector<Interface> kThere{{"lo", "127.0.0.1", true, false},
-                                    {"eth0", "10.0.0.1", true, true},
-                                    {"tun0", "10.8.0.1", true, false},
-                                    {"eth1", "10.0.1.1", false, true},
-                                    {"eth2", "", true, true}};
+const std::vector<transport::Interface> kThere{{"lo", "127.0.0.1", true, false},
+                                               {"eth0", "10.0.0.1", true, true},
+                                               {"tun0", "10.8.0.1", true, false},
+                                               {"eth1", "10.0.1.1", false, true},
+                                               {"eth2", "", true, true}};
 
 Finding of_interface(const std::string& name, std::vector<std::string> peers = {}) {
   client::Options options;
@@ -37,8 +37,8 @@ TEST(Findings, AnInterfaceThatCannotWorkIsNamed) {
 }
 
 TEST(Findings, AFullHostHasNoPlace) {
-  EXPECT_EQ(check_places(0, kMostProcesses - 1).grade, Grade::kGood);
-  EXPECT_EQ(check_places(0, kMostProcesses).grade, Grade::kProblem);
+  EXPECT_EQ(check_places(0, tuples::dds::kMaxProcessesPerHost - 1).grade, Grade::kGood);
+  EXPECT_EQ(check_places(0, tuples::dds::kMaxProcessesPerHost).grade, Grade::kProblem);
 }
 
 TEST(Findings, PeersAreToldApartByTheirSilence) {

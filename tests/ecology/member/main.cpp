@@ -1,5 +1,5 @@
-// A component that does what its standard input says, one command a line, one line of JSON as answer to each: what
-// tests stop, continue, kill and cut off.
+// A component that executes commands from standard input, one per line, and answers each with one line of JSON. Tests
+// stop, continue, kill and disconnect it.
 #include <poll.h>
 #include <unistd.h>
 
@@ -59,7 +59,7 @@ class Member {
   }
 
  private:
-  /// What came from somebody who counts: 0, 1, 2, ...
+  /// Messages from a sender that counts: 0, 1, 2, ...
   struct Count {
     int next = 0, disordered = 0;
   };
@@ -102,7 +102,7 @@ class Member {
     return {{"ok", true}, {"peers", found}};
   }
 
-  /// `command OWNER N`, `send OWNER N`: as many as that, counting on.
+  /// `command OWNER N`, `send OWNER N`: sends the next N numbers.
   json many(const Words& words, void (Member::*one)(OwnerId, const std::string&)) {
     const auto to = owner_of(words.at(1));
     for (int i = 0; i < std::stoi(words.at(2)); ++i) (this->*one)(to, std::to_string(sent_++));
@@ -137,7 +137,7 @@ class Member {
   int sent_ = 0;
 };
 
-/// Takes what is there, without waiting; false at the end.
+/// Reads the available input without waiting; false at its end.
 bool read_lines(std::string& pending, std::vector<Words>& lines) {
   std::array<char, 4096> buffer{};
   const auto count = ::read(STDIN_FILENO, buffer.data(), buffer.size());
@@ -165,7 +165,7 @@ int main(int count, char** arguments) {
   }
   Member member(**client);
   std::string pending;
-  // A program with a loop of its own: standard input and the client, whichever comes first.
+  // A program with an event loop of its own: waits for standard input and for the client.
   std::array<pollfd, 2> files{{{STDIN_FILENO, POLLIN, 0}, {(*client)->descriptor(), POLLIN, 0}}};
   while (::poll(files.data(), files.size(), -1) > 0) {
     (*client)->poll();

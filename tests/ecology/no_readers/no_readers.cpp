@@ -1,4 +1,4 @@
-// Preloaded into a program: DDS makes no readers for it.
+// To be preloaded into a program: makes DDS fail to create readers.
 #include <dds/dds.h>
 
 extern "C" dds_entity_t dds_create_reader(dds_entity_t, dds_entity_t, const dds_qos_t*, const dds_listener_t*) {

@@ -1,6 +1,6 @@
-// A component and nothing else, for tests that need many: ecology-probe ID TUPLES, where TUPLES is what stands behind
-// `tuples:` in a configuration. It tells its peers as JSON lines, and takes the commands of the shell (docs/shell.md)
-// until its input ends. Anybody may set its `probe.**`.
+// A minimal component, for tests that need many: ecology-probe ID TUPLES, where TUPLES is the value of `tuples:` in a
+// configuration. Prints its peers as JSON lines, and executes commands of the shell (docs/shell.md) until its input
+// ends. All components may set its `probe.**`.
 
 #include <fmt/format.h>
 #include <unistd.h>

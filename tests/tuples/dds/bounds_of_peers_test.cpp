@@ -1,7 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tuples/dds/held_frames.h"
+#include "tuples/dds/early_frames.h"
 #include "tuples/dds/host_policy.h"
 #include "tuples/dds/interests.h"
 
@@ -19,21 +19,21 @@ Participant participant(std::uint8_t number) {
 const Participant kOne = participant(1), kOther = participant(2);
 constexpr OwnerId kRobot{70000};
 
-TEST(HeldFrames, CountWhatTheyTakeBesideTheirContent) {
-  HeldFrames held;
+TEST(EarlyFrames, CountWhatTheyTakeBesideTheirContent) {
+  EarlyFrames held;
   int taken = 0;
   while (held.add({kRobot, 5, kOne}, {}, SteadyTime{})) ASSERT_LT(++taken, 20'000);
   EXPECT_GT(taken, 1'000);
-  EXPECT_LE(held.bytes(), HeldFrames::kMostOfOne);
+  EXPECT_LE(held.bytes(), EarlyFrames::kMaxOfOne);
   EXPECT_TRUE(held.add({kRobot, 5, kOther}, {}, SteadyTime{})) << "a flooder leaves room for others";
   for (std::uint8_t more = 3; more < 40; ++more) {
     for (int i = 0; i < 1'000; ++i) held.add({kRobot, 5, participant(more)}, Bytes(1'000), SteadyTime{});
   }
-  EXPECT_LE(held.bytes(), HeldFrames::kMostOfAll);
+  EXPECT_LE(held.bytes(), EarlyFrames::kMaxOfAll);
 }
 
-TEST(HeldFrames, AreGivenInTheirOrderOrDroppedWithTheirTime) {
-  HeldFrames held;
+TEST(EarlyFrames, AreGivenInTheirOrderOrDroppedWithTheirTime) {
+  EarlyFrames held;
   const Bytes first{1}, second{2}, late{3};
   held.add({kRobot, 5, kOne}, first, SteadyTime(1s));
   held.add({kRobot, 6, kOne}, late, SteadyTime(1s));
@@ -54,11 +54,11 @@ TEST(Interests, AreBoundedInBytesPerParticipantAndInAll) {
     return slot;
   };
   const auto first = fill(kOne, 70'000);
-  EXPECT_LT(first * sizeof(SubscriptionSpec), Participants::kMostInterestBytes);
+  EXPECT_LT(first * sizeof(SubscriptionSpec), Participants::kMaxInterestBytes);
   EXPECT_GT(first, 5'000U) << "more than anybody needs";
   std::size_t all = first;
   for (std::uint8_t who = 2; who < 60; ++who) all += fill(participant(who), 70'000 + 10U * who);
-  EXPECT_LE(all * 255, Participants::kMostInterestBytesOfAll);
+  EXPECT_LE(all * 255, Participants::kMaxInterestBytesOfAll);
   for (std::uint8_t who = 1; who < 60; ++who) interests.erase_all(participant(who));
   EXPECT_EQ(fill(kOne, 70'000), first) << "what ended makes room";
 }
@@ -76,15 +76,15 @@ TEST(Interests, OfOneSlotBelongToWhoWasFirst) {
 
 TEST(Participants, WithTooManyComponentsAreIgnoredUntilTheyGo) {
   Participants participants;
-  for (std::uint32_t i = 0; i < Participants::kMostComponents; ++i)
+  for (std::uint32_t i = 0; i < Participants::kMaxComponents; ++i)
     EXPECT_TRUE(participants.add(kOne, {OwnerId(i + 1), 1}));
   EXPECT_TRUE(participants.add(kOne, {OwnerId(1), 1})) << "again";
   EXPECT_FALSE(participants.add(kOne, {OwnerId(99), 1}));
   EXPECT_TRUE(participants.add(kOther, {OwnerId(99), 1}));
-  EXPECT_EQ(participants.greatest(), kOne);
-  EXPECT_EQ(participants.ban(kOne).size(), Participants::kMostComponents);
+  EXPECT_EQ(participants.largest(), kOne);
+  EXPECT_EQ(participants.ban(kOne).size(), Participants::kMaxComponents);
   EXPECT_TRUE(participants.is_banned(kOne));
-  EXPECT_EQ(participants.greatest(), std::nullopt) << "nobody shows more than one";
+  EXPECT_EQ(participants.largest(), std::nullopt) << "nobody shows more than one";
   participants.keep_only({kOne, kOther});
   EXPECT_TRUE(participants.is_banned(kOne));
   participants.keep_only({kOther});

@@ -48,7 +48,10 @@ TEST(DdsOptions, OfAHostWithoutAPortTheFirstProcessesAreLookedFor) {
   EXPECT_THAT(xml, HasSubstr("\"10.0.0.8:99\""));
   EXPECT_THAT(xml, Not(HasSubstr("unknown.name")));
   EXPECT_EQ(port_of(0, 0), 7410U);
-  EXPECT_EQ(port_of(230, kMostOnAHost - 1), 65'148U) << "there are no ports behind 65535";
+  EXPECT_EQ(domain_of_port(7410), 0U);
+  EXPECT_EQ(domain_of_port(65'148), kMaxDomain);
+  for (const auto port : {7400U, 7408U, 7411U, 65'150U}) EXPECT_EQ(domain_of_port(port), std::nullopt) << port;
+  EXPECT_EQ(port_of(kMaxDomain, kMaxProcessesPerHost - 1), 65'148U) << "there are no ports behind 65535";
 }
 
 TEST(DdsOptions, WhatUsersWriteStaysText) {
@@ -60,10 +63,10 @@ TEST(DdsOptions, WhatUsersWriteStaysText) {
 }
 
 TEST(DdsHost, SaysWhatIsWrongWithAnInterface) {
-  const std::vector<Interface> there{{"lo", "127.0.0.1", true, false},
-                                     {"eth0", "10.0.0.1", true, true},
-                                     {"wg0", "10.1.0.1", true, false},
-                                     {"bare", "", true, true}};
+  const std::vector<transport::Interface> there{{"lo", "127.0.0.1", true, false},
+                                                {"eth0", "10.0.0.1", true, true},
+                                                {"wg0", "10.1.0.1", true, false},
+                                                {"bare", "", true, true}};
   EXPECT_TRUE(check_interfaces({}, there));
   EXPECT_TRUE(check_interfaces(on({"eth0"}), there));
   EXPECT_TRUE(check_interfaces(on({"wg0"}, {"10.1.0.2"}), there));

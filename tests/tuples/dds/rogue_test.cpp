@@ -46,7 +46,7 @@ struct Rogues : testing::Test, TwoComponents {
   /// To the island, in its own name.
   void tell(const Bytes& content) { rogue.frame(kRogue, rogue.incarnation(), 1, island_incarnation, content); }
   static Bytes set(std::string_view key, std::string_view value, std::uint64_t sequence) {
-    Event event;
+    TupleSet change;
     change.tuple.key = key;
     change.tuple.value = value;
     change.tuple.media_type = "text/plain";
@@ -131,7 +131,7 @@ TEST_F(Rogues, TenThousandSubscriptionsHarmNobody) {
 
 TEST_F(Rogues, AFloodOfComponentsIsIgnoredAndANewcomerIsSeen) {
   for (std::uint32_t id = 100'000; id < 110'500; ++id) rogue.show(id, rogue.incarnation());
-  EXPECT_TRUE(until([&] { return ecology.log().contains("shows more than 16 components: it is ignored"); }));
+  EXPECT_TRUE(until([&] { return ecology.log().contains("claims more than 16 components: it is ignored"); }));
   let_pass();
   EXPECT_THAT(island->space.peers(), ElementsAre(kRobot)) << "also what it was before";
   const Component newcomer(ecology, time, 70'001);

@@ -144,7 +144,7 @@ TEST_F(WithKnxd, AHostWithoutAServerIsToldAtOnce) {
 
 TEST_F(WithKnxd, TheInterfaceIsListed) {
   const auto all = transport::ipv4_interfaces();
-  EXPECT_THAT(all, testing::Contains(transport::Interface{"veth0", KnxNetwork::kAddress, false, true}));
+  EXPECT_THAT(all, testing::Contains(transport::Interface{"veth0", KnxNetwork::kAddress, true, true, false}));
 }
 
 }  // namespace

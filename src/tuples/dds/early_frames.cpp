@@ -1,21 +1,21 @@
-#include "tuples/dds/held_frames.h"
+#include "tuples/dds/early_frames.h"
 
 #include <vector>
 
 namespace rubicon::tuples::dds {
 
-bool HeldFrames::add(const Sender& sender, ByteView content, SteadyTime now) {
+bool EarlyFrames::add(const Sender& sender, ByteView content, SteadyTime now) {
   const auto size = cost(content.size());
   const auto known = bytes_of_.find(sender.participant);
   const auto before = known == bytes_of_.end() ? 0 : known->second;
-  if (before + size > kMostOfOne || bytes_ + size > kMostOfAll) return false;
+  if (before + size > kMaxOfOne || bytes_ + size > kMaxOfAll) return false;
   all_.push_back({sender, Bytes(content.begin(), content.end()), now});
   bytes_of_[sender.participant] += size;
   bytes_ += size;
   return true;
 }
 
-void HeldFrames::forget(const Held& held) {
+void EarlyFrames::forget(const Held& held) {
   const auto size = cost(held.content.size());
   bytes_ -= size;
   const auto found = bytes_of_.find(held.sender.participant);
@@ -23,7 +23,7 @@ void HeldFrames::forget(const Held& held) {
   if (found->second == 0) bytes_of_.erase(found);
 }
 
-std::vector<Bytes> HeldFrames::take(const Sender& sender) {
+std::vector<Bytes> EarlyFrames::take(const Sender& sender) {
   std::vector<Bytes> contents;
   for (auto& held : all_) {
     if (held.sender != sender) continue;
@@ -34,14 +34,14 @@ std::vector<Bytes> HeldFrames::take(const Sender& sender) {
   return contents;
 }
 
-void HeldFrames::drop_until(SteadyTime time) {
+void EarlyFrames::drop_until(SteadyTime time) {
   while (!all_.empty() && all_.front().since <= time) {
     forget(all_.front());
     all_.pop_front();
   }
 }
 
-void HeldFrames::clear() {
+void EarlyFrames::clear() {
   all_.clear();
   bytes_of_.clear();
   bytes_ = 0;

@@ -11,34 +11,34 @@
 
 namespace rubicon::tuples::dds {
 
-/// Other starts that show this component's id (docs/ecology.md, "Two with one id"). Of two that live the later goes.
-/// What a presence says is not believed: whoever started earlier has to answer a question sent to that start, and to
-/// stay for a lease, before it displaces this one. A participant has one place; if all are taken, that of who did not
-/// answer for longest is given away.
-class Twins final : private FrameReader {
+/// Resolves conflicts with other processes that use this component's id (docs/ecology.md, "Two with one id"). Of two
+/// that are alive the later start has to end. A presence alone proves nothing: an earlier start displaces this one only
+/// after it answered a question and stayed present for a lease. Bounded: one rival per DDS participant, kMax in all; if
+/// there are more, the one that has not answered for longest is forgotten.
+class IdConflicts final : private FrameReader {
  public:
-  /// A way to one of them; made when there is something to ask or to answer.
+  /// Makes a channel to a rival, when there is a question or an answer to send.
   using MakeChannel = std::function<Result<std::unique_ptr<Channel>>(std::uint64_t incarnation)>;
   struct Calls {
     MakeChannel make_channel;
-    std::function<void()> displaced;  ///< once a start: an earlier one is alive
+    std::function<void()> displaced;  ///< an earlier start is alive; once per start of this component
   };
 
-  Twins(OwnerId self, Scheduler& scheduler, Duration lease, Log log, Calls calls)
+  IdConflicts(OwnerId self, Scheduler& scheduler, Duration lease, Log log, Calls calls)
       : self_(self), scheduler_(scheduler), lease_(lease), log_(std::move(log)), calls_(std::move(calls)) {}
 
-  /// Forgets all; this component's start from now on.
+  /// Forgets all rivals; sets the start of this component.
   void begin(std::uint64_t own_incarnation);
   void seen(std::uint64_t incarnation, const Participant& who);
   void gone(std::uint64_t incarnation);
-  /// A frame that another start of the id sent to this one.
-  void frame(std::uint64_t incarnation, ByteView content);
+  /// A frame from another start of the id to this one.
+  void on_frame(std::uint64_t incarnation, ByteView content);
 
  private:
-  static constexpr std::size_t kMost = 16;
-  static constexpr int kPatience = 8;  ///< questions until its silence is logged
+  static constexpr std::size_t kMax = 16;
+  static constexpr int kUnansweredQuestions = 8;  ///< then the silence is logged
 
-  struct Twin {
+  struct Rival {
     Participant participant{};
     SteadyTime since;
     std::uint64_t question = 0;
@@ -53,9 +53,9 @@ class Twins final : private FrameReader {
   void on_identity_check(const IdentityCheck& check) override;
 
   bool make_room(const Participant& who);
-  void look();
-  bool look_at(std::uint64_t incarnation, Twin& twin);
-  void tell(std::uint64_t incarnation, Twin& twin, const IdentityCheck& check);
+  void ask_rivals();
+  bool ask(std::uint64_t incarnation, Rival& rival);
+  void send(std::uint64_t incarnation, Rival& rival, const IdentityCheck& check);
   Duration pause() const;
 
   OwnerId self_;
@@ -64,7 +64,7 @@ class Twins final : private FrameReader {
   Log log_;
   Calls calls_;
   std::uint64_t own_ = 0;
-  std::map<std::uint64_t, Twin> all_;  ///< by their starts
+  std::map<std::uint64_t, Rival> all_;  ///< by incarnation
   std::uint64_t reading_from_ = 0;
   bool is_displaced_ = false;
   Timer timer_;

@@ -8,10 +8,10 @@
 
 namespace rubicon::tuples::dds {
 
-/// Frames that came before the presence of who sent them: kept for a while, bounded per participant and in all.
-class HeldFrames {
+/// Frames that arrived before the presence of their sender: kept for a while, bounded per participant and in all.
+class EarlyFrames {
  public:
-  static constexpr std::size_t kMostOfOne = 1UL << 20, kMostOfAll = 4UL << 20;
+  static constexpr std::size_t kMaxOfOne = 1UL << 20, kMaxOfAll = 4UL << 20;
 
   struct Sender {
     OwnerId id{};
@@ -20,14 +20,14 @@ class HeldFrames {
     friend bool operator==(const Sender&, const Sender&) = default;
   };
 
-  /// False: there is no room.
+  /// False: the bound is reached.
   bool add(const Sender& sender, ByteView content, SteadyTime now);
-  /// Those of one sender, in their order; they are no longer held.
+  /// Removes and returns the frames of one sender, in order.
   std::vector<Bytes> take(const Sender& sender);
-  /// What came then or before is dropped.
+  /// Drops the frames that arrived at or before `time`.
   void drop_until(SteadyTime time);
   bool empty() const { return all_.empty(); }
-  /// Of all that is held, what it takes besides its content included.
+  /// Memory of all frames, including overhead.
   std::size_t bytes() const { return bytes_; }
   void clear();
 
