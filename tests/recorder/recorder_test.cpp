@@ -267,11 +267,11 @@ TEST_F(Recording, AMissingFolderIsToldOnceAMinuteAndTriedAgain) {
     set("proxy.a.value", std::to_string(i));
     time.run_for(1s);
   }
-  const auto told = [this] {
+  const auto failures_logged = [this] {
     return std::count_if(log.lines.begin(), log.lines.end(),
                          [](const auto& line) { return line.find("records are dropped until") != line.npos; });
   };
-  EXPECT_EQ(told(), 1);
+  EXPECT_EQ(failures_logged(), 1);
   EXPECT_GT(recorder->counters().dropped, 40u);
   EXPECT_GE(recorder->counters().failures, 5u);
   EXPECT_LE(recorder->counters().failures, 7u) << "the pauses must double";

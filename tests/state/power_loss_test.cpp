@@ -42,7 +42,7 @@ bool transaction(StateStore& store, int number) {
   return store.commit(durable(number)).has_value();
 }
 
-/// What the dying process had been told before it died; shared with it.
+/// The commits that the process had finished before it died, in memory shared with it.
 struct Progress {
   int committed = 0;
   int promised = 0;
@@ -102,7 +102,7 @@ class PowerLoss : public testing::Test {
     }
     const auto found = std::find(snapshots_.begin(), snapshots_.end(), snapshot(**store));
     if (found == snapshots_.end()) return -1;
-    EXPECT_TRUE((*store)->save(device_of("after", "1"))) << "the file is not writable any more";
+    EXPECT_TRUE((*store)->save(device_of("after", "1"))) << "the file cannot be written";
     return static_cast<int>(found - snapshots_.begin());
   }
 

@@ -257,7 +257,7 @@ TEST(StateFile, IsOpenedForToolsOnlyIfThereIsOne) {
   EXPECT_TRUE((*store)->save(device_of("wsn-1", "3")));
 }
 
-/// In a child, as somebody who may not write what this user made.
+/// In a child process, as a user without permission to write the files of this one.
 int as_nobody(const std::function<int()>& body) {
   return run_child([&] {
     if (::geteuid() == 0 && (::setgid(65534) != 0 || ::setuid(65534) != 0)) return 2;
@@ -318,7 +318,7 @@ TEST(StateFile, ThatMayOnlyBeReadShowsWhatAProcessThatDiedHadCommitted) {
   for (const auto* suffix : {"", "-wal", "-shm", "-lock"}) ::chmod((folder / "s" + suffix).c_str(), 0644);
 }
 
-/// Writes until the disk is full, then goes on after `relief`.
+/// Writes until the disk is full, then continues after `relief`.
 int outlives_a_full_disk(const std::string& path, const std::function<void()>& relief) {
   const auto store = StateStore::open(path, kIsland);
   CHILD_CHECK(store);

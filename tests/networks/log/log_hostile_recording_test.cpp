@@ -15,7 +15,7 @@ using testing::Le;
 
 class HostileRecording : public LogRecording {
  protected:
-  /// How many readings each turn of the loop tells.
+  /// Readings that each turn of the loop delivers.
   std::vector<std::size_t> readings_by_turn(const std::string& file) {
     std::vector<std::size_t> turns;
     std::size_t before = 0;
@@ -59,7 +59,7 @@ TEST_F(HostileRecording, AMomentWithManyReadingsIsToldInSharesAndNothingIsLost) 
   for (int i = 0; i < kMany; ++i) writer.set("proxy.wsn-1.7.sensor.light-1.value", std::to_string(i));
   const auto turns = readings_by_turn(writer.file());
   EXPECT_THAT(turns, testing::Each(Le(1250u)));
-  const auto all = told();
+  const auto all = delivered();
   ASSERT_EQ(all.size(), static_cast<std::size_t>(kMany));
   for (int i = 0; i < kMany; ++i) ASSERT_EQ(all[static_cast<std::size_t>(i)], std::to_string(i));
 }
@@ -78,7 +78,7 @@ TEST_F(HostileRecording, ASnapshotOfManyDevicesIsToldInSharesAndNothingIsLost) {
   const auto turns = readings_by_turn(writer.file());
   EXPECT_THAT(turns, testing::Each(Le(1250u)));
   EXPECT_EQ(joins().size(), static_cast<std::size_t>(kMany));
-  EXPECT_EQ(told().size(), 2u * kMany);
+  EXPECT_EQ(delivered().size(), 2u * kMany);
 }
 
 TEST_F(HostileRecording, AllDevicesLeaveInSharesWhenASnapshotDoesNotNameThem) {
@@ -179,7 +179,7 @@ TEST_F(HostileRecording, TimesAtTheEndsOfTheirRangeDoNoHarm) {
 }
 
 TEST(HostileBlocks, ThatAreCheckedForNothingLetOthersGoFirst) {
-  // Heads one behind the other, each of a block that is two megabytes long and whose check sum is wrong.
+  // Consecutive heads, each of a block of two megabytes with a wrong check sum.
   Bytes file = recording::encode_head({IslandId(1), "proxy", {}, ""});
   recording::BlockHead head;
   head.packed = 1 << 20;
@@ -200,7 +200,7 @@ TEST(HostileBlocks, ThatAreCheckedForNothingLetOthersGoFirst) {
   EXPECT_THAT(pauses, Gt(20u));
 }
 
-/// What an island remembers from before its start is published as stored, right behind the value.
+/// What an island remembers from before its start is published as stored, right after the value.
 class StoredValues : public LogRecording {
  protected:
   void status(Writer& to, std::string_view quality, std::string_view heard) {
@@ -230,7 +230,7 @@ TEST_F(StoredValues, AreNoReadingsAfterARestart) {
     play(one.file());
     ASSERT_EQ(joins().size(), 1u) << shown;
     EXPECT_EQ(joins()[0].capabilities.at(0).initial, Value{}) << shown;
-    EXPECT_THAT(told(), IsEmpty()) << shown;
+    EXPECT_THAT(delivered(), IsEmpty()) << shown;
   }
 }
 
@@ -247,7 +247,7 @@ TEST_F(StoredValues, AreFollowedByWhatIsHeard) {
   writer.same_turn = false;
   writer.set(kValue, "3");
   play(writer.file());
-  EXPECT_THAT(told(), ElementsAre("2", "3"));
+  EXPECT_THAT(delivered(), ElementsAre("2", "3"));
   const auto updates = listener_.of<model::Updates>();
   EXPECT_EQ(updates[1].first - updates[0].first, 1s) << "each at its own time";
 }
@@ -259,7 +259,7 @@ TEST_F(StoredValues, AReadingOfADeviceThatWasOfflineCountsBeforeItsStatusFollows
   writer.set(kValue, "3");
   status(writer, "good", "1700000004.000000");
   play(writer.file());
-  EXPECT_THAT(told(), ElementsAre("2", "3"));
+  EXPECT_THAT(delivered(), ElementsAre("2", "3"));
 }
 
 TEST_F(StoredValues, OfASnapshotAreToldApartWhateverComesFirst) {
@@ -280,7 +280,7 @@ TEST_F(StoredValues, OfASnapshotAreToldApartWhateverComesFirst) {
       one.present("proxy.wsn-1.7.description", kMote);
       one.mark("complete");
       play(one.file());
-      EXPECT_EQ(told().size(), stored ? 0u : 1u) << status_first;
+      EXPECT_EQ(delivered().size(), stored ? 0u : 1u) << status_first;
       EXPECT_EQ(joins().size(), 1u);
     }
   }

@@ -185,10 +185,10 @@ TEST_F(LogNetworkTest, NamesEverythingThatIsWrongWithItsOptions) {
   EXPECT_EQ(wrong.network, nullptr);
   std::string all;
   for (const std::string& line : wrong.errors) all += line + "\n";
-  for (const char* part :
-       {"file: missing", "speed: `-1`, expected max or a factor", "end: ", "header: `perhaps`", "period: missing",
-        "start-time: `noon`", "unknown type `warmth`", "`humidity`, expected type and instance, for example `humidity-1`",
-        "expected exactly one of value, from-comment, from-table"})
+  for (const char* part : {"file: missing", "speed: `-1`, expected max or a factor", "end: ", "header: `perhaps`",
+                           "period: missing", "start-time: `noon`", "unknown type `warmth`",
+                           "`humidity`, expected type and instance, for example `humidity-1`",
+                           "expected exactly one of value, from-comment, from-table"})
     EXPECT_THAT(all, HasSubstr(part));
 }
 

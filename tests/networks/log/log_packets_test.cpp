@@ -52,7 +52,7 @@ class LogPackets : public testing::Test {
 
 TEST_F(LogPackets, PlaysWhatTheSinkReadInPhysicalUnitsAndAtTheRecordedPace) {
   open({}, three_records());
-  EXPECT_TRUE(listener_.of<model::Join>().empty()) << "nothing is told from inside open()";
+  EXPECT_TRUE(listener_.of<model::Join>().empty()) << "open() delivers nothing";
   listener_.time.run_for(1s);
   const auto joins = listener_.of<model::Join>();
   ASSERT_EQ(joins.size(), 1u);

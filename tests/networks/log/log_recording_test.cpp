@@ -27,7 +27,7 @@ TEST_F(LogRecording, IsRecognisedByItsFirstBytesAndPlaysJoinsAndReadings) {
   EXPECT_EQ(join.device_type, "mote");
   EXPECT_EQ(listener_.of<model::Join>()[0].second.source.device, "0x07");
   EXPECT_EQ(join.capabilities.at(0).deadline, Duration(1min));
-  EXPECT_THAT(told(), ElementsAre("686.6", "686.6"));
+  EXPECT_THAT(delivered(), ElementsAre("686.6", "686.6"));
   EXPECT_EQ(listener_.readings()[0].user_time, WallTime(1'699'999'997s));
   EXPECT_EQ(listener_.readings()[1].user_time, WallTime{});
   const auto updates = listener_.of<model::Updates>();
@@ -46,7 +46,7 @@ TEST_F(LogRecording, CommandsStatusesAndOtherTuplesSayNothing) {
   writer.set("proxy.wsn-1.7.sensor.light-1.value", "5");
   play(writer.file());
   EXPECT_EQ(joins().size(), 1u);
-  EXPECT_THAT(told(), IsEmpty());
+  EXPECT_THAT(delivered(), IsEmpty());
   EXPECT_THAT(listener_.of<model::Leave>(), IsEmpty());
 }
 
@@ -111,7 +111,7 @@ TEST_F(LogRecording, SnapshotsTellNothingTwice) {
   ASSERT_TRUE(made_.network->open());
   listener_.time.run_for(1min);
   EXPECT_EQ(joins().size(), 1u);
-  EXPECT_THAT(told(), ElementsAre("1"));
+  EXPECT_THAT(delivered(), ElementsAre("1"));
   EXPECT_THAT(listener_.of<model::Leave>(), IsEmpty());
 }
 
@@ -146,7 +146,7 @@ TEST_F(LogRecording, AnotherNetworkIsPlayedByItsName) {
   play(writer.file(), {{"network", scalar("knx")}});
   EXPECT_EQ(joins().at(0).id, "1_1_1");
   EXPECT_EQ(joins().at(0).capabilities.at(0).initial, Value(std::int64_t{20}));
-  EXPECT_THAT(told(), ElementsAre("21"));
+  EXPECT_THAT(delivered(), ElementsAre("21"));
 }
 
 TEST_F(LogRecording, SeveralNetworksEndTheLineOnceWithTheirNamesAndTellNothing) {
@@ -160,7 +160,7 @@ TEST_F(LogRecording, SeveralNetworksEndTheLineOnceWithTheirNamesAndTellNothing) 
   EXPECT_THAT(listener_.failures, IsEmpty()) << "it would be opened again and again";
   EXPECT_THAT(lines(), ElementsAre("connecting", "ended: " + why));
   EXPECT_THAT(listener_.lines, ElementsAre(why));
-  EXPECT_THAT(told(), IsEmpty());
+  EXPECT_THAT(delivered(), IsEmpty());
 }
 
 TEST_F(LogRecording, AllNetworksOfTheFileAreNamedAlsoThoseOfItsLastBlock) {
@@ -181,7 +181,7 @@ TEST_F(LogRecording, AllNetworksOfTheFileAreNamedAlsoThoseOfItsLastBlock) {
       "`network: knx`";
   EXPECT_THAT(lines(), ElementsAre("connecting", "ended: " + why));
   EXPECT_THAT(listener_.lines, ElementsAre(why));
-  EXPECT_THAT(told(), IsEmpty());
+  EXPECT_THAT(delivered(), IsEmpty());
 }
 
 TEST_F(LogRecording, OpenedAgainAfterItEndedItReadsTheRecordingAnew) {
@@ -194,7 +194,7 @@ TEST_F(LogRecording, OpenedAgainAfterItEndedItReadsTheRecordingAnew) {
   listener_.files.files["home.rec"] = one.file();
   ASSERT_TRUE(made_.network->open());
   listener_.time.run_for(1min);
-  EXPECT_THAT(told(), ElementsAre("1"));
+  EXPECT_THAT(delivered(), ElementsAre("1"));
 }
 
 TEST_F(LogRecording, TheLineIsUpWhenTheHeadAndTheNetworksAreRead) {
@@ -224,7 +224,7 @@ TEST_F(LogRecording, AnotherPrefixIsThatOfTheRecording) {
   writer.set("house.wsn-1.7.sensor.light-1.value", "1");
   writer.set("proxy.wsn-1.7.sensor.light-1.value", "2");
   play(writer.file());
-  EXPECT_THAT(told(), ElementsAre("1"));
+  EXPECT_THAT(delivered(), ElementsAre("1"));
 }
 
 TEST_F(LogRecording, SaidToBePacketsItEndsTheLine) {
@@ -255,7 +255,7 @@ TEST_F(LogRecording, CutAtAnyByteOrBitsFlippedItPlaysWhatIsSound) {
   for (std::size_t size = 0; size < whole.size(); size += 3) {
     listener_.heard.clear();
     play(whole.substr(0, size), {{"format", scalar("recording")}, {"speed", scalar("max")}}, 1s);
-    EXPECT_LE(told().size(), 3u);
+    EXPECT_LE(delivered().size(), 3u);
   }
   for (std::size_t bit = 0; bit < 8 * whole.size(); bit += 5) {
     auto damaged = whole;
@@ -276,7 +276,7 @@ TEST_F(LogRecording, BadDescriptionsAndValuesAreCountedAndTheRestPlays) {
   writer.set("proxy.wsn-1.7.sensor.light-1.value", "nan");
   writer.set("proxy.wsn-1.7.sensor.light-1.value", "7");
   play(writer.file());
-  EXPECT_THAT(told(), ElementsAre("7"));
+  EXPECT_THAT(delivered(), ElementsAre("7"));
   EXPECT_GE(listener_.counter("damaged"), 6u);
 }
 
@@ -311,7 +311,7 @@ TEST_F(LogRecording, ARecordingOfFormerTypesAndOtherUnitsPlaysWithThoseOfToday) 
   const auto readings = listener_.readings();
   ASSERT_EQ(readings.size(), 2u);
   EXPECT_EQ(readings[0].point, capabilities[0].point);
-  EXPECT_THAT(told(), ElementsAre("52.5", "22"));
+  EXPECT_THAT(delivered(), ElementsAre("52.5", "22"));
 }
 
 TEST(RecordedValues, ComeBackWithTheTextTheyHad) {

@@ -72,7 +72,7 @@ class LogRecording : public testing::Test {
     opened_ = made_.network->open();
     listener_.time.run_for(span);
   }
-  std::vector<std::string> told() const {
+  std::vector<std::string> delivered() const {
     std::vector<std::string> out;
     for (const auto& reading : listener_.readings()) out.push_back(model::to_text(reading.value));
     return out;

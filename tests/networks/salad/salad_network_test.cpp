@@ -86,7 +86,7 @@ class Salad : public ::testing::Test {
         const auto& p = reading.point;
         all.push_back(fmt::format("{} {} {}-{}={}", device, to_string(p.kind), types.find(p.type)->name, p.instance,
                                   model::to_text(reading.value)));
-        EXPECT_EQ(reading.user_time, WallTime{}) << "SALAD tells no time";
+        EXPECT_EQ(reading.user_time, WallTime{}) << "SALAD sends no times";
       }
     }
     return all;
