@@ -25,7 +25,7 @@ using model::Outcome;
 inline const model::PointId kLamp{Kind::kActuator, TypeId{0x8001}, "1"};
 inline const model::PointId kMeter{Kind::kSensor, TypeId{0x8002}, "1"};
 
-/// A network that keeps what it is sent and answers with an error where a test says so.
+/// A network that keeps what it is sent and answers with an error where a test wants one.
 class PlayedNetwork final : public network::Network {
  public:
   explicit PlayedNetwork(network::NetworkHost& a_host) : host(a_host) {}
@@ -49,7 +49,7 @@ struct Island {
   Island(std::uint32_t number, VirtualScheduler& time, tuples::MemoryEcology& ecology, base::LogSink& log,
          GatewayLimits limits = {});
   PlayedNetwork& network(const std::string& id) { return *played.at(id); }
-  /// All that local listeners heard, kinds mixed.
+  /// All messages that local listeners got, of all kinds.
   std::vector<Message> heard_of(MessageKind kind) const;
   std::vector<Acknowledge> answers() const;
   void listen(MessageKind kind);

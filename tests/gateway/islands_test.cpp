@@ -14,7 +14,7 @@ using tuples::Verdict;
 
 class BetweenIslands : public Islands {
  protected:
-  /// Posts bytes to island one as a component that is no gateway would.
+  /// Sends bytes to island one as a component without a gateway.
   Reply post(const Bytes& bytes, std::string_view media_type = model::kMessageMediaType) {
     Reply answer;
     bool answered = false;
@@ -31,7 +31,7 @@ class BetweenIslands : public Islands {
     EXPECT_TRUE(answered);
     return answer;
   }
-  /// Lets an island pass on whatever it hears, unchanged, to the next one.
+  /// Makes an island forward all messages, unchanged, to the next one.
   void forward(Island& from, Island& to) {
     from.handles.push_back(from.gateway.subscribe(MessageKind::kOpaque, [&](const Message& message) {
       from.heard.push_back(message);
@@ -74,7 +74,7 @@ TEST_F(BetweenIslands, AnUndeliverableMessageOfADeviceIsAnsweredOnItsOwnIsland) 
   EXPECT_THAT(one.network("a").sent, IsEmpty());
 }
 
-TEST_F(BetweenIslands, ACommandOfAnotherIslandGoesToWhoeverTakesCommandsNotToTheNetwork) {
+TEST_F(BetweenIslands, ACommandOfAnotherIslandGoesToTheCommandHandlerNotToTheNetwork) {
   std::vector<Message> taken;
   two.gateway.set_command_handler([&](const Message& message) -> Result<void> {
     taken.push_back(message);
@@ -139,9 +139,10 @@ TEST_F(BetweenIslands, AMessageInTheNameOfAnotherIsRefusedCountedAndLoggedOnce) 
   }
   EXPECT_THAT(one.heard, IsEmpty());
   EXPECT_EQ(one.gateway.counters().forged, 3u);
-  EXPECT_EQ(std::count_if(log.lines.begin(), log.lines.end(),
-                          [](const auto& line) { return line.find("refused a message of component 70001") != line.npos; }),
-            1);
+  EXPECT_EQ(
+      std::count_if(log.lines.begin(), log.lines.end(),
+                    [](const auto& line) { return line.find("refused a message of component 70001") != line.npos; }),
+      1);
 }
 
 TEST_F(BetweenIslands, TheNumbersOfAnotherCannotBeUsedUp) {
@@ -308,7 +309,7 @@ TEST_F(BetweenIslands, TheMediaTypesOfD14AndOfTheOriginalAreTakenToo) {
   EXPECT_EQ(one.gateway.counters().malformed, 0u);
 }
 
-TEST_F(BetweenIslands, AMessageWithoutASourceComesFromWhoPostedIt) {
+TEST_F(BetweenIslands, AMessageWithoutASourceGetsItsSenderAsSource) {
   one.listen(MessageKind::kOpaque);
   Message message;
   message.body = note("hello");

@@ -97,7 +97,7 @@ TEST_F(LocalGateway, AJoinAfterALeaveIsNotMergedWithTheOneBefore) {
   EXPECT_EQ(one.heard[2].kind(), MessageKind::kJoin);
 }
 
-TEST_F(LocalGateway, AJoinAfterALeaveStandsForItselfAlsoWhenManyReadingsWereDroppedBetween) {
+TEST_F(LocalGateway, AJoinAfterALeaveIsKeptAlsoWhenManyReadingsWereDroppedBetween) {
   one.listen(MessageKind::kJoin);
   one.listen(MessageKind::kLeave);
   one.network("a").say("7", model::Join{});
@@ -168,7 +168,7 @@ TEST_F(LocalGateway, TurnsTheNetworksErrorIntoAnAnswer) {
   }
 }
 
-TEST_F(LocalGateway, SaysThatThereIsNoSuchNetwork) {
+TEST_F(LocalGateway, AnswersThatThereIsNoSuchNetwork) {
   one.send(one.address("c", "7"), model::Actuate{9, kLamp, true});
   time.run_ready();
   ASSERT_THAT(one.answers(), SizeIs(1));
@@ -186,7 +186,7 @@ TEST_F(LocalGateway, RefusesCommandsBeyondTheBoundWithBusy) {
   EXPECT_EQ(one.gateway.counters().refused_busy, 50u);
 }
 
-TEST_F(LocalGateway, GivesUserMessagesToThoseWhoWantTheirTypeAndAnswersWhenNobodyDoes) {
+TEST_F(LocalGateway, GivesUserMessagesToTheListenersOfTheirTypeAndAnswersWithoutOne) {
   std::vector<std::string> notes;
   auto handle = one.gateway.subscribe_user("note", [&](const Message& m) { notes.push_back(text_of(m)); });
   one.network("a").say("7", note("hello"));
@@ -250,7 +250,7 @@ TEST_F(LocalGateway, AMessageForADeviceThatSeveralNetworksHaveIsRefusedWithTheir
   EXPECT_EQ(one.answers()[0].text, "device '7' is in 2 networks of island 1 (a, b): name one");
 }
 
-TEST_F(LocalGateway, AMessageForADeviceNobodyHasIsAnswered) {
+TEST_F(LocalGateway, AMessageForAnUnknownDeviceIsAnswered) {
   one.gateway.set_device_lookup([](const std::string&) { return std::vector<std::string>{}; });
   one.send({one.space.self(), "", "7"}, Opaque{"chat", {'x'}});
   time.run_ready();

@@ -79,7 +79,7 @@ TEST_F(Changes, DemandFollowsTheNewKey) {
   EXPECT_EQ(hall().sampled["7"].points, (std::vector<PointId>{sensor(kGlow, "2")}));
 }
 
-TEST_F(Changes, AnActuatorWhoseStateIsAskedForIsWantedAsSensorsAre) {
+TEST_F(Changes, AnActuatorThatIsSampledIsWantedAsSensorsAre) {
   start();
   auto message = lamp();
   for (auto& one : message.capabilities) one.sampled = one.point == actuator(kFlap);
@@ -99,7 +99,7 @@ TEST_F(Changes, ACommandUnderWayEndsUnderTheNewKey) {
   EXPECT_EQ(command_state("proxy.hall.kitchen.actuator.flap-1"), "confirmed");
 }
 
-TEST_F(Changes, AConfiguredIdTakesItsKeyFromWhoHasIt) {
+TEST_F(Changes, AConfiguredIdTakesItsKeyFromTheDeviceThatHasIt) {
   start();
   join("7", lamp());
   join("8", lamp());

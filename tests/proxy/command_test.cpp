@@ -71,7 +71,7 @@ TEST_F(Commands, NothingIsAppendedToWhatTheIslandPublishes) {
   EXPECT_EQ(actuated().size(), sent);
 }
 
-TEST_F(Commands, ACommandMayBeMadeOnlyIfNobodyElseCommandedMeanwhile) {
+TEST_F(Commands, ACommandCanRequireThatNoOtherCommandCameMeanwhile) {
   begin();
   set(kFlapCommand, "open");
   const auto seen = space->get(kIsland, kFlapCommand)->sequence;
@@ -176,7 +176,7 @@ TEST_F(Commands, AnActuatorThatNeverReportsEndsAssumed) {
   EXPECT_EQ(json("proxy.hall.7.actuator.mood-1.status")["heard"], 0);
 }
 
-TEST_F(Commands, WhatTheNetworkSaysDecidesTheState) {
+TEST_F(Commands, TheAnswerOfTheNetworkDecidesTheState) {
   begin();
   const std::pair<Outcome, std::string> cases[] = {{Outcome::kFailed, "failed"},
                                                    {Outcome::kRefused, "refused"},
@@ -355,7 +355,7 @@ TEST_F(Commands, CommandsEndWithTheirPoint) {
   EXPECT_FALSE(exists(kFlapCommand));
 }
 
-TEST_F(Commands, AnAnswerToNobodyIsIgnored) {
+TEST_F(Commands, AnAnswerToAnUnknownRequestIsIgnored) {
   begin();
   set(kFlapCommand, "open");
   say("7", Acknowledge{999999, Outcome::kFailed, "?"});
@@ -397,7 +397,7 @@ class Rate : public Island {
   const std::string rate_point = "proxy.hall.7.property.rate";
 };
 
-TEST_F(Rate, StartsAsTheDeviceOrElseTheNetworkSays) {
+TEST_F(Rate, StartsWithTheRateOfTheDeviceElseOfTheNetwork) {
   begin(std::int64_t{400});
   EXPECT_EQ(text(rate_point + ".value"), "400");
   auto message = lamp();

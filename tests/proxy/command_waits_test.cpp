@@ -1,11 +1,11 @@
 #include "commands.h"
 
-// What a command waits for and how long, and who is said to have given it.
+// What a command waits for and how long, and the name of its commander.
 
 namespace rubicon::proxy {
 namespace {
 
-TEST_F(Commands, SayWhatTheyWaitForAndUntilWhen) {
+TEST_F(Commands, ShowWhatTheyWaitForAndUntilWhen) {
   begin();
   const auto seconds_left = [&] {
     return command()["until"].get<double>() - static_cast<double>(time.wall_now().time_since_epoch().count()) / 1e6;
@@ -138,7 +138,7 @@ TEST_F(Commands, InAFloodAreCountedInTheLog) {
   EXPECT_THAT(log.lines.back(), ::testing::HasSubstr("assumed after")) << "a new window";
 }
 
-TEST_F(Commands, NoneWaitsLongerThanTheQueueExpirySays) {
+TEST_F(Commands, NoneWaitsLongerThanTheQueueExpiry) {
   config.queue_expiry = 30s;
   begin();
   sleep();

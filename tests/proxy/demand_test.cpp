@@ -25,7 +25,7 @@ class DemandOfSubscribers : public Island {
   static constexpr auto kGlow2 = "proxy.hall.7.sensor.glow-2.value";
 };
 
-TEST_F(DemandOfSubscribers, NobodyListensAndNothingIsSampled) {
+TEST_F(DemandOfSubscribers, WithoutSubscribersNothingIsSampled) {
   begin();
   time.run_for(10s);
   EXPECT_EQ(samples(), 0u);
@@ -47,7 +47,7 @@ TEST_F(DemandOfSubscribers, TheFirstSubscriberStartsAndTheLastOneStopsSampling) 
   EXPECT_TRUE(sample().points.empty());
 }
 
-TEST_F(DemandOfSubscribers, AnActuatorIsSampledWhenItSaysSoOnly) {
+TEST_F(DemandOfSubscribers, AnActuatorIsSampledOnlyIfItDeclaresSo) {
   start();
   auto message = lamp();
   join("7", message);
@@ -116,7 +116,7 @@ TEST_F(DemandOfSubscribers, ARejoinWithoutASensorSamplesTheOthers) {
   EXPECT_EQ(sample().points, Sampled{sensor(kGlow, "2")});
 }
 
-TEST_F(DemandOfSubscribers, ADeviceThatReturnsIsToldAgain) {
+TEST_F(DemandOfSubscribers, ADeviceThatReturnsGetsItsOrderAgain) {
   begin();
   auto ears = listen(*robot, kGlow1);
   time.run_for(61s);
@@ -145,7 +145,7 @@ TEST_F(DemandOfSubscribers, WhatChangedWhileTheLineWasDownIsSentWhenItIsUp) {
   EXPECT_EQ(sample().points, Sampled{sensor(kGlow)});
 }
 
-TEST_F(DemandOfSubscribers, ALineThatComesBackRepeatsTheRequest) {
+TEST_F(DemandOfSubscribers, ALineThatIsUpAgainRepeatsTheOrder) {
   begin();
   auto ears = listen(*robot, kGlow1);
   hall().lose_line();

@@ -170,7 +170,7 @@ TEST_F(Directory, ALeaveDeletesAllTuplesOfTheDevice) {
   EXPECT_EQ(json("proxy.hall.devices"), (std::vector<std::string>{"8"}));
 }
 
-TEST_F(Directory, ADeviceThatJoinsAfterItLeftStartsAnew) {
+TEST_F(Directory, ADeviceThatJoinsAfterItLeftIsANewDevice) {
   start();
   join("7", lamp());
   report("7", sensor(kGlow), 1.5);

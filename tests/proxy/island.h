@@ -26,12 +26,12 @@ using tuples::Flow;
 using tuples::Reply;
 using tuples::Verdict;
 
-/// Types of these tests only, so that they do not hang on the catalogue's content.
+/// Types of these tests only, so that they do not depend on the catalogue.
 inline constexpr TypeId kGlow{0x8001}, kFlap{0x8002}, kKnob{0x8003}, kChime{0x8004}, kMood{0x8005};
 
 TypeCatalogue test_types();
 
-/// A network whose devices are the test.
+/// A network whose devices are played by the test.
 class PlayedNetwork final : public network::Network {
  public:
   PlayedNetwork(std::string id, network::NetworkHost& host) : id_(std::move(id)), host_(host) { present()[id_] = this; }
@@ -59,7 +59,7 @@ class PlayedNetwork final : public network::Network {
   std::map<std::string, model::Sample> sampled;  ///< the last Sample of each device
   bool line_works = true;
   bool announces = true;  ///< State{kUp} after open
-  bool answers = true;    ///< acknowledges what it is sent
+  bool answers = true;    ///< acknowledges requests
   Outcome outcome = Outcome::kSent;
   std::string why;
 
@@ -96,11 +96,11 @@ class Island : public ::testing::Test {
 
   Island();
   ~Island() override;
-  /// Call once, first; the configuration may be changed before.
+  /// Call once, first. Change the configuration before.
   void start();
   /// Ends everything but the state file and the robot, and starts again.
   void restart();
-  /// From the start on the island remembers.
+  /// Gives the island a state file. Call before start.
   void remember();
   PlayedNetwork& hall() { return *PlayedNetwork::present().at("hall"); }
   NetworkRules& rules() { return config.networks["hall"]; }

@@ -159,7 +159,7 @@ TEST_F(Silence, AFurtherSubscriberGivesASilentSensorNoNewFirstPeriod) {
   EXPECT_EQ(quality(kDevice + ".sensor.glow-1"), "stale");
 }
 
-TEST_F(Silence, AnOldValueIsNotStaleTheMomentSomebodySubscribes) {
+TEST_F(Silence, AnOldValueIsNotStaleTheMomentItIsSubscribedTo) {
   begin();
   report("7", sensor(kGlow), 1.5);
   time.run_for(30s);
@@ -279,7 +279,7 @@ TEST_F(Probing, ARememberedDeviceIsAskedAtOnceWithWhatIsRememberedOfIt) {
   EXPECT_EQ(asked[0].known.capabilities.size(), lamp().capabilities.size());
 }
 
-TEST_F(Probing, WhileTheLineIsDownNobodyIsAskedAndAfterwardsAtOnce) {
+TEST_F(Probing, DevicesAreNotProbedWhileTheLineIsDownAndAtOnceAfterwards) {
   start();
   join("7", lamp());
   hall().line_works = false;

@@ -145,7 +145,7 @@ TEST_F(Remembering, WhatTheDeviceKnewWhenItJoinedIsNewerThanWhatIsRemembered) {
   EXPECT_EQ(quality("proxy.hall.7.property.knob"), "good");
 }
 
-TEST_F(Remembering, WhatAListSaysOfASilentDeviceIsNotRememberedAsItsValue) {
+TEST_F(Remembering, TheInitialValueOfASilentDeviceIsNotRemembered) {
   start();
   auto message = lamp();
   message.capabilities.push_back(capability(Kind::kProperty, kKnob, ""));
@@ -173,7 +173,7 @@ TEST_F(Remembering, AStoredValueThatNoLongerFitsItsTypeIsNotShown) {
   EXPECT_EQ(text(kGlow1 + std::string(".value")), "");
 }
 
-/// As islands before wrote them, whose enumerations and sets of bits were bare numbers.
+/// As older versions wrote them: enumerations and bit sets as plain numbers.
 TEST_F(Remembering, AStoredNumberOfAnEnumerationIsShown) {
   start();
   Join join;
@@ -245,7 +245,7 @@ TEST_F(Remembering, ADeviceTooBigForTheFileDoesNotKeepOthersOut) {
   EXPECT_TRUE(exists("proxy.hall.8.status"));
 }
 
-/// Nothing can be written while one lives.
+/// While it exists, nothing can be written.
 class FullDisk {
  public:
   FullDisk() {

@@ -95,7 +95,7 @@ TEST_F(Mirror, AReadingWithoutAValueIsBad) {
   EXPECT_EQ(quality(kPoint), "bad");
 }
 
-TEST_F(Mirror, AReadingWithoutAValueMaySayWhy) {
+TEST_F(Mirror, AReadingWithoutAValueMayGiveTheReason) {
   begin();
   model::Updates wrong;
   wrong.readings.push_back({sensor(kGlow), {}, {}, "telegram 0c: 1 octet, expected 2"});

@@ -18,7 +18,7 @@ TEST_F(NetworkTuplesTest, AnIslandShowsItselfAndItsNetworks) {
   EXPECT_EQ(text("proxy.hall.property.line.value"), "up");
 }
 
-TEST_F(NetworkTuplesTest, ALineThatIsDownSaysHowOftenItWasTriedAndWhenItIsNext) {
+TEST_F(NetworkTuplesTest, ALineThatIsDownShowsItsAttemptsAndTheTimeOfTheNext) {
   start();
   EXPECT_EQ(json("proxy.hall.status")["attempts"], 1);
   EXPECT_EQ(json("proxy.hall.status")["next_attempt"], 0);
@@ -50,7 +50,7 @@ TEST_F(NetworkTuplesTest, ListsTheReachableDevices) {
   EXPECT_EQ(json("proxy.hall.devices"), (std::vector<std::string>{"1_4_6", "7"}));
 }
 
-TEST_F(NetworkTuplesTest, ADeviceThatLeftIsNotListedAnyMore) {
+TEST_F(NetworkTuplesTest, ADeviceThatLeftIsNoLongerListed) {
   start();
   join("7", lamp());
   join("8", lamp());
@@ -101,7 +101,7 @@ TEST_F(NetworkTuplesTest, PublishesTheListAtMostFourTimesASecond) {
   EXPECT_EQ(json("proxy.devices").size(), 1000u);
 }
 
-TEST_F(NetworkTuplesTest, ADeviceThatComesAndGoesCostsOneListOfTheIslandASecond) {
+TEST_F(NetworkTuplesTest, ADeviceThatJoinsAndLeavesCostsOneListOfTheIslandASecond) {
   start();
   join("7", lamp());
   time.run_for(2s);

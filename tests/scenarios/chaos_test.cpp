@@ -14,7 +14,7 @@ constexpr int kIslands = 2, kNetworks = 2, kDevices = 10;
 constexpr OwnerId kRobot{70001};     // crashes
 constexpr OwnerId kOperator{70002};  // commands, and waits for every answer
 
-/// The world beyond the lines of one network: what its devices really measure, who is silent, whether the cable holds.
+/// The devices of one network and its cable: what they really measure, which are silent, whether the cable is intact.
 struct World {
   struct Device {
     double temperature = 20;
@@ -32,7 +32,7 @@ std::map<std::pair<std::uint32_t, std::string>, World>& worlds() {
   return all;
 }
 
-/// A network whose devices live on in their World whatever happens to it.
+/// A network whose devices stay in their World whatever happens to the network.
 class WorldNetwork final : public network::Network {
  public:
   WorldNetwork(World& world, const TypeCatalogue& types, network::NetworkHost& host)
@@ -127,7 +127,7 @@ Result<std::unique_ptr<network::Network>> make_world(const network::NetworkConfi
 constexpr network::NetworkType kWorld{
     .name = "world", .summary = "devices that outlive their network", .sample_config = "", .make = &make_world};
 
-/// Everything that can go wrong does, for ten minutes; then nothing more, and everything must be right again.
+/// For ten minutes everything fails that can; then nothing, and everything must be correct again.
 class Chaos : public Ecology {
  protected:
   void SetUp() override {

@@ -91,7 +91,7 @@ TEST_F(Reload, ARemovedDeviceLeavesAndANewOneJoins) {
   EXPECT_TRUE(exists("proxy.dummy-1.hall.status"));
 }
 
-TEST_F(Reload, ANetworkThatMustBeMadeAnewComesBackByItself) {
+TEST_F(Reload, ANetworkThatMustBeRecreatedIsUpAgainByItself) {
   start(kTwoNetworks);
   ASSERT_TRUE(reload(with(kTwoNetworks, "type: dummy\n    simulate:\n      shed",
                           "type: dummy\n    seed: 9\n    simulate:\n      barn")));
@@ -123,7 +123,7 @@ TEST_F(Reload, NamesGivenToDevicesTouchNoLine) {
   EXPECT_FALSE(exists("proxy.dummy-2.shed.status"));
 }
 
-TEST_F(Reload, NamesThatFitNoPointAreTold) {
+TEST_F(Reload, NamesThatFitNoPointAreReported) {
   start(kTwoNetworks);
   const auto plan = reload(with(kTwoNetworks, "  dummy-2:\n    type: dummy",
                                 "  dummy-2:\n    type: dummy\n    devices: {shed: {sensors: {temprature-1: wall}}}"));
@@ -137,7 +137,7 @@ TEST_F(Reload, NamesThatFitNoPointAreTold) {
   EXPECT_THAT(good->warnings, IsEmpty());
 }
 
-TEST_F(Reload, NetworksOfAListThatGetOtherNumbersAreTold) {
+TEST_F(Reload, NetworksOfAListThatGetOtherNumbersAreReported) {
   const std::string list = R"(
 island: {id: 6541, name: home}
 networks:
@@ -196,14 +196,14 @@ TEST_F(Reload, ReloadsInARowAllHold) {
   EXPECT_EQ(value(*robot, 6541, "proxy.dummy-1.attic.sensor.temperature-1.value"), "12");
 }
 
-TEST_F(Reload, LimitsAndDiscoveryAreTakenAnew) {
+TEST_F(Reload, LimitsAndDiscoveryAreApplied) {
   start(kTwoNetworks);
   const auto plan = reload(std::string(kTwoNetworks) + "limits: {queue: 50}\ndiscovery: {new-devices: ask}\n");
   ASSERT_TRUE(plan);
   EXPECT_THAT(plan->lines, ElementsAre("limits change", "discovery rules change"));
 }
 
-TEST_F(Reload, ATrialSaysTheSameAndTouchesNothing) {
+TEST_F(Reload, ADryRunReportsTheSameAndChangesNothing) {
   start(kTwoNetworks);
   const auto plan = island->plan(read(with(kTwoNetworks, "attic", "cellar")), errors);
   ASSERT_TRUE(plan);
@@ -249,7 +249,7 @@ networks: {salad: {type: salad, properties: flat.properties}}
   EXPECT_TRUE(exists("proxy.salad.2.description"));
 }
 
-TEST_F(Reload, CountersOfANetworkMadeAnewAreNotLost) {
+TEST_F(Reload, CountersOfARecreatedNetworkAreNotLost) {
   start(kTwoNetworks);
   const auto before = island->gateway().counters().delivered;
   ASSERT_GT(before, 0U);

@@ -13,7 +13,7 @@ namespace rubicon::scenarios {
 
 inline constexpr const char* kLab = "roaming: lab";
 
-/// Who lists one device at the moment, as a component sees it that is never cut off from anybody.
+/// The islands that list one device at the moment, seen by a component that is never cut off.
 class Listing {
  public:
   Listing(TupleSpace& space, const std::string& device, const Scheduler& scheduler)
@@ -31,7 +31,7 @@ class Listing {
   }
   /// The longest time in which more than one listed it.
   Duration overlap() const { return std::max(longest_, there_.size() > 1 ? scheduler_.now() - since_ : Duration(0)); }
-  /// How often somebody began to list it.
+  /// How often an island began to list it.
   int begins() const { return begins_; }
 
  private:
@@ -65,7 +65,7 @@ class Roaming : public Ecology {
   TupleSpace& watcher() { return component(70009); }
   Listing listing(const std::string& device = "7") { return Listing(watcher(), device, scheduler); }
 
-  /// An island from text; with a state file it remembers.
+  /// An island from its configuration text, with a state file if one is given.
   island::Island& start_text(std::uint32_t id, const std::string& text, const std::string& state = {}) {
     const auto tree = config::parse_yaml("island: {id: " + std::to_string(id) + ", name: test}\n" + text, "i.yaml");
     base::ConfigErrors errors;

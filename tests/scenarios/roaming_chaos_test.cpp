@@ -13,7 +13,7 @@ using testing::SizeIs;
 constexpr std::uint32_t kRoamingIslands = 3;
 constexpr int kRoamingDevices = 8;
 
-/// Devices wander between three islands that crash, restart and lose each other.
+/// Devices move between three islands that crash, restart and lose each other.
 class RoamingChaos : public Roaming, public testing::WithParamInterface<unsigned> {
  protected:
   void begin() {
@@ -75,7 +75,7 @@ class RoamingChaos : public Roaming, public testing::WithParamInterface<unsigned
       default: return move();
     }
   }
-  /// Everything is whole again, each device says who it is and then goes on talking.
+  /// Repairs everything; each device announces itself and goes on reporting.
   void rest() {
     for (std::uint32_t one = 1; one <= kRoamingIslands; ++one)
       ecology.mend(OwnerId(one), OwnerId(1 + one % kRoamingIslands));

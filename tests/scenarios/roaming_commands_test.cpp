@@ -78,7 +78,7 @@ TEST_F(RoamingCommands, TheTimeToLiveGoesOnWhereItGoes) {
   EXPECT_THAT(devices_of(2).commands, IsEmpty());
 }
 
-TEST_F(RoamingCommands, WhatTheNewIslandCannotTakeIsToldAsFailed) {
+TEST_F(RoamingCommands, WhatTheNewIslandRefusesIsShownAsFailed) {
   begin();
   set("on", 60s);
   model::Join less;
@@ -139,7 +139,7 @@ TEST_F(RoamingCommands, ANewerCommandThatIsCarriedOutAlreadyIsNotUndoneEither) {
   EXPECT_EQ(command(1)["state"], "failed");
 }
 
-TEST_F(RoamingCommands, OnlyWhoHadTheDeviceHandsCommandsOver) {
+TEST_F(RoamingCommands, OnlyAnIslandThatListedTheDeviceTransfersCommands) {
   begin();
   join(2);
   scheduler.run_for(1s);

@@ -27,7 +27,7 @@ TEST_F(Roaming, ADeviceThatJoinsAnotherIslandMovesThereWithinASecond) {
   EXPECT_THAT(list.owners(), ElementsAre(1)) << "and back";
 }
 
-TEST_F(Roaming, AClaimSaysWhereTheDeviceIs) {
+TEST_F(Roaming, AClaimShowsWhereTheDeviceIs) {
   start_text(1, "networks: {scripted-hall: {type: scripted, roaming: lab, devices: {1.4.6: {id: lamp}}}}");
   ScriptedNetwork::of(1, "scripted-hall").say("1.4.6", lamp());
   scheduler.run_ready();
@@ -193,7 +193,7 @@ TEST_F(Roaming, ReadingsOfADeviceElsewhereAreCountedNotListed) {
   EXPECT_EQ(value(b.space(), 2, "proxy.scripted-1.property.unknown-devices.value"), "0");
 }
 
-TEST_F(Roaming, WhenTheOtherLetsItGoWhoHearsItListsIt) {
+TEST_F(Roaming, WhenTheOtherIslandRemovesItTheOneThatHearsItListsIt) {
   start_island(1, kLab);
   start_island(2, kLab);
   const auto list = listing();
@@ -317,7 +317,7 @@ TEST_F(Roaming, WhatMovedWhileTheIslandWasDownIsGivenUpAtItsStart) {
   EXPECT_LE(list.overlap(), 1s);
 }
 
-TEST_F(Roaming, ARestartedIslandKeepsWhatNobodyElseLists) {
+TEST_F(Roaming, ARestartedIslandKeepsWhatNoOtherLists) {
   const auto file = state_file();
   start_with_state(1, file);
   start_island(2, kLab);

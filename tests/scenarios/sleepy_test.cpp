@@ -56,7 +56,7 @@ class Sleepy : public testing::Test {
   std::unique_ptr<island::Island> island_;
 };
 
-TEST_F(Sleepy, IsNotLockedAfterItsUserWasToldThatTheCommandExpired) {
+TEST_F(Sleepy, IsNotLockedAfterTheCommandExpired) {
   const auto before = value(kLock + ".value");
   ASSERT_NE(before, "locked");
   set("locked");

@@ -123,7 +123,7 @@ TEST_F(Discovery, ManyAreApprovedByPattern) {
   EXPECT_EQ(inbox()["count"], 1);
 }
 
-TEST_F(Discovery, APatternApprovesWhoWaitsAndNobodyWhoIsIgnored) {
+TEST_F(Discovery, APatternApprovesPendingDevicesAndNoIgnoredOnes) {
   start();
   for (const auto* address : {"1.1", "1.2"}) join(address, lamp());
   ASSERT_EQ(set("proxy.inbox.hall.1_2", "ignore").verdict, Verdict::kApplied);
@@ -169,7 +169,7 @@ TEST_F(Discovery, AWaitingDeviceThatLeavesIsGone) {
   EXPECT_FALSE(exists("proxy.inbox.hall.7"));
 }
 
-TEST_F(Discovery, NewRulesAreAskedAtOnceForThoseWhoWait) {
+TEST_F(Discovery, NewRulesDecideAtOnceAboutPendingDevices) {
   start();
   join("7", lamp());
   join("8", lamp());
@@ -181,7 +181,7 @@ TEST_F(Discovery, NewRulesAreAskedAtOnceForThoseWhoWait) {
   EXPECT_FALSE(exists("proxy.hall.8.status"));
 }
 
-TEST_F(Discovery, AReloadAfterARestartLetsNobodyInWhoWaits) {
+TEST_F(Discovery, AReloadAfterARestartAdmitsNoPendingDevice) {
   start();
   join("7", lamp());
   time.run_for(2s);
@@ -192,7 +192,7 @@ TEST_F(Discovery, AReloadAfterARestartLetsNobodyInWhoWaits) {
   EXPECT_EQ(inbox()["count"], 1);
 }
 
-TEST_F(Discovery, WhoAnnouncedItselfSinceTheStartIsReachableOnceApproved) {
+TEST_F(Discovery, ADeviceThatWasHeardSinceTheStartIsReachableOnceApproved) {
   start();
   join("7", lamp());
   time.run_for(2s);
@@ -258,7 +258,7 @@ TEST_F(Discovery, ADeviceWhoseKeyIsTakenIsInTheInboxWithTheReason) {
   EXPECT_FALSE(exists("proxy.inbox.hall.1_7"));
 }
 
-TEST_F(Discovery, AnIgnoredDeviceIsToldToStopAndIsAsItWasOnceApproved) {
+TEST_F(Discovery, AnIgnoredDeviceStopsSamplingAndIsAsBeforeOnceApproved) {
   config.discovery.otherwise = DiscoveryAction::kAuto;
   start();
   auto message = lamp();
@@ -343,7 +343,7 @@ class Parked : public Discovery {
   }
 };
 
-TEST_F(Parked, ComesWithItsFirstWordOnceThereIsRoom) {
+TEST_F(Parked, IsListedAtItsFirstMessageOnceThereIsRoom) {
   park();
   say("0", model::Leave{"gone"});
   time.run_for(2s);
@@ -353,7 +353,7 @@ TEST_F(Parked, ComesWithItsFirstWordOnceThereIsRoom) {
   EXPECT_FALSE(exists("proxy.inbox.hall.7"));
 }
 
-TEST_F(Parked, ComesWithItsValuesWhenItJoins) {
+TEST_F(Parked, IsListedWithItsValuesWhenItJoins) {
   park();
   say("0", model::Leave{"gone"});
   join("7", patient());

@@ -101,7 +101,7 @@ TEST_F(OwnClaim, IsNotOlderBecauseTheNetworkListsTheDeviceAgain) {
   EXPECT_EQ(json("ROAMING.lab.7")["since"], since);
 }
 
-TEST_F(OwnClaim, IsMadeAtOnceOfADeviceWhoseIslandSaidGoodbye) {
+TEST_F(OwnClaim, IsMadeAtOnceOfADeviceWhoseIslandLeft) {
   rules().roaming = "lab";
   start();
   auto far_link = *ecology.join(OwnerId(2));
