@@ -24,7 +24,11 @@ constexpr std::size_t kMaxProperties = 256;
 }  // namespace
 
 NetworkTuples::NetworkTuples(ProxyContext& context, DeviceDirectory& directory)
-    : context_(context), directory_(directory) {}
+    : context_(context),
+      directory_(directory),
+      publish_devices_(context.scheduler, kDevicesPause, [this] { publish_devices(); }),
+      publish_all_devices_(context.scheduler, kAllDevicesPause, [this] { publish_all_devices(); }),
+      publish_counters_(context.scheduler, kCountersPause, [this] { publish_counters(); }) {}
 
 void NetworkTuples::begin() {
   std::string island = fmt::format("{{\"id\":{},\"name\":", number(context_.space.self()));
@@ -96,15 +100,12 @@ void NetworkTuples::networks_changed() {
 }
 
 void NetworkTuples::list_soon() {
-  const auto now = context_.clock.now().steady;
-  if (!devices_timer_.pending())
-    devices_timer_ = context_.scheduler.at(std::max(devices_at_, now), [this] { publish_devices(); });
-  if (!all_devices_timer_.pending())
-    all_devices_timer_ = context_.scheduler.at(std::max(all_devices_at_, now), [this] { publish_all_devices(); });
+  publish_devices_.request();
+  publish_all_devices_.request();
 }
 
 void NetworkTuples::publish_devices() {
-  devices_at_ = context_.clock.refresh().steady + kDevicesPause;
+  context_.clock.refresh();
   for (const auto& [id, network] : directory_.networks()) {
     if (!std::exchange(network->devices_dirty, false)) continue;
     publish_list(network->devices_tuple, model::NetworkKey{network->key}.devices(), reachable_devices(*network));
@@ -112,7 +113,7 @@ void NetworkTuples::publish_devices() {
 }
 
 void NetworkTuples::publish_all_devices() {
-  all_devices_at_ = context_.clock.refresh().steady + kAllDevicesPause;
+  context_.clock.refresh();
   std::string list = "[";
   for (const auto& [id, network] : directory_.networks())
     append_reachable(*network, model::to_key_part(id) + '.', list);
@@ -136,13 +137,11 @@ void NetworkTuples::publish_list(TupleRef tuple, const std::string& key, const s
 }
 
 void NetworkTuples::refresh_counters() {
-  if (counters_timer_.pending()) return;
-  const auto when = std::max(counters_at_, context_.clock.now().steady);
-  counters_timer_ = context_.scheduler.at(when, [this] { publish_counters(); });
+  publish_counters_.request();
 }
 
 void NetworkTuples::publish_counters() {
-  counters_at_ = context_.clock.refresh().steady + kCountersPause;
+  context_.clock.refresh();
   for (const auto& [id, slot] : directory_.networks()) {
     auto& network = *slot;
     for (const auto& [name, text] : network.reported) publish_property(network, name, text);

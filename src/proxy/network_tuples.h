@@ -3,6 +3,7 @@
 #include <set>
 #include <string>
 
+#include "base/paced_call.h"
 #include "proxy/device_directory.h"
 
 namespace rubicon::proxy {
@@ -40,8 +41,7 @@ class NetworkTuples {
   TupleRef all_devices_tuple_;
   std::string all_devices_;         ///< as last published, or refused
   std::set<std::string> too_long_;  ///< keys of the lists that do not fit and were reported
-  Timer devices_timer_, all_devices_timer_, counters_timer_;
-  SteadyTime devices_at_{}, all_devices_at_{}, counters_at_{};  ///< not before
+  base::PacedCall publish_devices_, publish_all_devices_, publish_counters_;
 };
 
 }  // namespace rubicon::proxy

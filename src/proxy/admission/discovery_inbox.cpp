@@ -41,7 +41,8 @@ Tree describe(const DeviceName& device, const DiscoveryInbox::Entry& entry, cons
 
 }  // namespace
 
-DiscoveryInbox::DiscoveryInbox(ProxyContext& context) : context_(context) {}
+DiscoveryInbox::DiscoveryInbox(ProxyContext& context)
+    : context_(context), publish_soon_(context.scheduler, kInboxPause, [this] { publish(); }) {}
 
 /// Devices that are ignored by a rule make room for those that need a decision.
 bool DiscoveryInbox::make_room(InboxState state) {
@@ -87,7 +88,7 @@ DiscoveryInbox::Put DiscoveryInbox::put(const DeviceName& device, const Announce
   state == InboxState::kIgnoredByRule ? void(by_rule_.insert(device)) : void(by_rule_.erase(device));
   if (entry->ignored()) hide(*entry);
   if (!entry->ignored() && !(same && shown)) show(device, *entry);
-  if (!same || shown == entry->key.empty()) publish_soon();
+  if (!same || shown == entry->key.empty()) publish_soon_.request();
   return same ? Put::kSame : Put::kNew;
 }
 
@@ -131,7 +132,7 @@ std::optional<DiscoveryInbox::Entry> DiscoveryInbox::take(const DeviceName& devi
   by_rule_.erase(device);
   auto entry = std::move(found->second);
   entries_.erase(found);
-  publish_soon();
+  publish_soon_.request();
   return entry;
 }
 
@@ -172,13 +173,8 @@ std::vector<DeviceName> DiscoveryInbox::with_key(const std::string& key) const {
   return found;
 }
 
-void DiscoveryInbox::publish_soon() {
-  if (timer_.pending()) return;
-  timer_ = context_.scheduler.at(std::max(publish_at_, context_.clock.now().steady), [this] { publish(); });
-}
-
 void DiscoveryInbox::publish() {
-  publish_at_ = context_.clock.refresh().steady + kInboxPause;
+  context_.clock.refresh();
   Tree list = Tree::array();
   for (const auto& [device, entry] : entries_) {
     if (list.size() >= kMaxListed) break;

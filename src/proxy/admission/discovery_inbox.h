@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/paced_call.h"
 #include "proxy/admission/announced.h"
 #include "proxy/proxy.h"
 #include "proxy/proxy_context.h"
@@ -68,15 +69,13 @@ class DiscoveryInbox {
   void count(const Entry& entry, bool added);
   void show(const DeviceName& device, Entry& entry);
   void hide(Entry& entry);
-  void publish_soon();
 
   ProxyContext& context_;
   std::map<DeviceName, Entry> entries_;
   std::set<DeviceName> by_rule_;            ///< those ignored by rule
   std::map<std::string, DeviceName> keys_;  ///< published keys
   Counters counters_;
-  Timer timer_;
-  SteadyTime publish_at_{};  ///< not before
+  base::PacedCall publish_soon_;
 };
 
 }  // namespace rubicon::proxy::admission
