@@ -15,11 +15,11 @@
 #include "rubicon/key.hpp"
 #include "rubicon/result.hpp"
 
-/// What the simulators' scripts have in common: lines `at SPAN ...` with the times from the start, `#` begins a
-/// comment, `at SPAN repeat` begins again. A Step has `at`, `kind` (with kRepeat) and `line`.
+/// What the scripts of the simulators have in common: lines `at SPAN ...` with times from the start; `#` begins a
+/// comment; `at SPAN repeat` starts the script again. A Step has the members `at`, `kind` (with kRepeat) and `line`.
 namespace rubicon::simulation {
 
-/// How a kind of line looks: a word in capitals stands for something, the others for themselves.
+/// The form of a kind of line: words in capitals are placeholders, the others stand as they are.
 template <class Step>
 struct Form {
   typename Step::Kind kind;
@@ -29,13 +29,14 @@ struct Form {
 template <class Step>
 struct Grammar {
   std::span<const Form<Step>> forms;
-  /// Takes a word of a line for the wanted one of a form, SPAN for example; false: it is none. `first_span`: of `at`.
+  /// Reads a word of a line as a placeholder of its form, for example SPAN, into the step; false: it does not match.
+  /// `first_span`: the SPAN of `at`.
   bool (*take)(Step& step, std::string_view wanted, std::string_view word, bool first_span);
-  /// What is wrong with its numbers; empty = nothing.
-  std::string_view (*senseless)(const Step& step);
+  /// Why the values of a step are invalid; empty = they are valid.
+  std::string_view (*invalid_reason)(const Step& step);
 };
 
-/// Without its comment.
+/// The words of a line, without its comment.
 std::vector<std::string_view> words_of(std::string_view line);
 
 template <class Step>
@@ -51,7 +52,7 @@ std::optional<Step> step_of(const Grammar<Step>& grammar, const Form<Step>& form
   return step;
 }
 
-/// The forms a line can have been meant as: those with its word, else all.
+/// The forms that a wrong line may have been meant as: those with its keyword, otherwise all.
 template <class Step>
 std::string expected_for(const Grammar<Step>& grammar, const std::vector<std::string_view>& words) {
   std::string like_it, all;
@@ -72,7 +73,7 @@ Result<Step> read_line(const Grammar<Step>& grammar, const std::vector<std::stri
   if (!step)
     return fail(ErrorCode::kInvalid, fmt::format("line {}: {} ..., expected one of: {}", line, model::quoted(words[0]),
                                                  expected_for(grammar, words)));
-  if (const auto why = grammar.senseless(*step); !why.empty())
+  if (const auto why = grammar.invalid_reason(*step); !why.empty())
     return fail(ErrorCode::kInvalid, fmt::format("line {}: {}", line, why));
   step->line = line;
   return std::move(*step);
@@ -96,11 +97,11 @@ Result<std::vector<Step>> read_script(const Grammar<Step>& grammar, std::string_
       std::find_if(steps.begin(), steps.end(), [](auto& one) { return one.kind == Step::Kind::kRepeat; });
   if (repeat != steps.end() && repeat + 1 != steps.end())
     return fail(ErrorCode::kInvalid,
-                fmt::format("line {}: never done, expected a time before that of 'repeat'", (repeat + 1)->line));
+                fmt::format("line {}: is never reached, expected a time before that of 'repeat'", (repeat + 1)->line));
   return steps;
 }
 
-/// Takes the steps at their times, for ever if the script repeats. Destroyed = ended.
+/// Runs the steps at their times, for ever if the script repeats, until it is destroyed.
 template <class Step>
 class ScriptRun {
  public:
@@ -110,16 +111,16 @@ class ScriptRun {
   void begin() {
     began_ = scheduler_.now();
     next_ = 0;
-    go_on();
+    resume();
   }
 
  private:
-  void go_on() {
+  void resume() {
     while (next_ < steps_.size()) {
       const Step& step = steps_[next_];
       const auto due = began_ + step.at;
       if (due > scheduler_.now()) {
-        timer_ = scheduler_.at(due, [this] { go_on(); });
+        timer_ = scheduler_.at(due, [this] { resume(); });
         return;
       }
       ++next_;

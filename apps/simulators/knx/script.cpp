@@ -54,8 +54,8 @@ bool take(Step& step, std::string_view wanted, std::string_view word, bool first
   return true;
 }
 
-/// What is wrong with its numbers; empty = nothing. A step that takes no time would block the loop.
-std::string_view senseless(const Step& step) {
+/// Why the numbers of a step are invalid; empty = they are valid. A step that takes no time would block the loop.
+std::string_view invalid_reason(const Step& step) {
   using Kind = Step::Kind;
   const bool lasts = step.kind == Kind::kRamp || step.kind == Kind::kSilence || step.kind == Kind::kStop;
   if (lasts && step.span < kShortest) return "expected a SPAN of at least 1ms";
@@ -175,7 +175,7 @@ Result<Script> parse_script(std::string_view text) {
   const auto rest = take_groups(text, script.groups);
   if (!rest) return fail(rest.error());
   add_state_groups(script.groups);
-  auto steps = simulation::read_script<Step>({kForms, take, senseless}, *rest);
+  auto steps = simulation::read_script<Step>({kForms, take, invalid_reason}, *rest);
   if (!steps) return fail(steps.error());
   for (auto& step : *steps) {
     if (auto bound = bind(step, script.groups); !bound) return fail(bound.error());

@@ -34,21 +34,21 @@ struct Arguments {
 void describe(CLI::App& app, Arguments& a) {
   app.add_option("FILE", a.table, "devices: the original's properties file, or an island with a salad network (.yaml)")
       ->required();
-  app.add_option("--network", a.network, "which network of the island; the first of type salad if not given");
+  app.add_option("--network", a.network, "network of the island [the first of type salad]");
   app.add_option("--listen", a.port, "port for what the proxy sends; 0 = any free one [salad_port of FILE]")
       ->check(CLI::Range(0, 65535));
   app.add_option("--bind", a.bind,
                  "numeric address to listen on, `any` for all of the machine's [127.0.0.1 if the proxy is on this "
                  "machine, else any]");
   app.add_option("--proxy", a.proxy, "HOST:PORT that updates go to [localhost, rubicon_port of FILE]");
-  app.add_option("--period", a.period, "between two publications of all devices")->capture_default_str();
+  app.add_option("--period", a.period, "time between two publications of all devices")->capture_default_str();
   app.add_option("--script", a.script, "file with timed steps: `at 2s set 7 1`, see README of networks/salad");
   app.add_option("--noise", a.simulator.noise,
-                 "numbers move by up to so much, on/off sensors flip so often, in percent")
+                 "numbers vary by up to this, on/off sensors flip with this chance in percent")
       ->check(CLI::Range(0.0, 100.0));
   app.add_option("--misbehave", a.misbehave, "garbage, loss, duplicates, bursts, silence, all")->delimiter(',');
-  app.add_flag("--eager", a.simulator.eager, "publish without being asked");
-  app.add_option("--seed", a.simulator.seed, "of all chance")->capture_default_str();
+  app.add_flag("--eager", a.simulator.eager, "publish without a start datagram");
+  app.add_option("--seed", a.simulator.seed, "of all random numbers")->capture_default_str();
   app.add_option("--log-level", a.log_level, "what goes to standard error")
       ->check(CLI::IsMember({"debug", "info", "warning", "error", "off"}))
       ->capture_default_str();
@@ -152,7 +152,7 @@ int run(Arguments& a) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("SALAD without its flat: publishes the devices of a table to a Rubicon proxy, and takes its commands",
+  CLI::App app("SALAD without its flat: publishes the devices of a table to a Rubicon proxy and executes its commands",
                "salad-simulator");
   app.set_version_flag("--version", "salad-simulator " RUBICON_VERSION);
   Arguments arguments;

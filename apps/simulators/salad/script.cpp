@@ -49,8 +49,8 @@ bool take(Step& step, std::string_view wanted, std::string_view word, bool first
   return value.has_value();
 }
 
-/// What is wrong with its numbers; empty = nothing. What takes no time would never let the loop go.
-std::string_view senseless(const Step& step) {
+/// Why the numbers of a step are invalid; empty = they are valid. A step that takes no time would block the loop.
+std::string_view invalid_reason(const Step& step) {
   using Kind = Step::Kind;
   const bool moves = step.kind == Kind::kRandom || step.kind == Kind::kRamp;
   if (moves && step.span < kShortest) return "expected a SPAN of at least 1ms";
@@ -65,7 +65,7 @@ std::string_view senseless(const Step& step) {
 }  // namespace
 
 Result<std::vector<Step>> parse_script(std::string_view text) {
-  return simulation::read_script<Step>({kForms, take, senseless}, text);
+  return simulation::read_script<Step>({kForms, take, invalid_reason}, text);
 }
 
 }  // namespace rubicon::salad_simulator

@@ -59,7 +59,7 @@ Simulator::Simulator(SimulatorOptions options, Devices devices, std::vector<Step
       transports_(transports),
       log_(std::move(log)),
       bad_(bad_datagrams(unused_id(devices_))),
-      dice_(options_.seed) {
+      rng_(options_.seed) {
   for (const auto& [id, device] : devices_) stored_[id] = std::int64_t{0};
 }
 
@@ -114,7 +114,7 @@ void Simulator::received(ByteView bytes) {
 }
 
 bool Simulator::by_chance(double share) {
-  return std::uniform_real_distribution<>(0, 1)(dice_) < share;
+  return std::uniform_real_distribution<>(0, 1)(rng_) < share;
 }
 
 void Simulator::publish() {
@@ -163,7 +163,7 @@ Value Simulator::published(DeviceId id, const SaladDevice& device) {
   if (type->data == model::DataType::kBoolean)
     return by_chance(options_.noise / 100) ? Value(std::int64_t{now == 0 ? 1 : 0}) : stored;
   if (type->data != model::DataType::kReal) return stored;
-  const double moved = now + std::uniform_real_distribution<>(-options_.noise, options_.noise)(dice_);
+  const double moved = now + std::uniform_real_distribution<>(-options_.noise, options_.noise)(rng_);
   return number(std::clamp(moved, type->minimum, type->maximum));
 }
 
@@ -177,7 +177,7 @@ void Simulator::move_all() {
           std::min(1.0, static_cast<double>((now - motion.began).count()) / static_cast<double>(step.span.count()));
       stored_[id] = number(step.from + (step.to - step.from) * share);
     } else if (now >= motion.drawn) {
-      stored_[id] = number(std::round(std::uniform_real_distribution<>(step.from - 0.499, step.to + 0.499)(dice_)));
+      stored_[id] = number(std::round(std::uniform_real_distribution<>(step.from - 0.499, step.to + 0.499)(rng_)));
       motion.drawn = now + step.span;
     }
   }

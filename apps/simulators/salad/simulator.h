@@ -24,14 +24,16 @@ struct SimulatorOptions {
   std::string proxy_host = "localhost";  ///< where updates go
   std::uint16_t proxy_port = 9100;
   Duration period = std::chrono::milliseconds(500);
-  bool eager = false;  ///< publishes from the beginning, and whatever it is told
-  /// In percent: numbers that are no codes move by up to so much, on/off sensors flip for a period so often.
+  bool eager = false;  ///< publishes from the start, without a start datagram and after a stop datagram
+  /// 0..100: numbers that are no codes vary by up to this; on/off sensors flip for a period with this chance in
+  /// percent.
   double noise = 0;
   std::set<Misbehaviour> misbehaviours;
   std::uint64_t seed = 1;
 };
 
-/// Where to listen for a proxy on this host: on loopback alone if it is there too, else on all addresses.
+/// The address to listen on for a proxy on this host name: loopback if it is this machine, otherwise all addresses
+/// (empty).
 std::string listening_address(std::string_view proxy_host);
 
 /// SALAD as a proxy sees it (salad.md, section 6, simulation variant): after a start datagram it publishes the stored
@@ -48,7 +50,7 @@ class Simulator {
   Simulator(SimulatorOptions options, Devices devices, std::vector<Step> script, const TypeCatalogue& types,
             Scheduler& scheduler, transport::Transports& transports, Log log);
 
-  /// Binds and looks the proxy up, again and again until it is found; kBusy if the port is taken.
+  /// Opens its port and looks up the proxy's host, repeatedly until it is found. kBusy if the port is in use.
   Result<void> open();
 
   std::uint16_t port() const { return socket_ ? socket_->local().port : std::uint16_t{0}; }
@@ -83,14 +85,14 @@ class Simulator {
   Log log_;
   std::unique_ptr<transport::UdpSocket> socket_;
   std::unique_ptr<transport::Lookup> lookup_;
-  std::string proxy_;  ///< numeric; empty = not found yet
+  std::string proxy_;  ///< numeric address; empty = not looked up yet
   std::map<DeviceId, Value> stored_;
   std::map<DeviceId, Motion> motions_;
   bool publishing_ = false;
   SteadyTime silent_until_{};
   std::size_t next_bad_ = 0;
   std::vector<std::string> bad_;
-  std::mt19937_64 dice_;
+  std::mt19937_64 rng_;
   Counters counters_;
   Timer period_timer_, lookup_timer_;
 };

@@ -82,7 +82,7 @@ TEST_F(MotesProgram, ChecksItsScriptAgainstItsWorld) {
            {"# one\nat 1s explode 2\n", "script: line 2: "},
            {"at 1s kill 6\nat 1s kill 7\n", "script: line 2: there is no mote 7, expected one of 2 to 6"},
            {"at 1s sink-reboot 2\n", "script: line 1: there is no sink 2, expected 1 to 1"},
-           {"at 1s repeat\nat 2s kill 2\n", "script: line 2: never done"}}) {
+           {"at 1s repeat\nat 2s kill 2\n", "script: line 2: is never reached"}}) {
     const auto run = motes({"--script", write("script", script), "--port", "0"});
     EXPECT_EQ(run.code, 2) << script;
     EXPECT_THAT(run.errors, HasSubstr(said));

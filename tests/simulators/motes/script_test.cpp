@@ -62,8 +62,8 @@ TEST(MoteScript, SaysWhereAndWhatWasExpected) {
   EXPECT_THAT(refused("explode"), ::testing::AllOf(HasSubstr("'at SPAN reboot MOTE'"), HasSubstr("'at SPAN repeat'")));
   EXPECT_THAT(refused("at 0s repeat"), HasSubstr("at least 1ms"));
   EXPECT_EQ(refused("at 5s repeat\nat 1s kill 7\n\nat 9s kill 8"),
-            "line 4: never done, expected a time before that of 'repeat'");
-  EXPECT_THAT(refused("at 5s repeat\nat 9s repeat"), HasSubstr("line 2: never done"));
+            "line 4: is never reached, expected a time before that of 'repeat'");
+  EXPECT_THAT(refused("at 5s repeat\nat 9s repeat"), HasSubstr("line 2: is never reached"));
   EXPECT_THAT(refused("at 0s ramp 7 light 1 2 over 0s"), HasSubstr("at least 1ms"));
   for (const auto* bad :
        {"at 1 kill 7", "at -1s kill 7", "at 1s kill 0", "at 1s kill 70000", "at 1s kill 7@", "at 1s kill @1",
