@@ -11,14 +11,12 @@ if(RUBICON_LLD)
   add_link_options(-fuse-ld=lld)
 endif()
 
-# Compiles the files of a target in batches: most of the time is spent in the headers of libraries, not in our own lines.
-# Batches are bigger where everything is compiled once (preset release), smaller where one changed file compiles its batch
-# again. OFF compiles each file separately, which clang-tidy and the check for missing includes need.
+# Compiles the files of a target in batches of twelve: most of the time is spent in the headers of libraries, not in our
+# own lines. OFF compiles each file separately, which clang-tidy and the check for missing includes need.
 option(RUBICON_UNITY "Compile files of a target in batches" ON)
-set(RUBICON_UNITY_BATCH 12 CACHE STRING "Files in a batch")
 if(RUBICON_UNITY)
   set(CMAKE_UNITY_BUILD ON)
-  set(CMAKE_UNITY_BUILD_BATCH_SIZE ${RUBICON_UNITY_BATCH})
+  set(CMAKE_UNITY_BUILD_BATCH_SIZE 12)
 endif()
 
 option(RUBICON_WERROR "Treat compiler warnings as errors" ON)
