@@ -9,8 +9,8 @@ namespace rubicon::cli {
 namespace {
 
 constexpr const char* kAbout =
-    "What the islands of RUBICON have and do: every sensor and actuator as a tuple that can be read, watched and\n"
-    "commanded. Finds islands on this host with no configuration.\n\n"
+    "Reads, watches and commands the sensors and actuators of RUBICON islands, each of them a tuple.\n"
+    "Finds the islands of this host without configuration.\n\n"
     "A TUPLE is a key (proxy.dummy-rooms.living.sensor.light-1.value), with its owner in front where several\n"
     "islands have it (6541:proxy...), or short: living.light-1, dummy-rooms.living.light-1.\n"
     "A PATTERN is a key in which * stands for one part and a last ** for the rest.";
@@ -55,17 +55,17 @@ CLI::App* Cli::command_in_ecology(const Text& text, SessionRun run) {
   });
 }
 
-CLI::Option* add_span(CLI::App* app, const std::string& name, std::string& text, const std::string& about) {
-  return app->add_option(name, text, about)->type_name("SPAN")->check(wrong_with_span);
+CLI::Option* add_duration_option(CLI::App* app, const std::string& name, std::string& text, const std::string& about) {
+  return app->add_option(name, text, about)->type_name("SPAN")->check(check_duration);
 }
 
 int Cli::run(int argc, const char* const* argv) {
-  std::signal(SIGPIPE, SIG_IGN);  // a reader that goes is no accident
+  std::signal(SIGPIPE, SIG_IGN);  // a closed pipe is not an error
   try {
     app_.parse(argc, argv);
   } catch (const CLI::ParseError& error) {  // also --help and --version, which end well
     if (error.get_exit_code() == 0) return app_.exit(error);
-    say(usage::explain(app_, error));
+    print_error(usage::explain(app_, error));
     return kUsage;
   }
   return dispatch();
@@ -74,7 +74,7 @@ int Cli::run(int argc, const char* const* argv) {
 int Cli::dispatch() {
   const auto settings = settings_.read();
   if (!settings) {
-    say(settings.error().text);
+    print_error(settings.error().text);
     return kUsage;
   }
   for (const auto& [app, run] : commands_) {

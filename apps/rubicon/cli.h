@@ -9,23 +9,23 @@
 
 namespace rubicon::cli {
 
-/// The program: what its command line may be, and what is done for it.
+/// The command line of the program and the commands behind it.
 class Cli {
  public:
   using Run = std::function<int(const Settings&)>;
   using SessionRun = std::function<int(Session&)>;
 
   Cli();
-  /// Its exit code.
+  /// Returns the exit code.
   int run(int argc, const char* const* argv);
 
   struct Text {
     std::string name, summary, examples;  ///< a line of `examples` is indented
     CLI::App* under = nullptr;            ///< a command that has this one as its own subcommand
   };
-  /// A subcommand; `run` is called when it stands on the command line.
+  /// Adds a subcommand; `run` is called if the command line names it.
   CLI::App* command(const Text& text, Run run);
-  /// The same for those that need to be in the ecology.
+  /// The same for a command that needs a client.
   CLI::App* command_in_ecology(const Text& text, SessionRun run);
 
   CLI::App& app() { return app_; }
@@ -38,8 +38,8 @@ class Cli {
   std::vector<std::pair<CLI::App*, Run>> commands_;
 };
 
-/// An option that is a SPAN (`250ms`, `5s`).
-CLI::Option* add_span(CLI::App* app, const std::string& name, std::string& text, const std::string& about);
+/// Adds an option whose value is a duration (`250ms`, `5s`).
+CLI::Option* add_duration_option(CLI::App* app, const std::string& name, std::string& text, const std::string& about);
 
 // Each adds one command, or a few that belong together.
 void add_islands(Cli& cli);

@@ -6,7 +6,7 @@
 
 #include "apps/rubicon/cli.h"
 #include "apps/rubicon/device_options.h"
-#include "apps/rubicon/near.h"
+#include "apps/rubicon/suggestions.h"
 #include "apps/rubicon/tuple_text.h"
 #include "apps/rubicon/type_text.h"
 #include "model/json_members.h"
@@ -51,10 +51,10 @@ std::string condition_of(const Device& device) {
 }
 
 /// What the words of a query that found nothing may have been meant for.
-std::string near_query(Session& session, const client::DeviceQuery& query) {
+std::string suggest_query(Session& session, const client::DeviceQuery& query) {
   const auto all = session.client().devices({}, session.settings().patience);
-  auto near = query.type.empty() ? std::string() : near_type(all, query.type);
-  if (near.empty() && !query.name.empty()) near = near_device(all, query.name);
+  auto near = query.type.empty() ? std::string() : suggest_type(all, query.type);
+  if (near.empty() && !query.name.empty()) near = suggest_device(all, query.name);
   return near;
 }
 
@@ -62,7 +62,7 @@ int list(Session& session, const DeviceOptions& options) {
   session.discover();
   const auto query = options.query();
   const auto found = session.client().devices(query, session.settings().patience);
-  if (found.empty()) return session.nothing("no such device", near_query(session, query));
+  if (found.empty()) return session.not_found("no such device", suggest_query(session, query));
   Table table({{"DEVICE", Column::Kind::kKey},
                {"NAME", Column::Kind::kText, 2},
                {"STATUS", Column::Kind::kText},
@@ -123,7 +123,7 @@ void write_head(Session& session, const Device& device) {
     if (text.empty()) return;
     const auto room = look.width > 2 * kName ? look.width - kName : 0;
     auto before = bold(fmt::format("{:<{}}", name, kName), look.colour);
-    for (const auto& line : wrapped(clean(text), room))
+    for (const auto& line : wrapped(printable(text), room))
       session.out().line(std::exchange(before, std::string(kName, ' ')) + line);
   };
   put("device", name_of(device.island, device.key()));
@@ -162,7 +162,7 @@ void describe_for_people(Session& session, const Device& device, const Tree& tre
     table.row({std::string(to_string(place.kind)), place.id, point.value(), model::unit_text(point.unit),
                status.quality, age_text(status.heard, session.now()), about ? range_text(*about) : "", status.command});
     const bool is_told = status.reason.empty() || status.reason == device.reason || status.reason == device.line.reason;
-    if (!is_told) reasons += fmt::format("{} is {}\n", clean(place.id), clean(quality_text(point)));
+    if (!is_told) reasons += fmt::format("{} is {}\n", printable(place.id), printable(quality_text(point)));
   }
   if (table.empty()) return;
   session.out().write("\n" + table.text(session.look()) + (reasons.empty() ? "" : "\n" + reasons));

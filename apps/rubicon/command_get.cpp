@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 
 #include "apps/rubicon/cli.h"
-#include "apps/rubicon/near.h"
+#include "apps/rubicon/suggestions.h"
 #include "apps/rubicon/target.h"
 #include "apps/rubicon/tuple_text.h"
 #include "model/json_members.h"
@@ -26,7 +26,7 @@ class Sheet {
   Sheet(WallTime now, bool colour) : now_(now), colour_(colour) {}
 
   void put(const char* name, const std::string& text) {
-    out_ += fmt::format("{} {}\n", bold(fmt::format("{:<10}", name), colour_), clean(text));
+    out_ += fmt::format("{} {}\n", bold(fmt::format("{:<10}", name), colour_), printable(text));
   }
   void put(const char* name, WallTime time) {
     put(name,
@@ -106,19 +106,20 @@ void show(Session& session, const Point& point, const GetOptions& options) {
   auto& out = session.out();
   const auto& tuple = point.tuple;
   if (session.json()) return out.line(model::dump(point_json(point)));
-  if (options.all) return out.write(all_text(point, session.who(tuple.creator), session.now(), out.has_colour()));
-  const auto value = out.is_terminal() ? clean(tuple.value) : tuple.value;
+  if (options.all)
+    return out.write(all_text(point, session.component_text(tuple.creator), session.now(), out.has_colour()));
+  const auto value = out.is_terminal() ? printable(tuple.value) : tuple.value;
   const bool named = options.targets.size() > 1;
   out.line(named ? fmt::format("{} {}", name_of(tuple.owner, tuple.key), value) : value);
 }
 
-/// What a reader has to know before he believes the value.
-int judge(Session& session, const Point& point, const GetOptions& options) {
+/// Prints quality and reason of a value that is not good.
+int report_quality(Session& session, const Point& point, const GetOptions& options) {
   if (point.status.quality.empty() || point.good()) return kGood;
   if (!options.quiet) {
     session.out().flush();
     const bool can_be_asked = point.value().empty() && point.key().find(".sensor.") != std::string::npos;
-    say(clean(
+    print_error(printable(
         fmt::format("{} is {}; last heard {}{}", name_of(point.tuple.owner, point.key()), quality_text(point),
                     point.status.heard == WallTime{} ? "never" : age_text(point.status.heard, session.now()) + " ago",
                     can_be_asked ? "; --fresh asks the device" : "")));
@@ -129,26 +130,26 @@ int judge(Session& session, const Point& point, const GetOptions& options) {
 int get_one(Session& session, const std::string& text, const GetOptions& options) {
   const auto typed = parse_target(text);
   if (!typed) {
-    say(typed.error().text);
+    print_error(typed.error().text);
     return kUsage;
   }
   const auto candidates = resolve(session, *typed, "value");
   if (candidates.empty())
-    return session.nothing(fmt::format("no tuple {}", clean(text)), near_tuple(session, text, "value"));
+    return session.not_found(fmt::format("no tuple {}", printable(text)), suggest_tuple(session, text, "value"));
   if (candidates.size() > 1) return ambiguous(text, candidates);
   auto found = read_one(session, candidates[0]);
-  if (!found) return session.nothing(fmt::format("no tuple {} any more", clean(text)));
+  if (!found) return session.not_found(fmt::format("tuple {} is gone", printable(text)));
   if (options.fresh) {
     auto newer = fresh_value(session, candidates[0], found->tuple);
     if (!newer) {
-      say(fmt::format("{} did not get a new value in time{}{}", name_of(candidates[0].owner, candidates[0].key),
-                      found->status.quality.empty() ? "" : ": it is ", clean(quality_text(*found))));
+      print_error(fmt::format("{} got no new value in time{}{}", name_of(candidates[0].owner, candidates[0].key),
+                              found->status.quality.empty() ? "" : ": it is ", printable(quality_text(*found))));
       return kTimedOut;
     }
     found = std::move(newer);
   }
   show(session, *found, options);
-  return judge(session, *found, options);
+  return report_quality(session, *found, options);
 }
 
 int get(Session& session, const GetOptions& options) {
@@ -166,18 +167,18 @@ void add_get(Cli& cli) {
   auto* app = cli.command_in_ecology(
       {"get", "Show the value of a tuple",
        "  rubicon get living.light-1\n"
-       "  rubicon get --fresh living.light-1           # ask the sensor, wait for what it says\n"
-       "  rubicon get --any-quality --quiet living.lamp-1 # the value, whatever it is worth\n"
+       "  rubicon get --fresh living.light-1           # ask the sensor and wait for its answer\n"
+       "  rubicon get --any-quality --quiet living.lamp-1 # the value, whatever its quality\n"
        "  rubicon get --all 6541:proxy.networks        # creator, times, media type, sequence number\n"
        "The value goes to standard output. If its quality is not good, quality and reason go to standard error,\n"
        "and the exit code is 10.\n"},
       [options](Session& session) { return get(session, *options); });
   app->add_option("TUPLE", options->targets, "key, with ISLAND: in front where several have it; or DEVICE.POINT")
       ->required();
-  app->add_flag("--all", options->all, "everything about it");
-  app->add_flag("--fresh", options->fresh, "subscribe, so that its sensor measures, and wait for the next value");
-  app->add_flag("--any-quality", options->any_quality, "exit code 0 whatever the quality is");
-  app->add_flag("--quiet", options->quiet, "nothing about the quality on standard error");
+  app->add_flag("--all", options->all, "all properties of the tuple");
+  app->add_flag("--fresh", options->fresh, "wake the sensor by a subscription, and wait for its next value");
+  app->add_flag("--any-quality", options->any_quality, "exit code 0 for every quality");
+  app->add_flag("--quiet", options->quiet, "do not print the quality on standard error");
 }
 
 }  // namespace rubicon::cli

@@ -35,7 +35,7 @@ int list(Session& session, const InboxOptions& options) {
       line.update(Line::parse(tuple.value, nullptr, false));
       session.out().line(model::dump(line));
     }
-    table.row({session.who(tuple.owner), model::text_of(about, "key"), model::text_of(about, "name"),
+    table.row({session.component_text(tuple.owner), model::text_of(about, "key"), model::text_of(about, "name"),
                model::text_of(about, "model"), model::text_of(about, "address"),
                age_text(model::time_of(about, "since"), session.now()), model::text_of(about, "why")});
   }
@@ -45,13 +45,13 @@ int list(Session& session, const InboxOptions& options) {
   const auto inboxes = session.read({options.owner(), island.inbox()});
   for (const auto& tuple : inboxes)
     ignored += static_cast<std::size_t>(std::max(0.0, model::number_of(model::object_of(tuple.value), "ignored")));
-  if (inboxes.empty()) return session.nothing("no inbox");
-  if (table.empty()) session.out().line("nobody waits");
+  if (inboxes.empty()) return session.not_found("no inbox");
+  if (table.empty()) session.out().line("no device waits");
   if (ignored > 0) session.out().line(fmt::format("{} ignored", counted(ignored, "device")));
   return kGood;
 }
 
-/// Islands whose inbox has (or for a pattern: that have an inbox at all).
+/// Islands whose inbox has this entry (or, for the key of an inbox: that have one).
 std::set<OwnerId> islands_for(Session& session, const InboxOptions& options, const std::string& key) {
   std::set<OwnerId> islands;
   for (const auto& tuple : session.read({options.owner(), key})) islands.insert(tuple.owner);
@@ -67,12 +67,12 @@ int decide(Session& session, const InboxOptions& options, const std::string& wor
   auto islands = single ? islands_for(session, options, one) : std::set<OwnerId>();
   const bool waits = !islands.empty();
   if (!waits) islands = islands_for(session, options, inbox);
-  if (islands.empty()) return session.nothing("no inbox");
+  if (islands.empty()) return session.not_found("no inbox");
   if (islands.size() > 1) {
     std::vector<std::string> names;
-    for (const auto id : islands) names.push_back(session.who(id));
-    say(fmt::format("{} may be of island {}: say which with --island", model::quoted(options.which),
-                    fmt::join(names, " or ")));
+    for (const auto id : islands) names.push_back(session.component_text(id));
+    print_error(fmt::format("{} may be of island {}; choose one with --island", model::quoted(options.which),
+                            fmt::join(names, " or ")));
     return kUsage;
   }
   const auto outcome = waits ? session.client().command(*islands.begin(), one, word)
@@ -84,9 +84,9 @@ int decide(Session& session, const InboxOptions& options, const std::string& wor
                                     {"state", outcome.state},
                                     {"reason", outcome.reason}}));
   } else if (outcome.good()) {
-    session.out().line(fmt::format("{} {}", word == "approve" ? "approved" : "ignored", clean(options.which)));
+    session.out().line(fmt::format("{} {}", word == "approve" ? "approved" : "ignored", printable(options.which)));
   } else {
-    say(fmt::format("{} {}: {}", outcome.state, model::quoted(options.which), clean(outcome.reason)));
+    print_error(fmt::format("{} {}: {}", outcome.state, model::quoted(options.which), printable(outcome.reason)));
   }
   return exit_code_of(outcome.state);
 }
@@ -97,14 +97,14 @@ void add_inbox(Cli& cli) {
   const auto options = std::make_shared<InboxOptions>();
   const auto action = std::make_shared<std::string>("list");
   auto* app =
-      cli.command_in_ecology({"inbox", "List devices that wait for a decision, and decide about them",
+      cli.command_in_ecology({"inbox", "List devices that wait for a decision; approve or ignore them",
                               "  rubicon inbox\n"
                               "  rubicon inbox approve dummy-new.guest\n"
-                              "  rubicon inbox ignore 'dummy-new.*' --island 6541     # all that wait and fit\n"},
+                              "  rubicon inbox ignore 'dummy-new.*' --island 6541     # all that match\n"},
                              [options, action](Session& session) {
                                if (*action == "list") return list(session, *options);
                                if (!options->which.empty()) return decide(session, *options, *action);
-                               say(fmt::format("{} which device? expected NETWORK.DEVICE", *action));
+                               print_error(fmt::format("{}: no device given; expected NETWORK.DEVICE", *action));
                                return static_cast<int>(kUsage);
                              });
   app->add_option("ACTION", *action, "list, approve or ignore")->check(CLI::IsMember({"list", "approve", "ignore"}));

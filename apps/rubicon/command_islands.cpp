@@ -55,7 +55,7 @@ int list(Session& session, bool all) {
                age_text(one.summary.since, session.now()), island ? std::to_string(devices_of(one.summary)) : "",
                networks_of(one.summary)});
   }
-  if (table.empty()) return session.nothing(all ? "no component" : "no island");
+  if (table.empty()) return session.not_found(all ? "no component" : "no island");
   if (!session.json()) session.out().write(table.text(session.look()));
   return kGood;
 }
@@ -64,7 +64,7 @@ int list(Session& session, bool all) {
 
 void add_islands(Cli& cli) {
   const auto all = std::make_shared<bool>(false);
-  auto* app = cli.command_in_ecology({"islands", "List the islands: name, host, networks, numbers of devices",
+  auto* app = cli.command_in_ecology({"islands", "List the islands: name, host, networks, number of devices",
                                       "  rubicon islands\n"
                                       "  rubicon islands --all --json     # robots and tools too\n"},
                                      [all](Session& session) { return list(session, *all); });

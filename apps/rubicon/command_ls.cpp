@@ -4,8 +4,8 @@
 #include <iterator>
 
 #include "apps/rubicon/cli.h"
-#include "apps/rubicon/near.h"
 #include "apps/rubicon/selection.h"
+#include "apps/rubicon/suggestions.h"
 #include "apps/rubicon/tuple_text.h"
 #include "base/natural_order.h"
 #include "model/json_members.h"
@@ -62,14 +62,14 @@ std::vector<Point> all_that_fit(Session& session, const Selections& selections) 
 int list(Session& session, const std::string& text) {
   const auto selections = parse_selections(text.empty() ? usual_pattern(session.settings()) : text, "value");
   if (!selections) {
-    say(selections.error().text);
+    print_error(selections.error().text);
     return kUsage;
   }
   const auto found = all_that_fit(session, *selections);
   if (found.empty()) {
     const bool exact = !text.empty() && selections->front().pattern.exact();
-    return session.nothing(fmt::format("no tuple fits {}", selections->back().text),
-                           exact ? near_tuple(session, text, "value") : std::string());
+    return session.not_found(fmt::format("no tuple matches {}", selections->back().text),
+                             exact ? suggest_tuple(session, text, "value") : std::string());
   }
   Table table({{"TUPLE", Column::Kind::kKey},
                {"VALUE", Column::Kind::kValue},
@@ -90,7 +90,7 @@ int list(Session& session, const std::string& text) {
 
 void add_ls(Cli& cli) {
   const auto pattern = std::make_shared<std::string>();
-  auto* app = cli.command_in_ecology({"ls", "List the tuples that fit a pattern, with their values",
+  auto* app = cli.command_in_ecology({"ls", "List the tuples that match a pattern, with their values",
                                       "  rubicon ls                                   # the values of all points\n"
                                       "  rubicon ls 'proxy.*.*.status'                # devices\n"
                                       "  rubicon ls 'living.*'                        # the values of one device\n"

@@ -50,7 +50,7 @@ int list(Session& session, const NetworksOptions& options) {
   std::map<Name, Counters> before;
   if (!options.length.empty()) {
     for (const auto& network : look()) before[{network.island, network.id}] = counters_of(network.properties);
-    session.run([] { return false; }, span_of(options.length));
+    session.run([] { return false; }, parse_duration_or(options.length));
   }
   using Kind = Column::Kind;
   Table table({{"NETWORK", Kind::kKey},
@@ -71,7 +71,7 @@ int list(Session& session, const NetworksOptions& options) {
                fmt::format("{}/{}", network.reachable, network.devices), losses_text(losses_of(counters), growth),
                network.line.reason});
   }
-  if (table.empty()) return session.nothing("no network");
+  if (table.empty()) return session.not_found("no network");
   if (!session.json()) session.out().write(table.text(session.look()));
   return kGood;
 }
@@ -81,17 +81,18 @@ int list(Session& session, const NetworksOptions& options) {
 void add_networks(Cli& cli) {
   const auto options = std::make_shared<NetworksOptions>();
   auto* app = cli.command_in_ecology(
-      {"networks", "List the networks: state of the line, since, why, next attempt, devices, losses",
+      {"networks", "List the networks: line state, since, reason, next attempt, devices, losses",
        "  rubicon networks\n"
-       "  rubicon networks --for 10s                   # and what was lost within ten seconds\n"
+       "  rubicon networks --for 10s                   # and the losses within ten seconds\n"
        "  rubicon networks --island 6541 --json        # all counters\n"
-       "DEVICES are those that can be reached, of all; LOST are counters of what was dropped, refused or not\n"
-       "understood since the island started.\n"},
+       "DEVICES: reachable devices of all devices. LOST: counters of dropped, refused and malformed messages\n"
+       "since the island started.\n"},
       [options](Session& session) { return list(session, *options); });
   app->add_option("--island", options->island, "of this island only")
       ->type_name("ID")
       ->check(CLI::Range(1U, model::kMaxIslandId).description(""));
-  add_span(app, "--for", options->length, "look twice, so far apart, and show what grew");
+  add_duration_option(app, "--for", options->length,
+                      "compare two observations this far apart, and show which losses grew");
 }
 
 }  // namespace rubicon::cli

@@ -46,9 +46,9 @@ void show(Session& session, const client::UserMessage& message, const ReceiveOpt
   if (session.json()) return out.line(model::dump(json_of(message, session.now())));
   if (options.raw) return out.write(message.bytes);
   const bool hex = options.hex || !base::is_utf8(message.bytes);
-  const auto text = hex ? base::to_hex(base::as_bytes(message.bytes)) : clean(message.bytes);
-  out.line(
-      fmt::format("{}  {}  {}: {}", clock_text(session.now()), clean(sender_of(message)), clean(message.type), text));
+  const auto text = hex ? base::to_hex(base::as_bytes(message.bytes)) : printable(message.bytes);
+  out.line(fmt::format("{}  {}  {}: {}", clock_text(session.now()), printable(sender_of(message)),
+                       printable(message.type), text));
 }
 
 int receive(Session& session, const ReceiveOptions& options) {
@@ -58,10 +58,11 @@ int receive(Session& session, const ReceiveOptions& options) {
     ++received;
     show(session, message, options);
   });
-  say(fmt::format("waiting as {} for messages {}", number(session.client().id()),
-                  options.type.empty() ? "of every type" : "of type " + clean(options.type)));
-  session.run([&] { return options.count > 0 && received >= options.count; }, span_of(options.length, Duration::max()));
-  // Who sent the last message has its answer before this program is gone; what comes now is refused.
+  print_error(fmt::format("waiting as {} for messages {}", number(session.client().id()),
+                          options.type.empty() ? "of every type" : "of type " + printable(options.type)));
+  session.run([&] { return options.count > 0 && received >= options.count; },
+              parse_duration_or(options.length, Duration::max()));
+  // Gives the sender of the last message its acknowledgement before the program ends; later messages are refused.
   listening = {};
   if (received > 0) session.run([] { return false; }, kLastWords);
   return received == 0 && !session.interrupted() ? kNotThere : kGood;
@@ -81,7 +82,7 @@ void add_receive(Cli& cli) {
                           });
   app->add_option("--type", options->type, "messages of this type only; of every type if not given");
   options->as.add_to(*app);
-  add_span(app, "--for", options->length, "end after this time");
+  add_duration_option(app, "--for", options->length, "end after this time");
   app->add_option("--count", options->count, "end after so many messages")->type_name("N")->check(CLI::PositiveNumber);
   auto* hex = app->add_flag("--hex", options->hex, "show the bytes in hex");
   app->add_flag("--raw", options->raw, "nothing but the bytes, as they came")->excludes(hex);

@@ -24,11 +24,11 @@ struct RecordOptions {
 class Complaints final : public base::LogSink {
  public:
   void write(base::LogLevel level, std::string_view, std::string_view text) override {
-    if (level >= base::LogLevel::kWarning) say(text);
+    if (level >= base::LogLevel::kWarning) print_error(text);
   }
 };
 
-/// Whose recording it becomes: nobody = that was said on standard error.
+/// The island to record; nullopt after the error was printed.
 OwnerId island_of(Session& session, const RecordOptions& options) {
   if (options.island != 0) return OwnerId(options.island);
   session.discover();
@@ -37,9 +37,9 @@ OwnerId island_of(Session& session, const RecordOptions& options) {
   std::string ids;
   for (const auto& island : islands) ids += fmt::format(" {}", number(island.id));
   if (islands.empty()) {
-    std::ignore = session.nothing("no island to record");
+    std::ignore = session.not_found("no island to record");
   } else {
-    say(fmt::format("a recording is of one island, say which with --island:{}", ids));
+    print_error(fmt::format("a recording holds one island; choose it with --island:{}", ids));
   }
   return model::kNoOwner;
 }
@@ -73,7 +73,7 @@ int record(Session& session, const RecordOptions& options) {
   if (island == model::kNoOwner) return session.client().islands().empty() ? kNotThere : kUsage;
   const auto patterns = patterns_of(options, session.settings().prefix, island);
   if (!patterns) {
-    say(patterns.error().text);
+    print_error(patterns.error().text);
     return kUsage;
   }
   config::RecorderSetup setup;
@@ -81,7 +81,7 @@ int record(Session& session, const RecordOptions& options) {
   setup.file = options.file;
   setup.patterns = *patterns;
   setup.active = options.active;
-  setup.minimum = span_of(options.minimum);
+  setup.minimum = parse_duration_or(options.minimum);
   setup.rotation = {std::nullopt, std::nullopt, std::nullopt};
   Complaints complaints;
   transport::LocalTransports files;
@@ -94,9 +94,9 @@ int record(Session& session, const RecordOptions& options) {
   if (options.active) {
     Selections woken;
     for (const auto& pattern : *patterns) woken.push_back({pattern, to_string(pattern)});
-    tell_who_wakes(client, woken);
+    warn_if_many_wake(client, woken);
   }
-  session.run([] { return false; }, span_of(options.length, Duration::max()));
+  session.run([] { return false; }, parse_duration_or(options.length, Duration::max()));
   recorder.flush();
   return finish(session, recorder, options.file);
 }
@@ -117,8 +117,8 @@ void add_record(Cli& cli) {
       ->type_name("ID")
       ->check(CLI::Range(1U, model::kMaxIslandId).description(""));
   app->add_flag("--active", options->active, "wake the sensors, so that they measure");
-  add_span(app, "--min-interval", options->minimum, "at most one record of a tuple in this time");
-  add_span(app, "--for", options->length, "end after this time");
+  add_duration_option(app, "--min-interval", options->minimum, "at most one record of a tuple in this time");
+  add_duration_option(app, "--for", options->length, "end after this time");
 }
 
 }  // namespace rubicon::cli

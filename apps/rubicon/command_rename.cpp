@@ -20,7 +20,7 @@ struct RenameOptions {
 
 int rename(Session& session, const RenameOptions& options) {
   if (!options.has_name() && !options.has_area()) {
-    say("rename: expected a NAME, --area AREA, or both");
+    print_error("rename: expected a NAME, --area AREA, or both");
     return kUsage;
   }
   client::Device device;
@@ -45,7 +45,7 @@ int rename(Session& session, const RenameOptions& options) {
                                    name.empty() ? "without a given name" : model::quoted(name),
                                    area.empty() ? "" : " in " + model::quoted(area)));
   } else {
-    say(fmt::format("{}: {}", outcome.state, clean(outcome.reason)));
+    print_error(fmt::format("{}: {}", outcome.state, printable(outcome.reason)));
   }
   return exit_code_of(outcome.state);
 }
@@ -58,7 +58,7 @@ void add_rename(Cli& cli) {
       {"rename", "Give a device a name for people and the area where it is",
        "  rubicon rename dummy-rooms.living 'Living lamp' --area 'Living room'\n"
        "  rubicon rename dummy-rooms.living --area Attic\n"
-       "  rubicon rename dummy-rooms.living '' --area ''        # nothing given any more\n"
+       "  rubicon rename dummy-rooms.living '' --area ''        # removes both\n"
        "The island keeps both in its state file; keys stay. What its configuration says goes before.\n"},
       [options](Session& session) { return rename(session, *options); });
   app->add_option("DEVICE", options->device, "key part, network.device, whole key, name or address")->required();

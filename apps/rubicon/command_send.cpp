@@ -64,9 +64,9 @@ int tell(Session& session, OwnerId to, std::size_t bytes, const std::string& why
     session.out().line(
         model::dump({{"to", number(to)}, {"bytes", bytes}, {"ok", why_not.empty()}, {"reason", why_not}}));
   } else if (why_not.empty()) {
-    session.out().line(fmt::format("sent {} to {}", counted(bytes, "byte"), session.who(to)));
+    session.out().line(fmt::format("sent {} to {}", counted(bytes, "byte"), session.component_text(to)));
   } else {
-    say(fmt::format("{} did not take it: {}", session.who(to), clean(why_not)));
+    print_error(fmt::format("{} did not take it: {}", session.component_text(to), printable(why_not)));
   }
   return why_not.empty() ? kGood : kRefused;
 }
@@ -74,15 +74,15 @@ int tell(Session& session, OwnerId to, std::size_t bytes, const std::string& why
 int send(Session& session, const SendOptions& options) {
   const auto bytes = content(options);
   if (!bytes) {
-    say(bytes.error().text);
+    print_error(bytes.error().text);
     return bytes.error().code == ErrorCode::kIo ? kFailed : kUsage;
   }
   const auto found = components_called(session, options.to);
-  if (found.empty()) return session.nothing(fmt::format("no component {}", model::quoted(options.to)));
+  if (found.empty()) return session.not_found(fmt::format("no component {}", model::quoted(options.to)));
   if (found.size() > 1) {
     std::string ids;
     for (const auto id : found) ids += fmt::format(" {}", number(id));
-    say(fmt::format("{} is the name of several components, say which:{}", model::quoted(options.to), ids));
+    print_error(fmt::format("{} is the name of several components; use an id:{}", model::quoted(options.to), ids));
     return kUsage;
   }
   std::optional<std::string> answer;
@@ -95,7 +95,7 @@ int send(Session& session, const SendOptions& options) {
   }
   if (session.run([&] { return answer.has_value(); }, session.settings().patience + std::chrono::seconds(5)))
     return tell(session, found[0], bytes->size(), *answer);
-  say(fmt::format("{} did not answer", session.who(found[0])));
+  print_error(fmt::format("{} did not answer", session.component_text(found[0])));
   return kTimedOut;
 }
 
@@ -104,7 +104,7 @@ int send(Session& session, const SendOptions& options) {
 void add_send(Cli& cli) {
   const auto options = std::make_shared<SendOptions>();
   auto* app =
-      cli.command_in_ecology({"send", "Send a message to a component, for those there who wait for its type",
+      cli.command_in_ecology({"send", "Send a message of a type to a component",
                               "  rubicon send 70001 --type chat 'come to the kitchen'\n"
                               "  rubicon send 6541 --type image --file map.png\n"
                               "  date | rubicon send robot --type clock -\n"

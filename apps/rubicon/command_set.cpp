@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 
 #include "apps/rubicon/cli.h"
-#include "apps/rubicon/near.h"
+#include "apps/rubicon/suggestions.h"
 #include "apps/rubicon/target.h"
 #include "apps/rubicon/tuple_text.h"
 #include "model/json_members.h"
@@ -41,12 +41,12 @@ int tell(Session& session, const Target& target, const std::string& value, const
     return exit_code_of(outcome.state);
   }
   const auto text = fmt::format("{} after {}{}{}", painted(outcome.state, outcome.state, session.look().colour),
-                                seconds_text(took), outcome.reason.empty() ? "" : ": ", clean(outcome.reason));
+                                seconds_text(took), outcome.reason.empty() ? "" : ": ", printable(outcome.reason));
   session.out().line(fmt::format("{} {}", name_of(target.owner, target.key), text));
   return exit_code_of(outcome.state);
 }
 
-/// The one tuple that is meant, or the exit code. Whoever names an owner and a whole key may also set what is not there
+/// The one tuple that is meant, or the exit code. With an owner and a whole key it may also be a tuple that is absent
 /// yet: the owner decides.
 struct Meant {
   std::optional<Target> target;
@@ -55,16 +55,16 @@ struct Meant {
 Meant meant(Session& session, const std::string& text, std::string_view last) {
   const auto typed = parse_target(text);
   if (!typed) {
-    say(typed.error().text);
+    print_error(typed.error().text);
     return {{}, kUsage};
   }
   if (typed->owner && !long_form(*typed, last)) return {Target{*typed->owner, typed->key}, kGood};
   auto candidates = resolve(session, *typed, last);
   if (candidates.empty() && typed->owner) return {Target{*typed->owner, typed->key}, kGood};
   if (candidates.empty()) {
-    return {
-        {},
-        session.nothing(fmt::format("no tuple {} that could be set", clean(text)), near_tuple(session, text, last))};
+    return {{},
+            session.not_found(fmt::format("no tuple {} that could be set", printable(text)),
+                              suggest_tuple(session, text, last))};
   }
   if (candidates.size() > 1) return {{}, ambiguous(text, candidates)};
   return {std::move(candidates[0]), kGood};
@@ -75,7 +75,7 @@ class Waiting {
  public:
   explicit Waiting(Session& session) : session_(session) {}
 
-  void told(const Outcome& outcome) {
+  void update(const Outcome& outcome) {
     if (outcome.reason == said_.reason) return;
     said_ = outcome;
     pause_ = session_.client().after(kMoment, [this] { tell(); });
@@ -86,8 +86,8 @@ class Waiting {
 
   void tell() {
     const auto left = std::chrono::duration<double>(said_.until - session_.now()).count();
-    say(fmt::format("{}: {}{}", said_.state, clean(said_.reason),
-                    left > 0 ? fmt::format(" (at most {:.1f} s more)", left) : std::string()));
+    print_error(fmt::format("{}: {}{}", said_.state, printable(said_.reason),
+                            left > 0 ? fmt::format(" (at most {:.1f} s more)", left) : std::string()));
   }
 
   Session& session_;
@@ -100,9 +100,9 @@ int set(Session& session, const SetOptions& options) {
   if (!which.target) return which.code;
   const auto start = std::chrono::steady_clock::now();
   Waiting waiting(session);
-  auto outcome =
-      session.client().command(which.target->owner, which.target->key, options.value, span_of(options.ttl),
-                               span_of(options.wait, kUsualWait), [&](const Outcome& now) { waiting.told(now); });
+  auto outcome = session.client().command(which.target->owner, which.target->key, options.value,
+                                          parse_duration_or(options.ttl), parse_duration_or(options.wait, kUsualWait),
+                                          [&](const Outcome& now) { waiting.update(now); });
   const auto took = std::chrono::steady_clock::now() - start;
   look_closer(session, *which.target, outcome);
   return tell(session, *which.target, options.value, outcome, took);
@@ -135,15 +135,15 @@ int ask(Session& session, const SetOptions& options,
 
 int append(Session& session, const SetOptions& options) {
   return ask(session, options, [&](TupleSpace& space, const Target& target, tuples::ReplyCall call) {
-    space.append_remote(target.owner, target.key, options.value, span_of(options.ttl), std::move(call),
+    space.append_remote(target.owner, target.key, options.value, parse_duration_or(options.ttl), std::move(call),
                         {.media_type = ""});
   });
 }
 
-/// Nobody deletes what another one owns: its owner is asked to let it expire at once.
+/// Only its owner can delete a tuple: asks the owner to let it expire at once.
 int erase(Session& session, const SetOptions& options) {
   return ask(session, options, [&](TupleSpace& space, const Target& target, tuples::ReplyCall call) {
-    space.set_remote(target.owner, target.key, "", span_of(options.ttl), std::move(call),
+    space.set_remote(target.owner, target.key, "", parse_duration_or(options.ttl), std::move(call),
                      {.lifetime = std::chrono::milliseconds(1)});
   });
 }
@@ -151,7 +151,7 @@ int erase(Session& session, const SetOptions& options) {
 void add_target(CLI::App* app, SetOptions& options) {
   app->add_option("TUPLE", options.target, "key, with OWNER: in front where several have it; or DEVICE.POINT")
       ->required();
-  add_span(app, "--ttl", options.ttl, "time to live: what waits for longer expires; 5s if not given");
+  add_duration_option(app, "--ttl", options.ttl, "time to live: what waits for longer expires; 5s if not given");
 }
 
 }  // namespace
@@ -169,8 +169,8 @@ void add_set(Cli& cli) {
       [options](Session& session) { return set(session, *options); });
   add_target(app, *options);
   app->add_option("VALUE", options->value, "as text, in the unit of the point")->required();
-  add_span(app, "--wait", options->wait,
-           "wait for so long for news of a command that must have ended, 15s if not given");
+  add_duration_option(app, "--wait", options->wait,
+                      "wait for so long for news of a command that must have ended, 15s if not given");
 
   const auto more = std::make_shared<SetOptions>();
   app = cli.command_in_ecology({"append", "Add text behind the value of a tuple, if its owner lets others do that",

@@ -26,7 +26,7 @@ struct TopOptions {
 class Top {
  public:
   Top(Session& session, const TopOptions& options) : session_(session), options_(options) {
-    interval_ = std::max(kShortest, span_of(options.interval, std::chrono::seconds(2)));
+    interval_ = std::max(kShortest, parse_duration_or(options.interval, std::chrono::seconds(2)));
   }
 
   int run(const Selections& selections) {
@@ -45,7 +45,7 @@ class Top {
     session_.discover();
     begin_round();
     session_.run([this] { return options_.rounds > 0 && done_ >= options_.rounds; },
-                 span_of(options_.length, Duration::max()));
+                 parse_duration_or(options_.length, Duration::max()));
     return kGood;
   }
 
@@ -111,7 +111,7 @@ class Top {
 int top(Session& session, const TopOptions& options) {
   const auto selections = parse_selections(options.patterns, session.settings().prefix + ".**", "value");
   if (!selections) {
-    say(selections.error().text);
+    print_error(selections.error().text);
     return kUsage;
   }
   return Top(session, options).run(*selections);
@@ -126,12 +126,12 @@ void add_top(Cli& cli) {
                                       "  rubicon top --by device 'proxy.*.*.sensor.**'\n"
                                       "  rubicon top --rounds 1 --interval 10s --json\n"},
                                      [options](Session& session) { return top(session, *options); });
-  app->add_option("PATTERN", options->patterns, "which tuples; everything if none");
-  app->add_option("--by", options->by, "what is counted together: tuple, device, network or island")
+  app->add_option("PATTERN", options->patterns, "tuples to count; default: all");
+  app->add_option("--by", options->by, "unit of counting: tuple, device, network or island")
       ->check(CLI::IsMember({"tuple", "device", "network", "island"}));
-  add_span(app, "--interval", options->interval, "length of a round, 2s if not given");
+  add_duration_option(app, "--interval", options->interval, "length of a round; default 2s");
   app->add_option("--rounds", options->rounds, "end after so many rounds")->type_name("N")->check(CLI::PositiveNumber);
-  add_span(app, "--for", options->length, "end after this time");
+  add_duration_option(app, "--for", options->length, "end after this time");
 }
 
 }  // namespace rubicon::cli

@@ -23,8 +23,8 @@ void draw(const Node& node, const std::string& margin, std::string& out) {
   std::size_t left = node.below.size();
   for (const auto& [name, child] : node.below) {
     const bool last = --left == 0;
-    out += fmt::format("{}{}{}{}{}\n", margin, last ? "└─ " : "├─ ", clean(name), child.about.empty() ? "" : "  ",
-                       clean(child.about));
+    out += fmt::format("{}{}{}{}{}\n", margin, last ? "└─ " : "├─ ", printable(name), child.about.empty() ? "" : "  ",
+                       printable(child.about));
     draw(child, margin + (last ? "   " : "│  "), out);
   }
 }
@@ -35,7 +35,7 @@ Line json_of(const Node& node) {
   return line;
 }
 
-/// What stands behind a point: value with unit, quality, age.
+/// The text after a point: value with unit, quality, age.
 using About = std::map<std::pair<OwnerId, std::string>, std::string>;
 
 About about_points(const std::vector<client::Point>& points, WallTime now) {
@@ -69,7 +69,7 @@ int tree(Session& session, const DeviceOptions& options) {
   session.discover();
   const auto query = options.query();
   const auto devices = session.client().devices(query, session.settings().patience);
-  if (devices.empty()) return session.nothing("no such device");
+  if (devices.empty()) return session.not_found("no such device");
   const auto points =
       session.client().read_points({query.island, model::any_point().text}, session.settings().patience);
   const auto about = points ? about_points(*points, session.now()) : About();
@@ -90,7 +90,7 @@ int tree(Session& session, const DeviceOptions& options) {
       session.out().line(model::dump({{"island", number(id)}, {"name", node.about}, {"networks", json_of(node)}}));
       continue;
     }
-    std::string text = bold(fmt::format("{} {}", number(id), clean(node.about)), session.look().colour) + "\n";
+    std::string text = bold(fmt::format("{} {}", number(id), printable(node.about)), session.look().colour) + "\n";
     draw(node, "", text);
     session.out().write(text);
   }

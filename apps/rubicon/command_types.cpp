@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "apps/rubicon/cli.h"
-#include "apps/rubicon/near.h"
+#include "apps/rubicon/suggestions.h"
 #include "apps/rubicon/tuple_text.h"
 #include "apps/rubicon/type_text.h"
 #include "model/former_types.h"
@@ -46,8 +46,8 @@ int list(const Settings& settings, const std::string& word) {
                std::string(to_string(type->data)), range_text(*type), std::string(type->quantity)});
   }
   if (table.empty()) {
-    const auto near = near_type({}, word);
-    say(fmt::format("no type fits {}{}{}", model::quoted(word), near.empty() ? "" : "; ", near));
+    const auto near = suggest_type({}, word);
+    print_error(fmt::format("no type matches {}{}{}", model::quoted(word), near.empty() ? "" : "; ", near));
     return kNotThere;
   }
   if (!settings.json) out.write(table.text({out.has_colour(), out.width()}));
@@ -64,7 +64,7 @@ void add_types(Cli& cli) {
                            "  rubicon types ppm --json\n"
                            "These are the types every island knows; a site may declare its own (docs/types.md).\n"},
                           [word](const Settings& settings) { return list(settings, *word); });
-  app->add_option("WORD", *word, "part of the name, quantity or unit, or the number; all types if none");
+  app->add_option("WORD", *word, "part of the name, quantity or unit, or the number; default: all types");
 }
 
 }  // namespace rubicon::cli

@@ -5,8 +5,8 @@
 #include <set>
 
 #include "apps/rubicon/cli.h"
-#include "apps/rubicon/near.h"
 #include "apps/rubicon/selection.h"
+#include "apps/rubicon/suggestions.h"
 #include "apps/rubicon/tuple_text.h"
 #include "apps/rubicon/woken.h"
 #include "model/json_members.h"
@@ -30,7 +30,7 @@ struct WatchOptions {
   std::size_t count = 0;
 };
 
-/// Longer than any terminal lives, and still a time that can be added to now.
+/// Practically unlimited, and still safe to add to the current time.
 constexpr Duration kForEver = std::chrono::hours(24 * 365 * 20);
 
 /// Shows events as they come.
@@ -40,13 +40,14 @@ class Watch {
       : session_(session),
         options_(options),
         selections_(std::move(selections)),
-        flow_{span_of(options.minimum), span_of(options.maximum), options.dead_band, options.passive},
-        whole_(std::min(span_of(options.length, kForEver), kForEver)),
+        flow_{parse_duration_or(options.minimum), parse_duration_or(options.maximum), options.dead_band,
+              options.passive},
+        whole_(std::min(parse_duration_or(options.length, kForEver), kForEver)),
         start_(session.now()) {}
 
   int run() {
     for (const auto& selection : selections_) follow(selection);
-    if (!options_.passive) tell_who_wakes(session_.client(), selections_);
+    if (!options_.passive) warn_if_many_wake(session_.client(), selections_);
     const auto enough = [this] { return options_.count > 0 && shown_ >= options_.count; };
     const auto end = session_.now() + std::chrono::ceil<std::chrono::microseconds>(whole_);
     session_.run([&] { return shown_ > 0 || enough(); }, std::min(session_.settings().patience, whole_));
@@ -126,9 +127,9 @@ class Watch {
     const auto measured = tuple.user_time == WallTime{} ? tuple.write_time : tuple.user_time;
     const auto time = clock_text(event == PointEvent::kValue ? measured : session_.now());
     const bool has_news = event == PointEvent::kState || (!point.status.quality.empty() && !point.good());
-    const auto quality = has_news ? "  " + clean(quality_text(point)) : std::string();
-    const auto rest =
-        event == PointEvent::kRemoved ? fmt::format(" {}", what) : fmt::format(" = {}{}", clean(tuple.value), quality);
+    const auto quality = has_news ? "  " + printable(quality_text(point)) : std::string();
+    const auto rest = event == PointEvent::kRemoved ? fmt::format(" {}", what)
+                                                    : fmt::format(" = {}{}", printable(tuple.value), quality);
     auto name = name_of(tuple.owner, tuple.key);
     const auto used = characters(time) + 2 + characters(rest);
     const auto width = session_.look().width;
@@ -139,14 +140,15 @@ class Watch {
   void explain_silence() {
     const auto& last = selections_.back();
     const bool exact = !options_.patterns.empty() && selections_.front().pattern.exact();
-    std::ignore = session_.nothing(fmt::format("nothing fits {} yet", last.text),
-                                   exact ? near_tuple(session_, options_.patterns.back(), "value") : std::string());
+    std::ignore =
+        session_.not_found(fmt::format("nothing fits {} yet", last.text),
+                           exact ? suggest_tuple(session_, options_.patterns.back(), "value") : std::string());
   }
 
   void sum_up() {
     session_.out().flush();
-    say(fmt::format("{} of {} in {}", counted(shown_, "event"), counted(values_.size(), "tuple"),
-                    age_text(start_, session_.now())));
+    print_error(fmt::format("{} of {} in {}", counted(shown_, "event"), counted(values_.size(), "tuple"),
+                            age_text(start_, session_.now())));
   }
 
   Session& session_;
@@ -165,7 +167,7 @@ int watch(Session& session, const WatchOptions& options) {
   const auto any_point = model::IslandKey{session.settings().prefix}.network("*").device("*").point("*", "*");
   auto selections = parse_selections(options.patterns, any_point.value(), "value");
   if (!selections) {
-    say(selections.error().text);
+    print_error(selections.error().text);
     return kUsage;
   }
   return Watch(session, options, std::move(*selections)).run();
@@ -175,24 +177,25 @@ int watch(Session& session, const WatchOptions& options) {
 
 void add_watch(Cli& cli) {
   const auto options = std::make_shared<WatchOptions>();
-  auto* app =
-      cli.command_in_ecology({"watch", "Show what happens to tuples, line by line; sensors that are watched measure",
-                              "  rubicon watch                                  # the values of all points\n"
-                              "  rubicon watch living.light-1 --min-interval 1s\n"
-                              "  rubicon watch 'proxy.*.*.status' --passive --json\n"
-                              "  rubicon watch 'proxy.*.*.sensor.contact-*.value' --changes --for 1h\n"
-                              "The quality stands behind a value that is not good, and a line comes when it changes.\n"
-                              "A subscription wakes the sensors it fits; --passive only looks at what others wake.\n"
-                              "With a * within a part it wakes 9000 at most, says so, and ends with 1.\n"},
-                             [options](Session& session) { return watch(session, *options); });
-  app->add_option("PATTERN", options->patterns, "which tuples, also DEVICE.POINT; the values of all points if none");
-  app->add_flag("--changes", options->changes, "only values that differ from the one before");
+  auto* app = cli.command_in_ecology(
+      {"watch", "Print changes of tuples, one per line; wakes the sensors that match",
+       "  rubicon watch                                  # the values of all points\n"
+       "  rubicon watch living.light-1 --min-interval 1s\n"
+       "  rubicon watch 'proxy.*.*.status' --passive --json\n"
+       "  rubicon watch 'proxy.*.*.sensor.contact-*.value' --changes --for 1h\n"
+       "The quality follows a value that is not good; a change of quality has a line of its own.\n"
+       "A subscription wakes the sensors that match; --passive shows only what others wake.\n"
+       "With a * within a part it wakes at most 9000, warns beyond that, and ends with 1.\n"},
+      [options](Session& session) { return watch(session, *options); });
+  app->add_option("PATTERN", options->patterns,
+                  "tuples to watch, also DEVICE.POINT; default: the values of all points");
+  app->add_flag("--changes", options->changes, "only values that differ from the previous one");
   app->add_flag("--passive", options->passive, "wake no sensors");
-  add_span(app, "--min-interval", options->minimum, "at most one event of a tuple in this time");
-  add_span(app, "--max-interval", options->maximum, "the value again if nothing came for so long");
+  add_duration_option(app, "--min-interval", options->minimum, "at most one event of a tuple in this time");
+  add_duration_option(app, "--max-interval", options->maximum, "repeat the value after this time without a change");
   app->add_option("--dead-band", options->dead_band, "hold back changes smaller than this")
       ->check(CLI::NonNegativeNumber);
-  add_span(app, "--for", options->length, "end after this time");
+  add_duration_option(app, "--for", options->length, "end after this time");
   app->add_option("--count", options->count, "end after so many lines")->type_name("N")->check(CLI::PositiveNumber);
 }
 

@@ -13,7 +13,7 @@ namespace rubicon::cli {
 
 namespace {
 
-/// Somebody waits at the keyboard.
+/// Short, because a user waits at the keyboard.
 constexpr Duration kPatience = std::chrono::milliseconds(700);
 
 struct Words {
@@ -104,7 +104,7 @@ int complete(const CLI::App& app, const Settings& settings, const std::vector<st
     for (auto& one : live(settings, question, typed)) offers.push_back(one);
   }
   for (const auto& one : offers) {
-    if (one.starts_with(typed)) out.line(clean(one));
+    if (one.starts_with(typed)) out.line(printable(one));
   }
   return ended(out, kGood);
 }

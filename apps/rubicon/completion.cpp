@@ -43,7 +43,7 @@ bool expects_value(const CLI::App& app, const CLI::App* sub, const std::string& 
   return false;
 }
 
-/// What stands behind the command and is neither an option nor the value of one.
+/// The words after the command that are neither options nor their values.
 std::vector<std::string> words_behind(const CLI::App& app, const CLI::App& sub,
                                       const std::vector<std::string>& before) {
   std::vector<std::string> words;

@@ -8,13 +8,13 @@
 
 namespace rubicon::cli {
 
-/// What only the islands know.
+/// What to ask the islands for.
 enum class Wanted { kNothing, kTuple, kValue, kDevice, kComponent, kWaiting };
 struct Question {
   Wanted wanted = Wanted::kNothing;
-  std::string tuple;  ///< whose value is wanted
+  std::string tuple;  ///< the tuple whose values are offered
 };
-/// What stands behind these words.
+/// What the next word after these may be.
 Question wanted_at(const CLI::App& app, const std::vector<std::string>& before);
 
 /// The words that a value may be, by the JSON that describes its point; none for numbers.

@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
-#include "apps/rubicon/near.h"
 #include "apps/rubicon/session.h"
+#include "apps/rubicon/suggestions.h"
 #include "apps/rubicon/tuple_text.h"
 #include "base/text.h"
 
@@ -51,11 +51,12 @@ int one_device(Session& session, std::string_view word, client::Device& device) 
   session.discover();
   const auto all = session.client().devices({}, session.settings().patience);
   auto found = devices_called(all, word);
-  if (found.empty()) return session.nothing(fmt::format("no device {}", model::quoted(word)), near_device(all, word));
+  if (found.empty())
+    return session.not_found(fmt::format("no device {}", model::quoted(word)), suggest_device(all, word));
   if (found.size() > 1) {
     std::string names;
     for (const auto& one : found) names += "\n  " + name_of(one.island, one.key());
-    say(fmt::format("{} may be each of these devices, say which:{}", model::quoted(word), names));
+    print_error(fmt::format("{} is ambiguous; name one of these devices:{}", model::quoted(word), names));
     return kUsage;
   }
   device = std::move(found[0]);

@@ -9,7 +9,7 @@ namespace rubicon::cli {
 
 class Session;
 
-/// Which devices, as options: --network, --type, --name, --area, --island.
+/// Options that select devices: --network, --type, --name, --area, --island.
 class DeviceOptions {
  public:
   void add_to(CLI::App& app);
@@ -24,7 +24,7 @@ class DeviceOptions {
 /// with `6541:` in front; else a name (`Living room`) or an address.
 std::vector<client::Device> devices_called(const std::vector<client::Device>& all, std::string_view word);
 
-/// The one that is meant: kGood, or the exit code of what was said on standard error.
+/// Finds the one device that `word` means: kGood, or an exit code after the error was printed.
 int one_device(Session& session, std::string_view word, client::Device& device);
 
 }  // namespace rubicon::cli

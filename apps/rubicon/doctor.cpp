@@ -13,12 +13,12 @@ namespace {
 
 using Grade = Finding::Grade;
 
-/// Other domains that are looked into; each costs some threads for a moment.
-constexpr std::size_t kMostDomains = 8;
+/// Other domains that are examined; each costs some threads for a moment.
+constexpr std::size_t kMaxDomains = 8;
 /// Announcements come at least this often.
 constexpr std::chrono::milliseconds kListening{2500};
 
-/// Looks at one thing after the other, and keeps what it finds.
+/// Runs the checks one after the other and collects their findings.
 class Doctor {
  public:
   Doctor(const Settings& settings, Duration length) : settings_(settings), options_(settings.options), length_(length) {
@@ -34,7 +34,7 @@ class Doctor {
     const auto ours = here.find(options_.domain);
     const auto processes = ours == here.end() ? 0 : ours->second;
     add({check_places(options_.domain, processes)});
-    // DDS does not come to an end where nothing reaches it any more: only looked into where UDP passes.
+    // DDS does not shut down where no datagram reaches it, so a client is opened only where UDP passes.
     const bool passes = !has_problem("firewall");
     if (passes && !has_problem("participant-index") && !has_problem("interface")) look_inside(processes);
     for (const auto& peer : options_.peers) {
@@ -58,7 +58,7 @@ class Doctor {
     });
   }
 
-  /// A rule that drops UDP shows at this host's own addresses, too.
+  /// A rule that drops UDP also drops it between this host's own addresses.
   void look_at_udp() {
     for (const auto& name : options_.interfaces) {
       const auto found =
@@ -93,19 +93,19 @@ class Doctor {
         static_cast<unsigned>(std::count_if(seen.begin(), seen.end(), [](const auto& one) { return one.present; }));
     if (processes > 0 && present == 0 && !has_problem("firewall")) {
       add({{"tag", Grade::kNote,
-            fmt::format("{} of this host in domain {} do not show themselves here", counted(processes, "program"),
+            fmt::format("{} of this host use domain {}, but were not discovered", counted(processes, "program"),
                         options_.domain),
-            "they have another tuples.tag or other interfaces, or are no components of Rubicon"}});
+            "they use another tuples.tag or other interfaces, or are not Rubicon components"}});
     }
     for (const auto& text : complaints_)
-      add({{"complaint", Grade::kNote, text, "said while this looked; " + page("errors.md")}});
+      add({{"complaint", Grade::kNote, text, "reported during the check; " + page("errors.md")}});
   }
 
   void examine(const IslandSeen& seen) {
     const auto name = name_of(seen.island);
     if (!seen.answers)
-      return add({{"islands", Grade::kProblem, fmt::format("island {} is there, but does not answer", name),
-                   "its program hangs, or the way back to this host is blocked: allow UDP in both directions"}});
+      return add({{"islands", Grade::kProblem, fmt::format("island {} is present, but does not answer", name),
+                   "its program hangs, or UDP to this host is blocked: allow it in both directions"}});
     add({{"islands", Grade::kGood, fmt::format("island {} answers", name)}});
     const auto now = std::chrono::floor<std::chrono::microseconds>(std::chrono::system_clock::now());
     add(check_lines(seen, now));
@@ -133,7 +133,7 @@ class Doctor {
       auto options = options_;
       options.domain = domain;
       options.warn = nullptr;
-      if (clients.size() >= kMostDomains) break;
+      if (clients.size() >= kMaxDomains) break;
       if (auto opened = Client::open(options)) clients.emplace_back(domain, std::move(*opened));
     }
     for (const auto& entry : clients) {
@@ -142,7 +142,7 @@ class Doctor {
       client.discover();
       for (const auto& island : client.islands()) {
         add({{"other-domain", islands_ == 0 ? Grade::kProblem : Grade::kNote,
-              fmt::format("island {} {} is in domain {}, this looks in domain {}", number(island.id),
+              fmt::format("island {} {} is in domain {}, rubicon looks in domain {}", number(island.id),
                           island.summary.name, entry.first, options_.domain),
               fmt::format("--domain {} or RUBICON_DOMAIN={}; or tuples.domain: {} of the island", entry.first,
                           entry.first, options_.domain)}});
@@ -164,12 +164,12 @@ void show(Output& out, const Findings& findings) {
   for (const auto& one : findings) {
     const auto grade = std::string(to_string(one.grade));
     out.line(fmt::format("{}  {:<17}  {}", painted(grade, fmt::format("{:<7}", grade), look.colour), one.check,
-                         clean(one.what)));
-    if (!one.mend.empty()) out.line(fmt::format("{:<9}{:<19}{}", "", "to mend it:", clean(one.mend)));
+                         printable(one.what)));
+    if (!one.fix.empty()) out.line(fmt::format("{:<9}{:<19}{}", "", "fix:", printable(one.fix)));
   }
 }
 
-/// Nothing is wrong where everything is good; that all local users have access is not a fault.
+/// The note `access` is always there, and not counted.
 std::string verdict(const Findings& findings) {
   std::size_t problems = 0, notes = 0;
   for (const auto& one : findings) {
@@ -191,7 +191,7 @@ int doctor(const Settings& settings, Duration length) {
       out.line(model::dump({{"check", finding.check},
                             {"grade", to_string(finding.grade)},
                             {"what", finding.what},
-                            {"mend", finding.mend}}));
+                            {"mend", finding.fix}}));
     }
   } else {
     show(out, findings);
@@ -204,17 +204,18 @@ int doctor(const Settings& settings, Duration length) {
 
 void add_doctor(Cli& cli) {
   const auto length = std::make_shared<std::string>();
-  auto* app = cli.command({"doctor", "Say what is wrong with the ecology as seen from here, and how to mend it",
-                           "  rubicon doctor\n"
-                           "  rubicon doctor --interfaces eth0 --peers 10.0.0.2\n"
-                           "  rubicon doctor --json\n"
-                           "Ends with 1 if it found a problem. It looks at interfaces, multicast, UDP, free places,\n"
-                           "other domains, ids that are taken twice, versions; and at each island twice: lines,\n"
-                           "devices, losses, disks, clock, inbox.\n"},
-                          [length](const Settings& settings) {
-                            return doctor(settings, span_of(*length, std::chrono::milliseconds(2500)));
-                          });
-  add_span(app, "--for", *length, "time between the two looks, 2.5s if not given");
+  auto* app =
+      cli.command({"doctor", "Diagnose the ecology as seen from this host, and name the fixes",
+                   "  rubicon doctor\n"
+                   "  rubicon doctor --interfaces eth0 --peers 10.0.0.2\n"
+                   "  rubicon doctor --json\n"
+                   "Exit code 1 if there is a problem. Checks interfaces, multicast, UDP, free participant indexes,\n"
+                   "other domains, duplicate ids and protocol versions; and of each island, twice, its lines,\n"
+                   "devices, losses, disks, clock and inbox.\n"},
+                  [length](const Settings& settings) {
+                    return doctor(settings, parse_duration_or(*length, std::chrono::milliseconds(2500)));
+                  });
+  add_duration_option(app, "--for", *length, "time between the two checks of an island; default 2.5s");
 }
 
 }  // namespace rubicon::cli

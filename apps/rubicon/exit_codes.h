@@ -4,7 +4,7 @@
 
 namespace rubicon::cli {
 
-/// What the program ends with; the same table stands in `rubicon --help` and docs/cli.md.
+/// Exit codes of the program; the same table is in `rubicon --help` and docs/cli.md.
 enum ExitCode : int {
   kGood = 0,
   kFailed = 1,      ///< the network, a file, or (doctor) something is wrong
@@ -18,7 +18,7 @@ enum ExitCode : int {
   kNotGood = 10     ///< `get`: the value was shown, its quality is not good
 };
 
-/// Of the word for an outcome (docs/life-of-a-command.md); a word that nobody knows is kFailed.
+/// The exit code of an outcome (docs/life-of-a-command.md); kFailed for an unknown word.
 int exit_code_of(std::string_view state);
 
 inline constexpr const char* kExitCodes =

@@ -37,7 +37,7 @@ Finding check_interface(const std::string& name, bool needs_multicast, const std
             fmt::format("ip address add ADDRESS/24 dev {}, or wait for DHCP", name)};
   if (needs_multicast && !found->has_multicast)
     return {kMulticast, Grade::kProblem,
-            fmt::format("{} ({}) has no multicast: components there cannot find each other", name, found->address),
+            fmt::format("{} ({}) has no multicast: components there cannot discover each other", name, found->address),
             fmt::format("name the other hosts (--peers, tuples.peers), or: ip link set {} multicast on", name)};
   return {"interface", Grade::kGood, fmt::format("{} ({}) is up", name, found->address)};
 }
@@ -69,22 +69,22 @@ Findings check_interfaces(const client::Options& options, const std::vector<tran
 Finding check_places(std::uint32_t domain, unsigned processes) {
   if (processes >= tuples::dds::kMaxProcessesPerHost)
     return {"participant-index", Grade::kProblem,
-            fmt::format("all {} places of this host in domain {} are taken: no participant index is free",
+            fmt::format("all {} participant indexes of this host in domain {} are in use",
                         tuples::dds::kMaxProcessesPerHost, domain),
             "end programs that are not needed (`ss -lunp` lists them), or give some islands another tuples.domain"};
   return {"participant-index", Grade::kGood,
-          fmt::format("{} of {} places of this host in domain {} are taken", processes,
+          fmt::format("{} of {} participant indexes of this host in domain {} are in use", processes,
                       tuples::dds::kMaxProcessesPerHost, domain)};
 }
 
 Finding check_peer(const std::string& peer, std::uint32_t domain, const Probe& probe) {
   const auto ports = fmt::format("{} to {}", 7400 + 250 * domain, 7649 + 250 * domain);
   if (!probe.error.empty())
-    return {"firewall", Grade::kProblem, fmt::format("nothing can be sent to peer {}: {}", peer, probe.error),
-            fmt::format("look at the routes (`ip route get {}`) and at rules for outgoing UDP on this host", peer)};
+    return {"firewall", Grade::kProblem, fmt::format("cannot send to peer {}: {}", peer, probe.error),
+            fmt::format("check the routes (`ip route get {}`) and at rules for outgoing UDP on this host", peer)};
   if (probe.silent > 0 && !probe.closed_port_refused)
     return {"firewall", Grade::kProblem,
-            fmt::format("peer {} does not answer to UDP: it is off, or a firewall drops", peer),
+            fmt::format("peer {} does not answer to UDP: it is off, or a firewall drops the datagrams", peer),
             fmt::format("allow UDP ports {} in both directions on both hosts", ports)};
   if (probe.silent == 0)
     return {"peer", Grade::kNote,
@@ -98,13 +98,12 @@ Findings check_versions(const std::vector<client::ComponentStart>& seen, unsigne
   for (const auto& one : seen) {
     if (!one.present || one.version == ours) continue;
     all.push_back({kVersion, Grade::kProblem,
-                   fmt::format("component {} on {} speaks version {} of the protocol, this program version {}: they "
-                               "cannot talk to each other",
+                   fmt::format("component {} on {} uses protocol version {}, this program version {}: they "
+                               "cannot communicate",
                                number(one.id), who(one), one.version, ours),
                    one.version > ours ? "install the same version of Rubicon here" : "install this version there"});
   }
-  if (all.empty())
-    all.push_back({kVersion, Grade::kGood, fmt::format("all that were met speak version {} of the protocol", ours)});
+  if (all.empty()) all.push_back({kVersion, Grade::kGood, fmt::format("all components use protocol version {}", ours)});
   return all;
 }
 
@@ -120,13 +119,13 @@ Findings check_twins(const std::vector<client::ComponentStart>& seen) {
     for (const auto* one : twins) places += (places.empty() ? "" : " and ") + who(*one);
     const auto id = number(entry.first);
     all.push_back({kTwins, Grade::kProblem,
-                   there > 1 ? fmt::format("id {} is taken by {} programs: {}", id, there, places)
-                             : fmt::format("id {} started {} times while this looked: {}", id, twins.size(), places),
-                   fmt::format("give one of them another island.id; the one that started later ends by itself. Right "
-                               "after a kill or a restart of {}, look again in some seconds",
+                   there > 1 ? fmt::format("id {} is used by {} programs: {}", id, there, places)
+                             : fmt::format("id {} started {} times during the check: {}", id, twins.size(), places),
+                   fmt::format("give one of them another island.id; the one that started later exits by itself. Right "
+                               "after a kill or a restart of {}, run doctor again in some seconds",
                                id)});
   }
-  if (all.empty()) all.push_back({kTwins, Grade::kGood, "no id is taken twice"});
+  if (all.empty()) all.push_back({kTwins, Grade::kGood, "no duplicate ids"});
   return all;
 }
 

@@ -10,29 +10,29 @@
 
 namespace rubicon::cli {
 
-/// One thing that `rubicon doctor` looked at.
+/// The result of one check of `rubicon doctor`.
 struct Finding {
   enum class Grade { kGood, kNote, kProblem };
-  std::string check;  ///< its name, for programs too
+  std::string check;  ///< its name, also in JSON
   Grade grade = Grade::kGood;
   std::string what;
-  std::string mend{};  ///< what to do about it
+  std::string fix{};  ///< what to do about it; member `mend` in JSON
 };
 std::string_view to_string(Finding::Grade grade);
 
 using Findings = std::vector<Finding>;
 
-// Pure: what follows from what was seen. Each gives one finding or more of one name.
+// Pure functions of what was observed. Each returns findings of one check.
 
-/// `no-multicast`: interfaces that are not there, are down, or cannot find others.
+/// `no-multicast`: interfaces that do not exist, are down, or cannot discover others.
 Findings check_interfaces(const client::Options& options, const std::vector<transport::Interface>& there);
-/// `participant-index`: no place for one more process in the domain.
+/// `participant-index`: no free index for one more process in the domain.
 Finding check_places(std::uint32_t domain, unsigned processes);
 /// `firewall`, of a peer.
 Finding check_peer(const std::string& peer, std::uint32_t domain, const Probe& probe);
 /// `version`: components that speak another version of the protocol.
 Findings check_versions(const std::vector<client::ComponentStart>& seen, unsigned ours);
-/// `island-twice`: ids with two starts that are there at the same time, or that came and went.
+/// `island-twice`: ids with several starts, present at the same time or one after the other.
 Findings check_twins(const std::vector<client::ComponentStart>& seen);
 
 }  // namespace rubicon::cli

@@ -18,19 +18,19 @@ std::map<unsigned, unsigned> processes_by_domain(const std::set<unsigned>& ports
 std::set<unsigned> ports_in(std::string_view table);
 std::set<unsigned> bound_ports();
 
-/// A datagram from this address to itself arrives.
+/// Whether a datagram from this address to itself arrives.
 bool passes_udp(const std::string& address);
 
-/// What became of datagrams to the ports of a peer.
+/// The result of sending datagrams to the ports of a peer.
 struct Probe {
-  std::string error;  ///< the system's word why nothing can be sent; empty = it can
+  std::string error;  ///< the system's text why nothing can be sent; empty = sent
   unsigned refused = 0, silent = 0;
-  bool closed_port_refused = false;  ///< one that nobody has: the host answers
+  bool closed_port_refused = false;  ///< an unused port refused: the host answers
 };
-/// `host` or `host:port`. Takes some 0.7 s; the name is asked for in the usual way of the system.
+/// `host` or `host:port`. Takes about 0.7 s; blocks while the system resolves the name.
 Probe probe_peer(const std::string& peer, unsigned domain);
 
-/// Domains in which somebody announces itself by multicast on this interface, this one left out.
+/// Domains other than `except` whose components announce themselves by multicast on this interface.
 std::set<unsigned> domains_heard(const std::string& address, unsigned except, std::chrono::milliseconds patience);
 
 }  // namespace rubicon::cli

@@ -19,13 +19,13 @@ using Grade = Finding::Grade;
 constexpr const char* kLine = "line";
 constexpr const char* kLoss = "loss";
 constexpr const char* kDisk = "disk";
-/// A line that is being opened for longer is one that does not open.
+/// A line that is connecting for longer is a problem.
 constexpr std::chrono::seconds kOpening{10};
-/// Clocks may differ by this much: commands and values have no shorter lives.
+/// Larger differences between clocks are a problem.
 constexpr std::chrono::seconds kClock{2};
-/// Less room on a disk is soon none.
+/// Less free space is a problem.
 constexpr std::uint64_t kLittleRoom = 100'000'000;
-/// A clock that says less was never set (it is the year 2020).
+/// A clock before 2020 was never set.
 constexpr WallTime kEarliest{std::chrono::seconds(1'577'836'800)};
 
 std::string megabytes(std::uint64_t bytes) {
@@ -37,18 +37,18 @@ Finding check_line(const IslandSeen& seen, const Network& network, WallTime when
   const auto what = fmt::format("network {} of island {}: ", network.id, name_of(seen.island));
   const auto since = age_text(line.since, when);
   if (line.works()) {
-    const auto told = fmt::format("{}{} for {}, {} of {} devices reachable", what, line.line, since, network.reachable,
-                                  network.devices);
-    if (line.reason.empty() || line.line == "ended") return {kLine, Grade::kGood, told};
-    return {kLine, Grade::kNote, fmt::format("{}; {}", told, line.reason), page("errors.md#lines-and-devices")};
+    const auto state = fmt::format("{}{} for {}, {} of {} devices reachable", what, line.line, since, network.reachable,
+                                   network.devices);
+    if (line.reason.empty() || line.line == "ended") return {kLine, Grade::kGood, state};
+    return {kLine, Grade::kNote, fmt::format("{}; {}", state, line.reason), page("errors.md#lines-and-devices")};
   }
   if (line.line == "connecting" && when - line.since < kOpening)
-    return {kLine, Grade::kNote, what + "is being opened", "look again in some seconds"};
+    return {kLine, Grade::kNote, what + "is being opened", "run doctor again in some seconds"};
   const auto next = next_attempt_text(line, when);
   return {
       kLine, Grade::kProblem,
-      fmt::format("{}{} for {}: {}", what, line.line, since, line.reason.empty() ? "no reason is known" : line.reason),
-      fmt::format("look at cable, power and network of what `networks: {}:` names, and at its address there; the "
+      fmt::format("{}{} for {}: {}", what, line.line, since, line.reason.empty() ? "no reason reported" : line.reason),
+      fmt::format("check cable, power and network of what `networks: {}:` names, and at its address there; the "
                   "island goes on trying ({} attempts so far{}{}); {}",
                   network.id, line.attempts, next.empty() ? "" : ", ", next, page("errors.md#lines-and-devices"))};
 }
@@ -58,15 +58,15 @@ Findings check_counters(const std::string& who, const Counters* before, const Co
   Findings all;
   const auto losses = losses_of(now);
   const auto growth = before ? growth_of(*before, losses) : Counters();
-  const auto* still = before ? ", not more while this looked" : "; seen once only";
+  const auto* still = before ? ", unchanged during the check" : "; first value unknown";
   for (const auto& [name, count] : losses) {
     const auto grown = growth.find(name);
     const bool grows = grown != growth.end();
-    all.push_back(
-        {kLoss, grows ? Grade::kProblem : Grade::kNote,
-         grows ? fmt::format("{}: {} grew by {} to {} while this looked", who, name, grown->second, count)
-               : fmt::format("{}: {} = {} since its start{}", who, name, count, still),
-         fmt::format("its log says why; {} says what it counts", page("tuple-keys.md#devices-and-networks"))});
+    all.push_back({kLoss, grows ? Grade::kProblem : Grade::kNote,
+                   grows ? fmt::format("{}: {} grew by {} to {} during the check", who, name, grown->second, count)
+                         : fmt::format("{}: {} = {} since its start{}", who, name, count, still),
+                   fmt::format("the island's log has the reasons; {} explains the counter",
+                               page("tuple-keys.md#devices-and-networks"))});
   }
   return all;
 }
@@ -79,7 +79,7 @@ const Network* find(const std::vector<Network>& networks, const std::string& id)
 Finding check_disk(const IslandSeen& seen, const std::string& of, std::uint64_t free) {
   const auto what = fmt::format("island {}: {} free for {}", name_of(seen.island), megabytes(free), of);
   if (free >= kLittleRoom) return {kDisk, Grade::kGood, what};
-  return {kDisk, Grade::kProblem, what, "make room on that disk; what cannot be written is lost, and counted"};
+  return {kDisk, Grade::kProblem, what, "free space on that disk; what cannot be written is lost and counted"};
 }
 
 }  // namespace
@@ -109,7 +109,7 @@ Findings check_devices(const IslandSeen& seen) {
   for (const auto& network : seen.now) {
     if (!network.line.works() || network.reachable >= network.devices) continue;
     all.push_back({"devices", Grade::kNote,
-                   fmt::format("network {} of island {}: {} of {} devices cannot be reached", network.id,
+                   fmt::format("network {} of island {}: {} of {} devices are not reachable", network.id,
                                name_of(seen.island), network.devices - network.reachable, network.devices),
                    fmt::format("rubicon devices --island {} --network {}", number(seen.island.id), network.id)});
   }
@@ -140,8 +140,9 @@ Findings check_disks(const IslandSeen& seen) {
   }
   for (const auto& [name, state] : seen.properties) {
     if (!name.starts_with("recorder-") || !name.ends_with("-state") || state == "recording") continue;
-    all.push_back({kDisk, Grade::kProblem, fmt::format("island {}: {}: {}", name_of(seen.island), name, state),
-                   fmt::format("make room, or correct `recorders:`; {}", page("errors.md#lines-and-devices"))});
+    all.push_back(
+        {kDisk, Grade::kProblem, fmt::format("island {}: {}: {}", name_of(seen.island), name, state),
+         fmt::format("free space on the disk, or correct `recorders:`; {}", page("errors.md#lines-and-devices"))});
   }
   return all;
 }
@@ -179,12 +180,13 @@ Finding check_access(const IslandSeen& seen, const client::Options& options) {
       std::all_of(options.interfaces.begin(), options.interfaces.end(), [](const auto& one) { return one == "lo"; });
   const auto id = number(seen.island.id);
   if (host_only)
-    return {"access", Grade::kNote, fmt::format("every local user of this host reads and commands island {}", id),
+    return {"access", Grade::kNote, fmt::format("every local user of this host can read and command island {}", id),
             page("service.md")};
-  return {
-      "access", Grade::kNote,
-      fmt::format("whoever reaches the interfaces of island {} reads it; `trust_lan: no` keeps out mistakes only", id),
-      page("service.md")};
+  return {"access", Grade::kNote,
+          fmt::format(
+              "every host that reaches the interfaces of island {} can read it; `trust_lan: no` only prevents mistakes",
+              id),
+          page("service.md")};
 }
 
 }  // namespace rubicon::cli

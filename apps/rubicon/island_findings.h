@@ -9,26 +9,26 @@
 
 namespace rubicon::cli {
 
-/// What `rubicon doctor` saw of an island, twice some seconds apart.
+/// Two observations of an island, some seconds apart.
 struct IslandSeen {
   client::Component island;
   bool answers = false;
-  bool known_before = false;  ///< the first look saw all of it: what is higher at the second one grew meanwhile
+  bool known_before = false;  ///< the first observation is complete: counters can be compared
   std::vector<client::Network> before, now;
   Counters numbers_before, numbers;               ///< its own
-  std::map<std::string, std::string> properties;  ///< its own at the second look, texts too
-  /// What its clock said less what ours said; nullopt: it does not tell (an older version).
+  std::map<std::string, std::string> properties;  ///< its own at the second observation, also texts
+  /// Its clock minus ours; nullopt: an older version that does not publish its clock.
   std::optional<Duration> clock_offset;
 };
 
-// Pure: what follows from what was seen. Each gives one finding or more of one name.
+// Pure functions of what was observed. Each returns findings of one check.
 
-/// `line`: lines that are not up. `when`: of the second look.
+/// `line`: lines that are not up. `when`: time of the second observation.
 Findings check_lines(const IslandSeen& seen, WallTime when);
-/// `devices`: that cannot be reached.
+/// `devices`: devices that are not reachable.
 Findings check_devices(const IslandSeen& seen);
-/// `loss`: counters of the island and of its networks. A problem if they grew between the looks, else a note; a note
-/// also where the first look does not say what they were.
+/// `loss`: counters of the island and of its networks. A problem if they grew between the observations, else a note; a
+/// note also where the first observation is incomplete.
 Findings check_losses(const IslandSeen& seen);
 /// `disk`: room for the state file and for recordings, recorders that drop records.
 Findings check_disks(const IslandSeen& seen);

@@ -48,7 +48,7 @@ void IslandLook::add_newcomers() {
   }
 }
 
-/// A read whose patience ended gives what came in time: then the rest is not known.
+/// A read that timed out returns only what arrived in time.
 IslandSeen IslandLook::seen_first(client::Component island) {
   const auto start = client_.scheduler().now();
   IslandSeen seen;

@@ -8,7 +8,7 @@
 
 namespace rubicon::cli {
 
-/// Two looks at all islands that are there. What comes between them is in the second one only.
+/// Observes all present islands twice. An island that comes in between has the second observation only.
 class IslandLook {
  public:
   IslandLook(Client& client, Duration patience);
@@ -32,7 +32,7 @@ class IslandLook {
   std::vector<IslandSeen> all_;
 };
 
-/// Looks at all islands that are met, twice, so far apart; waits.
+/// Observes all islands twice, `between` apart; waits.
 std::vector<IslandSeen> look_at_islands(Client& client, Duration between, Duration patience);
 
 }  // namespace rubicon::cli

@@ -13,7 +13,7 @@ using base::first_character;
 using Kind = Column::Kind;
 
 constexpr std::size_t kGap = 2;
-/// A key that is shorter says nothing any more.
+/// A shorter key is not recognisable.
 constexpr std::size_t kShortestKey = 14;
 /// Longer words of a text are broken, too.
 constexpr std::size_t kShortestText = 16;

@@ -7,9 +7,8 @@
 
 namespace rubicon::cli {
 
-/// Whether a counter of an island or a network counts what was lost, refused or not understood, by the words of its
-/// name
-/// (`dropped-readings`, `state-failures`).
+/// Whether a counter of an island or a network counts losses, by the words of its name (`dropped-readings`,
+/// `state-failures`).
 bool counts_loss(std::string_view name);
 
 /// Numbers by name.

@@ -64,7 +64,7 @@ std::string manual(const CLI::App& app) {
       "RUBICON\n.SH SYNOPSIS\n.B rubicon\n[OPTIONS] COMMAND ...\n.SH DESCRIPTION\n{}\n.SH COMMANDS\n",
       RUBICON_VERSION, troff(app.get_description()));
   out += commands_of(app, "");
-  out += ".SH OPTIONS\nThey stand in front of the command or behind it.\n" + options_of(app);
+  out += ".SH OPTIONS\nOptions may precede or follow the command.\n" + options_of(app);
   out += fmt::format(".SH EXIT STATUS\n{}\n", troff(kExitCodes));
   out +=
       ".SH ENVIRONMENT\nRUBICON_DOMAIN, RUBICON_INTERFACES, RUBICON_PEERS, RUBICON_TCP, RUBICON_TAG, RUBICON_LEASE, "

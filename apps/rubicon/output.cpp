@@ -15,8 +15,8 @@ namespace rubicon::cli {
 
 namespace {
 
-/// Enough for a page; more goes out at once.
-constexpr std::size_t kMostWaiting = 64 * 1024;
+/// Buffered bytes; more are written at once.
+constexpr std::size_t kMaxWaiting = 64 * 1024;
 
 }  // namespace
 
@@ -32,7 +32,7 @@ Output::Output(int descriptor) : descriptor_(descriptor), terminal_(::isatty(des
 
 void Output::write(std::string_view text) {
   waiting_ += text;
-  if (waiting_.size() > kMostWaiting) flush();
+  if (waiting_.size() > kMaxWaiting) flush();
 }
 
 void Output::line(std::string_view text) {
@@ -47,7 +47,7 @@ void Output::flush() {
     if (count >= 0) {
       left.remove_prefix(static_cast<std::size_t>(count));
     } else if (errno == EINTR) {
-      break;  // a signal that may end the program: the caller looks
+      break;  // a signal that may end the program: the caller checks
     } else if (errno != EAGAIN) {
       broken_ = true;
       if (errno != EPIPE) error_ = std::strerror(errno);
@@ -62,14 +62,14 @@ bool Output::broken() {
   return broken_;
 }
 
-void say(std::string_view text) {
+void print_error(std::string_view text) {
   std::fprintf(stderr, "rubicon: %.*s\n", static_cast<int>(text.size()), text.data());
 }
 
 int ended(Output& out, int code) {
   out.flush();
   if (out.error().empty()) return code;
-  say("standard output: " + out.error());
+  print_error("standard output: " + out.error());
   return code == kGood ? kFailed : code;
 }
 

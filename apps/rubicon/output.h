@@ -5,7 +5,7 @@
 
 namespace rubicon::cli {
 
-/// Standard output: collected, written when flushed. A reader that goes ends the program quietly.
+/// Buffered standard output. A reader that closes the pipe ends the program quietly.
 class Output {
  public:
   explicit Output(int descriptor);
@@ -19,11 +19,11 @@ class Output {
 
   void write(std::string_view text);
   void line(std::string_view text);
-  /// Waits until the reader has taken everything, or a signal came.
+  /// Waits until everything is written, or a signal comes.
   void flush();
-  /// Nobody reads any more, or the disk is full; looks for that without writing, too.
+  /// Whether the reader closed the pipe or a write failed. Checks the pipe itself, also when nothing is buffered.
   bool broken();
-  /// The system's word for what went wrong; empty if nothing did, or the reader just went.
+  /// The system's text for a failed write; empty if none failed or the reader closed the pipe.
   const std::string& error() const { return error_; }
 
  private:
@@ -33,10 +33,11 @@ class Output {
   std::string waiting_, error_;
 };
 
-/// A line on standard error, begun with the name of the program.
-void say(std::string_view text);
+/// Prints a line on standard error, with `rubicon: ` in front.
+void print_error(std::string_view text);
 
-/// Writes what is left. `code`; kFailed in place of kGood when it cannot be written, and why not on standard error.
+/// Flushes. Returns `code`; kFailed in place of kGood, with the reason on standard error, if the output cannot be
+/// written.
 int ended(Output& out, int code);
 
 }  // namespace rubicon::cli

@@ -9,15 +9,15 @@
 namespace rubicon::cli {
 
 /// Which tuples a text on the command line means. Islands know `*` for whole parts only; a `*` or `?` within a part
-/// (`contact-*`) is looked at here.
+/// (`contact-*`) is applied by this program.
 struct Selection {
-  Pattern pattern;   ///< what islands understand; fits at least what is meant
+  Pattern pattern;   ///< what islands understand; matches at least the selection
   std::string text;  ///< as it was typed, or what it is short for; for messages
-  /// Of each part of the pattern, `*` where all fit; empty = the pattern says it all.
+  /// Of each part of the pattern, `*` where all fit; empty = the pattern alone decides.
   std::vector<std::string> globs{};
 
   bool fits(OwnerId owner, std::string_view key) const;
-  /// Some that fit the pattern are not meant.
+  /// The pattern matches more than the selection.
   bool narrower() const { return !globs.empty(); }
 };
 using Selections = std::vector<Selection>;

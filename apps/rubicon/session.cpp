@@ -8,7 +8,7 @@ namespace rubicon::cli {
 
 namespace {
 
-constexpr Duration kFirstMeeting = std::chrono::seconds(1);
+constexpr Duration kFirstPeerWait = std::chrono::seconds(1);
 
 volatile std::sig_atomic_t signalled = 0;
 Client* woken = nullptr;
@@ -32,11 +32,11 @@ std::unique_ptr<Session> Session::open(const Settings& settings, std::string_vie
   auto session = std::unique_ptr<Session>(new Session(settings));
   auto options = settings.options;
   if (options.name.empty()) options.name = fmt::format("rubicon {}", command);
-  if (!options.warn) options.warn = [](std::string_view text) { say(text); };
+  if (!options.warn) options.warn = [](std::string_view text) { print_error(text); };
   auto client = Client::open(std::move(options));
   if (!client) {
-    say(fmt::format("{} ({}); `rubicon doctor` looks for what is wrong", client.error().text,
-                    place_text(settings.options)));
+    print_error(
+        fmt::format("{} ({}); run `rubicon doctor` to diagnose", client.error().text, place_text(settings.options)));
     return nullptr;
   }
   session->client_ = std::move(*client);
@@ -52,9 +52,9 @@ WallTime Session::now() const {
 }
 
 void Session::discover() {
-  if (met_) return;
-  met_ = true;
-  client_->run_until([this] { return !client_->tuples().peers().empty(); }, kFirstMeeting);
+  if (discovered_) return;
+  discovered_ = true;
+  client_->run_until([this] { return !client_->tuples().peers().empty(); }, kFirstPeerWait);
   client_->discover();
 }
 
@@ -63,10 +63,10 @@ std::vector<client::Tuple> Session::read(const Pattern& pattern) {
   return client_->read(pattern, settings_.patience);
 }
 
-std::string Session::who(OwnerId id) const {
+std::string Session::component_text(OwnerId id) const {
   const auto text = client_->tuples().summary(id);
   const auto name = text.empty() ? std::string() : model::summary_from_json(text).value_or(Summary{}).name;
-  return name.empty() ? std::to_string(number(id)) : fmt::format("{} ({})", number(id), clean(name));
+  return name.empty() ? std::to_string(number(id)) : fmt::format("{} ({})", number(id), printable(name));
 }
 
 bool Session::run(const std::function<bool()>& done, Duration patience) {
@@ -86,12 +86,12 @@ bool Session::interrupted() const {
   return signalled != 0;
 }
 
-int Session::nothing(const std::string& what, const std::string& hint) {
+int Session::not_found(const std::string& what, const std::string& hint) {
   out_.flush();
   const auto islands = client_->islands().size();
-  const auto advice = islands == 0 ? std::string("`rubicon doctor` looks for what is wrong") : hint;
-  say(fmt::format("{} (looked in {}, {} there){}{}", what, place_text(settings_.options), counted(islands, "island"),
-                  advice.empty() ? "" : "; ", advice));
+  const auto advice = islands == 0 ? std::string("run `rubicon doctor` to diagnose") : hint;
+  print_error(fmt::format("{} (looked in {}; {} present){}{}", what, place_text(settings_.options),
+                          counted(islands, "island"), advice.empty() ? "" : "; ", advice));
   return kNotThere;
 }
 

@@ -13,10 +13,10 @@
 
 namespace rubicon::cli {
 
-/// One run of a command: the client, standard output, and what ends it early. One a process.
+/// One run of a command: the client, standard output, and signals that end it early. One per process.
 class Session {
  public:
-  /// nullptr: why not was said on standard error.
+  /// nullptr after the reason was printed on standard error.
   static std::unique_ptr<Session> open(const Settings& settings, std::string_view command);
 
   ~Session();
@@ -30,24 +30,24 @@ class Session {
   Look look() const { return {out_.has_colour(), out_.width()}; }
   WallTime now() const;
 
-  /// Waits for others, a second for the first one.
+  /// Discovers the components that are present; waits at most a second for the first one.
   void discover();
-  /// All that match and are there; meets first.
+  /// All present tuples that match. Discovers the owners first, unless the pattern names one.
   std::vector<client::Tuple> read(const Pattern& pattern);
 
-  /// `70001 (rubicon set)`; the number alone of one that is not there, or says nothing of itself.
-  std::string who(OwnerId id) const;
+  /// `70001 (rubicon set)`; only the id of a component that is absent or has no summary.
+  std::string component_text(OwnerId id) const;
 
-  /// Runs the loop until `done`, the end of the patience, SIGINT or SIGTERM, or nobody reads our output; flushes it
-  /// after each turn. True: done.
+  /// Runs the loop until `done`, the end of `patience`, SIGINT, SIGTERM, or until the reader of our output closes it.
+  /// Flushes the output after each turn. True: done.
   bool run(const std::function<bool()>& done, Duration patience = Duration::max());
-  /// By a signal, since run() began for the first time. Before, signals end the program as usual.
+  /// Whether a signal came since the first run(). Before that, signals end the program as usual.
   bool interrupted() const;
 
-  /// Says that there is no such thing, where it was looked for, and what to try (`hint`, if it is not empty);
+  /// Prints that something was not found, where the program looked, and what to try (`hint`, unless empty). Returns
   /// kNotThere.
-  int nothing(const std::string& what, const std::string& hint = {});
-  /// Writes what is left; kGood, or kFailed when the output cannot be written.
+  int not_found(const std::string& what, const std::string& hint = {});
+  /// Writes the rest of the output. `code`; kFailed in place of kGood when it cannot be written.
   int end(int code = kGood);
 
  private:
@@ -56,7 +56,7 @@ class Session {
   Settings settings_;
   Output out_;
   std::unique_ptr<Client> client_;
-  bool met_ = false;
+  bool discovered_ = false;
 };
 
 }  // namespace rubicon::cli

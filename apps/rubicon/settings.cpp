@@ -12,8 +12,8 @@ namespace rubicon::cli {
 
 namespace {
 
-/// What the island of a configuration file does to be found; the rest of the file is not looked at, it may be of an
-/// island that this program could not run.
+/// Takes engine and prefix from the configuration of an island and ignores the rest, which may need networks that this
+/// program does not have.
 Result<void> read_config(const std::string& path, Settings& settings) {
   const auto root = config::load_config(path, {});
   if (!root) return fail(root.error());
@@ -37,13 +37,13 @@ Result<void> read_config(const std::string& path, Settings& settings) {
 
 }  // namespace
 
-std::string wrong_with_span(const std::string& text) {
+std::string check_duration(const std::string& text) {
   const auto span = base::parse_duration(text);
   if (span && *span >= Duration(0)) return {};
   return fmt::format("is '{}', expected a duration such as 250ms, 5s, 2min, 1h", text);
 }
 
-Duration span_of(const std::string& text, Duration otherwise) {
+Duration parse_duration_or(const std::string& text, Duration otherwise) {
   return text.empty() ? otherwise : base::parse_duration(text).value_or(otherwise);
 }
 
@@ -57,7 +57,7 @@ std::string place_text(const client::Options& options) {
 
 void SettingsOptions::add_to(CLI::App& app) {
   app_ = &app;
-  const auto group = "Where to look, and how to show it (all commands)";
+  const auto group = "Options of all commands";
   app.add_option("--domain", domain_, "DDS domain of the islands, 0..230")
       ->type_name("N")
       ->check(CLI::Range(0U, tuples::dds::kMaxDomain).description(""))
@@ -71,17 +71,17 @@ void SettingsOptions::add_to(CLI::App& app) {
       ->allow_extra_args(false)
       ->group(group);
   app.add_flag("--tcp", tcp_, "reach the peers (HOST:PORT) over TCP")->group(group);
-  app.add_option("--tag", tag_, "only who has this tag is seen")->group(group);
-  app.add_option("--lease", lease_, "silence after which others count as lost")
+  app.add_option("--tag", tag_, "see only components with this tag")->group(group);
+  app.add_option("--lease", lease_, "silence after which a component counts as lost")
       ->type_name("SPAN")
-      ->check(wrong_with_span)
+      ->check(check_duration)
       ->group(group);
-  app.add_option("--patience", patience_, "how long to wait for answers, 3s if not given")
+  app.add_option("--patience", patience_, "how long to wait for answers; default 3s")
       ->type_name("SPAN")
-      ->check(wrong_with_span)
+      ->check(check_duration)
       ->group(group);
-  app.add_option("--prefix", prefix_, "first part of the islands' keys, proxy if not given")->group(group);
-  app.add_option("--config", config_, "take these from the configuration file of an island")->group(group);
+  app.add_option("--prefix", prefix_, "first part of the islands' keys; default proxy")->group(group);
+  app.add_option("--config", config_, "take these options from the configuration file of an island")->group(group);
   app.add_flag("--json", json_, "JSON lines for programs instead of tables for people")->group(group);
   for (const auto* name :
        {"domain", "interfaces", "peers", "tcp", "tag", "lease", "patience", "prefix", "config", "json"}) {
@@ -104,15 +104,15 @@ Result<Settings> SettingsOptions::read() const {
   if (given("--tcp")) options.tcp = tcp_;
   if (given("--tag")) options.tag = tag_;
   if (given("--prefix")) settings.prefix = prefix_;
-  options.lease = span_of(lease_, options.lease);
-  settings.patience = span_of(patience_, settings.patience);
+  options.lease = parse_duration_or(lease_, options.lease);
+  settings.patience = parse_duration_or(patience_, settings.patience);
   settings.json = json_;
   return settings;
 }
 
 void AsOptions::add_to(CLI::App& app) {
-  app.add_option("--name", name_, "what others know this component by");
-  app.add_option("--id", id_, "id of this component, above 65535; drawn if not given")
+  app.add_option("--name", name_, "name of this component");
+  app.add_option("--id", id_, "id of this component, above 65535; random by default")
       ->type_name("ID")
       ->check(CLI::Range(model::kMaxIslandId + 4U, 0xffffffffU).description(""));
 }

@@ -8,7 +8,7 @@
 
 namespace rubicon::cli {
 
-/// What all commands have in common: where to meet the others, and how to show what is found.
+/// Settings of all commands: where to look for islands, and how to print results.
 struct Settings {
   client::Options options;
   std::string prefix = "proxy";  ///< first part of the islands' keys
@@ -19,11 +19,11 @@ struct Settings {
 /// `domain 3 on eth0, peers 10.0.0.2`.
 std::string place_text(const client::Options& options);
 
-/// The options as they stand on the command line; each is also taken from the environment (RUBICON_DOMAIN, ...).
+/// The options of the command line; each has an environment variable (RUBICON_DOMAIN, ...).
 class SettingsOptions {
  public:
   void add_to(CLI::App& app);
-  /// The file first, then the environment, then the command line. Errors name where the wrong value stands.
+  /// The file first, then the environment, then the command line. Errors name the source of the wrong value.
   Result<Settings> read() const;
 
  private:
@@ -34,7 +34,7 @@ class SettingsOptions {
   CLI::App* app_ = nullptr;
 };
 
-/// As whom a command takes part, as options: --name, --id.
+/// Options for the name and id of this component: --name, --id.
 class AsOptions {
  public:
   void add_to(CLI::App& app);
@@ -45,9 +45,9 @@ class AsOptions {
   std::uint32_t id_ = 0;
 };
 
-/// For options that are a SPAN: `250ms`, `5s`.
-std::string wrong_with_span(const std::string& text);
-/// Of a text that wrong_with_span() found good; empty = `otherwise`.
-Duration span_of(const std::string& text, Duration otherwise = Duration(0));
+/// The error in the text of a duration (`250ms`, `5s`); empty if it is correct.
+std::string check_duration(const std::string& text);
+/// The duration in a text that check_duration() accepted; `otherwise` for an empty text.
+Duration parse_duration_or(const std::string& text, Duration otherwise = Duration(0));
 
 }  // namespace rubicon::cli

@@ -34,10 +34,6 @@ std::string first_word(const std::string& text) {
 
 }  // namespace
 
-std::string clean(std::string_view text) {
-  return base::printable(text);
-}
-
 std::string painted(const std::string& word, const std::string& shown, bool colour) {
   const auto* paint = colour ? paint_of(word) : nullptr;
   return paint ? paint + shown + "\x1b[0m" : shown;
@@ -49,7 +45,7 @@ std::string bold(const std::string& text, bool colour) {
 
 void Table::row(std::vector<std::string> cells) {
   cells.resize(columns_.size());
-  for (auto& cell : cells) cell = clean(cell);
+  for (auto& cell : cells) cell = printable(cell);
   rows_.push_back(std::move(cells));
 }
 
@@ -106,16 +102,6 @@ std::string Table::text(const Look& look) const {
       fmt::format("… {} left out: a wider terminal, a pipe or --json shows all", fmt::join(fitting.left_out, ", "));
   for (const auto& line : wrapped(note, look.width)) out += line + "\n";
   return out;
-}
-
-std::string age_text(WallTime then, WallTime now) {
-  if (then == WallTime{}) return "-";
-  const auto seconds = std::max(0.0, base::to_seconds(now) - base::to_seconds(then));
-  if (seconds < 9.95) return fmt::format("{:.1f}s", seconds);
-  if (seconds < 120) return fmt::format("{:.0f}s", seconds);
-  if (seconds < 7200) return fmt::format("{:.0f}min", seconds / 60);
-  if (seconds < 172800) return fmt::format("{:.0f}h", seconds / 3600);
-  return fmt::format("{:.0f}d", seconds / 86400);
 }
 
 std::string time_text(WallTime time) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "apps/rubicon/layout.h"
+#include "base/local_time.h"
 #include "base/printable.h"
 #include "rubicon/time.hpp"
 
@@ -16,13 +17,12 @@ struct Look {
   std::size_t width = 0;  ///< of a line, in characters; 0 = as long as it is
 };
 
-/// Text of outsiders for a screen: nothing in it steers a terminal.
-std::string clean(std::string_view text);
+using base::printable;
 /// UTF-8 characters (broken bytes count as one each).
 using base::characters;
 
-/// Rows below heads, aligned. Cells are cleaned. On a screen no line is longer than it: keys are shortened in the
-/// middle, texts and values wrapped; columns that do not fit even so are named below the table.
+/// Rows below heads, aligned. Cells are made printable. On a screen no line is longer than it: keys are shortened in
+/// the middle, texts and values wrapped; columns that do not fit even so are named below the table.
 class Table {
  public:
   explicit Table(std::vector<Column> columns) : columns_(std::move(columns)) {}
@@ -46,8 +46,7 @@ class Table {
 std::string painted(const std::string& word, const std::string& shown, bool colour);
 std::string bold(const std::string& text, bool colour);
 
-/// `0.3s`, `25s`, `12min`, `5h`, `3d`; `-` for a time that is not known (zero). A time to come is an age of 0.
-std::string age_text(WallTime then, WallTime now);
+using base::age_text;
 /// `2026-01-31 12:00:00.250 CET`, local time; `-` for zero.
 std::string time_text(WallTime time);
 /// `12:00:00.250 CET`, local time.

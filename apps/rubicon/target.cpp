@@ -59,7 +59,7 @@ int ambiguous(std::string_view typed, const std::vector<Target>& candidates) {
   for (std::size_t i = 0; i < candidates.size() && i < kNamed; ++i)
     names += "\n  " + name_of(candidates[i].owner, candidates[i].key);
   if (candidates.size() > kNamed) names += fmt::format("\n  and {} more", candidates.size() - kNamed);
-  say(fmt::format("{} may be each of these, say which:{}", model::quoted(typed), names));
+  print_error(fmt::format("{} is ambiguous; name one of:{}", model::quoted(typed), names));
   return kUsage;
 }
 

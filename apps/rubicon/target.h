@@ -25,14 +25,14 @@ struct TypedTarget {
 };
 Result<TypedTarget> parse_target(std::string_view text);
 
-/// What a short name may stand for: `living.lamp-1`, `dummy-rooms.living.lamp-1` and
-/// `proxy.dummy-rooms.living.actuator.lamp-1`, with `last` (`value`, `command`) behind it. Nullopt: it is no short
+/// The pattern that a short name stands for: `living.lamp-1`, `dummy-rooms.living.lamp-1` and
+/// `proxy.dummy-rooms.living.actuator.lamp-1`, with `last` (`value`, `command`) behind it. nullopt: it is not a short
 /// name.
 std::optional<Pattern> long_form(const TypedTarget& typed, std::string_view last);
-/// The tuples that are there and may be meant; those that are really called so come first and alone.
+/// The present tuples that `typed` may mean. If tuples have exactly this key, only those.
 std::vector<Target> resolve(Session& session, const TypedTarget& typed, std::string_view last);
 
-/// Says that several fit, with their names; kUsage.
+/// Prints the candidates; returns kUsage.
 int ambiguous(std::string_view typed, const std::vector<Target>& candidates);
 
 }  // namespace rubicon::cli

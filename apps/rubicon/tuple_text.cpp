@@ -11,19 +11,8 @@
 namespace rubicon::cli {
 
 Line tuple_json(const client::Tuple& tuple) {
-  Line line;
-  line["owner"] = number(tuple.owner);
-  line["key"] = tuple.key;
-  if (base::is_utf8(tuple.value)) {
-    line["value"] = tuple.value;
-  } else {
-    line["value_hex"] = base::to_hex(base::as_bytes(tuple.value));
-  }
-  line["mimetype"] = tuple.media_type;
-  line["seq"] = tuple.sequence;
-  line["write"] = base::to_seconds(tuple.write_time);
-  line["user"] = base::to_seconds(tuple.user_time);
-  line["time"] = base::iso_text(tuple.user_time == WallTime{} ? tuple.write_time : tuple.user_time);
+  auto line = tuples::tuple_json({tuple.owner, tuple.key, tuple.value, tuple.media_type, tuple.creator, tuple.sequence,
+                                  tuple.write_time, tuple.user_time, tuple.expire_time, tuple.owner_present});
   line["creator"] = number(tuple.creator);
   line["expire"] = base::to_seconds(tuple.expire_time);
   if (!tuple.owner_present) line["present"] = false;

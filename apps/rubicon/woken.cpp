@@ -21,12 +21,12 @@ bool wakes(const client::Device& device, const Selections& selections) {
 
 }  // namespace
 
-std::size_t woken_devices(const std::vector<client::Device>& devices, const Selections& selections) {
+std::size_t count_woken(const std::vector<client::Device>& devices, const Selections& selections) {
   return static_cast<std::size_t>(std::count_if(
       devices.begin(), devices.end(), [&](const client::Device& device) { return wakes(device, selections); }));
 }
 
-void tell_who_wakes(Client& client, const Selections& selections) {
+void warn_if_many_wake(Client& client, const Selections& selections) {
   client.read({std::nullopt, model::IslandKey{"*"}.network("*").device("*").description()},
               [selections](const std::vector<client::Tuple>& tuples) {
                 std::vector<client::Device> devices;
@@ -34,8 +34,8 @@ void tell_who_wakes(Client& client, const Selections& selections) {
                   if (auto device = client::device_from(tuple.owner, tuple.key, tuple.value))
                     devices.push_back(std::move(*device));
                 }
-                if (const auto count = woken_devices(devices, selections); count > kManyDevices)
-                  say(fmt::format("this wakes the sensors of {} devices; --passive wakes none", count));
+                if (const auto count = count_woken(devices, selections); count > kManyDevices)
+                  print_error(fmt::format("this wakes the sensors of {} devices; --passive wakes none", count));
               });
 }
 
@@ -45,7 +45,7 @@ void Wakers::wake(OwnerId owner, std::string_view key) {
   if (handles_.size() < most_) {
     handles_.emplace(name, subscribe_({owner, name.second}));
   } else if (!std::exchange(full_, true)) {
-    say(fmt::format("more than {} tuples fit: the others are shown, and not woken", most_));
+    print_error(fmt::format("more than {} tuples match: the others are shown, but not woken", most_));
   }
 }
 

@@ -12,16 +12,16 @@
 
 namespace rubicon::cli {
 
-/// More devices than this are not woken without a word.
+/// Waking the sensors of more devices than this prints a warning.
 inline constexpr std::size_t kManyDevices = 20;
 
 /// Devices of which at least one sensor's value is selected.
-std::size_t woken_devices(const std::vector<client::Device>& devices, const Selections& selections);
+std::size_t count_woken(const std::vector<client::Device>& devices, const Selections& selections);
 
-/// Says on standard error, in a later turn of the loop, how many devices these wake, if they are many.
-void tell_who_wakes(Client& client, const Selections& selections);
+/// Prints a warning in a later turn if the selections wake the sensors of more than kManyDevices devices.
+void warn_if_many_wake(Client& client, const Selections& selections);
 
-/// An active subscription for each of many tuples: islands take 10,000 of one component, and it has others.
+/// Active subscriptions to many single tuples. Bounded: an island accepts 10,000 subscriptions of one component.
 class Wakers {
  public:
   static constexpr std::size_t kMost = 9000;
@@ -29,10 +29,10 @@ class Wakers {
 
   explicit Wakers(Subscribe subscribe, std::size_t most = kMost) : subscribe_(std::move(subscribe)), most_(most) {}
 
-  /// Subscribes to a tuple, once. When the first tuple finds no room, says so on standard error.
+  /// Subscribes to a tuple, once. The first tuple beyond the bound prints a warning.
   void wake(OwnerId owner, std::string_view key);
   void forget(OwnerId owner, std::string_view key);
-  /// A tuple found no room.
+  /// At least one tuple was not woken.
   bool full() const { return full_; }
 
  private:

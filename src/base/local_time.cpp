@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdlib>
 #include <ctime>
@@ -52,6 +53,16 @@ std::string local_clock_text(WallTime time) {
 
 std::string local_seconds_text(WallTime time) {
   return text_of(time, "%H:%M:%S", false);
+}
+
+std::string age_text(WallTime then, WallTime now) {
+  if (then == WallTime{}) return "-";
+  const auto seconds = std::max(0.0, to_seconds(now) - to_seconds(then));
+  if (seconds < 9.95) return fmt::format("{:.1f}s", seconds);
+  if (seconds < 120) return fmt::format("{:.0f}s", seconds);
+  if (seconds < 7200) return fmt::format("{:.0f}min", seconds / 60);
+  if (seconds < 172800) return fmt::format("{:.0f}h", seconds / 3600);
+  return fmt::format("{:.0f}d", seconds / 86400);
 }
 
 std::string iso_text(WallTime time) {

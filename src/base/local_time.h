@@ -15,6 +15,8 @@ std::string local_text(WallTime time);
 std::string local_clock_text(WallTime time);
 /// `12:00:00 CET`.
 std::string local_seconds_text(WallTime time);
+/// `0.3s`, `25s`, `12min`, `5h`, `3d`; `-` where `then` is zero (not known). A time in the future has the age 0.
+std::string age_text(WallTime then, WallTime now);
 /// For programs: ISO 8601 (RFC 3339) with the offset of the local zone, `2026-01-31T12:00:00.250000+01:00`.
 std::string iso_text(WallTime time);
 

@@ -9,12 +9,12 @@
 #include <random>
 #include <utility>
 
-#include "client/acquaintance.h"
 #include "client/device_watch.h"
-#include "client/errand.h"
+#include "client/message_client.h"
+#include "client/peer_discovery.h"
 #include "client/point_watch.h"
-#include "client/post_office.h"
-#include "client/reading.h"
+#include "client/remote_set_tracker.h"
+#include "client/tuple_query.h"
 #include "transport/host_name.h"
 #include "transport/poll_loop.h"
 #include "tuples/dds/dds_ecology.h"
@@ -24,10 +24,10 @@ namespace rubicon::client {
 namespace {
 
 constexpr std::uint32_t kFirstId = 65536;
-/// How long a waiting call sleeps at most before it looks again.
-constexpr Duration kLongestNap = std::chrono::seconds(1);
+/// How long a waiting call sleeps at most between two checks.
+constexpr Duration kMaxSleep = std::chrono::seconds(1);
 
-OwnerId drawn_id() {
+OwnerId random_id() {
   std::random_device source;
   return OwnerId(std::uniform_int_distribution<std::uint32_t>(kFirstId, 0xffffffff)(source));
 }
@@ -41,7 +41,7 @@ Result<void> check(const Options& options) {
     return fail(ErrorCode::kInvalid,
                 fmt::format("domain {}: expected 0 to {}", options.domain, tuples::dds::kMaxDomain));
   if (options.tcp && options.peers.empty() && options.port == 0)
-    return fail(ErrorCode::kInvalid, "tcp finds nobody by itself: expected peers (host:port) or a port");
+    return fail(ErrorCode::kInvalid, "tcp needs peers (host:port) or a port: it discovers no components by itself");
   if (options.interfaces.empty())
     return fail(ErrorCode::kInvalid, "interfaces: expected at least one, `lo` for this host only");
   return {};
@@ -67,7 +67,7 @@ std::unique_ptr<tuples::Link> joined(tuples::Ecology& ecology, OwnerId id, Error
 
 }  // namespace
 
-/// In the order of construction: what stands further down uses what stands above.
+/// Members use those above them, so they are destroyed in reverse order.
 struct Client::Impl {
   Impl(Options o, std::unique_ptr<transport::PollLoop> a_loop) : options(std::move(o)), loop(std::move(a_loop)) {}
 
@@ -89,17 +89,17 @@ struct Client::Impl {
     link = joined(*ecology, options.id, error);
     if (!link) return fail(std::move(error));
     space = std::make_unique<TupleSpace>(options.id, *loop, *link);
-    acquaintance = std::make_unique<Acquaintance>(*loop, *space);
+    peer_discovery = std::make_unique<PeerDiscovery>(*loop, *space);
     Summary summary{options.name, transport::host_name(), transport::own_process(), "", loop->wall_now()};
     return space->describe(model::to_json(summary));
   }
 
-  PostOffice& office() {
-    if (!post_office) post_office = std::make_unique<PostOffice>(*loop, *space, log);
-    return *post_office;
+  MessageClient& office() {
+    if (!message_client) message_client = std::make_unique<MessageClient>(*loop, *space, log);
+    return *message_client;
   }
 
-  /// Keeps something until it is over; it may be over while it runs, so it is dropped in a later turn.
+  /// Owns a thing until it reports its end. It may do so while it runs, so it is destroyed in a later turn.
   template <class Thing, class Make>
   void keep(std::list<std::unique_ptr<Thing>>& things, Make make) {
     auto& place = things.emplace_back();
@@ -108,17 +108,17 @@ struct Client::Impl {
     });
   }
 
-  std::shared_ptr<Impl*> door = std::make_shared<Impl*>(this);
+  std::shared_ptr<Impl*> self = std::make_shared<Impl*>(this);
   Options options;
   CallSink log{options.warn};
   std::unique_ptr<transport::PollLoop> loop;
   std::unique_ptr<tuples::dds::DdsEcology> ecology;
   std::unique_ptr<tuples::Link> link;
   std::unique_ptr<TupleSpace> space;
-  std::unique_ptr<Acquaintance> acquaintance;
-  std::unique_ptr<PostOffice> post_office;
-  std::list<std::unique_ptr<Reading>> readings;
-  std::list<std::unique_ptr<Errand>> errands;
+  std::unique_ptr<PeerDiscovery> peer_discovery;
+  std::unique_ptr<MessageClient> message_client;
+  std::list<std::unique_ptr<TupleQuery>> queries;
+  std::list<std::unique_ptr<RemoteSetTracker>> set_trackers;
   std::atomic<bool> stopped = false;
 };
 
@@ -127,13 +127,13 @@ Client::~Client() = default;
 
 Result<std::unique_ptr<Client>> Client::open(Options options) {
   if (auto good = check(options); !good) return fail(std::move(good.error()));
-  if (options.id == model::kNoOwner) options.id = drawn_id();
+  if (options.id == model::kNoOwner) options.id = random_id();
   if (options.name.empty()) options.name = "component";
   auto loop = transport::PollLoop::make();
   if (!loop) return fail(std::move(loop.error()));
-  auto parts = std::make_unique<Impl>(std::move(options), std::move(*loop));
-  if (auto joined_in = parts->join(); !joined_in) return fail(std::move(joined_in.error()));
-  return std::unique_ptr<Client>(new Client(std::move(parts)));
+  auto impl = std::make_unique<Impl>(std::move(options), std::move(*loop));
+  if (auto joined_in = impl->join(); !joined_in) return fail(std::move(joined_in.error()));
+  return std::unique_ptr<Client>(new Client(std::move(impl)));
 }
 
 OwnerId Client::id() const {
@@ -169,7 +169,7 @@ bool Client::run_until(const std::function<bool()>& done, Duration timeout) {
     if (done()) return true;
     const auto gone = loop.now() - start;
     if (gone >= timeout) return false;
-    loop.wait(std::min(timeout - gone, kLongestNap));
+    loop.wait(std::min(timeout - gone, kMaxSleep));
   }
 }
 
@@ -194,8 +194,8 @@ std::vector<Component> Client::islands() const {
 }
 
 void Client::discover() {
-  const auto settled = [this] { return impl_->acquaintance->settled({}); };
-  while (!run_until(settled, Acquaintance::kQuiet / 4)) {
+  const auto complete = [this] { return impl_->peer_discovery->complete({}); };
+  while (!run_until(complete, PeerDiscovery::kQuietPeriod / 4)) {
   }
 }
 
@@ -213,20 +213,21 @@ unsigned Client::protocol_version() {
 }
 
 void Client::read(const Pattern& pattern, TuplesCall call, Duration timeout) {
-  auto& parts = *impl_;
-  parts.keep(parts.readings, [&](auto over) {
-    auto told = [call = std::move(call), over](std::vector<Tuple> tuples) {
+  auto& impl = *impl_;
+  impl.keep(impl.queries, [&](auto over) {
+    auto finished = [call = std::move(call), over](std::vector<Tuple> tuples) {
       over();
       call(std::move(tuples));
     };
-    return std::make_unique<Reading>(*parts.loop, *parts.space, *parts.acquaintance, pattern, std::move(told), timeout);
+    return std::make_unique<TupleQuery>(*impl.loop, *impl.space, *impl.peer_discovery, pattern, std::move(finished),
+                                        timeout);
   });
 }
 
 std::vector<Tuple> Client::read(const Pattern& pattern, Duration timeout) {
   std::optional<std::vector<Tuple>> found;
-  const Reading reading(
-      *impl_->loop, *impl_->space, *impl_->acquaintance, pattern,
+  const TupleQuery query(
+      *impl_->loop, *impl_->space, *impl_->peer_discovery, pattern,
       [&](std::vector<Tuple> tuples) { found = std::move(tuples); }, timeout);
   run_until([&] { return found.has_value(); }, Duration::max());
   return std::move(*found);
@@ -268,9 +269,9 @@ Result<Handle> Client::watch_points(const Pattern& points, const Flow& flow, Poi
   if (!patterns) return fail(patterns.error());
   auto watch = std::make_shared<std::unique_ptr<PointWatch>>(
       std::make_unique<PointWatch>(*impl_->loop, *impl_->space, *patterns, flow, std::move(call)));
-  // Its end may be asked for from its own call.
-  return Handle([watch, door = std::weak_ptr(impl_->door)] {
-    if (const auto parts = door.lock()) (*parts)->loop->post([watch] { watch->reset(); });
+  // The handle may be destroyed within a call of the watch.
+  return Handle([watch, self = std::weak_ptr(impl_->self)] {
+    if (const auto impl = self.lock()) (*impl)->loop->post([watch] { watch->reset(); });
   });
 }
 
@@ -287,9 +288,9 @@ std::vector<Network> Client::networks(std::optional<OwnerId> island, Duration ti
 Handle Client::watch_devices(const DeviceQuery& query, DeviceCall call) {
   auto watch = std::make_shared<std::unique_ptr<DeviceWatch>>(
       std::make_unique<DeviceWatch>(*impl_->space, query, std::move(call)));
-  // Its end may be asked for from its own call.
-  return Handle([watch, door = std::weak_ptr(impl_->door)] {
-    if (const auto parts = door.lock()) (*parts)->loop->post([watch] { watch->reset(); });
+  // The handle may be destroyed within a call of the watch.
+  return Handle([watch, self = std::weak_ptr(impl_->self)] {
+    if (const auto impl = self.lock()) (*impl)->loop->post([watch] { watch->reset(); });
   });
 }
 
@@ -319,23 +320,23 @@ std::vector<Device> Client::devices(const DeviceQuery& query, Duration timeout) 
 
 void Client::command(OwnerId owner, std::string_view key, std::string_view value, OutcomeCall ended,
                      Duration time_to_live, Duration timeout, OutcomeCall progress) {
-  auto& parts = *impl_;
-  parts.keep(parts.errands, [&](auto over) {
-    auto told = [ended = std::move(ended), over](const Outcome& outcome) {
+  auto& impl = *impl_;
+  impl.keep(impl.set_trackers, [&](auto over) {
+    auto finished = [ended = std::move(ended), over](const Outcome& outcome) {
       over();
       if (ended) ended(outcome);
     };
-    return std::make_unique<Errand>(*parts.loop, *parts.space, owner, key, value, std::move(told), time_to_live,
-                                    timeout, std::move(progress));
+    return std::make_unique<RemoteSetTracker>(*impl.loop, *impl.space, owner, key, value, std::move(finished),
+                                              time_to_live, timeout, std::move(progress));
   });
 }
 
 Outcome Client::command(OwnerId owner, std::string_view key, std::string_view value, Duration time_to_live,
                         Duration timeout, OutcomeCall progress) {
-  run_until([&] { return impl_->acquaintance->settled(owner); }, Acquaintance::kNamed);
+  run_until([&] { return impl_->peer_discovery->complete(owner); }, PeerDiscovery::kNamedOwnerWait);
   std::optional<Outcome> outcome;
-  const Errand errand(
-      *impl_->loop, *impl_->space, owner, key, value, [&](const Outcome& told) { outcome = told; }, time_to_live,
+  const RemoteSetTracker errand(
+      *impl_->loop, *impl_->space, owner, key, value, [&](const Outcome& final) { outcome = final; }, time_to_live,
       timeout, std::move(progress));
   run_until([&] { return outcome.has_value(); }, Duration::max());
   return *outcome;

@@ -76,7 +76,7 @@ void DeviceWatch::described(const Event& event) {
   if (!device) return;
   auto& entry = entries_[name];
   entry.device = std::move(*device);
-  tell(entry);
+  report(entry);
 }
 
 void DeviceWatch::stated(const Event& event) {
@@ -87,7 +87,7 @@ void DeviceWatch::stated(const Event& event) {
   const auto& known = entry.condition;
   const bool same = known.status == condition.status && known.reason == condition.reason;
   entry.condition = std::move(condition);
-  if (!entry.told || !same) tell(entry);
+  if (!entry.reported || !same) report(entry);
 }
 
 void DeviceWatch::line_stated(const Event& event) {
@@ -103,11 +103,11 @@ void DeviceWatch::line_stated(const Event& event) {
   const auto below = key + ".";
   for (auto at = entries_.lower_bound({island, below}); at != entries_.end(); ++at) {
     if (std::get<0>(at->first) != island || !std::get<1>(at->first).starts_with(below)) break;
-    tell(at->second);
+    report(at->second);
   }
 }
 
-void DeviceWatch::tell(Entry& entry) {
+void DeviceWatch::report(Entry& entry) {
   if (!entry.device || entry.condition.status.empty()) return;
   auto& about = *entry.device;
   about.status = entry.condition.status;
@@ -117,15 +117,15 @@ void DeviceWatch::tell(Entry& entry) {
       line != lines_.end())
     about.line = line->second;
   const bool wanted = fits(query_, *entry.device);
-  if (!wanted && !entry.told) return;
-  entry.told = wanted;
+  if (!wanted && !entry.reported) return;
+  entry.reported = wanted;
   const auto device = *entry.device;
   call_(device, wanted);
 }
 
 void DeviceWatch::forget(const Name& name) {
   const auto gone = entries_.extract(name);
-  if (gone && gone.mapped().told && gone.mapped().device) call_(*gone.mapped().device, false);
+  if (gone && gone.mapped().reported && gone.mapped().device) call_(*gone.mapped().device, false);
 }
 
 }  // namespace rubicon::client

@@ -22,13 +22,13 @@ class DeviceWatch {
   struct Entry {
     std::optional<Device> device;
     DeviceCondition condition;
-    bool told = false;
+    bool reported = false;
   };
   using Entries = std::map<Name, Entry>;
   void described(const tuples::Event& event);
   void stated(const tuples::Event& event);
   void line_stated(const tuples::Event& event);
-  void tell(Entry& entry);
+  void report(Entry& entry);
   void forget(const Name& name);
 
   DeviceQuery query_;

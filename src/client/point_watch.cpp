@@ -48,12 +48,12 @@ void PointWatch::valued(const tuples::Event& event) {
     auto gone = entries_.extract(name);
     touched_.erase(name);
     if (gone) gone.mapped().point.tuple.owner_present = event.kind != tuples::EventKind::kLost;
-    if (gone && gone.mapped().told) call_(PointEvent::kRemoved, shown(name, gone.mapped()));
+    if (gone && gone.mapped().reported) call_(PointEvent::kRemoved, shown(name, gone.mapped()));
     return forget_lost(name.first);
   }
   auto& entry = entries_[name];
   if (!entry.has_value) note_if_lost(event.tuple);
-  if (entry.fresh) std::ignore = tell(name, entry);  // two sets within a turn are two events
+  if (entry.fresh) std::ignore = report(name, entry);  // two sets within a turn are two events
   entry.point.tuple = Tuple(event.tuple);
   entry.has_value = entry.fresh = true;
   touch(name);
@@ -109,7 +109,7 @@ void PointWatch::note_if_lost(const tuples::TupleView& tuple) {
   if (now && !now->owner_present) lost_.insert(tuple.owner);
 }
 
-/// Nothing of it is shown any more.
+/// None of its points is shown from now on.
 void PointWatch::forget_lost(OwnerId owner) {
   const auto first = entries_.lower_bound({owner, {}});
   if (first == entries_.end() || first->first.first != owner) lost_.erase(owner);
@@ -130,23 +130,23 @@ void PointWatch::settle() {
   auto later = SteadyTime::max();
   for (const auto& name : std::exchange(touched_, {})) {
     const auto found = entries_.find(name);
-    if (found == entries_.end() || tell(name, found->second)) continue;
+    if (found == entries_.end() || report(name, found->second)) continue;
     touched_.insert(name);
     if (complete(name.first)) later = std::min(later, *found->second.improved_at + hold_);
   }
   if (later != SteadyTime::max()) settle_at(later);
 }
 
-bool PointWatch::tell(const Name& name, Entry& entry) {
+bool PointWatch::report(const Name& name, Entry& entry) {
   if (!entry.has_value) return true;  // it is reported with its value
   if (!complete(name.first)) return false;
   const auto point = shown(name, entry);
   const bool news = !same(point.status, entry.shown_status) || !same(point.line, entry.shown_line);
   if (!entry.fresh && !news) return true;
   const bool held_back = entry.improved_at && scheduler_.now() < *entry.improved_at + hold_;
-  if (!entry.fresh && entry.told && point.good() && held_back) return false;
+  if (!entry.fresh && entry.reported && point.good() && held_back) return false;
   const auto event = std::exchange(entry.fresh, false) ? PointEvent::kValue : PointEvent::kState;
-  entry.told = true;
+  entry.reported = true;
   entry.improved_at.reset();
   entry.shown_status = point.status;
   entry.shown_line = point.line;

@@ -20,7 +20,7 @@ class PointWatch {
     Point point;
     bool has_value = false;
     bool fresh = false;  ///< its value was set and not reported yet
-    bool told = false;
+    bool reported = false;
     PointStatus shown_status;  ///< as reported last
     LineStatus shown_line;
     std::optional<SteadyTime> improved_at;  ///< when its quality became good; its value may be held back by the flow
@@ -39,7 +39,7 @@ class PointWatch {
   void settle_at(SteadyTime when);
   void settle();
   /// False: it has to wait.
-  bool tell(const Name& name, Entry& entry);
+  bool report(const Name& name, Entry& entry);
   bool complete(OwnerId owner) const;
   Point shown(const Name& name, const Entry& entry) const;
 

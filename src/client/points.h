@@ -14,20 +14,20 @@ struct PointPatterns {
 
   std::array<const Pattern*, 4> all() const { return {&values, &statuses, &descriptions, &lines}; }
 };
-/// kInvalid if it is no key of five parts.
+/// kInvalid unless `points` is a key of five parts.
 Result<PointPatterns> point_patterns(const Pattern& points);
 
 /// `proxy.wsn-1.status` of `proxy.wsn-1.7.sensor.light-1.value`.
 std::string line_key(std::string_view key);
 
-/// What stands in the `.description` of a point.
+/// Takes type and unit from the `.description` of a point.
 void describe(Point& point, std::string_view description);
-/// What its island said counts no more while it cannot be asked.
+/// Shows a point of a lost island as network-down.
 void hide_behind_lost_island(Point& point);
 
 /// One network for each status of a line among the tuples, with the devices and properties among them.
 std::vector<Network> networks_from(const std::vector<Tuple>& tuples);
-/// Whether `a` stands before `b` in a list of devices.
+/// The order of devices in lists: reachable ones first (docs/cli.md).
 bool listed_before(const Device& a, const Device& b);
 
 }  // namespace rubicon::client

@@ -16,15 +16,6 @@ constexpr int kFewestRows = 8, kFewestColumns = 20;
 constexpr std::size_t kAbove = 2, kBelow = 3;
 constexpr std::size_t kMostAnswerRows = 4;
 
-std::string age_text(WallTime then, WallTime now) {
-  if (then == WallTime{}) return "-";
-  const auto seconds = std::max(0.0, base::to_seconds(now) - base::to_seconds(then));
-  if (seconds < 10) return fmt::format("{:.1f}s", seconds);
-  if (seconds < 120) return fmt::format("{:.0f}s", seconds);
-  if (seconds < 7200) return fmt::format("{:.0f}min", seconds / 60);
-  return fmt::format("{:.0f}h", seconds / 3600);
-}
-
 /// As fitted(), with an ellipsis where something was cut.
 std::string shortened(std::string_view text, std::size_t width) {
   text.remove_suffix(text.size() - (text.find_last_not_of(' ') + 1));
@@ -120,7 +111,8 @@ std::string LiveTable::row_text(const LiveRow& row, WallTime now, std::size_t wi
                        device.reason);
   }
   const auto point = source_.point(row.key);
-  return columns.line(point.id, point.value, point.unit, point.quality, age_text(point.heard, now), point.command);
+  return columns.line(point.id, point.value, point.unit, point.quality, base::age_text(point.heard, now),
+                      point.command);
 }
 
 void LiveTable::put_table(std::vector<std::string>& lines, WallTime now, std::size_t width) const {

@@ -24,10 +24,6 @@ namespace {
 constexpr std::size_t kMaxSubscriptions = 1000;
 constexpr Duration kShortestHeartbeat = std::chrono::milliseconds(10);
 
-std::string value_text(const tuples::TupleView& tuple) {
-  return base::is_utf8(tuple.value) ? std::string(tuple.value) : base::to_hex(base::as_bytes(tuple.value));
-}
-
 /// One word behind the pattern of `subscribe`.
 Result<void> read_flow(std::string_view word, tuples::Flow& flow) {
   const auto value = word.substr(std::min(word.size(), word.find('=') + 1));
@@ -218,7 +214,7 @@ void Shell::list(std::string_view rest, const Slot& slot) {
   space_.list(*pattern, [&](const tuples::TupleView& tuple) {
     ++count;
     slot->lines.push_back(
-        model::dump({{"key", tuple.key}, {"value", value_text(tuple)}, {"mimetype", tuple.media_type}}));
+        model::dump({{"key", tuple.key}, {"value", tuples::value_text(tuple)}, {"mimetype", tuple.media_type}}));
   });
   finish(slot, model::dump({{"ok", true}, {"count", count}}));
 }
@@ -274,11 +270,11 @@ void Shell::stats(std::string_view, const Slot& slot) {
   Line networks = Line::object();
   space_.list({island_, model::IslandKey{prefix_}.network("*").property("*")}, [&](const tuples::TupleView& tuple) {
     const auto parts = model::key_parts(tuple.key);
-    networks[std::string(parts[1])][std::string(parts[3])] = value_text(tuple);
+    networks[std::string(parts[1])][std::string(parts[3])] = tuples::value_text(tuple);
   });
   Line island = Line::object();
   space_.list({island_, model::IslandKey{prefix_}.property("*")}, [&](const tuples::TupleView& tuple) {
-    island[std::string(model::key_parts(tuple.key)[2])] = value_text(tuple);
+    island[std::string(model::key_parts(tuple.key)[2])] = tuples::value_text(tuple);
   });
   const auto own = space_.stats();
   finish(slot, model::dump({{"ok", true},

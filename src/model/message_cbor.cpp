@@ -150,9 +150,9 @@ struct BodyWriter {
 
  private:
   template <class Request>
-  static json request(const Request& wish) {
-    json out{{"request", wish.request}, {"value", value_to_json(wish.value)}};
-    point_out(wish.point, out);
+  static json request(const Request& body) {
+    json out{{"request", body.request}, {"value", value_to_json(body.value)}};
+    point_out(body.point, out);
     return out;
   }
 };

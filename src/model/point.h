@@ -11,7 +11,7 @@
 namespace rubicon::model {
 
 /// One sensor, actuator or property of a device: kind, type and instance, always all three. The instance is what
-/// stands behind the `-` in keys (`1`, `window`); it never shifts when another is added. A property has an empty
+/// follows the `-` in keys (`1`, `window`); it never shifts when another is added. A property has an empty
 /// instance when it belongs to the device; else the id of the sensor or actuator it belongs to (`light-1`).
 struct PointId {
   Kind kind = Kind::kSensor;
@@ -36,7 +36,7 @@ struct Capability {
   std::optional<Duration> deadline;
   /// False for an actuator that never reports its state: a command then ends assumed, not confirmed.
   bool reports = true;
-  /// An actuator whose state is asked for when somebody wants it: it stands in Sample beside the sensors.
+  /// An actuator whose state must be requested: Sample names it like a sensor.
   bool sampled = false;
   /// Value a network knows already at the join (a property's configured value); monostate = none.
   Value initial;

@@ -1,7 +1,6 @@
 #include "model/point_tuples.h"
 
 #include <algorithm>
-#include <charconv>
 #include <limits>
 #include <utility>
 
@@ -57,11 +56,6 @@ std::optional<double> bound_in(const Tree& tree, const char* name) {
   return found != tree.end() && found->is_number() ? std::optional(found->get<double>()) : std::nullopt;
 }
 
-std::string_view text_after(std::string_view text, std::string_view mark) {
-  const auto at = text.find(mark);
-  return at == text.npos ? std::string_view() : text.substr(at + mark.size());
-}
-
 }  // namespace
 
 std::string command_status_to_json(const CommandStatus& command) {
@@ -115,18 +109,6 @@ PointStatus point_status_from_json(std::string_view text) {
                      time_of(tree, "heard"),   time_of(tree, "changed"), {}};
   if (const auto command = tree.find("command"); command != tree.end()) status.command = text_of(*command, "state");
   return status;
-}
-
-std::optional<HeardQuality> heard_quality_from_json(std::string_view text) {
-  constexpr std::size_t kFirstMembers = 200;  // bytes
-  text = text.substr(0, kFirstMembers);
-  const auto word = text_after(text, R"("quality":")");
-  const auto quality = parse_quality(word.substr(0, word.find('"')));
-  if (!quality) return std::nullopt;
-  const auto heard = text_after(text, R"("heard":)");
-  double seconds = 0;
-  std::from_chars(heard.data(), heard.data() + heard.size(), seconds);
-  return HeardQuality{*quality, time_from_seconds(seconds)};
 }
 
 std::string point_description_to_json(const PointDescription& description) {

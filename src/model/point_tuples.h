@@ -50,15 +50,6 @@ struct PointStatusPieces {
 void write_point_status(const PointStatusPieces& status, std::string& out);
 PointStatus point_status_from_json(std::string_view text);
 
-/// The first members of a point's status.
-struct HeardQuality {
-  Quality quality = Quality::kUnknown;
-  WallTime heard{};  ///< when the last good value came; zero = never
-};
-/// They alone, found without parsing the rest (a recording holds a status for each reading) in a text that
-/// write_point_status() wrote; nullopt where the quality is none of ours.
-std::optional<HeardQuality> heard_quality_from_json(std::string_view text);
-
 /// What a point is: its `.description`.
 struct PointDescription {
   std::string type{};
@@ -72,7 +63,7 @@ struct PointDescription {
 
   friend bool operator==(const PointDescription&, const PointDescription&) = default;
 };
-/// The numbers of words stand in it where they are not 0, 1, 2 and so on.
+/// With the numbers of the words, unless they are 0, 1, 2 and so on.
 std::string point_description_to_json(const PointDescription& description);
 /// nullopt for what is no JSON object. Words whose numbers are no whole numbers are left out, all of them.
 std::optional<PointDescription> point_description_from_json(std::string_view text);

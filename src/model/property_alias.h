@@ -6,7 +6,7 @@
 namespace rubicon::model {
 
 /// D1.4 writes `rate` in its figure of the tuples and "sampling-rate" in its text (docs/tuple-keys.md): the property is
-/// kept as `rate`, and this other name is accepted where somebody types one.
+/// kept as `rate`, and this other name is accepted where users type one.
 inline constexpr std::string_view kSamplingRate = "sampling-rate";
 
 /// A key as the proxy keeps it, of one that may name the property `sampling-rate`: a whole key

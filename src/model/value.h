@@ -17,7 +17,7 @@ struct Json {
 /// booleans as bool. monostate = nothing known.
 using Value = std::variant<std::monostate, bool, std::int64_t, double, std::string, Json>;
 
-/// The text of a value as it stands in tuples: `on`/`off`, `21`, `21.5` (shortest form that reads back the same), the
+/// The text of a value as in tuples: `on`/`off`, `21`, `21.5` (shortest form that reads back the same), the
 /// word, the JSON. NaN and infinities, which no type permits, give an empty text as monostate does.
 std::string to_text(const Value& value);
 /// Same, into a string that keeps its memory: for the path of every reading.

@@ -19,7 +19,7 @@ struct Word {
   friend bool operator==(const Word&, const Word&) = default;
 };
 
-/// Text that somebody wrote -> value, by the words of one point; `words` is not empty.
+/// Text of a user -> value, by the words of one point; `words` is not empty.
 ///
 /// An enumeration: the word, or its number; a number without a word (`7`, `reserved (7)`) stays a number. Of words
 /// only letters, digits and dots count, in any case: `Not-used` means `not used`.
@@ -33,7 +33,7 @@ Result<Value> parse_words(const Type& type, const std::vector<Word>& words, std:
 
 /// The number of a set of bits, from any of its forms. kInvalid says what is none of them, without naming a type.
 Result<std::uint32_t> bits_of(const std::vector<Word>& words, std::string_view text);
-/// A set of bits as it stands in tuples: `{"raw":5,"fault":true,...}`, every bit by its name in the order of `words`.
+/// A set of bits as in tuples: `{"raw":5,"fault":true,...}`, every bit by its name in the order of `words`.
 Json set_of(const std::vector<Word>& words, std::uint32_t raw);
 
 /// Without regard to the case of ASCII letters.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <nlohmann/json.hpp>
 #include <string>
 
 #include "base/printable.h"
@@ -8,10 +9,16 @@
 
 namespace rubicon::tuples {
 
-/// One line of --watch: owner, key, value, mimetype, seq, write, user, time, event (set, deleted, expired). `write` and
-/// `user` are seconds since 1970, 0 = not given; `time` is the user time, else the write time, as ISO 8601 with offset.
-/// A value that is not UTF-8 is written as value_hex instead of value. `through`, the meta tuple that led to
-/// the tuple, is added if it is not empty.
+/// The value of a tuple as text; in hexadecimal digits where it is not UTF-8.
+std::string value_text(const TupleView& tuple);
+
+/// The one form of a tuple in JSON lines: owner, key, value, mimetype, seq, write, user, time. `write` and `user` are
+/// seconds since 1970, 0 = not given; `time` is the user time, else the write time, as ISO 8601 with offset. A value
+/// that is not UTF-8 is in value_hex instead of value.
+nlohmann::ordered_json tuple_json(const TupleView& tuple);
+
+/// One line of --watch: the tuple, and event (set, deleted, expired). `through`, if not empty, names the meta tuple
+/// that led to it.
 std::string event_line(const tuples::Event& event, std::string_view through = {});
 
 /// The same members without the event, with ok and creator: the answer to `get`.

@@ -5,9 +5,9 @@
 
 #include "base/virtual_scheduler.h"
 #include "client/device_watch.h"
-#include "client/errand.h"
-#include "client/post_office.h"
-#include "client/reading.h"
+#include "client/message_client.h"
+#include "client/remote_set_tracker.h"
+#include "client/tuple_query.h"
 #include "tuples/memory/memory_ecology.h"
 
 namespace rubicon::client {
@@ -37,7 +37,7 @@ struct ClientParts : testing::Test {
   tuples::MemoryEcology ecology{time};
   std::unique_ptr<Member> island = std::make_unique<Member>(ecology, time, 1);
   Member self{ecology, time, 70000};
-  Acquaintance acquaintance{time, self.space};
+  PeerDiscovery peer_discovery{time, self.space};
   std::vector<Tuple> found;
   int times = 0;
   TuplesCall keep = [this](std::vector<Tuple> tuples) {
@@ -48,8 +48,8 @@ struct ClientParts : testing::Test {
 
 TEST_F(ClientParts, AReadingEndsWhenAllIsHere) {
   for (int i = 0; i < 3; ++i) ASSERT_TRUE(island->space.set("a.t" + std::to_string(i), "x"));
-  const Reading reading(time, self.space, acquaintance, {std::nullopt, "a.*"}, keep, 3s);
-  time.run_for(Acquaintance::kQuiet - 1ms);
+  const TupleQuery query(time, self.space, peer_discovery, {std::nullopt, "a.*"}, keep, 3s);
+  time.run_for(PeerDiscovery::kQuietPeriod - 1ms);
   EXPECT_EQ(times, 0) << "somebody may still come";
   time.run_for(2ms);
   EXPECT_EQ(times, 1);
@@ -62,15 +62,15 @@ TEST_F(ClientParts, AReadingEndsWhenAllIsHere) {
 TEST_F(ClientParts, AReadingOfOneOwnerWaitsForNobodyElse) {
   ASSERT_TRUE(island->space.set("a", "x"));
   time.run_ready();
-  const Reading reading(time, self.space, acquaintance, {kIsland, "a"}, keep, 3s);
+  const TupleQuery query(time, self.space, peer_discovery, {kIsland, "a"}, keep, 3s);
   time.run_for(1ms);
   ASSERT_EQ(found.size(), 1U);
   EXPECT_EQ(found[0].value, "x");
 }
 
 TEST_F(ClientParts, AReadingOfAnOwnerThatIsNotThereEndsEmpty) {
-  const Reading reading(time, self.space, acquaintance, {OwnerId(7), "a"}, keep, 3s);
-  time.run_for(Acquaintance::kNamed + 1ms);
+  const TupleQuery query(time, self.space, peer_discovery, {OwnerId(7), "a"}, keep, 3s);
+  time.run_for(PeerDiscovery::kNamedOwnerWait + 1ms);
   EXPECT_EQ(times, 1);
   EXPECT_THAT(found, IsEmpty());
 }
@@ -81,14 +81,14 @@ TEST_F(ClientParts, AReadingCreatesNoDemand) {
   const auto watch = island->space.watch_demand({std::nullopt, "**"}, [&](const tuples::Demand& demand) {
     if (demand.wanted) wanted.emplace_back(demand.key);
   });
-  const Reading reading(time, self.space, acquaintance, {std::nullopt, "**"}, keep, 3s);
+  const TupleQuery query(time, self.space, peer_discovery, {std::nullopt, "**"}, keep, 3s);
   time.run_for(5s);
   EXPECT_EQ(found.size(), 1U);
   EXPECT_THAT(wanted, IsEmpty());
 }
 
 TEST_F(ClientParts, ANewcomerDuringTheReadingIsWaitedFor) {
-  const Reading reading(time, self.space, acquaintance, {std::nullopt, "a"}, keep, 3s);
+  const TupleQuery query(time, self.space, peer_discovery, {std::nullopt, "a"}, keep, 3s);
   time.run_for(200ms);
   Member late(ecology, time, 2);
   ASSERT_TRUE(late.space.set("a", "late"));
@@ -158,7 +158,7 @@ struct Commands : ClientParts {
 };
 
 TEST_F(Commands, AreFollowedToTheirFinalState) {
-  const Errand errand(time, self.space, kIsland, "d.command", "on", end, {}, 15s);
+  const RemoteSetTracker errand(time, self.space, kIsland, "d.command", "on", end, {}, 15s);
   time.run_for(1ms);
   state(last.request, "queued");
   state(last.request + 1, "confirmed");  // somebody else's
@@ -172,7 +172,7 @@ TEST_F(Commands, AreFollowedToTheirFinalState) {
 TEST_F(Commands, OfAStateAreSupersededByAnothersCommandThatIsSeenAlone) {
   ASSERT_TRUE(island->space.set("d.description", R"({"report":"state"})"));
   state(7, "confirmed");  // of somebody before
-  const Errand errand(time, self.space, kIsland, "d.command", "on", end, {}, 15s);
+  const RemoteSetTracker errand(time, self.space, kIsland, "d.command", "on", end, {}, 15s);
   time.run_for(1ms);
   EXPECT_THAT(ended, IsEmpty());
   state(last.request, "sent");
@@ -181,13 +181,13 @@ TEST_F(Commands, OfAStateAreSupersededByAnothersCommandThatIsSeenAlone) {
 }
 
 TEST_F(Commands, ThatAreRefusedSayWhy) {
-  const Errand errand(time, self.space, kIsland, "d.command", "no", end, {}, 15s);
+  const RemoteSetTracker errand(time, self.space, kIsland, "d.command", "no", end, {}, 15s);
   time.run_for(1ms);
   EXPECT_THAT(ended, ElementsAre("refused not that"));
 }
 
 TEST_F(Commands, EndWithWhatIsKnownWhenNothingMoreIsHeard) {
-  const Errand errand(time, self.space, kIsland, "d.command", "on", end, 2s, 3s);
+  const RemoteSetTracker errand(time, self.space, kIsland, "d.command", "on", end, 2s, 3s);
   time.run_for(1ms);
   state(last.request, "queued");
   time.run_for(6s);
@@ -195,7 +195,7 @@ TEST_F(Commands, EndWithWhatIsKnownWhenNothingMoreIsHeard) {
 }
 
 TEST_F(Commands, CarryTheDocumentedTimeToLiveIfTheirCommanderNamesNone) {
-  const Errand errand(time, self.space, kIsland, "d.command", "on", end, {}, 15s);
+  const RemoteSetTracker errand(time, self.space, kIsland, "d.command", "on", end, {}, 15s);
   time.run_for(1ms);
   EXPECT_TRUE(last.time_to_live_given);
   EXPECT_GT(last.time_to_live, 4s);
@@ -204,7 +204,7 @@ TEST_F(Commands, CarryTheDocumentedTimeToLiveIfTheirCommanderNamesNone) {
 
 TEST_F(Commands, AreWaitedForAsLongAsTheIslandSaysThatTheyMayTake) {
   std::vector<std::string> under_way;
-  const Errand errand(time, self.space, kIsland, "d.command", "on", end, 1s, 3s, [&](const Outcome& outcome) {
+  const RemoteSetTracker errand(time, self.space, kIsland, "d.command", "on", end, 1s, 3s, [&](const Outcome& outcome) {
     under_way.push_back(outcome.state + " " + outcome.reason + " " +
                         std::to_string(outcome.until.time_since_epoch().count()));
   });
@@ -223,7 +223,7 @@ TEST_F(Commands, AreWaitedForAsLongAsTheIslandSaysThatTheyMayTake) {
 }
 
 TEST_F(Commands, OfADeviceThatLeavesFail) {
-  const Errand errand(time, self.space, kIsland, "d.command", "on", end, {}, 15s);
+  const RemoteSetTracker errand(time, self.space, kIsland, "d.command", "on", end, {}, 15s);
   time.run_for(1ms);
   state(last.request, "queued");
   ASSERT_TRUE(island->space.erase("d.status"));
@@ -233,7 +233,7 @@ TEST_F(Commands, OfADeviceThatLeavesFail) {
 
 TEST_F(Commands, AreFollowedToAnotherIsland) {
   Member other(ecology, time, 2);
-  const Errand errand(time, self.space, kIsland, "d.command", "on", end, {}, 15s);
+  const RemoteSetTracker errand(time, self.space, kIsland, "d.command", "on", end, {}, 15s);
   time.run_for(1ms);
   state(last.request, "queued");
   ASSERT_TRUE(island->space.erase("d.status"));
@@ -251,14 +251,14 @@ TEST_F(Commands, AreFollowedToAnotherIsland) {
 }
 
 TEST_F(Commands, ToOtherTuplesEndWithTheAnswer) {
-  const Errand errand(time, self.space, kIsland, "note", "x", end, {}, 15s);
-  const Errand nobody(time, self.space, OwnerId(9), "note", "x", end, {}, 15s);
+  const RemoteSetTracker errand(time, self.space, kIsland, "note", "x", end, {}, 15s);
+  const RemoteSetTracker nobody(time, self.space, OwnerId(9), "note", "x", end, {}, 15s);
   time.run_for(1ms);
   EXPECT_THAT(ended, testing::UnorderedElementsAre("applied ", testing::StartsWith("no-such-owner")));
 }
 
 TEST_F(Commands, SurviveStatusesThatAreNone) {
-  const Errand errand(time, self.space, kIsland, "d.command", "on", end, 1s, 1s);
+  const RemoteSetTracker errand(time, self.space, kIsland, "d.command", "on", end, 1s, 1s);
   time.run_for(1ms);
   for (const auto* text : {"[]", "{", "{}", R"({"command":[]})", R"({"command":{"creator":"x","request":-1}})",
                            R"({"command":{"creator":70000,"request":1.5,"state":7}})"}) {
@@ -270,8 +270,8 @@ TEST_F(Commands, SurviveStatusesThatAreNone) {
 
 struct Messages : ClientParts {
   base::NullLogSink log;
-  PostOffice there{time, island->space, log};
-  PostOffice here{time, self.space, log};
+  MessageClient there{time, island->space, log};
+  MessageClient here{time, self.space, log};
   std::vector<std::string> heard, sent;
   SentCall note = [this](const std::string& why_not) { sent.push_back(why_not); };
 };

@@ -83,7 +83,7 @@ std::unique_ptr<Bus> Bus::open(const Settings& settings, const BusOptions& optio
   }
   std::vector<std::string> names;
   for (const auto& place : found) names.push_back(fmt::format("{} of island {}", place.network, number(place.island)));
-  say(fmt::format("several networks: {}: say which with --network and --island", fmt::join(names, ", ")));
+  print_error(fmt::format("several networks: {}; choose one with --network and --island", fmt::join(names, ", ")));
   code = kUsage;
   return nullptr;
 }

@@ -20,7 +20,7 @@ using namespace std::chrono_literals;
 using networks::knx::wire::parse_group;
 using nlohmann::json;
 
-/// The network answers at the latest after its own 7 s (a read that nobody answers).
+/// The network replies within its own 7 s, also to a read that no device answers.
 constexpr Duration kPatience = 10s;
 /// A monitor's lease, renewed long before it ends.
 constexpr int kLeaseSeconds = 30;
@@ -33,7 +33,7 @@ struct Options {
 };
 
 int refused(const json& answer) {
-  say(clean(model::text_of(answer, "why")));
+  print_error(printable(model::text_of(answer, "why")));
   return kNotDone;
 }
 
@@ -50,7 +50,7 @@ int read(Bus& bus, const Settings& settings, const Options& options) {
   auto answer = bus.answer_to(request, kPatience);
   if (!model::flag_of(answer, "ok")) return refused(answer);
   answer.erase("id");
-  bus.out().line(settings.json ? answer.dump() : clean(value_text(answer)));
+  bus.out().line(settings.json ? answer.dump() : printable(value_text(answer)));
   return kGood;
 }
 
@@ -85,10 +85,10 @@ bool wanted(const Options& options, const json& telegram) {
 int monitor(Bus& bus, const Settings& settings, const Options& options) {
   bus.on_telegram = [&](const json& telegram) {
     if (!wanted(options, telegram)) return;
-    bus.out().line(settings.json ? telegram.dump() : clean(telegram_line(telegram)));
+    bus.out().line(settings.json ? telegram.dump() : printable(telegram_line(telegram)));
   };
   bus.on_line = [](bool up, const std::string& why) {
-    say(up ? "the line is back" : clean("the line is lost: " + why));
+    print_error(up ? "the line is back" : printable("the line is lost: " + why));
   };
   const json request{{"do", "monitor"}, {"seconds", kLeaseSeconds}, {"id", "monitor"}};
   bool refusal = false;
@@ -125,7 +125,7 @@ std::vector<networks::knx::Capture::Frame> frames_in(const json& answer) {
 int capture(Bus& bus, const Settings&, const Options& options) {
   auto target = OwnFile::open(options.file, O_WRONLY | O_TRUNC);
   if (!target) {
-    say(target.error().text);
+    print_error(target.error().text);
     return kFailed;
   }
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(
@@ -146,7 +146,7 @@ int capture(Bus& bus, const Settings&, const Options& options) {
     more = model::flag_of(answer, "more") && next > before;
   }
   if (std::fflush(file.get()) != 0 || std::ferror(file.get()) != 0) {
-    say(fmt::format("{}: cannot be written", options.file));
+    print_error(fmt::format("{}: cannot be written", options.file));
     return kFailed;
   }
   bus.out().line(fmt::format("{} in {}", counted(frames, "frame"), options.file));
@@ -170,7 +170,7 @@ CLI::App* add(Cli& cli, CLI::App* under, const Cli::Text& text, const std::share
   auto* app = cli.command({text.name, text.summary, text.examples, under},
                           [options, command, name = "knx " + text.name](const Settings& settings) -> int {
                             if (const auto wrong = wrong_addresses(*options); !wrong.empty()) {
-                              say(wrong);
+                              print_error(wrong);
                               return kUsage;
                             }
                             int code = kFailed;

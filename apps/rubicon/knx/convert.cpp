@@ -39,7 +39,7 @@ int convert(const Words& words, Convert how) {
   if (words.type.empty()) return convert_lines(how);
   const auto answer = how(joined(words));
   if (answer.starts_with("error: ")) {
-    say(std::string_view(answer).substr(7));
+    print_error(std::string_view(answer).substr(7));
     return kUsage;
   }
   Output out(1);

@@ -20,7 +20,7 @@ namespace {
 
 using nlohmann::json;
 
-/// What goes wrong is told by the state of the line.
+/// Failures show in the state of the line.
 base::NullLogSink no_log;
 
 /// A KNX network without an island: the same code, its answers come here.
@@ -141,7 +141,7 @@ std::unique_ptr<Bus> open_direct(const Settings& settings, const BusOptions& opt
   auto bus = std::make_unique<DirectBus>();
   const auto opened = bus->open(options, std::max<Duration>(settings.patience, std::chrono::seconds(12)));
   if (opened) return bus;
-  say(opened.error().text);
+  print_error(opened.error().text);
   code = opened.error().code == ErrorCode::kInvalid ? kUsage : kFailed;
   return nullptr;
 }

@@ -68,7 +68,7 @@ Line as_json(const networks::knx::line::FoundServer& server) {
 void put(Output& out, const std::string& text) {
   for (std::size_t at = 0; at <= text.size();) {
     const auto end = std::min(text.find('\n', at), text.size());
-    out.line(clean(std::string_view(text).substr(at, end - at)));
+    out.line(printable(std::string_view(text).substr(at, end - at)));
     at = end + 1;
   }
 }
@@ -76,7 +76,7 @@ void put(Output& out, const std::string& text) {
 int discover(const Settings& settings, const DiscoverOptions& options) {
   auto wanted = plan(options);
   if (wanted.interfaces.empty() && wanted.hosts.empty()) {
-    say("this machine has no interface to search on; `--host HOST` asks one host");
+    print_error("this machine has no interface to search on; `--host HOST` asks one host");
     return kFailed;
   }
   const auto result = look(std::move(wanted));
@@ -88,8 +88,8 @@ int discover(const Settings& settings, const DiscoverOptions& options) {
       put(out, networks::knx::line::describe(server));
     }
   }
-  for (const auto& problem : result.problems) say(clean(problem.text));
-  if (result.servers.empty()) say("no KNXnet/IP server answers");
+  for (const auto& problem : result.problems) print_error(printable(problem.text));
+  if (result.servers.empty()) print_error("no KNXnet/IP server answers");
   return ended(out, result.servers.empty() ? kNotThere : kGood);
 }
 

@@ -73,7 +73,7 @@ int put(const ImportOptions& options, const std::string& text) {
     return ended(out, kGood);
   }
   const auto written = replace(options.output, text);
-  if (!written) say(written.error().text);
+  if (!written) print_error(written.error().text);
   return written ? kGood : kFailed;
 }
 
@@ -84,14 +84,14 @@ int import(const ImportOptions& options) {
   if (!options.record.empty()) {
     auto known = read_record(options.record);
     if (!known) {
-      say(known.error().text);
+      print_error(known.error().text);
       return kUsage;
     }
     how.known = std::move(*known);
   }
   const auto imported = networks::knx::groups::import_file(options.file, how);
   if (!imported) {
-    say(imported.error().text);
+    print_error(imported.error().text);
     return kFailed;
   }
   const auto code = put(options, networks::knx::groups::to_yaml(imported->points, imported->report.source));

@@ -127,7 +127,7 @@ TEST_F(Doctor, NamesAPeerThatARuleKeepsOut) {
   ASSERT_TRUE(ip({"link", "set", "two", "up"}) && ip({"link", "set", "one", "up"}));
   const auto refused = ask({"--interfaces", "one", "--peers", "10.9.9.9"});
   EXPECT_EQ(refused.code, 1);
-  EXPECT_THAT(refused.problem(), HasSubstr("firewall: nothing can be sent to peer 10.9.9.9"));
+  EXPECT_THAT(refused.problem(), HasSubstr("firewall: cannot send to peer 10.9.9.9"));
   const auto silent = ask({"--interfaces", "one", "--peers", "10.1.0.77"});
   EXPECT_THAT(silent.problem(), HasSubstr("firewall: peer 10.1.0.77 does not answer to UDP"));
 }
@@ -144,7 +144,7 @@ TEST_F(Doctor, NamesAnIdThatIsTakenTwice) {
   const tuples::dds::Rogue twin(5, 1);  // unlike a daemon it does not go
   const auto told = ask({"--patience", "2s"});
   EXPECT_EQ(told.code, 1);
-  EXPECT_THAT(told.problem(), HasSubstr("island-twice: id 5 is taken by 2 programs"));
+  EXPECT_THAT(told.problem(), HasSubstr("island-twice: id 5 is used by 2 programs"));
 }
 
 TEST_F(Doctor, NamesAHostThatIsFull) {
@@ -159,7 +159,8 @@ TEST_F(Doctor, NamesAHostThatIsFull) {
   const auto told = ask();
   for (const int one : sockets) ::close(one);
   EXPECT_EQ(told.code, 1);
-  EXPECT_THAT(told.problem(), HasSubstr("participant-index: all 120 places of this host in domain 0 are taken"));
+  EXPECT_THAT(told.problem(),
+              HasSubstr("participant-index: all 120 participant indexes of this host in domain 0 are in use"));
 }
 
 TEST_F(Doctor, NamesAComponentOfAnotherVersion) {
@@ -168,7 +169,7 @@ TEST_F(Doctor, NamesAComponentOfAnotherVersion) {
   const auto told = ask();
   EXPECT_EQ(told.code, 1);
   EXPECT_THAT(told.problem(), HasSubstr("version: component 70001"));
-  EXPECT_THAT(told.problem(), HasSubstr("speaks version 99 of the protocol"));
+  EXPECT_THAT(told.problem(), HasSubstr("uses protocol version 99"));
 }
 
 }  // namespace

@@ -31,7 +31,7 @@ TEST(Findings, AnInterfaceWithoutMulticastNeedsPeers) {
 }
 
 TEST(Findings, AnInterfaceThatCannotWorkIsNamed) {
-  EXPECT_THAT(of_interface("wlan0").mend, HasSubstr("lo, eth0"));
+  EXPECT_THAT(of_interface("wlan0").fix, HasSubstr("lo, eth0"));
   EXPECT_THAT(of_interface("eth1").what, HasSubstr("down"));
   EXPECT_THAT(of_interface("eth2").what, HasSubstr("no IPv4 address"));
 }
@@ -47,7 +47,7 @@ TEST(Findings, PeersAreToldApartByTheirSilence) {
   EXPECT_EQ(check_peer("p", 0, {"", 0, 8, false}).grade, Grade::kProblem);
   EXPECT_EQ(check_peer("p", 0, {"", 8, 0, true}).grade, Grade::kNote);
   EXPECT_EQ(check_peer("p", 0, {"", 7, 1, true}).grade, Grade::kGood);
-  EXPECT_THAT(check_peer("p", 2, {"", 0, 8, false}).mend, HasSubstr("7900 to 8149"));
+  EXPECT_THAT(check_peer("p", 2, {"", 0, 8, false}).fix, HasSubstr("7900 to 8149"));
 }
 
 client::ComponentStart start(std::uint32_t id, std::uint64_t incarnation, bool present, unsigned version = 1) {
@@ -59,7 +59,7 @@ TEST(Findings, AnotherVersionIsAProblemAsLongAsItIsThere) {
   const auto found = check_versions({start(1, 5, true), start(2, 6, true, 9)}, 1);
   ASSERT_EQ(found.size(), 1U);
   EXPECT_EQ(found[0].grade, Grade::kProblem);
-  EXPECT_THAT(found[0].what, HasSubstr("component 2 on host6 speaks version 9"));
+  EXPECT_THAT(found[0].what, HasSubstr("component 2 on host6 uses protocol version 9"));
 }
 
 TEST(Findings, AnIdThatIsTakenTwiceIsNamedWithItsPlaces) {

@@ -48,8 +48,8 @@ TEST(IslandFindings, ALineThatIsDownIsAProblemWithItsReasonAndAdvice) {
   EXPECT_EQ(found.grade, Grade::kProblem);
   EXPECT_EQ(found.check, "line");
   EXPECT_EQ(found.what, "network knx-hall of island 6541 home: down for 5min: connection refused");
-  EXPECT_THAT(found.mend, HasSubstr("12 attempts so far, next attempt in 20s"));
-  EXPECT_THAT(found.mend, HasSubstr("networks: knx-hall:"));
+  EXPECT_THAT(found.fix, HasSubstr("12 attempts so far, next attempt in 20s"));
+  EXPECT_THAT(found.fix, HasSubstr("networks: knx-hall:"));
 }
 
 TEST(IslandFindings, ALineThatDoesNotOpenIsAProblemAfterAWhile) {
@@ -70,7 +70,7 @@ TEST(IslandFindings, DevicesThatCannotBeReachedAreNamedWhereTheLineIsNotTheReaso
   auto one = network("up");
   EXPECT_THAT(check_devices(with(one)), IsEmpty());
   one.reachable = 1;
-  EXPECT_THAT(check_devices(with(one)).at(0).what, HasSubstr("2 of 3 devices cannot be reached"));
+  EXPECT_THAT(check_devices(with(one)).at(0).what, HasSubstr("2 of 3 devices are not reachable"));
   one.line.line = "down";
   EXPECT_THAT(check_devices(with(one)), IsEmpty());
 }
@@ -97,7 +97,7 @@ TEST(IslandFindings, LossesThatTheFirstLookDidNotSeeAreNotes) {
   auto found = check_losses(seen);
   ASSERT_EQ(found.size(), 2U);
   for (const auto& one : found) EXPECT_EQ(one.grade, Grade::kNote) << one.what;
-  EXPECT_THAT(found[0].what, HasSubstr("state-failures = 13 since its start; seen once only"));
+  EXPECT_THAT(found[0].what, HasSubstr("state-failures = 13 since its start; first value unknown"));
   seen.known_before = true;
   seen.numbers_before = seen.numbers;
   seen.before.clear();
@@ -154,15 +154,15 @@ TEST(IslandFindings, DevicesThatWaitForADecisionAreNamed) {
   EXPECT_THAT(check_inbox(seen), IsEmpty());
   seen.numbers = {{"inbox-waiting", 2}};
   EXPECT_THAT(check_inbox(seen).at(0).what, HasSubstr("2 devices wait of island 6541 home for a decision"));
-  EXPECT_EQ(check_inbox(seen).at(0).mend, "rubicon inbox --island 6541");
+  EXPECT_EQ(check_inbox(seen).at(0).fix, "rubicon inbox --island 6541");
 }
 
 TEST(IslandFindings, SayWhoCanCommandTheIsland) {
   client::Options options;
   EXPECT_THAT(check_access(island(), options).what,
-              HasSubstr("every local user of this host reads and commands island 6541"));
+              HasSubstr("every local user of this host can read and command island 6541"));
   options.interfaces = {"eth0"};
-  EXPECT_THAT(check_access(island(), options).what, HasSubstr("`trust_lan: no` keeps out mistakes only"));
+  EXPECT_THAT(check_access(island(), options).what, HasSubstr("`trust_lan: no` only prevents mistakes"));
 }
 
 /// As GitHub makes it of a heading.

@@ -99,7 +99,8 @@ TEST_F(CommandLine, ListsTuplesWithQuality) {
   EXPECT_TRUE(lines[0].contains("quality"));
   const auto nothing = rubicon({"ls", "proxy.nothing.**"});
   EXPECT_EQ(nothing.code, 8);
-  EXPECT_THAT(nothing.errors, HasSubstr("no tuple fits proxy.nothing.** (looked in domain 0 on lo, 2 islands there)"));
+  EXPECT_THAT(nothing.errors,
+              HasSubstr("no tuple matches proxy.nothing.** (looked in domain 0 on lo; 2 islands present)"));
   EXPECT_EQ(rubicon({"ls", "a..b"}).code, 2);
 }
 
@@ -372,7 +373,7 @@ TEST_F(CommandLine, RecordsWhatTheDaemonsToolReads) {
   EXPECT_THAT(exported.output, HasSubstr(",6541,proxy.networks,"));
   const auto two = rubicon({"record", file("other.rec"), "--for", "1s"});
   EXPECT_EQ(two.code, 2);
-  EXPECT_THAT(two.errors, HasSubstr("say which with --island: 7 6541"));
+  EXPECT_THAT(two.errors, HasSubstr("choose it with --island: 7 6541"));
   EXPECT_EQ(rubicon({"record", "/nonexistent/x.rec", "--island", "7", "--for", "1s"}).code, 1);
 }
 
@@ -420,7 +421,8 @@ TEST_F(CommandLine, TheBashCompletionCompletes) {
 TEST_F(CommandLine, TakesItsPlaceFromEnvironmentAndConfiguration) {
   const auto elsewhere = support::run_to_end({"env", "RUBICON_DOMAIN=9", kProgram, "islands"});
   EXPECT_EQ(elsewhere.code, 8);
-  EXPECT_THAT(elsewhere.errors, HasSubstr("no island (looked in domain 9 on lo, 0 islands there); `rubicon doctor`"));
+  EXPECT_THAT(elsewhere.errors,
+              HasSubstr("no island (looked in domain 9 on lo; 0 islands present); run `rubicon doctor`"));
   const auto config = world_->folder.write("far.yaml", small_island(9, "{domain: 11, tag: far}"));
   EXPECT_THAT(rubicon({"islands", "--config", config}).errors, HasSubstr("domain 11 on lo, tag far"));
   EXPECT_THAT(rubicon({"islands", "--config", config, "--domain", "12"}).errors, HasSubstr("domain 12 on lo, tag far"));

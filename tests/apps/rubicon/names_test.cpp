@@ -4,8 +4,8 @@
 #include "apps/rubicon/cli.h"
 #include "apps/rubicon/completion.h"
 #include "apps/rubicon/device_options.h"
-#include "apps/rubicon/near.h"
 #include "apps/rubicon/selection.h"
+#include "apps/rubicon/suggestions.h"
 #include "apps/rubicon/target.h"
 #include "apps/rubicon/woken.h"
 
@@ -106,7 +106,7 @@ TEST(CliNames, ADeviceIsCalledByKeyOrByName) {
 
 TEST(CliNames, CountsTheDevicesThatAPatternWakes) {
   const auto all = some_devices();
-  const auto woken = [&](const char* text) { return woken_devices(all, parse_selections(text, "value").value()); };
+  const auto woken = [&](const char* text) { return count_woken(all, parse_selections(text, "value").value()); };
   EXPECT_EQ(woken("proxy.**"), 3U);
   EXPECT_EQ(woken("2:proxy.*.*.sensor.*.value"), 2U);
   EXPECT_EQ(woken("proxy.wsn.7.sensor.light-1.value"), 2U);
@@ -119,15 +119,15 @@ TEST(CliNames, CountsTheDevicesThatAPatternWakes) {
 TEST(CliNames, AWordThatNamesNothingGetsTheNearest) {
   auto all = some_devices();
   all[2].actuators = {"lamp-1"};
-  EXPECT_EQ(near_point(all, "hall.lamp"), "did you mean 'hall.lamp-1'?");
-  EXPECT_EQ(near_point(all, "knx.hal.lamp-1"), "did you mean 'knx.hall.lamp-1'?");
-  EXPECT_EQ(near_point(all, "Lamp"), "did you mean 'hall.lamp-1'?");
-  EXPECT_EQ(near_point(all, "proxy.knx.hall.actuator.lmap-1"), "did you mean 'proxy.knx.hall.actuator.lamp-1'?");
-  EXPECT_EQ(near_point(all, "frob.nicate"), "");
-  EXPECT_EQ(near_device(all, "Kitchn mote"), "did you mean 'Kitchen mote'?");
-  EXPECT_EQ(near_device(all, "2:hal"), "did you mean 'hall' or 'Hall mote'?");
-  EXPECT_EQ(near_type(all, "temprature"), "did you mean 'temperature'?");
-  EXPECT_TRUE(near_type(all, "Temperature").starts_with("did you mean 'temperature'"));
+  EXPECT_EQ(suggest_point(all, "hall.lamp"), "did you mean 'hall.lamp-1'?");
+  EXPECT_EQ(suggest_point(all, "knx.hal.lamp-1"), "did you mean 'knx.hall.lamp-1'?");
+  EXPECT_EQ(suggest_point(all, "Lamp"), "did you mean 'hall.lamp-1'?");
+  EXPECT_EQ(suggest_point(all, "proxy.knx.hall.actuator.lmap-1"), "did you mean 'proxy.knx.hall.actuator.lamp-1'?");
+  EXPECT_EQ(suggest_point(all, "frob.nicate"), "");
+  EXPECT_EQ(suggest_device(all, "Kitchn mote"), "did you mean 'Kitchen mote'?");
+  EXPECT_EQ(suggest_device(all, "2:hal"), "did you mean 'hall' or 'Hall mote'?");
+  EXPECT_EQ(suggest_type(all, "temprature"), "did you mean 'temperature'?");
+  EXPECT_TRUE(suggest_type(all, "Temperature").starts_with("did you mean 'temperature'"));
 }
 
 TEST(CliCompletion, OffersCommandsOptionsAndActions) {

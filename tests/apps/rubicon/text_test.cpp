@@ -41,8 +41,8 @@ TEST(CliTable, PaintsOnlyWithColour) {
 }
 
 TEST(CliTable, NothingOfOutsidersSteersTheTerminal) {
-  EXPECT_EQ(clean("a\x1b[2Jb\nc\x9f"), "a?[2Jb??");
-  EXPECT_EQ(clean("lamp\u202effo"), "lamp?ffo");
+  EXPECT_EQ(printable("a\x1b[2Jb\nc\x9f"), "a?[2Jb??");
+  EXPECT_EQ(printable("lamp\u202effo"), "lamp?ffo");
   Table table({"VALUE"});
   table.row({"\x1b]0;owned\a"});
   EXPECT_EQ(table.text({}).find('\x1b'), std::string::npos);
@@ -199,11 +199,11 @@ TEST(CliSettings, SaysWhereItLooks) {
 }
 
 TEST(CliSettings, ASpanNeedsItsUnit) {
-  EXPECT_EQ(wrong_with_span("250ms"), "");
-  EXPECT_THAT(wrong_with_span("60"), testing::HasSubstr("expected a duration"));
-  EXPECT_THAT(wrong_with_span("-1s"), testing::HasSubstr("expected a duration"));
-  EXPECT_EQ(span_of("250ms"), 250ms);
-  EXPECT_EQ(span_of("", 3s), 3s);
+  EXPECT_EQ(check_duration("250ms"), "");
+  EXPECT_THAT(check_duration("60"), testing::HasSubstr("expected a duration"));
+  EXPECT_THAT(check_duration("-1s"), testing::HasSubstr("expected a duration"));
+  EXPECT_EQ(parse_duration_or("250ms"), 250ms);
+  EXPECT_EQ(parse_duration_or("", 3s), 3s);
 }
 
 }  // namespace

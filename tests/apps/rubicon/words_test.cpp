@@ -119,7 +119,7 @@ TEST(WokenTuples, BeyondABoundAreToldOfAndNotWoken) {
   for (const auto* key : {"c", "d", "a"}) wakers.wake(OwnerId(5), key);
   EXPECT_TRUE(wakers.full());
   EXPECT_EQ(testing::internal::GetCapturedStderr(),
-            "rubicon: more than 2 tuples fit: the others are shown, and not woken\n");
+            "rubicon: more than 2 tuples match: the others are shown, but not woken\n");
   wakers.forget(OwnerId(5), "a");
   wakers.wake(OwnerId(5), "c");
   EXPECT_THAT(woken, testing::ElementsAre("a", "b", "c"));

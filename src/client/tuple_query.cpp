@@ -1,4 +1,4 @@
-#include "client/reading.h"
+#include "client/tuple_query.h"
 
 #include <algorithm>
 #include <utility>
@@ -17,52 +17,52 @@ Tuple::Tuple(const tuples::TupleView& view)
       expire_time(view.expire_time),
       owner_present(view.owner_present) {}
 
-Reading::Reading(Scheduler& scheduler, TupleSpace& space, const Acquaintance& acquaintance, Pattern pattern,
-                 TuplesCall call, Duration patience)
+TupleQuery::TupleQuery(Scheduler& scheduler, TupleSpace& space, const PeerDiscovery& peer_discovery, Pattern pattern,
+                       TuplesCall call, Duration patience)
     : scheduler_(scheduler),
       space_(space),
-      acquaintance_(acquaintance),
+      peer_discovery_(peer_discovery),
       pattern_(std::move(pattern)),
       call_(std::move(call)) {
   subscription_ = space_.subscribe(
       pattern_, {{}, {}, 0, true}, [](const tuples::Event&) {},
       [this](OwnerId owner) {
-        told_.insert(owner);
+        answered_.insert(owner);
         check();
       });
   peers_ = space_.watch_peers([this](OwnerId peer, tuples::PeerEvent) {
-    told_.erase(peer);
+    answered_.erase(peer);
     check();
   });
   patience_ = scheduler_.after(patience, [this] { end(); });
   again_ = scheduler_.after(Duration(0), [this] { check(); });
 }
 
-bool Reading::complete() const {
-  const auto has_told = [this](OwnerId id) { return told_.contains(id); };
+bool TupleQuery::complete() const {
+  const auto has_answered = [this](OwnerId id) { return answered_.contains(id); };
   const auto there = space_.peers();
   if (pattern_.owner) {
     const bool present = std::find(there.begin(), there.end(), *pattern_.owner) != there.end();
-    return !present || has_told(*pattern_.owner);
+    return !present || has_answered(*pattern_.owner);
   }
-  return std::all_of(there.begin(), there.end(), has_told);
+  return std::all_of(there.begin(), there.end(), has_answered);
 }
 
-void Reading::check() {
+void TupleQuery::check() {
   if (over_ || !complete()) return;
-  const auto settled_at = acquaintance_.settled_at(pattern_.owner);
-  if (scheduler_.now() >= settled_at) return end();
-  again_ = scheduler_.at(settled_at, [this] { check(); });
+  const auto complete_at = peer_discovery_.complete_at(pattern_.owner);
+  if (scheduler_.now() >= complete_at) return end();
+  again_ = scheduler_.at(complete_at, [this] { check(); });
 }
 
-void Reading::end() {
+void TupleQuery::end() {
   if (std::exchange(over_, true)) return;
   std::vector<Tuple> found;
   space_.list(pattern_, [&](const tuples::TupleView& tuple) { found.emplace_back(tuple); });
   subscription_.reset();
   peers_.reset();
   const auto call = std::move(call_);
-  call(std::move(found));  // may end this
+  call(std::move(found));  // may destroy this
 }
 
 }  // namespace rubicon::client

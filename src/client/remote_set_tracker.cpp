@@ -1,4 +1,4 @@
-#include "client/errand.h"
+#include "client/remote_set_tracker.h"
 
 #include <fmt/format.h>
 
@@ -11,10 +11,10 @@ namespace rubicon::client {
 
 namespace {
 
-/// A device that left may have moved: so long its new island has to tell of the command (docs/roaming.md).
+/// A device that left may have moved; its new island has this long to report the command (docs/roaming.md).
 constexpr Duration kMove = std::chrono::seconds(2);
 constexpr Duration kDefaultTimeToLive = std::chrono::seconds(5);
-/// No island says more; of a larger number this much is waited for.
+/// Islands name shorter times; a larger one is cut to this.
 constexpr Duration kLongestState = std::chrono::hours(24 * 366);
 
 bool is_final(std::string_view state) {
@@ -27,21 +27,22 @@ Duration longest_of(const model::CommandStatus& command) {
   return std::min<Duration>(command.until - command.since, kLongestState);
 }
 
-/// Who superseded a command, by the status of the newer one.
+/// The commander that superseded a command.
 std::string name_of(const model::Commander& commander) {
   return commander.name.empty() ? fmt::format("component {}", number(commander.creator)) : commander.name;
 }
 
 }  // namespace
 
-Errand::Errand(Scheduler& scheduler, TupleSpace& space, OwnerId owner, std::string_view key, std::string_view value,
-               OutcomeCall ended, Duration time_to_live, Duration patience, OutcomeCall under_way)
+RemoteSetTracker::RemoteSetTracker(Scheduler& scheduler, TupleSpace& space, OwnerId owner, std::string_view key,
+                                   std::string_view value, OutcomeCall ended, Duration time_to_live, Duration patience,
+                                   OutcomeCall under_way)
     : scheduler_(scheduler),
       self_(space.self()),
       owner_(owner),
       is_command_(model::last_part(key) == "command"),
       ended_(std::move(ended)),
-      under_way_(std::move(under_way)),
+      on_progress_(std::move(under_way)),
       margin_(patience) {
   if (is_command_) {
     const model::PointKey point{std::string(model::parent_key(key))};
@@ -50,7 +51,7 @@ Errand::Errand(Scheduler& scheduler, TupleSpace& space, OwnerId owner, std::stri
       is_state_ = about && about->report == "state";
     });
     status_ = space.subscribe({std::nullopt, point.status()}, {.passive = true},
-                              [this](const tuples::Event& event) { stated(event); });
+                              [this](const tuples::Event& event) { status_changed(event); });
   }
   const auto lives = time_to_live > Duration(0) ? time_to_live : kDefaultTimeToLive;
   wait(lives);
@@ -58,12 +59,12 @@ Errand::Errand(Scheduler& scheduler, TupleSpace& space, OwnerId owner, std::stri
                                       lifetime_.guard([this](const tuples::Reply& reply) { answered(reply); }));
 }
 
-void Errand::wait(Duration longest) {
-  patience_ = scheduler_.after(longest + margin_, [this] { unheard(); });
+void RemoteSetTracker::wait(Duration longest) {
+  timeout_ = scheduler_.after(longest + margin_, [this] { time_out(); });
 }
 
-/// Its time is over by all that is known, so that it is not under way any more: how it ended is not known.
-void Errand::unheard() {
+/// By the island's own times the command has ended, but no outcome arrived.
+void RemoteSetTracker::time_out() {
   if (outcome_.state.empty()) {
     outcome_.reason = "the owner did not answer";
   } else {
@@ -75,10 +76,10 @@ void Errand::unheard() {
   end();
 }
 
-void Errand::answered(const tuples::Reply& reply) {
+void RemoteSetTracker::answered(const tuples::Reply& reply) {
   if (!ended_) return;
   if (reply.verdict == tuples::Verdict::kApplied) {
-    if (is_command_) return;  // its status tells the rest
+    if (is_command_) return;  // the status reports the outcome
     outcome_.state = "applied";
   } else {
     outcome_.state = to_string(reply.verdict);
@@ -87,17 +88,17 @@ void Errand::answered(const tuples::Reply& reply) {
   end();
 }
 
-void Errand::stated(const tuples::Event& event) {
+void RemoteSetTracker::status_changed(const tuples::Event& event) {
   if (!ended_) return;
   const auto& tuple = event.tuple;
   if (event.kind != EventKind::kSet) {
-    if (tuple.owner == owner_) left();
+    if (tuple.owner == owner_) device_left();
     return;
   }
   const auto command = model::command_status_from_json(tuple.value);
   if (!command) return;
   if (command->commander.creator != self_ || command->commander.request != outcome_.request) {
-    if (tuple.owner == owner_) displaced(command->commander);
+    if (tuple.owner == owner_) superseded_by(command->commander);
     return;
   }
   owner_ = tuple.owner;
@@ -108,12 +109,12 @@ void Errand::stated(const tuples::Event& event) {
   outcome_.until = command->until;
   if (is_final(outcome_.state)) return end();
   if (const auto longest = longest_of(*command); longest > Duration(0)) wait(longest);
-  const auto call = under_way_;
+  const auto call = on_progress_;
   const auto outcome = outcome_;
-  if (call) call(outcome);  // may end this
+  if (call) call(outcome);  // may destroy this
 }
 
-void Errand::left() {
+void RemoteSetTracker::device_left() {
   move_ = scheduler_.after(kMove, [this] {
     outcome_.state = "failed";
     outcome_.reason = "the device left";
@@ -121,23 +122,23 @@ void Errand::left() {
   });
 }
 
-/// Of several changes within a turn of the owner only the last one is told: that a newer command took the place of
-/// ours may be seen by that one alone.
-void Errand::displaced(const model::Commander& by) {
+/// Several changes within one turn of the owner arrive as the last one only. The status of a newer command may
+/// therefore be the only sign that ours was superseded.
+void RemoteSetTracker::superseded_by(const model::Commander& by) {
   if (!seen_ || !is_state_) return;
   outcome_.state = "superseded";
   outcome_.reason = "by " + name_of(by);
   end();
 }
 
-void Errand::end() {
+void RemoteSetTracker::end() {
   status_.reset();
   description_.reset();
-  patience_.cancel();
+  timeout_.cancel();
   move_.cancel();
   const auto call = std::exchange(ended_, nullptr);
   const auto outcome = outcome_;
-  if (call) call(outcome);  // may end this
+  if (call) call(outcome);  // may destroy this
 }
 
 }  // namespace rubicon::client

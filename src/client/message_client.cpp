@@ -1,4 +1,4 @@
-#include "client/post_office.h"
+#include "client/message_client.h"
 
 #include "base/bytes.h"
 
@@ -16,7 +16,7 @@ gateway::MessageCall opaque_call(MessageCall call) {
 
 }  // namespace
 
-PostOffice::PostOffice(Scheduler& scheduler, TupleSpace& space, base::LogSink& log)
+MessageClient::MessageClient(Scheduler& scheduler, TupleSpace& space, base::LogSink& log)
     : scheduler_(scheduler), gateway_(scheduler, space, log), self_(space.self()) {
   gateway_.on_accepted([this](std::uint64_t number) { taken(number); });
   answers_ = gateway_.subscribe(MessageKind::kAcknowledge, [this](const Message& message) {
@@ -26,8 +26,8 @@ PostOffice::PostOffice(Scheduler& scheduler, TupleSpace& space, base::LogSink& l
   });
 }
 
-void PostOffice::send(const Address& to, std::string_view type, std::string_view bytes, SentCall sent) {
-  if (sent && waiting_.size() >= kMostWaiting)
+void MessageClient::send(const Address& to, std::string_view type, std::string_view bytes, SentCall sent) {
+  if (sent && waiting_.size() >= kMaxWaiting)
     return scheduler_.post([sent = std::move(sent)] { sent("busy: too many messages are under way"); });
   Message message;
   message.destination = to;
@@ -40,18 +40,18 @@ void PostOffice::send(const Address& to, std::string_view type, std::string_view
   lifetime_.post(scheduler_, [this, number] { taken(number); });  // our own gateway reports only what others took
 }
 
-void PostOffice::taken(std::uint64_t number) {
+void MessageClient::taken(std::uint64_t number) {
   const auto found = waiting_.find(number);
   if (found == waiting_.end()) return;
   found->second.objection_time = scheduler_.after(kObjectionTime, [this, number] { over(number, ""); });
 }
 
-void PostOffice::over(std::uint64_t number, const std::string& why_not) {
+void MessageClient::over(std::uint64_t number, const std::string& why_not) {
   const auto found = waiting_.extract(number);
   if (found) found.mapped().sent(why_not);
 }
 
-tuples::Handle PostOffice::on_message(std::string_view type, MessageCall call) {
+tuples::Handle MessageClient::on_message(std::string_view type, MessageCall call) {
   if (type.empty()) return gateway_.subscribe(MessageKind::kOpaque, opaque_call(std::move(call)));
   return gateway_.subscribe_user(type, opaque_call(std::move(call)));
 }

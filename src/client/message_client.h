@@ -10,13 +10,13 @@
 
 namespace rubicon::client {
 
-/// User messages to and from this component: a gateway without networks.
-class PostOffice {
+/// Sends and receives user messages of this component: a gateway without networks.
+class MessageClient {
  public:
-  /// After an island took a message it has so long to say that nobody there listens.
+  /// After an island accepted a message, it has this long to report that nothing there listens for its type.
   static constexpr Duration kObjectionTime = std::chrono::milliseconds(300);
 
-  PostOffice(Scheduler& scheduler, TupleSpace& space, base::LogSink& log);
+  MessageClient(Scheduler& scheduler, TupleSpace& space, base::LogSink& log);
 
   void send(OwnerId to, std::string_view type, std::string_view bytes, SentCall sent) {
     send(Address{to, {}, {}}, type, bytes, std::move(sent));
@@ -29,8 +29,8 @@ class PostOffice {
     SentCall sent;
     Timer objection_time;
   };
-  /// Messages whose outcome somebody waits for; more are refused.
-  static constexpr std::size_t kMostWaiting = 10'000;
+  /// Messages with a pending outcome; more are refused.
+  static constexpr std::size_t kMaxWaiting = 10'000;
 
   void taken(std::uint64_t number);
   void over(std::uint64_t number, const std::string& why_not);

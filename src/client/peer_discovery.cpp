@@ -1,24 +1,24 @@
-#include "client/acquaintance.h"
+#include "client/peer_discovery.h"
 
 #include <algorithm>
 
 namespace rubicon::client {
 
-Acquaintance::Acquaintance(Scheduler& scheduler, TupleSpace& space)
+PeerDiscovery::PeerDiscovery(Scheduler& scheduler, TupleSpace& space)
     : scheduler_(scheduler), space_(space), started_(scheduler.now()), last_came_(started_) {
   peers_ = space.watch_peers([this](OwnerId, tuples::PeerEvent event) {
     if (event == tuples::PeerEvent::kUp) last_came_ = scheduler_.now();
   });
 }
 
-bool Acquaintance::present(OwnerId id) const {
+bool PeerDiscovery::present(OwnerId id) const {
   const auto there = space_.peers();
   return id == space_.self() || std::find(there.begin(), there.end(), id) != there.end();
 }
 
-SteadyTime Acquaintance::settled_at(std::optional<OwnerId> owner) const {
-  if (!owner) return last_came_ + kQuiet;
-  return present(*owner) ? started_ : started_ + kNamed;
+SteadyTime PeerDiscovery::complete_at(std::optional<OwnerId> owner) const {
+  if (!owner) return last_came_ + kQuietPeriod;
+  return present(*owner) ? started_ : started_ + kNamedOwnerWait;
 }
 
 }  // namespace rubicon::client

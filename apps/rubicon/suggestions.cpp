@@ -1,4 +1,4 @@
-#include "apps/rubicon/near.h"
+#include "apps/rubicon/suggestions.h"
 
 #include <fmt/format.h>
 
@@ -66,7 +66,7 @@ std::string question(const std::vector<std::string>& offers) {
 
 }  // namespace
 
-std::string near_point(const std::vector<client::Device>& devices, std::string_view typed) {
+std::string suggest_point(const std::vector<client::Device>& devices, std::string_view typed) {
   const auto all = spellings(devices, model::key_parts(typed).size());
   std::vector<std::string> words, offers;
   for (const auto& [word, offer] : all) words.push_back(word);
@@ -79,13 +79,13 @@ std::string near_point(const std::vector<client::Device>& devices, std::string_v
   return question(offers);
 }
 
-std::string near_tuple(Session& session, std::string_view typed, std::string_view last) {
+std::string suggest_tuple(Session& session, std::string_view typed, std::string_view last) {
   auto key = typed;
   const auto owner = take_owner(key);
   const auto parts = model::key_parts(key).size();
   const auto patience = session.settings().patience;
   if (parts <= 3 || parts == kPointParts) {
-    const auto found = near_point(session.client().devices({}, patience), key);
+    const auto found = suggest_point(session.client().devices({}, patience), key);
     if (!found.empty()) return found;
   }
   std::string pattern = owner + "*";
@@ -100,7 +100,7 @@ std::string near_tuple(Session& session, std::string_view typed, std::string_vie
   return base::did_you_mean(key, keys);
 }
 
-std::string near_device(const std::vector<client::Device>& devices, std::string_view typed) {
+std::string suggest_device(const std::vector<client::Device>& devices, std::string_view typed) {
   take_owner(typed);
   std::vector<std::string> words;
   for (const auto& device : devices) {
@@ -112,7 +112,7 @@ std::string near_device(const std::vector<client::Device>& devices, std::string_
   return base::did_you_mean(typed, words);
 }
 
-std::string near_type(const std::vector<client::Device>& devices, std::string_view typed) {
+std::string suggest_type(const std::vector<client::Device>& devices, std::string_view typed) {
   const TypeCatalogue catalogue;
   std::vector<std::string> words;
   for (const auto* type : catalogue.all()) words.emplace_back(type->name);

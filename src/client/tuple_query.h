@@ -3,17 +3,17 @@
 #include <memory>
 #include <set>
 
-#include "client/acquaintance.h"
+#include "client/peer_discovery.h"
 #include "rubicon/client.hpp"
 
 namespace rubicon::client {
 
-/// All present tuples that match, once: waits until every owner has told what it has. Ends when destroyed, without a
+/// Collects all present tuples that match, once every owner has sent its snapshot. Destruction cancels it without a
 /// call.
-class Reading {
+class TupleQuery {
  public:
-  Reading(Scheduler& scheduler, TupleSpace& space, const Acquaintance& acquaintance, Pattern pattern, TuplesCall call,
-          Duration patience);
+  TupleQuery(Scheduler& scheduler, TupleSpace& space, const PeerDiscovery& peer_discovery, Pattern pattern,
+             TuplesCall call, Duration patience);
 
  private:
   void check();
@@ -22,10 +22,10 @@ class Reading {
 
   Scheduler& scheduler_;
   TupleSpace& space_;
-  const Acquaintance& acquaintance_;
+  const PeerDiscovery& peer_discovery_;
   Pattern pattern_;
   TuplesCall call_;
-  std::set<OwnerId> told_;
+  std::set<OwnerId> answered_;
   bool over_ = false;
   tuples::Handle subscription_, peers_;
   Timer patience_, again_;

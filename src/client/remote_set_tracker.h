@@ -1,0 +1,41 @@
+#pragma once
+
+#include "base/lifetime.h"
+#include "base/scheduler.h"
+#include "model/point_tuples.h"
+#include "rubicon/client.hpp"
+
+namespace rubicon::client {
+
+/// Follows one remote set until its outcome is known: the owner's reply, or for a command the final state in the status
+/// of its point. Waits as long as the island says that each state may last, and `patience` longer for the news.
+/// Destruction ends it without a call.
+class RemoteSetTracker {
+ public:
+  RemoteSetTracker(Scheduler& scheduler, TupleSpace& space, OwnerId owner, std::string_view key, std::string_view value,
+                   OutcomeCall ended, Duration time_to_live, Duration patience, OutcomeCall under_way = {});
+
+ private:
+  void answered(const tuples::Reply& reply);
+  void status_changed(const tuples::Event& event);
+  void superseded_by(const model::Commander& by);
+  void device_left();
+  void wait(Duration longest);
+  void time_out();
+  void end();
+
+  Scheduler& scheduler_;
+  OwnerId self_;
+  OwnerId owner_;  ///< whose status reports the command; changes when the device moves to another island
+  bool is_command_ = false;
+  Outcome outcome_;
+  OutcomeCall ended_, on_progress_;
+  Duration margin_;
+  bool is_state_ = false;  ///< by its description, the point executes the newest command only
+  bool seen_ = false;      ///< the status has named this command
+  tuples::Handle status_, description_;
+  Timer timeout_, move_;
+  base::Lifetime lifetime_;
+};
+
+}  // namespace rubicon::client
