@@ -78,7 +78,7 @@ std::unique_ptr<Bus> Bus::open(const Settings& settings, const BusOptions& optio
   auto found = places(*session, options);
   if (found.size() == 1) return std::make_unique<IslandBus>(std::move(session), std::move(found.front()));
   if (found.empty()) {
-    code = session->nothing(options.network.empty() ? "no network of type knx" : "no network " + options.network);
+    code = session->not_found(options.network.empty() ? "no network of type knx" : "no network " + options.network);
     return nullptr;
   }
   std::vector<std::string> names;
