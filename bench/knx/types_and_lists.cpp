@@ -12,8 +12,8 @@
 #include "ets_export.h"
 #include "knx/measurements.h"
 #include "networks/knx/dpt/dpt.h"
+#include "networks/knx/groups/group_file.h"
 #include "networks/knx/groups/import.h"
-#include "networks/knx/groups/record.h"
 #include "networks/knx/knx_network.h"
 #include "transport/memory/memory_transports.h"
 

@@ -1,6 +1,6 @@
 #include <cstdlib>
 
-#include "networks/knx/groups/guesses.h"
+#include "networks/knx/groups/infer_points.h"
 #include "networks/knx/groups/readers.h"
 
 /// Input: a group address list as CSV.
@@ -9,6 +9,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   auto list = read_csv({reinterpret_cast<const char*>(data), size});
   if (list.report.refused && !list.entries.empty()) std::abort();
   if (list.report.taken != list.entries.size() && !list.report.refused) std::abort();
-  if (guesses(list.entries, true, list.report).size() > list.entries.size()) std::abort();
+  if (infer_points(list.entries, true, list.report).size() > list.entries.size()) std::abort();
   return 0;
 }

@@ -1,7 +1,7 @@
 #include <cstdlib>
 
+#include "networks/knx/dpt/convert_line.h"
 #include "networks/knx/dpt/dpt.h"
-#include "networks/knx/dpt/dpt_lines.h"
 
 /// Input: the place of a type (two octets), the form of the payload (one octet), then the payload, which is also read
 /// as text somebody typed.

@@ -1,7 +1,7 @@
 #include <cstdlib>
 
+#include "networks/knx/groups/group_file.h"
 #include "networks/knx/groups/import.h"
-#include "networks/knx/groups/record.h"
 
 /// Input: a list of any kind, recognised by its content (the seeds are ESF). What is taken must survive the record.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

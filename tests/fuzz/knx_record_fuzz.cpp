@@ -3,7 +3,7 @@
 #include <string_view>
 
 #include "config/yaml.h"
-#include "networks/knx/groups/record.h"
+#include "networks/knx/groups/group_file.h"
 
 namespace {
 

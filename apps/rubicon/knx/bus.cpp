@@ -7,7 +7,7 @@
 #include "apps/rubicon/tuple_text.h"
 #include "model/json_members.h"
 #include "model/point_keys.h"
-#include "networks/knx/operators.h"
+#include "networks/knx/tool_requests.h"
 
 namespace rubicon::cli::knx {
 

@@ -40,7 +40,7 @@ class Bus {
   std::function<void(bool up, const std::string& why)> on_line;
 
  protected:
-  /// What came with one of the tags of networks/knx/operators.h.
+  /// What came with one of the tags of networks/knx/tool_requests.h.
   void take(std::string_view tag, std::string_view text);
 };
 

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "apps/rubicon/knx/commands.h"
-#include "networks/knx/dpt/dpt_lines.h"
+#include "networks/knx/dpt/convert_line.h"
 
 namespace rubicon::cli::knx {
 

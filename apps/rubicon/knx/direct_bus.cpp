@@ -9,7 +9,7 @@
 #include "base/config_reader.h"
 #include "model/json_members.h"
 #include "networks/knx/knx_network.h"
-#include "networks/knx/operators.h"
+#include "networks/knx/tool_requests.h"
 #include "transport/asio_scheduler.h"
 #include "transport/asio_signals.h"
 #include "transport/local_transports.h"

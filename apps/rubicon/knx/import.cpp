@@ -9,8 +9,8 @@
 #include "apps/rubicon/knx/commands.h"
 #include "base/config_reader.h"
 #include "config/yaml.h"
+#include "networks/knx/groups/group_file.h"
 #include "networks/knx/groups/import.h"
-#include "networks/knx/groups/record.h"
 #include "transport/local_transports.h"
 #include "transport/read_text.h"
 

@@ -13,23 +13,23 @@ namespace {
 
 using namespace std::chrono_literals;
 
-/// A command that could not leave for so long is given up, where the island names no time.
+/// Lifetime of a command for which the island sets none.
 constexpr Duration kCommandLifetime = 5s;
-/// Actuators that are already as commanded often stay silent: then they are asked.
+/// An actuator that has the commanded state already often reports nothing: after this time it is read.
 constexpr Duration kReportTime = 1s;
-/// A value heard within this time needs no question (knx.md, section 8: expire).
+/// A value younger than this need not be read (knx.md, section 8: expire).
 constexpr Duration kFresh = 60min;
 
-/// What was commanded and what is reported may differ in digits, not in words.
+/// A report may differ from the command in its digits; words are exact.
 bool is_rounded(const BoundPoint& point) {
   return point.dpt != nullptr && point.dpt->words.empty();
 }
 
 }  // namespace
 
-BusPoints::BusPoints(network::NetworkHost& host, GroupReads::Options reads, Say say)
+BusPoints::BusPoints(network::NetworkHost& host, GroupReads::Options reads, Warn warn)
     : host_(host),
-      say_(std::move(say)),
+      warn_(std::move(warn)),
       reads_(host.scheduler(), reads, [this](wire::GroupAddress address) { no_answer(address); }) {}
 
 void BusPoints::take(PointTable table) {
@@ -45,13 +45,13 @@ void BusPoints::take(PointTable table) {
   std::erase_if(commanded_, [this](const auto& one) { return !table_.find(one.first.first, one.first.second); });
   if (!begun_) return;
   for (const auto& [device, content] : before.devices()) {
-    if (!table_.devices().contains(device)) host_.deliver(device, model::Leave{"taken out of the configuration"});
+    if (!table_.devices().contains(device)) host_.deliver(device, model::Leave{"removed from the configuration"});
   }
   for (const auto& [device, content] : table_.devices()) join(device);
   if (line_ != nullptr) ask_marked();
 }
 
-/// The devices are there before any contact: keys are known before the first telegram.
+/// Devices join before any contact, so that their keys exist before the first telegram.
 void BusPoints::begin() {
   if (std::exchange(begun_, true)) return;
   for (const auto& [device, content] : table_.devices()) join(device);
@@ -91,7 +91,7 @@ void BusPoints::plan(std::size_t index) {
   periodic_[index] = host_.scheduler().after(period, [this, index] { due(index); });
 }
 
-/// Of `expire`, only silence is a reason to ask; of `every`, only somebody who wants to know.
+/// `expire` reads only after silence, `every` only if there is a subscriber.
 void BusPoints::due(std::size_t index) {
   const auto& point = table_.points()[index];
   const auto& rule = point.group.read;
@@ -106,10 +106,10 @@ void BusPoints::due(std::size_t index) {
 }
 
 bool BusPoints::heard(const wire::Telegram& telegram) {
-  return hear(telegram, nullptr);
+  return receive(telegram, nullptr);
 }
 
-bool BusPoints::hear(const wire::Telegram& telegram, const BoundPoint* commanded) {
+bool BusPoints::receive(const wire::Telegram& telegram, const BoundPoint* commanded) {
   if (!table_.knows(telegram.destination)) return false;
   if (telegram.service == wire::Service::kRead) return true;
   reads_.heard(telegram.destination);
@@ -137,59 +137,59 @@ void BusPoints::update(BoundPoint& point, wire::PayloadView payload) {
   } else {
     ++counters_.bad_values;
     why = fmt::format("telegram {}: {}", base::to_hex(payload.bytes), value.error().text);
-    say_(fmt::format("value {}", to_string(point.source())), fmt::format("{}: {}", to_string(point.source()), why));
+    warn_(fmt::format("value {}", to_string(point.source())), fmt::format("{}: {}", to_string(point.source()), why));
   }
   model::Updates updates;
   updates.readings.push_back({point.id, value ? std::move(*value) : Value(), {}, std::move(why)});
   host_.deliver(point.address, std::move(updates));
 }
 
-/// Older values are asked for again when somebody comes.
+/// Older values are read again for a new subscriber.
 bool BusPoints::is_fresh(const BoundPoint& point) const {
   return point.heard_at != SteadyTime{} && point.heard_at + kFresh > host_.scheduler().now();
 }
 
-Result<void> BusPoints::sample(const std::string& device, const model::Sample& wish) {
+Result<void> BusPoints::sample(const std::string& device, const model::Sample& request) {
   const auto found = table_.devices().find(device);
   if (found == table_.devices().end())
     return fail(ErrorCode::kNotFound, fmt::format("no device {}", model::quoted(device)));
   for (const auto index : found->second.points) {
     auto& point = table_.points()[index];
-    const bool before =
-        std::exchange(point.wanted, std::find(wish.points.begin(), wish.points.end(), point.id) != wish.points.end());
+    const bool before = std::exchange(
+        point.wanted, std::find(request.points.begin(), request.points.end(), point.id) != request.points.end());
     const bool may_ask = point.readable() && point.group.read.when != groups::ReadRule::When::kNever;
     if (point.wanted && !before && may_ask && !is_fresh(point)) ask(point, GroupReads::Rank::kWanted);
   }
-  host_.deliver(device, model::Acknowledge{wish.request, model::Outcome::kSent, {}});
+  host_.deliver(device, model::Acknowledge{request.request, model::Outcome::kSent, {}});
   return {};
 }
 
 Result<void> BusPoints::actuate(const std::string& device, const model::Actuate& command) {
   const auto* point = table_.find(device, command.point);
   if (!point) return fail(ErrorCode::kNotFound, fmt::format("no such point of device {}", model::quoted(device)));
-  if (point->id.kind != Kind::kActuator) return fail(ErrorCode::kUnsupported, "a sensor takes no commands");
+  if (point->id.kind != Kind::kActuator) return fail(ErrorCode::kUnsupported, "a sensor does not accept commands");
   auto payload = payload_of(*point, command.value);
   if (!payload) return fail(payload.error());
   if (line_ == nullptr) return fail(ErrorCode::kUnreachable, "the line to the bus is down");
   wire::Telegram telegram;
   telegram.destination = point->group.address;
-  telegram.priority = wire::Priority::kNormal;  // before reads and what is exposed
+  telegram.priority = wire::Priority::kNormal;  // before reads and exposed tuples
   telegram.payload = *payload;
   ++counters_.commands;
   commanded_[{device, command.point}] = {command.request, std::move(*payload), command.value, {}};
-  const bool told = command.time_to_live.count() > 0;
-  line_->send(telegram, host_.scheduler().now() + (told ? Duration(command.time_to_live) : kCommandLifetime),
-              [this, device, command, telegram, alive = std::weak_ptr<bool>(alive_)](line::SendOutcome outcome,
-                                                                                     std::string_view why) {
-                if (!alive.lock()) return;
-                sent(device, command, outcome, why);
-                if (outcome == line::SendOutcome::kSent) hear(telegram, table_.find(device, command.point));
-              });
+  const bool limited = command.time_to_live.count() > 0;
+  line_->send(
+      telegram, host_.scheduler().now() + (limited ? Duration(command.time_to_live) : kCommandLifetime),
+      [this, device, command, telegram, watch = lifetime_.watch()](line::SendOutcome outcome, std::string_view why) {
+        if (watch.ended()) return;
+        sent(device, command, outcome, why);
+        if (outcome == line::SendOutcome::kSent) receive(telegram, table_.find(device, command.point));
+      });
   return {};
 }
 
-/// L_Data.con makes a command sent; whether it had an effect, the state address says. Without the confirmation the
-/// interface has it at least, and nobody reported that it failed.
+/// L_Data.con means that the command was sent; the state address tells whether it had an effect. Without L_Data.con the
+/// interface has at least accepted it.
 void BusPoints::sent(const std::string& device, const model::Actuate& command, line::SendOutcome outcome,
                      std::string_view why) {
   if (outcome == line::SendOutcome::kSent || outcome == line::SendOutcome::kUnconfirmed) {
@@ -204,7 +204,7 @@ void BusPoints::sent(const std::string& device, const model::Actuate& command, l
   host_.deliver(device, model::Acknowledge{command.request, kind, std::string(why)});
 }
 
-/// A newer command of the point has its own turn.
+/// Reads the state unless it is reported in time. A newer command of the point has its own verification.
 void BusPoints::verify(const std::string& device, const model::Actuate& command) {
   const auto* point = table_.find(device, command.point);
   const auto commanded = commanded_.find({device, command.point});
@@ -217,9 +217,9 @@ void BusPoints::verify(const std::string& device, const model::Actuate& command)
 }
 
 void BusPoints::no_answer(wire::GroupAddress address) {
-  say_(fmt::format("no answer {}", to_string(address)),
-       fmt::format("nobody on the bus answers for {}: no device has its read flag set, or the one that has is off",
-                   to_string(address)));
+  warn_(fmt::format("no answer {}", to_string(address)),
+        fmt::format("no device on the bus answers for {}: none has its read flag set, or the one that has is off",
+                    to_string(address)));
 }
 
 }  // namespace rubicon::networks::knx

@@ -2,37 +2,38 @@
 
 #include <functional>
 #include <map>
-#include <memory>
 #include <string>
 #include <vector>
 
+#include "base/lifetime.h"
 #include "network/network.h"
 #include "networks/knx/group_reads.h"
 #include "networks/knx/point_table.h"
 
 namespace rubicon::networks::knx {
 
-/// The points of the network on the bus: values in, questions and commands out. Knows when each has to be asked
-/// (knx.md, section 8). The host must outlive it.
+/// The points of the network: turns telegrams into readings and commands into telegrams, and decides when to read each
+/// point from the bus (knx.md, section 8). The host must outlive it.
 class BusPoints {
  public:
   struct Counters {
     std::uint64_t readings = 0, bad_values = 0, commands = 0, failed_commands = 0;
   };
-  using Say = std::function<void(const std::string& subject, std::string_view text)>;
+  /// Logs a warning, limited by subject.
+  using Warn = std::function<void(const std::string& subject, std::string_view text)>;
 
-  BusPoints(network::NetworkHost& host, GroupReads::Options reads, Say say);
+  BusPoints(network::NetworkHost& host, GroupReads::Options reads, Warn warn);
 
-  /// Other points from now on; those that stay keep what they know. Delivers joins and leaves once begin() was called.
+  /// Replaces the points; those that stay keep their state. After begin() it delivers joins and leaves.
   void take(PointTable table);
   void begin();
-  /// Everything marked or wanted is asked again.
+  /// Reads all points again that are subscribed to or configured to be read.
   void line_up(line::Line& line);
   void line_down();
-  /// A response or write of the bus, or a write of ours that the bus has; false if the address means nothing here.
+  /// A response or write from the bus, or a write of ours that the bus confirmed. False if no point has the address.
   bool heard(const wire::Telegram& telegram);
   Result<void> actuate(const std::string& device, const model::Actuate& command);
-  Result<void> sample(const std::string& device, const model::Sample& wish);
+  Result<void> sample(const std::string& device, const model::Sample& request);
 
   const PointTable& table() const { return table_; }
   const Counters& counters() const { return counters_; }
@@ -40,8 +41,8 @@ class BusPoints {
 
  private:
   void join(const std::string& device);
-  /// `commanded`: whose command it was; that is no report of its own.
-  bool hear(const wire::Telegram& telegram, const BoundPoint* commanded);
+  /// `commanded` is not updated: the telegram was a command to it and not its report.
+  bool receive(const wire::Telegram& telegram, const BoundPoint* commanded);
   void update(BoundPoint& point, wire::PayloadView payload);
   void ask(const BoundPoint& point, GroupReads::Rank rank) { reads_.ask(point.source(), rank); }
   void ask_marked();
@@ -53,22 +54,23 @@ class BusPoints {
   void no_answer(wire::GroupAddress address);
 
   network::NetworkHost& host_;
-  Say say_;
+  Warn warn_;
   PointTable table_;
   GroupReads reads_;
   line::Line* line_ = nullptr;
   bool begun_ = false;
   Counters counters_;
-  std::map<std::size_t, Timer> periodic_;  ///< of points with expire or every
-  /// What was commanded last, until something else is reported: a report of the same bytes means that value.
+  std::map<std::size_t, Timer> periodic_;  ///< of points with `read: expire` or `read: every`
+  /// The last command, until another value is reported. A report with the same bytes means the commanded value, which
+  /// may have lost digits on the bus.
   struct Commanded {
     std::uint64_t request = 0;
     wire::Payload payload;
     Value value;
-    Timer verify;  ///< pending: its report is awaited
+    Timer verify;  ///< pending: the report is due
   };
   std::map<std::pair<std::string, PointId>, Commanded> commanded_;
-  std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
+  base::Lifetime lifetime_;
 };
 
 }  // namespace rubicon::networks::knx

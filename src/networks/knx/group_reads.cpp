@@ -6,8 +6,8 @@ namespace rubicon::networks::knx {
 
 namespace {
 
-constexpr unsigned kTries = 2;
-/// A question that cannot leave for so long is asked anew.
+constexpr unsigned kMaxReadAttempts = 2;
+/// A read that cannot be sent for this long expires and is repeated.
 constexpr Duration kLifetime = std::chrono::seconds(30);
 
 }  // namespace
@@ -15,13 +15,13 @@ constexpr Duration kLifetime = std::chrono::seconds(30);
 GroupReads::GroupReads(Scheduler& scheduler, Options options, NoAnswer no_answer)
     : scheduler_(scheduler), options_(options), no_answer_(std::move(no_answer)) {}
 
-/// What left before the line was lost is asked anew; what did not leave is still in the line.
+/// Reads that were sent before the line was lost are repeated; the others are still in the line.
 void GroupReads::use(line::Line* line) {
   line_ = line;
-  for (auto& [address, question] : open_) {
-    question.patience.cancel();
-    if (line_ == nullptr || question.under_way) continue;
-    question.tries = 0;
+  for (auto& [address, read] : open_) {
+    read.timeout.cancel();
+    if (line_ == nullptr || read.queued) continue;
+    read.attempts = 0;
     put(address);
   }
   fill();
@@ -73,30 +73,30 @@ void GroupReads::fill() {
 
 void GroupReads::put(wire::GroupAddress address) {
   ++asked_;
-  auto& question = open_[address];
-  ++question.tries;
-  question.under_way = true;
+  auto& read = open_[address];
+  ++read.attempts;
+  read.queued = true;
   wire::Telegram telegram;
   telegram.service = wire::Service::kRead;
   telegram.destination = address;
   line_->send(std::move(telegram), scheduler_.now() + kLifetime,
-              [this, address, alive = std::weak_ptr<bool>(alive_)](line::SendOutcome, std::string_view) {
-                if (alive.lock()) left(address);
+              [this, address, watch = lifetime_.watch()](line::SendOutcome, std::string_view) {
+                if (!watch.ended()) sent(address);
               });
 }
 
-void GroupReads::left(wire::GroupAddress address) {
+void GroupReads::sent(wire::GroupAddress address) {
   const auto found = open_.find(address);
   if (found == open_.end()) return;
-  found->second.under_way = false;
+  found->second.queued = false;
   if (line_ == nullptr) return;
-  found->second.patience = scheduler_.after(options_.patience, [this, address] { over(address); });
+  found->second.timeout = scheduler_.after(options_.answer_time, [this, address] { timed_out(address); });
 }
 
-void GroupReads::over(wire::GroupAddress address) {
+void GroupReads::timed_out(wire::GroupAddress address) {
   const auto found = open_.find(address);
   if (found == open_.end()) return;
-  if (found->second.tries < kTries) return put(address);
+  if (found->second.attempts < kMaxReadAttempts) return put(address);
   --open_count_[static_cast<std::size_t>(found->second.rank)];
   open_.erase(found);
   ++unanswered_;

@@ -7,11 +7,10 @@
 #include <tuple>
 #include <utility>
 
-#include "base/rate_limit.h"
 #include "networks/knx/bus_points.h"
 #include "networks/knx/knx_options.h"
 #include "networks/knx/knx_sample.h"
-#include "networks/knx/operators.h"
+#include "networks/knx/tool_requests.h"
 #include "networks/knx/unassigned.h"
 #include "networks/knx/wire/cemi.h"
 #include "rubicon/key.hpp"
@@ -26,8 +25,8 @@ using namespace std::chrono_literals;
 constexpr Duration kCountersEvery = 1s;
 /// Two equal frames within this time are one telegram, repeated on the bus (knx.md, section 8).
 constexpr Duration kRepetition = 200ms;
-constexpr std::size_t kRemembered = 16;
-/// Of what is exposed: after a reconnect hundreds may wait for their turn.
+constexpr std::size_t kMaxRecent = 16;
+/// Of telegrams for exposed tuples: after a reconnect hundreds may wait.
 constexpr Duration kExposedLifetime = 10min;
 
 class KnxNetwork final : public network::Network {
@@ -36,17 +35,19 @@ class KnxNetwork final : public network::Network {
       : options_(std::move(options)),
         host_(host),
         types_(config.types),
+        log_(host.limited_log()),
         capture_(options_.capture),
-        points_(host, {}, [this](const std::string& subject, std::string_view text) { say(subject, text); }),
+        points_(host, {}, [this](const std::string& subject, std::string_view text) { warn(subject, text); }),
         exposures_(
             host, config.types,
             [this](wire::Telegram telegram, std::function<void(bool)> done) {
-              put(std::move(telegram), std::move(done));
+              send_exposed(std::move(telegram), std::move(done));
             },
             [this](const Exposure& what, const Error& error) {
-              say("expose " + what.tuple, fmt::format("{} as {}: {}", what.tuple, to_string(what.address), error.text));
+              warn("expose " + what.tuple,
+                   fmt::format("{} as {}: {}", what.tuple, to_string(what.address), error.text));
             }),
-        operators_(
+        tools_(
             host, capture_, [this](wire::GroupAddress address) { return meaning(address); },
             [this](const wire::Telegram& telegram) { points_.heard(telegram); }) {
     points_.take(PointTable(options_.points, types_));
@@ -67,26 +68,26 @@ class KnxNetwork final : public network::Network {
   void down();
   void received(const wire::Telegram& telegram);
   bool repetition(const wire::Telegram& telegram);
-  void put(wire::Telegram telegram, std::function<void(bool sent)> done);
-  Operators::Meaning meaning(wire::GroupAddress address) const;
-  void say(const std::string& subject, std::string_view text);
+  void send_exposed(wire::Telegram telegram, std::function<void(bool sent)> done);
+  ToolRequests::Meaning meaning(wire::GroupAddress address) const;
+  void warn(const std::string& subject, std::string_view text);
   void report();
   void report_later();
 
   KnxOptions options_;
   network::NetworkHost& host_;
   const TypeCatalogue& types_;
+  base::LimitedLog log_;
   Capture capture_;
   BusPoints points_;
   Exposures exposures_;
-  Operators operators_;
+  ToolRequests tools_;
   Unassigned unassigned_;
-  base::RateLimit limit_;
   std::deque<std::pair<SteadyTime, wire::Telegram>> recent_;
   std::uint64_t repetitions_ = 0;
-  bool opened_ = false, up_ = false, told_doubled_ = false;
+  bool opened_ = false, up_ = false, warned_duplicate_address_ = false;
   Timer counters_;
-  std::unique_ptr<line::Line> line_;  ///< last: goes first, its calls reach all others
+  std::unique_ptr<line::Line> line_;  ///< last: destroyed first, because its callbacks use all others
 };
 
 void KnxNetwork::make_line() {
@@ -98,10 +99,10 @@ void KnxNetwork::make_line() {
   calls.frame = [this](ByteView cemi, bool outgoing) {
     if (outgoing) report_later();
     capture_.add(cemi, outgoing, host_.scheduler().wall_now());
-    if (!outgoing || !operators_.monitored()) return;
-    if (const auto telegram = wire::read_telegram(cemi)) operators_.seen(*telegram, true);
+    if (!outgoing || !tools_.monitored()) return;
+    if (const auto telegram = wire::read_telegram(cemi)) tools_.seen(*telegram, true);
   };
-  calls.note = [this](const std::string& subject, std::string_view text) { say(subject, text); };
+  calls.note = [this](const std::string& subject, std::string_view text) { warn(subject, text); };
   line_ = knx::make_line(options_.line, host_.scheduler(), host_.transports(), std::move(calls));
 }
 
@@ -109,7 +110,7 @@ Result<void> KnxNetwork::open() {
   if (!std::exchange(opened_, true)) {
     if (!options_.report.empty()) host_.log().info(options_.report);
     if (points_.table().points().empty())
-      host_.log().info("no group addresses: what is heard stands in the property unassigned");
+      host_.log().info("no group addresses are configured: received ones are listed in the property unassigned");
     points_.begin();
     exposures_.take(options_.exposures);
   }
@@ -133,7 +134,7 @@ std::vector<network::Missing> KnxNetwork::missing() const {
 
 void KnxNetwork::line_changed(const line::LineState& state) {
   if (state.phase == line::LineState::Phase::kUp && !std::exchange(up_, true)) {
-    operators_.use(line_.get());
+    tools_.use(line_.get());
     points_.line_up(*line_);
     exposures_.line_up();
   } else if (state.phase != line::LineState::Phase::kUp) {
@@ -149,14 +150,14 @@ void KnxNetwork::lost(Error why) {
 
 void KnxNetwork::down() {
   if (!std::exchange(up_, false)) return;
-  operators_.use(nullptr);
+  tools_.use(nullptr);
   points_.line_down();
   exposures_.line_down();
 }
 
 bool KnxNetwork::repetition(const wire::Telegram& telegram) {
   const auto now = host_.scheduler().now();
-  while (!recent_.empty() && (recent_.size() > kRemembered || recent_.front().first + kRepetition < now))
+  while (!recent_.empty() && (recent_.size() > kMaxRecent || recent_.front().first + kRepetition < now))
     recent_.pop_front();
   if (telegram.repeated) {
     for (const auto& [when, one] : recent_) {
@@ -171,21 +172,21 @@ bool KnxNetwork::repetition(const wire::Telegram& telegram) {
 
 void KnxNetwork::received(const wire::Telegram& telegram) {
   if (repetition(telegram)) return void(++repetitions_);
-  operators_.seen(telegram, false);
+  tools_.seen(telegram, false);
   const bool exposed =
       telegram.service == wire::Service::kRead ? exposures_.asked(telegram) : exposures_.shows(telegram.destination);
   if (!points_.heard(telegram) && !exposed) unassigned_.heard(telegram, host_.scheduler().wall_now());
   report_later();
 }
 
-void KnxNetwork::put(wire::Telegram telegram, std::function<void(bool)> done) {
+void KnxNetwork::send_exposed(wire::Telegram telegram, std::function<void(bool)> done) {
   line_->send(std::move(telegram), host_.scheduler().now() + kExposedLifetime,
               [done = std::move(done)](line::SendOutcome outcome, std::string_view) {
                 done(outcome == line::SendOutcome::kSent || outcome == line::SendOutcome::kUnconfirmed);
               });
 }
 
-Operators::Meaning KnxNetwork::meaning(wire::GroupAddress address) const {
+ToolRequests::Meaning KnxNetwork::meaning(wire::GroupAddress address) const {
   const auto heard_on = points_.table().heard_on(address);
   if (!heard_on.empty()) {
     const auto& point = points_.table().points()[heard_on.front().point];
@@ -203,19 +204,19 @@ Operators::Meaning KnxNetwork::meaning(wire::GroupAddress address) const {
 Result<void> KnxNetwork::send(const model::Message& message) {
   report_later();
   const auto& device = message.destination.device;
-  if (device.empty()) return operators_.take(message);
+  if (device.empty()) return tools_.receive(message);
   if (!points_.table().devices().contains(device))
     return fail(ErrorCode::kNotFound, fmt::format("no device {}", model::quoted(device)));
   if (const auto* command = std::get_if<model::Actuate>(&message.body)) return points_.actuate(device, *command);
-  if (const auto* wish = std::get_if<model::Sample>(&message.body)) return points_.sample(device, *wish);
-  return fail(ErrorCode::kUnsupported, fmt::format("KNX takes no {}", to_string(message.kind())));
+  if (const auto* request = std::get_if<model::Sample>(&message.body)) return points_.sample(device, *request);
+  return fail(ErrorCode::kUnsupported, fmt::format("KNX does not support {}", to_string(message.kind())));
 }
 
 Result<void> KnxNetwork::change(const network::NetworkConfig& config) {
   auto read = network::read_options<read_knx_options>(config, host_);
   if (!read) return fail(std::move(read.error()));
   KnxOptions next = std::move(*read);
-  if (!same_line(next.line, options_.line)) return fail(ErrorCode::kUnsupported, "the line changes");
+  if (!same_line(next.line, options_.line)) return fail(ErrorCode::kUnsupported, "the options of the line differ");
   PointTable table(std::exchange(next.points, {}), types_);
   options_ = std::move(next);
   capture_.limit(options_.capture);
@@ -227,10 +228,9 @@ Result<void> KnxNetwork::change(const network::NetworkConfig& config) {
   return {};
 }
 
-/// At most one line a minute and subject; the counters have all.
-void KnxNetwork::say(const std::string& subject, std::string_view text) {
+void KnxNetwork::warn(const std::string& subject, std::string_view text) {
   report_later();
-  if (limit_.allow(subject, host_.scheduler().now())) host_.log().warning(text);
+  log_.warning(subject, text);
 }
 
 void KnxNetwork::report_later() {
@@ -238,7 +238,7 @@ void KnxNetwork::report_later() {
   counters_ = host_.scheduler().after(kCountersEvery, [this] { report(); });
 }
 
-/// While the line is lost, the supervisor speaks for it.
+/// While the line is lost, the supervisor reports its state.
 void KnxNetwork::report() {
   const auto& line = line_->state();
   using Phase = line::LineState::Phase;
@@ -248,8 +248,8 @@ void KnxNetwork::report() {
                      : refused ? model::LineState::kRefused
                                : model::LineState::kConnecting,
                      line.reason, line_->counters()};
-  if (const auto doubled = state.counters.find("doubled-address");
-      doubled != state.counters.end() && doubled->second > 0 && !std::exchange(told_doubled_, true))
+  if (const auto duplicate = state.counters.find("doubled-address");
+      duplicate != state.counters.end() && duplicate->second > 0 && !std::exchange(warned_duplicate_address_, true))
     host_.log().warning(fmt::format("{} is also the address of another device on the bus", to_string(line.own)));
   const auto& points = points_.counters();
   state.counters.insert({{"readings", points.readings},

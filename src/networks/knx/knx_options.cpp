@@ -7,8 +7,8 @@
 #include <filesystem>
 #include <set>
 
+#include "networks/knx/groups/group_file.h"
 #include "networks/knx/groups/import.h"
-#include "networks/knx/groups/record.h"
 #include "rubicon/key.hpp"
 #include "transport/read_text.h"
 

@@ -124,7 +124,7 @@ TEST_F(KnxPoints, AReadWithoutAnswerIsRepeatedOnceAndTold) {
   host.time.run_for(10s);
   EXPECT_EQ(reads_of("1/2/7"), 2);
   EXPECT_EQ(last_state().counters.at("unanswered-reads"), 3U) << "and two that are read at start";
-  EXPECT_TRUE(host.words.contains("nobody on the bus answers for 1/2/7"));
+  EXPECT_TRUE(host.words.contains("no device on the bus answers for 1/2/7"));
 }
 
 TEST_F(KnxPoints, ACommandIsSentWhenTheBusHasIt) {

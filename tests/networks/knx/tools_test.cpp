@@ -2,7 +2,7 @@
 
 #include "networks/knx/bench.h"
 #include "networks/knx/capture.h"
-#include "networks/knx/operators.h"
+#include "networks/knx/tool_requests.h"
 
 namespace rubicon::networks::knx {
 namespace {
@@ -300,7 +300,7 @@ TEST_F(KnxTools, AMonitorHearsEverythingUntilItsLeaseEnds) {
 TEST_F(KnxTools, MonitorsAreBounded) {
   start();
   std::vector<json> last;
-  for (std::size_t i = 0; i <= Operators::kMostMonitors; ++i) {
+  for (std::size_t i = 0; i <= ToolRequests::kMaxMonitors; ++i) {
     last = ask({{"id", std::to_string(i)}, {"do", "monitor"}, {"seconds", 600}});
   }
   EXPECT_EQ(last.at(0)["ok"], false);

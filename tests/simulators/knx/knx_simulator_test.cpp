@@ -60,7 +60,8 @@ class SimulatedKnx : public testing::Test {
     telegram.service = service;
     telegram.destination = parse_group(group).value();
     telegram.payload = std::move(payload);
-    line->send(telegram, time.now() + 1min, [this](SendOutcome outcome, std::string_view) { outcomes.push_back(outcome); });
+    line->send(telegram, time.now() + 1min,
+               [this](SendOutcome outcome, std::string_view) { outcomes.push_back(outcome); });
     time.run_for(1s);
   }
   static std::string text_of(const Telegram& one) {

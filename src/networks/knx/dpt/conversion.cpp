@@ -6,6 +6,8 @@
 
 #include "networks/knx/dpt/codec.h"
 
+#include "base/text.h"
+
 // Between the units and words of KNX and those of the type catalogue.
 
 namespace rubicon::networks::knx::dpt {
@@ -77,9 +79,7 @@ double tidy(double value, int digits) {
   if (value == 0 || !std::isfinite(value)) return value;
   char text[40];
   const auto end = std::to_chars(text, text + sizeof text, value, std::chars_format::scientific, digits - 1).ptr;
-  double number = value;
-  std::from_chars(text, end, number);
-  return number;
+  return base::parse_number<double>({text, end}).value_or(value);
 }
 
 double number_of(const Value& value) {

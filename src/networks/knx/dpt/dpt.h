@@ -43,8 +43,8 @@ struct Dpt {
   double step = 0;                  ///< resolution in `unit`; 0 = no number, or a float
   TypeId sensor{}, actuator{};      ///< what the type catalogue calls it as a sensor and as an actuator
   Form form = Form::kRaw;
-  std::span<const Word> words{};   ///< of a bit, an enumeration, a set of bits; sorted by value
-  const Record* record = nullptr;  ///< of Form::kRecord
+  std::span<const Word> words{};         ///< of a bit, an enumeration, a set of bits; sorted by value
+  const StructLayout* record = nullptr;  ///< of Form::kRecord
 };
 
 /// All rows, sorted by id (363).

@@ -1,23 +1,22 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <optional>
 
 #include "networks/knx/dpt/dpt.h"
 #include "rubicon/key.hpp"
 
+#include "base/text.h"
+
 namespace rubicon::networks::knx::dpt {
 
 namespace {
 
-/// At most five digits and nothing else; 65535 stands for "main type only" and is no number of anything.
+/// At most five digits. 65535 means "main type only" and is no valid number.
 std::optional<std::uint16_t> number_of(std::string_view text) {
-  std::uint16_t number = 0;
-  if (text.empty() || text.size() > 5 || text[0] < '0' || text[0] > '9') return std::nullopt;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (error != std::errc() || end != text.data() + text.size() || number == DptId::kMainOnly) return std::nullopt;
-  return number;
+  if (text.size() > 5) return std::nullopt;
+  const auto number = base::parse_number<std::uint16_t>(text);
+  return number != DptId::kMainOnly ? number : std::nullopt;
 }
 
 bool drop_word(std::string_view& text, std::string_view word) {

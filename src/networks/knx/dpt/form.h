@@ -62,7 +62,7 @@ struct Field {
   FieldKind kind = FieldKind::kFlag;
   double multiply = 1, divide = 1;  ///< raw * multiply / divide = value
   double minimum = 0, maximum = 0;  ///< both 0 = what the bits can hold
-  std::int8_t validity = -1;        ///< place in Record::validities
+  std::int8_t validity = -1;        ///< place in StructLayout::validities
   std::span<const Word> words{};
 };
 
@@ -74,7 +74,7 @@ struct Validity {
 };
 
 /// Layout of a record (knx.md 9.8 after KNX 3/7/2).
-struct Record {
+struct StructLayout {
   std::span<const Field> fields;
   std::span<const Validity> validities{};
 };

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/text.h"
 #include "networks/knx/dpt/codec.h"
 #include "networks/knx/dpt/float16.h"
 
@@ -112,9 +113,7 @@ std::optional<std::uint8_t> step_raw(double percent) {
 double shortest_single(double value) {
   char text[40];
   const auto end = std::to_chars(text, text + sizeof text, static_cast<float>(value)).ptr;
-  double number = value;
-  std::from_chars(text, end, number);
-  return number;
+  return base::parse_number<double>({text, end}).value_or(value);
 }
 
 Result<Value> decode_number(const Dpt& type, ByteView bytes) {

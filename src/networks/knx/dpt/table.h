@@ -9,7 +9,7 @@ namespace rubicon::networks::knx::dpt {
 /// One row; the order is that of Dpt.
 constexpr Dpt row(std::uint16_t main, std::uint16_t sub, std::string_view name, std::string_view meaning,
                   std::string_view unit, std::uint16_t bits, double minimum, double maximum, double step, TypeId sensor,
-                  TypeId actuator, Form form, std::span<const Word> words = {}, const Record* record = nullptr) {
+                  TypeId actuator, Form form, std::span<const Word> words = {}, const StructLayout* record = nullptr) {
   return {{main, sub}, name, meaning, unit, bits, minimum, maximum, step, sensor, actuator, form, words, record};
 }
 

@@ -6,7 +6,7 @@
 #include <array>
 
 #include "networks/knx/groups/encoding.h"
-#include "networks/knx/groups/entry_taker.h"
+#include "networks/knx/groups/group_list_builder.h"
 
 namespace rubicon::networks::knx::groups {
 
@@ -207,7 +207,7 @@ void place_by_words(CsvLayout& layout, const Header& header) {
 wire::Notation notation_of(std::span<const CsvRecord> rows, const CsvLayout& layout) {
   if (layout.address_parts == 2) return wire::Notation::kTwoLevel;
   if (layout.address_parts == 3) return wire::Notation::kThreeLevel;
-  NotationVote vote;
+  NotationDetector vote;
   for (const auto& row : rows) vote.add(cell(row, layout.address), true);
   return vote.winner();
 }

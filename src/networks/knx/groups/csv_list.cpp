@@ -7,7 +7,7 @@
 #include "networks/knx/groups/csv_layout.h"
 #include "networks/knx/groups/csv_records.h"
 #include "networks/knx/groups/encoding.h"
-#include "networks/knx/groups/entry_taker.h"
+#include "networks/knx/groups/group_list_builder.h"
 #include "networks/knx/groups/readers.h"
 #include "rubicon/key.hpp"
 
@@ -74,7 +74,7 @@ class RangeNames {
 
 class CsvList {
  public:
-  CsvList(GroupList& list, const CsvLayout& layout) : list_(list), layout_(layout), taker_(list, layout.notation) {}
+  CsvList(GroupList& list, const CsvLayout& layout) : list_(list), layout_(layout), builder_(list, layout.notation) {}
 
   void take(const CsvRecord& row, bool was_not_utf8) {
     std::vector<std::string> doubts;
@@ -86,20 +86,20 @@ class CsvList {
     if (row.fields.size() <= layout_.address) {
       return list_.report.error(row.line, {}, "columns missing: there is none with an address");
     }
-    const auto address = taker_.address(row.line, text);
+    const auto address = builder_.address(row.line, text);
     if (!address) return;
     GroupEntry entry;
     entry.line = row.line;
     entry.address = *address;
-    entry.notation = taker_.notation();
+    entry.notation = builder_.notation();
     names_.apply(entry);
     if (!main.empty()) entry.main_group = main;
     if (!middle.empty()) entry.middle_group = middle;
     fill(row, entry, doubts);
-    taker_.take(std::move(entry), doubts);
+    builder_.take(std::move(entry), doubts);
   }
 
-  bool full(std::size_t line) { return taker_.full(line); }
+  bool full(std::size_t line) { return builder_.full(line); }
 
  private:
   std::string_view text(const CsvRecord& row, std::optional<std::size_t> column) const {
@@ -109,7 +109,7 @@ class CsvList {
   /// Of the columns for main and middle group, where there are such.
   std::string name(const CsvRecord& row, std::size_t level, std::vector<std::string>& doubts) const {
     if (level + 1 >= layout_.names) return {};
-    return taker_.field("group name", text(row, level), doubts);
+    return builder_.field("group name", text(row, level), doubts);
   }
 
   /// A row that names a range and is no address: `1/-/-`, or no address and nothing but a group's name.
@@ -117,32 +117,32 @@ class CsvList {
     if (looks_like_address(address) && address.ends_with("/-")) return true;
     const bool none = address.empty() || address.find_first_not_of("-/") == address.npos;
     if (!none || row.fields.size() <= layout_.address) return false;
-    if (layout_.names == 1) return taker_.notation() == wire::Notation::kFree;
+    if (layout_.names == 1) return builder_.notation() == wire::Notation::kFree;
     return clean_text(text(row, layout_.names - 1), 8).empty();
   }
 
   void take_range(const CsvRecord& row, const std::string& address, std::string main, std::string middle) {
     if (layout_.names == 1) {
       std::vector<std::string> doubts;
-      auto only = taker_.field("group name", text(row, 0), doubts);
-      const bool is_middle = taker_.notation() == wire::Notation::kThreeLevel && !address.ends_with("/-/-");
+      auto only = builder_.field("group name", text(row, 0), doubts);
+      const bool is_middle = builder_.notation() == wire::Notation::kThreeLevel && !address.ends_with("/-/-");
       (is_middle ? middle : main) = std::move(only);
     }
     names_.set(address, main, middle);
   }
 
   void fill(const CsvRecord& row, GroupEntry& entry, std::vector<std::string>& doubts) const {
-    entry.name = taker_.field("name", text(row, layout_.names - 1), doubts);
+    entry.name = builder_.field("name", text(row, layout_.names - 1), doubts);
     entry.central = is_true(text(row, layout_.central));
     entry.unfiltered = is_true(text(row, layout_.unfiltered));
     auto description = text(row, layout_.description);
     if (description.empty()) description = text(row, layout_.comment);
-    entry.description = taker_.field("description", description, doubts);
+    entry.description = builder_.field("description", description, doubts);
     const auto security = clean_text(text(row, layout_.security), 16);
     if (!security.empty()) entry.security = security;
     if (!layout_.type) return;
     if (*layout_.type < row.fields.size()) {
-      entry.dpt = taker_.type(text(row, layout_.type), doubts);
+      entry.dpt = builder_.type(text(row, layout_.type), doubts);
     } else {
       doubts.emplace_back("columns missing: imported without a type");
     }
@@ -150,7 +150,7 @@ class CsvList {
 
   GroupList& list_;
   CsvLayout layout_;
-  EntryTaker taker_;
+  GroupListBuilder builder_;
   RangeNames names_;
 };
 

@@ -6,7 +6,7 @@
 
 #include "networks/knx/dpt/characters.h"
 #include "networks/knx/groups/encoding.h"
-#include "networks/knx/groups/entry_taker.h"
+#include "networks/knx/groups/group_list_builder.h"
 #include "networks/knx/groups/readers.h"
 #include "rubicon/key.hpp"
 
@@ -72,9 +72,9 @@ bool known_priority(std::string_view text) {
 
 class EsfList {
  public:
-  EsfList(GroupList& list, wire::Notation notation) : list_(list), taker_(list, notation) {}
+  EsfList(GroupList& list, wire::Notation notation) : list_(list), builder_(list, notation) {}
 
-  bool full(std::size_t line) { return taker_.full(line); }
+  bool full(std::size_t line) { return builder_.full(line); }
 
   void take(std::size_t line, std::string_view text) {
     const auto columns = split(text, '\t');
@@ -87,27 +87,27 @@ class EsfList {
       return list_.report.error(line, {},
                                 fmt::format("no address after the last dot of {}", model::quoted(columns[0])));
     }
-    const auto address = taker_.address(line, address_text);
+    const auto address = builder_.address(line, address_text);
     if (!address) return;
     std::vector<std::string> doubts;
     GroupEntry entry;
     entry.line = line;
     entry.address = *address;
     fill_groups(dot == text.npos ? std::string_view() : columns[0].substr(0, dot), entry, doubts);
-    entry.name = taker_.field("name", columns[1], doubts);
+    entry.name = builder_.field("name", columns[1], doubts);
     if (columns.size() > 3 && !known_priority(columns[3])) doubts.emplace_back("priority unknown: low assumed");
     read_type(columns[2], entry, doubts);
     if (columns.size() > 4) fill_listen(columns[4], entry, doubts);
-    taker_.take(std::move(entry), doubts);
+    builder_.take(std::move(entry), doubts);
   }
 
  private:
   /// Group names may hold dots: the first one ends the main group.
   void fill_groups(std::string_view groups, GroupEntry& entry, std::vector<std::string>& doubts) const {
     const auto dot = std::min(groups.find('.'), groups.size());
-    const bool has_middle = taker_.notation() == wire::Notation::kThreeLevel && dot < groups.size();
-    entry.main_group = taker_.field("group name", has_middle ? groups.substr(0, dot) : groups, doubts);
-    if (has_middle) entry.middle_group = taker_.field("group name", groups.substr(dot + 1), doubts);
+    const bool has_middle = builder_.notation() == wire::Notation::kThreeLevel && dot < groups.size();
+    entry.main_group = builder_.field("group name", has_middle ? groups.substr(0, dot) : groups, doubts);
+    if (has_middle) entry.middle_group = builder_.field("group name", groups.substr(dot + 1), doubts);
   }
 
   void fill_listen(std::string_view text, GroupEntry& entry, std::vector<std::string>& doubts) const {
@@ -124,7 +124,7 @@ class EsfList {
   }
 
   GroupList& list_;
-  EntryTaker taker_;
+  GroupListBuilder builder_;
 };
 
 struct Line {
@@ -145,7 +145,7 @@ void each_line(std::string_view text, Take take) {
 }
 
 wire::Notation notation_of(std::string_view text) {
-  NotationVote vote;
+  NotationDetector vote;
   each_line(text, [&](const Line& line) {
     const auto first = line.text.substr(0, line.text.find('\t'));
     vote.add(first.substr(first.rfind('.') + 1), true);

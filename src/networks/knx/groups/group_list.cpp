@@ -1,7 +1,7 @@
 #include <algorithm>
 
 #include "networks/knx/groups/encoding.h"
-#include "networks/knx/groups/entry_taker.h"
+#include "networks/knx/groups/group_list_builder.h"
 #include "networks/knx/groups/readers.h"
 
 namespace rubicon::networks::knx::groups {

@@ -6,9 +6,9 @@
 #include <filesystem>
 #include <fstream>
 
-#include "networks/knx/groups/guesses.h"
+#include "networks/knx/groups/group_file.h"
+#include "networks/knx/groups/infer_points.h"
 #include "networks/knx/groups/readers.h"
-#include "networks/knx/groups/record.h"
 
 namespace rubicon::networks::knx::groups {
 
@@ -22,7 +22,7 @@ void sort_findings(Report& report) {
 }
 
 std::vector<GroupPoint> points_for(const GroupList& list, const ImportOptions& options, Report& report) {
-  auto points = guesses(list.entries, options.guess, report);
+  auto points = infer_points(list.entries, options.guess, report);
   if (!options.known) return points;
   return merge(*options.known, points, report);
 }

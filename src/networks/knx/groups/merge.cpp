@@ -4,7 +4,7 @@
 #include <unordered_map>
 #include <unordered_set>
 
-#include "networks/knx/groups/record.h"
+#include "networks/knx/groups/group_file.h"
 
 namespace rubicon::networks::knx::groups {
 

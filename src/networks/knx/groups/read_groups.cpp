@@ -4,8 +4,8 @@
 #include <set>
 #include <tuple>
 
+#include "networks/knx/groups/group_file.h"
 #include "networks/knx/groups/kind_of_type.h"
-#include "networks/knx/groups/record.h"
 #include "rubicon/key.hpp"
 
 namespace rubicon::networks::knx::groups {

@@ -6,7 +6,7 @@
 
 #include "networks/knx/dpt/characters.h"
 #include "networks/knx/groups/encoding.h"
-#include "networks/knx/groups/record.h"
+#include "networks/knx/groups/group_file.h"
 
 namespace rubicon::networks::knx::groups {
 

@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "networks/knx/groups/encoding.h"
-#include "networks/knx/groups/entry_taker.h"
+#include "networks/knx/groups/group_list_builder.h"
 #include "networks/knx/groups/readers.h"
 #include "rubicon/key.hpp"
 
@@ -20,7 +20,7 @@ using ParserPointer = std::unique_ptr<XML_ParserStruct, decltype(&XML_ParserFree
 /// The notation of a document, from the first addresses in its text.
 wire::Notation notation_of(std::string_view text) {
   constexpr std::string_view kAttribute = " Address=\"";
-  NotationVote vote;
+  NotationDetector vote;
   std::size_t at = text.find(kAttribute);
   for (int i = 0; i < 1000 && at != text.npos; ++i, at = text.find(kAttribute, at)) {
     at += kAttribute.size();
@@ -52,7 +52,7 @@ class Attributes {
 class XmlList {
  public:
   XmlList(GroupList& list, XML_Parser parser, wire::Notation notation)
-      : list_(list), parser_(parser), taker_(list, notation) {}
+      : list_(list), parser_(parser), builder_(list, notation) {}
 
   std::size_t line() const { return static_cast<std::size_t>(XML_GetCurrentLineNumber(parser_)); }
 
@@ -66,7 +66,7 @@ class XmlList {
     }
     if (name == "GroupRange") {
       std::vector<std::string> doubts;
-      ranges_.push_back({depth_, taker_.field("group name", attributes.text("Name"), doubts)});
+      ranges_.push_back({depth_, builder_.field("group name", attributes.text("Name"), doubts)});
     } else if (name == "GroupAddress") {
       take(attributes);
     } else {
@@ -94,27 +94,27 @@ class XmlList {
   };
 
   void take(const Attributes& attributes) {
-    if (full_ || (full_ = taker_.full(line()))) return;
-    const auto address = taker_.address(line(), attributes.text("Address"));
+    if (full_ || (full_ = builder_.full(line()))) return;
+    const auto address = builder_.address(line(), attributes.text("Address"));
     if (!address) return;
     std::vector<std::string> doubts;
     GroupEntry entry;
     entry.line = line();
     entry.address = *address;
-    entry.name = taker_.field("name", attributes.text("Name"), doubts);
-    entry.description = taker_.field("description", attributes.text("Description"), doubts);
+    entry.name = builder_.field("name", attributes.text("Name"), doubts);
+    entry.description = builder_.field("description", attributes.text("Description"), doubts);
     entry.central = attributes.yes("Central");
     entry.unfiltered = attributes.yes("Unfiltered");
     if (const auto security = attributes.text("Security"); !security.empty()) entry.security = clean_text(security, 16);
     if (!ranges_.empty()) entry.main_group = ranges_.front().name;
     if (ranges_.size() > 1) entry.middle_group = ranges_.back().name;
-    entry.dpt = taker_.type(attributes.text("DPTs"), doubts);
-    taker_.take(std::move(entry), doubts);
+    entry.dpt = builder_.type(attributes.text("DPTs"), doubts);
+    builder_.take(std::move(entry), doubts);
   }
 
   GroupList& list_;
   XML_Parser parser_;
-  EntryTaker taker_;
+  GroupListBuilder builder_;
   std::vector<Range> ranges_;
   std::size_t depth_ = 0;
   bool refused_ = false, full_ = false;

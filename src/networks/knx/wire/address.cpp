@@ -4,9 +4,10 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <optional>
 #include <span>
+
+#include "base/text.h"
 
 namespace rubicon::networks::knx::wire {
 
@@ -22,10 +23,7 @@ constexpr std::array kOne{Part{"group address", 16}};
 constexpr std::array kIndividual{Part{"area", 4}, Part{"line", 4}, Part{"device", 8}};
 
 std::optional<std::uint32_t> decimal(std::string_view text) {
-  std::uint32_t value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (text.empty() || text.size() > 5 || error != std::errc() || end != text.data() + text.size()) return {};
-  return value;
+  return text.size() <= 5 ? base::parse_number<std::uint32_t>(text) : std::nullopt;
 }
 
 Result<std::uint16_t> parse(std::string_view text, char separator, std::span<const Part> parts) {

@@ -5,7 +5,7 @@
 #include <numeric>
 
 #include "model/type_catalogue.h"
-#include "networks/knx/dpt/dpt_lines.h"
+#include "networks/knx/dpt/convert_line.h"
 #include "networks/knx/dpt/samples.h"
 
 namespace rubicon::networks::knx::dpt {

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "networks/knx/dpt/dpt_lines.h"
+#include "networks/knx/dpt/convert_line.h"
 #include "networks/knx/dpt/samples.h"
 
 namespace rubicon::networks::knx::dpt {

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "networks/knx/dpt/dpt_lines.h"
+#include "networks/knx/dpt/convert_line.h"
 #include "networks/knx/dpt/samples.h"
 
 // What two other libraries make of the same values, compared as knx.md 9.2 says.

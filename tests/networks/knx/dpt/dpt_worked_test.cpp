@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "networks/knx/dpt/dpt_lines.h"
+#include "networks/knx/dpt/convert_line.h"
 #include "networks/knx/dpt/samples.h"
 
 // The worked values of knx.md 9.10 (measured with xknx and Calimero), and the tables of words and bits.

@@ -1,4 +1,4 @@
-#include "networks/knx/dpt/dpt_lines.h"
+#include "networks/knx/dpt/convert_line.h"
 
 #include <fmt/format.h>
 

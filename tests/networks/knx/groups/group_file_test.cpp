@@ -1,8 +1,8 @@
 #include <algorithm>
 
 #include "config/yaml.h"
+#include "networks/knx/groups/group_file.h"
 #include "networks/knx/groups/import.h"
-#include "networks/knx/groups/record.h"
 #include "networks/knx/groups/support.h"
 
 namespace rubicon::networks::knx::groups {

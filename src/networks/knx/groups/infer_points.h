@@ -12,6 +12,6 @@ namespace rubicon::networks::knx::groups {
 /// if they have the same main type, the same main and middle group, and the same name without the words of the table.
 /// Every guess by name is a note of the report, counted in `paired` and `kinds_by_name`; so is what could not be
 /// decided because several addresses fit.
-std::vector<GroupPoint> guesses(const std::vector<GroupEntry>& entries, bool by_name, Report& report);
+std::vector<GroupPoint> infer_points(const std::vector<GroupEntry>& entries, bool by_name, Report& report);
 
 }  // namespace rubicon::networks::knx::groups

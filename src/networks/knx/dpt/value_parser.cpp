@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <charconv>
 #include <cmath>
 
 #include "base/text.h"
@@ -15,11 +14,8 @@ namespace {
 
 template <class Number>
 std::optional<Number> number_in(std::string_view text) {
-  Number number{};
   if (text.starts_with('+') && text.size() > 1 && text[1] != '-') text.remove_prefix(1);
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return number;
+  return base::parse_number<Number>(text);
 }
 
 /// `learn 5` -> `5` where the text begins with the word.

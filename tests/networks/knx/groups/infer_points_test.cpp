@@ -1,7 +1,7 @@
 #include <algorithm>
 
-#include "networks/knx/groups/guesses.h"
 #include "networks/knx/groups/import.h"
+#include "networks/knx/groups/infer_points.h"
 #include "networks/knx/groups/kind_of_type.h"
 #include "networks/knx/groups/support.h"
 #include "networks/knx/groups/words.h"
@@ -26,7 +26,7 @@ struct Guessed {
 
 Guessed guess(const std::vector<GroupEntry>& entries, bool by_name = true) {
   Guessed out;
-  out.points = guesses(entries, by_name, out.report);
+  out.points = infer_points(entries, by_name, out.report);
   return out;
 }
 

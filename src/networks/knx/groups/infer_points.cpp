@@ -1,4 +1,4 @@
-#include "networks/knx/groups/guesses.h"
+#include "networks/knx/groups/infer_points.h"
 
 #include <fmt/format.h>
 
@@ -177,7 +177,7 @@ void take_listen(const std::vector<GroupEntry>& entries, std::vector<GroupPoint>
 
 }  // namespace
 
-std::vector<GroupPoint> guesses(const std::vector<GroupEntry>& entries, bool by_name, Report& report) {
+std::vector<GroupPoint> infer_points(const std::vector<GroupEntry>& entries, bool by_name, Report& report) {
   std::vector<GroupPoint> points;
   points.reserve(entries.size());
   Guesser guesser(entries, report);

@@ -16,7 +16,7 @@ namespace rubicon::networks::knx::groups {
 bool looks_like_address(std::string_view text);
 
 /// Which notation most addresses of a file are in.
-class NotationVote {
+class NotationDetector {
  public:
   /// Takes `2567` and whatever does not look like an address for no vote, unless `free_too`.
   void add(std::string_view address, bool free_too);
@@ -28,9 +28,9 @@ class NotationVote {
 
 /// What all kinds of files have in common: takes entries into a list, checks addresses and types, keeps the first of
 /// doubled ones and reports what it changes or refuses. The list must outlive it.
-class EntryTaker {
+class GroupListBuilder {
  public:
-  EntryTaker(GroupList& list, wire::Notation notation);
+  GroupListBuilder(GroupList& list, wire::Notation notation);
 
   /// The address of an entry; reports why not. Nothing is taken yet.
   std::optional<wire::GroupAddress> address(std::size_t line, std::string_view text);

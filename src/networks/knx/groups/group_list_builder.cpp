@@ -1,4 +1,4 @@
-#include "networks/knx/groups/entry_taker.h"
+#include "networks/knx/groups/group_list_builder.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -48,22 +48,22 @@ bool looks_like_address(std::string_view text) {
   return !part_begins && text != "-";
 }
 
-void NotationVote::add(std::string_view address, bool free_too) {
+void NotationDetector::add(std::string_view address, bool free_too) {
   if (!looks_like_address(address)) return;
   const auto count = slashes(address);
   if (count != 0 || free_too) ++votes_[count];
 }
 
-wire::Notation NotationVote::winner() const {
+wire::Notation NotationDetector::winner() const {
   if (votes_[2] >= votes_[1] && votes_[2] >= votes_[0]) return wire::Notation::kThreeLevel;
   return votes_[1] >= votes_[0] ? wire::Notation::kTwoLevel : wire::Notation::kFree;
 }
 
-EntryTaker::EntryTaker(GroupList& list, wire::Notation notation) : list_(list), notation_(notation) {
+GroupListBuilder::GroupListBuilder(GroupList& list, wire::Notation notation) : list_(list), notation_(notation) {
   list_.report.notation = notation;
 }
 
-std::optional<wire::GroupAddress> EntryTaker::address(std::size_t line, std::string_view text) {
+std::optional<wire::GroupAddress> GroupListBuilder::address(std::size_t line, std::string_view text) {
   auto& report = list_.report;
   if (looks_like_address(text) && slashes(text) != slashes_of(notation_)) {
     report.error(line, {}, fmt::format("wrong number of levels: '{}', expected {}", text, example(notation_)));
@@ -79,7 +79,7 @@ std::optional<wire::GroupAddress> EntryTaker::address(std::size_t line, std::str
   return {};
 }
 
-std::optional<dpt::DptId> EntryTaker::type(std::string_view text, std::vector<std::string>& doubts) const {
+std::optional<dpt::DptId> GroupListBuilder::type(std::string_view text, std::vector<std::string>& doubts) const {
   constexpr std::string_view kBreaks = " ,;\t\n";
   const auto begin = std::min(text.find_first_not_of(kBreaks), text.size());
   const auto end = std::min(text.find_first_of(kBreaks, begin), text.size());
@@ -104,19 +104,20 @@ std::optional<dpt::DptId> EntryTaker::type(std::string_view text, std::vector<st
   return *id;
 }
 
-std::string EntryTaker::field(std::string_view what, std::string_view utf8, std::vector<std::string>& doubts) const {
+std::string GroupListBuilder::field(std::string_view what, std::string_view utf8,
+                                    std::vector<std::string>& doubts) const {
   if (utf8.size() > kMaxFieldBytes)
     doubts.push_back(fmt::format("its {} has {} bytes: cut to {}", what, utf8.size(), kMaxFieldBytes));
   return clean_text(utf8, kMaxFieldBytes);
 }
 
-bool EntryTaker::full(std::size_t line) {
+bool GroupListBuilder::full(std::size_t line) {
   if (list_.entries.size() < kMaxGroupAddresses) return false;
   list_.report.error(line, {}, fmt::format("more than {} group addresses: the rest is left out", kMaxGroupAddresses));
   return true;
 }
 
-void EntryTaker::take(GroupEntry entry, const std::vector<std::string>& doubts) {
+void GroupListBuilder::take(GroupEntry entry, const std::vector<std::string>& doubts) {
   auto& report = list_.report;
   const auto [first, is_new] = lines_.try_emplace(number(entry.address), entry.line);
   if (!is_new) {

@@ -1,0 +1,240 @@
+#include "networks/knx/tool_requests.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "model/json_members.h"
+#include "rubicon/key.hpp"
+
+namespace rubicon::networks::knx {
+
+namespace {
+
+using namespace std::chrono_literals;
+using nlohmann::json;
+
+constexpr Duration kToolAnswerTime = 2s;
+constexpr Duration kToolTelegramLifetime = 5s;
+/// Bounds of one reply to `capture`, so that it fits one message.
+constexpr std::size_t kMaxReplyFrames = 500, kMaxReplyBytes = 50'000;
+/// Bound of a field of a request: enough for the JSON of any data point type.
+constexpr std::size_t kMaxRequestText = 2000;
+
+std::string field_text(const json& request, const char* key) {
+  const auto found = request.find(key);
+  if (found == request.end()) return {};
+  if (found->is_string()) return found->get<std::string>().substr(0, kMaxRequestText);
+  return found->is_number() || found->is_boolean() ? found->dump() : std::string();
+}
+
+std::string_view word(wire::Service service) {
+  switch (service) {
+    case wire::Service::kRead: return "read";
+    case wire::Service::kResponse: return "response";
+    case wire::Service::kWrite: break;
+  }
+  return "write";
+}
+
+/// The value in the words of the KNX table; empty where there is no type or it does not fit.
+std::string value_text(const dpt::Dpt* dpt, wire::PayloadView payload) {
+  if (!dpt) return {};
+  const auto value = decode(*dpt, payload);
+  if (!value) return {};
+  const auto* number = std::get_if<double>(&*value);
+  return label(*dpt, number ? Value(natural(*dpt, *number)) : *value);
+}
+
+/// The type named in the request, else the configured one.
+Result<const dpt::Dpt*> type_of(const json& request, const dpt::Dpt* configured) {
+  const auto text = field_text(request, "dpt");
+  if (text.empty()) return configured;
+  const auto id = dpt::parse_dpt(text);
+  if (!id) return fail(id.error());
+  const auto* dpt = dpt::find_dpt(*id);
+  if (!dpt) return fail(ErrorCode::kNotFound, fmt::format("there is no data point type {}", to_string(*id)));
+  return dpt;
+}
+
+}  // namespace
+
+ToolRequests::ToolRequests(network::NetworkHost& host, const Capture& capture, FindMeaning find_meaning, Wrote wrote)
+    : host_(host), capture_(capture), find_meaning_(std::move(find_meaning)), wrote_(std::move(wrote)) {}
+
+void ToolRequests::use(line::Line* line) {
+  line_ = line;
+  if (line_ != nullptr) return;
+  for (const auto& reading : reads_) refuse(reading.requester, "the line to the bus was lost");
+  reads_.clear();
+}
+
+void ToolRequests::give_up(wire::GroupAddress address, std::string_view why) {
+  reads_.remove_if([&](const OpenRead& one) {
+    if (one.address != address) return false;
+    refuse(one.requester, why);
+    return true;
+  });
+}
+
+Result<void> ToolRequests::receive(const model::Message& message) {
+  const auto* opaque = std::get_if<model::Opaque>(&message.body);
+  if (!opaque || opaque->type != kRequestTag)
+    return fail(ErrorCode::kUnsupported, fmt::format("KNX does not support {}", to_string(message.kind())));
+  const auto request = json::parse(opaque->bytes.begin(), opaque->bytes.end(), nullptr, false);
+  if (!request.is_object()) return fail(ErrorCode::kInvalid, "a knx.request is a JSON object");
+  Requester requester{message.source, field_text(request, "id")};
+  const auto what = field_text(request, "do");
+  if (what == "capture") {
+    capture(requester, request);
+  } else if (what == "monitor") {
+    monitor(std::move(requester), request);
+  } else if (line_ == nullptr && (what == "read" || what == "write")) {
+    refuse(requester, "the line to the bus is down");
+  } else if (what == "read") {
+    read(std::move(requester), request);
+  } else if (what == "write") {
+    write(std::move(requester), request);
+  } else {
+    refuse(requester, fmt::format("do is {}, expected read, write, monitor or capture", model::quoted(what)));
+  }
+  return {};
+}
+
+void ToolRequests::read(Requester requester, const json& request) {
+  const auto address = wire::parse_group(field_text(request, "address"));
+  if (!address) return refuse(requester, address.error().text);
+  const auto dpt = type_of(request, find_meaning_(*address).dpt);
+  if (!dpt) return refuse(requester, dpt.error().text);
+  if (reads_.size() >= kMaxReads) return refuse(requester, "too many reads are open");
+  wire::Telegram telegram;
+  telegram.service = wire::Service::kRead;
+  telegram.destination = *address;
+  auto& reading = reads_.emplace_back(OpenRead{std::move(requester), *address, *dpt, {}});
+  reading.timeout = host_.scheduler().after(kToolTelegramLifetime + kToolAnswerTime, [this, &reading] {
+    refuse(reading.requester, fmt::format("no device on the bus answers for {}", to_string(reading.address)));
+    reads_.remove_if([&](const OpenRead& one) { return &one == &reading; });
+  });
+  line_->send(std::move(telegram), host_.scheduler().now() + kToolTelegramLifetime,
+              [this, address = *address, watch = lifetime_.watch()](line::SendOutcome outcome, std::string_view why) {
+                if (!watch.ended() && outcome != line::SendOutcome::kSent && outcome != line::SendOutcome::kUnconfirmed)
+                  give_up(address, why);
+              });
+}
+
+void ToolRequests::write(Requester requester, const json& request) {
+  const auto address = wire::parse_group(field_text(request, "address"));
+  if (!address) return refuse(requester, address.error().text);
+  const auto dpt = type_of(request, find_meaning_(*address).dpt);
+  if (!dpt) return refuse(requester, dpt.error().text);
+  if (!*dpt)
+    return refuse(requester, fmt::format("{} has no configured type: the request must name one", to_string(*address)));
+  auto payload = dpt::encode_text(**dpt, field_text(request, "value"));
+  if (!payload) return refuse(requester, payload.error().text);
+  wire::Telegram telegram;
+  telegram.destination = *address;
+  telegram.payload = *payload;
+  telegram.priority = wire::Priority::kNormal;
+  const auto hex = base::to_hex(payload->bytes);
+  line_->send(telegram, host_.scheduler().now() + kToolTelegramLifetime,
+              [this, requester = std::move(requester), hex, telegram, watch = lifetime_.watch()](
+                  line::SendOutcome outcome, std::string_view why) {
+                if (watch.ended()) return;
+                if (outcome != line::SendOutcome::kSent && outcome != line::SendOutcome::kUnconfirmed)
+                  return refuse(requester, why);
+                reply(requester, {{"ok", true}, {"address", to_string(telegram.destination)}, {"hex", hex}});
+                wrote_(telegram);
+              });
+}
+
+void ToolRequests::monitor(Requester requester, const json& request) {
+  const auto seconds = request.value("seconds", json(30));
+  const Duration span = std::chrono::seconds(
+      seconds.is_number_integer() ? std::clamp<std::int64_t>(seconds.get<std::int64_t>(), 0, 600) : 30);
+  monitors_.remove_if([&](const Monitor& one) {
+    return one.requester.address == requester.address && one.requester.id == requester.id;
+  });
+  if (monitors_.size() >= kMaxMonitors) return refuse(requester, "too many monitors are open");
+  if (span > Duration::zero()) {
+    auto& added = monitors_.emplace_back(Monitor{requester, {}});
+    added.lease = host_.scheduler().after(std::min(span, kMaxMonitorTime), [this, &added] {
+      monitors_.remove_if([&](const Monitor& one) { return &one == &added; });
+    });
+  }
+  reply(requester, {{"ok", true}, {"line", line_ != nullptr}});
+}
+
+/// Frames from number `from` on; a tool reads them all by repeated requests.
+void ToolRequests::capture(const Requester& requester, const json& request) {
+  const auto from_node = request.value("from", json(0));
+  const auto from = from_node.is_number_unsigned() ? from_node.get<std::uint64_t>() : 0;
+  auto frames = json::array();
+  const auto& all = capture_.frames();
+  auto frame = std::find_if(all.begin(), all.end(), [from](const auto& one) { return one.number >= from; });
+  std::size_t bytes = 0;
+  for (; frame != all.end() && frames.size() < kMaxReplyFrames && bytes < kMaxReplyBytes; ++frame) {
+    bytes += frame->cemi.size();
+    frames.push_back({{"number", frame->number},
+                      {"time", frame->time.time_since_epoch().count()},
+                      {"out", frame->outgoing},
+                      {"cemi", base::to_hex(frame->cemi)}});
+  }
+  reply(requester, {{"ok", true}, {"frames", std::move(frames)}, {"more", frame != all.end()}});
+}
+
+json ToolRequests::described(const wire::Telegram& telegram, bool own) const {
+  const auto meaning = find_meaning_(telegram.destination);
+  json out{{"time", base::to_seconds(host_.scheduler().wall_now())},
+           {"service", word(telegram.service)},
+           {"source", to_string(telegram.source)},
+           {"address", to_string(telegram.destination)},
+           {"own", own}};
+  if (telegram.service != wire::Service::kRead) out["hex"] = base::to_hex(telegram.payload.bytes);
+  if (!meaning.name.empty()) out["name"] = meaning.name;
+  if (!meaning.dpt || telegram.service == wire::Service::kRead) return out;
+  out["dpt"] = to_string(meaning.dpt->id);
+  out["value"] = value_text(meaning.dpt, telegram.payload);
+  out["unit"] = meaning.dpt->unit;
+  return out;
+}
+
+void ToolRequests::seen(const wire::Telegram& telegram, bool own) {
+  if (!monitors_.empty()) {
+    const auto text = model::dump(described(telegram, own));
+    for (const auto& monitor : monitors_) send(monitor.requester.address, kTelegramTag, text);
+  }
+  if (telegram.service == wire::Service::kRead || own) return;
+  reads_.remove_if([&](const OpenRead& reading) {
+    if (reading.address != telegram.destination) return false;
+    auto answer = described(telegram, own);
+    answer["ok"] = true;
+    if (reading.dpt) {
+      answer["dpt"] = to_string(reading.dpt->id);
+      answer["value"] = value_text(reading.dpt, telegram.payload);
+      answer["unit"] = reading.dpt->unit;
+    }
+    reply(reading.requester, std::move(answer));
+    return true;
+  });
+}
+
+void ToolRequests::refuse(const Requester& requester, std::string_view why) {
+  reply(requester, {{"ok", false}, {"why", why}});
+}
+
+void ToolRequests::reply(const Requester& requester, json answer) {
+  answer["id"] = requester.id;
+  send(requester.address, kReplyTag, model::dump(answer));
+}
+
+void ToolRequests::send(const Address& to, std::string_view tag, const std::string& text) {
+  model::Message message;
+  message.destination = to;
+  const auto bytes = base::as_bytes(text);
+  message.body = model::Opaque{std::string(tag), Bytes(bytes.begin(), bytes.end())};
+  host_.deliver(std::move(message));
+}
+
+}  // namespace rubicon::networks::knx

@@ -1,0 +1,83 @@
+#pragma once
+
+#include <functional>
+#include <list>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "base/lifetime.h"
+#include "network/network.h"
+#include "networks/knx/capture.h"
+#include "networks/knx/dpt/dpt.h"
+#include "networks/knx/line/line.h"
+
+namespace rubicon::networks::knx {
+
+/// Tags of the Opaque messages between tools and this network; the bytes are JSON (docs/knx.md, "Tools").
+inline constexpr std::string_view kRequestTag = "knx.request";
+inline constexpr std::string_view kReplyTag = "knx.reply";
+inline constexpr std::string_view kTelegramTag = "knx.telegram";
+
+/// Serves diagnostic tools that share the network's line: read, write, monitor, capture. Answers every request once.
+class ToolRequests {
+ public:
+  static constexpr std::size_t kMaxMonitors = 16;
+  static constexpr std::size_t kMaxReads = 64;
+  static constexpr Duration kMaxMonitorTime = std::chrono::minutes(10);
+
+  /// Configured name and type of a group address; empty for other addresses.
+  struct Meaning {
+    std::string name;
+    const dpt::Dpt* dpt = nullptr;
+  };
+  using FindMeaning = std::function<Meaning(wire::GroupAddress)>;
+
+  /// Called for each write that the bus confirmed.
+  using Wrote = std::function<void(const wire::Telegram&)>;
+
+  ToolRequests(network::NetworkHost& host, const Capture& capture, FindMeaning find_meaning, Wrote wrote);
+
+  /// Sends telegrams over this line; nullptr: requests that need it are refused.
+  void use(line::Line* line);
+  /// kUnsupported if the message is no request of a tool, kInvalid if it cannot be read.
+  Result<void> receive(const model::Message& message);
+  bool monitored() const { return !monitors_.empty(); }
+  /// A telegram was received, or is sent (`own`).
+  void seen(const wire::Telegram& telegram, bool own);
+
+ private:
+  struct Requester {
+    Address address;
+    std::string id;  ///< of the request; the reply repeats it
+  };
+  struct OpenRead {
+    Requester requester;
+    wire::GroupAddress address{};
+    const dpt::Dpt* dpt = nullptr;
+    Timer timeout;
+  };
+  struct Monitor {
+    Requester requester;
+    Timer lease;
+  };
+  void read(Requester requester, const nlohmann::json& request);
+  void write(Requester requester, const nlohmann::json& request);
+  void monitor(Requester requester, const nlohmann::json& request);
+  void capture(const Requester& requester, const nlohmann::json& request);
+  void reply(const Requester& requester, nlohmann::json answer);
+  void refuse(const Requester& requester, std::string_view why);
+  void give_up(wire::GroupAddress address, std::string_view why);
+  void send(const Address& to, std::string_view tag, const std::string& text);
+  nlohmann::json described(const wire::Telegram& telegram, bool own) const;
+
+  network::NetworkHost& host_;
+  const Capture& capture_;
+  FindMeaning find_meaning_;
+  Wrote wrote_;
+  line::Line* line_ = nullptr;
+  std::list<OpenRead> reads_;
+  std::list<Monitor> monitors_;
+  base::Lifetime lifetime_;
+};
+
+}  // namespace rubicon::networks::knx
