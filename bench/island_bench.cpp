@@ -75,7 +75,7 @@ void restart(benchmark::State& state) {
     base::ConfigErrors errors;
     const auto tree =
         must(config::parse_yaml("island: {id: 6541, name: bench}\nnetworks: {quiet-1: {type: quiet}}\n", "bench.yaml"));
-    auto config = config::read_island_config(tree, std::span(&kQuiet, 1), errors);
+    auto config = island::read_island_config(tree, std::span(&kQuiet, 1), errors);
     auto store = must(state::StateStore::open(path, kIsland));
     auto island =
         must(island::Island::make(std::move(config), scheduler, transports, log, ecology, errors, std::move(store)));
@@ -110,7 +110,7 @@ void reload(benchmark::State& state) {
   tuples::MemoryEcology ecology(scheduler);
   base::ConfigErrors errors;
   const auto read = [&](const std::string& text) {
-    return config::read_island_config(must(config::parse_yaml(text, "bench.yaml")), island::network_types(), errors);
+    return island::read_island_config(must(config::parse_yaml(text, "bench.yaml")), island::network_types(), errors);
   };
   auto island = must(island::Island::make(read(files[0]), scheduler, transports, log, ecology, errors));
   island->start();

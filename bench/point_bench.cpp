@@ -47,7 +47,7 @@ void memory_of_points(benchmark::State& state) {
     base::ConfigErrors errors;
     const auto before = in_use();
     auto island = [&] {
-      auto config = config::read_island_config(
+      auto config = island::read_island_config(
           must_parse(config::parse_yaml("island: {id: 6541, name: bench}\nlimits: {devices: 200000}\n"
                                         "networks: {knx: {type: knx, host: 127.0.0.1, import: flat.csv}}\n",
                                         "bench.yaml")),

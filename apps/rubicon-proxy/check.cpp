@@ -8,6 +8,7 @@
 #include <filesystem>
 
 #include "apps/rubicon-proxy/host_check.h"
+#include "config/config_file.h"
 #include "island/island.h"
 #include "island/island_state.h"
 #include "island/network_types.h"
@@ -44,7 +45,7 @@ int print_plan(const CheckOptions& options) {
     print(errors.lines());
     return kExitConfiguration;
   }
-  const auto plan = config::plan_reload(*now, *next);
+  const auto plan = island::plan_reload(*now, *next);
   for (const auto& line : plan.refusals) fmt::print("refused: {}\n", line);
   for (const auto& line : plan.lines) fmt::print("{}\n", line);
   if (plan.refusals.empty() && plan.lines.empty()) fmt::print("nothing would change\n");
@@ -69,7 +70,7 @@ std::vector<std::string> warnings(island::Island& island, const ConfigPlaces& pl
   return lines;
 }
 
-std::string ids(const config::IslandConfig& config) {
+std::string ids(const island::IslandConfig& config) {
   std::vector<std::string> all;
   for (const auto& setup : config.networks) all.push_back(setup.id);
   return all.empty() ? "no networks"
@@ -83,11 +84,11 @@ int report(const Error& error) {
   return error.code == ErrorCode::kIo ? kExitFailed : kExitConfiguration;
 }
 
-Result<config::IslandConfig> load_island(const std::string& file, const std::vector<std::string>& overrides,
+Result<island::IslandConfig> load_island(const std::string& file, const std::vector<std::string>& overrides,
                                          base::ConfigErrors& errors) {
   auto root = config::load_config(file, overrides);
   if (!root) return fail(root.error());
-  auto config = config::read_island_config(std::move(*root), island::network_types(), errors);
+  auto config = island::read_island_config(std::move(*root), island::network_types(), errors);
   config.directory = std::filesystem::path(file).parent_path().string();
   return config;
 }

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "apps/rubicon-proxy/exit_codes.h"
-#include "config/island_config.h"
+#include "island/island_config.h"
 #include "rubicon/result.hpp"
 
 namespace rubicon::daemon {
@@ -15,7 +15,7 @@ int report(const Error& error);
 
 /// File -> configuration with the overrides applied. What is wrong with its content stands in `errors`; the result is
 /// an error if it cannot be read at all.
-Result<config::IslandConfig> load_island(const std::string& file, const std::vector<std::string>& overrides,
+Result<island::IslandConfig> load_island(const std::string& file, const std::vector<std::string>& overrides,
                                          base::ConfigErrors& errors);
 
 /// What `rubicon-proxy check` was asked for.

@@ -74,7 +74,7 @@ class Session {
         hang_up_(loop_.context(), SIGHUP),
         output_(loop_.context(), STDOUT_FILENO, [this] { loop_.stop(); }) {}
 
-  Result<void> prepare(config::IslandConfig config, LogSink& sink) {
+  Result<void> prepare(island::IslandConfig config, LogSink& sink) {
     if (auto opened = open_ecology(config.engine, config.id, sink); !opened) return opened;
     auto state = island::open_state(config, log_, loop_.scheduler().wall_now());
     if (!state) return fail(std::move(state.error()));
@@ -134,7 +134,7 @@ class Session {
     auto dds = tuples::dds::DdsEcology::open(engine.options, loop_.scheduler(), post, sink);
     if (!dds) return fail(dds.error().code, engine.place + dds.error().text);
     (*dds)->watch_displaced([this](OwnerId displaced) {
-      log_.error(fmt::format("component {} was there before, in another process: this one ends", number(displaced)));
+      log_.error(fmt::format("component id {} is in use by another process; exiting", number(displaced)));
       exit_code_ = kExitFailed;
       finish();
     });
@@ -200,13 +200,13 @@ class Session {
     return all_lines(std::move(*plan));
   }
 
-  static std::vector<std::string> all_lines(config::ReloadPlan plan) {
+  static std::vector<std::string> all_lines(island::ReloadPlan plan) {
     for (const auto& line : plan.warnings) plan.lines.push_back("warning: " + line);
     return std::move(plan.lines);
   }
 
   Result<std::vector<std::string>> refused(const Error& error) {
-    log_.error(fmt::format("{} was not taken, everything runs on as before: {}", options_.file, error.text));
+    log_.error(fmt::format("{} rejected; the running configuration stays: {}", options_.file, error.text));
     return fail(error);
   }
 
@@ -318,7 +318,7 @@ int run(const RunOptions& options) {
   auto config = load_island(options.file, options.overrides, errors);
   if (!config) return report(config.error());
   if (!errors.empty()) return check({.file = options.file, .overrides = options.overrides, .elsewhere = true});
-  auto tuples = config::read_own_tuples(options.tuples, config->proxy.prefix);
+  auto tuples = island::read_own_tuples(options.tuples, config->proxy.prefix);
   if (!tuples) return report(tuples.error());
   config->tuples = std::move(*tuples);
   transport::Loop loop;

@@ -5,6 +5,7 @@
 
 #include <filesystem>
 
+#include "config/config_file.h"
 #include "config/network_numbers.h"
 #include "island/island_state.h"
 #include "tuples/dds/host.h"

@@ -4,8 +4,8 @@
 #include <fmt/ranges.h>
 
 #include "base/config_reader.h"
+#include "config/config_file.h"
 #include "config/engine_config.h"
-#include "config/island_config.h"
 #include "tuples/dds/dds_options.h"
 
 namespace rubicon::cli {

@@ -43,7 +43,7 @@ std::unique_ptr<island::Island> start_island(const std::string& yaml, Scheduler&
                                              std::unique_ptr<state::StateStore> state) {
   base::ConfigErrors errors;
   auto config =
-      config::read_island_config(must(config::parse_yaml(yaml, "bench.yaml")), island::network_types(), errors);
+      island::read_island_config(must(config::parse_yaml(yaml, "bench.yaml")), island::network_types(), errors);
   if (!errors.empty()) throw std::runtime_error(errors.text());
   auto made =
       island::Island::make(std::move(config), scheduler, transports, nowhere(), ecology, errors, std::move(state));

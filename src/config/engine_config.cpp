@@ -3,8 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <set>
+
+#include "base/text.h"
 
 namespace rubicon::config {
 
@@ -27,7 +28,7 @@ bool is_made_of(std::string_view text, std::string_view more) {
   });
 }
 
-/// The places of the items of a list (or of the one value that stands for a list).
+/// The place of an item of a list, or of the single value that is written instead of a list.
 const ConfigPlace& place_of(ConfigReader& map, const std::string& key, std::size_t item) {
   const auto* node = map.here().find(key);
   return node->kind == ConfigNode::Kind::kList && item < node->items.size() ? node->items[item].place : node->place;
@@ -49,26 +50,24 @@ void read_interfaces(ConfigReader& tuples, DdsOptions& dds) {
     const auto& name = names[i];
     if (name.empty() || name.size() > kLongestInterface || !is_made_of(name, "._-"))
       item_error(tuples, "interfaces", i, "expected the name of a network interface, such as eth0");
-    if (!taken.insert(name).second) item_error(tuples, "interfaces", i, fmt::format("'{}' stands there twice", name));
+    if (!taken.insert(name).second) item_error(tuples, "interfaces", i, fmt::format("'{}' is listed twice", name));
     if (name == kLoopback && names.size() > 1)
-      item_error(tuples, "interfaces", i, "lo stands alone: components of this host use the others as well");
+      item_error(tuples, "interfaces", i,
+                 "lo cannot be combined with others: components of this host use those as well");
   }
   dds.interfaces = names;
 }
 
-/// nullptr: it is good.
-const char* wrong_with_peer(std::string_view peer, bool tcp) {
+/// What is wrong with an entry of `peers`; nullptr = nothing.
+const char* peer_error(std::string_view peer, bool tcp) {
   const auto colon = peer.find(':');
   const auto host = peer.substr(0, colon);
   if (host.empty() || host.size() > kLongestHost || !is_made_of(host, ".-")) {
     return "expected host or host:port, the host as a name or an IPv4 address";
   }
   if (colon == peer.npos) return tcp ? "expected host:port: over tcp every process has a port of its own" : nullptr;
-  const auto digits = peer.substr(colon + 1);
-  unsigned port = 0;
-  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), port);
-  const bool good = error == std::errc() && end == digits.data() + digits.size() && port >= 1 && port <= 0xffff;
-  return good ? nullptr : "expected a port from 1 to 65535 behind the colon";
+  const auto port = base::parse_number<std::uint16_t>(peer.substr(colon + 1));
+  return port.value_or(0) != 0 ? nullptr : "expected a port from 1 to 65535 after the colon";
 }
 
 void read_peers(ConfigReader& tuples, DdsOptions& dds) {
@@ -77,7 +76,7 @@ void read_peers(ConfigReader& tuples, DdsOptions& dds) {
   if (dds.peers.size() > kMostPeers)
     tuples.error("peers", fmt::format("has {} hosts, expected at most {}", dds.peers.size(), kMostPeers));
   for (std::size_t i = 0; i < dds.peers.size(); ++i) {
-    if (const auto* wrong = wrong_with_peer(dds.peers[i], tcp)) item_error(tuples, "peers", i, wrong);
+    if (const auto* wrong = peer_error(dds.peers[i], tcp)) item_error(tuples, "peers", i, wrong);
   }
   if (!dds.peers.empty() && !tcp && is_loopback_only(dds))
     tuples.error("peers", "lo reaches no other host, expected interfaces too, such as interfaces: [eth0]");
@@ -88,11 +87,11 @@ void read_ways(ConfigReader& tuples, DdsOptions& dds) {
   dds.transport = tcp ? DdsTransport::kTcp : DdsTransport::kUdp;
   dds.port = static_cast<std::uint16_t>(tuples.integer("port", 0, 0, 0xffff));
   if (!tcp && tuples.has("port"))
-    tuples.error("port", "only transport tcp has that; the ports of udp follow from domain");
+    tuples.error("port", "only transport tcp has this option; the ports of udp follow from domain");
   read_interfaces(tuples, dds);
   read_peers(tuples, dds);
   if (tcp && dds.port == 0 && dds.peers.empty())
-    tuples.error("transport", "tcp finds nobody by itself, expected port or peers (or both)");
+    tuples.error("transport", "tcp does not discover components by itself, expected port or peers (or both)");
 }
 
 void read_tag(ConfigReader& tuples, DdsOptions& dds) {
@@ -121,11 +120,11 @@ EngineSetup read_engine(ConfigReader& root) {
   dds.trust_lan = tuples.boolean("trust_lan", dds.trust_lan);
   if (tuples.node("security")) {
     tuples.error("security",
-                 "is not there yet, expected nothing here; until then trust_lan: yes|no says whether other "
+                 "is not supported yet, expected no such key; until then trust_lan: yes|no decides whether other "
                  "hosts may set tuples");
   }
   for (const auto* key : {"domain", "interfaces", "peers", "tag", "lease", "transport", "port", "trust_lan"}) {
-    if (!engine.dds && tuples.has(key)) tuples.error(key, "only engine dds has that");
+    if (!engine.dds && tuples.has(key)) tuples.error(key, "only engine dds has this option");
   }
   tuples.finish();
   return engine;

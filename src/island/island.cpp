@@ -22,22 +22,22 @@ namespace rubicon::island {
 
 namespace {
 
-config::IslandConfig with_host(config::IslandConfig config) {
+island::IslandConfig with_host(island::IslandConfig config) {
   config.proxy.host = transport::host_name();
   return config;
 }
 
 }  // namespace
 
-/// In the order of construction: what stands further down uses what stands above.
+/// Members are declared in the order of construction: each uses only those above it.
 struct Island::Impl {
-  Impl(config::IslandConfig some_config, std::unique_ptr<tuples::Link> a_link, Scheduler& scheduler,
+  Impl(island::IslandConfig some_config, std::unique_ptr<tuples::Link> ecology_link, Scheduler& scheduler,
        transport::Transports& some_transports, base::LogSink& sink, std::unique_ptr<state::StateStore> store)
       : config(with_host(std::move(some_config))),
         transports(some_transports),
         log(sink),
         state(std::move(store)),
-        link(std::move(a_link)),
+        link(std::move(ecology_link)),
         space(config.id, scheduler, *link),
         own_tuples(space, config.tuples),
         recorders({scheduler, space, some_transports, sink, config.proxy.prefix}),
@@ -59,22 +59,22 @@ struct Island::Impl {
   void watch_disks();
   Result<network::TupleWatch> watch_tuple(std::string_view tuple, std::function<void(std::string_view)> call);
 
-  Result<void> add(const config::NetworkSetup& setup, network::Supervisor& to, const std::string& directory,
+  Result<void> add(const island::NetworkSetup& setup, network::Supervisor& to, const std::string& directory,
                    std::size_t most_devices, base::ConfigErrors& errors);
-  void add_what_files_changed(const config::IslandConfig& next, config::ReloadPlan& plan);
-  void note_file(const config::NetworkSetup& setup);
-  Result<void> try_options(const config::IslandConfig& next, config::ReloadPlan& plan, Scheduler& scheduler,
+  void add_what_files_changed(const island::IslandConfig& next, island::ReloadPlan& plan);
+  void note_file(const island::NetworkSetup& setup);
+  Result<void> try_options(const island::IslandConfig& next, island::ReloadPlan& plan, Scheduler& scheduler,
                            base::ConfigErrors& errors);
-  void warn_of_lost_names(const config::IslandConfig& next, const network::Supervisor& trial, config::ReloadPlan& plan);
-  void apply(config::IslandConfig next, config::ReloadPlan& plan);
+  void warn_of_lost_names(const island::IslandConfig& next, const network::Supervisor& trial, island::ReloadPlan& plan);
+  void apply(island::IslandConfig next, island::ReloadPlan& plan);
 
-  config::IslandConfig config;
+  island::IslandConfig config;
   transport::Transports& transports;
   base::LogSink& log;
   std::unique_ptr<state::StateStore> state;
   std::unique_ptr<tuples::Link> link;
   TupleSpace space;
-  config::OwnTuples own_tuples;
+  island::OwnTuples own_tuples;
   Recorders recorders;  ///< ends after the networks: what they say last is recorded
   gateway::Gateway gateway;
   proxy::Proxy proxy;
@@ -85,7 +85,7 @@ struct Island::Impl {
   std::map<std::string, std::size_t> file_digests;  ///< of what options name, by network id
 };
 
-/// Room for what the island writes: a full disk is seen before it is full.
+/// Publishes the free space of the disks that the island writes to, so that users see in time that one fills up.
 void Island::Impl::watch_disks() {
   metrics.add([this](const IslandMetrics::Say& say) {
     const auto tell = [&](const std::string& name, const std::string& path) {
@@ -148,35 +148,35 @@ Result<network::TupleWatch> Island::Impl::watch_tuple(std::string_view tuple,
 Island::Island(std::unique_ptr<Impl> impl, Scheduler& scheduler) : impl_(std::move(impl)), scheduler_(scheduler) {}
 Island::~Island() = default;
 
-/// Reads the plug-in's options and makes the network; what is wrong stands in `errors` too.
-Result<void> Island::Impl::add(const config::NetworkSetup& setup, network::Supervisor& to, const std::string& directory,
+/// Reads the options of the network and creates it; errors in the options are added to `errors`.
+Result<void> Island::Impl::add(const island::NetworkSetup& setup, network::Supervisor& to, const std::string& directory,
                                std::size_t most_devices, base::ConfigErrors& errors) {
   ConfigReader options(setup.options, "networks." + setup.key, errors);
   const auto before = errors.lines().size();
   auto added =
       to.add(*setup.type, {setup.id, config.id, options, config.types, directory, config::parse_yaml, most_devices});
   if (!added && errors.lines().size() == before) options.error("", added.error().text);
-  options.also_known(config::kCommonNetworkKeys);
+  options.also_known(island::kCommonNetworkKeys);
   options.finish();
   return added;
 }
 
-Result<std::unique_ptr<Island>> Island::make(config::IslandConfig config, Scheduler& scheduler,
+Result<std::unique_ptr<Island>> Island::make(island::IslandConfig config, Scheduler& scheduler,
                                              transport::Transports& transports, base::LogSink& log,
                                              tuples::Ecology& ecology, base::ConfigErrors& errors,
                                              std::unique_ptr<state::StateStore> state) {
   auto link = ecology.join(config.id);
   if (!link) return fail(link.error());
-  auto parts =
+  auto impl =
       std::make_unique<Impl>(std::move(config), std::move(*link), scheduler, transports, log, std::move(state));
-  for (auto& setup : parts->config.networks) {
+  for (auto& setup : impl->config.networks) {
     if (!setup.type) continue;
-    std::ignore = parts->add(setup, parts->networks, parts->config.directory, parts->config.limits.devices, errors);
-    parts->note_file(setup);
+    std::ignore = impl->add(setup, impl->networks, impl->config.directory, impl->config.limits.devices, errors);
+    impl->note_file(setup);
     setup.release_options();
   }
   if (!errors.empty()) return fail(ErrorCode::kInvalid, errors.text());
-  return std::unique_ptr<Island>(new Island(std::move(parts), scheduler));
+  return std::unique_ptr<Island>(new Island(std::move(impl), scheduler));
 }
 
 void Island::start() {
@@ -194,20 +194,21 @@ void Island::close(std::function<void()> closed) {
 
 namespace {
 
-/// Networks made on trial must not be heard.
-struct Nobody final : network::MessageSink {
+/// Discards the messages of networks that are created only to check their options.
+struct NullSink final : network::MessageSink {
   void from_network(const std::string&, Message) override {}
 };
 
-const config::NetworkSetup& setup_of(const config::IslandConfig& config, const std::string& id) {
+const island::NetworkSetup& setup_of(const island::IslandConfig& config, const std::string& id) {
   return *std::find_if(config.networks.begin(), config.networks.end(), [&](const auto& one) { return one.id == id; });
 }
 
 }  // namespace
 
-/// By what the networks list, those that are tried first; else by the devices that are there.
-void Island::Impl::warn_of_lost_names(const config::IslandConfig& next, const network::Supervisor& trial,
-                                      config::ReloadPlan& plan) {
+/// Warns of configured names that match no device: by the list of the network where there is one (the network created
+/// for the check before the running one), else by the devices that the proxy lists.
+void Island::Impl::warn_of_lost_names(const island::IslandConfig& next, const network::Supervisor& trial,
+                                      island::ReloadPlan& plan) {
   for (const auto& setup : next.networks) {
     const auto& rules = next.proxy.networks.at(setup.id);
     if (rules.devices.empty()) continue;
@@ -222,12 +223,12 @@ void Island::Impl::warn_of_lost_names(const config::IslandConfig& next, const ne
   }
 }
 
-/// Makes the new and the changed networks once, without opening anything.
-Result<void> Island::Impl::try_options(const config::IslandConfig& next, config::ReloadPlan& plan, Scheduler& scheduler,
+/// Creates the new and the changed networks once to check their options; opens nothing.
+Result<void> Island::Impl::try_options(const island::IslandConfig& next, island::ReloadPlan& plan, Scheduler& scheduler,
                                        base::ConfigErrors& errors) {
-  Nobody nobody;
-  base::NullLogSink quiet;
-  network::Supervisor trial(config.id, scheduler, transports, quiet, nobody);
+  NullSink sink;
+  base::NullLogSink log_sink;
+  network::Supervisor trial(config.id, scheduler, transports, log_sink, sink);
   for (const auto* ids : {&plan.added, &plan.changed, &plan.retyped}) {
     for (const auto& id : *ids)
       std::ignore = add(setup_of(next, id), trial, next.directory, next.limits.devices, errors);
@@ -237,13 +238,13 @@ Result<void> Island::Impl::try_options(const config::IslandConfig& next, config:
   return {};
 }
 
-void Island::Impl::note_file(const config::NetworkSetup& setup) {
+void Island::Impl::note_file(const island::NetworkSetup& setup) {
   file_digests[setup.id] = digest_of_options_file(setup, config.directory, transports);
 }
 
-/// Files that the options name may have changed though the options did not; a network may be missing since an earlier
-/// reload failed to make it.
-void Island::Impl::add_what_files_changed(const config::IslandConfig& next, config::ReloadPlan& plan) {
+/// Adds to the plan the networks whose options name a file that changed, and those that an earlier reload failed to
+/// create.
+void Island::Impl::add_what_files_changed(const island::IslandConfig& next, island::ReloadPlan& plan) {
   const auto running = networks.ids();
   const auto has = [](const std::vector<std::string>& ids, const std::string& id) {
     return std::find(ids.begin(), ids.end(), id) != ids.end();
@@ -252,7 +253,7 @@ void Island::Impl::add_what_files_changed(const config::IslandConfig& next, conf
     if (has(plan.added, setup.id) || has(plan.changed, setup.id) || has(plan.retyped, setup.id)) continue;
     if (!has(running, setup.id)) {
       plan.added.push_back(setup.id);
-      plan.lines.push_back(fmt::format("network {}: is added, it could not be before", setup.id));
+      plan.lines.push_back(fmt::format("network {}: is added, an earlier attempt failed", setup.id));
     } else if (digest_of_options_file(setup, next.directory, transports) != file_digests[setup.id]) {
       plan.changed.push_back(setup.id);
       plan.lines.push_back(fmt::format("network {}: its {} file changed", setup.id, setup.type->file_option));
@@ -260,8 +261,8 @@ void Island::Impl::add_what_files_changed(const config::IslandConfig& next, conf
   }
 }
 
-Result<config::ReloadPlan> Island::plan(const config::IslandConfig& next, base::ConfigErrors& errors) {
-  auto plan = config::plan_reload(impl_->config, next);
+Result<island::ReloadPlan> Island::plan(const island::IslandConfig& next, base::ConfigErrors& errors) {
+  auto plan = island::plan_reload(impl_->config, next);
   for (auto& line : impl_->proxy.objections(next.proxy)) plan.refusals.push_back(std::move(line));
   if (!plan.refusals.empty()) return fail(ErrorCode::kRefused, fmt::format("{}", fmt::join(plan.refusals, "; ")));
   impl_->add_what_files_changed(next, plan);
@@ -269,28 +270,28 @@ Result<config::ReloadPlan> Island::plan(const config::IslandConfig& next, base::
   return plan;
 }
 
-Result<config::ReloadPlan> Island::reload(config::IslandConfig next, base::ConfigErrors& errors) {
+Result<island::ReloadPlan> Island::reload(island::IslandConfig next, base::ConfigErrors& errors) {
   auto planned = plan(next, errors);
   if (planned) impl_->apply(std::move(next), *planned);
   return planned;
 }
 
-void Island::Impl::apply(config::IslandConfig next, config::ReloadPlan& plan) {
-  base::ConfigErrors errors;  // they were read without any a moment ago
-  const auto take_away = [this](const std::string& id) {
+void Island::Impl::apply(island::IslandConfig next, island::ReloadPlan& plan) {
+  base::ConfigErrors errors;  // stays empty: plan() read the same options without errors
+  const auto remove = [this](const std::string& id) {
     networks.remove(id);
     gateway.forget(id);
   };
-  std::vector<std::string> anew = plan.retyped;
+  std::vector<std::string> recreated = plan.retyped;
   for (const auto& id : plan.changed) {
     const auto& setup = setup_of(next, id);
     ConfigReader options(setup.options, "networks." + setup.key, errors);
     const auto changed = networks.change(
         {id, config.id, options, config.types, next.directory, config::parse_yaml, next.limits.devices});
-    if (!changed) anew.push_back(id);
+    if (!changed) recreated.push_back(id);
   }
-  for (const auto& id : plan.removed) take_away(id);
-  for (const auto& id : anew) take_away(id);
+  for (const auto& id : plan.removed) remove(id);
+  for (const auto& id : recreated) remove(id);
   gateway.limit(next.limits);
   config.directory = next.directory;
   config.limits = next.limits;
@@ -299,11 +300,11 @@ void Island::Impl::apply(config::IslandConfig next, config::ReloadPlan& plan) {
   config.recorders = std::move(next.recorders);
   recorders.take(config.recorders, config.directory);
   proxy.reconfigure(config.proxy);
-  for (const auto& id : anew) proxy.restart(id);
-  for (const auto* ids : {&std::as_const(plan.added), &std::as_const(anew)}) {
+  for (const auto& id : recreated) proxy.restart(id);
+  for (const auto* ids : {&std::as_const(plan.added), &std::as_const(recreated)}) {
     for (const auto& id : *ids) {
       const auto added = add(setup_of(config, id), networks, config.directory, config.limits.devices, errors);
-      if (!added) plan.lines.push_back(fmt::format("network {}: could not be made: {}", id, added.error().text));
+      if (!added) plan.lines.push_back(fmt::format("network {}: could not be created: {}", id, added.error().text));
     }
   }
   for (auto& setup : config.networks) {
@@ -321,7 +322,7 @@ gateway::Gateway& Island::gateway() {
 network::Supervisor& Island::networks() {
   return impl_->networks;
 }
-const config::IslandConfig& Island::config() const {
+const island::IslandConfig& Island::config() const {
   return impl_->config;
 }
 

@@ -5,9 +5,9 @@
 
 #include "base/log.h"
 #include "base/scheduler.h"
-#include "config/island_config.h"
-#include "config/reload_plan.h"
+#include "island/island_config.h"
 #include "island/recorders.h"
+#include "island/reload_plan.h"
 #include "rubicon/tuple_space.hpp"
 #include "state/state_store.h"
 #include "transport/transports.h"
@@ -22,7 +22,7 @@ class Island {
  public:
   /// Makes the networks (their own options are checked here, into `errors`) but opens nothing. kDuplicate if the
   /// island's id is present in the ecology, kInvalid if the errors are not empty.
-  static Result<std::unique_ptr<Island>> make(config::IslandConfig config, Scheduler& scheduler,
+  static Result<std::unique_ptr<Island>> make(island::IslandConfig config, Scheduler& scheduler,
                                               transport::Transports& transports, base::LogSink& log,
                                               tuples::Ecology& ecology, base::ConfigErrors& errors,
                                               std::unique_ptr<state::StateStore> state = nullptr);
@@ -36,17 +36,17 @@ class Island {
   void close(std::function<void()> closed);
 
   /// What reload() would do with it; its errors.
-  Result<config::ReloadPlan> plan(const config::IslandConfig& next, base::ConfigErrors& errors);
+  Result<island::ReloadPlan> plan(const island::IslandConfig& next, base::ConfigErrors& errors);
   /// Takes another configuration: what did not change is not touched, a network with other options keeps its line if
   /// its type can do that. On an error (kInvalid, or kRefused for what needs a restart) nothing was changed; what is
   /// wrong with the networks' own options stands in `errors`. A network that cannot be made after all is named in the
   /// plan's lines, and made by the next reload.
-  Result<config::ReloadPlan> reload(config::IslandConfig next, base::ConfigErrors& errors);
+  Result<island::ReloadPlan> reload(island::IslandConfig next, base::ConfigErrors& errors);
 
   TupleSpace& space();
   gateway::Gateway& gateway();
   network::Supervisor& networks();
-  const config::IslandConfig& config() const;
+  const island::IslandConfig& config() const;
 
  private:
   struct Impl;

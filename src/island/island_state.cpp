@@ -16,12 +16,12 @@ namespace rubicon::island {
 
 namespace fs = std::filesystem;
 
-std::string state_path(const config::IslandConfig& config) {
+std::string state_path(const island::IslandConfig& config) {
   if (config.state.file.empty()) return {};
   return (fs::path(config.directory) / config.state.file).string();
 }
 
-std::string good_config_path(const config::IslandConfig& config) {
+std::string good_config_path(const island::IslandConfig& config) {
   const auto path = state_path(config);
   return path.empty() ? path : path + ".good.yaml";
 }
@@ -40,7 +40,7 @@ bool may_have_been_ours(const std::string& path) {
 
 }  // namespace
 
-Result<std::unique_ptr<state::StateStore>> open_state(const config::IslandConfig& config, const Log& log,
+Result<std::unique_ptr<state::StateStore>> open_state(const island::IslandConfig& config, const Log& log,
                                                       WallTime now) {
   const auto path = state_path(config);
   if (path.empty()) {
@@ -62,7 +62,7 @@ Result<std::unique_ptr<state::StateStore>> open_state(const config::IslandConfig
   return store;
 }
 
-Result<void> keep_good_config(const config::IslandConfig& config, const std::string& file) {
+Result<void> keep_good_config(const island::IslandConfig& config, const std::string& file) {
   const auto path = good_config_path(config);
   std::error_code error;
   if (path.empty() || fs::equivalent(file, path, error)) return {};

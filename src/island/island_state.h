@@ -4,21 +4,21 @@
 #include <string>
 
 #include "base/log.h"
-#include "config/island_config.h"
+#include "island/island_config.h"
 #include "state/state_store.h"
 
 namespace rubicon::island {
 
 /// Where the configuration wants its state file; empty = nowhere.
-std::string state_path(const config::IslandConfig& config);
+std::string state_path(const island::IslandConfig& config);
 
 /// Opens the state file; nullptr if the configuration names none. A damaged one is set aside and a new one begun,
 /// loudly. The errors of StateStore::open otherwise.
-Result<std::unique_ptr<state::StateStore>> open_state(const config::IslandConfig& config, const Log& log, WallTime now);
+Result<std::unique_ptr<state::StateStore>> open_state(const island::IslandConfig& config, const Log& log, WallTime now);
 
 /// The copy of the last configuration that worked: beside the state file, `<state file>.good.yaml`.
-std::string good_config_path(const config::IslandConfig& config);
+std::string good_config_path(const island::IslandConfig& config);
 /// Keeps that copy of `file`, where there is a state file. kIo otherwise.
-Result<void> keep_good_config(const config::IslandConfig& config, const std::string& file);
+Result<void> keep_good_config(const island::IslandConfig& config, const std::string& file);
 
 }  // namespace rubicon::island

@@ -7,7 +7,7 @@
 
 namespace rubicon::island {
 
-std::size_t digest_of_options_file(const config::NetworkSetup& setup, const std::string& directory,
+std::size_t digest_of_options_file(const island::NetworkSetup& setup, const std::string& directory,
                                    transport::Transports& transports) {
   if (!setup.type || setup.type->file_option.empty()) return 0;
   const auto* option = setup.options.find(setup.type->file_option);

@@ -16,7 +16,7 @@ class Recorders {
   /// `place.directory` is not used: each configuration brings its own.
   explicit Recorders(recorder::Recorder::Context context) : context_(std::move(context)) {}
 
-  /// Starts what is new, ends what is gone, begins anew what changed; the others are not touched.
+  /// Starts new recorders, ends removed ones, and restarts changed ones; the others are not touched.
   void take(const std::vector<config::RecorderSetup>& setups, const std::string& directory);
 
   /// `recorder-<name>-records` and so on, of each.

@@ -1,7 +1,7 @@
 #include <gmock/gmock.h>
 
-#include "config/island_config.h"
 #include "config/yaml.h"
+#include "island/island_config.h"
 #include "island/network_types.h"
 
 namespace rubicon::config {
@@ -11,9 +11,9 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using tuples::dds::DdsTransport;
 
-IslandConfig read(const std::string& tuples, base::ConfigErrors& errors) {
+island::IslandConfig read(const std::string& tuples, base::ConfigErrors& errors) {
   const auto tree = parse_yaml("island: {id: 1}\ntuples: " + tuples + "\n", "home.yaml");
-  return read_island_config(tree.value(), island::network_types(), errors);
+  return island::read_island_config(tree.value(), island::network_types(), errors);
 }
 
 EngineSetup good(const std::string& tuples) {
@@ -55,12 +55,12 @@ TEST(EngineConfig, SaysWhereAndWhatIsWrong) {
       {"{domain: 231}", "home.yaml:2:18: tuples.domain: is '231', expected a whole number from 0 to 230"},
       {"{lease: 100ms}", "home.yaml:2:17: tuples.lease: expected from 500ms to 60s"},
       {"{lease: 61s}", "tuples.lease: expected from 500ms to 60s"},
-      {"{engine: memory, tag: lab}", "home.yaml:2:31: tuples.tag: only engine dds has that"},
-      {"{engine: memory, trust_lan: yes}", "tuples.trust_lan: only engine dds has that"},
+      {"{engine: memory, tag: lab}", "home.yaml:2:31: tuples.tag: only engine dds has this option"},
+      {"{engine: memory, trust_lan: yes}", "tuples.trust_lan: only engine dds has this option"},
       {"{interfaces: []}", "home.yaml:2:22: tuples.interfaces: has 0 names, expected 1 to 4 names"},
       {"{interfaces: [a, b, c, d, e]}", "has 5 names, expected 1 to 4"},
-      {"{interfaces: [eth0, eth0]}", "home.yaml:2:29: tuples.interfaces: 'eth0' stands there twice"},
-      {"{interfaces: [eth0, lo]}", "home.yaml:2:29: tuples.interfaces: lo stands alone"},
+      {"{interfaces: [eth0, eth0]}", "home.yaml:2:29: tuples.interfaces: 'eth0' is listed twice"},
+      {"{interfaces: [eth0, lo]}", "home.yaml:2:29: tuples.interfaces: lo cannot be combined"},
       {"{interfaces: [\"eth 0\"]}", "home.yaml:2:23: tuples.interfaces: expected the name of a network interface"},
       {"{interfaces: " + long_name + "}", "tuples.interfaces: expected the name of a network interface"},
       {"{peers: [a]}", "home.yaml:2:17: tuples.peers: lo reaches no other host, expected interfaces too"},
@@ -70,13 +70,14 @@ TEST(EngineConfig, SaysWhereAndWhatIsWrong) {
       {"{interfaces: eth0, peers: [\"a:99999\"]}", "expected a port from 1 to 65535"},
       {"{interfaces: eth0, peers: [\"a:\"]}", "expected a port from 1 to 65535"},
       {"{transport: tcp, peers: [a]}", "expected host:port: over tcp every process has a port of its own"},
-      {"{transport: tcp}", "home.yaml:2:21: tuples.transport: tcp finds nobody by itself, expected port or peers"},
+      {"{transport: tcp}",
+       "home.yaml:2:21: tuples.transport: tcp does not discover components by itself, expected port or peers"},
       {"{transport: sctp}", "expected one of: udp, tcp"},
-      {"{port: 7500}", "home.yaml:2:16: tuples.port: only transport tcp has that"},
+      {"{port: 7500}", "home.yaml:2:16: tuples.port: only transport tcp has this option"},
       {"{tag: " + long_tag + "}", "tuples.tag: expected at most 64 of A-Z a-z 0-9 . _ -"},
       {"{tag: \"a<b\"}", "tuples.tag: expected at most 64"},
       {"{trust_lan: perhaps}", "home.yaml:2:21: tuples.trust_lan: is 'perhaps', expected yes or no"},
-      {"{security: {ca: x}}", "home.yaml:2:20: tuples.security: is not there yet, expected nothing here"},
+      {"{security: {ca: x}}", "home.yaml:2:20: tuples.security: is not supported yet, expected no such key"},
       {"{trust-lan: yes}", "tuples: unknown key 'trust-lan'; did you mean 'trust_lan'? known: domain, engine"},
   };
   for (const auto& [text, part] : cases) {

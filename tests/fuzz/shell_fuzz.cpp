@@ -26,7 +26,7 @@ std::unique_ptr<island::Island> make_island(VirtualScheduler& time, transport::M
                                             base::LogSink& log, tuples::MemoryEcology& ecology) {
   static const auto tree = config::parse_yaml(kIsland, "island.yaml");
   base::ConfigErrors errors;
-  auto config = config::read_island_config(tree.value(), island::network_types(), errors);
+  auto config = island::read_island_config(tree.value(), island::network_types(), errors);
   return std::move(island::Island::make(std::move(config), time, files, log, ecology, errors).value());
 }
 

@@ -4,6 +4,7 @@
 #include <string_view>
 
 #include "base/virtual_scheduler.h"
+#include "config/config_file.h"
 #include "config/yaml.h"
 #include "island/island.h"
 #include "island/network_types.h"
@@ -21,7 +22,7 @@ void check(const ConfigNode& tree) {
   base::NullLogSink log;
   tuples::MemoryEcology ecology(time);
   base::ConfigErrors errors;
-  auto config = config::read_island_config(tree, island::network_types(), errors);
+  auto config = island::read_island_config(tree, island::network_types(), errors);
   const auto island = island::Island::make(std::move(config), time, files, log, ecology, errors);
   if (island.has_value() != errors.empty()) __builtin_trap();
 }

@@ -1,4 +1,5 @@
-#include "config/island_config.h"
+#include "island/island_config.h"
+#include "config/config_file.h"
 #include "tuples/memory/memory_ecology.h"
 
 #include <gmock/gmock.h>
@@ -28,7 +29,7 @@ using testing::StartsWith;
 /// Reads a configuration, with overrides, up to the keys of the plug-ins.
 class IslandConfigs : public testing::Test {
  protected:
-  config::IslandConfig read(std::string_view text, const std::vector<std::string>& overrides = {}) {
+  island::IslandConfig read(std::string_view text, const std::vector<std::string>& overrides = {}) {
     auto tree = config::parse_yaml(text, "x.yaml");
     EXPECT_TRUE(tree) << tree.error().text;
     if (!tree) return {};
@@ -37,7 +38,7 @@ class IslandConfigs : public testing::Test {
       EXPECT_TRUE(applied) << applied.error().text;
     }
     errors_ = {};
-    return config::read_island_config(*tree, network_types(), errors_);
+    return island::read_island_config(*tree, network_types(), errors_);
   }
   /// Same, and the networks are made, as `check` does.
   std::vector<std::string> all_errors(std::string_view text, const std::vector<std::string>& overrides = {}) {
@@ -199,8 +200,8 @@ TEST_F(IslandConfigTest, AnIslandKeepsOfItsOptionsOnlyWhatAReloadCompares) {
   const auto& kept = (*made)->config().networks[0];
   EXPECT_TRUE(kept.options.entries.empty());
   EXPECT_LT(kept.kept.size(), text.size());
-  EXPECT_THAT(config::differences(kept, before, 9), IsEmpty());
-  EXPECT_THAT(config::differences(kept, read(text, {"networks.dummy-1.seed=8"}).networks[0], 9),
+  EXPECT_THAT(island::differences(kept, before, 9), IsEmpty());
+  EXPECT_THAT(island::differences(kept, read(text, {"networks.dummy-1.seed=8"}).networks[0], 9),
               testing::ElementsAre("seed"));
 }
 
@@ -315,7 +316,7 @@ TEST(IslandConfig, ANetworkIsCalledByItsTypeOrTypeAndName) {
   const auto errors_of = [](const std::string& id) {
     const auto tree = config::parse_yaml(with_network(id + ": {type: dummy}"), "x.yaml");
     base::ConfigErrors errors;
-    config::read_island_config(tree.value(), network_types(), errors);
+    island::read_island_config(tree.value(), network_types(), errors);
     return errors.text();
   };
   EXPECT_EQ(errors_of("dummy"), "");
@@ -447,7 +448,7 @@ TEST_F(IslandConfigTest, ATypeWithUniqueAddressesRoamsUnlessTheConfigurationSays
       .name = "tag", .summary = "", .sample_config = "", .make = nullptr, .roaming = "world"};
   const auto domain = [&](const std::string& word) {
     const auto tree = config::parse_yaml(std::string(kHead) + "networks: {tag: {type: tag" + word + "}}", "x.yaml");
-    return config::read_island_config(*tree, std::span(&unique, 1), errors_).proxy.networks.at("tag").roaming;
+    return island::read_island_config(*tree, std::span(&unique, 1), errors_).proxy.networks.at("tag").roaming;
   };
   EXPECT_EQ(domain(""), "world");
   EXPECT_EQ(domain(", roaming: lab"), "lab");
@@ -467,7 +468,7 @@ TEST(ConfigFile, TheDemoIslandIsRight) {
   const auto tree = config::load_config(std::string(RUBICON_SOURCE_DIR) + "/examples/home.yaml", {});
   ASSERT_TRUE(tree) << tree.error().text;
   base::ConfigErrors errors;
-  const auto config = config::read_island_config(*tree, network_types(), errors);
+  const auto config = island::read_island_config(*tree, network_types(), errors);
   EXPECT_EQ(errors.text(), "");
   EXPECT_THAT(config.networks, SizeIs(3));
 }
@@ -481,7 +482,7 @@ TEST(ConfigFile, TheTwoSpellingsOfTheFlatSayTheSame) {
     base::ConfigErrors errors;
     const auto tree = config::load_config(folder + file, {});
     ASSERT_TRUE(tree) << tree.error().text;
-    const auto config = config::read_island_config(*tree, network_types(), errors);
+    const auto config = island::read_island_config(*tree, network_types(), errors);
     ConfigReader options(config.networks.back().options, "salad", errors);
     flats.push_back(networks::salad::read_salad_options({"salad", IslandId{1}, options, types, folder}, disk).devices);
     EXPECT_EQ(errors.text(), "");

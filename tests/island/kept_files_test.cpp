@@ -33,7 +33,7 @@ struct KeptConfiguration : testing::Test {
 
   const fs::path folder = fs::path(testing::TempDir()) / ("rubicon_kept_" + std::to_string(::getpid()));
   const mode_t umask_before = ::umask(0);
-  config::IslandConfig config;
+  island::IslandConfig config;
 };
 
 TEST_F(KeptConfiguration, IsReadByTheGroupAtMost) {

@@ -15,7 +15,7 @@ VirtualIsland::VirtualIsland(std::string_view rooms, std::string_view more) {
       std::string(more);
   const auto tree = config::parse_yaml(text, "island.yaml");
   base::ConfigErrors errors;
-  auto config = config::read_island_config(tree.value(), island::network_types(), errors);
+  auto config = island::read_island_config(tree.value(), island::network_types(), errors);
   auto made = island::Island::make(std::move(config), time, files, log, ecology, errors);
   EXPECT_TRUE(made) << errors.text();
   island = std::move(made.value());

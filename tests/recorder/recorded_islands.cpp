@@ -18,7 +18,7 @@ TestIsland::TestIsland(const std::string& yaml, transport::MemoryTransports& dis
   const auto tree = config::parse_yaml(yaml, "island.yaml");
   EXPECT_TRUE(tree) << tree.error().text;
   base::ConfigErrors errors;
-  auto config = config::read_island_config(*tree, island::network_types(), errors);
+  auto config = island::read_island_config(*tree, island::network_types(), errors);
   auto made = island::Island::make(std::move(config), time, disk, log, ecology, errors);
   EXPECT_TRUE(made) << errors.text();
   island = std::move(*made);

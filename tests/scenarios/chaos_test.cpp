@@ -150,14 +150,14 @@ class Chaos : public Ecology {
     std::filesystem::remove_all(folder_);
   }
 
-  config::IslandConfig config_of(std::uint32_t id, int tick) {
+  island::IslandConfig config_of(std::uint32_t id, int tick) {
     std::string text = "island: {id: " + std::to_string(id) + ", name: test}\nnetworks:\n";
     for (int network = 1; network <= kNetworks; ++network) {
       text +=
           "  world-" + std::to_string(network) + ": {type: world, silence: 5s, tick: " + std::to_string(tick) + "}\n";
     }
     base::ConfigErrors errors;
-    return config::read_island_config(config::parse_yaml(text, "chaos.yaml").value(), std::span(&kWorld, 1), errors);
+    return island::read_island_config(config::parse_yaml(text, "chaos.yaml").value(), std::span(&kWorld, 1), errors);
   }
   void start(std::uint32_t id) {
     base::ConfigErrors errors;

@@ -31,7 +31,7 @@ class Ecology : public testing::Test {
                       (more.empty() ? "" : ", " + more) + "}\n";
     const auto tree = config::parse_yaml(text, "island.yaml");
     base::ConfigErrors errors;
-    auto config = config::read_island_config(tree.value(), std::span(&kScripted, 1), errors);
+    auto config = island::read_island_config(tree.value(), std::span(&kScripted, 1), errors);
     auto made = island::Island::make(std::move(config), scheduler, transports, log, ecology, errors);
     EXPECT_TRUE(made.has_value()) << errors.text();
     auto& island = *(islands[id] = std::move(*made));

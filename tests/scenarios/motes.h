@@ -69,7 +69,7 @@ class Motes : public Ecology {
     base::ConfigErrors errors;
     const auto tree = config::parse_yaml(text, "island.yaml");
     EXPECT_TRUE(tree) << text;
-    auto config = config::read_island_config(tree.value(), island::network_types(), errors);
+    auto config = island::read_island_config(tree.value(), island::network_types(), errors);
     std::unique_ptr<state::StateStore> store;
     if (!state.empty()) store = std::move(*state::StateStore::open(state, OwnerId(id), {}));
     auto made = island::Island::make(std::move(config), scheduler, transports, log, ecology, errors, std::move(store));

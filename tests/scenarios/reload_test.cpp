@@ -27,10 +27,10 @@ networks:
 /// An island made from text, whose file is then changed.
 class Reload : public Ecology {
  protected:
-  config::IslandConfig read(const std::string& text) {
+  island::IslandConfig read(const std::string& text) {
     const auto tree = config::parse_yaml(text, "island.yaml");
     EXPECT_TRUE(tree) << tree.error().text;
-    return config::read_island_config(tree.value(), island::network_types(), errors);
+    return island::read_island_config(tree.value(), island::network_types(), errors);
   }
   void start(const std::string& text) {
     auto made = island::Island::make(read(text), scheduler, transports, log, ecology, errors);
@@ -43,7 +43,7 @@ class Reload : public Ecology {
     });
     scheduler.run_for(1s);
   }
-  Result<config::ReloadPlan> reload(const std::string& text) {
+  Result<island::ReloadPlan> reload(const std::string& text) {
     touched.clear();
     recording = true;
     auto done = island->reload(read(text), errors);
@@ -118,7 +118,7 @@ TEST_F(Reload, NamesGivenToDevicesTouchNoLine) {
   const auto plan = reload(
       with(kTwoNetworks, "  dummy-2:\n    type: dummy", "  dummy-2:\n    type: dummy\n    devices: {shed: {id: hut}}"));
   ASSERT_TRUE(plan);
-  EXPECT_THAT(plan->lines, ElementsAre("network dummy-2: 1 devices are named anew: shed"));
+  EXPECT_THAT(plan->lines, ElementsAre("network dummy-2: 1 devices are renamed: shed"));
   EXPECT_TRUE(exists("proxy.dummy-2.hut.sensor.temperature-1.value"));
   EXPECT_FALSE(exists("proxy.dummy-2.shed.status"));
 }
@@ -150,7 +150,7 @@ networks:
   shorter.erase(list.find("  - "), list.find("  - ", list.find("  - ") + 1) - list.find("  - "));
   const auto plan = reload(shorter);
   ASSERT_TRUE(plan) << plan.error().text;
-  EXPECT_THAT(plan->lines, ElementsAre("network dummy-2: is called dummy-1 now; what is remembered stays with the id",
+  EXPECT_THAT(plan->lines, ElementsAre("network dummy-2: is called dummy-1 now; stored devices and values stay with the old id",
                                        "network dummy-2: is removed with its devices",
                                        "network dummy-1: its options change: simulate.shed, simulate.hall"));
   EXPECT_TRUE(exists("proxy.dummy-1.shed.status"));
@@ -269,7 +269,7 @@ TEST_F(Reload, RecordersComeChangeAndGo) {
   EXPECT_GT(std::stoi(value(*robot, 6541, "proxy.property.recorder-all-records.value")), 0);
   EXPECT_THAT(reload(one)->lines, IsEmpty());
   plan = reload(with(one, "a.rec", "b.rec"));
-  EXPECT_THAT(plan->lines, ElementsAre("recorder all: begins anew, its options change"));
+  EXPECT_THAT(plan->lines, ElementsAre("recorder all: is restarted, its options change"));
   scheduler.run_for(3s);
   EXPECT_TRUE(transports.has("b.rec"));
   EXPECT_THAT(reload(kTwoNetworks)->lines, ElementsAre("recorder all: ends"));

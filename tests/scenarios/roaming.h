@@ -69,7 +69,7 @@ class Roaming : public Ecology {
   island::Island& start_text(std::uint32_t id, const std::string& text, const std::string& state = {}) {
     const auto tree = config::parse_yaml("island: {id: " + std::to_string(id) + ", name: test}\n" + text, "i.yaml");
     base::ConfigErrors errors;
-    auto config = config::read_island_config(tree.value(), std::span(&kScripted, 1), errors);
+    auto config = island::read_island_config(tree.value(), std::span(&kScripted, 1), errors);
     std::unique_ptr<state::StateStore> store;
     if (!state.empty()) store = std::move(*state::StateStore::open(state, OwnerId(id), {}));
     auto made = island::Island::make(std::move(config), scheduler, transports, log, ecology, errors, std::move(store));
@@ -91,8 +91,8 @@ class Roaming : public Ecology {
     EXPECT_NE(::mkdtemp(folders_.back().data()), nullptr);
     return folders_.back() + "/island.state";
   }
-  static config::IslandConfig read(const std::string& text, base::ConfigErrors& errors) {
-    return config::read_island_config(config::parse_yaml(text, "i.yaml").value(), std::span(&kScripted, 1), errors);
+  static island::IslandConfig read(const std::string& text, base::ConfigErrors& errors) {
+    return island::read_island_config(config::parse_yaml(text, "i.yaml").value(), std::span(&kScripted, 1), errors);
   }
 
   void join(std::uint32_t island, const std::string& device = "7") { devices_of(island).say(device, lamp()); }

@@ -26,7 +26,7 @@ class Sleepy : public testing::Test {
  protected:
   void SetUp() override {
     base::ConfigErrors errors;
-    auto config = config::read_island_config(config::parse_yaml(kConfiguration, "home.yaml").value(),
+    auto config = island::read_island_config(config::parse_yaml(kConfiguration, "home.yaml").value(),
                                              island::network_types(), errors);
     auto made = island::Island::make(std::move(config), scheduler_, transports_, log_, ecology_, errors);
     ASSERT_TRUE(made.has_value()) << errors.text();

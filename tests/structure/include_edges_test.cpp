@@ -27,7 +27,7 @@ const std::map<std::string, Names> kFolderEdges{
     {"client", {"transport", "tuples", "gateway"}},
     {"state", {}},
     {"proxy", {"gateway", "tuples", "state"}},
-    {"config", {"transport", "tuples", "network", "recording", "gateway", "proxy"}},
+    {"config", {"recording", "tuples"}},
     {"recorder", {"config", "recording", "transport", "tuples"}},
     {"console", {"transport", "tuples"}},
     {"island", {"config", "recorder", "transport", "tuples", "network", "networks", "gateway", "state", "proxy"}},

@@ -3,9 +3,9 @@
 #include <string>
 #include <vector>
 
-#include "config/island_config.h"
+#include "island/island_config.h"
 
-namespace rubicon::config {
+namespace rubicon::island {
 
 /// What taking another configuration would do to a running island.
 struct ReloadPlan {
@@ -18,4 +18,4 @@ struct ReloadPlan {
 
 ReloadPlan plan_reload(const IslandConfig& now, const IslandConfig& next);
 
-}  // namespace rubicon::config
+}  // namespace rubicon::island

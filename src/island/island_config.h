@@ -9,15 +9,15 @@
 #include "base/config_reader.h"
 #include "config/config_file.h"
 #include "config/engine_config.h"
-#include "config/own_tuples.h"
 #include "config/recorder_config.h"
 #include "gateway/gateway.h"
+#include "island/own_tuples.h"
 #include "model/property_alias.h"
 #include "model/type_catalogue.h"
 #include "network/network.h"
 #include "proxy/proxy_config.h"
 
-namespace rubicon::config {
+namespace rubicon::island {
 
 /// One entry of `networks:`; `options` are the plug-in's own keys.
 struct NetworkSetup {
@@ -52,11 +52,11 @@ struct IslandConfig {
   gateway::GatewayLimits limits;
   TypeCatalogue types;
   std::vector<NetworkSetup> networks;
-  EngineSetup engine;
+  config::EngineSetup engine;
   StateSetup state;
   /// The sections that a running island cannot take anew, as they stand in the file.
   std::vector<std::pair<std::string, ConfigNode>> fixed;
-  std::vector<RecorderSetup> recorders;
+  std::vector<config::RecorderSetup> recorders;
   std::vector<OwnTuple> tuples;  ///< of the command line
 };
 
@@ -65,4 +65,4 @@ struct IslandConfig {
 IslandConfig read_island_config(ConfigNode root, std::span<const network::NetworkType> types,
                                 base::ConfigErrors& errors);
 
-}  // namespace rubicon::config
+}  // namespace rubicon::island

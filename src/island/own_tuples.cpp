@@ -1,4 +1,4 @@
-#include "config/own_tuples.h"
+#include "island/own_tuples.h"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,7 @@
 
 #include "rubicon/key.hpp"
 
-namespace rubicon::config {
+namespace rubicon::island {
 
 namespace {
 
@@ -48,4 +48,4 @@ void OwnTuples::start() {
   }
 }
 
-}  // namespace rubicon::config
+}  // namespace rubicon::island

@@ -1,11 +1,11 @@
-#include "config/reload_plan.h"
+#include "island/reload_plan.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
 
-namespace rubicon::config {
+namespace rubicon::island {
 
 namespace {
 
@@ -53,11 +53,11 @@ void compare_rules(const std::string& id, const NetworkRules& now, const Network
   }
   const auto renamed = renamed_devices(now, next);
   if (!renamed.empty()) {
-    plan.lines.push_back(fmt::format("network {}: {} devices are named anew: {}", id, renamed.size(), list(renamed)));
+    plan.lines.push_back(fmt::format("network {}: {} devices are renamed: {}", id, renamed.size(), list(renamed)));
   }
 }
 
-/// Networks that are the same under another id, as those of a list when one before them goes.
+/// Networks that only have another id, such as those of a list when one before them is removed.
 void find_renamed(const IslandConfig& now, const IslandConfig& next, ReloadPlan& plan) {
   const auto same = [&](const NetworkSetup& before, const NetworkSetup& after) {
     return before.type == after.type && differences(before, after, 1).empty() &&
@@ -70,7 +70,7 @@ void find_renamed(const IslandConfig& now, const IslandConfig& next, ReloadPlan&
       const auto* other = find(now.networks, after.id);
       if (after.id == before.id || !same(before, after) || (other && same(*other, after))) continue;
       plan.lines.push_back(
-          fmt::format("network {}: is called {} now; what is remembered stays with the id", before.id, after.id));
+          fmt::format("network {}: is called {} now; stored devices and values stay with the old id", before.id, after.id));
       break;
     }
   }
@@ -91,7 +91,7 @@ void compare_networks(const IslandConfig& now, const IslandConfig& next, ReloadP
     }
     if (before->type != setup.type) {
       plan.retyped.push_back(setup.id);
-      plan.lines.push_back(fmt::format("network {}: is made anew, its type changes", setup.id));
+      plan.lines.push_back(fmt::format("network {}: is recreated, its type changes", setup.id));
     } else if (const auto paths = differences(*before, setup, kNamed + 1); !paths.empty()) {
       plan.changed.push_back(setup.id);
       plan.lines.push_back(fmt::format("network {}: its options change: {}", setup.id, list(paths)));
@@ -100,7 +100,7 @@ void compare_networks(const IslandConfig& now, const IslandConfig& next, ReloadP
   }
 }
 
-void compare_recorders(const std::vector<RecorderSetup>& now, const std::vector<RecorderSetup>& next,
+void compare_recorders(const std::vector<config::RecorderSetup>& now, const std::vector<config::RecorderSetup>& next,
                        ReloadPlan& plan) {
   const auto called = [](const std::string& name) { return [&name](const auto& setup) { return setup.name == name; }; };
   for (const auto& setup : now) {
@@ -112,7 +112,7 @@ void compare_recorders(const std::vector<RecorderSetup>& now, const std::vector<
     if (before == now.end()) {
       plan.lines.push_back(fmt::format("recorder {}: starts", setup.name));
     } else if (!(*before == setup)) {
-      plan.lines.push_back(fmt::format("recorder {}: begins anew, its options change", setup.name));
+      plan.lines.push_back(fmt::format("recorder {}: is restarted, its options change", setup.name));
     }
   }
 }
@@ -141,4 +141,4 @@ ReloadPlan plan_reload(const IslandConfig& now, const IslandConfig& next) {
   return plan;
 }
 
-}  // namespace rubicon::config
+}  // namespace rubicon::island

@@ -7,7 +7,7 @@
 #include "rubicon/result.hpp"
 #include "rubicon/tuple_space.hpp"
 
-namespace rubicon::config {
+namespace rubicon::island {
 
 /// A tuple that the island owns because its start said so: `--tuple KEY=VALUE`.
 struct OwnTuple {
@@ -32,4 +32,4 @@ class OwnTuples {
   std::vector<tuples::Handle> judges_;
 };
 
-}  // namespace rubicon::config
+}  // namespace rubicon::island

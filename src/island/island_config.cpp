@@ -1,4 +1,4 @@
-#include "config/island_config.h"
+#include "island/island_config.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -11,7 +11,7 @@
 #include "model/former_types.h"
 #include "rubicon/key.hpp"
 
-namespace rubicon::config {
+namespace rubicon::island {
 
 namespace {
 
@@ -71,7 +71,7 @@ void read_state(ConfigReader& root, IslandConfig& config) {
 }
 
 void read_general(ConfigReader& root, IslandConfig& config) {
-  config.engine = read_engine(root);
+  config.engine = config::read_engine(root);
   read_discovery(root, config.proxy.discovery);
   read_state(root, config);
   auto limits = root.map("limits");
@@ -228,13 +228,13 @@ std::vector<std::string> differences(const NetworkSetup& before, const NetworkSe
 IslandConfig read_island_config(ConfigNode root_node, std::span<const network::NetworkType> types,
                                 ConfigErrors& errors) {
   IslandConfig config;
-  number_networks(root_node);
+  config::number_networks(root_node);
   ConfigReader root(root_node, "", errors);
   read_island(root, config);
   read_general(root, config);
-  read_site_types(root, config.types);
+  config::read_site_types(root, config.types);
   for (auto& [key, network] : root.maps("networks")) read_network(key, network, types, config);
-  config.recorders = read_recorders(root);
+  config.recorders = config::read_recorders(root);
   root.finish();
   for (const auto* section : {"island", "tuples", "types", "state"}) {
     const auto* node = std::as_const(root_node).find(section);
@@ -244,4 +244,4 @@ IslandConfig read_island_config(ConfigNode root_node, std::span<const network::N
   return config;
 }
 
-}  // namespace rubicon::config
+}  // namespace rubicon::island
