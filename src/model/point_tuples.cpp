@@ -4,6 +4,7 @@
 #include <limits>
 #include <utility>
 
+#include "base/text.h"
 #include "model/json_members.h"
 
 namespace rubicon::model {
@@ -54,6 +55,11 @@ std::vector<Word> words_in(const Tree& tree) {
 std::optional<double> bound_in(const Tree& tree, const char* name) {
   const auto found = tree.find(name);
   return found != tree.end() && found->is_number() ? std::optional(found->get<double>()) : std::nullopt;
+}
+
+std::string_view text_after(std::string_view text, std::string_view mark) {
+  const auto at = text.find(mark);
+  return at == text.npos ? std::string_view() : text.substr(at + mark.size());
 }
 
 }  // namespace
@@ -109,6 +115,17 @@ PointStatus point_status_from_json(std::string_view text) {
                      time_of(tree, "heard"),   time_of(tree, "changed"), {}};
   if (const auto command = tree.find("command"); command != tree.end()) status.command = text_of(*command, "state");
   return status;
+}
+
+std::optional<HeardQuality> heard_quality_from_json(std::string_view text) {
+  constexpr std::size_t kFirstMembers = 200;  // bytes
+  text = text.substr(0, kFirstMembers);
+  const auto word = text_after(text, R"("quality":")");
+  const auto quality = parse_quality(word.substr(0, word.find('"')));
+  if (!quality) return std::nullopt;
+  const auto heard = text_after(text, R"("heard":)");
+  const auto seconds = base::parse_number<double>(heard.substr(0, heard.find_first_of(",}")));
+  return HeardQuality{*quality, time_from_seconds(seconds.value_or(0))};
 }
 
 std::string point_description_to_json(const PointDescription& description) {

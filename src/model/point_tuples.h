@@ -50,6 +50,15 @@ struct PointStatusPieces {
 void write_point_status(const PointStatusPieces& status, std::string& out);
 PointStatus point_status_from_json(std::string_view text);
 
+/// The first members of a point's status.
+struct HeardQuality {
+  Quality quality = Quality::kUnknown;
+  WallTime heard{};  ///< when the last good value came; zero = never
+};
+/// They alone, found without parsing the rest (a recording holds a status for each reading) in a text that
+/// write_point_status() wrote; nullopt where the quality is none of ours.
+std::optional<HeardQuality> heard_quality_from_json(std::string_view text);
+
 /// What a point is: its `.description`.
 struct PointDescription {
   std::string type{};

@@ -16,4 +16,12 @@ std::string_view to_string(Quality quality) {
   return "unknown";
 }
 
+std::optional<Quality> parse_quality(std::string_view word) {
+  for (auto quality = Quality::kNetworkDown; quality <= Quality::kGood;
+       quality = static_cast<Quality>(static_cast<std::uint8_t>(quality) + 1)) {
+    if (to_string(quality) == word) return quality;
+  }
+  return std::nullopt;
+}
+
 }  // namespace rubicon::model

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string_view>
 
 namespace rubicon::model {
@@ -9,6 +10,8 @@ namespace rubicon::model {
 enum class Quality : std::uint8_t { kNetworkDown, kDeviceOffline, kBad, kUnknown, kStale, kStored, kAssumed, kGood };
 
 std::string_view to_string(Quality quality);
+/// nullopt for every other word.
+std::optional<Quality> parse_quality(std::string_view word);
 
 }  // namespace rubicon::model
 

@@ -56,6 +56,16 @@ TEST(PointTuples, AStatusIsReadAsItWasWritten) {
   EXPECT_EQ(command_status_from_json("no json"), std::nullopt);
 }
 
+TEST(PointTuples, QualityAndTimeAreFoundWithoutParsingTheRest) {
+  const auto found = heard_quality_from_json(R"({"quality":"stale","since":8,"heard":5.5,"changed":4,"rea)");
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->quality, Quality::kStale);
+  EXPECT_EQ(found->heard, at(5.5));
+  EXPECT_EQ(heard_quality_from_json(R"({"quality":"good","heard":"x"})")->heard, WallTime{});
+  EXPECT_FALSE(heard_quality_from_json(R"({"quality":"excellent","heard":5})"));
+  EXPECT_FALSE(heard_quality_from_json(""));
+}
+
 TEST(PointTuples, ThePointDescriptionSurvivesItsText) {
   PointDescription mode{"mode",       700,     "", "1", "enumeration", 0.0, 3.5, {{0, "off"}, {4, "eco"}},
                         "read-write", "state", "1"};
