@@ -61,7 +61,7 @@ void SpdlogSink::write(base::LogLevel level, std::string_view who, std::string_v
     ++impl_->lost;
     return;
   }
-  if (impl_->lost > 0) impl_->logger.warn("log: {} lines were lost, nobody read them", std::exchange(impl_->lost, 0));
+  if (impl_->lost > 0) impl_->logger.warn("log: {} lines were lost because standard error was not read", std::exchange(impl_->lost, 0));
   impl_->logger.log(to_spdlog(level), "{}: {}", who, one_line(text).substr(0, kMaxLine));
 }
 
