@@ -28,7 +28,7 @@ class Complaints final : public base::LogSink {
   }
 };
 
-/// The island to record; nullopt after the error was printed.
+/// The island to record; kNoOwner after the error was printed.
 OwnerId island_of(Session& session, const RecordOptions& options) {
   if (options.island != 0) return OwnerId(options.island);
   session.discover();

@@ -81,7 +81,7 @@ Finding check_peer(const std::string& peer, std::uint32_t domain, const Probe& p
   const auto ports = fmt::format("{} to {}", 7400 + 250 * domain, 7649 + 250 * domain);
   if (!probe.error.empty())
     return {"firewall", Grade::kProblem, fmt::format("cannot send to peer {}: {}", peer, probe.error),
-            fmt::format("check the routes (`ip route get {}`) and at rules for outgoing UDP on this host", peer)};
+            fmt::format("check the routes (`ip route get {}`) and the rules for outgoing UDP on this host", peer)};
   if (probe.silent > 0 && !probe.closed_port_refused)
     return {"firewall", Grade::kProblem,
             fmt::format("peer {} does not answer to UDP: it is off, or a firewall drops the datagrams", peer),

@@ -48,7 +48,7 @@ Finding check_line(const IslandSeen& seen, const Network& network, WallTime when
   return {
       kLine, Grade::kProblem,
       fmt::format("{}{} for {}: {}", what, line.line, since, line.reason.empty() ? "no reason reported" : line.reason),
-      fmt::format("check cable, power and network of what `networks: {}:` names, and at its address there; the "
+      fmt::format("check cable, power and network of what `networks: {}:` names, and its address there; the "
                   "island goes on trying ({} attempts so far{}{}); {}",
                   network.id, line.attempts, next.empty() ? "" : ", ", next, page("errors.md#lines-and-devices"))};
 }

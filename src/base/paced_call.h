@@ -14,6 +14,14 @@ class PacedCall {
  public:
   PacedCall(Scheduler& scheduler, Duration pause, std::function<void()> call)
       : scheduler_(scheduler), pause_(pause), call_(std::move(call)) {}
+  PacedCall(const PacedCall&) = delete;
+  PacedCall& operator=(const PacedCall&) = delete;
+
+  /// Calls now, in place of a requested call, and starts the pause.
+  void call_now() {
+    timer_.cancel();
+    run();
+  }
 
   void request() {
     if (timer_.pending()) return;

@@ -5,7 +5,7 @@
 namespace rubicon::base {
 
 std::string resolve_path(std::string_view directory, std::string_view path) {
-  return (std::filesystem::path(directory) / path).lexically_normal().string();
+  return (std::filesystem::path(directory) / path).string();
 }
 
 }  // namespace rubicon::base

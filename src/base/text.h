@@ -35,7 +35,7 @@ requires std::is_integral_v<Number> std::optional<Number> parse_hex_number(std::
 }
 
 /// A path of a configuration: relative ones start at the directory of the file that names them (empty: the working
-/// directory).
+/// directory). Keeps each `..`, which behind a symbolic link does not lead back.
 std::string resolve_path(std::string_view directory, std::string_view path);
 
 }  // namespace rubicon::base

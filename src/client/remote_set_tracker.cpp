@@ -40,7 +40,7 @@ RemoteSetTracker::RemoteSetTracker(Scheduler& scheduler, TupleSpace& space, Owne
     : scheduler_(scheduler),
       self_(space.self()),
       owner_(owner),
-      is_command_(model::last_part(key) == "command"),
+      is_command_(key.ends_with(".command")),
       ended_(std::move(ended)),
       on_progress_(std::move(under_way)),
       margin_(patience) {

@@ -1,7 +1,8 @@
 #include "island/recorders.h"
 
 #include <algorithm>
-#include <filesystem>
+
+#include "base/text.h"
 
 namespace rubicon::island {
 
@@ -36,9 +37,8 @@ void Recorders::say(const IslandMetrics::Say& say) const {
 }
 
 void Recorders::each(const std::function<void(const std::string& name, const std::string& path)>& visit) const {
-  namespace fs = std::filesystem;
   for (const auto& recorder : all_)
-    visit(recorder->setup().name, (fs::path(context_.directory) / recorder->setup().file).string());
+    visit(recorder->setup().name, base::resolve_path(context_.directory, recorder->setup().file));
 }
 
 }  // namespace rubicon::island

@@ -33,6 +33,20 @@ TEST(PacedCall, CallsAtOnceAndThenOncePerPause) {
   EXPECT_EQ(calls, 3);
 }
 
+TEST(PacedCall, WithoutARequestStartsThePauseToo) {
+  VirtualScheduler scheduler;
+  int calls = 0;
+  PacedCall call(scheduler, 250ms, [&] { ++calls; });
+  call.request();
+  call.call_now();
+  EXPECT_EQ(calls, 1);
+  call.request();
+  scheduler.run_for(249ms);
+  EXPECT_EQ(calls, 1);
+  scheduler.run_for(1ms);
+  EXPECT_EQ(calls, 2);
+}
+
 TEST(PacedCall, MayBeRequestedInItsCallAndDestroyedBeforeIt) {
   VirtualScheduler scheduler;
   int calls = 0;

@@ -250,6 +250,12 @@ TEST_F(Commands, AreFollowedToAnotherIsland) {
   EXPECT_THAT(ended, ElementsAre("confirmed "));
 }
 
+TEST_F(Commands, ToATupleThatIsOnlyCalledCommandEndWithTheAnswer) {
+  const RemoteSetTracker tracker(time, self.space, kIsland, "command", "x", end, {}, 15s);
+  time.run_for(1ms);
+  EXPECT_THAT(ended, ElementsAre("applied "));
+}
+
 TEST_F(Commands, ToOtherTuplesEndWithTheAnswer) {
   const RemoteSetTracker errand(time, self.space, kIsland, "note", "x", end, {}, 15s);
   const RemoteSetTracker nobody(time, self.space, OwnerId(9), "note", "x", end, {}, 15s);

@@ -51,7 +51,7 @@ Result<std::vector<std::string>> expand(const fs::path& pattern) {
 Result<std::vector<std::string>> list_files(const std::vector<std::string>& configured, const std::string& directory) {
   std::vector<std::string> files;
   for (const std::string& path : configured) {
-    const fs::path whole = base::resolve_path(directory, path);
+    const fs::path whole = fs::path(base::resolve_path(directory, path)).lexically_normal();
     if (whole.filename().string().find_first_of("*?") == std::string::npos) {
       files.push_back(whole.string());
       continue;

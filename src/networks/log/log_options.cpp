@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <filesystem>
+
 #include "base/text.h"
 
 namespace rubicon::networks::log {
@@ -77,7 +79,7 @@ void resolve_tables(CsvMapping& mapping, const std::string& directory) {
   for (DeviceMapping& device : mapping.devices) {
     for (PropertyMapping& property : device.properties) {
       if (property.source == PropertyMapping::Source::kTable)
-        property.text = base::resolve_path(directory, property.text);
+        property.text = std::filesystem::path(base::resolve_path(directory, property.text)).lexically_normal().string();
     }
   }
 }

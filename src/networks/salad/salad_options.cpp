@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 
 #include "base/text.h"
 #include "networks/salad/properties_reader.h"
@@ -194,7 +195,7 @@ SaladOptions read_salad_options(const network::NetworkConfig& config, transport:
   ConfigNode merged = options.here();
   const auto name = options.text("properties", "");
   if (!name.empty()) {
-    const auto path = base::resolve_path(config.directory, name);
+    const auto path = std::filesystem::path(base::resolve_path(config.directory, name)).lexically_normal().string();
     const auto text = transport::read_text(transports, path, kMaxFile);
     if (text) {
       read_file(path, *text, merged, table, out, errors);

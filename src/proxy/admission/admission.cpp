@@ -34,7 +34,7 @@ Admission::Admission(ProxyContext& context, DeviceDirectory& directory, Memory& 
       roaming_(context, directory,
                {callbacks_.moved, [this](const DeviceName& name) { take_over(name); }, callbacks_.unclaimed}),
       next_decisions_(context.scheduler, [this] { apply_decisions(); }) {
-  inbox_.publish();
+  inbox_.begin();
 }
 
 void Admission::on_join(const Device* device, Network& network, const std::string& address, const model::Join& join) {

@@ -41,8 +41,8 @@ class DiscoveryInbox {
     bool ignored() const { return state == InboxState::kIgnoredByRule || state == InboxState::kIgnoredByUser; }
   };
 
-  /// Sets `proxy.inbox`.
-  void publish();
+  /// Sets `proxy.inbox` for the first time.
+  void begin() { publish_soon_.call_now(); }
   enum class Put : std::uint8_t { kNoRoom, kSame, kNew };
   /// Adds the device or replaces its entry. kSame: state, reason and announcement are those of before.
   Put put(const DeviceName& device, const Announced& announced, InboxState state, std::string why);
@@ -69,6 +69,7 @@ class DiscoveryInbox {
   void count(const Entry& entry, bool added);
   void show(const DeviceName& device, Entry& entry);
   void hide(Entry& entry);
+  void publish();
 
   ProxyContext& context_;
   std::map<DeviceName, Entry> entries_;

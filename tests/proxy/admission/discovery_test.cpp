@@ -34,6 +34,16 @@ TEST_F(Discovery, ANewDeviceWaitsWithWhatItAnnouncesAndWhy) {
   EXPECT_FALSE(exists("proxy.hall.1_7.sensor.glow-1.value"));
 }
 
+TEST_F(Discovery, TheInboxIsPublishedAtTheStartAndThenOncePerPause) {
+  start();
+  join("7", lamp());
+  EXPECT_TRUE(exists("proxy.inbox.hall.7"));
+  time.run_for(240ms);
+  EXPECT_EQ(json("proxy.inbox")["count"], 0);
+  time.run_for(10ms);
+  EXPECT_EQ(json("proxy.inbox")["count"], 1);
+}
+
 TEST_F(Discovery, AnApprovedDeviceJoinsAndIsTrustedForEver) {
   start();
   join("7", lamp());
