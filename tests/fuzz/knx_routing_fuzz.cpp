@@ -21,7 +21,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   Routing::Callbacks calls;
   calls.send = [](ByteView) { return Result<void>(); };
   calls.received = [](const Telegram& telegram) {
-    if (telegram.destination == GroupAddress{} || telegram.payload.bytes.size() > kLongestPayload) std::abort();
+    if (telegram.destination == GroupAddress{} || telegram.payload.bytes.size() > kMaxPayload) std::abort();
   };
   calls.frame = [](ByteView, bool) {};
   calls.lost = [](const transport::Endpoint&, const RoutingLostMessage&) {};

@@ -16,14 +16,14 @@ namespace {
 using nlohmann::json;
 
 /// A network of an island.
-struct Place {
+struct NetworkAddress {
   OwnerId island{};
   std::string network;
 };
 
-/// Networks of type knx are called `knx` or `knx-<name>`.
-std::vector<Place> places(Session& session, const BusOptions& options) {
-  std::vector<Place> found;
+/// Networks of type knx have the id `knx` or `knx-<name>`.
+std::vector<NetworkAddress> find_networks(Session& session, const BusOptions& options) {
+  std::vector<NetworkAddress> found;
   const auto owner = options.island == 0 ? std::nullopt : std::optional(OwnerId(options.island));
   for (const auto& tuple : session.read({owner, model::IslandKey{session.settings().prefix}.networks()})) {
     const auto names = json::parse(tuple.value, nullptr, false);
@@ -40,21 +40,22 @@ std::vector<Place> places(Session& session, const BusOptions& options) {
 
 class IslandBus final : public Bus {
  public:
-  IslandBus(std::unique_ptr<Session> session, Place place) : session_(std::move(session)), place_(std::move(place)) {
+  IslandBus(std::unique_ptr<Session> session, NetworkAddress address)
+      : session_(std::move(session)), address_(std::move(address)) {
     for (const auto tag : {networks::knx::kReplyTag, networks::knx::kTelegramTag}) {
       handles_.push_back(session_->client().on_message(tag, [this](const client::UserMessage& message) {
-        if (message.from == place_.island) take(message.type, message.bytes);
+        if (message.from == address_.island) receive(message.type, message.bytes);
       }));
     }
   }
   IslandBus(const IslandBus&) = delete;
   IslandBus& operator=(const IslandBus&) = delete;
 
-  void ask(const json& request) override {
+  void send(const json& request) override {
     const auto refused = [this, id = model::text_of(request, "id")](const std::string& why) {
       if (!why.empty() && on_reply) on_reply({{"id", id}, {"ok", false}, {"why", why}});
     };
-    session_->client().send_to_network(place_.island, place_.network, networks::knx::kRequestTag, request.dump(),
+    session_->client().send_to_network(address_.island, address_.network, networks::knx::kRequestTag, request.dump(),
                                        refused);
   }
   bool run(const std::function<bool()>& done, Duration patience) override { return session_->run(done, patience); }
@@ -63,7 +64,7 @@ class IslandBus final : public Bus {
 
  private:
   std::unique_ptr<Session> session_;
-  Place place_;
+  NetworkAddress address_;
   std::vector<Handle> handles_;
 };
 
@@ -75,27 +76,28 @@ std::unique_ptr<Bus> Bus::open(const Settings& settings, const BusOptions& optio
   code = kFailed;
   auto session = Session::open(settings, command);
   if (!session) return nullptr;
-  auto found = places(*session, options);
+  auto found = find_networks(*session, options);
   if (found.size() == 1) return std::make_unique<IslandBus>(std::move(session), std::move(found.front()));
   if (found.empty()) {
     code = session->not_found(options.network.empty() ? "no network of type knx" : "no network " + options.network);
     return nullptr;
   }
   std::vector<std::string> names;
-  for (const auto& place : found) names.push_back(fmt::format("{} of island {}", place.network, number(place.island)));
-  print_error(fmt::format("several networks: {}; choose one with --network and --island", fmt::join(names, ", ")));
+  for (const auto& one : found) names.push_back(fmt::format("{} of island {}", one.network, number(one.island)));
+  print_error(fmt::format("there are several KNX networks: {}; choose one with --network and --island",
+                          fmt::join(names, ", ")));
   code = kUsage;
   return nullptr;
 }
 
-void Bus::take(std::string_view tag, std::string_view text) {
+void Bus::receive(std::string_view tag, std::string_view text) {
   const auto content = json::parse(text, nullptr, false);
   if (!content.is_object()) return;
   if (tag == networks::knx::kTelegramTag && on_telegram) on_telegram(content);
   if (tag == networks::knx::kReplyTag && on_reply) on_reply(content);
 }
 
-json Bus::answer_to(json request, Duration patience) {
+json Bus::reply_to(json request, Duration patience) {
   static int last = 0;
   const auto id = std::to_string(++last);
   request["id"] = id;
@@ -103,7 +105,7 @@ json Bus::answer_to(json request, Duration patience) {
   on_reply = [&](const json& reply) {
     if (model::text_of(reply, "id") == id) answer = reply;
   };
-  ask(request);
+  send(request);
   run([&] { return answer.has_value(); }, patience);
   on_reply = {};
   return answer ? std::move(*answer)

@@ -47,7 +47,7 @@ std::string value_text(const json& telegram) {
 int read(Bus& bus, const Settings& settings, const Options& options) {
   json request{{"do", "read"}, {"address", options.address}};
   if (!options.dpt.empty()) request["dpt"] = options.dpt;
-  auto answer = bus.answer_to(request, kPatience);
+  auto answer = bus.reply_to(request, kPatience);
   if (!model::flag_of(answer, "ok")) return refused(answer);
   answer.erase("id");
   bus.out().line(settings.json ? answer.dump() : printable(value_text(answer)));
@@ -55,7 +55,7 @@ int read(Bus& bus, const Settings& settings, const Options& options) {
 }
 
 int write(Bus& bus, const Settings& settings, const Options& options) {
-  auto answer = bus.answer_to(
+  auto answer = bus.reply_to(
       {{"do", "write"}, {"address", options.address}, {"dpt", options.dpt}, {"value", options.value}}, kPatience);
   if (!model::flag_of(answer, "ok")) return refused(answer);
   answer.erase("id");
@@ -74,8 +74,8 @@ std::string telegram_line(const json& telegram) {
                      value_text(telegram), name.empty() ? "" : "  ", name);
 }
 
-/// Addresses of the command line may be in any notation.
-bool wanted(const Options& options, const json& telegram) {
+/// True for the addresses of the command line, in whatever notation, or without any.
+bool is_shown(const Options& options, const json& telegram) {
   if (options.only.empty()) return true;
   const auto address = parse_group(model::text_of(telegram, "address"));
   return address && std::any_of(options.only.begin(), options.only.end(),
@@ -84,7 +84,7 @@ bool wanted(const Options& options, const json& telegram) {
 
 int monitor(Bus& bus, const Settings& settings, const Options& options) {
   bus.on_telegram = [&](const json& telegram) {
-    if (!wanted(options, telegram)) return;
+    if (!is_shown(options, telegram)) return;
     bus.out().line(settings.json ? telegram.dump() : printable(telegram_line(telegram)));
   };
   bus.on_line = [](bool up, const std::string& why) {
@@ -98,13 +98,13 @@ int monitor(Bus& bus, const Settings& settings, const Options& options) {
     refused(reply);
   };
   do {
-    bus.ask(request);
+    bus.send(request);
     bus.run([&] { return refusal; }, kRenew);
   } while (!refusal && !bus.interrupted() && !bus.out().broken());
   return refusal ? kNotDone : kGood;
 }
 
-/// What is no frame is left out.
+/// The frames of a reply. Malformed entries are left out.
 std::vector<networks::knx::Capture::Frame> frames_in(const json& answer) {
   std::vector<networks::knx::Capture::Frame> frames;
   const auto found = answer.find("frames");
@@ -121,7 +121,7 @@ std::vector<networks::knx::Capture::Frame> frames_in(const json& answer) {
   return frames;
 }
 
-/// All frames the island still has, fetched in pieces.
+/// Fetches all frames that the island keeps, in several requests.
 int capture(Bus& bus, const Settings&, const Options& options) {
   auto target = OwnFile::open(options.file, O_WRONLY | O_TRUNC);
   if (!target) {
@@ -132,10 +132,10 @@ int capture(Bus& bus, const Settings&, const Options& options) {
       ::fdopen(target->release(), "wb"),  // NOLINT(cppcoreguidelines-owning-memory)
       [](std::FILE* one) { return std::fclose(one); });
   const auto put = [&file](const Bytes& bytes) { std::fwrite(bytes.data(), 1, bytes.size(), file.get()); };
-  put(networks::knx::pcap_head());
+  put(networks::knx::pcap_file_header());
   std::uint64_t next = 0, frames = 0;
   for (bool more = true; more;) {
-    const auto answer = bus.answer_to({{"do", "capture"}, {"from", next}}, kPatience);
+    const auto answer = bus.reply_to({{"do", "capture"}, {"from", next}}, kPatience);
     if (!model::flag_of(answer, "ok")) return refused(answer);
     const auto before = next;
     for (const auto& frame : frames_in(answer)) {
@@ -146,15 +146,15 @@ int capture(Bus& bus, const Settings&, const Options& options) {
     more = model::flag_of(answer, "more") && next > before;
   }
   if (std::fflush(file.get()) != 0 || std::ferror(file.get()) != 0) {
-    print_error(fmt::format("{}: cannot be written", options.file));
+    print_error(fmt::format("{} cannot be written", options.file));
     return kFailed;
   }
   bus.out().line(fmt::format("{} in {}", counted(frames, "frame"), options.file));
   return kGood;
 }
 
-/// What is no group address; empty if all are.
-std::string wrong_addresses(const Options& options) {
+/// The error of the first argument that is not a group address; empty if all are.
+std::string address_error(const Options& options) {
   auto all = options.only;
   if (!options.address.empty()) all.push_back(options.address);
   for (const auto& text : all) {
@@ -165,11 +165,11 @@ std::string wrong_addresses(const Options& options) {
 
 using Command = int (*)(Bus&, const Settings&, const Options&);
 
-CLI::App* add(Cli& cli, CLI::App* under, const Cli::Text& text, const std::shared_ptr<Options>& options,
+CLI::App* add(Cli& cli, CLI::App* parent, const Cli::Text& text, const std::shared_ptr<Options>& options,
               Command command) {
-  auto* app = cli.command({text.name, text.summary, text.examples, under},
+  auto* app = cli.command({text.name, text.summary, text.examples, parent},
                           [options, command, name = "knx " + text.name](const Settings& settings) -> int {
-                            if (const auto wrong = wrong_addresses(*options); !wrong.empty()) {
+                            if (const auto wrong = address_error(*options); !wrong.empty()) {
                               print_error(wrong);
                               return kUsage;
                             }
@@ -180,48 +180,46 @@ CLI::App* add(Cli& cli, CLI::App* under, const Cli::Text& text, const std::share
                             bus->out().flush();
                             return code;
                           });
-  auto* direct =
-      app->add_option("--direct", options->bus.direct, "open a tunnel of our own to this KNXnet/IP interface")
-          ->type_name("HOST[:PORT]");
+  auto* direct = app->add_option("--direct", options->bus.direct,
+                                 "do not use an island: open a tunnel to this KNXnet/IP interface")
+                     ->type_name("HOST[:PORT]");
   app->add_flag("--knx-tcp", options->bus.tcp, "with --direct: by TCP")->needs(direct);
-  app->add_option("--island", options->bus.island, "through this island")->type_name("ID")->excludes(direct);
-  app->add_option("--network", options->bus.network, "through this network: knx-hall")
-      ->type_name("ID")
-      ->excludes(direct);
+  app->add_option("--island", options->bus.island, "use the line of this island")->type_name("ID")->excludes(direct);
+  app->add_option("--network", options->bus.network, "use this network: knx-hall")->type_name("ID")->excludes(direct);
   return app;
 }
 
 }  // namespace
 
-void add_bus(Cli& cli, CLI::App* under) {
+void add_bus(Cli& cli, CLI::App* parent) {
   const auto options = std::make_shared<Options>();
-  auto* app = add(cli, under,
-                  {"monitor", "Show the telegrams of the bus as they come, decoded",
+  auto* app = add(cli, parent,
+                  {"monitor", "Print the telegrams of the bus as they arrive, decoded",
                    "  rubicon knx monitor\n"
                    "  rubicon knx monitor 1/2/7 1/2/8\n"
                    "  rubicon knx monitor --direct 192.168.1.10\n"},
                   options, monitor);
   app->add_option("GA", options->only, "only these group addresses");
-  app = add(cli, under,
-            {"read", "Ask the bus for the value of a group address",
+  app = add(cli, parent,
+            {"read", "Read the value of a group address from the bus",
              "  rubicon knx read 1/2/7\n"
              "  rubicon knx read 1/2/7 9.001 --direct 192.168.1.10\n"},
             options, read);
   app->add_option("GA", options->address, "group address: 1/2/7; 1/519 and 2567 are the same")->required();
-  app->add_option("DPT", options->dpt, "data point type; otherwise the configured one");
-  app = add(cli, under,
+  app->add_option("DPT", options->dpt, "data point type; default: the configured one");
+  app = add(cli, parent,
             {"write", "Write a value to a group address",
              "  rubicon knx write 1/0/1 1.001 on\n"
              "  rubicon knx write 1/2/7 9.001 21.5 --direct 192.168.1.10\n"},
             options, write);
   app->add_option("GA", options->address, "group address: 1/2/7; 1/519 and 2567 are the same")->required();
   app->add_option("DPT", options->dpt, "data point type: 9.001")->required();
-  app->add_option("VALUE", options->value, "as people write it: 21.5, on, comfort, JSON")->required();
-  app = add(cli, under,
+  app->add_option("VALUE", options->value, "in the words and unit of the type: 21.5, on, comfort, JSON")->required();
+  app = add(cli, parent,
             {"capture", "Save the telegrams of the last minutes, for a protocol analyser",
              "  rubicon knx capture bus.pcap\n"},
             options, capture);
-  app->add_option("FILE", options->file, "where to: a pcap file")->required();
+  app->add_option("FILE", options->file, "the pcap file to write")->required();
 }
 
 }  // namespace rubicon::cli::knx

@@ -13,8 +13,8 @@ void add_knx(Cli& cli) {
       "  rubicon knx import flat.csv > flat.yaml\n"
       "  rubicon knx monitor\n"
       "  rubicon knx write 1/0/1 1.001 on\n"
-      "monitor, read, write and capture use the line of the running island, which saves the few tunnels an interface\n"
-      "has; --direct HOST opens a tunnel of its own.");
+      "monitor, read, write and capture use the line of the running island, as an interface has few tunnels;\n"
+      "--direct HOST opens another tunnel.");
   knx::add_discover(cli, app);
   knx::add_bus(cli, app);
   knx::add_import(cli, app);

@@ -30,7 +30,7 @@ int convert_lines(Convert convert) {
     const auto answer = convert(line);
     good = good && !answer.starts_with("error:");
     out.line(answer);
-    if (std::cin.rdbuf()->in_avail() == 0) out.flush();  // a program that asks line by line waits for the answer
+    if (std::cin.rdbuf()->in_avail() == 0) out.flush();  // the program at the other end may wait for the answer
   }
   return ended(out, good ? kGood : kFailed);
 }
@@ -59,16 +59,16 @@ void add(Cli& cli, CLI::App* under, const Cli::Text& text, Convert how, const st
 
 void add_convert(Cli& cli, CLI::App* under) {
   add(cli, under,
-      {"decode", "Say what the bytes of a telegram mean",
+      {"decode", "Decode the bytes of a telegram",
        "  rubicon knx decode 9.001 0c33\n"
-       "  printf '9.001 0c33\\n1.001 01\\n' | rubicon knx decode    # a line each: the value, or error: why\n"},
+       "  printf '9.001 0c33\\n1.001 01\\n' | rubicon knx decode    # prints per line the value or `error: ...`\n"},
       networks::knx::dpt::decode_line, "HEX: the bytes; 0c33 or 0c 33");
   add(cli, under,
-      {"encode", "Say which bytes a value is on the bus",
+      {"encode", "Encode a value as the bytes of a telegram",
        "  rubicon knx encode 9.001 21.5\n"
        "  rubicon knx encode 10.001 Fri 13:30:15\n"
-       "  printf '5.001 50\\n' | rubicon knx encode    # a line each: hex without blanks, or error: why\n"},
-      networks::knx::dpt::encode_line, "VALUE: as people write it: 21.5, on, comfort, 2026-11-20, JSON");
+       "  printf '5.001 50\\n' | rubicon knx encode    # prints per line the hex digits or `error: ...`\n"},
+      networks::knx::dpt::encode_line, "VALUE: in the words and unit of the type: 21.5, on, comfort, 2026-11-20, JSON");
 }
 
 }  // namespace rubicon::cli::knx

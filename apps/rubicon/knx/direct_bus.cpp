@@ -7,8 +7,10 @@
 
 #include "apps/rubicon/tuple_text.h"
 #include "base/config_reader.h"
+#include "base/host_port.h"
 #include "model/json_members.h"
 #include "networks/knx/knx_network.h"
+#include "networks/knx/line/discovery.h"
 #include "networks/knx/tool_requests.h"
 #include "transport/asio_scheduler.h"
 #include "transport/asio_signals.h"
@@ -20,19 +22,19 @@ namespace {
 
 using nlohmann::json;
 
-/// Failures show in the state of the line.
+/// Failures are reported by the state of the line.
 base::NullLogSink no_log;
 
-/// A KNX network without an island: the same code, its answers come here.
+/// A KNX network that runs in this program: this class is its host, and gets its replies.
 class DirectBus final : public Bus, private network::NetworkHost {
  public:
   DirectBus() : signals_(loop_, {SIGINT, SIGTERM}, [this] { interrupt(); }) {}
   DirectBus(const DirectBus&) = delete;
   DirectBus& operator=(const DirectBus&) = delete;
 
-  Result<void> open(const BusOptions& options, Duration patience);
+  Result<void> open(const BusOptions& options, Duration timeout);
 
-  void ask(const json& request) override;
+  void send(const json& request) override;
   bool run(const std::function<bool()>& done, Duration patience) override;
   bool interrupted() const override { return interrupted_; }
   Output& out() override { return out_; }
@@ -40,25 +42,26 @@ class DirectBus final : public Bus, private network::NetworkHost {
  private:
   using NetworkHost::deliver;
   void deliver(Message message) override {
-    loop_.scheduler().post([this, message = std::move(message)] { hear(message); });
+    loop_.scheduler().post([this, message = std::move(message)] { receive(message); });
   }
   void failed(Error why) override {
     reason_ = std::move(why.text);
-    line_is(false);
-    again_ = loop_.scheduler().after(std::chrono::seconds(1), [this] { try_to_open(); });
+    set_line(false);
+    reopen_ = loop_.scheduler().after(std::chrono::seconds(1), [this] { open_network(); });
   }
-  void try_to_open() {
+  void open_network() {
     if (auto opened = network_->open(); !opened) failed(opened.error());
   }
-  void line_is(bool up) {
+  void set_line(bool up) {
     if (std::exchange(up_, up) != up && on_line) on_line(up, reason_);
   }
   Scheduler& scheduler() override { return loop_.scheduler(); }
-  transport::Transports& transports() override { return lines_; }
+  transport::Transports& transports() override { return transports_; }
   const Log& log() const override { return log_; }
 
-  void hear(const Message& message);
-  void look() {
+  using Bus::receive;
+  void receive(const Message& message);
+  void stop_if_done() {
     out_.flush();
     if (done_() || interrupted_ || out_.broken()) loop_.stop();
   }
@@ -68,7 +71,7 @@ class DirectBus final : public Bus, private network::NetworkHost {
   }
 
   transport::Loop loop_;
-  transport::LocalTransports lines_{loop_};
+  transport::LocalTransports transports_{loop_};
   Log log_{no_log, "knx"};
   Output out_{1};
   TypeCatalogue types_;
@@ -76,11 +79,15 @@ class DirectBus final : public Bus, private network::NetworkHost {
   std::string reason_ = "no answer";
   std::function<bool()> done_ = [] { return false; };
   transport::Signals signals_;
-  Timer again_;
+  Timer reopen_;
   std::unique_ptr<network::Network> network_;
 };
 
-Result<void> DirectBus::open(const BusOptions& options, Duration patience) {
+Result<void> DirectBus::open(const BusOptions& options, Duration timeout) {
+  const auto server = base::parse_host_port(options.direct, networks::knx::line::kKnxPort);
+  if (!server || server->host.empty())
+    return fail(ErrorCode::kInvalid,
+                fmt::format("--direct is {}, expected HOST or HOST:PORT", model::quoted(options.direct)));
   ConfigNode node;
   node.kind = ConfigNode::Kind::kMap;
   const auto set = [&node](const char* key, std::string text) {
@@ -90,38 +97,37 @@ Result<void> DirectBus::open(const BusOptions& options, Duration patience) {
     node.entries.emplace_back(key, std::move(value));
   };
   set("via", options.tcp ? "tunnel-tcp" : "tunnel");
-  const auto colon = options.direct.find(':');
-  set("host", options.direct.substr(0, colon));
-  if (colon != options.direct.npos) set("port", options.direct.substr(colon + 1));
+  set("host", server->host);
+  set("port", std::to_string(server->port));
   ConfigErrors errors;
   ConfigReader reader(node, "knx", errors);
   auto made = networks::knx::kType.make({"knx", IslandId(1), reader, types_, {}}, *this);
   if (!made) return fail(ErrorCode::kInvalid, errors.empty() ? made.error().text : errors.text());
   network_ = std::move(*made);
-  try_to_open();
-  if (run([this] { return up_; }, patience)) return {};
+  open_network();
+  if (run([this] { return up_; }, timeout)) return {};
   return fail(ErrorCode::kUnreachable, fmt::format("no tunnel to {}: {}", options.direct, reason_));
 }
 
-void DirectBus::ask(const json& request) {
+void DirectBus::send(const json& request) {
   Message message;
   message.source.island = IslandId(1);
   const auto text = request.dump();
   const auto bytes = base::as_bytes(text);
   message.body = model::Opaque{std::string(networks::knx::kRequestTag), Bytes(bytes.begin(), bytes.end())};
-  if (auto taken = network_->send(message); !taken && on_reply)
-    on_reply({{"id", model::text_of(request, "id")}, {"ok", false}, {"why", taken.error().text}});
+  if (auto accepted = network_->send(message); !accepted && on_reply)
+    on_reply({{"id", model::text_of(request, "id")}, {"ok", false}, {"why", accepted.error().text}});
 }
 
-void DirectBus::hear(const Message& message) {
+void DirectBus::receive(const Message& message) {
   if (const auto* opaque = std::get_if<model::Opaque>(&message.body)) {
-    take(opaque->type, base::as_text(opaque->bytes));
+    receive(opaque->type, base::as_text(opaque->bytes));
   } else if (const auto* state = std::get_if<model::State>(&message.body)) {
     const bool up = state->line == model::LineState::kUp;
     if (!up && !state->reason.empty()) reason_ = state->reason;
-    line_is(up);
+    set_line(up);
   }
-  look();
+  stop_if_done();
 }
 
 bool DirectBus::run(const std::function<bool()>& done, Duration patience) {

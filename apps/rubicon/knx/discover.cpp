@@ -64,7 +64,7 @@ Line as_json(const networks::knx::line::FoundServer& server) {
   return line;
 }
 
-/// The names in it are other people's.
+/// Control characters are replaced: the server chose its name.
 void put(Output& out, const std::string& text) {
   for (std::size_t at = 0; at <= text.size();) {
     const auto end = std::min(text.find('\n', at), text.size());
@@ -99,14 +99,15 @@ void add_discover(Cli& cli, CLI::App* under) {
   const auto options = std::make_shared<DiscoverOptions>();
   auto* app = cli.command({"discover", "Find KNX IP interfaces and routers",
                            "  rubicon knx discover\n"
-                           "  rubicon knx discover --host 192.168.1.10    # where multicast does not get through\n",
+                           "  rubicon knx discover --host 192.168.1.10    # where multicast does not arrive\n",
                            under},
                           [options](const Settings& settings) { return discover(settings, *options); });
   app->add_option("--host", options->hosts, "ask this host for its description")->type_name("HOST");
-  app->add_option("--port", options->port, "of --host")->capture_default_str();
-  app->add_option("--address", options->addresses, "search on the interface with this address of ours")
+  app->add_option("--port", options->port, "UDP port of --host")->capture_default_str();
+  app->add_option("--address", options->addresses, "search from the interface of this machine with this address")
       ->type_name("ADDRESS");
-  app->add_flag("--nat", options->route_back, "answers shall come to where the question came from");
+  app->add_flag("--nat", options->route_back,
+                "servers answer to the address they received the request from (behind address translation)");
 }
 
 }  // namespace rubicon::cli::knx

@@ -30,10 +30,11 @@ Result<std::vector<GroupPoint>> read_record(const std::string& path) {
   const auto text = transport::read_text(disk, path, networks::knx::groups::kMaxListBytes);
   if (!text) return fail(text.error());
   if (text->find_first_not_of(" \t\r\n") == text->npos)
-    return fail(ErrorCode::kInvalid,
-                fmt::format("{} is empty, expected a record. A shell empties the file behind `>` before this program "
-                            "reads it: write with --output",
-                            path));
+    return fail(
+        ErrorCode::kInvalid,
+        fmt::format("{} is empty, expected a group file. A shell empties the file behind `>` before this program "
+                    "reads it: write with --output",
+                    path));
   const auto root = config::parse_yaml(*text, path);
   if (!root) return fail(root.error());
   base::ConfigErrors errors;
@@ -45,13 +46,13 @@ Result<std::vector<GroupPoint>> read_record(const std::string& path) {
   return points;
 }
 
-/// All of it or nothing: the file that was there before may be the record that was merged.
+/// Replaces the file at once and completely: it may be the file that was merged.
 Result<void> replace(const std::string& path, const std::string& text) {
   namespace fs = std::filesystem;
   std::error_code error;
   const auto there = fs::status(path, error);
   if (fs::exists(there) && !fs::is_regular_file(there))
-    return fail(ErrorCode::kIo, fmt::format("{}: is no file that can be replaced", path));
+    return fail(ErrorCode::kIo, fmt::format("{} cannot be replaced: it is not a regular file", path));
   const auto target = fs::exists(there) ? fs::canonical(path, error) : fs::path(path);
   const fs::path fresh = fmt::format("{}.{}.new", target.string(), ::getpid());
   std::ofstream file(fresh, std::ios::binary | std::ios::trunc);
@@ -61,7 +62,7 @@ Result<void> replace(const std::string& path, const std::string& text) {
   if (file && fs::exists(there)) fs::permissions(fresh, there.permissions(), error);
   if (file && !error) fs::rename(fresh, target, error);
   if (file && !error) return {};
-  const auto why = error ? error.message() : std::string("the folder is not there or not ours, or the disk is full");
+  const auto why = error ? error.message() : std::string("the folder is missing or not writable, or the disk is full");
   fs::remove(fresh, error);
   return fail(ErrorCode::kIo, fmt::format("{}: cannot be written: {}", path, why));
 }
@@ -77,7 +78,7 @@ int put(const ImportOptions& options, const std::string& text) {
   return written ? kGood : kFailed;
 }
 
-/// The record goes to standard output or its file, the report to standard error.
+/// Writes the group file to standard output or to --output, the report to standard error.
 int import(const ImportOptions& options) {
   networks::knx::groups::ImportOptions how;
   how.guess = !options.no_guess;
@@ -103,18 +104,18 @@ int import(const ImportOptions& options) {
 
 void add_import(Cli& cli, CLI::App* under) {
   const auto options = std::make_shared<ImportOptions>();
-  auto* app =
-      cli.command({"import", "Turn an ETS export of group addresses into configuration",
-                   "  rubicon knx import flat.csv > flat.yaml                # CSV, XML or ESF; the report: stderr\n"
-                   "  rubicon knx import new.csv --merge flat.yaml --output flat.yaml   # what flat.yaml says stays\n"
-                   "Never `--merge flat.yaml > flat.yaml`: the shell empties flat.yaml before it is read.\n",
-                   under},
-                  [options](const Settings&) { return import(*options); });
+  auto* app = cli.command(
+      {"import", "Convert an ETS export of group addresses to a group file (YAML)",
+       "  rubicon knx import flat.csv > flat.yaml                # CSV, XML or ESF; the report goes to stderr\n"
+       "  rubicon knx import new.csv --merge flat.yaml --output flat.yaml   # keeps what is in flat.yaml\n"
+       "Never `--merge flat.yaml > flat.yaml`: the shell empties flat.yaml before it is read.\n",
+       under},
+      [options](const Settings&) { return import(*options); });
   app->add_option("FILE", options->file, "export of ETS: CSV, XML or ESF")->required();
-  app->add_flag("--no-guess", options->no_guess, "do not guess by names which addresses belong together");
-  app->add_option("--output", options->output, "write the record here, in one step, instead of to standard output")
+  app->add_flag("--no-guess", options->no_guess, "do not infer from names which addresses belong together");
+  app->add_option("--output", options->output, "write the group file here instead of to standard output")
       ->type_name("FILE");
-  app->add_option("--merge", options->record, "a record written before: its ids stay")->type_name("FILE");
+  app->add_option("--merge", options->record, "a group file written before; its ids are kept")->type_name("FILE");
 }
 
 }  // namespace rubicon::cli::knx

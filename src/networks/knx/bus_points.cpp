@@ -32,23 +32,23 @@ BusPoints::BusPoints(network::NetworkHost& host, GroupReads::Options reads, Warn
       warn_(std::move(warn)),
       reads_(host.scheduler(), reads, [this](wire::GroupAddress address) { no_answer(address); }) {}
 
-void BusPoints::take(PointTable table) {
+void BusPoints::set_table(PointTable table) {
   PointTable before = std::exchange(table_, std::move(table));
   periodic_.clear();
   for (auto& point : table_.points()) {
     const auto* known = before.find(point.address, point.id);
     if (!known || known->source() != point.source()) continue;
-    point.wanted = known->wanted;
-    point.heard_at = known->heard_at;
+    point.subscribed = known->subscribed;
+    point.updated_at = known->updated_at;
   }
-  reads_.keep([this](wire::GroupAddress address) { return !table_.heard_on(address).empty(); });
+  reads_.keep([this](wire::GroupAddress address) { return !table_.listeners_of(address).empty(); });
   std::erase_if(commanded_, [this](const auto& one) { return !table_.find(one.first.first, one.first.second); });
   if (!begun_) return;
   for (const auto& [device, content] : before.devices()) {
     if (!table_.devices().contains(device)) host_.deliver(device, model::Leave{"removed from the configuration"});
   }
   for (const auto& [device, content] : table_.devices()) join(device);
-  if (line_ != nullptr) ask_marked();
+  if (line_ != nullptr) read_all();
 }
 
 /// Devices join before any contact, so that their keys exist before the first telegram.
@@ -63,9 +63,9 @@ void BusPoints::join(const std::string& device) {
 
 void BusPoints::line_up(line::Line& line) {
   line_ = &line;
-  for (auto& point : table_.points()) point.heard_at = {};
+  for (auto& point : table_.points()) point.updated_at = {};
   reads_.use(&line);
-  ask_marked();
+  read_all();
 }
 
 void BusPoints::line_down() {
@@ -74,47 +74,43 @@ void BusPoints::line_down() {
   periodic_.clear();
 }
 
-void BusPoints::ask_marked() {
+void BusPoints::read_all() {
   using When = groups::ReadRule::When;
   for (std::size_t i = 0; i < table_.points().size(); ++i) {
     const auto& point = table_.points()[i];
     if (!point.readable() || point.group.read.when == When::kNever) continue;
-    const bool marked = point.group.read.when != When::kDemand;
-    if ((point.wanted || marked) && point.heard_at == SteadyTime{})
-      ask(point, point.wanted ? GroupReads::Rank::kAgain : GroupReads::Rank::kMarked);
-    if (point.group.read.when == When::kEvery || point.group.read.when == When::kExpire) plan(i);
+    const bool configured = point.group.read.when != When::kDemand;
+    if ((point.subscribed || configured) && point.updated_at == SteadyTime{})
+      read(point, point.subscribed ? GroupReads::Rank::kReconnected : GroupReads::Rank::kConfigured);
+    if (point.group.read.when == When::kEvery || point.group.read.when == When::kExpire) start_period(i);
   }
 }
 
-void BusPoints::plan(std::size_t index) {
+void BusPoints::start_period(std::size_t index) {
   const auto period = table_.points()[index].group.read.period;
-  periodic_[index] = host_.scheduler().after(period, [this, index] { due(index); });
+  periodic_[index] = host_.scheduler().after(period, [this, index] { period_ended(index); });
 }
 
 /// `expire` reads only after silence, `every` only if there is a subscriber.
-void BusPoints::due(std::size_t index) {
+void BusPoints::period_ended(std::size_t index) {
   const auto& point = table_.points()[index];
   const auto& rule = point.group.read;
   const auto now = host_.scheduler().now();
-  if (rule.when == groups::ReadRule::When::kExpire && point.heard_at != SteadyTime{} &&
-      point.heard_at + rule.period > now) {
-    periodic_[index] = host_.scheduler().at(point.heard_at + rule.period, [this, index] { due(index); });
+  if (rule.when == groups::ReadRule::When::kExpire && point.updated_at != SteadyTime{} &&
+      point.updated_at + rule.period > now) {
+    periodic_[index] = host_.scheduler().at(point.updated_at + rule.period, [this, index] { period_ended(index); });
     return;
   }
-  if (rule.when == groups::ReadRule::When::kExpire || point.wanted) ask(point, GroupReads::Rank::kMarked);
-  plan(index);
-}
-
-bool BusPoints::heard(const wire::Telegram& telegram) {
-  return receive(telegram, nullptr);
+  if (rule.when == groups::ReadRule::When::kExpire || point.subscribed) read(point, GroupReads::Rank::kConfigured);
+  start_period(index);
 }
 
 bool BusPoints::receive(const wire::Telegram& telegram, const BoundPoint* commanded) {
-  if (!table_.knows(telegram.destination)) return false;
+  if (!table_.contains(telegram.destination)) return false;
   if (telegram.service == wire::Service::kRead) return true;
-  reads_.heard(telegram.destination);
-  for (const auto& hearing : table_.heard_on(telegram.destination)) {
-    auto& point = table_.points()[hearing.point];
+  reads_.received(telegram.destination);
+  for (const auto& listener : table_.listeners_of(telegram.destination)) {
+    auto& point = table_.points()[listener.point];
     if (&point != commanded) update(point, telegram.payload);
   }
   return true;
@@ -125,7 +121,7 @@ void BusPoints::update(BoundPoint& point, wire::PayloadView payload) {
   std::string why;
   ++counters_.readings;
   if (value) {
-    point.heard_at = host_.scheduler().now();
+    point.updated_at = host_.scheduler().now();
     const auto commanded = commanded_.find({point.address, point.id});
     if (commanded != commanded_.end()) {
       const auto& bytes = commanded->second.payload.bytes;
@@ -146,7 +142,7 @@ void BusPoints::update(BoundPoint& point, wire::PayloadView payload) {
 
 /// Older values are read again for a new subscriber.
 bool BusPoints::is_fresh(const BoundPoint& point) const {
-  return point.heard_at != SteadyTime{} && point.heard_at + kFresh > host_.scheduler().now();
+  return point.updated_at != SteadyTime{} && point.updated_at + kFresh > host_.scheduler().now();
 }
 
 Result<void> BusPoints::sample(const std::string& device, const model::Sample& request) {
@@ -156,9 +152,9 @@ Result<void> BusPoints::sample(const std::string& device, const model::Sample& r
   for (const auto index : found->second.points) {
     auto& point = table_.points()[index];
     const bool before = std::exchange(
-        point.wanted, std::find(request.points.begin(), request.points.end(), point.id) != request.points.end());
-    const bool may_ask = point.readable() && point.group.read.when != groups::ReadRule::When::kNever;
-    if (point.wanted && !before && may_ask && !is_fresh(point)) ask(point, GroupReads::Rank::kWanted);
+        point.subscribed, std::find(request.points.begin(), request.points.end(), point.id) != request.points.end());
+    const bool may_read = point.readable() && point.group.read.when != groups::ReadRule::When::kNever;
+    if (point.subscribed && !before && may_read && !is_fresh(point)) read(point, GroupReads::Rank::kSubscribed);
   }
   host_.deliver(device, model::Acknowledge{request.request, model::Outcome::kSent, {}});
   return {};
@@ -212,7 +208,7 @@ void BusPoints::verify(const std::string& device, const model::Actuate& command)
   if (!point->group.state || point->group.read.when == groups::ReadRule::When::kNever)
     return void(commanded_.erase(commanded));
   commanded->second.verify = host_.scheduler().after(kReportTime, [this, key = commanded->first] {
-    if (const auto* silent = table_.find(key.first, key.second)) ask(*silent, GroupReads::Rank::kVerify);
+    if (const auto* silent = table_.find(key.first, key.second)) read(*silent, GroupReads::Rank::kVerify);
   });
 }
 

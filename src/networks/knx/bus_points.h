@@ -25,13 +25,13 @@ class BusPoints {
   BusPoints(network::NetworkHost& host, GroupReads::Options reads, Warn warn);
 
   /// Replaces the points; those that stay keep their state. After begin() it delivers joins and leaves.
-  void take(PointTable table);
+  void set_table(PointTable table);
   void begin();
   /// Reads all points again that are subscribed to or configured to be read.
   void line_up(line::Line& line);
   void line_down();
   /// A response or write from the bus, or a write of ours that the bus confirmed. False if no point has the address.
-  bool heard(const wire::Telegram& telegram);
+  bool receive(const wire::Telegram& telegram) { return receive(telegram, nullptr); }
   Result<void> actuate(const std::string& device, const model::Actuate& command);
   Result<void> sample(const std::string& device, const model::Sample& request);
 
@@ -44,10 +44,10 @@ class BusPoints {
   /// `commanded` is not updated: the telegram was a command to it and not its report.
   bool receive(const wire::Telegram& telegram, const BoundPoint* commanded);
   void update(BoundPoint& point, wire::PayloadView payload);
-  void ask(const BoundPoint& point, GroupReads::Rank rank) { reads_.ask(point.source(), rank); }
-  void ask_marked();
-  void plan(std::size_t index);
-  void due(std::size_t index);
+  void read(const BoundPoint& point, GroupReads::Rank rank) { reads_.add(point.source(), rank); }
+  void read_all();
+  void start_period(std::size_t index);
+  void period_ended(std::size_t index);
   void sent(const std::string& device, const model::Actuate& command, line::SendOutcome outcome, std::string_view why);
   void verify(const std::string& device, const model::Actuate& command);
   bool is_fresh(const BoundPoint& point) const;

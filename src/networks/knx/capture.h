@@ -9,26 +9,26 @@
 
 namespace rubicon::networks::knx {
 
-/// The frames of the last minutes, as they stood on the wire, bounded in time and memory.
+/// The cEMI frames that were received and sent last, bounded in age and memory.
 class Capture {
  public:
   struct Frame {
-    std::uint64_t number = 0;  ///< counts up from 1
+    std::uint64_t number = 0;  ///< consecutive, from 1
     WallTime time{};
     bool outgoing = false;
     Bytes cemi;
   };
   struct Limits {
     Duration age = std::chrono::minutes(10);
-    std::size_t bytes = 1UL << 20;
+    std::size_t bytes = 1UL << 20;  ///< of frames, with what their storage takes
   };
 
   explicit Capture(Limits limits) : limits_(limits) {}
 
   void add(ByteView cemi, bool outgoing, WallTime now);
   const std::deque<Frame>& frames() const { return frames_; }
-  /// Other bounds from the next frame on.
-  void limit(Limits limits) { limits_ = limits; }
+  /// The next added frame applies them.
+  void set_limits(Limits limits) { limits_ = limits; }
 
  private:
   Limits limits_;
@@ -37,10 +37,10 @@ class Capture {
   std::deque<Frame> frames_;
 };
 
-/// The head of a pcap file of raw IPv4 packets (LINKTYPE_RAW 101).
-Bytes pcap_head();
-/// One frame as a pcap record: a ROUTING_INDICATION to 224.0.23.12:3671, which every analyser of KNXnet/IP reads; ours
-/// come from 127.0.0.1, others from 127.0.0.2. The packets never were on a network.
+/// The header of a pcap file of raw IPv4 packets (LINKTYPE_RAW 101).
+Bytes pcap_file_header();
+/// A frame as a pcap record. The packet is made up, for analysers of KNXnet/IP: a ROUTING_INDICATION to
+/// 224.0.23.12:3671, from 127.0.0.1 for frames that were sent and from 127.0.0.2 for received ones.
 Bytes pcap_record(const Capture::Frame& frame);
 
 }  // namespace rubicon::networks::knx

@@ -10,10 +10,10 @@ namespace rubicon::networks::knx {
 
 namespace {
 
-/// What could not be written is tried again after this time.
-constexpr Duration kRetry = std::chrono::seconds(10);
+/// Pause before a telegram that did not reach the bus is sent again.
+constexpr Duration kRetryPause = std::chrono::seconds(10);
 
-/// Of the `.status` beside a value: whether there is a value to show at all.
+/// Whether a value with this `.status` beside it may be entry to the bus.
 bool is_usable(std::string_view status) {
   const auto quality = model::point_status_from_json(status).quality;
   return quality.empty() || quality == "good" || quality == "assumed";
@@ -21,45 +21,45 @@ bool is_usable(std::string_view status) {
 
 }  // namespace
 
-Exposures::Exposures(network::NetworkHost& host, const TypeCatalogue& types, Out out, Unfit unfit)
-    : host_(host), types_(types), out_(std::move(out)), unfit_(std::move(unfit)) {}
+Exposures::Exposures(network::NetworkHost& host, const TypeCatalogue& types, Send send, OnError on_error)
+    : host_(host), types_(types), send_(std::move(send)), on_error_(std::move(on_error)) {}
 
-void Exposures::take(std::vector<Exposure> wanted) {
-  auto before = std::exchange(shown_, {});
-  for (auto& what : wanted) {
+void Exposures::set(std::vector<Exposure> exposures) {
+  auto before = std::exchange(entries_, {});
+  for (auto& exposure : exposures) {
     const auto same =
-        std::find_if(before.begin(), before.end(), [&](const auto& one) { return one && one->what == what; });
+        std::find_if(before.begin(), before.end(), [&](const auto& old) { return old && old->exposure == exposure; });
     if (same != before.end()) {
-      shown_.push_back(std::move(*same));
+      entries_.push_back(std::move(*same));
     } else {
-      follow(shown_.emplace_back(std::make_shared<Shown>()), std::move(what));
+      watch(entries_.emplace_back(std::make_shared<Entry>()), std::move(exposure));
     }
   }
 }
 
-/// A value that is bad, stale or gone is none: a controller on the bus must not go by it.
-void Exposures::follow(const std::shared_ptr<Shown>& shown, Exposure what) {
-  shown->what = std::move(what);
-  auto& one = *shown;
-  if (model::last_part(one.what.tuple) == "value") {
-    const model::PointKey point{std::string(model::parent_key(one.what.tuple))};
-    if (auto followed = host_.watch_tuple(point.status(), [this, &one](std::string_view text) {
-          one.usable = is_usable(text);
-          changed(one);
+/// The `.status` is watched too: a controller on the bus must not act on a value that is bad, stale or gone.
+void Exposures::watch(const std::shared_ptr<Entry>& added, Exposure exposure) {
+  auto& entry = *added;
+  entry.exposure = std::move(exposure);
+  if (model::last_part(entry.exposure.tuple) == "value") {
+    const model::PointKey point{std::string(model::parent_key(entry.exposure.tuple))};
+    if (auto watched = host_.watch_tuple(point.status(), [this, &entry](std::string_view text) {
+          entry.usable = is_usable(text);
+          update(entry);
         }))
-      one.status = std::move(*followed);
+      entry.status = std::move(*watched);
   }
-  auto followed = host_.watch_tuple(one.what.tuple, [this, &one](std::string_view text) {
-    one.text = text;
-    changed(one);
+  auto watched = host_.watch_tuple(entry.exposure.tuple, [this, &entry](std::string_view text) {
+    entry.text = text;
+    update(entry);
   });
-  if (!followed) return unfit_(one.what, followed.error());
-  one.value = std::move(*followed);
+  if (!watched) return on_error_(entry.exposure, watched.error());
+  entry.value = std::move(*watched);
 }
 
-/// Values are text in the catalogue's unit and words.
-Result<wire::Payload> Exposures::payload_of(const Exposure& what, std::string_view text) const {
-  const auto* dpt = dpt::find_dpt(what.dpt);
+/// `text` is in the unit and words of the type catalogue.
+Result<wire::Payload> Exposures::payload_of(const Exposure& exposure, std::string_view text) const {
+  const auto* dpt = dpt::find_dpt(exposure.dpt);
   const auto* type = types_.find(dpt->sensor);
   const auto value = type ? TypeCatalogue::parse(*type, text) : Result<Value>(fail(ErrorCode::kInvalid, "no type"));
   if (!value) return dpt::encode_text(*dpt, text);
@@ -67,89 +67,91 @@ Result<wire::Payload> Exposures::payload_of(const Exposure& what, std::string_vi
   return converted ? encode(*dpt, *converted) : fail(converted.error());
 }
 
-void Exposures::changed(Shown& shown) {
-  if (shown.text.empty() || !shown.usable) return nothing(shown);
-  auto payload = payload_of(shown.what, shown.text);
+void Exposures::update(Entry& entry) {
+  if (entry.text.empty() || !entry.usable) return clear(entry);
+  auto payload = payload_of(entry.exposure, entry.text);
   if (!payload) {
-    unfit_(shown.what, payload.error());
-    return nothing(shown);
+    on_error_(entry.exposure, payload.error());
+    return clear(entry);
   }
-  const bool first = !shown.payload;
-  if (shown.payload == *payload) return;
-  shown.payload = std::move(*payload);
-  if (up_ && shown.what.on_change) {
-    write_change(shown);
-  } else if (up_ && first && shown.what.every) {
-    write(shown);
+  const bool first = !entry.payload;
+  if (entry.payload == *payload) return;
+  entry.payload = std::move(*payload);
+  if (up_ && entry.exposure.on_change) {
+    write_change(entry);
+  } else if (up_ && first && entry.exposure.every) {
+    write(entry);
   }
 }
 
-void Exposures::nothing(Shown& shown) {
-  shown.payload.reset();
-  shown.again.cancel();
-  shown.retry.cancel();
-  shown.waits = false;
+void Exposures::clear(Entry& entry) {
+  entry.payload.reset();
+  entry.cyclic.cancel();
+  entry.retry.cancel();
+  entry.change_waits = false;
 }
 
-/// A sensor may speak much faster than a line of the bus has room for.
-void Exposures::write_change(Shown& shown) {
-  shown.waits = shown.pause.pending();
-  if (!shown.waits) write(shown);
+/// At most one change per pause: a sensor may report faster than the bus can carry.
+void Exposures::write_change(Entry& entry) {
+  entry.change_waits = entry.pause.pending();
+  if (!entry.change_waits) write(entry);
 }
 
-/// Whatever the occasion, it is the newest value that goes out: none waits after it.
-void Exposures::write(Shown& shown) {
-  shown.waits = false;
-  rest(shown);
+/// Sends the newest value, so no change waits after it.
+void Exposures::write(Entry& entry) {
+  entry.change_waits = false;
+  start_pause(entry);
   wire::Telegram telegram;
-  telegram.destination = shown.what.address;
-  telegram.payload = *shown.payload;
-  const auto self = std::find_if(shown_.begin(), shown_.end(), [&](const auto& one) { return one.get() == &shown; });
-  out_(std::move(telegram), [this, weak = std::weak_ptr<Shown>(*self)](bool sent) {
+  telegram.destination = entry.exposure.address;
+  telegram.payload = *entry.payload;
+  const auto self =
+      std::find_if(entries_.begin(), entries_.end(), [&](const auto& one) { return one.get() == &entry; });
+  send_(std::move(telegram), [this, weak = std::weak_ptr<Entry>(*self)](bool sent) {
     if (const auto one = weak.lock(); one && !sent) retry(*one);
   });
-  if (!shown.what.every) return;
-  shown.again = host_.scheduler().after(*shown.what.every, [this, &shown] {
-    if (up_ && shown.payload) write(shown);
+  if (!entry.exposure.every) return;
+  entry.cyclic = host_.scheduler().after(*entry.exposure.every, [this, &entry] {
+    if (up_ && entry.payload) write(entry);
   });
 }
 
-void Exposures::rest(Shown& shown) {
-  if (!shown.what.on_change || shown.what.pause == Duration::zero()) return;
-  shown.pause = host_.scheduler().after(shown.what.pause, [this, &shown] {
-    if (shown.waits && up_ && shown.payload) write(shown);
+void Exposures::start_pause(Entry& entry) {
+  if (!entry.exposure.on_change || entry.exposure.pause == Duration::zero()) return;
+  entry.pause = host_.scheduler().after(entry.exposure.pause, [this, &entry] {
+    if (entry.change_waits && up_ && entry.payload) write(entry);
   });
 }
 
-void Exposures::retry(Shown& shown) {
-  shown.retry = host_.scheduler().after(kRetry, [this, &shown] {
-    if (up_ && shown.payload) write(shown);
+void Exposures::retry(Entry& entry) {
+  entry.retry = host_.scheduler().after(kRetryPause, [this, &entry] {
+    if (up_ && entry.payload) write(entry);
   });
 }
 
 void Exposures::line_up() {
   if (std::exchange(up_, true)) return;
-  for (const auto& shown : shown_) {
-    if (shown->payload && (shown->what.on_change || shown->what.every)) write(*shown);
+  for (const auto& entry : entries_) {
+    if (entry->payload && (entry->exposure.on_change || entry->exposure.every)) write(*entry);
   }
 }
 
-bool Exposures::asked(const wire::Telegram& question) {
-  const auto found = std::find_if(shown_.begin(), shown_.end(),
-                                  [&](const auto& one) { return one->what.address == question.destination; });
-  if (found == shown_.end()) return false;
+bool Exposures::answer(const wire::Telegram& read) {
+  const auto found = std::find_if(entries_.begin(), entries_.end(),
+                                  [&](const auto& entry) { return entry->exposure.address == read.destination; });
+  if (found == entries_.end()) return false;
   if (!(*found)->payload) return true;
-  wire::Telegram answer;
-  answer.service = wire::Service::kResponse;
-  answer.destination = question.destination;
-  answer.payload = *(*found)->payload;
-  answer.priority = question.priority;
-  out_(std::move(answer), [](bool) {});
+  wire::Telegram response;
+  response.service = wire::Service::kResponse;
+  response.destination = read.destination;
+  response.payload = *(*found)->payload;
+  response.priority = read.priority;
+  send_(std::move(response), [](bool) {});
   return true;
 }
 
-bool Exposures::shows(wire::GroupAddress address) const {
-  return std::any_of(shown_.begin(), shown_.end(), [&](const auto& one) { return one->what.address == address; });
+bool Exposures::contains(wire::GroupAddress address) const {
+  return std::any_of(entries_.begin(), entries_.end(),
+                     [&](const auto& entry) { return entry->exposure.address == address; });
 }
 
 }  // namespace rubicon::networks::knx

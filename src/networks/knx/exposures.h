@@ -12,66 +12,66 @@
 
 namespace rubicon::networks::knx {
 
-/// A tuple that the bus can read and is told of.
+/// A tuple that the bus can read and whose changes are written to the bus.
 struct Exposure {
   wire::GroupAddress address{};
   dpt::DptId dpt;
-  std::string tuple;                         ///< key of one of this island's, or `ID:key`
-  bool on_change = true;                     ///< written when the value changes
-  Duration pause = std::chrono::seconds(5);  ///< from one change to the next that is written; the last one always is
-  std::optional<Duration> every;             ///< written again after so long
+  std::string tuple;                         ///< a key of this island, or `ID:key` of another one
+  bool on_change = true;                     ///< the value is written when it changes
+  Duration pause = std::chrono::seconds(5);  ///< least time from one write to the next changed value
+  std::optional<Duration> every;             ///< the value is also written this often
 
   friend bool operator==(const Exposure&, const Exposure&) = default;
 };
 
-/// Keeps the values of exposed tuples and says what has to go out. The host must outlive it.
+/// Keeps the values of exposed tuples, writes them to the bus and answers reads. The host must outlive it.
 class Exposures {
  public:
-  /// Hands a telegram over for the bus; `done` is told whether the bus has it.
-  using Out = std::function<void(wire::Telegram, std::function<void(bool sent)> done)>;
-  /// A tuple's value cannot be shown as that type.
-  using Unfit = std::function<void(const Exposure&, const Error&)>;
+  /// Sends a telegram to the bus; calls `done` with whether it reached the bus.
+  using Send = std::function<void(wire::Telegram, std::function<void(bool sent)> done)>;
+  /// Called when a tuple cannot be watched, or its value cannot be encoded as the data point type.
+  using OnError = std::function<void(const Exposure&, const Error&)>;
 
-  Exposures(network::NetworkHost& host, const TypeCatalogue& types, Out out, Unfit unfit);
+  Exposures(network::NetworkHost& host, const TypeCatalogue& types, Send send, OnError on_error);
 
-  /// Follows these from now on and no others; what did not change goes on. Tuples that cannot be followed are told.
-  void take(std::vector<Exposure> wanted);
-  /// The line is up (again): what is known and written is written.
+  /// Replaces all exposures. Those that are equal to a present one keep their value and timers.
+  void set(std::vector<Exposure> exposures);
+  /// Writes the known values of all exposures that are written at all.
   void line_up();
   void line_down() { up_ = false; }
-  /// A GroupRead: answered when the value is known, in the priority of the question. False: not exposed.
-  bool asked(const wire::Telegram& question);
-  bool shows(wire::GroupAddress address) const;
+  /// Answers a GroupRead in its priority if the value is known. False: the address is not exposed.
+  bool answer(const wire::Telegram& read);
+  bool contains(wire::GroupAddress address) const;
 
-  std::size_t size() const { return shown_.size(); }
+  std::size_t size() const { return entries_.size(); }
 
  private:
-  struct Shown {
-    Exposure what;
-    std::string text;    ///< of the tuple; empty = nothing is known
-    bool usable = true;  ///< by the status beside it, where there is one
-    std::optional<wire::Payload> payload;
+  struct Entry {
+    Exposure exposure;
+    std::string text;                      ///< of the tuple; empty = unknown
+    bool usable = true;                    ///< by the `.status` beside the value, where there is one
+    std::optional<wire::Payload> payload;  ///< nullopt: there is no value to show
     network::TupleWatch value, status;
-    Timer again;  ///< cyclic
-    Timer pause;  ///< pending: changes wait
+    Timer cyclic;  ///< the next write by `every`
+    Timer pause;   ///< while pending, changes wait
     Timer retry;
-    bool waits = false;
+    bool change_waits = false;
   };
-  void follow(const std::shared_ptr<Shown>& shown, Exposure what);
-  void changed(Shown& shown);
-  void nothing(Shown& shown);
-  void write(Shown& shown);
-  void write_change(Shown& shown);
-  void rest(Shown& shown);
-  void retry(Shown& shown);
-  Result<wire::Payload> payload_of(const Exposure& what, std::string_view text) const;
+  void watch(const std::shared_ptr<Entry>& added, Exposure exposure);
+  void update(Entry& entry);
+  void clear(Entry& entry);
+  void write(Entry& entry);
+  void write_change(Entry& entry);
+  void start_pause(Entry& entry);
+  void retry(Entry& entry);
+  Result<wire::Payload> payload_of(const Exposure& exposure, std::string_view text) const;
 
   network::NetworkHost& host_;
   const TypeCatalogue& types_;
-  Out out_;
-  Unfit unfit_;
+  Send send_;
+  OnError on_error_;
   bool up_ = false;
-  std::vector<std::shared_ptr<Shown>> shown_;
+  std::vector<std::shared_ptr<Entry>> entries_;
 };
 
 }  // namespace rubicon::networks::knx

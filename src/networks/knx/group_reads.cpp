@@ -27,7 +27,7 @@ void GroupReads::use(line::Line* line) {
   fill();
 }
 
-void GroupReads::ask(wire::GroupAddress address, Rank rank) {
+void GroupReads::add(wire::GroupAddress address, Rank rank) {
   if (open_.contains(address)) return;
   const auto [waiting, fresh] = ranks_.emplace(address, rank);
   if (!fresh && waiting->second <= rank) return;
@@ -36,7 +36,7 @@ void GroupReads::ask(wire::GroupAddress address, Rank rank) {
   fill();
 }
 
-void GroupReads::heard(wire::GroupAddress address) {
+void GroupReads::received(wire::GroupAddress address) {
   ranks_.erase(address);
   const auto found = open_.find(address);
   if (found == open_.end()) return;
@@ -72,7 +72,7 @@ void GroupReads::fill() {
 }
 
 void GroupReads::put(wire::GroupAddress address) {
-  ++asked_;
+  ++sent_;
   auto& read = open_[address];
   ++read.attempts;
   read.queued = true;

@@ -17,7 +17,7 @@ class GroupReads {
  public:
   /// Why a value is read. Each rank has its own bound of open reads, so that unanswered reads of one do not delay
   /// another.
-  enum class Rank : std::uint8_t { kVerify, kWanted, kAgain, kMarked };
+  enum class Rank : std::uint8_t { kVerify, kSubscribed, kReconnected, kConfigured };
   static constexpr std::size_t kRanks = 4;
 
   struct Options {
@@ -31,19 +31,19 @@ class GroupReads {
   /// Sends reads over this line; nullptr: they wait.
   void use(line::Line* line);
   /// Several requests for an address before its answer become one read, in the best rank requested.
-  void ask(wire::GroupAddress address, Rank rank);
-  /// A response or write was heard.
-  void heard(wire::GroupAddress address);
+  void add(wire::GroupAddress address, Rank rank);
+  /// A response or write was received.
+  void received(wire::GroupAddress address);
   /// Drops the reads of all other addresses.
   void keep(const std::function<bool(wire::GroupAddress)>& wanted);
 
   std::size_t waiting() const { return ranks_.size() + open_.size(); }
-  std::uint64_t asked() const { return asked_; }
+  std::uint64_t sent_count() const { return sent_; }
   std::uint64_t unanswered() const { return unanswered_; }
 
  private:
   struct OpenRead {
-    Rank rank = Rank::kMarked;
+    Rank rank = Rank::kConfigured;
     unsigned attempts = 0;
     bool queued = false;  ///< the line has not sent it yet
     Timer timeout;
@@ -62,7 +62,7 @@ class GroupReads {
   std::map<wire::GroupAddress, Rank> ranks_;  ///< of those that wait
   std::map<wire::GroupAddress, OpenRead> open_;
   std::array<std::size_t, kRanks> open_count_{};
-  std::uint64_t asked_ = 0, unanswered_ = 0;
+  std::uint64_t sent_ = 0, unanswered_ = 0;
   base::Lifetime lifetime_;
 };
 

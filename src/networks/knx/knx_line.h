@@ -9,14 +9,14 @@ namespace rubicon::networks::knx {
 
 enum class Via : std::uint8_t { kTunnel, kTunnelTcp, kRouting };
 
-/// The way to the bus that the configuration names; only the part that `via` means counts.
+/// The configured connection to the bus. `via` selects which of the two parts is used.
 struct LineOptions {
   Via via = Via::kTunnel;
   line::TunnelOptions tunnel;
   line::RoutingOptions routing;
 };
 
-/// Whether a line with the one is as good as one with the other.
+/// True if a line that was made with one of them need not be replaced for the other.
 bool same_line(const LineOptions& one, const LineOptions& other);
 
 std::unique_ptr<line::Line> make_line(const LineOptions& options, Scheduler& scheduler,

@@ -7,6 +7,7 @@
 #include <tuple>
 #include <utility>
 
+#include "network/state_reporter.h"
 #include "networks/knx/bus_points.h"
 #include "networks/knx/knx_options.h"
 #include "networks/knx/knx_sample.h"
@@ -22,11 +23,11 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr Duration kCountersEvery = 1s;
-/// Two equal frames within this time are one telegram, repeated on the bus (knx.md, section 8).
-constexpr Duration kRepetition = 200ms;
+/// A frame that is marked as repeated and equals another one of the last 200 ms is the same telegram (knx.md,
+/// section 8).
+constexpr Duration kRepetitionTime = 200ms;
 constexpr std::size_t kMaxRecent = 16;
-/// Of telegrams for exposed tuples: after a reconnect hundreds may wait.
+/// Lifetime of telegrams for exposed tuples: after a reconnect hundreds may wait.
 constexpr Duration kExposedLifetime = 10min;
 
 class KnxNetwork final : public network::Network {
@@ -43,14 +44,15 @@ class KnxNetwork final : public network::Network {
             [this](wire::Telegram telegram, std::function<void(bool)> done) {
               send_exposed(std::move(telegram), std::move(done));
             },
-            [this](const Exposure& what, const Error& error) {
-              warn("expose " + what.tuple,
-                   fmt::format("{} as {}: {}", what.tuple, to_string(what.address), error.text));
+            [this](const Exposure& exposure, const Error& error) {
+              warn("expose " + exposure.tuple,
+                   fmt::format("{} as {}: {}", exposure.tuple, to_string(exposure.address), error.text));
             }),
         tools_(
             host, capture_, [this](wire::GroupAddress address) { return meaning(address); },
-            [this](const wire::Telegram& telegram) { points_.heard(telegram); }) {
-    points_.take(PointTable(options_.points, types_));
+            [this](const wire::Telegram& telegram) { points_.receive(telegram); }),
+        reporter_(host, [this] { return state(); }) {
+    points_.set_table(PointTable(options_.points, types_));
     options_.points = {};  // the table has them
     make_line();
   }
@@ -64,15 +66,15 @@ class KnxNetwork final : public network::Network {
  private:
   void make_line();
   void line_changed(const line::LineState& state);
-  void lost(Error why);
-  void down();
+  void line_lost(Error why);
+  void line_down();
   void received(const wire::Telegram& telegram);
-  bool repetition(const wire::Telegram& telegram);
+  bool is_repetition(const wire::Telegram& telegram);
   void send_exposed(wire::Telegram telegram, std::function<void(bool sent)> done);
   ToolRequests::Meaning meaning(wire::GroupAddress address) const;
   void warn(const std::string& subject, std::string_view text);
-  void report();
-  void report_later();
+  void warn_of_duplicate_address(const model::State& state);
+  std::optional<model::State> state();
 
   KnxOptions options_;
   network::NetworkHost& host_;
@@ -82,22 +84,22 @@ class KnxNetwork final : public network::Network {
   BusPoints points_;
   Exposures exposures_;
   ToolRequests tools_;
-  Unassigned unassigned_;
+  network::StateReporter reporter_;
+  UnassignedAddresses unassigned_;
   std::deque<std::pair<SteadyTime, wire::Telegram>> recent_;
   std::uint64_t repetitions_ = 0;
   bool opened_ = false, up_ = false, warned_duplicate_address_ = false;
-  Timer counters_;
   std::unique_ptr<line::Line> line_;  ///< last: destroyed first, because its callbacks use all others
 };
 
 void KnxNetwork::make_line() {
   line::LineCallbacks calls;
   calls.changed = [this](const line::LineState& state) { line_changed(state); };
-  calls.failed = [this](Error why) { lost(std::move(why)); };
+  calls.failed = [this](Error why) { line_lost(std::move(why)); };
   calls.received = [this](const wire::Telegram& telegram) { received(telegram); };
-  calls.settled = [this] { report_later(); };
+  calls.settled = [this] { reporter_.counters_changed(); };
   calls.frame = [this](ByteView cemi, bool outgoing) {
-    if (outgoing) report_later();
+    if (outgoing) reporter_.counters_changed();
     capture_.add(cemi, outgoing, host_.scheduler().wall_now());
     if (!outgoing || !tools_.monitored()) return;
     if (const auto telegram = wire::read_telegram(cemi)) tools_.seen(*telegram, true);
@@ -110,9 +112,10 @@ Result<void> KnxNetwork::open() {
   if (!std::exchange(opened_, true)) {
     if (!options_.report.empty()) host_.log().info(options_.report);
     if (points_.table().points().empty())
-      host_.log().info("no group addresses are configured: received ones are listed in the property unassigned");
+      host_.log().info(
+          "no group addresses are configured: the property unassigned lists the addresses of received telegrams");
     points_.begin();
-    exposures_.take(options_.exposures);
+    exposures_.set(options_.exposures);
   }
   return line_->open();
 }
@@ -127,8 +130,8 @@ std::optional<std::vector<network::ListedDevice>> KnxNetwork::listed() const {
 std::vector<network::Missing> KnxNetwork::missing() const {
   const auto& wanted = options_.line.routing.interface_address;
   const auto all = transport::ipv4_interfaces();
-  const auto ours = [&wanted](const auto& one) { return one.address == wanted; };
-  if (wanted.empty() || std::any_of(all.begin(), all.end(), ours)) return {};
+  const auto is_wanted = [&wanted](const auto& interface) { return interface.address == wanted; };
+  if (wanted.empty() || std::any_of(all.begin(), all.end(), is_wanted)) return {};
   return {{"interface", fmt::format("no interface of this host has the address {}", wanted)}};
 }
 
@@ -138,26 +141,26 @@ void KnxNetwork::line_changed(const line::LineState& state) {
     points_.line_up(*line_);
     exposures_.line_up();
   } else if (state.phase != line::LineState::Phase::kUp) {
-    down();
+    line_down();
   }
-  report();
+  reporter_.line_changed();
 }
 
-void KnxNetwork::lost(Error why) {
-  down();
+void KnxNetwork::line_lost(Error why) {
+  line_down();
   host_.failed(std::move(why));
 }
 
-void KnxNetwork::down() {
+void KnxNetwork::line_down() {
   if (!std::exchange(up_, false)) return;
   tools_.use(nullptr);
   points_.line_down();
   exposures_.line_down();
 }
 
-bool KnxNetwork::repetition(const wire::Telegram& telegram) {
+bool KnxNetwork::is_repetition(const wire::Telegram& telegram) {
   const auto now = host_.scheduler().now();
-  while (!recent_.empty() && (recent_.size() > kMaxRecent || recent_.front().first + kRepetition < now))
+  while (!recent_.empty() && (recent_.size() > kMaxRecent || recent_.front().first + kRepetitionTime < now))
     recent_.pop_front();
   if (telegram.repeated) {
     for (const auto& [when, one] : recent_) {
@@ -171,12 +174,12 @@ bool KnxNetwork::repetition(const wire::Telegram& telegram) {
 }
 
 void KnxNetwork::received(const wire::Telegram& telegram) {
-  if (repetition(telegram)) return void(++repetitions_);
+  if (is_repetition(telegram)) return void(++repetitions_);
   tools_.seen(telegram, false);
-  const bool exposed =
-      telegram.service == wire::Service::kRead ? exposures_.asked(telegram) : exposures_.shows(telegram.destination);
-  if (!points_.heard(telegram) && !exposed) unassigned_.heard(telegram, host_.scheduler().wall_now());
-  report_later();
+  const bool exposed = telegram.service == wire::Service::kRead ? exposures_.answer(telegram)
+                                                                : exposures_.contains(telegram.destination);
+  if (!points_.receive(telegram) && !exposed) unassigned_.add(telegram, host_.scheduler().wall_now());
+  reporter_.counters_changed();
 }
 
 void KnxNetwork::send_exposed(wire::Telegram telegram, std::function<void(bool)> done) {
@@ -187,9 +190,9 @@ void KnxNetwork::send_exposed(wire::Telegram telegram, std::function<void(bool)>
 }
 
 ToolRequests::Meaning KnxNetwork::meaning(wire::GroupAddress address) const {
-  const auto heard_on = points_.table().heard_on(address);
-  if (!heard_on.empty()) {
-    const auto& point = points_.table().points()[heard_on.front().point];
+  const auto listeners = points_.table().listeners_of(address);
+  if (!listeners.empty()) {
+    const auto& point = points_.table().points()[listeners.front().point];
     return {point.group.name, point.dpt};
   }
   for (const auto& point : points_.table().points()) {
@@ -202,7 +205,7 @@ ToolRequests::Meaning KnxNetwork::meaning(wire::GroupAddress address) const {
 }
 
 Result<void> KnxNetwork::send(const model::Message& message) {
-  report_later();
+  reporter_.counters_changed();
   const auto& device = message.destination.device;
   if (device.empty()) return tools_.receive(message);
   if (!points_.table().devices().contains(device))
@@ -219,44 +222,46 @@ Result<void> KnxNetwork::change(const network::NetworkConfig& config) {
   if (!same_line(next.line, options_.line)) return fail(ErrorCode::kUnsupported, "the options of the line differ");
   PointTable table(std::exchange(next.points, {}), types_);
   options_ = std::move(next);
-  capture_.limit(options_.capture);
+  capture_.set_limits(options_.capture);
   if (!options_.report.empty()) host_.log().info(options_.report);
-  points_.take(std::move(table));
-  if (opened_) exposures_.take(options_.exposures);
-  unassigned_.forget([this](wire::GroupAddress one) { return points_.table().knows(one) || exposures_.shows(one); });
-  report_later();
+  points_.set_table(std::move(table));
+  if (opened_) exposures_.set(options_.exposures);
+  unassigned_.remove_if(
+      [this](wire::GroupAddress address) { return points_.table().contains(address) || exposures_.contains(address); });
+  reporter_.counters_changed();
   return {};
 }
 
 void KnxNetwork::warn(const std::string& subject, std::string_view text) {
-  report_later();
+  reporter_.counters_changed();
   log_.warning(subject, text);
 }
 
-void KnxNetwork::report_later() {
-  if (counters_.pending() || !opened_) return;
-  counters_ = host_.scheduler().after(kCountersEvery, [this] { report(); });
+void KnxNetwork::warn_of_duplicate_address(const model::State& state) {
+  const auto duplicate = state.counters.find("doubled-address");
+  if (duplicate == state.counters.end() || duplicate->second == 0) return;
+  if (std::exchange(warned_duplicate_address_, true)) return;
+  host_.log().warning(
+      fmt::format("{} is also the address of another device on the bus", to_string(line_->state().own)));
 }
 
-/// While the line is lost, the supervisor reports its state.
-void KnxNetwork::report() {
+/// None while the line is lost: the supervisor then reports.
+std::optional<model::State> KnxNetwork::state() {
   const auto& line = line_->state();
   using Phase = line::LineState::Phase;
-  if (line.phase == Phase::kOff) return;
+  if (!opened_ || line.phase == Phase::kOff) return std::nullopt;
   const bool refused = line.phase == Phase::kWaiting || line.phase == Phase::kRefused;
   model::State state{up_       ? model::LineState::kUp
                      : refused ? model::LineState::kRefused
                                : model::LineState::kConnecting,
                      line.reason, line_->counters()};
-  if (const auto duplicate = state.counters.find("doubled-address");
-      duplicate != state.counters.end() && duplicate->second > 0 && !std::exchange(warned_duplicate_address_, true))
-    host_.log().warning(fmt::format("{} is also the address of another device on the bus", to_string(line.own)));
+  warn_of_duplicate_address(state);
   const auto& points = points_.counters();
   state.counters.insert({{"readings", points.readings},
                          {"undecodable-values", points.bad_values},
                          {"commands", points.commands},
                          {"failed-commands", points.failed_commands},
-                         {"reads", points_.reads().asked()},
+                         {"reads", points_.reads().sent_count()},
                          {"unanswered-reads", points_.reads().unanswered()},
                          {"waiting-reads", points_.reads().waiting()},
                          {"bus-repetitions", repetitions_},
@@ -267,7 +272,7 @@ void KnxNetwork::report() {
                  {"server", line.server},
                  {"tunnel-address", number(line.own) == 0 ? std::string() : to_string(line.own)},
                  {"bus", line.bus ? "ok" : "silent"}};
-  host_.deliver("", std::move(state));
+  return state;
 }
 
 }  // namespace

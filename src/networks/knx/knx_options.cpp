@@ -4,9 +4,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <filesystem>
 #include <set>
 
+#include "base/text.h"
 #include "networks/knx/groups/group_file.h"
 #include "networks/knx/groups/import.h"
 #include "rubicon/key.hpp"
@@ -17,11 +17,11 @@ namespace rubicon::networks::knx {
 namespace {
 
 /// Groups of KNXnet/IP routing (knx.md, section 2): 224.0.23.12 to 239.255.255.255.
-constexpr std::uint32_t kLowestGroup = 0xe000170c, kHighestGroup = 0xefffffff;
+constexpr std::uint32_t kMinMulticast = 0xe000170c, kMaxMulticast = 0xefffffff;
 
-/// Reads a group or individual address under a key; reports what is wrong.
+/// The group or individual address under a key; nullopt if it is absent or, with an error, not an address.
 template <class Parse>
-auto address(ConfigReader& options, const std::string& key, Parse parse) {
+auto read_address(ConfigReader& options, const std::string& key, Parse parse) {
   std::optional<typename std::invoke_result_t<Parse, std::string_view>::value_type> found;
   const auto text = options.text(key, "");
   if (text.empty()) return found;
@@ -33,7 +33,7 @@ auto address(ConfigReader& options, const std::string& key, Parse parse) {
   return found;
 }
 
-line::Outbox::Limits limits(ConfigReader& options) {
+line::Outbox::Limits read_limits(ConfigReader& options) {
   line::Outbox::Limits limits;
   limits.rate = options.real("telegrams-per-second", limits.rate, 0, 1'000'000);
   limits.burst = static_cast<unsigned>(options.integer("burst", limits.burst, 1, 1000));
@@ -48,12 +48,12 @@ void read_tunnel(ConfigReader& options, line::TunnelOptions& out) {
   out.nat = nat == "auto"  ? line::TunnelOptions::Nat::kAuto
             : nat == "yes" ? line::TunnelOptions::Nat::kOn
                            : line::TunnelOptions::Nat::kOff;
-  out.wanted = address(options, "tunnel-address", wire::parse_individual);
-  out.limits = limits(options);
+  out.wanted = read_address(options, "tunnel-address", wire::parse_individual);
+  out.limits = read_limits(options);
 }
 
-/// A number of IPv4, or nothing.
-std::optional<std::uint32_t> ipv4(const std::string& text) {
+/// An IPv4 address in host byte order.
+std::optional<std::uint32_t> parse_ipv4(const std::string& text) {
   in_addr address{};
   if (::inet_pton(AF_INET, text.c_str(), &address) != 1) return {};
   return ntohl(address.s_addr);
@@ -63,16 +63,16 @@ void read_routing(ConfigReader& options, line::RoutingOptions& out) {
   out.group.address = options.text("multicast", out.group.address);
   out.group.port = static_cast<std::uint16_t>(options.integer("port", out.group.port, 1, 65535));
   out.interface_address = options.text("interface", out.interface_address);
-  if (options.has("interface") && !ipv4(out.interface_address))
-    options.error("interface", fmt::format("is {}, expected the IPv4 address of ours on that network",
-                                           model::quoted(out.interface_address)));
-  const auto group = ipv4(out.group.address);
-  if (!group || *group < kLowestGroup || *group > kHighestGroup)
-    options.error("multicast",
-                  fmt::format("is {}, expected 224.0.23.12 or a higher group", model::quoted(out.group.address)));
+  if (options.has("interface") && !parse_ipv4(out.interface_address))
+    options.error("interface",
+                  fmt::format("is {}, expected an IPv4 address of this host", model::quoted(out.interface_address)));
+  const auto group = parse_ipv4(out.group.address);
+  if (!group || *group < kMinMulticast || *group > kMaxMulticast)
+    options.error("multicast", fmt::format("is {}, expected a multicast address from 224.0.23.12 on",
+                                           model::quoted(out.group.address)));
   out.ttl = static_cast<std::uint8_t>(options.integer("ttl", out.ttl, 1, 255));
-  if (const auto own = address(options, "address", wire::parse_individual)) out.address = *own;
-  out.limits = limits(options);
+  if (const auto own = read_address(options, "address", wire::parse_individual)) out.address = *own;
+  out.limits = read_limits(options);
 }
 
 void read_line(ConfigReader& options, LineOptions& out) {
@@ -87,33 +87,34 @@ void read_line(ConfigReader& options, LineOptions& out) {
 }
 
 void read_exposure(const std::string& key, ConfigReader& entry, std::vector<Exposure>& out) {
-  Exposure one;
+  Exposure exposure;
   if (auto parsed = wire::parse_group(key)) {
-    one.address = *parsed;
+    exposure.address = *parsed;
   } else {
     entry.error("", parsed.error().text);
   }
-  one.tuple = entry.required_text("tuple");
-  const auto pattern = Pattern::parse(one.tuple);
-  if (!one.tuple.empty() && (!pattern || !pattern->exact()))
+  exposure.tuple = entry.required_text("tuple");
+  const auto pattern = Pattern::parse(exposure.tuple);
+  if (!exposure.tuple.empty() && (!pattern || !pattern->exact()))
     entry.error("tuple", pattern ? "is a pattern, expected one tuple" : pattern.error().text);
   const auto dpt = entry.required_text("dpt");
   if (auto id = dpt::parse_dpt(dpt); id && dpt::find_dpt(*id)) {
-    one.dpt = *id;
+    exposure.dpt = *id;
   } else if (!dpt.empty()) {
     entry.error("dpt", id ? fmt::format("there is no data point type {}", to_string(*id)) : id.error().text);
   }
-  one.on_change = entry.boolean("on-change", true);
-  one.pause = entry.duration("pause", one.pause);
-  one.every = entry.duration_or_never("every", std::nullopt);
-  if (one.every && *one.every < std::chrono::seconds(1)) entry.error("every", "expected at least 1s, or never");
+  exposure.on_change = entry.boolean("on-change", true);
+  exposure.pause = entry.duration("pause", exposure.pause);
+  exposure.every = entry.duration_or_never("every", std::nullopt);
+  if (exposure.every && *exposure.every < std::chrono::seconds(1))
+    entry.error("every", "expected at least 1s, or never");
   const bool twice =
-      std::any_of(out.begin(), out.end(), [&](const auto& other) { return other.address == one.address; });
-  if (twice) entry.error("", fmt::format("{} is exposed twice", to_string(one.address)));
-  out.push_back(std::move(one));
+      std::any_of(out.begin(), out.end(), [&](const auto& other) { return other.address == exposure.address; });
+  if (twice) entry.error("", fmt::format("{} is exposed twice", to_string(exposure.address)));
+  out.push_back(std::move(exposure));
 }
 
-/// An address that we expose answers for itself: it cannot be a point too.
+/// An exposed address cannot be that of a point too: the network itself answers reads of it.
 void check_exposures(ConfigReader& options, const KnxOptions& out) {
   std::set<wire::GroupAddress> exposed;
   for (const auto& one : out.exposures) exposed.insert(one.address);
@@ -123,18 +124,18 @@ void check_exposures(ConfigReader& options, const KnxOptions& out) {
     if (point.state) own.push_back(*point.state);
     for (const auto address : own) {
       if (exposed.contains(address))
-        options.error("expose", fmt::format("{} is one of the groups too", to_string(address)));
+        options.error("expose", fmt::format("{} is also an address under groups", to_string(address)));
     }
   }
 }
 
-/// A record as `rubicon knx import` writes it: what stands under `groups` there.
-std::vector<groups::GroupPoint> points_of_record(const network::NetworkConfig& config, std::string_view text,
-                                                 const std::string& path) {
+/// The points of a group file in YAML, as `rubicon knx import` writes it.
+std::vector<groups::GroupPoint> read_group_file(const network::NetworkConfig& config, std::string_view text,
+                                                const std::string& path) {
   std::vector<groups::GroupPoint> points;
   auto& options = config.options;
   if (config.read_yaml == nullptr) {
-    options.error("import", "records in YAML cannot be read here");
+    options.error("import", "this program does not read group files in YAML, expected an ETS export");
     return points;
   }
   const auto root = config.read_yaml(text, path);
@@ -142,28 +143,28 @@ std::vector<groups::GroupPoint> points_of_record(const network::NetworkConfig& c
     options.error("import", root.error().text);
     return points;
   }
-  ConfigReader record(*root, "", options.errors());
-  groups::read_groups(record, points);
-  record.finish();
+  ConfigReader file(*root, "", options.errors());
+  groups::read_groups(file, points);
+  file.finish();
   return points;
 }
 
-/// A line for the log; the whole report is what the tool is for.
+/// One line for the log; `rubicon knx import` prints the whole report.
 std::string summary_of(const groups::Report& report, const std::string& path) {
-  return fmt::format("{}: {}, {} addresses, {} without a type, {} warnings, {} errors; `rubicon knx import` says which",
+  return fmt::format("{}: {}, {} addresses, {} without a type, {} warnings, {} errors; `rubicon knx import` lists them",
                      path, report.form, report.taken, report.untyped, report.warnings, report.errors);
 }
 
-/// The export of a project, or a record.
-std::vector<groups::GroupPoint> points_of_file(const network::NetworkConfig& config, transport::Transports& transports,
-                                               const std::string& name, bool guess, std::string& report) {
-  const auto path = (std::filesystem::path(config.directory) / name).lexically_normal().string();
+/// The points of an ETS export or a group file.
+std::vector<groups::GroupPoint> import_points(const network::NetworkConfig& config, transport::Transports& transports,
+                                              const std::string& name, bool guess, std::string& report) {
+  const auto path = base::resolve_path(config.directory, name);
   const auto text = transport::read_text(transports, path, groups::kMaxListBytes);
   if (!text) {
     config.options.error("import", text.error().text);
     return {};
   }
-  if (path.ends_with(".yaml") || path.ends_with(".yml")) return points_of_record(config, *text, path);
+  if (path.ends_with(".yaml") || path.ends_with(".yml")) return read_group_file(config, *text, path);
   auto imported = groups::import_text(*text, path, {guess, {}});
   if (!imported) {
     config.options.error("import", imported.error().text);
@@ -179,14 +180,14 @@ void read_points(const network::NetworkConfig& config, transport::Transports& tr
   const bool guess = options.boolean("guess", true);
   const auto name = options.text("import", "");
   if (name.empty()) return;
-  std::set<wire::GroupAddress> here;
+  std::set<wire::GroupAddress> configured;
   for (const auto& point : out.points) {
-    here.insert(point.address);
-    if (point.state) here.insert(*point.state);
+    configured.insert(point.address);
+    if (point.state) configured.insert(*point.state);
   }
-  for (auto& point : points_of_file(config, transports, name, guess, out.report)) {
-    if (here.contains(point.address)) continue;
-    if (point.state && here.contains(*point.state)) point.state.reset();
+  for (auto& point : import_points(config, transports, name, guess, out.report)) {
+    if (configured.contains(point.address)) continue;
+    if (point.state && configured.contains(*point.state)) point.state.reset();
     out.points.push_back(std::move(point));
   }
   for (const auto& conflict : conflicts(out.points)) options.error("import", conflict);

@@ -11,17 +11,17 @@
 
 namespace rubicon::networks::knx {
 
-/// What a `type: knx` network is told.
+/// The options of a network of `type: knx`.
 struct KnxOptions {
   LineOptions line;
   std::vector<groups::GroupPoint> points;
   std::vector<Exposure> exposures;
   Capture::Limits capture;
-  std::string report;  ///< what the import said, for the log; empty = nothing to say
+  std::string report;  ///< summary of the import, for the log; empty = nothing was imported
 };
 
-/// Reads all options and the file that `import` names; what is wrong stands in the reader's errors. Groups of the
-/// configuration go before the same addresses of that file.
+/// Reads all options and the file that `import` names. Errors are added to those of the reader. Groups of the
+/// configuration replace the same addresses of that file.
 KnxOptions read_knx_options(const network::NetworkConfig& config, transport::Transports& transports);
 
 }  // namespace rubicon::networks::knx

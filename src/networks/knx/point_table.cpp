@@ -14,7 +14,7 @@ namespace rubicon::networks::knx {
 
 namespace {
 
-/// A value read each hour is old when the answer to the next question is overdue.
+/// Added to the period of cyclic reads: a value is stale when the answer to the next read is overdue.
 constexpr Duration kAnswerTime = std::chrono::seconds(10);
 
 std::string address_of(const groups::GroupPoint& group) {
@@ -26,21 +26,23 @@ TypeId type_of(const groups::GroupPoint& group, const dpt::Dpt* dpt, const TypeC
   return types.find(group.kind == Kind::kSensor ? "bytesInput" : "bytesOutput")->id;
 }
 
-/// What bits and octets can hold in singles and 64 bit numbers says nothing of the point.
+/// Bounds beyond this only tell what the number format can hold (floats, 64 bit), nothing about the point.
 constexpr double kNoBound = 1e15;
 
-/// The bounds of the data point type in the catalogue's unit, where they say more than the type. What a float can hold
-/// bounds commands, but no measured value: that has the same range in every network.
+/// Sets the bounds of the data point type in the catalogue's unit where they are narrower than those of the catalogue's
+/// type. The range of a 16 bit float bounds commands only: measured values have the same range in every network.
 void add_range(Capability& capability, const dpt::Dpt& dpt, const model::Type& type) {
   const bool numeric = type.data == model::DataType::kReal || type.data == model::DataType::kInteger ||
                        type.data == model::DataType::kEnumeration;
   const auto range = numeric && type.words.empty() ? dpt::range_of(dpt) : std::nullopt;
   if (!range) return;
   const bool commanded = capability.point.kind == Kind::kActuator;
-  const bool says = commanded || dpt.form != dpt::Form::kFloat16;
-  if (range->minimum > type.minimum && range->minimum > -kNoBound && (commanded || std::isinf(type.minimum)) && says)
+  const bool meaningful = commanded || dpt.form != dpt::Form::kFloat16;
+  if (range->minimum > type.minimum && range->minimum > -kNoBound && (commanded || std::isinf(type.minimum)) &&
+      meaningful)
     capability.minimum = range->minimum;
-  if (range->maximum < type.maximum && range->maximum < kNoBound && (commanded || std::isinf(type.maximum)) && says)
+  if (range->maximum < type.maximum && range->maximum < kNoBound && (commanded || std::isinf(type.maximum)) &&
+      meaningful)
     capability.maximum = range->maximum;
 }
 
@@ -72,7 +74,7 @@ PointTable::PointTable(const std::vector<groups::GroupPoint>& groups, const Type
   for (const auto& group : groups) {
     if (!group.device.empty()) taken.insert(model::to_key_part(group.device));
   }
-  // 1.4.6 and 1/4/6 would be one key (knx.md, section 1).
+  // A device that is called `1.4.6` and the group address 1/4/6 would have one key (knx.md, section 1).
   for (const auto& group : groups) {
     const auto key = wire::to_key_part(group.address);
     if (group.device.empty() && taken.contains(key)) wanted_ids_[address_of(group)] = "ga-" + key;
@@ -89,37 +91,38 @@ void PointTable::bind(const groups::GroupPoint& group, const TypeCatalogue& type
   auto& device = devices_[point.address];
   device.points.push_back(index);
   if (device.name.empty() && !group.device.empty()) device.name = group.device_name;
-  const auto hears = [&](wire::GroupAddress address) {
-    heard_.push_back({address, static_cast<std::uint32_t>(index)});
+  const auto listen = [&](wire::GroupAddress address) {
+    listeners_.push_back({address, static_cast<std::uint32_t>(index)});
   };
-  hears(point.source());
-  for (const auto address : group.listen) hears(address);
-  if (group.state) commanded_.push_back(group.address);
+  listen(point.source());
+  for (const auto address : group.listen) listen(address);
+  if (group.state) command_addresses_.push_back(group.address);
   points_.push_back(std::move(point));
 }
 
 void PointTable::sort() {
-  const auto place = [](const Hearing& one) { return std::pair(number(one.address), one.point); };
-  std::sort(heard_.begin(), heard_.end(), [&](const auto& a, const auto& b) { return place(a) < place(b); });
-  const auto same =
-      std::unique(heard_.begin(), heard_.end(), [&](const auto& a, const auto& b) { return place(a) == place(b); });
-  heard_.erase(same, heard_.end());
-  heard_.shrink_to_fit();
-  std::sort(commanded_.begin(), commanded_.end());
-  commanded_.shrink_to_fit();
+  const auto order = [](const Listener& one) { return std::pair(number(one.address), one.point); };
+  std::sort(listeners_.begin(), listeners_.end(), [&](const auto& a, const auto& b) { return order(a) < order(b); });
+  const auto same = std::unique(listeners_.begin(), listeners_.end(),
+                                [&](const auto& a, const auto& b) { return order(a) == order(b); });
+  listeners_.erase(same, listeners_.end());
+  listeners_.shrink_to_fit();
+  std::sort(command_addresses_.begin(), command_addresses_.end());
+  command_addresses_.shrink_to_fit();
 }
 
-std::span<const PointTable::Hearing> PointTable::heard_on(wire::GroupAddress address) const {
+std::span<const PointTable::Listener> PointTable::listeners_of(wire::GroupAddress address) const {
   struct ByAddress {
-    bool operator()(const Hearing& one, wire::GroupAddress wanted) const { return one.address < wanted; }
-    bool operator()(wire::GroupAddress wanted, const Hearing& one) const { return wanted < one.address; }
+    bool operator()(const Listener& one, wire::GroupAddress wanted) const { return one.address < wanted; }
+    bool operator()(wire::GroupAddress wanted, const Listener& one) const { return wanted < one.address; }
   };
-  const auto [first, last] = std::equal_range(heard_.begin(), heard_.end(), address, ByAddress());
+  const auto [first, last] = std::equal_range(listeners_.begin(), listeners_.end(), address, ByAddress());
   return {first, last};
 }
 
-bool PointTable::knows(wire::GroupAddress address) const {
-  return !heard_on(address).empty() || std::binary_search(commanded_.begin(), commanded_.end(), address);
+bool PointTable::contains(wire::GroupAddress address) const {
+  return !listeners_of(address).empty() ||
+         std::binary_search(command_addresses_.begin(), command_addresses_.end(), address);
 }
 
 BoundPoint* PointTable::find(const std::string& device, const PointId& id) {
@@ -131,16 +134,16 @@ BoundPoint* PointTable::find(const std::string& device, const PointId& id) {
   return nullptr;
 }
 
-/// `KNX 1/0/1, state 1/0/2, DPT 1.001`; of devices with several points, all of them, cut.
-std::string PointTable::place_of(const Device& device) const {
-  constexpr std::size_t kLongest = 200;
+/// `KNX 1/0/1, state 1/0/2, DPT 1.001`: all points of the device, cut after 200 characters.
+std::string PointTable::model_of(const Device& device) const {
+  constexpr std::size_t kMaxLength = 200;
   std::string text = "KNX";
   for (const auto index : device.points) {
     const auto& group = points_[index].group;
     text += fmt::format("{} {}", index == device.points.front() ? "" : ";", to_string(group.address));
     if (group.state) text += ", state " + to_string(*group.state);
     if (group.dpt) text += ", DPT " + to_string(*group.dpt);
-    if (text.size() > kLongest) return text.substr(0, kLongest) + "...";
+    if (text.size() > kMaxLength) return text.substr(0, kMaxLength) + "...";
   }
   return text;
 }
@@ -149,9 +152,9 @@ model::Join PointTable::join_of(const std::string& device) const {
   const auto& one = devices_.at(device);
   model::Join join;
   const auto& first = points_[one.points.front()].group;
-  const bool is_own = to_string(first.address) == device;  // a device of one address is called as that
+  const bool is_own = to_string(first.address) == device;  // the device is this single group address
   join.name = one.name.empty() && is_own ? first.name : one.name;
-  join.model = place_of(one);
+  join.model = model_of(one);
   if (const auto wanted = wanted_ids_.find(device); wanted != wanted_ids_.end()) join.id = wanted->second;
   join.heard = false;
   for (const auto index : one.points) join.capabilities.push_back(capability_of(points_[index], *types_));
@@ -164,7 +167,8 @@ Result<Value> value_of(const BoundPoint& point, wire::PayloadView payload) {
   return value ? dpt::to_catalogue(*point.dpt, point.id.kind, *value) : value;
 }
 
-/// Without a type the bytes of the command go out as they are; a bit cannot be meant.
+/// Without a type the value is the payload in hex. It always has whole bytes, as the small form is not known to be
+/// meant.
 Result<wire::Payload> payload_of(const BoundPoint& point, const Value& value) {
   if (point.dpt) {
     auto converted = dpt::from_catalogue(*point.dpt, point.id.kind, value);
@@ -173,9 +177,8 @@ Result<wire::Payload> payload_of(const BoundPoint& point, const Value& value) {
   const auto* hex = std::get_if<std::string>(&value);
   auto bytes = hex ? base::from_hex(*hex) : Result<Bytes>(fail(ErrorCode::kInvalid, "expected bytes in hex"));
   if (!bytes) return fail(bytes.error());
-  if (bytes->empty() || bytes->size() > wire::kLongestPayload)
-    return fail(ErrorCode::kOutOfRange,
-                fmt::format("{} bytes, expected 1 to {}", bytes->size(), wire::kLongestPayload));
+  if (bytes->empty() || bytes->size() > wire::kMaxPayload)
+    return fail(ErrorCode::kOutOfRange, fmt::format("{} bytes, expected 1 to {}", bytes->size(), wire::kMaxPayload));
   return wire::Payload{std::move(*bytes), false};
 }
 

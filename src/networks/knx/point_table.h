@@ -10,7 +10,7 @@
 
 namespace rubicon::networks::knx {
 
-/// What the network needs of a GroupPoint while it runs; the rest would be half of what a list of 60,000 takes.
+/// The part of a GroupPoint that the network needs at run time; the rest would double the memory of a list of 60,000.
 struct BoundGroup {
   wire::GroupAddress address{};
   std::optional<wire::GroupAddress> state{};
@@ -19,18 +19,18 @@ struct BoundGroup {
   groups::ReadRule read{};
 };
 
-/// A point with what follows from its GroupPoint.
+/// A point of the network, made from a GroupPoint.
 struct BoundPoint {
   BoundGroup group;
   const dpt::Dpt* dpt = nullptr;  ///< nullptr: values are bytes in hex
   PointId id;
-  std::string address;    ///< of its device within the network
-  bool wanted = false;    ///< somebody subscribed to it
-  SteadyTime heard_at{};  ///< of its last value; zero = not since the line came up
+  std::string address;  ///< of its device within the network
+  bool subscribed = false;
+  SteadyTime updated_at{};  ///< of its last value; zero = none since the line came up
 
-  /// Where its value is asked for.
+  /// The address that reports its value and is read.
   wire::GroupAddress source() const { return group.state.value_or(group.address); }
-  /// It can be asked for at all: a sensor, or an actuator with a state address.
+  /// True for sensors and for actuators with a state address: the others have no value on the bus.
   bool readable() const { return id.kind == Kind::kSensor || group.state.has_value(); }
 };
 
@@ -41,43 +41,44 @@ class PointTable {
   PointTable(const std::vector<groups::GroupPoint>& groups, const TypeCatalogue& types);
 
   struct Device {
-    std::string name;  ///< empty: a device of one address, called as that, or one without a name
+    std::string name;  ///< empty: not configured, or the device is a single group address
     std::vector<std::size_t> points;
   };
-  /// By address within the network.
+  /// By their address within the network.
   const std::map<std::string, Device>& devices() const { return devices_; }
   std::vector<BoundPoint>& points() { return points_; }
   const std::vector<BoundPoint>& points() const { return points_; }
 
-  /// A point whose value is heard on an address.
-  struct Hearing {
+  /// A point that takes values from a group address.
+  struct Listener {
     wire::GroupAddress address;
-    std::uint32_t point;  ///< its index
+    std::uint32_t point;  ///< its index in points()
   };
-  /// In the order of the points; empty for an unknown address.
-  std::span<const Hearing> heard_on(wire::GroupAddress address) const;
-  /// The address means something here, also one that only takes commands.
-  bool knows(wire::GroupAddress address) const;
+  /// In the order of the points.
+  std::span<const Listener> listeners_of(wire::GroupAddress address) const;
+  /// True if a point takes values from the address or sends commands to it.
+  bool contains(wire::GroupAddress address) const;
   BoundPoint* find(const std::string& device, const PointId& id);
-  /// Not heard: nobody spoke with the device yet.
+  /// `heard` is false: no telegram of the device was received yet.
   model::Join join_of(const std::string& device) const;
 
  private:
   void bind(const groups::GroupPoint& group, const TypeCatalogue& types);
   void sort();
-  std::string place_of(const Device& device) const;
+  std::string model_of(const Device& device) const;
 
-  const TypeCatalogue* types_ = nullptr;  ///< of a table with points
+  const TypeCatalogue* types_ = nullptr;  ///< not null in a table with points
   std::vector<BoundPoint> points_;
   std::map<std::string, Device> devices_;
-  std::map<std::string, std::string> wanted_ids_;  ///< of the devices that ask for another key part than their address
-  std::vector<Hearing> heard_;                     ///< by address
-  std::vector<wire::GroupAddress> commanded_;      ///< sorted: of actuators that are heard elsewhere
+  std::map<std::string, std::string> wanted_ids_;      ///< key parts by device, where its address is taken
+  std::vector<Listener> listeners_;                    ///< sorted by address
+  std::vector<wire::GroupAddress> command_addresses_;  ///< of actuators with a state address, sorted
 };
 
-/// What a telegram says about a point, in the unit and words of the catalogue; an error names what was wrong.
+/// The value in a telegram, in the unit and words of the type catalogue. An error names what is wrong with the payload.
 Result<Value> value_of(const BoundPoint& point, wire::PayloadView payload);
-/// The telegram's value of a command.
+/// The payload of a command with this value (in the catalogue's unit and words). kInvalid, kOutOfRange: the type cannot
+/// hold it.
 Result<wire::Payload> payload_of(const BoundPoint& point, const Value& value);
 
 }  // namespace rubicon::networks::knx

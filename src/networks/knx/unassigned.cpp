@@ -5,8 +5,8 @@
 
 namespace rubicon::networks::knx {
 
-void Unassigned::heard(const wire::Telegram& telegram, WallTime now) {
-  if (entries_.size() >= kMost && !entries_.contains(telegram.destination)) {
+void UnassignedAddresses::add(const wire::Telegram& telegram, WallTime now) {
+  if (entries_.size() >= kMaxAddresses && !entries_.contains(telegram.destination)) {
     const auto older = [](const auto& one, const auto& other) { return one.second.time < other.second.time; };
     entries_.erase(std::min_element(entries_.begin(), entries_.end(), older));
     ++dropped_;
@@ -15,12 +15,12 @@ void Unassigned::heard(const wire::Telegram& telegram, WallTime now) {
   ++entry.count;
   const auto& bytes = telegram.payload.bytes;
   if (telegram.service != wire::Service::kRead)
-    entry.last = base::to_hex(ByteView(bytes).first(std::min(bytes.size(), kLongest)));
+    entry.last = base::to_hex(ByteView(bytes).first(std::min(bytes.size(), kMaxValueBytes)));
   entry.source = telegram.source;
   entry.time = now;
 }
 
-std::string Unassigned::json() const {
+std::string UnassignedAddresses::json() const {
   auto all = nlohmann::ordered_json::object();
   for (const auto& [address, entry] : entries_) {
     all[to_string(address)] = {{"count", entry.count},

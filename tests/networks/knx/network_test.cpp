@@ -489,7 +489,7 @@ TEST_F(KnxPoints, WrongOptionsAreNamedWithTheirPlace) {
   reader.finish();
   for (const auto* what :
        {"networks.knx.nat", "networks.knx.tunnel-address", "networks.knx.burst", "missing.csv", "unknown key 'flavour'",
-        "expose.1/2/3.tuple", "expose.1/2/3.dpt", "expose.1/2/3.every", "1/2/3 is one of the groups too"})
+        "expose.1/2/3.tuple", "expose.1/2/3.dpt", "expose.1/2/3.every", "1/2/3 is also an address under groups"})
     EXPECT_THAT(errors.text(), HasSubstr(what));
 }
 

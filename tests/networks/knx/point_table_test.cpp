@@ -26,10 +26,10 @@ TEST(Points, AreHeardOnceOnEachAddress) {
   point.listen = {wire::parse_group("0/0/1").value(), point.address, wire::parse_group("0/0/1").value()};
   const TypeCatalogue types;
   const PointTable table({point, group_point("1/0/2")}, types);
-  EXPECT_EQ(table.heard_on(point.address).size(), 1U);
-  EXPECT_EQ(table.heard_on(wire::parse_group("0/0/1").value()).size(), 1U);
-  EXPECT_EQ(table.heard_on(wire::parse_group("1/0/2").value())[0].point, 1U);
-  EXPECT_TRUE(table.heard_on(wire::parse_group("1/0/3").value()).empty());
+  EXPECT_EQ(table.listeners_of(point.address).size(), 1U);
+  EXPECT_EQ(table.listeners_of(wire::parse_group("0/0/1").value()).size(), 1U);
+  EXPECT_EQ(table.listeners_of(wire::parse_group("1/0/2").value())[0].point, 1U);
+  EXPECT_TRUE(table.listeners_of(wire::parse_group("1/0/3").value()).empty());
 }
 
 }  // namespace

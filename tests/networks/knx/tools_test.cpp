@@ -334,7 +334,7 @@ TEST(KnxCapture, IsBoundedInTimeAndMemory) {
 TEST(KnxCapture, IsWrittenAsPacketsOfRouting) {
   const Capture::Frame frame{1, WallTime{1'700'000'000'500'000us}, false,
                              base::from_hex("2900bcd011c80a070300800c33").value()};
-  EXPECT_EQ(base::to_hex(pcap_head()), "d4c3b2a1020004000000000000000000ffff000065000000");
+  EXPECT_EQ(base::to_hex(pcap_file_header()), "d4c3b2a1020004000000000000000000ffff000065000000");
   const auto hex = base::to_hex(pcap_record(frame));
   EXPECT_EQ(hex.substr(0, 32), "00f1536520a107002f0000002f000000");
   EXPECT_THAT(hex, testing::EndsWith("0e570e57001b0000061005300013"

@@ -22,11 +22,11 @@ std::string_view wrong_size(const Dpt& type, wire::PayloadView payload) {
 bool has_size(const Dpt& type, wire::PayloadView payload) {
   if (type.bits >= 8) return !payload.small && payload.bytes.size() * 8 == type.bits;
   if (type.bits > 0) return payload.small && payload.bytes.size() == 1;
-  return !payload.small && !payload.bytes.empty() && payload.bytes.size() <= wire::kLongestPayload;
+  return !payload.small && !payload.bytes.empty() && payload.bytes.size() <= wire::kMaxPayload;
 }
 
 std::string length_text(const Dpt& type) {
-  if (type.bits == 0) return fmt::format("1 to {} octets", wire::kLongestPayload);
+  if (type.bits == 0) return fmt::format("1 to {} octets", wire::kMaxPayload);
   return type.bits < 8 ? fmt::format("{} bits", type.bits) : fmt::format("{} octets", type.bits / 8);
 }
 

@@ -11,7 +11,7 @@ namespace rubicon::networks::knx::dpt {
 
 namespace {
 
-constexpr std::size_t kMaxLongText = wire::kLongestPayload;  ///< with its NUL, which one of full length does without
+constexpr std::size_t kMaxLongText = wire::kMaxPayload;  ///< with its NUL, which one of full length does without
 constexpr double kLatin1 = 255;
 
 bool is_letter(char c) {

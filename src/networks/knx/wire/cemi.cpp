@@ -47,9 +47,9 @@ Result<void> can_be_sent(const Telegram& telegram) {
   }
   if (telegram.payload.small && (bytes.size() != 1 || bytes[0] > kSmallMask))
     return fail(ErrorCode::kInvalid, "telegram: a small payload is one byte of 0 to 63");
-  if (bytes.empty() || bytes.size() > kLongestPayload)
+  if (bytes.empty() || bytes.size() > kMaxPayload)
     return fail(ErrorCode::kOutOfRange,
-                fmt::format("telegram: payload of {} bytes, expected 1 to {}", bytes.size(), kLongestPayload));
+                fmt::format("telegram: payload of {} bytes, expected 1 to {}", bytes.size(), kMaxPayload));
   return {};
 }
 

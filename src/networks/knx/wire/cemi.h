@@ -63,9 +63,9 @@ Result<Telegram> to_telegram(const DataFrame& frame);
 Result<Telegram> read_telegram(ByteView cemi);
 
 /// Longest payload of an extended frame: 254 bytes behind the TPCI, one of them the APCI.
-constexpr std::size_t kLongestPayload = 253;
+constexpr std::size_t kMaxPayload = 253;
 /// Longest payload of a standard frame; devices need not take more (feature 07, DIB 07).
-constexpr std::size_t kLongestStandardPayload = 14;
+constexpr std::size_t kMaxStandardPayload = 14;
 
 /// The frame for a telegram, standard or extended as its length asks. kOutOfRange: payload too long or empty, hops
 /// above 7; kInvalid: the broadcast address, a small payload that is not one byte of 0..63, a read with a payload.

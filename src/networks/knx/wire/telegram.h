@@ -21,7 +21,7 @@ struct PayloadView {
 };
 
 struct Payload {
-  Bytes bytes;  ///< at most 253 (kLongestPayload)
+  Bytes bytes;  ///< at most 253 (kMaxPayload)
   bool small = false;
 
   operator PayloadView() const { return {bytes, small}; }
