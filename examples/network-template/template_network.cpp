@@ -44,7 +44,7 @@ class TemplateNetwork final : public network::Network {
     return {};
   }
 
-  // Called for every message to a device of this network. Either an error, or later an Acknowledge: never silence.
+  // Called for every message to a device of this network. Returns an error, or delivers an Acknowledge later.
   Result<void> send(const Message& message) override {
     if (message.destination.device != options_.device)
       return fail(ErrorCode::kNotFound, fmt::format("no device {}", model::quoted(message.destination.device)));
@@ -54,7 +54,7 @@ class TemplateNetwork final : public network::Network {
   }
 
  private:
-  // Somebody wants exactly these sensors, this often; an empty list means nobody wants any more.
+  // Sample these sensors, at this period, and no others. An empty list means that no subscriber is left.
   Result<void> sample(const model::Sample& sample) {
     for (const PointId& point : sample.points) {
       if (point != thermometer_) return fail(ErrorCode::kNotFound, "the lamp has only a temperature-1");
@@ -65,13 +65,13 @@ class TemplateNetwork final : public network::Network {
     return {};
   }
 
-  // All waiting goes through the scheduler, so that tests need no time. The timer ends with the network.
+  // Time comes from the scheduler, so that tests run in virtual time. The timer ends with the network.
   void measure(Duration period) {
     report(thermometer_, options_.temperature);
     timer_ = host_.scheduler().after(period, [this, period] { measure(period); });
   }
 
-  // The acknowledgement says that the command went out; what the device then reports is what counts.
+  // The acknowledgement means that the command was sent; only the report of the device confirms it.
   Result<void> actuate(const model::Actuate& actuate) {
     if (actuate.point != lamp_) return fail(ErrorCode::kNotFound, "the lamp has only a switch-1");
     host_.deliver(options_.device, model::Acknowledge{actuate.request, model::Outcome::kSent, {}});
