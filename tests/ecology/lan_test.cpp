@@ -278,7 +278,7 @@ TEST_F(OnALan, OfTwoWithOneIdTheLaterOneEndsWhenTheCableIsMended) {
   ASSERT_TRUE(ask(*second, "get proxy.island").value("ok", false)) << "starting waits for nobody";
   lan_->plug_in(1);
   EXPECT_EQ(second->exit_code(), 1);
-  EXPECT_THAT(second->errors(), HasSubstr("component 1 was there before"));
+  EXPECT_THAT(second->errors(), HasSubstr("component id 1 is in use by another process"));
   EXPECT_TRUE(ask(*first, "get proxy.island").value("ok", false));
   directory_ = directory_.parent_path();
 }

@@ -91,7 +91,7 @@ std::set<std::string> not_run() {
       "rubicon knx read 1/2/7 9.001 --direct 192.168.1.10",
       "rubicon knx write 1/2/7 9.001 21.5 --direct 192.168.1.10",
       "rubicon set --json living.lamp-1 on | jq .state",
-      "rubicon-proxy check --elsewhere /etc/rubicon/home.yaml    # its folders are made by the first start",
+      "rubicon-proxy check --elsewhere /etc/rubicon/home.yaml    # the first start creates the folders",
       "rubicon-proxy check /etc/rubicon/home.yaml",
   };
 }

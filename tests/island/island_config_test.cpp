@@ -205,14 +205,14 @@ TEST_F(IslandConfigTest, AnIslandKeepsOfItsOptionsOnlyWhatAReloadCompares) {
               testing::ElementsAre("seed"));
 }
 
-TEST_F(IslandConfigTest, ATableWithoutItsFormatIsToldSo) {
+TEST_F(IslandConfigTest, ATableNeedsItsFormat) {
   const auto errors = all_errors(
       with_network("log: {type: log, file: nowhere.csv, period: 1s, map: {a: {columns: {b: {sensor: light-1}}}}}"));
   EXPECT_THAT(errors, testing::ElementsAre(
-                          "x.yaml:3:8: networks.log: 'format' is missing, expected format: csv (only tables have map, "
-                          "period), or packets or recording"));
+                          "x.yaml:3:8: networks.log: 'format' is missing, expected csv (only tables have map, period), "
+                          "packets or recording"));
   EXPECT_THAT(all_errors(with_network("log: {type: log, file: day.csv}")),
-              Contains(HasSubstr("expected format: csv (the file is called day.csv), or packets or recording")));
+              Contains(HasSubstr("expected csv (the file is day.csv), packets or recording")));
   EXPECT_THAT(all_errors(with_network("log: {type: log, file: day.csv, format: packets}")), IsEmpty());
 }
 

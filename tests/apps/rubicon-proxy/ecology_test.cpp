@@ -97,7 +97,7 @@ TEST_F(TwoIslands, OfTwoWithOneIdTheLaterOneEnds) {
   ASSERT_TRUE(ask(first, "get proxy.networks").value("ok", false));
   Process second({kDaemon, "run", island(1), "--shell"});
   EXPECT_EQ(second.exit_code(), 1);
-  EXPECT_THAT(second.errors(), HasSubstr("component 1 was there before"));
+  EXPECT_THAT(second.errors(), HasSubstr("component id 1 is in use by another process"));
   EXPECT_TRUE(ask(first, "get proxy.networks").value("ok", false));
 }
 
