@@ -23,7 +23,7 @@ void append_seconds(WallTime time, std::string& out);
 void append_json(std::string_view text, std::string& out);
 
 /// The members of the object that the text spells; none where it spells something else.
-template <class Tree = nlohmann::ordered_json>
+template <class Tree = nlohmann::json>
 Tree object_of(std::string_view text) {
   auto tree = Tree::parse(text, nullptr, false);
   return tree.is_object() ? tree : Tree::object();

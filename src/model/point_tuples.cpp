@@ -12,6 +12,8 @@ namespace rubicon::model {
 namespace {
 
 using Tree = nlohmann::ordered_json;
+/// For texts of others: ordered_json searches all members for each one that it adds, which takes seconds for many.
+using ParsedTree = nlohmann::json;
 
 void put_commander(Tree& tree, const Commander& commander) {
   tree["creator"] = number(commander.creator);
@@ -19,7 +21,7 @@ void put_commander(Tree& tree, const Commander& commander) {
   tree["request"] = commander.request;
 }
 
-Commander commander_in(const Tree& tree) {
+Commander commander_in(const ParsedTree& tree) {
   const auto creator = count_of(tree, "creator");
   const bool fits = creator <= std::numeric_limits<std::uint32_t>::max();
   return {OwnerId(fits ? static_cast<std::uint32_t>(creator) : 0), text_of(tree, "commander"),
@@ -38,7 +40,7 @@ void put_words(Tree& tree, const std::vector<Word>& words) {
   if (!counted) tree["codes"] = std::move(codes);
 }
 
-std::vector<Word> words_in(const Tree& tree) {
+std::vector<Word> words_in(const ParsedTree& tree) {
   std::vector<Word> words;
   const auto codes = tree.find("codes");
   for (auto& text : texts_of(tree, "words")) {
@@ -52,7 +54,7 @@ std::vector<Word> words_in(const Tree& tree) {
   return words;
 }
 
-std::optional<double> bound_in(const Tree& tree, const char* name) {
+std::optional<double> bound_in(const ParsedTree& tree, const char* name) {
   const auto found = tree.find(name);
   return found != tree.end() && found->is_number() ? std::optional(found->get<double>()) : std::nullopt;
 }
@@ -145,7 +147,7 @@ std::string point_description_to_json(const PointDescription& description) {
 }
 
 std::optional<PointDescription> point_description_from_json(std::string_view text) {
-  const auto tree = Tree::parse(text, nullptr, false);
+  const auto tree = ParsedTree::parse(text, nullptr, false);
   if (!tree.is_object()) return std::nullopt;
   return PointDescription{
       text_of(tree, "type"),      count_of(tree, "type_id"), text_of(tree, "quantity"), text_of(tree, "unit"),
@@ -183,7 +185,7 @@ std::string device_description_to_json(const DeviceDescription& description) {
 }
 
 std::optional<DeviceDescription> device_description_from_json(std::string_view text) {
-  const auto tree = Tree::parse(text, nullptr, false);
+  const auto tree = ParsedTree::parse(text, nullptr, false);
   if (!tree.is_object()) return std::nullopt;
   return DeviceDescription{text_of(tree, "name"),          text_of(tree, "area"),     text_of(tree, "model"),
                            text_of(tree, "type"),          text_of(tree, "address"),  text_of(tree, "network"),

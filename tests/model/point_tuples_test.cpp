@@ -1,6 +1,9 @@
 #include "model/point_tuples.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
+
+#include <chrono>
 
 namespace rubicon::model {
 namespace {
@@ -22,6 +25,21 @@ TEST(PointTuples, WhatIsMissingOrOfAnotherKindIsEmpty) {
   EXPECT_EQ(line_status_from_json(R"([1])"), LineStatus{});
   EXPECT_EQ(line_status_from_json(R"({"line":null,"attempts":-3,"next_attempt":{}})"), LineStatus{});
   EXPECT_EQ(device_condition_from_json("{}"), DeviceCondition{});
+}
+
+/// Recordings and other islands are not trusted: a text of many members must not stop the loop for seconds.
+TEST(PointTuples, TextsWithManyMembersAreReadQuickly) {
+  std::string text = "{";
+  for (int i = 0; i < 30'000; ++i) text += fmt::format("\"{:x}\":0,", i);
+  text += R"("type":"light","address":"7","quality":"good","status":"ok","line":"up","command":{"state":"sent"}})";
+  const auto start = std::chrono::steady_clock::now();
+  EXPECT_EQ(point_description_from_json(text)->type, "light");
+  EXPECT_EQ(device_description_from_json(text)->address, "7");
+  EXPECT_EQ(point_status_from_json(text).quality, "good");
+  EXPECT_EQ(command_status_from_json(text)->state, "sent");
+  EXPECT_EQ(device_condition_from_json(text).status, "ok");
+  EXPECT_EQ(line_status_from_json(text).line, "up");
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(2));
 }
 
 TEST(PointTuples, TheStatusOfALineSurvivesItsText) {
