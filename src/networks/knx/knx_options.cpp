@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <set>
 
 #include "base/text.h"
@@ -158,7 +159,7 @@ std::string summary_of(const groups::Report& report, const std::string& path) {
 /// The points of an ETS export or a group file.
 std::vector<groups::GroupPoint> import_points(const network::NetworkConfig& config, transport::Transports& transports,
                                               const std::string& name, bool guess, std::string& report) {
-  const auto path = base::resolve_path(config.directory, name);
+  const auto path = std::filesystem::path(base::resolve_path(config.directory, name)).lexically_normal().string();
   const auto text = transport::read_text(transports, path, groups::kMaxListBytes);
   if (!text) {
     config.options.error("import", text.error().text);
