@@ -29,13 +29,6 @@ spdlog::level::level_enum to_spdlog(base::LogLevel level) {
 constexpr std::size_t kMaxLine = 3500;
 
 /// One log line stays one line, whatever a device put into its name.
-std::string one_line(std::string_view text) {
-  std::string out(text);
-  std::replace_if(
-      out.begin(), out.end(), [](unsigned char c) { return c < 0x20; }, ' ');
-  return base::printable(out);
-}
-
 /// A pipe that nobody reads must not stop the loop.
 bool has_room(int descriptor) {
   pollfd wanted{descriptor, POLLOUT, 0};
@@ -61,8 +54,9 @@ void SpdlogSink::write(base::LogLevel level, std::string_view who, std::string_v
     ++impl_->lost;
     return;
   }
-  if (impl_->lost > 0) impl_->logger.warn("log: {} lines were lost because standard error was not read", std::exchange(impl_->lost, 0));
-  impl_->logger.log(to_spdlog(level), "{}: {}", who, one_line(text).substr(0, kMaxLine));
+  if (impl_->lost > 0)
+    impl_->logger.warn("log: {} lines were lost because standard error was not read", std::exchange(impl_->lost, 0));
+  impl_->logger.log(to_spdlog(level), "{}: {}", who, base::one_line(text).substr(0, kMaxLine));
 }
 
 }  // namespace rubicon::program

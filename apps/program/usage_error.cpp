@@ -2,7 +2,7 @@
 
 #include "base/nearest.h"
 
-namespace rubicon::usage {
+namespace rubicon::program {
 
 namespace {
 
@@ -63,4 +63,4 @@ std::string explain(const CLI::App& app, const CLI::ParseError& error) {
   return with_question("unknown command '" + word + "'", base::did_you_mean(word, commands), inner);
 }
 
-}  // namespace rubicon::usage
+}  // namespace rubicon::program

@@ -105,7 +105,7 @@ int main(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {  // also --help and --version, which end well
     if (error.get_exit_code() == 0) return app.exit(error);
-    std::fprintf(stderr, "rubicon-proxy: %s\n", rubicon::usage::explain(app, error).c_str());
+    std::fprintf(stderr, "rubicon-proxy: %s\n", rubicon::program::explain(app, error).c_str());
     return rubicon::daemon::kExitConfiguration;
   }
   if (check->parsed()) {

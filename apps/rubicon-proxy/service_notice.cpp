@@ -7,11 +7,11 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <charconv>
 #include <cstddef>
 #include <cstdlib>
 
 #include "base/printable.h"
+#include "base/text.h"
 
 namespace rubicon::daemon {
 
@@ -25,17 +25,12 @@ std::string_view environment(const char* name) {
 }
 
 std::uint64_t whole_number(std::string_view text) {
-  std::uint64_t number = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  return error == std::errc() && end == text.data() + text.size() ? number : 0;
+  return base::parse_number<std::uint64_t>(text).value_or(0);
 }
 
-/// Notices are lines: what people read in one must not begin another.
-std::string one_line(std::string_view text) {
-  std::string line(text.substr(0, 500));
-  std::replace_if(
-      line.begin(), line.end(), [](unsigned char c) { return c < ' '; }, ' ');
-  return base::printable(line);
+/// A notice is a list of lines: the status of one must not begin another.
+std::string status_line(std::string_view status) {
+  return base::one_line(status.substr(0, 500));
 }
 
 }  // namespace
@@ -61,7 +56,7 @@ ServiceNotice::~ServiceNotice() {
 }
 
 void ServiceNotice::ready(std::string_view status) {
-  tell(fmt::format("READY=1\nSTATUS={}", one_line(status)));
+  tell(fmt::format("READY=1\nSTATUS={}", status_line(status)));
   if (watchdog_ > Duration::zero() && !sign_of_life_.pending()) show_life();
 }
 
@@ -71,7 +66,7 @@ void ServiceNotice::reloading() {
 }
 
 void ServiceNotice::stopping(std::string_view status) {
-  tell(fmt::format("STOPPING=1\nSTATUS={}", one_line(status)));
+  tell(fmt::format("STOPPING=1\nSTATUS={}", status_line(status)));
 }
 
 void ServiceNotice::show_life() {

@@ -65,7 +65,7 @@ int Cli::run(int argc, const char* const* argv) {
     app_.parse(argc, argv);
   } catch (const CLI::ParseError& error) {  // also --help and --version, which end well
     if (error.get_exit_code() == 0) return app_.exit(error);
-    print_error(usage::explain(app_, error));
+    print_error(program::explain(app_, error));
     return kUsage;
   }
   return dispatch();

@@ -78,7 +78,8 @@ Finding check_places(std::uint32_t domain, unsigned processes) {
 }
 
 Finding check_peer(const std::string& peer, std::uint32_t domain, const Probe& probe) {
-  const auto ports = fmt::format("{} to {}", 7400 + 250 * domain, 7649 + 250 * domain);
+  const auto ports =
+      fmt::format("{} to {}", tuples::dds::multicast_port_of(domain), tuples::dds::multicast_port_of(domain + 1) - 1);
   if (!probe.error.empty())
     return {"firewall", Grade::kProblem, fmt::format("cannot send to peer {}: {}", peer, probe.error),
             fmt::format("check the routes (`ip route get {}`) and the rules for outgoing UDP on this host", peer)};

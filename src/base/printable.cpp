@@ -69,6 +69,13 @@ std::size_t characters(std::string_view text) {
   return count;
 }
 
+std::string one_line(std::string_view text) {
+  std::string line(text);
+  std::replace_if(
+      line.begin(), line.end(), [](unsigned char c) { return c < ' '; }, ' ');
+  return printable(line);
+}
+
 std::string_view first_character(std::string_view text) {
   std::size_t length = std::min<std::size_t>(text.size(), 1);
   while (length < text.size() && continues(text[length])) ++length;

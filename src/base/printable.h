@@ -18,7 +18,9 @@ std::size_t characters(std::string_view text);
 /// U+007F..009F), line separators (U+2028, U+2029) and bidirectional marks (U+061C, U+200E, U+200F, U+202A..202E,
 /// U+2066..2069; Unicode Standard Annex 9), which show text in another order than it has.
 std::string printable(std::string_view text);
-/// The same, cut to the width in characters, padded with blanks.
+/// The same on one line: a control character below U+0020 becomes a blank.
+std::string one_line(std::string_view text);
+/// printable(), cut to the width in characters, padded with blanks.
 std::string fitted(std::string_view text, std::size_t width);
 /// The first character, or an invalid byte with its continuation bytes: at least one byte of a text that is not empty.
 std::string_view first_character(std::string_view text);

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <charconv>
+#include "base/text.h"
 
 namespace rubicon::config {
 
@@ -22,11 +22,9 @@ model::DataType data_type(ConfigReader& type) {
 /// `id: 0x8001` or decimal.
 std::uint16_t type_id(ConfigReader& type) {
   const auto text = type.required_text("id");
-  unsigned id = 0;
-  const bool hex = text.starts_with("0x");
-  const auto* begin = text.data() + (hex ? 2 : 0);
-  const auto [end, error] = std::from_chars(begin, text.data() + text.size(), id, hex ? 16 : 10);
-  if (error == std::errc() && end == text.data() + text.size() && id <= 0xffff) return static_cast<std::uint16_t>(id);
+  const auto id = text.starts_with("0x") ? base::parse_hex_number<std::uint16_t>(std::string_view(text).substr(2))
+                                         : base::parse_number<std::uint16_t>(text);
+  if (id) return *id;
   if (type.has("id")) type.error("id", "expected 0x8000..0xffff");
   return model::kFirstSiteType;
 }

@@ -152,8 +152,7 @@ void Shell::remote_set(OwnerId owner, const std::string& key, std::string_view v
 }
 
 tuples::ReplyCall Shell::reply_to(const Slot& slot, OwnerId owner, std::string key) {
-  return [this, slot, key = std::move(key), owner, alive = std::weak_ptr(alive_)](const tuples::Reply& reply) {
-    if (alive.expired()) return;
+  return lifetime_.guard([this, slot, key = std::move(key), owner](const tuples::Reply& reply) {
     const bool applied = reply.verdict == tuples::Verdict::kApplied;
     Line line{{"ok", applied},
               {"owner", number(owner)},
@@ -168,7 +167,7 @@ tuples::ReplyCall Shell::reply_to(const Slot& slot, OwnerId owner, std::string k
       line["error"] = {{"code", to_string(code)}, {"text", reply.text}};
     }
     finish(slot, model::dump(line));
-  };
+  });
 }
 
 void Shell::get(std::string_view rest, const Slot& slot) {

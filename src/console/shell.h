@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "base/lifetime.h"
 #include "tuples/meta_tuple.h"
 
 namespace rubicon::console {
@@ -97,7 +98,7 @@ class Shell {
   std::deque<Slot> slots_;
   std::map<std::string, tuples::Handle> subscriptions_;
   tuples::Handle everything_;  ///< passive: what get, ls, devices and stats answer from
-  std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
+  base::Lifetime lifetime_;
 };
 
 }  // namespace rubicon::console

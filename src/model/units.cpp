@@ -6,6 +6,8 @@
 #include <iterator>
 #include <numbers>
 
+#include "base/text.h"
+
 namespace rubicon::model {
 
 namespace {
@@ -135,9 +137,7 @@ double UnitConversion::operator()(double value) const {
   if (converted == 0 || !std::isfinite(converted)) return converted;
   char text[40];
   const auto end = std::to_chars(text, text + sizeof text, converted, std::chars_format::scientific, 11).ptr;
-  double tidy = converted;
-  std::from_chars(text, end, tidy);
-  return tidy;
+  return base::parse_number<double>(std::string_view(text, end)).value_or(converted);
 }
 
 std::optional<UnitConversion> conversion(std::string_view from, std::string_view to) {

@@ -3,9 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <nlohmann/json.hpp>
 
+#include "base/text.h"
+#include "model/json_members.h"
 #include "rubicon/key.hpp"
 
 namespace rubicon::model {
@@ -119,10 +120,7 @@ std::optional<std::uint32_t> number_of(std::string_view text) {
   constexpr std::string_view kReserved = "reserved (";
   if (text.size() > kReserved.size() && same_word(text.substr(0, kReserved.size()), kReserved) && text.ends_with(')'))
     text = text.substr(kReserved.size(), text.size() - kReserved.size() - 1);
-  std::uint32_t number = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return number;
+  return base::parse_number<std::uint32_t>(text);
 }
 
 std::string plain_word(std::string_view text) {
@@ -148,7 +146,7 @@ Result<std::uint32_t> bits_of(const Words& words, std::string_view text) {
 Json set_of(const Words& words, std::uint32_t raw) {
   Tree json{{"raw", raw & all_bits(words)}};
   for (const auto& word : words) json[word.text] = (raw & bit(word)) != 0;
-  return Json{json.dump(-1, ' ', false, Tree::error_handler_t::replace)};
+  return Json{dump(json)};
 }
 
 Result<Value> parse_words(const Type& type, const Words& words, std::string_view text) {

@@ -3,9 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 
+#include "base/text.h"
 #include "model/point_tuples.h"
 
 namespace rubicon::proxy {
@@ -41,10 +41,7 @@ std::optional<double> bound_of(std::optional<double> own, double of_type) {
 std::uint64_t reported_number(const Network& network, const char* name) {
   const auto found = network.reported.find(name);
   if (found == network.reported.end()) return 0;
-  std::uint64_t number = 0;
-  const auto& text = found->second;
-  std::from_chars(text.data(), text.data() + text.size(), number);
-  return number;
+  return base::parse_number<std::uint64_t>(found->second).value_or(0);
 }
 
 }  // namespace

@@ -5,6 +5,11 @@
 namespace rubicon::base {
 namespace {
 
+TEST(TextOfOutsiders, OneLineHasBlanksForLineEnds) {
+  EXPECT_EQ(one_line("a\nb\tc\x1b[2J"), "a b c [2J");
+  EXPECT_EQ(one_line("\xff"), "?");
+}
+
 TEST(Printable, LettersOfAllLanguagesStay) {
   for (const auto* text : {"Küche", "中文", "Ελλάδα", "עברית", "€", "😀"}) EXPECT_EQ(printable(text), text);
 }

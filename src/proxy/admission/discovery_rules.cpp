@@ -4,7 +4,7 @@
 
 #include "base/glob.h"
 
-namespace rubicon::proxy {
+namespace rubicon::proxy::admission {
 
 std::string_view to_string(DiscoveryAction action) {
   switch (action) {
@@ -38,4 +38,4 @@ RuleResult apply_rules(const DiscoveryRules& discovery, const DeviceName& device
 
 }  // namespace admission
 
-}  // namespace rubicon::proxy
+}  // namespace rubicon::proxy::admission

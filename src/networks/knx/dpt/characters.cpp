@@ -55,11 +55,4 @@ void append_character(char32_t character, std::string& out) {
   out += static_cast<char>(0x80 | (character & 0x3f));
 }
 
-bool is_utf8(std::string_view text) {
-  while (!text.empty()) {
-    if (!take_character(text)) return false;
-  }
-  return true;
-}
-
 }  // namespace rubicon::networks::knx::dpt

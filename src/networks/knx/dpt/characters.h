@@ -11,7 +11,5 @@ namespace rubicon::networks::knx::dpt {
 std::optional<char32_t> take_character(std::string_view& text);
 /// Appends a character below U+10000 as UTF-8.
 void append_character(char32_t character, std::string& out);
-/// Well formed (RFC 3629): no surrogates, nothing above U+10FFFF, shortest forms only.
-bool is_utf8(std::string_view text);
 
 }  // namespace rubicon::networks::knx::dpt

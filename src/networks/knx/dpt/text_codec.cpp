@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "base/printable.h"
 #include "networks/knx/dpt/characters.h"
 #include "networks/knx/dpt/codec.h"
 #include "networks/knx/wire/cemi.h"
@@ -26,7 +27,7 @@ tl::unexpected<Error> undecodable(const Dpt& type, ByteView bytes, std::string_v
 Result<Value> decode_characters(const Dpt& type, ByteView bytes) {
   const auto text = bytes.first(static_cast<std::size_t>(std::ranges::find(bytes, 0) - bytes.begin()));
   if (type.maximum > kLatin1) {
-    if (!is_utf8(base::as_text(text))) return undecodable(type, text, "UTF-8");
+    if (!base::is_utf8(base::as_text(text))) return undecodable(type, text, "UTF-8");
     return Value(std::string(base::as_text(text)));
   }
   std::string out;
@@ -60,7 +61,7 @@ Result<wire::Payload> encode_long(const Dpt& type, const std::string& text) {
     auto page = in_code_page(type, text);
     if (!page) return fail(page.error());
     bytes = std::move(*page);
-  } else if (!is_utf8(text) || text.find('\0') != text.npos) {
+  } else if (!base::is_utf8(text) || text.find('\0') != text.npos) {
     return fail(ErrorCode::kInvalid, name_of(type) + ": the text is not UTF-8 without NUL");
   }
   if (bytes.size() > kMaxLongText) return too_long(type, text, kMaxLongText);

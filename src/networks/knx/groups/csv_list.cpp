@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <unordered_map>
 
+#include "base/printable.h"
 #include "networks/knx/dpt/characters.h"
 #include "networks/knx/groups/csv_layout.h"
 #include "networks/knx/groups/csv_records.h"
@@ -22,7 +23,7 @@ constexpr std::size_t kFirstRows = 500;
 bool decode(CsvRecord& row, Encoding encoding) {
   if (encoding == Encoding::kUtf8) return false;
   const bool good =
-      std::all_of(row.fields.begin(), row.fields.end(), [](const auto& field) { return dpt::is_utf8(field); });
+      std::all_of(row.fields.begin(), row.fields.end(), [](const auto& field) { return base::is_utf8(field); });
   if (encoding == Encoding::kMixed && good) return false;
   for (auto& field : row.fields) field = from_windows_1252(field);
   return encoding == Encoding::kMixed;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "base/printable.h"
 #include "networks/knx/dpt/characters.h"
 
 namespace rubicon::networks::knx::groups {
@@ -19,12 +20,12 @@ bool is_ascii(std::string_view bytes) {
 }  // namespace
 
 Encoding encoding_of(std::string_view bytes) {
-  if (dpt::is_utf8(bytes)) return Encoding::kUtf8;
+  if (base::is_utf8(bytes)) return Encoding::kUtf8;
   if (bytes.starts_with(kUtf8Mark)) return Encoding::kMixed;
   while (!bytes.empty()) {
     const auto end = std::min(bytes.find('\n'), bytes.size() - 1);
     const auto line = bytes.substr(0, end + 1);
-    if (!is_ascii(line) && dpt::is_utf8(line)) return Encoding::kMixed;
+    if (!is_ascii(line) && base::is_utf8(line)) return Encoding::kMixed;
     bytes.remove_prefix(end + 1);
   }
   return Encoding::kWindows1252;

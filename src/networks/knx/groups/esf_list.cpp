@@ -4,6 +4,7 @@
 #include <array>
 #include <charconv>
 
+#include "base/printable.h"
 #include "networks/knx/dpt/characters.h"
 #include "networks/knx/groups/encoding.h"
 #include "networks/knx/groups/group_list_builder.h"
@@ -166,7 +167,7 @@ GroupList read_esf(std::string_view text) {
     if (line.text.find_first_not_of(" \t") == line.text.npos) return true;
     if (lines.full(line.number)) return false;
     const bool decode =
-        encoding == Encoding::kWindows1252 || (encoding == Encoding::kMixed && !dpt::is_utf8(line.text));
+        encoding == Encoding::kWindows1252 || (encoding == Encoding::kMixed && !base::is_utf8(line.text));
     lines.take(line.number, decode ? from_windows_1252(line.text) : std::string(line.text));
     return true;
   });

@@ -4,6 +4,7 @@
 #include <array>
 #include <map>
 
+#include "base/printable.h"
 #include "networks/knx/dpt/characters.h"
 #include "networks/knx/groups/encoding.h"
 #include "networks/knx/groups/group_file.h"
@@ -75,7 +76,7 @@ std::string quoted(std::string_view text) {
 }
 
 std::string scalar(std::string_view text) {
-  const auto utf8 = dpt::is_utf8(text) ? std::string(text) : from_windows_1252(text);
+  const auto utf8 = base::is_utf8(text) ? std::string(text) : from_windows_1252(text);
   return is_plain(utf8) && !needs_escape(utf8) ? utf8 : quoted(utf8);
 }
 
@@ -140,7 +141,7 @@ std::string line_of(const GroupPoint& point, const GroupNames& names) {
 std::string comment(std::string_view text) {
   std::string out;
   for (const char c : clean_text(text, 200)) out += c == '\n' ? ' ' : c;
-  return needs_escape(out) || !dpt::is_utf8(out) ? scalar(out) : out;
+  return needs_escape(out) || !base::is_utf8(out) ? scalar(out) : out;
 }
 
 }  // namespace
