@@ -13,7 +13,7 @@ namespace {
 /// Pause before a telegram that did not reach the bus is sent again.
 constexpr Duration kRetryPause = std::chrono::seconds(10);
 
-/// Whether a value with this `.status` beside it may be entry to the bus.
+/// Whether a value with this `.status` beside it may be sent to the bus.
 bool is_usable(std::string_view status) {
   const auto quality = model::point_status_from_json(status).quality;
   return quality.empty() || quality == "good" || quality == "assumed";
