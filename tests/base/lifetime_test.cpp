@@ -97,6 +97,36 @@ TEST(DeadlineOfMany, IsTheEarliest) {
   EXPECT_EQ(reached.size(), 2U);
 }
 
+TEST(DeadlineOfMany, MayBeDestroyedInItsCall) {
+  VirtualScheduler scheduler;
+  std::string reached;
+  std::unique_ptr<Deadline> deadline;
+  // The text makes the call too large to be stored inside the std::function.
+  deadline = std::make_unique<Deadline>(scheduler, [&, text = std::string("longer than the text of a small string")] {
+    deadline.reset();
+    reached = text;
+  });
+  deadline->set(milliseconds(5));
+  scheduler.run_for(milliseconds(10));
+  EXPECT_EQ(reached, "longer than the text of a small string");
+  EXPECT_EQ(deadline, nullptr);
+}
+
+TEST(DeadlineOfMany, ClearedItDoesNotCallAndCanBeSetAgain) {
+  VirtualScheduler scheduler;
+  int calls = 0;
+  Deadline deadline(scheduler, [&] { ++calls; });
+  deadline.set(milliseconds(10));
+  deadline.clear();
+  EXPECT_FALSE(deadline.is_set());
+  scheduler.run_for(milliseconds(5));
+  deadline.advance_to(scheduler.now() + milliseconds(20));
+  scheduler.run_for(milliseconds(19));
+  EXPECT_EQ(calls, 0);
+  scheduler.run_for(milliseconds(1));
+  EXPECT_EQ(calls, 1);
+}
+
 struct Item {
   int number;
   SteadyTime expires;
@@ -123,6 +153,33 @@ TEST(QueuesOfWhatExpires, GiveBackWhatWaitedTooLongAndKeepTheOrderOfTheRest) {
   EXPECT_TRUE(queues.empty(1));
   EXPECT_EQ(queues.pop_front(0).number, 0);
   EXPECT_EQ(queues.pop_front(0).number, 3);
+}
+
+TEST(QueuesOfWhatExpires, TakeNewItemsWhileOthersExpire) {
+  VirtualScheduler scheduler;
+  std::vector<int> expired;
+  std::unique_ptr<ExpiringQueues<Item>> queues;
+  queues = std::make_unique<ExpiringQueues<Item>>(scheduler, 1, [&](const Item& item) {
+    expired.push_back(item.number);
+    if (item.number < 10) queues->push_back(0, {item.number + 10, scheduler.now() + milliseconds(2)});
+  });
+  queues->push_back(0, {1, scheduler.now()});
+  queues->push_back(0, {2, scheduler.now() + milliseconds(1)});
+  scheduler.run_for(milliseconds(1));
+  EXPECT_EQ(expired, std::vector{1});
+  scheduler.run_for(milliseconds(100));
+  EXPECT_EQ(expired, (std::vector{1, 2, 11, 12}));
+  EXPECT_TRUE(queues->empty(0));
+}
+
+TEST(QueuesOfWhatExpires, DestroyedTheyGiveNothingBack) {
+  VirtualScheduler scheduler;
+  int expired = 0;
+  auto queues = std::make_unique<ExpiringQueues<Item>>(scheduler, 1, [&](const Item&) { ++expired; });
+  queues->push_back(0, {1, scheduler.now() + milliseconds(1)});
+  queues.reset();
+  scheduler.run_for(milliseconds(100));
+  EXPECT_EQ(expired, 0);
 }
 
 class Lines final : public LogSink {
