@@ -86,7 +86,7 @@ constexpr Exception kNotRun[] = {
 std::set<std::string> not_run() {
   return {
       "rubicon knx discover",
-      "rubicon knx discover --host 192.168.1.10    # where multicast does not get through",
+      "rubicon knx discover --host 192.168.1.10    # where multicast does not arrive",
       "rubicon knx monitor --direct 192.168.1.10",
       "rubicon knx read 1/2/7 9.001 --direct 192.168.1.10",
       "rubicon knx write 1/2/7 9.001 21.5 --direct 192.168.1.10",
