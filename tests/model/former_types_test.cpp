@@ -93,7 +93,8 @@ std::vector<std::string> types_that_mean_the_same() {
   return pairs;
 }
 
-/// Those that stay two (docs/types.md, "Similar types that stay separate"); a new pair has to become one or to be argued there.
+/// Those that stay two (docs/types.md, "Similar types that stay separate"); a new pair has to become one or to be
+/// argued there.
 TEST(FormerTypes, NoOtherTwoTypesMeanOneQuantityInUnitsThatConvert) {
   EXPECT_THAT(types_that_mean_the_same(),
               UnorderedElementsAre("colourXy colourHueSaturation", "conductivity electricConductivity",
