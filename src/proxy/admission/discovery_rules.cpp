@@ -6,17 +6,6 @@
 
 namespace rubicon::proxy::admission {
 
-std::string_view to_string(DiscoveryAction action) {
-  switch (action) {
-    case DiscoveryAction::kAuto: return "auto";
-    case DiscoveryAction::kAsk: return "ask";
-    case DiscoveryAction::kIgnore: return "ignore";
-  }
-  return "auto";
-}
-
-namespace admission {
-
 namespace {
 
 bool fits(const std::string& pattern, std::string_view text) {
@@ -35,7 +24,5 @@ RuleResult apply_rules(const DiscoveryRules& discovery, const DeviceName& device
   }
   return {discovery.otherwise, fmt::format("discovery.new-devices is {}", to_string(discovery.otherwise))};
 }
-
-}  // namespace admission
 
 }  // namespace rubicon::proxy::admission
