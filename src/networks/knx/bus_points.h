@@ -30,7 +30,8 @@ class BusPoints {
   /// Reads all points again that are subscribed to or configured to be read.
   void line_up(line::Line& line);
   void line_down();
-  /// A response or write from the bus, or a write of ours that the bus confirmed. False if no point has the address.
+  /// Handles a response or write from the bus, or a sent write that the bus confirmed. False if no point has the
+  /// address.
   bool receive(const wire::Telegram& telegram) { return receive(telegram, nullptr); }
   Result<void> actuate(const std::string& device, const model::Actuate& command);
   Result<void> sample(const std::string& device, const model::Sample& request);

@@ -167,8 +167,7 @@ Result<Value> value_of(const BoundPoint& point, wire::PayloadView payload) {
   return value ? dpt::to_catalogue(*point.dpt, point.id.kind, *value) : value;
 }
 
-/// Without a type the value is the payload in hex. It always has whole bytes, as the small form is not known to be
-/// meant.
+/// Without a type the value is the payload in hex, in whole bytes: it cannot express the small form.
 Result<wire::Payload> payload_of(const BoundPoint& point, const Value& value) {
   if (point.dpt) {
     auto converted = dpt::from_catalogue(*point.dpt, point.id.kind, value);

@@ -39,7 +39,7 @@ class ToolRequests {
 
   /// Sends telegrams over this line; nullptr: requests that need it are refused.
   void use(line::Line* line);
-  /// kUnsupported if the message is no request of a tool, kInvalid if it cannot be read.
+  /// kUnsupported if the message is not a request of a tool, kInvalid if it cannot be read.
   Result<void> receive(const model::Message& message);
   bool monitored() const { return !monitors_.empty(); }
   /// A telegram was received, or is sent (`own`).

@@ -223,7 +223,7 @@ TEST_F(KnxIsland, ReadsCommandsAndShows) {
   EXPECT_TRUE(until("proxy.knx-hall.property.unassigned.value", "7/7/7", 60s));
 }
 
-/// The same by multicast: no tunnel, nothing to keep, nobody confirms.
+/// The same by routing: without tunnels and confirmations.
 TEST_F(KnxIsland, ByRoutingReadsCommandsAndShows) {
   island_.reset();
   auto text = std::string(kConfiguration);
@@ -268,9 +268,9 @@ TEST_F(KnxIsland, ToolsCanHaveATunnelOfTheirOwn) {
   const auto found = rubicon({"knx", "discover", "--host", "127.0.0.1", "--json"});
   EXPECT_EQ(found.code, 0) << found.errors;
   EXPECT_EQ(lines_of(found).at(0)["name"], "test-knxd");
-  const auto nobody = rubicon({"knx", "read", "1/1/1", "--direct", "127.0.0.1:3999"});
-  EXPECT_EQ(nobody.code, 1);
-  EXPECT_THAT(nobody.errors, HasSubstr("no tunnel to 127.0.0.1:3999"));
+  const auto unreachable = rubicon({"knx", "read", "1/1/1", "--direct", "127.0.0.1:3999"});
+  EXPECT_EQ(unreachable.code, 1);
+  EXPECT_THAT(unreachable.errors, HasSubstr("no tunnel to 127.0.0.1:3999"));
 }
 
 /// What an integrator does first: pulls the plug. Every round the island must be up after knxd is back, ask for each
@@ -367,7 +367,7 @@ TEST_F(KnxRestarts, SurvivesAServerThatDiesUnderTraffic) {
     for (int k = 0; k < 12000 && !knxd_->ready(); ++k) std::this_thread::sleep_for(5ms);
     times.push_back(std::chrono::duration<double>(time_until(true, value)).count());
     EXPECT_LT(times.back(), 20) << "it needs less than 2 s";
-    EXPECT_TRUE(asks_again(before)) << "does not read what is wanted";
+    EXPECT_TRUE(asks_again(before)) << "does not read subscribed values again";
     answer(round);
     EXPECT_TRUE(becomes("proxy.knx-hall.1_2_7.sensor.temperature-1.value", temperature(round)));
     EXPECT_TRUE(becomes("proxy.knx-hall.1_0_1.actuator.switch-1.value", round % 2 ? "on" : "off"));

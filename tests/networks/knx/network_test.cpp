@@ -67,7 +67,7 @@ TEST_F(KnxPoints, ACommandOfAnotherIsNoReportOfAnActuatorThatReports) {
   EXPECT_EQ(last_state().counters.at("unassigned-addresses"), 0U);
 }
 
-TEST_F(KnxPoints, ValuesThatDoNotFitTheirTypeAreBadAndToldOnce) {
+TEST_F(KnxPoints, ValuesThatDoNotFitTheirTypeAreBadAndLoggedOnce) {
   start();
   server.inject(0x1105, group("1/2/7"), 0x80, {0x0c});
   server.inject(0x1105, group("1/2/7"), 0x80, {0x7f, 0xff});
@@ -118,7 +118,7 @@ TEST_F(KnxPoints, WhatIsReadEveryMinuteIsSoWhileWantedOnly) {
   EXPECT_EQ(reads_of("1/4/7"), before + 5);
 }
 
-TEST_F(KnxPoints, AReadWithoutAnswerIsRepeatedOnceAndTold) {
+TEST_F(KnxPoints, AReadWithoutAnswerIsRepeatedOnceAndLogged) {
   start();
   ASSERT_TRUE(sample("1/2/7", {point(Kind::kSensor, "temperature")}));
   host.time.run_for(10s);
@@ -184,7 +184,7 @@ TEST_F(KnxPoints, ACommandIsNoReportOfTheActuatorItself) {
   EXPECT_THAT(values_of("1/0/3"), IsEmpty()) << "the island calls it assumed";
 }
 
-TEST_F(KnxPoints, VerificationDoesNotWaitBehindReadsThatNobodyAnswers) {
+TEST_F(KnxPoints, VerificationDoesNotWaitForUnansweredReads) {
   std::string text = R"({"host": "10.0.0.9", "telegrams-per-second": 0, "groups": {)";
   for (int i = 1; i <= 100; ++i) text += "\"2/0/" + std::to_string(i) + R"(": {"dpt": "9.001", "read": "init"}, )";
   server.answers[group("1/0/2")] = {{1}, true};
@@ -252,7 +252,7 @@ TEST_F(KnxPoints, TheJoinNamesWordsAndBounds) {
   EXPECT_EQ(of["3/0/1"].maximum, 255);
   EXPECT_EQ(of["3/0/8"].minimum, 0) << "a percentage";
   EXPECT_EQ(of["3/0/8"].maximum, 100);
-  EXPECT_EQ(of["3/0/7"].minimum, -273) << "of a command: what the telegram takes";
+  EXPECT_EQ(of["3/0/7"].minimum, -273) << "of a command: what the telegram can hold";
   EXPECT_EQ(of["3/0/9"].maximum, std::nullopt) << "what a single can hold is no bound";
   EXPECT_EQ(of["3/0/10"].maximum, std::nullopt) << "that of its type is lower";
 }
@@ -268,7 +268,7 @@ TEST_F(KnxPoints, ATelegramOfTheWrongSizeSaysSoInItsReading) {
   }
   EXPECT_THAT(reasons,
               ElementsAre("telegram 0c: 9.001 temperature: 1 octets, expected 2 octets (the length of the type)",
-                          "telegram 7fff: 9.001 temperature: 7fff says that there is no valid value"));
+                          "telegram 7fff: 9.001 temperature: 7fff means no valid value"));
 }
 
 TEST_F(KnxPoints, TheCountersGoOnWhenOnlyWeSend) {
@@ -306,7 +306,7 @@ TEST_F(KnxPoints, AReloadAsksOnlyForWhatIsNew) {
     "1/2/8": {"dpt": "9.007", "read": "init", "name": "another name"}, "1/2/9": {"dpt": "9.001", "read": "init"}}})"));
   host.time.run_for(10s);
   EXPECT_EQ(reads_of("1/2/8"), 1);
-  EXPECT_EQ(reads_of("1/2/9"), 2) << "nobody answers";
+  EXPECT_EQ(reads_of("1/2/9"), 2) << "no answer";
 }
 
 TEST_F(KnxPoints, AnActuatorThatStaysSilentAfterACommandIsAsked) {
@@ -331,7 +331,7 @@ TEST_F(KnxPoints, AnActuatorThatReportsIsNotAsked) {
   EXPECT_THAT(values_of("1/0/1"), ElementsAre("on"));
 }
 
-TEST_F(KnxPoints, CommandsThatNobodyTakesFail) {
+TEST_F(KnxPoints, UnacknowledgedCommandsFail) {
   start();
   server.confirms_negatively = true;
   ASSERT_TRUE(command("1/0/1", point(Kind::kActuator, "switch"), true));
@@ -343,7 +343,7 @@ TEST_F(KnxPoints, CommandsThatNobodyTakesFail) {
   EXPECT_FALSE(command("9/9/9", point(Kind::kActuator, "switch"), true));
 }
 
-TEST_F(KnxPoints, ALostLineIsToldAndEverythingWantedReadAgain) {
+TEST_F(KnxPoints, ALostLineIsReportedAndSubscribedPointsAreReadAgain) {
   server.answers[group("1/2/7")] = {{0x0c, 0x33}, false};
   start();
   ASSERT_TRUE(sample("1/2/7", {point(Kind::kSensor, "temperature")}));

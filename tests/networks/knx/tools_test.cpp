@@ -20,7 +20,7 @@ constexpr std::string_view kShown = R"({"host": "10.0.0.9", "telegrams-per-secon
 
 class KnxExposed : public KnxBench {
  protected:
-  void say(const std::string& tuple, std::string_view value) {
+  void set_tuple(const std::string& tuple, std::string_view value) {
     ASSERT_TRUE(host.followed.contains(tuple));
     host.followed[tuple](value);
     host.time.run_for(1s);
@@ -33,14 +33,14 @@ class KnxExposed : public KnxBench {
 TEST_F(KnxExposed, ChangesAreWrittenAndRepeatedInTheirPeriod) {
   start(kShown);
   EXPECT_THAT(host.followed, SizeIs(6)) << "each with its status";
-  say(kWarm, "21.5");
+  set_tuple(kWarm, "21.5");
   EXPECT_EQ(telegrams("6/0/1", write_21_5), 1);
-  say(kWarm, "21.5");
+  set_tuple(kWarm, "21.5");
   EXPECT_EQ(telegrams("6/0/1", write_21_5), 1) << "the same value is no change";
   host.time.run_for(30min);
   EXPECT_EQ(telegrams("6/0/1", write_21_5), 4);
-  EXPECT_EQ(last_state().counters.at("telegrams-sent"), 4U) << "nothing else made it tell";
-  say("6543:proxy.dummy.x.sensor.switch-1.value", "on");
+  EXPECT_EQ(last_state().counters.at("telegrams-sent"), 4U) << "no other event caused a write";
+  set_tuple("6543:proxy.dummy.x.sensor.switch-1.value", "on");
   host.time.run_for(1h);
   EXPECT_EQ(telegrams("6/0/2", {0x00, 0x81}), 1) << "no period";
 }
@@ -55,7 +55,7 @@ TEST_F(KnxExposed, FastChangesAreThinnedOutAndTheLastOneIsWritten) {
   const auto while_changing = server.heard().size();
   EXPECT_GE(while_changing, 2U);
   EXPECT_LE(while_changing, 3U) << "10 s of changes, one each 5 s";
-  say(kWarm, "21.5");
+  set_tuple(kWarm, "21.5");
   host.time.run_for(10s);
   EXPECT_EQ(server.heard().back().tpdu, write_21_5);
 }
@@ -63,21 +63,21 @@ TEST_F(KnxExposed, FastChangesAreThinnedOutAndTheLastOneIsWritten) {
 TEST_F(KnxExposed, AChangeIsWrittenOnceWhenItsPeriodIsNoLongerThanThePause) {
   start(R"({"host": "10.0.0.9", "telegrams-per-second": 0, "expose": {
     "6/0/1": {"tuple": "proxy.wsn-1.7.sensor.temperature-1.value", "dpt": "9.001", "pause": "5s", "every": "3s"}}})");
-  say(kWarm, "20");
-  say(kWarm, "21.5");
+  set_tuple(kWarm, "20");
+  set_tuple(kWarm, "21.5");
   const auto when = [this](std::size_t place) { return server.heard().at(place).when - server.heard().at(0).when; };
   host.time.run_for(10s);
   ASSERT_GE(server.heard().size(), 4U);
   for (std::size_t i = 1; i < server.heard().size(); ++i) EXPECT_EQ((when(i) - when(i - 1)) / 1s, 3) << i;
 }
 
-TEST_F(KnxExposed, AnythingWrittenStartsThePauseAnew) {
+TEST_F(KnxExposed, EveryWriteRestartsThePause) {
   start(R"({"host": "10.0.0.9", "telegrams-per-second": 0, "expose": {
     "6/0/1": {"tuple": "proxy.wsn-1.7.sensor.temperature-1.value", "dpt": "9.001", "pause": "5s", "every": "20s"}}})");
-  say(kWarm, "20");
+  set_tuple(kWarm, "20");
   host.time.run_for(20s);
   ASSERT_THAT(server.heard(), SizeIs(2)) << "the repetition";
-  say(kWarm, "21.5");
+  set_tuple(kWarm, "21.5");
   EXPECT_THAT(server.heard(), SizeIs(2)) << "at most one in the pause";
   host.time.run_for(5s);
   EXPECT_THAT(server.heard(), SizeIs(3));
@@ -88,7 +88,7 @@ TEST_F(KnxExposed, TheBusCanReadThem) {
   server.inject_read(0x1105, group("6/0/3"));
   host.time.run_for(1s);
   EXPECT_THAT(server.heard(), IsEmpty()) << "nothing is known yet";
-  say(kLight, "100");
+  set_tuple(kLight, "100");
   EXPECT_THAT(server.heard(), IsEmpty()) << "on-change: no";
   server.inject_read(0x1105, group("6/0/3"));
   host.time.run_for(1s);
@@ -98,29 +98,29 @@ TEST_F(KnxExposed, TheBusCanReadThem) {
 TEST_F(KnxExposed, TheyAreWrittenAgainWhenTheLineIsBack) {
   server.stop();
   start(kShown);
-  say(kWarm, "20");
-  say(kWarm, "21.5");
+  set_tuple(kWarm, "20");
+  set_tuple(kWarm, "21.5");
   server.start();
   for (int i = 0; i < 20; ++i) {
     if (!host.failures.empty()) static_cast<void>(network->open());
     host.time.run_for(1s);
   }
   EXPECT_EQ(telegrams("6/0/1", write_21_5), 1);
-  EXPECT_THAT(server.heard(), SizeIs(1)) << "the older value is of no use to anybody";
+  EXPECT_THAT(server.heard(), SizeIs(1)) << "the older value is obsolete";
 }
 
 TEST_F(KnxExposed, AValueThatIsGoneOrBadIsNotShownAnyMore) {
   start(kShown);
   const std::string status = "proxy.wsn-1.7.sensor.temperature-1.status";
-  say(kWarm, "21.5");
-  say(status, R"({"quality":"device-offline","reason":"silent"})");
+  set_tuple(kWarm, "21.5");
+  set_tuple(status, R"({"quality":"device-offline","reason":"silent"})");
   server.inject_read(0x1105, group("6/0/1"));
   host.time.run_for(30min);
   EXPECT_THAT(server.heard(), SizeIs(1)) << "neither answered nor repeated";
-  say(status, R"({"quality":"good"})");
+  set_tuple(status, R"({"quality":"good"})");
   host.time.run_for(10s);
   EXPECT_EQ(telegrams("6/0/1", write_21_5), 2);
-  say(kWarm, "");
+  set_tuple(kWarm, "");
   server.inject_read(0x1105, group("6/0/1"));
   host.time.run_for(30min);
   EXPECT_EQ(telegrams("6/0/1", write_21_5), 2);
@@ -129,7 +129,7 @@ TEST_F(KnxExposed, AValueThatIsGoneOrBadIsNotShownAnyMore) {
 TEST_F(KnxExposed, WhatTheBusDidNotTakeIsTriedAgain) {
   start(kShown);
   server.confirms_negatively = true;
-  say(kWarm, "21.5");
+  set_tuple(kWarm, "21.5");
   const auto first = server.heard().size();
   server.confirms_negatively = false;
   host.time.run_for(15s);
@@ -154,10 +154,10 @@ TEST_F(KnxExposed, HundredsAreAllWrittenAfterAReconnect) {
   EXPECT_THAT(server.heard(), SizeIs(500));
 }
 
-TEST_F(KnxExposed, WhatCannotBeShownIsToldAndLeftOut) {
+TEST_F(KnxExposed, ValuesThatCannotBeEncodedAreReportedAndNotWritten) {
   start(kShown);
-  say(kWarm, "very warm");
-  say(kWarm, "");
+  set_tuple(kWarm, "very warm");
+  set_tuple(kWarm, "");
   EXPECT_THAT(server.heard(), IsEmpty());
   EXPECT_TRUE(host.words.contains("6/0/1"));
 }
@@ -171,9 +171,9 @@ class KnxTools : public KnxBench {
     const auto bytes = base::as_bytes(text);
     EXPECT_TRUE(send(model::Opaque{std::string(kRequestTag), Bytes(bytes.begin(), bytes.end())}, ""));
     host.time.run_for(10s);
-    return heard(kReplyTag);
+    return messages(kReplyTag);
   }
-  std::vector<json> heard(std::string_view tag) const {
+  std::vector<json> messages(std::string_view tag) const {
     std::vector<json> all;
     for (const auto& message : host.delivered) {
       const auto* opaque = std::get_if<model::Opaque>(&message.body);
@@ -205,7 +205,7 @@ TEST_F(KnxTools, ValuesAreShownAsPeopleWriteThem) {
   EXPECT_EQ(ask({{"id", "1"}, {"do", "read"}, {"address", "1/0/3"}, {"dpt", "14.068"}}).at(0)["value"], "24.3");
 }
 
-TEST_F(KnxTools, ReadThatNobodyAnswersSaysSoOnce) {
+TEST_F(KnxTools, AnUnansweredReadIsReportedOnce) {
   start();
   const auto answers = ask({{"id", "2"}, {"do", "read"}, {"address", "7/7/7"}});
   ASSERT_THAT(answers, SizeIs(1));
@@ -228,7 +228,7 @@ TEST_F(KnxTools, NestedRubbishIsHarmless) {
   const auto bytes = base::as_bytes(deep);
   std::ignore = send(model::Opaque{std::string(kRequestTag), Bytes(bytes.begin(), bytes.end())}, "");
   host.time.run_for(1s);
-  EXPECT_LE(heard(kReplyTag).size(), 1U);
+  EXPECT_LE(messages(kReplyTag).size(), 1U);
 }
 
 TEST_F(KnxTools, AReadEndsWithTheLine) {
@@ -239,8 +239,8 @@ TEST_F(KnxTools, AReadEndsWithTheLine) {
   host.time.run_for(1s);
   server.disconnect_all();
   host.time.run_for(1s);
-  ASSERT_THAT(heard(kReplyTag), SizeIs(1));
-  EXPECT_THAT(heard(kReplyTag)[0]["why"].get<std::string>(), HasSubstr("lost"));
+  ASSERT_THAT(messages(kReplyTag), SizeIs(1));
+  EXPECT_THAT(messages(kReplyTag)[0]["why"].get<std::string>(), HasSubstr("lost"));
 }
 
 TEST_F(KnxTools, WhatIsWrittenIsHeardByOurOwnPointsToo) {
@@ -264,7 +264,7 @@ TEST_F(KnxTools, WrongRequestsAreRefusedInWords) {
     EXPECT_THAT(answers[0]["why"].get<std::string>(), HasSubstr(why));
   }
   EXPECT_FALSE(send(model::Opaque{std::string(kRequestTag), {0xff, 0x00}}, ""));
-  EXPECT_FALSE(send(model::Opaque{"chat", {'x'}}, "")) << "nobody here chats";
+  EXPECT_FALSE(send(model::Opaque{"chat", {'x'}}, "")) << "not a request";
 }
 
 TEST_F(KnxTools, WithoutALineOnlyWhatNeedsItIsRefused) {
@@ -283,7 +283,7 @@ TEST_F(KnxTools, AMonitorHearsEverythingUntilItsLeaseEnds) {
   host.time.run_for(100ms);
   ASSERT_TRUE(send(model::Actuate{5, point(Kind::kActuator, "switch"), true}, "1/0/1"));
   host.time.run_for(100ms);
-  const auto telegrams_seen = heard(kTelegramTag);
+  const auto telegrams_seen = messages(kTelegramTag);
   ASSERT_THAT(telegrams_seen, SizeIs(2));
   EXPECT_EQ(telegrams_seen[0]["value"], "21.5");
   EXPECT_EQ(telegrams_seen[0]["name"], "Hall temperature");
@@ -294,7 +294,7 @@ TEST_F(KnxTools, AMonitorHearsEverythingUntilItsLeaseEnds) {
   host.delivered.clear();
   server.inject(0x1105, group("1/2/7"), 0x80, {0x0c, 0x65});
   host.time.run_for(1s);
-  EXPECT_THAT(heard(kTelegramTag), IsEmpty());
+  EXPECT_THAT(messages(kTelegramTag), IsEmpty());
 }
 
 TEST_F(KnxTools, MonitorsAreBounded) {

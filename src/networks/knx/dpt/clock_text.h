@@ -30,7 +30,7 @@ int weekday_of(const Clock& clock);
 
 /// `2026-11-20T13:30:15`
 std::string clock_text(const Clock& clock);
-/// `2026-11-20T13:30:15`, also with a blank for the T and without seconds; nullopt where it is no date and time.
+/// `2026-11-20T13:30:15`, also with a blank for the T and without seconds; nullopt for any other text.
 std::optional<Clock> parse_date_time(std::string_view text);
 /// `2026-11-20`
 std::optional<Clock> parse_date(std::string_view text);

@@ -6,7 +6,7 @@
 #include "model/words.h"
 #include "networks/knx/dpt/dpt.h"
 
-// The parts of decode() and encode(), by what they deal with. Payloads have the right length here.
+// The parts of decode() and encode(), by form. Their callers have checked the length of payloads.
 
 namespace rubicon::networks::knx::dpt {
 
@@ -25,30 +25,30 @@ Result<wire::Payload> encode_bits(const Dpt& type, const Value& value);
 Result<Value> decode_raw(const Dpt& type, ByteView bytes);
 Result<wire::Payload> encode_raw(const Dpt& type, const Value& value);
 
-/// Longer JSON is no value of any data point type.
+/// Bytes of JSON; no value of a data point type is longer.
 inline constexpr std::size_t kMaxJson = 4096;
 
-/// Direction and code of 3.007 as share of the whole range: 100, 50, 25, ... or the negative; 0 stops, -0 stops with
-/// the direction bit set, so that both read back.
+/// Direction and step code of 3.007 in percent: 100, 50, 25, ... or negative. 0 is a stop; -0 is a stop with the
+/// direction bit set, so that it encodes to the same bits.
 double step_value(std::uint64_t raw);
-/// The nearest step; nullopt beyond -100..100.
+/// The nearest step; nullopt outside -100..100.
 std::optional<std::uint8_t> step_raw(double percent);
 
-/// The shortest text of the single, read as a double: 20.48, not 20.479999542236328.
+/// The double of the shortest decimal with the same single precision value: 20.48 instead of 20.479999542236328.
 double shortest_single(double value);
 
-/// `count` bits (1..64) from the first bit sent on, most significant first.
+/// `count` bits (1..64) at `offset` bits from the first bit sent, most significant first.
 std::uint64_t bits_at(ByteView bytes, std::size_t offset, std::size_t count);
 void put_bits(Bytes& bytes, std::size_t offset, std::size_t count, std::uint64_t raw);
 
-/// `9.001 temperature`: how errors begin.
+/// `9.001 temperature`, the start of error texts.
 std::string name_of(const Dpt& type);
-/// The error for a value of a kind the type does not take.
+/// The error for a value of the wrong kind.
 tl::unexpected<Error> wrong_kind(const Dpt& type, const Value& value, std::string_view expected);
 tl::unexpected<Error> out_of_range(const Dpt& type, double value);
 /// Text in the words of the type's catalogue type (`protection` of 20.102) -> value of the table.
 Result<Value> from_catalogue_text(const Dpt& type, std::string_view text);
-/// The number or word of an enumeration, `reserved (n)` too; nullopt where it is neither.
+/// The value of a number, a word of an enumeration or `reserved (n)`; nullopt for any other text.
 inline std::optional<std::uint32_t> word_value(std::span<const Word> words, std::string_view text) {
   return model::value_of_word(words, text);
 }

@@ -2,7 +2,7 @@
 
 #include "networks/knx/dpt/form.h"
 
-// The two states of one bit, mains 1 and 2 (knx.md 9.4; KNX 3/7/2).
+// The two states of one bit, main types 1 and 2 (knx.md 9.4; KNX 3/7/2).
 
 namespace rubicon::networks::knx::dpt {
 

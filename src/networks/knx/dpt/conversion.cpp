@@ -16,8 +16,8 @@ namespace {
 
 using model::DataType;
 
-/// value * multiply / divide (after `shift`) is what the catalogue wants. Two numbers, because 1/1000 has no exact
-/// double while a quotient by 1000 is the nearest one.
+/// (value + shift) * multiply / divide is the value in the catalogue's unit. Two factors, because a quotient by
+/// 1000 is correctly rounded and a product with 0.001 is not.
 struct Conversion {
   DptId id;
   double multiply = 1, divide = 1;
@@ -59,8 +59,8 @@ constexpr Conversion kConversions[] = {
     {{29, 12}, 1, 1000},    // varh -> kvar.h
 };
 
-/// Whole numbers beyond cannot be told from their neighbours after a conversion: 15 digits are safe in a double.
-constexpr double kMostDigits = 1e15;
+/// Larger whole numbers are not exact after a conversion: a double holds 15 digits.
+constexpr double kMaxExact = 1e15;
 
 const Conversion* conversion_of(DptId id) {
   const auto found = std::ranges::lower_bound(kConversions, id, {}, &Conversion::id);
@@ -70,11 +70,11 @@ const Conversion* conversion_of(DptId id) {
 const model::Type& type_of(const Dpt& type, Kind kind) {
   static const TypeCatalogue catalogue;
   const auto* found = catalogue.find(kind == Kind::kActuator ? type.actuator : type.sensor);
-  return *found;  // all rows name types that are there: a test holds them to it
+  return *found;  // a test checks that the types of all rows exist
 }
 
-/// What rounding left behind that many digits goes away: 16 on the way to the catalogue, where a third of something
-/// has to come back, 15 on the way from there.
+/// Rounds to this many digits, to remove rounding errors: 16 towards the catalogue, so that a third converts back, and
+/// 15 from the catalogue.
 double tidy(double value, int digits) {
   if (value == 0 || !std::isfinite(value)) return value;
   char text[40];
@@ -83,7 +83,7 @@ double tidy(double value, int digits) {
 }
 
 double number_of(const Value& value) {
-  if (const auto* whole = std::get_if<std::int64_t>(&value)) return static_cast<double>(*whole);
+  if (const auto* integer = std::get_if<std::int64_t>(&value)) return static_cast<double>(*integer);
   return std::get<double>(value);
 }
 
@@ -99,19 +99,19 @@ double in_catalogue_unit(const Dpt& type, double number) {
 Result<Value> real(const Dpt& type, const Value& value) {
   if (!is_number(value)) return wrong_kind(type, value, "a number");
   const auto number = number_of(value);
-  if (type.bits == 64 && std::abs(number) > kMostDigits) {
-    return fail(ErrorCode::kOutOfRange, fmt::format("{}: {} has more digits than its sensor can tell apart",
+  if (type.bits == 64 && std::abs(number) > kMaxExact) {
+    return fail(ErrorCode::kOutOfRange, fmt::format("{}: {} has more than 15 digits, which its sensor type cannot hold",
                                                     name_of(type), model::to_text(value)));
   }
   return Value(in_catalogue_unit(type, natural(type, number)));
 }
 
-Result<Value> whole(const Dpt& type, const Value& value) {
+Result<Value> integer_value(const Dpt& type, const Value& value) {
   if (const auto* number = std::get_if<std::int64_t>(&value)) return Value(*number);
   return wrong_kind(type, value, "a whole number");
 }
 
-/// The word of a number in a comma separated list.
+/// The word of a number in a comma separated list of words.
 std::string_view word_at(std::string_view words, std::int64_t index) {
   for (; index > 0 && !words.empty(); --index) {
     const auto comma = words.find(',');
@@ -120,7 +120,7 @@ std::string_view word_at(std::string_view words, std::int64_t index) {
   return index < 0 ? std::string_view() : words.substr(0, words.find(','));
 }
 
-/// The number where there is no word, or one that means another number.
+/// The number if it has no word, or a word that stands for another number.
 Value own_word(const Dpt& type, std::int64_t number) {
   if (type.form != Form::kEnumeration) return Value(number);
   const auto word = word_of(type.words, static_cast<std::uint64_t>(number));
@@ -128,21 +128,21 @@ Value own_word(const Dpt& type, std::int64_t number) {
   return means_it ? Value(std::string(word)) : Value(number);
 }
 
-/// The catalogue's word of a number; of an enumeration without words of its own that of KNX, or the number.
-Result<Value> catalogue_word(const Dpt& type, const model::Type& wanted, const Value& value) {
+/// The catalogue's word of a number. If the catalogue type has no words, the KNX word or the number.
+Result<Value> catalogue_word(const Dpt& type, const model::Type& target, const Value& value) {
   const auto* number = std::get_if<std::int64_t>(&value);
-  if (number && wanted.words.empty()) return own_word(type, *number);
-  const auto word = number ? word_at(wanted.words, *number) : std::string_view();
+  if (number && target.words.empty()) return own_word(type, *number);
+  const auto word = number ? word_at(target.words, *number) : std::string_view();
   if (!word.empty()) return Value(std::string(word));
   return fail(ErrorCode::kOutOfRange,
-              fmt::format("{}: {} is not one of {}", name_of(type), label(type, value), wanted.words));
+              fmt::format("{}: {} is not one of {}", name_of(type), label(type, value), target.words));
 }
 
-Result<Value> converted(const Dpt& type, const model::Type& wanted, const Value& value) {
-  switch (wanted.data) {
+Result<Value> converted(const Dpt& type, const model::Type& target, const Value& value) {
+  switch (target.data) {
     case DataType::kReal: return real(type, value);
-    case DataType::kInteger: return whole(type, value);
-    case DataType::kEnumeration: return catalogue_word(type, wanted, value);
+    case DataType::kInteger: return integer_value(type, value);
+    case DataType::kEnumeration: return catalogue_word(type, target, value);
     case DataType::kText:
     case DataType::kBytes:
       if (const auto* json = std::get_if<Json>(&value)) return Value(json->text);  // 19.001 with flags
@@ -185,10 +185,10 @@ std::optional<Range> range_of(const Dpt& type) {
 }
 
 Result<Value> to_catalogue(const Dpt& type, Kind kind, const Value& value) {
-  const auto& wanted = type_of(type, kind);
-  auto result = converted(type, wanted, value);
+  const auto& target = type_of(type, kind);
+  auto result = converted(type, target, value);
   if (!result) return result;
-  if (auto fits = TypeCatalogue::check(wanted, *result); !fits) return fail(fits.error());
+  if (auto fits = TypeCatalogue::check(target, *result); !fits) return fail(fits.error());
   return result;
 }
 

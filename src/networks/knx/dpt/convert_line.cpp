@@ -12,7 +12,7 @@ namespace rubicon::networks::knx::dpt {
 
 namespace {
 
-/// What a line names, and the rest of it.
+/// The type at the start of a line, and the rest of the line.
 struct Line {
   const Dpt* type = nullptr;
   std::string_view rest;
@@ -41,7 +41,7 @@ std::string error_line(const Error& error) {
   return "error: " + error.text;
 }
 
-/// In quotes where a line would not keep it as it is.
+/// Quoted if the text would not survive in a line unchanged.
 std::string text_line(const std::string& text) {
   const auto control = [](char c) { return static_cast<unsigned char>(c) < 0x20; };
   const bool plain = !text.empty() && text.front() != '"' && !is_blank(text.front()) && !is_blank(text.back()) &&
@@ -53,7 +53,7 @@ std::string value_line(const Dpt& type, const Value& value) {
   if (type.form == Form::kBit && same_word(type.words[0].text, type.words[1].text)) return model::to_text(value);
   if (type.form == Form::kBit) return label(type, value);
   if (type.form == Form::kEnumeration) {
-    // 20.610 has one word for 3 and 255.
+    // 20.610 has the same word for 3 and 255.
     const auto text = label(type, value);
     const auto number = word_value(type.words, text);
     return number && Value(std::int64_t{*number}) == value ? text : model::to_text(value);
@@ -74,20 +74,20 @@ std::string unquoted(std::string_view text) {
 }  // namespace
 
 std::string decode_line(std::string_view line) {
-  const auto parts = split(line);
-  if (!parts) return error_line(parts.error());
-  auto bytes = base::from_hex(parts->rest);
+  const auto input = split(line);
+  if (!input) return error_line(input.error());
+  auto bytes = base::from_hex(input->rest);
   if (!bytes) return error_line(bytes.error());
-  const auto& type = *parts->type;
+  const auto& type = *input->type;
   const auto value = decode(type, wire::PayloadView{*bytes, type.bits > 0 && type.bits <= 6});
   return value ? value_line(type, *value) : error_line(value.error());
 }
 
 std::string encode_line(std::string_view line) {
-  const auto parts = split(line);
-  if (!parts) return error_line(parts.error());
-  const auto& type = *parts->type;
-  const auto payload = encode_text(type, has_own_text(type) ? unquoted(parts->rest) : std::string(parts->rest));
+  const auto input = split(line);
+  if (!input) return error_line(input.error());
+  const auto& type = *input->type;
+  const auto payload = encode_text(type, has_own_text(type) ? unquoted(input->rest) : std::string(input->rest));
   return payload ? base::to_hex(payload->bytes) : error_line(payload.error());
 }
 

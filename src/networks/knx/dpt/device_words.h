@@ -2,7 +2,7 @@
 
 #include "networks/knx/dpt/form.h"
 
-// Enumerations of main 20, sub types from 600 on (knx.md 9.6; KNX 3/7/2).
+// Enumerations of main type 20, sub types from 600 on (knx.md 9.6; KNX 3/7/2).
 
 namespace rubicon::networks::knx::dpt {
 

@@ -94,7 +94,7 @@ std::string label(const Dpt& type, const Value& value) {
     const auto word = word_of(type.words, static_cast<std::uint64_t>(*number));
     return word.empty() ? fmt::format("reserved ({})", *number) : std::string(word);
   }
-  // Panels and ETS count scenes from 1, the wire from 0 (knx.md 9.3).
+  // Panels and ETS number scenes from 1, the wire from 0 (knx.md 9.3).
   if (number && type.form == Form::kScene) return fmt::format("scene {}", *number + 1);
   return model::to_text(value);
 }
@@ -103,7 +103,7 @@ std::vector<model::Word> words_of(const Dpt& type) {
   std::vector<model::Word> words;
   if (type.form != Form::kEnumeration && type.form != Form::kBits) return words;
   for (const auto& word : type.words) {
-    // 20.610 has one word for two numbers: it means the first.
+    // 20.610 has one word for two numbers; it encodes as the first.
     if (model::value_of_word(words, word.text)) continue;
     words.push_back({word.value, std::string(word.text)});
   }

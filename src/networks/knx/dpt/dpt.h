@@ -26,22 +26,22 @@ struct DptId {
   friend auto operator<=>(const DptId&, const DptId&) = default;
 };
 
-/// `9.001`, `9.1`, `DPT9.001`, `DPT-9`, `DPST-9-1`, `9`, `9.*`; kInvalid for anything else. Knows no table.
+/// `9.001`, `9.1`, `DPT9.001`, `DPT-9`, `DPST-9-1`, `9`, `9.*`; kInvalid for anything else. The type need not exist.
 Result<DptId> parse_dpt(std::string_view text);
 /// `9.001`; `9.*` for a main type.
 std::string to_string(DptId id);
 
-/// One data point type: a row of the table (KNX 3/7/2; master data of ETS 6), or a main type made up for unknown sub
-/// types.
+/// One data point type: a row of the table (KNX 3/7/2; master data of ETS 6), or the fallback of a main type for
+/// unknown sub types.
 struct Dpt {
   DptId id;
-  std::string_view name;     ///< `DPT_Value_Temp`
-  std::string_view meaning;  ///< `temperature`
-  std::string_view unit;     ///< of the KNX table: `°C`; empty = none
-  std::uint16_t bits = 0;    ///< of the payload; 0 = text of variable length; up to 6 bits travel in the small form
+  std::string_view name;            ///< `DPT_Value_Temp`
+  std::string_view meaning;         ///< `temperature`
+  std::string_view unit;            ///< of the KNX table: `°C`; empty = none
+  std::uint16_t bits = 0;           ///< of the payload; 0 = text of variable length; up to 6 bits use the small form
   double minimum = 0, maximum = 0;  ///< of number types, in `unit`
   double step = 0;                  ///< resolution in `unit`; 0 = no number, or a float
-  TypeId sensor{}, actuator{};      ///< what the type catalogue calls it as a sensor and as an actuator
+  TypeId sensor{}, actuator{};      ///< its types in the catalogue, as a sensor and as an actuator
   Form form = Form::kRaw;
   std::span<const Word> words{};         ///< of a bit, an enumeration, a set of bits; sorted by value
   const StructLayout* record = nullptr;  ///< of Form::kRecord
@@ -49,8 +49,8 @@ struct Dpt {
 
 /// All rows, sorted by id (363).
 std::span<const Dpt> all_dpts();
-/// The row; else that of the main type (the result's id then says `9.*`); nullptr for an unknown main type. Private
-/// rows (numbers invented by one library) are found only by their full number.
+/// The row, or the fallback of the main type (with the id `9.*`); nullptr for an unknown main type. Private rows
+/// (numbers that one library invented) are found only by their full number.
 const Dpt* find_dpt(DptId id);
 
 /// Payload -> value in the unit of the table, exact per resolution. kInvalid: wrong length or form, undecodable (7FFF
@@ -59,25 +59,26 @@ const Dpt* find_dpt(DptId id);
 Result<Value> decode(const Dpt& type, wire::PayloadView payload);
 /// The inverse; kOutOfRange outside the bounds (never clamped), kInvalid for a value of another kind.
 Result<wire::Payload> encode(const Dpt& type, const Value& value);
-/// Value as people write it: numbers, on/off and the type's own words, names of enumeration values, times, JSON.
+/// Encodes text of a user: numbers, on/off and the words of the type, times, JSON.
 Result<wire::Payload> encode_text(const Dpt& type, std::string_view text);
 /// The words of an enumeration, each once, or the names of the bits of a set; empty for others.
 std::vector<model::Word> words_of(const Dpt& type);
 /// The word of a value where the type has words (`comfort`, `down`, `reserved (7)`), else its text.
 std::string label(const Dpt& type, const Value& value);
 
-/// The shortest decimal with the same payload, as people are shown a number: of scaled octets (5.001, 5.003) 50 instead
-/// of 50.19607843137255, of singles (14.xxx) 24.3 instead of 24.299999237060547. Other numbers are as short already.
+/// The shortest decimal with the same payload, for display: 50 instead of 50.19607843137255 of scaled octets (5.001,
+/// 5.003), 24.3 instead of 24.299999237060547 of singles (14.xxx). Other numbers are returned unchanged.
 double natural(const Dpt& type, double value);
 
 /// Bounds of a number.
 struct Range {
   double minimum = 0, maximum = 0;
 };
-/// What a number type takes, in the unit of its catalogue type; nullopt where a value is no number.
+/// The range of a number type in the unit of its catalogue type; nullopt if its values are not numbers.
 std::optional<Range> range_of(const Dpt& type);
 
-/// Value in the table's unit -> value as the catalogue type of `kind` wants it (unit converted, words), and back.
+/// Value in the table's unit -> value in the unit and words of its catalogue type for `kind`, and
+/// back.
 Result<Value> to_catalogue(const Dpt& type, Kind kind, const Value& value);
 Result<Value> from_catalogue(const Dpt& type, Kind kind, const Value& value);
 

@@ -6,10 +6,10 @@
 
 namespace rubicon::networks::knx::dpt {
 
-/// How the payload of a data point type is built (KNX 3/7/2); mains in brackets.
+/// How the payload of a data point type is built (KNX 3/7/2); main types in brackets.
 enum class Form : std::uint8_t {
   kBit,          ///< one bit (1)
-  kStep,         ///< direction and step code as signed share of the whole range (3.007)
+  kStep,         ///< direction and step code, as a signed percentage (3.007)
   kPercent,      ///< U8, 100/255 (5.001)
   kAngle,        ///< U8, 360/255 (5.003)
   kUnsigned,     ///< 4 to 32 bits, times the step (5, 7, 12)
@@ -30,50 +30,50 @@ enum class Form : std::uint8_t {
   kColour,       ///< three octets (232)
   kSerial,       ///< manufacturer and number (221)
   kIpv6,         ///< (285)
-  kRecord,       ///< fields: JSON
+  kRecord,       ///< fields, as JSON
   kMetering,     ///< count, unit code and status (229)
-  kRaw,          ///< sub type unknown, layout with it: the octets as hex in JSON
+  kRaw,          ///< unknown layout, as the sub type is unknown: the octets as hex in JSON
 };
 
-/// The text of a number: of an enumeration, of a bit in a set (0 = lowest), of the two states of one bit.
+/// The name of a value of an enumeration or of one bit, or of a bit in a set (0 = lowest).
 struct Word {
   std::uint16_t value = 0;
   std::string_view text;
 };
 
-/// What a field of a record holds.
+/// The encoding of a field of a structure.
 enum class FieldKind : std::uint8_t {
   kFlag,      ///< true or false
   kInverse,   ///< true where the bit is 0
-  kUnsigned,  ///< times `scale`
-  kSigned,    ///< times `scale`
+  kUnsigned,  ///< scaled
+  kSigned,    ///< scaled
   kFloat16,
   kFloat32,
   kStep,   ///< as Form::kStep
-  kWords,  ///< a word, or the number where there is none
+  kWords,  ///< a word, or the number if it has none
   kHex,    ///< digits of 4 bits each
 };
 
-/// One field of a record: where it lies and what it means.
+/// One field of a structure.
 struct Field {
   std::string_view name;
   std::uint8_t offset = 0;  ///< bits from the first bit sent
   std::uint8_t bits = 1;
   FieldKind kind = FieldKind::kFlag;
   double multiply = 1, divide = 1;  ///< raw * multiply / divide = value
-  double minimum = 0, maximum = 0;  ///< both 0 = what the bits can hold
-  std::int8_t validity = -1;        ///< place in StructLayout::validities
+  double minimum = 0, maximum = 0;  ///< both 0 = all values of the bits
+  std::int8_t validity = -1;        ///< index in StructLayout::validities; -1 = always valid
   std::span<const Word> words{};
 };
 
-/// A bit that says whether fields hold anything.
+/// A bit that marks fields as valid.
 struct Validity {
-  std::string_view name;  ///< `brightnessValid`: in the JSON only where it differs from "the field is there"
+  std::string_view name;  ///< `brightnessValid`: in the JSON only if it does not follow from the presence of the fields
   std::uint8_t offset = 0;
   bool inverse = false;  ///< 1 = not valid
 };
 
-/// Layout of a record (knx.md 9.8 after KNX 3/7/2).
+/// Layout of a structure (knx.md 9.8, from KNX 3/7/2).
 struct StructLayout {
   std::span<const Field> fields;
   std::span<const Validity> validities{};

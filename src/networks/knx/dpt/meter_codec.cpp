@@ -54,14 +54,14 @@ std::optional<std::int64_t> count_of(double value, int exponent) {
   return static_cast<std::int64_t>(count);
 }
 
-/// What a payload holds.
+/// The content of a payload.
 struct Reading {
   std::int64_t count = 0;
   std::uint64_t code = 0;
   std::uint64_t status = 0;
 };
 
-/// Where no code is given: the finest one that has room for the value.
+/// Without a given code: the finest one that can hold the value.
 std::optional<Reading> finest(double value, std::string_view name) {
   for (const auto& unit : kUnits) {
     if (unit.unit != name) continue;
@@ -94,7 +94,7 @@ Result<Reading> count_and_code(const Dpt& type, const Tree& json) {
   }
   if (found) return *found;
   return fail(ErrorCode::kOutOfRange,
-              name_of(type) + ": expected a value with a unit as Wh, l/h, W that has room for it");
+              name_of(type) + ": expected a value with a unit such as Wh, l/h or W that can hold it");
 }
 
 Result<std::uint64_t> status_of(const Dpt& type, const Tree& json) {

@@ -33,7 +33,7 @@ Result<Value> real(const Dpt& type, double value) {
   return Value(value);
 }
 
-Result<Value> whole(const Dpt& type, std::int64_t raw) {
+Result<Value> integer_value(const Dpt& type, std::int64_t raw) {
   const auto value = type.step == 1 ? raw : raw * static_cast<std::int64_t>(type.step);
   if (!in_range(type, static_cast<double>(value))) [[unlikely]]
     return out_of_range(type, static_cast<double>(value));
@@ -43,7 +43,7 @@ Result<Value> whole(const Dpt& type, std::int64_t raw) {
 Result<Value> decode_float16(const Dpt& type, ByteView bytes) {
   const auto raw = static_cast<std::uint16_t>(bytes[0] << 8 | bytes[1]);
   if (raw == kInvalidFloat16) [[unlikely]]
-    return fail(ErrorCode::kInvalid, name_of(type) + ": 7fff says that there is no valid value");
+    return fail(ErrorCode::kInvalid, name_of(type) + ": 7fff means no valid value");
   return real(type, float16_value(raw));
 }
 
@@ -57,7 +57,7 @@ wire::Payload payload_of(const Dpt& type, std::uint64_t raw) {
   return payload;
 }
 
-/// Scaled numbers are rounded half up, others cut towards zero (knx.md 9.2, rules 2 and 3).
+/// Scaled numbers are rounded half up, others towards zero (knx.md 9.2, rules 2 and 3).
 double raw_number(const Dpt& type, double value) {
   switch (type.form) {
     case Form::kPercent: return std::floor(value * 255 / 100 + 0.5);
@@ -68,8 +68,8 @@ double raw_number(const Dpt& type, double value) {
 }
 
 float single(double value) {
-  constexpr double kMost = std::numeric_limits<float>::max();
-  return static_cast<float>(std::clamp(value, -kMost, kMost));
+  constexpr double kMaxSingle = std::numeric_limits<float>::max();
+  return static_cast<float>(std::clamp(value, -kMaxSingle, kMaxSingle));
 }
 
 Result<wire::Payload> encode_real(const Dpt& type, double value) {
@@ -83,7 +83,7 @@ Result<wire::Payload> encode_real(const Dpt& type, double value) {
 }
 
 Result<wire::Payload> encode_whole(const Dpt& type, double value) {
-  // Where the sources cut -0.01 to 0 for 12.xxx, the range is that of the number cut (knx.md 9.2).
+  // The range is checked after truncation: -0.01 of 12.xxx is 0 (knx.md 9.2).
   if (type.bits == 32 && type.minimum == 0 && value > -1 && value < 0) value = 0;
   if (!in_range(type, value) || value >= 9223372036854775808.0) return out_of_range(type, value);
   return payload_of(type, static_cast<std::uint64_t>(static_cast<std::int64_t>(raw_number(type, value))));
@@ -104,7 +104,7 @@ std::optional<std::uint8_t> step_raw(double percent) {
   if (percent == 0) return static_cast<std::uint8_t>(std::signbit(percent) ? 8 : 0);
   unsigned best = 1;
   for (unsigned code = 2; code <= 7; ++code) {
-    const auto distance = [&](unsigned other) { return std::abs(std::abs(percent) - step_value(8 | other)); };
+    const auto distance = [&](unsigned step) { return std::abs(std::abs(percent) - step_value(8 | step)); };
     if (distance(code) < distance(best)) best = code;
   }
   return static_cast<std::uint8_t>(best | (percent > 0 ? 8U : 0U));
@@ -125,12 +125,12 @@ Result<Value> decode_number(const Dpt& type, ByteView bytes) {
     case Form::kHundredths: return real(type, static_cast<double>(signed_of(bytes)) / 100);
     case Form::kFloat16: return decode_float16(type, bytes);
     case Form::kFloat32: return real(type, std::bit_cast<float>(static_cast<std::uint32_t>(unsigned_of(bytes))));
-    case Form::kSigned: return whole(type, signed_of(bytes));
-    case Form::kScene: return whole(type, bytes[0] & 0x3f);
+    case Form::kSigned: return integer_value(type, signed_of(bytes));
+    case Form::kScene: return integer_value(type, bytes[0] & 0x3f);
     default: break;
   }
   const auto raw = static_cast<std::int64_t>(unsigned_of(bytes));
-  return whole(type, type.bits < 8 ? raw & ((1 << type.bits) - 1) : raw);
+  return integer_value(type, type.bits < 8 ? raw & ((1 << type.bits) - 1) : raw);
 }
 
 Result<wire::Payload> encode_number(const Dpt& type, const Value& value) {

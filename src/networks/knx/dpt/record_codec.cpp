@@ -14,7 +14,7 @@ namespace {
 
 using Tree = nlohmann::ordered_json;
 
-/// Small forms fill the low bits of their octet.
+/// Payloads of the small form use the low bits of their octet.
 std::size_t first_bit(const Dpt& type) {
   return type.bits < 8 ? 8U - type.bits : 0;
 }
@@ -33,7 +33,7 @@ tl::unexpected<Error> field_out_of_range(const Dpt& type, const Field& field, do
               fmt::format("{}: {}: expected a number from {} to {}", name_of(type), field.name, minimum, maximum));
 }
 
-/// The numbers a scaled field can hold.
+/// The range of a scaled field.
 struct Bounds {
   double minimum = 0, maximum = 0;
 };
@@ -65,7 +65,7 @@ Result<Tree> field_json(const Dpt& type, const Field& field, std::uint64_t raw) 
     case FieldKind::kStep: return Tree(step_value(raw));
     case FieldKind::kHex: return Tree(fmt::format("{:0{}x}", raw, field.bits / 4));
     case FieldKind::kFloat16:
-      // In a set of values "no valid value" concerns one of them.
+      // "No valid value" concerns this field only.
       if (raw == kInvalidFloat16) return Tree(nullptr);
       return Tree(float16_value(static_cast<std::uint16_t>(raw)));
     case FieldKind::kFloat32: {
@@ -102,8 +102,8 @@ Result<std::uint64_t> float_raw(const Dpt& type, const Field& field, const Tree&
     if (!raw) return field_out_of_range(type, field, -671088.64, 670433.28);
     return std::uint64_t{*raw};
   }
-  constexpr double kMost = std::numeric_limits<float>::max();
-  if (!(value >= -kMost && value <= kMost)) return field_out_of_range(type, field, -kMost, kMost);
+  constexpr double kMaxSingle = std::numeric_limits<float>::max();
+  if (!(value >= -kMaxSingle && value <= kMaxSingle)) return field_out_of_range(type, field, -kMaxSingle, kMaxSingle);
   return std::uint64_t{std::bit_cast<std::uint32_t>(static_cast<float>(value))};
 }
 
@@ -172,13 +172,13 @@ class RecordWriter {
           std::ranges::any_of(type_.record->fields, same) || std::ranges::any_of(type_.record->validities, same);
       if (!known) {
         return fail(ErrorCode::kInvalid,
-                    fmt::format("{}: no field is called {}", name_of(type_), model::quoted(item.key())));
+                    fmt::format("{}: unknown field {}", name_of(type_), model::quoted(item.key())));
       }
     }
     return {};
   }
 
-  /// Where bits tell what is valid, fields may be missing: they do not hold anything then, and flags are off.
+  /// Fields with a validity bit may be missing: their bits, and missing flags, are then 0.
   bool may_miss(const Field& field) const {
     return field.validity >= 0 || (field.kind == FieldKind::kFlag && !type_.record->validities.empty());
   }
@@ -187,7 +187,7 @@ class RecordWriter {
     const auto found = json_.find(std::string(field.name));
     if (found == json_.end()) {
       if (may_miss(field)) return {};
-      return wrong_field(type_, field, "a value, it is missing");
+      return wrong_field(type_, field, "a value, but it is missing");
     }
     const auto raw = field_raw(type_, field, *found);
     if (!raw) return fail(raw.error());
@@ -195,23 +195,24 @@ class RecordWriter {
     return {};
   }
 
-  Result<void> write_validity(std::size_t place) {
-    const auto& validity = type_.record->validities[place];
+  Result<void> write_validity(std::size_t index) {
+    const auto& validity = type_.record->validities[index];
     bool any = false;
     std::string_view missing;
     for (const auto& field : type_.record->fields) {
-      if (field.validity != static_cast<int>(place)) continue;
-      const bool there = json_.contains(std::string(field.name));
-      any = any || there;
-      if (!there) missing = field.name;
+      if (field.validity != static_cast<int>(index)) continue;
+      const bool present = json_.contains(std::string(field.name));
+      any = any || present;
+      if (!present) missing = field.name;
     }
-    const auto said = json_.find(std::string(validity.name));
-    if (said != json_.end() && !said->is_boolean()) {
+    const auto given = json_.find(std::string(validity.name));
+    if (given != json_.end() && !given->is_boolean()) {
       return fail(ErrorCode::kInvalid, fmt::format("{}: {}: expected true or false", name_of(type_), validity.name));
     }
-    const bool valid = said == json_.end() ? any : said->get<bool>();
+    const bool valid = given == json_.end() ? any : given->get<bool>();
     if (valid && !missing.empty()) {
-      return fail(ErrorCode::kInvalid, fmt::format("{}: {}: expected a value, it is missing", name_of(type_), missing));
+      return fail(ErrorCode::kInvalid,
+                  fmt::format("{}: {}: expected a value, but it is missing", name_of(type_), missing));
     }
     put_bits(bytes_, validity.offset, 1, valid != validity.inverse ? 1 : 0);
     return {};
@@ -222,12 +223,12 @@ class RecordWriter {
   Bytes bytes_;
 };
 
-/// Fields that hold nothing are left out, unless their bits say something all the same.
-bool is_told(const Dpt& type, ByteView bytes, std::size_t place) {
-  const auto& validity = type.record->validities[place];
+/// Invalid fields are left out, unless their bits are not all 0.
+bool is_present(const Dpt& type, ByteView bytes, std::size_t index) {
+  const auto& validity = type.record->validities[index];
   if ((bits_at(bytes, validity.offset, 1) != 0) != validity.inverse) return true;
   for (const auto& field : type.record->fields) {
-    if (field.validity == static_cast<int>(place) && bits_at(bytes, field.offset, field.bits) != 0) return true;
+    if (field.validity == static_cast<int>(index) && bits_at(bytes, field.offset, field.bits) != 0) return true;
   }
   return false;
 }
@@ -237,7 +238,7 @@ bool is_told(const Dpt& type, ByteView bytes, std::size_t place) {
 Result<Value> decode_record(const Dpt& type, ByteView bytes) {
   Tree json = Tree::object();
   for (const auto& field : type.record->fields) {
-    if (field.validity >= 0 && !is_told(type, bytes, static_cast<std::size_t>(field.validity))) continue;
+    if (field.validity >= 0 && !is_present(type, bytes, static_cast<std::size_t>(field.validity))) continue;
     auto value = field_json(type, field, bits_at(bytes, first_bit(type) + field.offset, field.bits));
     if (!value) return fail(value.error());
     json[std::string(field.name)] = std::move(*value);
@@ -245,7 +246,7 @@ Result<Value> decode_record(const Dpt& type, ByteView bytes) {
   for (std::size_t i = 0; i < type.record->validities.size(); ++i) {
     const auto& validity = type.record->validities[i];
     const bool valid = (bits_at(bytes, validity.offset, 1) != 0) != validity.inverse;
-    if (!valid && is_told(type, bytes, i)) json[std::string(validity.name)] = false;
+    if (!valid && is_present(type, bytes, i)) json[std::string(validity.name)] = false;
   }
   return Value(Json{json.dump()});
 }

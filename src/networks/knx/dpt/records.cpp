@@ -42,7 +42,7 @@ constexpr Field fiftieth(std::string_view name, std::uint8_t offset) {
   return {name, offset, 16, FieldKind::kSigned, 1, 50, -272, 655.34};
 }
 
-// Mains 2, 3, 6, 15, 18, 25, 26, 27.
+// Main types 2, 3, 6, 15, 18, 25, 26, 27.
 constexpr Field kControl[] = {flag("control", 0), flag("value", 1)};
 constexpr Word kUpOrDown[] = {{0, "up"}, {1, "down"}};
 constexpr Field kBlindStep[] = {words("direction", 0, 1, kUpOrDown), number("code", 1, 3)};
@@ -54,7 +54,7 @@ constexpr Field kSceneControl[] = {flag("learn", 0), number("scene", 2, 6)};
 constexpr Field kRepetitions[] = {limited("busy", 0, 4, 3), limited("nak", 4, 4, 3)};
 constexpr Field kSceneState[] = {inverse("active", 1), number("scene", 2, 6)};
 
-// The high 16 bits of 27.001 say which outputs the low ones speak of, output 1 the lowest.
+// The high 16 bits of 27.001 mark which of the low ones are valid; output 1 is the lowest bit.
 constexpr std::string_view kOutputs[] = {"output1",  "output2",  "output3",  "output4",  "output5",  "output6",
                                          "output7",  "output8",  "output9",  "output10", "output11", "output12",
                                          "output13", "output14", "output15", "output16"};
@@ -76,7 +76,7 @@ constexpr auto kCombinedOnOffValid = [] {
   return validities;
 }();
 
-// Delay in minutes, then what comes next (206).
+// Delay in minutes, then the next mode (206).
 constexpr Word kHvacModes[] = {{0, "undefined"}, {1, "comfort"}, {2, "standby"}, {3, "economy"}, {4, "protection"}};
 constexpr Word kHotWaterModes[] = {{0, "undefined"}, {1, "legio"}, {2, "normal"}, {3, "reduced"}, {4, "off"}};
 constexpr Field kHvacModeNext[] = {number("delay", 0, 16), words("mode", 16, 8, kHvacModes)};
@@ -142,7 +142,7 @@ constexpr Field kConverterTest[] = {words("functionTest", 0, 4, kResults),  word
 constexpr Field kBattery[] = {flag("fullyCharged", 5), flag("durationFailure", 6), flag("failure", 7),
                               number("charge", 8, 8)};
 
-// Blinds (240, 241) and shares (239).
+// Blinds (240, 241) and percentages (239).
 constexpr Field kFlaggedPercent[] = {percent("value", 0), flag("on", 15)};
 constexpr Field kCombinedPosition[] = {percent("height", 0, 0), percent("slats", 8, 1)};
 constexpr Validity kCombinedPositionValid[] = {{"heightValid", 23}, {"slatsValid", 22}};

@@ -2,7 +2,8 @@
 
 #include "networks/knx/dpt/form.h"
 
-// Names of bits (mains 21, 22, 30; bit 0 is the lowest) and the enumerations of main 23 (knx.md 9.6, 9.7; KNX 3/7/2).
+// Names of bits (main types 21, 22, 30; bit 0 is the lowest) and the enumerations of main type 23 (knx.md 9.6, 9.7; KNX
+// 3/7/2).
 
 namespace rubicon::networks::knx::dpt {
 

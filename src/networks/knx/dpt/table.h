@@ -21,7 +21,7 @@ std::span<const Dpt> system_mode_rows();  ///< 20 below 600
 std::span<const Dpt> device_mode_rows();  ///< 20 from 600 on
 std::span<const Dpt> set_rows();          ///< 21 to 30
 std::span<const Dpt> record_rows();       ///< 206 and up
-/// What sub types that are not in the table decode as: one for each main type.
+/// The fallbacks for sub types that are not in the table, one for each main type.
 std::span<const Dpt> main_rows();
 
 /// 7FFE; 7FFF means "invalid" (KNX 3/7/2, DPT 9).

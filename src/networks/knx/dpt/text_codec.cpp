@@ -12,7 +12,7 @@ namespace rubicon::networks::knx::dpt {
 
 namespace {
 
-constexpr std::size_t kMaxLongText = wire::kMaxPayload;  ///< with its NUL, which one of full length does without
+constexpr std::size_t kMaxLongText = wire::kMaxPayload;  ///< with the NUL, which a text of full length does not have
 constexpr double kLatin1 = 255;
 
 bool is_letter(char c) {
@@ -38,7 +38,7 @@ Result<Value> decode_characters(const Dpt& type, ByteView bytes) {
   return Value(std::move(out));
 }
 
-/// One octet a character; what the code page does not have becomes `?` (knx.md 9.1).
+/// One octet per character; characters outside the code page become `?` (knx.md 9.1).
 Result<Bytes> in_code_page(const Dpt& type, const std::string& text) {
   Bytes bytes;
   for (std::string_view rest = text; !rest.empty();) {

@@ -13,8 +13,8 @@ namespace {
 
 using Tree = nlohmann::ordered_json;
 
-/// The flags of 19.001, where they lie in octets 6 and 7, and what they are when somebody writes a plain time: working
-/// day unknown, clock synchronised (KNX 3/7/2; knx.md 9.5).
+/// The flags of 19.001: their place in octets 6 and 7, and their values for a time without flags: working day unknown,
+/// clock synchronised (KNX 3/7/2; knx.md 9.5).
 struct ClockFlag {
   std::string_view name;
   std::uint8_t bit = 0;  ///< from the first bit of octet 6
@@ -71,30 +71,30 @@ Bytes bytes_of(const Clock& clock, int weekday) {
 }
 
 tl::unexpected<Error> no_time(const Dpt& type, ByteView bytes) {
-  return fail(ErrorCode::kOutOfRange, fmt::format("{}: {} is no date or time", name_of(type), base::to_hex(bytes)));
+  return fail(ErrorCode::kOutOfRange, fmt::format("{}: {} is not a date or time", name_of(type), base::to_hex(bytes)));
 }
 
 Result<Value> decode_clock(const Dpt& type, ByteView bytes) {
   const auto clock = clock_of(bytes);
   const int weekday = bytes[3] >> 5;
-  const bool whole = has_date(clock) && has_time(clock);
+  const bool complete = has_date(clock) && has_time(clock);
   if (flag_of(bytes, "timeValid") && !has_time(clock)) return no_time(type, bytes);
   if (flag_of(bytes, "dateValid") && flag_of(bytes, "yearValid") && !has_date(clock)) return no_time(type, bytes);
   Tree json;
-  if (whole) {
+  if (complete) {
     json["dateTime"] = clock_text(clock);
   } else {
     for (const auto& part : kClockParts) json[std::string(part.name)] = clock.*part.value;
   }
-  if (!whole || weekday != weekday_of(clock)) json["weekday"] = weekday;
+  if (!complete || weekday != weekday_of(clock)) json["weekday"] = weekday;
   for (const auto& flag : kFlags) {
     if (flag_of(bytes, flag) != flag.usual) json[std::string(flag.name)] = !flag.usual;
   }
-  if (whole && json.size() == 1) return Value(clock_text(clock));
+  if (complete && json.size() == 1) return Value(clock_text(clock));
   return Value(Json{json.dump()});
 }
 
-/// The parts a number may take on the wire, whether they are a time or not.
+/// The members of the JSON form, each with the range of its field, which also holds values that are not a time.
 Result<Clock> clock_parts(const Dpt& type, const Tree& json) {
   Clock clock;
   for (const auto& part : kClockParts) {
@@ -155,7 +155,8 @@ Result<wire::Payload> encode_clock(const Dpt& type, const Value& value) {
   const auto clock = parse_date_time(*text);
   if (!clock) return wrong_kind(type, value, "a date and time as in 2026-11-20T13:30:15");
   if (clock->year < 1900 || clock->year > 2155) {
-    return fail(ErrorCode::kOutOfRange, fmt::format("{}: {} is not from 1900 to 2155", name_of(type), clock->year));
+    return fail(ErrorCode::kOutOfRange,
+                fmt::format("{}: {} is out of range, expected 1900 to 2155", name_of(type), clock->year));
   }
   return wire::Payload{bytes_of(*clock, weekday_of(*clock)), false};
 }
@@ -199,7 +200,8 @@ Result<wire::Payload> encode_date(const Dpt& type, const std::string& text) {
   const auto clock = parse_date(text);
   if (!clock) return wrong_kind(type, text, "a date as in 2026-11-20");
   if (clock->year < 1990 || clock->year > 2089) {
-    return fail(ErrorCode::kOutOfRange, fmt::format("{}: {} is not from 1990 to 2089", name_of(type), text));
+    return fail(ErrorCode::kOutOfRange,
+                fmt::format("{}: {} is out of range, expected 1990 to 2089", name_of(type), text));
   }
   return wire::Payload{{static_cast<std::uint8_t>(clock->day), static_cast<std::uint8_t>(clock->month),
                         static_cast<std::uint8_t>(clock->year % 100)},

@@ -6,7 +6,7 @@
 #include "networks/knx/dpt/codec.h"
 #include "rubicon/key.hpp"
 
-// Values as people write them.
+// Values as text, as users write them.
 
 namespace rubicon::networks::knx::dpt {
 
@@ -31,7 +31,7 @@ tl::unexpected<Error> unreadable(const Dpt& type, std::string_view text, std::st
   return fail(ErrorCode::kInvalid, fmt::format("{}: {} is not {}", name_of(type), model::quoted(text), expected));
 }
 
-/// The higher state first: both words of 1.017 are `trigger`.
+/// Compares with the word of 1 first: both words of 1.017 are `trigger`.
 std::optional<bool> bit_in(const Dpt& type, std::string_view text) {
   if (type.words.size() == 2) {
     if (same_word(text, type.words[1].text)) return true;
@@ -53,14 +53,14 @@ Result<wire::Payload> encode_bit(const Dpt& type, std::string_view text) {
 }
 
 /// `increase 3`, `down 1`: a direction and a step code; `stop`.
-struct SpokenStep {
+struct StepText {
   bool direction = false;
   std::uint8_t code = 0;
 };
 
-std::optional<SpokenStep> step_in(std::string_view text) {
-  if (same_word(text, "stop")) return SpokenStep{};
-  SpokenStep step;
+std::optional<StepText> step_in(std::string_view text) {
+  if (same_word(text, "stop")) return StepText{};
+  StepText step;
   if (drop_word(text, "increase")) {
     step.direction = true;
   } else if (!drop_word(text, "decrease")) {
@@ -87,7 +87,7 @@ Result<wire::Payload> encode_figure(const Dpt& type, std::string_view text) {
     figure = base::trimmed(figure.substr(0, figure.size() - type.unit.size()));
   }
   if (type.bits == 64) {
-    if (const auto whole = number_in<std::int64_t>(figure)) return encode(type, *whole);
+    if (const auto integer = number_in<std::int64_t>(figure)) return encode(type, *integer);
   }
   const auto number = number_in<double>(figure);
   if (!number || !std::isfinite(*number)) return unreadable(type, text, "a number");
@@ -137,14 +137,14 @@ Result<wire::Payload> encode_structure(const Dpt& type, std::string_view text) {
   return encode(type, Json{json});
 }
 
-/// A number, the names of bits as JSON, or one of them.
+/// A number, a JSON object of bits, or the name of one bit.
 Result<wire::Payload> encode_set(const Dpt& type, std::string_view text) {
   const auto raw = model::bits_of(words_of(type), text);
   if (!raw) return fail(raw.error().code, name_of(type) + ": " + raw.error().text);
   return encode(type, std::int64_t{*raw});
 }
 
-/// The words of the type catalogue too: those of the type itself go before.
+/// Also accepts the words of the type catalogue; those of the KNX type have priority.
 Result<wire::Payload> encode_word(const Dpt& type, std::string_view text) {
   auto own = encode(type, std::string(text));
   const auto converted = own ? Result<Value>(fail(ErrorCode::kInvalid, "")) : from_catalogue_text(type, text);

@@ -15,12 +15,12 @@ namespace {
 enum class Column { kName, kAddress, kCentral, kUnfiltered, kDescription, kComment, kType, kSecurity };
 
 struct Word {
-  std::string_view text;  ///< in small letters
+  std::string_view text;  ///< in lower case
   Column column;
 };
 
-/// Words of headers. English ones are those of ETS; the others are what its languages would say, and a column without a
-/// word of this table is found by its place and content.
+/// Words of headers. The English ones are those of ETS; the others are translations. A column without one of these
+/// words is found by its place and content.
 constexpr std::array kHeaderWords{
     Word{"group name", Column::kName},
     Word{"main", Column::kName},
@@ -110,7 +110,7 @@ std::size_t count(std::span<const CsvRecord> rows, std::size_t column, Test test
       std::count_if(rows.begin(), rows.end(), [&](const CsvRecord& row) { return test(cell(row, column)); }));
 }
 
-/// The column where most cells pass, if any does; the last of equals, never the first column, which holds names.
+/// The column with most cells that pass, if any; the last of several. Never the first column, which holds names.
 template <class Test>
 std::optional<std::size_t> best_column(std::span<const CsvRecord> rows, Test test) {
   std::optional<std::size_t> best;
@@ -125,13 +125,13 @@ std::optional<std::size_t> best_column(std::span<const CsvRecord> rows, Test tes
   return best;
 }
 
-/// Numbers, blanks and dashes only, at least one number.
+/// True for cells that are numbers, blank or `-`, with at least one number.
 bool is_part_column(std::span<const CsvRecord> rows, std::size_t column) {
   const auto fits = [](std::string_view text) { return text.empty() || text == "-" || is_number(text); };
   return count(rows, column, is_number) != 0 && count(rows, column, fits) == rows.size();
 }
 
-/// Addresses without a slash: a column of numbers (free notation), or two or three beside each other.
+/// Addresses without a slash: one column of numbers (free notation), or two or three adjacent ones.
 bool find_number_columns(std::span<const CsvRecord> rows, CsvLayout& layout) {
   const auto columns = columns_of(rows);
   for (std::size_t column = 1; column < columns; ++column) {
@@ -153,7 +153,7 @@ bool find_address(std::span<const CsvRecord> rows, CsvLayout& layout) {
   return true;
 }
 
-/// What a header says, column by column; the address is found by content, unless there is no content.
+/// The columns by the words of a header. The address column is found by content, if there is any.
 struct Header {
   bool known = false;
   std::array<std::optional<std::size_t>, 8> columns{};
@@ -175,7 +175,7 @@ Header read_header(const CsvRecord& row) {
   return header.known ? header : Header{};
 }
 
-/// Central, unfiltered, description, [comment,] type, security: where they stand behind the address.
+/// The usual order of the columns after the address: central, unfiltered, description, [comment,] type, security.
 void place_by_order(CsvLayout& layout, std::span<const CsvRecord> rows, std::size_t columns) {
   const auto behind = layout.address + layout.address_parts;
   const auto at = [&](std::size_t offset) {
@@ -237,7 +237,7 @@ std::optional<CsvLayout> find_layout(std::span<const CsvRecord> first_rows) {
     const auto text = cell(first, layout.address);
     layout.header = layout.address_parts == 1 ? !looks_like_address(text) : !text.empty() && !is_number(text);
   }
-  if (layout.address == 0) return {};  // the names stand in front, always
+  if (layout.address == 0) return {};  // names always come first
   layout.names = std::min<std::size_t>(layout.address, 3);
   const auto rows = layout.header ? body : first_rows;
   place_by_order(layout, rows, std::max(columns_of(rows), first.fields.size()));

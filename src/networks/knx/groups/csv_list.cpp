@@ -16,10 +16,10 @@ namespace rubicon::networks::knx::groups {
 
 namespace {
 
-/// Rows that the layout is judged by.
+/// Number of rows from which the layout is found.
 constexpr std::size_t kFirstRows = 500;
 
-/// Bytes of a row -> UTF-8; true if it was none in a file that is.
+/// Converts a row to UTF-8. True if the row was not UTF-8 in a file that is.
 bool decode(CsvRecord& row, Encoding encoding) {
   if (encoding == Encoding::kUtf8) return false;
   const bool good =
@@ -39,7 +39,7 @@ bool is_true(std::string_view text) {
   return small == "true" || small == "1" || small == "yes" || small == "x" || small == "wahr" || small == "vrai";
 }
 
-/// Names of the groups as the range rows above an address gave them.
+/// Names of main and middle groups, from the range rows before an address.
 class RangeNames {
  public:
   /// `1/-/-`, `1/0/-`: the names of that range.
@@ -50,7 +50,7 @@ class RangeNames {
       if (!middle.empty()) last_middle_ = middle;
       return;
     }
-    if (names_.size() > 4096) return;  // more than a project can have
+    if (names_.size() > 4096) return;  // a project has fewer
     names_.insert_or_assign(std::string(key), std::string(middle.empty() ? main : middle));
   }
 
@@ -78,14 +78,14 @@ class CsvList {
   CsvList(GroupList& list, const CsvLayout& layout) : list_(list), layout_(layout), builder_(list, layout.notation) {}
 
   void take(const CsvRecord& row, bool was_not_utf8) {
-    std::vector<std::string> doubts;
-    if (was_not_utf8) doubts.emplace_back("not UTF-8: its bytes are read as Windows-1252");
-    if (row.cut) doubts.emplace_back("more than 64 columns: the others are left out");
+    std::vector<std::string> changes;
+    if (was_not_utf8) changes.emplace_back("not UTF-8: its bytes are read as Windows-1252");
+    if (row.cut) changes.emplace_back("more than 64 columns: the others are left out");
     const auto text = address_text(row, layout_);
-    const auto main = name(row, 0, doubts), middle = name(row, 1, doubts);
+    const auto main = name(row, 0, changes), middle = name(row, 1, changes);
     if (is_range(row, text)) return take_range(row, text, main, middle);
     if (row.fields.size() <= layout_.address) {
-      return list_.report.error(row.line, {}, "columns missing: there is none with an address");
+      return list_.report.error(row.line, {}, "columns missing: the row has no address");
     }
     const auto address = builder_.address(row.line, text);
     if (!address) return;
@@ -96,8 +96,8 @@ class CsvList {
     names_.apply(entry);
     if (!main.empty()) entry.main_group = main;
     if (!middle.empty()) entry.middle_group = middle;
-    fill(row, entry, doubts);
-    builder_.take(std::move(entry), doubts);
+    fill(row, entry, changes);
+    builder_.add(std::move(entry), changes);
   }
 
   bool full(std::size_t line) { return builder_.full(line); }
@@ -107,13 +107,13 @@ class CsvList {
     return column && *column < row.fields.size() ? std::string_view(row.fields[*column]) : std::string_view();
   }
 
-  /// Of the columns for main and middle group, where there are such.
-  std::string name(const CsvRecord& row, std::size_t level, std::vector<std::string>& doubts) const {
+  /// From the columns of the main and middle group, if the layout has them.
+  std::string name(const CsvRecord& row, std::size_t level, std::vector<std::string>& changes) const {
     if (level + 1 >= layout_.names) return {};
-    return builder_.field("group name", text(row, level), doubts);
+    return builder_.field("group name", text(row, level), changes);
   }
 
-  /// A row that names a range and is no address: `1/-/-`, or no address and nothing but a group's name.
+  /// True for a row that names a range: `1/-/-`, or no address and only the name of a group.
   bool is_range(const CsvRecord& row, const std::string& address) const {
     if (looks_like_address(address) && address.ends_with("/-")) return true;
     const bool none = address.empty() || address.find_first_not_of("-/") == address.npos;
@@ -124,28 +124,28 @@ class CsvList {
 
   void take_range(const CsvRecord& row, const std::string& address, std::string main, std::string middle) {
     if (layout_.names == 1) {
-      std::vector<std::string> doubts;
-      auto only = builder_.field("group name", text(row, 0), doubts);
+      std::vector<std::string> changes;
+      auto only = builder_.field("group name", text(row, 0), changes);
       const bool is_middle = builder_.notation() == wire::Notation::kThreeLevel && !address.ends_with("/-/-");
       (is_middle ? middle : main) = std::move(only);
     }
     names_.set(address, main, middle);
   }
 
-  void fill(const CsvRecord& row, GroupEntry& entry, std::vector<std::string>& doubts) const {
-    entry.name = builder_.field("name", text(row, layout_.names - 1), doubts);
+  void fill(const CsvRecord& row, GroupEntry& entry, std::vector<std::string>& changes) const {
+    entry.name = builder_.field("name", text(row, layout_.names - 1), changes);
     entry.central = is_true(text(row, layout_.central));
     entry.unfiltered = is_true(text(row, layout_.unfiltered));
     auto description = text(row, layout_.description);
     if (description.empty()) description = text(row, layout_.comment);
-    entry.description = builder_.field("description", description, doubts);
+    entry.description = builder_.field("description", description, changes);
     const auto security = clean_text(text(row, layout_.security), 16);
     if (!security.empty()) entry.security = security;
     if (!layout_.type) return;
     if (*layout_.type < row.fields.size()) {
-      entry.dpt = builder_.type(text(row, layout_.type), doubts);
+      entry.dpt = builder_.type(text(row, layout_.type), changes);
     } else {
-      doubts.emplace_back("columns missing: imported without a type");
+      changes.emplace_back("columns missing: imported without a type");
     }
   }
 
@@ -169,7 +169,7 @@ void read_rows(CsvRecords& records, Encoding encoding, CsvList& list, bool heade
   for (CsvRecord row; records.next(row);) {
     const bool was_not_utf8 = decode(row, encoding);
     if (row.broken) {
-      report.error(row.line, {}, "quote never closed: this line is lost");
+      report.error(row.line, {}, "quote never closed: the line is not imported");
       continue;
     }
     if (is_blank(row)) continue;
@@ -180,7 +180,8 @@ void read_rows(CsvRecords& records, Encoding encoding, CsvList& list, bool heade
     if (list.full(row.line)) return;
     list.take(row, was_not_utf8);
   }
-  if (records.gave_up()) report.error(0, {}, "more than 1000 quotes never closed: the rest of the file is lost");
+  if (records.gave_up())
+    report.error(0, {}, "more than 1000 quotes never closed: the rest of the file is not imported");
 }
 
 }  // namespace
@@ -192,7 +193,8 @@ GroupList read_csv(std::string_view text) {
   if (text.starts_with(kUtf8Mark)) text.remove_prefix(kUtf8Mark.size());
   const auto delimiter = delimiter_of(text);
   if (delimiter == '\0') {
-    list.report.refuse(1, "no tab, semicolon or comma in it, expected an ETS export of group addresses: file refused");
+    list.report.refuse(
+        1, "no tab, semicolon or comma in the file, expected an ETS export of group addresses: file refused");
     return list;
   }
   const auto layout = find_layout(first_rows(text, delimiter, encoding));
@@ -204,7 +206,7 @@ GroupList read_csv(std::string_view text) {
   CsvList rows(list, *layout);
   CsvRecords records(text, delimiter);
   read_rows(records, encoding, rows, layout->header, list.report);
-  if (list.entries.empty()) list.report.warning(0, {}, "no group address in it");
+  if (list.entries.empty()) list.report.warning(0, {}, "the file has no group address");
   return list;
 }
 

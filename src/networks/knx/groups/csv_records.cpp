@@ -8,16 +8,16 @@ namespace rubicon::networks::knx::groups {
 namespace {
 
 constexpr std::size_t kMaxFields = 64;
-/// A row longer than this has lost a quote.
+/// In a row longer than this a quote has no end.
 constexpr std::size_t kMaxRecordBytes = 128UL * 1024;
-/// Lines with lost quotes; behind them the rest of the file is taken for lost too. Bounds the time spent on junk.
+/// After this many quotes without an end the rest of the file is not read. Bounds the time.
 constexpr std::size_t kMaxBroken = 1000;
 
 }  // namespace
 
 CsvRecords::CsvRecords(std::string_view text, char delimiter) : text_(text), delimiter_(delimiter) {}
 
-void CsvRecords::take_break() {
+void CsvRecords::skip_break() {
   if (text_[at_] == '\r' && at_ + 1 < text_.size() && text_[at_ + 1] == '\n') ++at_;
   ++at_;
   ++line_;
@@ -25,7 +25,7 @@ void CsvRecords::take_break() {
 
 void CsvRecords::skip_line() {
   at_ = std::min(text_.find_first_of("\r\n", at_), text_.size());
-  if (!at_end()) take_break();
+  if (!at_end()) skip_break();
 }
 
 CsvRecords::End CsvRecords::read_quoted(std::string& out) {
@@ -34,7 +34,7 @@ CsvRecords::End CsvRecords::read_quoted(std::string& out) {
     if (at_break()) {
       many_lines = true;
       out += '\n';
-      take_break();
+      skip_break();
     } else if (text_[at_] != '"') {
       out += text_[at_++];
     } else if (at_ + 1 < text_.size() && text_[at_ + 1] == '"') {
@@ -44,7 +44,7 @@ CsvRecords::End CsvRecords::read_quoted(std::string& out) {
       ++at_;
       if (at_end() || at_break()) return End::kRecord;
       if (text_[at_] == delimiter_) return End::kField;
-      if (many_lines) return End::kBroken;  // it closes in the middle of another line's text
+      if (many_lines) return End::kBroken;  // the end quote belongs to another line
       while (!at_end() && !at_break() && text_[at_] != delimiter_) out += text_[at_++];
       return at_end() || at_break() ? End::kRecord : End::kField;
     }
@@ -86,7 +86,7 @@ bool CsvRecords::next(CsvRecord& out) {
     if (end == End::kRecord) break;
     ++at_;
   }
-  if (!at_end()) take_break();
+  if (!at_end()) skip_break();
   return true;
 }
 

@@ -7,22 +7,22 @@
 
 namespace rubicon::networks::knx::groups {
 
-/// One row of a CSV file: bytes as they stand, quotes undone.
+/// One row of a CSV file: undecoded bytes without the quotes.
 struct CsvRecord {
-  std::size_t line = 0;  ///< where it begins, from 1
+  std::size_t line = 0;  ///< its first line, from 1
   std::vector<std::string> fields;
-  bool cut = false;     ///< more than 64 columns: the others are left out
-  bool broken = false;  ///< a quote was opened and never closed: `fields` is what its first line may hold
+  bool cut = false;     ///< it has more than 64 columns, the others are left out
+  bool broken = false;  ///< a quote has no end: `fields` is read from the first line only
 };
 
-/// Splits a file into rows: quotes, `""` in them, line breaks in them; CRLF, LF or CR. A quote that nobody closes costs
-/// its own line only, up to a bound of such lines. The text must outlive it.
+/// Splits a file into rows: quotes, `""` in them, line breaks in them; CRLF, LF or CR. A quote without an end
+/// breaks its own line only, up to a bound of such lines. The text must outlive it.
 class CsvRecords {
  public:
   CsvRecords(std::string_view text, char delimiter);
   /// The next row; false at the end. Empty lines give rows with one empty field.
   bool next(CsvRecord& out);
-  /// So many lines lost a quote that the rest was not read.
+  /// True if the rest was not read, because too many lines had a quote without an end.
   bool gave_up() const { return gave_up_; }
 
  private:
@@ -31,7 +31,7 @@ class CsvRecords {
   End read_quoted(std::string& out);
   bool at_end() const { return at_ >= text_.size(); }
   bool at_break() const { return text_[at_] == '\n' || text_[at_] == '\r'; }
-  void take_break();
+  void skip_break();
   void skip_line();
 
   std::string_view text_;
@@ -40,7 +40,7 @@ class CsvRecords {
   bool gave_up_ = false;
 };
 
-/// The delimiter of a file: what stands most often outside quotes in its first line that is not empty; 0 = none.
+/// The delimiter of a file: the most frequent one outside quotes in its first line that is not empty; 0 = none.
 char delimiter_of(std::string_view text);
 
 }  // namespace rubicon::networks::knx::groups

@@ -6,23 +6,23 @@
 
 namespace rubicon::networks::knx::groups {
 
-/// How the bytes of a list become text. Mixed: UTF-8, but lines that are none are read as Windows-1252.
+/// The encoding of a list. Mixed: UTF-8, with lines that are not UTF-8 and are read as Windows-1252.
 enum class Encoding : std::uint8_t { kUtf8, kWindows1252, kMixed };
 
-/// UTF-8 unless a line breaks it; then mixed if other lines are UTF-8 beyond ASCII (or a byte order mark says so),
-/// Windows-1252 if none is.
+/// UTF-8 if all lines are; else mixed if a line has UTF-8 characters beyond ASCII or there is a byte order mark; else
+/// Windows-1252.
 Encoding encoding_of(std::string_view bytes);
 
-/// The code point of a byte of Windows-1252; the five unassigned ones stand for their own number (WHATWG Encoding).
+/// The code point of a byte of Windows-1252; the five unassigned bytes map to themselves (WHATWG Encoding).
 std::uint16_t windows_1252(std::uint8_t byte);
-/// ISO-8859-1 is read as Windows-1252 too, as browsers do.
+/// Also for ISO-8859-1, as browsers do.
 std::string from_windows_1252(std::string_view bytes);
 
-/// Line breaks become `\n`, other control characters blanks; blanks at the ends go. Cut to `most` bytes between two
-/// characters.
-std::string clean_text(std::string_view utf8, std::size_t most);
+/// Line breaks become `\n`, other control characters blanks; blanks at the ends are removed. Cut to `max_bytes`, never
+/// within a character.
+std::string clean_text(std::string_view utf8, std::size_t max_bytes);
 
-/// Small letters: ASCII, Latin-1 and the pairs of Latin Extended-A; everything else stays.
+/// Lower case of ASCII, Latin-1 and the letter pairs of Latin Extended-A; other characters are unchanged.
 std::string to_lower(std::string_view utf8);
 
 /// The byte order mark of UTF-8.

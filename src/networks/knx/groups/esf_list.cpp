@@ -15,8 +15,8 @@ namespace rubicon::networks::knx::groups {
 
 namespace {
 
-/// Main types of the EIS numbers 1 to 15 (KNX 3/7/2, predecessors of the data point types). 10, 11 and 14 do not say
-/// whether they are signed: the unsigned type stands for both.
+/// Main types of the EIS numbers 1 to 15 (KNX 3/7/2, predecessors of the data point types). 10, 11 and 14 are
+/// signed or unsigned: the unsigned type is used.
 constexpr std::array<std::uint16_t, 16> kMainOfEis{0, 1, 3, 10, 11, 9, 5, 1, 2, 14, 7, 12, 15, 4, 5, 16};
 
 std::vector<std::string_view> split(std::string_view line, char at) {
@@ -36,7 +36,7 @@ std::optional<unsigned> number_at(std::string_view text) {
   return value;
 }
 
-/// `(2 Byte)`, `(1 Bit)` at the end of a type; 0 = not said.
+/// `(2 Byte)`, `(1 Bit)` at the end of a type; 0 = unknown.
 std::uint8_t size_of(std::string_view type) {
   const auto open = type.rfind('(');
   if (open == type.npos) return 0;
@@ -50,17 +50,19 @@ std::string size_text(std::uint8_t bits) {
   return bits == 0 ? std::string("of unknown size") : fmt::format("size {} bit only", bits);
 }
 
-void read_type(std::string_view text, GroupEntry& entry, std::vector<std::string>& doubts) {
+void read_type(std::string_view text, GroupEntry& entry, std::vector<std::string>& changes) {
   entry.size_bits = size_of(text);
   const auto eis = text.starts_with("EIS ") ? number_at(text.substr(4)) : std::nullopt;
   if (eis && *eis >= 1 && *eis < kMainOfEis.size()) {
     entry.dpt = dpt::DptId{kMainOfEis[*eis], dpt::DptId::kMainOnly};
     if (*eis == 10 || *eis == 11 || *eis == 14)
-      doubts.push_back(fmt::format("EIS {} does not tell its sign: imported with main type {}", *eis, entry.dpt->main));
+      changes.push_back(
+          fmt::format("EIS {} does not tell its sign: imported with main type {}", *eis, entry.dpt->main));
   } else if (text.starts_with("Uncertain")) {
-    doubts.push_back(fmt::format("type uncertain: {}", size_text(entry.size_bits)));
+    changes.push_back(fmt::format("type uncertain: {}", size_text(entry.size_bits)));
   } else {
-    doubts.push_back(fmt::format("type {} unknown: imported with {}", model::quoted(text), size_text(entry.size_bits)));
+    changes.push_back(
+        fmt::format("type {} unknown: imported with {}", model::quoted(text), size_text(entry.size_bits)));
   }
 }
 
@@ -90,34 +92,34 @@ class EsfList {
     }
     const auto address = builder_.address(line, address_text);
     if (!address) return;
-    std::vector<std::string> doubts;
+    std::vector<std::string> changes;
     GroupEntry entry;
     entry.line = line;
     entry.address = *address;
-    fill_groups(dot == text.npos ? std::string_view() : columns[0].substr(0, dot), entry, doubts);
-    entry.name = builder_.field("name", columns[1], doubts);
-    if (columns.size() > 3 && !known_priority(columns[3])) doubts.emplace_back("priority unknown: low assumed");
-    read_type(columns[2], entry, doubts);
-    if (columns.size() > 4) fill_listen(columns[4], entry, doubts);
-    builder_.take(std::move(entry), doubts);
+    fill_groups(dot == text.npos ? std::string_view() : columns[0].substr(0, dot), entry, changes);
+    entry.name = builder_.field("name", columns[1], changes);
+    if (columns.size() > 3 && !known_priority(columns[3])) changes.emplace_back("priority unknown: low assumed");
+    read_type(columns[2], entry, changes);
+    if (columns.size() > 4) fill_listen(columns[4], entry, changes);
+    builder_.add(std::move(entry), changes);
   }
 
  private:
-  /// Group names may hold dots: the first one ends the main group.
-  void fill_groups(std::string_view groups, GroupEntry& entry, std::vector<std::string>& doubts) const {
+  /// Group names may contain dots: the first dot ends the main group.
+  void fill_groups(std::string_view groups, GroupEntry& entry, std::vector<std::string>& changes) const {
     const auto dot = std::min(groups.find('.'), groups.size());
     const bool has_middle = builder_.notation() == wire::Notation::kThreeLevel && dot < groups.size();
-    entry.main_group = builder_.field("group name", has_middle ? groups.substr(0, dot) : groups, doubts);
-    if (has_middle) entry.middle_group = builder_.field("group name", groups.substr(dot + 1), doubts);
+    entry.main_group = builder_.field("group name", has_middle ? groups.substr(0, dot) : groups, changes);
+    if (has_middle) entry.middle_group = builder_.field("group name", groups.substr(dot + 1), changes);
   }
 
-  void fill_listen(std::string_view text, GroupEntry& entry, std::vector<std::string>& doubts) const {
+  void fill_listen(std::string_view text, GroupEntry& entry, std::vector<std::string>& changes) const {
     for (const auto part : split(text, ' ')) {
       if (part.empty()) continue;
       const auto address = wire::parse_group(part);
       if (!address) {
-        doubts.push_back(fmt::format("listening address {} ignored", model::quoted(part)));
-        if (doubts.size() > 16) return;
+        changes.push_back(fmt::format("listening address {} ignored", model::quoted(part)));
+        if (changes.size() > 16) return;
       } else if (std::find(entry.listen.begin(), entry.listen.end(), *address) == entry.listen.end()) {
         entry.listen.push_back(*address);
       }
@@ -133,7 +135,7 @@ struct Line {
   std::string_view text;
 };
 
-/// Calls `take` with each line after the first, which is the project's name, until it says false.
+/// Calls `take` with each line after the first, which is the name of the project, until it returns false.
 template <class Take>
 void each_line(std::string_view text, Take take) {
   for (std::size_t number = 1; !text.empty(); ++number) {
@@ -171,7 +173,7 @@ GroupList read_esf(std::string_view text) {
     lines.take(line.number, decode ? from_windows_1252(line.text) : std::string(line.text));
     return true;
   });
-  if (list.entries.empty()) list.report.warning(0, {}, "no group address in it");
+  if (list.entries.empty()) list.report.warning(0, {}, "the file has no group address");
   return list;
 }
 

@@ -11,27 +11,28 @@
 
 namespace rubicon::networks::knx::groups {
 
-/// The record: what a network's configuration says of group addresses, written by `rubicon knx import` or by hand
-/// (docs/knx-import.md). Reads `groups` and `group-names` of `reader`, appends to `out` in the order of the file and
-/// reports each mistake at its place: bad addresses and types, an address twice, one address as state of two actuators,
-/// two points with one key. A point with a mistake is left out.
+/// Reads a group file, the part of a network's configuration that describes group addresses, written by `rubicon knx
+/// import` or by hand (docs/knx-import.md): `groups` and `group-names` of `reader`. Appends to `out` in the order of
+/// the file. Points with an error (address or type, duplicate address, one state address of two actuators, two points
+/// with one key) are reported at their place and left out.
 void read_groups(ConfigReader& reader, std::vector<GroupPoint>& out);
 
-/// What two points claim at once, a line each: one address of two points, one state address of two actuators, one key
-/// of two points. For points of several sources together; what one record has twice, read_groups() reports itself.
+/// The conflicts between points of several sources, one line each: one address of two points, one state address of two
+/// actuators, one key of two points. read_groups() reports those within one file.
 std::vector<std::string> conflicts(const std::vector<GroupPoint>& points);
 
 /// `demand`, `init`, `never`, `expire 60min`, `every 5min`.
 std::optional<ReadRule> parse_read_rule(std::string_view text);
 std::string to_string(const ReadRule& rule);
 
-/// The same as YAML: sorted by address, a line a point, equal points give equal text. `source` stands in a comment.
+/// The group file as YAML: sorted by address, one line per point; equal points give equal text. `source` is named in a
+/// comment.
 std::string to_yaml(const std::vector<GroupPoint>& points, const std::string& source);
 
-/// Takes a newer import into a record. Frozen by the record: device, instance, kind, type, read rule, pairing. From the
-/// import: name, description and groups of what the record knows; addresses it does not know, as new points; a state
-/// address for an actuator that has none. What the file no longer has is kept. All but the unchanged is in the report.
-/// The result is sorted by address.
+/// Merges a newer import into the points of a group file, sorted by address. Known points keep device, instance, kind,
+/// type, read rule and state address; the import sets their name, description and groups. New are addresses that the
+/// group file does not have, and state addresses of actuators without one. Addresses that the import does not have are
+/// kept. The report lists all differences.
 std::vector<GroupPoint> merge(std::vector<GroupPoint> known, const std::vector<GroupPoint>& imported, Report& report);
 
 }  // namespace rubicon::networks::knx::groups

@@ -8,7 +8,7 @@ namespace rubicon::networks::knx::groups {
 
 namespace {
 
-/// `Main.Middle.1/0/1<TAB>name<TAB>EIS ...`: one of the first lines after the project's name looks like that.
+/// `Main.Middle.1/0/1<TAB>name<TAB>EIS ...`: one of the first lines after the project's name looks like this.
 bool is_esf(std::string_view text) {
   for (int i = 0; i < 50 && !text.empty(); ++i) {
     const auto end = std::min(text.find('\n'), text.size());

@@ -74,40 +74,40 @@ std::optional<wire::GroupAddress> GroupListBuilder::address(std::size_t line, st
   if (address.error().code == ErrorCode::kOutOfRange) ++report.out_of_range;
   const auto why = address.error().code == ErrorCode::kOutOfRange
                        ? address.error().text
-                       : fmt::format("{} is no group address, expected {}", model::quoted(text), example(notation_));
+                       : fmt::format("{} is not a group address, expected {}", model::quoted(text), example(notation_));
   report.error(line, {}, why);
   return {};
 }
 
-std::optional<dpt::DptId> GroupListBuilder::type(std::string_view text, std::vector<std::string>& doubts) const {
+std::optional<dpt::DptId> GroupListBuilder::type(std::string_view text, std::vector<std::string>& changes) const {
   constexpr std::string_view kBreaks = " ,;\t\n";
   const auto begin = std::min(text.find_first_not_of(kBreaks), text.size());
   const auto end = std::min(text.find_first_of(kBreaks, begin), text.size());
   if (begin == end) return {};
   const auto first = text.substr(begin, end - begin);
   if (text.find_first_not_of(kBreaks, end) != text.npos)
-    doubts.push_back(fmt::format("several types, the first is taken: {}", model::quoted(text)));
+    changes.push_back(fmt::format("several types, the first is used: {}", model::quoted(text)));
   const auto id = dpt::parse_dpt(first);
   if (!id) {
-    doubts.push_back(fmt::format("type {} cannot be read: imported without a type", model::quoted(first)));
+    changes.push_back(fmt::format("type {} is not a data point type: imported without a type", model::quoted(first)));
     return {};
   }
   const auto* type = dpt::find_dpt(*id);
   if (!type) {
-    doubts.push_back(fmt::format("main type {} unknown: imported without a type, values shown as hex", id->main));
+    changes.push_back(fmt::format("main type {} unknown: imported without a type, values shown as hex", id->main));
     return {};
   }
   if (id->sub != dpt::DptId::kMainOnly && type->id.sub == dpt::DptId::kMainOnly) {
-    doubts.push_back(fmt::format("sub type of {} unknown: imported with main type {}", to_string(*id), id->main));
+    changes.push_back(fmt::format("sub type of {} unknown: imported with main type {}", to_string(*id), id->main));
     return type->id;
   }
   return *id;
 }
 
 std::string GroupListBuilder::field(std::string_view what, std::string_view utf8,
-                                    std::vector<std::string>& doubts) const {
+                                    std::vector<std::string>& changes) const {
   if (utf8.size() > kMaxFieldBytes)
-    doubts.push_back(fmt::format("its {} has {} bytes: cut to {}", what, utf8.size(), kMaxFieldBytes));
+    changes.push_back(fmt::format("its {} has {} bytes: cut to {}", what, utf8.size(), kMaxFieldBytes));
   return clean_text(utf8, kMaxFieldBytes);
 }
 
@@ -117,7 +117,7 @@ bool GroupListBuilder::full(std::size_t line) {
   return true;
 }
 
-void GroupListBuilder::take(GroupEntry entry, const std::vector<std::string>& doubts) {
+void GroupListBuilder::add(GroupEntry entry, const std::vector<std::string>& changes) {
   auto& report = list_.report;
   const auto [first, is_new] = lines_.try_emplace(number(entry.address), entry.line);
   if (!is_new) {
@@ -127,7 +127,7 @@ void GroupListBuilder::take(GroupEntry entry, const std::vector<std::string>& do
     return;
   }
   entry.notation = notation_;
-  auto all = doubts;
+  auto all = changes;
   if (entry.name.empty()) {
     entry.name = to_string(entry.address, notation_);
     all.push_back("empty name: imported, its name is the address");

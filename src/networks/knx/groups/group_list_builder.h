@@ -11,14 +11,14 @@
 
 namespace rubicon::networks::knx::groups {
 
-/// `1/0/1`, `1/-/-`, `1/519`, `2567`: digits or `-`, at most three parts, at most 32 characters. Says nothing of
-/// bounds.
+/// True for `1/0/1`, `1/-/-`, `1/519`, `2567`: digits or `-`, at most three parts, at most 32 characters. Values are
+/// not checked.
 bool looks_like_address(std::string_view text);
 
-/// Which notation most addresses of a file are in.
+/// Finds the notation that most addresses of a file have.
 class NotationDetector {
  public:
-  /// Takes `2567` and whatever does not look like an address for no vote, unless `free_too`.
+  /// Ignores text that does not look like an address and, unless `free_too`, plain numbers such as `2567`.
   void add(std::string_view address, bool free_too);
   wire::Notation winner() const;
 
@@ -26,29 +26,30 @@ class NotationDetector {
   std::array<std::size_t, 3> votes_{};  ///< by number of slashes
 };
 
-/// What all kinds of files have in common: takes entries into a list, checks addresses and types, keeps the first of
-/// doubled ones and reports what it changes or refuses. The list must outlive it.
+/// Builds a list from the entries of any kind of file: checks addresses and types, keeps the first of duplicates, and
+/// reports what it changes or refuses. The list must outlive it.
 class GroupListBuilder {
  public:
   GroupListBuilder(GroupList& list, wire::Notation notation);
 
-  /// The address of an entry; reports why not. Nothing is taken yet.
+  /// The address of an entry; nullopt, with an error in the report, if it is not an address.
   std::optional<wire::GroupAddress> address(std::size_t line, std::string_view text);
-  /// `DPST-9-1`, `DPT-9 DPT-7`, blank: the type, or its main type if the sub type is unknown; adds doubts.
-  std::optional<dpt::DptId> type(std::string_view text, std::vector<std::string>& doubts) const;
-  /// A field's text, cut to its bound with a doubt.
-  std::string field(std::string_view what, std::string_view utf8, std::vector<std::string>& doubts) const;
-  /// Takes it; all doubts make one warning. `name` may be empty.
-  void take(GroupEntry entry, const std::vector<std::string>& doubts);
+  /// `DPST-9-1`, `DPT-9 DPT-7`, blank: the type, or its main type if the sub type is unknown. Adds
+  /// a text to `changes` for what it cannot use.
+  std::optional<dpt::DptId> type(std::string_view text, std::vector<std::string>& changes) const;
+  /// The text of a field, cut to kMaxFieldBytes.
+  std::string field(std::string_view what, std::string_view utf8, std::vector<std::string>& changes) const;
+  /// Adds the entry; `changes` become one warning. The name may be empty.
+  void add(GroupEntry entry, const std::vector<std::string>& changes);
 
-  /// The bound of addresses is reached: the rest of the file is left out (reported once).
+  /// True, with an error in the report, if the list has kMaxGroupAddresses.
   bool full(std::size_t line);
   wire::Notation notation() const { return notation_; }
 
  private:
   GroupList& list_;
   wire::Notation notation_;
-  std::unordered_map<std::uint16_t, std::size_t> lines_;  ///< of the addresses taken
+  std::unordered_map<std::uint16_t, std::size_t> lines_;  ///< by address
 };
 
 /// `a; b; c`.

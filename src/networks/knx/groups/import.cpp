@@ -14,7 +14,7 @@ namespace rubicon::networks::knx::groups {
 
 namespace {
 
-/// Findings in the order of the file, those about no line at the end.
+/// Sorts findings by line, those that concern no line last.
 void sort_findings(Report& report) {
   const auto rank = [](const Finding& finding) { return finding.line - 1; };  // 0 becomes the largest
   std::stable_sort(report.findings.begin(), report.findings.end(),
@@ -49,7 +49,8 @@ Result<Import> import_file(const std::string& path, const ImportOptions& options
   std::error_code error;
   const auto status = std::filesystem::status(path, error);
   if (!std::filesystem::exists(status)) return fail(ErrorCode::kNotFound, fmt::format("{}: no such file", path));
-  if (!std::filesystem::is_regular_file(status)) return fail(ErrorCode::kIo, fmt::format("{}: is no file", path));
+  if (!std::filesystem::is_regular_file(status))
+    return fail(ErrorCode::kIo, fmt::format("{}: is not a regular file", path));
   const auto size = std::filesystem::file_size(path, error);
   if (error) return fail(ErrorCode::kIo, fmt::format("{}: {}", path, error.message()));
   if (size > kMaxListBytes)

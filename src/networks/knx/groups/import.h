@@ -11,11 +11,11 @@
 namespace rubicon::networks::knx::groups {
 
 struct ImportOptions {
-  bool guess = true;                               ///< false: kinds by type only, each address a point of its own
-  std::optional<std::vector<GroupPoint>> known{};  ///< a record to merge into
+  bool guess = true;  ///< false: nothing is inferred from names; each address is a point of its own
+  std::optional<std::vector<GroupPoint>> known{};  ///< the points of a group file to merge into
 };
 
-/// The points of a file, sorted by address, and what became of it.
+/// The points of a file, sorted by address, and the report of the import.
 struct Import {
   std::vector<GroupPoint> points;
   Report report;
@@ -24,7 +24,7 @@ struct Import {
 /// `source` is the file's name, for the report. kInvalid with file and line if the file as a whole is refused.
 Result<Import> import_text(std::string_view text, const std::string& source, const ImportOptions& options = {});
 
-/// Reads a whole file of at most 64 MiB; for start-up and tools, it blocks. kNotFound, kIo, kOutOfRange, kInvalid.
+/// Reads a file of at most 64 MiB. Blocks; for start-up and tools. kNotFound, kIo, kOutOfRange, kInvalid.
 Result<Import> import_file(const std::string& path, const ImportOptions& options = {});
 
 }  // namespace rubicon::networks::knx::groups

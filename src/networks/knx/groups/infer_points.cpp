@@ -16,8 +16,8 @@ namespace {
 struct Named {
   const GroupEntry* entry = nullptr;
   NameWords words;
-  const Named* state = nullptr;  ///< its state address, of an actuator
-  bool is_state = false;         ///< of another one
+  const Named* state = nullptr;  ///< of an actuator: its state address
+  bool is_state = false;         ///< it is the state address of another one
   bool undecided = false;
 };
 
@@ -30,34 +30,34 @@ std::string group_key(const GroupEntry& entry, std::string_view name) {
   return fmt::format("{}\n{}\n{}\n{}", entry.dpt->main, entry.main_group, entry.middle_group, name);
 }
 
-/// Something that could be commanded: its type or its name says so.
+/// True if it could be commanded, by its type or its name.
 bool is_command(const Named& named) {
   const auto& words = named.words;
-  const bool by_word = words.says(Sense::kCommand) || words.says(Sense::kSetpoint) || words.says(Sense::kSwitch);
-  return !words.says(Sense::kMeasured) && (by_word || kind_of_type(named.entry->dpt) == Kind::kActuator);
+  const bool by_word = words.means(Sense::kCommand) || words.means(Sense::kSetpoint) || words.means(Sense::kSwitch);
+  return !words.means(Sense::kMeasured) && (by_word || kind_of_type(named.entry->dpt) == Kind::kActuator);
 }
 
 /// `Lamp switch` and `Lamp status`, `Setpoint` and `Setpoint status`.
 void by_state_word(Named& named, std::map<std::string, Candidates>& out) {
-  const bool reports = named.words.says(Sense::kState);
+  const bool reports = named.words.means(Sense::kState);
   if (!reports && !is_command(named)) return;
   auto& group = out[group_key(*named.entry, named.words.rest)];
   (reports ? group.states : group.commands).push_back(&named);
 }
 
-/// `Blind Sollwert` and `Blind Istwert`. Not where the actual value is a measurement of its own (9: temperature, 14).
+/// `Blind Sollwert` and `Blind Istwert`. Not for main types 9 and 14: their actual values are measurements.
 void by_actual_word(Named& named, std::map<std::string, Candidates>& out) {
   const auto& words = named.words;
   const auto main = named.entry->dpt->main;
   if (named.state || named.is_state || main == 9 || main == 14) return;
-  const bool reports = words.says(Sense::kActual) || words.says(Sense::kState);
-  const bool commands = words.says(Sense::kCommand) || words.says(Sense::kSwitch) || words.says(Sense::kSetpoint);
-  if ((reports && words.says(Sense::kSetpoint)) || (!reports && !commands)) return;
+  const bool reports = words.means(Sense::kActual) || words.means(Sense::kState);
+  const bool commands = words.means(Sense::kCommand) || words.means(Sense::kSwitch) || words.means(Sense::kSetpoint);
+  if ((reports && words.means(Sense::kSetpoint)) || (!reports && !commands)) return;
   auto& group = out[group_key(*named.entry, words.stem)];
   (reports ? group.states : group.commands).push_back(&named);
 }
 
-/// Of several commands the one with the state's own type, else the one whose name says that it commands.
+/// Of several commands the one with the same type as the state, else the one with a command word.
 void narrow(std::vector<Named*>& commands, const Named& state) {
   const auto keep = [&](auto test) {
     if (commands.size() > 1 && std::count_if(commands.begin(), commands.end(), test) == 1) {
@@ -65,8 +65,9 @@ void narrow(std::vector<Named*>& commands, const Named& state) {
     }
   };
   keep([&](const Named* command) { return command->entry->dpt == state.entry->dpt; });
-  keep(
-      [](const Named* command) { return command->words.says(Sense::kCommand) || command->words.says(Sense::kSwitch); });
+  keep([](const Named* command) {
+    return command->words.means(Sense::kCommand) || command->words.means(Sense::kSwitch);
+  });
 }
 
 std::string shown(const Named& named, wire::Notation notation) {
@@ -96,7 +97,7 @@ class Guesser {
     if (by_name != by_type) {
       ++report_.kinds_by_name;
       report_.note(named.entry->line, named.entry->address,
-                   fmt::format("guess: '{}' is {} by its name ({}), by its type it would be {}", named.entry->name,
+                   fmt::format("inferred: '{}' is {} by its name ({}), by its type it would be {}", named.entry->name,
                                article(by_name), named.words.shown, article(by_type)));
     }
     return by_name;
@@ -110,9 +111,9 @@ class Guesser {
   static Kind kind_by_name(const Named& named, Kind otherwise) {
     const auto& words = named.words;
     if (named.state) return Kind::kActuator;
-    if (words.says(Sense::kState)) return Kind::kSensor;
-    if (words.says(Sense::kSetpoint) || words.says(Sense::kCommand)) return Kind::kActuator;
-    return words.says(Sense::kActual) || words.says(Sense::kMeasured) ? Kind::kSensor : otherwise;
+    if (words.means(Sense::kState)) return Kind::kSensor;
+    if (words.means(Sense::kSetpoint) || words.means(Sense::kCommand)) return Kind::kActuator;
+    return words.means(Sense::kActual) || words.means(Sense::kMeasured) ? Kind::kSensor : otherwise;
   }
 
   void decide(Candidates& group) {
@@ -127,7 +128,7 @@ class Guesser {
     state.is_state = true;
     ++report_.paired;
     report_.note(command.entry->line, command.entry->address,
-                 fmt::format("guess: '{}' reports on {}", command.entry->name, shown(state, report_.notation)));
+                 fmt::format("inferred: '{}' reports on {}", command.entry->name, shown(state, report_.notation)));
   }
 
   void undecided(const Candidates& group) {
@@ -161,7 +162,7 @@ GroupPoint point_of(const GroupEntry& entry, Kind kind) {
   return point;
 }
 
-/// Of the addresses that an ESF says its objects hear, those of the same main type.
+/// The listening addresses of an ESF that have the same main type.
 void take_listen(const std::vector<GroupEntry>& entries, std::vector<GroupPoint>& points) {
   std::map<wire::GroupAddress, const GroupEntry*> by_address;
   for (const auto& entry : entries) by_address.emplace(entry.address, &entry);

@@ -13,7 +13,7 @@ struct Rule {
 constexpr Kind kSensor = Kind::kSensor, kActuator = Kind::kActuator;
 constexpr std::uint16_t kAll = dpt::DptId::kMainOnly;
 
-/// The first rule that fits decides; types without one are sensors (4, 6, 8, 10 to 16, 19, 24 to 29, ...).
+/// The first matching rule decides; types without a rule are sensors (4, 6, 8, 10 to 16, 19, 24 to 29, ...).
 constexpr std::array kRules{
     Rule{1, 5, 6, kSensor},           // alarm, binary value
     Rule{1, 11, 11, kSensor},         // state

@@ -37,11 +37,11 @@ class Merge {
       const auto& point = points_[i];
       if (!seen_.contains(point.address)) {
         ++report_.vanished;
-        report_.warning(0, point.address, fmt::format("'{}' is no longer in the file: kept", point.name));
+        report_.warning(0, point.address, fmt::format("'{}' is no longer in the import: kept", point.name));
       }
       if (point.state && !seen_.contains(*point.state)) {
         report_.warning(0, point.address,
-                        fmt::format("its state address {} is no longer in the file: kept",
+                        fmt::format("its state address {} is no longer in the import: kept",
                                     to_string(*point.state, report_.notation)));
       }
     }
@@ -61,31 +61,31 @@ class Merge {
     point.middle_group = imported.middle_group;
     if (point.name != before.name) {
       ++report_.renamed;
-      report_.note(0, point.address, fmt::format("'{}' is called '{}' now: its id stays", before.name, point.name));
+      report_.note(0, point.address, fmt::format("'{}' is now '{}': its id is kept", before.name, point.name));
     } else {
       ++report_.unchanged;
     }
     if (imported.dpt != point.dpt)
       report_.note(0, point.address,
-                   fmt::format("the file gives it {}, the record {}: the record's stays", type_text(imported.dpt),
+                   fmt::format("the import has {}, the group file {}: the latter is kept", type_text(imported.dpt),
                                type_text(point.dpt)));
     if (imported.state && imported.state != point.state) adopt_state(point, imported);
   }
 
-  /// A state address that the record does not know: the actuator takes it if it has none, else it is a sensor.
+  /// Uses a new state address: for the actuator if it has none, else as a sensor.
   void adopt_state(GroupPoint& point, const GroupPoint& imported) {
     const auto state = *imported.state;
     if (is_taken(state)) {
       report_.note(0, point.address,
-                   fmt::format("the file would pair it with {}, which the record has elsewhere: "
-                               "the record's pairing stays",
+                   fmt::format("the import pairs it with {}, which the group file uses elsewhere: "
+                               "the group file is kept",
                                to_string(state, report_.notation)));
       return;
     }
     if (point.kind == Kind::kActuator && !point.state) {
       point.state = state;
       states_.insert(state);
-      report_.note(0, point.address, fmt::format("has a state address now: {}", to_string(state, report_.notation)));
+      report_.note(0, point.address, fmt::format("new state address: {}", to_string(state, report_.notation)));
       return;
     }
     auto sensor = imported;
@@ -96,7 +96,7 @@ class Merge {
     add(sensor);
   }
 
-  /// What is an address of its own in the file reports for an actuator in the record. Its own state is new.
+  /// The address is a point in the import and a state address in the group file. Only its own state address is new.
   void take_state(const GroupPoint& imported) {
     ++report_.unchanged;
     if (!imported.state || is_taken(*imported.state)) return;
@@ -108,9 +108,9 @@ class Merge {
   void add(const GroupPoint& imported) {
     auto point = imported;
     if (point.state && is_taken(*point.state)) {
-      report_.note(
-          0, point.address,
-          fmt::format("not paired with {}: the record has that elsewhere", to_string(*point.state, report_.notation)));
+      report_.note(0, point.address,
+                   fmt::format("not paired with {}: the group file uses it elsewhere",
+                               to_string(*point.state, report_.notation)));
       point.state.reset();
     }
     if (point.state) states_.insert(*point.state);

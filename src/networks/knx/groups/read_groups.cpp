@@ -55,9 +55,10 @@ class PointReader {
     const auto* known = id ? dpt::find_dpt(*id) : nullptr;
     if (known && (known->id.sub != dpt::DptId::kMainOnly || id->sub == dpt::DptId::kMainOnly)) return *id;
     errors_.add(place, path,
-                known ? fmt::format("type {} is not known, expected one of main type {}, or {}.* for any of it",
-                                    to_string(*id), id->main, id->main)
-                      : fmt::format("{} is no data point type, expected one like 9.001 or 9.*", model::quoted(text)));
+                known
+                    ? fmt::format("type {} is not known, expected one of main type {}, or {}.* for any of it",
+                                  to_string(*id), id->main, id->main)
+                    : fmt::format("{} is not a data point type, expected one like 9.001 or 9.*", model::quoted(text)));
     return {};
   }
 
@@ -77,8 +78,9 @@ class PointReader {
     const auto kind = reader.choice("kind", to_string(by_type), {"sensor", "actuator"});
     point.kind = kind == "actuator" ? Kind::kActuator : Kind::kSensor;
     if (point.state && point.kind == Kind::kSensor)
-      reader.error("state", "is for actuators: a sensor's values come from its own address");
-    if (point.state == point.address) reader.error("state", "is the address itself, expected another one or none");
+      reader.error("state", "is only for actuators: the values of a sensor come from its address");
+    if (point.state == point.address)
+      reader.error("state", "is the address of the point, expected another one or none");
     for (const auto& text : reader.texts("listen")) {
       if (const auto heard = address(reader, "listen", text)) point.listen.push_back(*heard);
     }
@@ -107,20 +109,20 @@ class PointReader {
   std::string path_;
 };
 
-/// Finds what two points claim at once.
+/// Finds conflicts between points.
 class Claims {
  public:
-  /// What is wrong with a point beside those that were taken; empty: it is taken too.
+  /// The conflict of a point with those before it; if there is none (empty), the point is added to them.
   std::string take(const GroupPoint& point) {
     const auto mine = to_string(point.address);
-    if (addresses_.contains(point.address)) return fmt::format("{} stands here already", mine);
+    if (addresses_.contains(point.address)) return fmt::format("{} is already in the list", mine);
     if (point.state) {
       if (const auto first = states_.find(*point.state); first != states_.end())
-        return fmt::format("{} is the state address of {} already", to_string(*point.state), to_string(first->second));
+        return fmt::format("{} is already the state address of {}", to_string(*point.state), to_string(first->second));
     }
     if (const auto first = keys_.find(key_of(point)); first != keys_.end())
       return fmt::format(
-          "has the same device, kind, type and instance as {}: one key for both, give one of them "
+          "has the same device, kind, type and instance as {}: both would have the same key, give one of them "
           "another instance",
           to_string(first->second));
     addresses_.insert(point.address);

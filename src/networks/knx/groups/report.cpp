@@ -53,21 +53,21 @@ std::string counts_text(const Report& report) {
   std::string details;
   count(details, report.untyped, "without a type");
   count(details, report.main_type_only, "with a main type only");
-  count(details, report.doubled, "doubled");
+  count(details, report.doubled, "duplicate");
   count(details, report.out_of_range, "out of range");
   count(details, report.paired, "paired with a state address by name");
   count(details, report.kinds_by_name, "made sensor or actuator by name");
-  auto out = fmt::format("{}{}{}: {} group addresses taken{}{}\n", report.source, report.form.empty() ? "" : ", ",
+  auto out = fmt::format("{}{}{}: {} group addresses imported{}{}\n", report.source, report.form.empty() ? "" : ", ",
                          report.form, report.taken, details.empty() ? "" : "; ", details);
   if (report.merged) {
-    out += fmt::format("record: {} new, {} renamed, {} unchanged, {} no longer in the file (kept)\n", report.added,
+    out += fmt::format("merge: {} new, {} renamed, {} unchanged, {} no longer in the import (kept)\n", report.added,
                        report.renamed, report.unchanged, report.vanished);
   }
   out += fmt::format("{} errors, {} warnings, {} notes\n", report.errors, report.warnings, report.notes);
   return out;
 }
 
-/// One line a finding, whatever its text holds.
+/// Text of a finding without line breaks.
 std::string single_line(std::string_view text) {
   std::string out(text);
   std::replace_if(

@@ -13,8 +13,8 @@ namespace rubicon::networks::knx::groups {
 
 namespace {
 
-/// Characters beyond ASCII that YAML counts as line breaks, controls or marks (YAML 1.2, 5.1 and 5.4), as bytes, and
-/// what stands for them between quotes.
+/// Characters beyond ASCII that YAML treats as line breaks, controls or marks (YAML 1.2, 5.1 and 5.4), and their
+/// escapes in quotes.
 struct Escape {
   std::string_view bytes, text;
 };
@@ -37,7 +37,7 @@ bool is_reserved(std::string_view text) {
   return std::find(kWords.begin(), kWords.end(), to_lower(text)) != kWords.end();
 }
 
-/// Text that means itself without quotes, also between `{` and `}`.
+/// True for text that needs no quotes, also between `{` and `}`.
 bool is_plain(std::string_view text) {
   if (text.empty() || text.back() == ' ' || is_reserved(text)) return false;
   const auto letter = [](char c) {
@@ -80,7 +80,7 @@ std::string scalar(std::string_view text) {
   return is_plain(utf8) && !needs_escape(utf8) ? utf8 : quoted(utf8);
 }
 
-/// Names of groups that all or most of their points share: said once, not at each point.
+/// Names of groups that all or most of their points share: written once, not at each point.
 class GroupNames {
  public:
   explicit GroupNames(const std::vector<const GroupPoint*>& points) {
@@ -170,8 +170,8 @@ std::string to_yaml(const std::vector<GroupPoint>& points, const std::string& so
   std::stable_sort(sorted.begin(), sorted.end(), [](const auto* a, const auto* b) { return a->address < b->address; });
   const GroupNames names(sorted);
   auto out = fmt::format(
-      "# {} KNX points from {}. This is the record: ids, kinds, types and pairs stay as they stand\n"
-      "# here; `rubicon knx import FILE --merge RECORD` adds and renames only.\n",
+      "# {} KNX points from {}. Ids, kinds, types and state addresses of this file are kept:\n"
+      "# `rubicon knx import FILE --merge THIS` only adds and renames.\n",
       points.size(), comment(source));
   out += names.text();
   out += points.empty() ? "groups: {}\n" : "groups:\n";

@@ -7,32 +7,33 @@
 
 namespace rubicon::networks::knx::groups {
 
-/// What a word in a name says of a group address.
+/// The meaning of a word in the name of a group address.
 enum class Sense : std::uint8_t {
   kState,     ///< reports what an actuator does: status, Rückmeldung
-  kActual,    ///< the value as it is: actual, Istwert, Stellung
+  kActual,    ///< actual value: actual, Istwert, Stellung
   kCommand,   ///< commands: command, schalten
-  kSwitch,    ///< goes with commands, but a sensor may be called so too: switch, on, off
-  kSetpoint,  ///< the value as it shall be: setpoint, Sollwert
-  kMeasured,  ///< belongs to a sensor, stays part of the name: contact, -melder (the end of a word)
-  kFiller,    ///< says nothing: of, de
+  kSwitch,    ///< found in names of commands and of sensors: switch, on, off
+  kSetpoint,  ///< set value: setpoint, Sollwert
+  kMeasured,  ///< sensors; the word remains part of the name: contact, -melder (the end of a word)
+  kFiller,    ///< ignored: of, de
 };
 
 struct SenseOfWord {
-  std::string_view word;  ///< in small letters; `-melder`: every word that ends so; `aktuell-`: that begins so
+  std::string_view
+      word;  ///< in lower case; `-melder`: any word with this end; `aktuell-`: any word with this beginning
   Sense sense;
 };
 
-/// The listed word table: all words that guesses go by (also in docs/knx-import.md, a test compares).
+/// All words that infer_points() uses (a test compares them with docs/knx-import.md).
 extern const std::vector<SenseOfWord> kWordTable;
 
-/// A name taken apart.
+/// The words of a name.
 struct NameWords {
   std::array<bool, 7> has{};
-  std::string rest;   ///< its words in small letters without those of state and command, switches and fillers
-  std::string stem;   ///< its rest without those of actual and set values too
-  std::string shown;  ///< the words of the table in it, for the report
-  bool says(Sense sense) const { return has[static_cast<std::size_t>(sense)]; }
+  std::string rest;   ///< its words in lower case without those of state, command, switch and filler
+  std::string stem;   ///< `rest` without the words of actual and set values
+  std::string shown;  ///< its words that are in the table, for the report
+  bool means(Sense sense) const { return has[static_cast<std::size_t>(sense)]; }
 };
 
 NameWords words_of(std::string_view name);

@@ -17,7 +17,7 @@ constexpr std::string_view kRefused = ": file refused, nothing imported";
 
 using ParserPointer = std::unique_ptr<XML_ParserStruct, decltype(&XML_ParserFree)>;
 
-/// The notation of a document, from the first addresses in its text.
+/// The notation of a document, from its first addresses.
 wire::Notation notation_of(std::string_view text) {
   constexpr std::string_view kAttribute = " Address=\"";
   NotationDetector vote;
@@ -48,7 +48,7 @@ class Attributes {
   const XML_Char** list_;
 };
 
-/// Listens to the parser and takes what it hears into the list.
+/// Handles the events of the parser and builds the list.
 class XmlList {
  public:
   XmlList(GroupList& list, XML_Parser parser, wire::Notation notation)
@@ -58,15 +58,15 @@ class XmlList {
 
   void start(std::string_view name, const Attributes& attributes) {
     if (const auto colon = name.find(':'); colon != name.npos) name.remove_prefix(colon + 1);
-    if (++depth_ > kMaxDepth) return stop(fmt::format("elements {} deep{}", depth_, kRefused));
+    if (++depth_ > kMaxDepth) return stop(fmt::format("elements nested {} deep{}", depth_, kRefused));
     if (depth_ == 1) {
       if (name != "GroupAddress-Export")
-        stop(fmt::format("its root is {}, expected GroupAddress-Export{}", model::quoted(name), kRefused));
+        stop(fmt::format("root element {}, expected GroupAddress-Export{}", model::quoted(name), kRefused));
       return;
     }
     if (name == "GroupRange") {
-      std::vector<std::string> doubts;
-      ranges_.push_back({depth_, builder_.field("group name", attributes.text("Name"), doubts)});
+      std::vector<std::string> changes;
+      ranges_.push_back({depth_, builder_.field("group name", attributes.text("Name"), changes)});
     } else if (name == "GroupAddress") {
       take(attributes);
     } else {
@@ -97,19 +97,19 @@ class XmlList {
     if (full_ || (full_ = builder_.full(line()))) return;
     const auto address = builder_.address(line(), attributes.text("Address"));
     if (!address) return;
-    std::vector<std::string> doubts;
+    std::vector<std::string> changes;
     GroupEntry entry;
     entry.line = line();
     entry.address = *address;
-    entry.name = builder_.field("name", attributes.text("Name"), doubts);
-    entry.description = builder_.field("description", attributes.text("Description"), doubts);
+    entry.name = builder_.field("name", attributes.text("Name"), changes);
+    entry.description = builder_.field("description", attributes.text("Description"), changes);
     entry.central = attributes.yes("Central");
     entry.unfiltered = attributes.yes("Unfiltered");
     if (const auto security = attributes.text("Security"); !security.empty()) entry.security = clean_text(security, 16);
     if (!ranges_.empty()) entry.main_group = ranges_.front().name;
     if (ranges_.size() > 1) entry.middle_group = ranges_.back().name;
-    entry.dpt = builder_.type(attributes.text("DPTs"), doubts);
-    builder_.take(std::move(entry), doubts);
+    entry.dpt = builder_.type(attributes.text("DPTs"), changes);
+    builder_.add(std::move(entry), changes);
   }
 
   GroupList& list_;
@@ -175,7 +175,7 @@ GroupList read_xml(std::string_view text) {
     list.entries.clear();
     list.report.refuse(listener.line(), parse_error(parser.get()));
   } else if (list.entries.empty()) {
-    list.report.warning(0, {}, "no group address in it");
+    list.report.warning(0, {}, "the file has no group address");
   }
   return list;
 }

@@ -83,8 +83,8 @@ Result<void> RoutingLine::join(const Endpoint& group, Routing::Group role) {
   return {};
 }
 
-/// Other programs of this machine receive the group on the same port. Because we send from a port of our own, they and
-/// we can tell each other's frames from own ones (knxd treats all from its address and port 3671 as its own: measured).
+/// Other programs of this machine receive the group on the same port. Sending from another port lets them and this
+/// program tell their frames apart (measured: knxd takes all frames from its address and port 3671 for its own).
 Result<void> RoutingLine::open_sender() {
   transport::UdpOptions options{{options_.interface_address, 0}};
   options.multicast = transport::UdpMulticast{{}, options_.interface_address, options_.ttl};

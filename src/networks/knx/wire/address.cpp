@@ -50,14 +50,14 @@ Result<GroupAddress> parse_group(std::string_view text) {
   const auto separators = std::count(text.begin(), text.end(), '/');
   if (text.empty() || separators > 2)
     return fail(ErrorCode::kInvalid,
-                fmt::format("'{}' is no group address, expected one like 1/2/7, 1/519 or 2567", text.substr(0, 32)));
+                fmt::format("'{}' is not a group address, expected one like 1/2/7, 1/519 or 2567", text.substr(0, 32)));
   const std::span<const Part> parts = separators == 2   ? std::span<const Part>(kThree)
                                       : separators == 1 ? std::span<const Part>(kTwo)
                                                         : std::span<const Part>(kOne);
   auto value = parse(text, '/', parts);
   if (!value)
     return fail(value.error().code,
-                fmt::format("'{}' is no group address: {}", text.substr(0, 32), value.error().text));
+                fmt::format("'{}' is not a group address: {}", text.substr(0, 32), value.error().text));
   if (*value == 0) return fail(ErrorCode::kOutOfRange, "0/0/0 is the broadcast address, expected a group address");
   return GroupAddress(*value);
 }
@@ -80,11 +80,11 @@ std::string to_key_part(GroupAddress address) {
 Result<IndividualAddress> parse_individual(std::string_view text) {
   if (std::count(text.begin(), text.end(), '.') != 2)
     return fail(ErrorCode::kInvalid,
-                fmt::format("'{}' is no individual address, expected one like 1.1.200", text.substr(0, 32)));
+                fmt::format("'{}' is not an individual address, expected one like 1.1.200", text.substr(0, 32)));
   auto value = parse(text, '.', kIndividual);
   if (!value)
     return fail(value.error().code,
-                fmt::format("'{}' is no individual address: {}", text.substr(0, 32), value.error().text));
+                fmt::format("'{}' is not an individual address: {}", text.substr(0, 32), value.error().text));
   return IndividualAddress(*value);
 }
 

@@ -8,12 +8,12 @@
 
 namespace rubicon::networks::knx::wire {
 
-/// Where group telegrams go; 0 is the broadcast address, never a normal target (KNX 3/3/3).
+/// Destination of group telegrams; 0 is the broadcast address (KNX 3/3/3).
 enum class GroupAddress : std::uint16_t {};
 /// A device on the bus: area 4 bit, line 4 bit, device 8 bit; 0 = not set (KNX 3/3/2).
 enum class IndividualAddress : std::uint16_t {};
 
-/// How a project writes its group addresses; the wire knows the number only.
+/// How a project writes its group addresses; on the wire they are numbers.
 enum class Notation : std::uint8_t { kThreeLevel, kTwoLevel, kFree };
 
 /// `1/2/7`, `1/519`, `2567`. kInvalid for anything else, kOutOfRange names the part; 0/0/0 is refused.

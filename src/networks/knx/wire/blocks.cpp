@@ -24,7 +24,7 @@ auto wrong_length(std::string_view block, unsigned length, unsigned expected) {
   return wrong(block, fmt::format("length {}, expected {}", length, expected));
 }
 
-/// Takes a block with its length in the first byte.
+/// Consumes a block whose first byte is its length.
 Result<ByteView> take_block(base::ByteReader& reader, std::string_view name) {
   const auto length = reader.u8();
   if (!reader.ok()) return short_block(name);

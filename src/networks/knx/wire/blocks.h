@@ -13,23 +13,23 @@
 
 namespace rubicon::networks::knx::wire {
 
-/// Building blocks of KNXnet/IP bodies (KNX 3/8/2, section 7.5). read_x() takes its block off the front of `reader`;
-/// kInvalid names the block and what is wrong with it. write() appends.
+/// Building blocks of KNXnet/IP bodies (KNX 3/8/2, section 7.5). read_x() consumes its block from `reader`;
+/// kInvalid names the block and the error. write() appends.
 
 enum class HostProtocol : std::uint8_t { kUdp = 1, kTcp = 2 };
 
-/// Host protocol address: an IPv4 endpoint. All zero = route back: answer to where the datagram came from (NAT, TCP).
+/// Host protocol address: an IPv4 endpoint. All zero = route back: answers go to the source of the datagram (NAT, TCP).
 struct Hpai {
   HostProtocol protocol = HostProtocol::kUdp;
   std::array<std::uint8_t, 4> address{};
   std::uint16_t port = 0;
 
-  /// True if address or port is zero: there is nothing to send to.
+  /// True if address or port is zero, so nothing can be sent there.
   bool route_back() const { return address == std::array<std::uint8_t, 4>{} || port == 0; }
   friend bool operator==(const Hpai&, const Hpai&) = default;
 };
 
-/// From a numeric IPv4 address; route back if the text is none.
+/// From a numeric IPv4 address; route back for any other text.
 Hpai udp_hpai(std::string_view address, std::uint16_t port);
 /// `10.77.0.1`.
 std::string address_text(const Hpai& hpai);
@@ -48,7 +48,7 @@ void write(Bytes& out, const ConnectionHeader& header);
 enum class ConnectionType : std::uint8_t { kDeviceManagement = 3, kTunnel = 4 };
 enum class TunnelLayer : std::uint8_t { kLink = 0x02, kRaw = 0x04, kBusMonitor = 0x80 };
 
-/// Connection request information. Other types than ours are kUnsupported.
+/// Connection request information. Types other than those of ConnectionType are kUnsupported.
 struct Cri {
   ConnectionType type = ConnectionType::kTunnel;
   TunnelLayer layer = TunnelLayer::kLink;     ///< of a tunnel
@@ -70,12 +70,12 @@ void write(Bytes& out, const Crd& crd);
 /// Search request parameter: what a server must match to answer an extended search.
 struct Srp {
   enum class Type : std::uint8_t { kProgrammingMode = 1, kMac = 2, kFamily = 3, kWantedDibs = 4 };
-  Type type = Type::kWantedDibs;  ///< others travel as they are
-  bool mandatory = false;         ///< who does not match stays silent
-  Bytes content;                  ///< MAC(6); family, version; DIB types, even number
+  Type type = Type::kWantedDibs;  ///< other types are kept unchanged
+  bool mandatory = false;         ///< servers that do not match do not answer
+  Bytes content;                  ///< by type: MAC (6 bytes); family and version; an even number of DIB types
   friend bool operator==(const Srp&, const Srp&) = default;
 };
-/// All that is left.
+/// All blocks up to the end of `reader`.
 Result<std::vector<Srp>> read_srps(base::ByteReader& reader);
 void write(Bytes& out, const Srp& srp);
 

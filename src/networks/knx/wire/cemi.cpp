@@ -11,7 +11,7 @@ namespace rubicon::networks::knx::wire {
 
 namespace {
 
-/// Behind the additional info: Ctrl1, Ctrl2, source, destination, NPDU length.
+/// After the additional info: Ctrl1, Ctrl2, source, destination, NPDU length.
 constexpr std::size_t kFixed = 7;
 constexpr std::uint8_t kEscape = 255;
 constexpr std::uint8_t kNotExtended = 0x80, kDoNotRepeat = 0x20, kBroadcast = 0x10, kGroup = 0x80;

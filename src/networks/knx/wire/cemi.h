@@ -8,7 +8,7 @@
 
 namespace rubicon::networks::knx::wire {
 
-/// Message codes of cEMI (KNX 3/6/3). Others occur.
+/// Message codes of cEMI that are used here (KNX 3/6/3); frames may have others.
 enum class CemiCode : std::uint8_t {
   kRawRequest = 0x10,
   kDataRequest = 0x11,
@@ -31,7 +31,7 @@ enum class CemiCode : std::uint8_t {
   kPropertyRead = 0xfc,
 };
 
-/// An L_Data frame taken apart; looks into the bytes it was read from. Additional info was passed over.
+/// The fields of an L_Data frame, without the additional info. Refers to the bytes it was read from.
 struct DataFrame {
   CemiCode code = CemiCode::kDataRequest;
   std::uint8_t control1 = 0xbc, control2 = 0xe0;
@@ -42,7 +42,7 @@ struct DataFrame {
   bool to_group() const { return (control2 & 0x80) != 0; }
   bool extended() const { return (control1 & 0x80) == 0; }
   bool repeated() const { return (control1 & 0x20) == 0; }
-  /// Of a confirmation: nobody on the bus acknowledged.
+  /// Of a confirmation: no device on the bus acknowledged the frame.
   bool failed() const { return (control1 & 0x01) != 0; }
   Priority priority() const { return Priority(control1 >> 2 & 3); }
   std::uint8_t hops() const { return control2 >> 4 & 7; }
@@ -53,29 +53,29 @@ struct DataFrame {
 /// A frame of L_Data (codes 11, 29, 2E). kInvalid: too short, lengths that do not fit, the escape length 255;
 /// kUnsupported: another code. A standard frame may be longer than 15: receivers are tolerant.
 Result<DataFrame> read_data_frame(ByteView cemi);
-/// As it was read, without additional info.
+/// Writes the frame without additional info.
 Bytes write(const DataFrame& frame);
 
-/// What a frame says to a group. kUnsupported: not for a group (an individual or the broadcast address), LTE, another
-/// TPCI or APCI than group values; those are for the monitor only.
+/// The group telegram in a frame. kUnsupported: an individual or the broadcast address, LTE, a TPCI or APCI other than
+/// those of group values.
 Result<Telegram> to_telegram(const DataFrame& frame);
 /// Both in one.
 Result<Telegram> read_telegram(ByteView cemi);
 
-/// Longest payload of an extended frame: 254 bytes behind the TPCI, one of them the APCI.
+/// Longest payload of an extended frame: 254 bytes after the TPCI, one of them the APCI.
 constexpr std::size_t kMaxPayload = 253;
-/// Longest payload of a standard frame; devices need not take more (feature 07, DIB 07).
+/// Longest payload of a standard frame; devices need not accept more (feature 07, DIB 07).
 constexpr std::size_t kMaxStandardPayload = 14;
 
-/// The frame for a telegram, standard or extended as its length asks. kOutOfRange: payload too long or empty, hops
+/// The frame of a telegram, standard or extended according to its length. kOutOfRange: payload too long or empty, hops
 /// above 7; kInvalid: the broadcast address, a small payload that is not one byte of 0..63, a read with a payload.
 Result<Bytes> write_telegram(CemiCode code, const Telegram& telegram);
 
-/// True if `confirmation` (an L_Data.con) belongs to `request` (the L_Data.req that was sent): equal but for Ctrl1, the
-/// source where 0.0.0 was sent, additional info, and a hop count that is one less (knx.md, section 4). For the hot
-/// path: never fails, never allocates.
+/// True if `confirmation` (an L_Data.con) belongs to `request` (the L_Data.req that was sent): they may differ in
+/// Ctrl1, additional info, the source if 0.0.0 was sent, and a hop count that is one less (knx.md, section 4). Never
+/// fails and never allocates.
 bool confirms(ByteView confirmation, ByteView request);
-/// Ctrl1 of a frame of L_Data, passing over additional info; 0 if there is none.
+/// Ctrl1 of an L_Data frame; 0 for any other frame.
 std::uint8_t control1_of(ByteView cemi);
 
 }  // namespace rubicon::networks::knx::wire

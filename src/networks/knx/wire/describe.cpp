@@ -16,7 +16,7 @@ struct Named {
   std::string_view name;
 };
 
-/// KNX 3/6/3.
+/// Message codes (KNX 3/6/3).
 constexpr std::array kCodes{
     Named{0x10, 0x10, "L_Raw.req"},
     Named{0x11, 0x11, "L_Data.req"},
@@ -39,7 +39,7 @@ constexpr std::array kCodes{
     Named{0xfc, 0xfc, "M_PropRead.req"},
 };
 
-/// KNX 3/3/7; those below 0400 whose low six bits are no data.
+/// Ranges of APCIs (KNX 3/3/7). In the wider ones the low six bits are data.
 constexpr std::array kServices{
     Named{0x000, 0x03f, "GroupValueRead"},
     Named{0x040, 0x07f, "GroupValueResponse"},
@@ -88,13 +88,13 @@ constexpr std::array kServices{
 };
 
 template <std::size_t kSize>
-std::string name_in(const std::array<Named, kSize>& names, unsigned code, std::string_view otherwise) {
+std::string name_in(const std::array<Named, kSize>& names, unsigned code, std::string_view prefix) {
   const auto found = std::find_if(names.begin(), names.end(),
                                   [code](const Named& named) { return code >= named.first && code <= named.last; });
-  return found == names.end() ? fmt::format("{} {:02X}", otherwise, code) : std::string(found->name);
+  return found == names.end() ? fmt::format("{} {:02X}", prefix, code) : std::string(found->name);
 }
 
-/// ` 0C 33`, as long as lines stay readable.
+/// ` 0C 33`.
 std::string hex(ByteView bytes) {
   std::string text;
   for (const auto byte : bytes) fmt::format_to(std::back_inserter(text), " {:02X}", byte);
@@ -106,7 +106,7 @@ std::string_view name_of(Priority priority) {
   return kNames[static_cast<std::size_t>(priority) & 3];
 }
 
-/// What the TPCI alone says: connections and their acknowledgements; empty for data.
+/// The text of a TPCI without an APCI (connections and their acknowledgements); empty for data.
 std::string control_text(std::uint8_t tpci) {
   switch (tpci & 0xc3) {
     case 0x80: return "Connect";

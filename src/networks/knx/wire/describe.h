@@ -7,8 +7,8 @@
 
 namespace rubicon::networks::knx::wire {
 
-/// A cEMI frame in one line for people: `L_Data.ind low from 1.1.201 to 1/2/5 hops 5 GroupValueResponse (small) 01`.
-/// Frames that cannot be read are shown in hex with the reason. Never fails, whatever the bytes are.
+/// A cEMI frame as readable text in one line: `L_Data.ind low from 1.1.201 to 1/2/5 hops 5 GroupValueResponse (small)
+/// 01`. Frames that cannot be read are given in hex with the reason. Never fails.
 std::string describe(ByteView cemi, Notation notation = Notation::kThreeLevel);
 
 }  // namespace rubicon::networks::knx::wire

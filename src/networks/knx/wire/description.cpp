@@ -11,7 +11,7 @@ namespace rubicon::networks::knx::wire {
 namespace {
 
 constexpr std::size_t kNameSize = 30, kDeviceSize = 52;
-/// Status of a slot: usable, authorised, free; the other bits are 1.
+/// Bits of a slot's status: usable, authorised, free; the other bits are 1.
 constexpr unsigned kFree = 1, kAuthorised = 2, kUsable = 4;
 
 std::string from_latin1(ByteView bytes) {
@@ -19,7 +19,7 @@ std::string from_latin1(ByteView bytes) {
   for (const auto byte : bytes) {
     if (byte == 0) break;
     if (byte < 0x20 || (byte >= 0x7f && byte < 0xa0)) {
-      text.push_back('?');  // names are shown on terminals
+      text.push_back('?');  // names are printed on terminals
     } else if (byte < 0x80) {
       text.push_back(static_cast<char>(byte));
     } else {
@@ -30,7 +30,7 @@ std::string from_latin1(ByteView bytes) {
   return text;
 }
 
-/// Padded to the size of the field; what ISO 8859-1 does not have becomes `?`.
+/// Padded to the size of the field; characters outside ISO 8859-1 become `?`.
 Bytes to_latin1(std::string_view text) {
   Bytes bytes;
   for (std::size_t i = 0; i < text.size() && bytes.size() < kNameSize; ++i) {
@@ -84,12 +84,12 @@ void read_tunnelling(ByteView content, ServerDescription& into) {
 std::vector<IndividualAddress> read_addresses(ByteView content) {
   std::vector<IndividualAddress> addresses;
   base::ByteReader reader(content);
-  reader.skip(2);  // its own one, known from the device block
+  reader.skip(2);  // the server's own address, known from the device block
   while (reader.remaining() >= 2) addresses.push_back(IndividualAddress(reader.u16_be()));
   return addresses;
 }
 
-/// A known block of a length that is none of its own says nothing.
+/// Known blocks of a wrong length are ignored.
 bool has_right_length(const Dib& dib) {
   const auto size = dib.content.size();
   switch (dib.type) {
@@ -154,7 +154,7 @@ Result<std::vector<Dib>> read_dibs(base::ByteReader& reader) {
   while (reader.remaining() > 0) {
     const auto length = reader.u8();
     if (length == 0) return fail(ErrorCode::kInvalid, "DIB: length 0, expected at least 2");
-    if (length == 1) continue;  // not even a type
+    if (length == 1) continue;  // no room for a type
     const auto content = reader.take(length - std::size_t{1});
     if (!reader.ok()) return fail(ErrorCode::kInvalid, "DIB: goes beyond the end of the frame");
     dibs.push_back({Dib::Type(content[0]), Bytes(content.begin() + 1, content.end())});

@@ -10,7 +10,7 @@
 
 namespace rubicon::networks::knx::wire {
 
-/// A description information block as it stands in search and description answers (KNX 3/8/2, section 7.5.4).
+/// A description information block of search and description responses (KNX 3/8/2, section 7.5.4).
 struct Dib {
   enum class Type : std::uint8_t {
     kDevice = 0x01,
@@ -23,12 +23,13 @@ struct Dib {
     kDeviceAdditional = 0x08,
     kManufacturer = 0xfe
   };
-  Type type = Type::kDevice;  ///< others travel as they are
+  Type type = Type::kDevice;  ///< other types are kept unchanged
   Bytes content;              ///< without length and type; at most 253
   friend bool operator==(const Dib&, const Dib&) = default;
 };
 
-/// All that is left, but for blocks of length 1, which have no type. kInvalid: a length of 0, or past the end.
+/// All blocks up to the end of `reader`, without those of length 1, which have no type. kInvalid: a length of 0, or
+/// beyond the end.
 Result<std::vector<Dib>> read_dibs(base::ByteReader& reader);
 void write(Bytes& out, const Dib& dib);
 
@@ -59,9 +60,9 @@ struct TunnelSlot {
   friend bool operator==(const TunnelSlot&, const TunnelSlot&) = default;
 };
 
-/// What a server tells about itself. Values it did not tell keep their defaults.
+/// The description that a server sends of itself. Values that are not in it have their defaults.
 struct ServerDescription {
-  std::uint8_t medium = 0;  ///< 02 TP1, 04 PL110, 10 RF, 20 IP; 0 = not told
+  std::uint8_t medium = 0;  ///< 02 TP1, 04 PL110, 10 RF, 20 IP; 0 = unknown
   bool programming_mode = false;
   IndividualAddress address{};
   std::uint16_t project = 0;  ///< project << 4 | installation
@@ -70,18 +71,18 @@ struct ServerDescription {
   std::string name;  ///< UTF-8, at most 30 characters of ISO 8859-1 on the wire; control characters read as `?`
   std::vector<FamilyVersion> families;       ///< supported
   std::vector<FamilyVersion> secured;        ///< those that REQUIRE KNX IP Secure
-  std::vector<IndividualAddress> addresses;  ///< further ones of its own (DIB 05)
+  std::vector<IndividualAddress> addresses;  ///< additional addresses of the server (DIB 05)
   std::optional<std::uint16_t> max_apdu;     ///< bytes, from the tunnelling block
-  std::vector<TunnelSlot> slots;             ///< empty = not told
+  std::vector<TunnelSlot> slots;             ///< empty = unknown
   friend bool operator==(const ServerDescription&, const ServerDescription&) = default;
 
-  /// Version of a family; 0 = not told.
+  /// Version of a family; 0 = unknown.
   std::uint8_t version(Family family) const;
 };
 
-/// Blocks of unknown type are passed over, and known ones of a wrong length: the others are as good.
+/// Blocks of unknown type, and known ones of a wrong length, are ignored.
 ServerDescription read_description(std::span<const Dib> dibs);
-/// Device and families always, the others when there is something in them.
+/// Writes the device and family blocks always, the others if they have content.
 std::vector<Dib> to_dibs(const ServerDescription& description);
 
 }  // namespace rubicon::networks::knx::wire

@@ -8,7 +8,7 @@
 
 namespace rubicon::networks::knx::wire {
 
-/// Services of KNXnet/IP (KNX 3/8/2 to 3/8/5, 3/8/9). Frames carry others too: an enum value need not be named here.
+/// Services of KNXnet/IP (KNX 3/8/2 to 3/8/5, 3/8/9). Frames may have service codes that are not named here.
 enum class ServiceCode : std::uint16_t {
   kSearchRequest = 0x0201,
   kSearchResponse = 0x0202,
@@ -42,27 +42,28 @@ enum class ServiceCode : std::uint16_t {
   kTimerNotify = 0x0955,
 };
 
-/// `TUNNELLING_REQUEST`; `service 0538` for those without a name here.
+/// `TUNNELLING_REQUEST`; `service 0538` for codes without a name.
 std::string to_string(ServiceCode code);
 
 /// Length of the KNXnet/IP header: size 06, version 10, service, total length (KNX 3/8/2).
 constexpr std::size_t kHeaderSize = 6;
 
-/// Two bytes as all numbers of KNX stand: the high one first.
+/// A 16 bit number, big endian as all numbers of KNX.
 inline std::uint16_t u16_at(ByteView bytes, std::size_t at) {
   return static_cast<std::uint16_t>(bytes[at] << 8 | bytes[at + 1]);
 }
 
-/// A KNXnet/IP frame taken apart; looks into the bytes it was read from.
+/// Service and body of a KNXnet/IP frame. Refers to the bytes it was read from.
 struct Frame {
   ServiceCode service{};
   ByteView body;
 };
 
-/// One whole frame. kInvalid: too short, a header of another size or version, a total length other than bytes.size().
+/// Reads one complete frame. kInvalid: too short, a header of another size or version, a total length other than
+/// bytes.size().
 Result<Frame> read_frame(ByteView bytes);
-/// Total length of the frame a stream goes on with, at least kHeaderSize; 0 = not known yet. kInvalid: this is no
-/// header, the stream cannot be trusted any more.
+/// Total length of the frame at the start of a stream, at least kHeaderSize; 0 = not known yet. kInvalid: this is not a
+/// header, so the rest of the stream cannot be read.
 Result<std::size_t> frame_size(ByteView stream);
 
 /// Appends a header; close_frame() then writes the total length of what was appended since `begin`.

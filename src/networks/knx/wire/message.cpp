@@ -61,7 +61,7 @@ Result<ConnectRequest> read_connect_request(ByteReader& reader) {
   return ConnectRequest{*control, *data, *cri};
 }
 
-/// With an error it ends behind the status.
+/// If the status is an error, the body ends after it.
 Result<ConnectResponse> read_connect_response(ByteReader& reader) {
   ConnectResponse response;
   response.channel = reader.u8();
@@ -170,7 +170,7 @@ void append(Bytes& out, ByteView bytes) {
   out.insert(out.end(), bytes.begin(), bytes.end());
 }
 
-/// One overload for each body: opens the frame and writes what stands in it.
+/// One overload for each body: opens the frame and writes the body.
 struct BodyWriter {
   Bytes& out;
 

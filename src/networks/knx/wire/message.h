@@ -9,7 +9,7 @@
 
 namespace rubicon::networks::knx::wire {
 
-/// Bodies of the services we speak (KNX 3/8/2 to 3/8/5); views look into the bytes they were read from.
+/// Bodies of the supported services (KNX 3/8/2 to 3/8/5). Views refer to the bytes they were read from.
 
 struct SearchRequest {
   Hpai discovery;
@@ -38,7 +38,7 @@ struct ConnectRequest {
 };
 struct ConnectResponse {
   std::uint8_t channel = 0, status = 0;
-  Hpai data{};  ///< this and the next only with status 00
+  Hpai data{};  ///< this and the next member only with status 00
   Crd crd{};
   friend bool operator==(const ConnectResponse&, const ConnectResponse&) = default;
 };
@@ -77,7 +77,7 @@ struct FeatureMessage {
   ConnectionHeader header;
   std::uint8_t feature = 0;  ///< 01..08 (Feature)
   std::uint8_t code = 0;     ///< return code of a response, else 00
-  ByteView value;            ///< sent unpadded; some pad it to an even length
+  ByteView value;            ///< written without padding; some servers pad it to an even length
 };
 enum class Feature : std::uint8_t {
   kSupportedEmi = 1,
@@ -100,9 +100,9 @@ struct RoutingLostMessage {
 struct RoutingBusy {
   std::uint8_t device_state = 0;
   std::uint16_t wait = 0;     ///< ms
-  std::uint16_t control = 0;  ///< 0 = all shall wait
+  std::uint16_t control = 0;  ///< 0 = all devices wait
 };
-/// A well formed frame of a service whose body is not looked into (secure services among them).
+/// A well formed frame of a service whose body is not read, such as a secure service.
 struct OtherService {
   ServiceCode service{};
   ByteView body;
@@ -113,14 +113,15 @@ using Message = std::variant<OtherService, SearchRequest, SearchResponse, Descri
                              DisconnectRequest, DisconnectResponse, ConnectionRequest, ConnectionAck, FeatureMessage,
                              RoutingIndication, RoutingLostMessage, RoutingBusy>;
 
-/// One whole frame with header. kInvalid (kUnsupported for foreign connection types) says which service is broken how.
+/// Reads a complete frame with its header. kInvalid names the service and the error; kUnsupported: an unknown type of
+/// connection.
 Result<Message> read_message(ByteView frame);
 Result<Message> read_message(const Frame& frame);
 
-/// The whole frame.
+/// The complete frame.
 Bytes write(const Message& message);
 
-/// For the hot path: replaces `out`, keeps its memory.
+/// Replaces the content of `out` and reuses its memory.
 void write_connection_request(Bytes& out, ServiceCode service, const ConnectionHeader& header, ByteView cemi);
 void write_connection_ack(Bytes& out, ServiceCode service, const ConnectionHeader& header);
 

@@ -10,8 +10,8 @@ StatusMeaning meaning_of(std::uint8_t status) {
     case 0x01: return {"the interface does not support this transport protocol", Remedy::kConfiguration};
     case 0x02: return {"the interface does not support this KNXnet/IP version", Remedy::kConfiguration};
     case 0x04: return {"a sequence number was out of order", Remedy::kRetry};
-    case 0x0f: return {"the interface reports an error without saying which", Remedy::kRetry};
-    case status::kUnknownConnection: return {"the interface does not know the connection any more", Remedy::kReconnect};
+    case 0x0f: return {"the interface reports an unspecified error", Remedy::kRetry};
+    case status::kUnknownConnection: return {"the interface does not know the connection", Remedy::kReconnect};
     case status::kConnectionType:
       return {"the interface does not offer this type of connection (does it require KNX IP Secure?)",
               Remedy::kConfiguration};
@@ -23,8 +23,8 @@ StatusMeaning meaning_of(std::uint8_t status) {
     case status::kBusDown: return {"the interface has no connection to the KNX bus", Remedy::kBusDown};
     case 0x28: return {"the interface does not authorise this user", Remedy::kConfiguration};
     case status::kLayer: return {"the interface does not support this tunnelling layer", Remedy::kConfiguration};
-    case 0x2d: return {"the interface has no tunnel with the wanted individual address", Remedy::kConfiguration};
-    case status::kAddressInUse: return {"the wanted tunnel address is in use", Remedy::kWaitForSlot};
+    case 0x2d: return {"the interface has no tunnel with the requested individual address", Remedy::kConfiguration};
+    case status::kAddressInUse: return {"the requested tunnel address is in use", Remedy::kWaitForSlot};
     default: return {"unknown status", Remedy::kRetry};
   }
 }

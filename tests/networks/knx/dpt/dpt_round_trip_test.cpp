@@ -139,32 +139,31 @@ TEST(DptCatalogue, EveryValueInRangeComesThroughAndBack) {
     for (const auto kind : {Kind::kSensor, Kind::kActuator}) {
       if (kind == Kind::kActuator && type->actuator == type->sensor) continue;
       SCOPED_TRACE(to_string(type->id));
-      const auto& wanted = *types.find(kind == Kind::kSensor ? type->sensor : type->actuator);
+      const auto& target = *types.find(kind == Kind::kSensor ? type->sensor : type->actuator);
       std::size_t fitting = 0;
       for (const auto& sample : payloads_of(*type, kRandom)) {
         const auto value = decode(*type, sample);
         if (!value) continue;
-        const auto there = to_catalogue(*type, kind, *value);
-        if (!there) {
-          ASSERT_EQ(there.error().code, ErrorCode::kOutOfRange) << there.error().text;
+        const auto converted = to_catalogue(*type, kind, *value);
+        if (!converted) {
+          ASSERT_EQ(converted.error().code, ErrorCode::kOutOfRange) << converted.error().text;
           continue;
         }
         ++fitting;
-        ASSERT_TRUE(TypeCatalogue::check(wanted, *there));
-        const auto back = from_catalogue(*type, kind, *there);
+        ASSERT_TRUE(TypeCatalogue::check(target, *converted));
+        const auto back = from_catalogue(*type, kind, *converted);
         ASSERT_TRUE(back) << back.error().text;
         const auto sent = encode(*type, *back);
         ASSERT_TRUE(sent) << sent.error().text;
         if (sent->bytes != sample.bytes) {
-          ASSERT_EQ(sent->bytes, settled(*type, sample).bytes) << model::to_text(*there);
+          ASSERT_EQ(sent->bytes, settled(*type, sample).bytes) << model::to_text(*converted);
         }
         if (fitting % 61 != 0) continue;
         // As a command would give it.
-        const auto parsed = TypeCatalogue::parse(wanted, model::to_text(*there));
+        const auto parsed = TypeCatalogue::parse(target, model::to_text(*converted));
         ASSERT_TRUE(parsed) << parsed.error().text;
-        if (std::holds_alternative<double>(*value) && std::signbit(std::get<double>(*value)))
-          continue;  // -0 is 0 there
-        ASSERT_EQ(*encode(*type, *from_catalogue(*type, kind, *parsed)), *sent) << model::to_text(*there);
+        if (std::holds_alternative<double>(*value) && std::signbit(std::get<double>(*value))) continue;  // -0 becomes 0
+        ASSERT_EQ(*encode(*type, *from_catalogue(*type, kind, *parsed)), *sent) << model::to_text(*converted);
       }
       EXPECT_GT(fitting, 0U);
     }
@@ -174,9 +173,9 @@ TEST(DptCatalogue, EveryValueInRangeComesThroughAndBack) {
 TEST(DptCatalogue, OnlyTypesWithALimitedRangeRefuseValues) {
   const TypeCatalogue types;
   for (const auto* type : all_and_mains()) {
-    const auto& wanted = *types.find(type->sensor);
-    const bool limited = std::isfinite(wanted.minimum) || std::isfinite(wanted.maximum) ||
-                         wanted.data == model::DataType::kEnumeration || type->bits == 64;
+    const auto& target = *types.find(type->sensor);
+    const bool limited = std::isfinite(target.minimum) || std::isfinite(target.maximum) ||
+                         target.data == model::DataType::kEnumeration || type->bits == 64;
     if (limited) continue;
     const auto samples = payloads_of(*type, 200);
     for (std::size_t i = 0; i<samples.size(); i += samples.size()> 1000 ? 61U : 1U) {

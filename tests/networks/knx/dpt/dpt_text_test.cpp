@@ -84,7 +84,7 @@ TEST(DptText, NothingIsClamped) {
 }
 
 TEST(DptText, AValueThatWasNeverValidIsNotRead) {
-  EXPECT_EQ(decode_line("9.001 7fff"), "error: 9.001 temperature: 7fff says that there is no valid value");
+  EXPECT_EQ(decode_line("9.001 7fff"), "error: 9.001 temperature: 7fff means no valid value");
   EXPECT_TRUE(decode_line("9.001 f800").starts_with("error: "));  // below absolute zero
   EXPECT_TRUE(decode_line("5.006 ff").starts_with("error: "));
   EXPECT_TRUE(decode_line("10.001 183c00").starts_with("error: "));
@@ -169,10 +169,10 @@ TEST(DptText, RecordsNameTheFieldThatIsWrong) {
     const auto sent = encode_text(dpt(type), text);
     return sent ? std::string() : sent.error().text;
   };
-  EXPECT_EQ(why("240.800", R"({"hieght":50})"), "240.800 blind height + slat position: no field is called 'hieght'");
-  EXPECT_EQ(why("242.600", R"({"x":0.3})"), "242.600 colour xyY: y: expected a value, it is missing");
+  EXPECT_EQ(why("240.800", R"({"hieght":50})"), "240.800 blind height + slat position: unknown field 'hieght'");
+  EXPECT_EQ(why("242.600", R"({"x":0.3})"), "242.600 colour xyY: y: expected a value, but it is missing");
   EXPECT_EQ(why("254.600", R"({"red":0,"green":0})"),
-            "254.600 relative control RGB: blue: expected a value, it is missing");
+            "254.600 relative control RGB: blue: expected a value, but it is missing");
   EXPECT_EQ(why("217.001", "1.2"), "217.001 DPT version: '1.2' is not a JSON object");
   EXPECT_NE(why("206.100", R"({"delay":5,"mode":"cosy"})").find("mode: expected one of undefined, comfort"),
             std::string::npos);

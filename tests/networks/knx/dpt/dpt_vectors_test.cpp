@@ -5,7 +5,7 @@
 #include "networks/knx/dpt/convert_line.h"
 #include "networks/knx/dpt/samples.h"
 
-// What two other libraries make of the same values, compared as knx.md 9.2 says.
+// Compares with the payloads of two other libraries (knx.md 9.2).
 
 namespace rubicon::networks::knx::dpt {
 namespace {

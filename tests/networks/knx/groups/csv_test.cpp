@@ -63,7 +63,7 @@ const std::vector<Variant> kVariants{
     {"three_one_german", "ETS CSV 3/1",
      "Hauptgruppe;Mittelgruppe;Untergruppe;Adresse;Zentral;Ungefiltert;Beschreibung;Datenpunkttyp;Sicherheit\n" +
          kThreeOne},
-    {"three_one_words_nobody_knows", "ETS CSV 3/1",
+    {"three_one_unknown_words", "ETS CSV 3/1",
      "Päärühm;Keskrühm;Alarühm;Aadress;Keskne;Filtrita;Kirjeldus;Tüüp;Turve\n" + kThreeOne},
     {"one_one_bare", "ETS CSV 1/1", kOneOne},
     {"one_one_header", "ETS CSV 1/1", "Group name;Address;" + kTail + kOneOne},
@@ -126,7 +126,7 @@ TEST(CsvList, AGroupCalledCentralInTheFirstLineIsNoHeader) {
   EXPECT_EQ(line_of(list.entries[0]), "0/0/1 All [Central|] 1.001 ");
 }
 
-TEST(CsvList, OfSeveralTypesTheFirstIsTakenWithAWarning) {
+TEST(CsvList, OfSeveralTypesTheFirstIsUsedWithAWarning) {
   const auto list = read_csv("Lamp;1/0/1;;;;DPST-1-1 DPST-1-2;\nBlind;1/0/2;;;;\"DPT-5, DPST-5-1\";\n");
   ASSERT_EQ(list.entries.size(), 2U);
   EXPECT_EQ(list.entries[0].dpt, dpt("1.001"));
@@ -142,7 +142,7 @@ TEST(CsvList, AnAddressWithoutATypeIsANote) {
   EXPECT_EQ(list.report.warnings, 0U);
 }
 
-TEST(CsvList, ALostQuoteCostsItsOwnLineOnly) {
+TEST(CsvList, AQuoteWithoutAnEndBreaksItsOwnLineOnly) {
   const auto list =
       read_csv("\"Lamp\";\"1/0/1\";\"\"\n\"Lost;1/0/2;\n\"Blind\";\"1/0/3\";\"\"\n\"Door\";\"1/0/4\";\"\"\n");
   EXPECT_EQ(list.entries.size(), 3U) << texts(list.report);
@@ -188,7 +188,7 @@ TEST(CsvList, AFieldBeyond4KiBIsCutBetweenTwoCharacters) {
   EXPECT_EQ(list.report.warnings, 1U);
 }
 
-TEST(CsvList, ControlCharactersDoNotGetIntoNames) {
+TEST(CsvList, ControlCharactersAreRemovedFromNames) {
   const auto list = read_csv(std::string("La\x1b[31mmp\0!;1/0/1;\nLamp;1/0/2;\n", 32));
   ASSERT_EQ(list.entries.size(), 2U);
   EXPECT_EQ(list.entries[0].name, "La [31mmp !");
@@ -220,7 +220,7 @@ TEST(CsvList, AReportKeepsTenThousandLinesAndCountsTheRest) {
   EXPECT_NE(texts(list.report).find("... and 10000 more"), std::string::npos);
 }
 
-TEST(CsvRecords, ManyLostQuotesEndTheFileInsteadOfTheDay) {
+TEST(CsvRecords, ManyQuotesWithoutAnEndEndTheFile) {
   std::string text;
   for (int i = 0; i < 5000; ++i) text += "\"lost;" + std::to_string(i) + "\nx\n";
   CsvRecords records(text, ';');

@@ -79,14 +79,14 @@ TEST(ReadGroups, AnAddressWithAStateIsAnActuatorWhateverItsType) {
 }
 
 struct Mistake {
-  const char *yaml, *said;
+  const char *yaml, *expected;
 };
 
 class Mistakes : public ::testing::TestWithParam<Mistake> {};
 
-TEST_P(Mistakes, AreSaidAtTheirPlaceAndTheOtherPointsRemain) {
+TEST_P(Mistakes, AreReportedAtTheirPlaceAndTheOtherPointsRemain) {
   const auto [points, errors] = read(std::string("groups:\n  1/0/1: 1.001\n") + GetParam().yaml);
-  EXPECT_NE(errors.find(GetParam().said), std::string::npos) << errors;
+  EXPECT_NE(errors.find(GetParam().expected), std::string::npos) << errors;
   EXPECT_EQ(std::count(errors.begin(), errors.end(), '\n'), 0) << errors;
   ASSERT_GE(points.size(), 1U);
   EXPECT_EQ(points[0].address, ga("1/0/1"));
@@ -95,21 +95,22 @@ TEST_P(Mistakes, AreSaidAtTheirPlaceAndTheOtherPointsRemain) {
 INSTANTIATE_TEST_SUITE_P(
     All, Mistakes,
     ::testing::Values(
-        Mistake{"  1/9/1: 1.001\n", "home.yaml:3:3: groups.1/9/1: '1/9/1' is no group address: its middle group is 9"},
+        Mistake{"  1/9/1: 1.001\n",
+                "home.yaml:3:3: groups.1/9/1: '1/9/1' is not a group address: its middle group is 9"},
         Mistake{"  0/0/0: 1.001\n", "home.yaml:3:3: groups.0/0/0: 0/0/0 is the broadcast address"},
-        Mistake{"  2049: 1.001\n", "home.yaml:3:3: groups.2049: 1/0/1 stands here already"},
-        Mistake{"  1/0/2: cold\n", "home.yaml:3:10: groups.1/0/2: 'cold' is no data point type"},
-        Mistake{"  1/0/2: {dpt: 999.001}\n", "home.yaml:3:16: groups.1/0/2.dpt: '999.001' is no data point type"},
+        Mistake{"  2049: 1.001\n", "home.yaml:3:3: groups.2049: 1/0/1 is already in the list"},
+        Mistake{"  1/0/2: cold\n", "home.yaml:3:10: groups.1/0/2: 'cold' is not a data point type"},
+        Mistake{"  1/0/2: {dpt: 999.001}\n", "home.yaml:3:16: groups.1/0/2.dpt: '999.001' is not a data point type"},
         Mistake{"  1/0/2: {dpt: 9.999}\n", "groups.1/0/2.dpt: type 9.999 is not known, expected one of main type 9"},
         Mistake{"  1/0/2: {dpt: 1.001, state: 40/0/1}\n", "home.yaml:3:30: groups.1/0/2.state: '40/0/1'"},
-        Mistake{"  1/0/2: {dpt: 1.001, state: 1/0/2}\n", "groups.1/0/2.state: is the address itself"},
-        Mistake{"  1/0/2: {kind: sensor, state: 1/0/3}\n", "groups.1/0/2.state: is for actuators"},
+        Mistake{"  1/0/2: {dpt: 1.001, state: 1/0/2}\n", "groups.1/0/2.state: is the address of the point"},
+        Mistake{"  1/0/2: {kind: sensor, state: 1/0/3}\n", "groups.1/0/2.state: is only for actuators"},
         Mistake{"  1/0/2: {dpt: 1.001, state: 1/0/9}\n  1/0/3: {dpt: 1.001, state: 1/0/9}\n",
-                "home.yaml:4:3: groups.1/0/3: 1/0/9 is the state address of 1/0/2 already"},
+                "home.yaml:4:3: groups.1/0/3: 1/0/9 is already the state address of 1/0/2"},
         Mistake{"  1/0/2: {dpt: 9.001, device: hall}\n  1/0/3: {dpt: 9.001, device: hall}\n",
                 "home.yaml:4:3: groups.1/0/3: has the same device, kind, type and instance as 1/0/2"},
         Mistake{"  1/0/2: {kind: lamp}\n", "groups.1/0/2.kind: is 'lamp', expected one of: sensor, actuator"},
-        Mistake{"  1/0/2: {listen: [1/0/3, x]}\n", "groups.1/0/2.listen: 'x' is no group address"},
+        Mistake{"  1/0/2: {listen: [1/0/3, x]}\n", "groups.1/0/2.listen: 'x' is not a group address"},
         Mistake{"  1/0/2: {device: 'a.b'}\n", "groups.1/0/2.device: is 'a.b', expected at most 64 letters"},
         Mistake{"  1/0/2: {instance: ''}\n", "groups.1/0/2.instance: is '', expected at most 64 letters"},
         Mistake{"  1/0/2: {read: sometimes}\n", "groups.1/0/2.read: expected demand, init, never, expire 60min"},
@@ -190,7 +191,7 @@ TEST(ToYaml, IsSortedByAddressWhateverTheOrder) {
   EXPECT_LT(yaml.find("  0/1/44:"), yaml.find("  0/1/45:"));
 }
 
-TEST(ToYaml, LooksAsPeopleWouldWriteIt) {
+TEST(ToYaml, IsWrittenInTheShortForms) {
   auto lamp = point("1/0/1", "1.001", Kind::kActuator, "Flur Decke schalten");
   lamp.state = ga("1/0/2");
   lamp.main_group = "Lighting";
@@ -204,7 +205,7 @@ TEST(ToYaml, LooksAsPeopleWouldWriteIt) {
   EXPECT_EQ(read(to_yaml({}, "empty")).errors, "");
 }
 
-std::vector<GroupPoint> sample_record() {
+std::vector<GroupPoint> sample_points() {
   auto lamp = point("1/0/1", "1.001", Kind::kActuator, "Lamp");
   lamp.state = ga("1/0/2");
   lamp.device = "hall";
@@ -216,7 +217,7 @@ std::vector<GroupPoint> sample_record() {
 
 TEST(Merge, TheSameFileAgainChangesNothing) {
   Report report;
-  EXPECT_EQ(merge(sample_record(), sample_record(), report), sample_record());
+  EXPECT_EQ(merge(sample_points(), sample_points(), report), sample_points());
   EXPECT_EQ(report.unchanged, 3U);
   EXPECT_TRUE(report.findings.empty()) << report_text(report);
 }
@@ -226,39 +227,39 @@ TEST(Merge, ARenamedAddressKeepsItsIdKindTypeAndPair) {
   renamed.description = "new";
   renamed.middle_group = "Flur";
   Report report;
-  const auto merged = merge(sample_record(), {renamed, sample_record()[1], sample_record()[2]}, report);
-  auto wanted = sample_record();
-  wanted[0].name = "Lampe im Flur";
-  wanted[0].description = "new";
-  wanted[0].middle_group = "Flur";
-  EXPECT_EQ(merged, wanted);
+  const auto merged = merge(sample_points(), {renamed, sample_points()[1], sample_points()[2]}, report);
+  auto expected = sample_points();
+  expected[0].name = "Lampe im Flur";
+  expected[0].description = "new";
+  expected[0].middle_group = "Flur";
+  EXPECT_EQ(merged, expected);
   EXPECT_EQ(report.renamed, 1U);
-  EXPECT_NE(report_text(report).find("'Lamp' is called 'Lampe im Flur' now: its id stays"), std::string::npos);
-  EXPECT_NE(report_text(report).find("the file gives it type 1.002, the record type 1.001"), std::string::npos);
-  EXPECT_NE(report_text(report).find("its state address 1/0/2 is no longer in the file: kept"), std::string::npos);
+  EXPECT_NE(report_text(report).find("'Lamp' is now 'Lampe im Flur': its id is kept"), std::string::npos);
+  EXPECT_NE(report_text(report).find("the import has type 1.002, the group file type 1.001"), std::string::npos);
+  EXPECT_NE(report_text(report).find("its state address 1/0/2 is no longer in the import: kept"), std::string::npos);
 }
 
 TEST(Merge, NewAddressesAreAddedAndVanishedOnesKeptAndNamed) {
   Report report;
   const auto merged =
-      merge(sample_record(), {sample_record()[0], point("2/0/1", "1.008", Kind::kActuator, "Blind")}, report);
+      merge(sample_points(), {sample_points()[0], point("2/0/1", "1.008", Kind::kActuator, "Blind")}, report);
   ASSERT_EQ(merged.size(), 4U);
   EXPECT_EQ(merged[1].name, "Blind");
   EXPECT_EQ(report.added, 1U);
   EXPECT_EQ(report.vanished, 2U);
-  EXPECT_NE(report_text(report).find("3/1/1: 'Cold' is no longer in the file: kept"), std::string::npos);
+  EXPECT_NE(report_text(report).find("3/1/1: 'Cold' is no longer in the import: kept"), std::string::npos);
 }
 
 TEST(Merge, AStateAddressNeverBecomesASecondPoint) {
   Report report;
-  const auto merged = merge(sample_record(),
-                            {point("1/0/1", "1.001", Kind::kActuator, "Lamp"), sample_record()[1], sample_record()[2],
+  const auto merged = merge(sample_points(),
+                            {point("1/0/1", "1.001", Kind::kActuator, "Lamp"), sample_points()[1], sample_points()[2],
                              point("1/0/2", "1.001", Kind::kSensor, "Lamp status")},
                             report);
-  EXPECT_EQ(merged, sample_record());
+  EXPECT_EQ(merged, sample_points());
 }
 
-TEST(Merge, APairThatTheRecordHasAsTwoPointsStaysTwo) {
+TEST(Merge, APairThatTheGroupFileHasAsTwoPointsStaysTwo) {
   const std::vector<GroupPoint> known{point("1/0/1", "1.001", Kind::kActuator, "Lamp"),
                                       point("1/0/2", "1.001", Kind::kSensor, "Lamp status")};
   auto pair = known[0];
@@ -266,10 +267,10 @@ TEST(Merge, APairThatTheRecordHasAsTwoPointsStaysTwo) {
   Report report;
   EXPECT_EQ(merge(known, {pair}, report), known);
   EXPECT_EQ(report.vanished, 0U) << report_text(report);
-  EXPECT_NE(report_text(report).find("the record's pairing stays"), std::string::npos);
+  EXPECT_NE(report_text(report).find("the group file is kept"), std::string::npos);
 }
 
-TEST(Merge, ANewStateAddressIsTakenByAnActuatorWithoutOneAndIsASensorElse) {
+TEST(Merge, ANewStateAddressGoesToAnActuatorWithoutOneOrBecomesASensor) {
   const std::vector<GroupPoint> known{point("1/0/1", "1.001", Kind::kActuator, "Lamp"),
                                       point("1/0/5", "1.001", Kind::kSensor, "Button")};
   auto lamp = known[0];
@@ -286,7 +287,7 @@ TEST(Merge, ANewStateAddressIsTakenByAnActuatorWithoutOneAndIsASensorElse) {
   EXPECT_EQ(merged[2].kind, Kind::kSensor);
 }
 
-TEST(Merge, ANewActuatorDoesNotTakeAStateAddressThatTheRecordHas) {
+TEST(Merge, ANewActuatorDoesNotGetAStateAddressOfTheGroupFile) {
   const std::vector<GroupPoint> known{point("1/0/2", "1.001", Kind::kSensor, "Lamp status")};
   auto lamp = point("1/0/1", "1.001", Kind::kActuator, "Lamp");
   lamp.state = ga("1/0/2");
@@ -311,7 +312,7 @@ std::string ten_thousand() {
   return text;
 }
 
-TEST(Import, TenThousandAddressesAreTakenPairedRecordedAndReadBack) {
+TEST(Import, TenThousandAddressesAreImportedPairedWrittenAndReadBack) {
   const auto imported = import_text(ten_thousand(), "big.csv");
   ASSERT_TRUE(imported);
   EXPECT_EQ(imported->report.taken, 10'000U);
@@ -323,13 +324,13 @@ TEST(Import, TenThousandAddressesAreTakenPairedRecordedAndReadBack) {
   EXPECT_EQ(record.points, imported->points);
 }
 
-TEST(Record, PointsOfSeveralSourcesAreCheckedTogether) {
+TEST(GroupFile, PointsOfSeveralSourcesAreCheckedTogether) {
   auto lamp = point("1/0/1", "1.001", Kind::kActuator), other = point("1/0/5", "1.001", Kind::kActuator);
   lamp.state = ga("1/0/2");
   EXPECT_TRUE(conflicts({lamp, other, point("1/0/2", "1.001", Kind::kSensor)}).empty());
   other.state = lamp.state;
-  EXPECT_EQ(conflicts({lamp, other}), std::vector<std::string>{"1/0/5: 1/0/2 is the state address of 1/0/1 already"});
-  EXPECT_EQ(conflicts({lamp, lamp}), std::vector<std::string>{"1/0/1: 1/0/1 stands here already"});
+  EXPECT_EQ(conflicts({lamp, other}), std::vector<std::string>{"1/0/5: 1/0/2 is already the state address of 1/0/1"});
+  EXPECT_EQ(conflicts({lamp, lamp}), std::vector<std::string>{"1/0/1: 1/0/1 is already in the list"});
   auto one = point("1/2/7", "9.001", Kind::kSensor), two = point("1/2/8", "9.001", Kind::kSensor);
   one.device = two.device = "hall";
   const auto same_key = conflicts({one, two});
@@ -339,21 +340,22 @@ TEST(Record, PointsOfSeveralSourcesAreCheckedTogether) {
   EXPECT_TRUE(conflicts({one, two}).empty());
 }
 
-TEST(Import, ARecordIsMergedAndTheReportCountsFirst) {
+TEST(Import, AGroupFileIsMergedAndTheReportStartsWithCounts) {
   ImportOptions options;
-  options.known = sample_record();
+  options.known = sample_points();
   const auto imported =
       import_text("Lamp;1/0/1;;;;DPST-1-1;\nLamp status;1/0/2;;;;DPST-1-1;\nNew;1/0/3;;;;;\n", "flat.csv", options);
   ASSERT_TRUE(imported);
   EXPECT_EQ(imported->points.size(), 4U);
   const auto text = report_text(imported->report);
-  EXPECT_TRUE(text.starts_with("flat.csv, ETS CSV 1/1: 3 group addresses taken; 1 without a type, 1 paired")) << text;
-  EXPECT_NE(text.find("record: 1 new, 0 renamed, 1 unchanged, 2 no longer in the file (kept)"), std::string::npos)
+  EXPECT_TRUE(text.starts_with("flat.csv, ETS CSV 1/1: 3 group addresses imported; 1 without a type, 1 paired"))
+      << text;
+  EXPECT_NE(text.find("merge: 1 new, 0 renamed, 1 unchanged, 2 no longer in the import (kept)"), std::string::npos)
       << text;
   EXPECT_NE(text.find("flat.csv:3: note: 1/0/3: no type"), std::string::npos) << text;
 }
 
-TEST(Import, FilesThatAreNotThereOrRefusedSaySo) {
+TEST(Import, MissingAndRefusedFilesAreReported) {
   EXPECT_EQ(import_file("/no/such/file.csv").error().code, ErrorCode::kNotFound);
   EXPECT_EQ(import_file("/").error().code, ErrorCode::kIo);
   const auto refused = import_text("Group name;Central\nLamp;\n", "bad.csv");

@@ -98,12 +98,12 @@ INSTANTIATE_TEST_SUITE_P(OtherNamesOrTypes, NoPairs,
                                            Pair{"Door contact", "1.019", "Door contact status", "1.019"},
                                            Pair{"Lamp", "1.001", "Lamp", "1.001"}));
 
-TEST(Guesses, OtherGroupsAreNoPairs) {
+TEST(InferPoints, OtherGroupsAreNoPairs) {
   const auto found = guess({entry("1/0/1", "Lamp", "1.001", "Hall"), entry("1/0/2", "Lamp status", "1.011", "Cellar")});
   EXPECT_EQ(found.points.size(), 2U);
 }
 
-TEST(Guesses, WhatFitsSeveralTimesIsNotPairedAndSaid) {
+TEST(InferPoints, AmbiguousPairsAreNotMadeAndReported) {
   const auto found = guess({entry("1/0/1", "Lamp", "1.001"), entry("1/0/2", "Lamp status", "1.011"),
                             entry("1/0/3", "Lamp feedback", "1.011")});
   EXPECT_EQ(found.points.size(), 3U);
@@ -111,7 +111,7 @@ TEST(Guesses, WhatFitsSeveralTimesIsNotPairedAndSaid) {
   EXPECT_NE(report_text(found.report).find("not paired: 'Lamp'"), std::string::npos);
 }
 
-TEST(Guesses, OfSeveralCommandsTheOneWithTheSameTypeIsTaken) {
+TEST(InferPoints, OfSeveralCommandsTheOneWithTheSameTypeIsPaired) {
   const auto found = guess(
       {entry("1/0/1", "Blind", "1.008"), entry("1/0/2", "Blind", "1.007"), entry("1/0/3", "Blind status", "1.008")});
   ASSERT_EQ(found.points.size(), 2U);
@@ -119,7 +119,7 @@ TEST(Guesses, OfSeveralCommandsTheOneWithTheSameTypeIsTaken) {
   EXPECT_FALSE(found.points[1].state);
 }
 
-TEST(Guesses, WordsInANameDecideItsKindAndAreNamed) {
+TEST(InferPoints, WordsInANameDecideItsKindAndAreNamed) {
   const auto found =
       guess({entry("1/0/1", "Setpoint comfort", "9.001"), entry("1/0/2", "Valve status", "5.001"),
              entry("1/0/3", "Fensterkontakt", "1.001"), entry("1/0/4", "Temperatur an der Wand", "9.001"),
@@ -136,14 +136,14 @@ TEST(Guesses, WordsInANameDecideItsKindAndAreNamed) {
       << report_text(found.report);
 }
 
-TEST(Guesses, AktuellInAnyFormIsAReport) {
+TEST(InferPoints, AktuellInAnyFormIsAReport) {
   for (const auto* name : {"Aktueller Sollwert", "aktuelle Betriebsart", "Sollwert aktuell", "AKTUELLES Niveau"}) {
     const auto found = guess({entry("1/0/1", name, "5.001")});
     EXPECT_EQ(found.points.at(0).kind, Kind::kSensor) << name;
   }
 }
 
-TEST(Guesses, WithoutGuessesEachAddressIsItsOwnPointByItsType) {
+TEST(InferPoints, WithoutInferenceEachAddressIsAPointByItsType) {
   const auto found = guess(
       {entry("1/0/2", "Lamp status", "1.001"), entry("1/0/1", "Lamp", "1.001"), entry("1/0/3", "Setpoint", "9.001")},
       false);
@@ -154,7 +154,7 @@ TEST(Guesses, WithoutGuessesEachAddressIsItsOwnPointByItsType) {
   EXPECT_TRUE(found.report.findings.empty());
 }
 
-TEST(Guesses, ListeningAddressesOfTheSameMainTypeAreHeard) {
+TEST(InferPoints, ListeningAddressesOfTheSameMainTypeAreUsed) {
   auto lamp = entry("1/0/1", "Lamp", "1.001");
   lamp.listen = {ga("0/0/1"), ga("0/0/2"), ga("0/0/3"), ga("1/0/1")};
   const auto found = guess({lamp, entry("0/0/1", "All off", "1.001"), entry("0/0/2", "Scene", "18.001")});
@@ -162,7 +162,7 @@ TEST(Guesses, ListeningAddressesOfTheSameMainTypeAreHeard) {
   EXPECT_EQ(found.points[2].listen, (std::vector{ga("0/0/1")}));
 }
 
-TEST(Guesses, APointIsADeviceOfItsOwnWithTheFilesNames) {
+TEST(InferPoints, APointIsADeviceOfItsOwnWithTheFilesNames) {
   auto lamp = entry("1/4/6", "Lamp", "5.001");
   lamp.description = "over the table";
   const auto point = guess({lamp}).points.at(0);
@@ -174,7 +174,7 @@ TEST(Guesses, APointIsADeviceOfItsOwnWithTheFilesNames) {
   EXPECT_EQ(point.middle_group, "Hall");
 }
 
-TEST(Guesses, TheWordTableOfTheDocumentationIsTheOneUsed) {
+TEST(InferPoints, TheWordTableOfTheDocumentationIsTheOneUsed) {
   std::ifstream file(RUBICON_SOURCE_DIR "/docs/knx-import.md");
   const std::string page{std::istreambuf_iterator<char>(file), {}};
   for (const auto& [word, sense] : kWordTable) {

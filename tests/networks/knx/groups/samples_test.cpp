@@ -81,45 +81,45 @@ TEST_F(Samples, TheEsfGivesNamesGroupsMainTypesSizesAndListeningAddresses) {
   }
 }
 
-/// What a broken file's report says of a line: its kind and its address.
-using Said = std::tuple<std::size_t, std::string, std::string>;
+/// A finding of a broken file: line, level and address.
+using FindingKey = std::tuple<std::size_t, std::string, std::string>;
 
-std::set<Said> said_by(const GroupList& list) {
-  std::set<Said> said;
+std::set<FindingKey> findings_of(const GroupList& list) {
+  std::set<FindingKey> findings;
   for (const auto& finding : list.report.findings) {
     if (finding.level == Finding::Level::kNote) continue;
-    said.emplace(finding.line, to_string(finding.level), finding.address ? to_string(*finding.address) : "");
+    findings.emplace(finding.line, to_string(finding.level), finding.address ? to_string(*finding.address) : "");
   }
-  return said;
+  return findings;
 }
 
-TEST_F(Samples, EveryMistakeOfTheBrokenFilesIsNamedWithItsLineAndNothingElse) {
-  std::map<std::string, std::set<Said>> wanted;
+TEST_F(Samples, EveryErrorOfTheBrokenFilesIsReportedWithItsLineAndNothingElse) {
+  std::map<std::string, std::set<FindingKey>> expected;
   std::map<std::string, std::set<std::pair<std::size_t, std::string>>> good;
   for (auto& row : shared_table("broken-expected.tsv")) {
     if (row["file"].find(".knxproj") != std::string::npos) continue;
     const auto line = std::stoul(row["line"]);
-    auto& said = wanted[row["file"]];
-    if (row["kind"] != "ok") said.emplace(line, row["kind"], row["address"]);
-    const bool taken = row["kind"] != "error" && !row["address"].empty();
-    if (taken) good[row["file"]].emplace(line, row["address"]);
+    auto& findings = expected[row["file"]];
+    if (row["kind"] != "ok") findings.emplace(line, row["kind"], row["address"]);
+    const bool imported = row["kind"] != "error" && !row["address"].empty();
+    if (imported) good[row["file"]].emplace(line, row["address"]);
   }
-  ASSERT_EQ(wanted.size(), 5U);
-  for (const auto& [file, said] : wanted) {
+  ASSERT_EQ(expected.size(), 5U);
+  for (const auto& [file, findings] : expected) {
     const auto list = read(file);
-    EXPECT_EQ(said_by(list), said) << file << "\n" << texts(list.report);
-    std::set<std::pair<std::size_t, std::string>> taken;
-    for (const auto& entry : list.entries) taken.emplace(entry.line, to_string(entry.address));
-    EXPECT_EQ(taken, good[file]) << file;
+    EXPECT_EQ(findings_of(list), findings) << file << "\n" << texts(list.report);
+    std::set<std::pair<std::size_t, std::string>> imported;
+    for (const auto& entry : list.entries) imported.emplace(entry.line, to_string(entry.address));
+    EXPECT_EQ(imported, good[file]) << file;
   }
 }
 
-TEST_F(Samples, TheWordsOfTheReportSayWhatWasWrong) {
+TEST_F(Samples, TheTextsOfTheReportNameTheErrors) {
   const auto csv = texts(read("broken-3-1.csv").report);
   for (const auto* words :
        {"its main group is 32, expected 0 to 31", "its middle group is 8", "its sub group is 256",
         "0/0/0 is the broadcast address", "duplicate address, the first one is kept (line 4)",
-        "type 'DPST-9-x' cannot be read: imported without a type", "imported with main type 9",
+        "type 'DPST-9-x' is not a data point type: imported without a type", "imported with main type 9",
         "main type 999 unknown: imported without a type", "columns missing: imported without a type",
         "wrong number of levels: '1/300'", "empty name", "read as Windows-1252", "quote never closed"}) {
     EXPECT_NE(csv.find(words), csv.npos) << words << "\n" << csv;

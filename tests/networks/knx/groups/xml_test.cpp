@@ -71,7 +71,7 @@ TEST(XmlList, OtherEncodingsAndBytesOutsideTheirEncodingRefuseTheFile) {
   EXPECT_NE(texts(broken.report).find("not well-formed"), std::string::npos);
 }
 
-TEST(XmlList, EntitiesAreNeverUnfoldedNorRead) {
+TEST(XmlList, EntitiesAreNeverExpanded) {
   std::string bomb = "<?xml version=\"1.0\"?>\n<!DOCTYPE x [<!ENTITY a0 \"aaaaaaaaaa\">";
   for (int i = 1; i < 30; ++i) {
     bomb += fmt::format("<!ENTITY a{} \"&a{};&a{};&a{};&a{};\">", i, i - 1, i - 1, i - 1, i - 1);
@@ -86,7 +86,7 @@ TEST(XmlList, EntitiesAreNeverUnfoldedNorRead) {
   }
 }
 
-TEST(XmlList, MistakesOfOneAddressDoNotCostTheOthers) {
+TEST(XmlList, ErrorsOfOneAddressDoNotAffectOthers) {
   const auto list = read_xml(document("", R"(<GroupAddress Name="Lamp" Address="1/0/1"/>
 <GroupAddress Name="Twice" Address="1/0/1"/>
 <GroupAddress Name="Far" Address="32/0/1"/>
@@ -104,7 +104,7 @@ TEST(XmlList, DeepNestingIsRefused) {
   for (int i = 0; i < 100'000; ++i) deep += "<GroupRange Name=\"a\">";
   const auto list = read_xml(deep);
   EXPECT_TRUE(list.report.refused);
-  EXPECT_NE(texts(list.report).find("elements 33 deep"), std::string::npos);
+  EXPECT_NE(texts(list.report).find("elements nested 33 deep"), std::string::npos);
 }
 
 TEST(EsfList, FirstDotEndsTheMainGroupAndTheLastBeginsTheAddress) {
@@ -132,7 +132,7 @@ TEST(EsfList, EveryEisNumberGivesItsMainType) {
     EXPECT_EQ(list.entries[i].dpt->main, mains[i]);
     EXPECT_EQ(list.entries[i].dpt->sub, dpt::DptId::kMainOnly);
   }
-  EXPECT_EQ(list.report.warnings, 3U) << "the sign of 10, 11 and 14 is not said";
+  EXPECT_EQ(list.report.warnings, 3U) << "the sign of 10, 11 and 14 is unknown";
 }
 
 TEST(EsfList, TwoLevelProjectsHaveMainGroupsOnly) {

@@ -32,7 +32,7 @@ class WithKnxd : public ::testing::Test {
   }
   void open_line() {
     LineCallbacks calls;
-    calls.received = [this](const wire::Telegram& telegram) { heard.push_back(telegram); };
+    calls.received = [this](const wire::Telegram& telegram) { received.push_back(telegram); };
     calls.failed = [](const Error& why) { ADD_FAILURE() << why.text; };
     RoutingOptions options;
     options.interface_address = KnxNetwork::kAddress;
@@ -62,7 +62,7 @@ class WithKnxd : public ::testing::Test {
   std::unique_ptr<transport::MachineWorld> world;
   std::unique_ptr<Knxd> knxd;
   std::unique_ptr<RoutingLine> line;
-  std::vector<wire::Telegram> heard;
+  std::vector<wire::Telegram> received;
   int sent = 0;
 };
 
@@ -81,7 +81,7 @@ TEST_F(WithKnxd, WhatWeWriteIsHeardOnItsBusAllAndInOrder) {
   }
   EXPECT_TRUE(world->until([&] { return listener.heard().find(" to 1/2/7: 0C 31 ") != std::string::npos; }));
   EXPECT_THAT(listener.heard(), HasSubstr(expected));
-  EXPECT_THAT(heard, IsEmpty()) << "own frames come back to us, and are known";
+  EXPECT_THAT(received, IsEmpty()) << "own frames come back and are recognised";
 }
 
 TEST_F(WithKnxd, WhatItsUsersWriteIsHeardByUs) {
@@ -89,12 +89,12 @@ TEST_F(WithKnxd, WhatItsUsersWriteIsHeardByUs) {
   EXPECT_EQ(knxd->tool("groupwrite", {"1/2/8", "0c", "65"}).code, 0);
   EXPECT_EQ(knxd->tool("groupswrite", {"1/2/9", "1"}).code, 0);
   EXPECT_EQ(knxd->tool("groupread", {"1/2/10"}).code, 0);
-  ASSERT_TRUE(world->until([&] { return heard.size() == 3; }));
-  EXPECT_EQ(heard[0].destination, wire::GroupAddress(0x0a08));
-  EXPECT_EQ(heard[0].payload, (wire::Payload{{0x0c, 0x65}, false}));
-  EXPECT_EQ(number(heard[0].source) >> 8, 0x11) << "one of 1.1.200 and up";
-  EXPECT_EQ(heard[1].payload, (wire::Payload{{1}, true}));
-  EXPECT_EQ(heard[2].service, wire::Service::kRead);
+  ASSERT_TRUE(world->until([&] { return received.size() == 3; }));
+  EXPECT_EQ(received[0].destination, wire::GroupAddress(0x0a08));
+  EXPECT_EQ(received[0].payload, (wire::Payload{{0x0c, 0x65}, false}));
+  EXPECT_EQ(number(received[0].source) >> 8, 0x11) << "one of 1.1.200 and up";
+  EXPECT_EQ(received[1].payload, (wire::Payload{{1}, true}));
+  EXPECT_EQ(received[2].service, wire::Service::kRead);
 }
 
 TEST_F(WithKnxd, AReadOfOursIsAnsweredByItsUser) {
@@ -105,8 +105,8 @@ TEST_F(WithKnxd, AReadOfOursIsAnsweredByItsUser) {
   line->send(read, world->loop.scheduler().now() + 1min, {});
   ASSERT_TRUE(world->until([&] { return line->counters().at("telegrams-sent") == 1; }));
   EXPECT_EQ(knxd->tool("groupsresponse", {"1/2/5", "1"}).code, 0);
-  ASSERT_TRUE(world->until([&] { return heard.size() == 1; }));
-  EXPECT_EQ(heard[0].service, wire::Service::kResponse);
+  ASSERT_TRUE(world->until([&] { return received.size() == 1; }));
+  EXPECT_EQ(received[0].service, wire::Service::kResponse);
 }
 
 TEST_F(WithKnxd, ASearchFindsIt) {
@@ -126,8 +126,8 @@ TEST_F(WithKnxd, ItDescribesItselfWhenAskedAndTheAnswersAreMerged) {
   EXPECT_EQ(described.servers[0].description.version(wire::Family::kDeviceManagement), 1);
   const auto both = discover({{KnxNetwork::kAddress}, {host}});
   ASSERT_THAT(both.servers, SizeIs(1));
-  EXPECT_THAT(describe(both.servers[0]), HasSubstr("serial     010203040506")) << "told in the search answer only";
-  EXPECT_EQ(both.servers[0].description.version(wire::Family::kDeviceManagement), 1) << "told in the description only";
+  EXPECT_THAT(describe(both.servers[0]), HasSubstr("serial     010203040506")) << "only in the search response";
+  EXPECT_EQ(both.servers[0].description.version(wire::Family::kDeviceManagement), 1) << "only in the description";
 }
 
 TEST_F(WithKnxd, AnAnswerToWhereTheQuestionCameFromReachesUsToo) {
@@ -136,7 +136,7 @@ TEST_F(WithKnxd, AnAnswerToWhereTheQuestionCameFromReachesUsToo) {
   EXPECT_THAT(discover(options).servers, SizeIs(1));
 }
 
-TEST_F(WithKnxd, AHostWithoutAServerIsToldAtOnce) {
+TEST_F(WithKnxd, AHostWithoutAServerIsReportedAtOnce) {
   const auto found = discover({{}, {{KnxNetwork::kAddress, 3999}}});
   ASSERT_THAT(found.problems, SizeIs(1));
   EXPECT_THAT(found.problems[0].text, HasSubstr("no program listens on that port"));

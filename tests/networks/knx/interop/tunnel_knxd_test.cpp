@@ -37,7 +37,7 @@ class TunnelToKnxd : public ::testing::Test {
   /// A lost line is reopened soon, as the supervisor does.
   std::unique_ptr<TunnelLine> make_line() {
     LineCallbacks calls;
-    calls.received = [this](const wire::Telegram& telegram) { heard.push_back(telegram); };
+    calls.received = [this](const wire::Telegram& telegram) { received.push_back(telegram); };
     calls.failed = [this](const Error&) {
       ++losses;
       reopening = time().after(500ms, [this] { EXPECT_TRUE(line->open()); });
@@ -54,15 +54,15 @@ class TunnelToKnxd : public ::testing::Test {
     wire::Telegram telegram;
     telegram.destination = wire::GroupAddress(group);
     telegram.payload = {std::move(value), false};
-    line->send(telegram, time().now() + 1min, [this](SendOutcome outcome, std::string_view) { ++told[outcome]; });
+    line->send(telegram, time().now() + 1min, [this](SendOutcome outcome, std::string_view) { ++outcomes[outcome]; });
   }
 
   KnxNetwork network;
   std::unique_ptr<transport::MachineWorld> world;
   std::unique_ptr<Knxd> knxd;
   TunnelOptions options;
-  std::vector<wire::Telegram> heard;
-  std::map<SendOutcome, int> told;
+  std::vector<wire::Telegram> received;
+  std::map<SendOutcome, int> outcomes;
   int losses = 0;
   Timer reopening;
   std::unique_ptr<TunnelLine> line;
@@ -80,8 +80,8 @@ TEST_F(TunnelToKnxd, WhatWeWriteIsHeardByKnxtool) {
   EXPECT_THAT(listener.heard(), HasSubstr("Write from " + to_string(line->state().own) + " to 1/2/7: 0C 33"));
   write(0x0a09, Bytes(20, 0x41));
   EXPECT_TRUE(world->until([&] { return listener.heard().find("to 1/2/9: 41 41") != std::string::npos; }));
-  EXPECT_GE(told[SendOutcome::kSent], 2);
-  EXPECT_EQ(told.size(), 1U);
+  EXPECT_GE(outcomes[SendOutcome::kSent], 2);
+  EXPECT_EQ(outcomes.size(), 1U);
 }
 
 TEST_F(TunnelToKnxd, WhatKnxtoolWritesReachesUs) {
@@ -90,11 +90,11 @@ TEST_F(TunnelToKnxd, WhatKnxtoolWritesReachesUs) {
   EXPECT_EQ(knxd->tool("groupwrite", {"1/2/8", "0c", "65"}).code, 0);
   EXPECT_EQ(knxd->tool("groupswrite", {"1/2/3", "1"}).code, 0);
   EXPECT_EQ(knxd->tool("groupread", {"1/2/5"}).code, 0);
-  ASSERT_TRUE(world->until([&] { return heard.size() == 3; }));
-  EXPECT_EQ(heard[0].destination, wire::GroupAddress{0x0a08});
-  EXPECT_EQ(heard[0].payload, (wire::Payload{{0x0c, 0x65}, false}));
-  EXPECT_EQ(heard[1].payload, (wire::Payload{{1}, true}));
-  EXPECT_EQ(heard[2].service, wire::Service::kRead);
+  ASSERT_TRUE(world->until([&] { return received.size() == 3; }));
+  EXPECT_EQ(received[0].destination, wire::GroupAddress{0x0a08});
+  EXPECT_EQ(received[0].payload, (wire::Payload{{0x0c, 0x65}, false}));
+  EXPECT_EQ(received[1].payload, (wire::Payload{{1}, true}));
+  EXPECT_EQ(received[2].service, wire::Service::kRead);
 }
 
 TEST_F(TunnelToKnxd, KilledAndStartedAgainItIsFoundWithoutALostWrite) {
@@ -110,7 +110,7 @@ TEST_F(TunnelToKnxd, KilledAndStartedAgainItIsFoundWithoutALostWrite) {
     const auto back = time().now();
     ASSERT_TRUE(world->until([&] { return up(); })) << line->state().reason;
     EXPECT_LT(time().now() - back, 20s) << "it needs less than 2 s";
-    ASSERT_TRUE(world->until([&] { return told[SendOutcome::kSent] == round + 1; }));
+    ASSERT_TRUE(world->until([&] { return outcomes[SendOutcome::kSent] == round + 1; }));
   }
   EXPECT_GE(losses, kRounds);
   EXPECT_EQ(line->counters().at("reconnects"), static_cast<unsigned>(kRounds));
@@ -133,7 +133,7 @@ TEST_F(TunnelToKnxd, AWantedAddressAndRouteBackAreNegotiated) {
   options.nat = TunnelOptions::Nat::kOn;
   connect();
   write(0x0a07, {1, 2});
-  EXPECT_TRUE(world->until([&] { return told[SendOutcome::kSent] == 1; }));
+  EXPECT_TRUE(world->until([&] { return outcomes[SendOutcome::kSent] == 1; }));
 }
 
 TEST_F(TunnelToKnxd, ThousandsOfTelegramsAreConfirmedOneByOne) {
@@ -143,7 +143,7 @@ TEST_F(TunnelToKnxd, ThousandsOfTelegramsAreConfirmedOneByOne) {
   const auto begin = time().now();
   for (int i = 0; i < kCount; ++i)
     write(0x0a07, {static_cast<std::uint8_t>(i >> 8), static_cast<std::uint8_t>(i & 0xff)});
-  ASSERT_TRUE(world->until([&] { return told[SendOutcome::kSent] == kCount; }));
+  ASSERT_TRUE(world->until([&] { return outcomes[SendOutcome::kSent] == kCount; }));
   const std::chrono::duration<double> took = time().now() - begin;
   std::cout << fmt::format("{:.0f} telegrams/s\n", kCount / took.count());
   EXPECT_EQ(line->counters().at("repeats"), 0U);

@@ -15,7 +15,7 @@ TEST(BusyRule, ThePauseIsTheWaitAndARandomPartOfFiftyMilliseconds) {
   std::set<Duration> seen;
   for (std::uint64_t seed = 0; seed < 200; ++seed) {
     BusyRule rule(seed);
-    EXPECT_LE(rule.resume_at(), kStart) << "nobody was busy yet";
+    EXPECT_LE(rule.resume_at(), kStart) << "no router was busy yet";
     rule.receive(kStart, 100ms);
     const auto pause = rule.resume_at() - kStart;
     EXPECT_GE(pause, 100ms);
@@ -83,7 +83,7 @@ TEST(BusyRule, AfterThePauseItIsSlowAndThenForgets) {
   EXPECT_EQ(rule.level(resume + 1h), 0u);
 }
 
-TEST(BusyRule, AFloodDoesNotSilenceForEver) {
+TEST(BusyRule, AFloodOfBusiesDoesNotStopSendingForEver) {
   BusyRule rule(3);
   for (int i = 0; i < 100000; ++i) rule.receive(kStart + i * 11ms, 0ms);
   EXPECT_EQ(rule.level(kStart + 100000 * 11ms), BusyRule::kMaxLevel);

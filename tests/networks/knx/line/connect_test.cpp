@@ -33,7 +33,7 @@ TEST_F(ConnectTest, AHostThatCannotBeFoundIsNamed) {
   EXPECT_EQ(phase(), Phase::kOff);
 }
 
-TEST_F(ConnectTest, AnEmptyPortIsNoticedAtOnceAndTheServerFoundWhenItComes) {
+TEST_F(ConnectTest, AClosedPortIsDetectedAtOnceAndTheServerFoundWhenItStarts) {
   make_server();
   server->stop();
   open();
@@ -45,7 +45,7 @@ TEST_F(ConnectTest, AnEmptyPortIsNoticedAtOnceAndTheServerFoundWhenItComes) {
   EXPECT_EQ(phase(), Phase::kUp);
 }
 
-TEST_F(ConnectTest, AServerThatIsKilledAndComesBackIsFoundAgainWithoutALoss) {
+TEST_F(ConnectTest, AServerThatRestartsIsFoundAgainWithoutALoss) {
   connect();
   for (std::uint16_t round = 0; round < 20; ++round) {
     server->stop();
@@ -60,7 +60,7 @@ TEST_F(ConnectTest, AServerThatIsKilledAndComesBackIsFoundAgainWithoutALoss) {
   EXPECT_EQ(count("reconnects"), 20U);
 }
 
-TEST_F(ConnectTest, AServerThatForgotTheTunnelIsNoticedAtTheFirstMissingAck) {
+TEST_F(ConnectTest, AServerThatForgotTheTunnelIsDetectedAtTheFirstMissingAck) {
   connect();
   server->forget_all();
   send(1);
@@ -70,7 +70,7 @@ TEST_F(ConnectTest, AServerThatForgotTheTunnelIsNoticedAtTheFirstMissingAck) {
   EXPECT_NE(failures[0].text.find("status 21"), std::string::npos);
 }
 
-TEST_F(ConnectTest, ASilentServerIsAskedByRouteBackAfterTwoSeconds) {
+TEST_F(ConnectTest, WithoutAnAnswerRouteBackIsUsedAfterTwoSeconds) {
   make_server();
   server->only_route_back = true;
   open();
@@ -90,7 +90,7 @@ TEST_F(ConnectTest, ASilentServerIsAskedByRouteBackAfterTwoSeconds) {
   EXPECT_EQ(server->counters.connects, 3U);
 }
 
-TEST_F(ConnectTest, BehindNatTheOnlyTunnelOfAServerIsGotWhenItGivesUpTheUnansweredOne) {
+TEST_F(ConnectTest, BehindNatTheOnlyTunnelIsOpenedAfterTheServerDropsTheUnansweredOne) {
   make_server({.tunnels = 1});
   server->only_route_back = true;
   int unreachable = 0;
@@ -111,7 +111,7 @@ TEST_F(ConnectTest, BehindNatTheOnlyTunnelOfAServerIsGotWhenItGivesUpTheUnanswer
   net.loses = nullptr;
 }
 
-TEST_F(ConnectTest, NeitherWayIsAFailureAfterTenSeconds) {
+TEST_F(ConnectTest, WithoutAnAnswerOnEitherEndpointItFailsAfterTenSeconds) {
   make_server();
   server->answers_connect = false;
   reopens = false;
@@ -123,7 +123,7 @@ TEST_F(ConnectTest, NeitherWayIsAFailureAfterTenSeconds) {
   EXPECT_NE(failures[0].text.find("does not answer"), std::string::npos);
 }
 
-TEST_F(ConnectTest, WhatThisMachineSaysOfSendingIsPartOfTheReason) {
+TEST_F(ConnectTest, ErrorsOfSendingArePartOfTheReason) {
   make_server();
   reopens = false;
   net.refuses = 1000;
@@ -134,7 +134,7 @@ TEST_F(ConnectTest, WhatThisMachineSaysOfSendingIsPartOfTheReason) {
       << failures[0].text;
 }
 
-TEST_F(ConnectTest, WhoAnswersInsteadOfTheServerIsNamed) {
+TEST_F(ConnectTest, AnAnswerFromAnotherAddressNamesIt) {
   make_server();
   server->answers_connect = false;
   reopens = false;
@@ -168,17 +168,17 @@ class NoRoute final : public transport::Transports {
   transport::MemoryTransports lines;
 };
 
-TEST_F(ConnectTest, AMachineWithoutARouteSaysSoAtOnce) {
+TEST_F(ConnectTest, AHostWithoutARouteFailsAtOnce) {
   NoRoute machine;
   machine.lines.join(net, "10.0.0.3");
-  std::vector<Error> told_failures;
+  std::vector<Error> reported;
   LineCallbacks calls;
-  calls.failed = [&](Error error) { told_failures.push_back(std::move(error)); };
+  calls.failed = [&](Error error) { reported.push_back(std::move(error)); };
   TunnelLine alone(options, time, machine, std::move(calls));
   ASSERT_TRUE(alone.open());
   time.run_for(100ms);
-  ASSERT_EQ(told_failures.size(), 1U);
-  EXPECT_NE(told_failures[0].text.find("Network is unreachable"), std::string::npos);
+  ASSERT_EQ(reported.size(), 1U);
+  EXPECT_NE(reported[0].text.find("Network is unreachable"), std::string::npos);
 }
 
 TEST_F(ConnectTest, RouteBackIsUsedAtOnceWhereConfiguredAndNeverWhereForbidden) {
@@ -203,7 +203,7 @@ TEST_F(ConnectTest, ALostConnectRequestCostsTwoSeconds) {
   EXPECT_EQ(phase(), Phase::kUp);
 }
 
-TEST_F(ConnectTest, ASecondChannelOfARepeatedRequestIsGivenBack) {
+TEST_F(ConnectTest, ASecondChannelOfARepeatedRequestIsClosed) {
   net.transit = 1100ms;
   open();
   time.run_for(10s);
@@ -231,7 +231,7 @@ TEST_F(ConnectTest, TheDataEndpointMayBeElsewhere) {
   EXPECT_EQ(heartbeats, 1U);
 }
 
-TEST_F(ConnectTest, WithAllTunnelsTakenItWaitsWithGrowingPausesAndSaysSo) {
+TEST_F(ConnectTest, WithAllTunnelsInUseItRetriesAfterGrowingPausesAndReportsIt) {
   make_server({.tunnels = 1});
   connect();
   std::vector<LineState> second_states;
@@ -255,7 +255,7 @@ TEST_F(ConnectTest, WithAllTunnelsTakenItWaitsWithGrowingPausesAndSaysSo) {
   EXPECT_TRUE(second.state().reason.empty());
 }
 
-TEST_F(ConnectTest, AMistakeOfConfigurationIsTriedAgainSeldom) {
+TEST_F(ConnectTest, AConfigurationErrorIsRetriedRarely) {
   make_server();
   server->connect_status = 0x28;
   open();
@@ -273,7 +273,7 @@ TEST_F(ConnectTest, AMistakeOfConfigurationIsTriedAgainSeldom) {
   EXPECT_EQ(phase(), Phase::kUp);
 }
 
-TEST_F(ConnectTest, ABusThatIsDownIsShownAndTriedAgain) {
+TEST_F(ConnectTest, ABusThatIsDownIsReportedAndRetried) {
   make_server();
   server->connect_status = 0x27;
   open();
@@ -285,7 +285,7 @@ TEST_F(ConnectTest, ABusThatIsDownIsShownAndTriedAgain) {
   EXPECT_TRUE(line->state().bus);
 }
 
-TEST_F(ConnectTest, RefusalsWithoutAReasonAreTriedAgainWithGrowingPauses) {
+TEST_F(ConnectTest, RefusalsWithoutAReasonAreRetriedAfterGrowingPauses) {
   for (const std::uint8_t code : Bytes{0x0f, 0x04, 0x77}) {
     server.reset();
     make_server();
@@ -311,7 +311,7 @@ TEST_F(ConnectTest, ARefusalThatConcernsAnOldConnectionIsAFailureForTheCaller) {
   EXPECT_EQ(phase(), Phase::kOff);
 }
 
-TEST_F(ConnectTest, AWantedAddressIsAskedFor) {
+TEST_F(ConnectTest, AConfiguredTunnelAddressIsRequested) {
   make_server({.wanted_addresses = true});
   options.wanted = wire::IndividualAddress{0x11ca};
   connect();
@@ -319,20 +319,20 @@ TEST_F(ConnectTest, AWantedAddressIsAskedFor) {
   const auto first = std::move(line);
   open();
   EXPECT_EQ(phase(), Phase::kWaiting);
-  EXPECT_EQ(line->state().reason, "the wanted tunnel address is in use (status 2E)");
+  EXPECT_EQ(line->state().reason, "the requested tunnel address is in use (status 2E)");
   options.wanted = wire::IndividualAddress{0x1101};
   open();
   EXPECT_EQ(phase(), Phase::kRefused);
 }
 
-TEST_F(ConnectTest, AServerThatKnowsNoWantedAddressesGivesAny) {
+TEST_F(ConnectTest, AServerWithoutTunnelAddressesInRequestsAssignsAny) {
   options.wanted = wire::IndividualAddress{0x11ca};
   connect();
   EXPECT_EQ(line->state().own, wire::IndividualAddress{0x11c8});
   EXPECT_EQ(server->counters.connects, 2U);
 }
 
-TEST_F(ConnectTest, TheRefusalOfAWantedAddressMayComeTwice) {
+TEST_F(ConnectTest, TheRefusalOfATunnelAddressMayArriveTwice) {
   make_server();
   options.wanted = wire::IndividualAddress{0x11ca};
   server->set_weather({.duplicate = 1, .late = 50us});
@@ -342,7 +342,7 @@ TEST_F(ConnectTest, TheRefusalOfAWantedAddressMayComeTwice) {
   for (const auto& state : states) EXPECT_NE(state.phase, Phase::kRefused);
 }
 
-TEST_F(ConnectTest, ATypeThatIsNotOfferedAtAllIsStillToldSoon) {
+TEST_F(ConnectTest, AConnectionTypeThatIsNotOfferedIsReportedSoon) {
   make_server();
   options.wanted = wire::IndividualAddress{0x11ca};
   server->connect_status = 0x22;
@@ -396,7 +396,7 @@ TEST_F(ConnectTest, AHeartbeatAnsweredWithAnErrorIsRepeatedSoon) {
   EXPECT_EQ(failures.size(), 1U);
 }
 
-TEST_F(ConnectTest, AHeartbeatTellsOfABusThatIsDown) {
+TEST_F(ConnectTest, AHeartbeatReportsABusThatIsDown) {
   connect();
   server->heartbeat_status = 0x27;
   time.run_for(61s);
@@ -409,7 +409,7 @@ TEST_F(ConnectTest, AHeartbeatTellsOfABusThatIsDown) {
   EXPECT_TRUE(failures.empty());
 }
 
-TEST_F(ConnectTest, AForgottenTunnelIsMadeAnewAtTheNextHeartbeat) {
+TEST_F(ConnectTest, AForgottenTunnelIsReopenedAtTheNextHeartbeat) {
   connect();
   server->forget_all();
   time.run_for(61s);
@@ -433,7 +433,7 @@ TEST_F(ConnectTest, ADisconnectIsAnsweredAndTheLineReopened) {
   EXPECT_EQ(sent(1), SendOutcome::kSent);
 }
 
-TEST_F(ConnectTest, TwoClientsThatFightForASlotAreNoticed) {
+TEST_F(ConnectTest, TwoClientsThatCompeteForATunnelAreDetected) {
   make_server();
   server->disconnects_at_once = true;
   open();

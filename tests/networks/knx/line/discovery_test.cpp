@@ -47,7 +47,7 @@ class Discovering : public ::testing::Test {
   std::optional<DiscoveryResult> result;
 };
 
-TEST_F(Discovering, ASearchIsSaidTwiceInBothFormsAndEndsAfterThreeSeconds) {
+TEST_F(Discovering, ASearchIsSentTwiceInBothFormsAndEndsAfterThreeSeconds) {
   server.listen({std::string(kKnxGroup)}, kKnxPort);
   start(search());
   time.run_for(10s);
@@ -56,13 +56,13 @@ TEST_F(Discovering, ASearchIsSaidTwiceInBothFormsAndEndsAfterThreeSeconds) {
   const Endpoint from{"10.77.0.2", 49152};
   const std::pair plain(from, std::string("06100201000e08010a4d0002c000"));
   const std::pair extended(from, std::string("0610020b001408010a4d0002c000060401020607"));
-  EXPECT_THAT(server.heard, ElementsAre(plain, extended, plain, extended));
+  EXPECT_THAT(server.received, ElementsAre(plain, extended, plain, extended));
   EXPECT_THAT(result->servers, IsEmpty());
   EXPECT_THAT(result->problems, IsEmpty());
   EXPECT_EQ(net.open_sockets(), 1u) << "only the server's is left";
 }
 
-TEST_F(Discovering, WhatKnxdAnswersIsUnderstood) {
+TEST_F(Discovering, AnswersOfKnxdAreRead) {
   server.listen({std::string(kKnxGroup)}, kKnxPort);
   server.answer = [&](const Endpoint& from, ByteView frame) {
     if (frame[3] == 1) server.send(from, bytes(kSearchResponse));  // knxd is silent to extended searches
@@ -130,10 +130,10 @@ TEST_F(Discovering, SeveralServersAndInterfacesAreFoundAndBrokenOnesCounted) {
   broken.listen({std::string(kKnxGroup)}, kKnxPort);
   for (auto* host : {&server, &other}) {
     host->answer = [host](const Endpoint& from, ByteView) {
-      wire::ServerDescription told;
-      told.name = host->at;
-      host->send(
-          from, write(wire::Message(wire::SearchResponse{wire::udp_hpai(host->at, 3671), false, wire::to_dibs(told)})));
+      wire::ServerDescription description;
+      description.name = host->at;
+      host->send(from, write(wire::Message(
+                           wire::SearchResponse{wire::udp_hpai(host->at, 3671), false, wire::to_dibs(description)})));
     };
   }
   broken.answer = [&](const Endpoint& from, ByteView) {
@@ -166,7 +166,7 @@ TEST_F(Discovering, AFloodOfServersIsBounded) {
   EXPECT_EQ(result->bad_frames, 5000 - FoundServers::kMaxServers);
 }
 
-TEST_F(Discovering, AHostIsAskedByNameAndTheAnswerEndsTheWait) {
+TEST_F(Discovering, AHostIsQueriedByNameAndTheAnswerEndsTheWait) {
   net.name("gateway.example", {"10.77.0.1"});
   server.listen({}, kKnxPort);
   server.answer = [&](const Endpoint& from, ByteView) {
@@ -179,26 +179,26 @@ TEST_F(Discovering, AHostIsAskedByNameAndTheAnswerEndsTheWait) {
   time.run_for(10s);
   ASSERT_TRUE(result);
   EXPECT_LT(took, 100ms);
-  EXPECT_THAT(server.heard, ElementsAre(std::pair(Endpoint{"10.77.0.2", 49152}, "06100203000e08010a4d0002c000")));
+  EXPECT_THAT(server.received, ElementsAre(std::pair(Endpoint{"10.77.0.2", 49152}, "06100203000e08010a4d0002c000")));
   ASSERT_THAT(result->servers, SizeIs(1));
   EXPECT_EQ(result->servers[0].control, (Endpoint{"10.77.0.1", 3671}));
   EXPECT_EQ(result->servers[0].description.name, "test-knxd");
 }
 
-TEST_F(Discovering, ASilentHostIsAskedTwiceTheSecondTimeWithRouteBack) {
+TEST_F(Discovering, ASilentHostIsQueriedTwiceTheSecondTimeWithRouteBack) {
   server.listen({}, kKnxPort);
   start(description());
   time.run_for(10s);
   ASSERT_TRUE(result);
   EXPECT_EQ(took, 6s + net.lookup_time);
-  ASSERT_THAT(server.heard, SizeIs(2));
-  EXPECT_EQ(server.heard[1].second, "06100203000e0801000000000000");
+  ASSERT_THAT(server.received, SizeIs(2));
+  EXPECT_EQ(server.received[1].second, "06100203000e0801000000000000");
   ASSERT_THAT(result->problems, SizeIs(1));
   EXPECT_EQ(result->problems[0].text, "10.77.0.1:3671 does not describe itself: no answer within 6 s");
 }
 
 /// A description of a server of version 2 has no block of secured families (Calimero; knx.md, section 3.4).
-TEST_F(Discovering, AHostOfVersionTwoIsAskedWhatItSecures) {
+TEST_F(Discovering, AHostOfVersionTwoIsQueriedForItsSecuredServices) {
   wire::ServerDescription plain;
   plain.name = "secure only";
   plain.medium = 0x20;
@@ -215,14 +215,14 @@ TEST_F(Discovering, AHostOfVersionTwoIsAskedWhatItSecures) {
   time.run_for(10s);
   ASSERT_TRUE(result);
   EXPECT_LT(took, 100ms);
-  ASSERT_THAT(server.heard, SizeIs(2));
-  EXPECT_EQ(server.heard[1].second, "0610020b001408010a4d0002c000060401020607");
+  ASSERT_THAT(server.received, SizeIs(2));
+  EXPECT_EQ(server.received[1].second, "0610020b001408010a4d0002c000060401020607");
   ASSERT_THAT(result->servers, SizeIs(1));
   EXPECT_THAT(describe(result->servers[0]), HasSubstr("tunnelling 1 (KNX IP Secure is required)"));
   EXPECT_THAT(result->problems, IsEmpty());
 }
 
-TEST_F(Discovering, AHostThatAnswersNoExtendedSearchIsDescribedAllTheSame) {
+TEST_F(Discovering, AHostWithoutExtendedSearchIsDescribedToo) {
   wire::ServerDescription plain;
   plain.families = {{wire::Family::kCore, 2}};
   server.listen({}, kKnxPort);
@@ -236,25 +236,25 @@ TEST_F(Discovering, AHostThatAnswersNoExtendedSearchIsDescribedAllTheSame) {
   EXPECT_THAT(result->problems, IsEmpty());
 }
 
-TEST_F(Discovering, NobodyListeningIsToldAtOnceAndAnUnknownNameToo) {
-  start({{}, {{"10.77.0.1", kKnxPort}, {"nobody.example", kKnxPort}}});
+TEST_F(Discovering, AClosedPortAndAnUnknownNameAreReportedAtOnce) {
+  start({{}, {{"10.77.0.1", kKnxPort}, {"unknown.example", kKnxPort}}});
   time.run_for(100ms);
   ASSERT_TRUE(result);
   ASSERT_THAT(result->problems, SizeIs(2));
   std::string all;
   for (const auto& problem : result->problems) all += problem.text + "\n";
   EXPECT_THAT(all, HasSubstr("10.77.0.1:3671 does not describe itself: no program listens on that port"));
-  EXPECT_THAT(all, HasSubstr("nobody.example cannot be found"));
+  EXPECT_THAT(all, HasSubstr("unknown.example cannot be found"));
 }
 
-TEST_F(Discovering, RouteBackIsAskedForWhereConfigured) {
+TEST_F(Discovering, RouteBackIsRequestedWhereConfigured) {
   server.listen({std::string(kKnxGroup)}, kKnxPort);
   auto options = search();
   options.route_back = true;
   start(options);
   time.run_for(10s);
-  ASSERT_THAT(server.heard, SizeIs(4));
-  EXPECT_EQ(server.heard[0].second, "06100201000e0801000000000000");
+  ASSERT_THAT(server.received, SizeIs(4));
+  EXPECT_EQ(server.received[0].second, "06100201000e0801000000000000");
 }
 
 TEST_F(Discovering, MayBeEndedBefore) {

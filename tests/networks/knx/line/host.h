@@ -28,7 +28,7 @@ struct Host {
     options.reuse_address = true;
     transport::UdpCalls calls;
     calls.received = [this](const Endpoint& from, ByteView frame) {
-      heard.emplace_back(from, base::to_hex(frame));
+      received.emplace_back(from, base::to_hex(frame));
       if (answer) answer(from, frame);
     };
     calls.undelivered = [](const Error&) {};
@@ -40,7 +40,7 @@ struct Host {
   std::string at;  ///< its address
   transport::MemoryTransports lines;
   std::function<void(const Endpoint& from, ByteView frame)> answer;
-  std::vector<std::pair<Endpoint, std::string>> heard;
+  std::vector<std::pair<Endpoint, std::string>> received;
   std::vector<std::unique_ptr<transport::UdpSocket>> sockets;
 };
 

@@ -16,11 +16,11 @@ namespace rubicon::networks::knx::line {
 
 using namespace std::chrono_literals;
 
-/// A tunnel on a net of memory to a simulated server, in virtual time. A lost line is reopened after a pause, as the
-/// supervisor would, unless a test says otherwise.
+/// A tunnel to a simulated server in memory, in virtual time. A lost line is reopened after a pause, as the
+/// supervisor would, unless `reopens` is false.
 class LineFixture : public testing::Test {
  protected:
-  struct Told {
+  struct Outcome {
     SendOutcome sent;
     std::string why;
   };
@@ -53,7 +53,7 @@ class LineFixture : public testing::Test {
     line = std::make_unique<TunnelLine>(options, time, transports, std::move(calls));
   }
 
-  /// A server if there is none, a line, and up it is.
+  /// Makes a server if there is none, and a line, and waits until it is up.
   void connect() {
     if (!server) make_server();
     make_line();
@@ -72,21 +72,21 @@ class LineFixture : public testing::Test {
     return telegram;
   }
 
-  /// Sends a write of two bytes that carry its number; told[number] says what became of it.
+  /// Sends a write of two bytes that carry its number; outcomes[number] gets the result.
   void send(std::uint16_t number, Duration lives = 60s) {
     const Bytes value{static_cast<std::uint8_t>(number >> 8), static_cast<std::uint8_t>(number & 0xff)};
     send(number, write(0x0a07, value), lives);
   }
   void send(std::uint16_t number, wire::Telegram telegram, Duration lives = 60s) {
     line->send(std::move(telegram), time.now() + lives, [this, number](SendOutcome sent, std::string_view why) {
-      EXPECT_FALSE(told.contains(number)) << number << " was told twice";
-      told[number] = {sent, std::string(why)};
+      EXPECT_FALSE(outcomes.contains(number)) << number << " was reported twice";
+      outcomes[number] = {sent, std::string(why)};
       order.push_back(number);
     });
   }
   SendOutcome sent(std::uint16_t number) const {
-    EXPECT_TRUE(told.contains(number)) << number;
-    return told.contains(number) ? told.at(number).sent : SendOutcome::kExpired;
+    EXPECT_TRUE(outcomes.contains(number)) << number;
+    return outcomes.contains(number) ? outcomes.at(number).sent : SendOutcome::kExpired;
   }
 
   /// How often each number reached the bus.
@@ -108,7 +108,7 @@ class LineFixture : public testing::Test {
   std::vector<wire::Telegram> received;
   std::vector<std::pair<bool, Bytes>> frames;
   std::vector<std::pair<std::string, std::string>> notes;
-  std::map<std::uint16_t, Told> told;
+  std::map<std::uint16_t, Outcome> outcomes;
   std::vector<std::uint16_t> order;
   bool reopens = true;
   Duration reopen_pause = 500ms;

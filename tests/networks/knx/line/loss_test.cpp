@@ -16,19 +16,20 @@ class LossTest : public LineFixture, public testing::WithParamInterface<unsigned
     server->set_weather(weather);
     const auto begin = time.now();
     for (std::uint16_t i = 0; i < kWrites; ++i) send(i, 120s);
-    while (told.size() < kWrites && time.now() - begin < 60s) time.run_for(10ms);
+    while (outcomes.size() < kWrites && time.now() - begin < 60s) time.run_for(10ms);
     took = time.now() - begin;
   }
 
-  /// What arrived was not reported failed; what was told twice fails in send().
+  /// A telegram that arrived is not reported as failed; send() checks that each is reported once.
   void expect_all_delivered() {
-    ASSERT_EQ(told.size(), kWrites);
+    ASSERT_EQ(outcomes.size(), kWrites);
     const auto times = arrivals();
     int more = 0;
     for (std::uint16_t i = 0; i < kWrites; ++i) {
       ASSERT_TRUE(times.contains(i)) << i;
       more += times.at(i) - 1;
-      EXPECT_TRUE(sent(i) == SendOutcome::kSent || sent(i) == SendOutcome::kUnconfirmed) << i << ": " << told[i].why;
+      EXPECT_TRUE(sent(i) == SendOutcome::kSent || sent(i) == SendOutcome::kUnconfirmed)
+          << i << ": " << outcomes[i].why;
     }
     // Only what was under way when a line was lost goes out once more.
     EXPECT_LE(more, static_cast<int>(count("reconnects")));

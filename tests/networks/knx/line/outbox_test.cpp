@@ -33,7 +33,7 @@ class OutboxTest : public testing::Test {
     telegram.service = service;
     if (service != wire::Service::kRead) telegram.payload = {{1}, true};
     outbox->push(telegram, time.now() + lives,
-                 [this, group](SendOutcome sent, std::string_view) { told.emplace_back(group, sent); });
+                 [this, group](SendOutcome sent, std::string_view) { outcomes.emplace_back(group, sent); });
   }
 
   VirtualScheduler time;
@@ -41,7 +41,7 @@ class OutboxTest : public testing::Test {
   bool auto_send = true;
   std::vector<std::uint16_t> taken;
   std::vector<SteadyTime> when;
-  std::vector<std::pair<std::uint16_t, SendOutcome>> told;
+  std::vector<std::pair<std::uint16_t, SendOutcome>> outcomes;
 };
 
 TEST_F(OutboxTest, SystemGoesBeforeUrgentNormalAndLowAndInOrderWithin) {
@@ -80,7 +80,7 @@ TEST_F(OutboxTest, WithoutARateAllGoesAtOnce) {
   EXPECT_EQ(taken.size(), 1000U);
 }
 
-TEST_F(OutboxTest, ReadsUseWhatOthersLeave) {
+TEST_F(OutboxTest, ReadsUseTheRateThatOthersLeave) {
   make({.rate = 10, .burst = 3});
   for (std::uint16_t i = 1; i <= 10; ++i) push(i, wire::Priority::kSystem, wire::Service::kRead);
   time.run_ready();
@@ -95,35 +95,35 @@ TEST_F(OutboxTest, ReadsUseWhatOthersLeave) {
   EXPECT_EQ(taken.size(), 21U);
 }
 
-TEST_F(OutboxTest, RefusesWhatIsBeyondItsBoundInALaterTurn) {
+TEST_F(OutboxTest, RefusesTelegramsBeyondItsBoundInALaterTurn) {
   make({.rate = 20, .burst = 1, .queue = 3});
   auto_send = false;
   for (std::uint16_t i = 1; i <= 4; ++i) push(i);
-  EXPECT_TRUE(told.empty());
+  EXPECT_TRUE(outcomes.empty());
   time.run_ready();
-  ASSERT_EQ(told.size(), 1U);
-  EXPECT_EQ(told[0], (std::pair<std::uint16_t, SendOutcome>{4, SendOutcome::kRefused}));
+  ASSERT_EQ(outcomes.size(), 1U);
+  EXPECT_EQ(outcomes[0], (std::pair<std::uint16_t, SendOutcome>{4, SendOutcome::kRefused}));
   EXPECT_EQ(outbox->waiting(), 3U);
 }
 
-TEST_F(OutboxTest, WhatWaitsTooLongExpiresInTime) {
+TEST_F(OutboxTest, TelegramsThatWaitTooLongExpireInTime) {
   make({.rate = 20});
   auto_send = false;
   push(1, wire::Priority::kLow, wire::Service::kWrite, 2s);
   push(2, wire::Priority::kLow, wire::Service::kRead, 1s);
   push(3, wire::Priority::kLow, wire::Service::kWrite, 10s);
   time.run_for(990ms);
-  EXPECT_TRUE(told.empty());
+  EXPECT_TRUE(outcomes.empty());
   time.run_for(20ms);
-  EXPECT_EQ(told.size(), 1U);
+  EXPECT_EQ(outcomes.size(), 1U);
   time.run_for(1s);
-  ASSERT_EQ(told.size(), 2U);
-  EXPECT_EQ(told[1], (std::pair<std::uint16_t, SendOutcome>{1, SendOutcome::kExpired}));
+  ASSERT_EQ(outcomes.size(), 2U);
+  EXPECT_EQ(outcomes[1], (std::pair<std::uint16_t, SendOutcome>{1, SendOutcome::kExpired}));
   EXPECT_EQ(outbox->waiting(), 1U);
   EXPECT_EQ(outbox->counters().expired, 2U);
 }
 
-TEST_F(OutboxTest, WhatWasUnderWayGoesFirstOnTheNextLineAndOnlyOnceMore) {
+TEST_F(OutboxTest, UnconfirmedTelegramsAreSentFirstOnTheNextLineAndOnlyOnceMore) {
   make({.rate = 0});
   auto_send = false;
   push(1);
@@ -135,24 +135,24 @@ TEST_F(OutboxTest, WhatWasUnderWayGoesFirstOnTheNextLineAndOnlyOnceMore) {
   EXPECT_EQ(number(outbox->take()->destination), 2);
   outbox->line_lost();
   time.run_ready();
-  ASSERT_EQ(told.size(), 1U);
-  EXPECT_EQ(told[0], (std::pair<std::uint16_t, SendOutcome>{2, SendOutcome::kLost}));
+  ASSERT_EQ(outcomes.size(), 1U);
+  EXPECT_EQ(outcomes[0], (std::pair<std::uint16_t, SendOutcome>{2, SendOutcome::kLost}));
   EXPECT_EQ(number(outbox->take()->destination), 3);
 }
 
-TEST_F(OutboxTest, WhatWasUnderWayAndHasNoTimeLeftIsReportedLost) {
+TEST_F(OutboxTest, UnconfirmedTelegramsWithoutTimeLeftAreReportedLost) {
   make({.rate = 0});
   auto_send = false;
   push(1, wire::Priority::kLow, wire::Service::kWrite, 1s);
   outbox->take();
   outbox->line_lost();
   time.run_for(2s);
-  ASSERT_EQ(told.size(), 1U);
-  EXPECT_EQ(told[0].second, SendOutcome::kLost);
+  ASSERT_EQ(outcomes.size(), 1U);
+  EXPECT_EQ(outcomes[0].second, SendOutcome::kLost);
   EXPECT_EQ(outbox->take(), nullptr);
 }
 
-TEST_F(OutboxTest, WhatIsTakenOnceMoreHasTimeLeft) {
+TEST_F(OutboxTest, TelegramsThatAreSentOnceMoreHaveTimeLeft) {
   make({.rate = 0});
   auto_send = false;
   push(1, wire::Priority::kLow, wire::Service::kWrite, 1s);
@@ -163,16 +163,16 @@ TEST_F(OutboxTest, WhatIsTakenOnceMoreHasTimeLeft) {
   const auto taken_then = time.after(10ms, [this] { EXPECT_EQ(outbox->take(), nullptr); });
   push(2, wire::Priority::kLow, wire::Service::kWrite, 5ms);  // the look at it puts the next one off by a step
   time.run_for(1s);
-  ASSERT_EQ(told.size(), 2U);
-  EXPECT_EQ(told[1], (std::pair<std::uint16_t, SendOutcome>{1, SendOutcome::kLost}));
+  ASSERT_EQ(outcomes.size(), 2U);
+  EXPECT_EQ(outcomes[1], (std::pair<std::uint16_t, SendOutcome>{1, SendOutcome::kLost}));
 }
 
-TEST_F(OutboxTest, DestroyedItTellsNothing) {
+TEST_F(OutboxTest, DestructionCallsNothing) {
   make({.rate = 0, .queue = 0});
   push(1);
   outbox.reset();
   time.run_for(1s);
-  EXPECT_TRUE(told.empty());
+  EXPECT_TRUE(outcomes.empty());
 }
 
 }  // namespace

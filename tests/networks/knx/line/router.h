@@ -18,13 +18,13 @@ inline wire::Telegram write_to(std::uint16_t group, Bytes value = {0x0c, 0x33}) 
   return telegram;
 }
 
-/// A routing line of a host, and all it says.
+/// A routing line of a host, and everything it reports.
 struct Router {
   Router(VirtualScheduler& t, Host& host, RoutingOptions options = {}) : time(t) {
     LineCallbacks calls;
     calls.changed = [this](const LineState& state) { states.push_back(state); };
     calls.failed = [this](Error error) { failures.push_back(std::move(error)); };
-    calls.received = [this](const wire::Telegram& telegram) { heard.push_back(telegram); };
+    calls.received = [this](const wire::Telegram& telegram) { received.push_back(telegram); };
     calls.frame = [this](ByteView cemi, bool outgoing) { frames.emplace_back(base::to_hex(cemi), outgoing); };
     RoutingCallbacks more;
     more.lost = [this](const Endpoint& from, const wire::RoutingLostMessage& message) {
@@ -48,7 +48,7 @@ struct Router {
   VirtualScheduler& time;
   std::vector<LineState> states;
   std::vector<Error> failures;
-  std::vector<wire::Telegram> heard;
+  std::vector<wire::Telegram> received;
   std::vector<std::pair<std::string, bool>> frames;
   std::vector<std::pair<std::string, int>> losses;
   std::vector<std::pair<Endpoint, std::string>> searches;

@@ -13,7 +13,7 @@ using ::testing::SizeIs;
 
 class RoutingLineLife : public RoutingOverMemory {};
 
-TEST_F(RoutingLineLife, ALineWithoutRoomIsTriedAgain) {
+TEST_F(RoutingLineLife, ALineWithAFullQueueIsRetried) {
   Router router(time, here);
   open(router);
   net.refuses = 3;
@@ -21,10 +21,10 @@ TEST_F(RoutingLineLife, ALineWithoutRoomIsTriedAgain) {
   time.run_for(1s);
   EXPECT_THAT(router.outcomes, ElementsAre(SendOutcome::kSent));
   EXPECT_EQ(router.line->counters().at("send-retries"), 3u);
-  EXPECT_THAT(other.heard, SizeIs(1));
+  EXPECT_THAT(other.received, SizeIs(1));
 }
 
-TEST_F(RoutingLineLife, ALostLineKeepsWhatWaitsForTheNext) {
+TEST_F(RoutingLineLife, ALostLineKeepsWaitingTelegramsForTheNext) {
   Router router(time, here);
   open(router);
   net.refuses = 50;
@@ -42,11 +42,11 @@ TEST_F(RoutingLineLife, ALostLineKeepsWhatWaitsForTheNext) {
   ASSERT_TRUE(router.line->open());
   time.run_for(1s);
   EXPECT_THAT(router.outcomes, ElementsAre(SendOutcome::kExpired, SendOutcome::kSent, SendOutcome::kSent));
-  EXPECT_THAT(other.heard, SizeIs(2));
+  EXPECT_THAT(other.received, SizeIs(2));
   EXPECT_EQ(router.states.back().phase, LineState::Phase::kUp);
 }
 
-TEST_F(RoutingLineLife, AnInterfaceThatIsNotThereIsNamed) {
+TEST_F(RoutingLineLife, AMissingInterfaceIsNamed) {
   RoutingOptions options;
   options.interface_address = "192.0.2.1";
   Router router(time, here, options);
@@ -56,7 +56,7 @@ TEST_F(RoutingLineLife, AnInterfaceThatIsNotThereIsNamed) {
   EXPECT_EQ(router.line->state().phase, LineState::Phase::kOff);
 }
 
-TEST_F(RoutingLineLife, WhoHearsNobodyJoinsAgain) {
+TEST_F(RoutingLineLife, AfterSilenceTheGroupIsJoinedAgain) {
   Router router(time, here);
   open(router);
   for (int i = 0; i < 10; ++i) {
@@ -71,10 +71,10 @@ TEST_F(RoutingLineLife, WhoHearsNobodyJoinsAgain) {
   EXPECT_EQ(router.line->counters().at("joined-again"), 2u) << "own frames prove nothing";
   EXPECT_EQ(net.open_sockets(), 3u);
   from_other("0610053000132900bcd011c80a070300800c33");
-  EXPECT_THAT(router.heard, SizeIs(11));
+  EXPECT_THAT(router.received, SizeIs(11));
 }
 
-TEST_F(RoutingLineLife, AnInterfaceThatWentAwayIsNoticedThoughNothingIsSent) {
+TEST_F(RoutingLineLife, ARemovedInterfaceIsDetectedWithoutTraffic) {
   Router router(time, here);
   open(router);
   net.gone_interfaces.insert("10.77.0.2");
@@ -127,7 +127,7 @@ TEST_F(RoutingLineLife, MayBeDestroyedInAnyOfItsCalls) {
     time.run_for(100ms);
     for (const auto* hex : {"06100201000e08010a4d00019ca4", "0610053000132900bcd011c80a070300800c33", "061005380006",
                             "06100531000a04000005", "06100532000c060000640000"}) {
-      // Lost messages are noted before they are told.
+      // The note of lost messages precedes the call.
       if (when == 8 && std::string_view(hex) == "061005380006") continue;
       from_other(hex);
     }
@@ -147,7 +147,7 @@ TEST_F(RoutingLineLife, MayBeDestroyedInAnyOfItsCalls) {
   EXPECT_EQ(line, nullptr);
 }
 
-TEST_F(RoutingLineLife, WhatWaitsBeforeTheLineIsThereGoesWhenItIs) {
+TEST_F(RoutingLineLife, TelegramsThatWaitForTheLineAreSentWhenItIsUp) {
   Router router(time, here);
   router.send(write_to(1));
   time.run_for(1s);
@@ -156,7 +156,7 @@ TEST_F(RoutingLineLife, WhatWaitsBeforeTheLineIsThereGoesWhenItIs) {
   EXPECT_THAT(router.outcomes, ElementsAre(SendOutcome::kSent));
 }
 
-TEST_F(RoutingLineLife, ADestroyedLineSaysNothingMore) {
+TEST_F(RoutingLineLife, ADestroyedLineSendsNothing) {
   Router router(time, here);
   open(router);
   router.send(write_to(1));
@@ -166,7 +166,7 @@ TEST_F(RoutingLineLife, ADestroyedLineSaysNothingMore) {
   other.send({kGroup, kKnxPort}, bytes("0610053000132900bcd011c80a070300800c33"));
   time.run_for(1s);
   EXPECT_THAT(router.outcomes, SizeIs(1));
-  EXPECT_THAT(router.heard, IsEmpty());
+  EXPECT_THAT(router.received, IsEmpty());
 }
 
 }  // namespace

@@ -23,24 +23,24 @@ TEST_F(RoutingOverMemory, ATelegramLeavesAsAnIndicationFromOurAddress) {
   EXPECT_THAT(router.outcomes, IsEmpty()) << "never from inside the call";
   time.run_for(1ms);
   EXPECT_THAT(router.outcomes, ElementsAre(SendOutcome::kSent));
-  EXPECT_THAT(other.heard,
+  EXPECT_THAT(other.received,
               ElementsAre(std::pair(Endpoint{"10.77.0.2", 49152}, "0610053000132900bce0fffa0a070300800c33")));
   EXPECT_THAT(router.frames, ElementsAre(std::pair("2900bce0fffa0a070300800c33", true)));
 }
 
-TEST_F(RoutingOverMemory, WhatKnxdSendsIsHeard) {
+TEST_F(RoutingOverMemory, FramesOfKnxdAreReceived) {
   Router router(time, here);
   open(router);
   from_other("0610053000132900bcd011c80a070300800c33");  // of knx.md, section 18
-  ASSERT_THAT(router.heard, SizeIs(1));
+  ASSERT_THAT(router.received, SizeIs(1));
   auto expected = write_to(0x0a07);
   expected.source = wire::IndividualAddress(0x11c8);
   expected.hops = 5;
-  EXPECT_EQ(router.heard[0], expected);
+  EXPECT_EQ(router.received[0], expected);
   EXPECT_THAT(router.frames, ElementsAre(std::pair("2900bcd011c80a070300800c33", false)));
 }
 
-TEST_F(RoutingOverMemory, FramesStandTwentyMillisecondsApart) {
+TEST_F(RoutingOverMemory, FramesAreSentTwentyMillisecondsApart) {
   Router router(time, here);
   open(router);
   for (std::uint16_t i = 1; i <= 100; ++i) router.send(write_to(i), 1min);
@@ -50,8 +50,8 @@ TEST_F(RoutingOverMemory, FramesStandTwentyMillisecondsApart) {
   EXPECT_THAT(router.outcomes, SizeIs(100));
   EXPECT_THAT(router.outcomes, Each(SendOutcome::kSent));
   EXPECT_THAT(pauses(router), Each(Duration(20ms)));
-  ASSERT_THAT(other.heard, SizeIs(100));
-  EXPECT_THAT(other.heard[99].second, HasSubstr("fffa0064")) << "in order";
+  ASSERT_THAT(other.received, SizeIs(100));
+  EXPECT_THAT(other.received[99].second, HasSubstr("fffa0064")) << "in order";
 }
 
 TEST_F(RoutingOverMemory, AfterSilenceThereIsNoBurst) {
@@ -63,7 +63,7 @@ TEST_F(RoutingOverMemory, AfterSilenceThereIsNoBurst) {
   EXPECT_THAT(pauses(router), Each(Duration(20ms)));
 }
 
-TEST_F(RoutingOverMemory, UrgentTelegramsOvertake) {
+TEST_F(RoutingOverMemory, UrgentTelegramsAreSentFirst) {
   Router router(time, here);
   open(router);
   for (const auto priority :
@@ -73,13 +73,13 @@ TEST_F(RoutingOverMemory, UrgentTelegramsOvertake) {
     router.send(telegram);
   }
   time.run_for(1s);
-  ASSERT_THAT(other.heard, SizeIs(4));
+  ASSERT_THAT(other.received, SizeIs(4));
   std::vector<std::string> order;
-  for (const auto& [from, hex] : other.heard) order.push_back(hex.substr(24, 4));
+  for (const auto& [from, hex] : other.received) order.push_back(hex.substr(24, 4));
   EXPECT_THAT(order, ElementsAre("0100", "0102", "0101", "0103"));
 }
 
-TEST_F(RoutingOverMemory, OwnFramesAreNotHeardAndThoseOfANeighbourOnThisMachineAre) {
+TEST_F(RoutingOverMemory, OwnFramesAreIgnoredAndThoseOfOtherProgramsOfTheHostAreReceived) {
   Router router(time, here), neighbour(time, here);  // the same address and machine
   open(router);
   open(neighbour);
@@ -87,26 +87,26 @@ TEST_F(RoutingOverMemory, OwnFramesAreNotHeardAndThoseOfANeighbourOnThisMachineA
   time.run_for(100ms);
   neighbour.send(write_to(2));
   time.run_for(100ms);
-  ASSERT_THAT(router.heard, SizeIs(1));
-  EXPECT_EQ(router.heard[0].destination, wire::GroupAddress(2));
-  ASSERT_THAT(neighbour.heard, SizeIs(1));
-  EXPECT_EQ(neighbour.heard[0].destination, wire::GroupAddress(1));
+  ASSERT_THAT(router.received, SizeIs(1));
+  EXPECT_EQ(router.received[0].destination, wire::GroupAddress(2));
+  ASSERT_THAT(neighbour.received, SizeIs(1));
+  EXPECT_EQ(neighbour.received[0].destination, wire::GroupAddress(1));
   EXPECT_EQ(router.line->counters().at("own-frames"), 1u);
   EXPECT_EQ(router.line->counters().at("doubled-address"), 1u);
   EXPECT_THAT(router.line->state().reason, HasSubstr("15.15.250 is also the address of 10.77.0.2:49153"));
-  EXPECT_THAT(router.states, SizeIs(2)) << "told once";
+  EXPECT_THAT(router.states, SizeIs(2)) << "reported once";
 }
 
-TEST_F(RoutingOverMemory, EqualFramesOfOthersAreHeard) {
+TEST_F(RoutingOverMemory, EqualFramesOfOthersAreReceived) {
   Router router(time, here);
   open(router);
   router.send(write_to(0x0a07));
   time.run_for(100ms);
-  from_other(other.heard[0].second);
-  EXPECT_THAT(router.heard, SizeIs(1)) << "the same bytes, but from somebody else's endpoint";
+  from_other(other.received[0].second);
+  EXPECT_THAT(router.received, SizeIs(1)) << "the same bytes, but from somebody else's endpoint";
 }
 
-TEST_F(RoutingOverMemory, WhereTheOwnEndpointIsUnknownOwnFramesAreKnownByTheirBytesOnce) {
+TEST_F(RoutingOverMemory, WithoutAKnownEndpointOwnFramesAreRecognisedByTheirBytesOnce) {
   RoutingOptions options;
   options.interface_address = "any";
   Router router(time, here, options);
@@ -114,15 +114,15 @@ TEST_F(RoutingOverMemory, WhereTheOwnEndpointIsUnknownOwnFramesAreKnownByTheirBy
   EXPECT_EQ(router.line->state().server, "224.0.23.12:3671");
   for (std::uint16_t i = 1; i <= 30; ++i) router.send(write_to(i));
   time.run_for(1s);
-  EXPECT_THAT(router.heard, IsEmpty());
+  EXPECT_THAT(router.received, IsEmpty());
   EXPECT_EQ(router.line->counters().at("own-frames"), 30u);
-  const auto last = other.heard.back().second;
+  const auto last = other.received.back().second;
   other.listen({}, 49152);  // the port we have on our machine
   from_other(last);
-  EXPECT_THAT(router.heard, SizeIs(1));
+  EXPECT_THAT(router.received, SizeIs(1));
 }
 
-TEST_F(RoutingOverMemory, OnlyTheLastTwentyThatDidNotComeBackAreKept) {
+TEST_F(RoutingOverMemory, OnlyTheLastTwentySentFramesAreKept) {
   RoutingOptions options;
   options.interface_address = "any";
   Router router(time, here, options);
@@ -133,9 +133,9 @@ TEST_F(RoutingOverMemory, OnlyTheLastTwentyThatDidNotComeBackAreKept) {
   net.loses = nullptr;
   other.listen({}, 49152);  // the port we have on our machine
   from_other("0610053000132900bce0fffa00010300800c33");
-  EXPECT_THAT(router.heard, SizeIs(1));
+  EXPECT_THAT(router.received, SizeIs(1));
   from_other("0610053000132900bce0fffa00020300800c33");
-  EXPECT_THAT(router.heard, SizeIs(1));
+  EXPECT_THAT(router.received, SizeIs(1));
 }
 
 TEST_F(RoutingOverMemory, ABusyRouterStopsUsForItsTimeAndARandomPart) {
@@ -155,7 +155,7 @@ TEST_F(RoutingOverMemory, ABusyRouterStopsUsForItsTimeAndARandomPart) {
   }
 }
 
-TEST_F(RoutingOverMemory, ABusyRouterIsNamedInTheStateUntilWeGoOn) {
+TEST_F(RoutingOverMemory, ABusyRouterIsNamedInTheStateUntilSendingResumes) {
   Router router(time, here);
   open(router);
   busy();
@@ -167,7 +167,7 @@ TEST_F(RoutingOverMemory, ABusyRouterIsNamedInTheStateUntilWeGoOn) {
   EXPECT_THAT(router.states, SizeIs(3)) << "up, busy, and up again";
 }
 
-TEST_F(RoutingOverMemory, AfterAPauseFramesStandFurtherApartForAWhile) {
+TEST_F(RoutingOverMemory, AfterAPauseFramesAreSentMoreSlowlyForAWhile) {
   Router router(time, here);
   open(router);
   for (std::uint16_t i = 1; i <= 20; ++i) router.send(write_to(i));
@@ -181,7 +181,7 @@ TEST_F(RoutingOverMemory, AfterAPauseFramesStandFurtherApartForAWhile) {
   EXPECT_EQ(all[18], 20ms);
 }
 
-TEST_F(RoutingOverMemory, ABusyThatIsMeantForSingleDevicesIsObeyedToo) {
+TEST_F(RoutingOverMemory, ABusyForSingleDevicesIsObeyedToo) {
   Router router(time, here);
   open(router);
   busy("03e8", "0001");
@@ -192,7 +192,7 @@ TEST_F(RoutingOverMemory, ABusyThatIsMeantForSingleDevicesIsObeyedToo) {
   EXPECT_THAT(router.outcomes, ElementsAre(SendOutcome::kSent));
 }
 
-TEST_F(RoutingOverMemory, WhatDoesNotLiveAsLongAsThePauseExpires) {
+TEST_F(RoutingOverMemory, TelegramsWithAShorterLifetimeThanThePauseExpire) {
   Router router(time, here);
   open(router);
   busy("03e8");
@@ -200,10 +200,10 @@ TEST_F(RoutingOverMemory, WhatDoesNotLiveAsLongAsThePauseExpires) {
   router.send(write_to(2), 5s);
   time.run_for(5s);
   EXPECT_THAT(router.outcomes, ElementsAre(SendOutcome::kExpired, SendOutcome::kSent));
-  EXPECT_THAT(other.heard, SizeIs(2)) << "its own busy and one write";
+  EXPECT_THAT(other.received, SizeIs(2)) << "its own busy and one write";
 }
 
-TEST_F(RoutingOverMemory, LostMessagesAreCountedAndTold) {
+TEST_F(RoutingOverMemory, LostMessagesAreCountedAndReported) {
   Router router(time, here);
   open(router);
   from_other("06100531000a04000005");
@@ -215,7 +215,7 @@ TEST_F(RoutingOverMemory, LostMessagesAreCountedAndTold) {
             std::pair(std::string("lost-messages"), std::string("10.77.0.3:3671 lost 3 telegrams (device state 01)")));
 }
 
-TEST_F(RoutingOverMemory, OddFramesAreWorthANote) {
+TEST_F(RoutingOverMemory, UnexpectedFramesAreNoted) {
   Router router(time, here);
   open(router);
   from_other("061005380006");
@@ -227,7 +227,7 @@ TEST_F(RoutingOverMemory, OddFramesAreWorthANote) {
   EXPECT_THAT(router.notes[1].second, HasSubstr("version 20"));
 }
 
-TEST_F(RoutingOverMemory, CountersAreCalledAsThoseOfTunnels) {
+TEST_F(RoutingOverMemory, CountersHaveTheNamesOfThoseOfTunnels) {
   Router router(time, here);
   const auto counters = router.line->counters();
   for (const auto* name : {"telegrams-sent", "telegrams-received", "telegrams-waiting", "telegrams-refused",
@@ -235,13 +235,13 @@ TEST_F(RoutingOverMemory, CountersAreCalledAsThoseOfTunnels) {
     EXPECT_TRUE(counters.contains(name)) << name;
 }
 
-TEST_F(RoutingOverMemory, SearchesAreHandedOn) {
+TEST_F(RoutingOverMemory, SearchesArePassedOn) {
   Router router(time, here);
   open(router);
   const std::string search = "06100201000e08010a4d00019ca4";
   from_other(search);
   EXPECT_THAT(router.searches, ElementsAre(std::pair(Endpoint{"10.77.0.3", 3671}, search)));
-  EXPECT_THAT(router.heard, IsEmpty());
+  EXPECT_THAT(router.received, IsEmpty());
 }
 
 TEST_F(RoutingOverMemory, SystemBroadcastsAreForTheMonitorOnly) {
@@ -249,10 +249,10 @@ TEST_F(RoutingOverMemory, SystemBroadcastsAreForTheMonitorOnly) {
   open(router);
   from_other("0610053300132900ace0110100000300800c33");
   EXPECT_THAT(router.frames, ElementsAre(std::pair("2900ace0110100000300800c33", false)));
-  EXPECT_THAT(router.heard, IsEmpty());
+  EXPECT_THAT(router.received, IsEmpty());
 }
 
-TEST_F(RoutingOverMemory, ADifferentGroupHearsSystemBroadcastsOnTheSystemsGroupAndNothingElseThere) {
+TEST_F(RoutingOverMemory, WithAnotherGroupOnlySystemBroadcastsAreReceivedOnTheSystemGroup) {
   RoutingOptions options;
   options.group.address = "239.1.2.3";
   Router router(time, here, options);
@@ -270,7 +270,7 @@ TEST_F(RoutingOverMemory, ADifferentGroupHearsSystemBroadcastsOnTheSystemsGroupA
   send(kGroup, broadcast);
   EXPECT_THAT(router.frames, SizeIs(1));
   send("239.1.2.3", routed);
-  EXPECT_THAT(router.heard, SizeIs(1));
+  EXPECT_THAT(router.received, SizeIs(1));
   router.send(write_to(1));
   time.run_for(100ms);
   EXPECT_THAT(router.outcomes, ElementsAre(SendOutcome::kSent)) << "the busy was none of ours";
@@ -285,15 +285,15 @@ TEST_F(RoutingOverMemory, BrokenAndForeignFramesAreCountedAndHarmless) {
         "06100532000706", "061005380006", "0610095000080000", "0610053000132e00bcd011c80a070300800c33",
         "0610053000082900", "06100530001329ffbcd011c80a070300800c33"})
     from_other(hex);
-  EXPECT_THAT(router.heard, IsEmpty());
+  EXPECT_THAT(router.received, IsEmpty());
   const auto counters = router.line->counters();
   EXPECT_EQ(counters.at("bad-frames") + counters.at("other-frames"), 12u);
   EXPECT_GE(counters.at("other-frames"), 3u);
   from_other("0610053000132900bcd011c80a070300800c33");
-  EXPECT_THAT(router.heard, SizeIs(1));
+  EXPECT_THAT(router.received, SizeIs(1));
 }
 
-TEST_F(RoutingOverMemory, ATelegramThatNoFrameHoldsIsRefusedAndTheNextOneGoes) {
+TEST_F(RoutingOverMemory, ATelegramTooLongForAFrameIsRefusedAndTheNextOneSent) {
   Router router(time, here);
   open(router);
   router.send(write_to(1, Bytes(300)));

@@ -46,7 +46,7 @@ TEST_F(StreamTest, FramesArriveByteByByteAndSeveralAtOnce) {
   EXPECT_EQ(count("bad-frames"), 0U);
 }
 
-TEST_F(StreamTest, AStreamThatCannotBeTrustedIsClosed) {
+TEST_F(StreamTest, AStreamWithAnInvalidHeaderIsClosed) {
   connect();
   server->send_raw({6, 0x11, 4, 0x20, 0, 8});
   time.run_for(100ms);
@@ -70,7 +70,7 @@ TEST_F(StreamTest, ABrokenConnectionIsALostLineAndWhatWasUnderWayIsSentOnceMore)
   EXPECT_EQ(arrivals()[1], 2);
 }
 
-TEST_F(StreamTest, NobodyListeningIsAFailureAndFoundWhenItComes) {
+TEST_F(StreamTest, AClosedPortIsAFailureAndTheServerFoundWhenItStarts) {
   make_server();
   server->stop();
   open();
@@ -80,7 +80,7 @@ TEST_F(StreamTest, NobodyListeningIsAFailureAndFoundWhenItComes) {
   EXPECT_EQ(phase(), Phase::kUp);
 }
 
-TEST_F(StreamTest, DestroyedItLeavesItsSlot) {
+TEST_F(StreamTest, DestructionClosesTheTunnel) {
   connect();
   line.reset();
   time.run_for(100ms);
@@ -88,7 +88,7 @@ TEST_F(StreamTest, DestroyedItLeavesItsSlot) {
   EXPECT_EQ(server->counters.disconnects, 1U);
 }
 
-TEST_F(StreamTest, WhatADeadPeerLeftUnansweredReachesTheBusNoLaterThanItMay) {
+TEST_F(StreamTest, TelegramsToADeadPeerAreNotSentAfterTheirLifetime) {
   connect();
   net.tcp.stall(true);
   for (std::uint16_t i = 1; i <= 20; ++i) send(i, 5s);
@@ -106,12 +106,12 @@ TEST_F(StreamTest, WhatADeadPeerLeftUnansweredReachesTheBusNoLaterThanItMay) {
   EXPECT_TRUE(server->heard().empty()) << server->heard().size();
 }
 
-TEST_F(StreamTest, MissingConfirmationsTellNothingOfTheBus) {
+TEST_F(StreamTest, MissingConfirmationsDoNotMakeTheBusSilent) {
   connect();
   server->confirms = false;
   for (std::uint16_t i = 1; i <= 3; ++i) send(i);
   time.run_for(10s);
-  EXPECT_EQ(told[1].why, "the interface did not confirm that it was sent to the bus");
+  EXPECT_EQ(outcomes[1].why, "the interface did not confirm that it was sent to the bus");
   EXPECT_TRUE(line->state().bus);
   EXPECT_EQ(line->state().reason, "the interface did not confirm three telegrams in a row");
   server->confirms = true;
@@ -120,19 +120,19 @@ TEST_F(StreamTest, MissingConfirmationsTellNothingOfTheBus) {
   EXPECT_EQ(line->state().reason, "");
 }
 
-TEST_F(StreamTest, AMissingConfirmationOfAPeerThatLivesIsReportedAfterThreeSeconds) {
+TEST_F(StreamTest, AMissingConfirmationOfALivePeerIsReportedAfterThreeSeconds) {
   connect();
   server->confirms = false;
   send(1);
   time.run_for(2900ms);
-  EXPECT_TRUE(told.empty());
+  EXPECT_TRUE(outcomes.empty());
   time.run_for(200ms);
   EXPECT_EQ(sent(1), SendOutcome::kUnconfirmed);
   EXPECT_EQ(server->counters.heartbeats, 1U) << "it was asked whether it lives";
   server->answers_heartbeats = false;
   send(2);
   time.run_for(4s);
-  EXPECT_FALSE(told.contains(2)) << "held";
+  EXPECT_FALSE(outcomes.contains(2)) << "held";
   server->inject(0x1101, 0x0a08, 0x80, {1, 2});
   time.run_for(100ms);
   EXPECT_EQ(sent(2), SendOutcome::kUnconfirmed) << "something was heard";

@@ -22,7 +22,7 @@ TEST_F(TunnelLineTest, ComesUpAndKnowsItsAddressAndServer) {
 TEST_F(TunnelLineTest, AWriteReachesTheBusAndIsReportedSent) {
   connect();
   send(1);
-  EXPECT_TRUE(told.empty());
+  EXPECT_TRUE(outcomes.empty());
   time.run_for(1s);
   EXPECT_EQ(sent(1), SendOutcome::kSent);
   ASSERT_EQ(server->heard().size(), 1U);
@@ -34,7 +34,7 @@ TEST_F(TunnelLineTest, AWriteReachesTheBusAndIsReportedSent) {
   EXPECT_EQ(count("telegrams-sent"), 1U);
 }
 
-TEST_F(TunnelLineTest, HearsTheBusWhateverTheSource) {
+TEST_F(TunnelLineTest, ReceivesTelegramsOfAnySource) {
   connect();
   server->inject(0x11c8, 0x0a03, 0x80, {1}, true);  // its own address: installations double them
   server->inject(0x1101, 0x0a08, 0x40, {0x0c, 0x65});
@@ -77,7 +77,7 @@ TEST_F(TunnelLineTest, LongValuesGoAsExtendedFrames) {
   send(2, write(0x0a09, Bytes(254, 0x41)));
   time.run_for(1s);
   EXPECT_EQ(sent(2), SendOutcome::kRefused);
-  EXPECT_NE(told[2].why.find("254 bytes"), std::string::npos);
+  EXPECT_NE(outcomes[2].why.find("254 bytes"), std::string::npos);
 }
 
 TEST_F(TunnelLineTest, SequencesRunThroughTheirWrapBothWays) {
@@ -100,7 +100,7 @@ TEST_F(TunnelLineTest, AConfirmationBeforeTheAckIsRemembered) {
   send(1);
   send(2);
   time.run_for(45ms);
-  EXPECT_TRUE(told.empty());
+  EXPECT_TRUE(outcomes.empty());
   time.run_for(1s);
   EXPECT_EQ(sent(1), SendOutcome::kSent);
   EXPECT_EQ(sent(2), SendOutcome::kSent);
@@ -128,7 +128,7 @@ TEST_F(TunnelLineTest, AMissingAckMakesOneRepeatWithTheSameSequence) {
   time.run_for(900ms);
   server->listens = true;
   time.run_for(50ms);
-  EXPECT_TRUE(told.empty());
+  EXPECT_TRUE(outcomes.empty());
   time.run_for(100ms);
   EXPECT_EQ(sent(1), SendOutcome::kSent);
   EXPECT_EQ(count("repeats"), 1U);
@@ -136,7 +136,7 @@ TEST_F(TunnelLineTest, AMissingAckMakesOneRepeatWithTheSameSequence) {
   EXPECT_TRUE(failures.empty());
 }
 
-TEST_F(TunnelLineTest, ALateAckAfterTheRepeatIsGoodEnough) {
+TEST_F(TunnelLineTest, ALateAckAfterTheRepetitionIsAccepted) {
   connect();
   server->ack_time = 1200ms;
   server->confirm_time = 1300ms;
@@ -156,7 +156,7 @@ TEST_F(TunnelLineTest, WithoutAcksTheLineIsLostAndTheTelegramSentOnceMore) {
   ASSERT_EQ(failures.size(), 1U);
   EXPECT_NE(failures[0].text.find("does not acknowledge"), std::string::npos);
   EXPECT_EQ(server->counters.disconnects, 1U);
-  EXPECT_TRUE(told.empty());
+  EXPECT_TRUE(outcomes.empty());
   server->acks = server->confirms = true;
   time.run_for(2s);
   EXPECT_EQ(phase(), Phase::kUp);
@@ -166,7 +166,7 @@ TEST_F(TunnelLineTest, WithoutAcksTheLineIsLostAndTheTelegramSentOnceMore) {
   EXPECT_EQ(count("reconnects"), 1U);
 }
 
-TEST_F(TunnelLineTest, ATelegramThatGoesLostTwiceIsReportedOnce) {
+TEST_F(TunnelLineTest, ATelegramThatIsLostTwiceIsReportedOnce) {
   connect();
   server->acks = server->confirms = false;
   send(1);
@@ -176,7 +176,7 @@ TEST_F(TunnelLineTest, ATelegramThatGoesLostTwiceIsReportedOnce) {
   EXPECT_EQ(count("telegrams-lost"), 1U);
 }
 
-TEST_F(TunnelLineTest, ATelegramWhoseTimeIsOverIsNotSentAgain) {
+TEST_F(TunnelLineTest, AnExpiredTelegramIsNotSentAgain) {
   connect();
   reopen_pause = 5s;
   server->acks = server->confirms = false;
@@ -186,7 +186,7 @@ TEST_F(TunnelLineTest, ATelegramWhoseTimeIsOverIsNotSentAgain) {
   time.run_for(6s);
   EXPECT_EQ(sent(1), SendOutcome::kLost);
   EXPECT_EQ(sent(2), SendOutcome::kExpired);
-  EXPECT_FALSE(told.contains(3));
+  EXPECT_FALSE(outcomes.contains(3));
   server->acks = server->confirms = true;
   time.run_for(5s);
   EXPECT_EQ(sent(3), SendOutcome::kSent);
@@ -251,7 +251,7 @@ TEST_F(TunnelLineTest, ALateConfirmationConfirmsNothingElse) {
   send(2);
   time.run_for(3900ms);
   EXPECT_EQ(sent(1), SendOutcome::kUnconfirmed);
-  EXPECT_FALSE(told.contains(2));
+  EXPECT_FALSE(outcomes.contains(2));
   EXPECT_EQ(count("late-confirmations"), 1U);
 }
 
@@ -266,13 +266,13 @@ TEST_F(TunnelLineTest, ALateConfirmationDoesNotConfirmAnEqualTelegram) {
   server->confirms_negatively = true;
   send(2, equal);
   time.run_for(300ms);
-  EXPECT_FALSE(told.contains(2)) << "that was the first one's";
+  EXPECT_FALSE(outcomes.contains(2)) << "that was the confirmation of the first";
   time.run_for(1s);
   EXPECT_EQ(sent(2), SendOutcome::kNotAcknowledged);
   EXPECT_EQ(count("late-confirmations"), 1U);
 }
 
-TEST_F(TunnelLineTest, AConfirmationThatNeverComesSpoilsOneEqualTelegramAtMost) {
+TEST_F(TunnelLineTest, AMissingConfirmationAffectsOneEqualTelegramAtMost) {
   connect();
   const auto equal = write(0x0a07, {1}, true);
   server->confirms = false;
@@ -282,7 +282,7 @@ TEST_F(TunnelLineTest, AConfirmationThatNeverComesSpoilsOneEqualTelegramAtMost) 
   server->confirms = true;
   send(2, equal);
   time.run_for(3100ms);
-  EXPECT_EQ(sent(2), SendOutcome::kUnconfirmed) << "nobody knows whose the one confirmation was";
+  EXPECT_EQ(sent(2), SendOutcome::kUnconfirmed) << "the one confirmation could belong to either";
   send(3, equal);
   send(4, equal);
   time.run_for(100ms);
@@ -329,7 +329,7 @@ TEST_F(TunnelLineTest, ALostDisconnectRequestCostsTheServerNoTunnel) {
   net.loses = nullptr;
 }
 
-TEST_F(TunnelLineTest, AFrameReceivedTwiceIsAcknowledgedTwiceAndHeardOnce) {
+TEST_F(TunnelLineTest, AFrameReceivedTwiceIsAcknowledgedTwiceAndReportedOnce) {
   connect();
   server->inject(0x1101, 0x0a08, 0x80, {1, 2});
   time.run_for(100ms);
@@ -399,7 +399,7 @@ TEST_F(TunnelLineTest, BadAndUnknownFramesAreCountedAndSurvived) {
   EXPECT_EQ(sent(1), SendOutcome::kSent);
 }
 
-TEST_F(TunnelLineTest, DatagramsOfStrangersAreDropped) {
+TEST_F(TunnelLineTest, DatagramsFromOtherAddressesAreDropped) {
   connect();
   transport::MemoryTransports stranger;
   stranger.join(net, "10.0.0.66");
@@ -414,14 +414,14 @@ TEST_F(TunnelLineTest, DatagramsOfStrangersAreDropped) {
   EXPECT_NE(notes[0].second.find("10.0.0.66:"), std::string::npos);
 }
 
-TEST_F(TunnelLineTest, DestroyedItLeavesItsSlot) {
+TEST_F(TunnelLineTest, DestructionClosesTheTunnel) {
   connect();
   send(1);
   line.reset();
   time.run_for(100ms);
   EXPECT_TRUE(server->channels().empty());
   EXPECT_EQ(server->counters.disconnects, 2U) << "one may get lost";
-  EXPECT_TRUE(told.empty());
+  EXPECT_TRUE(outcomes.empty());
   EXPECT_EQ(net.open_sockets(), 1U);
 }
 

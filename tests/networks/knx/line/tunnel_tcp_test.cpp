@@ -92,7 +92,7 @@ class TunnelOverTcp : public ::testing::Test {
     options.via = TunnelOptions::Via::kTcp;
     options.limits.rate = 0;
     LineCallbacks calls;
-    calls.received = [this](const wire::Telegram& telegram) { heard.push_back(telegram); };
+    calls.received = [this](const wire::Telegram& telegram) { received.push_back(telegram); };
     calls.failed = [this](Error why) {
       failures.push_back(std::move(why));
       reopening = time().after(50ms, [this] { EXPECT_TRUE(line->open()); });
@@ -110,7 +110,7 @@ class TunnelOverTcp : public ::testing::Test {
     telegram.destination = wire::GroupAddress(0x0a07);
     telegram.payload = {{1, value}, false};
     line->send(telegram, time().now() + lives,
-               [this](SendOutcome outcome, std::string_view) { told.push_back(outcome); });
+               [this](SendOutcome outcome, std::string_view) { outcomes.push_back(outcome); });
   }
 
   transport::MachineWorld world;
@@ -118,9 +118,9 @@ class TunnelOverTcp : public ::testing::Test {
   support::KnxServer server{world.loop.scheduler(), net};
   Bridge bridge{world.loop.context(), net, {"10.0.0.9", 3671}};
   TunnelOptions options;
-  std::vector<wire::Telegram> heard;
+  std::vector<wire::Telegram> received;
   std::vector<Error> failures;
-  std::vector<SendOutcome> told;
+  std::vector<SendOutcome> outcomes;
   Timer reopening;
   std::unique_ptr<TunnelLine> line;
 };
@@ -132,42 +132,42 @@ TEST_F(TunnelOverTcp, TelegramsGoBothWaysInOrder) {
     write(i);
     server.inject(0x1101, 0x0a08, 0x80, {2, i});
   }
-  ASSERT_TRUE(world.until([&] { return told.size() == 200 && heard.size() == 200; }));
-  EXPECT_THAT(told, ::testing::Each(SendOutcome::kSent));
+  ASSERT_TRUE(world.until([&] { return outcomes.size() == 200 && received.size() == 200; }));
+  EXPECT_THAT(outcomes, ::testing::Each(SendOutcome::kSent));
   ASSERT_EQ(server.heard().size(), 200U);
   for (std::uint8_t i = 0; i < 200; ++i) {
     EXPECT_EQ(server.heard()[i].tpdu.back(), i);
-    EXPECT_EQ(heard[i].payload.bytes.back(), i);
+    EXPECT_EQ(received[i].payload.bytes.back(), i);
   }
   line.reset();
   EXPECT_TRUE(world.until([&] { return server.channels().empty() && bridge.connections() == 0; }));
   EXPECT_EQ(server.counters.disconnects, 1U);
 }
 
-TEST_F(TunnelOverTcp, ABrokenConnectionIsMadeAgainAndWhatWasUnderWayGoesOnceMore) {
+TEST_F(TunnelOverTcp, ABrokenConnectionIsReopenedAndUnconfirmedTelegramsAreSentOnceMore) {
   connect();
   server.confirms = false;
   write(1);
   ASSERT_TRUE(world.until([&] { return server.heard().size() == 1; }));
   server.confirms = true;
   bridge.cut();
-  ASSERT_TRUE(world.until([&] { return told.size() == 1; }));
-  EXPECT_EQ(told[0], SendOutcome::kSent);
+  ASSERT_TRUE(world.until([&] { return outcomes.size() == 1; }));
+  EXPECT_EQ(outcomes[0], SendOutcome::kSent);
   EXPECT_EQ(server.heard().size(), 2U);
   EXPECT_EQ(failures.size(), 1U);
 }
 
-TEST_F(TunnelOverTcp, ADeadPeerIsGivenUpAndHearsNothingMore) {
+TEST_F(TunnelOverTcp, ADeadPeerIsClosedAndGetsNoFurtherTelegrams) {
   connect();
   bridge.deaf = true;
   write(0, 1s);  // this one is read still
-  ASSERT_TRUE(world.until([&] { return told.size() == 1; }));
+  ASSERT_TRUE(world.until([&] { return outcomes.size() == 1; }));
   write(1, 1s);
   write(2, 1s);
   ASSERT_TRUE(world.until([&] { return !failures.empty(); }));
   EXPECT_NE(failures[0].text.find("stopped responding"), std::string::npos) << failures[0].text;
-  ASSERT_TRUE(world.until([&] { return told.size() == 3; }));
-  EXPECT_THAT(told, ::testing::ElementsAre(SendOutcome::kSent, SendOutcome::kExpired, SendOutcome::kLost));
+  ASSERT_TRUE(world.until([&] { return outcomes.size() == 3; }));
+  EXPECT_THAT(outcomes, ::testing::ElementsAre(SendOutcome::kSent, SendOutcome::kExpired, SendOutcome::kLost));
   EXPECT_EQ(server.heard().size(), 1U);
 }
 

@@ -26,10 +26,10 @@ TEST(Cemi, GroupTelegramsAreWrittenAsMeasured) {
   EXPECT_EQ(written(telegram(Service::kWrite, 0x0a03, {{1}, true})), "1100bce000000a03010081");
   EXPECT_EQ(written(telegram(Service::kRead, 0x0a05)), "1100bce000000a05010000");
   EXPECT_EQ(written(telegram(Service::kResponse, 0x0a05, {{1}, true})), "1100bce000000a05010041");
-  auto heard = telegram(Service::kWrite, 0x0a07, {{0x0c, 0x33}});
-  heard.source = IndividualAddress{0x11c8};
-  heard.hops = 5;
-  EXPECT_EQ(written(heard, CemiCode::kDataIndication), "2900bcd011c80a070300800c33");
+  auto received = telegram(Service::kWrite, 0x0a07, {{0x0c, 0x33}});
+  received.source = IndividualAddress{0x11c8};
+  received.hops = 5;
+  EXPECT_EQ(written(received, CemiCode::kDataIndication), "2900bcd011c80a070300800c33");
 }
 
 TEST(Cemi, LongValuesMakeAnExtendedFrame) {
@@ -78,7 +78,7 @@ TEST(Cemi, PrioritiesAndRepetitionsAreRead) {
   EXPECT_TRUE(read_telegram(bytes_of("29009ce011010001010081"))->repeated);
 }
 
-TEST(Cemi, AdditionalInfoIsPassedOver) {
+TEST(Cemi, AdditionalInfoIsSkipped) {
   const auto read = read_telegram(bytes_of("29 06 04 04 01 02 03 04 bc d0 11c9 0a05 01 0041"));
   ASSERT_TRUE(read) << read.error().text;
   EXPECT_EQ(read->service, Service::kResponse);
@@ -90,7 +90,7 @@ TEST(Cemi, ReceivingIsTolerantOfTheFrameType) {
   EXPECT_TRUE(read_telegram(bytes_of("2900bce01101000111008000000000000000000000000000000000")));
 }
 
-TEST(Cemi, WhatIsNotForGroupsIsForTheMonitorOnly) {
+TEST(Cemi, FramesWithoutAGroupValueAreUnsupported) {
   for (const auto* hex : {
            "2900bc6011011102010000",  // to a device
            "2900b0e011010000010100",  // broadcast

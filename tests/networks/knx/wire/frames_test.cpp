@@ -63,7 +63,7 @@ TEST(Frames, TheSearchAnswerOfKnxdIsWrittenAndReadAsMeasured) {
   EXPECT_EQ(description.version(Family::kSecurity), 0);
 }
 
-TEST(Frames, TunnellingBlocksTellWhichSlotsAreFree) {
+TEST(Frames, TunnellingBlocksListFreeSlots) {
   const auto bytes = bytes_of("18 07 00 0f 71 0b ff ff 71 0a ff ff 71 0d ff fe 71 0c ff fd 71 0e ff fb");
   base::ByteReader reader(bytes);
   const auto dibs = read_dibs(reader);
@@ -78,7 +78,7 @@ TEST(Frames, TunnellingBlocksTellWhichSlotsAreFree) {
   EXPECT_EQ(to_dibs(read).back(), dibs->front());
 }
 
-TEST(Frames, OneOddBlockDoesNotHideAServer) {
+TEST(Frames, AnInvalidBlockDoesNotHideAServer) {
   const auto good = to_dibs(knxd());
   for (const auto* hex : {"05 01 02 00 11", "03 02 02", "03 06 02", "03 05 11", "05 07 00 0f 71", "01", "02 fe"}) {
     auto bytes = bytes_of(hex);
@@ -229,7 +229,7 @@ TEST(Frames, SecureServicesAreDispatchedByTheirCodeOnly) {
 
 struct Broken {
   const char* hex;
-  const char* says;
+  const char* expected;
 };
 const Broken kBroken[] = {
     {"", "0 bytes"},
@@ -253,11 +253,11 @@ const Broken kBroken[] = {
     {"06 10 05 31 00 08 04 00", "ROUTING_LOST_MESSAGE: body: too short"},
 };
 
-TEST(Frames, BrokenFramesAreRefusedAndSayWhy) {
-  for (const auto& [hex, says] : kBroken) {
+TEST(Frames, BrokenFramesAreRefusedWithTheReason) {
+  for (const auto& [hex, expected] : kBroken) {
     const auto read = read_message(bytes_of(hex));
     ASSERT_FALSE(read) << hex;
-    EXPECT_NE(read.error().text.find(says), std::string::npos) << hex << ": " << read.error().text;
+    EXPECT_NE(read.error().text.find(expected), std::string::npos) << hex << ": " << read.error().text;
   }
 }
 
@@ -272,7 +272,7 @@ TEST(Frames, StreamsAreCutByTheTotalLength) {
   EXPECT_FALSE(frame_size(bytes_of("061002080000")));
 }
 
-TEST(Frames, AStreamOutOfStepIsNoticedBeforeMuchIsLost) {
+TEST(Frames, AStreamWithoutAHeaderIsDetectedEarly) {
   line::FrameStream stream;
   stream.append(bytes_of("061004200800"));
   EXPECT_TRUE(stream.next()) << "2048 bytes: more to come";
