@@ -12,6 +12,8 @@ namespace rubicon::base {
 class Deadline {
  public:
   Deadline(Scheduler& scheduler, std::function<void()> call) : scheduler_(scheduler), call_(std::move(call)) {}
+  Deadline(const Deadline&) = delete;
+  Deadline& operator=(const Deadline&) = delete;
 
   void set(Duration from_now) { set_at(scheduler_.now() + from_now); }
   void set_at(SteadyTime when) {

@@ -27,6 +27,8 @@ class ExpiringQueues {
         expired_(std::move(expired)),
         swept_(std::move(swept)),
         next_(scheduler, [this] { sweep(); }) {}
+  ExpiringQueues(const ExpiringQueues&) = delete;
+  ExpiringQueues& operator=(const ExpiringQueues&) = delete;
 
   void push_back(std::size_t queue, Item item) {
     next_.advance_to(item.expires);
