@@ -29,7 +29,7 @@ spdlog::level::level_enum to_spdlog(base::LogLevel level) {
 constexpr std::size_t kMaxLine = 3500;
 
 /// One log line stays one line, whatever a device put into its name.
-/// A pipe that nobody reads must not stop the loop.
+/// A pipe without a reader must not stop the loop.
 bool has_room(int descriptor) {
   pollfd wanted{descriptor, POLLOUT, 0};
   return ::poll(&wanted, 1, 0) != 0;

@@ -37,7 +37,7 @@ using tuples::Handle;
 
 /// Components of the daemon itself; ids above 65535 belong to no island.
 constexpr std::uint32_t kFirstComponent = 65536;
-constexpr Duration kPatience = std::chrono::milliseconds(300);
+constexpr Duration kLastPause = std::chrono::milliseconds(300);
 constexpr Duration kDropReport = std::chrono::seconds(1);
 /// So long after a start or a reload the devices of the networks have their tuples.
 constexpr Duration kSettled = std::chrono::seconds(10);
@@ -138,7 +138,7 @@ class Session {
       exit_code_ = kExitFailed;
       finish();
     });
-    // Of all components of all processes the consoles need ids that nobody gave them.
+    // The consoles are components too: they draw their ids.
     console_ = OwnerId(kFirstComponent + (static_cast<std::uint32_t>(::getpid()) << 8U) + number(id) % 256);
     ecology_ = std::move(*dds);
     return {};
@@ -148,9 +148,9 @@ class Session {
   void await_signal() {
     signals_.async_wait([this](const boost::system::error_code& error, int) {
       if (error) return;
-      impatient_ = true;
+      hurried_ = true;
       finish();
-      if (closed_) lose_patience();
+      if (closed_) stop_after_pause();
       await_signal();
     });
   }
@@ -223,12 +223,13 @@ class Session {
       closed_ = true;
       if (screen_) return loop_.stop();
       output_.when_empty([this] { loop_.stop(); });
-      if (impatient_) lose_patience();
+      if (hurried_) stop_after_pause();
     });
   }
 
-  void lose_patience() {
-    if (!patience_.pending()) patience_ = loop_.scheduler().after(kPatience, [this] { loop_.stop(); });
+  /// A reader that does not read has this long.
+  void stop_after_pause() {
+    if (!last_pause_.pending()) last_pause_ = loop_.scheduler().after(kLastPause, [this] { loop_.stop(); });
   }
 
   void put_event(std::string line) {
@@ -275,10 +276,10 @@ class Session {
 
   void show_table() {
     const auto& config = island_->config();
-    // Somebody is looking: this is real demand, and sensors are sampled for it.
+    // A user looks at the table: this is active demand, and sensors are sampled for it.
     watches_.push_back(space_->subscribe({config.id, config.proxy.prefix + ".**"}, {}, [](const tuples::Event&) {}));
     screen_ = std::make_unique<console::LiveConsole>(
-        console::LiveConsole::Parts{loop_, output_, live_log_, [this](std::string_view line) { shell_->line(line); }},
+        console::LiveConsole::Context{loop_, output_, live_log_, [this](std::string_view line) { shell_->line(line); }},
         console::LiveTable(*space_, config.id, config.proxy.island_name, config.proxy.prefix, live_log_));
   }
 
@@ -286,14 +287,14 @@ class Session {
   console::LiveLog& live_log_;
   Log log_;
   transport::Loop& loop_;
-  ServiceNotice service_{loop_.scheduler(), ServiceWishes::from_environment()};
+  ServiceNotice service_{loop_.scheduler(), ServiceSettings::from_environment()};
   transport::LocalTransports transports_{loop_};
   std::unique_ptr<tuples::Ecology> ecology_;
   OwnerId console_{kFirstComponent};
   int exit_code_ = kExitOk;
   bool finishing_ = false;
-  bool closed_ = false;     ///< the devices have heard that it ends
-  bool impatient_ = false;  ///< a signal asked for the end
+  bool closed_ = false;   ///< the devices have heard that it ends
+  bool hurried_ = false;  ///< a signal asked for the end
   boost::asio::signal_set signals_, hang_up_;
   console::ConsoleWriter output_;
   std::unique_ptr<island::Island> island_;
@@ -305,7 +306,7 @@ class Session {
   std::unique_ptr<console::LiveConsole> screen_;
   Handle first_copy_;
   std::unique_ptr<console::ConsoleReader> input_;
-  Timer patience_, drops_, settled_;
+  Timer last_pause_, drops_, settled_;
 };
 
 }  // namespace

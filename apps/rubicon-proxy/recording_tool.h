@@ -25,7 +25,7 @@ using WriteText = std::function<Result<void>(std::string_view text)>;
 /// Describes the content of a recording and its damage. kInvalid if the file is not a recording.
 Result<void> describe_recording(transport::Transports& transports, const std::string& file, const WriteText& write);
 
-/// One line a record (docs/recording.md); marks are left out. Damage is told through `damaged`.
+/// One line a record (docs/recording.md); marks are left out. `damaged` is called for each damaged place.
 Result<void> export_recording(transport::Transports& transports, const RecordingOptions& options,
                               const WriteText& write, const std::function<void(std::string_view)>& damaged);
 

@@ -35,17 +35,17 @@ std::string status_line(std::string_view status) {
 
 }  // namespace
 
-ServiceWishes ServiceWishes::from_environment() {
-  ServiceWishes wishes{std::string(environment("NOTIFY_SOCKET"))};
+ServiceSettings ServiceSettings::from_environment() {
+  ServiceSettings settings{std::string(environment("NOTIFY_SOCKET"))};
   const auto process = environment("WATCHDOG_PID");
-  if (!process.empty() && whole_number(process) != static_cast<std::uint64_t>(::getpid())) return wishes;
+  if (!process.empty() && whole_number(process) != static_cast<std::uint64_t>(::getpid())) return settings;
   constexpr std::uint64_t kLongest = 86'400'000'000;  // a day
-  wishes.watchdog = std::chrono::microseconds(std::min(whole_number(environment("WATCHDOG_USEC")), kLongest));
-  return wishes;
+  settings.watchdog = std::chrono::microseconds(std::min(whole_number(environment("WATCHDOG_USEC")), kLongest));
+  return settings;
 }
 
-ServiceNotice::ServiceNotice(Scheduler& scheduler, const ServiceWishes& wishes)
-    : scheduler_(scheduler), address_(wishes.socket), watchdog_(wishes.watchdog) {
+ServiceNotice::ServiceNotice(Scheduler& scheduler, const ServiceSettings& settings)
+    : scheduler_(scheduler), address_(settings.socket), watchdog_(settings.watchdog) {
   const bool usable = address_.size() > 1 && (address_[0] == '/' || address_[0] == '@') &&
                       address_.size() < sizeof(sockaddr_un::sun_path);
   if (usable) socket_ = ::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);

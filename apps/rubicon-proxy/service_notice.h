@@ -9,18 +9,18 @@
 namespace rubicon::daemon {
 
 /// What the service manager that started us asked for, in the environment (sd_notify(3), sd_watchdog_enabled(3)).
-struct ServiceWishes {
+struct ServiceSettings {
   std::string socket;    ///< NOTIFY_SOCKET: a path, or `@` and an abstract name; empty = wants no notices
   Duration watchdog{0};  ///< WATCHDOG_USEC, when WATCHDOG_PID is not another process; zero = wants no signs of life
 
-  static ServiceWishes from_environment();
+  static ServiceSettings from_environment();
 };
 
 /// Tells the service manager how we are (sd_notify(3)); does nothing where none asked. Never blocks: what the manager
 /// does not take at once waits, bounded. The signs of life come from the loop, so that a loop that is stuck gives none.
 class ServiceNotice {
  public:
-  ServiceNotice(Scheduler& scheduler, const ServiceWishes& wishes);
+  ServiceNotice(Scheduler& scheduler, const ServiceSettings& settings);
   ~ServiceNotice();
   ServiceNotice(const ServiceNotice&) = delete;
   ServiceNotice& operator=(const ServiceNotice&) = delete;

@@ -167,32 +167,32 @@ class Import {
   std::vector<std::string> errors_;
 };
 
-/// Whether `wish` names the device: NETWORK/ADDRESS as they are, or NETWORK.ID as they stand in keys.
-bool names(const std::string& wish, const KnownDevice& device) {
-  if (wish == device.network + "/" + device.address) return true;
+/// Whether `name` names the device: NETWORK/ADDRESS as they are, or NETWORK.ID as they stand in keys.
+bool is_called(const std::string& name, const KnownDevice& device) {
+  if (name == device.network + "/" + device.address) return true;
   if (device.id.empty()) return false;
   const auto key = model::to_key_part(device.network) + "." + device.id;
-  return wish == key || wish.ends_with("." + key);  // the island's prefix may stand before it
+  return name == key || name.ends_with("." + key);  // the island's prefix may stand before it
 }
 
-Result<KnownDevice> find_device(const StateStore& store, const std::string& wish) {
+Result<KnownDevice> find_device(const StateStore& store, const std::string& name) {
   std::vector<KnownDevice> found;
   const auto read = store.each("", [&](StateStore::Row, KnownDevice&& device) {
-    if (names(wish, device)) found.push_back(std::move(device));
+    if (is_called(name, device)) found.push_back(std::move(device));
   });
   if (!read) return fail(read.error());
   if (found.size() == 1) return std::move(found.front());
-  if (found.empty()) return fail(ErrorCode::kNotFound, fmt::format("{}: no such device is remembered", wish));
-  return fail(ErrorCode::kDuplicate, fmt::format("{}: names several devices, say NETWORK/ADDRESS", wish));
+  if (found.empty()) return fail(ErrorCode::kNotFound, fmt::format("{}: no such device is remembered", name));
+  return fail(ErrorCode::kDuplicate, fmt::format("{}: names several devices, expected NETWORK/ADDRESS", name));
 }
 
-Result<void> forget_all(StateStore& store, const std::vector<std::string>& wishes) {
+Result<void> forget_all(StateStore& store, const std::vector<std::string>& names_given) {
   if (auto begun = store.begin(); !begun) return begun;
-  for (const auto& wish : wishes) {
-    const auto slash = wish.find('/');
-    // Also a device whose row cannot be read any more.
-    if (slash != wish.npos && store.forget(wish.substr(0, slash), wish.substr(slash + 1))) continue;
-    const auto device = find_device(store, wish);
+  for (const auto& name : names_given) {
+    const auto slash = name.find('/');
+    // Also a device whose row cannot be read.
+    if (slash != name.npos && store.forget(name.substr(0, slash), name.substr(slash + 1))) continue;
+    const auto device = find_device(store, name);
     if (!device) return fail(device.error());
     if (auto done = store.forget(device->network, device->address); !done) return done;
   }

@@ -33,8 +33,8 @@ Json keeper(const Meeting& meeting, const Json& options) {
   Node node(kFirst, meeting);
   for (int i = 0; i < kVisitorTuples; ++i)
     (void)node.space().set(fmt::format("proxy.hall.sensor.light-{}.value", i), value_of(0));
-  const auto judge = node.space().add_policy({kFirst, "command"},
-                                             [](const tuples::RemoteSet&) { return tuples::SetDecision::applied(); });
+  const auto policy = node.space().add_policy({kFirst, "command"},
+                                              [](const tuples::RemoteSet&) { return tuples::SetDecision::applied(); });
   const island::SpareMemory spare_memory(node.scheduler(), node.space());  // as an island has it
   Json stays = Json::array();
   int gone = 0;

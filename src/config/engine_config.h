@@ -11,7 +11,8 @@ namespace rubicon::config {
 struct EngineSetup {
   bool dds = true;  ///< else within this process only
   tuples::dds::DdsOptions options;
-  std::string place;  ///< `home.yaml:2:9: tuples: `, for what only the start finds out; empty = nothing stands there
+  std::string
+      place;  ///< `home.yaml:2:9: tuples: `, for errors that only the start finds; empty = the file has no such section
 };
 
 /// Everything wrong is in the reader's errors. Whether the interfaces are there is for the start to find out: a

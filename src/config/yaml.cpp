@@ -31,7 +31,7 @@ class ViewBuffer final : public std::streambuf {
   }
 };
 
-/// Builds the tree from the parser's events. After an error it only listens, so that nothing grows any more.
+/// Builds the tree from the parser's events. After an error it ignores them, so that nothing grows.
 class TreeBuilder final : public YAML::EventHandler {
  public:
   explicit TreeBuilder(std::string_view file) : file_(std::make_shared<const std::string>(file)) {}
@@ -101,7 +101,7 @@ class TreeBuilder final : public YAML::EventHandler {
     level.key_mark = mark;
     level.has_key = true;
     if (!level.keys.insert(text).second) {
-      errors.add(place(mark), "", fmt::format("key {} stands twice in this map", model::quoted(text)));
+      errors.add(place(mark), "", fmt::format("key {} is twice in this map", model::quoted(text)));
       if (errors.lines().size() >= kMaxErrors) stopped_ = true;
     }
   }

@@ -66,8 +66,7 @@ std::optional<YamlFault> tab_in_indentation(std::string_view text, int last) {
     const auto begin = line.find_first_not_of(" \t\r");
     const auto tab = line.find('\t');
     if (begin == line.npos || line[begin] == '#' || tab > begin) continue;
-    return YamlFault{number, static_cast<int>(tab) + 1,
-                     "a tab stands in the indentation; YAML takes only blanks there"};
+    return YamlFault{number, static_cast<int>(tab) + 1, "the indentation has a tab; YAML accepts only blanks there"};
   }
   return {};
 }
@@ -98,7 +97,7 @@ YamlFault about_a_key(const YamlFault& parsers, const std::vector<Line>& lines) 
 /// "end of map not found": a line that goes on with none of those above.
 YamlFault about_a_line(const YamlFault& parsers, const std::vector<Line>& lines) {
   if (lines.empty() || lines[0].number != parsers.line) {
-    return {parsers.line, parsers.column, "something stands here that does not belong to the map or list above"};
+    return {parsers.line, parsers.column, "this does not belong to the map or list above"};
   }
   const auto& line = lines[0];
   std::set<std::size_t> levels;
@@ -150,7 +149,7 @@ constexpr Words kWords[] = {
     {"illegal character found while scanning anchor", "'&' begins an anchor; put a text that begins with it in quotes"},
     {"illegal document indicator in scalar", "--- and ... at the beginning of a line end the text: the quote is open"},
     {"illegal EOF in scalar", "the file ends within a quoted text"},
-    {"illegal tab when looking for indentation", "a tab stands in the indentation; YAML takes only blanks there"},
+    {"illegal tab when looking for indentation", "the indentation has a tab; YAML accepts only blanks there"},
     {"bad YAML version", "expected %YAML 1.2 or no such line"},
     {"YAML major version too large", "expected %YAML 1.2 or no such line"},
 };
@@ -165,7 +164,7 @@ std::optional<YamlFault> unclosed_quote(std::string_view text, int last_line) {
 
 YamlFault explain_yaml_fault(std::string_view text, const YamlFault& parsers) {
   if (auto tab = tab_in_indentation(text, parsers.line)) return *std::move(tab);
-  // What stands behind the parser's place cannot have stopped it.
+  // What comes after the parser's place cannot have stopped it.
   if (auto found = YamlScan(text).run(); found && found->line <= parsers.line) return *std::move(found);
   if (parsers.text == "illegal map value") return about_a_key(parsers, lines_up_to(text, parsers.line));
   if (parsers.text == "end of map not found" || parsers.text == "end of sequence not found")

@@ -94,7 +94,7 @@ void YamlScan::behind_quote(Place from, char quote) {
   if (blank_at(0) || c == '#' || c == ':' || c == ',' || c == ']' || c == '}') return;
   if (from.line != behind.line)
     return fault(from, fmt::format("the {} that opens here closes only in line {}", quote, behind.line));
-  fault(at_, fmt::format("text stands behind the closing {0}; within the quotes write {1} for {0}", quote,
+  fault(at_, fmt::format("text follows the closing {0}; within the quotes write {1} for {0}", quote,
                          quote == '"' ? "\\\"" : "''"));
 }
 
@@ -110,7 +110,7 @@ void YamlScan::close(char bracket) {
   advance();
 }
 
-/// An anchor or a tag; the value stands behind it.
+/// An anchor or a tag; the value follows it.
 void YamlScan::property() {
   while (!blank_at(0) && !(in_flow() && std::string_view(",[]{}").find(peek()) != std::string_view::npos)) advance();
 }

@@ -62,12 +62,12 @@ bool owns_terminal() {
 }
 
 struct LiveConsole::Content {
-  Content(Parts some, LiveTable a_table)
-      : parts(std::move(some)),
+  Content(Context some, LiveTable a_table)
+      : context(std::move(some)),
         table(std::move(a_table)),
-        resized(parts.loop.context(), SIGWINCH),
-        pace(parts.loop.scheduler(), [this] { return draw(); }) {
-    if (::isatty(STDERR_FILENO) == 1) parts.log.hold();
+        resized(context.loop.context(), SIGWINCH),
+        pace(context.loop.scheduler(), [this] { return draw(); }) {
+    if (::isatty(STDERR_FILENO) == 1) context.log.hold();
     await_resize();
     pace.ask();
   }
@@ -84,7 +84,7 @@ struct LiveConsole::Content {
     for (const auto& stroke : reader.take(bytes)) press(stroke);
     settle = {};
     if (reader.pending()) {
-      settle = parts.loop.scheduler().after(kEscapePause, [this] {
+      settle = context.loop.scheduler().after(kEscapePause, [this] {
         for (const auto& stroke : reader.settle()) press(stroke);
         pace.ask();
       });
@@ -97,12 +97,12 @@ struct LiveConsole::Content {
     const auto line = table.press(stroke);
     if (!line) return;
     last_answer.clear();
-    parts.log.note("> " + *line);
-    parts.command(*line);
+    context.log.note("> " + *line);
+    context.command(*line);
   }
 
   Duration draw() {
-    auto& scheduler = parts.loop.scheduler();
+    auto& scheduler = context.loop.scheduler();
     const auto began = scheduler.now();
     const auto size = screen_size();
     const auto frame = table.frame(scheduler.wall_now(), size, last_answer);
@@ -111,14 +111,14 @@ struct LiveConsole::Content {
     for (std::size_t i = 0; i < frame.lines.size(); ++i)
       text += fmt::format("\x1b[{};1H{}\x1b[0m", i + 1, frame.lines[i]);
     text += fmt::format("\x1b[{};{}H", frame.lines.size(), frame.cursor_column);
-    if (parts.output.screen(std::move(text))) {
+    if (context.output.screen(std::move(text))) {
       begun = true;
       drawn = size;
     }
     return scheduler.now() - began;
   }
 
-  Parts parts;
+  Context context;
   LiveTable table;
   RawKeys keys;
   boost::asio::signal_set resized;
@@ -131,11 +131,11 @@ struct LiveConsole::Content {
   std::string last_answer;
 };
 
-LiveConsole::LiveConsole(Parts parts, LiveTable table)
-    : content_(std::make_unique<Content>(std::move(parts), std::move(table))) {}
+LiveConsole::LiveConsole(Context context, LiveTable table)
+    : content_(std::make_unique<Content>(std::move(context), std::move(table))) {}
 
 LiveConsole::~LiveConsole() {
-  auto& log = content_->parts.log;
+  auto& log = content_->context.log;
   content_.reset();
   std::fputs(kEnd, stdout);
   std::fflush(stdout);
@@ -148,11 +148,12 @@ void LiveConsole::listen() {
   calls.bytes = [this](std::string_view bytes) { content_->take(bytes); };
   calls.pause = [] { return false; };
   calls.end = [] {};  // there is still something to show
-  content_->input = std::make_unique<ConsoleReader>(content_->parts.loop.context(), STDIN_FILENO, 0, std::move(calls));
+  content_->input =
+      std::make_unique<ConsoleReader>(content_->context.loop.context(), STDIN_FILENO, 0, std::move(calls));
 }
 
 void LiveConsole::answer(std::string line) {
-  content_->parts.log.note(line);
+  content_->context.log.note(line);
   content_->last_answer = std::move(line);
   content_->pace.ask();
 }

@@ -19,14 +19,14 @@ bool owns_terminal();
 /// it back as it was. The one place that knows terminals; never blocks the loop.
 class LiveConsole {
  public:
-  struct Parts {
+  struct Context {
     transport::Loop& loop;
     ConsoleWriter& output;
     LiveLog& log;
     std::function<void(std::string_view line)> command;  ///< that was entered
   };
-  /// All that `parts` names must outlive it.
-  LiveConsole(Parts parts, LiveTable table);
+  /// All that `context` names must outlive it.
+  LiveConsole(Context context, LiveTable table);
   ~LiveConsole();
   LiveConsole(const LiveConsole&) = delete;
   LiveConsole& operator=(const LiveConsole&) = delete;

@@ -29,7 +29,7 @@ std::vector<std::string> words_of(std::string_view text) {
   }
 }
 
-/// The higher, the more somebody should look.
+/// The higher, the more urgent.
 int trouble_of(std::string_view word) {
   constexpr std::array<std::pair<std::string_view, int>, 9> kRanks{{{"network-down", 8},
                                                                     {"device-offline", 7},

@@ -11,7 +11,7 @@
 
 namespace rubicon::console {
 
-/// What somebody sees of the live table and types into it; a pure function of the strokes. Letters begin a command
+/// What the user sees of the live table and types into it; a pure function of the strokes. Letters begin a command
 /// line; all that moves, sorts and folds is on other keys (LiveView::help()).
 class LiveView {
  public:

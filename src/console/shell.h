@@ -25,8 +25,8 @@ class Shell {
   Shell(TupleSpace& space, OwnerId island, std::string prefix, Write answer, Write event, std::function<void()> quit);
   ~Shell();
 
-  /// What `reload` does: takes the configuration anew, or says what that would change. The one thing here that no other
-  /// component can do.
+  /// What `reload` does: reads the configuration again, or says what that would change. The one thing here that no
+  /// other component can do.
   using Reload = std::function<Result<std::vector<std::string>>(bool try_only)>;
   void on_reload(Reload reload) { reload_ = std::move(reload); }
 

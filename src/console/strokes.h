@@ -6,7 +6,7 @@
 
 namespace rubicon::console {
 
-/// What somebody did at the keyboard.
+/// What the user typed.
 struct Stroke {
   enum class Key {
     kText,  ///< one character, in `text`

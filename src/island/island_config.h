@@ -54,7 +54,7 @@ struct IslandConfig {
   std::vector<NetworkSetup> networks;
   config::EngineSetup engine;
   StateSetup state;
-  /// The sections that a running island cannot take anew, as they stand in the file.
+  /// The sections that a running island cannot change, as the file has them.
   std::vector<std::pair<std::string, ConfigNode>> fixed;
   std::vector<config::RecorderSetup> recorders;
   std::vector<OwnTuple> tuples;  ///< of the command line

@@ -12,7 +12,7 @@
 namespace rubicon::island {
 
 /// Publishes the island's own numbers and states as `<prefix>.property.<name>.value`: queues, drops, what the state
-/// file and the recorders do. Once a second, and only what changed. While somebody subscribes actively to
+/// file and the recorders do. Once a second, and only what changed. While a component subscribes actively to
 /// `<prefix>.property.clock.value` that says what the island's clock says, so that others can compare it with theirs.
 class IslandMetrics {
  public:

@@ -13,7 +13,7 @@ namespace rubicon::island {
 
 namespace {
 
-/// While networks start much changes at once, and somebody may look already.
+/// While networks start, much changes at once, and a reader may be there already.
 constexpr Duration kFirstPause = std::chrono::milliseconds(10);
 constexpr Duration kPresencePause = std::chrono::seconds(1);
 

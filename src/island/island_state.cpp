@@ -28,7 +28,8 @@ std::string good_config_path(const island::IslandConfig& config) {
 
 namespace {
 
-/// A database, or what a crash of the machine leaves of one: nothing or zeros. Any other file is somebody else's.
+/// A database, or what a crash of the machine leaves of one: nothing or zeros. Any other file belongs to another
+/// program.
 bool may_have_been_ours(const std::string& path) {
   constexpr std::string_view kDatabase("SQLite format 3\0", 16);
   std::array<char, kDatabase.size()> head{};

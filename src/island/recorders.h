@@ -21,7 +21,7 @@ class Recorders {
 
   /// `recorder-<name>-records` and so on, of each.
   void say(const IslandMetrics::Say& say) const;
-  /// Told the name of each, and the path that it writes to.
+  /// Gets the name of each recorder and the path that it writes to.
   void each(const std::function<void(const std::string& name, const std::string& path)>& visit) const;
 
  private:

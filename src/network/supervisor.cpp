@@ -26,9 +26,9 @@ class Supervisor::Slot final : public NetworkHost {
         id_(std::move(id)),
         longest_pause_(longest_pause),
         log_(supervisor.log_, id_),
-        dice_(static_cast<std::uint_fast32_t>(std::hash<std::string>{}(id_) + number(supervisor.island_))) {}
+        rng_(static_cast<std::uint_fast32_t>(std::hash<std::string>{}(id_) + number(supervisor.island_))) {}
 
-  /// The network goes first and cannot reach anybody any more.
+  /// Destroys the network first: nothing reaches it from then on.
   ~Slot() override {
     closed_ = true;
     network_.reset();
@@ -47,7 +47,7 @@ class Supervisor::Slot final : public NetworkHost {
     if (message.kind() == MessageKind::kState) {
       auto& state = std::get<model::State>(message.body);
       complete(state);
-      tell(state);
+      log_change(state);
     }
     supervisor_.sink_.from_network(id_, std::move(message));
   }
@@ -56,10 +56,10 @@ class Supervisor::Slot final : public NetworkHost {
     if (closed_ || !opened_ || retry_.pending() || supervisor_.closing_) return;
     const Duration pause = next_pause();
     if (losses_.allow(why.text, scheduler().now())) {
-      log_.warning(fmt::format("line lost: {}; next attempt in {} ms (told once a minute)", why.text,
+      log_.warning(fmt::format("line lost: {}; next attempt in {} ms (logged at most once a minute)", why.text,
                                std::chrono::duration_cast<std::chrono::milliseconds>(pause).count()));
     }
-    told_ = why.text;
+    reported_ = why.text;
     retry_ = scheduler().after(pause, [this] { open(); });
     next_attempt_ = scheduler().wall_now() + std::chrono::ceil<std::chrono::microseconds>(pause);
     deliver({}, model::State{model::LineState::kDown, std::move(why.text), {}});
@@ -108,14 +108,14 @@ class Supervisor::Slot final : public NetworkHost {
   }
 
   /// Networks hold their line off by themselves where the peer refuses them: the log has each reason when it changes.
-  void tell(const model::State& state) {
+  void log_change(const model::State& state) {
     using model::LineState;
     if (state.line == LineState::kUp && state.reason.empty()) {
-      if (!std::exchange(told_, {}).empty() && losses_.allow("up", scheduler().now())) log_.info("line up");
+      if (!std::exchange(reported_, {}).empty() && losses_.allow("up", scheduler().now())) log_.info("line up");
       return;
     }
-    if (state.reason.empty() || state.reason == told_) return;
-    told_ = state.reason;
+    if (state.reason.empty() || state.reason == reported_) return;
+    reported_ = state.reason;
     if (!losses_.allow(state.reason, scheduler().now())) return;
     const auto text = fmt::format("line {}: {}", to_string(state.line), state.reason);
     const bool expected = state.line == LineState::kEnded || state.line == LineState::kConnecting;
@@ -128,16 +128,16 @@ class Supervisor::Slot final : public NetworkHost {
     for (unsigned i = 0; i < failures_ && pause < longest_pause_; ++i) pause *= 2;
     ++failures_;
     pause = std::min(pause, longest_pause_);
-    return pause - pause / 4 * static_cast<Duration::rep>(dice_() % 1000) / 1000;
+    return pause - pause / 4 * static_cast<Duration::rep>(rng_() % 1000) / 1000;
   }
 
   Supervisor& supervisor_;
   std::string id_;
   Duration longest_pause_;
   Log log_;
-  std::minstd_rand dice_;
+  std::minstd_rand rng_;
   base::RateLimit losses_;  ///< by reason
-  std::string told_;        ///< why the line is not as it should be; empty = it is
+  std::string reported_;    ///< the last reason that was logged why the line is not up; empty = it is up
   std::unique_ptr<Network> network_;
   Timer retry_;
   std::uint64_t attempts_ = 0;

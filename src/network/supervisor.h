@@ -35,7 +35,7 @@ class Supervisor {
   /// kDuplicate for an id already there; else what `make` says.
   Result<void> add(const NetworkType& type, const NetworkConfig& config);
   /// New options for a network of the same type, without losing its line. kUnsupported (or whatever `change` says):
-  /// nothing was changed, remove it and add it anew.
+  /// nothing was changed: remove it and add it again.
   Result<void> change(const NetworkConfig& config);
   /// Opens all lines, and from now on those of added networks at once.
   void start();

@@ -58,7 +58,7 @@ class Link {
   virtual std::vector<OwnerId> peers() const = 0;
   /// Sets the summary that all others receive, at most kMaxSummary bytes. It is kept when the listener changes.
   virtual void describe(std::string summary) = 0;
-  /// Lives as long as the link. The space is told only of components that may join.
+  /// Lives as long as the link. The space hears only of components that may join.
   virtual PeerPolicy& policy() = 0;
 };
 

@@ -139,7 +139,7 @@ TEST(DeviceQuery, FitsByNetworkTypeAndName) {
 struct Commands : ClientParts {
   void SetUp() override {
     ASSERT_TRUE(island->space.set("d.command", ""));
-    judge = island->space.add_policy({kIsland, "**"}, [this](const tuples::RemoteSet& wish) {
+    policy = island->space.add_policy({kIsland, "**"}, [this](const tuples::RemoteSet& wish) {
       last = wish;
       return wish.value == "no" ? tuples::SetDecision::refused({ErrorCode::kOutOfRange, "not that"})
                                 : tuples::SetDecision::applied();
@@ -152,7 +152,7 @@ struct Commands : ClientParts {
     time.run_for(1ms);
   }
   OutcomeCall end = [this](const Outcome& outcome) { ended.push_back(outcome.state + " " + outcome.reason); };
-  tuples::Handle judge;
+  tuples::Handle policy;
   tuples::RemoteSet last;
   std::vector<std::string> ended;
 };

@@ -36,8 +36,8 @@ const std::vector<Broken> kBroken{
     {"a: 'open\nb: 'two'\n", "1:4: the ' that opens here closes only in line 2"},
     {"a: {b: \"x}\nc: \"y\"\n", "1:8: the \" that opens here closes only in line 2"},
     {"a: # x\n  b: {c: 'd}\n  e: 1\n", "2:10: the ' that opens here is never closed"},
-    {"a: \"x\" y\n", "1:8: text stands behind the closing \"; within the quotes write \\\" for \""},
-    {"a: 'it's'\n", "1:8: text stands behind the closing '; within the quotes write '' for '"},
+    {"a: \"x\" y\n", "1:8: text follows the closing \"; within the quotes write \\\" for \""},
+    {"a: 'it's'\n", "1:8: text follows the closing '; within the quotes write '' for '"},
     {"a: \"\\q\"\n", "1:7: no escape begins so; write \\\\ for a backslash"},
     {"a: \"\\xzz\"\n", "1:9: expected hex digits behind \\x"},
     // Colons and indentation.
@@ -50,8 +50,8 @@ const std::vector<Broken> kBroken{
     {"a:\n    b: 1\n  c: 2\n", "3:3: this line begins with 2 blanks, expected 0 or 4 as the lines above"},
     {"b: 1\n- a\n", "2:1: a list item ('- ') cannot stand among the keys of a map"},
     {"a: - b\n", "1:4: a list item ('- ') cannot stand here; begin the list on a line of its own"},
-    {"a:\n\tb: 1\n", "2:1: a tab stands in the indentation; YAML takes only blanks there"},
-    {"a:\n  b: 1\n\tc: 2\n", "3:1: a tab stands in the indentation"},
+    {"a:\n\tb: 1\n", "2:1: the indentation has a tab; YAML accepts only blanks there"},
+    {"a:\n  b: 1\n\tc: 2\n", "3:1: the indentation has a tab"},
     // Characters that begin something else.
     {"a: @b\n", "1:4: a value cannot begin with this character; put it in quotes"},
     {"a: `b\n", "1:4: a value cannot begin with this character"},

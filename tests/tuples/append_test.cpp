@@ -138,7 +138,7 @@ TEST_F(Appends, ADistantSubscriberAlwaysSeesTheWholeValue) {
   EXPECT_EQ(robot->space.get(kIsland, "log")->sequence, 5u);
 }
 
-TEST_F(Appends, FromAfarAreJudgedAsAppendsAndStoredWithTheirCreator) {
+TEST_F(Appends, FromOtherComponentsAreDecidedAsAppendsAndStoredWithTheirCreator) {
   const auto policy = accept("log");
   ASSERT_TRUE(island->space.set("log", "a"));
   const auto reply = append("log", "b", {.user_time = WallTime{7s}});
@@ -152,7 +152,7 @@ TEST_F(Appends, FromAfarAreJudgedAsAppendsAndStoredWithTheirCreator) {
   EXPECT_EQ(own("log").user_time, WallTime{7s});
 }
 
-TEST_F(Appends, OnlyReachJudgesThatKnowThem) {
+TEST_F(Appends, OnlyReachPoliciesThatAcceptThem) {
   const auto policy = island->space.add_policy(pattern("switch"), [](const RemoteSet& set) {
     return set.value == "on" ? SetDecision::applied() : SetDecision::refused({ErrorCode::kInvalid, "on or off"});
   });
@@ -167,7 +167,7 @@ TEST_F(Appends, OnlyReachJudgesThatKnowThem) {
   EXPECT_EQ(append("none", "2").code, ErrorCode::kNotFound);
 }
 
-TEST_F(Appends, ThatCannotBeDoneDoNotReachTheJudge) {
+TEST_F(Appends, ThatCannotBeDoneDoNotReachThePolicy) {
   const auto policy = accept("**");
   ASSERT_TRUE(island->space.set("log", std::string(kMiB, 'x')));
   EXPECT_EQ(append("log", "y").code, ErrorCode::kOutOfRange);
@@ -181,7 +181,7 @@ TEST_F(Appends, ThatCannotBeDoneDoNotReachTheJudge) {
   EXPECT_EQ(own("log").sequence, 1u);
 }
 
-TEST_F(Appends, AJudgeMayConsumeOrRefuseThem) {
+TEST_F(Appends, APolicyMayConsumeOrRefuseThem) {
   SetDecision verdict = SetDecision::consumed();
   const auto policy = island->space.add_policy(
       pattern("log"), [&](const RemoteSet&) { return verdict; }, PolicyScope::kSetsAndAppends);
@@ -210,7 +210,7 @@ TEST_F(Appends, OfTwoWritersWithOneSequenceOneIsRefusedAndCanGoOn) {
   EXPECT_EQ(own("log").value, "rs");
 }
 
-TEST_F(Appends, ToOneselfGoThroughTheJudgeToo) {
+TEST_F(Appends, ToOneselfGoThroughThePolicyToo) {
   const auto policy = accept("log");
   ASSERT_TRUE(island->space.set("log", "a"));
   const auto reply =

@@ -205,12 +205,12 @@ TEST_F(Alone, ACallbackMaySetEraseAndSubscribe) {
 }
 
 TEST_F(Alone, HandlesMayOutliveTheSpace) {
-  Handle subscription, watch, judge, peers;
+  Handle subscription, watch, policy, peers;
   {
     Component other(ecology, time, 2);
     subscription = other.space.subscribe(pattern("**"), {}, listener.call());
     watch = other.space.watch_demand(pattern("**"), [](const Demand&) {});
-    judge = other.space.add_policy(pattern("**"), [](const RemoteSet&) { return SetDecision::applied(); });
+    policy = other.space.add_policy(pattern("**"), [](const RemoteSet&) { return SetDecision::applied(); });
     peers = other.space.watch_peers([](OwnerId, PeerEvent) {});
     ASSERT_TRUE(other.space.set("a", "1"));
   }

@@ -31,7 +31,7 @@ TEST(MemoryEcology, CarriesARemoteSetAndItsReply) {
   VirtualScheduler scheduler;
   MemoryEcology ecology(scheduler);
   Component island(ecology, scheduler, 1), robot(ecology, scheduler, 70000);
-  const auto judge =
+  const auto policy =
       island.space.add_policy(*Pattern::parse("GATEWAY"), [](const RemoteSet&) { return SetDecision::consumed(); });
   std::vector<Verdict> verdicts;
   robot.space.set_remote(OwnerId(1), "GATEWAY", "x", {}, [&](const Reply& r) { verdicts.push_back(r.verdict); });

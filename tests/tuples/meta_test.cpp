@@ -105,7 +105,7 @@ TEST_F(MetaTuples, RefuseImpossibleNames) {
   EXPECT_FALSE(subscribe_through(robot->space, there("*"), {}, [](const Event&) {}));
 }
 
-TEST_F(MetaTuples, OfOthersAreSetThroughTheirJudge) {
+TEST_F(MetaTuples, OfOthersAreSetThroughTheirPolicy) {
   const auto seen = see("1:**");
   const auto policy = island->space.add_policy(pattern("best"), [](const RemoteSet& set) {
     return is_reference(set.media_type) ? SetDecision::applied() : SetDecision::refused({ErrorCode::kInvalid, "no"});
@@ -140,14 +140,14 @@ TEST_F(MetaTuples, SetAndAppendThroughAskTheOwnerOfTheTarget) {
   EXPECT_EQ(robot->space.get(kRobot, "best")->value, "1:lamp");
 }
 
-TEST_F(MetaTuples, AnOwnTargetIsJudgedLikeAnyOther) {
+TEST_F(MetaTuples, AnOwnTargetIsDecidedLikeAnyOther) {
   ASSERT_TRUE(robot->space.set("mode", "idle"));
   link("best", there("mode"));
   std::vector<ErrorCode> codes;
   const auto note = [&](const Reply& reply) { codes.push_back(reply.code); };
   ASSERT_TRUE(set_through(robot->space, there("best"), "busy", 1s, note));
   time.run_ready();
-  EXPECT_THAT(codes, ElementsAre(ErrorCode::kRefused)) << "nobody judges it";
+  EXPECT_THAT(codes, ElementsAre(ErrorCode::kRefused)) << "it has no policy";
   const auto policy = robot->space.add_policy(pattern("mode"), [](const RemoteSet&) { return SetDecision::applied(); });
   ASSERT_TRUE(set_through(robot->space, there("best"), "busy", 1s, note));
   time.run_ready();

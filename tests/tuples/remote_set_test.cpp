@@ -54,7 +54,7 @@ TEST_F(RemoteSets, ARefusalSaysWhy) {
   EXPECT_EQ(only().text, "too hot");
 }
 
-TEST_F(RemoteSets, WithoutAJudgeTuplesAreReadOnly) {
+TEST_F(RemoteSets, WithoutAPolicyTuplesAreReadOnly) {
   ASSERT_TRUE(island->space.set("a", "1"));
   robot->space.set_remote(kIsland, "a", "5", 1s, note());
   robot->space.set_remote(kIsland, "b", "5", 1s, note());
@@ -67,15 +67,15 @@ TEST_F(RemoteSets, WithoutAJudgeTuplesAreReadOnly) {
   EXPECT_EQ(island->space.get(kIsland, "a")->value, "1");
 }
 
-TEST_F(RemoteSets, TheNarrowestJudgeDecides) {
+TEST_F(RemoteSets, TheNarrowestPolicyDecides) {
   const auto say = [](const char* text) {
     return [text](const RemoteSet&) { return SetDecision::refused({ErrorCode::kRefused, text}); };
   };
-  std::vector<Handle> judges;
-  judges.push_back(island->space.add_policy(pattern("**"), say("anything")));
-  judges.push_back(island->space.add_policy(pattern("a.**"), say("rest")));
-  judges.push_back(island->space.add_policy(pattern("a.b"), say("exact")));
-  judges.push_back(island->space.add_policy(pattern("a.*"), say("part")));
+  std::vector<Handle> policies;
+  policies.push_back(island->space.add_policy(pattern("**"), say("anything")));
+  policies.push_back(island->space.add_policy(pattern("a.**"), say("rest")));
+  policies.push_back(island->space.add_policy(pattern("a.b"), say("exact")));
+  policies.push_back(island->space.add_policy(pattern("a.*"), say("part")));
   for (const auto* key : {"a.b", "a.c", "a.c.d", "z"}) robot->space.set_remote(kIsland, key, "", 1s, note());
   time.run_ready();
   std::vector<std::string> texts;
@@ -83,7 +83,7 @@ TEST_F(RemoteSets, TheNarrowestJudgeDecides) {
   EXPECT_THAT(texts, testing::ElementsAre("exact", "part", "rest", "anything"));
 }
 
-TEST_F(RemoteSets, ToOneselfGoThroughTheSameJudgeLater) {
+TEST_F(RemoteSets, ToOneselfGoThroughTheSamePolicyLater) {
   int decided = 0;
   const auto policy = island->space.add_policy(pattern("a"), [&](const RemoteSet& set) {
     EXPECT_EQ(set.from, kIsland);
@@ -132,7 +132,7 @@ TEST_F(RemoteSets, BeyondTheBoundAreRefusedBusy) {
   EXPECT_EQ(busy, 10u);
 }
 
-TEST_F(RemoteSets, AJudgeMayEndItselfAndEraseTheTuple) {
+TEST_F(RemoteSets, APolicyMayEndItselfAndEraseTheTuple) {
   Handle policy;
   ASSERT_TRUE(island->space.set("a", "1"));
   policy = island->space.add_policy(pattern("a"), [&](const RemoteSet&) {

@@ -23,7 +23,7 @@ struct Group {
   const networks::knx::dpt::Dpt* type = nullptr;             ///< never null once read
   networks::knx::wire::Payload value;                        ///< at the start
   std::optional<networks::knx::wire::GroupAddress> state{};  ///< repeats each value that is written here
-  Duration every{};          ///< between two telegrams of a sensor; 0 = sends only when told to
+  Duration every{};          ///< between two telegrams of a sensor; 0 = sends only on a step or a read
   double noise = 0;          ///< each of these telegrams differs by at most this, in units of the type
   double low = 0, high = 0;  ///< of a wave
   Duration period{};         ///< of a wave; 0 = none

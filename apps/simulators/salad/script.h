@@ -15,7 +15,7 @@ using networks::salad::DeviceId;
 ///
 ///     at 2s set 7 1                       device 7 stores 1
 ///     at 5s ramp 30 0 100 over 10s        from 0 to 100 in ten seconds
-///     at 0s random 44 0 1 every 3s        a whole number from 0 to 1, drawn anew every three seconds; FROM <= TO
+///     at 0s random 44 0 1 every 3s        a whole number from 0 to 1, a new one every three seconds; FROM <= TO
 ///     at 20s hold 44                      ends its ramp or random
 ///     at 25s silence 5s                   publishes nothing
 ///     at 30s garbage                      one datagram of each kind of bad input

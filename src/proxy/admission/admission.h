@@ -27,7 +27,7 @@ class Admission {
     std::function<void(Device&, const Claim& to, const std::string& tuple)> moved;
     /// A user ignores the device: remove it.
     std::function<void(Device&)> ignored;
-    /// The other island no longer claims the device, and may have told it to stop sampling.
+    /// The other island no longer claims the device, and may have stopped its sampling.
     std::function<void(Device&)> unclaimed;
   };
   Admission(ProxyContext& context, DeviceDirectory& directory, Memory& memory, NetworkTuples& network_tuples,

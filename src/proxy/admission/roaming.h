@@ -22,7 +22,7 @@ class Roaming {
     std::function<void(Device&, const Claim& other, const std::string& tuple)> moved;
     /// The join of an away device is now in effect: take() it and list it.
     std::function<void(const DeviceName&)> arrived;
-    /// The other island no longer claims the device, and may have told it to stop sampling.
+    /// The other island no longer claims the device, and may have stopped its sampling.
     std::function<void(Device&)> unclaimed;
   };
   Roaming(ProxyContext& context, DeviceDirectory& directory, Callbacks callbacks);

@@ -43,7 +43,7 @@ class MemoryTcp {
 
   /// While stalled, no byte and no end of a connection is transmitted: queues fill up, also of closed streams.
   void stall(bool stalled);
-  /// Breaks all connections; both ends are told.
+  /// Breaks all connections; both ends are notified.
   void cut();
   /// Makes all listeners fail: their `failed` is called, and they accept no connections.
   void fail_listeners();

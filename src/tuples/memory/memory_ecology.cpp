@@ -197,7 +197,7 @@ class MemoryEcology::MemoryLink final : public Link {
   }
 
  private:
-  /// Begins a new incarnation: deliveries to and from the old one are lost; the others are told that it left.
+  /// Begins a new incarnation: deliveries to and from the old one are lost; the others see that it left.
   void leave() {
     auto& me = shared_->members.at(self_);
     if (me.listener) {

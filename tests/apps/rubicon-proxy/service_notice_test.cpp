@@ -113,26 +113,26 @@ class Variables {
   std::vector<const char*> names_;
 };
 
-TEST(ServiceWishesOfTheEnvironment, AreTakenWhenTheyAreForThisProcess) {
+TEST(ServiceSettingsOfTheEnvironment, AreTakenWhenTheyAreForThisProcess) {
   Variables variables;
   variables.set("NOTIFY_SOCKET", "/run/systemd/notify");
   variables.set("WATCHDOG_USEC", "20000000");
-  EXPECT_EQ(ServiceWishes::from_environment().socket, "/run/systemd/notify");
-  EXPECT_EQ(ServiceWishes::from_environment().watchdog, 20s);
+  EXPECT_EQ(ServiceSettings::from_environment().socket, "/run/systemd/notify");
+  EXPECT_EQ(ServiceSettings::from_environment().watchdog, 20s);
   variables.set("WATCHDOG_PID", std::to_string(::getpid()));
-  EXPECT_EQ(ServiceWishes::from_environment().watchdog, 20s);
+  EXPECT_EQ(ServiceSettings::from_environment().watchdog, 20s);
   variables.set("WATCHDOG_PID", "1");
-  EXPECT_EQ(ServiceWishes::from_environment().watchdog, 0s);
+  EXPECT_EQ(ServiceSettings::from_environment().watchdog, 0s);
 }
 
-TEST(ServiceWishesOfTheEnvironment, NonsenseIsNoWish) {
+TEST(ServiceSettingsOfTheEnvironment, NonsenseIsNoWish) {
   Variables variables;
   for (const auto* text : {"", "x", "-5", "12s", "99999999999999999999999"}) {
     variables.set("WATCHDOG_USEC", text);
-    EXPECT_EQ(ServiceWishes::from_environment().watchdog, 0s) << text;
+    EXPECT_EQ(ServiceSettings::from_environment().watchdog, 0s) << text;
   }
   variables.set("WATCHDOG_USEC", "18446744073709551615");
-  EXPECT_LE(ServiceWishes::from_environment().watchdog, 24h);
+  EXPECT_LE(ServiceSettings::from_environment().watchdog, 24h);
 }
 
 }  // namespace

@@ -346,7 +346,7 @@ TEST_F(CommandLine, AppendsAndDeletesWhatItsOwnerLetsGo) {
   Friend other;
   auto& space = other.client().tuples();
   ASSERT_TRUE(space.set("robot.diary", "one"));
-  const auto judge = space.add_policy(
+  const auto policy = space.add_policy(
       Pattern::parse("robot.**").value(), [](const tuples::RemoteSet&) { return tuples::SetDecision::applied(); },
       tuples::PolicyScope::kSetsAndAppends);
   const auto id = std::to_string(number(other.client().id()));

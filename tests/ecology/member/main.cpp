@@ -32,7 +32,7 @@ class Member {
     watch_ = space_.watch_demand(*Pattern::parse("**"), [this](const tuples::Demand& demand) {
       demand.wanted ? void(wanted_.emplace(demand.key)) : void(wanted_.erase(std::string(demand.key)));
     });
-    judge_ = space_.add_policy({client.id(), "cmd.**"}, [this](const tuples::RemoteSet& wish) {
+    policy_ = space_.add_policy({client.id(), "cmd.**"}, [this](const tuples::RemoteSet& wish) {
       note(commands_, wish.from, wish.value);
       return tuples::SetDecision::applied();
     });
@@ -129,7 +129,7 @@ class Member {
 
   Client& client_;
   TupleSpace& space_;
-  Handle watch_, judge_, messages_;
+  Handle watch_, policy_, messages_;
   std::map<std::string, Handle> subscriptions_;
   std::set<std::string> wanted_;
   std::map<std::string, int> answers_;

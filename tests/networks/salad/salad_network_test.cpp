@@ -163,7 +163,7 @@ TEST_F(Salad, ReadingsComeInTheirTypes) {
   EXPECT_EQ(counters()["readings"], 6u);
 }
 
-TEST_F(Salad, AValueThatDoesNotFitItsTypeIsPassedOnForTheProxyToJudge) {
+TEST_F(Salad, AValueThatDoesNotFitItsTypeIsPassedOnForTheProxyToDecide) {
   start();
   say("#SALADST#7;5:28;0.5:13;9223372036854775808:68;9223372036854775808#END#");
   EXPECT_THAT(
