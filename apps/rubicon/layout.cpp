@@ -10,7 +10,6 @@ namespace {
 
 using base::characters;
 using base::first_character;
-using Kind = Column::Kind;
 
 constexpr std::size_t kGap = 2;
 /// A shorter key is not recognisable.
@@ -36,10 +35,11 @@ std::string_view up_to_a_break(std::string_view line) {
 
 std::size_t shortest(const Column& column, std::size_t longest, std::size_t longest_word) {
   switch (column.kind) {
-    case Kind::kWord: return longest;
-    case Kind::kKey: return std::min(longest, kShortestKey);
-    case Kind::kText:
-    case Kind::kValue: return std::min({longest, longest_word, std::max(kShortestText, characters(column.head))});
+    case Column::Kind::kWord: return longest;
+    case Column::Kind::kKey: return std::min(longest, kShortestKey);
+    case Column::Kind::kText:
+    case Column::Kind::kValue:
+      return std::min({longest, longest_word, std::max(kShortestText, characters(column.head))});
   }
   return longest;
 }
@@ -87,11 +87,11 @@ Widths widths_of(const std::vector<Column>& columns, const std::vector<std::size
   }
   auto wanted = widths.of;
   for (std::size_t i = 0; i < columns.size(); ++i) {
-    if (columns[i].kind == Kind::kValue) wanted[i] = std::max(wanted[i], std::min(longest[i], kRoomOfValues));
+    if (columns[i].kind == Column::Kind::kValue) wanted[i] = std::max(wanted[i], std::min(longest[i], kRoomOfValues));
   }
   grow(widths.of, wanted, width);
   for (std::size_t i = 0; i < columns.size(); ++i) {
-    if (columns[i].kind == Kind::kKey) wanted[i] = longest[i];  // texts can be wrapped
+    if (columns[i].kind == Column::Kind::kKey) wanted[i] = longest[i];  // texts can be wrapped
   }
   grow(widths.of, wanted, width);
   grow(widths.of, longest, width);

@@ -12,7 +12,7 @@ namespace rubicon::cli {
 
 namespace {
 
-constexpr std::size_t kGap = 2;
+constexpr std::size_t kBetweenColumns = 2;
 
 const char* paint_of(std::string_view word) {
   constexpr std::array<std::string_view, 13> kRed{"bad",     "device-offline", "network-down", "unreachable", "refused",
@@ -84,7 +84,7 @@ void Table::add_row(const std::vector<std::string>& row, const Widths& widths, c
             std::string(owed, ' ') + (head ? bold(text, look.colour) : painted(first_word(row[i]), text, look.colour));
         owed = 0;
       }
-      owed += widths.of[i] - characters(text) + kGap;
+      owed += widths.of[i] - characters(text) + kBetweenColumns;
     }
     out += '\n';
   }
