@@ -150,9 +150,10 @@ networks:
   shorter.erase(list.find("  - "), list.find("  - ", list.find("  - ") + 1) - list.find("  - "));
   const auto plan = reload(shorter);
   ASSERT_TRUE(plan) << plan.error().text;
-  EXPECT_THAT(plan->lines, ElementsAre("network dummy-2: is called dummy-1 now; stored devices and values stay with the old id",
-                                       "network dummy-2: is removed with its devices",
-                                       "network dummy-1: its options change: simulate.shed, simulate.hall"));
+  EXPECT_THAT(plan->lines,
+              ElementsAre("network dummy-2: is called dummy-1 now; stored devices and values stay with the old id",
+                          "network dummy-2: is removed with its devices",
+                          "network dummy-1: its options change: simulate.shed, simulate.hall"));
   EXPECT_TRUE(exists("proxy.dummy-1.shed.status"));
   EXPECT_FALSE(exists("proxy.dummy-1.hall.status"));
   EXPECT_FALSE(exists("proxy.dummy-2.shed.status"));
