@@ -57,8 +57,8 @@ Json desk(const Meeting& meeting, const Json& options) {
   Node node(kSecond, meeting);
   std::vector<bool> seen(options.at("count").get<std::size_t>() + 1);
   std::uint64_t last = 0, twice = 0, out_of_order = 0, distinct = 0;
-  const auto seat = node.space().add_policy({std::nullopt, "bench.desk.**"}, [&](const tuples::RemoteSet& wish) {
-    const auto number = number_of(wish.value);
+  const auto policy = node.space().add_policy({std::nullopt, "bench.desk.**"}, [&](const tuples::RemoteSet& request) {
+    const auto number = number_of(request.value);
     out_of_order += number <= last;
     last = std::max(last, number);
     if (number >= seen.size() || seen[number]) return ++twice, tuples::SetDecision::applied();

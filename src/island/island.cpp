@@ -75,7 +75,7 @@ struct Island::Impl {
   std::unique_ptr<tuples::Link> link;
   TupleSpace space;
   island::OwnTuples own_tuples;
-  Recorders recorders;  ///< ends after the networks: what they say last is recorded
+  Recorders recorders;  ///< ends after the networks: their last messages are recorded
   gateway::Gateway gateway;
   proxy::Proxy proxy;
   network::Supervisor networks;
@@ -87,9 +87,9 @@ struct Island::Impl {
 
 /// Publishes the free space of the disks that the island writes to, so that users see in time that one fills up.
 void Island::Impl::watch_disks() {
-  metrics.add([this](const IslandMetrics::Say& say) {
+  metrics.add([this](const IslandMetrics::Publish& publish) {
     const auto tell = [&](const std::string& name, const std::string& path) {
-      if (const auto free = free_space.beside(path)) say(name + "-free-bytes", *free);
+      if (const auto free = free_space.beside(path)) publish(name + "-free-bytes", *free);
     };
     if (state) tell("state", state_path(config));
     recorders.each([&](const std::string& name, const std::string& path) { tell("recorder-" + name, path); });
@@ -97,38 +97,38 @@ void Island::Impl::watch_disks() {
 }
 
 void Island::Impl::watch_numbers() {
-  metrics.add([this](const IslandMetrics::Say& say) {
+  metrics.add([this](const IslandMetrics::Publish& publish) {
     const auto messages = gateway.counters();
-    say("gateway-delivered", messages.delivered);
-    say("gateway-dropped-readings", messages.dropped_readings);
-    say("gateway-refused-busy", messages.refused_busy);
-    say("gateway-undeliverable", messages.undeliverable);
-    say("gateway-duplicates", messages.duplicates);
-    say("gateway-looped", messages.looped);
-    say("gateway-malformed", messages.malformed);
-    say("gateway-forged", messages.forged);
+    publish("gateway-delivered", messages.delivered);
+    publish("gateway-dropped-readings", messages.dropped_readings);
+    publish("gateway-refused-busy", messages.refused_busy);
+    publish("gateway-undeliverable", messages.undeliverable);
+    publish("gateway-duplicates", messages.duplicates);
+    publish("gateway-looped", messages.looped);
+    publish("gateway-malformed", messages.malformed);
+    publish("gateway-forged", messages.forged);
     const auto tuples = space.stats();
-    say("tuples-cached", tuples.cached);
-    say("tuples-subscriptions", tuples.subscriptions);
-    say("tuples-queued", tuples.queued);
-    say("tuples-merged", tuples.merged);
-    say("tuples-dropped", tuples.dropped);
-    say("tuples-refused", tuples.refused);
+    publish("tuples-cached", tuples.cached);
+    publish("tuples-subscriptions", tuples.subscriptions);
+    publish("tuples-queued", tuples.queued);
+    publish("tuples-merged", tuples.merged);
+    publish("tuples-dropped", tuples.dropped);
+    publish("tuples-refused", tuples.refused);
     const auto devices = proxy.inbox_counters();
-    say("inbox-waiting", devices.pending);
-    say("inbox-ignored", devices.ignored);
-    say("inbox-refused", devices.refused);
-    say("inbox-unheard-messages", devices.discarded);
-    recorders.say(say);
+    publish("inbox-waiting", devices.pending);
+    publish("inbox-ignored", devices.ignored);
+    publish("inbox-refused", devices.refused);
+    publish("inbox-unheard-messages", devices.discarded);
+    recorders.publish_counters(publish);
   });
   if (!state) return;
-  metrics.add([this](const IslandMetrics::Say& say) {
+  metrics.add([this](const IslandMetrics::Publish& publish) {
     const auto file = state->stats();
-    say("state-devices", file.devices);
-    say("state-bytes", file.bytes);
-    say("state-failures", file.failures);
-    say("state-pruned", file.pruned);
-    say("state-damaged", file.damaged);
+    publish("state-devices", file.devices);
+    publish("state-bytes", file.bytes);
+    publish("state-failures", file.failures);
+    publish("state-pruned", file.pruned);
+    publish("state-damaged", file.damaged);
   });
 }
 
@@ -167,8 +167,7 @@ Result<std::unique_ptr<Island>> Island::make(island::IslandConfig config, Schedu
                                              std::unique_ptr<state::StateStore> state) {
   auto link = ecology.join(config.id);
   if (!link) return fail(link.error());
-  auto impl =
-      std::make_unique<Impl>(std::move(config), std::move(*link), scheduler, transports, log, std::move(state));
+  auto impl = std::make_unique<Impl>(std::move(config), std::move(*link), scheduler, transports, log, std::move(state));
   for (auto& setup : impl->config.networks) {
     if (!setup.type) continue;
     std::ignore = impl->add(setup, impl->networks, impl->config.directory, impl->config.limits.devices, errors);

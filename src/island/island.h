@@ -31,8 +31,8 @@ class Island {
   /// Starts the recorders, shows what is remembered, then opens the lines.
   void start();
 
-  /// Lets the networks say their last words to their devices, at most network::kClosingTime long; then calls `closed`,
-  /// once, in a later turn.
+  /// Lets the networks send their last commands to their devices, at most network::kClosingTime long; then calls
+  /// `closed`, once, in a later turn.
   void close(std::function<void()> closed);
 
   /// What reload() would do with it; its errors.

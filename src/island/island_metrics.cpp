@@ -30,7 +30,7 @@ void IslandMetrics::start() {
 void IslandMetrics::publish() {
   timer_ = scheduler_.after(kMetricsPause, [this] { publish(); });
   std::map<std::string, std::string> now;
-  for (const auto& source : sources_) source(Say(now));
+  for (const auto& source : sources_) source(Publish(now));
   for (const auto& [name, value] : now) {
     const auto before = published_.find(name);
     if (before != published_.end() && before->second == value) continue;

@@ -16,17 +16,17 @@ namespace rubicon::island {
 /// `<prefix>.property.clock.value` that says what the island's clock says, so that others can compare it with theirs.
 class IslandMetrics {
  public:
-  /// Says one number or word; names are `[a-z-]+`.
-  class Say {
+  /// Publishes one number or word; names are `[a-z-]+`.
+  class Publish {
    public:
-    explicit Say(std::map<std::string, std::string>& into) : into_(into) {}
+    explicit Publish(std::map<std::string, std::string>& into) : into_(into) {}
     void operator()(const std::string& name, std::uint64_t value) const { into_[name] = std::to_string(value); }
     void word(const std::string& name, std::string text) const { into_[name] = std::move(text); }
 
    private:
     std::map<std::string, std::string>& into_;
   };
-  using Source = std::function<void(const Say& say)>;
+  using Source = std::function<void(const Publish& publish)>;
 
   IslandMetrics(Scheduler& scheduler, TupleSpace& space, std::string prefix);
 

@@ -22,17 +22,17 @@ void Recorders::take(const std::vector<config::RecorderSetup>& setups, const std
   }
 }
 
-void Recorders::say(const IslandMetrics::Say& say) const {
+void Recorders::publish_counters(const IslandMetrics::Publish& publish) const {
   for (const auto& recorder : all_) {
     const auto prefix = "recorder-" + recorder->setup().name + "-";
     const auto& counters = recorder->counters();
-    say.word(prefix + "state", recorder->state());
-    say(prefix + "records", counters.records);
-    say(prefix + "bytes", counters.bytes);
-    say(prefix + "dropped", counters.dropped);
-    say(prefix + "files", counters.files);
-    say(prefix + "failures", counters.failures);
-    say(prefix + "cut", counters.cut);
+    publish.word(prefix + "state", recorder->state());
+    publish(prefix + "records", counters.records);
+    publish(prefix + "bytes", counters.bytes);
+    publish(prefix + "dropped", counters.dropped);
+    publish(prefix + "files", counters.files);
+    publish(prefix + "failures", counters.failures);
+    publish(prefix + "cut", counters.cut);
   }
 }
 

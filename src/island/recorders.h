@@ -20,7 +20,7 @@ class Recorders {
   void take(const std::vector<config::RecorderSetup>& setups, const std::string& directory);
 
   /// `recorder-<name>-records` and so on, of each.
-  void say(const IslandMetrics::Say& say) const;
+  void publish_counters(const IslandMetrics::Publish& publish) const;
   /// Gets the name of each recorder and the path that it writes to.
   void each(const std::function<void(const std::string& name, const std::string& path)>& visit) const;
 

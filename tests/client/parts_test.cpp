@@ -139,10 +139,10 @@ TEST(DeviceQuery, FitsByNetworkTypeAndName) {
 struct Commands : ClientParts {
   void SetUp() override {
     ASSERT_TRUE(island->space.set("d.command", ""));
-    policy = island->space.add_policy({kIsland, "**"}, [this](const tuples::RemoteSet& wish) {
-      last = wish;
-      return wish.value == "no" ? tuples::SetDecision::refused({ErrorCode::kOutOfRange, "not that"})
-                                : tuples::SetDecision::applied();
+    policy = island->space.add_policy({kIsland, "**"}, [this](const tuples::RemoteSet& request) {
+      last = request;
+      return request.value == "no" ? tuples::SetDecision::refused({ErrorCode::kOutOfRange, "not that"})
+                                   : tuples::SetDecision::applied();
     });
   }
   void state(std::uint64_t request, const std::string& word) {

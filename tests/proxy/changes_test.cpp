@@ -74,7 +74,7 @@ TEST_F(Changes, DemandFollowsTheNewKey) {
   rules().devices["7"].id = "kitchen";
   change();
   EXPECT_TRUE(hall().sampled["7"].points.empty());
-  const auto wish = robot->subscribe({kIsland, "proxy.hall.kitchen.sensor.glow-2.value"}, {}, [](const Event&) {});
+  const auto request = robot->subscribe({kIsland, "proxy.hall.kitchen.sensor.glow-2.value"}, {}, [](const Event&) {});
   time.run_ready();
   EXPECT_EQ(hall().sampled["7"].points, (std::vector<PointId>{sensor(kGlow, "2")}));
 }
@@ -160,7 +160,7 @@ TEST_F(Changes, ShorterSilenceIsInForceAtOnce) {
 TEST_F(Changes, AnotherRateIsSampledAtOnce) {
   start();
   join("7", lamp());
-  const auto wish = robot->subscribe({kIsland, "proxy.hall.7.sensor.glow-1.value"}, {}, [](const Event&) {});
+  const auto request = robot->subscribe({kIsland, "proxy.hall.7.sensor.glow-1.value"}, {}, [](const Event&) {});
   time.run_ready();
   ASSERT_EQ(hall().sampled["7"].period, 1s);
   rules().rate = 200ms;

@@ -247,7 +247,7 @@ TEST_F(DemandOfSubscribers, TenThousandRandomSubscriptionsEndInTheUnionOfTheLive
 TEST_F(DemandOfSubscribers, ASensorThatIsWantedButSilentIsAskedForAgainUntilItReports) {
   start();
   join("7", lamp());
-  const auto wish =
+  const auto request =
       robot->subscribe({kIsland, "proxy.hall.7.sensor.glow-1.value"}, {.minimum = 1s}, [](const Event&) {});
   time.run_ready();
   report("7", sensor(kGlow), 1.0);

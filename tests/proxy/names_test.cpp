@@ -12,7 +12,7 @@ class Names : public Island {
     start();
     join("7", lamp());
   }
-  Reply describe(const nlohmann::json& wish) { return set(kKey, wish.dump()); }
+  Reply describe(const nlohmann::json& request) { return set(kKey, request.dump()); }
   nlohmann::json description() const { return json(kKey); }
   const std::string kKey = "proxy.hall.7.description";
 };

@@ -378,7 +378,7 @@ TEST_F(Daemon, GarbageOnTheInputIsAnsweredLineByLine) {
 
 TEST_F(Daemon, AScriptPostsAMessageWrittenByTheDocumentedForm) {
   const auto script = run_to_end({"python3", RUBICON_SOURCE_DIR "/tests/apps/rubicon-proxy/post_message.py", "6541",
-                                  "a-type-nobody-wants", "hello"});
+                                  "a-type-without-listener", "hello"});
   ASSERT_EQ(script.code, 0) << script.errors;
   Process shell({kDaemon, "run", room(), "--shell"});
   shell.write(script.output);

@@ -32,8 +32,8 @@ class Member {
     watch_ = space_.watch_demand(*Pattern::parse("**"), [this](const tuples::Demand& demand) {
       demand.wanted ? void(wanted_.emplace(demand.key)) : void(wanted_.erase(std::string(demand.key)));
     });
-    policy_ = space_.add_policy({client.id(), "cmd.**"}, [this](const tuples::RemoteSet& wish) {
-      note(commands_, wish.from, wish.value);
+    policy_ = space_.add_policy({client.id(), "cmd.**"}, [this](const tuples::RemoteSet& request) {
+      note(commands_, request.from, request.value);
       return tuples::SetDecision::applied();
     });
     messages_ = client.on_message(

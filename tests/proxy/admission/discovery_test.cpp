@@ -275,7 +275,7 @@ TEST_F(Discovery, AnIgnoredDeviceStopsSamplingAndIsAsBeforeOnceApproved) {
   message.capabilities.push_back(capability(Kind::kProperty, types.find("rate")->id, ""));
   join("7", message);
   ASSERT_EQ(set("proxy.hall.7.property.rate.command", "250").verdict, Verdict::kApplied);
-  const auto wish = robot->subscribe({kIsland, "proxy.hall.7.sensor.glow-1.value"}, {}, [](const Event&) {});
+  const auto request = robot->subscribe({kIsland, "proxy.hall.7.sensor.glow-1.value"}, {}, [](const Event&) {});
   time.run_ready();
   ASSERT_FALSE(hall().sampled["7"].points.empty());
   ASSERT_EQ(set("proxy.inbox.hall.7", "ignore").verdict, Verdict::kApplied);

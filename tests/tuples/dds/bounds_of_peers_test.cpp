@@ -84,7 +84,7 @@ TEST(Participants, WithTooManyComponentsAreIgnoredUntilTheyGo) {
   EXPECT_EQ(participants.largest(), kOne);
   EXPECT_EQ(participants.ban(kOne).size(), Participants::kMaxComponents);
   EXPECT_TRUE(participants.is_banned(kOne));
-  EXPECT_EQ(participants.largest(), std::nullopt) << "nobody shows more than one";
+  EXPECT_EQ(participants.largest(), std::nullopt) << "no component has more than one here";
   participants.keep_only({kOne, kOther});
   EXPECT_TRUE(participants.is_banned(kOne));
   participants.keep_only({kOther});

@@ -103,7 +103,7 @@ TEST_F(RoutingOverMemory, EqualFramesOfOthersAreReceived) {
   router.send(write_to(0x0a07));
   time.run_for(100ms);
   from_other(other.received[0].second);
-  EXPECT_THAT(router.received, SizeIs(1)) << "the same bytes, but from somebody else's endpoint";
+  EXPECT_THAT(router.received, SizeIs(1)) << "the same bytes from another endpoint";
 }
 
 TEST_F(RoutingOverMemory, WithoutAKnownEndpointOwnFramesAreRecognisedByTheirBytesOnce) {
