@@ -69,8 +69,8 @@ void find_renamed(const IslandConfig& now, const IslandConfig& next, ReloadPlan&
     for (const auto& after : next.networks) {
       const auto* other = find(now.networks, after.id);
       if (after.id == before.id || !same(before, after) || (other && same(*other, after))) continue;
-      plan.lines.push_back(
-          fmt::format("network {}: is called {} now; stored devices and values stay with the old id", before.id, after.id));
+      plan.lines.push_back(fmt::format("network {}: is called {} now; stored devices and values stay with the old id",
+                                       before.id, after.id));
       break;
     }
   }
