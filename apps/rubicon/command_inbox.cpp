@@ -31,8 +31,8 @@ int list(Session& session, const InboxOptions& options) {
   for (const auto& tuple : session.read({options.owner(), island.inbox("*.*")})) {
     const auto about = model::object_of(tuple.value);
     if (session.json()) {
-      Line line{{"island", number(tuple.owner)}};
-      line.update(Line::parse(tuple.value, nullptr, false));
+      auto line = about;
+      line["island"] = number(tuple.owner);
       session.out().line(model::dump(line));
     }
     table.row({session.component_text(tuple.owner), model::text_of(about, "key"), model::text_of(about, "name"),

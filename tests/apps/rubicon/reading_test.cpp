@@ -186,6 +186,15 @@ TEST_F(Reading, TheInboxNamesItsIsland) {
   EXPECT_EQ(lines_of(rubicon({"inbox", "--json"})).at(0)["island"], 6541);
 }
 
+TEST_F(Reading, AnEntryOfTheInboxThatIsNoJsonHidesNoOther) {
+  Process broken({kProgram, "publish", "proxy.inbox.dummy-new.broken", "no json", "--id", "70001", "--open"});
+  ASSERT_EQ(broken.line(), "no json") << broken.errors();
+  const auto inbox = rubicon({"inbox", "--json"});
+  EXPECT_EQ(inbox.code, 0) << inbox.errors;
+  EXPECT_THAT(inbox.output, HasSubstr("dummy-new.guest"));
+  EXPECT_THAT(inbox.output, HasSubstr(R"({"island":70001})"));
+}
+
 TEST_F(Reading, ListsReachableDevicesFirstInNaturalOrder) {
   std::vector<std::string> order;
   for (const auto& line : lines_of(rubicon({"devices", "--json"}))) order.push_back(line["id"]);
