@@ -14,23 +14,25 @@ namespace rubicon::networks::wsn {
 namespace {
 
 using Json = nlohmann::ordered_json;
+/// For texts of others: ordered_json searches all members for each one that it adds, which takes seconds for many.
+using ParsedJson = nlohmann::json;
 
 constexpr std::string_view kRecord = "record", kTransport = "transport", kApplication = "application";
 
 /// The value of a member, shortened for an error text.
-std::string shown(const Json& value) {
+std::string shown(const ParsedJson& value) {
   constexpr std::size_t kShown = 40;
   if (value.is_structured()) return value.is_array() ? "an array" : "an object";
   return value.dump(-1, ' ', true).substr(0, kShown);  // ASCII: the cut cannot split a character
 }
 
-tl::unexpected<Error> unfit(std::string_view record, std::string_view member, const Json& value,
+tl::unexpected<Error> unfit(std::string_view record, std::string_view member, const ParsedJson& value,
                             std::string_view expected) {
   return fail(ErrorCode::kInvalid,
               fmt::format("mote record {}: {} is {}, expected {}", record, member, shown(value), expected));
 }
 
-Result<const motes::LearningRecord*> record_of(const Json& object) {
+Result<const motes::LearningRecord*> record_of(const ParsedJson& object) {
   if (!object.is_object()) return fail(ErrorCode::kInvalid, "a message to a mote is not a JSON object");
   const auto name = object.find(kRecord);
   if (name == object.end() || !name->is_string()) {
@@ -51,8 +53,8 @@ Result<const motes::LearningRecord*> record_of(const Json& object) {
 }
 
 /// `transport` or `application`: the member if given, otherwise the usual one of the record.
-Result<std::uint8_t> component_of(const motes::LearningRecord& record, const Json& object, std::string_view member,
-                                  std::uint8_t usual) {
+Result<std::uint8_t> component_of(const motes::LearningRecord& record, const ParsedJson& object,
+                                  std::string_view member, std::uint8_t usual) {
   const auto given = object.find(member);
   if (given != object.end()) {
     const bool fits = given->is_number_unsigned() && *given >= 1 && *given <= 0xff;
@@ -65,21 +67,21 @@ Result<std::uint8_t> component_of(const motes::LearningRecord& record, const Jso
 }
 
 Result<std::vector<double>> numbers_of(const motes::LearningRecord& record, const std::string& member,
-                                       const Json& value) {
+                                       const ParsedJson& value) {
   if (value.is_number()) return std::vector<double>{value.get<double>()};
   const auto* field = record.find(member);
   if (field == nullptr) return std::vector<double>{};  // encode_learning() refuses it and lists the names
   if (!value.is_array() || !field->is_array())
     return unfit(record.name, member, value, field->is_array() ? "an array of numbers" : "a number");
   std::vector<double> numbers;
-  for (const Json& element : value) {
+  for (const ParsedJson& element : value) {
     if (!element.is_number()) return unfit(record.name, member + "[]", element, "a number");
     numbers.push_back(element.get<double>());
   }
   return numbers;
 }
 
-Result<motes::FieldValues> fields_of(const motes::LearningRecord& record, const Json& object) {
+Result<motes::FieldValues> fields_of(const motes::LearningRecord& record, const ParsedJson& object) {
   motes::FieldValues fields;
   for (const auto& [member, value] : object.items()) {
     if (member == kRecord || member == kTransport || member == kApplication) continue;
@@ -113,7 +115,7 @@ Json json_of(const motes::RecordField& field, const std::vector<double>& numbers
 }  // namespace
 
 Result<LearningMessage> learning_message(std::string_view json) {
-  const Json object = Json::parse(json, nullptr, false);
+  const auto object = ParsedJson::parse(json, nullptr, false);
   if (object.is_discarded()) return fail(ErrorCode::kInvalid, "a message to a mote is not valid JSON");
   const auto record = record_of(object);
   if (!record) return fail(record.error());

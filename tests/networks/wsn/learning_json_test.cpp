@@ -171,6 +171,14 @@ TEST(LearningJson, DeepAndLongTextsAreSurvived) {
   EXPECT_THAT(error_of("{\"record\": \"caf\u00e9\"}"), StartsWith(R"(unknown mote record "caf\u00e9", expected)"));
 }
 
+/// The longest text that another program may send, full of members. tests/structure holds the parser to maps.
+TEST(LearningJson, ATextOfManyMembersIsReadWhole) {
+  std::string text = R"({"record": "NetIdCmd", "command": 1, "netId": 300, "seq": 48879)";
+  for (int i = 0; text.size() < 256 * 1024; ++i) text += fmt::format(",\"x{:x}\":0", i);
+  EXPECT_EQ(error_of(text + "}"), "mote record NetIdCmd: unknown field \"x0\", expected command, netId, seq");
+  EXPECT_EQ(error_of(text + R"(,"seq": [1]})"), "mote record NetIdCmd: seq is an array, expected a number");
+}
+
 TEST(LearningJson, WhatIsNoNumberIsShownAsNull) {
   const LearningMessage message{3, 6, hex("19 02 0000c07f 0000803f")};
   EXPECT_EQ(learning_json(message_to(motes::kBaseMote, message)),
