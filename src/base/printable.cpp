@@ -2,40 +2,14 @@
 
 #include <algorithm>
 
+#include "base/utf8.h"
+
 namespace rubicon::base {
 
 namespace {
 
-/// Length of the UTF-8 sequence that begins with this byte (RFC 3629), 0 = none does.
-std::size_t sequence_length(unsigned char first) {
-  if (first < 0x80) return 1;
-  if (first >= 0xc2 && first <= 0xdf) return 2;
-  if (first >= 0xe0 && first <= 0xef) return 3;
-  if (first >= 0xf0 && first <= 0xf4) return 4;
-  return 0;
-}
-
-bool second_fits(unsigned char first, unsigned char second) {
-  switch (first) {
-    case 0xe0: return second >= 0xa0 && second <= 0xbf;
-    case 0xed: return second >= 0x80 && second <= 0x9f;
-    case 0xf0: return second >= 0x90 && second <= 0xbf;
-    case 0xf4: return second >= 0x80 && second <= 0x8f;
-    default: return second >= 0x80 && second <= 0xbf;
-  }
-}
-
 bool continues(char c) {
   return (static_cast<unsigned char>(c) & 0xc0U) == 0x80;
-}
-
-/// Of a character that is well-formed.
-char32_t code_of(std::string_view character) {
-  const auto first = static_cast<unsigned char>(character[0]);
-  if (character.size() == 1) return first;
-  char32_t code = first & (0x7fU >> character.size());
-  for (const char c : character.substr(1)) code = code << 6U | (static_cast<unsigned char>(c) & 0x3fU);
-  return code;
 }
 
 bool steers(char32_t code) {
@@ -47,14 +21,9 @@ bool steers(char32_t code) {
 }  // namespace
 
 std::size_t utf8_prefix(std::string_view text) {
-  for (std::size_t i = 0; i < text.size();) {
-    const auto first = static_cast<unsigned char>(text[i]);
-    const auto length = sequence_length(first);
-    if (length == 0 || length > text.size() - i) return i;
-    if (length > 1 && !second_fits(first, static_cast<unsigned char>(text[i + 1]))) return i;
-    const auto rest = text.substr(i, length).substr(1);
-    if (!std::all_of(rest.begin(), rest.end(), continues)) return i;
-    i += length;
+  for (auto rest = text; !rest.empty();) {
+    const auto at = text.size() - rest.size();
+    if (!take_utf8(rest)) return at;
   }
   return text.size();
 }
@@ -87,7 +56,9 @@ std::string fitted(std::string_view text, std::size_t width) {
   std::size_t shown = 0;
   for (; !text.empty() && shown < width; ++shown) {
     const auto character = first_character(text);
-    const bool good = is_utf8(character) && !steers(code_of(character));
+    auto rest = character;
+    const auto code = take_utf8(rest);
+    const bool good = code && rest.empty() && !steers(*code);
     good ? out += character : out += '?';
     text.remove_prefix(character.size());
   }

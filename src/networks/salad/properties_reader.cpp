@@ -4,35 +4,16 @@
 #include <optional>
 
 #include "base/text.h"
+#include "base/utf8.h"
 
 namespace rubicon::networks::salad {
 
 namespace {
 
 constexpr std::string_view kSpaces = " \t\f";
-constexpr char32_t kReplacement = 0xfffd;
 
 bool is_blank(char c) {
   return kSpaces.find(c) != kSpaces.npos;
-}
-
-void append_utf8(char32_t c, std::string& out) {
-  const auto put = [&out](char32_t byte) { out += static_cast<char>(static_cast<unsigned char>(byte)); };
-  if (c < 0x80) {
-    put(c);
-  } else if (c < 0x800) {
-    put(0xc0 | (c >> 6U));
-    put(0x80 | (c & 0x3fU));
-  } else if (c < 0x10000) {
-    put(0xe0 | (c >> 12U));
-    put(0x80 | ((c >> 6U) & 0x3fU));
-    put(0x80 | (c & 0x3fU));
-  } else {
-    put(0xf0 | (c >> 18U));
-    put(0x80 | ((c >> 12U) & 0x3fU));
-    put(0x80 | ((c >> 6U) & 0x3fU));
-    put(0x80 | (c & 0x3fU));
-  }
 }
 
 /// Splits a text into lines, which end in LF, CR or CR LF.
@@ -97,7 +78,7 @@ class Utf8 {
   void put(char32_t unit) {
     const bool low = unit >= 0xdc00 && unit <= 0xdfff;
     if (high_ != 0 && low) {
-      append_utf8(0x10000 + ((high_ - 0xd800) << 10U) + (unit - 0xdc00), out_);
+      base::append_utf8(0x10000 + ((high_ - 0xd800) << 10U) + (unit - 0xdc00), out_);
       high_ = 0;
       return;
     }
@@ -105,13 +86,13 @@ class Utf8 {
     if (unit >= 0xd800 && unit <= 0xdbff) {
       high_ = unit;
     } else {
-      append_utf8(low ? kReplacement : unit, out_);
+      base::append_utf8(unit, out_);
     }
   }
 
  private:
   void end_pair() {
-    if (high_ != 0) append_utf8(kReplacement, out_);
+    if (high_ != 0) base::append_utf8(high_, out_);
     high_ = 0;
   }
   std::string& out_;

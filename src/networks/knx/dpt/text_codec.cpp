@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "base/printable.h"
-#include "networks/knx/dpt/characters.h"
+#include "base/utf8.h"
 #include "networks/knx/dpt/codec.h"
 #include "networks/knx/wire/cemi.h"
 
@@ -33,7 +33,7 @@ Result<Value> decode_characters(const Dpt& type, ByteView bytes) {
   std::string out;
   for (const auto byte : text) {
     if (byte > type.maximum) return undecodable(type, text, "ASCII");
-    append_character(byte, out);
+    base::append_utf8(byte, out);
   }
   return Value(std::move(out));
 }
@@ -42,7 +42,7 @@ Result<Value> decode_characters(const Dpt& type, ByteView bytes) {
 Result<Bytes> in_code_page(const Dpt& type, const std::string& text) {
   Bytes bytes;
   for (std::string_view rest = text; !rest.empty();) {
-    const auto character = take_character(rest);
+    const auto character = base::take_utf8(rest);
     if (character == U'\0') return wrong_kind(type, text, "text without NUL");
     const bool known = character && *character <= static_cast<char32_t>(type.maximum);
     bytes.push_back(known ? static_cast<std::uint8_t>(*character) : std::uint8_t{'?'});

@@ -4,7 +4,6 @@
 #include <unordered_map>
 
 #include "base/printable.h"
-#include "networks/knx/dpt/characters.h"
 #include "networks/knx/groups/csv_layout.h"
 #include "networks/knx/groups/csv_records.h"
 #include "networks/knx/groups/encoding.h"

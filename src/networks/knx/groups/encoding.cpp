@@ -4,7 +4,7 @@
 #include <array>
 
 #include "base/printable.h"
-#include "networks/knx/dpt/characters.h"
+#include "base/utf8.h"
 
 namespace rubicon::networks::knx::groups {
 
@@ -42,7 +42,7 @@ std::uint16_t windows_1252(std::uint8_t byte) {
 std::string from_windows_1252(std::string_view bytes) {
   std::string out;
   out.reserve(bytes.size() + bytes.size() / 8);
-  for (const char c : bytes) dpt::append_character(windows_1252(static_cast<std::uint8_t>(c)), out);
+  for (const char c : bytes) base::append_utf8(windows_1252(static_cast<std::uint8_t>(c)), out);
   return out;
 }
 

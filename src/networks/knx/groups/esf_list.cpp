@@ -5,7 +5,6 @@
 #include <charconv>
 
 #include "base/printable.h"
-#include "networks/knx/dpt/characters.h"
 #include "networks/knx/groups/encoding.h"
 #include "networks/knx/groups/group_list_builder.h"
 #include "networks/knx/groups/readers.h"

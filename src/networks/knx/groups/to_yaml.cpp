@@ -5,7 +5,6 @@
 #include <map>
 
 #include "base/printable.h"
-#include "networks/knx/dpt/characters.h"
 #include "networks/knx/groups/encoding.h"
 #include "networks/knx/groups/group_file.h"
 

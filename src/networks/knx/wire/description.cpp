@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "base/assert.h"
+#include "base/utf8.h"
 
 namespace rubicon::networks::knx::wire {
 
@@ -18,31 +19,18 @@ std::string from_latin1(ByteView bytes) {
   std::string text;
   for (const auto byte : bytes) {
     if (byte == 0) break;
-    if (byte < 0x20 || (byte >= 0x7f && byte < 0xa0)) {
-      text.push_back('?');  // names are printed on terminals
-    } else if (byte < 0x80) {
-      text.push_back(static_cast<char>(byte));
-    } else {
-      text.push_back(static_cast<char>(0xc0 | byte >> 6));
-      text.push_back(static_cast<char>(0x80 | (byte & 0x3f)));
-    }
+    const bool control = byte < 0x20 || (byte >= 0x7f && byte < 0xa0);
+    base::append_utf8(control ? U'?' : byte, text);  // names are printed on terminals
   }
   return text;
 }
 
-/// Padded to the size of the field; characters outside ISO 8859-1 become `?`.
+/// Padded to the size of the field; characters outside ISO 8859-1, and bytes that are not UTF-8, become `?`.
 Bytes to_latin1(std::string_view text) {
   Bytes bytes;
-  for (std::size_t i = 0; i < text.size() && bytes.size() < kNameSize; ++i) {
-    const auto byte = static_cast<std::uint8_t>(text[i]);
-    const bool two = (byte == 0xc2 || byte == 0xc3) && i + 1 < text.size();
-    if (byte < 0x80) {
-      bytes.push_back(byte);
-    } else if (two) {
-      bytes.push_back(static_cast<std::uint8_t>((byte & 3) << 6 | (static_cast<std::uint8_t>(text[++i]) & 0x3f)));
-    } else if (byte >= 0xc0) {
-      bytes.push_back('?');
-    }
+  while (!text.empty() && bytes.size() < kNameSize) {
+    const auto character = base::take_utf8(text);
+    bytes.push_back(character && *character <= 0xff ? static_cast<std::uint8_t>(*character) : std::uint8_t{'?'});
   }
   bytes.resize(kNameSize);
   return bytes;

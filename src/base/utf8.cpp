@@ -1,6 +1,6 @@
-#include "networks/knx/dpt/characters.h"
+#include "base/utf8.h"
 
-namespace rubicon::networks::knx::dpt {
+namespace rubicon::base {
 
 namespace {
 
@@ -19,6 +19,11 @@ Lead lead_of(unsigned char byte) {
   return {};
 }
 
+bool is_character(char32_t code) {
+  const bool surrogate = code >= 0xd800 && code < 0xe000;
+  return code <= 0x10ffff && !surrogate;
+}
+
 std::optional<char32_t> character_at(std::string_view text, const Lead& lead) {
   if (lead.length == 0 || lead.length > text.size()) return std::nullopt;
   char32_t character = lead.bits;
@@ -27,32 +32,39 @@ std::optional<char32_t> character_at(std::string_view text, const Lead& lead) {
     if ((byte & 0xc0) != 0x80) return std::nullopt;
     character = character << 6 | (byte & 0x3fU);
   }
-  const bool surrogate = character >= 0xd800 && character < 0xe000;
-  if (character < lead.smallest || character > 0x10ffff || surrogate) return std::nullopt;
+  if (character < lead.smallest || !is_character(character)) return std::nullopt;
   return character;
 }
 
 }  // namespace
 
-std::optional<char32_t> take_character(std::string_view& text) {
+std::optional<char32_t> take_utf8(std::string_view& text) {
+  if (text.empty()) return std::nullopt;
   const auto lead = lead_of(static_cast<unsigned char>(text[0]));
   const auto character = character_at(text, lead);
   text.remove_prefix(character ? lead.length : 1);
   return character;
 }
 
-void append_character(char32_t character, std::string& out) {
+void append_utf8(char32_t character, std::string& out) {
+  constexpr char32_t kReplacement = 0xfffd;
+  if (!is_character(character)) character = kReplacement;
+  const auto put_rest = [&](unsigned shift) { out += static_cast<char>(0x80 | (character >> shift & 0x3f)); };
   if (character < 0x80) {
     out += static_cast<char>(character);
     return;
   }
   if (character < 0x800) {
     out += static_cast<char>(0xc0 | character >> 6);
-  } else {
+  } else if (character < 0x10000) {
     out += static_cast<char>(0xe0 | character >> 12);
-    out += static_cast<char>(0x80 | (character >> 6 & 0x3f));
+    put_rest(6);
+  } else {
+    out += static_cast<char>(0xf0 | character >> 18);
+    put_rest(12);
+    put_rest(6);
   }
-  out += static_cast<char>(0x80 | (character & 0x3f));
+  put_rest(0);
 }
 
-}  // namespace rubicon::networks::knx::dpt
+}  // namespace rubicon::base
