@@ -38,6 +38,7 @@ std::string_view to_string(MessageKind kind) {
     case MessageKind::kState: return "state";
     case MessageKind::kOpaque: return "opaque";
     case MessageKind::kProbe: return "probe";
+    case MessageKind::kUnreachable: return "unreachable";
   }
   return "unknown";
 }

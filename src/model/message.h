@@ -24,10 +24,19 @@ struct Join {
   /// Key part its network wants for it (a recording brings the one it was recorded under); empty = made from the
   /// address. The configuration's id goes before.
   std::string id{};
+  /// Why the device cannot be used (its interview failed); it then stands in the inbox and has no tuples. Empty =
+  /// usable.
+  std::string problem{};
 };
 
 /// The device lives; nothing else to say.
 struct KeepAlive {};
+
+/// The network found that the device does not answer, before its silence ended. It stays listed; any sign of life ends
+/// it.
+struct Unreachable {
+  std::string reason;
+};
 
 /// The device is gone for good and says so, or its network knows.
 struct Leave {
@@ -43,6 +52,9 @@ struct Reading {
 
 struct Updates {
   std::vector<Reading> readings;
+  /// False: the network repeats values that it remembers of the device. They are shown as stored, and are no sign of
+  /// life.
+  bool heard = true;
 };
 
 /// Do this (D1.4: RubiconMessageCtrlActuateCmd). Answered with an Acknowledge of the same request.
@@ -104,8 +116,8 @@ struct Probe {
   Join known;
 };
 
-using Body =
-    std::variant<Join, KeepAlive, Leave, Updates, Actuate, Sample, SetProperty, Acknowledge, State, Opaque, Probe>;
+using Body = std::variant<Join, KeepAlive, Leave, Updates, Actuate, Sample, SetProperty, Acknowledge, State, Opaque,
+                          Probe, Unreachable>;
 
 /// Index of a body's alternative: what listeners subscribe to.
 enum class MessageKind : std::uint8_t {
@@ -119,7 +131,8 @@ enum class MessageKind : std::uint8_t {
   kAcknowledge,
   kState,
   kOpaque,
-  kProbe
+  kProbe,
+  kUnreachable
 };
 std::string_view to_string(MessageKind kind);
 

@@ -147,6 +147,7 @@ struct BodyWriter {
   }
   json operator()(const Opaque& opaque) const { return {{"type", opaque.type}, {"bytes", json::binary(opaque.bytes)}}; }
   json operator()(const Probe& probe) const { return (*this)(probe.known); }
+  json operator()(const Unreachable& unreachable) const { return {{"reason", unreachable.reason}}; }
 
  private:
   template <class Request>
@@ -212,6 +213,7 @@ Body body_in(MessageKind kind, FieldReader in) {
                    in.texts("texts")};
     case MessageKind::kOpaque: return Opaque{in.text("type", 255), in.bytes("bytes")};
     case MessageKind::kProbe: return Probe{join_in(in)};
+    case MessageKind::kUnreachable: return Unreachable{in.text("reason")};
   }
   return KeepAlive{};
 }
@@ -251,7 +253,7 @@ Result<Message> from_cbor(ByteView bytes) {
   message.hops = static_cast<std::uint8_t>(in.number("hops", UINT8_MAX));
   message.source = address_in(in.map("from"));
   message.destination = address_in(in.map("to"));
-  const auto kind = word_in(in, "kind", MessageKind::kProbe);
+  const auto kind = word_in(in, "kind", MessageKind::kUnreachable);
   if (in.ok()) message.body = body_in(kind, in.map("body"));
   if (!in.ok()) return fail(std::move(error));
   return message;

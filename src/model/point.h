@@ -40,6 +40,9 @@ struct Capability {
   bool sampled = false;
   /// Value a network knows already at the join (a property's configured value); monostate = none.
   Value initial;
+  // Of an open type only, which the catalogue does not know (open_type()).
+  std::optional<DataType> data{};  ///< absent: numbers and texts as they come
+  Report report = Report::kState;
 
   friend bool operator==(const Capability&, const Capability&) = default;
 };

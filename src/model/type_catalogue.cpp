@@ -153,4 +153,10 @@ std::string_view to_string(Access access) {
   return "unknown";
 }
 
+TypeId open_type(std::string_view name) {
+  std::uint32_t hash = 0x811c9dc5;  // FNV-1a
+  for (const char c : name) hash = (hash ^ static_cast<unsigned char>(c)) * 0x01000193;
+  return TypeId(kFirstOpenType + (hash ^ (hash >> 16)) % (kFirstSiteType - kFirstOpenType));
+}
+
 }  // namespace rubicon::model

@@ -17,6 +17,11 @@ namespace rubicon::model {
 enum class TypeId : std::uint16_t {};
 /// Types from here on are the site's own, declared in its configuration.
 inline constexpr std::uint16_t kFirstSiteType = 0x8000;
+/// Types from here to kFirstSiteType are open: a device names them and the catalogue does not know them
+/// (docs/types.md).
+inline constexpr std::uint16_t kFirstOpenType = 0x4000;
+/// The number of an open type, made from its name: the same on every island.
+TypeId open_type(std::string_view name);
 
 enum class DataType : std::uint8_t { kBoolean, kInteger, kReal, kEnumeration, kText, kJson, kBytes };
 std::string_view to_string(DataType type);
