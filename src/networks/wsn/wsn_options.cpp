@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <system_error>
 
+#include "base/host_port.h"
 #include "base/text.h"
 #include "networks/wsn/mote_tag.h"
 #include "rubicon/key.hpp"
@@ -78,21 +79,12 @@ motes::CodecOptions read_motes(ConfigReader& options, IslandId island) {
   return out;
 }
 
-/// `no`, `9002`, `0.0.0.0:9002`, `[::1]:9002`.
+/// `9002`, `0.0.0.0:9002`, `[::1]:9002`; the port 0 alone is any free one.
 std::optional<transport::Endpoint> read_endpoint(std::string_view text) {
-  transport::Endpoint at{"127.0.0.1", 0};
-  const auto colon = text.rfind(':');
-  auto port = text;
-  if (colon != text.npos) {
-    port = text.substr(colon + 1);
-    auto host = text.substr(0, colon);
-    if (host.size() > 2 && host.front() == '[' && host.back() == ']') host = host.substr(1, host.size() - 2);
-    at.address = host;
-  }
-  const auto number = base::parse_number<std::uint16_t>(port);
-  if (!number || at.address.empty()) return std::nullopt;
-  at.port = *number;
-  return at;
+  if (const auto port = base::parse_number<std::uint16_t>(text)) return transport::Endpoint{"127.0.0.1", *port};
+  const auto at = base::parse_host_port(text);
+  if (!at || at->host.empty()) return std::nullopt;
+  return transport::Endpoint{at->host, at->port};
 }
 
 /// By default a sink with a line of its own is shared; behind a forwarder it is shared already.

@@ -56,6 +56,8 @@ TEST(WsnOptions, ShareIsNoAPortOrAnAddressAndAPort) {
   EXPECT_EQ(transport::to_string(read(R"({"share": 0})").options.share->listen), "127.0.0.1:0");
   EXPECT_THAT(read(R"({"share": "65536"})").errors, HasSubstr("expected no, a port"));
   EXPECT_THAT(read(R"({"share": "all"})").errors, HasSubstr("'all'"));
+  for (const std::string wrong : {"::1:9100", "[::1:9100", ":9100", "0.0.0.0:", "0.0.0.0:65536"})
+    EXPECT_THAT(read(R"({"share": ")" + wrong + "\"}").errors, HasSubstr("'" + wrong + "', expected no, a port, or"));
 }
 
 TEST(WsnOptions, ShareTakes64ClientsUnlessItSaysOtherwise) {
