@@ -8,6 +8,7 @@
 #include <set>
 
 #include "base/lifetime.h"
+#include "network/state_reporter.h"
 #include "networks/log/csv_recording.h"
 #include "networks/log/file_chain.h"
 #include "networks/log/file_list.h"
@@ -63,6 +64,8 @@ class LogNetwork final : public network::Network {
         types_(config.types),
         clock_(options_.speed, options_.longest_gap, options_.start),
         log_(host.limited_log()),
+        reporter_(
+            host, [this] { return state(); }, kCountersEvery),
         next_turn_(host.scheduler(), [this] { play(); }) {}
 
   Result<void> open() override;
@@ -86,6 +89,7 @@ class LogNetwork final : public network::Network {
   void end_line(const std::string& reason);
   void complain(std::uint64_t offset, std::string_view what);
   void report(LineState line, std::string reason = {});
+  std::optional<model::State> state() const;
 
   LogOptions options_;
   network::NetworkHost& host_;
@@ -102,8 +106,10 @@ class LogNetwork final : public network::Network {
   std::uint64_t delivered_ = 0;  ///< messages, in this round
   std::uint64_t rounds_ = 0;
   bool step_back_logged_ = false;
-  SteadyTime next_report_{};
+  std::optional<LineState> line_;  ///< as reported; nullopt: not opened, or lost
+  std::string reason_;
   base::LimitedLog log_;
+  network::StateReporter reporter_;
   Timer timer_;
   base::OncePerTurn next_turn_;
 };
@@ -283,7 +289,7 @@ void LogNetwork::deliver_step(std::size_t& weight) {
     deliver(device, std::move(body), when);
   }
   if (next_message_ == messages.size()) step_.reset();
-  if (host_.scheduler().now() >= next_report_) report(LineState::kUp);
+  reporter_.counters_changed();
 }
 
 void LogNetwork::deliver(const std::string& device, model::Body body, WallTime when) {
@@ -322,6 +328,7 @@ void LogNetwork::play_again() {
 
 void LogNetwork::fail_line(Error why) {
   log_.warning(why.text, why.text);
+  line_.reset();
   host_.failed(std::move(why));
 }
 
@@ -359,12 +366,21 @@ void LogNetwork::complain(std::uint64_t offset, std::string_view what) {
 }
 
 void LogNetwork::report(LineState line, std::string reason) {
-  next_report_ = host_.scheduler().now() + kCountersEvery;
-  model::State state{line, std::move(reason), {}};
-  state.counters = {{"records", counters_.records}, {"readings", counters_.readings},
-                    {"damaged", counters_.damaged}, {"skipped-bytes", counters_.skipped_bytes},
-                    {"lines", counters_.lines},     {"rounds", rounds_}};
-  host_.deliver("", std::move(state));
+  line_ = line;
+  reason_ = std::move(reason);
+  reporter_.line_changed();
+}
+
+std::optional<model::State> LogNetwork::state() const {
+  if (!line_) return std::nullopt;
+  return model::State{*line_,
+                      reason_,
+                      {{"records", counters_.records},
+                       {"readings", counters_.readings},
+                       {"damaged", counters_.damaged},
+                       {"skipped-bytes", counters_.skipped_bytes},
+                       {"lines", counters_.lines},
+                       {"rounds", rounds_}}};
 }
 
 }  // namespace

@@ -111,6 +111,30 @@ TEST_F(LogNetworkTest, FilesFollowEachOtherAfterOnePeriodOrTheGapAskedFor) {
   EXPECT_EQ(other.of<model::Updates>()[2].first, 6s);
 }
 
+TEST_F(LogNetworkTest, TheCountersIncludeTheLastReadingBeforeAPause) {
+  listener_.files.files = {{"a.csv", "t\n1\n2\n"}, {"b.csv", "t\n3\n"}};
+  make({{"between-files", scalar("1h")}});
+  ASSERT_TRUE(made_.network->open().has_value());
+  listener_.time.run_for(10s);
+  EXPECT_EQ(listener_.of<model::Updates>().size(), 2u);
+  EXPECT_EQ(listener_.counter("readings"), 2u);
+  const auto reports = listener_.of<model::State>().size();
+  listener_.time.run_for(10min);
+  EXPECT_EQ(listener_.of<model::State>().size(), reports) << "nothing has changed";
+}
+
+TEST_F(LogNetworkTest, ALostLineReportsNoCounters) {
+  listener_.files.files = {{"a.csv", "t\n1\n2\n"}, {"b.csv", "t\n3\n"}};
+  make();
+  ASSERT_TRUE(made_.network->open().has_value());
+  listener_.time.run_for(500ms);
+  const auto reports = listener_.of<model::State>().size();
+  listener_.files.broken = true;
+  listener_.time.run_for(1min);
+  EXPECT_EQ(listener_.failures.size(), 1u);
+  EXPECT_EQ(listener_.of<model::State>().size(), reports);
+}
+
 TEST_F(LogNetworkTest, TheEndIsReportedAndTheDevicesStay) {
   listener_.files.files = {{"a.csv", "t\n1\n"}, {"b.csv", "t\n3\n"}};
   make();
