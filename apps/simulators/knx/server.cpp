@@ -78,6 +78,10 @@ Result<void> Server::listen() {
 }
 
 transport::TcpCalls Server::accept(std::unique_ptr<transport::TcpStream> stream) {
+  if (connections_.size() >= options_.tunnels + kSpareConnections) {
+    ++counters.refused_connections;
+    return {};
+  }
   auto connection = std::make_shared<Connection>();
   connection->stream = std::move(stream);
   connections_.push_back(connection);

@@ -42,7 +42,8 @@ struct ClientFrame {
 
 /// A KNXnet/IP tunnelling server (KNX 3/8/2 and 3/8/4; knx.md, sections 3 to 6; knxd.md, section 6) over UDP and TCP.
 /// Acknowledges and confirms what clients send, passes it to the other clients and to `on_frame`. Behaves like knxd
-/// unless a member below says otherwise. Scheduler and transports must outlive it.
+/// unless a member below says otherwise. TCP connections beyond those of its tunnels and kSpareConnections are closed
+/// at once. Scheduler and transports must outlive it.
 class Server {
  public:
   /// What happens to datagrams, in each direction (UDP only); probabilities of 0..1.
@@ -51,6 +52,9 @@ class Server {
     Duration late = std::chrono::milliseconds(5);  ///< delay of a duplicate or of a datagram that is reordered
     unsigned seed = 1;
   };
+
+  /// TCP connections without a tunnel, such as of clients that it refuses.
+  static constexpr std::size_t kSpareConnections = 60;
 
   Server(Scheduler& scheduler, transport::Transports& transports, ServerOptions options);
   ~Server();
@@ -104,7 +108,7 @@ class Server {
 
   struct Counters {
     std::uint64_t connects = 0, heartbeats = 0, disconnects = 0, requests = 0, repeats_seen = 0, out_of_sequence = 0,
-                  acks = 0, dropped_channels = 0;
+                  acks = 0, dropped_channels = 0, refused_connections = 0;
   };
   Counters counters;
 

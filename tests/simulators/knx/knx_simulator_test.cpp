@@ -105,6 +105,33 @@ TEST_F(SimulatedKnx, AnswersReadsOverTcpToo) {
   EXPECT_EQ(simulator->bus().counters().ignored, 2U);
 }
 
+TEST_F(SimulatedKnx, MoreTcpConnectionsThanItsBoundAreRefusedUntilOneEnds) {
+  run();
+  int lost = 0;
+  std::vector<std::unique_ptr<transport::TcpStream>> streams;
+  const auto open_one = [&] {
+    transport::TcpOptions to;
+    to.remote = simulator->server().local();
+    transport::TcpCalls calls;
+    calls.failed = [&lost](const Error&) { ++lost; };
+    auto stream = client.open_tcp(to, std::move(calls));
+    ASSERT_TRUE(stream) << stream.error().text;
+    streams.push_back(std::move(*stream));
+    time.run_for(1ms);
+  };
+  const auto bound = options.server.tunnels + Server::kSpareConnections;
+  for (std::size_t i = 0; i < bound; ++i) open_one();
+  EXPECT_EQ(lost, 0);
+  open_one();
+  EXPECT_EQ(lost, 1);
+  EXPECT_EQ(simulator->server().counters.refused_connections, 1U);
+  streams.front().reset();
+  time.run_for(1s);
+  connect(true);
+  send(Service::kRead, "1/2/7");
+  EXPECT_THAT(heard, ElementsAre("response 1/2/7 0c33"));
+}
+
 TEST_F(SimulatedKnx, IgnoresAValueOfAnotherLength) {
   run();
   connect();
