@@ -27,13 +27,27 @@ install_missing() {
   mapfile -t missing < <(comm -23 <(printf '%s\n' "${wanted[@]}") <(installed "${wanted[@]}" | sort))
   [ "${#missing[@]}" -eq 0 ] && return
   as_root=$(root_command)
-  [ "$as_root" = false ] || say "installing ${#missing[@]} missing packages: ${missing[*]}"
-  if ! $as_root apt-get update -qq; then  # `false` fails, and sudo for those who may not use it
-    say "${#missing[@]} packages are missing, and installing them needs root or sudo. Ask somebody who has it to run:"
-    printf '%s\n' "apt-get install --no-install-recommends ${missing[*]}" >&2
+  if ! $as_root apt-get --version >/dev/null; then  # `false` fails, and sudo for those who may not use it
+    say "${#missing[@]} packages are missing, and only root can install them. As root, run:"
+    install_command "${missing[@]}" >&2
+    say "Then run $0 again."
     exit 1
   fi
-  install_without_starting "$as_root" "${missing[@]}"
+  say "installing ${#missing[@]} missing packages: ${missing[*]}"
+  $as_root apt-get update -qq || apt_failed update "${missing[@]}"
+  install_without_starting "$as_root" "${missing[@]}" || apt_failed install "${missing[@]}"
+}
+
+install_command() { printf '%s\n' "apt-get install --no-install-recommends $*"; }
+
+# apt_failed update|install PACKAGE...: ends the program.
+apt_failed() {
+  local command=$1
+  shift
+  say "apt-get $command failed; it says above why. It needs the network and the package sources in /etc/apt. Correct what it reports and"
+  say "run $0 again, or install the $# missing packages by other means:"
+  install_command "$@" >&2
+  exit 1
 }
 
 # Services that a package brings (knxd) must not start: the tests start their own, in networks of their own.
@@ -43,14 +57,15 @@ install_without_starting() (
   policy=/usr/sbin/policy-rc.d
   if [ ! -e "$policy" ]; then
     trap '$as_root rm -f "$policy"' EXIT
-    printf '#!/bin/sh\nexit 101\n' | $as_root tee "$policy" >/dev/null
-    $as_root chmod 755 "$policy"
+    $as_root tee "$policy" >/dev/null <<<$'#!/bin/sh\nexit 101' || exit 1
+    $as_root chmod 755 "$policy" || exit 1
   fi
-  $as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "$@" >&2
+  $as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "$@" >&2 || exit 1
   if [[ " $* " == *" knxd "* ]] && command -v systemctl >/dev/null; then
     $as_root systemctl --quiet disable knxd.socket knxd.service || true
   fi
 )
+
 # show_progress FILE PATTERN PID: while the process runs, shows `n of m` from the last line of the file that matches the
 # pattern: on a terminal in one line that changes, otherwise as a line every 30 seconds.
 show_progress() {

@@ -67,11 +67,25 @@ TEST(Scripts, EachPackageIsListedOnce) {
   EXPECT_EQ(std::adjacent_find(all.begin(), all.end()), all.end());
 }
 
-TEST(Scripts, WithoutRootAndSudoTheCommandForSomebodyElseIsShown) {
+TEST(Scripts, WithoutRootTheCommandForRootIsShown) {
   const auto outcome = on_a_fresh_machine("root_command() { echo false; }; install_missing run; echo went on");
   EXPECT_EQ(outcome.code, 1);
+  EXPECT_THAT(outcome.errors, HasSubstr("only root can install them. As root, run:"));
   EXPECT_THAT(outcome.errors, HasSubstr("\napt-get install --no-install-recommends cyclonedds-dev "));
+  EXPECT_THAT(outcome.errors, Not(HasSubstr("apt-get update failed")));
   EXPECT_THAT(outcome.output, Not(HasSubstr("went on")));
+}
+
+TEST(Scripts, WhatAptCouldNotDoIsSaid) {
+  for (const std::string step : {"update", "install"}) {
+    const auto outcome =
+        on_a_fresh_machine("fake_root() { [[ \" $* \" != *' " + step + " '* ]]; }; install_missing run; echo went on");
+    EXPECT_EQ(outcome.code, 1) << step;
+    EXPECT_THAT(outcome.errors, HasSubstr("apt-get " + step + " failed; it says above why."));
+    EXPECT_THAT(outcome.errors, HasSubstr("\napt-get install --no-install-recommends cyclonedds-dev "));
+    EXPECT_THAT(outcome.errors, Not(HasSubstr("only root"))) << step;
+    EXPECT_THAT(outcome.output, Not(HasSubstr("went on"))) << step;
+  }
 }
 
 }  // namespace
