@@ -11,3 +11,7 @@ rubicon_network(knx LINKS rubicon_networks_knx_line rubicon_networks_knx_groups)
 rubicon_library(networks/wsn/sink LINKS rubicon_motes rubicon_transport)
 rubicon_library(networks/wsn/share LINKS rubicon_motes rubicon_transport)
 rubicon_network(wsn LINKS rubicon_networks_wsn_sink rubicon_networks_wsn_share)
+rubicon_library(networks/zigbee/exposes LINKS rubicon_model)
+rubicon_library(networks/zigbee/bridge LINKS rubicon_networks_zigbee_exposes)
+# FOLDER: not part of rubicon-proxy until it speaks to a broker.
+rubicon_network(zigbee FOLDER ${CMAKE_CURRENT_SOURCE_DIR}/networks/zigbee LINKS rubicon_networks_zigbee_bridge)
