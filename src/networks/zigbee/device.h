@@ -25,6 +25,12 @@ class DeviceHost {
   virtual bool take_poll() = 0;
 };
 
+// How Zigbee2MQTT 2.14.1 answers (measured; zigbee.md, section 5, differs): a report, and the answer to a get, is one
+// state message with a later last_seen and the new values. After a set come a message that was only heard (later
+// last_seen, nothing else) and the optimistic echo with the same last_seen, in either order, then one message for each
+// attribute that the device reports. A device that does nothing sends no further message: only the answer to a get
+// shows the real value.
+
 /// One ZigBee device or group: its points, what its state messages prove (zigbee.md, section 5), its commands until the
 /// device confirms them, and the polling that subscribers ask for. Destroying it gives pending commands up.
 class Device {
