@@ -36,6 +36,8 @@ struct DeviceRecord {
   /// Has a power source other than a battery, or is a router without a known one: it can be polled (zigbee.md, section
   /// 6).
   bool mains() const;
+  /// A group of devices (bridge/groups.h), not a device: `group-<id>`.
+  bool is_group() const { return address.starts_with("group-"); }
   friend bool operator==(const DeviceRecord&, const DeviceRecord&) = default;
 };
 

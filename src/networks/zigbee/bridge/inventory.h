@@ -11,35 +11,58 @@
 
 namespace rubicon::networks::zigbee::bridge {
 
-/// The devices of a bridge, kept by its `bridge/devices` lists. Compares each list with the one before by ieee address,
-/// device by device in turns of at most 5 ms; only changed records are parsed. While a list is compared, only the
-/// newest of those that arrive waits.
+/// The devices of a bridge, kept by its `bridge/devices` lists; the coordinator is none. Compares each list with the
+/// one before by ieee address, in turns of bounded work; a list equal to the one before is dropped, and only records
+/// that changed are parsed. While a list is compared, only the newest of those that arrive waits.
 class Inventory {
  public:
-  /// Called in turns of their own, never inside a call to the inventory.
+  /// Work of one turn, in bytes: records that are only compared, and records that are parsed. One record may exceed it.
+  static constexpr std::size_t kComparedPerTurn = std::size_t{1} * 1024 * 1024, kParsedPerTurn = std::size_t{48} * 1024;
+  static constexpr Duration kAbsence = std::chrono::seconds(10);
+
+  /// Called in turns of their own, never inside a call to the inventory. Each may destroy the inventory.
   struct Calls {
     /// A new device, interviewed and supported; or one whose record changed in any way: name, definition, power source.
+    /// A device that was usable stays so while it is interviewed again.
     std::function<void(const DeviceRecord& record)> changed;
-    /// The device is not in the list any longer: absent from two lists in a row, or for 10 s, or it said that it
-    /// leaves.
+    /// The device is not in the list any longer: absent from two different lists in a row, or for kAbsence, or it said
+    /// that it leaves.
     std::function<void(const std::string& address, const std::string& reason)> left;
-    /// Not usable: interview pending, in progress or failed, not supported, disabled. `why` says which.
+    /// Not usable: interview pending, in progress or failed, not supported, disabled. `why` says which, and what the
+    /// user can do.
     std::function<void(const DeviceRecord& record, const std::string& why)> waiting;
-    /// A list or a record cannot be read; the devices stay as they were.
+    /// A list or a record cannot be read, or there are too many devices; the devices stay as they were. Once per text.
     std::function<void(const Error& error)> unreadable;
-    /// The newest list is compared completely.
+    /// The newest list is compared completely; also if it is equal to the one before.
     std::function<void()> compared;
+  };
+  /// What it did since it exists.
+  struct Counters {
+    std::uint64_t lists = 0;       ///< received
+    std::uint64_t repeated = 0;    ///< equal to the one before
+    std::uint64_t replaced = 0;    ///< by a newer one, before it was compared
+    std::uint64_t compared = 0;    ///< completely
+    std::uint64_t parsed = 0;      ///< records
+    std::uint64_t unreadable = 0;  ///< lists and records
+    std::size_t longest_turn = 0;  ///< most bytes parsed in one turn
   };
   Inventory(Scheduler& scheduler, std::size_t most_devices, Calls calls);
   ~Inventory();
 
-  /// A payload of `bridge/devices`.
+  /// A payload of `bridge/devices`. An empty one is none: the devices stay as they are.
   void list(std::string_view payload);
-  /// `bridge/event` reported that the device left: it leaves at once if it is absent from the next list.
+  /// `bridge/event` reported that the device left: it leaves at once if the newest list lacks it, or the next one.
   void leaving(std::string_view address);
-  /// nullptr if unknown.
+  /// The bridge or the broker is gone: devices that were absent from the last list get another chance in the next one.
+  void line_lost();
+  /// Also devices that wait. nullptr if unknown. Valid until the next turn.
   const DeviceRecord* find(const std::string& address) const;
+  /// By friendly name.
+  const DeviceRecord* find_named(std::string_view name) const;
+  /// Every device in the order of the addresses; `why` is empty if it is usable.
+  void each(const std::function<void(const DeviceRecord& record, const std::string& why)>& call) const;
   std::size_t size() const;
+  const Counters& counters() const;
 
  private:
   struct Impl;

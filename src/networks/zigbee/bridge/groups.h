@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "networks/zigbee/bridge/device_record.h"
+
+namespace rubicon::networks::zigbee::bridge {
+
+/// A record of `bridge/groups` (zigbee.md, section 7).
+struct Group {
+  std::uint32_t id = 0;
+  std::string name, description;
+  std::vector<std::string> members;  ///< addresses of devices, each once, in the order of the record
+  std::string address() const { return "group-" + std::to_string(id); }
+  friend bool operator==(const Group&, const Group&) = default;
+};
+
+struct GroupList {
+  std::vector<Group> groups;         ///< without the bridge's own group for bindings
+  std::vector<std::string> skipped;  ///< why records were left out
+};
+
+/// kInvalid if it is no array of records.
+Result<GroupList> read_groups(std::string_view payload);
+
+using FindDevice = std::function<const DeviceRecord*(const std::string& address)>;
+
+/// The groups as devices: each has the light, switch and cover leaves that at least one member lets us set, with the
+/// widest bounds. Members that are not found add nothing. A group is never asked for its state.
+std::map<std::string, DeviceRecord> group_records(const std::vector<Group>& groups, const FindDevice& find);
+
+/// What is different after a new list of groups, or after a change of a member.
+struct GroupChanges {
+  std::vector<DeviceRecord> changed;  ///< new, or different in any way
+  std::vector<std::string> left;      ///< addresses
+};
+GroupChanges compare_groups(const std::map<std::string, DeviceRecord>& before,
+                            const std::map<std::string, DeviceRecord>& after);
+
+}  // namespace rubicon::networks::zigbee::bridge
