@@ -60,7 +60,7 @@ const std::map<std::string, Names> kLibraryEdges{
     {"CLI/", {"apps/program", "apps/rubicon", "apps/rubicon-proxy", "apps/simulators"}},
     {"nlohmann/",
      {"model", "tuples", "recording", "networks/log", "networks/knx", "networks/wsn", "networks/zigbee", "state",
-      "proxy", "client", "config", "console", "island", "apps/rubicon", "apps/rubicon-proxy"}},
+      "proxy", "client", "config", "console", "island", "apps/rubicon", "apps/rubicon-proxy", "apps/simulators"}},
     {"sqlite3.h", {"state"}},
     {"zstd.h", {"recording"}},
     {"expat.h", {"networks/knx"}},
