@@ -14,6 +14,11 @@ std::size_t weight(const model::Updates& updates) {
   return std::max<std::size_t>(1, updates.readings.size());
 }
 
+/// A later Join or KeepAlive of the device must not replace one from before this message.
+bool ends_presence(const Message& message) {
+  return message.kind() == MessageKind::kLeave || message.kind() == MessageKind::kUnreachable;
+}
+
 }  // namespace
 
 bool Inbox::add(Message& message) {
@@ -74,8 +79,7 @@ bool Inbox::add_keep_alive(Message& message) {
 bool Inbox::add_other(Message& message) {
   if (others_ >= limits_.queue) return false;
   ++others_;
-  // A join after the leave must not replace one from before.
-  if (message.kind() == MessageKind::kLeave) marks_.erase(message.source.device);
+  if (ends_presence(message)) marks_.erase(message.source.device);
   push(message);
   return true;
 }
@@ -86,7 +90,7 @@ void Inbox::compact() {
   marks_.clear();
   for (std::size_t i = 0; i < waiting_.size(); ++i) {
     const Message& message = waiting_[i].message;
-    if (message.kind() == MessageKind::kLeave) marks_.erase(message.source.device);
+    if (ends_presence(message)) marks_.erase(message.source.device);
     if (message.kind() == MessageKind::kJoin) marks_[message.source.device].join = i;
     if (message.kind() == MessageKind::kKeepAlive) marks_[message.source.device].keep_alive = i;
   }

@@ -66,8 +66,20 @@ json capability_out(const Capability& capability) {
   }
   if (!capability.reports) out["reports"] = false;
   if (capability.sampled) out["sampled"] = true;
+  if (capability.data) out["data"] = to_string(*capability.data);
+  if (capability.report == Report::kEvent) out["report"] = "event";
   if (capability.initial.index() != 0) out["initial"] = value_to_json(capability.initial);
   return out;
+}
+
+template <class Enum>
+Enum word_in(FieldReader& in, const char* key, Enum last) {
+  const auto word = in.text(key);
+  for (int i = 0; i <= static_cast<int>(last); ++i) {
+    if (to_string(static_cast<Enum>(i)) == word) return static_cast<Enum>(i);
+  }
+  in.wrong(key, "a known word");
+  return Enum{};
 }
 
 std::vector<Word> words_in(FieldReader& in) {
@@ -95,6 +107,12 @@ Capability capability_in(FieldReader& in) {
   }
   if (in.has("reports")) capability.reports = in.boolean("reports");
   if (in.has("sampled")) capability.sampled = in.boolean("sampled");
+  if (in.has("data")) capability.data = word_in(in, "data", DataType::kBytes);
+  if (in.has("report")) {
+    const auto report = in.text("report");
+    capability.report = report == "event" ? Report::kEvent : Report::kState;
+    if (report != "event" && report != "state") in.wrong("report", "state or event");
+  }
   capability.initial = in.value("initial");
   return capability;
 }
@@ -106,6 +124,7 @@ struct BodyWriter {
     if (!join.name.empty()) out["name"] = join.name;
     if (!join.model.empty()) out["model"] = join.model;
     if (!join.id.empty()) out["id"] = join.id;
+    if (!join.problem.empty()) out["problem"] = join.problem;
     for (const auto& capability : join.capabilities) out["capabilities"].push_back(capability_out(capability));
     return out;
   }
@@ -113,6 +132,7 @@ struct BodyWriter {
   json operator()(const Leave& leave) const { return {{"reason", leave.reason}}; }
   json operator()(const Updates& updates) const {
     json out{{"readings", json::array()}};
+    if (!updates.heard) out["heard"] = false;
     for (const auto& reading : updates.readings) {
       json entry{{"value", value_to_json(reading.value)}};
       point_out(reading.point, entry);
@@ -162,12 +182,14 @@ Join join_in(FieldReader& in) {
   Join join{in.text("device-type", 255), in.text("name", 255), in.text("model", 255), {}, true};
   if (in.has("heard")) join.heard = in.boolean("heard");
   join.id = in.text("id", 255);
+  join.problem = in.text("problem");
   in.each("capabilities", [&join](FieldReader& item) { join.capabilities.push_back(capability_in(item)); });
   return join;
 }
 
 Updates updates_in(FieldReader& in) {
   Updates updates;
+  if (in.has("heard")) updates.heard = in.boolean("heard");
   in.each("readings", [&updates](FieldReader& item) {
     const WallTime time{std::chrono::microseconds(item.signed_number("time-us"))};
     updates.readings.push_back({point_in(item), item.value("value"), time, item.text("why")});
@@ -179,16 +201,6 @@ Sample sample_in(FieldReader& in) {
   Sample sample{in.number("request", kAny64), {}, std::chrono::milliseconds(in.number("period-ms", 86'400'000'000ULL))};
   in.each("points", [&sample](FieldReader& item) { sample.points.push_back(point_in(item)); });
   return sample;
-}
-
-template <class Enum>
-Enum word_in(FieldReader& in, const char* key, Enum last) {
-  const auto word = in.text(key);
-  for (int i = 0; i <= static_cast<int>(last); ++i) {
-    if (to_string(static_cast<Enum>(i)) == word) return static_cast<Enum>(i);
-  }
-  in.wrong(key, "a known word");
-  return Enum{};
 }
 
 Actuate actuate_in(FieldReader& in) {

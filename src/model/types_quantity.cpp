@@ -145,6 +145,9 @@ constexpr Type kQuantityTypes[] = {
     {TypeId(0x0486), "bodyWeight", "body weight", "kg", kReal, 0.0, 1000.0, kState, ""},
     {TypeId(0x0487), "stepCount", "steps", "1", kInteger, 0.0, kNone, kState, ""},
     {TypeId(0x0488), "binaryState", "state", "1", kBoolean, -kNone, kNone, kState, ""},
+    {TypeId(0x0489), "deviceTemperature", "temperature inside a device", "Cel", kReal, -273.15, 2000.0, kState, ""},
+    {TypeId(0x048a), "energyProduced", "produced energy", "kW.h", kReal, -kNone, kNone, kState, ""},
+    {TypeId(0x048b), "powerOutageCount", "power failures", "1", kInteger, 0.0, kNone, kState, ""},
 };
 
 }  // namespace

@@ -28,7 +28,7 @@ class NetworkHost {
  public:
   virtual ~NetworkHost() = default;
 
-  /// Sends a message upwards: Join, KeepAlive, Leave, Updates, Acknowledge, State, Opaque. Fill source.device and body
+  /// Sends a message upwards: Join, KeepAlive, Unreachable, Leave, Updates, Acknowledge, State, Opaque. Fill source.device and body
   /// (and the destination if it is not this island); the host fills in the rest. Only queues; may be called at any time
   /// after the construction of the network.
   virtual void deliver(Message message) = 0;

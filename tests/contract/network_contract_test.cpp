@@ -168,7 +168,8 @@ TEST_P(NetworkContract, EveryKindOfMessageIsAnswered) {
     for (const model::Body& body :
          {model::Body(model::Join{}), model::Body(model::KeepAlive{}), model::Body(model::Leave{}),
           model::Body(model::Updates{}), model::Body(Acknowledge{}), model::Body(model::State{}),
-          model::Body(model::Opaque{"note", {1, 2, 3}}), model::Body(model::Probe{})}) {
+          model::Body(model::Opaque{"note", {1, 2, 3}}), model::Body(model::Probe{}),
+          model::Body(model::Unreachable{"no answer"})}) {
       expect_an_answer(*network, device, body, request++);
     }
   }

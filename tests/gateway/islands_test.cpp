@@ -106,6 +106,7 @@ TEST_F(BetweenIslands, NetworksTakeApplicationMessagesOfOthersAndNothingElse) {
                                  model::Sample{1, {kMeter}, 1s},
                                  model::State{},
                                  model::Probe{},
+                                 model::Unreachable{},
                                  model::Actuate{2, kLamp, true},
                                  model::SetProperty{3, kLamp, true}};
   for (const auto& body : refused) {

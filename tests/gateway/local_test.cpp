@@ -97,6 +97,19 @@ TEST_F(LocalGateway, AJoinAfterALeaveIsNotMergedWithTheOneBefore) {
   EXPECT_EQ(one.heard[2].kind(), MessageKind::kJoin);
 }
 
+TEST_F(LocalGateway, ASignOfLifeAfterUnreachableIsNotMergedWithTheOneBefore) {
+  for (const auto kind : {MessageKind::kJoin, MessageKind::kKeepAlive, MessageKind::kUnreachable}) one.listen(kind);
+  for (int i = 0; i < 2; ++i) {
+    one.network("a").say("7", model::Join{});
+    one.network("a").say("7", model::KeepAlive{});
+    if (i == 0) one.network("a").say("7", model::Unreachable{"no answer"});
+  }
+  time.run_ready();
+  ASSERT_THAT(one.heard, SizeIs(5));
+  EXPECT_EQ(one.heard[2].kind(), MessageKind::kUnreachable);
+  EXPECT_EQ(one.heard[4].kind(), MessageKind::kKeepAlive);
+}
+
 TEST_F(LocalGateway, AJoinAfterALeaveIsKeptAlsoWhenManyReadingsWereDroppedBetween) {
   one.listen(MessageKind::kJoin);
   one.listen(MessageKind::kLeave);

@@ -27,6 +27,18 @@ inline Capability light_capability() {
   return light;
 }
 
+/// Of an open type (docs/types.md).
+inline Capability open_capability() {
+  Capability hush;
+  hush.point = {Kind::kProperty, open_type("hush_mode"), "siren-1"};
+  hush.type_name = "hush_mode";
+  hush.access = Access::kReadWrite;
+  hush.words = {{0, "loud"}, {1, "quiet"}};
+  hush.data = DataType::kEnumeration;
+  hush.report = Report::kEvent;
+  return hush;
+}
+
 /// One of each kind, every field filled.
 inline std::vector<Message> every_kind() {
   Capability dimmer;
@@ -36,10 +48,16 @@ inline std::vector<Message> every_kind() {
   dimmer.sampled = true;
   const PointId rate{Kind::kProperty, TypeId{0x600}, ""};
   const WallTime when{std::chrono::microseconds(1'700'000'000'123'456)};
-  return {message_with(Join{"mote", "Kitchen mote", "TelosB", {light_capability(), dimmer}, false}),
+  return {message_with(Join{"mote",
+                            "Kitchen mote",
+                            "TelosB",
+                            {light_capability(), dimmer, open_capability()},
+                            false,
+                            "kitchen",
+                            "interview failed"}),
           message_with(KeepAlive{}),
           message_with(Leave{"battery empty"}),
-          message_with(Updates{{{light_capability().point, 686.6, when}, {rate, std::int64_t{1000}, {}}}}),
+          message_with(Updates{{{light_capability().point, 686.6, when}, {rate, std::int64_t{1000}, {}}}, false}),
           message_with(Actuate{UINT64_MAX, dimmer.point, 12.5, std::chrono::seconds(5)}),
           message_with(Sample{3, {light_capability().point, rate}, std::chrono::milliseconds(250)}),
           message_with(SetProperty{4, rate, std::int64_t{500}}),
@@ -47,7 +65,8 @@ inline std::vector<Message> every_kind() {
           message_with(
               State{LineState::kUp, "opened", {{"bad-frames", 3}, {"readings", UINT64_MAX}}, {{"server", "hall"}}}),
           message_with(Opaque{"chat", {0x00, 0xff, 0x68}}),
-          message_with(Probe{Join{"mote", "", "TelosB", {light_capability()}, true}})};
+          message_with(Probe{Join{"mote", "", "TelosB", {light_capability()}, true}}),
+          message_with(Unreachable{"no answer to 3 pings"})};
 }
 
 }  // namespace rubicon::model

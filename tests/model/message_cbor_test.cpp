@@ -73,6 +73,12 @@ constexpr std::string_view kGoldenOpaque =
     "6466726f6d a1 6669736c616e64 00 64686f7073 00 646b696e64 666f7061717565"       // from 0, hops 0, kind opaque
     "666e756d626572 00 666f726967696e 00 62746f a1 6669736c616e64 19198d 6176 01";  // number, origin 0, to 6541, v 1
 
+constexpr std::string_view kGoldenUnreachable =
+    "a8 64626f6479 a1 66726561736f6e 696e6f20616e73776572"                                   // body: reason "no answer"
+    "6466726f6d a3 66646576696365 6137 6669736c616e64 19198d 676e6574776f726b 6577736e2d31"  // from 6541/wsn-1/7
+    "64686f7073 01 646b696e64 6b756e726561636861626c65 666e756d626572 07 666f726967696e 19198d"
+    "62746f a1 6669736c616e64 0c 6176 01";
+
 Message golden_join() {
   auto light = light_capability();
   light.type_name.clear();
@@ -98,6 +104,7 @@ TEST(MessageCbor, WritesTheGoldenBytes) {
   EXPECT_EQ(base::to_hex(to_cbor(golden_updates())), base::to_hex(hex(kGoldenUpdates)));
   EXPECT_EQ(base::to_hex(to_cbor(golden_actuate())), base::to_hex(hex(kGoldenActuate)));
   EXPECT_EQ(base::to_hex(to_cbor(golden_opaque())), base::to_hex(hex(kGoldenOpaque)));
+  EXPECT_EQ(base::to_hex(to_cbor(message_with(Unreachable{"no answer"}))), base::to_hex(hex(kGoldenUnreachable)));
 }
 
 TEST(MessageCbor, ReadsTheGoldenBytes) {
@@ -121,6 +128,10 @@ TEST(MessageCbor, ReadsTheGoldenBytes) {
   ASSERT_TRUE(actuate) << actuate.error().text;
   EXPECT_EQ(std::get<Actuate>(actuate->body).request, 200U);
   EXPECT_EQ(std::get<Actuate>(actuate->body).value, Value(std::int64_t{60}));
+
+  const auto unreachable = from_cbor(hex(kGoldenUnreachable));
+  ASSERT_TRUE(unreachable) << unreachable.error().text;
+  EXPECT_EQ(std::get<Unreachable>(unreachable->body).reason, "no answer");
 }
 
 TEST(MessageCbor, EveryKindComesBackAsItWas) {
@@ -146,13 +157,16 @@ TEST(MessageCbor, AJoinKeepsAllItsFields) {
   EXPECT_EQ(join.name, "Kitchen mote");
   EXPECT_EQ(join.model, "TelosB");
   EXPECT_FALSE(join.heard);
-  ASSERT_EQ(join.capabilities.size(), 2U);
+  EXPECT_EQ(join.id, "kitchen");
+  EXPECT_EQ(join.problem, "interview failed");
+  ASSERT_EQ(join.capabilities.size(), 3U);
   EXPECT_EQ(join.capabilities[0], light_capability());
   EXPECT_EQ(join.capabilities[1].access, Access::kReadWrite);
   EXPECT_FALSE(join.capabilities[1].reports);
   EXPECT_TRUE(join.capabilities[1].sampled);
   EXPECT_FALSE(join.capabilities[1].minimum);
   EXPECT_FALSE(join.capabilities[1].deadline);
+  EXPECT_EQ(join.capabilities[2], open_capability());
 }
 
 TEST(MessageCbor, WordsOfAPointAndWhatIsWrongWithAReadingTravel) {
@@ -166,8 +180,20 @@ TEST(MessageCbor, WordsOfAPointAndWhatIsWrongWithAReadingTravel) {
   EXPECT_EQ(std::get<State>(refused.body).line, LineState::kRefused);
 }
 
+TEST(MessageCbor, AnOlderIslandsMessageIsOfAUsableDeviceThatWasHeard) {
+  const auto join = from_cbor(hex(kGoldenJoin));
+  const auto updates = from_cbor(hex(kGoldenUpdates));
+  ASSERT_TRUE(join && updates);
+  EXPECT_EQ(std::get<Join>(join->body).problem, "");
+  EXPECT_EQ(std::get<Join>(join->body).capabilities.at(0).data, std::nullopt);
+  EXPECT_EQ(std::get<Join>(join->body).capabilities.at(0).report, Report::kState);
+  EXPECT_TRUE(std::get<Updates>(updates->body).heard);
+}
+
 TEST(MessageCbor, TheSmallerKindsKeepAllTheirFields) {
   const auto sent = every_kind();
+  EXPECT_FALSE(std::get<Updates>(back(sent[3]).body).heard);
+  EXPECT_EQ(std::get<Unreachable>(back(sent[11]).body).reason, "no answer to 3 pings");
   EXPECT_EQ(std::get<Leave>(back(sent[2]).body).reason, "battery empty");
   const auto sample_message = back(sent[5]);
   const auto& sample = std::get<Sample>(sample_message.body);
@@ -336,6 +362,8 @@ TEST(MessageCbor, AnErrorInACapabilityNamesTheField) {
   EXPECT_EQ(with("access", "none"), at + "access: expected read, write or read-write");
   EXPECT_EQ(with("min", "low"), at + "min: expected a finite number");
   EXPECT_EQ(with("reports", 1), at + "reports: expected true or false");
+  EXPECT_EQ(with("data", "number"), at + "data: expected a known word");
+  EXPECT_EQ(with("report", "often"), at + "report: expected state or event");
   EXPECT_EQ(with("deadline-ms", -1), at + "deadline-ms: expected a whole number from 0 to 3200000000000");
 }
 
