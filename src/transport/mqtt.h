@@ -81,8 +81,9 @@ struct MqttCounters {
   std::uint64_t too_long = 0;  ///< received packets beyond MqttOptions::largest_packet, dropped
 };
 
-/// A connection to an MQTT broker (MQTT 3.1.1 or 5, OASIS). Always a clean session. Destroying it closes it with a
-/// DISCONNECT, so that the broker does not publish the will. It does not reconnect.
+/// A connection to an MQTT broker (MQTT 3.1.1 or 5, OASIS). Always a clean session. It does not reconnect. Destroying
+/// it closes it with a DISCONNECT, so that the broker does not publish the will; what waits is sent before, if the
+/// broker takes it within a second.
 class MqttLine {
  public:
   /// Bounds of what waits for a busy line.
@@ -94,7 +95,7 @@ class MqttLine {
   virtual Result<void> subscribe(std::string_view filter, std::uint8_t qos = 0) = 0;
   virtual Result<void> unsubscribe(std::string_view filter) = 0;
   /// Sends the message, or queues it. kUnreachable if not connected, kBusy beyond the bounds of the queue, kInvalid for
-  /// a wrong topic.
+  /// a wrong topic, kOutOfRange if the broker said that it takes no packets of that size (version 5).
   virtual Result<void> publish(MqttPublication publication) = 0;
   virtual MqttCounters counters() const = 0;
 };

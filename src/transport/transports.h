@@ -8,6 +8,7 @@
 
 #include "base/byte_sink.h"
 #include "rubicon/result.hpp"
+#include "transport/mqtt.h"
 #include "transport/serial.h"
 #include "transport/tcp.h"
 #include "transport/udp.h"
@@ -61,6 +62,9 @@ class Transports {
   /// bytes sent while it is closed may be lost. `connected` is called in a later turn. kBusy if the pseudo-terminal of
   /// another program has that link, kDuplicate if another file has that name, kInvalid for an invalid path, else kIo.
   virtual Result<std::unique_ptr<ByteStream>> make_pty(const std::string& link, StreamCalls calls);
+  /// Begins to connect to an MQTT broker; the calls report the result. kInvalid for options that no broker can accept,
+  /// kIo if the system gives no thread.
+  virtual Result<std::unique_ptr<MqttLine>> open_mqtt(const MqttOptions& options, MqttCalls calls);
   /// Looks up the addresses of a host, IPv4 ones first, never empty. `done` is called once, in a later turn;
   /// kUnreachable if there are none. Destroying the result cancels the call. Only if there are sockets: asserted.
   virtual std::unique_ptr<Lookup> look_up(const std::string& host, LookupDone done);

@@ -34,6 +34,10 @@ Result<std::unique_ptr<ByteStream>> Transports::make_pty(const std::string&, Str
   return fail(ErrorCode::kUnsupported, "this transport has no serial lines");
 }
 
+Result<std::unique_ptr<MqttLine>> Transports::open_mqtt(const MqttOptions&, MqttCalls) {
+  return fail(ErrorCode::kUnsupported, "this transport has no sockets");
+}
+
 std::unique_ptr<Lookup> Transports::look_up(const std::string&, LookupDone) {
   base::assertion_failed("names are looked up where there are sockets", __FILE__, __LINE__);
 }

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/assert.h"
+#include "transport/memory/memory_mqtt.h"
 
 namespace rubicon::transport {
 
@@ -90,6 +91,11 @@ Result<std::unique_ptr<ByteStream>> MemoryTransports::make_pty(const std::string
   if (serial_->is_plugged(link) || has(link))
     return fail(ErrorCode::kDuplicate, link + ": cannot make a link: File exists");
   return serial_->plug(link, std::move(calls));
+}
+
+Result<std::unique_ptr<MqttLine>> MemoryTransports::open_mqtt(const MqttOptions& options, MqttCalls calls) {
+  if (net_ == nullptr) return Transports::open_mqtt(options, std::move(calls));
+  return open_memory_mqtt(*net_, options, std::move(calls));
 }
 
 std::unique_ptr<Lookup> MemoryTransports::look_up(const std::string& host, LookupDone done) {

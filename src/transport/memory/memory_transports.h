@@ -41,6 +41,8 @@ class MemoryTransports final : public Transports {
   Result<std::unique_ptr<ByteStream>> open_serial(const SerialOptions& options, StreamCalls calls) override;
   /// The device's end of a serial line called `link`.
   Result<std::unique_ptr<ByteStream>> make_pty(const std::string& link, StreamCalls calls) override;
+  /// To an MqttBroker of the network.
+  Result<std::unique_ptr<MqttLine>> open_mqtt(const MqttOptions& options, MqttCalls calls) override;
   std::unique_ptr<Lookup> look_up(const std::string& host, LookupDone done) override;
 
   // Writing: all folders exist, but those that a test removes with lose_folder().

@@ -16,6 +16,8 @@ namespace rubicon::transport {
 /// Whether in-memory sockets accept this as an address; host names are none.
 bool is_numeric_address(const std::string& host);
 
+class MqttBroker;
+
 /// A datagram on a MemoryNet.
 struct MemoryDatagram {
   Endpoint from, to;
@@ -47,7 +49,8 @@ class MemoryNet {
   std::size_t open_sockets() const;
   Scheduler& scheduler() { return scheduler_; }
 
-  MemoryTcp tcp;  ///< its connections, with settings of their own
+  MemoryTcp tcp;                            ///< its connections, with settings of their own
+  std::map<Endpoint, MqttBroker*> brokers;  ///< those that run; each adds and removes itself
 
   /// For MemoryTransports on the host with this address.
   Result<std::unique_ptr<UdpSocket>> open_udp(const std::string& host, const UdpOptions& options, UdpCalls calls);

@@ -1,0 +1,123 @@
+#include "transport/mqtt_checks.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "base/printable.h"
+#include "transport/mqtt_topics.h"
+#include "transport/udp.h"
+
+namespace rubicon::transport {
+
+namespace {
+
+using std::chrono::seconds;
+
+/// MQTT 3.1.1, section 3.1.3.1: what each server must accept.
+bool is_client_id(std::string_view id) {
+  return id.size() <= 23 && std::all_of(id.begin(), id.end(), [](unsigned char c) {
+           return (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z');
+         });
+}
+
+const char* fault_of(const MqttOptions& options) {
+  if (options.host.empty() || options.port == 0) return "no host or port to connect to";
+  if (!is_client_id(options.client_id)) return "the client id must have at most 23 letters and digits";
+  if (!options.password.empty() && options.user.empty()) return "a password needs a user";
+  if (options.keep_alive < seconds(5) || options.keep_alive > seconds(65535))
+    return "keep-alive must be 5 s to 65535 s";
+  if (options.largest_packet < 1024 || options.largest_packet > 268'435'460)
+    return "the largest packet must have 1 KiB to 256 MiB";
+  if (options.will && !is_mqtt_topic(options.will->topic)) return "the will has no topic";
+  if (options.tls && options.tls->certificate_file.empty() != options.tls->key_file.empty())
+    return "a client certificate needs its key";
+  return nullptr;
+}
+
+std::string short_text(std::string_view topic) {
+  return base::one_line(topic.substr(0, 100));
+}
+
+struct Reason {
+  int code;
+  ErrorCode means;
+  const char* text;
+};
+
+/// MQTT 5, section 2.4; those that a client of our subset may meet.
+constexpr Reason kReasons[] = {
+    {0x81, ErrorCode::kInvalid, "says that a packet was malformed"},
+    {0x82, ErrorCode::kInvalid, "says that we broke the protocol"},
+    {0x84, ErrorCode::kRefused, "does not speak this version of MQTT"},
+    {0x85, ErrorCode::kRefused, "refuses the client id"},
+    {0x86, ErrorCode::kRefused, "refuses the user or the password"},
+    {0x87, ErrorCode::kRefused, "refuses the connection: not authorised (user, password or access list)"},
+    {0x88, ErrorCode::kUnreachable, "is not available"},
+    {0x89, ErrorCode::kUnreachable, "is busy"},
+    {0x8a, ErrorCode::kRefused, "has banned this client"},
+    {0x8b, ErrorCode::kUnreachable, "is shutting down"},
+    {0x8c, ErrorCode::kRefused, "wants another method of authentication"},
+    {0x8d, ErrorCode::kUnreachable, "did not hear us for too long"},
+    {0x8e, ErrorCode::kDuplicate, "gave the session to another client with the same client id"},
+    {0x93, ErrorCode::kBusy, "got more messages at a time than it takes"},
+    {0x95, ErrorCode::kOutOfRange, "got a packet that is too large for it"},
+    {0x97, ErrorCode::kBusy, "says that a quota is exceeded"},
+    {0x98, ErrorCode::kUnreachable, "was told by its administrator to close the connection"},
+    {0x9c, ErrorCode::kRefused, "wants us to use another server"},
+    {0x9d, ErrorCode::kRefused, "has moved to another server"},
+};
+
+}  // namespace
+
+std::string mqtt_name(const MqttOptions& options) {
+  return "MQTT " + to_string(Endpoint{options.host, options.port});
+}
+
+Result<void> check_options(const MqttOptions& options) {
+  if (const auto* fault = fault_of(options))
+    return fail(ErrorCode::kInvalid, fmt::format("{}: {}", mqtt_name(options), fault));
+  return {};
+}
+
+Result<void> check_filter(std::string_view filter, std::uint8_t qos, const std::string& line) {
+  if (!is_mqtt_filter(filter))
+    return fail(ErrorCode::kInvalid, fmt::format("{}: no filter to subscribe to: {}", line, short_text(filter)));
+  if (qos > 1) return fail(ErrorCode::kInvalid, fmt::format("{}: QoS {}, expected 0 or 1", line, qos));
+  return {};
+}
+
+Result<void> check_publication(const MqttPublication& publication, std::size_t largest, const std::string& line) {
+  if (!is_mqtt_topic(publication.topic))
+    return fail(ErrorCode::kInvalid,
+                fmt::format("{}: no topic to publish to: {}", line, short_text(publication.topic)));
+  if (publication.qos > 1)
+    return fail(ErrorCode::kInvalid, fmt::format("{}: QoS {}, expected 0 or 1", line, publication.qos));
+  if (const auto size = packet_size(publication.topic, publication.payload); size > largest)
+    return fail(ErrorCode::kOutOfRange,
+                fmt::format("{}: cannot publish {} bytes: the broker takes packets of {} bytes", line, size, largest));
+  return {};
+}
+
+/// The properties of version 5 are empty; their length takes one byte.
+std::size_t packet_size(std::string_view topic, std::string_view payload) {
+  constexpr std::size_t kTopicLength = 2, kPacketId = 2, kProperties = 1;
+  const auto rest = kTopicLength + topic.size() + kPacketId + kProperties + payload.size();
+  const std::size_t digits = rest < 128 ? 1 : rest < 16384 ? 2 : rest < 2097152 ? 3 : 4;
+  return 1 + digits + rest;
+}
+
+Error mqtt_error(int reason, const std::string& line) {
+  const auto* const found =
+      std::find_if(std::begin(kReasons), std::end(kReasons), [&](const auto& known) { return known.code == reason; });
+  if (found == std::end(kReasons))
+    return {ErrorCode::kUnreachable, fmt::format("{}: the broker closed the connection, reason {:#04x}", line, reason)};
+  return {found->means, fmt::format("{}: the broker {}", line, found->text)};
+}
+
+int reason_of_return_code(int code) {
+  constexpr int kReasonOf[] = {0x00, 0x84, 0x85, 0x88, 0x86, 0x87};
+  return code >= 0 && code <= 5 ? kReasonOf[code] : 0x80;
+}
+
+}  // namespace rubicon::transport

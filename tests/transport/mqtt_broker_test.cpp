@@ -1,0 +1,311 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "base/virtual_scheduler.h"
+#include "transport/memory/memory_transports.h"
+#include "transport/memory/mqtt_broker.h"
+#include "transport/mqtt_queue.h"
+#include "transport/mqtt_topics.h"
+
+namespace rubicon::transport {
+namespace {
+
+using namespace std::chrono_literals;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
+
+/// A line to a broker in memory, and all that it said.
+struct MqttClient {
+  std::unique_ptr<MqttLine> line;
+  int connected = 0;
+  std::vector<std::string> heard;  ///< `topic payload`, with `*` if retained
+  std::vector<std::string> refused;
+  std::vector<Error> failures;
+
+  void open(Transports& transports, MqttOptions options) {
+    MqttCalls calls;
+    calls.connected = [this] { ++connected; };
+    calls.received = [this](const MqttMessage& message) {
+      heard.push_back(std::string(message.topic) + ' ' + std::string(message.payload) + (message.retained ? "*" : ""));
+    };
+    calls.refused = [this](std::string_view filter, const Error&) { refused.emplace_back(filter); };
+    calls.failed = [this](Error why) { failures.push_back(std::move(why)); };
+    auto opened = transports.open_mqtt(options, std::move(calls));
+    ASSERT_TRUE(opened) << opened.error().text;
+    line = std::move(*opened);
+  }
+};
+
+class MemoryBroker : public ::testing::Test {
+ protected:
+  MemoryBroker() { memory.join(net); }
+  MqttOptions options(const std::string& id = "") const {
+    MqttOptions made;
+    made.host = "localhost";
+    made.client_id = id;
+    return made;
+  }
+  void connect(MqttClient& client, const MqttOptions& with) {
+    client.open(memory, with);
+    time.run_for(10ms);
+    ASSERT_EQ(client.connected, 1);
+  }
+
+  VirtualScheduler time;
+  MemoryNet net{time};
+  MemoryTransports memory;
+  MqttBroker broker{net, {"127.0.0.1", 1883}};
+  MqttClient ann, bob;
+};
+
+TEST_F(MemoryBroker, PassesMessagesBetweenClientsInOrder) {
+  connect(ann, options());
+  connect(bob, options());
+  ASSERT_TRUE(ann.line->subscribe("a/+"));
+  for (const auto* payload : {"1", "2", "3"}) ASSERT_TRUE(bob.line->publish({"a/b", payload}));
+  ASSERT_TRUE(bob.line->publish({"c/d", "4"}));
+  time.run_for(1s);
+  EXPECT_THAT(ann.heard, ElementsAre("a/b 1", "a/b 2", "a/b 3"));
+  EXPECT_THAT(broker.published("c/d"), ElementsAre("4"));
+  EXPECT_THAT(broker.subscriptions(), ElementsAre("a/+"));
+  EXPECT_EQ(ann.line->counters().received, 3U);
+  EXPECT_EQ(bob.line->counters().sent, 4U);
+  ASSERT_TRUE(ann.line->unsubscribe("a/+"));
+  time.run_for(1s);
+  EXPECT_THAT(broker.subscriptions(), IsEmpty());
+}
+
+TEST_F(MemoryBroker, SendsWhatIsRetainedWhichSurvivesARestartOnlyIfKept) {
+  broker.publish("a/b", "old", true);
+  ann.open(memory, options());
+  ASSERT_TRUE(ann.line->subscribe("#")) << "may be asked before the connection is there";
+  time.run_for(1s);
+  EXPECT_THAT(ann.heard, ElementsAre("a/b old*"));
+  broker.publish("a/b", "new", true);
+  time.run_for(1s);
+  EXPECT_THAT(ann.heard, ElementsAre("a/b old*", "a/b new")) << "a live message has no mark";
+  broker.stop(true);
+  EXPECT_EQ(broker.retained("a/b"), "new");
+  broker.stop(false);
+  EXPECT_EQ(broker.retained("a/b"), std::nullopt);
+  broker.start();
+  broker.publish("a/b", "x", true);
+  broker.publish("a/b", "", true);
+  EXPECT_THAT(broker.retained(), IsEmpty());
+}
+
+TEST_F(MemoryBroker, PublishesTheWillOfALostLineButNotOfAClosedOne) {
+  auto with_will = options("ann");
+  with_will.will = MqttWill{"ann/online", "offline"};
+  connect(ann, with_will);
+  ann.line.reset();
+  time.run_for(1s);
+  EXPECT_THAT(broker.published(), IsEmpty());
+  EXPECT_THAT(broker.clients(), IsEmpty());
+  connect(bob, with_will);
+  broker.cut("ann");
+  time.run_for(1s);
+  EXPECT_EQ(broker.retained("ann/online"), "offline");
+  ASSERT_THAT(broker.published(), SizeIs(1));
+  EXPECT_TRUE(broker.published()[0].will);
+  EXPECT_THAT(bob.failures,
+              ElementsAre(Error{ErrorCode::kUnreachable, "MQTT localhost:1883: the broker closed the connection"}));
+}
+
+TEST_F(MemoryBroker, SendsWhatWaitsBeforeItCloses) {
+  connect(ann, options());
+  ASSERT_TRUE(ann.line->publish({"bye", "1"}));
+  ann.line.reset();
+  time.run_for(1s);
+  EXPECT_THAT(broker.published("bye"), ElementsAre("1"));
+}
+
+TEST_F(MemoryBroker, RefusesUsersFiltersAndVersion5) {
+  broker.users = {{"rubicon", "secret"}};
+  auto wrong = options();
+  wrong.user = "rubicon";
+  wrong.password = "wrong";
+  ann.open(memory, wrong);
+  time.run_for(1s);
+  ASSERT_THAT(ann.failures, SizeIs(1));
+  EXPECT_EQ(ann.failures[0].code, ErrorCode::kRefused);
+  EXPECT_THAT(ann.failures[0].text, HasSubstr("refuses the user or the password"));
+  EXPECT_EQ(ann.line->publish({"a", "b"}).error().code, ErrorCode::kUnreachable);
+  auto right = wrong;
+  right.password = "secret";
+  broker.speaks_5 = false;
+  broker.refused_filters = {"secret/#"};
+  connect(bob, right);
+  ASSERT_TRUE(bob.line->subscribe("secret/#"));
+  time.run_for(1s);
+  EXPECT_THAT(bob.refused, ElementsAre("secret/#"));
+  EXPECT_THAT(broker.subscriptions(), IsEmpty());
+  right.version = MqttVersion::k5;
+  MqttClient modern;
+  modern.open(memory, right);
+  time.run_for(1s);
+  ASSERT_THAT(modern.failures, SizeIs(1));
+  EXPECT_THAT(modern.failures[0].text, HasSubstr("does not speak this version"));
+}
+
+TEST_F(MemoryBroker, GivesUpOnABrokerThatSaysNothingOrIsNotThere) {
+  broker.answers = false;
+  ann.open(memory, options());
+  time.run_for(9s);
+  EXPECT_THAT(ann.failures, IsEmpty());
+  time.run_for(2s);
+  ASSERT_THAT(ann.failures, SizeIs(1));
+  EXPECT_THAT(ann.failures[0].text, HasSubstr("no answer within 10 s"));
+  broker.stop(true);
+  bob.open(memory, options());
+  time.run_for(1s);
+  ASSERT_THAT(bob.failures, SizeIs(1));
+  EXPECT_THAT(bob.failures[0].text, HasSubstr("Connection refused"));
+  EXPECT_EQ(bob.failures[0].code, ErrorCode::kUnreachable);
+}
+
+TEST_F(MemoryBroker, AStalledLineQueuesWithinItsBoundsAndIsLostInTheEnd) {
+  auto with_will = options("ann");
+  with_will.will = MqttWill{"ann/online", "offline"};
+  connect(ann, with_will);
+  broker.stall(true);
+  for (int i = 0; i < 100; ++i)
+    ASSERT_TRUE(ann.line->publish({"state", std::to_string(i), true, 0, MqttQueue::kLatest}));
+  ASSERT_TRUE(ann.line->publish({"event", std::string(MqttLine::kMaxQueuedBytes - 1000, 'x')}));
+  EXPECT_EQ(ann.line->publish({"event", std::string(2000, 'x')}).error().code, ErrorCode::kBusy);
+  time.run_for(10s);
+  EXPECT_THAT(broker.published(), IsEmpty());
+  broker.stall(false);
+  time.run_for(1s);
+  EXPECT_THAT(broker.published("state"), ElementsAre("99"));
+  EXPECT_THAT(broker.published("event"), SizeIs(1));
+  broker.stall(true);
+  time.run_for(46s);
+  EXPECT_THAT(ann.failures, SizeIs(1));
+  EXPECT_EQ(broker.retained("ann/online"), "offline");
+}
+
+TEST_F(MemoryBroker, LongPacketsAreNotSentToVersion5AndCountedOn311) {
+  auto narrow = options();
+  narrow.largest_packet = 2000;
+  connect(ann, narrow);
+  auto old = narrow;
+  old.version = MqttVersion::k311;
+  connect(bob, old);
+  for (auto* client : {&ann, &bob}) ASSERT_TRUE(client->line->subscribe("#"));
+  time.run_for(1s);
+  broker.publish("a", std::string(3000, 'x'));
+  time.run_for(1s);
+  EXPECT_EQ(ann.line->counters().too_long, 0U);
+  EXPECT_EQ(bob.line->counters().too_long, 1U);
+  EXPECT_THAT(bob.heard, IsEmpty());
+  broker.largest_packet = 1000;
+  EXPECT_EQ(ann.line->publish({"a", std::string(1500, 'x')}).error().code, ErrorCode::kOutOfRange);
+  ASSERT_TRUE(bob.line->publish({"a", std::string(1500, 'x')})) << "3.1.1 does not tell";
+  time.run_for(1s);
+  EXPECT_THAT(bob.failures, SizeIs(1));
+}
+
+TEST_F(MemoryBroker, ASecondClientWithTheSameIdTakesOver) {
+  connect(ann, options("same"));
+  connect(bob, options("same"));
+  time.run_for(1s);
+  ASSERT_THAT(ann.failures, SizeIs(1));
+  EXPECT_EQ(ann.failures[0].code, ErrorCode::kDuplicate);
+  EXPECT_THAT(bob.failures, IsEmpty());
+  EXPECT_THAT(broker.clients(), ElementsAre("same"));
+}
+
+TEST_F(MemoryBroker, DropsWhatAnAccessListForbidsAndRepeatsQos1WhereATestWants) {
+  broker.ignored_topics = {"forbidden/#"};
+  broker.repeats = true;
+  connect(ann, options());
+  ASSERT_TRUE(ann.line->subscribe("#", 1));
+  ASSERT_TRUE(ann.line->publish({"forbidden/a", "1"}));
+  ASSERT_TRUE(ann.line->publish({"b", "2", false, 1}));
+  time.run_for(1s);
+  EXPECT_THAT(ann.heard, ElementsAre("b 2", "b 2"));
+}
+
+TEST_F(MemoryBroker, ALineMayBeDestroyedInEachOfItsCalls) {
+  broker.publish("a", "1", true);
+  for (const auto* in : {"connected", "received", "refused", "failed"}) {
+    std::unique_ptr<MqttLine> line;
+    int calls_after = 0;
+    const auto end = [&](std::string_view call) {
+      if (line == nullptr) ++calls_after;
+      if (call == in) line.reset();
+    };
+    MqttCalls calls;
+    calls.connected = [&] { end("connected"); };
+    calls.received = [&](const auto&) { end("received"); };
+    calls.refused = [&](auto, const auto&) { end("refused"); };
+    calls.failed = [&](const auto&) { end("failed"); };
+    broker.refused_filters = {"b"};
+    line = *memory.open_mqtt(options(), calls);
+    ASSERT_TRUE(line->subscribe("b"));
+    ASSERT_TRUE(line->subscribe("a"));
+    time.run_for(1s);
+    broker.cut();
+    time.run_for(1s);
+    EXPECT_EQ(line, nullptr) << in;
+    EXPECT_EQ(calls_after, 0) << in;
+  }
+}
+
+TEST_F(MemoryBroker, WrongOptionsTopicsAndFiltersAreRefused) {
+  auto wrong = options("not-a-legal-id");
+  EXPECT_EQ(memory.open_mqtt(wrong, {}).error().code, ErrorCode::kInvalid);
+  wrong = options();
+  wrong.password = "x";
+  EXPECT_THAT(memory.open_mqtt(wrong, {}).error().text, HasSubstr("a password needs a user"));
+  connect(ann, options());
+  EXPECT_EQ(ann.line->publish({"a/+", ""}).error().code, ErrorCode::kInvalid);
+  EXPECT_EQ(ann.line->subscribe("a/#/b").error().code, ErrorCode::kInvalid);
+  EXPECT_EQ(ann.line->subscribe("a", 2).error().code, ErrorCode::kInvalid);
+}
+
+TEST(MqttTopics, MatchAsTheStandardSays) {
+  for (const auto* right : {"#", "+", "a/b", "+/b/#", "/", "a//b", "$SYS/#"})
+    EXPECT_TRUE(is_mqtt_filter(right)) << right;
+  for (const auto* wrong : {"", "a#", "#/a", "a+/b", "\xff"}) EXPECT_FALSE(is_mqtt_filter(wrong)) << wrong;
+  EXPECT_FALSE(is_mqtt_topic("a/+"));
+  EXPECT_FALSE(is_mqtt_topic(std::string_view("a\0b", 3)));
+  EXPECT_FALSE(is_mqtt_topic(std::string(65536, 'a')));
+  const auto matches = [](std::string_view filter, std::string_view topic) { return mqtt_matches(filter, topic); };
+  EXPECT_TRUE(matches("a/#", "a"));
+  EXPECT_TRUE(matches("a/#", "a/b/c"));
+  EXPECT_TRUE(matches("+/+", "/a"));
+  EXPECT_TRUE(matches("/+", "/a"));
+  EXPECT_TRUE(matches("a/+", "a/"));
+  EXPECT_FALSE(matches("+", "/a"));
+  EXPECT_FALSE(matches("a/+", "a"));
+  EXPECT_FALSE(matches("a/b", "a/b/c"));
+  EXPECT_FALSE(matches("a/b/c", "a/b"));
+  EXPECT_FALSE(matches("#", "$SYS/uptime"));
+  EXPECT_TRUE(matches("$SYS/#", "$SYS/uptime"));
+}
+
+TEST(MqttOutQueue, TheLatestStateTakesThePlaceOfTheOneThatWaits) {
+  MqttOutQueue queue;
+  const auto push = [&](const char* topic, const char* payload, MqttQueue kind) {
+    ASSERT_TRUE(queue.push({topic, payload, false, 0, kind}, "line"));
+  };
+  push("a", "1", MqttQueue::kLatest);
+  push("b", "1", MqttQueue::kInOrder);
+  push("a", "2", MqttQueue::kLatest);
+  push("b", "2", MqttQueue::kInOrder);
+  push("a", "3", MqttQueue::kInOrder);
+  push("a", "4", MqttQueue::kLatest);
+  std::string all;
+  while (const auto next = queue.pop()) all += next->topic + next->payload + ' ';
+  EXPECT_EQ(all, "a2 b1 b2 a3 a4 ");
+  EXPECT_EQ(queue.bytes(), 0U);
+  for (std::size_t i = 0; i < MqttLine::kMaxQueued; ++i) push("a", "", MqttQueue::kInOrder);
+  EXPECT_EQ(queue.push({"a", "", false, 0, MqttQueue::kLatest}, "line").error().code, ErrorCode::kBusy);
+}
+
+}  // namespace
+}  // namespace rubicon::transport
