@@ -15,13 +15,14 @@ namespace rubicon::networks::zigbee {
 class DeviceHost {
  public:
   virtual ~DeviceHost() = default;
-  /// Publishes to `<base>/<name>/set` or `/get`.
+  /// Publishes to `<base>/<name>/<verb>`; the verb is `set` or `get`. kUnreachable without a line, kBusy if its queue
+  /// is full.
   virtual Result<void> publish(const std::string& name, std::string_view verb, std::string payload) = 0;
-  /// To the island, from this device.
+  /// To the island, from this device. Only queues.
   virtual void deliver(const std::string& address, model::Body body) = 0;
   virtual Scheduler& scheduler() = 0;
   virtual base::LimitedLog& log() = 0;
-  /// Whether polls of one more device fit into the bound of the network (10 a second), and take that place.
+  /// Whether one more poll fits into the bound of the network (10 a second), and take that place.
   virtual bool take_poll() = 0;
 };
 
@@ -32,21 +33,28 @@ class DeviceHost {
 // shows the real value.
 
 /// One ZigBee device or group: its points, what its state messages prove (zigbee.md, section 5), its commands until the
-/// device confirms them, and the polling that subscribers ask for. Destroying it gives pending commands up.
+/// device confirms them, and the polling that subscribers ask for. Destroying it delivers nothing: call line_lost()
+/// before if its requests must be answered.
 class Device {
  public:
+  /// Delivers the Join. Nothing is published before line_up().
   Device(DeviceHost& host, const TypeCatalogue& types, bridge::DeviceRecord record);
   ~Device();
 
   /// A new record of the same address: a rename, a new definition. Delivers a Join if the device looks different.
   void update(bridge::DeviceRecord record);
-  /// A payload of `<base>/<name>`. Empty: the name is gone. kInvalid if it cannot be read.
+  /// A payload of `<base>/<name>`. Empty: the name is gone. `retained`: a stored copy of the broker. kInvalid if it
+  /// cannot be read: nothing of it counts then.
   Result<void> state(std::string_view payload, bool retained);
   /// `<base>/<name>/availability`.
   void availability(bool online);
+  /// The option `optimistic` of Zigbee2MQTT for this device (bridge/info: devices, device_options); true at first.
+  /// False: it publishes no echo of a set, so that the first message with the wanted value is the report.
+  void optimistic(bool publishes_echoes);
   /// Actuate, SetProperty, Sample, Probe; answers as Network::send does.
   Result<void> send(const Message& message);
-  /// The bridge or the broker is gone: what waits is given up with this reason; the cached values stay.
+  /// The bridge or the broker is gone, or the device leaves: what waits is answered with this reason; the cached values
+  /// stay.
   void line_lost(const std::string& why);
   /// The bridge is there (again): states that follow may be start-up copies.
   void line_up();
