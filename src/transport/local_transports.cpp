@@ -39,6 +39,7 @@ class LocalFile final : public FileSource {
     if (S_ISDIR(status.st_mode)) return fail(ErrorCode::kIo, path_ + ": is a directory, expected a file");
     if (!S_ISREG(status.st_mode)) return fail(ErrorCode::kIo, path_ + ": is not a regular file");
     size_ = static_cast<std::uint64_t>(status.st_size);
+    open_to_all_ = (status.st_mode & S_IROTH) != 0;
     return {};
   }
 
@@ -58,11 +59,13 @@ class LocalFile final : public FileSource {
   }
 
   std::uint64_t size() const override { return size_; }
+  bool open_to_all() const override { return open_to_all_; }
 
  private:
   int descriptor_;
   std::string path_;
   std::uint64_t size_ = 0;
+  bool open_to_all_ = false;
 };
 
 }  // namespace

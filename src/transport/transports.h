@@ -23,6 +23,8 @@ class FileSource {
   virtual Result<std::size_t> read(std::span<std::uint8_t> into) = 0;
   virtual Result<void> seek(std::uint64_t offset) = 0;
   virtual std::uint64_t size() const = 0;
+  /// Every user of the machine may read it; false where there are no users.
+  virtual bool open_to_all() const { return false; }
 };
 
 /// A file opened for appending, by one program at a time. Destroying it closes it. The operating system decides when

@@ -21,7 +21,7 @@ class MemoryFile final : public FileSource {
   Result<std::size_t> read(std::span<std::uint8_t> into) override {
     const auto found = files_.find(path_);
     if (found == files_.end()) return fail(ErrorCode::kIo, path_ + ": cannot read: the file is gone");
-    const auto& [bytes, fails_at, appending] = found->second;
+    const auto& [bytes, fails_at, appending, open_to_all] = found->second;
     if (fails_at && position_ >= *fails_at)
       return fail(ErrorCode::kIo, fmt::format("{}: cannot read at {}: Input/output error", path_, position_));
     const std::uint64_t end = std::min<std::uint64_t>(bytes.size(), fails_at.value_or(bytes.size()));
@@ -39,6 +39,10 @@ class MemoryFile final : public FileSource {
   std::uint64_t size() const override {
     const auto found = files_.find(path_);
     return found == files_.end() ? 0 : found->second.bytes.size();
+  }
+  bool open_to_all() const override {
+    const auto found = files_.find(path_);
+    return found != files_.end() && found->second.open_to_all;
   }
 
  private:

@@ -19,11 +19,13 @@ class MemoryTransports final : public Transports {
     Bytes bytes;
     std::optional<std::uint64_t> fails_at;  ///< reading this offset is an I/O error
     bool appending = false;                 ///< open for writing
+    bool open_to_all = false;
   };
 
-  void put(const std::string& path, Bytes bytes) { files_[path] = {std::move(bytes), std::nullopt, false}; }
+  void put(const std::string& path, Bytes bytes) { files_[path] = {std::move(bytes), std::nullopt, false, false}; }
   void put(const std::string& path, std::string_view text);
   void fail_at(const std::string& path, std::uint64_t offset) { files_[path].fails_at = offset; }
+  void open_to_all(const std::string& path) { files_[path].open_to_all = true; }
   void remove(const std::string& path) { files_.erase(path); }
 
   /// Connects this host to a network under an address; the network must outlive it. Without one there are no sockets
