@@ -28,9 +28,9 @@ class NetworkHost {
  public:
   virtual ~NetworkHost() = default;
 
-  /// Sends a message upwards: Join, KeepAlive, Unreachable, Leave, Updates, Acknowledge, State, Opaque. Fill source.device and body
-  /// (and the destination if it is not this island); the host fills in the rest. Only queues; may be called at any time
-  /// after the construction of the network.
+  /// Sends a message upwards: Join, KeepAlive, Unreachable, Leave, Updates, Acknowledge, State, Opaque. Fill
+  /// source.device and body (and the destination if it is not this island); the host fills in the rest. Only queues;
+  /// may be called at any time after the construction of the network.
   virtual void deliver(Message message) = 0;
   /// The line is lost; the host calls open() again after a pause. Messages that wait for the line may stay in the
   /// network.
@@ -128,6 +128,9 @@ struct NetworkType {
   /// A quiet device can be asked whether it is there: the proxy sends a Probe for each remembered device at start, and
   /// for devices that were silent for half the silence period, and for three quarters of it.
   bool probes = false;
+  /// Commands may be answered only after this time, at most 30 s: the proxy waits for the Acknowledge at least so long.
+  /// 0 = within the confirmation wait of the island.
+  Duration answer_time{0};
 };
 
 /// The error of a network whose options are wrong: what is wrong stands in config.options.errors().

@@ -211,8 +211,7 @@ void CommandDesk::start(std::unique_ptr<Command> command) {
   queues_[device->number].push_back(std::move(command));
   if (is_over(started)) return expire(*device, *point, started, started.reason);
   if (is_rate(*point)) return set_rate(*device, *point, started);
-  const bool goes = can_send(*device->network) && device->status != DeviceStatus::kUnreachable;
-  goes ? dispatch(*device, *point, started) : wait(*device, *point, started);
+  takes_commands(*device) ? dispatch(*device, *point, started) : wait(*device, *point, started);
 }
 
 void CommandDesk::set_rate(Device& device, Point& point, Command& command) {
@@ -264,10 +263,16 @@ void CommandDesk::expire(Device& device, Point& point, Command& command, const s
          fmt::format("not sent within {}{}{}", seconds_text(command.time_to_live), why.empty() ? "" : ": ", why));
 }
 
-/// For the network. Never longer than the confirmation wait: a command that timed out here must not be executed later.
-std::chrono::milliseconds CommandDesk::time_left(const Command& command) const {
+/// For the acknowledgement of the network.
+Duration CommandDesk::answer_wait(const Device& device) const {
+  return std::max(context_.config.confirmation_wait, device.network->rules.answer_time);
+}
+
+/// For the network. Never longer than the wait for its answer: a command that timed out here must not be executed
+/// later.
+std::chrono::milliseconds CommandDesk::time_left(const Device& device, const Command& command) const {
   return std::chrono::ceil<std::chrono::milliseconds>(
-      std::min<Duration>(command.expires - context_.clock.now().steady, context_.config.confirmation_wait));
+      std::min<Duration>(command.expires - context_.clock.now().steady, answer_wait(device)));
 }
 
 void CommandDesk::dispatch(Device& device, Point& point, Command& command) {
@@ -281,23 +286,22 @@ void CommandDesk::dispatch(Device& device, Point& point, Command& command) {
   if (point.id.kind == Kind::kProperty) {
     message.body = model::SetProperty{serial, point.id, command.value};
   } else {
-    message.body = model::Actuate{serial, point.id, command.value, time_left(command)};
+    message.body = model::Actuate{serial, point.id, command.value, time_left(device, command)};
   }
   context_.gateway.send(std::move(message));
-  await(command);
+  await(command, answer_wait(device));
   change(device, point, command, CommandState::kQueued,
          fmt::format("waits for the acknowledgement of {}", device.network->id));
 }
 
-void CommandDesk::await(Command& command) {
-  const auto wait = context_.config.confirmation_wait;
+void CommandDesk::await(Command& command, Duration wait) {
   command.until = context_.clock.now().wall + std::chrono::ceil<std::chrono::microseconds>(wait);
   command.deadline = context_.scheduler.after(wait, [this, serial = command.request] { deadline_passed(serial); });
 }
 
 void CommandDesk::deliver(Device& device) {
   const auto queue = queues_.find(device.number);
-  if (queue == queues_.end() || !can_send(*device.network)) return;
+  if (queue == queues_.end() || !takes_commands(device)) return;
   std::vector<Command*> waiting;  // a copy: expired ones leave the queue
   for (const auto& command : queue->second) {
     if (command->dispatched == WallTime{}) waiting.push_back(command.get());
@@ -321,13 +325,14 @@ void CommandDesk::deadline_passed(std::uint64_t serial) {
     give_up(command, "its device or point is gone");
     return drop(command);
   }
-  const auto waited = seconds_text(context_.config.confirmation_wait);
   if (command.dispatched == WallTime{}) {
     expire(*device, *point, command, why_it_waits(*device));
   } else if (command.state == CommandState::kQueued) {
-    settle(*device, *point, command, CommandState::kTimedOut, "no acknowledgement within " + waited);
+    settle(*device, *point, command, CommandState::kTimedOut,
+           "no acknowledgement within " + seconds_text(answer_wait(*device)));
   } else {
-    settle(*device, *point, command, CommandState::kTimedOut, "no report of the device within " + waited);
+    settle(*device, *point, command, CommandState::kTimedOut,
+           "no report of the device within " + seconds_text(context_.config.confirmation_wait));
   }
 }
 
@@ -360,7 +365,7 @@ void CommandDesk::sent(Device& device, Point& point, Command& command) {
     settle(device, point, command, CommandState::kAssumed, "the actuator does not report");
     return;
   }
-  await(command);
+  await(command, context_.config.confirmation_wait);
   change(device, point, command, CommandState::kSent, "waits for the device's report");
   answer(command, model::Outcome::kSent, {});
 }

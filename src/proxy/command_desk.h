@@ -60,11 +60,12 @@ class CommandDesk {
   bool is_over(const Command& command) const;
   /// The time to live ended before it was sent; `why` may be empty.
   void expire(Device& device, Point& point, Command& command, const std::string& why);
-  std::chrono::milliseconds time_left(const Command& command) const;
+  Duration answer_wait(const Device& device) const;
+  std::chrono::milliseconds time_left(const Device& device, const Command& command) const;
   void wait(Device& device, Point& point, Command& command);
   void sent(Device& device, Point& point, Command& command);
-  /// Starts the confirmation wait for the acknowledgement of the network, or for the report of the device.
-  void await(Command& command);
+  /// Starts the wait for the acknowledgement of the network, or for the report of the device.
+  void await(Command& command, Duration wait);
   void deadline_passed(std::uint64_t serial);
   void change(Device& device, Point& point, Command& command, CommandState state, std::string reason);
   /// Publishes a final state and drops the command.

@@ -18,7 +18,8 @@ std::string_view to_string(DeviceStatus status) {
 }
 
 bool is_rate(const Point& point) {
-  return point.id.kind == Kind::kProperty && point.id.instance.empty() && point.type && point.type->name == "rate";
+  const bool of_device = point.id.kind == Kind::kProperty && point.id.instance.empty();
+  return of_device && point.type && point.type->name == "rate" && !model::is_open(point.id.type);
 }
 
 std::optional<std::chrono::milliseconds> rate_of(const Value& value) {

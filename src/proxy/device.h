@@ -14,6 +14,7 @@
 #include "model/quality.h"
 #include "proxy/proxy_config.h"
 #include "proxy/rare_text.h"
+#include "proxy/shared_capabilities.h"
 #include "rubicon/time.hpp"
 #include "rubicon/tuple_space.hpp"
 #include "state/state_store.h"
@@ -37,12 +38,12 @@ std::string_view to_string(DeviceStatus status);
 
 /// Seldom needed fields of a point; apart, so that a reading touches little memory.
 struct PointDetails {
-  std::shared_ptr<const Capability> capability;  ///< SharedCapabilities
-  std::string id;                                ///< its part of the keys: `light-window`
-  RareText reason;                               ///< of the quality
-  RareText last_command;                         ///< JSON of the last command and its state; empty = none yet
-  bool set_by_user = false;                      ///< a property that a user set
-  bool declared = true;                          ///< false: made from a reading, not from a join
+  std::shared_ptr<const PointCapability> capability;  ///< SharedCapabilities
+  std::string id;                                     ///< its part of the keys: `light-window`
+  RareText reason;                                    ///< of the quality
+  RareText last_command;                              ///< JSON of the last command and its state; empty = none yet
+  bool set_by_user = false;                           ///< a property that a user set
+  bool declared = true;                               ///< false: made from a reading, not from a join
 };
 
 // The fields of a point and of a device stand in groups. Only the part of the proxy that owns a group writes to it.
@@ -73,7 +74,7 @@ struct PointStorage {
 /// One sensor, actuator or property of a device. What a reading needs comes first.
 struct Point {
   PointId id;                  ///< as the network spells it
-  const Type* type = nullptr;  ///< nullptr = not in the catalogue
+  const Type* type = nullptr;  ///< type_of() its capability; nullptr = nothing is known of it
   PointNumber number = 0;      ///< unique in its device
   PointCommands commands;
   Quality quality = Quality::kUnknown;  ///< of the point alone; shown_quality() adds line and device
@@ -123,7 +124,8 @@ struct Device {
   Network* network = nullptr;
   DeviceMirror mirror;
   DeviceStatus status = DeviceStatus::kUnknown;
-  SteadyTime heard_at{};  ///< the last message; meaningless while status is unknown
+  bool found_unreachable = false;  ///< by its network, which still takes its commands; until it is heard
+  SteadyTime heard_at{};           ///< the last message; meaningless while status is unknown
   DeviceLiveness liveness;
   std::vector<Point> points;
   std::string address;  ///< as its network spells it
@@ -183,6 +185,11 @@ struct Network {
 
 inline bool can_send(const Network& network) {
   return !network.line_known || network.line == model::LineState::kUp || network.line == model::LineState::kEnded;
+}
+
+/// Whether commands go to the network now. A network that finds a device unreachable decides itself how long it tries.
+inline bool takes_commands(const Device& device) {
+  return can_send(*device.network) && (device.status != DeviceStatus::kUnreachable || device.found_unreachable);
 }
 
 /// The property of a device that the proxy executes itself: the sampling period for subscribers that name none.

@@ -179,6 +179,7 @@ bool DeviceDirectory::reconcile(Device& device, const model::Join& join, std::ve
     if (known && known->details) {
       changed |= !(*known->details->capability == capability) || !known->details->declared;
       known->details->capability = capabilities_.of(capability);
+      known->type = type_of(context_.types, *known->details->capability);
       known->details->declared = true;
       taken.emplace(known->id.kind, known->details->id);
       points.push_back(std::move(*known));
@@ -210,9 +211,9 @@ bool DeviceDirectory::reconcile(Device& device, const model::Join& join, std::ve
 Result<Point> DeviceDirectory::make_point(Device& device, const Capability& capability) {
   Point point;
   point.id = capability.point;
-  point.type = context_.types.find(capability.point.type);
   point.details = std::make_unique<PointDetails>();
   point.details->capability = capabilities_.of(capability);
+  point.type = type_of(context_.types, *point.details->capability);
   point.details->id = point_id(names_of(device.network->rules, device.address), capability, point.type);
   point.since = context_.clock.now().wall;
   const auto longest_key = point_key(device, point).description();

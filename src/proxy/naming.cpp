@@ -6,20 +6,12 @@
 #include <algorithm>
 
 #include "base/nearest.h"
+#include "model/open_type.h"
 #include "rubicon/key.hpp"
 
 namespace rubicon::proxy {
 
 namespace {
-
-std::string type_part(const Capability& capability, const Type* type) {
-  if (type) return std::string(type->name);
-  if (capability.type_name.empty()) return fmt::format("type{}", static_cast<unsigned>(capability.point.type));
-  // The first `-` of an id ends the type's name.
-  auto part = model::to_key_part(capability.type_name, 40);
-  std::replace(part.begin(), part.end(), '-', '_');
-  return part;
-}
 
 /// `light-1` -> `light-window`; keeps the type.
 std::string renamed(const std::map<std::string, std::string>& names, const std::string& id) {
@@ -91,7 +83,7 @@ std::string device_id(const NetworkRules& rules, const std::string& address, con
 
 std::string point_id(const DeviceNames* names, const Capability& capability, const Type* type) {
   const auto& instance = capability.point.instance;
-  auto id = type_part(capability, type);
+  auto id = type ? std::string(type->name) : model::name_in_keys(capability);
   if (capability.point.kind == Kind::kProperty) {
     if (instance.empty()) return id;
     return fmt::format("{}-{}", id, model::to_key_part(names ? owner_of_property(*names, instance) : instance));

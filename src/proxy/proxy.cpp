@@ -57,6 +57,7 @@ void Proxy::Impl::on(MessageKind kind, void (Impl::*call)(Device*, Network&, con
 void Proxy::Impl::listen() {
   on<model::Join>(MessageKind::kJoin, &Impl::join);
   on<model::KeepAlive>(MessageKind::kKeepAlive, &Impl::keep_alive);
+  on<model::Unreachable>(MessageKind::kUnreachable, &Impl::unreachable);
   on<model::Leave>(MessageKind::kLeave, &Impl::leave);
   on<model::Updates>(MessageKind::kUpdates, &Impl::updates);
   on<model::State>(MessageKind::kState, &Impl::state);
@@ -86,6 +87,8 @@ void Proxy::Impl::listen() {
 
 void Proxy::Impl::join(Device* device, Network& network, const Message& message, const model::Join& join) {
   if (message.source.device.empty()) return void(admission.on_unknown_device(network, message));
+  // A listed device keeps its tuples: it may be interviewed again.
+  if (device && !join.problem.empty()) return found_unreachable(*device, join.problem);
   admission.on_join(device, network, message.source.device, join);
 }
 
@@ -159,6 +162,21 @@ void Proxy::Impl::keep_alive(Device* device, Network& network, const Message& me
   if (device) heard(*device);
 }
 
+void Proxy::Impl::unreachable(Device* device, Network&, const Message&, const model::Unreachable& unreachable) {
+  if (device) found_unreachable(*device, unreachable.reason);
+}
+
+void Proxy::Impl::found_unreachable(Device& device, const std::string& reason) {
+  const bool same = device.found_unreachable && device.reason.text() == reason;
+  if (same) return;
+  if (device.status != DeviceStatus::kUnreachable) device.since = context.clock.now().wall;
+  device.status = DeviceStatus::kUnreachable;
+  device.found_unreachable = true;
+  device.reason = reason;
+  lost(device);
+  desk.deliver(device);
+}
+
 void Proxy::Impl::remove(Device& device) {
   auto& network = *device.network;
   admission.roaming().withdraw_claim(device);
@@ -193,6 +211,12 @@ void Proxy::Impl::leave(Device* device, Network& network, const Message& message
 }
 
 void Proxy::Impl::updates(Device* device, Network& network, const Message& message, const model::Updates& updates) {
+  if (!updates.heard) [[unlikely]] {
+    for (const auto& one : updates.readings) {
+      if (device) repeated(*device, one);
+    }
+    return;
+  }
   if (!device) [[unlikely]] {
     device = admission.on_unknown_device(network, message);
     if (!device) return;
@@ -221,6 +245,11 @@ void Proxy::Impl::reading(Device& device, const model::Reading& reading) {
     desk.reported(device, *point, reading);
 }
 
+void Proxy::Impl::repeated(Device& device, const model::Reading& reading) {
+  auto* point = find_point(device, reading.point);
+  if (point && !is_rate(*point)) mirror.repeated(device, *point, reading);
+}
+
 void Proxy::Impl::heard(Device& device) {
   device.heard_at = context.clock.now().steady;
   network_tuples.refresh_counters();
@@ -234,6 +263,7 @@ void Proxy::Impl::heard(Device& device) {
 
 void Proxy::Impl::reachable(Device& device, bool was_known) {
   device.status = DeviceStatus::kReachable;
+  device.found_unreachable = false;
   device.since = context.clock.now().wall;
   device.reason.clear();
   network_tuples.devices_changed(*device.network);
@@ -302,14 +332,14 @@ void Proxy::Impl::line_went_down(Network& network) {
 void Proxy::Impl::line_came_up(Network& network) {
   network.down = false;
   for (auto& [address, device] : network.devices) {
-    if (!network.rules.silence && device.status == DeviceStatus::kUnreachable) {
+    if (!network.rules.silence && device.status == DeviceStatus::kUnreachable && !device.found_unreachable) {
       reachable(device, true);
       continue;
     }
     mirror.all_points(device);
     liveness.watch(device);
     demand.repeat(device);
-    device.status == DeviceStatus::kUnreachable ? desk.delayed(device) : desk.deliver(device);
+    takes_commands(device) ? desk.deliver(device) : desk.delayed(device);
   }
 }
 

@@ -30,6 +30,7 @@ struct NetworkRules {
   std::string roaming;         ///< domain within which an address means one device; empty = none
   bool lists_devices = false;  ///< its options name all its devices (NetworkType::lists_devices)
   bool probes = false;         ///< quiet devices are sent a Probe (NetworkType::probes)
+  Duration answer_time{0};     ///< NetworkType::answer_time
 
   friend bool operator==(const NetworkRules&, const NetworkRules&) = default;
 };

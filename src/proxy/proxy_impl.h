@@ -37,6 +37,7 @@ struct Proxy::Impl {
 
   void join(Device*, Network& network, const Message& message, const model::Join& join);
   void keep_alive(Device* device, Network& network, const Message& message, const model::KeepAlive&);
+  void unreachable(Device* device, Network&, const Message&, const model::Unreachable& unreachable);
   void leave(Device* device, Network& network, const Message& message, const model::Leave& leave);
   void updates(Device* device, Network& network, const Message& message, const model::Updates& updates);
   void state(Device* device, Network& network, const Message& message, const model::State& state);
@@ -44,9 +45,11 @@ struct Proxy::Impl {
 
   void heard(Device& device);
   void reachable(Device& device, bool was_lost);
+  void found_unreachable(Device& device, const std::string& reason);
   void lost(Device& device);
   void probe(const Device& device);
   void reading(Device& device, const model::Reading& reading);
+  void repeated(Device& device, const model::Reading& reading);
   void presume_line(Network& network);
   void set_line(Network& network, const model::State& state);
   void line_went_down(Network& network);

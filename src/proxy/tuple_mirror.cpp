@@ -192,6 +192,25 @@ void TupleMirror::store_value(Point& point, const Value& value, WallTime user_ti
   std::ignore = context_.space.set(point.mirror.value, value_text_, {media_type(value), user_time, {}});
 }
 
+/// A value is dated by its user time, or by when it arrived. One without a time replaces only what was stored before.
+bool TupleMirror::is_news(const Device& device, const Point& point, const model::Reading& reading) const {
+  if (point.quality == Quality::kGood && point.mirror.text == value_text_) return false;
+  const bool stored = point.quality == Quality::kUnknown || point.quality == Quality::kStored;
+  if (reading.user_time == WallTime{}) return stored;
+  const auto shown = context_.space.get(context_.space.self(), point_key(device, point).value());
+  const auto since = shown && shown->user_time != WallTime{} ? shown->user_time : point.heard;
+  return stored ? reading.user_time >= since : reading.user_time > since;
+}
+
+void TupleMirror::repeated(const Device& device, Point& point, const model::Reading& reading) {
+  const bool fits = !point.type || TypeCatalogue::check(*point.type, reading.value);
+  if (std::holds_alternative<std::monostate>(reading.value) || !fits) return;
+  write_value(point.type, reading.value, value_text_);
+  if (!is_news(device, point, reading)) return;
+  store_value(point, reading.value, reading.user_time);
+  set_quality(device, point, Quality::kStored, "remembered by the network");
+}
+
 void TupleMirror::bad_value(const Device& device, Point& point, const std::string& why) {
   ++device.network->faults.bad_values;
   context_.warn(device.key, fmt::format("{}: {}: {}", device.key, point.details->id, why));

@@ -43,6 +43,8 @@ class TupleMirror {
 
   /// Publishes a value that arrived. True if the point just became good: its deadline must be watched.
   bool reading(Device& device, Point& point, const model::Reading& reading);
+  /// A value that its network remembers (Updates::heard is false): shown as stored, unless a newer one is known.
+  void repeated(const Device& device, Point& point, const model::Reading& reading);
   /// A value that was commanded to an actuator that cannot report.
   void assume(const Device& device, Point& point, const Value& value);
   /// A value whose source is the proxy (`rate`), or that came with the join.
@@ -68,6 +70,7 @@ class TupleMirror {
   TupleRef declare(std::string_view key, std::string_view value, std::string_view media_type, WallTime user_time = {});
   void remember(TupleRef tuple, Place place);
   void bad_value(const Device& device, Point& point, const std::string& why);
+  bool is_news(const Device& device, const Point& point, const model::Reading& reading) const;
   void store_value(Point& point, const Value& value, WallTime user_time);
   void mark(Device& device, Point& point);
   void schedule_flush(bool at_once);

@@ -82,7 +82,7 @@ std::string point_description(const Point& point) {
   const auto& type = point.type ? *point.type : unknown;
   const auto& id = point.details->id;
   model::PointDescription description;
-  description.type = point.type ? std::string(type.name) : capability.type_name;
+  description.type = point.type ? std::string(type.name) : model::name_in_keys(capability);
   description.type_id = static_cast<std::uint64_t>(point.id.type);
   description.quantity = type.quantity;
   description.unit = capability.unit.empty() ? std::string(type.unit) : capability.unit;

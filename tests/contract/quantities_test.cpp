@@ -174,10 +174,10 @@ class Running {
     if (fit.size() != 1) return {};
     proxy::Point point;
     point.id = fit[0].point;
-    point.type = types_.find(point.id.type);
     point.details = std::make_unique<proxy::PointDetails>();
     point.details->id = "it-1";
-    point.details->capability = std::make_shared<const Capability>(fit[0]);
+    point.details->capability = std::make_shared<const proxy::PointCapability>(fit[0]);
+    point.type = proxy::type_of(types_, *point.details->capability);
     return proxy::point_description(point);
   }
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <chrono>
 #include <utility>
 
 #include "networks/zigbee/zigbee_options.h"
@@ -35,6 +36,7 @@ const network::NetworkType kType{
     .sample_config = kSample,
     .make = network::make_network<ZigbeeNetwork, read_zigbee_options>,
     .quiet = true,
+    .answer_time = std::chrono::seconds(30),  // a sleeping device takes a command when it wakes
 };
 
 }  // namespace rubicon::networks::zigbee

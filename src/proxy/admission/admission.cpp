@@ -43,8 +43,9 @@ void Admission::on_join(const Device* device, Network& network, const std::strin
                             join.heard ? roaming_.join_time(network, address) : WallTime{}};
   std::optional<KnownDevice> known;
   const auto* entry = device ? nullptr : inbox_.find(name);
-  // A pending device is remembered by the inbox only; an admitted one may have stored values.
-  if (!device && (!entry || entry->state == InboxState::kAdmitted)) known = memory_.recall(network.id, address);
+  // A pending device is remembered by the inbox only; others may have stored values.
+  const bool remembered_here = entry && (entry->ignored() || entry->state == InboxState::kPending);
+  if (!device && !remembered_here) known = memory_.recall(network.id, address);
   const auto* remembered = known ? &*known : nullptr;
   if (!device) {
     auto ruling = decide(network, name, join, remembered, !join.heard);
@@ -57,10 +58,20 @@ void Admission::on_join(const Device* device, Network& network, const std::strin
   list_unless_claimed(network, address, announced, remembered);
 }
 
-/// Ignored by a user: no. Admitted before, configured, or named in the configuration: yes. Else the rules decide.
+/// A device that cannot be used waits, unless it is ignored.
 Admission::Ruling Admission::decide(const Network& network, const DeviceName& name, const model::Join& join,
                                     const KnownDevice* known, bool configured) const {
+  auto ruling = decide_usable(network, name, join, known, configured);
+  const bool ignored = ruling.state == InboxState::kIgnoredByRule || ruling.state == InboxState::kIgnoredByUser;
+  if (join.problem.empty() || ignored) return ruling;
+  return {InboxState::kUnusable, join.problem};
+}
+
+/// Ignored by a user: no. Admitted before, configured, or named in the configuration: yes. Else the rules decide.
+Admission::Ruling Admission::decide_usable(const Network& network, const DeviceName& name, const model::Join& join,
+                                           const KnownDevice* known, bool configured) const {
   const auto* entry = inbox_.find(name);
+  if (entry && entry->state == InboxState::kUnusable) entry = nullptr;
   const bool ignored =
       entry ? entry->state == InboxState::kIgnoredByUser : known && known->decision == Decision::kIgnored;
   if (ignored) return {InboxState::kIgnoredByUser, std::string(kDecidedByUser)};

@@ -66,6 +66,8 @@ class Admission {
   };
   Ruling decide(const Network& network, const DeviceName& name, const model::Join& join,
                 const state::KnownDevice* known, bool configured) const;
+  Ruling decide_usable(const Network& network, const DeviceName& name, const model::Join& join,
+                       const state::KnownDevice* known, bool configured) const;
   void keep_out(const DeviceName& name, const Announced& announced, const state::KnownDevice* known, Ruling ruling);
   Device* list(Network& network, const std::string& address, const Announced& announced,
                const state::KnownDevice* known);

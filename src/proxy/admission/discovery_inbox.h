@@ -18,6 +18,7 @@ namespace rubicon::proxy::admission {
 enum class InboxState : std::uint8_t {
   kPending,        ///< a user has to decide
   kAdmitted,       ///< its key is taken or there is no room: retried at its next message, or at a reload
+  kUnusable,       ///< Join::problem; a user cannot approve it
   kIgnoredByRule,  ///< not published; makes room for others
   kIgnoredByUser,  ///< not published
 };
@@ -25,7 +26,7 @@ enum class InboxState : std::uint8_t {
 /// Reason of InboxState::kIgnoredByUser.
 inline constexpr std::string_view kDecidedByUser = "a user decided so";
 
-/// The devices that announced themselves and are not listed. Publishes those that are pending or admitted
+/// The devices that announced themselves and are not listed. Publishes those that are not ignored
 /// (docs/inbox.md): `proxy.inbox` for all, `proxy.inbox.<network>.<device>` for each.
 class DiscoveryInbox {
  public:

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <functional>
 #include <iterator>
 #include <optional>
 
@@ -55,6 +56,15 @@ tuples::SetDecision Admission::decide_set(const tuples::RemoteSet& request) {
     return tuples::SetDecision::refused(
         {ErrorCode::kNotFound, fmt::format("no device {} waits", model::quoted(pattern))});
   }
+  if (*decision == Decision::kApproved) {
+    const auto usable = [this](const DeviceName& name) { return inbox_.find(name)->state != InboxState::kUnusable; };
+    const auto first = found.front();
+    std::erase_if(found, std::not_fn(usable));
+    if (found.empty()) {
+      return tuples::SetDecision::refused(
+          {ErrorCode::kRefused, fmt::format("{} cannot be used: {}", key_of(first), inbox_.find(first)->why)});
+    }
+  }
   if (decisions_.size() + found.size() > 2 * context_.config.max_devices)
     return tuples::SetDecision::refused({ErrorCode::kBusy, "too many decisions at once, try again"});
   for (auto& name : found) decisions_.emplace_back(std::move(name), *decision);
@@ -74,7 +84,13 @@ void Admission::apply_decisions() {
 void Admission::approve(const DeviceName& name) {
   const auto* entry = inbox_.find(name);
   if (!entry) return;
-  const auto join = entry->announced.join;
+  const auto announced = entry->announced;
+  const auto& join = announced.join;
+  if (!join.problem.empty()) {  // was ignored, or became unusable since
+    memory_.forget(name.network, name.address);
+    inbox_.put(name, announced, InboxState::kUnusable, join.problem);
+    return;
+  }
   context_.log.info(fmt::format("{} was approved", key_of(name)));
   if (auto* device = retry(directory_.network(name.network), name, true)) {
     memory_.approved(*device);
