@@ -128,6 +128,8 @@ struct NetworkType {
   /// A quiet device can be asked whether it is there: the proxy sends a Probe for each remembered device at start, and
   /// for devices that were silent for half the silence period, and for three quarters of it.
   bool probes = false;
+  /// The names that devices announce are unique in the network: `devices:` may name a device by them.
+  bool unique_names = false;
   /// Commands may be answered only after this time, at most 30 s: the proxy waits for the Acknowledge at least so long.
   /// 0 = within the confirmation wait of the island.
   Duration answer_time{0};

@@ -63,6 +63,12 @@ void DeviceDirectory::configure(Network& network, NetworkRules rules) {
   }
 }
 
+void DeviceDirectory::adopt_names(Network& network, const std::string& address, const std::string& announced) {
+  if (!proxy::adopt_names(network.rules, address, announced)) return;
+  network.reserved.insert_or_assign(device_id(network.rules, address), address);
+  std::erase_if(network.reserved, [&](const auto& entry) { return entry.second == announced; });
+}
+
 void DeviceDirectory::remove_network(const std::string& id) {
   last_network_ = nullptr;
   networks_.erase(id);
@@ -105,6 +111,7 @@ Result<DeviceDirectory::Joined> DeviceDirectory::join(Network& network, const st
   Joined joined;
   joined.device = find(network, address);
   if (!joined.device) {
+    adopt_names(network, address, join.name);
     auto added = add(network, address, join.id);
     if (!added) {
       ++network.faults.refused_joins;

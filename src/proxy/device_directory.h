@@ -36,6 +36,8 @@ class DeviceDirectory {
     bool changed = false;         ///< points, capabilities or names differ from before
     std::vector<Point> vanished;  ///< points that the device no longer has
   };
+  /// What the configuration gives to the name of a new device is from now on that of its address (naming.h).
+  void adopt_names(Network& network, const std::string& address, const std::string& announced);
   /// kBusy at the device cap, kDuplicate if another address has its key.
   Result<Joined> join(Network& network, const std::string& address, const model::Join& join);
   /// True if join() of a device that is not listed would find room and a free key.

@@ -75,6 +75,15 @@ const DeviceNames* names_of(const NetworkRules& rules, const std::string& addres
   return names == rules.devices.end() ? nullptr : &names->second;
 }
 
+bool adopt_names(NetworkRules& rules, const std::string& address, const std::string& announced) {
+  if (!rules.unique_names || announced.empty() || rules.devices.contains(address)) return false;
+  auto named = rules.devices.extract(announced);
+  if (named.empty()) return false;
+  named.key() = address;
+  rules.devices.insert(std::move(named));
+  return true;
+}
+
 std::string device_id(const NetworkRules& rules, const std::string& address, const std::string& wanted) {
   const auto* names = names_of(rules, address);
   if (names && !names->id.empty()) return model::to_key_part(names->id);

@@ -32,5 +32,8 @@ std::vector<LostName> lost_names(const DeviceNames& names, const Device& device)
 
 /// The names given to a device at installation time, or nullptr.
 const DeviceNames* names_of(const NetworkRules& rules, const std::string& address);
+/// Where names are unique: what the configuration gives to the announced name belongs to this address from now on, so
+/// that a rename does not move it. True if there was such an entry, and none for the address itself.
+bool adopt_names(NetworkRules& rules, const std::string& address, const std::string& announced);
 
 }  // namespace rubicon::proxy

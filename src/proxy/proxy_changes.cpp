@@ -73,6 +73,7 @@ void Proxy::Impl::drop_devices(Network& network) {
 
 void Proxy::Impl::change_rules(Network& network, NetworkRules rules) {
   std::vector<Device*> renamed;
+  for (const auto& [address, device] : network.devices) adopt_names(rules, address, device.announced_name);
   for (auto& [address, device] : network.devices) {
     if (!same_keys(names_of(network.rules, address), names_of(rules, address))) renamed.push_back(&device);
   }

@@ -26,10 +26,11 @@ struct DeviceNames {
 struct NetworkRules {
   std::optional<Duration> silence = std::chrono::seconds(60);  ///< nullopt = never unreachable by silence
   std::chrono::milliseconds rate{1000};                        ///< sampling period where no subscriber names one
-  std::map<std::string, DeviceNames> devices;                  ///< by address
+  std::map<std::string, DeviceNames> devices;                  ///< by address, or announced name (adopt_names())
   std::string roaming;         ///< domain within which an address means one device; empty = none
   bool lists_devices = false;  ///< its options name all its devices (NetworkType::lists_devices)
   bool probes = false;         ///< quiet devices are sent a Probe (NetworkType::probes)
+  bool unique_names = false;   ///< the keys of `devices` may also be names (NetworkType::unique_names)
   Duration answer_time{0};     ///< NetworkType::answer_time
 
   friend bool operator==(const NetworkRules&, const NetworkRules&) = default;

@@ -65,6 +65,29 @@ TEST_F(Changes, TwoDevicesSwapTheirIds) {
   EXPECT_EQ(text("proxy.hall.left.sensor.glow-1.value"), "8");
 }
 
+TEST_F(Changes, ADeviceIsConfiguredByTheNameItAnnouncesWhereNamesAreUnique) {
+  rules().unique_names = true;
+  rules().devices["Sofa"].id = "sofa";
+  start();
+  auto announced = lamp();
+  announced.name = "Sofa";
+  join("7", announced);
+  report("7", sensor(kGlow), 7.0);
+  EXPECT_EQ(text("proxy.hall.sofa.sensor.glow-1.value"), "7");
+  announced.name = "Window";
+  join("7", announced);
+  report("7", sensor(kGlow), 8.0);
+  EXPECT_EQ(text("proxy.hall.sofa.sensor.glow-1.value"), "8") << "a rename moves no key";
+  announced.name = "Sofa";
+  join("8", announced);
+  report("8", sensor(kGlow), 1.0);
+  EXPECT_EQ(text("proxy.hall.8.sensor.glow-1.value"), "1") << "the entry belongs to the first";
+  rules().devices.clear();
+  rules().devices["Window"].id = "window";
+  change();
+  EXPECT_EQ(text("proxy.hall.window.sensor.glow-1.value"), "8");
+}
+
 TEST_F(Changes, DemandFollowsTheNewKey) {
   start();
   join("7", lamp());

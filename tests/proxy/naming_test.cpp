@@ -40,6 +40,19 @@ TEST(Naming, UsesTheNameANetworkGivesToAForeignType) {
   EXPECT_EQ(point_id(nullptr, foreign, nullptr), "soil_moisture-1");
 }
 
+TEST(Naming, AnEntryUnderAnAnnouncedNameBecomesThatOfTheAddress) {
+  NetworkRules rules;
+  rules.devices["Kitchen"].id = "kitchen";
+  rules.devices["8"].id = "hall";
+  EXPECT_FALSE(adopt_names(rules, "7", "Kitchen")) << "names are not unique there";
+  rules.unique_names = true;
+  EXPECT_FALSE(adopt_names(rules, "7", ""));
+  EXPECT_FALSE(adopt_names(rules, "8", "Kitchen")) << "it has an entry of its own";
+  ASSERT_TRUE(adopt_names(rules, "7", "Kitchen"));
+  EXPECT_EQ(device_id(rules, "7"), "kitchen");
+  EXPECT_FALSE(adopt_names(rules, "9", "Kitchen")) << "it belongs to 7, whatever 7 is called later";
+}
+
 TEST(Naming, FindsIdsThatCollideInAConfiguration) {
   ProxyConfig config;
   config.networks["knx"].devices["1.4.6"];

@@ -38,6 +38,7 @@ Admission::Admission(ProxyContext& context, DeviceDirectory& directory, Memory& 
 }
 
 void Admission::on_join(const Device* device, Network& network, const std::string& address, const model::Join& join) {
+  if (device == nullptr) directory_.adopt_names(network, address, join.name);
   const DeviceName name{network.id, address};
   const Announced announced{join, context_.clock.now().steady,
                             join.heard ? roaming_.join_time(network, address) : WallTime{}};
