@@ -119,6 +119,9 @@ std::string suggest_type(const std::vector<client::Device>& devices, std::string
   for (const auto& device : devices) {
     words.push_back(device.type);
     words.push_back(device.model);
+    for (const auto* ids : {&device.sensors, &device.actuators, &device.properties}) {
+      for (const auto& id : *ids) words.push_back(id.substr(0, id.find('-')));  // also types that devices name
+    }
   }
   std::erase(words, std::string());
   return base::did_you_mean(typed, words);

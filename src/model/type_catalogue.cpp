@@ -128,6 +128,13 @@ std::string_view to_string(DataType type) {
   return "unknown";
 }
 
+std::optional<DataType> parse_data_type(std::string_view word) {
+  for (int i = 0; i <= static_cast<int>(DataType::kBytes); ++i) {
+    if (to_string(static_cast<DataType>(i)) == word) return static_cast<DataType>(i);
+  }
+  return std::nullopt;
+}
+
 std::string_view to_string(Kind kind) {
   switch (kind) {
     case Kind::kSensor: return "sensor";

@@ -25,6 +25,8 @@ TypeId open_type(std::string_view name);
 
 enum class DataType : std::uint8_t { kBoolean, kInteger, kReal, kEnumeration, kText, kJson, kBytes };
 std::string_view to_string(DataType type);
+/// nullopt for every other word.
+std::optional<DataType> parse_data_type(std::string_view word);
 
 /// State: the newest value is all that counts. Event: each one counts and keeps its place (button, scene, dim step).
 enum class Report : std::uint8_t { kState, kEvent };

@@ -132,6 +132,9 @@ TEST(DeviceQuery, FitsByNetworkTypeAndName) {
   EXPECT_FALSE(fits({{}, "wsn*", "", ""}, *device));
   EXPECT_FALSE(fits({{}, "", "light", ""}, *device));
   EXPECT_FALSE(fits({{}, "", "illuminance", ""}, *device));
+  const auto machine = device_from(OwnerId(1), "proxy.zigbee.7.description", R"({"actuators":["brew_strength-1"]})");
+  ASSERT_TRUE(machine);
+  EXPECT_TRUE(fits({{}, "", "brew_strength", ""}, *machine)) << "an open type";
   EXPECT_FALSE(device_from(OwnerId(1), "proxy.knx-hall.description", "{}"));
   EXPECT_FALSE(device_from(OwnerId(1), "proxy.knx-hall.1.description", "x"));
 }

@@ -1,11 +1,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <memory>
 #include <set>
 
 #include "config/yaml.h"
 #include "contract/peers.h"
 #include "island/network_types.h"
+#include "model/open_type.h"
 #include "network-template/template_network.h"
 #include "support/fake_host.h"
 #include "transport/local_transports.h"
@@ -231,9 +233,18 @@ TEST_P(NetworkContract, ValuesFitTheirTypes) {
   ASSERT_NE(network, nullptr);
   demand_everything(*network);
   host_.time.run_for(5min);
+  std::map<std::string, std::map<model::PointId, std::unique_ptr<model::OpenType>>> open;
+  for (const auto& [device, join] : host_.all<model::Join>()) {
+    for (const auto& one : join.capabilities) {
+      if (types_.find(one.point.type) == nullptr && one.data)
+        open[device][one.point] = std::make_unique<model::OpenType>(one);
+    }
+  }
   for (const auto& [device, updates] : host_.all<model::Updates>()) {
     for (const auto& reading : updates.readings) {
-      const auto* type = types_.find(reading.point.type);
+      if (std::holds_alternative<std::monostate>(reading.value)) continue;
+      const auto own = open[device].find(reading.point);
+      const auto* type = own == open[device].end() ? types_.find(reading.point.type) : &own->second->type();
       ASSERT_NE(type, nullptr) << device;
       const auto fits = TypeCatalogue::check(*type, reading.value);
       EXPECT_TRUE(fits) << device << ": " << fits.error().text;

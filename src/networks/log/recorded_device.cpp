@@ -42,6 +42,16 @@ bool has_unit(const Type* type) {
   return is_number && type->unit != "1";
 }
 
+/// A point of an open type describes how its values are read.
+void set_open_type(RecordedPoint& point, const model::PointDescription& described) {
+  auto& capability = point.capability;
+  capability.data = model::parse_data_type(described.data_type);
+  capability.report = described.report == "event" ? model::Report::kEvent : model::Report::kState;
+  if (!capability.data) return;
+  point.own_type = std::make_shared<const model::OpenType>(capability);
+  point.type = &point.own_type->type();
+}
+
 /// Rule 4 of the deadlines (docs/tuple-keys.md); the network's option sets the others.
 void set_deadline(RecordedPoint& point) {
   const bool event = point.type != nullptr && point.type->report == model::Report::kEvent;
@@ -162,6 +172,7 @@ bool describe(RecordedPoint& point, std::string_view text, ForeignTypes& types) 
     capability.words = std::move(described->words);
     if (capability.words.size() > kMaxListed) capability.words.resize(kMaxListed);
   }
+  if (point.type == nullptr && model::is_open(TypeId(id))) set_open_type(point, *described);
   set_deadline(point);
   return true;
 }

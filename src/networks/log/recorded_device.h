@@ -2,6 +2,7 @@
 
 #include <array>
 #include <map>
+#include <memory>
 #include <optional>
 #include <set>
 #include <string>
@@ -10,6 +11,7 @@
 #include <vector>
 
 #include "model/message.h"
+#include "model/open_type.h"
 #include "model/quality.h"
 #include "model/type_catalogue.h"
 #include "model/units.h"
@@ -61,11 +63,12 @@ struct RecordedPoint {
   std::string text;       ///< its description as recorded; empty = none
   Capability capability;  ///< from the description; without one, from the id at the join
   const Type* type = nullptr;
-  std::optional<model::UnitConversion> unit{};  ///< of recorded values into the unit of the type
-  bool alive = false;                           ///< its value tuple exists
-  bool joined = false;                          ///< by the last join of its device
-  std::uint64_t session = 0;                    ///< of the recorder, for the three below
-  std::uint64_t sequence = 0;                   ///< of the last value taken
+  std::shared_ptr<const model::OpenType> own_type{};  ///< of an open type: `type` points to it
+  std::optional<model::UnitConversion> unit{};        ///< of recorded values into the unit of the type
+  bool alive = false;                                 ///< its value tuple exists
+  bool joined = false;                                ///< by the last join of its device
+  std::uint64_t session = 0;                          ///< of the recorder, for the three below
+  std::uint64_t sequence = 0;                         ///< of the last value taken
   WallTime write_time{};
   std::optional<RecordedStatus> status;
   std::optional<model::Reading> waiting;  ///< held until the join, or until the status shows that it was heard

@@ -357,6 +357,26 @@ TEST(RecordedDevices, WordsOfAPointComeBackWithTheirNumbers) {
   EXPECT_THAT(words(R"("minimum":0)"), IsEmpty());
 }
 
+TEST(RecordedDevices, APointOfAnOpenTypeIsReadAsItDescribesItself) {
+  const TypeCatalogue types;
+  ForeignTypes foreign(types);
+  RecordedPoint lid;
+  lid.id = "lid-1";
+  const auto id = std::to_string(static_cast<unsigned>(model::open_type("lid")));
+  ASSERT_TRUE(describe(lid,
+                       R"({"type":"lid","type_id":)" + id +
+                           R"(,"data_type":"boolean","unit":"1","words":["CLOSED","OPEN"],"report":"event"})",
+                       foreign));
+  EXPECT_EQ(lid.capability.point.type, model::open_type("lid"));
+  EXPECT_EQ(lid.capability.data, model::DataType::kBoolean);
+  EXPECT_EQ(lid.capability.report, model::Report::kEvent);
+  EXPECT_EQ(lid.capability.words, (std::vector<model::Word>{{0, "CLOSED"}, {1, "OPEN"}}));
+  EXPECT_EQ(recorded_value(lid.type, "OPEN", "text/plain"), Value(true));
+  ASSERT_TRUE(describe(lid, R"({"type":"lid","type_id":)" + id + R"(,"data_type":"unknown"})", foreign));
+  EXPECT_EQ(lid.type, nullptr);
+  EXPECT_EQ(recorded_value(lid.type, "OPEN", "text/plain"), Value(std::string("OPEN")));
+}
+
 TEST(RecordedDevices, PointsJoinInAnOrderThatGivesTheSameCapabilities) {
   const TypeCatalogue types;
   ForeignTypes foreign(types);
