@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -28,26 +29,41 @@ struct MappedPoint {
       kColourHueSaturation
     };
     Form form = Form::kNumber;
-    double factor = 1, offset = 0;  ///< value = json * factor + offset
-    std::vector<NamedValue> words;  ///< kBinary: off, on; kWords: the words of the type and their JSON
-    double step = 0;                ///< of the JSON number; 0 = none
+    /// Of numbers: value = (json + shift) * multiply / divide, as model::UnitConversion.
+    double multiply = 1, divide = 1, shift = 0;
+    bool rounded = false;  ///< a command between two steps becomes the nearest step; else it is refused
+    /// kBinary: off, on. kWords: the words of the type and their JSON. Numbers: presets, which may lie beyond the
+    /// bounds.
+    std::vector<NamedValue> words;
+    bool own_words = false;                  ///< kWords: the words are the leaf's; a device may report others
+    std::optional<double> minimum, maximum;  ///< of the JSON number
+    double step = 0;                         ///< of the JSON number; 0 = none
     friend bool operator==(const Coding&, const Coding&) = default;
   } coding;
   friend bool operator==(const MappedPoint&, const MappedPoint&) = default;
 };
 
-/// The points of a device: every leaf becomes at least one (zigbee.md, section 9; the table of types is
-/// docs/zigbee.md). The types are those of the catalogue; a meaning that it lacks becomes an open type (docs/types.md)
-/// with the name, unit, bounds and words of the leaf. Instance = endpoint, else 1. Deterministic: the same leaves give
-/// the same points.
+/// The points of a device: every leaf becomes one (zigbee.md, section 9; the table of types is type_table.cpp,
+/// explained in docs/zigbee.md). The types are those of the catalogue; a meaning that it lacks becomes an open type
+/// (docs/types.md) with the name, unit, bounds and words of the leaf. `linkquality` is added where it is not exposed.
+///
+/// A leaf that is a setting (category config, or a type of the catalogue's properties) becomes a property, any other
+/// one that can be set an actuator, the rest sensors. Instance: the endpoint, else 1; what is one of several of its
+/// type has a word of its own (`temperature-local`, `current-phase_b`), so that the instance does not depend on other
+/// leaves. A property of an endpoint belongs to the actuator of that endpoint. Deterministic: the same leaves give the
+/// same points, in the order of the leaves; ids are unique as keys are.
 std::vector<MappedPoint> map_leaves(const std::vector<Leaf>& leaves, const TypeCatalogue& types);
 
-/// A JSON value of the property in a state message -> the value in the unit of the type; monostate for null. kInvalid
-/// names the property, the text and what was expected.
+/// The spellings of units that are in no table, each as often as a leaf has it.
+std::vector<std::string> unknown_units(const std::vector<Leaf>& leaves);
+
+/// A JSON value of the property in a state message -> the value in the unit of the type; monostate for null. Numbers
+/// may be written as strings; bounds are not applied. kInvalid names the type, the text and what was expected.
 Result<Value> decode(const MappedPoint& point, std::string_view json);
 
 /// A commanded value -> the JSON value for a set message. Words, bounds and step are checked, because Zigbee2MQTT does
-/// not answer a set that it rejects: kOutOfRange, kInvalid.
+/// not answer a set that it rejects: kOutOfRange, kInvalid. A share of a range (brightness) becomes its nearest step: a
+/// report with the JSON that was sent confirms the command, although decode() gives other digits.
 Result<std::string> encode(const MappedPoint& point, const Value& value);
 
 }  // namespace rubicon::networks::zigbee::exposes

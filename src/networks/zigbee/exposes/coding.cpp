@@ -1,0 +1,199 @@
+#include "networks/zigbee/exposes/coding.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "base/assert.h"
+#include "base/text.h"
+#include "model/units.h"
+
+namespace rubicon::networks::zigbee::exposes {
+
+namespace {
+
+using Coding = MappedPoint::Coding;
+using model::DataType;
+
+struct Linear {
+  double multiply = 1, divide = 1, shift = 0;
+};
+
+/// First one, then the other.
+Linear joined(const Linear& one, const Linear& other) {
+  return {one.multiply * other.multiply, one.divide * other.divide,
+          one.shift + other.shift * one.divide / one.multiply};
+}
+
+Linear unit_change(std::string_view code, std::string_view to) {
+  if (code == "%" && to == "1") return {1, 100};
+  if (const auto change = model::conversion(code, to)) return {change->multiply, change->divide, change->shift};
+  return {};
+}
+
+Linear scale_of(const TypeRow& row, const Leaf& leaf) {
+  switch (row.scale) {
+    case Scale::kSame: return {};
+    case Scale::kShare: return {100, leaf.maximum.value_or(100)};
+    case Scale::kClosed: return {-1, 1, -100};
+    case Scale::kFraction: return {100, 1};
+  }
+  return {};
+}
+
+/// Numbers among the presets may lie beyond the bounds: 65535 for `as before`.
+std::vector<double> preset_numbers(const Leaf& leaf) {
+  std::vector<double> numbers;
+  for (const auto& preset : leaf.values) {
+    const auto number = base::parse_number<double>(preset.json);
+    if (number && std::isfinite(*number)) numbers.push_back(*number);
+  }
+  return numbers;
+}
+
+bool has_preset_text(const Leaf& leaf) {
+  return std::any_of(leaf.values.begin(), leaf.values.end(),
+                     [](const NamedValue& preset) { return preset.json.starts_with('"'); });
+}
+
+void set_bounds(const Leaf& leaf, MappedPoint& point) {
+  auto low = leaf.minimum, high = leaf.maximum;
+  for (const auto number : preset_numbers(leaf)) {
+    if (low) low = std::min(*low, number);
+    if (high) high = std::max(*high, number);
+  }
+  const auto& coding = point.coding;
+  const model::UnitConversion change{coding.multiply, coding.divide, coding.shift};
+  const auto in_type = [&](std::optional<double> bound) {
+    return bound ? std::optional(change(*bound) + 0.0) : std::nullopt;
+  };
+  point.capability.minimum = in_type(coding.multiply < 0 ? high : low);
+  point.capability.maximum = in_type(coding.multiply < 0 ? low : high);
+}
+
+void code_number(const Leaf& leaf, const Linear& change, MappedPoint& point) {
+  auto& coding = point.coding;
+  coding.form = Coding::Form::kNumber;
+  coding.multiply = change.multiply;
+  coding.divide = change.divide;
+  coding.shift = change.shift;
+  coding.minimum = leaf.minimum;
+  coding.maximum = leaf.maximum;
+  coding.step = leaf.step.value_or(0);
+  coding.words = leaf.values;
+  set_bounds(leaf, point);
+}
+
+std::vector<model::Word> words_of(const Leaf& leaf) {
+  std::vector<model::Word> words;
+  for (std::uint32_t i = 0; i < leaf.values.size(); ++i) {
+    if (!leaf.values[i].name.empty()) words.push_back({i, leaf.values[i].name});
+  }
+  return words;
+}
+
+void code_own_words(const Leaf& leaf, MappedPoint& point) {
+  point.coding.form = Coding::Form::kWords;
+  point.coding.words = leaf.values;
+  point.coding.own_words = true;
+  point.capability.words = words_of(leaf);
+}
+
+/// In the order of the leaf.
+void code_words_of_type(const Leaf& leaf, const TypeRow& row, MappedPoint& point) {
+  point.coding.form = Coding::Form::kWords;
+  for (const auto& value : leaf.values)
+    point.coding.words.push_back({std::string(type_word(row, value.name)), value.json});
+}
+
+std::string in_capitals(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+  return text;
+}
+
+/// A row may say which spelling means on: a lock has value_on UNLOCK in some definitions.
+bool is_turned(const Leaf& leaf, const TypeRow& row) {
+  return type_word(row, in_capitals(leaf.on.name)) == "off" && type_word(row, in_capitals(leaf.off.name)) == "on";
+}
+
+void code_binary(const Leaf& leaf, bool turned, MappedPoint& point) {
+  point.coding.form = Coding::Form::kBinary;
+  point.coding.words = {leaf.off, leaf.on};
+  if (turned) std::swap(point.coding.words[0], point.coding.words[1]);
+}
+
+/// Brightness and colour temperature have whole numbers although no definition says so.
+void add_implied_step(const TypeRow& row, MappedPoint& point) {
+  if (row.scale != Scale::kShare && row.unit != "mired") return;
+  point.coding.rounded = true;
+  if (point.coding.step == 0) point.coding.step = 1;
+}
+
+void code_structure(const TypeRow& row, MappedPoint& point) {
+  if (row.type == "colourXy")
+    point.coding.form = Coding::Form::kColourXy;
+  else if (row.type == "colourHueSaturation")
+    point.coding.form = Coding::Form::kColourHueSaturation;
+  else
+    point.coding.form = Coding::Form::kJson;
+}
+
+DataType data_of(LeafForm form) {
+  switch (form) {
+    case LeafForm::kNumeric: return DataType::kReal;
+    case LeafForm::kBinary: return DataType::kBoolean;
+    case LeafForm::kEnum: return DataType::kEnumeration;
+    case LeafForm::kText: return DataType::kText;
+    case LeafForm::kList:
+    case LeafForm::kComposite: break;
+  }
+  return DataType::kJson;
+}
+
+bool says_more_than_on_and_off(const Leaf& leaf) {
+  const auto on = in_capitals(leaf.on.name), off = in_capitals(leaf.off.name);
+  return !((on == "ON" && off == "OFF") || (on == "TRUE" && off == "FALSE")) && !on.empty() && !off.empty();
+}
+
+}  // namespace
+
+void code_as_type(const Leaf& leaf, const LeafUnit& unit, const TypeRow& row, const Type& type, MappedPoint& point) {
+  switch (leaf.form) {
+    case LeafForm::kNumeric: {
+      const Linear own{unit.multiply, unit.divide, unit.shift};
+      const auto scaled = joined(own, scale_of(row, leaf));
+      code_number(leaf, joined(scaled, row.scale == Scale::kSame ? unit_change(unit.code, type.unit) : Linear{}),
+                  point);
+      if (type.data == DataType::kInteger) point.coding.form = Coding::Form::kInteger;
+      return add_implied_step(row, point);
+    }
+    case LeafForm::kBinary: return code_binary(leaf, is_turned(leaf, row), point);
+    case LeafForm::kEnum:
+      return type.words.empty() ? code_own_words(leaf, point) : code_words_of_type(leaf, row, point);
+    case LeafForm::kText: point.coding.form = Coding::Form::kText; return;
+    case LeafForm::kList:
+    case LeafForm::kComposite: return code_structure(row, point);
+  }
+}
+
+void code_as_open(const Leaf& leaf, const LeafUnit& unit, MappedPoint& point) {
+  point.capability.data = data_of(leaf.form);
+  switch (leaf.form) {
+    case LeafForm::kNumeric:
+      point.capability.unit = unit.code;
+      if (has_preset_text(leaf)) point.capability.data.reset();  // a number or the text of a preset
+      return code_number(leaf, {unit.multiply, unit.divide, unit.shift}, point);
+    case LeafForm::kBinary:
+      if (says_more_than_on_and_off(leaf)) point.capability.words = {{0, leaf.off.name}, {1, leaf.on.name}};
+      return code_binary(leaf, false, point);
+    case LeafForm::kEnum: return code_own_words(leaf, point);
+    case LeafForm::kText: point.coding.form = Coding::Form::kText; return;
+    case LeafForm::kList:
+    case LeafForm::kComposite: point.coding.form = Coding::Form::kJson; return;
+  }
+}
+
+}  // namespace rubicon::networks::zigbee::exposes

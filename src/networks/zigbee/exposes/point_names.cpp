@@ -1,0 +1,135 @@
+#include "networks/zigbee/exposes/point_names.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <tuple>
+
+#include "networks/zigbee/exposes/type_table.h"
+#include "rubicon/key.hpp"
+
+namespace rubicon::networks::zigbee::exposes {
+
+namespace {
+
+constexpr std::size_t kLongestName = 40;      ///< of types and instances in keys (proxy/naming.cpp)
+constexpr std::size_t kLongestProperty = 64;  ///< the instance of a property: the id of a sensor or actuator
+
+std::string_view form_word(LeafForm form) {
+  switch (form) {
+    case LeafForm::kNumeric: return "numeric";
+    case LeafForm::kBinary: return "binary";
+    case LeafForm::kEnum: return "enum";
+    case LeafForm::kText: return "text";
+    case LeafForm::kList: return "list";
+    case LeafForm::kComposite: return "composite";
+  }
+  return "";
+}
+
+bool is_colour(std::string_view name) {
+  return name == "color_xy" || name == "color_hs";
+}
+
+/// Parts that are not empty, with `-` between them.
+std::string joined_parts(std::string_view one, std::string_view other) {
+  if (one.empty() || other.empty()) return std::string(one.empty() ? other : one);
+  return fmt::format("{}-{}", one, other);
+}
+
+std::string id_of(const Capability& capability, std::string_view instance) {
+  return joined_parts(capability.type_name, instance);
+}
+
+/// Smaller = more the endpoint's own: actuators before sensors, types of the catalogue in the order of the table.
+std::tuple<bool, std::ptrdiff_t> rank_of(const Capability& capability) {
+  const auto rows = type_rows();
+  const auto row =
+      std::find_if(rows.begin(), rows.end(), [&](const TypeRow& one) { return one.type == capability.type_name; });
+  return {capability.point.kind != Kind::kActuator, row - rows.begin()};
+}
+
+/// The point that the properties of an endpoint belong to.
+std::string owner_of(const std::string& endpoint, const std::vector<Leaf>& leaves,
+                     const std::vector<MappedPoint>& points) {
+  const Capability* owner = nullptr;
+  for (std::size_t i = 0; i < leaves.size(); ++i) {
+    const auto& one = points[i].capability;
+    if (leaves[i].endpoint != endpoint || one.point.kind == Kind::kProperty) continue;
+    if (owner == nullptr || rank_of(one) < rank_of(*owner)) owner = &one;
+  }
+  return owner == nullptr ? model::to_key_part(endpoint, kLongestName) : id_of(*owner, owner->point.instance);
+}
+
+}  // namespace
+
+std::string_view own_property(const Leaf& leaf) {
+  std::string_view property = leaf.property;
+  const auto& endpoint = leaf.endpoint;
+  if (!endpoint.empty() && property.size() > endpoint.size() + 1 && property.ends_with(endpoint) &&
+      property[property.size() - endpoint.size() - 1] == '_')
+    property.remove_suffix(endpoint.size() + 1);
+  const bool of_group = !leaf.group.empty() && property.size() == leaf.group.size() + 1 + leaf.name.size() &&
+                        property.starts_with(leaf.group) && property.ends_with(leaf.name);
+  return of_group || (is_colour(leaf.name) && property == "color") ? std::string_view(leaf.name) : property;
+}
+
+std::string open_name(const Leaf& leaf, const TypeCatalogue& types) {
+  auto name = model::to_key_part(leaf.name, kLongestName);
+  std::replace(name.begin(), name.end(), '-', '_');  // the first `-` of an id ends the type's name
+  if (types.find(name) == nullptr) return name;
+  const auto form = form_word(leaf.form);
+  return fmt::format("{}_{}", name.substr(0, kLongestName - form.size() - 1), form);
+}
+
+std::string open_tag(const Leaf& leaf) {
+  const auto property = own_property(leaf);
+  return property == leaf.name ? std::string() : std::string(property);
+}
+
+TypeId PointNames::open_type_of(const std::string& name) {
+  if (const auto known = open_.find(name); known != open_.end()) return known->second;
+  auto number = static_cast<std::uint16_t>(model::open_type(name));
+  while (!numbers_.insert(TypeId(number)).second)
+    number = number + 1 < model::kFirstSiteType ? static_cast<std::uint16_t>(number + 1) : model::kFirstOpenType;
+  return open_[name] = TypeId(number);
+}
+
+void PointNames::set_unique(const Leaf& leaf, std::string instance, std::size_t limit, Capability& capability) {
+  const auto kind = fmt::format("{}.", model::to_string(capability.point.kind));
+  const auto free = [&](const std::string& one) { return taken_.insert(kind + id_of(capability, one)).second; };
+  bool fits = free(instance);
+  if (!fits) {
+    const auto property = model::to_key_part(leaf.property, limit / 2);
+    instance = joined_parts(instance.substr(0, limit - property.size() - 1), property);
+    fits = free(instance);
+  }
+  for (int i = 2; !fits; ++i) {
+    auto numbered = fmt::format("{}-{}", instance.substr(0, limit - 6), i);
+    fits = free(numbered);
+    if (fits) instance = std::move(numbered);
+  }
+  capability.point.instance = std::move(instance);
+}
+
+void PointNames::name(const Leaf& leaf, std::string_view tag, Capability& capability) {
+  tags_.emplace_back(tag);
+  const bool property = capability.point.kind == Kind::kProperty;
+  if (property && !leaf.endpoint.empty()) return;
+  auto instance = joined_parts(leaf.endpoint, tag);
+  if (instance.empty() && !property) instance = "1";
+  const auto limit = property ? kLongestProperty : kLongestName;
+  if (!instance.empty()) instance = model::to_key_part(instance, limit);
+  set_unique(leaf, std::move(instance), limit, capability);
+}
+
+void PointNames::name_properties(const std::vector<Leaf>& leaves, std::vector<MappedPoint>& points) {
+  for (std::size_t i = 0; i < leaves.size(); ++i) {
+    auto& capability = points[i].capability;
+    if (capability.point.kind != Kind::kProperty || leaves[i].endpoint.empty()) continue;
+    auto instance = joined_parts(owner_of(leaves[i].endpoint, leaves, points), tags_[i]);
+    set_unique(leaves[i], model::to_key_part(instance, kLongestProperty), kLongestProperty, capability);
+  }
+}
+
+}  // namespace rubicon::networks::zigbee::exposes

@@ -1,0 +1,131 @@
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "base/text.h"
+#include "model/json_members.h"
+#include "model/units.h"
+#include "networks/zigbee/exposes/mapping.h"
+#include "rubicon/key.hpp"
+
+namespace rubicon::networks::zigbee::exposes {
+
+namespace {
+
+using Coding = MappedPoint::Coding;
+using Form = MappedPoint::Coding::Form;
+
+tl::unexpected<Error> unreadable(const MappedPoint& point, std::string_view json, std::string_view expected) {
+  return fail(ErrorCode::kInvalid,
+              fmt::format("{}: {} is not {}", point.capability.type_name, model::quoted(json), expected));
+}
+
+bool is_string(std::string_view json) {
+  return json.size() >= 2 && json.front() == '"' && json.back() == '"';
+}
+
+/// The text of a JSON string; nullopt if it is broken.
+std::optional<std::string> unquoted(std::string_view json) {
+  const auto inner = json.substr(1, json.size() - 2);
+  if (inner.find_first_of("\\\"") == inner.npos) return std::string(inner);
+  const auto tree = nlohmann::json::parse(json, nullptr, false);
+  return tree.is_string() ? std::optional(tree.get<std::string>()) : std::nullopt;
+}
+
+double in_type(const Coding& coding, double number) {
+  if (coding.multiply == coding.divide && coding.shift == 0) return number;
+  return model::UnitConversion{coding.multiply, coding.divide, coding.shift}(number) + 0.0;  // no -0
+}
+
+/// Some devices write numbers as strings.
+std::optional<double> number_of_json(std::string_view json) {
+  if (is_string(json)) json = json.substr(1, json.size() - 2);
+  if (json.empty() || (json[0] != '-' && (json[0] < '0' || json[0] > '9'))) return std::nullopt;
+  const auto number = base::parse_number<double>(json);
+  return number && std::isfinite(*number) ? number : std::nullopt;
+}
+
+Result<Value> decode_number(const MappedPoint& point, std::string_view json) {
+  const auto number = number_of_json(json);
+  if (number) return Value(in_type(point.coding, *number));
+  for (const auto& preset : point.coding.words) {
+    if (preset.json == json && !point.capability.data && is_string(json)) {
+      if (auto text = unquoted(json)) return Value(std::move(*text));
+    }
+  }
+  return unreadable(point, json, "a number");
+}
+
+Result<Value> decode_integer(const MappedPoint& point, std::string_view json) {
+  const auto number = number_of_json(json);
+  if (!number) return unreadable(point, json, "a number");
+  const auto value = in_type(point.coding, *number);
+  constexpr double kMost = 9007199254740992.0;  // 2^53: beyond it a double is not exact
+  if (value != std::floor(value) || std::abs(value) > kMost) return unreadable(point, json, "a whole number");
+  return Value(static_cast<std::int64_t>(value));
+}
+
+Result<Value> decode_binary(const MappedPoint& point, std::string_view json) {
+  const auto& words = point.coding.words;
+  if (json == words[1].json) return Value(true);
+  if (json == words[0].json) return Value(false);
+  return unreadable(point, json, fmt::format("one of {}, {}", words[0].json, words[1].json));
+}
+
+std::string list_of(const std::vector<NamedValue>& words) {
+  constexpr std::size_t kMostNamed = 20;
+  std::string list;
+  for (std::size_t i = 0; i < words.size() && i < kMostNamed; ++i) {
+    if (!list.empty()) list += ", ";
+    list += words[i].name;
+  }
+  return words.size() > kMostNamed ? list + ", ..." : list;
+}
+
+Result<Value> decode_words(const MappedPoint& point, std::string_view json) {
+  for (const auto& word : point.coding.words) {
+    if (word.json == json) return Value(word.name);
+  }
+  auto text = is_string(json) ? unquoted(json) : std::optional(std::string(json));
+  for (const auto& word : point.coding.words) {
+    if (text && word.json == model::dump(nlohmann::json(*text))) return Value(word.name);
+  }
+  if (text && !text->empty() && point.coding.own_words) return Value(std::move(*text));
+  return unreadable(point, json, fmt::format("one of {}", list_of(point.coding.words)));
+}
+
+Result<Value> decode_text(const MappedPoint& point, std::string_view json) {
+  if (!is_string(json)) return Value(std::string(json));
+  auto text = unquoted(json);
+  return text ? Result<Value>(Value(std::move(*text))) : unreadable(point, json, "a text");
+}
+
+/// The two numbers of a colour; a colour may have more members. Without them it is unknown.
+Result<Value> decode_colour(const MappedPoint& point, std::string_view json, const char* first, const char* second) {
+  const auto tree = nlohmann::json::parse(json, nullptr, false);
+  if (!tree.is_object()) return unreadable(point, json, "an object of numbers");
+  const auto one = tree.find(first), other = tree.find(second);
+  if (one == tree.end() || other == tree.end() || !one->is_number() || !other->is_number()) return Value();
+  return Value(Json{fmt::format("{{\"{}\":{},\"{}\":{}}}", first, model::dump(*one), second, model::dump(*other))});
+}
+
+}  // namespace
+
+Result<Value> decode(const MappedPoint& point, std::string_view json) {
+  json = base::trimmed(json);
+  if (json == "null") return Value();
+  switch (point.coding.form) {
+    case Form::kNumber: return decode_number(point, json);
+    case Form::kInteger: return decode_integer(point, json);
+    case Form::kBinary: return decode_binary(point, json);
+    case Form::kWords: return decode_words(point, json);
+    case Form::kText: return decode_text(point, json);
+    case Form::kJson: return Value(Json{std::string(json)});
+    case Form::kColourXy: return decode_colour(point, json, "x", "y");
+    case Form::kColourHueSaturation: return decode_colour(point, json, "hue", "saturation");
+  }
+  return unreadable(point, json, "readable");
+}
+
+}  // namespace rubicon::networks::zigbee::exposes
