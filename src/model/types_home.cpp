@@ -130,6 +130,8 @@ constexpr Type kHomeTypes[] = {
     {TypeId(0x026a), "alarmVolume", "loudness of an alarm in words", "1", kEnumeration, -kNone, kNone, kState, ""},
     {TypeId(0x026b), "selfTest", "self-test", "1", kBoolean, -kNone, kNone, kEvent, ""},
     {TypeId(0x026c), "motorState", "movement of a motor", "1", kEnumeration, -kNone, kNone, kState, ""},
+    {TypeId(0x026d), "effectSpeed", "speed of a light effect", "%", kReal, 0.0, 100.0, kState, ""},
+    {TypeId(0x026e), "effectColour", "colours of a light effect", "1", kText, -kNone, kNone, kState, ""},
 };
 
 }  // namespace

@@ -132,6 +132,17 @@ void add_implied_step(const TypeRow& row, MappedPoint& point) {
   if (point.coding.step == 0) point.coding.step = 1;
 }
 
+/// In the unit of the type; bounds that are no narrower than those of the type say nothing.
+void code_quantity(const Leaf& leaf, const LeafUnit& unit, const TypeRow& row, const Type& type, MappedPoint& point) {
+  const auto to_type = row.scale == Scale::kSame ? unit_change(unit.code, type.unit) : scale_of(row, leaf);
+  code_number(leaf, joined({unit.multiply, unit.divide, unit.shift}, to_type), point);
+  if (type.data == DataType::kInteger) point.coding.form = Coding::Form::kInteger;
+  add_implied_step(row, point);
+  auto& capability = point.capability;
+  if (capability.minimum && *capability.minimum <= type.minimum) capability.minimum.reset();
+  if (capability.maximum && *capability.maximum >= type.maximum) capability.maximum.reset();
+}
+
 void code_structure(const TypeRow& row, MappedPoint& point) {
   if (row.type == "colourXy")
     point.coding.form = Coding::Form::kColourXy;
@@ -162,17 +173,11 @@ bool says_more_than_on_and_off(const Leaf& leaf) {
 
 void code_as_type(const Leaf& leaf, const LeafUnit& unit, const TypeRow& row, const Type& type, MappedPoint& point) {
   switch (leaf.form) {
-    case LeafForm::kNumeric: {
-      const Linear own{unit.multiply, unit.divide, unit.shift};
-      const auto scaled = joined(own, scale_of(row, leaf));
-      code_number(leaf, joined(scaled, row.scale == Scale::kSame ? unit_change(unit.code, type.unit) : Linear{}),
-                  point);
-      if (type.data == DataType::kInteger) point.coding.form = Coding::Form::kInteger;
-      return add_implied_step(row, point);
-    }
-    case LeafForm::kBinary: return code_binary(leaf, is_turned(leaf, row), point);
+    case LeafForm::kNumeric: code_quantity(leaf, unit, row, type, point); return;
+    case LeafForm::kBinary: code_binary(leaf, is_turned(leaf, row), point); return;
     case LeafForm::kEnum:
-      return type.words.empty() ? code_own_words(leaf, point) : code_words_of_type(leaf, row, point);
+      if (type.words.empty()) return code_own_words(leaf, point);
+      return code_words_of_type(leaf, row, point);
     case LeafForm::kText: point.coding.form = Coding::Form::kText; return;
     case LeafForm::kList:
     case LeafForm::kComposite: return code_structure(row, point);

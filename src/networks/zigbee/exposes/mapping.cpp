@@ -80,7 +80,8 @@ void describe(const Leaf& leaf, const Found& found, MappedPoint& point) {
   auto& capability = point.capability;
   const bool actuator = capability.point.kind == Kind::kActuator;
   capability.access = access_of(leaf, capability.point.kind);
-  capability.reports = leaf.access.published || !leaf.access.settable;
+  const bool event = found.type != nullptr && found.type->report == model::Report::kEvent;
+  capability.reports = !leaf.access.settable || (leaf.access.published && !event);
   capability.sampled = actuator && leaf.access.published && leaf.access.gettable;
   capability.deadline = Duration::zero();  // devices report changes; their own liveness decides
   point.property = leaf.property;

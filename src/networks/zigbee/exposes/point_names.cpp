@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <tuple>
 
+#include "model/words.h"
 #include "networks/zigbee/exposes/type_table.h"
 #include "rubicon/key.hpp"
 
@@ -71,7 +72,9 @@ std::string_view own_property(const Leaf& leaf) {
     property.remove_suffix(endpoint.size() + 1);
   const bool of_group = !leaf.group.empty() && property.size() == leaf.group.size() + 1 + leaf.name.size() &&
                         property.starts_with(leaf.group) && property.ends_with(leaf.name);
-  return of_group || (is_colour(leaf.name) && property == "color") ? std::string_view(leaf.name) : property;
+  const bool same = of_group || (is_colour(leaf.name) && property == "color") ||
+                    model::plain_word(property) == model::plain_word(leaf.name);  // `breezeMode` of `breeze mode`
+  return same ? std::string_view(leaf.name) : property;
 }
 
 std::string open_name(const Leaf& leaf, const TypeCatalogue& types) {

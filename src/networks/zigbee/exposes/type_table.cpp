@@ -1,6 +1,7 @@
 #include "networks/zigbee/exposes/type_table.h"
 
 #include <algorithm>
+#include <vector>
 
 namespace rubicon::networks::zigbee::exposes {
 
@@ -96,23 +97,25 @@ constexpr TypeRow kRows[] = {
     {"climate", "fan_mode", kEnum, "", kAny, "fanMode", ""},
     {"climate", "pi_heating_demand", kNumeric, "%", kAny, "heatingDemand", ""},
     {"climate", "pi_cooling_demand", kNumeric, "%", kAny, "coolingDemand", ""},
-    {"climate", "local_temperature_calibration", kNumeric, "K", kAny, "temperatureCalibration", "local"},
-    {"", "local_temperature_calibration", kNumeric, "K", kAny, "temperatureCalibration", "local"},
+    {"climate", "local_temperature_calibration", kNumeric, "K", kAny, "temperatureCalibration", "temperature-local"},
+    {"", "local_temperature_calibration", kNumeric, "K", kAny, "temperatureCalibration", "temperature-local"},
     {"", "temperature_calibration", kNumeric, "K", kAny, "temperatureCalibration", ""},
     {"", "temperature_offset", kNumeric, "K", kAny, "temperatureCalibration", "offset"},
     {"", "humidity_calibration", kNumeric, "%", kAny, "humidityCalibration", ""},
     {"", "humidity_offset", kNumeric, "%", kAny, "humidityCalibration", "offset"},
     {"*", "max_heat_setpoint_limit", kNumeric, "Cel", kAny, "maximumTemperatureSetpoint", ""},
     {"*", "min_heat_setpoint_limit", kNumeric, "Cel", kAny, "minimumTemperatureSetpoint", ""},
-    {"*", "max_cool_setpoint_limit", kNumeric, "Cel", kAny, "maximumTemperatureSetpoint", "cooling"},
-    {"*", "min_cool_setpoint_limit", kNumeric, "Cel", kAny, "minimumTemperatureSetpoint", "cooling"},
+    {"*", "max_cool_setpoint_limit", kNumeric, "Cel", kAny, "maximumTemperatureSetpoint",
+     "temperatureSetpoint-cooling"},
+    {"*", "min_cool_setpoint_limit", kNumeric, "Cel", kAny, "minimumTemperatureSetpoint",
+     "temperatureSetpoint-cooling"},
     {"*", "abs_max_heat_setpoint_limit", kNumeric, "Cel", kAny, "maximumTemperatureSetpoint", "absolute"},
     {"*", "abs_min_heat_setpoint_limit", kNumeric, "Cel", kAny, "minimumTemperatureSetpoint", "absolute"},
     {"", "max_temperature_limit", kNumeric, "Cel", kSet, "maximumTemperatureSetpoint", "limit"},
     {"", "min_temperature_limit", kNumeric, "Cel", kSet, "minimumTemperatureSetpoint", "limit"},
     {"", "max_temperature", kNumeric, "Cel", kSet, "maximumTemperatureSetpoint", "temperature"},
     {"", "min_temperature", kNumeric, "Cel", kSet, "minimumTemperatureSetpoint", "temperature"},
-    {"", "deadzone_temperature", kNumeric, "Cel", kSet, "temperatureDeadBand", ""},
+    {"", "deadzone_temperature", kNumeric, "K", kSet, "temperatureDeadBand", ""},
     {"", "min_setpoint_deadband", kNumeric, "K", kSet, "temperatureDeadBand", "setpoint"},
     {"*", "window_detection", kBinary, "", kSet, "windowDetection", ""},
     {"*", "valve_detection", kBinary, "", kSet, "valveDetection", ""},
@@ -299,11 +302,16 @@ bool has_word(std::string_view spellings, std::string_view word) {
   return false;
 }
 
+/// All words of the leaf are in the row, each for another word of the type.
 bool fits_words(const TypeRow& row, const Leaf& leaf) {
   if (row.words.empty() || leaf.form != LeafForm::kEnum) return true;
-  return !leaf.values.empty() && std::all_of(leaf.values.begin(), leaf.values.end(), [&](const NamedValue& value) {
-    return !type_word(row, value.name).empty();
-  });
+  std::vector<std::string_view> words;
+  for (const auto& value : leaf.values) {
+    const auto word = type_word(row, value.name);
+    if (word.empty() || std::find(words.begin(), words.end(), word) != words.end()) return false;
+    words.push_back(word);
+  }
+  return !words.empty();
 }
 
 bool fits_scale(const TypeRow& row, const Leaf& leaf) {

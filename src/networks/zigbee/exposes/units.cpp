@@ -146,8 +146,8 @@ bool has_any(std::string_view name, std::initializer_list<std::string_view> part
 }
 
 bool is_temperature_difference(std::string_view name) {
-  return has_any(
-      name, {"calibration", "offset", "hysteresis", "hysterersis", "deadband", "delta", "correction", "compensation"});
+  return has_any(name, {"calibration", "offset", "hysteresis", "hysterersis", "deadband", "deadzone", "setback",
+                        "sensitivity", "delta", "correction", "compensation"});
 }
 
 bool is_minutes(std::string_view name) {
