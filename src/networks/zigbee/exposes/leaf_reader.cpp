@@ -11,7 +11,7 @@ namespace rubicon::networks::zigbee::exposes {
 
 namespace {
 
-using Tree = nlohmann::ordered_json;
+using Tree = nlohmann::json;
 
 constexpr std::size_t kMostText = std::size_t{1} << 20;  ///< bytes of an `exposes` array
 constexpr std::size_t kDeepestJson = 32;
