@@ -1,0 +1,315 @@
+#include "networks/zigbee/device.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <functional>
+#include <utility>
+
+#include "networks/zigbee/bridge/liveness.h"
+#include "networks/zigbee/device/commands.h"
+#include "networks/zigbee/device/polling.h"
+#include "networks/zigbee/device/properties.h"
+#include "networks/zigbee/device/reports.h"
+#include "networks/zigbee/device/silence.h"
+#include "networks/zigbee/device/state_reader.h"
+#include "networks/zigbee/device/verification.h"
+#include "rubicon/key.hpp"
+
+namespace rubicon::networks::zigbee {
+
+namespace {
+
+using device::Command;
+using model::Outcome;
+
+/// One for all devices: its memory is that of the longest message. The members are used before the next message.
+device::StateReader& state_reader() {
+  thread_local device::StateReader reader;
+  return reader;
+}
+
+/// Devices whose polls found no place try again at different times.
+Duration retry_of(const std::string& address) {
+  return std::chrono::milliseconds(500 + std::hash<std::string>()(address) % 1000);
+}
+
+}  // namespace
+
+struct Device::Impl {
+  Impl(DeviceHost& its_host, const TypeCatalogue& its_types, bridge::DeviceRecord its_record);
+
+  void set_record(bridge::DeviceRecord now);
+  model::Join join() const;
+  void deliver(device::Reports::Found found);
+  void answer(std::uint64_t request, Outcome outcome, std::string text);
+  Result<void> command(std::uint64_t request, const PointId& id, const Value& value, Duration time_to_live);
+  Result<void> sample(const model::Sample& request);
+  bool is_event(const Capability& capability) const;
+  bool get(const std::vector<std::size_t>& properties);
+  bool poll(const std::vector<std::size_t>& which);
+  bool ask(std::size_t property, bool own);
+  /// Asks for what the device can be asked for; settings are not worth the radio.
+  void refresh();
+  std::vector<std::size_t> gettable() const;
+  bool can_ask() const { return reports.traits().can_ask; }
+
+  DeviceHost& host;
+  const TypeCatalogue& types;
+  bridge::DeviceRecord record;
+  std::vector<exposes::MappedPoint> points;
+  device::Properties properties;
+  device::Commands commands;
+  device::Verification verification;
+  device::Reports reports;
+  device::Polling polling;
+  device::Silence silence;
+  std::optional<bool> available;
+  bool up = false;
+};
+
+Device::Impl::Impl(DeviceHost& its_host, const TypeCatalogue& its_types, bridge::DeviceRecord its_record)
+    : host(its_host),
+      types(its_types),
+      properties({}),
+      commands(its_host.scheduler(),
+               {[this](std::string payload) { return host.publish(record.name, "set", std::move(payload)); },
+                [this](std::uint64_t request, Outcome outcome, std::string text) {
+                  answer(request, outcome, std::move(text));
+                },
+                [this](const Command& command) { reports.commanded(command); }}),
+      verification(its_host.scheduler(), {[this](std::size_t property, bool own) { return ask(property, own); },
+                                          [this](std::size_t property, std::optional<WallTime> seen) {
+                                            deliver(reports.proven(property, seen));
+                                          }}),
+      reports(its_host.scheduler(), points, properties, commands, verification),
+      polling(its_host.scheduler(), retry_of(its_record.address),
+              [this](const std::vector<std::size_t>& which) { return poll(which); }),
+      silence(its_host.scheduler(),
+              {[this] {
+                 const auto all = gettable();
+                 return !all.empty() && poll({all.front()});
+               },
+               [this](std::string reason) { host.deliver(record.address, model::Unreachable{std::move(reason)}); }}) {
+  set_record(std::move(its_record));
+}
+
+void Device::Impl::set_record(bridge::DeviceRecord now) {
+  record = std::move(now);
+  auto mapped = exposes::map_leaves(record.leaves, types);
+  if (mapped != points) {
+    commands.end(Outcome::kUndeliverable, "the definition of the device changed");
+    verification.clear();
+    points = std::move(mapped);
+    properties.set_points(points);
+    reports.points_changed();
+    polling.demand({}, Duration(0));
+  }
+  auto traits = reports.traits();
+  traits.group = record.is_group();
+  traits.can_ask = record.mains() && !record.is_group();
+  reports.traits(traits);
+  const bool answers = traits.can_ask && !gettable().empty();
+  // A mains device that neither reports periodically nor answers may be quiet for ever.
+  const bool unlimited = record.mains() && !answers && bridge::longest_reporting(record) == Duration(0);
+  silence.limit(unlimited ? std::nullopt : bridge::silence_limit(record), answers);
+}
+
+model::Join Device::Impl::join() const {
+  model::Join join;
+  join.name = record.name;
+  join.model = record.vendor.empty() ? record.model : fmt::format("{} {}", record.vendor, record.model);
+  join.heard = false;
+  for (const auto& point : points) {
+    auto& capability = join.capabilities.emplace_back(point.capability);
+    capability.deadline = Duration(0);
+    if (!point.access.published || record.is_group()) capability.reports = false;
+  }
+  const auto* rate = types.find("rate");
+  if (!rate || !can_ask() || gettable().empty()) return join;
+  auto& capability = join.capabilities.emplace_back();
+  capability.point = {Kind::kProperty, rate->id, {}};
+  capability.type_name = rate->name;
+  capability.access = Access::kReadWrite;
+  return join;
+}
+
+void Device::Impl::deliver(device::Reports::Found found) {
+  if (!found.stored.empty()) host.deliver(record.address, model::Updates{std::move(found.stored), false});
+  if (!found.readings.empty())
+    host.deliver(record.address, model::Updates{std::move(found.readings)});
+  else if (found.heard)
+    host.deliver(record.address, model::KeepAlive{});
+}
+
+void Device::Impl::answer(std::uint64_t request, Outcome outcome, std::string text) {
+  host.deliver(record.address, model::Acknowledge{request, outcome, std::move(text)});
+}
+
+bool Device::Impl::is_event(const Capability& capability) const {
+  const auto* type = types.find(capability.point.type);
+  return (type ? type->report : capability.report) == model::Report::kEvent;
+}
+
+Result<void> Device::Impl::command(std::uint64_t request, const PointId& id, const Value& value,
+                                   Duration time_to_live) {
+  const auto point = std::find_if(points.begin(), points.end(),
+                                  [&](const exposes::MappedPoint& one) { return one.capability.point == id; });
+  if (point == points.end())
+    return fail(ErrorCode::kNotFound,
+                fmt::format("{} has no {} of type {} instance {}", record.name, to_string(id.kind),
+                            static_cast<unsigned>(id.type), model::quoted(id.instance)));
+  if (!point->access.settable)
+    return fail(ErrorCode::kUnsupported, fmt::format("{} of {} cannot be set", point->property, record.name));
+  if (!up) return fail(ErrorCode::kUnreachable, "Zigbee2MQTT is not there");
+  auto json = exposes::encode(*point, value);
+  if (!json) return fail(json.error());
+  Command command;
+  command.request = request;
+  command.point = static_cast<std::size_t>(point - points.begin());
+  command.property = properties.of_point(command.point);
+  command.key = point->property;
+  command.value = value;
+  command.wanted = exposes::decode(*point, *json).value_or(value);
+  command.json = std::move(*json);
+  command.event = is_event(point->capability);
+  command.echoed = point->access.published && !record.is_group();
+  return commands.add(std::move(command), !record.mains() && !record.is_group(), time_to_live);
+}
+
+/// What the device reports often enough by itself is asked for only once.
+Result<void> Device::Impl::sample(const model::Sample& request) {
+  std::vector<std::size_t> wanted, polled;
+  const auto reported = bridge::longest_reporting(record);
+  for (std::size_t i = 0; can_ask() && i < points.size(); ++i) {
+    const auto& point = points[i];
+    const bool sampled =
+        std::find(request.points.begin(), request.points.end(), point.capability.point) != request.points.end();
+    if (!sampled || !point.access.gettable) continue;
+    wanted.push_back(properties.of_point(i));
+    if (reported == Duration(0) || request.period < reported) polled.push_back(wanted.back());
+  }
+  polling.once(wanted);
+  polling.demand(std::move(polled), request.period);
+  answer(request.request, Outcome::kSent, {});
+  return {};
+}
+
+std::vector<std::size_t> Device::Impl::gettable() const {
+  std::vector<std::size_t> found;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const bool setting = points[i].capability.point.kind == Kind::kProperty;
+    if (!points[i].access.gettable || setting) continue;
+    const auto property = properties.of_point(i);
+    if (std::find(found.begin(), found.end(), property) == found.end()) found.push_back(property);
+  }
+  return found;
+}
+
+void Device::Impl::refresh() {
+  if (can_ask()) polling.once(gettable());
+}
+
+bool Device::Impl::get(const std::vector<std::size_t>& which) {
+  std::string payload = "{";
+  for (const auto index : which) {
+    if (payload.size() > 1) payload += ',';
+    device::append_key(payload, properties[index].name);
+    payload += R"(:"")";
+  }
+  return up && host.publish(record.name, "get", payload + "}").has_value();
+}
+
+bool Device::Impl::poll(const std::vector<std::size_t>& which) {
+  if (!up || !host.take_poll() || !get(which)) return false;
+  for (const auto index : which) {
+    properties[index].asked = true;
+    properties[index].asked_at = host.scheduler().now();
+  }
+  return true;
+}
+
+bool Device::Impl::ask(std::size_t property, bool own) {
+  return (own || host.take_poll()) && get({property});
+}
+
+Device::Device(DeviceHost& host, const TypeCatalogue& types, bridge::DeviceRecord record)
+    : impl_(std::make_unique<Impl>(host, types, std::move(record))) {
+  host.deliver(impl_->record.address, impl_->join());
+}
+
+Device::~Device() = default;
+
+void Device::update(bridge::DeviceRecord record) {
+  const auto before = impl_->join();
+  impl_->set_record(std::move(record));
+  auto now = impl_->join();
+  const bool same = before.name == now.name && before.model == now.model && before.capabilities == now.capabilities;
+  if (!same) impl_->host.deliver(impl_->record.address, std::move(now));
+}
+
+Result<void> Device::state(std::string_view payload, bool retained) {
+  if (payload.empty()) return {};
+  const auto members = state_reader().read(payload);
+  if (!members) return fail(members.error());
+  auto found = impl_->reports.take(*members, retained);
+  if (found.heard) impl_->silence.heard(Duration(0));
+  impl_->deliver(std::move(found));
+  return {};
+}
+
+void Device::availability(bool online) {
+  const bool back = online && impl_->available == false;
+  impl_->available = online;
+  if (!online) {
+    impl_->host.deliver(impl_->record.address, model::Unreachable{"Zigbee2MQTT: not available"});
+    return;
+  }
+  impl_->host.deliver(impl_->record.address, model::KeepAlive{});
+  if (back) impl_->refresh();
+}
+
+void Device::optimistic(bool publishes_echoes) {
+  auto traits = impl_->reports.traits();
+  traits.optimistic = publishes_echoes;
+  impl_->reports.traits(traits);
+}
+
+Result<void> Device::send(const Message& message) {
+  if (const auto* actuate = std::get_if<model::Actuate>(&message.body))
+    return impl_->command(actuate->request, actuate->point, actuate->value, actuate->time_to_live);
+  if (const auto* set = std::get_if<model::SetProperty>(&message.body))
+    return impl_->command(set->request, set->point, set->value, Duration(0));
+  if (const auto* sample = std::get_if<model::Sample>(&message.body)) return impl_->sample(*sample);
+  if (message.kind() != MessageKind::kProbe)
+    return fail(ErrorCode::kUnsupported, fmt::format("ZigBee devices do not support {}", to_string(message.kind())));
+  const auto all = impl_->gettable();
+  if (impl_->can_ask() && !all.empty()) impl_->polling.once({all.front()});
+  return {};
+}
+
+void Device::line_lost(const std::string& why) {
+  impl_->up = false;
+  impl_->commands.end(Outcome::kUndeliverable, why);
+  impl_->verification.clear();
+  impl_->polling.line(false);
+  impl_->silence.line(false);
+}
+
+void Device::line_up() {
+  impl_->up = true;
+  impl_->reports.line_up();
+  impl_->polling.line(true);
+  impl_->silence.line(true);
+  impl_->refresh();
+}
+
+const bridge::DeviceRecord& Device::record() const {
+  return impl_->record;
+}
+
+const std::vector<exposes::MappedPoint>& Device::points() const {
+  return impl_->points;
+}
+
+}  // namespace rubicon::networks::zigbee

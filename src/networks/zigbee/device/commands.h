@@ -1,0 +1,81 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/deadline.h"
+#include "base/lifetime.h"
+#include "model/message.h"
+#include "rubicon/result.hpp"
+
+namespace rubicon::networks::zigbee::device {
+
+/// A command on its way to the device.
+struct Command {
+  std::uint64_t request = 0;
+  std::size_t point = 0, property = 0;
+  std::string key, json;  ///< as in the set message
+  Value value;            ///< as commanded
+  Value wanted;           ///< as the property can hold it: what `json` means
+  bool event = false;     ///< each one counts; else a newer one for the same property supersedes it
+  bool echoed = true;     ///< Zigbee2MQTT publishes the value after it was sent; false: sent is all that can be known
+  SteadyTime expires{};   ///< until then it must be published
+  SteadyTime answer_by{};
+  WallTime published{};
+};
+
+/// The commands of a device until Zigbee2MQTT confirmed that it sent them: merges them into `set` messages, waits for
+/// the echo, and answers each one exactly once (zigbee.md, sections 5 and 9). There is no negative reply to a set, so
+/// that a time-out must do.
+class Commands {
+ public:
+  /// What is added while a set has no echo waits so long at most: longer, and one set that Zigbee2MQTT rejected would
+  /// outlast the time to live of the commands behind it.
+  static constexpr Duration kHold = std::chrono::seconds(2);
+  /// Radio attempts take up to 10 s (zigbee.md, section 5).
+  static constexpr Duration kEchoTime = std::chrono::seconds(15);
+  /// Every request is answered by then (network::Network::send).
+  static constexpr Duration kAnswerTime = std::chrono::seconds(30);
+  static constexpr std::size_t kMaxPending = 200;
+
+  struct Calls {
+    std::function<Result<void>(std::string payload)> publish;
+    std::function<void(std::uint64_t request, model::Outcome outcome, std::string text)> answer;
+    /// Published; it waits for its echo.
+    std::function<void(const Command& command)> published;
+  };
+  Commands(Scheduler& scheduler, Calls calls);
+
+  /// Published at the end of this turn, or when the set before it has its echo. kBusy: too many wait.
+  Result<void> add(Command command, bool sleeps, Duration time_to_live);
+  /// The oldest published command for the property that waits for its echo; nullptr if there is none.
+  const Command* awaiting(std::size_t property) const;
+  /// Its value came back: answers it and forgets it.
+  void echo(const Command& command);
+  /// Answers all.
+  void end(model::Outcome outcome, const std::string& why);
+
+ private:
+  void flush();
+  void publish_waiting();
+  void publish(std::vector<Command> batch);
+  void sent(Command command);
+  void sweep();
+  SteadyTime next_time() const;
+  void answer(const Command& command, model::Outcome outcome, std::string text);
+
+  Scheduler& scheduler_;
+  Calls calls_;
+  std::vector<Command> waiting_, published_;
+  SteadyTime hold_until_{};
+  base::OncePerTurn turn_;
+  base::Deadline deadline_;
+};
+
+/// Appends a JSON string: keys come from definitions and may need escapes.
+void append_key(std::string& json, std::string_view key);
+
+}  // namespace rubicon::networks::zigbee::device

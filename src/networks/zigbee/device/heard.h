@@ -1,0 +1,23 @@
+#pragma once
+
+#include <optional>
+
+#include "rubicon/time.hpp"
+
+namespace rubicon::networks::zigbee::device {
+
+/// What a state message says besides its values.
+struct Heard {
+  WallTime arrival{};
+  std::optional<WallTime> last_seen{};  ///< absent: Zigbee2MQTT is configured to leave it out
+  /// Its last_seen is later than all before it, or it has none: the device may have sent something. Otherwise
+  /// Zigbee2MQTT published by itself: an echo, a timer of its own, a repetition.
+  bool later = true;
+  bool copy = false;   ///< a repetition of old values, at the start of Zigbee2MQTT for example
+  bool older = false;  ///< a copy from before the last message: Zigbee2MQTT lost what came since then
+  bool aged = false;   ///< its last_seen is not of this moment
+  /// No property differs from the message before it: a report of what was known, or of nothing.
+  bool quiet = false;
+};
+
+}  // namespace rubicon::networks::zigbee::device

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <vector>
+
+#include "networks/zigbee/exposes/mapping.h"
+#include "rubicon/time.hpp"
+
+namespace rubicon::networks::zigbee::device {
+
+/// A property of the state messages of a device, and what is known of it. Several points may share one: colour as x and
+/// y and as hue and saturation.
+struct Property {
+  std::string name;
+  std::vector<std::size_t> points;
+  bool published = false, settable = false, gettable = false;
+  bool event = false;        ///< each message counts once
+  bool of_the_link = false;  ///< differs in each message, whatever caused it: says nothing about the other properties
+
+  std::string text{};     ///< JSON, as last taken; empty = never seen
+  WallTime changed{};     ///< when the device had it first, as far as known
+  bool unproven = false;  ///< an echo: the device did not report it yet
+  bool due = false;       ///< delivered before the line was interrupted: once more when the device is heard
+  bool asked = false;     ///< by a poll that was not answered yet
+  SteadyTime asked_at{};  ///< zero = never
+};
+
+/// The properties of a device by their JSON key.
+class Properties {
+ public:
+  explicit Properties(const std::vector<exposes::MappedPoint>& points) { set_points(points); }
+  /// What is known of a property that stays is kept. All indexes change.
+  void set_points(const std::vector<exposes::MappedPoint>& points);
+
+  /// nullptr if no point has this key.
+  Property* find(std::string_view key);
+  Property& operator[](std::size_t index) { return all_[index]; }
+  std::size_t index_of(const Property& property) const { return static_cast<std::size_t>(&property - all_.data()); }
+  std::size_t of_point(std::size_t point) const { return of_point_[point]; }
+  std::vector<Property>& all() { return all_; }
+
+ private:
+  struct Hash {
+    using is_transparent = void;
+    std::size_t operator()(std::string_view text) const { return std::hash<std::string_view>()(text); }
+  };
+  std::vector<Property> all_;
+  std::unordered_map<std::string, std::size_t, Hash, std::equal_to<>> by_name_;
+  std::vector<std::size_t> of_point_;
+};
+
+}  // namespace rubicon::networks::zigbee::device

@@ -1,0 +1,309 @@
+#include "networks/zigbee/device/reports.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "networks/zigbee/device/last_seen.h"
+
+namespace rubicon::networks::zigbee::device {
+
+namespace {
+
+using nlohmann::json;
+
+/// Without last_seen, what Zigbee2MQTT publishes so soon after its start may be old.
+constexpr Duration kStartTime = std::chrono::seconds(10);
+/// A get without an answer is forgotten.
+constexpr Duration kAnswerTime = std::chrono::seconds(10);
+constexpr double kShare = 1e-3, kPartTolerance = 2e-3;
+
+bool is_known(const Property& property) {
+  return !property.text.empty() && property.text != "null";
+}
+
+std::optional<double> number_of(const Value& value) {
+  if (const auto* whole = std::get_if<std::int64_t>(&value)) return static_cast<double>(*whole);
+  if (const auto* real = std::get_if<double>(&value)) return *real;
+  return std::nullopt;
+}
+
+bool is_near(double reported, double wanted, double tolerance) {
+  return std::abs(reported - wanted) <= std::abs(wanted) * kShare + tolerance;
+}
+
+bool is_same_json(const json& reported, const json& wanted) {
+  if (reported.is_number() && wanted.is_number())
+    return is_near(reported.get<double>(), wanted.get<double>(), kPartTolerance);
+  if (!reported.is_object() || !wanted.is_object()) return reported == wanted;
+  return std::all_of(wanted.items().begin(), wanted.items().end(), [&](const auto& part) {
+    const auto found = reported.find(part.key());
+    return found != reported.end() && is_same_json(*found, part.value());
+  });
+}
+
+}  // namespace
+
+bool is_same_value(const Value& reported, const Value& wanted) {
+  const auto is = number_of(reported), should = number_of(wanted);
+  if (is && should) return is_near(*is, *should, 0);
+  const auto* is_text = std::get_if<Json>(&reported);
+  const auto* should_text = std::get_if<Json>(&wanted);
+  if (!is_text || !should_text) return reported == wanted;
+  const auto is_tree = json::parse(is_text->text, nullptr, false);
+  const auto should_tree = json::parse(should_text->text, nullptr, false);
+  if (is_tree.is_discarded() || should_tree.is_discarded()) return is_text->text == should_text->text;
+  return is_same_json(is_tree, should_tree);
+}
+
+Reports::Reports(Scheduler& scheduler, const std::vector<exposes::MappedPoint>& points, Properties& properties,
+                 Commands& commands, Verification& verification)
+    : scheduler_(scheduler),
+      points_(points),
+      properties_(properties),
+      commands_(commands),
+      verification_(verification) {}
+
+Reports::Found Reports::take(std::span<const Member> members, bool retained) {
+  Found found;
+  auto heard = this->heard(members, retained);
+  found.heard = heard.later && !heard.copy;
+  compare(members, heard, found);
+  const bool any_own = take_echoes(heard, found);
+  for (const auto& change : changes_) apply(change, heard, judge(change, heard, any_own), found);
+  if (!heard.copy) verification_.message(heard);
+  note_last_seen(heard);
+  return found;
+}
+
+/// Whether one of the changes is the value of a command of ours.
+bool Reports::take_echoes(const Heard& heard, Found& found) {
+  bool any_own = false;
+  for (auto& change : changes_) {
+    change.own = take_echo(*change.property, change.json, heard);
+    any_own |= change.own;
+  }
+  for (const auto& one : same_) {
+    if (take_echo(*one.property, one.json, heard))
+      doubt(*one.property, Verification::Cause::kEcho, heard);
+    else
+      unchanged(*one.property, heard, found);
+  }
+  return any_own;
+}
+
+void Reports::note_last_seen(const Heard& heard) {
+  if (!heard.last_seen || !heard.later) return;
+  newest_ = heard.last_seen;
+  newest_age_ = heard.arrival - *heard.last_seen;
+}
+
+Heard Reports::heard(std::span<const Member> members, bool retained) {
+  Heard heard;
+  heard.arrival = scheduler_.wall_now();
+  heard.copy = retained;
+  for (const auto& member : members) {
+    if (member.key == "last_seen") heard.last_seen = read_last_seen(member.json);
+  }
+  date(heard);
+  return heard;
+}
+
+/// A wrong clock of Zigbee2MQTT must not make all its messages old, nor silence a device when it is set back.
+void Reports::date(Heard& heard) const {
+  if (!heard.last_seen) {
+    heard.copy |= scheduler_.now() < copies_until_;
+    return;
+  }
+  const Duration age = heard.arrival - *heard.last_seen;
+  heard.aged = age > kOld;
+  heard.later = !newest_ || *heard.last_seen > *newest_;
+  if (newest_ && *heard.last_seen < *newest_) {
+    heard.later = !heard.aged;
+    heard.older = heard.aged;
+  }
+  const bool as_before = newest_ && age <= newest_age_ + kOld;
+  if (heard.later && heard.aged && !as_before) heard.copy = true;
+  heard.copy |= heard.older;
+}
+
+void Reports::compare(std::span<const Member> members, Heard& heard, Found& found) {
+  changes_.clear();
+  same_.clear();
+  heard.quiet = true;
+  for (const auto& member : members) {
+    auto* property = properties_.find(member.key);
+    if (!property || !property->published) continue;
+    if (property->event) {
+      heard.quiet = false;
+      event(*property, member.json, heard, found);
+      continue;
+    }
+    const bool same = property->text == member.json;
+    (same ? same_ : changes_).push_back({property, member.json});
+    if (!same && !property->of_the_link) heard.quiet = false;
+  }
+}
+
+void Reports::event(const Property& property, std::string_view json, const Heard& heard, Found& found) {
+  if (json == "\"\"" || json == "null" || heard.copy) return;
+  const auto time = heard.last_seen && !heard.aged ? std::min(*heard.last_seen, heard.arrival) : heard.arrival;
+  readings(property, json, time, found.readings);
+}
+
+bool Reports::take_echo(Property& property, std::string_view json, const Heard& heard) {
+  if (heard.copy) return false;
+  const auto* command = commands_.awaiting(properties_.index_of(property));
+  if (!command) return false;
+  if (json != command->json && !means(command->point, json, command->wanted)) return false;
+  commands_.echo(*command);
+  return true;
+}
+
+bool Reports::means(std::size_t point, std::string_view json, const Value& wanted) const {
+  const auto value = exposes::decode(points_[point], json);
+  return value && is_same_value(*value, wanted);
+}
+
+/// `beside_own`: the message has the value of a command of ours.
+Reports::Verdict Reports::judge(const Change& change, const Heard& heard, bool beside_own) const {
+  const auto& property = *change.property;
+  if (traits_.group) return Verdict::kStored;
+  if (heard.older) return Verdict::kNoNews;
+  if (heard.copy) return Verdict::kStored;
+  // An echo never brings a later last_seen; what does is a report (recorded from Zigbee2MQTT 2.14.1).
+  const bool by_device = heard.last_seen && heard.later;
+  if (change.own) {
+    if (!traits_.optimistic || (by_device && !can_ask(property))) return Verdict::kReport;
+    return Verdict::kEcho;
+  }
+  if (!is_known(property)) return heard.aged && !heard.later ? Verdict::kStored : Verdict::kReport;
+  const bool suspect = property.settable && traits_.optimistic && (beside_own || (heard.last_seen && !heard.later));
+  return suspect && can_ask(property) && change.json != "null" ? Verdict::kUnproven : Verdict::kReport;
+}
+
+void Reports::apply(const Change& change, const Heard& heard, Verdict verdict, Found& found) {
+  auto& property = *change.property;
+  const auto index = properties_.index_of(property);
+  const bool was_known = is_known(property);
+  property.text = change.json;
+  if (verdict == Verdict::kNoNews) return;
+  if (verdict == Verdict::kEcho) return doubt(property, Verification::Cause::kEcho, heard);
+  if (verdict == Verdict::kUnproven) return doubt(property, Verification::Cause::kForeign, heard);
+  property.unproven = property.due = false;
+  if (heard.later || !heard.last_seen) property.asked = false;
+  // What changes long after the device was heard is a timer of Zigbee2MQTT.
+  const bool by_timer = heard.aged && !heard.later && verdict == Verdict::kReport;
+  property.changed = by_timer ? heard.arrival : time_of(index, heard.last_seen);
+  if (change.json == "null" && !was_known) return;
+  readings(property, change.json, property.changed, verdict == Verdict::kStored ? found.stored : found.readings);
+  const auto* last = last_command(index);
+  verification_.reported(index, !last || means(last->point, change.json, last->wanted));
+}
+
+void Reports::doubt(Property& property, Verification::Cause cause, const Heard& heard) {
+  const auto index = properties_.index_of(property);
+  property.unproven = true;
+  property.due = false;
+  const auto* command = cause == Verification::Cause::kEcho ? last_command(index) : nullptr;
+  const auto newest = heard.last_seen && heard.later ? heard.last_seen : newest_;
+  verification_.start(index, cause, can_ask(property), newest, command ? command->known_before : newest);
+}
+
+void Reports::unchanged(Property& property, const Heard& heard, Found& found) {
+  if (heard.copy || !heard.later || property.unproven || !is_known(property)) return;
+  if (property.asked && scheduler_.now() > property.asked_at + kAnswerTime) property.asked = false;
+  const bool answers = property.asked && heard.quiet;
+  if (answers)
+    property.changed = time_of(properties_.index_of(property), heard.last_seen);
+  else if (!property.due)
+    return;
+  property.asked = property.due = false;
+  readings(property, property.text, property.changed, found.readings);
+}
+
+Reports::Found Reports::proven(std::size_t index, std::optional<WallTime> seen) {
+  Found found;
+  auto& property = properties_[index];
+  if (!std::exchange(property.unproven, false)) return found;
+  found.heard = true;
+  property.changed = time_of(index, seen);
+  readings(property, property.text, property.changed, found.readings);
+  return found;
+}
+
+void Reports::commanded(const Command& command) {
+  std::erase_if(commanded_, [&](const Commanded& older) { return older.property == command.property; });
+  commanded_.push_back({command.point, command.property, command.value, command.wanted, command.published, newest_});
+  const auto& property = properties_[command.property];
+  if (!command.echoed || !can_ask(property)) return;
+  verification_.start(command.property,
+                      traits_.optimistic ? Verification::Cause::kNoEchoYet : Verification::Cause::kNoEchoes, true,
+                      newest_, newest_);
+}
+
+void Reports::line_up() {
+  copies_until_ = scheduler_.now() + kStartTime;
+  newest_age_ = Duration(0);
+  for (auto& property : properties_.all()) {
+    property.due = is_known(property) && !property.unproven;
+    property.asked = false;
+    if (property.unproven) doubt(property, Verification::Cause::kForeign, {});
+  }
+}
+
+void Reports::readings(const Property& property, std::string_view json, WallTime time,
+                       std::vector<model::Reading>& out) {
+  const auto first = out.size();
+  std::string why;
+  for (const auto index : property.points) {
+    const auto& point = points_[index];
+    if (json == "null") {
+      out.push_back({point.capability.point, {}, time, "Zigbee2MQTT does not know it"});
+      continue;
+    }
+    auto value = exposes::decode(point, json);
+    if (!value) {
+      why = value.error().text;
+      continue;
+    }
+    auto shown = as_commanded(index, std::move(*value));
+    out.push_back({point.capability.point, std::move(shown), time, {}});
+  }
+  if (out.size() > first || why.empty()) return;
+  ++bad_values_;  // of points that share a property, one that reads it is enough
+  for (const auto index : property.points) out.push_back({points_[index].capability.point, {}, time, why});
+}
+
+Value Reports::as_commanded(std::size_t point, Value value) {
+  const auto found = std::find_if(commanded_.begin(), commanded_.end(),
+                                  [&](const Commanded& command) { return command.point == point; });
+  if (found == commanded_.end()) return value;
+  if (is_same_value(value, found->wanted)) return found->value;
+  const bool over = !commands_.awaiting(found->property) && !verification_.is_running(found->property);
+  if (over) commanded_.erase(found);
+  return value;
+}
+
+/// A report that followed a command is not older than it, whatever the clock of Zigbee2MQTT says; and nothing was
+/// measured in the future.
+WallTime Reports::time_of(std::size_t property, std::optional<WallTime> seen) const {
+  if (!seen) return {};
+  auto time = *seen;
+  if (const auto* command = last_command(property); command && !commands_.awaiting(property)) {
+    const bool after = !command->known_before || time > *command->known_before;
+    if (after) time = std::max(time, command->published);
+  }
+  return std::min(time, scheduler_.wall_now());
+}
+
+const Reports::Commanded* Reports::last_command(std::size_t property) const {
+  const auto found = std::find_if(commanded_.begin(), commanded_.end(),
+                                  [&](const Commanded& command) { return command.property == property; });
+  return found == commanded_.end() ? nullptr : &*found;
+}
+
+}  // namespace rubicon::networks::zigbee::device

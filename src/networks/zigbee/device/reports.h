@@ -1,0 +1,120 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/limited_log.h"
+#include "model/message.h"
+#include "networks/zigbee/device/commands.h"
+#include "networks/zigbee/device/heard.h"
+#include "networks/zigbee/device/properties.h"
+#include "networks/zigbee/device/state_reader.h"
+#include "networks/zigbee/device/verification.h"
+
+namespace rubicon::networks::zigbee::device {
+
+/// What the state messages of one device prove. A message holds all values that Zigbee2MQTT remembers, and the presence
+/// of a value says nothing (zigbee.md, section 5): new is what changed, or what was asked for, if it is neither the
+/// echo of a command nor a copy of old values.
+class Reports {
+ public:
+  /// Older values than that are copies that Zigbee2MQTT repeats, unless its clock is wrong.
+  static constexpr Duration kOld = std::chrono::seconds(10);
+
+  /// What the device is; changes with its record.
+  struct Traits {
+    bool can_ask = false;    ///< has mains power: it answers gets
+    bool group = false;      ///< its state follows commands, not reports (zigbee.md, section 7)
+    bool optimistic = true;  ///< Zigbee2MQTT publishes echoes of commands
+  };
+  /// Readings of one message, ready to deliver.
+  struct Found {
+    std::vector<model::Reading> readings;  ///< reported just now
+    std::vector<model::Reading> stored;    ///< remembered by Zigbee2MQTT, not known here
+    bool heard = false;                    ///< the device itself was
+  };
+
+  Reports(Scheduler& scheduler, const std::vector<exposes::MappedPoint>& points, Properties& properties,
+          Commands& commands, Verification& verification);
+
+  Found take(std::span<const Member> members, bool retained);
+  /// The device has the value that is known of the property.
+  Found proven(std::size_t property, std::optional<WallTime> seen);
+  /// A command was published: its value may come back as an echo.
+  void commanded(const Command& command);
+  /// The line is back. What Zigbee2MQTT repeats after this moment without last_seen may be old.
+  void line_up();
+  /// The points are others: forgets what was commanded.
+  void points_changed() { commanded_.clear(); }
+
+  void traits(Traits traits) { traits_ = traits; }
+  const Traits& traits() const { return traits_; }
+  /// Newest last_seen of the device.
+  std::optional<WallTime> last_seen() const { return newest_; }
+  /// Values that could not be read.
+  std::uint64_t bad_values() const { return bad_values_; }
+
+ private:
+  struct Change {
+    Property* property = nullptr;
+    std::string_view json;
+    bool own = false;  ///< the value of a command of ours that waited for its echo
+  };
+  /// The last command for a point, until another value is reported: a report of the same value means the commanded one,
+  /// which may have lost digits.
+  struct Commanded {
+    std::size_t point = 0, property = 0;
+    Value value, wanted;
+    WallTime published{};
+    std::optional<WallTime> known_before{};
+  };
+  enum class Verdict : std::uint8_t {
+    kReport,    ///< of the device
+    kEcho,      ///< of a command of ours, not proven
+    kUnproven,  ///< of a command of somebody else, perhaps
+    kStored,    ///< what Zigbee2MQTT remembers
+    kNoNews,    ///< older than what is known
+  };
+
+  bool take_echoes(const Heard& heard, Found& found);
+  void note_last_seen(const Heard& heard);
+  bool means(std::size_t point, std::string_view json, const Value& wanted) const;
+  Heard heard(std::span<const Member> members, bool retained);
+  void date(Heard& heard) const;
+  void compare(std::span<const Member> members, Heard& heard, Found& found);
+  Verdict judge(const Change& change, const Heard& heard, bool beside_own) const;
+  void apply(const Change& change, const Heard& heard, Verdict verdict, Found& found);
+  void doubt(Property& property, Verification::Cause cause, const Heard& heard);
+  /// Whether the message has the value of a command that waits for its echo; answers that command.
+  bool take_echo(Property& property, std::string_view json, const Heard& heard);
+  void unchanged(Property& property, const Heard& heard, Found& found);
+  void readings(const Property& property, std::string_view json, WallTime time, std::vector<model::Reading>& out);
+  Value as_commanded(std::size_t point, Value value);
+  void event(const Property& property, std::string_view json, const Heard& heard, Found& found);
+  /// When the device had the value, as user time; zero = not known.
+  WallTime time_of(std::size_t property, std::optional<WallTime> seen) const;
+  const Commanded* last_command(std::size_t property) const;
+  bool can_ask(const Property& property) const { return traits_.can_ask && property.gettable; }
+
+  Scheduler& scheduler_;
+  const std::vector<exposes::MappedPoint>& points_;
+  Properties& properties_;
+  Commands& commands_;
+  Verification& verification_;
+  Traits traits_;
+  std::vector<Change> changes_, same_;
+  std::vector<Commanded> commanded_;
+  std::optional<WallTime> newest_{};
+  Duration newest_age_{};  ///< of the newest last_seen, when it arrived
+  SteadyTime copies_until_{};
+  std::uint64_t bad_values_ = 0;
+};
+
+/// Whether a reported value is the wanted one: numbers may differ by 0.1 %, parts of JSON objects by 0.002 more, and
+/// objects may have further members.
+bool is_same_value(const Value& reported, const Value& wanted);
+
+}  // namespace rubicon::networks::zigbee::device

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "base/deadline.h"
+
+namespace rubicon::networks::zigbee::device {
+
+/// The limit of our own for the silence of a device, beside the availability that Zigbee2MQTT may publish: its pings
+/// share one queue, in which one dead router delays those of all others (zigbee.md, sections 6 and 12). A device that
+/// can be asked is asked before, because many report only changes.
+class Silence {
+ public:
+  struct Calls {
+    std::function<bool()> ask;  ///< false: there is nothing to ask for
+    std::function<void(std::string reason)> unreachable;
+  };
+  Silence(Scheduler& scheduler, Calls calls);
+
+  /// nullopt: no limit.
+  void limit(std::optional<Duration> limit, bool can_ask);
+  /// The device was heard, so long ago.
+  void heard(Duration ago);
+  /// Its silence counts from now on; false: the line is down.
+  void line(bool up);
+
+ private:
+  enum class Phase : std::uint8_t { kHeard, kAsked, kUnreachable };
+  void due();
+  void schedule();
+
+  Scheduler& scheduler_;
+  Calls calls_;
+  std::optional<Duration> limit_;
+  bool can_ask_ = false, up_ = false;
+  Phase phase_ = Phase::kHeard;
+  SteadyTime heard_at_{};
+  base::Deadline deadline_;
+};
+
+}  // namespace rubicon::networks::zigbee::device

@@ -1,0 +1,147 @@
+#include "networks/zigbee/device/verification.h"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+namespace rubicon::networks::zigbee::device {
+
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr std::array<Duration, 3> kAskAfter{milliseconds(300), milliseconds(1000), milliseconds(3000)};
+constexpr Duration kNoEchoAfter = std::chrono::seconds(2);
+/// Until another property may be asked for.
+constexpr Duration kQuestionTime = std::chrono::seconds(1);
+/// No place for a question in this moment.
+constexpr Duration kTryAgain = milliseconds(300);
+/// After all attempts: not before the device is heard, and not more often.
+constexpr Duration kRest = std::chrono::minutes(1);
+
+}  // namespace
+
+Verification::Verification(Scheduler& scheduler, Calls calls)
+    : scheduler_(scheduler), calls_(std::move(calls)), deadline_(scheduler, [this] { step(); }) {}
+
+Verification::Item* Verification::find(std::size_t property) {
+  const auto found =
+      std::find_if(items_.begin(), items_.end(), [&](const Item& item) { return item.property == property; });
+  return found == items_.end() ? nullptr : &*found;
+}
+
+bool Verification::is_running(std::size_t property) const {
+  return std::any_of(items_.begin(), items_.end(), [&](const Item& item) { return item.property == property; });
+}
+
+void Verification::start(std::size_t property, Cause cause, bool can_ask, std::optional<WallTime> seen,
+                         std::optional<WallTime> before) {
+  auto* item = find(property);
+  if (!item) item = &items_.emplace_back();
+  *item = {};
+  item->property = property;
+  item->cause = cause;
+  item->can_ask = can_ask;
+  item->start = scheduler_.now();
+  item->due = item->start + (cause == Cause::kNoEchoYet ? kNoEchoAfter : kAskAfter[0]);
+  item->not_before = seen;
+  item->answering = !seen || !before || *seen > *before;
+  if (open_ == property) open_.reset();
+  schedule();
+}
+
+void Verification::reported(std::size_t property, bool ends) {
+  auto* item = find(property);
+  if (open_ == property) open_.reset();
+  if (!item) return;
+  item->candidate_until = SteadyTime::max();
+  const bool goes_on = !ends && item->can_ask && item->cause != Cause::kForeign && item->asked < kAskAfter.size();
+  if (!goes_on) items_.erase(items_.begin() + (item - items_.data()));
+  schedule();
+}
+
+void Verification::message(const Heard& heard) {
+  for (auto& item : items_) consider(item, heard);
+  schedule();
+}
+
+void Verification::consider(Item& item, const Heard& heard) {
+  if (!std::exchange(item.begun, true) || !heard.later) return;
+  item.heard = true;
+  if (!may_prove(item, heard) || item.candidate_until != SteadyTime::max()) return;
+  item.candidate_until = scheduler_.now() + kSettling;
+  item.candidate_seen = heard.last_seen;
+}
+
+bool Verification::may_prove(Item& item, const Heard& heard) const {
+  if (item.cause == Cause::kNoEchoYet || item.cause == Cause::kNoEchoes) return false;
+  if (item.can_ask) return heard.quiet && open_ == item.property;
+  if (!heard.last_seen || !item.not_before) return heard.quiet;
+  if (*heard.last_seen <= *item.not_before + kSameExchange) return false;
+  if (!std::exchange(item.answering, true)) {  // the answer to the set, which the echo overtook
+    item.not_before = heard.last_seen;
+    return false;
+  }
+  return heard.quiet;
+}
+
+void Verification::step() {
+  settle_candidates();
+  ask_next();
+  schedule();
+}
+
+void Verification::settle_candidates() {
+  const auto now = scheduler_.now();
+  std::vector<Item> proven;
+  std::erase_if(items_, [&](const Item& item) {
+    if (item.candidate_until > now) return false;
+    proven.push_back(item);
+    return true;
+  });
+  for (const auto& item : proven) {
+    if (open_ == item.property) open_.reset();
+    calls_.proven(item.property, item.candidate_seen);
+  }
+}
+
+void Verification::ask_next() {
+  const auto now = scheduler_.now();
+  if (open_ && open_until_ <= now) open_.reset();
+  for (auto& item : items_) {
+    const bool rests = item.asked >= kAskAfter.size() && !item.heard;
+    if (open_ || !item.can_ask || rests || item.due > now || item.candidate_until != SteadyTime::max()) continue;
+    if (!ask(item)) item.due = now + kTryAgain;
+  }
+  std::erase_if(items_, [](const Item& item) { return item.cause == Cause::kNoEchoYet && item.asked > 0; });
+}
+
+bool Verification::ask(Item& item) {
+  if (!calls_.ask(item.property, item.cause != Cause::kForeign)) return false;
+  const auto now = scheduler_.now();
+  open_ = item.property;
+  open_until_ = now + kQuestionTime;
+  item.heard = false;
+  if (item.asked < kAskAfter.size()) ++item.asked;
+  const bool last = item.asked == kAskAfter.size();
+  item.due = last ? now + kRest : std::max(now + kAskAfter[0], item.start + kAskAfter[item.asked]);
+  return true;
+}
+
+void Verification::schedule() {
+  auto next = open_ ? open_until_ : SteadyTime::max();
+  for (const auto& item : items_) {
+    next = std::min(next, item.candidate_until);
+    const bool rests = item.asked >= kAskAfter.size() && !item.heard;
+    if (item.can_ask && !rests && !open_ && item.candidate_until == SteadyTime::max()) next = std::min(next, item.due);
+  }
+  deadline_.set_at(next);
+}
+
+void Verification::clear() {
+  items_.clear();
+  open_.reset();
+  deadline_.clear();
+}
+
+}  // namespace rubicon::networks::zigbee::device
