@@ -64,6 +64,7 @@ const std::map<std::string, Names> kLibraryEdges{
     {"sqlite3.h", {"state"}},
     {"zstd.h", {"recording"}},
     {"expat.h", {"networks/knx"}},
+    {"simdjson.h", {"networks/zigbee"}},
     {"thread", {"transport"}},
     {"mutex", {"transport", "tuples/dds"}},
     {"condition_variable", {"transport"}},

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -27,7 +28,9 @@ struct DeviceRecord {
   Role role = Role::kUnknown;
   Interview interview = Interview::kPending;
   bool supported = false, disabled = false;
-  std::string vendor, model, description, firmware;
+  std::string vendor, model;  ///< of the definition; else as the device names them
+  std::string description;    ///< what the user wrote about the device, else the definition's
+  std::string firmware;
   std::string power_source;  ///< as written: `Battery`, `Mains (single phase)`; empty = not known yet
   std::vector<exposes::Leaf> leaves;
   std::vector<std::string> skipped;  ///< what of `exposes` is no leaf
@@ -40,6 +43,19 @@ struct DeviceRecord {
   bool is_group() const { return address.starts_with("group-"); }
   friend bool operator==(const DeviceRecord&, const DeviceRecord&) = default;
 };
+
+/// Longest record that is read. The largest of 4,516 definitions has 63 KB; a record is read in one turn.
+inline constexpr std::size_t kMaxRecordBytes = std::size_t{256} * 1024;
+
+/// `0x00124B0010000000` -> `00124b0010000000`; empty if it is no ieee_address.
+std::string address_of(std::string_view ieee);
+/// The other direction, for requests to the bridge.
+std::string ieee_of(std::string_view address);
+/// Why a friendly name cannot be part of a topic (zigbee.md, section 1; at most 512 bytes of UTF-8); empty if it can.
+std::string name_problem(std::string_view name);
+
+/// Why a device cannot be used, and what the user can do; empty if it can be used.
+std::string why_waiting(const DeviceRecord& record);
 
 /// kInvalid names what is wrong; a record needs an ieee_address of `0x` and 16 hex digits, and a friendly name.
 Result<DeviceRecord> read_device_record(std::string_view json);

@@ -67,14 +67,12 @@ class Topics {
     Kind kind = Kind::kState;
   };
   void add(const std::string& topic, const std::string& address, Kind kind, Filters& filters);
-  void drop(const std::string& topic, const std::string& address, Filters& filters);
-  const std::string* name_of(const std::string& address) const;
+  void drop(const std::string& topic, const std::string& address, Kind kind, Filters& filters);
 
   std::string base_, bridge_;                                       ///< `<base>`, `<base>/bridge/`
   std::map<std::string, Kind, std::less<>> own_;                    ///< the bridge's topics
   std::map<std::string, std::vector<Meaning>, std::less<>> table_;  ///< of the entities; the newest meaning last
   std::map<std::string, std::string, std::less<>> names_;           ///< address -> name
-  std::map<std::string, std::string, std::less<>> addresses_;       ///< name -> address that took it last
 };
 
 }  // namespace rubicon::networks::zigbee::bridge

@@ -1,0 +1,160 @@
+#include "networks/zigbee/bridge/groups.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+#include "networks/zigbee/bridge/json_tree.h"
+
+namespace rubicon::networks::zigbee::bridge {
+namespace {
+
+constexpr std::size_t kMaxGroupBytes = std::size_t{4} * 1024 * 1024;
+/// Of all groups together: each change of a member makes all of them anew.
+constexpr std::size_t kMaxGroups = 1000, kMaxMembers = 5000;
+constexpr std::size_t kMaxSkippedTexts = 20, kMaxGroupLeaves = 256;
+/// The bridge uses it for bindings of its own (zigbee.md, section 7).
+constexpr std::string_view kBindGroup = "default_bind_group";
+
+void read_members(const JsonObject& object, Group& group) {
+  const auto members = array_at(object, "members");
+  if (!members) return;
+  std::set<std::string> known;
+  for (const auto item : *members) {
+    JsonObject member;
+    if (item.get(member) || known.size() >= kMaxMembers) continue;
+    auto address = address_of(text_at(member, "ieee_address"));
+    if (!address.empty() && known.insert(address).second) group.members.push_back(std::move(address));
+  }
+}
+
+Result<Group> read_group(const JsonElement& element) {
+  JsonObject object;
+  if (element.get(object)) return fail(ErrorCode::kInvalid, "bridge/groups: a record is no object");
+  Group group;
+  group.id = small_count_at(object, "id");
+  group.name = text_at(object, "friendly_name");
+  group.description = text_at(object, "description");
+  if (group.id == 0) return fail(ErrorCode::kInvalid, "bridge/groups: a record has no id above 0");
+  if (const auto problem = name_problem(group.name); !problem.empty())
+    return fail(ErrorCode::kInvalid, fmt::format("group {}: {}", group.id, problem));
+  read_members(object, group);
+  return group;
+}
+
+bool for_groups(const exposes::Leaf& leaf) {
+  return leaf.access.settable && (leaf.group == "light" || leaf.group == "switch" || leaf.group == "cover");
+}
+
+/// The leaf as the group has it: its topics know no endpoints, and a group is not asked.
+exposes::Leaf without_endpoint(exposes::Leaf leaf) {
+  const auto suffix = "_" + leaf.endpoint;
+  if (!leaf.endpoint.empty() && leaf.property.ends_with(suffix))
+    leaf.property.resize(leaf.property.size() - suffix.size());
+  leaf.endpoint.clear();
+  leaf.access.gettable = false;
+  return leaf;
+}
+
+void widen(exposes::Leaf& leaf, const exposes::Leaf& other) {
+  leaf.access.published = leaf.access.published || other.access.published;
+  if (!leaf.minimum || !other.minimum || *other.minimum < *leaf.minimum) leaf.minimum = other.minimum;
+  if (!leaf.maximum || !other.maximum || *other.maximum > *leaf.maximum) leaf.maximum = other.maximum;
+  if (!leaf.step || !other.step || *other.step < *leaf.step) leaf.step = other.step;
+  for (const auto& value : other.values) {
+    if (std::ranges::find(leaf.values, value.json, &exposes::NamedValue::json) == leaf.values.end())
+      leaf.values.push_back(value);
+  }
+}
+
+/// `state` of a lamp and `state` of a switch are one; `color_xy` and `color_hs` share a property and are two.
+bool same_in_group(const exposes::Leaf& one, const exposes::Leaf& other) {
+  return one.property == other.property && one.name == other.name && one.form == other.form;
+}
+
+void add_leaf(std::vector<exposes::Leaf>& leaves, exposes::Leaf leaf) {
+  const auto known = std::ranges::find_if(leaves, [&](const auto& other) { return same_in_group(leaf, other); });
+  if (known == leaves.end()) {
+    if (leaves.size() < kMaxGroupLeaves) leaves.push_back(std::move(leaf));
+    return;
+  }
+  // With one lamp among switches the group is a lamp.
+  if (known->group != "light" && leaf.group == "light") std::swap(*known, leaf);
+  widen(*known, leaf);
+}
+
+DeviceRecord group_record(const Group& group, const FindDevice& find) {
+  DeviceRecord record;
+  record.address = group.address();
+  record.name = group.name;
+  record.interview = Interview::kSuccessful;
+  record.supported = true;
+  record.vendor = "Zigbee2MQTT";
+  record.model = "group";
+  record.description = group.description;
+  for (const auto& member : group.members) {
+    const auto* device = find(member);
+    if (device == nullptr) continue;
+    for (const auto& leaf : device->leaves) {
+      if (for_groups(leaf)) add_leaf(record.leaves, without_endpoint(leaf));
+    }
+  }
+  return record;
+}
+
+}  // namespace
+
+Result<GroupList> read_groups(std::string_view payload) {
+  JsonTree tree;
+  const auto root = tree.parse(payload, "bridge/groups", kMaxGroupBytes);
+  if (!root) return fail(root.error());
+  JsonArray records;
+  if (root->get(records)) return fail(ErrorCode::kInvalid, "bridge/groups: no JSON array");
+  GroupList list;
+  std::set<std::uint32_t> ids;
+  std::size_t members = 0;
+  const auto skip = [&](std::string why) {
+    if (list.skipped.size() < kMaxSkippedTexts) list.skipped.push_back(std::move(why));
+  };
+  for (const auto element : records) {
+    auto group = read_group(element);
+    if (!group) {
+      skip(group.error().text);
+    } else if (list.groups.size() >= kMaxGroups) {
+      skip(fmt::format("bridge/groups: more than {} groups", kMaxGroups));
+      break;
+    } else if (group->name == kBindGroup) {
+      continue;
+    } else if (!ids.insert(group->id).second) {
+      skip(fmt::format("group {}: is there twice", group->id));
+    } else if (members += group->members.size(); members > kMaxMembers) {
+      skip(fmt::format("bridge/groups: more than {} members of groups", kMaxMembers));
+      break;
+    } else {
+      list.groups.push_back(std::move(*group));
+    }
+  }
+  return list;
+}
+
+std::map<std::string, DeviceRecord> group_records(const std::vector<Group>& groups, const FindDevice& find) {
+  std::map<std::string, DeviceRecord> records;
+  for (const auto& group : groups) records.emplace(group.address(), group_record(group, find));
+  return records;
+}
+
+GroupChanges compare_groups(const std::map<std::string, DeviceRecord>& before,
+                            const std::map<std::string, DeviceRecord>& after) {
+  GroupChanges changes;
+  for (const auto& [address, record] : after) {
+    const auto known = before.find(address);
+    if (known == before.end() || known->second != record) changes.changed.push_back(record);
+  }
+  for (const auto& [address, record] : before) {
+    if (!after.contains(address)) changes.left.push_back(address);
+  }
+  return changes;
+}
+
+}  // namespace rubicon::networks::zigbee::bridge

@@ -1,0 +1,406 @@
+#include "networks/zigbee/bridge/inventory.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "base/deadline.h"
+#include "base/lifetime.h"
+#include "base/text.h"
+#include "networks/zigbee/bridge/list_slices.h"
+
+namespace rubicon::networks::zigbee::bridge {
+namespace {
+
+constexpr const char* kGone = "removed from Zigbee2MQTT";
+constexpr const char* kLeft = "left the ZigBee network";
+
+/// Stands for a text: of a list, or of a record in it.
+using TextHash = std::uint64_t;
+TextHash hash_of(std::string_view text) {
+  return std::hash<std::string_view>{}(text) + text.size();
+}
+
+/// A usable device that is interviewed again (it was reset, or lost its parent) stays what it was: until the interview
+/// ends, its record has less than before.
+void keep_what_was_known(DeviceRecord& record, const DeviceRecord& before) {
+  if (record.disabled || record.interview == Interview::kSuccessful) return;
+  record.interview = Interview::kSuccessful;
+  if (record.role == Role::kUnknown) record.role = before.role;
+  if (record.power_source.empty()) record.power_source = before.power_source;
+  if (record.firmware.empty()) record.firmware = before.firmware;
+  if (record.reportings.empty()) record.reportings = before.reportings;
+  if (record.supported && !record.leaves.empty()) return;
+  record.supported = before.supported;
+  record.vendor = before.vendor;
+  record.model = before.model;
+  record.description = before.description;
+  record.leaves = before.leaves;
+  record.skipped = before.skipped;
+}
+
+}  // namespace
+
+struct Inventory::Impl {
+  struct Known {
+    DeviceRecord record;
+    std::string why;                          ///< it waits; empty = usable
+    TextHash text = 0;                        ///< what the record was read from
+    std::uint64_t seen_in = 0;                ///< number of the last list that has it
+    std::optional<SteadyTime> missing_since;  ///< absent from the last list
+    std::optional<std::uint64_t> leaving;     ///< it said so after this number of lists was received
+  };
+  /// What a record of the last list is.
+  struct Slice {
+    enum class Kind : std::uint8_t { kDevice, kCoordinator, kUnreadable, kDuplicate, kTooMany };
+    Kind kind = Kind::kDevice;
+    std::string address;  ///< empty = not known
+  };
+  using Slices = std::unordered_map<TextHash, Slice>;
+  /// A list that waits to be compared.
+  struct Waiting {
+    std::string text;
+    TextHash hash = 0;
+    std::uint64_t received = 0;  ///< number
+  };
+  /// A list that is being compared.
+  struct Current {
+    Current(std::string text, TextHash text_hash, std::uint64_t number)
+        : slices(std::move(text)), hash(text_hash), received(number) {}
+    ListSlices slices;
+    TextHash hash;
+    std::uint64_t received;
+    Slices found;
+    std::size_t records = 0;
+    bool complete = true;  ///< a device that is absent from it is absent from the bridge
+    bool too_many = false;
+    bool lost = false;  ///< the line was lost since it was received
+  };
+
+  Impl(Scheduler& used_scheduler, std::size_t most, Calls used_calls)
+      : scheduler(used_scheduler),
+        most_devices(most),
+        calls(std::move(used_calls)),
+        next_turn(scheduler, [this] { turn(); }),
+        repeated_list(scheduler, [this] { calls.compared(); }),
+        absence_check(scheduler, [this] { leave_overdue(); }),
+        absence(scheduler, [this] { leave_overdue(); }) {}
+
+  void receive(std::string_view payload);
+  void turn();
+  bool begin();
+  bool continue_list();
+  std::size_t take(std::string_view slice);
+  bool take_known(TextHash hash);
+  bool still_true(const Slice& slice, TextHash hash);
+  Slice read(std::string_view slice, TextHash hash);
+  Slice apply(DeviceRecord record, TextHash hash);
+  void compare(Known& known, DeviceRecord record);
+  void seen(Known& known);
+  void end_list();
+  void note_absences(std::vector<std::pair<std::string, std::string>>& gone);
+  void leave_overdue();
+  void leave(const std::vector<std::pair<std::string, std::string>>& gone);
+  void unreadable(Error error);
+
+  Scheduler& scheduler;
+  std::size_t most_devices;
+  Calls calls;
+  std::map<std::string, Known> devices;  ///< by address
+  std::optional<Waiting> waiting;
+  std::unique_ptr<Current> current;
+  std::optional<TextHash> last;  ///< the list that was compared last
+  Slices slices;                 ///< of that list
+  std::uint64_t lists_compared = 0;
+  bool too_many_reported = false;
+  Counters counters;
+  base::OncePerTurn next_turn, repeated_list, absence_check;
+  base::Deadline absence;
+  base::Lifetime lifetime;
+};
+
+void Inventory::Impl::receive(std::string_view payload) {
+  if (base::trimmed(payload).empty()) return;  // the broker forgot the list; the devices are still there
+  ++counters.lists;
+  const auto hash = hash_of(payload);
+  if (waiting) {
+    if (waiting->hash == hash) return void(++counters.repeated);
+    ++counters.replaced;
+  } else if (current && current->hash == hash) {
+    return void(++counters.repeated);
+  } else if (!current && last == hash) {
+    ++counters.repeated;
+    return repeated_list.request();
+  }
+  if (!waiting) waiting.emplace();
+  waiting->text.clear();
+  waiting->text.reserve(payload.size() + simdjson::SIMDJSON_PADDING);
+  waiting->text = payload;
+  waiting->hash = hash;
+  waiting->received = counters.lists;
+  next_turn.request();
+}
+
+void Inventory::Impl::turn() {
+  const auto watch = lifetime.watch();
+  const bool more = current ? continue_list() : begin();
+  if (!watch.ended() && (more || waiting)) next_turn.request();
+}
+
+/// True if the list is to be compared.
+bool Inventory::Impl::begin() {
+  if (!waiting) return false;
+  if (last == waiting->hash) {  // it came twice, and another one in between was replaced
+    ++counters.repeated;
+    waiting.reset();
+    calls.compared();
+    return false;
+  }
+  current = std::make_unique<Current>(std::move(waiting->text), waiting->hash, waiting->received);
+  waiting.reset();
+  ++lists_compared;
+  const auto opened = current->slices.open();
+  if (opened) return true;
+  last = current->hash;
+  current.reset();
+  unreadable(opened.error());
+  return false;
+}
+
+/// True if the list is not finished.
+bool Inventory::Impl::continue_list() {
+  const auto watch = lifetime.watch();
+  std::size_t compared = 0, parsed = 0;
+  while (compared < kComparedPerTurn && parsed < kParsedPerTurn) {
+    const auto slice = current->slices.next();
+    if (!slice) {
+      current->complete = false;
+      unreadable(slice.error());
+      if (!watch.ended()) end_list();
+      return false;
+    }
+    if (!*slice) {
+      end_list();
+      return false;
+    }
+    parsed += take(**slice);
+    if (watch.ended()) return false;
+    counters.longest_turn = std::max(counters.longest_turn, parsed);
+    compared += (*slice)->size() + 1;
+  }
+  return true;
+}
+
+/// Returns how many bytes were parsed.
+std::size_t Inventory::Impl::take(std::string_view slice) {
+  const auto watch = lifetime.watch();
+  const auto hash = hash_of(slice);
+  if (++current->records > 2 * most_devices + 100) {
+    current->complete = false;  // also bounds what is remembered of the slices
+    return 0;
+  }
+  if (take_known(hash)) return 0;
+  auto read_slice = read(slice, hash);
+  if (watch.ended()) return 0;
+  if (read_slice.kind == Slice::Kind::kUnreadable && read_slice.address.empty()) current->complete = false;
+  current->found.insert_or_assign(hash, std::move(read_slice));
+  return slice.size();
+}
+
+/// A record that the last list had too needs no parsing.
+bool Inventory::Impl::take_known(TextHash hash) {
+  const auto found = slices.find(hash);
+  if (found == slices.end() || !still_true(found->second, hash)) return false;
+  const auto& slice = found->second;
+  if (const auto known = devices.find(slice.address); known != devices.end()) seen(known->second);
+  if (slice.kind == Slice::Kind::kUnreadable && slice.address.empty()) current->complete = false;
+  if (slice.kind == Slice::Kind::kTooMany) current->too_many = true;
+  current->found.emplace(hash, slice);
+  return true;
+}
+
+/// Whether a record with this text means what it meant in the last list.
+bool Inventory::Impl::still_true(const Slice& slice, TextHash hash) {
+  const auto known = devices.find(slice.address);
+  switch (slice.kind) {
+    case Slice::Kind::kDevice: return known != devices.end() && known->second.text == hash;
+    case Slice::Kind::kDuplicate: return known != devices.end() && known->second.seen_in == lists_compared;
+    case Slice::Kind::kTooMany: return known == devices.end() && devices.size() >= most_devices;
+    case Slice::Kind::kCoordinator:
+    case Slice::Kind::kUnreadable: break;
+  }
+  return true;
+}
+
+Inventory::Impl::Slice Inventory::Impl::read(std::string_view slice, TextHash hash) {
+  ++counters.parsed;
+  auto record = slice.empty() ? Result<DeviceRecord>(fail(ErrorCode::kInvalid, "bridge/devices: a record is no object"))
+                              : read_device_record(slice);
+  if (record) return apply(std::move(*record), hash);
+  Slice unread{Slice::Kind::kUnreadable, slice.size() <= 4 * kMaxRecordBytes ? address_in(slice) : std::string()};
+  if (const auto known = devices.find(unread.address); known != devices.end()) seen(known->second);
+  unreadable(record.error());
+  return unread;
+}
+
+Inventory::Impl::Slice Inventory::Impl::apply(DeviceRecord record, TextHash hash) {
+  const auto address = record.address;
+  if (record.role == Role::kCoordinator) return {Slice::Kind::kCoordinator, {}};
+  auto known = devices.find(address);
+  if (known != devices.end() && known->second.seen_in == lists_compared) {
+    unreadable({ErrorCode::kDuplicate, fmt::format("bridge/devices: 0x{} is there twice", address)});
+    return {Slice::Kind::kDuplicate, address};
+  }
+  if (known == devices.end()) {
+    if (devices.size() >= most_devices) {
+      current->too_many = true;
+      return {Slice::Kind::kTooMany, address};
+    }
+    known = devices.try_emplace(address).first;
+  }
+  seen(known->second);
+  known->second.text = hash;
+  compare(known->second, std::move(record));
+  return {Slice::Kind::kDevice, address};
+}
+
+void Inventory::Impl::compare(Known& known, DeviceRecord record) {
+  const bool is_new = known.record.address.empty();
+  if (!is_new && known.why.empty()) keep_what_was_known(record, known.record);
+  auto why = why_waiting(record);
+  if (!is_new && record == known.record && why == known.why) return;
+  known.record = std::move(record);
+  known.why = std::move(why);
+  if (known.why.empty()) {
+    calls.changed(known.record);
+  } else {
+    calls.waiting(known.record, known.why);
+  }
+}
+
+void Inventory::Impl::seen(Known& known) {
+  known.seen_in = lists_compared;
+  known.missing_since.reset();
+  // A list that was published before the device left still has it.
+  if (known.leaving && current->received > *known.leaving) known.leaving.reset();
+}
+
+void Inventory::Impl::end_list() {
+  const auto watch = lifetime.watch();
+  std::vector<std::pair<std::string, std::string>> gone;
+  if (current->complete && !current->lost) note_absences(gone);
+  last = current->lost ? std::nullopt : std::optional(current->hash);
+  slices = std::move(current->found);
+  const bool too_many = std::exchange(too_many_reported, current->too_many) < current->too_many;
+  current.reset();
+  ++counters.compared;
+  leave(gone);
+  if (watch.ended()) return;
+  if (too_many) {
+    unreadable({ErrorCode::kBusy,
+                fmt::format("bridge/devices: more than {} devices (limits.devices); some are left out", most_devices)});
+    if (watch.ended()) return;
+  }
+  calls.compared();
+  if (!watch.ended()) absence_check.request();
+}
+
+void Inventory::Impl::note_absences(std::vector<std::pair<std::string, std::string>>& gone) {
+  for (auto& [address, known] : devices) {
+    if (known.seen_in == lists_compared) continue;
+    if (known.leaving) {
+      gone.emplace_back(address, kLeft);
+    } else if (known.missing_since) {
+      gone.emplace_back(address, kGone);
+    } else {
+      known.missing_since = scheduler.now();
+      absence.advance_to(*known.missing_since + kAbsence);
+    }
+  }
+}
+
+/// While a list is compared, nobody knows whether it has the device: the end of the list asks again.
+void Inventory::Impl::leave_overdue() {
+  if (current || waiting) return;
+  std::vector<std::pair<std::string, std::string>> gone;
+  absence.clear();
+  for (const auto& [address, known] : devices) {
+    if (!known.missing_since) continue;
+    if (known.leaving) {
+      gone.emplace_back(address, kLeft);
+    } else if (const auto due = *known.missing_since + kAbsence; due <= scheduler.now()) {
+      gone.emplace_back(address, kGone);
+    } else {
+      absence.advance_to(due);
+    }
+  }
+  leave(gone);
+}
+
+void Inventory::Impl::leave(const std::vector<std::pair<std::string, std::string>>& gone) {
+  const auto watch = lifetime.watch();
+  for (const auto& [address, reason] : gone) {
+    if (devices.erase(address) > 0) calls.left(address, reason);
+    if (watch.ended()) return;
+  }
+}
+
+void Inventory::Impl::unreadable(Error error) {
+  ++counters.unreadable;
+  calls.unreadable(error);
+}
+
+Inventory::Inventory(Scheduler& scheduler, std::size_t most_devices, Calls calls)
+    : impl_(std::make_unique<Impl>(scheduler, most_devices, std::move(calls))) {}
+Inventory::~Inventory() = default;
+
+void Inventory::list(std::string_view payload) {
+  impl_->receive(payload);
+}
+
+void Inventory::leaving(std::string_view address) {
+  const auto known = impl_->devices.find(std::string(address));
+  if (known == impl_->devices.end()) return;
+  known->second.leaving = impl_->counters.lists;
+  if (known->second.missing_since) impl_->absence_check.request();
+}
+
+void Inventory::line_lost() {
+  for (auto& [address, known] : impl_->devices) {
+    known.missing_since.reset();
+    known.leaving.reset();
+  }
+  impl_->absence.clear();
+  impl_->waiting.reset();
+  impl_->last.reset();  // the same list shall be compared again
+  if (impl_->current) impl_->current->lost = true;
+}
+
+const DeviceRecord* Inventory::find(const std::string& address) const {
+  const auto known = impl_->devices.find(address);
+  return known == impl_->devices.end() ? nullptr : &known->second.record;
+}
+
+const DeviceRecord* Inventory::find_named(std::string_view name) const {
+  const auto found =
+      std::ranges::find_if(impl_->devices, [&](const auto& device) { return device.second.record.name == name; });
+  return found == impl_->devices.end() ? nullptr : &found->second.record;
+}
+
+void Inventory::each(const std::function<void(const DeviceRecord& record, const std::string& why)>& call) const {
+  for (const auto& [address, known] : impl_->devices) call(known.record, known.why);
+}
+
+std::size_t Inventory::size() const {
+  return impl_->devices.size();
+}
+
+const Inventory::Counters& Inventory::counters() const {
+  return impl_->counters;
+}
+
+}  // namespace rubicon::networks::zigbee::bridge

@@ -1,0 +1,64 @@
+#include "networks/zigbee/bridge/list_slices.h"
+
+#include <fmt/format.h>
+
+#include "networks/zigbee/bridge/device_record.h"
+
+namespace rubicon::networks::zigbee::bridge {
+namespace {
+
+namespace ondemand = simdjson::ondemand;
+
+tl::unexpected<Error> unreadable_list(simdjson::error_code error) {
+  return fail(ErrorCode::kInvalid, fmt::format("bridge/devices: {}", simdjson::error_message(error)));
+}
+
+/// simdjson reads some bytes beyond the text.
+simdjson::padded_string_view padded(std::string& text) {
+  text.reserve(text.size() + simdjson::SIMDJSON_PADDING);
+  return simdjson::padded_string_view(text.data(), text.size(), text.capacity());
+}
+
+}  // namespace
+
+ListSlices::ListSlices(std::string list) : list_(std::move(list)) {}
+
+Result<void> ListSlices::open() {
+  ondemand::array records;
+  auto error = parser_.iterate(padded(list_)).get(document_);
+  if (!error) error = document_.get_array().get(records);
+  if (!error) error = records.begin().get(at_);
+  if (!error) error = records.end().get(end_);
+  if (error) return unreadable_list(error);
+  return {};
+}
+
+Result<std::optional<std::string_view>> ListSlices::next() {
+  if (!(at_ != end_)) {
+    const char* rest = nullptr;
+    if (!document_.current_location().get(rest))
+      return fail(ErrorCode::kInvalid, "bridge/devices: text behind the list");
+    return std::optional<std::string_view>();
+  }
+  ondemand::value item;
+  if (const auto error = (*at_).get(item)) return unreadable_list(error);
+  std::string_view record;
+  ondemand::object object;
+  auto error = item.get_object().get(object);
+  if (!error) error = object.raw_json().get(record);
+  if (error && error != simdjson::INCORRECT_TYPE) return unreadable_list(error);
+  ++at_;
+  return std::optional(record);
+}
+
+std::string address_in(std::string_view record) {
+  std::string text(record);
+  ondemand::parser parser;
+  ondemand::document document;
+  std::string_view address;
+  if (parser.iterate(padded(text)).get(document)) return {};
+  if (document.find_field_unordered("ieee_address").get(address)) return {};
+  return address_of(address);
+}
+
+}  // namespace rubicon::networks::zigbee::bridge

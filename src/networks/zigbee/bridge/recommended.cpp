@@ -1,0 +1,35 @@
+#include "networks/zigbee/bridge/recommended.h"
+
+namespace rubicon::networks::zigbee::bridge {
+
+std::vector<Recommendation> recommendations(const BridgeDescription& bridge) {
+  std::vector<Recommendation> found;
+  if (bridge.output == "attribute") {
+    found.push_back({"advanced.output", bridge.output, "json",
+                     "The bridge publishes each property on a topic of its own; values of devices are not read."});
+  }
+  if (!bridge.retained) {
+    found.push_back({"mqtt.force_disable_retain", "true", "false",
+                     "The broker keeps no list of devices; they appear only after the next change in the bridge."});
+  }
+  if (!bridge.cache_state) {
+    found.push_back({"advanced.cache_state", "false", "true",
+                     "A state message has only a part of the values; more of them stay unknown after a restart."});
+  }
+  if (!bridge.last_seen_published()) {
+    found.push_back({"advanced.last_seen", bridge.last_seen, "ISO_8601",
+                     "Without it nobody can tell a new report from values that the bridge repeats, and commands are "
+                     "confirmed later."});
+  }
+  if (!bridge.availability_enabled) {
+    found.push_back({"availability.enabled", "false", "true",
+                     "The bridge then says within minutes which devices do not answer; without it this takes hours."});
+  }
+  if (bridge.log_level == "debug" || bridge.log_level == "info") {
+    found.push_back({"advanced.log_level", bridge.log_level, "warning",
+                     "The bridge publishes each line of its log; that doubles the load of the broker."});
+  }
+  return found;
+}
+
+}  // namespace rubicon::networks::zigbee::bridge
