@@ -123,7 +123,8 @@ model::Join Device::Impl::join() const {
   for (const auto& point : points) {
     auto& capability = join.capabilities.emplace_back(point.capability);
     capability.deadline = Duration(0);
-    if (!point.access.published || record.is_group()) capability.reports = false;
+    // Its state follows commands: it cannot confirm one (zigbee.md, section 7).
+    if (record.is_group()) capability.reports = capability.sampled = false;
   }
   const auto* rate = types.find("rate");
   if (!rate || !can_ask() || gettable().empty()) return join;
@@ -173,7 +174,7 @@ Result<void> Device::Impl::command(std::uint64_t request, const PointId& id, con
   command.wanted = exposes::decode(*point, *json).value_or(value);
   command.json = std::move(*json);
   command.event = is_event(point->capability);
-  command.echoed = point->access.published && !record.is_group();
+  command.echoed = point->capability.reports && !record.is_group();
   return commands.add(std::move(command), !record.mains() && !record.is_group(), time_to_live);
 }
 

@@ -121,15 +121,15 @@ void Commands::publish(std::vector<Command> batch) {
 }
 
 void Commands::sent(Command command) {
+  command.published = scheduler_.wall_now();
+  calls_.published(command);
   if (!command.echoed) return answer(command, Outcome::kSent, {});
   std::erase_if(published_, [&](const Command& older) {
     if (!supersedes(command, older)) return false;
     answer(older, Outcome::kFailed, std::string(kSuperseded));
     return true;
   });
-  command.published = scheduler_.wall_now();
   command.answer_by = std::min(command.answer_by, std::max(scheduler_.now() + kEchoTime, command.expires));
-  calls_.published(command);
   published_.push_back(std::move(command));
 }
 

@@ -44,7 +44,7 @@ class Commands {
   struct Calls {
     std::function<Result<void>(std::string payload)> publish;
     std::function<void(std::uint64_t request, model::Outcome outcome, std::string text)> answer;
-    /// Published; it waits for its echo.
+    /// Published; from now on its value may come back. Before it is answered.
     std::function<void(const Command& command)> published;
   };
   Commands(Scheduler& scheduler, Calls calls);

@@ -163,6 +163,12 @@ bool Reports::take_echo(Property& property, std::string_view json, const Heard& 
   return true;
 }
 
+/// The state of a group after our command: it is assumed already, and this proves no more.
+bool Reports::is_commanded(std::size_t property, std::string_view json) const {
+  const auto* last = last_command(property);
+  return last && means(last->point, json, last->wanted);
+}
+
 bool Reports::means(std::size_t point, std::string_view json, const Value& wanted) const {
   const auto value = exposes::decode(points_[point], json);
   return value && is_same_value(*value, wanted);
@@ -197,11 +203,11 @@ void Reports::apply(const Change& change, const Heard& heard, Verdict verdict, F
   if (heard.later || !heard.last_seen) property.asked = false;
   // What changes long after the device was heard is a timer of Zigbee2MQTT.
   const bool by_timer = heard.aged && !heard.later && verdict == Verdict::kReport;
-  property.changed = by_timer ? heard.arrival : time_of(index, heard.last_seen);
+  property.changed = by_timer || traits_.group ? heard.arrival : time_of(index, heard.last_seen);
   if (change.json == "null" && !was_known) return;
+  if (traits_.group && is_commanded(index, change.json)) return;
   readings(property, change.json, property.changed, verdict == Verdict::kStored ? found.stored : found.readings);
-  const auto* last = last_command(index);
-  verification_.reported(index, !last || means(last->point, change.json, last->wanted));
+  verification_.reported(index, !last_command(index) || is_commanded(index, change.json));
 }
 
 void Reports::doubt(Property& property, Verification::Cause cause, const Heard& heard) {
@@ -270,6 +276,7 @@ void Reports::readings(const Property& property, std::string_view json, WallTime
       why = value.error().text;
       continue;
     }
+    if (std::holds_alternative<std::monostate>(*value)) continue;  // a colour in the terms of the other point
     auto shown = as_commanded(index, std::move(*value));
     out.push_back({point.capability.point, std::move(shown), time, {}});
   }

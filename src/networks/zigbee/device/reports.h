@@ -81,6 +81,7 @@ class Reports {
 
   bool take_echoes(const Heard& heard, Found& found);
   void note_last_seen(const Heard& heard);
+  bool is_commanded(std::size_t property, std::string_view json) const;
   bool means(std::size_t point, std::string_view json, const Value& wanted) const;
   Heard heard(std::span<const Member> members, bool retained);
   void date(Heard& heard) const;

@@ -1,0 +1,197 @@
+#include "networks/zigbee/device/reports.h"
+
+#include "device_support.h"
+
+namespace rubicon::networks::zigbee {
+namespace {
+
+using ReportsTest = DeviceTest;
+
+// zigbee.md, section 12, pitfall 6
+TEST_F(ReportsTest, Pitfall6_ThePresenceOfAPropertyIsNoReport) {
+  start(record_of(definitions::kWeather, true));
+  report(R"("temperature":21.5,"humidity":40)");
+  EXPECT_EQ(readings(), (Values{{"temperature", "21.5"}, {"humidity", "40"}}));
+  forget();
+  report(R"("temperature":21.6,"humidity":40)");
+  EXPECT_EQ(readings(), (Values{{"temperature", "21.6"}}));
+}
+
+// pitfall 7
+TEST_F(ReportsTest, Pitfall7_AMessageThatWasOnlyHeardDatesNoValue) {
+  start(record_of(definitions::kWeather, true));
+  report(R"("temperature":21.5)");
+  forget();
+  report(R"("temperature":21.5)");
+  EXPECT_TRUE(readings().empty());
+  EXPECT_EQ(host.all<model::KeepAlive>().size(), 1U);
+  report(R"("temperature":22)");
+  ASSERT_EQ(raw_readings().size(), 1U);
+  EXPECT_EQ(raw_readings()[0].user_time, std::chrono::floor<milliseconds>(now()));
+}
+
+// pitfall 8
+TEST_F(ReportsTest, Pitfall8_StatesAtTheStartOfTheBridgeAreShownAsStoredWithTheirOwnTime) {
+  start(record_of(definitions::kWeather, true));
+  const auto yesterday = now() - hours(24);
+  say(R"("temperature":19)", yesterday);
+  EXPECT_TRUE(readings().empty());
+  EXPECT_EQ(readings(false), (Values{{"temperature", "19"}}));
+  EXPECT_EQ(raw_readings()[0].user_time, yesterday);
+  EXPECT_TRUE(host.all<model::KeepAlive>().empty());
+}
+
+TEST_F(ReportsTest, WithoutLastSeenWhatComesAtTheStartOfTheBridgeIsStored) {
+  start(record_of(definitions::kWeather, true), false);
+  device->line_up();
+  run(seconds(5));
+  say_plain(R"("temperature":19)");
+  EXPECT_EQ(readings(false), (Values{{"temperature", "19"}}));
+  run(seconds(6));
+  say_plain(R"("temperature":19,"humidity":50)");
+  EXPECT_EQ(readings(), (Values{{"temperature", "19"}, {"humidity", "50"}}));
+}
+
+TEST_F(ReportsTest, ARetainedStateIsStored) {
+  start(record_of(definitions::kWeather, true));
+  ASSERT_TRUE(device->state(R"({"temperature":19,"last_seen":")" + iso(now()) + "\"}", true));
+  EXPECT_EQ(readings(false), (Values{{"temperature", "19"}}));
+  EXPECT_TRUE(readings().empty());
+}
+
+TEST_F(ReportsTest, ABridgeThatForgotWhatItPublishedDoesNotUndoIt) {
+  start(record_of(definitions::kWeather, true));
+  report(R"("temperature":21)");
+  run(minutes(1));
+  report(R"("temperature":22)");
+  forget();
+  run(seconds(15));
+  say(R"("temperature":21)", now() - minutes(1));
+  EXPECT_TRUE(host.delivered.empty());
+  report(R"("temperature":22)");
+  EXPECT_EQ(readings(), (Values{{"temperature", "22"}}));
+}
+
+// pitfall 11
+TEST_F(ReportsTest, Pitfall11_NullAndAbsentAreUnknown) {
+  start(record_of(definitions::kWeather, true));
+  report(R"("temperature":null,"humidity":null,"occupancy":null)");
+  EXPECT_TRUE(raw_readings().empty());
+  report(R"("temperature":21)");
+  report(R"("temperature":null)");
+  ASSERT_EQ(raw_readings().size(), 2U);
+  EXPECT_EQ(raw_readings()[1].value, Value());
+  EXPECT_FALSE(raw_readings()[1].why.empty());
+}
+
+// pitfall 12
+TEST_F(ReportsTest, Pitfall12_AContactIsOpenIfItsValueOnSaysSo) {
+  start(record_of(definitions::kWeather, true));
+  report(R"("contact":false)");
+  ASSERT_EQ(raw_readings().size(), 1U);
+  EXPECT_EQ(raw_readings()[0].value, Value(true));
+}
+
+// pitfall 14
+TEST_F(ReportsTest, Pitfall14_EachActionCountsOnceAndTheEmptyOneNever) {
+  start(record_of(definitions::kButton, true));
+  report(R"("action":"single","battery":90)");
+  echo(R"("action":"","battery":90)");
+  report(R"("battery":90)");
+  report(R"("action":"single","battery":90)");
+  report(R"("action":null,"battery":91)");
+  EXPECT_EQ(readings(), (Values{{"action", "single"}, {"battery", "90"}, {"action", "single"}, {"battery", "91"}}));
+}
+
+TEST_F(ReportsTest, AnActionIsDeliveredAlsoWhereItsMessageBringsNoNewLastSeen) {
+  start(record_of(definitions::kButton, true));
+  report(R"("battery":90)");
+  forget();
+  echo(R"("action":"double","battery":90)");
+  EXPECT_EQ(readings(), (Values{{"action", "double"}}));
+}
+
+TEST_F(ReportsTest, ATimerOfTheBridgeChangesTheValueNowAndIsNoSignOfLife) {
+  start(record_of(definitions::kWeather, true));
+  report(R"("occupancy":true)");
+  forget();
+  run(seconds(90));
+  echo(R"("occupancy":false)");
+  ASSERT_EQ(raw_readings().size(), 1U);
+  EXPECT_EQ(readings(), (Values{{"occupancy", "off"}}));
+  EXPECT_EQ(raw_readings()[0].user_time, now());
+}
+
+TEST_F(ReportsTest, TwoReportsInOneMillisecondAreTwoReports) {
+  start(record_of(definitions::kWeather, true));
+  report(R"("temperature":21,"humidity":40)");
+  forget();
+  report(R"("temperature":22,"humidity":40)");
+  echo(R"("temperature":22,"humidity":41)");
+  EXPECT_EQ(readings(), (Values{{"temperature", "22"}, {"humidity", "41"}}));
+}
+
+TEST_F(ReportsTest, AClockThatIsWrongMakesOnlyTheFirstMessageOld) {
+  start(record_of(definitions::kWeather, true));
+  say(R"("temperature":20)", now() - minutes(5));
+  run(minutes(1));
+  say(R"("temperature":21)", now() - minutes(5));
+  run(minutes(1));
+  say(R"("temperature":22)", now() - minutes(5) - milliseconds(300));
+  EXPECT_EQ(readings(false), (Values{{"temperature", "20"}}));
+  EXPECT_EQ(readings(), (Values{{"temperature", "21"}, {"temperature", "22"}}));
+}
+
+TEST_F(ReportsTest, AClockThatIsSetBackSilencesNoDevice) {
+  start(record_of(definitions::kWeather, true));
+  say(R"("temperature":20)", now() + hours(1));
+  run(minutes(1));
+  say(R"("temperature":21)", now());
+  EXPECT_EQ(readings(), (Values{{"temperature", "20"}, {"temperature", "21"}}));
+  for (const auto& one : raw_readings()) EXPECT_LE(one.user_time, now());
+}
+
+TEST_F(ReportsTest, AfterAnInterruptionTheValuesAreGoodAgainWhenTheDeviceIsHeard) {
+  start(record_of(definitions::kWeather, true));
+  report(R"("temperature":20,"humidity":40)");
+  const auto measured = std::chrono::floor<milliseconds>(now());
+  device->line_lost("the broker is gone");
+  run(minutes(5));
+  device->line_up();
+  run(minutes(5));
+  forget();
+  report(R"("temperature":20,"humidity":41)");
+  EXPECT_EQ(readings(), (Values{{"temperature", "20"}, {"humidity", "41"}}));
+  EXPECT_EQ(raw_readings()[0].user_time, measured);
+  forget();
+  report(R"("temperature":20,"humidity":41)");
+  EXPECT_TRUE(readings().empty());
+}
+
+TEST_F(ReportsTest, WhatCannotBeReadIsAReadingWithoutValue) {
+  start(record_of(definitions::kWeather, true));
+  report(R"("temperature":"warm","humidity":40)");
+  ASSERT_EQ(raw_readings().size(), 2U);
+  EXPECT_EQ(raw_readings()[0].value, Value());
+  EXPECT_NE(raw_readings()[0].why.find("warm"), std::string::npos);
+}
+
+TEST_F(ReportsTest, OfAColourThePointThatCanReadItIsUpdated) {
+  start(record_of(definitions::kLamp));
+  report(R"("color":{"x":0.3,"y":0.4})");
+  EXPECT_EQ(readings(), (Values{{"color", R"({"x":0.3,"y":0.4})"}}));
+}
+
+TEST_F(ReportsTest, AMessageThatCannotBeReadCountsForNothing) {
+  start(record_of(definitions::kWeather, true));
+  for (const std::string broken :
+       {"{", "[]", "7", "\"ON\"", "{\"temperature\":21", "{\"temperature\":21}x", "{\"temperature\" 21}", "ON"}) {
+    EXPECT_FALSE(device->state(broken, false)) << broken;
+  }
+  EXPECT_FALSE(device->state("{\"a\":\"" + std::string(70'000, 'x') + "\"}", false));
+  EXPECT_TRUE(host.delivered.empty());
+  EXPECT_TRUE(device->state("", false));
+}
+
+}  // namespace
+}  // namespace rubicon::networks::zigbee
