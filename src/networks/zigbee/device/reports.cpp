@@ -199,7 +199,8 @@ void Reports::apply(const Change& change, const Heard& heard, Verdict verdict, F
   if (verdict == Verdict::kNoNews) return;
   if (verdict == Verdict::kEcho) return doubt(property, Verification::Cause::kEcho, heard);
   if (verdict == Verdict::kUnproven) return doubt(property, Verification::Cause::kForeign, heard);
-  property.unproven = property.due = false;
+  property.unproven = false;
+  property.due = verdict == Verdict::kStored && !traits_.group;
   if (heard.later || !heard.last_seen) property.asked = false;
   // What changes long after the device was heard is a timer of Zigbee2MQTT.
   const bool by_timer = heard.aged && !heard.later && verdict == Verdict::kReport;
@@ -255,7 +256,7 @@ void Reports::line_up() {
   copies_until_ = scheduler_.now() + kStartTime;
   newest_age_ = Duration(0);
   for (auto& property : properties_.all()) {
-    property.due = is_known(property) && !property.unproven;
+    property.due = is_known(property) && !property.unproven && !traits_.group;
     property.asked = false;
     if (property.unproven) doubt(property, Verification::Cause::kForeign, {});
   }

@@ -39,6 +39,10 @@ TEST_F(ReportsTest, Pitfall8_StatesAtTheStartOfTheBridgeAreShownAsStoredWithThei
   EXPECT_EQ(readings(false), (Values{{"temperature", "19"}}));
   EXPECT_EQ(raw_readings()[0].user_time, yesterday);
   EXPECT_TRUE(host.all<model::KeepAlive>().empty());
+  forget();
+  report(R"("temperature":19)");  // the device lives: what is remembered of it is as good as before the start
+  EXPECT_EQ(readings(), (Values{{"temperature", "19"}}));
+  EXPECT_EQ(raw_readings()[0].user_time, yesterday);
 }
 
 TEST_F(ReportsTest, WithoutLastSeenWhatComesAtTheStartOfTheBridgeIsStored) {
