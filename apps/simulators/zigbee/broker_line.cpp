@@ -51,11 +51,9 @@ void BrokerLine::on_connected() {
   last_error_.clear();
   log_.info(fmt::format("connected to {}:{}", options_.host, options_.port));
   listen();
-  if (std::exchange(started_, true)) {
-    world_.reconnected();
-  } else {
-    world_.start();
-  }
+  if (std::exchange(had_started_, true)) return world_.reconnected();
+  world_.start();
+  if (started) started();
 }
 
 void BrokerLine::failed(const Error& why) {

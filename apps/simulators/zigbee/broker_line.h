@@ -22,6 +22,7 @@ class BrokerLine {
 
   /// Begins to connect. kInvalid for options that no broker can accept.
   Result<void> open();
+  std::function<void()> started;  ///< after the first connection, once the world has started
   bool connected() const { return connected_; }
   std::uint64_t lost() const { return lost_; }
 
@@ -39,7 +40,7 @@ class BrokerLine {
   Log log_;
   std::unique_ptr<transport::MqttLine> line_;
   std::set<std::string> names_;
-  bool connected_ = false, started_ = false;
+  bool connected_ = false, had_started_ = false;
   std::string last_error_;
   std::uint64_t lost_ = 0;  ///< messages that were not sent
   Timer again_;

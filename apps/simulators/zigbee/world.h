@@ -74,6 +74,9 @@ class World {
   /// A message of a client. Topics that are not the bridge's are ignored.
   void received(std::string_view topic, std::string_view payload);
 
+  /// As by a request; zero ends it.
+  void permit_join(Duration span) { permit(span); }
+
   // -- devices
   /// A device that was paired long ago, last heard an hour ago. kInvalid: the name is in use or not permitted.
   Result<RadioDevice*> add(DeviceModel model, std::string name = {});
