@@ -14,5 +14,4 @@ rubicon_network(wsn LINKS rubicon_networks_wsn_sink rubicon_networks_wsn_share)
 rubicon_library(networks/zigbee/exposes LINKS rubicon_model)
 rubicon_library(networks/zigbee/bridge LINKS rubicon_networks_zigbee_exposes simdjson::simdjson)
 rubicon_library(networks/zigbee/device LINKS rubicon_networks_zigbee_bridge)
-# FOLDER: not part of rubicon-proxy until it speaks to a broker.
-rubicon_network(zigbee FOLDER ${CMAKE_CURRENT_SOURCE_DIR}/networks/zigbee LINKS rubicon_networks_zigbee_device)
+rubicon_network(zigbee LINKS rubicon_networks_zigbee_device rubicon_transport)

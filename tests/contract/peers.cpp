@@ -4,11 +4,15 @@
 
 #include "apps/simulators/motes/world.h"
 #include "apps/simulators/salad/simulator.h"
+#include "apps/simulators/zigbee/broker_line.h"
 #include "support/knx_server.h"
+#include "transport/memory/mqtt_broker.h"
 
 namespace rubicon::contract {
 
 namespace {
+
+using namespace std::chrono_literals;
 
 class SaladPeer final : public Peer {
  public:
@@ -66,12 +70,42 @@ class MotesPeer final : public Peer {
   motes_simulator::World world_;
 };
 
+/// A bridge with a device of each built-in model, and the broker between it and the network.
+class ZigbeePeer final : public Peer {
+ public:
+  explicit ZigbeePeer(support::FakeHost& host)
+      : broker_(host.net, {"127.0.0.1", 1883}),
+        world_(options(), host.time, Log(host.words, "bridge")),
+        line_(world_, at_home(), host.time, host.files, Log(host.words, "bridge")) {
+    for (const auto& name : zigbee_simulator::model_names())
+      EXPECT_TRUE(world_.add(zigbee_simulator::find_model(name).value(), name));
+    EXPECT_TRUE(line_.open());
+    host.time.run_for(1s);
+  }
+
+ private:
+  static zigbee_simulator::WorldOptions options() {
+    zigbee_simulator::WorldOptions out;
+    out.every = 10s;
+    return out;
+  }
+  static transport::MqttOptions at_home() {
+    transport::MqttOptions out;
+    out.host = "localhost";
+    return out;
+  }
+  transport::MqttBroker broker_;
+  zigbee_simulator::World world_;
+  zigbee_simulator::BrokerLine line_;
+};
+
 }  // namespace
 
 std::unique_ptr<Peer> peer_of(std::string_view type, const ConfigNode& options, const TypeCatalogue& types,
                               support::FakeHost& host) {
   if (type == "salad") return std::make_unique<SaladPeer>(options, types, host);
   if (type == "wsn") return std::make_unique<MotesPeer>(host);
+  if (type == "zigbee") return std::make_unique<ZigbeePeer>(host);
   if (type == "knx") return std::make_unique<KnxPeer>(options, host);
   return nullptr;
 }

@@ -42,6 +42,10 @@ class DiskAndMemory final : public transport::Transports {
                                                              transport::StreamCalls calls) override {
     return memory_.open_serial(options, std::move(calls));
   }
+  Result<std::unique_ptr<transport::MqttLine>> open_mqtt(const transport::MqttOptions& options,
+                                                         transport::MqttCalls calls) override {
+    return memory_.open_mqtt(options, std::move(calls));
+  }
   std::unique_ptr<transport::Lookup> look_up(const std::string& host, transport::LookupDone done) override {
     return memory_.look_up(host, std::move(done));
   }

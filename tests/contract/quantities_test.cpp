@@ -45,6 +45,7 @@ const std::vector<Offer>& offers() {
        "  barometer: {sensors: {airPressure-1: {}}}\n"
        "  key: {sensors: {switch-1: {}}, actuators: {switch-1: {}}}\n"
        "  ceiling: {actuators: {lamp-1: {}}}\n"
+       "  shade: {actuators: {blindPosition-1: {}}}\n"
        "  socket: {actuators: {relay-1: {}}}\n",
        {{"temperature", "air"},
         {"illuminance", "sill"},
@@ -58,6 +59,7 @@ const std::vector<Offer>& offers() {
         {"switch state", "key"},
         {"switch", "key", Kind::kActuator},
         {"lamp", "ceiling", Kind::kActuator},
+        {"blinds", "shade", Kind::kActuator},
         {"relay", "socket", Kind::kActuator}}},
       {"knx",
        "via: tunnel\n"
@@ -125,6 +127,19 @@ const std::vector<Offer>& offers() {
         {"illuminance", "2", Kind::kSensor, "light"},
         {"humidity", "2", Kind::kSensor, "humidity"},
         {"motion", "5", Kind::kSensor, "motion"}}},
+      // the built-in models of the simulator, in its order
+      {"zigbee",
+       "broker: localhost\n",
+       {{"temperature", "00124b0010000002", Kind::kSensor, "temperature"},
+        {"humidity", "00124b0010000002", Kind::kSensor, "humidity"},
+        {"motion", "00124b0010000003", Kind::kSensor, "motion"},
+        {"illuminance", "00124b0010000003", Kind::kSensor, "light"},
+        {"door", "00124b0010000004", Kind::kSensor, "contact"},
+        {"power", "00124b0010000001", Kind::kSensor, "power"},
+        {"air pressure", "00124b001000000b", Kind::kSensor, "airPressure"},
+        {"switch", "00124b001000000a", Kind::kActuator, "switch"},
+        {"lamp", "00124b0010000000", Kind::kActuator, "lamp"},
+        {"blinds", "00124b0010000005", Kind::kActuator, "blindPosition"}}},
       {"template",
        "device: lamp\n"
        "temperature: 21.5\n",

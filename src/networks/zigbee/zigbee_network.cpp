@@ -2,31 +2,273 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
+#include <set>
+#include <tuple>
 #include <utility>
 
+#include "network/state_reporter.h"
+#include "networks/zigbee/arrivals.h"
+#include "networks/zigbee/bridge_state.h"
+#include "networks/zigbee/broker_line.h"
+#include "networks/zigbee/devices.h"
+#include "networks/zigbee/tool_requests.h"
 #include "networks/zigbee/zigbee_options.h"
 #include "networks/zigbee/zigbee_sample.h"
+#include "rubicon/key.hpp"
 
 namespace rubicon::networks::zigbee {
 
 namespace {
 
+using namespace std::chrono_literals;
+using bridge::Topics;
+using model::LineState;
+
 class ZigbeeNetwork final : public network::Network {
  public:
-  ZigbeeNetwork(const network::NetworkConfig&, ZigbeeOptions options, network::NetworkHost&)
-      : options_(std::move(options)) {}
+  ZigbeeNetwork(const network::NetworkConfig& config, ZigbeeOptions options, network::NetworkHost& host);
 
-  Result<void> open() override {
-    return fail(ErrorCode::kUnsupported, fmt::format("no MQTT line to {}", options_.broker.host));
-  }
-  Result<void> send(const Message& message) override {
-    return fail(ErrorCode::kUnsupported, fmt::format("ZigBee does not support {}", to_string(message.kind())));
-  }
+  Result<void> open() override;
+  Result<void> send(const Message& message) override;
+  Result<void> change(const network::NetworkConfig& config) override;
+  std::vector<network::Missing> missing() const override;
 
  private:
+  BrokerLine::Calls line_calls();
+  void connected();
+  void lost(Error why);
+  void forbidden(std::string_view filter, const Error& why);
+  void received(const transport::MqttMessage& message);
+  void from_bridge(const Topics::Found& found, const transport::MqttMessage& message);
+  void info(std::string_view payload);
+  void event(std::string_view payload);
+  void bridge_changed();
+  void unreadable(const transport::MqttMessage& message, const Error& why);
+  std::optional<model::State> state() const;
+  void add_counters(std::map<std::string, std::uint64_t>& counters) const;
+
   ZigbeeOptions options_;
+  network::NetworkHost& host_;
+  base::LimitedLog log_;
+  network::StateReporter reporter_;
+  Topics topics_;
+  BridgeState bridge_;
+  Arrivals arrivals_;
+  ToolRequests tools_;
+  bool opened_ = false;
+  bool lost_ = false;  ///< the supervisor reports why
+  bool up_ = false;    ///< as the devices were told
+  std::set<std::string, std::less<>> forbidden_;
+  std::uint64_t unreadable_ = 0, events_ = 0, ignored_ = 0;
+  Devices devices_;
+  BrokerLine line_;  ///< last: destroyed first, because its callbacks use all others
 };
+
+ZigbeeNetwork::ZigbeeNetwork(const network::NetworkConfig& config, ZigbeeOptions options, network::NetworkHost& host)
+    : options_(std::move(options)),
+      host_(host),
+      log_(host.limited_log()),
+      reporter_(host, [this] { return state(); }),
+      topics_(options_.base),
+      bridge_(host.scheduler(), options_.base, [this] { bridge_changed(); }),
+      arrivals_(host.scheduler(), [this](const transport::MqttMessage& message) { devices_.received(message); }),
+      tools_(host, fmt::format("{}-{}", model::number(config.island), config.id), devices_,
+             [this](std::string_view what, std::string payload) {
+               return line_.publish(topics_.request(what), std::move(payload));
+             }),
+      devices_(host, config.types, options_, topics_, line_, [this] { reporter_.counters_changed(); }),
+      line_(host, options_.broker, line_calls()) {}
+
+BrokerLine::Calls ZigbeeNetwork::line_calls() {
+  return {.connected = [this] { connected(); },
+          .received = [this](const transport::MqttMessage& message) { received(message); },
+          .forbidden = [this](std::string_view filter, const Error& why) { forbidden(filter, why); },
+          .lost = [this](Error why) { lost(std::move(why)); },
+          .refused = [this] { reporter_.line_changed(); }};
+}
+
+Result<void> ZigbeeNetwork::open() {
+  opened_ = true;
+  lost_ = false;
+  if (line_.connected()) return {};
+  auto opened = line_.open();
+  if (opened) reporter_.line_changed();
+  return opened;
+}
+
+void ZigbeeNetwork::connected() {
+  forbidden_.clear();
+  auto filters = topics_.filters();
+  // The version first: the lists of a bridge that we do not speak to are not read. Retained messages come in this
+  // order.
+  std::ranges::stable_partition(filters, [&](const auto& filter) { return filter == topics_.state("bridge/info"); });
+  for (const auto& filter : filters) std::ignore = line_.subscribe(filter);
+  bridge_.connected();
+  reporter_.line_changed();
+}
+
+/// The devices stay: a broker that comes back may have lost the lists (zigbee.md, section 2).
+void ZigbeeNetwork::lost(Error why) {
+  lost_ = true;
+  bridge_.lost(why.text);
+  host_.failed(std::move(why));
+}
+
+void ZigbeeNetwork::forbidden(std::string_view filter, const Error& why) {
+  log_.warning("forbidden " + std::string(filter),
+               fmt::format("the broker forbids to subscribe to {}: {}", model::quoted(filter), why.text));
+  forbidden_.emplace(filter);
+  reporter_.line_changed();
+}
+
+void ZigbeeNetwork::received(const transport::MqttMessage& message) {
+  const auto found = topics_.find(message.topic, message.payload);
+  if (!found || found->kind == Topics::Kind::kState || found->kind == Topics::Kind::kAvailability) {
+    arrivals_.add(message);
+  } else {
+    from_bridge(*found, message);
+  }
+}
+
+void ZigbeeNetwork::from_bridge(const Topics::Found& found, const transport::MqttMessage& message) {
+  switch (found.kind) {
+    case Topics::Kind::kBridgeState:
+      if (auto read = bridge_.state(message.payload); !read) unreadable(message, read.error());
+      break;
+    case Topics::Kind::kInfo: info(message.payload); break;
+    case Topics::Kind::kDevices:
+      tools_.list(message.payload);
+      if (bridge_.supported()) devices_.list(message.payload);
+      break;
+    case Topics::Kind::kGroups:
+      if (bridge_.supported()) devices_.groups(message.payload);
+      break;
+    case Topics::Kind::kEvent: event(message.payload); break;
+    case Topics::Kind::kHealth: tools_.health(message.payload); break;
+    case Topics::Kind::kResponse: tools_.response(message.payload); break;
+    case Topics::Kind::kState:
+    case Topics::Kind::kAvailability: break;
+  }
+}
+
+void ZigbeeNetwork::info(std::string_view payload) {
+  auto read = bridge::read_info(payload);
+  if (read && read->version.empty()) read = fail(ErrorCode::kInvalid, "it has no version");
+  if (!read) return unreadable({topics_.state("bridge/info"), {}}, read.error());
+  tools_.info(payload, *read);
+  devices_.info(*read);
+  bridge_.info(std::move(*read));
+  reporter_.counters_changed();
+}
+
+void ZigbeeNetwork::event(std::string_view payload) {
+  const auto read = bridge::read_event(payload);
+  if (!read) return unreadable({topics_.state("bridge/event"), {}}, read.error());
+  ++events_;
+  devices_.event(*read);
+  tools_.event(*read);
+}
+
+void ZigbeeNetwork::unreadable(const transport::MqttMessage& message, const Error& why) {
+  ++unreadable_;
+  log_.warning(std::string(message.topic), fmt::format("{}: {}", model::quoted(message.topic), why.text));
+  reporter_.counters_changed();
+}
+
+void ZigbeeNetwork::bridge_changed() {
+  const bool up = bridge_.line() == LineState::kUp;
+  tools_.use(up, bridge_.reason());
+  if (up) {
+    devices_.line_up();
+  } else if (up_) {
+    devices_.line_lost(bridge_.reason());
+  }
+  up_ = up;
+  if (!lost_) reporter_.line_changed();
+}
+
+Result<void> ZigbeeNetwork::send(const Message& message) {
+  if (message.kind() == MessageKind::kOpaque) return tools_.receive(message);
+  return devices_.send(message);
+}
+
+/// The line stays if it is the same.
+Result<void> ZigbeeNetwork::change(const network::NetworkConfig& config) {
+  auto read = network::read_options<read_zigbee_options>(config, host_);
+  if (!read) return fail(std::move(read.error()));
+  if (!same_line(*read, options_)) return fail(ErrorCode::kUnsupported, "the broker or the base topic changed");
+  options_ = std::move(*read);
+  devices_.polls_per_second(options_.polls_per_second);
+  return {};
+}
+
+std::vector<network::Missing> ZigbeeNetwork::missing() const {
+  std::vector<network::Missing> missing;
+  for (const auto& file : options_.broker.files()) {
+    if (auto opened = host_.transports().open_file(file.path); !opened)
+      missing.push_back({file.option, std::move(opened.error().text)});
+  }
+  return missing;
+}
+
+std::optional<model::State> ZigbeeNetwork::state() const {
+  if (!opened_ || lost_) return std::nullopt;
+  model::State state;
+  if (line_.connected()) {
+    state.line = bridge_.line();
+    state.reason = bridge_.reason();
+  } else if (!line_.refusal().empty()) {
+    state.line = LineState::kRefused;
+    state.reason = line_.refusal();
+  } else {
+    state.line = LineState::kConnecting;
+    state.reason =
+        fmt::format("connecting to the MQTT broker {}:{}", options_.broker.line.host, options_.broker.line.port);
+  }
+  if (state.line == LineState::kUp && !forbidden_.empty()) {
+    state.reason = fmt::format("the broker forbids to subscribe to {}{}", model::quoted(*forbidden_.begin()),
+                               forbidden_.size() == 1 ? "" : fmt::format(" and {} more", forbidden_.size() - 1));
+  } else if (state.line == LineState::kUp && !devices_.lists_arrived()) {
+    state.reason = "the broker has no list of devices; Zigbee2MQTT publishes it at its next change or start";
+  }
+  add_counters(state.counters);
+  state.texts = tools_.texts();
+  state.texts["broker"] = fmt::format(R"({{"tls":{},"user":{}}})", options_.broker.line.tls.has_value(),
+                                      !options_.broker.line.user.empty());
+  return state;
+}
+
+void ZigbeeNetwork::add_counters(std::map<std::string, std::uint64_t>& counters) const {
+  const auto& line = line_.counters();
+  const auto& devices = devices_.counters();
+  const auto& lists = devices_.inventory().counters();
+  counters = {
+      {"attempts", line_.attempts()},
+      {"next-attempt", static_cast<std::uint64_t>(
+                           std::chrono::ceil<std::chrono::seconds>(line_.next_attempt().time_since_epoch()).count())},
+      {"messages-received", line.received},
+      {"messages-sent", line.sent},
+      {"dropped-too-long", line.too_long},
+      {"dropped-states", arrivals_.dropped()},
+      {"forbidden-topics", forbidden_.size()},
+      {"unreadable-messages", unreadable_},
+      {"unreadable-states", devices.bad_states},
+      {"unreadable-lists", devices.unreadable_lists},
+      {"unknown-topics", devices.unknown_topics},
+      {"unusable-names", devices_.problems().size()},
+      {"events", events_},
+      {"lists", lists.lists},
+      {"lists-compared", lists.compared},
+      {"joins", devices.joins},
+      {"leaves", devices.leaves},
+      {"renames", devices.renames},
+      {"states", devices.states},
+      {"readings", devices.readings},
+      {"sets", devices.sets},
+      {"gets", devices.gets}};
+}
 
 }  // namespace
 
@@ -36,6 +278,7 @@ const network::NetworkType kType{
     .sample_config = kSample,
     .make = network::make_network<ZigbeeNetwork, read_zigbee_options>,
     .quiet = true,
+    .unique_names = true,
     .answer_time = std::chrono::seconds(30),  // a sleeping device takes a command when it wakes
 };
 

@@ -2,23 +2,25 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
+#include <tuple>
 
-#include "base/host_port.h"
+#include "networks/zigbee/bridge/topics.h"
 #include "rubicon/key.hpp"
 
 namespace rubicon::networks::zigbee {
 
 namespace {
 
-constexpr std::uint16_t kMqttPort = 1883;
-constexpr std::size_t kMaxBase = 256;
+auto tls_of(const transport::MqttBrokerOptions& broker) {
+  const auto tls = broker.line.tls.value_or(transport::MqttTls{});
+  return std::tuple(broker.line.tls.has_value(), tls.ca_file, tls.certificate_file, tls.key_file, tls.server_name);
+}
 
-/// A topic without wildcards and empty parts (MQTT 5, section 4.7).
-bool is_topic(std::string_view text) {
-  const bool characters = std::none_of(
-      text.begin(), text.end(), [](char c) { return c == '+' || c == '#' || static_cast<unsigned char>(c) < 0x20; });
-  return characters && !text.empty() && text.size() <= kMaxBase && text.front() != '/' && text.back() != '/';
+auto line_of(const ZigbeeOptions& options) {
+  const auto& broker = options.broker;
+  const auto& line = broker.line;
+  return std::tie(options.base, line.host, line.port, line.user, line.version, line.largest_packet,
+                  broker.password_file, broker.password_variable);
 }
 
 }  // namespace
@@ -26,22 +28,19 @@ bool is_topic(std::string_view text) {
 ZigbeeOptions read_zigbee_options(const network::NetworkConfig& config) {
   ConfigReader& options = config.options;
   ZigbeeOptions out;
-  const auto broker = options.required_text("broker");
-  if (const auto at = base::parse_host_port(broker, kMqttPort)) {
-    out.broker.host = at->host;
-    out.broker.port = at->port;
-  } else if (!broker.empty()) {
-    options.error("broker", fmt::format("is {}, expected HOST or HOST:PORT", model::quoted(broker)));
-  }
+  out.broker = transport::read_mqtt_broker(options, config.directory);
   out.base = options.text("base", out.base);
-  if (!is_topic(out.base))
-    options.error(
-        "base",
-        fmt::format("is {}, expected mqtt.base_topic of Zigbee2MQTT: no +, #, control character, nor / at an end",
-                    model::quoted(out.base)));
+  if (const auto checked = bridge::Topics::check_base(out.base); !checked)
+    options.error("base", fmt::format("is {}, expected mqtt.base_topic of Zigbee2MQTT: {}", model::quoted(out.base),
+                                      checked.error().text));
   out.polls_per_second = static_cast<unsigned>(options.integer("polls-per-second", out.polls_per_second, 1, 100));
   out.most_devices = config.most_devices;
   return out;
+}
+
+bool same_line(const ZigbeeOptions& one, const ZigbeeOptions& other) {
+  return line_of(one) == line_of(other) && tls_of(one.broker) == tls_of(other.broker) &&
+         one.most_devices == other.most_devices;
 }
 
 }  // namespace rubicon::networks::zigbee

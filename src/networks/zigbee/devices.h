@@ -1,0 +1,116 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <vector>
+
+#include "base/lifetime.h"
+#include "base/limited_log.h"
+#include "networks/zigbee/bridge/groups.h"
+#include "networks/zigbee/bridge/inventory.h"
+#include "networks/zigbee/bridge/messages.h"
+#include "networks/zigbee/bridge/topics.h"
+#include "networks/zigbee/broker_line.h"
+#include "networks/zigbee/device.h"
+#include "networks/zigbee/zigbee_options.h"
+
+namespace rubicon::networks::zigbee {
+
+/// The devices and groups of a bridge: made by its lists, reached by their topics. They outlive every loss of the line.
+class Devices final : public DeviceHost {
+ public:
+  struct Counters {
+    std::uint64_t joins = 0, leaves = 0, renames = 0;
+    std::uint64_t states = 0, bad_states = 0, readings = 0;
+    std::uint64_t sets = 0, gets = 0;
+    std::uint64_t unknown_topics = 0, unreadable_lists = 0;
+  };
+  /// `changed` is called in turns of their own when counters or problems() changed.
+  Devices(network::NetworkHost& host, const TypeCatalogue& types, const ZigbeeOptions& options, bridge::Topics& topics,
+          BrokerLine& line, std::function<void()> changed);
+
+  // What the bridge publishes.
+  void list(std::string_view payload) { inventory_.list(payload); }
+  void groups(std::string_view payload);
+  void event(const bridge::BridgeEvent& event);
+  void info(const bridge::BridgeDescription& info);
+  /// A message of an entity; retained or not.
+  void received(const transport::MqttMessage& message);
+
+  /// The bridge is there: commands can be sent, and what devices can be asked for is asked.
+  void line_up();
+  /// The bridge or the broker is gone.
+  void line_lost(const std::string& why);
+  /// Actuate, SetProperty, Sample of a device.
+  Result<void> send(const Message& message);
+  void polls_per_second(unsigned most) { polls_per_second_ = most; }
+
+  // DeviceHost.
+  Result<void> publish(const std::string& name, std::string_view verb, std::string payload) override;
+  void deliver(const std::string& address, model::Body body) override;
+  Scheduler& scheduler() override { return host_.scheduler(); }
+  base::LimitedLog& log() override { return log_; }
+  bool take_poll() override;
+
+  /// What is known of a device besides its record.
+  struct Condition {
+    std::optional<bool> available;  ///< as the bridge said; nullopt = it did not
+    WallTime last_seen{};           ///< zero = not known
+    std::optional<double> link_quality;
+    std::size_t points = 0;
+  };
+  Condition condition(const std::string& address) const;
+  const bridge::Inventory& inventory() const { return inventory_; }
+  /// Devices and groups in the order of their addresses; `why` is empty if it is usable.
+  void each(const std::function<void(const bridge::DeviceRecord& record, const std::string& why)>& call) const;
+  /// Address of the device or group that a person calls so: an address, with or without `0x`, or a friendly name.
+  std::optional<std::string> find(std::string_view called) const;
+  const Counters& counters() const { return counters_; }
+  std::size_t size() const { return entities_.size(); }
+  /// Names that have no topics of their own, one sentence each.
+  const std::map<std::string, std::string>& problems() const { return problems_; }
+  bool lists_arrived() const { return listed_; }
+
+ private:
+  struct Entity {
+    std::unique_ptr<Device> device;
+    Condition condition;
+  };
+  void changed(const bridge::DeviceRecord& record);
+  void left(const std::string& address, const std::string& reason);
+  void waiting(const bridge::DeviceRecord& record, const std::string& why);
+  void unreadable(const Error& error);
+  void apply(const bridge::Topics::Filters& filters);
+  void compare_groups();
+  void note(Condition& condition, const model::Updates& updates);
+  void forget(const std::string& address, const std::string& why);
+
+  network::NetworkHost& host_;
+  const TypeCatalogue& types_;
+  bridge::Topics& topics_;
+  BrokerLine& line_;
+  std::function<void()> report_;
+  base::LimitedLog log_;
+  unsigned polls_per_second_;
+  SteadyTime second_{};  ///< begin of the second whose polls are counted
+  unsigned polls_ = 0;
+  std::string down_;  ///< why the bridge is not there; empty = it is
+  bool listed_ = false;
+  bridge::BridgeDescription info_;
+  std::vector<bridge::Group> groups_;
+  std::map<std::string, bridge::DeviceRecord> group_records_;
+  std::map<std::string, std::string> problems_;  ///< by address
+  Counters counters_;
+  TypeId link_quality_{};
+  std::unordered_map<std::string, Entity> entities_;
+  base::OncePerTurn compare_groups_;
+  bridge::Inventory inventory_;
+};
+
+}  // namespace rubicon::networks::zigbee

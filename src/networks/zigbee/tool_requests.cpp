@@ -1,0 +1,385 @@
+#include "networks/zigbee/tool_requests.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "model/json_members.h"
+#include "networks/zigbee/bridge/recommended.h"
+#include "networks/zigbee/device_options.h"
+#include "rubicon/key.hpp"
+
+namespace rubicon::networks::zigbee {
+
+namespace {
+
+using namespace std::chrono_literals;
+using nlohmann::json;
+
+/// Bound of the list in a reply, so that it fits one message.
+constexpr std::size_t kMaxReplyBytes = 100'000;
+constexpr std::size_t kMaxRequestBytes = 64UL * 1024, kMaxRequestText = 512;
+/// Zigbee2MQTT's longest time (zigbee.md, section 8).
+constexpr std::int64_t kMaxPermit = 254;
+
+std::string request_text(const json& request, const char* key) {
+  return model::text_of(request, key).substr(0, kMaxRequestText);
+}
+
+std::string_view word(bridge::Role role) {
+  switch (role) {
+    case bridge::Role::kCoordinator: return "coordinator";
+    case bridge::Role::kRouter: return "router";
+    case bridge::Role::kEndDevice: return "end device";
+    case bridge::Role::kUnknown: break;
+  }
+  return "unknown";
+}
+
+std::string_view word(bridge::Interview interview) {
+  switch (interview) {
+    case bridge::Interview::kPending: return "pending";
+    case bridge::Interview::kInProgress: return "in progress";
+    case bridge::Interview::kSuccessful: return "successful";
+    case bridge::Interview::kFailed: break;
+  }
+  return "failed";
+}
+
+json settings_json(const bridge::BridgeDescription& info) {
+  auto settings = json::array();
+  for (const auto& one : bridge::recommendations(info))
+    settings.push_back({{"setting", one.setting}, {"is", one.is}, {"should", one.should}, {"why", one.why}});
+  return settings;
+}
+
+json bridge_json(const bridge::BridgeDescription& info) {
+  json out{{"version", info.version},
+           {"coordinator", info.coordinator},
+           {"channel", info.channel},
+           {"permit_join", info.permit_join},
+           {"restart_required", info.restart_required}};
+  if (!info.coordinator_address.empty()) out["coordinator_address"] = info.coordinator_address;
+  if (info.permit_join_end != WallTime{}) out["permit_join_end"] = base::to_seconds(info.permit_join_end);
+  return out;
+}
+
+}  // namespace
+
+ToolRequests::ToolRequests(network::NetworkHost& host, std::string requester, const Devices& devices, Publish publish)
+    : host_(host),
+      requester_(std::move(requester)),
+      devices_(devices),
+      publish_(std::move(publish)),
+      down_("Zigbee2MQTT is not there yet") {}
+
+void ToolRequests::use(bool up, const std::string& why) {
+  down_ = up ? std::string() : why;
+  if (up) return;
+  for (const auto& open : std::exchange(open_, {})) refuse(open.requester, why);
+  close_watching(why);
+}
+
+Result<void> ToolRequests::receive(const Message& message) {
+  const auto* opaque = std::get_if<model::Opaque>(&message.body);
+  if (!opaque || opaque->type != kRequestTag)
+    return fail(ErrorCode::kUnsupported, fmt::format("ZigBee does not support {}", to_string(message.kind())));
+  if (opaque->bytes.size() > kMaxRequestBytes) return fail(ErrorCode::kInvalid, "the zigbee.request is too long");
+  const auto request = json::parse(opaque->bytes.begin(), opaque->bytes.end(), nullptr, false);
+  if (!request.is_object()) return fail(ErrorCode::kInvalid, "a zigbee.request is a JSON object");
+  Requester requester{message.source, request_text(request, "id")};
+  const auto what = request_text(request, "do");
+  if (what == "devices") {
+    devices(requester, request);
+  } else if (!down_.empty()) {
+    refuse(requester, down_);
+  } else if (what == "permit") {
+    permit(std::move(requester), request);
+  } else if (what == "rename") {
+    rename(std::move(requester), request);
+  } else if (what == "remove") {
+    remove(std::move(requester), request);
+  } else if (what == "options") {
+    options(std::move(requester), request);
+  } else if (what == "map") {
+    map(std::move(requester), request);
+  } else if (what == "health") {
+    health_check(std::move(requester));
+  } else {
+    refuse(requester, fmt::format("do is {}, expected permit, devices, rename, remove, options, map or health",
+                                  model::quoted(what)));
+  }
+  return {};
+}
+
+/// The answer carries the transaction of the request (zigbee.md, section 8).
+void ToolRequests::ask(Requester requester, std::string_view what, json payload, Duration time, Done done) {
+  if (open_.size() >= kMaxOpen) return refuse(requester, "too many requests are open");
+  if (last_transaction_ == 0)  // other than those of an earlier run
+    last_transaction_ = static_cast<std::uint64_t>(host_.scheduler().wall_now().time_since_epoch().count());
+  auto transaction = fmt::format("rubicon-{}-{}", requester_, ++last_transaction_);
+  payload["transaction"] = transaction;
+  if (auto sent = publish_(what, model::dump(payload)); !sent) return refuse(requester, sent.error().text);
+  auto& added = open_.emplace_back(Open{std::move(requester), std::move(transaction), std::move(done), {}});
+  added.timeout = host_.scheduler().after(time, [this, &added, time] {
+    const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(time).count();
+    refuse(added.requester, fmt::format("Zigbee2MQTT did not answer within {} s", seconds));
+    open_.remove_if([&](const Open& one) { return &one == &added; });
+  });
+}
+
+void ToolRequests::response(std::string_view payload) {
+  if (open_.empty()) return;  // of another client
+  const auto response = bridge::read_response(payload);
+  if (!response || response->transaction.empty()) return;
+  const auto found = std::find_if(open_.begin(), open_.end(),
+                                  [&](const Open& one) { return one.transaction == response->transaction; });
+  if (found == open_.end()) return;
+  const auto open = std::move(*found);
+  open_.erase(found);
+  if (!response->ok) return refuse(open.requester, response->error);
+  open.done(open.requester, *response);
+}
+
+std::optional<ToolRequests::Target> ToolRequests::target(const Requester& requester, const json& request,
+                                                         const char* field) {
+  const auto called = request_text(request, field);
+  const auto address = devices_.find(called);
+  if (!address) {
+    refuse(requester, fmt::format("Zigbee2MQTT has no device {}", model::quoted(called)));
+    return std::nullopt;
+  }
+  constexpr std::string_view kGroup = "group-";
+  if (address->starts_with(kGroup)) return Target{*address, address->substr(kGroup.size()), true};
+  return Target{*address, "0x" + *address, false};
+}
+
+void ToolRequests::permit(Requester requester, const json& request) {
+  const auto wanted = request.value("seconds", json(60));
+  if (!wanted.is_number_integer() || wanted < 0 || wanted > kMaxPermit)
+    return refuse(requester,
+                  fmt::format("seconds is {}, expected 0 to {}", model::dump(wanted).substr(0, 40), kMaxPermit));
+  const auto seconds = wanted.get<std::int64_t>();
+  json payload{{"time", seconds}};
+  if (!request_text(request, "via").empty()) {
+    const auto via = target(requester, request, "via");
+    if (!via) return;
+    payload["device"] = via->id;
+  }
+  ask(std::move(requester), "permit_join", std::move(payload), kAnswerTime,
+      [this, seconds](const Requester& to, const bridge::BridgeResponse&) { permitted(to, seconds); });
+}
+
+void ToolRequests::permitted(const Requester& requester, std::int64_t seconds) {
+  const auto until = host_.scheduler().wall_now() + std::chrono::seconds(seconds);
+  reply(requester, {{"ok", true}, {"until", base::to_seconds(until)}});
+  if (seconds == 0) return close_watching({});
+  watching_.remove_if([&](const Watching& one) {
+    return one.requester.address == requester.address && one.requester.id == requester.id;
+  });
+  if (watching_.size() >= kMaxWatching) return;
+  auto& added = watching_.emplace_back(Watching{requester, false, {}});
+  added.end = host_.scheduler().after(std::chrono::seconds(seconds), [this, &added] {
+    send(added.requester.address, kEventTag, {{"id", added.requester.id}, {"event", "closed"}});
+    watching_.remove_if([&](const Watching& one) { return &one == &added; });
+  });
+}
+
+void ToolRequests::close_watching(std::string_view why) {
+  for (const auto& watching : std::exchange(watching_, {})) {
+    json closed{{"id", watching.requester.id}, {"event", "closed"}};
+    if (!why.empty()) closed["why"] = why;
+    send(watching.requester.address, kEventTag, closed);
+  }
+}
+
+void ToolRequests::event(const bridge::BridgeEvent& event) {
+  if (watching_.empty() || event.kind == bridge::BridgeEvent::Kind::kOther) return;
+  json out{{"event", to_string(event.kind)}, {"address", event.address}, {"name", event.name}};
+  if (!event.vendor.empty()) out["vendor"] = event.vendor;
+  if (!event.model.empty()) out["model"] = event.model;
+  if (event.kind == bridge::BridgeEvent::Kind::kFailed)
+    out["why"] = "the device did not answer the interview: bring it nearer, wake it up and pair it again";
+  if (event.kind == bridge::BridgeEvent::Kind::kInterviewed && !event.supported)
+    out["why"] = "Zigbee2MQTT does not support this model";
+  for (const auto& watching : watching_) {
+    out["id"] = watching.requester.id;
+    send(watching.requester.address, kEventTag, out);
+  }
+}
+
+void ToolRequests::info(std::string_view payload, const bridge::BridgeDescription& info) {
+  info_ = payload;
+  texts_["bridge"] = model::dump(bridge_json(info));
+  texts_["settings"] = model::dump(settings_json(info));
+  std::list<Watching> closed;
+  for (auto at = watching_.begin(); at != watching_.end();) {
+    auto& watching = *at++;
+    if (!info.permit_join && watching.open) closed.splice(closed.end(), watching_, std::prev(at));
+    watching.open = info.permit_join;
+  }
+  for (const auto& one : closed)
+    send(one.requester.address, kEventTag, {{"id", one.requester.id}, {"event", "closed"}});
+}
+
+json ToolRequests::described(const bridge::DeviceRecord& record, const std::string& why) const {
+  const auto condition = devices_.condition(record.address);
+  json out{{"address", record.address},
+           {"name", record.name},
+           {"role", record.is_group() ? "group" : word(record.role)},
+           {"power", record.power_source},
+           {"vendor", record.vendor},
+           {"model", record.model},
+           {"interview", word(record.interview)},
+           {"supported", record.supported},
+           {"points", condition.points}};
+  if (condition.available) out["availability"] = *condition.available ? "online" : "offline";
+  if (condition.last_seen != WallTime{}) out["last_seen"] = base::to_seconds(condition.last_seen);
+  if (condition.link_quality) out["link_quality"] = *condition.link_quality;
+  if (!why.empty()) out["why"] = why;
+  return out;
+}
+
+/// A tool reads them all by repeated requests.
+void ToolRequests::devices(const Requester& requester, const json& request) {
+  const auto from = model::count_of(request, "from");
+  auto list = json::array();
+  std::size_t bytes = 0;
+  std::uint64_t number = 0;
+  bool more = false;
+  devices_.each([&](const bridge::DeviceRecord& record, const std::string& why) {
+    if (number++ < from || more) return;
+    auto one = described(record, why);
+    bytes += model::dump(one).size();
+    more = bytes > kMaxReplyBytes;
+    if (!more) list.push_back(std::move(one));
+  });
+  reply(requester, {{"ok", true}, {"devices", std::move(list)}, {"more", more}});
+}
+
+void ToolRequests::rename(Requester requester, const json& request) {
+  const auto device = target(requester, request, "device");
+  if (!device) return;
+  const auto to = request_text(request, "to");
+  if (to.empty()) return refuse(requester, "to is empty, expected the new name");
+  ask(std::move(requester), device->group ? "group/rename" : "device/rename", {{"from", device->id}, {"to", to}},
+      kAnswerTime, [this, to, address = device->address](const Requester& asker, const bridge::BridgeResponse&) {
+        reply(asker, {{"ok", true}, {"address", address}, {"name", to}});
+      });
+}
+
+void ToolRequests::remove(Requester requester, const json& request) {
+  const auto device = target(requester, request, "device");
+  if (!device) return;
+  json payload{{"id", device->id}, {"force", model::flag_of(request, "force")}};
+  if (!device->group) {
+    payload["block"] = false;
+    payload["keep_config"] = false;
+  }
+  ask(std::move(requester), device->group ? "group/remove" : "device/remove", std::move(payload), kAnswerTime,
+      [this, address = device->address](const Requester& asker, const bridge::BridgeResponse&) {
+        reply(asker, {{"ok", true}, {"address", address}});
+      });
+}
+
+void ToolRequests::options(Requester requester, const json& request) {
+  const auto device = target(requester, request, "device");
+  if (!device) return;
+  const auto set = request.find("set");
+  if (set == request.end()) {
+    auto all = device_options(device->id, list_, info_);
+    if (!all) return refuse(requester, all.error().text);
+    (*all)["ok"] = true;
+    return reply(requester, std::move(*all));
+  }
+  if (!set->is_object() || set->empty()) return refuse(requester, "set is no JSON object with options");
+  ask(std::move(requester), device->group ? "group/options" : "device/options", {{"id", device->id}, {"options", *set}},
+      kAnswerTime, [this](const Requester& asker, const bridge::BridgeResponse& response) {
+        const auto data = model::object_of(response.data);
+        json options = json::array();
+        if (const auto now = data.find("to"); now != data.end() && now->is_object()) {
+          for (const auto& [name, value] : now->items()) options.push_back({{"name", name}, {"value", value}});
+        }
+        reply(asker, {{"ok", true},
+                      {"options", std::move(options)},
+                      {"restart_required", model::flag_of(data, "restart_required")}});
+      });
+}
+
+/// Asking for a map loads the radio for seconds: what is there is sent in parts.
+void ToolRequests::map(Requester requester, const json& request) {
+  const auto from = model::count_of(request, "from");
+  if (from > 0 && map_) return send_map(requester, from);
+  ask(std::move(requester), "networkmap", {{"type", "raw"}, {"routes", false}}, kMapTime,
+      [this](const Requester& asker, const bridge::BridgeResponse& response) {
+        auto read = bridge::read_network_map(response.data);
+        if (!read) return refuse(asker, read.error().text);
+        map_ = std::move(*read);
+        map_end_ = host_.scheduler().after(kMapLife, [this] { map_.reset(); });
+        send_map(asker, 0);
+      });
+}
+
+/// Nodes and links, counted as one list.
+void ToolRequests::send_map(const Requester& requester, std::size_t from) {
+  auto nodes = json::array(), links = json::array();
+  std::size_t bytes = 0, next = from;
+  const auto all = map_->nodes.size() + map_->links.size();
+  for (; next < all && bytes < kMaxReplyBytes; ++next) {
+    auto& list = next < map_->nodes.size() ? nodes : links;
+    if (next < map_->nodes.size()) {
+      const auto& node = map_->nodes[next];
+      list.push_back({{"address", node.address},
+                      {"name", node.name},
+                      {"role", node.role},
+                      {"vendor", node.vendor},
+                      {"model", node.model},
+                      {"failed", node.failed}});
+    } else {
+      const auto& link = map_->links[next - map_->nodes.size()];
+      list.push_back({{"source", link.source},
+                      {"target", link.target},
+                      {"quality", link.quality},
+                      {"depth", link.depth},
+                      {"relation", link.relation}});
+    }
+    bytes += model::dump(list.back()).size();
+  }
+  json answer{{"ok", true}, {"nodes", std::move(nodes)}, {"links", std::move(links)}, {"more", next < all}};
+  if (next < all) answer["next"] = next;
+  reply(requester, std::move(answer));
+}
+
+void ToolRequests::health_check(Requester requester) {
+  ask(std::move(requester), "health_check", json::object(), kAnswerTime,
+      [this](const Requester& asker, const bridge::BridgeResponse& response) {
+        json answer{{"ok", true}, {"healthy", model::flag_of(model::object_of(response.data), "healthy")}};
+        if (const auto bridge = texts_.find("bridge"); bridge != texts_.end())
+          answer["bridge"] = model::object_of(bridge->second);
+        if (const auto read = bridge::read_health(health_); read && !health_.empty())
+          answer["health"] = health_json(*read);
+        reply(asker, std::move(answer));
+      });
+}
+
+void ToolRequests::refuse(const Requester& requester, std::string_view why) {
+  reply(requester, {{"ok", false}, {"why", why}});
+}
+
+void ToolRequests::reply(const Requester& requester, json answer) {
+  answer["id"] = requester.id;
+  send(requester.address, kReplyTag, answer);
+}
+
+void ToolRequests::send(const Address& to, std::string_view tag, const json& content) {
+  Message message;
+  message.destination = to;
+  const auto text = model::dump(content);
+  const auto bytes = base::as_bytes(text);
+  message.body = model::Opaque{std::string(tag), Bytes(bytes.begin(), bytes.end())};
+  host_.deliver(std::move(message));
+}
+
+}  // namespace rubicon::networks::zigbee

@@ -1,0 +1,110 @@
+#pragma once
+
+#include <functional>
+#include <list>
+#include <map>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "network/network.h"
+#include "networks/zigbee/bridge/messages.h"
+#include "networks/zigbee/devices.h"
+
+namespace rubicon::networks::zigbee {
+
+/// Tags of the Opaque messages between tools and this network; the bytes are JSON (docs/zigbee.md, "Tools").
+inline constexpr std::string_view kRequestTag = "zigbee.request";
+inline constexpr std::string_view kReplyTag = "zigbee.reply";
+inline constexpr std::string_view kEventTag = "zigbee.event";
+
+/// Serves tools that manage the bridge: permit, devices, rename, remove, options, map, health. Answers every request
+/// once.
+class ToolRequests {
+ public:
+  static constexpr std::size_t kMaxOpen = 64, kMaxWatching = 16;
+  /// For the bridge's answer (zigbee.md, section 8: unknown requests get none).
+  static constexpr Duration kAnswerTime = std::chrono::seconds(10), kMapTime = std::chrono::minutes(2);
+  /// How long a map is kept for tools that read it in parts.
+  static constexpr Duration kMapLife = std::chrono::minutes(5);
+
+  /// Publishes to `bridge/request/<what>`.
+  using Publish = std::function<Result<void>(std::string_view what, std::string payload)>;
+
+  /// `requester` names this network among all clients of the bridge.
+  ToolRequests(network::NetworkHost& host, std::string requester, const Devices& devices, Publish publish);
+
+  /// Whether the bridge is there, or why not: requests that wait are then refused.
+  void use(bool up, const std::string& why);
+  /// kUnsupported if the message is not a request of a tool, kInvalid if it cannot be read.
+  Result<void> receive(const Message& message);
+
+  // What the bridge publishes.
+  void response(std::string_view payload);
+  void event(const bridge::BridgeEvent& event);
+  void info(std::string_view payload, const bridge::BridgeDescription& info);
+  void list(std::string_view payload) { list_ = payload; }
+  void health(std::string_view payload) { health_ = payload; }
+
+  /// What `bridge/info` says, for State::texts: `bridge`, `settings`.
+  const std::map<std::string, std::string>& texts() const { return texts_; }
+
+ private:
+  struct Requester {
+    Address address;
+    std::string id;  ///< of the request; the reply repeats it
+  };
+  using Done = std::function<void(const Requester& requester, const bridge::BridgeResponse& response)>;
+  struct Open {
+    Requester requester;
+    std::string transaction;
+    Done done;
+    Timer timeout;
+  };
+  /// A tool that sees devices join.
+  struct Watching {
+    Requester requester;
+    bool open = false;  ///< the bridge said that devices may join
+    Timer end;
+  };
+  /// A device or group as requests name it.
+  struct Target {
+    std::string address;
+    std::string id;  ///< of the bridge: `0x00124b0010000000`, or the number of a group
+    bool group = false;
+  };
+
+  void permit(Requester requester, const nlohmann::json& request);
+  void permitted(const Requester& requester, std::int64_t seconds);
+  void devices(const Requester& requester, const nlohmann::json& request);
+  void rename(Requester requester, const nlohmann::json& request);
+  void remove(Requester requester, const nlohmann::json& request);
+  void options(Requester requester, const nlohmann::json& request);
+  void map(Requester requester, const nlohmann::json& request);
+  void send_map(const Requester& requester, std::size_t from);
+  void health_check(Requester requester);
+  nlohmann::json described(const bridge::DeviceRecord& record, const std::string& why) const;
+
+  std::optional<Target> target(const Requester& requester, const nlohmann::json& request, const char* field);
+  void ask(Requester requester, std::string_view what, nlohmann::json payload, Duration time, Done done);
+  void close_watching(std::string_view why);
+  void reply(const Requester& requester, nlohmann::json answer);
+  void refuse(const Requester& requester, std::string_view why);
+  void send(const Address& to, std::string_view tag, const nlohmann::json& content);
+
+  network::NetworkHost& host_;
+  std::string requester_;
+  const Devices& devices_;
+  Publish publish_;
+  std::string down_;  ///< why the bridge is not there; empty = it is
+  std::uint64_t last_transaction_ = 0;
+  std::list<Open> open_;
+  std::list<Watching> watching_;
+  std::string list_, info_, health_;  ///< the newest payloads, read when a tool asks
+  std::map<std::string, std::string> texts_;
+  std::optional<bridge::NetworkMap> map_;
+  Timer map_end_;
+};
+
+}  // namespace rubicon::networks::zigbee

@@ -1,0 +1,247 @@
+#include "networks/zigbee/zigbee_house.h"
+
+namespace rubicon::networks::zigbee {
+namespace {
+
+using ::testing::Contains;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+using ::testing::SizeIs;
+
+using Entities = House;
+
+/// The walking skeleton: a device of the list, its reading, a command.
+TEST_F(Entities, ADeviceJoinsReportsAndObeys) {
+  start();
+  report("air", {{"temperature", 21.5}, {"humidity", 40}});
+  EXPECT_THAT(values(kThermometer, "temperature"), ElementsAre("21.5"));
+  EXPECT_THAT(values(kThermometer, "humidity"), ElementsAre("40"));
+  ASSERT_TRUE(command(7, kPlug, "switch", true));
+  host.time.run_for(10ms);
+  EXPECT_THAT(sets("plug"), ElementsAre(R"({"state":"ON"})"));
+  report("plug", {{"state", "ON"}});
+  host.time.run_for(1s);
+  ASSERT_TRUE(answer(7));
+  EXPECT_EQ(answer(7)->outcome, model::Outcome::kSent);
+}
+
+/// Pitfall 4: the address is the identity, the name is a label.
+TEST_F(Entities, ARenameIsNoLeave) {
+  start();
+  list({plug("hall"), thermometer(), button()});
+  EXPECT_THAT(host.all<model::Leave>(), IsEmpty());
+  EXPECT_EQ(joins().back(), "00124b0010000002 hall");
+  EXPECT_THAT(broker.subscriptions(), Contains("zigbee2mqtt/hall"));
+  EXPECT_THAT(broker.subscriptions(), Not(Contains("zigbee2mqtt/plug")));
+  EXPECT_THAT(broker.subscriptions(), Not(Contains("zigbee2mqtt/plug/availability")));
+  ASSERT_TRUE(command(1, kPlug, "switch", true));
+  host.time.run_for(10ms);
+  EXPECT_THAT(sets("hall"), SizeIs(1));
+  EXPECT_EQ(counter("renames"), 1U);
+}
+
+TEST_F(Entities, TwoDevicesMaySwapTheirNames) {
+  start();
+  list({plug("air"), thermometer("plug"), button()});
+  report("plug", {{"temperature", 18}});
+  EXPECT_THAT(values(kThermometer, "temperature"), ElementsAre("18"));
+  EXPECT_THAT(broker.subscriptions(), Contains("zigbee2mqtt/plug"));
+  EXPECT_THAT(broker.subscriptions(), Contains("zigbee2mqtt/air/availability"));
+  ASSERT_TRUE(command(1, kPlug, "switch", true));
+  host.time.run_for(10ms);
+  EXPECT_THAT(sets("air"), SizeIs(1));
+  EXPECT_THAT(sets("plug"), IsEmpty());
+}
+
+/// Pitfall 5: topics are looked up, never split.
+TEST_F(Entities, NamesMayHaveSlashesBlanksAndAnyCharacter) {
+  make();
+  bridge_starts({plug("ground floor/hall/plug"), thermometer("ground floor/hall"), button("Küche/ボタン")});
+  open();
+  report("ground floor/hall", {{"temperature", 19}});
+  EXPECT_THAT(values(kThermometer, "temperature"), ElementsAre("19"));
+  ASSERT_TRUE(command(1, kPlug, "switch", true));
+  host.time.run_for(10ms);
+  EXPECT_THAT(sets("ground floor/hall/plug"), SizeIs(1));
+  report("Küche/ボタン", {{"action", "single"}});
+  EXPECT_EQ(readings(), 2U);
+}
+
+TEST_F(Entities, ANameWhoseTopicIsThatOfAnotherDeviceIsSaidAndItsCommandsAreRefused) {
+  make();
+  bridge_starts({plug("a"), thermometer("a/set"), button()});
+  open();
+  ASSERT_TRUE(command(1, kPlug, "switch", true));
+  host.time.run_for(10ms);
+  EXPECT_THAT(values(kThermometer, "temperature"), IsEmpty());
+  EXPECT_EQ(counter("unusable-names"), 1U);
+  EXPECT_EQ(counter("unreadable-states"), 0U) << "the command to a is no state of a/set";
+}
+
+/// Pitfall 13: what is retained for a device that was removed.
+TEST_F(Entities, TopicsOfDevicesThatAreNotInTheListAreIgnored) {
+  availability = true;
+  say("ghost/availability", {{"state", "online"}}, true);
+  say("ghost", {{"temperature", 1}}, true);
+  start();
+  broker.publish("homeassistant/sensor/0x00124b0010000009/temperature/config", "{}", true);
+  host.time.run_for(1s);
+  EXPECT_THAT(host.all<model::KeepAlive>(), IsEmpty());
+  EXPECT_EQ(readings(), 0U);
+  EXPECT_THAT(joins(), SizeIs(3));
+}
+
+TEST_F(Entities, TheAvailabilityOfADeviceThatLeftIsNoLongerHeard) {
+  availability = true;
+  start();
+  list({plug(), button()});
+  list({plug(), button("knob")});
+  host.time.run_for(11s);
+  ASSERT_THAT(host.all<model::Leave>(), SizeIs(1));
+  EXPECT_EQ(host.all<model::Leave>()[0].first, kThermometer);
+  host.delivered.clear();
+  say("air/availability", {{"state", "online"}}, true);
+  report("air", {{"temperature", 21}});
+  host.time.run_for(1s);
+  for (const auto& message : host.delivered) EXPECT_NE(message.source.device, kThermometer);
+  EXPECT_FALSE(send(kThermometer, model::Sample{9, {}, 0ms}));
+}
+
+/// Pitfall 16: lists are short for a moment while the bridge starts or interviews.
+TEST_F(Entities, ADeviceThatOneListLacksStays) {
+  start();
+  list({plug(), button()});
+  host.time.run_for(2s);
+  list({plug(), thermometer(), button()});
+  host.time.run_for(1min);
+  EXPECT_THAT(host.all<model::Leave>(), IsEmpty());
+  list(json::array());
+  host.time.run_for(2s);
+  list({plug(), thermometer(), button()});
+  host.time.run_for(1min);
+  EXPECT_THAT(host.all<model::Leave>(), IsEmpty());
+  EXPECT_THAT(joins(), SizeIs(3));
+}
+
+TEST_F(Entities, ADeviceThatSaysThatItLeavesIsGoneWithTheNextList) {
+  start();
+  say("bridge/event",
+      {{"type", "device_leave"}, {"data", {{"ieee_address", "0x00124b0010000003"}, {"friendly_name", "air"}}}});
+  list({plug(), button()});
+  host.time.run_for(100ms);
+  ASSERT_THAT(host.all<model::Leave>(), SizeIs(1));
+  EXPECT_THAT(broker.subscriptions(), Not(Contains("zigbee2mqtt/air")));
+  list({plug(), thermometer(), button()});
+  host.time.run_for(1s);
+  EXPECT_THAT(joins(), SizeIs(4)) << "it came back";
+}
+
+TEST_F(Entities, ADeviceThatCannotBeUsedIsAnnouncedWithItsProblem) {
+  auto pending = thermometer();
+  pending["interview_state"] = "FAILED";
+  pending.erase("definition");
+  make();
+  bridge_starts({plug(), pending});
+  open();
+  const auto all = host.all<model::Join>();
+  const auto found = std::find_if(all.begin(), all.end(), [](const auto& one) { return one.first == kThermometer; });
+  ASSERT_NE(found, all.end());
+  EXPECT_NE(found->second.problem, "");
+  EXPECT_THAT(found->second.capabilities, IsEmpty());
+  EXPECT_FALSE(send(kThermometer, model::Sample{9, {}, 0ms}));
+  list({plug(), thermometer()});
+  host.time.run_for(100ms);
+  const auto later = host.all<model::Join>().back();
+  EXPECT_EQ(later.first, kThermometer);
+  EXPECT_EQ(later.second.problem, "");
+  EXPECT_THAT(later.second.capabilities, Not(IsEmpty()));
+}
+
+TEST_F(Entities, ANewDefinitionIsAnnouncedAgain) {
+  start();
+  auto more = thermometer();
+  more["definition"]["exposes"].push_back(numeric("pressure", 1, "hPa"));
+  list({plug(), more, button()});
+  host.time.run_for(100ms);
+  EXPECT_THAT(joins(), SizeIs(4));
+  report("air", {{"pressure", 1013}});
+  EXPECT_EQ(readings(), 1U);
+}
+
+TEST_F(Entities, AGroupIsADevice) {
+  start();
+  say("bridge/groups",
+      {{{"id", 7},
+        {"friendly_name", "all"},
+        {"scenes", json::array()},
+        {"members", {{{"ieee_address", "0x00124b0010000002"}, {"endpoint", 1}}}}}},
+      true);
+  host.time.run_for(100ms);
+  EXPECT_THAT(joins(), Contains("group-7 all"));
+  ASSERT_TRUE(command(3, "group-7", "switch", true));
+  host.time.run_for(10ms);
+  EXPECT_THAT(sets("all"), ElementsAre(R"({"state":"ON"})"));
+  say("bridge/groups", json::array(), true);
+  host.time.run_for(100ms);
+  ASSERT_THAT(host.all<model::Leave>(), SizeIs(1));
+  EXPECT_EQ(host.all<model::Leave>()[0].first, "group-7");
+  EXPECT_THAT(broker.subscriptions(), Not(Contains("zigbee2mqtt/all")));
+}
+
+TEST_F(Entities, TheBridgeSaysWhoIsThereWhereItOffersThat) {
+  availability = true;
+  start();
+  say("plug/availability", {{"state", "offline"}}, true);
+  ASSERT_THAT(host.all<model::Unreachable>(), SizeIs(1));
+  EXPECT_EQ(host.all<model::Unreachable>()[0].first, kPlug);
+  say("plug/availability", {{"state", "online"}}, true);
+  EXPECT_THAT(host.all<model::KeepAlive>(), SizeIs(1));
+  host.time.run_for(50min);
+  EXPECT_THAT(host.all<model::Unreachable>(), SizeIs(1));
+}
+
+/// zigbee.md, section 6: mains 1 h without configured reporting, battery 25 h.
+TEST_F(Entities, WithoutAvailabilityADeviceThatIsSilentTooLongIsUnreachable) {
+  start();
+  host.time.run_for(59min);
+  EXPECT_THAT(host.all<model::Unreachable>(), IsEmpty());
+  report("plug", {{"state", "ON"}});
+  host.time.run_for(59min);
+  EXPECT_THAT(host.all<model::Unreachable>(), IsEmpty());
+  host.time.run_for(2min);
+  ASSERT_THAT(host.all<model::Unreachable>(), SizeIs(1));
+  EXPECT_EQ(host.all<model::Unreachable>()[0].first, kPlug);
+  host.time.run_for(24h);
+  EXPECT_THAT(host.all<model::Unreachable>(), SizeIs(3)) << "the others have batteries: 25 h";
+  report("air", {{"temperature", 20}});
+  EXPECT_THAT(values(kThermometer, "temperature"), ElementsAre("20"));
+}
+
+TEST_F(Entities, NobodyIsBlamedForTheTimeWithoutABridge) {
+  start();
+  online(false);
+  host.time.run_for(48h);
+  online();
+  host.time.run_for(50min);
+  EXPECT_THAT(host.all<model::Unreachable>(), IsEmpty());
+}
+
+/// Pitfall 8: what the bridge repeats at its start has the time of its last_seen and is no news.
+TEST_F(Entities, StatesOfTheStartOfTheBridgeAreOld) {
+  start();
+  online(false);
+  host.time.run_for(1h);
+  bridge_starts();
+  say("air", {{"temperature", 17}, {"last_seen", "2026-01-01T00:00:05.000Z"}});
+  host.time.run_for(1s);
+  EXPECT_THAT(values(kThermometer, "temperature"), IsEmpty());
+  EXPECT_THAT(values(kThermometer, "temperature", false), ElementsAre("17"));
+  for (const auto& [from, updates] : host.all<model::Updates>()) {
+    for (const auto& reading : updates.readings) EXPECT_LT(reading.user_time, host.time.wall_now() - 59min);
+  }
+}
+
+}  // namespace
+}  // namespace rubicon::networks::zigbee
