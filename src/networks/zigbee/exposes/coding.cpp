@@ -149,7 +149,7 @@ void code_structure(const TypeRow& row, MappedPoint& point) {
   else if (row.type == "colourHueSaturation")
     point.coding.form = Coding::Form::kColourHueSaturation;
   else
-    point.coding.form = Coding::Form::kJson;
+    point.coding.form = Coding::Form::kObject;
 }
 
 DataType data_of(LeafForm form) {
@@ -196,8 +196,8 @@ void code_as_open(const Leaf& leaf, const LeafUnit& unit, MappedPoint& point) {
       return code_binary(leaf, false, point);
     case LeafForm::kEnum: return code_own_words(leaf, point);
     case LeafForm::kText: point.coding.form = Coding::Form::kText; return;
-    case LeafForm::kList:
-    case LeafForm::kComposite: point.coding.form = Coding::Form::kJson; return;
+    case LeafForm::kList: point.coding.form = Coding::Form::kList; return;
+    case LeafForm::kComposite: point.coding.form = Coding::Form::kObject; return;
   }
 }
 

@@ -65,11 +65,23 @@ bool is_preset(const Coding& coding, double number) {
                      [number](const NamedValue& preset) { return base::parse_number<double>(preset.json) == number; });
 }
 
-std::string bounds_text(const Capability& capability) {
-  const auto unit = capability.unit.empty() ? std::string() : " " + capability.unit;
-  if (!capability.maximum) return fmt::format("a number from {}{}", capability.minimum.value_or(0), unit);
-  if (!capability.minimum) return fmt::format("a number up to {}{}", *capability.maximum, unit);
-  return fmt::format("a number from {} to {}{}", *capability.minimum, *capability.maximum, unit);
+std::string bound_text(const Coding& coding, double number) {
+  return fmt::format("{}", model::UnitConversion{coding.multiply, coding.divide, coding.shift}(number) + 0.0);
+}
+
+/// The bounds in the unit of the type.
+std::string bounds_text(const MappedPoint& point) {
+  const auto& coding = point.coding;
+  const auto unit = point.capability.unit.empty() ? std::string() : " " + point.capability.unit;
+  auto low = coding.minimum, high = coding.maximum;
+  if (coding.multiply < 0) std::swap(low, high);
+  if (!high) return fmt::format("a number from {}{}", bound_text(coding, low.value_or(0)), unit);
+  if (!low) return fmt::format("a number up to {}{}", bound_text(coding, *high), unit);
+  return fmt::format("a number from {} to {}{}", bound_text(coding, *low), bound_text(coding, *high), unit);
+}
+
+std::string step_text(const Coding& coding) {
+  return fmt::format("{}", model::UnitConversion{coding.multiply, coding.divide, 0}(coding.step));
 }
 
 bool is_outside(const Coding& coding, double number) {
@@ -87,21 +99,27 @@ Result<std::string> encode_number(const MappedPoint& point, const Value& value) 
   if (!given) return refused(ErrorCode::kInvalid, point, value, "a number");
   auto number = in_json(coding, *given);
   if (is_preset(coding, number)) return json_number(number);
+  if (coding.form == Form::kInteger && *given != std::floor(*given))
+    return refused(ErrorCode::kInvalid, point, value, "a whole number");
   if (coding.step > 0) {
     const auto step = nearest_step(coding, number);
     if (!coding.rounded && std::abs(step - number) > coding.step * kGrain) {
-      return refused(ErrorCode::kOutOfRange, point, value, fmt::format("in steps of {}", coding.step));
+      return refused(ErrorCode::kOutOfRange, point, value, fmt::format("in steps of {}", step_text(coding)));
     }
     number = without_noise(step);
   }
-  if (is_outside(coding, number)) return refused(ErrorCode::kOutOfRange, point, value, bounds_text(point.capability));
+  if (is_outside(coding, number)) return refused(ErrorCode::kOutOfRange, point, value, bounds_text(point));
   return json_number(number);
 }
 
 Result<std::string> encode_binary(const MappedPoint& point, const Value& value) {
-  const auto* on = std::get_if<bool>(&value);
-  if (on == nullptr) return refused(ErrorCode::kInvalid, point, value, "on or off");
-  return point.coding.words[*on ? 1 : 0].json;
+  const auto& words = point.coding.words;
+  if (const auto* on = std::get_if<bool>(&value)) return words[*on ? 1 : 0].json;
+  const auto text = to_text(value);
+  for (const auto& word : words) {
+    if (!text.empty() && word.name == text) return word.json;
+  }
+  return refused(ErrorCode::kInvalid, point, value, "on or off");
 }
 
 std::string word_list(const std::vector<NamedValue>& words) {
@@ -132,10 +150,12 @@ Result<std::string> encode_text(const MappedPoint& point, const Value& value) {
   return json;
 }
 
-Result<std::string> encode_json(const MappedPoint& point, const Value& value) {
+Result<std::string> encode_json(const MappedPoint& point, const Value& value, char first, std::string_view expected) {
   const auto* json = std::get_if<Json>(&value);
-  if (json == nullptr || !nlohmann::json::accept(json->text)) return refused(ErrorCode::kInvalid, point, value, "JSON");
-  return std::string(base::trimmed(json->text));
+  const auto text = base::trimmed(json == nullptr ? std::string_view() : std::string_view(json->text));
+  if (!text.starts_with(first) || !nlohmann::json::accept(text))
+    return refused(ErrorCode::kInvalid, point, value, expected);
+  return std::string(text);
 }
 
 Result<std::string> encode_colour(const MappedPoint& point, const Value& value, const char* first, const char* second,
@@ -165,7 +185,8 @@ Result<std::string> encode(const MappedPoint& point, const Value& value) {
     case Form::kBinary: return encode_binary(point, value);
     case Form::kWords: return encode_word(point, value);
     case Form::kText: return encode_text(point, value);
-    case Form::kJson: return encode_json(point, value);
+    case Form::kObject: return encode_json(point, value, '{', "a JSON object");
+    case Form::kList: return encode_json(point, value, '[', "a JSON list");
     case Form::kColourXy: return encode_colour(point, value, "x", "y", 1, 1);
     case Form::kColourHueSaturation: return encode_colour(point, value, "hue", "saturation", 360, 100);
   }

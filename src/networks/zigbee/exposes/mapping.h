@@ -24,7 +24,8 @@ struct MappedPoint {
       kBinary,
       kWords,
       kText,
-      kJson,
+      kObject,
+      kList,
       kColourXy,
       kColourHueSaturation
     };

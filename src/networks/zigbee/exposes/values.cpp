@@ -88,8 +88,9 @@ Result<Value> decode_words(const MappedPoint& point, std::string_view json) {
     if (word.json == json) return Value(word.name);
   }
   auto text = is_string(json) ? unquoted(json) : std::optional(std::string(json));
+  const auto respelled = text ? model::dump(nlohmann::json(*text)) : std::string();
   for (const auto& word : point.coding.words) {
-    if (text && word.json == model::dump(nlohmann::json(*text))) return Value(word.name);
+    if (word.json == respelled) return Value(word.name);
   }
   if (text && !text->empty() && point.coding.own_words) return Value(std::move(*text));
   return unreadable(point, json, fmt::format("one of {}", list_of(point.coding.words)));
@@ -121,7 +122,8 @@ Result<Value> decode(const MappedPoint& point, std::string_view json) {
     case Form::kBinary: return decode_binary(point, json);
     case Form::kWords: return decode_words(point, json);
     case Form::kText: return decode_text(point, json);
-    case Form::kJson: return Value(Json{std::string(json)});
+    case Form::kObject:
+    case Form::kList: return Value(Json{std::string(json)});
     case Form::kColourXy: return decode_colour(point, json, "x", "y");
     case Form::kColourHueSaturation: return decode_colour(point, json, "hue", "saturation");
   }

@@ -1,11 +1,6 @@
 #include "networks/zigbee/exposes/mapping.h"
 
-#include <fmt/format.h>
-#include <gtest/gtest.h>
-
-#include <fstream>
-
-#include "networks/zigbee/exposes/type_table.h"
+#include "networks/zigbee/exposes/exposes_support.h"
 
 namespace rubicon::networks::zigbee::exposes {
 namespace {
@@ -31,34 +26,23 @@ std::string text_of(const MappedPoint& point) {
 }
 
 std::string mapped(const std::string& exposes) {
-  static const TypeCatalogue types;
-  std::vector<std::string> skipped;
-  const auto leaves = read_exposes(exposes, skipped);
-  if (!leaves) return leaves.error().text;
+  const auto definition = map_definition(exposes);
   std::string text;
-  for (const auto& point : map_leaves(*leaves, types)) {
+  for (const auto& point : definition.points) {
     if (point.property == "linkquality") continue;
     text += (text.empty() ? "" : " ; ") + text_of(point);
   }
-  for (const auto& one : skipped) text += (text.empty() ? "" : " ; ") + ("skipped " + one);
+  for (const auto& one : definition.skipped) text += (text.empty() ? "" : " ; ") + ("skipped " + one);
   return text;
 }
 
-std::vector<std::pair<std::string, std::string>> cases_of(const char* name) {
-  std::ifstream file(std::string(RUBICON_SOURCE_DIR "/tests/cases/zigbee/") + name);
-  std::vector<std::pair<std::string, std::string>> cases;
-  for (std::string line; std::getline(file, line);) {
-    const auto tab = line.find('\t');
-    if (line.starts_with('#') || tab == line.npos) continue;
-    cases.emplace_back(line.substr(0, tab), line.substr(tab + 1));
-  }
-  return cases;
-}
-
 TEST(Mapping, FollowsTheCases) {
-  const auto cases = cases_of("mapping.tsv");
-  ASSERT_GT(cases.size(), 10U);
-  for (const auto& [exposes, points] : cases) EXPECT_EQ(mapped(exposes), points) << exposes;
+  const auto cases = rows_of_cases("mapping.tsv");
+  ASSERT_GT(cases.size(), 30U);
+  for (const auto& row : cases) {
+    ASSERT_EQ(row.size(), 2U);
+    EXPECT_EQ(mapped(row[0]), row[1]) << row[0];
+  }
 }
 
 }  // namespace
