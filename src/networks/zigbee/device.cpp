@@ -96,7 +96,7 @@ Device::Impl::Impl(DeviceHost& its_host, const TypeCatalogue& its_types, bridge:
 
 void Device::Impl::set_record(bridge::DeviceRecord now) {
   record = std::move(now);
-  auto mapped = exposes::map_leaves(record.leaves, types);
+  auto mapped = exposes::map_leaves(record.leaves, types, !record.is_group());
   if (mapped != points) {
     commands.end(Outcome::kUndeliverable, "the definition of the device changed");
     verification.clear();

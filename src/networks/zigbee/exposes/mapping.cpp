@@ -24,7 +24,7 @@ bool is_uncached(std::string_view property) {
   return property.starts_with("action_") || std::find(kUncached.begin(), kUncached.end(), property) != kUncached.end();
 }
 
-Leaf link_quality() {
+Leaf link_quality_leaf() {
   Leaf leaf;
   leaf.name = leaf.property = kLinkQuality;
   leaf.unit = "lqi";
@@ -112,13 +112,13 @@ MappedPoint map_leaf(const Leaf& leaf, const TypeCatalogue& types, PointNames& n
 
 }  // namespace
 
-std::vector<MappedPoint> map_leaves(const std::vector<Leaf>& leaves, const TypeCatalogue& types) {
+std::vector<MappedPoint> map_leaves(const std::vector<Leaf>& leaves, const TypeCatalogue& types, bool link_quality) {
   std::vector<MappedPoint> points;
   PointNames names;
   for (const auto& leaf : leaves) points.push_back(map_leaf(leaf, types, names));
   const bool has_quality =
       std::any_of(leaves.begin(), leaves.end(), [](const Leaf& leaf) { return leaf.property == kLinkQuality; });
-  if (!has_quality) points.push_back(map_leaf(link_quality(), types, names));
+  if (link_quality && !has_quality) points.push_back(map_leaf(link_quality_leaf(), types, names));
   names.name_properties(leaves, points);
   return points;
 }

@@ -46,14 +46,16 @@ struct MappedPoint {
 
 /// The points of a device: every leaf becomes one (zigbee.md, section 9; the table of types is type_table.cpp,
 /// explained in docs/zigbee.md). The types are those of the catalogue; a meaning that it lacks becomes an open type
-/// (docs/types.md) with the name, unit, bounds and words of the leaf. `linkquality` is added where it is not exposed.
+/// (docs/types.md) with the name, unit, bounds and words of the leaf. `link_quality`: adds `linkquality`, which every
+/// device has in its state, where it is not exposed; groups have none.
 ///
 /// A leaf that is a setting (category config, or a type of the catalogue's properties) becomes a property, any other
 /// one that can be set an actuator, the rest sensors. Instance: the endpoint, else 1; what is one of several of its
 /// type has a word of its own (`temperature-local`, `current-phase_b`), so that the instance does not depend on other
 /// leaves. A property of an endpoint belongs to the actuator of that endpoint. Deterministic: the same leaves give the
 /// same points, in the order of the leaves; ids are unique as keys are.
-std::vector<MappedPoint> map_leaves(const std::vector<Leaf>& leaves, const TypeCatalogue& types);
+std::vector<MappedPoint> map_leaves(const std::vector<Leaf>& leaves, const TypeCatalogue& types,
+                                    bool link_quality = true);
 
 /// The spellings of units that are in no table, each as often as a leaf has it.
 std::vector<std::string> unknown_units(const std::vector<Leaf>& leaves);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <tuple>
 
+#include "model/open_type.h"
 #include "model/words.h"
 #include "networks/zigbee/exposes/type_table.h"
 #include "rubicon/key.hpp"
@@ -13,8 +14,9 @@ namespace rubicon::networks::zigbee::exposes {
 
 namespace {
 
-constexpr std::size_t kLongestName = 40;      ///< of types and instances in keys (proxy/naming.cpp)
-constexpr std::size_t kLongestProperty = 64;  ///< the instance of a property: the id of a sensor or actuator
+constexpr std::size_t kLongestTypeName = 200;  ///< messages take 255
+constexpr std::size_t kLongestName = 40;       ///< of an instance in keys (proxy/naming.cpp)
+constexpr std::size_t kLongestProperty = 64;   ///< the instance of a property: the id of a sensor or actuator
 
 std::string_view form_word(LeafForm form) {
   switch (form) {
@@ -39,7 +41,7 @@ std::string joined_parts(std::string_view one, std::string_view other) {
 }
 
 std::string id_of(const Capability& capability, std::string_view instance) {
-  return joined_parts(capability.type_name, instance);
+  return joined_parts(model::name_in_keys(capability), instance);
 }
 
 /// Smaller = more the endpoint's own: actuators before sensors, types of the catalogue in the order of the table.
@@ -78,11 +80,11 @@ std::string_view own_property(const Leaf& leaf) {
 }
 
 std::string open_name(const Leaf& leaf, const TypeCatalogue& types) {
-  auto name = model::to_key_part(leaf.name, kLongestName);
-  std::replace(name.begin(), name.end(), '-', '_');  // the first `-` of an id ends the type's name
-  if (types.find(name) == nullptr) return name;
-  const auto form = form_word(leaf.form);
-  return fmt::format("{}_{}", name.substr(0, kLongestName - form.size() - 1), form);
+  auto name = leaf.name.size() <= kLongestTypeName ? leaf.name : model::to_key_part(leaf.name, kLongestTypeName);
+  Capability capability;
+  capability.type_name = name;
+  if (types.find(model::name_in_keys(capability)) != nullptr) name += fmt::format("_{}", form_word(leaf.form));
+  return name;
 }
 
 std::string open_tag(const Leaf& leaf) {

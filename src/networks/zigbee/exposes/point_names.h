@@ -13,8 +13,8 @@ namespace rubicon::networks::zigbee::exposes {
 /// The property without the endpoint at its end; the leaf's name where the two mean the same (`color` of `color_xy`,
 /// `fan_mode` of `mode` in a fan).
 std::string_view own_property(const Leaf& leaf);
-/// The type name of a leaf without a type of the catalogue: its name in `[A-Za-z0-9_]`, at most 40 characters. One that
-/// the catalogue has for something else gets the form of the leaf at its end: `mode_enum`.
+/// The type name of a leaf without a type of the catalogue: its name. One that the catalogue has for something else
+/// gets the form of the leaf at its end: `mode_enum`.
 std::string open_name(const Leaf& leaf, const TypeCatalogue& types);
 /// What an open type's instance says besides the endpoint: the property, where it is not the name.
 std::string open_tag(const Leaf& leaf);
