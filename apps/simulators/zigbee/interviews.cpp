@@ -41,7 +41,6 @@ void Interviews::begin(RadioDevice& device, bool fails) {
   device.joined = true;
   world_.publish_availability(device);
   world_.hear(device);
-  if (world_.options().nulls) device.know_nothing();
   world_.publish_devices();
   world_.publish_devices();
   world_.publish_event("device_joined", device);
@@ -74,6 +73,7 @@ void Interviews::fail_now(RadioDevice& device) {
 
 void Interviews::succeed(RadioDevice& device) {
   if (!device.usable()) device.set_stage(Stage::kInterviewed);
+  if (world_.options().nulls) device.know_nothing();
   world_.publish_devices();
   world_.publish_event("device_interview", device,
                        {{"status", "successful"}, {"supported", true}, {"definition", device.definition()}});

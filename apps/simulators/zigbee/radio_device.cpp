@@ -110,7 +110,8 @@ Json RadioDevice::known() const {
 
 void RadioDevice::know_nothing() {
   for (const auto& [property, leaves] : model_.leaves) {
-    if (is_published(leaves.front()) && property != "linkquality") known_[property] = nullptr;
+    if (!is_published(leaves.front()) || property == "linkquality" || is_fleeting(property)) continue;
+    if (!known_.contains(property)) known_[property] = nullptr;
   }
 }
 

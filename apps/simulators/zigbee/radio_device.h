@@ -59,7 +59,7 @@ class RadioDevice {
   WallTime last_seen() const { return last_seen_; }
   /// What the bridge knows: the payload of a state message without last_seen.
   Json known() const;
-  /// The properties that its state messages have, all null until they are reported.
+  /// Its state messages have all properties from now on: null until they are reported.
   void know_nothing();
   void know(const std::string& property, Json value) { known_[property] = std::move(value); }
 

@@ -221,6 +221,28 @@ TEST_F(SimulatedBridge, ReportsPeriodicallyAndStopsWithTheBridge) {
   EXPECT_THAT(said, IsEmpty());
 }
 
+TEST_F(SimulatedBridge, WhatANewDeviceDidNotReportMayBeNull) {
+  WorldOptions options;
+  options.nulls = options.permit_join = true;
+  make(options);
+  start();
+  const auto address = world->join(find_model("thermometer").value());
+  time.run_for(1s);
+  EXPECT_FALSE(of(address).front().contains("temperature")) << "the definition is not known yet";
+  EXPECT_TRUE(of(address).back()["temperature"].is_null());
+  world->report(*world->find(address));
+  EXPECT_TRUE(of(address).back()["temperature"].is_number());
+}
+
+TEST_F(SimulatedBridge, AnAnnouncedDeviceIsHeardAndKeepsItsRecord) {
+  make();
+  auto& plug = add("plug", "plug");
+  start();
+  world->announce(plug);
+  EXPECT_THAT(topics(), ElementsAre("plug", "bridge/event"));
+  EXPECT_EQ(of("bridge/event")[0]["type"], "device_announce");
+}
+
 TEST_F(SimulatedBridge, AListMayBeShortForAMoment) {
   make();
   const auto address = add("plug", "plug").address();
