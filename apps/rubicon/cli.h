@@ -61,6 +61,7 @@ void add_record(Cli& cli);
 void add_top(Cli& cli);
 void add_doctor(Cli& cli);
 void add_knx(Cli& cli);
+void add_zigbee(Cli& cli);
 void add_complete(Cli& cli);
 void add_manual(Cli& cli);
 

@@ -32,11 +32,6 @@ struct Options {
   std::vector<std::string> only;
 };
 
-int refused(const json& answer) {
-  print_error(printable(model::text_of(answer, "why")));
-  return kNotDone;
-}
-
 std::string value_text(const json& telegram) {
   auto text = model::text_of(telegram, "value");
   if (text.empty()) return model::text_of(telegram, "hex");
@@ -44,7 +39,7 @@ std::string value_text(const json& telegram) {
   return unit.empty() ? text : text + " " + unit;
 }
 
-int read(Bus& bus, const Settings& settings, const Options& options) {
+int read(ToolLine& bus, const Settings& settings, const Options& options) {
   json request{{"do", "read"}, {"address", options.address}};
   if (!options.dpt.empty()) request["dpt"] = options.dpt;
   auto answer = bus.reply_to(request, kPatience);
@@ -54,7 +49,7 @@ int read(Bus& bus, const Settings& settings, const Options& options) {
   return kGood;
 }
 
-int write(Bus& bus, const Settings& settings, const Options& options) {
+int write(ToolLine& bus, const Settings& settings, const Options& options) {
   auto answer = bus.reply_to(
       {{"do", "write"}, {"address", options.address}, {"dpt", options.dpt}, {"value", options.value}}, kPatience);
   if (!model::flag_of(answer, "ok")) return refused(answer);
@@ -82,8 +77,8 @@ bool is_shown(const Options& options, const json& telegram) {
                                 [&](const auto& text) { return *parse_group(text) == *address; });
 }
 
-int monitor(Bus& bus, const Settings& settings, const Options& options) {
-  bus.on_telegram = [&](const json& telegram) {
+int monitor(ToolLine& bus, const Settings& settings, const Options& options) {
+  bus.on_event = [&](const json& telegram) {
     if (!is_shown(options, telegram)) return;
     bus.out().line(settings.json ? telegram.dump() : printable(telegram_line(telegram)));
   };
@@ -122,7 +117,7 @@ std::vector<networks::knx::Capture::Frame> frames_in(const json& answer) {
 }
 
 /// Fetches all frames that the island keeps, in several requests.
-int capture(Bus& bus, const Settings&, const Options& options) {
+int capture(ToolLine& bus, const Settings&, const Options& options) {
   auto target = OwnFile::open(options.file, O_WRONLY | O_TRUNC);
   if (!target) {
     print_error(target.error().text);
@@ -163,7 +158,7 @@ std::string address_error(const Options& options) {
   return {};
 }
 
-using Command = int (*)(Bus&, const Settings&, const Options&);
+using Command = int (*)(ToolLine&, const Settings&, const Options&);
 
 CLI::App* add(Cli& cli, CLI::App* parent, const Cli::Text& text, const std::shared_ptr<Options>& options,
               Command command) {
@@ -174,7 +169,7 @@ CLI::App* add(Cli& cli, CLI::App* parent, const Cli::Text& text, const std::shar
                               return kUsage;
                             }
                             int code = kFailed;
-                            const auto bus = Bus::open(settings, options->bus, name, code);
+                            const auto bus = open_bus(settings, options->bus, name, code);
                             if (!bus) return code;
                             code = command(*bus, settings, *options);
                             bus->out().flush();
@@ -184,8 +179,12 @@ CLI::App* add(Cli& cli, CLI::App* parent, const Cli::Text& text, const std::shar
                                  "do not use an island: open a tunnel to this KNXnet/IP interface")
                      ->type_name("HOST[:PORT]");
   app->add_flag("--knx-tcp", options->bus.tcp, "with --direct: by TCP")->needs(direct);
-  app->add_option("--island", options->bus.island, "use the line of this island")->type_name("ID")->excludes(direct);
-  app->add_option("--network", options->bus.network, "use this network: knx-hall")->type_name("ID")->excludes(direct);
+  app->add_option("--island", options->bus.network.island, "use the line of this island")
+      ->type_name("ID")
+      ->excludes(direct);
+  app->add_option("--network", options->bus.network.network, "use this network: knx-hall")
+      ->type_name("ID")
+      ->excludes(direct);
   return app;
 }
 

@@ -11,7 +11,6 @@
 #include "model/json_members.h"
 #include "networks/knx/knx_network.h"
 #include "networks/knx/line/discovery.h"
-#include "networks/knx/tool_requests.h"
 #include "transport/asio_scheduler.h"
 #include "transport/asio_signals.h"
 #include "transport/local_transports.h"
@@ -26,11 +25,9 @@ using nlohmann::json;
 base::NullLogSink no_log;
 
 /// A KNX network that runs in this program: this class is its host, and gets its replies.
-class DirectBus final : public Bus, private network::NetworkHost {
+class DirectBus final : public ToolLine, private network::NetworkHost {
  public:
-  DirectBus() : signals_(loop_, {SIGINT, SIGTERM}, [this] { interrupt(); }) {}
-  DirectBus(const DirectBus&) = delete;
-  DirectBus& operator=(const DirectBus&) = delete;
+  DirectBus() : ToolLine(kBusTags), signals_(loop_, {SIGINT, SIGTERM}, [this] { interrupt(); }) {}
 
   Result<void> open(const BusOptions& options, Duration timeout);
 
@@ -59,7 +56,7 @@ class DirectBus final : public Bus, private network::NetworkHost {
   transport::Transports& transports() override { return transports_; }
   const Log& log() const override { return log_; }
 
-  using Bus::receive;
+  using ToolLine::receive;
   void receive(const Message& message);
   void stop_if_done() {
     out_.flush();
@@ -143,7 +140,7 @@ bool DirectBus::run(const std::function<bool()>& done, Duration patience) {
 
 }  // namespace
 
-std::unique_ptr<Bus> open_direct(const Settings& settings, const BusOptions& options, int& code) {
+std::unique_ptr<ToolLine> open_direct(const Settings& settings, const BusOptions& options, int& code) {
   auto bus = std::make_unique<DirectBus>();
   const auto opened = bus->open(options, std::max<Duration>(settings.patience, std::chrono::seconds(12)));
   if (opened) return bus;

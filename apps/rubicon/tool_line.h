@@ -1,0 +1,63 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+
+#include "apps/rubicon/session.h"
+
+namespace rubicon::cli {
+
+/// The messages between the tools of a network type and its networks: tags of Opaque messages whose bytes are JSON.
+struct ToolTags {
+  std::string_view request, reply, event;
+};
+
+/// Which network of which island a tool talks to.
+struct NetworkChoice {
+  std::string type;          ///< `knx`
+  std::uint32_t island = 0;  ///< 0 = any
+  std::string network;       ///< id; empty = the only one of the type
+};
+
+/// A connection of a tool to a network: requests, their replies, and events of the network.
+class ToolLine {
+ public:
+  explicit ToolLine(const ToolTags& tags) : tags_(tags) {}
+  virtual ~ToolLine() = default;
+  ToolLine(const ToolLine&) = delete;
+  ToolLine& operator=(const ToolLine&) = delete;
+
+  virtual void send(const nlohmann::json& request) = 0;
+  /// Runs the event loop as Session::run does.
+  virtual bool run(const std::function<bool()>& done, Duration patience = Duration::max()) = 0;
+  virtual bool interrupted() const = 0;
+  virtual Output& out() = 0;
+
+  /// Sends a request and waits for its reply; a timeout gives a reply with `why`.
+  nlohmann::json reply_to(nlohmann::json request, Duration patience);
+
+  std::function<void(const nlohmann::json& event)> on_event;
+  std::function<void(const nlohmann::json& reply)> on_reply;
+  /// The line is up again, or was lost and why. Only called for a line of the tool's own.
+  std::function<void(bool up, const std::string& why)> on_line;
+
+ protected:
+  const ToolTags& tags() const { return tags_; }
+  /// Passes a message with one of the tags to its callback.
+  void receive(std::string_view tag, std::string_view text);
+
+ private:
+  ToolTags tags_;
+};
+
+/// Through a running island. nullptr: the error was printed, and `code` is the exit code.
+std::unique_ptr<ToolLine> open_tool_line(const Settings& settings, std::string_view command,
+                                         const NetworkChoice& choice, const ToolTags& tags, int& code);
+
+/// Prints the reason of a reply that refuses; kNotDone.
+int refused(const nlohmann::json& reply);
+
+}  // namespace rubicon::cli

@@ -1,0 +1,113 @@
+#include <fmt/format.h>
+
+#include "apps/rubicon/tuple_text.h"
+#include "apps/rubicon/zigbee/tool.h"
+#include "model/json_members.h"
+
+namespace rubicon::cli::zigbee {
+
+namespace {
+
+using nlohmann::json;
+
+struct DeviceOptions {
+  std::string device, name;
+  bool force = false;
+};
+
+std::string count_text(const json& device, const char* member) {
+  return device.contains(member) ? std::to_string(model::count_of(device, member)) : "-";
+}
+
+void add_row(const json& device, WallTime now, Table& table) {
+  const auto seen = model::time_of(device, "last_seen");
+  const auto vendor = model::text_of(device, "vendor");
+  const auto available = model::text_of(device, "availability");
+  table.row({model::text_of(device, "name"), model::text_of(device, "address"),
+             fmt::format("{}{}{}", vendor, vendor.empty() ? "" : " ", model::text_of(device, "model")),
+             model::text_of(device, "role"), model::text_of(device, "power"), available.empty() ? "-" : available,
+             seen == WallTime{} ? "-" : age_text(seen, now), count_text(device, "link_quality"),
+             count_text(device, "points"), model::text_of(device, "why")});
+}
+
+int list(Tool& tool) {
+  using Kind = Column::Kind;
+  Table table({{"NAME", Kind::kText},
+               {"ADDRESS", Kind::kKey},
+               {"MODEL", Kind::kText, 2},
+               {"ROLE", Kind::kWord, 5},
+               {"POWER", Kind::kText, 6},
+               {"AVAILABLE", Kind::kWord, 1},
+               {"HEARD", Kind::kWord, 3},
+               {"LINK", Kind::kWord, 4},
+               {"POINTS", Kind::kWord, 7},
+               {"WHY NOT USABLE", Kind::kText}});
+  const auto now = std::chrono::floor<std::chrono::microseconds>(std::chrono::system_clock::now());
+  std::uint64_t next = 0;
+  for (bool more = true; more;) {
+    const auto reply = tool.line().reply_to({{"do", "devices"}, {"from", next}}, kPatience);
+    if (!model::flag_of(reply, "ok")) return refused(reply);
+    const auto before = next;
+    for (const auto& device : reply.value("devices", json::array())) {
+      ++next;
+      if (tool.json()) tool.out().line(model::dump(device));
+      add_row(device, now, table);
+    }
+    more = model::flag_of(reply, "more") && next > before;
+  }
+  if (tool.json()) return kGood;
+  tool.out().write(table.empty() ? "no device is paired; `rubicon zigbee permit` lets devices join\n"
+                                 : table.text(tool.look()));
+  return kGood;
+}
+
+int rename(Tool& tool, const DeviceOptions& options) {
+  const auto reply =
+      tool.line().reply_to({{"do", "rename"}, {"device", options.device}, {"to", options.name}}, kPatience);
+  if (!model::flag_of(reply, "ok")) return refused(reply);
+  if (tool.json()) {
+    tool.print_json(reply);
+  } else {
+    tool.out().line(
+        printable(fmt::format("{} is called {} now", model::text_of(reply, "address"), model::text_of(reply, "name"))));
+  }
+  return kGood;
+}
+
+int remove(Tool& tool, const DeviceOptions& options) {
+  const auto reply =
+      tool.line().reply_to({{"do", "remove"}, {"device", options.device}, {"force", options.force}}, kPatience);
+  if (!model::flag_of(reply, "ok")) return refused(reply);
+  if (tool.json()) {
+    tool.print_json(reply);
+  } else {
+    tool.out().line(printable(fmt::format("{} is removed", model::text_of(reply, "address"))));
+  }
+  return kGood;
+}
+
+}  // namespace
+
+void add_devices(Cli& cli, CLI::App* parent) {
+  Tool::add(cli, parent,
+            {"devices", "List all devices and groups of the bridge, also those that cannot be used",
+             "  rubicon zigbee devices\n"
+             "  rubicon zigbee devices --json\n"},
+            list);
+  const auto options = std::make_shared<DeviceOptions>();
+  auto* app = Tool::add(cli, parent,
+                        {"rename", "Give a device or group another friendly name",
+                         "  rubicon zigbee rename 0x00124b0010000002 hall/lamp\n"},
+                        [options](Tool& tool) { return rename(tool, *options); });
+  app->add_option("DEVICE", options->device, "address or friendly name")->required();
+  app->add_option("NAME", options->name, "the new name; no + or #")->required();
+  app = Tool::add(cli, parent,
+                  {"remove", "Remove a device or group from the ZigBee network",
+                   "  rubicon zigbee remove hall/lamp\n"
+                   "  rubicon zigbee remove 00124b0010000002 --force    # a device that does not answer\n"},
+                  [options](Tool& tool) { return remove(tool, *options); });
+  app->add_option("DEVICE", options->device, "address or friendly name")->required();
+  app->add_flag("--force", options->force, "forget it without its answer; it may still believe to be a member");
+}
+
+}  // namespace rubicon::cli::zigbee
