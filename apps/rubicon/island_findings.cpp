@@ -8,6 +8,7 @@
 
 #include "apps/rubicon/table.h"
 #include "apps/rubicon/tuple_text.h"
+#include "model/json_members.h"
 
 namespace rubicon::cli {
 
@@ -173,6 +174,46 @@ Findings check_inbox(const IslandSeen& seen) {
                        waiting->second == 1 ? "1 device waits" : fmt::format("{} devices wait", waiting->second),
                        name_of(seen.island)),
            fmt::format("rubicon inbox --island {}", number(seen.island.id))}};
+}
+
+Findings check_settings(const IslandSeen& seen) {
+  Findings all;
+  for (const auto& network : seen.now) {
+    const auto text = network.properties.find("settings");
+    const auto list =
+        text == network.properties.end() ? nlohmann::json() : nlohmann::json::parse(text->second, nullptr, false);
+    if (!list.is_array()) continue;
+    for (const auto& one : list) {
+      if (!one.is_object()) continue;
+      const auto setting = model::text_of(one, "setting");
+      all.push_back({"settings", Grade::kNote,
+                     fmt::format("network {} of island {}: {} is {}: {}", network.id, name_of(seen.island), setting,
+                                 model::text_of(one, "is"), model::text_of(one, "why")),
+                     fmt::format("set {} to {} in the configuration of Zigbee2MQTT and restart it; {}", setting,
+                                 model::text_of(one, "should"), page("zigbee.md#settings-of-zigbee2mqtt"))});
+    }
+  }
+  return all;
+}
+
+Findings check_brokers(const IslandSeen& seen) {
+  Findings all;
+  for (const auto& network : seen.now) {
+    const auto text = network.properties.find("broker");
+    if (text == network.properties.end()) continue;
+    const auto broker = model::object_of(text->second);
+    const bool tls = model::flag_of(broker, "tls"), user = model::flag_of(broker, "user");
+    if (tls && user) continue;
+    const auto* lacks = tls ? "a user" : user ? "TLS" : "TLS and without a user";
+    all.push_back(
+        {"broker", Grade::kNote,
+         fmt::format("network {} of island {} uses its MQTT broker without {}: who reaches the broker can read "
+                     "and command its devices",
+                     network.id, name_of(seen.island), lacks),
+         fmt::format("let the broker listen on loopback only, or use TLS and a password; {}",
+                     page("zigbee.md#broker-with-tls-and-password"))});
+  }
+  return all;
 }
 
 Finding check_access(const IslandSeen& seen, const client::Options& options) {

@@ -36,6 +36,10 @@ Findings check_disks(const IslandSeen& seen);
 Findings check_clock(const IslandSeen& seen, WallTime when);
 /// `inbox`: devices that wait for a decision.
 Findings check_inbox(const IslandSeen& seen);
+/// `settings`: what the server behind a network should be set to (Zigbee2MQTT), as the network found it.
+Findings check_settings(const IslandSeen& seen);
+/// `broker`: networks whose MQTT broker is used without TLS or without a user.
+Findings check_brokers(const IslandSeen& seen);
 /// `access`: who can read and command the island.
 Finding check_access(const IslandSeen& seen, const client::Options& options);
 

@@ -17,9 +17,9 @@ struct ToolTags {
 
 /// Which network of which island a tool talks to.
 struct NetworkChoice {
-  std::string type;          ///< `knx`
+  std::string type{};        ///< `knx`
   std::uint32_t island = 0;  ///< 0 = any
-  std::string network;       ///< id; empty = the only one of the type
+  std::string network{};     ///< id; empty = the only one of the type
 };
 
 /// A connection of a tool to a network: requests, their replies, and events of the network.

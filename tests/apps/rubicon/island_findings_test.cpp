@@ -52,6 +52,37 @@ TEST(IslandFindings, ALineThatIsDownIsAProblemWithItsReasonAndAdvice) {
   EXPECT_THAT(found.fix, HasSubstr("networks: knx-hall:"));
 }
 
+TEST(IslandFindings, SettingsOfTheServerThatDifferAreNotesWithWhatToSet) {
+  auto zigbee = network("up");
+  zigbee.id = "zigbee";
+  zigbee.properties["settings"] =
+      R"([{"setting":"advanced.last_seen","is":"disable","should":"ISO_8601","why":"no time of measurement"},3,{}])";
+  const auto found = check_settings(with(zigbee));
+  ASSERT_EQ(found.size(), 2U);
+  EXPECT_EQ(found[0].grade, Grade::kNote);
+  EXPECT_EQ(found[0].what, "network zigbee of island 6541 home: advanced.last_seen is disable: no time of measurement");
+  EXPECT_THAT(found[0].fix, HasSubstr("set advanced.last_seen to ISO_8601"));
+  zigbee.properties["settings"] = "[]";
+  EXPECT_THAT(check_settings(with(zigbee)), IsEmpty());
+  zigbee.properties["settings"] = "no JSON";
+  EXPECT_THAT(check_settings(with(zigbee)), IsEmpty());
+  EXPECT_THAT(check_settings(with(network("up"))), IsEmpty());
+}
+
+TEST(IslandFindings, ABrokerWithoutTlsOrUserIsANote) {
+  const auto what_of = [](const std::string& broker) {
+    auto zigbee = network("up");
+    zigbee.properties["broker"] = broker;
+    const auto found = check_brokers(with(zigbee));
+    return found.empty() ? std::string() : found[0].what;
+  };
+  EXPECT_THAT(what_of(R"({"tls":false,"user":false})"), HasSubstr("without TLS and without a user: who reaches"));
+  EXPECT_THAT(what_of(R"({"tls":false,"user":true})"), HasSubstr("without TLS: who reaches"));
+  EXPECT_THAT(what_of(R"({"tls":true,"user":false})"), HasSubstr("without a user: who reaches"));
+  EXPECT_EQ(what_of(R"({"tls":true,"user":true})"), "");
+  EXPECT_THAT(check_brokers(with(network("up"))), IsEmpty());
+}
+
 TEST(IslandFindings, ALineThatDoesNotOpenIsAProblemAfterAWhile) {
   auto opening = network("connecting");
   EXPECT_EQ(check_lines(with(opening), kNow).at(0).grade, Grade::kProblem);
