@@ -97,14 +97,14 @@ void add_devices(Cli& cli, CLI::App* parent) {
   const auto options = std::make_shared<DeviceOptions>();
   auto* app = Tool::add(cli, parent,
                         {"rename", "Give a device or group another friendly name",
-                         "  rubicon zigbee rename 0x00124b0010000002 hall/lamp\n"},
+                         "  rubicon zigbee rename 0x00124b001000000b bedside\n"},
                         [options](Tool& tool) { return rename(tool, *options); });
   app->add_option("DEVICE", options->device, "address or friendly name")->required();
   app->add_option("NAME", options->name, "the new name; no + or #")->required();
   app = Tool::add(cli, parent,
                   {"remove", "Remove a device or group from the ZigBee network",
-                   "  rubicon zigbee remove hall/lamp\n"
-                   "  rubicon zigbee remove 00124b0010000002 --force    # a device that does not answer\n"},
+                   "  rubicon zigbee remove bath\n"
+                   "  rubicon zigbee remove 00124b0010000009 --force    # a device that does not answer\n"},
                   [options](Tool& tool) { return remove(tool, *options); });
   app->add_option("DEVICE", options->device, "address or friendly name")->required();
   app->add_flag("--force", options->force, "forget it without its answer; it may still believe to be a member");

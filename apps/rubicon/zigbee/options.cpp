@@ -75,8 +75,8 @@ void add_options(Cli& cli, CLI::App* parent) {
   const auto words = std::make_shared<OptionWords>();
   auto* app = Tool::add(cli, parent,
                         {"options", "Show or set how Zigbee2MQTT treats a device",
-                         "  rubicon zigbee options bath/air\n"
-                         "  rubicon zigbee options bath/air temperature_calibration=-0.5\n"},
+                         "  rubicon zigbee options living/climate\n"
+                         "  rubicon zigbee options living/climate temperature_calibration=-0.5\n"},
                         [words](Tool& tool) { return options_of(tool, *words); });
   app->add_option("DEVICE", words->device, "address or friendly name")->required();
   app->add_option("NAME=VALUE", words->set, "options to set; a value is JSON or a word; null removes it");

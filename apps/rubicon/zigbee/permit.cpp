@@ -93,7 +93,7 @@ void add_permit(Cli& cli, CLI::App* parent) {
   auto* app = Tool::add(cli, parent,
                         {"permit", "Let devices join, and show them until joining is closed",
                          "  rubicon zigbee permit\n"
-                         "  rubicon zigbee permit --for 2min --via hall/lamp\n"
+                         "  rubicon zigbee permit --for 2min --via living/ceiling\n"
                          "  rubicon zigbee permit --for 0s    # closes it\n"},
                         [options](Tool& tool) { return permit(tool, *options); });
   add_duration_option(app, "--for", options->time, "how long, at most 254s; default 60s");
