@@ -25,6 +25,13 @@ TextHash hash_of(std::string_view text) {
   return std::hash<std::string_view>{}(text) + text.size();
 }
 
+/// A list that waits to be compared.
+struct WaitingList {
+  std::string text;
+  TextHash hash = 0;
+  std::uint64_t received = 0;  ///< number
+};
+
 /// A usable device that is interviewed again (it was reset, or lost its parent) stays what it was: until the interview
 /// ends, its record has less than before.
 void keep_what_was_known(DeviceRecord& record, const DeviceRecord& before) {
@@ -61,12 +68,6 @@ struct Inventory::Impl {
     std::string address;  ///< empty = not known
   };
   using Slices = std::unordered_map<TextHash, Slice>;
-  /// A list that waits to be compared.
-  struct Waiting {
-    std::string text;
-    TextHash hash = 0;
-    std::uint64_t received = 0;  ///< number
-  };
   /// A list that is being compared.
   struct Current {
     Current(std::string text, TextHash text_hash, std::uint64_t number)
@@ -105,13 +106,13 @@ struct Inventory::Impl {
   void note_absences(std::vector<std::pair<std::string, std::string>>& gone);
   void leave_overdue();
   void leave(const std::vector<std::pair<std::string, std::string>>& gone);
-  void unreadable(Error error);
+  void unreadable(const Error& error);
 
   Scheduler& scheduler;
   std::size_t most_devices;
   Calls calls;
   std::map<std::string, Known> devices;  ///< by address
-  std::optional<Waiting> waiting;
+  std::optional<WaitingList> waiting;
   std::unique_ptr<Current> current;
   std::optional<TextHash> last;  ///< the list that was compared last
   Slices slices;                 ///< of that list
@@ -349,7 +350,7 @@ void Inventory::Impl::leave(const std::vector<std::pair<std::string, std::string
   }
 }
 
-void Inventory::Impl::unreadable(Error error) {
+void Inventory::Impl::unreadable(const Error& error) {
   ++counters.unreadable;
   calls.unreadable(error);
 }

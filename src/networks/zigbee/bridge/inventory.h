@@ -51,7 +51,8 @@ class Inventory {
 
   /// A payload of `bridge/devices`. An empty one is none: the devices stay as they are.
   void list(std::string_view payload);
-  /// `bridge/event` reported that the device left: it leaves at once if the newest list lacks it, or the next one.
+  /// `bridge/event` reported that the device left, or the bridge removed it for us: it leaves at once if the newest
+  /// list lacks it, or the next one.
   void leaving(std::string_view address);
   /// The bridge or the broker is gone: devices that were absent from the last list get another chance in the next one.
   void line_lost();

@@ -19,7 +19,7 @@ namespace rubicon::networks::zigbee::bridge {
 inline constexpr std::size_t kMaxMessageBytes = std::size_t{4} * 1024 * 1024;
 
 /// `bridge/state` and `<name>/availability`: true = online. Also the bare words `online` and `offline` of older
-/// versions. kInvalid for everything else.
+/// versions. kInvalid for everything else, also for the empty payload with which a topic ends (rename, removal).
 Result<bool> read_online(std::string_view payload);
 
 /// Options of one device or group in the configuration of the bridge; absent = as for all.

@@ -7,7 +7,6 @@ namespace {
 
 using namespace std::chrono_literals;
 using testing::ElementsAre;
-using testing::HasSubstr;
 using testing::IsEmpty;
 
 constexpr const char* kGone = "removed from Zigbee2MQTT";
@@ -57,6 +56,20 @@ TEST(Inventory, Pitfall4ARenamedDeviceStaysTheSame) {
   EXPECT_THAT(seen.list(list_of({{1, "plug"}, {2, "hall/lamp"}})),
               ElementsAre("changed 01: plug", "changed 02: hall/lamp"));
   EXPECT_EQ(seen.inventory.size(), 2U);
+}
+
+/// Pitfall 2: 300 devices make more than 1 MB.
+TEST(Inventory, Pitfall2AListOfSeveralMegabytesIsTaken) {
+  ObservedInventory seen;
+  std::vector<TestRecord> records;
+  for (unsigned i = 1; i <= 1000; ++i) {
+    records.push_back({i, fmt::format("device {}", i)});
+    records.back().more = fmt::format(R"(,"endpoints":{{"1":{{"scenes":[],"name":"{}"}}}})", std::string(3000, 'x'));
+  }
+  const auto list = list_of(records);
+  ASSERT_GT(list.size(), 3'000'000U);
+  EXPECT_EQ(seen.list(list).size(), 1000U);
+  EXPECT_EQ(seen.inventory.size(), 1000U);
 }
 
 /// Pitfall 3: a mass join publishes four lists a device; only the newest of those that wait is compared.

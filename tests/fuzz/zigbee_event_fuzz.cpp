@@ -1,0 +1,18 @@
+#include <cstdlib>
+
+#include "networks/zigbee/bridge/device_record.h"
+#include "networks/zigbee/bridge/messages.h"
+
+/// Input: a payload of bridge/event. A known event names a device.
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace rubicon::networks::zigbee::bridge;
+  const auto event = read_event({reinterpret_cast<const char*>(data), size});
+  if (!event) {
+    if (event.error().text.empty()) std::abort();
+    return 0;
+  }
+  const bool known = event->kind != BridgeEvent::Kind::kOther;
+  if (known && address_of(ieee_of(event->address)) != event->address) std::abort();
+  if (known && event->address.size() != 16) std::abort();
+  return 0;
+}
