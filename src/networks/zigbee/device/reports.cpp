@@ -155,7 +155,7 @@ void Reports::event(const Property& property, std::string_view json, const Heard
 }
 
 bool Reports::take_echo(Property& property, std::string_view json, const Heard& heard) {
-  if (heard.copy) return false;
+  if (heard.older) return false;
   const auto* command = commands_.awaiting(properties_.index_of(property));
   if (!command) return false;
   if (json != command->json && !means(command->point, json, command->wanted)) return false;
@@ -179,16 +179,17 @@ Reports::Verdict Reports::judge(const Change& change, const Heard& heard, bool b
   const auto& property = *change.property;
   if (traits_.group) return Verdict::kStored;
   if (heard.older) return Verdict::kNoNews;
-  if (heard.copy) return Verdict::kStored;
   // An echo never brings a later last_seen; what does is a report (recorded from Zigbee2MQTT 2.14.1).
-  const bool by_device = heard.last_seen && heard.later;
+  const bool by_device = heard.last_seen && heard.later && !heard.copy;
   if (change.own) {
     if (!traits_.optimistic || (by_device && !can_ask(property))) return Verdict::kReport;
     return Verdict::kEcho;
   }
-  if (!is_known(property)) return heard.aged && !heard.later ? Verdict::kStored : Verdict::kReport;
+  if (heard.copy && !beside_own) return Verdict::kStored;
   const bool suspect = property.settable && traits_.optimistic && (beside_own || (heard.last_seen && !heard.later));
-  return suspect && can_ask(property) && change.json != "null" ? Verdict::kUnproven : Verdict::kReport;
+  if (suspect && can_ask(property) && change.json != "null") return Verdict::kUnproven;
+  const bool remembered = !is_known(property) && heard.aged && !heard.later;
+  return heard.copy || remembered ? Verdict::kStored : Verdict::kReport;
 }
 
 void Reports::apply(const Change& change, const Heard& heard, Verdict verdict, Found& found) {
@@ -245,6 +246,7 @@ Reports::Found Reports::proven(std::size_t index, std::optional<WallTime> seen) 
 void Reports::commanded(const Command& command) {
   std::erase_if(commanded_, [&](const Commanded& older) { return older.property == command.property; });
   commanded_.push_back({command.point, command.property, command.value, command.wanted, command.published, newest_});
+  verification_.set_published();
   const auto& property = properties_[command.property];
   if (!command.echoed || !can_ask(property)) return;
   verification_.start(command.property,

@@ -14,6 +14,8 @@ constexpr std::array<Duration, 3> kAskAfter{milliseconds(300), milliseconds(1000
 constexpr Duration kNoEchoAfter = std::chrono::seconds(2);
 /// Until another property may be asked for.
 constexpr Duration kQuestionTime = std::chrono::seconds(1);
+/// For the acknowledgement of a set.
+constexpr Duration kAcknowledgeTime = std::chrono::seconds(2);
 /// No place for a question in this moment.
 constexpr Duration kTryAgain = milliseconds(300);
 /// After all attempts: not before the device is heard, and not more often.
@@ -60,22 +62,34 @@ void Verification::reported(std::size_t property, bool ends) {
   schedule();
 }
 
+void Verification::set_published() {
+  if (std::exchange(set_at_, scheduler_.now()) != scheduler_.now()) ++acknowledgements_;
+}
+
+bool Verification::acknowledges_set(const Heard& heard) {
+  if (scheduler_.now() > set_at_ + kAcknowledgeTime) acknowledgements_ = 0;
+  if (acknowledgements_ == 0 || !heard.last_seen || !heard.later || !heard.quiet) return false;
+  --acknowledgements_;
+  return true;
+}
+
 void Verification::message(const Heard& heard) {
-  for (auto& item : items_) consider(item, heard);
+  const bool acknowledges = acknowledges_set(heard);
+  for (auto& item : items_) consider(item, heard, acknowledges);
   schedule();
 }
 
-void Verification::consider(Item& item, const Heard& heard) {
+void Verification::consider(Item& item, const Heard& heard, bool acknowledges) {
   if (!std::exchange(item.begun, true) || !heard.later) return;
   item.heard = true;
-  if (!may_prove(item, heard) || item.candidate_until != SteadyTime::max()) return;
+  if (!may_prove(item, heard, acknowledges) || item.candidate_until != SteadyTime::max()) return;
   item.candidate_until = scheduler_.now() + kSettling;
   item.candidate_seen = heard.last_seen;
 }
 
-bool Verification::may_prove(Item& item, const Heard& heard) const {
+bool Verification::may_prove(Item& item, const Heard& heard, bool acknowledges) const {
   if (item.cause == Cause::kNoEchoYet || item.cause == Cause::kNoEchoes) return false;
-  if (item.can_ask) return heard.quiet && open_ == item.property;
+  if (item.can_ask) return heard.quiet && !acknowledges && open_ == item.property;
   if (!heard.last_seen || !item.not_before) return heard.quiet;
   if (*heard.last_seen <= *item.not_before + kSameExchange) return false;
   if (!std::exchange(item.answering, true)) {  // the answer to the set, which the echo overtook
@@ -141,6 +155,7 @@ void Verification::schedule() {
 void Verification::clear() {
   items_.clear();
   open_.reset();
+  acknowledgements_ = 0;
   deadline_.clear();
 }
 

@@ -11,7 +11,11 @@ namespace rubicon::networks::zigbee::device {
 
 /// Finds out which of the values that Zigbee2MQTT published without a report the device really has. It asks for one
 /// property at a time, because an answer does not say what it answers; where asking is impossible, a later message must
-/// do. A message proves nothing if it has other news: it may be a report of those, with the echo beside it.
+/// do. A message proves nothing if it has other news: it may be a report of those, with the echo beside it. Nor does
+/// the one by which the device acknowledges a set.
+///
+/// What remains: a device that ignores a command, leaves our get without an answer and is heard within a second without
+/// any news (a report of the same values) is taken at the word of Zigbee2MQTT.
 class Verification {
  public:
   /// A message that was only heard may overtake the answer to a get: a value counts if no other one follows so soon.
@@ -38,6 +42,8 @@ class Verification {
   /// `before`: the one known when the command was published.
   void start(std::size_t property, Cause cause, bool can_ask, std::optional<WallTime> seen,
              std::optional<WallTime> before);
+  /// A set was published: the device acknowledges it by a message without news.
+  void set_published();
   /// The device reported another value than the one that was known. `ends`: the wanted one.
   void reported(std::size_t property, bool ends);
   /// Call for each message that is no copy, after reported().
@@ -64,8 +70,9 @@ class Verification {
   void ask_next();
   bool ask(Item& item);
   void schedule();
-  void consider(Item& item, const Heard& heard);
-  bool may_prove(Item& item, const Heard& heard) const;
+  bool acknowledges_set(const Heard& heard);
+  void consider(Item& item, const Heard& heard, bool acknowledges);
+  bool may_prove(Item& item, const Heard& heard, bool acknowledges) const;
   Item* find(std::size_t property);
 
   Scheduler& scheduler_;
@@ -73,6 +80,8 @@ class Verification {
   std::vector<Item> items_;
   std::optional<std::size_t> open_;  ///< asked, not answered
   SteadyTime open_until_{};
+  unsigned acknowledgements_ = 0;  ///< of sets, which are still to come
+  SteadyTime set_at_ = SteadyTime::min();
   base::Deadline deadline_;
 };
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -31,9 +32,13 @@ class FakeDeviceHost final : public DeviceHost {
   Result<void> publish(const std::string& name, std::string_view verb, std::string payload) override {
     if (refuse) return fail(ErrorCode::kBusy, "the queue is full");
     published.push_back({name, std::string(verb), std::move(payload), time.now()});
+    if (on_publish) on_publish(published.back());
     return {};
   }
-  void deliver(const std::string&, model::Body body) override { delivered.push_back(std::move(body)); }
+  void deliver(const std::string&, model::Body body) override {
+    delivered.push_back(std::move(body));
+    delivered_at.push_back(time.now());
+  }
   Scheduler& scheduler() override { return time; }
   base::LimitedLog& log() override { return log_; }
   bool take_poll() override { return polls_left > 0 && polls_left-- > 0; }
@@ -57,6 +62,8 @@ class FakeDeviceHost final : public DeviceHost {
   VirtualScheduler time;
   std::vector<Publication> published;
   std::vector<model::Body> delivered;
+  std::vector<SteadyTime> delivered_at;
+  std::function<void(const Publication&)> on_publish;
   bool refuse = false;
   int polls_left = 1'000'000;
 
@@ -143,6 +150,7 @@ class DeviceTest : public testing::Test {
   void forget() {
     host.published.clear();
     host.delivered.clear();
+    host.delivered_at.clear();
   }
   WallTime now() const { return host.time.wall_now(); }
   void run(Duration span) { host.time.run_for(span); }
