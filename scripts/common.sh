@@ -50,7 +50,7 @@ apt_failed() {
   exit 1
 }
 
-# Services that a package brings (knxd) must not start: the tests start their own, in networks of their own.
+# Services that packages bring (knxd, mosquitto) must not start: the tests start their own, in networks of their own.
 install_without_starting() (
   as_root=$1
   shift
@@ -61,8 +61,12 @@ install_without_starting() (
     $as_root chmod 755 "$policy" || exit 1
   fi
   $as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "$@" >&2 || exit 1
-  if [[ " $* " == *" knxd "* ]] && command -v systemctl >/dev/null; then
+  command -v systemctl >/dev/null || return 0
+  if [[ " $* " == *" knxd "* ]]; then
     $as_root systemctl --quiet disable knxd.socket knxd.service || true
+  fi
+  if [[ " $* " == *" mosquitto "* ]]; then
+    $as_root systemctl --quiet disable mosquitto.service || true
   fi
 )
 

@@ -15,6 +15,7 @@
 #include "transport/asio_serial.h"
 #include "transport/asio_tcp.h"
 #include "transport/asio_udp.h"
+#include "transport/mosquitto_line.h"
 #include "transport/name_lookup.h"
 
 namespace rubicon::transport {
@@ -98,6 +99,12 @@ Result<std::unique_ptr<ByteStream>> LocalTransports::open_serial(const SerialOpt
 Result<std::unique_ptr<ByteStream>> LocalTransports::make_pty(const std::string& link, StreamCalls calls) {
   if (loop_ == nullptr) return Transports::make_pty(link, std::move(calls));
   return make_asio_pty(loop_->context(), link, std::move(calls));
+}
+
+Result<std::unique_ptr<MqttLine>> LocalTransports::open_mqtt(const MqttOptions& options, MqttCalls calls) {
+  if (loop_ == nullptr) return Transports::open_mqtt(options, std::move(calls));
+  if (!mqtt_) mqtt_ = std::make_unique<MosquittoLines>(loop_->scheduler());
+  return mqtt_->open(options, std::move(calls));
 }
 
 std::unique_ptr<Lookup> LocalTransports::look_up(const std::string& host, LookupDone done) {

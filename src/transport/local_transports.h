@@ -7,6 +7,7 @@
 namespace rubicon::transport {
 
 class Loop;
+class MosquittoLines;
 class NameLookup;
 
 /// Files and sockets of the machine. Opens regular files only: a FIFO or a device could block the loop.
@@ -25,6 +26,7 @@ class LocalTransports final : public Transports {
                                                   ListenerFailed failed = nullptr) override;
   Result<std::unique_ptr<ByteStream>> open_serial(const SerialOptions& options, StreamCalls calls) override;
   Result<std::unique_ptr<ByteStream>> make_pty(const std::string& link, StreamCalls calls) override;
+  Result<std::unique_ptr<MqttLine>> open_mqtt(const MqttOptions& options, MqttCalls calls) override;
   std::unique_ptr<Lookup> look_up(const std::string& host, LookupDone done) override;
   Result<std::unique_ptr<AppendFile>> open_append(const std::string& path) override;
   Result<void> rename_file(const std::string& from, const std::string& to) override;
@@ -34,6 +36,7 @@ class LocalTransports final : public Transports {
  private:
   Loop* loop_ = nullptr;
   std::unique_ptr<NameLookup> names_;
+  std::unique_ptr<MosquittoLines> mqtt_;  ///< made when first needed
 };
 
 }  // namespace rubicon::transport

@@ -37,7 +37,7 @@ struct MqttOptions {
   std::optional<MqttTls> tls{};
   MqttVersion version = MqttVersion::kAny;
   std::optional<MqttWill> will{};
-  Duration keep_alive = std::chrono::seconds(30);
+  Duration keep_alive = std::chrono::seconds(30);  ///< a broker that says nothing for this long is lost; at least 10 s
   Duration connect_time = std::chrono::seconds(10);  ///< without CONNACK after this time the line has failed
   /// Longest packet that is accepted, in bytes. A longer one is dropped and counted; a broker of version 5 does not
   /// send it.
@@ -78,7 +78,8 @@ struct MqttPublication {
 
 struct MqttCounters {
   std::uint64_t received = 0, sent = 0;
-  std::uint64_t too_long = 0;  ///< received packets beyond MqttOptions::largest_packet, dropped
+  std::uint64_t too_long = 0;   ///< received packets beyond MqttOptions::largest_packet, dropped
+  std::uint64_t not_taken = 0;  ///< publications that the broker does not take; it tells only of QoS 1 in version 5
 };
 
 /// A connection to an MQTT broker (MQTT 3.1.1 or 5, OASIS). Always a clean session. It does not reconnect. Destroying

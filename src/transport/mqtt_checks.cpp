@@ -25,8 +25,8 @@ const char* fault_of(const MqttOptions& options) {
   if (options.host.empty() || options.port == 0) return "no host or port to connect to";
   if (!is_client_id(options.client_id)) return "the client id must have at most 23 letters and digits";
   if (!options.password.empty() && options.user.empty()) return "a password needs a user";
-  if (options.keep_alive < seconds(5) || options.keep_alive > seconds(65535))
-    return "keep-alive must be 5 s to 65535 s";
+  if (options.keep_alive < seconds(10) || options.keep_alive > seconds(65535))
+    return "keep-alive must be 10 s to 65535 s";
   if (options.largest_packet < 1024 || options.largest_packet > 268'435'460)
     return "the largest packet must have 1 KiB to 256 MiB";
   if (options.will && !is_mqtt_topic(options.will->topic)) return "the will has no topic";

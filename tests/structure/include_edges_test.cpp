@@ -64,6 +64,9 @@ const std::map<std::string, Names> kLibraryEdges{
       "proxy", "client", "config", "console", "island", "apps/rubicon", "apps/rubicon-proxy", "apps/simulators"}},
     {"sqlite3.h", {"state"}},
     {"zstd.h", {"recording"}},
+    {"mosquitto.h", {"transport"}},
+    {"mqtt_protocol.h", {"transport"}},
+    {"openssl/", {"transport"}},
     {"expat.h", {"networks/knx"}},
     {"simdjson.h", {"networks/zigbee"}},
     {"thread", {"transport"}},
@@ -142,6 +145,7 @@ TEST(IncludeEdges, AForbiddenEdgeIsFound) {
   EXPECT_EQ(forbidden_edges({"src/networks/dummy/wave.cpp", "#include \"networks/log/csv_reader.h\"\n"}).size(), 1U);
   EXPECT_EQ(forbidden_edges({"src/networks/dummy/wave.cpp", "#include \"motes/mote_codec.h\"\n"}).size(), 1U);
   EXPECT_EQ(forbidden_edges({"src/proxy/demand.cpp", "#include <thread>\n"}).size(), 1U);
+  EXPECT_EQ(forbidden_edges({"src/networks/zigbee/device.cpp", "#include <mosquitto.h>\n"}).size(), 1U);
   EXPECT_EQ(forbidden_edges({"src/gateway/gateway.cpp", "# include <boost/asio/io_context.hpp>\n"}).size(), 1U);
 }
 

@@ -79,7 +79,7 @@ void MqttBroker::stall(bool stalled) {
 void MqttBroker::watch(const SessionPtr& session) {
   session->silence.cancel();
   if (!stalled_ || !session->accepted) return;
-  session->silence = net_.scheduler().after(session->options.keep_alive * 3 / 2, [this, weak = std::weak_ptr(session)] {
+  session->silence = net_.scheduler().after(session->options.keep_alive, [this, weak = std::weak_ptr(session)] {
     if (const auto silent = weak.lock())
       drop(silent, {ErrorCode::kUnreachable, silent->name + ": the broker does not answer"}, true);
   });

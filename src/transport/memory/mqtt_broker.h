@@ -54,8 +54,7 @@ class MqttBroker {
   /// Breaks all connections, or that of one client, and publishes the wills.
   void cut();
   void cut(std::string_view client);
-  /// While stalled, nothing passes in either direction. A line that hears nothing for one and a half times its
-  /// keep-alive is lost.
+  /// While stalled, nothing passes in either direction. A line is lost after its keep-alive time.
   void stall(bool stalled);
 
   /// As a client that is not here; not part of published().

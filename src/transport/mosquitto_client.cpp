@@ -1,0 +1,417 @@
+#include "transport/mosquitto_client.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <mosquitto.h>
+#include <mqtt_protocol.h>
+#include <netdb.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <map>
+#include <set>
+#include <system_error>
+#include <utility>
+
+#include "transport/mqtt_checks.h"
+#include "transport/mqtt_tls.h"
+
+namespace rubicon::transport {
+
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+using Clock = std::chrono::steady_clock;
+
+/// What goes through in one turn, before the other directions get theirs.
+constexpr int kReadsPerTurn = 256;
+constexpr std::size_t kBytesPerTurn = 256 * 1024;
+/// Publications of QoS 1 without an answer.
+constexpr std::size_t kMaxUnacknowledged = 100;
+/// Filters of one SUBSCRIBE, in bytes.
+constexpr std::size_t kFiltersAtOnce = 8 * 1024;
+/// For what waits, once the line was destroyed.
+constexpr auto kLeavingTime = seconds(1);
+constexpr int kNoReason = -1, kBadVersion5 = 0x84;
+
+/// The library closes its socket right after the DISCONNECT. If bytes of the broker were not read by then, the system
+/// resets the connection, and the broker never sees the DISCONNECT. With a second descriptor the connection stays until
+/// the broker closes it.
+class OwnSocket {
+ public:
+  explicit OwnSocket(int descriptor) : descriptor_(descriptor) {}
+  ~OwnSocket() {
+    if (descriptor_ >= 0) ::close(descriptor_);
+  }
+  OwnSocket(const OwnSocket&) = delete;
+  OwnSocket& operator=(const OwnSocket&) = delete;
+
+  void await_end(Clock::time_point latest) const {
+    if (descriptor_ < 0) return;
+    ::shutdown(descriptor_, SHUT_WR);
+    std::array<char, 65536> bytes;
+    for (auto left = latest - Clock::now(); left > Clock::duration::zero(); left = latest - Clock::now()) {
+      pollfd ready{descriptor_, POLLIN, 0};
+      const auto patience = std::chrono::ceil<milliseconds>(left).count();
+      if (::poll(&ready, 1, static_cast<int>(patience)) <= 0) continue;
+      const auto count = ::recv(descriptor_, bytes.data(), bytes.size(), MSG_DONTWAIT);
+      if (count == 0 || (count < 0 && errno != EAGAIN && errno != EINTR)) return;
+    }
+  }
+
+ private:
+  int descriptor_;
+};
+
+/// One connection with one version of the protocol.
+class MosquittoClient {
+ public:
+  enum class End : std::uint8_t { kDone, kOldVersionNeeded };
+
+  MosquittoClient(const MqttOptions& options, MqttExchange& exchange, bool version_5)
+      : options_(options), exchange_(exchange), version_5_(version_5), name_(mqtt_name(options)) {}
+  ~MosquittoClient() {
+    ::mosquitto_destroy(client_);
+    if (accepted_) exchange_.home().connected(false);
+  }
+  MosquittoClient(const MosquittoClient&) = delete;
+  MosquittoClient& operator=(const MosquittoClient&) = delete;
+
+  End run() {
+    if (auto begun = begin(); !begun) {
+      fail_with(begun.error());
+    } else {
+      while (!over_) turn();
+    }
+    return end_;
+  }
+
+ private:
+  static MosquittoClient& self(void* user) { return *static_cast<MosquittoClient*>(user); }
+
+  Result<void> begin() {
+    client_ = ::mosquitto_new(options_.client_id.c_str(), true, this);
+    if (client_ == nullptr) return fail(ErrorCode::kIo, fmt::format("{}: no memory or descriptors", name_));
+    ::mosquitto_int_option(client_, MOSQ_OPT_PROTOCOL_VERSION, version_5_ ? MQTT_PROTOCOL_V5 : MQTT_PROTOCOL_V311);
+    ::mosquitto_int_option(client_, MOSQ_OPT_TCP_NODELAY, 1);
+    ::mosquitto_int_option(client_, MOSQ_OPT_SEND_MAXIMUM, static_cast<int>(kMaxUnacknowledged));
+    if (!options_.user.empty())
+      ::mosquitto_username_pw_set(client_, options_.user.c_str(),
+                                  options_.password.empty() ? nullptr : options_.password.c_str());
+    if (const auto& will = options_.will)
+      ::mosquitto_will_set(client_, will->topic.c_str(), static_cast<int>(will->payload.size()), will->payload.data(),
+                           1, will->retain);
+    set_calls();
+    if (auto right = begin_tls(); !right) return right;
+    return connect();
+  }
+
+  Result<void> begin_tls() {
+    if (!options_.tls) return {};
+    auto made = MqttTlsContext::make(*options_.tls, options_.host);
+    if (!made) return fail(made.error().code, fmt::format("{}: {}", name_, made.error().text));
+    tls_ = std::move(*made);
+    ::mosquitto_void_option(client_, MOSQ_OPT_SSL_CTX, tls_->get());
+    ::mosquitto_int_option(client_, MOSQ_OPT_SSL_CTX_WITH_DEFAULTS, 0);
+    return {};
+  }
+
+  void set_calls() {
+    ::mosquitto_connect_v5_callback_set(client_, [](auto*, void* user, int code, int, const auto* properties) {
+      self(user).on_connack(code, properties);
+    });
+    ::mosquitto_disconnect_v5_callback_set(
+        client_, [](auto*, void* user, int reason, const auto*) { self(user).on_disconnect(reason); });
+    ::mosquitto_message_callback_set(client_,
+                                     [](auto*, void* user, const auto* message) { self(user).on_message(*message); });
+    ::mosquitto_subscribe_callback_set(client_, [](auto*, void* user, int id, int count, const int* granted) {
+      self(user).on_suback(id, count, granted);
+    });
+    ::mosquitto_publish_v5_callback_set(
+        client_, [](auto*, void* user, int id, int reason, const auto*) { self(user).on_published(id, reason); });
+    ::mosquitto_log_callback_set(client_, [](auto*, void* user, int level, const char* text) {
+      if (level == MOSQ_LOG_ERR && self(user).complaint_.empty()) self(user).complaint_ = text;
+    });
+  }
+
+  /// Blocks: looks the name up and connects.
+  Result<void> connect() {
+    mosquitto_property* properties = nullptr;
+    if (version_5_)
+      ::mosquitto_property_add_int32(&properties, MQTT_PROP_MAXIMUM_PACKET_SIZE,
+                                     static_cast<std::uint32_t>(options_.largest_packet));
+    // The library sends a PINGREQ after this time, and waits as long for the answer.
+    const auto quiet = std::chrono::duration_cast<seconds>(options_.keep_alive / 2).count();
+    const int result = ::mosquitto_connect_bind_v5(client_, options_.host.c_str(), options_.port,
+                                                   static_cast<int>(quiet), nullptr, properties);
+    const int error = errno;
+    ::mosquitto_property_free_all(&properties);
+    if (result == MOSQ_ERR_SUCCESS) {
+      exchange_.answered = true;
+      return {};
+    }
+    return fail(connect_error(result, error));
+  }
+
+  Error connect_error(int result, int error) const {
+    if (auto fault = tls_fault()) return *fault;
+    const auto text = result == MOSQ_ERR_EAI
+                          ? fmt::format("host {} cannot be found: {}", options_.host, ::gai_strerror(error))
+                      : result == MOSQ_ERR_ERRNO ? "cannot connect: " + std::generic_category().message(error)
+                                                 : fmt::format("cannot connect: {}", ::mosquitto_strerror(result));
+    return {ErrorCode::kUnreachable, fmt::format("{}: {}", name_, text)};
+  }
+
+  /// What TLS complains about, if that is why the connection ended.
+  std::optional<Error> tls_fault() const {
+    if (!tls_) return std::nullopt;
+    if (!tls_->fault().empty()) {
+      const auto& expected = options_.tls->server_name.empty() ? options_.host : options_.tls->server_name;
+      return Error{ErrorCode::kRefused,
+                   fmt::format("{}: the certificate of the broker is not accepted: {} (expected {})", name_,
+                               tls_->fault(), expected)};
+    }
+    // `OpenSSL Error[0]: error:0A00010B:SSL routines::wrong version number`; the end of a connection is none.
+    if (complaint_.empty() || complaint_.find("unexpected eof") != std::string::npos) return std::nullopt;
+    const auto reason = complaint_.substr(complaint_.rfind(':') + 1);
+    return Error{ErrorCode::kRefused, fmt::format("{}: TLS failed: {}", name_, reason)};
+  }
+
+  void turn() {
+    const int socket = ::mosquitto_socket(client_);
+    const bool reads = exchange_.may_read();
+    const int wanted = (reads ? POLLIN : 0) | (::mosquitto_want_write(client_) ? POLLOUT : 0);
+    pollfd ready[] = {{exchange_.wake_descriptor(), POLLIN, 0},
+                      {wanted == 0 ? -1 : socket, static_cast<short>(wanted), 0}};
+    ::poll(ready, 2, static_cast<int>(milliseconds(timeout()).count()));
+    if (ready[0].revents != 0) exchange_.clear_wake();
+    if (exchange_.dismissed() && !leave_at_) begin_leaving();
+    const bool more = ready[1].revents != 0 || tls_;  // bytes may wait inside OpenSSL
+    if (reads && more && !over_) read();
+    if ((ready[1].revents & POLLOUT) != 0 && !over_) check(::mosquitto_loop_write(client_, 1));
+    if (!over_) send();
+    if (!over_) check(::mosquitto_loop_misc(client_));
+    tell();
+  }
+
+  milliseconds timeout() const { return leave_at_ ? milliseconds(20) : milliseconds(1000); }
+
+  /// Until nothing comes, or the loop has enough to do.
+  void read() {
+    if (!accepted_ && is_closed()) return check(MOSQ_ERR_CONN_LOST);
+    std::size_t bytes = 0;
+    for (int i = 0; i < kReadsPerTurn && bytes < kBytesPerTurn && !over_; ++i) {
+      heard_ = 0;
+      check(::mosquitto_loop_read(client_, 1));
+      if (heard_ == 0) return;
+      bytes += heard_;
+    }
+  }
+
+  /// The library takes the end of a connection during the TLS handshake for nothing, again and again.
+  bool is_closed() const {
+    char byte = 0;
+    return ::recv(::mosquitto_socket(client_), &byte, 1, MSG_PEEK | MSG_DONTWAIT) == 0;
+  }
+
+  void send() {
+    if (!accepted_) return;
+    bool drained = false;
+    for (bool more = true; more && !over_ && !drained;) {
+      more = unacknowledged_.size() < most_unacknowledged_ && !::mosquitto_want_write(client_);
+      auto work = exchange_.take_work(more);
+      send_asks(work.asks);
+      drained = more && !work.publication;
+      if (work.publication && !over_) publish(*work.publication);
+    }
+    if (leave_at_ && !over_) leave(drained);
+  }
+
+  void publish(const MqttPublication& message) {
+    int id = 0;
+    const int result =
+        ::mosquitto_publish(client_, &id, message.topic.c_str(), static_cast<int>(message.payload.size()),
+                            message.payload.data(), message.qos, message.retain);
+    const bool lost = result == MOSQ_ERR_CONN_LOST || result == MOSQ_ERR_NO_CONN || result == MOSQ_ERR_ERRNO;
+    if (lost) return check(result);
+    ++(result == MOSQ_ERR_SUCCESS ? exchange_.sent : exchange_.not_taken);
+    if (result == MOSQ_ERR_SUCCESS && message.qos > 0) unacknowledged_.insert(id);
+  }
+
+  /// As many neighbours as fit go into one packet, in the order of asking.
+  void send_asks(std::vector<MqttAsk>& asks) {
+    for (auto first = asks.begin(); first != asks.end() && !over_;) {
+      std::vector<char*> filters;
+      std::vector<std::string> names;
+      std::size_t bytes = 0;
+      const auto [qos, wanted] = std::pair(first->qos, first->wanted);
+      for (; first != asks.end() && first->qos == qos && first->wanted == wanted && bytes < kFiltersAtOnce; ++first) {
+        bytes += first->filter.size() + 3;
+        filters.push_back(first->filter.data());
+        names.push_back(first->filter);
+      }
+      const auto count = static_cast<int>(filters.size());
+      int id = 0;
+      check(wanted ? ::mosquitto_subscribe_multiple(client_, &id, count, filters.data(), qos, 0, nullptr)
+                   : ::mosquitto_unsubscribe_multiple(client_, &id, count, filters.data(), nullptr));
+      if (wanted) asked_[id] = std::move(names);
+    }
+  }
+
+  void begin_leaving() {
+    leave_at_ = Clock::now() + kLeavingTime;
+    if (!accepted_) over_ = true;
+  }
+
+  /// When everything is sent, or its time is over.
+  void leave(bool drained) {
+    if (!drained && Clock::now() < *leave_at_) return;
+    const OwnSocket kept(::fcntl(::mosquitto_socket(client_), F_DUPFD_CLOEXEC, 0));
+    ::mosquitto_disconnect(client_);
+    over_ = true;
+    kept.await_end(*leave_at_);
+  }
+
+  void on_connack(int code, const mosquitto_property* properties) {
+    heard_ += 1;
+    const int reason = version_5_ ? code : reason_of_return_code(code);
+    if (reason != 0) {
+      reason_ = reason;
+      return;
+    }
+    accepted_ = true;
+    exchange_.home().connected(true);
+    std::uint32_t largest = 0;
+    auto at_once = static_cast<std::uint16_t>(kMaxUnacknowledged);
+    ::mosquitto_property_read_int16(properties, MQTT_PROP_RECEIVE_MAXIMUM, &at_once, false);
+    most_unacknowledged_ = std::min<std::size_t>(at_once, kMaxUnacknowledged);
+    ::mosquitto_property_read_int32(properties, MQTT_PROP_MAXIMUM_PACKET_SIZE, &largest, false);
+    MqttEvent event;
+    event.kind = MqttEvent::Kind::kConnected;
+    event.largest = largest;
+    events_.push_back(std::move(event));
+  }
+
+  void on_message(const mosquitto_message& message) {
+    const auto bytes = static_cast<std::size_t>(message.payloadlen);
+    heard_ += bytes + 1;
+    const std::string_view topic = message.topic;
+    const std::string_view payload(static_cast<const char*>(message.payload), bytes);
+    if (packet_size(topic, payload) > options_.largest_packet) {
+      ++exchange_.too_long;
+      return;
+    }
+    events_.push_back({MqttEvent::Kind::kReceived, std::string(topic), std::string(payload), message.retain, {}, 0});
+  }
+
+  void on_suback(int id, int count, const int* granted) {
+    heard_ += 1;
+    const auto asked = asked_.extract(id);
+    if (asked.empty()) return;
+    for (int i = 0; i < count && i < static_cast<int>(asked.mapped().size()); ++i) {
+      const auto& filter = asked.mapped()[static_cast<std::size_t>(i)];
+      if (granted[i] < 0x80) continue;
+      Error why{ErrorCode::kRefused, fmt::format("{}: the broker refuses to send {} (reason {:#04x})", name_, filter,
+                                                 static_cast<unsigned>(granted[i]))};
+      events_.push_back({MqttEvent::Kind::kRefused, filter, {}, false, std::move(why), 0});
+    }
+  }
+
+  /// Also of QoS 0, when it is written.
+  void on_published(int id, int reason) {
+    heard_ += 1;
+    if (reason >= 0x80) ++exchange_.not_taken;
+    unacknowledged_.erase(id);
+  }
+
+  /// The library also calls this with its own codes after a reason of the broker.
+  void on_disconnect(int reason) {
+    if (reason_ < 0x80) reason_ = reason;
+  }
+
+  void tell() {
+    auto events = std::exchange(events_, {});
+    if (!exchange_.dismissed()) exchange_.tell(std::move(events));
+  }
+
+  /// Ends the connection if the library says so.
+  void check(int result) {
+    const int error = errno;
+    if (over_ || (result == MOSQ_ERR_SUCCESS && ::mosquitto_socket(client_) >= 0)) return;
+    if (result == MOSQ_ERR_OVERSIZE_PACKET || leave_at_) {
+      over_ = leave_at_.has_value();
+      return;
+    }
+    const bool closed_silently = result != MOSQ_ERR_KEEPALIVE && reason_ < 0x80 && !tls_fault();
+    const bool other_version = reason_ == kBadVersion5 || closed_silently;
+    if (version_5_ && !accepted_ && other_version && options_.version == MqttVersion::kAny) {
+      end_ = End::kOldVersionNeeded;
+      over_ = true;
+      return;
+    }
+    fail_with(lost(result, error));
+  }
+
+  Error lost(int result, int error) const {
+    if (reason_ >= 0x80) return mqtt_error(reason_, name_);
+    if (auto fault = tls_fault()) return *fault;
+    if (result == MOSQ_ERR_KEEPALIVE) return {ErrorCode::kUnreachable, name_ + ": the broker does not answer"};
+    if (result == MOSQ_ERR_ERRNO && error != 0 && error != EPROTO)
+      return {ErrorCode::kUnreachable,
+              fmt::format("{}: the connection is lost: {}", name_, std::generic_category().message(error))};
+    const bool closed = result == MOSQ_ERR_SUCCESS || result == MOSQ_ERR_CONN_LOST || result == MOSQ_ERR_NO_CONN ||
+                        result == MOSQ_ERR_ERRNO;
+    if (!closed)
+      return {ErrorCode::kInvalid,
+              fmt::format("{}: the broker breaks the protocol: {}", name_, ::mosquitto_strerror(result))};
+    if (accepted_) return {ErrorCode::kUnreachable, name_ + ": the broker closed the connection"};
+    return {ErrorCode::kUnreachable, fmt::format("{}: the broker closed the connection before it answered{}", name_,
+                                                 options_.tls ? "" : " (does it expect TLS?)")};
+  }
+
+  void fail_with(Error why) {
+    over_ = true;
+    MqttEvent event;
+    event.kind = MqttEvent::Kind::kFailed;
+    event.why = std::move(why);
+    events_.push_back(std::move(event));
+    tell();
+  }
+
+  const MqttOptions& options_;
+  MqttExchange& exchange_;
+  bool version_5_;
+  std::string name_;
+  std::unique_ptr<MqttTlsContext> tls_;
+  mosquitto* client_ = nullptr;
+  std::map<int, std::vector<std::string>> asked_;  ///< filters by the number of their SUBSCRIBE
+  std::vector<MqttEvent> events_;
+  std::set<int> unacknowledged_;  ///< numbers of publications of QoS 1
+  /// What waits beyond it in the library would be overtaken by QoS 0.
+  std::size_t most_unacknowledged_ = kMaxUnacknowledged;
+  std::size_t heard_ = 0;   ///< bytes, about, of the last call to the library
+  int reason_ = kNoReason;  ///< that the broker gave for the end; below 0x80 a code of the library
+  std::string complaint_;   ///< the first error in the library's log
+  std::optional<Clock::time_point> leave_at_;
+  bool accepted_ = false, over_ = false;
+  End end_ = End::kDone;
+};
+
+}  // namespace
+
+void run_mosquitto(const MqttOptions& options, MqttExchange& exchange) {
+  bool version_5 = options.version != MqttVersion::k311;
+  while (!exchange.dismissed()) {
+    MosquittoClient client(options, exchange, version_5);
+    if (client.run() == MosquittoClient::End::kDone) return;
+    version_5 = false;
+  }
+}
+
+}  // namespace rubicon::transport

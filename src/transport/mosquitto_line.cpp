@@ -1,0 +1,176 @@
+#include "transport/mosquitto_line.h"
+
+#include <fmt/format.h>
+#include <mosquitto.h>
+
+#include <deque>
+#include <limits>
+#include <random>
+#include <system_error>
+#include <thread>
+#include <utility>
+
+#include "base/deadline.h"
+#include "base/lifetime.h"
+#include "transport/mosquitto_client.h"
+#include "transport/mqtt_checks.h"
+#include "transport/mqtt_exchange.h"
+
+namespace rubicon::transport {
+
+namespace {
+
+/// What is delivered in one turn of the loop; the rest waits for the next.
+constexpr std::size_t kEventsPerTurn = 256, kDeliveredPerTurn = std::size_t{1} << 20U;
+/// A little longer than a thread takes for what waits.
+constexpr auto kClosingPatience = std::chrono::milliseconds(1500);
+
+std::string random_client_id() {
+  constexpr std::string_view kDigits = "0123456789abcdefghijklmnopqrstuvwxyz";
+  std::random_device source;
+  std::string id = "rubicon";
+  while (id.size() < 23) id += kDigits[source() % kDigits.size()];
+  return id;
+}
+
+/// The loop's side of a connection.
+class MosquittoLine final : public MqttLine {
+ public:
+  MosquittoLine(Scheduler& scheduler, MqttOptions options, MqttCalls calls)
+      : scheduler_(scheduler),
+        options_(std::move(options)),
+        name_(mqtt_name(options_)),
+        calls_(std::make_shared<const MqttCalls>(std::move(calls))),
+        patience_(scheduler, [this] { give_up(); }) {}
+  ~MosquittoLine() override {
+    if (exchange_) exchange_->dismiss();
+  }
+  MosquittoLine(const MosquittoLine&) = delete;
+  MosquittoLine& operator=(const MosquittoLine&) = delete;
+
+  Result<void> begin(const std::shared_ptr<MqttHome>& home) {
+    exchange_ = MqttExchange::make(home, lifetime_.guard([this] { deliver(); }));
+    if (!exchange_) return fail(ErrorCode::kIo, name_ + ": no descriptors left");
+    if (!home->enter()) return fail(ErrorCode::kBusy, name_ + ": too many connections wait for their hosts");
+    try {
+      std::thread([home, exchange = exchange_, options = options_] {
+        run_mosquitto(options, *exchange);
+        home->leave();
+      }).detach();
+    } catch (const std::system_error& refused) {
+      home->leave();
+      return fail(ErrorCode::kIo, fmt::format("{}: cannot start a thread: {}", name_, refused.what()));
+    }
+    options_.password.clear();
+    patience_.set(options_.connect_time);
+    return {};
+  }
+
+  Result<void> subscribe(std::string_view filter, std::uint8_t qos) override {
+    if (auto right = check_filter(filter, qos, name_); !right) return right;
+    exchange_->ask({std::string(filter), qos, true});
+    return {};
+  }
+  Result<void> unsubscribe(std::string_view filter) override {
+    if (auto right = check_filter(filter, 0, name_); !right) return right;
+    exchange_->ask({std::string(filter), 0, false});
+    return {};
+  }
+  Result<void> publish(MqttPublication publication) override {
+    if (!connected_) return fail(ErrorCode::kUnreachable, name_ + ": cannot publish: not connected");
+    if (auto right = check_publication(publication, broker_takes_, name_); !right) return right;
+    return exchange_->publish(std::move(publication), name_);
+  }
+  MqttCounters counters() const override {
+    return {received_, exchange_->sent, exchange_->too_long, exchange_->not_taken};
+  }
+
+ private:
+  /// Some events; each of their calls may destroy this.
+  void deliver() {
+    for (auto& event : exchange_->take()) events_.push_back(std::move(event));
+    const auto watch = lifetime_.watch();
+    std::size_t bytes = 0;
+    for (std::size_t i = 0; i < kEventsPerTurn && bytes < kDeliveredPerTurn && !events_.empty(); ++i) {
+      const auto event = std::move(events_.front());
+      events_.pop_front();
+      bytes += MqttExchange::cost(event);
+      if (!failed_) handle(event);
+      if (watch.ended()) return;
+    }
+    exchange_->delivered(bytes);
+    if (!events_.empty()) lifetime_.post(scheduler_, [this] { deliver(); });
+  }
+
+  void handle(const MqttEvent& event) {
+    const auto calls = calls_;
+    switch (event.kind) {
+      case MqttEvent::Kind::kConnected: return become_connected(event.largest);
+      case MqttEvent::Kind::kReceived:
+        ++received_;
+        if (calls->received) calls->received({event.topic, event.payload, event.retained});
+        return;
+      case MqttEvent::Kind::kRefused:
+        if (calls->refused) calls->refused(event.topic, event.why);
+        return;
+      case MqttEvent::Kind::kFailed: return end(event.why);
+    }
+  }
+
+  void become_connected(std::size_t largest) {
+    connected_ = true;
+    if (largest > 0) broker_takes_ = largest;
+    patience_.clear();
+    const auto calls = calls_;
+    if (calls->connected) calls->connected();
+  }
+
+  void give_up() {
+    exchange_->dismiss();
+    const auto seconds = std::chrono::duration<double>(options_.connect_time).count();
+    const auto* what = exchange_->answered ? "the host accepted the connection, the broker does not answer"
+                                           : "the host cannot be found or does not answer";
+    end({ErrorCode::kUnreachable, fmt::format("{}: {} within {} s", name_, what, seconds)});
+  }
+
+  void end(const Error& why) {
+    failed_ = true;
+    connected_ = false;
+    patience_.clear();
+    const auto calls = calls_;
+    if (calls->failed) calls->failed(why);
+  }
+
+  Scheduler& scheduler_;
+  MqttOptions options_;
+  std::string name_;
+  std::shared_ptr<const MqttCalls> calls_;  ///< a call may destroy this
+  base::Deadline patience_;
+  std::shared_ptr<MqttExchange> exchange_;
+  std::deque<MqttEvent> events_;
+  std::size_t broker_takes_ = std::numeric_limits<std::size_t>::max();
+  std::uint64_t received_ = 0;
+  bool connected_ = false, failed_ = false;
+  base::Lifetime lifetime_;
+};
+
+}  // namespace
+
+MosquittoLines::MosquittoLines(Scheduler& scheduler)
+    : scheduler_(scheduler), home_(std::make_shared<MqttHome>(scheduler)) {}
+
+MosquittoLines::~MosquittoLines() {
+  home_->close(kClosingPatience);
+}
+
+Result<std::unique_ptr<MqttLine>> MosquittoLines::open(const MqttOptions& options, MqttCalls calls) {
+  [[maybe_unused]] static const int once = ::mosquitto_lib_init();  // never cleaned up: a thread may outlive main()
+  if (auto right = check_options(options); !right) return fail(right.error());
+  auto complete = options;
+  if (complete.client_id.empty()) complete.client_id = random_client_id();
+  auto line = std::make_unique<MosquittoLine>(scheduler_, std::move(complete), std::move(calls));
+  if (auto begun = line->begin(home_); !begun) return fail(begun.error());
+  return line;
+}
+
+}  // namespace rubicon::transport

@@ -1,0 +1,114 @@
+#include "transport/mqtt_exchange.h"
+
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include <iterator>
+#include <utility>
+
+namespace rubicon::transport {
+
+void MqttHome::post(std::function<void()> call) {
+  const std::scoped_lock lock(mutex_);
+  if (scheduler_ != nullptr) scheduler_->post(std::move(call));
+}
+
+bool MqttHome::enter() {
+  const std::scoped_lock lock(mutex_);
+  if (threads_ >= kMaxThreads) return false;
+  ++threads_;
+  return true;
+}
+
+void MqttHome::leave() {
+  const std::scoped_lock lock(mutex_);
+  --threads_;
+}
+
+void MqttHome::connected(bool now) {
+  const std::scoped_lock lock(mutex_);
+  connections_ += now ? 1 : -1;
+  changed_.notify_all();
+}
+
+void MqttHome::close(Duration patience) {
+  std::unique_lock lock(mutex_);
+  scheduler_ = nullptr;
+  changed_.wait_for(lock, patience, [this] { return connections_ == 0; });
+}
+
+std::shared_ptr<MqttExchange> MqttExchange::make(std::shared_ptr<MqttHome> home, std::function<void()> on_events) {
+  auto exchange = std::make_shared<MqttExchange>(std::move(home));
+  exchange->on_events_ = std::move(on_events);
+  exchange->wake_ = ::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
+  return exchange->wake_ < 0 ? nullptr : exchange;
+}
+
+MqttExchange::~MqttExchange() {
+  if (wake_ >= 0) ::close(wake_);
+}
+
+void MqttExchange::wake() const {
+  ::eventfd_write(wake_, 1);
+}
+
+void MqttExchange::clear_wake() const {
+  eventfd_t count = 0;
+  ::eventfd_read(wake_, &count);
+}
+
+Result<void> MqttExchange::publish(MqttPublication publication, const std::string& line) {
+  const std::scoped_lock lock(mutex_);
+  const bool first = out_.empty();
+  if (auto queued = out_.push(std::move(publication), line); !queued) return queued;
+  if (first) wake();
+  return {};
+}
+
+void MqttExchange::ask(MqttAsk ask) {
+  const std::scoped_lock lock(mutex_);
+  asks_.push_back(std::move(ask));
+  wake();
+}
+
+void MqttExchange::dismiss() {
+  dismissed_ = true;
+  wake();
+}
+
+std::vector<MqttEvent> MqttExchange::take() {
+  const std::scoped_lock lock(mutex_);
+  return std::exchange(events_, {});
+}
+
+void MqttExchange::delivered(std::size_t bytes) {
+  const auto before = in_flight_.fetch_sub(bytes);
+  if (before >= kMaxInFlight && before - bytes < kMaxInFlight) wake();
+}
+
+MqttWork MqttExchange::take_work(bool publication) {
+  const std::scoped_lock lock(mutex_);
+  MqttWork work{std::exchange(asks_, {})};
+  if (publication) work.publication = out_.pop();
+  return work;
+}
+
+void MqttExchange::tell(std::vector<MqttEvent> events) {
+  if (events.empty()) return;
+  std::size_t bytes = 0;
+  for (const auto& event : events) bytes += cost(event);
+  in_flight_ += bytes;
+  {
+    const std::scoped_lock lock(mutex_);
+    const bool waits = !events_.empty();
+    events_.insert(events_.end(), std::make_move_iterator(events.begin()), std::make_move_iterator(events.end()));
+    if (waits) return;
+  }
+  home_->post(on_events_);
+}
+
+std::size_t MqttExchange::cost(const MqttEvent& event) {
+  return sizeof event + event.topic.size() + event.payload.size();
+}
+
+}  // namespace rubicon::transport

@@ -1,0 +1,119 @@
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/scheduler.h"
+#include "transport/mqtt_queue.h"
+
+namespace rubicon::transport {
+
+/// Where the threads of MQTT lines find the loop, until it ends. Shared, because a thread that waits for a name server
+/// may outlive the loop.
+class MqttHome {
+ public:
+  static constexpr int kMaxThreads = 64;
+
+  explicit MqttHome(Scheduler& scheduler) : scheduler_(&scheduler) {}
+
+  /// From any thread; dropped once closed.
+  void post(std::function<void()> call);
+  /// A thread begins; false beyond kMaxThreads.
+  bool enter();
+  void leave();
+  /// A thread begins or ends to have a connection that must be closed in order.
+  void connected(bool now);
+  /// Waits until no thread has a connection, at most for this time. Then nothing is posted any longer.
+  void close(Duration patience);
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  Scheduler* scheduler_;
+  int threads_ = 0, connections_ = 0;
+};
+
+/// What the thread of an MQTT line tells the loop.
+struct MqttEvent {
+  enum class Kind : std::uint8_t { kConnected, kReceived, kRefused, kFailed };
+
+  Kind kind = Kind::kReceived;
+  std::string topic, payload;  ///< of a message; the topic is also the refused filter
+  bool retained = false;
+  Error why{};
+  std::size_t largest = 0;  ///< kConnected: longest packet that the broker takes, in bytes
+};
+
+/// A filter to subscribe to, or to unsubscribe from.
+struct MqttAsk {
+  std::string filter;
+  std::uint8_t qos = 0;
+  bool wanted = true;
+};
+
+/// What a thread sends next.
+struct MqttWork {
+  std::vector<MqttAsk> asks;
+  std::optional<MqttPublication> publication{};
+};
+
+/// What the loop and the thread of an MQTT line hand to each other. Both directions are bounded: publications by
+/// MqttOutQueue, events by may_read().
+class MqttExchange {
+ public:
+  /// Bytes on their way to the loop beyond which the thread stops reading, so that the broker has to wait.
+  static constexpr std::size_t kMaxInFlight = std::size_t{4} * 1024 * 1024;
+
+  /// `on_events` is called on the loop when there is something to take(). nullptr if the system has no descriptors.
+  static std::shared_ptr<MqttExchange> make(std::shared_ptr<MqttHome> home, std::function<void()> on_events);
+  explicit MqttExchange(std::shared_ptr<MqttHome> home) : home_(std::move(home)) {}
+  ~MqttExchange();
+  MqttExchange(const MqttExchange&) = delete;
+  MqttExchange& operator=(const MqttExchange&) = delete;
+
+  // The loop.
+  Result<void> publish(MqttPublication publication, const std::string& line);
+  void ask(MqttAsk ask);
+  /// Makes the thread close its connection and end.
+  void dismiss();
+  std::vector<MqttEvent> take();
+  /// The loop is done with that many bytes of events.
+  void delivered(std::size_t bytes);
+
+  // The thread.
+  /// Readable when there is something for the thread.
+  int wake_descriptor() const { return wake_; }
+  void clear_wake() const;
+  bool dismissed() const { return dismissed_; }
+  bool may_read() const { return in_flight_ < kMaxInFlight; }
+  /// All that is asked for, and if wanted the next publication, which was made after it.
+  MqttWork take_work(bool publication);
+  void tell(std::vector<MqttEvent> events);
+  MqttHome& home() { return *home_; }
+
+  static std::size_t cost(const MqttEvent& event);
+
+  std::atomic<std::uint64_t> sent{0}, too_long{0}, not_taken{0};
+  std::atomic<bool> answered{false};  ///< the host accepted a connection
+
+ private:
+  void wake() const;
+
+  std::shared_ptr<MqttHome> home_;
+  std::function<void()> on_events_;
+  int wake_ = -1;
+  std::atomic<bool> dismissed_{false};
+  std::atomic<std::size_t> in_flight_{0};
+  std::mutex mutex_;
+  MqttOutQueue out_;
+  std::vector<MqttAsk> asks_;
+  std::vector<MqttEvent> events_;
+};
+
+}  // namespace rubicon::transport

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "transport/mqtt.h"
+
+namespace rubicon::transport {
+
+/// How OpenSSL checks the certificate of a broker: TLS 1.2 or later, the chain up to a known CA, the name or address.
+/// The library of MQTT has settings for this too, but checks only the name that it connects to, and does not say what
+/// is wrong.
+class MqttTlsContext {
+ public:
+  /// Reads the files. kNotFound, kIo or kInvalid with the path.
+  static Result<std::unique_ptr<MqttTlsContext>> make(const MqttTls& tls, const std::string& host);
+  MqttTlsContext() = default;
+  ~MqttTlsContext();
+  MqttTlsContext(const MqttTlsContext&) = delete;
+  MqttTlsContext& operator=(const MqttTlsContext&) = delete;
+
+  /// An SSL_CTX.
+  void* get() const { return context_; }
+  /// Why the certificate was not accepted; empty if it was, or there was none yet.
+  const std::string& fault() const { return fault_; }
+  /// For the callback of OpenSSL.
+  void set_fault(std::string fault) { fault_ = std::move(fault); }
+
+ private:
+  Result<void> read(const MqttTls& tls, const std::string& host);
+
+  void* context_ = nullptr;
+  std::string fault_;
+};
+
+}  // namespace rubicon::transport
