@@ -27,8 +27,7 @@ TEST_F(Entities, ADeviceJoinsReportsAndObeys) {
   EXPECT_EQ(answer(7)->outcome, model::Outcome::kSent);
 }
 
-/// Pitfall 4: the address is the identity, the name is a label.
-TEST_F(Entities, ARenameIsNoLeave) {
+TEST_F(Entities, Pitfall4_ARenameIsNoLeave) {
   start();
   list({plug("hall"), thermometer(), button()});
   EXPECT_THAT(host.all<model::Leave>(), IsEmpty());
@@ -55,8 +54,7 @@ TEST_F(Entities, TwoDevicesMaySwapTheirNames) {
   EXPECT_THAT(sets("plug"), IsEmpty());
 }
 
-/// Pitfall 5: topics are looked up, never split.
-TEST_F(Entities, NamesMayHaveSlashesBlanksAndAnyCharacter) {
+TEST_F(Entities, Pitfall5_NamesMayHaveSlashesBlanksAndAnyCharacter) {
   make();
   bridge_starts({plug("ground floor/hall/plug"), thermometer("ground floor/hall"), button("Küche/ボタン")});
   open();
@@ -80,8 +78,7 @@ TEST_F(Entities, ANameWhoseTopicIsThatOfAnotherDeviceIsSaidAndItsCommandsAreRefu
   EXPECT_EQ(counter("unreadable-states"), 0U) << "the command to a is no state of a/set";
 }
 
-/// Pitfall 13: what is retained for a device that was removed.
-TEST_F(Entities, TopicsOfDevicesThatAreNotInTheListAreIgnored) {
+TEST_F(Entities, Pitfall13_RetainedTopicsOfDevicesThatAreNotInTheListAreIgnored) {
   availability = true;
   say("ghost/availability", {{"state", "online"}}, true);
   say("ghost", {{"temperature", 1}}, true);
@@ -109,8 +106,8 @@ TEST_F(Entities, TheAvailabilityOfADeviceThatLeftIsNoLongerHeard) {
   EXPECT_FALSE(send(kThermometer, model::Sample{9, {}, 0ms}));
 }
 
-/// Pitfall 16: lists are short for a moment while the bridge starts or interviews.
-TEST_F(Entities, ADeviceThatOneListLacksStays) {
+/// Lists are short for a moment while the bridge starts or interviews.
+TEST_F(Entities, Pitfall16_ADeviceThatOneListLacksStays) {
   start();
   list({plug(), button()});
   host.time.run_for(2s);
@@ -228,8 +225,7 @@ TEST_F(Entities, NobodyIsBlamedForTheTimeWithoutABridge) {
   EXPECT_THAT(host.all<model::Unreachable>(), IsEmpty());
 }
 
-/// Pitfall 8: what the bridge repeats at its start has the time of its last_seen and is no news.
-TEST_F(Entities, StatesOfTheStartOfTheBridgeAreOld) {
+TEST_F(Entities, Pitfall8_WhatTheBridgeRepeatsAtItsStartIsOld) {
   start();
   online(false);
   host.time.run_for(1h);

@@ -15,9 +15,7 @@ using ::testing::UnorderedElementsAre;
 
 using LineOfTheBridge = House;
 
-/// Pitfalls 1 and 19 of zigbee.md: no wildcard but that of the responses, no logging, no definitions, no topics of
-/// others.
-TEST_F(LineOfTheBridge, SubscribesToWhatItNeedsAndToNothingElse) {
+TEST_F(LineOfTheBridge, Pitfall1And19_ItSubscribesToWhatItNeedsAndToNothingElse) {
   start();
   EXPECT_THAT(broker.subscriptions(),
               UnorderedElementsAre("zigbee2mqtt/bridge/state", "zigbee2mqtt/bridge/info", "zigbee2mqtt/bridge/devices",
@@ -151,8 +149,8 @@ TEST_F(LineOfTheBridge, ATopicThatTheBrokerForbidsIsNamedAndCounted) {
   EXPECT_THAT(values(kThermometer, "temperature"), ElementsAre("21.5"));
 }
 
-/// Pitfall 2: 300 devices have a list of 1.1 MB.
-TEST_F(LineOfTheBridge, TakesListsOfMegabytes) {
+/// 300 devices have a list of 1.1 MB.
+TEST_F(LineOfTheBridge, Pitfall2_ListsMayHaveMegabytes) {
   make();
   auto all = json::array();
   for (int i = 0; i < 1000; ++i) {

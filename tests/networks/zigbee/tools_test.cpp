@@ -160,8 +160,7 @@ TEST_F(ZigbeeTools, OptionsAreReadFromTheListAndTheConfiguration) {
   EXPECT_EQ(options[2]["name"], "retain");
 }
 
-/// Pitfall 18: some options count only after a restart of the bridge.
-TEST_F(ZigbeeTools, SettingAnOptionSaysIfTheBridgeMustBeRestarted) {
+TEST_F(ZigbeeTools, Pitfall18_SettingAnOptionSaysIfTheBridgeMustBeRestarted) {
   ask({{"id", "o"}, {"do", "options"}, {"device", "plug"}, {"set", {{"transition", 3}}}});
   EXPECT_EQ(requested("device/options")["options"], json({{"transition", 3}}));
   respond("device/options", {{"from", json::object()}, {"to", {{"transition", 3}}}, {"restart_required", true}});
@@ -205,7 +204,7 @@ TEST_F(ZigbeeTools, HealthHasTheBridgeAndItsLastReport) {
   EXPECT_TRUE(reply().contains("health"));
 }
 
-/// Pitfall 10 for requests: an unknown request gets no answer.
+/// The bridge does not answer requests that it does not know.
 TEST_F(ZigbeeTools, AnAnswerThatDoesNotComeIsAnAnswerToo) {
   ask({{"id", "x"}, {"do", "remove"}, {"device", "air"}});
   host.time.run_for(11s);
