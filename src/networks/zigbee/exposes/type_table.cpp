@@ -202,6 +202,8 @@ constexpr TypeRow kRows[] = {
     {"", "*_humidity", kNumeric, "%", kRead, "humidity", ""},
     {"", "soil_moisture", kNumeric, "%", kRead, "soilMoisture", ""},
     {"", "illuminance", kNumeric, "lx", kRead, "light", ""},
+    {"", "*_distance", kNumeric, "m", kRead, "distance", ""},
+    {"", "distance", kNumeric, "m", kRead, "distance", ""},
     {"", "illuminance_*", kNumeric, "lx", kRead, "light", ""},
     {"", "illuminance", kNumeric, "{raw}", kRead, "lightRaw", ""},
     {"", "pressure", kNumeric, "Pa", kRead, "airPressure", ""},
@@ -275,7 +277,7 @@ constexpr TypeRow kRows[] = {
     {"*", "*", kNumeric, "A", kRead, "current", ""},
     {"*", "*", kNumeric, "Hz", kRead, "frequency", ""},
     {"*", "*", kNumeric, "s", kRead, "duration", ""},
-    {"*", "*", kNumeric, "m", kRead, "distance", ""},
+    {"*", "*", kNumeric, "m", kRead, "length", ""},
     {"*", "*", kNumeric, "m/s", kRead, "speed", ""},
     {"*", "*", kNumeric, "mm/h", kRead, "rainRate", ""},
     {"*", "*", kNumeric, "m3", kRead, "volumeContent", ""},
@@ -284,6 +286,8 @@ constexpr TypeRow kRows[] = {
     {"*", "*", kNumeric, "deg", kRead, "angle", ""},
     {"*", "*", kNumeric, "/min", kRead, "rate1PerMinute", ""},
     {"*", "*", kNumeric, "%", kRead, "percentage", ""},
+    {"*", "*", kNumeric, "{raw}", kRead, "analogueInput", ""},
+    {"*", "*", kNumeric, "{level}", kRead, "deviceLevel", ""},
 };
 
 /// Whether the name fits the pattern of a row, and what its `*` stands for.

@@ -1,10 +1,10 @@
 #include "networks/zigbee/exposes/type_table.h"
 
-#include <gtest/gtest.h>
-
-#include <set>
+#include <algorithm>
+#include <map>
 
 #include "model/units.h"
+#include "networks/zigbee/exposes/exposes_support.h"
 
 namespace rubicon::networks::zigbee::exposes {
 namespace {
@@ -69,6 +69,23 @@ TEST(TypeTable, NoRowComesTwice) {
     const auto key = std::string(row.group) + '|' + std::string(row.name) + '|' + std::string(row.unit) + '|' +
                      std::to_string(int(row.form)) + std::to_string(int(row.use)) + (row.words.empty() ? "" : "words");
     EXPECT_TRUE(rows.insert(key).second) << key;
+  }
+}
+
+/// tests/cases/types/zigbee_units.tsv says for all networks what a unit is where nothing else is known.
+TEST(TypeTable, RowsByUnitAgreeWithTheTypesOfUnits) {
+  const std::map<std::string, std::string> spelled{{"kW.h", "kWh"},   {"V.A", "VA"},     {"kvar.h", "kvarh"},
+                                                   {"[ppm]", "ppm"},  {"/cm3", "1/cm3"}, {"/min", "1/min"},
+                                                   {"dB[mW]", "dBm"}, {"[pH]", "pH"},    {"%{LEL}", "%LEL"}};
+  const auto types = rows_of_cases("../types/zigbee_units.tsv");
+  ASSERT_FALSE(types.empty());
+  for (const auto& row : type_rows()) {
+    if (row.name != "*" || row.unit == "K") continue;  // kelvins of a difference, not of light
+    const auto code =
+        spelled.contains(std::string(row.unit)) ? spelled.at(std::string(row.unit)) : std::string(row.unit);
+    const auto known = std::find_if(types.begin(), types.end(), [&](const auto& one) { return one[0] == code; });
+    ASSERT_NE(known, types.end()) << code;
+    EXPECT_EQ(known->at(1), row.type) << code;
   }
 }
 

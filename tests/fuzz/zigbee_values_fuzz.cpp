@@ -1,0 +1,32 @@
+#include <cstdlib>
+
+#include "base/bytes.h"
+#include "networks/zigbee/exposes/mapping.h"
+
+/// Input: an `exposes` array on the first line; after it the JSON of a property, which is also a commanded text. What a
+/// device can report can be sent, and is then understood as the same.
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace rubicon;
+  using namespace rubicon::networks::zigbee::exposes;
+  static const TypeCatalogue types;
+  const auto text = base::as_text(base::ByteView(data, size));
+  const auto line = text.find('\n');
+  if (line == text.npos) return 0;
+  std::vector<std::string> skipped;
+  const auto leaves = read_exposes(text.substr(0, line), skipped);
+  if (!leaves) return 0;
+  const auto json = text.substr(line + 1);
+  for (auto& point : map_leaves(*leaves, types)) {
+    point.access.settable = true;
+    static_cast<void>(encode(point, Value(std::string(json))));
+    static_cast<void>(encode(point, Value(Json{std::string(json)})));
+    const auto value = decode(point, json);
+    const auto sent = value ? encode(point, *value) : Result<std::string>(std::string());
+    if (!value || !sent) continue;
+    const auto again = decode(point, *sent);
+    if (!again) std::abort();
+    const auto sent_again = encode(point, *again);
+    if (!sent_again || *sent_again != *sent) std::abort();
+  }
+  return 0;
+}
