@@ -1,0 +1,281 @@
+#include <arpa/inet.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sched.h>
+#include <sys/mount.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/write.hpp>
+#include <filesystem>
+#include <fstream>
+
+#include "support/private_network.h"
+#include "transport/mqtt_client.h"
+#include "transport/mqtt_exchange.h"
+#include "transport/worlds.h"
+
+namespace rubicon::transport {
+namespace {
+
+using boost::asio::ip::tcp;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
+
+/// A server that answers each first packet of a connection in one way.
+class Peer {
+ public:
+  /// What to send, and whether to close then; by the first packet.
+  using Answer = std::function<std::pair<std::string, bool>(const std::string& packet)>;
+
+  Peer(Loop& loop, Answer answer)
+      : acceptor_(loop.context(), {boost::asio::ip::address_v4::loopback(), 0}), answer_(std::move(answer)) {
+    accept();
+  }
+  std::uint16_t port() const { return acceptor_.local_endpoint().port(); }
+
+  std::vector<std::string> packets;
+
+ private:
+  void accept() {
+    acceptor_.async_accept([this](auto error, tcp::socket socket) {
+      if (error) return;
+      sockets_.push_back(std::make_unique<tcp::socket>(std::move(socket)));
+      receive(*sockets_.back());
+      accept();
+    });
+  }
+  void receive(tcp::socket& socket) {
+    socket.async_read_some(boost::asio::buffer(buffer_), [this, &socket](auto error, std::size_t size) {
+      if (error) return;
+      packets.emplace_back(buffer_.data(), size);
+      const auto [bytes, closes] = answer_(packets.back());
+      boost::asio::write(socket, boost::asio::buffer(bytes), error);
+      if (closes) return socket.close();
+      receive(socket);
+    });
+  }
+
+  tcp::acceptor acceptor_;
+  Answer answer_;
+  std::array<char, 4096> buffer_{};
+  std::vector<std::unique_ptr<tcp::socket>> sockets_;
+};
+
+/// CONNECT has the level of the protocol behind `MQTT` (MQTT 5, section 3.1.2).
+char level(const std::string& packet) {
+  const auto name = packet.find("MQTT");
+  return name == packet.npos ? '\0' : packet[name + 4];
+}
+
+class OddPeers : public ::testing::Test {
+ protected:
+  MqttOptions to(const Peer& peer, MqttVersion version = MqttVersion::kAny) const {
+    MqttOptions made;
+    made.host = "127.0.0.1";
+    made.port = peer.port();
+    made.version = version;
+    made.connect_time = 30s;
+    return made;
+  }
+  Error failure(const MqttOptions& with) {
+    MqttClient client;
+    client.open(world.local, with);
+    EXPECT_TRUE(world.until([&] { return !client.failures.empty() || client.connected > 0; }));
+    EXPECT_EQ(client.connected, 0);
+    return client.failures.empty() ? Error{} : client.failures[0];
+  }
+
+  MachineWorld world;
+};
+
+TEST_F(OddPeers, ABrokerOf311OnlyIsAskedAgainInItsOwnVersion) {
+  Peer polite(world.loop, [](const std::string& packet) {
+    if (level(packet) == 5) return std::pair(std::string("\x20\x02\x00\x01", 4), true);
+    return std::pair(std::string("\x20\x02\x00\x00", 4), false);
+  });
+  Peer rude(world.loop, [](const std::string& packet) {
+    return std::pair(level(packet) == 5 ? std::string() : std::string("\x20\x02\x00\x00", 4), level(packet) == 5);
+  });
+  for (auto* peer : {&polite, &rude}) {
+    MqttClient client;
+    client.open(world.local, to(*peer));
+    ASSERT_TRUE(world.until([&] { return client.connected == 1; }));
+    EXPECT_THAT(client.failures, IsEmpty());
+    ASSERT_THAT(peer->packets, SizeIs(2));
+    EXPECT_EQ(level(peer->packets[1]), 4);
+  }
+  EXPECT_FALSE(failure(to(polite, MqttVersion::k5)).text.empty());
+}
+
+TEST_F(OddPeers, AModernRefusalOfVersion5IsUnderstoodToo) {
+  Peer peer(world.loop, [](const std::string& packet) {
+    if (level(packet) == 5) return std::pair(std::string("\x20\x03\x00\x84\x00", 5), true);
+    return std::pair(std::string("\x20\x02\x00\x00", 4), false);
+  });
+  MqttClient client;
+  client.open(world.local, to(peer));
+  EXPECT_TRUE(world.until([&] { return client.connected == 1; }));
+  const auto why = failure(to(peer, MqttVersion::k5));
+  EXPECT_EQ(why.code, ErrorCode::kRefused);
+  EXPECT_THAT(why.text, HasSubstr("does not speak this version"));
+}
+
+TEST_F(OddPeers, RefusalsAreToldApart) {
+  const auto refused = [&](char code) {
+    Peer peer(world.loop, [code](const auto&) { return std::pair(std::string("\x20\x02\x00", 3) + code, true); });
+    return failure(to(peer, MqttVersion::k311));
+  };
+  EXPECT_THAT(refused('\x02').text, HasSubstr("refuses the client id"));
+  EXPECT_THAT(refused('\x04').text, HasSubstr("refuses the user or the password"));
+  EXPECT_THAT(refused('\x05').text, HasSubstr("not authorised"));
+  const auto away = refused('\x03');
+  EXPECT_EQ(away.code, ErrorCode::kUnreachable);
+  EXPECT_THAT(away.text, HasSubstr("is not available"));
+}
+
+TEST_F(OddPeers, WhoSaysNothingIsGivenUp) {
+  Peer mute(world.loop, [](const auto&) { return std::pair(std::string(), false); });
+  auto with = to(mute);
+  with.connect_time = 300ms;
+  const auto why = failure(with);
+  EXPECT_EQ(why.code, ErrorCode::kUnreachable);
+  EXPECT_THAT(why.text, HasSubstr("within 0.3 s"));
+  with.tls = MqttTls{};
+  EXPECT_THAT(failure(with).text, HasSubstr("within 0.3 s")) << "nor in the handshake of TLS";
+}
+
+TEST_F(OddPeers, WhoSpeaksAnotherProtocolIsRefused) {
+  Peer web(world.loop, [](const auto&) { return std::pair(std::string("HTTP/1.1 400 Bad Request\r\n\r\n"), true); });
+  EXPECT_THAT(failure(to(web)).text, HasSubstr("MQTT 127.0.0.1:"));
+  auto with = to(web);
+  with.tls = MqttTls{};
+  EXPECT_THAT(failure(with).text, HasSubstr("TLS failed: wrong version number"));
+}
+
+TEST_F(OddPeers, TheReasonOfTheBrokerForTheEndIsTold) {
+  // CONNACK of version 5, then DISCONNECT with `session taken over`.
+  Peer peer(world.loop,
+            [](const auto&) { return std::pair(std::string("\x20\x03\x00\x00\x00\xe0\x02\x8e\x00", 9), false); });
+  MqttClient client;
+  client.open(world.local, to(peer));
+  ASSERT_TRUE(world.until([&] { return !client.failures.empty(); }));
+  EXPECT_EQ(client.connected, 1);
+  EXPECT_EQ(client.failures[0].code, ErrorCode::kDuplicate);
+  EXPECT_THAT(client.failures[0].text, HasSubstr("another client with the same client id"));
+}
+
+TEST_F(OddPeers, WrongOptionsAndUnknownHostsAreTold) {
+  MqttOptions with;
+  EXPECT_EQ(world.local.open_mqtt(with, {}).error().code, ErrorCode::kInvalid) << "no host";
+  with.host = "no-such-host.invalid";
+  const auto why = failure(with);
+  EXPECT_EQ(why.code, ErrorCode::kUnreachable);
+  EXPECT_THAT(why.text, HasSubstr("host no-such-host.invalid cannot be found"));
+}
+
+TEST_F(OddPeers, ALineMayEndBeforeItIsConnected) {
+  Peer mute(world.loop, [](const auto&) { return std::pair(std::string(), false); });
+  for (int i = 0; i < 20; ++i) {
+    MqttClient client;
+    client.open(world.local, to(mute));
+    if (i % 2 == 0) continue;
+    ASSERT_TRUE(world.until([&] { return mute.packets.size() >= static_cast<std::size_t>(i / 2) + 1; }));
+  }
+}
+
+/// Runs in a child process: its threads wait for a name server that takes questions and gives no answers.
+int opens_a_line_by_a_mute_name_server(const std::string& resolver) {
+  constexpr int kNotPermitted = 3;
+  const support::PrivateNetwork network;
+  if (!network.entered() || ::unshare(CLONE_NEWNS) != 0) return kNotPermitted;
+  if (::mount(nullptr, "/", nullptr, MS_REC | MS_PRIVATE, nullptr) != 0) return kNotPermitted;
+  if (::mount(resolver.c_str(), "/etc/resolv.conf", nullptr, MS_BIND, nullptr) != 0) return kNotPermitted;
+  const int server = ::socket(AF_INET, SOCK_DGRAM, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(53);
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  if (::bind(server, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) return kNotPermitted;
+  MachineWorld world;
+  MqttClient client;
+  MqttOptions options;
+  options.host = "broker.example.com";
+  options.connect_time = 300ms;
+  client.open(world.local, options);
+  if (!world.until([&] { return !client.failures.empty(); })) return 1;
+  char question = 0;
+  const bool asked = ::recv(server, &question, 1, MSG_DONTWAIT) > 0;
+  const bool right =
+      client.failures[0].text.find("cannot be found or does not answer within 0.3 s") != std::string::npos;
+  return asked && right ? 0 : 2;
+}
+
+TEST(MuteNameServer, StopsNeitherTheLoopNorTheEndOfTheProcess) {
+  const auto resolver = std::filesystem::temp_directory_path() / ("rubicon-resolv-" + std::to_string(::getpid()));
+  std::ofstream(resolver) << "nameserver 127.0.0.1\noptions timeout:30 attempts:5\n";
+  const auto child = ::fork();
+  if (child == 0) std::exit(opens_a_line_by_a_mute_name_server(resolver.string()));
+  int status = 0;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  std::filesystem::remove(resolver);
+  ASSERT_TRUE(WIFEXITED(status));
+  if (WEXITSTATUS(status) == 3) GTEST_SKIP() << "may not have a name server of its own here";
+  EXPECT_EQ(WEXITSTATUS(status), 0);
+}
+
+class Exchange : public ::testing::Test {
+ protected:
+  static MqttEvent event(std::size_t size) {
+    return {MqttEvent::Kind::kReceived, "t", std::string(size, 'x'), false, {}, 0};
+  }
+
+  VirtualScheduler time;
+  std::shared_ptr<MqttHome> home = std::make_shared<MqttHome>(time);
+  int called = 0;
+  std::shared_ptr<MqttExchange> exchange = MqttExchange::make(home, [this] { ++called; });
+};
+
+TEST_F(Exchange, TheThreadStopsReadingWhileTheLoopHasEnough) {
+  const auto quarter = MqttExchange::kMaxInFlight / 4;
+  for (int i = 0; i < 4; ++i) {
+    EXPECT_TRUE(exchange->may_read()) << i;
+    std::vector<MqttEvent> one;
+    one.push_back(event(quarter));
+    exchange->tell(std::move(one));
+  }
+  EXPECT_FALSE(exchange->may_read());
+  time.run_ready();
+  EXPECT_EQ(called, 1) << "one call for all";
+  const auto taken = exchange->take();
+  ASSERT_THAT(taken, SizeIs(4));
+  EXPECT_FALSE(exchange->may_read()) << "the loop has not delivered them yet";
+  exchange->delivered(MqttExchange::cost(taken[0]));
+  EXPECT_TRUE(exchange->may_read());
+}
+
+TEST_F(Exchange, FiltersGoBeforeThePublicationsThatFollowThem) {
+  ASSERT_TRUE(exchange->publish({"a", "1"}, "line"));
+  exchange->ask({"a", 0, true});
+  EXPECT_THAT(exchange->take_work(false).asks, SizeIs(1));
+  const auto work = exchange->take_work(true);
+  EXPECT_THAT(work.asks, IsEmpty());
+  ASSERT_TRUE(work.publication);
+  EXPECT_FALSE(exchange->take_work(true).publication);
+}
+
+TEST_F(Exchange, NothingIsPostedToALoopThatEnded) {
+  home->close(0s);
+  std::vector<MqttEvent> one;
+  one.push_back(event(1));
+  exchange->tell(std::move(one));
+  time.run_ready();
+  EXPECT_EQ(called, 0);
+}
+
+}  // namespace
+}  // namespace rubicon::transport
