@@ -112,6 +112,7 @@ void World::permit(Duration span) {
 void World::received(std::string_view topic, std::string_view payload) {
   if (!runs_ || !topic.starts_with(options_.base + "/")) return;
   topic.remove_prefix(options_.base.size() + 1);
+  if (by_name_.contains(topic)) return;  // the bridge's own: a device may be called `a/set`
   log_.info(fmt::format("{} {}", base::printable(topic), base::printable(payload)));
   constexpr std::string_view kRequest = "bridge/request/";
   if (topic.starts_with(kRequest)) {

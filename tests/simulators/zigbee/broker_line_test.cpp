@@ -51,6 +51,17 @@ TEST_F(BridgeOnBroker, TakesCommandsForNamesWithSlashes) {
   EXPECT_THAT(broker.published("zigbee2mqtt/hall/plug").back(), HasSubstr(R"("state":"OFF")"));
 }
 
+TEST_F(BridgeOnBroker, ADeviceWhoseNameLooksLikeACommandCommandsNobody) {
+  EXPECT_TRUE(world.add(find_model("plug").value(), "hall/plug/set"));
+  open();
+  world.change(*world.find("hall/plug/set"), "state", "OFF");
+  time.run_for(1s);
+  EXPECT_EQ(world.counters().sets, 0U);
+  broker.publish("zigbee2mqtt/hall/plug/set/set", R"({"state":"ON"})");
+  time.run_for(1s);
+  EXPECT_THAT(broker.published("zigbee2mqtt/hall/plug/set").back(), HasSubstr(R"("state":"ON")"));
+}
+
 TEST_F(BridgeOnBroker, FollowsARenameWithItsSubscriptions) {
   open();
   broker.publish("zigbee2mqtt/bridge/request/device/rename", R"({"from":"hall/plug","to":"plug"})");
