@@ -22,6 +22,7 @@ const std::string kMotes =
 const std::string kKnx =
     "networks.knx-demo={type: knx, host: 127.0.0.1, port: 13671, groups: {1/0/1: {dpt: 1.001, kind: actuator, state: "
     "1/0/2, name: Hall lamp}, 1/2/7: {dpt: 9.001, name: Hall temperature}, 1/2/8: {dpt: 9.007, name: Hall humidity}}}";
+const std::string kZigbee = "networks.zigbee={type: zigbee, broker: \"127.0.0.1:18830\"}";
 
 // What pages name besides: mote 7 of wsn-1, and devices that wait for a decision.
 const std::string kOtherMotes =
@@ -64,18 +65,32 @@ DemoIsland::DemoIsland() : folder_(fs::temp_directory_path() / ("rubicon_example
                                   "error"};
   start({kPrograms + "/knx-simulator", kExamples + "/knx.script", "--listen", "13671", "--log-level", "error"});
   island.insert(island.end(), {"--set", kKnx});
+  start_broker();
+  start({kPrograms + "/zigbee-simulator", kExamples + "/zigbee.script", "--broker", "127.0.0.1:18830", "--log-level",
+         "error"});
+  island.insert(island.end(), {"--set", kZigbee});
   start(std::move(island));
   auto& shell = *running_.back();
   // As the live table of ./run, it wants all sensors. Its motes join one after the other.
   shell.write("subscribe proxy.*.*.sensor.*.value min=1s\n");
-  for (const auto* key : {"proxy.wsn-flat.1.status", "proxy.wsn-1.7.status", "proxy.dummy-rooms.living.status"}) {
+  std::vector<std::string> wanted{"proxy.wsn-flat.1.status", "proxy.wsn-1.7.status", "proxy.dummy-rooms.living.status"};
+  if (broker_) wanted.push_back("proxy.zigbee.00124b0010000000.status");
+  for (const auto& key : wanted) {
     for (int i = 0; i < 300; ++i) {
-      shell.write(std::string("get ") + key + "\n");
+      shell.write("get " + key + "\n");
       const auto line = shell.line_with("\"ok\"");
       if (line && line->find("\\\"reachable\\\"") != line->npos) break;
       ::usleep(100'000);
     }
   }
+}
+
+/// Without mosquitto the ZigBee devices stay away, as in ./run.
+void DemoIsland::start_broker() {
+  if (!support::Mosquitto::missing().empty()) return;
+  support::MosquittoOptions options;
+  options.port = 18830;
+  broker_ = std::make_unique<support::Mosquitto>(options);
 }
 
 DemoIsland::~DemoIsland() {

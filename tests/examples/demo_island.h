@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "support/mosquitto.h"
 #include "support/private_network.h"
 #include "support/process.h"
 
@@ -27,9 +28,11 @@ class DemoIsland {
 
  private:
   void write_files() const;
+  void start_broker();
 
   support::PrivateNetwork network_;
   std::filesystem::path folder_;
+  std::unique_ptr<support::Mosquitto> broker_;
   std::vector<std::unique_ptr<support::Process>> running_;
 };
 

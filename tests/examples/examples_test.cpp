@@ -142,6 +142,7 @@ std::string runnable(const std::string& line, std::size_t domain) {
   if (line.starts_with("motes-simulator --motes")) return "motes-simulator --port 19303" + line.substr(15);
   if (line.starts_with("salad-simulator ")) return line + " --listen 19000";
   if (line.starts_with("knx-simulator ")) return line.substr(0, line.find(" --listen")) + " --listen 19671";
+  if (line.starts_with("zigbee-simulator ")) return line + " --base other";  // the demo's bridge is on that broker
   auto command = line;
   if (line.starts_with("./run")) {
     const auto rest = line.substr(5);

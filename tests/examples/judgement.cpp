@@ -55,7 +55,7 @@ bool found_losses_only(const std::string& output) {
 
 bool is_endless(const std::string& line) {
   constexpr std::array kPrograms{"rubicon record",         "rubicon receive",  "rubicon publish", "rubicon-proxy run",
-                                 "motes-simulator --port", "salad-simulator ", "knx-simulator "};
+                                 "motes-simulator --port", "salad-simulator ", "knx-simulator ",  "zigbee-simulator "};
   return (shows_what_is_there(line) || begins(line, kPrograms)) && !has(line, " | ") && !has(line, " --rounds ");
 }
 

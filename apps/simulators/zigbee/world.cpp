@@ -112,7 +112,7 @@ void World::permit(Duration span) {
 void World::received(std::string_view topic, std::string_view payload) {
   if (!runs_ || !topic.starts_with(options_.base + "/")) return;
   topic.remove_prefix(options_.base.size() + 1);
-  if (by_name_.contains(topic)) return;  // the bridge's own: a device may be called `a/set`
+  if (own_topics_.contains(topic)) return;  // a device may be called `a/set`
   log_.info(fmt::format("{} {}", base::printable(topic), base::printable(payload)));
   constexpr std::string_view kRequest = "bridge/request/";
   if (topic.starts_with(kRequest)) {
@@ -135,6 +135,7 @@ void World::received(std::string_view topic, std::string_view payload) {
 void World::say(const std::string& topic, std::string payload, bool retain) {
   if (!runs_ || !publish) return;
   ++counters_.published;
+  own_topics_.insert(topic);
   const auto queue = payload.size() > kLongList ? transport::MqttQueue::kLatest : transport::MqttQueue::kInOrder;
   const bool sure = topic == "bridge/state" || topic == "bridge/health" || topic.ends_with("/availability");
   publish({options_.base + "/" + topic, std::move(payload), retain, sure ? std::uint8_t{1} : std::uint8_t{0}, queue});

@@ -168,6 +168,7 @@ class World {
   std::map<std::string, RadioDevice*, std::less<>> by_name_, by_address_;
   std::map<int, DeviceGroup> groups_;
   std::map<std::string, Timer> periods_, silences_, clearings_, travels_;  ///< by address
+  std::set<std::string, std::less<>> own_topics_;  ///< all that it published on: what arrives there is no command
   std::map<std::uint64_t, Timer> timers_;
   std::uint64_t last_timer_ = 0;
   std::uint32_t last_address_ = 0;
