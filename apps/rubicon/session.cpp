@@ -86,6 +86,10 @@ bool Session::interrupted() const {
   return signalled != 0;
 }
 
+void Session::resume() {
+  signalled = 0;
+}
+
 int Session::not_found(const std::string& what, const std::string& hint) {
   out_.flush();
   const auto islands = client_->islands().size();

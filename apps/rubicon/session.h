@@ -43,6 +43,8 @@ class Session {
   bool run(const std::function<bool()>& done, Duration patience = Duration::max());
   /// Whether a signal came since the first run(). Before that, signals end the program as usual.
   bool interrupted() const;
+  /// After an interrupt: run() waits again, until the next signal.
+  void resume();
 
   /// Prints that something was not found, where the program looked, and what to try (`hint`, unless empty). Returns
   /// kNotThere.

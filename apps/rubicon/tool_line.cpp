@@ -55,6 +55,7 @@ class IslandToolLine final : public ToolLine {
   }
   bool run(const std::function<bool()>& done, Duration patience) override { return session_->run(done, patience); }
   bool interrupted() const override { return session_->interrupted(); }
+  void resume() override { session_->resume(); }
   Output& out() override { return session_->out(); }
 
  private:

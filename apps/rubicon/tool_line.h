@@ -34,6 +34,8 @@ class ToolLine {
   /// Runs the event loop as Session::run does.
   virtual bool run(const std::function<bool()>& done, Duration patience = Duration::max()) = 0;
   virtual bool interrupted() const = 0;
+  /// After an interrupt: run() waits again, until the next signal.
+  virtual void resume() = 0;
   virtual Output& out() = 0;
 
   /// Sends a request and waits for its reply; a timeout gives a reply with `why`.

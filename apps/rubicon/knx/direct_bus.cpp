@@ -34,6 +34,7 @@ class DirectBus final : public ToolLine, private network::NetworkHost {
   void send(const json& request) override;
   bool run(const std::function<bool()>& done, Duration patience) override;
   bool interrupted() const override { return interrupted_; }
+  void resume() override { interrupted_ = false; }
   Output& out() override { return out_; }
 
  private:

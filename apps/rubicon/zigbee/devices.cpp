@@ -16,7 +16,7 @@ struct DeviceOptions {
 };
 
 std::string count_text(const json& device, const char* member) {
-  return device.contains(member) ? std::to_string(model::count_of(device, member)) : "-";
+  return device.contains(member) ? fmt::format("{:.0f}", model::number_of(device, member)) : "-";
 }
 
 void add_row(const json& device, WallTime now, Table& table) {

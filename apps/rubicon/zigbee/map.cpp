@@ -58,7 +58,7 @@ void print_links(Tool& tool, const json& map) {
                {"RELATION", Column::Kind::kText, 1}});
   for (const auto& link : map["links"])
     table.row({name(model::text_of(link, "source")), name(model::text_of(link, "target")),
-               std::to_string(model::count_of(link, "quality")), model::text_of(link, "relation")});
+               fmt::format("{:.0f}", model::number_of(link, "quality")), model::text_of(link, "relation")});
   if (!table.empty()) tool.out().write("\n" + table.text(tool.look()));
 }
 

@@ -54,11 +54,18 @@ int watch_joins(Tool& tool, const std::string& id) {
     closed = true;
     why = model::text_of(event, "why");
   };
-  line.run([&] { return closed; }, kLongest + kPatience);
+  if (!line.run([&] { return closed; }, kLongest + kPatience) && !tool.out().broken()) {
+    line.resume();
+    line.send({{"do", "permit"}, {"seconds", 0}});
+    line.run([&] { return closed; }, kPatience);
+  }
   line.on_event = {};
-  if (!closed) line.reply_to({{"do", "permit"}, {"seconds", 0}}, kPatience);
   if (!why.empty()) {
     print_error(printable(why));
+    return kNotDone;
+  }
+  if (!closed) {
+    print_error("Zigbee2MQTT did not confirm that joining is closed");
     return kNotDone;
   }
   if (!tool.json()) tool.out().line(fmt::format("joining is closed; {} ready", counted(ready, "new device")));
