@@ -15,6 +15,8 @@ constexpr std::string_view kHvacWords = "auto=auto,heat=heat,cool=cool,off=off,f
 constexpr std::string_view kSwitchWords = "on=ON,off=OFF";
 constexpr std::string_view kLockWords = "on=LOCK|LOCKED,off=UNLOCK|UNLOCKED";
 constexpr std::string_view kOpenWords = "on=OPEN|OPENED,off=CLOSE|CLOSED";
+/// A made contact is a closed door: true, whichever of the two is value_on.
+constexpr std::string_view kContactWords = "on=FALSE|OFF|OPEN|CONTACT_OPEN,off=TRUE|ON|CLOSED|CONTACT_CLOSED";
 
 // The types that ZigBee devices become. A row is chosen by group, name, form, unit and use of the leaf; the first that
 // fits counts. docs/zigbee.md explains it by examples. Special meanings come first, whole families by unit last.
@@ -146,8 +148,8 @@ constexpr TypeRow kRows[] = {
     {"", "fan_speed", kNumeric, "", kSet, "fanStage", ""},
 
     // Detectors
-    {"", "contact", kBinary, "", kRead, "contact", ""},
-    {"", "*_contact", kBinary, "", kRead, "contact", ""},
+    {"", "contact", kBinary, "", kRead, "contact", "", kSame, kContactWords},
+    {"", "*_contact", kBinary, "", kRead, "contact", "", kSame, kContactWords},
     {"", "occupancy", kBinary, "", kRead, "motion", ""},
     {"", "motion", kBinary, "", kRead, "motion", "motion"},
     {"", "presence", kBinary, "", kRead, "presence", ""},

@@ -45,5 +45,54 @@ TEST(Mapping, FollowsTheCases) {
   }
 }
 
+/// A name whose open type has the number of the other's.
+std::string twin_of(const std::string& name) {
+  for (int i = 0;; ++i) {
+    auto twin = fmt::format("twin_{}", i);
+    if (model::open_type(twin) == model::open_type(name)) return twin;
+  }
+}
+
+TEST(Mapping, TwoOpenTypesOfADeviceHaveTwoNumbers) {
+  const auto twin = twin_of("brew_strength");
+  const auto leaf = [](const std::string& name) {
+    return fmt::format(R"({{"type":"numeric","name":"{}","property":"{}","access":7}})", name, name);
+  };
+  const auto points = map_definition("[" + leaf("brew_strength") + "," + leaf(twin) + "]").points;
+  const auto first = points[0].capability.point.type, second = points[1].capability.point.type;
+  EXPECT_EQ(first, model::open_type("brew_strength"));
+  EXPECT_EQ(static_cast<unsigned>(second), static_cast<unsigned>(first) + 1) << "the next one";
+  EXPECT_EQ(points[1].capability.type_name, twin);
+}
+
+TEST(Mapping, GroupsHaveNoLinkQuality) {
+  std::vector<std::string> skipped;
+  const auto leaves = read_exposes("[]", skipped);
+  ASSERT_TRUE(leaves);
+  EXPECT_TRUE(map_leaves(*leaves, all_types(), false).empty());
+  const auto points = map_leaves(*leaves, all_types());
+  ASSERT_EQ(points.size(), 1U);
+  EXPECT_EQ(points[0].capability.type_name, "linkQuality");
+  EXPECT_EQ(points[0].property, "linkquality");
+}
+
+TEST(Mapping, NoPointIsEverStale) {
+  for (const auto& point : map_definition(R"([{"type":"text","name":"a","property":"a","access":1}])").points)
+    EXPECT_EQ(point.capability.deadline, Duration::zero());
+}
+
+TEST(Mapping, LongNamesFitIntoKeysAndMessages) {
+  const std::string name(400, 'n');
+  const auto points =
+      map_definition(
+          "[" + fmt::format(R"({{"type":"text","name":"{0}","property":"{0}","endpoint":"{0}","access":7}})", name) +
+          "," + fmt::format(R"({{"type":"text","name":"{0}x","property":"{0}x","endpoint":"{0}","access":7}})", name) +
+          "]")
+          .points;
+  EXPECT_EQ(points[0].capability.type_name.size(), 200U);
+  EXPECT_EQ(points[0].capability.point.instance.size(), 40U);
+  EXPECT_NE(points[0].capability.point, points[1].capability.point);
+}
+
 }  // namespace
 }  // namespace rubicon::networks::zigbee::exposes
