@@ -10,10 +10,10 @@ using ::testing::IsEmpty;
 using ::testing::Not;
 using ::testing::SizeIs;
 
-using Entities = House;
+using ZigbeeEntities = House;
 
 /// The walking skeleton: a device of the list, its reading, a command.
-TEST_F(Entities, ADeviceJoinsReportsAndObeys) {
+TEST_F(ZigbeeEntities, ADeviceJoinsReportsAndObeys) {
   start();
   report("air", {{"temperature", 21.5}, {"humidity", 40}});
   EXPECT_THAT(values(kThermometer, "temperature"), ElementsAre("21.5"));
@@ -27,7 +27,7 @@ TEST_F(Entities, ADeviceJoinsReportsAndObeys) {
   EXPECT_EQ(answer(7)->outcome, model::Outcome::kSent);
 }
 
-TEST_F(Entities, Pitfall4_ARenameIsNoLeave) {
+TEST_F(ZigbeeEntities, Pitfall4_ARenameIsNoLeave) {
   start();
   list({plug("hall"), thermometer(), button()});
   EXPECT_THAT(host.all<model::Leave>(), IsEmpty());
@@ -41,7 +41,7 @@ TEST_F(Entities, Pitfall4_ARenameIsNoLeave) {
   EXPECT_EQ(counter("renames"), 1U);
 }
 
-TEST_F(Entities, TwoDevicesMaySwapTheirNames) {
+TEST_F(ZigbeeEntities, TwoDevicesMaySwapTheirNames) {
   start();
   list({plug("air"), thermometer("plug"), button()});
   report("plug", {{"temperature", 18}});
@@ -54,7 +54,7 @@ TEST_F(Entities, TwoDevicesMaySwapTheirNames) {
   EXPECT_THAT(sets("plug"), IsEmpty());
 }
 
-TEST_F(Entities, Pitfall5_NamesMayHaveSlashesBlanksAndAnyCharacter) {
+TEST_F(ZigbeeEntities, Pitfall5_NamesMayHaveSlashesBlanksAndAnyCharacter) {
   make();
   bridge_starts({plug("ground floor/hall/plug"), thermometer("ground floor/hall"), button("Küche/ボタン")});
   open();
@@ -67,7 +67,7 @@ TEST_F(Entities, Pitfall5_NamesMayHaveSlashesBlanksAndAnyCharacter) {
   EXPECT_EQ(readings(), 2U);
 }
 
-TEST_F(Entities, ANameWhoseTopicIsThatOfAnotherDeviceIsSaidAndItsCommandsAreRefused) {
+TEST_F(ZigbeeEntities, ANameWhoseTopicIsThatOfAnotherDeviceIsSaidAndItsCommandsAreRefused) {
   make();
   bridge_starts({plug("a"), thermometer("a/set"), button()});
   open();
@@ -78,7 +78,7 @@ TEST_F(Entities, ANameWhoseTopicIsThatOfAnotherDeviceIsSaidAndItsCommandsAreRefu
   EXPECT_EQ(counter("unreadable-states"), 0U) << "the command to a is no state of a/set";
 }
 
-TEST_F(Entities, Pitfall13_RetainedTopicsOfDevicesThatAreNotInTheListAreIgnored) {
+TEST_F(ZigbeeEntities, Pitfall13_RetainedTopicsOfDevicesThatAreNotInTheListAreIgnored) {
   availability = true;
   say("ghost/availability", {{"state", "online"}}, true);
   say("ghost", {{"temperature", 1}}, true);
@@ -90,7 +90,7 @@ TEST_F(Entities, Pitfall13_RetainedTopicsOfDevicesThatAreNotInTheListAreIgnored)
   EXPECT_THAT(joins(), SizeIs(3));
 }
 
-TEST_F(Entities, TheAvailabilityOfADeviceThatLeftIsNoLongerHeard) {
+TEST_F(ZigbeeEntities, TheAvailabilityOfADeviceThatLeftIsNoLongerHeard) {
   availability = true;
   start();
   list({plug(), button()});
@@ -107,7 +107,7 @@ TEST_F(Entities, TheAvailabilityOfADeviceThatLeftIsNoLongerHeard) {
 }
 
 /// Lists are short for a moment while the bridge starts or interviews.
-TEST_F(Entities, Pitfall16_ADeviceThatOneListLacksStays) {
+TEST_F(ZigbeeEntities, Pitfall16_ADeviceThatOneListLacksStays) {
   start();
   list({plug(), button()});
   host.time.run_for(2s);
@@ -122,7 +122,7 @@ TEST_F(Entities, Pitfall16_ADeviceThatOneListLacksStays) {
   EXPECT_THAT(joins(), SizeIs(3));
 }
 
-TEST_F(Entities, ADeviceThatSaysThatItLeavesIsGoneWithTheNextList) {
+TEST_F(ZigbeeEntities, ADeviceThatSaysThatItLeavesIsGoneWithTheNextList) {
   start();
   say("bridge/event",
       {{"type", "device_leave"}, {"data", {{"ieee_address", "0x00124b0010000003"}, {"friendly_name", "air"}}}});
@@ -135,7 +135,7 @@ TEST_F(Entities, ADeviceThatSaysThatItLeavesIsGoneWithTheNextList) {
   EXPECT_THAT(joins(), SizeIs(4)) << "it came back";
 }
 
-TEST_F(Entities, ADeviceThatCannotBeUsedIsAnnouncedWithItsProblem) {
+TEST_F(ZigbeeEntities, ADeviceThatCannotBeUsedIsAnnouncedWithItsProblem) {
   auto pending = thermometer();
   pending["interview_state"] = "FAILED";
   pending.erase("definition");
@@ -156,7 +156,7 @@ TEST_F(Entities, ADeviceThatCannotBeUsedIsAnnouncedWithItsProblem) {
   EXPECT_THAT(later.second.capabilities, Not(IsEmpty()));
 }
 
-TEST_F(Entities, ANewDefinitionIsAnnouncedAgain) {
+TEST_F(ZigbeeEntities, ANewDefinitionIsAnnouncedAgain) {
   start();
   auto more = thermometer();
   more["definition"]["exposes"].push_back(numeric("pressure", 1, "hPa"));
@@ -167,7 +167,7 @@ TEST_F(Entities, ANewDefinitionIsAnnouncedAgain) {
   EXPECT_EQ(readings(), 1U);
 }
 
-TEST_F(Entities, AGroupIsADevice) {
+TEST_F(ZigbeeEntities, AGroupIsADevice) {
   start();
   say("bridge/groups",
       {{{"id", 7},
@@ -187,7 +187,7 @@ TEST_F(Entities, AGroupIsADevice) {
   EXPECT_THAT(broker.subscriptions(), Not(Contains("zigbee2mqtt/all")));
 }
 
-TEST_F(Entities, TheBridgeSaysWhoIsThereWhereItOffersThat) {
+TEST_F(ZigbeeEntities, TheBridgeSaysWhoIsThereWhereItOffersThat) {
   availability = true;
   start();
   say("plug/availability", {{"state", "offline"}}, true);
@@ -200,7 +200,7 @@ TEST_F(Entities, TheBridgeSaysWhoIsThereWhereItOffersThat) {
 }
 
 /// zigbee.md, section 6: mains 1 h without configured reporting, battery 25 h.
-TEST_F(Entities, WithoutAvailabilityADeviceThatIsSilentTooLongIsUnreachable) {
+TEST_F(ZigbeeEntities, WithoutAvailabilityADeviceThatIsSilentTooLongIsUnreachable) {
   start();
   host.time.run_for(59min);
   EXPECT_THAT(host.all<model::Unreachable>(), IsEmpty());
@@ -216,7 +216,7 @@ TEST_F(Entities, WithoutAvailabilityADeviceThatIsSilentTooLongIsUnreachable) {
   EXPECT_THAT(values(kThermometer, "temperature"), ElementsAre("20"));
 }
 
-TEST_F(Entities, NobodyIsBlamedForTheTimeWithoutABridge) {
+TEST_F(ZigbeeEntities, NobodyIsBlamedForTheTimeWithoutABridge) {
   start();
   online(false);
   host.time.run_for(48h);
@@ -225,7 +225,7 @@ TEST_F(Entities, NobodyIsBlamedForTheTimeWithoutABridge) {
   EXPECT_THAT(host.all<model::Unreachable>(), IsEmpty());
 }
 
-TEST_F(Entities, Pitfall8_WhatTheBridgeRepeatsAtItsStartIsOld) {
+TEST_F(ZigbeeEntities, Pitfall8_WhatTheBridgeRepeatsAtItsStartIsOld) {
   start();
   online(false);
   host.time.run_for(1h);

@@ -13,7 +13,7 @@ using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
 /// What a real Zigbee2MQTT 2.14.1 published: 16 joins with interviews, reports, two sets, one leave, a clean stop.
-class Replay : public House {
+class ZigbeeReplay : public House {
  protected:
   struct Line {
     double at = 0;  ///< seconds since the first one
@@ -70,7 +70,7 @@ class Replay : public House {
   std::vector<Line> trace_;
 };
 
-TEST_F(Replay, AtItsOwnSpeedSixteenDevicesJoinAndReportAndOneLeaves) {
+TEST_F(ZigbeeReplay, AtItsOwnSpeedSixteenDevicesJoinAndReportAndOneLeaves) {
   play(1);
   expect_the_end();
   // The lamp 0x00124b0010000000 was set to ON and 40 of 254 by another client.
@@ -86,7 +86,7 @@ TEST_F(Replay, AtItsOwnSpeedSixteenDevicesJoinAndReportAndOneLeaves) {
   }
 }
 
-TEST_F(Replay, AsFastAsItGoesTheEndIsTheSame) {
+TEST_F(ZigbeeReplay, AsFastAsItGoesTheEndIsTheSame) {
   play(0);
   expect_the_end();
 }
