@@ -10,6 +10,7 @@ namespace {
 using model::LineState;
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
+using ::testing::Not;
 using ::testing::SizeIs;
 
 /// What a real Zigbee2MQTT 2.14.1 published: 16 joins with interviews, reports, two sets, one leave, a clean stop.
@@ -73,8 +74,8 @@ class ZigbeeReplay : public House {
 TEST_F(ZigbeeReplay, AtItsOwnSpeedSixteenDevicesJoinAndReportAndOneLeaves) {
   play(1);
   expect_the_end();
-  // The lamp 0x00124b0010000000 was set to ON and 40 of 254 by another client.
-  EXPECT_THAT(values("00124b0010000000", "lamp"), testing::Contains("on"));
+  // Another client set a lamp: it is asked whether it obeyed, and nobody answers here.
+  EXPECT_THAT(gets("0x00124b0010000000"), Not(IsEmpty()));
   EXPECT_GT(readings(), 50U);
   for (const auto& message : host.delivered) {
     const auto* updates = std::get_if<model::Updates>(&message.body);
