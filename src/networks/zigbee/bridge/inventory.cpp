@@ -139,7 +139,7 @@ void Inventory::Impl::receive(std::string_view payload) {
   }
   if (!waiting) waiting.emplace();
   waiting->text.clear();
-  waiting->text.reserve(payload.size() + simdjson::SIMDJSON_PADDING);
+  waiting->text.reserve(payload.size() + ListSlices::kPadding);
   waiting->text = payload;
   waiting->hash = hash;
   waiting->received = counters.lists;

@@ -81,6 +81,7 @@ struct ObservedInventory {
 
   void note(const char* what, const std::string& address, const std::string& text) {
     events.push_back(fmt::format("{} {}: {}", what, address.substr(14), text));
+    if (const auto call = std::exchange(on_first_call, {})) call();
   }
   /// What happens because of this list.
   std::vector<std::string> list(const std::string& payload) {
@@ -98,6 +99,7 @@ struct ObservedInventory {
 
   VirtualScheduler scheduler;
   std::vector<std::string> events;
+  std::function<void()> on_first_call;  ///< inside the next call of the inventory
   int compared = 0;
   Inventory inventory;
 };

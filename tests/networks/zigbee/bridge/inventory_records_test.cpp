@@ -132,6 +132,14 @@ TEST(InventoryRecords, OfTwoRecordsOfOneDeviceTheFirstCounts) {
   EXPECT_THAT(seen.list(list_of({{1, "lamp"}, {1, "lamp"}, {2, "plug"}})), IsEmpty());
 }
 
+TEST(InventoryRecords, ARecordThatWasTheSecondOfTwoCountsAgainWhenItIsAlone) {
+  ObservedInventory seen;
+  seen.list(list_of({{1, "lamp"}}));
+  EXPECT_THAT(seen.list(list_of({{1, "other"}, {1, "lamp"}})),
+              ElementsAre("changed 01: other", HasSubstr("is there twice")));
+  EXPECT_THAT(seen.list(list_of({{1, "lamp"}})), ElementsAre("changed 01: lamp"));
+}
+
 TEST(InventoryRecords, DevicesBeyondTheBoundAreLeftOutUntilThereIsRoom) {
   ObservedInventory seen(2);
   EXPECT_THAT(seen.list(list_of({{1, "a"}, {2, "b"}, {3, "c"}, {4, "d"}})),

@@ -134,6 +134,26 @@ TEST(Inventory, AListThatArrivesWhileAnotherIsComparedIsTakenAfterIt) {
   EXPECT_EQ(under_test.find(test_address(1))->name, "other");
 }
 
+std::vector<TestRecord> many_records(unsigned count) {
+  std::vector<TestRecord> many;
+  for (unsigned i = 1; i <= count; ++i) many.push_back({i, fmt::format("device {}", i)});
+  return many;
+}
+
+TEST(Inventory, AListThatIsBackBeforeItWasComparedCountsOnce) {
+  ObservedInventory seen;
+  const auto list = list_of(many_records(400));
+  seen.inventory.list(list);
+  seen.on_first_call = [&] {
+    seen.inventory.list(list_of({{1, "other"}}));
+    seen.inventory.list(list);
+  };
+  EXPECT_EQ(seen.run().size(), 400U);
+  EXPECT_EQ(seen.inventory.counters().compared, 1U);
+  EXPECT_EQ(seen.inventory.counters().repeated, 1U);
+  EXPECT_EQ(seen.compared, 2);
+}
+
 TEST(Inventory, ACallMayDestroyIt) {
   VirtualScheduler scheduler;
   std::unique_ptr<Inventory> inventory;
@@ -178,6 +198,24 @@ TEST(Inventory, ADeviceThatSaidThatItLeavesIsGoneWithTheNextListThatLacksIt) {
   seen.inventory.leaving(test_address(2));
   EXPECT_THAT(seen.run_for(1min), IsEmpty()) << "the list is the truth";
   EXPECT_THAT(seen.list(list_of({{1, "lamp"}})), ElementsAre("left 02: left the ZigBee network"));
+}
+
+TEST(Inventory, AListFromBeforeItSaidSoDoesNotKeepADeviceThatLeaves) {
+  ObservedInventory seen;
+  seen.list(list_of({{1, "lamp"}, {2, "plug"}}));
+  seen.inventory.list(list_of({{1, "light"}, {2, "plug"}}));
+  seen.inventory.leaving(test_address(2));
+  EXPECT_THAT(seen.run(), ElementsAre("changed 01: light"));
+  EXPECT_THAT(seen.list(list_of({{1, "light"}})), ElementsAre("left 02: left the ZigBee network"));
+}
+
+TEST(Inventory, ADeviceIsNotGoneWhileAListThatMayHaveItWaits) {
+  ObservedInventory seen;
+  seen.list(list_of({{1, "lamp"}, {2, "plug"}}));
+  seen.list(list_of({{1, "lamp"}}));
+  seen.inventory.leaving(test_address(2));
+  seen.inventory.list(list_of({{1, "lamp"}, {2, "plug"}}));
+  EXPECT_THAT(seen.run_for(1min), IsEmpty());
 }
 
 TEST(Inventory, ADeviceThatSaysThatItLeavesAfterTheListIsGoneAtOnce) {
@@ -245,6 +283,20 @@ TEST(Inventory, ALostLineKeepsTheDevicesAndTheNextListCountsAnew) {
   EXPECT_THAT(seen.run_for(1h), IsEmpty());
   EXPECT_THAT(seen.list(list_of({{1, "lamp"}})), IsEmpty());
   EXPECT_THAT(seen.run_for(10s), ElementsAre(std::string("left 02: ") + kGone));
+}
+
+TEST(Inventory, AListThatIsComparedWhenTheLineIsLostDropsNobody) {
+  ObservedInventory seen;
+  auto records = many_records(400);
+  seen.list(list_of(records));
+  records.pop_back();
+  for (auto& record : records) record.name += " renamed";
+  const auto list = list_of(records);
+  seen.inventory.list(list);
+  seen.on_first_call = [&] { seen.inventory.line_lost(); };
+  EXPECT_EQ(seen.run_for(1h).size(), 399U);
+  EXPECT_THAT(seen.list(list), IsEmpty());
+  EXPECT_EQ(seen.run_for(10s).size(), 1U) << "the same list counts anew";
 }
 
 TEST(Inventory, AListThatTheLineInterruptsDropsNobody) {
