@@ -161,11 +161,18 @@ class MosquittoClient {
 
   Error connect_error(int result, int error) const {
     if (auto fault = tls_fault()) return *fault;
-    const auto text = result == MOSQ_ERR_EAI
-                          ? fmt::format("host {} cannot be found: {}", options_.host, ::gai_strerror(error))
-                      : result == MOSQ_ERR_ERRNO ? "cannot connect: " + std::generic_category().message(error)
-                                                 : fmt::format("cannot connect: {}", ::mosquitto_strerror(result));
+    if (result == MOSQ_ERR_TLS || (result == MOSQ_ERR_ERRNO && error == EPROTO)) return closed();
+    auto text = fmt::format("cannot connect: {}", ::mosquitto_strerror(result));
+    if (result == MOSQ_ERR_ERRNO) text = "cannot connect: " + std::generic_category().message(error);
+    if (result == MOSQ_ERR_EAI) text = fmt::format("host {} cannot be found: {}", options_.host, ::gai_strerror(error));
     return {ErrorCode::kUnreachable, fmt::format("{}: {}", name_, text)};
+  }
+
+  Error closed() const {
+    if (accepted_) return {ErrorCode::kUnreachable, name_ + ": the broker closed the connection"};
+    return {ErrorCode::kUnreachable,
+            fmt::format("{}: the broker closed the connection before it answered ({})", name_,
+                        options_.tls ? "does it speak TLS, does it want our certificate?" : "does it expect TLS?")};
   }
 
   /// What TLS complains about, if that is why the connection ended.
@@ -361,18 +368,20 @@ class MosquittoClient {
   Error lost(int result, int error) const {
     if (reason_ >= 0x80) return mqtt_error(reason_, name_);
     if (auto fault = tls_fault()) return *fault;
-    if (result == MOSQ_ERR_KEEPALIVE) return {ErrorCode::kUnreachable, name_ + ": the broker does not answer"};
-    if (result == MOSQ_ERR_ERRNO && error != 0 && error != EPROTO)
-      return {ErrorCode::kUnreachable,
-              fmt::format("{}: the connection is lost: {}", name_, std::generic_category().message(error))};
-    const bool closed = result == MOSQ_ERR_SUCCESS || result == MOSQ_ERR_CONN_LOST || result == MOSQ_ERR_NO_CONN ||
-                        result == MOSQ_ERR_ERRNO;
-    if (!closed)
-      return {ErrorCode::kInvalid,
-              fmt::format("{}: the broker breaks the protocol: {}", name_, ::mosquitto_strerror(result))};
-    if (accepted_) return {ErrorCode::kUnreachable, name_ + ": the broker closed the connection"};
-    return {ErrorCode::kUnreachable, fmt::format("{}: the broker closed the connection before it answered{}", name_,
-                                                 options_.tls ? "" : " (does it expect TLS?)")};
+    switch (result) {
+      case MOSQ_ERR_KEEPALIVE: return {ErrorCode::kUnreachable, name_ + ": the broker does not answer"};
+      case MOSQ_ERR_SUCCESS:
+      case MOSQ_ERR_CONN_LOST:
+      case MOSQ_ERR_NO_CONN:
+      case MOSQ_ERR_TLS: return closed();
+      case MOSQ_ERR_ERRNO:
+        if (error == 0 || error == EPROTO) return closed();
+        return {ErrorCode::kUnreachable,
+                fmt::format("{}: the connection is lost: {}", name_, std::generic_category().message(error))};
+      default:
+        return {ErrorCode::kInvalid,
+                fmt::format("{}: the broker breaks the protocol: {}", name_, ::mosquitto_strerror(result))};
+    }
   }
 
   void fail_with(Error why) {

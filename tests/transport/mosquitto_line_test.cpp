@@ -19,6 +19,7 @@ using support::Mosquitto;
 using support::MosquittoListener;
 using support::MosquittoOptions;
 using ::testing::AllOf;
+using ::testing::AnyOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -204,16 +205,15 @@ TEST_F(LiveBroker, TheBrokerMayAskForOurCertificate) {
   with.tls->key_file = certificates.path("server.key");
   EXPECT_THAT(failure(with).text, HasSubstr("key values mismatch"));
   with.tls->certificate_file = with.tls->key_file = "";
-  const auto none = failure(with);
-  EXPECT_THAT(none.text, HasSubstr("certificate required"));
-  EXPECT_EQ(none.code, ErrorCode::kRefused);
+  // The broker may close the connection before its reason arrives.
+  EXPECT_THAT(failure(with).text, AnyOf(HasSubstr("certificate required"), HasSubstr("does it want our certificate")));
 }
 
 TEST_F(LiveBroker, TlsToAPlainBrokerFails) {
   start();
   auto with = options();
   with.tls = MqttTls{};
-  EXPECT_THAT(failure(with).text, HasSubstr("the broker closed the connection"));
+  EXPECT_THAT(failure(with).text, HasSubstr("(does it speak TLS"));
 }
 
 TEST_F(LiveBroker, RefusedSubscriptionsAndPublicationsAreTold) {
