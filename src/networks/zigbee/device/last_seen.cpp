@@ -10,7 +10,8 @@ using std::chrono::microseconds;
 using std::chrono::milliseconds;
 using std::chrono::minutes;
 
-constexpr std::int64_t kLatest = 253'402'300'799'000;  ///< milliseconds: the end of the year 9999
+/// The end of the year 2199: ages in nanoseconds reach no further than 292 years.
+constexpr WallTime kLatest{milliseconds(7'258'118'399'999)};
 
 /// Takes a number of exactly `digits` digits from the front.
 std::optional<int> take_number(std::string_view& text, std::size_t digits) {
@@ -75,7 +76,7 @@ std::optional<minutes> take_offset(std::string_view& text) {
 
 std::optional<WallTime> read_last_seen(std::string_view json) {
   if (const auto epoch = base::parse_number<std::int64_t>(json)) {
-    if (*epoch <= 0 || *epoch > kLatest) return std::nullopt;
+    if (*epoch <= 0 || *epoch > kLatest.time_since_epoch() / milliseconds(1)) return std::nullopt;
     return WallTime(milliseconds(*epoch));
   }
   if (json.size() < 2 || !take(json, '"') || json.back() != '"') return std::nullopt;
@@ -84,7 +85,8 @@ std::optional<WallTime> read_last_seen(std::string_view json) {
   const auto clock = date ? take_clock(json) : std::nullopt;
   const auto offset = clock ? take_offset(json) : std::nullopt;
   if (!offset || !json.empty()) return std::nullopt;
-  return *date + *clock - *offset;
+  const auto time = *date + *clock - *offset;
+  return time <= kLatest ? std::optional(time) : std::nullopt;
 }
 
 }  // namespace rubicon::networks::zigbee::device

@@ -64,10 +64,16 @@ void Verification::reported(std::size_t property, bool ends) {
 
 void Verification::set_published() {
   if (std::exchange(set_at_, scheduler_.now()) != scheduler_.now()) ++acknowledgements_;
+  auto* asked = open_ ? find(*open_) : nullptr;
+  open_.reset();  // what comes now may belong to the set
+  if (!asked) return;
+  if (asked->asked > 0) --asked->asked;
+  asked->due = scheduler_.now();
+  schedule();
 }
 
 bool Verification::acknowledges_set(const Heard& heard) {
-  if (scheduler_.now() > set_at_ + kAcknowledgeTime) acknowledgements_ = 0;
+  if (acknowledgements_ > 0 && scheduler_.now() > set_at_ + kAcknowledgeTime) acknowledgements_ = 0;
   if (acknowledgements_ == 0 || !heard.last_seen || !heard.later || !heard.quiet) return false;
   --acknowledgements_;
   return true;
@@ -122,6 +128,7 @@ void Verification::settle_candidates() {
 void Verification::ask_next() {
   const auto now = scheduler_.now();
   if (open_ && open_until_ <= now) open_.reset();
+  if (now < quiet_from()) return;
   for (auto& item : items_) {
     const bool rests = item.asked >= kAskAfter.size() && !item.heard;
     if (open_ || !item.can_ask || rests || item.due > now || item.candidate_until != SteadyTime::max()) continue;
@@ -142,12 +149,18 @@ bool Verification::ask(Item& item) {
   return true;
 }
 
+/// A question during the exchange for a set could be answered by that.
+SteadyTime Verification::quiet_from() const {
+  return set_at_ == SteadyTime::min() ? set_at_ : set_at_ + kAskAfter[0];
+}
+
 void Verification::schedule() {
   auto next = open_ ? open_until_ : SteadyTime::max();
   for (const auto& item : items_) {
     next = std::min(next, item.candidate_until);
     const bool rests = item.asked >= kAskAfter.size() && !item.heard;
-    if (item.can_ask && !rests && !open_ && item.candidate_until == SteadyTime::max()) next = std::min(next, item.due);
+    if (item.can_ask && !rests && !open_ && item.candidate_until == SteadyTime::max())
+      next = std::min(next, std::max(item.due, quiet_from()));
   }
   deadline_.set_at(next);
 }

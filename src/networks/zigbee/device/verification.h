@@ -69,6 +69,7 @@ class Verification {
   void settle_candidates();
   void ask_next();
   bool ask(Item& item);
+  SteadyTime quiet_from() const;
   void schedule();
   bool acknowledges_set(const Heard& heard);
   void consider(Item& item, const Heard& heard, bool acknowledges);

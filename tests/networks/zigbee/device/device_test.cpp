@@ -170,9 +170,10 @@ TEST(LastSeen, EachFormOfZigbee2MqttIsRead) {
   EXPECT_EQ(device::read_last_seen(R"("2025-11-20T20:46:49.837-0330")"), expected);
   EXPECT_EQ(device::read_last_seen("1763684209837"), expected);
   EXPECT_EQ(device::read_last_seen(R"("2025-11-21T00:16:49Z")"), expected - std::chrono::milliseconds(837));
-  for (const std::string wrong : {"", "\"", "\"\"", "null", "0", "-5", "9999999999999999", R"("2025-11-21")",
-                                  R"("2025-13-21T00:16:49Z")", R"("2025-11-21T24:16:49Z")", R"("2025-11-21T00:16:49")",
-                                  R"("2025-11-21T00:16:49Zx")", R"("1969-11-21T00:16:49Z")", R"("2025-11-21T00:16:4")"})
+  for (const std::string wrong :
+       {"", "\"", "\"\"", "null", "0", "-5", "9999999999999999", R"("2025-11-21")", R"("2025-13-21T00:16:49Z")",
+        R"("2025-11-21T24:16:49Z")", R"("2025-11-21T00:16:49")", R"("2025-11-21T00:16:49Zx")",
+        R"("1969-11-21T00:16:49Z")", R"("2200-01-01T00:00:00Z")", "7258118400000", R"("2025-11-21T00:16:4")"})
     EXPECT_FALSE(device::read_last_seen(wrong)) << wrong;
 }
 

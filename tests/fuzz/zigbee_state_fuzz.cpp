@@ -1,0 +1,133 @@
+#include <cstdlib>
+#include <set>
+
+#include "base/virtual_scheduler.h"
+#include "networks/zigbee/device.h"
+#include "support/collecting_log.h"
+
+namespace {
+
+using namespace rubicon;
+using namespace rubicon::networks::zigbee;
+
+constexpr std::string_view kDefinition = R"([
+  {"type":"light","features":[
+    {"type":"binary","name":"state","property":"state","access":7,"value_on":"ON","value_off":"OFF"},
+    {"type":"numeric","name":"brightness","property":"brightness","access":7,"value_min":0,"value_max":254},
+    {"type":"numeric","name":"color_temp","property":"color_temp","access":7,"unit":"mired","value_min":153,
+     "value_max":500,"presets":[{"name":"coolest","value":153},{"name":"previous","value":"previous"}]},
+    {"type":"composite","name":"color_xy","property":"color","access":7,"features":[
+      {"type":"numeric","name":"x","property":"x","access":7},{"type":"numeric","name":"y","property":"y","access":7}]},
+    {"type":"composite","name":"color_hs","property":"color","access":7,"features":[
+      {"type":"numeric","name":"hue","property":"hue","access":7},
+      {"type":"numeric","name":"saturation","property":"saturation","access":7}]}]},
+  {"type":"cover","features":[
+    {"type":"enum","name":"state","property":"state_left","access":3,"values":["OPEN","CLOSE","STOP"]},
+    {"type":"numeric","name":"position","property":"position","access":7,"unit":"%","value_min":0,"value_max":100}]},
+  {"type":"numeric","name":"temperature","property":"temperature","access":5,"unit":"°C"},
+  {"type":"binary","name":"contact","property":"contact","access":1,"value_on":false,"value_off":true},
+  {"type":"enum","name":"action","property":"action","access":1,"values":["single","double"]},
+  {"type":"text","name":"code","property":"code","access":3},
+  {"type":"list","name":"days","property":"days","access":3,"item_type":{"type":"numeric","name":"day","access":3}},
+  {"type":"composite","name":"plan","property":"plan","access":3,"features":[
+    {"type":"text","name":"when","property":"when","access":3}]}])";
+
+class Host final : public DeviceHost {
+ public:
+  Result<void> publish(const std::string&, std::string_view, std::string) override {
+    if (!up) std::abort();
+    return {};
+  }
+  void deliver(const std::string&, model::Body body) override {
+    const auto* answer = std::get_if<model::Acknowledge>(&body);
+    if (answer && !answered.insert(answer->request).second) std::abort();
+  }
+  Scheduler& scheduler() override { return time; }
+  base::LimitedLog& log() override { return log_; }
+  bool take_poll() override { return true; }
+
+  VirtualScheduler time;
+  std::set<std::uint64_t> answered;
+  bool up = true;
+
+ private:
+  support::CollectingLog words_;
+  base::LimitedLog log_{Log(words_, "zigbee"), time};
+};
+
+/// `!P VALUE`: a command for the point of this letter; `-`, `+`: the line; `?`: a demand; else a state message.
+class Story {
+ public:
+  explicit Story(bool battery) : device_(host_, types_, record(battery)) { device_.line_up(); }
+
+  void step(std::string_view line) {
+    host_.time.run_for(std::chrono::milliseconds(50 + line.size()));
+    if (line.starts_with('!') && line.size() > 2) return command(line.substr(1));
+    if (line == "?") return demand();
+    if (line == "-" || line == "+") return set_line(line == "+");
+    const auto done = device_.state(line, false);
+    if (!done && done.error().text.empty()) std::abort();
+  }
+  void end() {
+    host_.time.run_for(std::chrono::seconds(31));
+    if (host_.answered.size() != sent_.size()) std::abort();
+  }
+
+ private:
+  static bridge::DeviceRecord record(bool battery) {
+    static const auto leaves = [] {
+      std::vector<std::string> skipped;
+      return exposes::read_exposes(kDefinition, skipped).value();
+    }();
+    bridge::DeviceRecord record;
+    record.address = "00124b0010000000";
+    record.name = "one";
+    record.power_source = battery ? "Battery" : "Mains (single phase)";
+    record.leaves = leaves;
+    return record;
+  }
+  void command(std::string_view text) {
+    const auto& points = device_.points();
+    const auto& point = points[static_cast<unsigned char>(text[0]) % points.size()];
+    const auto value = exposes::decode(point, text.substr(1));
+    if (!value) return;
+    Message message;
+    message.body = model::Actuate{++request_, point.capability.point, *value, std::chrono::seconds(5)};
+    if (device_.send(message)) sent_.insert(request_);
+  }
+  void demand() {
+    model::Sample sample{++request_, {}, std::chrono::seconds(2)};
+    for (const auto& point : device_.points()) sample.points.push_back(point.capability.point);
+    Message message;
+    message.body = std::move(sample);
+    if (device_.send(message)) sent_.insert(request_);
+  }
+  void set_line(bool up) {
+    if (host_.up == up) return;
+    host_.up = up;
+    up ? device_.line_up() : device_.line_lost("gone");
+  }
+
+  TypeCatalogue types_;
+  Host host_;
+  Device device_;
+  std::uint64_t request_ = 0;
+  std::set<std::uint64_t> sent_;
+};
+
+}  // namespace
+
+/// Input: `b` for a battery or anything else; then what happens to a device, a line each.
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  if (size == 0) return 0;
+  std::string_view text(reinterpret_cast<const char*>(data), size);
+  Story story(text[0] == 'b');
+  text.remove_prefix(1);
+  for (std::size_t lines = 0; !text.empty() && lines < 50; ++lines) {
+    const auto end = std::min(text.find('\n'), text.size());
+    story.step(text.substr(0, end));
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+  story.end();
+  return 0;
+}
