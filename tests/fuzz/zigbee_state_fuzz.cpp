@@ -3,7 +3,6 @@
 
 #include "base/virtual_scheduler.h"
 #include "networks/zigbee/device.h"
-#include "support/collecting_log.h"
 
 namespace {
 
@@ -43,16 +42,11 @@ class Host final : public DeviceHost {
     if (answer && !answered.insert(answer->request).second) std::abort();
   }
   Scheduler& scheduler() override { return time; }
-  base::LimitedLog& log() override { return log_; }
   bool take_poll() override { return true; }
 
   VirtualScheduler time;
   std::set<std::uint64_t> answered;
   bool up = true;
-
- private:
-  support::CollectingLog words_;
-  base::LimitedLog log_{Log(words_, "zigbee"), time};
 };
 
 /// `!P VALUE`: a command for the point of this letter; `-`, `+`: the line; `?`: a demand; else a state message.

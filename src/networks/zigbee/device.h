@@ -21,7 +21,6 @@ class DeviceHost {
   /// To the island, from this device. Only queues.
   virtual void deliver(const std::string& address, model::Body body) = 0;
   virtual Scheduler& scheduler() = 0;
-  virtual base::LimitedLog& log() = 0;
   /// Whether one more poll fits into the bound of the network (10 a second), and take that place.
   virtual bool take_poll() = 0;
 };

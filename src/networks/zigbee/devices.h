@@ -55,7 +55,6 @@ class Devices final : public DeviceHost {
   Result<void> publish(const std::string& name, std::string_view verb, std::string payload) override;
   void deliver(const std::string& address, model::Body body) override;
   Scheduler& scheduler() override { return host_.scheduler(); }
-  base::LimitedLog& log() override { return log_; }
   bool take_poll() override;
 
   /// What is known of a device besides its record.

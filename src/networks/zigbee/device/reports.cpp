@@ -283,8 +283,7 @@ void Reports::readings(const Property& property, std::string_view json, WallTime
     auto shown = as_commanded(index, std::move(*value));
     out.push_back({point.capability.point, std::move(shown), time, {}});
   }
-  if (out.size() > first || why.empty()) return;
-  ++bad_values_;  // of points that share a property, one that reads it is enough
+  if (out.size() > first || why.empty()) return;  // of points that share a property, one that reads it is enough
   for (const auto index : property.points) out.push_back({points_[index].capability.point, {}, time, why});
 }
 

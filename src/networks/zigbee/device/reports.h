@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "base/limited_log.h"
 #include "model/message.h"
 #include "networks/zigbee/device/commands.h"
 #include "networks/zigbee/device/heard.h"
@@ -52,10 +51,6 @@ class Reports {
 
   void traits(Traits traits) { traits_ = traits; }
   const Traits& traits() const { return traits_; }
-  /// Newest last_seen of the device.
-  std::optional<WallTime> last_seen() const { return newest_; }
-  /// Values that could not be read.
-  std::uint64_t bad_values() const { return bad_values_; }
 
  private:
   struct Change {
@@ -111,7 +106,6 @@ class Reports {
   std::optional<WallTime> newest_{};
   Duration newest_age_{};  ///< of the newest last_seen, when it arrived
   SteadyTime copies_until_{};
-  std::uint64_t bad_values_ = 0;
 };
 
 /// Whether a reported value is the wanted one: numbers may differ by 0.1 %, parts of JSON objects by 0.002 more, and

@@ -12,7 +12,6 @@
 
 #include "base/virtual_scheduler.h"
 #include "networks/zigbee/device.h"
-#include "support/collecting_log.h"
 
 namespace rubicon::networks::zigbee {
 
@@ -40,7 +39,6 @@ class FakeDeviceHost final : public DeviceHost {
     delivered_at.push_back(time.now());
   }
   Scheduler& scheduler() override { return time; }
-  base::LimitedLog& log() override { return log_; }
   bool take_poll() override { return polls_left > 0 && polls_left-- > 0; }
 
   template <class Body>
@@ -66,10 +64,6 @@ class FakeDeviceHost final : public DeviceHost {
   std::function<void(const Publication&)> on_publish;
   bool refuse = false;
   int polls_left = 1'000'000;
-
- private:
-  support::CollectingLog words_;
-  base::LimitedLog log_{Log(words_, "zigbee"), time};
 };
 
 namespace definitions {
