@@ -54,6 +54,7 @@ void Devices::changed(const bridge::DeviceRecord& record) {
   const auto& address = record.address;
   apply(topics_.put(address, record.name));
   problems_.erase(address);
+  unusable_.erase(address);
   if (auto why = topics_.conflict(address); !why.empty()) {
     log_.warning("name " + address, why);
     problems_[address] = std::move(why);
@@ -83,6 +84,7 @@ void Devices::forget(const std::string& address, const std::string& why) {
 
 void Devices::left(const std::string& address, const std::string& reason) {
   if (entities_.contains(address)) ++counters_.leaves;
+  unusable_.erase(address);
   forget(address, reason);
   host_.deliver(address, model::Leave{reason});
   if (!groups_.empty()) compare_groups_.request();
@@ -91,6 +93,7 @@ void Devices::left(const std::string& address, const std::string& reason) {
 
 void Devices::waiting(const bridge::DeviceRecord& record, const std::string& why) {
   forget(record.address, why);
+  unusable_[record.address] = why;
   model::Join join;
   join.name = record.name;
   join.model = model_of(record);
@@ -173,6 +176,8 @@ void Devices::line_lost(const std::string& why) {
 Result<void> Devices::send(const Message& message) {
   const auto& address = message.destination.device;
   const auto found = entities_.find(address);
+  if (const auto waits = unusable_.find(address); waits != unusable_.end())
+    return fail(ErrorCode::kUnreachable, waits->second);
   if (found == entities_.end())
     return fail(ErrorCode::kNotFound, fmt::format("Zigbee2MQTT has no device {}", model::quoted(address)));
   const auto kind = message.kind();

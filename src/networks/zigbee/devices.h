@@ -105,6 +105,7 @@ class Devices final : public DeviceHost {
   std::vector<bridge::Group> groups_;
   std::map<std::string, bridge::DeviceRecord> group_records_;
   std::map<std::string, std::string> problems_;  ///< by address
+  std::map<std::string, std::string> unusable_;  ///< devices that wait: address, why
   Counters counters_;
   TypeId link_quality_{};
   std::unordered_map<std::string, Entity> entities_;

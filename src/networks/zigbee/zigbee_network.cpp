@@ -86,7 +86,11 @@ BrokerLine::Calls ZigbeeNetwork::line_calls() {
           .received = [this](const transport::MqttMessage& message) { received(message); },
           .forbidden = [this](std::string_view filter, const Error& why) { forbidden(filter, why); },
           .lost = [this](Error why) { lost(std::move(why)); },
-          .refused = [this] { reporter_.line_changed(); }};
+          .refused =
+              [this] {
+                bridge_.lost(line_.refusal());
+                reporter_.line_changed();
+              }};
 }
 
 Result<void> ZigbeeNetwork::open() {
@@ -94,6 +98,7 @@ Result<void> ZigbeeNetwork::open() {
   lost_ = false;
   if (line_.connected()) return {};
   auto opened = line_.open();
+  lost_ = !opened.has_value();
   if (opened) reporter_.line_changed();
   return opened;
 }
@@ -231,7 +236,9 @@ std::optional<model::State> ZigbeeNetwork::state() const {
     state.reason = fmt::format("the broker forbids to subscribe to {}{}", model::quoted(*forbidden_.begin()),
                                forbidden_.size() == 1 ? "" : fmt::format(" and {} more", forbidden_.size() - 1));
   } else if (state.line == LineState::kUp && !devices_.lists_arrived()) {
-    state.reason = "the broker has no list of devices; Zigbee2MQTT publishes it at its next change or start";
+    state.reason =
+        "the broker has no list of devices (or it is longer than largest-packet); Zigbee2MQTT publishes it at its next "
+        "change or start";
   }
   add_counters(state.counters);
   state.texts = tools_.texts();

@@ -156,6 +156,23 @@ TEST_F(ZigbeeEntities, ADeviceThatCannotBeUsedIsAnnouncedWithItsProblem) {
   EXPECT_THAT(later.second.capabilities, Not(IsEmpty()));
 }
 
+TEST_F(ZigbeeEntities, ADeviceThatIsDisabledTakesNoCommandsAndSaysWhy) {
+  start();
+  auto disabled = plug();
+  disabled["disabled"] = true;
+  ASSERT_TRUE(command(1, kPlug, "switch", true));
+  list({disabled, thermometer(), button()});
+  host.time.run_for(100ms);
+  ASSERT_TRUE(answer(1)) << "what waited is answered";
+  EXPECT_NE(answer(1)->outcome, model::Outcome::kSent);
+  const auto refused = command(2, kPlug, "switch", true);
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().text, HasSubstr("disabled"));
+  list({plug(), thermometer(), button()});
+  host.time.run_for(100ms);
+  EXPECT_TRUE(command(3, kPlug, "switch", true));
+}
+
 TEST_F(ZigbeeEntities, ANewDefinitionIsAnnouncedAgain) {
   start();
   auto more = thermometer();

@@ -199,6 +199,22 @@ TEST_F(LineOfTheBridge, TwoBridgesAreTwoNetworks) {
   EXPECT_THAT(broker.subscriptions(), Contains("home/cellar/lamp"));
 }
 
+TEST_F(LineOfTheBridge, AReloadKeepsTheLineIfOnlyLimitsChanged) {
+  start();
+  const auto reload = [this](const std::string& options) {
+    const auto node = support::config_of(std::string_view(options));
+    ConfigErrors errors;
+    ConfigReader reader(node, "networks.zigbee", errors);
+    return network->change({"zigbee", IslandId{1}, reader, types, {}});
+  };
+  EXPECT_TRUE(reload(R"({"broker": "localhost", "polls-per-second": 2})"));
+  EXPECT_FALSE(reload(R"({"broker": "localhost", "base": "other"})"));
+  EXPECT_FALSE(reload(R"({"broker": "localhost:1884"})"));
+  EXPECT_FALSE(reload(R"({"broker": ""})"));
+  EXPECT_EQ(state().line, LineState::kUp);
+  EXPECT_THAT(joins(), SizeIs(3));
+}
+
 TEST_F(LineOfTheBridge, EndsWithADisconnect) {
   start();
   ASSERT_THAT(broker.clients(), SizeIs(1));
