@@ -44,7 +44,7 @@ void add_zigbee(Cli& cli) {
       "Examples:\n"
       "  rubicon zigbee permit --for 2min\n"
       "  rubicon zigbee devices\n"
-      "  rubicon zigbee rename 0x00124b001000000b bedside\n"
+      "  rubicon zigbee rename 0x00124b001000000b bedroom/remote\n"
       "They talk to Zigbee2MQTT through the running island. A device is named by its address, with or without 0x,\n"
       "or by its friendly name.");
   zigbee::add_permit(cli, app);
