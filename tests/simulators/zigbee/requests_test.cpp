@@ -163,11 +163,11 @@ TEST_F(BridgeRequests, ManyJoinsPublishFourListsEach) {
   make();
   DefinitionGenerator generator(1);
   start();
-  for (std::uint32_t i = 0; i < 50; ++i) world->join(make_model(generator, i));
+  for (std::uint32_t i = 0; i < 20; ++i) world->join(make_model(generator, i));
   data("permit_join", {{"time", 254}});
   time.run_for(30s);
-  EXPECT_THAT(of("bridge/devices"), SizeIs(200));
-  EXPECT_THAT(of("bridge/devices").back(), SizeIs(51));
+  EXPECT_THAT(of("bridge/devices"), SizeIs(80));
+  EXPECT_THAT(of("bridge/devices").back(), SizeIs(21));
 }
 
 TEST_F(BridgeRequests, HealthIsPublishedEachTenMinutes) {
