@@ -31,11 +31,11 @@ using Clock = std::chrono::steady_clock;
 
 /// What goes through in one turn, before the other directions get theirs.
 constexpr int kReadsPerTurn = 256;
-constexpr std::size_t kBytesPerTurn = 256 * 1024;
+constexpr std::size_t kBytesPerTurn = std::size_t{256} * 1024;
 /// Publications of QoS 1 without an answer.
 constexpr std::size_t kMaxUnacknowledged = 100;
 /// Filters of one SUBSCRIBE, in bytes.
-constexpr std::size_t kFiltersAtOnce = 8 * 1024;
+constexpr std::size_t kFiltersAtOnce = std::size_t{8} * 1024;
 /// For what waits, once the line was destroyed.
 constexpr auto kLeavingTime = seconds(1);
 constexpr int kNoReason = -1, kBadVersion5 = 0x84;

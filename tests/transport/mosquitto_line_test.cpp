@@ -298,7 +298,7 @@ TEST_F(LiveBroker, TheBrokerSaysWhichPacketsItTakes) {
   EXPECT_EQ(refused.error().code, ErrorCode::kOutOfRange);
 }
 
-TEST_F(LiveBroker, ABusyLoopMakesTheBrokerWait) {
+TEST_F(LiveBroker, MoreThanMayBeUnderWayArrivesAfterAll) {
   start();
   connect(ann, options());
   connect(bob, options());

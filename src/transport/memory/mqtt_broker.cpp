@@ -146,8 +146,8 @@ void MqttBroker::take_in(const SessionPtr& session) {
   }
   while (auto publication = session->queue.pop()) {
     ++session->counters.sent;
-    transit([this, session, publication = std::move(*publication)]() mutable {
-      if (!session->lost) take(session, std::move(publication), false);
+    transit([this, session, publication = std::move(*publication)] {
+      if (!session->lost) take(session, publication, false);
     });
   }
 }
@@ -164,7 +164,7 @@ void MqttBroker::subscribe(const SessionPtr& session, const std::string& filter,
     if (mqtt_matches(filter, topic)) deliver(session, {topic, payload, true, qos}, true);
 }
 
-void MqttBroker::take(const SessionPtr& from, MqttPublication publication, bool will) {
+void MqttBroker::take(const SessionPtr& from, const MqttPublication& publication, bool will) {
   const auto size = packet_size(publication.topic, publication.payload);
   if (size > largest_packet && !will) return drop(from, mqtt_error(kTooLarge, from->name), true);
   const Publication seen{from->options.client_id, publication.topic, publication.payload,

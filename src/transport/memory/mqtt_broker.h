@@ -84,7 +84,7 @@ class MqttBroker {
   void accept(const SessionPtr& session);
   void take_in(const SessionPtr& session);
   void subscribe(const SessionPtr& session, const std::string& filter, std::uint8_t qos);
-  void take(const SessionPtr& from, MqttPublication publication, bool will);
+  void take(const SessionPtr& from, const MqttPublication& publication, bool will);
   void spread(const MqttPublication& publication);
   void deliver(const SessionPtr& to, const MqttPublication& message, bool retained);
   void leave(const SessionPtr& session);
