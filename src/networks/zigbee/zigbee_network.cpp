@@ -61,7 +61,7 @@ class ZigbeeNetwork final : public network::Network {
   bool lost_ = false;  ///< the supervisor reports why
   bool up_ = false;    ///< as the devices were told
   std::set<std::string, std::less<>> forbidden_;
-  std::uint64_t unreadable_ = 0, events_ = 0, ignored_ = 0;
+  std::uint64_t unreadable_ = 0, events_ = 0;
   Devices devices_;
   BrokerLine line_;  ///< last: destroyed first, because its callbacks use all others
 };
@@ -108,7 +108,8 @@ void ZigbeeNetwork::connected() {
   auto filters = topics_.filters();
   // The version first: the lists of a bridge that we do not speak to are not read. Retained messages come in this
   // order.
-  std::ranges::stable_partition(filters, [&](const auto& filter) { return filter == topics_.state("bridge/info"); });
+  std::stable_partition(filters.begin(), filters.end(),
+                        [&](const auto& filter) { return filter == topics_.state("bridge/info"); });
   for (const auto& filter : filters) std::ignore = line_.subscribe(filter);
   bridge_.connected();
   reporter_.line_changed();
