@@ -190,7 +190,7 @@ Findings check_settings(const IslandSeen& seen) {
                      fmt::format("network {} of island {}: {} is {}: {}", network.id, name_of(seen.island), setting,
                                  model::text_of(one, "is"), model::text_of(one, "why")),
                      fmt::format("set {} to {} in the configuration of Zigbee2MQTT and restart it; {}", setting,
-                                 model::text_of(one, "should"), page("zigbee.md#settings-of-zigbee2mqtt"))});
+                                 model::text_of(one, "should"), page("zigbee.md#what-to-set-in-zigbee2mqtt"))});
     }
   }
   return all;

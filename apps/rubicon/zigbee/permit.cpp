@@ -73,7 +73,7 @@ int watch_joins(Tool& tool, const std::string& id) {
 }
 
 int permit(Tool& tool, const PermitOptions& options) {
-  const auto time = std::chrono::floor<std::chrono::seconds>(parse_duration_or(options.time, std::chrono::seconds(60)));
+  const auto time = std::chrono::ceil<std::chrono::seconds>(parse_duration_or(options.time, std::chrono::seconds(60)));
   if (time > kLongest) {
     print_error(fmt::format("--for is {}, expected at most {} s", options.time, kLongest.count()));
     return kUsage;
