@@ -18,8 +18,10 @@ void groups(std::string_view payload) {
     const auto found = topics.find(topics.state(group.name), "{}");
     if (!found && topics.conflict(group.address()).empty()) std::abort();
   }
-  const auto records = group_records(list->groups, [](const auto&) { return nullptr; });
-  if (records.size() != list->groups.size()) std::abort();
+  Groups records;
+  const auto none = [](const auto&) { return nullptr; };
+  if (records.replace(list->groups, none).changed.size() != list->groups.size()) std::abort();
+  if (records.records().size() != list->groups.size()) std::abort();
   for (const auto& group : list->groups) topics.remove(group.address());
   if (topics.filters().size() != Topics("z").filters().size()) std::abort();
 }

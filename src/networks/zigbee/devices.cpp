@@ -30,7 +30,7 @@ Devices::Devices(network::NetworkHost& host, const TypeCatalogue& types, const Z
       log_(host.limited_log()),
       polls_per_second_(options.polls_per_second),
       down_(kNotThereYet),
-      compare_groups_(host.scheduler(), [this] { compare_groups(); }),
+      update_groups_(host.scheduler(), [this] { update_groups(); }),
       inventory_(
           host.scheduler(), options.most_devices,
           {.changed = [this](const bridge::DeviceRecord& record) { this->changed(record); },
@@ -60,6 +60,8 @@ void Devices::changed(const bridge::DeviceRecord& record) {
     problems_[address] = std::move(why);
   }
   auto& entity = entities_[address];
+  const bool same_leaves = entity.device && entity.device->record().leaves == record.leaves;
+  if (!record.is_group() && !same_leaves) member_changed(address);
   if (!entity.device) {
     ++counters_.joins;
     entity.device = std::make_unique<Device>(*this, types_, record);
@@ -69,8 +71,12 @@ void Devices::changed(const bridge::DeviceRecord& record) {
     if (entity.device->record().name != record.name) ++counters_.renames;
     entity.device->update(record);
   }
-  if (!record.is_group() && !groups_.empty()) compare_groups_.request();
   report_();
+}
+
+void Devices::member_changed(const std::string& address) {
+  changed_members_.insert(address);
+  update_groups_.request();
 }
 
 void Devices::forget(const std::string& address, const std::string& why) {
@@ -78,6 +84,7 @@ void Devices::forget(const std::string& address, const std::string& why) {
   problems_.erase(address);
   const auto found = entities_.find(address);
   if (found == entities_.end()) return;
+  member_changed(address);
   found->second.device->line_lost(why);  // answers what waits
   entities_.erase(found);
 }
@@ -87,7 +94,6 @@ void Devices::left(const std::string& address, const std::string& reason) {
   unusable_.erase(address);
   forget(address, reason);
   host_.deliver(address, model::Leave{reason});
-  if (!groups_.empty()) compare_groups_.request();
   report_();
 }
 
@@ -113,17 +119,23 @@ void Devices::groups(std::string_view payload) {
   auto read = bridge::read_groups(payload);
   if (!read) return unreadable(read.error());
   for (const auto& why : read->skipped) log_.warning("groups", why);
-  groups_ = std::move(read->groups);
-  compare_groups_.request();
+  new_groups_ = std::move(read->groups);
+  update_groups_.request();
 }
 
-void Devices::compare_groups() {
-  auto after = bridge::group_records(groups_, [this](const std::string& address) -> const bridge::DeviceRecord* {
-    const auto found = entities_.find(address);
-    return found == entities_.end() ? nullptr : &found->second.device->record();
-  });
-  const auto changes = bridge::compare_groups(group_records_, after);
-  group_records_ = std::move(after);
+const bridge::DeviceRecord* Devices::member(const std::string& address) const {
+  const auto found = entities_.find(address);
+  return found == entities_.end() ? nullptr : &found->second.device->record();
+}
+
+void Devices::update_groups() {
+  const auto find = [this](const std::string& address) { return member(address); };
+  const auto members = std::exchange(changed_members_, {});
+  if (auto groups = std::exchange(new_groups_, std::nullopt)) apply(groups_.replace(std::move(*groups), find));
+  apply(groups_.members_changed(members, find));
+}
+
+void Devices::apply(const bridge::GroupChanges& changes) {
   for (const auto& address : changes.left) left(address, "the group was removed");
   for (const auto& record : changes.changed) changed(record);
 }
@@ -147,6 +159,7 @@ void Devices::received(const transport::MqttMessage& message) {
     return report_();
   }
   auto& entity = at->second;
+  if (!message.retained && !message.payload.empty()) inventory_.heard(at->first);
   if (found->kind == bridge::Topics::Kind::kAvailability) {
     if (const auto online = bridge::read_online(message.payload)) {
       entity.condition.available = *online;
@@ -240,14 +253,14 @@ Devices::Condition Devices::condition(const std::string& address) const {
 
 void Devices::each(const std::function<void(const bridge::DeviceRecord& record, const std::string& why)>& call) const {
   inventory_.each(call);
-  for (const auto& [address, record] : group_records_) call(record, {});
+  for (const auto& [address, record] : groups_.records()) call(record, {});
 }
 
 std::optional<std::string> Devices::find(std::string_view called) const {
   if (const auto* named = inventory_.find_named(called)) return named->address;
   std::string address(called.starts_with("0x") ? called.substr(2) : called);
   if (inventory_.find(address) != nullptr) return address;
-  for (const auto& [group, record] : group_records_) {
+  for (const auto& [group, record] : groups_.records()) {
     if (group == called || record.name == called) return group;
   }
   return std::nullopt;

@@ -5,6 +5,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <unordered_map>
@@ -36,7 +37,7 @@ class Devices final : public DeviceHost {
           BrokerLine& line, std::function<void()> changed);
 
   // What the bridge publishes.
-  void list(std::string_view payload) { inventory_.list(payload); }
+  void list(std::string_view payload, bool retained) { inventory_.list(payload, retained); }
   void groups(std::string_view payload);
   void event(const bridge::BridgeEvent& event);
   void info(const bridge::BridgeDescription& info);
@@ -59,7 +60,7 @@ class Devices final : public DeviceHost {
 
   /// What is known of a device besides its record.
   struct Condition {
-    std::optional<bool> available;  ///< as the bridge said; nullopt = it did not
+    std::optional<bool> available;  ///< as the bridge reported; nullopt = it did not
     WallTime last_seen{};           ///< zero = not known
     std::optional<double> link_quality;
     std::size_t points = 0;
@@ -86,7 +87,10 @@ class Devices final : public DeviceHost {
   void waiting(const bridge::DeviceRecord& record, const std::string& why);
   void unreadable(const Error& error);
   void apply(const bridge::Topics::Filters& filters);
-  void compare_groups();
+  void member_changed(const std::string& address);
+  void update_groups();
+  void apply(const bridge::GroupChanges& changes);
+  const bridge::DeviceRecord* member(const std::string& address) const;
   void note(Condition& condition, const model::Updates& updates);
   void forget(const std::string& address, const std::string& why);
 
@@ -102,14 +106,15 @@ class Devices final : public DeviceHost {
   std::string down_;  ///< why the bridge is not there; empty = it is
   bool listed_ = false;
   bridge::BridgeDescription info_;
-  std::vector<bridge::Group> groups_;
-  std::map<std::string, bridge::DeviceRecord> group_records_;
-  std::map<std::string, std::string> problems_;  ///< by address
-  std::map<std::string, std::string> unusable_;  ///< devices that wait: address, why
+  bridge::Groups groups_;
+  std::optional<std::vector<bridge::Group>> new_groups_;  ///< a list that update_groups() takes
+  std::set<std::string> changed_members_;                 ///< since the last update_groups()
+  std::map<std::string, std::string> problems_;           ///< by address
+  std::map<std::string, std::string> unusable_;           ///< devices that wait: address, why
   Counters counters_;
   TypeId link_quality_{};
   std::unordered_map<std::string, Entity> entities_;
-  base::OncePerTurn compare_groups_;
+  base::OncePerTurn update_groups_;
   bridge::Inventory inventory_;
 };
 

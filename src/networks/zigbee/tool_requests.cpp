@@ -289,7 +289,7 @@ void ToolRequests::options(Requester requester, const json& request) {
   if (!device) return;
   const auto set = request.find("set");
   if (set == request.end()) {
-    auto all = device_options(device->id, list_, info_);
+    auto all = device_options(device->id, devices_.inventory().compared_list(), info_);
     if (!all) return refuse(requester, all.error().text);
     (*all)["ok"] = true;
     return reply(requester, std::move(*all));

@@ -44,7 +44,6 @@ class ToolRequests {
   void response(std::string_view payload);
   void event(const bridge::BridgeEvent& event);
   void info(std::string_view payload, const bridge::BridgeDescription& info);
-  void list(std::string_view payload) { list_ = payload; }
   void health(std::string_view payload) { health_ = payload; }
 
   /// What `bridge/info` says, for State::texts: `bridge`, `settings`.
@@ -101,7 +100,7 @@ class ToolRequests {
   std::uint64_t last_transaction_ = 0;
   std::list<Open> open_;
   std::list<Watching> watching_;
-  std::string list_, info_, health_;  ///< the newest payloads, read when a tool asks
+  std::string info_, health_;  ///< the newest payloads, read when a tool asks
   std::map<std::string, std::string> texts_;
   std::optional<bridge::NetworkMap> map_;
   Timer map_end_;

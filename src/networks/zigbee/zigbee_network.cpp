@@ -145,8 +145,7 @@ void ZigbeeNetwork::from_bridge(const Topics::Found& found, const transport::Mqt
       break;
     case Topics::Kind::kInfo: info(message.payload); break;
     case Topics::Kind::kDevices:
-      tools_.list(message.payload);
-      if (bridge_.supported()) devices_.list(message.payload);
+      if (bridge_.supported()) devices_.list(message.payload, message.retained);
       break;
     case Topics::Kind::kGroups:
       if (bridge_.supported()) devices_.groups(message.payload);

@@ -46,6 +46,12 @@ void MqttBroker::stop(bool keep_retained) {
   if (!keep_retained) retained_.clear();
 }
 
+void MqttBroker::restart(Retained saved) {
+  stop(false);
+  retained_ = std::move(saved);
+  start();
+}
+
 bool MqttBroker::runs() const {
   const auto found = net_.brokers.find(at_);
   return found != net_.brokers.end() && found->second == this;

@@ -50,6 +50,10 @@ class MqttBroker {
   void start();
   /// Breaks all connections, without wills; new ones are refused.
   void stop(bool keep_retained);
+  using Retained = std::map<std::string, std::string, std::less<>>;
+  /// Stops and starts, as a broker that was killed and saves its retained messages only now and then: it has those of
+  /// an earlier time (retained()) again.
+  void restart(Retained saved);
   bool runs() const;
   /// Breaks all connections, or that of one client, and publishes the wills.
   void cut();
@@ -65,7 +69,7 @@ class MqttBroker {
   std::vector<std::string> published(std::string_view topic) const;
   void forget_published() { published_.clear(); }
   /// By topic.
-  const std::map<std::string, std::string, std::less<>>& retained() const { return retained_; }
+  const Retained& retained() const { return retained_; }
   std::optional<std::string> retained(std::string_view topic) const;
   /// Client ids of those that are connected, sorted.
   std::vector<std::string> clients() const;
@@ -95,7 +99,7 @@ class MqttBroker {
   MemoryNet& net_;
   Endpoint at_;
   std::vector<SessionPtr> sessions_;  ///< also those that wait for an answer
-  std::map<std::string, std::string, std::less<>> retained_;
+  Retained retained_;
   std::vector<Publication> published_;
   std::map<std::uint64_t, Timer> flights_;
   std::uint64_t last_flight_ = 0;

@@ -105,6 +105,29 @@ TEST_F(LineOfTheBridge, KeepsItsDevicesIfTheBrokerForgetsTheLists) {
   EXPECT_THAT(values(kThermometer, "temperature"), ElementsAre("21.5"));
 }
 
+/// mosquitto saves its retained messages each half hour: after a kill it has a list that lacks the newest devices.
+TEST_F(LineOfTheBridge, KeepsItsDevicesIfTheBrokerComesBackWithAnOlderList) {
+  make();
+  bridge_starts({plug(), thermometer()});
+  const auto saved = broker.retained();
+  open();
+  list({plug(), thermometer(), button()});
+  EXPECT_THAT(joins(), SizeIs(3));
+  broker.restart(saved);
+  host.time.run_for(1s);
+  reopen();
+  online();
+  EXPECT_EQ(state().line, LineState::kUp);
+  host.time.run_for(24h);
+  report("button", {{"action", "single"}});
+  EXPECT_THAT(values(kButton, "action"), ElementsAre("single"));
+  host.time.run_for(24h);
+  EXPECT_THAT(host.all<model::Leave>(), IsEmpty());
+  list({plug(), thermometer()});
+  host.time.run_for(10s);
+  EXPECT_THAT(host.all<model::Leave>(), SizeIs(1)) << "a live list counts";
+}
+
 TEST_F(LineOfTheBridge, SaysThatTheBrokerHasNoListOfDevices) {
   make();
   online();

@@ -3,7 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <set>
+#include <functional>
+#include <optional>
 
 #include "networks/zigbee/bridge/json_tree.h"
 
@@ -11,7 +12,7 @@ namespace rubicon::networks::zigbee::bridge {
 namespace {
 
 constexpr std::size_t kMaxGroupBytes = std::size_t{4} * 1024 * 1024;
-/// Of all groups together: each change of a member makes all of them anew.
+/// Of all groups together: each change of a member rebuilds its groups.
 constexpr std::size_t kMaxGroups = 1000, kMaxMembers = 5000;
 constexpr std::size_t kMaxSkippedTexts = 20, kMaxGroupLeaves = 256;
 /// The bridge uses it for bindings of its own (zigbee.md, section 7).
@@ -57,11 +58,18 @@ exposes::Leaf without_endpoint(exposes::Leaf leaf) {
   return leaf;
 }
 
+/// A member without the bound takes every value.
+template <class Before>
+std::optional<double> wider(std::optional<double> one, std::optional<double> other, Before before) {
+  if (!one || !other) return std::nullopt;
+  return before(*one, *other) ? one : other;
+}
+
 void widen(exposes::Leaf& leaf, const exposes::Leaf& other) {
   leaf.access.published = leaf.access.published || other.access.published;
-  if (!leaf.minimum || !other.minimum || *other.minimum < *leaf.minimum) leaf.minimum = other.minimum;
-  if (!leaf.maximum || !other.maximum || *other.maximum > *leaf.maximum) leaf.maximum = other.maximum;
-  if (!leaf.step || !other.step || *other.step < *leaf.step) leaf.step = other.step;
+  leaf.minimum = wider(leaf.minimum, other.minimum, std::less<>());
+  leaf.maximum = wider(leaf.maximum, other.maximum, std::greater<>());
+  leaf.step = wider(leaf.step, other.step, std::less<>());
   for (const auto& value : other.values) {
     if (std::ranges::find(leaf.values, value.json, &exposes::NamedValue::json) == leaf.values.end())
       leaf.values.push_back(value);
@@ -138,23 +146,36 @@ Result<GroupList> read_groups(std::string_view payload) {
   return list;
 }
 
-std::map<std::string, DeviceRecord> group_records(const std::vector<Group>& groups, const FindDevice& find) {
-  std::map<std::string, DeviceRecord> records;
-  for (const auto& group : groups) records.emplace(group.address(), group_record(group, find));
-  return records;
+GroupChanges Groups::replace(std::vector<Group> groups, const FindDevice& find) {
+  groups_ = std::move(groups);
+  GroupChanges changes;
+  std::set<std::string> present;
+  for (const auto& group : groups_) {
+    present.insert(group.address());
+    rebuild(group, find, changes);
+  }
+  for (const auto& [address, record] : records_) {
+    if (!present.contains(address)) changes.left.push_back(address);
+  }
+  for (const auto& address : changes.left) records_.erase(address);
+  return changes;
 }
 
-GroupChanges compare_groups(const std::map<std::string, DeviceRecord>& before,
-                            const std::map<std::string, DeviceRecord>& after) {
+GroupChanges Groups::members_changed(const std::set<std::string>& members, const FindDevice& find) {
   GroupChanges changes;
-  for (const auto& [address, record] : after) {
-    const auto known = before.find(address);
-    if (known == before.end() || known->second != record) changes.changed.push_back(record);
-  }
-  for (const auto& [address, record] : before) {
-    if (!after.contains(address)) changes.left.push_back(address);
+  for (const auto& group : groups_) {
+    const auto has = [&](const auto& member) { return members.contains(member); };
+    if (std::ranges::any_of(group.members, has)) rebuild(group, find, changes);
   }
   return changes;
+}
+
+void Groups::rebuild(const Group& group, const FindDevice& find, GroupChanges& changes) {
+  auto record = group_record(group, find);
+  auto& known = records_[record.address];
+  if (known == record) return;
+  known = std::move(record);
+  changes.changed.push_back(known);
 }
 
 }  // namespace rubicon::networks::zigbee::bridge

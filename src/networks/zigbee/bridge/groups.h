@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -30,16 +31,27 @@ Result<GroupList> read_groups(std::string_view payload);
 
 using FindDevice = std::function<const DeviceRecord*(const std::string& address)>;
 
-/// The groups as devices: each has the light, switch and cover leaves that at least one member lets us set, with the
-/// widest bounds. Members that are not found add nothing. A group is never asked for its state.
-std::map<std::string, DeviceRecord> group_records(const std::vector<Group>& groups, const FindDevice& find);
-
-/// What is different after a new list of groups, or after a change of a member.
+/// What is different after a new list of groups, or after a change of members.
 struct GroupChanges {
   std::vector<DeviceRecord> changed;  ///< new, or different in any way
   std::vector<std::string> left;      ///< addresses
 };
-GroupChanges compare_groups(const std::map<std::string, DeviceRecord>& before,
-                            const std::map<std::string, DeviceRecord>& after);
+
+/// The groups as devices: each has the light, switch and cover leaves that at least one member lets us set, with the
+/// widest bounds. Members that are not found add nothing. A group is never asked for its state.
+class Groups {
+ public:
+  GroupChanges replace(std::vector<Group> groups, const FindDevice& find);
+  /// `members`: addresses of devices that are new or gone, or whose leaves changed. Only their groups are built anew.
+  GroupChanges members_changed(const std::set<std::string>& members, const FindDevice& find);
+  /// By address.
+  const std::map<std::string, DeviceRecord>& records() const { return records_; }
+
+ private:
+  void rebuild(const Group& group, const FindDevice& find, GroupChanges& changes);
+
+  std::vector<Group> groups_;
+  std::map<std::string, DeviceRecord> records_;
+};
 
 }  // namespace rubicon::networks::zigbee::bridge

@@ -30,6 +30,7 @@ struct WaitingList {
   std::string text;
   TextHash hash = 0;
   std::uint64_t received = 0;  ///< number
+  bool live = false;           ///< not a retained copy, or after a live list
 };
 
 /// A usable device that is interviewed again (it was reset, or lost its parent) stays what it was: until the interview
@@ -59,7 +60,10 @@ struct Inventory::Impl {
     TextHash text = 0;                        ///< what the record was read from
     std::uint64_t seen_in = 0;                ///< number of the last list that has it
     std::optional<SteadyTime> missing_since;  ///< absent from the last list
-    std::optional<std::uint64_t> leaving;     ///< it said so after this number of lists was received
+    bool missing_live = false;                ///< that list was live
+    bool heard = false;                       ///< since the line was lost
+    std::optional<std::uint64_t> leaving;     ///< the bridge reported its leave after this many lists
+    Duration patience() const { return missing_live ? kAbsence : kRetainedAbsence; }
   };
   /// What a record of the last list is.
   struct Slice {
@@ -70,11 +74,12 @@ struct Inventory::Impl {
   using Slices = std::unordered_map<TextHash, Slice>;
   /// A list that is being compared.
   struct Current {
-    Current(std::string text, TextHash text_hash, std::uint64_t number)
-        : slices(std::move(text)), hash(text_hash), received(number) {}
+    explicit Current(WaitingList list)
+        : slices(std::move(list.text)), hash(list.hash), received(list.received), live(list.live) {}
     ListSlices slices;
     TextHash hash;
     std::uint64_t received;
+    bool live;
     Slices found;
     std::size_t records = 0;
     bool complete = true;  ///< a device that is absent from it is absent from the bridge
@@ -91,7 +96,8 @@ struct Inventory::Impl {
         absence_check(scheduler, [this] { leave_overdue(); }),
         absence(scheduler, [this] { leave_overdue(); }) {}
 
-  void receive(std::string_view payload);
+  void receive(std::string_view payload, bool retained);
+  bool compared_before(TextHash hash, bool live) const { return last == hash && (last_live || !live); }
   void turn();
   bool begin();
   bool continue_list();
@@ -104,6 +110,7 @@ struct Inventory::Impl {
   void seen(Known& known);
   void end_list();
   void note_absences(std::vector<std::pair<std::string, std::string>>& gone);
+  void note_absence(Known& known) const;
   void leave_overdue();
   void leave(const std::vector<std::pair<std::string, std::string>>& gone);
   void unreadable(const Error& error);
@@ -115,7 +122,10 @@ struct Inventory::Impl {
   std::optional<WaitingList> waiting;
   std::unique_ptr<Current> current;
   std::optional<TextHash> last;  ///< the list that was compared last
+  bool last_live = false;        ///< it was
+  std::string last_text;         ///< also after the line was lost
   Slices slices;                 ///< of that list
+  bool live_list = false;        ///< one arrived since the line was lost
   std::uint64_t lists_compared = 0;
   bool too_many_reported = false;
   Counters counters;
@@ -124,16 +134,19 @@ struct Inventory::Impl {
   base::Lifetime lifetime;
 };
 
-void Inventory::Impl::receive(std::string_view payload) {
+void Inventory::Impl::receive(std::string_view payload, bool retained) {
   if (base::trimmed(payload).empty()) return;  // the broker forgot the list; the devices are still there
   ++counters.lists;
+  live_list = live_list || !retained;
   const auto hash = hash_of(payload);
   if (waiting) {
+    waiting->live = live_list;
     if (waiting->hash == hash) return void(++counters.repeated);
     ++counters.replaced;
-  } else if (current && current->hash == hash) {
+  } else if (current && !current->lost && current->hash == hash) {
+    current->live = live_list;
     return void(++counters.repeated);
-  } else if (!current && last == hash) {
+  } else if (!current && compared_before(hash, live_list)) {
     ++counters.repeated;
     return repeated_list.request();
   }
@@ -143,6 +156,7 @@ void Inventory::Impl::receive(std::string_view payload) {
   waiting->text = payload;
   waiting->hash = hash;
   waiting->received = counters.lists;
+  waiting->live = live_list;
   next_turn.request();
 }
 
@@ -155,18 +169,19 @@ void Inventory::Impl::turn() {
 /// True if the list is to be compared.
 bool Inventory::Impl::begin() {
   if (!waiting) return false;
-  if (last == waiting->hash) {  // it came twice, and another one in between was replaced
+  if (compared_before(waiting->hash, waiting->live)) {  // it came twice, and another one in between was replaced
     ++counters.repeated;
     waiting.reset();
     calls.compared();
     return false;
   }
-  current = std::make_unique<Current>(std::move(waiting->text), waiting->hash, waiting->received);
+  current = std::make_unique<Current>(std::move(*waiting));
   waiting.reset();
   ++lists_compared;
   const auto opened = current->slices.open();
   if (opened) return true;
   last = current->hash;
+  last_live = current->live;
   current.reset();
   unreadable(opened.error());
   return false;
@@ -295,6 +310,8 @@ void Inventory::Impl::end_list() {
   std::vector<std::pair<std::string, std::string>> gone;
   if (current->complete && !current->lost) note_absences(gone);
   last = current->lost ? std::nullopt : std::optional(current->hash);
+  last_live = current->live;
+  last_text = current->slices.take_text();
   slices = std::move(current->found);
   const bool too_many = std::exchange(too_many_reported, current->too_many) < current->too_many;
   current.reset();
@@ -315,16 +332,23 @@ void Inventory::Impl::note_absences(std::vector<std::pair<std::string, std::stri
     if (known.seen_in == lists_compared) continue;
     if (known.leaving) {
       gone.emplace_back(address, kLeft);
-    } else if (known.missing_since) {
+    } else if (current->live && known.missing_since && known.missing_live) {
       gone.emplace_back(address, kGone);
     } else {
-      known.missing_since = scheduler.now();
-      absence.advance_to(*known.missing_since + kAbsence);
+      note_absence(known);
+      if (known.missing_since) absence.advance_to(*known.missing_since + known.patience());
     }
   }
 }
 
-/// While a list is compared, nobody knows whether it has the device: the end of the list asks again.
+/// A live list begins the time of an absence anew that only a retained copy had.
+void Inventory::Impl::note_absence(Known& known) const {
+  if (!current->live && (known.heard || known.missing_since)) return;
+  known.missing_since = scheduler.now();
+  known.missing_live = current->live;
+}
+
+/// While a list is compared, its devices are not known yet. The end of the list checks again.
 void Inventory::Impl::leave_overdue() {
   if (current || waiting) return;
   std::vector<std::pair<std::string, std::string>> gone;
@@ -333,7 +357,7 @@ void Inventory::Impl::leave_overdue() {
     if (!known.missing_since) continue;
     if (known.leaving) {
       gone.emplace_back(address, kLeft);
-    } else if (const auto due = *known.missing_since + kAbsence; due <= scheduler.now()) {
+    } else if (const auto due = *known.missing_since + known.patience(); due <= scheduler.now()) {
       gone.emplace_back(address, kGone);
     } else {
       absence.advance_to(due);
@@ -359,8 +383,16 @@ Inventory::Inventory(Scheduler& scheduler, std::size_t most_devices, Calls calls
     : impl_(std::make_unique<Impl>(scheduler, most_devices, std::move(calls))) {}
 Inventory::~Inventory() = default;
 
-void Inventory::list(std::string_view payload) {
-  impl_->receive(payload);
+void Inventory::list(std::string_view payload, bool retained) {
+  impl_->receive(payload, retained);
+}
+
+void Inventory::heard(const std::string& address) {
+  const auto found = impl_->devices.find(address);
+  if (found == impl_->devices.end()) return;
+  auto& known = found->second;
+  known.heard = true;
+  if (!known.missing_live) known.missing_since.reset();
 }
 
 void Inventory::leaving(std::string_view address) {
@@ -374,7 +406,9 @@ void Inventory::line_lost() {
   for (auto& [address, known] : impl_->devices) {
     known.missing_since.reset();
     known.leaving.reset();
+    known.heard = false;
   }
+  impl_->live_list = false;
   impl_->absence.clear();
   impl_->waiting.reset();
   impl_->last.reset();  // the same list shall be compared again
@@ -390,6 +424,10 @@ const DeviceRecord* Inventory::find_named(std::string_view name) const {
   const auto found =
       std::ranges::find_if(impl_->devices, [&](const auto& device) { return device.second.record.name == name; });
   return found == impl_->devices.end() ? nullptr : &found->second.record;
+}
+
+const std::string& Inventory::compared_list() const {
+  return impl_->last_text;
 }
 
 void Inventory::each(const std::function<void(const DeviceRecord& record, const std::string& why)>& call) const {

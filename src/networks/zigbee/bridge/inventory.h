@@ -13,20 +13,23 @@ namespace rubicon::networks::zigbee::bridge {
 
 /// The devices of a bridge, kept by its `bridge/devices` lists; the coordinator is none. Compares each list with the
 /// one before by ieee address, in turns of bounded work; a list equal to the one before is dropped, and only records
-/// that changed are parsed. While a list is compared, only the newest of those that arrive waits.
+/// that changed are parsed. While a list is compared, only the newest of those that arrive waits. A retained copy may
+/// be older than what the bridge knows: a broker that was killed comes back with the copy it saved last.
 class Inventory {
  public:
   /// Work of one turn, in bytes: records that are only compared, and records that are parsed. One record may exceed it.
   static constexpr std::size_t kComparedPerTurn = std::size_t{1} * 1024 * 1024, kParsedPerTurn = std::size_t{48} * 1024;
   static constexpr Duration kAbsence = std::chrono::seconds(10);
+  /// The same for a device that only a retained copy lacks: a living device with a battery reports within this time.
+  static constexpr Duration kRetainedAbsence = std::chrono::hours(25);
 
   /// Called in turns of their own, never inside a call to the inventory. Each may destroy the inventory.
   struct Calls {
     /// A new device, interviewed and supported; or one whose record changed in any way: name, definition, power source.
     /// A device that was usable stays so while it is interviewed again.
     std::function<void(const DeviceRecord& record)> changed;
-    /// The device is not in the list any longer: absent from two different lists in a row, or for kAbsence, or it said
-    /// that it leaves.
+    /// The device is not in the list any longer: absent from two different lists in a row, or for kAbsence (from a
+    /// retained copy: for kRetainedAbsence without a sign of life), or the bridge reported that it left.
     std::function<void(const std::string& address, const std::string& reason)> left;
     /// Not usable: interview pending, in progress or failed, not supported, disabled. `why` says which, and what the
     /// user can do.
@@ -49,8 +52,11 @@ class Inventory {
   Inventory(Scheduler& scheduler, std::size_t most_devices, Calls calls);
   ~Inventory();
 
-  /// A payload of `bridge/devices`. An empty one is none: the devices stay as they are.
-  void list(std::string_view payload);
+  /// A payload of `bridge/devices`, copied once. An empty payload is ignored. `retained`: as the broker marks it; after
+  /// a live list of the same connection it counts as live.
+  void list(std::string_view payload, bool retained = false);
+  /// A live message of the device or about it, on this connection: the bridge has it, whatever a retained copy says.
+  void heard(const std::string& address);
   /// `bridge/event` reported that the device left, or the bridge removed it for us: it leaves at once if the newest
   /// list lacks it, or the next one.
   void leaving(std::string_view address);
@@ -60,6 +66,8 @@ class Inventory {
   const DeviceRecord* find(const std::string& address) const;
   /// By friendly name.
   const DeviceRecord* find_named(std::string_view name) const;
+  /// The text of the list that was compared last; empty before the first. Valid until the next turn.
+  const std::string& compared_list() const;
   /// Every device in the order of the addresses; `why` is empty if it is usable.
   void each(const std::function<void(const DeviceRecord& record, const std::string& why)>& call) const;
   std::size_t size() const;

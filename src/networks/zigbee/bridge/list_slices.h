@@ -11,7 +11,7 @@
 namespace rubicon::networks::zigbee::bridge {
 
 /// Cuts a list of records into the texts of the records, without reading them. Checks brackets and UTF-8 of the list,
-/// but not what is inside of a record.
+/// but not the content of a record.
 class ListSlices {
  public:
   /// Bytes that are read behind a list: reserve them in it, and it is not copied.
@@ -20,11 +20,14 @@ class ListSlices {
   explicit ListSlices(std::string list);
   ~ListSlices();
 
-  /// Looks through the whole list: 1.1 MB in half a millisecond. kInvalid if it is no JSON array.
+  /// Looks through the whole list in one turn: 1.1 MB in half a millisecond, so 16 MB (the default `largest-packet`)
+  /// take about 8 ms. kInvalid if it is no JSON array.
   Result<void> open();
   /// The next record; an empty text for an item that is no object; nullopt at the end. Valid as long as this lives.
   /// kInvalid if the list cannot be read from here on. Only after open().
   Result<std::optional<std::string_view>> next();
+  /// Ends the slices and gives the list back.
+  std::string take_text();
 
  private:
   struct Parsed;

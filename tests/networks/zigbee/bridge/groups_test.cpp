@@ -23,6 +23,12 @@ std::string light(int warmest, const char* more = "") {
       warmest, more);
 }
 
+std::string dimmer(const char* bounds) {
+  return fmt::format(R"([{{"type":"light","features":[{{"type":"numeric","name":"brightness","property":"brightness",)"
+                     R"("access":7{}}}]}}])",
+                     bounds);
+}
+
 /// Devices by their number, as an inventory has them.
 struct Members {
   std::map<std::string, DeviceRecord> devices;
@@ -34,11 +40,14 @@ struct Members {
     ASSERT_TRUE(read) << read.error().text;
     devices[read->address] = *read;
   }
-  std::map<std::string, DeviceRecord> records(const std::vector<Group>& groups) const {
-    return group_records(groups, [this](const std::string& address) {
-      const auto found = devices.find(address);
-      return found == devices.end() ? nullptr : &found->second;
-    });
+  const DeviceRecord* find(const std::string& address) const {
+    const auto found = devices.find(address);
+    return found == devices.end() ? nullptr : &found->second;
+  }
+  std::map<std::string, DeviceRecord> records(const std::vector<Group>& list) const {
+    Groups groups;
+    std::ignore = groups.replace(list, [this](const std::string& address) { return find(address); });
+    return groups.records();
   }
 };
 
@@ -110,21 +119,58 @@ TEST(Groups, ACoverAmongLampsKeepsItsOwnState) {
               ElementsAre("switch.state=state", "cover.state=state", "cover.position=position"));
 }
 
+TEST(Groups, HaveNoBoundThatAMemberLacks) {
+  Members members;
+  members.put(1, dimmer(R"(,"value_min":0,"value_max":254,"value_step":2)"));
+  members.put(2, dimmer(""));
+  members.put(3, dimmer(R"(,"value_min":-5,"value_max":100,"value_step":5)"));
+  const auto bounds = [&](const std::vector<unsigned>& numbers) {
+    Group group{7, "lamps", "", {}};
+    for (const auto number : numbers) group.members.push_back(test_address(number));
+    const auto leaf = members.records({group}).at("group-7").leaves.at(0);
+    return std::vector{leaf.minimum, leaf.maximum, leaf.step};
+  };
+  const std::vector<std::optional<double>> none(3), widest{-5, 254, 2};
+  EXPECT_EQ(bounds({1, 2}), none);
+  EXPECT_EQ(bounds({2, 1}), none);
+  EXPECT_EQ(bounds({1, 2, 3}), none);
+  EXPECT_EQ(bounds({1, 3}), widest);
+  EXPECT_EQ(bounds({3, 1}), widest);
+}
+
 TEST(Groups, ChangeWithTheirMembersNamesAndRemoval) {
   Members members;
+  const auto find = [&](const std::string& address) { return members.find(address); };
   members.put(1, kSwitch);
-  const std::vector<Group> one{{7, "lamps", "", {test_address(1), test_address(2)}}};
-  const auto first = members.records(one);
-  EXPECT_THAT(compare_groups({}, first).changed, ElementsAre(first.at("group-7")));
-  EXPECT_THAT(compare_groups(first, members.records(one)).changed, IsEmpty());
+  const std::vector<std::string> both{test_address(1), test_address(2)};
+  Groups groups;
+  EXPECT_EQ(groups.replace({{7, "lamps", "", both}}, find).changed.size(), 1U);
+  EXPECT_THAT(groups.replace({{7, "lamps", "", both}}, find).changed, IsEmpty());
   members.put(2, light(400));
-  const auto second = members.records(one);
-  EXPECT_EQ(compare_groups(first, second).changed.size(), 1U) << "a member that appears brings its leaves";
-  const auto renamed = members.records({{7, "hall", "", {test_address(1), test_address(2)}}});
-  EXPECT_EQ(compare_groups(second, renamed).changed.at(0).name, "hall");
-  const auto emptied = members.records({{7, "hall", "", {}}});
-  EXPECT_THAT(compare_groups(renamed, emptied).changed.at(0).leaves, IsEmpty());
-  EXPECT_THAT(compare_groups(emptied, {}).left, ElementsAre("group-7"));
+  EXPECT_EQ(groups.members_changed({test_address(2)}, find).changed.size(), 1U)
+      << "a member that appears brings its leaves";
+  EXPECT_THAT(groups.members_changed({test_address(2)}, find).changed, IsEmpty());
+  EXPECT_EQ(groups.replace({{7, "hall", "", both}}, find).changed.at(0).name, "hall");
+  EXPECT_THAT(groups.replace({{7, "hall", "", {}}}, find).changed.at(0).leaves, IsEmpty());
+  EXPECT_THAT(groups.replace({}, find).left, ElementsAre("group-7"));
+  EXPECT_THAT(groups.records(), IsEmpty());
+}
+
+TEST(Groups, OnlyThoseOfAChangedMemberAreBuiltAnew) {
+  Members members;
+  for (unsigned number = 1; number <= 4; ++number) members.put(number, kSwitch);
+  std::vector<std::string> asked;
+  const auto find = [&](const std::string& address) {
+    asked.push_back(address);
+    return members.find(address);
+  };
+  Groups groups;
+  std::ignore = groups.replace(
+      {{1, "a", "", {test_address(1), test_address(2)}}, {2, "b", "", {test_address(3), test_address(4)}}}, find);
+  asked.clear();
+  members.put(2, light(400));
+  EXPECT_EQ(groups.members_changed({test_address(2)}, find).changed.at(0).address, "group-1");
+  EXPECT_THAT(asked, ElementsAre(test_address(1), test_address(2)));
 }
 
 TEST(Groups, AreBounded) {

@@ -299,6 +299,22 @@ TEST(Inventory, AListThatIsComparedWhenTheLineIsLostDropsNobody) {
   EXPECT_EQ(seen.run_for(10s).size(), 1U) << "the same list counts anew";
 }
 
+TEST(Inventory, TheSameListAfterTheLineIsLostCountsAlsoBeforeItWasCompared) {
+  ObservedInventory seen;
+  auto records = many_records(400);
+  seen.list(list_of(records));
+  records.pop_back();
+  for (auto& record : records) record.name += " renamed";
+  const auto list = list_of(records);
+  seen.inventory.list(list);
+  seen.on_first_call = [&] {
+    seen.inventory.line_lost();
+    seen.inventory.list(list);
+  };
+  EXPECT_EQ(seen.run().size(), 399U);
+  EXPECT_EQ(seen.run_for(10s).size(), 1U);
+}
+
 TEST(Inventory, AListThatTheLineInterruptsDropsNobody) {
   ObservedInventory seen;
   seen.list(list_of({{1, "lamp"}, {2, "plug"}}));

@@ -1,0 +1,101 @@
+#include <gmock/gmock.h>
+
+#include "networks/zigbee/bridge/bridge_lists.h"
+
+// Retained copies of the list, which may be older than what the bridge knows.
+namespace rubicon::networks::zigbee::bridge {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+constexpr const char* kPlugLeft = "left 02: removed from Zigbee2MQTT";
+
+struct RetainedLists : testing::Test {
+  void SetUp() override {
+    seen.list(whole);
+    seen.inventory.line_lost();
+  }
+  std::vector<std::string> retained(const std::string& payload) {
+    seen.inventory.list(payload, true);
+    return seen.run();
+  }
+  const std::string whole = list_of({{1, "lamp"}, {2, "plug"}}), old = list_of({{1, "lamp"}});
+  ObservedInventory seen;
+};
+
+TEST_F(RetainedLists, AreRead) {
+  EXPECT_THAT(retained(list_of({{1, "lamp"}, {2, "plug"}, {3, "fan"}})), ElementsAre("changed 03: fan"));
+}
+
+TEST_F(RetainedLists, RemoveADeviceOnlyAfterALongTimeWithoutASignOfLife) {
+  EXPECT_THAT(retained(old), IsEmpty());
+  EXPECT_THAT(seen.run_for(25h - 1ms), IsEmpty());
+  EXPECT_THAT(seen.run_for(1ms), ElementsAre(kPlugLeft));
+}
+
+TEST_F(RetainedLists, DoNotRemoveADeviceThatIsHeardAfterOrBeforeThem) {
+  retained(old);
+  seen.inventory.heard(test_address(2));
+  EXPECT_THAT(seen.run_for(72h), IsEmpty());
+  seen.inventory.line_lost();
+  seen.inventory.heard(test_address(2));
+  EXPECT_THAT(retained(old), IsEmpty());
+  EXPECT_THAT(seen.run_for(72h), IsEmpty());
+  seen.inventory.line_lost();
+  retained(old);
+  EXPECT_THAT(seen.run_for(25h), ElementsAre(kPlugLeft)) << "a sign of life counts for one connection";
+}
+
+TEST_F(RetainedLists, TwoDifferentOnesDoNotRemoveADevice) {
+  retained(old);
+  EXPECT_THAT(retained(list_of({{1, "light"}})), ElementsAre("changed 01: light"));
+  EXPECT_THAT(seen.run_for(1h), IsEmpty());
+}
+
+TEST_F(RetainedLists, ALiveListDecidesAlsoIfItIsTheSame) {
+  retained(old);
+  seen.inventory.heard(test_address(2));
+  EXPECT_THAT(seen.list(old), IsEmpty()) << "a complete list can follow a short one";
+  EXPECT_THAT(seen.run_for(10s), ElementsAre(kPlugLeft));
+}
+
+TEST_F(RetainedLists, ALiveListThatHasTheDeviceKeepsIt) {
+  retained(old);
+  EXPECT_THAT(seen.list(whole), IsEmpty());
+  EXPECT_THAT(seen.run_for(72h), IsEmpty());
+}
+
+TEST_F(RetainedLists, AfterALiveListTheyCountAsLive) {
+  seen.list(whole);
+  retained(old);
+  EXPECT_THAT(seen.run_for(10s), ElementsAre(kPlugLeft));
+}
+
+TEST_F(RetainedLists, ALiveCopyThatArrivesBeforeTheRetainedOneIsComparedCounts) {
+  seen.inventory.list(old, true);
+  seen.inventory.list(old);
+  EXPECT_THAT(seen.run_for(10s), ElementsAre(kPlugLeft));
+}
+
+TEST_F(RetainedLists, ADeviceThatReportedItsLeaveIsGoneWithARetainedListToo) {
+  seen.inventory.leaving(test_address(2));
+  EXPECT_THAT(retained(old), ElementsAre("left 02: left the ZigBee network"));
+}
+
+TEST(Inventory, KeepsTheTextOfTheListThatItComparedLast) {
+  ObservedInventory seen;
+  EXPECT_EQ(seen.inventory.compared_list(), "");
+  const auto first = list_of({{1, "lamp"}}), second = list_of({{1, "light"}});
+  seen.list(first);
+  seen.inventory.list(second);
+  EXPECT_EQ(seen.inventory.compared_list(), first);
+  seen.run();
+  EXPECT_EQ(seen.inventory.compared_list(), second);
+  seen.inventory.line_lost();
+  EXPECT_EQ(seen.inventory.compared_list(), second);
+}
+
+}  // namespace
+}  // namespace rubicon::networks::zigbee::bridge
