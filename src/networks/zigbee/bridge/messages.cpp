@@ -44,21 +44,11 @@ void read_entities(const JsonObject& config, std::string_view list, BridgeDescri
   }
 }
 
-Duration minutes_at(const JsonObject& availability, std::string_view kind) {
-  constexpr double kMost = 60.0 * 24 * 366;
-  const auto map = object_at(availability, kind);
-  const auto minutes = map ? number_at(*map, "timeout") : 0;
-  if (!(minutes > 0 && minutes < kMost)) return {};
-  return std::chrono::duration_cast<Duration>(std::chrono::duration<double, std::ratio<60>>(minutes));
-}
-
 void read_availability(const JsonObject& config, BridgeDescription& bridge) {
   if (const auto flag = flag_at(config, "availability")) bridge.availability_enabled = *flag;
   const auto map = object_at(config, "availability");
   if (!map) return;
   bridge.availability_enabled = flag_at(*map, "enabled").value_or(false);
-  bridge.active_timeout = minutes_at(*map, "active");
-  bridge.passive_timeout = minutes_at(*map, "passive");
 }
 
 void read_config(const JsonObject& config, BridgeDescription& bridge) {
@@ -69,7 +59,6 @@ void read_config(const JsonObject& config, BridgeDescription& bridge) {
     bridge.cache_state = flag_at(*advanced, "cache_state").value_or(true);
   }
   if (const auto mqtt = object_at(config, "mqtt")) {
-    bridge.base_topic = text_at(*mqtt, "base_topic");
     bridge.retained = !flag_at(*mqtt, "force_disable_retain").value_or(false);
   }
   read_availability(config, bridge);
@@ -111,7 +100,7 @@ Result<bool> read_online(std::string_view payload) {
   }
   if (word == "online") return true;
   if (word == "offline") return false;
-  return fail(ErrorCode::kInvalid, "state of the bridge, or availability: neither online nor offline");
+  return fail(ErrorCode::kInvalid, "state of the bridge, or availability: expected online or offline");
 }
 
 bool BridgeDescription::optimistic(const std::string& address) const {

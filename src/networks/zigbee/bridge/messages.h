@@ -39,15 +39,12 @@ struct BridgeDescription {
   WallTime permit_join_end{};  ///< when it closes by itself; zero = not given
   bool restart_required = false;
 
-  std::string base_topic;                   ///< mqtt.base_topic
   std::string output = "json";              ///< advanced.output: `json`, `attribute`, `attribute_and_json`
   std::string last_seen = "disable";        ///< advanced.last_seen: `disable`, `ISO_8601`, `ISO_8601_local`, `epoch`
   std::string log_level = "info";           ///< advanced.log_level
   bool cache_state = true;                  ///< advanced.cache_state: a state message has all properties
   bool retained = true;                     ///< false: mqtt.force_disable_retain, no list is kept by the broker
   bool availability_enabled = false;        ///< availability.enabled
-  Duration active_timeout{};                ///< availability.active.timeout; zero = not given
-  Duration passive_timeout{};               ///< availability.passive.timeout; zero = not given
   EntityOptions all;                        ///< device_options
   std::map<std::string, EntityOptions> of;  ///< by address, as DeviceRecord::address; only those that have options
 
