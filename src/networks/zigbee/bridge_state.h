@@ -45,7 +45,7 @@ class BridgeState {
   std::function<void()> changed_;
   model::LineState line_ = model::LineState::kConnecting;
   std::string reason_;
-  std::optional<bool> online_;  ///< nullopt: not said on this connection
+  std::optional<bool> online_;  ///< nullopt: not received on this connection
   SteadyTime online_since_{};
   bool described_ = false;  ///< bridge/info came, on this connection or an earlier one
   std::string unsupported_;

@@ -114,12 +114,11 @@ std::string name_problem(std::string_view name) {
 std::string why_waiting(const DeviceRecord& record) {
   if (record.disabled) return "disabled in Zigbee2MQTT; enable it there";
   switch (record.interview) {
-    case Interview::kPending:
-      return "Zigbee2MQTT has not asked it yet what it can do; wake it up, for example by its button";
-    case Interview::kInProgress: return "Zigbee2MQTT asks it what it can do; keep it awake and near until that is done";
+    case Interview::kPending: return "the interview has not started; wake the device up, for example by its button";
+    case Interview::kInProgress: return "the interview is in progress; keep the device awake and near until it ends";
     case Interview::kFailed:
-      return "it did not tell Zigbee2MQTT what it can do (interview failed); wake it up near the coordinator and "
-             "interview it again in Zigbee2MQTT, or remove it and pair it again";
+      return "the interview failed; wake the device up near the coordinator and interview it again in Zigbee2MQTT, or "
+             "remove it and pair it again";
     case Interview::kSuccessful: break;
   }
   if (record.supported) return {};

@@ -44,8 +44,9 @@ struct DeviceRecord {
   friend bool operator==(const DeviceRecord&, const DeviceRecord&) = default;
 };
 
-/// Longest record that is read. The largest of 4,516 definitions has 63 KB; a record is read in one turn.
-inline constexpr std::size_t kMaxRecordBytes = std::size_t{256} * 1024;
+/// Longest record that is read. The largest of 4,516 definitions has 63 KB; a record is read in one turn, and one of
+/// this size can take 5 ms.
+inline constexpr std::size_t kMaxRecordBytes = std::size_t{128} * 1024;
 
 /// `0x00124B0010000000` -> `00124b0010000000`; empty if it is no ieee_address.
 std::string address_of(std::string_view ieee);

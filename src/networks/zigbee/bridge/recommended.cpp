@@ -18,8 +18,8 @@ std::vector<Recommendation> recommendations(const BridgeDescription& bridge) {
   }
   if (!bridge.last_seen_published()) {
     found.push_back({"advanced.last_seen", bridge.last_seen, "ISO_8601",
-                     "Without it nobody can tell a new report from values that the bridge repeats, and commands are "
-                     "confirmed later."});
+                     "Without it, new reports cannot be distinguished from repeated values, and commands are confirmed "
+                     "later."});
   }
   if (!bridge.availability_enabled) {
     found.push_back({"availability.enabled", "false", "true",

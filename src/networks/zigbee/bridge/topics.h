@@ -44,8 +44,8 @@ class Topics {
   /// A new device or group, or a new name of one.
   Filters put(const std::string& address, const std::string& name);
   Filters remove(const std::string& address);
-  /// nullopt: of nobody that is known. The payload decides if a topic has two meanings: the state of the device
-  /// `a/availability`, and the availability of `a`.
+  /// nullopt: the topic belongs to no known device or group. The payload decides if a topic has two meanings: the state
+  /// of the device `a/availability`, and the availability of `a`.
   std::optional<Found> find(std::string_view topic, std::string_view payload) const;
   /// Why a name cannot be used: its topics are those of something else (`bridge/state`, or `a/set` where there is a
   /// device `a`). Empty = usable. Messages to such a topic are not the state of the device.

@@ -13,12 +13,12 @@ using testing::IsEmpty;
 TEST(InventoryRecords, ADeviceWaitsUntilItsInterviewIsDone) {
   ObservedInventory seen;
   TestRecord device{1, "0x00124b0000000001", "IN_PROGRESS", "Unknown", "", false, false, ""};
-  EXPECT_THAT(seen.list(list_of({device})), ElementsAre(HasSubstr("waiting 01: Zigbee2MQTT asks it what it can do")));
+  EXPECT_THAT(seen.list(list_of({device})), ElementsAre(HasSubstr("waiting 01: the interview is in progress")));
   device.type = "Router";
   device.interview = "FAILED";
   EXPECT_THAT(seen.list(list_of({device})), ElementsAre(HasSubstr("interview failed")));
   device.interview = "PENDING";
-  EXPECT_THAT(seen.list(list_of({device})), ElementsAre(HasSubstr("has not asked it yet")));
+  EXPECT_THAT(seen.list(list_of({device})), ElementsAre(HasSubstr("the interview has not started")));
   EXPECT_THAT(seen.list(list_of({{1, "lamp"}})), ElementsAre("changed 01: lamp"));
 }
 
@@ -102,7 +102,7 @@ TEST(InventoryRecords, TooLongAndTooDeepRecordsAreNotRead) {
   TestRecord large{1, "large"}, deep{2, "deep"};
   large.more = R"(,"text":")" + std::string(kMaxRecordBytes, 'x') + '"';
   deep.more = R"(,"deep":)" + std::string(100, '[') + std::string(100, ']');
-  EXPECT_THAT(seen.list(list_of({large, deep})), ElementsAre(HasSubstr("more than 262144"), HasSubstr("deep")));
+  EXPECT_THAT(seen.list(list_of({large, deep})), ElementsAre(HasSubstr("more than 131072"), HasSubstr("deep")));
   EXPECT_THAT(seen.run_for(1min), IsEmpty());
   EXPECT_EQ(seen.inventory.find(test_address(1))->name, "lamp");
 }
