@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "model/json_members.h"
+#include "networks/zigbee/exposes/json_depth.h"
 #include "networks/zigbee/exposes/leaf.h"
 #include "rubicon/key.hpp"
 
@@ -14,9 +15,8 @@ namespace {
 using Tree = nlohmann::json;
 
 constexpr std::size_t kMostText = std::size_t{1} << 20;  ///< bytes of an `exposes` array
-constexpr std::size_t kDeepestJson = 32;
-constexpr std::size_t kMostLeaves = 2048;  ///< of a definition, parts of composites included (276 seen)
-constexpr std::size_t kMostWords = 4096;   ///< of one enumeration (800 seen)
+constexpr std::size_t kMostLeaves = 512;                 ///< of a definition, parts of composites included (276 seen)
+constexpr std::size_t kMostWords = 4096;                 ///< of one enumeration (800 seen)
 constexpr std::size_t kLongestText = 512;
 constexpr std::size_t kMostSkipped = 100;
 
@@ -38,10 +38,13 @@ std::string endpoint_in(const Tree& tree, std::string_view of_group) {
   return found->is_string() ? found->get<std::string>() : model::dump(*found);
 }
 
-/// A value of any scalar kind; its name is the text of a string, else the JSON.
+/// A value of any scalar kind; its name is the text of a string, else the JSON. Empty if it is no scalar or too long.
 NamedValue value_in(const Tree& value) {
+  if (!value.is_primitive()) return {};
+  const auto* text = value.get_ptr<const std::string*>();
+  if (text != nullptr && text->size() > kLongestText) return {};
   const auto json = model::dump(value);
-  return {value.is_string() ? value.get<std::string>() : json, json};
+  return {text != nullptr ? *text : json, json};
 }
 
 std::optional<LeafForm> form_of(const std::string& type) {
@@ -95,6 +98,8 @@ class Reader {
     if (category == "config") leaf.category = Category::kConfig;
     if (category == "diagnostic") leaf.category = Category::kDiagnostic;
     read_form(tree, leaf);
+    if (form == LeafForm::kBinary && (leaf.on.json.empty() || leaf.off.json.empty()))
+      return skip(leaf.name, "value_on or value_off is too long or not a scalar");
     out.push_back(std::move(leaf));
   }
 
@@ -148,8 +153,9 @@ class Reader {
     if (presets == tree.end() || !presets->is_array()) return;
     for (const auto& preset : *presets) {
       const auto value = preset.is_object() ? preset.find("value") : preset.end();
-      if (leaf.values.size() >= kMostWords || value == preset.end() || !value->is_primitive()) continue;
-      leaf.values.push_back({short_text(preset, "name"), model::dump(*value)});
+      auto json = value == preset.end() ? std::string() : value_in(*value).json;
+      if (leaf.values.size() >= kMostWords || json.empty()) continue;
+      leaf.values.push_back({short_text(preset, "name"), std::move(json)});
     }
   }
 
@@ -157,9 +163,9 @@ class Reader {
     const auto values = tree.find("values");
     if (values == tree.end() || !values->is_array()) return;
     for (const auto& value : *values) {
-      auto word = value.is_primitive() ? value_in(value) : NamedValue{};
-      if (leaf.values.size() >= kMostWords || word.json.empty() || word.name.size() > kLongestText) {
-        skip(leaf.name, "one of its words is too long, one too many or none at all");
+      auto word = value_in(value);
+      if (leaf.values.size() >= kMostWords || word.json.empty()) {
+        skip(leaf.name, fmt::format("a word is too long, not a scalar, or beyond {} words", kMostWords));
         continue;
       }
       leaf.values.push_back(std::move(word));
@@ -177,27 +183,11 @@ class Reader {
   std::size_t count_ = 0;
 };
 
-/// Nesting of brackets outside strings, which bounds the recursion of the reader.
-bool is_deep(std::string_view json) {
-  std::size_t depth = 0;
-  bool quoted = false;
-  for (std::size_t i = 0; i < json.size(); ++i) {
-    const char c = json[i];
-    if (quoted && c == '\\') ++i;
-    if (c == '"') quoted = !quoted;
-    if (quoted) continue;
-    if (c == '[' || c == '{') ++depth;
-    if ((c == ']' || c == '}') && depth > 0) --depth;
-    if (depth > kDeepestJson) return true;
-  }
-  return false;
-}
-
 }  // namespace
 
 Result<std::vector<Leaf>> read_exposes(std::string_view json, std::vector<std::string>& skipped) {
   if (json.size() > kMostText) return fail(ErrorCode::kInvalid, fmt::format("exposes of {} bytes", json.size()));
-  if (is_deep(json)) return fail(ErrorCode::kInvalid, "exposes: nested more than 32 times");
+  if (is_deep(json)) return fail(ErrorCode::kInvalid, fmt::format("exposes: nested more than {} times", kDeepestJson));
   const auto tree = Tree::parse(json, nullptr, false);
   if (!tree.is_array()) return fail(ErrorCode::kInvalid, "exposes: expected a JSON array");
   std::vector<Leaf> leaves;

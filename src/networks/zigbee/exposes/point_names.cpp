@@ -52,16 +52,22 @@ std::tuple<bool, std::ptrdiff_t> rank_of(const Capability& capability) {
   return {capability.point.kind != Kind::kActuator, row - rows.begin()};
 }
 
-/// The point that the properties of an endpoint belong to.
-std::string owner_of(const std::string& endpoint, const std::vector<Leaf>& leaves,
-                     const std::vector<MappedPoint>& points) {
-  const Capability* owner = nullptr;
+/// The id of the point of each endpoint that its properties belong to; endpoints with properties only have none.
+std::map<std::string_view, std::string> owners_of(const std::vector<Leaf>& leaves,
+                                                  const std::vector<MappedPoint>& points) {
+  using Rank = decltype(rank_of(points[0].capability));
+  std::map<std::string_view, std::pair<Rank, const Capability*>> best;
   for (std::size_t i = 0; i < leaves.size(); ++i) {
     const auto& one = points[i].capability;
-    if (leaves[i].endpoint != endpoint || one.point.kind == Kind::kProperty) continue;
-    if (owner == nullptr || rank_of(one) < rank_of(*owner)) owner = &one;
+    if (leaves[i].endpoint.empty() || one.point.kind == Kind::kProperty) continue;
+    const std::pair candidate{rank_of(one), &one};
+    const auto [owner, first] = best.try_emplace(leaves[i].endpoint, candidate);
+    if (!first && candidate.first < owner->second.first) owner->second = candidate;
   }
-  return owner == nullptr ? model::to_key_part(endpoint, kLongestName) : id_of(*owner, owner->point.instance);
+  std::map<std::string_view, std::string> owners;
+  for (const auto& [endpoint, owner] : best)
+    owners.emplace(endpoint, id_of(*owner.second, owner.second->point.instance));
+  return owners;
 }
 
 }  // namespace
@@ -100,19 +106,26 @@ TypeId PointNames::open_type_of(const std::string& name) {
   return open_[name] = TypeId(number);
 }
 
+bool PointNames::take(const std::string& id) {
+  ++tries_;
+  return taken_.insert(id).second;
+}
+
 void PointNames::set_unique(const Leaf& leaf, std::string instance, std::size_t limit, Capability& capability) {
-  const auto kind = fmt::format("{}.", model::to_string(capability.point.kind));
-  const auto free = [&](const std::string& one) { return taken_.insert(kind + id_of(capability, one)).second; };
-  bool fits = free(instance);
+  const auto id = [&, kind = model::to_string(capability.point.kind)](std::string_view one) {
+    return fmt::format("{}.{}", kind, id_of(capability, one));
+  };
+  bool fits = take(id(instance));
   if (!fits) {
     const auto property = model::to_key_part(leaf.property, limit / 2);
     instance = joined_parts(instance.substr(0, limit - property.size() - 1), property);
-    fits = free(instance);
+    fits = take(id(instance));
   }
-  for (int i = 2; !fits; ++i) {
-    auto numbered = fmt::format("{}-{}", instance.substr(0, limit - 6), i);
-    fits = free(numbered);
-    if (fits) instance = std::move(numbered);
+  if (!fits) {
+    const auto beginning = instance.substr(0, limit - 6);
+    auto& last = last_numbers_.try_emplace(id(beginning), 1).first->second;
+    do instance = fmt::format("{}-{}", beginning, ++last);
+    while (!take(id(instance)));
   }
   capability.point.instance = std::move(instance);
 }
@@ -129,10 +142,14 @@ void PointNames::name(const Leaf& leaf, std::string_view tag, Capability& capabi
 }
 
 void PointNames::name_properties(const std::vector<Leaf>& leaves, std::vector<MappedPoint>& points) {
+  const auto owners = owners_of(leaves, points);
   for (std::size_t i = 0; i < leaves.size(); ++i) {
     auto& capability = points[i].capability;
-    if (capability.point.kind != Kind::kProperty || leaves[i].endpoint.empty()) continue;
-    auto instance = joined_parts(owner_of(leaves[i].endpoint, leaves, points), tags_[i]);
+    const auto& endpoint = leaves[i].endpoint;
+    if (capability.point.kind != Kind::kProperty || endpoint.empty()) continue;
+    const auto owner = owners.find(endpoint);
+    const auto instance =
+        joined_parts(owner == owners.end() ? model::to_key_part(endpoint, kLongestName) : owner->second, tags_[i]);
     set_unique(leaves[i], model::to_key_part(instance, kLongestProperty), kLongestProperty, capability);
   }
 }

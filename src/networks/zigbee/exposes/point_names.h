@@ -16,7 +16,7 @@ std::string_view own_property(const Leaf& leaf);
 /// The type name of a leaf without a type of the catalogue: its name. One that the catalogue has for something else
 /// gets the form of the leaf at its end: `mode_enum`.
 std::string open_name(const Leaf& leaf, const TypeCatalogue& types);
-/// What an open type's instance says besides the endpoint: the property, where it is not the name.
+/// The part of an open type's instance besides the endpoint: the property, where it is not the name.
 std::string open_tag(const Leaf& leaf);
 
 /// Gives the points of one device their ids; none comes twice, neither as PointId nor as part of a key.
@@ -29,13 +29,18 @@ class PointNames {
   void name(const Leaf& leaf, std::string_view tag, Capability& capability);
   /// `leaves` are those of the points, in the same order.
   void name_properties(const std::vector<Leaf>& leaves, std::vector<MappedPoint>& points);
+  /// How many ids were tried so far: at most four for each point, whatever the leaves are called.
+  std::size_t tries() const { return tries_; }
 
  private:
   void set_unique(const Leaf& leaf, std::string instance, std::size_t limit, Capability& capability);
+  bool take(const std::string& id);
 
   std::map<std::string, TypeId> open_;
   std::set<TypeId> numbers_;
   std::set<std::string> taken_;
+  std::map<std::string, int> last_numbers_;  ///< the number at the end of the newest id with this beginning
+  std::size_t tries_ = 0;
   std::vector<std::string> tags_;
 };
 

@@ -135,13 +135,33 @@ TEST(LeafReader, DepthAndSizeAreBounded) {
 TEST(LeafReader, NumbersAndLengthsAreBounded) {
   std::vector<std::string> skipped;
   const std::string leaf = R"({"type":"text","name":"a","property":"a","access":1},)";
-  EXPECT_EQ(leaves_in("[" + repeated(leaf, 3000) + "0]", skipped).size(), 2048U);
+  EXPECT_EQ(leaves_in("[" + repeated(leaf, 3000) + "0]", skipped).size(), 512U);
   EXPECT_EQ(skipped.size(), 100U) << "no endless list of what was skipped";
   skipped.clear();
   const auto name = std::string(300'000, 'n');
   EXPECT_TRUE(leaves_in(R"([{"type":"text","name":")" + name + R"(","property":"a","access":1}])", skipped).empty());
   ASSERT_EQ(skipped.size(), 1U);
   EXPECT_LT(skipped[0].size(), 200U);
+}
+
+TEST(LeafReader, WordsOfBinariesAndPresetsAreShortScalars) {
+  std::vector<std::string> skipped;
+  const std::string fits(512, 'w'), longer(513, 'w');
+  const auto binary = [](const std::string& on, const std::string& off) {
+    return R"({"type":"binary","name":"b","property":"b","access":1,"value_on":)" + on + R"(,"value_off":)" + off + "}";
+  };
+  const auto text = [](const std::string& word) { return "\"" + word + "\""; };
+  const auto leaves =
+      leaves_in("[" + binary(text(fits), "0") + "," + binary(text(longer), "0") + "," + binary("1", text(longer)) +
+                    "," + binary("{}", "0") + "," + binary("1", "[7]") + "]",
+                skipped);
+  ASSERT_EQ(leaves.size(), 1U);
+  EXPECT_EQ(leaves[0].on.name, fits);
+  EXPECT_EQ(skipped, std::vector<std::string>(4, "'b': value_on or value_off is too long or not a scalar"));
+  const auto presets =
+      leaves_in(R"([{"type":"numeric","name":"a","property":"a","access":3,"presets":[{"name":"x","value":)" +
+                text(longer) + R"(},{"name":"y","value":)" + text(fits) + R"(},{"name":"z","value":{}}]}])");
+  EXPECT_EQ(presets[0].values, (std::vector<NamedValue>{{"y", text(fits)}}));
 }
 
 /// zigbee.md, section 13: the device list of a real Zigbee2MQTT.

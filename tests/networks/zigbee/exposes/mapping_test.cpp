@@ -76,6 +76,38 @@ TEST(Mapping, GroupsHaveNoLinkQuality) {
   EXPECT_EQ(points[0].property, "linkquality");
 }
 
+TEST(Mapping, TheWorkForEqualLeavesIsLinear) {
+  constexpr std::size_t kPoints = 512;
+  Leaf leaf;
+  leaf.name = leaf.property = "a";
+  PointNames names;
+  Capability capability;
+  capability.type_name = "a";
+  for (std::size_t i = 0; i < kPoints; ++i) names.name(leaf, "", capability);
+  EXPECT_EQ(capability.point.instance, "1-a-511");
+  EXPECT_LE(names.tries(), 4 * kPoints);
+}
+
+/// The properties of an endpoint belong to its best actuator or sensor, wherever that stands among the leaves.
+TEST(Mapping, PropertiesOfAnEndpointBelongToItsActuator) {
+  const std::string config =
+      R"({"type":"numeric","name":"x","property":"x_ENDPOINT","endpoint":"ENDPOINT","access":7,"category":"config"})";
+  const auto setting = [&](const std::string& endpoint) {
+    auto json = config;
+    for (auto at = json.find("ENDPOINT"); at != json.npos; at = json.find("ENDPOINT")) json.replace(at, 8, endpoint);
+    return json;
+  };
+  const std::string sensor =
+      R"({"type":"numeric","name":"power","property":"power_left","endpoint":"left","access":1,"unit":"W"})";
+  const std::string actuator =
+      R"({"type":"switch","endpoint":"left","features":[{"type":"binary","name":"state","property":"state_left",)"
+      R"("endpoint":"left","access":7,"value_on":"ON","value_off":"OFF"}]})";
+  const auto points =
+      map_definition("[" + setting("left") + "," + setting("right") + "," + sensor + "," + actuator + "]").points;
+  EXPECT_EQ(points[0].capability.point.instance, "switch-left");
+  EXPECT_EQ(points[1].capability.point.instance, "right");
+}
+
 TEST(Mapping, NoPointIsEverStale) {
   for (const auto& point : map_definition(R"([{"type":"text","name":"a","property":"a","access":1}])").points)
     EXPECT_EQ(point.capability.deadline, Duration::zero());
