@@ -1,8 +1,11 @@
+#include <cmath>
 #include <cstdlib>
+#include <nlohmann/json.hpp>
 #include <set>
 
 #include "base/virtual_scheduler.h"
 #include "networks/zigbee/device.h"
+#include "networks/zigbee/exposes/json_depth.h"
 
 namespace {
 
@@ -31,6 +34,13 @@ constexpr std::string_view kDefinition = R"([
   {"type":"composite","name":"plan","property":"plan","access":3,"features":[
     {"type":"text","name":"when","property":"when","access":3}]}])";
 
+/// Values of tuples are finite numbers and shallow JSON, whatever a device publishes.
+void expect_good(const Value& value) {
+  if (const auto* real = std::get_if<double>(&value); real && !std::isfinite(*real)) std::abort();
+  const auto* tree = std::get_if<Json>(&value);
+  if (tree && (exposes::is_deep(tree->text) || !nlohmann::json::accept(tree->text))) std::abort();
+}
+
 class Host final : public DeviceHost {
  public:
   Result<void> publish(const std::string&, std::string_view, std::string) override {
@@ -40,6 +50,9 @@ class Host final : public DeviceHost {
   void deliver(const std::string&, model::Body body) override {
     const auto* answer = std::get_if<model::Acknowledge>(&body);
     if (answer && !answered.insert(answer->request).second) std::abort();
+    if (const auto* updates = std::get_if<model::Updates>(&body)) {
+      for (const auto& reading : updates->readings) expect_good(reading.value);
+    }
   }
   Scheduler& scheduler() override { return time; }
   bool take_poll() override { return true; }
@@ -63,7 +76,7 @@ class Story {
     if (!done && done.error().text.empty()) std::abort();
   }
   void end() {
-    host_.time.run_for(std::chrono::seconds(31));
+    host_.time.run_for(std::chrono::seconds(30));
     if (host_.answered.size() != sent_.size()) std::abort();
   }
 

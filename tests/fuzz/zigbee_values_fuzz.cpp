@@ -1,6 +1,9 @@
+#include <cmath>
 #include <cstdlib>
+#include <nlohmann/json.hpp>
 
 #include "base/bytes.h"
+#include "networks/zigbee/exposes/json_depth.h"
 #include "networks/zigbee/exposes/mapping.h"
 
 /// Input: an `exposes` array on the first line; after it the JSON of a property, which is also a commanded text. What a
@@ -21,8 +24,13 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     static_cast<void>(encode(point, Value(std::string(json))));
     static_cast<void>(encode(point, Value(Json{std::string(json)})));
     const auto value = decode(point, json);
+    const auto* real = value ? std::get_if<double>(&*value) : nullptr;
+    if (real != nullptr && !std::isfinite(*real)) std::abort();
+    const auto* tree = value ? std::get_if<Json>(&*value) : nullptr;
+    if (tree != nullptr && (is_deep(tree->text) || !nlohmann::json::accept(tree->text))) std::abort();
     const auto sent = value ? encode(point, *value) : Result<std::string>(std::string());
     if (!value || !sent) continue;
+    if (!nlohmann::json::accept(*sent)) std::abort();
     const auto again = decode(point, *sent);
     if (!again) std::abort();
     const auto sent_again = encode(point, *again);

@@ -88,6 +88,16 @@ bool is_outside(const Coding& coding, double number) {
   return (coding.minimum && number < *coding.minimum) || (coding.maximum && number > *coding.maximum);
 }
 
+/// Where the leaf has steps: the one that is meant.
+Result<double> on_step(const MappedPoint& point, const Value& value, double number) {
+  const auto& coding = point.coding;
+  if (coding.step <= 0) return number;
+  const auto step = nearest_step(coding, number);
+  if (!coding.rounded && std::abs(step - number) > coding.step * kGrain)
+    return refused(ErrorCode::kOutOfRange, point, value, fmt::format("in steps of {}", step_text(coding)));
+  return without_noise(step);
+}
+
 Result<std::string> encode_number(const MappedPoint& point, const Value& value) {
   const auto& coding = point.coding;
   if (const auto* text = std::get_if<std::string>(&value)) {
@@ -97,19 +107,15 @@ Result<std::string> encode_number(const MappedPoint& point, const Value& value) 
   }
   const auto given = number_in(value);
   if (!given) return refused(ErrorCode::kInvalid, point, value, "a number");
-  auto number = in_json(coding, *given);
-  if (is_preset(coding, number)) return json_number(number);
+  const auto exact = in_json(coding, *given);
+  if (is_preset(coding, exact)) return json_number(exact);
   if (coding.form == Form::kInteger && *given != std::floor(*given))
     return refused(ErrorCode::kInvalid, point, value, "a whole number");
-  if (coding.step > 0) {
-    const auto step = nearest_step(coding, number);
-    if (!coding.rounded && std::abs(step - number) > coding.step * kGrain) {
-      return refused(ErrorCode::kOutOfRange, point, value, fmt::format("in steps of {}", step_text(coding)));
-    }
-    number = without_noise(step);
-  }
-  if (is_outside(coding, number)) return refused(ErrorCode::kOutOfRange, point, value, bounds_text(point));
-  return json_number(number);
+  const auto number = on_step(point, value, exact);
+  if (!number) return fail(number.error());
+  if (is_outside(coding, *number)) return refused(ErrorCode::kOutOfRange, point, value, bounds_text(point));
+  if (!std::isfinite(*number)) return refused(ErrorCode::kOutOfRange, point, value, "a number that JSON can hold");
+  return json_number(*number);
 }
 
 Result<std::string> encode_binary(const MappedPoint& point, const Value& value) {

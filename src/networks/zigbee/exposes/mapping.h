@@ -50,10 +50,10 @@ struct MappedPoint {
 /// device has in its state, where it is not exposed; groups have none.
 ///
 /// A leaf that is a setting (category config, or a type of the catalogue's properties) becomes a property, any other
-/// one that can be set an actuator, the rest sensors. Instance: the endpoint, else 1; what is one of several of its
-/// type has a word of its own (`temperature-local`, `current-phase_b`), so that the instance does not depend on other
-/// leaves. A property of an endpoint belongs to the actuator of that endpoint. Deterministic: the same leaves give the
-/// same points, in the order of the leaves; ids are unique as keys are.
+/// one that can be set an actuator, the rest sensors. Instance: the endpoint, else 1; a point that shares its
+/// type with others gets a distinguishing word (`temperature-local`, `current-phase_b`), so that the instance does not
+/// depend on other leaves. A property of an endpoint belongs to the actuator of that endpoint. Deterministic: the same
+/// leaves give the same points, in the order of the leaves; ids are unique as keys are.
 std::vector<MappedPoint> map_leaves(const std::vector<Leaf>& leaves, const TypeCatalogue& types,
                                     bool link_quality = true);
 
@@ -61,7 +61,8 @@ std::vector<MappedPoint> map_leaves(const std::vector<Leaf>& leaves, const TypeC
 std::vector<std::string> unknown_units(const std::vector<Leaf>& leaves);
 
 /// A JSON value of the property in a state message -> the value in the unit of the type; monostate for null. Numbers
-/// may be written as strings; bounds are not applied. kInvalid names the type, the text and what was expected.
+/// may be written as strings; bounds are not applied. Objects and lists are valid JSON of at most kDeepestJson levels.
+/// kInvalid names the type, the text and what was expected.
 Result<Value> decode(const MappedPoint& point, std::string_view json);
 
 /// A commanded value -> the JSON value for a set message. Words, bounds and step are checked, because Zigbee2MQTT does

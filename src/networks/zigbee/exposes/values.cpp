@@ -1,11 +1,13 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "base/text.h"
 #include "model/json_members.h"
 #include "model/units.h"
+#include "networks/zigbee/exposes/json_depth.h"
 #include "networks/zigbee/exposes/mapping.h"
 #include "rubicon/key.hpp"
 
@@ -25,12 +27,24 @@ bool is_string(std::string_view json) {
   return json.size() >= 2 && json.front() == '"' && json.back() == '"';
 }
 
+bool is_plain(char c) {
+  return c >= 0x20 && c < 0x7f && c != '\\' && c != '"';
+}
+
 /// The text of a JSON string; nullopt if it is broken.
 std::optional<std::string> unquoted(std::string_view json) {
   const auto inner = json.substr(1, json.size() - 2);
-  if (inner.find_first_of("\\\"") == inner.npos) return std::string(inner);
+  if (std::all_of(inner.begin(), inner.end(), is_plain)) return std::string(inner);
   const auto tree = nlohmann::json::parse(json, nullptr, false);
   return tree.is_string() ? std::optional(tree.get<std::string>()) : std::nullopt;
+}
+
+/// The text of a string; a number or boolean as it is spelled. nullopt for all else.
+std::optional<std::string> scalar_text(std::string_view json) {
+  if (is_string(json)) return unquoted(json);
+  const bool number = !json.empty() && (json[0] == '-' || (json[0] >= '0' && json[0] <= '9'));
+  const bool scalar = json == "true" || json == "false" || (number && nlohmann::json::accept(json));
+  return scalar ? std::optional(std::string(json)) : std::nullopt;
 }
 
 double in_type(const Coding& coding, double number) {
@@ -48,7 +62,10 @@ std::optional<double> number_of_json(std::string_view json) {
 
 Result<Value> decode_number(const MappedPoint& point, std::string_view json) {
   const auto number = number_of_json(json);
-  if (number) return Value(in_type(point.coding, *number));
+  if (number) {
+    const auto value = in_type(point.coding, *number);
+    return std::isfinite(value) ? Result<Value>(Value(value)) : unreadable(point, json, "a finite number in its unit");
+  }
   for (const auto& preset : point.coding.words) {
     if (preset.json == json && !point.capability.data && is_string(json)) {
       if (auto text = unquoted(json)) return Value(std::move(*text));
@@ -62,7 +79,8 @@ Result<Value> decode_integer(const MappedPoint& point, std::string_view json) {
   if (!number) return unreadable(point, json, "a number");
   const auto value = in_type(point.coding, *number);
   constexpr double kMost = 9007199254740992.0;  // 2^53: beyond it a double is not exact
-  if (value != std::floor(value) || std::abs(value) > kMost) return unreadable(point, json, "a whole number");
+  if (!std::isfinite(value) || value != std::floor(value) || std::abs(value) > kMost)
+    return unreadable(point, json, "a whole number");
   return Value(static_cast<std::int64_t>(value));
 }
 
@@ -87,7 +105,7 @@ Result<Value> decode_words(const MappedPoint& point, std::string_view json) {
   for (const auto& word : point.coding.words) {
     if (word.json == json) return Value(word.name);
   }
-  auto text = is_string(json) ? unquoted(json) : std::optional(std::string(json));
+  auto text = scalar_text(json);
   const auto respelled = text ? model::dump(nlohmann::json(*text)) : std::string();
   for (const auto& word : point.coding.words) {
     if (word.json == respelled) return Value(word.name);
@@ -97,14 +115,19 @@ Result<Value> decode_words(const MappedPoint& point, std::string_view json) {
 }
 
 Result<Value> decode_text(const MappedPoint& point, std::string_view json) {
-  if (!is_string(json)) return Value(std::string(json));
-  auto text = unquoted(json);
+  auto text = scalar_text(json);
   return text ? Result<Value>(Value(std::move(*text))) : unreadable(point, json, "a text");
+}
+
+Result<Value> decode_json(const MappedPoint& point, std::string_view json) {
+  if (is_deep(json)) return unreadable(point, json, fmt::format("JSON with at most {} levels", kDeepestJson));
+  if (!nlohmann::json::accept(json)) return unreadable(point, json, "valid JSON");
+  return Value(Json{std::string(json)});
 }
 
 /// The two numbers of a colour; a colour may have more members. Without them it is unknown.
 Result<Value> decode_colour(const MappedPoint& point, std::string_view json, const char* first, const char* second) {
-  const auto tree = nlohmann::json::parse(json, nullptr, false);
+  const auto tree = is_deep(json) ? nlohmann::json() : nlohmann::json::parse(json, nullptr, false);
   if (!tree.is_object()) return unreadable(point, json, "an object of numbers");
   const auto one = tree.find(first), other = tree.find(second);
   if (one == tree.end() || other == tree.end() || !one->is_number() || !other->is_number()) return Value();
@@ -123,7 +146,7 @@ Result<Value> decode(const MappedPoint& point, std::string_view json) {
     case Form::kWords: return decode_words(point, json);
     case Form::kText: return decode_text(point, json);
     case Form::kObject:
-    case Form::kList: return Value(Json{std::string(json)});
+    case Form::kList: return decode_json(point, json);
     case Form::kColourXy: return decode_colour(point, json, "x", "y");
     case Form::kColourHueSaturation: return decode_colour(point, json, "hue", "saturation");
   }
