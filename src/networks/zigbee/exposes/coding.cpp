@@ -67,7 +67,8 @@ void set_bounds(const Leaf& leaf, MappedPoint& point) {
   const auto& coding = point.coding;
   const model::UnitConversion change{coding.multiply, coding.divide, coding.shift};
   const auto in_type = [&](std::optional<double> bound) {
-    return bound ? std::optional(change(*bound) + 0.0) : std::nullopt;
+    if (bound) *bound = change(*bound) + 0.0;
+    return bound && std::isfinite(*bound) ? bound : std::nullopt;
   };
   point.capability.minimum = in_type(coding.multiply < 0 ? high : low);
   point.capability.maximum = in_type(coding.multiply < 0 ? low : high);
@@ -114,7 +115,7 @@ std::string in_capitals(std::string text) {
   return text;
 }
 
-/// A row may say which spelling means on: a lock has value_on UNLOCK in some definitions.
+/// A row may define which spelling means on: a lock has value_on UNLOCK in some definitions.
 bool is_turned(const Leaf& leaf, const TypeRow& row) {
   return type_word(row, in_capitals(leaf.on.name)) == "off" && type_word(row, in_capitals(leaf.off.name)) == "on";
 }
@@ -125,17 +126,21 @@ void code_binary(const Leaf& leaf, bool turned, MappedPoint& point) {
   if (turned) std::swap(point.coding.words[0], point.coding.words[1]);
 }
 
-/// Brightness and colour temperature have whole numbers although no definition says so.
+/// Brightness and colour temperature have whole numbers although no definition declares it.
 void add_implied_step(const TypeRow& row, MappedPoint& point) {
   if (row.scale != Scale::kShare && row.unit != "mired") return;
   point.coding.rounded = true;
   if (point.coding.step == 0) point.coding.step = 1;
 }
 
-/// In the unit of the type; bounds that are no narrower than those of the type say nothing.
-void code_quantity(const Leaf& leaf, const LeafUnit& unit, const TypeRow& row, const Type& type, MappedPoint& point) {
+Linear change_to_type(const Leaf& leaf, const LeafUnit& unit, const TypeRow& row, const Type& type) {
   const auto to_type = row.scale == Scale::kSame ? unit_change(unit.code, type.unit) : scale_of(row, leaf);
-  code_number(leaf, joined({unit.multiply, unit.divide, unit.shift}, to_type), point);
+  return joined({unit.multiply, unit.divide, unit.shift}, to_type);
+}
+
+/// In the unit of the type; bounds that are no narrower than those of the type add nothing.
+void code_quantity(const Leaf& leaf, const LeafUnit& unit, const TypeRow& row, const Type& type, MappedPoint& point) {
+  code_number(leaf, change_to_type(leaf, unit, row, type), point);
   if (type.data == DataType::kInteger) point.coding.form = Coding::Form::kInteger;
   add_implied_step(row, point);
   auto& capability = point.capability;
@@ -170,6 +175,17 @@ bool says_more_than_on_and_off(const Leaf& leaf) {
 }
 
 }  // namespace
+
+bool is_within_type(const Leaf& leaf, const LeafUnit& unit, const TypeRow& row, const Type& type) {
+  const auto change = change_to_type(leaf, unit, row, type);
+  const model::UnitConversion convert{change.multiply, change.divide, change.shift};
+  const auto fits = [&](const std::optional<double>& bound) {
+    if (!bound) return true;
+    const auto value = convert(*bound);
+    return value >= type.minimum && value <= type.maximum;
+  };
+  return fits(leaf.minimum) && fits(leaf.maximum);
+}
 
 void code_as_type(const Leaf& leaf, const LeafUnit& unit, const TypeRow& row, const Type& type, MappedPoint& point) {
   switch (leaf.form) {

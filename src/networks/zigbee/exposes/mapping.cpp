@@ -42,19 +42,28 @@ struct Found {
   std::string tag;
 };
 
-Found found_with(const TypeRow* row, std::string_view matched, const TypeCatalogue& types) {
+/// A row that matches by the unit alone is only for leaves whose bounds the type has; others become open types, because
+/// values beyond the bounds of a type would be bad.
+Found found_with(const TypeRow* row, std::string_view matched, const Leaf& leaf, const LeafUnit& unit,
+                 const TypeCatalogue& types) {
   if (row == nullptr) return {};
-  return {row, types.find(row->type), std::string(row->instance.empty() ? matched : row->instance)};
+  const auto* type = types.find(row->type);
+  if (row->name == "*" && type != nullptr && !is_within_type(leaf, unit, *row, *type)) return {};
+  return {row, type, std::string(row->instance.empty() ? matched : row->instance)};
 }
 
 /// By its name; a leaf whose property has another name means that (`state` of the property `window_detection`).
 Found find_row(const Leaf& leaf, const LeafUnit& unit, const TypeCatalogue& types) {
   std::string_view matched;
   const auto property = own_property(leaf);
-  if (property == leaf.name) return found_with(row_of(leaf, leaf.group, leaf.name, unit.code, matched), matched, types);
-  auto found = found_with(row_of(leaf, "", property, unit.code, matched), matched, types);
+  const auto find = [&](std::string_view group, std::string_view name) {
+    const auto* row = row_of(leaf, group, name, unit.code, matched);
+    return found_with(row, matched, leaf, unit, types);
+  };
+  if (property == leaf.name) return find(leaf.group, leaf.name);
+  auto found = find("", property);
   if (found.row != nullptr) return found;
-  found = found_with(row_of(leaf, leaf.group, leaf.name, unit.code, matched), matched, types);
+  found = find(leaf.group, leaf.name);
   found.tag = property;
   return found;
 }
