@@ -37,8 +37,9 @@ class Commands {
   static constexpr Duration kHold = std::chrono::seconds(2);
   /// Radio attempts take up to 10 s (zigbee.md, section 5).
   static constexpr Duration kEchoTime = std::chrono::seconds(15);
-  /// Every request is answered by then (network::Network::send).
-  static constexpr Duration kAnswerTime = std::chrono::seconds(30);
+  /// Every request is answered by then (network::Network::send): a second before the proxy, whose wait of 30 s began
+  /// earlier, gives the command up.
+  static constexpr Duration kAnswerTime = std::chrono::seconds(29);
   static constexpr std::size_t kMaxPending = 200;
 
   struct Calls {

@@ -38,7 +38,7 @@ TEST_F(CommandsTest, Pitfall9_AnEchoMeansSentAndOnlyTheAnswerOfTheDeviceIsAReadi
   EXPECT_TRUE(answers().empty());
   echo(R"("state":"ON","brightness":40)");
   EXPECT_EQ(answers(), (Texts{"1 sent", "2 sent"}));
-  report(R"("state":"ON","brightness":40)");  // a real report, which cannot be told from a heard message
+  report(R"("state":"ON","brightness":40)");  // a real report, which cannot be distinguished from a heard message
   EXPECT_TRUE(readings().empty());
   EXPECT_TRUE(gets().empty());
   run(milliseconds(300));
@@ -208,7 +208,7 @@ TEST_F(CommandsTest, ASleepingDeviceMayTakeTheWholeTimeToLive) {
   echo(R"("occupied_heating_setpoint":21.5)");
   EXPECT_EQ(answers(), Texts{"1 sent"});
   commanded("occupied_heating_setpoint", 22.0, minutes(5));
-  run(seconds(31));
+  run(milliseconds(29'100));
   EXPECT_EQ(answers(), (Texts{"1 sent", "2 undeliverable"}));
 }
 

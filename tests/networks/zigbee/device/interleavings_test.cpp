@@ -27,7 +27,7 @@ bridge::DeviceRecord record_with(int access, bool battery) {
 enum class Manner : std::uint8_t { kObeys, kIgnores, kDead, kRejected };
 
 /// Zigbee2MQTT with one device that obeys, ignores or is dead by chance; every commanded value is another one, so that
-/// it can be told which of them the device ever had.
+/// the test knows which of them the device ever had.
 class World {
  public:
   World(unsigned seed, int access, bool battery, bool obeys_always)
@@ -56,7 +56,7 @@ class World {
     std::map<std::uint64_t, int> answers;
     for (const auto& [request, late] : answered_) {
       ++answers[request];
-      EXPECT_LE(late, Duration(seconds(30)));
+      EXPECT_LE(late, device::Commands::kAnswerTime);
     }
     for (const auto& [request, at] : requests_) EXPECT_EQ(answers[request], 1) << "request " << request;
     EXPECT_EQ(answers.size(), requests_.size());
