@@ -6,7 +6,7 @@
 
 namespace rubicon::networks::zigbee::device {
 
-/// What a state message says besides its values.
+/// What a state message contains besides its values.
 struct Heard {
   WallTime arrival{};
   std::optional<WallTime> last_seen{};  ///< absent: Zigbee2MQTT is configured to leave it out

@@ -8,9 +8,9 @@
 
 namespace rubicon::networks::zigbee::device {
 
-/// When a device that can be asked is asked: once where its values are needed, and periodically where somebody wants
-/// them more often than it reports (zigbee.md, section 9). At most once a second; a question that finds no place in the
-/// bound of the network waits.
+/// When a device that can be asked is asked: once where its values are needed, and periodically where a subscriber
+/// wants them more often than it reports (zigbee.md, section 9). At most once a second; a question that finds no place
+/// in the bound of the network waits.
 class Polling {
  public:
   static constexpr Duration kShortest = std::chrono::seconds(1);

@@ -18,7 +18,7 @@ struct Property {
   std::vector<std::size_t> points;
   bool published = false, settable = false, gettable = false;
   bool event = false;        ///< each message counts once
-  bool of_the_link = false;  ///< differs in each message, whatever caused it: says nothing about the other properties
+  bool of_the_link = false;  ///< differs in each message, whatever caused it: no news of the other properties
 
   std::string text{};     ///< JSON, as last taken; empty = never seen
   WallTime changed{};     ///< when the device had it first, as far as known

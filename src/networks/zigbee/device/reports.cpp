@@ -297,7 +297,7 @@ Value Reports::as_commanded(std::size_t point, Value value) {
   return value;
 }
 
-/// A report that followed a command is not older than it, whatever the clock of Zigbee2MQTT says; and nothing was
+/// A report that followed a command is not older than it, whatever the clock of Zigbee2MQTT shows; and nothing was
 /// measured in the future.
 WallTime Reports::time_of(std::size_t property, std::optional<WallTime> seen) const {
   if (!seen) return {};

@@ -16,7 +16,7 @@
 namespace rubicon::networks::zigbee::device {
 
 /// What the state messages of one device prove. A message holds all values that Zigbee2MQTT remembers, and the presence
-/// of a value says nothing (zigbee.md, section 5): new is what changed, or what was asked for, if it is neither the
+/// of a value proves nothing (zigbee.md, section 5): new is what changed, or what was asked for, if it is neither the
 /// echo of a command nor a copy of old values.
 class Reports {
  public:
@@ -69,7 +69,7 @@ class Reports {
   enum class Verdict : std::uint8_t {
     kReport,    ///< of the device
     kEcho,      ///< of a command of ours, not proven
-    kUnproven,  ///< of a command of somebody else, perhaps
+    kUnproven,  ///< of a command of another client, perhaps
     kStored,    ///< what Zigbee2MQTT remembers
     kNoNews,    ///< older than what is known
   };

@@ -10,12 +10,12 @@
 namespace rubicon::networks::zigbee::device {
 
 /// Finds out which of the values that Zigbee2MQTT published without a report the device really has. It asks for one
-/// property at a time, because an answer does not say what it answers; where asking is impossible, a later message must
+/// property at a time, because an answer does not name its question; where asking is impossible, a later message must
 /// do. A message proves nothing if it has other news: it may be a report of those, with the echo beside it. Nor does
 /// the one by which the device acknowledges a set.
 ///
 /// What remains: a device that ignores a command, leaves our get without an answer and is heard within a second without
-/// any news (a report of the same values) is taken at the word of Zigbee2MQTT.
+/// any news (a report of the same values) counts as confirmed, as Zigbee2MQTT published it.
 class Verification {
  public:
   /// A message that was only heard may overtake the answer to a get: a value counts if no other one follows so soon.
@@ -26,14 +26,14 @@ class Verification {
   /// Whose value is to be proven.
   enum class Cause : std::uint8_t {
     kEcho,       ///< the echo of our command: asked 0.3 s, 1 s and 3 s later
-    kForeign,    ///< a change that the device did not report, a command of somebody else: asked likewise
+    kForeign,    ///< a change that the device did not report, a command of another client: asked likewise
     kNoEchoYet,  ///< our set has no echo: asked once after 2 s, as some converters publish none
-    kNoEchoes,   ///< Zigbee2MQTT is told to publish none for this device: asked as after an echo
+    kNoEchoes,   ///< Zigbee2MQTT is configured to publish none for this device: asked as after an echo
   };
   struct Calls {
     /// Publishes a get for the property; false: not now, try later. `own`: it belongs to a command of ours.
     std::function<bool(std::size_t property, bool own)> ask;
-    /// The device has the value that is known of the property; `seen` = last_seen of the message that says so.
+    /// The device has the value that is known of the property; `seen` = last_seen of the message that proves it.
     std::function<void(std::size_t property, std::optional<WallTime> seen)> proven;
   };
   Verification(Scheduler& scheduler, Calls calls);

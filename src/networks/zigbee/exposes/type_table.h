@@ -14,7 +14,7 @@ enum class Use : std::uint8_t { kAny, kRead, kSet };
 enum class Scale : std::uint8_t {
   kSame,
   kShare,     ///< share of value_max in percent: brightness 0..254
-  kClosed,    ///< 100 % - number: Zigbee2MQTT says how far a cover is open, the catalogue how far it is closed
+  kClosed,    ///< 100 % - number: Zigbee2MQTT reports how far a cover is open, the catalogue how far it is closed
   kFraction,  ///< 0..1 in percent
 };
 
@@ -33,8 +33,8 @@ struct TypeRow {
   std::string_view words{};
 };
 
-/// All rows; the first one that fits a leaf counts. Towards an MQTT bridge the first row of a type says which leaf the
-/// type becomes.
+/// All rows; the first one that fits a leaf counts. Towards an MQTT bridge the first row of a type gives the leaf that
+/// the type becomes.
 std::span<const TypeRow> type_rows();
 
 /// The row of a leaf, or nullptr; `name` stands for leaf.name, `code` is the code of its unit. `matched` becomes what

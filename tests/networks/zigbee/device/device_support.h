@@ -128,7 +128,7 @@ inline std::string iso(WallTime time) {
                      clock.minutes().count(), clock.seconds().count(), clock.subseconds().count());
 }
 
-/// A device in virtual time whose line is up, and what it said since the last look.
+/// A device in virtual time whose line is up, and what it published since the last look.
 class DeviceTest : public testing::Test {
  protected:
   using Values = std::vector<std::pair<std::string, std::string>>;  ///< type name, text

@@ -67,7 +67,7 @@ class ReplayTest : public testing::Test {
       if (answers_gets_) answer_gets(one);
     }
   }
-  /// As a device that does what it was told: the values of the last message, with a new last_seen.
+  /// As a device that executes its commands: the values of the last message, with a new last_seen.
   static void answer_gets(OneDevice& one) {
     const auto asked = one.host.payloads("get").size();
     if (std::exchange(one.answered, asked) == asked || one.last.empty()) return;
@@ -124,7 +124,7 @@ class ReplayTest : public testing::Test {
 
 // Of 297 messages 210 bring nothing but last_seen and linkquality: 194, and the first of each of the 16 devices. The
 // numbers were counted by a program of a few lines in another language. Echoes of the two sets of another client are
-// not among them, because nobody answers our questions here.
+// not among them, because no device answers our questions here.
 TEST_F(ReplayTest, OfTheRecordedMessagesOnlyTheChangesAreReadings) {
   replay();
   EXPECT_EQ(devices_.size(), 16U);

@@ -42,7 +42,7 @@ TreeOfJson colour(int number) {
   return {{"x", part}, {"y", 1 - part}, {"hue", number % 361}, {"saturation", number % 101}, {"more", true}};
 }
 
-/// What the grammar does not say: colours are in their bounds, counters are whole.
+/// What the grammar does not contain: colours are in their bounds, counters are whole.
 TreeOfJson reported(DefinitionGenerator& generator, const TreeOfJson& leaf, const MappedPoint& point, int number) {
   auto value = generator.value_of(leaf);
   if (is_colour_point(point)) return colour(number);
@@ -52,19 +52,19 @@ TreeOfJson reported(DefinitionGenerator& generator, const TreeOfJson& leaf, cons
 
 void expect_round_trip(MappedPoint point, const TreeOfJson& value) {
   point.access.settable = true;  // so that what only reports is tried as well
-  const auto said = value.dump();
-  const auto known = decode(point, said);
+  const auto published = value.dump();
+  const auto known = decode(point, published);
   ASSERT_TRUE(known) << point.property << ": " << known.error().text;
   if (known->index() == 0) {
-    EXPECT_TRUE(value.is_null() || is_colour_point(point)) << said;
+    EXPECT_TRUE(value.is_null() || is_colour_point(point)) << published;
     return;
   }
   const auto sent = encode(point, *known);
-  ASSERT_TRUE(sent) << point.property << " " << said << ": " << sent.error().text;
+  ASSERT_TRUE(sent) << point.property << " " << published << ": " << sent.error().text;
   const auto expected = is_colour_point(point) ? coordinates(point, value) : value;
   const auto to_the_grid = point.coding.rounded ? point.coding.step / 2 : 0;
   EXPECT_TRUE(same_json(TreeOfJson::parse(*sent), expected, to_the_grid))
-      << point.property << ": " << said << " became " << *sent;
+      << point.property << ": " << published << " became " << *sent;
 }
 
 /// Leaves that are no leaf to us are named in `skipped`.

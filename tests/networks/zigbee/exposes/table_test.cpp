@@ -72,7 +72,7 @@ TEST(TypeTable, NoRowComesTwice) {
   }
 }
 
-/// tests/cases/types/zigbee_units.tsv says for all networks what a unit is where nothing else is known.
+/// tests/cases/types/zigbee_units.tsv lists for all networks what a unit is where nothing else is known.
 TEST(TypeTable, RowsByUnitAgreeWithTheTypesOfUnits) {
   const std::map<std::string, std::string> spelled{{"kW.h", "kWh"},   {"V.A", "VA"},     {"kvar.h", "kvarh"},
                                                    {"[ppm]", "ppm"},  {"/cm3", "1/cm3"}, {"/min", "1/min"},

@@ -13,7 +13,7 @@ MappedPoint point_of(const std::string& expose) {
 }
 
 /// `real 21.5`; an error as its code and text.
-std::string said(const Result<Value>& value) {
+std::string result_text(const Result<Value>& value) {
   constexpr std::string_view kKinds[] = {"nothing", "bool", "int", "real", "text", "json"};
   if (!value) return fmt::format("{}: {}", base::to_string(value.error().code), value.error().text);
   const auto text = to_text(*value);
@@ -37,7 +37,7 @@ TEST(StateValues, FollowTheCases) {
   for (const auto& row : rows) {
     ASSERT_EQ(row.size(), 3U) << row[0];
     const auto& value = row[2];
-    EXPECT_EQ(said(decode(point_of(row[0]), row[1])), value) << row[0] << "\t" << row[1];
+    EXPECT_EQ(result_text(decode(point_of(row[0]), row[1])), value) << row[0] << "\t" << row[1];
   }
 }
 
@@ -47,7 +47,7 @@ TEST(Commands, FollowTheCases) {
   for (const auto& row : rows) {
     ASSERT_EQ(row.size(), 3U) << row[0];
     const auto sent = encode(point_of(row[0]), value_of(row[1]));
-    const auto json = sent ? *sent : said(fail(sent.error()));
+    const auto json = sent ? *sent : result_text(fail(sent.error()));
     const auto& expected = row[2];
     EXPECT_EQ(json, expected) << row[0] << "\t" << row[1];
   }
