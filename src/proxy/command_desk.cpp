@@ -34,7 +34,8 @@ model::Outcome outcome_of(const Command& command, CommandState state) {
   switch (state) {
     case CommandState::kConfirmed:
     case CommandState::kAssumed: return model::Outcome::kSent;
-    case CommandState::kRefused: return command.outcome;
+    case CommandState::kRefused:
+    case CommandState::kFailed: return command.outcome;
     default: return model::Outcome::kFailed;
   }
 }
@@ -348,13 +349,13 @@ bool CommandDesk::acknowledged(const model::Acknowledge& answer) {
     return true;
   }
   command.outcome = answer.outcome;
-  switch (answer.outcome) {
-    case model::Outcome::kSent: sent(*device, *point, command); break;
-    case model::Outcome::kFailed: settle(*device, *point, command, CommandState::kFailed, answer.text); break;
-    default:
-      settle(*device, *point, command, CommandState::kRefused,
-             answer.text.empty() ? std::string(to_string(answer.outcome)) : answer.text);
+  if (answer.outcome == model::Outcome::kSent) {
+    sent(*device, *point, command);
+    return true;
   }
+  const bool failed = answer.outcome == model::Outcome::kFailed || answer.outcome == model::Outcome::kUndeliverable;
+  settle(*device, *point, command, failed ? CommandState::kFailed : CommandState::kRefused,
+         answer.text.empty() ? std::string(to_string(answer.outcome)) : answer.text);
   return true;
 }
 

@@ -99,14 +99,17 @@ TEST_F(CommandMessages, AreRefusedWhereASetWouldBe) {
   EXPECT_TRUE(hall().sent_bodies<model::SetProperty>().empty());
 }
 
-TEST_F(CommandMessages, KeepTheWordsOfTheNetworkThatRefuses) {
+TEST_F(CommandMessages, KeepTheOutcomeAndTheWordsOfTheNetwork) {
   begin();
-  hall().outcome = Outcome::kUnsupported;
-  hall().why = "no flaps";
-  ask(model::Actuate{5, actuator(kFlap), true});
-  ASSERT_EQ(heard.size(), 1u);
-  EXPECT_EQ(heard[0].outcome, Outcome::kUnsupported);
-  EXPECT_THAT(heard[0].text, ::testing::HasSubstr("no flaps"));
+  for (const auto outcome : {Outcome::kUnsupported, Outcome::kUndeliverable, Outcome::kFailed}) {
+    heard.clear();
+    hall().outcome = outcome;
+    hall().why = "no flaps";
+    ask(model::Actuate{5, actuator(kFlap), true});
+    ASSERT_EQ(heard.size(), 1u);
+    EXPECT_EQ(heard[0].outcome, outcome);
+    EXPECT_THAT(heard[0].text, ::testing::HasSubstr("no flaps"));
+  }
 }
 
 TEST_F(CommandMessages, OfADeviceOfThisIslandAreNamedWithIt) {

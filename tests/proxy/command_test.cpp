@@ -182,7 +182,7 @@ TEST_F(Commands, TheAnswerOfTheNetworkDecidesTheState) {
                                                    {Outcome::kRefused, "refused"},
                                                    {Outcome::kUnsupported, "refused"},
                                                    {Outcome::kBusy, "refused"},
-                                                   {Outcome::kUndeliverable, "refused"}};
+                                                   {Outcome::kUndeliverable, "failed"}};
   for (const auto& [outcome, state] : cases) {
     hall().outcome = outcome;
     hall().why = "because";

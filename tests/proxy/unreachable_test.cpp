@@ -98,7 +98,7 @@ TEST_F(FoundUnreachable, TheNetworkStillTakesItsCommandsAtOnce) {
   ASSERT_EQ(actuated().size(), 1U);
   hall().say("7", Acknowledge{actuated()[0].request, Outcome::kUndeliverable, "no answer of the device"});
   time.run_ready();
-  EXPECT_EQ(command()["state"], "refused");
+  EXPECT_EQ(command()["state"], "failed");
   EXPECT_EQ(command()["reason"], "no answer of the device");
 }
 

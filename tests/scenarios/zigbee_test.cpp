@@ -72,7 +72,7 @@ TEST_F(Zigbee, Pitfall10_ADeviceWithoutPowerEndsTheCommandWithTheReason) {
   EXPECT_EQ(command(kLampPoint, "on"), tuples::Verdict::kApplied);
   scheduler.run_for(30s);
   const auto ended = seen_json(kLampPoint + ".status")["command"];
-  EXPECT_EQ(ended.value("state", ""), "refused");
+  EXPECT_EQ(ended.value("state", ""), "failed");
   EXPECT_THAT(ended.dump(), HasSubstr("Zigbee2MQTT did not"));
 }
 

@@ -207,7 +207,7 @@ model::Acknowledge acknowledge_of(std::uint64_t number, DeliveryResult result, s
     case DeliveryResult::kSinkSilent: return outcome(Outcome::kUndeliverable, "the sink did not acknowledge it");
     case DeliveryResult::kExpired:
       return outcome(Outcome::kUndeliverable, "expired: the sink was busy or away for too long");
-    case DeliveryResult::kRefused: return outcome(Outcome::kUndeliverable, "the motes of a recording take no messages");
+    case DeliveryResult::kRefused: return outcome(Outcome::kRefused, "the motes of a recording take no messages");
     case DeliveryResult::kRejected:
       return outcome(Outcome::kFailed, fmt::format("mote {} acknowledged it with an error", mote));
     case DeliveryResult::kSuperseded:
