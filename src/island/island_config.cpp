@@ -187,6 +187,7 @@ void read_network(const std::string& key, ConfigReader& network, std::span<const
   read_rate(network, rules);
   rules.roaming = roaming_domain(network, setup.type ? setup.type->roaming : std::string_view());
   rules.lists_devices = setup.type && setup.type->lists_devices;
+  rules.discovers = setup.type && setup.type->discovers;
   rules.probes = setup.type && setup.type->probes;
   rules.unique_names = setup.type && setup.type->unique_names;
   if (setup.type) rules.answer_time = setup.type->answer_time;

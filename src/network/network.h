@@ -118,6 +118,10 @@ struct NetworkType {
   Duration longest_pause = std::chrono::seconds(1);
   /// The options name every device: the proxy then does not show devices that it remembers and the options do not name.
   bool lists_devices = false;
+  /// The network finds its devices by itself and hears from some of them only later: a Join that was not heard may be
+  /// of a new device, and `discovery` applies to it. False: such a device comes from the options, and is always
+  /// admitted.
+  bool discovers = false;
   /// The option that names a file which is read with the options: a reload compares its content too. Empty = none.
   std::string_view file_option{};
   /// Roaming domain of types whose addresses are unique in the world (docs/roaming.md); a key part, empty = none. The

@@ -29,6 +29,7 @@ struct NetworkRules {
   std::map<std::string, DeviceNames> devices;                  ///< by address, or announced name (adopt_names())
   std::string roaming;         ///< domain within which an address means one device; empty = none
   bool lists_devices = false;  ///< its options name all its devices (NetworkType::lists_devices)
+  bool discovers = false;      ///< a device that was not heard may be new (NetworkType::discovers)
   bool probes = false;         ///< quiet devices are sent a Probe (NetworkType::probes)
   bool unique_names = false;   ///< the keys of `devices` may also be names (NetworkType::unique_names)
   Duration answer_time{0};     ///< NetworkType::answer_time

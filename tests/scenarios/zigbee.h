@@ -45,9 +45,9 @@ class Zigbee : public Ecology {
     ASSERT_TRUE(bridge->open());
     scheduler.run_for(2s);
   }
-  island::Island& start(const std::string& more = {}) {
+  island::Island& start(const std::string& more = {}, const std::string& discovery = {}) {
     const auto text = std::string("island: {id: 1, name: test}\nnetworks:\n  zigbee: {type: zigbee, broker: ") +
-                      kBrokerHost + (more.empty() ? "" : ", " + more) + "}\n";
+                      kBrokerHost + (more.empty() ? "" : ", " + more) + "}\n" + discovery;
     base::ConfigErrors errors;
     const auto tree = config::parse_yaml(text, "island.yaml");
     EXPECT_TRUE(tree) << text;

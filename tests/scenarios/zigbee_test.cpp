@@ -191,6 +191,35 @@ TEST_F(Zigbee, ADeviceThatIsPairedJoinsAndOneWhoseInterviewFailsWaitsInTheInbox)
   EXPECT_THAT(inbox.dump(), HasSubstr("interview"));
 }
 
+TEST_F(Zigbee, WhereTheIslandAsksANewDeviceWaitsForApproval) {
+  begin_bridge();
+  start({}, "discovery: {new-devices: ask}\n");
+  const auto waits = json(watcher(), 1, "proxy.inbox.zigbee.00124b0010000002");
+  EXPECT_EQ(waits.value("name", ""), "thermometer");
+  EXPECT_EQ(waits.value("why", ""), "discovery.new-devices is ask");
+  EXPECT_EQ(json(watcher(), 1, "proxy.inbox").value("count", 0), 5);
+  world->change(device("thermometer"), "temperature", 22.5);
+  scheduler.run_for(1s);
+  EXPECT_EQ(seen("00124b0010000002.description"), "(none)");
+  component(kRobot).set_remote(OwnerId(1), "proxy.inbox.zigbee.00124b0010000002", "approve", {}, nullptr);
+  scheduler.run_for(1s);
+  EXPECT_EQ(seen_json("00124b0010000002.description")["name"], "thermometer");
+  world->change(device("thermometer"), "temperature", 23);
+  scheduler.run_for(1s);
+  EXPECT_EQ(seen(kTemperature + ".value"), "23");
+  EXPECT_EQ(device_status("00124b0010000002"), "reachable");
+  EXPECT_EQ(json(watcher(), 1, "proxy.inbox").value("count", 0), 4);
+}
+
+TEST_F(Zigbee, WhereTheIslandIgnoresNewDevicesOnlyNamedOnesAreListed) {
+  begin_bridge();
+  start("devices: {lamp: {id: ceiling}}", "discovery: {new-devices: ignore}\n");
+  EXPECT_EQ(seen_json("ceiling.description")["name"], "lamp");
+  EXPECT_EQ(seen("00124b0010000001.description"), "(none)");
+  EXPECT_EQ(json(watcher(), 1, "proxy.inbox").value("count", 9), 0);
+  EXPECT_EQ(json(watcher(), 1, "proxy.inbox").value("ignored", 0), 4);
+}
+
 TEST_F(Zigbee, ADeviceThatLeavesIsGone) {
   begin_bridge();
   start();

@@ -284,6 +284,7 @@ const network::NetworkType kType{
     .summary = "ZigBee devices, through Zigbee2MQTT and its MQTT broker",
     .sample_config = kSample,
     .make = network::make_network<ZigbeeNetwork, read_zigbee_options>,
+    .discovers = true,
     .quiet = true,
     .unique_names = true,
     .answer_time = std::chrono::seconds(30),  // a sleeping device takes a command when it wakes

@@ -16,9 +16,13 @@ namespace {
 using state::Decision;
 using state::KnownDevice;
 
-/// Devices that were not heard come from options or files of their network.
+/// Devices that were not heard come from options or files of their network, unless it finds devices by itself.
+bool comes_from_options(const Network& network, const model::Join& join) {
+  return !join.heard && !network.rules.discovers;
+}
+
 bool is_configured(const Network& network, const model::Join& join) {
-  return !join.heard || network.rules.lists_devices;
+  return comes_from_options(network, join) || network.rules.lists_devices;
 }
 
 }  // namespace
@@ -49,7 +53,7 @@ void Admission::on_join(const Device* device, Network& network, const std::strin
   if (!device && !remembered_here) known = memory_.recall(network.id, address);
   const auto* remembered = known ? &*known : nullptr;
   if (!device) {
-    auto ruling = decide(network, name, join, remembered, !join.heard);
+    auto ruling = decide(network, name, join, remembered, comes_from_options(network, join));
     if (!ruling.is_admitted()) {
       keep_out(name, announced, remembered, std::move(ruling));
       if (join.heard) inbox_.note_message(name);

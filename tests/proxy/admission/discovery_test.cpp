@@ -34,6 +34,20 @@ TEST_F(Discovery, ANewDeviceWaitsWithWhatItAnnouncesAndWhy) {
   EXPECT_FALSE(exists("proxy.hall.1_7.sensor.glow-1.value"));
 }
 
+TEST_F(Discovery, ADeviceThatWasNotHeardComesFromTheOptionsUnlessItsNetworkDiscovers) {
+  rules().discovers = true;
+  start();
+  auto listed = lamp();
+  listed.heard = false;
+  join("7", listed);
+  EXPECT_FALSE(exists("proxy.hall.7.status"));
+  EXPECT_EQ(inbox()["waiting"][0]["why"], "discovery.new-devices is ask");
+  rules().discovers = false;
+  proxy->reconfigure(config);
+  join("8", listed);
+  EXPECT_TRUE(exists("proxy.hall.8.status"));
+}
+
 TEST_F(Discovery, TheInboxIsPublishedAtTheStartAndThenOncePerPause) {
   start();
   join("7", lamp());
