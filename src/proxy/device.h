@@ -125,6 +125,7 @@ struct Device {
   DeviceMirror mirror;
   DeviceStatus status = DeviceStatus::kUnknown;
   bool found_unreachable = false;  ///< by its network, which still takes its commands; until it is heard
+  bool unusable = false;           ///< found unreachable by a Join::problem; until a Join without one
   SteadyTime heard_at{};           ///< the last message; meaningless while status is unknown
   DeviceLiveness liveness;
   std::vector<Point> points;

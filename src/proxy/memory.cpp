@@ -21,6 +21,11 @@ constexpr Duration kTidyPause = std::chrono::minutes(1);
 /// Names given in a second: the loop waits for the disk at each.
 constexpr int kMaxNames = 20;
 
+/// By a user.
+bool is_named(const KnownDevice& device) {
+  return !device.given_name.empty() || !device.area.empty();
+}
+
 }  // namespace
 
 model::Join announcement(const Device& device) {
@@ -167,6 +172,16 @@ void Memory::forget(const std::string& network, const std::string& address) {
   schedule_flush(Duration(0));
 }
 
+void Memory::end_decision(const std::string& network, const std::string& address, const model::Join& join) {
+  const auto known = recall(network, address);
+  forget(network, address);
+  const auto entry = unlisted_.find({network, address});
+  if (!known || !is_named(*known) || entry == unlisted_.end()) return;
+  const auto now = context_.clock.now().wall;
+  entry->second =
+      KnownDevice{network, address, {}, Decision::kNone, join, {}, now, now, {}, known->given_name, known->area};
+}
+
 void Memory::left(const Device& device) {
   if (device.storage.decision == Decision::kNone) return forget(device.network->id, device.address);
   save_unlisted(device.network->id, device.address, announcement(device), device.storage.decision);
@@ -271,6 +286,9 @@ std::vector<Memory::Name> Memory::write_unlisted(std::size_t most, bool& written
 
 bool Memory::write_one(const Name& name, const std::optional<KnownDevice>& known) {
   if (!known) return can_continue(store_->forget(name.first, name.second));
+  // A row keeps its decision: that of end_decision() is written anew.
+  const bool anew = known->decision == Decision::kNone && is_named(*known);
+  if (anew && !can_continue(store_->forget(name.first, name.second))) return false;
   const auto row = store_->save(*known);
   return row || can_continue(fail(row.error()));
 }

@@ -88,7 +88,7 @@ void Proxy::Impl::listen() {
 void Proxy::Impl::join(Device* device, Network& network, const Message& message, const model::Join& join) {
   if (message.source.device.empty()) return void(admission.on_unknown_device(network, message));
   // A listed device keeps its tuples: it may be interviewed again.
-  if (device && !join.problem.empty()) return found_unreachable(*device, join.problem);
+  if (device && !join.problem.empty()) return found_unreachable(*device, join.problem, true);
   admission.on_join(device, network, message.source.device, join);
 }
 
@@ -112,6 +112,8 @@ void Proxy::Impl::listed(const DeviceDirectory::Joined& joined, const Announced&
     if (!device.network->line_known) presume_line(*device.network);
     device.heard_at = announced.heard_at;
     if (first || device.status == DeviceStatus::kUnreachable) reachable(device, !joined.fresh);
+  } else if (device.unusable) {
+    usable_again(device);
   }
   liveness.watch(device);
   if (!joined.fresh) demand.repeat(device);
@@ -163,10 +165,11 @@ void Proxy::Impl::keep_alive(Device* device, Network& network, const Message& me
 }
 
 void Proxy::Impl::unreachable(Device* device, Network&, const Message&, const model::Unreachable& unreachable) {
-  if (device) found_unreachable(*device, unreachable.reason);
+  if (device) found_unreachable(*device, unreachable.reason, false);
 }
 
-void Proxy::Impl::found_unreachable(Device& device, const std::string& reason) {
+void Proxy::Impl::found_unreachable(Device& device, const std::string& reason, bool unusable) {
+  device.unusable = unusable;
   const bool same = device.found_unreachable && device.reason.text() == reason;
   if (same) return;
   if (device.status != DeviceStatus::kUnreachable) device.since = context.clock.now().wall;
@@ -175,6 +178,16 @@ void Proxy::Impl::found_unreachable(Device& device, const std::string& reason) {
   device.reason = reason;
   lost(device);
   desk.deliver(device);
+}
+
+/// A Join without a problem that was not heard is no sign of life.
+void Proxy::Impl::usable_again(Device& device) {
+  device.status = DeviceStatus::kUnknown;
+  device.found_unreachable = device.unusable = false;
+  device.since = context.clock.now().wall;
+  device.reason.clear();
+  mirror.device_status(device);
+  mirror.all_points(device);
 }
 
 void Proxy::Impl::remove(Device& device) {
@@ -263,7 +276,7 @@ void Proxy::Impl::heard(Device& device) {
 
 void Proxy::Impl::reachable(Device& device, bool was_known) {
   device.status = DeviceStatus::kReachable;
-  device.found_unreachable = false;
+  device.found_unreachable = device.unusable = false;
   device.since = context.clock.now().wall;
   device.reason.clear();
   network_tuples.devices_changed(*device.network);

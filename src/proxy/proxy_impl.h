@@ -45,7 +45,8 @@ struct Proxy::Impl {
 
   void heard(Device& device);
   void reachable(Device& device, bool was_lost);
-  void found_unreachable(Device& device, const std::string& reason);
+  void found_unreachable(Device& device, const std::string& reason, bool unusable);
+  void usable_again(Device& device);
   void lost(Device& device);
   void probe(const Device& device);
   void reading(Device& device, const model::Reading& reading);

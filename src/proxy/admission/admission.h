@@ -77,6 +77,15 @@ class Admission {
   Device* take_over(const DeviceName& name);
   bool claimed_elsewhere(Network& network, const std::string& address, Device*& device);
   void restore(Network& network, Memory::Row row, state::KnownDevice&& known);
+  /// What a user set.
+  struct Order {
+    state::Decision decision{};
+    std::string word;  ///< `approve` or `ignore`
+    bool many = false;
+    std::string pattern;  ///< of many devices; else the key of one
+  };
+  static Result<Order> read_order(const tuples::RemoteSet& request, const std::string& root);
+  Result<std::vector<DeviceName>> devices_of(const Order& order);
   void apply_decisions();
   void approve(const DeviceName& name);
   void ignore(const DeviceName& name);

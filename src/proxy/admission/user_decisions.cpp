@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <functional>
 #include <iterator>
 #include <optional>
 
@@ -28,48 +27,54 @@ std::optional<Decision> decision_of(std::string_view word) {
 
 }  // namespace
 
-/// `approve` on `proxy.inbox.wsn-1.7`, or `approve wsn-1.*` on `proxy.inbox`.
-tuples::SetDecision Admission::decide_set(const tuples::RemoteSet& request) {
-  const auto root = model::IslandKey{context_.config.prefix}.inbox();
+/// kInvalid: the text is neither `approve` nor `ignore`, or lacks the pattern.
+Result<Admission::Order> Admission::read_order(const tuples::RemoteSet& request, const std::string& root) {
   const bool many = request.key == root;
   const std::string_view text = request.value;
   const auto blank = many ? text.find(' ') : text.npos;
   const auto decision = decision_of(text.substr(0, blank));
   if (!decision || (many && (blank == text.npos || blank + 1 == text.size()))) {
-    return tuples::SetDecision::refused(
-        {ErrorCode::kInvalid,
-         fmt::format("{}: expected {}, got {}", model::quoted(request.key),
-                     many ? "approve or ignore and a pattern such as wsn-1.*" : "approve or ignore",
-                     model::quoted(text))});
+    return fail(ErrorCode::kInvalid,
+                fmt::format("{}: expected {}, got {}", model::quoted(request.key),
+                            many ? "approve or ignore and a pattern such as wsn-1.*" : "approve or ignore",
+                            model::quoted(text)));
   }
-  const std::string pattern = many ? std::string(text.substr(blank + 1)) : request.key.substr(root.size() + 1);
-  auto found = many ? inbox_.matching(pattern) : inbox_.with_key(pattern);
-  if (found.size() > 1 && !many) {
-    return tuples::SetDecision::refused(
-        {ErrorCode::kDuplicate, fmt::format("{} fits {} devices: set {} to {} {}.<address>", model::quoted(pattern),
-                                            found.size(), root, text, found.front().network)});
-  }
-  if (found.empty() && !many && *decision == Decision::kIgnored) {
-    if (const auto* device = directory_.find_by_key(pattern)) found.push_back({device->network->id, device->address});
-  }
-  if (found.empty()) {
-    return tuples::SetDecision::refused(
-        {ErrorCode::kNotFound, fmt::format("no device {} waits", model::quoted(pattern))});
-  }
-  if (*decision == Decision::kApproved) {
-    const auto usable = [this](const DeviceName& name) { return inbox_.find(name)->state != InboxState::kUnusable; };
-    const auto first = found.front();
-    std::erase_if(found, std::not_fn(usable));
-    if (found.empty()) {
-      return tuples::SetDecision::refused(
-          {ErrorCode::kRefused, fmt::format("{} cannot be used: {}", key_of(first), inbox_.find(first)->why)});
-    }
-  }
-  if (decisions_.size() + found.size() > 2 * context_.config.max_devices)
+  return Order{*decision, std::string(text.substr(0, blank)), many,
+               std::string(many ? text.substr(blank + 1) : std::string_view(request.key).substr(root.size() + 1))};
+}
+
+/// `approve` on `proxy.inbox.wsn-1.7`, or `approve wsn-1.*` on `proxy.inbox`.
+tuples::SetDecision Admission::decide_set(const tuples::RemoteSet& request) {
+  const auto order = read_order(request, model::IslandKey{context_.config.prefix}.inbox());
+  if (!order) return tuples::SetDecision::refused(order.error());
+  auto found = devices_of(*order);
+  if (!found) return tuples::SetDecision::refused(found.error());
+  if (decisions_.size() + found->size() > 2 * context_.config.max_devices)
     return tuples::SetDecision::refused({ErrorCode::kBusy, "too many decisions at once, try again"});
-  for (auto& name : found) decisions_.emplace_back(std::move(name), *decision);
+  for (auto& name : *found) decisions_.emplace_back(std::move(name), order->decision);
   next_decisions_.request();
   return tuples::SetDecision::consumed();
+}
+
+/// kNotFound: none; kDuplicate: one is meant and several fit; kRefused: none of them can be approved.
+Result<std::vector<DeviceName>> Admission::devices_of(const Order& order) {
+  auto found = order.many ? inbox_.matching(order.pattern) : inbox_.with_key(order.pattern);
+  if (found.size() > 1 && !order.many) {
+    return fail(ErrorCode::kDuplicate,
+                fmt::format("{} fits {} devices: set {} to {} {}.<address>", model::quoted(order.pattern), found.size(),
+                            model::IslandKey{context_.config.prefix}.inbox(), order.word, found.front().network));
+  }
+  if (found.empty() && !order.many && order.decision == Decision::kIgnored) {
+    if (const auto* device = directory_.find_by_key(order.pattern))
+      found.push_back({device->network->id, device->address});
+  }
+  if (found.empty()) return fail(ErrorCode::kNotFound, fmt::format("no device {} waits", model::quoted(order.pattern)));
+  if (order.decision != Decision::kApproved) return found;
+  const auto first = found.front();
+  std::erase_if(found, [this](const DeviceName& name) { return inbox_.find(name)->state == InboxState::kUnusable; });
+  if (found.empty())
+    return fail(ErrorCode::kRefused, fmt::format("{} cannot be used: {}", key_of(first), inbox_.find(first)->why));
+  return found;
 }
 
 void Admission::apply_decisions() {
@@ -87,7 +92,7 @@ void Admission::approve(const DeviceName& name) {
   const auto announced = entry->announced;
   const auto& join = announced.join;
   if (!join.problem.empty()) {  // was ignored, or became unusable since
-    memory_.forget(name.network, name.address);
+    memory_.end_decision(name.network, name.address, join);
     inbox_.put(name, announced, InboxState::kUnusable, join.problem);
     return;
   }

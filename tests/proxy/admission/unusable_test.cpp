@@ -127,6 +127,50 @@ TEST_F(Unusable, ADeviceThatIsListedKeepsItsTuplesAndIsUnreachable) {
   EXPECT_EQ(json("proxy.hall.7.status")["status"], "reachable");
 }
 
+TEST_F(Unusable, AJoinThatWasNotHeardEndsTheProblemAndIsNoSignOfLife) {
+  start();
+  join("7", lamp());
+  join("7", unusable("interview in progress"));
+  auto listed = lamp();
+  listed.heard = false;
+  join("7", listed);
+  EXPECT_EQ(json("proxy.hall.7.status")["status"], "unknown");
+  EXPECT_EQ(json("proxy.hall.7.status")["reason"], "");
+  join("7", unusable());
+  EXPECT_EQ(json("proxy.hall.7.status")["reason"], "interview failed");
+  join("7", lamp());
+  EXPECT_EQ(json("proxy.hall.7.status")["status"], "reachable");
+}
+
+TEST_F(Unusable, AJoinThatWasNotHeardEndsNoOtherReason) {
+  start();
+  join("7", lamp());
+  auto listed = lamp();
+  listed.heard = false;
+  say("7", model::Unreachable{"gone"});
+  join("7", listed);
+  EXPECT_EQ(json("proxy.hall.7.status")["reason"], "gone");
+  join("7", unusable());
+  say("7", model::Unreachable{"gone"});
+  join("7", listed);
+  EXPECT_EQ(json("proxy.hall.7.status")["reason"], "gone");
+}
+
+TEST_F(Unusable, AnIgnoredOneKeepsTheNameAndTheAreaOfTheUser) {
+  start();
+  join("7", lamp());
+  ASSERT_EQ(set("proxy.hall.7.description", R"({"name":"Kitchen lamp","area":"Kitchen"})").verdict, Verdict::kApplied);
+  ASSERT_EQ(set("proxy.inbox.hall.7", "ignore").verdict, Verdict::kApplied);
+  join("7", unusable());
+  ASSERT_EQ(set("proxy.inbox.hall.7", "approve").verdict, Verdict::kApplied);
+  EXPECT_EQ(inbox()["waiting"][0]["why"], "interview failed");
+  time.run_for(20s);
+  restart();
+  join("7", lamp());
+  EXPECT_EQ(json("proxy.hall.7.description")["name"], "Kitchen lamp");
+  EXPECT_EQ(json("proxy.hall.7.description")["area"], "Kitchen");
+}
+
 TEST_F(Unusable, IsNotRememberedOverARestart) {
   start();
   join("7", unusable());
