@@ -24,6 +24,7 @@ bool is_client_id(std::string_view id) {
 const char* fault_of(const MqttOptions& options) {
   if (options.host.empty() || options.port == 0) return "no host or port to connect to";
   if (!is_client_id(options.client_id)) return "the client id must have at most 23 letters and digits";
+  if (!options.user.empty() && !is_mqtt_text(options.user)) return "the user has characters that MQTT does not allow";
   if (!options.password.empty() && options.user.empty()) return "a password needs a user";
   if (options.keep_alive < seconds(10) || options.keep_alive > seconds(65535))
     return "keep-alive must be 10 s to 65535 s";
@@ -63,7 +64,7 @@ constexpr Reason kReasons[] = {
     {0x93, ErrorCode::kBusy, "got more messages at a time than it takes"},
     {0x95, ErrorCode::kOutOfRange, "got a packet that is too large for it"},
     {0x97, ErrorCode::kBusy, "says that a quota is exceeded"},
-    {0x98, ErrorCode::kUnreachable, "was told by its administrator to close the connection"},
+    {0x98, ErrorCode::kUnreachable, "closes the connection by administrative action"},
     {0x9c, ErrorCode::kRefused, "wants us to use another server"},
     {0x9d, ErrorCode::kRefused, "has moved to another server"},
 };

@@ -1,15 +1,25 @@
 #include "transport/mqtt_topics.h"
 
-#include "base/printable.h"
+#include <algorithm>
+
+#include "base/utf8.h"
 
 namespace rubicon::transport {
 
 namespace {
 
-constexpr std::size_t kLongestTopic = 65535;
+constexpr std::size_t kLongestText = 65535;
+constexpr std::ptrdiff_t kMostLevels = 200;
 
-bool is_mqtt_text(std::string_view text) {
-  return !text.empty() && text.size() <= kLongestTopic && text.find('\0') == text.npos && base::is_utf8(text);
+/// Brokers and clients may refuse the others (MQTT 5, section 1.5.4), and libmosquitto does.
+bool is_mqtt_character(char32_t code) {
+  const bool control = code < 0x20 || (code >= 0x7f && code <= 0x9f);
+  const bool noncharacter = (code >= 0xfdd0 && code <= 0xfdef) || (code & 0xfffe) == 0xfffe;
+  return !control && !noncharacter;
+}
+
+bool has_few_levels(std::string_view topic) {
+  return std::count(topic.begin(), topic.end(), '/') < kMostLevels;
 }
 
 /// Takes the first level and its `/` away; `more` = a level follows, which may be empty.
@@ -23,12 +33,21 @@ std::string_view take_level(std::string_view& text, bool& more) {
 
 }  // namespace
 
+bool is_mqtt_text(std::string_view text) {
+  if (text.empty() || text.size() > kLongestText) return false;
+  while (!text.empty()) {
+    const auto character = base::take_utf8(text);
+    if (!character || !is_mqtt_character(*character)) return false;
+  }
+  return true;
+}
+
 bool is_mqtt_topic(std::string_view topic) {
-  return is_mqtt_text(topic) && topic.find_first_of("+#") == topic.npos;
+  return is_mqtt_text(topic) && has_few_levels(topic) && topic.find_first_of("+#") == topic.npos;
 }
 
 bool is_mqtt_filter(std::string_view filter) {
-  if (!is_mqtt_text(filter)) return false;
+  if (!is_mqtt_text(filter) || !has_few_levels(filter)) return false;
   for (bool more = true; more;) {
     const auto level = take_level(filter, more);
     if (level == "#" && more) return false;

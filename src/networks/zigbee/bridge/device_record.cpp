@@ -8,6 +8,7 @@
 #include "base/printable.h"
 #include "base/text.h"
 #include "networks/zigbee/bridge/json_tree.h"
+#include "transport/mqtt_topics.h"
 
 namespace rubicon::networks::zigbee::bridge {
 namespace {
@@ -78,6 +79,9 @@ void read_identity(const JsonObject& object, DeviceRecord& record) {
   if (record.power_source == "Unknown") record.power_source.clear();
 }
 
+/// The base topic has as many at most; together they stay below the 200 that mosquitto takes.
+constexpr std::ptrdiff_t kMaxNameLevels = 90;
+
 }  // namespace
 
 bool DeviceRecord::mains() const {
@@ -101,12 +105,13 @@ std::string ieee_of(std::string_view address) {
 }
 
 std::string name_problem(std::string_view name) {
-  const auto control = [](char byte) { return static_cast<unsigned char>(byte) < 0x20 || byte == 0x7f; };
   if (name.empty()) return "the friendly name is empty";
   if (name.size() > kMaxTextBytes) return fmt::format("the friendly name has more than {} bytes", kMaxTextBytes);
   if (!base::is_utf8(name)) return "the friendly name is no UTF-8";
   if (name.find_first_of("+#") != name.npos) return "the friendly name has a wildcard of MQTT (+ or #)";
-  if (std::ranges::any_of(name, control)) return "the friendly name has control characters";
+  if (!transport::is_mqtt_text(name)) return "the friendly name has control characters or noncharacters of Unicode";
+  if (std::ranges::count(name, '/') >= kMaxNameLevels)
+    return fmt::format("the friendly name has more than {} levels", kMaxNameLevels);
   if (name.front() == '/' || name.back() == '/') return "the friendly name begins or ends with a slash";
   return {};
 }

@@ -52,7 +52,8 @@ inline constexpr std::size_t kMaxRecordBytes = std::size_t{128} * 1024;
 std::string address_of(std::string_view ieee);
 /// The other direction, for requests to the bridge.
 std::string ieee_of(std::string_view address);
-/// Why a friendly name cannot be part of a topic (zigbee.md, section 1; at most 512 bytes of UTF-8); empty if it can.
+/// Why a friendly name cannot be part of a topic (zigbee.md, section 1; at most 512 bytes of UTF-8, 90
+/// levels); empty if it can.
 std::string name_problem(std::string_view name);
 
 /// Why a device cannot be used, and what the user can do; empty if it can be used.

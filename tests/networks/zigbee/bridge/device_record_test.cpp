@@ -62,6 +62,10 @@ TEST(DeviceRecord, NamesHaveSlashesBlanksAndUtf8AndAreBounded) {
   EXPECT_EQ(name_problem(std::string(512, 'x')), "");
   EXPECT_THAT(name_problem(std::string(513, 'x')), HasSubstr("512 bytes"));
   EXPECT_THAT(name_problem("\xff"), HasSubstr("UTF-8"));
+  for (const auto* refused : {"a\xc2\x85", "a\x7f", "a\n", "a\xef\xbf\xbf", "a\xef\xb7\x90"})
+    EXPECT_THAT(name_problem(refused), HasSubstr("control characters or noncharacters")) << refused;
+  EXPECT_THAT(name_problem(std::string(90, '/') + "a"), HasSubstr("more than 90 levels"));
+  EXPECT_EQ(name_problem("a" + std::string(89, '/') + "a"), "");
   TestRecord record;
   record.name = std::string(300'000, 'x');
   EXPECT_FALSE(read_device_record(record.text()));
