@@ -39,6 +39,26 @@ int keep_verify_fault(int accepted, X509_STORE_CTX* store) {
   return 0;
 }
 
+/// OpenSSL's own callback asks at the terminal and blocks.
+int note_that_key_is_encrypted(char*, int, int, void* encrypted) {
+  *static_cast<bool*>(encrypted) = true;
+  return 0;
+}
+
+Result<void> read_key(SSL_CTX* context, const std::string& path) {
+  bool encrypted = false;
+  ::SSL_CTX_set_default_passwd_cb(context, note_that_key_is_encrypted);
+  ::SSL_CTX_set_default_passwd_cb_userdata(context, &encrypted);
+  const bool read = ::SSL_CTX_use_PrivateKey_file(context, path.c_str(), SSL_FILETYPE_PEM) == 1;
+  ::SSL_CTX_set_default_passwd_cb_userdata(context, nullptr);
+  if (encrypted) {
+    ::ERR_clear_error();
+    return fail(ErrorCode::kInvalid, fmt::format("key {}: is encrypted, expected a key without a passphrase", path));
+  }
+  if (!read || ::SSL_CTX_check_private_key(context) != 1) return tls_error("key", path);
+  return {};
+}
+
 bool expect_name(SSL_CTX* context, const std::string& name) {
   auto* parameters = ::SSL_CTX_get0_param(context);
   ::X509_VERIFY_PARAM_set_hostflags(parameters, X509_CHECK_FLAG_NO_PARTIAL_WILDCARDS);
@@ -78,10 +98,7 @@ Result<void> MqttTlsContext::read(const MqttTls& tls, const std::string& host) {
   if (tls.certificate_file.empty()) return {};
   if (::SSL_CTX_use_certificate_chain_file(context, tls.certificate_file.c_str()) != 1)
     return tls_error("certificate", tls.certificate_file);
-  if (::SSL_CTX_use_PrivateKey_file(context, tls.key_file.c_str(), SSL_FILETYPE_PEM) != 1 ||
-      ::SSL_CTX_check_private_key(context) != 1)
-    return tls_error("key", tls.key_file);
-  return {};
+  return read_key(context, tls.key_file);
 }
 
 }  // namespace rubicon::transport

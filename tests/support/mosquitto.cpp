@@ -41,6 +41,8 @@ constexpr auto kMakeCertificates = R"(
   }
   sign server broker.test
   sign client rubicon
+  openssl ec -in client.key -aes256 -passout pass:secret -out encrypted.key
+  openssl pkcs8 -topk8 -in client.key -passout pass:secret -out encrypted.pkcs8
 )";
 
 /// Of mosquitto's own plug-in, which refuses subscriptions; an acl_file does not.

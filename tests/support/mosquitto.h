@@ -20,7 +20,8 @@ class Certificates {
   Certificates(const Certificates&) = delete;
   Certificates& operator=(const Certificates&) = delete;
 
-  /// Path of `ca.pem`, `other_ca.pem`, `server.pem`, `server.key`, `client.pem`, `client.key`.
+  /// Path of `ca.pem`, `other_ca.pem`, `server.pem`, `server.key`, `client.pem`, `client.key`;
+  /// the last one also encrypted: `encrypted.key`, `encrypted.pkcs8`.
   std::string path(const std::string& file) const { return folder_ + "/" + file; }
   /// Why there are none; empty if there are.
   const std::string& reason() const { return reason_; }
@@ -31,7 +32,7 @@ class Certificates {
 
 struct MosquittoOptions {
   std::uint16_t port = 1883;
-  std::map<std::string, std::string> users{};   ///< with passwords; empty = everybody
+  std::map<std::string, std::string> users{};   ///< with passwords; empty = all users
   const Certificates* tls = nullptr;            ///< the port speaks TLS
   bool asks_for_certificate = false;            ///< of clients, signed by the authority
   std::string acl{};                            ///< text of an acl_file; mosquitto then drops messages silently
