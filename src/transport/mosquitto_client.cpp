@@ -15,9 +15,11 @@
 #include <chrono>
 #include <map>
 #include <set>
+#include <span>
 #include <system_error>
 #include <utility>
 
+#include "base/printable.h"
 #include "transport/mqtt_checks.h"
 #include "transport/mqtt_tls.h"
 
@@ -184,7 +186,8 @@ class MosquittoClient {
                    fmt::format("{}: the certificate of the broker is not accepted: {} (expected {})", name_,
                                tls_->fault(), expected)};
     }
-    // `OpenSSL Error[0]: error:0A00010B:SSL routines::wrong version number`; the end of a connection is none.
+    // `OpenSSL Error[0]: error:0A00010B:SSL routines::wrong version number`. The end of a connection is not a TLS
+    // error.
     if (complaint_.empty() || complaint_.find("unexpected eof") != std::string::npos) return std::nullopt;
     const auto reason = complaint_.substr(complaint_.rfind(':') + 1);
     return Error{ErrorCode::kRefused, fmt::format("{}: TLS failed: {}", name_, reason)};
@@ -245,30 +248,57 @@ class MosquittoClient {
     const int result =
         ::mosquitto_publish(client_, &id, message.topic.c_str(), static_cast<int>(message.payload.size()),
                             message.payload.data(), message.qos, message.retain);
-    const bool lost = result == MOSQ_ERR_CONN_LOST || result == MOSQ_ERR_NO_CONN || result == MOSQ_ERR_ERRNO;
-    if (lost) return check(result);
+    if (is_end(result)) return check(result);
     ++(result == MOSQ_ERR_SUCCESS ? exchange_.sent : exchange_.not_taken);
     if (result == MOSQ_ERR_SUCCESS && message.qos > 0) unacknowledged_.insert(id);
   }
 
+  /// Results of a request to the library that mean the end of the connection; all others concern the request.
+  static bool is_end(int result) {
+    return result == MOSQ_ERR_CONN_LOST || result == MOSQ_ERR_NO_CONN || result == MOSQ_ERR_ERRNO ||
+           result == MOSQ_ERR_TLS;
+  }
+
   /// As many neighbours as fit go into one packet, in the order of asking.
   void send_asks(std::vector<MqttAsk>& asks) {
+    constexpr std::size_t kLengthAndOptions = 3;
     for (auto first = asks.begin(); first != asks.end() && !over_;) {
-      std::vector<char*> filters;
-      std::vector<std::string> names;
+      auto end = first;
       std::size_t bytes = 0;
-      const auto [qos, wanted] = std::pair(first->qos, first->wanted);
-      for (; first != asks.end() && first->qos == qos && first->wanted == wanted && bytes < kFiltersAtOnce; ++first) {
-        bytes += first->filter.size() + 3;
-        filters.push_back(first->filter.data());
-        names.push_back(first->filter);
-      }
-      const auto count = static_cast<int>(filters.size());
-      int id = 0;
-      check(wanted ? ::mosquitto_subscribe_multiple(client_, &id, count, filters.data(), qos, 0, nullptr)
-                   : ::mosquitto_unsubscribe_multiple(client_, &id, count, filters.data(), nullptr));
-      if (wanted) asked_[id] = std::move(names);
+      do {
+        bytes += (end++)->filter.size() + kLengthAndOptions;
+      } while (end != asks.end() && end->qos == first->qos && end->wanted == first->wanted &&
+               bytes + end->filter.size() + kLengthAndOptions <= filters_at_once_);
+      send_together({first, end});
+      first = end;
     }
+  }
+
+  /// What the library rejects is refused; it never ends the connection, because the next one would end in the same way.
+  void send_together(std::span<MqttAsk> asks) {
+    if (over_) return;
+    std::vector<char*> filters;
+    for (auto& ask : asks) filters.push_back(ask.filter.data());
+    const auto count = static_cast<int>(filters.size());
+    const auto& first = asks.front();
+    int id = 0;
+    const int result = first.wanted
+                           ? ::mosquitto_subscribe_multiple(client_, &id, count, filters.data(), first.qos, 0, nullptr)
+                           : ::mosquitto_unsubscribe_multiple(client_, &id, count, filters.data(), nullptr);
+    if (result == MOSQ_ERR_SUCCESS || is_end(result)) {
+      if (first.wanted)
+        for (auto& ask : asks) asked_[id].push_back(std::move(ask.filter));
+      return check(result);
+    }
+    if (asks.size() == 1) return refuse(first, ::mosquitto_strerror(result));
+    for (auto& ask : asks) send_together({&ask, 1});
+  }
+
+  void refuse(const MqttAsk& ask, const char* why) {
+    if (!ask.wanted) return;
+    Error error{ErrorCode::kRefused,
+                fmt::format("{}: cannot subscribe to {}: {}", name_, base::one_line(ask.filter.substr(0, 100)), why)};
+    events_.push_back({MqttEvent::Kind::kRefused, ask.filter, {}, false, std::move(error), 0});
   }
 
   void begin_leaving() {
@@ -301,7 +331,11 @@ class MosquittoClient {
     ::mosquitto_property_read_int32(properties, MQTT_PROP_MAXIMUM_PACKET_SIZE, &largest, false);
     MqttEvent event;
     event.kind = MqttEvent::Kind::kConnected;
-    event.largest = largest;
+    event.bytes = largest;
+    constexpr std::size_t kHeader = 1 + 4, kPacketId = 2, kProperties = 1;
+    if (largest > 0)
+      filters_at_once_ =
+          std::min(kFiltersAtOnce, largest - std::min<std::size_t>(largest, kHeader + kPacketId + kProperties));
     events_.push_back(std::move(event));
   }
 
@@ -312,6 +346,8 @@ class MosquittoClient {
     const std::string_view payload(static_cast<const char*>(message.payload), bytes);
     if (packet_size(topic, payload) > options_.largest_packet) {
       ++exchange_.too_long;
+      const auto size = packet_size(topic, payload);
+      events_.push_back({MqttEvent::Kind::kTooLong, std::string(topic), {}, message.retain, {}, size});
       return;
     }
     events_.push_back({MqttEvent::Kind::kReceived, std::string(topic), std::string(payload), message.retain, {}, 0});
@@ -404,7 +440,8 @@ class MosquittoClient {
   std::set<int> unacknowledged_;  ///< numbers of publications of QoS 1
   /// What waits beyond it in the library would be overtaken by QoS 0.
   std::size_t most_unacknowledged_ = kMaxUnacknowledged;
-  std::size_t heard_ = 0;   ///< bytes, about, of the last call to the library
+  std::size_t filters_at_once_ = kFiltersAtOnce;  ///< bytes of filters that the broker takes in one SUBSCRIBE
+  std::size_t heard_ = 0;                         ///< bytes, about, of the last call to the library
   int reason_ = kNoReason;  ///< that the broker gave for the end; below 0x80 a code of the library
   std::string complaint_;   ///< the first error in the library's log
   std::optional<Clock::time_point> leave_at_;

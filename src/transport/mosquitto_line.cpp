@@ -105,10 +105,13 @@ class MosquittoLine final : public MqttLine {
   void handle(const MqttEvent& event) {
     const auto calls = calls_;
     switch (event.kind) {
-      case MqttEvent::Kind::kConnected: return become_connected(event.largest);
+      case MqttEvent::Kind::kConnected: return become_connected(event.bytes);
       case MqttEvent::Kind::kReceived:
         ++received_;
         if (calls->received) calls->received({event.topic, event.payload, event.retained});
+        return;
+      case MqttEvent::Kind::kTooLong:
+        if (calls->too_long) calls->too_long(event.topic, event.bytes);
         return;
       case MqttEvent::Kind::kRefused:
         if (calls->refused) calls->refused(event.topic, event.why);

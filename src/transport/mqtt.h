@@ -56,7 +56,10 @@ struct MqttCalls {
   /// The broker accepted the connection.
   std::function<void()> connected;
   std::function<void(const MqttMessage& message)> received;
-  /// The broker refused a subscription (an access list).
+  /// A packet beyond MqttOptions::largest_packet was dropped; with its length in bytes. Only in version 3.1.1: a broker
+  /// of version 5 does not send it and reports nothing.
+  std::function<void(std::string_view topic, std::size_t bytes)> too_long;
+  /// The broker refused a subscription (an access list), or does not take a packet with this filter.
   std::function<void(std::string_view filter, Error why)> refused;
   /// The connection failed or was lost; the line should be destroyed. kRefused: the broker is there and does not accept
   /// us (user, password, version, client id). Called once.
@@ -78,8 +81,17 @@ struct MqttPublication {
 
 struct MqttCounters {
   std::uint64_t received = 0, sent = 0;
-  std::uint64_t too_long = 0;   ///< received packets beyond MqttOptions::largest_packet, dropped
-  std::uint64_t not_taken = 0;  ///< publications that the broker does not take; it tells only of QoS 1 in version 5
+  std::uint64_t too_long = 0;  ///< received packets beyond MqttOptions::largest_packet, dropped; 0 in version 5
+  /// Publications that the library or the broker did not take; the broker reports only QoS 1 in version 5.
+  std::uint64_t not_taken = 0;
+
+  MqttCounters& operator+=(const MqttCounters& other) {
+    received += other.received;
+    sent += other.sent;
+    too_long += other.too_long;
+    not_taken += other.not_taken;
+    return *this;
+  }
 };
 
 /// A connection to an MQTT broker (MQTT 3.1.1 or 5, OASIS). Always a clean session. It does not reconnect. Destroying
@@ -96,7 +108,7 @@ class MqttLine {
   virtual Result<void> subscribe(std::string_view filter, std::uint8_t qos = 0) = 0;
   virtual Result<void> unsubscribe(std::string_view filter) = 0;
   /// Sends the message, or queues it. kUnreachable if not connected, kBusy beyond the bounds of the queue, kInvalid for
-  /// a wrong topic, kOutOfRange if the broker said that it takes no packets of that size (version 5).
+  /// a wrong topic, kOutOfRange if the packet exceeds the broker's Maximum Packet Size (version 5).
   virtual Result<void> publish(MqttPublication publication) = 0;
   virtual MqttCounters counters() const = 0;
 };

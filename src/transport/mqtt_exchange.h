@@ -41,13 +41,13 @@ class MqttHome {
 
 /// What the thread of an MQTT line tells the loop.
 struct MqttEvent {
-  enum class Kind : std::uint8_t { kConnected, kReceived, kRefused, kFailed };
+  enum class Kind : std::uint8_t { kConnected, kReceived, kTooLong, kRefused, kFailed };
 
   Kind kind = Kind::kReceived;
-  std::string topic, payload;  ///< of a message; the topic is also the refused filter
+  std::string topic, payload;  ///< of a message; kTooLong has no payload; the topic is also the refused filter
   bool retained = false;
   Error why{};
-  std::size_t largest = 0;  ///< kConnected: longest packet that the broker takes, in bytes
+  std::size_t bytes = 0;  ///< kConnected: longest packet that the broker takes; kTooLong: length of the packet
 };
 
 /// A filter to subscribe to, or to unsubscribe from.

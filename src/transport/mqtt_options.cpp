@@ -95,9 +95,7 @@ Result<std::string> password_in(std::string text, const std::string& where) {
   return text;
 }
 
-Result<std::string> read_password_file(Transports& transports, const std::string& path, const Log& log) {
-  if (const auto file = transports.open_file(path); file && (*file)->open_to_all())
-    log.warning(fmt::format("{}: everybody on this machine can read this password; chmod 600 changes that", path));
+Result<std::string> read_password_file(Transports& transports, const std::string& path) {
   auto text = read_text(transports, path, kMaxPassword);
   if (!text) return fail(text.error());
   return password_in(std::move(*text), path);
@@ -126,14 +124,21 @@ MqttBrokerOptions read_mqtt_broker(ConfigReader& options, const std::string& dir
   return found;
 }
 
-Result<MqttOptions> MqttBrokerOptions::with_password(Transports& transports, const Log& log) const {
+Result<MqttOptions> MqttBrokerOptions::with_password(Transports& transports) const {
   MqttOptions options = line;
   if (password_file.empty() && password_variable.empty()) return options;
-  auto password = password_file.empty() ? read_password_variable(password_variable)
-                                        : read_password_file(transports, password_file, log);
+  auto password =
+      password_file.empty() ? read_password_variable(password_variable) : read_password_file(transports, password_file);
   if (!password) return fail(password.error());
   options.password = std::move(*password);
   return options;
+}
+
+std::string MqttBrokerOptions::password_warning(Transports& transports) const {
+  if (password_file.empty()) return {};
+  const auto file = transports.open_file(password_file);
+  if (!file || !(*file)->open_to_all()) return {};
+  return fmt::format("{}: all users of this machine can read this password; run chmod 600", password_file);
 }
 
 std::vector<MqttBrokerOptions::File> MqttBrokerOptions::files() const {

@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "base/config_reader.h"
-#include "base/log.h"
 #include "transport/mqtt.h"
 #include "transport/transports.h"
 
@@ -20,9 +19,11 @@ struct MqttBrokerOptions {
   MqttOptions line;                              ///< without password, client id and will
   std::string password_file, password_variable;  ///< at most one of them
 
-  /// The options of a line with the password. Warns about a password file that everybody can read. kNotFound or kIo if
-  /// there is no such file, kNotFound if the environment variable is not set, kInvalid if there is no password in it.
-  Result<MqttOptions> with_password(Transports& transports, const Log& log) const;
+  /// The options of a line with the password. kNotFound or kIo if there is no such file, kNotFound if the environment
+  /// variable is not set, kInvalid if there is no password in it.
+  Result<MqttOptions> with_password(Transports& transports) const;
+  /// What is wrong with the permissions of the password file; empty if only its owner can read it, or there is none.
+  std::string password_warning(Transports& transports) const;
   /// What must exist for a line.
   std::vector<File> files() const;
 };

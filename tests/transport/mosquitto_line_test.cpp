@@ -72,21 +72,21 @@ TEST_F(LiveBroker, MessagesGoBothWaysInBothVersions) {
     MqttClient client;
     client.open(world->local, options(version));
     ASSERT_TRUE(client.line->subscribe("a/+", 1)) << "may be asked before the connection is there";
-    ASSERT_TRUE(world->until([&] { return client.heard.size() == 1; }));
+    ASSERT_TRUE(world->until([&] { return client.received.size() == 1; }));
     EXPECT_EQ(client.connected, 1);
     ASSERT_TRUE(client.line->publish({"a/c", "mine", false, 1}));
-    ASSERT_TRUE(world->until([&] { return client.heard.size() == 2; }));
+    ASSERT_TRUE(world->until([&] { return client.received.size() == 2; }));
     ASSERT_EQ(broker->publish("a/b", "new").code, 0);
-    ASSERT_TRUE(world->until([&] { return client.heard.size() == 3; }));
-    EXPECT_THAT(client.heard, ElementsAre("a/b old*", "a/c mine", "a/b new"));
+    ASSERT_TRUE(world->until([&] { return client.received.size() == 3; }));
+    EXPECT_THAT(client.received, ElementsAre("a/b old*", "a/c mine", "a/b new"));
     EXPECT_EQ(client.line->counters().received, 3U);
     EXPECT_EQ(client.line->counters().sent, 1U);
     ASSERT_TRUE(client.line->unsubscribe("a/+"));
     ASSERT_TRUE(client.line->subscribe("end"));
-    ASSERT_TRUE(client.line->publish({"a/d", "not heard"}));
+    ASSERT_TRUE(client.line->publish({"a/d", "not received"}));
     ASSERT_TRUE(client.line->publish({"end", ""}));
-    ASSERT_TRUE(world->until([&] { return client.heard.size() >= 4; })) << client.failures.size();
-    EXPECT_EQ(client.heard[3], "end ");
+    ASSERT_TRUE(world->until([&] { return client.received.size() >= 4; })) << client.failures.size();
+    EXPECT_EQ(client.received[3], "end ");
   }
 }
 
@@ -97,8 +97,8 @@ TEST_F(LiveBroker, ThousandsOfMessagesArriveInOrder) {
   std::size_t next = 0;
   for (; next < 9000; ++next)
     ASSERT_TRUE(ann.line->publish({"n", std::to_string(next), false, static_cast<std::uint8_t>(next % 2)}));
-  ASSERT_TRUE(world->until([&] { return ann.heard.size() == next; }));
-  for (std::size_t i = 0; i < next; ++i) ASSERT_EQ(ann.heard[i], "n " + std::to_string(i));
+  ASSERT_TRUE(world->until([&] { return ann.received.size() == next; }));
+  for (std::size_t i = 0; i < next; ++i) ASSERT_EQ(ann.received[i], "n " + std::to_string(i));
   EXPECT_EQ(ann.line->counters().sent, next);
   EXPECT_EQ(ann.line->counters().not_taken, 0U);
 }
@@ -110,7 +110,7 @@ TEST_F(LiveBroker, ManyFiltersAreAskedTogether) {
   for (int i = 0; i < 500; ++i)
     ASSERT_TRUE(ann.line->subscribe(std::to_string(i) + longer, static_cast<std::uint8_t>(i % 2)));
   for (int i = 0; i < 500; ++i) ASSERT_TRUE(ann.line->publish({std::to_string(i) + longer, "1"}));
-  EXPECT_TRUE(world->until([&] { return ann.heard.size() == 500; })) << ann.heard.size();
+  EXPECT_TRUE(world->until([&] { return ann.received.size() == 500; })) << ann.received.size();
 }
 
 TEST_F(LiveBroker, AClosedLineSendsWhatWaitsAndHasNoWill) {
@@ -170,7 +170,7 @@ TEST_F(LiveBroker, TheCertificateOfTheBrokerIsChecked) {
   ASSERT_TRUE(world->until([&] { return ann.connected > 0 || !ann.failures.empty(); }));
   ASSERT_THAT(ann.failures, IsEmpty()) << ann.failures[0].text;
   for (int i = 0; i < 500; ++i) ASSERT_TRUE(ann.line->publish({"a", std::string(1000, 'x'), false, 1}));
-  EXPECT_TRUE(world->until([&] { return ann.heard.size() == 500; }));
+  EXPECT_TRUE(world->until([&] { return ann.received.size() == 500; }));
   const auto refused = [&](const char* ca, const char* name) {
     with.tls = MqttTls{ca == nullptr ? "" : certificates.path(ca), {}, {}, name};
     const auto why = failure(with);
@@ -204,6 +204,12 @@ TEST_F(LiveBroker, TheBrokerMayAskForOurCertificate) {
   connect(ann, with);
   with.tls->key_file = certificates.path("server.key");
   EXPECT_THAT(failure(with).text, HasSubstr("key values mismatch"));
+  for (const auto* encrypted : {"encrypted.key", "encrypted.pkcs8"}) {
+    with.tls->key_file = certificates.path(encrypted);
+    const auto why = failure(with);
+    EXPECT_EQ(why.code, ErrorCode::kInvalid);
+    EXPECT_THAT(why.text, HasSubstr(std::string(encrypted) + ": is encrypted"));
+  }
   with.tls->certificate_file = with.tls->key_file = "";
   // The broker may close the connection before its reason arrives.
   EXPECT_THAT(failure(with).text, AnyOf(HasSubstr("certificate required"), HasSubstr("does it want our certificate")));
@@ -216,7 +222,7 @@ TEST_F(LiveBroker, TlsToAPlainBrokerFails) {
   EXPECT_THAT(failure(with).text, HasSubstr("(does it speak TLS"));
 }
 
-TEST_F(LiveBroker, RefusedSubscriptionsAndPublicationsAreTold) {
+TEST_F(LiveBroker, RefusedSubscriptionsAndPublicationsAreReported) {
   start({.refused_filters = {"secret/#"}, .forbidden_topics = {"forbidden/#"}});
   for (const auto version : {MqttVersion::k311, MqttVersion::k5}) {
     MqttClient client;
@@ -224,11 +230,43 @@ TEST_F(LiveBroker, RefusedSubscriptionsAndPublicationsAreTold) {
     for (const auto* filter : {"open/#", "secret/#", "more/#"}) ASSERT_TRUE(client.line->subscribe(filter));
     ASSERT_TRUE(client.line->publish({"forbidden/a", "1", false, 1}));
     ASSERT_TRUE(client.line->publish({"open/a", "1", false, 1}));
-    ASSERT_TRUE(world->until([&] { return client.heard.size() == 1 && client.refused.size() == 1; }));
+    ASSERT_TRUE(world->until([&] { return client.received.size() == 1 && client.refused.size() == 1; }));
     EXPECT_THAT(client.refused, ElementsAre("secret/#"));
-    EXPECT_THAT(client.heard, ElementsAre("open/a 1"));
-    EXPECT_EQ(client.line->counters().not_taken, version == MqttVersion::k5 ? 1U : 0U) << "3.1.1 does not tell";
+    EXPECT_THAT(client.received, ElementsAre("open/a 1"));
+    EXPECT_EQ(client.line->counters().not_taken, version == MqttVersion::k5 ? 1U : 0U) << "3.1.1 does not report it";
   }
+}
+
+/// The names that mosquitto and its library refuse.
+TEST_F(LiveBroker, WrongNamesAndFiltersDoNotEndTheConnection) {
+  start();
+  connect(ann, options());
+  std::string deep = "a";
+  for (int i = 0; i < 250; ++i) deep += "/a";
+  const std::vector<std::string> wrong{"a\xc2\x85", "a\x7f", "a\x01", "a\xef\xbf\xbf", "a\xef\xb7\x90", deep};
+  for (const auto& name : wrong) {
+    EXPECT_EQ(ann.line->subscribe(name).error().code, ErrorCode::kInvalid) << name;
+    EXPECT_EQ(ann.line->unsubscribe(name).error().code, ErrorCode::kInvalid) << name;
+    EXPECT_EQ(ann.line->publish({name, "1"}).error().code, ErrorCode::kInvalid) << name;
+  }
+  ASSERT_TRUE(ann.line->subscribe("Küche/\xf0\x9f\x92\xa1/#"));
+  ASSERT_TRUE(ann.line->publish({"Küche/\xf0\x9f\x92\xa1/on", "1"}));
+  ASSERT_TRUE(world->until([&] { return !ann.received.empty() || !ann.failures.empty(); }));
+  EXPECT_THAT(ann.failures, IsEmpty());
+  EXPECT_EQ(ann.line->counters().not_taken, 0U);
+}
+
+TEST_F(LiveBroker, SubscriptionsFitIntoThePacketsOfTheBroker) {
+  start({.more = "max_packet_size 4096\n"});
+  connect(ann, options(MqttVersion::k5));
+  const std::string longer(100, 'x'), longest(5000, 'y');
+  ASSERT_TRUE(ann.line->subscribe("0" + longer));
+  ASSERT_TRUE(ann.line->subscribe(longest));
+  for (int i = 1; i < 200; ++i) ASSERT_TRUE(ann.line->subscribe(std::to_string(i) + longer));
+  for (int i = 0; i < 200; ++i) ASSERT_TRUE(ann.line->publish({std::to_string(i) + longer, "1"}));
+  EXPECT_TRUE(world->until([&] { return ann.received.size() == 200; })) << ann.received.size();
+  EXPECT_THAT(ann.refused, ElementsAre(longest));
+  EXPECT_THAT(ann.failures, IsEmpty());
 }
 
 TEST_F(LiveBroker, ABrokerThatWasKilledIsReachedAgain) {
@@ -242,7 +280,7 @@ TEST_F(LiveBroker, ABrokerThatWasKilledIsReachedAgain) {
     MqttClient client;
     connect(client, options());
     ASSERT_TRUE(client.line->subscribe("kept"));
-    ASSERT_TRUE(world->until([&] { return client.heard.size() == 1; }));
+    ASSERT_TRUE(world->until([&] { return client.received.size() == 1; }));
     broker->kill();
     ASSERT_TRUE(world->until([&] { return !client.failures.empty(); }));
     EXPECT_EQ(client.failures[0].code, ErrorCode::kUnreachable);
@@ -268,25 +306,27 @@ TEST_F(LiveBroker, APacketOf256MegabytesIsDropped) {
   connect(ann, options(MqttVersion::k5));
   ASSERT_TRUE(ann.line->subscribe("#"));
   ASSERT_TRUE(ann.line->publish({"ready", ""}));
-  ASSERT_TRUE(world->until([&] { return ann.heard.size() == 1; }));
+  ASSERT_TRUE(world->until([&] { return ann.received.size() == 1; }));
   peak_memory();
   const auto before = peak_memory();
   ASSERT_EQ(broker->publish("huge", "", {"-f", file.string()}).code, 0);
   ASSERT_EQ(broker->publish("after", "1").code, 0);
-  ASSERT_TRUE(world->until([&] { return ann.heard.size() == 2; }));
-  EXPECT_EQ(ann.heard.back(), "after 1");
+  ASSERT_TRUE(world->until([&] { return ann.received.size() == 2; }));
+  EXPECT_EQ(ann.received.back(), "after 1");
   EXPECT_EQ(ann.line->counters().too_long, 0U) << "a broker of version 5 does not send it";
   EXPECT_LT(peak_memory(), before + 50'000'000);
   MqttClient old;
   connect(old, options(MqttVersion::k311));
   ASSERT_TRUE(old.line->subscribe("#"));
   ASSERT_TRUE(old.line->publish({"ready", ""}));
-  ASSERT_TRUE(world->until([&] { return old.heard.size() == 1; }));
+  ASSERT_TRUE(world->until([&] { return old.received.size() == 1; }));
   ASSERT_EQ(broker->publish("huge", "", {"-f", file.string()}).code, 0);
   ASSERT_EQ(broker->publish("after", "2").code, 0);
-  ASSERT_TRUE(world->until([&] { return old.heard.size() == 2; }));
-  EXPECT_EQ(old.heard.back(), "after 2");
+  ASSERT_TRUE(world->until([&] { return old.received.size() == 2; }));
+  EXPECT_EQ(old.received.back(), "after 2");
   EXPECT_EQ(old.line->counters().too_long, 1U);
+  EXPECT_THAT(old.too_long, ElementsAre(AllOf(HasSubstr("huge 2680000"), Not(HasSubstr("after")))));
+  EXPECT_THAT(ann.too_long, IsEmpty());
   std::filesystem::remove(file);
 }
 
@@ -308,7 +348,7 @@ TEST_F(LiveBroker, MoreThanMayBeUnderWayArrivesAfterAll) {
     ASSERT_TRUE(world->until([&] { return bob.line->counters().sent == static_cast<std::uint64_t>(i) + 1; }));
   }
   ASSERT_TRUE(ann.line->subscribe("large/+"));
-  ASSERT_TRUE(world->until([&] { return ann.heard.size() == 40; }));
+  ASSERT_TRUE(world->until([&] { return ann.received.size() == 40; }));
 }
 
 TEST_F(LiveBroker, ALineMayBeDestroyedInEachOfItsCalls) {

@@ -126,7 +126,7 @@ TEST_F(OddPeers, AModernRefusalOfVersion5IsUnderstoodToo) {
   EXPECT_THAT(why.text, HasSubstr("does not speak this version"));
 }
 
-TEST_F(OddPeers, RefusalsAreToldApart) {
+TEST_F(OddPeers, RefusalsAreDistinguished) {
   const auto refused = [&](char code) {
     Peer peer(world.loop, [code](const auto&) { return std::pair(std::string("\x20\x02\x00", 3) + code, true); });
     return failure(to(peer, MqttVersion::k311));
@@ -158,7 +158,7 @@ TEST_F(OddPeers, WhoSpeaksAnotherProtocolIsRefused) {
   EXPECT_THAT(failure(with).text, HasSubstr("TLS failed: wrong version number"));
 }
 
-TEST_F(OddPeers, TheReasonOfTheBrokerForTheEndIsTold) {
+TEST_F(OddPeers, TheReasonOfTheBrokerForTheEndIsReported) {
   // CONNACK of version 5, then DISCONNECT with `session taken over`.
   Peer peer(world.loop,
             [](const auto&) { return std::pair(std::string("\x20\x03\x00\x00\x00\xe0\x02\x8e\x00", 9), false); });
@@ -170,7 +170,7 @@ TEST_F(OddPeers, TheReasonOfTheBrokerForTheEndIsTold) {
   EXPECT_THAT(client.failures[0].text, HasSubstr("another client with the same client id"));
 }
 
-TEST_F(OddPeers, WrongOptionsAndUnknownHostsAreTold) {
+TEST_F(OddPeers, WrongOptionsAndUnknownHostsAreReported) {
   MqttOptions with;
   EXPECT_EQ(world.local.open_mqtt(with, {}).error().code, ErrorCode::kInvalid) << "no host";
   with.host = "no-such-host.invalid";

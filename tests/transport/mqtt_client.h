@@ -10,19 +10,24 @@
 
 namespace rubicon::transport {
 
-/// A line to a broker, and all that it said.
+/// A line to a broker, and all that it reported.
 struct MqttClient {
   std::unique_ptr<MqttLine> line;
   int connected = 0;
-  std::vector<std::string> heard;  ///< `topic payload`, with `*` if retained
+  std::vector<std::string> received;  ///< `topic payload`, with `*` if retained
   std::vector<std::string> refused;
+  std::vector<std::string> too_long;  ///< `topic bytes`
   std::vector<Error> failures;
 
   void open(Transports& transports, const MqttOptions& options) {
     MqttCalls calls;
     calls.connected = [this] { ++connected; };
     calls.received = [this](const MqttMessage& message) {
-      heard.push_back(std::string(message.topic) + ' ' + std::string(message.payload) + (message.retained ? "*" : ""));
+      received.push_back(std::string(message.topic) + ' ' + std::string(message.payload) +
+                         (message.retained ? "*" : ""));
+    };
+    calls.too_long = [this](std::string_view topic, std::size_t bytes) {
+      too_long.push_back(std::string(topic) + ' ' + std::to_string(bytes));
     };
     calls.refused = [this](std::string_view filter, const Error&) { refused.emplace_back(filter); };
     calls.failed = [this](Error why) { failures.push_back(std::move(why)); };

@@ -3,7 +3,6 @@
 
 #include <cstdlib>
 
-#include "support/collecting_log.h"
 #include "support/config_text.h"
 #include "transport/memory/memory_transports.h"
 #include "transport/mqtt_options.h"
@@ -78,28 +77,27 @@ TEST(MqttBrokerOption, APasswordInTheFileIsRefusedAndNeverRepeated) {
 
 TEST(MqttBrokerOption, PasswordsAreReadWhenALineIsOpened) {
   MemoryTransports files;
-  support::CollectingLog words;
-  const Log log(words, "zigbee");
   auto read_file = read(R"({"broker": {"host": "a", "user": "u", "password-file": "pw"}})").options;
-  EXPECT_EQ(read_file.with_password(files, log).error().code, ErrorCode::kNotFound);
+  EXPECT_EQ(read_file.with_password(files).error().code, ErrorCode::kNotFound);
+  EXPECT_EQ(read_file.password_warning(files), "");
   files.put("/etc/rubicon/pw", "s3cret \r\n");
-  EXPECT_EQ(read_file.with_password(files, log)->password, "s3cret ");
-  EXPECT_THAT(words.lines, IsEmpty());
+  EXPECT_EQ(read_file.with_password(files)->password, "s3cret ");
+  EXPECT_EQ(read_file.password_warning(files), "");
   files.open_to_all("/etc/rubicon/pw");
-  EXPECT_TRUE(read_file.with_password(files, log));
-  ASSERT_THAT(words.lines, ElementsAre(HasSubstr("everybody on this machine can read this password")));
-  EXPECT_THAT(words.lines[0], Not(HasSubstr("s3cret")));
+  EXPECT_TRUE(read_file.with_password(files));
+  EXPECT_EQ(read_file.password_warning(files),
+            "/etc/rubicon/pw: all users of this machine can read this password; run chmod 600");
   for (const auto* wrong : {"", "\n", "two\nlines\n"}) {
     files.put("/etc/rubicon/pw", wrong);
-    const auto refused = read_file.with_password(files, log);
+    const auto refused = read_file.with_password(files);
     ASSERT_FALSE(refused) << wrong;
     EXPECT_THAT(refused.error().text, HasSubstr("expected one line with the password"));
   }
   const auto variable = read(R"({"broker": {"host": "a", "user": "u", "password-env": "RUBICON_TEST_PW"}})").options;
   ::unsetenv("RUBICON_TEST_PW");
-  EXPECT_THAT(variable.with_password(files, log).error().text, HasSubstr("RUBICON_TEST_PW (password-env) is not set"));
+  EXPECT_THAT(variable.with_password(files).error().text, HasSubstr("RUBICON_TEST_PW (password-env) is not set"));
   ::setenv("RUBICON_TEST_PW", "other", 1);
-  EXPECT_EQ(variable.with_password(files, log)->password, "other");
+  EXPECT_EQ(variable.with_password(files)->password, "other");
 }
 
 }  // namespace

@@ -17,6 +17,7 @@ transport::MqttCalls BrokerLine::line_calls() {
     calls_.connected();
   };
   calls.received = [this](const transport::MqttMessage& message) { calls_.received(message); };
+  calls.too_long = [this](std::string_view topic, std::size_t bytes) { calls_.too_long(topic, bytes); };
   calls.refused = [this](std::string_view filter, Error why) { calls_.forbidden(filter, why); };
   calls.failed = [this](Error why) { failed(std::move(why)); };
   return calls;
@@ -25,12 +26,21 @@ transport::MqttCalls BrokerLine::line_calls() {
 Result<void> BrokerLine::open() {
   if (line_ || retry_.pending()) return {};
   next_attempt_ = {};
-  const auto options = options_.with_password(host_.transports(), host_.log());
+  warn_of_password();
+  const auto options = options_.with_password(host_.transports());
   if (!options) return fail(options.error());
   auto line = host_.transports().open_mqtt(*options, line_calls());
   if (!line) return fail(std::move(line.error()));
   line_ = std::move(*line);
   return {};
+}
+
+/// Not at each attempt: a lost broker is tried for ever.
+void BrokerLine::warn_of_password() {
+  if (warned_) return;
+  const auto warning = options_.password_warning(host_.transports());
+  warned_ = !warning.empty();
+  if (warned_) host_.log().warning(warning);
 }
 
 void BrokerLine::close() {
@@ -84,11 +94,7 @@ Result<void> BrokerLine::publish(std::string topic, std::string payload) {
 
 transport::MqttCounters BrokerLine::counters() const {
   auto sum = before_;
-  if (!line_) return sum;
-  const auto now = line_->counters();
-  sum.received += now.received;
-  sum.sent += now.sent;
-  sum.too_long += now.too_long;
+  if (line_) sum += line_->counters();
   return sum;
 }
 

@@ -23,6 +23,8 @@ class BrokerLine {
   struct Calls {
     std::function<void()> connected;
     std::function<void(const transport::MqttMessage& message)> received;
+    /// A packet beyond `largest-packet` was dropped; with its length in bytes.
+    std::function<void(std::string_view topic, std::size_t bytes)> too_long;
     /// An access list forbids a subscription.
     std::function<void(std::string_view filter, const Error& why)> forbidden;
     /// The connection is lost: for NetworkHost::failed().
@@ -57,11 +59,13 @@ class BrokerLine {
   void failed(Error why);
   void drop_line();
   void wait();
+  void warn_of_password();
 
   network::NetworkHost& host_;
   transport::MqttBrokerOptions options_;
   Calls calls_;
   bool connected_ = false;
+  bool warned_ = false;  ///< of the permissions of the password file
   std::string refusal_;
   std::uint64_t attempts_ = 0;
   WallTime next_attempt_{};

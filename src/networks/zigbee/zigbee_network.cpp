@@ -39,6 +39,7 @@ class ZigbeeNetwork final : public network::Network {
   BrokerLine::Calls line_calls();
   void connected();
   void lost(Error why);
+  void too_long(std::string_view topic, std::size_t bytes);
   void forbidden(std::string_view filter, const Error& why);
   void received(const transport::MqttMessage& message);
   void from_bridge(const Topics::Found& found, const transport::MqttMessage& message);
@@ -84,6 +85,7 @@ ZigbeeNetwork::ZigbeeNetwork(const network::NetworkConfig& config, ZigbeeOptions
 BrokerLine::Calls ZigbeeNetwork::line_calls() {
   return {.connected = [this] { connected(); },
           .received = [this](const transport::MqttMessage& message) { received(message); },
+          .too_long = [this](std::string_view topic, std::size_t bytes) { too_long(topic, bytes); },
           .forbidden = [this](std::string_view filter, const Error& why) { forbidden(filter, why); },
           .lost = [this](Error why) { lost(std::move(why)); },
           .refused =
@@ -120,6 +122,13 @@ void ZigbeeNetwork::lost(Error why) {
   lost_ = true;
   bridge_.lost(why.text);
   host_.failed(std::move(why));
+}
+
+void ZigbeeNetwork::too_long(std::string_view topic, std::size_t bytes) {
+  log_.warning(fmt::format("too long {}", topic),
+               fmt::format("{}: dropped {} bytes, more than largest-packet ({} bytes)", model::quoted(topic), bytes,
+                           options_.broker.line.largest_packet));
+  reporter_.counters_changed();
 }
 
 void ZigbeeNetwork::forbidden(std::string_view filter, const Error& why) {
@@ -257,6 +266,7 @@ void ZigbeeNetwork::add_counters(std::map<std::string, std::uint64_t>& counters)
                            std::chrono::ceil<std::chrono::seconds>(line_.next_attempt().time_since_epoch()).count())},
       {"messages-received", line.received},
       {"messages-sent", line.sent},
+      {"messages-not-taken", line.not_taken},
       {"dropped-too-long", line.too_long},
       {"dropped-states", arrivals_.dropped()},
       {"forbidden-topics", forbidden_.size()},

@@ -203,6 +203,7 @@ void MqttBroker::deliver(const SessionPtr& to, const MqttPublication& message, b
   transit([to, topic = message.topic, payload = message.payload, retained, too_long] {
     if (to->lost || !to->alive || !to->connected) return;
     ++(too_long ? to->counters.too_long : to->counters.received);
+    if (too_long && to->calls.too_long) to->calls.too_long(topic, packet_size(topic, payload));
     if (!too_long && to->calls.received) to->calls.received({topic, payload, retained});
   });
 }

@@ -37,10 +37,10 @@ class MqttBroker {
   MqttBroker& operator=(const MqttBroker&) = delete;
 
   Duration latency = std::chrono::microseconds(100);  ///< of each packet, one way
-  bool answers = true;                                ///< if false, it accepts connections and says nothing
+  bool answers = true;                                ///< if false, it accepts connections and sends nothing
   bool speaks_5 = true;                               ///< if false, it refuses version 5
   std::size_t largest_packet = 268'435'460;           ///< in bytes; it closes the connection after a longer one
-  std::map<std::string, std::string> users{};         ///< with their passwords; empty = it accepts everybody
+  std::map<std::string, std::string> users{};         ///< with their passwords; empty = it accepts all users
   std::set<std::string> refused_filters{};            ///< subscriptions to exactly these are refused
   std::set<std::string> ignored_topics{};             ///< filters: what clients publish there is dropped (access list)
   bool keeps_published = true;                        ///< if false, published() stays empty

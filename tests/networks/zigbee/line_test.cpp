@@ -150,12 +150,18 @@ TEST_F(LineOfTheBridge, AWrongPasswordIsSaidOnceAndTriedAgainAfterHalfAMinute) {
   EXPECT_EQ(state().line, LineState::kRefused);
   EXPECT_EQ(state().counters.at("attempts"), 0U);
   EXPECT_GT(state().counters.at("next-attempt"), 0U);
+  host.files.open_to_all("/secret");
   const auto said = host.all<model::State>().size();
   host.time.run_for(65s);
   EXPECT_EQ(state().counters.at("attempts"), 2U);
   EXPECT_LE(host.all<model::State>().size(), said + 2) << "one for each attempt";
   EXPECT_THAT(host.failures, IsEmpty());
   for (const auto& [from, one] : host.all<model::State>()) EXPECT_THAT(one.reason, Not(HasSubstr("wrong")));
+  EXPECT_EQ(std::ranges::count_if(
+                host.words.lines,
+                [](const auto& line) { return line.find("all users of this machine can read") != line.npos; }),
+            1)
+      << "not at each attempt";
   host.files.put("/secret", Bytes{'r', 'i', 'g', 'h', 't'});
   host.time.run_for(30s);
   EXPECT_EQ(state().line, LineState::kUp);
@@ -188,6 +194,23 @@ TEST_F(LineOfTheBridge, Pitfall2_ListsMayHaveMegabytes) {
   host.time.run_for(5s);
   EXPECT_THAT(joins(), SizeIs(1000));
   EXPECT_EQ(state().counters.at("dropped-too-long"), 0U);
+}
+
+TEST_F(LineOfTheBridge, PacketsThatAreTooLongAreNamedAndCountedOn311) {
+  make(R"({"broker": {"host": "localhost", "version": "3.1.1", "largest-packet": "64KiB"}})");
+  bridge_starts();
+  open();
+  EXPECT_EQ(state().counters.at("messages-not-taken"), 0U);
+  for (int i = 0; i < 3; ++i) say("air", {{"text", std::string(70'000, 'x')}});
+  host.time.run_for(2s);
+  EXPECT_EQ(state().counters.at("dropped-too-long"), 3U);
+  std::vector<std::string> warnings;
+  for (const auto& line : host.words.lines)
+    if (line.find("largest-packet") != line.npos) warnings.push_back(line);
+  ASSERT_THAT(warnings, SizeIs(1)) << "once a minute";
+  EXPECT_THAT(warnings[0], AllOf(HasSubstr("zigbee2mqtt/air"), HasSubstr("7003"), HasSubstr("65536")));
+  host.time.run_for(61s);
+  EXPECT_EQ(state().line, LineState::kUp);
 }
 
 TEST_F(LineOfTheBridge, WhatCannotBeReadIsCountedAndSurvived) {
