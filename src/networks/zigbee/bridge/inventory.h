@@ -55,7 +55,7 @@ class Inventory {
   /// A payload of `bridge/devices`, copied once. An empty payload is ignored. `retained`: as the broker marks it; after
   /// a live list of the same connection it counts as live.
   void list(std::string_view payload, bool retained = false);
-  /// A live message of the device or about it, on this connection: the bridge has it, whatever a retained copy says.
+  /// A live message of the device or about it, on this connection: the bridge has it, also if a retained copy lacks it.
   void heard(const std::string& address);
   /// `bridge/event` reported that the device left, or the bridge removed it for us: it leaves at once if the newest
   /// list lacks it, or the next one.

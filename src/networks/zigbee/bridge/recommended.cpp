@@ -22,8 +22,9 @@ std::vector<Recommendation> recommendations(const BridgeDescription& bridge) {
                      "later."});
   }
   if (!bridge.availability_enabled) {
-    found.push_back({"availability.enabled", "false", "true",
-                     "The bridge then says within minutes which devices do not answer; without it this takes hours."});
+    found.push_back(
+        {"availability.enabled", "false", "true",
+         "The bridge then reports within minutes which devices do not answer; without it this takes hours."});
   }
   if (bridge.log_level == "debug" || bridge.log_level == "info") {
     found.push_back({"advanced.log_level", bridge.log_level, "warning",

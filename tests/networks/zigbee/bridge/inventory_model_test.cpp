@@ -88,7 +88,7 @@ class RandomLists {
   std::map<unsigned, TestRecord> now_;
 };
 
-/// What callbacks said, as a picture of the devices.
+/// What callbacks reported, as a picture of the devices.
 struct Picture {
   std::map<std::string, std::string> names;
   int doubled = 0;

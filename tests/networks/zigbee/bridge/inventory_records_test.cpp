@@ -84,7 +84,7 @@ TEST(InventoryRecords, ARecordThatCannotBeReadKeepsTheDeviceAndIsSaidOnce) {
   EXPECT_EQ(seen.inventory.find(test_address(1))->name, "lamp");
 }
 
-TEST(InventoryRecords, WhileARecordHasNoAddressNobodyIsAbsent) {
+TEST(InventoryRecords, WhileARecordHasNoAddressNoDeviceIsAbsent) {
   ObservedInventory seen;
   seen.list(list_of({{1, "lamp"}, {2, "plug"}}));
   const TestRecord lamp{1, "lamp"};
@@ -115,7 +115,7 @@ TEST(InventoryRecords, AListThatIsNoneChangesNothing) {
        {std::string("{}"), std::string("17"), std::string("["), std::string("nonsense"), std::string("[}"),
         std::string("\xff\xfe"), cut.substr(0, cut.size() - 3), std::string("[] []"), std::string(1'000'000, '[')}) {
     EXPECT_THAT(seen.list(text), ElementsAre(HasSubstr("unreadable: bridge/devices"))) << text.substr(0, 40);
-    EXPECT_THAT(seen.list(text), IsEmpty()) << "said once: " << text.substr(0, 40);
+    EXPECT_THAT(seen.list(text), IsEmpty()) << "reported once: " << text.substr(0, 40);
   }
   EXPECT_THAT(seen.run_for(1min), IsEmpty());
   EXPECT_EQ(seen.inventory.size(), 1U);

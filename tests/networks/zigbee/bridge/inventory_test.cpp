@@ -40,7 +40,7 @@ TEST(Inventory, AnEqualListIsDroppedAndOnlyChangedRecordsAreParsed) {
   EXPECT_EQ(seen.inventory.counters().parsed, parsed + 1);
 }
 
-TEST(Inventory, ARecordThatDiffersInWhatNobodyUsesChangesNothing) {
+TEST(Inventory, ARecordThatDiffersInAnUnusedMemberChangesNothing) {
   ObservedInventory seen;
   seen.list(list_of({{1, "lamp"}}));
   TestRecord moved{1, "lamp"};
@@ -179,7 +179,7 @@ TEST(Inventory, AnAbsentDeviceLeavesAfterTwoDifferentLists) {
   ObservedInventory seen;
   seen.list(list_of({{1, "lamp"}, {2, "plug"}}));
   EXPECT_THAT(seen.list(list_of({{1, "lamp"}})), IsEmpty());
-  EXPECT_THAT(seen.list(list_of({{1, "lamp"}})), IsEmpty()) << "the same list says nothing new";
+  EXPECT_THAT(seen.list(list_of({{1, "lamp"}})), IsEmpty()) << "the same list has nothing new";
   EXPECT_THAT(seen.list(list_of({{1, "light"}})), ElementsAre("changed 01: light", std::string("left 02: ") + kGone));
   EXPECT_EQ(seen.inventory.size(), 1U);
 }
@@ -192,7 +192,7 @@ TEST(Inventory, AnAbsentDeviceLeavesAfterTenSeconds) {
   EXPECT_THAT(seen.run_for(1ms), ElementsAre(std::string("left 02: ") + kGone));
 }
 
-TEST(Inventory, ADeviceThatSaidThatItLeavesIsGoneWithTheNextListThatLacksIt) {
+TEST(Inventory, ADeviceWhoseLeaveIsReportedIsGoneWithTheNextListThatLacksIt) {
   ObservedInventory seen;
   seen.list(list_of({{1, "lamp"}, {2, "plug"}}));
   seen.inventory.leaving(test_address(2));
@@ -200,7 +200,7 @@ TEST(Inventory, ADeviceThatSaidThatItLeavesIsGoneWithTheNextListThatLacksIt) {
   EXPECT_THAT(seen.list(list_of({{1, "lamp"}})), ElementsAre("left 02: left the ZigBee network"));
 }
 
-TEST(Inventory, AListFromBeforeItSaidSoDoesNotKeepADeviceThatLeaves) {
+TEST(Inventory, AListFromBeforeTheReportDoesNotKeepADeviceThatLeaves) {
   ObservedInventory seen;
   seen.list(list_of({{1, "lamp"}, {2, "plug"}}));
   seen.inventory.list(list_of({{1, "light"}, {2, "plug"}}));
@@ -218,7 +218,7 @@ TEST(Inventory, ADeviceIsNotGoneWhileAListThatMayHaveItWaits) {
   EXPECT_THAT(seen.run_for(1min), IsEmpty());
 }
 
-TEST(Inventory, ADeviceThatSaysThatItLeavesAfterTheListIsGoneAtOnce) {
+TEST(Inventory, ADeviceWhoseLeaveIsReportedAfterTheListIsGoneAtOnce) {
   ObservedInventory seen;
   seen.list(list_of({{1, "lamp"}, {2, "plug"}}));
   seen.list(list_of({{1, "lamp"}}));
@@ -246,7 +246,7 @@ TEST(Inventory, ADeviceThatLeftJoinsAgainWithTheSameRecord) {
 }
 
 /// Pitfall 16: lists that are short, empty or missing while the bridge starts or interviews.
-TEST(Inventory, Pitfall16AShortListDropsNobody) {
+TEST(Inventory, Pitfall16AShortListDropsNoDevice) {
   ObservedInventory seen;
   const auto whole = list_of({{1, "lamp"}, {2, "plug"}, {3, "fan"}});
   seen.list(whole);
@@ -260,7 +260,7 @@ TEST(Inventory, Pitfall16AShortListDropsNobody) {
   EXPECT_EQ(seen.inventory.size(), 3U);
 }
 
-TEST(Inventory, Pitfall16AMissingListDropsNobody) {
+TEST(Inventory, Pitfall16AMissingListDropsNoDevice) {
   ObservedInventory seen;
   seen.list(list_of({{1, "lamp"}}));
   EXPECT_THAT(seen.list(""), IsEmpty()) << "the broker lost its retained messages";
@@ -285,7 +285,7 @@ TEST(Inventory, ALostLineKeepsTheDevicesAndTheNextListCountsAnew) {
   EXPECT_THAT(seen.run_for(10s), ElementsAre(std::string("left 02: ") + kGone));
 }
 
-TEST(Inventory, AListThatIsComparedWhenTheLineIsLostDropsNobody) {
+TEST(Inventory, AListThatIsComparedWhenTheLineIsLostDropsNoDevice) {
   ObservedInventory seen;
   auto records = many_records(400);
   seen.list(list_of(records));
@@ -315,7 +315,7 @@ TEST(Inventory, TheSameListAfterTheLineIsLostCountsAlsoBeforeItWasCompared) {
   EXPECT_EQ(seen.run_for(10s).size(), 1U);
 }
 
-TEST(Inventory, AListThatTheLineInterruptsDropsNobody) {
+TEST(Inventory, AListThatTheLineInterruptsDropsNoDevice) {
   ObservedInventory seen;
   seen.list(list_of({{1, "lamp"}, {2, "plug"}}));
   seen.inventory.list("[]");

@@ -18,7 +18,7 @@ constexpr const char* kOnline = R"({"state":"online"})";
 
 std::string meaning(const Topics& topics, const char* topic, const char* payload = kState) {
   const auto found = topics.find(topic, payload);
-  if (!found) return "nobody";
+  if (!found) return "unknown";
   return std::string(found->kind == Kind::kState ? "state " : "availability ") + std::string(found->entity);
 }
 
@@ -45,18 +45,18 @@ TEST(Topics, Pitfall5NamesMayHaveSlashes) {
   EXPECT_EQ(meaning(topics, "home/zigbee/first floor/bath/lamp"), "state 1");
   EXPECT_EQ(meaning(topics, "home/zigbee/first floor/bath/lamp/availability"), "availability 1");
   EXPECT_EQ(meaning(topics, "home/zigbee/first floor/bath"), "state 2");
-  EXPECT_EQ(meaning(topics, "home/zigbee/first floor"), "nobody");
+  EXPECT_EQ(meaning(topics, "home/zigbee/first floor"), "unknown");
   EXPECT_EQ(topics.set("first floor/bath"), "home/zigbee/first floor/bath/set");
   EXPECT_EQ(topics.get("first floor/bath"), "home/zigbee/first floor/bath/get");
 }
 
 /// Pitfall 13: retained availability of devices that are no longer in the list.
-TEST(Topics, Pitfall13TopicsOfDevicesThatLeftAreNobodys) {
+TEST(Topics, Pitfall13TopicsOfDevicesThatLeftAreUnknown) {
   Topics topics("z");
   topics.put("1", "lamp");
   EXPECT_THAT(topics.remove("1").removed, ElementsAre("z/lamp", "z/lamp/availability"));
-  EXPECT_EQ(meaning(topics, "z/lamp/availability", kOnline), "nobody");
-  EXPECT_EQ(meaning(topics, "z/lamp"), "nobody");
+  EXPECT_EQ(meaning(topics, "z/lamp/availability", kOnline), "unknown");
+  EXPECT_EQ(meaning(topics, "z/lamp"), "unknown");
   EXPECT_THAT(topics.remove("1").removed, IsEmpty());
 }
 
@@ -77,7 +77,7 @@ TEST(Topics, ARenameMovesTheTopics) {
   EXPECT_THAT(filters.added, ElementsAre("z/light", "z/light/availability"));
   EXPECT_THAT(filters.removed, ElementsAre("z/lamp", "z/lamp/availability"));
   EXPECT_EQ(meaning(topics, "z/light"), "state 1");
-  EXPECT_EQ(meaning(topics, "z/lamp"), "nobody");
+  EXPECT_EQ(meaning(topics, "z/lamp"), "unknown");
 }
 
 TEST(Topics, TwoDevicesMayExchangeTheirNames) {
@@ -93,7 +93,7 @@ TEST(Topics, TwoDevicesMayExchangeTheirNames) {
   EXPECT_EQ(meaning(topics, "z/b"), "state 1");
   topics.remove("1");
   EXPECT_EQ(meaning(topics, "z/a"), "state 2");
-  EXPECT_EQ(meaning(topics, "z/b"), "nobody");
+  EXPECT_EQ(meaning(topics, "z/b"), "unknown");
 }
 
 TEST(Topics, ADeviceThatIsNamedLikeTheAvailabilityOfAnotherIsToldByThePayload) {
@@ -125,7 +125,7 @@ TEST(Topics, ADeviceThatIsNamedLikeACommandToAnotherCannotBeUsed) {
   }
   topics.put("2", "a/set");
   topics.remove("1");
-  EXPECT_EQ(topics.conflict("2"), "") << "without `a` nobody commands there";
+  EXPECT_EQ(topics.conflict("2"), "") << "without `a` there are no commands";
   EXPECT_EQ(meaning(topics, "z/a/set"), "state 2");
 }
 
