@@ -42,6 +42,7 @@ struct Device::Impl {
   void set_record(bridge::DeviceRecord now);
   model::Join join() const;
   void deliver(device::Reports::Found found);
+  void unreachable(std::string reason);
   void answer(std::uint64_t request, Outcome outcome, std::string text);
   Result<void> command(std::uint64_t request, const PointId& id, const Value& value, Duration time_to_live);
   Result<void> sample(const model::Sample& request);
@@ -65,13 +66,15 @@ struct Device::Impl {
   device::Polling polling;
   device::Silence silence;
   std::optional<bool> available;
+  /// Heard since the line is up or it was out of reach. Until then what Zigbee2MQTT changes by itself (a timer, the
+  /// echo of a group) is delivered as remembered: it must not make the device reachable.
+  bool alive = false;
   bool up = false;
 };
 
 Device::Impl::Impl(DeviceHost& its_host, const TypeCatalogue& its_types, bridge::DeviceRecord its_record)
     : host(its_host),
       types(its_types),
-      properties({}),
       commands(its_host.scheduler(),
                {[this](std::string payload) { return host.publish(record.name, "set", std::move(payload)); },
                 [this](std::uint64_t request, Outcome outcome, std::string text) {
@@ -85,30 +88,33 @@ Device::Impl::Impl(DeviceHost& its_host, const TypeCatalogue& its_types, bridge:
       reports(its_host.scheduler(), points, properties, commands, verification),
       polling(its_host.scheduler(), retry_of(its_record.address),
               [this](const std::vector<std::size_t>& which) { return poll(which); }),
-      silence(its_host.scheduler(),
-              {[this] {
-                 const auto all = gettable();
-                 return !all.empty() && poll({all.front()});
-               },
-               [this](std::string reason) { host.deliver(record.address, model::Unreachable{std::move(reason)}); }}) {
+      silence(its_host.scheduler(), {[this] {
+                                       const auto all = gettable();
+                                       return !all.empty() && poll({all.front()});
+                                     },
+                                     [this](std::string reason) { unreachable(std::move(reason)); }}) {
   set_record(std::move(its_record));
 }
 
 void Device::Impl::set_record(bridge::DeviceRecord now) {
   record = std::move(now);
   auto mapped = exposes::map_leaves(record.leaves, types, !record.is_group());
-  if (mapped != points) {
+  const bool others = mapped != points;
+  if (others) {
     commands.end(Outcome::kUndeliverable, "the definition of the device changed");
     verification.clear();
+    polling.clear();
+    properties.set_points(points, mapped);
     points = std::move(mapped);
-    properties.set_points(points);
-    reports.points_changed();
-    polling.demand({}, Duration(0));
   }
   auto traits = reports.traits();
   traits.group = record.is_group();
   traits.can_ask = record.mains() && !record.is_group();
   reports.traits(traits);
+  if (others) {
+    reports.points_changed();
+    if (up) refresh();
+  }
   const bool answers = traits.can_ask && !gettable().empty();
   // A mains device that neither reports periodically nor answers may be quiet for ever.
   const bool unlimited = record.mains() && !answers && bridge::longest_reporting(record) == Duration(0);
@@ -137,10 +143,16 @@ model::Join Device::Impl::join() const {
 
 void Device::Impl::deliver(device::Reports::Found found) {
   if (!found.stored.empty()) host.deliver(record.address, model::Updates{std::move(found.stored), false});
+  alive |= found.heard;
   if (!found.readings.empty())
-    host.deliver(record.address, model::Updates{std::move(found.readings)});
+    host.deliver(record.address, model::Updates{std::move(found.readings), alive});
   else if (found.heard)
     host.deliver(record.address, model::KeepAlive{});
+}
+
+void Device::Impl::unreachable(std::string reason) {
+  alive = false;
+  host.deliver(record.address, model::Unreachable{std::move(reason)});
 }
 
 void Device::Impl::answer(std::uint64_t request, Outcome outcome, std::string text) {
@@ -262,10 +274,8 @@ Result<void> Device::state(std::string_view payload, bool retained) {
 void Device::availability(bool online) {
   const bool back = online && impl_->available == false;
   impl_->available = online;
-  if (!online) {
-    impl_->host.deliver(impl_->record.address, model::Unreachable{"Zigbee2MQTT: not available"});
-    return;
-  }
+  if (!online) return impl_->unreachable("Zigbee2MQTT: not available");
+  impl_->alive = true;
   impl_->host.deliver(impl_->record.address, model::KeepAlive{});
   if (back) impl_->refresh();
 }
@@ -290,7 +300,7 @@ Result<void> Device::send(const Message& message) {
 }
 
 void Device::line_lost(const std::string& why) {
-  impl_->up = false;
+  impl_->up = impl_->alive = false;
   impl_->commands.end(Outcome::kUndeliverable, why);
   impl_->verification.clear();
   impl_->polling.line(false);

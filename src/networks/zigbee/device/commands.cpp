@@ -144,7 +144,7 @@ void Commands::sweep() {
     if (command.answer_by > now) return false;
     answer(command, Outcome::kUndeliverable,
            "Zigbee2MQTT did not confirm that it sent the command: the device does not answer, or sleeps, or the value "
-           "was rejected (see the log of Zigbee2MQTT)");
+           "was rejected (see the log of Zigbee2MQTT); a device that sleeps may still execute it when it wakes");
     return true;
   });
 }

@@ -13,7 +13,9 @@ struct Heard {
   /// Its last_seen is later than all before it, or it has none: the device may have sent something. Otherwise
   /// Zigbee2MQTT published by itself: an echo, a timer of its own, a repetition.
   bool later = true;
-  bool copy = false;   ///< a repetition of old values, at the start of Zigbee2MQTT for example
+  bool copy = false;  ///< a repetition of old values, at the start of Zigbee2MQTT for example
+  /// A copy by the time alone: no last_seen, soon after the start. Events are no copies, as Zigbee2MQTT keeps none.
+  bool presumed = false;
   bool older = false;  ///< a copy from before the last message: Zigbee2MQTT lost what came since then
   bool aged = false;   ///< its last_seen is not of this moment
   /// No property differs from the message before it: a report of what was known, or of nothing.

@@ -21,6 +21,11 @@ void Polling::demand(std::vector<std::size_t> properties, Duration period) {
   schedule();
 }
 
+void Polling::clear() {
+  once_.clear();
+  demand({}, Duration(0));
+}
+
 void Polling::line(bool up) {
   up_ = up;
   if (!up) once_.clear();

@@ -24,6 +24,8 @@ class Polling {
   void once(const std::vector<std::size_t>& properties);
   /// Asks for these, and again each period; replaces the demand before. Zero, or none: no longer.
   void demand(std::vector<std::size_t> properties, Duration period);
+  /// Forgets all: the properties have other indexes from now on.
+  void clear();
   /// Without a line nothing is asked; the demand stays.
   void line(bool up);
 

@@ -1,23 +1,42 @@
 #include "networks/zigbee/device/properties.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace rubicon::networks::zigbee::device {
 
-void Properties::set_points(const std::vector<exposes::MappedPoint>& points) {
-  auto before = std::exchange(all_, {});
+namespace {
+
+using Points = std::vector<exposes::MappedPoint>;
+
+bool are_same(const Property& one, const Points& its_points, const Property& other, const Points& other_points) {
+  return std::equal(one.points.begin(), one.points.end(), other.points.begin(), other.points.end(),
+                    [&](std::size_t a, std::size_t b) { return its_points[a] == other_points[b]; });
+}
+
+}  // namespace
+
+void Properties::set_points(const Points& before, const Points& points) {
+  auto old = std::exchange(all_, {});
   const auto known = std::exchange(by_name_, {});
+  add(points);
+  for (auto& property : all_) {
+    const auto found = known.find(property.name);
+    if (found == known.end()) continue;
+    auto& its_past = old[found->second];
+    if (its_past.unproven || are_same(property, points, its_past, before))
+      static_cast<KnownValue&>(property) = std::move(its_past);
+  }
+}
+
+void Properties::add(const Points& points) {
   of_point_.clear();
   for (std::size_t i = 0; i < points.size(); ++i) {
     const auto& point = points[i];
     const auto [entry, fresh] = by_name_.emplace(point.property, all_.size());
     if (fresh) {
-      const auto old = known.find(point.property);
-      all_.push_back(old == known.end() ? Property{} : std::move(before[old->second]));
-      auto& property = all_.back();
+      auto& property = all_.emplace_back();
       property.name = point.property;
-      property.points.clear();
-      property.published = property.settable = property.gettable = property.event = false;
       property.of_the_link = point.property == "linkquality";
     }
     auto& property = all_[entry->second];

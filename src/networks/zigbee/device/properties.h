@@ -11,15 +11,8 @@
 
 namespace rubicon::networks::zigbee::device {
 
-/// A property of the state messages of a device, and what is known of it. Several points may share one: colour as x and
-/// y and as hue and saturation.
-struct Property {
-  std::string name;
-  std::vector<std::size_t> points;
-  bool published = false, settable = false, gettable = false;
-  bool event = false;        ///< each message counts once
-  bool of_the_link = false;  ///< differs in each message, whatever caused it: no news of the other properties
-
+/// What is known of the value of a property.
+struct KnownValue {
   std::string text{};     ///< JSON, as last taken; empty = never seen
   WallTime changed{};     ///< when the device had it first, as far as known
   bool unproven = false;  ///< an echo: the device did not report it yet
@@ -28,12 +21,22 @@ struct Property {
   SteadyTime asked_at{};  ///< zero = never
 };
 
+/// A property of the state messages of a device. Several points may share one: colour as x and y and as hue and
+/// saturation.
+struct Property : KnownValue {
+  std::string name;
+  std::vector<std::size_t> points;
+  bool published = false, settable = false, gettable = false;
+  bool event = false;        ///< each message counts once
+  bool of_the_link = false;  ///< differs in each message, whatever caused it: no news of the other properties
+};
+
 /// The properties of a device by their JSON key.
 class Properties {
  public:
-  explicit Properties(const std::vector<exposes::MappedPoint>& points) { set_points(points); }
-  /// What is known of a property that stays is kept. All indexes change.
-  void set_points(const std::vector<exposes::MappedPoint>& points);
+  /// `before`: the points until now. What is known of a property is kept if its points are the same, so that the next
+  /// message delivers the others; that its value is not proven is kept always. All indexes change.
+  void set_points(const std::vector<exposes::MappedPoint>& before, const std::vector<exposes::MappedPoint>& points);
 
   /// nullptr if no point has this key.
   Property* find(std::string_view key);
@@ -47,6 +50,8 @@ class Properties {
     using is_transparent = void;
     std::size_t operator()(std::string_view text) const { return std::hash<std::string_view>()(text); }
   };
+  void add(const std::vector<exposes::MappedPoint>& points);
+
   std::vector<Property> all_;
   std::unordered_map<std::string, std::size_t, Hash, std::equal_to<>> by_name_;
   std::vector<std::size_t> of_point_;

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "base/text.h"
 #include "networks/zigbee/device/last_seen.h"
 
 namespace rubicon::networks::zigbee::device {
@@ -19,44 +20,71 @@ using nlohmann::json;
 constexpr Duration kStartTime = std::chrono::seconds(10);
 /// A get without an answer is forgotten.
 constexpr Duration kAnswerTime = std::chrono::seconds(10);
+/// Of the parts of colours, which devices round.
 constexpr double kShare = 1e-3, kPartTolerance = 2e-3;
+/// Of other numbers: digits that a float of the device loses.
+constexpr double kNoise = 1e-6;
 
 bool is_known(const Property& property) {
   return !property.text.empty() && property.text != "null";
 }
 
-std::optional<double> number_of(const Value& value) {
-  if (const auto* whole = std::get_if<std::int64_t>(&value)) return static_cast<double>(*whole);
-  if (const auto* real = std::get_if<double>(&value)) return *real;
-  return std::nullopt;
+bool is_whole(double number) {
+  return number == std::floor(number);
 }
 
-bool is_near(double reported, double wanted, double tolerance) {
-  return std::abs(reported - wanted) <= std::abs(wanted) * kShare + tolerance;
+bool is_near(double reported, double wanted, double share) {
+  return std::abs(reported - wanted) <= std::abs(wanted) * share;
 }
 
-bool is_same_json(const json& reported, const json& wanted) {
+/// Some devices write numbers as strings.
+std::optional<double> number_of(std::string_view json) {
+  if (json.size() >= 2 && json.front() == '"' && json.back() == '"') json = json.substr(1, json.size() - 2);
+  return base::parse_number<double>(json);
+}
+
+bool is_colour(const exposes::MappedPoint& point) {
+  using Form = exposes::MappedPoint::Coding::Form;
+  return point.coding.form == Form::kColourXy || point.coding.form == Form::kColourHueSaturation;
+}
+
+bool is_same_part(double reported, double wanted, bool colour) {
+  if (colour) return std::abs(reported - wanted) <= std::abs(wanted) * kShare + kPartTolerance;
+  if (is_whole(reported) && is_whole(wanted)) return reported == wanted;
+  return is_near(reported, wanted, kNoise);
+}
+
+bool is_same_json(const json& reported, const json& wanted, bool colour) {
   if (reported.is_number() && wanted.is_number())
-    return is_near(reported.get<double>(), wanted.get<double>(), kPartTolerance);
+    return is_same_part(reported.get<double>(), wanted.get<double>(), colour);
   if (!reported.is_object() || !wanted.is_object()) return reported == wanted;
   return std::all_of(wanted.items().begin(), wanted.items().end(), [&](const auto& part) {
     const auto found = reported.find(part.key());
-    return found != reported.end() && is_same_json(*found, part.value());
+    return found != reported.end() && is_same_json(*found, part.value(), colour);
   });
 }
 
 }  // namespace
 
-bool is_same_value(const Value& reported, const Value& wanted) {
+std::optional<bool> is_same_number(const exposes::MappedPoint& point, std::string_view reported,
+                                   std::string_view wanted) {
+  using Form = exposes::MappedPoint::Coding::Form;
+  const auto& coding = point.coding;
+  if (coding.form != Form::kNumber && coding.form != Form::kInteger) return std::nullopt;
   const auto is = number_of(reported), should = number_of(wanted);
-  if (is && should) return is_near(*is, *should, 0);
+  if (!is || !should) return std::nullopt;
+  if (is_whole(*is) && is_whole(*should)) return *is == *should;
+  return is_near(*is, *should, kNoise) || std::abs(*is - *should) < coding.step / 2;
+}
+
+bool is_same_value(const exposes::MappedPoint& point, const Value& reported, const Value& wanted) {
   const auto* is_text = std::get_if<Json>(&reported);
   const auto* should_text = std::get_if<Json>(&wanted);
   if (!is_text || !should_text) return reported == wanted;
   const auto is_tree = json::parse(is_text->text, nullptr, false);
   const auto should_tree = json::parse(should_text->text, nullptr, false);
   if (is_tree.is_discarded() || should_tree.is_discarded()) return is_text->text == should_text->text;
-  return is_same_json(is_tree, should_tree);
+  return is_same_json(is_tree, should_tree, is_colour(point));
 }
 
 Reports::Reports(Scheduler& scheduler, const std::vector<exposes::MappedPoint>& points, Properties& properties,
@@ -115,7 +143,8 @@ Heard Reports::heard(std::span<const Member> members, bool retained) {
 /// A wrong clock of Zigbee2MQTT must not make all its messages old, nor silence a device when it is set back.
 void Reports::date(Heard& heard) const {
   if (!heard.last_seen) {
-    heard.copy |= scheduler_.now() < copies_until_;
+    heard.presumed = !heard.copy && scheduler_.now() < copies_until_;
+    heard.copy |= heard.presumed;
     return;
   }
   const Duration age = heard.arrival - *heard.last_seen;
@@ -149,7 +178,8 @@ void Reports::compare(std::span<const Member> members, Heard& heard, Found& foun
 }
 
 void Reports::event(const Property& property, std::string_view json, const Heard& heard, Found& found) {
-  if (json == "\"\"" || json == "null" || heard.copy) return;
+  if (json == "\"\"" || json == "null" || (heard.copy && !heard.presumed)) return;
+  found.heard = true;
   const auto time = heard.last_seen && !heard.aged ? std::min(*heard.last_seen, heard.arrival) : heard.arrival;
   readings(property, json, time, found.readings);
 }
@@ -158,7 +188,7 @@ bool Reports::take_echo(Property& property, std::string_view json, const Heard& 
   if (heard.older) return false;
   const auto* command = commands_.awaiting(properties_.index_of(property));
   if (!command) return false;
-  if (json != command->json && !means(command->point, json, command->wanted)) return false;
+  if (json != command->json && !means(json, *command)) return false;
   commands_.echo(*command);
   return true;
 }
@@ -166,12 +196,15 @@ bool Reports::take_echo(Property& property, std::string_view json, const Heard& 
 /// The state of a group after our command: it is assumed already, and this proves no more.
 bool Reports::is_commanded(std::size_t property, std::string_view json) const {
   const auto* last = last_command(property);
-  return last && means(last->point, json, last->wanted);
+  return last && means(json, *last);
 }
 
-bool Reports::means(std::size_t point, std::string_view json, const Value& wanted) const {
-  const auto value = exposes::decode(points_[point], json);
-  return value && is_same_value(*value, wanted);
+template <class Sent>
+bool Reports::means(std::string_view json, const Sent& command) const {
+  const auto& point = points_[command.point];
+  if (const auto same = is_same_number(point, json, command.json)) return *same;
+  const auto value = exposes::decode(point, json);
+  return value && is_same_value(point, *value, command.wanted);
 }
 
 /// `beside_own`: the message has the value of a command of ours.
@@ -245,7 +278,8 @@ Reports::Found Reports::proven(std::size_t index, std::optional<WallTime> seen) 
 
 void Reports::commanded(const Command& command) {
   std::erase_if(commanded_, [&](const Commanded& older) { return older.property == command.property; });
-  commanded_.push_back({command.point, command.property, command.value, command.wanted, command.published, newest_});
+  commanded_.push_back(
+      {command.point, command.property, command.value, command.wanted, command.json, command.published, newest_});
   verification_.set_published();
   const auto& property = properties_[command.property];
   if (!command.echoed || !can_ask(property)) return;
@@ -260,6 +294,13 @@ void Reports::line_up() {
   for (auto& property : properties_.all()) {
     property.due = is_known(property) && !property.unproven && !traits_.group;
     property.asked = false;
+    if (property.unproven) doubt(property, Verification::Cause::kForeign, {});
+  }
+}
+
+void Reports::points_changed() {
+  commanded_.clear();
+  for (auto& property : properties_.all()) {
     if (property.unproven) doubt(property, Verification::Cause::kForeign, {});
   }
 }
@@ -280,18 +321,18 @@ void Reports::readings(const Property& property, std::string_view json, WallTime
       continue;
     }
     if (std::holds_alternative<std::monostate>(*value)) continue;  // a colour in the terms of the other point
-    auto shown = as_commanded(index, std::move(*value));
+    auto shown = as_commanded(index, json, std::move(*value));
     out.push_back({point.capability.point, std::move(shown), time, {}});
   }
   if (out.size() > first || why.empty()) return;  // of points that share a property, one that reads it is enough
   for (const auto index : property.points) out.push_back({points_[index].capability.point, {}, time, why});
 }
 
-Value Reports::as_commanded(std::size_t point, Value value) {
+Value Reports::as_commanded(std::size_t point, std::string_view json, Value value) {
   const auto found = std::find_if(commanded_.begin(), commanded_.end(),
                                   [&](const Commanded& command) { return command.point == point; });
   if (found == commanded_.end()) return value;
-  if (is_same_value(value, found->wanted)) return found->value;
+  if (means(json, *found)) return found->value;
   const bool over = !commands_.awaiting(found->property) && !verification_.is_running(found->property);
   if (over) commanded_.erase(found);
   return value;

@@ -46,8 +46,8 @@ class Reports {
   void commanded(const Command& command);
   /// The line is back. What Zigbee2MQTT repeats after this moment without last_seen may be old.
   void line_up();
-  /// The points are others: forgets what was commanded.
-  void points_changed() { commanded_.clear(); }
+  /// The points are others: forgets what was commanded, and asks again for what is not proven. Call after traits().
+  void points_changed();
 
   void traits(Traits traits) { traits_ = traits; }
   const Traits& traits() const { return traits_; }
@@ -63,6 +63,7 @@ class Reports {
   struct Commanded {
     std::size_t point = 0, property = 0;
     Value value, wanted;
+    std::string json;
     WallTime published{};
     std::optional<WallTime> known_before{};
   };
@@ -77,7 +78,9 @@ class Reports {
   bool take_echoes(const Heard& heard, Found& found);
   void note_last_seen(const Heard& heard);
   bool is_commanded(std::size_t property, std::string_view json) const;
-  bool means(std::size_t point, std::string_view json, const Value& wanted) const;
+  /// Whether the JSON that was reported is what a command (of type Command or Commanded) wanted.
+  template <class Sent>
+  bool means(std::string_view json, const Sent& command) const;
   Heard heard(std::span<const Member> members, bool retained);
   void date(Heard& heard) const;
   void compare(std::span<const Member> members, Heard& heard, Found& found);
@@ -88,7 +91,7 @@ class Reports {
   bool take_echo(Property& property, std::string_view json, const Heard& heard);
   void unchanged(Property& property, const Heard& heard, Found& found);
   void readings(const Property& property, std::string_view json, WallTime time, std::vector<model::Reading>& out);
-  Value as_commanded(std::size_t point, Value value);
+  Value as_commanded(std::size_t point, std::string_view json, Value value);
   void event(const Property& property, std::string_view json, const Heard& heard, Found& found);
   /// When the device had the value, as user time; zero = not known.
   WallTime time_of(std::size_t property, std::optional<WallTime> seen) const;
@@ -108,8 +111,12 @@ class Reports {
   SteadyTime copies_until_{};
 };
 
-/// Whether a reported value is the wanted one: numbers may differ by 0.1 %, parts of JSON objects by 0.002 more, and
-/// objects may have further members.
-bool is_same_value(const Value& reported, const Value& wanted);
+/// Whether a reported JSON number of the point is the wanted one: whole numbers exactly, others to less than half a
+/// step, or to a millionth where there is no step. nullopt: not both are numbers.
+std::optional<bool> is_same_number(const exposes::MappedPoint& point, std::string_view reported,
+                                   std::string_view wanted);
+/// Whether a reported value that is no number is the wanted one. Objects may have further members; parts of colours
+/// may differ by 0.1 % and 0.002, other real numbers by a millionth.
+bool is_same_value(const exposes::MappedPoint& point, const Value& reported, const Value& wanted);
 
 }  // namespace rubicon::networks::zigbee::device

@@ -96,7 +96,8 @@ void Verification::consider(Item& item, const Heard& heard, bool acknowledges) {
 bool Verification::may_prove(Item& item, const Heard& heard, bool acknowledges) const {
   if (item.cause == Cause::kNoEchoYet || item.cause == Cause::kNoEchoes) return false;
   if (item.can_ask) return heard.quiet && !acknowledges && open_ == item.property;
-  if (!heard.last_seen || !item.not_before) return heard.quiet;
+  if (!heard.last_seen) return false;  // any message repeats the echo
+  if (!item.not_before) return heard.quiet;
   if (*heard.last_seen <= *item.not_before + kSameExchange) return false;
   if (!std::exchange(item.answering, true)) {  // the answer to the set, which the echo overtook
     item.not_before = heard.last_seen;

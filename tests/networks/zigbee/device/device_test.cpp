@@ -47,6 +47,44 @@ TEST_F(ZigbeeDeviceTest, ARenameJoinsAgainAndSetsGoToTheNewName) {
   EXPECT_EQ(host.published.back().name, "hall");
 }
 
+TEST_F(ZigbeeDeviceTest, AfterANewDefinitionPointsThatChangedAreDeliveredAgain) {
+  start(record_of(definitions::kWeather, true));
+  report(R"("temperature":20,"humidity":40)");
+  const auto before = point("temperature");
+  forget();
+  auto record = record_of(definitions::kWeather, true);
+  auto second = record.leaves[0];
+  second.property = "temperature_probe";
+  second.endpoint = "probe";
+  record.leaves[0].endpoint = "room";
+  record.leaves.push_back(second);
+  device->update(std::move(record));
+  ASSERT_NE(point("temperature"), before);
+  report(R"("temperature":20,"humidity":40)");
+  EXPECT_EQ(readings(), (Values{{"temperature", "20"}}));
+}
+
+TEST_F(ZigbeeDeviceTest, ANewDefinitionDoesNotProveAnEcho) {
+  start(record_of(definitions::kLamp));
+  report(R"("state":"OFF","brightness":10)");
+  commanded("brightness", 50.0);
+  report(R"("state":"OFF","brightness":10)");
+  echo(R"("state":"OFF","brightness":127)");
+  forget();
+  auto record = record_of(definitions::kLamp);
+  for (auto& leaf : record.leaves) {
+    if (leaf.property == "brightness") leaf.endpoint = "left";
+  }
+  device->update(std::move(record));
+  report(R"("state":"OFF","brightness":127)");
+  run(milliseconds(110));
+  EXPECT_EQ(readings(), (Values{{"state", "off"}}));
+  run(milliseconds(300));
+  report(R"("state":"OFF","brightness":127)");
+  run(milliseconds(110));
+  EXPECT_EQ(readings(), (Values{{"state", "off"}, {"brightness", "50"}}));
+}
+
 TEST_F(ZigbeeDeviceTest, WhenTheLineComesADeviceWithMainsPowerIsAskedForItsState) {
   start(record_of(definitions::kLamp), false);
   device->line_up();

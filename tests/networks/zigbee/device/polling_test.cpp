@@ -81,6 +81,21 @@ TEST_F(PollingTest, Pitfall15_ASleepingDeviceIsNotPolled) {
   EXPECT_TRUE(host.published.empty());
 }
 
+TEST_F(PollingTest, AQuestionThatWaitsEndsWithTheDefinitionAndTheNewOneIsAskedFor) {
+  for (const auto definition : {definitions::kPlug, definitions::kFan}) {
+    start(record_of(definitions::kLamp));
+    host.polls_left = 0;
+    sample({"power_on_behavior"}, seconds(5));
+    run(seconds(1));
+    EXPECT_TRUE(gets().empty());
+    device->update(record_of(definition));
+    host.polls_left = 1'000'000;
+    run(seconds(20));
+    const bool asked = definition == definitions::kPlug;
+    EXPECT_EQ(gets(), asked ? Texts{R"({"state":"","power":"","voltage":""})"} : Texts{});
+  }
+}
+
 TEST_F(PollingTest, NothingIsAskedWithoutALine) {
   start(record_of(definitions::kPlug));
   sample({"power"}, seconds(1));

@@ -107,6 +107,24 @@ TEST_F(ReportsTest, Pitfall14_EachActionCountsOnceAndTheEmptyOneNever) {
   EXPECT_EQ(readings(), (Values{{"action", "single"}, {"battery", "90"}, {"action", "single"}, {"battery", "91"}}));
 }
 
+TEST_F(ReportsTest, WithoutLastSeenAnActionCountsAlsoSoonAfterTheStart) {
+  start(record_of(definitions::kButton, true), false);
+  device->line_up();
+  run(seconds(1));
+  say_plain(R"("action":"single","battery":90)");
+  EXPECT_EQ(readings(), (Values{{"action", "single"}}));
+  EXPECT_EQ(readings(false), (Values{{"battery", "90"}}));
+}
+
+TEST_F(ReportsTest, AnActionOfTheBrokersMemoryOrOfALongTimeAgoIsNone) {
+  start(record_of(definitions::kButton, true), false);
+  device->line_up();
+  ASSERT_TRUE(device->state(R"({"action":"single"})", true));
+  ASSERT_TRUE(device->state(R"({"action":"single","last_seen":")" + iso(now()) + "\"}", true));
+  say(R"("action":"single")", now() - minutes(5));
+  EXPECT_TRUE(host.all<model::Updates>().empty());
+}
+
 TEST_F(ReportsTest, AnActionIsDeliveredAlsoWhereItsMessageBringsNoNewLastSeen) {
   start(record_of(definitions::kButton, true));
   report(R"("battery":90)");
@@ -124,6 +142,29 @@ TEST_F(ReportsTest, ATimerOfTheBridgeChangesTheValueNowAndIsNoSignOfLife) {
   ASSERT_EQ(raw_readings().size(), 1U);
   EXPECT_EQ(readings(), (Values{{"occupancy", "off"}}));
   EXPECT_EQ(raw_readings()[0].user_time, now());
+  EXPECT_TRUE(host.all<model::KeepAlive>().empty());
+  report(R"("occupancy":true)");
+  device->availability(false);
+  forget();
+  run(seconds(90));
+  echo(R"("occupancy":false)");
+  EXPECT_EQ(readings(false), (Values{{"occupancy", "off"}}));  // it must not make the device reachable
+  EXPECT_TRUE(readings().empty());
+  report(R"("occupancy":true)");
+  EXPECT_EQ(readings(), (Values{{"occupancy", "on"}}));
+}
+
+TEST_F(ReportsTest, TheEchoOfAGroupIsNoSignOfLifeOfAMemberThatCannotBeAsked) {
+  start(record_of(definitions::kFan));
+  report(R"("state":"OFF")");
+  device->availability(false);
+  forget();
+  echo(R"("state":"ON")");
+  EXPECT_EQ(readings(false), (Values{{"state", "on"}}));
+  EXPECT_TRUE(readings().empty());
+  device->availability(true);
+  echo(R"("state":"OFF")");
+  EXPECT_EQ(readings(), (Values{{"state", "off"}}));
 }
 
 TEST_F(ReportsTest, TwoReportsInOneMillisecondAreTwoReports) {
