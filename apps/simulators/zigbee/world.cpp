@@ -135,7 +135,10 @@ void World::received(std::string_view topic, std::string_view payload) {
 void World::say(const std::string& topic, std::string payload, bool retain) {
   if (!runs_ || !publish) return;
   ++counters_.published;
-  own_topics_.insert(topic);
+  if (payload.empty())  // the topic is no longer used
+    own_topics_.erase(topic);
+  else
+    own_topics_.insert(topic);
   const auto queue = payload.size() > kLongList ? transport::MqttQueue::kLatest : transport::MqttQueue::kInOrder;
   const bool sure = topic == "bridge/state" || topic == "bridge/health" || topic.ends_with("/availability");
   publish({options_.base + "/" + topic, std::move(payload), retain, sure ? std::uint8_t{1} : std::uint8_t{0}, queue});
@@ -264,12 +267,18 @@ void World::forget(const std::string& address) {
   if (found == by_address_.end()) return;
   const auto* device = found->second;
   if (named) named(device->name(), false);
+  forget_topics(device->name());
   by_name_.erase(device->name());
   by_address_.erase(found);
   parts_->interviews.forget(address);
   for (auto* timers : {&periods_, &silences_, &clearings_, &travels_}) timers->erase(address);
   for (auto& [id, group] : groups_) std::erase(group.members, address);
   std::erase_if(devices_, [&](const auto& one) { return one.get() == device; });
+}
+
+void World::forget_topics(const std::string& name) {
+  own_topics_.erase(name);
+  own_topics_.erase(name + "/availability");
 }
 
 /// In the recorded order. The availability stays on the broker.
@@ -293,6 +302,7 @@ Result<void> World::rename(RadioDevice& device, const std::string& to) {
   if (named) named(to, true);
   say(from, "", true);
   if (options_.availability) say(from + "/availability", "", true);
+  forget_topics(from);
   publish_availability(device);
   publish_devices();
   publish_state(device);

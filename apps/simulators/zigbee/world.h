@@ -153,6 +153,7 @@ class World {
   void travel(RadioDevice& device, int goal);
   void permit(Duration span);
   void forget(const std::string& address);
+  void forget_topics(const std::string& name);
   Result<void> check_name(std::string_view name) const;
   std::string next_address();
   RadioDevice& keep(DeviceModel model, std::string address, std::string name);
@@ -168,7 +169,7 @@ class World {
   std::map<std::string, RadioDevice*, std::less<>> by_name_, by_address_;
   std::map<int, DeviceGroup> groups_;
   std::map<std::string, Timer> periods_, silences_, clearings_, travels_;  ///< by address
-  std::set<std::string, std::less<>> own_topics_;  ///< all that it published on: what arrives there is no command
+  std::set<std::string, std::less<>> own_topics_;  ///< what it publishes on: what arrives there is no command
   std::map<std::uint64_t, Timer> timers_;
   std::uint64_t last_timer_ = 0;
   std::uint32_t last_address_ = 0;

@@ -78,7 +78,7 @@ void World::do_set(RadioDevice& device, const Json& accepted) {
   if (stops) travels_.erase(device.address());
   const auto done = device.execute(accepted);
   const auto goal = device.real("position");
-  if (!position.is_number() || position == goal) {
+  if (!position.is_number() || !goal.is_number() || position == goal) {
     later(device, kReportTime, [this, done](RadioDevice& found) {
       for (const auto& properties : found.by_cluster(done)) publish_report(found, properties);
     });
@@ -93,7 +93,9 @@ void World::travel(RadioDevice& device, int goal) {
   travels_[device.address()] = scheduler_.after(kTravelTime, [this, goal, address = device.address()] {
     auto* found = find(address);
     if (found == nullptr || found->faults.silent) return;
-    const int now = found->real("position").get<int>();
+    const auto position = found->real("position");
+    if (!position.is_number()) return;
+    const int now = position.get<int>();
     const int next = now + std::clamp(goal - now, -kTravelStep, kTravelStep);
     found->set_real("position", next);
     found->set_real("state", next == 0 ? "CLOSE" : "OPEN");

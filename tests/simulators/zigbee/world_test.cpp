@@ -146,6 +146,35 @@ TEST_F(SimulatedBridge, ALockReportsWithoutAnEchoAndACoverTravels) {
   EXPECT_EQ(of("blind").back()["state"], "CLOSE");
 }
 
+TEST_F(SimulatedBridge, ACoverThatLosesItsPositionStops) {
+  make();
+  auto& blind = add("cover", "blind");
+  start();
+  ask("blind/set", R"({"position":30})");
+  time.run_for(500ms);
+  blind.set_real("position", nullptr);
+  time.run_for(10s);
+  EXPECT_THAT(values("blind", "position"), ElementsAre("100", "30"));
+}
+
+TEST_F(SimulatedBridge, ATopicThatADeviceNoLongerHasTakesCommands) {
+  make();
+  add("lamp", "a");
+  auto& renamed = add("lamp", "a/set");
+  start();
+  world->report(renamed);
+  ASSERT_TRUE(world->rename(renamed, "b"));
+  ask("a/set", R"({"state":"ON"})");
+  time.run_for(1s);
+  EXPECT_EQ(of("a").back()["state"], "ON");
+  auto& leaving = add("lamp", "b/set");
+  world->report(leaving);
+  world->leave(leaving.address());
+  ask("b/set", R"({"state":"ON"})");
+  time.run_for(1s);
+  EXPECT_EQ(of("b").back()["state"], "ON");
+}
+
 TEST_F(SimulatedBridge, AReportIsOneMessageAndTwoClustersAreTwo) {
   make();
   auto& plug = add("plug", "plug");
