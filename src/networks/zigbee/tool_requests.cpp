@@ -23,6 +23,7 @@ constexpr std::size_t kMaxReplyBytes = 100'000;
 constexpr std::size_t kMaxRequestBytes = 64UL * 1024, kMaxRequestText = 512;
 /// Zigbee2MQTT's longest time (zigbee.md, section 8).
 constexpr std::int64_t kMaxPermit = 254;
+constexpr std::string_view kTooManyWatch = "too many tools watch devices join";
 
 std::string request_text(const json& request, const char* key) {
   return model::text_of(request, key).substr(0, kMaxRequestText);
@@ -162,6 +163,7 @@ void ToolRequests::permit(Requester requester, const json& request) {
     return refuse(requester,
                   fmt::format("seconds is {}, expected 0 to {}", model::dump(wanted).substr(0, 40), kMaxPermit));
   const auto seconds = wanted.get<std::int64_t>();
+  if (seconds > 0 && !may_watch(requester)) return refuse(requester, kTooManyWatch);
   json payload{{"time", seconds}};
   if (!request_text(request, "via").empty()) {
     const auto via = target(requester, request, "via");
@@ -172,15 +174,22 @@ void ToolRequests::permit(Requester requester, const json& request) {
       [this, seconds](const Requester& to, const bridge::BridgeResponse&) { permitted(to, seconds); });
 }
 
+bool ToolRequests::may_watch(const Requester& requester) const {
+  return watching_.size() < kMaxWatching || std::any_of(watching_.begin(), watching_.end(), [&](const Watching& one) {
+           return one.requester.address == requester.address && one.requester.id == requester.id;
+         });
+}
+
 void ToolRequests::permitted(const Requester& requester, std::int64_t seconds) {
+  if (seconds > 0 && !may_watch(requester)) return refuse(requester, kTooManyWatch);
   const auto until = host_.scheduler().wall_now() + std::chrono::seconds(seconds);
   reply(requester, {{"ok", true}, {"until", base::to_seconds(until)}});
   if (seconds == 0) return close_watching({});
   watching_.remove_if([&](const Watching& one) {
     return one.requester.address == requester.address && one.requester.id == requester.id;
   });
-  if (watching_.size() >= kMaxWatching) return;
-  auto& added = watching_.emplace_back(Watching{requester, false, {}});
+  // Zigbee2MQTT publishes bridge/info before the response.
+  auto& added = watching_.emplace_back(Watching{requester, joining_, {}});
   added.end = host_.scheduler().after(std::chrono::seconds(seconds), [this, &added] {
     send(added.requester.address, kEventTag, {{"id", added.requester.id}, {"event", "closed"}});
     watching_.remove_if([&](const Watching& one) { return &one == &added; });
@@ -212,6 +221,7 @@ void ToolRequests::event(const bridge::BridgeEvent& event) {
 
 void ToolRequests::info(std::string_view payload, const bridge::BridgeDescription& info) {
   info_ = payload;
+  joining_ = info.permit_join;
   texts_["bridge"] = model::dump(bridge_json(info));
   texts_["settings"] = model::dump(settings_json(info));
   std::list<Watching> closed;

@@ -64,7 +64,7 @@ class ToolRequests {
   /// A tool that sees devices join.
   struct Watching {
     Requester requester;
-    bool open = false;  ///< the bridge said that devices may join
+    bool open = false;  ///< Zigbee2MQTT reported that devices may join
     Timer end;
   };
   /// A device or group as requests name it.
@@ -74,6 +74,7 @@ class ToolRequests {
     bool group = false;
   };
 
+  bool may_watch(const Requester& requester) const;
   void permit(Requester requester, const nlohmann::json& request);
   void permitted(const Requester& requester, std::int64_t seconds);
   void devices(const Requester& requester, const nlohmann::json& request);
@@ -100,6 +101,7 @@ class ToolRequests {
   std::uint64_t last_transaction_ = 0;
   std::list<Open> open_;
   std::list<Watching> watching_;
+  bool joining_ = false;       ///< the newest permit_join of bridge/info
   std::string info_, health_;  ///< the newest payloads, read when a tool asks
   std::map<std::string, std::string> texts_;
   std::optional<bridge::NetworkMap> map_;
