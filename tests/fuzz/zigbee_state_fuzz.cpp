@@ -55,7 +55,7 @@ class Host final : public DeviceHost {
     }
   }
   Scheduler& scheduler() override { return time; }
-  bool take_poll() override { return true; }
+  bool take_poll(const std::string&) override { return true; }
 
   VirtualScheduler time;
   std::set<std::uint64_t> answered;

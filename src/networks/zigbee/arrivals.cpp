@@ -27,9 +27,16 @@ void Arrivals::add(const transport::MqttMessage& message) {
   turn_.request();
 }
 
-void Arrivals::clear() {
-  waiting_.clear();
-  bytes_ = 0;
+void Arrivals::drain() {
+  const auto watch = lifetime_.watch();
+  while (!watch.ended() && !waiting_.empty()) take_first();
+}
+
+void Arrivals::take_first() {
+  const auto message = std::move(waiting_.front());
+  waiting_.pop_front();
+  bytes_ -= message.size();
+  take_({message.topic, message.payload, message.retained});
 }
 
 void Arrivals::run() {
@@ -38,10 +45,7 @@ void Arrivals::run() {
   for (int taken = 0; !waiting_.empty(); ++taken) {
     if (taken == kMessagesPerTurn || (taken % kMessagesPerLook == kMessagesPerLook - 1 && scheduler_.now() >= end))
       return turn_.request();
-    const auto message = std::move(waiting_.front());
-    waiting_.pop_front();
-    bytes_ -= message.size();
-    take_({message.topic, message.payload, message.retained});
+    take_first();
     if (watch.ended()) return;
   }
 }

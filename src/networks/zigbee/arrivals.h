@@ -24,7 +24,8 @@ class Arrivals {
 
   /// Beyond the bounds the oldest message is dropped: a later one of its device repeats the values.
   void add(const transport::MqttMessage& message);
-  void clear();
+  /// Takes all that wait, in this turn: what follows them changes what they mean.
+  void drain();
   std::uint64_t dropped() const { return dropped_; }
 
  private:
@@ -34,6 +35,7 @@ class Arrivals {
     std::size_t size() const { return topic.size() + payload.size(); }
   };
   void run();
+  void take_first();
 
   Scheduler& scheduler_;
   std::function<void(const transport::MqttMessage& message)> take_;

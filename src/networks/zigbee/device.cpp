@@ -31,7 +31,7 @@ device::StateReader& state_reader() {
 
 /// Devices whose polls found no place try again at different times.
 Duration retry_of(const std::string& address) {
-  return std::chrono::milliseconds(500 + std::hash<std::string>()(address) % 1000);
+  return std::chrono::milliseconds(200 + std::hash<std::string>()(address) % 200);
 }
 
 }  // namespace
@@ -234,7 +234,7 @@ bool Device::Impl::get(const std::vector<std::size_t>& which) {
 }
 
 bool Device::Impl::poll(const std::vector<std::size_t>& which) {
-  if (!up || !host.take_poll() || !get(which)) return false;
+  if (!up || !host.take_poll(record.address) || !get(which)) return false;
   for (const auto index : which) {
     properties[index].asked = true;
     properties[index].asked_at = host.scheduler().now();
@@ -243,7 +243,7 @@ bool Device::Impl::poll(const std::vector<std::size_t>& which) {
 }
 
 bool Device::Impl::ask(std::size_t property, bool own) {
-  return (own || host.take_poll()) && get({property});
+  return (own || host.take_poll(record.address)) && get({property});
 }
 
 Device::Device(DeviceHost& host, const TypeCatalogue& types, bridge::DeviceRecord record)
@@ -317,6 +317,10 @@ void Device::line_up() {
 
 const bridge::DeviceRecord& Device::record() const {
   return impl_->record;
+}
+
+WallTime Device::last_seen() const {
+  return impl_->reports.last_seen();
 }
 
 const std::vector<exposes::MappedPoint>& Device::points() const {

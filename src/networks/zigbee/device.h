@@ -21,8 +21,9 @@ class DeviceHost {
   /// To the island, from this device. Only queues.
   virtual void deliver(const std::string& address, model::Body body) = 0;
   virtual Scheduler& scheduler() = 0;
-  /// Whether one more poll fits into the bound of the network (10 a second), and take that place.
-  virtual bool take_poll() = 0;
+  /// Whether one more poll fits into the bound of the network (10 a second), and take that place. Devices that find no
+  /// place wait in a line: they ask again within 2 s, or lose their place in it.
+  virtual bool take_poll(const std::string& address) = 0;
 };
 
 // How Zigbee2MQTT 2.14.1 answers (measured; zigbee.md, section 5, differs): a report, and the answer to a get, is one
@@ -59,6 +60,8 @@ class Device {
   void line_up();
 
   const bridge::DeviceRecord& record() const;
+  /// Of its state messages: their last_seen, else the arrival of the last live one; zero = none came.
+  WallTime last_seen() const;
   const std::vector<exposes::MappedPoint>& points() const;
 
  private:

@@ -28,7 +28,7 @@ Devices::Devices(network::NetworkHost& host, const TypeCatalogue& types, const Z
       line_(line),
       report_(std::move(changed)),
       log_(host.limited_log()),
-      polls_per_second_(options.polls_per_second),
+      poll_places_(host.scheduler(), options.polls_per_second),
       down_(kNotThereYet),
       update_groups_(host.scheduler(), [this] { update_groups(); }),
       inventory_(
@@ -160,24 +160,45 @@ void Devices::received(const transport::MqttMessage& message) {
   }
   auto& entity = at->second;
   if (!message.retained && !message.payload.empty()) inventory_.heard(at->first);
-  if (found->kind == bridge::Topics::Kind::kAvailability) {
-    if (const auto online = bridge::read_online(message.payload)) {
-      entity.condition.available = *online;
-      entity.device->availability(*online);
-    }
-    return;
-  }
+  if (found->kind == bridge::Topics::Kind::kAvailability) return availability(at->first, entity, message.payload);
   ++counters_.states;
-  if (auto read = entity.device->state(message.payload, message.retained); !read) {
+  // Without the bridge, no message proves that a device is there.
+  const bool stored = message.retained || !down_.empty();
+  if (auto read = entity.device->state(message.payload, stored); !read) {
     ++counters_.bad_states;
     log_.warning("state " + at->first, fmt::format("{}: {}", model::quoted(message.topic), read.error().text));
   }
   report_();
 }
 
+/// Empty: the topic was cleared.
+void Devices::availability(const std::string& address, Entity& entity, std::string_view payload) {
+  if (payload.empty()) {
+    entity.condition.available.reset();
+    entity.available_later.reset();
+    return;
+  }
+  const auto online = bridge::read_online(payload);
+  if (!online) {
+    ++counters_.bad_states;
+    log_.warning(
+        "availability " + address,
+        fmt::format("{}: {}", model::quoted(entity.device->record().name + "/availability"), online.error().text));
+    return report_();
+  }
+  entity.condition.available = *online;
+  if (!down_.empty())
+    entity.available_later = *online;
+  else
+    entity.device->availability(*online);
+}
+
 void Devices::line_up() {
   down_.clear();
-  for (const auto& [address, entity] : entities_) entity.device->line_up();
+  for (auto& [address, entity] : entities_) {
+    entity.device->line_up();
+    if (const auto online = std::exchange(entity.available_later, std::nullopt)) entity.device->availability(*online);
+  }
 }
 
 void Devices::line_lost(const std::string& why) {
@@ -215,16 +236,12 @@ void Devices::deliver(const std::string& address, model::Body body) {
   if (const auto* updates = std::get_if<model::Updates>(&body)) {
     counters_.readings += updates->readings.size();
     if (found != entities_.end()) note(found->second.condition, *updates);
-  } else if (std::holds_alternative<model::KeepAlive>(body)) {
-    if (found != entities_.end()) found->second.condition.last_seen = scheduler().wall_now();
   }
   host_.deliver(address, std::move(body));
 }
 
 void Devices::note(Condition& condition, const model::Updates& updates) {
-  if (updates.heard) condition.last_seen = scheduler().wall_now();
   for (const auto& reading : updates.readings) {
-    condition.last_seen = std::max(condition.last_seen, reading.user_time);
     if (reading.point.type != link_quality_) continue;
     if (const auto* number = std::get_if<double>(&reading.value)) condition.link_quality = *number;
     if (const auto* number = std::get_if<std::int64_t>(&reading.value))
@@ -232,21 +249,15 @@ void Devices::note(Condition& condition, const model::Updates& updates) {
   }
 }
 
-bool Devices::take_poll() {
-  const auto now = scheduler().now();
-  if (now - second_ >= std::chrono::seconds(1)) {
-    second_ = now;
-    polls_ = 0;
-  }
-  if (polls_ >= polls_per_second_) return false;
-  ++polls_;
-  return true;
+bool Devices::take_poll(const std::string& address) {
+  return poll_places_.take(address);
 }
 
 Devices::Condition Devices::condition(const std::string& address) const {
   const auto found = entities_.find(address);
   if (found == entities_.end()) return {};
   auto condition = found->second.condition;
+  condition.last_seen = found->second.device->last_seen();
   condition.points = found->second.device->points().size();
   return condition;
 }

@@ -19,6 +19,7 @@
 #include "networks/zigbee/bridge/topics.h"
 #include "networks/zigbee/broker_line.h"
 #include "networks/zigbee/device.h"
+#include "networks/zigbee/poll_places.h"
 #include "networks/zigbee/zigbee_options.h"
 
 namespace rubicon::networks::zigbee {
@@ -50,18 +51,18 @@ class Devices final : public DeviceHost {
   void line_lost(const std::string& why);
   /// Actuate, SetProperty, Sample of a device.
   Result<void> send(const Message& message);
-  void polls_per_second(unsigned most) { polls_per_second_ = most; }
+  void polls_per_second(unsigned most) { poll_places_.per_second(most); }
 
   // DeviceHost.
   Result<void> publish(const std::string& name, std::string_view verb, std::string payload) override;
   void deliver(const std::string& address, model::Body body) override;
   Scheduler& scheduler() override { return host_.scheduler(); }
-  bool take_poll() override;
+  bool take_poll(const std::string& address) override;
 
   /// What is known of a device besides its record.
   struct Condition {
     std::optional<bool> available;  ///< as the bridge reported; nullopt = it did not
-    WallTime last_seen{};           ///< zero = not known
+    WallTime last_seen{};           ///< of its state messages; zero = not known
     std::optional<double> link_quality;
     std::size_t points = 0;
   };
@@ -81,10 +82,12 @@ class Devices final : public DeviceHost {
   struct Entity {
     std::unique_ptr<Device> device;
     Condition condition;
+    std::optional<bool> available_later;  ///< came while the bridge was not there
   };
   void changed(const bridge::DeviceRecord& record);
   void left(const std::string& address, const std::string& reason);
   void waiting(const bridge::DeviceRecord& record, const std::string& why);
+  void availability(const std::string& address, Entity& entity, std::string_view payload);
   void unreadable(const Error& error);
   void apply(const bridge::Topics::Filters& filters);
   void member_changed(const std::string& address);
@@ -100,9 +103,7 @@ class Devices final : public DeviceHost {
   BrokerLine& line_;
   std::function<void()> report_;
   base::LimitedLog log_;
-  unsigned polls_per_second_;
-  SteadyTime second_{};  ///< begin of the second whose polls are counted
-  unsigned polls_ = 0;
+  PollPlaces poll_places_;
   std::string down_;  ///< why the bridge is not there; empty = it is
   bool listed_ = false;
   bridge::BridgeDescription info_;

@@ -119,6 +119,7 @@ void ZigbeeNetwork::connected() {
 
 /// The devices stay: a broker that comes back may have lost the lists (zigbee.md, section 2).
 void ZigbeeNetwork::lost(Error why) {
+  arrivals_.drain();
   lost_ = true;
   bridge_.lost(why.text);
   host_.failed(std::move(why));
@@ -150,6 +151,7 @@ void ZigbeeNetwork::received(const transport::MqttMessage& message) {
 void ZigbeeNetwork::from_bridge(const Topics::Found& found, const transport::MqttMessage& message) {
   switch (found.kind) {
     case Topics::Kind::kBridgeState:
+      arrivals_.drain();  // they came before
       if (auto read = bridge_.state(message.payload); !read) unreadable(message, read.error());
       break;
     case Topics::Kind::kInfo: info(message.payload); break;

@@ -51,5 +51,13 @@ TEST_F(ArrivalsTest, BeyondTheBoundTheOldestIsDroppedAndCounted) {
   EXPECT_EQ(arrivals.dropped(), 12U);
 }
 
+TEST_F(ArrivalsTest, AreAllTakenAtOnceBeforeWhatChangesTheirMeaning) {
+  for (int i = 0; i < 3000; ++i) arrivals.add({"a", std::to_string(i)});
+  arrivals.drain();
+  EXPECT_THAT(taken, SizeIs(3000));
+  time.run_ready();
+  EXPECT_THAT(taken, SizeIs(3000));
+}
+
 }  // namespace
 }  // namespace rubicon::networks::zigbee

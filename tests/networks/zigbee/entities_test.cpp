@@ -204,6 +204,31 @@ TEST_F(ZigbeeEntities, AGroupIsADevice) {
   EXPECT_THAT(broker.subscriptions(), Not(Contains("zigbee2mqtt/all")));
 }
 
+TEST_F(ZigbeeEntities, AGroupLosesWhatOnlyAnUnusableMemberHad) {
+  start();
+  say("bridge/groups",
+      {{{"id", 7},
+        {"friendly_name", "all"},
+        {"scenes", json::array()},
+        {"members", {{{"ieee_address", "0x00124b0010000002"}, {"endpoint", 1}}}}}},
+      true);
+  host.time.run_for(100ms);
+  EXPECT_TRUE(command(1, "group-7", "switch", true));
+  auto disabled = plug();
+  disabled["disabled"] = true;
+  list({disabled, thermometer(), button()});
+  host.time.run_for(100ms);
+  EXPECT_FALSE(command(2, "group-7", "switch", true));
+}
+
+TEST_F(ZigbeeEntities, AvailabilityThatCannotBeReadIsCountedAndLogged) {
+  availability = true;
+  start();
+  say("plug/availability", "maybe", true);
+  EXPECT_EQ(counter("unreadable-states"), 1U);
+  EXPECT_TRUE(host.words.contains("plug"));
+}
+
 TEST_F(ZigbeeEntities, TheBridgeSaysWhoIsThereWhereItOffersThat) {
   availability = true;
   start();

@@ -48,12 +48,45 @@ TEST_F(ZigbeeTools, PermitAsksTheBridgeAndShowsTheJoinsUntilItCloses) {
 
 TEST_F(ZigbeeTools, PermitClosesWhenSomebodyElseClosesIt) {
   ask({{"id", "a"}, {"do", "permit"}, {"seconds", 254}});
+  say("bridge/info", info("2.14.1", true), true);  // as recorded: before the response
   respond("permit_join", {{"time", 254}});
-  say("bridge/info", info("2.14.1", true), true);
   EXPECT_THAT(told("zigbee.event"), IsEmpty());
   say("bridge/info", info("2.14.1", false), true);
   ASSERT_THAT(told("zigbee.event"), SizeIs(1));
   EXPECT_EQ(told("zigbee.event")[0]["event"], "closed");
+}
+
+TEST_F(ZigbeeTools, ThePermitOfOneToolTooManyIsRefusedBeforeItOpensTheNetwork) {
+  for (int i = 0; i < 16; ++i) {
+    ask({{"id", std::to_string(i)}, {"do", "permit"}, {"seconds", 254}});
+    respond("permit_join", {{"time", 254}});
+    ASSERT_EQ(reply()["ok"], true);
+  }
+  const auto all = [this] { return broker.published("zigbee2mqtt/bridge/request/permit_join").size(); };
+  ask({{"id", "16"}, {"do", "permit"}, {"seconds", 254}});
+  EXPECT_EQ(reply()["id"], "16");
+  EXPECT_EQ(reply()["ok"], false);
+  EXPECT_EQ(all(), 16U);
+  ask({{"id", "3"}, {"do", "permit"}, {"seconds", 100}});
+  EXPECT_EQ(all(), 17U) << "it watches already";
+}
+
+TEST_F(ZigbeeTools, LastSeenIsThatOfTheStateMessages) {
+  availability = true;
+  const auto device = [this] {
+    ask({{"id", "d"}, {"do", "devices"}});
+    return reply()["devices"][1];
+  };
+  say("air/availability", {{"state", "online"}}, true);
+  EXPECT_FALSE(device().contains("last_seen")) << "a stored availability proves no time";
+  EXPECT_EQ(device()["availability"], "online");
+  report("air", {{"temperature", 21.5}});
+  const auto seen = device()["last_seen"].get<double>();
+  EXPECT_NEAR(seen, base::to_seconds(host.time.wall_now()), 1);
+  host.time.run_for(1min);
+  say("air/availability", "", true);
+  EXPECT_EQ(device()["last_seen"].get<double>(), seen);
+  EXPECT_FALSE(device().contains("availability")) << "it was cleared";
 }
 
 TEST_F(ZigbeeTools, PermitForNoTimeClosesForAll) {

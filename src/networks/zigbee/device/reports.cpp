@@ -124,7 +124,9 @@ bool Reports::take_echoes(const Heard& heard, Found& found) {
 }
 
 void Reports::note_last_seen(const Heard& heard) {
+  if (!heard.last_seen && !heard.copy) seen_ = heard.arrival;
   if (!heard.last_seen || !heard.later) return;
+  seen_ = *heard.last_seen;
   newest_ = heard.last_seen;
   newest_age_ = heard.arrival - *heard.last_seen;
 }

@@ -50,6 +50,8 @@ class Reports {
   void points_changed();
 
   void traits(Traits traits) { traits_ = traits; }
+  /// The newest last_seen, else the arrival of the last live message; zero = none came.
+  WallTime last_seen() const { return seen_; }
   const Traits& traits() const { return traits_; }
 
  private:
@@ -107,6 +109,7 @@ class Reports {
   std::vector<Change> changes_, same_;
   std::vector<Commanded> commanded_;
   std::optional<WallTime> newest_{};
+  WallTime seen_{};
   Duration newest_age_{};  ///< of the newest last_seen, when it arrived
   SteadyTime copies_until_{};
 };

@@ -11,6 +11,8 @@ namespace {
 
 constexpr Duration kProbeTime = std::chrono::seconds(15);
 constexpr Duration kAskAgain = std::chrono::minutes(10);
+/// No place for the question in this moment.
+constexpr Duration kNoPlaceTime = std::chrono::seconds(1);
 
 std::string hours_text(Duration span) {
   const auto minutes = std::chrono::duration_cast<std::chrono::minutes>(span).count();
@@ -58,7 +60,8 @@ void Silence::due() {
     if (phase_ == Phase::kHeard) phase_ = Phase::kAsked;
     return deadline_.set(phase_ == Phase::kAsked ? kProbeTime : kAskAgain);
   }
-  if (phase_ == Phase::kUnreachable || can_ask_) return deadline_.set(kAskAgain);
+  if (can_ask_) return deadline_.set(kNoPlaceTime);
+  if (phase_ == Phase::kUnreachable) return deadline_.set(kAskAgain);
   phase_ = Phase::kUnreachable;
   calls_.unreachable(fmt::format("not heard for {}", hours_text(*limit_)));
 }

@@ -14,7 +14,7 @@ namespace rubicon::networks::zigbee::device {
 class Silence {
  public:
   struct Calls {
-    std::function<bool()> ask;  ///< false: there is nothing to ask for
+    std::function<bool()> ask;  ///< false: no place in this moment
     std::function<void(std::string reason)> unreachable;
   };
   Silence(Scheduler& scheduler, Calls calls);

@@ -39,7 +39,7 @@ class FakeDeviceHost final : public DeviceHost {
     delivered_at.push_back(time.now());
   }
   Scheduler& scheduler() override { return time; }
-  bool take_poll() override { return polls_left > 0 && polls_left-- > 0; }
+  bool take_poll(const std::string&) override { return polls_left > 0 && polls_left-- > 0; }
 
   template <class Body>
   std::vector<Body> all() const {
