@@ -12,6 +12,8 @@ using nlohmann::json;
 
 /// Zigbee2MQTT permits no longer time.
 constexpr std::chrono::seconds kLongest{254};
+/// So many signals end the program before Zigbee2MQTT confirms that joining is closed.
+constexpr int kMaxInterrupts = 3;
 
 struct PermitOptions {
   std::string time, via;
@@ -54,10 +56,12 @@ int watch_joins(Tool& tool, const std::string& id) {
     closed = true;
     why = model::text_of(event, "why");
   };
-  if (!line.run([&] { return closed; }, kLongest + kPatience) && !tool.out().broken()) {
+  const auto is_closed = [&] { return closed; };
+  if (!line.run(is_closed, kLongest + kPatience)) line.send({{"do", "permit"}, {"seconds", 0}});
+  // One interrupt may come as two signals: to the program and to its group.
+  for (int i = 0; i < kMaxInterrupts && !closed && !tool.out().broken(); ++i) {
     line.resume();
-    line.send({{"do", "permit"}, {"seconds", 0}});
-    line.run([&] { return closed; }, kPatience);
+    line.run(is_closed, kPatience);
   }
   line.on_event = {};
   if (!why.empty()) {
