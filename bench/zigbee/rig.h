@@ -21,7 +21,7 @@ inline constexpr std::uint16_t kPort = 1883;
 inline constexpr std::string_view kBridgeInfo =
     R"({"version":"2.14.1","config":{"advanced":{"last_seen":"ISO_8601"}}})";
 
-/// A log that nobody reads.
+/// A log whose lines are discarded.
 base::NullLogSink& nowhere();
 
 /// Throws if a call failed that the measurement needs.

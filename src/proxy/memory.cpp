@@ -286,9 +286,9 @@ std::vector<Memory::Name> Memory::write_unlisted(std::size_t most, bool& written
 
 bool Memory::write_one(const Name& name, const std::optional<KnownDevice>& known) {
   if (!known) return can_continue(store_->forget(name.first, name.second));
-  // A row keeps its decision: that of end_decision() is written anew.
-  const bool anew = known->decision == Decision::kNone && is_named(*known);
-  if (anew && !can_continue(store_->forget(name.first, name.second))) return false;
+  // An update keeps the decision of a row, so end_decision() removes the row and inserts it again.
+  const bool replaces_row = known->decision == Decision::kNone && is_named(*known);
+  if (replaces_row && !can_continue(store_->forget(name.first, name.second))) return false;
   const auto row = store_->save(*known);
   return row || can_continue(fail(row.error()));
 }

@@ -7,8 +7,8 @@
 
 namespace rubicon::zigbee_simulator {
 
-/// The pairing of devices: who waits until joining is permitted, and the messages of an interview in the order of the
-/// recorded one.
+/// The pairing of devices: they wait until joining is permitted, and their interviews send the recorded messages in
+/// the recorded order.
 class Interviews {
  public:
   explicit Interviews(World& world) : world_(world) {}

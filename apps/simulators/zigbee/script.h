@@ -30,13 +30,13 @@ struct GroupLine {
 
 /// A timed line; `at` counts from the start of the simulator, or of the round after a `repeat`.
 ///
-///     at 2s set hall/lamp state ON          somebody switches the device itself, which reports it
+///     at 2s set hall/lamp state ON          the device is switched by hand and reports it
 ///     at 3s action remote toggle            a message with this `action`
 ///     at 4s report hall/lamp                it measures and reports; if it sleeps, it wakes
 ///     at 5s fault hall/lamp ignore          sets: ignore, refuse, silent (no power), echo-first; none ends all
 ///     at 6s delay hall/lamp 3s              it answers so late
 ///     at 7s unknown hall/lamp brightness    its value is null
-///     at 8s permit 60s                      somebody permits joining
+///     at 8s permit 60s                      joining is permitted
 ///     at 9s join plug                       a device pairs, or waits until joining is permitted
 ///     at 9s fail plug                       the same, and its interview fails
 ///     at 10s burst 20                       so many random devices pair: four lists each

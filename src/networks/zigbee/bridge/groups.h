@@ -42,7 +42,7 @@ struct GroupChanges {
 class Groups {
  public:
   GroupChanges replace(std::vector<Group> groups, const FindDevice& find);
-  /// `members`: addresses of devices that are new or gone, or whose leaves changed. Only their groups are built anew.
+  /// `members`: addresses of devices that are new or gone, or whose leaves changed. Only their groups are rebuilt.
   GroupChanges members_changed(const std::set<std::string>& members, const FindDevice& find);
   /// By address.
   const std::map<std::string, DeviceRecord>& records() const { return records_; }

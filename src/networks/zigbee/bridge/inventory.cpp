@@ -341,7 +341,7 @@ void Inventory::Impl::note_absences(std::vector<std::pair<std::string, std::stri
   }
 }
 
-/// A live list begins the time of an absence anew that only a retained copy had.
+/// A live list restarts the waiting time of a device that so far only a retained copy lacked.
 void Inventory::Impl::note_absence(Known& known) const {
   if (!current->live && (known.heard || known.missing_since)) return;
   known.missing_since = scheduler.now();
@@ -411,7 +411,7 @@ void Inventory::line_lost() {
   impl_->live_list = false;
   impl_->absence.clear();
   impl_->waiting.reset();
-  impl_->last.reset();  // the same list shall be compared again
+  impl_->last.reset();  // so that the same list is compared again
   if (impl_->current) impl_->current->lost = true;
 }
 
