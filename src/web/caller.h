@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "rubicon/address.hpp"
+
+namespace rubicon::web {
+
+/// What a caller may do; each role includes those before it.
+enum class Role : std::uint8_t {
+  kNone,     ///< not known: nothing but the page itself and its login
+  kView,     ///< read and subscribe, passively or with demand
+  kCommand,  ///< set tuples, send messages
+  kAdmin,    ///< inbox, reload, recorders
+};
+
+/// Who sent a request, as far as the server knows.
+struct Caller {
+  std::string name;  ///< of the token; `local` without tokens
+  Role role = Role::kNone;
+  std::string peer;  ///< IP address
+};
+
+enum class Verb : std::uint8_t { kRead, kWake, kSet, kSend };
+
+/// The one place that decides what a caller may do. `key` is a tuple key (kSet), a pattern (kRead, kWake) or a content
+/// type (kSend). Keys that steer the island itself (inbox, settings, recorders) need kAdmin.
+bool may(const Caller& caller, Verb verb, OwnerId owner, std::string_view key);
+
+}  // namespace rubicon::web

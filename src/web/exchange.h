@@ -1,0 +1,78 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "web/caller.h"
+
+namespace rubicon::web {
+
+/// Names and values, decoded, in their order.
+using Fields = std::vector<std::pair<std::string, std::string>>;
+
+/// One HTTP request with its whole body (RFC 9110). The server checked length, Host and Origin before.
+struct Request {
+  std::string method;  ///< `GET`
+  std::string path;    ///< as it was sent, without query: each part is still percent-encoded
+  Fields query;        ///< percent-decoded
+  Fields headers;      ///< names in lower case
+  std::string body;
+  Caller caller;
+
+  /// Empty if there is none.
+  std::string_view header(std::string_view name) const;
+  std::optional<std::string_view> parameter(std::string_view name) const;
+};
+
+/// One WebSocket, or one stream of server-sent events, for the program that writes it: text frames in both directions.
+/// The sender of frames is asked for each one when the line is free, so that a slow reader costs what changed, not
+/// what was sent.
+class Conversation {
+ public:
+  virtual ~Conversation() = default;
+  /// One text frame of the client, valid UTF-8, at most 64 KiB. Never called for an event stream.
+  virtual void received(std::string_view text) = 0;
+  /// The next frame; nullopt: nothing at present, `wake` will be called. It is called when the frame before it was
+  /// written.
+  virtual std::optional<std::string> next() = 0;
+};
+
+struct ConversationCalls {
+  std::function<void()> wake;                          ///< there may be a next frame; may be called at any time
+  std::function<void(std::string_view reason)> close;  ///< ends the conversation, in a later turn
+};
+
+struct Response {
+  unsigned status = 200;
+  std::string content_type{};  ///< empty = no body
+  std::string body{};
+  Fields headers{};
+  /// Instead of a body: frames follow, each one event of a stream, until the client or the conversation ends.
+  std::function<std::unique_ptr<Conversation>(ConversationCalls)> stream{};
+};
+
+using Respond = std::function<void(Response)>;
+
+/// A request that is being answered; destroying it cancels that, without a call.
+class Exchange {
+ public:
+  virtual ~Exchange() = default;
+};
+
+/// What the server serves: the application behind HTTP and WebSocket. It knows no sockets.
+class Site {
+ public:
+  virtual ~Site() = default;
+  /// Calls `respond` once, now or in a later turn. The result may be null if it has responded.
+  virtual std::unique_ptr<Exchange> handle(const Request& request, Respond respond) = 0;
+  /// A WebSocket was opened at the path of the API. The caller has the role kNone if its first frame has to name a
+  /// token.
+  virtual std::unique_ptr<Conversation> open(const Caller& caller, ConversationCalls calls) = 0;
+};
+
+}  // namespace rubicon::web
