@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "base/json_depth.h"
 #include "base/printable.h"
 #include "model/former_types.h"
 #include "model/message_cbor.h"
@@ -17,7 +18,7 @@ using model::FieldReader;
 using nlohmann::json;
 
 constexpr std::uint64_t kFormVersion = 1;
-constexpr int kMaxDepth = 16;
+constexpr std::size_t kMaxDepth = 16;
 
 /// Replaces each text that is not UTF-8 by {"hex": digits}.
 void encode_bytes(json& item) {
@@ -29,7 +30,7 @@ void encode_bytes(json& item) {
 }
 
 /// The reverse. False: the digits are not hexadecimal, or the item is nested too deep.
-bool decode_bytes(json& item, int depth = 0) {
+bool decode_bytes(json& item, std::size_t depth = 0) {
   if (depth > kMaxDepth) return false;
   if (item.is_object() && item.size() == 1 && item.contains("hex")) {
     const auto& digits = item["hex"];
@@ -151,26 +152,6 @@ std::string_view without_prefix(std::string_view text) {
   return text;
 }
 
-/// Checks the depth of JSON before it is parsed, so that a hostile line cannot nest without bound.
-bool is_shallow(std::string_view text) {
-  int depth = 0;
-  bool quoted = false;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const char c = text[i];
-    if (quoted) {
-      if (c == '\\') ++i;
-      if (c == '"') quoted = false;
-    } else if (c == '"') {
-      quoted = true;
-    } else if (c == '{' || c == '[') {
-      if (++depth > kMaxDepth) return false;
-    } else if (c == '}' || c == ']') {
-      --depth;
-    }
-  }
-  return true;
-}
-
 }  // namespace
 
 std::string export_head(IslandId island) {
@@ -227,7 +208,8 @@ Result<std::optional<KnownDevice>> ExportReader::line(std::string_view text) {
   if (text.size() > kMaxExportLine) {
     return fail(wrong(fmt::format("has {} bytes, expected at most {}", text.size(), kMaxExportLine)));
   }
-  if (!is_shallow(text)) return fail(wrong(fmt::format("nested deeper, expected at most {} levels", kMaxDepth)));
+  if (base::is_nested_deeper(text, kMaxDepth))
+    return fail(wrong(fmt::format("nested deeper, expected at most {} levels", kMaxDepth)));
   if (!island_) {
     if (auto done = head(text); !done) return fail(done.error());
     return std::optional<KnownDevice>();

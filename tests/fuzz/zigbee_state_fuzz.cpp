@@ -3,9 +3,9 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "base/json_depth.h"
 #include "base/virtual_scheduler.h"
 #include "networks/zigbee/device.h"
-#include "networks/zigbee/exposes/json_depth.h"
 
 namespace {
 
@@ -38,7 +38,8 @@ constexpr std::string_view kDefinition = R"([
 void expect_good(const Value& value) {
   if (const auto* real = std::get_if<double>(&value); real && !std::isfinite(*real)) std::abort();
   const auto* tree = std::get_if<Json>(&value);
-  if (tree && (exposes::is_deep(tree->text) || !nlohmann::json::accept(tree->text))) std::abort();
+  if (tree && (base::is_nested_deeper(tree->text, exposes::kDeepestJson) || !nlohmann::json::accept(tree->text)))
+    std::abort();
 }
 
 class Host final : public DeviceHost {

@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/bytes.h"
-#include "networks/zigbee/exposes/json_depth.h"
+#include "base/json_depth.h"
 #include "networks/zigbee/exposes/mapping.h"
 
 /// Input: an `exposes` array on the first line; after it the JSON of a property, which is also a commanded text. What a
@@ -27,7 +27,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const auto* real = value ? std::get_if<double>(&*value) : nullptr;
     if (real != nullptr && !std::isfinite(*real)) std::abort();
     const auto* tree = value ? std::get_if<Json>(&*value) : nullptr;
-    if (tree != nullptr && (is_deep(tree->text) || !nlohmann::json::accept(tree->text))) std::abort();
+    if (tree != nullptr && (base::is_nested_deeper(tree->text, kDeepestJson) || !nlohmann::json::accept(tree->text)))
+      std::abort();
     const auto sent = value ? encode(point, *value) : Result<std::string>(std::string());
     if (!value || !sent) continue;
     if (!nlohmann::json::accept(*sent)) std::abort();

@@ -166,6 +166,15 @@ TEST_F(StateTool, AnImportThatIsNoneIsRefused) {
   EXPECT_EQ(opened(file_)->stats().devices, 5U);
 }
 
+TEST_F(StateTool, AnImportThatIsNestedTooDeepIsNotParsed) {
+  const auto head = state::export_head(kIsland) + "\n";
+  const auto deep = std::string(17, '[');
+  for (const auto& line : {deep, "]]]]" + deep, "{\"a\":" + std::string(16, '{')}) {
+    EXPECT_EQ(import(folder_ / "new", head + line), 1);
+    EXPECT_THAT(errors_, HasSubstr("line 2: nested deeper, expected at most 16 levels")) << line;
+  }
+}
+
 TEST_F(StateTool, ChangesNothingWhileAnIslandHasTheFileButReads) {
   const auto content = exported(file_);
   const auto before = snapshot(*opened(file_));

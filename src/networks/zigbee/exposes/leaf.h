@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -9,6 +10,9 @@
 #include "rubicon/result.hpp"
 
 namespace rubicon::networks::zigbee::exposes {
+
+/// Levels of brackets in JSON of devices and definitions (zigbee.md, section 3.1: composites may nest).
+inline constexpr std::size_t kDeepestJson = 32;
 
 /// Forms of a leaf in the grammar of `exposes` (zigbee.md, section 3.1).
 enum class LeafForm : std::uint8_t { kNumeric, kBinary, kEnum, kText, kList, kComposite };

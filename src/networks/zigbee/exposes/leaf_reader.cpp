@@ -3,8 +3,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "base/json_depth.h"
 #include "model/json_members.h"
-#include "networks/zigbee/exposes/json_depth.h"
 #include "networks/zigbee/exposes/leaf.h"
 #include "rubicon/key.hpp"
 
@@ -187,7 +187,8 @@ class Reader {
 
 Result<std::vector<Leaf>> read_exposes(std::string_view json, std::vector<std::string>& skipped) {
   if (json.size() > kMostText) return fail(ErrorCode::kInvalid, fmt::format("exposes of {} bytes", json.size()));
-  if (is_deep(json)) return fail(ErrorCode::kInvalid, fmt::format("exposes: nested more than {} times", kDeepestJson));
+  if (base::is_nested_deeper(json, kDeepestJson))
+    return fail(ErrorCode::kInvalid, fmt::format("exposes: nested more than {} times", kDeepestJson));
   const auto tree = Tree::parse(json, nullptr, false);
   if (!tree.is_array()) return fail(ErrorCode::kInvalid, "exposes: expected a JSON array");
   std::vector<Leaf> leaves;

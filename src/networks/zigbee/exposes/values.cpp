@@ -4,10 +4,10 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "base/json_depth.h"
 #include "base/text.h"
 #include "model/json_members.h"
 #include "model/units.h"
-#include "networks/zigbee/exposes/json_depth.h"
 #include "networks/zigbee/exposes/mapping.h"
 #include "rubicon/key.hpp"
 
@@ -120,14 +120,16 @@ Result<Value> decode_text(const MappedPoint& point, std::string_view json) {
 }
 
 Result<Value> decode_json(const MappedPoint& point, std::string_view json) {
-  if (is_deep(json)) return unreadable(point, json, fmt::format("JSON with at most {} levels", kDeepestJson));
+  if (base::is_nested_deeper(json, kDeepestJson))
+    return unreadable(point, json, fmt::format("JSON with at most {} levels", kDeepestJson));
   if (!nlohmann::json::accept(json)) return unreadable(point, json, "valid JSON");
   return Value(Json{std::string(json)});
 }
 
 /// The two numbers of a colour; a colour may have more members. Without them it is unknown.
 Result<Value> decode_colour(const MappedPoint& point, std::string_view json, const char* first, const char* second) {
-  const auto tree = is_deep(json) ? nlohmann::json() : nlohmann::json::parse(json, nullptr, false);
+  const auto tree =
+      base::is_nested_deeper(json, kDeepestJson) ? nlohmann::json() : nlohmann::json::parse(json, nullptr, false);
   if (!tree.is_object()) return unreadable(point, json, "an object of numbers");
   const auto one = tree.find(first), other = tree.find(second);
   if (one == tree.end() || other == tree.end() || !one->is_number() || !other->is_number()) return Value();

@@ -1,8 +1,8 @@
-#include "networks/zigbee/exposes/json_depth.h"
+#include "base/json_depth.h"
 
-namespace rubicon::networks::zigbee::exposes {
+namespace rubicon::base {
 
-bool is_deep(std::string_view json) {
+bool is_nested_deeper(std::string_view json, std::size_t levels) {
   std::size_t depth = 0;
   bool quoted = false;
   for (std::size_t i = 0; i < json.size(); ++i) {
@@ -12,9 +12,9 @@ bool is_deep(std::string_view json) {
     if (quoted) continue;
     if (c == '[' || c == '{') ++depth;
     if ((c == ']' || c == '}') && depth > 0) --depth;
-    if (depth > kDeepestJson) return true;
+    if (depth > levels) return true;
   }
   return false;
 }
 
-}  // namespace rubicon::networks::zigbee::exposes
+}  // namespace rubicon::base
