@@ -29,6 +29,7 @@ const std::map<std::string, Names> kFolderEdges{
     {"proxy", {"gateway", "tuples", "state"}},
     {"config", {"recording", "tuples"}},
     {"recorder", {"config", "recording", "transport", "tuples"}},
+    {"history", {"config", "recording", "transport", "tuples"}},
     {"console", {"transport", "tuples"}},
     {"island", {"config", "recorder", "transport", "tuples", "network", "networks", "gateway", "state", "proxy"}},
     {"apps/program", {}},

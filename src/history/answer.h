@@ -1,0 +1,99 @@
+#pragma once
+
+#include <compare>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "rubicon/address.hpp"
+#include "rubicon/time.hpp"
+
+namespace rubicon::history {
+
+/// A tuple whose values are kept over time.
+struct SeriesName {
+  OwnerId owner{};
+  std::string key;
+
+  friend bool operator==(const SeriesName&, const SeriesName&) = default;
+  friend auto operator<=>(const SeriesName&, const SeriesName&) = default;
+};
+
+/// How the values of a series are stored. It is decided by the first value and stays.
+enum class SeriesKind : std::uint8_t {
+  kNumber,  ///< numbers
+  kWords,   ///< few words: each value is the place of a word in `words`
+  kText,    ///< texts and JSON, at most one a second
+};
+
+/// What is known of one series.
+struct SeriesInfo {
+  SeriesName name;
+  SeriesKind kind = SeriesKind::kNumber;
+  std::string unit{};                ///< `degC`; empty = none known
+  std::vector<std::string> words{};  ///< of the kind kWords
+  WallTime first{}, last{};          ///< times of the oldest and the newest value
+};
+
+/// Longest list of series of one question, and most buckets of a series.
+inline constexpr std::size_t kMaxAsked = 32;
+inline constexpr std::size_t kMaxBuckets = 5000;
+
+struct Question {
+  std::vector<SeriesName> series;
+  WallTime from{}, to{};       ///< [from, to)
+  std::size_t buckets = 1000;  ///< at most so many per series, 1 to kMaxBuckets
+};
+
+/// The values of one span of time. Buckets start at multiples of their width since 1970.
+struct Bucket {
+  WallTime time{};          ///< of the only value; otherwise the start of the bucket
+  std::uint32_t count = 0;  ///< values, 1 or more
+  double minimum = 0, maximum = 0;
+  double mean = 0;  ///< of the stored values; how long each was in force does not count
+  double last = 0;  ///< the latest value of the bucket
+
+  friend bool operator==(const Bucket&, const Bucket&) = default;
+};
+
+/// The point had no good value, or was not observed, from `from` until `to`.
+struct Gap {
+  WallTime from{}, to{};
+
+  friend bool operator==(const Gap&, const Gap&) = default;
+};
+
+struct TextValue {
+  WallTime time{};
+  std::string text;
+
+  friend bool operator==(const TextValue&, const TextValue&) = default;
+};
+
+struct NumberValue {
+  WallTime time{};
+  double value = 0;
+
+  friend bool operator==(const NumberValue&, const NumberValue&) = default;
+};
+
+/// The past of one series. A series without values has neither buckets nor texts.
+struct SeriesAnswer {
+  SeriesName name;
+  SeriesKind kind = SeriesKind::kNumber;
+  std::string unit{};
+  std::vector<std::string> words{};     ///< of the kind kWords: word number n is words[n]
+  std::optional<NumberValue> before{};  ///< the value in force at the beginning, unless that was in a gap
+  std::vector<Bucket> buckets{};        ///< those with values, by time
+  std::vector<Gap> gaps{};              ///< within the question, by time
+  std::vector<TextValue> texts{};       ///< of the kind kText, the newest ones, by time; at most `buckets`
+};
+
+struct Answer {
+  WallTime from{}, to{};
+  Duration bucket{0};                ///< width
+  std::vector<SeriesAnswer> series;  ///< in the order of the question
+};
+
+}  // namespace rubicon::history

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "base/log.h"
+#include "base/scheduler.h"
+#include "config/history_config.h"
+#include "history/answer.h"
+#include "rubicon/key.hpp"
+#include "rubicon/tuple_space.hpp"
+#include "transport/worker.h"
+
+namespace rubicon::history {
+
+using AnswerCall = std::function<void(Result<Answer>)>;
+using SeriesCall = std::function<void(Result<std::vector<SeriesInfo>>)>;
+
+/// Keeps the values of tuples in one file, and answers what they were (docs/history.md). It observes passively. The
+/// loop never waits for the file: a worker reads and writes it, in batches. All calls of callers run on the loop, in
+/// a later turn.
+class History final {
+ public:
+  struct Context {
+    Scheduler& scheduler;
+    std::unique_ptr<transport::Worker> worker;  ///< of this history alone
+    base::LogSink& log;
+    std::string directory{};  ///< relative paths start here
+  };
+  /// Opens the file, in the worker. What fails is in state() and in the log, and is tried again; points wait meanwhile,
+  /// as many as fit the queue.
+  History(config::HistorySetup setup, Context context);
+  /// Writes what is not written yet; waits for the worker to do it.
+  ~History();
+
+  /// Stores from now on what the space shows of the configured tuples. The space must outlive this.
+  void follow(TupleSpace& space);
+
+  /// The past of some series. kInvalid: a question beyond its limits; kBusy: too many questions wait; kIo or kInvalid:
+  /// the file cannot be read. Destroying the handle cancels the call.
+  [[nodiscard]] Handle ask(Question question, AnswerCall call);
+  /// The series whose tuples match, by owner and key, at most 10,000.
+  [[nodiscard]] Handle series(Pattern pattern, SeriesCall call);
+
+  /// Since the start.
+  struct Counters {
+    std::uint64_t points = 0;    ///< written
+    std::uint64_t dropped = 0;   ///< that could not be written
+    std::uint64_t failures = 0;  ///< to open, write and read the file
+    std::uint64_t bytes = 0;     ///< present size of the file
+  };
+  Counters counters() const;
+  /// `recording`, or `dropping points: ` and the reason.
+  std::string state() const;
+  const config::HistorySetup& setup() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace rubicon::history
