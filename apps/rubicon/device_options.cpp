@@ -47,18 +47,20 @@ std::vector<client::Device> devices_called(const std::vector<client::Device>& al
   return by_key.empty() ? by_name : by_key;
 }
 
+int ambiguous(std::string_view word, const std::vector<client::Device>& candidates) {
+  std::string names;
+  for (const auto& one : candidates) names += "\n  " + name_of(one.island, one.key());
+  print_error(fmt::format("{} is ambiguous; name one of these devices:{}", model::quoted(word), names));
+  return kUsage;
+}
+
 int one_device(Session& session, std::string_view word, client::Device& device) {
   session.discover();
   const auto all = session.client().devices({}, session.settings().patience);
   auto found = devices_called(all, word);
   if (found.empty())
     return session.not_found(fmt::format("no device {}", model::quoted(word)), suggest_device(all, word));
-  if (found.size() > 1) {
-    std::string names;
-    for (const auto& one : found) names += "\n  " + name_of(one.island, one.key());
-    print_error(fmt::format("{} is ambiguous; name one of these devices:{}", model::quoted(word), names));
-    return kUsage;
-  }
+  if (found.size() > 1) return ambiguous(word, found);
   device = std::move(found[0]);
   return kGood;
 }

@@ -24,6 +24,9 @@ class DeviceOptions {
 /// with `6541:` in front; else a name (`Living room`) or an address.
 std::vector<client::Device> devices_called(const std::vector<client::Device>& all, std::string_view word);
 
+/// Prints the devices that `word` may mean; returns kUsage.
+int ambiguous(std::string_view word, const std::vector<client::Device>& candidates);
+
 /// Finds the one device that `word` means: kGood, or an exit code after the error was printed.
 int one_device(Session& session, std::string_view word, client::Device& device);
 

@@ -57,6 +57,12 @@ class IslandToolLine final : public ToolLine {
   bool interrupted() const override { return session_->interrupted(); }
   void resume() override { session_->resume(); }
   Output& out() override { return session_->out(); }
+  std::vector<client::Device> devices() override {
+    client::DeviceQuery query;
+    query.island = address_.island;
+    query.network = address_.network;
+    return session_->client().devices(query, session_->settings().patience);
+  }
 
  private:
   std::unique_ptr<Session> session_;

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "apps/rubicon/session.h"
 
@@ -37,6 +38,8 @@ class ToolLine {
   /// After an interrupt: run() waits again, until the next signal.
   virtual void resume() = 0;
   virtual Output& out() = 0;
+  /// The devices that the island lists for the network; none for a line of the tool's own.
+  virtual std::vector<client::Device> devices() { return {}; }
 
   /// Sends a request and waits for its reply; a timeout gives a reply with `why`.
   nlohmann::json reply_to(nlohmann::json request, Duration patience);

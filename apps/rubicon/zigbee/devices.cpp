@@ -62,8 +62,9 @@ int list(Tool& tool) {
 }
 
 int rename(Tool& tool, const DeviceOptions& options) {
-  const auto reply =
-      tool.line().reply_to({{"do", "rename"}, {"device", options.device}, {"to", options.name}}, kPatience);
+  json request{{"do", "rename"}, {"to", options.name}};
+  if (const int code = tool.name_device(request, "device", options.device); code != kGood) return code;
+  const auto reply = tool.line().reply_to(std::move(request), kPatience);
   if (!model::flag_of(reply, "ok")) return refused(reply);
   if (tool.json()) {
     tool.print_json(reply);
@@ -75,8 +76,9 @@ int rename(Tool& tool, const DeviceOptions& options) {
 }
 
 int remove(Tool& tool, const DeviceOptions& options) {
-  const auto reply =
-      tool.line().reply_to({{"do", "remove"}, {"device", options.device}, {"force", options.force}}, kPatience);
+  json request{{"do", "remove"}, {"force", options.force}};
+  if (const int code = tool.name_device(request, "device", options.device); code != kGood) return code;
+  const auto reply = tool.line().reply_to(std::move(request), kPatience);
   if (!model::flag_of(reply, "ok")) return refused(reply);
   if (tool.json()) {
     tool.print_json(reply);
@@ -99,14 +101,14 @@ void add_devices(Cli& cli, CLI::App* parent) {
                         {"rename", "Give a device or group another friendly name",
                          "  rubicon zigbee rename 0x00124b001000000b bedside\n"},
                         [options](Tool& tool) { return rename(tool, *options); });
-  app->add_option("DEVICE", options->device, "address or friendly name")->required();
+  app->add_option("DEVICE", options->device, kDeviceHelp)->required();
   app->add_option("NAME", options->name, "the new name; no + or #")->required();
   app = Tool::add(cli, parent,
                   {"remove", "Remove a device or group from the ZigBee network",
                    "  rubicon zigbee remove bath\n"
                    "  rubicon zigbee remove 00124b0010000009 --force    # a device that does not answer\n"},
                   [options](Tool& tool) { return remove(tool, *options); });
-  app->add_option("DEVICE", options->device, "address or friendly name")->required();
+  app->add_option("DEVICE", options->device, kDeviceHelp)->required();
   app->add_flag("--force", options->force, "forget it without its answer; it may still believe to be a member");
 }
 

@@ -56,7 +56,7 @@ int print(Tool& tool, const json& reply) {
 }
 
 int options_of(Tool& tool, const OptionWords& words) {
-  json request{{"do", "options"}, {"device", words.device}};
+  json request{{"do", "options"}};
   for (const auto& word : words.set) {
     const auto equals = word.find('=');
     if (equals == 0 || equals == std::string::npos) {
@@ -65,6 +65,7 @@ int options_of(Tool& tool, const OptionWords& words) {
     }
     request["set"][word.substr(0, equals)] = value_of(word.substr(equals + 1));
   }
+  if (const int code = tool.name_device(request, "device", words.device); code != kGood) return code;
   const auto reply = tool.line().reply_to(std::move(request), kPatience);
   return model::flag_of(reply, "ok") ? print(tool, reply) : refused(reply);
 }
@@ -78,7 +79,7 @@ void add_options(Cli& cli, CLI::App* parent) {
                          "  rubicon zigbee options living/climate\n"
                          "  rubicon zigbee options living/climate temperature_calibration=-0.5\n"},
                         [words](Tool& tool) { return options_of(tool, *words); });
-  app->add_option("DEVICE", words->device, "address or friendly name")->required();
+  app->add_option("DEVICE", words->device, kDeviceHelp)->required();
   app->add_option("NAME=VALUE", words->set, "options to set; a value is JSON or a word; null removes it");
 }
 

@@ -1,7 +1,8 @@
+#include "apps/rubicon/zigbee/permit.h"
+
 #include <fmt/format.h>
 
 #include "apps/rubicon/tuple_text.h"
-#include "apps/rubicon/zigbee/tool.h"
 #include "model/json_members.h"
 
 namespace rubicon::cli::zigbee {
@@ -38,7 +39,8 @@ std::string event_line(const json& event) {
                      why.empty() ? "" : "; ", why);
 }
 
-/// Prints what joins until the time is over. An interrupt closes the network again.
+}  // namespace
+
 int watch_joins(Tool& tool, const std::string& id) {
   bool closed = false;
   std::string why;
@@ -76,6 +78,8 @@ int watch_joins(Tool& tool, const std::string& id) {
   return kGood;
 }
 
+namespace {
+
 int permit(Tool& tool, const PermitOptions& options) {
   const auto time = std::chrono::ceil<std::chrono::seconds>(parse_duration_or(options.time, std::chrono::seconds(60)));
   if (time > kLongest) {
@@ -83,7 +87,8 @@ int permit(Tool& tool, const PermitOptions& options) {
     return kUsage;
   }
   json request{{"do", "permit"}, {"seconds", time.count()}};
-  if (!options.via.empty()) request["via"] = options.via;
+  if (const int code = options.via.empty() ? kGood : tool.name_device(request, "via", options.via); code != kGood)
+    return code;
   const auto reply = tool.line().reply_to(std::move(request), kPatience);
   if (!model::flag_of(reply, "ok")) return refused(reply);
   if (time.count() == 0) {
@@ -108,7 +113,8 @@ void add_permit(Cli& cli, CLI::App* parent) {
                          "  rubicon zigbee permit --for 0s    # closes it\n"},
                         [options](Tool& tool) { return permit(tool, *options); });
   add_duration_option(app, "--for", options->time, "how long, at most 254s; default 60s");
-  app->add_option("--via", options->via, "only through this router, by name or address")->type_name("DEVICE");
+  app->add_option("--via", options->via, "only through this router, named as for the other commands")
+      ->type_name("DEVICE");
 }
 
 }  // namespace rubicon::cli::zigbee

@@ -1,5 +1,6 @@
 #include "apps/rubicon/zigbee/tool.h"
 
+#include "apps/rubicon/device_options.h"
 #include "model/json_members.h"
 #include "networks/zigbee/tool_requests.h"
 
@@ -28,6 +29,14 @@ CLI::App* Tool::add(Cli& cli, CLI::App* parent, const Cli::Text& text, Run run) 
   return app;
 }
 
+int Tool::name_device(nlohmann::json& request, const char* member, const std::string& word) {
+  request[member] = word;
+  const auto found = devices_called(line_->devices(), word);
+  if (found.size() > 1) return ambiguous(word, found);
+  if (found.size() == 1) request["address"] = found.front().address;
+  return kGood;
+}
+
 void Tool::print_json(nlohmann::json reply) {
   for (const auto* member : {"id", "ok", "more", "next"}) reply.erase(member);
   out().line(model::dump(reply));
@@ -46,7 +55,7 @@ void add_zigbee(Cli& cli) {
       "  rubicon zigbee devices\n"
       "  rubicon zigbee rename 0x00124b001000000b bedroom/remote\n"
       "They talk to Zigbee2MQTT through the running island. A device is named by its address, with or without 0x,\n"
-      "or by its friendly name.");
+      "by its friendly name, or by the id or name that the island gives it.");
   zigbee::add_permit(cli, app);
   zigbee::add_devices(cli, app);
   zigbee::add_options(cli, app);

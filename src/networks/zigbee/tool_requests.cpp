@@ -147,7 +147,15 @@ void ToolRequests::response(std::string_view payload) {
 std::optional<ToolRequests::Target> ToolRequests::target(const Requester& requester, const json& request,
                                                          const char* field) {
   const auto called = request_text(request, field);
-  const auto address = devices_.find(called);
+  const auto address_on_island = request_text(request, "address");
+  const auto known = devices_.find(called);
+  const auto listed = address_on_island.empty() ? std::nullopt : devices_.find(address_on_island);
+  if (known && listed && *known != *listed) {
+    refuse(requester, fmt::format("{} is {} in Zigbee2MQTT, but {} on the island: name the device by its address",
+                                  model::quoted(called), *known, *listed));
+    return std::nullopt;
+  }
+  const auto address = known ? known : listed;
   if (!address) {
     refuse(requester, fmt::format("Zigbee2MQTT has no device {}", model::quoted(called)));
     return std::nullopt;

@@ -86,6 +86,8 @@ class ToolRequests {
   void health_check(Requester requester);
   nlohmann::json described(const bridge::DeviceRecord& record, const std::string& why) const;
 
+  /// The device that the request names in `field`, or by the `address` that the word has on the island. nullopt: the
+  /// request was refused.
   std::optional<Target> target(const Requester& requester, const nlohmann::json& request, const char* field);
   void ask(Requester requester, std::string_view what, nlohmann::json payload, Duration time, Done done);
   void close_watching(std::string_view why);

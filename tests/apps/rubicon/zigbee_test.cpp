@@ -45,9 +45,12 @@ class ZigbeeIsland : public testing::Test {
     ASSERT_TRUE(bridge_->line());
     island_ = std::make_unique<Process>(std::vector<std::string>{
         kDaemon, "run",
-        folder_.write("island.yaml",
-                      "island: {id: 6541, name: home}\n"
-                      "networks: {zigbee-flat: {type: zigbee, broker: \"127.0.0.1:1883\"}}\n")});
+        folder_.write(
+            "island.yaml",
+            "island: {id: 6541, name: home}\n"
+            "networks:\n"
+            "  zigbee-flat: {type: zigbee, broker: \"127.0.0.1:1883\", devices: {attic: {id: loft, name: Under "
+            "the roof}}}\n")});
     ASSERT_TRUE(until_listed("group-7")) << island_->errors();
   }
 
@@ -101,6 +104,22 @@ TEST_F(ZigbeeIsland, DevicesAreListedRenamedAndRemoved) {
   const auto gone = rubicon({"zigbee", "remove", "cellar"});
   EXPECT_EQ(gone.code, 4);
   EXPECT_THAT(gone.errors, HasSubstr("no device 'cellar'"));
+}
+
+TEST_F(ZigbeeIsland, ADeviceHasItsNamesOfTheIslandToo) {
+  for (const auto* name : {"loft", "Under the roof", "zigbee-flat.loft"}) {
+    const auto shown = rubicon({"zigbee", "options", name});
+    EXPECT_EQ(shown.code, 0) << shown.errors;
+  }
+  ASSERT_EQ(rubicon({"zigbee", "rename", "hall/lamp", "loft"}).code, 0);
+  ASSERT_TRUE(until_listed("loft"));
+  const auto two = rubicon({"zigbee", "remove", "loft"});
+  EXPECT_EQ(two.code, 4);
+  EXPECT_THAT(two.errors, HasSubstr("name the device by its address"));
+  ASSERT_EQ(rubicon({"zigbee", "rename", "00124b0010000000", "hall/lamp"}).code, 0);
+  const auto removed = rubicon({"zigbee", "remove", "Under the roof"});
+  EXPECT_EQ(removed.code, 0) << removed.errors;
+  EXPECT_THAT(removed.output, HasSubstr("00124b0010000001"));
 }
 
 TEST_F(ZigbeeIsland, AFailedInterviewStandsInTheListAndInTheInbox) {

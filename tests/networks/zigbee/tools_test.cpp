@@ -3,6 +3,7 @@
 namespace rubicon::networks::zigbee {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -151,8 +152,24 @@ TEST_F(ZigbeeTools, RenameNamesTheDeviceByItsAddress) {
   refuse("device/rename", "friendly_name 'x' is already in use");
   EXPECT_EQ(reply()["ok"], false);
   EXPECT_THAT(reply().value("why", ""), HasSubstr("already in use"));
-  ask({{"id", "t"}, {"do", "rename"}, {"device", "nobody"}, {"to", "x"}});
-  EXPECT_THAT(reply().value("why", ""), HasSubstr("nobody"));
+  ask({{"id", "t"}, {"do", "rename"}, {"device", "absent"}, {"to", "x"}});
+  EXPECT_THAT(reply().value("why", ""), HasSubstr("absent"));
+}
+
+TEST_F(ZigbeeTools, AWordOfTheIslandComesWithTheAddress) {
+  ask({{"id", "r"}, {"do", "remove"}, {"device", "bath"}, {"address", kThermometer}});
+  EXPECT_EQ(requested("device/remove")["id"], "0x00124b0010000003");
+  ask({{"id", "o"}, {"do", "options"}, {"device", "air"}, {"address", kThermometer}, {"set", {{"retain", true}}}});
+  EXPECT_EQ(requested("device/options")["id"], "0x00124b0010000003") << "both words mean it";
+  ask({{"id", "p"}, {"do", "permit"}, {"via", "router"}, {"address", kPlug}});
+  EXPECT_EQ(requested("permit_join")["device"], "0x00124b0010000002");
+}
+
+TEST_F(ZigbeeTools, AWordThatMeansAnotherDeviceOnTheIslandIsRefused) {
+  ask({{"id", "r"}, {"do", "remove"}, {"device", "air"}, {"address", kPlug}});
+  EXPECT_EQ(reply()["ok"], false);
+  EXPECT_THAT(reply().value("why", ""), AllOf(HasSubstr("'air'"), HasSubstr(kThermometer), HasSubstr(kPlug)));
+  EXPECT_TRUE(requested("device/remove").is_null());
 }
 
 TEST_F(ZigbeeTools, RemoveAndForce) {
