@@ -28,7 +28,7 @@ enum class SeriesKind : std::uint8_t {
 };
 
 /// What is known of one series.
-struct SeriesInfo {
+struct SeriesEntry {
   SeriesName name;
   SeriesKind kind = SeriesKind::kNumber;
   std::string unit{};                ///< `degC`; empty = none known

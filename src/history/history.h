@@ -16,7 +16,7 @@
 namespace rubicon::history {
 
 using AnswerCall = std::function<void(Result<Answer>)>;
-using SeriesCall = std::function<void(Result<std::vector<SeriesInfo>>)>;
+using SeriesCall = std::function<void(Result<std::vector<SeriesEntry>>)>;
 
 /// Keeps the values of tuples in one file, and answers what they were (docs/history.md). It observes passively. The
 /// loop never waits for the file: a worker reads and writes it, in batches. All calls of callers run on the loop, in

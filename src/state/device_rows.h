@@ -5,11 +5,15 @@
 #include <string>
 #include <vector>
 
+#include "sqlite/database.h"
 #include "state/announcement.h"
-#include "state/sqlite.h"
 #include "state/state_store.h"
 
 namespace rubicon::state {
+
+using sqlite::Database;
+using sqlite::Query;
+using sqlite::Statement;
 
 /// The tables of devices and their announcements, without values.
 class DeviceRows {

@@ -52,6 +52,10 @@ ALTER TABLE device ADD COLUMN area TEXT NOT NULL DEFAULT '';
 
 constexpr const char* kSteps[] = {kVersion1, kVersion2};
 
+sqlite::Format format_of(std::span<const char* const> steps) {
+  return {kApplicationId, "rubicon-proxy", steps};
+}
+
 }  // namespace
 
 std::span<const char* const> schema_steps() {
@@ -59,52 +63,15 @@ std::span<const char* const> schema_steps() {
 }
 
 Result<Header> read_header(Database& database, std::span<const char* const> steps) {
-  constexpr const char* kDoing = "reading its header";
-  const auto application = database.number("PRAGMA application_id", kDoing);
-  if (!application) return fail(application.error());
-  const auto version = database.number("PRAGMA user_version", kDoing);
-  if (!version) return fail(version.error());
-  const auto tables = database.number("SELECT count(*) FROM sqlite_schema", kDoing);
-  if (!tables) return fail(tables.error());
-  const auto* file = sqlite3_db_filename(database.handle(), "main");
-  if (*application == 0 && *version == 0 && *tables == 0) return Header{true, 0};
-  if (*application != kApplicationId) {
-    return fail(ErrorCode::kRefused, fmt::format("state file {}: an SQLite database of another program", file));
-  }
-  const auto newest = static_cast<std::int64_t>(steps.size());
-  if (*version > newest) {
-    return fail(ErrorCode::kRefused, fmt::format("state file {}: made by a newer rubicon-proxy (version {}, "
-                                                 "this program knows versions up to {})",
-                                                 file, *version, newest));
-  }
-  if (*version < 1) {
-    return fail(ErrorCode::kInvalid, fmt::format("state file {}: has version {}, expected 1 or more", file, *version));
-  }
-  return Header{false, *version};
+  return sqlite::read_header(database, format_of(steps));
 }
-
-namespace {
-
-/// Runs `work` and sets the version of the file, all or nothing.
-Result<void> run_step(Database& database, const std::string& work, std::size_t version) {
-  const auto sql = fmt::format("BEGIN IMMEDIATE;{};PRAGMA application_id={};PRAGMA user_version={};COMMIT", work,
-                               kApplicationId, version);
-  auto done = database.run(sql.c_str(), "upgrading it");
-  if (!done && database.in_transaction()) std::ignore = database.run("ROLLBACK", "rolling back");
-  return done;
-}
-
-}  // namespace
 
 Result<void> make_tables(Database& database, std::string_view finally) {
-  return run_step(database, fmt::format("{};{}", fmt::join(schema_steps(), ";"), finally), schema_steps().size());
+  return sqlite::make_tables(database, format_of(schema_steps()), finally);
 }
 
 Result<void> upgrade(Database& database, std::int64_t version, std::span<const char* const> steps) {
-  for (auto next = static_cast<std::size_t>(version); next < steps.size(); ++next) {
-    if (auto done = run_step(database, steps[next], next + 1); !done) return done;
-  }
-  return {};
+  return sqlite::upgrade(database, version, format_of(steps));
 }
 
 Result<void> rename_types(Database& database) {
@@ -136,8 +103,7 @@ Result<IslandId> read_island(Database& database) {
   if (!island) return fail(island.error());
   if (*island >= 1 && *island <= model::kMaxIslandId) return IslandId(static_cast<std::uint32_t>(*island));
   return fail(ErrorCode::kInvalid,
-              fmt::format("state file {}: island {}, expected 1 to {}", sqlite3_db_filename(database.handle(), "main"),
-                          *island, model::kMaxIslandId));
+              fmt::format("state file {}: island {}, expected 1 to {}", database.path(), *island, model::kMaxIslandId));
 }
 
 std::string sql_of_island(IslandId island) {

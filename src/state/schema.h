@@ -6,9 +6,14 @@
 
 #include "rubicon/address.hpp"
 #include "rubicon/result.hpp"
-#include "state/sqlite.h"
+#include "sqlite/database.h"
+#include "sqlite/versions.h"
 
 namespace rubicon::state {
+
+using sqlite::Database;
+using sqlite::Query;
+using sqlite::Statement;
 
 /// In the header of every state file (SQLite's application_id): `RbnS`.
 inline constexpr std::int64_t kApplicationId = 0x52626e53;
@@ -16,11 +21,7 @@ inline constexpr std::int64_t kApplicationId = 0x52626e53;
 /// The SQL at index N brings a file of version N to version N + 1. Steps are added, never changed.
 std::span<const char* const> schema_steps();
 
-/// The header of a file.
-struct Header {
-  bool fresh = false;  ///< the file is empty
-  std::int64_t version = 0;
-};
+using sqlite::Header;
 
 /// kRefused: the file is of another program, or of a newer version than the last step; kInvalid: its version never was.
 Result<Header> read_header(Database& database, std::span<const char* const> steps);

@@ -6,24 +6,16 @@
 #include "rubicon/address.hpp"
 #include "rubicon/result.hpp"
 #include "rubicon/time.hpp"
-#include "state/file_lock.h"
-#include "state/sqlite.h"
+#include "sqlite/own_database.h"
 
 namespace rubicon::state {
 
 /// An open state file whose header, tables and island were checked.
-struct StateFile {
-  std::string path;
-  FileLock lock;  // destroyed last, after SQLite has closed the file
-  Database database;
+struct StateFile : sqlite::OpenFile {
   IslandId island = model::kNoOwner;
-  bool read_only = false;
 };
 
-enum class FileUse {
-  kOwn,   ///< writes; only reads without permission to write
-  kRead,  ///< reads, while another process may write
-};
+using sqlite::FileUse;
 
 /// Errors as those of StateStore::open. Without `island` the file must exist and may be of any island.
 Result<StateFile> open_state_file(const std::string& path, FileUse use, std::optional<IslandId> island,

@@ -3,10 +3,14 @@
 #include <cstdint>
 #include <vector>
 
-#include "state/sqlite.h"
+#include "sqlite/database.h"
 #include "state/state_store.h"
 
 namespace rubicon::state {
+
+using sqlite::Database;
+using sqlite::Query;
+using sqlite::Statement;
 
 /// The table of last values.
 class ValueRows {

@@ -405,7 +405,7 @@ TEST(StateFile, OfAnOlderVersionIsBroughtUpStepByStep) {
   const auto newest = static_cast<std::int64_t>(steps.size());
   steps.push_back("ALTER TABLE device ADD COLUMN room TEXT NOT NULL DEFAULT 'hall'");
   steps.push_back("UPDATE device SET room='attic' WHERE row=2");
-  auto database = *Database::open(folder / "s", Database::Mode::kWrite);
+  auto database = *Database::open("state file", folder / "s", Database::Mode::kWrite);
   const auto header = read_header(database, steps);
   ASSERT_TRUE(header) << header.error().text;
   EXPECT_EQ(header->version, newest);
@@ -437,7 +437,7 @@ TEST(StateFile, WhoseStepFailsStaysAtTheVersionBefore) {
   std::vector<const char*> steps(schema_steps().begin(), schema_steps().end());
   const auto newest = static_cast<std::int64_t>(steps.size());
   steps.insert(steps.end(), 2, "CREATE TABLE room(name TEXT)");
-  auto database = *Database::open(folder / "s", Database::Mode::kWrite);
+  auto database = *Database::open("state file", folder / "s", Database::Mode::kWrite);
   EXPECT_FALSE(upgrade(database, newest, steps));
   EXPECT_EQ(*database.number("PRAGMA user_version", "test"), newest + 1);
   EXPECT_FALSE(database.in_transaction());

@@ -1,10 +1,10 @@
-#include "state/sqlite.h"
+#include "sqlite/database.h"
 
 #include <fmt/format.h>
 
 #include <cstring>
 
-namespace rubicon::state {
+namespace rubicon::sqlite {
 
 namespace {
 
@@ -67,10 +67,10 @@ void distrust(sqlite3* database) {
 
 }  // namespace
 
-Error sqlite_error(sqlite3* database, std::string_view doing) {
+Error sqlite_error(const char* noun, sqlite3* database, std::string_view doing) {
   const int code = sqlite3_extended_errcode(database);
   const auto* file = sqlite3_db_filename(database, "main");
-  auto text = fmt::format("state file {}: {}: {}", file ? file : "", doing, sqlite3_errmsg(database));
+  auto text = fmt::format("{} {}: {}: {}", noun, file ? file : "", doing, sqlite3_errmsg(database));
   const int system = sqlite3_system_errno(database);
   if (system_failed(code) && system != 0) text += fmt::format(" ({})", std::strerror(system));
   return {code_of(code), std::move(text)};
@@ -122,7 +122,7 @@ Result<bool> Query::next() {
     if (code == SQLITE_ROW) return true;
     if (code == SQLITE_DONE) return false;
   }
-  return fail(sqlite_error(sqlite3_db_handle(statement_), doing_));
+  return fail(sqlite_error(noun_, sqlite3_db_handle(statement_), doing_));
 }
 
 Result<void> Query::run() {
@@ -169,16 +169,17 @@ ByteView Query::blob_at(int column) const {
   return {bytes, static_cast<std::size_t>(sqlite3_column_bytes(statement_, column))};
 }
 
-Result<Database> Database::open(const std::string& path, Mode mode) {
+Result<Database> Database::open(const char* noun, const std::string& path, Mode mode) {
   sqlite3* opened = nullptr;
   const int code = sqlite3_open_v2(uri_of(path, mode).c_str(), &opened, flags_of(mode), nullptr);
   Database database;
   database.database_.reset(opened);
-  if (!opened) return fail(ErrorCode::kIo, fmt::format("state file {}: opening: out of memory", path));
+  database.noun_ = noun;
+  if (!opened) return fail(ErrorCode::kIo, fmt::format("{} {}: opening: out of memory", noun, path));
   if (code != SQLITE_OK) {
-    auto error = sqlite_error(opened, "opening");
+    auto error = sqlite_error(noun, opened, "opening");
     // Without a connection SQLite does not know the name of the file either.
-    return fail(error.code, fmt::format("state file {}: opening: {} ({})", path, sqlite3_errmsg(opened),
+    return fail(error.code, fmt::format("{} {}: opening: {} ({})", noun, path, sqlite3_errmsg(opened),
                                         std::strerror(sqlite3_system_errno(opened))));
   }
   distrust(opened);
@@ -188,15 +189,15 @@ Result<Database> Database::open(const std::string& path, Mode mode) {
 
 Result<void> Database::run(const char* sql, const char* doing) {
   if (sqlite3_exec(database_.get(), sql, nullptr, nullptr, nullptr) == SQLITE_OK) return {};
-  return fail(sqlite_error(database_.get(), doing));
+  return fail(sqlite_error(noun_, database_.get(), doing));
 }
 
 Result<Statement> Database::prepare(const char* sql, const char* doing) {
   sqlite3_stmt* statement = nullptr;
   if (sqlite3_prepare_v3(database_.get(), sql, -1, SQLITE_PREPARE_PERSISTENT, &statement, nullptr) == SQLITE_OK) {
-    return Statement(statement, doing);
+    return Statement(statement, noun_, doing);
   }
-  return fail(sqlite_error(database_.get(), doing));
+  return fail(sqlite_error(noun_, database_.get(), doing));
 }
 
 Result<std::int64_t> Database::number(const char* sql, const char* doing) {
@@ -206,8 +207,7 @@ Result<std::int64_t> Database::number(const char* sql, const char* doing) {
   const auto row = query.next();
   if (!row) return fail(row.error());
   if (*row && query.type_of(0) == SQLITE_INTEGER) return query.integer_at(0);
-  return fail(ErrorCode::kInvalid, fmt::format("state file {}: {}: expected a number, there is none",
-                                               sqlite3_db_filename(handle(), "main"), doing));
+  return fail(ErrorCode::kInvalid, fmt::format("{} {}: {}: expected a number, there is none", noun_, path(), doing));
 }
 
 Result<std::string> Database::word(const char* sql, const char* doing) {
@@ -219,17 +219,21 @@ Result<std::string> Database::word(const char* sql, const char* doing) {
   return *row ? std::string(query.text_at(0)) : std::string();
 }
 
+std::string Database::path() const {
+  const auto* file = sqlite3_db_filename(handle(), "main");
+  return file ? file : "";
+}
+
 Result<void> Database::sync() {
   // Commits are in the write-ahead log, which synchronous=NORMAL does not sync (https://www.sqlite.org/wal.html,
   // "Performance Considerations"); its own file object does it without the cost of a checkpoint.
   sqlite3_file* log = nullptr;
   if (sqlite3_file_control(handle(), "main", SQLITE_FCNTL_JOURNAL_POINTER, &log) != SQLITE_OK) {
-    return fail(sqlite_error(handle(), "syncing"));
+    return fail(sqlite_error(noun_, handle(), "syncing"));
   }
   if (!log || !log->pMethods) return {};  // no log: each commit was synced
   if (log->pMethods->xSync(log, SQLITE_SYNC_NORMAL) == SQLITE_OK) return {};
-  return fail(ErrorCode::kIo, fmt::format("state file {}: syncing to the disk: {}",
-                                          sqlite3_db_filename(handle(), "main"), std::strerror(errno)));
+  return fail(ErrorCode::kIo, fmt::format("{} {}: syncing to the disk: {}", noun_, path(), std::strerror(errno)));
 }
 
-}  // namespace rubicon::state
+}  // namespace rubicon::sqlite

@@ -11,17 +11,18 @@
 #include "rubicon/result.hpp"
 #include "rubicon/time.hpp"
 
-namespace rubicon::state {
+namespace rubicon::sqlite {
 
 /// SQLite's last error: damage is kInvalid, writing a read-only file kRefused, a lock of another process kBusy, the
-/// rest kIo. The text names the file, the action and the cause.
-Error sqlite_error(sqlite3* database, std::string_view doing);
+/// rest kIo. The text names the file, the action and the cause. `noun` says what kind of file it is: `state file`.
+Error sqlite_error(const char* noun, sqlite3* database, std::string_view doing);
 
 /// A prepared statement, to be used by Query. The database must outlive it.
 class Statement {
  public:
   Statement() = default;
-  Statement(sqlite3_stmt* statement, const char* doing) : statement_(statement), doing_(doing) {}
+  Statement(sqlite3_stmt* statement, const char* noun, const char* doing)
+      : statement_(statement), noun_(noun), doing_(doing) {}
 
  private:
   friend class Query;
@@ -29,6 +30,7 @@ class Statement {
     void operator()(sqlite3_stmt* statement) const { sqlite3_finalize(statement); }
   };
   std::unique_ptr<sqlite3_stmt, Finalize> statement_;
+  const char* noun_ = "";
   const char* doing_ = "";  ///< for error texts: `reading a device`
 };
 
@@ -36,7 +38,8 @@ class Statement {
 /// when the query goes out of scope. Bound texts and blobs must outlive the query.
 class Query {
  public:
-  explicit Query(Statement& statement) : statement_(statement.statement_.get()), doing_(statement.doing_) {}
+  explicit Query(Statement& statement)
+      : statement_(statement.statement_.get()), noun_(statement.noun_), doing_(statement.doing_) {}
   ~Query();
   Query(const Query&) = delete;
   Query& operator=(const Query&) = delete;
@@ -68,6 +71,7 @@ class Query {
   void keep(int code);
 
   sqlite3_stmt* statement_;
+  const char* noun_;
   const char* doing_;
   int bound_ = 0;
   int failure_ = SQLITE_OK;
@@ -82,7 +86,8 @@ class Database {
     kRead,       ///< reads
     kImmutable,  ///< reads a file that no process writes, without further files beside it
   };
-  static Result<Database> open(const std::string& path, Mode mode);
+  /// `noun`, for error texts, must outlive it.
+  static Result<Database> open(const char* noun, const std::string& path, Mode mode);
 
   Result<void> run(const char* sql, const char* doing);
   Result<Statement> prepare(const char* sql, const char* doing);
@@ -94,12 +99,15 @@ class Database {
   Result<void> sync();
   bool in_transaction() const { return sqlite3_get_autocommit(database_.get()) == 0; }
   sqlite3* handle() const { return database_.get(); }
+  const char* noun() const { return noun_; }
+  std::string path() const;
 
  private:
   struct Close {
     void operator()(sqlite3* database) const { sqlite3_close_v2(database); }
   };
   std::unique_ptr<sqlite3, Close> database_;
+  const char* noun_ = "";
 };
 
-}  // namespace rubicon::state
+}  // namespace rubicon::sqlite
