@@ -10,6 +10,7 @@
 #include "apps/simulators/zigbee/world.h"
 #include "island/network_types.h"
 #include "scenarios/ecology.h"
+#include "state/state_store.h"
 #include "transport/memory/mqtt_broker.h"
 
 namespace rubicon::scenarios {
@@ -52,7 +53,9 @@ class Zigbee : public Ecology {
     const auto tree = config::parse_yaml(text, "island.yaml");
     EXPECT_TRUE(tree) << text;
     auto config = island::read_island_config(tree.value(), island::network_types(), errors);
-    auto made = island::Island::make(std::move(config), scheduler, transports, log, ecology, errors);
+    std::unique_ptr<state::StateStore> store;
+    if (!state_file.empty()) store = std::move(*state::StateStore::open(state_file, OwnerId(1), {}));
+    auto made = island::Island::make(std::move(config), scheduler, transports, log, ecology, errors, std::move(store));
     EXPECT_TRUE(made.has_value()) << errors.text();
     auto& island = *(islands[1] = std::move(*made));
     island.start();
@@ -96,6 +99,7 @@ class Zigbee : public Ecology {
   std::vector<std::string> gets(const std::string& name) { return broker.published("zigbee2mqtt/" + name + "/get"); }
   zigbee_simulator::RadioDevice& device(const std::string& name) { return *world->find(name); }
 
+  std::string state_file;  ///< empty: the island remembers nothing
   transport::MemoryNet net{scheduler};
   transport::MemoryTransports bridge_transports;
   transport::MqttBroker broker{net, {kBrokerHost, 1883}};

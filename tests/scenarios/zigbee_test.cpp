@@ -1,5 +1,6 @@
 #include "scenarios/zigbee.h"
 
+#include <cstdio>
 #include <set>
 
 namespace rubicon::scenarios {
@@ -227,6 +228,28 @@ TEST_F(Zigbee, ADeviceThatLeavesIsGone) {
   scheduler.run_for(15s);
   EXPECT_EQ(seen("00124b0010000001.description"), "(none)");
   EXPECT_EQ(seen_json("00124b0010000000.description")["name"], "lamp");
+}
+
+TEST_F(Zigbee, ADeviceThatLeftWhileTheIslandDidNotRunIsGoneAfterItsStart) {
+  state_file = testing::TempDir() + "zigbee-left.state";
+  std::remove(state_file.c_str());
+  begin_bridge();
+  start();
+  scheduler.run_for(1min);
+  const auto asked = gets("thermometer").size();
+  islands.clear();
+  world->leave("0x00124b0010000001");
+  scheduler.run_for(1min);
+  start();
+  scheduler.run_for(1min);
+  EXPECT_EQ(seen_json("00124b0010000001.description")["name"], "plug") << "the broker's copy of the list may be old";
+  ASSERT_TRUE(world->rename(device("cover"), "blind"));
+  scheduler.run_for(12s);
+  EXPECT_EQ(seen("00124b0010000001.description"), "(none)");
+  EXPECT_EQ(seen_json("00124b0010000000.description")["name"], "lamp");
+  EXPECT_EQ(seen_json("00124b0010000002.description")["name"], "thermometer");
+  EXPECT_EQ(gets("thermometer").size(), asked) << "a device with a battery is never asked";
+  std::remove(state_file.c_str());
 }
 
 TEST_F(Zigbee, AGroupActsOnItsMembersAndIsAssumed) {

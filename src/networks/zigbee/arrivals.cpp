@@ -1,5 +1,8 @@
 #include "networks/zigbee/arrivals.h"
 
+#include <algorithm>
+#include <string_view>
+#include <unordered_set>
 #include <utility>
 
 namespace rubicon::networks::zigbee {
@@ -12,19 +15,53 @@ constexpr int kMessagesPerTurn = 512;  ///< also where time stands still
 
 }  // namespace
 
-Arrivals::Arrivals(Scheduler& scheduler, std::function<void(const transport::MqttMessage& message)> take)
-    : scheduler_(scheduler), take_(std::move(take)), turn_(scheduler, [this] { run(); }) {}
+Arrivals::Arrivals(Scheduler& scheduler, Calls calls)
+    : scheduler_(scheduler), calls_(std::move(calls)), turn_(scheduler, [this] { run(); }) {}
 
 void Arrivals::add(const transport::MqttMessage& message) {
+  if (waiting_.empty()) next_look_ = {kMaxMessages, kMaxBytes};
   Waiting waiting{std::string(message.topic), std::string(message.payload), message.retained};
   bytes_ += waiting.size();
   waiting_.push_back(std::move(waiting));
-  while (waiting_.size() > kMaxMessages || (bytes_ > kMaxBytes && waiting_.size() > 1)) {
-    bytes_ -= waiting_.front().size();
-    waiting_.pop_front();
-    ++dropped_;
-  }
+  if (load().exceeds(next_look_)) drop_replaced();
+  while (load().exceeds({2 * kMaxMessages, 2 * kMaxBytes}) && waiting_.size() > 1) drop_oldest();
   turn_.request();
+}
+
+std::vector<bool> Arrivals::find_replaced() const {
+  std::unordered_set<std::string_view> later;
+  std::vector<bool> replaced(waiting_.size());
+  for (auto i = waiting_.size(); i-- > 0;) {
+    const auto message = waiting_[i].message();
+    replaced[i] = calls_.replaceable(message) && !later.insert(message.topic).second;
+  }
+  return replaced;
+}
+
+/// Makes room for a quarter of the bounds, so that a burst costs few looks at the whole queue.
+void Arrivals::drop_replaced() {
+  const auto replaced = find_replaced();
+  auto left = load();
+  std::deque<Waiting> kept;
+  for (std::size_t i = 0; i < waiting_.size(); ++i) {
+    if (replaced[i] && left.exceeds({kMaxMessages / 4 * 3, kMaxBytes / 4 * 3})) {
+      --left.messages;
+      left.bytes -= waiting_[i].size();
+    } else {
+      kept.push_back(std::move(waiting_[i]));
+    }
+  }
+  dropped_ += waiting_.size() - kept.size();
+  waiting_ = std::move(kept);
+  bytes_ = left.bytes;
+  next_look_ = {std::max(kMaxMessages, left.messages + kMaxMessages / 4),
+                std::max(kMaxBytes, left.bytes + kMaxBytes / 4)};
+}
+
+void Arrivals::drop_oldest() {
+  bytes_ -= waiting_.front().size();
+  waiting_.pop_front();
+  ++dropped_;
 }
 
 void Arrivals::drain() {
@@ -36,7 +73,7 @@ void Arrivals::take_first() {
   const auto message = std::move(waiting_.front());
   waiting_.pop_front();
   bytes_ -= message.size();
-  take_({message.topic, message.payload, message.retained});
+  calls_.take(message.message());
 }
 
 void Arrivals::run() {

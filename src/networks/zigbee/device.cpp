@@ -40,6 +40,7 @@ struct Device::Impl {
   Impl(DeviceHost& its_host, const TypeCatalogue& its_types, bridge::DeviceRecord its_record);
 
   void set_record(bridge::DeviceRecord now);
+  void limit_silence();
   model::Join join() const;
   void deliver(device::Reports::Found found);
   void unreachable(std::string reason);
@@ -50,6 +51,7 @@ struct Device::Impl {
   bool get(const std::vector<std::size_t>& properties);
   bool poll(const std::vector<std::size_t>& which);
   bool ask(std::size_t property, bool own);
+  Result<void> probe();
   /// Asks for what the device can be asked for; settings are not worth the radio.
   void refresh();
   std::vector<std::size_t> gettable() const;
@@ -66,6 +68,7 @@ struct Device::Impl {
   device::Polling polling;
   device::Silence silence;
   std::optional<bool> available;
+  bool bridge_decides = false;
   /// Heard since the line is up or it was out of reach. Until then what Zigbee2MQTT changes by itself (a timer, the
   /// echo of a group) is delivered as remembered: it must not make the device reachable.
   bool alive = false;
@@ -115,10 +118,14 @@ void Device::Impl::set_record(bridge::DeviceRecord now) {
     reports.points_changed();
     if (up) refresh();
   }
-  const bool answers = traits.can_ask && !gettable().empty();
+  limit_silence();
+}
+
+void Device::Impl::limit_silence() {
+  const bool answers = can_ask() && !gettable().empty();
   // A mains device that neither reports periodically nor answers may be quiet for ever.
   const bool unlimited = record.mains() && !answers && bridge::longest_reporting(record) == Duration(0);
-  silence.limit(unlimited ? std::nullopt : bridge::silence_limit(record), answers);
+  silence.limit(unlimited || bridge_decides ? std::nullopt : bridge::silence_limit(record), answers);
 }
 
 model::Join Device::Impl::join() const {
@@ -242,6 +249,16 @@ bool Device::Impl::poll(const std::vector<std::size_t>& which) {
   return true;
 }
 
+/// The answer to a question that is under way will do.
+Result<void> Device::Impl::probe() {
+  const auto all = gettable();
+  if (!can_ask() || all.empty()) return fail(ErrorCode::kUnsupported, fmt::format("{} cannot be asked", record.name));
+  const auto asked_at = properties[all.front()].asked_at;
+  const bool under_way = asked_at != SteadyTime{} && host.scheduler().now() < asked_at + device::Silence::kProbeTime;
+  if (!under_way) polling.once({all.front()});
+  return {};
+}
+
 bool Device::Impl::ask(std::size_t property, bool own) {
   return (own || host.take_poll(record.address)) && get({property});
 }
@@ -271,6 +288,12 @@ Result<void> Device::state(std::string_view payload, bool retained) {
   return {};
 }
 
+bool Device::may_have_event(std::string_view payload) const {
+  return std::any_of(impl_->points.begin(), impl_->points.end(), [&](const exposes::MappedPoint& point) {
+    return point.event && payload.find(point.property) != payload.npos;
+  });
+}
+
 void Device::availability(bool online) {
   const bool back = online && impl_->available == false;
   impl_->available = online;
@@ -286,6 +309,11 @@ void Device::optimistic(bool publishes_echoes) {
   impl_->reports.traits(traits);
 }
 
+void Device::bridge_decides(bool decides) {
+  impl_->bridge_decides = decides;
+  impl_->limit_silence();
+}
+
 Result<void> Device::send(const Message& message) {
   if (const auto* actuate = std::get_if<model::Actuate>(&message.body))
     return impl_->command(actuate->request, actuate->point, actuate->value, actuate->time_to_live);
@@ -293,10 +321,8 @@ Result<void> Device::send(const Message& message) {
     return impl_->command(set->request, set->point, set->value, Duration(0));
   if (const auto* sample = std::get_if<model::Sample>(&message.body)) return impl_->sample(*sample);
   if (message.kind() != MessageKind::kProbe)
-    return fail(ErrorCode::kUnsupported, fmt::format("ZigBee devices do not support {}", to_string(message.kind())));
-  const auto all = impl_->gettable();
-  if (impl_->can_ask() && !all.empty()) impl_->polling.once({all.front()});
-  return {};
+    return fail(ErrorCode::kUnsupported, fmt::format("a ZigBee device takes no {}", to_string(message.kind())));
+  return impl_->probe();
 }
 
 void Device::line_lost(const std::string& why) {

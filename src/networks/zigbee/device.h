@@ -51,6 +51,10 @@ class Device {
   /// The option `optimistic` of Zigbee2MQTT for this device (bridge/info: devices, device_options); true at first.
   /// False: it publishes no echo of a set, so that the first message with the wanted value is the report.
   void optimistic(bool publishes_echoes);
+  /// True: the bridge publishes the availability of this device, and its silence has no limit here. False at first.
+  void bridge_decides(bool decides);
+  /// Whether a state message may hold a value that Zigbee2MQTT does not repeat.
+  bool may_have_event(std::string_view payload) const;
   /// Actuate, SetProperty, Sample, Probe; answers as Network::send does.
   Result<void> send(const Message& message);
   /// The bridge or the broker is gone, or the device leaves: what waits is answered with this reason; the cached values

@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <tuple>
 #include <utility>
 
+#include "networks/zigbee/bridge/liveness.h"
 #include "rubicon/key.hpp"
 
 namespace rubicon::networks::zigbee {
@@ -12,6 +14,10 @@ namespace rubicon::networks::zigbee {
 namespace {
 
 constexpr std::string_view kNotThereYet = "Zigbee2MQTT is not there yet";
+
+std::string unknown_device(const std::string& address) {
+  return fmt::format("Zigbee2MQTT has no device {}", model::quoted(address));
+}
 
 std::string model_of(const bridge::DeviceRecord& record) {
   return record.vendor.empty() || record.model.empty() ? record.vendor + record.model
@@ -29,7 +35,10 @@ Devices::Devices(network::NetworkHost& host, const TypeCatalogue& types, const Z
       report_(std::move(changed)),
       log_(host.limited_log()),
       poll_places_(host.scheduler(), options.polls_per_second),
+      most_devices_(options.most_devices),
       down_(kNotThereYet),
+      conflicts_(host.scheduler(), topics, log_, [this] { report_(); }),
+      gaps_(log_),
       update_groups_(host.scheduler(), [this] { update_groups(); }),
       inventory_(
           host.scheduler(), options.most_devices,
@@ -53,25 +62,27 @@ void Devices::apply(const bridge::Topics::Filters& filters) {
 void Devices::changed(const bridge::DeviceRecord& record) {
   const auto& address = record.address;
   apply(topics_.put(address, record.name));
-  problems_.erase(address);
+  conflicts_.put(address, record.name);
   unusable_.erase(address);
-  if (auto why = topics_.conflict(address); !why.empty()) {
-    log_.warning("name " + address, why);
-    problems_[address] = std::move(why);
-  }
+  if (!record.is_group()) gaps_.put(record);
   auto& entity = entities_[address];
   const bool same_leaves = entity.device && entity.device->record().leaves == record.leaves;
   if (!record.is_group() && !same_leaves) member_changed(address);
   if (!entity.device) {
     ++counters_.joins;
     entity.device = std::make_unique<Device>(*this, types_, record);
-    entity.device->optimistic(info_.optimistic(address));
+    apply_info(*entity.device);
     if (down_.empty()) entity.device->line_up();
   } else {
     if (entity.device->record().name != record.name) ++counters_.renames;
     entity.device->update(record);
   }
   report_();
+}
+
+void Devices::apply_info(Device& device) const {
+  device.optimistic(info_.optimistic(device.record().address));
+  device.bridge_decides(bridge::bridge_decides(info_, device.record()));
 }
 
 void Devices::member_changed(const std::string& address) {
@@ -81,7 +92,8 @@ void Devices::member_changed(const std::string& address) {
 
 void Devices::forget(const std::string& address, const std::string& why) {
   apply(topics_.remove(address));
-  problems_.erase(address);
+  conflicts_.remove(address);
+  gaps_.remove(address);
   const auto found = entities_.find(address);
   if (found == entities_.end()) return;
   member_changed(address);
@@ -120,6 +132,7 @@ void Devices::groups(std::string_view payload) {
   if (!read) return unreadable(read.error());
   for (const auto& why : read->skipped) log_.warning("groups", why);
   new_groups_ = std::move(read->groups);
+  grouped_ = true;
   update_groups_.request();
 }
 
@@ -133,6 +146,13 @@ void Devices::update_groups() {
   const auto members = std::exchange(changed_members_, {});
   if (auto groups = std::exchange(new_groups_, std::nullopt)) apply(groups_.replace(std::move(*groups), find));
   apply(groups_.members_changed(members, find));
+  if (grouped_) answer_probed_groups();
+}
+
+void Devices::answer_probed_groups() {
+  for (const auto& address : std::exchange(probed_groups_, {})) {
+    if (!groups_.records().contains(address)) left(address, "the group was removed");
+  }
 }
 
 void Devices::apply(const bridge::GroupChanges& changes) {
@@ -146,9 +166,11 @@ void Devices::event(const bridge::BridgeEvent& event) {
 
 void Devices::info(const bridge::BridgeDescription& info) {
   info_ = info;
-  for (const auto& [address, entity] : entities_) {
-    entity.device->optimistic(info.optimistic(address));
-  }
+  for (const auto& [address, entity] : entities_) apply_info(*entity.device);
+}
+
+void Devices::removed(std::string_view called) {
+  if (const auto address = find(called)) inventory_.leaving(*address);
 }
 
 void Devices::received(const transport::MqttMessage& message) {
@@ -169,6 +191,14 @@ void Devices::received(const transport::MqttMessage& message) {
     log_.warning("state " + at->first, fmt::format("{}: {}", model::quoted(message.topic), read.error().text));
   }
   report_();
+}
+
+bool Devices::repeats(const transport::MqttMessage& message) const {
+  const auto found = topics_.find(message.topic, message.payload);
+  if (!found) return true;
+  const auto at = entities_.find(std::string(found->entity));
+  return found->kind == bridge::Topics::Kind::kState &&
+         (at == entities_.end() || !at->second.device->may_have_event(message.payload));
 }
 
 /// Empty: the topic was cleared.
@@ -207,19 +237,46 @@ void Devices::line_lost(const std::string& why) {
   for (const auto& [address, entity] : entities_) entity.device->line_lost(why);
 }
 
+/// The proxy asks for devices that it remembers: what was removed while the island did not run leaves.
+Result<void> Devices::probe(const Message& message) {
+  const auto& address = message.destination.device;
+  if (const auto found = entities_.find(address); found != entities_.end()) {
+    auto asked = found->second.device->send(message);
+    if (asked) acknowledge(message, model::Outcome::kSent, {});
+    return asked;
+  }
+  if (!address.starts_with("group-")) {
+    inventory_.expect(address);
+  } else if (probed_groups_.size() < most_devices_) {
+    probed_groups_.insert(address);
+    update_groups_.request();
+  }
+  acknowledge(message, model::Outcome::kUndeliverable, unknown_device(address));
+  return {};
+}
+
+void Devices::acknowledge(const Message& message, model::Outcome outcome, std::string why) {
+  Message answer;
+  answer.source.device = message.destination.device;
+  answer.destination = message.source;
+  answer.body = model::Acknowledge{message.number, outcome, std::move(why)};
+  host_.deliver(std::move(answer));
+}
+
 Result<void> Devices::send(const Message& message) {
   const auto& address = message.destination.device;
+  const auto kind = message.kind();
+  if (kind == MessageKind::kProbe) return probe(message);
   const auto found = entities_.find(address);
   if (const auto waits = unusable_.find(address); waits != unusable_.end())
     return fail(ErrorCode::kUnreachable, waits->second);
-  if (found == entities_.end())
-    return fail(ErrorCode::kNotFound, fmt::format("Zigbee2MQTT has no device {}", model::quoted(address)));
-  const auto kind = message.kind();
+  if (found == entities_.end()) return fail(ErrorCode::kNotFound, unknown_device(address));
   const bool command = kind == MessageKind::kActuate || kind == MessageKind::kSetProperty;
   if (!command && kind != MessageKind::kSample)
     return fail(ErrorCode::kUnsupported, fmt::format("a ZigBee device takes no {}", to_string(kind)));
   if (command && !down_.empty()) return fail(ErrorCode::kUnreachable, down_);
-  if (command && problems_.contains(address)) return fail(ErrorCode::kUnreachable, problems_.at(address));
+  if (const auto problem = problems().find(address); command && problem != problems().end())
+    return fail(ErrorCode::kUnreachable, problem->second);
   return found->second.device->send(message);
 }
 

@@ -18,8 +18,10 @@
 #include "networks/zigbee/bridge/messages.h"
 #include "networks/zigbee/bridge/topics.h"
 #include "networks/zigbee/broker_line.h"
+#include "networks/zigbee/definition_gaps.h"
 #include "networks/zigbee/device.h"
 #include "networks/zigbee/poll_places.h"
+#include "networks/zigbee/topic_conflicts.h"
 #include "networks/zigbee/zigbee_options.h"
 
 namespace rubicon::networks::zigbee {
@@ -42,14 +44,18 @@ class Devices final : public DeviceHost {
   void groups(std::string_view payload);
   void event(const bridge::BridgeEvent& event);
   void info(const bridge::BridgeDescription& info);
+  /// The bridge removed the device of this address or name: it leaves when a list lacks it.
+  void removed(std::string_view called);
   /// A message of an entity; retained or not.
   void received(const transport::MqttMessage& message);
+  /// Whether a later message of the topic makes this one superfluous; not so availability and events.
+  bool repeats(const transport::MqttMessage& message) const;
 
   /// The bridge is there: commands can be sent, and what devices can be asked for is asked.
   void line_up();
   /// The bridge or the broker is gone.
   void line_lost(const std::string& why);
-  /// Actuate, SetProperty, Sample of a device.
+  /// Actuate, SetProperty, Sample, Probe of a device. A Probe of a device that the lists lack is answered by its Leave.
   Result<void> send(const Message& message);
   void polls_per_second(unsigned most) { poll_places_.per_second(most); }
 
@@ -75,7 +81,8 @@ class Devices final : public DeviceHost {
   const Counters& counters() const { return counters_; }
   std::size_t size() const { return entities_.size(); }
   /// Names that have no topics of their own, one sentence each.
-  const std::map<std::string, std::string>& problems() const { return problems_; }
+  const std::map<std::string, std::string>& problems() const { return conflicts_.problems(); }
+  const DefinitionGaps& gaps() const { return gaps_; }
   bool lists_arrived() const { return listed_; }
 
  private:
@@ -95,6 +102,10 @@ class Devices final : public DeviceHost {
   void apply(const bridge::GroupChanges& changes);
   const bridge::DeviceRecord* member(const std::string& address) const;
   void note(Condition& condition, const model::Updates& updates);
+  void apply_info(Device& device) const;
+  Result<void> probe(const Message& message);
+  void acknowledge(const Message& message, model::Outcome outcome, std::string why);
+  void answer_probed_groups();
   void forget(const std::string& address, const std::string& why);
 
   network::NetworkHost& host_;
@@ -104,17 +115,21 @@ class Devices final : public DeviceHost {
   std::function<void()> report_;
   base::LimitedLog log_;
   PollPlaces poll_places_;
+  std::size_t most_devices_;
   std::string down_;  ///< why the bridge is not there; empty = it is
   bool listed_ = false;
   bridge::BridgeDescription info_;
   bridge::Groups groups_;
   std::optional<std::vector<bridge::Group>> new_groups_;  ///< a list that update_groups() takes
   std::set<std::string> changed_members_;                 ///< since the last update_groups()
-  std::map<std::string, std::string> problems_;           ///< by address
+  bool grouped_ = false;                                  ///< a list of groups was read
+  std::set<std::string> probed_groups_;                   ///< which no list had so far
   std::map<std::string, std::string> unusable_;           ///< devices that wait: address, why
   Counters counters_;
   TypeId link_quality_{};
   std::unordered_map<std::string, Entity> entities_;
+  TopicConflicts conflicts_;
+  DefinitionGaps gaps_;
   base::OncePerTurn update_groups_;
   bridge::Inventory inventory_;
 };

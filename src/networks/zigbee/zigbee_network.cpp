@@ -8,6 +8,7 @@
 #include <tuple>
 #include <utility>
 
+#include "model/json_members.h"
 #include "network/state_reporter.h"
 #include "networks/zigbee/arrivals.h"
 #include "networks/zigbee/bridge_state.h"
@@ -25,6 +26,10 @@ namespace {
 using namespace std::chrono_literals;
 using bridge::Topics;
 using model::LineState;
+
+/// How long the list of devices may take when the line is up: bridge/state arrives before it, and it may have
+/// megabytes.
+constexpr Duration kListTime = 5s;
 
 class ZigbeeNetwork final : public network::Network {
  public:
@@ -45,7 +50,9 @@ class ZigbeeNetwork final : public network::Network {
   void from_bridge(const Topics::Found& found, const transport::MqttMessage& message);
   void info(std::string_view payload);
   void event(std::string_view payload);
+  void response(std::string_view what, std::string_view payload);
   void bridge_changed();
+  void await_list();
   void unreadable(const transport::MqttMessage& message, const Error& why);
   std::optional<model::State> state() const;
   void add_counters(std::map<std::string, std::uint64_t>& counters) const;
@@ -61,6 +68,8 @@ class ZigbeeNetwork final : public network::Network {
   bool opened_ = false;
   bool lost_ = false;  ///< the supervisor reports why
   bool up_ = false;    ///< as the devices were told
+  bool list_is_late_ = false;
+  Timer list_patience_;
   std::set<std::string, std::less<>> forbidden_;
   std::uint64_t unreadable_ = 0, events_ = 0;
   Devices devices_;
@@ -74,7 +83,9 @@ ZigbeeNetwork::ZigbeeNetwork(const network::NetworkConfig& config, ZigbeeOptions
       reporter_(host, [this] { return state(); }),
       topics_(options_.base),
       bridge_(host.scheduler(), options_.base, [this] { bridge_changed(); }),
-      arrivals_(host.scheduler(), [this](const transport::MqttMessage& message) { devices_.received(message); }),
+      arrivals_(host.scheduler(),
+                {.take = [this](const transport::MqttMessage& message) { devices_.received(message); },
+                 .replaceable = [this](const transport::MqttMessage& message) { return devices_.repeats(message); }}),
       tools_(host, fmt::format("{}-{}", model::number(config.island), config.id), devices_,
              [this](std::string_view what, std::string payload) {
                return line_.publish(topics_.request(what), std::move(payload));
@@ -163,7 +174,7 @@ void ZigbeeNetwork::from_bridge(const Topics::Found& found, const transport::Mqt
       break;
     case Topics::Kind::kEvent: event(message.payload); break;
     case Topics::Kind::kHealth: tools_.health(message.payload); break;
-    case Topics::Kind::kResponse: tools_.response(message.payload); break;
+    case Topics::Kind::kResponse: response(found.what, message.payload); break;
     case Topics::Kind::kState:
     case Topics::Kind::kAvailability: break;
   }
@@ -187,6 +198,15 @@ void ZigbeeNetwork::event(std::string_view payload) {
   tools_.event(*read);
 }
 
+/// To any client: what another one removes is removed here too.
+void ZigbeeNetwork::response(std::string_view what, std::string_view payload) {
+  if (what == "device/remove") {
+    const auto read = bridge::read_response(payload);
+    if (read && read->ok) devices_.removed(model::text_of(model::object_of(read->data), "id"));
+  }
+  tools_.response(payload);
+}
+
 void ZigbeeNetwork::unreadable(const transport::MqttMessage& message, const Error& why) {
   ++unreadable_;
   log_.warning(std::string(message.topic), fmt::format("{}: {}", model::quoted(message.topic), why.text));
@@ -198,11 +218,21 @@ void ZigbeeNetwork::bridge_changed() {
   tools_.use(up, bridge_.reason());
   if (up) {
     devices_.line_up();
+    await_list();
   } else if (up_) {
     devices_.line_lost(bridge_.reason());
   }
   up_ = up;
   if (!lost_) reporter_.line_changed();
+}
+
+void ZigbeeNetwork::await_list() {
+  if (up_) return;
+  list_is_late_ = false;
+  list_patience_ = host_.scheduler().after(kListTime, [this] {
+    list_is_late_ = true;
+    if (!devices_.lists_arrived()) reporter_.line_changed();
+  });
 }
 
 Result<void> ZigbeeNetwork::send(const Message& message) {
@@ -246,7 +276,7 @@ std::optional<model::State> ZigbeeNetwork::state() const {
   if (state.line == LineState::kUp && !forbidden_.empty()) {
     state.reason = fmt::format("the broker forbids to subscribe to {}{}", model::quoted(*forbidden_.begin()),
                                forbidden_.size() == 1 ? "" : fmt::format(" and {} more", forbidden_.size() - 1));
-  } else if (state.line == LineState::kUp && !devices_.lists_arrived()) {
+  } else if (state.line == LineState::kUp && list_is_late_ && !devices_.lists_arrived()) {
     state.reason =
         "the broker has no list of devices (or it is longer than largest-packet); Zigbee2MQTT publishes it at its next "
         "change or start";
@@ -277,6 +307,8 @@ void ZigbeeNetwork::add_counters(std::map<std::string, std::uint64_t>& counters)
       {"unreadable-lists", devices.unreadable_lists},
       {"unknown-topics", devices.unknown_topics},
       {"unusable-names", devices_.problems().size()},
+      {"skipped-exposes", devices_.gaps().skipped()},
+      {"unknown-units", devices_.gaps().unknown_units()},
       {"events", events_},
       {"lists", lists.lists},
       {"lists-compared", lists.compared},
@@ -298,6 +330,7 @@ const network::NetworkType kType{
     .make = network::make_network<ZigbeeNetwork, read_zigbee_options>,
     .discovers = true,
     .quiet = true,
+    .probes = true,
     .unique_names = true,
     .answer_time = std::chrono::seconds(30),  // a sleeping device takes a command when it wakes
 };

@@ -12,6 +12,8 @@ using ::testing::SizeIs;
 
 using ZigbeeEntities = House;
 
+constexpr const char* kUnknown = "00124b0010000077";
+
 /// The walking skeleton: a device of the list, its reading, a command.
 TEST_F(ZigbeeEntities, ADeviceJoinsReportsAndObeys) {
   start();
@@ -76,6 +78,126 @@ TEST_F(ZigbeeEntities, ANameWhoseTopicIsThatOfAnotherDeviceIsSaidAndItsCommandsA
   EXPECT_THAT(values(kThermometer, "temperature"), IsEmpty());
   EXPECT_EQ(counter("unusable-names"), 1U);
   EXPECT_EQ(counter("unreadable-states"), 0U) << "the command to a is no state of a/set";
+}
+
+TEST_F(ZigbeeEntities, TheConflictOfANameDoesNotDependOnTheOrderOfTheDevices) {
+  make();
+  bridge_starts({plug("a/set"), thermometer("a"), button()});  // `a` comes later
+  open();
+  EXPECT_EQ(counter("unusable-names"), 1U);
+  EXPECT_FALSE(command(1, kPlug, "switch", true));
+  list({plug("a/set"), thermometer("b"), button()});
+  EXPECT_EQ(counter("unusable-names"), 0U);
+  EXPECT_TRUE(command(2, kPlug, "switch", true));
+  list({plug("a/set"), thermometer("b"), button("a")});
+  EXPECT_EQ(counter("unusable-names"), 1U);
+  list({plug("a/set"), thermometer("b")});
+  host.time.run_for(11s);
+  EXPECT_EQ(counter("unusable-names"), 0U) << "the other one left";
+}
+
+TEST_F(ZigbeeEntities, WhatOfADefinitionIsNotUsedIsCounted) {
+  auto strange = thermometer();
+  strange["definition"]["exposes"].push_back(numeric("stickiness", 1, "gg"));
+  strange["definition"]["exposes"].push_back({{"type", "hologram"}, {"name", "x"}, {"property", "x"}, {"access", 1}});
+  make();
+  bridge_starts({plug(), strange, button()});
+  open();
+  EXPECT_EQ(counter("unknown-units"), 1U);
+  EXPECT_EQ(counter("skipped-exposes"), 1U);
+  list({plug(), thermometer(), button()});
+  EXPECT_EQ(counter("unknown-units"), 0U);
+  EXPECT_EQ(counter("skipped-exposes"), 0U);
+}
+
+/// The proxy sends a Probe for each device that it remembers. The first list is a copy that the broker kept.
+TEST_F(ZigbeeEntities, AProbeOfADeviceThatALiveListLacksIsAnsweredByItsLeave) {
+  make();
+  EXPECT_TRUE(send(kUnknown, model::Probe{}));
+  bridge_starts({plug(), thermometer()});
+  open();
+  EXPECT_TRUE(send(kButton, model::Probe{}));
+  host.time.run_for(1min);
+  EXPECT_THAT(host.all<model::Leave>(), IsEmpty()) << "the copy may be old";
+  list({plug(), thermometer()});
+  host.time.run_for(9s);
+  EXPECT_THAT(host.all<model::Leave>(), IsEmpty()) << "the list may be short for a moment";
+  host.time.run_for(1s);
+  ASSERT_THAT(host.all<model::Leave>(), SizeIs(2));
+  EXPECT_EQ(host.all<model::Leave>()[0].first, kButton);
+  EXPECT_EQ(host.all<model::Leave>()[1].first, kUnknown);
+}
+
+TEST_F(ZigbeeEntities, AProbedDeviceThatOnlyACopyOfTheListLacksLeavesAfter25Hours) {
+  make();
+  bridge_starts({plug(), thermometer()});
+  open();
+  EXPECT_TRUE(send(kButton, model::Probe{}));
+  host.time.run_for(24h);
+  EXPECT_THAT(host.all<model::Leave>(), IsEmpty());
+  host.time.run_for(1h);
+  EXPECT_THAT(host.all<model::Leave>(), SizeIs(1));
+}
+
+TEST_F(ZigbeeEntities, AProbedGroupThatIsNotInTheListLeaves) {
+  start();
+  EXPECT_TRUE(send("group-9", model::Probe{}));
+  EXPECT_TRUE(send("group-7", model::Probe{}));
+  host.time.run_for(1min);
+  EXPECT_THAT(host.all<model::Leave>(), IsEmpty()) << "the list of groups is not there";
+  say("bridge/groups", {{{"id", 7}, {"friendly_name", "all"}, {"members", json::array()}}}, true);
+  host.time.run_for(100ms);
+  ASSERT_THAT(host.all<model::Leave>(), SizeIs(1));
+  EXPECT_EQ(host.all<model::Leave>()[0].first, "group-9");
+  EXPECT_TRUE(send("group-3", model::Probe{}));
+  host.time.run_for(100ms);
+  EXPECT_THAT(host.all<model::Leave>(), SizeIs(2));
+}
+
+TEST_F(ZigbeeEntities, AProbedDeviceOfWhichTheBridgeHasAnyRecordStays) {
+  make();
+  auto pending = thermometer();
+  pending["interview_state"] = "FAILED";
+  auto unreadable = button();
+  unreadable.erase("friendly_name");
+  bridge_starts({pending, unreadable});
+  open();
+  for (const auto* device : {kPlug, kThermometer, kButton}) EXPECT_TRUE(send(device, model::Probe{}));
+  list({plug(), pending, unreadable});
+  host.time.run_for(48h);
+  EXPECT_THAT(host.all<model::Leave>(), IsEmpty());
+}
+
+TEST_F(ZigbeeEntities, AnIncompleteListOrALostBridgeRemovesNoProbedDevice) {
+  start();
+  EXPECT_TRUE(send(kUnknown, model::Probe{}));
+  list({plug(), thermometer(), button(), json::object({{"friendly_name", "no address"}})});
+  host.time.run_for(1min);
+  EXPECT_THAT(host.all<model::Leave>(), IsEmpty());
+  list({plug(), thermometer(), button()});
+  host.time.run_for(5s);
+  online(false);
+  host.time.run_for(1min);
+  EXPECT_THAT(host.all<model::Leave>(), IsEmpty());
+  online();
+  list({plug(), thermometer(), button()});
+  host.time.run_for(11s);
+  EXPECT_THAT(host.all<model::Leave>(), SizeIs(1));
+}
+
+/// Where the user configures `silence`, the proxy asks devices that are quiet.
+TEST_F(ZigbeeEntities, AProbeAsksAKnownDeviceThatCanAnswer) {
+  start();
+  host.time.run_for(1min);
+  const auto asked = gets("plug").size();
+  EXPECT_TRUE(send(kPlug, model::Probe{}));
+  EXPECT_FALSE(send(kThermometer, model::Probe{})) << "it sleeps";
+  host.time.run_for(5s);
+  EXPECT_EQ(gets("plug").size(), asked + 1);
+  EXPECT_THAT(gets("air"), IsEmpty());
+  EXPECT_TRUE(send(kPlug, model::Probe{}));
+  host.time.run_for(5s);
+  EXPECT_EQ(gets("plug").size(), asked + 1) << "the last question is not answered yet";
 }
 
 TEST_F(ZigbeeEntities, Pitfall13_RetainedTopicsOfDevicesThatAreNotInTheListAreIgnored) {
@@ -237,8 +359,8 @@ TEST_F(ZigbeeEntities, TheBridgeSaysWhoIsThereWhereItOffersThat) {
   EXPECT_EQ(host.all<model::Unreachable>()[0].first, kPlug);
   say("plug/availability", {{"state", "online"}}, true);
   EXPECT_THAT(host.all<model::KeepAlive>(), SizeIs(1));
-  host.time.run_for(50min);
-  EXPECT_THAT(host.all<model::Unreachable>(), SizeIs(1));
+  host.time.run_for(100h);
+  EXPECT_THAT(host.all<model::Unreachable>(), SizeIs(1)) << "no limit of its own beside the bridge's";
 }
 
 /// zigbee.md, section 6: mains 1 h without configured reporting, battery 25 h.

@@ -128,12 +128,14 @@ TEST_F(LineOfTheBridge, KeepsItsDevicesIfTheBrokerComesBackWithAnOlderList) {
   EXPECT_THAT(host.all<model::Leave>(), SizeIs(1)) << "a live list counts";
 }
 
-TEST_F(LineOfTheBridge, SaysThatTheBrokerHasNoListOfDevices) {
+TEST_F(LineOfTheBridge, SaysThatTheBrokerHasNoListOfDevicesIfItDoesNotComeSoon) {
   make();
   online();
   open();
   host.time.run_for(3s);
   EXPECT_EQ(state().line, LineState::kUp);
+  EXPECT_EQ(state().reason, "") << "the list follows bridge/state";
+  host.time.run_for(5s);
   EXPECT_THAT(state().reason, HasSubstr("list of devices"));
   bridge_starts();
   host.time.run_for(2s);

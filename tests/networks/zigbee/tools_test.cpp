@@ -180,6 +180,20 @@ TEST_F(ZigbeeTools, RemoveAndForce) {
   EXPECT_EQ(reply()["ok"], true);
 }
 
+/// By this network or by any other client: the answer of the bridge is the same.
+TEST_F(ZigbeeTools, ADeviceThatTheBridgeRemovedLeavesAtOnce) {
+  list({plug(), thermometer()});
+  EXPECT_THAT(host.all<model::Leave>(), IsEmpty());
+  say("bridge/response/device/remove", {{"data", {{"id", "0x00124b0010000004"}}}, {"status", "error"}, {"error", "x"}});
+  EXPECT_THAT(host.all<model::Leave>(), IsEmpty());
+  say("bridge/response/device/remove", {{"data", {{"id", "0x00124b0010000004"}}}, {"status", "ok"}});
+  EXPECT_THAT(host.all<model::Leave>(), SizeIs(1));
+  say("bridge/response/device/remove", {{"data", {{"id", "air"}}}, {"status", "ok"}});
+  list(json::array({plug()}));
+  ASSERT_THAT(host.all<model::Leave>(), SizeIs(2));
+  EXPECT_EQ(host.all<model::Leave>()[1].first, kThermometer);
+}
+
 TEST_F(ZigbeeTools, OptionsAreReadFromTheListAndTheConfiguration) {
   auto rich = plug();
   rich["definition"]["options"] = {{{"type", "numeric"},

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <tuple>
 #include <unordered_map>
 #include <utility>
 #include <vector>
@@ -15,9 +16,6 @@
 
 namespace rubicon::networks::zigbee::bridge {
 namespace {
-
-constexpr const char* kGone = "removed from Zigbee2MQTT";
-constexpr const char* kLeft = "left the ZigBee network";
 
 /// Stands for a text: of a list, or of a record in it.
 using TextHash = std::uint64_t;
@@ -56,15 +54,12 @@ void keep_what_was_known(DeviceRecord& record, const DeviceRecord& before) {
 struct Inventory::Impl {
   struct Known {
     DeviceRecord record;
-    std::string why;                          ///< it waits; empty = usable
-    TextHash text = 0;                        ///< what the record was read from
-    std::uint64_t seen_in = 0;                ///< number of the last list that has it
-    std::optional<SteadyTime> missing_since;  ///< absent from the last list
-    bool missing_live = false;                ///< that list was live
-    bool heard = false;                       ///< since the line was lost
-    std::optional<std::uint64_t> leaving;     ///< the bridge reported its leave after this many lists
-    Duration patience() const { return missing_live ? kAbsence : kRetainedAbsence; }
+    std::string why;    ///< it waits; empty = usable
+    TextHash text = 0;  ///< what the record was read from
+    Presence presence;
   };
+  /// Devices that are gone: address, reason.
+  using Gone = std::vector<std::pair<std::string, std::string>>;
   /// What a record of the last list is.
   struct Slice {
     enum class Kind : std::uint8_t { kDevice, kCoordinator, kUnreadable, kDuplicate, kTooMany };
@@ -107,22 +102,27 @@ struct Inventory::Impl {
   Slice read(std::string_view slice, TextHash hash);
   Slice apply(DeviceRecord record, TextHash hash);
   void compare(Known& known, DeviceRecord record);
-  void seen(Known& known);
+  void listed(const std::string& address);
   void end_list();
-  void note_absences(std::vector<std::pair<std::string, std::string>>& gone);
-  void note_absence(Known& known) const;
+  Presence* presence(const std::string& address);
+  bool is_listed(const std::string& address) const;
+  template <class Call>
+  void each_presence(const Call& call);
+  Gone note_absences();
   void leave_overdue();
-  void leave(const std::vector<std::pair<std::string, std::string>>& gone);
+  void leave(const Gone& gone);
   void unreadable(const Error& error);
 
   Scheduler& scheduler;
   std::size_t most_devices;
   Calls calls;
-  std::map<std::string, Known> devices;  ///< by address
+  std::map<std::string, Known> devices;      ///< by address
+  std::map<std::string, Presence> expected;  ///< by address; none of the devices
   std::optional<WaitingList> waiting;
   std::unique_ptr<Current> current;
   std::optional<TextHash> last;  ///< the list that was compared last
   bool last_live = false;        ///< it was
+  bool last_complete = false;    ///< a device that is absent from it is absent from the bridge
   std::string last_text;         ///< also after the line was lost
   Slices slices;                 ///< of that list
   bool live_list = false;        ///< one arrived since the line was lost
@@ -232,7 +232,7 @@ bool Inventory::Impl::take_known(TextHash hash) {
   const auto found = slices.find(hash);
   if (found == slices.end() || !still_true(found->second, hash)) return false;
   const auto& slice = found->second;
-  if (const auto known = devices.find(slice.address); known != devices.end()) seen(known->second);
+  listed(slice.address);
   if (slice.kind == Slice::Kind::kUnreadable && slice.address.empty()) current->complete = false;
   if (slice.kind == Slice::Kind::kTooMany) current->too_many = true;
   current->found.emplace(hash, slice);
@@ -244,7 +244,7 @@ bool Inventory::Impl::still_true(const Slice& slice, TextHash hash) {
   const auto known = devices.find(slice.address);
   switch (slice.kind) {
     case Slice::Kind::kDevice: return known != devices.end() && known->second.text == hash;
-    case Slice::Kind::kDuplicate: return known != devices.end() && known->second.seen_in == lists_compared;
+    case Slice::Kind::kDuplicate: return known != devices.end() && known->second.presence.in_list(lists_compared);
     case Slice::Kind::kTooMany: return known == devices.end() && devices.size() >= most_devices;
     case Slice::Kind::kCoordinator:
     case Slice::Kind::kUnreadable: break;
@@ -258,7 +258,7 @@ Inventory::Impl::Slice Inventory::Impl::read(std::string_view slice, TextHash ha
                               : read_device_record(slice);
   if (record) return apply(std::move(*record), hash);
   Slice unread{Slice::Kind::kUnreadable, slice.size() <= 4 * kMaxRecordBytes ? address_in(slice) : std::string()};
-  if (const auto known = devices.find(unread.address); known != devices.end()) seen(known->second);
+  listed(unread.address);
   unreadable(record.error());
   return unread;
 }
@@ -267,18 +267,20 @@ Inventory::Impl::Slice Inventory::Impl::apply(DeviceRecord record, TextHash hash
   const auto address = record.address;
   if (record.role == Role::kCoordinator) return {Slice::Kind::kCoordinator, {}};
   auto known = devices.find(address);
-  if (known != devices.end() && known->second.seen_in == lists_compared) {
+  if (known != devices.end() && known->second.presence.in_list(lists_compared)) {
     unreadable({ErrorCode::kDuplicate, fmt::format("bridge/devices: 0x{} is there twice", address)});
     return {Slice::Kind::kDuplicate, address};
   }
   if (known == devices.end()) {
     if (devices.size() >= most_devices) {
       current->too_many = true;
+      listed(address);
       return {Slice::Kind::kTooMany, address};
     }
     known = devices.try_emplace(address).first;
+    expected.erase(address);
   }
-  seen(known->second);
+  listed(address);
   known->second.text = hash;
   compare(known->second, std::move(record));
   return {Slice::Kind::kDevice, address};
@@ -298,17 +300,31 @@ void Inventory::Impl::compare(Known& known, DeviceRecord record) {
   }
 }
 
-void Inventory::Impl::seen(Known& known) {
-  known.seen_in = lists_compared;
-  known.missing_since.reset();
-  // A list that was published before the device left still has it.
-  if (known.leaving && current->received > *known.leaving) known.leaving.reset();
+void Inventory::Impl::listed(const std::string& address) {
+  if (auto* of_device = presence(address)) of_device->listed(lists_compared, current->received);
+}
+
+Presence* Inventory::Impl::presence(const std::string& address) {
+  if (const auto known = devices.find(address); known != devices.end()) return &known->second.presence;
+  const auto found = expected.find(address);
+  return found == expected.end() ? nullptr : &found->second;
+}
+
+/// Also a device whose record cannot be used.
+bool Inventory::Impl::is_listed(const std::string& address) const {
+  return std::ranges::any_of(slices, [&](const auto& one) { return one.second.address == address; });
+}
+
+template <class Call>
+void Inventory::Impl::each_presence(const Call& call) {
+  for (auto& [address, known] : devices) call(address, known.presence);
+  for (auto& [address, of_device] : expected) call(address, of_device);
 }
 
 void Inventory::Impl::end_list() {
   const auto watch = lifetime.watch();
-  std::vector<std::pair<std::string, std::string>> gone;
-  if (current->complete && !current->lost) note_absences(gone);
+  last_complete = current->complete && !current->lost;
+  const auto gone = last_complete ? note_absences() : Gone();
   last = current->lost ? std::nullopt : std::optional(current->hash);
   last_live = current->live;
   last_text = current->slices.take_text();
@@ -327,49 +343,36 @@ void Inventory::Impl::end_list() {
   if (!watch.ended()) absence_check.request();
 }
 
-void Inventory::Impl::note_absences(std::vector<std::pair<std::string, std::string>>& gone) {
-  for (auto& [address, known] : devices) {
-    if (known.seen_in == lists_compared) continue;
-    if (known.leaving) {
-      gone.emplace_back(address, kLeft);
-    } else if (current->live && known.missing_since && known.missing_live) {
-      gone.emplace_back(address, kGone);
-    } else {
-      note_absence(known);
-      if (known.missing_since) absence.advance_to(*known.missing_since + known.patience());
-    }
-  }
-}
-
-/// A live list restarts the waiting time of a device that so far only a retained copy lacked.
-void Inventory::Impl::note_absence(Known& known) const {
-  if (!current->live && (known.heard || known.missing_since)) return;
-  known.missing_since = scheduler.now();
-  known.missing_live = current->live;
+Inventory::Impl::Gone Inventory::Impl::note_absences() {
+  Gone gone;
+  each_presence([&](const std::string& address, Presence& of_device) {
+    if (of_device.in_list(lists_compared)) return;
+    if (const auto* why = of_device.lacked(current->live, scheduler.now()))
+      gone.emplace_back(address, why);
+    else if (const auto due = of_device.due())
+      absence.advance_to(*due);
+  });
+  return gone;
 }
 
 /// While a list is compared, its devices are not known yet. The end of the list checks again.
 void Inventory::Impl::leave_overdue() {
   if (current || waiting) return;
-  std::vector<std::pair<std::string, std::string>> gone;
+  Gone gone;
   absence.clear();
-  for (const auto& [address, known] : devices) {
-    if (!known.missing_since) continue;
-    if (known.leaving) {
-      gone.emplace_back(address, kLeft);
-    } else if (const auto due = *known.missing_since + known.patience(); due <= scheduler.now()) {
-      gone.emplace_back(address, kGone);
-    } else {
-      absence.advance_to(due);
-    }
-  }
+  each_presence([&](const std::string& address, const Presence& of_device) {
+    if (const auto* why = of_device.overdue(scheduler.now()))
+      gone.emplace_back(address, why);
+    else if (const auto due = of_device.due())
+      absence.advance_to(*due);
+  });
   leave(gone);
 }
 
-void Inventory::Impl::leave(const std::vector<std::pair<std::string, std::string>>& gone) {
+void Inventory::Impl::leave(const Gone& gone) {
   const auto watch = lifetime.watch();
   for (const auto& [address, reason] : gone) {
-    if (devices.erase(address) > 0) calls.left(address, reason);
+    if (devices.erase(address) + expected.erase(address) > 0) calls.left(address, reason);
     if (watch.ended()) return;
   }
 }
@@ -387,27 +390,28 @@ void Inventory::list(std::string_view payload, bool retained) {
   impl_->receive(payload, retained);
 }
 
+void Inventory::expect(const std::string& address) {
+  auto& impl = *impl_;
+  if (impl.devices.contains(address) || impl.expected.size() >= impl.most_devices) return;
+  const auto [entry, fresh] = impl.expected.try_emplace(address);
+  if (!fresh || !impl.last || !impl.last_complete || impl.is_listed(address)) return;
+  std::ignore = entry->second.lacked(impl.last_live, impl.scheduler.now());
+  impl.absence.advance_to(*entry->second.due());
+}
+
 void Inventory::heard(const std::string& address) {
-  const auto found = impl_->devices.find(address);
-  if (found == impl_->devices.end()) return;
-  auto& known = found->second;
-  known.heard = true;
-  if (!known.missing_live) known.missing_since.reset();
+  if (auto* presence = impl_->presence(address)) presence->heard();
 }
 
 void Inventory::leaving(std::string_view address) {
-  const auto known = impl_->devices.find(std::string(address));
-  if (known == impl_->devices.end()) return;
-  known->second.leaving = impl_->counters.lists;
-  if (known->second.missing_since) impl_->absence_check.request();
+  auto* presence = impl_->presence(std::string(address));
+  if (!presence) return;
+  presence->leaving(impl_->counters.lists);
+  if (presence->due()) impl_->absence_check.request();
 }
 
 void Inventory::line_lost() {
-  for (auto& [address, known] : impl_->devices) {
-    known.missing_since.reset();
-    known.leaving.reset();
-    known.heard = false;
-  }
+  impl_->each_presence([](const std::string&, Presence& presence) { presence.line_lost(); });
   impl_->live_list = false;
   impl_->absence.clear();
   impl_->waiting.reset();

@@ -8,6 +8,7 @@
 
 #include "base/scheduler.h"
 #include "networks/zigbee/bridge/device_record.h"
+#include "networks/zigbee/bridge/presence.h"
 
 namespace rubicon::networks::zigbee::bridge {
 
@@ -19,17 +20,15 @@ class Inventory {
  public:
   /// Work of one turn, in bytes: records that are only compared, and records that are parsed. One record may exceed it.
   static constexpr std::size_t kComparedPerTurn = std::size_t{1} * 1024 * 1024, kParsedPerTurn = std::size_t{48} * 1024;
-  static constexpr Duration kAbsence = std::chrono::seconds(10);
-  /// The same for a device that only a retained copy lacks: a living device with a battery reports within this time.
-  static constexpr Duration kRetainedAbsence = std::chrono::hours(25);
 
   /// Called in turns of their own, never inside a call to the inventory. Each may destroy the inventory.
   struct Calls {
     /// A new device, interviewed and supported; or one whose record changed in any way: name, definition, power source.
     /// A device that was usable stays so while it is interviewed again.
     std::function<void(const DeviceRecord& record)> changed;
-    /// The device is not in the list any longer: absent from two different lists in a row, or for kAbsence (from a
-    /// retained copy: for kRetainedAbsence without a sign of life), or the bridge reported that it left.
+    /// The device is not in the list any longer: absent from two different lists in a row, or for
+    /// Presence::kAbsence (from a retained copy: for kRetainedAbsence without a sign of life), or the bridge reported
+    /// that it left. Also a device of expect() that no list has.
     std::function<void(const std::string& address, const std::string& reason)> left;
     /// Not usable: interview pending, in progress or failed, not supported, disabled. `why` says which, and what the
     /// user can do.
@@ -55,6 +54,9 @@ class Inventory {
   /// A payload of `bridge/devices`, copied once. An empty payload is ignored. `retained`: as the broker marks it; after
   /// a live list of the same connection it counts as live.
   void list(std::string_view payload, bool retained = false);
+  /// The device was there before this inventory: if the lists lack it, it leaves by the same rules. At most as many as
+  /// devices; others are ignored.
+  void expect(const std::string& address);
   /// A live message of the device or about it, on this connection: the bridge has it, also if a retained copy lacks it.
   void heard(const std::string& address);
   /// `bridge/event` reported that the device left, or the bridge removed it for us: it leaves at once if the newest

@@ -9,7 +9,6 @@ namespace rubicon::networks::zigbee::device {
 
 namespace {
 
-constexpr Duration kProbeTime = std::chrono::seconds(15);
 constexpr Duration kAskAgain = std::chrono::minutes(10);
 /// No place for the question in this moment.
 constexpr Duration kNoPlaceTime = std::chrono::seconds(1);

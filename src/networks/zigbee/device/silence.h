@@ -8,11 +8,13 @@
 
 namespace rubicon::networks::zigbee::device {
 
-/// The limit of our own for the silence of a device, beside the availability that Zigbee2MQTT may publish: its pings
-/// share one queue, in which one dead router delays those of all others (zigbee.md, sections 6 and 12). A device that
-/// can be asked is asked before, because many report only changes.
+/// The limit for the silence of a device whose availability Zigbee2MQTT does not publish (zigbee.md, section 6). A
+/// device that can be asked is asked before, because many report only changes.
 class Silence {
  public:
+  /// For the answer to a question whether the device is there.
+  static constexpr Duration kProbeTime = std::chrono::seconds(15);
+
   struct Calls {
     std::function<bool()> ask;  ///< false: no place in this moment
     std::function<void(std::string reason)> unreachable;

@@ -48,7 +48,7 @@ struct SimpleModel {
   }
   void time(SteadyTime now) {
     std::erase_if(devices, [&](const auto& device) {
-      return device.second.missing && device.second.since + Inventory::kAbsence <= now;
+      return device.second.missing && device.second.since + Presence::kAbsence <= now;
     });
   }
 };

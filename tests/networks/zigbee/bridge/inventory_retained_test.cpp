@@ -84,6 +84,81 @@ TEST_F(RetainedLists, ADeviceThatReportedItsLeaveIsGoneWithARetainedListToo) {
   EXPECT_THAT(retained(old), ElementsAre("left 02: left the ZigBee network"));
 }
 
+/// Devices that were there before the inventory.
+struct ExpectedDevices : testing::Test {
+  void expect(unsigned number) { seen.inventory.expect(test_address(number)); }
+  const std::string whole = list_of({{1, "lamp"}, {2, "plug"}}), old = list_of({{1, "lamp"}});
+  ObservedInventory seen;
+};
+
+TEST_F(ExpectedDevices, LeaveSomeTimeAfterALiveListThatLacksThem) {
+  expect(2);
+  EXPECT_THAT(seen.run_for(72h), IsEmpty()) << "without a list nothing is known";
+  seen.list(old);
+  EXPECT_THAT(seen.run_for(10s - 1ms), IsEmpty());
+  EXPECT_THAT(seen.run_for(1ms), ElementsAre(kPlugLeft));
+  seen.list(whole);
+  seen.list(old);
+  EXPECT_THAT(seen.run_for(10s), ElementsAre(kPlugLeft)) << "it is like any other device";
+  EXPECT_THAT(seen.run_for(72h), IsEmpty());
+}
+
+TEST_F(ExpectedDevices, MayBeNamedAfterTheList) {
+  seen.list(old);
+  expect(1);
+  expect(2);
+  expect(2);
+  EXPECT_THAT(seen.run_for(10s), ElementsAre(kPlugLeft));
+}
+
+TEST_F(ExpectedDevices, WaitLongWhereOnlyARetainedListLacksThem) {
+  seen.inventory.list(old, true);
+  seen.run();
+  expect(2);
+  EXPECT_THAT(seen.run_for(24h), IsEmpty());
+  EXPECT_THAT(seen.run_for(1h), ElementsAre(kPlugLeft));
+}
+
+TEST_F(ExpectedDevices, StayWhileAListHasThem) {
+  seen.inventory.list(old, true);
+  seen.run();
+  expect(2);
+  seen.list(whole);
+  EXPECT_THAT(seen.run_for(72h), IsEmpty());
+}
+
+TEST_F(ExpectedDevices, StayWhereTheirRecordsCannotBeRead) {
+  auto unreadable = TestRecord{2, "plug"};
+  unreadable.exposes = "7";
+  const auto list = list_of({{1, "lamp"}, unreadable});
+  expect(2);
+  seen.list(list);
+  seen.inventory.expect(test_address(2));
+  seen.list(list_of({{1, "light"}, unreadable}));
+  EXPECT_THAT(seen.run_for(72h), IsEmpty());
+  seen.list(old);
+  EXPECT_THAT(seen.run_for(10s), ElementsAre(kPlugLeft));
+}
+
+TEST_F(ExpectedDevices, GetAnotherChanceAfterTheLineWasLost) {
+  seen.list(old);
+  expect(2);
+  seen.run_for(5s);
+  seen.inventory.line_lost();
+  expect(3);
+  EXPECT_THAT(seen.run_for(72h), IsEmpty());
+  seen.list(whole);
+  EXPECT_THAT(seen.run_for(10s), ElementsAre("left 03: removed from Zigbee2MQTT"));
+}
+
+TEST_F(ExpectedDevices, AreAsManyAsDevicesAtMost) {
+  ObservedInventory small(2);
+  for (unsigned i = 1; i <= 3; ++i) small.inventory.expect(test_address(i));
+  small.list("[]");
+  EXPECT_THAT(small.run_for(10s),
+              ElementsAre("left 01: removed from Zigbee2MQTT", "left 02: removed from Zigbee2MQTT"));
+}
+
 TEST(Inventory, KeepsTheTextOfTheListThatItComparedLast) {
   ObservedInventory seen;
   EXPECT_EQ(seen.inventory.compared_list(), "");

@@ -108,11 +108,22 @@ TEST_F(ZigbeeDeviceTest, AvailabilityIsPassedOn) {
   EXPECT_EQ(gets().size(), 1U);
 }
 
+TEST_F(ZigbeeDeviceTest, WhereTheBridgePublishesAvailabilityNoOtherLimitApplies) {
+  start(record_of(definitions::kWeather, true));
+  device->bridge_decides(true);
+  report(R"("temperature":20)");
+  forget();
+  run(hours(100));
+  EXPECT_TRUE(host.all<model::Unreachable>().empty());
+  device->bridge_decides(false);
+  run(hours(26));
+  EXPECT_EQ(host.all<model::Unreachable>().size(), 1U);
+}
+
 // zigbee.md, section 12, pitfall 17
-TEST_F(ZigbeeDeviceTest, Pitfall17_ADeviceThatIsSilentTooLongIsUnreachableWhateverTheBridgeSays) {
+TEST_F(ZigbeeDeviceTest, Pitfall17_WithoutAvailabilityADeviceThatIsSilentTooLongIsUnreachable) {
   auto record = record_of(definitions::kWeather, true);
   start(std::move(record));
-  device->availability(true);
   report(R"("temperature":20)");
   forget();
   run(hours(24));
@@ -161,7 +172,9 @@ TEST_F(ZigbeeDeviceTest, AProbeAsksADeviceThatCanBeAsked) {
   EXPECT_EQ(gets(), Texts{R"({"state":""})"});
   forget();
   start(record_of(definitions::kValve, true));
-  EXPECT_TRUE(device->send(probe));
+  const auto refused = device->send(probe);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::kUnsupported);
   run(seconds(1));
   EXPECT_TRUE(host.published.empty());
 }
