@@ -1,0 +1,188 @@
+// The one connection, store and catalogue of the page, and what views use of them.
+import { signal } from "@preact/signals";
+import { useEffect, useMemo } from "preact/hooks";
+import { Catalog } from "./core/catalog";
+import { browserClock } from "./core/clock";
+import { Connection, type LineState, openBrowserWire } from "./core/connection";
+import { Feed, type Subscription, type Want } from "./core/feed";
+import type { Answer, Component, Frame, Message } from "./core/frames";
+import { redraw } from "./core/redraw";
+import { askJson, RestError, type ServerInfo } from "./core/rest";
+import { route, setQuery } from "./core/router";
+import { Store } from "./core/store";
+import { announce, notify } from "./parts/notices";
+import { words } from "./words";
+
+export const line = signal<LineState>("connecting");
+/** When the line was lost, in ms of Date.now(); 0 while it is up. */
+export const lostSince = signal(0);
+export const server = signal<ServerInfo | null>(null);
+/** The server wants a token before it says anything. */
+export const loginNeeded = signal(false);
+export const islands = signal<Component[]>([]);
+export const components = signal<Component[]>([]);
+/** The lists of islands and components have arrived. */
+export const islandsKnown = signal(false);
+
+export const store = new Store(redraw);
+export const catalog = new Catalog(store);
+
+const socketUrl = `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/api/v1/ws`;
+export const connection: Connection = new Connection(openBrowserWire(socketUrl), browserClock, { state: lineChanged, frame: framed });
+export const feed = new Feed(store, () => connection, browserClock, redraw);
+
+/** What the frame of the page shows everywhere: devices for the search, lines and inbox for the marks of the rail. */
+const always: Want[] = [
+  { pattern: "*:*.*.*.description", min: 250 },
+  { pattern: "*:*.*.*.status", min: 250 },
+  { pattern: "*:*.*.status", min: 250 },
+  { pattern: "*:*.inbox", min: 250 },
+];
+export const baseFeeds: Subscription[] = [];
+
+type MessageCall = (message: Message) => void;
+const listeners = new Map<string, Set<MessageCall>>();
+
+function lineChanged(state: LineState): void {
+  line.value = state;
+  if (state === "live") {
+    lostSince.value = 0;
+    announce(words.line.live);
+    void learnServer();
+    connection.request({ do: "islands" }, greeted);
+    connection.request({ do: "components" });
+    for (const type of listeners.keys()) connection.request({ do: "listen", type });
+    feed.connected();
+    return;
+  }
+  if (state === "lost") {
+    lostSince.value = Date.now();
+    announce(words.line.lost);
+    feed.disconnected();
+    void learnServer();
+  }
+}
+
+function greeted(answer: Answer): void {
+  if (answer.error?.code === "refused") loginNeeded.value = true;
+}
+
+/** Learns who we are to the server, and whether it wants a token. */
+async function learnServer(): Promise<void> {
+  try {
+    server.value = await askJson<ServerInfo>("");
+    loginNeeded.value = server.value.tokens && (server.value.caller.role === "none" || server.value.caller.role === "");
+  } catch (error) {
+    if (error instanceof RestError && (error.status === 401 || error.status === 403)) loginNeeded.value = true;
+  }
+}
+
+function framed(frame: Frame): void {
+  if (frame.s !== undefined) feed.take(frame);
+  if (frame.islands) {
+    islands.value = frame.islands;
+    islandsKnown.value = true;
+    redraw();
+  }
+  if (frame.components) {
+    components.value = frame.components;
+    redraw();
+  }
+  if (frame.message) {
+    for (const call of listeners.get(frame.message.type) ?? []) call(frame.message);
+  }
+  if (frame.slow) notify(words.line.slow, "waiting");
+  if (frame.lost) notify(words.line.eventsLost(frame.lost.events), "bad");
+}
+
+export function startApp(): void {
+  for (const want of always) baseFeeds.push(feed.want(want));
+  document.addEventListener("visibilitychange", () => {
+    feed.hide(document.hidden);
+    if (document.hidden && activeView.value) activeView.value = "";
+  });
+  connection.start();
+}
+
+/** Takes a token for the session cookie; throws RestError. */
+export async function login(token: string): Promise<void> {
+  await askJson("/session", { method: "POST", headers: { "content-type": "application/json" }, body: JSON.stringify({ token }) });
+  loginNeeded.value = false;
+  connection.stop();
+  connection.start();
+}
+
+/** Messages of a type while the view is shown. */
+export function useMessages(type: string, call: MessageCall): void {
+  useEffect(() => {
+    const calls = listeners.get(type) ?? new Set<MessageCall>();
+    if (calls.size === 0) connection.request({ do: "listen", type });
+    calls.add(call);
+    listeners.set(type, calls);
+    return () => {
+      calls.delete(call);
+      if (calls.size > 0) return;
+      listeners.delete(type);
+      connection.request({ do: "unlisten", type });
+    };
+  }, [type, call]);
+}
+
+/** Subscribes while the view is shown; the component draws from store or catalogue. */
+export function useFeeds(wants: Want[]): Subscription[] {
+  const name = JSON.stringify(wants);
+  const subscriptions = useMemo(() => wants.map((want) => feed.want(want)), [name]);
+  useEffect(() => () => subscriptions.forEach((subscription) => feed.drop(subscription)), [subscriptions]);
+  return subscriptions;
+}
+
+export type Loading = "loading" | "ready" | { code: string; text: string };
+
+/** Whether all subscriptions have the snapshots of all islands: loading, ready, or what failed. */
+export function loadingOf(subscriptions: Iterable<Subscription>): Loading {
+  if (!islandsKnown.value) return "loading";
+  const owners = islands.value.map((island) => island.id);
+  for (const subscription of subscriptions) {
+    if (subscription.state === "failed") return subscription.error ?? { code: "failed", text: "" };
+    if (!subscription.complete(owners)) return "loading";
+  }
+  return "ready";
+}
+
+/** The island that the user chose; 0 = all. */
+export function chosenIsland(): number {
+  return Number(route.value.query.island ?? 0) || 0;
+}
+
+export function chooseIsland(id: number): void {
+  setQuery({ island: id ? String(id) : "" });
+}
+
+/** `6541` or `*`: the owner part of a pattern for what the user chose. */
+export function ownerPattern(): string {
+  return String(chosenIsland() || "*");
+}
+
+/** The view that wakes sensors, by its address; empty = none. */
+export const activeView = signal("");
+/** How many sensors the present view wakes, as the view counts them. */
+export const wokenSensors = signal(0);
+
+/** True while the user lets this view wake sensors. It ends with the view. */
+export function useActive(view: string): boolean {
+  useEffect(
+    () => () => {
+      if (activeView.value === view) activeView.value = "";
+    },
+    [view],
+  );
+  return activeView.value === view;
+}
+
+/** Roles include those before them; without tokens everybody is admin. */
+const roles = ["none", "view", "command", "admin"];
+
+export function mayBe(role: "view" | "command" | "admin"): boolean {
+  const mine = server.value?.caller.role ?? "admin";
+  return roles.indexOf(mine) >= roles.indexOf(role);
+}

@@ -1,0 +1,253 @@
+import { readKey, type KeyMeaning, type Leaf, type PointKind } from "./keys";
+import type { Store, Tuple } from "./store";
+import { compareNatural } from "./text";
+
+/** A sensor, actuator or property of a device. */
+export class Point {
+  value?: Tuple;
+  status?: Tuple;
+  description?: Tuple;
+  command?: Tuple;
+
+  constructor(
+    readonly device: Device,
+    readonly kind: PointKind,
+    readonly id: string,
+  ) {}
+
+  /** OWNER:KEY without the last part. */
+  get path(): string {
+    const { owner, prefix, network, id } = this.device;
+    return `${owner}:${prefix}.${network}.${id}.${this.kind}.${this.id}`;
+  }
+
+  get type(): string {
+    return text(this.description?.json.type) || this.id.replace(/-[^-]*$/, "");
+  }
+
+  get unit(): string {
+    const unit = text(this.description?.json.unit);
+    return unit === "1" ? "" : unit;
+  }
+
+  get quality(): string {
+    return text(this.status?.json.quality);
+  }
+
+  get empty(): boolean {
+    return !this.value && !this.status && !this.description && !this.command;
+  }
+}
+
+export class Device {
+  status?: Tuple;
+  description?: Tuple;
+  readonly points = new Map<string, Point>();
+  private sorted: Point[] | null = null;
+
+  constructor(
+    readonly owner: number,
+    readonly prefix: string,
+    readonly network: string,
+    readonly id: string,
+  ) {}
+
+  /** Names the device within the page: 6541/wsn-1/7. */
+  get path(): string {
+    return `${this.owner}/${this.network}/${this.id}`;
+  }
+
+  get name(): string {
+    return text(this.description?.json.name) || this.id;
+  }
+
+  get area(): string {
+    return text(this.description?.json.area);
+  }
+
+  /** Model, else type, else what it can do. */
+  get model(): string {
+    const about = this.description?.json;
+    return text(about?.model) || text(about?.type) || list(about?.capabilities).slice(0, 3).join(", ");
+  }
+
+  get state(): string {
+    return text(this.status?.json.status) || "unknown";
+  }
+
+  get since(): number {
+    return number(this.status?.json.since);
+  }
+
+  get reason(): string {
+    return text(this.status?.json.reason);
+  }
+
+  /** Sensors, actuators, properties, each in natural order. */
+  get ordered(): Point[] {
+    this.sorted ??= [...this.points.values()].sort(
+      (a, b) => kindOrder.indexOf(a.kind) - kindOrder.indexOf(b.kind) || compareNatural(a.id, b.id),
+    );
+    return this.sorted;
+  }
+
+  /** What stands for the device in a list: its first sensor, else actuator; what it says about itself only if there is no other. */
+  get first(): Point | undefined {
+    return this.ordered.find((point) => point.kind !== "property" && !aside.has(point.type)) ?? this.ordered[0];
+  }
+
+  /** The latest time at which one of its points was heard. */
+  get heard(): number {
+    let latest = 0;
+    for (const point of this.points.values()) {
+      latest = Math.max(latest, number(point.status?.json.heard) || (point.value?.value ? point.value.time : 0));
+    }
+    return latest;
+  }
+
+  /** The points changed. */
+  touch(): void {
+    this.sorted = null;
+  }
+}
+
+/** Types of points that devices have beside what they are for. */
+const aside = new Set(["battery", "batteryLow", "linkQuality", "voltage", "rssi", "lastSeen", "uptime"]);
+
+const kindOrder: PointKind[] = ["sensor", "actuator", "property"];
+
+export class Network {
+  status?: Tuple;
+  readonly counters = new Map<string, Tuple>();
+  devices = 0;
+
+  constructor(
+    readonly owner: number,
+    readonly prefix: string,
+    readonly id: string,
+  ) {}
+
+  get path(): string {
+    return `${this.owner}/${this.id}`;
+  }
+
+  get line(): string {
+    return text(this.status?.json.line) || "unknown";
+  }
+
+  get empty(): boolean {
+    return !this.status && this.counters.size === 0 && this.devices === 0;
+  }
+}
+
+/** Devices and networks of all islands, put together from the tuples of the store as they come and go. */
+export class Catalog {
+  readonly devices = new Map<string, Device>();
+  readonly networks = new Map<string, Network>();
+  /** Waiting devices of the inbox, by OWNER:KEY. */
+  readonly waiting = new Map<string, Tuple>();
+  /** Grows when devices or networks come, go, or describe themselves anew. */
+  structure = 0;
+
+  constructor(store: Store) {
+    store.listen({
+      added: (tuple) => this.put(tuple, tuple),
+      changed: (tuple) => this.changed(tuple),
+      removed: (tuple) => this.put(tuple, undefined),
+    });
+  }
+
+  device(owner: number, network: string, id: string): Device | undefined {
+    return this.devices.get(`${owner}/${network}/${id}`);
+  }
+
+  private changed(tuple: Tuple): void {
+    if (tuple.key.endsWith(".description")) this.structure++;
+  }
+
+  private put(tuple: Tuple, now: Tuple | undefined): void {
+    const key = readKey(tuple.key);
+    switch (key.what) {
+      case "point":
+        this.putPoint(tuple.owner, key, now);
+        break;
+      case "device":
+        this.putDevice(tuple.owner, key, now);
+        break;
+      case "network":
+        if (key.leaf === "status") this.putNetwork(tuple.owner, key, (network) => (network.status = now));
+        break;
+      case "counter":
+        if (key.leaf === "value") this.putNetwork(tuple.owner, key, (network) => setOrDelete(network.counters, key.name, now));
+        break;
+      case "waiting":
+        setOrDelete(this.waiting, tuple.id, now);
+        break;
+      case "other":
+        break;
+    }
+  }
+
+  private putPoint(owner: number, key: KeyMeaning & { what: "point" }, now: Tuple | undefined): void {
+    this.withDevice(owner, key, (device) => {
+      const name = `${key.kind}.${key.point}`;
+      const known = device.points.get(name);
+      const point = known ?? new Point(device, key.kind, key.point);
+      setLeaf(point, key.leaf, now);
+      if (point.empty) device.points.delete(name);
+      else if (!known) device.points.set(name, point);
+      if (point.empty || !known) device.touch();
+    });
+  }
+
+  private putDevice(owner: number, key: KeyMeaning & { what: "device" }, now: Tuple | undefined): void {
+    this.withDevice(owner, key, (device) => {
+      if (key.leaf === "status") device.status = now;
+      else device.description = now;
+    });
+  }
+
+  private withDevice(owner: number, key: { prefix: string; network: string; device: string }, change: (device: Device) => void): void {
+    const path = `${owner}/${key.network}/${key.device}`;
+    const known = this.devices.get(path);
+    const device = known ?? new Device(owner, key.prefix, key.network, key.device);
+    change(device);
+    const empty = !device.status && !device.description && device.points.size === 0;
+    if (empty === !known) return;
+    this.structure++;
+    setOrDelete(this.devices, path, empty ? undefined : device);
+    this.putNetwork(owner, key, (network) => (network.devices += empty ? -1 : 1));
+  }
+
+  private putNetwork(owner: number, key: { prefix: string; network: string }, change: (network: Network) => void): void {
+    const path = `${owner}/${key.network}`;
+    const known = this.networks.get(path);
+    const network = known ?? new Network(owner, key.prefix, key.network);
+    change(network);
+    if (network.empty === !known) return;
+    this.structure++;
+    setOrDelete(this.networks, path, network.empty ? undefined : network);
+  }
+}
+
+function setLeaf(point: Point, leaf: Leaf, now: Tuple | undefined): void {
+  point[leaf] = now;
+}
+
+function setOrDelete<V>(map: Map<string, V>, key: string, value: V | undefined): void {
+  if (value === undefined) map.delete(key);
+  else map.set(key, value);
+}
+
+/** Members of JSON that came from outside: anything but the expected type counts as missing. */
+export function text(value: unknown): string {
+  return typeof value === "string" ? value : "";
+}
+
+export function number(value: unknown): number {
+  return typeof value === "number" && Number.isFinite(value) ? value : 0;
+}
+
+export function list(value: unknown): string[] {
+  return Array.isArray(value) ? value.filter((item): item is string => typeof item === "string") : [];
+}

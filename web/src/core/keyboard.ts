@@ -1,0 +1,59 @@
+/** One key or a sequence (`g d`) and what it does. */
+export interface Shortcut {
+  keys: string;
+  what: string;
+  run(): void;
+}
+
+const scopes: Shortcut[][] = [];
+let started = "";
+let stopSequence = 0;
+
+/** Adds shortcuts until the result is called; later ones go before earlier ones. */
+export function addShortcuts(shortcuts: Shortcut[]): () => void {
+  scopes.push(shortcuts);
+  return () => scopes.splice(scopes.indexOf(shortcuts), 1);
+}
+
+/** Those that are in force, for the list behind `?`. */
+export function shortcutsInForce(): Shortcut[] {
+  const seen = new Set<string>();
+  return [...scopes].reverse().flatMap((scope) => scope.filter(({ keys }) => !seen.has(keys) && seen.add(keys)));
+}
+
+/** Typing in a field is not a shortcut; Escape is one everywhere. */
+function typing(target: EventTarget | null): boolean {
+  if (!(target instanceof HTMLElement)) return false;
+  if (target instanceof HTMLInputElement) return !["checkbox", "radio", "button"].includes(target.type);
+  return target instanceof HTMLTextAreaElement || target instanceof HTMLSelectElement || target.isContentEditable;
+}
+
+function find(keys: string): Shortcut | undefined {
+  for (const scope of [...scopes].reverse()) {
+    const found = scope.find((shortcut) => shortcut.keys === keys);
+    if (found) return found;
+  }
+  return undefined;
+}
+
+function pressed(event: KeyboardEvent): void {
+  if (event.defaultPrevented || event.ctrlKey || event.metaKey || event.altKey) return;
+  if (typing(event.target) && event.key !== "Escape") return;
+  const native = event.target instanceof HTMLElement && event.target.closest("button, a, summary, input");
+  if (native && (event.key === "Enter" || event.key === " ")) return;
+  const keys = started ? `${started} ${event.key}` : event.key;
+  clearTimeout(stopSequence);
+  started = "";
+  const shortcut = find(keys) ?? find(event.key);
+  if (shortcut) {
+    event.preventDefault();
+    shortcut.run();
+  } else if (scopes.some((scope) => scope.some(({ keys: other }) => other.startsWith(`${event.key} `)))) {
+    started = event.key;
+    stopSequence = window.setTimeout(() => (started = ""), 1500);
+  }
+}
+
+export function startKeyboard(): void {
+  addEventListener("keydown", pressed);
+}

@@ -1,0 +1,61 @@
+import { signal } from "@preact/signals";
+
+/** An address within the page: `#/devices/6541/wsn-1/7?q=lamp`. */
+export interface Route {
+  view: string;
+  parts: string[];
+  query: Record<string, string>;
+}
+
+/** Members of the query that stay when the view changes. */
+const lasting = ["island"];
+
+export function parseRoute(hash: string): Route {
+  const [path = "", query = ""] = hash.replace(/^#?\/?/, "").split("?", 2);
+  const [view = "", ...parts] = path.split("/").map(decode);
+  return { view: view || "overview", parts: parts.filter((part) => part !== ""), query: Object.fromEntries(new URLSearchParams(query)) };
+}
+
+/** Parts are percent-encoded; empty members of the query are left out. */
+export function formatRoute(view: string, parts: string[] = [], query: Record<string, string> = {}): string {
+  const path = [view, ...parts].map(encodeURIComponent).join("/");
+  const members = new URLSearchParams(Object.entries(query).filter(([, value]) => value !== ""));
+  const tail = members.toString();
+  return `#/${path}${tail ? `?${tail}` : ""}`;
+}
+
+function decode(part: string): string {
+  try {
+    return decodeURIComponent(part);
+  } catch {
+    return part;
+  }
+}
+
+export const route = signal<Route>({ view: "overview", parts: [], query: {} });
+
+/** The address of a view, with what lasts of the present query. */
+export function hrefTo(view: string, parts: string[] = [], query: Record<string, string> = {}): string {
+  const kept = Object.fromEntries(Object.entries(route.value.query).filter(([name]) => lasting.includes(name)));
+  return formatRoute(view, parts, { ...kept, ...query });
+}
+
+export function go(view: string, parts: string[] = [], query: Record<string, string> = {}): void {
+  location.hash = hrefTo(view, parts, query);
+}
+
+/** Changes members of the query in place: filters and sorting make no steps of the history. */
+export function setQuery(changes: Record<string, string>): void {
+  const { view, parts, query } = route.value;
+  history.replaceState(null, "", formatRoute(view, parts, { ...query, ...changes }));
+  read();
+}
+
+function read(): void {
+  route.value = parseRoute(location.hash);
+}
+
+export function startRouter(): void {
+  addEventListener("hashchange", read);
+  read();
+}

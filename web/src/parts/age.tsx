@@ -1,0 +1,13 @@
+import { formatAge, formatFullTime } from "../core/format";
+import { second } from "../core/redraw";
+
+/** How long ago that was; the exact time as tooltip. Nothing for 0. */
+export function Age({ time }: { time: number }) {
+  void second.value;
+  if (time <= 0) return <span class="muted">–</span>;
+  return (
+    <time class="age" title={formatFullTime(time)}>
+      {formatAge(Date.now() / 1000 - time)}
+    </time>
+  );
+}

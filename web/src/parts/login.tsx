@@ -1,0 +1,37 @@
+import { useState } from "preact/hooks";
+import { login } from "../app";
+import { RestError } from "../core/rest";
+import { words } from "../words";
+
+/** Asks for the token; the server answers with a cookie that scripts cannot read. */
+export function Login() {
+  const [token, setToken] = useState("");
+  const [error, setError] = useState("");
+  const send = async (event: Event) => {
+    event.preventDefault();
+    setError("");
+    try {
+      await login(token.trim());
+    } catch (failure) {
+      setError(failure instanceof RestError ? failure.message : String(failure));
+    }
+  };
+  return (
+    <main class="login">
+      <form onSubmit={(event) => void send(event)}>
+        <h1>{words.product}</h1>
+        <p>{words.login.text}</p>
+        <label class="field">
+          <span>{words.login.field}</span>
+          <input type="password" autocomplete="current-password" required autofocus value={token} onInput={(event) => setToken(event.currentTarget.value)} />
+        </label>
+        <p role="alert" class="error">
+          {error}
+        </p>
+        <button type="submit" class="primary">
+          {words.login.button}
+        </button>
+      </form>
+    </main>
+  );
+}

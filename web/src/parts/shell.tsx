@@ -1,0 +1,190 @@
+import { signal } from "@preact/signals";
+import { useEffect, useRef } from "preact/hooks";
+import { activeView, chooseIsland, chosenIsland, islands, line, lostSince, mayBe, wokenSensors } from "../app";
+import { formatAge } from "../core/format";
+import { addShortcuts } from "../core/keyboard";
+import { frameNumber, second } from "../core/redraw";
+import { go, hrefTo, route } from "../core/router";
+import { type Theme, theme } from "../core/settings";
+import type { View } from "../views/views";
+import { words } from "../words";
+import { Icon } from "./icons";
+import { showHelp } from "./keyboard_help";
+import { Notices } from "./notices";
+import { phone } from "./screen";
+import { showSearch } from "./search";
+
+/** How many views the bar of a narrow screen has room for, beside `More`. */
+const barRoom = 4;
+const moreOpen = signal(false);
+
+function markOf(view: View): number {
+  void frameNumber.value;
+  return view.mark?.() ?? 0;
+}
+
+function Entry({ view, current }: { view: View; current: boolean }) {
+  const mark = markOf(view);
+  return (
+    <a href={hrefTo(view.id)} aria-current={current ? "page" : undefined} onClick={() => (moreOpen.value = false)}>
+      <Icon name={view.icon} />
+      <span>{view.title}</span>
+      {mark > 0 && <span class="mark">{mark > 99 ? "99+" : mark}</span>}
+    </a>
+  );
+}
+
+function Rail({ views, current }: { views: View[]; current: string }) {
+  const bar = phone.value ? views.slice(0, barRoom) : views;
+  const rest = phone.value ? views.slice(barRoom) : [];
+  return (
+    <nav class="rail" aria-label="Views">
+      {bar.map((view) => (
+        <Entry key={view.id} view={view} current={view.id === current} />
+      ))}
+      {rest.length > 0 && (
+        <button type="button" aria-expanded={moreOpen.value} onClick={() => (moreOpen.value = !moreOpen.value)}>
+          <Icon name="more" />
+          <span>{words.more}</span>
+        </button>
+      )}
+      {rest.length > 0 && moreOpen.value && (
+        <div class="sheet">
+          {rest.map((view) => (
+            <Entry key={view.id} view={view} current={view.id === current} />
+          ))}
+        </div>
+      )}
+    </nav>
+  );
+}
+
+function IslandChooser() {
+  return (
+    <select
+      class="islands"
+      aria-label={words.islands.label}
+      value={String(chosenIsland())}
+      onChange={(event) => chooseIsland(Number(event.currentTarget.value))}
+    >
+      <option value="0">{words.islands.all}</option>
+      {islands.value.map((island) => (
+        <option key={island.id} value={String(island.id)}>
+          {`${island.name || "island"} · ${island.id}`}
+        </option>
+      ))}
+    </select>
+  );
+}
+
+function LineState() {
+  const state = line.value;
+  void second.value;
+  const tone = state === "live" ? "good" : state === "lost" ? "bad" : "waiting";
+  const age = lostSince.value ? formatAge((Date.now() - lostSince.value) / 1000) : "";
+  const text = state === "lost" ? words.line.lostFor(age) : words.line[state];
+  return (
+    <span class={`line state tone-${tone}`} title={text}>
+      <span class="dot" aria-hidden="true" />
+      <span class="line-text">{text}</span>
+    </span>
+  );
+}
+
+function ActiveSwitch({ view }: { view: View }) {
+  const on = activeView.value === view.id;
+  const turn = () => (activeView.value = on ? "" : view.id);
+  useEffect(() => (view.wakes ? addShortcuts([{ keys: "a", what: words.keyboard.active, run: turn }]) : undefined), [view, on]);
+  if (!view.wakes || !mayBe("view")) return null;
+  return (
+    <button type="button" class="active-switch" role="switch" aria-checked={on} title={words.active.title} onClick={turn}>
+      <span class="knob" aria-hidden="true" />
+      {on ? words.active.active : words.active.passive}
+      {on && <span class="waking">{words.active.waking(wokenSensors.value)}</span>}
+    </button>
+  );
+}
+
+const themes: Theme[] = ["system", "light", "dark"];
+
+function ThemeButton() {
+  const next = themes[(themes.indexOf(theme.value) + 1) % themes.length] ?? "system";
+  const label = `${words.theme.label}: ${words.theme[theme.value]}`;
+  return (
+    <button type="button" class="plain" aria-label={label} title={label} onClick={() => (theme.value = next)}>
+      <Icon name="theme" />
+    </button>
+  );
+}
+
+export function Shell({ views }: { views: View[] }) {
+  const current = route.value;
+  const view = views.find(({ id }) => id === current.view) ?? views[0];
+  const main = useRef<HTMLElement>(null);
+  useShellKeys(views);
+  useEffect(() => {
+    if (view) document.title = `${view.title} – ${words.product}`;
+  }, [view]);
+  if (!view) return null;
+  return (
+    <div class={`shell line-${line.value}`}>
+      <button type="button" class="skip" onClick={() => main.current?.focus()}>
+        {words.skip}
+      </button>
+      <header class="top">
+        <a class="brand" href={hrefTo("overview")}>
+          {words.product}
+        </a>
+        <IslandChooser />
+        <button type="button" class="search-button" onClick={showSearch}>
+          <Icon name="search" size={16} />
+          <span>{words.search.label}</span>
+          <kbd>/</kbd>
+        </button>
+        <span class="space" />
+        <ActiveSwitch view={view} />
+        <LineState />
+        <ThemeButton />
+        <button type="button" class="plain" aria-label={words.keyboard.title} title={words.keyboard.title} onClick={showHelp}>
+          <Icon name="help" />
+        </button>
+      </header>
+      <Rail views={views} current={view.id} />
+      <main ref={main} tabIndex={-1}>
+        {view.show(current)}
+      </main>
+      <Notices />
+    </div>
+  );
+}
+
+function useShellKeys(views: View[]): void {
+  useEffect(
+    () =>
+      addShortcuts([
+        { keys: "/", what: words.keyboard.search, run: showSearch },
+        { keys: "?", what: words.keyboard.help, run: showHelp },
+        { keys: "Escape", what: words.keyboard.back, run: back },
+        { keys: "c", what: words.keyboard.command, run: focusControl },
+        ...views.map((view) => ({ keys: `g ${view.key}`, what: words.keyboard.goTo(view.title), run: () => go(view.id) })),
+      ]),
+    [views],
+  );
+}
+
+/** Leaves a field first, then the page of one thing for its list. */
+function back(): void {
+  const focused = document.activeElement;
+  if (focused instanceof HTMLElement && focused !== document.body && focused.matches("input, textarea, select, button, a")) {
+    focused.blur();
+    return;
+  }
+  const { view, parts } = route.value;
+  if (parts.length > 0) go(view);
+}
+
+function focusControl(): void {
+  const control = document.querySelector<HTMLElement>("main .control button, main .control input, main .control select, main .control textarea");
+  control?.focus();
+  control?.scrollIntoView({ block: "nearest" });
+}

@@ -1,0 +1,71 @@
+import type { ComponentChildren } from "preact";
+import type { Loading } from "../app";
+import type { Tone } from "../core/commands";
+import { words } from "../words";
+
+const tones: Record<string, Tone> = {
+  reachable: "good",
+  unreachable: "bad",
+  good: "good",
+  assumed: "waiting",
+  stored: "waiting",
+  stale: "waiting",
+  bad: "bad",
+  "device-offline": "bad",
+  "network-down": "bad",
+  up: "good",
+  connecting: "waiting",
+  ended: "neutral",
+  refused: "bad",
+  down: "bad",
+};
+
+export function toneOfWord(word: string): Tone {
+  return tones[word] ?? "neutral";
+}
+
+/** A state as dot and word: colour never stands alone. */
+export function State({ word, tone = toneOfWord(word), title }: { word: string; tone?: Tone; title?: string }) {
+  return (
+    <span class={`state tone-${tone}`} title={title}>
+      <span class="dot" aria-hidden="true" />
+      {word}
+    </span>
+  );
+}
+
+/** What stands where rows would be: why there are none, and what to do. */
+export function Empty({ title, children }: { title: string; children?: ComponentChildren }) {
+  return (
+    <div class="empty">
+      <p class="empty-title">{title}</p>
+      {children}
+    </div>
+  );
+}
+
+/** Loading, failed, empty, or the content: four different states. */
+export function Loaded({ state, empty, children }: { state: Loading; empty?: ComponentChildren; children: ComponentChildren }) {
+  if (typeof state === "object") {
+    return (
+      <Empty title={words.failed.title}>
+        <p>
+          {state.code}: {state.text}
+        </p>
+      </Empty>
+    );
+  }
+  if (empty && state === "loading") return <Skeleton />;
+  return <>{empty || children}</>;
+}
+
+/** Rows that are still on their way. */
+export function Skeleton({ rows = 8 }: { rows?: number }) {
+  return (
+    <div class="skeleton" role="status" aria-label={words.loading}>
+      {Array.from({ length: rows }, (_, index) => (
+        <div key={index} style={`width:${60 + ((index * 37) % 35)}%`} />
+      ))}
+    </div>
+  );
+}

@@ -1,0 +1,168 @@
+import type { ComponentChildren } from "preact";
+import { useMemo } from "preact/hooks";
+import { words } from "../words";
+import { phone, rowHeight } from "./screen";
+import { type ListProps, VirtualList } from "./virtual_list";
+
+export interface Column<T> {
+  id: string;
+  title: string;
+  /** A track of a CSS grid. */
+  width: string;
+  cell(row: T): ComponentChildren;
+  compare?(a: T, b: T): number;
+  /** Its content changes by itself: an order by it is frozen until asked again. */
+  live?: boolean;
+  numeric?: boolean;
+  /** Where it goes in a row of two lines; without, it is left out there. */
+  phone?: "dot" | "main" | "side" | "sub" | "end";
+}
+
+/** `name`, or `-name` for descending. */
+export interface Sorting {
+  by: string;
+  set(by: string): void;
+}
+
+export type TableRow<T> = { row: T } | { group: string; count: number };
+
+interface TableProps<T> extends Pick<ListProps, "label" | "place" | "active" | "onActive"> {
+  columns: Column<T>[];
+  rows: TableRow<T>[];
+  rowsVersion: unknown;
+  nameOf(row: T): string;
+  sorting?: Sorting;
+  marked?(row: T): boolean;
+  onOpen?(row: T): void;
+  /** The rows in the document, after scrolling has paused. */
+  onWindow?(rows: T[]): void;
+  /** More keys of the active row. */
+  keys?: Record<string, { what: string; run(row: T): void }>;
+}
+
+const groupHeight = 34;
+
+/** A table of fixed columns; on a narrow screen each row has two lines. */
+export function Table<T>(props: TableProps<T>) {
+  const { columns, rows, onOpen } = props;
+  const shown = phone.value ? columns.filter((column) => column.phone) : columns;
+  const grouped = rows.some((entry) => "group" in entry);
+  const height = rowHeight();
+  const heightsVersion = useMemo(() => ({}), [props.rowsVersion, height]);
+  const heightOf = (index: number) => ("group" in (rows[index] ?? {}) ? groupHeight : height);
+  const at = (call: ((row: T) => void) | undefined) => (index: number) => {
+    const entry = rows[index];
+    if (entry && "row" in entry) call?.(entry.row);
+  };
+  const open = at(onOpen);
+  const keys = Object.fromEntries(Object.entries(props.keys ?? {}).map(([key, { what, run }]) => [key, { what, run: at(run) }]));
+  const rowsIn = (first: number, end: number) => rows.slice(first, end).flatMap((entry) => ("row" in entry ? [entry.row] : []));
+  return (
+    <div class={`table${phone.value ? " two-lines" : ""}`} style={`--columns:${shown.map((column) => column.width).join(" ")}`}>
+      <VirtualList
+        role="grid"
+        label={props.label}
+        count={rows.length}
+        columns={shown.length}
+        heights={grouped ? heightOf : height}
+        heightsVersion={heightsVersion}
+        place={props.place}
+        active={props.active}
+        onActive={props.onActive}
+        onOpen={onOpen ? open : undefined}
+        onWindow={props.onWindow && ((first, end) => props.onWindow?.(rowsIn(first, end)))}
+        keys={keys}
+        head={<Head columns={shown} sorting={props.sorting} />}
+        row={(index, attributes) => {
+          const entry = rows[index];
+          if (!entry) return null;
+          const { active, ...rest } = attributes;
+          if ("group" in entry) {
+            return (
+              <div key={`group ${entry.group}`} role="row" aria-rowindex={index + 2} class={`row group${active ? " active" : ""}`} {...rest}>
+                <div role="gridcell" aria-colspan={shown.length}>
+                  {entry.group} <span class="count">{entry.count}</span>
+                </div>
+              </div>
+            );
+          }
+          const { row } = entry;
+          return (
+            <div
+              key={props.nameOf(row)}
+              role="row"
+              aria-rowindex={index + 2}
+              aria-selected={props.marked ? props.marked(row) : active}
+              class={`row${active ? " active" : ""}${props.marked?.(row) ? " marked" : ""}${onOpen ? " opens" : ""}`}
+              onClick={(event) => {
+                if (!(event.target as HTMLElement).closest("a, button, input, label")) open(index);
+              }}
+              {...rest}
+            >
+              {shown.map((column) => (
+                <div key={column.id} role="gridcell" class={`cell${column.numeric ? " numeric" : ""}${column.phone ? ` at-${column.phone}` : ""}`}>
+                  {column.cell(row)}
+                </div>
+              ))}
+            </div>
+          );
+        }}
+      />
+    </div>
+  );
+}
+
+function Head<T>({ columns, sorting }: { columns: Column<T>[]; sorting?: Sorting }) {
+  return (
+    <div role="rowgroup" class="list-head">
+      <div role="row" aria-rowindex={1} class="row">
+        {columns.map((column) => {
+          const direction = sorting?.by === column.id ? "ascending" : sorting?.by === `-${column.id}` ? "descending" : undefined;
+          return (
+            <div key={column.id} role="columnheader" aria-sort={direction} class={`cell${column.numeric ? " numeric" : ""}`}>
+              {sorting && column.compare ? (
+                <button type="button" tabIndex={-1} onClick={() => sorting.set(nextSorting(sorting.by, column.id))}>
+                  {column.title}
+                  <span aria-hidden="true" class="arrow">
+                    {direction === "ascending" ? "↑" : direction === "descending" ? "↓" : ""}
+                  </span>
+                </button>
+              ) : (
+                column.title
+              )}
+            </div>
+          );
+        })}
+      </div>
+    </div>
+  );
+}
+
+export function nextSorting(now: string, column: string): string {
+  return now === column ? `-${column}` : column;
+}
+
+/** Compares by the column that `sorting` names, then by `otherwise`. */
+export function compareBy<T>(columns: Column<T>[], by: string, otherwise: (a: T, b: T) => number): (a: T, b: T) => number {
+  const compare = columns.find((column) => column.id === by.replace(/^-/, ""))?.compare;
+  if (!compare) return otherwise;
+  const sign = by.startsWith("-") ? -1 : 1;
+  return (a, b) => sign * compare(a, b) || otherwise(a, b);
+}
+
+/** The choice of an order where there are no column heads: on a narrow screen and for the keyboard. */
+export function SortSelect<T>({ columns, sorting }: { columns: Column<T>[]; sorting: Sorting }) {
+  return (
+    <label class="field">
+      <span>{words.table.sort}</span>
+      <select value={sorting.by} onChange={(event) => sorting.set(event.currentTarget.value)}>
+        {columns
+          .filter((column) => column.compare)
+          .flatMap((column) => [
+            <option key={column.id} value={column.id}>{`${column.title} ↑`}</option>,
+            <option key={`-${column.id}`} value={`-${column.id}`}>{`${column.title} ↓`}</option>,
+          ])}
+      </select>
+    </label>
+  );
+}

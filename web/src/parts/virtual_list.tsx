@@ -1,0 +1,163 @@
+import type { ComponentChildren } from "preact";
+import { useEffect, useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
+import { addShortcuts } from "../core/keyboard";
+import { layoutOf, shownRows } from "../core/layout";
+
+export interface ListProps {
+  count: number;
+  /** Pixels of all rows, or of each. */
+  heights: number | ((index: number) => number);
+  /** Changes when the heights of rows changed. */
+  heightsVersion?: unknown;
+  row(index: number, attributes: RowAttributes): ComponentChildren;
+  label: string;
+  role: "grid" | "tree" | "listbox";
+  columns?: number;
+  head?: ComponentChildren;
+  /** The list keeps its place under this name when the user comes back. */
+  place?: string;
+  active?: number;
+  onActive?(index: number): void;
+  onOpen?(index: number): void;
+  /** The rows in the document, after scrolling has paused. */
+  onWindow?(first: number, end: number): void;
+  /** More keys of the active row. */
+  keys?: Record<string, { what: string; run(index: number): void }>;
+}
+
+export interface RowAttributes {
+  id: string;
+  style: string;
+  active: boolean;
+  onPointerDown(): void;
+}
+
+const places = new Map<string, { top: number; active: number }>();
+let lists = 0;
+
+/** A list of which only the visible rows exist in the document. Rows that do not exist are still counted. */
+export function VirtualList(props: ListProps) {
+  const { count, heights, place } = props;
+  const box = useRef<HTMLDivElement>(null);
+  const name = useMemo(() => `list${++lists}`, []);
+  const before = place ? places.get(place) : undefined;
+  const [view, setView] = useState({ top: before?.top ?? 0, height: 600 });
+  const [own, setOwn] = useState(before?.active ?? 0);
+  const active = Math.min(props.active ?? own, Math.max(count - 1, 0));
+  const layout = useMemo(() => layoutOf(count, heights), [count, typeof heights === "number" ? heights : null, props.heightsVersion]);
+
+  const headHeight = () => (box.current?.querySelector(".list-head") as HTMLElement | null)?.offsetHeight ?? 0;
+  const measure = () => {
+    const element = box.current;
+    if (element) setView({ top: element.scrollTop, height: element.clientHeight - headHeight() });
+  };
+  useLayoutEffect(() => {
+    const element = box.current;
+    if (!element) return undefined;
+    if (before) element.scrollTop = before.top;
+    const observer = new ResizeObserver(measure);
+    observer.observe(element);
+    measure();
+    return () => observer.disconnect();
+  }, []);
+  useEffect(() => {
+    if (place) places.set(place, { top: view.top, active });
+  }, [place, view.top, active]);
+
+  const show = (index: number) => {
+    const element = box.current;
+    if (!element) return;
+    const top = layout.scrollOf(layout.offset(index));
+    const bottom = top + layout.height(index);
+    if (top < element.scrollTop) element.scrollTop = top;
+    else if (bottom > element.scrollTop + view.height) element.scrollTop = bottom - view.height;
+  };
+  const move = (index: number) => {
+    const next = Math.max(0, Math.min(count - 1, index));
+    setOwn(next);
+    props.onActive?.(next);
+    show(next);
+  };
+  const page = Math.max(1, Math.floor(view.height / layout.height(0)) - 1);
+  const latest = useRef({ move, active, page, props });
+  latest.current = { move, active, page, props };
+  useListKeys(latest);
+
+  const shown = shownRows(layout, view.top, view.height);
+  useEffect(() => {
+    if (!props.onWindow) return undefined;
+    const timer = setTimeout(() => props.onWindow?.(shown.first, shown.end), 150);
+    return () => clearTimeout(timer);
+  }, [shown.first, shown.end, props.heightsVersion]);
+  const rows = [];
+  for (let index = shown.first; index < shown.end; index++) {
+    rows.push(
+      props.row(index, {
+        id: `${name}-${index}`,
+        style: `transform:translateY(${shown.shift + layout.offset(index)}px);height:${layout.height(index)}px`,
+        active: index === active,
+        onPointerDown: () => {
+          setOwn(index);
+          props.onActive?.(index);
+        },
+      }),
+    );
+  }
+  const grid = props.role === "grid" ? { "aria-rowcount": count + (props.head ? 1 : 0), "aria-colcount": props.columns } : {};
+  return (
+    <div
+      ref={box}
+      class="list"
+      role={props.role}
+      aria-label={props.label}
+      aria-activedescendant={active >= shown.first && active < shown.end ? `${name}-${active}` : undefined}
+      tabIndex={0}
+      onScroll={measure}
+      {...grid}
+    >
+      {props.head}
+      <div class="list-rows" role={props.role === "grid" ? "rowgroup" : "presentation"} style={`height:${layout.drawnTotal}px`}>
+        {rows}
+      </div>
+    </div>
+  );
+}
+
+interface Latest {
+  move(index: number): void;
+  active: number;
+  page: number;
+  props: ListProps;
+}
+
+/** The list that was drawn last gets the keys of rows, wherever the focus is. */
+function useListKeys(latest: { current: Latest }): void {
+  const own = Object.keys(latest.current.props.keys ?? {}).join();
+  useEffect(() => {
+    const step = (by: (now: Latest) => number) => () => latest.current.move(latest.current.active + by(latest.current));
+    const open = () => {
+      const { props, active } = latest.current;
+      if (active < props.count) props.onOpen?.(active);
+    };
+    const more = Object.entries(latest.current.props.keys ?? {}).map(([keys, { what }]) => ({
+      keys,
+      what,
+      run: () => {
+        const { props, active } = latest.current;
+        if (active < props.count) props.keys?.[keys]?.run(active);
+      },
+    }));
+    return addShortcuts([
+      { keys: "j", what: "next row", run: step(() => 1) },
+      { keys: "k", what: "row before", run: step(() => -1) },
+      { keys: "ArrowDown", what: "next row", run: step(() => 1) },
+      { keys: "ArrowUp", what: "row before", run: step(() => -1) },
+      { keys: "PageDown", what: "a page down", run: step((now) => now.page) },
+      { keys: "PageUp", what: "a page up", run: step((now) => -now.page) },
+      { keys: "Home", what: "first row", run: () => latest.current.move(0) },
+      { keys: "End", what: "last row", run: () => latest.current.move(latest.current.props.count - 1) },
+      ...(latest.current.props.onOpen ? [{ keys: "Enter", what: "open the row", run: open }] : []),
+      ...more,
+    ]);
+  }, [own]);
+}

@@ -1,0 +1,128 @@
+import type { ComponentChildren } from "preact";
+import { useMemo } from "preact/hooks";
+import { catalog, chosenIsland } from "../app";
+import type { Device } from "../core/catalog";
+import { typeWords } from "../core/format";
+import { hrefTo, setQuery } from "../core/router";
+import { compareNatural } from "../core/text";
+import { phone } from "../parts/screen";
+import { type Column, SortSelect } from "../parts/table";
+import { words } from "../words";
+
+const text = words.devices;
+export const qualities = ["good", "assumed", "stored", "stale", "unknown", "bad", "device-offline", "network-down"];
+
+export interface Filters {
+  search: string;
+  network: string;
+  type: string;
+  quality: string;
+  group: string;
+  sort: string;
+}
+
+export function readFilters(query: Record<string, string>): Filters {
+  const { q = "", network = "", type = "", quality = "", group = "", sort = "name" } = query;
+  return { search: q, network, type, quality, group, sort: sort || "name" };
+}
+
+interface Props {
+  filters: Filters;
+  columns: Column<Device>[];
+  shown: number;
+  outdated: number;
+  onUpdate(): void;
+  chosen: ReadonlySet<string>;
+  onClear(): void;
+}
+
+/** Filter, groups, order, and what is done with the chosen devices. */
+export function DeviceFilters({ filters, columns, shown, outdated, onUpdate, chosen, onClear }: Props) {
+  const choices = useMemo(() => choicesOf(chosenIsland()), [catalog.structure, chosenIsland()]);
+  const set = (name: string) => (value: string) => setQuery({ [name]: value });
+  return (
+    <div class="toolbar">
+      <h1>{text.title}</h1>
+      <input type="search" aria-label={words.table.filter} placeholder={words.table.filter} value={filters.search} onInput={(event) => setQuery({ q: event.currentTarget.value })} />
+      <Fold>
+        <Choice label={text.network} none={text.anyNetwork} value={filters.network} values={choices.networks} onChange={set("network")} />
+        <Choice label={text.type} none={text.anyType} value={filters.type} values={choices.types} name={typeWords} onChange={set("type")} />
+        <Choice label={text.quality} none={text.anyQuality} value={filters.quality} values={qualities} onChange={set("quality")} />
+        <Choice label={text.group} none={text.groups.none} value={filters.group} values={["network", "place", "type"]} name={groupName} onChange={set("group")} labelled />
+        {phone.value && <SortSelect columns={columns} sorting={{ by: filters.sort, set: set("sort") }} />}
+      </Fold>
+      <span class="count">{words.table.shown(shown, catalog.devices.size)}</span>
+      {outdated > 0 && (
+        <span class="outdated">
+          {words.table.outdated(outdated)}
+          <button type="button" onClick={onUpdate}>
+            {words.table.update}
+          </button>
+        </span>
+      )}
+      {chosen.size > 0 && (
+        <span class="chosen">
+          <a class="button primary" href={hrefTo("devices", ["compare"], { d: [...chosen].join(",") })}>
+            {text.compare(chosen.size)}
+          </a>
+          <button type="button" onClick={onClear}>
+            {text.unselect}
+          </button>
+        </span>
+      )}
+    </div>
+  );
+}
+
+/** Choices beside the search: folded on a narrow screen. */
+function Fold({ children }: { children: ComponentChildren }) {
+  if (!phone.value) return <>{children}</>;
+  return (
+    <details class="fold">
+      <summary>{words.table.more}</summary>
+      <div>{children}</div>
+    </details>
+  );
+}
+
+function groupName(group: string): string {
+  return text.groups[group as keyof typeof text.groups] ?? group;
+}
+
+function choicesOf(island: number): { networks: string[]; types: string[] } {
+  const networks = new Set<string>();
+  const types = new Set<string>();
+  for (const device of catalog.devices.values()) {
+    if (island && device.owner !== island) continue;
+    networks.add(device.network);
+    for (const point of device.points.values()) types.add(point.type);
+  }
+  return { networks: [...networks].sort(compareNatural), types: [...types].sort(compareNatural) };
+}
+
+interface ChoiceProps {
+  label: string;
+  none: string;
+  value: string;
+  values: string[];
+  name?(value: string): string;
+  onChange(value: string): void;
+  labelled?: boolean;
+}
+
+function Choice({ label, none, value, values, name = (own) => own, onChange, labelled }: ChoiceProps) {
+  return (
+    <label class="field">
+      <span class={labelled ? "" : "spoken"}>{label}</span>
+      <select value={value} onChange={(event) => onChange(event.currentTarget.value)}>
+        <option value="">{none}</option>
+        {values.map((own) => (
+          <option key={own} value={own}>
+            {name(own)}
+          </option>
+        ))}
+        {value && !values.includes(value) && <option value={value}>{name(value)}</option>}
+      </select>
+    </label>
+  );
+}

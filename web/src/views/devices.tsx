@@ -1,0 +1,145 @@
+import { useMemo, useState } from "preact/hooks";
+import { baseFeeds, catalog, chosenIsland, islands, islandsKnown, loadingOf, ownerPattern, useFeeds } from "../app";
+import type { Device } from "../core/catalog";
+import { useOrder } from "../core/hooks";
+import { useFrame } from "../core/redraw";
+import { go, type Route, setQuery } from "../core/router";
+import { pinnedDevices, togglePin } from "../core/settings";
+import { compareNatural, matches } from "../core/text";
+import { Empty, Loaded } from "../parts/state";
+import { compareBy, Table, type TableRow } from "../parts/table";
+import { words } from "../words";
+import { NoIsland } from "../parts/no_island";
+import { deviceColumns, groupOf, qualityOf } from "./device_columns";
+import { DeviceFilters, type Filters, readFilters } from "./device_filters";
+import type { View } from "./views";
+
+const text = words.devices;
+/** Up to so many devices, states and descriptions of all points come along; beyond, only those of the rows that are shown. */
+const fewDevices = 1000;
+
+function keeps(filters: Filters, island: number): (device: Device) => boolean {
+  const { search, network, type, quality } = filters;
+  return (device) => {
+    if (island && device.owner !== island) return false;
+    if (network && device.network !== network) return false;
+    if (type && !device.ordered.some((point) => point.type === type)) return false;
+    if (quality && qualityOf(device) !== quality) return false;
+    return search === "" || matches(search, `${device.name} ${device.id} ${device.network} ${device.model} ${device.area} ${device.owner}`);
+  };
+}
+
+function byName(a: Device, b: Device): number {
+  return compareNatural(a.name, b.name) || compareNatural(a.path, b.path);
+}
+
+/** Pinned devices first, then the groups in their order, each under its head. */
+function grouped(devices: Device[], group: string, pins: string[]): TableRow<Device>[] {
+  const pinned = pins.map((path) => devices.find((device) => device.path === path)).filter((device) => device !== undefined);
+  const groups = new Map<string, Device[]>();
+  if (pinned.length > 0) groups.set(text.pinned, pinned);
+  const isPinned = new Set(pinned);
+  for (const device of devices) {
+    if (isPinned.has(device)) continue;
+    const name = group ? groupOf(device, group) : text.title;
+    const members = groups.get(name);
+    if (members) members.push(device);
+    else groups.set(name, [device]);
+  }
+  if (!group && pinned.length === 0) return devices.map((row) => ({ row }));
+  const names = [...groups.keys()].sort((a, b) => Number(b === text.pinned) - Number(a === text.pinned) || compareNatural(a, b));
+  return names.flatMap((name) => {
+    const members = groups.get(name) ?? [];
+    return [{ group: name, count: members.length }, ...members.map((row) => ({ row }))];
+  });
+}
+
+/** All points' values; states and descriptions of as many as are needed. */
+function usePoints(filters: Filters, shown: Device[]) {
+  const owner = ownerPattern();
+  const live = filters.quality !== "" || /heard|quality/.test(filters.sort);
+  const all = catalog.devices.size <= fewDevices || live;
+  const states = all
+    ? [
+        { pattern: `${owner}:*.*.*.*.*.description`, min: 1000 },
+        { pattern: `${owner}:*.*.*.*.*.status`, min: 1000 },
+      ]
+    : shown.map((device) => ({ pattern: `${device.owner}:${device.prefix}.${device.network}.${device.id}.*.*.*`, min: 500 }));
+  useFeeds([{ pattern: `${owner}:*.*.*.*.*.value`, min: 100 }]);
+  useFeeds(states);
+}
+
+function DeviceList({ route }: { route: Route }) {
+  useFrame();
+  const filters = readFilters(route.query);
+  const island = chosenIsland();
+  const [chosen, setChosen] = useState<ReadonlySet<string>>(new Set());
+  const [window, setWindow] = useState<Device[]>([]);
+  usePoints(filters, window);
+  const toggle = (device: Device) => {
+    const next = new Set(chosen);
+    if (!next.delete(device.path)) next.add(device.path);
+    setChosen(next);
+  };
+  const columns = useMemo(() => deviceColumns(chosen, toggle), [chosen]);
+  const live = filters.quality !== "" || columns.some((column) => column.live && column.id === filters.sort.replace(/^-/, ""));
+  const spec = {
+    name: JSON.stringify([filters, island]),
+    keep: keeps(filters, island),
+    compare: compareBy(columns, filters.sort, byName),
+    live,
+  };
+  const order = useOrder(() => catalog.devices.values(), catalog.structure, spec);
+  const pins = pinnedDevices.value;
+  const rows = useMemo(() => grouped(order.rows, filters.group, pins), [order.rows, filters.group, pins]);
+  const state = loadingOf(baseFeeds);
+  if (islandsKnown.value && islands.value.length === 0 && catalog.devices.size === 0) return <NoIsland />;
+  return (
+    <section class="view">
+      <DeviceFilters filters={filters} columns={columns} shown={order.rows.length} outdated={order.outdated} onUpdate={order.refresh} chosen={chosen} onClear={() => setChosen(new Set())} />
+      <Loaded state={state} empty={rows.length === 0 && <NoDevices filtered={catalog.devices.size > 0} />}>
+        <Table
+          label={text.label}
+          columns={columns}
+          rows={rows}
+          rowsVersion={rows}
+          nameOf={(device) => device.path}
+          place={`devices ${spec.name}`}
+          sorting={{ by: filters.sort, set: (sort) => setQuery({ sort: sort === "name" ? "" : sort }) }}
+          marked={(device) => chosen.has(device.path)}
+          onOpen={(device) => go("devices", device.path.split("/"))}
+          onWindow={(devices) => setWindow(devices)}
+          keys={{
+            " ": { what: words.keyboard.pin, run: (device) => togglePin(pinnedDevices, device.path) },
+            x: { what: text.select, run: toggle },
+          }}
+        />
+      </Loaded>
+    </section>
+  );
+}
+
+function NoDevices({ filtered }: { filtered: boolean }) {
+  if (!filtered) {
+    return (
+      <Empty title={text.none}>
+        <p>{text.noneText(islands.value.length)}</p>
+      </Empty>
+    );
+  }
+  return (
+    <Empty title={text.filtered(catalog.devices.size)}>
+      <button type="button" onClick={() => setQuery({ q: "", network: "", type: "", quality: "" })}>
+        {words.table.clear}
+      </button>
+    </Empty>
+  );
+}
+
+export const devicesView: View = {
+  id: "devices",
+  title: text.title,
+  key: "d",
+  icon: "devices",
+  show: (route) => <DeviceList route={route} />,
+};

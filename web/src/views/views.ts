@@ -1,0 +1,20 @@
+import type { ComponentChild } from "preact";
+import type { Route } from "../core/router";
+import { devicesView } from "./devices";
+
+/** A view of the page: one file, one line in the list below. */
+export interface View {
+  /** The first part of its address: `#/devices`. */
+  id: string;
+  title: string;
+  /** `g` and this key go there. */
+  key: string;
+  icon: string;
+  /** It has sensors that the user may wake. */
+  wakes?: boolean;
+  /** A number at its name in the rail, for what needs the user. 0 shows none. */
+  mark?(): number;
+  show(route: Route): ComponentChild;
+}
+
+export const views: View[] = [devicesView];
