@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <array>
+#include <string>
 #include <utility>
 #include <vector>
 
+#include "base/host_port.h"
 #include "base/text.h"
 #include "transport/serial.h"
 
@@ -94,34 +96,36 @@ Result<Source> read_serial(const Part& rest) {
   return source;
 }
 
-bool is_host(std::string_view text, bool bracketed) {
-  constexpr std::string_view kOthers = "._-%";
+bool is_host(std::string_view text) {
+  constexpr std::string_view kOthers = "._-%:";  // colons came in brackets
   const auto good = [&](char c) {
     const bool word = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
-    return word || kOthers.find(c) != kOthers.npos || (bracketed && c == ':');
+    return word || kOthers.find(c) != kOthers.npos;
   };
   return !text.empty() && std::all_of(text.begin(), text.end(), good);
 }
 
+auto wrong_endpoint(const Part& part, std::size_t separator) {
+  if (separator == part.text.npos || part.text.ends_with(']')) return wrong(part, "HOST:PORT with a port");
+  const auto host = part.first(separator);
+  const auto with_any_port = base::parse_host_port(fmt::format("{}:1", host.text));
+  if (!with_any_port && host.text.find_first_of("[]:") != part.text.npos)
+    return wrong(part, "HOST:PORT, with an IPv6 address in brackets: `[::1]:9002`");
+  if (!with_any_port || !is_host(with_any_port->host)) return wrong(host, "a host name or address");
+  return wrong(part.from(separator + 1), "a port of 1 to 65535");
+}
+
 /// `HOST:PORT` or, where `comma` is allowed, `HOST,PORT`; IPv6 addresses in brackets.
 Result<Source> read_endpoint(const Part& part, Source::Kind kind, bool comma) {
-  const bool bracketed = part.text.starts_with('[');
-  const auto closing = bracketed ? part.text.find(']') : 0;
-  const auto separator = closing == part.text.npos ? closing : part.text.find_first_of(comma ? ":," : ":", closing);
-  const auto host = part.first(separator);
-  const bool whole = bracketed ? separator == closing + 1 && closing > 1 : separator != part.text.npos;
-  if (!whole) return wrong(part, "HOST:PORT with a port");
-  const auto name = bracketed ? host.text.substr(1, closing - 1) : host.text;
-  if (!is_host(name, bracketed)) return wrong(host, "a host name or address");
-  const auto digits = part.from(separator + 1);
-  if (digits.text.find(':') != digits.text.npos)
-    return wrong(part, "HOST:PORT, with an IPv6 address in brackets: `[::1]:9002`");
-  const auto port = base::parse_number<std::uint16_t>(digits.text);
-  if (!port || *port == 0) return wrong(digits, "a port of 1 to 65535");
+  const auto separator = part.text.find_last_of(comma ? ":," : ":");
+  std::string text(part.text);
+  if (separator != text.npos) text[separator] = ':';
+  auto endpoint = base::parse_host_port(text);
+  if (!endpoint || !is_host(endpoint->host)) return wrong_endpoint(part, separator);
   Source source;
   source.kind = kind;
-  source.host = name;
-  source.port = *port;
+  source.host = std::move(endpoint->host);
+  source.port = endpoint->port;
   return source;
 }
 
