@@ -228,6 +228,31 @@ TEST_P(NetworkContract, DevicesJoinBeforeTheySpeakAndReportOnlyWhatTheyJoinedWit
   EXPECT_GT(readings, 0u);
 }
 
+/// Discovery rules do not apply to a device that was not heard, unless its type discovers: the options must name it.
+TEST_P(NetworkContract, ADeviceThatWasNotHeardIsNamedByTheOptionsUnlessItsTypeDiscovers) {
+  auto network = running();
+  ASSERT_NE(network, nullptr);
+  model::Join known;  // as another version of the network announced it
+  known.capabilities.resize(1);
+  known.capabilities[0].point = {Kind::kSensor, types_.find("temperature")->id, "1"};
+  auto probed = devices();
+  probed.insert("4242");
+  for (const auto& device : probed) {
+    Message probe;
+    probe.source.island = IslandId{1};
+    probe.destination = {IslandId{1}, id_, device};
+    probe.body = model::Probe{known};
+    static_cast<void>(network->send(probe));
+  }
+  host_.time.run_for(30s);
+  const auto listed = network->listed().value_or(std::vector<network::ListedDevice>());
+  const auto is_listed = [&](const std::string& address) {
+    return std::any_of(listed.begin(), listed.end(), [&](const auto& one) { return one.address == address; });
+  };
+  for (const auto& [device, join] : host_.all<model::Join>())
+    EXPECT_TRUE(join.heard || GetParam().discovers || is_listed(device)) << device;
+}
+
 TEST_P(NetworkContract, ValuesFitTheirTypes) {
   auto network = running();
   ASSERT_NE(network, nullptr);

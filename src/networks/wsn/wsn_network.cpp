@@ -482,6 +482,7 @@ const network::NetworkType kType{
     .summary = "802.15.4 motes of TinyOS behind a sink, over a serial line or a serial forwarder",
     .sample_config = kSample,
     .make = network::make_network<WsnNetwork, read_wsn_options>,
+    .discovers = true,
     .probes = true,
 };
 
