@@ -153,7 +153,7 @@ TEST_F(AsioLoop, APostThatPostsForEverDoesNotStarveTimers) {
   SUCCEED();
 }
 
-TEST(AsioScheduler, PostsOfOtherThreadsThatNobodyRanDieWithIt) {
+TEST(AsioScheduler, PostsOfOtherThreadsThatDidNotRunDieWithIt) {
   const auto token = std::make_shared<int>(0);
   {
     Loop loop;

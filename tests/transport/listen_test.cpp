@@ -18,7 +18,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
-/// One end of a connection and all it was told.
+/// One end of a connection and all that it received.
 struct End {
   std::string heard;
   int connected = 0;
@@ -89,7 +89,7 @@ TEST_P(Listen, APortThatTheSystemChoseTakesConnectionsThatWorkBothWays) {
   ours().send("hello");
   client.send("back");
   ASSERT_TRUE(world->until([&] { return client.heard == "hello" && ours().heard == "back"; }));
-  EXPECT_EQ(ours().connected, 0) << "somebody else made the connection";
+  EXPECT_EQ(ours().connected, 0) << "the other end made the connection";
 }
 
 TEST_P(Listen, WhatIsSentInsideTheAcceptArrives) {
@@ -175,7 +175,7 @@ TEST_P(Listen, AHeldStreamPushesBackOnItsSenderAndLosesNothing) {
     taken += block.size();
     ASSERT_TRUE(world->until([] { return true; }));
   }
-  ASSERT_FALSE(sent) << "the sender was never told";
+  ASSERT_FALSE(sent) << "the sender got no error";
   EXPECT_EQ(sent.error().code, ErrorCode::kBusy);
   EXPECT_GT(client.stream->queued(), ByteStream::kMaxQueued - block.size());
   EXPECT_THAT(ours().heard, IsEmpty());
@@ -282,7 +282,7 @@ TEST(MachineListen, WithoutDescriptorsConnectionsWaitAndTheLoopDoesNotSpin) {
   EXPECT_THAT(server.failures, IsEmpty());
 }
 
-TEST(MachineListen, APortThatIsTakenAwayIsTold) {
+TEST(MachineListen, APortThatIsTakenAwayIsReported) {
   MachineWorld world;
   Listening server;
   ASSERT_TRUE(server.open(world.local, {"127.0.0.1", 0}));

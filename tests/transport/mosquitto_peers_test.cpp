@@ -139,7 +139,7 @@ TEST_F(OddPeers, RefusalsAreDistinguished) {
   EXPECT_THAT(away.text, HasSubstr("is not available"));
 }
 
-TEST_F(OddPeers, WhoSaysNothingIsGivenUp) {
+TEST_F(OddPeers, ASilentServerIsGivenUp) {
   Peer mute(world.loop, [](const auto&) { return std::pair(std::string(), false); });
   auto with = to(mute);
   with.connect_time = 300ms;

@@ -36,7 +36,7 @@ class Folder {
   std::filesystem::path path_;
 };
 
-/// One end of a line and all it was told.
+/// One end of a line and all that it received.
 struct SerialEnd {
   std::string heard;
   int connected = 0;
@@ -106,7 +106,7 @@ TEST_P(Serial, WhatIsSentBeforeTheLineIsThereWaitsForIt) {
   EXPECT_EQ(program.stream->queued(), 0u);
 }
 
-TEST_P(Serial, WhatTheDeviceSaidBeforeItWasOpenedIsNotHeard) {
+TEST_P(Serial, WhatTheDeviceSentBeforeItWasOpenedIsNotReceived) {
   ASSERT_TRUE(device.plug(transports(), path));
   ASSERT_TRUE(world->until([&] { return device.connected == 1; }));
   device.send("old");
@@ -118,7 +118,7 @@ TEST_P(Serial, WhatTheDeviceSaidBeforeItWasOpenedIsNotHeard) {
   EXPECT_EQ(program.heard, "new");
 }
 
-TEST_P(Serial, AnUnpluggedDeviceIsToldOnceAndNothingIsSentAfterIt) {
+TEST_P(Serial, AnUnpluggedDeviceIsReportedOnceAndNothingIsSentAfterIt) {
   connect();
   device.stream.reset();
   ASSERT_TRUE(world->until([&] { return !program.failures.empty(); }));
@@ -171,7 +171,7 @@ TEST_P(Serial, OnlyOneProgramHasALine) {
   EXPECT_TRUE(second.open(transports(), path));
 }
 
-TEST_P(Serial, BaudRatesThatNobodyKnowsAreRefusedAndTheOthersTaken) {
+TEST_P(Serial, UnknownBaudRatesAreRefusedAndTheOthersTaken) {
   ASSERT_TRUE(device.plug(transports(), path));
   for (const unsigned baud : {0u, 1u, 56700u, 115201u, 4294967295u}) {
     const auto refused = program.open(transports(), path, baud);
@@ -258,7 +258,7 @@ TEST(MachineSerial, ALineIsRawAndAsFastAsAsked) {
   const auto path = folder.path("sink");
   ASSERT_TRUE(device.plug(world.local, path));
   const int descriptor = ::open(path.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC);
-  ASSERT_GE(descriptor, 0) << "nobody is shut out of a pseudo-terminal for good";
+  ASSERT_GE(descriptor, 0) << "another program can open the pseudo-terminal";
   termios settings{};
   ASSERT_EQ(::tcgetattr(descriptor, &settings), 0);
   settings.c_cflag |= HUPCL;
@@ -276,7 +276,7 @@ TEST(MachineSerial, ALineIsRawAndAsFastAsAsked) {
   EXPECT_EQ(settings.c_oflag & OPOST, 0u);
 }
 
-TEST(MachineSerial, ADeviceThatNobodyListenedToForLongIsHeardOnceSomebodyOpensIt) {
+TEST(MachineSerial, ADeviceWithoutAReaderForLongIsReceivedOnceAProgramOpensIt) {
   Folder folder;
   MachineWorld world;
   SerialEnd device, program;
@@ -318,8 +318,9 @@ TEST(MachinePty, TheLinkIsThereAsLongAsTheDevice) {
   EXPECT_EQ(fs::read_symlink(path).string(), second) << "it is not ours any more";
 }
 
-/// A terminal that is no simulator's: whoever made the link before is gone, and the system gave its number away.
-TEST(MachinePty, ALinkToSomebodysTerminalIsReplaced) {
+/// A terminal that is no simulator's: the program that made the link before is gone, and the system gave its number
+/// away.
+TEST(MachinePty, ALinkToAnotherTerminalIsReplaced) {
   namespace fs = std::filesystem;
   Folder folder;
   MachineWorld world;
@@ -334,7 +335,7 @@ TEST(MachinePty, ALinkToSomebodysTerminalIsReplaced) {
 }
 
 /// A killed maker leaves its link, and the next one gets the same number of the system.
-TEST(MachinePty, ALinkToTheVeryTerminalThatIsOursNowIsNobodyElses) {
+TEST(MachinePty, ALinkToTheVeryTerminalThatIsOursNowIsOurs) {
   namespace fs = std::filesystem;
   Folder folder;
   MachineWorld world;

@@ -81,7 +81,7 @@ struct MemoryServer final : Server {
   std::unique_ptr<TcpStream> stream;
 };
 
-/// A client and all it was told.
+/// A client and all that it received.
 struct Client {
   std::string heard;
   int connected = 0;
@@ -146,7 +146,7 @@ TEST_P(Tcp, WhatIsSentBeforeTheConnectionIsThereWaitsForIt) {
   EXPECT_TRUE(world->until([&] { return server->heard == "early"; }));
 }
 
-TEST_P(Tcp, AStreamThatNobodyReadsRefusesMoreAndLosesNothing) {
+TEST_P(Tcp, AStreamWithoutAReaderRefusesMoreAndLosesNothing) {
   connect();
   server->read(false);
   const std::string block(16 * 1024, 'x');
@@ -162,7 +162,7 @@ TEST_P(Tcp, AStreamThatNobodyReadsRefusesMoreAndLosesNothing) {
   EXPECT_TRUE(client.stream->send(base::as_bytes(block)));
 }
 
-TEST_P(Tcp, TheOtherEndsCloseIsToldOnceAndNothingIsSentAfterIt) {
+TEST_P(Tcp, TheOtherEndsCloseIsReportedOnceAndNothingIsSentAfterIt) {
   connect();
   server->send("bye");
   server->hang_up();
@@ -175,7 +175,7 @@ TEST_P(Tcp, TheOtherEndsCloseIsToldOnceAndNothingIsSentAfterIt) {
   EXPECT_EQ(client.stream->send(base::as_bytes("x")).error().code, ErrorCode::kUnreachable);
 }
 
-TEST_P(Tcp, NobodyListening) {
+TEST_P(Tcp, AConnectionToAPortWithoutAListenerIsRefused) {
   const auto gone = server->at();
   server.reset();
   ASSERT_TRUE(client.open(transports(), gone));
@@ -236,7 +236,7 @@ TEST_P(Tcp, RefusesWhatIsNoEndpoint) {
 INSTANTIATE_TEST_SUITE_P(On, Tcp, ::testing::Bool(),
                          [](const auto& machine) { return std::string(machine.param ? "TheMachine" : "Memory"); });
 
-TEST(MachineTcp, AFullBacklogAnswersNobodyAndTheAttemptEnds) {
+TEST(MachineTcp, AFullBacklogAnswersNoClientAndTheAttemptEnds) {
   MachineWorld world;
   // Linux takes one connection more than the backlog, and lets those after it wait.
   tcp::acceptor full(world.loop.context(), tcp::v4());

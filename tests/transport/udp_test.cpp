@@ -105,7 +105,7 @@ TEST_P(Udp, ATakenPortIsRefusedUntilItsSocketIsGone) {
   EXPECT_TRUE(b.open(transports(), same));
 }
 
-TEST_P(Udp, NobodyAtTheOtherEndIsToldAndHarmless) {
+TEST_P(Udp, AnAbsentPeerIsReportedAndHarmless) {
   Listener a, b, c;
   ASSERT_TRUE(a.open(transports()));
   ASSERT_TRUE(b.open(transports()));
@@ -161,19 +161,19 @@ TEST_P(Udp, NamesAreLookedUpAndNumbersAreThemselves) {
   const auto name = transports().look_up("localhost", keep);
   ASSERT_TRUE(world->until([&] { return found.size() == 2; }));
   EXPECT_EQ(found[1].value().front(), "127.0.0.1") << "IPv4 first";
-  const auto nobody = transports().look_up("no-such-host.invalid", keep);
+  const auto unknown = transports().look_up("no-such-host.invalid", keep);
   ASSERT_TRUE(world->until([&] { return found.size() == 3; }));
   EXPECT_EQ(found[2].error().code, ErrorCode::kUnreachable);
   EXPECT_THAT(found[2].error().text, HasSubstr("no-such-host.invalid"));
 }
 
-TEST_P(Udp, AForgottenLookupSaysNothing) {
-  bool said = false;
-  transports().look_up("localhost", [&](const auto&) { said = true; }).reset();
+TEST_P(Udp, AForgottenLookupReportsNothing) {
+  bool reported = false;
+  transports().look_up("localhost", [&](const auto&) { reported = true; }).reset();
   std::vector<std::string> other;
   const auto kept = transports().look_up("localhost", [&](auto found) { other = found.value(); });
   EXPECT_TRUE(world->until([&] { return !other.empty(); }));
-  EXPECT_FALSE(said);
+  EXPECT_FALSE(reported);
 }
 
 /// A group is heard on the port it was sent to, by those who joined it.
@@ -184,7 +184,7 @@ UdpOptions in_group(std::uint16_t port, std::vector<std::string> groups = {"239.
   return options;
 }
 
-/// A port that nobody has.
+/// A port that no socket has.
 std::uint16_t free_port(Transports& transports) {
   Listener probe;
   EXPECT_TRUE(probe.open(transports));
@@ -286,12 +286,12 @@ TEST(MachineUdp, ASendThatMeetsTheErrorOfAnotherOneIsNoReasonToKeepItQuiet) {
   ASSERT_TRUE(a.open(world.local));
   ASSERT_TRUE(gone.open(world.local));
   ASSERT_TRUE(quiet.open(world.local));
-  const auto nobody = gone.at();
+  const auto closed = gone.at();
   gone.socket.reset();
-  ASSERT_TRUE(a.socket->send(nobody, base::as_bytes("x")));  // over loopback ICMP answers at once
+  ASSERT_TRUE(a.socket->send(closed, base::as_bytes("x")));  // over loopback ICMP answers at once
   ASSERT_TRUE(a.socket->send(quiet.at(), base::as_bytes("y")));
   ASSERT_TRUE(world.until([&] { return !a.undelivered.empty(); }));
-  EXPECT_THAT(a.undelivered[0].text, HasSubstr(to_string(nobody)));
+  EXPECT_THAT(a.undelivered[0].text, HasSubstr(to_string(closed)));
   EXPECT_THAT(a.failures, IsEmpty());
 }
 

@@ -69,7 +69,7 @@ TEST_F(ZigbeeEntities, Pitfall5_NamesMayHaveSlashesBlanksAndAnyCharacter) {
   EXPECT_EQ(readings(), 2U);
 }
 
-TEST_F(ZigbeeEntities, ANameWhoseTopicIsThatOfAnotherDeviceIsSaidAndItsCommandsAreRefused) {
+TEST_F(ZigbeeEntities, ANameWhoseTopicIsThatOfAnotherDeviceIsReportedAndItsCommandsAreRefused) {
   make();
   bridge_starts({plug("a"), thermometer("a/set"), button()});
   open();
@@ -380,7 +380,7 @@ TEST_F(ZigbeeEntities, WithoutAvailabilityADeviceThatIsSilentTooLongIsUnreachabl
   EXPECT_THAT(values(kThermometer, "temperature"), ElementsAre("20"));
 }
 
-TEST_F(ZigbeeEntities, NobodyIsBlamedForTheTimeWithoutABridge) {
+TEST_F(ZigbeeEntities, TheTimeWithoutABridgeCountsAgainstNoDevice) {
   start();
   online(false);
   host.time.run_for(48h);

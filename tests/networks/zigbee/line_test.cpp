@@ -53,7 +53,7 @@ TEST_F(LineOfTheBridge, IsDownWhileTheBridgeIsOfflineAndItsDevicesStay) {
   EXPECT_TRUE(command(2, kPlug, "switch", true));
 }
 
-TEST_F(LineOfTheBridge, SaysThatNoBridgeIsThere) {
+TEST_F(LineOfTheBridge, ReportsThatNoBridgeIsThere) {
   make();
   open();
   host.time.run_for(5s);
@@ -128,7 +128,7 @@ TEST_F(LineOfTheBridge, KeepsItsDevicesIfTheBrokerComesBackWithAnOlderList) {
   EXPECT_THAT(host.all<model::Leave>(), SizeIs(1)) << "a live list counts";
 }
 
-TEST_F(LineOfTheBridge, SaysThatTheBrokerHasNoListOfDevicesIfItDoesNotComeSoon) {
+TEST_F(LineOfTheBridge, ReportsThatTheBrokerHasNoListOfDevicesIfItDoesNotComeSoon) {
   make();
   online();
   open();
@@ -142,8 +142,8 @@ TEST_F(LineOfTheBridge, SaysThatTheBrokerHasNoListOfDevicesIfItDoesNotComeSoon) 
   EXPECT_EQ(state().reason, "");
 }
 
-/// mqtt.md, section 2, h: said once, tried again slowly.
-TEST_F(LineOfTheBridge, AWrongPasswordIsSaidOnceAndTriedAgainAfterHalfAMinute) {
+/// mqtt.md, section 2, h: one report, slow attempts.
+TEST_F(LineOfTheBridge, AWrongPasswordIsReportedOnceForEachAttemptAndTriedAgainAfterHalfAMinute) {
   broker.users = {{"rubicon", "right"}};
   host.files.put("/secret", Bytes{'w', 'r', 'o', 'n', 'g'});
   make(R"({"broker": {"host": "localhost", "user": "rubicon", "password-file": "/secret"}})");
@@ -153,10 +153,10 @@ TEST_F(LineOfTheBridge, AWrongPasswordIsSaidOnceAndTriedAgainAfterHalfAMinute) {
   EXPECT_EQ(state().counters.at("attempts"), 0U);
   EXPECT_GT(state().counters.at("next-attempt"), 0U);
   host.files.open_to_all("/secret");
-  const auto said = host.all<model::State>().size();
+  const auto reported = host.all<model::State>().size();
   host.time.run_for(65s);
   EXPECT_EQ(state().counters.at("attempts"), 2U);
-  EXPECT_LE(host.all<model::State>().size(), said + 2) << "one for each attempt";
+  EXPECT_LE(host.all<model::State>().size(), reported + 2) << "one for each attempt";
   EXPECT_THAT(host.failures, IsEmpty());
   for (const auto& [from, one] : host.all<model::State>()) EXPECT_THAT(one.reason, Not(HasSubstr("wrong")));
   EXPECT_EQ(std::ranges::count_if(

@@ -74,7 +74,7 @@ class ZigbeeReplay : public House {
 TEST_F(ZigbeeReplay, AtItsOwnSpeedSixteenDevicesJoinAndReportAndOneLeaves) {
   play(1);
   expect_the_end();
-  // Another client set a lamp: it is asked whether it obeyed, and nobody answers here.
+  // Another client set a lamp: the island asks it for its state, and no device answers here.
   EXPECT_THAT(gets("0x00124b0010000000"), Not(IsEmpty()));
   EXPECT_GT(readings(), 50U);
   for (const auto& message : host.delivered) {

@@ -13,7 +13,7 @@ class ZigbeeTools : public House {
  protected:
   ZigbeeTools() { start(); }
   json reply() const {
-    const auto all = told("zigbee.reply");
+    const auto all = to_tools("zigbee.reply");
     return all.empty() ? json() : all.back();
   }
 };
@@ -22,7 +22,7 @@ TEST_F(ZigbeeTools, PermitAsksTheBridgeAndShowsTheJoinsUntilItCloses) {
   ask({{"id", "a"}, {"do", "permit"}, {"seconds", 60}, {"via", "plug"}});
   EXPECT_EQ(requested("permit_join")["time"], 60);
   EXPECT_EQ(requested("permit_join")["device"], "0x00124b0010000002");
-  EXPECT_THAT(told("zigbee.reply"), IsEmpty()) << "not before the bridge answered";
+  EXPECT_THAT(to_tools("zigbee.reply"), IsEmpty()) << "not before the bridge answered";
   respond("permit_join", {{"time", 60}});
   EXPECT_EQ(reply()["ok"], true);
   EXPECT_EQ(reply()["id"], "a");
@@ -32,7 +32,7 @@ TEST_F(ZigbeeTools, PermitAsksTheBridgeAndShowsTheJoinsUntilItCloses) {
   say("bridge/event",
       {{"type", "device_interview"},
        {"data", {{"ieee_address", "0x00124b0010000009"}, {"friendly_name", "new"}, {"status", "failed"}}}});
-  auto events = told("zigbee.event");
+  auto events = to_tools("zigbee.event");
   ASSERT_THAT(events, SizeIs(2));
   EXPECT_EQ(events[0]["event"], "joined");
   EXPECT_EQ(events[0]["address"], "00124b0010000009");
@@ -40,21 +40,21 @@ TEST_F(ZigbeeTools, PermitAsksTheBridgeAndShowsTheJoinsUntilItCloses) {
   EXPECT_EQ(events[1]["event"], "failed");
   EXPECT_NE(events[1].value("why", ""), "");
   host.time.run_for(60s);
-  ASSERT_THAT(told("zigbee.event"), SizeIs(3));
-  EXPECT_EQ(told("zigbee.event").back()["event"], "closed");
+  ASSERT_THAT(to_tools("zigbee.event"), SizeIs(3));
+  EXPECT_EQ(to_tools("zigbee.event").back()["event"], "closed");
   say("bridge/event",
       {{"type", "device_announce"}, {"data", {{"ieee_address", "0x00124b0010000009"}, {"friendly_name", "new"}}}});
-  EXPECT_THAT(told("zigbee.event"), SizeIs(3));
+  EXPECT_THAT(to_tools("zigbee.event"), SizeIs(3));
 }
 
-TEST_F(ZigbeeTools, PermitClosesWhenSomebodyElseClosesIt) {
+TEST_F(ZigbeeTools, PermitClosesWhenAnotherClientClosesIt) {
   ask({{"id", "a"}, {"do", "permit"}, {"seconds", 254}});
   say("bridge/info", info("2.14.1", true), true);  // as recorded: before the response
   respond("permit_join", {{"time", 254}});
-  EXPECT_THAT(told("zigbee.event"), IsEmpty());
+  EXPECT_THAT(to_tools("zigbee.event"), IsEmpty());
   say("bridge/info", info("2.14.1", false), true);
-  ASSERT_THAT(told("zigbee.event"), SizeIs(1));
-  EXPECT_EQ(told("zigbee.event")[0]["event"], "closed");
+  ASSERT_THAT(to_tools("zigbee.event"), SizeIs(1));
+  EXPECT_EQ(to_tools("zigbee.event")[0]["event"], "closed");
 }
 
 TEST_F(ZigbeeTools, ThePermitOfOneToolTooManyIsRefusedBeforeItOpensTheNetwork) {
@@ -96,8 +96,8 @@ TEST_F(ZigbeeTools, PermitForNoTimeClosesForAll) {
   ask({{"id", "b"}, {"do", "permit"}, {"seconds", 0}});
   respond("permit_join", {{"time", 0}});
   EXPECT_EQ(reply()["id"], "b");
-  ASSERT_THAT(told("zigbee.event"), SizeIs(1));
-  EXPECT_EQ(told("zigbee.event")[0]["id"], "a");
+  ASSERT_THAT(to_tools("zigbee.event"), SizeIs(1));
+  EXPECT_EQ(to_tools("zigbee.event")[0]["id"], "a");
 }
 
 TEST_F(ZigbeeTools, DevicesAreListedWithTheirConditionInParts) {
@@ -224,7 +224,7 @@ TEST_F(ZigbeeTools, OptionsAreReadFromTheListAndTheConfiguration) {
   EXPECT_EQ(options[2]["name"], "retain");
 }
 
-TEST_F(ZigbeeTools, Pitfall18_SettingAnOptionSaysIfTheBridgeMustBeRestarted) {
+TEST_F(ZigbeeTools, Pitfall18_SettingAnOptionReportsIfTheBridgeMustBeRestarted) {
   ask({{"id", "o"}, {"do", "options"}, {"device", "plug"}, {"set", {{"transition", 3}}}});
   EXPECT_EQ(requested("device/options")["options"], json({{"transition", 3}}));
   respond("device/options", {{"from", json::object()}, {"to", {{"transition", 3}}}, {"restart_required", true}});
@@ -235,7 +235,7 @@ TEST_F(ZigbeeTools, Pitfall18_SettingAnOptionSaysIfTheBridgeMustBeRestarted) {
 TEST_F(ZigbeeTools, AMapIsMadeOnceAndReadInParts) {
   ask({{"id", "m"}, {"do", "map"}});
   host.time.run_for(60s);
-  EXPECT_THAT(told("zigbee.reply"), IsEmpty()) << "a map takes its time";
+  EXPECT_THAT(to_tools("zigbee.reply"), IsEmpty()) << "a map takes its time";
   auto nodes = json::array(), links = json::array();
   for (int i = 0; i < 100; ++i)
     nodes.push_back(json{{"ieeeAddr", fmt::format("0x00124b002{:07x}", i)}, {"friendlyName", "n"}, {"type", "Router"}});
@@ -272,20 +272,20 @@ TEST_F(ZigbeeTools, HealthHasTheBridgeAndItsLastReport) {
 TEST_F(ZigbeeTools, AnAnswerThatDoesNotComeIsAnAnswerToo) {
   ask({{"id", "x"}, {"do", "remove"}, {"device", "air"}});
   host.time.run_for(11s);
-  ASSERT_THAT(told("zigbee.reply"), SizeIs(1));
+  ASSERT_THAT(to_tools("zigbee.reply"), SizeIs(1));
   EXPECT_EQ(reply()["ok"], false);
   EXPECT_THAT(reply().value("why", ""), HasSubstr("10 s"));
   respond("device/remove", {{"id", "air"}});
-  EXPECT_THAT(told("zigbee.reply"), SizeIs(1)) << "too late";
+  EXPECT_THAT(to_tools("zigbee.reply"), SizeIs(1)) << "too late";
 }
 
 TEST_F(ZigbeeTools, AnswersToOtherClientsAreNotOurs) {
   ask({{"id", "x"}, {"do", "remove"}, {"device", "air"}});
   say("bridge/response/device/remove", {{"data", {{"id", "plug"}}}, {"status", "ok"}, {"transaction", "theirs"}});
   say("bridge/response/device/remove", {{"data", {{"id", "plug"}}}, {"status", "ok"}});
-  EXPECT_THAT(told("zigbee.reply"), IsEmpty());
+  EXPECT_THAT(to_tools("zigbee.reply"), IsEmpty());
   respond("device/remove", {{"id", "air"}});
-  EXPECT_THAT(told("zigbee.reply"), SizeIs(1));
+  EXPECT_THAT(to_tools("zigbee.reply"), SizeIs(1));
 }
 
 TEST_F(ZigbeeTools, RequestsThatWaitAreRefusedWhenTheBridgeGoes) {
@@ -293,11 +293,11 @@ TEST_F(ZigbeeTools, RequestsThatWaitAreRefusedWhenTheBridgeGoes) {
   ask({{"id", "p"}, {"do", "permit"}, {"seconds", 60}});
   respond("permit_join", {{"time", 60}});
   online(false);
-  const auto replies = told("zigbee.reply");
+  const auto replies = to_tools("zigbee.reply");
   ASSERT_THAT(replies, SizeIs(2));
   EXPECT_EQ(replies[1]["ok"], false);
   EXPECT_THAT(replies[1].value("why", ""), HasSubstr("offline"));
-  EXPECT_EQ(told("zigbee.event").back()["event"], "closed");
+  EXPECT_EQ(to_tools("zigbee.event").back()["event"], "closed");
   ask({{"id", "y"}, {"do", "health"}});
   EXPECT_EQ(reply()["id"], "y");
   EXPECT_EQ(reply()["ok"], false);
@@ -307,10 +307,10 @@ TEST_F(ZigbeeTools, RequestsThatWaitAreRefusedWhenTheBridgeGoes) {
 
 TEST_F(ZigbeeTools, TooManyRequestsAreRefused) {
   for (int i = 0; i < 70; ++i) ask({{"id", std::to_string(i)}, {"do", "health"}});
-  EXPECT_THAT(told("zigbee.reply"), SizeIs(6));
+  EXPECT_THAT(to_tools("zigbee.reply"), SizeIs(6));
   EXPECT_EQ(reply()["ok"], false);
   host.time.run_for(11s);
-  EXPECT_THAT(told("zigbee.reply"), SizeIs(70));
+  EXPECT_THAT(to_tools("zigbee.reply"), SizeIs(70));
 }
 
 TEST_F(ZigbeeTools, WhatIsNoRequestIsRefusedAtOnce) {
@@ -329,7 +329,7 @@ TEST_F(ZigbeeTools, WhatIsNoRequestIsRefusedAtOnce) {
   EXPECT_FALSE(send({}, model::Opaque{"knx.request", Bytes{'{', '}'}}));
 }
 
-TEST_F(ZigbeeTools, TheStateTellsTheBridgeAndTheSettingsToChange) {
+TEST_F(ZigbeeTools, TheStateHasTheBridgeAndTheSettingsToChange) {
   host.time.run_for(1s);
   const auto texts = state().texts;
   const auto bridge = json::parse(texts.at("bridge"));

@@ -139,7 +139,7 @@ class House : public ::testing::Test {
     return text;
   }
 
-  // -- what the network said
+  // -- what the network delivered
   std::vector<std::string> joins() const {
     std::vector<std::string> out;
     for (const auto& [device, join] : host.all<model::Join>()) out.push_back(device + " " + join.name);
@@ -211,7 +211,7 @@ class House : public ::testing::Test {
     host.time.run_for(10ms);
   }
   /// Messages to tools with this tag, in order.
-  std::vector<json> told(const std::string& tag) const {
+  std::vector<json> to_tools(const std::string& tag) const {
     std::vector<json> out;
     for (const auto& message : host.delivered) {
       const auto* opaque = std::get_if<model::Opaque>(&message.body);

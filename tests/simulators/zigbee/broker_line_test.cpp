@@ -51,7 +51,7 @@ TEST_F(BridgeOnBroker, TakesCommandsForNamesWithSlashes) {
   EXPECT_THAT(broker.published("zigbee2mqtt/hall/plug").back(), HasSubstr(R"("state":"OFF")"));
 }
 
-TEST_F(BridgeOnBroker, ADeviceWhoseNameLooksLikeACommandCommandsNobody) {
+TEST_F(BridgeOnBroker, ADeviceWhoseNameLooksLikeACommandCommandsNoOther) {
   EXPECT_TRUE(world.add(find_model("plug").value(), "hall/plug/set"));
   open();
   world.change(*world.find("hall/plug/set"), "state", "OFF");
@@ -89,7 +89,7 @@ TEST_F(BridgeOnBroker, ComesBackToABrokerWithoutMemoryWithItsStateOnly) {
   EXPECT_TRUE(line.connected());
   EXPECT_THAT(broker.retained(), ElementsAre(std::pair("zigbee2mqtt/bridge/state", R"({"state":"online"})")));
   EXPECT_EQ(std::ranges::count_if(words.lines, [](auto& one) { return one.find("refused") != one.npos; }), 1)
-      << "an error that lasts is said once";
+      << "an error that lasts is reported once";
 }
 
 TEST_F(BridgeOnBroker, WaitsForABrokerThatIsNotThereYet) {

@@ -92,7 +92,7 @@ TEST(DefinitionGenerator, TheOdditiesOfTheLibraryCome) {
        [](auto& leaf) { return leaf.value("property", "").find(" setting") != std::string::npos; }},
       {"a name of hundreds of bytes", [](auto& leaf) { return leaf.value("name", "").size() > 300; }},
       {"an endpoint", [](auto& leaf) { return leaf.contains("endpoint"); }},
-      {"a unit that nobody knows", [](auto& leaf) { return leaf.value("unit", "") == "furlong/fortnight"; }},
+      {"an unknown unit", [](auto& leaf) { return leaf.value("unit", "") == "furlong/fortnight"; }},
   };
   for (const auto& [name, fits] : oddities) EXPECT_TRUE(some_leaf(fits)) << name;
 }

@@ -31,7 +31,7 @@ class RecordedOrder : public SimulatedBridge {
     return all;
   }
   /// What a message is: its topic and the members of its payload.
-  static std::string form(const Said& one) {
+  static std::string form(const Published& one) {
     const auto payload = one.json();
     if (one.topic == "bridge/info") return one.topic;
     if (payload.is_array()) return one.topic + keys(payload.empty() ? Json::object() : payload.back());
@@ -39,21 +39,21 @@ class RecordedOrder : public SimulatedBridge {
     return one.topic + " " + payload["type"].get<std::string>() + keys(payload["data"]) + " " +
            payload["data"].value("status", "");
   }
-  static std::vector<std::string> forms(const std::vector<Said>& said) {
+  static std::vector<std::string> forms(const std::vector<Published>& published) {
     std::vector<std::string> all;
-    for (const auto& one : said) all.push_back(form(one));
+    for (const auto& one : published) all.push_back(form(one));
     return all;
   }
-  std::vector<Said> slice(std::size_t first, std::size_t last) const {
+  std::vector<Published> slice(std::size_t first, std::size_t last) const {
     return {recorded.begin() + static_cast<std::ptrdiff_t>(first) - 1,
             recorded.begin() + static_cast<std::ptrdiff_t>(last)};
   }
-  static std::vector<Said> only(const std::vector<Said>& said, std::string_view topic) {
-    std::vector<Said> all;
-    std::ranges::copy_if(said, std::back_inserter(all), [&](auto& one) { return one.topic == topic; });
+  static std::vector<Published> only(const std::vector<Published>& published, std::string_view topic) {
+    std::vector<Published> all;
+    std::ranges::copy_if(published, std::back_inserter(all), [&](auto& one) { return one.topic == topic; });
     return all;
   }
-  std::size_t first(const std::vector<Said>& in, std::string_view wanted) {
+  std::size_t first(const std::vector<Published>& in, std::string_view wanted) {
     const auto found = std::ranges::find_if(in, [&](auto& one) { return form(one).find(wanted) != std::string::npos; });
     return static_cast<std::size_t>(found - in.begin()) + 1;
   }
@@ -65,31 +65,31 @@ class RecordedOrder : public SimulatedBridge {
     time.run_for(3s);
   }
 
-  std::vector<Said> recorded;
+  std::vector<Published> recorded;
 };
 
 TEST_F(RecordedOrder, TheStart) {
   make();
   world->start();
   auto start = slice(1, 6);
-  EXPECT_EQ(forms(said), forms(start));
+  EXPECT_EQ(forms(published), forms(start));
 }
 
 TEST_F(RecordedOrder, AJoinUntilTheInterviewBegins) {
   join_a_lamp();
   // lines 8 to 15: info, response, availability, heard, twice the list, two events
-  said.resize(8);
-  EXPECT_EQ(forms(said), forms(slice(8, 15)));
+  published.resize(8);
+  EXPECT_EQ(forms(published), forms(slice(8, 15)));
 }
 
 TEST_F(RecordedOrder, TheInterviewIsHeardAsOftenAndEndsWithListAndEvent) {
   join_a_lamp();
-  const auto end = first(said, "successful"), recorded_end = first(recorded, "successful");
-  EXPECT_EQ(forms(only({said.begin(), said.begin() + static_cast<std::ptrdiff_t>(end)}, kLamp)),
+  const auto end = first(published, "successful"), recorded_end = first(recorded, "successful");
+  EXPECT_EQ(forms(only({published.begin(), published.begin() + static_cast<std::ptrdiff_t>(end)}, kLamp)),
             forms(only(slice(1, recorded_end), kLamp)));
-  EXPECT_EQ(form(said[end - 1]), form(recorded[recorded_end - 1]));
-  EXPECT_EQ(said[end - 2].topic, recorded[recorded_end - 2].topic) << "the list before its event";
-  const auto definition = said[end - 1].json()["data"]["definition"];
+  EXPECT_EQ(form(published[end - 1]), form(recorded[recorded_end - 1]));
+  EXPECT_EQ(published[end - 2].topic, recorded[recorded_end - 2].topic) << "the list before its event";
+  const auto definition = published[end - 1].json()["data"]["definition"];
   EXPECT_EQ(keys(definition), keys(recorded[recorded_end - 1].json()["data"]["definition"]));
 }
 
@@ -108,16 +108,16 @@ TEST_F(RecordedOrder, TheRecordOfAnInterviewedDevice) {
 
 TEST_F(RecordedOrder, ASet) {
   join_a_lamp();
-  said.clear();
+  published.clear();
   ask(std::string(kLamp) + "/set", R"({"state": "ON", "brightness": 40})");
   time.run_for(1s);
   const auto wanted = slice(413, 416);  // heard, echo, two reports
-  EXPECT_EQ(forms(said), forms(wanted));
-  const auto with_time_of = [](const std::vector<Said>& messages, std::size_t one, std::size_t other) {
+  EXPECT_EQ(forms(published), forms(wanted));
+  const auto with_time_of = [](const std::vector<Published>& messages, std::size_t one, std::size_t other) {
     return messages[one].json()["last_seen"] == messages[other].json()["last_seen"];
   };
   for (std::size_t i = 0; i + 1 < wanted.size(); ++i)
-    EXPECT_EQ(with_time_of(said, i, i + 1), with_time_of(wanted, i, i + 1)) << i;
+    EXPECT_EQ(with_time_of(published, i, i + 1), with_time_of(wanted, i, i + 1)) << i;
 }
 
 TEST_F(RecordedOrder, AReport) {
@@ -125,7 +125,7 @@ TEST_F(RecordedOrder, AReport) {
   auto& plug = add("plug", "0x00124b0010000002");
   start();
   world->change(plug, "power", 77);
-  EXPECT_EQ(forms(said), forms(slice(419, 419)));
+  EXPECT_EQ(forms(published), forms(slice(419, 419)));
 }
 
 TEST_F(RecordedOrder, ALeave) {
@@ -134,9 +134,9 @@ TEST_F(RecordedOrder, ALeave) {
   start();
   world->leave(address);
   const auto wanted = slice(433, 435);
-  ASSERT_EQ(said.size(), 3U);
-  for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(said[i].topic, wanted[i].topic);
-  EXPECT_EQ(form(said[2]), form(wanted[2]));
+  ASSERT_EQ(published.size(), 3U);
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(published[i].topic, wanted[i].topic);
+  EXPECT_EQ(form(published[2]), form(wanted[2]));
 }
 
 }  // namespace

@@ -14,7 +14,7 @@ class BridgeRequests : public SimulatedBridge {
  protected:
   /// The response to a request; null if there is none.
   Json response(const std::string& what, const Json& request) {
-    said.clear();
+    published.clear();
     ask("bridge/request/" + what, request.dump());
     const auto all = of("bridge/response/" + what);
     return all.empty() ? Json() : all.front();
@@ -50,9 +50,9 @@ TEST_F(BridgeRequests, JoiningEndsByItself) {
   time.run_for(61s);
   EXPECT_EQ(of("bridge/info").back()["permit_join"], false);
   world->join(find_model("plug").value());
-  said.clear();
+  published.clear();
   time.run_for(1min);
-  EXPECT_THAT(said, IsEmpty()) << "it waits until joining is permitted again";
+  EXPECT_THAT(published, IsEmpty()) << "it waits until joining is permitted again";
   EXPECT_THAT(error("permit_join", {{"time", 300}}), HasSubstr("254"));
   EXPECT_EQ(error("permit_join", {{"value", true}}), "Invalid payload");
   EXPECT_EQ(error("permit_join", {{"time", 9}, {"device", "x"}}), "Device 'x' does not exist");
@@ -66,8 +66,8 @@ TEST_F(BridgeRequests, ARenameMovesTheTopics) {
             Json::parse(R"({"from":"plug","to":"hall/plug","homeassistant_rename":false})"));
   EXPECT_THAT(topics(), ElementsAre("plug", "plug/availability", "hall/plug/availability", "bridge/devices",
                                     "hall/plug", "bridge/response/device/rename"));
-  EXPECT_TRUE(said[0].payload.empty() && said[0].retain);
-  EXPECT_TRUE(said[1].payload.empty() && said[1].retain);
+  EXPECT_TRUE(published[0].payload.empty() && published[0].retain);
+  EXPECT_TRUE(published[1].payload.empty() && published[1].retain);
   EXPECT_EQ(of("bridge/devices")[0][1]["friendly_name"], "hall/plug");
   add("lamp", "lamp");
   EXPECT_EQ(error("device/rename", {{"from", "lamp"}, {"to", "hall/plug"}}),
@@ -153,10 +153,10 @@ TEST_F(BridgeRequests, AFailedInterviewIsInTheListAndInAnEvent) {
   const auto record = of("bridge/devices").back()[1];
   EXPECT_EQ(record["interview_state"], "FAILED");
   EXPECT_FALSE(record.contains("definition"));
-  said.clear();
+  published.clear();
   ask(address + "/set", R"({"state":"ON"})");
   time.run_for(20s);
-  EXPECT_THAT(said, IsEmpty());
+  EXPECT_THAT(published, IsEmpty());
 }
 
 TEST_F(BridgeRequests, ManyJoinsPublishFourListsEach) {

@@ -16,7 +16,7 @@ namespace rubicon::zigbee_simulator {
 /// A world in virtual time and all that it publishes.
 class SimulatedBridge : public ::testing::Test {
  protected:
-  struct Said {
+  struct Published {
     std::string topic, payload;
     bool retain = false;
     nlohmann::json json() const { return nlohmann::json::parse(payload, nullptr, false); }
@@ -25,7 +25,7 @@ class SimulatedBridge : public ::testing::Test {
   void make(WorldOptions options = {}) {
     world = std::make_unique<World>(std::move(options), time, Log(words, "world"));
     world->publish = [this](transport::MqttPublication one) {
-      said.push_back({one.topic.substr(one.topic.find('/') + 1), one.payload, one.retain});
+      published.push_back({one.topic.substr(one.topic.find('/') + 1), one.payload, one.retain});
     };
   }
   RadioDevice& add(std::string_view model, std::string name) {
@@ -33,21 +33,21 @@ class SimulatedBridge : public ::testing::Test {
     EXPECT_TRUE(added) << added.error().text;
     return **added;
   }
-  /// Starts the world and forgets what it said of that.
+  /// Starts the world and forgets what it published of that.
   void start() {
     world->start();
     time.run_for(std::chrono::milliseconds(1));
-    said.clear();
+    published.clear();
   }
   void ask(const std::string& topic, std::string_view payload) { world->received("zigbee2mqtt/" + topic, payload); }
   std::vector<std::string> topics() const {
     std::vector<std::string> all;
-    for (const auto& one : said) all.push_back(one.topic);
+    for (const auto& one : published) all.push_back(one.topic);
     return all;
   }
   std::vector<nlohmann::json> of(std::string_view topic) const {
     std::vector<nlohmann::json> all;
-    for (const auto& one : said) {
+    for (const auto& one : published) {
       if (one.topic == topic) all.push_back(one.json());
     }
     return all;
@@ -62,7 +62,7 @@ class SimulatedBridge : public ::testing::Test {
   VirtualScheduler time;
   support::CollectingLog words;
   std::unique_ptr<World> world;
-  std::vector<Said> said;
+  std::vector<Published> published;
 };
 
 }  // namespace rubicon::zigbee_simulator

@@ -21,7 +21,7 @@ TEST_F(SimulatedBridge, StartsAsARealOne) {
   EXPECT_EQ(of("bridge/info")[0]["version"], "2.14.1");
   EXPECT_THAT(of("bridge/devices")[0], SizeIs(2));
   EXPECT_EQ(of("kitchen/lamp")[0]["last_seen"], "2025-12-31T23:00:00.000Z") << "an hour old: a start-up copy";
-  for (const auto& one : said) EXPECT_EQ(one.retain, one.topic != "kitchen/lamp") << one.topic;
+  for (const auto& one : published) EXPECT_EQ(one.retain, one.topic != "kitchen/lamp") << one.topic;
 }
 
 TEST_F(SimulatedBridge, EachModelOfTheListCanBeAdded) {
@@ -71,12 +71,12 @@ TEST_F(SimulatedBridge, ARefusedSetIsOnlyHeardAndASilentDeviceSaysNothing) {
   ask("lamp/set", R"({"state":"ON"})");
   time.run_for(1s);
   EXPECT_THAT(values("lamp", "state"), ElementsAre(R"("OFF")"));
-  said.clear();
+  published.clear();
   world->set_faults(lamp, {.silent = true});
   ask("lamp/set", R"({"state":"ON"})");
   ask("lamp/get", R"({"state":""})");
   time.run_for(30s);
-  EXPECT_THAT(said, IsEmpty());
+  EXPECT_THAT(published, IsEmpty());
   time.run_for(40s);
   EXPECT_THAT(of("lamp/availability"), ElementsAre(Json{{"state", "offline"}}));
   world->set_faults(lamp, {});
@@ -91,7 +91,7 @@ TEST_F(SimulatedBridge, TheEchoMayOvertakeTheMessageThatItWasHeard) {
   world->set_faults(plug, {.echo_first = true, .delay = 2s});
   ask("plug/set", R"({"state":"OFF"})");
   time.run_for(1s);
-  EXPECT_THAT(said, IsEmpty()) << "delayed";
+  EXPECT_THAT(published, IsEmpty()) << "delayed";
   time.run_for(2s);
   EXPECT_THAT(values("plug", "state"), ElementsAre(R"("OFF")", R"("OFF")", R"("OFF")"));
   EXPECT_EQ(of("plug")[0]["last_seen"], "2025-12-31T23:00:00.000Z");
@@ -105,7 +105,7 @@ TEST_F(SimulatedBridge, ASleepingDeviceTakesCommandsWhenItWakes) {
   ask("trv/set", R"({"occupied_heating_setpoint":23.5})");
   ask("trv/get", R"({"occupied_heating_setpoint":""})");
   time.run_for(60s);
-  EXPECT_THAT(said, IsEmpty());
+  EXPECT_THAT(published, IsEmpty());
   world->report(trv);
   time.run_for(1s);
   EXPECT_EQ(values("trv", "occupied_heating_setpoint").front(), "21");
@@ -122,10 +122,10 @@ TEST_F(SimulatedBridge, WhatABridgeCannotSendIsNotAnswered) {
   ask("lamp/set", R"({"colour":1})");
   ask("lamp/set", R"([1])");
   ask("cellar/set", R"({"temperature":21})");
-  ask("nobody/set", R"({"state":"ON"})");
+  ask("absent/set", R"({"state":"ON"})");
   ask("cellar/get", R"({"temperature":""})");
   time.run_for(20s);
-  EXPECT_THAT(said, IsEmpty());
+  EXPECT_THAT(published, IsEmpty());
   EXPECT_EQ(world->counters().rejected, 7U);
 }
 
@@ -245,9 +245,9 @@ TEST_F(SimulatedBridge, ReportsPeriodicallyAndStopsWithTheBridge) {
   EXPECT_THAT(of("plug"), SizeIs(::testing::AllOf(::testing::Ge(38U), ::testing::Le(42U)))) << "two clusters each";
   world->stop();
   EXPECT_EQ(of("bridge/state").back()["state"], "offline");
-  said.clear();
+  published.clear();
   time.run_for(10s);
-  EXPECT_THAT(said, IsEmpty());
+  EXPECT_THAT(published, IsEmpty());
 }
 
 TEST_F(SimulatedBridge, WhatANewDeviceDidNotReportMayBeNull) {
@@ -288,7 +288,7 @@ TEST_F(SimulatedBridge, LastSeenHasTheFormOfTheSetting) {
     options.last_seen = setting;
     make(options);
     add("plug", "plug");
-    said.clear();
+    published.clear();
     world->start();
     EXPECT_EQ(of("plug")[0].value("last_seen", Json("absent")), wanted);
   }
@@ -308,8 +308,8 @@ TEST_F(SimulatedBridge, GeneratedDevicesTakeSetsOverTheWholeGrammar) {
     world->report(*device);
   }
   time.run_for(1min);
-  EXPECT_GT(said.size(), 200U);
-  for (const auto& one : said) EXPECT_FALSE(one.json().is_discarded()) << one.payload;
+  EXPECT_GT(published.size(), 200U);
+  for (const auto& one : published) EXPECT_FALSE(one.json().is_discarded()) << one.payload;
 }
 
 }  // namespace

@@ -90,7 +90,7 @@ TEST_F(ZigbeeProgram, ComesBackAfterTheBrokerWasAway) {
   EXPECT_EQ(program->exit_code(), 0);
 }
 
-TEST_F(ZigbeeProgram, WaitsForABrokerAndSaysSoOnce) {
+TEST_F(ZigbeeProgram, WaitsForABrokerAndReportsItOnce) {
   start({"--generated", "20", "--seed", "4"});
   while (program->errors().empty()) std::this_thread::yield();
   start_broker();

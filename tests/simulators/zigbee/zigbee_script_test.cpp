@@ -24,7 +24,7 @@ TEST(ZigbeeScript, ReadsDevicesGroupsAndSteps) {
   const auto script = parse_script(
       "# a flat\n"
       "device lamp kitchen/ceiling%20lamp every 5s\n"
-      "at 2s set kitchen/ceiling%20lamp state ON   # somebody\n"
+      "at 2s set kitchen/ceiling%20lamp state ON   # another client\n"
       "device random x\n"
       "group 7 lamps x\n"
       "at 1s say bridge/devices [{\n"
@@ -53,11 +53,11 @@ TEST(ZigbeeScript, ValuesAreJsonOrWords) {
 TEST(ZigbeeScript, SaysWhichLineIsWrong) {
   for (const auto* wrong : {"device", "device toaster x", "device lamp", "device lamp x every",
                             "device lamp x every 0s", "group 0 a", "group a b", "dance", "at 1s set lamp state",
-                            "at 1s set nobody state ON", "at 1s fault lamp sulk", "at 1s join toaster", "at 1s burst 0",
+                            "at 1s set absent state ON", "at 1s fault lamp sulk", "at 1s join toaster", "at 1s burst 0",
                             "at 1s burst 5000", "at 1s stop 0s", "at 0s repeat", "at 1s delay lamp x"}) {
     EXPECT_THAT(error_of(std::string("device lamp lamp\n") + wrong), HasSubstr("line 2: ")) << wrong;
   }
-  EXPECT_THAT(error_of("group 1 lamps nobody"), HasSubstr("nobody"));
+  EXPECT_THAT(error_of("group 1 lamps absent"), HasSubstr("absent"));
   EXPECT_THAT(error_of("device lamp lamp\nat 1s fault lamp sulk"), HasSubstr("'at SPAN fault NAME FAULT'"));
   EXPECT_THAT(error_of("device toaster x"), HasSubstr("random, lamp, plug"));
 }

@@ -40,7 +40,9 @@ class SimulatorOnBroker : public ::testing::Test {
     ASSERT_TRUE(opened) << opened.error().text;
     time.run_for(100ms);
   }
-  std::vector<std::string> said(const std::string& topic) const { return broker.published("zigbee2mqtt/" + topic); }
+  std::vector<std::string> published(const std::string& topic) const {
+    return broker.published("zigbee2mqtt/" + topic);
+  }
 
   VirtualScheduler time;
   support::CollectingLog words;
@@ -55,18 +57,18 @@ TEST_F(SimulatorOnBroker, PlaysItsScript) {
       "at 1s set hall/lamp state ON\nat 2s action remote toggle\nat 3s unknown hall/lamp brightness\n"
       "at 4s rename hall/lamp lamp\nat 5s fault lamp ignore\nat 6s leave remote\nat 7s say bridge/devices [{\n");
   time.run_for(1s);
-  EXPECT_THAT(said("hall/lamp").back(), HasSubstr(R"("state":"ON")"));
+  EXPECT_THAT(published("hall/lamp").back(), HasSubstr(R"("state":"ON")"));
   time.run_for(1s);
-  EXPECT_THAT(said("remote").back(), HasSubstr(R"("action":"toggle")"));
+  EXPECT_THAT(published("remote").back(), HasSubstr(R"("action":"toggle")"));
   time.run_for(1s);
-  EXPECT_THAT(said("hall/lamp").back(), HasSubstr(R"("brightness":null)"));
+  EXPECT_THAT(published("hall/lamp").back(), HasSubstr(R"("brightness":null)"));
   time.run_for(1s);
-  EXPECT_EQ(said("hall/lamp").back(), "");
+  EXPECT_EQ(published("hall/lamp").back(), "");
   time.run_for(2s);
   EXPECT_TRUE(simulator->world().find("lamp")->faults.ignores);
-  EXPECT_THAT(said("bridge/event").back(), HasSubstr("device_leave"));
+  EXPECT_THAT(published("bridge/event").back(), HasSubstr("device_leave"));
   time.run_for(1s);
-  EXPECT_EQ(said("bridge/devices").back(), "[{");
+  EXPECT_EQ(published("bridge/devices").back(), "[{");
 }
 
 TEST_F(SimulatorOnBroker, RepeatsAndNamesWhatIsGone) {
@@ -81,11 +83,11 @@ TEST_F(SimulatorOnBroker, ABridgeThatStopsComesBackWithCopiesOfOldStates) {
   run("device plug plug\nat 1s stop 10s\n");
   time.run_for(1s);
   EXPECT_EQ(broker.retained("zigbee2mqtt/bridge/state"), R"({"state":"offline"})");
-  const auto states = said("plug");
+  const auto states = published("plug");
   ASSERT_THAT(states, SizeIs(1));
   time.run_for(10s);
   EXPECT_EQ(broker.retained("zigbee2mqtt/bridge/state"), R"({"state":"online"})");
-  EXPECT_THAT(said("plug"), ElementsAre(states[0], states[0]));
+  EXPECT_THAT(published("plug"), ElementsAre(states[0], states[0]));
 }
 
 TEST_F(SimulatorOnBroker, ABurstJoinsWhileJoiningIsPermitted) {
@@ -94,7 +96,7 @@ TEST_F(SimulatorOnBroker, ABurstJoinsWhileJoiningIsPermitted) {
   EXPECT_THAT(simulator->world().devices(), SizeIs(20));
 }
 
-TEST_F(SimulatorOnBroker, HasAsManyDevicesAsItIsTold) {
+TEST_F(SimulatorOnBroker, HasAsManyDevicesAsItsOptionsRequire) {
   SimulatorOptions options;
   options.devices = 30;
   options.generated = 10;
@@ -103,7 +105,7 @@ TEST_F(SimulatorOnBroker, HasAsManyDevicesAsItIsTold) {
   time.run_for(5s);
   EXPECT_THAT(simulator->world().devices(), SizeIs(40));
   EXPECT_NE(simulator->world().find("plug 2"), nullptr);
-  EXPECT_GT(said("plug 2").size(), 4U);
+  EXPECT_GT(published("plug 2").size(), 4U);
 }
 
 TEST_F(SimulatorOnBroker, ABaseMayHaveSlashes) {
@@ -172,10 +174,10 @@ TEST_F(ReplayOnBroker, KeepsTheTimesOfTheTrace) {
   replay(2);
   time.run_for(1900ms);
   EXPECT_TRUE(broker.retained("zigbee2mqtt/bridge/state").has_value());
-  EXPECT_THAT(said("a"), IsEmpty());
+  EXPECT_THAT(published("a"), IsEmpty());
   EXPECT_THAT(ends, IsEmpty());
   time.run_for(200ms);
-  EXPECT_THAT(said("a"), ElementsAre(""));
+  EXPECT_THAT(published("a"), ElementsAre(""));
   ASSERT_THAT(ends, SizeIs(1));
   EXPECT_TRUE(ends[0]);
 }
@@ -183,7 +185,7 @@ TEST_F(ReplayOnBroker, KeepsTheTimesOfTheTrace) {
 TEST_F(ReplayOnBroker, OrPublishesAtOnce) {
   replay(0);
   time.run_for(10ms);
-  EXPECT_THAT(said("a"), SizeIs(1));
+  EXPECT_THAT(published("a"), SizeIs(1));
 }
 
 TEST_F(ReplayOnBroker, EndsWithAnErrorIfTheBrokerIsLost) {
@@ -207,7 +209,7 @@ TEST_F(ReplayOnBroker, OfTheRecordedTraceLeavesSixteenJoinsAndABridgeThatIsOffli
   time.run_for(3s);
   ASSERT_THAT(ends, SizeIs(1));
   EXPECT_EQ(broker.retained("zigbee2mqtt/bridge/state"), R"({"state":"offline"})");
-  const auto events = said("bridge/event");
+  const auto events = published("bridge/event");
   const auto count = [&](const char* part) {
     return std::ranges::count_if(events, [&](auto& one) { return one.find(part) != one.npos; });
   };

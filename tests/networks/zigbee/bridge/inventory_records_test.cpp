@@ -73,7 +73,7 @@ TEST(InventoryRecords, ANewDefinitionIsAChange) {
   EXPECT_EQ(seen.inventory.find(test_address(1))->leaves.at(0).name, "temperature");
 }
 
-TEST(InventoryRecords, ARecordThatCannotBeReadKeepsTheDeviceAndIsSaidOnce) {
+TEST(InventoryRecords, ARecordThatCannotBeReadKeepsTheDeviceAndIsReportedOnce) {
   ObservedInventory seen;
   const TestRecord plug{2, "plug"};
   seen.list(list_of({{1, "lamp"}, plug}));

@@ -96,7 +96,7 @@ TEST(Topics, TwoDevicesMayExchangeTheirNames) {
   EXPECT_EQ(meaning(topics, "z/b"), "unknown");
 }
 
-TEST(Topics, ADeviceThatIsNamedLikeTheAvailabilityOfAnotherIsToldByThePayload) {
+TEST(Topics, ADeviceThatIsNamedLikeTheAvailabilityOfAnotherIsRecognizedByThePayload) {
   Topics topics("z");
   topics.put("1", "a");
   topics.put("2", "a/availability");

@@ -427,7 +427,7 @@ TEST_F(CommandsTest, ManyEventsAreRefusedBeyondTheBound) {
   EXPECT_FALSE(commands.add(event, false, {}));
 }
 
-TEST_F(CommandsTest, ACommandOfSomebodyElseIsShownWhenTheDeviceConfirmsIt) {
+TEST_F(CommandsTest, ACommandOfAnotherClientIsShownWhenTheDeviceConfirmsIt) {
   start_plug();
   report(R"("state":"OFF","power":0)");
   echo(R"("state":"ON","power":0)");  // its echo, or that of its group
@@ -439,7 +439,7 @@ TEST_F(CommandsTest, ACommandOfSomebodyElseIsShownWhenTheDeviceConfirmsIt) {
   EXPECT_EQ(readings(), (Values{{"state", "on"}}));
 }
 
-TEST_F(CommandsTest, ACommandOfSomebodyElseThatTheDeviceIgnoresIsNotShown) {
+TEST_F(CommandsTest, ACommandOfAnotherClientThatTheDeviceIgnoresIsNotShown) {
   start_plug();
   echo(R"("state":"ON","power":0)");
   run(milliseconds(300));
@@ -448,7 +448,7 @@ TEST_F(CommandsTest, ACommandOfSomebodyElseThatTheDeviceIgnoresIsNotShown) {
   EXPECT_EQ(readings(), (Values{{"state", "off"}}));
 }
 
-TEST_F(CommandsTest, ACommandOfSomebodyElseToADeviceThatCannotBeAskedIsShown) {
+TEST_F(CommandsTest, ACommandOfAnotherClientToADeviceThatCannotBeAskedIsShown) {
   start(record_of(definitions::kFan));
   report(R"("state":"OFF","power":0)");
   forget();
