@@ -31,6 +31,7 @@ const std::map<std::string, Names> kFolderEdges{
     {"config", {"recording", "tuples"}},
     {"recorder", {"config", "recording", "transport", "tuples"}},
     {"history", {"config", "recording", "sqlite", "transport", "tuples"}},
+    {"web", {}},
     {"console", {"transport", "tuples"}},
     {"island", {"config", "recorder", "transport", "tuples", "network", "networks", "gateway", "state", "proxy"}},
     {"apps/program", {}},
