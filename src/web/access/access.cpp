@@ -1,0 +1,133 @@
+#include "web/access/access.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <tuple>
+
+#include "base/text.h"
+#include "model/json_members.h"
+#include "web/error_response.h"
+
+namespace rubicon::web::access {
+
+namespace {
+
+constexpr std::string_view kBearer = "bearer ";
+
+bool changes_something(const Request& request) {
+  return request.method != "GET" && request.method != "HEAD" && request.method != "OPTIONS";
+}
+
+bool starts_with_word(std::string_view text, std::string_view lower) {
+  return text.size() >= lower.size() && std::equal(lower.begin(), lower.end(), text.begin(), [](char a, char b) {
+           return a == (b >= 'A' && b <= 'Z' ? static_cast<char>(b - 'A' + 'a') : b);
+         });
+}
+
+}  // namespace
+
+Result<Caller> Access::by_token(std::string_view token, const std::string& peer) {
+  const auto now = scheduler_.now();
+  if (!attempts_.may_try(peer, now))
+    return fail(ErrorCode::kBusy, "too many wrong tokens from this address; wait a minute");
+  const auto digest = sha256(token);
+  const Token* found = nullptr;
+  for (const auto& known : tokens_) {  // all of them: the time does not tell which
+    if (same(known.hash, digest)) found = &known;
+  }
+  if (found) return Caller{found->name, found->role, peer};
+  attempts_.failed(peer, now);
+  return fail(ErrorCode::kRefused, "no such token");
+}
+
+std::optional<Response> Access::admit(Request& request, bool secure) {
+  if (!rules_.origins.is_own_host(request.header("host")))
+    return error_response(403, ErrorCode::kRefused,
+                          "Host is neither an IP address, nor localhost, nor one of `hosts` in the configuration");
+  if (auto refused = check_origin(request, secure)) return refused;
+  return name_caller(request);
+}
+
+std::optional<Response> Access::check_origin(const Request& request, bool secure) const {
+  const auto origin = request.header("origin");
+  const bool matters = changes_something(request) || !request.header("upgrade").empty();
+  if (!matters || origin.empty()) return std::nullopt;
+  if (rules_.origins.is_own_origin(origin, request.header("host"), secure)) return std::nullopt;
+  return error_response(403, ErrorCode::kRefused,
+                        "Origin is not this server's; `origins` in the configuration lists others");
+}
+
+std::optional<Response> Access::name_caller(Request& request) {
+  const auto peer = request.caller.peer;
+  if (!rules_.needs_token) {
+    request.caller = {"local", Role::kAdmin, peer};
+    return std::nullopt;
+  }
+  request.caller = {"", Role::kNone, peer};
+  if (const auto field = request.header("authorization"); starts_with_word(field, kBearer)) {
+    auto caller = by_token(base::trimmed(field.substr(kBearer.size())), peer);
+    if (!caller) return refusal_of(caller.error());
+    request.caller = std::move(*caller);
+    return std::nullopt;
+  }
+  const auto name = sessions_.find(cookie_of(request), scheduler_.now());
+  if (const auto* token = name ? find(*name) : nullptr) request.caller = {token->name, token->role, peer};
+  return std::nullopt;
+}
+
+Response Access::session(const Request& request, bool secure) {
+  if (request.method == "POST") return log_in(request, secure);
+  if (request.method != "DELETE") {
+    auto response = error_response(405, ErrorCode::kUnsupported, "expected POST or DELETE");
+    response.headers = {{"Allow", "POST, DELETE"}};
+    return response;
+  }
+  sessions_.close(cookie_of(request));
+  return {.status = 204, .headers = {{"Set-Cookie", cookie_text("", secure) + "; Max-Age=0"}}};
+}
+
+Response Access::log_in(const Request& request, bool secure) {
+  Response response{.content_type = "application/json"};
+  auto caller = Result<Caller>(request.caller);
+  if (rules_.needs_token) {
+    caller = by_token(model::text_of(model::object_of(request.body), "token"), request.caller.peer);
+    if (!caller) return refusal_of(caller.error());
+    sessions_.close(cookie_of(request));  // the browser forgets it now
+    const auto secret = sessions_.open(caller->name, scheduler_.now());
+    response.headers.emplace_back("Set-Cookie", cookie_text(secret, secure));
+  }
+  response.body = model::dump({{"caller", {{"name", caller->name}, {"role", to_string(caller->role)}}}});
+  return response;
+}
+
+std::string Access::cookie_of(const Request& request) const {
+  auto text = request.header("cookie");
+  while (!text.empty()) {
+    const auto end = std::min(text.find(';'), text.size());
+    const auto pair = base::trimmed(text.substr(0, end));
+    text.remove_prefix(std::min(end + 1, text.size()));
+    const auto equals = pair.find('=');
+    if (equals != pair.npos && pair.substr(0, equals) == rules_.cookie) return std::string(pair.substr(equals + 1));
+  }
+  return {};
+}
+
+std::string Access::cookie_text(std::string_view secret, bool secure) const {
+  return fmt::format("{}={}; HttpOnly; SameSite=Strict; Path=/{}", rules_.cookie, secret, secure ? "; Secure" : "");
+}
+
+Fields Access::origin_fields(const Request& request) const {
+  if (rules_.origins.origins.empty()) return {};
+  const auto origin = request.header("origin");
+  if (!rules_.origins.is_listed(origin)) return {{"Vary", "Origin"}};
+  return {{"Vary", "Origin"}, {"Access-Control-Allow-Origin", std::string(origin)}};
+}
+
+const Token* Access::find(std::string_view name) const {
+  const auto found = std::find_if(tokens_.begin(), tokens_.end(), [name](const auto& one) { return one.name == name; });
+  return found == tokens_.end() ? nullptr : &*found;
+}
+
+}  // namespace rubicon::web::access

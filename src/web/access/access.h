@@ -1,0 +1,58 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/scheduler.h"
+#include "rubicon/result.hpp"
+#include "web/access/attempts.h"
+#include "web/access/origin_rules.h"
+#include "web/access/sessions.h"
+#include "web/access/token_file.h"
+#include "web/exchange.h"
+
+namespace rubicon::web::access {
+
+struct AccessRules {
+  bool needs_token = false;
+  OriginRules origins;
+  std::string cookie = "rubicon";  ///< name of the cookie; browsers send cookies of a host to all its ports
+};
+
+/// Decides who sent a request. The scheduler must outlive it.
+class Access {
+ public:
+  Access(Scheduler& scheduler, AccessRules rules) : scheduler_(scheduler), rules_(std::move(rules)) {}
+
+  const AccessRules& rules() const { return rules_; }
+  void change(AccessRules rules) { rules_ = std::move(rules); }
+  /// The tokens from now on. Sessions of names that are no longer there end.
+  void take(std::vector<Token> tokens) { tokens_ = std::move(tokens); }
+
+  /// Whose token it is. kRefused: nobody's; kBusy: too many wrong ones came from this address.
+  Result<Caller> by_token(std::string_view token, const std::string& peer);
+  /// Judges Host, Origin, cookie and bearer of a request, and names its caller. A response refuses the request.
+  std::optional<Response> admit(Request& request, bool secure);
+  /// POST (JSON {token}) and DELETE of the session.
+  Response session(const Request& request, bool secure);
+  /// The fields that let pages of listed origins read a response (Fetch standard, CORS).
+  Fields origin_fields(const Request& request) const;
+
+ private:
+  std::optional<Response> check_origin(const Request& request, bool secure) const;
+  std::optional<Response> name_caller(Request& request);
+  Response log_in(const Request& request, bool secure);
+  std::string cookie_of(const Request& request) const;
+  std::string cookie_text(std::string_view secret, bool secure) const;
+  const Token* find(std::string_view name) const;
+
+  Scheduler& scheduler_;
+  AccessRules rules_;
+  std::vector<Token> tokens_;
+  Attempts attempts_;
+  Sessions sessions_;
+};
+
+}  // namespace rubicon::web::access

@@ -1,0 +1,122 @@
+#include "web/access/token_file.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "base/own_file.h"
+#include "base/text.h"
+#include "transport/read_text.h"
+
+namespace rubicon::web::access {
+
+namespace {
+
+constexpr std::size_t kMostBytes = std::size_t{1} << 20;
+constexpr std::size_t kLongestName = 64;
+
+constexpr std::array<std::pair<std::string_view, Role>, 3> kRoles{
+    {{"view", Role::kView}, {"command", Role::kCommand}, {"admin", Role::kAdmin}}};
+
+bool is_name(std::string_view text) {
+  return !text.empty() && text.size() <= kLongestName && std::all_of(text.begin(), text.end(), [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-' ||
+           c == '.';
+  });
+}
+
+std::optional<Digest> parse_digest(std::string_view text) {
+  Digest digest{};
+  if (text.size() != 2 * digest.size()) return std::nullopt;
+  for (auto& byte : digest) {
+    const auto read = base::parse_hex_number<std::uint8_t>(text.substr(0, 2));
+    if (!read) return std::nullopt;
+    byte = *read;
+    text.remove_prefix(2);
+  }
+  return digest;
+}
+
+Result<Token> parse_line(std::string_view line) {
+  constexpr auto kExpected = "expected name:role:hash, the role view, command or admin, the hash 64 hexadecimal digits";
+  const auto first = line.find(':');
+  const auto second = first == line.npos ? line.npos : line.find(':', first + 1);
+  if (second == line.npos) return fail(ErrorCode::kInvalid, kExpected);
+  const auto name = base::trimmed(line.substr(0, first));
+  const auto role = parse_role(base::trimmed(line.substr(first + 1, second - first - 1)));
+  const auto hash = parse_digest(base::trimmed(line.substr(second + 1)));
+  if (!is_name(name)) return fail(ErrorCode::kInvalid, "expected a name of [A-Za-z0-9._-], at most 64 characters");
+  if (!role || !hash) return fail(ErrorCode::kInvalid, kExpected);
+  return Token{std::string(name), *role, *hash};
+}
+
+}  // namespace
+
+std::string_view to_string(Role role) {
+  const auto found = std::find_if(kRoles.begin(), kRoles.end(), [role](const auto& one) { return one.second == role; });
+  return found == kRoles.end() ? "none" : found->first;
+}
+
+std::optional<Role> parse_role(std::string_view word) {
+  const auto found = std::find_if(kRoles.begin(), kRoles.end(), [word](const auto& one) { return one.first == word; });
+  if (found == kRoles.end()) return std::nullopt;
+  return found->second;
+}
+
+Result<std::vector<Token>> parse_tokens(std::string_view text) {
+  std::vector<Token> tokens;
+  for (std::size_t number = 1; !text.empty(); ++number) {
+    const auto end = std::min(text.find('\n'), text.size());
+    const auto line = base::trimmed(text.substr(0, std::min(end, text.find('#'))));
+    text.remove_prefix(std::min(end + 1, text.size()));
+    if (line.empty()) continue;
+    auto token = parse_line(line);
+    if (!token) return fail(token.error().code, fmt::format("line {}: {}", number, token.error().text));
+    for (const auto& other : tokens) {
+      if (other.name == token->name)
+        return fail(ErrorCode::kDuplicate, fmt::format("line {}: '{}' has a token already", number, other.name));
+    }
+    tokens.push_back(std::move(*token));
+  }
+  return tokens;
+}
+
+namespace {
+
+Result<std::vector<Token>> parse_file(std::string_view text, const std::string& path) {
+  auto tokens = parse_tokens(text);
+  if (!tokens) return fail(tokens.error().code, fmt::format("{}: {}", path, tokens.error().text));
+  return tokens;
+}
+
+}  // namespace
+
+Result<std::vector<Token>> read_tokens(transport::Transports& transports, const std::string& path) {
+  const auto text = transport::read_text(transports, path, kMostBytes);
+  if (!text) return fail(text.error());
+  return parse_file(*text, path);
+}
+
+Result<std::string> add_token(transport::Transports& transports, const std::string& path, const std::string& name,
+                              Role role) {
+  if (!is_name(name)) return fail(ErrorCode::kInvalid, "expected a name of [A-Za-z0-9._-], at most 64 characters");
+  auto file = base::OwnFile::open(path, O_WRONLY | O_APPEND);
+  if (!file) return fail(file.error());
+  const auto text = transport::read_text(transports, path, kMostBytes);
+  if (!text) return fail(text.error());
+  const auto known = parse_file(*text, path);
+  if (!known) return fail(known.error());
+  if (std::any_of(known->begin(), known->end(), [&](const auto& token) { return token.name == name; }))
+    return fail(ErrorCode::kDuplicate, fmt::format("{}: '{}' has a token already; remove its line first", path, name));
+  auto token = random_secret();
+  const auto hash = sha256(token);
+  const std::string_view before = text->empty() || text->ends_with('\n') ? "" : "\n";
+  const auto line = fmt::format("{}{}:{}:{}\n", before, name, to_string(role), hex(hash.data(), hash.size()));
+  if (auto written = file->write(line, path); !written) return fail(written.error());
+  return token;
+}
+
+}  // namespace rubicon::web::access

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "base/scheduler.h"
+#include "web/exchange.h"
+#include "web/server/limits.h"
+
+namespace rubicon::web::server {
+
+class PeerStream;
+
+/// One accepted connection, whatever it speaks at present.
+class Connection {
+ public:
+  virtual ~Connection() = default;
+  /// Nothing is asked or answered: it may be closed to make room.
+  virtual bool idle() const = 0;
+  /// Closes it at once, without a call of `closed`.
+  virtual void abort() = 0;
+};
+
+/// What a connection asks of the server behind it. It aborts all its connections before it ends.
+class Reception {
+ public:
+  virtual ~Reception() = default;
+  /// The head of a request arrived, its body not yet; names the caller in it. A response refuses the request.
+  virtual std::optional<Response> admit(Request& head, bool secure) = 0;
+  /// As Site::handle.
+  virtual std::unique_ptr<Exchange> answer(const Request& request, Respond respond) = 0;
+  /// As Site::open.
+  virtual std::unique_ptr<Conversation> open(const Request& request, ConversationCalls calls) = 0;
+  /// The connection ended by itself; the last thing that it does.
+  virtual void closed(Connection& connection) = 0;
+  virtual const Limits& limits() const = 0;
+  virtual Scheduler& scheduler() = 0;
+  /// WebSockets offer permessage-deflate (RFC 7692).
+  virtual bool compress() const = 0;
+};
+
+/// Where WebSockets are opened; all others are refused.
+inline constexpr std::string_view kSocketPath = "/api/v1/ws";
+
+/// Begins to read requests from a connection (HTTP/1.1, RFC 9112).
+std::shared_ptr<Connection> serve_http(Reception& reception, std::unique_ptr<PeerStream> stream);
+
+/// Answers the request for a WebSocket (RFC 6455), and then carries its conversation. `ended` is called once, at the
+/// end of a turn, and not after abort().
+std::shared_ptr<Connection> serve_socket(Reception& reception, std::unique_ptr<PeerStream> stream, Request request,
+                                         std::function<void()> ended);
+
+using OpenConversation = std::function<std::unique_ptr<Conversation>(ConversationCalls)>;
+
+/// Carries a stream of events whose head `head` has to be sent first. `ended` as above.
+std::shared_ptr<Connection> serve_events(Reception& reception, std::unique_ptr<PeerStream> stream, std::string head,
+                                         bool chunked, const OpenConversation& open, std::function<void()> ended);
+
+}  // namespace rubicon::web::server

@@ -1,0 +1,323 @@
+#include <algorithm>
+#include <array>
+#include <boost/asio/buffer.hpp>
+#include <boost/asio/write.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/http/error.hpp>
+#include <boost/beast/http/parser.hpp>
+#include <boost/beast/http/read.hpp>
+#include <boost/beast/http/string_body.hpp>
+#include <cctype>
+
+#include "base/deadline.h"
+#include "base/lifetime.h"
+#include "web/error_response.h"
+#include "web/server/connection.h"
+#include "web/server/peer_stream.h"
+#include "web/server/response_text.h"
+#include "web/server/send_watch.h"
+#include "web/server/target.h"
+
+namespace rubicon::web::server {
+
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = boost::beast::http;
+using boost::system::error_code;
+
+constexpr std::size_t kPiece = 4096;
+
+std::string lower_case(std::string_view text) {
+  std::string out(text);
+  std::transform(out.begin(), out.end(), out.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return out;
+}
+
+/// The answer to what could not be read as a request; nullopt where the connection broke.
+std::optional<Response> refusal(const error_code& error) {
+  if (error == http::error::header_limit || error == http::error::buffer_overflow)
+    return error_response(431, ErrorCode::kOutOfRange, "the head of the request is too long");
+  if (error == http::error::body_limit)
+    return error_response(413, ErrorCode::kOutOfRange, "the body of the request is too long");
+  if (error == http::error::bad_version)
+    return error_response(505, ErrorCode::kUnsupported, "this server speaks HTTP/1.1");
+  if (error == http::error::end_of_stream || error == http::error::partial_message) return std::nullopt;
+  if (error.category() != http::make_error_code(http::error::bad_method).category()) return std::nullopt;
+  return error_response(400, ErrorCode::kInvalid, "this is no HTTP request: " + error.message());
+}
+
+class HttpConnection final : public Connection, public std::enable_shared_from_this<HttpConnection> {
+ public:
+  HttpConnection(Reception& reception, std::unique_ptr<PeerStream> stream)
+      : reception_(reception),
+        limits_(reception.limits()),
+        stream_(std::move(stream)),
+        buffer_(limits_.head + kPiece),
+        deadline_(reception.scheduler(), [this] { too_late(); }),
+        send_watch_(reception.scheduler(), limits_.stalled, [this] { end(); }),
+        respond_(reception.scheduler(), [this] { send(std::move(response_)); }) {}
+  ~HttpConnection() override { HttpConnection::abort(); }
+  HttpConnection(const HttpConnection&) = delete;
+  HttpConnection& operator=(const HttpConnection&) = delete;
+
+  void start() {
+    if (!stream_->secure()) return await_request(limits_.head_time);
+    stage_ = Stage::kHandshake;
+    deadline_.set(limits_.handshake);
+    stream_->async_handshake([self = shared_from_this()](const error_code& error) {
+      if (self->ended_) return;
+      if (error) return self->end();
+      self->await_request(self->limits_.head_time);
+    });
+  }
+
+  bool idle() const override {
+    return stage_ == Stage::kIdle || stage_ == Stage::kLinger || stage_ == Stage::kHandshake;
+  }
+
+  void abort() override {
+    if (std::exchange(ended_, true)) return;
+    close();
+  }
+
+ private:
+  enum class Stage : std::uint8_t { kHandshake, kIdle, kHead, kBody, kAnswer, kSend, kLinger, kHandedOver };
+  using Parser = http::request_parser<http::string_body>;
+
+  void close() {
+    deadline_.clear();
+    send_watch_.done();
+    exchange_.reset();
+    if (successor_) successor_->abort();
+    if (stream_) stream_->close();
+  }
+
+  void end() {
+    if (std::exchange(ended_, true)) return;
+    const auto self = shared_from_this();
+    close();
+    reception_.closed(*this);
+  }
+
+  /// A client that is slow in asking is answered only if it began to.
+  void too_late() {
+    if (stage_ != Stage::kHead && stage_ != Stage::kBody) return end();
+    refuse(error_response(408, ErrorCode::kExpired, "the request took too long"));
+  }
+
+  void await_request(Duration patience) {
+    parser_.reset();
+    request_ = {};
+    if (buffer_.size() > 0) return read_head();
+    stage_ = Stage::kIdle;
+    deadline_.set(patience);
+    stream_->async_read_some(buffer_.prepare(kPiece),
+                             [self = shared_from_this()](const error_code& error, std::size_t size) {
+                               if (self->ended_) return;
+                               if (error) return self->end();
+                               self->buffer_.commit(size);
+                               self->read_head();
+                             });
+  }
+
+  void read_head() {
+    stage_ = Stage::kHead;
+    deadline_.set(limits_.head_time);
+    parser_.emplace();
+    parser_->header_limit(static_cast<std::uint32_t>(limits_.head));
+    parser_->body_limit(limits_.body);
+    reading_ = true;
+    http::async_read_header(*stream_, buffer_, *parser_,
+                            [self = shared_from_this()](const error_code& error, std::size_t) {
+                              self->reading_ = false;
+                              if (!self->ended_ && self->stage_ == Stage::kHead) self->take_head(error);
+                            });
+  }
+
+  void take_head(const error_code& error) {
+    if (error) return broken(error);
+    if (auto wrong = read_request()) return refuse(std::move(*wrong));
+    if (auto refused = reception_.admit(request_, stream_->secure())) return refuse(std::move(*refused));
+    if (asks_for_socket()) return open_socket();
+    if (parser_->is_done()) return answer();
+    stage_ = Stage::kBody;
+    deadline_.set(limits_.body_time);
+    if (lower_case(request_.header("expect")) == "100-continue") return let_continue();
+    read_body();
+  }
+
+  /// RFC 9110, section 10.1.1.
+  void let_continue() {
+    static constexpr std::string_view kContinue = "HTTP/1.1 100 Continue\r\n\r\n";
+    asio::async_write(*stream_, asio::buffer(kContinue),
+                      [self = shared_from_this()](const error_code& error, std::size_t) {
+                        if (self->ended_ || self->stage_ != Stage::kBody) return;
+                        if (error) return self->end();
+                        self->read_body();
+                      });
+  }
+
+  void read_body() {
+    reading_ = true;
+    http::async_read(*stream_, buffer_, *parser_, [self = shared_from_this()](const error_code& error, std::size_t) {
+      self->reading_ = false;
+      if (self->ended_ || self->stage_ != Stage::kBody) return;
+      if (error) return self->broken(error);
+      self->request_.body = std::move(self->parser_->get().body());
+      self->answer();
+    });
+  }
+
+  void broken(const error_code& error) {
+    auto response = refusal(error);
+    if (!response) return end();
+    refuse(std::move(*response));
+  }
+
+  /// Parser -> request; what is wrong with it.
+  std::optional<Response> read_request() {
+    const auto& message = parser_->get();
+    request_.method = message.method_string();
+    if (message.target().size() > limits_.target)
+      return error_response(414, ErrorCode::kOutOfRange, "the request target is too long");
+    auto target = parse_target(message.target());
+    if (!target) return error_response(400, ErrorCode::kInvalid, target.error().text);
+    request_.path = std::move(target->path);
+    request_.query = std::move(target->query);
+    request_.caller.peer = stream_->address();
+    for (const auto& field : message) request_.headers.emplace_back(lower_case(field.name_string()), field.value());
+    const auto is_host = [](const auto& field) { return field.first == "host"; };
+    const auto hosts = std::count_if(request_.headers.begin(), request_.headers.end(), is_host);
+    if (hosts > 1 || (hosts == 0 && message.version() > 10))
+      return error_response(400, ErrorCode::kInvalid, "expected one Host field");
+    // The absolute form replaces Host (RFC 9112, section 3.2.2).
+    if (!target->authority.empty()) {
+      std::erase_if(request_.headers, is_host);
+      request_.headers.emplace_back("host", std::move(target->authority));
+    }
+    return std::nullopt;
+  }
+
+  bool asks_for_socket() const {
+    return request_.method == "GET" && lower_case(request_.header("upgrade")) == "websocket";
+  }
+
+  /// A client sends nothing before our answer (RFC 6455, section 4.1).
+  void open_socket() {
+    if (request_.path != kSocketPath)
+      return refuse(error_response(404, ErrorCode::kNotFound, "there is no WebSocket here"));
+    if (buffer_.size() > 0) return refuse(error_response(400, ErrorCode::kInvalid, "bytes before the WebSocket"));
+    stage_ = Stage::kHandedOver;
+    deadline_.clear();
+    successor_ = serve_socket(reception_, std::move(stream_), std::move(request_), [this] { end(); });
+  }
+
+  void answer() {
+    stage_ = Stage::kAnswer;
+    deadline_.clear();
+    keep_alive_ = parser_->get().keep_alive();
+    const auto round = ++round_;
+    auto exchange =
+        reception_.answer(request_, [weak = weak_from_this(), round, watch = lifetime_.watch()](Response response) {
+          const auto self = watch.ended() ? nullptr : weak.lock();
+          if (self && self->round_ == round) self->respond(std::move(response));
+        });
+    if (stage_ == Stage::kAnswer) exchange_ = std::move(exchange);
+  }
+
+  void respond(Response response) {
+    ++round_;  // one answer to one request
+    response_ = std::move(response);
+    respond_.request();
+  }
+
+  /// The rest of the request is not read.
+  void refuse(Response response) {
+    keep_alive_ = false;
+    send(std::move(response));
+  }
+
+  void send(Response response) {
+    if (ended_) return;
+    exchange_.reset();
+    stage_ = Stage::kSend;
+    deadline_.clear();
+    const bool known = parser_ && parser_->is_header_done();
+    const bool new_version = !known || parser_->get().version() > 10;
+    if (response.stream) return hand_over(response, new_version);
+    const Framing framing{.keep_alive = keep_alive_, .head_only = request_.method == "HEAD"};
+    head_ = head_text(response, framing, reception_.scheduler().wall_now());
+    body_ = framing.head_only ? std::string() : std::move(response.body);
+    send_watch_.begin(*stream_);
+    const std::array<asio::const_buffer, 2> parts{asio::buffer(head_), asio::buffer(body_)};
+    asio::async_write(*stream_, parts, [self = shared_from_this()](const error_code& error, std::size_t) {
+      if (self->ended_) return;
+      self->send_watch_.done();
+      self->sent(error);
+    });
+  }
+
+  void sent(const error_code& error) {
+    if (error) return end();
+    head_.clear();
+    body_ = {};
+    if (keep_alive_) return await_request(limits_.idle);
+    if (reading_) return end();  // it was too slow: there is nothing unread
+    stage_ = Stage::kLinger;
+    deadline_.set(limits_.linger);
+    stream_->end_sending();
+    discard();
+  }
+
+  /// Closing with unread bytes would reset the connection, and the client might lose the answer (RFC 9112,
+  /// section 9.6).
+  void discard() {
+    buffer_.clear();
+    stream_->async_read_some(buffer_.prepare(kPiece),
+                             [self = shared_from_this()](const error_code& error, std::size_t) {
+                               if (self->ended_) return;
+                               if (error) return self->end();
+                               self->discard();
+                             });
+  }
+
+  void hand_over(const Response& response, bool new_version) {
+    stage_ = Stage::kHandedOver;
+    auto head = head_text(response, {.keep_alive = false, .chunked = new_version}, reception_.scheduler().wall_now());
+    successor_ =
+        serve_events(reception_, std::move(stream_), std::move(head), new_version, response.stream, [this] { end(); });
+  }
+
+  Reception& reception_;
+  const Limits& limits_;
+  std::unique_ptr<PeerStream> stream_;
+  beast::flat_buffer buffer_;
+  std::optional<Parser> parser_;
+  Request request_;
+  Response response_;
+  std::string head_, body_;
+  std::unique_ptr<Exchange> exchange_;
+  std::shared_ptr<Connection> successor_;
+  Stage stage_ = Stage::kIdle;
+  bool keep_alive_ = false;
+  bool reading_ = false;  ///< a part of a request is awaited
+  bool ended_ = false;
+  std::uint64_t round_ = 0;  ///< changes when a request is answered
+  base::Deadline deadline_;
+  SendWatch send_watch_;
+  base::OncePerTurn respond_;
+  base::Lifetime lifetime_;
+};
+
+}  // namespace
+
+std::shared_ptr<Connection> serve_http(Reception& reception, std::unique_ptr<PeerStream> stream) {
+  auto connection = std::make_shared<HttpConnection>(reception, std::move(stream));
+  connection->start();
+  return connection;
+}
+
+}  // namespace rubicon::web::server

@@ -1,0 +1,76 @@
+#pragma once
+
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/ssl/context.hpp>
+#include <boost/asio/ssl/stream.hpp>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+
+namespace rubicon::web::server {
+
+/// An accepted connection, plain or by TLS, as Asio's and Beast's operations expect a stream. Destroying or closing it
+/// ends their waiting.
+class PeerStream {
+ public:
+  using Socket = boost::asio::ip::tcp::socket;
+  using executor_type = Socket::executor_type;
+  using error_code = boost::system::error_code;
+
+  /// No context = plain.
+  PeerStream(Socket socket, std::string address, std::shared_ptr<boost::asio::ssl::context> context)
+      : socket_(std::move(socket)), address_(std::move(address)), context_(std::move(context)) {
+    if (context_) tls_.emplace(socket_, *context_);
+  }
+  PeerStream(const PeerStream&) = delete;
+  PeerStream& operator=(const PeerStream&) = delete;
+
+  executor_type get_executor() { return socket_.get_executor(); }
+  bool secure() const { return tls_.has_value(); }
+  /// IP address of the client.
+  const std::string& address() const { return address_; }
+  /// Bytes that the system took; grows while the client reads.
+  std::uint64_t sent() const { return sent_; }
+
+  void close() {
+    error_code ignored;
+    socket_.close(ignored);
+  }
+  /// Ends our direction; the client reads what was sent before.
+  void end_sending() {
+    error_code ignored;
+    socket_.shutdown(Socket::shutdown_send, ignored);
+  }
+
+  template <class Done>
+  void async_handshake(Done&& done) {
+    tls_->async_handshake(boost::asio::ssl::stream_base::server, std::forward<Done>(done));
+  }
+
+  template <class Buffers, class Done>
+  void async_read_some(const Buffers& buffers, Done&& done) {
+    if (tls_) return static_cast<void>(tls_->async_read_some(buffers, std::forward<Done>(done)));
+    socket_.async_read_some(buffers, std::forward<Done>(done));
+  }
+
+  template <class Buffers, class Done>
+  void async_write_some(const Buffers& buffers, Done&& done) {
+    auto counted = [this, done = std::forward<Done>(done)](const error_code& error, std::size_t size) mutable {
+      sent_ += size;
+      done(error, size);
+    };
+    if (tls_) return static_cast<void>(tls_->async_write_some(buffers, std::move(counted)));
+    socket_.async_write_some(buffers, std::move(counted));
+  }
+
+ private:
+  Socket socket_;
+  std::string address_;
+  std::shared_ptr<boost::asio::ssl::context> context_;
+  std::optional<boost::asio::ssl::stream<Socket&>> tls_;
+  std::uint64_t sent_ = 0;
+};
+
+}  // namespace rubicon::web::server

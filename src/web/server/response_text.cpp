@@ -1,0 +1,94 @@
+#include "web/server/response_text.h"
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <ctime>
+#include <string_view>
+#include <utility>
+
+namespace rubicon::web::server {
+
+namespace {
+
+// Nothing runs and nothing is loaded but what comes from here. The page sets styles of single elements (plots, rows).
+constexpr std::string_view kContentPolicy =
+    "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data:; connect-src "
+    "'self'; "
+    "base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+
+std::string_view reason_of(unsigned status) {
+  constexpr std::array<std::pair<unsigned, std::string_view>, 27> kReasons{{
+      {200, "OK"},
+      {201, "Created"},
+      {202, "Accepted"},
+      {204, "No Content"},
+      {206, "Partial Content"},
+      {303, "See Other"},
+      {304, "Not Modified"},
+      {400, "Bad Request"},
+      {401, "Unauthorized"},
+      {403, "Forbidden"},
+      {404, "Not Found"},
+      {405, "Method Not Allowed"},
+      {406, "Not Acceptable"},
+      {408, "Request Timeout"},
+      {409, "Conflict"},
+      {411, "Length Required"},
+      {413, "Content Too Large"},
+      {414, "URI Too Long"},
+      {415, "Unsupported Media Type"},
+      {429, "Too Many Requests"},
+      {431, "Request Header Fields Too Large"},
+      {500, "Internal Server Error"},
+      {501, "Not Implemented"},
+      {502, "Bad Gateway"},
+      {503, "Service Unavailable"},
+      {504, "Gateway Timeout"},
+      {505, "HTTP Version Not Supported"},
+  }};
+  const auto found =
+      std::find_if(kReasons.begin(), kReasons.end(), [=](const auto& one) { return one.first == status; });
+  return found == kReasons.end() ? "Status" : found->second;
+}
+
+bool one_line_only(std::string_view text) {
+  return std::none_of(text.begin(), text.end(), [](char c) { return c == '\r' || c == '\n' || c == '\0'; });
+}
+
+void add(std::string& text, std::string_view name, std::string_view value) {
+  if (name.empty() || !one_line_only(name) || !one_line_only(value)) return;
+  text += fmt::format("{}: {}\r\n", name, value);
+}
+
+bool has_body(unsigned status) {
+  return status >= 200 && status != 204 && status != 304;
+}
+
+}  // namespace
+
+std::string head_text(const Response& response, const Framing& framing, WallTime now) {
+  auto text = fmt::format("HTTP/1.1 {} {}\r\n", response.status, reason_of(response.status));
+  const auto seconds = std::chrono::system_clock::to_time_t(now);
+  add(text, "Date", fmt::format("{:%a, %d %b %Y %H:%M:%S} GMT", fmt::gmtime(seconds)));
+  add(text, "Content-Security-Policy", kContentPolicy);
+  add(text, "X-Content-Type-Options", "nosniff");
+  add(text, "Referrer-Policy", "no-referrer");
+  add(text, "Cross-Origin-Resource-Policy", "same-origin");
+  const auto is_cache_rule = [](const auto& field) { return field.first == "Cache-Control"; };
+  if (std::none_of(response.headers.begin(), response.headers.end(), is_cache_rule))
+    add(text, "Cache-Control", "no-store");
+  for (const auto& [name, value] : response.headers) add(text, name, value);
+  if (!response.content_type.empty()) add(text, "Content-Type", response.content_type);
+  if (framing.chunked) {
+    add(text, "Transfer-Encoding", "chunked");
+  } else if (!response.stream && has_body(response.status)) {
+    add(text, "Content-Length", fmt::to_string(response.body.size()));
+  }
+  add(text, "Connection", framing.keep_alive ? "keep-alive" : "close");
+  return text + "\r\n";
+}
+
+}  // namespace rubicon::web::server

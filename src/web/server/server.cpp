@@ -1,0 +1,208 @@
+#include "web/server/server.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "base/limited_log.h"
+#include "web/error_response.h"
+#include "web/server/connection.h"
+#include "web/server/listener.h"
+#include "web/server/peer_stream.h"
+
+namespace rubicon::web::server {
+
+namespace {
+
+constexpr std::string_view kSessionPath = "/api/v1/session";
+/// A certificate that ends within this time is worth a line in the log.
+constexpr Duration kExpirySoon = std::chrono::hours(24 * 14);
+constexpr Duration kExpiryLook = std::chrono::hours(24);
+
+bool is_of_site(std::string_view path) {
+  return path == "/api" || path.starts_with("/api/") || path == "/metrics" || path == "/healthz";
+}
+
+/// What a client without a token may know: that it needs one, and that the server works.
+bool is_public(std::string_view path) {
+  return path == "/api/v1" || path == "/healthz" || path == kSessionPath || path == kSocketPath || !is_of_site(path);
+}
+
+}  // namespace
+
+class Server::Impl final : public Reception {
+ public:
+  Impl(const Parts& parts, ServerOptions options)
+      : parts_(parts), options_(std::move(options)), log_(parts.log, parts.scheduler) {}
+  ~Impl() override {
+    for (const auto& connection : std::exchange(connections_, {})) connection->abort();
+  }
+  Impl(const Impl&) = delete;
+  Impl& operator=(const Impl&) = delete;
+
+  Result<void> open() {
+    std::optional<TlsSetup> tls;
+    if (options_.tls) {
+      auto read = read_tls(*options_.tls);
+      if (!read) return fail(read.error());
+      tls = std::move(*read);
+    }
+    Listener::Calls calls;
+    calls.accepted = [this](std::unique_ptr<PeerStream> stream) { take(std::move(stream)); };
+    calls.failed = [this](const Error& error) { parts_.log.error("no more connections are accepted: " + error.text); };
+    auto listener = Listener::open(parts_.context, parts_.scheduler, options_.listen, std::move(calls));
+    if (!listener) return fail(listener.error());
+    listener_ = std::move(*listener);
+    if (tls) use(std::move(*tls));
+    return {};
+  }
+
+  Result<void> reload() {
+    if (!options_.tls) return {};
+    auto tls = read_tls(*options_.tls);
+    if (!tls) return fail(tls.error());
+    use(std::move(*tls));
+    return {};
+  }
+
+  std::optional<Response> admit(Request& head, bool secure) override {
+    ++counters_.requests;
+    auto refused = parts_.access.admit(head, secure);
+    if (!refused && head.caller.role == Role::kNone && !is_public(head.path) && head.method != "OPTIONS")
+      refused = refusal_of({ErrorCode::kRefused, "this needs a token"});
+    if (!refused) return std::nullopt;
+    ++counters_.refused;
+    log_.info(head.caller.peer, fmt::format("refused a request of {}: {}", head.caller.peer, refused->status));
+    return refused;
+  }
+
+  std::unique_ptr<Exchange> answer(const Request& request, Respond respond) override {
+    auto with_origin = [fields = parts_.access.origin_fields(request),
+                        respond = std::move(respond)](Response response) {
+      response.headers.insert(response.headers.end(), fields.begin(), fields.end());
+      respond(std::move(response));
+    };
+    if (request.method == "OPTIONS") return with_origin(preflight(request)), nullptr;
+    if (request.path == kSessionPath) return with_origin(parts_.access.session(request, secure())), nullptr;
+    if (request.path == kSocketPath)
+      return with_origin(error_response(426, ErrorCode::kUnsupported, "this is the address of a WebSocket")), nullptr;
+    if (is_of_site(request.path)) return parts_.site.handle(request, std::move(with_origin));
+    return with_origin(file(request)), nullptr;
+  }
+
+  std::unique_ptr<Conversation> open(const Request& request, ConversationCalls calls) override {
+    return parts_.site.open(request.caller, std::move(calls));
+  }
+
+  void closed(Connection& connection) override {
+    std::erase_if(connections_, [&](const auto& one) { return one.get() == &connection; });
+  }
+
+  const Limits& limits() const override { return options_.limits; }
+  Scheduler& scheduler() override { return parts_.scheduler; }
+  bool compress() const override { return options_.compress; }
+
+  transport::Endpoint local() const { return listener_->local(); }
+  bool secure() const { return options_.tls.has_value(); }
+  std::size_t connections() const { return connections_.size(); }
+  const ServerCounters& counters() const { return counters_; }
+
+ private:
+  void take(std::unique_ptr<PeerStream> stream) {
+    ++counters_.accepted;
+    if (connections_.size() >= options_.limits.connections && !make_room()) {
+      ++counters_.turned_away;
+      log_.warning("room", fmt::format("{} connections are open, more are turned away", connections_.size()));
+      return;
+    }
+    connections_.push_back(serve_http(*this, std::move(stream)));
+  }
+
+  /// The oldest connection that asks nothing goes.
+  bool make_room() {
+    const auto idle =
+        std::find_if(connections_.begin(), connections_.end(), [](const auto& one) { return one->idle(); });
+    if (idle == connections_.end()) return false;
+    const auto closing = *idle;
+    connections_.erase(idle);
+    closing->abort();
+    return true;
+  }
+
+  void use(TlsSetup tls) {
+    listener_->set_tls(std::move(tls.context));
+    expires_ = tls.expires;
+    look_at_expiry();
+  }
+
+  void look_at_expiry() {
+    const auto now = parts_.scheduler.wall_now();
+    const auto& file = options_.tls->certificate;
+    if (expires_ <= now) {
+      parts_.log.warning(
+          fmt::format("certificate {} has expired: browsers refuse the page; put a new one there and reload", file));
+    } else if (expires_ - now < kExpirySoon) {
+      const auto hours = std::chrono::duration_cast<std::chrono::hours>(expires_ - now).count();
+      parts_.log.warning(fmt::format("certificate {} expires in {} h", file, hours));
+    }
+    expiry_look_ = parts_.scheduler.after(kExpiryLook, [this] { look_at_expiry(); });
+  }
+
+  Response file(const Request& request) const {
+    if (request.method != "GET" && request.method != "HEAD") {
+      auto response = error_response(405, ErrorCode::kUnsupported, "expected GET or HEAD");
+      response.headers = {{"Allow", "GET, HEAD"}};
+      return response;
+    }
+    auto found = parts_.page.find(request);
+    return found ? std::move(*found) : error_response(404, ErrorCode::kNotFound, "there is no such file");
+  }
+
+  /// Only pages of listed origins get an answer that their browser accepts (Fetch standard, CORS-preflight).
+  Response preflight(const Request& request) const {
+    Response response{.status = 204, .headers = {{"Allow", "GET, HEAD, POST, PUT, DELETE, OPTIONS"}}};
+    if (parts_.access.rules().origins.is_listed(request.header("origin"))) {
+      response.headers.emplace_back("Access-Control-Allow-Methods", "GET, POST, PUT, DELETE");
+      response.headers.emplace_back("Access-Control-Allow-Headers", "authorization, content-type");
+    }
+    return response;
+  }
+
+  Parts parts_;
+  ServerOptions options_;
+  base::LimitedLog log_;
+  ServerCounters counters_;
+  std::vector<std::shared_ptr<Connection>> connections_;
+  std::unique_ptr<Listener> listener_;
+  WallTime expires_{};
+  Timer expiry_look_;
+};
+
+Result<std::unique_ptr<Server>> Server::open(const Parts& parts, ServerOptions options) {
+  auto impl = std::make_unique<Impl>(parts, std::move(options));
+  if (auto opened = impl->open(); !opened) return fail(opened.error());
+  return std::unique_ptr<Server>(new Server(std::move(impl)));
+}
+
+Server::Server(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Server::~Server() = default;
+
+transport::Endpoint Server::local() const {
+  return impl_->local();
+}
+bool Server::secure() const {
+  return impl_->secure();
+}
+Result<void> Server::reload() {
+  return impl_->reload();
+}
+std::size_t Server::connections() const {
+  return impl_->connections();
+}
+const ServerCounters& Server::counters() const {
+  return impl_->counters();
+}
+
+}  // namespace rubicon::web::server

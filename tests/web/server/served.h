@@ -1,0 +1,120 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "web/server/client.h"
+
+namespace rubicon::web::server {
+
+/// A conversation whose frames a test writes.
+struct FakeConversation final : Conversation {
+  FakeConversation(ConversationCalls c, std::vector<std::string>& r, int& o)
+      : calls(std::move(c)), received_frames(r), open(o) {
+    ++open;
+  }
+  ~FakeConversation() override { --open; }
+  void received(std::string_view text) override {
+    received_frames.emplace_back(text);
+    if (text == "echo") say("echoed");
+    if (text == "leave") calls.close("as you like");
+  }
+  std::optional<std::string> next() override {
+    if (!latest) return std::nullopt;
+    ++asked;
+    return std::exchange(latest, std::nullopt);
+  }
+  void say(std::string text) {
+    latest = std::move(text);
+    calls.wake();
+  }
+
+  ConversationCalls calls;
+  std::vector<std::string>& received_frames;
+  int& open;
+  std::optional<std::string> latest;
+  int asked = 0;
+};
+
+/// A site whose answers a test writes.
+struct FakeSite final : Site {
+  std::unique_ptr<Exchange> handle(const Request& request, Respond respond) override {
+    requests.push_back(request);
+    if (request.path == "/api/v1/never") return waiting(std::move(respond));
+    if (request.path == "/api/v1/stream") {
+      Response response{.content_type = "text/event-stream"};
+      response.stream = [this](ConversationCalls calls) { return converse(std::move(calls)); };
+      respond(std::move(response));
+      return nullptr;
+    }
+    respond({.content_type = "text/plain", .body = request.method + " " + request.path});
+    return nullptr;
+  }
+  std::unique_ptr<Conversation> open(const Caller& caller, ConversationCalls calls) override {
+    callers.push_back(caller);
+    return converse(std::move(calls));
+  }
+
+  std::unique_ptr<Conversation> converse(ConversationCalls calls) {
+    auto made = std::make_unique<FakeConversation>(std::move(calls), frames, conversations);
+    conversation = made.get();
+    return made;
+  }
+  std::unique_ptr<Exchange> waiting(Respond respond) {
+    struct Waiting final : Exchange {
+      Waiting(int& c) : count(c) { ++count; }
+      ~Waiting() override { --count; }
+      int& count;
+    };
+    late = std::move(respond);
+    return std::make_unique<Waiting>(exchanges);
+  }
+
+  std::vector<Request> requests;
+  std::vector<Caller> callers;
+  std::vector<std::string> frames;
+  FakeConversation* conversation = nullptr;  ///< the latest; dangling when `conversations` is 0
+  int conversations = 0;
+  int exchanges = 0;
+  Respond late;
+};
+
+struct FakePage final : files::Page {
+  std::optional<Response> find(const Request& request) const override {
+    if (request.path != "/") return std::nullopt;
+    return Response{.content_type = "text/html", .body = "<html>"};
+  }
+};
+
+/// A server on a free port of loopback before a site of a test.
+struct ServedTest : testing::Test {
+  void serve(access::AccessRules rules = {}, ServerOptions options = {}) {
+    access.emplace(world.time, std::move(rules));
+    if (options.listen.address.empty()) options.listen = {"127.0.0.1", 0};
+    auto opened = Server::open({world.context, world.time, *access, site, page, Log(log, "web")}, std::move(options));
+    ASSERT_TRUE(opened) << opened.error().text;
+    server = std::move(*opened);
+  }
+  std::unique_ptr<RawClient> client() { return std::make_unique<RawClient>(world, server->local()); }
+  /// Sends it on a connection of its own; all that comes until the server closes.
+  std::string ask(std::string_view request) {
+    const auto one = client();
+    one->send(request);
+    EXPECT_TRUE(world.until([&] {
+      return one->closed || (one->received.find("\r\n\r\n") != std::string::npos && server->connections() > 0);
+    }));
+    world.settle();
+    return one->received;
+  }
+
+  WebWorld world;
+  support::CollectingLog log;
+  FakeSite site;
+  FakePage page;
+  std::optional<access::Access> access;
+  std::unique_ptr<Server> server;
+};
+
+}  // namespace rubicon::web::server
