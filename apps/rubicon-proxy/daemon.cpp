@@ -83,6 +83,7 @@ class Session {
                                        std::move(*state));
     if (!island) return fail(island.error());
     island_ = std::move(*island);
+    island_->settings().on_reload([this](bool try_only) { return reload(try_only); });
     island::give_back_memory();
     auto link = ecology_->join(console_);
     if (!link) return fail(link.error());
@@ -159,7 +160,7 @@ class Session {
   void await_hang_up() {
     hang_up_.async_wait([this](const boost::system::error_code& error, int) {
       if (error) return;
-      std::ignore = reload(false);
+      std::ignore = reload_and_show(false);
       await_hang_up();
     });
   }
@@ -171,12 +172,19 @@ class Session {
                        island_->networks().ids().size());
   }
 
+  /// Whoever asks for it: a signal, the shell, or a command of the settings, which shows the outcome itself.
   Result<std::vector<std::string>> reload(bool try_only) {
     if (try_only) return take_file(true);
     service_.reloading();
     auto taken = take_file(false);
     service_.ready(taken ? status() : status() + "; the last reload was refused: " + taken.error().text);
     return taken;
+  }
+
+  Result<std::vector<std::string>> reload_and_show(bool try_only) {
+    auto outcome = reload(try_only);
+    island_->settings().show_outcome(try_only, outcome);
+    return outcome;
   }
 
   /// Reads the file again; what it would change, or did change. On an error everything runs on as before.
@@ -253,7 +261,7 @@ class Session {
     };
     shell_ =
         std::make_unique<console::Shell>(*space_, config.id, config.proxy.prefix, answer, event, [this] { finish(); });
-    shell_->on_reload([this](bool try_only) { return reload(try_only); });
+    shell_->on_reload([this](bool try_only) { return reload_and_show(try_only); });
     // The shell answers from its copies: it starts to read when the first of them is there.
     first_copy_ = space_->subscribe({config.id, "GATEWAY"}, {{}, {}, 0, true}, [this, table](const tuples::Event&) {
       if (table) return screen_->listen();

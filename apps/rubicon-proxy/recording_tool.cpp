@@ -15,6 +15,7 @@
 
 #include "apps/rubicon-proxy/daemon.h"
 #include "base/own_file.h"
+#include "model/point_keys.h"
 #include "recording/recording_reader.h"
 #include "recording/recording_text.h"
 #include "transport/local_transports.h"
@@ -79,7 +80,7 @@ struct Summary {
     const auto parts = model::key_parts(record.key);
     const bool of_network = parts.size() == 3 && parts[2] == "status";
     const bool of_point = parts.size() == 6 && parts[5] == "value";
-    if (!head || !(of_network || of_point) || parts[0] != head->prefix) return;
+    if (!head || !(of_network || of_point) || parts[0] != head->prefix || model::is_of_island(record.key)) return;
     if (parts[1] == model::to_key_part(parts[1])) networks.emplace(parts[1]);
   }
   void take(const recording::Damage& one) {

@@ -36,6 +36,7 @@ std::vector<LiveNetwork> LiveSource::networks() const {
   std::vector<LiveNetwork> all;
   space_.list({island_, model::IslandKey{prefix_}.network("*").status()}, [&](const tuples::TupleView& tuple) {
     auto status = model::line_status_from_json(tuple.value);
+    if (model::is_of_island(tuple.key)) return;
     all.push_back({part_of(tuple.key, 1), std::move(status.line), std::move(status.reason)});
   });
   std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return base::natural_less(a.id, b.id); });
@@ -44,8 +45,9 @@ std::vector<LiveNetwork> LiveSource::networks() const {
 
 std::vector<std::string> LiveSource::devices() const {
   std::vector<std::string> keys;
-  space_.list({island_, any_device().status()},
-              [&](const tuples::TupleView& tuple) { keys.emplace_back(model::parent_key(tuple.key)); });
+  space_.list({island_, any_device().status()}, [&](const tuples::TupleView& tuple) {
+    if (!model::is_of_island(tuple.key)) keys.emplace_back(model::parent_key(tuple.key));
+  });
   std::sort(keys.begin(), keys.end(), base::natural_less);
   return keys;
 }
@@ -92,6 +94,7 @@ LivePoint LiveSource::point(const std::string& key) const {
 LiveSource::Count LiveSource::count() const {
   Count count;
   space_.list({island_, any_device().status()}, [&](const tuples::TupleView& tuple) {
+    if (model::is_of_island(tuple.key)) return;
     ++count.devices;
     if (model::says_reachable(tuple.value)) ++count.reachable;
   });

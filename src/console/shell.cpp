@@ -252,6 +252,7 @@ void Shell::devices(std::string_view, const Slot& slot) {
   std::size_t count = 0;
   const auto any_device = model::IslandKey{prefix_}.network("*").device("*");
   space_.list({island_, any_device.status()}, [&](const tuples::TupleView& tuple) {
+    if (model::is_of_island(tuple.key)) return;
     const model::DeviceKey device{std::string(model::parent_key(tuple.key))};
     const auto condition = model::device_condition_from_json(tuple.value);
     const auto about = space_.get(island_, device.description());

@@ -44,6 +44,7 @@ struct Island::Impl {
         gateway(scheduler, space, sink, config.limits),
         proxy(config.proxy, scheduler, space, gateway, config.types, sink, state.get()),
         networks(config.id, scheduler, some_transports, sink, gateway),
+        settings({scheduler, space, config.proxy}),
         free_space(scheduler),
         metrics(scheduler, space, config.proxy.prefix),
         presence(scheduler, space, config.proxy.island_name, config.proxy.prefix,
@@ -79,6 +80,7 @@ struct Island::Impl {
   gateway::Gateway gateway;
   proxy::Proxy proxy;
   network::Supervisor networks;
+  SettingsTuples settings;
   FreeSpace free_space;
   IslandMetrics metrics;
   IslandPresence presence;
@@ -180,6 +182,9 @@ Result<std::unique_ptr<Island>> Island::make(island::IslandConfig config, Schedu
 
 void Island::start() {
   impl_->own_tuples.start();
+  impl_->settings.start();
+  impl_->settings.show_text(std::exchange(impl_->config.shown, {}));
+  impl_->config.device_places.clear();
   impl_->recorders.take(impl_->config.recorders, impl_->config.directory);
   impl_->proxy.restore();
   impl_->networks.start();
@@ -260,10 +265,23 @@ void Island::Impl::add_what_files_changed(const island::IslandConfig& next, isla
   }
 }
 
+namespace {
+
+/// With the place of the device in the file.
+std::string line_of(const proxy::Objection& objection, const island::IslandConfig& next) {
+  const auto network = next.device_places.find(objection.network);
+  if (network == next.device_places.end()) return objection.text;
+  const auto device = network->second.find(objection.address);
+  return device == network->second.end() ? objection.text
+                                         : fmt::format("{}: {}", to_string(device->second), objection.text);
+}
+
+}  // namespace
+
 Result<island::ReloadPlan> Island::plan(const island::IslandConfig& next, base::ConfigErrors& errors) {
   auto plan = island::plan_reload(impl_->config, next);
-  for (auto& line : impl_->proxy.objections(next.proxy)) plan.refusals.push_back(std::move(line));
-  if (!plan.refusals.empty()) return fail(ErrorCode::kRefused, fmt::format("{}", fmt::join(plan.refusals, "; ")));
+  for (const auto& objection : impl_->proxy.objections(next.proxy)) plan.refusals.push_back(line_of(objection, next));
+  if (!plan.refusals.empty()) return fail(ErrorCode::kRefused, fmt::format("{}", fmt::join(plan.refusals, "\n")));
   impl_->add_what_files_changed(next, plan);
   if (auto good = impl_->try_options(next, plan, scheduler_, errors); !good) return fail(std::move(good.error()));
   return plan;
@@ -291,6 +309,7 @@ void Island::Impl::apply(island::IslandConfig next, island::ReloadPlan& plan) {
   }
   for (const auto& id : plan.removed) remove(id);
   for (const auto& id : recreated) remove(id);
+  settings.show_text(next.shown);
   gateway.limit(next.limits);
   config.directory = next.directory;
   config.limits = next.limits;
@@ -312,6 +331,9 @@ void Island::Impl::apply(island::IslandConfig next, island::ReloadPlan& plan) {
   }
 }
 
+SettingsTuples& Island::settings() {
+  return impl_->settings;
+}
 TupleSpace& Island::space() {
   return impl_->space;
 }

@@ -8,6 +8,7 @@
 #include "island/island_config.h"
 #include "island/recorders.h"
 #include "island/reload_plan.h"
+#include "island/settings_tuples.h"
 #include "rubicon/tuple_space.hpp"
 #include "state/state_store.h"
 #include "transport/transports.h"
@@ -43,6 +44,8 @@ class Island {
   /// plan's lines, and made by the next reload.
   Result<island::ReloadPlan> reload(island::IslandConfig next, base::ConfigErrors& errors);
 
+  /// Its tuples of the configuration: who can read the file again says so there, and shows there what came of it.
+  SettingsTuples& settings();
   TupleSpace& space();
   gateway::Gateway& gateway();
   network::Supervisor& networks();

@@ -8,7 +8,10 @@
 
 #include "config/network_numbers.h"
 #include "config/site_types.h"
+#include "config/yaml_text.h"
+#include "island/settings_tuples.h"
 #include "model/former_types.h"
+#include "model/point_keys.h"
 #include "rubicon/key.hpp"
 
 namespace rubicon::island {
@@ -105,7 +108,7 @@ std::map<std::string, std::string> read_names(ConfigReader& device, const std::s
   return names;
 }
 
-void read_devices(ConfigReader& network, proxy::NetworkRules& rules) {
+void read_devices(ConfigReader& network, proxy::NetworkRules& rules, std::map<std::string, ConfigPlace>& places) {
   std::map<std::string, std::string> addresses;  // by key part
   for (auto& [address, device] : network.maps("devices")) {
     proxy::DeviceNames names;
@@ -122,6 +125,7 @@ void read_devices(ConfigReader& network, proxy::NetworkRules& rules) {
     const auto [taken, fresh] = addresses.emplace(part, address);
     if (!fresh) device.error("", fmt::format("its id '{}' is taken by device '{}'", part, taken->second));
     rules.devices.emplace(address, std::move(names));
+    places.emplace(address, device.here().key_place());
   }
 }
 
@@ -141,6 +145,10 @@ std::string played_id(const std::string& key, ConfigReader& network, const std::
   if (!network.has("as")) return key;
   auto id = network.text("as", key);
   if (type != "log") network.error("as", "only a network of type log plays another one");
+  if (model::is_part_of_island(id)) {
+    network.error("as", fmt::format("the tuples of {} are the island's own, expected another id", id));
+    return key;
+  }
   if (id == model::to_key_part(id)) return id;
   network.error("as", "a network id has [A-Za-z0-9_-]+, at most 64 characters");
   return key;
@@ -191,7 +199,7 @@ void read_network(const std::string& key, ConfigReader& network, std::span<const
   rules.probes = setup.type && setup.type->probes;
   rules.unique_names = setup.type && setup.type->unique_names;
   if (setup.type) rules.answer_time = setup.type->answer_time;
-  read_devices(network, rules);
+  read_devices(network, rules, config.device_places[setup.id]);
   if (!config.proxy.networks.emplace(setup.id, std::move(rules)).second) {
     network.error(network.has("as") ? "as" : "", fmt::format("the network id '{}' is taken", setup.id));
   }
@@ -232,6 +240,7 @@ IslandConfig read_island_config(ConfigNode root_node, std::span<const network::N
                                 ConfigErrors& errors) {
   IslandConfig config;
   config::number_networks(root_node);
+  config.shown = config::yaml_text(root_node, SettingsTuples::kMostText);
   ConfigReader root(root_node, "", errors);
   read_island(root, config);
   read_general(root, config);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <span>
 #include <string>
 #include <utility>
@@ -58,6 +59,10 @@ struct IslandConfig {
   std::vector<std::pair<std::string, ConfigNode>> fixed;
   std::vector<config::RecorderSetup> recorders;
   std::vector<OwnTuple> tuples;  ///< of the command line
+  /// The whole as YAML without secrets, at most SettingsTuples::kMostText, until the island shows it.
+  std::string shown;
+  /// Where the file names the devices of a network; until the island has taken them.
+  std::map<std::string, std::map<std::string, ConfigPlace>> device_places;
 };
 
 /// Reads the shape of docs/architecture.md, section 5. Everything wrong is in `errors`; the result is then only good

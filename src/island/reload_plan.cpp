@@ -26,6 +26,38 @@ std::string list(std::vector<std::string> names) {
   return fmt::format("{}{}", fmt::join(names, ", "), more ? ", ..." : "");
 }
 
+/// The node at a path as base::differences() writes it; nullptr if it is not there.
+const ConfigNode* node_at(const ConfigNode& node, std::string_view path) {
+  if (path.starts_with('.')) path.remove_prefix(1);
+  if (path.empty()) return &node;
+  for (std::size_t i = 0; i < node.items.size(); ++i) {
+    const auto index = fmt::format("[{}]", i);
+    if (path.starts_with(index)) return node_at(node.items[i], path.substr(index.size()));
+  }
+  for (const auto& [key, child] : node.entries) {
+    const auto rest = path.substr(std::min(key.size(), path.size()));
+    if (!path.starts_with(key) || (!rest.empty() && rest.front() != '.' && rest.front() != '[')) continue;
+    if (const auto* found = node_at(child, rest)) return found;
+  }
+  return nullptr;
+}
+
+/// `home.yaml:2:9: `; empty where the new file has neither the path nor the section.
+std::string place_text(const ConfigNode& section, std::string_view path) {
+  const auto* node = node_at(section, path);
+  const auto place = to_string((node ? *node : section).key_place());
+  return place.empty() ? place : place + ": ";
+}
+
+/// One refusal for each path in which a section differs that a running island cannot change.
+void refuse_changes(const std::string& section, const ConfigNode& now, const ConfigNode& next, ReloadPlan& plan) {
+  for (const auto& path : base::differences(now, next, kNamed)) {
+    const auto full = path.empty() ? section : fmt::format("{}.{}", section, path);
+    plan.refusals.push_back(
+        fmt::format("{}{}: a running island cannot change this; restart it", place_text(next, path), full));
+  }
+}
+
 std::vector<std::string> renamed_devices(const NetworkRules& now, const NetworkRules& next) {
   std::vector<std::string> addresses;
   const auto compare = [&](const NetworkRules& these, const NetworkRules& those, bool both) {
@@ -123,11 +155,7 @@ ReloadPlan plan_reload(const IslandConfig& now, const IslandConfig& next) {
   ReloadPlan plan;
   for (std::size_t i = 0; i < next.fixed.size() && i < now.fixed.size(); ++i) {
     const auto& [section, node] = next.fixed[i];
-    const auto paths = base::differences(now.fixed[i].second, node, kNamed + 1);
-    if (paths.empty()) continue;
-    std::vector<std::string> full(paths);
-    for (auto& path : full) path = path.empty() ? section : fmt::format("{}.{}", section, path);
-    plan.refusals.push_back(fmt::format("{}: a running island cannot change this; restart it", list(full)));
+    refuse_changes(section, now.fixed[i].second, node, plan);
   }
   find_renamed(now, next, plan);
   compare_networks(now, next, plan);

@@ -22,7 +22,11 @@ PointKey DeviceKey::point(std::string_view kind, std::string_view id) const {
 }
 
 std::string NetworkKey::property(std::string_view name) const {
-  return fmt::format("{}.property.{}.value", text, name);
+  return control(name).value();
+}
+
+PointKey NetworkKey::control(std::string_view name) const {
+  return {fmt::format("{}.property.{}", text, name)};
 }
 
 DeviceKey NetworkKey::device(std::string_view id) const {
@@ -37,12 +41,25 @@ std::string IslandKey::property(std::string_view name) const {
   return fmt::format("{}.property.{}.value", text, name);
 }
 
+PointKey IslandKey::recorder(std::string_view name) const {
+  return {fmt::format("{}.recorder.{}", text, name)};
+}
+
 NetworkKey IslandKey::network(std::string_view id) const {
   return {fmt::format("{}.{}", text, id)};
 }
 
 PointKey any_point() {
   return IslandKey{"*"}.network("*").device("*").point("*", "*");
+}
+
+bool is_part_of_island(std::string_view part) {
+  return part == "inbox" || part == "property" || part == "recorder" || part == "settings";
+}
+
+bool is_of_island(std::string_view key) {
+  const auto parts = key_parts(key);
+  return parts.size() > 1 && is_part_of_island(parts[1]);
 }
 
 std::string_view parent_key(std::string_view key) {

@@ -39,6 +39,8 @@ struct NetworkKey {
   std::string devices() const { return text + ".devices"; }
   /// The value of one of its counters and texts.
   std::string property(std::string_view name) const;
+  /// One of its properties that users may set.
+  PointKey control(std::string_view name) const;
   DeviceKey device(std::string_view id) const;
 };
 
@@ -55,11 +57,21 @@ struct IslandKey {
   std::string inbox(std::string_view device) const;
   /// The value of one of the island's own numbers and texts.
   std::string property(std::string_view name) const;
+  /// The configuration in force, and the commands that read it again.
+  PointKey settings() const { return {text + ".settings"}; }
+  PointKey recorder(std::string_view name) const;
+  /// The last lines of the log.
+  std::string log_lines() const { return text + ".log.lines"; }
   NetworkKey network(std::string_view id) const;
 };
 
 /// All points of all devices, of any kind: `*.*.*.*.*`.
 PointKey any_point();
+
+/// Parts behind the prefix that hold tuples of the island itself: no network has one of them as its id.
+bool is_part_of_island(std::string_view part);
+/// Whether the key lies in one of them: its status is neither that of a network nor that of a device.
+bool is_of_island(std::string_view key);
 
 /// `proxy.wsn-1.7.status` -> `proxy.wsn-1.7`; empty for a key of one part.
 std::string_view parent_key(std::string_view key);

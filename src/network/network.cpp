@@ -33,6 +33,14 @@ std::vector<Missing> Network::missing() const {
   return {};
 }
 
+std::vector<Control> Network::controls() const {
+  return {};
+}
+
+Result<void> Network::control(std::string_view name, std::string_view) {
+  return fail(ErrorCode::kNotFound, fmt::format("this network has no {}", name));
+}
+
 Error wrong_options(const NetworkConfig& config) {
   return {ErrorCode::kInvalid, fmt::format("network {}: wrong options", config.id)};
 }

@@ -14,6 +14,7 @@
 #include "base/log.h"
 #include "base/scheduler.h"
 #include "model/message.h"
+#include "model/point_tuples.h"
 #include "model/type_catalogue.h"
 #include "rubicon/result.hpp"
 #include "transport/transports.h"
@@ -71,6 +72,13 @@ struct ListedDevice {
   std::vector<model::Capability> capabilities;
 };
 
+/// A property of the network itself that users may set (`<network>.property.<name>.command`). Its value is the text
+/// that the network reports under the same name in its State.
+struct Control {
+  std::string name;  ///< `[a-z-]+`
+  model::PointDescription description;
+};
+
 /// What an option names and this host does not have: a file, an interface.
 struct Missing {
   std::string option;
@@ -103,6 +111,11 @@ class Network {
   virtual std::optional<std::vector<ListedDevice>> listed() const;
   /// What the options name and this host lacks at the moment, for `check`; nothing by default. Opens no line.
   virtual std::vector<Missing> missing() const;
+  /// The properties of the network itself that users may set: none by default, always the same.
+  virtual std::vector<Control> controls() const;
+  /// Sets one of them to what a user wrote. Called in a turn of its own. An error is the reason that the user gets; the
+  /// default knows no name: kNotFound.
+  virtual Result<void> control(std::string_view name, std::string_view text);
 };
 
 /// One type of network. Set the fields by name.

@@ -84,6 +84,7 @@ class Supervisor::Slot final : public NetworkHost {
   }
 
   Result<void> change(const NetworkConfig& config) { return network_->change(config); }
+  Result<void> control(std::string_view name, std::string_view text) { return network_->control(name, text); }
   const Network* network() const { return network_.get(); }
 
   /// True: `said` will be called.
@@ -211,6 +212,12 @@ bool Supervisor::has(const std::string& id) const {
 const Network* Supervisor::find(const std::string& id) const {
   const auto found = slots_.find(id);
   return found == slots_.end() ? nullptr : found->second->network();
+}
+
+Result<void> Supervisor::control(const std::string& id, std::string_view name, std::string_view text) {
+  const auto found = slots_.find(id);
+  if (found == slots_.end()) return fail(ErrorCode::kNotFound, fmt::format("there is no network {}", id));
+  return found->second->control(name, text);
 }
 
 std::vector<std::string> Supervisor::ids() const {

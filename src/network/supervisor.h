@@ -49,6 +49,8 @@ class Supervisor {
   /// nullptr if there is none.
   const Network* find(const std::string& id) const;
   std::vector<std::string> ids() const;
+  /// Sets a property of the network itself (Network::control); kNotFound if there is no such network.
+  Result<void> control(const std::string& id, std::string_view name, std::string_view text);
   /// To message.destination.network; kNotFound if there is none.
   Result<void> send(const Message& message);
 

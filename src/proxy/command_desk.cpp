@@ -174,7 +174,7 @@ tuples::SetDecision CommandDesk::accept(const tuples::RemoteSet& request, Device
   command->key = request.key.substr(0, request.key.rfind('.'));
   command->creator = request.from;
   command->creator_request = request.request;
-  command->commander = commander_name(context_, request.from);
+  command->commander = commander_name(context_.space, context_.config, request.from);
   write_value(point.type, *value, command->text);
   command->value = std::move(*value);
   const auto& config = context_.config;

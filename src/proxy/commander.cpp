@@ -28,14 +28,14 @@ std::string island_name(std::string name, OwnerId id) {
 
 }  // namespace
 
-std::string commander_name(const ProxyContext& context, OwnerId id) {
-  if (id == context.space.self()) return island_name(context.config.island_name, id);
-  const auto text = context.space.summary(id);
+std::string commander_name(const TupleSpace& space, const ProxyConfig& config, OwnerId id) {
+  if (id == space.self()) return island_name(config.island_name, id);
+  const auto text = space.summary(id);
   const auto summary = text.empty() ? model::Summary{} : model::summary_from_json(text).value_or(model::Summary{});
   const auto name = shown_text(summary.name);
   if (model::is_island(id)) return island_name(name, id);
   if (name.empty()) return fmt::format("component {}", number(id));
-  const bool elsewhere = !summary.host.empty() && summary.host != context.config.host;
+  const bool elsewhere = !summary.host.empty() && summary.host != config.host;
   const auto program = summary.program.empty() ? fmt::format("component {}", number(id)) : shown_text(summary.program);
   return fmt::format("{} ({}{}{})", name, program, elsewhere ? " on " : "", elsewhere ? shown_text(summary.host) : "");
 }

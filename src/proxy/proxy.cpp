@@ -381,7 +381,7 @@ void Proxy::restore() {
   impl_->admission.restore(std::string());
 }
 
-std::vector<std::string> Proxy::objections(const ProxyConfig& next) const {
+std::vector<Objection> Proxy::objections(const ProxyConfig& next) const {
   return key_conflicts(impl_->directory, next);
 }
 std::vector<std::string> Proxy::lost_names(const std::string& network, const NetworkRules& next) const {

@@ -11,6 +11,7 @@
 #include "gateway/gateway.h"
 #include "model/type_catalogue.h"
 #include "proxy/proxy_config.h"
+#include "proxy/reload_checks.h"
 #include "rubicon/tuple_space.hpp"
 #include "state/state_store.h"
 
@@ -27,8 +28,8 @@ class Proxy {
 
   /// Lists the devices that the state file remembers. Call before the lines open.
   void restore();
-  /// Why new rules cannot be applied, one line each: names by which two points of a device would claim one key.
-  std::vector<std::string> objections(const ProxyConfig& next) const;
+  /// Why new rules cannot be applied: names by which two points of a device would claim one key.
+  std::vector<Objection> objections(const ProxyConfig& next) const;
   /// Names in the next rules for points that the devices of that network do not have, one line each.
   std::vector<std::string> lost_names(const std::string& network, const NetworkRules& next) const;
   /// Applies new rules at run time: networks added or removed, their names, silence and rate; limits and discovery.

@@ -15,8 +15,8 @@ bool same_keys(const DeviceNames* one, const DeviceNames* other) {
   return a.id == b.id && a.sensors == b.sensors && a.actuators == b.actuators;
 }
 
-std::vector<std::string> key_conflicts(const DeviceDirectory& directory, const ProxyConfig& next) {
-  std::vector<std::string> lines;
+std::vector<Objection> key_conflicts(const DeviceDirectory& directory, const ProxyConfig& next) {
+  std::vector<Objection> objections;
   for (const auto& [id, network] : directory.networks()) {
     const auto rules = next.networks.find(id);
     if (rules == next.networks.end()) continue;
@@ -28,12 +28,13 @@ std::vector<std::string> key_conflicts(const DeviceDirectory& directory, const P
         auto part = point_id(&names, *point.details->capability, point.type);
         const auto [other, free] = taken.emplace(std::pair(point.id.kind, part), point.details->id);
         if (free) continue;
-        lines.push_back(fmt::format("networks.{}.devices.{}: {} and {} would both become {}", id, address,
-                                    other->second, point.details->id, part));
+        objections.push_back({id, address,
+                              fmt::format("networks.{}.devices.{}: {} and {} would both become {}", id, address,
+                                          other->second, point.details->id, part)});
       }
     }
   }
-  return lines;
+  return objections;
 }
 
 std::string path_of(const Device& device, const LostName& lost) {

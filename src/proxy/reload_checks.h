@@ -10,8 +10,14 @@ namespace rubicon::proxy {
 
 // Problems that new rules would cause for the devices listed now, one line each. Printed by a reload.
 
+/// Why the names of a device cannot be applied.
+struct Objection {
+  std::string network, address;
+  std::string text;
+};
+
 /// Names by which two points of one device would claim one key: the rules cannot be applied.
-std::vector<std::string> key_conflicts(const DeviceDirectory& directory, const ProxyConfig& next);
+std::vector<Objection> key_conflicts(const DeviceDirectory& directory, const ProxyConfig& next);
 
 /// Names for points that the devices of the network do not have.
 std::vector<std::string> lost_names_in(const DeviceDirectory& directory, const std::string& network,

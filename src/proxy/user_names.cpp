@@ -77,7 +77,8 @@ Result<void> UserNames::give(Device& device, std::string name, std::string area,
   }
   if (directory_.update_name(device)) mirror_.described(device);
   context_.log.info(fmt::format("{} is called {} in area {} by {}, id {}", device.key, model::quoted(device.name),
-                                model::quoted(device.area.text()), commander_name(context_, by), number(by)));
+                                model::quoted(device.area.text()), commander_name(context_.space, context_.config, by),
+                                number(by)));
   return {};
 }
 

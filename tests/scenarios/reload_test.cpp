@@ -39,7 +39,9 @@ class Reload : public Ecology {
     island->start();
     robot = &component(70001);
     everything = robot->subscribe({OwnerId(6541), "**"}, {.passive = true}, [this](const Event& event) {
-      if (recording && !event.tuple.key.starts_with("proxy.property.")) touched.emplace_back(event.tuple.key);
+      const auto& key = event.tuple.key;
+      if (recording && !key.starts_with("proxy.property.") && !key.starts_with("proxy.settings."))
+        touched.emplace_back(event.tuple.key);
     });
     scheduler.run_for(1s);
   }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "model/point_keys.h"
 #include "rubicon/key.hpp"
 
 namespace rubicon::networks::log {
@@ -13,6 +14,7 @@ constexpr std::size_t kMaxNetworks = 1000;
 
 /// `wsn-1.7.sensor.light-1.value` and `wsn-1.status`.
 bool names_network(const std::vector<std::string_view>& parts) {
+  if (parts.empty() || model::is_part_of_island(parts[0])) return false;
   if (parts.size() == 2) return parts[1] == "status";
   return parts.size() == 5 && (parts[2] == "sensor" || parts[2] == "actuator" || parts[2] == "property");
 }

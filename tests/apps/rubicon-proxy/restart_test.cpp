@@ -117,6 +117,23 @@ TEST_F(DaemonWithMemory, SighupTakesTheNewFileAndARefusedOneChangesNothing) {
   EXPECT_THAT(daemon.errors(), HasSubstr("reloaded"));
 }
 
+TEST_F(DaemonWithMemory, ACommandOfTheSettingsReloadsAndShowsTheOutcome) {
+  configure("auto", "20");
+  Process daemon({kDaemon, "run", file(), "--shell"});
+  ASSERT_TRUE(until(daemon, "devices", "count", 2));
+  answer(daemon, "subscribe proxy.settings.status");
+  answer(daemon, "subscribe proxy.dummy-1.hall.sensor.temperature-1.value");
+  configure("auto", "cold");
+  EXPECT_EQ(answer(daemon, "set proxy.settings.command try")["ok"], true);
+  const auto refused = daemon.line_with("\\\"state\\\":\\\"refused\\\"");
+  ASSERT_TRUE(refused);
+  EXPECT_THAT(*refused, HasSubstr("\\\"line\\\":5"));
+  configure("auto", "30");
+  EXPECT_EQ(answer(daemon, "set proxy.settings.command reload")["ok"], true);
+  ASSERT_TRUE(daemon.line_with("\"value\":\"30\""));
+  EXPECT_THAT(answer(daemon, "get proxy.settings.value")["value"].get<std::string>(), HasSubstr("value: 30"));
+}
+
 TEST_F(DaemonWithMemory, CheckDiffComparesWithTheLastGoodFile) {
   {
     Process daemon({kDaemon, "run", file(), "--shell"});

@@ -149,6 +149,17 @@ TEST_F(LogRecording, AnotherNetworkIsPlayedByItsName) {
   EXPECT_THAT(delivered(), ElementsAre("21"));
 }
 
+TEST_F(LogRecording, TuplesOfTheIslandItselfAreNoNetwork) {
+  Writer writer;
+  writer.set("proxy.settings.status", "{\"state\":\"idle\"}");
+  writer.set("proxy.recorder.all.status", "{\"state\":\"recording\"}");
+  writer.set("proxy.knx.1_1_1.sensor.temperature-1.value", "20");
+  writer.set("proxy.knx.1_1_1.sensor.temperature-1.value", "21");
+  play(writer.file());
+  EXPECT_THAT(listener_.lines, IsEmpty());
+  EXPECT_THAT(delivered(), ElementsAre("21"));
+}
+
 TEST_F(LogRecording, SeveralNetworksEndTheLineOnceWithTheirNamesAndTellNothing) {
   Writer writer;
   writer.set("proxy.wsn-1.7.sensor.light-1.value", "1");
