@@ -69,9 +69,6 @@ struct Device::Impl {
   device::Silence silence;
   std::optional<bool> available;
   bool bridge_decides = false;
-  /// Heard since the line is up or it was out of reach. Until then what Zigbee2MQTT changes by itself (a timer, the
-  /// echo of a group) is delivered as remembered: it must not make the device reachable.
-  bool alive = false;
   bool up = false;
 };
 
@@ -150,15 +147,14 @@ model::Join Device::Impl::join() const {
 
 void Device::Impl::deliver(device::Reports::Found found) {
   if (!found.stored.empty()) host.deliver(record.address, model::Updates{std::move(found.stored), false});
-  alive |= found.heard;
   if (!found.readings.empty())
-    host.deliver(record.address, model::Updates{std::move(found.readings), alive});
+    host.deliver(record.address, model::Updates{std::move(found.readings)});
   else if (found.heard)
     host.deliver(record.address, model::KeepAlive{});
 }
 
 void Device::Impl::unreachable(std::string reason) {
-  alive = false;
+  reports.interrupted();
   host.deliver(record.address, model::Unreachable{std::move(reason)});
 }
 
@@ -298,7 +294,7 @@ void Device::availability(bool online) {
   const bool back = online && impl_->available == false;
   impl_->available = online;
   if (!online) return impl_->unreachable("Zigbee2MQTT: not available");
-  impl_->alive = true;
+  impl_->reports.reached();
   impl_->host.deliver(impl_->record.address, model::KeepAlive{});
   if (back) impl_->refresh();
 }
@@ -326,7 +322,8 @@ Result<void> Device::send(const Message& message) {
 }
 
 void Device::line_lost(const std::string& why) {
-  impl_->up = impl_->alive = false;
+  impl_->up = false;
+  impl_->reports.interrupted();
   impl_->commands.end(Outcome::kUndeliverable, why);
   impl_->verification.clear();
   impl_->polling.line(false);

@@ -13,7 +13,8 @@ struct Heard {
   /// Its last_seen is later than all before it, or it has none: the device may have sent something. Otherwise
   /// Zigbee2MQTT published by itself: an echo, a timer of its own, a repetition.
   bool later = true;
-  bool copy = false;  ///< a repetition of old values, at the start of Zigbee2MQTT for example
+  bool copy = false;      ///< a repetition of old values, at the start of Zigbee2MQTT for example
+  bool at_start = false;  ///< a copy, or a repetition of the last message, that Zigbee2MQTT publishes when it starts
   /// A copy by the time alone: no last_seen, soon after the start. Events are no copies, as Zigbee2MQTT keeps none.
   bool presumed = false;
   bool older = false;  ///< a copy from before the last message: Zigbee2MQTT lost what came since then

@@ -16,6 +16,7 @@ struct KnownValue {
   std::string text{};     ///< JSON, as last taken; empty = never seen
   WallTime changed{};     ///< when the device had it first, as far as known
   bool unproven = false;  ///< an echo: the device did not report it yet
+  bool stored = false;    ///< as Zigbee2MQTT remembered it at its start: a message that repeats it proves nothing
   bool due = false;       ///< shown as stale or stored: delivered once more when the device is heard
   bool asked = false;     ///< by a poll that was not answered yet
   SteadyTime asked_at{};  ///< zero = never

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -101,9 +102,14 @@ Reports::Found Reports::take(std::span<const Member> members, bool retained) {
   found.heard = heard.later && !heard.copy;
   compare(members, heard, found);
   const bool any_own = take_echoes(heard, found);
+  alive_ |= found.heard;
   for (const auto& change : changes_) apply(change, heard, judge(change, heard, any_own), found);
   if (!heard.copy) verification_.message(heard);
   note_last_seen(heard);
+  if (!alive_) {
+    std::move(found.readings.begin(), found.readings.end(), std::back_inserter(found.stored));
+    found.readings.clear();
+  }
   return found;
 }
 
@@ -139,6 +145,8 @@ Heard Reports::heard(std::span<const Member> members, bool retained) {
     if (member.key == "last_seen") heard.last_seen = read_last_seen(member.json);
   }
   date(heard);
+  const bool repeated = heard.aged && !heard.later && scheduler_.now() < copies_until_;
+  heard.at_start = !retained && (heard.copy || repeated);
   return heard;
 }
 
@@ -232,11 +240,12 @@ void Reports::apply(const Change& change, const Heard& heard, Verdict verdict, F
   const auto index = properties_.index_of(property);
   const bool was_known = is_known(property);
   property.text = change.json;
+  property.stored = verdict == Verdict::kStored || verdict == Verdict::kNoNews;
+  property.due = verdict == Verdict::kReport && !alive_;
   if (verdict == Verdict::kNoNews) return;
   if (verdict == Verdict::kEcho) return doubt(property, Verification::Cause::kEcho, heard);
   if (verdict == Verdict::kUnproven) return doubt(property, Verification::Cause::kForeign, heard);
   property.unproven = false;
-  property.due = verdict == Verdict::kStored && !traits_.group;
   if (heard.later || !heard.last_seen) property.asked = false;
   // What changes long after the device was heard is a timer of Zigbee2MQTT.
   const bool by_timer = heard.aged && !heard.later && verdict == Verdict::kReport;
@@ -250,21 +259,27 @@ void Reports::apply(const Change& change, const Heard& heard, Verdict verdict, F
 void Reports::doubt(Property& property, Verification::Cause cause, const Heard& heard) {
   const auto index = properties_.index_of(property);
   property.unproven = true;
-  property.due = false;
+  property.stored = property.due = false;
   const auto* command = cause == Verification::Cause::kEcho ? last_command(index) : nullptr;
   const auto newest = heard.last_seen && heard.later ? heard.last_seen : newest_;
   verification_.start(index, cause, can_ask(property), newest, command ? command->known_before : newest);
 }
 
 void Reports::unchanged(Property& property, const Heard& heard, Found& found) {
+  if (heard.at_start) {  // reports may be lost since the value was measured
+    property.stored = true;
+    property.due = false;
+  }
   if (heard.copy || !heard.later || property.unproven || !is_known(property)) return;
   if (property.asked && scheduler_.now() > property.asked_at + kAnswerTime) property.asked = false;
   const bool answers = property.asked && heard.quiet;
+  // A clock that is behind made it look like a copy.
+  const bool no_copy = property.stored && heard.aged && heard.last_seen;
   if (answers)
     property.changed = time_of(properties_.index_of(property), heard.last_seen);
-  else if (!property.due)
+  else if (!property.due && !no_copy)
     return;
-  property.asked = property.due = false;
+  property.asked = property.due = property.stored = false;
   readings(property, property.text, property.changed, found.readings);
 }
 
@@ -272,7 +287,7 @@ Reports::Found Reports::proven(std::size_t index, std::optional<WallTime> seen) 
   Found found;
   auto& property = properties_[index];
   if (!std::exchange(property.unproven, false)) return found;
-  found.heard = true;
+  found.heard = alive_ = true;
   property.changed = time_of(index, seen);
   readings(property, property.text, property.changed, found.readings);
   return found;
@@ -294,10 +309,15 @@ void Reports::line_up() {
   copies_until_ = scheduler_.now() + kStartTime;
   newest_age_ = Duration(0);
   for (auto& property : properties_.all()) {
-    property.due = is_known(property) && !property.unproven && !traits_.group;
     property.asked = false;
     if (property.unproven) doubt(property, Verification::Cause::kForeign, {});
   }
+}
+
+void Reports::interrupted() {
+  alive_ = false;
+  for (auto& property : properties_.all())
+    property.due = is_known(property) && !property.unproven && !property.stored && !traits_.group;
 }
 
 void Reports::points_changed() {

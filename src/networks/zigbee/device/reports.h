@@ -32,7 +32,7 @@ class Reports {
   /// Readings of one message, ready to deliver.
   struct Found {
     std::vector<model::Reading> readings;  ///< reported just now
-    std::vector<model::Reading> stored;    ///< remembered by Zigbee2MQTT, not known here
+    std::vector<model::Reading> stored;    ///< remembered by Zigbee2MQTT; they do not make the device reachable
     bool heard = false;                    ///< the device itself was
   };
 
@@ -46,6 +46,11 @@ class Reports {
   void commanded(const Command& command);
   /// The line is back. What Zigbee2MQTT repeats after this moment without last_seen may be old.
   void line_up();
+  /// The line is lost, or the device is out of reach: its values count again when it is heard. Until then what
+  /// Zigbee2MQTT changes by itself (a timer, the echo of a group) is only stored.
+  void interrupted();
+  /// The bridge reports that the device is there.
+  void reached() { alive_ = true; }
   /// The points are others: forgets what was commanded, and asks again for what is not proven. Call after traits().
   void points_changed();
 
@@ -112,6 +117,7 @@ class Reports {
   WallTime seen_{};
   Duration newest_age_{};  ///< of the newest last_seen, when it arrived
   SteadyTime copies_until_{};
+  bool alive_ = false;  ///< reached since it was interrupted
 };
 
 /// Whether a reported JSON number of the point is the wanted one: whole numbers exactly, others to less than half a

@@ -40,9 +40,24 @@ TEST_F(ReportsTest, Pitfall8_StatesAtTheStartOfTheBridgeAreShownAsStoredWithThei
   EXPECT_EQ(raw_readings()[0].user_time, yesterday);
   EXPECT_TRUE(host.all<model::KeepAlive>().empty());
   forget();
-  report(R"("temperature":19)");  // the device lives: what is remembered of it is as good as before the start
-  EXPECT_EQ(readings(), (Values{{"temperature", "19"}}));
-  EXPECT_EQ(raw_readings()[0].user_time, yesterday);
+  report(R"("temperature":19)");
+  EXPECT_TRUE(raw_readings().empty()) << "the device lives, but nothing was measured";
+  EXPECT_EQ(host.all<model::KeepAlive>().size(), 1U);
+  report(R"("temperature":19,"humidity":40)");
+  EXPECT_EQ(readings(), (Values{{"humidity", "40"}}));
+  report(R"("temperature":19.5,"humidity":40)");
+  EXPECT_EQ(readings(), (Values{{"humidity", "40"}, {"temperature", "19.5"}}));
+}
+
+TEST_F(ReportsTest, AStoredValueIsGoodWhenAnAnswerRepeatsIt) {
+  start(record_of(definitions::kPlug));
+  say(R"("state":"ON","power":7)", now() - hours(1));
+  EXPECT_EQ(readings(false), (Values{{"state", "on"}, {"power", "7"}}));
+  report(R"("state":"ON","power":7)");
+  EXPECT_TRUE(readings().empty()) << "nothing was asked";
+  sample({"power"}, seconds(10));
+  report(R"("state":"ON","power":7)");
+  EXPECT_EQ(readings(), (Values{{"power", "7"}}));
 }
 
 TEST_F(ReportsTest, WithoutLastSeenWhatComesAtTheStartOfTheBridgeIsStored) {
@@ -53,14 +68,19 @@ TEST_F(ReportsTest, WithoutLastSeenWhatComesAtTheStartOfTheBridgeIsStored) {
   EXPECT_EQ(readings(false), (Values{{"temperature", "19"}}));
   run(seconds(6));
   say_plain(R"("temperature":19,"humidity":50)");
-  EXPECT_EQ(readings(), (Values{{"temperature", "19"}, {"humidity", "50"}}));
+  EXPECT_EQ(readings(), (Values{{"humidity", "50"}}));
+  say_plain(R"("temperature":18,"humidity":50)");
+  EXPECT_EQ(readings(), (Values{{"humidity", "50"}, {"temperature", "18"}}));
 }
 
 TEST_F(ReportsTest, ARetainedStateIsStored) {
   start(record_of(definitions::kWeather, true));
   ASSERT_TRUE(device->state(R"({"temperature":19,"last_seen":")" + iso(now()) + "\"}", true));
   EXPECT_EQ(readings(false), (Values{{"temperature", "19"}}));
+  report(R"("temperature":19)");
   EXPECT_TRUE(readings().empty());
+  report(R"("temperature":20)");
+  EXPECT_EQ(readings(), (Values{{"temperature", "20"}}));
 }
 
 TEST_F(ReportsTest, ABridgeThatForgotWhatItPublishedDoesNotUndoIt) {
@@ -187,6 +207,14 @@ TEST_F(ReportsTest, AClockThatIsWrongMakesOnlyTheFirstMessageOld) {
   EXPECT_EQ(readings(), (Values{{"temperature", "21"}, {"temperature", "22"}}));
 }
 
+TEST_F(ReportsTest, AClockThatIsWrongLeavesNoValueStored) {
+  start(record_of(definitions::kWeather, true));
+  say(R"("temperature":20)", now() - minutes(5));
+  run(minutes(1));
+  say(R"("temperature":20)", now() - minutes(5));
+  EXPECT_EQ(readings(), (Values{{"temperature", "20"}}));
+}
+
 TEST_F(ReportsTest, AClockThatIsSetBackSilencesNoDevice) {
   start(record_of(definitions::kWeather, true));
   say(R"("temperature":20)", now() + hours(1));
@@ -211,6 +239,78 @@ TEST_F(ReportsTest, AfterAnInterruptionTheValuesAreGoodAgainWhenTheDeviceIsHeard
   forget();
   report(R"("temperature":20,"humidity":41)");
   EXPECT_TRUE(readings().empty());
+}
+
+/// A device with a battery cannot be asked: the values that it still has count when it is heard.
+TEST_F(ReportsTest, AfterItWasOutOfReachTheValuesAreGoodAgainWhenTheDeviceIsHeard) {
+  start(record_of(definitions::kWeather, true));
+  device->bridge_decides(true);
+  report(R"("temperature":20,"humidity":40)");
+  const auto measured = std::chrono::floor<milliseconds>(now());
+  run(hours(2));
+  device->availability(false);
+  forget();
+  run(hours(1));
+  device->availability(true);
+  report(R"("temperature":20,"humidity":40)");
+  EXPECT_EQ(readings(), (Values{{"temperature", "20"}, {"humidity", "40"}}));
+  EXPECT_EQ(raw_readings()[0].user_time, measured);
+  forget();
+  report(R"("temperature":20,"humidity":40)");
+  EXPECT_TRUE(readings().empty());
+}
+
+TEST_F(ReportsTest, AfterALongSilenceTheValuesAreGoodAgainWhenTheDeviceIsHeard) {
+  start(record_of(definitions::kWeather, true));
+  report(R"("temperature":20)");
+  run(hours(30));
+  ASSERT_EQ(host.all<model::Unreachable>().size(), 1U);
+  forget();
+  report(R"("temperature":20)");
+  EXPECT_EQ(readings(), (Values{{"temperature", "20"}}));
+}
+
+/// What a timer of Zigbee2MQTT changed meanwhile was only stored.
+TEST_F(ReportsTest, WhatChangedWhileTheDeviceWasOutOfReachIsGoodWhenItIsHeard) {
+  start(record_of(definitions::kWeather, true));
+  report(R"("occupancy":true)");
+  device->availability(false);
+  run(seconds(90));
+  echo(R"("occupancy":false)");
+  forget();
+  report(R"("occupancy":false)");
+  EXPECT_EQ(readings(), (Values{{"occupancy", "off"}}));
+}
+
+TEST_F(ReportsTest, AfterARestartOfTheBridgeOnlyWhatIsReportedIsGood) {
+  start(record_of(definitions::kWeather, true));
+  report(R"("temperature":20,"humidity":40)");
+  const auto last = now();
+  run(minutes(1));
+  device->line_lost("Zigbee2MQTT is offline");
+  run(minutes(5));
+  device->line_up();
+  say(R"("temperature":20,"humidity":40)", last);
+  forget();
+  report(R"("temperature":20,"humidity":41)");
+  EXPECT_EQ(readings(), (Values{{"humidity", "41"}})) << "a report of 20.5 may be lost";
+  report(R"("temperature":21,"humidity":41)");
+  EXPECT_EQ(readings(), (Values{{"humidity", "41"}, {"temperature", "21"}}));
+}
+
+TEST_F(ReportsTest, AfterARestartOfTheBridgeOlderValuesThanTheLastAreNotShown) {
+  start(record_of(definitions::kWeather, true));
+  report(R"("temperature":21)");
+  const auto first = now();
+  run(minutes(1));
+  report(R"("temperature":22,"humidity":40)");
+  device->line_lost("Zigbee2MQTT is offline");
+  run(minutes(5));
+  device->line_up();
+  say(R"("temperature":21)", first);
+  forget();
+  report(R"("temperature":21,"humidity":41)");
+  EXPECT_EQ(readings(), (Values{{"humidity", "41"}}));
 }
 
 TEST_F(ReportsTest, WhatCannotBeReadIsAReadingWithoutValue) {
