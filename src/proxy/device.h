@@ -6,9 +6,9 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include <unordered_map>
 #include <vector>
 
+#include "base/by_text.h"
 #include "model/message.h"
 #include "model/point_keys.h"
 #include "model/quality.h"
@@ -147,12 +147,6 @@ struct Device {
   DeviceStorage storage;
 };
 
-/// Finds std::string keys by string_view without a copy.
-struct TextHash {
-  using is_transparent = void;
-  std::size_t operator()(std::string_view text) const { return std::hash<std::string_view>{}(text); }
-};
-
 /// Errors of a network; published as counters.
 struct NetworkFaults {
   std::uint64_t refused_joins = 0;      ///< device cap, or another device has the key
@@ -173,8 +167,7 @@ struct Network {
   bool down = false;        ///< down, refused or ended; a line that is being reopened stays down until it is up
   WallTime since{};
   std::string reason;
-  std::unordered_map<std::string, Device, TextHash, std::equal_to<>>
-      devices;                                  ///< by address; the addresses of devices are stable
+  base::ByText<Device> devices;                 ///< by address; the addresses of devices are stable
   std::map<std::string, Device*> by_id;         ///< the reachable ones are published in this order
   std::map<std::string, std::string> reserved;  ///< configured id -> the address it is reserved for
   NetworkFaults faults;

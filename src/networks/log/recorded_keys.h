@@ -3,9 +3,9 @@
 #include <cstdint>
 #include <memory>
 #include <string>
-#include <unordered_map>
 #include <vector>
 
+#include "base/by_text.h"
 #include "networks/log/recorded_device.h"
 #include "networks/log/recorded_networks.h"
 #include "networks/log/recording_faults.h"
@@ -14,13 +14,6 @@
 #include "recording/record.h"
 
 namespace rubicon::networks::log {
-
-struct TextHash {
-  using is_transparent = void;
-  std::size_t operator()(std::string_view text) const { return std::hash<std::string_view>{}(text); }
-};
-template <class T>
-using ByText = std::unordered_map<std::string, T, TextHash, std::equal_to<>>;
 
 /// The keys of a recording: which device and which of its tuples each one names. Owns the devices, which never move.
 /// Bounded, whatever the recording holds. What the constructor takes by reference must outlive it.
@@ -57,7 +50,7 @@ class RecordedKeys {
   void note_network(const recording::Record& record);
   const RecordedNetworks& networks() const { return networks_; }
 
-  const ByText<std::unique_ptr<RecordedDevice>>& devices() const { return devices_; }
+  const base::ByText<std::unique_ptr<RecordedDevice>>& devices() const { return devices_; }
 
  private:
   bool is_of_island(const recording::Record& record) const;
@@ -74,8 +67,8 @@ class RecordedKeys {
   std::string prefix_ = "proxy.";
   OwnerId island_ = model::kNoOwner;
   RecordedNetworks networks_;
-  ByText<std::unique_ptr<RecordedDevice>> devices_;
-  ByText<Target> by_text_;
+  base::ByText<std::unique_ptr<RecordedDevice>> devices_;
+  base::ByText<Target> by_text_;
   std::size_t text_ = 0;           ///< bytes in by_text_
   std::vector<Target> by_number_;  ///< of the present block
 };

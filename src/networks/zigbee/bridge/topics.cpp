@@ -79,29 +79,35 @@ void Topics::drop(const std::string& topic, const std::string& address, Kind kin
 }
 
 std::optional<Topics::Found> Topics::find(std::string_view topic, std::string_view payload) const {
-  if (const auto own = own_.find(topic); own != own_.end()) return Found{own->second, {}, {}};
-  if (topic.starts_with(bridge_) && topic.substr(bridge_.size()).starts_with(kResponse))
-    return Found{Kind::kResponse, {}, topic.substr(bridge_.size() + kResponse.size())};
+  if (topic.starts_with(bridge_)) {
+    if (const auto own = own_.find(topic); own != own_.end()) return Found{own->second, {}, {}};
+    if (topic.substr(bridge_.size()).starts_with(kResponse))
+      return Found{Kind::kResponse, {}, topic.substr(bridge_.size() + kResponse.size())};
+  }
   const auto found = table_.find(topic);
   if (found == table_.end()) return std::nullopt;
   const auto& meanings = found->second;
+  // A topic that means a state ends with the name of the entity.
+  const bool conflicts = !name_conflict(topic.substr(base_.size() + 1)).empty();
   const auto* chosen = &meanings.back();
   if (meanings.size() > 1) {
     const auto wanted = is_availability(payload) ? Kind::kAvailability : Kind::kState;
     const auto fits = std::find_if(meanings.rbegin(), meanings.rend(), [&](const auto& meaning) {
-      return meaning.kind == wanted && (wanted != Kind::kState || conflict(meaning.address).empty());
+      return meaning.kind == wanted && (wanted != Kind::kState || !conflicts);
     });
     if (fits == meanings.rend()) return std::nullopt;
     chosen = &*fits;
   }
-  if (chosen->kind == Kind::kState && !conflict(chosen->address).empty()) return std::nullopt;
+  if (chosen->kind == Kind::kState && conflicts) return std::nullopt;
   return Found{chosen->kind, chosen->address, {}};
 }
 
 std::string Topics::conflict(const std::string& address) const {
   const auto known = names_.find(address);
-  if (known == names_.end()) return {};
-  const std::string_view name = known->second;
+  return known == names_.end() ? std::string() : name_conflict(known->second);
+}
+
+std::string Topics::name_conflict(std::string_view name) const {
   if (name == "bridge" || name.starts_with("bridge/"))
     return fmt::format("its friendly name '{}' is a topic of the bridge; rename it in Zigbee2MQTT", name);
   for (auto slash = name.find('/'); slash != name.npos; slash = name.find('/', slash + 1)) {
@@ -119,9 +125,11 @@ std::vector<std::string> Topics::filters() const {
   std::vector<std::string> all;
   for (const auto& [topic, kind] : own_) all.push_back(topic);
   all.push_back(bridge_ + std::string(kResponse) + "#");
+  const auto of_entities = all.size();
   for (const auto& [topic, meanings] : table_) {
     if (!own_.contains(topic)) all.push_back(topic);
   }
+  std::sort(all.begin() + static_cast<std::ptrdiff_t>(of_entities), all.end());
   return all;
 }
 

@@ -5,8 +5,10 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <unordered_map>
 #include <vector>
 
+#include "base/by_text.h"
 #include "rubicon/result.hpp"
 
 namespace rubicon::networks::zigbee::bridge {
@@ -67,12 +69,14 @@ class Topics {
     Kind kind = Kind::kState;
   };
   void add(const std::string& topic, const std::string& address, Kind kind, Filters& filters);
+  /// conflict() of an entity with this name.
+  std::string name_conflict(std::string_view name) const;
   void drop(const std::string& topic, const std::string& address, Kind kind, Filters& filters);
 
-  std::string base_, bridge_;                                       ///< `<base>`, `<base>/bridge/`
-  std::map<std::string, Kind, std::less<>> own_;                    ///< the bridge's topics
-  std::map<std::string, std::vector<Meaning>, std::less<>> table_;  ///< of the entities; the newest meaning last
-  std::map<std::string, std::string, std::less<>> names_;           ///< address -> name
+  std::string base_, bridge_;                           ///< `<base>`, `<base>/bridge/`
+  std::map<std::string, Kind, std::less<>> own_;        ///< the bridge's topics
+  base::ByText<std::vector<Meaning>> table_;            ///< of the entities; the newest meaning last
+  std::unordered_map<std::string, std::string> names_;  ///< address -> name
 };
 
 }  // namespace rubicon::networks::zigbee::bridge

@@ -3,9 +3,9 @@
 #include <cstddef>
 #include <string>
 #include <string_view>
-#include <unordered_map>
 #include <vector>
 
+#include "base/by_text.h"
 #include "networks/zigbee/exposes/mapping.h"
 #include "rubicon/time.hpp"
 
@@ -47,14 +47,10 @@ class Properties {
   std::vector<Property>& all() { return all_; }
 
  private:
-  struct Hash {
-    using is_transparent = void;
-    std::size_t operator()(std::string_view text) const { return std::hash<std::string_view>()(text); }
-  };
   void add(const std::vector<exposes::MappedPoint>& points);
 
   std::vector<Property> all_;
-  std::unordered_map<std::string, std::size_t, Hash, std::equal_to<>> by_name_;
+  base::ByText<std::size_t> by_name_;
   std::vector<std::size_t> of_point_;
 };
 
