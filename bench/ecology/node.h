@@ -1,18 +1,17 @@
 #pragma once
 
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <string>
 
 #include "base/scheduler.h"
+#include "frame/figures.h"
+#include "frame/process_figures.h"
 #include "rubicon/tuple_space.hpp"
 #include "transport/asio_scheduler.h"
 #include "tuples/dds/dds_ecology.h"
 #include "tuples/link.h"
 
 namespace rubicon::bench {
-
-using Json = nlohmann::ordered_json;
 
 /// The two components of most measurements.
 inline constexpr OwnerId kFirst{70001}, kSecond{70002};
@@ -53,8 +52,6 @@ class Node {
 [[noreturn]] void give_up(const std::string& why);
 
 double seconds_between(SteadyTime from, SteadyTime to);
-/// Resident memory of this process, MB (10^6 bytes).
-double resident_mb();
 
 /// `text` padded to 64 bytes, the size of all values here.
 std::string value_of(std::uint64_t number);

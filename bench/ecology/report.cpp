@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <algorithm>
-#include <cmath>
 #include <cstdlib>
 #include <fstream>
 #include <thread>
@@ -22,23 +20,6 @@ std::string processor() {
 }
 
 }  // namespace
-
-double percentile(std::vector<double> values, double part) {
-  if (values.empty()) return 0;
-  const auto last = static_cast<double>(values.size() - 1);
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(std::lround(last * part));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
-
-double median(std::vector<double> values) {
-  return percentile(std::move(values), 0.5);
-}
-
-double rounded(double value, int digits) {
-  const auto scale = std::pow(10, digits);
-  return std::round(value * scale) / scale;
-}
 
 Meeting Plan::new_meeting() const {
   static int count = 0;

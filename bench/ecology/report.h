@@ -4,14 +4,9 @@
 #include <vector>
 
 #include "ecology/node.h"
+#include "frame/figures.h"
 
 namespace rubicon::bench {
-
-double median(std::vector<double> values);
-/// The quantile: `part` (0..1) of the values are not above it.
-double percentile(std::vector<double> values, double part);
-/// Rounded to this number of decimals.
-double rounded(double value, int digits);
 
 /// How much is measured.
 struct Plan {

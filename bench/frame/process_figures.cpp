@@ -1,4 +1,4 @@
-#include "zigbee/process_figures.h"
+#include "frame/process_figures.h"
 
 #include <fmt/format.h>
 #include <malloc.h>
@@ -8,7 +8,7 @@
 #include <fstream>
 #include <string>
 
-namespace rubicon::bench::zigbee {
+namespace rubicon::bench {
 
 namespace {
 
@@ -52,4 +52,4 @@ void forget_peak() {
   std::ofstream("/proc/self/clear_refs") << "5";
 }
 
-}  // namespace rubicon::bench::zigbee
+}  // namespace rubicon::bench

@@ -2,7 +2,7 @@
 
 #include <sys/types.h>
 
-namespace rubicon::bench::zigbee {
+namespace rubicon::bench {
 
 /// Processor time of the calling thread so far.
 double thread_seconds();
@@ -14,4 +14,4 @@ double resident_mb();
 double peak_mb();
 void forget_peak();
 
-}  // namespace rubicon::bench::zigbee
+}  // namespace rubicon::bench

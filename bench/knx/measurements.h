@@ -1,15 +1,10 @@
 #pragma once
 
-#include <chrono>
 #include <cstdint>
-#include <nlohmann/json.hpp>
-#include <string>
-#include <vector>
+
+#include "frame/figures.h"
 
 namespace rubicon::bench::knx {
-
-using Json = nlohmann::ordered_json;
-using Clock = std::chrono::steady_clock;
 
 struct Plan {
   int rounds = 5;
@@ -18,9 +13,6 @@ struct Plan {
   int decodes = 5'000'000;  ///< a data point type
   int addresses = 10'000;   ///< of the import
 };
-
-double median(std::vector<double> values);
-double seconds_since(Clock::time_point start);
 
 /// Confirmed telegrams a second of a bare stop-and-wait loop on blocking sockets, through knxd at this port.
 double floor_telegrams(int telegrams, std::uint16_t port);

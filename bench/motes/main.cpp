@@ -1,62 +1,17 @@
 // Measures networks/wsn: rubicon-bench-motes prints one JSON object (docs/benchmarks.md, "Motes").
-#include <fmt/format.h>
-#include <sched.h>
-#include <unistd.h>
-
-#include <CLI/CLI.hpp>
-#include <algorithm>
-#include <cmath>
-#include <csignal>
-
+#include "frame/program.h"
 #include "motes/measurements.h"
-
-namespace rubicon::bench::motes {
-
-double percentile(std::vector<double> values, double part) {
-  if (values.empty()) return 0;
-  std::sort(values.begin(), values.end());
-  return values[static_cast<std::size_t>(std::lround(static_cast<double>(values.size() - 1) * part))];
-}
-
-double median(std::vector<double> values) {
-  return percentile(std::move(values), 0.5);
-}
-
-double milliseconds(Clock::duration span) {
-  return std::chrono::duration<double, std::milli>(span).count();
-}
-
-double rounded(double value, int digits) {
-  const double by = std::pow(10, digits);
-  return std::round(value * by) / by;
-}
-
-}  // namespace rubicon::bench::motes
 
 int main(int argc, char** argv) {
   using namespace rubicon::bench::motes;
   using namespace std::chrono_literals;
-  const std::pair<const char*, void (*)(const Plan&, Json&)> all[] = {
-      {"line-rate", measure_line_rate}, {"sinks", measure_sinks},       {"clients", measure_paced_clients},
-      {"reboot", measure_reboot},       {"restarts", measure_restarts}, {"energy", measure_energy}};
-  CLI::App app("Measures the network of motes beside bare peers", "rubicon-bench-motes");
-  bool quick = false;
-  std::vector<std::string> only;
-  std::vector<std::string> names;
-  for (const auto& one : all) names.emplace_back(one.first);
-  app.add_flag("--quick", quick, "a short run that checks the measurements without meaningful figures");
-  app.add_option("--only", only, "line-rate, sinks, clients, reboot, restarts or energy (may be repeated)")
-      ->check(CLI::IsMember(names))
-      ->allow_extra_args(false);
-  CLI11_PARSE(app, argc, argv);
-  std::signal(SIGPIPE, SIG_IGN);
-  if (::geteuid() != 0) ::unshare(CLONE_NEWUSER);  // a private network of one's own is then allowed
-  Plan plan;
-  if (quick) plan = {1, 5s, 3, 3s, 4s, 50, 1, 4, 1min};
-  Json out;
-  for (const auto& [name, measure] : all) {
-    if (only.empty() || std::find(only.begin(), only.end(), name) != only.end()) measure(plan, out);
-  }
-  fmt::print("{}\n", out.dump(2));
-  return 0;
+  const Plan quick{1, 5s, 3, 3s, 4s, 50, 1, 4, 1min};
+  return rubicon::bench::run_program(argc, argv,
+                                     {"rubicon-bench-motes", "Measures the network of motes beside bare peers"}, quick,
+                                     {{"line-rate", measure_line_rate},
+                                      {"sinks", measure_sinks},
+                                      {"clients", measure_paced_clients},
+                                      {"reboot", measure_reboot},
+                                      {"restarts", measure_restarts},
+                                      {"energy", measure_energy}});
 }

@@ -1,15 +1,10 @@
 #pragma once
 
 #include <chrono>
-#include <cstdint>
-#include <nlohmann/json.hpp>
-#include <string>
-#include <vector>
+
+#include "frame/figures.h"
 
 namespace rubicon::bench::motes {
-
-using Json = nlohmann::ordered_json;
-using Clock = std::chrono::steady_clock;
 
 struct Plan {
   int rounds = 3;                    ///< of each measurement; medians are reported
@@ -22,14 +17,6 @@ struct Plan {
   int restarts = 100;                ///< of the island
   std::chrono::minutes quiet{10};    ///< without a subscriber, and with one
 };
-
-/// 0 for none.
-double median(std::vector<double> values);
-/// `part` of the values are not above it; 0 <= part <= 1. 0 for none.
-double percentile(std::vector<double> values, double part);
-double milliseconds(Clock::duration span);
-/// Rounded to this many decimals.
-double rounded(double value, int digits);
 
 // Each adds its figures (docs/benchmarks.md, "Motes").
 void measure_line_rate(const Plan& plan, Json& out);

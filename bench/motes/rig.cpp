@@ -2,25 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <stdexcept>
-
-#include "config/yaml.h"
-#include "island/network_types.h"
-
 namespace rubicon::bench::motes {
-
-namespace {
-
-base::NullLogSink& nowhere() {
-  static base::NullLogSink log;
-  return log;
-}
-
-}  // namespace
-
-void must(const Result<void>& result) {
-  if (!result) throw std::runtime_error(result.error().text);
-}
 
 std::string island_of(const std::vector<std::uint16_t>& ports, const std::string& options) {
   auto text = fmt::format("island: {{id: {}, name: bench}}\nnetworks:\n", kIsland);
@@ -38,28 +20,10 @@ std::vector<std::uint16_t> ports_of(int sinks) {
   return ports;
 }
 
-std::unique_ptr<island::Island> start_island(const std::string& yaml, Scheduler& scheduler,
-                                             transport::Transports& transports, tuples::Ecology& ecology,
-                                             std::unique_ptr<state::StateStore> state) {
-  base::ConfigErrors errors;
-  auto config =
-      island::read_island_config(must(config::parse_yaml(yaml, "bench.yaml")), island::network_types(), errors);
-  if (!errors.empty()) throw std::runtime_error(errors.text());
-  auto made =
-      island::Island::make(std::move(config), scheduler, transports, nowhere(), ecology, errors, std::move(state));
-  if (!errors.empty()) throw std::runtime_error(errors.text());
-  auto island = must(std::move(made));
-  island->start();
-  return island;
-}
-
 bool reachable(island::Island& island, std::uint16_t sink, std::uint16_t mote) {
   const auto status = island.space().get(kIslandOwner, fmt::format("proxy.wsn-{}.{}.status", sink, mote));
   return status && status->value.find("\"reachable\"") != std::string_view::npos;
 }
-
-Component::Component(tuples::Ecology& ecology, Scheduler& scheduler, std::uint32_t id)
-    : link_(must(ecology.join(OwnerId(id)))), space_(std::make_unique<TupleSpace>(OwnerId(id), scheduler, *link_)) {}
 
 motes_simulator::WorldOptions world_of(int sinks, int motes, const motes_simulator::MoteOptions& like) {
   motes_simulator::WorldOptions options;

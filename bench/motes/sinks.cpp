@@ -7,19 +7,17 @@
 
 #include <array>
 #include <csignal>
-#include <filesystem>
-#include <fstream>
 #include <set>
-#include <sstream>
 #include <stdexcept>
 
+#include "frame/daemon.h"
+#include "frame/process_figures.h"
 #include "motes/hdlc.h"
 #include "motes/mote_records.h"
 #include "motes/rig.h"
 #include "support/private_network.h"
 #include "support/process.h"
 #include "transport/asio_scheduler.h"
-#include "tuples/dds/dds_ecology.h"
 
 namespace rubicon::bench::motes {
 
@@ -33,46 +31,10 @@ constexpr std::uint32_t kDomain = 198;
 /// 12 sensors; the other one has two.
 const std::string kLargestBoard = "EM1000", kSmallestBoard = "SE1000";
 
-/// Processor time of a process so far, all its threads.
-double processor_seconds(pid_t pid) {
-  std::ifstream file(fmt::format("/proc/{}/stat", pid));
-  std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
-  std::istringstream rest(text.substr(std::min(text.size(), text.rfind(')') + 1)));
-  std::string word;
-  for (int field = 3; field < 14; ++field) rest >> word;
-  double user = 0, system = 0;
-  rest >> user >> system;
-  return (user + system) / static_cast<double>(::sysconf(_SC_CLK_TCK));
-}
-
-/// The program rubicon-proxy with a network for each sink.
-class Daemon {
- public:
-  Daemon(const std::string& folder, const Plan& plan) : process_(arguments(folder, plan)) {}
-
-  double processor() const { return processor_seconds(process_.pid()); }
-  double resident_mb() const { return rounded(static_cast<double>(process_.resident_kilobytes()) * 1.024 / 1000, 1); }
-  std::string errors() { return process_.errors(); }
-
- private:
-  static std::vector<std::string> arguments(const std::string& folder, const Plan& plan) {
-    std::ofstream(folder + "/island.yaml")
-        << island_of(ports_of(plan.sinks), fmt::format("silence: {}s, share: no", plan.silence.count()))
-        << fmt::format("tuples: {{interfaces: [lo], domain: {}}}\n", kDomain);
-    return {RUBICON_BINARY_DIR "/bin/rubicon-proxy", "run", folder + "/island.yaml", "--log-level", "error"};
-  }
-  Process process_;
-};
-
 /// A client in this process, which sees the daemon over DDS.
 class Watcher {
  public:
   Watcher() {
-    tuples::dds::DdsOptions options;
-    options.domain = kDomain;
-    options.interfaces = {"lo"};
-    const auto post = [this](std::function<void()> call) { loop_.scheduler().post(std::move(call)); };
-    ecology_ = must(tuples::dds::DdsEcology::open(options, loop_.scheduler(), post, log_));
     component_ = std::make_unique<Component>(*ecology_, loop_.scheduler(), 70001);
     status_ =
         (*component_)->subscribe({kIslandOwner, "proxy.*.*.status"}, {{}, {}, 0, true}, [this](const auto& event) {
@@ -104,7 +66,7 @@ class Watcher {
     const auto began = Clock::now();
     readings_ = 0;
     run(span);
-    const auto took = std::chrono::duration<double>(Clock::now() - began).count();
+    const auto took = seconds_since(began);
     return {{"cpu_percent", rounded((daemon.processor() - before) / took * 100, 2)},
             {"resident_mb", daemon.resident_mb()},
             {"readings_per_second", rounded(static_cast<double>(readings_) / took, 1)}};
@@ -112,8 +74,7 @@ class Watcher {
 
  private:
   transport::Loop loop_;
-  base::NullLogSink log_;
-  std::unique_ptr<tuples::dds::DdsEcology> ecology_;
+  std::unique_ptr<tuples::dds::DdsEcology> ecology_ = join_on_loopback(kDomain, loop_.scheduler());
   std::unique_ptr<Component> component_;
   std::set<std::string, std::less<>> reachable_;
   std::uint64_t readings_ = 0;
@@ -175,15 +136,19 @@ double bare_reader(const Plan& plan, int frames_per_second) {
       while (readers[i].next(bytes)) continue;
     }
   }
-  const auto percent = (used() - before) / std::chrono::duration<double>(Clock::now() - began).count() * 100;
+  const auto percent = (used() - before) / seconds_since(began) * 100;
   for (const auto& end : ends) ::close(end.fd);
   ::waitpid(writer, nullptr, 0);
   return rounded(percent, 2);
 }
 
-void measure(const Plan& plan, const std::string& folder, const std::string& board, Json& figures) {
+std::string configuration(const Plan& plan) {
+  return island_of(ports_of(plan.sinks), fmt::format("silence: {}s, share: no", plan.silence.count()));
+}
+
+void measure(const Plan& plan, const std::string& board, Json& figures) {
   const auto motes = simulator(plan, board);
-  const Daemon daemon(folder, plan);
+  const Daemon daemon(configuration(plan), kDomain);
   Watcher watcher;
   const auto wanted = static_cast<std::size_t>(plan.sinks * kSinkMotes);
   figures["motes"] = wanted;
@@ -205,12 +170,9 @@ void measure(const Plan& plan, const std::string& folder, const std::string& boa
 
 void measure_sinks(const Plan& plan, Json& out) {
   const support::PrivateNetwork network;  // without one, its ports and DDS domain may meet others'
-  std::string folder = std::filesystem::temp_directory_path() / "rubicon-bench-XXXXXX";
-  if (::mkdtemp(folder.data()) == nullptr) throw std::runtime_error(folder);
   auto& figures = out["sinks"];
   figures = {{"sinks", plan.sinks}, {"private_network", network.entered()}};
-  for (const auto& board : {kLargestBoard, kSmallestBoard}) measure(plan, folder, board, figures[board]);
-  std::filesystem::remove_all(folder);
+  for (const auto& board : {kLargestBoard, kSmallestBoard}) measure(plan, board, figures[board]);
 }
 
 }  // namespace rubicon::bench::motes

@@ -2,8 +2,8 @@
 
 #include <stdexcept>
 
+#include "frame/process_figures.h"
 #include "networks/zigbee/bridge/inventory.h"
-#include "zigbee/process_figures.h"
 #include "zigbee/records.h"
 #include "zigbee/rig.h"
 

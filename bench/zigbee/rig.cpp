@@ -2,23 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <stdexcept>
-
-#include "config/yaml.h"
-#include "island/network_types.h"
-
 namespace rubicon::bench::zigbee {
 
 using namespace std::chrono_literals;
-
-base::NullLogSink& nowhere() {
-  static base::NullLogSink log;
-  return log;
-}
-
-void must(const Result<void>& result) {
-  if (!result) throw std::runtime_error(result.error().text);
-}
 
 std::string island_yaml() {
   return fmt::format(
@@ -28,15 +14,7 @@ std::string island_yaml() {
 
 std::unique_ptr<island::Island> start_island(Scheduler& scheduler, transport::Transports& transports,
                                              tuples::Ecology& ecology) {
-  base::ConfigErrors errors;
-  auto config = island::read_island_config(must(config::parse_yaml(island_yaml(), "bench.yaml")),
-                                           island::network_types(), errors);
-  if (!errors.empty()) throw std::runtime_error(errors.text());
-  auto made = island::Island::make(std::move(config), scheduler, transports, nowhere(), ecology, errors, nullptr);
-  if (!errors.empty()) throw std::runtime_error(errors.text());
-  auto island = must(std::move(made));
-  island->start();
-  return island;
+  return bench::start_island(island_yaml(), scheduler, transports, ecology);
 }
 
 std::set<std::string> listed_devices(island::Island& island) {
@@ -50,9 +28,6 @@ std::string line_of(island::Island& island) {
   const auto status = island.space().get(kIsland, "proxy.zigbee.status");
   return status ? Json::parse(status->value).value("line", "") : std::string();
 }
-
-Component::Component(tuples::Ecology& ecology, Scheduler& scheduler, std::uint32_t id)
-    : link_(must(ecology.join(OwnerId(id)))), space_(std::make_unique<TupleSpace>(OwnerId(id), scheduler, *link_)) {}
 
 VirtualRig::VirtualRig() {
   island = start_island(time, transports, ecology);

@@ -3,10 +3,9 @@
 #include <memory>
 #include <set>
 #include <string>
-#include <vector>
 
 #include "base/virtual_scheduler.h"
-#include "island/island.h"
+#include "frame/running_island.h"
 #include "tuples/memory/memory_ecology.h"
 #include "zigbee/direct_line.h"
 #include "zigbee/measurements.h"
@@ -21,38 +20,16 @@ inline constexpr std::uint16_t kPort = 1883;
 inline constexpr std::string_view kBridgeInfo =
     R"({"version":"2.14.1","config":{"advanced":{"last_seen":"ISO_8601"}}})";
 
-/// A log whose lines are discarded.
-base::NullLogSink& nowhere();
-
-/// Throws if a call failed that the measurement needs.
-void must(const Result<void>& result);
-template <class T>
-T must(Result<T> result) {
-  must(result ? Result<void>() : Result<void>(fail(result.error())));
-  return std::move(*result);
-}
-
 /// The configuration of an island with the network `zigbee` at the broker on this host.
 std::string island_yaml();
 
-/// A running island. Its parts must outlive it.
+/// bench::start_island() of it.
 std::unique_ptr<island::Island> start_island(Scheduler& scheduler, transport::Transports& transports,
                                              tuples::Ecology& ecology);
 
 /// Keys of the status tuples of the devices that the island lists.
 std::set<std::string> listed_devices(island::Island& island);
 std::string line_of(island::Island& island);
-
-/// A component other than an island.
-class Component {
- public:
-  Component(tuples::Ecology& ecology, Scheduler& scheduler, std::uint32_t id);
-  TupleSpace* operator->() { return space_.get(); }
-
- private:
-  std::unique_ptr<tuples::Link> link_;
-  std::unique_ptr<TupleSpace> space_;
-};
 
 /// An island at a line that costs nothing, in virtual time: an island's work takes none of it.
 struct VirtualRig {

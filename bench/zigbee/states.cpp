@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "zigbee/process_figures.h"
+#include "frame/process_figures.h"
 #include "zigbee/records.h"
 #include "zigbee/rig.h"
 

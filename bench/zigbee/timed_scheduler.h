@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "base/scheduler.h"
-#include "zigbee/process_figures.h"
+#include "frame/process_figures.h"
 
 namespace rubicon::bench::zigbee {
 

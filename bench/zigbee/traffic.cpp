@@ -1,12 +1,10 @@
 #include <fmt/format.h>
 
-#include <filesystem>
-#include <fstream>
 #include <stdexcept>
 
 #include "base/text.h"
-#include "tuples/dds/dds_ecology.h"
-#include "zigbee/process_figures.h"
+#include "frame/daemon.h"
+#include "frame/process_figures.h"
 #include "zigbee/real_rig.h"
 #include "zigbee/records.h"
 
@@ -19,30 +17,6 @@ using namespace std::chrono_literals;
 constexpr std::uint32_t kDomain = 197;
 constexpr int kMessagesPerSecond = 603;
 
-/// The program rubicon-proxy with the network.
-class Daemon {
- public:
-  Daemon() {
-    folder_ = std::filesystem::temp_directory_path() / "rubicon-bench-XXXXXX";
-    if (::mkdtemp(folder_.data()) == nullptr) throw std::runtime_error(folder_);
-    std::ofstream(folder_ + "/island.yaml")
-        << island_yaml() << fmt::format("tuples: {{interfaces: [lo], domain: {}}}\n", kDomain);
-    process_ = std::make_unique<support::Process>(std::vector<std::string>{
-        RUBICON_BINARY_DIR "/bin/rubicon-proxy", "run", folder_ + "/island.yaml", "--log-level", "error"});
-  }
-  ~Daemon() {
-    process_.reset();
-    std::filesystem::remove_all(folder_);
-  }
-  Daemon(const Daemon&) = delete;
-  Daemon& operator=(const Daemon&) = delete;
-  support::Process& process() { return *process_; }
-
- private:
-  std::string folder_;
-  std::unique_ptr<support::Process> process_;
-};
-
 /// Publishes reports of the devices in turn, at an even pace.
 class Reports {
  public:
@@ -54,8 +28,7 @@ class Reports {
 
  private:
   void tick() {
-    const auto due =
-        static_cast<int>(std::chrono::duration<double>(Clock::now() - began_).count() * kMessagesPerSecond);
+    const auto due = static_cast<int>(seconds_since(began_) * kMessagesPerSecond);
     for (; published_ < due; ++published_) {
       transport::MqttPublication publication;
       publication.topic = topics_[static_cast<std::size_t>(published_) % topics_.size()];
@@ -84,12 +57,8 @@ void measure_traffic(const Plan& plan, Json& out) {
   for (const auto& record : records) topics.push_back("zigbee2mqtt/" + name_of(record));
   const auto line = rig.connect([](const transport::MqttMessage&) {});
   publish_bridge(*line, list_of(records, records.size()));
-  Daemon daemon;
-  tuples::dds::DdsOptions options;
-  options.domain = kDomain;
-  options.interfaces = {"lo"};
-  const auto post = [&rig](std::function<void()> call) { rig.scheduler().post(std::move(call)); };
-  const auto ecology = must(tuples::dds::DdsEcology::open(options, rig.scheduler(), post, nowhere()));
+  const Daemon daemon(island_yaml(), kDomain);
+  const auto ecology = join_on_loopback(kDomain, rig.scheduler());
   Component watcher(*ecology, rig.scheduler(), 70001);
   std::size_t listed = 0;
   std::uint64_t seen = 0;
@@ -103,20 +72,19 @@ void measure_traffic(const Plan& plan, Json& out) {
                          {.passive = true}, [&seen](const tuples::Event&) { ++seen; });
   Reports reports(rig, *line, topics);
   rig.run(3s);
-  const auto before = processor_seconds(daemon.process().pid());
+  const auto before = daemon.processor();
   const auto broker_before = processor_seconds(rig.broker().process().pid());
   const auto sent_before = reports.published();
   const auto began = Clock::now();
   rig.run(plan.traffic);
-  const auto took = std::chrono::duration<double>(Clock::now() - began).count();
+  const auto took = seconds_since(began);
   if (seen == 0) throw std::runtime_error("no report became a tuple");
-  out["traffic"] = {
-      {"devices", records.size()},
-      {"messages_per_second", rounded((reports.published() - sent_before) / took, 1)},
-      {"cpu_percent", rounded((processor_seconds(daemon.process().pid()) - before) / took * 100, 2)},
-      {"resident_mb", rounded(static_cast<double>(daemon.process().resident_kilobytes()) * 1.024 / 1000, 1)},
-      {"mosquitto_cpu_percent",
-       rounded((processor_seconds(rig.broker().process().pid()) - broker_before) / took * 100, 2)}};
+  out["traffic"] = {{"devices", records.size()},
+                    {"messages_per_second", rounded((reports.published() - sent_before) / took, 1)},
+                    {"cpu_percent", rounded((daemon.processor() - before) / took * 100, 2)},
+                    {"resident_mb", daemon.resident_mb()},
+                    {"mosquitto_cpu_percent",
+                     rounded((processor_seconds(rig.broker().process().pid()) - broker_before) / took * 100, 2)}};
 }
 
 }  // namespace rubicon::bench::zigbee

@@ -1,0 +1,39 @@
+#include "frame/program.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <sched.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <csignal>
+
+namespace rubicon::bench {
+
+bool Request::wants(const std::string& measurement) const {
+  return only.empty() || std::find(only.begin(), only.end(), measurement) != only.end();
+}
+
+std::optional<int> read_request(int argc, char** argv, const ProgramText& text, const std::vector<std::string>& names,
+                                Request& request) {
+  CLI::App app(text.purpose, text.name);
+  app.add_flag("--quick", request.quick, "a short run that checks the measurements without meaningful figures");
+  app.add_option("--only", request.only, fmt::format("{} (may be repeated)", fmt::join(names, ", ")))
+      ->check(CLI::IsMember(names))
+      ->allow_extra_args(false);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error);
+  }
+  std::signal(SIGPIPE, SIG_IGN);
+  if (::geteuid() != 0) ::unshare(CLONE_NEWUSER);
+  return std::nullopt;
+}
+
+void print_figures(const Json& figures) {
+  fmt::print("{}\n", figures.dump(2));
+}
+
+}  // namespace rubicon::bench
