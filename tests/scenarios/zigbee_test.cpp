@@ -145,6 +145,10 @@ TEST_F(Zigbee, Pitfall8_AfterARestartOfTheBridgeValuesAreStoredUntilTheDeviceRep
   scheduler.run_for(60s);
   EXPECT_EQ(seen(kTemperature + ".value"), "22.5");
   EXPECT_EQ(watcher().get(OwnerId(1), "proxy.zigbee." + kTemperature + ".value")->user_time, measured);
+  world->change(device("thermometer"), "humidity", 61);
+  scheduler.run_for(1s);
+  EXPECT_EQ(quality("00124b0010000002.sensor.humidity-1"), "good");
+  EXPECT_EQ(quality(kTemperature), "stale") << "a report may be lost while the bridge did not run";
   world->change(device("thermometer"), "temperature", 23);
   scheduler.run_for(1s);
   EXPECT_EQ(seen(kTemperature + ".value"), "23");

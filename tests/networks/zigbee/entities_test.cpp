@@ -363,6 +363,28 @@ TEST_F(ZigbeeEntities, TheBridgeSaysWhoIsThereWhereItOffersThat) {
   EXPECT_THAT(host.all<model::Unreachable>(), SizeIs(1)) << "no limit of its own beside the bridge's";
 }
 
+/// A group is online if any member is (zigbee.md, section 6).
+TEST_F(ZigbeeEntities, TheBridgeReportsWhetherAGroupIsThere) {
+  availability = true;
+  start();
+  say("all/availability", {{"state", "offline"}}, true);
+  say("bridge/groups",
+      {{{"id", 7}, {"friendly_name", "all"}, {"members", {{{"ieee_address", "0x00124b0010000002"}, {"endpoint", 1}}}}}},
+      true);
+  host.time.run_for(100ms);
+  ASSERT_THAT(host.all<model::Unreachable>(), SizeIs(1));
+  EXPECT_EQ(host.all<model::Unreachable>()[0].first, "group-7");
+  EXPECT_TRUE(command(1, "group-7", "switch", true)) << "a member may be back";
+  host.time.run_for(10ms);
+  EXPECT_THAT(sets("all"), SizeIs(1));
+  say("all/availability", {{"state", "online"}}, true);
+  ASSERT_THAT(host.all<model::KeepAlive>(), SizeIs(1));
+  EXPECT_EQ(host.all<model::KeepAlive>()[0].first, "group-7");
+  host.time.run_for(100h);
+  EXPECT_THAT(gets("all"), IsEmpty());
+  EXPECT_THAT(host.all<model::Unreachable>(), SizeIs(1));
+}
+
 /// zigbee.md, section 6: mains 1 h without configured reporting, battery 25 h.
 TEST_F(ZigbeeEntities, WithoutAvailabilityADeviceThatIsSilentTooLongIsUnreachable) {
   start();

@@ -90,6 +90,31 @@ TEST_F(LineOfTheBridge, ALostBrokerIsTheSupervisorsCase) {
   EXPECT_THAT(joins(), SizeIs(3));
 }
 
+TEST_F(LineOfTheBridge, WithTheBrokerWhatWaitsIsAnsweredAndTheSupervisorReportsTheLine) {
+  start();
+  host.time.run_for(10s);
+  ASSERT_TRUE(command(1, kPlug, "switch", true));
+  ask({{"id", "x"}, {"do", "remove"}, {"device", "air"}});
+  const auto states = host.all<model::State>().size();
+  broker.stop(true);
+  host.time.run_for(10s);
+  ASSERT_THAT(host.failures, SizeIs(1));
+  const auto why = host.failures[0].text;
+  ASSERT_TRUE(answer(1));
+  EXPECT_EQ(answer(1)->outcome, model::Outcome::kUndeliverable);
+  EXPECT_EQ(answer(1)->text, why);
+  ASSERT_THAT(to_tools("zigbee.reply"), SizeIs(1));
+  EXPECT_THAT(to_tools("zigbee.reply")[0].value("why", ""), HasSubstr(why));
+  const auto refused = command(2, kPlug, "switch", true);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().text, why);
+  EXPECT_THAT(host.all<model::State>(), SizeIs(states)) << "the supervisor reports a failed line";
+  broker.start();
+  reopen();
+  EXPECT_EQ(state().line, LineState::kUp);
+  EXPECT_THAT(sets("plug"), SizeIs(1)) << "nothing is sent twice";
+}
+
 /// zigbee.md, section 2, 4: Zigbee2MQTT then publishes nothing but bridge/state.
 TEST_F(LineOfTheBridge, KeepsItsDevicesIfTheBrokerForgetsTheLists) {
   start();
