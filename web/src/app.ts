@@ -1,5 +1,5 @@
 // The one connection, store and catalogue of the page, and what views use of them.
-import { signal } from "@preact/signals";
+import { effect, signal } from "@preact/signals";
 import { useEffect, useMemo } from "preact/hooks";
 import { Catalog } from "./core/catalog";
 import { browserClock } from "./core/clock";
@@ -99,8 +99,9 @@ export function startApp(): void {
   for (const want of always) baseFeeds.push(feed.want(want));
   document.addEventListener("visibilitychange", () => {
     feed.hide(document.hidden);
-    if (document.hidden && activeView.value) activeView.value = "";
+    if (document.hidden) active.value = false;
   });
+  endActiveWithAddress();
   connection.start();
 }
 
@@ -163,20 +164,18 @@ export function ownerPattern(): string {
   return String(chosenIsland() || "*");
 }
 
-/** The view that wakes sensors, by its address; empty = none. */
-export const activeView = signal("");
+/** The user lets this address wake sensors. It ends with the address, and when the page is hidden. */
+export const active = signal(false);
 /** How many sensors the present view wakes, as the view counts them. */
 export const wokenSensors = signal(0);
 
-/** True while the user lets this view wake sensors. It ends with the view. */
-export function useActive(view: string): boolean {
-  useEffect(
-    () => () => {
-      if (activeView.value === view) activeView.value = "";
-    },
-    [view],
-  );
-  return activeView.value === view;
+function endActiveWithAddress(): void {
+  let before = "";
+  effect(() => {
+    const address = [route.value.view, ...route.value.parts].join("/");
+    if (address !== before) active.value = false;
+    before = address;
+  });
 }
 
 /** Roles include those before them; without tokens everybody is admin. */

@@ -146,6 +146,8 @@ export class Catalog {
   readonly networks = new Map<string, Network>();
   /** Waiting devices of the inbox, by OWNER:KEY. */
   readonly waiting = new Map<string, Tuple>();
+  /** What each inbox says of itself, by OWNER:KEY. */
+  readonly inboxes = new Map<string, Tuple>();
   /** Grows when devices or networks come, go, or describe themselves anew. */
   structure = 0;
 
@@ -182,6 +184,9 @@ export class Catalog {
         break;
       case "waiting":
         setOrDelete(this.waiting, tuple.id, now);
+        break;
+      case "inbox":
+        setOrDelete(this.inboxes, tuple.id, now);
         break;
       case "other":
         break;

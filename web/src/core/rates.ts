@@ -40,11 +40,18 @@ export class Rates {
     return this.last.get(tuple)?.rate ?? 0;
   }
 
+  /** All tuples that are being set. */
+  *moving(): Iterable<{ tuple: Tuple; rate: number }> {
+    for (const [tuple, { rate }] of this.last) {
+      if (rate >= 0.05) yield { tuple, rate };
+    }
+  }
+
   /** The tuples that are set most often. */
   top(count: number): { tuple: Tuple; rate: number }[] {
     const found: { tuple: Tuple; rate: number }[] = [];
-    for (const [tuple, { rate }] of this.last) {
-      if (rate < 0.05 || (found.length === count && rate <= (found[count - 1]?.rate ?? 0))) continue;
+    for (const { tuple, rate } of this.moving()) {
+      if (found.length === count && rate <= (found[count - 1]?.rate ?? 0)) continue;
       found.push({ tuple, rate });
       found.sort((a, b) => b.rate - a.rate);
       found.length = Math.min(found.length, count);

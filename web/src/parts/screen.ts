@@ -9,8 +9,10 @@ function media(query: string) {
 
 /** One column, bottom bar, rows of two lines. */
 export const phone = media("(max-width: 639px)");
+/** Room for every column. */
+export const wide = media("(min-width: 1100px)");
 /** Fingers instead of a mouse. */
-const coarse = media("(pointer: coarse)");
+export const coarse = media("(pointer: coarse)");
 
 /** Pixels of a row of a table. */
 export function rowHeight(): number {

@@ -1,6 +1,6 @@
 import { signal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
-import { activeView, chooseIsland, chosenIsland, islands, line, lostSince, mayBe, wokenSensors } from "../app";
+import { active, chooseIsland, chosenIsland, islands, line, lostSince, mayBe, wokenSensors } from "../app";
 import { formatAge } from "../core/format";
 import { addShortcuts } from "../core/keyboard";
 import { frameNumber, second } from "../core/redraw";
@@ -92,10 +92,11 @@ function LineState() {
 }
 
 function ActiveSwitch({ view }: { view: View }) {
-  const on = activeView.value === view.id;
-  const turn = () => (activeView.value = on ? "" : view.id);
-  useEffect(() => (view.wakes ? addShortcuts([{ keys: "a", what: words.keyboard.active, run: turn }]) : undefined), [view, on]);
-  if (!view.wakes || !mayBe("view")) return null;
+  const on = active.value;
+  const turn = () => (active.value = !active.value);
+  const wakes = view.wakes?.(route.value) ?? false;
+  useEffect(() => (wakes ? addShortcuts([{ keys: "a", what: words.keyboard.active, run: turn }]) : undefined), [wakes]);
+  if (!wakes || !mayBe("view")) return null;
   return (
     <button type="button" class="active-switch" role="switch" aria-checked={on} title={words.active.title} onClick={turn}>
       <span class="knob" aria-hidden="true" />

@@ -1,13 +1,13 @@
 import type { ComponentChildren } from "preact";
 import { useMemo } from "preact/hooks";
 import { words } from "../words";
-import { phone, rowHeight } from "./screen";
+import { phone, rowHeight, wide } from "./screen";
 import { type ListProps, VirtualList } from "./virtual_list";
 
 export interface Column<T> {
   id: string;
   title: string;
-  /** A track of a CSS grid. */
+  /** A track of a CSS grid: `90px` or `minmax(90px,1fr)`. Each row is a grid of its own, so that nothing may depend on contents. */
   width: string;
   cell(row: T): ComponentChildren;
   compare?(a: T, b: T): number;
@@ -15,7 +15,9 @@ export interface Column<T> {
   live?: boolean;
   numeric?: boolean;
   /** Where it goes in a row of two lines; without, it is left out there. */
-  phone?: "dot" | "main" | "side" | "sub" | "end";
+  phone?: "main" | "side" | "sub" | "end" | "third" | "fourth";
+  /** Left out on screens narrower than a desk's. */
+  wide?: boolean;
 }
 
 /** `name`, or `-name` for descending. */
@@ -30,6 +32,8 @@ interface TableProps<T> extends Pick<ListProps, "label" | "place" | "active" | "
   columns: Column<T>[];
   rows: TableRow<T>[];
   rowsVersion: unknown;
+  /** Pixels of a row; all alike without. */
+  heightOf?(row: T): number;
   nameOf(row: T): string;
   sorting?: Sorting;
   marked?(row: T): boolean;
@@ -45,11 +49,15 @@ const groupHeight = 34;
 /** A table of fixed columns; on a narrow screen each row has two lines. */
 export function Table<T>(props: TableProps<T>) {
   const { columns, rows, onOpen } = props;
-  const shown = phone.value ? columns.filter((column) => column.phone) : columns;
-  const grouped = rows.some((entry) => "group" in entry);
+  const shown = columns.filter((column) => (phone.value ? column.phone : wide.value || !column.wide));
+  const grouped = useMemo(() => props.heightOf || rows.some((entry) => "group" in entry), [rows, props.heightOf]);
   const height = rowHeight();
-  const heightsVersion = useMemo(() => ({}), [props.rowsVersion, height]);
-  const heightOf = (index: number) => ("group" in (rows[index] ?? {}) ? groupHeight : height);
+  const heightsVersion = useMemo(() => ({}), [props.rowsVersion, height, props.heightOf]);
+  const heightOf = (index: number) => {
+    const entry = rows[index];
+    if (entry && "group" in entry) return groupHeight;
+    return (entry && props.heightOf?.(entry.row)) ?? height;
+  };
   const at = (call: ((row: T) => void) | undefined) => (index: number) => {
     const entry = rows[index];
     if (entry && "row" in entry) call?.(entry.row);
@@ -58,7 +66,7 @@ export function Table<T>(props: TableProps<T>) {
   const keys = Object.fromEntries(Object.entries(props.keys ?? {}).map(([key, { what, run }]) => [key, { what, run: at(run) }]));
   const rowsIn = (first: number, end: number) => rows.slice(first, end).flatMap((entry) => ("row" in entry ? [entry.row] : []));
   return (
-    <div class={`table${phone.value ? " two-lines" : ""}`} style={`--columns:${shown.map((column) => column.width).join(" ")}`}>
+    <div class={`table${phone.value ? " two-lines" : ""}`} style={`--columns:${shown.map((column) => column.width).join(" ")};--least:${leastWidth(shown)}px`}>
       <VirtualList
         role="grid"
         label={props.label}
@@ -110,6 +118,15 @@ export function Table<T>(props: TableProps<T>) {
       />
     </div>
   );
+}
+
+const gap = 12;
+const padding = 16;
+
+/** Pixels below which the table scrolls sideways. */
+function leastWidth<T>(columns: Column<T>[]): number {
+  const tracks = columns.map((column) => Number.parseFloat(column.width.replace(/^minmax\(/, "")) || 0);
+  return tracks.reduce((sum, track) => sum + track + gap, 2 * padding - gap);
 }
 
 function Head<T>({ columns, sorting }: { columns: Column<T>[]; sorting?: Sorting }) {

@@ -10,6 +10,8 @@ import { Empty, Loaded } from "../parts/state";
 import { compareBy, Table, type TableRow } from "../parts/table";
 import { words } from "../words";
 import { NoIsland } from "../parts/no_island";
+import { Compare } from "./compare";
+import { DevicePage } from "./device";
 import { deviceColumns, groupOf, qualityOf } from "./device_columns";
 import { DeviceFilters, type Filters, readFilters } from "./device_filters";
 import type { View } from "./views";
@@ -141,5 +143,9 @@ export const devicesView: View = {
   title: text.title,
   key: "d",
   icon: "devices",
-  show: (route) => <DeviceList route={route} />,
+  wakes: ({ parts }) => parts.length === 3,
+  show(route) {
+    if (route.parts[0] === "compare") return <Compare paths={(route.query.d ?? "").split(",")} />;
+    return route.parts.length === 3 ? <DevicePage key={route.parts.join("/")} parts={route.parts} /> : <DeviceList route={route} />;
+  },
 };

@@ -1,6 +1,8 @@
 import type { ComponentChild } from "preact";
 import type { Route } from "../core/router";
 import { devicesView } from "./devices";
+import { overviewView } from "./overview";
+import { tuplesView } from "./tuples";
 
 /** A view of the page: one file, one line in the list below. */
 export interface View {
@@ -10,11 +12,11 @@ export interface View {
   /** `g` and this key go there. */
   key: string;
   icon: string;
-  /** It has sensors that the user may wake. */
-  wakes?: boolean;
+  /** It has sensors there that the user may wake. */
+  wakes?(route: Route): boolean;
   /** A number at its name in the rail, for what needs the user. 0 shows none. */
   mark?(): number;
   show(route: Route): ComponentChild;
 }
 
-export const views: View[] = [devicesView];
+export const views: View[] = [overviewView, devicesView, tuplesView];

@@ -1,0 +1,155 @@
+import { useEffect, useMemo } from "preact/hooks";
+import { active, baseFeeds, catalog, loadingOf, useFeeds, wokenSensors } from "../app";
+import type { Device, Point } from "../core/catalog";
+import { prettyJson } from "../core/format";
+import { useFrame } from "../core/redraw";
+import { hrefTo } from "../core/router";
+import { pinnedDevices, togglePin } from "../core/settings";
+import { Age } from "../parts/age";
+import { timeToLive } from "../parts/command";
+import { CopyButton } from "../parts/copy";
+import { coarse, phone } from "../parts/screen";
+import { Empty, Loaded, Skeleton, State } from "../parts/state";
+import { Table, type TableRow } from "../parts/table";
+import { words } from "../words";
+import { pointColumns } from "./point_columns";
+import { useHourOf } from "./sparkline";
+
+const text = words.device;
+
+/** One device: its points with values and controls, and what it says about itself. */
+export function DevicePage({ parts }: { parts: string[] }) {
+  useFrame();
+  const [owner = "", network = "", id = ""] = parts;
+  const device = catalog.device(Number(owner), network, id);
+  const prefix = device?.prefix ?? "*";
+  const base = `${owner}:${prefix}.${network}.${id}`;
+  const feeds = useFeeds([{ pattern: `${base}.*.*.*` }, ...(active.value ? [{ pattern: `${base}.sensor.*.value`, active: true, min: 50 }] : [])]);
+  const state = loadingOf([...baseFeeds, ...feeds]);
+  if (!device) {
+    if (state === "loading") return <Skeleton />;
+    return (
+      <Empty title={text.missing(`${network}.${id}`)}>
+        <a href={hrefTo("devices")}>{text.all}</a>
+      </Empty>
+    );
+  }
+  return (
+    <section class={`view device${device.state === "unreachable" ? " offline" : ""}`}>
+      <Header device={device} />
+      <Loaded state={state} empty={device.points.size === 0 && <Empty title={text.noPoints} />}>
+        <Points device={device} />
+      </Loaded>
+    </section>
+  );
+}
+
+function Header({ device }: { device: Device }) {
+  const pinned = pinnedDevices.value.includes(device.path);
+  const facts = [device.model, device.area, text.address(String(device.description?.json.address ?? device.id)), text.of(device.network, device.owner)].filter(Boolean);
+  return (
+    <header class="thing">
+      <div class="thing-title">
+        <h1>{device.name}</h1>
+        <State word={device.state} />
+        <span class="muted">
+          {device.since > 0 && (
+            <>
+              {text.since} <Age time={device.since} />
+            </>
+          )}
+          {device.reason && ` · ${device.reason}`}
+        </span>
+        <div class="thing-actions">
+        <TimeToLive />
+        <button type="button" aria-pressed={pinned} onClick={() => togglePin(pinnedDevices, device.path)}>
+          {pinned ? text.unpin : text.pin}
+        </button>
+        <a class="button" href={hrefTo("tuples", [`${device.owner}:${device.prefix}.${device.network}.${device.id}`])}>
+          {text.tuples}
+        </a>
+        </div>
+      </div>
+      <div class="muted facts">{facts.join(" · ")}</div>
+      <details class="about">
+        <summary>{text.about}</summary>
+        <Raw device={device} />
+      </details>
+    </header>
+  );
+}
+
+const spans = [5, 60, 3600, 86400];
+
+function TimeToLive() {
+  return (
+    <label class="field ttl" title={text.ttlTitle}>
+      <span>{words.command.waits}</span>
+      <select value={String(timeToLive.value)} onChange={(event) => (timeToLive.value = Number(event.currentTarget.value))}>
+        {spans.map((seconds) => (
+          <option key={seconds} value={String(seconds)}>
+            {text.span(seconds)}
+          </option>
+        ))}
+      </select>
+    </label>
+  );
+}
+
+function Raw({ device }: { device: Device }) {
+  return (
+    <div class="raw">
+      {(["description", "status"] as const).map((leaf) => {
+        const tuple = device[leaf];
+        if (!tuple) return null;
+        return (
+          <div key={leaf}>
+            <p>
+              <code>{tuple.id}</code> <CopyButton text={tuple.id} />
+            </p>
+            <pre>{prettyJson(tuple.value ?? "") ?? tuple.value}</pre>
+          </div>
+        );
+      })}
+    </div>
+  );
+}
+
+function rowsOf(device: Device): TableRow<Point>[] {
+  const rows: TableRow<Point>[] = [];
+  for (const kind of ["sensor", "actuator", "property"] as const) {
+    const points = device.ordered.filter((point) => point.kind === kind);
+    if (points.length > 0) rows.push({ group: text.kinds[kind], count: points.length }, ...points.map((row) => ({ row })));
+  }
+  return rows;
+}
+
+/** Room for a control where the point has one. */
+function heightOf(point: Point): number {
+  const description = point.description?.json;
+  const writable = String(description?.access ?? "").includes("write");
+  if (!phone.value) return writable && coarse.value ? 54 : 42;
+  return writable ? 140 : 68;
+}
+
+function Points({ device }: { device: Device }) {
+  const ordered = device.ordered;
+  const rows = useMemo(() => rowsOf(device), [device, ordered]);
+  const described = ordered.filter((point) => point.description).length;
+  const hour = useHourOf(device, ordered);
+  const columns = useMemo(() => pointColumns(hour), [hour]);
+  useEffect(() => {
+    wokenSensors.value = active.value ? ordered.filter((point) => point.kind === "sensor").length : 0;
+  }, [active.value, ordered]);
+  return (
+    <Table
+      label={text.points(device.name)}
+      columns={columns}
+      rows={rows}
+      rowsVersion={`${ordered.length} ${described} ${phone.value} ${coarse.value}`}
+      heightOf={heightOf}
+      nameOf={(point) => `${point.kind}.${point.id}`}
+      place={`device ${device.path}`}
+    />
+  );
+}

@@ -1,0 +1,217 @@
+import type { ComponentChildren } from "preact";
+import { useEffect, useMemo, useState } from "preact/hooks";
+import { baseFeeds, catalog, chosenIsland, islands, islandsKnown, loadingOf, ownerPattern, store, useFeeds } from "../app";
+import { type Device, number, text as textOf } from "../core/catalog";
+import { formatCount, formatRate, formatValue } from "../core/format";
+import type { Component } from "../core/frames";
+import { Rates } from "../core/rates";
+import { second } from "../core/redraw";
+import { hrefTo } from "../core/router";
+import { Age } from "../parts/age";
+import { NoIsland } from "../parts/no_island";
+import { Loaded, State } from "../parts/state";
+import { words } from "../words";
+import { failingCommands, gone, linesNotUp, reachableOf, waitingIn } from "./overview_facts";
+import type { View } from "./views";
+
+const text = words.overview;
+/** Rows of a section; the rest is behind its link. */
+const shown = 8;
+const floods = 5;
+/** Seconds until rates mean something. */
+const settled = 4;
+
+/** What there is, and what needs somebody. Drawn once a second: it counts, it does not show values. */
+function Overview() {
+  void second.value;
+  const owner = ownerPattern();
+  const feeds = useFeeds([
+    { pattern: `${owner}:*.*.*.actuator.*.status`, min: 1000 },
+    { pattern: `${owner}:*.*.*.*.*.value`, min: 1000 },
+  ]);
+  const state = loadingOf(baseFeeds);
+  if (islandsKnown.value && islands.value.length === 0) return <NoIsland />;
+  return (
+    <section class="overview">
+      <h1>{text.title}</h1>
+      <Loaded state={state} empty={state === "loading" && catalog.devices.size === 0}>
+        <Islands />
+        <div class="cards">
+          <Lines />
+          <Gone />
+          <Commands />
+          <Inbox />
+          <Floods ready={loadingOf(feeds) === "ready"} />
+        </div>
+      </Loaded>
+    </section>
+  );
+}
+
+function ofChosen<T extends { owner: number }>(all: T[]): T[] {
+  const island = chosenIsland();
+  return island ? all.filter(({ owner }) => owner === island) : all;
+}
+
+function Islands() {
+  const island = chosenIsland();
+  const rows = islands.value.filter(({ id }) => !island || id === island);
+  return (
+    <div class="wide-table">
+      <table>
+        <thead>
+          <tr>
+            <th scope="col">{text.island}</th>
+            <th scope="col">{text.host}</th>
+            <th scope="col">{text.program}</th>
+            <th scope="col">{text.up}</th>
+            <th scope="col">{text.devices}</th>
+          </tr>
+        </thead>
+        <tbody>
+          {rows.map((row) => (
+            <Island key={row.id} island={row} />
+          ))}
+        </tbody>
+      </table>
+    </div>
+  );
+}
+
+function Island({ island }: { island: Component }) {
+  const { reachable, all } = reachableOf(catalog, island.id);
+  return (
+    <tr>
+      <th scope="row">
+        <a href={hrefTo("devices", [], { island: String(island.id) })}>{island.name || island.id}</a> <span class="muted">{island.id}</span>
+      </th>
+      <td>{island.host}</td>
+      <td>{[island.program, island.version].filter(Boolean).join(" ")}</td>
+      <td>
+        <Age time={island.since} />
+      </td>
+      <td>
+        <meter min={0} max={Math.max(all, 1)} value={reachable} aria-label={text.reachable(reachable, all)} />
+        {text.reachable(reachable, all)}
+      </td>
+    </tr>
+  );
+}
+
+interface CardProps {
+  title: string;
+  count: number;
+  none: string;
+  more?: { href: string; label: string };
+  bad?: boolean;
+  children: ComponentChildren;
+}
+
+/** A section that says in its head how much there is, also when that is nothing. */
+function Card({ title, count, none, more, bad, children }: CardProps) {
+  return (
+    <section class="card" aria-label={title}>
+      <header>
+        <h2>{title}</h2>
+        {count > 0 && <span class={`badge${bad ? " bad" : ""}`}>{formatCount(count)}</span>}
+        {more && count > 0 && <a href={more.href}>{more.label}</a>}
+      </header>
+      {count === 0 ? <p class="muted">{none}</p> : <ul class="facts-list">{children}</ul>}
+    </section>
+  );
+}
+
+function Lines() {
+  const lines = ofChosen(linesNotUp(catalog));
+  return (
+    <Card title={text.lines} count={lines.length} none={text.allUp(ofChosen([...catalog.networks.values()]).length)} bad more={{ href: hrefTo("networks"), label: text.networks }}>
+      {lines.slice(0, shown).map((network) => {
+        const status = network.status?.json;
+        return (
+          <li key={network.path}>
+            <a href={hrefTo("networks", [network.path])}>{network.id}</a>
+            <State word={network.line} />
+            <Age time={number(status?.since)} />
+            <p class="muted">{textOf(status?.reason)}</p>
+          </li>
+        );
+      })}
+    </Card>
+  );
+}
+
+function DeviceLink({ device }: { device: Device }) {
+  return <a href={hrefTo("devices", device.path.split("/"))}>{device.name}</a>;
+}
+
+function Gone() {
+  const devices = ofChosen(gone(catalog));
+  return (
+    <Card title={text.gone} count={devices.length} none={text.noneGone} bad more={{ href: hrefTo("devices", [], { sort: "state" }), label: text.all }}>
+      {devices.slice(0, shown).map((device) => (
+        <li key={device.path}>
+          <DeviceLink device={device} />
+          <span class="muted">{device.network}</span>
+          <Age time={device.since} />
+          {device.reason && <p class="muted">{device.reason}</p>}
+        </li>
+      ))}
+    </Card>
+  );
+}
+
+function Commands() {
+  const island = chosenIsland();
+  const failing = failingCommands(catalog).filter(({ point }) => !island || point.device.owner === island);
+  return (
+    <Card title={text.commands} count={failing.length} none={text.noneFailing} bad>
+      {failing.slice(0, shown).map(({ point, outcome }) => (
+        <li key={point.path}>
+          <a href={hrefTo("devices", point.device.path.split("/"))}>{`${point.device.name} · ${point.id}`}</a>
+          <State word={outcome.state} tone="bad" />
+          <Age time={outcome.since} />
+          <p class="muted">{[words.command.commanded(outcome.value), outcome.reason].filter(Boolean).join(" · ")}</p>
+        </li>
+      ))}
+    </Card>
+  );
+}
+
+function Inbox() {
+  const { waiting, ignored } = waitingIn(catalog, chosenIsland());
+  return (
+    <Card title={text.inbox} count={waiting} none={text.noneWaiting(ignored)} more={{ href: hrefTo("inbox"), label: text.decide }}>
+      <li>{text.waiting(waiting, ignored)}</li>
+    </Card>
+  );
+}
+
+function Floods({ ready }: { ready: boolean }) {
+  const rates = useMemo(() => new Rates(store, performance.now()), []);
+  useEffect(() => () => rates.end(), [rates]);
+  const [samples, setSamples] = useState(0);
+  useEffect(() => {
+    rates.sample(performance.now());
+    if (ready && samples < settled) setSamples(samples + 1);
+  }, [second.value]);
+  const island = chosenIsland();
+  const top = rates
+    .top(island ? 200 : floods)
+    .filter(({ tuple }) => !island || tuple.owner === island)
+    .slice(0, floods);
+  return (
+    <Card title={text.floods} count={top.length} none={samples < settled ? text.measuring : text.quiet} more={{ href: hrefTo("tuples", [], { order: "rate" }), label: text.tuples }}>
+      {top.map(({ tuple, rate }) => (
+        <li key={tuple.id}>
+          <a class="key" href={hrefTo("tuples", [tuple.id])} title={tuple.id}>
+            {tuple.key}
+          </a>
+          <span class="muted">{formatValue((tuple.value ?? "").slice(0, 40))}</span>
+          <span class="rate">{text.perSecond(formatRate(rate))}</span>
+        </li>
+      ))}
+    </Card>
+  );
+}
+
+export const overviewView: View = { id: "overview", title: text.title, key: "o", icon: "overview", show: () => <Overview /> };

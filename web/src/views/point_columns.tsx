@@ -1,0 +1,47 @@
+import type { Point } from "../core/catalog";
+import { number, text as textOf } from "../core/catalog";
+import { typeWords } from "../core/format";
+import { Age } from "../parts/age";
+import { CommandControl, OutcomeMark } from "../parts/command";
+import { State } from "../parts/state";
+import type { Column } from "../parts/table";
+import { Value } from "../parts/value";
+import { words } from "../words";
+import { type Hour, Sparkline } from "./sparkline";
+
+const text = words.device;
+
+function Name({ point }: { point: Point }) {
+  const about = point.description?.json;
+  const quantity = textOf(about?.quantity) || typeWords(point.type);
+  return (
+    <span class="point-name" title={`${point.path}\n${quantity}`}>
+      <span>{point.id}</span>
+      <span class="muted">{quantity}</span>
+    </span>
+  );
+}
+
+function Quality({ point }: { point: Point }) {
+  const reason = textOf(point.status?.json.reason);
+  if (!point.quality) return <span class="muted">…</span>;
+  return (
+    <span class="quality" title={reason}>
+      <State word={point.quality} />
+      {reason && <span class="muted">{reason}</span>}
+    </span>
+  );
+}
+
+export function pointColumns(hour: Hour): Column<Point>[] {
+  return [
+    { id: "name", title: text.point, width: "minmax(170px,1fr)", phone: "main", cell: (point) => <Name point={point} /> },
+    { id: "value", title: text.value, width: "minmax(90px,0.5fr)", phone: "side", cell: (point) => <Value point={point} /> },
+    { id: "hour", title: text.hour, width: "124px", wide: true, cell: (point) => <Sparkline point={point} hour={hour} /> },
+    { id: "quality", title: text.quality, width: "minmax(110px,0.6fr)", phone: "sub", cell: (point) => <Quality point={point} /> },
+    { id: "heard", title: text.heard, width: "56px", phone: "end", numeric: true, cell: (point) => <Age time={number(point.status?.json.heard)} /> },
+    { id: "changed", title: text.changed, width: "62px", wide: true, numeric: true, cell: (point) => <Age time={number(point.status?.json.changed)} /> },
+    { id: "control", title: text.control, width: "minmax(250px,0.9fr)", phone: "third", cell: (point) => <CommandControl point={point} /> },
+    { id: "outcome", title: text.outcome, width: "minmax(120px,1fr)", phone: "fourth", cell: (point) => <OutcomeMark point={point} /> },
+  ];
+}

@@ -1,0 +1,96 @@
+import { useEffect, useState } from "preact/hooks";
+import { server } from "../app";
+import { type Device, list, type Point } from "../core/catalog";
+import { askJson } from "../core/rest";
+
+const seconds = 3600;
+const width = 120;
+const height = 24;
+const most = 240;
+
+interface Series {
+  key: string;
+  t: number[];
+  v?: (number | null)[];
+  mean?: (number | null)[];
+}
+
+/** What is known of the last hour, by OWNER:KEY of values: [time, value] with NaN for gaps; live values are added. */
+export type Hour = Map<string, [number, number][]>;
+
+/** Asks the history once for all points of a device; without history, the hour starts now. */
+export function useHourOf(device: Device, points: Point[]): Hour {
+  const [hour, setHour] = useState<Hour>(() => new Map());
+  const known = server.value?.history ?? false;
+  const keys = points.filter((point) => point.kind !== "property").map((point) => `${point.path}.value`);
+  const name = keys.slice(0, 64).join();
+  useEffect(() => {
+    setHour(new Map());
+    if (!known || name === "") return undefined;
+    const cancel = new AbortController();
+    const to = Date.now() / 1000;
+    const query = keys.slice(0, 64).map((key) => `key=${encodeURIComponent(key)}`);
+    const path = `/history?${query.join("&")}&from=${to - seconds}&to=${to}&buckets=${width / 2}`;
+    askJson<{ series: Series[] }>(path, { signal: cancel.signal }).then(
+      (answer) => setHour(new Map(answer.series.map((series) => [series.key, pairsOf(series)]))),
+      () => undefined, // the curve starts now
+    );
+    return () => cancel.abort();
+  }, [device, name, known]);
+  return hour;
+}
+
+function pairsOf({ t, v, mean }: Series): [number, number][] {
+  const values = v ?? mean ?? [];
+  return t.map((time, index) => [time, values[index] ?? Number.NaN]);
+}
+
+/** Words count as their place in the list of words. */
+export function numberOf(point: Point): number {
+  const value = point.value?.value ?? "";
+  const words = list(point.description?.json.words);
+  const place = words.indexOf(value);
+  if (place >= 0) return place;
+  if (value === "on" || value === "off") return value === "on" ? 1 : 0;
+  return value === "" ? Number.NaN : Number(value);
+}
+
+function withLive(point: Point, hour: Hour): [number, number][] {
+  const key = `${point.path}.value`;
+  let pairs = hour.get(key);
+  if (!pairs) hour.set(key, (pairs = []));
+  const time = point.value?.time ?? 0;
+  const last = pairs[pairs.length - 1]?.[0] ?? 0;
+  const value = point.quality && point.quality !== "good" && point.quality !== "assumed" ? Number.NaN : numberOf(point);
+  // One point a pixel is enough: values that follow within it replace the last one.
+  if (time > last + seconds / width) pairs.push([time, value]);
+  else if (time > last && pairs.length > 0) pairs[pairs.length - 1] = [last, value];
+  if (pairs.length > most) pairs.splice(0, pairs.length - most);
+  return pairs;
+}
+
+/** The curve of the last hour; gaps stay gaps. The number beside it says the same in words. */
+export function Sparkline({ point, hour }: { point: Point; hour: Hour }) {
+  if (point.kind === "property") return null;
+  const now = Date.now() / 1000;
+  const pairs = withLive(point, hour).filter(([time]) => time >= now - seconds);
+  const values = pairs.map(([, value]) => value).filter((value) => !Number.isNaN(value));
+  if (values.length === 0) return null;
+  const low = Math.min(...values);
+  const span = Math.max(...values) - low;
+  const x = (time: number) => (((time - now + seconds) / seconds) * width).toFixed(1);
+  const y = (value: number) => (span === 0 ? height / 2 : height - 2 - ((value - low) / span) * (height - 4)).toFixed(1);
+  const steps = point.description?.json.data_type !== "real";
+  let path = "";
+  let before = Number.NaN;
+  for (const [time, value] of pairs) {
+    if (!Number.isNaN(value)) path += Number.isNaN(before) ? `M${x(time)} ${y(value)}` : `${steps ? `H${x(time)}` : ""}L${x(time)} ${y(value)}`;
+    before = value;
+  }
+  if (!Number.isNaN(before)) path += `H${width}`;
+  return (
+    <svg class="spark" viewBox={`0 0 ${width} ${height}`} width={width} height={height} aria-hidden="true">
+      <path d={path} />
+    </svg>
+  );
+}

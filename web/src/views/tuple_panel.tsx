@@ -1,0 +1,157 @@
+import { useEffect, useState } from "preact/hooks";
+import { components, mayBe, store, useFeeds } from "../app";
+import { formatAge, formatBytes, formatCount, formatFullTime, formatRate, hexDump, prettyJson } from "../core/format";
+import type { Rates } from "../core/rates";
+import { useFrame } from "../core/redraw";
+import { RestError, tupleBytes, tuplePath } from "../core/rest";
+import { hrefTo } from "../core/router";
+import { pinnedBranches, togglePin } from "../core/settings";
+import type { Tuple } from "../core/store";
+import type { Branch } from "../core/tree";
+import { Age } from "../parts/age";
+import { CopyButton } from "../parts/copy";
+import { Icon } from "../parts/icons";
+import { words } from "../words";
+import { TupleForm } from "./tuple_form";
+
+const text = words.tuples;
+
+/** One tuple whole: value, times, who made it, and a form to set it. */
+export function TuplePanel({ id, rates, branch }: { id: string; rates: Rates; branch?: Branch }) {
+  useFrame();
+  useFeeds([{ pattern: id.includes(":") ? id : `${id}:**`, full: true }]);
+  const tuple = store.get(id);
+  const pinned = pinnedBranches.value.includes(id);
+  return (
+    <aside class="panel" aria-label={text.key}>
+      <header>
+        <a class="button" href={hrefTo("tuples")} aria-label={words.close} title={words.close}>
+          <Icon name="back" size={16} />
+        </a>
+        <h2 class="key">{id}</h2>
+      </header>
+      <div class="actions">
+        <CopyButton text={id} label={text.copyKey} />
+        <CopyButton text={`rubicon get '${id}'`} label={text.copyGet} />
+        <button type="button" class="small" aria-pressed={pinned} onClick={() => togglePin(pinnedBranches, id)}>
+          {pinned ? text.unpin : text.pin}
+        </button>
+      </div>
+      {tuple ? <Facts tuple={tuple} rate={rates.of(tuple)} /> : <p class="muted">{branch ? text.branch : text.missing}</p>}
+    </aside>
+  );
+}
+
+function nameOf(component: number): string {
+  const name = components.value.find(({ id }) => id === component)?.name;
+  return name ? `${component} · ${name}` : String(component);
+}
+
+function Facts({ tuple, rate }: { tuple: Tuple; rate: number }) {
+  return (
+    <>
+      <dl class="tuple-facts">
+        <Fact name={text.media} value={tuple.media} />
+        <Fact name={text.sequence} value={`@${tuple.sequence}`} />
+        <Fact name={text.rate} value={`${formatRate(rate)}/s`} />
+        <Fact name={text.creator} value={tuple.creator ? nameOf(tuple.creator) : ""} />
+        <Fact name={text.owner} value={`${nameOf(tuple.owner)}, ${tuple.present ? text.present : text.absent}`} />
+        <Time name={text.write} time={tuple.write} />
+        <Time name={text.user} time={tuple.time === tuple.write ? 0 : tuple.time} />
+        <dt>{text.expires}</dt>
+        <dd>{tuple.expire > 0 ? <Expiry time={tuple.expire} /> : text.never}</dd>
+      </dl>
+      <h3>{text.value}</h3>
+      <TupleContent tuple={tuple} />
+      {mayBe("command") && <TupleForm tuple={tuple} />}
+    </>
+  );
+}
+
+function Fact({ name, value }: { name: string; value: string }) {
+  if (!value) return null;
+  return (
+    <>
+      <dt>{name}</dt>
+      <dd>{value}</dd>
+    </>
+  );
+}
+
+function Time({ name, time }: { name: string; time: number }) {
+  if (time <= 0) return null;
+  return (
+    <>
+      <dt>{name}</dt>
+      <dd>
+        {formatFullTime(time)} <span class="muted">(<Age time={time} />)</span>
+      </dd>
+    </>
+  );
+}
+
+function Expiry({ time }: { time: number }) {
+  const left = time - Date.now() / 1000;
+  return (
+    <>
+      {formatFullTime(time)} {left > 0 && <span class="muted">(in {formatAge(left)})</span>}
+    </>
+  );
+}
+
+function TupleContent({ tuple }: { tuple: Tuple }) {
+  if (tuple.media.startsWith("image/")) {
+    return <img class="picture" alt={text.picture} src={`/api/v1${tuplePath(tuple.owner, tuple.key)}?raw&sequence=${tuple.sequence}`} />;
+  }
+  if (tuple.value === null) return <Bytes key={tuple.sequence} tuple={tuple} />;
+  return (
+    <>
+      <pre class="content">{prettyJson(tuple.value) ?? tuple.value}</pre>
+      {tuple.value !== "" && (
+        <div class="actions">
+          <CopyButton text={tuple.value} />
+        </div>
+      )}
+    </>
+  );
+}
+
+/** Values that are not text, or long: the server sends them when asked. */
+function Bytes({ tuple }: { tuple: Tuple }) {
+  const [bytes, setBytes] = useState<Uint8Array | null>(null);
+  const [error, setError] = useState("");
+  const [asked, setAsked] = useState(false);
+  useEffect(() => {
+    if (!asked) return undefined;
+    let here = true;
+    tupleBytes(tuple.owner, tuple.key).then(
+      (got) => here && setBytes(got),
+      (failure: unknown) => here && setError(failure instanceof RestError ? text.failed(failure.code, failure.message) : String(failure)),
+    );
+    return () => {
+      here = false;
+    };
+  }, [asked]);
+  if (error) return <p class="error">{error}</p>;
+  if (bytes) return <pre class="content">{textOf(bytes) ?? hexDump(bytes)}</pre>;
+  return (
+    <p>
+      {formatBytes(tuple.size)} ({formatCount(tuple.size)} B){" "}
+      <button type="button" class="small" onClick={() => setAsked(true)}>
+        {text.load}
+      </button>
+    </p>
+  );
+}
+
+const longestText = 200_000;
+
+/** The bytes as text, JSON over several lines; null if they are none. */
+function textOf(bytes: Uint8Array): string | null {
+  try {
+    const whole = new TextDecoder("utf-8", { fatal: true }).decode(bytes);
+    return (prettyJson(whole) ?? whole).slice(0, longestText);
+  } catch {
+    return null;
+  }
+}

@@ -1,0 +1,166 @@
+import { useState } from "preact/hooks";
+import { components } from "../app";
+import { formatCount, formatRate, formatValue } from "../core/format";
+import type { Rates } from "../core/rates";
+import { pinnedBranches } from "../core/settings";
+import type { Tuple } from "../core/store";
+import type { Branch, Tree, TreeRow } from "../core/tree";
+import { Icon } from "../parts/icons";
+import { phone, rowHeight } from "../parts/screen";
+import { State } from "../parts/state";
+import { VirtualList } from "../parts/virtual_list";
+import { words } from "../words";
+
+const text = words.tuples;
+const longest = 200;
+
+interface Props {
+  rows: TreeRow[];
+  chosen: string;
+  openBranches: ReadonlySet<string>;
+  loading(branch: Branch): boolean;
+  onToggle(branch: Branch, open?: boolean): void;
+  onOpen(branch: Branch): void;
+  onPin(branch: Branch): void;
+  tree: Tree;
+}
+
+/** The tree by the WAI-ARIA tree pattern; rows that are not in the document are still counted. */
+export function TupleTree({ rows, chosen, openBranches, loading, onToggle, onOpen, onPin }: Props) {
+  const [active, setActive] = useState(0);
+  const rowAt = (index: number) => rows[index];
+  const right = (index: number) => {
+    const row = rowAt(index);
+    if (!row || isLeaf(row.branch)) return;
+    if (openBranches.has(row.branch.path)) setActive(Math.min(index + 1, rows.length - 1));
+    else onToggle(row.branch, true);
+  };
+  const left = (index: number) => {
+    const row = rowAt(index);
+    if (!row) return;
+    if (openBranches.has(row.branch.path)) onToggle(row.branch, false);
+    else if (row.branch.parent) setActive(Math.max(0, rows.findIndex(({ branch }) => branch === row.branch.parent)));
+  };
+  const on = (call: (branch: Branch) => void) => (index: number) => {
+    const row = rowAt(index);
+    if (row) call(row.branch);
+  };
+  return (
+    <VirtualList
+      role="tree"
+      label={text.label}
+      count={rows.length}
+      heights={phone.value ? 48 : rowHeight()}
+      place="tuples"
+      active={active}
+      onActive={setActive}
+      onOpen={on(onOpen)}
+      keys={{
+        ArrowRight: { what: text.expand, run: right },
+        ArrowLeft: { what: text.collapse, run: left },
+        " ": { what: words.keyboard.pin, run: on(onPin) },
+      }}
+      row={(index, attributes) => {
+        const row = rowAt(index);
+        if (!row) return null;
+        const { branch, level, size, place } = row;
+        const { active: isActive, ...rest } = attributes;
+        const open = openBranches.has(branch.path);
+        return (
+          <div
+            key={branch.path}
+            role="treeitem"
+            aria-level={level}
+            aria-setsize={size}
+            aria-posinset={place}
+            aria-expanded={isLeaf(branch) ? undefined : open}
+            aria-selected={branch.path === chosen}
+            class={`row leaf${isActive ? " active" : ""}${branch.path === chosen ? " marked" : ""}${branch.tuple && !branch.tuple.present ? " absent" : ""}`}
+            onClick={() => onOpen(branch)}
+            {...rest}
+            style={`${rest.style};--level:${level}`}
+          >
+            <span class="branch" style={`padding-left:${(level - 1) * (phone.value ? 12 : 18)}px`}>
+              <span
+                class={`twisty${isLeaf(branch) ? " none" : ""}${open ? " open" : ""}`}
+                aria-hidden="true"
+                onClick={(event) => {
+                  event.stopPropagation();
+                  onToggle(branch);
+                }}
+              />
+              <span class="part">{branch.parent ? branch.part : ownerName(branch)}</span>
+              {pinnedBranches.value.includes(branch.path) && <Icon name="pin" size={14} />}
+              {branch.children.size > 0 && <span class="muted count">{loading(branch) ? `${formatCount(branch.count)} …` : formatCount(branch.count)}</span>}
+            </span>
+            {branch.tuple && <TupleValue tuple={branch.tuple} />}
+            <span class="rate muted">{branch.rate >= 0.05 ? `${formatRate(branch.rate)}/s` : ""}</span>
+          </div>
+        );
+      }}
+    />
+  );
+}
+
+function isLeaf(branch: Branch): boolean {
+  return branch.parent !== null && branch.children.size === 0;
+}
+
+function ownerName(branch: Branch): string {
+  const component = components.value.find(({ id }) => id === Number(branch.part));
+  return component?.name ? `${branch.part} · ${component.name}` : branch.part;
+}
+
+function TupleValue({ tuple }: { tuple: Tuple }) {
+  if (!tuple.present) return <State word={text.absent} tone="bad" />;
+  if (tuple.value === null) return <span class="leaf-value muted">{`${tuple.media} · ${formatCount(tuple.size)} B`}</span>;
+  return <span class="leaf-value value">{formatValue(tuple.value.slice(0, longest))}</span>;
+}
+
+interface FoundProps {
+  tuples: Tuple[];
+  rates: Rates;
+  chosen: string;
+  onOpen(tuple: Tuple): void;
+}
+
+/** What a search found, as a flat list. */
+export function FoundTuples({ tuples, rates, chosen, onOpen }: FoundProps) {
+  const open = (index: number) => {
+    const tuple = tuples[index];
+    if (tuple) onOpen(tuple);
+  };
+  return (
+    <VirtualList
+      role="listbox"
+      label={text.found}
+      count={tuples.length}
+      heights={phone.value ? 48 : rowHeight()}
+      onOpen={open}
+      row={(index, attributes) => {
+        const tuple = tuples[index];
+        if (!tuple) return null;
+        const { active, ...rest } = attributes;
+        const rate = rates.of(tuple);
+        return (
+          <div
+            key={tuple.id}
+            role="option"
+            aria-setsize={tuples.length}
+            aria-posinset={index + 1}
+            aria-selected={tuple.id === chosen}
+            class={`row leaf${active ? " active" : ""}${tuple.id === chosen ? " marked" : ""}`}
+            onClick={() => onOpen(tuple)}
+            {...rest}
+          >
+            <span class="branch" title={tuple.id}>
+              <span class="part">{tuple.id}</span>
+            </span>
+            <TupleValue tuple={tuple} />
+            <span class="rate muted">{rate >= 0.05 ? `${formatRate(rate)}/s` : ""}</span>
+          </div>
+        );
+      }}
+    />
+  );
+}

@@ -1,0 +1,180 @@
+import { useEffect, useMemo, useState } from "preact/hooks";
+import { baseFeeds, chosenIsland, components, feed, islands, islandsKnown, loadingOf, store, useFeeds } from "../app";
+import type { Want } from "../core/feed";
+import { Rates } from "../core/rates";
+import { second, useFrame } from "../core/redraw";
+import { go, type Route, setQuery } from "../core/router";
+import { pinnedBranches, togglePin } from "../core/settings";
+import type { Tuple } from "../core/store";
+import { compareNatural, matches } from "../core/text";
+import { type Branch, pathsAbove, Tree, type TreeOrder, type TreeRow } from "../core/tree";
+import { NoIsland } from "../parts/no_island";
+import { phone } from "../parts/screen";
+import { Empty, Loaded } from "../parts/state";
+import { words } from "../words";
+import { FoundTuples, TupleTree } from "./tuple_tree";
+import { TuplePanel } from "./tuple_panel";
+import type { View } from "./views";
+
+const text = words.tuples;
+/** The open branches outlive the view. */
+const openBranches = new Set<string>();
+
+/** Tree and rates live as long as the view. */
+function useTree(): { tree: Tree; rates: Rates } {
+  const both = useMemo(() => ({ tree: new Tree(store), rates: new Rates(store, performance.now()) }), []);
+  useEffect(
+    () => () => {
+      both.tree.end();
+      both.rates.end();
+    },
+    [both],
+  );
+  useEffect(() => {
+    both.rates.sample(performance.now());
+    both.tree.takeRates(both.rates);
+  }, [second.value]);
+  return both;
+}
+
+/** Owners whose tuples are shown: each is one subscription to all of them. */
+function ownersShown(tree: Tree): Branch[] {
+  const island = chosenIsland();
+  for (const component of [...islands.value, ...components.value]) tree.owner(component.id);
+  return [...tree.owners.values()].filter((branch) => !island || Number(branch.part) === island).sort((a, b) => compareNatural(a.part, b.part));
+}
+
+function everythingOf(owner: string): Want {
+  return { pattern: `${owner}:**`, full: true, min: 500 };
+}
+
+function Tuples({ route }: { route: Route }) {
+  useFrame();
+  const { tree, rates } = useTree();
+  const [version, setVersion] = useState(0);
+  const chosen = route.parts[0] ?? "";
+  const search = route.query.q ?? "";
+  const order: TreeOrder = route.query.order === "rate" ? "rate" : "key";
+  const owners = ownersShown(tree);
+  useOpenAround(chosen, owners, () => setVersion((count) => count + 1));
+  const wanted = search ? owners : owners.filter((branch) => openBranches.has(branch.path));
+  const feeds = useFeeds(wanted.map((branch) => everythingOf(branch.part)));
+  const rows = useMemo(() => tree.rows(openBranches, order, owners), [tree.structure, version, order, owners.length, chosenIsland()]);
+  const pins = pinnedBranches.value;
+  const toggle = (branch: Branch, open = !openBranches.has(branch.path)) => {
+    if (open) openBranches.add(branch.path);
+    else openBranches.delete(branch.path);
+    setVersion((count) => count + 1);
+  };
+  const setOrder = (next: string) => {
+    tree.rank();
+    setQuery({ order: next === "rate" ? next : "" });
+    setVersion((count) => count + 1);
+  };
+  useEffect(() => setOrder(order), [order === "rate" && loadingOf(feeds) === "ready"]);
+  if (islandsKnown.value && owners.length === 0) return <NoIsland />;
+  const panel = chosen !== "" && (tree.find(chosen)?.tuple || !phone.value || !tree.find(chosen));
+  return (
+    <section class="view tuples">
+      <div class="toolbar">
+        <h1>{text.title}</h1>
+        <input type="search" aria-label={text.filter} placeholder={text.filter} value={search} onInput={(event) => setQuery({ q: event.currentTarget.value })} />
+        <label class="field">
+          <span>{text.order}</span>
+          <select value={order} onChange={(event) => setOrder(event.currentTarget.value)}>
+            <option value="key">{text.orders.key}</option>
+            <option value="rate">{text.orders.rate}</option>
+          </select>
+        </label>
+        {order === "rate" && (
+          <button type="button" onClick={() => setOrder("rate")}>
+            {words.table.update}
+          </button>
+        )}
+        <span class="count">{text.count(owners.reduce((sum, branch) => sum + branch.count, 0))}</span>
+      </div>
+      {pins.length > 0 && <Pins pins={pins} />}
+      <div class="split">
+        {!(phone.value && panel) && (
+          <Loaded state={search ? loadingOf(feeds) : loadingOf(baseFeeds)}>
+            {search ? <Found search={search} rates={rates} chosen={chosen} /> : <Branches rows={rows} chosen={chosen} toggle={toggle} tree={tree} />}
+          </Loaded>
+        )}
+        {panel && <TuplePanel key={chosen} id={chosen} rates={rates} branch={tree.find(chosen)} />}
+      </div>
+    </section>
+  );
+}
+
+/** Opens what is around the chosen tuple, and the only owner there is. */
+function useOpenAround(chosen: string, owners: Branch[], opened: () => void): void {
+  const only = owners.length === 1 ? owners[0]?.path : undefined;
+  const first = islands.value.length === 1 ? String(islands.value[0]?.id) : only;
+  useEffect(() => {
+    const paths = [...pathsAbove(chosen), ...(openBranches.size === 0 && first ? [first, `${first}:proxy`] : [])];
+    for (const path of paths) openBranches.add(path);
+    if (paths.length > 0) opened();
+  }, [chosen, first]);
+}
+
+function Pins({ pins }: { pins: string[] }) {
+  return (
+    <div class="pins">
+      <span class="muted">{text.pinned}</span>
+      {pins.map((path) => (
+        <button key={path} type="button" class="small" onClick={() => go("tuples", [path])}>
+          {path}
+        </button>
+      ))}
+    </div>
+  );
+}
+
+interface BranchesProps {
+  rows: TreeRow[];
+  chosen: string;
+  toggle(branch: Branch, open?: boolean): void;
+  tree: Tree;
+}
+
+function Branches({ rows, chosen, toggle, tree }: BranchesProps) {
+  const open = (branch: Branch) => {
+    if (branch.tuple) go("tuples", [branch.path], presentQuery());
+    else toggle(branch);
+  };
+  const loading = (branch: Branch) => !branch.parent && openBranches.has(branch.path) && stateOf(branch) === "loading";
+  return <TupleTree rows={rows} chosen={chosen} openBranches={openBranches} loading={loading} onToggle={toggle} onOpen={open} onPin={(branch) => togglePin(pinnedBranches, branch.path)} tree={tree} />;
+}
+
+/** What the address says about filter and order stays when another tuple is chosen. */
+function presentQuery(): Record<string, string> {
+  return Object.fromEntries(new URLSearchParams(location.hash.split("?")[1] ?? ""));
+}
+
+function stateOf(branch: Branch): "loading" | "ready" {
+  for (const subscription of feed.subscriptions) {
+    if (subscription.want.pattern === everythingOf(branch.part).pattern) return subscription.complete([Number(branch.part)]) ? "ready" : "loading";
+  }
+  return "loading";
+}
+
+function Found({ search, rates, chosen }: { search: string; rates: Rates; chosen: string }) {
+  const island = chosenIsland();
+  const found = useMemo(() => {
+    const tuples: Tuple[] = [];
+    for (const tuple of store.tuples.values()) {
+      if (!island || tuple.owner === island) if (matches(search, `${tuple.id} ${(tuple.value ?? "").slice(0, 200)}`)) tuples.push(tuple);
+    }
+    return tuples.sort((a, b) => compareNatural(a.id, b.id));
+  }, [search, island, store.tuples.size]);
+  if (found.length > 0) return <FoundTuples tuples={found} rates={rates} chosen={chosen} onOpen={(tuple) => go("tuples", [tuple.id], presentQuery())} />;
+  return (
+    <Empty title={text.filtered(store.tuples.size)}>
+      <button type="button" onClick={() => setQuery({ q: "" })}>
+        {words.table.clear}
+      </button>
+    </Empty>
+  );
+}
+
+export const tuplesView: View = { id: "tuples", title: text.title, key: "t", icon: "tuples", show: (route) => <Tuples route={route} /> };

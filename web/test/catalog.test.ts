@@ -1,0 +1,94 @@
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { Catalog } from "../src/core/catalog";
+import { readKey } from "../src/core/keys";
+import { Store } from "../src/core/store";
+
+function setUp() {
+  const store = new Store(() => {});
+  const catalog = new Catalog(store);
+  const put = (id: string, value: string) => {
+    const known = store.get(id);
+    const tuple = known ?? store.hold(id);
+    assert.ok(tuple);
+    store.set(tuple, value, tuple.sequence + 1, 1);
+    return tuple;
+  };
+  return { store, catalog, put };
+}
+
+test("keys of points, devices, networks, counters and the inbox are told apart", () => {
+  const meanings: Record<string, string> = {
+    "proxy.wsn-1.7.sensor.light-1.value": "point",
+    "proxy.wsn-1.7.status": "device",
+    "proxy.wsn-1.7.description": "device",
+    "proxy.wsn-1.status": "network",
+    "proxy.wsn-1.property.line.value": "counter",
+    "proxy.inbox.wsn-1.7": "waiting",
+    "proxy.inbox": "inbox",
+    "proxy.recorder.day.status": "other",
+    "proxy.property.clock.value": "other",
+    "proxy.settings.status": "other",
+    "proxy.island": "other",
+    GATEWAY: "other",
+    "proxy.wsn-1.7.sensor.light-1.value.more": "other",
+    "proxy.wsn-1.7.thing.light-1.value": "other",
+    "": "other",
+  };
+  for (const [key, what] of Object.entries(meanings)) assert.equal(readKey(key).what, what, key);
+});
+
+test("a device has its points in order: sensors, actuators, properties, by natural order", () => {
+  const { catalog, put } = setUp();
+  for (const point of ["property.rate", "actuator.lamp-1", "sensor.light-10", "sensor.light-2"]) put(`7:proxy.wsn.3.${point}.value`, "1");
+  const device = catalog.device(7, "wsn", "3");
+  assert.deepEqual(device?.ordered.map(({ id }) => id), ["light-2", "light-10", "lamp-1", "rate"]);
+});
+
+test("battery and link quality do not stand for a device that measures something", () => {
+  const { catalog, put } = setUp();
+  for (const point of ["sensor.battery-1", "sensor.linkQuality-1", "actuator.lamp-1"]) put(`7:proxy.zigbee.a.${point}.value`, "1");
+  put("7:proxy.zigbee.b.sensor.battery-1.value", "90");
+  assert.equal(catalog.device(7, "zigbee", "a")?.first?.id, "lamp-1");
+  assert.equal(catalog.device(7, "zigbee", "b")?.first?.id, "battery-1");
+});
+
+test("a device goes with its last tuple, its network too", () => {
+  const { store, catalog, put } = setUp();
+  const tuples = [put("7:proxy.wsn.3.status", '{"status":"reachable"}'), put("7:proxy.wsn.3.sensor.light-1.value", "1")];
+  assert.equal(catalog.networks.get("7/wsn")?.devices, 1);
+  for (const tuple of tuples) store.release(tuple);
+  assert.equal(catalog.devices.size, 0);
+  assert.equal(catalog.networks.size, 0);
+});
+
+test("odd descriptions leave a device with what is known of it", () => {
+  const { catalog, put } = setUp();
+  for (const value of ["", "7", "null", "[]", "{", '{"name":7,"area":null,"model":[],"capabilities":[1,"light"]}']) {
+    put("7:proxy.wsn.3.description", value);
+    const device = catalog.device(7, "wsn", "3");
+    assert.equal(device?.name, "3", value);
+    assert.equal(device?.area, "", value);
+  }
+  assert.equal(catalog.device(7, "wsn", "3")?.model, "light");
+  put("7:proxy.wsn.3.status", '{"status":{},"since":"now"}');
+  assert.equal(catalog.device(7, "wsn", "3")?.state, "unknown");
+  assert.equal(catalog.device(7, "wsn", "3")?.since, 0);
+});
+
+test("the structure changes with devices and descriptions, not with values", () => {
+  const { catalog, put } = setUp();
+  put("7:proxy.wsn.3.sensor.light-1.value", "1");
+  const before = catalog.structure;
+  put("7:proxy.wsn.3.sensor.light-1.value", "2");
+  assert.equal(catalog.structure, before);
+  put("7:proxy.wsn.3.description", '{"name":"Hall"}');
+  assert.notEqual(catalog.structure, before);
+});
+
+test("a device of two islands is two devices", () => {
+  const { catalog, put } = setUp();
+  put("7:proxy.wsn.3.status", "{}");
+  put("8:proxy.wsn.3.status", "{}");
+  assert.deepEqual([...catalog.devices.keys()], ["7/wsn/3", "8/wsn/3"]);
+});
