@@ -36,13 +36,14 @@ std::string name_of(const model::Commander& commander) {
 
 RemoteSetTracker::RemoteSetTracker(Scheduler& scheduler, TupleSpace& space, OwnerId owner, std::string_view key,
                                    std::string_view value, OutcomeCall ended, Duration time_to_live, Duration patience,
-                                   OutcomeCall under_way)
+                                   OutcomeCall under_way, tuples::ReplyCall replied, const tuples::SetOptions& options)
     : scheduler_(scheduler),
       self_(space.self()),
       owner_(owner),
       is_command_(key.ends_with(".command")),
       ended_(std::move(ended)),
       on_progress_(std::move(under_way)),
+      replied_(std::move(replied)),
       margin_(patience) {
   if (is_command_) {
     const model::PointKey point{std::string(model::parent_key(key))};
@@ -55,8 +56,8 @@ RemoteSetTracker::RemoteSetTracker(Scheduler& scheduler, TupleSpace& space, Owne
   }
   const auto lives = time_to_live > Duration(0) ? time_to_live : kDefaultTimeToLive;
   wait(lives);
-  outcome_.request = space.set_remote(owner, key, value, lives,
-                                      lifetime_.guard([this](const tuples::Reply& reply) { answered(reply); }));
+  outcome_.request = space.set_remote(
+      owner, key, value, lives, lifetime_.guard([this](const tuples::Reply& reply) { answered(reply); }), options);
 }
 
 void RemoteSetTracker::wait(Duration longest) {
@@ -78,6 +79,10 @@ void RemoteSetTracker::time_out() {
 
 void RemoteSetTracker::answered(const tuples::Reply& reply) {
   if (!ended_) return;
+  const auto watch = lifetime_.watch();
+  const auto call = replied_;
+  if (call) call(reply);  // may destroy this
+  if (watch.ended()) return;
   if (reply.verdict == tuples::Verdict::kApplied) {
     if (is_command_) return;  // the status reports the outcome
     outcome_.state = "applied";

@@ -9,11 +9,14 @@ namespace rubicon::client {
 
 /// Follows one remote set until its outcome is known: the owner's reply, or for a command the final state in the status
 /// of its point. Waits as long as the island says that each state may last, and `patience` longer for the news.
-/// Destruction ends it without a call.
+/// `replied` receives the owner's reply, before or after the first state. Destruction ends it without a call.
 class RemoteSetTracker {
  public:
   RemoteSetTracker(Scheduler& scheduler, TupleSpace& space, OwnerId owner, std::string_view key, std::string_view value,
-                   OutcomeCall ended, Duration time_to_live, Duration patience, OutcomeCall under_way = {});
+                   OutcomeCall ended, Duration time_to_live, Duration patience, OutcomeCall under_way = {},
+                   tuples::ReplyCall replied = {}, const tuples::SetOptions& options = {});
+
+  std::uint64_t request() const { return outcome_.request; }
 
  private:
   void answered(const tuples::Reply& reply);
@@ -30,6 +33,7 @@ class RemoteSetTracker {
   bool is_command_ = false;
   Outcome outcome_;
   OutcomeCall ended_, on_progress_;
+  tuples::ReplyCall replied_;
   Duration margin_;
   bool is_state_ = false;  ///< by its description, the point executes the newest command only
   bool seen_ = false;      ///< the status has named this command

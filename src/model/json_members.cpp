@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <iterator>
 
@@ -30,11 +31,14 @@ void append_seconds(WallTime time, std::string& out) {
 }
 
 void append_json(std::string_view text, std::string& out) {
-  if (text.empty()) {
-    out += "\"\"";
+  const auto is_plain = [](char c) { return c >= ' ' && c <= '~' && c != '"' && c != '\\'; };
+  if (!std::all_of(text.begin(), text.end(), is_plain)) {
+    out += dump(nlohmann::json(text));
     return;
   }
-  out += dump(nlohmann::json(text));
+  out += '"';
+  out += text;
+  out += '"';
 }
 
 }  // namespace rubicon::model

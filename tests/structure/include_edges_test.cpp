@@ -31,7 +31,6 @@ const std::map<std::string, Names> kFolderEdges{
     {"config", {"recording", "tuples"}},
     {"recorder", {"config", "recording", "transport", "tuples"}},
     {"history", {"config", "recording", "sqlite", "transport", "tuples"}},
-    {"web", {}},
     {"console", {"transport", "tuples"}},
     {"island", {"config", "recorder", "transport", "tuples", "network", "networks", "gateway", "state", "proxy"}},
     {"web", {"client", "history", "config", "transport", "tuples", "gateway"}},

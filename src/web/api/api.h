@@ -1,0 +1,32 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "base/log.h"
+#include "web/api/context.h"
+#include "web/exchange.h"
+
+namespace rubicon::web::api {
+
+/// How the API describes itself.
+struct ApiOptions {
+  std::string name{};  ///< of the component, for people
+};
+
+/// The application behind HTTP and WebSocket: the tuple space for programs and the page (docs/api.md). It knows no
+/// sockets. All that it is constructed with must outlive it, and it must outlive its exchanges and conversations.
+class Api final : public Site {
+ public:
+  Api(Scheduler& scheduler, TupleSpace& space, base::LogSink& log, access::Access& access, ApiOptions options = {});
+  ~Api() override;
+
+  std::unique_ptr<Exchange> handle(const Request& request, Respond respond) override;
+  std::unique_ptr<Conversation> open(const Caller& caller, ConversationCalls calls) override;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace rubicon::web::api

@@ -1,0 +1,37 @@
+#include "web/api/components.h"
+
+#include <numeric>
+#include <string>
+
+#include "rubicon/summary.hpp"
+
+namespace rubicon::web::api {
+
+nlohmann::ordered_json component_json(OwnerId id, std::string_view summary) {
+  const auto about = model::summary_from_json(summary).value_or(Summary{});
+  const auto blank = about.program.rfind(' ');  // `rubicon-proxy 0.1.0`
+  nlohmann::ordered_json line;
+  line["id"] = number(id);
+  line["name"] = about.name;
+  line["host"] = about.host;
+  line["program"] = about.program.substr(0, blank);
+  line["version"] = blank == std::string::npos ? "" : about.program.substr(blank + 1);
+  if (model::is_island(id)) {
+    line["prefix"] = about.prefix;
+    line["networks"] = about.networks;
+    line["devices"] = std::accumulate(about.networks.begin(), about.networks.end(), std::uint64_t{0},
+                                      [](std::uint64_t sum, const auto& network) { return sum + network.second; });
+  }
+  line["since"] = base::to_seconds(about.since);
+  return line;
+}
+
+nlohmann::ordered_json components_json(const TupleSpace& space, bool islands_only) {
+  auto list = nlohmann::ordered_json::array();
+  for (const auto id : space.peers()) {
+    if (!islands_only || model::is_island(id)) list.push_back(component_json(id, space.summary(id)));
+  }
+  return list;
+}
+
+}  // namespace rubicon::web::api

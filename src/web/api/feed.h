@@ -1,0 +1,142 @@
+#pragma once
+
+#include <deque>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <vector>
+
+#include "base/deadline.h"
+#include "rubicon/tuple_space.hpp"
+#include "web/api/event_types.h"
+
+namespace rubicon::web::api {
+
+/// What a client subscribes to.
+struct FeedOptions {
+  Pattern pattern;
+  Duration minimum = std::chrono::milliseconds(50);  ///< between two frames, after the snapshot
+  Duration maximum{0};                               ///< present values are sent again after this time; zero = never
+  double dead_band = 0;                              ///< changes of numbers by less than this are not sent
+  bool active = false;                               ///< creates demand, at the pace of `minimum`
+  bool full = false;                                 ///< with media type, creator, write time, expiry, owner present
+};
+
+/// The events of all subscriptions of a connection that wait to be sent.
+struct EventStock {
+  static constexpr std::size_t kMaxEvents = 1000;
+  static constexpr std::size_t kMaxBytes = 1024UL * 1024;
+  std::size_t events = 0, bytes = 0;
+
+  bool has_room(std::size_t more) const { return events < kMaxEvents && bytes + more <= kMaxBytes; }
+};
+
+/// One subscription of a client: which tuples changed since the last frame. Of a state it keeps that it changed and
+/// reads the value when the frame is made; of an event it keeps each one, while the stock of the connection has room.
+/// The keys have numbers, which belong to the subscription.
+class Feed {
+ public:
+  static constexpr std::size_t kMaxFrame = 64UL * 1024;
+
+  struct Calls {
+    std::function<void()> wake;    ///< there may be a frame
+    std::function<void()> merged;  ///< a change replaced one that was not sent yet
+  };
+  /// `number` names the subscription in its frames.
+  Feed(Scheduler& scheduler, TupleSpace& space, EventTypes& types, EventStock& stock, unsigned number,
+       FeedOptions options, Calls calls);
+  ~Feed();
+  Feed(const Feed&) = delete;
+  Feed& operator=(const Feed&) = delete;
+
+  /// The next frame (docs/api.md), about kMaxFrame bytes at most; nullopt: nothing is due.
+  std::optional<std::string> next();
+
+ private:
+  struct Name {
+    OwnerId owner{};
+    std::string key;
+  };
+  struct NameView {
+    OwnerId owner{};
+    std::string_view key;
+  };
+  struct NameHash {
+    using is_transparent = void;
+    std::size_t operator()(const Name& name) const { return (*this)(NameView{name.owner, name.key}); }
+    std::size_t operator()(const NameView& name) const {
+      return std::hash<std::string_view>()(name.key) * 31 + number(name.owner);
+    }
+  };
+  struct NameEqual {
+    using is_transparent = void;
+    template <class A, class B>
+    bool operator()(const A& a, const B& b) const {
+      return a.owner == b.owner && std::string_view(a.key) == std::string_view(b.key);
+    }
+  };
+  struct Entry {
+    std::uint32_t number = 0;
+    bool introduced = false;  ///< the client knows the number
+    bool is_event = false;
+    bool waits = false;          ///< its state is among the items
+    std::uint32_t items = 0;     ///< how many items name it
+    std::uint64_t sequence = 0;  ///< of the newest set that is known
+    WallTime written{};
+    std::optional<EventKind> gone{};  ///< how it ended, if it did
+  };
+  using Entries = std::unordered_map<Name, Entry, NameHash, NameEqual>;
+  using Node = Entries::value_type;
+  struct Item {
+    Node* tuple = nullptr;  ///< nullptr: the snapshot of `owner` ends here
+    OwnerId owner{};
+    std::string event{};  ///< the update of an event; empty = read the state
+  };
+
+  void snapshot_ended(OwnerId owner);
+  void changed(const tuples::Event& event);
+  void set(const TupleView& tuple);
+  void ended(Node& node, EventKind kind);
+  void keep_event(Node& node, const TupleView& tuple);
+  bool drop_oldest_event();
+  void peer_changed(OwnerId owner, tuples::PeerEvent event);
+  Node& node_of(const TupleView& tuple);
+  void push(std::deque<Item>& queue, Item item);
+  Item pop(std::deque<Item>& queue);
+  void leave_stock(const Item& item);
+  bool has_items() const { return !items_.empty() || !events_.empty(); }
+  bool due() const;
+  void wake();
+
+  struct Frame;
+  bool add_head(Frame& frame);
+  void add(Frame& frame, const Item& item);
+  void add_update(Frame& frame, Node& node, std::string_view update);
+  void add_gone(Frame& frame, Node& node);
+  std::string finish(Frame& frame);
+
+  Scheduler& scheduler_;
+  TupleSpace& space_;
+  EventTypes& types_;
+  EventStock& stock_;
+  unsigned number_;
+  FeedOptions options_;
+  Calls calls_;
+  Entries entries_;
+  std::vector<std::uint32_t> free_numbers_;
+  std::uint32_t next_number_ = 0;
+  std::deque<Item> items_;            ///< states, ends of tuples and of snapshots, the first event of a tuple
+  std::deque<Item> events_;           ///< all other events; they count in the stock
+  std::size_t snapshots_ = 0;         ///< ends of snapshots among the items
+  std::map<OwnerId, bool> owners_;    ///< of which something was delivered; true = absent
+  std::map<OwnerId, bool> presence_;  ///< what the client does not know yet; true = absent
+  std::uint64_t lost_events_ = 0;     ///< not reported yet
+  SteadyTime not_before_{};
+  base::Deadline pause_;
+  tuples::Handle data_, demand_, peers_;
+};
+
+}  // namespace rubicon::web::api

@@ -1,0 +1,59 @@
+#include "web/api/tracked_set.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "model/point_keys.h"
+
+namespace rubicon::web::api {
+
+bool has_states(std::string_view key) {
+  return key.ends_with(".command") && model::point_of(key).has_value();
+}
+
+Result<void> verdict_of(const tuples::Reply& reply, OwnerId owner) {
+  switch (reply.verdict) {
+    case tuples::Verdict::kApplied: return {};
+    case tuples::Verdict::kRefused: return fail(reply.code, reply.text);
+    case tuples::Verdict::kExpired:
+      return fail(ErrorCode::kExpired,
+                  fmt::format("component {} did not answer within the time to live", number(owner)));
+    case tuples::Verdict::kNoSuchOwner: break;
+  }
+  return fail(ErrorCode::kNotFound, fmt::format("no component {} is present", number(owner)));
+}
+
+TrackedSet::TrackedSet(Context& context, const SetRequest& request, Calls calls)
+    : calls_(std::move(calls)), is_command_(has_states(request.key) && !request.append) {
+  const tuples::SetOptions options{request.media_type, request.user_time, request.lifetime, request.sequence};
+  const auto on_reply = lifetime_.guard([this](const tuples::Reply& answer) { reply(answer); });
+  auto& space = context.space;
+  if (request.append) {
+    space.append_remote(request.owner, request.key, request.value, request.time_to_live, on_reply, options);
+  } else if (!is_command_) {
+    space.set_remote(request.owner, request.key, request.value, request.time_to_live, on_reply, options);
+  } else {
+    tracker_ = std::make_unique<client::RemoteSetTracker>(
+        context.scheduler, space, request.owner, request.key, request.value,
+        [this](const client::Outcome& outcome) { change_state(outcome, true); }, request.time_to_live, request.patience,
+        [this](const client::Outcome& outcome) { change_state(outcome, false); }, on_reply, options);
+  }
+}
+
+void TrackedSet::reply(const tuples::Reply& reply) {
+  if (std::exchange(replied_, true)) return;
+  accepted_ = reply.verdict == tuples::Verdict::kApplied;
+  calls_.replied(reply);
+}
+
+/// The first state may be faster than the reply: it implies that the owner accepted. A request that was refused ends
+/// with the reply.
+void TrackedSet::change_state(const client::Outcome& outcome, bool is_final) {
+  tuples::Reply implied;
+  implied.request = outcome.request;
+  reply(implied);
+  if (accepted_) calls_.state_changed(outcome, is_final);
+}
+
+}  // namespace rubicon::web::api
