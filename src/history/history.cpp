@@ -1,0 +1,223 @@
+#include "history/history.h"
+
+#include <fmt/format.h>
+
+#include <atomic>
+
+#include "base/lifetime.h"
+#include "base/limited_log.h"
+#include "base/text.h"
+#include "history/intake.h"
+#include "history/keeper.h"
+#include "history/past.h"
+#include "model/point_keys.h"
+
+namespace rubicon::history {
+
+namespace {
+
+constexpr Duration kWriteEvery = std::chrono::seconds(1);
+constexpr std::size_t kMostWaiting = 200'000;  // points; about 10 MB
+constexpr std::size_t kMostQuestions = 32;
+constexpr std::size_t kMostSeries = 10'000;
+
+/// The status and the description of what a pattern of values selects; nullopt where the pattern has them already.
+std::optional<Pattern> beside(const Pattern& values, std::string_view part) {
+  if (model::last_part(values.key) != "value") return std::nullopt;
+  return Pattern{values.owner, fmt::format("{}.{}", model::parent_key(values.key), part)};
+}
+
+}  // namespace
+
+struct History::Impl {
+  Impl(config::HistorySetup of, Context with)
+      : setup(std::move(of)),
+        context(std::move(with)),
+        log(Log(context.log, "history"), context.scheduler),
+        intake(setup.exclude),
+        path(base::resolve_path(context.directory, setup.file)),
+        keeper(std::make_shared<Keeper>(path, RetentionRules{setup.raw, setup.hours, setup.size})) {}
+
+  void start();
+  void write();
+  void reported(Keeper::Report report);
+  void subscribe();
+  void observe(const tuples::Event& event);
+
+  template <class Value>
+  Handle ask(std::function<Result<Value>(Store&)> work, std::function<void(Result<Value>)> call);
+
+  config::HistorySetup setup;
+  Context context;
+  base::LimitedLog log;
+  Intake intake;
+  std::string path;
+  std::shared_ptr<Keeper> keeper;  ///< used by jobs of the worker only
+  TupleSpace* space = nullptr;
+  std::vector<Handle> subscriptions;
+  Counters counters;
+  std::string reason;
+  bool opened = false;
+  bool writing = false;  ///< a job of the worker
+  std::size_t questions = 0;
+  std::uint64_t reported_drops = 0;
+  Timer timer;
+  base::Lifetime lifetime;
+};
+
+void History::Impl::start() {
+  write();
+  timer = context.scheduler.after(kWriteEvery, [this] { start(); });
+}
+
+/// One job at a time: while the disk does not answer, the points stay here, and the bound counts.
+void History::Impl::write() {
+  if (writing) return;
+  writing = true;
+  const auto wall = context.scheduler.wall_now();
+  intake.tick(wall);
+  auto batch = std::make_shared<Batch>(intake.take(wall));
+  context.worker->run([keeper = keeper, batch, now = context.scheduler.now(), wall, &scheduler = context.scheduler,
+                       done = std::make_shared<std::function<void(Keeper::Report)>>(
+                           lifetime.guard([this](Keeper::Report report) { reported(std::move(report)); }))] {
+    auto report = std::make_shared<Keeper::Report>(keeper->work(std::move(*batch), now, wall));
+    scheduler.post([done, report] { (*done)(std::move(*report)); });
+  });
+}
+
+void History::Impl::reported(Keeper::Report report) {
+  writing = false;
+  counters.points += report.points;
+  counters.failures += report.failures;
+  counters.bytes = report.bytes;
+  reason = std::move(report.reason);
+  for (const auto& [level, text] : report.log) {
+    if (level == base::LogLevel::kError) {
+      log.error(text, text);
+    } else if (level == base::LogLevel::kWarning) {
+      log.warning(text, text);
+    } else {
+      log.info(text, text);
+    }
+  }
+  intake.limit(kMostWaiting - std::min(report.waiting, kMostWaiting));
+  if (intake.dropped() > reported_drops) {
+    log.warning("dropped", fmt::format("{} points were dropped so far: {}", intake.dropped(),
+                                       reason.empty() ? "the disk is too slow" : reason));
+    reported_drops = intake.dropped();
+  }
+  if (!report.opened || std::exchange(opened, true)) return;
+  intake.seed(report.series);
+  log.unlimited().info(fmt::format("{}: {} series", path, report.series.size()));
+  subscribe();
+}
+
+void History::Impl::subscribe() {
+  if (!opened || !space) return;
+  const auto take = [this](const tuples::Event& event) { observe(event); };
+  for (const auto& pattern : setup.patterns) {
+    for (const auto* part : {"description", "status"}) {
+      if (const auto other = beside(pattern, part))
+        subscriptions.push_back(space->subscribe(*other, {setup.minimum, {}, 0, true}, take));
+    }
+    subscriptions.push_back(space->subscribe(pattern, {setup.minimum, {}, setup.dead_band, true}, take));
+  }
+}
+
+void History::Impl::observe(const tuples::Event& event) {
+  const auto now = context.scheduler.wall_now();
+  if (event.kind == tuples::EventKind::kSet) return intake.changed(event.tuple, now);
+  intake.gone(event.tuple.owner, event.tuple.key, now);
+}
+
+/// Asks the worker; the answer comes back to the loop, unless the handle or the history ended.
+template <class Value>
+Handle History::Impl::ask(std::function<Result<Value>(Store&)> work, std::function<void(Result<Value>)> call) {
+  struct Asked {
+    std::function<void(Result<Value>)> call;
+    std::atomic<bool> cancelled{false};
+  };
+  auto asked = std::make_shared<Asked>();
+  asked->call = std::move(call);
+  Handle handle([asked] {
+    asked->cancelled = true;
+    asked->call = nullptr;
+  });
+  const auto finish = [asked](Result<Value> result) {
+    if (asked->cancelled) return;
+    const auto last = std::exchange(asked->call, nullptr);
+    last(std::move(result));
+  };
+  if (questions == kMostQuestions) {
+    lifetime.post(context.scheduler, [finish] {
+      finish(fail(ErrorCode::kBusy, fmt::format("history: {} questions wait already", kMostQuestions)));
+    });
+    return handle;
+  }
+  ++questions;
+  auto done = std::make_shared<std::function<void(Result<Value>)>>(lifetime.guard([this, finish](Result<Value> result) {
+    --questions;
+    finish(std::move(result));
+  }));
+  context.worker->run([asked, keeper = keeper, work = std::move(work), done, &scheduler = context.scheduler] {
+    auto* store = keeper->store();
+    auto result = std::make_shared<Result<Value>>(asked->cancelled ? Result<Value>(Value())
+                                                  : store          ? work(*store)
+                                                                   : Result<Value>(fail(keeper->why())));
+    scheduler.post([done, result] { (*done)(std::move(*result)); });
+  });
+  return handle;
+}
+
+History::History(config::HistorySetup setup, Context context)
+    : impl_(std::make_unique<Impl>(std::move(setup), std::move(context))) {
+  impl_->start();
+}
+
+History::~History() {
+  auto& impl = *impl_;
+  impl.timer.cancel();
+  impl.subscriptions.clear();
+  impl.lifetime.end();
+  const auto wall = impl.context.scheduler.wall_now();
+  auto batch = std::make_shared<Batch>(impl.intake.take(wall));
+  impl.context.worker->run([keeper = impl.keeper, batch, now = impl.context.scheduler.now(), wall] {
+    keeper->work(std::move(*batch), now, wall);
+    if (auto* store = keeper->store()) std::ignore = store->sync();
+  });
+  impl.context.worker.reset();
+}
+
+void History::follow(TupleSpace& space) {
+  impl_->space = &space;
+  impl_->subscribe();
+}
+
+Handle History::ask(Question question, AnswerCall call) {
+  return impl_->ask<Answer>([question = std::move(question)](Store& store) { return answer(store, question); },
+                            std::move(call));
+}
+
+Handle History::series(Pattern pattern, SeriesCall call) {
+  return impl_->ask<std::vector<SeriesEntry>>(
+      [pattern = std::move(pattern)](Store& store) { return list_series(store, pattern, kMostSeries); },
+      std::move(call));
+}
+
+History::Counters History::counters() const {
+  auto counters = impl_->counters;
+  counters.dropped = impl_->intake.dropped();
+  return counters;
+}
+
+std::string History::state() const {
+  const auto& impl = *impl_;
+  if (!impl.reason.empty()) return "not written: " + impl.reason;
+  return impl.opened ? "recording" : "opening";
+}
+
+const config::HistorySetup& History::setup() const {
+  return impl_->setup;
+}
+
+}  // namespace rubicon::history

@@ -1,0 +1,76 @@
+#include "history/history_file.h"
+
+#include <fmt/format.h>
+
+#include <array>
+
+#include "sqlite/versions.h"
+
+namespace rubicon::history {
+
+namespace {
+
+using sqlite::Database;
+
+constexpr std::array<const char*, 1> kSteps{R"sql(
+CREATE TABLE meta(name TEXT PRIMARY KEY, value INTEGER NOT NULL) WITHOUT ROWID;
+CREATE TABLE series(id INTEGER PRIMARY KEY, owner INTEGER NOT NULL, key TEXT NOT NULL, kind INTEGER NOT NULL,
+  unit TEXT NOT NULL, words TEXT NOT NULL, UNIQUE(owner,key));
+CREATE TABLE journal(id INTEGER PRIMARY KEY, time INTEGER NOT NULL, data BLOB NOT NULL);
+CREATE TABLE block(series INTEGER NOT NULL, start INTEGER NOT NULL, part INTEGER NOT NULL, until INTEGER NOT NULL,
+  count INTEGER NOT NULL, gaps INTEGER NOT NULL, minimum REAL, maximum REAL, sum REAL, last REAL, data BLOB NOT NULL,
+  PRIMARY KEY(series,start,part)) WITHOUT ROWID;
+CREATE TABLE hour(series INTEGER NOT NULL, start INTEGER NOT NULL, until INTEGER NOT NULL, count INTEGER NOT NULL,
+  minimum REAL, maximum REAL, sum REAL, last REAL, PRIMARY KEY(series,start)) WITHOUT ROWID;
+CREATE TABLE text(series INTEGER NOT NULL, time INTEGER NOT NULL, value TEXT NOT NULL,
+  PRIMARY KEY(series,time)) WITHOUT ROWID;
+)sql"};
+
+sqlite::Format format() {
+  return {kApplicationId, "rubicon", kSteps};
+}
+
+Result<void> tune_writer(Database& database) {
+  // EXTRA while a new file switches to the log: a rollback journal that reappears after a power failure would empty it.
+  if (auto done = sqlite::apply(database, {"PRAGMA synchronous=EXTRA"}); !done) return done;
+  const auto mode = database.word("PRAGMA journal_mode=WAL", "opening");
+  if (!mode) return fail(mode.error());
+  // On file systems without support for the log each commit waits for the disk.
+  const auto* synchronous = *mode == "wal" ? "PRAGMA synchronous=NORMAL" : "PRAGMA synchronous=FULL";
+  return sqlite::apply(database, {synchronous, "PRAGMA wal_autocheckpoint=512", "PRAGMA journal_size_limit=8388608"});
+}
+
+Result<void> create(sqlite::OpenFile& file) {
+  if (file.read_only) return fail(ErrorCode::kInvalid, fmt::format("{} {}: empty", file.database.noun(), file.path));
+  if (auto done = sqlite::apply(file.database, {"PRAGMA page_size=8192"}); !done) return done;
+  if (auto done = tune_writer(file.database); !done) return done;
+  if (auto done = sqlite::make_tables(file.database, format(), ""); !done) return done;
+  // Moves the tables from the log into the file: after a power failure SQLite would drop the log of an empty file.
+  if (auto done = file.database.run("PRAGMA wal_checkpoint(FULL)", "creating it"); !done) return done;
+  sqlite::sync_folder_of(file.path);
+  return {};
+}
+
+Result<void> verify(sqlite::OpenFile& file, bool thorough) {
+  const auto header = sqlite::read_header(file.database, format());
+  if (!header) return fail(header.error());
+  if (auto done = sqlite::tune_reader(file.database); !done) return done;
+  if (header->fresh) return create(file);
+  if (thorough) {
+    if (auto done = sqlite::check_soundness(file.database); !done) return done;
+  }
+  if (file.read_only) return {};
+  if (auto done = tune_writer(file.database); !done) return done;
+  return sqlite::upgrade(file.database, header->version, format());
+}
+
+}  // namespace
+
+Result<sqlite::OpenFile> open_history_file(const std::string& path, sqlite::FileUse use, bool thorough) {
+  auto file = sqlite::open_file(kNoun, path, use, use == sqlite::FileUse::kOwn);
+  if (!file) return file;
+  if (auto done = verify(*file, thorough); !done) return fail(done.error());
+  return file;
+}
+
+}  // namespace rubicon::history

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <string>
+
+#include "sqlite/own_database.h"
+
+namespace rubicon::history {
+
+/// In error texts.
+inline constexpr const char* kNoun = "history";
+/// In the header of every file (SQLite's application_id): `RbnH`.
+inline constexpr std::int64_t kApplicationId = 0x52626e48;
+
+/// Opens a file whose header and tables were checked; the whole file if `thorough`. kOwn creates it. Errors as those of
+/// sqlite::open_file; kInvalid: damaged, or not a history; kRefused: of another program, or of a newer version.
+Result<sqlite::OpenFile> open_history_file(const std::string& path, sqlite::FileUse use, bool thorough);
+
+}  // namespace rubicon::history

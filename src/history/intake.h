@@ -1,0 +1,99 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <vector>
+
+#include "history/batch.h"
+#include "model/point_tuples.h"
+#include "model/quality.h"
+#include "rubicon/key.hpp"
+#include "rubicon/tuple.hpp"
+
+namespace rubicon::history {
+
+/// Makes points of the changes of tuples: numbers of texts, gaps where the quality of a point is not good, one point
+/// where many are equal. Knows no file and no clock.
+class Intake {
+ public:
+  explicit Intake(std::vector<Pattern> exclude) : exclude_(std::move(exclude)) {}
+
+  /// Series that the file has: their kinds and words stay.
+  void seed(const std::vector<Declaration>& known);
+  /// A tuple was set: the value of a series, or the status or the description of a point. `now`: of the clock by which
+  /// the tuples have their times.
+  void changed(const TupleView& tuple, WallTime now);
+  /// A tuple was deleted, expired or is lost.
+  void gone(OwnerId owner, std::string_view key, WallTime now);
+  /// To be called each few seconds: repeats steady values, and no longer waits for what does not come.
+  void tick(WallTime now);
+  /// What came since the last time.
+  Batch take(WallTime now);
+
+  /// Points beyond this are dropped until take(); counted.
+  void limit(std::size_t points) { limit_ = points; }
+  std::size_t size() const { return batch_.size(); }
+  std::uint64_t dropped() const { return dropped_; }
+  /// Values that do not fit their series: a word among numbers, a text of more than kLongestText bytes.
+  std::uint64_t unfit() const { return unfit_; }
+
+  static constexpr std::size_t kLongestText = 4096;
+  static constexpr std::size_t kMostWords = 256;
+
+ private:
+  struct Held {
+    WallTime time;
+    std::string text;
+  };
+  struct Series {
+    Slot slot = 0;
+    Declaration declaration{};
+    bool excluded = false;
+    bool kind_known = false;
+    bool declared = false;  ///< in a batch, as it is now
+    bool point = false;     ///< has a status and a description
+    std::optional<Quality> quality{};
+    bool described = false;
+    std::string data_type{};
+    WallTime seen{};              ///< first
+    std::optional<Held> held{};   ///< a value that waits for the quality, or for it to become good
+    std::optional<Point> last{};  ///< stored
+    std::int64_t skipped = 0;     ///< time of the latest value that equals it and was not stored; 0 = none
+    std::string text{};           ///< the last value
+    bool live = false;            ///< its times are those of the clock
+
+    bool observed() const { return !quality || *quality == Quality::kGood || *quality == Quality::kAssumed; }
+  };
+  struct Hash {
+    std::size_t operator()(const std::pair<OwnerId, std::string_view>& name) const;
+  };
+
+  Series& series_of(OwnerId owner, std::string_view key, WallTime now);
+  void value(Series& series, std::string_view text, WallTime time, WallTime now);
+  void quality(Series& series, Quality quality, WallTime time, WallTime now);
+  void describe(Series& series, std::string_view json, WallTime now);
+  void release(Series& series, WallTime now);
+  void store(Series& series, std::string_view text, WallTime time);
+  void decide_kind(Series& series, std::string_view text);
+  void store_number(Series& series, std::string_view text, std::int64_t time);
+  void store_word(Series& series, std::string_view text, std::int64_t time);
+  void store_text(Series& series, std::string_view text, std::int64_t time);
+  void put(Series& series, const Point& point);
+  void mark_gap(Series& series, WallTime time);
+  void emit(Series& series, const Point& point);
+  bool room(Series& series);
+
+  std::vector<Pattern> exclude_;
+  std::deque<Series> series_;                                                   ///< by slot
+  std::unordered_map<std::pair<OwnerId, std::string_view>, Slot, Hash> slots_;  ///< the keys are in series_
+  std::string key_;                                                             ///< of a value, put together
+  Batch batch_;
+  std::size_t limit_ = 200'000;
+  std::uint64_t dropped_ = 0, unfit_ = 0;
+};
+
+}  // namespace rubicon::history

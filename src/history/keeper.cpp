@@ -1,0 +1,140 @@
+#include "history/keeper.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "history/history_file.h"
+
+namespace rubicon::history {
+
+namespace {
+
+constexpr Duration kFirstPause = std::chrono::seconds(1), kLongestPause = std::chrono::minutes(1);
+/// After a power failure at most this is missing.
+constexpr Duration kSyncEvery = std::chrono::seconds(10);
+constexpr Duration kMeasureEvery = std::chrono::minutes(1);
+
+std::uint64_t size_of(const std::string& path) {
+  std::error_code error;
+  const auto size = std::filesystem::file_size(path, error);
+  return error ? 0 : size;
+}
+
+}  // namespace
+
+Error Keeper::why() const {
+  return {ErrorCode::kIo, reason_.empty() ? fmt::format("history {}: not open yet", path_) : reason_};
+}
+
+Keeper::Report Keeper::work(Batch batch, SteadyTime now, WallTime wall) {
+  now_ = now;
+  report_ = Report();
+  for (const auto& [slot, declaration] : batch.declared) {
+    if (slot >= slots_.size()) slots_.resize(slot + 1);
+    slots_[slot] = declaration;
+  }
+  if (!batch.empty()) waiting_.push_back(std::move(batch));
+  if (now >= try_again_) {
+    if (!store_) try_open(wall);
+    if (store_) write_waiting(wall);
+  }
+  if (store_ && reason_.empty()) maintain(now, wall);
+  for (const auto& one : waiting_) report_.waiting += one.size();
+  report_.reason = reason_;
+  report_.bytes = bytes_;
+  return std::move(report_);
+}
+
+void Keeper::try_open(WallTime wall) {
+  auto opened = Store::open(path_, sqlite::FileUse::kOwn, true);
+  if (!opened && opened.error().code == ErrorCode::kInvalid) {
+    note(base::LogLevel::kError, opened.error().text);
+    set_aside(wall);
+    opened = Store::open(path_, sqlite::FileUse::kOwn, true);
+  }
+  if (!opened) return failed(opened.error());
+  if ((*opened)->read_only())
+    return failed({ErrorCode::kRefused, fmt::format("history {}: no permission to write", path_)});
+  store_ = std::move(*opened);
+  retention_ = std::make_unique<Retention>(*store_, rules_);
+  bytes_ = size_of(path_);
+  measure_ = now_ + kMeasureEvery;
+  report_.opened = true;
+  for (const auto& [row, one] : store_->series()) report_.series.push_back(one.declaration);
+  if (!slots_.empty()) {
+    Batch again{wall, {}, {}, {}};
+    for (Slot slot = 0; slot < slots_.size(); ++slot) again.declared.emplace_back(slot, slots_[slot]);
+    waiting_.insert(waiting_.begin(), std::move(again));
+  }
+}
+
+void Keeper::set_aside(WallTime wall) {
+  retention_.reset();
+  store_.reset();
+  const auto moved = sqlite::set_aside(kNoun, path_, wall);
+  if (moved) {
+    note(base::LogLevel::kError, fmt::format("history {}: damaged; it is {} now, and a new one begins", path_, *moved));
+  } else {
+    failed(moved.error());
+  }
+}
+
+void Keeper::write_waiting(WallTime wall) {
+  auto done = write_first();
+  if (!done && done.error().code == ErrorCode::kInvalid) {
+    note(base::LogLevel::kError, done.error().text);
+    set_aside(wall);
+    try_open(wall);
+    if (!store_) return;
+    done = write_first();
+  }
+  if (!done) return failed(done.error());
+  pause_ = {};
+  if (!std::exchange(reason_, {}).empty())
+    note(base::LogLevel::kInfo, fmt::format("history {}: points are written again", path_));
+}
+
+/// Writes the batches that wait, in their order, until one fails.
+Result<void> Keeper::write_first() {
+  std::size_t written = 0;
+  Result<void> done;
+  for (const auto& batch : waiting_) {
+    done = store_->write(batch);
+    if (!done) break;
+    ++written;
+    report_.points += batch.size();
+    unsynced_ = true;
+  }
+  waiting_.erase(waiting_.begin(), waiting_.begin() + static_cast<std::ptrdiff_t>(written));
+  return done;
+}
+
+void Keeper::failed(const Error& error) {
+  ++report_.failures;
+  pause_ = std::clamp<Duration>(2 * pause_, kFirstPause, kLongestPause);
+  try_again_ = now_ + pause_;
+  if (std::exchange(reason_, error.text) != error.text)
+    note(base::LogLevel::kError, error.text + "; points wait until it can be written");
+}
+
+void Keeper::maintain(SteadyTime now, WallTime wall) {
+  if (unsynced_ && now >= sync_) {
+    sync_ = now + kSyncEvery;
+    unsynced_ = false;
+    if (auto done = store_->sync(); !done) note(base::LogLevel::kWarning, done.error().text);
+  }
+  const auto said = retention_->step(now, wall);
+  if (!said) {
+    ++report_.failures;
+    note(base::LogLevel::kWarning, said.error().text);
+  } else if (!said->empty()) {
+    note(base::LogLevel::kWarning, *said);
+  }
+  if (now < measure_) return;
+  measure_ = now + kMeasureEvery;
+  bytes_ = size_of(path_);
+}
+
+}  // namespace rubicon::history

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "base/log.h"
+#include "history/retention.h"
+#include "history/store.h"
+
+namespace rubicon::history {
+
+/// The worker's side of a history: opens the file, writes batches and removes what is old; after a failure it tries
+/// again. A damaged file is set aside.
+class Keeper {
+ public:
+  Keeper(std::string path, RetentionRules rules) : path_(std::move(path)), rules_(rules) {}
+
+  /// What the loop should know.
+  struct Report {
+    bool opened = false;  ///< just now; then `series` are those of the file
+    std::vector<Declaration> series{};
+    std::uint64_t points = 0;    ///< written since the last report
+    std::size_t waiting = 0;     ///< points that could not be written yet
+    std::uint64_t failures = 0;  ///< since the last report
+    std::string reason{};        ///< why nothing can be written; empty = all is written
+    std::uint64_t bytes = 0;     ///< of the file
+    std::vector<std::pair<base::LogLevel, std::string>> log{};
+  };
+  /// Writes a batch and does what is due. `now` and `wall` are those of the loop.
+  Report work(Batch batch, SteadyTime now, WallTime wall);
+
+  /// nullptr while the file is not open; `why` says why.
+  Store* store() { return store_.get(); }
+  Error why() const;
+
+ private:
+  void try_open(WallTime wall);
+  void set_aside(WallTime wall);
+  void write_waiting(WallTime wall);
+  Result<void> write_first();
+  void failed(const Error& error);
+  void maintain(SteadyTime now, WallTime wall);
+  void note(base::LogLevel level, std::string text) { report_.log.emplace_back(level, std::move(text)); }
+
+  std::string path_;
+  RetentionRules rules_;
+  std::unique_ptr<Store> store_;
+  std::unique_ptr<Retention> retention_;
+  std::vector<Declaration> slots_;  ///< what the source declared, for a new file
+  std::vector<Batch> waiting_;
+  Report report_;
+  std::string reason_;
+  SteadyTime now_{}, try_again_{}, sync_{}, measure_{};
+  Duration pause_{0};
+  bool unsynced_ = false;
+  std::uint64_t bytes_ = 0;
+};
+
+}  // namespace rubicon::history

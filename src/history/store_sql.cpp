@@ -1,0 +1,70 @@
+#include "history/store_sql.h"
+
+#include <nlohmann/json.hpp>
+#include <optional>
+
+namespace rubicon::history {
+
+using sqlite::Query;
+using sqlite::Statement;
+
+Result<void> prepare_statements(sqlite::Database& database, StoreStatements& statements) {
+  struct Text {
+    Statement StoreStatements::*statement;
+    const char *sql, *doing;
+  };
+  constexpr const char* kBlocks = "writing a block";
+  for (const auto& text : {
+           Text{&StoreStatements::insert_series, "INSERT INTO series(owner,key,kind,unit,words) VALUES(?,?,?,?,?)",
+                "writing a series"},
+           Text{&StoreStatements::update_series, "UPDATE series SET kind=?,unit=?,words=? WHERE id=?",
+                "writing a series"},
+           Text{&StoreStatements::insert_journal, "INSERT INTO journal VALUES(?,?,?)", "writing its journal"},
+           Text{&StoreStatements::trim_journal, "DELETE FROM journal WHERE id<?", "shortening its journal"},
+           Text{&StoreStatements::last_block,
+                "SELECT start,part,until,count,gaps,data FROM block WHERE series=? ORDER BY start DESC,part DESC LIMIT "
+                "1",
+                kBlocks},
+           Text{&StoreStatements::next_part, "SELECT coalesce(max(part)+1,0) FROM block WHERE series=? AND start=?",
+                kBlocks},
+           Text{&StoreStatements::insert_block, "INSERT INTO block VALUES(?,?,?,?,?,?,?,?,?,?,?)", kBlocks},
+           Text{&StoreStatements::delete_block, "DELETE FROM block WHERE series=? AND start=? AND part=?", kBlocks},
+           Text{&StoreStatements::insert_text, "INSERT OR REPLACE INTO text VALUES(?,?,?)", "writing a text"},
+           Text{&StoreStatements::put_meta, "INSERT OR REPLACE INTO meta VALUES(?,?)", "writing its times"},
+       }) {
+    auto prepared = database.prepare(text.sql, text.doing);
+    if (!prepared) return fail(prepared.error());
+    statements.*text.statement = std::move(*prepared);
+  }
+  return {};
+}
+
+Result<std::optional<std::int64_t>> Store::meta(const char* name) {
+  auto statement = file_.database.prepare("SELECT value FROM meta WHERE name=?", "reading its times");
+  if (!statement) return fail(statement.error());
+  Query query(*statement);
+  const auto there = query.text(name).next();
+  if (!there) return fail(there.error());
+  return *there ? std::optional(query.integer_at(0)) : std::nullopt;
+}
+
+Result<void> Store::put_meta(const char* name, std::int64_t value) {
+  return Query(sql_.put_meta).text(name).integer(value).run();
+}
+
+std::string words_to_text(const std::vector<std::string>& words) {
+  return nlohmann::json(words).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+std::vector<std::string> words_from_text(std::string_view text) {
+  const auto tree = nlohmann::json::parse(text, nullptr, false);
+  std::vector<std::string> words;
+  if (!tree.is_array()) return words;
+  for (const auto& word : tree) {
+    if (!word.is_string()) return {};
+    words.push_back(word.get<std::string>());
+  }
+  return words;
+}
+
+}  // namespace rubicon::history
