@@ -3,6 +3,8 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "model/json_members.h"
+
 namespace rubicon::history {
 
 using sqlite::Query;
@@ -53,7 +55,7 @@ Result<void> Store::put_meta(const char* name, std::int64_t value) {
 }
 
 std::string words_to_text(const std::vector<std::string>& words) {
-  return nlohmann::json(words).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  return model::dump(nlohmann::json(words));
 }
 
 std::vector<std::string> words_from_text(std::string_view text) {
