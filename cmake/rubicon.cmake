@@ -175,3 +175,15 @@ function(rubicon_test folder)
     set_tests_properties(${target} PROPERTIES COST ${ARG_COST})
   endif()
 endfunction()
+
+# The files of a folder as a part of the target: rubicon::web::files::embedded_files().
+function(rubicon_embedded_page target folder)
+  file(GLOB files CONFIGURE_DEPENDS ${folder}/*)
+  set(source ${CMAKE_BINARY_DIR}/generated/web/page.cpp)
+  file(MAKE_DIRECTORY ${CMAKE_BINARY_DIR}/generated/web)
+  add_custom_command(OUTPUT ${source}
+    COMMAND ${CMAKE_COMMAND} "-DFILES=${files}" -DOUTPUT=${source} -P ${CMAKE_SOURCE_DIR}/cmake/embed_page.cmake
+    DEPENDS ${files} ${CMAKE_SOURCE_DIR}/cmake/embed_page.cmake COMMENT "Embedding the page" VERBATIM)
+  target_sources(${target} PRIVATE ${source})
+  set_source_files_properties(${source} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+endfunction()

@@ -113,7 +113,7 @@ int check(const CheckOptions& options) {
   if (!island) return report(island.error());
   const ConfigPlaces places(options.file, options.overrides);
   print(warnings(**island, places), "warning: ");
-  const auto lacking = options.elsewhere ? std::vector<std::string>() : what_host_lacks(**island, places);
+  const auto lacking = options.elsewhere ? std::vector<std::string>() : what_host_lacks(**island, transports, places);
   if (!lacking.empty()) {
     print(lacking);
     fmt::print(stderr, "as seen on this host; `check --elsewhere` is for the files of another one\n");

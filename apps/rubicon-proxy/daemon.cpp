@@ -14,6 +14,7 @@
 #include "apps/program/spdlog_sink.h"
 #include "apps/rubicon-proxy/check.h"
 #include "apps/rubicon-proxy/service_notice.h"
+#include "apps/rubicon-proxy/web_part.h"
 #include "console/console.h"
 #include "console/live_console.h"
 #include "console/shell.h"
@@ -37,6 +38,8 @@ using tuples::Handle;
 
 /// Components of the daemon itself; ids above 65535 belong to no island.
 constexpr std::uint32_t kFirstComponent = 65536;
+/// The page is a component with the console's id and this bit, which no number of a process has there.
+constexpr std::uint32_t kPageBit = 0x8000'0000;
 constexpr Duration kLastPause = std::chrono::milliseconds(300);
 constexpr Duration kDropReport = std::chrono::seconds(1);
 /// So long after a start or a reload the devices of the networks have their tuples.
@@ -93,6 +96,8 @@ class Session {
     const Summary console{"console of the island", transport::host_name(), transport::own_process(), "",
                           loop_.scheduler().wall_now()};
     if (auto named = space_->describe(model::to_json(console)); !named) return named;
+    page_ = std::make_unique<WebPart>(WebPart::Host{loop_, *ecology_, transports_, sink},
+                                      OwnerId(number(console_) | kPageBit), island_->config().proxy.island_name);
     for (const auto& text : options_.watch) {
       auto pattern = Pattern::parse(text);
       if (!pattern) return fail(ErrorCode::kInvalid, fmt::format("--watch: {}", pattern.error().text));
@@ -112,6 +117,7 @@ class Session {
     if (options_.shell || table) make_shell(table);
     if (table) show_table();
     island_->start();
+    open_page();
     // A turn later the tuples are there and others see the island.
     loop_.scheduler().post([this] { service_.ready(status()); });
     keep_good();
@@ -203,6 +209,7 @@ class Session {
     for (const auto& line : plan->warnings) log_.warning("reload: " + line);
     log_.info(fmt::format("reloaded {}: {} changes", options_.file, plan->lines.size()));
     keep_good();
+    open_page();
     island::give_back_memory();
     settled_ = loop_.scheduler().after(kSettled, island::give_back_memory);
     return all_lines(std::move(*plan));
@@ -218,6 +225,8 @@ class Session {
     return fail(error);
   }
 
+  void open_page() { page_->take(island_->config().web, island_->config().directory); }
+
   void keep_good() {
     if (auto kept = island::keep_good_config(island_->config(), options_.file); !kept) log_.warning(kept.error().text);
   }
@@ -227,6 +236,7 @@ class Session {
     if (std::exchange(finishing_, true)) return;
     service_.stopping("last commands to devices, then writing what is not on the disk yet");
     watches_.clear();
+    page_.reset();
     island_->close([this] {
       closed_ = true;
       if (screen_) return loop_.stop();
@@ -309,6 +319,7 @@ class Session {
   std::unique_ptr<tuples::Link> link_;
   std::unique_ptr<TupleSpace> space_;
   std::unique_ptr<island::SpareMemory> spare_memory_;
+  std::unique_ptr<WebPart> page_;
   std::vector<Handle> watches_;
   std::unique_ptr<console::Shell> shell_;
   std::unique_ptr<console::LiveConsole> screen_;

@@ -9,6 +9,7 @@
 #include "config/network_numbers.h"
 #include "island/island_state.h"
 #include "tuples/dds/host.h"
+#include "web/web_service.h"
 
 namespace rubicon::daemon {
 
@@ -57,7 +58,8 @@ std::string ConfigPlaces::of(const std::vector<std::string>& path) const {
   return to_string(place);
 }
 
-std::vector<std::string> what_host_lacks(island::Island& island, const ConfigPlaces& places) {
+std::vector<std::string> what_host_lacks(island::Island& island, transport::Transports& transports,
+                                         const ConfigPlaces& places) {
   Findings findings(places);
   const auto& config = island.config();
   for (const auto& setup : config.networks) {
@@ -71,6 +73,10 @@ std::vector<std::string> what_host_lacks(island::Island& island, const ConfigPla
   if (!config.state.file.empty()) findings.need_folder({"state", "file"}, island::state_path(config));
   for (const auto& recorder : config.recorders)
     findings.need_folder({"recorders", recorder.name, "file"}, fs::path(config.directory) / recorder.file);
+  if (config.web) {
+    for (const auto& [key, text] : web::faults_of_files(transports, *config.web, config.directory))
+      findings.add({"web", key}, text);
+  }
   return std::move(findings.lines);
 }
 

@@ -25,8 +25,10 @@ class ConfigPlaces {
   mutable std::optional<ConfigNode> root_;
 };
 
-/// What the configuration names and this host does not have: recordings, folders that are written to, interfaces. One
+/// What the configuration names and this host does not have: recordings, folders that are written to, interfaces,
+/// certificates. One
 /// line each, with its place.
-std::vector<std::string> what_host_lacks(island::Island& island, const ConfigPlaces& places);
+std::vector<std::string> what_host_lacks(island::Island& island, transport::Transports& transports,
+                                         const ConfigPlaces& places);
 
 }  // namespace rubicon::daemon

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -11,6 +12,7 @@
 #include "config/config_file.h"
 #include "config/engine_config.h"
 #include "config/recorder_config.h"
+#include "config/web_config.h"
 #include "gateway/gateway.h"
 #include "island/own_tuples.h"
 #include "model/property_alias.h"
@@ -58,7 +60,8 @@ struct IslandConfig {
   /// The sections that a running island cannot change, as the file has them.
   std::vector<std::pair<std::string, ConfigNode>> fixed;
   std::vector<config::RecorderSetup> recorders;
-  std::vector<OwnTuple> tuples;  ///< of the command line
+  std::optional<config::WebSetup> web;  ///< what the daemon serves beside the island
+  std::vector<OwnTuple> tuples;         ///< of the command line
   /// The whole as YAML without secrets, at most SettingsTuples::kMostText, until the island shows it.
   std::string shown;
   /// Where the file names the devices of a network; until the island has taken them.

@@ -149,6 +149,13 @@ void compare_recorders(const std::vector<config::RecorderSetup>& now, const std:
   }
 }
 
+void compare_web(const std::optional<config::WebSetup>& now, const std::optional<config::WebSetup>& next,
+                 ReloadPlan& plan) {
+  if (now == next) return;
+  const auto* what = !next ? "closes" : !now ? "opens" : "is opened again, its options change";
+  plan.lines.push_back(fmt::format("web: the page {}", what));
+}
+
 }  // namespace
 
 ReloadPlan plan_reload(const IslandConfig& now, const IslandConfig& next) {
@@ -160,6 +167,7 @@ ReloadPlan plan_reload(const IslandConfig& now, const IslandConfig& next) {
   find_renamed(now, next, plan);
   compare_networks(now, next, plan);
   compare_recorders(now.recorders, next.recorders, plan);
+  compare_web(now.web, next.web, plan);
   if (!(now.limits == next.limits)) plan.lines.push_back("limits change");
   if (!(now.proxy.discovery == next.proxy.discovery)) plan.lines.push_back("discovery rules change");
   const bool commands = now.proxy.command_time_to_live == next.proxy.command_time_to_live &&

@@ -28,6 +28,11 @@ bool starts_with_word(std::string_view text, std::string_view lower) {
 
 }  // namespace
 
+void Access::name_cookie(std::uint16_t port, bool secure) {
+  // The prefix: only this host can have set it, and only by TLS (RFC 6265bis, section 4.1.3.2).
+  rules_.cookie = fmt::format("{}rubicon-{}", secure ? "__Host-" : "", port);
+}
+
 Result<Caller> Access::by_token(std::string_view token, const std::string& peer) {
   const auto now = scheduler_.now();
   if (!attempts_.may_try(peer, now))
@@ -96,7 +101,8 @@ Response Access::log_in(const Request& request, bool secure) {
     if (!caller) return refusal_of(caller.error());
     sessions_.close(cookie_of(request));  // the browser forgets it now
     const auto secret = sessions_.open(caller->name, scheduler_.now());
-    response.headers.emplace_back("Set-Cookie", cookie_text(secret, secure));
+    const bool behind_tls = request.header("origin").starts_with("https://");  // of a proxy
+    response.headers.emplace_back("Set-Cookie", cookie_text(secret, secure || behind_tls));
   }
   response.body = model::dump({{"caller", {{"name", caller->name}, {"role", to_string(caller->role)}}}});
   return response;

@@ -18,7 +18,7 @@ namespace rubicon::web::access {
 struct AccessRules {
   bool needs_token = false;
   OriginRules origins;
-  std::string cookie = "rubicon";  ///< name of the cookie; browsers send cookies of a host to all its ports
+  std::string cookie = "rubicon";  ///< name of the cookie
 };
 
 /// Decides who sent a request. The scheduler must outlive it.
@@ -27,9 +27,11 @@ class Access {
   Access(Scheduler& scheduler, AccessRules rules) : scheduler_(scheduler), rules_(std::move(rules)) {}
 
   const AccessRules& rules() const { return rules_; }
-  void change(AccessRules rules) { rules_ = std::move(rules); }
   /// The tokens from now on. Sessions of names that are no longer there end.
   void take(std::vector<Token> tokens) { tokens_ = std::move(tokens); }
+
+  /// Browsers send the cookies of a host to all its ports: each has a name of its own.
+  void name_cookie(std::uint16_t port, bool secure);
 
   /// Whose token it is. kRefused: nobody's; kBusy: too many wrong ones came from this address.
   Result<Caller> by_token(std::string_view token, const std::string& peer);

@@ -91,6 +91,7 @@ struct FakePage final : files::Page {
 /// A server on a free port of loopback before a site of a test.
 struct ServedTest : testing::Test {
   void serve(access::AccessRules rules = {}, ServerOptions options = {}) {
+    server.reset();
     access.emplace(world.time, std::move(rules));
     if (options.listen.address.empty()) options.listen = {"127.0.0.1", 0};
     auto opened = Server::open({world.context, world.time, *access, site, page, Log(log, "web")}, std::move(options));

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "base/log.h"
+#include "base/scheduler.h"
+#include "config/web_config.h"
+#include "rubicon/tuple_space.hpp"
+#include "transport/transports.h"
+
+namespace boost::asio {
+class io_context;
+}
+
+namespace rubicon::web {
+
+/// The page and its API on a tuple space, until it is destroyed: server, site, tokens and files.
+class WebService {
+ public:
+  /// Must outlive it.
+  struct Parts {
+    boost::asio::io_context& context;
+    Scheduler& scheduler;
+    TupleSpace& space;
+    transport::Transports& transports;
+    LogSink& log;
+  };
+
+  /// Relative paths start at `directory`. kBusy: the port is in use; otherwise what is wrong with a file that the setup
+  /// names, or why nothing can listen.
+  static Result<std::unique_ptr<WebService>> open(const Parts& parts, const config::WebSetup& setup,
+                                                  const std::string& directory, const std::string& name);
+  ~WebService();
+
+  /// Reads tokens and certificate again. On an error those before stay.
+  Result<void> reload();
+  /// `http://127.0.0.1:8642`
+  std::string address() const;
+
+ private:
+  struct Impl;
+  explicit WebService(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+/// What is wrong with the files that a setup names: one line each, with the key that names it (`tls`, `tokens`,
+/// `files`).
+std::vector<std::pair<std::string, std::string>> faults_of_files(transport::Transports& transports,
+                                                                 const config::WebSetup& setup,
+                                                                 const std::string& directory);
+
+}  // namespace rubicon::web
