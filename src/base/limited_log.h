@@ -16,6 +16,12 @@ class LimitedLog {
   LimitedLog(Log log, Scheduler& scheduler) : log_(std::move(log)), scheduler_(scheduler) {}
 
   /// False: discarded.
+  bool debug(const std::string& subject, std::string_view text) {
+    const bool allowed = allow(subject);
+    if (allowed) log_.debug(text);
+    return allowed;
+  }
+  /// False: discarded.
   bool info(const std::string& subject, std::string_view text) {
     const bool allowed = allow(subject);
     if (allowed) log_.info(text);

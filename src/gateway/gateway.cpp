@@ -164,7 +164,12 @@ std::uint64_t Gateway::Impl::send(Message message) {
 
 void Gateway::Impl::undelivered(const Envelope& envelope, Outcome outcome, std::string why) {
   if (outcome == Outcome::kBusy) ++own.refused_busy;
-  if (outcome == Outcome::kUndeliverable) ++own.undeliverable;
+  if (outcome == Outcome::kUndeliverable) {
+    ++own.undeliverable;
+    const auto to = to_string(envelope.destination);
+    log.debug("undeliverable " + to,
+              fmt::format("undeliverable from {} to {}: {}", to_string(envelope.source), to, why));
+  }
   answer(envelope, outcome, std::move(why));
 }
 

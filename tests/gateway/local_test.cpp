@@ -187,6 +187,7 @@ TEST_F(LocalGateway, AnswersThatThereIsNoSuchNetwork) {
   ASSERT_THAT(one.answers(), SizeIs(1));
   EXPECT_EQ(one.answers()[0].outcome, Outcome::kUndeliverable);
   EXPECT_THAT(one.answers()[0].text, HasSubstr("no network c"));
+  EXPECT_TRUE(log.contains("undeliverable from 1 to 1/c/7: no network c")) << "the counter grew: this names the cause";
 }
 
 TEST_F(LocalGateway, RefusesCommandsBeyondTheBoundWithBusy) {

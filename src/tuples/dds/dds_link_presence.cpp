@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "tuples/dds/dds_link.h"
 #include "tuples/dds/take_samples.h"
 #include "wire.h"
@@ -38,6 +40,9 @@ void DdsLink::take_presences() {
     }
     news.push_back(std::move(one));
   });
+  // What a component sent before it left arrived before its absence, such as its last replies.
+  const bool some_left = std::any_of(news.begin(), news.end(), [](const auto& one) { return !one.there; });
+  if (some_left && take_frames()) signal_.raise(Signal::kFrames);
   for (const auto& one : news) {
     if (listener_ && accepts(one)) on_presence(one);
   }

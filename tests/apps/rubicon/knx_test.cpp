@@ -259,6 +259,13 @@ TEST_F(KnxIsland, ToolsUseItsLine) {
   EXPECT_EQ(capture.code, 0) << capture.errors;
   EXPECT_GT(std::filesystem::file_size(folder_.file("bus.pcap")), 24U + 60U);
   EXPECT_EQ(rubicon({"knx", "read", "1/2/7", "--network", "knx-nowhere"}).code, 8);
+
+  monitor.signal(SIGINT);
+  EXPECT_EQ(monitor.exit_code(), 0) << monitor.errors();
+  knxd_->tool("groupswrite", {"7/7/7", "1"});
+  EXPECT_TRUE(until("proxy.knx-hall.property.unassigned.value", "7/7/7", 60s));
+  EXPECT_EQ(rubicon({"get", "proxy.property.gateway-undeliverable.value"}).output, "0\n")
+      << "the network sends no telegrams to a monitor that ended";
 }
 
 TEST_F(KnxIsland, ToolsCanHaveATunnelOfTheirOwn) {

@@ -61,6 +61,18 @@ class Rogue {
     return 0;
   }
 
+  /// Is no component any more. Returns when its last frames and its absence have arrived.
+  void leave() {
+    dds_wait_for_acks(frames_.get(), DDS_SECS(10));
+    rubicon_wire_Presence presence{};
+    std::string empty;
+    presence.id = id_;
+    presence.incarnation = incarnation_;
+    presence.host = presence.summary = empty.data();
+    dds_dispose(writer_.get(), &presence);
+    dds_wait_for_acks(writer_.get(), DDS_SECS(10));
+  }
+
   std::uint64_t incarnation() const { return incarnation_; }
 
   /// What stands in one of its interests.

@@ -105,6 +105,16 @@ TEST_F(Rogues, RepeatAndReorderCommandsInVain) {
   expect_the_others_work();
 }
 
+/// A tool replies to its last message and ends: both may have arrived when the island reads.
+TEST_F(Rogues, SendTheirLastFramesBeforeTheyLeave) {
+  tell(command(1, "first"));
+  ASSERT_TRUE(until([&] { return decided.size() == 1; }));
+  tell(command(2, "last"));
+  rogue.leave();
+  EXPECT_TRUE(until([&] { return island->space.peers() == std::vector{kRobot}; }));
+  EXPECT_THAT(decided, ElementsAre("first", "last"));
+}
+
 TEST_F(Rogues, OversizedValuesAndUnsoundKeysAreDroppedAndCounted) {
   const auto before = island->space.stats().dropped;
   tell(set("a.huge", std::string(2 << 20, 'x'), 1));
