@@ -150,6 +150,8 @@ export class Catalog {
   readonly inboxes = new Map<string, Tuple>();
   /** Grows when devices or networks come, go, or describe themselves anew. */
   structure = 0;
+  /** Grows when points come, go, or describe themselves anew. */
+  points = 0;
 
   constructor(store: Store) {
     store.listen({
@@ -164,7 +166,9 @@ export class Catalog {
   }
 
   private changed(tuple: Tuple): void {
-    if (tuple.key.endsWith(".description")) this.structure++;
+    if (!tuple.key.endsWith(".description")) return;
+    if (readKey(tuple.key).what === "device") this.structure++;
+    else this.points++;
   }
 
   private put(tuple: Tuple, now: Tuple | undefined): void {
@@ -201,7 +205,9 @@ export class Catalog {
       setLeaf(point, key.leaf, now);
       if (point.empty) device.points.delete(name);
       else if (!known) device.points.set(name, point);
-      if (point.empty || !known) device.touch();
+      if (!point.empty && known) return;
+      device.touch();
+      this.points++;
     });
   }
 

@@ -30,6 +30,20 @@ export function unitSign(unit: string): string {
   return unitSigns[unit] ?? unit;
 }
 
+/** Making a formatter costs more than using it a hundred times. */
+function cached<O extends object, F>(make: (locale: string | undefined, options: O) => F): (locale: string | undefined, options: O) => F {
+  const made = new Map<string, F>();
+  return (locale, options) => {
+    const name = JSON.stringify([locale, options]);
+    let format = made.get(name);
+    if (!format) made.set(name, (format = make(locale, options)));
+    return format;
+  };
+}
+
+const numberFormat = cached((locale, options: Intl.NumberFormatOptions) => new Intl.NumberFormat(locale, options));
+const dateFormat = cached((locale, options: Intl.DateTimeFormatOptions) => new Intl.DateTimeFormat(locale, options));
+
 const plainNumber = /^-?\d+(\.\d+)?([eE][-+]?\d+)?$/;
 
 /** A value as it is shown: numbers in the locale with the digits that were sent, all else as it is. */
@@ -38,17 +52,18 @@ export function formatValue(value: string, locale?: string): string {
   const magnitude = Math.abs(Number(value));
   if (value.length > 15 || magnitude >= 1e12 || /[eE]/.test(value)) return value;
   const digits = value.split(".")[1]?.length ?? 0;
-  return new Intl.NumberFormat(locale, { minimumFractionDigits: digits, maximumFractionDigits: digits, useGrouping: magnitude >= 10000 }).format(Number(value));
+  const options = { minimumFractionDigits: digits, maximumFractionDigits: digits, useGrouping: magnitude >= 10000 };
+  return numberFormat(locale, options).format(Number(value));
 }
 
 export function formatCount(count: number, locale?: string): string {
-  return new Intl.NumberFormat(locale, { maximumFractionDigits: 0 }).format(count);
+  return numberFormat(locale, { maximumFractionDigits: 0 }).format(count);
 }
 
 /** Sets per second: `0`, `0.2`, `14`. */
 export function formatRate(rate: number, locale?: string): string {
   if (rate < 0.05) return "0";
-  return new Intl.NumberFormat(locale, { maximumFractionDigits: rate < 10 ? 1 : 0 }).format(rate);
+  return numberFormat(locale, { maximumFractionDigits: rate < 10 ? 1 : 0 }).format(rate);
 }
 
 export function formatBytes(bytes: number): string {
@@ -77,8 +92,8 @@ export function formatTime(seconds: number, now = Date.now(), locale?: string, z
   if (seconds <= 0) return "";
   const date = new Date(seconds * 1000);
   const options = { ...timeParts, timeZone: zone };
-  const time = new Intl.DateTimeFormat(locale, options).format(date);
-  const day = new Intl.DateTimeFormat("en-CA", { timeZone: zone });
+  const time = dateFormat(locale, options).format(date);
+  const day = dateFormat("en-CA", { timeZone: zone });
   return day.format(date) === day.format(new Date(now)) ? time : `${day.format(date)} ${time}`;
 }
 
@@ -86,14 +101,14 @@ export function formatTime(seconds: number, now = Date.now(), locale?: string, z
 export function formatFullTime(seconds: number, zone?: string): string {
   if (seconds <= 0) return "";
   const date = new Date(seconds * 1000);
-  const day = new Intl.DateTimeFormat("en-CA", { timeZone: zone }).format(date);
-  const time = new Intl.DateTimeFormat("en-GB", { ...timeParts, fractionalSecondDigits: 3, timeZone: zone }).format(date);
+  const day = dateFormat("en-CA", { timeZone: zone }).format(date);
+  const time = dateFormat("en-GB", { ...timeParts, fractionalSecondDigits: 3, timeZone: zone }).format(date);
   return `${day} ${time} ${zoneName(date, zone)}`;
 }
 
 /** The short name of the browser's time zone at that time. */
 export function zoneName(date = new Date(), zone?: string): string {
-  const parts = new Intl.DateTimeFormat("en-GB", { timeZoneName: "short", timeZone: zone }).formatToParts(date);
+  const parts = dateFormat("en-GB", { timeZoneName: "short", timeZone: zone }).formatToParts(date);
   return parts.find((part) => part.type === "timeZoneName")?.value ?? "";
 }
 

@@ -19,8 +19,7 @@ export function Compare({ paths }: { paths: string[] }) {
   useFrame();
   const devices = paths.slice(0, most).map((path) => catalog.devices.get(path)).filter((device) => device !== undefined);
   const feeds = useFeeds(devices.map((device) => ({ pattern: `${device.owner}:${device.prefix}.${device.network}.${device.id}.*.*.*` })));
-  const points = devices.map((device) => device.points.size).join();
-  const columns = useMemo(() => columnsOf(devices), [points, catalog.structure]);
+  const columns = useMemo(() => columnsOf(devices), [catalog.points, catalog.structure]);
   const rows = useMemo(() => devices.map((row) => ({ row })), [devices.map((device) => device.path).join(), catalog.structure]);
   return (
     <section class="view">

@@ -1,8 +1,8 @@
 import type { ComponentChildren } from "preact";
-import { useMemo } from "preact/hooks";
 import { catalog, chosenIsland } from "../app";
 import type { Device } from "../core/catalog";
 import { typeWords } from "../core/format";
+import { usePaced } from "../core/hooks";
 import { hrefTo, setQuery } from "../core/router";
 import { compareNatural } from "../core/text";
 import { phone } from "../parts/screen";
@@ -38,7 +38,7 @@ interface Props {
 
 /** Filter, groups, order, and what is done with the chosen devices. */
 export function DeviceFilters({ filters, columns, shown, outdated, onUpdate, chosen, onClear }: Props) {
-  const choices = useMemo(() => choicesOf(chosenIsland()), [catalog.structure, chosenIsland()]);
+  const choices = usePaced(`${catalog.structure} ${catalog.points} ${chosenIsland()}`, () => choicesOf(chosenIsland()));
   const set = (name: string) => (value: string) => setQuery({ [name]: value });
   return (
     <div class="toolbar">
