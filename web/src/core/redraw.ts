@@ -1,4 +1,9 @@
 import { signal } from "@preact/signals";
+import { Component } from "preact";
+
+// The library of signals skips a component whose properties are the same objects as before. Tuples, devices and points
+// are changed in place: here, what is drawn draws all that is in it.
+Component.prototype.shouldComponentUpdate = undefined;
 
 /** Grows by one in each animation frame in which something changed; views read it and draw from the store. */
 export const frameNumber = signal(0);

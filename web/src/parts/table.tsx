@@ -6,7 +6,7 @@ import { type ListProps, VirtualList } from "./virtual_list";
 
 export interface Column<T> {
   id: string;
-  title: string;
+  title: ComponentChildren;
   /** A track of a CSS grid: `90px` or `minmax(90px,1fr)`. Each row is a grid of its own, so that nothing may depend on contents. */
   width: string;
   cell(row: T): ComponentChildren;
@@ -176,8 +176,12 @@ export function SortSelect<T>({ columns, sorting }: { columns: Column<T>[]; sort
         {columns
           .filter((column) => column.compare)
           .flatMap((column) => [
-            <option key={column.id} value={column.id}>{`${column.title} ↑`}</option>,
-            <option key={`-${column.id}`} value={`-${column.id}`}>{`${column.title} ↓`}</option>,
+            <option key={column.id} value={column.id}>
+              {column.title} ↑
+            </option>,
+            <option key={`-${column.id}`} value={`-${column.id}`}>
+              {column.title} ↓
+            </option>,
           ])}
       </select>
     </label>

@@ -107,7 +107,7 @@ function Raw({ device }: { device: Device }) {
             <p>
               <code>{tuple.id}</code> <CopyButton text={tuple.id} />
             </p>
-            <pre>{prettyJson(tuple.value ?? "") ?? tuple.value}</pre>
+            <pre tabIndex={0} role="region" aria-label={leaf}>{prettyJson(tuple.value ?? "") ?? tuple.value}</pre>
           </div>
         );
       })}

@@ -59,7 +59,7 @@ export function deviceColumns(chosen: ReadonlySet<string>, toggle: (device: Devi
   return [
     {
       id: "chosen",
-      title: "",
+      title: <span class="spoken">{text.select}</span>,
       width: "34px",
       cell: (device) => (
         <input

@@ -106,13 +106,22 @@ function TupleContent({ tuple }: { tuple: Tuple }) {
   if (tuple.value === null) return <Bytes key={tuple.sequence} tuple={tuple} />;
   return (
     <>
-      <pre class="content">{prettyJson(tuple.value) ?? tuple.value}</pre>
+      <Content>{prettyJson(tuple.value) ?? tuple.value}</Content>
       {tuple.value !== "" && (
         <div class="actions">
           <CopyButton text={tuple.value} />
         </div>
       )}
     </>
+  );
+}
+
+/** Long values scroll; the keyboard reaches them. */
+function Content({ children }: { children: string }) {
+  return (
+    <pre class="content" tabIndex={0} role="region" aria-label={text.value}>
+      {children}
+    </pre>
   );
 }
 
@@ -133,7 +142,7 @@ function Bytes({ tuple }: { tuple: Tuple }) {
     };
   }, [asked]);
   if (error) return <p class="error">{error}</p>;
-  if (bytes) return <pre class="content">{textOf(bytes) ?? hexDump(bytes)}</pre>;
+  if (bytes) return <Content>{textOf(bytes) ?? hexDump(bytes)}</Content>;
   return (
     <p>
       {formatBytes(tuple.size)} ({formatCount(tuple.size)} B){" "}
