@@ -6,10 +6,10 @@
 #include <atomic>
 #include <iterator>
 #include <list>
-#include <random>
 #include <utility>
 
 #include "client/device_watch.h"
+#include "client/ecology_options.h"
 #include "client/message_client.h"
 #include "client/peer_discovery.h"
 #include "client/point_watch.h"
@@ -23,29 +23,8 @@ namespace rubicon::client {
 
 namespace {
 
-constexpr std::uint32_t kFirstId = 65536;
 /// How long a waiting call sleeps at most between two checks.
 constexpr Duration kMaxSleep = std::chrono::seconds(1);
-
-OwnerId random_id() {
-  std::random_device source;
-  return OwnerId(std::uniform_int_distribution<std::uint32_t>(kFirstId, 0xffffffff)(source));
-}
-
-Result<void> check(const Options& options) {
-  const auto id = number(options.id);
-  if (id != 0 && id < kFirstId)
-    return fail(ErrorCode::kInvalid,
-                fmt::format("component id {}: expected a number above 65535, the others are islands", id));
-  if (options.domain > tuples::dds::kMaxDomain)
-    return fail(ErrorCode::kInvalid,
-                fmt::format("domain {}: expected 0 to {}", options.domain, tuples::dds::kMaxDomain));
-  if (options.tcp && options.peers.empty() && options.port == 0)
-    return fail(ErrorCode::kInvalid, "tcp needs peers (host:port) or a port: it discovers no components by itself");
-  if (options.interfaces.empty())
-    return fail(ErrorCode::kInvalid, "interfaces: expected at least one, `lo` for this host only");
-  return {};
-}
 
 class CallSink final : public base::LogSink {
  public:
@@ -72,17 +51,8 @@ struct Client::Impl {
   Impl(Options o, std::unique_ptr<transport::PollLoop> a_loop) : options(std::move(o)), loop(std::move(a_loop)) {}
 
   Result<void> join() {
-    tuples::dds::DdsOptions dds;
-    dds.domain = options.domain;
-    dds.interfaces = options.interfaces;
-    dds.peers = options.peers;
-    dds.tag = options.tag;
-    dds.lease = options.lease;
-    dds.transport = options.tcp ? tuples::dds::DdsTransport::kTcp : tuples::dds::DdsTransport::kUdp;
-    dds.port = options.port;
-    dds.trust_lan = options.trust_lan;
     const auto post = [this](std::function<void()> call) { loop->post(std::move(call)); };
-    auto opened = tuples::dds::DdsEcology::open(std::move(dds), *loop, post, log);
+    auto opened = tuples::dds::DdsEcology::open(dds_options(options), *loop, post, log);
     if (!opened) return fail(std::move(opened.error()));
     ecology = std::move(*opened);
     Error error;
@@ -127,7 +97,7 @@ Client::~Client() = default;
 
 Result<std::unique_ptr<Client>> Client::open(Options options) {
   if (auto good = check(options); !good) return fail(std::move(good.error()));
-  if (options.id == model::kNoOwner) options.id = random_id();
+  if (options.id == model::kNoOwner) options.id = random_component_id();
   if (options.name.empty()) options.name = "component";
   auto loop = transport::PollLoop::make();
   if (!loop) return fail(std::move(loop.error()));

@@ -54,8 +54,9 @@ bool found_losses_only(const std::string& output) {
 }  // namespace
 
 bool is_endless(const std::string& line) {
-  constexpr std::array kPrograms{"rubicon record",         "rubicon receive",  "rubicon publish", "rubicon-proxy run",
-                                 "motes-simulator --port", "salad-simulator ", "knx-simulator ",  "zigbee-simulator "};
+  constexpr std::array kPrograms{"rubicon record",    "rubicon receive", "rubicon publish",
+                                 "rubicon-proxy run", "rubicon web",     "motes-simulator --port",
+                                 "salad-simulator ",  "knx-simulator ",  "zigbee-simulator "};
   return (shows_what_is_there(line) || begins(line, kPrograms)) && !has(line, " | ") && !has(line, " --rounds ");
 }
 

@@ -1,0 +1,166 @@
+#include <fmt/format.h>
+
+#include <csignal>
+
+#include "apps/rubicon/cli.h"
+#include "apps/rubicon/tuple_text.h"
+#include "client/ecology_options.h"
+#include "config/web_config.h"
+#include "model/json_members.h"
+#include "rubicon/summary.hpp"
+#include "transport/asio_signals.h"
+#include "transport/host_name.h"
+#include "transport/local_transports.h"
+#include "tuples/dds/dds_ecology.h"
+#include "web/access/token_file.h"
+#include "web/web_service.h"
+
+namespace rubicon::cli {
+
+namespace {
+
+struct WebOptions {
+  std::string listen = "127.0.0.1:8642";
+  config::WebTls tls;
+  config::WebSetup setup;
+};
+
+struct TokenOptions {
+  std::string name, role = "view", file = "web.tokens";
+};
+
+/// What the server complains about.
+class WebComplaints final : public base::LogSink {
+ public:
+  void write(base::LogLevel level, std::string_view, std::string_view text) override {
+    if (level >= base::LogLevel::kWarning) print_error(text);
+  }
+};
+
+/// A component that shows what the others have; it runs until a signal.
+class WebProgram {
+ public:
+  explicit WebProgram(const Settings& settings) : settings_(settings), out_(1) {}
+
+  Result<void> open(const config::WebSetup& setup) {
+    auto options = settings_.options;
+    if (auto good = client::check(options); !good) return good;
+    const auto id = client::random_component_id();
+    const auto post = [this](std::function<void()> call) { loop_.scheduler().post(std::move(call)); };
+    auto ecology = tuples::dds::DdsEcology::open(client::dds_options(options), loop_.scheduler(), post, log_);
+    if (!ecology) return fail(ecology.error());
+    ecology_ = std::move(*ecology);
+    auto link = ecology_->join(id);
+    if (!link) return fail(link.error());
+    link_ = std::move(*link);
+    space_ = std::make_unique<TupleSpace>(id, loop_.scheduler(), *link_);
+    const model::Summary summary{"rubicon web", transport::host_name(), transport::own_process(), "",
+                                 loop_.scheduler().wall_now()};
+    if (auto named = space_->describe(model::to_json(summary)); !named) return named;
+    auto service = web::WebService::open({loop_.context(), loop_.scheduler(), *space_, transports_, log_}, setup, "",
+                                         "rubicon web");
+    if (!service) return fail(service.error());
+    service_ = std::move(*service);
+    return {};
+  }
+
+  /// SIGHUP reads tokens and certificate again.
+  int run() {
+    const auto address = service_->address();
+    out_.line(settings_.json ? model::dump({{"address", address}}) : "open " + address);
+    out_.flush();
+    const transport::Signals ends(loop_, {SIGINT, SIGTERM}, [this] { loop_.stop(); });
+    await_hang_up();
+    loop_.run();
+    return kGood;
+  }
+
+ private:
+  void await_hang_up() {
+    hang_up_.reset();
+    hang_up_ = std::make_unique<transport::Signals>(loop_, std::vector{SIGHUP}, [this] {
+      if (const auto read = service_->reload(); !read) print_error(read.error().text);
+      loop_.scheduler().post([this] { await_hang_up(); });
+    });
+  }
+
+  const Settings& settings_;
+  Output out_;
+  WebComplaints log_;
+  transport::Loop loop_;
+  transport::LocalTransports transports_{loop_};
+  std::unique_ptr<tuples::dds::DdsEcology> ecology_;
+  std::unique_ptr<tuples::Link> link_;
+  std::unique_ptr<TupleSpace> space_;
+  std::unique_ptr<web::WebService> service_;
+  std::unique_ptr<transport::Signals> hang_up_;
+};
+
+int serve(const Settings& settings, WebOptions options) {
+  const auto listen = config::parse_web_listen(options.listen);
+  if (!listen) {
+    print_error(fmt::format("--listen {}: expected an IP address and a port, such as 127.0.0.1:8642", options.listen));
+    return kUsage;
+  }
+  options.setup.listen = *listen;
+  if (!options.tls.certificate.empty()) options.setup.tls = options.tls;
+  WebProgram program(settings);
+  const auto opened = program.open(options.setup);
+  if (opened) return program.run();
+  print_error(opened.error().text);
+  return opened.error().code == ErrorCode::kInvalid ? kUsage : kFailed;
+}
+
+int make_token(const Settings& settings, const TokenOptions& options) {
+  transport::Loop loop;
+  transport::LocalTransports transports(loop);
+  const auto role = web::access::parse_role(options.role).value_or(web::Role::kView);
+  const auto token = web::access::add_token(transports, options.file, options.name, role);
+  if (!token) {
+    print_error(token.error().text);
+    return token.error().code == ErrorCode::kIo ? kFailed : kUsage;
+  }
+  Output out(1);
+  out.line(
+      settings.json
+          ? model::dump({{"name", options.name}, {"role", options.role}, {"file", options.file}, {"token", *token}})
+          : *token);
+  return ended(out, kGood);
+}
+
+}  // namespace
+
+void add_web(Cli& cli) {
+  const auto options = std::make_shared<WebOptions>();
+  auto* app = cli.command({"web", "Serve the page and its API for the islands that this host finds",
+                           "  rubicon web\n"
+                           "  rubicon web --listen 127.0.0.1:8700\n"},
+                          [options](const Settings& settings) { return serve(settings, *options); });
+  app->add_option("--listen", options->listen, "IP address and port; port 0 = any free one")->capture_default_str();
+  auto* certificate =
+      app->add_option("--certificate", options->tls.certificate, "PEM file; needed where others reach the port");
+  auto* key = app->add_option("--key", options->tls.key, "PEM file with the key of the certificate");
+  certificate->needs(key);
+  key->needs(certificate);
+  app->add_option("--tokens", options->setup.tokens, "file with the tokens, which `rubicon token` makes");
+  app->add_option("--host", options->setup.hosts, "name of this host in addresses (may be repeated)")
+      ->allow_extra_args(false);
+  app->add_option("--origin", options->setup.origins, "page of another server that may use this one: https://NAME")
+      ->allow_extra_args(false);
+  app->add_option("--files", options->setup.files, "folder with the page, instead of the one in the program");
+  app->add_flag("--trust-lan", options->setup.trust_lan, "neither TLS nor tokens although others reach the port");
+}
+
+void add_token(Cli& cli) {
+  const auto options = std::make_shared<TokenOptions>();
+  auto* app = cli.command({"token", "Make a token for the page and its API; only its hash is kept",
+                           "  rubicon token tablet --role command --file web.tokens\n"},
+                          [options](const Settings& settings) { return make_token(settings, *options); });
+  app->add_option("NAME", options->name, "who gets it")->required();
+  app->add_option("--role", options->role, "view, command (sets tuples) or admin (inbox, reload, recorders)")
+      ->check(CLI::IsMember({"view", "command", "admin"}))
+      ->capture_default_str();
+  app->add_option("--file", options->file, "file to append it to")->capture_default_str();
+}
+
+}  // namespace rubicon::cli
