@@ -55,6 +55,18 @@ TEST(ProcessUnderTest, LeavesNothingBehindWhenItEndedItself) {
   EXPECT_TRUE(thread.ends());
 }
 
+/// zigbee.md, section 12, pitfall 20: Zigbee2MQTT under load ignores the signal to terminate for seconds.
+TEST(ProcessUnderTest, Pitfall20_EndsAlsoIfItIgnoresTheSignalToTerminate) {
+  Thread thread;
+  {
+    Process shell({"sh", "-c", "trap '' TERM; echo started; while :; do sleep 1000; done"});
+    thread.let_go();
+    ASSERT_TRUE(shell.line());
+    ASSERT_EQ(::kill(shell.pid(), SIGTERM), 0);
+  }
+  EXPECT_TRUE(thread.ends());
+}
+
 TEST(ProcessUnderTest, EndsWithATestThatIsKilled) {
   Thread thread;
   const auto test = ::fork();

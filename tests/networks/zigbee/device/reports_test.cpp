@@ -253,7 +253,7 @@ TEST_F(ReportsTest, AfterItWasOutOfReachTheValuesAreGoodAgainWhenTheDeviceIsHear
   run(hours(1));
   device->availability(true);
   report(R"("temperature":20,"humidity":40)");
-  EXPECT_EQ(readings(), (Values{{"temperature", "20"}, {"humidity", "40"}}));
+  ASSERT_EQ(readings(), (Values{{"temperature", "20"}, {"humidity", "40"}}));
   EXPECT_EQ(raw_readings()[0].user_time, measured);
   forget();
   report(R"("temperature":20,"humidity":40)");
