@@ -1,6 +1,8 @@
 import type { ComponentChild } from "preact";
 import type { Route } from "../core/router";
 import { devicesView } from "./devices";
+import { inboxView } from "./inbox";
+import { networksView } from "./networks";
 import { overviewView } from "./overview";
 import { tuplesView } from "./tuples";
 
@@ -19,4 +21,4 @@ export interface View {
   show(route: Route): ComponentChild;
 }
 
-export const views: View[] = [overviewView, devicesView, tuplesView];
+export const views: View[] = [overviewView, devicesView, tuplesView, inboxView, networksView];

@@ -1,0 +1,198 @@
+import { useEffect, useMemo, useState } from "preact/hooks";
+import { catalog, chosenIsland, connection, islands, islandsKnown, loadingOf, mayBe, ownerPattern, useFeeds } from "../app";
+import { number } from "../core/catalog";
+import { browserClock } from "../core/clock";
+import { type Decision, Decisions, type Verb } from "../core/decisions";
+import { redraw, second, useFrame } from "../core/redraw";
+import { type Route, setQuery } from "../core/router";
+import type { Tuple } from "../core/store";
+import { compareNatural, matches } from "../core/text";
+import { NoIsland } from "../parts/no_island";
+import { notify } from "../parts/notices";
+import { phone } from "../parts/screen";
+import { Empty, Loaded } from "../parts/state";
+import { compareBy, SortSelect, Table } from "../parts/table";
+import { words } from "../words";
+import { inboxColumns, nameOf, searchedOf } from "./inbox_columns";
+import { inboxesOf, PatternForm } from "./inbox_pattern";
+import type { View } from "./views";
+
+const text = words.inbox;
+
+/** Decisions outlive the view: who goes on to another one has decided all the same. */
+export const decisions = new Decisions(browserClock, {
+  send: (step, call) => connection.request({ do: "set", ...step }, call),
+  changed: redraw,
+  ended(decision, failures) {
+    const [first] = failures;
+    if (first) notify(text.failed(failures.length, decision.steps.length, first.answer.error?.text ?? ""), "bad");
+    else notify(text.done[decision.verb](decision.devices.size), "good");
+  },
+});
+
+function undo(decision: Decision): void {
+  if (!decisions.undo(decision)) notify(text.tooLate, "waiting");
+}
+
+/** Decides about devices one by one. */
+function decide(verb: Verb, tuples: Tuple[]): void {
+  if (tuples.length === 0) return;
+  const keys = tuples.map(({ id }) => id);
+  decisions.decide(
+    verb,
+    keys,
+    keys.map((key) => ({ key, value: verb })),
+  );
+}
+
+function countIn(what: "count" | "ignored"): number {
+  const island = chosenIsland();
+  let sum = 0;
+  for (const tuple of catalog.inboxes.values()) if (!island || tuple.owner === island) sum += number(tuple.json[what]);
+  return sum;
+}
+
+/** Waiting devices in a steady order; drawn again when devices come or go, and once a second. */
+function useWaiting(search: string, sort: string, compare: (a: Tuple, b: Tuple) => number): Tuple[] {
+  const island = chosenIsland();
+  return useMemo(() => {
+    const all = [...catalog.waiting.values()].filter((tuple) => (!island || tuple.owner === island) && (search === "" || matches(search, searchedOf(tuple))));
+    return all.sort(compare);
+  }, [search, sort, island, catalog.waiting.size, second.value]);
+}
+
+function Inbox({ route }: { route: Route }) {
+  useFrame();
+  const owner = ownerPattern();
+  const feeds = useFeeds([
+    { pattern: `${owner}:*.inbox.*.*`, min: 250 },
+    { pattern: `${owner}:*.inbox`, min: 250 },
+  ]);
+  const { q = "", sort = "name" } = route.query;
+  const [chosen, setChosen] = useState<ReadonlySet<string>>(new Set());
+  const toggle = (tuple: Tuple) => {
+    const next = new Set(chosen);
+    if (!next.delete(tuple.id)) next.add(tuple.id);
+    setChosen(next);
+  };
+  const mayDecide = mayBe("admin");
+  const columns = useMemo(() => inboxColumns({ chosen, toggle, decide, undo, decisions, mayDecide }), [chosen, mayDecide]);
+  const rows = useWaiting(q, sort, compareBy(columns, sort, (a, b) => compareNatural(nameOf(a), nameOf(b))));
+  useEffect(() => setChosen(new Set([...chosen].filter((id) => catalog.waiting.has(id)))), [catalog.waiting.size]);
+  const picked = rows.filter(({ id }) => chosen.has(id));
+  const decidePicked = (verb: Verb) => {
+    decide(verb, picked);
+    setChosen(new Set());
+  };
+  if (islandsKnown.value && islands.value.length === 0 && catalog.waiting.size === 0) return <NoIsland />;
+  return (
+    <section class="view inbox">
+      <div class="toolbar">
+        <h1>{text.title}</h1>
+        <input type="search" aria-label={words.table.filter} placeholder={words.table.filter} value={q} onInput={(event) => setQuery({ q: event.currentTarget.value })} />
+        {phone.value && <SortSelect columns={columns} sorting={{ by: sort, set: (by) => setQuery({ sort: by }) }} />}
+        {mayDecide && rows.length > 0 && (
+          <button type="button" onClick={() => setChosen(new Set(picked.length === rows.length ? [] : rows.map(({ id }) => id)))}>
+            {picked.length === rows.length ? text.selectNone : text.selectAll(rows.length)}
+          </button>
+        )}
+        {picked.length > 0 && (
+          <>
+            <button type="button" class="primary" onClick={() => decidePicked("approve")}>
+              {text.approveMany(picked.length)}
+            </button>
+            <button type="button" onClick={() => decidePicked("ignore")}>
+              {text.ignoreMany(picked.length)}
+            </button>
+          </>
+        )}
+        <span class="count">{words.table.shown(rows.length, catalog.waiting.size)}</span>
+      </div>
+      <Pending />
+      {mayDecide && <PatternForm waiting={rows} ignored={countIn("ignored")} decisions={decisions} />}
+      <Loaded state={loadingOf(feeds)} empty={rows.length === 0 && <NobodyWaits filtered={catalog.waiting.size > 0 && q !== ""} />}>
+        <Table
+          label={text.title}
+          columns={columns}
+          rows={rows.map((row) => ({ row }))}
+          rowsVersion={rows}
+          heightOf={() => (phone.value ? (mayDecide ? 156 : 92) : 44)}
+          nameOf={({ id }) => id}
+          place={`inbox ${q} ${sort}`}
+          sorting={{ by: sort, set: (by) => setQuery({ sort: by === "name" ? "" : by }) }}
+          marked={({ id }) => chosen.has(id)}
+          keys={
+            mayDecide
+              ? {
+                  x: { what: words.devices.select, run: toggle },
+                  " ": { what: words.devices.select, run: toggle },
+                  y: { what: text.approve, run: (tuple) => decide("approve", [tuple]) },
+                  e: { what: text.ignore, run: (tuple) => decide("ignore", [tuple]) },
+                  u: { what: text.undo, run: undoLast },
+                }
+              : undefined
+          }
+        />
+      </Loaded>
+    </section>
+  );
+}
+
+function undoLast(): void {
+  const last = decisions.pending.filter(({ until }) => until > 0).pop();
+  if (last) undo(last);
+}
+
+/** What was decided and can still be taken back. */
+function Pending() {
+  void second.value;
+  const pending = decisions.pending;
+  if (pending.length === 0) return null;
+  return (
+    <ul class="pending">
+      {pending.map((decision) => {
+        const seconds = Math.max(0, Math.ceil((decision.until - browserClock.now()) / 1000));
+        return (
+          <li key={[...decision.devices].join() + decision.steps[0]?.value} class="pending-decision">
+            <span>{decision.until > 0 ? text.in[decision.verb](decision.devices.size, seconds) : text.sending}</span>
+            {decision.until > 0 && (
+              <button type="button" class="small" onClick={() => undo(decision)}>
+                {text.undo}
+              </button>
+            )}
+          </li>
+        );
+      })}
+    </ul>
+  );
+}
+
+function NobodyWaits({ filtered }: { filtered: boolean }) {
+  const ignored = countIn("ignored");
+  if (filtered) {
+    return (
+      <Empty title={text.filtered(catalog.waiting.size)}>
+        <button type="button" onClick={() => setQuery({ q: "" })}>
+          {words.table.clear}
+        </button>
+      </Empty>
+    );
+  }
+  return (
+    <Empty title={text.none(ignored)}>
+      <p>{text.noneText}</p>
+      {ignored > 0 && mayBe("admin") && (
+        <p>
+          <button type="button" onClick={() => document.querySelector<HTMLElement>(".pattern input")?.focus()}>
+            {text.backFromIgnored}
+          </button>
+        </p>
+      )}
+      {inboxesOf(chosenIsland()).length === 0 && <p>{text.noInbox}</p>}
+    </Empty>
+  );
+}
+
+addEventListener("pagehide", () => decisions.flush());
+
+export const inboxView: View = { id: "inbox", title: text.title, key: "i", icon: "inbox", mark: () => countIn("count"), show: (route) => <Inbox route={route} /> };

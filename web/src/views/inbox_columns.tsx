@@ -1,0 +1,113 @@
+import { list, number, text as textOf } from "../core/catalog";
+import type { Decision, Decisions, Verb } from "../core/decisions";
+import type { Tuple } from "../core/store";
+import { compareNatural } from "../core/text";
+import { Age } from "../parts/age";
+import { phone } from "../parts/screen";
+import type { Column } from "../parts/table";
+import { words } from "../words";
+
+const text = words.inbox;
+
+/** `wsn-1.7`: how decisions name a waiting device. */
+export function nameOf(tuple: Tuple): string {
+  return tuple.key.split(".").slice(2).join(".");
+}
+
+export function searchedOf(tuple: Tuple): string {
+  const about = tuple.json;
+  return [nameOf(tuple), about.name, about.model, about.type, about.address, about.why].map(textOf).join(" ") + ` ${nameOf(tuple)}`;
+}
+
+/** What the device says it is: model or type, and what it has. */
+function saysOf(tuple: Tuple): string {
+  const about = tuple.json;
+  const parts = (["sensors", "actuators", "properties"] as const).flatMap((kind) => {
+    const value = about[kind];
+    const names = list(value);
+    const count = Array.isArray(value) ? value.length : number(value);
+    if (count === 0) return [];
+    return names.length > 0 && names.length <= 3 ? [names.join(", ")] : [text.has(kind, count)];
+  });
+  return [textOf(about.model) || textOf(about.type), ...parts].filter(Boolean).join(" · ");
+}
+
+interface Use {
+  chosen: ReadonlySet<string>;
+  toggle(tuple: Tuple): void;
+  decide(verb: Verb, tuples: Tuple[]): void;
+  undo(decision: Decision): void;
+  decisions: Decisions;
+  mayDecide: boolean;
+}
+
+export function inboxColumns(use: Use): Column<Tuple>[] {
+  const { mayDecide } = use;
+  const about = (tuple: Tuple, member: string) => textOf(tuple.json[member]);
+  const by = (member: string) => (a: Tuple, b: Tuple) => compareNatural(about(a, member), about(b, member));
+  const columns: Column<Tuple>[] = [
+    {
+      id: "chosen",
+      title: "",
+      width: "34px",
+      cell: (tuple) => <Pick tuple={tuple} use={use} />,
+    },
+    {
+      id: "name",
+      title: text.device,
+      width: "minmax(160px,1.2fr)",
+      phone: "main",
+      compare: (a, b) => compareNatural(nameOf(a), nameOf(b)),
+      cell: (tuple) => (
+        <span class="point-name">
+          <span>
+            {phone.value && mayDecide && <Pick tuple={tuple} use={use} />}
+            {about(tuple, "name") || nameOf(tuple)}
+          </span>
+          <span class="muted">{[about(tuple, "name") && nameOf(tuple), addressOf(tuple)].filter(Boolean).join(" · ")}</span>
+        </span>
+      ),
+    },
+    { id: "says", title: text.says, width: "minmax(160px,1.4fr)", phone: "sub", compare: by("model"), cell: (tuple) => <span title={saysOf(tuple)}>{saysOf(tuple) || "–"}</span> },
+    { id: "why", title: text.why, width: "minmax(160px,1.4fr)", phone: "fourth", compare: by("why"), cell: (tuple) => <span title={about(tuple, "why")}>{about(tuple, "why") || "–"}</span> },
+    { id: "since", title: text.since, width: "72px", numeric: true, phone: "side", compare: (a, b) => number(b.json.since) - number(a.json.since), cell: (tuple) => <Age time={number(tuple.json.since)} /> },
+    { id: "decision", title: text.decision, width: "196px", phone: "third", cell: (tuple) => <Deciding tuple={tuple} use={use} /> },
+  ];
+  return mayDecide ? columns : columns.filter(({ id }) => id !== "chosen" && id !== "decision");
+}
+
+function Pick({ tuple, use }: { tuple: Tuple; use: Use }) {
+  return <input type="checkbox" tabIndex={-1} aria-label={`${words.devices.select} ${nameOf(tuple)}`} checked={use.chosen.has(tuple.id)} onChange={() => use.toggle(tuple)} />;
+}
+
+function addressOf(tuple: Tuple): string {
+  const address = textOf(tuple.json.address);
+  return address && !nameOf(tuple).endsWith(`.${address}`) ? words.device.address(address) : "";
+}
+
+function Deciding({ tuple, use }: { tuple: Tuple; use: Use }) {
+  const decision = use.decisions.of(tuple.id);
+  const name = nameOf(tuple);
+  if (decision) {
+    return (
+      <span class="decide">
+        <span class="muted">{decision.until > 0 ? text.decided[decision.verb] : text.sending}</span>
+        {decision.until > 0 && (
+          <button type="button" class="small" aria-label={`${text.undo} ${name}`} onClick={() => use.undo(decision)}>
+            {text.undo}
+          </button>
+        )}
+      </span>
+    );
+  }
+  return (
+    <span class="decide">
+      <button type="button" class="small accent" aria-label={`${text.approve} ${name}`} onClick={() => use.decide("approve", [tuple])}>
+        {text.approve}
+      </button>
+      <button type="button" class="small" aria-label={`${text.ignore} ${name}`} onClick={() => use.decide("ignore", [tuple])}>
+        {text.ignore}
+      </button>
+    </span>
+  );
+}

@@ -1,0 +1,114 @@
+import { type Network, number, text as textOf } from "../core/catalog";
+import { type CounterKind, type CounterRates, kindOf } from "../core/counters";
+import { formatFullTime, formatRate, formatValue, prettyJson } from "../core/format";
+import { second } from "../core/redraw";
+import { hrefTo } from "../core/router";
+import type { Tuple } from "../core/store";
+import { compareNatural } from "../core/text";
+import { Age } from "../parts/age";
+import { Icon } from "../parts/icons";
+import { State } from "../parts/state";
+import { words } from "../words";
+
+const text = words.networks;
+
+/** When the island tries again to open the line. */
+export function NextAttempt({ network }: { network: Network }) {
+  void second.value;
+  const at = number(network.status?.json.next_attempt);
+  const seconds = Math.ceil(at - Date.now() / 1000);
+  if (at === 0 || network.line === "up") return null;
+  return <span class="attempt">{`${seconds > 0 ? text.nextIn(seconds) : text.nextNow} · `}</span>;
+}
+
+interface Counter {
+  name: string;
+  tuple: Tuple;
+  kind: CounterKind;
+}
+
+const order: CounterKind[] = ["loss", "oddity", "flow", "fact"];
+
+function isZero({ kind, tuple }: Counter): boolean {
+  return tuple.value === "" || (kind !== "fact" && Number(tuple.value) === 0);
+}
+
+/** The line of a network, and everything that it counts. */
+export function NetworkPanel({ network, rates }: { network: Network; rates: CounterRates }) {
+  const status = network.status?.json;
+  const counters = [...network.counters]
+    .map(([name, tuple]) => ({ name, tuple, kind: kindOf(name, tuple.value ?? "") }))
+    .filter(({ name }) => name !== "line" && name !== "next-attempt" && name !== "attempts")
+    .sort((a, b) => compareNatural(a.name, b.name));
+  const zeros = counters.filter(isZero);
+  const reason = textOf(status?.reason);
+  return (
+    <aside class="panel" aria-label={network.id}>
+      <header>
+        <a class="button plain" href={hrefTo("networks")} aria-label={words.close}>
+          <Icon name="back" size={16} />
+        </a>
+        <h2>{network.id}</h2>
+        <State word={network.line} />
+      </header>
+      <dl class="tuple-facts">
+        {reason && <Fact name={text.reason}>{reason}</Fact>}
+        <Fact name={text.since}>
+          <Age time={number(status?.since)} /> <span class="muted">{formatFullTime(number(status?.since))}</span>
+        </Fact>
+        <Fact name={text.attempts}>
+          {number(status?.attempts)} <NextAttempt network={network} />
+        </Fact>
+        <Fact name={text.island}>{network.owner}</Fact>
+      </dl>
+      <div class="actions">
+        <a class="button" href={hrefTo("devices", [], { network: network.id })}>
+          {text.itsDevices(network.devices)}
+        </a>
+        <a class="button" href={hrefTo("tuples", [`${network.owner}:${network.prefix}.${network.id}`])}>
+          {words.tuples.title}
+        </a>
+      </div>
+      {order.map((kind) => (
+        <Counters key={kind} title={text.kinds[kind]} kind={kind} counters={counters.filter((one) => one.kind === kind && !isZero(one))} rates={rates} />
+      ))}
+      {zeros.length > 0 && (
+        <details>
+          <summary>{text.zeros(zeros.length)}</summary>
+          <p class="muted">{zeros.map(({ name }) => name).join(", ")}</p>
+        </details>
+      )}
+    </aside>
+  );
+}
+
+function Fact({ name, children }: { name: string; children: preact.ComponentChildren }) {
+  return (
+    <>
+      <dt>{name}</dt>
+      <dd>{children}</dd>
+    </>
+  );
+}
+
+function Counters({ title, kind, counters, rates }: { title: string; kind: CounterKind; counters: Counter[]; rates: CounterRates }) {
+  if (counters.length === 0) return null;
+  return (
+    <table class={`counters counters-${kind}`}>
+      <caption>{title}</caption>
+      <tbody>
+        {counters.map(({ name, tuple }) => {
+          const value = tuple.value ?? "";
+          const rate = rates.of(tuple);
+          return (
+            <tr key={name}>
+              <th scope="row">{name}</th>
+              <td>{prettyJson(value) ? <pre class="content">{prettyJson(value)}</pre> : formatValue(value)}</td>
+              {kind !== "fact" && <td class="rate">{rate >= 0.05 ? text.perSecond(formatRate(rate)) : ""}</td>}
+            </tr>
+          );
+        })}
+      </tbody>
+    </table>
+  );
+}

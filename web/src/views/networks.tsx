@@ -1,0 +1,183 @@
+import { useMemo, useRef } from "preact/hooks";
+import { baseFeeds, catalog, chosenIsland, islands, islandsKnown, loadingOf, ownerPattern, useFeeds } from "../app";
+import { type Network, number, text as textOf } from "../core/catalog";
+import { arrivalsOf, CounterRates, lossesOf } from "../core/counters";
+import { formatCount, formatRate } from "../core/format";
+import { useOrder } from "../core/hooks";
+import { second } from "../core/redraw";
+import { go, type Route, setQuery } from "../core/router";
+import { compareNatural, matches } from "../core/text";
+import { Age } from "../parts/age";
+import { NoIsland } from "../parts/no_island";
+import { phone } from "../parts/screen";
+import { Empty, Loaded, State } from "../parts/state";
+import { type Column, compareBy, SortSelect, Table } from "../parts/table";
+import { words } from "../words";
+import { NetworkPanel, NextAttempt } from "./network_panel";
+import type { View } from "./views";
+
+const text = words.networks;
+
+interface Members {
+  all: number;
+  reachable: number;
+}
+
+/** Devices of each network, by its path. */
+function membersOf(): Map<string, Members> {
+  const members = new Map<string, Members>();
+  for (const device of catalog.devices.values()) {
+    const path = `${device.owner}/${device.network}`;
+    const known = members.get(path) ?? { all: 0, reachable: 0 };
+    known.all++;
+    if (device.state === "reachable") known.reachable++;
+    members.set(path, known);
+  }
+  return members;
+}
+
+function columnsOf(rates: CounterRates, members: Map<string, Members>): Column<Network>[] {
+  const flow = (network: Network) => rates.of(arrivalsOf(network.counters));
+  return [
+    { id: "line", title: text.line, width: "112px", live: true, phone: "end", compare: (a, b) => compareNatural(a.line, b.line), cell: (network) => <State word={network.line} /> },
+    { id: "name", title: text.network, width: "minmax(130px,1fr)", phone: "main", compare: (a, b) => compareNatural(a.id, b.id), cell: (network) => <strong class="name">{network.id}</strong> },
+    { id: "island", title: text.island, width: "72px", wide: true, compare: (a, b) => a.owner - b.owner, cell: (network) => network.owner },
+    { id: "since", title: text.since, width: "72px", numeric: true, live: true, compare: (a, b) => number(b.status?.json.since) - number(a.status?.json.since), cell: (network) => <Age time={number(network.status?.json.since)} /> },
+    {
+      id: "devices",
+      title: text.devices,
+      width: "110px",
+      numeric: true,
+      phone: "sub",
+      compare: (a, b) => a.devices - b.devices,
+      cell: (network) => {
+        const { all, reachable } = members.get(network.path) ?? { all: 0, reachable: 0 };
+        return phone.value ? <PhoneFacts network={network} devices={text.reachableDevices(reachable, all)} /> : text.reachable(reachable, all);
+      },
+    },
+    {
+      id: "arriving",
+      title: text.arriving,
+      width: "84px",
+      numeric: true,
+      live: true,
+      phone: "side",
+      compare: (a, b) => (flow(b) || 0) - (flow(a) || 0),
+      cell: (network) => (arrivalsOf(network.counters) ? <Rate rate={flow(network)} /> : <span class="muted">–</span>),
+    },
+    { id: "lost", title: text.lost, width: "92px", numeric: true, live: true, compare: (a, b) => lossesOf(b.counters) - lossesOf(a.counters), cell: (network) => <Lost network={network} /> },
+    {
+      id: "reason",
+      title: text.reason,
+      width: "minmax(200px,2.4fr)",
+      cell: (network) => (
+        <span class="muted" title={textOf(network.status?.json.reason)}>
+          <NextAttempt network={network} />
+          {textOf(network.status?.json.reason)}
+        </span>
+      ),
+    },
+  ];
+}
+
+function PhoneFacts({ network, devices }: { network: Network; devices: string }) {
+  const lost = lossesOf(network.counters);
+  const reason = textOf(network.status?.json.reason);
+  return (
+    <span>
+      {reason || devices}
+      {lost > 0 && <span class="loss">{` · ${text.lostCount(lost)}`}</span>}
+    </span>
+  );
+}
+
+function Rate({ rate }: { rate: number }) {
+  return Number.isNaN(rate) ? <span class="muted">…</span> : <span class={rate < 0.05 ? "muted" : ""}>{text.perSecond(formatRate(rate))}</span>;
+}
+
+function Lost({ network }: { network: Network }) {
+  const lost = lossesOf(network.counters);
+  return <span class={lost > 0 ? "loss" : "muted"}>{formatCount(lost)}</span>;
+}
+
+/** One row a network; the chosen one with all its counters. Drawn once a second. */
+function Networks({ route }: { route: Route }) {
+  const tick = second.value;
+  const feeds = useFeeds([{ pattern: `${ownerPattern()}:*.*.property.*.value`, min: 1000 }]);
+  const rates = useMemo(() => new CounterRates(), []);
+  const sampled = useRef(-1);
+  if (sampled.current !== tick) {
+    sampled.current = tick;
+    for (const network of catalog.networks.values()) rates.sample(network.counters.values(), Date.now() / 1000);
+  }
+  const [path] = route.parts;
+  const chosen = path ? catalog.networks.get(path) : undefined;
+  const members = useMemo(membersOf, [tick, catalog.structure]);
+  const columns = columnsOf(rates, members);
+  const { q = "", sort = "name" } = route.query;
+  const island = chosenIsland();
+  const sorted = columns.find((column) => column.id === sort.replace(/^-/, ""));
+  const order = useOrder(() => catalog.networks.values(), catalog.structure, {
+    name: JSON.stringify([q, sort, island]),
+    keep: (network) => (!island || network.owner === island) && (q === "" || matches(q, `${network.id} ${network.line} ${network.owner}`)),
+    compare: compareBy(columns, sort, (a, b) => compareNatural(a.id, b.id) || a.owner - b.owner),
+    live: sorted?.live ?? false,
+  });
+  const rows = order.rows.map((row) => ({ row }));
+  if (islandsKnown.value && islands.value.length === 0 && catalog.networks.size === 0) return <NoIsland />;
+  if (chosen && phone.value) return <NetworkPanel network={chosen} rates={rates} />;
+  return (
+    <section class="view networks">
+      <div class="toolbar">
+        <h1>{text.title}</h1>
+        <input type="search" aria-label={words.table.filter} placeholder={words.table.filter} value={q} onInput={(event) => setQuery({ q: event.currentTarget.value })} />
+        {phone.value && <SortSelect columns={columns} sorting={{ by: sort, set: (by) => setQuery({ sort: by }) }} />}
+        <span class="count">{words.table.shown(order.rows.length, catalog.networks.size)}</span>
+        {order.outdated > 0 && (
+          <span class="outdated">
+            {words.table.outdated(order.outdated)}
+            <button type="button" onClick={order.refresh}>
+              {words.table.update}
+            </button>
+          </span>
+        )}
+      </div>
+      <Loaded state={loadingOf([...baseFeeds, ...feeds])} empty={rows.length === 0 && <NoNetworks filtered={catalog.networks.size > 0} />}>
+        <div class="split">
+          <Table
+            label={text.title}
+            columns={columns}
+            rows={rows}
+            rowsVersion={order.version}
+            nameOf={(network) => network.path}
+            place={`networks ${q} ${sort}`}
+            sorting={{ by: sort, set: (by) => setQuery({ sort: by === "name" ? "" : by }) }}
+            marked={(network) => network === chosen}
+            onOpen={(network) => go("networks", [network.path], { q, sort: route.query.sort ?? "" })}
+          />
+          {chosen && <NetworkPanel network={chosen} rates={rates} />}
+        </div>
+      </Loaded>
+    </section>
+  );
+}
+
+function NoNetworks({ filtered }: { filtered: boolean }) {
+  if (!filtered) {
+    return (
+      <Empty title={text.none}>
+        <p>{text.noneText}</p>
+        <pre class="content">{text.example}</pre>
+      </Empty>
+    );
+  }
+  return (
+    <Empty title={text.filtered(catalog.networks.size)}>
+      <button type="button" onClick={() => setQuery({ q: "" })}>
+        {words.table.clear}
+      </button>
+    </Empty>
+  );
+}
+
+export const networksView: View = { id: "networks", title: text.title, key: "n", icon: "networks", show: (route) => <Networks route={route} /> };
