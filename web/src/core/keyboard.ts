@@ -1,3 +1,5 @@
+import { singleKeys } from "./settings";
+
 /** One key or a sequence (`g d`) and what it does. */
 export interface Shortcut {
   keys: string;
@@ -39,6 +41,7 @@ function find(keys: string): Shortcut | undefined {
 function pressed(event: KeyboardEvent): void {
   if (event.defaultPrevented || event.ctrlKey || event.metaKey || event.altKey) return;
   if (typing(event.target) && event.key !== "Escape") return;
+  if (!singleKeys.value && event.key.length === 1) return;
   const native = event.target instanceof HTMLElement && event.target.closest("button, a, summary, input");
   if (native && (event.key === "Enter" || event.key === " ")) return;
   const keys = started ? `${started} ${event.key}` : event.key;

@@ -27,6 +27,8 @@ function load<T>(name: string, initial: T): T {
 export type Theme = "system" | "light" | "dark";
 
 export const theme = remembered<Theme>("theme", "system");
+/** Single keys are shortcuts; some people speak or type by other means and turn them off. */
+export const singleKeys = remembered("single-keys", true);
 /** Devices by path, in the order in which they were pinned. */
 export const pinnedDevices = remembered<string[]>("pinned-devices", []);
 /** Branches of the tuple tree. */

@@ -10,6 +10,7 @@ export class Tuple {
   write = 0;
   expire = 0;
   present = true; // the owner is there
+  absentSince = 0; // seconds; 0: not known
   size = 0;
   /** How many subscriptions hold it. */
   holders = 0;
@@ -179,6 +180,7 @@ export class Store {
 
   mark(tuple: Tuple, present: boolean): void {
     tuple.present = present;
+    tuple.absentSince = present ? 0 : Date.now() / 1000;
     this.dirty();
   }
 }

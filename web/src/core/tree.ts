@@ -42,7 +42,12 @@ export interface TreeRow {
   level: number; // from 1
   size: number; // of its siblings
   place: number; // among them, from 1
+  /** Stands for rows that are still on their way. */
+  pending?: number;
 }
+
+/** Rows that are shown for an owner whose tuples are still on their way. */
+const pendingRows = 3;
 
 /** The tuples of the store by owner and the parts of their keys. */
 export class Tree {
@@ -102,12 +107,15 @@ export class Tree {
   }
 
   /** What is visible: the owners, and what is below the branches whose paths are open. */
-  rows(open: ReadonlySet<string>, order: TreeOrder, owners: Branch[]): TreeRow[] {
+  rows(open: ReadonlySet<string>, order: TreeOrder, owners: Branch[], loading: (owner: Branch) => boolean = () => false): TreeRow[] {
     const rows: TreeRow[] = [];
     const visit = (branches: Branch[], level: number) => {
       branches.forEach((branch, index) => {
         rows.push({ branch, level, size: branches.length, place: index + 1 });
-        if (branch.children.size > 0 && open.has(branch.path)) visit(branch.childrenBy(order, this.turn), level + 1);
+        if (!open.has(branch.path)) return;
+        if (branch.children.size > 0) visit(branch.childrenBy(order, this.turn), level + 1);
+        if (branch.parent || !loading(branch)) return;
+        for (let pending = 1; pending <= pendingRows; pending++) rows.push({ branch, level: level + 1, size: pendingRows, place: pending, pending });
       });
     };
     visit(owners, 1);

@@ -71,12 +71,12 @@ export function OutcomeMark({ point }: { point: Point }) {
   const details = [text.commanded(value), reason, commander && text.by(commander)].filter(Boolean).join(" · ");
   return (
     <span class="outcome" title={details}>
-      <State word={state} tone={toneOf(state)} />
-      <span class="muted">
-        {text.commanded(value)} <Age time={since} />
-        {reason && ` · ${reason}`}
-        {commander && ` · ${text.by(commander)}`}
+      <span>
+        <State word={state} tone={toneOf(state)} /> <span class="muted">
+          {text.commanded(value)} · <Age time={since} />
+        </span>
       </span>
+      <span class="muted">{[reason, commander && text.by(commander)].filter(Boolean).join(" · ")}</span>
     </span>
   );
 }

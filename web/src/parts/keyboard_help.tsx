@@ -1,5 +1,6 @@
 import { signal } from "@preact/signals";
 import { shortcutsInForce } from "../core/keyboard";
+import { singleKeys } from "../core/settings";
 import { words } from "../words";
 import { Dialog } from "./dialog";
 
@@ -28,6 +29,10 @@ export function KeyboardHelp() {
           </div>
         ))}
       </dl>
+      <label class="check">
+        <input type="checkbox" checked={singleKeys.value} onChange={(event) => (singleKeys.value = event.currentTarget.checked)} />
+        {words.keyboard.single}
+      </label>
     </Dialog>
   );
 }

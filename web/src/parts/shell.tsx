@@ -1,5 +1,5 @@
 import { signal } from "@preact/signals";
-import { useEffect, useRef } from "preact/hooks";
+import { useEffect, useLayoutEffect, useRef } from "preact/hooks";
 import { active, chooseIsland, chosenIsland, islands, line, lostSince, mayBe, wokenSensors } from "../app";
 import { formatAge } from "../core/format";
 import { addShortcuts } from "../core/keyboard";
@@ -123,7 +123,8 @@ export function Shell({ views }: { views: View[] }) {
   const view = views.find(({ id }) => id === current.view) ?? views[0];
   const main = useRef<HTMLElement>(null);
   useShellKeys(views);
-  useEffect(() => {
+  useFocusOfView(main, [current.view, ...current.parts].join("/"));
+  useLayoutEffect(() => {
     if (view) document.title = `${view.title} – ${words.product}`;
   }, [view]);
   if (!view) return null;
@@ -157,6 +158,15 @@ export function Shell({ views }: { views: View[] }) {
       <Notices />
     </div>
   );
+}
+
+/** Where another address left the focus nowhere, it goes to what is shown now. */
+function useFocusOfView(main: { current: HTMLElement | null }, address: string): void {
+  const before = useRef(address);
+  useEffect(() => {
+    if (before.current !== address && document.activeElement === document.body) main.current?.focus({ preventScroll: true });
+    before.current = address;
+  }, [address]);
 }
 
 function useShellKeys(views: View[]): void {

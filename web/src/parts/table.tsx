@@ -138,7 +138,7 @@ function Head<T>({ columns, sorting }: { columns: Column<T>[]; sorting?: Sorting
           return (
             <div key={column.id} role="columnheader" aria-sort={direction} class={`cell${column.numeric ? " numeric" : ""}`}>
               {sorting && column.compare ? (
-                <button type="button" tabIndex={-1} onClick={() => sorting.set(nextSorting(sorting.by, column.id))}>
+                <button type="button" onClick={() => sorting.set(nextSorting(sorting.by, column.id))}>
                   {column.title}
                   <span aria-hidden="true" class="arrow">
                     {direction === "ascending" ? "↑" : direction === "descending" ? "↓" : ""}

@@ -77,6 +77,7 @@ export function VirtualList(props: ListProps) {
     setOwn(next);
     props.onActive?.(next);
     show(next);
+    if (!box.current?.contains(document.activeElement)) box.current?.focus({ preventScroll: true });
   };
   const page = Math.max(1, Math.floor(view.height / layout.height(0)) - 1);
   const latest = useRef({ move, active, page, props });

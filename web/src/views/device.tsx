@@ -26,6 +26,14 @@ export function DevicePage({ parts }: { parts: string[] }) {
   const base = `${owner}:${prefix}.${network}.${id}`;
   const feeds = useFeeds([{ pattern: `${base}.*.*.*` }, ...(active.value ? [{ pattern: `${base}.sensor.*.value`, active: true, min: 50 }] : [])]);
   const state = loadingOf([...baseFeeds, ...feeds]);
+  const name = device?.name;
+  useEffect(() => {
+    const before = document.title;
+    if (name) document.title = `${name} – ${words.product}`;
+    return () => {
+      document.title = before;
+    };
+  }, [name]);
   if (!device) {
     if (state === "loading") return <Skeleton />;
     return (
@@ -129,7 +137,7 @@ function heightOf(point: Point): number {
   const description = point.description?.json;
   const writable = String(description?.access ?? "").includes("write");
   if (!phone.value) return writable && coarse.value ? 54 : 42;
-  return writable ? 140 : 68;
+  return writable ? 160 : 68;
 }
 
 function Points({ device }: { device: Device }) {

@@ -1,6 +1,6 @@
 import { useState } from "preact/hooks";
 import { components } from "../app";
-import { formatCount, formatRate, formatValue } from "../core/format";
+import { formatCount, formatRate, formatTime, formatValue } from "../core/format";
 import type { Rates } from "../core/rates";
 import { pinnedBranches } from "../core/settings";
 import type { Tuple } from "../core/store";
@@ -18,7 +18,6 @@ interface Props {
   rows: TreeRow[];
   chosen: string;
   openBranches: ReadonlySet<string>;
-  loading(branch: Branch): boolean;
   onToggle(branch: Branch, open?: boolean): void;
   onOpen(branch: Branch): void;
   onPin(branch: Branch): void;
@@ -26,7 +25,7 @@ interface Props {
 }
 
 /** The tree by the WAI-ARIA tree pattern; rows that are not in the document are still counted. */
-export function TupleTree({ rows, chosen, openBranches, loading, onToggle, onOpen, onPin }: Props) {
+export function TupleTree({ rows, chosen, openBranches, onToggle, onOpen, onPin }: Props) {
   const [active, setActive] = useState(0);
   const rowAt = (index: number) => rows[index];
   const right = (index: number) => {
@@ -65,6 +64,7 @@ export function TupleTree({ rows, chosen, openBranches, loading, onToggle, onOpe
         if (!row) return null;
         const { branch, level, size, place } = row;
         const { active: isActive, ...rest } = attributes;
+        if (row.pending) return <PendingRow key={`${branch.path} ${row.pending}`} row={row} id={rest.id} style={rest.style} />;
         const open = openBranches.has(branch.path);
         return (
           <div
@@ -91,7 +91,7 @@ export function TupleTree({ rows, chosen, openBranches, loading, onToggle, onOpe
               />
               <span class="part">{branch.parent ? branch.part : ownerName(branch)}</span>
               {pinnedBranches.value.includes(branch.path) && <Icon name="pin" size={14} />}
-              {branch.children.size > 0 && <span class="muted count">{loading(branch) ? `${formatCount(branch.count)} …` : formatCount(branch.count)}</span>}
+              {branch.children.size > 0 && <span class="muted count">{formatCount(branch.count)}</span>}
             </span>
             {branch.tuple && <TupleValue tuple={branch.tuple} />}
             <span class="rate muted">{branch.rate >= 0.05 ? `${formatRate(branch.rate)}/s` : ""}</span>
@@ -99,6 +99,24 @@ export function TupleTree({ rows, chosen, openBranches, loading, onToggle, onOpe
         );
       }}
     />
+  );
+}
+
+function PendingRow({ row, id, style }: { row: TreeRow; id: string; style: string }) {
+  return (
+    <div
+      id={id}
+      role="treeitem"
+      aria-level={row.level}
+      aria-setsize={row.size}
+      aria-posinset={row.place}
+      aria-busy="true"
+      aria-label={words.loading}
+      class="row leaf skeleton"
+      style={style}
+    >
+      <div style={`width:${30 - 6 * row.place}%`} />
+    </div>
   );
 }
 
@@ -112,7 +130,7 @@ function ownerName(branch: Branch): string {
 }
 
 function TupleValue({ tuple }: { tuple: Tuple }) {
-  if (!tuple.present) return <State word={text.absent} tone="bad" />;
+  if (!tuple.present) return <State word={text.absent(formatTime(tuple.absentSince))} tone="bad" />;
   if (tuple.value === null) return <span class="leaf-value muted">{`${tuple.media} · ${formatCount(tuple.size)} B`}</span>;
   return <span class="leaf-value value">{formatValue(tuple.value.slice(0, longest))}</span>;
 }

@@ -59,7 +59,11 @@ function Tuples({ route }: { route: Route }) {
   useOpenAround(chosen, owners, () => setVersion((count) => count + 1));
   const wanted = search ? owners : owners.filter((branch) => openBranches.has(branch.path));
   const feeds = useFeeds(wanted.map((branch) => everythingOf(branch.part)));
-  const rows = useMemo(() => tree.rows(openBranches, order, owners), [tree.structure, version, order, owners.length, chosenIsland()]);
+  const loading = owners.filter((branch) => isLoading(branch));
+  const rows = useMemo(
+    () => tree.rows(openBranches, order, owners, isLoading),
+    [tree.structure, version, order, owners.length, loading.length, chosenIsland()],
+  );
   const pins = pinnedBranches.value;
   const toggle = (branch: Branch, open = !openBranches.has(branch.path)) => {
     if (open) openBranches.add(branch.path);
@@ -139,23 +143,25 @@ interface BranchesProps {
 
 function Branches({ rows, chosen, toggle, tree }: BranchesProps) {
   const open = (branch: Branch) => {
-    if (branch.tuple) go("tuples", [branch.path], presentQuery());
+    if (branch.tuple) go("tuples", [branch.path], queryOfNow());
     else toggle(branch);
   };
-  const loading = (branch: Branch) => !branch.parent && openBranches.has(branch.path) && stateOf(branch) === "loading";
-  return <TupleTree rows={rows} chosen={chosen} openBranches={openBranches} loading={loading} onToggle={toggle} onOpen={open} onPin={(branch) => togglePin(pinnedBranches, branch.path)} tree={tree} />;
+  return <TupleTree rows={rows} chosen={chosen} openBranches={openBranches} onToggle={toggle} onOpen={open} onPin={(branch) => togglePin(pinnedBranches, branch.path)} tree={tree} />;
 }
 
 /** What the address says about filter and order stays when another tuple is chosen. */
-function presentQuery(): Record<string, string> {
+function queryOfNow(): Record<string, string> {
   return Object.fromEntries(new URLSearchParams(location.hash.split("?")[1] ?? ""));
 }
 
-function stateOf(branch: Branch): "loading" | "ready" {
+/** An open owner whose tuples are still on their way. */
+function isLoading(branch: Branch): boolean {
+  if (!openBranches.has(branch.path)) return false;
+  const { pattern } = everythingOf(branch.part);
   for (const subscription of feed.subscriptions) {
-    if (subscription.want.pattern === everythingOf(branch.part).pattern) return subscription.complete([Number(branch.part)]) ? "ready" : "loading";
+    if (subscription.want.pattern === pattern) return !subscription.complete([Number(branch.part)]);
   }
-  return "loading";
+  return true;
 }
 
 function Found({ search, rates, chosen }: { search: string; rates: Rates; chosen: string }) {
@@ -167,7 +173,7 @@ function Found({ search, rates, chosen }: { search: string; rates: Rates; chosen
     }
     return tuples.sort((a, b) => compareNatural(a.id, b.id));
   }, [search, island, store.tuples.size]);
-  if (found.length > 0) return <FoundTuples tuples={found} rates={rates} chosen={chosen} onOpen={(tuple) => go("tuples", [tuple.id], presentQuery())} />;
+  if (found.length > 0) return <FoundTuples tuples={found} rates={rates} chosen={chosen} onOpen={(tuple) => go("tuples", [tuple.id], queryOfNow())} />;
   return (
     <Empty title={text.filtered(store.tuples.size)}>
       <button type="button" onClick={() => setQuery({ q: "" })}>
