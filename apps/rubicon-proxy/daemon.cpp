@@ -20,6 +20,7 @@
 #include "console/shell.h"
 #include "island/island.h"
 #include "island/island_state.h"
+#include "island/log_lines.h"
 #include "island/network_types.h"
 #include "island/spare_memory.h"
 #include "rubicon/summary.hpp"
@@ -68,24 +69,26 @@ void give_back_large_blocks() {
 /// A running daemon: the loop, the island, and the console component that watches, shows and commands.
 class Session {
  public:
-  Session(const RunOptions& options, transport::Loop& loop, console::LiveLog& log)
+  Session(const RunOptions& options, transport::Loop& loop, console::LiveLog& screen_log, island::LogLines& lines)
       : options_(options),
-        live_log_(log),
-        log_(log, "daemon"),
+        live_log_(screen_log),
+        lines_(lines),
+        log_(lines, "daemon"),
         loop_(loop),
         signals_(loop_.context(), SIGTERM, SIGINT),
         hang_up_(loop_.context(), SIGHUP),
         output_(loop_.context(), STDOUT_FILENO, [this] { loop_.stop(); }) {}
 
-  Result<void> prepare(island::IslandConfig config, LogSink& sink) {
-    if (auto opened = open_ecology(config.engine, config.id, sink); !opened) return opened;
+  Result<void> prepare(island::IslandConfig config) {
+    if (auto opened = open_ecology(config.engine, config.id, lines_); !opened) return opened;
     auto state = island::open_state(config, log_, loop_.scheduler().wall_now());
     if (!state) return fail(std::move(state.error()));
     base::ConfigErrors errors;
-    auto island = island::Island::make(std::move(config), loop_.scheduler(), transports_, sink, *ecology_, errors,
+    auto island = island::Island::make(std::move(config), loop_.scheduler(), transports_, lines_, *ecology_, errors,
                                        std::move(*state));
     if (!island) return fail(island.error());
     island_ = std::move(*island);
+    island_->show_log(lines_);
     island_->settings().on_reload([this](bool try_only) { return reload(try_only); });
     island::give_back_memory();
     auto link = ecology_->join(console_);
@@ -96,7 +99,7 @@ class Session {
     const Summary console{"console of the island", transport::host_name(), transport::own_process(), "",
                           loop_.scheduler().wall_now()};
     if (auto named = space_->describe(model::to_json(console)); !named) return named;
-    page_ = std::make_unique<WebPart>(WebPart::Host{loop_, *ecology_, transports_, sink},
+    page_ = std::make_unique<WebPart>(WebPart::Host{loop_, *ecology_, transports_, lines_},
                                       OwnerId(number(console_) | kPageBit), island_->config().proxy.island_name);
     for (const auto& text : options_.watch) {
       auto pattern = Pattern::parse(text);
@@ -303,6 +306,7 @@ class Session {
 
   const RunOptions& options_;
   console::LiveLog& live_log_;
+  island::LogLines& lines_;  ///< what all parts of the program log to
   Log log_;
   transport::Loop& loop_;
   ServiceNotice service_{loop_.scheduler(), ServiceSettings::from_environment()};
@@ -344,8 +348,10 @@ int run(const RunOptions& options) {
   transport::Loop loop;
   program::SpdlogSink lines(options.log_level);
   console::LiveLog sink(lines, options.log_level, loop.scheduler());
-  Session session(options, loop, sink);
-  if (auto ready = session.prepare(std::move(*config), sink); !ready) return report(ready.error());
+  const auto least = options.log_level == "debug" ? base::LogLevel::kDebug : base::LogLevel::kInfo;
+  island::LogLines kept(sink, loop.scheduler(), least);
+  Session session(options, loop, sink, kept);
+  if (auto ready = session.prepare(std::move(*config)); !ready) return report(ready.error());
   session.run();
   return session.exit_code();
 }

@@ -15,6 +15,7 @@
 
 #include "apps/rubicon-proxy/daemon.h"
 #include "base/own_file.h"
+#include "base/printable.h"
 #include "model/point_keys.h"
 #include "recording/recording_reader.h"
 #include "recording/recording_text.h"
@@ -29,6 +30,7 @@ using recording::RecordingReader;
 using recording::RecordKind;
 
 constexpr std::size_t kPiece = 64 << 10;
+constexpr std::size_t kMaxMarksShown = 100;
 constexpr std::size_t kMaxDamageShown = 20;
 constexpr std::size_t kMaxKeysCounted = 5'000'000;
 
@@ -64,7 +66,8 @@ struct Summary {
   std::optional<WallTime> first, last;
   std::unordered_set<std::string> keys;
   std::set<std::string> networks;
-  std::vector<std::string> damage;
+  std::uint64_t marked = 0;
+  std::vector<std::string> marks, damage;
 
   void take(const recording::BlockFound& block) {
     ++blocks;
@@ -75,13 +78,20 @@ struct Summary {
   }
   void take(const Record& record) {
     ++by_kind[static_cast<std::size_t>(record.kind)];
-    if (record.kind == RecordKind::kMark || keys.size() >= kMaxKeysCounted) return;
+    if (record.kind == RecordKind::kMark) return take_mark(record);
+    if (keys.size() >= kMaxKeysCounted) return;
     if (!keys.insert(fmt::format("{}:{}", number(record.owner), record.key)).second) return;
     const auto parts = model::key_parts(record.key);
     const bool of_network = parts.size() == 3 && parts[2] == "status";
     const bool of_point = parts.size() == 6 && parts[5] == "value";
     if (!head || !(of_network || of_point) || parts[0] != head->prefix || model::is_of_island(record.key)) return;
     if (parts[1] == model::to_key_part(parts[1])) networks.emplace(parts[1]);
+  }
+  void take_mark(const Record& record) {
+    if (!record.value.starts_with(recording::kMarkOfUser)) return;
+    ++marked;
+    const auto text = base::one_line(record.value.substr(recording::kMarkOfUser.size()));
+    if (marks.size() < kMaxMarksShown) marks.push_back(fmt::format("  {}{}\n", recording::utc_text(record.seen), text));
   }
   void take(const recording::Damage& one) {
     ++damaged;
@@ -110,6 +120,8 @@ std::string text_of(const Summary& sum, const std::string& file) {
   out += fmt::format("keys: {}\n", sum.keys.size());
   out +=
       fmt::format("networks: {}\n", sum.networks.empty() ? "none" : fmt::format("{}", fmt::join(sum.networks, ", ")));
+  if (sum.marked > 0) out += fmt::format("marks: {}\n", sum.marked);
+  for (const auto& line : sum.marks) out += line;
   if (sum.damaged == 0) return out + "damage: none\n";
   out += fmt::format("damage: {} places, {} bytes\n", sum.damaged, sum.lost);
   for (const auto& line : sum.damage) out += line;

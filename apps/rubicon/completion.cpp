@@ -97,6 +97,10 @@ std::vector<std::string> fixed_offers(const CLI::App& app, const std::vector<std
     for (const auto* one : subcommands_of(sub ? *sub : app)) {
       if (!one->get_group().empty()) offers.push_back(one->get_name());
     }
+  } else if (before.back() == "settings") {
+    offers = {"show", "try", "reload"};
+  } else if (before.size() > 1 && before[before.size() - 2] == "recorder") {
+    offers = {"start", "stop", "mark"};
   } else if (before.back() == "inbox") {
     offers = {"list", "approve", "ignore"};
   } else if (before.back() == "completion") {

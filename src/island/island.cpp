@@ -12,9 +12,11 @@
 #include "island/island_metrics.h"
 #include "island/island_presence.h"
 #include "island/island_state.h"
+#include "island/log_tuples.h"
 #include "island/options_file.h"
 #include "island/point_names.h"
 #include "model/former_types.h"
+#include "model/point_keys.h"
 #include "proxy/proxy.h"
 #include "transport/host_name.h"
 
@@ -40,7 +42,7 @@ struct Island::Impl {
         link(std::move(ecology_link)),
         space(config.id, scheduler, *link),
         own_tuples(space, config.tuples),
-        recorders({scheduler, space, some_transports, sink, config.proxy.prefix}),
+        recorders({scheduler, space, some_transports, sink, config.proxy.prefix}, config.proxy),
         gateway(scheduler, space, sink, config.limits),
         proxy(config.proxy, scheduler, space, gateway, config.types, sink, state.get()),
         networks(config.id, scheduler, some_transports, sink, gateway),
@@ -81,6 +83,7 @@ struct Island::Impl {
   proxy::Proxy proxy;
   network::Supervisor networks;
   SettingsTuples settings;
+  std::unique_ptr<LogTuples> log_tuples;
   FreeSpace free_space;
   IslandMetrics metrics;
   IslandPresence presence;
@@ -122,6 +125,7 @@ void Island::Impl::watch_numbers() {
     publish("inbox-refused", devices.refused);
     publish("inbox-unheard-messages", devices.discarded);
     recorders.publish_counters(publish);
+    recorders.show();
   });
   if (!state) return;
   metrics.add([this](const IslandMetrics::Publish& publish) {
@@ -178,6 +182,11 @@ Result<std::unique_ptr<Island>> Island::make(island::IslandConfig config, Schedu
   }
   if (!errors.empty()) return fail(ErrorCode::kInvalid, errors.text());
   return std::unique_ptr<Island>(new Island(std::move(impl), scheduler));
+}
+
+void Island::show_log(LogLines& lines) {
+  impl_->log_tuples = std::make_unique<LogTuples>(scheduler_, impl_->space,
+                                                  model::IslandKey{impl_->config.proxy.prefix}.log_lines(), lines);
 }
 
 void Island::start() {

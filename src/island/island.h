@@ -6,6 +6,7 @@
 #include "base/log.h"
 #include "base/scheduler.h"
 #include "island/island_config.h"
+#include "island/log_lines.h"
 #include "island/recorders.h"
 #include "island/reload_plan.h"
 #include "island/settings_tuples.h"
@@ -29,6 +30,8 @@ class Island {
                                               std::unique_ptr<state::StateStore> state = nullptr);
   ~Island();
 
+  /// Shows the last lines of this log as a tuple; it must outlive the island.
+  void show_log(LogLines& lines);
   /// Starts the recorders, shows what is remembered, then opens the lines.
   void start();
 

@@ -1,10 +1,101 @@
 #include "island/recorders.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <utility>
 
 #include "base/text.h"
+#include "model/json_members.h"
+#include "rubicon/key.hpp"
 
 namespace rubicon::island {
+
+namespace {
+
+constexpr std::string_view kMark = "mark";
+
+/// The text behind `mark`; nullopt for what is no mark.
+std::optional<std::string_view> mark_in(std::string_view command) {
+  if (!command.starts_with(kMark)) return std::nullopt;
+  command.remove_prefix(kMark.size());
+  if (!command.empty() && command.front() != ' ') return std::nullopt;
+  return base::trimmed(command);
+}
+
+}  // namespace
+
+RecorderSwitch::RecorderSwitch(config::RecorderSetup setup, const recorder::Recorder::Context& context,
+                               const proxy::ProxyConfig& config)
+    : setup_(std::move(setup)),
+      context_(context),
+      command_({context_.scheduler, context_.space, config}, model::IslandKey{context_.prefix}.recorder(setup_.name),
+               {[this](const std::string& text) { return check(text); },
+                [this](const std::string& text) { return run(text); }, [this] { return status(); }}) {
+  start();
+  show();
+}
+
+recorder::Recorder::Counters RecorderSwitch::counters() const {
+  auto sum = before_;
+  if (!recorder_) return sum;
+  const auto& now = recorder_->counters();
+  sum.records += now.records;
+  sum.bytes += now.bytes;
+  sum.dropped += now.dropped;
+  sum.files += now.files;
+  sum.failures += now.failures;
+  sum.cut += now.cut;
+  return sum;
+}
+
+Result<void> RecorderSwitch::check(const std::string& text) const {
+  if (text == "start" || text == "stop" || mark_in(text)) return {};
+  return fail(ErrorCode::kInvalid, fmt::format("{}, expected start, stop, or mark and a text", model::quoted(text)));
+}
+
+Result<void> RecorderSwitch::run(const std::string& text) {
+  if (const auto mark = mark_in(text)) {
+    if (!recorder_) return fail(ErrorCode::kRefused, fmt::format("recorder {} is stopped", setup_.name));
+    return recorder_->note(*mark);
+  }
+  if (text == "stop") {
+    stop();
+    return {};
+  }
+  start();
+  if (recorder_->reason().empty()) return {};
+  return fail(ErrorCode::kIo, fmt::format("{}; it is tried again", recorder_->reason()));
+}
+
+void RecorderSwitch::start() {
+  if (recorder_) return;
+  recorder_ = std::make_unique<recorder::Recorder>(setup_, context_);
+  recorder_->start();
+}
+
+void RecorderSwitch::stop() {
+  if (!recorder_) return;
+  recorder_->flush();
+  size_ = recorder_->file_size();
+  before_ = counters();
+  recorder_.reset();
+}
+
+nlohmann::ordered_json RecorderSwitch::status() {
+  const auto* word = !recorder_ ? "stopped" : recorder_->reason().empty() ? "recording" : "dropping";
+  if (std::exchange(word_, word) != word) since_ = context_.scheduler.wall_now();
+  if (recorder_ && recorder_->file_size() > 0) size_ = recorder_->file_size();
+  const auto sums = counters();
+  return {{"state", word},
+          {"reason", recorder_ ? recorder_->reason() : std::string()},
+          {"file", base::resolve_path(context_.directory, setup_.file)},
+          {"size", size_},
+          {"records", sums.records},
+          {"dropped", sums.dropped},
+          {"failures", sums.failures},
+          {"since", model::seconds_json(since_)}};
+}
 
 void Recorders::take(const std::vector<config::RecorderSetup>& setups, const std::string& directory) {
   const bool moved = directory != context_.directory;
@@ -16,16 +107,14 @@ void Recorders::take(const std::vector<config::RecorderSetup>& setups, const std
   for (const auto& setup : setups) {
     const bool runs =
         std::any_of(all_.begin(), all_.end(), [&](const auto& recorder) { return recorder->setup() == setup; });
-    if (runs) continue;
-    all_.push_back(std::make_unique<recorder::Recorder>(setup, context_));
-    all_.back()->start();
+    if (!runs) all_.push_back(std::make_unique<RecorderSwitch>(setup, context_, config_));
   }
 }
 
 void Recorders::publish_counters(const IslandMetrics::Publish& publish) const {
   for (const auto& recorder : all_) {
     const auto prefix = "recorder-" + recorder->setup().name + "-";
-    const auto& counters = recorder->counters();
+    const auto counters = recorder->counters();
     publish.word(prefix + "state", recorder->state());
     publish(prefix + "records", counters.records);
     publish(prefix + "bytes", counters.bytes);
@@ -34,6 +123,10 @@ void Recorders::publish_counters(const IslandMetrics::Publish& publish) const {
     publish(prefix + "failures", counters.failures);
     publish(prefix + "cut", counters.cut);
   }
+}
+
+void Recorders::show() const {
+  for (const auto& recorder : all_) recorder->show();
 }
 
 void Recorders::each(const std::function<void(const std::string& name, const std::string& path)>& visit) const {

@@ -4,7 +4,9 @@
 
 #include <algorithm>
 
+#include "base/printable.h"
 #include "base/text.h"
+#include "model/point_keys.h"
 
 namespace rubicon::recorder {
 
@@ -36,6 +38,7 @@ RecordKind kind_of(tuples::EventKind kind) {
 Recorder::Recorder(config::RecorderSetup setup, Context context)
     : setup_(std::move(setup)),
       context_(std::move(context)),
+      log_lines_(model::IslandKey{context_.prefix}.log_lines()),
       log_(context_.log, "recorder " + setup_.name),
       limited_log_(log_, context_.scheduler),
       block_(setup_.compression),
@@ -67,6 +70,7 @@ void Recorder::start() {
 void Recorder::on_event(std::size_t pattern, const tuples::Event& event) {
   const auto& tuple = event.tuple;
   if (event.kind == tuples::EventKind::kLost) return;  // only the copy was lost, the tuple may still exist
+  if (is_left_out(tuple.key)) return;
   // A tuple that several patterns match is recorded once.
   const auto end = setup_.patterns.begin() + static_cast<std::ptrdiff_t>(pattern);
   if (std::any_of(setup_.patterns.begin(), end, [&](const auto& one) { return one.matches(tuple.owner, tuple.key); }))
@@ -83,6 +87,15 @@ void Recorder::mark(std::string_view word) {
   const auto now = seen();
   const auto self = identity();
   write({RecordKind::kMark, now, self, {}, word, "text/plain", self, 0, now, {}, {}});
+}
+
+Result<void> Recorder::note(std::string_view text) {
+  if (text.size() > kMostMark)
+    return fail(ErrorCode::kInvalid,
+                fmt::format("a mark has at most {} bytes, this one has {}", kMostMark, text.size()));
+  if (base::one_line(text) != text) return fail(ErrorCode::kInvalid, "a mark is one line of printable UTF-8");
+  mark(text.empty() ? std::string(recording::kMarkOfUser) : fmt::format("{}: {}", recording::kMarkOfUser, text));
+  return {};
 }
 
 void Recorder::write(const Record& record) {
@@ -211,8 +224,9 @@ void Recorder::log_failure(std::string_view text) {
 void Recorder::begin_snapshot(std::string_view word) {
   snapshot_.clear();
   for (const auto& pattern : setup_.patterns) {
-    context_.space.list(pattern,
-                        [this](const tuples::TupleView& tuple) { snapshot_.emplace_back(tuple.owner, tuple.key); });
+    context_.space.list(pattern, [this](const tuples::TupleView& tuple) {
+      if (!is_left_out(tuple.key)) snapshot_.emplace_back(tuple.owner, tuple.key);
+    });
   }
   if (setup_.patterns.size() > 1) {
     std::sort(snapshot_.begin(), snapshot_.end());

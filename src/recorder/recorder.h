@@ -48,8 +48,17 @@ class Recorder {
   const config::RecorderSetup& setup() const { return setup_; }
   /// `recording`, or `dropping records: ` and the reason.
   std::string state() const { return reason_.empty() ? "recording" : "dropping records: " + reason_; }
+  /// Why records are dropped; empty = they are not.
+  const std::string& reason() const { return reason_; }
   /// Writes the records that are not written yet.
   void flush() { write_block(); }
+  /// Writes a mark of a user with the present time: `mark`, or `mark: ` and the text. kInvalid for a text that is
+  /// longer than kMostMark or not printable UTF-8.
+  Result<void> note(std::string_view text);
+  static constexpr std::size_t kMostMark = 200;
+  const std::string& path() const { return file_.path(); }
+  /// Of the file in bytes; 0 = it is not open.
+  std::uint64_t file_size() const { return file_.size(); }
 
  private:
   void on_event(std::size_t pattern, const tuples::Event& event);
@@ -60,6 +69,7 @@ class Recorder {
   WallTime seen();
   void write_block();
   bool ensure_open(WallTime first);
+  bool is_left_out(std::string_view key) const { return key == log_lines_; }
   void log_opening(const RecordingFile::Opened& opened);
   void rotate_if_due(WallTime now);
   void failed(const Error& why);
@@ -72,6 +82,7 @@ class Recorder {
 
   config::RecorderSetup setup_;
   Context context_;
+  std::string log_lines_;  ///< repeats a hundred lines at each new one, and is no part of the building: not recorded
   Log log_;
   base::LimitedLog limited_log_;
   recording::BlockBuilder block_;

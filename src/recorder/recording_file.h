@@ -19,6 +19,8 @@ class RecordingFile {
 
   bool is_open() const { return file_ != nullptr; }
   const std::string& path() const { return path_; }
+  /// In bytes; 0 = it is not open.
+  std::uint64_t size() const { return file_ ? file_->size() : 0; }
 
   struct Opened {
     bool is_new = false;

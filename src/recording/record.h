@@ -27,6 +27,8 @@ inline constexpr std::string_view kMarkStart = "start";
 inline constexpr std::string_view kMarkSnapshot = "snapshot";
 /// The snapshot is complete: tuples that are not in it do not exist.
 inline constexpr std::string_view kMarkComplete = "complete";
+/// A user marked this moment; a text of the user may follow behind `: `.
+inline constexpr std::string_view kMarkOfUser = "mark";
 
 /// All times are within this of 1970 (about 127,000 years), so that the difference of two fits 64 bits.
 inline constexpr std::chrono::microseconds kFurthest{4'000'000'000'000'000'000};

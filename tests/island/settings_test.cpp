@@ -16,7 +16,7 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using tuples::Verdict;
 
-constexpr const char* kRooms = "{hall: {sensors: {temperature-1: {wave: constant, value: 21}}}}";
+constexpr const char* kHallForSettings = "{hall: {sensors: {temperature-1: {wave: constant, value: 21}}}}";
 
 /// An island whose file is a text of the test.
 class Settings : public testing::Test {
@@ -54,12 +54,12 @@ class Settings : public testing::Test {
   json status() { return json::parse(value("proxy.settings.status"), nullptr, false); }
 
   static constexpr OwnerId kHome{6541};
-  VirtualIsland home{kRooms};
+  VirtualIsland home{kHallForSettings};
   VirtualScheduler& time = home.time;
   TupleSpace& space = *home.space;
   Island& island = *home.island;
-  std::string file =
-      std::string("island: {id: 6541, name: home}\nnetworks:\n  dummy-1: {type: dummy, simulate: ") + kRooms + "}\n";
+  std::string file = std::string("island: {id: 6541, name: home}\nnetworks:\n  dummy-1: {type: dummy, simulate: ") +
+                     kHallForSettings + "}\n";
   int reloads = 0;
   std::uint64_t request = 0;
   tuples::Handle everything;

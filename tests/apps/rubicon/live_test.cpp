@@ -407,7 +407,7 @@ TEST_F(CommandLine, CompletesLiveKeysAndDevices) {
   EXPECT_THAT(rubicon({"complete", "--", "set", "hall.sw"}).output, HasSubstr("hall.switch-1\n"));
   EXPECT_THAT(rubicon({"complete", "--", "describe", "room2"}).output, HasSubstr("room24\n"));
   EXPECT_THAT(rubicon({"complete", "--", "send", "65"}).output, HasSubstr("6541\n"));
-  EXPECT_EQ(rubicon({"complete", "--", "rec"}).output, "receive\nrecord\n");
+  EXPECT_EQ(rubicon({"complete", "--", "rec"}).output, "receive\nrecord\nrecorder\n");
 }
 
 TEST_F(CommandLine, TheBashCompletionCompletes) {

@@ -1,0 +1,135 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <map>
+
+#include "apps/rubicon/cli.h"
+#include "apps/rubicon/island_points.h"
+#include "apps/rubicon/tuple_text.h"
+#include "base/local_time.h"
+#include "model/json_members.h"
+#include "model/point_keys.h"
+
+namespace rubicon::cli {
+
+namespace {
+
+constexpr std::array<std::string_view, 4> kLevels{"debug", "info", "warning", "error"};
+/// An island publishes its present lines when it hears of the subscription; lines that it published before come first.
+constexpr Duration kPresentLines = std::chrono::milliseconds(500);
+
+struct LogOptions {
+  IslandOption island;
+  std::string level = "info", length;
+  bool follow = false;
+};
+
+std::size_t rank_of(std::string_view level) {
+  return static_cast<std::size_t>(std::find(kLevels.begin(), kLevels.end(), level) - kLevels.begin());
+}
+
+struct LogLine {
+  OwnerId island{};
+  std::uint64_t number = 0;
+  WallTime time{};
+  std::string level, subject, text;
+};
+
+std::vector<LogLine> lines_in(const tuples::TupleView& tuple) {
+  std::vector<LogLine> lines;
+  const auto list = nlohmann::json::parse(tuple.value, nullptr, false);
+  if (!list.is_array()) return lines;
+  for (const auto& one : list) {
+    lines.push_back({tuple.owner, model::count_of(one, "number"), model::time_of(one, "time"),
+                     model::text_of(one, "level"), model::text_of(one, "subject"), model::text_of(one, "text")});
+  }
+  return lines;
+}
+
+/// Prints each line of each island once.
+class LogReader {
+ public:
+  LogReader(Session& session, const LogOptions& options) : session_(session), options_(options) {}
+
+  int run() {
+    const auto key = model::IslandKey{session_.settings().prefix}.log_lines();
+    const auto subscription = session_.client().tuples().subscribe({options_.island.owner(), key}, {},
+                                                                   [this](const Event& event) { take(event); });
+    if (!options_.island.owner()) session_.discover();
+    session_.run([this] { return heard_; }, session_.settings().patience);
+    if (!heard_) return session_.not_found("no log");
+    session_.run([] { return false; }, kPresentLines);
+    print_waiting();
+    if (!options_.follow || session_.interrupted()) return kGood;
+    direct_ = true;
+    session_.run([] { return false; }, parse_duration_or(options_.length, Duration::max()));
+    return kGood;
+  }
+
+ private:
+  void take(const Event& event) {
+    if (event.kind != EventKind::kSet) return;
+    auto lines = lines_in(event.tuple);
+    heard_ = true;
+    if (lines.empty()) return;
+    auto& last = last_[event.tuple.owner];
+    if (lines.back().number < last) last = 0;  // the island was started again
+    if (direct_ && last > 0 && lines.front().number > last + 1)
+      print_error(fmt::format("{} of island {} were missed", counted(lines.front().number - last - 1, "line"),
+                              number(event.tuple.owner)));
+    for (auto& line : lines) {
+      if (line.number <= last || rank_of(line.level) < rank_of(options_.level)) continue;
+      if (direct_)
+        print(line);
+      else
+        waiting_.push_back(std::move(line));
+    }
+    last = lines.back().number;
+  }
+
+  void print_waiting() {
+    std::stable_sort(waiting_.begin(), waiting_.end(), [](const auto& a, const auto& b) { return a.time < b.time; });
+    for (const auto& line : waiting_) print(line);
+    waiting_.clear();
+    session_.out().flush();
+  }
+
+  void print(const LogLine& line) {
+    if (session_.json()) {
+      return session_.out().line(model::dump(Line{{"island", number(line.island)},
+                                                  {"number", line.number},
+                                                  {"time", base::iso_text(line.time)},
+                                                  {"level", line.level},
+                                                  {"subject", line.subject},
+                                                  {"text", line.text}}));
+    }
+    session_.out().line(fmt::format("{} {} {:<7} {}: {}", base::local_text(line.time), number(line.island),
+                                    printable(line.level), printable(line.subject), printable(line.text)));
+  }
+
+  Session& session_;
+  const LogOptions& options_;
+  bool heard_ = false;   ///< of at least one island
+  bool direct_ = false;  ///< lines are printed as they come
+  std::map<OwnerId, std::uint64_t> last_;
+  std::vector<LogLine> waiting_;
+};
+
+}  // namespace
+
+void add_log(Cli& cli) {
+  const auto options = std::make_shared<LogOptions>();
+  auto* app = cli.command_in_ecology({"log", "Show the last lines of the logs of islands",
+                                      "  rubicon log\n"
+                                      "  rubicon log --follow --level warning\n"
+                                      "  rubicon log --island 6541 --json\n"},
+                                     [options](Session& session) { return LogReader(session, *options).run(); });
+  app->add_flag("-f,--follow", options->follow, "go on with new lines as they come");
+  app->add_option("--level", options->level, "this level and higher: debug, info (the default), warning, error")
+      ->check(CLI::IsMember(std::vector<std::string>(kLevels.begin(), kLevels.end())));
+  add_duration_option(app, "--for", options->length, "with --follow: end after this time");
+  add_island_option(app, options->island);
+}
+
+}  // namespace rubicon::cli

@@ -1,0 +1,96 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <csignal>
+
+#include "apps/rubicon/live_island.h"
+
+namespace rubicon::cli {
+namespace {
+
+using testing::ContainsRegex;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+/// An island with recorders, whose own points the commands read and set.
+class PointsOfAnIsland : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (!alone_.entered()) GTEST_SKIP() << alone_.reason();
+    configure("5");
+    island_ = started(file_);
+    ASSERT_TRUE(island_);
+  }
+  void configure(const std::string& value) {
+    file_ = folder_.write("home.yaml",
+                          "island: {id: 6541, name: home}\nnetworks:\n  dummy-1: {type: dummy, simulate: {hall: "
+                          "{sensors: {temperature-1: {wave: constant, value: " +
+                              value + "}}}}}\nrecorders: {all: {file: " + folder_.file("all.rec") +
+                              ", patterns: [\"proxy.**\"]}}\n");
+  }
+
+  PrivateNetwork alone_;
+  Folder folder_;
+  std::string file_;
+  std::unique_ptr<Process> island_;
+};
+
+TEST_F(PointsOfAnIsland, SettingsAreShownTriedAndReloaded) {
+  EXPECT_THAT(rubicon({"settings"}).output, StartsWith("island: {id: 6541, name: home}\n"));
+  EXPECT_EQ(rubicon({"settings", "try"}).output, "nothing changes\n");
+  configure("9");
+  const auto tried = rubicon({"settings", "try"});
+  EXPECT_EQ(tried.code, 0) << tried.errors;
+  EXPECT_THAT(tried.output, HasSubstr("network dummy-1: its options change"));
+  EXPECT_THAT(rubicon({"settings", "show"}).output, HasSubstr("value: 5"));
+  EXPECT_EQ(rubicon({"settings", "reload", "--island", "6541"}).code, 0);
+  EXPECT_THAT(rubicon({"settings"}).output, HasSubstr("value: 9"));
+  configure("cold");
+  const auto refused = rubicon({"settings", "reload"});
+  EXPECT_EQ(refused.code, 3) << refused.errors;
+  EXPECT_THAT(refused.errors, ContainsRegex("home.yaml:3:[0-9]+: networks.dummy-1"));
+  const auto json = lines_of(rubicon({"settings", "try", "--json"})).at(0);
+  EXPECT_EQ(json["state"], "refused");
+  EXPECT_EQ(json["errors"][0]["line"], 3);
+  EXPECT_EQ(rubicon({"settings", "change"}).code, 2);
+}
+
+TEST_F(PointsOfAnIsland, RecordersAreListedStoppedMarkedAndStarted) {
+  EXPECT_THAT(rubicon({"recorder"}).output, ContainsRegex("6541 .home. +all +recording"));
+  EXPECT_EQ(rubicon({"recorder", "all", "mark", "lamp changed"}).output, "all is marked\n");
+  EXPECT_EQ(rubicon({"recorder", "all", "stop"}).output, "all is stopped\n");
+  EXPECT_EQ(lines_of(rubicon({"recorder", "all", "--json"})).at(0)["state"], "stopped");
+  const auto late = rubicon({"recorder", "all", "mark"});
+  EXPECT_EQ(late.code, 3);
+  EXPECT_THAT(late.errors, HasSubstr("recorder all is stopped"));
+  EXPECT_THAT(rubicon({"settings"}).output, HasSubstr("all.rec"));
+  const auto info = support::run_to_end({kDaemon, "recording", folder_.file("all.rec"), "info"}).output;
+  EXPECT_THAT(info, ContainsRegex("marks: 1\n.*: lamp changed\n"));
+  EXPECT_THAT(info, HasSubstr("networks: dummy-1\n"));
+  EXPECT_EQ(rubicon({"recorder", "all", "start"}).output, "all records\n");
+  EXPECT_EQ(rubicon({"recorder", "none", "stop"}).code, 8);
+  EXPECT_EQ(rubicon({"recorder", "none"}).code, 8);
+  EXPECT_EQ(rubicon({"recorder", "all", "stop", "now"}).code, 2);
+}
+
+TEST_F(PointsOfAnIsland, TheLogIsShownAndFollowed) {
+  const auto lines = rubicon({"log"});
+  EXPECT_EQ(lines.code, 0) << lines.errors;
+  EXPECT_THAT(lines.output, HasSubstr("info    daemon: island 6541 is up"));
+  EXPECT_THAT(rubicon({"log", "--level", "error"}).output, testing::Not(HasSubstr("is up")));
+  Process follow({kProgram, "log", "--follow", "--json"});
+  ASSERT_TRUE(follow.line_with("is up"));
+  rubicon({"recorder", "all", "stop"});
+  rubicon({"settings", "reload"});
+  const auto line = follow.line_with("reloaded");
+  ASSERT_TRUE(line) << follow.errors();
+  const auto json = nlohmann::json::parse(*line);
+  EXPECT_EQ(json["island"], 6541);
+  EXPECT_EQ(json["level"], "info");
+  EXPECT_EQ(json["subject"], "daemon");
+  follow.signal(SIGINT);
+  EXPECT_EQ(follow.exit_code(), 0);
+}
+
+}  // namespace
+}  // namespace rubicon::cli
