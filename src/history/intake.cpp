@@ -18,6 +18,7 @@ namespace {
 constexpr auto kPatience = std::chrono::seconds(5);
 /// Times further from the clock are those of a recording.
 constexpr auto kLive = std::chrono::hours(1);
+constexpr auto kFresh = std::chrono::seconds(2);
 /// The last of equal values is stored before another one, if the first was longer ago: a line between the stored points
 /// would otherwise rise or fall for minutes.
 constexpr std::int64_t kSteady = 10'000;
@@ -50,6 +51,7 @@ void Intake::seed(const std::vector<Declaration>& known) {
     auto& series = series_of(declaration.name.owner, declaration.name.key, {});
     series.declaration = declaration;
     series.kind_known = true;
+    series.seeded = true;
   }
 }
 
@@ -105,7 +107,9 @@ void Intake::value(Series& series, std::string_view text, WallTime time, WallTim
     return;
   }
   series.held.reset();
-  store(series, text, time);
+  // The file has a gap since the history before this one ended: the value is in force again since now.
+  const bool returns = series.seeded && !series.last && series.live && now - time > kFresh;
+  store(series, text, returns ? now : time);
 }
 
 void Intake::quality(Series& series, Quality quality, WallTime time, WallTime now) {

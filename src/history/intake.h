@@ -54,6 +54,7 @@ class Intake {
     Declaration declaration{};
     bool excluded = false;
     bool kind_known = false;
+    bool seeded = false;    ///< the file has it
     bool declared = false;  ///< in a batch, as it is now
     bool point = false;     ///< has a status and a description
     std::optional<Quality> quality{};

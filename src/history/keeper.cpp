@@ -49,7 +49,8 @@ Keeper::Report Keeper::work(Batch batch, SteadyTime now, WallTime wall) {
 
 void Keeper::try_open(WallTime wall) {
   auto opened = Store::open(path_, sqlite::FileUse::kOwn, true);
-  if (!opened && opened.error().code == ErrorCode::kInvalid) {
+  std::error_code ignored;
+  if (!opened && opened.error().code == ErrorCode::kInvalid && std::filesystem::is_regular_file(path_, ignored)) {
     note(base::LogLevel::kError, opened.error().text);
     set_aside(wall);
     opened = Store::open(path_, sqlite::FileUse::kOwn, true);

@@ -167,7 +167,7 @@ Result<std::uint64_t> Retention::used_bytes() {
 }
 
 Result<std::optional<std::int64_t>> Retention::oldest_block() {
-  auto first = store_.database().prepare("SELECT start FROM block WHERE series=? ORDER BY start LIMIT 1", kDoing);
+  auto first = store_.database().prepare("SELECT until FROM block WHERE series=? ORDER BY start LIMIT 1", kDoing);
   if (!first) return fail(first.error());
   std::optional<std::int64_t> oldest;
   for (const auto& [row, one] : store_.series()) {

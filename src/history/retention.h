@@ -34,6 +34,7 @@ class Retention {
   Result<bool> slice_of(SeriesRow row);
   Result<void> keep_hours(SeriesRow row, const Points& points);
   Result<std::uint64_t> used_bytes();
+  /// Until when the first block to end lasts.
   Result<std::optional<std::int64_t>> oldest_block();
 
   Store& store_;

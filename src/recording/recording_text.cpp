@@ -27,7 +27,9 @@ std::string seconds_or_nothing(WallTime time) {
   return time == WallTime{} ? std::string() : seconds(time);
 }
 
-void append_cell(std::string_view text, std::string& out) {
+}  // namespace
+
+void append_csv_cell(std::string_view text, std::string& out) {
   const bool blanks = !text.empty() && (text.front() == ' ' || text.back() == ' ');
   if (!blanks && text.find_first_of(",\"\r\n") == text.npos) {
     out += text;
@@ -41,21 +43,19 @@ void append_cell(std::string_view text, std::string& out) {
   out += '"';
 }
 
-}  // namespace
-
 void append_csv_line(const recording::Record& record, std::string& out) {
   const bool text = base::is_utf8(record.value);
   fmt::format_to(std::back_inserter(out), "{},{},{},", seconds(record.seen), to_string(record.kind),
                  number(record.owner));
-  append_cell(record.key, out);
+  append_csv_cell(record.key, out);
   out += ',';
   if (text) {
-    append_cell(record.value, out);
+    append_csv_cell(record.value, out);
   } else {
     out += base::to_hex(base::as_bytes(record.value));
   }
   out += text ? ",text," : ",hex,";
-  append_cell(record.media_type, out);
+  append_csv_cell(record.media_type, out);
   fmt::format_to(std::back_inserter(out), ",{},{},{},{},{}\n", number(record.creator), record.sequence,
                  seconds_or_nothing(record.write_time), seconds_or_nothing(record.user_time),
                  seconds_or_nothing(record.expire_time));

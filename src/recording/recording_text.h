@@ -10,6 +10,8 @@ namespace rubicon::recording {
 inline constexpr std::string_view kCsvHeader =
     "seen,event,owner,key,value,encoding,media_type,creator,sequence,write,user,expire\n";
 
+/// Appends one field by RFC 4180, in quotation marks where that is necessary.
+void append_csv_cell(std::string_view text, std::string& out);
 /// A line by RFC 4180 with LF. Times are seconds since 1970 with microseconds, empty = not given. Values that are not
 /// UTF-8 are in hexadecimal digits, with the encoding `hex`.
 void append_csv_line(const recording::Record& record, std::string& out);

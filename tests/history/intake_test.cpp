@@ -1,0 +1,224 @@
+#include "history/intake.h"
+
+#include <gtest/gtest.h>
+
+#include "history/history_support.h"
+
+namespace rubicon::history {
+namespace {
+
+constexpr OwnerId kSource{6541};
+const std::string kLight = "proxy.wsn-1.7.sensor.light-1";
+
+/// An intake with a clock that the test sets.
+class IntakeTest : public testing::Test {
+ protected:
+  static WallTime at(double seconds) { return wall(kBegin + static_cast<std::int64_t>(seconds * 1000)); }
+
+  void set(double seconds, const std::string& key, const std::string& text) {
+    TupleView tuple;
+    tuple.owner = kSource;
+    tuple.key = key;
+    tuple.value = text;
+    tuple.write_time = at(seconds);
+    intake_.changed(tuple, at(seconds));
+  }
+  void value(double seconds, const std::string& text) { set(seconds, kLight + ".value", text); }
+  void quality(double seconds, const std::string& word) {
+    set(seconds, kLight + ".status", "{\"quality\":\"" + word + "\",\"since\":1}");
+  }
+  void describe(double seconds, const std::string& json) { set(seconds, kLight + ".description", json); }
+  /// A point that is good from the beginning.
+  void good_number() {
+    describe(0, R"({"data_type":"real","unit":"lx"})");
+    quality(0, "good");
+  }
+  /// All points that came, in seconds since the beginning.
+  std::vector<std::pair<double, double>> points() {
+    const auto batch = intake_.take(at(0));
+    std::vector<std::pair<double, double>> list;
+    for (const auto& one : batch.points)
+      list.emplace_back(static_cast<double>(one.point.time - kBegin) / 1000, one.point.gap() ? -99 : one.point.value);
+    for (const auto& [slot, declaration] : batch.declared) declared_ = declaration;
+    for (const auto& text : batch.texts) texts_.push_back(text.text);
+    return list;
+  }
+  using List = std::vector<std::pair<double, double>>;
+
+  Intake intake_{{Pattern{std::nullopt, "proxy.*.*.sensor.motion-1.value"}}};
+  Declaration declared_;
+  std::vector<std::string> texts_;
+};
+
+TEST_F(IntakeTest, MakesPointsOfNumbers) {
+  good_number();
+  value(1, "686.6");
+  value(2, "690");
+  EXPECT_EQ(points(), (List{{1, 686.6}, {2, 690}}));
+  EXPECT_EQ(declared_.name.key, kLight + ".value");
+  EXPECT_EQ(declared_.unit, "lx");
+  EXPECT_EQ(declared_.kind, SeriesKind::kNumber);
+}
+
+TEST_F(IntakeTest, MarksAGapWhereTheQualityIsNoLongerGood) {
+  good_number();
+  value(1, "5");
+  quality(60, "stale");
+  value(70, "");
+  quality(90, "device-offline");
+  quality(100, "good");
+  value(100, "6");
+  EXPECT_EQ(points(), (List{{1, 5}, {60, -99}, {100, 5}, {100, 6}}));
+}
+
+TEST_F(IntakeTest, KeepsTheValueThatEndsAGapAlsoIfItsStatusComesLater) {
+  good_number();
+  value(1, "5");
+  quality(60, "stale");
+  value(100, "6");
+  quality(100, "good");
+  EXPECT_EQ(points(), (List{{1, 5}, {60, -99}, {100, 6}}));
+}
+
+TEST_F(IntakeTest, DoesNotStoreValuesThatWereOnlyRemembered) {
+  describe(0, R"({"data_type":"real"})");
+  quality(0, "stored");
+  value(0, "5");
+  EXPECT_EQ(points(), List{});
+  quality(10, "good");
+  value(10, "7");
+  EXPECT_EQ(points(), (List{{0, 5}, {10, 7}}));
+}
+
+TEST_F(IntakeTest, TakesAssumedValues) {
+  describe(0, R"({"data_type":"real"})");
+  quality(0, "assumed");
+  value(1, "5");
+  EXPECT_EQ(points(), (List{{1, 5}}));
+}
+
+TEST_F(IntakeTest, WaitsForStatusAndDescriptionButNotForLong) {
+  value(0, "5");
+  EXPECT_EQ(points(), List{});
+  quality(1, "good");
+  EXPECT_EQ(points(), List{});
+  describe(1, R"({"data_type":"real"})");
+  EXPECT_EQ(points(), (List{{0, 5}}));
+  set(2, "proxy.a.b.sensor.c-1.value", "7");
+  intake_.tick(at(4));
+  EXPECT_EQ(points(), List{});
+  intake_.tick(at(8));
+  EXPECT_EQ(points(), (List{{2, 7}}));
+}
+
+TEST_F(IntakeTest, StoresEqualValuesOnceInTenMinutes) {
+  good_number();
+  for (int i = 0; i < 1300; ++i) value(i, "5");
+  EXPECT_EQ(points(), (List{{0, 5}, {600, 5}, {1200, 5}}));
+}
+
+TEST_F(IntakeTest, StoresTheEndOfASteadyTime) {
+  good_number();
+  for (int i = 0; i <= 100; ++i) value(i, "5");
+  value(101, "9");
+  value(102, "9");
+  value(103, "8");
+  EXPECT_EQ(points(), (List{{0, 5}, {100, 5}, {101, 9}, {103, 8}}));
+}
+
+TEST_F(IntakeTest, RepeatsASteadyValueWithoutEvents) {
+  good_number();
+  value(0, "5");
+  for (int i = 10; i <= 1300; i += 10) intake_.tick(at(i));
+  EXPECT_EQ(points(), (List{{0, 5}, {600, 5}, {1200, 5}}));
+  quality(1310, "stale");
+  for (int i = 1320; i <= 3000; i += 10) intake_.tick(at(i));
+  EXPECT_EQ(points(), (List{{1310, -99}}));
+}
+
+TEST_F(IntakeTest, GoesOnWhenTheClockJumps) {
+  good_number();
+  constexpr double kYear = 365 * 86'400;
+  value(kYear, "1");
+  value(1, "2");  // back
+  intake_.tick(at(2));
+  value(3, "2");
+  value(kYear + 4, "2");  // and forth
+  EXPECT_EQ(points(), (List{{kYear, 1}, {1, 2}, {kYear + 4, 2}}));
+  quality(5, "bad");
+  EXPECT_EQ(points(), (List{{5, -99}}));
+}
+
+TEST_F(IntakeTest, NumbersTheWordsOfStates) {
+  describe(0, R"({"data_type":"boolean","words":["closed","open"]})");
+  quality(0, "good");
+  value(1, "open");
+  value(2, "closed");
+  value(3, "ajar");
+  EXPECT_EQ(points(), (List{{1, 1}, {2, 0}, {3, 2}}));
+  EXPECT_EQ(declared_.kind, SeriesKind::kWords);
+  EXPECT_EQ(declared_.words, (std::vector<std::string>{"closed", "open", "ajar"}));
+}
+
+TEST_F(IntakeTest, KnowsTheUsualWordsOfTuplesWithoutDescription) {
+  set(0, "robot.gripper", "on");
+  set(1, "robot.gripper", "off");
+  EXPECT_EQ(points(), (List{{0, 1}, {1, 0}}));
+  EXPECT_EQ(declared_.words, (std::vector<std::string>{"off", "on"}));
+}
+
+TEST_F(IntakeTest, KeepsTextsThatChange) {
+  set(0, "robot.pose", R"({"x":1})");
+  set(1, "robot.pose", R"({"x":1})");
+  set(2, "robot.pose", R"({"x":2})");
+  set(3, "robot.pose", std::string(5000, 'x'));
+  intake_.gone(kSource, "robot.pose", at(4));
+  EXPECT_EQ(points(), List{});
+  EXPECT_EQ(texts_, (std::vector<std::string>{R"({"x":1})", R"({"x":2})", ""}));
+  EXPECT_EQ(declared_.kind, SeriesKind::kText);
+  EXPECT_EQ(intake_.unfit(), 1U);
+}
+
+TEST_F(IntakeTest, CountsWordsAmongNumbers) {
+  good_number();
+  for (const auto* text : {"5", "warm", "inf", "nan", "6"}) value(1, text);
+  EXPECT_EQ(points(), (List{{1, 5}, {1, 6}}));
+  EXPECT_EQ(intake_.unfit(), 3U);
+}
+
+TEST_F(IntakeTest, MarksAGapWhenTheOwnerIsLost) {
+  good_number();
+  value(1, "5");
+  intake_.gone(kSource, kLight + ".value", at(50));
+  EXPECT_EQ(points(), (List{{1, 5}, {50, -99}}));
+}
+
+TEST_F(IntakeTest, IgnoresCommandsAndWhatIsExcluded) {
+  set(0, "proxy.wsn-1.7.actuator.lamp-1.command", "on");
+  set(0, "proxy.wsn-1.7.sensor.motion-1.value", "on");
+  set(0, "proxy.wsn-1.7.sensor.motion-1.status", R"({"quality":"good"})");
+  intake_.tick(at(60));
+  EXPECT_EQ(points(), List{});
+}
+
+TEST_F(IntakeTest, DropsBeyondItsLimitAndCounts) {
+  good_number();
+  intake_.limit(2);
+  for (int i = 0; i < 5; ++i) value(i, std::to_string(i));
+  EXPECT_EQ(points().size(), 2U);
+  EXPECT_EQ(intake_.dropped(), 3U);
+  value(10, "10");
+  EXPECT_EQ(points(), (List{{10, 10}}));
+}
+
+TEST_F(IntakeTest, KeepsTheKindThatTheFileHas) {
+  intake_.seed({{{kSource, kLight + ".value"}, SeriesKind::kWords, "", {"a", "b"}}});
+  good_number();
+  value(1, "b");
+  value(2, "7");
+  EXPECT_EQ(points(), (List{{1, 1}, {2, 2}}));
+  EXPECT_EQ(declared_.words, (std::vector<std::string>{"a", "b", "7"}));
+}
+
+}  // namespace
+}  // namespace rubicon::history

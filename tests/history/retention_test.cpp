@@ -1,0 +1,120 @@
+#include "history/retention.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "history/history_support.h"
+
+namespace rubicon::history {
+namespace {
+
+constexpr const char* kOld = "proxy.wsn-1.7.sensor.light-1.value";
+
+/// A store with a point each ten seconds, and a clock that runs while retention has its steps.
+class RetentionTest : public testing::Test {
+ protected:
+  void fill(std::int64_t from, std::int64_t to, int series = 1) {
+    for (int i = 0; i < series; ++i) {
+      Points points;
+      for (auto time = from; time < to; time += 10 * kSecond)
+        points.push_back(
+            {time, noise_ ? static_cast<double>(random_() % 1000) : static_cast<double>(time / kSecond % 3600)});
+      ASSERT_TRUE(store_->write(batch_of(number_series(key(i)), points, to)));
+      store_->forget_slots();
+    }
+    ASSERT_TRUE(store_->close_all());
+  }
+  static std::string key(int i) { return i == 0 ? kOld : "other." + std::to_string(i); }
+
+  /// Each second of `span` is one of the machine's clock.
+  std::vector<std::string> run(Retention& retention, std::int64_t wall_from, Duration span,
+                               Duration every = std::chrono::seconds(60)) {
+    std::vector<std::string> said;
+    for (Duration passed{0}; passed <= span; passed += every) {
+      const auto step = retention.step(SteadyTime(now_ + passed),
+                                       wall(wall_from) + std::chrono::duration_cast<std::chrono::microseconds>(passed));
+      EXPECT_TRUE(step) << step.error().text;
+      if (step && !step->empty()) said.push_back(*step);
+    }
+    now_ += span;
+    return said;
+  }
+  std::int64_t first() { return points_of(*store_, kOld).front().time; }
+  std::int64_t hours() { return *store_->database().number("SELECT count(*) FROM hour", "test"); }
+
+  bool noise_ = false;  ///< values that cannot be packed well
+  std::mt19937 random_{11};
+  Folder folder_;
+  std::unique_ptr<Store> store_ = opened(folder_ / "h");
+  Duration now_{std::chrono::hours(5)};
+};
+
+TEST_F(RetentionTest, TurnsOldPointsIntoHoursAndRemovesOldHours) {
+  fill(kBegin, kBegin + 10 * kDay);
+  Retention retention(*store_, {std::chrono::hours(48), std::chrono::hours(7 * 24), 1'000'000'000});
+  run(retention, kBegin + 10 * kDay, std::chrono::hours(1));
+  EXPECT_GE(first(), kBegin + 8 * kDay - 2 * kHour);
+  EXPECT_LE(first(), kBegin + 8 * kDay + kHour);
+  EXPECT_NEAR(static_cast<double>(hours()), 5 * 24, 3);
+  const auto past = answer(*store_, {{{OwnerId(6541), kOld}}, wall(kBegin + 4 * kDay), wall(kBegin + 5 * kDay), 24});
+  ASSERT_TRUE(past);
+  ASSERT_EQ(past->series[0].buckets.size(), 24U);
+  EXPECT_EQ(past->series[0].buckets[3], (Bucket{wall(kBegin + 4 * kDay + 3 * kHour), 360, 0, 3590, 1795, 3590}));
+  EXPECT_TRUE(past->series[0].gaps.empty());
+}
+
+TEST_F(RetentionTest, AnswersTheSameAcrossTheBorder) {
+  fill(kBegin, kBegin + 6 * kDay);
+  const Question question{{{OwnerId(6541), kOld}}, wall(kBegin), wall(kBegin + 6 * kDay), 200};
+  const auto before = answer(*store_, question);
+  Retention retention(*store_, {std::chrono::hours(48), std::nullopt, 1'000'000'000});
+  run(retention, kBegin + 6 * kDay, std::chrono::hours(1));
+  const auto after = answer(*store_, question);
+  ASSERT_TRUE(before && after);
+  EXPECT_GT(hours(), 90);
+  EXPECT_EQ(after->series[0].buckets, before->series[0].buckets);
+}
+
+TEST_F(RetentionTest, RemovesTheOldestDaysBeyondTheSize) {
+  noise_ = true;
+  fill(kBegin, kBegin + 10 * kDay, 5);
+  const auto size = static_cast<std::uint64_t>(*store_->database().number("PRAGMA page_count", "test") * 8192);
+  Retention retention(*store_, {std::nullopt, std::nullopt, size * 2 / 3});
+  const auto said = run(retention, kBegin + 10 * kDay, std::chrono::hours(3));
+  EXPECT_GE(said.size(), 3U);
+  EXPECT_NE(said.front().find("the points before 2026-01-02 go"), std::string::npos) << said.front();
+  EXPECT_GE(first(), kBegin + 3 * kDay - 2 * kHour);
+  EXPECT_LE(first(), kBegin + 6 * kDay);
+  EXPECT_EQ(points_of(*store_, kOld).back().time, kBegin + 10 * kDay - 10 * kSecond);
+}
+
+TEST_F(RetentionTest, LosesNothingToAClockThatIsAYearAheadForHours) {
+  fill(kBegin, kBegin + 4 * kDay);
+  Retention retention(*store_, {std::chrono::hours(5 * 24), std::nullopt, 1'000'000'000});
+  run(retention, kBegin + 4 * kDay, std::chrono::hours(1));
+  run(retention, kBegin + 370 * kDay, std::chrono::hours(5));
+  EXPECT_EQ(first(), kBegin);
+  run(retention, kBegin + 4 * kDay + 6 * kHour, std::chrono::hours(1));
+  EXPECT_EQ(first(), kBegin);
+  run(retention, kBegin - 361 * kDay, std::chrono::hours(3));
+  EXPECT_EQ(first(), kBegin);
+  EXPECT_EQ(retention.clock(), wall(kBegin - 361 * kDay) + std::chrono::hours(3));
+}
+
+TEST_F(RetentionTest, KeepsItsClockInTheFile) {
+  fill(kBegin, kBegin + 4 * kDay);
+  Retention first_run(*store_, {std::chrono::hours(5 * 24), std::nullopt, 1'000'000'000});
+  run(first_run, kBegin + 4 * kDay, std::chrono::hours(1));
+  store_.reset();
+  store_ = opened(folder_ / "h");
+  Retention second_run(*store_, {std::chrono::hours(5 * 24), std::nullopt, 1'000'000'000});
+  run(second_run, kBegin + 370 * kDay, std::chrono::hours(2));
+  EXPECT_EQ(first(), kBegin);
+  // It follows in the end: the clock was right, and the machine was off for a year.
+  run(second_run, kBegin + 370 * kDay, std::chrono::hours(93 * 24), std::chrono::minutes(30));
+  EXPECT_TRUE(points_of(*store_, kOld).empty());
+}
+
+}  // namespace
+}  // namespace rubicon::history
