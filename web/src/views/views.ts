@@ -4,6 +4,7 @@ import { devicesView } from "./devices";
 import { inboxView } from "./inbox";
 import { networksView } from "./networks";
 import { overviewView } from "./overview";
+import { plotsView } from "./plots";
 import { tuplesView } from "./tuples";
 
 /** A view of the page: one file, one line in the list below. */
@@ -21,4 +22,4 @@ export interface View {
   show(route: Route): ComponentChild;
 }
 
-export const views: View[] = [overviewView, devicesView, tuplesView, inboxView, networksView];
+export const views: View[] = [overviewView, devicesView, tuplesView, plotsView, inboxView, networksView];

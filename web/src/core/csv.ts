@@ -1,0 +1,40 @@
+import type { Track } from "./track";
+
+function cell(text: string): string {
+  return /[",\n\r]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
+}
+
+export function csvLine(cells: string[]): string {
+  return `${cells.map(cell).join(",")}\n`;
+}
+
+/** Values of several points, a line for each time at which one of them has one (RFC 4180). A gap is the word `gap`. */
+export function csvOf(points: { name: string; track: Track }[], from: number, to: number): string {
+  const lines = new Map<number, string[]>();
+  const head = ["time"];
+  for (const { name, track } of points) {
+    const samples = track.within(from, to);
+    const banded = samples.some(({ low, high }) => high > low);
+    const at = head.length;
+    head.push(name, ...(banded ? [`${name} minimum`, `${name} maximum`] : []));
+    for (const { t, gap, text, value, low, high } of samples) {
+      const line = lines.get(t) ?? [];
+      lines.set(t, line);
+      line[at] = gap ? "gap" : track.kind === "state" ? text : numberText(value);
+      if (!banded || gap) continue;
+      line[at + 1] = numberText(low);
+      line[at + 2] = numberText(high);
+    }
+  }
+  const times = [...lines.keys()].sort((a, b) => a - b);
+  const rows = times.map((time) => {
+    const line = lines.get(time) ?? [];
+    return csvLine([new Date(time * 1000).toISOString(), ...head.slice(1).map((_, index) => line[index + 1] ?? "")]);
+  });
+  return csvLine(head) + rows.join("");
+}
+
+/** Without the digits that only binary fractions make. */
+function numberText(value: number): string {
+  return String(Number(value.toPrecision(12)));
+}

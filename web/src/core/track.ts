@@ -1,0 +1,217 @@
+// One point over time: what the history knows, joined with what arrives.
+
+/** `series` of an answer of `GET /api/v1/history` (docs/history.md). */
+export interface PastSeries {
+  key: string;
+  kind?: "number" | "words" | "text";
+  words?: string[];
+  before?: [number, number];
+  t?: number[];
+  v?: (number | null)[];
+  min?: (number | null)[];
+  max?: (number | null)[];
+  mean?: (number | null)[];
+  last?: (number | null)[];
+  texts?: [number, string][];
+  gaps?: [number, number][];
+}
+
+/** A value, or those of one bucket. In a gap, nothing is known until the next sample. */
+export interface Sample {
+  t: number; // seconds
+  gap: boolean;
+  value: number; // NaN where it is no number
+  low: number;
+  high: number;
+  text: string; // of states
+  count: number;
+}
+
+/** `low` and `high` that differ mark a bucket of several values. */
+export interface Drawn {
+  t: number[];
+  value: (number | null)[];
+  low: (number | null)[];
+  high: (number | null)[];
+}
+
+/** From `from` until `to` the state had this word; an empty one is a gap. */
+export interface Span {
+  from: number;
+  to: number;
+  word: string;
+}
+
+export interface Tick {
+  t: number;
+  text: string;
+}
+
+function gapAt(t: number): Sample {
+  return { t, gap: true, value: Number.NaN, low: Number.NaN, high: Number.NaN, text: "", count: 0 };
+}
+
+function sampleAt(t: number, text: string, value = text === "" ? Number.NaN : Number(text)): Sample {
+  return { t, gap: false, value, low: value, high: value, text, count: 1 };
+}
+
+/** Samples that never reach the plot again are dropped when so many more were added. */
+const most = 6000;
+
+export class Track {
+  private samples: Sample[] = [];
+  private ticks: Tick[] = [];
+  /** Seconds of a bucket: live values within one are drawn as one. */
+  width = 0;
+  /** Where the answer of the history ended. */
+  private known = 0;
+
+  constructor(readonly kind: "number" | "state") {}
+
+  get empty(): boolean {
+    return this.samples.length === 0;
+  }
+
+  /** Takes what the history answered for `[.., to)`; what arrived since stays. */
+  fill(past: PastSeries, to: number, width: number): void {
+    const samples = samplesOf(past).sort((a, b) => a.t - b.t || Number(a.gap) - Number(b.gap));
+    const last = samples[samples.length - 1]?.t ?? Number.NEGATIVE_INFINITY;
+    const newer = this.samples.filter((sample) => (sample.gap ? sample.t >= to : sample.t > last));
+    this.samples = [...samples, ...newer];
+    this.width = width;
+    this.known = to;
+  }
+
+  /** Takes the commands of the past; those that arrived stay. */
+  fillTicks(past: PastSeries): void {
+    const ticks = samplesOf(past).flatMap(({ gap, t, text }) => (gap || text === "" ? [] : [{ t, text }]));
+    const last = ticks[ticks.length - 1]?.t ?? 0;
+    this.ticks = [...ticks, ...this.ticks.filter(({ t }) => t > last)];
+  }
+
+  command(t: number, text: string): void {
+    const last = this.ticks[this.ticks.length - 1];
+    if (text !== "" && (!last || t > last.t)) this.ticks.push({ t, text });
+  }
+
+  /** A value arrived. Values older than the newest one are known already. */
+  add(t: number, text: string): void {
+    const last = this.samples[this.samples.length - 1];
+    if (text === "" || (last && t <= last.t && !(last.gap && t === last.t))) return;
+    const sample = sampleAt(t, text);
+    if (last && this.folds(last, sample)) fold(last, sample);
+    else this.samples.push(sample);
+    if (this.samples.length > most) this.samples.splice(0, most / 2);
+  }
+
+  /** From now on the value is not known. */
+  lose(t: number): void {
+    const last = this.samples[this.samples.length - 1];
+    if (!last || last.gap) return;
+    this.samples.push(gapAt(Math.max(t, last.t)));
+  }
+
+  private folds(last: Sample, next: Sample): boolean {
+    if (this.kind !== "number" || last.gap || this.width <= 0 || last.t < this.known) return false;
+    return Math.floor(last.t / this.width) === Math.floor(next.t / this.width);
+  }
+
+  /** The sample in force at `t`; undefined before the first one. */
+  at(t: number): Sample | undefined {
+    let low = 0;
+    let high = this.samples.length;
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if ((this.samples[middle]?.t ?? 0) <= t) low = middle + 1;
+      else high = middle;
+    }
+    return this.samples[low - 1];
+  }
+
+  /** The commands within `[from, to]`. */
+  ticksIn(from: number, to: number): Tick[] {
+    return this.ticks.filter(({ t }) => t >= from && t <= to);
+  }
+
+  /** The curve of `[from, to]`, with one sample before it; the last value holds until `now`. */
+  curve(from: number, to: number, now: number): Drawn {
+    const drawn: Drawn = { t: [], value: [], low: [], high: [] };
+    const put = (t: number, sample: Sample | null) => {
+      const last = drawn.t[drawn.t.length - 1];
+      if (last !== undefined && t <= last) t = last + 1e-4; // times of a plot grow
+      drawn.t.push(t);
+      drawn.value.push(sample ? sample.value : null);
+      drawn.low.push(sample ? sample.low : null);
+      drawn.high.push(sample ? sample.high : null);
+    };
+    let before: Sample | undefined;
+    for (const sample of this.shown(from, to)) {
+      if (!sample.gap) {
+        if (!Number.isNaN(sample.value)) put(sample.t, sample);
+      } else {
+        if (before && !before.gap) put(sample.t, flat(before));
+        put(sample.t, null);
+      }
+      before = sample;
+    }
+    const end = Math.min(to, now);
+    if (before && !before.gap && end > before.t && before === this.samples[this.samples.length - 1] && !Number.isNaN(before.value)) put(end, flat(before));
+    return drawn;
+  }
+
+  /** The words of `[from, to]`, joined where they are equal. */
+  spans(from: number, to: number, now: number): Span[] {
+    const spans: Span[] = [];
+    const end = Math.min(to, now);
+    for (const { t, gap, text } of this.shown(from, to)) {
+      const last = spans[spans.length - 1];
+      const start = Math.max(t, from);
+      if (last) last.to = start;
+      const word = gap ? "" : text;
+      if (!last || last.word !== word) spans.push({ from: start, to: end, word });
+      else last.to = end;
+    }
+    return spans.filter((span) => span.to > span.from);
+  }
+
+  /** Times, values and words within `[from, to]`, for a file. */
+  within(from: number, to: number): Sample[] {
+    return this.samples.filter(({ t }) => t >= from && t <= to);
+  }
+
+  private shown(from: number, to: number): Sample[] {
+    const first = this.at(from);
+    const start = first ? this.samples.lastIndexOf(first) : 0;
+    let end = this.samples.length;
+    while (end > start && (this.samples[end - 1]?.t ?? 0) > to) end--;
+    // One beyond, so that the line goes on to the edge.
+    return this.samples.slice(start, this.kind === "number" ? end + 1 : end);
+  }
+}
+
+function flat(sample: Sample): Sample {
+  return { ...sample, low: sample.value, high: sample.value };
+}
+
+function fold(into: Sample, next: Sample): void {
+  into.value = (into.value * into.count + next.value) / (into.count + 1);
+  into.low = Math.min(into.low, next.low);
+  into.high = Math.max(into.high, next.high);
+  into.count++;
+}
+
+function samplesOf(past: PastSeries): Sample[] {
+  const samples: Sample[] = [];
+  const { t = [], min = [], max = [], words } = past;
+  const values = past.v ?? (words ? past.last : past.mean) ?? [];
+  const wordOf = (value: number) => words?.[value] ?? String(value);
+  if (past.before) samples.push(sampleAt(past.before[0], wordOf(past.before[1]), past.before[1]));
+  t.forEach((time, index) => {
+    const value = values[index];
+    if (value === null || value === undefined) return;
+    samples.push({ ...sampleAt(time, wordOf(value), value), low: min[index] ?? value, high: max[index] ?? value, count: past.v ? 1 : 2 });
+  });
+  for (const [time, text] of past.texts ?? []) samples.push(sampleAt(time, text));
+  for (const [from] of past.gaps ?? []) samples.push(gapAt(from));
+  return samples;
+}

@@ -1,0 +1,96 @@
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { csvOf } from "../src/core/csv";
+import { boundsOf, moved, rangeQuery, readRange, timeLabels, zoomed } from "../src/core/plot_time";
+import { Track } from "../src/core/track";
+
+const numbers = () => new Track("number");
+
+test("history and live values are one curve, none twice", () => {
+  const track = numbers();
+  track.add(95, "5"); // arrived before the history answered
+  track.add(101, "7");
+  track.fill({ key: "1:a", before: [10, 1], t: [20, 95], v: [2, 5] }, 100, 1);
+  track.add(95, "5");
+  track.add(102, "8");
+  assert.deepEqual(track.curve(0, 200, 110), { t: [10, 20, 95, 101, 102, 110], value: [1, 2, 5, 7, 8, 8], low: [1, 2, 5, 7, 8, 8], high: [1, 2, 5, 7, 8, 8] });
+});
+
+test("a curve ends where the value was not known, and begins again after it", () => {
+  const track = numbers();
+  track.fill({ key: "1:a", t: [10, 50], v: [1, 3], gaps: [[20, 45]] }, 60, 1);
+  assert.deepEqual(track.curve(0, 60, 60).value, [1, 1, null, 3, 3]);
+  assert.deepEqual(track.curve(0, 60, 60).t.slice(1, 3), [20, 20.0001]);
+  track.lose(70);
+  track.lose(71);
+  assert.deepEqual(track.curve(48, 100, 100).value.slice(-3), [3, 3, null]);
+  assert.ok(track.at(75)?.gap);
+  assert.equal(track.at(5), undefined);
+});
+
+test("a lost line leaves no gap where the history knows better", () => {
+  const track = numbers();
+  track.add(10, "1");
+  track.lose(20);
+  track.fill({ key: "1:a", t: [10, 25], v: [1, 2] }, 40, 1);
+  assert.deepEqual(track.curve(0, 40, 40).value, [1, 2, 2]);
+});
+
+test("values within a bucket are drawn as one with a band", () => {
+  const track = numbers();
+  track.fill({ key: "1:a", t: [0], min: [1], max: [3], mean: [2] }, 10, 10);
+  for (const [t, value] of [[11, "4"], [13, "8"], [19, "6"], [21, "5"]] as const) track.add(t, value);
+  assert.deepEqual(track.curve(0, 21, 21), { t: [0, 11, 21], value: [2, 6, 5], low: [1, 4, 5], high: [3, 8, 5] });
+});
+
+test("states are spans of words; equal ones are joined, gaps stay", () => {
+  const track = new Track("state");
+  track.fill({ key: "1:a", kind: "words", words: ["off", "on"], before: [5, 0], t: [20, 30], last: [1, 1], gaps: [[40, 50]] }, 60, 1);
+  track.add(70, "on");
+  assert.deepEqual(track.spans(10, 100, 80), [
+    { from: 10, to: 20, word: "off" },
+    { from: 20, to: 40, word: "on" },
+    { from: 40, to: 70, word: "" },
+    { from: 70, to: 80, word: "on" },
+  ]);
+  assert.equal(track.at(35)?.text, "on");
+});
+
+test("commands of the past and new ones", () => {
+  const track = numbers();
+  track.command(90, "on");
+  track.fillTicks({ key: "1:a", kind: "words", words: ["off", "on"], t: [50, 90], v: [0, 1] });
+  track.command(95, "off");
+  track.command(95, "off");
+  assert.deepEqual(track.ticksIn(60, 100), [{ t: 90, text: "on" }, { t: 95, text: "off" }]);
+});
+
+test("a file has a line for each time, bands where there are some", () => {
+  const one = numbers();
+  one.fill({ key: "1:a", t: [0, 10], min: [0.1, 1], max: [0.3, 1], mean: [0.1 + 0.2, 1], gaps: [[20, 30]] }, 30, 10);
+  const two = new Track("state");
+  two.add(10, 'say "hi", twice');
+  assert.equal(
+    csvOf([{ name: "one", track: one }, { name: "two", track: two }], 0, 100),
+    "time,one,one minimum,one maximum,two\n1970-01-01T00:00:00.000Z,0.3,0.1,0.3,\n" +
+      '1970-01-01T00:00:10.000Z,1,1,1,"say ""hi"", twice"\n1970-01-01T00:00:20.000Z,gap,,,\n',
+  );
+});
+
+test("the range of an address, zooming and moving", () => {
+  assert.deepEqual(readRange({}), { span: 3600, from: 0, to: 0 });
+  assert.deepEqual(readRange({ span: "900" }), { span: 900, from: 0, to: 0 });
+  assert.deepEqual(readRange({ from: "10", to: "5", span: "x" }), { span: 3600, from: 0, to: 0 });
+  assert.deepEqual(readRange(rangeQuery({ span: 0, from: 10, to: 20 })), { span: 0, from: 10, to: 20 });
+  assert.deepEqual(boundsOf(readRange({ span: "900" }), 1000), { from: 100, to: 1000 });
+  assert.deepEqual(zoomed({ from: 0, to: 100 }, 25, 0.5), { span: 0, from: 12.5, to: 62.5 });
+  assert.deepEqual(moved({ from: 0, to: 100 }, -0.25), { span: 0, from: -25, to: 75 });
+});
+
+test("the axis says the day where it changes", () => {
+  const at = (text: string) => Date.parse(text) / 1000;
+  const splits = [at("2026-11-21T23:00Z"), at("2026-11-22T00:00Z"), at("2026-11-22T01:00Z")];
+  assert.deepEqual(timeLabels(splits, 3600, "UTC"), ["23:00\n11-21", "00:00\n11-22", "01:00"]);
+  assert.deepEqual(timeLabels([at("2026-11-22T01:00:05Z")], 5, "UTC"), ["01:00:05"]);
+  assert.deepEqual(timeLabels(splits.slice(0, 1), 86_400, "UTC"), ["11-21"]);
+});
