@@ -1,0 +1,98 @@
+import assert from "node:assert/strict";
+
+function rowOf(page, point) {
+  return page.locator(".row", { has: page.locator(".point-name", { hasText: point }) });
+}
+
+async function outcomeIs(page, point, state) {
+  await rowOf(page, point).locator(".outcome .state", { hasText: state }).waitFor();
+}
+
+/** Turns an actuator of two words: a switch where its value is known, else a button for each word. */
+async function turn(row) {
+  await row.getByRole("button", { name: "on", exact: true }).or(row.getByRole("switch")).first().click();
+}
+
+async function confirmed({ page, open }) {
+  await open("devices/6541/dummy-rooms/living");
+  const lamp = rowOf(page, "lamp-1");
+  await turn(lamp);
+  await outcomeIs(page, "lamp-1", "confirmed");
+  await lamp.locator(".value", { hasText: /^o(n|ff)$/ }).waitFor();
+}
+
+/** While a command is under way, the control and the value show what the device reported. */
+async function noEcho({ page, open }) {
+  await open("devices/6541/dummy-rooms/living");
+  const blind = rowOf(page, "blindPosition-1");
+  await blind.locator("input[type=number]").fill("40");
+  await blind.getByRole("button", { name: "Set" }).click();
+  await blind.locator(".outcome", { hasText: /sent|queued/ }).waitFor();
+  assert.equal(await blind.locator(".value", { hasText: "40" }).count(), 0);
+}
+
+async function superseded({ page, open, context, island }) {
+  await open("devices/6541/dummy-rooms/living");
+  const blind = rowOf(page, "blindPosition-1");
+  const set = async (at, value) => {
+    await at.locator("input[type=number]").fill(value);
+    await at.getByRole("button", { name: "Set" }).click();
+  };
+  await set(blind, "70");
+  await outcomeIs(page, "blindPosition-1", /sent|queued/);
+  const other = await context.newPage();
+  await other.goto(`${island.url}#/devices/6541/dummy-rooms/living`);
+  await rowOf(other, "blindPosition-1").locator("input[type=number]").waitFor();
+  await set(rowOf(other, "blindPosition-1"), "20");
+  await page.locator(".spoken", { hasText: "superseded" }).waitFor({ state: "attached" });
+  await outcomeIs(other, "blindPosition-1", /confirmed|timed-out/);
+}
+
+async function assumed({ page, open }) {
+  await open("devices/6541/dummy-rooms/bedroom");
+  const dimmer = rowOf(page, "dimmer-1");
+  await dimmer.locator("input[type=number]").fill("30");
+  await dimmer.getByRole("button", { name: "Set" }).click();
+  await outcomeIs(page, "dimmer-1", "assumed");
+  await dimmer.locator(".value", { hasText: "30" }).waitFor();
+}
+
+async function timedOut({ page, open }) {
+  await open("devices/6541/dummy-rooms/tank");
+  await turn(rowOf(page, "boiler-1"));
+  await outcomeIs(page, "boiler-1", "timed-out");
+  await page.goto(`${page.url().split("#")[0]}#/overview`);
+  await page.locator(".card", { hasText: "Commands that failed" }).locator("li", { hasText: "boiler-1" }).waitFor();
+}
+
+/** The field accepts it, the island does not: the page shows the island's reason. */
+async function refused({ page, open }) {
+  await open("devices/6541/dummy-rooms/bedroom");
+  const dimmer = rowOf(page, "dimmer-1");
+  await dimmer.locator("input[type=number]").evaluate((field) => field.removeAttribute("max"));
+  await dimmer.locator("input[type=number]").fill("900");
+  await dimmer.getByRole("button", { name: "Set" }).click();
+  await outcomeIs(page, "dimmer-1", "refused");
+  await dimmer.locator(".outcome", { hasText: "100" }).waitFor();
+}
+
+/** A device that does not answer: the command waits as long as the user said, then expires. */
+async function expired({ page, open }) {
+  await open("devices/6541/dummy-rooms/remote");
+  await page.locator(".thing .state", { hasText: "unreachable" }).waitFor();
+  const led = rowOf(page, "led-1");
+  await led.locator("input[type=number]").fill("1");
+  await led.getByRole("button", { name: "Set" }).click();
+  await outcomeIs(page, "led-1", "queued");
+  await outcomeIs(page, "led-1", "expired");
+}
+
+export const tests = () => [
+  { name: "commands: confirmed", body: confirmed },
+  { name: "commands: no echo of what is commanded", body: noEcho },
+  { name: "commands: superseded by another page", body: superseded },
+  { name: "commands: assumed", body: assumed },
+  { name: "commands: timed-out, and on the overview", body: timedOut },
+  { name: "commands: refused, with the reason of the island", body: refused },
+  { name: "commands: queued and expired", body: expired },
+];

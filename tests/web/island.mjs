@@ -1,0 +1,108 @@
+// The island whose page is tested, and other programs beside it.
+import { execFileSync, spawn } from "node:child_process";
+import { copyFile, writeFile } from "node:fs/promises";
+import { join } from "node:path";
+
+const address = "127.0.0.1:8642";
+/** A folder with the page in place of the one in the program, for those who work on it. */
+const files = process.env.RUBICON_PAGE_FILES;
+
+const guarded = "127.0.0.1:8643";
+export const publisher = 70_000;
+
+export class Island {
+  #process = null;
+  /** Programs of one test. */
+  #others = [];
+  #printed = "";
+
+  constructor(programs, configuration, folder) {
+    this.programs = programs;
+    this.configuration = configuration;
+    this.folder = folder;
+    this.url = `http://${address}/`;
+  }
+
+  /** Starts the island and waits until its page answers. */
+  async start() {
+    const configuration = join(this.folder, "island.yaml");
+    await copyFile(this.configuration, configuration);
+    const words = ["run", configuration, "--set", `web={listen: "${address}"${files ? `, files: "${files}"` : ""}}`, "--tuple", "house.motto=carpe diem"];
+    this.#process = spawn(join(this.programs, "rubicon-proxy"), words, { cwd: this.folder, stdio: ["ignore", "pipe", "pipe"] });
+    for (const stream of [this.#process.stdout, this.#process.stderr]) stream.on("data", (text) => (this.#printed += text));
+    while (!(await answers(this.url))) {
+      if (this.#process.exitCode !== null) throw new Error(`the island ended with ${this.#process.exitCode}:\n${this.#printed}`);
+      await pause();
+    }
+  }
+
+  #beside(program, words) {
+    const child = spawn(join(this.programs, program), words, { cwd: this.folder, stdio: "ignore" });
+    this.#others.push(child);
+    return child;
+  }
+
+  /** Publishes a tuple of the owner `publisher`, which everybody may set. */
+  publish(name, value) {
+    this.#beside("rubicon", ["publish", name, value, "--open", "--id", String(publisher)]);
+  }
+
+  /** Another island with one device. */
+  async startNeighbour() {
+    const configuration = join(this.folder, "neighbour.yaml");
+    const device = "{name: Lawn mower, actuators: {switch-1: {behaviour: obey}}}";
+    await writeFile(configuration, `island: {id: 6542, name: shed}\nnetworks: {dummy-shed: {type: dummy, simulate: {mower: ${device}}}}\n`);
+    this.#beside("rubicon-proxy", ["run", configuration]);
+  }
+
+  /** A page of its own that wants a token; the tokens by role, and its address. */
+  async startGuarded() {
+    const file = join(this.folder, "web.tokens");
+    const make = (role) => execFileSync(join(this.programs, "rubicon"), ["token", `${role}-${Date.now()}`, "--role", role, "--file", file], { encoding: "utf8" }).trim();
+    const tokens = { view: make("view"), command: make("command") };
+    const url = `http://${guarded}/`;
+    this.#beside("rubicon", ["web", "--listen", guarded, "--tokens", file, ...(files ? ["--files", files] : [])]);
+    while (!(await answers(url))) await pause();
+    return { tokens, url };
+  }
+
+  /** Kills what a test started beside the island. */
+  async endOthers() {
+    for (const child of this.#others.splice(0)) await end(child, "SIGKILL");
+  }
+
+  /** Kills the island as a power cut would. */
+  async kill() {
+    await this.#end("SIGKILL");
+  }
+
+  async stop() {
+    await this.endOthers();
+    await this.#end("SIGTERM");
+  }
+
+  async #end(signal) {
+    const child = this.#process;
+    this.#process = null;
+    await end(child, signal);
+  }
+}
+
+function pause() {
+  return new Promise((done) => setTimeout(done, 50));
+}
+
+async function answers(url) {
+  try {
+    return (await fetch(url)).ok;
+  } catch {
+    return false;
+  }
+}
+
+async function end(child, signal) {
+  if (!child || child.exitCode !== null || child.signalCode !== null) return;
+  const ended = new Promise((done) => child.once("exit", done));
+  child.kill(signal);
+  await ended;
+}

@@ -1,0 +1,23 @@
+import assert from "node:assert/strict";
+
+/** Another island comes, is chosen, and goes. */
+async function twoIslands({ page, open, island }) {
+  await open("overview");
+  await page.locator("tbody tr", { hasText: "home" }).waitFor();
+  assert.equal(await page.locator("tbody tr").count(), 1);
+  await island.startNeighbour();
+  await page.locator("tbody tr", { hasText: "shed" }).waitFor();
+  await open("devices");
+  await page.locator(".row", { hasText: "Lawn mower" }).waitFor();
+  await page.locator(".row", { hasText: "Hot water tank" }).waitFor();
+  await page.getByLabel("Island").selectOption({ label: "shed · 6542" });
+  await page.locator(".row", { hasText: "Hot water tank" }).waitFor({ state: "detached" });
+  assert.match(page.url(), /island=6542/);
+  await page.locator(".row", { hasText: "Lawn mower" }).click();
+  await page.getByRole("heading", { name: "Lawn mower" }).waitFor();
+  const mower = page.locator(".row", { has: page.locator(".control") }).first();
+  await mower.getByRole("button", { name: "on", exact: true }).click();
+  await mower.locator(".outcome .state", { hasText: "confirmed" }).waitFor();
+}
+
+export const tests = () => [{ name: "islands: two on one page", body: twoIslands }];

@@ -1,0 +1,106 @@
+import assert from "node:assert/strict";
+import { viewsOf } from "./browser.mjs";
+
+async function press(page, keys) {
+  for (const key of keys.split(" ")) await page.keyboard.press(key);
+}
+
+/** The list behind `?` names a way to every view of the rail, and it works. */
+async function everyViewIsReached({ page, open }) {
+  await open("overview");
+  const views = await viewsOf(page);
+  assert.ok(views.length >= 3);
+  await press(page, "?");
+  const listed = await page.locator(".shortcuts div").evaluateAll((rows) => rows.map((row) => [[...row.querySelectorAll("kbd")].map((key) => key.textContent).join(" "), row.querySelector("dd").textContent]));
+  await press(page, "Escape");
+  await page.locator("dialog").waitFor({ state: "detached" });
+  for (const { id, title } of views) {
+    const keys = listed.find(([, what]) => what === `go to ${title}`)?.[0];
+    assert.ok(keys, `no keys for ${title}`);
+    await press(page, keys);
+    await page.locator(`nav.rail a[aria-current=page][href^="#/${id}"]`).waitFor({ state: "attached" });
+    assert.match(await page.title(), new RegExp(`^${title}`));
+  }
+}
+
+/** Down the list, into a device, to its control, set it, and back. */
+async function aCommandByKeys({ page, open }) {
+  await open("overview");
+  await press(page, "g d");
+  await page.locator(".row", { hasText: "Hot water tank" }).waitFor();
+  const index = async () => page.locator(".row.active").getAttribute("aria-rowindex");
+  const before = Number(await index());
+  await press(page, "j j k");
+  assert.equal(Number(await index()), before + 1);
+  await press(page, "/");
+  await page.keyboard.type("living");
+  await page.locator("[role=option]", { hasText: "Living room" }).waitFor();
+  await press(page, "Enter");
+  await page.getByRole("heading", { name: "Living room" }).waitFor();
+  await page.locator(".control").first().waitFor();
+  await press(page, "c");
+  await page.waitForFunction(() => document.activeElement?.closest(".control"));
+  await press(page, "Escape");
+  await press(page, "Escape");
+  await page.waitForFunction(() => location.hash.startsWith("#/devices") && !location.hash.includes("living"));
+}
+
+async function pinByKey({ page, open }) {
+  await open("devices?q=Bedroom");
+  await page.locator(".row", { hasText: "Bedroom" }).waitFor();
+  await page.keyboard.press("Space");
+  await page.locator(".row.group", { hasText: "Pinned" }).waitFor();
+}
+
+async function wakingByKey({ page, open }) {
+  await open("devices/6541/dummy-rooms/living");
+  await page.locator(".row", { hasText: "light-1" }).waitFor();
+  await press(page, "a");
+  await page.locator('.active-switch[aria-checked="true"]', { hasText: "waking 1 sensor" }).waitFor();
+  await page.locator(".row", { hasText: "light-1" }).locator(".quality-good").waitFor();
+  await press(page, "a");
+  await page.locator('.active-switch[aria-checked="false"]').waitFor();
+}
+
+/** The tree by arrows: into a branch and out of it. */
+async function treeByArrows({ page, open }) {
+  await open("tuples");
+  const active = page.locator("[role=treeitem].active");
+  await page.locator("[role=treeitem]", { hasText: "proxy" }).first().waitFor();
+  await press(page, "Home ArrowLeft");
+  assert.equal(await active.getAttribute("aria-expanded"), "false");
+  assert.equal(await page.locator("[role=treeitem][aria-level='2']").count(), 0);
+  await press(page, "ArrowRight");
+  await page.locator("[role=treeitem][aria-level='2']").first().waitFor();
+  await press(page, "ArrowRight");
+  assert.equal(await active.getAttribute("aria-level"), "2");
+  await press(page, "ArrowLeft");
+  assert.equal(await active.getAttribute("aria-level"), "1");
+}
+
+/** Tab reaches each control of the frame of the page, and shows where it is. */
+async function tabShowsTheFocus({ page, open }) {
+  await open("overview");
+  const seen = new Set();
+  for (let step = 0; step < 40; step++) {
+    await page.keyboard.press("Tab");
+    const at = await page.evaluate(() => {
+      const element = document.activeElement;
+      const style = getComputedStyle(element);
+      return { name: element.getAttribute("aria-label") || element.textContent.trim(), outline: style.outlineStyle !== "none" && Number.parseFloat(style.outlineWidth) > 0, body: element === document.body };
+    });
+    if (at.body) continue;
+    assert.ok(at.outline, `no outline at ${at.name}`);
+    seen.add(at.name);
+  }
+  for (const name of ["Island", "Keyboard", "Overview", "Devices", "Tuples"]) assert.ok([...seen].some((text) => text.startsWith(name)), `${name} is not reached: ${[...seen].join(", ")}`);
+}
+
+export const tests = () => [
+  { name: "keyboard: every view is reached", body: everyViewIsReached },
+  { name: "keyboard: list, search, device, control and back", body: aCommandByKeys },
+  { name: "keyboard: pin a device", body: pinByKey },
+  { name: "keyboard: wake sensors and let them sleep", body: wakingByKey },
+  { name: "keyboard: the tree by arrows", body: treeByArrows },
+  { name: "keyboard: Tab reaches every control and shows where it is", body: tabShowsTheFocus },
+];

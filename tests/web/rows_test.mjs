@@ -1,0 +1,109 @@
+import assert from "node:assert/strict";
+
+const devices = 10_000;
+
+/** Another component with many devices, for the page alone: their tuples come through the page's own WebSocket. */
+async function addDevices(page) {
+  await page.addInitScript((count) => {
+    const Real = window.WebSocket;
+    window.WebSocket = class extends Real {
+      set onmessage(call) {
+        super.onmessage = (event) => {
+          call(event);
+          const frame = JSON.parse(event.data);
+          if (frame.ok && frame.subscription && this.wanted?.get(frame.id)) this.wanted.get(frame.id)(frame.subscription, call);
+        };
+      }
+      send(text) {
+        const request = JSON.parse(text);
+        this.wanted ??= new Map();
+        const leaf = /^\*:\*\.\*\.\*\.(description|status)$/.exec(request.pattern ?? "")?.[1];
+        if (request.do === "subscribe" && leaf) this.wanted.set(request.id, (number, call) => deliver(number, leaf, call));
+        super.send(text);
+      }
+    };
+    function deliver(number, leaf, call) {
+      const keys = {};
+      const set = [];
+      for (let index = 0; index < count; index++) {
+        keys[1_000_000 + index] = `7:proxy.big.${index}.${leaf}`;
+        set.push([1_000_000 + index, leaf === "status" ? '{"status":"reachable","since":1}' : JSON.stringify({ name: `Device ${index}` }), 1, 1]);
+      }
+      call({ data: JSON.stringify({ s: number, k: keys, set }) });
+    }
+  }, devices);
+}
+
+async function rowsIn(page) {
+  return page.locator(".list-rows > [role=row]").count();
+}
+
+async function onlyVisibleRowsExist({ page, open }) {
+  await addDevices(page);
+  await open("devices");
+  const list = page.locator(".list");
+  await page.waitForFunction((count) => Number(document.querySelector(".list")?.getAttribute("aria-rowcount")) > count, devices);
+  const room = Math.ceil((await list.evaluate((element) => element.clientHeight)) / 30) + 1 + 16;
+  assert.ok((await rowsIn(page)) <= room, `${await rowsIn(page)} rows, room for ${room}`);
+  await list.evaluate((element) => (element.scrollTop = 5000 * 30));
+  await page.locator('[aria-rowindex="5010"]').waitFor();
+  assert.ok((await rowsIn(page)) <= room);
+  await list.focus();
+  await page.keyboard.press("End");
+  const last = await list.getAttribute("aria-rowcount");
+  await page.locator(`.row.active[aria-rowindex="${last}"]`).waitFor();
+  assert.ok((await rowsIn(page)) <= room);
+}
+
+/** Changes of the document come in at most one batch an animation frame, beside those of the ages once a second. */
+async function oneRedrawAFrame({ page, open }) {
+  await open("devices/6541/dummy-rooms/living");
+  await page.getByRole("switch", { name: "Passive" }).click();
+  const { batches, frames } = await page.evaluate(
+    () =>
+      new Promise((done) => {
+        let batches = 0;
+        let frames = 0;
+        const observer = new MutationObserver(() => batches++);
+        observer.observe(document.querySelector(".list"), { subtree: true, childList: true, characterData: true, attributes: true });
+        const step = () => {
+          if (++frames < 120) return requestAnimationFrame(step);
+          observer.disconnect();
+          done({ batches, frames });
+        };
+        requestAnimationFrame(step);
+      }),
+  );
+  assert.ok(batches <= frames, `${batches} batches in ${frames} frames`);
+}
+
+/** Many sets of one tuple are merged, but the last one arrives. */
+async function theLastValueArrives({ page, open }) {
+  await open("devices/6541/dummy-rooms/living");
+  const last = "value-199";
+  const verdicts = await page.evaluate(
+    () =>
+      new Promise((done) => {
+        const socket = new WebSocket(`ws://${location.host}/api/v1/ws`);
+        let answers = 0;
+        let sent = 0;
+        const send = () => socket.send(JSON.stringify({ id: ++sent, do: "set", key: "6541:house.motto", value: `value-${sent - 1}` }));
+        socket.onopen = send;
+        socket.onmessage = (event) => {
+          const frame = JSON.parse(event.data);
+          if (frame.error?.code === "busy") return setTimeout(send, 200, --sent);
+          if (frame.id === undefined) return undefined;
+          return ++answers === 200 ? done(answers) : send();
+        };
+      }),
+  );
+  assert.equal(verdicts, 200);
+  await open("tuples/6541:house.motto");
+  await page.locator(".panel .content", { hasText: last }).waitFor();
+}
+
+export const tests = () => [
+  { name: "rows: of ten thousand devices only the visible ones are in the document", body: onlyVisibleRowsExist },
+  { name: "rows: one redraw an animation frame", body: oneRedrawAFrame },
+  { name: "rows: the last of many values arrives", body: theLastValueArrives },
+];

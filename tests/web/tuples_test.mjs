@@ -1,0 +1,106 @@
+import assert from "node:assert/strict";
+import { publisher } from "./island.mjs";
+
+const note = `${publisher}:page.note`;
+
+async function panelOf(page, key) {
+  const panel = page.locator(".panel");
+  await panel.getByRole("heading", { name: key }).waitFor();
+  await panel.locator(".tuple-facts").waitFor();
+  return panel;
+}
+
+async function fact(panel, name) {
+  return panel.locator(`dt:text-is("${name}") + dd`).innerText();
+}
+
+/** A set with media type, user time and expiry arrives as it was given. */
+async function setWithEverything({ page, open, island }) {
+  island.publish("page.note", "carpe diem");
+  await open(`tuples/${note}`);
+  const panel = await panelOf(page, note);
+  await panel.getByLabel("New value").fill('{"motto":"festina lente"}');
+  await panel.getByLabel("Media type").fill("application/json");
+  await panel.getByLabel("User time").fill("2026-01-02T03:04:05");
+  await panel.getByRole("button", { name: "Set", exact: true }).click();
+  await panel.getByText("The owner answered: applied.").waitFor();
+  await panel.locator(".content", { hasText: '"motto": "festina lente"' }).waitFor();
+  assert.equal(await fact(panel, "Media type"), "application/json");
+  assert.match(await fact(panel, "User time"), /^2026-01-02 03:04:05/);
+}
+
+async function append({ page, open, island }) {
+  island.publish("page.note", "carpe diem");
+  await open(`tuples/${note}`);
+  const panel = await panelOf(page, note);
+  await panel.getByLabel("New value").fill("one");
+  await panel.getByRole("button", { name: "Set", exact: true }).click();
+  await panel.locator(".content", { hasText: /^one$/ }).waitFor();
+  await panel.getByLabel("New value").fill(" two");
+  await panel.getByRole("button", { name: "Append" }).click();
+  await panel.locator(".content", { hasText: /^one two$/ }).waitFor();
+}
+
+/** A set that counts only for the value that was seen is refused after another one. */
+async function onlyIfUnchanged({ page, open, island }) {
+  island.publish("page.note", "carpe diem");
+  await open(`tuples/${note}`);
+  const panel = await panelOf(page, note);
+  await panel.getByLabel(/only if it is still/).check();
+  await panel.getByLabel("New value").fill("first");
+  await panel.getByRole("button", { name: "Set", exact: true }).click();
+  await panel.getByText("The owner answered: applied.").waitFor();
+  await panel.getByLabel("New value").fill("second");
+  await panel.getByRole("button", { name: "Set", exact: true }).click();
+  await panel.getByText("The owner answered: applied.").waitFor({ state: "detached" });
+  await panel.locator(".content", { hasText: /^first$/ }).waitFor();
+}
+
+async function readOnlyIsRefused({ page, open }) {
+  await open("tuples/6541:proxy.dummy-rooms.living.status");
+  const panel = await panelOf(page, "6541:proxy.dummy-rooms.living.status");
+  await panel.getByLabel("New value").fill("x");
+  await panel.getByRole("button", { name: "Set", exact: true }).click();
+  await panel.getByText(/refused/).waitFor();
+}
+
+/** `image/*` is shown as a picture. */
+async function picture({ page, open, island }) {
+  island.publish("page.note", "carpe diem");
+  await open(`tuples/${note}`);
+  const panel = await panelOf(page, note);
+  await panel.getByLabel("New value").fill('<svg xmlns="http://www.w3.org/2000/svg" width="40" height="20"><rect width="40" height="20"/></svg>');
+  await panel.getByLabel("Media type").fill("image/svg+xml");
+  await panel.getByRole("button", { name: "Set", exact: true }).click();
+  const image = panel.getByRole("img", { name: "The value as a picture" });
+  await image.waitFor();
+  await page.waitForFunction((element) => element.complete && element.naturalWidth === 40, await image.elementHandle());
+}
+
+/** What a program that ended has published stays, marked. */
+async function ownerAbsent({ page, open, island }) {
+  island.publish("page.note", "carpe diem");
+  await open(`tuples/${note}`);
+  const panel = await panelOf(page, note);
+  assert.match(await fact(panel, "Owner"), /present$/);
+  await island.endOthers();
+  await panel.getByText(/owner absent since \d/).waitFor();
+  await page.locator("[role=treeitem].absent", { hasText: "owner absent since" }).waitFor();
+}
+
+async function filteredToNothing({ page, open }) {
+  await open("tuples?q=nosuchtuple");
+  await page.getByText(/^None of .* tuples match/).waitFor();
+  await page.getByRole("button", { name: "Clear filter" }).click();
+  await page.locator("[role=tree]").waitFor();
+}
+
+export const tests = () => [
+  { name: "tuples: set with media type and user time", body: setWithEverything },
+  { name: "tuples: append", body: append },
+  { name: "tuples: a set for the value that was seen", body: onlyIfUnchanged },
+  { name: "tuples: a tuple that cannot be set says so", body: readOnlyIsRefused },
+  { name: "tuples: a picture", body: picture },
+  { name: "tuples: an owner that is absent", body: ownerAbsent },
+  { name: "tuples: filtered to nothing", body: filteredToNothing },
+];
