@@ -40,6 +40,7 @@ export const words = {
     search: "search",
     help: "this list",
     back: "back",
+    or: "or",
     single: "Keys without Ctrl or Alt",
     goTo: (view: string) => `go to ${view}`,
     active: "wake sensors, or let them sleep",

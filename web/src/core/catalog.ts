@@ -44,6 +44,7 @@ export class Device {
   description?: Tuple;
   readonly points = new Map<string, Point>();
   private sorted: Point[] | null = null;
+  private main: Point | undefined;
 
   constructor(
     readonly owner: number,
@@ -91,9 +92,10 @@ export class Device {
     return this.sorted;
   }
 
-  /** What stands for the device in a list: its first sensor, else actuator; what it says about itself only if there is no other. */
+  /** What stands for the device in a list: what people look for first; battery and the like only if there is no other. */
   get first(): Point | undefined {
-    return this.ordered.find((point) => point.kind !== "property" && !aside.has(point.type)) ?? this.ordered[0];
+    this.main ??= [...this.ordered].sort((a, b) => rankOf(a) - rankOf(b))[0];
+    return this.main;
   }
 
   /** The latest time at which one of its points was heard. */
@@ -108,11 +110,21 @@ export class Device {
   /** The points changed. */
   touch(): void {
     this.sorted = null;
+    this.main = undefined;
   }
 }
 
+/** Types that people look for first, in this order. */
+const sought = ["lamp", "relay", "switch", "lock", "contact", "motion", "occupancy", "presence", "temperature", "power", "light", "humidity"];
 /** Types of points that devices have beside what they are for. */
-const aside = new Set(["battery", "batteryLow", "linkQuality", "voltage", "rssi", "lastSeen", "uptime"]);
+const aside = new Set(["battery", "batteryLow", "deviceTemperature", "linkQuality", "voltage", "rssi", "lastSeen", "uptime"]);
+
+function rankOf(point: Point): number {
+  if (point.kind === "property") return 1000;
+  if (aside.has(point.type)) return 900;
+  const place = sought.indexOf(point.type);
+  return place < 0 ? 800 : place;
+}
 
 const kindOrder: PointKind[] = ["sensor", "actuator", "property"];
 

@@ -18,12 +18,10 @@ export function KeyboardHelp() {
   return (
     <Dialog title={words.keyboard.title} onClose={() => (open.value = false)}>
       <dl class="shortcuts">
-        {shortcutsInForce().map(({ keys, what }) => (
-          <div key={keys}>
+        {byMeaning().map(([what, all]) => (
+          <div key={what}>
             <dt>
-              {(keys === " " ? [" "] : keys.split(" ")).map((key) => (
-                <kbd key={key}>{signs[key] ?? key}</kbd>
-              ))}
+              {all.flatMap((keys, index) => [index > 0 && <span key={`or ${keys}`}>{words.keyboard.or}</span>, <Keys key={keys} keys={keys} />])}
             </dt>
             <dd>{what}</dd>
           </div>
@@ -35,4 +33,22 @@ export function KeyboardHelp() {
       </label>
     </Dialog>
   );
+}
+
+function Keys({ keys }: { keys: string }) {
+  const each = keys === " " ? [" "] : keys.split(" ");
+  return (
+    <>
+      {each.map((key) => (
+        <kbd key={key}>{signs[key] ?? key}</kbd>
+      ))}
+    </>
+  );
+}
+
+/** Keys that do the same stand together. */
+function byMeaning(): [string, string[]][] {
+  const meanings = new Map<string, string[]>();
+  for (const { keys, what } of shortcutsInForce()) meanings.set(what, [...(meanings.get(what) ?? []), keys]);
+  return [...meanings];
 }

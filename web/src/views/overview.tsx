@@ -62,8 +62,8 @@ function Islands() {
         <thead>
           <tr>
             <th scope="col">{text.island}</th>
-            <th scope="col">{text.host}</th>
-            <th scope="col">{text.program}</th>
+            <th scope="col" class="desk">{text.host}</th>
+            <th scope="col" class="desk">{text.program}</th>
             <th scope="col">{text.up}</th>
             <th scope="col">{text.devices}</th>
           </tr>
@@ -85,8 +85,8 @@ function Island({ island }: { island: Component }) {
       <th scope="row">
         <a href={hrefTo("devices", [], { island: String(island.id) })}>{island.name || island.id}</a> <span class="muted">{island.id}</span>
       </th>
-      <td>{island.host}</td>
-      <td>{[island.program, island.version].filter(Boolean).join(" ")}</td>
+      <td class="desk">{island.host}</td>
+      <td class="desk">{[island.program, island.version].filter(Boolean).join(" ")}</td>
       <td>
         <Age time={island.since} />
       </td>

@@ -1,4 +1,4 @@
-import { useEffect, useMemo, useState } from "preact/hooks";
+import { useEffect, useMemo, useRef, useState } from "preact/hooks";
 import { baseFeeds, chosenIsland, components, feed, islands, islandsKnown, loadingOf, store, useFeeds } from "../app";
 import type { Want } from "../core/feed";
 import { Rates } from "../core/rates";
@@ -20,8 +20,12 @@ const text = words.tuples;
 /** The open branches outlive the view. */
 const openBranches = new Set<string>();
 
+/** Samples until rates mean something: they are then taken once for the order by rate. */
+const settled = 5;
+
 /** Tree and rates live as long as the view. */
-function useTree(): { tree: Tree; rates: Rates } {
+function useTree(): { tree: Tree; rates: Rates; samples: number } {
+  const samples = useRef(0);
   const both = useMemo(() => ({ tree: new Tree(store), rates: new Rates(store, performance.now()) }), []);
   useEffect(
     () => () => {
@@ -33,8 +37,9 @@ function useTree(): { tree: Tree; rates: Rates } {
   useEffect(() => {
     both.rates.sample(performance.now());
     both.tree.takeRates(both.rates);
+    samples.current = Math.min(samples.current + 1, settled);
   }, [second.value]);
-  return both;
+  return { ...both, samples: samples.current };
 }
 
 /** Owners whose tuples are shown: each is one subscription to all of them. */
@@ -50,7 +55,7 @@ function everythingOf(owner: string): Want {
 
 function Tuples({ route }: { route: Route }) {
   useFrame();
-  const { tree, rates } = useTree();
+  const { tree, rates, samples } = useTree();
   const [version, setVersion] = useState(0);
   const chosen = route.parts[0] ?? "";
   const search = route.query.q ?? "";
@@ -75,7 +80,7 @@ function Tuples({ route }: { route: Route }) {
     setQuery({ order: next === "rate" ? next : "" });
     setVersion((count) => count + 1);
   };
-  useEffect(() => setOrder(order), [order === "rate" && loadingOf(feeds) === "ready"]);
+  useEffect(() => setOrder(order), [order === "rate" && samples === settled]);
   if (islandsKnown.value && owners.length === 0) return <NoIsland />;
   const panel = chosen !== "" && (tree.find(chosen)?.tuple || !phone.value || !tree.find(chosen));
   return (
