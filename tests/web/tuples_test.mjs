@@ -64,19 +64,6 @@ async function readOnlyIsRefused({ page, open }) {
   await panel.getByText(/refused/).waitFor();
 }
 
-/** `image/*` is shown as a picture. */
-async function picture({ page, open, island }) {
-  island.publish("page.note", "carpe diem");
-  await open(`tuples/${note}`);
-  const panel = await panelOf(page, note);
-  await panel.getByLabel("New value").fill('<svg xmlns="http://www.w3.org/2000/svg" width="40" height="20"><rect width="40" height="20"/></svg>');
-  await panel.getByLabel("Media type").fill("image/svg+xml");
-  await panel.getByRole("button", { name: "Set", exact: true }).click();
-  const image = panel.getByRole("img", { name: "The value as a picture" });
-  await image.waitFor();
-  await page.waitForFunction((element) => element.complete && element.naturalWidth === 40, await image.elementHandle());
-}
-
 /** What a program that ended has published stays, marked. */
 async function ownerAbsent({ page, open, island }) {
   island.publish("page.note", "carpe diem");
@@ -100,7 +87,6 @@ export const tests = () => [
   { name: "tuples: append", body: append },
   { name: "tuples: a set for the value that was seen", body: onlyIfUnchanged },
   { name: "tuples: a tuple that cannot be set says so", body: readOnlyIsRefused },
-  { name: "tuples: a picture", body: picture },
   { name: "tuples: an owner that is absent", body: ownerAbsent },
   { name: "tuples: filtered to nothing", body: filteredToNothing },
 ];

@@ -109,8 +109,7 @@ export function startApp(): void {
 export async function login(token: string): Promise<void> {
   await askJson("/session", { method: "POST", headers: { "content-type": "application/json" }, body: JSON.stringify({ token }) });
   loginNeeded.value = false;
-  connection.stop();
-  connection.start();
+  connection.restart();
 }
 
 /** Messages of a type while the view is shown. */

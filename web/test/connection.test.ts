@@ -89,6 +89,17 @@ test("twelve seconds of silence are a lost line, any frame is a sign of life", (
   assert.equal(server.last.closed, true);
 });
 
+test("a line that is opened anew is lost and live again", () => {
+  const { clock, server, states, connection } = setUp();
+  server.last.events.opened();
+  connection.restart();
+  server.last.events.opened();
+  clock.advance(250);
+  assert.deepEqual(states, ["live", "lost", "live"]);
+  assert.equal(server.opened.length, 2);
+  assert.equal(server.opened[0]?.closed, true);
+});
+
 test("what an old line still says is ignored", () => {
   const { clock, server, frames } = setUp();
   const old = server.last.events;

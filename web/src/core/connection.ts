@@ -67,12 +67,11 @@ export class Connection {
     });
   }
 
-  stop(): void {
-    this.generation++;
-    this.stopRetry();
-    this.stopSilence();
-    this.wire?.close();
-    this.wire = null;
+  /** Opens the line anew, at once: the server now knows somebody else. */
+  restart(): void {
+    this.lost();
+    this.attempts = 0;
+    this.start();
   }
 
   /** Sends a request; `call` gets its answer. With `follows`, also the states of the command until the final one. */
