@@ -2,6 +2,7 @@ import type { ComponentChild } from "preact";
 import type { Route } from "../core/router";
 import { devicesView } from "./devices";
 import { inboxView } from "./inbox";
+import { logView } from "./log";
 import { networksView } from "./networks";
 import { overviewView } from "./overview";
 import { plotsView } from "./plots";
@@ -22,4 +23,4 @@ export interface View {
   show(route: Route): ComponentChild;
 }
 
-export const views: View[] = [overviewView, devicesView, tuplesView, plotsView, inboxView, networksView];
+export const views: View[] = [overviewView, devicesView, tuplesView, plotsView, inboxView, networksView, logView];
