@@ -138,7 +138,7 @@ export function Shell({ views }: { views: View[] }) {
           {words.product}
         </a>
         <IslandChooser />
-        <button type="button" class="search-button" onClick={showSearch}>
+        <button type="button" class="search-button" aria-label={words.search.label} onClick={showSearch}>
           <Icon name="search" size={16} />
           <span>{words.search.label}</span>
           <kbd>/</kbd>
