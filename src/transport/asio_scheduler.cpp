@@ -35,12 +35,17 @@ struct AsioScheduler::Impl : std::enable_shared_from_this<AsioScheduler::Impl> {
     batch.clear();
   }
 
-  /// Runs a call outside of any batch, then the calls that it posts.
-  void run_with_posts(const std::function<void()>& call) {
+  /// Runs a call outside of any batch, then the calls that it posts, after those that wait. Nothing more if it posts
+  /// none: a turn of long work that waits is not for each timer to run. False if calls were posted that wait for their
+  /// turn.
+  bool run_with_posts(const std::function<void()>& call) {
+    const auto waiting = posted.size();
     const bool asked = std::exchange(batch_asked, true);
     call();
     batch_asked = asked;
+    if (posted.size() == waiting) return true;
     run_batch();
+    return posted.empty();
   }
 
   void arm() {
@@ -53,12 +58,13 @@ struct AsioScheduler::Impl : std::enable_shared_from_this<AsioScheduler::Impl> {
     });
   }
 
-  /// What the call of a timer posts runs before the next timer, as in virtual time.
+  /// What the call of a timer posts runs before the next timer, as in virtual time. What that posts in turn runs before
+  /// it too, but in a turn of its own: sockets get theirs between.
   void run_due() {
     if (!alive) return;
     armed_for = SteadyTime::max();
     const SteadyTime now = std::chrono::steady_clock::now();
-    while (auto call = alive ? timers.take_due(now) : nullptr) run_with_posts(call);
+    for (auto call = timers.take_due(now); call && run_with_posts(call) && alive;) call = timers.take_due(now);
     if (alive) arm();
   }
 

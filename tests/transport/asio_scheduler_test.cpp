@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/post.hpp>
+#include <functional>
 #include <memory>
 #include <string>
 #include <thread>
@@ -89,6 +92,44 @@ TEST_F(AsioLoop, PostsOfATimerRunBeforeTheNextTimer) {
   });
   loop.run();
   EXPECT_EQ(order, "1posted2");
+}
+
+/// Work that posts its next turn itself, beside many timers that are due.
+class LongWork : public AsioLoop {
+ protected:
+  void SetUp() override {
+    scheduler.post(next_turn);
+    for (int i = 0; i < 50; ++i) {
+      timers.push_back(scheduler.at(scheduler.now(), [this, i] {
+        at_timer(i);
+        EXPECT_EQ(timers_run++, i);
+        if (timers_run == 50) loop.stop();
+      }));
+    }
+  }
+
+  std::function<void(int)> at_timer;
+  int turns = 0, timers_run = 0;
+  std::function<void()> next_turn = [this] {
+    if (++turns < 100) scheduler.post(next_turn);
+  };
+  std::vector<Timer> timers;
+};
+
+TEST_F(LongWork, DoesNotHoldUpTimersThatPostNothing) {
+  at_timer = [](int) {};
+  loop.run();
+  EXPECT_LT(turns, 5);
+}
+
+TEST_F(LongWork, DoesNotHoldUpSocketsWhileEachTimerPosts) {
+  int turns_before_others = 0;
+  at_timer = [&](int i) {
+    if (i == 0) boost::asio::post(loop.context(), [&] { turns_before_others = turns; });
+    scheduler.post([] {});
+  };
+  loop.run();
+  EXPECT_LT(turns_before_others, 5);
 }
 
 TEST_F(AsioLoop, TakesPostsFromOtherThreadsAndRunsThemOnItsOwn) {
