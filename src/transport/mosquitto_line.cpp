@@ -49,16 +49,16 @@ class MosquittoLine final : public MqttLine {
   MosquittoLine& operator=(const MosquittoLine&) = delete;
 
   Result<void> begin(const std::shared_ptr<MqttHome>& home) {
-    exchange_ = MqttExchange::make(home, lifetime_.guard([this] { deliver(); }));
+    exchange_ = MqttExchange::make(home, name_, lifetime_.guard([this] { deliver(); }));
     if (!exchange_) return fail(ErrorCode::kIo, name_ + ": no descriptors left");
-    if (!home->enter()) return fail(ErrorCode::kBusy, name_ + ": too many connections wait for their hosts");
+    if (auto entered = home->enter(*exchange_); !entered) return entered;
     try {
       std::thread([home, exchange = exchange_, options = options_] {
         run_mosquitto(options, *exchange);
-        home->leave();
+        home->leave(*exchange);
       }).detach();
     } catch (const std::system_error& refused) {
-      home->leave();
+      home->leave(*exchange_);
       return fail(ErrorCode::kIo, fmt::format("{}: cannot start a thread: {}", name_, refused.what()));
     }
     options_.password.clear();
@@ -79,7 +79,7 @@ class MosquittoLine final : public MqttLine {
   Result<void> publish(MqttPublication publication) override {
     if (!connected_) return fail(ErrorCode::kUnreachable, name_ + ": cannot publish: not connected");
     if (auto right = check_publication(publication, broker_takes_, name_); !right) return right;
-    return exchange_->publish(std::move(publication), name_);
+    return exchange_->publish(std::move(publication));
   }
   MqttCounters counters() const override {
     return {received_, exchange_->sent, exchange_->too_long, exchange_->not_taken};

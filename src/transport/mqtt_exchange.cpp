@@ -1,8 +1,10 @@
 #include "transport/mqtt_exchange.h"
 
+#include <fmt/format.h>
 #include <sys/eventfd.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <iterator>
 #include <utility>
 
@@ -13,16 +15,28 @@ void MqttHome::post(std::function<void()> call) {
   if (scheduler_ != nullptr) scheduler_->post(std::move(call));
 }
 
-bool MqttHome::enter() {
+Result<void> MqttHome::enter(const MqttExchange& exchange) {
   const std::scoped_lock lock(mutex_);
-  if (threads_ >= kMaxThreads) return false;
-  ++threads_;
-  return true;
+  const auto stuck = std::count_if(served_.begin(), served_.end(), [&](const MqttExchange* one) {
+    return one->dismissed() && !one->answered && one->line() == exchange.line();
+  });
+  if (static_cast<std::size_t>(stuck) >= kMaxStuck)
+    return fail(
+        ErrorCode::kBusy,
+        fmt::format("{}: {} earlier attempts still wait for the host, or for the name server that should find it",
+                    exchange.line(), stuck));
+  if (served_.size() >= kMaxThreads)
+    return fail(
+        ErrorCode::kBusy,
+        fmt::format("{}: {} connections to MQTT brokers are open or being opened, as many as a process may have",
+                    exchange.line(), kMaxThreads));
+  served_.push_back(&exchange);
+  return {};
 }
 
-void MqttHome::leave() {
+void MqttHome::leave(const MqttExchange& exchange) {
   const std::scoped_lock lock(mutex_);
-  --threads_;
+  std::erase(served_, &exchange);
 }
 
 void MqttHome::connected(bool now) {
@@ -37,8 +51,9 @@ void MqttHome::close(Duration patience) {
   changed_.wait_for(lock, patience, [this] { return connections_ == 0; });
 }
 
-std::shared_ptr<MqttExchange> MqttExchange::make(std::shared_ptr<MqttHome> home, std::function<void()> on_events) {
-  auto exchange = std::make_shared<MqttExchange>(std::move(home));
+std::shared_ptr<MqttExchange> MqttExchange::make(std::shared_ptr<MqttHome> home, std::string line,
+                                                 std::function<void()> on_events) {
+  auto exchange = std::make_shared<MqttExchange>(std::move(home), std::move(line));
   exchange->on_events_ = std::move(on_events);
   exchange->wake_ = ::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
   return exchange->wake_ < 0 ? nullptr : exchange;
@@ -57,10 +72,10 @@ void MqttExchange::clear_wake() const {
   ::eventfd_read(wake_, &count);
 }
 
-Result<void> MqttExchange::publish(MqttPublication publication, const std::string& line) {
+Result<void> MqttExchange::publish(MqttPublication publication) {
   const std::scoped_lock lock(mutex_);
   const bool first = out_.empty();
-  if (auto queued = out_.push(std::move(publication), line); !queued) return queued;
+  if (auto queued = out_.push(std::move(publication), line_); !queued) return queued;
   if (first) wake();
   return {};
 }

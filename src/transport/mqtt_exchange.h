@@ -14,19 +14,24 @@
 
 namespace rubicon::transport {
 
+class MqttExchange;
+
 /// Where the threads of MQTT lines find the loop, until it ends. Shared, because a thread that waits for a name server
-/// may outlive the loop.
+/// may outlive the loop. Bounds the threads: one that waits for a host lives on when its line was destroyed.
 class MqttHome {
  public:
-  static constexpr int kMaxThreads = 64;
+  static constexpr std::size_t kMaxThreads = 256;
+  /// Of destroyed lines to one broker, as long as they wait for its host: a host that is not found takes no threads
+  /// from other brokers.
+  static constexpr std::size_t kMaxStuck = 16;
 
   explicit MqttHome(Scheduler& scheduler) : scheduler_(&scheduler) {}
 
   /// From any thread; dropped once closed.
   void post(std::function<void()> call);
-  /// A thread begins; false beyond kMaxThreads.
-  bool enter();
-  void leave();
+  /// A thread begins to serve the exchange. kBusy beyond the bounds.
+  Result<void> enter(const MqttExchange& exchange);
+  void leave(const MqttExchange& exchange);
   /// A thread begins or ends to have a connection that must be closed in order.
   void connected(bool now);
   /// Waits until no thread has a connection, at most for this time. Then nothing is posted any longer.
@@ -36,7 +41,8 @@ class MqttHome {
   std::mutex mutex_;
   std::condition_variable changed_;
   Scheduler* scheduler_;
-  int threads_ = 0, connections_ = 0;
+  std::vector<const MqttExchange*> served_;  ///< one for each thread
+  int connections_ = 0;
 };
 
 /// What the thread of an MQTT line tells the loop.
@@ -70,15 +76,17 @@ class MqttExchange {
   /// Bytes on their way to the loop beyond which the thread stops reading, so that the broker has to wait.
   static constexpr std::size_t kMaxInFlight = std::size_t{4} * 1024 * 1024;
 
-  /// `on_events` is called on the loop when there is something to take(). nullptr if the system has no descriptors.
-  static std::shared_ptr<MqttExchange> make(std::shared_ptr<MqttHome> home, std::function<void()> on_events);
-  explicit MqttExchange(std::shared_ptr<MqttHome> home) : home_(std::move(home)) {}
+  /// `line` names it in errors: mqtt_name(). `on_events` is called on the loop when there is something to take().
+  /// nullptr if the system has no descriptors.
+  static std::shared_ptr<MqttExchange> make(std::shared_ptr<MqttHome> home, std::string line,
+                                            std::function<void()> on_events);
+  MqttExchange(std::shared_ptr<MqttHome> home, std::string line) : home_(std::move(home)), line_(std::move(line)) {}
   ~MqttExchange();
   MqttExchange(const MqttExchange&) = delete;
   MqttExchange& operator=(const MqttExchange&) = delete;
 
   // The loop.
-  Result<void> publish(MqttPublication publication, const std::string& line);
+  Result<void> publish(MqttPublication publication);
   void ask(MqttAsk ask);
   /// Makes the thread close its connection and end.
   void dismiss();
@@ -96,6 +104,7 @@ class MqttExchange {
   MqttWork take_work(bool publication);
   void tell(std::vector<MqttEvent> events);
   MqttHome& home() { return *home_; }
+  const std::string& line() const { return line_; }
 
   static std::size_t cost(const MqttEvent& event);
 
@@ -106,6 +115,7 @@ class MqttExchange {
   void wake() const;
 
   std::shared_ptr<MqttHome> home_;
+  std::string line_;
   std::function<void()> on_events_;
   int wake_ = -1;
   std::atomic<bool> dismissed_{false};

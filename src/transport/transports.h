@@ -65,7 +65,8 @@ class Transports {
   /// another program has that link, kDuplicate if another file has that name, kInvalid for an invalid path, else kIo.
   virtual Result<std::unique_ptr<ByteStream>> make_pty(const std::string& link, StreamCalls calls);
   /// Begins to connect to an MQTT broker; the calls report the result. kInvalid for options that no broker can accept,
-  /// kIo if the system gives no thread.
+  /// kIo if the system gives no thread; kBusy with 256 lines in the process, or while 16 destroyed lines to this
+  /// broker still wait for its host.
   virtual Result<std::unique_ptr<MqttLine>> open_mqtt(const MqttOptions& options, MqttCalls calls);
   /// Looks up the addresses of a host, IPv4 ones first, never empty. `done` is called once, in a later turn;
   /// kUnreachable if there are none. Destroying the result cancels the call. Only if there are sockets: asserted.

@@ -26,6 +26,7 @@ using boost::asio::ip::tcp;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
+using ::testing::StartsWith;
 
 /// A server that answers each first packet of a connection in one way.
 class Peer {
@@ -243,7 +244,7 @@ class Exchange : public ::testing::Test {
   VirtualScheduler time;
   std::shared_ptr<MqttHome> home = std::make_shared<MqttHome>(time);
   int called = 0;
-  std::shared_ptr<MqttExchange> exchange = MqttExchange::make(home, [this] { ++called; });
+  std::shared_ptr<MqttExchange> exchange = MqttExchange::make(home, "MQTT a:1883", [this] { ++called; });
 };
 
 TEST_F(Exchange, TheThreadStopsReadingWhileTheLoopHasEnough) {
@@ -265,13 +266,57 @@ TEST_F(Exchange, TheThreadStopsReadingWhileTheLoopHasEnough) {
 }
 
 TEST_F(Exchange, FiltersGoBeforeThePublicationsThatFollowThem) {
-  ASSERT_TRUE(exchange->publish({"a", "1"}, "line"));
+  ASSERT_TRUE(exchange->publish({"a", "1"}));
   exchange->ask({"a", 0, true});
   EXPECT_THAT(exchange->take_work(false).asks, SizeIs(1));
   const auto work = exchange->take_work(true);
   EXPECT_THAT(work.asks, IsEmpty());
   ASSERT_TRUE(work.publication);
   EXPECT_FALSE(exchange->take_work(true).publication);
+}
+
+/// The exchanges of lines, each with a thread.
+class Threads : public Exchange {
+ protected:
+  Result<void> begin(const std::string& line) {
+    lines.push_back(MqttExchange::make(home, line, [] {}));
+    auto entered = home->enter(*lines.back());
+    if (!entered) lines.pop_back();
+    return entered;
+  }
+
+  std::vector<std::shared_ptr<MqttExchange>> lines;
+};
+
+TEST_F(Threads, ABrokerThatCannotBeFoundTakesNoThreadsFromOthers) {
+  for (std::size_t i = 0; i < MqttHome::kMaxStuck; ++i) {
+    ASSERT_TRUE(begin("MQTT mute:1883"));
+    lines.back()->dismiss();
+  }
+  const auto refused = begin("MQTT mute:1883");
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::kBusy);
+  EXPECT_THAT(refused.error().text, StartsWith("MQTT mute:1883: 16 earlier attempts still wait for the host"));
+  EXPECT_TRUE(begin("MQTT other:1883"));
+  home->leave(*lines.front());
+  EXPECT_TRUE(begin("MQTT mute:1883")) << "one of them gave up";
+}
+
+TEST_F(Threads, LinesThatAreBeingClosedDoNotHinderNewOnes) {
+  for (std::size_t i = 0; i < 2 * MqttHome::kMaxStuck; ++i) {
+    ASSERT_TRUE(begin("MQTT a:1883"));
+    lines.back()->answered = true;
+    lines.back()->dismiss();
+  }
+  EXPECT_TRUE(begin("MQTT a:1883"));
+}
+
+TEST_F(Threads, TheConnectionsOfAProcessAreBounded) {
+  for (std::size_t i = 0; i < MqttHome::kMaxThreads; ++i) ASSERT_TRUE(begin("MQTT a:1883"));
+  const auto refused = begin("MQTT b:1883");
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::kBusy);
+  EXPECT_THAT(refused.error().text, StartsWith("MQTT b:1883: 256 connections to MQTT brokers are open"));
 }
 
 TEST_F(Exchange, NothingIsPostedToALoopThatEnded) {
