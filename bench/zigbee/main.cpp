@@ -5,12 +5,14 @@
 int main(int argc, char** argv) {
   using namespace rubicon::bench::zigbee;
   using namespace std::chrono_literals;
-  const Plan quick{1, 30, 60, 2000, 3s, 40, 2};
+  const Plan quick{1, 30, 60, 60, 2000, 3s, 40, 2};
   return rubicon::bench::run_program(
       argc, argv, {"rubicon-bench-zigbee", "Measures the ZigBee network beside a real broker"}, quick,
       {{"lists", measure_lists},
+       {"texts", measure_texts},
        {"states", measure_states},
        {"traffic", measure_traffic},
        {"commands", measure_commands},
+       {"gaps", measure_gaps},
        {"restarts", measure_restarts}});
 }

@@ -37,14 +37,16 @@ void RealRig::run_until(const std::function<bool()>& done, const char* what) {
   if (!done()) throw std::runtime_error(what);
 }
 
-std::unique_ptr<transport::MqttLine> RealRig::connect(std::function<void(const transport::MqttMessage&)> received) {
-  transport::MqttOptions options;
+std::unique_ptr<transport::MqttLine> RealRig::connect(std::function<void(const transport::MqttMessage&)> received,
+                                                      transport::MqttOptions options,
+                                                      std::function<void(std::string_view, std::size_t)> too_long) {
   options.host = "127.0.0.1";
   options.port = kPort;
   bool connected = false;
   transport::MqttCalls calls;
   calls.connected = [&connected] { connected = true; };
   calls.received = std::move(received);
+  calls.too_long = std::move(too_long);
   calls.refused = [](std::string_view, const Error&) {};
   calls.failed = [](const Error& why) { throw std::runtime_error(why.text); };
   auto line = must(transports_.open_mqtt(options, std::move(calls)));

@@ -30,8 +30,10 @@ class RealRig {
   /// Runs until it is so; throws with `what` after a minute.
   void run_until(const std::function<bool()>& done, const char* what);
 
-  /// A connection that is never lost.
-  std::unique_ptr<transport::MqttLine> connect(std::function<void(const transport::MqttMessage&)> received);
+  /// A connection that is never lost; host and port are the broker's.
+  std::unique_ptr<transport::MqttLine> connect(std::function<void(const transport::MqttMessage&)> received,
+                                               transport::MqttOptions options = {},
+                                               std::function<void(std::string_view, std::size_t)> too_long = {});
 
  private:
   support::PrivateNetwork network_;
