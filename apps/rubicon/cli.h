@@ -66,6 +66,7 @@ void add_top(Cli& cli);
 void add_doctor(Cli& cli);
 void add_knx(Cli& cli);
 void add_zigbee(Cli& cli);
+void add_wsn(Cli& cli);
 void add_web(Cli& cli);
 void add_token(Cli& cli);
 void add_complete(Cli& cli);

@@ -101,6 +101,8 @@ std::vector<std::string> fixed_offers(const CLI::App& app, const std::vector<std
     offers = {"show", "try", "reload"};
   } else if (before.size() > 1 && before[before.size() - 2] == "recorder") {
     offers = {"start", "stop", "mark"};
+  } else if (before.size() > 1 && before[before.size() - 2] == "replay") {
+    offers = {"play", "pause", "speed", "seek"};
   } else if (before.back() == "inbox") {
     offers = {"list", "approve", "ignore"};
   } else if (before.back() == "completion") {

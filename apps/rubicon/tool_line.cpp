@@ -114,6 +114,43 @@ json ToolLine::reply_to(json request, Duration patience) {
                 : json{{"ok", false}, {"why", interrupted() ? "interrupted" : "no answer in time"}};
 }
 
+namespace {
+
+/// A monitor's lease, renewed long before it ends.
+constexpr int kLeaseSeconds = 30;
+constexpr Duration kRenew = std::chrono::seconds(10);
+/// For the network's reply to the end of a monitor.
+constexpr Duration kEnd = std::chrono::seconds(1);
+constexpr const char* kMonitorId = "monitor";
+
+/// The network then sends nothing to a tool that is gone.
+void end_monitor(ToolLine& line) {
+  bool ended = false;
+  line.on_event = {};
+  line.on_reply = [&ended](const json&) { ended = true; };
+  line.send({{"do", "monitor"}, {"seconds", 0}, {"id", kMonitorId}});
+  line.resume();
+  line.run([&ended] { return ended; }, kEnd);
+}
+
+}  // namespace
+
+int monitor_traffic(ToolLine& line) {
+  const json request{{"do", "monitor"}, {"seconds", kLeaseSeconds}, {"id", kMonitorId}};
+  bool refusal = false;
+  line.on_reply = [&](const json& reply) {
+    if (model::flag_of(reply, "ok") || refusal) return;
+    refusal = true;
+    refused(reply);
+  };
+  do {
+    line.send(request);
+    line.run([&] { return refusal; }, kRenew);
+  } while (!refusal && !line.interrupted() && !line.out().broken());
+  if (!refusal) end_monitor(line);
+  return refusal ? kNotDone : kGood;
+}
+
 int refused(const json& reply) {
   print_error(printable(model::text_of(reply, "why")));
   return kNotDone;

@@ -62,6 +62,9 @@ class ToolLine {
 std::unique_ptr<ToolLine> open_tool_line(const Settings& settings, std::string_view command,
                                          const NetworkChoice& choice, const ToolTags& tags, int& code);
 
+/// Asks the network for its traffic, which `line.on_event` gets, until a signal. The exit code.
+int monitor_traffic(ToolLine& line);
+
 /// Prints the reason of a reply that refuses; kNotDone.
 int refused(const nlohmann::json& reply);
 

@@ -13,6 +13,7 @@
 #include "island/island_presence.h"
 #include "island/island_state.h"
 #include "island/log_tuples.h"
+#include "island/network_controls.h"
 #include "island/options_file.h"
 #include "island/point_names.h"
 #include "model/former_types.h"
@@ -47,6 +48,7 @@ struct Island::Impl {
         proxy(config.proxy, scheduler, space, gateway, config.types, sink, state.get()),
         networks(config.id, scheduler, some_transports, sink, gateway),
         settings({scheduler, space, config.proxy}),
+        controls({scheduler, space, config.proxy}, networks),
         free_space(scheduler),
         metrics(scheduler, space, config.proxy.prefix),
         presence(scheduler, space, config.proxy.island_name, config.proxy.prefix,
@@ -83,6 +85,7 @@ struct Island::Impl {
   proxy::Proxy proxy;
   network::Supervisor networks;
   SettingsTuples settings;
+  NetworkControls controls;
   std::unique_ptr<LogTuples> log_tuples;
   FreeSpace free_space;
   IslandMetrics metrics;
@@ -196,6 +199,7 @@ void Island::start() {
   impl_->config.device_places.clear();
   impl_->recorders.take(impl_->config.recorders, impl_->config.directory);
   impl_->proxy.restore();
+  impl_->controls.refresh();
   impl_->networks.start();
   impl_->metrics.start();
   impl_->presence.start();
@@ -335,6 +339,7 @@ void Island::Impl::apply(island::IslandConfig next, island::ReloadPlan& plan) {
       if (!added) plan.lines.push_back(fmt::format("network {}: could not be created: {}", id, added.error().text));
     }
   }
+  controls.refresh();
   for (auto& setup : config.networks) {
     note_file(setup);
     setup.release_options();

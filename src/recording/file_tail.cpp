@@ -29,18 +29,25 @@ Result<Bytes> read_range(const ReadAt& read, std::uint64_t from, std::uint64_t t
 /// Bytes checked without success. Without a limit many heads of long blocks in a row would each cause a long check.
 constexpr std::uint64_t kMaxChecked = 64 << 20;
 
-/// End of the last sound block that begins in the first `starts` bytes; 0 if there is none, or `checked` is used up.
-std::size_t last_sound_end(ByteView bytes, std::size_t starts, std::uint64_t& checked) {
+/// A sound block: its end, 0 = there is none.
+struct SoundBlock {
   std::size_t end = 0;
+  WallTime last{};
+};
+
+/// The last sound block that begins in the first `starts` bytes; none also if `checked` is used up.
+SoundBlock last_sound_block(ByteView bytes, std::size_t starts, std::uint64_t& checked) {
+  SoundBlock found;
   for (auto at = find_sync(bytes, 0); at < starts && checked < kMaxChecked; at = find_sync(bytes, at + 1)) {
     const auto head = decode_block_head(bytes.subspan(at));
     if (!head) continue;
     checked += head->packed;
     const auto size = sound_block(bytes.subspan(at));
-    if (size != 0) end = std::max(end, at + size);
-    if (size != 0) checked -= head->packed;
+    if (size == 0) continue;
+    if (at + size > found.end) found = {at + size, head->last};
+    checked -= head->packed;
   }
-  return end;
+  return found;
 }
 
 }  // namespace
@@ -66,7 +73,7 @@ Result<FileTail> find_tail(std::uint64_t size, const ReadAt& read) {
     // A block that begins before `high` may end after it.
     const auto bytes = read_range(read, low, std::min<std::uint64_t>(size, high + kMaxBlock));
     if (!bytes) return fail(bytes.error());
-    const auto end = last_sound_end(*bytes, static_cast<std::size_t>(high - low), checked);
+    const auto [end, last] = last_sound_block(*bytes, static_cast<std::size_t>(high - low), checked);
     const bool given_up = checked >= kMaxChecked || (end == 0 && low > found.size && size - low >= kMaxTail);
     if (given_up) {
       return fail(ErrorCode::kInvalid,
@@ -75,6 +82,7 @@ Result<FileTail> find_tail(std::uint64_t size, const ReadAt& read) {
     }
     if (end != 0) {
       tail.sound = low + end;
+      tail.last = last;
       return tail;
     }
     high = low;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <span>
 
 #include "recording/file_head.h"
@@ -14,7 +15,8 @@ using ReadAt = std::function<Result<std::size_t>(std::uint64_t offset, std::span
 struct FileTail {
   bool has_head = false;  ///< false: the file is empty, or has the beginning of a head
   FileHead head;
-  std::uint64_t sound = 0;  ///< end of the last sound block, where the file must be cut off
+  std::uint64_t sound = 0;         ///< end of the last sound block, where the file must be cut off
+  std::optional<WallTime> last{};  ///< when its last record was seen; nullopt = there is no sound block
 };
 
 /// A longer damaged tail, in bytes, does not come from a crash: it is not searched and not cut off.

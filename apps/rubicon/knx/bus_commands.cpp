@@ -22,12 +22,6 @@ using nlohmann::json;
 
 /// The network replies within its own 7 s, also to a read that no device answers.
 constexpr Duration kPatience = 10s;
-/// A monitor's lease, renewed long before it ends.
-constexpr int kLeaseSeconds = 30;
-constexpr Duration kRenew = 10s;
-/// For the network's reply to the end of a monitor.
-constexpr Duration kEnd = 1s;
-constexpr const char* kMonitorId = "monitor";
 
 struct Options {
   BusOptions bus;
@@ -80,16 +74,6 @@ bool is_shown(const Options& options, const json& telegram) {
                                 [&](const auto& text) { return *parse_group(text) == *address; });
 }
 
-/// The network then sends no telegram to a tool that is gone.
-void end_monitor(ToolLine& bus) {
-  bool ended = false;
-  bus.on_event = {};
-  bus.on_reply = [&ended](const json&) { ended = true; };
-  bus.send({{"do", "monitor"}, {"seconds", 0}, {"id", kMonitorId}});
-  bus.resume();
-  bus.run([&ended] { return ended; }, kEnd);
-}
-
 int monitor(ToolLine& bus, const Settings& settings, const Options& options) {
   bus.on_event = [&](const json& telegram) {
     if (!is_shown(options, telegram)) return;
@@ -98,19 +82,7 @@ int monitor(ToolLine& bus, const Settings& settings, const Options& options) {
   bus.on_line = [](bool up, const std::string& why) {
     print_error(up ? "the line is back" : printable("the line is lost: " + why));
   };
-  const json request{{"do", "monitor"}, {"seconds", kLeaseSeconds}, {"id", kMonitorId}};
-  bool refusal = false;
-  bus.on_reply = [&](const json& reply) {
-    if (model::flag_of(reply, "ok") || refusal) return;
-    refusal = true;
-    refused(reply);
-  };
-  do {
-    bus.send(request);
-    bus.run([&] { return refusal; }, kRenew);
-  } while (!refusal && !bus.interrupted() && !bus.out().broken());
-  if (!refusal) end_monitor(bus);
-  return refusal ? kNotDone : kGood;
+  return monitor_traffic(bus);
 }
 
 /// The frames of a reply. Malformed entries are left out.

@@ -62,7 +62,11 @@ Result<const dpt::Dpt*> type_of(const json& request, const dpt::Dpt* configured)
 }  // namespace
 
 ToolRequests::ToolRequests(network::NetworkHost& host, const Capture& capture, FindMeaning find_meaning, Wrote wrote)
-    : host_(host), capture_(capture), find_meaning_(std::move(find_meaning)), wrote_(std::move(wrote)) {}
+    : host_(host),
+      capture_(capture),
+      find_meaning_(std::move(find_meaning)),
+      wrote_(std::move(wrote)),
+      monitors_(host) {}
 
 void ToolRequests::use(line::Line* line) {
   line_ = line;
@@ -90,7 +94,7 @@ Result<void> ToolRequests::receive(const model::Message& message) {
   if (what == "capture") {
     capture(requester, request);
   } else if (what == "monitor") {
-    monitor(std::move(requester), request);
+    monitor(requester, request);
   } else if (line_ == nullptr && (what == "read" || what == "write")) {
     refuse(requester, "the line to the bus is down");
   } else if (what == "read") {
@@ -149,20 +153,9 @@ void ToolRequests::write(Requester requester, const json& request) {
               });
 }
 
-void ToolRequests::monitor(Requester requester, const json& request) {
-  const auto seconds = request.value("seconds", json(30));
-  const Duration span = std::chrono::seconds(
-      seconds.is_number_integer() ? std::clamp<std::int64_t>(seconds.get<std::int64_t>(), 0, 600) : 30);
-  monitors_.remove_if([&](const Monitor& one) {
-    return one.requester.address == requester.address && one.requester.id == requester.id;
-  });
-  if (monitors_.size() >= kMaxMonitors) return refuse(requester, "too many monitors are open");
-  if (span > Duration::zero()) {
-    auto& added = monitors_.emplace_back(Monitor{requester, {}});
-    added.lease = host_.scheduler().after(std::min(span, kMaxMonitorTime), [this, &added] {
-      monitors_.remove_if([&](const Monitor& one) { return &one == &added; });
-    });
-  }
+void ToolRequests::monitor(const Requester& requester, const json& request) {
+  if (auto asked = monitors_.ask(requester.address, requester.id, request); !asked)
+    return refuse(requester, asked.error().text);
   reply(requester, {{"ok", true}, {"line", line_ != nullptr}});
 }
 
@@ -201,10 +194,7 @@ json ToolRequests::described(const wire::Telegram& telegram, bool own) const {
 }
 
 void ToolRequests::seen(const wire::Telegram& telegram, bool own) {
-  if (!monitors_.empty()) {
-    const auto text = model::dump(described(telegram, own));
-    for (const auto& monitor : monitors_) send(monitor.requester.address, kTelegramTag, text);
-  }
+  if (monitors_.any()) monitors_.send(kTelegramTag, model::dump(described(telegram, own)));
   if (telegram.service == wire::Service::kRead || own) return;
   reads_.remove_if([&](const OpenRead& reading) {
     if (reading.address != telegram.destination) return false;
@@ -226,15 +216,7 @@ void ToolRequests::refuse(const Requester& requester, std::string_view why) {
 
 void ToolRequests::reply(const Requester& requester, json answer) {
   answer["id"] = requester.id;
-  send(requester.address, kReplyTag, model::dump(answer));
-}
-
-void ToolRequests::send(const Address& to, std::string_view tag, const std::string& text) {
-  model::Message message;
-  message.destination = to;
-  const auto bytes = base::as_bytes(text);
-  message.body = model::Opaque{std::string(tag), Bytes(bytes.begin(), bytes.end())};
-  host_.deliver(std::move(message));
+  network::send_text(host_, requester.address, kReplyTag, model::dump(answer));
 }
 
 }  // namespace rubicon::networks::knx

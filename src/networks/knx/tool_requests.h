@@ -6,6 +6,7 @@
 #include <string>
 
 #include "base/lifetime.h"
+#include "network/monitors.h"
 #include "network/network.h"
 #include "networks/knx/capture.h"
 #include "networks/knx/dpt/dpt.h"
@@ -21,9 +22,7 @@ inline constexpr std::string_view kTelegramTag = "knx.telegram";
 /// Serves diagnostic tools that share the network's line: read, write, monitor, capture. Answers every request once.
 class ToolRequests {
  public:
-  static constexpr std::size_t kMaxMonitors = 16;
   static constexpr std::size_t kMaxReads = 64;
-  static constexpr Duration kMaxMonitorTime = std::chrono::minutes(10);
 
   /// Configured name and type of a group address; empty for other addresses.
   struct Meaning {
@@ -41,7 +40,7 @@ class ToolRequests {
   void use(line::Line* line);
   /// kUnsupported if the message is not a request of a tool, kInvalid if it cannot be read.
   Result<void> receive(const model::Message& message);
-  bool monitored() const { return !monitors_.empty(); }
+  bool monitored() const { return monitors_.any(); }
   /// A telegram was received, or is sent (`own`).
   void seen(const wire::Telegram& telegram, bool own);
 
@@ -56,18 +55,13 @@ class ToolRequests {
     const dpt::Dpt* dpt = nullptr;
     Timer timeout;
   };
-  struct Monitor {
-    Requester requester;
-    Timer lease;
-  };
   void read(Requester requester, const nlohmann::json& request);
   void write(Requester requester, const nlohmann::json& request);
-  void monitor(Requester requester, const nlohmann::json& request);
+  void monitor(const Requester& requester, const nlohmann::json& request);
   void capture(const Requester& requester, const nlohmann::json& request);
   void reply(const Requester& requester, nlohmann::json answer);
   void refuse(const Requester& requester, std::string_view why);
   void give_up(wire::GroupAddress address, std::string_view why);
-  void send(const Address& to, std::string_view tag, const std::string& text);
   nlohmann::json described(const wire::Telegram& telegram, bool own) const;
 
   network::NetworkHost& host_;
@@ -76,7 +70,7 @@ class ToolRequests {
   Wrote wrote_;
   line::Line* line_ = nullptr;
   std::list<OpenRead> reads_;
-  std::list<Monitor> monitors_;
+  network::Monitors monitors_;
   base::Lifetime lifetime_;
 };
 

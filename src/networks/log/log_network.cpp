@@ -3,18 +3,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <deque>
 #include <iterator>
 #include <set>
 
-#include "base/lifetime.h"
-#include "network/state_reporter.h"
 #include "networks/log/csv_recording.h"
-#include "networks/log/file_chain.h"
 #include "networks/log/file_list.h"
-#include "networks/log/log_options.h"
+#include "networks/log/log_network_impl.h"
 #include "networks/log/log_sample.h"
 #include "networks/log/packet_recording.h"
+#include "networks/log/recording_end.h"
 #include "networks/log/tuple_recording.h"
 
 namespace rubicon::networks::log {
@@ -28,6 +25,8 @@ using model::LineState;
 /// other networks need not wait. The last message may exceed it (by 250 readings in a recording of our own).
 constexpr std::size_t kReadingsPerTurn = 1000;
 constexpr std::size_t kPiecesPerTurn = 16;
+/// So many readings that are skipped cost as much as one that is delivered.
+constexpr std::size_t kSkippedPerReading = 10;
 /// So many bytes of text count as one more reading.
 constexpr std::size_t kTextPerReading = 1024;
 constexpr Duration kCountersEvery = 5s;
@@ -56,63 +55,18 @@ bool is_played_when_skipped(const model::Body& body) {
   return std::holds_alternative<model::Join>(body) || std::holds_alternative<model::Leave>(body);
 }
 
-class LogNetwork final : public network::Network {
- public:
-  LogNetwork(const network::NetworkConfig& config, LogOptions options, network::NetworkHost& host)
-      : options_(std::move(options)),
-        host_(host),
-        types_(config.types),
-        clock_(options_.speed, options_.longest_gap, options_.start),
-        log_(host.limited_log()),
-        reporter_(
-            host, [this] { return state(); }, kCountersEvery),
-        next_turn_(host.scheduler(), [this] { play(); }) {}
+}  // namespace
 
-  Result<void> open() override;
-  Result<void> send(const Message& message) override;
-  std::optional<std::vector<network::ListedDevice>> listed() const override;
-  std::vector<network::Missing> missing() const override;
-
- private:
-  Result<void> choose_format(const std::string& first_file);
-  void leave_or_stay(const std::string& reason);
-  void leave_some(const std::string& reason);
-  std::unique_ptr<Recording> make_recording();
-  void play();
-  bool fetch();
-  void deliver_step(std::size_t& weight);
-  void line_up();
-  void deliver(const std::string& device, model::Body body, WallTime when);
-  void finish();
-  void play_again();
-  void fail_line(Error why);
-  void end_line(const std::string& reason);
-  void complain(std::uint64_t offset, std::string_view what);
-  void report(LineState line, std::string reason = {});
-  std::optional<model::State> state() const;
-
-  LogOptions options_;
-  network::NetworkHost& host_;
-  const TypeCatalogue& types_;
-  ReplayClock clock_;
-  ReplayCounters counters_;
-  std::unique_ptr<Recording> recording_;  ///< made by the first open(), which chooses the format
-  std::unique_ptr<FileChain> chain_;
-  std::optional<Step> step_;      ///< read, not yet due
-  std::size_t next_message_ = 0;  ///< of step_; those before it are delivered
-  bool up_ = false;
-  std::deque<std::string> leaving_;  ///< devices that leave at the end
-  RecordTime position_{};
-  std::uint64_t delivered_ = 0;  ///< messages, in this round
-  std::uint64_t rounds_ = 0;
-  bool step_back_logged_ = false;
-  std::optional<LineState> line_;  ///< as reported; nullopt: not opened, or lost
-  std::string reason_;
-  base::LimitedLog log_;
-  network::StateReporter reporter_;
-  Timer timer_;
-  base::OncePerTurn next_turn_;
-};
+LogNetwork::LogNetwork(const network::NetworkConfig& config, LogOptions options, network::NetworkHost& host)
+    : options_(std::move(options)),
+      host_(host),
+      types_(config.types),
+      clock_(options_.speed, options_.longest_gap, options_.start),
+      last_readings_(config.types),
+      log_(host.limited_log()),
+      reporter_(
+          host, [this] { return state(); }, kCountersEvery),
+      next_turn_(host.scheduler(), [this] { play(); }) {}
 
 std::unique_ptr<Recording> LogNetwork::make_recording() {
   Complaint complain = [this](std::uint64_t offset, std::string_view what) { this->complain(offset, what); };
@@ -160,10 +114,12 @@ Result<void> LogNetwork::open() {
     }
     recording_ = make_recording();
     chain_ = std::make_unique<FileChain>(host_.transports(), *recording_);
+    if (options_.format == LogOptions::Format::kTuples) end_ = end_of_recording(host_.transports(), files->back());
   }
   if (auto opened = chain_->open(std::move(*files)); !opened) return opened;
   step_.reset();
-  up_ = false;
+  behind_kept_.reset();
+  kept_ = up_ = ended_ = false;
   clock_.restart(host_.scheduler().now());
   if (recording_->ready()) {
     line_up();
@@ -224,20 +180,26 @@ std::vector<network::Missing> LogNetwork::missing() const {
 void LogNetwork::play() {
   timer_.cancel();
   std::size_t weight = 0;
-  for (std::size_t pieces = 0; weight < kReadingsPerTurn && pieces < kPiecesPerTurn;) {
+  for (std::size_t pieces = 0; weight < kReadingsPerTurn * kSkippedPerReading && pieces < kPiecesPerTurn;) {
+    if (clock_.paused() && up_ && !target_ && !kept_) return;
     if (!step_) {
       if (!fetch()) return;
       if (!step_) ++pieces;
       if (!step_) continue;
     }
-    const SteadyTime due = clock_.due(position_);
-    if (due > host_.scheduler().now()) {
-      timer_ = host_.scheduler().at(due, [this] { play(); });
-      return;
-    }
+    if (plays_later()) return;
     deliver_step(weight);
   }
   next_turn_.request();
+}
+
+/// True: step_ is not due; play() is called when it is, or when a pause ends.
+bool LogNetwork::plays_later() {
+  if (target_ || kept_) return false;
+  const SteadyTime due = clock_.due(position_);
+  if (due <= host_.scheduler().now()) return false;
+  if (!clock_.paused()) timer_ = host_.scheduler().at(due, [this] { play(); });
+  return true;
 }
 
 /// Reads one piece; fills step_ if that completes one. False: nothing to play.
@@ -265,48 +227,68 @@ bool LogNetwork::fetch() {
   position_ = clock_.advance(step.time);
   if (clock_.went_back() && !std::exchange(step_back_logged_, true))
     host_.log().warning(fmt::format("{}: time steps back; played without a pause", chain_->path()));
+  time_ = recording_->absolute_times() ? step.time : position_;
+  if (!begin_) {
+    begin_ = time_;
+    reporter_.line_changed();
+  }
   step_ = std::move(step);
   next_message_ = 0;
+  end_search();
   return true;
 }
 
 void LogNetwork::line_up() {
   up_ = true;
   report(LineState::kUp);
+  tick();
 }
 
 /// Delivers messages of step_ until the turn is full.
 void LogNetwork::deliver_step(std::size_t& weight) {
-  const bool skipped = clock_.is_skipped(position_);
+  const bool skipped = !kept_ && (target_ || clock_.is_skipped(position_));
   const WallTime now = host_.scheduler().wall_now();
   const WallTime when = options_.recorded_times ? step_->wall.value_or(now) : now;
   auto& messages = step_->messages;
-  while (next_message_ < messages.size() && weight < kReadingsPerTurn) {
+  while (next_message_ < messages.size() && weight < kReadingsPerTurn * kSkippedPerReading) {
     auto& [device, body] = messages[next_message_++];
-    weight += weight_of(body);
-    if (skipped && !is_played_when_skipped(body)) continue;
+    const auto cost = weight_of(body);
+    if (skipped && !is_played_when_skipped(body)) {
+      weight += cost;
+      if (const auto* updates = std::get_if<model::Updates>(&body); updates && target_)
+        last_readings_.keep(device, *updates, has_user_times() ? WallTime{} : when);
+      continue;
+    }
+    weight += cost * kSkippedPerReading;
     ++delivered_;
     deliver(device, std::move(body), when);
   }
-  if (next_message_ == messages.size()) step_.reset();
+  if (next_message_ == messages.size()) {
+    step_ = std::exchange(behind_kept_, std::nullopt);
+    next_message_ = 0;
+    kept_ = false;
+  }
   reporter_.counters_changed();
 }
 
 void LogNetwork::deliver(const std::string& device, model::Body body, WallTime when) {
   if (auto* updates = std::get_if<model::Updates>(&body)) {
-    const bool as_recorded = options_.recorded_times && recording_->has_user_times();
-    if (!as_recorded) {
+    if (!kept_ && !has_user_times()) {
       for (model::Reading& reading : updates->readings) reading.user_time = when;
     }
     counters_.readings += updates->readings.size();
   }
   if (auto* join = std::get_if<model::Join>(&body)) {
     for (auto& capability : join->capabilities) capability.deadline = capability.deadline.value_or(options_.deadline);
+    last_readings_.joined(device, *join);
   }
+  if (std::holds_alternative<model::Leave>(body)) last_readings_.left(device);
   host_.deliver(device, std::move(body));
 }
 
 void LogNetwork::finish() {
+  end_ = std::max(end_.value_or(time_), time_);
+  if (std::exchange(target_, std::nullopt) && deliver_kept()) return next_turn_.request();
   if (options_.loop && delivered_ > 0) {
     ++rounds_;
     host_.log().info(fmt::format("{}: end reached, playing again", chain_->path()));
@@ -319,11 +301,30 @@ void LogNetwork::finish() {
 }
 
 void LogNetwork::play_again() {
+  if (rewind()) play();
+}
+
+/// Plays from the first file on. An error has failed the line already.
+Result<void> LogNetwork::rewind() {
+  timer_.cancel();
+  step_.reset();
+  behind_kept_.reset();
+  last_readings_.clear();
   delivered_ = 0;
-  step_back_logged_ = false;
-  if (auto opened = chain_->rewind(); !opened) return fail_line(std::move(opened.error()));
+  kept_ = step_back_logged_ = false;
+  leaving_.clear();
+  const bool left = ended_ && options_.end == LogOptions::End::kLeave;
+  if (left) recording_.reset();  // a new one lets its devices join again
+  auto opened = left ? open() : chain_->rewind();
+  if (!opened) {
+    auto why = opened.error();
+    fail_line(std::move(opened.error()));
+    return fail(std::move(why));
+  }
+  if (left) return {};
   clock_.restart(host_.scheduler().now());
-  play();
+  if (std::exchange(ended_, false)) line_up();
+  return {};
 }
 
 void LogNetwork::fail_line(Error why) {
@@ -339,6 +340,7 @@ void LogNetwork::end_line(const std::string& reason) {
 }
 
 void LogNetwork::leave_or_stay(const std::string& reason) {
+  ended_ = true;
   if (recording_ && options_.end == LogOptions::End::kLeave) {
     auto devices = recording_->devices();
     leaving_.assign(std::make_move_iterator(devices.begin()), std::make_move_iterator(devices.end()));
@@ -373,17 +375,17 @@ void LogNetwork::report(LineState line, std::string reason) {
 
 std::optional<model::State> LogNetwork::state() const {
   if (!line_) return std::nullopt;
-  return model::State{*line_,
-                      reason_,
-                      {{"records", counters_.records},
-                       {"readings", counters_.readings},
-                       {"damaged", counters_.damaged},
-                       {"skipped-bytes", counters_.skipped_bytes},
-                       {"lines", counters_.lines},
-                       {"rounds", rounds_}}};
+  model::State state{*line_,
+                     reason_,
+                     {{"records", counters_.records},
+                      {"readings", counters_.readings},
+                      {"damaged", counters_.damaged},
+                      {"skipped-bytes", counters_.skipped_bytes},
+                      {"lines", counters_.lines},
+                      {"rounds", rounds_}}};
+  add_replay_texts(state.texts);
+  return state;
 }
-
-}  // namespace
 
 const network::NetworkType kType{
     .name = "log",

@@ -6,13 +6,11 @@
 #include <filesystem>
 
 #include "base/text.h"
+#include "networks/log/replay_controls.h"
 
 namespace rubicon::networks::log {
 
 namespace {
-
-constexpr double kSlowest = 0.001;
-constexpr double kFastest = 1e6;
 
 /// Keys that only tables have. With one of them and no `format`, the user probably meant a table.
 constexpr const char* kTableKeys[] = {"map",        "period",     "time",    "header",
@@ -40,16 +38,11 @@ void read_files(ConfigReader& options, LogOptions& out) {
 }
 
 void read_speed(ConfigReader& options, LogOptions& out) {
-  const std::string speed = options.text("speed", "1");
-  if (speed == "max") {
-    out.speed = 0;
-    return;
-  }
-  const auto factor = number_of(speed);
-  if (!factor || *factor < kSlowest || *factor > kFastest)
-    options.error("speed", fmt::format("`{}`, expected max or a factor from {} to {}", speed, kSlowest, kFastest));
+  const auto speed = parse_replay_speed(options.text("speed", "1"));
+  if (speed)
+    out.speed = *speed;
   else
-    out.speed = *factor;
+    options.error("speed", speed.error().text);
 }
 
 void read_pacing(ConfigReader& options, LogOptions& out) {

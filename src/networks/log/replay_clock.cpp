@@ -19,9 +19,31 @@ ReplayClock::ReplayClock(double speed, std::optional<Duration> longest_gap, Dura
 
 void ReplayClock::restart(SteadyTime now) {
   started_ = now;
+  anchor_ = skip_ = start_;
   position_ = pending_ = RecordTime{0};
   last_.reset();
   went_back_ = false;
+}
+
+void ReplayClock::set_speed(SteadyTime now, double speed) {
+  anchor_ = position(now);
+  started_ = now;
+  speed_ = speed;
+}
+
+void ReplayClock::pause(SteadyTime now) {
+  anchor_ = position(now);
+  paused_ = true;
+}
+
+void ReplayClock::resume(SteadyTime now) {
+  if (!std::exchange(paused_, false)) return;
+  started_ = now;
+}
+
+void ReplayClock::jump(SteadyTime now, RecordTime position) {
+  anchor_ = skip_ = position;
+  started_ = now;
 }
 
 void ReplayClock::break_off(RecordTime gap) {
@@ -39,10 +61,19 @@ RecordTime ReplayClock::advance(RecordTime time) {
 }
 
 SteadyTime ReplayClock::due(RecordTime position) const {
-  const RecordTime ahead = std::max(position - start_, RecordTime{0});
+  if (paused_) return SteadyTime::max();
+  const RecordTime ahead = std::max(position - anchor_, RecordTime{0});
   if (speed_ == 0) return started_;
   const double wait = std::min(static_cast<double>(ahead.count()) / speed_, static_cast<double>(kLongest.count()));
   return started_ + RecordTime(static_cast<RecordTime::rep>(wait));
+}
+
+RecordTime ReplayClock::position(SteadyTime now) const {
+  if (paused_) return std::min(anchor_, position_);
+  if (speed_ == 0) return position_;
+  const auto passed = static_cast<double>(std::chrono::floor<RecordTime>(now - started_).count()) * speed_;
+  const auto played = RecordTime(static_cast<RecordTime::rep>(std::min(passed, static_cast<double>(kLongest.count()))));
+  return std::min(anchor_ + played, position_);
 }
 
 }  // namespace rubicon::networks::log

@@ -17,23 +17,36 @@ class ReplayClock {
   /// Speed 0 = as fast as possible. `start` = how much of the recording is skipped at the beginning.
   ReplayClock(double speed, std::optional<Duration> longest_gap, Duration start);
 
-  /// The recording starts now.
+  /// The recording starts now; paused, it starts when resume() is called.
   void restart(SteadyTime now);
+  void set_speed(SteadyTime now, double speed);
+  void pause(SteadyTime now);
+  void resume(SteadyTime now);
+  /// The recording goes on now at this position; nothing behind it is skipped.
+  void jump(SteadyTime now, RecordTime position);
   /// The time of the next record is unrelated to the last one: it is played `gap` after it.
   void break_off(RecordTime gap);
   /// Takes the time of the next record; returns its position in the recording.
   RecordTime advance(RecordTime time);
 
-  bool is_skipped(RecordTime position) const { return position < start_; }
+  bool is_skipped(RecordTime position) const { return position < skip_; }
+  /// SteadyTime::max() while paused.
   SteadyTime due(RecordTime position) const;
+  /// What plays now: between the last record and the one before.
+  RecordTime position(SteadyTime now) const;
   bool went_back() const { return went_back_; }
-  bool as_fast_as_possible() const { return speed_ == 0; }
+  bool paused() const { return paused_; }
+  double speed() const { return speed_; }
+  std::optional<RecordTime> longest_gap() const { return longest_gap_; }
 
  private:
   double speed_;
   std::optional<RecordTime> longest_gap_;
   RecordTime start_;
+  RecordTime skip_{0};    ///< positions before it are skipped
+  RecordTime anchor_{0};  ///< the position that played at started_
   SteadyTime started_{};
+  bool paused_ = false;
   RecordTime position_{0};
   RecordTime pending_{0};
   std::optional<RecordTime> last_;

@@ -12,6 +12,7 @@
 #include "networks/wsn/island_id_keeper.h"
 #include "networks/wsn/mote_probes.h"
 #include "networks/wsn/mote_properties.h"
+#include "networks/wsn/packet_monitor.h"
 #include "networks/wsn/recent_messages.h"
 #include "networks/wsn/sampling.h"
 #include "networks/wsn/share/forwarder.h"
@@ -99,6 +100,7 @@ class WsnNetwork final : public network::Network {
   Sampling sampling_;
   RecentMessages recent_;
   MoteProperties properties_;
+  PacketMonitor monitor_;
   IslandIdKeeper island_id_keeper_;
   SteadyTime last_heard_{};  ///< any mote of ours
   base::LimitedLog log_;
@@ -127,6 +129,7 @@ WsnNetwork::WsnNetwork(const network::NetworkConfig& config, WsnOptions options,
                 {[this](std::uint16_t mote, std::optional<std::uint16_t> mask) { set_measured(mote, mask); },
                  [this](std::uint16_t mote, std::uint16_t mask) { show_mask(mote, mask); }}),
       properties_(config.types),
+      monitor_(host, [this] { return sink_->state().phase == Phase::kUp; }),
       island_id_keeper_(island_, host.scheduler(),
                         [this](sink::Outgoing packet) { return sink_->send(std::move(packet)); }),
       log_(host.limited_log()),
@@ -149,6 +152,7 @@ sink::SinkCallbacks WsnNetwork::sink_callbacks() {
   callbacks.received = [this](ByteView packet) { received(packet); };
   callbacks.sent = [this](ByteView packet) {
     if (recorder_) recorder_->written(packet);
+    monitor_.sent(packet);
   };
   callbacks.room = [this](sink::Lane lane) {
     if (lane == sink::Lane::kClient && forwarder_) forwarder_->resume();
@@ -240,6 +244,7 @@ void WsnNetwork::received(ByteView bytes) {
   reporter_.counters_changed();
   if (forwarder_) forwarder_->broadcast(bytes);
   if (recorder_) recorder_->read(bytes);
+  monitor_.received(bytes);
   const auto packet = motes::decode_whole(bytes);
   if (!packet) return bad_packet(packet.error());
   auto events = codec_.interpret(*packet);
@@ -386,6 +391,7 @@ Result<void> WsnNetwork::probe(std::uint16_t mote, const model::Message& message
 }
 
 Result<void> WsnNetwork::opaque(const model::Message& message) {
+  if (std::get<model::Opaque>(message.body).type == kRequestTag) return monitor_.receive(message);
   const auto tag = parse_tag(std::get<model::Opaque>(message.body).type);
   if (!tag) return fail(tag.error());
   if (tag->kind == MoteTag::Kind::kAm) return packet_for_sink(message, *tag);

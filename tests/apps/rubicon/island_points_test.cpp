@@ -25,12 +25,15 @@ class PointsOfAnIsland : public testing::Test {
     file_ = folder_.write("home.yaml",
                           "island: {id: 6541, name: home}\nnetworks:\n  dummy-1: {type: dummy, simulate: {hall: "
                           "{sensors: {temperature-1: {wave: constant, value: " +
-                              value + "}}}}}\nrecorders: {all: {file: " + folder_.file("all.rec") +
-                              ", patterns: [\"proxy.**\"]}}\n");
+                              value + "}}}}}\n  log-table: {type: log, format: csv, file: " + table_ +
+                              ", period: 1s, loop: yes, silence: never, map: {room: {columns: {t: {sensor: "
+                              "temperature-1}}}}}\nrecorders: {all: {file: " +
+                              folder_.file("all.rec") + ", patterns: [\"proxy.**\"]}}\n");
   }
 
   PrivateNetwork alone_;
   Folder folder_;
+  std::string table_ = folder_.write("a.csv", "t\n1\n2\n3\n4\n5\n6\n7\n8\n9\n");
   std::string file_;
   std::unique_ptr<Process> island_;
 };
@@ -66,11 +69,28 @@ TEST_F(PointsOfAnIsland, RecordersAreListedStoppedMarkedAndStarted) {
   EXPECT_THAT(rubicon({"settings"}).output, HasSubstr("all.rec"));
   const auto info = support::run_to_end({kDaemon, "recording", folder_.file("all.rec"), "info"}).output;
   EXPECT_THAT(info, ContainsRegex("marks: 1\n.*: lamp changed\n"));
-  EXPECT_THAT(info, HasSubstr("networks: dummy-1\n"));
+  EXPECT_THAT(info, HasSubstr("networks: dummy-1, log-table\n"));
   EXPECT_EQ(rubicon({"recorder", "all", "start"}).output, "all records\n");
   EXPECT_EQ(rubicon({"recorder", "none", "stop"}).code, 8);
   EXPECT_EQ(rubicon({"recorder", "none"}).code, 8);
   EXPECT_EQ(rubicon({"recorder", "all", "stop", "now"}).code, 2);
+}
+
+TEST_F(PointsOfAnIsland, AReplayIsShownPausedAndSearched) {
+  EXPECT_THAT(rubicon({"replay"}).output, ContainsRegex("6541 .home. +log-table +playing +1"));
+  EXPECT_EQ(rubicon({"replay", "log-table", "pause"}).output, "log-table: replay-state paused\n");
+  EXPECT_EQ(rubicon({"replay", "log-table", "seek", "4.5"}).code, 0);
+  EXPECT_EQ(rubicon({"get", "room.temperature-1", "--any-quality"}).output, "5\n");
+  EXPECT_EQ(rubicon({"replay", "log-table", "seek", "--", "-2s"}).code, 0);
+  EXPECT_EQ(rubicon({"get", "room.temperature-1", "--any-quality"}).output, "3\n");
+  EXPECT_EQ(rubicon({"replay", "log-table", "speed", "2"}).code, 0);
+  const auto refused = rubicon({"replay", "log-table", "seek", "soon"});
+  EXPECT_EQ(refused.code, 3);
+  EXPECT_THAT(refused.errors, HasSubstr("'soon', expected seconds"));
+  EXPECT_EQ(rubicon({"replay", "log-table", "speed"}).code, 2);
+  EXPECT_EQ(rubicon({"replay", "log-table", "pause", "1"}).code, 2);
+  EXPECT_EQ(rubicon({"replay", "dummy-1", "pause"}).code, 8);
+  EXPECT_EQ(rubicon({"wsn", "monitor"}).code, 8) << "no motes here";
 }
 
 TEST_F(PointsOfAnIsland, TheLogIsShownAndFollowed) {

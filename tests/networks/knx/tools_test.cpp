@@ -300,7 +300,7 @@ TEST_F(KnxTools, AMonitorHearsEverythingUntilItsLeaseEnds) {
 TEST_F(KnxTools, MonitorsAreBounded) {
   start();
   std::vector<json> last;
-  for (std::size_t i = 0; i <= ToolRequests::kMaxMonitors; ++i) {
+  for (std::size_t i = 0; i <= network::Monitors::kMost; ++i) {
     last = ask({{"id", std::to_string(i)}, {"do", "monitor"}, {"seconds", 600}});
   }
   EXPECT_EQ(last.at(0)["ok"], false);

@@ -1,0 +1,49 @@
+#include "networks/wsn/packet_monitor.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "base/bytes.h"
+#include "model/json_members.h"
+#include "motes/packet_text.h"
+#include "rubicon/key.hpp"
+
+namespace rubicon::networks::wsn {
+
+namespace {
+
+using nlohmann::json;
+
+/// Longest id of a request that a reply repeats.
+constexpr std::size_t kMostId = 200;
+
+}  // namespace
+
+Result<void> PacketMonitor::receive(const model::Message& message) {
+  const auto& opaque = std::get<model::Opaque>(message.body);
+  const auto request = json::parse(opaque.bytes.begin(), opaque.bytes.end(), nullptr, false);
+  if (!request.is_object()) return fail(ErrorCode::kInvalid, "a wsn.request is a JSON object");
+  const auto id = model::text_of(request, "id").substr(0, kMostId);
+  const auto what = model::text_of(request, "do");
+  json answer{{"id", id}, {"ok", true}, {"line", up_()}};
+  Result<void> done = fail(ErrorCode::kInvalid, fmt::format("do is {}, expected monitor", model::quoted(what)));
+  if (what == "monitor") done = monitors_.ask(message.source, id, request);
+  if (!done) answer = {{"id", id}, {"ok", false}, {"why", done.error().text}};
+  network::send_text(host_, message.source, kReplyTag, model::dump(answer));
+  return {};
+}
+
+void PacketMonitor::show(ByteView packet, bool outgoing) {
+  if (!monitors_.any()) return;
+  const auto about = motes::describe_packet(packet);
+  json out{{"time", base::to_seconds(host_.scheduler().wall_now())},
+           {"direction", outgoing ? "out" : "in"},
+           {"kind", about.kind},
+           {"hex", base::to_hex(packet)},
+           {"text", about.text}};
+  if (const auto mote = outgoing ? about.destination : about.source) out["mote"] = *mote;
+  monitors_.send(kPacketTag, model::dump(out));
+}
+
+}  // namespace rubicon::networks::wsn
