@@ -1,4 +1,4 @@
-import { useEffect, useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
+import { useEffect, useMemo, useRef, useState } from "preact/hooks";
 import { chosenIsland, islands, islandsKnown, loadingOf, ownerPattern, store, useFeeds } from "../app";
 import type { Tone } from "../core/commands";
 import { formatFullTime, formatTime } from "../core/format";
@@ -9,6 +9,7 @@ import { type Route, setQuery } from "../core/router";
 import type { Tuple } from "../core/store";
 import { matches } from "../core/text";
 import { CopyButton } from "../parts/copy";
+import { useFollowing } from "../parts/following";
 import { NoIsland } from "../parts/no_island";
 import { phone } from "../parts/screen";
 import { Empty, Loaded, State } from "../parts/state";
@@ -77,7 +78,7 @@ function Log({ route }: { route: Route }) {
   const rows = useMemo(() => shown.map((row) => ({ row })), [shown]);
   const sources = feeds.flatMap((feed) => [...feed.held.tuples]).filter((tuple) => store.get(tuple.id) === tuple);
   const columns = useMemo(() => columnsOf(islands.value.length > 1 && !island), [islands.value.length > 1 && !island, phone.value]);
-  const box = useFollowing(shown, following && !paused, setFollowing);
+  const box = useFollowing(shown.length > 0, shown, following && !paused, setFollowing);
   const togglePause = () => setPaused(paused ? null : book.lines);
   const latest = useRef(togglePause);
   latest.current = togglePause;
@@ -122,46 +123,16 @@ function Log({ route }: { route: Route }) {
             rowsVersion={shown}
             nameOf={({ id }) => id}
             marked={(line) => line.id === chosen?.id}
-            onOpen={(line) => setChosen(line.id === chosen?.id ? null : line)}
+            onOpen={(line) => {
+              setFollowing(false);
+              setChosen(line.id === chosen?.id ? null : line);
+            }}
           />
         </div>
       </Loaded>
       {chosen && <WholeLine line={chosen} onClose={() => setChosen(null)} />}
     </section>
   );
-}
-
-/** Stays at the end while the user is there; whoever scrolls up reads, and nothing moves. */
-function useFollowing(shown: LogLine[], following: boolean, setFollowing: (on: boolean) => void) {
-  const box = useRef<HTMLDivElement>(null);
-  const list = () => box.current?.querySelector<HTMLElement>(".list");
-  useLayoutEffect(() => {
-    const element = list();
-    if (element && following) element.scrollTop = element.scrollHeight;
-  }, [shown, following]);
-  const some = shown.length > 0;
-  useEffect(() => {
-    const element = list();
-    if (!element) return undefined;
-    const scrolled = () => {
-      const atEnd = element.scrollTop + element.clientHeight >= element.scrollHeight - 40;
-      if (atEnd) setFollowing(true);
-    };
-    const left = (event: Event) => {
-      if (!(event instanceof WheelEvent) || event.deltaY < 0) setFollowing(false);
-    };
-    element.addEventListener("scroll", scrolled);
-    element.addEventListener("wheel", left, { passive: true });
-    element.addEventListener("touchmove", left, { passive: true });
-    element.addEventListener("keydown", left);
-    return () => {
-      element.removeEventListener("scroll", scrolled);
-      element.removeEventListener("wheel", left);
-      element.removeEventListener("touchmove", left);
-      element.removeEventListener("keydown", left);
-    };
-  }, [some]);
-  return box;
 }
 
 function WholeLine({ line, onClose }: { line: LogLine; onClose(): void }) {

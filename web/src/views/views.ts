@@ -6,6 +6,9 @@ import { logView } from "./log";
 import { networksView } from "./networks";
 import { overviewView } from "./overview";
 import { plotsView } from "./plots";
+import { recordingsView } from "./recordings";
+import { settingsView } from "./settings";
+import { trafficView } from "./traffic";
 import { tuplesView } from "./tuples";
 
 /** A view of the page: one file, one line in the list below. */
@@ -23,4 +26,4 @@ export interface View {
   show(route: Route): ComponentChild;
 }
 
-export const views: View[] = [overviewView, devicesView, tuplesView, plotsView, inboxView, networksView, logView];
+export const views: View[] = [overviewView, devicesView, tuplesView, plotsView, inboxView, networksView, trafficView, recordingsView, logView, settingsView];

@@ -1,0 +1,178 @@
+import { useEffect, useMemo, useRef, useState } from "preact/hooks";
+import { baseFeeds, catalog, chosenIsland, islands, islandsKnown, loadingOf, mayBe, ownerPattern, useFeeds } from "../app";
+import type { Network } from "../core/catalog";
+import { formatFullTime, hexDump, prettyJson } from "../core/format";
+import { addShortcuts } from "../core/keyboard";
+import { useFrame } from "../core/redraw";
+import { type Route, setQuery } from "../core/router";
+import { compareNatural, matches } from "../core/text";
+import { bytesOf, jsonLines, kept, type Passing, searchedOf, type TrafficKind } from "../core/traffic";
+import { CopyButton } from "../parts/copy";
+import { download, fileStamp } from "../parts/download";
+import { useFollowing } from "../parts/following";
+import { NoIsland } from "../parts/no_island";
+import { phone } from "../parts/screen";
+import { Empty, Loaded, State } from "../parts/state";
+import { Table } from "../parts/table";
+import { words } from "../words";
+import { trafficColumns } from "./traffic_columns";
+import { kindOf, type Monitor, useMonitor } from "./traffic_monitor";
+import { CaptureButton, WriteDialog } from "./traffic_tools";
+import type { View } from "./views";
+
+const text = words.traffic;
+
+function Traffic({ route }: { route: Route }) {
+  useFrame();
+  const feeds = useFeeds([{ pattern: `${ownerPattern()}:*.*.property.*.value`, min: 1000 }]);
+  const island = chosenIsland();
+  const networks = [...catalog.networks.values()].filter((network) => (!island || network.owner === island) && kindOf(network) !== null).sort((a, b) => compareNatural(a.path, b.path));
+  const network = networks.find(({ path }) => path === route.query.network) ?? networks[0];
+  const kind = network && kindOf(network);
+  if (islandsKnown.value && islands.value.length === 0) return <NoIsland />;
+  return (
+    <section class="view traffic">
+      <Loaded state={network ? "ready" : loadingOf([...baseFeeds, ...feeds])} empty={!network && <Empty title={text.none} />}>
+        {network && kind && <Watch key={network.path} network={network} kind={kind} networks={networks} search={route.query.q ?? ""} />}
+      </Loaded>
+    </section>
+  );
+}
+
+interface WatchProps {
+  network: Network;
+  kind: TrafficKind;
+  networks: Network[];
+  search: string;
+}
+
+function Watch({ network, kind, networks, search }: WatchProps) {
+  const monitor = useMonitor(network, kind);
+  const [paused, setPaused] = useState<Passing[] | null>(null);
+  const [following, setFollowing] = useState(true);
+  const [chosen, setChosen] = useState<Passing | null>(null);
+  const [writing, setWriting] = useState(false);
+  const all = paused ?? monitor.passing;
+  const shown = useMemo(() => (search === "" ? all : all.filter((one) => matches(search, searchedOf(one)))), [all, search]);
+  const rows = useMemo(() => shown.map((row) => ({ row })), [shown]);
+  const columns = useMemo(() => trafficColumns(kind), [kind, phone.value]);
+  const box = useFollowing(shown.length > 0, shown, following && !paused, setFollowing);
+  const maySend = mayBe("command");
+  const toggle = monitor.running ? monitor.stop : monitor.start;
+  const togglePause = () => setPaused(paused ? null : monitor.passing);
+  useKeys(maySend ? toggle : undefined, togglePause);
+  return (
+    <>
+      <div class="toolbar">
+        <h1>{text.title}</h1>
+        <label class="field">
+          <span class="spoken">{text.network}</span>
+          <select value={network.path} onChange={(event) => setQuery({ network: event.currentTarget.value })}>
+            {networks.map(({ path, id, owner }) => (
+              <option key={path} value={path}>
+                {islands.value.length > 1 ? `${id} · ${owner}` : id}
+              </option>
+            ))}
+          </select>
+        </label>
+        {maySend && (
+          <button type="button" class={monitor.running ? "" : "primary"} onClick={toggle}>
+            {monitor.running ? text.stop : text.start}
+          </button>
+        )}
+        <button type="button" aria-pressed={paused !== null} disabled={all.length === 0} onClick={togglePause}>
+          {paused ? text.resume(monitor.passing.length - paused.length) : text.pause}
+        </button>
+        <input type="search" aria-label={words.table.filter} placeholder={words.table.filter} value={search} onInput={(event) => setQuery({ q: event.currentTarget.value })} />
+        <button type="button" disabled={shown.length === 0} onClick={() => download(`${fileStamp()}-${network.id}.jsonl`, jsonLines(shown), "application/x-ndjson")}>
+          {text.save}
+        </button>
+        {kind === "knx" && maySend && <CaptureButton network={network} />}
+        {kind === "knx" && maySend && (
+          <button type="button" onClick={() => setWriting(true)}>
+            {text.write}
+          </button>
+        )}
+        {!following && !paused && (
+          <button type="button" class="small accent" onClick={() => setFollowing(true)}>
+            {words.log.toEnd}
+          </button>
+        )}
+        <span class="count">{words.table.shown(shown.length, all.length)}</span>
+      </div>
+      {monitor.running && <div class="strip">{monitor.up ? <State word={text.watching(network.id)} tone="good" /> : <State word={text.lineDown} tone="waiting" />}</div>}
+      {rows.length === 0 ? (
+        <Nothing monitor={monitor} filtered={all.length} maySend={maySend} />
+      ) : (
+        <div class="log-lines" ref={box}>
+          <Table
+            label={text.title}
+            columns={columns}
+            rows={rows}
+            rowsVersion={shown}
+            nameOf={({ id }) => String(id)}
+            marked={({ id }) => id === chosen?.id}
+            onOpen={(one) => {
+              setFollowing(false);
+              setChosen(one.id === chosen?.id ? null : one);
+            }}
+          />
+        </div>
+      )}
+      {chosen && <Whole one={chosen} onClose={() => setChosen(null)} />}
+      {writing && <WriteDialog network={network} seen={monitor.passing} onClose={() => setWriting(false)} />}
+    </>
+  );
+}
+
+function useKeys(toggle: (() => void) | undefined, pause: () => void): void {
+  const latest = useRef({ toggle, pause });
+  latest.current = { toggle, pause };
+  useEffect(
+    () =>
+      addShortcuts([
+        { keys: "w", what: text.toggleKey, run: () => latest.current.toggle?.() },
+        { keys: "f", what: words.log.pauseKey, run: () => latest.current.pause() },
+      ]),
+    [],
+  );
+}
+
+function Nothing({ monitor, filtered, maySend }: { monitor: Monitor; filtered: number; maySend: boolean }) {
+  if (filtered > 0) {
+    return (
+      <Empty title={text.filtered(filtered)}>
+        <button type="button" onClick={() => setQuery({ q: "" })}>
+          {words.table.clear}
+        </button>
+      </Empty>
+    );
+  }
+  if (monitor.running) return <Empty title={text.waiting} />;
+  return (
+    <Empty title={text.stopped}>
+      <p>{maySend ? text.startText(kept) : text.mayNot}</p>
+    </Empty>
+  );
+}
+
+/** One telegram or packet whole: its bytes, and everything that was decoded. */
+function Whole({ one, onClose }: { one: Passing; onClose(): void }) {
+  return (
+    <aside class="whole-line" aria-label={text.whole}>
+      <p>
+        <span class="muted">{formatFullTime(one.time)}</span> <strong>{[one.kind, one.to || one.from].filter(Boolean).join(" ")}</strong> {one.name}
+      </p>
+      {one.hex && <pre class="content">{hexDump(bytesOf(one.hex))}</pre>}
+      <pre class="content">{prettyJson(one.raw) ?? one.raw}</pre>
+      <div class="actions">
+        <CopyButton text={one.raw} />
+        <button type="button" class="small" onClick={onClose}>
+          {words.close}
+        </button>
+      </div>
+    </aside>
+  );
+}
+
+export const trafficView: View = { id: "traffic", title: text.title, key: "m", icon: "traffic", show: (route) => <Traffic route={route} /> };
