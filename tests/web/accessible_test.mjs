@@ -2,14 +2,25 @@ import assert from "node:assert/strict";
 import { readFile } from "node:fs/promises";
 import { settled, viewsOf } from "./browser.mjs";
 
-const more = ["devices/6541/dummy-rooms/living", "devices/compare?d=6541/dummy-rooms/living,6541/dummy-rooms/bedroom", "tuples/6541:proxy.dummy-rooms.living.status", "tuples?q=living"];
+const more = [
+  "devices/6541/dummy-rooms/living",
+  "devices/compare?d=6541/dummy-rooms/living,6541/dummy-rooms/bedroom",
+  "tuples/6541:proxy.dummy-rooms.living.status",
+  "tuples?q=living",
+];
 const standards = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa", "best-practice"];
 
 /** What axe finds on the page as it is; empty if nothing. */
 async function findingsOf(page, axe) {
   await page.evaluate(axe);
   const { violations } = await page.evaluate((values) => globalThis.axe.run(document, { runOnly: { type: "tag", values } }), standards);
-  return violations.map(({ id, nodes }) => `${id}: ${nodes.map(({ html, failureSummary }) => `${html.slice(0, 160)} (${failureSummary.split("\n").slice(1).join(" ").trim()})`).slice(0, 3).join("; ")}`);
+  return violations.map(
+    ({ id, nodes }) =>
+      `${id}: ${nodes
+        .map(({ html, failureSummary }) => `${html.slice(0, 160)} (${failureSummary.split("\n").slice(1).join(" ").trim()})`)
+        .slice(0, 3)
+        .join("; ")}`,
+  );
 }
 
 const noFindings =

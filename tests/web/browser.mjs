@@ -19,7 +19,11 @@ export async function openBrowser(root, screens) {
 
 /** A page of the island. `faults` collects errors, messages of the console and dialogs. */
 async function openPage(browser, island, settings, screens) {
-  const context = await browser.newContext({ viewport: { width: 1280, height: 800 }, bypassCSP: settings.axe ?? false, ...settings.context });
+  const context = await browser.newContext({
+    viewport: { width: 1280, height: 800 },
+    bypassCSP: settings.axe ?? false,
+    ...settings.context,
+  });
   const page = await context.newPage();
   page.setDefaultTimeout(Number(process.env.T ?? 20_000));
   const faults = [];
@@ -53,5 +57,12 @@ export async function settled(page) {
 export async function viewsOf(page) {
   const more = page.locator("nav.rail > button");
   if ((await more.count()) > 0) await more.click();
-  return page.locator("nav.rail a").evaluateAll((links) => links.map((link) => ({ id: link.getAttribute("href").replace(/^#\//, "").split("?")[0], title: link.querySelector("span").textContent })));
+  return page
+    .locator("nav.rail a")
+    .evaluateAll((links) =>
+      links.map((link) => ({
+        id: link.getAttribute("href").replace(/^#\//, "").split("?")[0],
+        title: link.querySelector("span").textContent,
+      })),
+    );
 }

@@ -36,7 +36,10 @@ async function aHiddenPageIsSilent({ page, open }) {
   await page.locator('.active-switch[aria-checked="false"]').waitFor();
   const again = sent.slice(before).filter((frame) => frame.do === "subscribe");
   assert.ok(again.length > 0);
-  assert.ok(again.every((frame) => frame.passive), "nothing is woken by itself");
+  assert.ok(
+    again.every((frame) => frame.passive),
+    "nothing is woken by itself",
+  );
 }
 
 export const tests = () => [{ name: "hidden: a hidden tab has no subscriptions and wakes nothing", body: aHiddenPageIsSilent }];

@@ -24,7 +24,15 @@ async function namesAreText({ page, open }) {
 
 /** Addresses that somebody sends. */
 async function addressesAreText({ page, open }) {
-  for (const address of ["devices/6541/dummy-rooms/%3Cimg%20src=x%20onerror=alert(1)%3E", "devices?q=%3Cscript%3Ealert(1)%3C/script%3E", "tuples/%3Cb%3Ex", "nosuchview", "%E0%A4%A", "devices/6541/dummy-rooms/toString", "devices?sort=__proto__"]) {
+  for (const address of [
+    "devices/6541/dummy-rooms/%3Cimg%20src=x%20onerror=alert(1)%3E",
+    "devices?q=%3Cscript%3Ealert(1)%3C/script%3E",
+    "tuples/%3Cb%3Ex",
+    "nosuchview",
+    "%E0%A4%A",
+    "devices/6541/dummy-rooms/toString",
+    "devices?sort=__proto__",
+  ]) {
     await open(address);
     await page.locator("main > *").first().waitFor();
     assert.equal(await page.locator("main img, main script").count(), 0, address);

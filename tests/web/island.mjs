@@ -27,7 +27,14 @@ export class Island {
   async start() {
     const configuration = join(this.folder, "island.yaml");
     await copyFile(this.configuration, configuration);
-    const words = ["run", configuration, "--set", `web={listen: "${address}"${files ? `, files: "${files}"` : ""}}`, "--tuple", "house.motto=carpe diem"];
+    const words = [
+      "run",
+      configuration,
+      "--set",
+      `web={listen: "${address}"${files ? `, files: "${files}"` : ""}}`,
+      "--tuple",
+      "house.motto=carpe diem",
+    ];
     this.#process = spawn(join(this.programs, "rubicon-proxy"), words, { cwd: this.folder, stdio: ["ignore", "pipe", "pipe"] });
     for (const stream of [this.#process.stdout, this.#process.stderr]) stream.on("data", (text) => (this.#printed += text));
     while (!(await answers(this.url))) {
@@ -58,7 +65,10 @@ export class Island {
   /** A page of its own that wants a token; the tokens by role, and its address. */
   async startGuarded() {
     const file = join(this.folder, "web.tokens");
-    const make = (role) => execFileSync(join(this.programs, "rubicon"), ["token", `${role}-${Date.now()}`, "--role", role, "--file", file], { encoding: "utf8" }).trim();
+    const make = (role) =>
+      execFileSync(join(this.programs, "rubicon"), ["token", `${role}-${Date.now()}`, "--role", role, "--file", file], {
+        encoding: "utf8",
+      }).trim();
     const tokens = { view: make("view"), command: make("command") };
     const url = `http://${guarded}/`;
     this.#beside("rubicon", ["web", "--listen", guarded, "--tokens", file, ...(files ? ["--files", files] : [])]);

@@ -11,7 +11,11 @@ async function everyViewIsReached({ page, open }) {
   const views = await viewsOf(page);
   assert.ok(views.length >= 3);
   await press(page, "?");
-  const listed = await page.locator(".shortcuts div").evaluateAll((rows) => rows.map((row) => [[...row.querySelectorAll("kbd")].map((key) => key.textContent).join(" "), row.querySelector("dd").textContent]));
+  const listed = await page
+    .locator(".shortcuts div")
+    .evaluateAll((rows) =>
+      rows.map((row) => [[...row.querySelectorAll("kbd")].map((key) => key.textContent).join(" "), row.querySelector("dd").textContent]),
+    );
   await press(page, "Escape");
   await page.locator("dialog").waitFor({ state: "detached" });
   for (const { id, title } of views) {
@@ -87,13 +91,21 @@ async function tabShowsTheFocus({ page, open }) {
     const at = await page.evaluate(() => {
       const element = document.activeElement;
       const style = getComputedStyle(element);
-      return { name: element.getAttribute("aria-label") || element.textContent.trim(), outline: style.outlineStyle !== "none" && Number.parseFloat(style.outlineWidth) > 0, body: element === document.body };
+      return {
+        name: element.getAttribute("aria-label") || element.textContent.trim(),
+        outline: style.outlineStyle !== "none" && Number.parseFloat(style.outlineWidth) > 0,
+        body: element === document.body,
+      };
     });
     if (at.body) continue;
     assert.ok(at.outline, `no outline at ${at.name}`);
     seen.add(at.name);
   }
-  for (const name of ["Island", "Keyboard", "Overview", "Devices", "Tuples"]) assert.ok([...seen].some((text) => text.startsWith(name)), `${name} is not reached: ${[...seen].join(", ")}`);
+  for (const name of ["Island", "Keyboard", "Overview", "Devices", "Tuples"])
+    assert.ok(
+      [...seen].some((text) => text.startsWith(name)),
+      `${name} is not reached: ${[...seen].join(", ")}`,
+    );
 }
 
 export const tests = () => [

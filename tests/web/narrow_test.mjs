@@ -5,7 +5,8 @@ const more = ["devices/6541/dummy-rooms/living", "tuples/6541:house.motto"];
 
 /** What goes beyond the right edge and cannot be scrolled to. */
 function beyondTheEdge() {
-  const scrolls = (element) => element && (/auto|scroll|hidden/.test(getComputedStyle(element).overflowX) || scrolls(element.parentElement));
+  const scrolls = (element) =>
+    element && (/auto|scroll|hidden/.test(getComputedStyle(element).overflowX) || scrolls(element.parentElement));
   return [...document.querySelectorAll("body *")]
     .filter((element) => element.getBoundingClientRect().right > innerWidth + 1 && element.getClientRects().length > 0)
     .filter((element) => !scrolls(element.parentElement) && !element.closest(".spoken"))
@@ -15,7 +16,10 @@ function beyondTheEdge() {
 /** Touch targets that are smaller than 44 pixels in both directions. */
 function smallTargets() {
   return [...document.querySelectorAll("button, select, input, nav a")]
-    .filter((element) => element.getClientRects().length > 0 && element.type !== "checkbox" && element.type !== "range" && !element.closest(".skip"))
+    .filter(
+      (element) =>
+        element.getClientRects().length > 0 && element.type !== "checkbox" && element.type !== "range" && !element.closest(".skip"),
+    )
     .map((element) => ({ box: element.getBoundingClientRect(), html: element.outerHTML.slice(0, 120) }))
     .filter(({ box }) => box.height < 43.5 && box.bottom > 0)
     .map(({ html }) => html);
@@ -35,5 +39,9 @@ async function fits({ page, open, picture }) {
 }
 
 export const tests = () => [
-  { name: "narrow: every view fits into 320 pixels, targets are 44", settings: { context: { viewport: { width: 320, height: 640 }, hasTouch: true, isMobile: true } }, body: fits },
+  {
+    name: "narrow: every view fits into 320 pixels, targets are 44",
+    settings: { context: { viewport: { width: 320, height: 640 }, hasTouch: true, isMobile: true } },
+    body: fits,
+  },
 ];

@@ -27,7 +27,12 @@ async function addDevices(page) {
       const set = [];
       for (let index = 0; index < count; index++) {
         keys[1_000_000 + index] = `7:proxy.big.${index}.${leaf}`;
-        set.push([1_000_000 + index, leaf === "status" ? '{"status":"reachable","since":1}' : JSON.stringify({ name: `Device ${index}` }), 1, 1]);
+        set.push([
+          1_000_000 + index,
+          leaf === "status" ? '{"status":"reachable","since":1}' : JSON.stringify({ name: `Device ${index}` }),
+          1,
+          1,
+        ]);
       }
       call({ data: JSON.stringify({ s: number, k: keys, set }) });
     }

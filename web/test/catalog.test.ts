@@ -42,7 +42,10 @@ test("a device has its points in order: sensors, actuators, properties, by natur
   const { catalog, put } = setUp();
   for (const point of ["property.rate", "actuator.lamp-1", "sensor.light-10", "sensor.light-2"]) put(`7:proxy.wsn.3.${point}.value`, "1");
   const device = catalog.device(7, "wsn", "3");
-  assert.deepEqual(device?.ordered.map(({ id }) => id), ["light-2", "light-10", "lamp-1", "rate"]);
+  assert.deepEqual(
+    device?.ordered.map(({ id }) => id),
+    ["light-2", "light-10", "lamp-1", "rate"],
+  );
 });
 
 test("battery and link quality do not stand for a device that measures something", () => {

@@ -13,7 +13,12 @@ test("the control comes from the description alone", () => {
   assert.deepEqual(controlOf({ data_type: "real", minimum: 0, maximum: 100 }), { kind: "slider", minimum: 0, maximum: 100, step: 1 });
   assert.deepEqual(controlOf({ data_type: "real", minimum: 15, maximum: 30 }), { kind: "slider", minimum: 15, maximum: 30, step: 0.1 });
   assert.deepEqual(controlOf({ data_type: "integer", minimum: 0, maximum: 10 }), { kind: "slider", minimum: 0, maximum: 10, step: 1 });
-  assert.deepEqual(controlOf({ data_type: "integer", minimum: 10, maximum: 86400000 }), { kind: "number", minimum: 10, maximum: 86400000, step: 1 });
+  assert.deepEqual(controlOf({ data_type: "integer", minimum: 10, maximum: 86400000 }), {
+    kind: "number",
+    minimum: 10,
+    maximum: 86400000,
+    step: 1,
+  });
   assert.deepEqual(controlOf({ data_type: "real" }), { kind: "number", minimum: undefined, maximum: undefined, step: "any" });
   assert.deepEqual(controlOf({ data_type: "json" }), { kind: "text", json: true });
   assert.deepEqual(controlOf({ data_type: "text", type: "colourRgb" }), { kind: "colour" });
@@ -36,24 +41,35 @@ function states(...answers: Partial<Answer>[]): string[] {
 }
 
 test("a command goes through its states to the final one", () => {
-  assert.deepEqual(states({ ok: true, verdict: "applied" }, { state: "sent", reason: "waits for a report" }, { state: "confirmed", final: true }), ["queued", "sent waits for a report", "confirmed!"]);
-  assert.deepEqual(states({ ok: true, verdict: "applied" }, { state: "timed-out", reason: "no report", final: true }), ["queued", "timed-out! no report"]);
+  assert.deepEqual(
+    states({ ok: true, verdict: "applied" }, { state: "sent", reason: "waits for a report" }, { state: "confirmed", final: true }),
+    ["queued", "sent waits for a report", "confirmed!"],
+  );
+  assert.deepEqual(states({ ok: true, verdict: "applied" }, { state: "timed-out", reason: "no report", final: true }), [
+    "queued",
+    "timed-out! no report",
+  ]);
 });
 
 test("a refusal carries its reason; a lost line leaves the outcome unknown", () => {
   assert.deepEqual(states({ ok: false, error: { code: "refused", text: "not a number" } }), ["refused! not a number"]);
-  assert.deepEqual(states({ ok: true, verdict: "applied" }, { ok: false, error: { code: "unreachable", text: "lost" } }), ["queued", "unknown! lost"]);
+  assert.deepEqual(states({ ok: true, verdict: "applied" }, { ok: false, error: { code: "unreachable", text: "lost" } }), [
+    "queued",
+    "unknown! lost",
+  ]);
 });
 
 test("the status of a point tells whose command it was", () => {
   const command = { state: "assumed", value: "30", since: 5, reason: "", commander: "rubicon set (pid 7)" };
   const outcome = outcomeOf({ quality: "assumed", command });
   assert.deepEqual([outcome?.state, outcome?.value, outcome?.final, outcome?.commander], ["assumed", "30", true, "rubicon set (pid 7)"]);
-  for (const status of [{}, { command: null }, { command: "on" }, { command: {} }, { command: { state: 7 } }]) assert.equal(outcomeOf(status as Record<string, unknown>), null);
+  for (const status of [{}, { command: null }, { command: "on" }, { command: {} }, { command: { state: 7 } }])
+    assert.equal(outcomeOf(status as Record<string, unknown>), null);
 });
 
 test("each state has a tone", () => {
-  assert.deepEqual(["sending", "queued", "sent", "confirmed", "assumed", "refused", "failed", "timed-out", "expired", "superseded"].map(toneOf), [
-    "waiting", "waiting", "waiting", "good", "good", "bad", "bad", "bad", "bad", "neutral",
-  ]);
+  assert.deepEqual(
+    ["sending", "queued", "sent", "confirmed", "assumed", "refused", "failed", "timed-out", "expired", "superseded"].map(toneOf),
+    ["waiting", "waiting", "waiting", "good", "good", "bad", "bad", "bad", "bad", "neutral"],
+  );
 });

@@ -16,7 +16,12 @@ function setUp() {
     state: (state) => (state === "live" ? feed.connected() : feed.disconnected()),
     frame: (frame) => feed.take(frame),
   });
-  const feed: Feed = new Feed(store, () => connection, clock, () => {});
+  const feed: Feed = new Feed(
+    store,
+    () => connection,
+    clock,
+    () => {},
+  );
   connection.start();
   server.last.events.opened();
   const verbs = () => server.last.sent.map((request) => request.do);
@@ -115,7 +120,14 @@ test("after a reconnection the old tuples stay until the snapshot shows what is 
   const { server, store, feed, reconnect } = setUp();
   feed.want({ pattern: "7:**" });
   answerLast(server, 1);
-  server.say({ s: 1, k: { "0": lamp, "1": door }, set: [[0, "on", 9, 1], [1, "open", 9, 1]] });
+  server.say({
+    s: 1,
+    k: { "0": lamp, "1": door },
+    set: [
+      [0, "on", 9, 1],
+      [1, "open", 9, 1],
+    ],
+  });
   const before = store.get(lamp);
   reconnect();
   assert.equal(store.get(door)?.value, "open");
@@ -185,7 +197,15 @@ test("a key without an owner, and numbers that nobody introduced, harm nothing",
   const { server, store, feed } = setUp();
   feed.want({ pattern: "7:**" });
   answerLast(server, 1);
-  server.say({ s: 1, k: { "0": "no owner", "1": ":x", "2": "x:y", "3": lamp }, set: [[0, "a", 1, 1], [9, "b", 1, 1], [3, "on", 1, 1]] });
+  server.say({
+    s: 1,
+    k: { "0": "no owner", "1": ":x", "2": "x:y", "3": lamp },
+    set: [
+      [0, "a", 1, 1],
+      [9, "b", 1, 1],
+      [3, "on", 1, 1],
+    ],
+  });
   server.say({ s: 1, gone: [[8, "deleted"]] });
   server.say({ s: 99, k: { "0": door }, set: [[0, "open", 1, 1]] });
   assert.deepEqual([...store.tuples.keys()], [lamp]);

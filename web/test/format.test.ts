@@ -1,6 +1,17 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { formatAge, formatBytes, formatFullTime, formatRate, formatTime, formatValue, hexDump, prettyJson, typeWords, unitSign } from "../src/core/format";
+import {
+  formatAge,
+  formatBytes,
+  formatFullTime,
+  formatRate,
+  formatTime,
+  formatValue,
+  hexDump,
+  prettyJson,
+  typeWords,
+  unitSign,
+} from "../src/core/format";
 
 test("numbers keep the digits that were sent, in the locale", () => {
   assert.equal(formatValue("21.50", "en"), "21.50");
@@ -11,11 +22,23 @@ test("numbers keep the digits that were sent, in the locale", () => {
 });
 
 test("what is no plain number is shown as it is", () => {
-  for (const value of ["on", "", "1e9", "0x12", "12:30", "1.", " 7", "123456789012345678901", "<b>1</b>", "NaN", "-"]) assert.equal(formatValue(value, "en"), value);
+  for (const value of ["on", "", "1e9", "0x12", "12:30", "1.", " 7", "123456789012345678901", "<b>1</b>", "NaN", "-"])
+    assert.equal(formatValue(value, "en"), value);
 });
 
 test("ages have one unit", () => {
-  const ages: [number, string][] = [[-3, "now"], [0, "now"], [1.4, "now"], [12, "12 s"], [89, "89 s"], [90, "2 min"], [5399, "90 min"], [5400, "2 h"], [86400, "24 h"], [129600, "2 d"]];
+  const ages: [number, string][] = [
+    [-3, "now"],
+    [0, "now"],
+    [1.4, "now"],
+    [12, "12 s"],
+    [89, "89 s"],
+    [90, "2 min"],
+    [5399, "90 min"],
+    [5400, "2 h"],
+    [86400, "24 h"],
+    [129600, "2 d"],
+  ];
   for (const [seconds, text] of ages) assert.equal(formatAge(seconds), text);
 });
 
@@ -30,7 +53,10 @@ test("times are in the zone, which full times name; other days carry their date"
 
 test("bytes and rates are short", () => {
   assert.deepEqual([0, 1023, 1024, 1_500_000, 5e9].map(formatBytes), ["0 B", "1023 B", "1.0 KiB", "1.4 MiB", "4.7 GiB"]);
-  assert.deepEqual([0, 0.04, 0.25, 9.96, 1234].map((rate) => formatRate(rate, "en")), ["0", "0", "0.3", "10", "1,234"]);
+  assert.deepEqual(
+    [0, 0.04, 0.25, 9.96, 1234].map((rate) => formatRate(rate, "en")),
+    ["0", "0", "0.3", "10", "1,234"],
+  );
 });
 
 test("units and types are what people write", () => {

@@ -26,7 +26,10 @@ test("a list higher than browsers can draw is scrolled by scale, to its very end
 test("rows of different heights are found at their pixel", () => {
   const layout = layoutOf(4, (index) => [10, 30, 20, 40][index] ?? 0);
   assert.equal(layout.total, 100);
-  assert.deepEqual([0, 9, 10, 39, 40, 59, 60, 99, 200].map((pixel) => layout.indexAt(pixel)), [0, 0, 1, 1, 2, 2, 3, 3, 3]);
+  assert.deepEqual(
+    [0, 9, 10, 39, 40, 59, 60, 99, 200].map((pixel) => layout.indexAt(pixel)),
+    [0, 0, 1, 1, 2, 2, 3, 3, 3],
+  );
   assert.equal(layout.height(3), 40);
 });
 
@@ -40,7 +43,11 @@ function byValue(live: boolean): OrderSpec<Row> {
 }
 
 test("rows never move by themselves when the order is by a live column", () => {
-  const [a, b, c] = [{ name: "a", value: 1 }, { name: "b", value: 2 }, { name: "c", value: 0 }];
+  const [a, b, c] = [
+    { name: "a", value: 1 },
+    { name: "b", value: 2 },
+    { name: "c", value: 0 },
+  ];
   const order = new FrozenOrder<Row>();
   const spec = byValue(true);
   order.update([a, b], 1, spec);
@@ -68,7 +75,11 @@ test("a row that no longer fits a live filter stays until asked again", () => {
 });
 
 test("an order by constant columns takes new rows in their place", () => {
-  const [a, b, c] = [{ name: "a", value: 1 }, { name: "b", value: 3 }, { name: "c", value: 2 }];
+  const [a, b, c] = [
+    { name: "a", value: 1 },
+    { name: "b", value: 3 },
+    { name: "c", value: 2 },
+  ];
   const order = new FrozenOrder<Row>();
   order.update([a, b], 1, byValue(false));
   order.update([a, b, c], 2, byValue(false));
@@ -76,7 +87,10 @@ test("an order by constant columns takes new rows in their place", () => {
 });
 
 test("another filter or order is taken at once", () => {
-  const [a, b] = [{ name: "a", value: 1 }, { name: "b", value: 2 }];
+  const [a, b] = [
+    { name: "a", value: 1 },
+    { name: "b", value: 2 },
+  ];
   const order = new FrozenOrder<Row>();
   order.update([a, b], 1, byValue(true));
   order.update([a, b], 1, { ...byValue(true), name: "down", compare: (x, y) => y.value - x.value });

@@ -13,7 +13,10 @@ function setUp(...names: string[]) {
     assert.ok(tuple);
     store.set(tuple, "v", sequence, 1);
   };
-  const shown = (...open: string[]) => tree.rows(new Set(open), "key", [...tree.owners.values()]).map(({ branch, level, place, size }) => `${" ".repeat(level - 1)}${branch.part} ${place}/${size}`);
+  const shown = (...open: string[]) =>
+    tree
+      .rows(new Set(open), "key", [...tree.owners.values()])
+      .map(({ branch, level, place, size }) => `${" ".repeat(level - 1)}${branch.part} ${place}/${size}`);
   return { store, tree, set, shown };
 }
 
@@ -65,7 +68,10 @@ test("rates come from sequence numbers, also of sets that were merged", () => {
   assert.ok(Math.abs(rates.of(tuple) - 20) < 0.1, String(rates.of(tuple)));
   assert.equal(tree.find("7")?.rate, rates.of(tuple));
   assert.equal(tree.find("7:d")?.rate, 0);
-  assert.deepEqual(rates.top(5).map((top) => top.tuple.id), ["7:a.b"]);
+  assert.deepEqual(
+    rates.top(5).map((top) => top.tuple.id),
+    ["7:a.b"],
+  );
   for (let second = 0; second < 40; second++) rates.sample(40_000 + 1000 * second);
   tree.takeRates(rates);
   assert.equal(tree.find("7")?.rate, 0);

@@ -115,7 +115,20 @@ export class Device {
 }
 
 /** Types that people look for first, in this order. */
-const sought = ["lamp", "relay", "switch", "lock", "contact", "motion", "occupancy", "presence", "temperature", "power", "light", "humidity"];
+const sought = [
+  "lamp",
+  "relay",
+  "switch",
+  "lock",
+  "contact",
+  "motion",
+  "occupancy",
+  "presence",
+  "temperature",
+  "power",
+  "light",
+  "humidity",
+];
 /** Types of points that devices have beside what they are for. */
 const aside = new Set(["battery", "batteryLow", "deviceTemperature", "linkQuality", "voltage", "rssi", "lastSeen", "uptime"]);
 

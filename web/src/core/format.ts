@@ -114,7 +114,10 @@ export function zoneName(date = new Date(), zone?: string): string {
 
 /** Words in place of type names: colourTemperature becomes `colour temperature`. */
 export function typeWords(type: string): string {
-  return type.replace(/([a-z0-9])([A-Z])/g, "$1 $2").replaceAll("_", " ").toLowerCase();
+  return type
+    .replace(/([a-z0-9])([A-Z])/g, "$1 $2")
+    .replaceAll("_", " ")
+    .toLowerCase();
 }
 
 /** JSON over several lines; null if the text is none. */

@@ -115,7 +115,8 @@ export class Tree {
         if (!open.has(branch.path)) return;
         if (branch.children.size > 0) visit(branch.childrenBy(order, this.turn), level + 1);
         if (branch.parent || !loading(branch)) return;
-        for (let pending = 1; pending <= pendingRows; pending++) rows.push({ branch, level: level + 1, size: pendingRows, place: pending, pending });
+        for (let pending = 1; pending <= pendingRows; pending++)
+          rows.push({ branch, level: level + 1, size: pendingRows, place: pending, pending });
       });
     };
     visit(owners, 1);

@@ -51,7 +51,12 @@ export function sendCommand(point: Point, value: string): void {
 }
 
 /** Sets or appends to a tuple that is no command of a point; the answer is the outcome. */
-export function setTuple(key: string, value: string, fields: Record<string, unknown> = {}, call: (answer: Answer) => void = () => {}): void {
+export function setTuple(
+  key: string,
+  value: string,
+  fields: Record<string, unknown> = {},
+  call: (answer: Answer) => void = () => {},
+): void {
   connection.request({ do: "set", key, value, ...fields }, call);
 }
 
@@ -72,7 +77,8 @@ export function OutcomeMark({ point }: { point: Point }) {
   return (
     <span class="outcome" title={details}>
       <span>
-        <State word={state} tone={toneOf(state)} /> <span class="muted">
+        <State word={state} tone={toneOf(state)} />{" "}
+        <span class="muted">
           {text.commanded(value)} · <Age time={since} />
         </span>
       </span>
@@ -118,7 +124,14 @@ function Switch({ control, point, label }: ControlProps<Control & { kind: "switc
   if (value !== control.on && value !== control.off) return <Buttons words={[control.off, control.on]} point={point} label={label} />;
   const on = value === control.on;
   return (
-    <button type="button" role="switch" class="switch" aria-checked={on} aria-label={label} onClick={() => sendCommand(point, on ? control.off : control.on)}>
+    <button
+      type="button"
+      role="switch"
+      class="switch"
+      aria-checked={on}
+      aria-label={label}
+      onClick={() => sendCommand(point, on ? control.off : control.on)}
+    >
       <span class="knob" aria-hidden="true" />
       {value}
     </button>
@@ -130,7 +143,12 @@ function Buttons({ words: choices, point, label, pressed }: { words: string[]; p
   return (
     <span class="segments" role="group" aria-label={label}>
       {choices.map((word) => (
-        <button key={word} type="button" aria-pressed={state ? point.value?.value === word : undefined} onClick={() => sendCommand(point, word)}>
+        <button
+          key={word}
+          type="button"
+          aria-pressed={state ? point.value?.value === word : undefined}
+          onClick={() => sendCommand(point, word)}
+        >
           {word}
         </button>
       ))}
@@ -187,7 +205,9 @@ function Field({ control, value, label, onInput }: FieldProps) {
         </select>
       );
     case "colour":
-      return <input type="color" aria-label={label} value={/^#[0-9a-f]{6}$/i.test(value) ? value.toLowerCase() : "#ffffff"} onInput={input} />;
+      return (
+        <input type="color" aria-label={label} value={/^#[0-9a-f]{6}$/i.test(value) ? value.toLowerCase() : "#ffffff"} onInput={input} />
+      );
     default:
       return <input type="text" aria-label={label} value={value} spellcheck={false} onInput={input} />;
   }

@@ -3,7 +3,17 @@ import { useEffect, useRef } from "preact/hooks";
 import { words } from "../words";
 
 /** A modal dialog as long as it is in the document; Escape and a click beside it close it. */
-export function Dialog({ title, onClose, children, bare }: { title: string; onClose(): void; children: ComponentChildren; bare?: boolean }) {
+export function Dialog({
+  title,
+  onClose,
+  children,
+  bare,
+}: {
+  title: string;
+  onClose(): void;
+  children: ComponentChildren;
+  bare?: boolean;
+}) {
   const dialog = useRef<HTMLDialogElement>(null);
   useEffect(() => {
     const element = dialog.current;

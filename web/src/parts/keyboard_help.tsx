@@ -10,7 +10,16 @@ export function showHelp(): void {
   open.value = true;
 }
 
-const signs: Record<string, string> = { " ": "Space", ArrowDown: "↓", ArrowUp: "↑", ArrowLeft: "←", ArrowRight: "→", Escape: "Esc", PageDown: "Page ↓", PageUp: "Page ↑" };
+const signs: Record<string, string> = {
+  " ": "Space",
+  ArrowDown: "↓",
+  ArrowUp: "↑",
+  ArrowLeft: "←",
+  ArrowRight: "→",
+  Escape: "Esc",
+  PageDown: "Page ↓",
+  PageUp: "Page ↑",
+};
 
 /** The list of the keys that are in force where the user is. */
 export function KeyboardHelp() {
@@ -21,7 +30,10 @@ export function KeyboardHelp() {
         {byMeaning().map(([what, all]) => (
           <div key={what}>
             <dt>
-              {all.flatMap((keys, index) => [index > 0 && <span key={`or ${keys}`}>{words.keyboard.or}</span>, <Keys key={keys} keys={keys} />])}
+              {all.flatMap((keys, index) => [
+                index > 0 && <span key={`or ${keys}`}>{words.keyboard.or}</span>,
+                <Keys key={keys} keys={keys} />,
+              ])}
             </dt>
             <dd>{what}</dd>
           </div>

@@ -23,7 +23,14 @@ export function Login() {
         <p>{words.login.text}</p>
         <label class="field">
           <span>{words.login.field}</span>
-          <input type="password" autocomplete="current-password" required autofocus value={token} onInput={(event) => setToken(event.currentTarget.value)} />
+          <input
+            type="password"
+            autocomplete="current-password"
+            required
+            autofocus
+            value={token}
+            onInput={(event) => setToken(event.currentTarget.value)}
+          />
         </label>
         <p role="alert" class="error">
           {error}

@@ -26,7 +26,8 @@ interface Found {
 function find(search: string): Found[] {
   const found: Found[] = [];
   for (const view of views) {
-    if (matches(search, view.title)) found.push({ key: view.id, what: words.search.view, name: view.title, more: "", href: hrefTo(view.id) });
+    if (matches(search, view.title))
+      found.push({ key: view.id, what: words.search.view, name: view.title, more: "", href: hrefTo(view.id) });
   }
   if (search.trim() === "") return found;
   const island = chosenIsland();

@@ -195,7 +195,9 @@ function back(): void {
 }
 
 function focusControl(): void {
-  const control = document.querySelector<HTMLElement>("main .control button, main .control input, main .control select, main .control textarea");
+  const control = document.querySelector<HTMLElement>(
+    "main .control button, main .control input, main .control select, main .control textarea",
+  );
   control?.focus();
   control?.scrollIntoView({ block: "nearest" });
 }

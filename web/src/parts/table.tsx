@@ -66,7 +66,10 @@ export function Table<T>(props: TableProps<T>) {
   const keys = Object.fromEntries(Object.entries(props.keys ?? {}).map(([key, { what, run }]) => [key, { what, run: at(run) }]));
   const rowsIn = (first: number, end: number) => rows.slice(first, end).flatMap((entry) => ("row" in entry ? [entry.row] : []));
   return (
-    <div class={`table${phone.value ? " two-lines" : ""}`} style={`--columns:${shown.map((column) => column.width).join(" ")};--least:${leastWidth(shown)}px`}>
+    <div
+      class={`table${phone.value ? " two-lines" : ""}`}
+      style={`--columns:${shown.map((column) => column.width).join(" ")};--least:${leastWidth(shown)}px`}
+    >
       <VirtualList
         role="grid"
         label={props.label}
@@ -87,7 +90,13 @@ export function Table<T>(props: TableProps<T>) {
           const { active, ...rest } = attributes;
           if ("group" in entry) {
             return (
-              <div key={`group ${entry.group}`} role="row" aria-rowindex={index + 2} class={`row group${active ? " active" : ""}`} {...rest}>
+              <div
+                key={`group ${entry.group}`}
+                role="row"
+                aria-rowindex={index + 2}
+                class={`row group${active ? " active" : ""}`}
+                {...rest}
+              >
                 <div role="gridcell" aria-colspan={shown.length}>
                   {entry.group} <span class="count">{entry.count}</span>
                 </div>
@@ -108,7 +117,11 @@ export function Table<T>(props: TableProps<T>) {
               {...rest}
             >
               {shown.map((column) => (
-                <div key={column.id} role="gridcell" class={`cell${column.numeric ? " numeric" : ""}${column.phone ? ` at-${column.phone}` : ""}`}>
+                <div
+                  key={column.id}
+                  role="gridcell"
+                  class={`cell${column.numeric ? " numeric" : ""}${column.phone ? ` at-${column.phone}` : ""}`}
+                >
                   {column.cell(row)}
                 </div>
               ))}

@@ -17,7 +17,10 @@ const most = 100;
 /** The chosen devices against the types of their points. */
 export function Compare({ paths }: { paths: string[] }) {
   useFrame();
-  const devices = paths.slice(0, most).map((path) => catalog.devices.get(path)).filter((device) => device !== undefined);
+  const devices = paths
+    .slice(0, most)
+    .map((path) => catalog.devices.get(path))
+    .filter((device) => device !== undefined);
   const feeds = useFeeds(devices.map((device) => ({ pattern: `${device.owner}:${device.prefix}.${device.network}.${device.id}.*.*.*` })));
   const columns = useMemo(() => columnsOf(devices), [catalog.points, catalog.structure]);
   const rows = useMemo(() => devices.map((row) => ({ row })), [devices.map((device) => device.path).join(), catalog.structure]);
@@ -29,7 +32,14 @@ export function Compare({ paths }: { paths: string[] }) {
         <span class="count">{text.count(devices.length)}</span>
       </div>
       <Loaded state={loadingOf([...baseFeeds, ...feeds])} empty={devices.length === 0 && <Empty title={text.none} />}>
-        <Table label={text.compared} columns={columns} rows={rows} rowsVersion={rows} nameOf={(device) => device.path} onOpen={(device) => go("devices", device.path.split("/"))} />
+        <Table
+          label={text.compared}
+          columns={columns}
+          rows={rows}
+          rowsVersion={rows}
+          nameOf={(device) => device.path}
+          onOpen={(device) => go("devices", device.path.split("/"))}
+        />
       </Loaded>
     </section>
   );
@@ -55,7 +65,13 @@ function columnsOf(devices: Device[]): Column<Device>[] {
       width: `${Math.max(90, 8 * type.length + 8 * unit.length + 16)}px`,
       numeric: true,
       phone: columns.length === 2 ? "sub" : columns.length === 3 ? "end" : undefined,
-      cell: (device) => pointsOf(device, type).map((point, index) => <span key={point.id}>{index > 0 && " · "}<Value point={point} unit={false} /></span>),
+      cell: (device) =>
+        pointsOf(device, type).map((point, index) => (
+          <span key={point.id}>
+            {index > 0 && " · "}
+            <Value point={point} unit={false} />
+          </span>
+        )),
     });
   }
   return columns;

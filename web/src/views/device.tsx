@@ -24,7 +24,10 @@ export function DevicePage({ parts }: { parts: string[] }) {
   const device = catalog.device(Number(owner), network, id);
   const prefix = device?.prefix ?? "*";
   const base = `${owner}:${prefix}.${network}.${id}`;
-  const feeds = useFeeds([{ pattern: `${base}.*.*.*` }, ...(active.value ? [{ pattern: `${base}.sensor.*.value`, active: true, min: 50 }] : [])]);
+  const feeds = useFeeds([
+    { pattern: `${base}.*.*.*` },
+    ...(active.value ? [{ pattern: `${base}.sensor.*.value`, active: true, min: 50 }] : []),
+  ]);
   const state = loadingOf([...baseFeeds, ...feeds]);
   const name = device?.name;
   useEffect(() => {
@@ -54,7 +57,12 @@ export function DevicePage({ parts }: { parts: string[] }) {
 
 function Header({ device }: { device: Device }) {
   const pinned = pinnedDevices.value.includes(device.path);
-  const facts = [device.model, device.area, text.address(String(device.description?.json.address ?? device.id)), text.of(device.network, device.owner)].filter(Boolean);
+  const facts = [
+    device.model,
+    device.area,
+    text.address(String(device.description?.json.address ?? device.id)),
+    text.of(device.network, device.owner),
+  ].filter(Boolean);
   return (
     <header class="thing">
       <div class="thing-title">
@@ -69,13 +77,13 @@ function Header({ device }: { device: Device }) {
           {device.reason && ` · ${device.reason}`}
         </span>
         <div class="thing-actions">
-        <TimeToLive />
-        <button type="button" aria-pressed={pinned} onClick={() => togglePin(pinnedDevices, device.path)}>
-          {pinned ? text.unpin : text.pin}
-        </button>
-        <a class="button" href={hrefTo("tuples", [`${device.owner}:${device.prefix}.${device.network}.${device.id}`])}>
-          {text.tuples}
-        </a>
+          <TimeToLive />
+          <button type="button" aria-pressed={pinned} onClick={() => togglePin(pinnedDevices, device.path)}>
+            {pinned ? text.unpin : text.pin}
+          </button>
+          <a class="button" href={hrefTo("tuples", [`${device.owner}:${device.prefix}.${device.network}.${device.id}`])}>
+            {text.tuples}
+          </a>
         </div>
       </div>
       <div class="muted facts">{facts.join(" · ")}</div>
@@ -115,7 +123,9 @@ function Raw({ device }: { device: Device }) {
             <p>
               <code>{tuple.id}</code> <CopyButton text={tuple.id} />
             </p>
-            <pre tabIndex={0} role="region" aria-label={leaf}>{prettyJson(tuple.value ?? "") ?? tuple.value}</pre>
+            <pre tabIndex={0} role="region" aria-label={leaf}>
+              {prettyJson(tuple.value ?? "") ?? tuple.value}
+            </pre>
           </div>
         );
       })}

@@ -43,12 +43,26 @@ export function DeviceFilters({ filters, columns, shown, outdated, onUpdate, cho
   return (
     <div class="toolbar">
       <h1>{text.title}</h1>
-      <input type="search" aria-label={words.table.filter} placeholder={words.table.filter} value={filters.search} onInput={(event) => setQuery({ q: event.currentTarget.value })} />
+      <input
+        type="search"
+        aria-label={words.table.filter}
+        placeholder={words.table.filter}
+        value={filters.search}
+        onInput={(event) => setQuery({ q: event.currentTarget.value })}
+      />
       <Fold>
         <Choice label={text.network} none={text.anyNetwork} value={filters.network} values={choices.networks} onChange={set("network")} />
         <Choice label={text.type} none={text.anyType} value={filters.type} values={choices.types} name={typeWords} onChange={set("type")} />
         <Choice label={text.quality} none={text.anyQuality} value={filters.quality} values={qualities} onChange={set("quality")} />
-        <Choice label={text.group} none={text.groups.none} value={filters.group} values={["network", "place", "type"]} name={groupName} onChange={set("group")} labelled />
+        <Choice
+          label={text.group}
+          none={text.groups.none}
+          value={filters.group}
+          values={["network", "place", "type"]}
+          name={groupName}
+          onChange={set("group")}
+          labelled
+        />
         {phone.value && <SortSelect columns={columns} sorting={{ by: filters.sort, set: set("sort") }} />}
       </Fold>
       <span class="count">{words.table.shown(shown, catalog.devices.size)}</span>

@@ -98,7 +98,15 @@ function DeviceList({ route }: { route: Route }) {
   if (islandsKnown.value && islands.value.length === 0 && catalog.devices.size === 0) return <NoIsland />;
   return (
     <section class="view">
-      <DeviceFilters filters={filters} columns={columns} shown={order.rows.length} outdated={order.outdated} onUpdate={order.refresh} chosen={chosen} onClear={() => setChosen(new Set())} />
+      <DeviceFilters
+        filters={filters}
+        columns={columns}
+        shown={order.rows.length}
+        outdated={order.outdated}
+        onUpdate={order.refresh}
+        chosen={chosen}
+        onClear={() => setChosen(new Set())}
+      />
       <Loaded state={state} empty={rows.length === 0 && <NoDevices filtered={catalog.devices.size > 0} />}>
         <Table
           label={text.label}

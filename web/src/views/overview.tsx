@@ -62,8 +62,12 @@ function Islands() {
         <thead>
           <tr>
             <th scope="col">{text.island}</th>
-            <th scope="col" class="desk">{text.host}</th>
-            <th scope="col" class="desk">{text.program}</th>
+            <th scope="col" class="desk">
+              {text.host}
+            </th>
+            <th scope="col" class="desk">
+              {text.program}
+            </th>
             <th scope="col">{text.up}</th>
             <th scope="col">{text.devices}</th>
           </tr>
@@ -124,7 +128,13 @@ function Card({ title, count, none, more, bad, children }: CardProps) {
 function Lines() {
   const lines = ofChosen(linesNotUp(catalog));
   return (
-    <Card title={text.lines} count={lines.length} none={text.allUp(ofChosen([...catalog.networks.values()]).length)} bad more={{ href: hrefTo("networks"), label: text.networks }}>
+    <Card
+      title={text.lines}
+      count={lines.length}
+      none={text.allUp(ofChosen([...catalog.networks.values()]).length)}
+      bad
+      more={{ href: hrefTo("networks"), label: text.networks }}
+    >
       {lines.slice(0, shown).map((network) => {
         const status = network.status?.json;
         return (
@@ -147,7 +157,13 @@ function DeviceLink({ device }: { device: Device }) {
 function Gone() {
   const devices = ofChosen(gone(catalog));
   return (
-    <Card title={text.gone} count={devices.length} none={text.noneGone} bad more={{ href: hrefTo("devices", [], { sort: "state" }), label: text.all }}>
+    <Card
+      title={text.gone}
+      count={devices.length}
+      none={text.noneGone}
+      bad
+      more={{ href: hrefTo("devices", [], { sort: "state" }), label: text.all }}
+    >
       {devices.slice(0, shown).map((device) => (
         <li key={device.path}>
           <DeviceLink device={device} />
@@ -200,7 +216,12 @@ function Floods({ ready }: { ready: boolean }) {
     .filter(({ tuple }) => !island || tuple.owner === island)
     .slice(0, floods);
   return (
-    <Card title={text.floods} count={top.length} none={samples < settled ? text.measuring : text.quiet} more={{ href: hrefTo("tuples", [], { order: "rate" }), label: text.tuples }}>
+    <Card
+      title={text.floods}
+      count={top.length}
+      none={samples < settled ? text.measuring : text.quiet}
+      more={{ href: hrefTo("tuples", [], { order: "rate" }), label: text.tuples }}
+    >
       {top.map(({ tuple, rate }) => (
         <li key={tuple.id}>
           <a class="key" href={hrefTo("tuples", [tuple.id])} title={tuple.id}>

@@ -84,7 +84,8 @@ export function Sparkline({ point, hour }: { point: Point; hour: Hour }) {
   let path = "";
   let before = Number.NaN;
   for (const [time, value] of pairs) {
-    if (!Number.isNaN(value)) path += Number.isNaN(before) ? `M${x(time)} ${y(value)}` : `${steps ? `H${x(time)}` : ""}L${x(time)} ${y(value)}`;
+    if (!Number.isNaN(value))
+      path += Number.isNaN(before) ? `M${x(time)} ${y(value)}` : `${steps ? `H${x(time)}` : ""}L${x(time)} ${y(value)}`;
     before = value;
   }
   if (!Number.isNaN(before)) path += `H${width}`;

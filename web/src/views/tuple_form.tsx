@@ -42,11 +42,15 @@ export function TupleForm({ tuple }: { tuple: Tuple }) {
   const [outcome, setOutcome] = useState("");
   const change = (changes: Partial<Draft>) => setDraft({ ...draft, ...changes });
   const answered = (answer: Answer) => {
-    const said = answer.ok === false ? text.failed(answer.error?.code ?? "", answer.error?.text ?? "") : text.outcome(answer.state ?? answer.verdict ?? "");
+    const said =
+      answer.ok === false
+        ? text.failed(answer.error?.code ?? "", answer.error?.text ?? "")
+        : text.outcome(answer.state ?? answer.verdict ?? "");
     setOutcome(said);
     announce(said);
   };
-  const send = (verb: "set" | "append") => connection.request(requestOf(tuple, draft, verb, seen), answered, tuple.key.endsWith(".command") && verb === "set");
+  const send = (verb: "set" | "append") =>
+    connection.request(requestOf(tuple, draft, verb, seen), answered, tuple.key.endsWith(".command") && verb === "set");
   return (
     <form
       class="tuple-form"
@@ -56,11 +60,23 @@ export function TupleForm({ tuple }: { tuple: Tuple }) {
       }}
     >
       <h3>{text.set}</h3>
-      <textarea aria-label={text.newValue} placeholder={text.newValue} rows={3} spellcheck={false} value={draft.value} onInput={(event) => change({ value: event.currentTarget.value })} />
+      <textarea
+        aria-label={text.newValue}
+        placeholder={text.newValue}
+        rows={3}
+        spellcheck={false}
+        value={draft.value}
+        onInput={(event) => change({ value: event.currentTarget.value })}
+      />
       <div class="form-grid">
         <label class="field">
           <span>{text.media}</span>
-          <input type="text" placeholder={tuple.media || text.mediaHint} value={draft.media} onInput={(event) => change({ media: event.currentTarget.value })} />
+          <input
+            type="text"
+            placeholder={tuple.media || text.mediaHint}
+            value={draft.media}
+            onInput={(event) => change({ media: event.currentTarget.value })}
+          />
         </label>
         <label class="field">
           <span>{text.userTime}</span>

@@ -55,7 +55,10 @@ function Facts({ tuple, rate }: { tuple: Tuple; rate: number }) {
         <Fact name={text.sequence} value={`@${tuple.sequence}`} />
         <Fact name={text.rate} value={`${formatRate(rate)}/s`} />
         <Fact name={text.creator} value={tuple.creator ? nameOf(tuple.creator) : ""} />
-        <Fact name={text.owner} value={`${nameOf(tuple.owner)}, ${tuple.present ? text.present : text.absent(formatFullTime(tuple.absentSince))}`} />
+        <Fact
+          name={text.owner}
+          value={`${nameOf(tuple.owner)}, ${tuple.present ? text.present : text.absent(formatFullTime(tuple.absentSince))}`}
+        />
         <Time name={text.write} time={tuple.write} />
         <Time name={text.user} time={tuple.time === tuple.write ? 0 : tuple.time} />
         <dt>{text.expires}</dt>
@@ -84,7 +87,10 @@ function Time({ name, time }: { name: string; time: number }) {
     <>
       <dt>{name}</dt>
       <dd>
-        {formatFullTime(time)} <span class="muted">(<Age time={time} />)</span>
+        {formatFullTime(time)}{" "}
+        <span class="muted">
+          (<Age time={time} />)
+        </span>
       </dd>
     </>
   );

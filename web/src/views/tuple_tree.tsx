@@ -38,7 +38,13 @@ export function TupleTree({ rows, chosen, openBranches, onToggle, onOpen, onPin 
     const row = rowAt(index);
     if (!row) return;
     if (openBranches.has(row.branch.path)) onToggle(row.branch, false);
-    else if (row.branch.parent) setActive(Math.max(0, rows.findIndex(({ branch }) => branch === row.branch.parent)));
+    else if (row.branch.parent)
+      setActive(
+        Math.max(
+          0,
+          rows.findIndex(({ branch }) => branch === row.branch.parent),
+        ),
+      );
   };
   const on = (call: (branch: Branch) => void) => (index: number) => {
     const row = rowAt(index);

@@ -46,7 +46,9 @@ function useTree(): { tree: Tree; rates: Rates; samples: number } {
 function ownersShown(tree: Tree): Branch[] {
   const island = chosenIsland();
   for (const component of [...islands.value, ...components.value]) tree.owner(component.id);
-  return [...tree.owners.values()].filter((branch) => !island || Number(branch.part) === island).sort((a, b) => compareNatural(a.part, b.part));
+  return [...tree.owners.values()]
+    .filter((branch) => !island || Number(branch.part) === island)
+    .sort((a, b) => compareNatural(a.part, b.part));
 }
 
 function everythingOf(owner: string): Want {
@@ -87,7 +89,13 @@ function Tuples({ route }: { route: Route }) {
     <section class="view tuples">
       <div class="toolbar">
         <h1>{text.title}</h1>
-        <input type="search" aria-label={text.filter} placeholder={text.filter} value={search} onInput={(event) => setQuery({ q: event.currentTarget.value })} />
+        <input
+          type="search"
+          aria-label={text.filter}
+          placeholder={text.filter}
+          value={search}
+          onInput={(event) => setQuery({ q: event.currentTarget.value })}
+        />
         <label class="field">
           <span>{text.order}</span>
           <select value={order} onChange={(event) => setOrder(event.currentTarget.value)}>
@@ -106,7 +114,11 @@ function Tuples({ route }: { route: Route }) {
       <div class="split">
         {!(phone.value && panel) && (
           <Loaded state={search ? loadingOf(feeds) : loadingOf(baseFeeds)}>
-            {search ? <Found search={search} rates={rates} chosen={chosen} /> : <Branches rows={rows} chosen={chosen} toggle={toggle} tree={tree} />}
+            {search ? (
+              <Found search={search} rates={rates} chosen={chosen} />
+            ) : (
+              <Branches rows={rows} chosen={chosen} toggle={toggle} tree={tree} />
+            )}
           </Loaded>
         )}
         {panel && <TuplePanel key={chosen} id={chosen} rates={rates} branch={tree.find(chosen)} />}
@@ -151,7 +163,17 @@ function Branches({ rows, chosen, toggle, tree }: BranchesProps) {
     if (branch.tuple) go("tuples", [branch.path], queryOfNow());
     else toggle(branch);
   };
-  return <TupleTree rows={rows} chosen={chosen} openBranches={openBranches} onToggle={toggle} onOpen={open} onPin={(branch) => togglePin(pinnedBranches, branch.path)} tree={tree} />;
+  return (
+    <TupleTree
+      rows={rows}
+      chosen={chosen}
+      openBranches={openBranches}
+      onToggle={toggle}
+      onOpen={open}
+      onPin={(branch) => togglePin(pinnedBranches, branch.path)}
+      tree={tree}
+    />
+  );
 }
 
 /** What the address says about filter and order stays when another tuple is chosen. */
@@ -178,7 +200,8 @@ function Found({ search, rates, chosen }: { search: string; rates: Rates; chosen
     }
     return tuples.sort((a, b) => compareNatural(a.id, b.id));
   }, [search, island, store.tuples.size]);
-  if (found.length > 0) return <FoundTuples tuples={found} rates={rates} chosen={chosen} onOpen={(tuple) => go("tuples", [tuple.id], queryOfNow())} />;
+  if (found.length > 0)
+    return <FoundTuples tuples={found} rates={rates} chosen={chosen} onOpen={(tuple) => go("tuples", [tuple.id], queryOfNow())} />;
   return (
     <Empty title={text.filtered(store.tuples.size)}>
       <button type="button" onClick={() => setQuery({ q: "" })}>

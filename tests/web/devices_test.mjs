@@ -1,0 +1,53 @@
+import assert from "node:assert/strict";
+
+const names = (page) => page.locator(".list-rows .device-name").allTextContents();
+
+async function filteredToNothing({ page, open }) {
+  await open("devices?q=nosuchdevice");
+  await page.getByText(/^0 of \d+ devices match/).waitFor();
+  await page.getByRole("button", { name: "Clear filter" }).click();
+  await page.locator(".row", { hasText: "Hot water tank" }).waitFor();
+  assert.ok(!page.url().includes("nosuchdevice"));
+}
+
+/** The order by a column and back the other way; it is in the address, so that it can be sent. */
+async function sorts({ page, open, island }) {
+  await open("devices");
+  await page.locator(".row", { hasText: "Hot water tank" }).waitFor();
+  const up = await names(page);
+  await page.getByRole("columnheader", { name: "Name" }).getByRole("button").click();
+  await page.locator('[role=columnheader][aria-sort="descending"]').waitFor();
+  assert.deepEqual(await names(page), up.toReversed());
+  const address = page.url();
+  await page.goto(`${island.url}#/overview`);
+  await page.goto(address);
+  await page.locator(".row", { hasText: "Hot water tank" }).waitFor();
+  assert.deepEqual(await names(page), up.toReversed());
+}
+
+async function groups({ page, open }) {
+  await open("devices");
+  await page.getByLabel("Group").selectOption("place");
+  const groups = page.locator(".row.group");
+  await groups.first().waitFor();
+  assert.deepEqual(
+    (await groups.allTextContents()).map((text) => text.trim()),
+    ["<b>Lab</b> 1", "no place 4"],
+  );
+}
+
+async function compares({ page, open }) {
+  await open("devices");
+  for (const name of ["Living room", "Bedroom"]) await page.getByLabel(`select ${name}`).check();
+  await page.getByRole("link", { name: "Compare 2" }).click();
+  await page.getByRole("heading", { name: "Compared devices" }).waitFor();
+  for (const column of [/^dimmer/, /^lamp/, /^light/, /^temperature/]) await page.getByRole("columnheader", { name: column }).waitFor();
+  assert.equal(await page.locator(".list-rows .row").count(), 2);
+}
+
+export const tests = () => [
+  { name: "devices: filtered to nothing", body: filteredToNothing },
+  { name: "devices: sorted, by an address that can be sent", body: sorts },
+  { name: "devices: grouped", body: groups },
+  { name: "devices: chosen ones are compared", body: compares },
+];
