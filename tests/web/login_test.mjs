@@ -16,7 +16,7 @@ async function rolesSeeWhatTheyMay({ page, island }) {
   await logIn(page, "not-a-token");
   await page.getByRole("alert").filter({ hasText: /\w/ }).waitFor();
   await logIn(page, tokens.view);
-  await page.locator(".row", { hasText: "lamp-1" }).locator(".state").waitFor();
+  await page.locator(".row", { hasText: "lamp-1" }).locator(".state").first().waitFor();
   assert.equal(await page.locator(".control").count(), 0);
   assert.equal(await page.evaluate(() => document.cookie), "");
   await page.context().clearCookies();
