@@ -1,9 +1,9 @@
-// Builds web/dist: one script, one style sheet, one page, the licences of what they contain. The names of script and
-// style sheet carry their hash, so that browsers may keep them for ever.
+// Builds web/dist: the script of the page, that of its plots, one style sheet, one page, the licences of what they
+// contain. The names of scripts and style sheet carry their hash, so that browsers may keep them for ever.
 //   node scripts/build.mjs [--watch] [--out FOLDER]
 import { createHash } from "node:crypto";
 import { mkdir, readFile, readdir, rm, writeFile } from "node:fs/promises";
-import { dirname, join } from "node:path";
+import { basename, dirname, join } from "node:path";
 import { fileURLToPath } from "node:url";
 import * as esbuild from "esbuild";
 
@@ -11,31 +11,50 @@ const web = join(dirname(fileURLToPath(import.meta.url)), "..");
 const outAt = process.argv.indexOf("--out");
 const out = outAt > 0 ? process.argv[outAt + 1] : join(web, "dist");
 
-const options = {
+const common = {
   absWorkingDir: web,
-  entryPoints: { page: "src/main.tsx" },
   outdir: out,
   bundle: true,
   minify: true,
   charset: "utf8",
   format: "esm",
   target: ["chrome123", "firefox121", "safari17.5"],
-  jsx: "automatic",
-  jsxImportSource: "preact",
   legalComments: "none",
   metafile: true,
   write: false,
   logLevel: "warning",
 };
 
+/** `page.js` with its hash: page-0123456789ab.js */
 function hashed(path, contents) {
   const hash = createHash("sha256").update(contents).digest("hex").slice(0, 12);
-  return path.replace(/page\.(js|css)$/, `page-${hash}.$1`);
+  return path.replace(/\.(js|css)$/, `-${hash}.$1`);
 }
+
+/** The library of plots is a file of its own, which the page fetches when it shows the first plot. */
+const plots = await esbuild.build({
+  ...common,
+  stdin: { contents: 'export { default } from "uplot";', resolveDir: web, sourcefile: "uplot.js" },
+});
+const plotsFile = { path: hashed(join(out, "uplot.js"), plots.outputFiles[0].contents), contents: plots.outputFiles[0].contents };
+const plotsApart = {
+  name: "plots apart",
+  setup: (build) => build.onResolve({ filter: /^uplot$/ }, () => ({ path: `./${basename(plotsFile.path)}`, external: true })),
+};
+
+const options = {
+  ...common,
+  entryPoints: { page: "src/main.tsx" },
+  jsx: "automatic",
+  jsxImportSource: "preact",
+  plugins: [plotsApart],
+};
 
 /** Packages whose files are in the bundle, by the bundler's own list. */
 function packagesOf(metafile) {
-  const names = Object.keys(metafile.inputs).map((path) => /node_modules\/((?:@[^/]+\/)?[^/]+)\//.exec(path)?.[1]);
+  const names = [metafile, plots.metafile]
+    .flatMap(({ inputs }) => Object.keys(inputs))
+    .map((path) => /node_modules\/((?:@[^/]+\/)?[^/]+)\//.exec(path)?.[1]);
   return [...new Set(names.filter(Boolean))].sort();
 }
 
@@ -61,6 +80,7 @@ async function write(result) {
     await writeFile(path, file.contents);
     page = page.replace(file.path.endsWith(".js") ? "page.js" : "page.css", path.slice(out.length + 1));
   }
+  await writeFile(plotsFile.path, plotsFile.contents);
   await writeFile(join(out, "index.html"), page);
   await writeFile(join(out, "licences.txt"), await licences(result.metafile));
 }
@@ -68,7 +88,7 @@ async function write(result) {
 const writer = { name: "write", setup: (build) => build.onEnd((result) => (result.errors.length === 0 ? write(result) : undefined)) };
 
 if (process.argv.includes("--watch")) {
-  const context = await esbuild.context({ ...options, plugins: [writer] });
+  const context = await esbuild.context({ ...options, plugins: [plotsApart, writer] });
   await context.watch();
 } else {
   await write(await esbuild.build(options));

@@ -1,7 +1,8 @@
 import { useEffect, useRef, useState } from "preact/hooks";
-import uPlot from "uplot";
+import type uPlot from "uplot";
 import { unitSign } from "../core/format";
 import { timeLabels } from "../core/plot_time";
+import { usePlotting } from "../parts/plotting";
 import { phone } from "../parts/screen";
 import { type Bounds, colourOf, dashOf, inkOf, useInk } from "./plot_colours";
 import type { Plotted } from "./plot_tracks";
@@ -26,9 +27,16 @@ function unitOf({ point }: Plotted): string {
   return point?.unit || "1";
 }
 
+type Library = typeof uPlot;
+
 /** Numbers over time. Three series a point: the value, and the bounds of the band behind it. */
 export function PlotCanvas(props: Props) {
-  const { plotted } = props;
+  const library = usePlotting();
+  return library ? <Canvas {...props} library={library} /> : <div class="plot-canvas" aria-busy="true" />;
+}
+
+function Canvas(props: Props & { library: Library }) {
+  const { plotted, library } = props;
   const box = useRef<HTMLDivElement>(null);
   const plot = useRef<uPlot | null>(null);
   const latest = useRef(props);
@@ -47,7 +55,7 @@ export function PlotCanvas(props: Props) {
   useEffect(() => {
     const element = box.current;
     if (!element) return undefined;
-    const made = new uPlot(optionsOf(numbers, latest, element.clientWidth, element.clientHeight), dataOf(numbers, latest.current), element);
+    const made = new library(optionsOf(library, numbers, latest, element.clientWidth, element.clientHeight), dataOf(library, numbers, latest.current), element);
     plot.current = made;
     return () => {
       made.destroy();
@@ -58,7 +66,7 @@ export function PlotCanvas(props: Props) {
     if (size.width > 0 && size.height > 0) plot.current?.setSize(size);
   }, [size.width, size.height, name]);
   useEffect(() => {
-    plot.current?.setData(dataOf(numbers, props), false);
+    plot.current?.setData(dataOf(library, numbers, props), false);
     plot.current?.setScale("x", { min: props.bounds.from, max: props.bounds.to });
   });
   useEffect(() => {
@@ -70,16 +78,16 @@ export function PlotCanvas(props: Props) {
   return <div ref={box} class={`plot-canvas${numbers.length === 0 ? " only-axis" : ""}`} />;
 }
 
-function dataOf(numbers: Plotted[], { bounds, now }: Props): uPlot.AlignedData {
+function dataOf(library: Library, numbers: Plotted[], { bounds, now }: Props): uPlot.AlignedData {
   if (numbers.length === 0) return [[bounds.from, bounds.to]];
   const tables = numbers.map(({ track }) => {
     const { t, value, low, high } = track.curve(bounds.from, bounds.to, now);
     return [t, value, high, low] as uPlot.AlignedData;
   });
-  return uPlot.join(tables);
+  return library.join(tables);
 }
 
-function optionsOf(numbers: Plotted[], latest: { current: Props }, width: number, height: number): uPlot.Options {
+function optionsOf(library: Library, numbers: Plotted[], latest: { current: Props }, width: number, height: number): uPlot.Options {
   const units = [...new Set(numbers.map(unitOf))];
   const plottedAt = (one: Plotted) => latest.current.plotted.indexOf(one);
   const series: uPlot.Series[] = [{}];
@@ -87,7 +95,7 @@ function optionsOf(numbers: Plotted[], latest: { current: Props }, width: number
   for (const one of numbers) {
     const colour = colourOf(plottedAt(one));
     const first = series.length;
-    const paths = one.point?.description?.json.data_type === "real" ? uPlot.paths.linear?.() : uPlot.paths.stepped?.({ align: 1 });
+    const paths = one.point?.description?.json.data_type === "real" ? library.paths.linear?.() : library.paths.stepped?.({ align: 1 });
     const edge = { scale: unitOf(one), stroke: "transparent", width: 0, paths, points: { show: false } };
     series.push({ scale: unitOf(one), stroke: colour, width: 1.6, dash: dashOf(plottedAt(one)), paths, points: { show: false } }, edge, { ...edge });
     bands.push({ series: [first + 1, first + 2], fill: `${colour}33` });
