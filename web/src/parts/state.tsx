@@ -34,11 +34,11 @@ export function State({ word, tone = toneOfWord(word), title }: { word: string; 
   );
 }
 
-/** What stands where rows would be: why there are none, and what to do. */
-export function Empty({ title, children }: { title: string; children?: ComponentChildren }) {
+/** What stands where rows would be: why there are none, and what to do. With `whole`, in the place of the whole view. */
+export function Empty({ title, whole, children }: { title: string; whole?: boolean; children?: ComponentChildren }) {
   return (
     <div class="empty">
-      <p class="empty-title">{title}</p>
+      {whole ? <h1 class="empty-title">{title}</h1> : <p class="empty-title">{title}</p>}
       {children}
     </div>
   );

@@ -40,7 +40,7 @@ export function DevicePage({ parts }: { parts: string[] }) {
   if (!device) {
     if (state === "loading") return <Skeleton />;
     return (
-      <Empty title={text.missing(`${network}.${id}`)}>
+      <Empty title={text.missing(`${network}.${id}`)} whole>
         <a href={hrefTo("devices")}>{text.all}</a>
       </Empty>
     );

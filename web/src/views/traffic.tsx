@@ -32,7 +32,7 @@ function Traffic({ route }: { route: Route }) {
   if (islandsKnown.value && islands.value.length === 0) return <NoIsland />;
   return (
     <section class="view traffic">
-      <Loaded state={network ? "ready" : loadingOf([...baseFeeds, ...feeds])} empty={!network && <Empty title={text.none} />}>
+      <Loaded state={network ? "ready" : loadingOf([...baseFeeds, ...feeds])} empty={!network && <Empty title={text.none} whole />}>
         {network && kind && <Watch key={network.path} network={network} kind={kind} networks={networks} search={route.query.q ?? ""} />}
       </Loaded>
     </section>
