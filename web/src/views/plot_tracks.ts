@@ -1,5 +1,5 @@
 import { useEffect, useMemo, useRef, useState } from "preact/hooks";
-import { catalog, line, server, store, useFeeds } from "../app";
+import { active, catalog, line, server, store, useFeeds, wokenSensors } from "../app";
 import { list, number, type Point, text } from "../core/catalog";
 import { boundsOf, type TimeRange } from "../core/plot_time";
 import { second } from "../core/redraw";
@@ -43,6 +43,11 @@ function now(): number {
 export function useTracks(paths: string[], range: TimeRange): { plotted: Plotted[]; past: Past; retry(): void } {
   const name = paths.join();
   const feeds = useFeeds(paths.map((path) => ({ pattern: `${path}.*`, min: 250 })));
+  const sensors = paths.filter((path) => path.includes(".sensor."));
+  useFeeds(active.value ? sensors.map((path) => ({ pattern: `${path}.value`, active: true, min: 250 })) : []);
+  useEffect(() => {
+    wokenSensors.value = active.value ? sensors.length : 0;
+  }, [active.value, sensors.length]);
   const ready = feeds.every(({ state }) => state === "ready" || state === "failed");
   const plotted = useMemo(() => paths.map(begin), [name, ready]);
   useLive(plotted);

@@ -213,4 +213,4 @@ function usePlotKeys(use: KeyUse): (event: KeyboardEvent) => void {
   };
 }
 
-export const plotsView: View = { id: "plots", title: text.title, key: "p", icon: "plots", show: (route) => <Plots route={route} /> };
+export const plotsView: View = { id: "plots", title: text.title, key: "p", icon: "plots", wakes: ({ query }) => (query.k ?? "") !== "", show: (route) => <Plots route={route} /> };
