@@ -17,12 +17,12 @@ async function sorts({ page, open, island }) {
   const up = await names(page);
   await page.getByRole("columnheader", { name: "Name" }).getByRole("button").click();
   await page.locator('[role=columnheader][aria-sort="descending"]').waitFor();
-  assert.deepEqual(await names(page), up.toReversed());
+  assert.deepEqual(await names(page), [...up].reverse());
   const address = page.url();
   await page.goto(`${island.url}#/overview`);
   await page.goto(address);
   await page.locator(".row", { hasText: "Hot water tank" }).waitFor();
-  assert.deepEqual(await names(page), up.toReversed());
+  assert.deepEqual(await names(page), [...up].reverse());
 }
 
 async function groups({ page, open }) {

@@ -8,6 +8,7 @@ const address = "127.0.0.1:8642";
 const files = process.env.RUBICON_PAGE_FILES;
 
 const guarded = "127.0.0.1:8643";
+const alone = "127.0.0.1:8644";
 export const publisher = 70_000;
 
 export class Island {
@@ -74,6 +75,14 @@ export class Island {
     this.#beside("rubicon", ["web", "--listen", guarded, "--tokens", file, ...(files ? ["--files", files] : [])]);
     while (!(await answers(url))) await pause();
     return { tokens, url };
+  }
+
+  /** A page of a domain without islands; its address. */
+  async startAlone() {
+    const url = `http://${alone}/`;
+    this.#beside("rubicon", ["web", "--domain", "7", "--listen", alone, ...(files ? ["--files", files] : [])]);
+    while (!(await answers(url))) await pause();
+    return url;
   }
 
   /** Kills what a test started beside the island. */

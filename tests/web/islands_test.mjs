@@ -20,4 +20,17 @@ async function twoIslands({ page, open, island }) {
   await mower.locator(".outcome .state", { hasText: "confirmed" }).waitFor();
 }
 
-export const tests = () => [{ name: "islands: two on one page", body: twoIslands }];
+/** Without an island, the page names the command that says why. */
+async function noIsland({ page, island }) {
+  const url = await island.startAlone();
+  for (const view of ["overview", "devices"]) {
+    await page.goto(`${url}#/${view}`);
+    await page.getByRole("heading", { name: "No island found." }).waitFor();
+    await page.getByText("rubicon doctor").waitFor();
+  }
+}
+
+export const tests = () => [
+  { name: "islands: two on one page", body: twoIslands },
+  { name: "islands: none", body: noIsland },
+];
