@@ -154,7 +154,7 @@ void add_web(Cli& cli) {
 void add_token(Cli& cli) {
   const auto options = std::make_shared<TokenOptions>();
   auto* app = cli.command({"token", "Make a token for the page and its API; only its hash is kept",
-                           "  rubicon token tablet --role command --file web.tokens\n"},
+                           "  rubicon token hall-panel --role command --file web.tokens\n"},
                           [options](const Settings& settings) { return make_token(settings, *options); });
   app->add_option("NAME", options->name, "who gets it")->required();
   app->add_option("--role", options->role, "view, command (sets tuples) or admin (inbox, reload, recorders)")

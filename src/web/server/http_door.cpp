@@ -104,6 +104,8 @@ class HttpConnection final : public Connection, public std::enable_shared_from_t
 
   /// A client that is slow in asking is answered only if it began to.
   void too_late() {
+    if (stage_ == Stage::kAnswer)
+      return refuse(error_response(504, ErrorCode::kExpired, "there was no answer in time"));
     if (stage_ != Stage::kHead && stage_ != Stage::kBody) return end();
     refuse(error_response(408, ErrorCode::kExpired, "the request took too long"));
   }
@@ -180,7 +182,8 @@ class HttpConnection final : public Connection, public std::enable_shared_from_t
   /// Parser -> request; what is wrong with it.
   std::optional<Response> read_request() {
     const auto& message = parser_->get();
-    request_.method = message.method_string();
+    head_only_ = message.method() == http::verb::head;
+    request_.method = head_only_ ? "GET" : message.method_string();
     if (message.target().size() > limits_.target)
       return error_response(414, ErrorCode::kOutOfRange, "the request target is too long");
     auto target = parse_target(message.target());
@@ -217,7 +220,7 @@ class HttpConnection final : public Connection, public std::enable_shared_from_t
 
   void answer() {
     stage_ = Stage::kAnswer;
-    deadline_.clear();
+    deadline_.set(limits_.answer);
     keep_alive_ = parser_->get().keep_alive();
     const auto round = ++round_;
     auto exchange =
@@ -236,6 +239,7 @@ class HttpConnection final : public Connection, public std::enable_shared_from_t
 
   /// The rest of the request is not read.
   void refuse(Response response) {
+    ++round_;
     keep_alive_ = false;
     send(std::move(response));
   }
@@ -247,8 +251,8 @@ class HttpConnection final : public Connection, public std::enable_shared_from_t
     deadline_.clear();
     const bool known = parser_ && parser_->is_header_done();
     const bool new_version = !known || parser_->get().version() > 10;
-    if (response.stream) return hand_over(response, new_version);
-    const Framing framing{.keep_alive = keep_alive_, .head_only = request_.method == "HEAD"};
+    if (response.stream && !head_only_) return hand_over(response, new_version);
+    const Framing framing{.keep_alive = keep_alive_, .head_only = head_only_};
     head_ = head_text(response, framing, reception_.scheduler().wall_now());
     body_ = framing.head_only ? std::string() : std::move(response.body);
     send_watch_.begin(*stream_);
@@ -303,7 +307,8 @@ class HttpConnection final : public Connection, public std::enable_shared_from_t
   std::shared_ptr<Connection> successor_;
   Stage stage_ = Stage::kIdle;
   bool keep_alive_ = false;
-  bool reading_ = false;  ///< a part of a request is awaited
+  bool head_only_ = false;  ///< the request is HEAD, which is answered as GET without the body
+  bool reading_ = false;    ///< a part of a request is awaited
   bool ended_ = false;
   std::uint64_t round_ = 0;  ///< changes when a request is answered
   base::Deadline deadline_;

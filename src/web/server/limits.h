@@ -18,6 +18,7 @@ struct Limits {
   Duration handshake = std::chrono::seconds(10);  ///< of TLS
   Duration head_time = std::chrono::seconds(10);  ///< from the first byte of a request to the end of its head
   Duration body_time = std::chrono::seconds(30);
+  Duration answer = std::chrono::minutes(10);   ///< for the site to answer
   Duration idle = std::chrono::seconds(60);     ///< between requests
   Duration stalled = std::chrono::seconds(30);  ///< a client that takes nothing for this long is closed
   Duration linger = std::chrono::seconds(2);    ///< for the client to read a refusal before its connection is closed

@@ -127,7 +127,10 @@ class SocketConnection final : public Connection, public std::enable_shared_from
   }
 
   void received() {
-    if (leaving_) return read();
+    if (leaving_) {
+      incoming_.clear();
+      return read();
+    }
     if (!socket_.got_text()) return leave("expected text frames", websocket::close_code::unknown_data);
     ++ahead_;
     const auto text = boost::beast::buffers_to_string(incoming_.data());

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <boost/asio/connect.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
@@ -49,6 +50,15 @@ struct WebWorld {
     time.run_ready();
   }
 
+  /// What is there now, without waiting for more.
+  void settle_briefly() {
+    for (int round = 0; round < 4; ++round) {
+      context.restart();
+      context.poll();
+      time.run_ready();
+    }
+  }
+
   boost::asio::io_context context;
   VirtualScheduler time;
 };
@@ -76,7 +86,12 @@ class RawClient {
     return world_.until([&] { return closed; });
   }
   void close() { socket_.close(); }
-  void end_sending() { socket_.shutdown(boost::asio::ip::tcp::socket::shutdown_send); }
+  /// While held, it reads nothing.
+  void hold(bool held) {
+    held_ = held;
+    if (held) return socket_.cancel();
+    receive();
+  }
 
   std::string received;
   bool closed = false;
@@ -84,7 +99,7 @@ class RawClient {
  private:
   void receive() {
     socket_.async_read_some(boost::asio::buffer(piece_), [this](const auto& error, std::size_t size) {
-      if (error == boost::asio::error::operation_aborted) return;
+      if (error == boost::asio::error::operation_aborted || held_) return;
       received.append(piece_.data(), size);
       if (error) {
         closed = true;
@@ -97,6 +112,7 @@ class RawClient {
   WebWorld& world_;
   boost::asio::ip::tcp::socket socket_;
   std::array<char, 16384> piece_{};
+  bool held_ = false;
 };
 
 }  // namespace rubicon::web::server

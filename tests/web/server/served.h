@@ -84,8 +84,10 @@ struct FakeSite final : Site {
 struct FakePage final : files::Page {
   std::optional<Response> find(const Request& request) const override {
     if (request.path != "/") return std::nullopt;
-    return Response{.content_type = "text/html", .body = "<html>"};
+    return Response{.content_type = "text/html", .body = body};
   }
+
+  std::string body = "<html>";
 };
 
 /// A server on a free port of loopback before a site of a test.
@@ -99,17 +101,6 @@ struct ServedTest : testing::Test {
     server = std::move(*opened);
   }
   std::unique_ptr<RawClient> client() { return std::make_unique<RawClient>(world, server->local()); }
-  /// Sends it on a connection of its own; all that comes until the server closes.
-  std::string ask(std::string_view request) {
-    const auto one = client();
-    one->send(request);
-    EXPECT_TRUE(world.until([&] {
-      return one->closed || (one->received.find("\r\n\r\n") != std::string::npos && server->connections() > 0);
-    }));
-    world.settle();
-    return one->received;
-  }
-
   WebWorld world;
   support::CollectingLog log;
   FakeSite site;

@@ -1,0 +1,61 @@
+#include "web/access/token_file.h"
+
+#include <gmock/gmock.h>
+#include <sys/stat.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "transport/asio_scheduler.h"
+#include "transport/local_transports.h"
+
+namespace rubicon::web::access {
+namespace {
+
+class NewTokens : public testing::Test {
+ protected:
+  NewTokens() : path_(testing::TempDir() + "rubicon_web_tokens") { std::filesystem::remove(path_); }
+  ~NewTokens() override { std::filesystem::remove(path_); }
+
+  std::string path_;
+  transport::Loop loop_;
+  transport::LocalTransports files_{loop_};
+};
+
+TEST_F(NewTokens, AreAppendedAndOnlyTheirHashIsKept) {
+  const auto first = add_token(files_, path_, "viewer", Role::kView);
+  const auto second = add_token(files_, path_, "owner", Role::kAdmin);
+  ASSERT_TRUE(first && second);
+  const auto tokens = read_tokens(files_, path_);
+  ASSERT_TRUE(tokens) << tokens.error().text;
+  ASSERT_EQ(tokens->size(), 2U);
+  EXPECT_EQ(tokens->at(0), (Token{"viewer", Role::kView, sha256(*first)}));
+  EXPECT_EQ(tokens->at(1), (Token{"owner", Role::kAdmin, sha256(*second)}));
+  struct stat about {};
+  ASSERT_EQ(::stat(path_.c_str(), &about), 0);
+  EXPECT_EQ(about.st_mode & 0777U, 0640U);
+}
+
+TEST_F(NewTokens, ComeOnALineOfTheirOwn) {
+  std::ofstream(path_) << "# no line end";
+  ASSERT_TRUE(add_token(files_, path_, "viewer", Role::kView));
+  EXPECT_EQ(read_tokens(files_, path_)->size(), 1U);
+}
+
+TEST_F(NewTokens, OfANameThatHasOneAreRefused) {
+  ASSERT_TRUE(add_token(files_, path_, "viewer", Role::kView));
+  const auto again = add_token(files_, path_, "viewer", Role::kAdmin);
+  ASSERT_FALSE(again);
+  EXPECT_EQ(again.error().code, ErrorCode::kDuplicate);
+  EXPECT_FALSE(add_token(files_, path_, "two words", Role::kView));
+}
+
+TEST_F(NewTokens, AreNotAppendedToAnotherFile) {
+  std::ofstream(path_) << "island: {id: 1}\n";
+  EXPECT_FALSE(add_token(files_, path_, "viewer", Role::kView));
+  std::ifstream file(path_);
+  EXPECT_EQ(std::string(std::istreambuf_iterator<char>(file), {}), "island: {id: 1}\n");
+}
+
+}  // namespace
+}  // namespace rubicon::web::access

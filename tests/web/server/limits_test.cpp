@@ -1,0 +1,174 @@
+#include <gmock/gmock.h>
+
+#include <deque>
+
+#include "web/server/frames.h"
+#include "web/server/served.h"
+
+namespace rubicon::web::server {
+namespace {
+
+using testing::HasSubstr;
+
+const std::string kAsk = "GET /api/v1/a HTTP/1.1\r\nHost: localhost\r\n\r\n";
+const std::string kAskForever = "GET /api/v1/never HTTP/1.1\r\nHost: localhost\r\n\r\n";
+
+using WebLimits = ServedTest;
+
+TEST_F(WebLimits, AHeadThatComesByteByByteIsGivenUp) {
+  serve();
+  const auto slow = client();
+  const std::string head = "GET / HTTP/1.1\r\nHost: localhost\r\nX: ";
+  for (int second = 0; second < 9; ++second) {
+    slow->send(head.substr(static_cast<std::size_t>(second), 1));
+    world.pass(1s);
+  }
+  EXPECT_EQ(server->connections(), 1U);
+  slow->send("T");
+  world.pass(1s);
+  EXPECT_TRUE(slow->gets("HTTP/1.1 408"));
+  EXPECT_TRUE(slow->is_closed());
+  EXPECT_EQ(server->connections(), 0U);
+}
+
+TEST_F(WebLimits, AConnectionThatAsksNothingIsClosed) {
+  serve();
+  const auto silent = client();
+  world.pass(10s);
+  EXPECT_TRUE(silent->is_closed());
+  EXPECT_TRUE(silent->received.empty());
+}
+
+TEST_F(WebLimits, AConnectionThatAskedBeforeStaysAMinute) {
+  serve();
+  const auto browser = client();
+  browser->send(kAsk);
+  ASSERT_TRUE(browser->gets("/api/v1/a"));
+  world.pass(59s);
+  EXPECT_EQ(server->connections(), 1U);
+  world.pass(1s);
+  EXPECT_TRUE(browser->is_closed());
+}
+
+TEST_F(WebLimits, ABodyThatDoesNotComeIsGivenUp) {
+  serve();
+  const auto slow = client();
+  slow->send("PUT /api/v1/a HTTP/1.1\r\nHost: localhost\r\nContent-Length: 10\r\n\r\nabc");
+  world.pass(30s);
+  EXPECT_TRUE(slow->gets("HTTP/1.1 408"));
+  EXPECT_TRUE(slow->is_closed());
+  EXPECT_TRUE(site.requests.empty());
+}
+
+TEST_F(WebLimits, AnAnswerThatIsNotTakenIsGivenUp) {
+  serve();
+  page.body = std::string(20'000'000, 'x');
+  const auto slow = client();
+  slow->hold(true);
+  slow->send("GET / HTTP/1.1\r\nHost: localhost\r\n\r\n");
+  world.pass(29s);
+  EXPECT_EQ(server->connections(), 1U);
+  world.pass(6s);
+  EXPECT_EQ(server->connections(), 0U);
+}
+
+TEST_F(WebLimits, ASiteThatDoesNotAnswerEndsInA504) {
+  serve();
+  const auto program = client();
+  program->send(kAskForever);
+  ASSERT_TRUE(world.until([&] { return site.exchanges == 1; }));
+  world.pass(10min);
+  EXPECT_TRUE(program->gets("HTTP/1.1 504"));
+  EXPECT_EQ(site.exchanges, 0);
+  site.late({});  // too late: nothing happens
+  world.settle();
+}
+
+TEST_F(WebLimits, AnAnswerMayComeLater) {
+  serve();
+  const auto program = client();
+  program->send(kAskForever + kAsk);
+  ASSERT_TRUE(world.until([&] { return site.exchanges == 1; }));
+  site.late({.status = 202, .content_type = "text/plain", .body = "at last"});
+  EXPECT_TRUE(program->gets("at last"));
+  EXPECT_TRUE(program->gets("GET /api/v1/a")) << "the request behind it is answered after it";
+  EXPECT_EQ(site.exchanges, 0);
+}
+
+TEST_F(WebLimits, OfIdleConnectionsTheOldestMakesRoom) {
+  serve();
+  std::deque<std::unique_ptr<RawClient>> idle;
+  for (int i = 0; i < 64; ++i) {
+    idle.push_back(client());
+    world.settle_briefly();
+  }
+  const auto browser = client();
+  browser->send(kAsk);
+  EXPECT_TRUE(browser->gets("/api/v1/a"));
+  EXPECT_TRUE(idle.front()->is_closed());
+  EXPECT_EQ(server->connections(), 64U);
+  EXPECT_EQ(server->counters().turned_away, 0U);
+}
+
+TEST_F(WebLimits, WhereAllAreBusyMoreAreTurnedAway) {
+  serve();
+  std::deque<std::unique_ptr<RawClient>> busy;
+  for (int i = 0; i < 64; ++i) {
+    busy.push_back(client());
+    busy.back()->send(kAskForever);
+  }
+  ASSERT_TRUE(world.until([&] { return site.exchanges == 64; }));
+  const auto more = client();
+  more->send(kAsk);
+  EXPECT_TRUE(more->is_closed());
+  EXPECT_EQ(site.exchanges, 64);
+  EXPECT_TRUE(log.contains("64 connections are open"));
+  busy.pop_front();
+  site.late({});
+  EXPECT_TRUE(world.until([&] { return site.exchanges < 64; }));
+}
+
+TEST_F(WebLimits, TenThousandConnectionsCostSixtyFour) {
+  serve();
+  std::deque<std::unique_ptr<RawClient>> open;
+  const auto working = client();
+  working->send(kAskForever);
+  ASSERT_TRUE(world.until([&] { return site.exchanges == 1; }));
+  for (int i = 0; i < 10'000; ++i) {
+    open.push_back(client());
+    world.settle_briefly();
+    ASSERT_LE(server->connections(), 64U);
+    if (open.size() > 200) open.pop_front();
+  }
+  EXPECT_TRUE(world.until([&] { return server->counters().accepted == 10'001; }));
+  const auto browser = client();
+  browser->send(kAsk);
+  EXPECT_TRUE(browser->gets("/api/v1/a"));
+  EXPECT_EQ(site.exchanges, 1) << "who was being answered still is";
+}
+
+TEST_F(WebLimits, AServerThatEndsClosesEverything) {
+  serve();
+  const auto waiting = client(), reading = client(), streaming = client(), silent = client();
+  waiting->send(kAskForever);
+  reading->send(kUpgrade);
+  streaming->send("GET /api/v1/stream HTTP/1.1\r\nHost: localhost\r\n\r\n");
+  ASSERT_TRUE(
+      world.until([&] { return site.exchanges == 1 && site.conversations == 2 && server->connections() == 4; }));
+  server.reset();
+  EXPECT_EQ(site.exchanges, 0);
+  EXPECT_EQ(site.conversations, 0);
+  for (const auto& one : {waiting.get(), reading.get(), streaming.get(), silent.get()}) EXPECT_TRUE(one->is_closed());
+}
+
+TEST_F(WebLimits, ATakenPortIsSaid) {
+  serve();
+  auto second =
+      Server::open({world.context, world.time, *access, site, page, Log(log, "web")}, {.listen = server->local()});
+  ASSERT_FALSE(second);
+  EXPECT_EQ(second.error().code, ErrorCode::kBusy);
+  EXPECT_THAT(second.error().text, HasSubstr("cannot listen on 127.0.0.1:"));
+}
+
+}  // namespace
+}  // namespace rubicon::web::server

@@ -1,0 +1,198 @@
+#include <gmock/gmock.h>
+
+#include <boost/asio/ssl/context.hpp>
+#include <boost/asio/ssl/stream.hpp>
+#include <filesystem>
+#include <fstream>
+
+#include "web/server/certificate.h"
+#include "web/server/served.h"
+
+namespace rubicon::web::server {
+namespace {
+
+namespace fs = std::filesystem;
+namespace ssl = boost::asio::ssl;
+using testing::HasSubstr;
+
+const std::string kAskSecurely = "GET /api/v1/a HTTP/1.1\r\nHost: localhost\r\n\r\n";
+
+/// The other end of a TLS connection, which trusts every certificate and keeps its serial number.
+class TlsClient {
+ public:
+  TlsClient(WebWorld& world, const transport::Endpoint& server, int newest = TLS1_3_VERSION)
+      : world_(world), context_(ssl::context::tls_client), stream_(world.context, context_) {
+    SSL_set_max_proto_version(stream_.native_handle(), newest);
+    if (newest < TLS1_2_VERSION) {
+      SSL_set_security_level(stream_.native_handle(), 0);
+      SSL_set_min_proto_version(stream_.native_handle(), newest);
+    }
+    stream_.next_layer().connect({boost::asio::ip::make_address(server.address), server.port});
+    stream_.async_handshake(ssl::stream_base::client, [this](const auto& error) {
+      failed = static_cast<bool>(error);
+      done = true;
+    });
+  }
+
+  bool shakes_hands() {
+    return world_.until([&] { return done; }) && !failed;
+  }
+  long serial() {
+    const std::unique_ptr<X509, void (*)(X509*)> peer(SSL_get1_peer_certificate(stream_.native_handle()), X509_free);
+    return ASN1_INTEGER_get(X509_get0_serialNumber(peer.get()));
+  }
+  bool gets(const std::string& request, std::string_view part) {
+    boost::asio::async_write(stream_, boost::asio::buffer(request), [](const auto&, std::size_t) {});
+    read();
+    return world_.until([&] { return received.find(part) != received.npos || closed; }) &&
+           received.find(part) != received.npos;
+  }
+
+  std::string received;
+  bool done = false, failed = false, closed = false;
+
+ private:
+  void read() {
+    stream_.async_read_some(boost::asio::buffer(piece_), [this](const auto& error, std::size_t size) {
+      received.append(piece_.data(), size);
+      if (error) {
+        closed = true;
+      } else {
+        read();
+      }
+    });
+  }
+
+  WebWorld& world_;
+  ssl::context context_;
+  ssl::stream<boost::asio::ip::tcp::socket> stream_;
+  std::array<char, 4096> piece_{};
+};
+
+class TlsServer : public ServedTest {
+ protected:
+  TlsServer() {
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+  }
+  ~TlsServer() override { fs::remove_all(folder_); }
+
+  /// The clock of the test stands at 2026-01-01.
+  std::time_t in(Duration span) { return std::chrono::system_clock::to_time_t(world.time.wall_now() + span); }
+  void serve_tls(Duration valid = 24h * 365) {
+    serve({}, {.listen = {}, .tls = write_certificate(path_, 1, in(valid))});
+  }
+
+  fs::path folder_ = fs::path(testing::TempDir()) / "rubicon_web_tls";
+  std::string path_ = (folder_ / "web").string();
+};
+
+TEST_F(TlsServer, AnswersByTls) {
+  serve_tls();
+  TlsClient browser(world, server->local());
+  ASSERT_TRUE(browser.shakes_hands());
+  EXPECT_TRUE(browser.gets(kAskSecurely, "GET /api/v1/a"));
+  EXPECT_TRUE(server->secure());
+}
+
+TEST_F(TlsServer, CarriesABodyAndAnAnswerOfAMegabyte) {
+  serve_tls();
+  page.body = std::string(1 << 20, 'x') + "the end";
+  TlsClient browser(world, server->local());
+  ASSERT_TRUE(browser.shakes_hands());
+  EXPECT_TRUE(browser.gets("PUT /api/v1/a HTTP/1.1\r\nHost: localhost\r\nContent-Length: 1048576\r\n\r\n" +
+                               std::string(1 << 20, 'b') + "GET / HTTP/1.1\r\nHost: localhost\r\n\r\n",
+                           "the end"));
+  EXPECT_EQ(site.requests.at(0).body.size(), std::size_t{1} << 20);
+}
+
+TEST_F(TlsServer, ItsOriginIsHttps) {
+  serve_tls();
+  TlsClient browser(world, server->local());
+  ASSERT_TRUE(browser.shakes_hands());
+  EXPECT_TRUE(browser.gets("DELETE /api/v1/a HTTP/1.1\r\nHost: localhost\r\nOrigin: http://localhost\r\n\r\n", "403"));
+}
+
+TEST_F(TlsServer, SpeaksNothingOlderThanTls12) {
+  serve_tls();
+  TlsClient old(world, server->local(), TLS1_1_VERSION);
+  EXPECT_FALSE(old.shakes_hands());
+  TlsClient fair(world, server->local(), TLS1_2_VERSION);
+  EXPECT_TRUE(fair.shakes_hands());
+}
+
+TEST_F(TlsServer, AClientWithoutTlsGetsNothing) {
+  serve_tls();
+  const auto plain = client();
+  plain->send(kAskSecurely);
+  EXPECT_TRUE(plain->is_closed());
+  EXPECT_EQ(plain->received.find("HTTP"), std::string::npos);
+  EXPECT_TRUE(site.requests.empty());
+}
+
+TEST_F(TlsServer, AHandshakeThatDoesNotEndIsGivenUp) {
+  serve_tls();
+  const auto silent = client();
+  silent->send(std::string("\x16\x03\x01\x02\x00\x01", 6));
+  world.pass(9s);
+  EXPECT_EQ(server->connections(), 1U);
+  world.pass(1s);
+  EXPECT_TRUE(silent->is_closed());
+}
+
+TEST_F(TlsServer, ReadsItsCertificateAgainWithoutClosingConnections) {
+  serve_tls();
+  TlsClient before(world, server->local());
+  ASSERT_TRUE(before.shakes_hands());
+  EXPECT_EQ(before.serial(), 1);
+  write_certificate(path_, 2, in(24h * 365));
+  ASSERT_TRUE(server->reload());
+  TlsClient after(world, server->local());
+  ASSERT_TRUE(after.shakes_hands());
+  EXPECT_EQ(after.serial(), 2);
+  EXPECT_TRUE(before.gets(kAskSecurely, "GET /api/v1/a"));
+}
+
+TEST_F(TlsServer, KeepsTheCertificateWhereTheNewOneIsWrong) {
+  serve_tls();
+  std::ofstream(path_ + ".key") << "not a key";
+  const auto read = server->reload();
+  ASSERT_FALSE(read);
+  EXPECT_THAT(read.error().text, HasSubstr("key " + path_ + ".key: "));
+  TlsClient browser(world, server->local());
+  EXPECT_TRUE(browser.shakes_hands());
+}
+
+TEST_F(TlsServer, ACertificateThatExpiresWhileItRunsIsSaidAndCanBeReplaced) {
+  serve_tls(24h * 20);
+  EXPECT_TRUE(log.lines.empty());
+  world.pass(24h * 7);
+  EXPECT_TRUE(log.contains("expires in 312 h")) << testing::PrintToString(log.lines);
+  world.pass(24h * 14);
+  EXPECT_TRUE(log.contains("has expired"));
+  TlsClient careless(world, server->local());
+  EXPECT_TRUE(careless.shakes_hands()) << "the client decides";
+  write_certificate(path_, 2, in(24h * 365));
+  ASSERT_TRUE(server->reload());
+  log.lines.clear();
+  world.pass(24h * 30);
+  EXPECT_TRUE(log.lines.empty());
+}
+
+TEST_F(TlsServer, WithoutItsFilesNothingListens) {
+  const auto files = write_certificate(path_, 1, in(24h));
+  const auto open = [&](const TlsFiles& tls) {
+    access.emplace(world.time, access::AccessRules{});
+    auto opened = Server::open({world.context, world.time, *access, site, page, Log(log, "web")},
+                               {.listen = {"127.0.0.1", 0}, .tls = tls});
+    return opened ? std::string() : opened.error().text;
+  };
+  EXPECT_THAT(open({path_ + ".none", files.key}), HasSubstr("web.none: cannot read: No such file"));
+  EXPECT_THAT(open({files.certificate, path_ + ".none"}), HasSubstr("key " + path_ + ".none: cannot read"));
+  EXPECT_THAT(open({files.key, files.key}), HasSubstr("certificate " + files.key));
+  const auto other = write_certificate(path_ + "-other", 2, in(24h));
+  EXPECT_THAT(open({files.certificate, other.key}), HasSubstr("key values mismatch"));
+}
+
+}  // namespace
+}  // namespace rubicon::web::server
