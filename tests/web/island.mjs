@@ -1,6 +1,6 @@
 // The island whose page is tested, and other programs beside it.
 import { execFileSync, spawn } from "node:child_process";
-import { copyFile, writeFile } from "node:fs/promises";
+import { copyFile, readFile, writeFile } from "node:fs/promises";
 import { join } from "node:path";
 
 const address = "127.0.0.1:8642";
@@ -61,6 +61,17 @@ export class Island {
     const device = "{name: Lawn mower, actuators: {switch-1: {behaviour: obey}}}";
     await writeFile(configuration, `island: {id: 6542, name: shed}\nnetworks: {dummy-shed: {type: dummy, simulate: {mower: ${device}}}}\n`);
     this.#beside("rubicon-proxy", ["run", configuration]);
+  }
+
+  /** Simulated motes at the line of wsn-hall. */
+  startMotes() {
+    this.#beside("motes-simulator", ["--motes", "2", "--obey", "--updates", "--wait", "--port", "19202"]);
+  }
+
+  /** Changes the file of the configuration. */
+  async edit(change) {
+    const configuration = join(this.folder, "island.yaml");
+    await writeFile(configuration, change(await readFile(configuration, "utf8")));
   }
 
   /** A page of its own that wants a token; the tokens by role, and its address. */

@@ -1,0 +1,41 @@
+import assert from "node:assert/strict";
+
+/** A line that is not up is on the overview with its reason, until it is up; what waits then is counted there. */
+async function aLineComesUp({ page, open, island }) {
+  await open("overview");
+  const card = page.locator(".card", { hasText: "Lines that are not up" });
+  await card.locator("li", { hasText: "wsn-hall" }).locator("p", { hasText: "19202" }).waitFor();
+  island.startMotes();
+  await card.getByText(/All lines of/).waitFor();
+  await page.locator(".card", { hasText: "Inbox" }).getByText("2 devices wait for a decision.").waitFor();
+  await page.locator("nav.rail a", { hasText: "Inbox" }).locator(".mark", { hasText: "2" }).waitFor();
+}
+
+/** A decision can be taken back for ten seconds; then the device is listed. */
+async function aDeviceIsApproved({ page, open, island }) {
+  island.startMotes();
+  await open("inbox");
+  const mote = page.locator(".list-rows .row").first();
+  await mote.getByRole("button", { name: "Approve" }).click();
+  await page.locator(".pending-decision").getByRole("button", { name: "Undo" }).click();
+  await page.locator(".pending-decision").waitFor({ state: "detached" });
+  await mote.getByRole("button", { name: "Approve" }).click();
+  await open("devices?network=wsn-hall");
+  await page.locator(".list-rows .row").first().waitFor();
+  assert.equal(await page.locator(".list-rows .row").count(), 1);
+}
+
+/** The packets of the motes are shown while somebody asks for them. */
+async function packetsAreShown({ page, open, island }) {
+  island.startMotes();
+  await open("traffic");
+  await page.getByRole("button", { name: "Watch" }).first().click();
+  await page.locator(".list-rows .row").first().waitFor();
+  await page.getByRole("button", { name: "Stop" }).first().click();
+}
+
+export const tests = () => [
+  { name: "lines: one is down and comes up", body: aLineComesUp },
+  { name: "inbox: a decision, taken back and made", body: aDeviceIsApproved },
+  { name: "traffic: packets of motes", body: packetsAreShown },
+];
