@@ -7,7 +7,7 @@ import { Connection, type LineState, openBrowserWire } from "./core/connection";
 import { Feed, type Subscription, type Want } from "./core/feed";
 import type { Answer, Component, Frame, Message } from "./core/frames";
 import { redraw } from "./core/redraw";
-import { askJson, RestError, type ServerInfo } from "./core/rest";
+import { ask, askJson, RestError, type ServerInfo } from "./core/rest";
 import { route, setQuery } from "./core/router";
 import { Store } from "./core/store";
 import { announce, notify } from "./parts/notices";
@@ -109,6 +109,13 @@ export function startApp(): void {
 export async function login(token: string): Promise<void> {
   await askJson("/session", { method: "POST", headers: { "content-type": "application/json" }, body: JSON.stringify({ token }) });
   loginNeeded.value = false;
+  connection.restart();
+}
+
+/** Ends the session; the page asks for a token again. */
+export async function logout(): Promise<void> {
+  await ask("/session", { method: "DELETE" });
+  loginNeeded.value = true;
   connection.restart();
 }
 

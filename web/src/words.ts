@@ -23,6 +23,7 @@ export const words = {
     text: "This server wants a token. It is in the file of tokens on the server.",
     field: "Token",
     button: "Log in",
+    logout: (name: string, role: string) => `Log out ${name} (${role})`,
   },
   islands: { all: "All islands", label: "Island" },
   theme: { label: "Theme", system: "System", light: "Light", dark: "Dark" },

@@ -1,6 +1,6 @@
 import { signal } from "@preact/signals";
 import { useEffect, useLayoutEffect, useRef } from "preact/hooks";
-import { active, chooseIsland, chosenIsland, islands, line, lostSince, mayBe, wokenSensors } from "../app";
+import { active, chooseIsland, chosenIsland, islands, line, logout, lostSince, mayBe, server, wokenSensors } from "../app";
 import { formatAge } from "../core/format";
 import { addShortcuts } from "../core/keyboard";
 import { frameNumber, second } from "../core/redraw";
@@ -106,6 +106,18 @@ function ActiveSwitch({ view }: { view: View }) {
   );
 }
 
+/** Who the server takes us for, where it asks. */
+function LogoutButton() {
+  const known = server.value;
+  if (!known?.tokens) return null;
+  const label = words.login.logout(known.caller.name, known.caller.role);
+  return (
+    <button type="button" class="plain" aria-label={label} title={label} onClick={() => void logout()}>
+      <Icon name="logout" />
+    </button>
+  );
+}
+
 const themes: Theme[] = ["system", "light", "dark"];
 
 function ThemeButton() {
@@ -146,6 +158,7 @@ export function Shell({ views }: { views: View[] }) {
         <span class="space" />
         <ActiveSwitch view={view} />
         <LineState />
+        <LogoutButton />
         <ThemeButton />
         <button type="button" class="plain" aria-label={words.keyboard.title} title={words.keyboard.title} onClick={showHelp}>
           <Icon name="help" />
