@@ -13,6 +13,7 @@
 
 #include "apps/program/spdlog_sink.h"
 #include "apps/rubicon-proxy/check.h"
+#include "apps/rubicon-proxy/history_part.h"
 #include "apps/rubicon-proxy/service_notice.h"
 #include "apps/rubicon-proxy/web_part.h"
 #include "console/console.h"
@@ -41,6 +42,8 @@ using tuples::Handle;
 constexpr std::uint32_t kFirstComponent = 65536;
 /// The page is a component with the console's id and this bit, which no number of a process has there.
 constexpr std::uint32_t kPageBit = 0x8000'0000;
+/// So is the history, with these.
+constexpr std::uint32_t kHistoryBits = 0xc000'0000;
 constexpr Duration kLastPause = std::chrono::milliseconds(300);
 constexpr Duration kDropReport = std::chrono::seconds(1);
 /// So long after a start or a reload the devices of the networks have their tuples.
@@ -99,6 +102,8 @@ class Session {
     const Summary console{"console of the island", transport::host_name(), transport::own_process(), "",
                           loop_.scheduler().wall_now()};
     if (auto named = space_->describe(model::to_json(console)); !named) return named;
+    past_ = std::make_unique<HistoryPart>(HistoryPart::Host{loop_.scheduler(), *ecology_, lines_},
+                                          OwnerId(number(console_) | kHistoryBits));
     page_ = std::make_unique<WebPart>(WebPart::Host{loop_, *ecology_, transports_, lines_},
                                       OwnerId(number(console_) | kPageBit), island_->config().proxy.island_name);
     for (const auto& text : options_.watch) {
@@ -120,7 +125,7 @@ class Session {
     if (options_.shell || table) make_shell(table);
     if (table) show_table();
     island_->start();
-    open_page();
+    open_parts();
     // A turn later the tuples are there and others see the island.
     loop_.scheduler().post([this] { service_.ready(status()); });
     keep_good();
@@ -212,7 +217,7 @@ class Session {
     for (const auto& line : plan->warnings) log_.warning("reload: " + line);
     log_.info(fmt::format("reloaded {}: {} changes", options_.file, plan->lines.size()));
     keep_good();
-    open_page();
+    open_parts();
     island::give_back_memory();
     settled_ = loop_.scheduler().after(kSettled, island::give_back_memory);
     return all_lines(std::move(*plan));
@@ -228,7 +233,14 @@ class Session {
     return fail(error);
   }
 
-  void open_page() { page_->take(island_->config().web, island_->config().directory); }
+  /// What runs beside the island.
+  void open_parts() {
+    const auto& config = island_->config();
+    // The page shows the history: it ends before that.
+    if (!past_->has(config.history)) page_->take(std::nullopt, {}, nullptr);
+    past_->take(config.history, config.directory);
+    page_->take(config.web, config.directory, past_->history());
+  }
 
   void keep_good() {
     if (auto kept = island::keep_good_config(island_->config(), options_.file); !kept) log_.warning(kept.error().text);
@@ -241,6 +253,7 @@ class Session {
     watches_.clear();
     page_.reset();
     island_->close([this] {
+      past_.reset();  // has the last values
       closed_ = true;
       if (screen_) return loop_.stop();
       output_.when_empty([this] { loop_.stop(); });
@@ -323,6 +336,7 @@ class Session {
   std::unique_ptr<tuples::Link> link_;
   std::unique_ptr<TupleSpace> space_;
   std::unique_ptr<island::SpareMemory> spare_memory_;
+  std::unique_ptr<HistoryPart> past_;
   std::unique_ptr<WebPart> page_;
   std::vector<Handle> watches_;
   std::unique_ptr<console::Shell> shell_;

@@ -7,7 +7,8 @@
 
 namespace rubicon::daemon {
 
-void WebPart::take(const std::optional<config::WebSetup>& setup, const std::string& directory) {
+void WebPart::take(const std::optional<config::WebSetup>& setup, const std::string& directory,
+                   history::History* history) {
   if (service_ && setup == setup_) {
     if (const auto read = service_->reload(); !read)
       log_.warning(fmt::format("{}; the page goes on with what it had", read.error().text));
@@ -15,7 +16,7 @@ void WebPart::take(const std::optional<config::WebSetup>& setup, const std::stri
   }
   close();
   if (!setup) return;
-  if (const auto opened = open(*setup, directory); !opened) {
+  if (const auto opened = open(*setup, directory, history); !opened) {
     close();
     return log_.warning(fmt::format("{}; the island goes on without its page", opened.error().text));
   }
@@ -23,7 +24,7 @@ void WebPart::take(const std::optional<config::WebSetup>& setup, const std::stri
   log_.info("open " + service_->address());
 }
 
-Result<void> WebPart::open(const config::WebSetup& setup, const std::string& directory) {
+Result<void> WebPart::open(const config::WebSetup& setup, const std::string& directory, history::History* history) {
   auto link = host_.ecology.join(id_);
   if (!link) return fail(link.error());
   link_ = std::move(*link);
@@ -32,8 +33,8 @@ Result<void> WebPart::open(const config::WebSetup& setup, const std::string& dir
   const model::Summary summary{"page of the island", transport::host_name(), transport::own_process(), "",
                                scheduler.wall_now()};
   if (auto named = space_->describe(model::to_json(summary)); !named) return named;
-  auto service = web::WebService::open({host_.loop.context(), scheduler, *space_, host_.transports, host_.log}, setup,
-                                       directory, name_);
+  auto service = web::WebService::open({host_.loop.context(), scheduler, *space_, host_.transports, host_.log, history},
+                                       setup, directory, name_);
   if (!service) return fail(service.error());
   service_ = std::move(*service);
   return {};

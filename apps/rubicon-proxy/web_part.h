@@ -30,10 +30,11 @@ class WebPart {
       : host_(host), id_(id), name_(std::move(name)), log_(host.log, "web") {}
 
   /// Opens, changes or closes the page; where the setup is the one before, reads its files again.
-  void take(const std::optional<config::WebSetup>& setup, const std::string& directory);
+  /// `history` may be nullptr; another one needs take() without a setup before.
+  void take(const std::optional<config::WebSetup>& setup, const std::string& directory, history::History* history);
 
  private:
-  Result<void> open(const config::WebSetup& setup, const std::string& directory);
+  Result<void> open(const config::WebSetup& setup, const std::string& directory, history::History* history);
   void close();
 
   Host host_;

@@ -62,6 +62,7 @@ void add_recorder(Cli& cli);
 void add_replay(Cli& cli);
 void add_log(Cli& cli);
 void add_settings(Cli& cli);
+void add_history(Cli& cli);
 void add_top(Cli& cli);
 void add_doctor(Cli& cli);
 void add_knx(Cli& cli);

@@ -6,6 +6,7 @@
 #include "apps/rubicon/tuple_text.h"
 #include "client/ecology_options.h"
 #include "config/web_config.h"
+#include "history/history.h"
 #include "model/json_members.h"
 #include "rubicon/summary.hpp"
 #include "transport/asio_signals.h"
@@ -23,6 +24,7 @@ struct WebOptions {
   std::string listen = "127.0.0.1:8642";
   config::WebTls tls;
   config::WebSetup setup;
+  std::string history;  ///< file; empty = none
 };
 
 struct TokenOptions {
@@ -42,7 +44,7 @@ class WebProgram {
  public:
   explicit WebProgram(const Settings& settings) : settings_(settings), out_(1) {}
 
-  Result<void> open(const config::WebSetup& setup) {
+  Result<void> open(const WebOptions& wanted) {
     auto options = settings_.options;
     if (auto good = client::check(options); !good) return good;
     const auto id = client::random_component_id();
@@ -57,8 +59,10 @@ class WebProgram {
     const model::Summary summary{"rubicon web", transport::host_name(), transport::own_process(), "",
                                  loop_.scheduler().wall_now()};
     if (auto named = space_->describe(model::to_json(summary)); !named) return named;
-    auto service = web::WebService::open({loop_.context(), loop_.scheduler(), *space_, transports_, log_}, setup, "",
-                                         "rubicon web");
+    if (!wanted.history.empty()) keep(wanted.history);
+    auto service =
+        web::WebService::open({loop_.context(), loop_.scheduler(), *space_, transports_, log_, history_.get()},
+                              wanted.setup, "", "rubicon web");
     if (!service) return fail(service.error());
     service_ = std::move(*service);
     return {};
@@ -76,6 +80,15 @@ class WebProgram {
   }
 
  private:
+  /// A history of all that this component sees.
+  void keep(const std::string& file) {
+    config::HistorySetup setup;
+    setup.file = file;
+    history_ = std::make_unique<history::History>(
+        std::move(setup), history::History::Context{loop_.scheduler(), transport::start_worker("history"), log_});
+    history_->follow(*space_);
+  }
+
   void await_hang_up() {
     hang_up_.reset();
     hang_up_ = std::make_unique<transport::Signals>(loop_, std::vector{SIGHUP}, [this] {
@@ -92,6 +105,7 @@ class WebProgram {
   std::unique_ptr<tuples::dds::DdsEcology> ecology_;
   std::unique_ptr<tuples::Link> link_;
   std::unique_ptr<TupleSpace> space_;
+  std::unique_ptr<history::History> history_;
   std::unique_ptr<web::WebService> service_;
   std::unique_ptr<transport::Signals> hang_up_;
 };
@@ -105,7 +119,7 @@ int serve(const Settings& settings, WebOptions options) {
   options.setup.listen = *listen;
   if (!options.tls.certificate.empty()) options.setup.tls = options.tls;
   WebProgram program(settings);
-  const auto opened = program.open(options.setup);
+  const auto opened = program.open(options);
   if (opened) return program.run();
   print_error(opened.error().text);
   return opened.error().code == ErrorCode::kInvalid ? kUsage : kFailed;
@@ -142,6 +156,7 @@ void add_web(Cli& cli) {
   auto* key = app->add_option("--key", options->tls.key, "PEM file with the key of the certificate");
   certificate->needs(key);
   key->needs(certificate);
+  app->add_option("--history", options->history, "file of a history of all islands; created if it does not exist");
   app->add_option("--tokens", options->setup.tokens, "file with the tokens, which `rubicon token` makes");
   app->add_option("--host", options->setup.hosts, "name of this host in addresses (may be repeated)")
       ->allow_extra_args(false);

@@ -150,9 +150,9 @@ std::string to_json(const std::vector<SeriesEntry>& series) {
     if (!std::exchange(first, false)) out += ',';
     append_head(one.name, one.kind, one.unit, out);
     append_words(one.words, out);
-    out += ",\"from\":";
+    out += ",\"first\":";
     append_seconds(one.first, out);
-    out += ",\"to\":";
+    out += ",\"last\":";
     append_seconds(one.last, out);
     out += '}';
   }

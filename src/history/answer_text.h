@@ -16,7 +16,7 @@ std::string_view to_string(SeriesKind kind);
 std::string to_json(const Answer& answer);
 /// One line for each bucket, and for each text; begins with the names of the columns. RFC 4180 with LF.
 std::string to_csv(const Answer& answer);
-/// `{"series":[{"key","kind","unit","words"?,"from","to"}]}`, on one line.
+/// `{"series":[{"key","kind","unit","words"?,"first","last"}]}`, on one line.
 std::string to_json(const std::vector<SeriesEntry>& series);
 
 /// `6541:proxy.wsn-1.7.sensor.light-1.value`.

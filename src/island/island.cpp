@@ -329,6 +329,7 @@ void Island::Impl::apply(island::IslandConfig next, island::ReloadPlan& plan) {
   config.proxy = next.proxy;
   config.networks = std::move(next.networks);
   config.recorders = std::move(next.recorders);
+  config.history = std::move(next.history);
   config.web = std::move(next.web);
   recorders.take(config.recorders, config.directory);
   proxy.reconfigure(config.proxy);

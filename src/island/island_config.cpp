@@ -248,6 +248,7 @@ IslandConfig read_island_config(ConfigNode root_node, std::span<const network::N
   for (auto& [key, network] : root.maps("networks")) read_network(key, network, types, config);
   config.recorders = config::read_recorders(root);
   config.web = config::read_web(root);
+  config.history = config::read_history(root);
   root.finish();
   for (const auto* section : {"island", "tuples", "types", "state"}) {
     const auto* node = std::as_const(root_node).find(section);

@@ -11,6 +11,7 @@
 #include "base/config_reader.h"
 #include "config/config_file.h"
 #include "config/engine_config.h"
+#include "config/history_config.h"
 #include "config/recorder_config.h"
 #include "config/web_config.h"
 #include "gateway/gateway.h"
@@ -60,6 +61,7 @@ struct IslandConfig {
   /// The sections that a running island cannot change, as the file has them.
   std::vector<std::pair<std::string, ConfigNode>> fixed;
   std::vector<config::RecorderSetup> recorders;
+  std::optional<config::HistorySetup> history;  ///< what the daemon keeps beside the island
   std::optional<config::WebSetup> web;  ///< what the daemon serves beside the island
   std::vector<OwnTuple> tuples;         ///< of the command line
   /// The whole as YAML without secrets, at most SettingsTuples::kMostText, until the island shows it.

@@ -149,6 +149,13 @@ void compare_recorders(const std::vector<config::RecorderSetup>& now, const std:
   }
 }
 
+void compare_history(const std::optional<config::HistorySetup>& now, const std::optional<config::HistorySetup>& next,
+                     ReloadPlan& plan) {
+  if (now == next) return;
+  const auto* what = !next ? "ends" : !now ? "begins" : "is opened again, its options change";
+  plan.lines.push_back(fmt::format("history: it {}", what));
+}
+
 void compare_web(const std::optional<config::WebSetup>& now, const std::optional<config::WebSetup>& next,
                  ReloadPlan& plan) {
   if (now == next) return;
@@ -167,6 +174,7 @@ ReloadPlan plan_reload(const IslandConfig& now, const IslandConfig& next) {
   find_renamed(now, next, plan);
   compare_networks(now, next, plan);
   compare_recorders(now.recorders, next.recorders, plan);
+  compare_history(now.history, next.history, plan);
   compare_web(now.web, next.web, plan);
   if (!(now.limits == next.limits)) plan.lines.push_back("limits change");
   if (!(now.proxy.discovery == next.proxy.discovery)) plan.lines.push_back("discovery rules change");

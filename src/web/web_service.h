@@ -13,6 +13,10 @@ namespace boost::asio {
 class io_context;
 }
 
+namespace rubicon::history {
+class History;
+}
+
 namespace rubicon::web {
 
 /// The page and its API on a tuple space, until it is destroyed: server, site, tokens and files.
@@ -25,6 +29,7 @@ class WebService {
     TupleSpace& space;
     transport::Transports& transports;
     LogSink& log;
+    history::History* history = nullptr;  ///< nullptr = there is none
   };
 
   /// Relative paths start at `directory`. kBusy: the port is in use; otherwise what is wrong with a file that the setup

@@ -113,6 +113,9 @@ void DemoIsland::write_files() const {
         "{}}}\n");
   write("island.yaml", "island: {id: 8}\nnetworks:\n  dummy-1: {type: dummy, simulate: {hall: {}}}\n");
   write("map.png", "not a picture");
+  support::Process({kPrograms + "/rubicon", "history", (folder_ / "demo.history").string(), "import",
+                    kExamples + "/recordings/demo_hour.rec"})
+      .exit_code();
   const std::string addresses =
       "\"Group name\",\"Address\",\"Central\",\"Unfiltered\",\"Description\",\"DatapointType\",\"Security\"\n"
       "\"Hall lamp\",\"1/0/1\",\"\",\"\",\"\",\"DPST-1-1\",\"Auto\"\n";

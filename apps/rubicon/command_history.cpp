@@ -1,0 +1,331 @@
+#include <fmt/format.h>
+
+#include <ctime>
+#include <filesystem>
+
+#include "apps/rubicon/cli.h"
+#include "apps/rubicon/table.h"
+#include "base/config_reader.h"
+#include "base/text.h"
+#include "history/answer_text.h"
+#include "history/import.h"
+#include "history/past.h"
+#include "model/json_members.h"
+#include "recording/recording_text.h"
+#include "transport/asio_scheduler.h"
+#include "transport/local_transports.h"
+
+namespace rubicon::cli {
+
+namespace {
+
+using history::Store;
+
+struct HistoryOptions {
+  std::string file, recording, from, to, end;
+  std::vector<std::string> patterns, exclude;
+  std::size_t buckets = 50;
+  bool csv = false;
+};
+
+WallTime clock_now() {
+  return transport::Loop().scheduler().wall_now();
+}
+
+/// `now`, a span before it (`2h`), seconds since 1970, or `2026-01-31T12:00:00Z`.
+std::optional<WallTime> time_in(const std::string& text, WallTime now) {
+  if (text == "now") return now;
+  if (const auto span = base::parse_duration(text))
+    return now - std::chrono::duration_cast<std::chrono::microseconds>(*span);
+  if (const auto seconds = base::parse_number<double>(text)) {
+    const auto time = model::time_from_seconds(*seconds);
+    return time == WallTime() ? std::nullopt : std::optional(time);
+  }
+  std::tm calendar{};
+  const auto* end = ::strptime(text.c_str(), "%Y-%m-%dT%H:%M:%SZ", &calendar);
+  if (end == nullptr || *end != '\0') return std::nullopt;
+  return WallTime(std::chrono::seconds(::timegm(&calendar)));
+}
+
+std::string check_time(const std::string& text) {
+  if (time_in(text, WallTime(std::chrono::hours(24 * 20'000)))) return {};
+  return text + ": expected now, a span before it (2h), seconds since 1970, or 2026-01-31T12:00:00Z";
+}
+
+std::string check_pattern(const std::string& text) {
+  const auto pattern = Pattern::parse(text);
+  return pattern ? std::string() : pattern.error().text;
+}
+
+std::vector<Pattern> patterns_in(const std::vector<std::string>& texts) {
+  std::vector<Pattern> patterns;
+  for (const auto& text : texts) patterns.push_back(*Pattern::parse(text));
+  return patterns;
+}
+
+int failed(const Error& error) {
+  print_error(error.text);
+  return kFailed;
+}
+
+using Work = std::function<int(Store&, const Settings&, const HistoryOptions&)>;
+
+/// Opens the file for one of the commands.
+int with_store(const Settings& settings, const HistoryOptions& options, sqlite::FileUse use, const Work& work) {
+  const auto store = Store::open(options.file, use, use == sqlite::FileUse::kOwn);
+  if (!store) return failed(store.error());
+  if (use == sqlite::FileUse::kOwn && (*store)->read_only())
+    return failed({ErrorCode::kRefused, fmt::format("history {}: no permission to write", options.file)});
+  return work(**store, settings, options);
+}
+
+Result<std::int64_t> number_in(Store& store, const char* sql) {
+  return store.database().number(sql, "measuring");
+}
+
+int info(Store& store, const Settings& settings, const HistoryOptions& options) {
+  const auto blocks = number_in(store, "SELECT count(*) FROM block");
+  const auto points = number_in(store, "SELECT coalesce(sum(count),0) FROM block");
+  const auto packed = number_in(store, "SELECT coalesce(sum(length(data)),0) FROM block");
+  const auto hours = number_in(store, "SELECT count(*) FROM hour");
+  const auto texts = number_in(store, "SELECT count(*) FROM text");
+  for (const auto* one : {&blocks, &points, &packed, &hours, &texts}) {
+    if (!*one) return failed(one->error());
+  }
+  std::int64_t open = 0;
+  for (const auto& [row, one] : store.series()) open += static_cast<std::int64_t>(one.open.size());
+  std::error_code ignored;
+  const auto size = std::filesystem::file_size(options.file, ignored);
+  Output out(1);
+  if (settings.json) {
+    out.line(
+        model::dump(nlohmann::ordered_json{{"file", store.path()},
+                                           {"bytes", size},
+                                           {"series", store.series().size()},
+                                           {"points", *points},
+                                           {"open", open},
+                                           {"blocks", *blocks},
+                                           {"block_bytes", *packed},
+                                           {"hours", *hours},
+                                           {"texts", *texts},
+                                           {"written", base::to_seconds(history::from_milliseconds(store.alive()))},
+                                           {"damaged", store.damaged()}}));
+    return ended(out, kGood);
+  }
+  out.line(fmt::format("file: {} ({} bytes)", store.path(), size));
+  out.line(fmt::format("series: {}", store.series().size()));
+  out.line(fmt::format("points: {} in {} blocks of {} bytes, {} not in blocks yet", *points, *blocks, *packed, open));
+  out.line(fmt::format("summaries of hours: {}, texts: {}", *hours, *texts));
+  out.line(fmt::format("last written: {}", time_text(history::from_milliseconds(store.alive()))));
+  out.line(store.damaged() == 0 ? "damage: none" : fmt::format("damage: {} rows cannot be read", store.damaged()));
+  return ended(out, kGood);
+}
+
+/// The series that the patterns name; all if there are none.
+Result<std::vector<history::SeriesEntry>> chosen(Store& store, const std::vector<std::string>& patterns) {
+  std::vector<history::SeriesEntry> all;
+  for (const auto& pattern : patterns_in(patterns.empty() ? std::vector<std::string>{"*:**"} : patterns)) {
+    auto some = history::list_series(store, pattern, store.series().size());
+    if (!some) return some;
+    for (auto& one : *some) {
+      const bool fresh =
+          std::none_of(all.begin(), all.end(), [&](const auto& other) { return other.name == one.name; });
+      if (fresh) all.push_back(std::move(one));
+    }
+  }
+  return all;
+}
+
+int list(const std::vector<history::SeriesEntry>& series, const Settings& settings) {
+  Output out(1);
+  if (settings.json) {
+    out.line(history::to_json(series));
+    return ended(out, kGood);
+  }
+  Table table({{"SERIES", Column::Kind::kKey}, {"KIND"}, {"UNIT"}, {"FROM"}, {"TO"}});
+  for (const auto& one : series) {
+    table.row({history::to_string(one.name), std::string(to_string(one.kind)), one.unit, time_text(one.first),
+               time_text(one.last)});
+  }
+  out.write(table.text({out.has_colour(), out.width()}));
+  return ended(out, kGood);
+}
+
+std::string number_text(double value) {
+  return fmt::format("{:.6g}", value);
+}
+
+void add_rows(const history::SeriesAnswer& series, Table& table) {
+  for (const auto& bucket : series.buckets) {
+    const auto place = static_cast<std::size_t>(std::max(bucket.last, 0.0));
+    const bool word = series.kind == history::SeriesKind::kWords && place < series.words.size();
+    table.row({time_text(bucket.time), std::to_string(bucket.count), number_text(bucket.minimum),
+               number_text(bucket.maximum), number_text(bucket.mean),
+               word ? series.words[place] : number_text(bucket.last)});
+  }
+  for (const auto& text : series.texts) table.row({time_text(text.time), "1", "", "", "", text.text});
+}
+
+int query(Store& store, const Settings& settings, const HistoryOptions& options) {
+  const auto series = chosen(store, options.patterns);
+  if (!series) return failed(series.error());
+  if (series->empty()) {
+    print_error("no series fits; without a pattern `rubicon history FILE query` lists them all");
+    return kNotThere;
+  }
+  if (options.patterns.empty()) return list(*series, settings);
+  const auto now = clock_now();
+  history::Question question{{}, *time_in(options.from, now), *time_in(options.to, now), options.buckets};
+  for (const auto& one : *series) question.series.push_back(one.name);
+  const auto answer = history::answer(store, question);
+  if (!answer) return failed(answer.error());
+  Output out(1);
+  if (settings.json) {
+    out.line(history::to_json(*answer));
+  } else if (options.csv) {
+    out.write(history::to_csv(*answer));
+  } else {
+    for (const auto& one : answer->series) {
+      out.line(fmt::format("{}{}{}", history::to_string(one.name), one.unit.empty() ? "" : ", ", one.unit));
+      Table table({{"TIME"}, {"VALUES"}, {"MINIMUM"}, {"MAXIMUM"}, {"MEAN"}, {"LAST", Column::Kind::kText}});
+      add_rows(one, table);
+      out.write(table.text({out.has_colour(), out.width()}));
+    }
+  }
+  return ended(out, kGood);
+}
+
+int export_points(Store& store, const Settings&, const HistoryOptions& options) {
+  const auto series = chosen(store, options.patterns);
+  if (!series) return failed(series.error());
+  const auto now = clock_now();
+  const auto from = options.from.empty() ? -history::kFurthest : history::to_milliseconds(*time_in(options.from, now));
+  const auto to = options.to.empty() ? history::kFurthest : history::to_milliseconds(*time_in(options.to, now));
+  Output out(1);
+  out.write(history::kPointHeader);
+  std::string line;
+  const auto put = [&](const history::SeriesName& name, WallTime time, std::string_view value) {
+    line.clear();
+    history::append_point_line(name, time, value, line);
+    out.write(line);
+    return !out.broken();
+  };
+  for (const auto& one : *series) {
+    const auto row = *store.find(one.name);
+    auto done = history::each_point(store, row, from, to, [&](const history::Point& point) {
+      return put(one.name, history::from_milliseconds(point.time), history::value_text(one, point));
+    });
+    if (done) {
+      done = history::each_text(store, row, from, to,
+                                [&](const history::TextValue& text) { return put(one.name, text.time, text.text); });
+    }
+    if (!done) return failed(done.error());
+  }
+  if (store.damaged() > 0)
+    print_error(fmt::format("{} rows cannot be read; their points are missing", store.damaged()));
+  return ended(out, kGood);
+}
+
+int compact(Store& store, const Settings&, const HistoryOptions& options) {
+  std::error_code ignored;
+  const auto before = std::filesystem::file_size(options.file, ignored);
+  auto done = store.close_all();
+  if (done) done = store.database().run("VACUUM; PRAGMA wal_checkpoint(TRUNCATE)", "compacting");
+  if (!done) return failed(done.error());
+  Output out(1);
+  out.line(
+      fmt::format("{}: {} bytes, before {}", store.path(), std::filesystem::file_size(options.file, ignored), before));
+  return ended(out, kGood);
+}
+
+int import(Store& store, const Settings& settings, const HistoryOptions& options) {
+  history::ImportRules rules;
+  if (!options.patterns.empty()) rules.patterns = patterns_in(options.patterns);
+  rules.exclude = patterns_in(options.exclude);
+  if (!options.end.empty()) rules.end = *time_in(options.end, clock_now());
+  transport::LocalTransports files;
+  const auto done = history::import_recording(store, files, options.recording, rules);
+  if (!done) return failed(done.error());
+  Output out(1);
+  if (settings.json) {
+    out.line(model::dump(nlohmann::ordered_json{
+        {"records", done->records}, {"points", done->points}, {"unfit", done->unfit}, {"damage", done->damage}}));
+  } else {
+    out.line(fmt::format("{} points of {} records from {} to {}", done->points, done->records,
+                         recording::utc_text(done->first), recording::utc_text(done->last)));
+    if (done->damage > 0) print_error(fmt::format("{} parts of {} are damaged", done->damage, options.recording));
+  }
+  return ended(out, kGood);
+}
+
+/// The option of a time.
+void add_time(CLI::App* app, const std::string& name, std::string& text, const std::string& about) {
+  app->add_option(name, text, about)->type_name("TIME")->check(check_time);
+}
+
+void add_patterns(CLI::App* app, std::vector<std::string>& patterns, const std::string& about) {
+  app->add_option("PATTERN", patterns, about)->check(check_pattern);
+}
+
+}  // namespace
+
+void add_history(Cli& cli) {
+  const auto options = std::make_shared<HistoryOptions>();
+  auto* parent =
+      cli.app().add_subcommand("history", "Look into the file of a history: info, query, export, compact, import");
+  parent->require_subcommand(1);
+  parent->fallthrough();
+  parent->get_formatter()->label("SUBCOMMAND", "COMMAND");
+  parent->footer(
+      "Example:\n  rubicon history demo.history info\nAn island or `rubicon web` may write the file meanwhile, "
+      "except for compact and import.");
+  parent->add_option("FILE", options->file, "file of the history")->required();
+  const auto add = [&](const Cli::Text& text, sqlite::FileUse use, const Work& work) {
+    return cli.command(
+        {text.name, text.summary, text.examples, parent},
+        [options, use, work](const Settings& settings) { return with_store(settings, *options, use, work); });
+  };
+  add({"info", "Show sizes and times", "  rubicon history demo.history info\n"}, sqlite::FileUse::kRead, info);
+  auto* ask = add({"query", "Show what series were, or list them",
+                   "  rubicon history demo.history query\n"
+                   "  rubicon history demo.history query '6541:proxy.*.*.sensor.temperature-1.value' --from 1d\n"},
+                  sqlite::FileUse::kRead, query);
+  add_patterns(ask, options->patterns, "series to show; default: a list of all");
+  options->from = "1h";
+  options->to = "now";
+  add_time(ask, "--from", options->from, "begin; default: 1h, an hour ago");
+  add_time(ask, "--to", options->to, "end; default: now");
+  ask->add_option("--buckets", options->buckets, "most rows of a series")
+      ->check(CLI::Range(std::size_t{1}, history::kMaxBuckets))
+      ->capture_default_str();
+  ask->add_flag("--csv", options->csv, "as CSV");
+  const auto every = std::make_shared<HistoryOptions>();
+  auto* points = cli.command({"export", "Write all values as CSV",
+                              "  rubicon history demo.history export '*:proxy.wsn-flat.**' > motes.csv\n", parent},
+                             [options, every](const Settings& settings) {
+                               every->file = options->file;
+                               return with_store(settings, *every, sqlite::FileUse::kRead, export_points);
+                             });
+  add_patterns(points, every->patterns, "series to write; default: all");
+  add_time(points, "--from", every->from, "begin; default: the first value");
+  add_time(points, "--to", every->to, "end; default: the last value");
+  add({"compact", "Give the space of removed values back to the disk", "  rubicon history demo.history compact\n"},
+      sqlite::FileUse::kOwn, compact);
+  auto* fill =
+      cli.command({"import", "Fill it from a recording",
+                   "  rubicon history demo.history import examples/recordings/demo_hour.rec --end now\n", parent},
+                  [options, every](const Settings& settings) {
+                    every->file = options->file;
+                    return with_store(settings, *every, sqlite::FileUse::kOwn, import);
+                  });
+  fill->add_option("RECORDING", every->recording, "file that a recorder wrote")->required();
+  fill->add_option("--pattern", every->patterns, "values to take (may be repeated); default: all of points")
+      ->check(check_pattern)
+      ->allow_extra_args(false);
+  fill->add_option("--exclude", every->exclude, "but not these (may be repeated)")
+      ->check(check_pattern)
+      ->allow_extra_args(false);
+  add_time(fill, "--end", every->end, "move all times so that the recording ends then; default: as they are");
+}
+
+}  // namespace rubicon::cli
