@@ -36,8 +36,8 @@ std::optional<HistorySetup> read_history(ConfigReader& root) {
   HistorySetup setup;
   setup.file = history.required_text("file");
   if (history.has("file") && setup.file.empty()) history.error("file", "empty path, expected a file");
-  if (history.has("patterns")) {
-    setup.patterns = patterns_in(history, "patterns");
+  if (auto patterns = patterns_in(history, "patterns"); history.has("patterns")) {
+    setup.patterns = std::move(patterns);
     if (history.texts("patterns").empty()) history.error("patterns", "is empty, expected for example [\"proxy.**\"]");
   }
   setup.exclude = patterns_in(history, "exclude");

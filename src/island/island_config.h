@@ -62,8 +62,8 @@ struct IslandConfig {
   std::vector<std::pair<std::string, ConfigNode>> fixed;
   std::vector<config::RecorderSetup> recorders;
   std::optional<config::HistorySetup> history;  ///< what the daemon keeps beside the island
-  std::optional<config::WebSetup> web;  ///< what the daemon serves beside the island
-  std::vector<OwnTuple> tuples;         ///< of the command line
+  std::optional<config::WebSetup> web;          ///< what the daemon serves beside the island
+  std::vector<OwnTuple> tuples;                 ///< of the command line
   /// The whole as YAML without secrets, at most SettingsTuples::kMostText, until the island shows it.
   std::string shown;
   /// Where the file names the devices of a network; until the island has taken them.
