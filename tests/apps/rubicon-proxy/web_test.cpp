@@ -126,7 +126,9 @@ TEST_F(IslandPage, AReloadOpensClosesAndMovesIt) {
   program.signal(SIGHUP);
   const auto other = port_in(program, 2);
   EXPECT_THAT(ask(other, "GET /healthz"), HasSubstr("200 OK"));
-  if (other != port) EXPECT_EQ(ask(port, "GET /healthz"), "");
+  if (other != port) {
+    EXPECT_EQ(ask(port, "GET /healthz"), "");
+  }
 }
 
 TEST_F(IslandPage, AReloadReadsTheTokensAgain) {
