@@ -14,6 +14,7 @@ const words = process.argv.slice(2);
 const long = words.includes("--long");
 const [programs, ...only] = words.filter((word) => word !== "--long");
 const screens = join(root, "build/page-screens");
+await rm(screens, { recursive: true, force: true });
 await mkdir(screens, { recursive: true });
 const folder = await mkdtemp(join(tmpdir(), "rubicon-page-"));
 const island = new Island(programs, join(here, "island.yaml"), folder);

@@ -177,7 +177,7 @@ export function FoundTuples({ tuples, rates, chosen, onOpen }: FoundProps) {
             onClick={() => onOpen(tuple)}
             {...rest}
           >
-            <span class="branch" title={tuple.id}>
+            <span class="branch whole-key" title={tuple.id}>
               <span class="part">{tuple.id}</span>
             </span>
             <TupleValue tuple={tuple} />
