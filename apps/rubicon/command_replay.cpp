@@ -106,10 +106,11 @@ void add_replay(Cli& cli) {
   const auto options = std::make_shared<ReplayOptions>();
   auto* app = cli.command_in_ecology({"replay", "Show the recordings that islands play; pause, speed up or search one",
                                       "  rubicon replay\n"
-                                      "  rubicon replay log-home pause\n"
-                                      "  rubicon replay log-home speed 10\n"
-                                      "  rubicon replay log-home seek 2026-01-31T12:00:00Z\n"
-                                      "  rubicon replay log-home seek -- -30s          # back from here\n"},
+                                      "  rubicon replay log-flat pause\n"
+                                      "  rubicon replay log-flat seek 90s             # from the beginning\n"
+                                      "  rubicon replay log-flat seek -- -30s         # back from here\n"
+                                      "  rubicon replay log-flat play\n"
+                                      "  rubicon replay log-flat speed 2\n"},
                                      [options](Session& session) {
                                        return options->action.empty() ? list_replays(session, *options)
                                                                       : control_replay(session, *options);

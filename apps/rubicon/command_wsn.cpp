@@ -35,10 +35,10 @@ void add_wsn(Cli& cli) {
   parent->require_subcommand(1);
   parent->fallthrough();
   parent->get_formatter()->label("SUBCOMMAND", "COMMAND");
-  parent->footer("Examples:\n  rubicon wsn monitor\n");
+  parent->footer("Examples:\n  rubicon wsn monitor --network wsn-1\n");
   const auto choice = std::make_shared<NetworkChoice>(NetworkChoice{"wsn"});
   auto* app = cli.command({"monitor", "Print the packets between an island and its motes as they come",
-                           "  rubicon wsn monitor\n"
+                           "  rubicon wsn monitor --network wsn-1\n"
                            "  rubicon wsn monitor --network wsn-1 --json\n",
                            parent},
                           [choice](const Settings& settings) { return monitor_packets(settings, *choice); });

@@ -79,7 +79,9 @@ void RecorderSwitch::stop() {
   recorder_->flush();
   size_ = recorder_->file_size();
   before_ = counters();
+  const auto path = recorder_->path();
   recorder_.reset();
+  base::Log(context_.log, "recorder " + setup_.name).info(fmt::format("{}: stopped by a user", path));
 }
 
 nlohmann::ordered_json RecorderSwitch::status() {

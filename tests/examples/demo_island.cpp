@@ -47,22 +47,25 @@ DemoIsland::DemoIsland() : folder_(fs::temp_directory_path() / ("rubicon_example
   };
   motes("6", "19202");
   motes("8", "19207");
-  std::vector<std::string> island{kPrograms + "/rubicon-proxy",
-                                  "run",
-                                  kExamples + "/home.yaml",
-                                  "--set",
-                                  kMotes,
-                                  "--set",
-                                  kOtherMotes,
-                                  "--set",
-                                  kWaiting,
-                                  "--set",
-                                  kAsk,
-                                  "--set",
-                                  "state.file=" + (folder_ / "demo.state").string(),
-                                  "--shell",
-                                  "--log-level",
-                                  "error"};
+  std::vector<std::string> island{
+      kPrograms + "/rubicon-proxy",
+      "run",
+      kExamples + "/home.yaml",
+      "--set",
+      kMotes,
+      "--set",
+      kOtherMotes,
+      "--set",
+      kWaiting,
+      "--set",
+      kAsk,
+      "--set",
+      "state.file=" + (folder_ / "demo.state").string(),
+      "--set",
+      "recorders={all: {file: " + (folder_ / "all.rec").string() + ", patterns: [\"proxy.*.*.sensor.*.value\"]}}",
+      "--shell",
+      "--log-level",
+      "error"};
   start({kPrograms + "/knx-simulator", kExamples + "/knx.script", "--listen", "13671", "--log-level", "error"});
   island.insert(island.end(), {"--set", kKnx});
   start_broker();

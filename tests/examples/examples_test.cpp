@@ -52,6 +52,8 @@ TEST(SetDecision, SeesExamplesThatHangShowNothingOrFindAProblem) {
   EXPECT_EQ(of("rubicon top", 0), "shows nothing");
   EXPECT_EQ(of("rubicon top --rounds 1", 130, "a line\n"), "ended with 130");
   EXPECT_EQ(of("rubicon knx monitor", 130), "shows nothing");
+  EXPECT_EQ(of("rubicon recorder all stop", 130), "ended with 130");
+  EXPECT_EQ(of("rubicon log --follow", 130), "");
   EXPECT_EQ(of("rubicon watch x y", 0, "a line\n", "rubicon: nothing fits y yet"), "names what is not there");
   EXPECT_EQ(of("rubicon get x", 10, "", "rubicon: x is stale"), "");
   EXPECT_NE(of("rubicon get x", 10), "");

@@ -29,7 +29,8 @@ bool begins(const std::string& line, const std::array<const char*, kCount>& prog
 }
 
 bool shows_what_is_there(const std::string& line) {
-  return begins(line, std::array{"rubicon watch", "rubicon top", "rubicon knx monitor", "example-4_points"});
+  return begins(line, std::array{"rubicon watch", "rubicon top", "rubicon knx monitor", "rubicon wsn monitor",
+                                 "example-4_points"});
 }
 
 int wanted_code(const std::string& line) {
@@ -54,9 +55,10 @@ bool found_losses_only(const std::string& output) {
 }  // namespace
 
 bool is_endless(const std::string& line) {
-  constexpr std::array kPrograms{"rubicon record",    "rubicon receive", "rubicon publish",
-                                 "rubicon-proxy run", "rubicon web",     "motes-simulator --port",
-                                 "salad-simulator ",  "knx-simulator ",  "zigbee-simulator "};
+  if (begins(line, std::array{"rubicon recorder"})) return false;
+  constexpr std::array kPrograms{
+      "rubicon record", "rubicon receive",        "rubicon publish",  "rubicon log --follow", "rubicon-proxy run",
+      "rubicon web",    "motes-simulator --port", "salad-simulator ", "knx-simulator ",       "zigbee-simulator "};
   return (shows_what_is_there(line) || begins(line, kPrograms)) && !has(line, " | ") && !has(line, " --rounds ");
 }
 

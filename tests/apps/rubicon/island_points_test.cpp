@@ -112,5 +112,24 @@ TEST_F(PointsOfAnIsland, TheLogIsShownAndFollowed) {
   EXPECT_EQ(follow.exit_code(), 0);
 }
 
+TEST(PacketsOfMotes, AreShownAsTheyCome) {
+  const PrivateNetwork alone;
+  if (!alone.entered()) GTEST_SKIP() << alone.reason();
+  const Folder folder;
+  Process motes({RUBICON_BINARY_DIR "/bin/motes-simulator", "--motes", "1", "--port", "19202", "--wait"});
+  const auto island = started(folder.write("motes.yaml",
+                                           "island: {id: 6541, name: home}\nnetworks:\n  wsn-1: {type: wsn, source: "
+                                           "\"network@127.0.0.1:19202\", board: EM1000}\n"));
+  Process monitor({kProgram, "wsn", "monitor", "--network", "wsn-1", "--json"});
+  Process watch({kProgram, "watch", "proxy.wsn-1.*.sensor.light-1.value"});
+  const auto line = monitor.line_with("\"readings\"");
+  ASSERT_TRUE(line) << monitor.errors();
+  const auto packet = nlohmann::json::parse(*line);
+  EXPECT_EQ(packet["direction"], "in");
+  EXPECT_EQ(packet["mote"], 2);
+  monitor.signal(SIGINT);
+  EXPECT_EQ(monitor.exit_code(), 0);
+}
+
 }  // namespace
 }  // namespace rubicon::cli
