@@ -76,7 +76,7 @@ async function refused({ page, open }) {
   await dimmer.locator(".outcome", { hasText: "100" }).waitFor();
 }
 
-/** A device that does not answer: the command waits as long as the user said, then expires. */
+/** A device that does not answer: the command waits as long as the user chose, then expires. */
 async function expired({ page, open }) {
   await open("devices/6541/dummy-rooms/remote");
   await page.locator(".thing .state", { hasText: "unreachable" }).waitFor();

@@ -22,7 +22,7 @@ async function namesAreText({ page, open }) {
   assert.equal(await page.locator("main b").count(), 0);
 }
 
-/** Addresses that somebody sends. */
+/** Addresses from elsewhere. */
 async function addressesAreText({ page, open }) {
   for (const address of [
     "devices/6541/dummy-rooms/%3Cimg%20src=x%20onerror=alert(1)%3E",

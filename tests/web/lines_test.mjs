@@ -25,7 +25,7 @@ async function aDeviceIsApproved({ page, open, island }) {
   assert.equal(await page.locator(".list-rows .row").count(), 1);
 }
 
-/** The packets of the motes are shown while somebody asks for them. */
+/** The packets of the motes are shown while a page asks for them. */
 async function packetsAreShown({ page, open, island }) {
   island.startMotes();
   await open("traffic");

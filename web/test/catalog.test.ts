@@ -17,7 +17,7 @@ function setUp() {
   return { store, catalog, put };
 }
 
-test("keys of points, devices, networks, counters and the inbox are told apart", () => {
+test("keys of points, devices, networks, counters and the inbox differ", () => {
   const meanings: Record<string, string> = {
     "proxy.wsn-1.7.sensor.light-1.value": "point",
     "proxy.wsn-1.7.status": "device",

@@ -37,7 +37,7 @@ function answerLast(server: TestServer, subscription: number): void {
   server.say({ id: server.last.sent[server.last.sent.length - 1]?.id, ok: true, subscription });
 }
 
-test("equal wants share a subscription, passive unless it is said otherwise", () => {
+test("equal wants share a subscription, passive unless the want is active", () => {
   const { server, feed } = setUp();
   feed.want({ pattern: "7:**" });
   feed.want({ pattern: "7:**" });
@@ -193,7 +193,7 @@ test("an owner that is absent is marked", () => {
   assert.equal(store.get(lamp)?.media, "text/plain");
 });
 
-test("a key without an owner, and numbers that nobody introduced, harm nothing", () => {
+test("a key without an owner, and numbers without a key, harm nothing", () => {
   const { server, store, feed } = setUp();
   feed.want({ pattern: "7:**" });
   answerLast(server, 1);

@@ -67,7 +67,7 @@ export class Connection {
     });
   }
 
-  /** Opens the line anew, at once: the server now knows somebody else. */
+  /** Opens the line anew, at once: the caller changed. */
   restart(): void {
     this.lost();
     this.attempts = 0;

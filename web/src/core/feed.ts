@@ -22,7 +22,7 @@ const linger = 10_000;
 /** After a reconnection, owners that have not sent a snapshot by then are gone. */
 const patience = 5_000;
 
-/** One subscription, as long as somebody wants it. */
+/** One subscription, as long as a view wants it. */
 export class Subscription {
   users = 0;
   state: WantState = "asked";
@@ -53,7 +53,7 @@ export class Subscription {
     return true;
   }
 
-  /** Forgets what the lost line said; what it delivered stays visible until the next snapshot. */
+  /** Forgets the numbers of the lost line; what it delivered stays visible until the next snapshot. */
   interrupt(): void {
     this.turn++;
     this.number = null;

@@ -63,7 +63,7 @@ export interface Answer {
   role?: string;
 }
 
-/** Frames that nobody asked for by an id. */
+/** Frames that answer no request. */
 export interface Notice {
   alive?: number;
   slow?: boolean;

@@ -21,7 +21,7 @@ const floods = 5;
 /** Seconds until rates mean something. */
 const settled = 4;
 
-/** What there is, and what needs somebody. Drawn once a second: it counts, it does not show values. */
+/** What there is, and what needs attention. Drawn once a second: it counts, it does not show values. */
 function Overview() {
   void second.value;
   const owner = ownerPattern();

@@ -42,12 +42,12 @@ export function TupleForm({ tuple }: { tuple: Tuple }) {
   const [outcome, setOutcome] = useState("");
   const change = (changes: Partial<Draft>) => setDraft({ ...draft, ...changes });
   const answered = (answer: Answer) => {
-    const said =
+    const result =
       answer.ok === false
         ? text.failed(answer.error?.code ?? "", answer.error?.text ?? "")
         : text.outcome(answer.state ?? answer.verdict ?? "");
-    setOutcome(said);
-    announce(said);
+    setOutcome(result);
+    announce(result);
   };
   const send = (verb: "set" | "append") =>
     connection.request(requestOf(tuple, draft, verb, seen), answered, tuple.key.endsWith(".command") && verb === "set");
