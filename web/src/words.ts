@@ -87,7 +87,8 @@ export const words = {
     noneFailing: "The last command of every actuator ended well.",
     inbox: "Inbox",
     noneWaiting: (ignored: number) => `Nobody waits.${ignored > 0 ? ` ${ignored.toLocaleString()} are ignored.` : ""}`,
-    waiting: (waiting: number, ignored: number) => `${many(waiting, "device waits", "devices wait")} for a decision.${ignored > 0 ? ` ${ignored.toLocaleString()} are ignored.` : ""}`,
+    waiting: (waiting: number, ignored: number) =>
+      `${many(waiting, "device waits", "devices wait")} for a decision.${ignored > 0 ? ` ${ignored.toLocaleString()} are ignored.` : ""}`,
     decide: "Decide",
     floods: "Set most often",
     quiet: "Nothing is being set.",
@@ -146,8 +147,10 @@ export const words = {
     set: "Set",
     commanded: (value: string) => `set to ${value}`,
     by: (commander: string) => `by ${commander}`,
-    range: (minimum?: number, maximum?: number) => (minimum === undefined && maximum === undefined ? "" : `${minimum ?? "…"} to ${maximum ?? "…"}`),
-    spoken: (point: string, value: string, state: string, reason: string) => `${point} set to ${value}: ${state}${reason ? `, ${reason}` : ""}`,
+    range: (minimum?: number, maximum?: number) =>
+      minimum === undefined && maximum === undefined ? "" : `${minimum ?? "…"} to ${maximum ?? "…"}`,
+    spoken: (point: string, value: string, state: string, reason: string) =>
+      `${point} set to ${value}: ${state}${reason ? `, ${reason}` : ""}`,
     waits: "Commands wait",
   },
   device: {
@@ -207,7 +210,8 @@ export const words = {
     title: "Networks",
     none: "No island has a network.",
     noneText: "Networks are in the configuration of the island. One of each kind:",
-    example: "networks:\n  wsn-1: {type: wsn, source: serial@/dev/ttyUSB0:telosb}\n  knx-hall: {type: knx, host: 192.168.1.20}\n  zigbee: {type: zigbee, broker: 127.0.0.1:1883}",
+    example:
+      "networks:\n  wsn-1: {type: wsn, source: serial@/dev/ttyUSB0:telosb}\n  knx-hall: {type: knx, host: 192.168.1.20}\n  zigbee: {type: zigbee, broker: 127.0.0.1:1883}",
     filtered: (all: number) => `None of ${many(all, "network", "networks")} matches.`,
     line: "Line",
     network: "Network",
@@ -242,8 +246,10 @@ export const words = {
     ignoreMany: (count: number) => `Ignore ${count.toLocaleString()}`,
     selectAll: (count: number) => `Select all ${count.toLocaleString()}`,
     selectNone: "Clear selection",
-    has: (kind: "sensors" | "actuators" | "properties", count: number) => many(count, { sensors: "sensor", actuators: "actuator", properties: "property" }[kind], kind),
-    none: (ignored: number) => (ignored === 0 ? "Nobody waits." : `Nobody waits. ${ignored.toLocaleString()} ${ignored === 1 ? "is" : "are"} ignored.`),
+    has: (kind: "sensors" | "actuators" | "properties", count: number) =>
+      many(count, { sensors: "sensor", actuators: "actuator", properties: "property" }[kind], kind),
+    none: (ignored: number) =>
+      ignored === 0 ? "Nobody waits." : `Nobody waits. ${ignored.toLocaleString()} ${ignored === 1 ? "is" : "are"} ignored.`,
     noneText: "A device waits here when the configuration says discovery: {new-devices: ask}, or when the island cannot list it.",
     noInbox: "No island shows its inbox.",
     backFromIgnored: "Approve an ignored device",
@@ -264,7 +270,8 @@ export const words = {
     },
     sending: "sending",
     tooLate: "It is too late: the island has decided.",
-    failed: (failures: number, all: number, reason: string) => `${failures} of ${many(all, "decision was", "decisions were")} refused: ${reason}`,
+    failed: (failures: number, all: number, reason: string) =>
+      `${failures} of ${many(all, "decision was", "decisions were")} refused: ${reason}`,
   },
   plots: {
     title: "Plots",
@@ -285,7 +292,14 @@ export const words = {
     failed: (code: string, reason: string) => `History: ${code}: ${reason}`,
     retry: "Try again",
     range: "Range",
-    span: (seconds: number) => (seconds < 3600 ? `${seconds / 60} min` : seconds < 86_400 ? `${seconds / 3600} h` : seconds === 86_400 ? "24 h" : `${seconds / 86_400} d`),
+    span: (seconds: number) =>
+      seconds < 3600
+        ? `${seconds / 60} min`
+        : seconds < 86_400
+          ? `${seconds / 3600} h`
+          : seconds === 86_400
+            ? "24 h"
+            : `${seconds / 86_400} d`,
     own: "Own …",
     from: "From",
     to: "To",
@@ -341,7 +355,7 @@ export const words = {
     replay: (name: string) => `Replay ${name}`,
     none: "No island records or plays.",
     noneText: "Recorders and networks that play a recording are in the configuration of the island:",
-    example: "recorders:\n  all: {file: home.rec, patterns: [\"proxy.**\"]}\nnetworks:\n  log-rooms: {type: log, file: home.rec}",
+    example: 'recorders:\n  all: {file: home.rec, patterns: ["proxy.**"]}\nnetworks:\n  log-rooms: {type: log, file: home.rec}',
     file: "File",
     size: "Size",
     records: "Records",
@@ -388,7 +402,8 @@ export const words = {
     idle: "The configuration in force, without secrets. The file was not checked since the start.",
     outcome: "Last check or reload",
     ok: {
-      try: (count: number) => (count === 0 ? "Check: the file equals what is in force." : `Check: the file differs by ${many(count, "change", "changes")}.`),
+      try: (count: number) =>
+        count === 0 ? "Check: the file equals what is in force." : `Check: the file differs by ${many(count, "change", "changes")}.`,
       reload: (count: number) => `Reload: ${many(count, "change", "changes")} made.`,
     },
     bad: {
@@ -416,7 +431,8 @@ export const words = {
     watching: (network: string) => `watching ${network}`,
     lineDown: "watching; the line of the network is down",
     stopped: "Nobody watches.",
-    startText: (kept: number) => `Watch shows the traffic as it passes, at most ${kept.toLocaleString()} lines. It ends by itself a minute after this page is closed or hidden.`,
+    startText: (kept: number) =>
+      `Watch shows the traffic as it passes, at most ${kept.toLocaleString()} lines. It ends by itself a minute after this page is closed or hidden.`,
     mayNot: "Your role does not permit to watch: it needs the role command.",
     waiting: "Nothing has passed yet.",
     ended: "Watching ended: the page was hidden.",
@@ -443,7 +459,8 @@ export const words = {
     dptHint: "as configured; or 1.001, 9.001 …",
     wrongGroup: "A group address is 1/2/7, 1/519 or a number.",
     next: "Next",
-    question: (value: string, address: string, name: string, network: string) => `Write ${value} to ${address}${name ? ` (${name})` : ""} of ${network}?`,
+    question: (value: string, address: string, name: string, network: string) =>
+      `Write ${value} to ${address}${name ? ` (${name})` : ""} of ${network}?`,
     consequence: "Every device on the bus that listens to this group acts on it.",
     confirm: "Write",
     change: "Change",

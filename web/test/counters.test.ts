@@ -14,10 +14,19 @@ function counters(...all: [string, string][]): Map<string, Tuple> {
 }
 
 test("counters of all networks are told apart by what they count", () => {
-  for (const name of ["dropped-readings", "refused-busy", "telegrams-lost", "bad-crc", "undeliverable", "share-dropped-gone", "lost-motes"]) assert.equal(kindOf(name, "0"), "loss", name);
-  for (const name of ["unknown-devices", "repeats", "missing-acks", "unanswered-reads", "duplicates"]) assert.equal(kindOf(name, "3"), "oddity", name);
+  for (const name of ["dropped-readings", "refused-busy", "telegrams-lost", "bad-crc", "undeliverable", "share-dropped-gone", "lost-motes"])
+    assert.equal(kindOf(name, "0"), "loss", name);
+  for (const name of ["unknown-devices", "repeats", "missing-acks", "unanswered-reads", "duplicates"])
+    assert.equal(kindOf(name, "3"), "oddity", name);
   for (const name of ["readings", "telegrams-sent", "packets-read", "commands", "joins"]) assert.equal(kindOf(name, "3"), "flow", name);
-  for (const [name, value] of [["devices", "5"], ["attempts", "1"], ["server", "127.0.0.1"], ["bridge", "{}"], ["readings", ""]] as const) assert.equal(kindOf(name, value), "fact", name);
+  for (const [name, value] of [
+    ["devices", "5"],
+    ["attempts", "1"],
+    ["server", "127.0.0.1"],
+    ["bridge", "{}"],
+    ["readings", ""],
+  ] as const)
+    assert.equal(kindOf(name, value), "fact", name);
 });
 
 test("what arrives is the first counter that moves, what is lost the sum of all losses", () => {

@@ -13,7 +13,12 @@ function inbox() {
     changed: () => {},
     ended: (decision, failures) => ended.push({ decision, failures: failures.length }),
   });
-  const approve = (...keys: string[]) => decisions.decide("approve", keys, keys.map((key) => ({ key, value: "approve" })));
+  const approve = (...keys: string[]) =>
+    decisions.decide(
+      "approve",
+      keys,
+      keys.map((key) => ({ key, value: "approve" })),
+    );
   return { clock, sent, ended, decisions, approve };
 }
 
@@ -27,7 +32,10 @@ test("a decision can be taken back for ten seconds, and is sent then", () => {
   assert.equal(decisions.of("1:b"), second);
   assert.equal(sent.length, 0);
   clock.advance(1);
-  assert.deepEqual(sent.map(({ step }) => step), [{ key: "1:b", value: "approve" }]);
+  assert.deepEqual(
+    sent.map(({ step }) => step),
+    [{ key: "1:b", value: "approve" }],
+  );
   assert.ok(!decisions.undo(second));
   assert.equal(decisions.of("1:b"), second);
   sent[0]?.call({ id: 1, ok: true });
@@ -45,7 +53,10 @@ test("many are sent no faster than the server takes them, and failures are colle
   clock.advance(600);
   assert.equal(sent.length, 45);
   sent.forEach(({ call }, index) => call(index < 2 ? { id: 1, ok: false, error: { code: "refused", text: "" } } : { id: 1, ok: true }));
-  assert.deepEqual(ended.map(({ failures }) => failures), [2]);
+  assert.deepEqual(
+    ended.map(({ failures }) => failures),
+    [2],
+  );
 });
 
 test("leaving the page sends what was decided", () => {

@@ -11,7 +11,17 @@ test("each line is taken once, and missing ones are counted", () => {
   book.take(1, lines(5, 8));
   book.take(1, lines(5, 8));
   book.take(1, lines(12, 13));
-  assert.deepEqual(book.lines.map(({ number, missed }) => [number, missed]), [[5, 0], [6, 0], [7, 0], [8, 0], [12, 3], [13, 0]]);
+  assert.deepEqual(
+    book.lines.map(({ number, missed }) => [number, missed]),
+    [
+      [5, 0],
+      [6, 0],
+      [7, 0],
+      [8, 0],
+      [12, 3],
+      [13, 0],
+    ],
+  );
   assert.equal(book.version, 3);
 });
 
@@ -19,7 +29,10 @@ test("an island that is started again counts from 1", () => {
   const book = new LogBook();
   book.take(1, lines(50, 52));
   book.take(1, [line(1, 60), line(2, 61)]);
-  assert.deepEqual(book.lines.map(({ number, missed }) => [number, missed]).slice(-2), [[1, 0], [2, 0]]);
+  assert.deepEqual(book.lines.map(({ number, missed }) => [number, missed]).slice(-2), [
+    [1, 0],
+    [2, 0],
+  ]);
   assert.equal(new Set(book.lines.map(({ id }) => id)).size, 5);
 });
 
@@ -27,7 +40,14 @@ test("the lines of several islands are in the order of time", () => {
   const book = new LogBook();
   book.take(1, [line(1, 10), line(2, 30)]);
   book.take(2, [line(1, 20)]);
-  assert.deepEqual(book.lines.map(({ owner, time }) => [owner, time]), [[1, 10], [2, 20], [1, 30]]);
+  assert.deepEqual(
+    book.lines.map(({ owner, time }) => [owner, time]),
+    [
+      [1, 10],
+      [2, 20],
+      [1, 30],
+    ],
+  );
 });
 
 test("the oldest lines go, later while somebody reads", () => {

@@ -17,7 +17,9 @@ function network(values: Record<string, string>): Network {
 
 test("a network that plays a recording, by time or by offset", () => {
   assert.equal(replayOf(network({ readings: "3" })), null);
-  const absolute = replayOf(network({ "replay-state": "playing", "replay-position": "1795369403.5", "replay-begin": "1795360000", "replay-speed": "max" }));
+  const absolute = replayOf(
+    network({ "replay-state": "playing", "replay-position": "1795369403.5", "replay-begin": "1795360000", "replay-speed": "max" }),
+  );
   assert.ok(absolute?.absolute);
   assert.equal(absolute?.speed, "max");
   assert.ok(Number.isNaN(absolute?.end));

@@ -13,7 +13,12 @@ test("history and live values are one curve, none twice", () => {
   track.fill({ key: "1:a", before: [10, 1], t: [20, 95], v: [2, 5] }, 100, 1);
   track.add(95, "5");
   track.add(102, "8");
-  assert.deepEqual(track.curve(0, 200, 110), { t: [10, 20, 95, 101, 102, 110], value: [1, 2, 5, 7, 8, 8], low: [1, 2, 5, 7, 8, 8], high: [1, 2, 5, 7, 8, 8] });
+  assert.deepEqual(track.curve(0, 200, 110), {
+    t: [10, 20, 95, 101, 102, 110],
+    value: [1, 2, 5, 7, 8, 8],
+    low: [1, 2, 5, 7, 8, 8],
+    high: [1, 2, 5, 7, 8, 8],
+  });
 });
 
 test("a curve ends where the value was not known, and begins again after it", () => {
@@ -39,7 +44,13 @@ test("a lost line leaves no gap where the history knows better", () => {
 test("values within a bucket are drawn as one with a band", () => {
   const track = numbers();
   track.fill({ key: "1:a", t: [0], min: [1], max: [3], mean: [2] }, 10, 10);
-  for (const [t, value] of [[11, "4"], [13, "8"], [19, "6"], [21, "5"]] as const) track.add(t, value);
+  for (const [t, value] of [
+    [11, "4"],
+    [13, "8"],
+    [19, "6"],
+    [21, "5"],
+  ] as const)
+    track.add(t, value);
   assert.deepEqual(track.curve(0, 21, 21), { t: [0, 11, 21], value: [2, 6, 5], low: [1, 4, 5], high: [3, 8, 5] });
 });
 
@@ -62,7 +73,10 @@ test("commands of the past and new ones", () => {
   track.fillTicks({ key: "1:a", kind: "words", words: ["off", "on"], t: [50, 90], v: [0, 1] });
   track.command(95, "off");
   track.command(95, "off");
-  assert.deepEqual(track.ticksIn(60, 100), [{ t: 90, text: "on" }, { t: 95, text: "off" }]);
+  assert.deepEqual(track.ticksIn(60, 100), [
+    { t: 90, text: "on" },
+    { t: 95, text: "off" },
+  ]);
 });
 
 test("a file has a line for each time, bands where there are some", () => {
@@ -71,7 +85,14 @@ test("a file has a line for each time, bands where there are some", () => {
   const two = new Track("state");
   two.add(10, 'say "hi", twice');
   assert.equal(
-    csvOf([{ name: "one", track: one }, { name: "two", track: two }], 0, 100),
+    csvOf(
+      [
+        { name: "one", track: one },
+        { name: "two", track: two },
+      ],
+      0,
+      100,
+    ),
     "time,one,one minimum,one maximum,two\n1970-01-01T00:00:00.000Z,0.3,0.1,0.3,\n" +
       '1970-01-01T00:00:10.000Z,1,1,1,"say ""hi"", twice"\n1970-01-01T00:00:20.000Z,gap,,,\n',
   );

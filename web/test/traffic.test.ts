@@ -3,8 +3,23 @@ import { test } from "node:test";
 import { bytesOf, isGroup, jsonLines, pcapOf, readPassing } from "../src/core/traffic";
 
 test("telegrams and packets become rows, whatever is missing", () => {
-  const telegram = readPassing("knx", '{"time":5,"service":"write","source":"1.1.4","address":"1/2/7","own":true,"hex":"0c1a","name":"Hall","value":"21.0","unit":"°C"}', 1);
-  assert.deepEqual(telegram && { ...telegram, raw: "" }, { id: 1, time: 5, out: true, kind: "write", from: "1.1.4", to: "1/2/7", name: "Hall", value: "21.0 °C", hex: "0c1a", raw: "" });
+  const telegram = readPassing(
+    "knx",
+    '{"time":5,"service":"write","source":"1.1.4","address":"1/2/7","own":true,"hex":"0c1a","name":"Hall","value":"21.0","unit":"°C"}',
+    1,
+  );
+  assert.deepEqual(telegram && { ...telegram, raw: "" }, {
+    id: 1,
+    time: 5,
+    out: true,
+    kind: "write",
+    from: "1.1.4",
+    to: "1/2/7",
+    name: "Hall",
+    value: "21.0 °C",
+    hex: "0c1a",
+    raw: "",
+  });
   const packet = readPassing("wsn", '{"time":5,"direction":"out","kind":"sampling","mote":7,"hex":"7e","text":"light"}', 2);
   assert.deepEqual([packet?.out, packet?.from, packet?.to, packet?.value], [true, "", "7", "light"]);
   assert.equal(readPassing("wsn", '{"direction":"in","kind":"config"}', 3)?.from, "");

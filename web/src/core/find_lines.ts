@@ -5,7 +5,10 @@ export interface NumberedLine {
 
 /** The lines that contain the text, with those above them that say where they belong: the less indented ones. */
 export function findLines(whole: string, search: string): NumberedLine[] {
-  const lines = whole.replace(/\n$/, "").split("\n").map((text, index) => ({ number: index + 1, text }));
+  const lines = whole
+    .replace(/\n$/, "")
+    .split("\n")
+    .map((text, index) => ({ number: index + 1, text }));
   if (search.trim() === "") return lines;
   const wanted = search.toLowerCase();
   const shown = new Set<NumberedLine>();

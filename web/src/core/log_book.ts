@@ -64,7 +64,18 @@ export class LogBook {
 function parse(owner: number, line: unknown): LogLine[] {
   if (typeof line !== "object" || line === null) return [];
   const member = line as Record<string, unknown>;
-  return [{ owner, number: number(member.number), time: number(member.time), level: text(member.level), subject: text(member.subject), text: text(member.text), missed: 0, id: "" }];
+  return [
+    {
+      owner,
+      number: number(member.number),
+      time: number(member.time),
+      level: text(member.level),
+      subject: text(member.subject),
+      text: text(member.text),
+      missed: 0,
+      id: "",
+    },
+  ];
 }
 
 /** `least` and those above it; unknown levels always. */

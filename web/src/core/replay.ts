@@ -21,7 +21,15 @@ export function replayOf(network: Network): Replay | null {
   const position = numberIn(network, "replay-position");
   const begin = numberIn(network, "replay-begin");
   const absolute = (Number.isNaN(position) ? begin : position) > longestOffset;
-  return { network, state, speed: network.counters.get("replay-speed")?.value ?? "1", position, begin: absolute ? begin : begin || 0, end: numberIn(network, "replay-end"), absolute };
+  return {
+    network,
+    state,
+    speed: network.counters.get("replay-speed")?.value ?? "1",
+    position,
+    begin: absolute ? begin : begin || 0,
+    end: numberIn(network, "replay-end"),
+    absolute,
+  };
 }
 
 function numberIn(network: Network, name: string): number {

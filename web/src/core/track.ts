@@ -155,7 +155,8 @@ export class Track {
       before = sample;
     }
     const end = Math.min(to, now);
-    if (before && !before.gap && end > before.t && before === this.samples[this.samples.length - 1] && !Number.isNaN(before.value)) put(end, flat(before));
+    if (before && !before.gap && end > before.t && before === this.samples[this.samples.length - 1] && !Number.isNaN(before.value))
+      put(end, flat(before));
     return drawn;
   }
 

@@ -37,7 +37,15 @@ export function readPassing(kind: TrafficKind, raw: string, id: number): Passing
   const common = { id, time: number(member.time), hex: text(member.hex), raw };
   if (kind === "knx") {
     const value = [text(member.value), text(member.unit)].filter(Boolean).join(" ");
-    return { ...common, out: member.own === true, kind: text(member.service), from: text(member.source), to: text(member.address), name: text(member.name), value };
+    return {
+      ...common,
+      out: member.own === true,
+      kind: text(member.service),
+      from: text(member.source),
+      to: text(member.address),
+      name: text(member.name),
+      value,
+    };
   }
   const mote = typeof member.mote === "number" ? String(member.mote) : text(member.mote);
   const out = text(member.direction) === "out";

@@ -12,7 +12,8 @@ export function useWhole(tuple: Tuple | undefined): { text: string | null; error
     const { owner, key, sequence } = tuple;
     tupleBytes(owner, key).then(
       (bytes) => !ended && setRead({ sequence, text: new TextDecoder().decode(bytes), error: "" }),
-      (error: unknown) => !ended && setRead({ sequence, text: "", error: error instanceof RestError ? `${error.code}: ${error.message}` : String(error) }),
+      (error: unknown) =>
+        !ended && setRead({ sequence, text: "", error: error instanceof RestError ? `${error.code}: ${error.message}` : String(error) }),
     );
     return () => {
       ended = true;

@@ -56,7 +56,9 @@ function countIn(what: "count" | "ignored"): number {
 function useWaiting(search: string, sort: string, compare: (a: Tuple, b: Tuple) => number): Tuple[] {
   const island = chosenIsland();
   return useMemo(() => {
-    const all = [...catalog.waiting.values()].filter((tuple) => (!island || tuple.owner === island) && (search === "" || matches(search, searchedOf(tuple))));
+    const all = [...catalog.waiting.values()].filter(
+      (tuple) => (!island || tuple.owner === island) && (search === "" || matches(search, searchedOf(tuple))),
+    );
     return all.sort(compare);
   }, [search, sort, island, catalog.waiting.size, second.value]);
 }
@@ -77,7 +79,11 @@ function Inbox({ route }: { route: Route }) {
   };
   const mayDecide = mayBe("admin");
   const columns = useMemo(() => inboxColumns({ chosen, toggle, decide, undo, decisions, mayDecide }), [chosen, mayDecide]);
-  const rows = useWaiting(q, sort, compareBy(columns, sort, (a, b) => compareNatural(nameOf(a), nameOf(b))));
+  const rows = useWaiting(
+    q,
+    sort,
+    compareBy(columns, sort, (a, b) => compareNatural(nameOf(a), nameOf(b))),
+  );
   useEffect(() => setChosen(new Set([...chosen].filter((id) => catalog.waiting.has(id)))), [catalog.waiting.size]);
   const picked = rows.filter(({ id }) => chosen.has(id));
   const decidePicked = (verb: Verb) => {
@@ -89,7 +95,13 @@ function Inbox({ route }: { route: Route }) {
     <section class="view inbox">
       <div class="toolbar">
         <h1>{text.title}</h1>
-        <input type="search" aria-label={words.table.filter} placeholder={words.table.filter} value={q} onInput={(event) => setQuery({ q: event.currentTarget.value })} />
+        <input
+          type="search"
+          aria-label={words.table.filter}
+          placeholder={words.table.filter}
+          value={q}
+          onInput={(event) => setQuery({ q: event.currentTarget.value })}
+        />
         {phone.value && <SortSelect columns={columns} sorting={{ by: sort, set: (by) => setQuery({ sort: by }) }} />}
         {mayDecide && rows.length > 0 && (
           <button type="button" onClick={() => setChosen(new Set(picked.length === rows.length ? [] : rows.map(({ id }) => id)))}>
@@ -195,4 +207,11 @@ function NobodyWaits({ filtered }: { filtered: boolean }) {
 
 addEventListener("pagehide", () => decisions.flush());
 
-export const inboxView: View = { id: "inbox", title: text.title, key: "i", icon: "inbox", mark: () => countIn("count"), show: (route) => <Inbox route={route} /> };
+export const inboxView: View = {
+  id: "inbox",
+  title: text.title,
+  key: "i",
+  icon: "inbox",
+  mark: () => countIn("count"),
+  show: (route) => <Inbox route={route} />,
+};

@@ -48,7 +48,7 @@ export function inboxColumns(use: Use): Column<Tuple>[] {
   const columns: Column<Tuple>[] = [
     {
       id: "chosen",
-      title: "",
+      title: <span class="spoken">{words.devices.select}</span>,
       width: "34px",
       cell: (tuple) => <Pick tuple={tuple} use={use} />,
     },
@@ -68,16 +68,46 @@ export function inboxColumns(use: Use): Column<Tuple>[] {
         </span>
       ),
     },
-    { id: "says", title: text.says, width: "minmax(160px,1.4fr)", phone: "sub", compare: by("model"), cell: (tuple) => <span title={saysOf(tuple)}>{saysOf(tuple) || "–"}</span> },
-    { id: "why", title: text.why, width: "minmax(160px,1.4fr)", phone: "fourth", compare: by("why"), cell: (tuple) => <span title={about(tuple, "why")}>{about(tuple, "why") || "–"}</span> },
-    { id: "since", title: text.since, width: "72px", numeric: true, phone: "side", compare: (a, b) => number(b.json.since) - number(a.json.since), cell: (tuple) => <Age time={number(tuple.json.since)} /> },
+    {
+      id: "says",
+      title: text.says,
+      width: "minmax(160px,1.4fr)",
+      phone: "sub",
+      compare: by("model"),
+      cell: (tuple) => <span title={saysOf(tuple)}>{saysOf(tuple) || "–"}</span>,
+    },
+    {
+      id: "why",
+      title: text.why,
+      width: "minmax(160px,1.4fr)",
+      phone: "fourth",
+      compare: by("why"),
+      cell: (tuple) => <span title={about(tuple, "why")}>{about(tuple, "why") || "–"}</span>,
+    },
+    {
+      id: "since",
+      title: text.since,
+      width: "72px",
+      numeric: true,
+      phone: "side",
+      compare: (a, b) => number(b.json.since) - number(a.json.since),
+      cell: (tuple) => <Age time={number(tuple.json.since)} />,
+    },
     { id: "decision", title: text.decision, width: "196px", phone: "third", cell: (tuple) => <Deciding tuple={tuple} use={use} /> },
   ];
   return mayDecide ? columns : columns.filter(({ id }) => id !== "chosen" && id !== "decision");
 }
 
 function Pick({ tuple, use }: { tuple: Tuple; use: Use }) {
-  return <input type="checkbox" tabIndex={-1} aria-label={`${words.devices.select} ${nameOf(tuple)}`} checked={use.chosen.has(tuple.id)} onChange={() => use.toggle(tuple)} />;
+  return (
+    <input
+      type="checkbox"
+      tabIndex={-1}
+      aria-label={`${words.devices.select} ${nameOf(tuple)}`}
+      checked={use.chosen.has(tuple.id)}
+      onChange={() => use.toggle(tuple)}
+    />
+  );
 }
 
 function addressOf(tuple: Tuple): string {

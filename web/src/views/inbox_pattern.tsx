@@ -46,38 +46,53 @@ export function PatternForm({ waiting, ignored, decisions }: Props) {
   const usable = matching.length > 0 || exact;
   return (
     <details class="fold pattern-fold" open={!phone.value}>
-    <summary hidden={!phone.value}>{text.pattern}</summary>
-    <form
-      class="pattern"
-      onSubmit={(event) => {
-        event.preventDefault();
-        if (usable) decide("approve");
-      }}
-    >
-      <label class="field">
-        <span>{text.pattern}</span>
-        <input type="text" spellcheck={false} placeholder="wsn-1.*" title={text.patternHint} value={pattern} onInput={(event) => setPattern(event.currentTarget.value.trim())} />
-      </label>
-      {inboxes.length > 1 && (
+      <summary hidden={!phone.value}>{text.pattern}</summary>
+      <form
+        class="pattern"
+        onSubmit={(event) => {
+          event.preventDefault();
+          if (usable) decide("approve");
+        }}
+      >
         <label class="field">
-          <span>{words.islands.label}</span>
-          <select value={target.id} onChange={(event) => setInbox(event.currentTarget.value)}>
-            {inboxes.map(({ id, owner }) => (
-              <option key={id} value={id}>
-                {owner}
-              </option>
-            ))}
-          </select>
+          <span>{text.pattern}</span>
+          <input
+            type="text"
+            spellcheck={false}
+            placeholder="wsn-1.*"
+            title={text.patternHint}
+            value={pattern}
+            onInput={(event) => setPattern(event.currentTarget.value.trim())}
+          />
         </label>
-      )}
-      <button type="submit" disabled={!usable}>
-        {matching.length > 0 ? text.approveMany(matching.length) : text.approve}
-      </button>
-      <button type="button" disabled={!usable} onClick={() => decide("ignore")}>
-        {matching.length > 0 ? text.ignoreMany(matching.length) : text.ignore}
-      </button>
-      <span class="muted">{pattern === "" ? text.patternHint : matching.length === 0 ? (exact ? text.exactly : text.noMatch) : text.matching(matching.length)}</span>
-    </form>
+        {inboxes.length > 1 && (
+          <label class="field">
+            <span>{words.islands.label}</span>
+            <select value={target.id} onChange={(event) => setInbox(event.currentTarget.value)}>
+              {inboxes.map(({ id, owner }) => (
+                <option key={id} value={id}>
+                  {owner}
+                </option>
+              ))}
+            </select>
+          </label>
+        )}
+        <button type="submit" disabled={!usable}>
+          {matching.length > 0 ? text.approveMany(matching.length) : text.approve}
+        </button>
+        <button type="button" disabled={!usable} onClick={() => decide("ignore")}>
+          {matching.length > 0 ? text.ignoreMany(matching.length) : text.ignore}
+        </button>
+        <span class="muted">
+          {pattern === ""
+            ? text.patternHint
+            : matching.length === 0
+              ? exact
+                ? text.exactly
+                : text.noMatch
+              : text.matching(matching.length)}
+        </span>
+      </form>
     </details>
   );
 }

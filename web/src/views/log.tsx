@@ -26,8 +26,25 @@ const tones: Record<string, Tone> = { error: "bad", warning: "waiting" };
 
 function columnsOf(several: boolean): Column<LogLine>[] {
   return [
-    { id: "time", title: text.time, width: phone.value ? "0" : "150px", phone: "side", cell: ({ time }) => <time title={formatFullTime(time)}>{formatTime(time)}</time> },
-    { id: "level", title: text.level, width: "92px", phone: "main", cell: ({ level, subject }) => <><State word={level} tone={tones[level] ?? "neutral"} />{phone.value && <span class="muted"> {subject}</span>}</> },
+    {
+      id: "time",
+      title: text.time,
+      width: phone.value ? "0" : "150px",
+      phone: "side",
+      cell: ({ time }) => <time title={formatFullTime(time)}>{formatTime(time)}</time>,
+    },
+    {
+      id: "level",
+      title: text.level,
+      width: "92px",
+      phone: "main",
+      cell: ({ level, subject }) => (
+        <>
+          <State word={level} tone={tones[level] ?? "neutral"} />
+          {phone.value && <span class="muted"> {subject}</span>}
+        </>
+      ),
+    },
     ...(several ? [{ id: "island", title: text.island, width: "64px", cell: ({ owner }: LogLine) => owner }] : []),
     { id: "subject", title: text.subject, width: "minmax(90px,0.22fr)", cell: ({ subject }) => subject },
     {
@@ -72,7 +89,13 @@ function Log({ route }: { route: Route }) {
   const island = chosenIsland();
   const all = paused ?? book.lines;
   const shown = useMemo(
-    () => all.filter((line) => (!island || line.owner === island) && (level === "" || atLeast(line.level, level)) && (q === "" || matches(q, `${line.subject} ${line.text} ${line.level}`))),
+    () =>
+      all.filter(
+        (line) =>
+          (!island || line.owner === island) &&
+          (level === "" || atLeast(line.level, level)) &&
+          (q === "" || matches(q, `${line.subject} ${line.text} ${line.level}`)),
+      ),
     [all, q, level, island],
   );
   const rows = useMemo(() => shown.map((row) => ({ row })), [shown]);
@@ -91,7 +114,13 @@ function Log({ route }: { route: Route }) {
       ))}
       <div class="toolbar">
         <h1>{text.title}</h1>
-        <input type="search" aria-label={words.table.filter} placeholder={words.table.filter} value={q} onInput={(event) => setQuery({ q: event.currentTarget.value })} />
+        <input
+          type="search"
+          aria-label={words.table.filter}
+          placeholder={words.table.filter}
+          value={q}
+          onInput={(event) => setQuery({ q: event.currentTarget.value })}
+        />
         <label class="field">
           <span>{text.level}</span>
           <select value={level} onChange={(event) => setQuery({ level: event.currentTarget.value })}>
@@ -139,7 +168,8 @@ function WholeLine({ line, onClose }: { line: LogLine; onClose(): void }) {
   return (
     <aside class="whole-line" aria-label={text.whole}>
       <p>
-        <span class="muted">{formatFullTime(line.time)}</span> <State word={line.level} tone={tones[line.level] ?? "neutral"} /> <strong>{line.subject}</strong>
+        <span class="muted">{formatFullTime(line.time)}</span> <State word={line.level} tone={tones[line.level] ?? "neutral"} />{" "}
+        <strong>{line.subject}</strong>
       </p>
       <p class="whole-text">{line.text}</p>
       <div class="actions">

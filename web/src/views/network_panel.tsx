@@ -7,6 +7,7 @@ import type { Tuple } from "../core/store";
 import { compareNatural } from "../core/text";
 import { Age } from "../parts/age";
 import { Icon } from "../parts/icons";
+import { phone } from "../parts/screen";
 import { State } from "../parts/state";
 import { words } from "../words";
 
@@ -42,13 +43,14 @@ export function NetworkPanel({ network, rates }: { network: Network; rates: Coun
     .sort((a, b) => compareNatural(a.name, b.name));
   const zeros = counters.filter(isZero);
   const reason = textOf(status?.reason);
+  const Heading = phone.value ? "h1" : "h2"; // on a narrow screen it is the whole view
   return (
     <aside class="panel" aria-label={network.id}>
       <header>
         <a class="button plain" href={hrefTo("networks")} aria-label={words.close}>
           <Icon name="back" size={16} />
         </a>
-        <h2>{network.id}</h2>
+        <Heading>{network.id}</Heading>
         <State word={network.line} />
       </header>
       <dl class="tuple-facts">
@@ -70,7 +72,13 @@ export function NetworkPanel({ network, rates }: { network: Network; rates: Coun
         </a>
       </div>
       {order.map((kind) => (
-        <Counters key={kind} title={text.kinds[kind]} kind={kind} counters={counters.filter((one) => one.kind === kind && !isZero(one))} rates={rates} />
+        <Counters
+          key={kind}
+          title={text.kinds[kind]}
+          kind={kind}
+          counters={counters.filter((one) => one.kind === kind && !isZero(one))}
+          rates={rates}
+        />
       ))}
       {zeros.length > 0 && (
         <details>

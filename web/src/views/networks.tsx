@@ -39,10 +39,33 @@ function membersOf(): Map<string, Members> {
 function columnsOf(rates: CounterRates, members: Map<string, Members>): Column<Network>[] {
   const flow = (network: Network) => rates.of(arrivalsOf(network.counters));
   return [
-    { id: "line", title: text.line, width: "112px", live: true, phone: "end", compare: (a, b) => compareNatural(a.line, b.line), cell: (network) => <State word={network.line} /> },
-    { id: "name", title: text.network, width: "minmax(130px,1fr)", phone: "main", compare: (a, b) => compareNatural(a.id, b.id), cell: (network) => <strong class="name">{network.id}</strong> },
+    {
+      id: "line",
+      title: text.line,
+      width: "112px",
+      live: true,
+      phone: "end",
+      compare: (a, b) => compareNatural(a.line, b.line),
+      cell: (network) => <State word={network.line} />,
+    },
+    {
+      id: "name",
+      title: text.network,
+      width: "minmax(130px,1fr)",
+      phone: "main",
+      compare: (a, b) => compareNatural(a.id, b.id),
+      cell: (network) => <strong class="name">{network.id}</strong>,
+    },
     { id: "island", title: text.island, width: "72px", wide: true, compare: (a, b) => a.owner - b.owner, cell: (network) => network.owner },
-    { id: "since", title: text.since, width: "72px", numeric: true, live: true, compare: (a, b) => number(b.status?.json.since) - number(a.status?.json.since), cell: (network) => <Age time={number(network.status?.json.since)} /> },
+    {
+      id: "since",
+      title: text.since,
+      width: "72px",
+      numeric: true,
+      live: true,
+      compare: (a, b) => number(b.status?.json.since) - number(a.status?.json.since),
+      cell: (network) => <Age time={number(network.status?.json.since)} />,
+    },
     {
       id: "devices",
       title: text.devices,
@@ -52,7 +75,11 @@ function columnsOf(rates: CounterRates, members: Map<string, Members>): Column<N
       compare: (a, b) => a.devices - b.devices,
       cell: (network) => {
         const { all, reachable } = members.get(network.path) ?? { all: 0, reachable: 0 };
-        return phone.value ? <PhoneFacts network={network} devices={text.reachableDevices(reachable, all)} /> : text.reachable(reachable, all);
+        return phone.value ? (
+          <PhoneFacts network={network} devices={text.reachableDevices(reachable, all)} />
+        ) : (
+          text.reachable(reachable, all)
+        );
       },
     },
     {
@@ -65,7 +92,15 @@ function columnsOf(rates: CounterRates, members: Map<string, Members>): Column<N
       compare: (a, b) => (flow(b) || 0) - (flow(a) || 0),
       cell: (network) => (arrivalsOf(network.counters) ? <Rate rate={flow(network)} /> : <span class="muted">–</span>),
     },
-    { id: "lost", title: text.lost, width: "92px", numeric: true, live: true, compare: (a, b) => lossesOf(b.counters) - lossesOf(a.counters), cell: (network) => <Lost network={network} /> },
+    {
+      id: "lost",
+      title: text.lost,
+      width: "92px",
+      numeric: true,
+      live: true,
+      compare: (a, b) => lossesOf(b.counters) - lossesOf(a.counters),
+      cell: (network) => <Lost network={network} />,
+    },
     {
       id: "reason",
       title: text.reason,
@@ -92,7 +127,11 @@ function PhoneFacts({ network, devices }: { network: Network; devices: string })
 }
 
 function Rate({ rate }: { rate: number }) {
-  return Number.isNaN(rate) ? <span class="muted">…</span> : <span class={rate < 0.05 ? "muted" : ""}>{text.perSecond(formatRate(rate))}</span>;
+  return Number.isNaN(rate) ? (
+    <span class="muted">…</span>
+  ) : (
+    <span class={rate < 0.05 ? "muted" : ""}>{text.perSecond(formatRate(rate))}</span>
+  );
 }
 
 function Lost({ network }: { network: Network }) {
@@ -130,7 +169,13 @@ function Networks({ route }: { route: Route }) {
     <section class="view networks">
       <div class="toolbar">
         <h1>{text.title}</h1>
-        <input type="search" aria-label={words.table.filter} placeholder={words.table.filter} value={q} onInput={(event) => setQuery({ q: event.currentTarget.value })} />
+        <input
+          type="search"
+          aria-label={words.table.filter}
+          placeholder={words.table.filter}
+          value={q}
+          onInput={(event) => setQuery({ q: event.currentTarget.value })}
+        />
         {phone.value && <SortSelect columns={columns} sorting={{ by: sort, set: (by) => setQuery({ sort: by }) }} />}
         <span class="count">{words.table.shown(order.rows.length, catalog.networks.size)}</span>
         {order.outdated > 0 && (
@@ -180,4 +225,10 @@ function NoNetworks({ filtered }: { filtered: boolean }) {
   );
 }
 
-export const networksView: View = { id: "networks", title: text.title, key: "n", icon: "networks", show: (route) => <Networks route={route} /> };
+export const networksView: View = {
+  id: "networks",
+  title: text.title,
+  key: "n",
+  icon: "networks",
+  show: (route) => <Networks route={route} />,
+};

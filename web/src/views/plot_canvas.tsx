@@ -55,7 +55,11 @@ function Canvas(props: Props & { library: Library }) {
   useEffect(() => {
     const element = box.current;
     if (!element) return undefined;
-    const made = new library(optionsOf(library, numbers, latest, element.clientWidth, element.clientHeight), dataOf(library, numbers, latest.current), element);
+    const made = new library(
+      optionsOf(library, numbers, latest, element.clientWidth, element.clientHeight),
+      dataOf(library, numbers, latest.current),
+      element,
+    );
     plot.current = made;
     return () => {
       made.destroy();
@@ -97,7 +101,9 @@ function optionsOf(library: Library, numbers: Plotted[], latest: { current: Prop
     const first = series.length;
     const paths = one.point?.description?.json.data_type === "real" ? library.paths.linear?.() : library.paths.stepped?.({ align: 1 });
     const edge = { scale: unitOf(one), stroke: "transparent", width: 0, paths, points: { show: false } };
-    series.push({ scale: unitOf(one), stroke: colour, width: 1.6, dash: dashOf(plottedAt(one)), paths, points: { show: false } }, edge, { ...edge });
+    series.push({ scale: unitOf(one), stroke: colour, width: 1.6, dash: dashOf(plottedAt(one)), paths, points: { show: false } }, edge, {
+      ...edge,
+    });
     bands.push({ series: [first + 1, first + 2], fill: `${colour}33` });
   }
   return {
@@ -107,8 +113,14 @@ function optionsOf(library: Library, numbers: Plotted[], latest: { current: Prop
     bands,
     legend: { show: false },
     padding: [10, units.length === 1 ? 12 : 0, 0, units.length === 0 ? 12 : 0],
-    scales: Object.fromEntries([["x", { time: true, range: () => [latest.current.bounds.from, latest.current.bounds.to] as uPlot.Range.MinMax }], ...units.map((unit) => [unit, { range: rangeOf }])]),
-    axes: [timeAxis(units.length === 0), ...units.slice(0, phone.value ? 2 : mostAxes).map((unit, index) => valueAxis(unit, index, numbers, plottedAt))],
+    scales: Object.fromEntries([
+      ["x", { time: true, range: () => [latest.current.bounds.from, latest.current.bounds.to] as uPlot.Range.MinMax }],
+      ...units.map((unit) => [unit, { range: rangeOf }]),
+    ]),
+    axes: [
+      timeAxis(units.length === 0),
+      ...units.slice(0, phone.value ? 2 : mostAxes).map((unit, index) => valueAxis(unit, index, numbers, plottedAt)),
+    ],
     cursor: {
       y: false,
       points: { show: false },
@@ -136,6 +148,14 @@ function rangeOf(_plot: uPlot, low: number | null, high: number | null): uPlot.R
   return [low - room, high + room];
 }
 
+function fontSize(): number {
+  return Number.parseFloat(getComputedStyle(document.documentElement).fontSize) * 0.92;
+}
+
+function font(): string {
+  return `${fontSize()}px system-ui, sans-serif`;
+}
+
 function timeAxis(top: boolean): uPlot.Axis {
   const { muted, edge } = inkOf();
   return {
@@ -145,6 +165,7 @@ function timeAxis(top: boolean): uPlot.Axis {
     ticks: { stroke: edge, width: 1, size: 5 },
     size: 42,
     space: 70,
+    font: font(),
     values: (_plot, splits, _axis, _space, step) => timeLabels(splits, step),
   };
 }
@@ -160,7 +181,9 @@ function valueAxis(unit: string, index: number, numbers: Plotted[], placeOf: (on
     stroke: own.length === 1 && only && numbers.length > 1 ? colourOf(placeOf(only)) : muted,
     grid: { show: index === 0, stroke: edge, width: 1 },
     ticks: { stroke: edge, width: 1, size: 5 },
-    size: phone.value ? 40 : 46,
+    size: (_plot, values) => Math.max(...(values ?? [""]).map((value) => String(value).length), 2) * fontSize() * 0.6 + 16,
+    space: (_plot, _axis, _low, _high, pixels) => Math.max(36, pixels / 14),
+    font: font(),
     label: phone.value ? undefined : sign || undefined,
     labelSize: phone.value || !sign ? 0 : 16,
     labelGap: 0,

@@ -22,12 +22,21 @@ export function colourOf(place: number): string {
 
 /** Colour never alone: from the fifth point on lines are dashed, and the legend numbers all of them. */
 export function dashOf(place: number): number[] | undefined {
-  return place < 4 ? undefined : [[6, 3], [2, 3], [8, 3, 2, 3], [12, 4]][place % 4];
+  return place < 4
+    ? undefined
+    : [
+        [6, 3],
+        [2, 3],
+        [8, 3, 2, 3],
+        [12, 4],
+      ][place % 4];
 }
 
 /** The colours of the theme that a canvas needs. */
 export function inkOf(): { text: string; muted: string; edge: string; surface: string } {
-  return isDark() ? { text: "#e3e8ee", muted: "#9ba7b4", edge: "#2a333e", surface: "#2a333e" } : { text: "#1b2129", muted: "#59636f", edge: "#e1e5ea", surface: "#e1e5ea" };
+  return isDark()
+    ? { text: "#e3e8ee", muted: "#9ba7b4", edge: "#2a333e", surface: "#2a333e" }
+    : { text: "#1b2129", muted: "#59636f", edge: "#e1e5ea", surface: "#e1e5ea" };
 }
 
 /** Changes with the theme. */

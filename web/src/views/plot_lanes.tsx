@@ -37,7 +37,12 @@ export function PlotLanes({ plotted, bounds, now, left, width, at, onAt }: Props
     onAt(bounds.from + (x / Math.max(width, 1)) * (bounds.to - bounds.from));
   };
   return (
-    <div class="plot-lanes" style={`margin-left:${left}px;width:${width}px;height:${height}px`} onPointerMove={moved} onPointerLeave={() => onAt(0)}>
+    <div
+      class="plot-lanes"
+      style={`margin-left:${left}px;width:${width}px;height:${height}px`}
+      onPointerMove={moved}
+      onPointerLeave={() => onAt(0)}
+    >
       <canvas ref={canvas} style={`width:${width}px;height:${height}px`} />
       {at >= bounds.from && at <= bounds.to && at > 0 && <div class="lane-cursor" style={`transform:translateX(${scale(at)}px)`} />}
     </div>
@@ -51,7 +56,15 @@ function shadeOf(lane: Plotted, word: string): number {
   return lane.words.length === 1 ? 0.6 : 0.14 + (place / (lane.words.length - 1)) * 0.66;
 }
 
-function drawLane(context: CanvasRenderingContext2D, lane: Plotted, place: number, top: number, bounds: Bounds, now: number, scale: (time: number) => number): void {
+function drawLane(
+  context: CanvasRenderingContext2D,
+  lane: Plotted,
+  place: number,
+  top: number,
+  bounds: Bounds,
+  now: number,
+  scale: (time: number) => number,
+): void {
   const colour = colourOf(place);
   const { text } = inkOf();
   const height = laneHeight - 6;

@@ -72,9 +72,17 @@ export function PlotLegend({ plotted, at, bounds, crossed, onRemove }: Props) {
                 </th>
                 <td class="reading">{readingOf(one, sample)}</td>
                 <td class="muted">{bandOf(one, sample)}</td>
-                <td class="muted">{tick ? text.commanded(tick.text, formatTime(tick.t)) : ticks.length > 0 ? text.count(ticks.length) : ""}</td>
+                <td class="muted">
+                  {tick ? text.commanded(tick.text, formatTime(tick.t)) : ticks.length > 0 ? text.count(ticks.length) : ""}
+                </td>
                 <td>
-                  <button type="button" class="small plain" aria-label={`${text.remove} ${nameOf(one)}`} title={text.remove} onClick={() => onRemove(one.path)}>
+                  <button
+                    type="button"
+                    class="small plain"
+                    aria-label={`${text.remove} ${nameOf(one)}`}
+                    title={text.remove}
+                    onClick={() => onRemove(one.path)}
+                  >
                     ×
                   </button>
                 </td>
@@ -93,7 +101,11 @@ function Swatch({ one, place }: { one: Plotted; place: number }) {
     <span class="swatch">
       <span class="place">{place + 1}</span>
       <svg width="22" height="10" aria-hidden="true">
-        {one.track.kind === "state" ? <rect x="0" y="1" width="22" height="8" fill={colourOf(place)} /> : <path d="M0 5H22" stroke={colourOf(place)} stroke-width="2.5" stroke-dasharray={dash} />}
+        {one.track.kind === "state" ? (
+          <rect x="0" y="1" width="22" height="8" fill={colourOf(place)} />
+        ) : (
+          <path d="M0 5H22" stroke={colourOf(place)} stroke-width="2.5" stroke-dasharray={dash} />
+        )}
       </svg>
     </span>
   );

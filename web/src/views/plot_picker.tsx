@@ -42,14 +42,24 @@ export function PlotPicker({ chosen, onChange, onClose }: Props) {
   const [search, setSearch] = useState("");
   const [first] = useState(chosen);
   const owner = ownerPattern();
-  const feeds = useFeeds([{ pattern: `${owner}:*.*.*.*.*.description`, min: 1000 }, { pattern: `${owner}:*.*.*.*.*.value`, min: 1000 }]);
+  const feeds = useFeeds([
+    { pattern: `${owner}:*.*.*.*.*.description`, min: 1000 },
+    { pattern: `${owner}:*.*.*.*.*.value`, min: 1000 },
+  ]);
   const state = loadingOf(feeds);
   const slow = second.value >> 1;
   const { points, more } = useMemo(() => find(search, first), [search, catalog.structure, state === "ready", slow]);
   const toggle = (path: string) => onChange(chosen.includes(path) ? chosen.filter((other) => other !== path) : [...chosen, path]);
   return (
     <Dialog title={text.choose(chosen.length, mostPoints)} onClose={onClose}>
-      <input type="search" autofocus aria-label={words.table.filter} placeholder={text.searchHint} value={search} onInput={(event) => setSearch(event.currentTarget.value)} />
+      <input
+        type="search"
+        autofocus
+        aria-label={words.table.filter}
+        placeholder={text.searchHint}
+        value={search}
+        onInput={(event) => setSearch(event.currentTarget.value)}
+      />
       <Loaded state={state} empty={points.length === 0 && <Empty title={search ? text.noneFound : text.noPoints} />}>
         <ul class="picker">
           {points.map((point) => {
@@ -57,7 +67,12 @@ export function PlotPicker({ chosen, onChange, onClose }: Props) {
             return (
               <li key={point.path}>
                 <label>
-                  <input type="checkbox" checked={ticked} disabled={!ticked && chosen.length >= mostPoints} onChange={() => toggle(point.path)} />
+                  <input
+                    type="checkbox"
+                    checked={ticked}
+                    disabled={!ticked && chosen.length >= mostPoints}
+                    onChange={() => toggle(point.path)}
+                  />
                   <span>{`${point.device.name} · ${point.id}`}</span>
                   <span class="muted">{[point.device.network, point.device.area, unitSign(point.unit)].filter(Boolean).join(" · ")}</span>
                   <Value point={point} />

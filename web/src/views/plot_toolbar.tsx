@@ -33,7 +33,11 @@ export function PlotToolbar({ range, bounds, at, onRange, onBack, onPick, onSave
           {text.own}
         </button>
       </span>
-      <button type="button" aria-pressed={range.span === 0} onClick={() => onRange(range.span ? { span: 0, ...bounds } : { span: resume, from: 0, to: 0 })}>
+      <button
+        type="button"
+        aria-pressed={range.span === 0}
+        onClick={() => onRange(range.span ? { span: 0, ...bounds } : { span: resume, from: 0, to: 0 })}
+      >
         {range.span ? text.pause : text.live}
       </button>
       <span class="segments" role="group" aria-label={text.zoom}>

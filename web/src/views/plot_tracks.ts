@@ -119,7 +119,8 @@ function usePast(plotted: Plotted[], range: TimeRange, ready: boolean): { past: 
         setPast("ready");
       },
       (error: unknown) => {
-        if (mine === asked.current && !cancel.signal.aborted) setPast(error instanceof RestError ? { code: error.code, text: error.message } : { code: "failed", text: String(error) });
+        if (mine === asked.current && !cancel.signal.aborted)
+          setPast(error instanceof RestError ? { code: error.code, text: error.message } : { code: "failed", text: String(error) });
       },
     );
     return () => cancel.abort();

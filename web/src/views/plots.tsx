@@ -30,7 +30,11 @@ function Plots({ route }: { route: Route }) {
   const choose = (chosen: string[]) => setQuery({ k: chosen.join(",") });
   return (
     <section class="view plots">
-      {paths.length > 0 ? <Plot route={route} paths={paths} choose={choose} onPick={() => setPicking(true)} /> : <NoPoints onPick={() => setPicking(true)} />}
+      {paths.length > 0 ? (
+        <Plot route={route} paths={paths} choose={choose} onPick={() => setPicking(true)} />
+      ) : (
+        <NoPoints onPick={() => setPicking(true)} />
+      )}
       {picking && <PlotPicker chosen={paths} onChange={choose} onClose={() => setPicking(false)} />}
     </section>
   );
@@ -98,7 +102,16 @@ function Plot({ route, paths, choose, onPick }: PlotProps) {
   const step = range.span ? Math.max(1, range.span / 1000) : 1;
   const steady = range.span ? boundsOf(range, Math.ceil(present / step) * step) : bounds;
   const crossed = at >= steady.from && at <= steady.to && at > 0;
-  const save = () => download(`${fileStamp()}.csv`, csvOf(plotted.map((one) => ({ name: one.path, track: one.track })), steady.from, steady.to), "text/csv");
+  const save = () =>
+    download(
+      `${fileStamp()}.csv`,
+      csvOf(
+        plotted.map((one) => ({ name: one.path, track: one.track })),
+        steady.from,
+        steady.to,
+      ),
+      "text/csv",
+    );
   const keys = usePlotKeys({ bounds: steady, at, setAt, set, back, plotted });
   return (
     <>
@@ -128,7 +141,13 @@ function Plot({ route, paths, choose, onPick }: PlotProps) {
         />
         <PlotLanes plotted={plotted} bounds={steady} now={present} left={box.left} width={box.width} at={crossed ? at : 0} onAt={setAt} />
       </div>
-      <PlotLegend plotted={plotted} at={crossed ? at : Math.min(present, steady.to)} bounds={steady} crossed={crossed} onRemove={(path) => choose(paths.filter((other) => other !== path))} />
+      <PlotLegend
+        plotted={plotted}
+        at={crossed ? at : Math.min(present, steady.to)}
+        bounds={steady}
+        crossed={crossed}
+        onRemove={(path) => choose(paths.filter((other) => other !== path))}
+      />
       <p class="zone muted">{text.zone(Intl.DateTimeFormat().resolvedOptions().timeZone, zoneName())}</p>
     </>
   );
@@ -213,4 +232,11 @@ function usePlotKeys(use: KeyUse): (event: KeyboardEvent) => void {
   };
 }
 
-export const plotsView: View = { id: "plots", title: text.title, key: "p", icon: "plots", wakes: ({ query }) => (query.k ?? "") !== "", show: (route) => <Plots route={route} /> };
+export const plotsView: View = {
+  id: "plots",
+  title: text.title,
+  key: "p",
+  icon: "plots",
+  wakes: ({ query }) => (query.k ?? "") !== "",
+  show: (route) => <Plots route={route} />,
+};

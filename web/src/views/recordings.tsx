@@ -136,12 +136,24 @@ function RecorderControls({ name, command, running }: { name: string; command: s
   };
   return (
     <form class="actions control" onSubmit={send}>
-      <button type="button" class={running ? "" : "primary"} aria-label={`${running ? text.stop : text.start} ${name}`} onClick={() => steer(command, running ? "stop" : "start")}>
+      <button
+        type="button"
+        class={running ? "" : "primary"}
+        aria-label={`${running ? text.stop : text.start} ${name}`}
+        onClick={() => steer(command, running ? "stop" : "start")}
+      >
         {running ? text.stop : text.start}
       </button>
       {running && (
         <>
-          <input type="text" maxLength={200} aria-label={text.markOf(name)} placeholder={text.markText} value={mark} onInput={(event) => setMark(event.currentTarget.value)} />
+          <input
+            type="text"
+            maxLength={200}
+            aria-label={text.markOf(name)}
+            placeholder={text.markText}
+            value={mark}
+            onInput={(event) => setMark(event.currentTarget.value)}
+          />
           <button type="submit">{text.mark}</button>
         </>
       )}

@@ -53,7 +53,11 @@ function Controls({ replay }: { replay: Replay }) {
     <>
       <SeekBar replay={replay} />
       <div class="actions control">
-        <button type="button" class={playing ? "" : "primary"} onClick={() => steer(commandOf(network, "state"), playing ? "paused" : "playing")}>
+        <button
+          type="button"
+          class={playing ? "" : "primary"}
+          onClick={() => steer(commandOf(network, "state"), playing ? "paused" : "playing")}
+        >
           {playing ? text.pause : state === "ended" ? text.again : text.play}
         </button>
         <span class="segments" role="group" aria-label={text.jump}>
@@ -120,7 +124,14 @@ function SeekForm({ replay }: { replay: Replay }) {
         setPlace("");
       }}
     >
-      <input type="text" aria-label={text.seekTo} placeholder={text.seekHint} title={text.seekHint} value={place} onInput={(event) => setPlace(event.currentTarget.value)} />
+      <input
+        type="text"
+        aria-label={text.seekTo}
+        placeholder={text.seekHint}
+        title={text.seekHint}
+        value={place}
+        onInput={(event) => setPlace(event.currentTarget.value)}
+      />
       <button type="submit" disabled={!known}>
         {text.seek}
       </button>
@@ -138,7 +149,8 @@ function Outcomes({ replay: { network } }: { replay: Replay }) {
     <>
       {outcomes.map(({ name, outcome }) => (
         <p key={name} class="muted">
-          {text[name]} {words.command.commanded(outcome.value)}: <State word={outcome.state} tone={toneOf(outcome.state)} /> <Age time={outcome.since} />
+          {text[name]} {words.command.commanded(outcome.value)}: <State word={outcome.state} tone={toneOf(outcome.state)} />{" "}
+          <Age time={outcome.since} />
           {outcome.reason && ` · ${outcome.reason}`}
         </p>
       ))}

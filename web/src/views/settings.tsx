@@ -42,7 +42,9 @@ function placeOf({ file, line, column }: Fault): string {
 function Settings({ route }: { route: Route }) {
   useFrame();
   const feeds = useFeeds([{ pattern: `${ownerPattern()}:*.settings.*`, min: 100 }]);
-  const values = [...(feeds[0]?.held.tuples ?? [])].filter(({ key }) => key.endsWith(".settings.value")).sort((a, b) => a.owner - b.owner || compareNatural(a.key, b.key));
+  const values = [...(feeds[0]?.held.tuples ?? [])]
+    .filter(({ key }) => key.endsWith(".settings.value"))
+    .sort((a, b) => a.owner - b.owner || compareNatural(a.key, b.key));
   const wanted = Number(route.query.of) || chosenIsland();
   const value = values.find(({ owner }) => owner === wanted) ?? values[0];
   if (islandsKnown.value && islands.value.length === 0) return <NoIsland />;
@@ -110,7 +112,13 @@ function IslandSettings({ value, all, search }: { value: Tuple; all: Tuple[]; se
             </select>
           </label>
         )}
-        <input type="search" aria-label={words.table.filter} placeholder={words.table.filter} value={search} onInput={(event) => setQuery({ q: event.currentTarget.value })} />
+        <input
+          type="search"
+          aria-label={words.table.filter}
+          placeholder={words.table.filter}
+          value={search}
+          onInput={(event) => setQuery({ q: event.currentTarget.value })}
+        />
         {admin && (
           <>
             <button type="button" disabled={busy} title={text.checkTitle} onClick={() => send("try")}>
@@ -182,7 +190,8 @@ function Outcome({ status }: { status: Tuple }) {
   return (
     <section class="outcome-block" aria-label={text.outcome}>
       <p>
-        <State word={state} tone={state === "ok" ? "good" : "bad"} /> {state === "ok" ? text.ok[what](changes.length) : text.bad[what](faults.length)} <Age time={number(json.at)} />
+        <State word={state} tone={state === "ok" ? "good" : "bad"} />{" "}
+        {state === "ok" ? text.ok[what](changes.length) : text.bad[what](faults.length)} <Age time={number(json.at)} />
       </p>
       {state === "ok" && changes.length > 0 && <Changes status={status} />}
       {faults.length > 0 && (
@@ -205,9 +214,17 @@ function Outcome({ status }: { status: Tuple }) {
           </tbody>
         </table>
       )}
-      {faults.length > 0 && <CopyButton text={faults.map((fault) => `${placeOf(fault)} ${fault.text}`.trim()).join("\n")} label={text.copyErrors} />}
+      {faults.length > 0 && (
+        <CopyButton text={faults.map((fault) => `${placeOf(fault)} ${fault.text}`.trim()).join("\n")} label={text.copyErrors} />
+      )}
     </section>
   );
 }
 
-export const settingsView: View = { id: "settings", title: text.title, key: "s", icon: "settings", show: (route) => <Settings route={route} /> };
+export const settingsView: View = {
+  id: "settings",
+  title: text.title,
+  key: "s",
+  icon: "settings",
+  show: (route) => <Settings route={route} />,
+};

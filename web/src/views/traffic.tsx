@@ -26,7 +26,9 @@ function Traffic({ route }: { route: Route }) {
   useFrame();
   const feeds = useFeeds([{ pattern: `${ownerPattern()}:*.*.property.*.value`, min: 1000 }]);
   const island = chosenIsland();
-  const networks = [...catalog.networks.values()].filter((network) => (!island || network.owner === island) && kindOf(network) !== null).sort((a, b) => compareNatural(a.path, b.path));
+  const networks = [...catalog.networks.values()]
+    .filter((network) => (!island || network.owner === island) && kindOf(network) !== null)
+    .sort((a, b) => compareNatural(a.path, b.path));
   const network = networks.find(({ path }) => path === route.query.network) ?? networks[0];
   const kind = network && kindOf(network);
   if (islandsKnown.value && islands.value.length === 0) return <NoIsland />;
@@ -83,8 +85,18 @@ function Watch({ network, kind, networks, search }: WatchProps) {
         <button type="button" aria-pressed={paused !== null} disabled={all.length === 0} onClick={togglePause}>
           {paused ? text.resume(monitor.passing.length - paused.length) : text.pause}
         </button>
-        <input type="search" aria-label={words.table.filter} placeholder={words.table.filter} value={search} onInput={(event) => setQuery({ q: event.currentTarget.value })} />
-        <button type="button" disabled={shown.length === 0} onClick={() => download(`${fileStamp()}-${network.id}.jsonl`, jsonLines(shown), "application/x-ndjson")}>
+        <input
+          type="search"
+          aria-label={words.table.filter}
+          placeholder={words.table.filter}
+          value={search}
+          onInput={(event) => setQuery({ q: event.currentTarget.value })}
+        />
+        <button
+          type="button"
+          disabled={shown.length === 0}
+          onClick={() => download(`${fileStamp()}-${network.id}.jsonl`, jsonLines(shown), "application/x-ndjson")}
+        >
           {text.save}
         </button>
         {kind === "knx" && maySend && <CaptureButton network={network} />}
@@ -100,7 +112,11 @@ function Watch({ network, kind, networks, search }: WatchProps) {
         )}
         <span class="count">{words.table.shown(shown.length, all.length)}</span>
       </div>
-      {monitor.running && <div class="strip">{monitor.up ? <State word={text.watching(network.id)} tone="good" /> : <State word={text.lineDown} tone="waiting" />}</div>}
+      {monitor.running && (
+        <div class="strip">
+          {monitor.up ? <State word={text.watching(network.id)} tone="good" /> : <State word={text.lineDown} tone="waiting" />}
+        </div>
+      )}
       {rows.length === 0 ? (
         <Nothing monitor={monitor} filtered={all.length} maySend={maySend} />
       ) : (
@@ -161,7 +177,8 @@ function Whole({ one, onClose }: { one: Passing; onClose(): void }) {
   return (
     <aside class="whole-line" aria-label={text.whole}>
       <p>
-        <span class="muted">{formatFullTime(one.time)}</span> <strong>{[one.kind, one.to || one.from].filter(Boolean).join(" ")}</strong> {one.name}
+        <span class="muted">{formatFullTime(one.time)}</span> <strong>{[one.kind, one.to || one.from].filter(Boolean).join(" ")}</strong>{" "}
+        {one.name}
       </p>
       {one.hex && <pre class="content">{hexDump(bytesOf(one.hex))}</pre>}
       <pre class="content">{prettyJson(one.raw) ?? one.raw}</pre>
@@ -175,4 +192,10 @@ function Whole({ one, onClose }: { one: Passing; onClose(): void }) {
   );
 }
 
-export const trafficView: View = { id: "traffic", title: text.title, key: "m", icon: "traffic", show: (route) => <Traffic route={route} /> };
+export const trafficView: View = {
+  id: "traffic",
+  title: text.title,
+  key: "m",
+  icon: "traffic",
+  show: (route) => <Traffic route={route} />,
+};

@@ -26,14 +26,31 @@ function Direction({ out }: { out: boolean }) {
 export function trafficColumns(kind: TrafficKind): Column<Passing>[] {
   const time: Column<Passing> = { id: "time", title: text.time, width: "106px", phone: "side", cell: (one) => <Time time={one.time} /> };
   const direction: Column<Passing> = { id: "direction", title: text.direction, width: "58px", cell: (one) => <Direction out={one.out} /> };
-  const hex: Column<Passing> = { id: "hex", title: text.hex, width: "minmax(110px,0.8fr)", cell: (one) => <code title={one.hex}>{one.hex}</code> };
+  const hex: Column<Passing> = {
+    id: "hex",
+    title: text.hex,
+    width: "minmax(110px,0.8fr)",
+    cell: (one) => <code title={one.hex}>{one.hex}</code>,
+  };
   if (kind === "wsn") {
     return [
       time,
       direction,
-      { id: "kind", title: text.kind, width: "104px", phone: "main", cell: (one) => (phone.value ? [one.out ? "→" : "←", one.kind, one.from || one.to].join(" ") : one.kind) },
+      {
+        id: "kind",
+        title: text.kind,
+        width: "104px",
+        phone: "main",
+        cell: (one) => (phone.value ? [one.out ? "→" : "←", one.kind, one.from || one.to].join(" ") : one.kind),
+      },
       { id: "mote", title: text.mote, width: "58px", numeric: true, cell: (one) => one.from || one.to },
-      { id: "text", title: text.decoded, width: "minmax(220px,1.6fr)", phone: "sub", cell: (one) => <span title={one.value}>{one.value || one.hex}</span> },
+      {
+        id: "text",
+        title: text.decoded,
+        width: "minmax(220px,1.6fr)",
+        phone: "sub",
+        cell: (one) => <span title={one.value}>{one.value || one.hex}</span>,
+      },
       hex,
     ];
   }
@@ -42,9 +59,27 @@ export function trafficColumns(kind: TrafficKind): Column<Passing>[] {
     direction,
     { id: "kind", title: text.service, width: "78px", cell: (one) => one.kind },
     { id: "from", title: text.source, width: "82px", cell: (one) => one.from },
-    { id: "to", title: text.group, width: "82px", phone: "main", cell: (one) => <strong class="name">{phone.value ? `${one.kind} ${one.to}` : one.to}</strong> },
-    { id: "name", title: text.name, width: "minmax(120px,1.2fr)", phone: "sub", cell: (one) => <span title={one.name}>{one.name || <span class="muted">{text.unknownGroup}</span>}</span> },
-    { id: "value", title: text.decoded, width: "minmax(90px,0.9fr)", phone: "end", cell: (one) => one.value || <span class="muted">–</span> },
+    {
+      id: "to",
+      title: text.group,
+      width: "82px",
+      phone: "main",
+      cell: (one) => <strong class="name">{phone.value ? `${one.kind} ${one.to}` : one.to}</strong>,
+    },
+    {
+      id: "name",
+      title: text.name,
+      width: "minmax(120px,1.2fr)",
+      phone: "sub",
+      cell: (one) => <span title={one.name}>{one.name || <span class="muted">{text.unknownGroup}</span>}</span>,
+    },
+    {
+      id: "value",
+      title: text.decoded,
+      width: "minmax(90px,0.9fr)",
+      phone: "end",
+      cell: (one) => one.value || <span class="muted">–</span>,
+    },
     hex,
   ];
 }

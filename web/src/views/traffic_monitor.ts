@@ -24,9 +24,12 @@ function isFrom(message: Message, network: Network): boolean {
 
 /** Sends a request to the tools of a network. */
 export function requestOf(network: Network, kind: TrafficKind, request: Record<string, unknown>, failed: (why: string) => void): void {
-  connection.request({ do: "send", to: network.owner, network: network.id, type: types[kind].request, value: JSON.stringify(request) }, (answer) => {
-    if (answer.error) failed(answer.error.text);
-  });
+  connection.request(
+    { do: "send", to: network.owner, network: network.id, type: types[kind].request, value: JSON.stringify(request) },
+    (answer) => {
+      if (answer.error) failed(answer.error.text);
+    },
+  );
 }
 
 export interface Monitor {
@@ -67,7 +70,11 @@ export function useMonitor(network: Network, kind: TrafficKind): Monitor {
     else stop(text.refused(String(reply.why ?? "")));
   });
   useBatches(incoming, setPassing);
-  useRenewal(running && line.value === "live", () => requestOf(network, kind, { id: name, do: "monitor", seconds: lease }, (why) => stop(text.refused(why))), () => stop(text.ended));
+  useRenewal(
+    running && line.value === "live",
+    () => requestOf(network, kind, { id: name, do: "monitor", seconds: lease }, (why) => stop(text.refused(why))),
+    () => stop(text.ended),
+  );
   return { running, up, passing, start: () => setRunning(true), stop: () => setRunning(false), clear: () => setPassing([]) };
 }
 

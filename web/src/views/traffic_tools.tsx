@@ -92,7 +92,10 @@ export function WriteDialog({ network, seen, onClose }: { network: Network; seen
     setStage("sent");
     setOutcome(text.sending);
     request({ do: "write", address: write.address, value: write.value, ...(write.dpt ? { dpt: write.dpt } : {}) }, (reply) => {
-      const result = reply.ok === true ? text.written(String(reply.address ?? write.address), String(reply.hex ?? "")) : text.notWritten(String(reply.why ?? ""));
+      const result =
+        reply.ok === true
+          ? text.written(String(reply.address ?? write.address), String(reply.hex ?? ""))
+          : text.notWritten(String(reply.why ?? ""));
       setOutcome(result);
       announce(result);
     });
@@ -133,7 +136,17 @@ export function WriteDialog({ network, seen, onClose }: { network: Network; seen
   );
 }
 
-function WriteForm({ write, names, onInput, onDone }: { write: Write; names: Map<string, string>; onInput(write: Write): void; onDone(): void }) {
+function WriteForm({
+  write,
+  names,
+  onInput,
+  onDone,
+}: {
+  write: Write;
+  names: Map<string, string>;
+  onInput(write: Write): void;
+  onDone(): void;
+}) {
   const wrong = write.address !== "" && !isGroup(write.address);
   return (
     <form
@@ -145,7 +158,17 @@ function WriteForm({ write, names, onInput, onDone }: { write: Write; names: Map
     >
       <label class="field">
         <span>{text.group}</span>
-        <input type="text" autofocus required list="groups" spellcheck={false} placeholder="1/0/1" aria-invalid={wrong} value={write.address} onInput={(event) => onInput({ ...write, address: event.currentTarget.value.trim() })} />
+        <input
+          type="text"
+          autofocus
+          required
+          list="groups"
+          spellcheck={false}
+          placeholder="1/0/1"
+          aria-invalid={wrong}
+          value={write.address}
+          onInput={(event) => onInput({ ...write, address: event.currentTarget.value.trim() })}
+        />
       </label>
       <datalist id="groups">
         {[...names].map(([address, name]) => (
@@ -156,11 +179,24 @@ function WriteForm({ write, names, onInput, onDone }: { write: Write; names: Map
       </datalist>
       <label class="field">
         <span>{text.value}</span>
-        <input type="text" required spellcheck={false} placeholder={text.valueHint} value={write.value} onInput={(event) => onInput({ ...write, value: event.currentTarget.value })} />
+        <input
+          type="text"
+          required
+          spellcheck={false}
+          placeholder={text.valueHint}
+          value={write.value}
+          onInput={(event) => onInput({ ...write, value: event.currentTarget.value })}
+        />
       </label>
       <label class="field">
         <span>{text.dpt}</span>
-        <input type="text" spellcheck={false} placeholder={text.dptHint} value={write.dpt} onInput={(event) => onInput({ ...write, dpt: event.currentTarget.value.trim() })} />
+        <input
+          type="text"
+          spellcheck={false}
+          placeholder={text.dptHint}
+          value={write.dpt}
+          onInput={(event) => onInput({ ...write, dpt: event.currentTarget.value.trim() })}
+        />
       </label>
       {wrong && (
         <p class="error" role="alert">

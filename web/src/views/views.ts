@@ -26,4 +26,15 @@ export interface View {
   show(route: Route): ComponentChild;
 }
 
-export const views: View[] = [overviewView, devicesView, tuplesView, plotsView, inboxView, networksView, trafficView, recordingsView, logView, settingsView];
+export const views: View[] = [
+  overviewView,
+  devicesView,
+  tuplesView,
+  plotsView,
+  inboxView,
+  networksView,
+  trafficView,
+  recordingsView,
+  logView,
+  settingsView,
+];
