@@ -3,7 +3,7 @@ import { useEffect, useLayoutEffect, useRef } from "preact/hooks";
 import { active, chooseIsland, chosenIsland, islands, line, logout, lostSince, mayBe, server, wokenSensors } from "../app";
 import { formatAge } from "../core/format";
 import { addShortcuts } from "../core/keyboard";
-import { frameNumber, second } from "../core/redraw";
+import { second } from "../core/redraw";
 import { go, hrefTo, route } from "../core/router";
 import { type Theme, theme } from "../core/settings";
 import type { View } from "../views/views";
@@ -19,7 +19,7 @@ const barRoom = 4;
 const moreOpen = signal(false);
 
 function markOf(view: View): number {
-  void frameNumber.value;
+  void second.value;
   return view.mark?.() ?? 0;
 }
 

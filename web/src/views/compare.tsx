@@ -29,7 +29,9 @@ export function Compare({ paths }: { paths: string[] }) {
       <div class="toolbar">
         <h1>{text.compared}</h1>
         <a href={hrefTo("devices")}>{text.all}</a>
-        <span class="count">{text.count(devices.length)}</span>
+        <span class="count">
+          {devices.length < paths.length ? words.table.shown(devices.length, paths.length) : text.count(devices.length)}
+        </span>
       </div>
       <Loaded state={loadingOf([...baseFeeds, ...feeds])} empty={devices.length === 0 && <Empty title={text.none} />}>
         <Table
