@@ -69,7 +69,7 @@ struct WebService::Impl {
     if (setup.tokens.empty()) return {};
     auto tokens = access::read_tokens(parts.transports, resolve_path(directory, setup.tokens));
     if (!tokens) return fail(tokens.error());
-    access.take(std::move(*tokens));
+    if (access.take(std::move(*tokens)) && server) server->disconnect();
     return {};
   }
 

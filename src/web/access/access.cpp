@@ -4,7 +4,7 @@
 
 #include <algorithm>
 #include <array>
-#include <tuple>
+#include <utility>
 
 #include "base/text.h"
 #include "model/json_members.h"
@@ -27,6 +27,13 @@ bool starts_with_word(std::string_view text, std::string_view lower) {
 }
 
 }  // namespace
+
+bool Access::take(std::vector<Token> tokens) {
+  const auto before = std::exchange(tokens_, std::move(tokens));
+  return std::any_of(before.begin(), before.end(), [this](const Token& token) {
+    return std::find(tokens_.begin(), tokens_.end(), token) == tokens_.end();
+  });
+}
 
 void Access::name_cookie(std::uint16_t port, bool secure) {
   // The prefix: only this host can have set it, and only by TLS (RFC 6265bis, section 4.1.3.2).

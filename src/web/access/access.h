@@ -27,8 +27,9 @@ class Access {
   Access(Scheduler& scheduler, AccessRules rules) : scheduler_(scheduler), rules_(std::move(rules)) {}
 
   const AccessRules& rules() const { return rules_; }
-  /// The tokens from now on. Sessions of names that are no longer there end.
-  void take(std::vector<Token> tokens) { tokens_ = std::move(tokens); }
+  /// The tokens from now on. Sessions of names that are no longer there end. True: a token that was there is not there
+  /// any longer, or has another role, so that what was opened with it has to end.
+  bool take(std::vector<Token> tokens);
 
   /// Browsers send the cookies of a host to all its ports: each has a name of its own.
   void name_cookie(std::uint16_t port, bool secure);

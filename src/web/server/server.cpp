@@ -36,9 +36,7 @@ class Server::Impl final : public Reception {
  public:
   Impl(const Parts& parts, ServerOptions options)
       : parts_(parts), options_(std::move(options)), log_(parts.log, parts.scheduler) {}
-  ~Impl() override {
-    for (const auto& connection : std::exchange(connections_, {})) connection->abort();
-  }
+  ~Impl() override { disconnect(); }
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
 
@@ -65,6 +63,10 @@ class Server::Impl final : public Reception {
     if (!tls) return fail(tls.error());
     use(std::move(*tls));
     return {};
+  }
+
+  void disconnect() {
+    for (const auto& connection : std::exchange(connections_, {})) connection->abort();
   }
 
   std::optional<Response> admit(Request& head, bool secure) override {
@@ -197,6 +199,9 @@ bool Server::secure() const {
 }
 Result<void> Server::reload() {
   return impl_->reload();
+}
+void Server::disconnect() {
+  impl_->disconnect();
 }
 std::size_t Server::connections() const {
   return impl_->connections();

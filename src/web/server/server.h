@@ -54,6 +54,8 @@ class Server {
   bool secure() const;
   /// Reads the certificate again, for connections accepted from now on; on an error the one before stays.
   Result<void> reload();
+  /// Closes all connections; what they are allowed to do has changed.
+  void disconnect();
   std::size_t connections() const;
   const ServerCounters& counters() const;
 

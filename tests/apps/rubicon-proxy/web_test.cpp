@@ -163,7 +163,7 @@ TEST_F(IslandPage, CheckNamesWhatTheFilesLack) {
 TEST_F(IslandPage, WhatOthersReachNeedsTlsAndTokens) {
   const auto checked = run_to_end({kDaemon, "run", island("{listen: \"0.0.0.0:8642\"}")});
   EXPECT_EQ(checked.code, 2);
-  EXPECT_THAT(checked.errors, HasSubstr("room.yaml:3:7: web.listen: 0.0.0.0 can be reached by other hosts"));
+  EXPECT_THAT(checked.errors, HasSubstr("room.yaml:3:15: web.listen: 0.0.0.0 can be reached by other hosts"));
 }
 
 }  // namespace

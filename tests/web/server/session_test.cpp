@@ -65,8 +65,22 @@ TEST_F(WebSessions, ANewLoginEndsTheOneBefore) {
 
 TEST_F(WebSessions, EndWhenTheTokenIsTakenAway) {
   const auto cookie = cookie_in(log_in());
-  access->take({});
+  EXPECT_TRUE(access->take({}));
   EXPECT_THAT(with_cookie("GET", "/api/v1/a", cookie), HasSubstr("401"));
+}
+
+TEST_F(WebSessions, WhatWasOpenedWithATokenEndsWithIt) {
+  const access::Token viewer{"viewer", Role::kView, access::sha256("secret")};
+  EXPECT_FALSE(access->take({viewer, {"new", Role::kView, access::sha256("other")}})) << "one more";
+  EXPECT_TRUE(access->take({viewer})) << "one less";
+  EXPECT_TRUE(access->take({{"viewer", Role::kAdmin, viewer.hash}})) << "another role";
+  const auto program = client();
+  program->send(kUpgrade);
+  ASSERT_TRUE(world.until([&] { return site.conversations == 1; }));
+  server->disconnect();
+  EXPECT_EQ(site.conversations, 0);
+  EXPECT_TRUE(program->is_closed());
+  EXPECT_THAT(log_in(), HasSubstr("200 OK")) << "and the server goes on";
 }
 
 TEST_F(WebSessions, EndAfterTwelveHoursWithoutARequest) {
