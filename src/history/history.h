@@ -29,13 +29,13 @@ class History final {
     base::LogSink& log;
     std::string directory{};  ///< relative paths start here
   };
-  /// Opens the file, in the worker. What fails is in state() and in the log, and is tried again; points wait meanwhile,
-  /// as many as fit the queue.
+  /// Opens the file, in the worker. What fails is in state() and in the log, and is tried again. Points that cannot be
+  /// written wait, up to a bound.
   History(config::HistorySetup setup, Context context);
   /// Writes what is not written yet; waits for the worker to do it.
   ~History();
 
-  /// Stores from now on what the space shows of the configured tuples. The space must outlive this.
+  /// Stores what the space shows of the configured tuples, as soon as the file is open. The space must outlive this.
   void follow(TupleSpace& space);
 
   /// The past of some series. kInvalid: a question beyond its limits; kBusy: too many questions wait; kIo or kInvalid:
@@ -52,7 +52,7 @@ class History final {
     std::uint64_t bytes = 0;     ///< present size of the file
   };
   Counters counters() const;
-  /// `recording`, or `dropping points: ` and the reason.
+  /// `opening`, `recording`, or `not written: ` and the reason.
   std::string state() const;
   const config::HistorySetup& setup() const;
 
