@@ -67,6 +67,19 @@ test("states are spans of words; equal ones are joined, gaps stay", () => {
   assert.equal(track.at(35)?.text, "on");
 });
 
+test("a bucket with several words shows them, and the last one holds after it", () => {
+  const track = new Track("state");
+  track.fill({ key: "1:a", kind: "words", words: ["off", "on"], t: [0, 10, 50], min: [0, 0, 0], max: [1, 1, 0], last: [1, 1, 0] }, 60, 10);
+  assert.deepEqual(
+    track.spans(0, 60, 60).map(({ from, to, word }) => [from, to, word]),
+    [
+      [0, 20, "off … on"],
+      [20, 50, "on"],
+      [50, 60, "off"],
+    ],
+  );
+});
+
 test("commands of the past and new ones", () => {
   const track = numbers();
   track.command(90, "on");

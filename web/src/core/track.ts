@@ -74,7 +74,7 @@ export class Track {
 
   /** Takes what the history answered for `[.., to)`; what arrived since stays. */
   fill(past: PastSeries, to: number, width: number): void {
-    const samples = samplesOf(past).sort((a, b) => a.t - b.t || Number(a.gap) - Number(b.gap));
+    const samples = samplesOf(past, width).sort((a, b) => a.t - b.t || Number(a.gap) - Number(b.gap));
     const last = samples[samples.length - 1]?.t ?? Number.NEGATIVE_INFINITY;
     const newer = this.samples.filter((sample) => (sample.gap ? sample.t >= to : sample.t > last));
     this.samples = [...samples, ...newer];
@@ -84,7 +84,7 @@ export class Track {
 
   /** Takes the commands of the past; those that arrived stay. */
   fillTicks(past: PastSeries): void {
-    const ticks = samplesOf(past).flatMap(({ gap, t, text }) => (gap || text === "" ? [] : [{ t, text }]));
+    const ticks = samplesOf(past, 0).flatMap(({ gap, t, text }) => (gap || text === "" ? [] : [{ t, text }]));
     const last = ticks[ticks.length - 1]?.t ?? 0;
     this.ticks = [...ticks, ...this.ticks.filter(({ t }) => t > last)];
   }
@@ -165,12 +165,13 @@ export class Track {
     const spans: Span[] = [];
     const end = Math.min(to, now);
     for (const { t, gap, text } of this.shown(from, to)) {
-      const last = spans[spans.length - 1];
       const start = Math.max(t, from);
+      if (spans[spans.length - 1]?.from === start) spans.pop(); // it lasted no time
+      const last = spans[spans.length - 1];
       if (last) last.to = start;
       const word = gap ? "" : text;
-      if (!last || last.word !== word) spans.push({ from: start, to: end, word });
-      else last.to = end;
+      if (last?.word === word) last.to = end;
+      else spans.push({ from: start, to: end, word });
     }
     return spans.filter((span) => span.to > span.from);
   }
@@ -201,7 +202,8 @@ function fold(into: Sample, next: Sample): void {
   into.count++;
 }
 
-function samplesOf(past: PastSeries): Sample[] {
+/** A bucket in which a state had several words shows them all; after it, the last one holds. */
+function samplesOf(past: PastSeries, width: number): Sample[] {
   const samples: Sample[] = [];
   const { t = [], min = [], max = [], words } = past;
   const values = past.v ?? (words ? past.last : past.mean) ?? [];
@@ -210,7 +212,12 @@ function samplesOf(past: PastSeries): Sample[] {
   t.forEach((time, index) => {
     const value = values[index];
     if (value === null || value === undefined) return;
-    samples.push({ ...sampleAt(time, wordOf(value), value), low: min[index] ?? value, high: max[index] ?? value, count: past.v ? 1 : 2 });
+    const low = min[index] ?? value;
+    const high = max[index] ?? value;
+    const mixed = words !== undefined && low !== high;
+    const text = mixed ? `${wordOf(low)} … ${wordOf(high)}` : wordOf(value);
+    samples.push({ ...sampleAt(time, text, value), low, high, count: past.v ? 1 : 2 });
+    if (mixed) samples.push(sampleAt(time + width, wordOf(value), value));
   });
   for (const [time, text] of past.texts ?? []) samples.push(sampleAt(time, text));
   for (const [from] of past.gaps ?? []) samples.push(gapAt(from));

@@ -12,6 +12,7 @@ import { coarse, phone } from "../parts/screen";
 import { Empty, Loaded, Skeleton, State } from "../parts/state";
 import { Table, type TableRow } from "../parts/table";
 import { words } from "../words";
+import { mostPoints } from "./plot_picker";
 import { pointColumns } from "./point_columns";
 import { useHourOf } from "./sparkline";
 
@@ -57,6 +58,7 @@ export function DevicePage({ parts }: { parts: string[] }) {
 
 function Header({ device }: { device: Device }) {
   const pinned = pinnedDevices.value.includes(device.path);
+  const plotted = device.ordered.flatMap((point) => (point.kind === "property" ? [] : [point.path])).slice(0, mostPoints);
   const facts = [
     device.model,
     device.area,
@@ -81,6 +83,11 @@ function Header({ device }: { device: Device }) {
           <button type="button" aria-pressed={pinned} onClick={() => togglePin(pinnedDevices, device.path)}>
             {pinned ? text.unpin : text.pin}
           </button>
+          {plotted.length > 0 && (
+            <a class="button" href={hrefTo("plots", [], { k: plotted.join() })}>
+              {words.plots.title}
+            </a>
+          )}
           <a class="button" href={hrefTo("tuples", [`${device.owner}:${device.prefix}.${device.network}.${device.id}`])}>
             {text.tuples}
           </a>

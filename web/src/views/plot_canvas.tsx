@@ -149,7 +149,7 @@ function rangeOf(_plot: uPlot, low: number | null, high: number | null): uPlot.R
 }
 
 function fontSize(): number {
-  return Number.parseFloat(getComputedStyle(document.documentElement).fontSize) * 0.92;
+  return Math.round(Number.parseFloat(getComputedStyle(document.documentElement).fontSize) * 0.92); // uPlot reads whole pixels only
 }
 
 function font(): string {

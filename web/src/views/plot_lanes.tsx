@@ -52,6 +52,7 @@ export function PlotLanes({ plotted, bounds, now, left, width, at, onAt }: Props
 /** The first word of a type (off, closed, none) is pale, the others stand out. */
 function shadeOf(lane: Plotted, word: string): number {
   const place = lane.words.indexOf(word);
+  if (place < 0 && word.includes(" … ")) return 0.38;
   if (place < 0) return word === "off" || word === "0" || word === "" ? 0.14 : 0.6;
   return lane.words.length === 1 ? 0.6 : 0.14 + (place / (lane.words.length - 1)) * 0.66;
 }
