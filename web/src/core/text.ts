@@ -13,3 +13,8 @@ export function matches(search: string, where: string): boolean {
     .split(/\s+/)
     .every((word) => text.includes(word));
 }
+
+/** `1 device`, `12 devices`. */
+export function many(count: number, one: string, more: string): string {
+  return `${count.toLocaleString()} ${count === 1 ? one : more}`;
+}
