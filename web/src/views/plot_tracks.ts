@@ -2,7 +2,7 @@ import { useEffect, useMemo, useRef, useState } from "preact/hooks";
 import { active, catalog, line, server, store, useFeeds, wokenSensors } from "../app";
 import { list, number, type Point, text } from "../core/catalog";
 import { boundsOf, type TimeRange } from "../core/plot_time";
-import { second } from "../core/redraw";
+import { frameNumber, second } from "../core/redraw";
 import { askJson, RestError } from "../core/rest";
 import type { Tuple } from "../core/store";
 import { type PastSeries, Track } from "../core/track";
@@ -20,6 +20,8 @@ export type Past = "none" | "loading" | "ready" | { code: string; text: string }
 
 /** At most so many points a pixel column of a large screen. */
 const buckets = 1000;
+/** Milliseconds between two drawings: a plot of thousands of points takes some of them. */
+const redrawPause = 200;
 const goodQualities = new Set(["", "good", "assumed"]);
 
 function pointAt(path: string): Point | undefined {
@@ -49,6 +51,7 @@ export function useTracks(paths: string[], range: TimeRange): { plotted: Plotted
     wokenSensors.value = active.value ? sensors.length : 0;
   }, [active.value, sensors.length]);
   const ready = feeds.every(({ state }) => state === "ready" || state === "failed");
+  if (!ready) void frameNumber.value; // drawn again in each frame until all is there
   const plotted = useMemo(() => paths.map(begin), [name, ready]);
   useLive(plotted);
   const { past, retry } = usePast(plotted, range, ready);
@@ -63,14 +66,26 @@ function begin(path: string): Plotted {
 
 /** Tuples of the points as they change; ends of knowledge once a second. */
 function useLive(plotted: Plotted[]): void {
+  const [, setVersion] = useState(0);
   useEffect(() => {
+    let timer = 0;
+    const draw = () => {
+      timer = 0;
+      setVersion((version) => version + 1);
+    };
     const byTuple = new Map<string, { one: Plotted; leaf: string }>();
     for (const one of plotted) for (const leaf of ["value", "status", "command"]) byTuple.set(`${one.path}.${leaf}`, { one, leaf });
     const changed = (tuple: Tuple) => {
       const target = byTuple.get(tuple.id);
-      if (target) take(target.one, target.leaf, tuple);
+      if (!target) return;
+      take(target.one, target.leaf, tuple);
+      timer ||= window.setTimeout(draw, redrawPause);
     };
-    return store.listen({ added: changed, changed });
+    const stop = store.listen({ added: changed, changed });
+    return () => {
+      clearTimeout(timer);
+      stop();
+    };
   }, [plotted]);
   const tick = second.value;
   useEffect(() => {

@@ -4,7 +4,7 @@ import { csvOf } from "../core/csv";
 import { formatTime, zoneName } from "../core/format";
 import { addShortcuts } from "../core/keyboard";
 import { boundsOf, moved, rangeQuery, readRange, type TimeRange, zoomed } from "../core/plot_time";
-import { second, useFrame } from "../core/redraw";
+import { second } from "../core/redraw";
 import { type Route, setQuery } from "../core/router";
 import { CopyButton } from "../parts/copy";
 import { download, fileStamp } from "../parts/download";
@@ -90,8 +90,7 @@ interface PlotProps {
 }
 
 function Plot({ route, paths, choose, onPick }: PlotProps) {
-  useFrame();
-  void second.value;
+  void second.value; // the live edge moves
   const { range, set, back } = useRange(route);
   const { plotted, past, retry } = useTracks(paths, range);
   const [at, setAt] = useState(0);
