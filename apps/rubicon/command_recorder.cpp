@@ -70,7 +70,8 @@ void add_recorder(Cli& cli) {
   auto* app = cli.command_in_ecology({"recorder", "List the recorders of islands; start, stop or mark one",
                                       "  rubicon recorder\n"
                                       "  rubicon recorder all mark 'the lamp was replaced'\n"
-                                      "  rubicon recorder all stop\n"},
+                                      "  rubicon recorder all stop\n"
+                                      "  rubicon recorder all start\n"},
                                      [options](Session& session) {
                                        return options->action.empty() ? list_recorders(session, *options)
                                                                       : command_recorder(session, *options);

@@ -141,6 +141,11 @@ Findings check_disks(const IslandSeen& seen) {
   }
   for (const auto& [name, state] : seen.properties) {
     if (!name.starts_with("recorder-") || !name.ends_with("-state") || state == "recording") continue;
+    if (state == "stopped") {
+      all.push_back({kDisk, Grade::kNote, fmt::format("island {}: {}: stopped by a user", name_of(seen.island), name),
+                     "rubicon recorder NAME start"});
+      continue;
+    }
     all.push_back(
         {kDisk, Grade::kProblem, fmt::format("island {}: {}: {}", name_of(seen.island), name, state),
          fmt::format("free space on the disk, or correct `recorders:`; {}", page("errors.md#lines-and-devices"))});

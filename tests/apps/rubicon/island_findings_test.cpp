@@ -166,6 +166,11 @@ TEST(IslandFindings, ARecorderThatDropsRecordsIsAProblem) {
   ASSERT_EQ(found.size(), 1U);
   EXPECT_EQ(found[0].grade, Grade::kProblem);
   EXPECT_THAT(found[0].what, HasSubstr("recorder-night-state: dropping records: disk is full"));
+  seen.properties = {{"recorder-all-state", "stopped"}};
+  const auto stopped = check_disks(seen);
+  ASSERT_EQ(stopped.size(), 1U);
+  EXPECT_EQ(stopped[0].grade, Grade::kNote);
+  EXPECT_THAT(stopped[0].what, HasSubstr("stopped by a user"));
 }
 
 TEST(IslandFindings, AClockThatIsOffIsAProblem) {
