@@ -20,6 +20,9 @@ export type Past = "none" | "loading" | "ready" | { code: string; text: string }
 
 /** At most so many points a pixel column of a large screen. */
 const buckets = 1000;
+/** A key that is held zooms many times; the server answers five questions a second. */
+const settling = 120;
+const busyPause = 1000;
 /** Milliseconds between two drawings: a plot of thousands of points takes some of them. */
 const redrawPause = 200;
 const goodQualities = new Set(["", "good", "assumed"]);
@@ -124,23 +127,33 @@ function usePast(plotted: Plotted[], range: TimeRange, ready: boolean): { past: 
       return undefined;
     }
     const cancel = new AbortController();
-    const { from, to } = boundsOf(range, now());
     const mine = ++asked.current;
     setPast("loading");
-    askJson<{ bucket: number; series: PastSeries[] }>(historyPath(plotted, from, to), { signal: cancel.signal }).then(
-      ({ bucket, series }) => {
+    const failed = (error: unknown) => {
+      if (mine !== asked.current || cancel.signal.aborted) return;
+      if (error instanceof RestError && error.code === "busy") timer = window.setTimeout(ask, busyPause);
+      else setPast(error instanceof RestError ? { code: error.code, text: error.message } : { code: "failed", text: String(error) });
+    };
+    const ask = () => {
+      const { from, to } = boundsOf(range, now());
+      askJson<Answer>(historyPath(plotted, from, to), { signal: cancel.signal }).then(({ bucket, series }) => {
         if (mine !== asked.current) return;
         fill(plotted, series, Math.min(to, now()), bucket);
         setPast("ready");
-      },
-      (error: unknown) => {
-        if (mine === asked.current && !cancel.signal.aborted)
-          setPast(error instanceof RestError ? { code: error.code, text: error.message } : { code: "failed", text: String(error) });
-      },
-    );
-    return () => cancel.abort();
+      }, failed);
+    };
+    let timer = window.setTimeout(ask, settling);
+    return () => {
+      clearTimeout(timer);
+      cancel.abort();
+    };
   }, [plotted, ready, known, JSON.stringify(range), turn, missed]);
   return { past, retry: () => setTurn(turn + 1) };
+}
+
+interface Answer {
+  bucket: number;
+  series: PastSeries[];
 }
 
 function historyPath(plotted: Plotted[], from: number, to: number): string {

@@ -7,6 +7,8 @@ const seconds = 3600;
 const width = 120;
 const height = 24;
 const most = 240;
+/** The history answers for so many series at a time. */
+const mostSeries = 32;
 
 interface Series {
   key: string;
@@ -23,13 +25,13 @@ export function useHourOf(device: Device, points: Point[]): Hour {
   const [hour, setHour] = useState<Hour>(() => new Map());
   const known = server.value?.history ?? false;
   const keys = points.filter((point) => point.kind !== "property").map((point) => `${point.path}.value`);
-  const name = keys.slice(0, 64).join();
+  const name = keys.slice(0, mostSeries).join();
   useEffect(() => {
     setHour(new Map());
     if (!known || name === "") return undefined;
     const cancel = new AbortController();
     const to = Date.now() / 1000;
-    const query = keys.slice(0, 64).map((key) => `key=${encodeURIComponent(key)}`);
+    const query = keys.slice(0, mostSeries).map((key) => `key=${encodeURIComponent(key)}`);
     const path = `/history?${query.join("&")}&from=${to - seconds}&to=${to}&buckets=${width / 2}`;
     askJson<{ series: Series[] }>(path, { signal: cancel.signal }).then(
       (answer) => setHour(new Map(answer.series.map((series) => [series.key, pairsOf(series)]))),
