@@ -1,21 +1,16 @@
 import { useEffect, useState } from "preact/hooks";
 import { server } from "../app";
 import { type Device, list, type Point } from "../core/catalog";
+import { numberIn, pairsOf, type Series, sinceTime } from "../core/hour";
 import { askJson } from "../core/rest";
 
 const seconds = 3600;
 const width = 120;
 const height = 24;
 const most = 240;
-/** The history answers for so many series at a time. */
-const mostSeries = 32;
 
-interface Series {
-  key: string;
-  t: number[];
-  v?: (number | null)[];
-  mean?: (number | null)[];
-}
+/** The most series that the history takes in one question. */
+const mostAsked = 32;
 
 /** What is known of the last hour, by OWNER:KEY of values: [time, value] with NaN for gaps; live values are added. */
 export type Hour = Map<string, [number, number][]>;
@@ -25,16 +20,20 @@ export function useHourOf(device: Device, points: Point[]): Hour {
   const [hour, setHour] = useState<Hour>(() => new Map());
   const known = server.value?.history ?? false;
   const keys = points.filter((point) => point.kind !== "property").map((point) => `${point.path}.value`);
-  const name = keys.slice(0, mostSeries).join();
+  const name = keys.slice(0, mostAsked).join();
   useEffect(() => {
     setHour(new Map());
     if (!known || name === "") return undefined;
+    const pointOf = (key: string) => points.find((point) => `${point.path}.value` === key);
     const cancel = new AbortController();
     const to = Date.now() / 1000;
-    const query = keys.slice(0, mostSeries).map((key) => `key=${encodeURIComponent(key)}`);
+    const query = keys.slice(0, mostAsked).map((key) => `key=${encodeURIComponent(key)}`);
     const path = `/history?${query.join("&")}&from=${to - seconds}&to=${to}&buckets=${width / 2}`;
     askJson<{ series: Series[] }>(path, { signal: cancel.signal }).then(
-      (answer) => setHour(new Map(answer.series.map((series) => [series.key, pairsOf(series)]))),
+      (answer) =>
+        setHour(
+          new Map(answer.series.map((series) => [series.key, pairsOf(series, (word) => numberIn(wordsOf(pointOf(series.key)), word))])),
+        ),
       () => undefined, // the curve starts now
     );
     return () => cancel.abort();
@@ -42,19 +41,8 @@ export function useHourOf(device: Device, points: Point[]): Hour {
   return hour;
 }
 
-function pairsOf({ t, v, mean }: Series): [number, number][] {
-  const values = v ?? mean ?? [];
-  return t.map((time, index) => [time, values[index] ?? Number.NaN]);
-}
-
-/** Words count as their place in the list of words. */
-export function numberOf(point: Point): number {
-  const value = point.value?.value ?? "";
-  const words = list(point.description?.json.words);
-  const place = words.indexOf(value);
-  if (place >= 0) return place;
-  if (value === "on" || value === "off") return value === "on" ? 1 : 0;
-  return value === "" ? Number.NaN : Number(value);
+function wordsOf(point: Point | undefined): string[] {
+  return list(point?.description?.json.words);
 }
 
 function withLive(point: Point, hour: Hour): [number, number][] {
@@ -63,7 +51,10 @@ function withLive(point: Point, hour: Hour): [number, number][] {
   if (!pairs) hour.set(key, (pairs = []));
   const time = point.value?.time ?? 0;
   const last = pairs[pairs.length - 1]?.[0] ?? 0;
-  const value = point.quality && point.quality !== "good" && point.quality !== "assumed" ? Number.NaN : numberOf(point);
+  const value =
+    point.quality && point.quality !== "good" && point.quality !== "assumed"
+      ? Number.NaN
+      : numberIn(wordsOf(point), point.value?.value ?? "");
   // One point a pixel is enough: values that follow within it replace the last one.
   if (time > last + seconds / width) pairs.push([time, value]);
   else if (time > last && pairs.length > 0) pairs[pairs.length - 1] = [last, value];
@@ -75,7 +66,7 @@ function withLive(point: Point, hour: Hour): [number, number][] {
 export function Sparkline({ point, hour }: { point: Point; hour: Hour }) {
   if (point.kind === "property") return null;
   const now = Date.now() / 1000;
-  const pairs = withLive(point, hour).filter(([time]) => time >= now - seconds);
+  const pairs = sinceTime(withLive(point, hour), now - seconds);
   const values = pairs.map(([, value]) => value).filter((value) => !Number.isNaN(value));
   if (values.length === 0) return null;
   const low = Math.min(...values);

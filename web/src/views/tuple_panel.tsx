@@ -3,7 +3,7 @@ import { components, mayBe, store, useFeeds } from "../app";
 import { formatAge, formatBytes, formatCount, formatFullTime, formatRate, hexDump, prettyJson } from "../core/format";
 import type { Rates } from "../core/rates";
 import { useFrame } from "../core/redraw";
-import { RestError, tupleBytes, tuplePath } from "../core/rest";
+import { RestError, tupleBytes } from "../core/rest";
 import { hrefTo } from "../core/router";
 import { pinnedBranches, togglePin } from "../core/settings";
 import type { Tuple } from "../core/store";
@@ -106,9 +106,7 @@ function Expiry({ time }: { time: number }) {
 }
 
 function TupleContent({ tuple }: { tuple: Tuple }) {
-  if (tuple.media.startsWith("image/")) {
-    return <img class="picture" alt={text.picture} src={`/api/v1${tuplePath(tuple.owner, tuple.key)}?raw&sequence=${tuple.sequence}`} />;
-  }
+  if (tuple.media.startsWith("image/")) return <Picture tuple={tuple} />;
   if (tuple.value === null) return <Bytes key={tuple.sequence} tuple={tuple} />;
   return (
     <>
@@ -120,6 +118,26 @@ function TupleContent({ tuple }: { tuple: Tuple }) {
       )}
     </>
   );
+}
+
+/** A picture is fetched anew for each value. As an image it runs no script. */
+function Picture({ tuple }: { tuple: Tuple }) {
+  const [source, setSource] = useState("");
+  const [error, setError] = useState("");
+  useEffect(() => {
+    let here = true;
+    const reader = new FileReader();
+    reader.onload = () => here && setSource(String(reader.result));
+    tupleBytes(tuple.owner, tuple.key).then(
+      (bytes) => reader.readAsDataURL(new Blob([bytes as BlobPart], { type: tuple.media })),
+      (failure: unknown) => here && setError(failure instanceof RestError ? text.failed(failure.code, failure.message) : String(failure)),
+    );
+    return () => {
+      here = false;
+    };
+  }, [tuple.sequence, tuple.media]);
+  if (error) return <p class="error">{error}</p>;
+  return source ? <img class="picture" alt={text.picture} src={source} /> : null;
 }
 
 /** Long values scroll; the keyboard reaches them. */

@@ -1,0 +1,43 @@
+// Curves from what the history answers.
+
+/** A series of `GET /api/v1/history` (docs/history.md). */
+export interface Series {
+  key: string;
+  t?: number[];
+  v?: (number | null)[];
+  mean?: (number | null)[];
+  last?: (number | null)[];
+  words?: string[];
+  before?: [number, number | null];
+  gaps?: [number, number][];
+}
+
+/** [time, value] in order of time, NaN where a gap begins. `numberOf` says what a word counts as. */
+export function pairsOf(series: Series, numberOf: (word: string) => number): [number, number][] {
+  const { t = [], v, mean, last, words = [], before, gaps = [] } = series;
+  const values = v ?? (words.length > 0 ? last : mean) ?? [];
+  const read = (value: number | null | undefined) => {
+    if (value === null || value === undefined) return Number.NaN;
+    return words.length > 0 ? numberOf(words[value] ?? "") : value;
+  };
+  const pairs = t.map((time, index): [number, number] => [time, read(values[index])]);
+  if (before) pairs.push([before[0], read(before[1])]);
+  for (const [from] of gaps) pairs.push([from, Number.NaN]);
+  return pairs.sort((a, b) => a[0] - b[0]);
+}
+
+/** A number, or the place of a word among those of the point. */
+export function numberIn(words: string[], value: string): number {
+  const place = words.indexOf(value);
+  if (place >= 0) return place;
+  if (value === "on" || value === "off") return value === "on" ? 1 : 0;
+  return value === "" ? Number.NaN : Number(value);
+}
+
+/** The pairs from `start` on; what was before holds at its beginning. */
+export function sinceTime(pairs: [number, number][], start: number): [number, number][] {
+  const first = pairs.findIndex(([time]) => time >= start);
+  const before = pairs[(first < 0 ? pairs.length : first) - 1];
+  const rest = first < 0 ? [] : pairs.slice(first);
+  return before ? [[start, before[1]], ...rest] : rest;
+}
