@@ -9,6 +9,7 @@
 #include "apps/rubicon/suggestions.h"
 #include "apps/rubicon/tuple_text.h"
 #include "apps/rubicon/type_text.h"
+#include "client/json_forms.h"
 #include "model/json_members.h"
 #include "model/point_keys.h"
 #include "model/point_tuples.h"
@@ -19,28 +20,6 @@ namespace rubicon::cli {
 namespace {
 
 using client::Device;
-
-Line device_json(const Device& device) {
-  Line line;
-  line["island"] = number(device.island);
-  line["key"] = device.key();
-  line["network"] = device.network;
-  line["id"] = device.id;
-  line["name"] = device.name;
-  line["area"] = device.area;
-  line["model"] = device.model;
-  line["type"] = device.type;
-  line["address"] = device.address;
-  line["status"] = device.status;
-  line["since"] = base::to_seconds(device.since);
-  line["reason"] = device.reason;
-  line["line"] = device.line.line;
-  line["line_reason"] = device.line.reason;
-  line["sensors"] = device.sensors;
-  line["actuators"] = device.actuators;
-  line["properties"] = device.properties;
-  return line;
-}
 
 /// `unreachable: silent for 60s`; where the line does not work, that.
 std::string condition_of(const Device& device) {
@@ -70,7 +49,7 @@ int list(Session& session, const DeviceOptions& options) {
                {"SENSORS", Column::Kind::kText, 1},
                {"ACTUATORS", Column::Kind::kText, 1}});
   for (const auto& device : found) {
-    if (session.json()) session.out().line(model::dump(device_json(device)));
+    if (session.json()) session.out().line(model::dump(client::device_json(device)));
     table.row({name_of(device.island, device.key()), device.name, condition_of(device),
                device.type.empty() ? device.model : device.type, fmt::format("{}", fmt::join(device.sensors, " ")),
                fmt::format("{}", fmt::join(device.actuators, " "))});
@@ -87,28 +66,8 @@ std::string value_in(const Tree& tree, const std::string& key) {
   return found == tree.end() ? std::string() : found->second.value;
 }
 
-struct Place {
-  Kind kind;
-  std::string id;
-};
-
-std::vector<Place> places_of(const Device& device) {
-  std::vector<Place> points;
-  for (const auto& id : device.sensors) points.push_back({Kind::kSensor, id});
-  for (const auto& id : device.actuators) points.push_back({Kind::kActuator, id});
-  for (const auto& id : device.properties) points.push_back({Kind::kProperty, id});
-  return points;
-}
-
-Line place_json(const Tree& tree, const model::PointKey& key, const Place& point) {
-  Line line;
-  line["kind"] = to_string(point.kind);
-  line["id"] = point.id;
-  line["key"] = key.text;
-  line["value"] = value_in(tree, key.value());
-  line["status"] = model::object_of<nlohmann::json>(value_in(tree, key.status()));
-  line["description"] = model::object_of<nlohmann::json>(value_in(tree, key.description()));
-  return line;
+client::PlaceTexts texts_in(const Tree& tree, const model::PointKey& key) {
+  return {value_in(tree, key.value()), value_in(tree, key.status()), value_in(tree, key.description())};
 }
 
 std::string since_text(const std::string& word, WallTime since, const std::string& reason, WallTime now) {
@@ -154,7 +113,7 @@ void describe_for_people(Session& session, const Device& device, const Tree& tre
                {"RANGE", Column::Kind::kText, 2},
                {"LAST COMMAND", Column::Kind::kText, 1}});
   std::string reasons;
-  for (const auto& place : places_of(device)) {
+  for (const auto& place : client::places_of(device)) {
     const auto key = model::DeviceKey{device.key()}.point(place.kind, place.id);
     const auto& point = points[key.text];
     const auto about = model::point_description_from_json(value_in(tree, key.description()));
@@ -169,10 +128,12 @@ void describe_for_people(Session& session, const Device& device, const Tree& tre
 }
 
 void describe_for_programs(Session& session, const Device& device, const Tree& tree) {
-  auto line = device_json(device);
+  auto line = client::device_json(device);
   line["points"] = Line::array();
-  for (const auto& point : places_of(device))
-    line["points"].push_back(place_json(tree, model::DeviceKey{device.key()}.point(point.kind, point.id), point));
+  for (const auto& place : client::places_of(device)) {
+    const auto key = model::DeviceKey{device.key()}.point(place.kind, place.id);
+    line["points"].push_back(client::place_json(device, place, texts_in(tree, key)));
+  }
   session.out().line(model::dump(line));
 }
 

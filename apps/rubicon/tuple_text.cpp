@@ -5,18 +5,13 @@
 #include "apps/rubicon/table.h"
 #include "base/bytes.h"
 #include "base/local_time.h"
+#include "client/json_forms.h"
 #include "model/point_keys.h"
-#include "tuples/tuple_json.h"
 
 namespace rubicon::cli {
 
 Line tuple_json(const client::Tuple& tuple) {
-  auto line = tuples::tuple_json({tuple.owner, tuple.key, tuple.value, tuple.media_type, tuple.creator, tuple.sequence,
-                                  tuple.write_time, tuple.user_time, tuple.expire_time, tuple.owner_present});
-  line["creator"] = number(tuple.creator);
-  line["expire"] = base::to_seconds(tuple.expire_time);
-  if (!tuple.owner_present) line["present"] = false;
-  return line;
+  return client::whole_tuple_json(tuple);
 }
 
 std::string name_of(OwnerId owner, std::string_view key) {

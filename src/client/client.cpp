@@ -265,25 +265,14 @@ Handle Client::watch_devices(const DeviceQuery& query, DeviceCall call) {
 }
 
 std::vector<Device> Client::devices(const DeviceQuery& query, Duration timeout) {
-  std::map<std::pair<OwnerId, std::string>, DeviceCondition> conditions;
-  std::map<std::pair<OwnerId, std::string>, LineStatus> lines;
   const auto any_network = model::IslandKey{"*"}.network("*");
   const auto any_device = any_network.device("*");
-  for (const auto& tuple : read({query.island, any_device.status()}, timeout))
-    conditions[{tuple.owner, tuple.key}] = model::device_condition_from_json(tuple.value);
-  for (const auto& tuple : read({query.island, any_network.status()}, timeout))
-    lines[{tuple.owner, tuple.key}] = model::line_status_from_json(tuple.value);
-  std::vector<Device> found;
-  for (const auto& tuple : read({query.island, any_device.description()}, timeout)) {
-    auto device = device_from(tuple.owner, tuple.key, tuple.value);
-    if (!device || !fits(query, *device)) continue;
-    const auto& condition = conditions[{tuple.owner, model::DeviceKey{device->key()}.status()}];
-    device->status = condition.status;
-    device->reason = condition.reason;
-    device->since = condition.since;
-    device->line = lines[{tuple.owner, line_key(tuple.key)}];
-    found.push_back(std::move(*device));
+  std::vector<Tuple> tuples;
+  for (const auto& pattern : {any_device.status(), any_network.status(), any_device.description()}) {
+    auto some = read({query.island, pattern}, timeout);
+    std::move(some.begin(), some.end(), std::back_inserter(tuples));
   }
+  auto found = devices_from(tuples, query);
   std::sort(found.begin(), found.end(), listed_before);
   return found;
 }

@@ -6,6 +6,7 @@
 #include <tuple>
 
 #include "base/natural_order.h"
+#include "client/device_watch.h"
 #include "rubicon/key.hpp"
 
 namespace rubicon::client {
@@ -87,6 +88,25 @@ std::vector<Point> points_from(const std::vector<Tuple>& tuples) {
     return in_natural_order(a.tuple.owner, a.tuple.key, b.tuple.owner, b.tuple.key);
   });
   return points;
+}
+
+std::vector<Device> devices_from(const std::vector<Tuple>& tuples, const DeviceQuery& query) {
+  Texts texts;
+  for (const auto& tuple : tuples) texts[{tuple.owner, tuple.key}] = &tuple;
+  std::vector<Device> found;
+  for (const auto& tuple : tuples) {
+    if (!tuple.key.ends_with(".description")) continue;
+    auto device = device_from(tuple.owner, tuple.key, tuple.value);
+    if (!device || !fits(query, *device)) continue;
+    auto condition =
+        model::device_condition_from_json(text_at(texts, tuple.owner, model::DeviceKey{device->key()}.status()));
+    device->status = std::move(condition.status);
+    device->reason = std::move(condition.reason);
+    device->since = condition.since;
+    device->line = model::line_status_from_json(text_at(texts, tuple.owner, line_key(tuple.key)));
+    found.push_back(std::move(*device));
+  }
+  return found;
 }
 
 std::vector<Network> networks_from(const std::vector<Tuple>& tuples) {

@@ -25,6 +25,8 @@ void describe(Point& point, std::string_view description);
 /// Shows a point of a lost island as network-down.
 void hide_behind_lost_island(Point& point);
 
+/// The devices that match among the tuples: one for each description, with the statuses of device and line.
+std::vector<Device> devices_from(const std::vector<Tuple>& tuples, const DeviceQuery& query);
 /// One network for each status of a line among the tuples, with the devices and properties among them.
 std::vector<Network> networks_from(const std::vector<Tuple>& tuples);
 /// The order of devices in lists: reachable ones first (docs/cli.md).

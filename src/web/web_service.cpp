@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/text.h"
+#include "history/history.h"
 #include "web/access/access.h"
 #include "web/api/api.h"
 #include "web/files/embedded_page.h"
@@ -56,7 +57,10 @@ struct WebService::Impl {
   Result<void> open(const std::string& name) {
     if (const auto wrong = config::web_exposure(setup); !wrong.empty()) return fail(ErrorCode::kInvalid, wrong);
     if (auto read = take_tokens(); !read) return read;
-    site = std::make_unique<api::Api>(parts.scheduler, parts.space, parts.log, access, api::ApiOptions{.name = name});
+    if (parts.history != nullptr) past.emplace(*parts.history);
+    site = std::make_unique<api::Api>(
+        parts.scheduler, parts.space, parts.log, access,
+        api::ApiOptions{.name = name, .metrics_patterns = setup.metrics, .history = past ? &*past : nullptr});
     auto opened = server::Server::open({parts.context, parts.scheduler, access, *site, *page, Log(parts.log, "web")},
                                        options_of(setup, directory));
     if (!opened) return fail(opened.error());
@@ -78,6 +82,7 @@ struct WebService::Impl {
   std::string directory;
   access::Access access;
   std::unique_ptr<files::Page> page;
+  std::optional<api::HistoryOf<history::History>> past;
   std::unique_ptr<Site> site;
   std::unique_ptr<server::Server> server;
 };

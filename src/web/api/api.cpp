@@ -1,54 +1,62 @@
 #include "web/api/api.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <utility>
 
-#include "model/json_members.h"
+#include "web/api/route.h"
 #include "web/api/socket.h"
 #include "web/error_response.h"
 
 namespace rubicon::web::api {
 
-struct Api::Impl {
-  Impl(Scheduler& scheduler, TupleSpace& space, base::LogSink& log, access::Access& access, ApiOptions its_options)
-      : context(scheduler, space, log, access), options(std::move(its_options)) {}
+namespace {
 
-  Response describe(const Caller& caller) const {
-    nlohmann::ordered_json tree;
-    tree["version"] = 1;
-    tree["name"] = options.name;
-    tree["id"] = number(context.space.self());
-    tree["history"] = false;
-    tree["tokens"] = context.access.rules().needs_token;
-    tree["caller"] = {{"name", caller.name}, {"role", access::to_string(caller.role)}};
-    tree["release"] = RUBICON_VERSION;
-    return {200, "application/json", model::dump(tree)};
-  }
+/// No route has this method: what the path has instead.
+Response refuse_method(const Request& request, const std::vector<std::string_view>& methods) {
+  if (methods.empty())
+    return error_response({ErrorCode::kNotFound, fmt::format("no resource {}; /api/v1/openapi.json lists them",
+                                                             model::quoted(request.path))});
+  const auto all = fmt::format("{}", fmt::join(methods, ", "));
+  auto response = error_response(405, ErrorCode::kUnsupported,
+                                 fmt::format("{} {}: expected {}", request.method, request.path, all));
+  response.headers.emplace_back("Allow", all);
+  return response;
+}
 
-  Context context;
-  ApiOptions options;
-};
+}  // namespace
 
 Api::Api(Scheduler& scheduler, TupleSpace& space, base::LogSink& log, access::Access& access, ApiOptions options)
-    : impl_(std::make_unique<Impl>(scheduler, space, log, access, std::move(options))) {}
+    : context_(std::make_unique<Context>(scheduler, space, log, access, std::move(options))) {}
 
 Api::~Api() = default;
 
 std::unique_ptr<Exchange> Api::handle(const Request& request, Respond respond) {
-  ++impl_->context.counters.requests;
-  if (request.method == "GET" && request.path == "/healthz") {
-    respond({200, "text/plain", "ok\n"});
-  } else if (request.method == "GET" && request.path == "/api/v1") {
-    respond(impl_->describe(request.caller));
-  } else {
-    respond(error_response({ErrorCode::kNotFound, fmt::format("no resource {}", model::quoted(request.path))}));
+  auto& counters = context_->counters;
+  ++counters.requests;
+  const auto counted = [&counters, respond = std::move(respond)](Response response) {
+    constexpr unsigned kFirstError = 400;
+    counters.errors += response.status >= kFirstError;
+    respond(std::move(response));
+  };
+  std::vector<std::string_view> methods;
+  for (const auto& route : routes()) {
+    auto parts = match(route, request.path);
+    if (!parts) continue;
+    methods.emplace_back(route.method);
+    if (request.method != route.method) continue;
+    Call call{*context_, request, std::move(*parts), Query(request), counted};
+    if (request.caller.role == Role::kNone && !route.is_open)
+      return call.answer(refusal_of({ErrorCode::kRefused, "this needs a token: `Authorization: Bearer TOKEN`"}));
+    return route.handle(call);
   }
+  counted(refuse_method(request, methods));
   return nullptr;
 }
 
 std::unique_ptr<Conversation> Api::open(const Caller& caller, ConversationCalls calls) {
-  return std::make_unique<Socket>(impl_->context, caller, std::move(calls));
+  return std::make_unique<Socket>(*context_, caller, std::move(calls));
 }
 
 }  // namespace rubicon::web::api

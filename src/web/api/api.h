@@ -1,18 +1,12 @@
 #pragma once
 
 #include <memory>
-#include <string>
 
 #include "base/log.h"
 #include "web/api/context.h"
 #include "web/exchange.h"
 
 namespace rubicon::web::api {
-
-/// How the API describes itself.
-struct ApiOptions {
-  std::string name{};  ///< of the component, for people
-};
 
 /// The application behind HTTP and WebSocket: the tuple space for programs and the page (docs/api.md). It knows no
 /// sockets. All that it is constructed with must outlive it, and it must outlive its exchanges and conversations.
@@ -25,8 +19,7 @@ class Api final : public Site {
   std::unique_ptr<Conversation> open(const Caller& caller, ConversationCalls calls) override;
 
  private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  std::unique_ptr<Context> context_;
 };
 
 }  // namespace rubicon::web::api

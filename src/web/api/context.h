@@ -1,38 +1,59 @@
 #pragma once
 
 #include <cstdint>
-#include <map>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "client/message_client.h"
 #include "client/peer_discovery.h"
 #include "web/access/access.h"
+#include "web/api/allowances.h"
 #include "web/api/event_types.h"
+#include "web/api/history_source.h"
+#include "web/api/warm.h"
 
 namespace rubicon::web::api {
 
+/// How the API describes itself, and what it shows.
+struct ApiOptions {
+  std::string name{};                       ///< of the component, for people
+  std::vector<Pattern> metrics_patterns{};  ///< points whose values `/metrics` shows
+  HistorySource* history = nullptr;         ///< must outlive the API; nullptr = there is none
+};
+
 /// What all requests and conversations share; outlives them.
 struct Context {
-  Context(Scheduler& a_scheduler, TupleSpace& a_space, base::LogSink& log, access::Access& its_access)
+  Context(Scheduler& a_scheduler, TupleSpace& a_space, base::LogSink& log, access::Access& its_access,
+          ApiOptions its_options)
       : scheduler(a_scheduler),
         space(a_space),
         access(its_access),
+        options(std::move(its_options)),
         messages(a_scheduler, a_space, log),
         peers(a_scheduler, a_space),
-        event_types(a_space) {}
+        event_types(a_space),
+        warm(a_scheduler, a_space) {}
+
+  static constexpr unsigned kCommandsPerSecond = 50;
+  static constexpr unsigned kHistoryReadsPerSecond = 5;
 
   /// Counters for `/metrics`.
   struct Counters {
-    std::uint64_t requests = 0, frames_in = 0, frames_out = 0, bytes_out = 0, commands = 0, lost_events = 0, busy = 0;
-    std::size_t conversations = 0, subscriptions = 0, streams = 0;  ///< at present
+    std::uint64_t requests = 0, errors = 0, frames_in = 0, frames_out = 0, bytes_out = 0, commands = 0, busy = 0,
+                  lost_events = 0;
+    std::size_t conversations = 0, streams = 0, subscriptions = 0;  ///< at present
   };
 
   Scheduler& scheduler;
   TupleSpace& space;
   access::Access& access;
+  ApiOptions options;
   client::MessageClient messages;
   client::PeerDiscovery peers;
   EventTypes event_types;
+  Warm warm;
+  Allowances commands{kCommandsPerSecond}, history_reads{kHistoryReadsPerSecond};  ///< of callers over HTTP
   Counters counters;
 };
 

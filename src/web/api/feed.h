@@ -3,6 +3,7 @@
 #include <deque>
 #include <functional>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -11,7 +12,8 @@
 
 #include "base/deadline.h"
 #include "rubicon/tuple_space.hpp"
-#include "web/api/event_types.h"
+#include "web/api/context.h"
+#include "web/api/feed_writer.h"
 
 namespace rubicon::web::api {
 
@@ -22,7 +24,6 @@ struct FeedOptions {
   Duration maximum{0};                               ///< present values are sent again after this time; zero = never
   double dead_band = 0;                              ///< changes of numbers by less than this are not sent
   bool active = false;                               ///< creates demand, at the pace of `minimum`
-  bool full = false;                                 ///< with media type, creator, write time, expiry, owner present
 };
 
 /// The events of all subscriptions of a connection that wait to be sent.
@@ -45,9 +46,7 @@ class Feed {
     std::function<void()> wake;    ///< there may be a frame
     std::function<void()> merged;  ///< a change replaced one that was not sent yet
   };
-  /// `number` names the subscription in its frames.
-  Feed(Scheduler& scheduler, TupleSpace& space, EventTypes& types, EventStock& stock, unsigned number,
-       FeedOptions options, Calls calls);
+  Feed(Context& context, EventStock& stock, FeedOptions options, std::unique_ptr<FeedWriter> writer, Calls calls);
   ~Feed();
   Feed(const Feed&) = delete;
   Feed& operator=(const Feed&) = delete;
@@ -102,6 +101,7 @@ class Feed {
   void ended(Node& node, EventKind kind);
   void keep_event(Node& node, const TupleView& tuple);
   bool drop_oldest_event();
+  void note_lost();
   void peer_changed(OwnerId owner, tuples::PeerEvent event);
   Node& node_of(const TupleView& tuple);
   void push(std::deque<Item>& queue, Item item);
@@ -111,22 +111,21 @@ class Feed {
   bool due() const;
   void wake();
 
-  struct Frame;
-  bool add_head(Frame& frame);
-  void add(Frame& frame, const Item& item);
-  void add_update(Frame& frame, Node& node, std::string_view update);
-  void add_gone(Frame& frame, Node& node);
-  std::string finish(Frame& frame);
+  void add_presence();
+  void add(const Item& item);
+  void add_update(Node& node, std::string_view update);
+  void add_gone(Node& node);
+  void fill();
 
-  Scheduler& scheduler_;
-  TupleSpace& space_;
-  EventTypes& types_;
+  Context& context_;
   EventStock& stock_;
-  unsigned number_;
   FeedOptions options_;
+  std::unique_ptr<FeedWriter> writer_;
   Calls calls_;
   Entries entries_;
   std::vector<std::uint32_t> free_numbers_;
+  std::vector<std::uint32_t> freed_numbers_;  ///< they end with the present frame
+  bool frame_closed_ = false;                 ///< nothing may follow in it
   std::uint32_t next_number_ = 0;
   std::deque<Item> items_;            ///< states, ends of tuples and of snapshots, the first event of a tuple
   std::deque<Item> events_;           ///< all other events; they count in the stock

@@ -38,7 +38,6 @@ Socket::Socket(Context& context, Caller caller, ConversationCalls calls)
 
 Socket::~Socket() {
   --context_.counters.conversations;
-  context_.counters.subscriptions -= feeds_.size();
 }
 
 void Socket::received(std::string_view text) {

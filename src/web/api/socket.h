@@ -15,6 +15,7 @@
 #include "web/api/context.h"
 #include "web/api/feed.h"
 #include "web/api/members.h"
+#include "web/api/permission.h"
 #include "web/api/tracked_set.h"
 #include "web/exchange.h"
 
@@ -25,8 +26,6 @@ namespace rubicon::web::api {
 class Socket final : public Conversation {
  public:
   static constexpr std::size_t kMaxSubscriptions = 256;
-  static constexpr unsigned kCommandsPerSecond = 50;
-  static constexpr unsigned kHistoryReadsPerSecond = 5;
   static constexpr std::size_t kMaxPending = 1024UL * 1024;  ///< bytes of answers that wait
   static constexpr std::size_t kMaxUnderWay = 1000;          ///< commands, reads and messages without an outcome
   static constexpr std::size_t kMaxMessages = 1000;          ///< messages that wait to be sent
@@ -66,10 +65,9 @@ class Socket final : public Conversation {
   Result<void> list_islands(Id id, Members& members);
   Result<void> list_components(Id id, Members& members);
 
-  Result<void> check(web::Verb verb, OwnerId owner, std::string_view key) const;
   Result<void> take_command();
   Result<void> write(Id id, Members& members, bool is_append);
-  void replied(Id id, OwnerId owner, bool has_states, const tuples::Reply& reply);
+  void replied(Id id, const SetRequest& request, const tuples::Reply& reply);
   void state_changed(Id id, const client::Outcome& outcome, bool is_final);
   template <class Map>
   void forget(Map& map, Id id);
@@ -92,7 +90,7 @@ class Socket final : public Conversation {
   Caller caller_;
   ConversationCalls calls_;
   Id last_id_ = 0;
-  Allowance commands_{kCommandsPerSecond};
+  Allowance commands_{Context::kCommandsPerSecond};
 
   std::deque<std::string> answers_;
   std::size_t answer_bytes_ = 0;

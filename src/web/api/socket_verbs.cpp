@@ -33,7 +33,6 @@ FeedOptions read_feed(Members& members) {
   options.maximum = milliseconds_of(members.number_or("max", 0, 0, kDayInMs));
   options.dead_band = members.number_or("deadband", 0, 0, 1e300);
   options.active = members.flag_or("active", false);
-  options.full = members.flag_or("full", false);
   const bool both = members.flag_or("passive", false) && options.active;
   if (both) members.fault({ErrorCode::kInvalid, "active and passive exclude each other"});
   return options;
@@ -95,16 +94,9 @@ Result<void> Socket::request(Id id, const std::string& verb, Members& members) {
               fmt::format("do: unknown verb {}{}{}", model::quoted(verb), near.empty() ? "" : "; ", near));
 }
 
-Result<void> Socket::check(web::Verb verb, OwnerId owner, std::string_view key) const {
-  if (may(caller_, verb, owner, key)) return {};
-  constexpr const char* kWhat[] = {"read", "wake the sensors of", "set", "send messages of type"};
-  return fail(ErrorCode::kRefused, fmt::format("the role of {} does not permit to {} {}", model::quoted(caller_.name),
-                                               kWhat[static_cast<std::size_t>(verb)], key));
-}
-
 Result<void> Socket::take_command() {
   if (!commands_.take(context_.scheduler.now()))
-    return fail(ErrorCode::kBusy, fmt::format("more than {} commands in a second", kCommandsPerSecond));
+    return fail(ErrorCode::kBusy, fmt::format("more than {} commands in a second", Context::kCommandsPerSecond));
   if (sets_.size() + readings_.size() + sending_ >= kMaxUnderWay)
     return fail(ErrorCode::kBusy, fmt::format("{} requests are under way; wait for their outcomes", kMaxUnderWay));
   return {};
@@ -128,20 +120,20 @@ Result<void> Socket::hello(Id id, Members& members) {
 
 Result<void> Socket::subscribe(Id id, Members& members) {
   auto options = read_feed(members);
+  const bool full = members.flag_or("full", false);
   if (auto good = members.end(); !good) return good;
   const auto owner = options.pattern.owner.value_or(model::kNoOwner);
-  if (auto good = check(web::Verb::kRead, owner, options.pattern.key); !good) return good;
+  if (auto good = check(caller_, web::Verb::kRead, owner, options.pattern.key); !good) return good;
   if (options.active) {
-    if (auto good = check(web::Verb::kWake, owner, options.pattern.key); !good) return good;
+    if (auto good = check(caller_, web::Verb::kWake, owner, options.pattern.key); !good) return good;
   }
   if (feeds_.size() >= kMaxSubscriptions)
     return fail(ErrorCode::kBusy, fmt::format("{} subscriptions are the most of a connection", kMaxSubscriptions));
   const auto number = ++last_subscription_;
   answer(id, {{"subscription", number}});
-  feeds_.emplace(number,
-                 std::make_unique<Feed>(context_.scheduler, context_.space, context_.event_types, stock_, number,
-                                        std::move(options), Feed::Calls{[this] { wake(); }, [this] { merged(); }}));
-  ++context_.counters.subscriptions;
+  feeds_.emplace(
+      number, std::make_unique<Feed>(context_, stock_, std::move(options), std::make_unique<SocketWriter>(number, full),
+                                     Feed::Calls{[this] { wake(); }, [this] { merged(); }}));
   return {};
 }
 
@@ -152,7 +144,6 @@ Result<void> Socket::unsubscribe(Id id, Members& members) {
     return fail(ErrorCode::kNotFound, number
                                           ? fmt::format("unsubscribe: this connection has no subscription {}", *number)
                                           : "unsubscribe: subscription is missing; expected its number");
-  --context_.counters.subscriptions;
   answer(id);
   return {};
 }
@@ -160,7 +151,7 @@ Result<void> Socket::unsubscribe(Id id, Members& members) {
 Result<void> Socket::get(Id id, Members& members) {
   const auto tuple = members.tuple("key");
   if (auto good = members.end(); !good) return good;
-  if (auto good = check(web::Verb::kRead, *tuple.owner, tuple.key); !good) return good;
+  if (auto good = check(caller_, web::Verb::kRead, *tuple.owner, tuple.key); !good) return good;
   if (sets_.size() + readings_.size() + sending_ >= kMaxUnderWay)
     return fail(ErrorCode::kBusy, fmt::format("{} requests are under way; wait for their outcomes", kMaxUnderWay));
   const auto found = [this, id, tuple](const std::vector<client::Tuple>& tuples) {
@@ -186,25 +177,27 @@ Result<void> Socket::append(Id id, Members& members) {
 Result<void> Socket::write(Id id, Members& members, bool is_append) {
   auto request = read_set(members, is_append, context_.scheduler.wall_now());
   if (auto good = members.end(); !good) return good;
-  if (auto good = check(web::Verb::kSet, request.owner, request.key); !good) return good;
+  if (auto good = check(caller_, web::Verb::kSet, request.owner, request.key); !good) return good;
   if (auto good = take_command(); !good) return good;
   ++context_.counters.commands;
   TrackedSet::Calls calls{
-      [this, id, owner = request.owner, states = has_states(request.key) && !is_append](const tuples::Reply& reply) {
-        replied(id, owner, states, reply);
-      },
+      [this, id, request](const tuples::Reply& reply) { replied(id, request, reply); },
       [this, id](const client::Outcome& outcome, bool is_final) { state_changed(id, outcome, is_final); }};
   sets_.emplace(id, std::make_unique<TrackedSet>(context_, request, std::move(calls)));
   return {};
 }
 
-void Socket::replied(Id id, OwnerId owner, bool has_states, const tuples::Reply& reply) {
-  const auto verdict = verdict_of(reply, owner);
-  if (!verdict || !has_states) forget(sets_, id);
+void Socket::replied(Id id, const SetRequest& request, const tuples::Reply& reply) {
+  const auto verdict = verdict_of(reply, request.owner);
+  const bool states_follow = has_states(request.key) && !request.append;
+  if (!verdict || !states_follow) forget(sets_, id);
   if (!verdict) return refuse(id, verdict.error());
   Line line{{"verdict", "applied"}, {"request", reply.request}};
   if (reply.sequence != 0) line["sequence"] = reply.sequence;
   answer(id, std::move(line));
+  if (states_follow || request.append || !request.key.ends_with(".command")) return;
+  // Commands to the island itself have no states of their own; a client awaits a final one of each command.
+  state_changed(id, {"applied", "", reply.request, {}}, true);
 }
 
 void Socket::state_changed(Id id, const client::Outcome& outcome, bool is_final) {
@@ -230,7 +223,7 @@ Result<void> Socket::send(Id id, Members& members) {
   const auto value = members.value();
   if (to.island == model::kNoOwner) members.fault({ErrorCode::kInvalid, "to: expected the id of a component"});
   if (auto good = members.end(); !good) return good;
-  if (auto good = check(web::Verb::kSend, to.island, type); !good) return good;
+  if (auto good = check(caller_, web::Verb::kSend, to.island, type); !good) return good;
   if (auto good = take_command(); !good) return good;
   ++sending_;
   context_.messages.send(to, type, value, lifetime_.guard([this, id](const std::string& error) {
@@ -244,7 +237,7 @@ Result<void> Socket::send(Id id, Members& members) {
 Result<void> Socket::listen(Id id, Members& members) {
   const auto type = members.text("type", "the content type of messages, such as knx.telegram");
   if (auto good = members.end(); !good) return good;
-  if (auto good = check(web::Verb::kRead, context_.space.self(), type); !good) return good;
+  if (auto good = check(caller_, web::Verb::kRead, context_.space.self(), type); !good) return good;
   if (type.empty() || type.size() > kMaxMessageType)
     return fail(ErrorCode::kInvalid, fmt::format("listen: type: expected 1 to {} bytes", kMaxMessageType));
   if (listened_.size() >= kMaxListened && !listened_.contains(type))
@@ -267,7 +260,7 @@ Result<void> Socket::unlisten(Id id, Members& members) {
 
 Result<void> Socket::list_islands(Id id, Members& members) {
   if (auto good = members.end(); !good) return good;
-  if (auto good = check(web::Verb::kRead, model::kNoOwner, "**"); !good) return good;
+  if (auto good = check(caller_, web::Verb::kRead, model::kNoOwner, "**"); !good) return good;
   answer(id);
   islands_asked_ = islands_due_ = true;
   watch_components();
@@ -276,7 +269,7 @@ Result<void> Socket::list_islands(Id id, Members& members) {
 
 Result<void> Socket::list_components(Id id, Members& members) {
   if (auto good = members.end(); !good) return good;
-  if (auto good = check(web::Verb::kRead, model::kNoOwner, "**"); !good) return good;
+  if (auto good = check(caller_, web::Verb::kRead, model::kNoOwner, "**"); !good) return good;
   answer(id);
   components_asked_ = components_due_ = true;
   watch_components();

@@ -11,6 +11,7 @@
 #include "base/lifetime.h"
 #include "scenarios/ecology.h"
 #include "web/api/api.h"
+#include "web/server/target.h"
 
 namespace rubicon::web::api {
 
@@ -90,7 +91,7 @@ class Sites : public scenarios::Ecology {
   static constexpr std::uint32_t kSite = 65536;
 
   Api& site() {
-    if (!api_) api_ = std::make_unique<Api>(scheduler, component(kSite), log, access, ApiOptions{"hall"});
+    if (!api_) api_ = std::make_unique<Api>(scheduler, component(kSite), log, *access, options);
     return *api_;
   }
   Page& page(Role role = Role::kAdmin) {
@@ -113,15 +114,38 @@ class Sites : public scenarios::Ecology {
 
   static constexpr const char* kTemperature = "1:proxy.scripted-1.7.sensor.temperature-1.value";
   static constexpr const char* kSwitch = "1:proxy.scripted-1.7.actuator.switch-1.command";
+  /// A request by HTTP, and time until it is answered.
+  Response ask(const std::string& method, const std::string& target, const std::string& body = "", Fields headers = {},
+               Role role = Role::kAdmin) {
+    const auto request = request_of(method, target, body, std::move(headers), role);
+    std::optional<Response> response;
+    const auto exchange = site().handle(request, [&](Response answer) { response = std::move(answer); });
+    for (int i = 0; i < 1200 && !response; ++i) scheduler.run_for(50ms);
+    EXPECT_TRUE(response) << method << " " << target;
+    return response.value_or(Response{0});
+  }
+  static Request request_of(const std::string& method, const std::string& target, const std::string& body = "",
+                            Fields headers = {}, Role role = Role::kAdmin) {
+    auto parsed = server::parse_target(target);
+    EXPECT_TRUE(parsed) << target;
+    return {method, parsed->path, parsed->query, std::move(headers), body, {"local", role, "127.0.0.1"}};
+  }
+  Json get(const std::string& target) {
+    const auto response = ask("GET", target);
+    EXPECT_EQ(response.content_type, "application/json") << response.body;
+    return Json::parse(response.body);
+  }
+
   /// From now on callers need a token: `secret`, of `robot` with the role command.
   void need_token() {
     access::AccessRules rules;
     rules.needs_token = true;
-    access.change(std::move(rules));
-    access.take({{"robot", Role::kCommand, access::sha256("secret")}});
+    access.emplace(scheduler, std::move(rules));
+    access->take({{"robot", Role::kCommand, access::sha256("secret")}});
   }
 
-  access::Access access{scheduler, {}};
+  std::optional<access::Access> access{std::in_place, scheduler, access::AccessRules{}};
+  ApiOptions options{"hall"};
 
  private:
   std::unique_ptr<Api> api_;

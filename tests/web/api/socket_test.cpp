@@ -243,7 +243,7 @@ TEST_F(Sockets, ARoleThatMayOnlyViewSetsAndSendsNothing) {
   const auto append = page.ask({{"do", "append"}, {"key", kSwitch}, {"value", "on"}});
   const auto send = page.ask({{"do", "send"}, {"to", 1}, {"type", "knx"}, {"value", "on"}});
   for (const auto id : {set, append, send}) EXPECT_EQ(page.answer(id)["error"]["code"], "refused");
-  EXPECT_EQ(error_text(page.answer(send)), "the role of 'local' does not permit to send messages of type knx");
+  EXPECT_EQ(error_text(page.answer(send)), "'local' has the role view, which may not send messages of type knx");
   scheduler.run_for(1s);
   EXPECT_THAT(devices_of(1).commands, IsEmpty());
 }

@@ -1,0 +1,102 @@
+#include <fmt/format.h>
+
+#include "history/answer_text.h"
+#include "web/api/page_of.h"
+#include "web/api/route.h"
+#include "web/error_response.h"
+
+namespace rubicon::web::api {
+
+namespace {
+
+/// A question to the history that is under way.
+class Asking final : public Exchange {
+ public:
+  explicit Asking(Handle handle) : handle_(std::move(handle)) {}
+
+ private:
+  Handle handle_;
+};
+
+constexpr const char* kNoHistory =
+    "no history is kept; `history: {file: home.history}` in the configuration, or `rubicon web --history FILE`, keeps "
+    "one";
+
+/// A read of the history is allowed now.
+Result<void> take_read(Call& call) {
+  auto& context = call.context;
+  if (context.options.history == nullptr) return fail(ErrorCode::kNotFound, kNoHistory);
+  const auto who = call.request.caller.name + "@" + call.request.caller.peer;
+  if (context.history_reads.take(who, context.scheduler.now())) return {};
+  return fail(ErrorCode::kBusy,
+              fmt::format("more than {} reads of the history in a second", Context::kHistoryReadsPerSecond));
+}
+
+Result<std::vector<history::SeriesName>> read_keys(const std::vector<std::string>& texts) {
+  if (texts.empty() || texts.size() > history::kMaxAsked)
+    return fail(ErrorCode::kInvalid,
+                fmt::format("key: {} given; expected 1 to {}, each OWNER:KEY", texts.size(), history::kMaxAsked));
+  std::vector<history::SeriesName> names;
+  for (const auto& text : texts) {
+    auto name = history::parse_series(text);
+    if (!name) return fail(name.error().code, "key: " + name.error().text);
+    names.push_back(std::move(*name));
+  }
+  return names;
+}
+
+Result<history::Question> read_question(Call& call) {
+  const auto now = call.context.scheduler.wall_now();
+  history::Question question;
+  question.to = call.query.time("to", now, now);
+  question.from = call.query.time("from", question.to - std::chrono::hours(1), now);
+  question.buckets = call.query.count("buckets", question.buckets, 1, history::kMaxBuckets);
+  if (question.from >= question.to) call.query.fault("from: expected a time before `to`");
+  auto names = read_keys(call.query.texts("key"));
+  if (!names) return fail(names.error());
+  question.series = std::move(*names);
+  if (auto good = call.query.end(); !good) return fail(good.error());
+  for (const auto& name : question.series) {
+    if (auto good = call.check(Verb::kRead, name.owner, name.key); !good) return fail(good.error());
+  }
+  return question;
+}
+
+}  // namespace
+
+std::unique_ptr<Exchange> read_history(Call& call) {
+  auto question = read_question(call);
+  if (!question) return call.refuse(question.error());
+  if (auto good = take_read(call); !good) return call.refuse(good.error());
+  const bool as_csv = call.accepts("text/csv");
+  const auto answered = [as_csv, respond = call.respond](const Result<history::Answer>& answer) {
+    if (!answer) return respond(error_response(answer.error()));
+    Response response{.status = 200,
+                      .content_type = as_csv ? "text/csv" : "application/json",
+                      .body = {},
+                      .headers = {},
+                      .stream = {}};
+    response.body = as_csv ? history::to_csv(*answer) : history::to_json(*answer);
+    respond(std::move(response));
+  };
+  return std::make_unique<Asking>(call.context.options.history->ask(std::move(*question), answered));
+}
+
+std::unique_ptr<Exchange> list_series(Call& call) {
+  const auto pattern = call.query.has("pattern") ? call.query.pattern("pattern") : Pattern{std::nullopt, "**"};
+  const auto range = read_range(call.query);
+  if (auto good = call.may_read(pattern); !good) return call.refuse(good.error());
+  if (auto good = take_read(call); !good) return call.refuse(good.error());
+  const auto answered = [range, request = call.request,
+                         respond = call.respond](Result<std::vector<history::SeriesEntry>> series) {
+    if (!series) return respond(error_response(series.error()));
+    const auto name_of = [](const history::SeriesEntry& one) { return to_string(one.name); };
+    const auto form_of = [](const history::SeriesEntry& one) {
+      return nlohmann::ordered_json(nlohmann::json::parse(history::to_json(std::vector{one}))["series"][0]);
+    };
+    respond(json_response(page_of("series", std::move(*series), request, range, name_of, form_of)));
+  };
+  return std::make_unique<Asking>(call.context.options.history->series(pattern, answered));
+}
+
+}  // namespace rubicon::web::api

@@ -1,0 +1,96 @@
+#include "web/api/route.h"
+
+#include <fmt/format.h>
+
+#include <iterator>
+
+#include "base/text.h"
+#include "model/json_members.h"
+#include "web/api/permission.h"
+#include "web/error_response.h"
+#include "web/server/target.h"
+
+namespace rubicon::web::api {
+
+namespace {
+
+/// `application/json;q=0.9` -> `application/json`
+std::string_view without_parameters(std::string_view media_range) {
+  return base::trimmed(media_range.substr(0, media_range.find(';')));
+}
+
+/// The text before the next `/`, which is removed as well.
+std::string_view take_part(std::string_view& path) {
+  const auto end = path.find('/');
+  const auto part = path.substr(0, end);
+  path.remove_prefix(end == path.npos ? path.size() : end + 1);
+  return part;
+}
+
+}  // namespace
+
+std::unique_ptr<Exchange> Call::refuse(const Error& error) const {
+  if (error.code == ErrorCode::kBusy) ++context.counters.busy;
+  return answer(error_response(error));
+}
+
+std::unique_ptr<Exchange> Call::answer(Response response) const {
+  respond(std::move(response));
+  return nullptr;
+}
+
+Result<void> Call::check(Verb verb, OwnerId owner, std::string_view key) const {
+  return api::check(request.caller, verb, owner, key);
+}
+
+Result<void> Call::may_read(const Pattern& pattern) {
+  if (auto good = query.end(); !good) return good;
+  return check(Verb::kRead, pattern.owner.value_or(model::kNoOwner), pattern.key);
+}
+
+bool Call::accepts(std::string_view media_type) const {
+  for (auto rest = request.header("accept"); !rest.empty();) {
+    const auto comma = rest.find(',');
+    if (without_parameters(rest.substr(0, comma)) == media_type) return true;
+    rest.remove_prefix(comma == rest.npos ? rest.size() : comma + 1);
+  }
+  return false;
+}
+
+std::optional<std::vector<std::string>> match(const Route& route, std::string_view path) {
+  std::string_view expected = route.path;
+  std::vector<std::string> parts;
+  while (!expected.empty() && !path.empty()) {
+    const auto want = take_part(expected);
+    const auto got = take_part(path);
+    if (!want.starts_with('{')) {
+      if (want != got) return std::nullopt;
+      continue;
+    }
+    auto part = server::percent_decoded(got);
+    if (!part || part->empty()) return std::nullopt;
+    parts.push_back(std::move(*part));
+  }
+  if (!expected.empty() || !path.empty()) return std::nullopt;
+  return parts;
+}
+
+Response json_response(const nlohmann::ordered_json& tree, unsigned status) {
+  return {.status = status, .content_type = "application/json", .body = model::dump(tree), .headers = {}, .stream = {}};
+}
+
+std::string percent_encoded(std::string_view text) {
+  std::string encoded;
+  for (const char c : text) {
+    const bool is_plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' ||
+                          c == '.' || c == '_' || c == '~' || c == ':' || c == '*';
+    if (is_plain) {
+      encoded += c;
+    } else {
+      fmt::format_to(std::back_inserter(encoded), "%{:02X}", static_cast<unsigned char>(c));
+    }
+  }
+  return encoded;
+}
+
+}  // namespace rubicon::web::api
