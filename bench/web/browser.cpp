@@ -11,15 +11,13 @@ void measure_browser(const Plan& plan, Json& out) {
   const auto script = std::string(RUBICON_SOURCE_DIR "/bench/web/browser.mjs");
   support::Process browser({"node", script, RUBICON_BINARY_DIR "/bin/rubicon-bench-web", std::to_string(plan.devices),
                             std::to_string(plan.watched.count())});
-  std::string text;
-  constexpr int kMostLines = 1000;
-  for (int i = 0; i < kMostLines; ++i) {
-    const auto line = browser.line();
-    if (!line) break;
-    text += *line + "\n";
+  Json figures;
+  while (const auto line = browser.line()) {
+    const auto part = Json::parse(*line, nullptr, false);
+    if (!part.is_object()) throw std::runtime_error("browser.mjs: " + *line);
+    figures.update(part);
   }
-  auto figures = Json::parse(text, nullptr, false);
-  if (figures.is_discarded()) throw std::runtime_error("browser.mjs: " + browser.errors());
+  if (browser.exit_code() != 0) throw std::runtime_error("browser.mjs: " + browser.errors());
   out["browser"] = std::move(figures);
 }
 

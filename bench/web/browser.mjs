@@ -1,4 +1,4 @@
-// The page in Chromium before an island of generated devices: prints one JSON object (docs/benchmarks.md, "The page").
+// The page in Chromium before an island of generated devices: prints lines of JSON (docs/benchmarks.md, "The page").
 //   node bench/web/browser.mjs PROGRAM DEVICES SECONDS
 // PROGRAM is rubicon-bench-web, whose islands are started on loopback: run it by `rubicon-bench-web --only browser`.
 import { spawn } from "node:child_process";
@@ -143,33 +143,34 @@ async function restart(page, island) {
   return { island: next, figures: { noticed_ms: noticed, connected_ms: Date.now() - ready } };
 }
 
+/** Each finding is one line. */
+const report = (finding) => console.log(JSON.stringify(finding));
+
 async function measure(browser) {
-  let island = await startIsland();
-  const figures = { browser: `Chromium ${browser.version()}`, devices, points: devices * 5 };
-  figures.opening = await opening(browser, island);
+  const island = await startIsland();
+  report({ browser: `Chromium ${browser.version()}`, devices, points: devices * 5 });
+  report({ opening: await opening(browser, island) });
   const { page } = await openList(browser, island);
-  figures.renderer = await page.evaluate(() => {
+  const renderer = await page.evaluate(() => {
     const gl = document.createElement("canvas").getContext("webgl");
     const names = gl?.getExtension("WEBGL_debug_renderer_info");
     return names ? gl.getParameter(names.UNMASKED_RENDERER_WEBGL) : "software, no WebGL";
   });
-  figures.heap_mb_after_opening = await heapOf(page);
+  report({ renderer, heap_mb_after_opening: await heapOf(page) });
   for (const rate of [1000, 10000]) {
-    figures[`scrolling_${rate}`] = await drawing(page, island, rate, true);
-    figures[`resting_${rate}`] = await drawing(page, island, rate, false);
+    report({ [`scrolling_${rate}`]: await drawing(page, island, rate, true) });
+    report({ [`resting_${rate}`]: await drawing(page, island, rate, false) });
   }
   await island.rate(0);
-  figures.heap_mb_after_updates = await heapOf(page);
+  report({ heap_mb_after_updates: await heapOf(page) });
   const restarted = await restart(page, island);
-  island = restarted.island;
-  figures.restart = restarted.figures;
-  await island.end("SIGTERM");
-  return figures;
+  report({ restart: restarted.figures });
+  await restarted.island.end("SIGTERM");
 }
 
 const browser = await chromium.launch({ executablePath: "/usr/bin/chromium-headless-shell", args: flags });
 try {
-  console.log(JSON.stringify(await measure(browser), null, 2));
+  await measure(browser);
 } finally {
   await browser.close();
 }

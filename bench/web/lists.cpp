@@ -26,12 +26,12 @@ std::size_t list_devices(int port, std::size_t& bytes) {
 
 }  // namespace
 
-/// All devices by REST, one page after the other, and all values by WebSocket; times and processor time of the server.
-void measure_lists(const Plan& plan, Json& out) {
-  const Rig rig(out, "lists");
+/// All devices by REST, one page after the other.
+void measure_devices(const Plan& plan, Json& out) {
+  const Rig rig(out, "devices");
   if (!rig) return;
-  auto island = rig.island(plan);
-  std::vector<double> rest, processor, snapshot;
+  const auto island = rig.island(plan);
+  std::vector<double> times, processor;
   std::size_t bytes = 0;
   for (int i = 0; i < plan.rounds; ++i) {
     bytes = 0;
@@ -39,24 +39,32 @@ void measure_lists(const Plan& plan, Json& out) {
     const auto began = Clock::now();
     if (list_devices(island.port(), bytes) != static_cast<std::size_t>(plan.devices))
       throw std::runtime_error("the list lacks devices");
-    rest.push_back(milliseconds(Clock::now() - began));
+    times.push_back(milliseconds(Clock::now() - began));
     processor.push_back((island.processor() - before) * 1000);
   }
-  std::size_t snapshot_bytes = 0;
+  out["devices"] = {{"devices", plan.devices},
+                    {"first_ms", rounded(times.front(), 0)},
+                    {"ms", rounded(median(times), 0)},
+                    {"processor_ms", rounded(median(processor), 0)},
+                    {"mb", rounded(static_cast<double>(bytes) / 1e6, 2)}};
+}
+
+/// All values by WebSocket.
+void measure_values(const Plan& plan, Json& out) {
+  const Rig rig(out, "values");
+  if (!rig) return;
+  const auto island = rig.island(plan);
+  std::vector<double> times;
+  std::size_t bytes = 0;
   for (int i = 0; i < plan.rounds; ++i) {
     const auto began = Clock::now();
     const PageClient client(island.port(), plan.devices);
-    snapshot.push_back(milliseconds(Clock::now() - began));
-    snapshot_bytes = client.seen.bytes;
+    times.push_back(milliseconds(Clock::now() - began));
+    bytes = client.seen.bytes;
   }
-  out["lists"] = {{"devices", plan.devices},
-                  {"points", plan.devices * kPointsPerDevice},
-                  {"rest_first_ms", rounded(rest.front(), 0)},
-                  {"rest_ms", rounded(median(rest), 0)},
-                  {"rest_processor_ms", rounded(median(processor), 0)},
-                  {"rest_mb", rounded(static_cast<double>(bytes) / 1e6, 2)},
-                  {"values_ms", rounded(median(snapshot), 0)},
-                  {"values_mb", rounded(static_cast<double>(snapshot_bytes) / 1e6, 2)}};
+  out["values"] = {{"points", plan.devices * kPointsPerDevice},
+                   {"ms", rounded(median(times), 0)},
+                   {"mb", rounded(static_cast<double>(bytes) / 1e6, 2)}};
 }
 
 }  // namespace rubicon::bench::web

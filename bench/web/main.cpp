@@ -16,6 +16,7 @@ int main(int argc, char** argv) {
                                      {{"updates", measure_updates},
                                       {"connections", measure_connections},
                                       {"slow-reader", measure_slow_reader},
-                                      {"lists", measure_lists},
+                                      {"values", measure_values},
+                                      {"devices", measure_devices},
                                       {"browser", measure_browser}});
 }

@@ -18,7 +18,8 @@ struct Plan {
 void measure_updates(const Plan& plan, Json& out);
 void measure_connections(const Plan& plan, Json& out);
 void measure_slow_reader(const Plan& plan, Json& out);
-void measure_lists(const Plan& plan, Json& out);
+void measure_values(const Plan& plan, Json& out);
+void measure_devices(const Plan& plan, Json& out);
 void measure_browser(const Plan& plan, Json& out);
 
 }  // namespace rubicon::bench::web

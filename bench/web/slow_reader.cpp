@@ -17,6 +17,7 @@ constexpr double kLongest = 30;  ///< s
 template <class Client, class Resident>
 Json fall_silent(const Plan& plan, RoleProcess& source, int port, Resident resident) {
   Client client(port, plan.devices);
+  const auto made_before = source.made();
   source.set_rate(kRate);
   client.watch(2s);
   const auto before = resident();
@@ -33,7 +34,7 @@ Json fall_silent(const Plan& plan, RoleProcess& source, int port, Resident resid
   return {{"grown_mb", rounded(grown, 1)},
           {"fresh_after_ms", rounded(fresh, 0)},
           {"kb_until_fresh", rounded(static_cast<double>(behind) / 1e3, 0)},
-          {"wrong_final_values", client.seen.wrong(made)}};
+          {"wrong_final_values", client.seen.wrong(made, made_before)}};
 }
 
 }  // namespace

@@ -33,6 +33,7 @@ Json watch(const Plan& plan, RoleProcess& source, pid_t server, int rate, int po
   const auto alone = share(server, [&] { pause(plan.watched); });
   Client client(port, plan.devices);
   client.watch(kSettling);
+  const auto before = source.made();
   client.seen.restart();
   const auto with_client = share(server, [&] { client.watch(plan.watched); });
   const auto& seen = client.seen;
@@ -46,7 +47,7 @@ Json watch(const Plan& plan, RoleProcess& source, pid_t server, int rate, int po
       {"age_ms", {{"p50", rounded(median(seen.ages_ms), 1)}, {"p99", rounded(percentile(seen.ages_ms, 0.99), 1)}}}};
   const auto made = source.set_rate(0);
   client.settle();
-  figures["wrong_final_values"] = client.seen.wrong(made);
+  figures["wrong_final_values"] = client.seen.wrong(made, before);
   return figures;
 }
 

@@ -41,11 +41,11 @@ void Seen::restart() {
   ages_ms.clear();
 }
 
-std::size_t Seen::wrong(std::uint64_t made) const {
+std::size_t Seen::wrong(std::uint64_t made, std::uint64_t before) const {
   std::size_t count = 0;
   for (std::size_t point = 0; point < values.size(); ++point) {
     const auto last = last_update(point, values.size(), made);
-    count += last != 0 && values[point] != value_of(last) ? 1 : 0;
+    count += last > before && values[point] != value_of(last) ? 1U : 0U;
   }
   return count;
 }

@@ -16,8 +16,9 @@ struct Seen {
 
   /// Forgets all but the values.
   void restart();
-  /// Points that do not have the value of their last update, when so many were made.
-  std::size_t wrong(std::uint64_t made) const;
+  /// Points that do not have the value of their last update, when so many were made, of them `before` before the
+  /// client was there: a broker does not repeat those.
+  std::size_t wrong(std::uint64_t made, std::uint64_t before) const;
 };
 
 /// A client of the page's WebSocket that follows all values.
