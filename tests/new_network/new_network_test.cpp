@@ -12,6 +12,7 @@ namespace rubicon::new_network {
 namespace {
 
 namespace fs = std::filesystem;
+using testing::ContainsRegex;
 using testing::HasSubstr;
 
 std::string read_text(const fs::path& file) {
@@ -67,7 +68,8 @@ TEST_F(NewNetwork, IsBuiltByTheStepsOfThePageAndPassesTheContract) {
   const auto contract = build_.string() + "/new_network_contract --gtest_brief=1 --gtest_filter='*/mine'";
   const auto ended = support::run_to_end({"/bin/sh", "-c", contract});
   EXPECT_EQ(ended.code, 0) << ended.output << ended.errors;
-  EXPECT_THAT(ended.output, HasSubstr("PASSED  ] 10 tests")) << "did the contract test see the new network?";
+  EXPECT_THAT(ended.output, ContainsRegex(R"(PASSED  \] [1-9][0-9]+ tests)"))
+      << "did the contract test see the new network?";
 }
 
 }  // namespace
