@@ -147,8 +147,9 @@ std::string runnable(const std::string& line, std::size_t domain) {
   if (line.starts_with("zigbee-simulator ")) return line + " --base other";  // the demo's bridge is on that broker
   auto command = line;
   if (line.starts_with("./run")) {
-    const auto rest = line.substr(5);
-    const bool named = rest.starts_with(" ") && !rest.starts_with(" -");
+    const auto rest = line.substr(0, line.find(" #")).substr(5);
+    const auto argument = rest.find_first_not_of(' ');
+    const bool named = argument != rest.npos && rest[argument] != '-';
     command = "rubicon-proxy run" + (named ? rest : " examples/home.yaml" + rest);
   }
   const auto comment = command.find(" #");
