@@ -82,7 +82,7 @@ struct AsioScheduler::Impl : std::enable_shared_from_this<AsioScheduler::Impl> {
 
 AsioScheduler::AsioScheduler(asio::io_context& context) : impl_(std::make_shared<Impl>(context)) {
   impl_->cross_thread =
-      CrossThreadQueue::make(context, [impl = impl_](const auto& call) { impl->run_with_posts(call); });
+      CrossThreadQueue::make(context, [impl = impl_](const auto& call) { return impl->run_with_posts(call); });
 }
 
 AsioScheduler::~AsioScheduler() {

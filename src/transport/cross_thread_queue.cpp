@@ -4,13 +4,13 @@
 #include <unistd.h>
 
 #include <boost/asio/buffer.hpp>
+#include <boost/asio/post.hpp>
 #include <cerrno>
 #include <utility>
 
 namespace rubicon::transport {
 
-std::shared_ptr<CrossThreadQueue> CrossThreadQueue::make(boost::asio::io_context& context,
-                                                         std::function<void(const Call&)> run) {
+std::shared_ptr<CrossThreadQueue> CrossThreadQueue::make(boost::asio::io_context& context, Run run) {
   int ends[2] = {};
   if (::pipe2(ends, O_NONBLOCK | O_CLOEXEC) != 0) return nullptr;
   auto queue = std::make_shared<CrossThreadQueue>(context);
@@ -38,6 +38,7 @@ void CrossThreadQueue::post(Call call) {
 
 void CrossThreadQueue::close() {
   run_ = nullptr;
+  taken_.clear();
   pipe_.cancel();  // other threads may still post: the pipe is closed with the last owner of this
 }
 
@@ -50,15 +51,26 @@ void CrossThreadQueue::wait_for_wake_up() {
 }
 
 void CrossThreadQueue::run_calls() {
-  std::vector<Call> calls;
   {
     const std::lock_guard lock(mutex_);
-    calls.swap(calls_);
+    for (auto& call : calls_) taken_.push_back(std::move(call));
+    calls_.clear();
   }
   const auto run = run_;  // a call may close this
-  for (auto& call : calls) {
-    if (run_) run(std::exchange(call, nullptr));
+  while (run_ && !taken_.empty()) {
+    const auto call = std::move(taken_.front());
+    taken_.pop_front();
+    if (!run(call) && !taken_.empty()) return run_later();
   }
+}
+
+/// Behind what the context has to do by now.
+void CrossThreadQueue::run_later() {
+  if (std::exchange(later_, true)) return;
+  boost::asio::post(pipe_.get_executor(), [self = shared_from_this()] {
+    self->later_ = false;
+    if (self->run_) self->run_calls();
+  });
 }
 
 }  // namespace rubicon::transport

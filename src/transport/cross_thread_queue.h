@@ -3,6 +3,7 @@
 #include <array>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/posix/stream_descriptor.hpp>
+#include <deque>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -18,8 +19,11 @@ class CrossThreadQueue : public std::enable_shared_from_this<CrossThreadQueue> {
  public:
   using Call = std::function<void()>;
 
-  /// nullptr if the process has no file descriptors left. `run` is called on the context's thread with each call.
-  static std::shared_ptr<CrossThreadQueue> make(boost::asio::io_context& context, std::function<void(const Call&)> run);
+  /// Runs a call on the context's thread. False: other work waits for its turn, the next call runs after it.
+  using Run = std::function<bool(const Call&)>;
+
+  /// nullptr if the process has no file descriptors left.
+  static std::shared_ptr<CrossThreadQueue> make(boost::asio::io_context& context, Run run);
   explicit CrossThreadQueue(boost::asio::io_context& context) : pipe_(context) {}
   CrossThreadQueue(const CrossThreadQueue&) = delete;
   CrossThreadQueue& operator=(const CrossThreadQueue&) = delete;
@@ -33,13 +37,16 @@ class CrossThreadQueue : public std::enable_shared_from_this<CrossThreadQueue> {
  private:
   void wait_for_wake_up();
   void run_calls();
+  void run_later();
 
   boost::asio::posix::stream_descriptor pipe_;
   int write_end_ = -1;
-  std::function<void(const Call&)> run_;
+  Run run_;
   std::array<char, 64> wake_ups_{};
   std::mutex mutex_;
   std::vector<Call> calls_;
+  std::deque<Call> taken_;  ///< from calls_, by the context's thread
+  bool later_ = false;      ///< run_calls() is posted
 };
 
 }  // namespace rubicon::transport

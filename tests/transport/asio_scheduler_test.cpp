@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/post.hpp>
 #include <functional>
@@ -130,6 +131,30 @@ TEST_F(LongWork, DoesNotHoldUpSocketsWhileEachTimerPosts) {
   };
   loop.run();
   EXPECT_LT(turns_before_others, 5);
+}
+
+TEST_F(AsioLoop, CallsOfOtherThreadsThatPostDoNotHoldUpSockets) {
+  int turns = 0, calls_run = 0, calls_before_others = 1000;
+  std::function<void()> next_turn = [&] {
+    if (++turns < 100) scheduler.post(next_turn);
+  };
+  std::vector<int> order;
+  std::thread other([&] {
+    for (int i = 0; i < 50; ++i) {
+      scheduler.post([&, i] {
+        if (i == 0) boost::asio::post(loop.context(), [&] { calls_before_others = calls_run; });
+        scheduler.post([] {});
+        order.push_back(i);
+        if (++calls_run == 50) loop.stop();
+      });
+    }
+  });
+  other.join();
+  scheduler.post(next_turn);
+  loop.run();
+  EXPECT_LT(calls_before_others, 5);
+  EXPECT_TRUE(std::is_sorted(order.begin(), order.end()));
+  EXPECT_EQ(order.size(), 50U);
 }
 
 TEST_F(AsioLoop, TakesPostsFromOtherThreadsAndRunsThemOnItsOwn) {
