@@ -59,6 +59,7 @@ void read_tls(ConfigReader& web, WebSetup& setup) {
   tls.finish();
   auto tokens = web.map("tokens");
   if (web.has("tokens")) setup.tokens = tokens.required_text("file");
+  if (tokens.has("file") && setup.tokens->empty()) tokens.error("file", "is empty, expected the path of a file");
   tokens.finish();
 }
 
@@ -90,7 +91,7 @@ std::optional<base::HostPort> parse_web_listen(std::string_view text) {
 }
 
 std::string web_exposure(const WebSetup& setup) {
-  if (is_ip_loopback(setup.listen.host) || setup.trust_lan || (setup.tls && !setup.tokens.empty())) return {};
+  if (is_ip_loopback(setup.listen.host) || setup.trust_lan || (setup.tls && setup.tokens)) return {};
   return fmt::format(
       "{} can be reached by other hosts: expected tls: {{certificate: web.pem, key: web.key}} and tokens: {{file: "
       "web.tokens}}; "

@@ -25,13 +25,13 @@ struct WebTls {
 struct WebSetup {
   base::HostPort listen{"127.0.0.1", kWebPort};  ///< numeric address; port 0 = any free one
   std::optional<WebTls> tls{};
-  std::string tokens{};                ///< file, as configured; empty = every caller may do everything
-  std::vector<std::string> hosts{};    ///< names of this server besides IP addresses and localhost
-  std::vector<std::string> origins{};  ///< `https://hall.lan`: pages of other servers that may use this one
-  std::vector<Pattern> metrics{};      ///< values in /metrics
-  std::string files{};                 ///< folder with the page, as configured; empty = the one in the program
-  bool compress = false;               ///< WebSockets (RFC 7692)
-  bool trust_lan = false;              ///< no TLS and no tokens although others reach the port
+  std::optional<std::string> tokens{};  ///< file, as configured; nullopt = every caller may do everything
+  std::vector<std::string> hosts{};     ///< names of this server besides IP addresses and localhost
+  std::vector<std::string> origins{};   ///< `https://hall.lan`: pages of other servers that may use this one
+  std::vector<Pattern> metrics{};       ///< values in /metrics
+  std::string files{};                  ///< folder with the page, as configured; empty = the one in the program
+  bool compress = false;                ///< WebSockets (RFC 7692)
+  bool trust_lan = false;               ///< no TLS and no tokens although others reach the port
 
   friend bool operator==(const WebSetup&, const WebSetup&) = default;
 };

@@ -21,7 +21,7 @@ using base::resolve_path;
 
 access::AccessRules rules_of(const config::WebSetup& setup) {
   access::AccessRules rules;
-  rules.needs_token = !setup.tokens.empty();
+  rules.needs_token = setup.tokens.has_value();
   rules.origins = {setup.hosts, setup.origins};
   return rules;
 }
@@ -56,7 +56,9 @@ struct WebService::Impl {
 
   Result<void> open(const std::string& name) {
     if (const auto wrong = config::web_exposure(setup); !wrong.empty()) return fail(ErrorCode::kInvalid, wrong);
-    if (auto read = take_tokens(); !read) return read;
+    auto tokens = tokens_of_setup();
+    if (!tokens) return fail(tokens.error());
+    access.take(std::move(*tokens));
     if (parts.history != nullptr) past.emplace(*parts.history);
     site = std::make_unique<api::Api>(
         parts.scheduler, parts.space, parts.log, access,
@@ -69,12 +71,18 @@ struct WebService::Impl {
     return {};
   }
 
-  Result<void> take_tokens() {
-    if (setup.tokens.empty()) return {};
-    auto tokens = access::read_tokens(parts.transports, resolve_path(directory, setup.tokens));
+  /// Takes the new tokens only together with the new certificate.
+  Result<void> reload() {
+    auto tokens = tokens_of_setup();
     if (!tokens) return fail(tokens.error());
-    if (access.take(std::move(*tokens)) && server) server->disconnect();
+    if (auto read = server->reload(); !read) return read;
+    if (access.take(std::move(*tokens))) server->disconnect();
     return {};
+  }
+
+  Result<std::vector<access::Token>> tokens_of_setup() const {
+    if (!setup.tokens) return std::vector<access::Token>{};
+    return access::read_tokens(parts.transports, resolve_path(directory, *setup.tokens));
   }
 
   Parts parts;
@@ -98,8 +106,7 @@ WebService::WebService(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 WebService::~WebService() = default;
 
 Result<void> WebService::reload() {
-  if (auto read = impl_->take_tokens(); !read) return read;
-  return impl_->server->reload();
+  return impl_->reload();
 }
 
 std::string WebService::address() const {
@@ -117,8 +124,8 @@ std::vector<std::pair<std::string, std::string>> faults_of_files(transport::Tran
   if (const auto options = options_of(setup, directory); options.tls) {
     if (const auto tls = server::read_tls(*options.tls); !tls) faults.emplace_back("tls", tls.error().text);
   }
-  if (!setup.tokens.empty()) {
-    const auto tokens = access::read_tokens(transports, resolve_path(directory, setup.tokens));
+  if (setup.tokens) {
+    const auto tokens = access::read_tokens(transports, resolve_path(directory, *setup.tokens));
     if (!tokens) faults.emplace_back("tokens", tokens.error().text);
   }
   std::error_code error;
