@@ -20,7 +20,8 @@ enum class Role : std::uint8_t {
 struct Caller {
   std::string name;  ///< of the token; `local` without tokens
   Role role = Role::kNone;
-  std::string peer;  ///< IP address
+  std::string peer;           ///< IP address
+  std::uint64_t session = 0;  ///< of the login that the request's cookie names; 0 = none
 };
 
 enum class Verb : std::uint8_t { kRead, kWake, kSet, kSend };

@@ -23,4 +23,8 @@ std::optional<std::string_view> Request::parameter(std::string_view name) const 
   return first_value(query, name);
 }
 
+bool is_site_path(std::string_view path) {
+  return path == "/api" || path.starts_with("/api/") || path == "/metrics" || path == "/healthz";
+}
+
 }  // namespace rubicon::web

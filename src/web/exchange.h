@@ -40,6 +40,8 @@ class Conversation {
   /// The next frame; nullopt: nothing at present, `wake` will be called. It is called when the frame before it was
   /// written.
   virtual std::optional<std::string> next() = 0;
+  /// Whether the client said who it is. Until then its connection may be closed to make room for others.
+  virtual bool has_caller() const { return true; }
 };
 
 struct ConversationCalls {
@@ -55,6 +57,9 @@ struct Response {
   /// Instead of a body: frames follow, each one event of a stream, until the client or the conversation ends.
   std::function<std::unique_ptr<Conversation>(ConversationCalls)> stream{};
 };
+
+/// Whether the site answers a path; the page has all others.
+bool is_site_path(std::string_view path);
 
 using Respond = std::function<void(Response)>;
 

@@ -20,6 +20,13 @@ bool changes_something(const Request& request) {
   return request.method != "GET" && request.method != "HEAD" && request.method != "OPTIONS";
 }
 
+/// A page of another site makes the browser ask, which sends no Origin where that page cannot read the answer (Fetch
+/// standard, no-cors). Asking may wake sensors.
+bool comes_from_elsewhere(const Request& request) {
+  const auto site = request.header("sec-fetch-site");  // W3C Fetch Metadata Request Headers
+  return site == "cross-site" || site == "same-site";
+}
+
 bool starts_with_word(std::string_view text, std::string_view lower) {
   return text.size() >= lower.size() && std::equal(lower.begin(), lower.end(), text.begin(), [](char a, char b) {
            return a == (b >= 'A' && b <= 'Z' ? static_cast<char>(b - 'A' + 'a') : b);
@@ -30,6 +37,9 @@ bool starts_with_word(std::string_view text, std::string_view lower) {
 
 bool Access::take(std::vector<Token> tokens) {
   const auto before = std::exchange(tokens_, std::move(tokens));
+  std::vector<Digest> hashes;
+  for (const auto& token : tokens_) hashes.push_back(token.hash);
+  sessions_.keep_only(hashes);
   return std::any_of(before.begin(), before.end(), [this](const Token& token) {
     return std::find(tokens_.begin(), tokens_.end(), token) == tokens_.end();
   });
@@ -41,15 +51,10 @@ void Access::name_cookie(std::uint16_t port, bool secure) {
 }
 
 Result<Caller> Access::by_token(std::string_view token, const std::string& peer) {
+  if (const auto* found = find(sha256(token))) return Caller{found->name, found->role, peer};
   const auto now = scheduler_.now();
   if (!attempts_.may_try(peer, now))
     return fail(ErrorCode::kBusy, "too many wrong tokens from this address; wait a minute");
-  const auto digest = sha256(token);
-  const Token* found = nullptr;
-  for (const auto& known : tokens_) {  // all of them: the time does not tell which
-    if (same(known.hash, digest)) found = &known;
-  }
-  if (found) return Caller{found->name, found->role, peer};
   attempts_.failed(peer, now);
   return fail(ErrorCode::kRefused, "no such token");
 }
@@ -64,6 +69,8 @@ std::optional<Response> Access::admit(Request& request, bool secure) {
 
 std::optional<Response> Access::check_origin(const Request& request, bool secure) const {
   const auto origin = request.header("origin");
+  if (is_site_path(request.path) && comes_from_elsewhere(request) && !rules_.origins.is_listed(origin))
+    return error_response(403, ErrorCode::kRefused, "a page of another site asked for this");
   const bool matters = changes_something(request) || !request.header("upgrade").empty();
   if (!matters || origin.empty()) return std::nullopt;
   if (rules_.origins.is_own_origin(origin, request.header("host"), secure)) return std::nullopt;
@@ -84,8 +91,9 @@ std::optional<Response> Access::name_caller(Request& request) {
     request.caller = std::move(*caller);
     return std::nullopt;
   }
-  const auto name = sessions_.find(cookie_of(request), scheduler_.now());
-  if (const auto* token = name ? find(*name) : nullptr) request.caller = {token->name, token->role, peer};
+  const auto* session = sessions_.find(cookie_of(request), scheduler_.now());
+  if (const auto* token = session ? find(session->token) : nullptr)
+    request.caller = {token->name, token->role, peer, session->id};
   return std::nullopt;
 }
 
@@ -104,10 +112,11 @@ Response Access::log_in(const Request& request, bool secure) {
   Response response{.content_type = "application/json"};
   auto caller = Result<Caller>(request.caller);
   if (rules_.needs_token) {
-    caller = by_token(model::text_of(model::object_of(request.body), "token"), request.caller.peer);
+    const auto token = model::text_of(model::object_of(request.body), "token");
+    caller = by_token(token, request.caller.peer);
     if (!caller) return refusal_of(caller.error());
     sessions_.close(cookie_of(request));  // the browser forgets it now
-    const auto secret = sessions_.open(caller->name, scheduler_.now());
+    const auto secret = sessions_.open(sha256(token), scheduler_.now());
     const bool behind_tls = request.header("origin").starts_with("https://");  // of a proxy
     response.headers.emplace_back("Set-Cookie", cookie_text(secret, secure || behind_tls));
   }
@@ -138,9 +147,16 @@ Fields Access::origin_fields(const Request& request) const {
   return {{"Vary", "Origin"}, {"Access-Control-Allow-Origin", std::string(origin)}};
 }
 
-const Token* Access::find(std::string_view name) const {
-  const auto found = std::find_if(tokens_.begin(), tokens_.end(), [name](const auto& one) { return one.name == name; });
-  return found == tokens_.end() ? nullptr : &*found;
+bool Access::renew_session(std::uint64_t id) {
+  return sessions_.renew(id, scheduler_.now());
+}
+
+const Token* Access::find(const Digest& hash) const {
+  const Token* found = nullptr;
+  for (const auto& known : tokens_) {  // all of them: the time does not tell which
+    if (same(known.hash, hash)) found = &known;
+  }
+  return found;
 }
 
 }  // namespace rubicon::web::access

@@ -72,10 +72,11 @@ void Socket::refuse(const Json& id, const Error& error) {
   put(model::dump(line));
 }
 
+/// One answer alone may be longer than the bound: a tuple of 1 MiB.
 void Socket::put(std::string frame) {
+  if (answer_bytes_ > kMaxPending) return calls_.close("more than 1 MiB of answers wait: the client does not read");
   answer_bytes_ += frame.size();
   answers_.push_back(std::move(frame));
-  if (answer_bytes_ > kMaxPending) return calls_.close("more than 1 MiB of answers wait: the client does not read");
   wake();
 }
 

@@ -39,6 +39,7 @@ class Socket final : public Conversation {
 
   void received(std::string_view text) override;
   std::optional<std::string> next() override;
+  bool has_caller() const override { return caller_.role != Role::kNone; }
 
  private:
   using Id = std::uint64_t;

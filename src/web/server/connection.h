@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -14,14 +15,23 @@ namespace rubicon::web::server {
 
 class PeerStream;
 
-/// One accepted connection, whatever it speaks at present.
+/// A connection, or what carries its conversation.
 class Connection {
  public:
   virtual ~Connection() = default;
-  /// Nothing is asked or answered: it may be closed to make room.
+  /// Nothing is asked or answered, or it is not known yet who asks: it may be closed to make room.
   virtual bool idle() const = 0;
   /// Closes it at once, without a call of `closed`.
   virtual void abort() = 0;
+};
+
+/// One accepted connection, whatever it speaks at present.
+class AcceptedConnection : public Connection {
+ public:
+  /// IP address of the client.
+  virtual const std::string& address() const = 0;
+  /// The session whose cookie opened its conversation; 0 = none.
+  virtual std::uint64_t session() const = 0;
 };
 
 /// What a connection asks of the server behind it. It aborts all its connections before it ends.
@@ -46,7 +56,11 @@ class Reception {
 inline constexpr std::string_view kSocketPath = "/api/v1/ws";
 
 /// Begins to read requests from a connection (HTTP/1.1, RFC 9112).
-std::shared_ptr<Connection> serve_http(Reception& reception, std::unique_ptr<PeerStream> stream);
+std::shared_ptr<AcceptedConnection> serve_http(Reception& reception, std::unique_ptr<PeerStream> stream);
+
+/// Sends the response without a request, and closes the connection.
+std::shared_ptr<AcceptedConnection> refuse_http(Reception& reception, std::unique_ptr<PeerStream> stream,
+                                                Response response);
 
 /// Answers the request for a WebSocket (RFC 6455), and then carries its conversation. `ended` is called once, at the
 /// end of a turn, and not after abort().

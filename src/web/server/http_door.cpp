@@ -49,11 +49,12 @@ std::optional<Response> refusal(const error_code& error) {
   return error_response(400, ErrorCode::kInvalid, "this is no HTTP request: " + error.message());
 }
 
-class HttpConnection final : public Connection, public std::enable_shared_from_this<HttpConnection> {
+class HttpConnection final : public AcceptedConnection, public std::enable_shared_from_this<HttpConnection> {
  public:
   HttpConnection(Reception& reception, std::unique_ptr<PeerStream> stream)
       : reception_(reception),
         limits_(reception.limits()),
+        address_(stream->address()),
         stream_(std::move(stream)),
         buffer_(limits_.head + kPiece),
         deadline_(reception.scheduler(), [this] { too_late(); }),
@@ -63,20 +64,34 @@ class HttpConnection final : public Connection, public std::enable_shared_from_t
   HttpConnection(const HttpConnection&) = delete;
   HttpConnection& operator=(const HttpConnection&) = delete;
 
-  void start() {
-    if (!stream_->secure()) return await_request(limits_.head_time);
+  /// With a refusal no request is read.
+  void start(std::optional<Response> refusal = {}) {
+    refusal_ = std::move(refusal);
+    if (!stream_->secure()) return begin();
     stage_ = Stage::kHandshake;
     deadline_.set(limits_.handshake);
     stream_->async_handshake([self = shared_from_this()](const error_code& error) {
       if (self->ended_) return;
       if (error) return self->end();
-      self->await_request(self->limits_.head_time);
+      self->begin();
     });
   }
 
   bool idle() const override {
-    return stage_ == Stage::kIdle || stage_ == Stage::kLinger || stage_ == Stage::kHandshake;
+    switch (stage_) {
+      case Stage::kHandshake:
+      case Stage::kIdle:
+      case Stage::kHead:
+      case Stage::kLinger: return true;
+      case Stage::kBody: return request_.caller.role == Role::kNone;
+      case Stage::kHandedOver: return successor_ && successor_->idle();
+      case Stage::kAnswer:
+      case Stage::kSend: break;
+    }
+    return false;
   }
+  const std::string& address() const override { return address_; }
+  std::uint64_t session() const override { return session_; }
 
   void abort() override {
     if (std::exchange(ended_, true)) return;
@@ -86,6 +101,11 @@ class HttpConnection final : public Connection, public std::enable_shared_from_t
  private:
   enum class Stage : std::uint8_t { kHandshake, kIdle, kHead, kBody, kAnswer, kSend, kLinger, kHandedOver };
   using Parser = http::request_parser<http::string_body>;
+
+  void begin() {
+    if (refusal_) return refuse(std::move(*refusal_));
+    await_request(limits_.head_time);
+  }
 
   void close() {
     deadline_.clear();
@@ -215,6 +235,7 @@ class HttpConnection final : public Connection, public std::enable_shared_from_t
     if (buffer_.size() > 0) return refuse(error_response(400, ErrorCode::kInvalid, "bytes before the WebSocket"));
     stage_ = Stage::kHandedOver;
     deadline_.clear();
+    session_ = request_.caller.session;
     successor_ = serve_socket(reception_, std::move(stream_), std::move(request_), [this] { end(); });
   }
 
@@ -232,7 +253,8 @@ class HttpConnection final : public Connection, public std::enable_shared_from_t
   }
 
   void respond(Response response) {
-    ++round_;  // one answer to one request
+    ++round_;           // one answer to one request,
+    deadline_.clear();  // and none of our own beside it
     response_ = std::move(response);
     respond_.request();
   }
@@ -290,6 +312,7 @@ class HttpConnection final : public Connection, public std::enable_shared_from_t
 
   void hand_over(const Response& response, bool new_version) {
     stage_ = Stage::kHandedOver;
+    session_ = request_.caller.session;
     auto head = head_text(response, {.keep_alive = false, .chunked = new_version}, reception_.scheduler().wall_now());
     successor_ =
         serve_events(reception_, std::move(stream_), std::move(head), new_version, response.stream, [this] { end(); });
@@ -297,10 +320,12 @@ class HttpConnection final : public Connection, public std::enable_shared_from_t
 
   Reception& reception_;
   const Limits& limits_;
+  std::string address_;
   std::unique_ptr<PeerStream> stream_;
   beast::flat_buffer buffer_;
   std::optional<Parser> parser_;
   Request request_;
+  std::optional<Response> refusal_;
   Response response_;
   std::string head_, body_;
   std::unique_ptr<Exchange> exchange_;
@@ -310,7 +335,8 @@ class HttpConnection final : public Connection, public std::enable_shared_from_t
   bool head_only_ = false;  ///< the request is HEAD, which is answered as GET without the body
   bool reading_ = false;    ///< a part of a request is awaited
   bool ended_ = false;
-  std::uint64_t round_ = 0;  ///< changes when a request is answered
+  std::uint64_t session_ = 0;  ///< of the conversation
+  std::uint64_t round_ = 0;    ///< changes when a request is answered
   base::Deadline deadline_;
   SendWatch send_watch_;
   base::OncePerTurn respond_;
@@ -319,9 +345,16 @@ class HttpConnection final : public Connection, public std::enable_shared_from_t
 
 }  // namespace
 
-std::shared_ptr<Connection> serve_http(Reception& reception, std::unique_ptr<PeerStream> stream) {
+std::shared_ptr<AcceptedConnection> serve_http(Reception& reception, std::unique_ptr<PeerStream> stream) {
   auto connection = std::make_shared<HttpConnection>(reception, std::move(stream));
   connection->start();
+  return connection;
+}
+
+std::shared_ptr<AcceptedConnection> refuse_http(Reception& reception, std::unique_ptr<PeerStream> stream,
+                                                Response response) {
+  auto connection = std::make_shared<HttpConnection>(reception, std::move(stream));
+  connection->start(std::move(response));
   return connection;
 }
 

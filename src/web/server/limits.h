@@ -10,6 +10,7 @@ namespace rubicon::web::server {
 /// What one client may cost, and for how long.
 struct Limits {
   std::size_t connections = 64;
+  std::size_t refused = 8;                        ///< further connections that are refused with an answer
   std::size_t target = std::size_t{8} << 10;      ///< bytes of the request target
   std::size_t head = std::size_t{16} << 10;       ///< bytes of request line and fields
   std::size_t body = std::size_t{1} << 20;        ///< bytes

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 #include <utility>
 #include <vector>
 
@@ -20,14 +21,11 @@ constexpr std::string_view kSessionPath = "/api/v1/session";
 /// A certificate that ends within this time is worth a line in the log.
 constexpr Duration kExpirySoon = std::chrono::hours(24 * 14);
 constexpr Duration kExpiryLook = std::chrono::hours(24);
-
-bool is_of_site(std::string_view path) {
-  return path == "/api" || path.starts_with("/api/") || path == "/metrics" || path == "/healthz";
-}
+constexpr Duration kSessionLook = std::chrono::minutes(1);
 
 /// What a client without a token may know: that it needs one, and that the server works.
 bool is_public(std::string_view path) {
-  return path == "/api/v1" || path == "/healthz" || path == kSessionPath || path == kSocketPath || !is_of_site(path);
+  return path == "/api/v1" || path == "/healthz" || path == kSessionPath || path == kSocketPath || !is_site_path(path);
 }
 
 }  // namespace
@@ -54,6 +52,7 @@ class Server::Impl final : public Reception {
     if (!listener) return fail(listener.error());
     listener_ = std::move(*listener);
     if (tls) use(std::move(*tls));
+    if (parts_.access.rules().needs_token) look_at_sessions();
     return {};
   }
 
@@ -67,6 +66,7 @@ class Server::Impl final : public Reception {
 
   void disconnect() {
     for (const auto& connection : std::exchange(connections_, {})) connection->abort();
+    for (const auto& connection : std::exchange(refused_, {})) connection->abort();
   }
 
   std::optional<Response> admit(Request& head, bool secure) override {
@@ -87,10 +87,14 @@ class Server::Impl final : public Reception {
       respond(std::move(response));
     };
     if (request.method == "OPTIONS") return with_origin(preflight(request)), nullptr;
-    if (request.path == kSessionPath) return with_origin(parts_.access.session(request, secure())), nullptr;
+    if (request.path == kSessionPath) {
+      with_origin(parts_.access.session(request, secure()));
+      end_conversations();
+      return nullptr;
+    }
     if (request.path == kSocketPath)
       return with_origin(error_response(426, ErrorCode::kUnsupported, "this is the address of a WebSocket")), nullptr;
-    if (is_of_site(request.path)) return parts_.site.handle(request, std::move(with_origin));
+    if (is_site_path(request.path)) return parts_.site.handle(request, std::move(with_origin));
     return with_origin(file(request)), nullptr;
   }
 
@@ -99,7 +103,9 @@ class Server::Impl final : public Reception {
   }
 
   void closed(Connection& connection) override {
-    std::erase_if(connections_, [&](const auto& one) { return one.get() == &connection; });
+    const auto is_it = [&](const auto& one) { return one.get() == &connection; };
+    std::erase_if(connections_, is_it);
+    std::erase_if(refused_, is_it);
   }
 
   const Limits& limits() const override { return options_.limits; }
@@ -117,20 +123,55 @@ class Server::Impl final : public Reception {
     if (connections_.size() >= options_.limits.connections && !make_room()) {
       ++counters_.turned_away;
       log_.warning("room", fmt::format("{} connections are open, more are turned away", connections_.size()));
-      return;
+      return turn_away(std::move(stream));
     }
     connections_.push_back(serve_http(*this, std::move(stream)));
   }
 
-  /// The oldest connection that asks nothing goes.
+  /// Of the connections that ask nothing the oldest goes, of the address that has most connections: one client cannot
+  /// displace the others.
   bool make_room() {
-    const auto idle =
-        std::find_if(connections_.begin(), connections_.end(), [](const auto& one) { return one->idle(); });
-    if (idle == connections_.end()) return false;
-    const auto closing = *idle;
-    connections_.erase(idle);
-    closing->abort();
-    return true;
+    std::map<std::string_view, std::size_t> of_address;
+    for (const auto& one : connections_) ++of_address[one->address()];
+    const AcceptedConnection* chosen = nullptr;
+    for (const auto& one : connections_) {
+      if (one->idle() && (!chosen || of_address[one->address()] > of_address[chosen->address()])) chosen = one.get();
+    }
+    if (chosen) close_where([chosen](const AcceptedConnection& one) { return &one == chosen; });
+    return chosen != nullptr;
+  }
+
+  /// A browser shows the answer, where a connection that is only closed looks like a broken network.
+  void turn_away(std::unique_ptr<PeerStream> stream) {
+    if (refused_.size() >= options_.limits.refused) return;
+    auto response = error_response(503, ErrorCode::kBusy, "too many connections are open; try again later");
+    response.headers.emplace_back("Retry-After", "10");
+    refused_.push_back(refuse_http(*this, std::move(stream), std::move(response)));
+  }
+
+  /// Those of sessions that have ended. The others count as use of theirs.
+  void end_conversations() {
+    close_where([this](const AcceptedConnection& one) {
+      const auto session = one.session();
+      return session != 0 && !parts_.access.renew_session(session);
+    });
+  }
+
+  void look_at_sessions() {
+    end_conversations();
+    session_look_ = parts_.scheduler.after(kSessionLook, [this] { look_at_sessions(); });
+  }
+
+  template <class Test>
+  void close_where(Test test) {
+    std::vector<std::shared_ptr<AcceptedConnection>> closing;
+    for (const auto& one : connections_) {
+      if (test(*one)) closing.push_back(one);
+    }
+    for (const auto& one : closing) {
+      std::erase(connections_, one);
+      one->abort();
+    }
   }
 
   void use(TlsSetup tls) {
@@ -176,10 +217,11 @@ class Server::Impl final : public Reception {
   ServerOptions options_;
   base::LimitedLog log_;
   ServerCounters counters_;
-  std::vector<std::shared_ptr<Connection>> connections_;
+  std::vector<std::shared_ptr<AcceptedConnection>> connections_;  ///< the oldest first
+  std::vector<std::shared_ptr<AcceptedConnection>> refused_;      ///< get an answer that there is no room
   std::unique_ptr<Listener> listener_;
   WallTime expires_{};
-  Timer expiry_look_;
+  Timer expiry_look_, session_look_;
 };
 
 Result<std::unique_ptr<Server>> Server::open(const Parts& parts, ServerOptions options) {

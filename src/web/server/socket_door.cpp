@@ -77,7 +77,7 @@ class SocketConnection final : public Connection, public std::enable_shared_from
     });
   }
 
-  bool idle() const override { return false; }
+  bool idle() const override { return !conversation_ || !conversation_->has_caller(); }
 
   void abort() override {
     if (std::exchange(ended_, true)) return;

@@ -78,11 +78,11 @@ TEST(Attempts, ManyAddressesCostBoundedMemoryAndGetNoMoreGuesses) {
 
 TEST(Sessions, AreBoundedAndTheLongestIdleGoes) {
   Sessions sessions;
-  const auto first = sessions.open("a", {});
-  const auto second = sessions.open("a", {});
-  for (std::size_t i = 2; i < Sessions::kMost; ++i) sessions.open("b", SteadyTime(1s));
+  const auto first = sessions.open(sha256("a"), {});
+  const auto second = sessions.open(sha256("a"), {});
+  for (std::size_t i = 2; i < Sessions::kMost; ++i) sessions.open(sha256("b"), SteadyTime(1s));
   EXPECT_TRUE(sessions.find(first, SteadyTime(2s)));
-  sessions.open("c", SteadyTime(3s));
+  sessions.open(sha256("c"), SteadyTime(3s));
   EXPECT_EQ(sessions.size(), Sessions::kMost);
   EXPECT_TRUE(sessions.find(first, SteadyTime(4s)));
   EXPECT_FALSE(sessions.find(second, SteadyTime(4s)));
@@ -90,10 +90,20 @@ TEST(Sessions, AreBoundedAndTheLongestIdleGoes) {
 
 TEST(Sessions, EndAfterAWeekAlsoWhereTheyAreUsed) {
   Sessions sessions;
-  const auto secret = sessions.open("a", {});
+  const auto secret = sessions.open(sha256("a"), {});
   SteadyTime now{};
   for (; now < SteadyTime(160h); now += 8h) EXPECT_TRUE(sessions.find(secret, now));
   EXPECT_FALSE(sessions.find(secret, SteadyTime(168h)));
+}
+
+TEST(Sessions, AConversationRenewsItsSessionUntilItEnds) {
+  Sessions sessions;
+  const auto secret = sessions.open(sha256("a"), {});
+  const auto id = sessions.find(secret, {})->id;
+  EXPECT_TRUE(sessions.renew(id, SteadyTime(11h)));
+  EXPECT_TRUE(sessions.find(secret, SteadyTime(22h)));
+  EXPECT_FALSE(sessions.renew(id, SteadyTime(34h)));
+  EXPECT_FALSE(sessions.renew(id, SteadyTime(34h))) << "it is not there any longer";
 }
 
 const std::string kHash(64, 'a');

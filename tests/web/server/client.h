@@ -66,7 +66,14 @@ struct WebWorld {
 /// A client that sends bytes as they are and keeps all that comes.
 class RawClient {
  public:
-  RawClient(WebWorld& world, const transport::Endpoint& server) : world_(world), socket_(world.context) {
+  /// From any address, or from `source`.
+  RawClient(WebWorld& world, const transport::Endpoint& server, const std::string& source = {})
+      : world_(world), socket_(world.context) {
+    if (!source.empty()) {
+      const boost::asio::ip::tcp::endpoint own{boost::asio::ip::make_address(source), 0};
+      socket_.open(own.protocol());
+      socket_.bind(own);
+    }
     socket_.connect({boost::asio::ip::make_address(server.address), server.port});
     socket_.non_blocking(true);
     receive();

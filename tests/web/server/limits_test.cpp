@@ -1,5 +1,6 @@
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <deque>
 
 #include "web/server/frames.h"
@@ -120,12 +121,69 @@ TEST_F(WebLimits, WhereAllAreBusyMoreAreTurnedAway) {
   ASSERT_TRUE(world.until([&] { return site.exchanges == 64; }));
   const auto more = client();
   more->send(kAsk);
+  EXPECT_TRUE(more->gets("HTTP/1.1 503"));
+  EXPECT_TRUE(more->gets("too many connections are open"));
   EXPECT_TRUE(more->is_closed());
   EXPECT_EQ(site.exchanges, 64);
   EXPECT_TRUE(log.contains("64 connections are open"));
   busy.pop_front();
   site.late({});
   EXPECT_TRUE(world.until([&] { return site.exchanges < 64; }));
+}
+
+TEST_F(WebLimits, RefusalsAreBoundedToo) {
+  serve();
+  std::deque<std::unique_ptr<RawClient>> busy, more;
+  for (int i = 0; i < 64; ++i) {
+    busy.push_back(client());
+    busy.back()->send(kAskForever);
+  }
+  ASSERT_TRUE(world.until([&] { return site.exchanges == 64; }));
+  for (int i = 0; i < 20; ++i) more.push_back(client());
+  ASSERT_TRUE(world.until([&] { return server->counters().turned_away == 20; }));
+  world.settle();
+  const auto answered = std::count_if(more.begin(), more.end(), [](const auto& one) { return !one->received.empty(); });
+  EXPECT_EQ(answered, 8);
+  world.pass(2s);
+  const auto later = client();
+  EXPECT_TRUE(later->gets("HTTP/1.1 503"));
+}
+
+TEST_F(WebLimits, OneAddressWithBegunRequestsDoesNotKeepOthersOut) {
+  serve();
+  std::deque<std::unique_ptr<RawClient>> slow;
+  const auto begin_more = [&](std::size_t count) {
+    for (std::size_t i = 0; i < count; ++i) {
+      slow.push_back(client("127.0.0.2"));
+      slow.back()->send("GET / HTTP/1.1\r\n");
+      world.settle_briefly();
+    }
+    EXPECT_TRUE(world.until([&] { return server->counters().accepted >= slow.size(); }));
+  };
+  begin_more(64);
+  const auto browser = client("127.0.0.3");
+  browser->send(kAsk.substr(0, 10));
+  ASSERT_TRUE(world.until([&] { return server->counters().accepted == 65; }));
+  begin_more(70);
+  browser->send(kAsk.substr(10));
+  EXPECT_TRUE(browser->gets("200 OK"));
+  EXPECT_EQ(server->connections(), 64U);
+}
+
+TEST_F(WebLimits, WebSocketsWithoutATokenMakeRoom) {
+  access::AccessRules rules;
+  rules.needs_token = true;
+  serve(rules);
+  std::deque<std::unique_ptr<RawClient>> unnamed;
+  for (int i = 0; i < 64; ++i) {
+    unnamed.push_back(client());
+    unnamed.back()->send(kUpgrade);
+  }
+  ASSERT_TRUE(world.until([&] { return site.conversations == 64; }));
+  const auto browser = client();
+  browser->send("GET / HTTP/1.1\r\nHost: localhost\r\n\r\n");
+  EXPECT_TRUE(browser->gets("200 OK"));
+  EXPECT_EQ(site.conversations, 63);
 }
 
 TEST_F(WebLimits, TenThousandConnectionsCostSixtyFour) {

@@ -11,8 +11,8 @@ namespace rubicon::web::server {
 
 /// A conversation whose frames a test writes.
 struct FakeConversation final : Conversation {
-  FakeConversation(ConversationCalls c, std::vector<std::string>& r, int& o)
-      : calls(std::move(c)), received_frames(r), open(o) {
+  FakeConversation(ConversationCalls c, std::vector<std::string>& r, int& o, bool n)
+      : calls(std::move(c)), received_frames(r), open(o), named(n) {
     ++open;
   }
   ~FakeConversation() override { --open; }
@@ -26,6 +26,7 @@ struct FakeConversation final : Conversation {
     ++asked;
     return std::exchange(latest, std::nullopt);
   }
+  bool has_caller() const override { return named; }
   void say(std::string text) {
     latest = std::move(text);
     calls.wake();
@@ -34,6 +35,7 @@ struct FakeConversation final : Conversation {
   ConversationCalls calls;
   std::vector<std::string>& received_frames;
   int& open;
+  bool named;
   std::optional<std::string> latest;
   int asked = 0;
 };
@@ -54,11 +56,11 @@ struct FakeSite final : Site {
   }
   std::unique_ptr<Conversation> open(const Caller& caller, ConversationCalls calls) override {
     callers.push_back(caller);
-    return converse(std::move(calls));
+    return converse(std::move(calls), caller.role != Role::kNone);
   }
 
-  std::unique_ptr<Conversation> converse(ConversationCalls calls) {
-    auto made = std::make_unique<FakeConversation>(std::move(calls), frames, conversations);
+  std::unique_ptr<Conversation> converse(ConversationCalls calls, bool named = true) {
+    auto made = std::make_unique<FakeConversation>(std::move(calls), frames, conversations, named);
     conversation = made.get();
     return made;
   }
@@ -100,7 +102,9 @@ struct ServedTest : testing::Test {
     ASSERT_TRUE(opened) << opened.error().text;
     server = std::move(*opened);
   }
-  std::unique_ptr<RawClient> client() { return std::make_unique<RawClient>(world, server->local()); }
+  std::unique_ptr<RawClient> client(const std::string& source = {}) {
+    return std::make_unique<RawClient>(world, server->local(), source);
+  }
   WebWorld world;
   support::CollectingLog log;
   FakeSite site;

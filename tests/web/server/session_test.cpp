@@ -8,6 +8,8 @@ namespace {
 
 using testing::HasSubstr;
 
+const std::string kStream = "GET /api/v1/stream HTTP/1.1\r\nHost: localhost\r\n\r\n";
+
 /// A server that wants tokens; `secret` is the one of a viewer.
 class WebSessions : public ServedTest {
  protected:
@@ -31,6 +33,12 @@ class WebSessions : public ServedTest {
   }
   std::string with_cookie(const std::string& method, const std::string& path, const std::string& cookie) {
     return answer_to(method + " " + path + " HTTP/1.1\r\nHost: localhost\r\nCookie: a=b; " + cookie + "\r\n\r\n");
+  }
+  std::unique_ptr<RawClient> conversing(std::string request, const std::string& cookie) {
+    request.insert(request.size() - 2, "Cookie: " + cookie + "\r\n");
+    auto page = client();
+    page->send(request);
+    return page;
   }
   static std::string cookie_in(const std::string& answer) {
     const auto begin = answer.find("Set-Cookie: ");
@@ -95,9 +103,40 @@ TEST_F(WebSessions, GuessesAreCountedForEachAddress) {
   const std::string guess = "GET /api/v1/a HTTP/1.1\r\nHost: localhost\r\nAuthorization: Bearer wrong\r\n\r\n";
   for (int i = 0; i < 5; ++i) EXPECT_THAT(answer_to(guess), HasSubstr("HTTP/1.1 401"));
   EXPECT_THAT(answer_to(guess), HasSubstr("HTTP/1.1 429"));
-  EXPECT_THAT(log_in(), HasSubstr("HTTP/1.1 429")) << "also with the right one, or guessing would go on";
+  EXPECT_THAT(log_in(), HasSubstr("HTTP/1.1 200")) << "who guesses locks out nobody who has the same address";
+  EXPECT_THAT(answer_to(guess), HasSubstr("HTTP/1.1 429"));
   world.pass(60s);
-  EXPECT_THAT(log_in(), HasSubstr("HTTP/1.1 200"));
+  EXPECT_THAT(answer_to(guess), HasSubstr("HTTP/1.1 401"));
+}
+
+TEST_F(WebSessions, EndWhenTheirTokenIsReplacedUnderItsName) {
+  const auto cookie = cookie_in(log_in());
+  EXPECT_TRUE(access->take({{"viewer", Role::kView, access::sha256("another")}}));
+  EXPECT_THAT(with_cookie("GET", "/api/v1/a", cookie), HasSubstr("401"));
+}
+
+TEST_F(WebSessions, ALogoutEndsItsConversationsAndNoOthers) {
+  const auto cookie = cookie_in(log_in()), other_cookie = cookie_in(log_in());
+  const auto socket = conversing(kUpgrade, cookie), other = conversing(kUpgrade, other_cookie);
+  const auto events = conversing(kStream, cookie);
+  ASSERT_TRUE(world.until([&] { return site.conversations == 3; }));
+  with_cookie("DELETE", "/api/v1/session", cookie);
+  EXPECT_TRUE(socket->is_closed());
+  EXPECT_TRUE(events->is_closed());
+  EXPECT_EQ(site.conversations, 1);
+  EXPECT_FALSE(other->closed);
+}
+
+TEST_F(WebSessions, AreUsedByAConversationThatGoesOnAndEndItAfterAWeek) {
+  const auto cookie = cookie_in(log_in());
+  const auto socket = conversing(kUpgrade, cookie);
+  ASSERT_TRUE(world.until([&] { return site.conversations == 1; }));
+  world.pass(13h);
+  EXPECT_EQ(site.conversations, 1);
+  EXPECT_THAT(with_cookie("GET", "/api/v1/a", cookie), HasSubstr("200"));
+  world.pass(168h);
+  EXPECT_EQ(site.conversations, 0);
+  EXPECT_TRUE(socket->is_closed());
 }
 
 TEST_F(WebSessions, AWebSocketWithoutOneIsOpenedForItsFirstFrame) {
