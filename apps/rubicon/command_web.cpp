@@ -74,7 +74,9 @@ class WebProgram {
     out_.line(settings_.json ? model::dump({{"address", address}}) : "open " + address);
     out_.flush();
     const transport::Signals ends(loop_, {SIGINT, SIGTERM}, [this] { loop_.stop(); });
-    await_hang_up();
+    const transport::Signals hang_up(loop_, {SIGHUP}, [this] {
+      if (const auto read = service_->reload(); !read) print_error(read.error().text);
+    });
     loop_.run();
     return kGood;
   }
@@ -89,14 +91,6 @@ class WebProgram {
     history_->follow(*space_);
   }
 
-  void await_hang_up() {
-    hang_up_.reset();
-    hang_up_ = std::make_unique<transport::Signals>(loop_, std::vector{SIGHUP}, [this] {
-      if (const auto read = service_->reload(); !read) print_error(read.error().text);
-      loop_.scheduler().post([this] { await_hang_up(); });
-    });
-  }
-
   const Settings& settings_;
   Output out_;
   WebComplaints log_;
@@ -107,7 +101,6 @@ class WebProgram {
   std::unique_ptr<TupleSpace> space_;
   std::unique_ptr<history::History> history_;
   std::unique_ptr<web::WebService> service_;
-  std::unique_ptr<transport::Signals> hang_up_;
 };
 
 int serve(const Settings& settings, WebOptions options) {

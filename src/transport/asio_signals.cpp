@@ -6,17 +6,26 @@
 
 namespace rubicon::transport {
 
-struct Signals::Impl {
-  explicit Impl(boost::asio::io_context& context) : set(context) {}
+struct Signals::Impl : std::enable_shared_from_this<Signals::Impl> {
+  Impl(boost::asio::io_context& context, std::function<void()> c) : set(context), call(std::move(c)) {}
+
+  void wait() {
+    set.async_wait([weak = weak_from_this()](const boost::system::error_code& error, int) {
+      const auto self = weak.lock();  // also while the call destroys the Signals
+      if (error || !self) return;
+      self->wait();
+      self->call();
+    });
+  }
+
   boost::asio::signal_set set;
+  std::function<void()> call;
 };
 
 Signals::Signals(Loop& loop, const std::vector<int>& numbers, std::function<void()> call)
-    : impl_(std::make_unique<Impl>(loop.context())) {
+    : impl_(std::make_shared<Impl>(loop.context(), std::move(call))) {
   for (const int number : numbers) impl_->set.add(number);
-  impl_->set.async_wait([call = std::move(call)](const boost::system::error_code& error, int) {
-    if (!error) call();
-  });
+  impl_->wait();
 }
 
 Signals::~Signals() = default;

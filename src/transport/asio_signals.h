@@ -8,8 +8,8 @@
 
 namespace rubicon::transport {
 
-/// Calls `call` on the loop's thread at the first of these signals (SIGTERM, ...). Until this is destroyed the signals
-/// do not end the process.
+/// Calls `call` on the loop's thread at each of these signals (SIGTERM, ...). Until this is destroyed the signals do
+/// not end the process.
 class Signals {
  public:
   Signals(Loop& loop, const std::vector<int>& numbers, std::function<void()> call);
@@ -17,7 +17,7 @@ class Signals {
 
  private:
   struct Impl;
-  std::unique_ptr<Impl> impl_;
+  std::shared_ptr<Impl> impl_;
 };
 
 }  // namespace rubicon::transport
