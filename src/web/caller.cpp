@@ -14,18 +14,16 @@ std::string_view after_first_part(std::string_view key) {
   return dot == key.npos ? std::string_view() : key.substr(dot + 1);
 }
 
-/// Whether a key is one of these, or lies below it.
-bool is_below(std::string_view key, std::string_view branch) {
-  return key == branch || (key.starts_with(branch) && key[branch.size()] == '.');
-}
-
 /// Keys below the prefix of an island, whatever that is, that change how the island works; and the messages of its
-/// gateway, which may say anything.
+/// gateway, which may say anything. Longer keys of the same branch are points of a network that has its name.
 bool steers_island(std::string_view key) {
   constexpr std::array<std::string_view, 4> kBranches{"inbox", "settings", "recorder", "log"};
+  constexpr auto kMostDots = 2;  // inbox.NETWORK.ADDRESS, recorder.NAME.command
   if (key == "GATEWAY") return true;
   const auto rest = after_first_part(key);
-  return std::any_of(kBranches.begin(), kBranches.end(), [rest](auto branch) { return is_below(rest, branch); });
+  const bool is_branch =
+      std::find(kBranches.begin(), kBranches.end(), rest.substr(0, rest.find('.'))) != kBranches.end();
+  return is_branch && std::count(rest.begin(), rest.end(), '.') <= kMostDots;
 }
 
 }  // namespace

@@ -156,6 +156,9 @@ TEST(Roles, EachIncludesThoseBeforeIt) {
       {Verb::kSet, "proxy.recorder.night.command", Role::kAdmin},
       {Verb::kSet, "GATEWAY", Role::kAdmin},
       {Verb::kSet, "proxy.inboxes", Role::kCommand},
+      {Verb::kSet, "proxy.log.level.command", Role::kAdmin},
+      {Verb::kSet, "proxy.log.property.replay-state.command", Role::kCommand},
+      {Verb::kSet, "proxy.recorder.7.actuator.switch-1.command", Role::kCommand},
   };
   for (const auto& right : rights) {
     for (const auto role : {Role::kNone, Role::kView, Role::kCommand, Role::kAdmin})
