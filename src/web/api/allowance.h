@@ -21,8 +21,12 @@ class Allowance {
     left_ -= 1;
     return true;
   }
-  /// As after a second without use.
-  bool is_full(SteadyTime now) const { return now - last_ >= std::chrono::seconds(1); }
+  /// Something cost more than was known when it was allowed: the next ones wait.
+  void charge(double more) { left_ -= more; }
+  /// As without use.
+  bool is_full(SteadyTime now) const {
+    return left_ + most_ * std::chrono::duration<double>(now - last_).count() >= most_;
+  }
 
  private:
   double most_, left_;

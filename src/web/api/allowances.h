@@ -7,21 +7,25 @@
 
 namespace rubicon::web::api {
 
-/// An Allowance for each caller. Bounded: callers that did nothing for a second are forgotten, and beyond kMost new
+/// An Allowance for each caller. Bounded: callers whose allowance is full are forgotten, and beyond kMost new
 /// ones share one allowance.
 class Allowances {
  public:
   explicit Allowances(unsigned per_second) : per_second_(per_second), shared_(per_second) {}
 
-  bool take(const std::string& caller, SteadyTime now) {
-    const auto known = callers_.find(caller);
-    if (known != callers_.end()) return known->second.take(now);
-    if (callers_.size() >= kMost) std::erase_if(callers_, [now](const auto& one) { return one.second.is_full(now); });
-    if (callers_.size() >= kMost) return shared_.take(now);
-    return callers_.emplace(caller, Allowance(per_second_)).first->second.take(now);
-  }
+  bool take(const std::string& caller, SteadyTime now) { return of(caller, now).take(now); }
+  /// See Allowance::charge().
+  void charge(const std::string& caller, SteadyTime now, double more) { of(caller, now).charge(more); }
 
  private:
+  Allowance& of(const std::string& caller, SteadyTime now) {
+    const auto known = callers_.find(caller);
+    if (known != callers_.end()) return known->second;
+    if (callers_.size() >= kMost) std::erase_if(callers_, [now](const auto& one) { return one.second.is_full(now); });
+    if (callers_.size() >= kMost) return shared_;
+    return callers_.emplace(caller, Allowance(per_second_)).first->second;
+  }
+
   static constexpr std::size_t kMost = 1024;
 
   unsigned per_second_;

@@ -37,6 +37,8 @@ struct Context {
 
   static constexpr unsigned kCommandsPerSecond = 50;
   static constexpr unsigned kHistoryReadsPerSecond = 5;
+  static constexpr unsigned kListsPerSecond = 30;        ///< each counts once, and
+  static constexpr std::size_t kTuplesOfAList = 20'000;  ///< once more for so many tuples
 
   /// Counters for `/metrics`.
   struct Counters {
@@ -53,7 +55,8 @@ struct Context {
   client::PeerDiscovery peers;
   EventTypes event_types;
   Warm warm;
-  Allowances commands{kCommandsPerSecond}, history_reads{kHistoryReadsPerSecond};  ///< of callers over HTTP
+  Allowances commands{kCommandsPerSecond}, history_reads{kHistoryReadsPerSecond},
+      lists{kListsPerSecond};  ///< of callers over HTTP
   Counters counters;
 };
 

@@ -13,7 +13,7 @@ EventStream::EventStream(Context& context, FeedOptions options, ConversationCall
                  calls_.wake();
                }),
       feed_(context, stock_, std::move(options), std::make_unique<StreamWriter>(),
-            Feed::Calls{[this] { calls_.wake(); }, [] {}}) {
+            Feed::Calls{[this] { calls_.wake(); }, [] {}, [this] { calls_.close(kTooManyTuples); }}) {
   ++context_.counters.streams;
   silence_.set(kSilence);
 }

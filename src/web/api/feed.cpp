@@ -27,6 +27,7 @@ Feed::Feed(Context& context, EventStock& stock, FeedOptions options, std::unique
 
 Feed::~Feed() {
   for (const auto& item : events_) leave_stock(item);
+  stock_.tuples -= entries_.size();
   --context_.counters.subscriptions;
 }
 
@@ -35,11 +36,16 @@ void Feed::leave_stock(const Item& item) {
   stock_.bytes -= item.event.size();
 }
 
-Feed::Node& Feed::node_of(const TupleView& tuple) {
-  if (const auto known = entries_.find(NameView{tuple.owner, tuple.key}); known != entries_.end()) return *known;
-  auto& node = *entries_.emplace(Name{tuple.owner, std::string(tuple.key)}, Entry{}).first;
+/// nullptr: there is no room.
+Feed::Node* Feed::node_of(const TupleView& tuple) {
+  if (const auto known = entries_.find(NameView{tuple.owner, tuple.key}); known != entries_.end()) return &*known;
+  if (stock_.tuples >= EventStock::kMaxTuples) {
+    if (!std::exchange(stock_.full, true)) calls_.full();
+    return nullptr;
+  }
+  ++stock_.tuples;
   owners_.emplace(tuple.owner, false);
-  return node;
+  return &*entries_.emplace(Name{tuple.owner, std::string(tuple.key)}, Entry{}).first;
 }
 
 /// The tuples are there; the events of some may still be queued.
@@ -57,7 +63,9 @@ void Feed::changed(const tuples::Event& event) {
 }
 
 void Feed::set(const TupleView& tuple) {
-  auto& node = node_of(tuple);
+  auto* known = node_of(tuple);
+  if (known == nullptr) return;
+  auto& node = *known;
   auto& entry = node.second;
   entry.gone.reset();
   const bool is_heartbeat = entry.sequence == tuple.sequence && entry.written == tuple.write_time;
@@ -205,6 +213,7 @@ void Feed::add_gone(Node& node) {
     freed_numbers_.push_back(entry.number);
   }
   entries_.erase(entries_.find(node.first));
+  --stock_.tuples;
 }
 
 }  // namespace rubicon::web::api

@@ -26,14 +26,19 @@ struct FeedOptions {
   bool active = false;                               ///< creates demand, at the pace of `minimum`
 };
 
-/// The events of all subscriptions of a connection that wait to be sent.
+/// What all subscriptions of a connection keep: the events that wait to be sent, and what is known of each tuple.
 struct EventStock {
   static constexpr std::size_t kMaxEvents = 1000;
   static constexpr std::size_t kMaxBytes = 1024UL * 1024;
-  std::size_t events = 0, bytes = 0;
+  static constexpr std::size_t kMaxTuples = 300'000;  ///< about 200 bytes each
+  std::size_t events = 0, bytes = 0, tuples = 0;
+  bool full = false;  ///< there was no room for a tuple
 
   bool has_room(std::size_t more) const { return events < kMaxEvents && bytes + more <= kMaxBytes; }
 };
+
+/// Why a connection ends whose stock is full.
+inline constexpr const char* kTooManyTuples = "more than 300,000 tuples in the subscriptions of this connection";
 
 /// One subscription of a client: which tuples changed since the last frame. Of a state it keeps that it changed and
 /// reads the value when the frame is made; of an event it keeps each one, while the stock of the connection has room.
@@ -45,6 +50,7 @@ class Feed {
   struct Calls {
     std::function<void()> wake;    ///< there may be a frame
     std::function<void()> merged;  ///< a change replaced one that was not sent yet
+    std::function<void()> full;    ///< there is no room for a tuple; once for each stock
   };
   Feed(Context& context, EventStock& stock, FeedOptions options, std::unique_ptr<FeedWriter> writer, Calls calls);
   ~Feed();
@@ -103,7 +109,7 @@ class Feed {
   bool drop_oldest_event();
   void note_lost();
   void peer_changed(OwnerId owner, tuples::PeerEvent event);
-  Node& node_of(const TupleView& tuple);
+  Node* node_of(const TupleView& tuple);
   void push(std::deque<Item>& queue, Item item);
   Item pop(std::deque<Item>& queue);
   void leave_stock(const Item& item);

@@ -8,8 +8,8 @@
 #include "model/point_keys.h"
 #include "web/api/components.h"
 #include "web/api/page_of.h"
-#include "web/api/reading.h"
 #include "web/api/route.h"
+#include "web/api/tuple_read.h"
 #include "web/error_response.h"
 
 namespace rubicon::web::api {
@@ -70,13 +70,11 @@ std::unique_ptr<Exchange> list_devices(Call& call) {
   const auto range = read_range(call.query);
   if (auto good = call.may_read({wanted.island, "**"}); !good) return call.refuse(good.error());
   for (const auto& pattern : device_patterns({})) call.context.warm.keep(pattern);
-  return std::make_unique<Reading>(
-      call.context, device_patterns(wanted.island),
-      [wanted, range, request = call.request](const std::vector<client::Tuple>& tuples) {
-        return json_response(page_of("devices", client::devices_from(tuples, wanted), request, range, name_of_device,
-                                     client::device_json));
-      },
-      call.respond);
+  return call.read(device_patterns(wanted.island),
+                   [wanted, range, request = call.request](const std::vector<client::Tuple>& tuples) {
+                     return json_response(page_of("devices", client::devices_from(tuples, wanted), request, range,
+                                                  name_of_device, client::device_json));
+                   });
 }
 
 std::unique_ptr<Exchange> describe_device(Call& call) {
@@ -88,16 +86,13 @@ std::unique_ptr<Exchange> describe_device(Call& call) {
   if (auto good = call.may_read(all); !good) return call.refuse(good.error());
   const Pattern line{*island, fmt::format("*.{}.status", call.parts[1])};
   const auto name = fmt::format("{}/{}/{}", call.parts[0], call.parts[1], call.parts[2]);
-  return std::make_unique<Reading>(
-      call.context, std::vector{all, line},
-      [name](const std::vector<client::Tuple>& tuples) {
-        const auto found = client::devices_from(tuples, {});
-        if (found.empty()) return error_response({ErrorCode::kNotFound, fmt::format("no device {}", name)});
-        auto tree = client::device_json(found.front());
-        tree["points"] = points_json(found.front(), tuples);
-        return json_response(tree);
-      },
-      call.respond);
+  return call.read(std::vector{all, line}, [name](const std::vector<client::Tuple>& tuples) {
+    const auto found = client::devices_from(tuples, {});
+    if (found.empty()) return error_response({ErrorCode::kNotFound, fmt::format("no device {}", name)});
+    auto tree = client::device_json(found.front());
+    tree["points"] = points_json(found.front(), tuples);
+    return json_response(tree);
+  });
 }
 
 }  // namespace rubicon::web::api

@@ -26,7 +26,7 @@ constexpr const char* kNoHistory =
 Result<void> take_read(Call& call) {
   auto& context = call.context;
   if (context.options.history == nullptr) return fail(ErrorCode::kNotFound, kNoHistory);
-  const auto who = call.request.caller.name + "@" + call.request.caller.peer;
+  const auto who = call.caller_name();
   if (context.history_reads.take(who, context.scheduler.now())) return {};
   return fail(ErrorCode::kBusy,
               fmt::format("more than {} reads of the history in a second", Context::kHistoryReadsPerSecond));

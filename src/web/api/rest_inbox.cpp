@@ -10,9 +10,9 @@
 #include "model/point_keys.h"
 #include "web/api/members.h"
 #include "web/api/page_of.h"
-#include "web/api/reading.h"
 #include "web/api/route.h"
 #include "web/api/setting.h"
+#include "web/api/tuple_read.h"
 #include "web/error_response.h"
 
 namespace rubicon::web::api {
@@ -121,20 +121,17 @@ std::unique_ptr<Exchange> list_inbox(Call& call) {
   const auto range = read_range(call.query);
   if (auto good = call.may_read({std::nullopt, any_inbox()}); !good) return call.refuse(good.error());
   const std::vector<Pattern> patterns{{std::nullopt, model::IslandKey{"*"}.inbox("*.*")}, {std::nullopt, any_inbox()}};
-  return std::make_unique<Reading>(
-      call.context, patterns,
-      [range, request = call.request](std::vector<client::Tuple> tuples) {
-        double ignored = 0;
-        std::erase_if(tuples, [&ignored](const client::Tuple& tuple) {
-          const bool is_inbox = tuple.key.ends_with(any_inbox().substr(1));
-          if (is_inbox) ignored += std::max(0.0, model::number_of(model::object_of(tuple.value), "ignored"));
-          return is_inbox;
-        });
-        auto page = page_of("waiting", std::move(tuples), request, range, name_of_entry, entry_json);
-        page["ignored"] = static_cast<std::uint64_t>(ignored);
-        return json_response(page);
-      },
-      call.respond);
+  return call.read(patterns, [range, request = call.request](std::vector<client::Tuple> tuples) {
+    double ignored = 0;
+    std::erase_if(tuples, [&ignored](const client::Tuple& tuple) {
+      const bool is_inbox = tuple.key.ends_with(any_inbox().substr(1));
+      if (is_inbox) ignored += std::max(0.0, model::number_of(model::object_of(tuple.value), "ignored"));
+      return is_inbox;
+    });
+    auto page = page_of("waiting", std::move(tuples), request, range, name_of_entry, entry_json);
+    page["ignored"] = static_cast<std::uint64_t>(ignored);
+    return json_response(page);
+  });
 }
 
 std::unique_ptr<Exchange> decide_inbox(Call& call) {
@@ -145,7 +142,7 @@ std::unique_ptr<Exchange> decide_inbox(Call& call) {
   if (auto good = call.check(Verb::kSet, order->island.value_or(model::kNoOwner), key); !good)
     return call.refuse(good.error());
   auto& context = call.context;
-  if (!context.commands.take(call.request.caller.name + "@" + call.request.caller.peer, context.scheduler.now()))
+  if (!context.commands.take(call.caller_name(), context.scheduler.now()))
     return call.refuse(
         {ErrorCode::kBusy, fmt::format("more than {} commands in a second", Context::kCommandsPerSecond)});
   return std::make_unique<Decision>(context, std::move(*order), call.respond);

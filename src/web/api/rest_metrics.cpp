@@ -6,8 +6,8 @@
 #include "base/text.h"
 #include "model/point_keys.h"
 #include "web/api/metrics_text.h"
-#include "web/api/reading.h"
 #include "web/api/route.h"
+#include "web/api/tuple_read.h"
 
 namespace rubicon::web::api {
 
@@ -78,16 +78,13 @@ std::unique_ptr<Exchange> metrics(Call& call) {
   const auto& asked = call.context.options.metrics_patterns;
   patterns.insert(patterns.end(), asked.begin(), asked.end());
   for (const auto& pattern : patterns) call.context.warm.keep(pattern);
-  return std::make_unique<Reading>(
-      call.context, patterns,
-      [&context = call.context](const std::vector<client::Tuple>& tuples) {
-        MetricsText text;
-        add_island_metrics(tuples, text);
-        add_values(tuples, context.options.metrics_patterns, text);
-        add_own(context.counters, context.space.stats(), text);
-        return Response{.status = 200, .content_type = kMediaType, .body = text.text(), .headers = {}, .stream = {}};
-      },
-      call.respond);
+  return call.read(patterns, [&context = call.context](const std::vector<client::Tuple>& tuples) {
+    MetricsText text;
+    add_island_metrics(tuples, text);
+    add_values(tuples, context.options.metrics_patterns, text);
+    add_own(context.counters, context.space.stats(), text);
+    return Response{.status = 200, .content_type = kMediaType, .body = text.text(), .headers = {}, .stream = {}};
+  });
 }
 
 }  // namespace rubicon::web::api

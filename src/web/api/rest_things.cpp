@@ -3,9 +3,9 @@
 #include "client/points.h"
 #include "model/point_keys.h"
 #include "web/api/page_of.h"
-#include "web/api/reading.h"
 #include "web/api/route.h"
 #include "web/api/thing.h"
+#include "web/api/tuple_read.h"
 #include "web/error_response.h"
 
 namespace rubicon::web::api {
@@ -27,19 +27,15 @@ std::unique_ptr<Exchange> list_things(Call& call) {
   patterns.push_back({std::nullopt, model::any_point().description()});
   for (const auto& pattern : patterns) call.context.warm.keep(pattern);
   const bool needs_token = call.context.access.rules().needs_token;
-  return std::make_unique<Reading>(
-      call.context, patterns,
-      [range, needs_token, request = call.request](const std::vector<client::Tuple>& tuples) {
-        std::map<OwnerId, PointDescriptions> points;
-        const auto describe = [&](const client::Device& device) {
-          const auto known = points.find(device.island);
-          if (known == points.end()) points[device.island] = point_descriptions(tuples, device.island);
-          return thing_description(device, points[device.island], needs_token);
-        };
-        return json_response(
-            page_of("things", client::devices_from(tuples, {}), request, range, id_of_thing, describe));
-      },
-      call.respond);
+  return call.read(patterns, [range, needs_token, request = call.request](const std::vector<client::Tuple>& tuples) {
+    std::map<OwnerId, PointDescriptions> points;
+    const auto describe = [&](const client::Device& device) {
+      const auto known = points.find(device.island);
+      if (known == points.end()) points[device.island] = point_descriptions(tuples, device.island);
+      return thing_description(device, points[device.island], needs_token);
+    };
+    return json_response(page_of("things", client::devices_from(tuples, {}), request, range, id_of_thing, describe));
+  });
 }
 
 std::unique_ptr<Exchange> describe_thing(Call& call) {
@@ -53,18 +49,15 @@ std::unique_ptr<Exchange> describe_thing(Call& call) {
   const Pattern all{device->owner, device->key + ".**"};
   if (auto good = call.may_read(all); !good) return call.refuse(good.error());
   const bool needs_token = call.context.access.rules().needs_token;
-  return std::make_unique<Reading>(
-      call.context, std::vector{all},
-      [needs_token, id = *device](const std::vector<client::Tuple>& tuples) {
-        const auto found = client::devices_from(tuples, {});
-        if (found.size() != 1 || found.front().key() != id.key)
-          return error_response({ErrorCode::kNotFound, fmt::format("no thing {}", to_string(id))});
-        auto thing = thing_description(found.front(), point_descriptions(tuples, *id.owner), needs_token);
-        auto response = json_response(thing);
-        response.content_type = kThingType;
-        return response;
-      },
-      call.respond);
+  return call.read(std::vector{all}, [needs_token, id = *device](const std::vector<client::Tuple>& tuples) {
+    const auto found = client::devices_from(tuples, {});
+    if (found.size() != 1 || found.front().key() != id.key)
+      return error_response({ErrorCode::kNotFound, fmt::format("no thing {}", to_string(id))});
+    auto thing = thing_description(found.front(), point_descriptions(tuples, *id.owner), needs_token);
+    auto response = json_response(thing);
+    response.content_type = kThingType;
+    return response;
+  });
 }
 
 }  // namespace rubicon::web::api

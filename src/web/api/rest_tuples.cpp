@@ -5,8 +5,8 @@
 #include "web/api/event_stream.h"
 #include "web/api/media_type.h"
 #include "web/api/page_of.h"
-#include "web/api/reading.h"
 #include "web/api/route.h"
+#include "web/api/tuple_read.h"
 #include "web/error_response.h"
 
 namespace rubicon::web::api {
@@ -79,13 +79,9 @@ std::unique_ptr<Exchange> list_tuples(Call& call) {
   const auto range = read_range(call.query);
   if (auto good = call.may_read(options.pattern); !good) return call.refuse(good.error());
   if (call.accepts("text/event-stream")) return stream_tuples(call, options);
-  return std::make_unique<Reading>(
-      call.context, std::vector{options.pattern},
-      [range, request = call.request](std::vector<client::Tuple> tuples) {
-        return json_response(
-            page_of("tuples", std::move(tuples), request, range, name_of_tuple, client::whole_tuple_json));
-      },
-      call.respond);
+  return call.read(std::vector{options.pattern}, [range, request = call.request](std::vector<client::Tuple> tuples) {
+    return json_response(page_of("tuples", std::move(tuples), request, range, name_of_tuple, client::whole_tuple_json));
+  });
 }
 
 std::unique_ptr<Exchange> get_tuple(Call& call) {
@@ -96,13 +92,11 @@ std::unique_ptr<Exchange> get_tuple(Call& call) {
   call.query.text("sequence");  // makes the address of each value another one, for caches
   const Pattern one{*owner, call.parts[1]};
   if (auto good = call.may_read(one); !good) return call.refuse(good.error());
-  return std::make_unique<Reading>(
-      call.context, std::vector{one},
-      [one, form, accept = std::string(call.request.header("accept"))](const std::vector<client::Tuple>& tuples) {
-        if (tuples.empty()) return error_response({ErrorCode::kNotFound, fmt::format("no tuple {}", to_string(one))});
-        return tuple_response(tuples.front(), form, accept);
-      },
-      call.respond);
+  return call.read(std::vector{one}, [one, form, accept = std::string(call.request.header("accept"))](
+                                         const std::vector<client::Tuple>& tuples) {
+    if (tuples.empty()) return error_response({ErrorCode::kNotFound, fmt::format("no tuple {}", to_string(one))});
+    return tuple_response(tuples.front(), form, accept);
+  });
 }
 
 }  // namespace rubicon::web::api

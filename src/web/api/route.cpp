@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <iterator>
 
 #include "base/text.h"
@@ -46,6 +47,23 @@ Result<void> Call::check(Verb verb, OwnerId owner, std::string_view key) const {
 Result<void> Call::may_read(const Pattern& pattern) {
   if (auto good = query.end(); !good) return good;
   return check(Verb::kRead, pattern.owner.value_or(model::kNoOwner), pattern.key);
+}
+
+std::unique_ptr<Exchange> Call::read(const std::vector<Pattern>& patterns, TupleRead::Make make) const {
+  const bool counts = !std::all_of(patterns.begin(), patterns.end(), [](const auto& one) { return one.exact(); });
+  const auto name = caller_name();
+  if (counts && !context.lists.take(name, context.scheduler.now()))
+    return refuse({ErrorCode::kBusy, "more than 30 lists, or 600,000 tuples of lists, in a second"});
+  auto counted = [&all = context, name, counts, make = std::move(make)](std::vector<client::Tuple> tuples) {
+    const auto cost = static_cast<double>(tuples.size()) / Context::kTuplesOfAList;
+    if (counts) all.lists.charge(name, all.scheduler.now(), cost);
+    return make(std::move(tuples));
+  };
+  return std::make_unique<TupleRead>(context, patterns, std::move(counted), respond);
+}
+
+std::string Call::caller_name() const {
+  return request.caller.name + "@" + request.caller.peer;
 }
 
 bool Call::accepts(std::string_view media_type) const {

@@ -10,6 +10,7 @@
 
 #include "web/api/context.h"
 #include "web/api/query.h"
+#include "web/api/tuple_read.h"
 #include "web/exchange.h"
 
 namespace rubicon::web::api {
@@ -29,6 +30,11 @@ struct Call {
   Result<void> check(Verb verb, OwnerId owner, std::string_view key) const;
   /// The end of the query, then whether the caller may read what matches.
   Result<void> may_read(const Pattern& pattern);
+  /// Answers with what `make` makes of the present tuples of these patterns. kBusy if the caller read too many; single
+  /// tuples do not count.
+  std::unique_ptr<Exchange> read(const std::vector<Pattern>& patterns, TupleRead::Make make) const;
+  /// The caller, as limits count it.
+  std::string caller_name() const;
   /// Whether the client asks for this media type.
   bool accepts(std::string_view media_type) const;
 };

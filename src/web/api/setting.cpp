@@ -39,7 +39,9 @@ const StateAnswer& answer_of(std::string_view state) {
 }
 
 constexpr Duration kUsualWait = std::chrono::seconds(15);
-constexpr Duration kLongestWait = std::chrono::minutes(10);
+constexpr Duration kLongestWait = std::chrono::minutes(9);  // the server ends what is not answered after ten
+/// An owner that is there replies in this time.
+constexpr Duration kReplyTime = std::chrono::seconds(5);
 
 /// What curl and forms send unless they are given another type.
 constexpr std::string_view kFormType = "application/x-www-form-urlencoded";
@@ -85,12 +87,16 @@ Setting::Setting(Context& context, SetRequest request, Duration wait, Respond re
                             outcome_ = outcome;
                             if (is_final) finish();
                           }};
+  outcome_.state = "sent";
+  outcome_.reason = "the owner has not replied yet";
+  patience_ = context_.scheduler.after(std::max(wait_, kReplyTime), [this] { finish(); });
   set_ = std::make_unique<TrackedSet>(context, request_, std::move(calls));
 }
 
 void Setting::replied(const tuples::Reply& reply) {
   const auto verdict = verdict_of(reply, request_.owner);
   outcome_.request = reply.request;
+  outcome_.reason.clear();
   outcome_.state = verdict ? "applied" : std::string(to_string(reply.verdict));
   if (!verdict) {
     outcome_.reason = verdict.error().text;
@@ -98,7 +104,7 @@ void Setting::replied(const tuples::Reply& reply) {
   }
   if (!has_states(request_.key) || request_.append) return finish();
   outcome_.state = "queued";  // until the status says more
-  patience_ = context_.scheduler.after(wait_, [this] { finish(); });
+  patience_ = context_.scheduler.at(std::max(start_ + wait_, context_.scheduler.now()), [this] { finish(); });
 }
 
 /// The set reports its end, so it is destroyed in a later turn, with this.
@@ -134,7 +140,7 @@ std::unique_ptr<Exchange> put_tuple(Call& call) {
   if (auto good = call.query.end(); !good) return call.refuse(good.error());
   if (auto good = call.check(Verb::kSet, request->owner, request->key); !good) return call.refuse(good.error());
   auto& context = call.context;
-  if (!context.commands.take(call.request.caller.name + "@" + call.request.caller.peer, context.scheduler.now()))
+  if (!context.commands.take(call.caller_name(), context.scheduler.now()))
     return call.refuse(
         {ErrorCode::kBusy, fmt::format("more than {} commands in a second", Context::kCommandsPerSecond)});
   ++context.counters.commands;

@@ -131,9 +131,10 @@ Result<void> Socket::subscribe(Id id, Members& members) {
     return fail(ErrorCode::kBusy, fmt::format("{} subscriptions are the most of a connection", kMaxSubscriptions));
   const auto number = ++last_subscription_;
   answer(id, {{"subscription", number}});
-  feeds_.emplace(
-      number, std::make_unique<Feed>(context_, stock_, std::move(options), std::make_unique<SocketWriter>(number, full),
-                                     Feed::Calls{[this] { wake(); }, [this] { merged(); }}));
+  feeds_.emplace(number,
+                 std::make_unique<Feed>(
+                     context_, stock_, std::move(options), std::make_unique<SocketWriter>(number, full),
+                     Feed::Calls{[this] { wake(); }, [this] { merged(); }, [this] { calls_.close(kTooManyTuples); }}));
   return {};
 }
 

@@ -7,7 +7,10 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-using Rest = Sites;
+class Rest : public Sites {
+ protected:
+  std::vector<std::unique_ptr<Exchange>> requests;
+};
 
 std::vector<std::string> keys_of(const Json& list) {
   std::vector<std::string> keys;
@@ -90,6 +93,62 @@ TEST_F(Rest, TuplesOfAPatternComeInPages) {
   ASSERT_EQ(keys.size(), 25U);
   EXPECT_EQ(keys.front(), "t1");
   EXPECT_EQ(keys.back(), "t25");
+}
+
+TEST_F(Rest, AnOwnerThatDoesNotReplyIsNotAwaitedLongerThanAsked) {
+  start_lamp();
+  const std::string lamp = "/api/v1/tuples/1/proxy.scripted-1.7.actuator.switch-1.command";
+  ASSERT_EQ(ask("PUT", lamp + "?wait=0s", "on").status, 202U);
+  std::optional<Response> response;
+  const auto start = scheduler.now();
+  const auto exchange = site().handle(request_of("PUT", lamp + "?ttl=1h&wait=20s", "off"),
+                                      [&](Response answer) { response = std::move(answer); });
+  ecology.cut(OwnerId(1), OwnerId(kSite));  // what is under way is lost
+  ecology.mend(OwnerId(1), OwnerId(kSite));
+  while (!response && scheduler.now() - start < 2h) scheduler.run_for(100ms);
+  ASSERT_TRUE(response);
+  EXPECT_LE(scheduler.now() - start, 21s);
+  EXPECT_EQ(response->status, 202U);
+  EXPECT_EQ(Json::parse(response->body)["state"], "sent");
+  EXPECT_EQ(Json::parse(response->body)["reason"], "the owner has not replied yet");
+}
+
+TEST_F(Rest, APageOfLargeTuplesEndsAfterAMebibyte) {
+  auto& owner = component(70000);
+  for (int i = 1; i <= 25; ++i) ASSERT_TRUE(owner.set("t" + std::to_string(i), std::string(100'000, 'x')));
+  std::vector<std::string> keys;
+  for (Json next = "/api/v1/tuples?pattern=70000:*"; next.is_string();) {
+    const auto response = ask("GET", next);
+    EXPECT_LT(response.body.size(), 1'300'000U);
+    const auto page = Json::parse(response.body);
+    for (auto& key : keys_of(page["tuples"])) keys.push_back(key);
+    next = page.contains("next") ? page["next"] : Json();
+  }
+  ASSERT_EQ(keys.size(), 25U);
+  EXPECT_EQ(keys.front(), "t1");
+  EXPECT_EQ(keys.back(), "t25");
+}
+
+TEST_F(Rest, ListsAreCountedByTheTuplesThatTheyRead) {
+  auto& owner = component(70000);
+  for (int i = 0; i < 20'000; ++i) ASSERT_TRUE(owner.set("t" + std::to_string(i), "x"));
+  const std::string list = "/api/v1/tuples?pattern=70000:*&limit=1", one = "/api/v1/tuples/70000/t1";
+  EXPECT_EQ(ask("GET", list).status, 200U);
+  scheduler.run_for(1s);
+  std::vector<unsigned> lists, singles;
+  const auto read = [&](const std::string& target, std::vector<unsigned>& answers) {
+    const auto request = request_of("GET", target);
+    requests.push_back(
+        site().handle(request, [&answers](const Response& response) { answers.push_back(response.status); }));
+  };
+  for (int i = 0; i < 40; ++i) read(list, lists);
+  for (int i = 0; i < 100; ++i) read(one, singles);
+  scheduler.run_for(100ms);
+  EXPECT_EQ(std::count(lists.begin(), lists.end(), 429U), 40 - 30) << "each costs one, and one for 20,000 tuples";
+  EXPECT_EQ(std::count(singles.begin(), singles.end(), 200U), 100);
+  EXPECT_EQ(ask("GET", list).status, 429U) << "what was read counts, too";
+  scheduler.run_for(2s);
+  EXPECT_EQ(ask("GET", list).status, 200U);
 }
 
 TEST_F(Rest, ATupleHasTheNamesOfTheCommandLine) {

@@ -296,6 +296,22 @@ TEST_F(Subscriptions, AConnectionHasAtMost256) {
   EXPECT_THAT(page.answer(id)["error"]["text"].get<std::string>(), HasSubstr("256"));
 }
 
+TEST_F(Subscriptions, TheTuplesOfAllThatAConnectionHasAreBounded) {
+  auto& owner = component(70000);
+  for (int i = 0; i < 1250; ++i) ASSERT_TRUE(owner.set("t" + std::to_string(i), "x"));
+  auto& page = Sites::page();
+  for (int i = 0; i < 239; ++i) page.ask({{"do", "subscribe"}, {"pattern", "70000:*"}, {"min", 1000}});
+  scheduler.run_for(100ms);
+  EXPECT_EQ(page.closed, "");
+  page.ask({{"do", "unsubscribe"}, {"subscription", 1}});
+  for (int i = 0; i < 2; ++i) page.ask({{"do", "subscribe"}, {"pattern", "70000:*"}, {"min", 1000}});
+  scheduler.run_for(100ms);
+  EXPECT_EQ(page.closed, "") << "300,000 are permitted, and an end makes room";
+  page.ask({{"do", "subscribe"}, {"pattern", "70000:t1"}});
+  scheduler.run_for(100ms);
+  EXPECT_THAT(page.closed, HasSubstr("300,000 tuples"));
+}
+
 TEST_F(Subscriptions, TheEndOfAConnectionEndsItsSubscriptions) {
   auto& page = Sites::page();
   const auto before = component(kSite).stats().subscriptions;

@@ -11,13 +11,14 @@
 namespace rubicon::web::api {
 
 /// Answers a request with what the present tuples of some patterns say: each once, by owner and key.
-class Reading final : public Exchange {
+class TupleRead final : public Exchange {
  public:
   using Make = std::function<Response(std::vector<client::Tuple> tuples)>;
-  Reading(Context& context, const std::vector<Pattern>& patterns, Make make, Respond respond);
+  TupleRead(Context& context, const std::vector<Pattern>& patterns, Make make, Respond respond);
 
  private:
   void add(std::vector<client::Tuple> some);
+  void merge();
 
   std::vector<client::Tuple> tuples_;
   std::size_t open_ = 0;
