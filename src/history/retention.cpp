@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <limits>
 
 #include "history/buckets.h"
@@ -15,8 +16,14 @@ using sqlite::Query;
 namespace {
 
 constexpr Duration kRoundEvery = std::chrono::hours(1);
-constexpr Duration kLargeEvery = std::chrono::minutes(1);  // a look at the size
-constexpr int kFastest = 4;                                // clock of the machine : time that passed
+constexpr Duration kLookEvery = std::chrono::minutes(1);  // at the size, and at the disk
+constexpr int kFastest = 4;                               // clock of the machine : time that passed
+/// A clock before 2026 was never set.
+constexpr WallTime kPlausible = WallTime(std::chrono::seconds(1'767'225'600));
+/// What the disk should have left: this, and of a small history a tenth of it.
+constexpr std::uint64_t kReserve = 64'000'000;
+/// How long what stays for ever counts as lasting while the file is too large.
+constexpr std::int64_t kForEverRaw = 3'650 * kDay, kForEverHours = 36'500 * kDay;
 constexpr std::size_t kSeriesAtOnce = 100;
 constexpr int kBlocksAtOnce = 50;
 constexpr std::int64_t kNever = std::numeric_limits<std::int64_t>::min() / 4;
@@ -28,55 +35,100 @@ Result<void> Retention::advance(SteadyTime now, WallTime wall) {
   if (!started_) {
     const auto kept = store_.meta("clock");
     if (!kept) return fail(kept.error());
-    clock_ = *kept ? std::min(from_milliseconds(**kept), wall) : wall;
-    last_ = now;
-    next_round_ = now;
+    if (*kept) highest_ = clock_ = from_milliseconds(**kept);
+    last_ = next_round_ = next_look_ = now;
     started_ = true;
-    return {};
   }
-  const auto reachable = clock_ + std::chrono::duration_cast<std::chrono::microseconds>(kFastest * (now - last_));
-  clock_ = std::min(wall, reachable);
+  const auto passed = std::chrono::duration_cast<std::chrono::microseconds>(kFastest * (now - last_));
   last_ = now;
+  clock_ = highest_ ? std::min(wall, std::max(*highest_, clock_ + passed)) : wall;
+  if (highest_ || wall >= kPlausible) highest_ = std::max(highest_.value_or(clock_), clock_);
   return {};
 }
 
-Result<std::string> Retention::step(SteadyTime now, WallTime wall) {
+Result<std::string> Retention::step(SteadyTime now, WallTime wall, std::optional<std::uint64_t> free) {
   if (auto done = advance(now, wall); !done) return fail(done.error());
   std::string said;
   if (!in_round_) {
-    if (now < next_round_) return said;
-    auto begun = begin_round();
-    if (!begun) return begun;
-    said = std::move(*begun);
-    next_round_ = now + (shrinking_ ? kLargeEvery : kRoundEvery);
+    if (now < next_look_) return said;
+    next_look_ = now + kLookEvery;
+    const auto why = too_large(free);
+    if (!why) return why;
+    if (why->empty() && now < next_round_) return said;
+    if (auto done = begin_round(); !done) return fail(done.error());
+    if (!why->empty()) {
+      auto shrunk = shrink(*why);
+      if (!shrunk) return shrunk;
+      said = std::move(*shrunk);
+    }
+    in_round_ = true;
+    next_round_ = now + kRoundEvery;
   }
   auto done = store_.transact([this] { return slice(); });
   if (!done) return fail(done.error());
   return said;
 }
 
-Result<std::string> Retention::begin_round() {
-  in_round_ = true;
+Result<void> Retention::begin_round() {
   next_row_ = 0;
+  blocks_before_ = texts_before_ = hours_before_ = kNever;
+  if (!highest_) return {};
   const auto clock = to_milliseconds(clock_);
-  blocks_before_ = rules_.raw ? floor_to(clock - milliseconds(*rules_.raw), kHour) : kNever;
-  hours_before_ = rules_.hours ? clock - milliseconds(*rules_.hours) : kNever;
-  shrinking_ = false;
-  if (auto done = store_.put_meta("clock", clock); !done) return fail(done.error());
-  const auto used = used_bytes();
-  if (!used) return fail(used.error());
-  if (*used <= rules_.size) return std::string();
-  const auto oldest = oldest_block();
-  if (!oldest) return fail(oldest.error());
-  shrinking_ = true;
-  const auto what = fmt::format("{}: larger than {} bytes", store_.path(), rules_.size);
-  if (!*oldest) {
-    hours_before_ = kFurthest;  // no block is left: the summaries are too many
-    return what + ": the summaries of hours go";
+  if (rules_.raw) blocks_before_ = texts_before_ = floor_to(clock - milliseconds(*rules_.raw), kHour);
+  if (rules_.hours) hours_before_ = clock - milliseconds(*rules_.hours);
+  return store_.put_meta("clock", to_milliseconds(*highest_));
+}
+
+Result<std::string> Retention::too_large(std::optional<std::uint64_t> free) {
+  auto& database = store_.database();
+  const auto pages = database.number("PRAGMA page_count", "measuring");
+  const auto unused = database.number("PRAGMA freelist_count", "measuring");
+  const auto size = database.number("PRAGMA page_size", "measuring");
+  for (const auto* one : {&pages, &unused, &size}) {
+    if (!*one) return fail(one->error());
   }
-  blocks_before_ = std::max(blocks_before_, floor_to(**oldest, kDay) + kDay);
-  return fmt::format("{}: the points before {:%Y-%m-%d} go", what,
-                     fmt::gmtime(std::chrono::floor<std::chrono::seconds>(from_milliseconds(blocks_before_))));
+  const auto used = static_cast<std::uint64_t>(std::max<std::int64_t>(*pages - *unused, 0) * *size);
+  if (used > rules_.size) return fmt::format("{}: larger than {} bytes", store_.path(), rules_.size);
+  // The file itself has room, too: what was removed. Without a reserve not even removing would be possible.
+  const auto room = free.value_or(kReserve) + static_cast<std::uint64_t>(*unused * *size);
+  if (room < std::min(kReserve, used / 10)) return fmt::format("{}: the disk is almost full", store_.path());
+  return std::string();
+}
+
+/// Lets one more day go; of the last two days, an hour.
+Result<std::string> Retention::shrink(const std::string& why) {
+  struct Part {
+    const char *what, *first;
+    std::int64_t lasts;
+    std::int64_t& before;
+  };
+  const auto raw = rules_.raw ? milliseconds(*rules_.raw) : kForEverRaw;
+  const auto hours = rules_.hours ? milliseconds(*rules_.hours) : kForEverHours;
+  const std::array parts{
+      Part{"points", "SELECT until FROM block WHERE series=? ORDER BY start LIMIT 1", raw, blocks_before_},
+      Part{"texts", "SELECT time FROM text WHERE series=? ORDER BY time LIMIT 1", raw, texts_before_},
+      Part{"summaries of hours", "SELECT start FROM hour WHERE series=? ORDER BY start LIMIT 1", hours, hours_before_}};
+  const Part* oldest_part = nullptr;
+  std::pair<double, std::int64_t> highest_age;  // relative; absolute where the clock is behind all
+  std::int64_t begin = 0;
+  for (const auto& part : parts) {
+    const auto first = oldest(part.first);
+    if (!first) return fail(first.error());
+    if (!*first) continue;
+    const auto age = std::max<std::int64_t>(to_milliseconds(clock_) - **first, 0);
+    const std::pair relative(static_cast<double>(age) / static_cast<double>(std::max<std::int64_t>(part.lasts, 1)),
+                             -**first);
+    if (oldest_part && relative <= highest_age) continue;
+    oldest_part = &part;
+    highest_age = relative;
+    begin = **first;
+  }
+  if (!oldest_part) return why + ", and nothing is left to remove";
+  const auto width = store_.alive() - begin < 2 * kDay ? kHour : kDay;
+  auto& before = oldest_part->before;
+  before = std::max(before, floor_to(begin, width) + width);
+  return fmt::format("{}: the {} before {:%Y-%m-%d %H:%M} go", why, oldest_part->what,
+                     fmt::gmtime(std::chrono::floor<std::chrono::seconds>(from_milliseconds(before))));
 }
 
 Result<void> Retention::slice() {
@@ -125,7 +177,7 @@ Result<bool> Retention::slice_of(SeriesRow row) {
   }
   if (gone.size() == kBlocksAtOnce) return true;
   for (const auto& [sql, before] : {std::pair{"DELETE FROM hour WHERE series=? AND start<?", hours_before_},
-                                    std::pair{"DELETE FROM text WHERE series=? AND time<?", blocks_before_}}) {
+                                    std::pair{"DELETE FROM text WHERE series=? AND time<?", texts_before_}}) {
     auto old = database.prepare(sql, kDoing);
     if (!old) return fail(old.error());
     if (auto done = Query(*old).integer(row).integer(before).run(); !done) return fail(done.error());
@@ -155,19 +207,8 @@ Result<void> Retention::keep_hours(SeriesRow row, const Points& points) {
   return {};
 }
 
-Result<std::uint64_t> Retention::used_bytes() {
-  auto& database = store_.database();
-  const auto pages = database.number("PRAGMA page_count", "measuring");
-  const auto unused = database.number("PRAGMA freelist_count", "measuring");
-  const auto size = database.number("PRAGMA page_size", "measuring");
-  for (const auto* one : {&pages, &unused, &size}) {
-    if (!*one) return fail(one->error());
-  }
-  return static_cast<std::uint64_t>(std::max<std::int64_t>(*pages - *unused, 0) * *size);
-}
-
-Result<std::optional<std::int64_t>> Retention::oldest_block() {
-  auto first = store_.database().prepare("SELECT until FROM block WHERE series=? ORDER BY start LIMIT 1", kDoing);
+Result<std::optional<std::int64_t>> Retention::oldest(const char* sql) {
+  auto first = store_.database().prepare(sql, kDoing);
   if (!first) return fail(first.error());
   std::optional<std::int64_t> oldest;
   for (const auto& [row, one] : store_.series()) {

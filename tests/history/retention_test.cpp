@@ -29,11 +29,13 @@ class RetentionTest : public testing::Test {
 
   /// Each second of `span` is one of the machine's clock.
   std::vector<std::string> run(Retention& retention, std::int64_t wall_from, Duration span,
-                               Duration every = std::chrono::seconds(60)) {
+                               Duration every = std::chrono::seconds(60),
+                               std::optional<std::uint64_t> free = std::nullopt) {
     std::vector<std::string> said;
     for (Duration passed{0}; passed <= span; passed += every) {
-      const auto step = retention.step(SteadyTime(now_ + passed),
-                                       wall(wall_from) + std::chrono::duration_cast<std::chrono::microseconds>(passed));
+      const auto step =
+          retention.step(SteadyTime(now_ + passed),
+                         wall(wall_from) + std::chrono::duration_cast<std::chrono::microseconds>(passed), free);
       EXPECT_TRUE(step) << step.error().text;
       if (step && !step->empty()) said.push_back(*step);
     }
@@ -42,6 +44,11 @@ class RetentionTest : public testing::Test {
   }
   std::int64_t first() { return points_of(*store_, kOld).front().time; }
   std::int64_t hours() { return *store_->database().number("SELECT count(*) FROM hour", "test"); }
+  /// Of pages that are in use.
+  std::int64_t used() {
+    auto& database = store_->database();
+    return 8192 * (*database.number("PRAGMA page_count", "t") - *database.number("PRAGMA freelist_count", "t"));
+  }
 
   bool noise_ = false;  ///< values that cannot be packed well
   std::mt19937 random_{11};
@@ -83,7 +90,7 @@ TEST_F(RetentionTest, RemovesTheOldestDaysBeyondTheSize) {
   Retention retention(*store_, {std::nullopt, std::nullopt, size * 2 / 3});
   const auto said = run(retention, kBegin + 10 * kDay, std::chrono::hours(3));
   EXPECT_GE(said.size(), 3U);
-  EXPECT_NE(said.front().find("the points before 2026-01-02 go"), std::string::npos) << said.front();
+  EXPECT_NE(said.front().find("the points before 2026-01-02 00:00 go"), std::string::npos) << said.front();
   EXPECT_GE(first(), kBegin + 3 * kDay - 2 * kHour);
   EXPECT_LE(first(), kBegin + 6 * kDay);
   EXPECT_EQ(points_of(*store_, kOld).back().time, kBegin + 10 * kDay - 10 * kSecond);
@@ -114,6 +121,98 @@ TEST_F(RetentionTest, KeepsItsClockInTheFile) {
   // It follows in the end: the clock was right, and the machine was off for a year.
   run(second_run, kBegin + 370 * kDay, std::chrono::hours(93 * 24), std::chrono::minutes(30));
   EXPECT_TRUE(points_of(*store_, kOld).empty());
+}
+
+TEST_F(RetentionTest, ShortensOldSummariesAndKeepsNewPointsBeyondTheSize) {
+  fill(kBegin, kBegin + kHour, 5);
+  const auto points = points_of(*store_, kOld);
+  // Two years of summaries of five series: more than the size alone.
+  ASSERT_TRUE(store_->database().run(
+      "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i+1 FROM n WHERE i<17500) INSERT INTO hour SELECT "
+      "s.id,1767225600000-n.i*3600000,1767225600000-n.i*3600000+3590000,360,i*0.1,i*0.2,i*0.3,i*0.7 FROM n, series s",
+      "test"));
+  Retention retention(*store_, {std::chrono::hours(30 * 24), std::chrono::hours(730 * 24), 1'000'000});
+  const auto said = run(retention, kBegin + kHour, std::chrono::hours(13));
+  EXPECT_EQ(points_of(*store_, kOld), points);
+  EXPECT_LE(used(), 1'000'000);
+  EXPECT_GT(hours(), 8'000);
+  EXPECT_NE(said.front().find("the summaries of hours before 2024-01-03 00:00 go"), std::string::npos) << said.front();
+}
+
+TEST_F(RetentionTest, ShortensPointsAndSummariesInProportion) {
+  noise_ = true;
+  fill(kBegin, kBegin + 30 * kDay, 5);
+  ASSERT_TRUE(store_->database().run(
+      "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i+1 FROM n WHERE i<16800) INSERT INTO hour SELECT "
+      "s.id,1767225600000-n.i*3600000,1767225600000-n.i*3600000+3590000,360,i*0.1,i*0.2,i*0.3,i*0.7 FROM n, series s",
+      "test"));
+  const auto half = static_cast<std::uint64_t>(used() / 2);
+  Retention retention(*store_, {std::chrono::hours(30 * 24), std::chrono::hours(730 * 24), half});
+  run(retention, kBegin + 30 * kDay, std::chrono::hours(13));
+  EXPECT_LE(used(), static_cast<std::int64_t>(half));
+  const auto now = kBegin + 30 * kDay;
+  const auto oldest_hour = *store_->database().number("SELECT min(start) FROM hour", "test");
+  const auto raw_part = static_cast<double>(now - first()) / (30.0 * kDay);
+  const auto hours_part = static_cast<double>(now - oldest_hour) / (730.0 * kDay);
+  EXPECT_GT(raw_part, 0.3);
+  EXPECT_NEAR(raw_part, hours_part, 0.08);
+}
+
+TEST_F(RetentionTest, RemovesOldTextsBeyondTheSize) {
+  const Declaration series{{OwnerId(6541), "robot.pose"}, SeriesKind::kText, "", {}};
+  for (int hour = 0; hour < 24; ++hour) {
+    Batch batch{wall(kBegin + hour * kHour), {{0, series}}, {}, {}};
+    for (int i = 0; i < 60; ++i)
+      batch.texts.push_back(
+          {0, kBegin + hour * kHour + i * kMinute, std::string(4000, static_cast<char>('a' + i % 20))});
+    ASSERT_TRUE(store_->write(batch));
+  }
+  ASSERT_GT(used(), 5'000'000);
+  Retention retention(*store_, {std::chrono::hours(30 * 24), std::nullopt, 2'000'000});
+  run(retention, kBegin + kDay, std::chrono::hours(2));
+  EXPECT_LE(used(), 2'000'000);
+  EXPECT_GT(used(), 1'500'000);
+  EXPECT_EQ(*store_->database().number("SELECT max(time) FROM text", "test"), kBegin + 24 * kHour - kMinute);
+}
+
+TEST_F(RetentionTest, KeepsAReserveOnADiskThatIsAlmostFull) {
+  noise_ = true;
+  fill(kBegin, kBegin + 10 * kDay, 5);
+  const auto before = used();
+  Retention retention(*store_, {std::nullopt, std::nullopt, 8'000'000'000});
+  const auto said = run(retention, kBegin + 10 * kDay, std::chrono::hours(2), std::chrono::seconds(60), 0);
+  ASSERT_FALSE(said.empty());
+  EXPECT_NE(said.front().find("the disk is almost full"), std::string::npos) << said.front();
+  EXPECT_LE(used(), before * 10 / 11 + 8192);
+  EXPECT_GE(used(), before * 3 / 4);  // and not all
+  EXPECT_EQ(points_of(*store_, kOld).back().time, kBegin + 10 * kDay - 10 * kSecond);
+}
+
+TEST_F(RetentionTest, FollowsAtOnceAfterAClockThatWasBehind) {
+  fill(kBegin, kBegin + 4 * kDay);
+  const RetentionRules rules{std::chrono::hours(5 * 24), std::nullopt, 1'000'000'000};
+  {
+    Retention good(*store_, rules);
+    run(good, kBegin + 4 * kDay, std::chrono::hours(2));
+  }
+  {
+    Retention reset(*store_, rules);
+    run(reset, 5 * kMinute, std::chrono::hours(2));  // 1970
+  }
+  Retention again(*store_, rules);
+  run(again, kBegin + 4 * kDay + 2 * kHour, std::chrono::minutes(2));
+  EXPECT_EQ(again.clock(), wall(kBegin + 4 * kDay + 2 * kHour) + std::chrono::minutes(2));
+  run(again, kBegin - 90 * kDay, std::chrono::hours(1));
+  run(again, kBegin + 4 * kDay + 3 * kHour, std::chrono::minutes(70));
+  EXPECT_EQ(again.clock(), wall(kBegin + 4 * kDay + 3 * kHour) + std::chrono::minutes(70));
+}
+
+TEST_F(RetentionTest, TakesTheFirstClockThatIsPlausible) {
+  fill(kBegin, kBegin + 4 * kDay);
+  Retention retention(*store_, {std::chrono::hours(24), std::nullopt, 1'000'000'000});
+  run(retention, 5 * kMinute, std::chrono::hours(1));  // 1970
+  run(retention, kBegin + 4 * kDay, std::chrono::minutes(70));
+  EXPECT_GE(first(), kBegin + 3 * kDay - 2 * kHour);
 }
 
 }  // namespace
