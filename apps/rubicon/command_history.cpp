@@ -71,8 +71,9 @@ int failed(const Error& error) {
 using Work = std::function<int(Store&, const Settings&, const HistoryOptions&)>;
 
 /// Opens the file for one of the commands.
-int with_store(const Settings& settings, const HistoryOptions& options, sqlite::FileUse use, const Work& work) {
-  const auto store = Store::open(options.file, use, use == sqlite::FileUse::kOwn);
+int with_store(const Settings& settings, const HistoryOptions& options, sqlite::FileUse use, const Work& work,
+               bool create = false) {
+  const auto store = Store::open(options.file, use, use == sqlite::FileUse::kOwn, create);
   if (!store) return failed(store.error());
   if (use == sqlite::FileUse::kOwn && (*store)->read_only())
     return failed({ErrorCode::kRefused, fmt::format("history {}: no permission to write", options.file)});
@@ -316,7 +317,7 @@ void add_history(Cli& cli) {
                    "  rubicon history demo.history import examples/recordings/demo_hour.rec --end now\n", parent},
                   [options, every](const Settings& settings) {
                     every->file = options->file;
-                    return with_store(settings, *every, sqlite::FileUse::kOwn, import);
+                    return with_store(settings, *every, sqlite::FileUse::kOwn, import, true);
                   });
   fill->add_option("RECORDING", every->recording, "file that a recorder wrote")->required();
   fill->add_option("--pattern", every->patterns, "values to take (may be repeated); default: all of points")

@@ -3,6 +3,9 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <filesystem>
+#include <fstream>
+#include <string_view>
 
 #include "sqlite/versions.h"
 
@@ -51,6 +54,19 @@ Result<void> create(sqlite::OpenFile& file) {
   return {};
 }
 
+/// The file has content that no database begins with (https://www.sqlite.org/fileformat.html, 1.3): a wrong name in a
+/// configuration, perhaps.
+bool is_no_database(const std::string& path) {
+  constexpr std::string_view kBegin("SQLite format 3\0", 16);
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(path, ignored)) return false;
+  std::ifstream file(path, std::ios::binary);
+  std::array<char, kBegin.size()> begin{};
+  file.read(begin.data(), begin.size());
+  const std::string_view found(begin.data(), static_cast<std::size_t>(file.gcount()));
+  return !found.empty() && found != kBegin;
+}
+
 Result<void> verify(sqlite::OpenFile& file, bool thorough) {
   const auto header = sqlite::read_header(file.database, format());
   if (!header) return fail(header.error());
@@ -66,8 +82,10 @@ Result<void> verify(sqlite::OpenFile& file, bool thorough) {
 
 }  // namespace
 
-Result<sqlite::OpenFile> open_history_file(const std::string& path, sqlite::FileUse use, bool thorough) {
-  auto file = sqlite::open_file(kNoun, path, use, use == sqlite::FileUse::kOwn);
+Result<sqlite::OpenFile> open_history_file(const std::string& path, sqlite::FileUse use, bool thorough, bool create) {
+  if (is_no_database(path))
+    return fail(ErrorCode::kRefused, fmt::format("{} {}: is not an SQLite database", kNoun, path));
+  auto file = sqlite::open_file(kNoun, path, use, create && use == sqlite::FileUse::kOwn);
   if (!file) return file;
   if (auto done = verify(*file, thorough); !done) return fail(done.error());
   return file;

@@ -11,8 +11,9 @@ inline constexpr const char* kNoun = "history";
 /// In the header of every file (SQLite's application_id): `RbnH`.
 inline constexpr std::int64_t kApplicationId = 0x52626e48;
 
-/// Opens a file whose header and tables were checked; the whole file if `thorough`. kOwn creates it. Errors as those of
-/// sqlite::open_file; kInvalid: damaged, or not a history; kRefused: of another program, or of a newer version.
-Result<sqlite::OpenFile> open_history_file(const std::string& path, sqlite::FileUse use, bool thorough);
+/// Opens a file whose header and tables were checked; the whole file if `thorough`. kOwn creates it if `create`. Errors
+/// as those of sqlite::open_file; kInvalid: a damaged database; kRefused: no database, one of another program, or of a
+/// newer version. What is refused is left as it is.
+Result<sqlite::OpenFile> open_history_file(const std::string& path, sqlite::FileUse use, bool thorough, bool create);
 
 }  // namespace rubicon::history

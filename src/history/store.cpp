@@ -23,6 +23,8 @@ constexpr std::size_t kSearchedAtOnce = 2000;
 /// A block with fewer points is joined with the next one of its series.
 constexpr std::size_t kSmallBlock = 512;
 constexpr unsigned kTrimEvery = 60;
+/// The journal's rows have about as many bytes at most, before they are packed.
+constexpr std::size_t kJournalRow = 1 << 20;
 
 /// The first blocks of series that began together end apart.
 std::size_t first_limit(SeriesRow row) {
@@ -41,12 +43,12 @@ struct Store::Writing {
   std::map<SeriesRow, Closing> closing;
   std::vector<Slot> resolved;                                     ///< slots whose row is new in this transaction
   std::vector<std::pair<SeriesRow, Declaration>> new_or_changed;  ///< series
-  std::int64_t journal = 0;                                       ///< its row
+  std::int64_t journal = 0, next_journal = 0;                     ///< its first row, and that after the last
   SeriesRow next_aged = 0;
 };
 
-Result<std::unique_ptr<Store>> Store::open(const std::string& path, sqlite::FileUse use, bool thorough) {
-  auto file = open_history_file(path, use, thorough);
+Result<std::unique_ptr<Store>> Store::open(const std::string& path, sqlite::FileUse use, bool thorough, bool create) {
+  auto file = open_history_file(path, use, thorough, create);
   if (!file) return fail(file.error());
   std::unique_ptr<Store> store(new Store(std::move(*file)));
   if (auto done = store->prepare(); !done) return fail(done.error());
@@ -54,6 +56,10 @@ Result<std::unique_ptr<Store>> Store::open(const std::string& path, sqlite::File
 }
 
 Result<void> Store::prepare() {
+  // A block that is closed later must not be read beside the journal of before.
+  if (read_only()) {
+    if (auto done = file_.database.run("BEGIN", "opening"); !done) return done;
+  }
   if (auto done = prepare_statements(file_.database, sql_); !done) return done;
   const auto alive = meta("alive");
   if (!alive) return fail(alive.error());
@@ -310,25 +316,33 @@ Result<void> Store::insert_block(SeriesRow row, const Points& points) {
 }
 
 Result<void> Store::write_journal(Writing& writing, WallTime time) {
+  writing.journal = writing.next_journal = next_journal_;
   Bytes plain;
-  const auto put = [&](SeriesRow row, const Points& points) {
-    const auto packed = pack_points(points);
+  const auto put = [&](SeriesRow row, ByteView packed) -> Result<void> {
     put_number(plain, static_cast<std::uint64_t>(row));
     put_number(plain, packed.size());
     plain.insert(plain.end(), packed.begin(), packed.end());
+    if (plain.size() < kJournalRow) return {};
+    auto done = insert_journal(writing.next_journal++, time, plain);
+    plain.clear();
+    return done;
   };
   for (const auto& [row, closing] : writing.closing) {
-    put_number(plain, static_cast<std::uint64_t>(row));
-    put_number(plain, 0);
-    if (!closing.rest.empty()) put(row, closing.rest);
+    auto done = put(row, {});
+    if (done && !closing.rest.empty()) done = put(row, pack_points(closing.rest));
+    if (!done) return done;
   }
   for (const auto& [row, points] : writing.points) {
-    if (!writing.closing.contains(row)) put(row, points);
+    if (writing.closing.contains(row)) continue;
+    if (auto done = put(row, pack_points(points)); !done) return done;
   }
-  writing.journal = next_journal_;
-  Query query(sql_.insert_journal);
+  const bool first = writing.next_journal == writing.journal;  // a batch has a row also without points: its time
+  return first || !plain.empty() ? insert_journal(writing.next_journal++, time, plain) : Result<void>();
+}
+
+Result<void> Store::insert_journal(std::int64_t row, WallTime time, ByteView plain) {
   const auto data = codec_.close(plain);
-  return query.integer(writing.journal).integer(to_milliseconds(time)).blob(data).run();
+  return Query(sql_.insert_journal).integer(row).integer(to_milliseconds(time)).blob(data).run();
 }
 
 Result<void> Store::trim_journal() {
@@ -344,7 +358,7 @@ Result<void> Store::trim_journal() {
 void Store::apply(Writing& writing, std::int64_t now) {
   marks_.clear();
   alive_ = std::max(alive_, now);
-  next_journal_ = writing.journal + 1;
+  next_journal_ = writing.next_journal;
   next_aged_ = writing.next_aged;
   for (auto& [row, declaration] : writing.new_or_changed) {
     const auto [known, fresh] = series_.try_emplace(row);

@@ -32,7 +32,9 @@ struct StoreStatements {
 class Store {
  public:
   /// Errors of open_history_file(). A writer marks a gap in each series that was observed when the one before it ended.
-  static Result<std::unique_ptr<Store>> open(const std::string& path, sqlite::FileUse use, bool thorough);
+  /// A reader sees the file as it is now, as long as it has it open.
+  static Result<std::unique_ptr<Store>> open(const std::string& path, sqlite::FileUse use, bool thorough,
+                                             bool create = true);
 
   struct Series {
     Declaration declaration;
@@ -42,6 +44,7 @@ class Store {
   };
 
   /// All or nothing; after a failure the batch may be written again. Slots are those of one source at a time.
+  /// kOutOfRange: it never can be written.
   Result<void> write(const Batch& batch);
   /// Closes all open points into blocks: for a file that its writer leaves for long.
   Result<void> close_all();
@@ -85,6 +88,7 @@ class Store {
   Result<void> insert_block(SeriesRow row, const Points& points);
   Result<bool> join_last(SeriesRow row, Points& points);
   Result<void> write_journal(Writing& writing, WallTime time);
+  Result<void> insert_journal(std::int64_t row, WallTime time, ByteView plain);
   Result<void> trim_journal();
   void apply(Writing& writing, std::int64_t now);
 

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <map>
 #include <random>
@@ -183,6 +184,57 @@ TEST(Store, IsWrittenByOneAndReadByOthers) {
   EXPECT_EQ(points_of(*reader, kKey), (Points{{kBegin, 1}, {kBegin + 1, 2}}));
 }
 
+TEST(Store, ShowsAReaderWhatWasThereWhenItWasOpened) {
+  Folder folder;
+  auto store = opened(folder / "h");
+  const auto series = number_series(kKey);
+  Points written;
+  for (std::int64_t i = 0; i < 300; ++i) written.push_back({kBegin + i * kSecond, static_cast<double>(i)});
+  ASSERT_TRUE(store->write(batch_of(series, written, kBegin + 300 * kSecond)));
+  auto reader = opened(folder / "h", sqlite::FileUse::kRead);
+  Points more;
+  for (std::int64_t i = 300; i < 2000; ++i) more.push_back({kBegin + i * kSecond, static_cast<double>(i)});
+  ASSERT_TRUE(store->write(batch_of(series, more, kBegin + 2000 * kSecond)));
+  ASSERT_GT(*store->database().number("SELECT count(*) FROM block", "test"), 0);
+  EXPECT_EQ(points_of(*reader, kKey), written);  // none of them twice
+  EXPECT_EQ(points_of(*opened(folder / "h", sqlite::FileUse::kRead), kKey).size(), 2000U);
+}
+
+TEST(Store, TakesTheFirstPointsOfManySeriesAtOnce) {
+  Folder folder;
+  auto store = opened(folder / "h");
+  constexpr Slot kSeries = 20'000;
+  std::mt19937_64 random(3);
+  Batch batch{wall(kBegin + kHour), {}, {}, {}};
+  for (Slot slot = 0; slot < kSeries; ++slot) {
+    batch.declared.emplace_back(slot, number_series("s." + std::to_string(slot)));
+    for (std::int64_t i = 0; i < 25; ++i)
+      batch.points.push_back({slot, {kBegin + i * kMinute, std::bit_cast<double>(random() >> 2U)}});
+  }
+  const auto done = store->write(batch);
+  ASSERT_TRUE(done) << done.error().text;
+  store.reset();
+  store = opened(folder / "h");
+  EXPECT_EQ(store->damaged(), 0U);
+  for (Slot slot = 0; slot < kSeries; slot += 999) {
+    const auto points = points_of(*store, "s." + std::to_string(slot));
+    ASSERT_EQ(points.size(), 25U);
+    EXPECT_EQ(points[24], batch.points[slot * std::size_t{25} + 24].point);
+  }
+  EXPECT_GT(*store->database().number("SELECT count(*) FROM journal", "test"), 3);
+  // Closing blocks still makes room in the journal.
+  ASSERT_TRUE(store->close_all());
+  EXPECT_EQ(points_of(*store, "s.7").size(), 25U);
+}
+
+TEST(Store, IsNotCreatedWhereItMustExist) {
+  Folder folder;
+  const auto store = Store::open(folder / "typo", sqlite::FileUse::kOwn, true, false);
+  ASSERT_FALSE(store);
+  EXPECT_EQ(store.error().code, ErrorCode::kNotFound);
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
+}
+
 TEST(Store, MarksAGapWhereTheWriterBeforeEnded) {
   Folder folder;
   ASSERT_TRUE(opened(folder / "h")->write(batch_of(number_series(kKey), {{kBegin, 1}}, kBegin + 500)));
@@ -267,7 +319,8 @@ TEST(Store, SkipsRowsThatAreDamagedAndCountsThem) {
 TEST(Store, OfAnotherProgramIsLeftAlone) {
   Folder folder;
   std::ofstream(folder / "h") << std::string(5000, 'x');
-  EXPECT_EQ(Store::open(folder / "h", sqlite::FileUse::kOwn, true).error().code, ErrorCode::kInvalid);
+  EXPECT_EQ(Store::open(folder / "h", sqlite::FileUse::kOwn, true).error().code, ErrorCode::kRefused);
+  EXPECT_FALSE(std::filesystem::exists(folder / "h-lock"));
   {
     auto foreign = sqlite::open_file("test", folder / "f", sqlite::FileUse::kOwn, true);
     ASSERT_TRUE(foreign);
