@@ -39,6 +39,8 @@ struct SeriesEntry {
 /// Longest list of series of one question, and most buckets of a series.
 inline constexpr std::size_t kMaxAsked = 32;
 inline constexpr std::size_t kMaxBuckets = 5000;
+/// The texts of an answer take about so much at most; each series has the same share.
+inline constexpr std::size_t kMaxTextBytes = 4'000'000;
 
 struct Question {
   std::vector<SeriesName> series;

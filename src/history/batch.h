@@ -34,6 +34,11 @@ struct SlotText {
   std::string text;
 };
 
+/// Memory of a point, and of a text besides its bytes, rounded up.
+inline constexpr std::size_t kPointBytes = 32, kTextBytes = 64;
+/// So much waits at most while nothing can be written: 250,000 points, or 2,000 long texts.
+inline constexpr std::size_t kMostWaiting = 8'000'000;
+
 /// What is written in one transaction: all of it, or nothing.
 struct Batch {
   WallTime time{};                                       ///< when it was made
@@ -43,6 +48,11 @@ struct Batch {
 
   bool empty() const { return declared.empty() && points.empty() && texts.empty(); }
   std::size_t size() const { return points.size() + texts.size(); }
+  std::size_t bytes() const {
+    auto sum = points.size() * kPointBytes;
+    for (const auto& text : texts) sum += kTextBytes + text.text.size();
+    return sum;
+  }
 };
 
 }  // namespace rubicon::history

@@ -7,6 +7,7 @@
 #include "base/lifetime.h"
 #include "base/limited_log.h"
 #include "base/text.h"
+#include "history/answer_text.h"
 #include "history/intake.h"
 #include "history/keeper.h"
 #include "history/past.h"
@@ -17,7 +18,6 @@ namespace rubicon::history {
 namespace {
 
 constexpr Duration kWriteEvery = std::chrono::seconds(1);
-constexpr std::size_t kMostWaiting = 200'000;  // points; about 10 MB
 constexpr std::size_t kMostQuestions = 32;
 constexpr std::size_t kMostSeries = 10'000;
 
@@ -41,6 +41,7 @@ struct History::Impl {
   void start();
   void write();
   void reported(Keeper::Report report);
+  void warn();
   void subscribe();
   void observe(const tuples::Event& event);
 
@@ -60,7 +61,7 @@ struct History::Impl {
   bool opened = false;
   bool writing = false;  ///< a job of the worker
   std::size_t questions = 0;
-  std::uint64_t reported_drops = 0;
+  std::uint64_t reported_drops = 0, reported_refusals = 0;
   Timer timer;
   base::Lifetime lifetime;
 };
@@ -88,6 +89,7 @@ void History::Impl::write() {
 void History::Impl::reported(Keeper::Report report) {
   writing = false;
   counters.points += report.points;
+  counters.dropped += report.dropped;
   counters.failures += report.failures;
   counters.bytes = report.bytes;
   reason = std::move(report.reason);
@@ -101,15 +103,29 @@ void History::Impl::reported(Keeper::Report report) {
     }
   }
   intake.limit(kMostWaiting - std::min(report.waiting, kMostWaiting));
+  warn();
+  if (!report.opened || std::exchange(opened, true)) return;
+  intake.seed(report.series);
+  log.unlimited().info(fmt::format("{}: {} series", path, report.series.size()));
+  subscribe();
+}
+
+/// Says what is not kept.
+void History::Impl::warn() {
   if (intake.dropped() > reported_drops) {
     log.warning("dropped", fmt::format("{} points were dropped so far: {}", intake.dropped(),
                                        reason.empty() ? "the disk is too slow" : reason));
     reported_drops = intake.dropped();
   }
-  if (!report.opened || std::exchange(opened, true)) return;
-  intake.seed(report.series);
-  log.unlimited().info(fmt::format("{}: {} series", path, report.series.size()));
-  subscribe();
+  if (intake.refused() > std::exchange(reported_refusals, intake.refused()))
+    log.warning("series", fmt::format("there are {} series, the most; no others are kept", Intake::kMostSeries));
+  for (const auto& series : intake.take_unfit()) {
+    const auto name = to_string(series.name);
+    log.warning(name, fmt::format("{}: a value does not fit: the series has {}; such values are not kept", name,
+                                  series.kind == SeriesKind::kNumber  ? "numbers"
+                                  : series.kind == SeriesKind::kWords ? "256 short words at most"
+                                                                      : "texts of 4 KiB at most"));
+  }
 }
 
 void History::Impl::subscribe() {
@@ -182,8 +198,7 @@ History::~History() {
   const auto wall = impl.context.scheduler.wall_now();
   auto batch = std::make_shared<Batch>(impl.intake.take(wall));
   impl.context.worker->run([keeper = impl.keeper, batch, now = impl.context.scheduler.now(), wall] {
-    keeper->work(std::move(*batch), now, wall);
-    if (auto* store = keeper->store()) std::ignore = store->sync();
+    std::ignore = keeper->finish(std::move(*batch), now, wall);
   });
   impl.context.worker.reset();
 }
@@ -206,7 +221,7 @@ Handle History::series(Pattern pattern, SeriesCall call) {
 
 History::Counters History::counters() const {
   auto counters = impl_->counters;
-  counters.dropped = impl_->intake.dropped();
+  counters.dropped += impl_->intake.dropped();
   return counters;
 }
 

@@ -16,7 +16,7 @@ using recording::Record;
 using recording::RecordKind;
 
 constexpr std::size_t kPiece = 64 << 10;
-constexpr std::size_t kBatch = 20'000;
+constexpr std::size_t kBatch = 1'000'000;  // bytes
 constexpr auto kTickEvery = std::chrono::seconds(10);
 
 using Visit = std::function<Result<void>(const recording::RecordingReader::Item&)>;
@@ -74,7 +74,7 @@ class Import {
       next_tick_ = now_ + kTickEvery;
       intake_.tick(now_);
     }
-    return intake_.size() < kBatch ? Result<void>() : write(done);
+    return intake_.bytes() < kBatch ? Result<void>() : write(done);
   }
 
   Result<void> finish(Imported& done) {

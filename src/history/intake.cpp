@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <functional>
+#include <tuple>
 
 #include "base/text.h"
 #include "history/buckets.h"
@@ -48,15 +49,20 @@ std::size_t Intake::Hash::operator()(const std::pair<OwnerId, std::string_view>&
 
 void Intake::seed(const std::vector<Declaration>& known) {
   for (const auto& declaration : known) {
-    auto& series = series_of(declaration.name.owner, declaration.name.key, {});
-    series.declaration = declaration;
-    series.kind_known = true;
-    series.seeded = true;
+    auto* series = series_of(declaration.name.owner, declaration.name.key, {});
+    if (!series) return;
+    series->declaration = declaration;
+    series->kind_known = true;
+    series->seeded = true;
   }
 }
 
-Intake::Series& Intake::series_of(OwnerId owner, std::string_view key, WallTime now) {
-  if (const auto found = slots_.find({owner, key}); found != slots_.end()) return series_[found->second];
+Intake::Series* Intake::series_of(OwnerId owner, std::string_view key, WallTime now) {
+  if (const auto found = slots_.find({owner, key}); found != slots_.end()) return &series_[found->second];
+  if (series_.size() >= kMostSeries) {
+    ++refused_;
+    return nullptr;
+  }
   auto& series = series_.emplace_back();
   series.slot = static_cast<Slot>(series_.size() - 1);
   series.declaration.name = {owner, std::string(key)};
@@ -65,7 +71,7 @@ Intake::Series& Intake::series_of(OwnerId owner, std::string_view key, WallTime 
                                 [&](const Pattern& pattern) { return pattern.matches(owner, key); });
   series.seen = now;
   slots_.emplace(std::pair(owner, std::string_view(series.declaration.name.key)), series.slot);
-  return series;
+  return &series;
 }
 
 void Intake::changed(const TupleView& tuple, WallTime now) {
@@ -73,18 +79,18 @@ void Intake::changed(const TupleView& tuple, WallTime now) {
   if (part == "command") return;
   const bool status = part == "status", description = part == "description";
   if (!status && !description) {
-    auto& series = series_of(tuple.owner, tuple.key, now);
-    if (!series.excluded) value(series, tuple.value, time_of(tuple), now);
+    auto* series = series_of(tuple.owner, tuple.key, now);
+    if (series && !series->excluded) value(*series, tuple.value, time_of(tuple), now);
     return;
   }
   if (!model::point_of(tuple.key)) return;
   key_ = model::parent_key(tuple.key);
   key_ += ".value";
-  auto& series = series_of(tuple.owner, key_, now);
-  if (series.excluded) return;
-  if (description) return describe(series, tuple.value, now);
+  auto* series = series_of(tuple.owner, key_, now);
+  if (!series || series->excluded) return;
+  if (description) return describe(*series, tuple.value, now);
   if (const auto heard = model::heard_quality_from_json(tuple.value))
-    quality(series, heard->quality, tuple.write_time, now);
+    quality(*series, heard->quality, tuple.write_time, now);
 }
 
 void Intake::gone(OwnerId owner, std::string_view key, WallTime now) {
@@ -96,13 +102,17 @@ void Intake::gone(OwnerId owner, std::string_view key, WallTime now) {
   series.quality.reset();
 }
 
+/// A first value may arrive before the status and the description of its point.
+bool Intake::early(Series& series, WallTime now) {
+  if (now < series.seen) series.seen = now;  // the clock was set back: the patience begins anew by the new one
+  return now - series.seen < kPatience;
+}
+
 void Intake::value(Series& series, std::string_view text, WallTime time, WallTime now) {
   if (text.empty()) return;
-  // A first value may arrive before the status and the description of its point.
-  const bool early =
-      series.point && !series.last && (!series.quality || !series.described) && now - series.seen < kPatience;
+  const bool first = series.point && !series.last && (!series.quality || !series.described);
   series.live = near(time, now);
-  if (early || !series.observed()) {
+  if ((first && early(series, now)) || !series.observed()) {
     series.held = Held{time, std::string(text)};
     return;
   }
@@ -185,10 +195,7 @@ void Intake::decide_kind(Series& series, std::string_view text) {
 
 void Intake::store_number(Series& series, std::string_view text, std::int64_t time) {
   const auto number = base::parse_number<double>(text);
-  if (!number || !std::isfinite(*number)) {
-    ++unfit_;
-    return;
-  }
+  if (!number || !std::isfinite(*number)) return refuse(series);
   series.text = text;
   put(series, {time, *number});
 }
@@ -197,10 +204,7 @@ void Intake::store_word(Series& series, std::string_view text, std::int64_t time
   auto& words = series.declaration.words;
   auto found = std::find(words.begin(), words.end(), text);
   if (found == words.end()) {
-    if (words.size() == kMostWords || text.size() > kLongestWord) {
-      ++unfit_;
-      return;
-    }
+    if (words.size() == kMostWords || text.size() > kLongestWord) return refuse(series);
     words.emplace_back(text);
     series.declared = false;
     found = words.end() - 1;
@@ -210,12 +214,10 @@ void Intake::store_word(Series& series, std::string_view text, std::int64_t time
 }
 
 void Intake::store_text(Series& series, std::string_view text, std::int64_t time) {
-  if (text.size() > kLongestText) {
-    ++unfit_;
-    return;
-  }
+  if (text.size() > kLongestText) return refuse(series);
   if (series.last && !series.last->gap() && series.text == text) return;
-  if (!room(series)) return;
+  if (!write_gap(series) || !room(series, kTextBytes + text.size()))
+    return drop(series, series.last ? series.last->time + 1 : time);
   series.text = text;
   series.last = Point{time, 0};
   batch_.texts.push_back({series.slot, time, series.text});
@@ -239,10 +241,9 @@ void Intake::mark_gap(Series& series, WallTime time) {
   if (!series.last || series.last->gap()) return;
   auto at = series.live ? to_milliseconds(time) : series.last->time + 1;
   if (series.declaration.kind == SeriesKind::kText) {
-    at = std::max(at, series.last->time + 1);
-    if (!room(series)) return;
-    batch_.texts.push_back({series.slot, at, ""});
-    series.last = Point{at, kGap};
+    series.last = Point{std::max(at, series.last->time + 1), kGap};
+    series.gap_due = true;
+    std::ignore = write_gap(series);
     return;
   }
   if (series.skipped != 0) emit(series, {series.skipped, series.last->value});
@@ -251,11 +252,23 @@ void Intake::mark_gap(Series& series, WallTime time) {
   emit(series, {at, kGap});
 }
 
-bool Intake::room(Series& series) {
-  if (batch_.size() >= limit_) {
-    ++dropped_;
-    return false;
+/// Writes the mark of a gap that is due. False: there is no room for it yet.
+bool Intake::write_gap(Series& series) {
+  if (!series.gap_due) return true;
+  const bool text = series.declaration.kind == SeriesKind::kText;
+  if (!room(series, text ? kTextBytes : kPointBytes)) return false;
+  if (text) {
+    batch_.texts.push_back({series.slot, series.last->time, ""});
+  } else {
+    batch_.points.push_back({series.slot, *series.last});
   }
+  series.gap_due = false;
+  return true;
+}
+
+bool Intake::room(Series& series, std::size_t bytes) {
+  if (bytes > limit_ || bytes_ > limit_ - bytes) return false;
+  bytes_ += bytes;
   if (!series.declared) {
     batch_.declared.emplace_back(series.slot, series.declaration);
     series.declared = true;
@@ -263,9 +276,24 @@ bool Intake::room(Series& series) {
   return true;
 }
 
+/// A line would otherwise go across the time of which points are missing.
+void Intake::drop(Series& series, std::int64_t gap) {
+  ++dropped_;
+  if (!series.last || series.last->gap()) return;
+  series.last = Point{gap, kGap};
+  series.gap_due = true;
+}
+
+void Intake::refuse(Series& series) {
+  ++unfit_;
+  if (std::exchange(series.unfit, true) || named_.size() == kMostNamed) return;
+  named_.push_back(series.declaration);
+}
+
 void Intake::emit(Series& series, const Point& point) {
   series.skipped = 0;
-  if (!room(series)) return;
+  if (!write_gap(series) || !room(series, kPointBytes))
+    return drop(series, point.gap() || !series.last ? point.time : series.last->time + 1);
   series.last = point;
   batch_.points.push_back({series.slot, point});
 }
@@ -273,7 +301,8 @@ void Intake::emit(Series& series, const Point& point) {
 void Intake::tick(WallTime now) {
   const auto at = to_milliseconds(now);
   for (auto& series : series_) {
-    if (series.held && now - series.seen >= kPatience && series.observed()) release(series, now);
+    std::ignore = write_gap(series);
+    if (series.held && !early(series, now) && series.observed()) release(series, now);
     const auto& last = series.last;
     if (!last || last->gap() || !series.live || series.declaration.kind == SeriesKind::kText) continue;
     const bool due = at - last->time >= kRepeat || last->time - at >= kRepeat;
@@ -284,6 +313,7 @@ void Intake::tick(WallTime now) {
 Batch Intake::take(WallTime now) {
   Batch batch = std::move(batch_);
   batch_ = Batch();
+  bytes_ = 0;
   batch.time = now;
   return batch;
 }

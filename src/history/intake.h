@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "history/batch.h"
@@ -34,15 +35,21 @@ class Intake {
   /// What came since the last time.
   Batch take(WallTime now);
 
-  /// Points beyond this are dropped until take(); counted.
-  void limit(std::size_t points) { limit_ = points; }
-  std::size_t size() const { return batch_.size(); }
+  /// Points beyond this (of Batch::bytes) are dropped until take(), and counted; a mark of a gap follows them.
+  void limit(std::size_t bytes) { limit_ = bytes; }
+  std::size_t bytes() const { return bytes_; }
   std::uint64_t dropped() const { return dropped_; }
   /// Values that do not fit their series: a word among numbers, a text of more than kLongestText bytes.
   std::uint64_t unfit() const { return unfit_; }
+  /// Series with such values since the last call, each once in a run: at most kMostNamed.
+  std::vector<Declaration> take_unfit() { return std::exchange(named_, {}); }
+  /// Tuples that were not taken because there are kMostSeries already.
+  std::uint64_t refused() const { return refused_; }
 
   static constexpr std::size_t kLongestText = 4096;
   static constexpr std::size_t kMostWords = 256;
+  static constexpr std::size_t kMostNamed = 20;
+  static constexpr std::size_t kMostSeries = 100'000;
 
  private:
   struct Held {
@@ -63,6 +70,8 @@ class Intake {
     WallTime seen{};              ///< first
     std::optional<Held> held{};   ///< a value that waits for the quality, or for it to become good
     std::optional<Point> last{};  ///< stored
+    bool gap_due = false;         ///< `last` is the mark of a gap that found no room yet
+    bool unfit = false;           ///< it had a value that does not fit
     std::int64_t skipped = 0;     ///< time of the latest value that equals it and was not stored; 0 = none
     std::string text{};           ///< the last value
     bool live = false;            ///< its times are those of the clock
@@ -73,7 +82,9 @@ class Intake {
     std::size_t operator()(const std::pair<OwnerId, std::string_view>& name) const;
   };
 
-  Series& series_of(OwnerId owner, std::string_view key, WallTime now);
+  /// nullptr: there are too many.
+  Series* series_of(OwnerId owner, std::string_view key, WallTime now);
+  bool early(Series& series, WallTime now);
   void value(Series& series, std::string_view text, WallTime time, WallTime now);
   void quality(Series& series, Quality quality, WallTime time, WallTime now);
   void describe(Series& series, std::string_view json, WallTime now);
@@ -86,15 +97,19 @@ class Intake {
   void put(Series& series, const Point& point);
   void mark_gap(Series& series, WallTime time);
   void emit(Series& series, const Point& point);
-  bool room(Series& series);
+  bool write_gap(Series& series);
+  bool room(Series& series, std::size_t bytes);
+  void drop(Series& series, std::int64_t gap);
+  void refuse(Series& series);
 
   std::vector<Pattern> exclude_;
   std::deque<Series> series_;                                                   ///< by slot
   std::unordered_map<std::pair<OwnerId, std::string_view>, Slot, Hash> slots_;  ///< the keys are in series_
   std::string key_;                                                             ///< of a value, put together
   Batch batch_;
-  std::size_t limit_ = 200'000;
-  std::uint64_t dropped_ = 0, unfit_ = 0;
+  std::size_t limit_ = kMostWaiting, bytes_ = 0;
+  std::vector<Declaration> named_;
+  std::uint64_t dropped_ = 0, unfit_ = 0, refused_ = 0;
 };
 
 }  // namespace rubicon::history

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <tuple>
 
 #include "history/history_file.h"
 
@@ -16,6 +17,12 @@ constexpr Duration kFirstPause = std::chrono::seconds(1), kLongestPause = std::c
 constexpr Duration kSyncEvery = std::chrono::seconds(10);
 constexpr Duration kMeasureEvery = std::chrono::minutes(1);
 
+std::optional<std::uint64_t> free_beside(const std::string& path) {
+  std::error_code error;
+  const auto space = std::filesystem::space(std::filesystem::absolute(path).parent_path(), error);
+  return error ? std::nullopt : std::optional<std::uint64_t>(space.available);
+}
+
 std::uint64_t size_of(const std::string& path) {
   std::error_code error;
   const auto size = std::filesystem::file_size(path, error);
@@ -23,6 +30,8 @@ std::uint64_t size_of(const std::string& path) {
 }
 
 }  // namespace
+
+Keeper::Keeper(std::string path, RetentionRules rules) : Keeper(std::move(path), rules, free_beside) {}
 
 Error Keeper::why() const {
   return {ErrorCode::kIo, reason_.empty() ? fmt::format("history {}: not open yet", path_) : reason_};
@@ -36,15 +45,24 @@ Keeper::Report Keeper::work(Batch batch, SteadyTime now, WallTime wall) {
     slots_[slot] = declaration;
   }
   if (!batch.empty()) waiting_.push_back(std::move(batch));
-  if (now >= try_again_) {
+  const bool tries = now >= try_again_;
+  if (tries) {
     if (!store_) try_open(wall);
     if (store_) write_waiting(wall);
   }
-  if (store_ && reason_.empty()) maintain(now, wall);
-  for (const auto& one : waiting_) report_.waiting += one.size();
+  // Also after a failure: what retention removes is room on a full disk.
+  if (store_ && (tries || reason_.empty())) maintain(now, wall);
+  for (const auto& one : waiting_) report_.waiting += one.bytes();
   report_.reason = reason_;
   report_.bytes = bytes_;
   return std::move(report_);
+}
+
+Keeper::Report Keeper::finish(Batch batch, SteadyTime now, WallTime wall) {
+  try_again_ = now;
+  auto report = work(std::move(batch), now, wall);
+  if (store_) std::ignore = store_->sync();
+  return report;
 }
 
 void Keeper::try_open(WallTime wall) {
@@ -83,13 +101,15 @@ void Keeper::set_aside(WallTime wall) {
 }
 
 void Keeper::write_waiting(WallTime wall) {
-  auto done = write_first();
+  auto done = write_in_order(Unfit::kFails);
   if (!done && done.error().code == ErrorCode::kInvalid) {
     note(base::LogLevel::kError, done.error().text);
-    set_aside(wall);
+    // Opening it checks it: only a damaged file is set aside, not one that does not take a batch.
+    retention_.reset();
+    store_.reset();
     try_open(wall);
     if (!store_) return;
-    done = write_first();
+    done = write_in_order(Unfit::kDropped);
   }
   if (!done) return failed(done.error());
   pause_ = {};
@@ -97,18 +117,25 @@ void Keeper::write_waiting(WallTime wall) {
     note(base::LogLevel::kInfo, fmt::format("history {}: points are written again", path_));
 }
 
-/// Writes the batches that wait, in their order, until one fails.
-Result<void> Keeper::write_first() {
-  std::size_t written = 0;
+/// Writes the batches that wait, until one fails; also if all were dropped.
+Result<void> Keeper::write_in_order(Unfit unfit) {
   Result<void> done;
-  for (const auto& batch : waiting_) {
-    done = store_->write(batch);
-    if (!done) break;
-    ++written;
-    report_.points += batch.size();
-    unsynced_ = true;
+  auto next = waiting_.begin();
+  for (; next != waiting_.end(); ++next) {
+    auto one = store_->write(*next);
+    if (one) {
+      done = one;
+      report_.points += next->size();
+      unsynced_ = true;
+      continue;
+    }
+    done = std::move(one);
+    const auto code = done.error().code;
+    if (code != ErrorCode::kOutOfRange && (code != ErrorCode::kInvalid || unfit == Unfit::kFails)) break;
+    report_.dropped += next->size();
+    note(base::LogLevel::kError, fmt::format("{}; {} points are dropped", done.error().text, next->size()));
   }
-  waiting_.erase(waiting_.begin(), waiting_.begin() + static_cast<std::ptrdiff_t>(written));
+  waiting_.erase(waiting_.begin(), next);
   return done;
 }
 
@@ -126,7 +153,7 @@ void Keeper::maintain(SteadyTime now, WallTime wall) {
     unsynced_ = false;
     if (auto done = store_->sync(); !done) note(base::LogLevel::kWarning, done.error().text);
   }
-  const auto said = retention_->step(now, wall);
+  const auto said = retention_->step(now, wall, free_(path_));
   if (!said) {
     ++report_.failures;
     note(base::LogLevel::kWarning, said.error().text);

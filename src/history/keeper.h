@@ -1,6 +1,8 @@
 #pragma once
 
+#include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -15,14 +17,20 @@ namespace rubicon::history {
 /// again. A damaged file is set aside.
 class Keeper {
  public:
-  Keeper(std::string path, RetentionRules rules) : path_(std::move(path)), rules_(rules) {}
+  /// Bytes that may still be written beside a file; nullopt = not known.
+  using FreeSpace = std::function<std::optional<std::uint64_t>(const std::string& path)>;
+
+  Keeper(std::string path, RetentionRules rules);
+  Keeper(std::string path, RetentionRules rules, FreeSpace free)
+      : path_(std::move(path)), rules_(rules), free_(std::move(free)) {}
 
   /// What the loop should know.
   struct Report {
     bool opened = false;  ///< just now; then `series` are those of the file
     std::vector<Declaration> series{};
     std::uint64_t points = 0;    ///< written since the last report
-    std::size_t waiting = 0;     ///< points that could not be written yet
+    std::uint64_t dropped = 0;   ///< since the last report: points that the file does not take
+    std::size_t waiting = 0;     ///< bytes of what could not be written yet
     std::uint64_t failures = 0;  ///< since the last report
     std::string reason{};        ///< why nothing can be written; empty = all is written
     std::uint64_t bytes = 0;     ///< of the file
@@ -30,6 +38,8 @@ class Keeper {
   };
   /// Writes a batch and does what is due. `now` and `wall` are those of the loop.
   Report work(Batch batch, SteadyTime now, WallTime wall);
+  /// Writes the last batch and what waits, also in a pause after a failure, and waits for the disk.
+  Report finish(Batch batch, SteadyTime now, WallTime wall);
 
   /// nullptr while the file is not open; `why` says why.
   Store* store() { return store_.get(); }
@@ -39,13 +49,16 @@ class Keeper {
   void try_open(WallTime wall);
   void set_aside(WallTime wall);
   void write_waiting(WallTime wall);
-  Result<void> write_first();
+  /// Whether a batch that the file does not take is dropped.
+  enum class Unfit { kFails, kDropped };
+  Result<void> write_in_order(Unfit unfit);
   void failed(const Error& error);
   void maintain(SteadyTime now, WallTime wall);
   void note(base::LogLevel level, std::string text) { report_.log.emplace_back(level, std::move(text)); }
 
   std::string path_;
   RetentionRules rules_;
+  FreeSpace free_;
   std::unique_ptr<Store> store_;
   std::unique_ptr<Retention> retention_;
   std::vector<Declaration> slots_;  ///< what the source declared, for a new file

@@ -181,8 +181,9 @@ Result<void> collect(Store& store, SeriesRow row, const Grid& grid, SeriesAnswer
   return done;
 }
 
-/// The newest ones first, as many as were asked for.
-Result<void> collect_texts(Store& store, SeriesRow row, const Grid& grid, std::size_t most, SeriesAnswer& out) {
+/// The newest ones first, as many as were asked for and as `budget` (bytes) has room for.
+Result<void> collect_texts(Store& store, SeriesRow row, const Grid& grid, std::size_t most, std::size_t& budget,
+                           SeriesAnswer& out) {
   auto statement = store.database().prepare(
       "SELECT time,value FROM text WHERE series=? AND time>=? AND time<? ORDER BY time DESC LIMIT ?", kReading);
   if (!statement) return fail(statement.error());
@@ -192,7 +193,11 @@ Result<void> collect_texts(Store& store, SeriesRow row, const Grid& grid, std::s
     const auto there = query.next();
     if (!there) return fail(there.error());
     if (!*there) break;
-    out.texts.push_back({from_milliseconds(query.integer_at(0)), std::string(query.text_at(1))});
+    const auto text = query.text_at(1);
+    const auto bytes = kTextBytes + text.size();
+    if (bytes > budget) break;
+    budget -= bytes;
+    out.texts.push_back({from_milliseconds(query.integer_at(0)), std::string(text)});
   }
   std::reverse(out.texts.begin(), out.texts.end());
   return {};
@@ -254,7 +259,9 @@ Result<Answer> answer(Store& store, const Question& question) {
   const auto to = to_milliseconds(question.to + std::chrono::microseconds(999));
   const auto grid = grid_of(to_milliseconds(question.from), to, question.buckets);
   Answer all{from_milliseconds(grid.from), from_milliseconds(grid.to), std::chrono::milliseconds(grid.width), {}};
+  const auto share = kMaxTextBytes / question.series.size();
   for (const auto& name : question.series) {
+    auto budget = share;
     SeriesAnswer one;
     one.name = name;
     const auto row = store.find(name);
@@ -263,7 +270,7 @@ Result<Answer> answer(Store& store, const Question& question) {
       one.kind = declaration.kind;
       one.unit = declaration.unit;
       one.words = declaration.words;
-      auto done = one.kind == SeriesKind::kText ? collect_texts(store, *row, grid, question.buckets, one)
+      auto done = one.kind == SeriesKind::kText ? collect_texts(store, *row, grid, question.buckets, budget, one)
                                                 : collect(store, *row, grid, one);
       if (!done) return fail(done.error());
     }

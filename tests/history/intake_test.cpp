@@ -203,12 +203,63 @@ TEST_F(IntakeTest, IgnoresCommandsAndWhatIsExcluded) {
 
 TEST_F(IntakeTest, DropsBeyondItsLimitAndCounts) {
   good_number();
-  intake_.limit(2);
+  intake_.limit(2 * kPointBytes);
   for (int i = 0; i < 5; ++i) value(i, std::to_string(i));
   EXPECT_EQ(points().size(), 2U);
   EXPECT_EQ(intake_.dropped(), 3U);
   value(10, "10");
-  EXPECT_EQ(points(), (List{{10, 10}}));
+  EXPECT_EQ(points(), (List{{1.001, -99}, {10, 10}}));  // no line goes across what is missing
+}
+
+TEST_F(IntakeTest, CountsTheBytesOfTexts) {
+  intake_.limit(10'000);
+  for (int i = 0; i < 10; ++i) set(i, "robot.pose", std::string(4000, static_cast<char>('a' + i)));
+  EXPECT_LE(intake_.bytes(), 10'000U);
+  EXPECT_EQ(intake_.dropped(), 8U);
+  set(20, "robot.pose", "z");
+  const auto texts = intake_.take(at(10)).texts;
+  ASSERT_EQ(texts.size(), 4U);
+  EXPECT_EQ(texts[2].text, "");  // the mark of a gap: eight are missing
+  EXPECT_EQ(texts[3].text, "z");
+}
+
+TEST_F(IntakeTest, MarksAGapWithTheFirstRoomIfThereIsNoneWhenItBegins) {
+  good_number();
+  intake_.limit(kPointBytes);
+  value(1, "5");
+  quality(60, "device-offline");
+  EXPECT_EQ(points(), (List{{1, 5}}));
+  for (int i = 70; i <= 3000; i += 10) intake_.tick(at(i));
+  EXPECT_EQ(points(), (List{{60, -99}}));
+  for (int i = 3010; i <= 9000; i += 10) intake_.tick(at(i));
+  EXPECT_EQ(points(), List{});
+}
+
+TEST_F(IntakeTest, WaitsNoLongerAfterTheClockWasSetBack) {
+  value(1'000'000, "5");
+  intake_.tick(at(1));
+  intake_.tick(at(5));
+  EXPECT_EQ(points(), List{});
+  intake_.tick(at(7));
+  EXPECT_EQ(points(), (List{{1'000'000, 5}}));
+}
+
+TEST_F(IntakeTest, NamesEachSeriesWithAValueThatDoesNotFitOnce) {
+  good_number();
+  for (const auto* text : {"5", "12a", "12b"}) value(1, text);
+  const auto named = intake_.take_unfit();
+  ASSERT_EQ(named.size(), 1U);
+  EXPECT_EQ(named[0].name.key, kLight + ".value");
+  value(2, "12c");
+  EXPECT_TRUE(intake_.take_unfit().empty());
+}
+
+TEST_F(IntakeTest, TakesABoundedNumberOfSeries) {
+  for (std::size_t i = 0; i < Intake::kMostSeries + 3; ++i) set(0, "robot.s" + std::to_string(i), "1");
+  EXPECT_EQ(intake_.refused(), 3U);
+  set(1, "robot.s1", "2");  // one of those that are there
+  const auto batch = intake_.take(at(1));
+  EXPECT_EQ(batch.points.size(), Intake::kMostSeries + 1);
 }
 
 TEST_F(IntakeTest, KeepsTheKindThatTheFileHas) {

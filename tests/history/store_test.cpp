@@ -235,6 +235,22 @@ TEST(Store, IsNotCreatedWhereItMustExist) {
   EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
 }
 
+TEST(Store, AnswersWithABoundedAmountOfText) {
+  Folder folder;
+  auto store = opened(folder / "h");
+  const Declaration series{{OwnerId(6541), "robot.pose"}, SeriesKind::kText, "", {}};
+  Batch batch{wall(kBegin), {{0, series}}, {}, {}};
+  for (int i = 0; i < 3000; ++i) batch.texts.push_back({0, kBegin + i, std::string(4000, 'x')});
+  ASSERT_TRUE(store->write(batch));
+  const auto got = answer(*store, {{series.name, series.name}, wall(kBegin), wall(kBegin + kHour), 5000});
+  ASSERT_TRUE(got);
+  for (const auto& one : got->series) {
+    EXPECT_LE(one.texts.size(), 500U);
+    EXPECT_GT(one.texts.size(), 450U);
+    EXPECT_EQ(one.texts.back().time, wall(kBegin + 2999));
+  }
+}
+
 TEST(Store, MarksAGapWhereTheWriterBeforeEnded) {
   Folder folder;
   ASSERT_TRUE(opened(folder / "h")->write(batch_of(number_series(kKey), {{kBegin, 1}}, kBegin + 500)));
