@@ -87,6 +87,43 @@ async function expired({ page, open }) {
   await outcomeIs(page, "led-1", "expired");
 }
 
+/** What the island refused is still in the field; it can be discarded. */
+async function theDraftStays({ page, open }) {
+  await open("devices/6541/dummy-rooms/bedroom");
+  const dimmer = rowOf(page, "dimmer-1");
+  const field = dimmer.locator("input[type=number]");
+  await field.evaluate((element) => element.removeAttribute("max"));
+  await field.fill("901");
+  await dimmer.getByRole("button", { name: "Set" }).click();
+  await dimmer.locator(".outcome", { hasText: "set to 901" }).locator(".state", { hasText: "refused" }).waitFor();
+  assert.equal(await field.inputValue(), "901");
+  await page.goto(`${page.url().split("#")[0]}#/overview`);
+  await page.goBack();
+  assert.equal(await field.inputValue(), "901");
+  await dimmer.getByRole("button", { name: /^Discard/ }).click();
+  await page.waitForFunction(() => document.activeElement?.matches(".control input") && document.activeElement.value !== "901");
+}
+
+/** The choice is shown beside the command that waits, and ends with the page of the device. */
+async function patienceIsPerDevice({ page, open }) {
+  await open("devices/6541/dummy-rooms/remote");
+  const waits = page.locator(".ttl select");
+  await waits.selectOption("86400");
+  const led = rowOf(page, "led-1");
+  await led.locator("input[type=number]").fill("1");
+  await led.getByRole("button", { name: "Set" }).click();
+  await led.locator(".outcome", { hasText: /waits until \d{4}-/ }).waitFor();
+  await page.goto(`${page.url().split("#")[0]}#/devices/6541/dummy-rooms/tank`);
+  await page.getByRole("heading", { name: "Hot water tank" }).waitFor();
+  assert.equal(await waits.inputValue(), "5");
+  await page.goBack();
+  await page.getByRole("heading", { name: "Remote control" }).waitFor();
+  assert.equal(await waits.inputValue(), "5");
+  await led.locator("input[type=number]").fill("0");
+  await led.getByRole("button", { name: "Set" }).click();
+  await outcomeIs(page, "led-1", "expired");
+}
+
 export const tests = () => [
   { name: "commands: confirmed", body: confirmed },
   { name: "commands: no echo of what is commanded", body: noEcho },
@@ -95,4 +132,6 @@ export const tests = () => [
   { name: "commands: timed-out, and on the overview", body: timedOut },
   { name: "commands: refused, with the reason of the island", body: refused },
   { name: "commands: queued and expired", body: expired },
+  { name: "commands: what was refused stays in its field", body: theDraftStays },
+  { name: "commands: how long they wait is chosen for one device", body: patienceIsPerDevice },
 ];

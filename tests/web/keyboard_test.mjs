@@ -49,6 +49,16 @@ async function aCommandByKeys({ page, open }) {
   await page.waitForFunction(() => location.hash.startsWith("#/devices") && !location.hash.includes("living"));
 }
 
+/** Not the first control of the page: Enter would then set another actuator. */
+async function theControlOfTheRow({ page, open }) {
+  await open("devices/6541/dummy-rooms/living");
+  await page.locator(".row", { hasText: "rate" }).locator(".control").waitFor();
+  const active = page.locator(".row.active");
+  for (let step = 0; step < 12 && !/^rate/.test(await active.innerText()); step++) await press(page, "j");
+  await press(page, "c");
+  await page.waitForFunction(() => /^rate/.test(document.activeElement?.closest(".row")?.innerText ?? ""));
+}
+
 async function pinByKey({ page, open }) {
   await open("devices?q=Bedroom");
   await page.locator(".row", { hasText: "Bedroom" }).waitFor();
@@ -111,6 +121,7 @@ async function tabShowsTheFocus({ page, open }) {
 export const tests = () => [
   { name: "keyboard: every view is reached", body: everyViewIsReached },
   { name: "keyboard: list, search, device, control and back", body: aCommandByKeys },
+  { name: "keyboard: the control of the row", body: theControlOfTheRow },
   { name: "keyboard: pin a device", body: pinByKey },
   { name: "keyboard: wake sensors and let them sleep", body: wakingByKey },
   { name: "keyboard: the tree by arrows", body: treeByArrows },

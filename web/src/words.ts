@@ -45,7 +45,7 @@ export const words = {
     single: "Keys without Ctrl or Alt",
     goTo: (view: string) => `go to ${view}`,
     active: "wake sensors, or let them sleep",
-    command: "to the first control",
+    command: "to the control of the row",
     pin: "pin",
   },
   active: {
@@ -152,6 +152,8 @@ export const words = {
     spoken: (point: string, value: string, state: string, reason: string) =>
       `${point} set to ${value}: ${state}${reason ? `, ${reason}` : ""}`,
     waits: "Commands wait",
+    until: (time: string) => `waits until ${time}`,
+    discard: (point: string) => `Discard what was entered for ${point}`,
   },
   device: {
     missing: (name: string) => `${name} is not there.`,

@@ -1,6 +1,8 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { advance, begin, controlOf, outcomeOf, toneOf } from "../src/core/commands";
+import { advance, begin, controlOf, outcomeOf, toneOf, waitsUntil } from "../src/core/commands";
+import { Drafts } from "../src/core/drafts";
+import { Patience } from "../src/core/patience";
 import type { Answer } from "../src/core/frames";
 
 test("the control comes from the description alone", () => {
@@ -72,4 +74,31 @@ test("each state has a tone", () => {
     ["sending", "queued", "sent", "confirmed", "assumed", "refused", "failed", "timed-out", "expired", "superseded"].map(toneOf),
     ["waiting", "waiting", "waiting", "good", "good", "bad", "bad", "bad", "bad", "neutral"],
   );
+});
+
+test("only a queued command waits until a time", () => {
+  const waiting = { ...begin("on", 1), state: "queued", until: 90 };
+  assert.equal(waitsUntil(waiting), 90);
+  assert.equal(waitsUntil({ ...waiting, state: "sent" }), 0);
+});
+
+test("how long commands wait is chosen for one device, until its page is left", () => {
+  const patience = new Patience();
+  patience.choose("7/wsn/1", 86_400);
+  assert.deepEqual([patience.of("7/wsn/1"), patience.of("7/wsn/2")], [86_400, 5]);
+  patience.forget("7/wsn/2");
+  assert.equal(patience.of("7/wsn/1"), 86_400);
+  patience.forget("7/wsn/1");
+  assert.equal(patience.of("7/wsn/1"), 5);
+});
+
+test("what was typed stays until it is in force; what was typed since stays", () => {
+  const drafts = new Drafts();
+  drafts.type("7:p.n.d.actuator.a", "40");
+  assert.equal(drafts.of("7:p.n.d.actuator.a"), "40");
+  drafts.type("7:p.n.d.actuator.a", "50");
+  drafts.done("7:p.n.d.actuator.a", "40");
+  assert.equal(drafts.of("7:p.n.d.actuator.a"), "50");
+  drafts.done("7:p.n.d.actuator.a", "50");
+  assert.equal(drafts.of("7:p.n.d.actuator.a"), null);
 });

@@ -90,6 +90,11 @@ export function advance(before: Outcome, answer: Answer, now: number): Outcome {
   return { ...before, state, reason: answer.reason ?? "", since: now, until: answer.until ?? 0, final };
 }
 
+/** Until when a command waits for its line or device; 0 if it does not wait. */
+export function waitsUntil({ state, until }: Outcome): number {
+  return state === "queued" ? until : 0;
+}
+
 export function begin(value: string, now: number): Outcome {
   return { state: "sending", value, reason: "", since: now, until: 0, final: false, commander: "" };
 }

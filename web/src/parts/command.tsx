@@ -1,10 +1,10 @@
-import { signal } from "@preact/signals";
-import { useState } from "preact/hooks";
 import { connection, mayBe } from "../app";
 import type { Point } from "../core/catalog";
-import { advance, begin, type Control, controlOf, type Outcome, outcomeOf, toneOf } from "../core/commands";
-import { unitSign } from "../core/format";
+import { advance, begin, type Control, controlOf, type Outcome, outcomeOf, toneOf, waitsUntil } from "../core/commands";
+import { Drafts } from "../core/drafts";
+import { formatTime, unitSign } from "../core/format";
 import type { Answer } from "../core/frames";
+import { Patience } from "../core/patience";
 import { redraw } from "../core/redraw";
 import { words } from "../words";
 import { Age } from "./age";
@@ -13,8 +13,8 @@ import { State } from "./state";
 
 const text = words.command;
 
-/** Seconds that a command may wait for its line or device; never executed later. */
-export const timeToLive = signal(5);
+export const patience = new Patience();
+const drafts = new Drafts();
 
 interface Sent extends Outcome {
   /** `since` of the command that the status showed before. */
@@ -41,9 +41,10 @@ export function sendCommand(point: Point, value: string): void {
   sent.delete(path);
   show(own);
   connection.request(
-    { do: "set", key: `${path}.command`, value, ttl: timeToLive.value },
+    { do: "set", key: `${path}.command`, value, ttl: patience.of(point.device.path) },
     (answer) => {
       show({ ...advance(own, answer, now()), before });
+      if (toneOf(own.state) === "good") drafts.done(path, value);
       if (own.final) announce(text.spoken(`${point.device.name} ${point.id}`, value, own.state, own.reason));
     },
     true,
@@ -73,16 +74,17 @@ export function OutcomeMark({ point }: { point: Point }) {
   const outcome = outcomeAt(point);
   if (!outcome) return null;
   const { state, value, reason, since, commander } = outcome;
-  const details = [text.commanded(value), reason, commander && text.by(commander)].filter(Boolean).join(" · ");
+  const until = waitsUntil(outcome);
+  const facts = [until > 0 && text.until(formatTime(until)), reason, commander && text.by(commander)].filter(Boolean);
   return (
-    <span class="outcome" title={details}>
+    <span class="outcome" title={[text.commanded(value), ...facts].join(" · ")}>
       <span>
         <State word={state} tone={toneOf(state)} />{" "}
         <span class="muted">
           {text.commanded(value)} · <Age time={since} />
         </span>
       </span>
-      <span class="muted">{[reason, commander && text.by(commander)].filter(Boolean).join(" · ")}</span>
+      <span class="muted">{facts.join(" · ")}</span>
     </span>
   );
 }
@@ -156,28 +158,47 @@ function Buttons({ words: choices, point, label, pressed }: { words: string[]; p
   );
 }
 
-/** Controls whose value is chosen first and then set. */
+/** Controls whose value is chosen first and then set. What was chosen stays until it is in force or discarded. */
 function Draft({ control, point, label }: ControlProps) {
-  const [draft, setDraft] = useState<string | null>(null);
+  const { path } = point;
+  const draft = drafts.of(path);
   const reported = point.value?.value ?? "";
   const value = draft ?? reported;
+  const changed = draft !== null && draft !== reported;
+  const type = (given: string) => {
+    if (given === reported) drafts.discard(path);
+    else drafts.type(path, given);
+    redraw();
+  };
+  const discard = (event: { currentTarget: HTMLButtonElement }) => {
+    drafts.discard(path);
+    fieldOf(event.currentTarget.form)?.focus(); // the button goes
+    redraw();
+  };
   const send = (event: Event) => {
     event.preventDefault();
-    const field = (event.currentTarget as HTMLFormElement).querySelector("input, select, textarea");
-    const given = draft ?? (field as HTMLInputElement).value;
+    const given = draft ?? fieldOf(event.currentTarget as HTMLFormElement)?.value ?? reported;
+    drafts.type(path, given);
     sendCommand(point, given);
-    setDraft(null);
   };
-  const unchanged = draft === null || draft === reported;
   return (
     <form onSubmit={send}>
-      <Field control={control} value={value} label={label} onInput={setDraft} />
+      <Field control={control} value={value} label={label} onInput={type} />
       {unitSign(point.unit) && (control.kind === "slider" || control.kind === "number") && <span class="unit">{unitSign(point.unit)}</span>}
-      <button type="submit" class={unchanged ? "" : "primary"}>
+      <button type="submit" class={changed ? "primary" : ""}>
         {text.set}
       </button>
+      {changed && (
+        <button type="button" class="plain discard" aria-label={text.discard(label)} title={text.discard(label)} onClick={discard}>
+          ×
+        </button>
+      )}
     </form>
   );
+}
+
+function fieldOf(form: HTMLFormElement | null): HTMLInputElement | null {
+  return form?.querySelector("input, select, textarea") ?? null;
 }
 
 interface FieldProps {

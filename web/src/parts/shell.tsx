@@ -207,10 +207,13 @@ function back(): void {
   if (parts.length > 0) go(view);
 }
 
+/** The control of the active row, else the first one of the view. */
 function focusControl(): void {
-  const control = document.querySelector<HTMLElement>(
-    "main .control button, main .control input, main .control select, main .control textarea",
-  );
+  const control = controlWithin("main .row.active") ?? controlWithin("main");
   control?.focus();
   control?.scrollIntoView({ block: "nearest" });
+}
+
+function controlWithin(place: string): HTMLElement | null {
+  return document.querySelector(`${place} .control :is(button, input, select, textarea)`);
 }

@@ -2,11 +2,11 @@ import { useEffect, useMemo } from "preact/hooks";
 import { active, baseFeeds, catalog, loadingOf, useFeeds, wokenSensors } from "../app";
 import type { Device, Point } from "../core/catalog";
 import { prettyJson } from "../core/format";
-import { useFrame } from "../core/redraw";
+import { redraw, useFrame } from "../core/redraw";
 import { hrefTo } from "../core/router";
 import { pinnedDevices, togglePin } from "../core/settings";
 import { Age } from "../parts/age";
-import { timeToLive } from "../parts/command";
+import { patience } from "../parts/command";
 import { CopyButton } from "../parts/copy";
 import { coarse, phone } from "../parts/screen";
 import { Empty, Loaded, Skeleton, State } from "../parts/state";
@@ -79,7 +79,7 @@ function Header({ device }: { device: Device }) {
           {device.reason && ` · ${device.reason}`}
         </span>
         <div class="thing-actions">
-          <TimeToLive />
+          <TimeToLive device={device} />
           <button type="button" aria-pressed={pinned} onClick={() => togglePin(pinnedDevices, device.path)}>
             {pinned ? text.unpin : text.pin}
           </button>
@@ -104,11 +104,17 @@ function Header({ device }: { device: Device }) {
 
 const spans = [5, 60, 3600, 86400];
 
-function TimeToLive() {
+/** The choice holds for this device until its page is left. */
+function TimeToLive({ device: { path } }: { device: Device }) {
+  useEffect(() => () => patience.forget(path), [path]);
+  const choose = (seconds: number) => {
+    patience.choose(path, seconds);
+    redraw();
+  };
   return (
     <label class="field ttl" title={text.ttlTitle}>
       <span>{words.command.waits}</span>
-      <select value={String(timeToLive.value)} onChange={(event) => (timeToLive.value = Number(event.currentTarget.value))}>
+      <select value={String(patience.of(path))} onChange={(event) => choose(Number(event.currentTarget.value))}>
         {spans.map((seconds) => (
           <option key={seconds} value={String(seconds)}>
             {text.span(seconds)}
