@@ -4,6 +4,7 @@ import {
   formatAge,
   formatBytes,
   formatFullTime,
+  formatNumber,
   formatRate,
   formatTime,
   formatValue,
@@ -14,16 +15,25 @@ import {
 } from "../src/core/format";
 
 test("numbers keep the digits that were sent, in the locale", () => {
-  assert.equal(formatValue("21.50", "en"), "21.50");
-  assert.equal(formatValue("21.50", "de"), "21,50");
-  assert.equal(formatValue("101325.5", "en"), "101,325.5");
-  assert.equal(formatValue("2000", "en"), "2000");
-  assert.equal(formatValue("-3", "en"), "-3");
+  assert.equal(formatNumber("21.50", "en"), "21.50");
+  assert.equal(formatNumber("21.50", "de"), "21,50");
+  assert.equal(formatNumber("101325.5", "en"), "101,325.5");
+  assert.equal(formatNumber("2000", "en"), "2000");
+  assert.equal(formatNumber("-3", "en"), "-3");
 });
 
 test("what is no plain number is shown as it is", () => {
   for (const value of ["on", "", "1e9", "0x12", "12:30", "1.", " 7", "123456789012345678901", "<b>1</b>", "NaN", "-"])
-    assert.equal(formatValue(value, "en"), value);
+    assert.equal(formatNumber(value, "en"), value);
+});
+
+test("a value is a number only where its point says so, and a leading zero is part of it", () => {
+  assert.equal(formatValue("1234567", "integer", "en"), "1,234,567");
+  assert.equal(formatValue("21.50", "real", "de"), "21,50");
+  assert.equal(formatValue("1234567", "text", "en"), "1234567");
+  assert.equal(formatValue("1234567", "", "en"), "1234567");
+  for (const type of ["integer", "real", "text", ""]) assert.equal(formatValue("0071", type, "en"), "0071");
+  assert.equal(formatValue("0.50", "real", "en"), "0.50");
 });
 
 test("ages have one unit", () => {

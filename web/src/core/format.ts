@@ -44,10 +44,16 @@ function cached<O extends object, F>(make: (locale: string | undefined, options:
 const numberFormat = cached((locale, options: Intl.NumberFormatOptions) => new Intl.NumberFormat(locale, options));
 const dateFormat = cached((locale, options: Intl.DateTimeFormatOptions) => new Intl.DateTimeFormat(locale, options));
 
-const plainNumber = /^-?\d+(\.\d+)?([eE][-+]?\d+)?$/;
+/** A leading zero is part of a name or a code. */
+const plainNumber = /^-?(0|[1-9]\d*)(\.\d+)?([eE][-+]?\d+)?$/;
 
-/** A value as it is shown: numbers in the locale with the digits that were sent, all else as it is. */
-export function formatValue(value: string, locale?: string): string {
+/** A value as it is shown: numbers of points that say they are numbers in the locale, all else as it is. */
+export function formatValue(value: string, dataType: string, locale?: string): string {
+  return dataType === "real" || dataType === "integer" ? formatNumber(value, locale) : value;
+}
+
+/** A number in the locale with the digits that were sent; what is none as it is. */
+export function formatNumber(value: string, locale?: string): string {
   if (!plainNumber.test(value)) return value;
   const magnitude = Math.abs(Number(value));
   if (value.length > 15 || magnitude >= 1e12 || /[eE]/.test(value)) return value;

@@ -1,4 +1,4 @@
-import type { Point } from "../core/catalog";
+import { type Point, text } from "../core/catalog";
 import { formatValue, unitSign } from "../core/format";
 
 const longest = 80;
@@ -13,7 +13,7 @@ export function Value({ point, unit = true }: { point: Point | undefined; unit?:
   const cut = value.length > longest;
   return (
     <span class={`value quality-${point.quality || "unknown"}`} title={cut ? value.slice(0, 1000) : undefined}>
-      {cut ? `${value.slice(0, longest)}…` : formatValue(value)}
+      {cut ? `${value.slice(0, longest)}…` : formatValue(value, text(point.description?.json.data_type))}
       {sign && <span class="unit">{` ${sign}`}</span>}
     </span>
   );

@@ -1,6 +1,6 @@
 import { type Network, number, text as textOf } from "../core/catalog";
 import { type CounterKind, type CounterRates, kindOf } from "../core/counters";
-import { formatFullTime, formatRate, formatValue, prettyJson } from "../core/format";
+import { formatFullTime, formatNumber, formatRate, prettyJson } from "../core/format";
 import { second } from "../core/redraw";
 import { hrefTo } from "../core/router";
 import type { Tuple } from "../core/store";
@@ -111,7 +111,7 @@ function Counters({ title, kind, counters, rates }: { title: string; kind: Count
           return (
             <tr key={name}>
               <th scope="row">{name}</th>
-              <td>{prettyJson(value) ? <pre class="content">{prettyJson(value)}</pre> : formatValue(value)}</td>
+              <td>{prettyJson(value) ? <pre class="content">{prettyJson(value)}</pre> : kind === "fact" ? value : formatNumber(value)}</td>
               {kind !== "fact" && <td class="rate">{rate >= 0.05 ? text.perSecond(formatRate(rate)) : ""}</td>}
             </tr>
           );

@@ -2,7 +2,7 @@ import type { ComponentChildren } from "preact";
 import { useEffect, useMemo, useState } from "preact/hooks";
 import { baseFeeds, catalog, chosenIsland, islands, islandsKnown, loadingOf, ownerPattern, store, useFeeds } from "../app";
 import { type Device, number, text as textOf } from "../core/catalog";
-import { formatCount, formatRate, formatValue } from "../core/format";
+import { formatCount, formatRate } from "../core/format";
 import type { Component } from "../core/frames";
 import { Rates } from "../core/rates";
 import { second } from "../core/redraw";
@@ -227,7 +227,7 @@ function Floods({ ready }: { ready: boolean }) {
           <a class="key" href={hrefTo("tuples", [tuple.id])} title={tuple.id}>
             {tuple.key}
           </a>
-          <span class="muted">{formatValue((tuple.value ?? "").slice(0, 40))}</span>
+          <span class="muted">{(tuple.value ?? "").slice(0, 40)}</span>
           <span class="rate">{text.perSecond(formatRate(rate))}</span>
         </li>
       ))}

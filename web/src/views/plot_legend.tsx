@@ -1,4 +1,4 @@
-import { formatTime, formatValue, unitSign } from "../core/format";
+import { formatTime, formatNumber, unitSign } from "../core/format";
 import { hrefTo } from "../core/router";
 import type { Sample } from "../core/track";
 import { words } from "../words";
@@ -13,7 +13,7 @@ export function nameOf({ point, path }: Plotted): string {
 
 /** A mean has no more digits than can be seen. */
 function numberText(value: number, count = 1): string {
-  return formatValue(String(Number(value.toPrecision(count > 1 ? 4 : 6))));
+  return formatNumber(String(Number(value.toPrecision(count > 1 ? 4 : 6))));
 }
 
 /** What a point was at that time, with its unit; with the band where several values are drawn as one. */

@@ -1,6 +1,6 @@
 import { useState } from "preact/hooks";
 import { components } from "../app";
-import { formatCount, formatRate, formatTime, formatValue } from "../core/format";
+import { formatCount, formatRate, formatTime } from "../core/format";
 import type { Rates } from "../core/rates";
 import { pinnedBranches } from "../core/settings";
 import type { Tuple } from "../core/store";
@@ -138,7 +138,7 @@ function ownerName(branch: Branch): string {
 function TupleValue({ tuple }: { tuple: Tuple }) {
   if (!tuple.present) return <State word={text.absent(formatTime(tuple.absentSince))} tone="bad" />;
   if (tuple.value === null) return <span class="leaf-value muted">{`${tuple.media} · ${formatCount(tuple.size)} B`}</span>;
-  return <span class="leaf-value value">{formatValue(tuple.value.slice(0, longest))}</span>;
+  return <span class="leaf-value value">{tuple.value.slice(0, longest)}</span>;
 }
 
 interface FoundProps {
