@@ -68,8 +68,18 @@ async function decides(page, open) {
   await page.locator(".pending", { hasText: "ignored in" }).waitFor();
   await page.keyboard.press("u");
   await page.locator(".pending").waitFor({ state: "detached" });
+  await page.getByRole("button", { name: "Approve dummy-new.gate" }).click();
+  await page.locator("button:focus", { hasText: "Undo" }).press("Enter");
+  await page.locator("button:focus", { hasText: "Approve" }).waitFor();
   assert.equal(await page.locator(".list-rows .row").count(), 3, "taken back before it was sent");
+  // The filter of the list is none of the pattern: it goes to the whole inbox.
+  await page.getByRole("searchbox").fill("gate");
+  await page.locator(".row", { hasText: "Well" }).waitFor({ state: "detached" });
+  await page.getByRole("textbox", { name: "By pattern" }).fill("dummy-new.*");
+  await page.locator(".pattern").getByRole("button", { name: "Approve 3" }).waitFor();
   await page.getByRole("textbox", { name: "By pattern" }).fill("dummy-new.?e*");
+  await page.locator(".pattern").getByRole("button", { name: "Approve 1" }).waitFor();
+  await page.getByRole("searchbox").fill("dummy-new");
   await page.locator(".pattern").getByRole("button", { name: "Approve 1" }).click();
   await page.locator(".row", { hasText: "Well" }).waitFor({ state: "detached" });
   assert.equal(await page.locator(".list-rows .row").count(), 2);

@@ -57,15 +57,15 @@ export const wordsOfWork = {
     exactly: "No waiting device has this address; an ignored one may have it.",
     decided: { approve: "approved", ignore: "ignored" },
     in: {
-      approve: (count: number, seconds: number) => `${many(Math.max(count, 1), "device is", "devices are")} approved in ${seconds} s.`,
-      ignore: (count: number, seconds: number) => `${many(Math.max(count, 1), "device is", "devices are")} ignored in ${seconds} s.`,
+      approve: (count: number, seconds: number) => `${many(Math.max(count, 1), "device", "devices")} will be approved in ${seconds} s.`,
+      ignore: (count: number, seconds: number) => `${many(Math.max(count, 1), "device", "devices")} will be ignored in ${seconds} s.`,
     },
     done: {
       approve: (count: number) => `${many(Math.max(count, 1), "device", "devices")} approved.`,
       ignore: (count: number) => `${many(Math.max(count, 1), "device", "devices")} ignored.`,
     },
     sending: "sending",
-    tooLate: "It is too late: the island has decided.",
+    tooLate: "It is too late: the decision is on its way to the island.",
     failed: (failures: number, all: number, reason: string) =>
       `${failures} of ${many(all, "decision was", "decisions were")} refused: ${reason}`,
   },

@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { type Decision, Decisions, graceTime, matchesPattern, type Step } from "../src/core/decisions";
+import { burst, type Decision, Decisions, graceTime, matchesPattern, type Step } from "../src/core/decisions";
 import type { Answer } from "../src/core/frames";
 import { TestClock } from "./support";
 
@@ -68,10 +68,40 @@ test("leaving the page sends what was decided", () => {
   assert.equal(sent.length, 1);
 });
 
+test("leaving the page sends at once what the server takes, and says what is left", () => {
+  const { sent, decisions, approve, clock } = inbox();
+  const names = (count: number) => Array.from({ length: count }, (_, index) => `1:${index}`);
+  approve(...names(45));
+  assert.equal(decisions.flush(), 0);
+  assert.equal(sent.length, 45);
+  clock.advance(1000);
+  approve(...names(80));
+  assert.equal(decisions.flush(), 80 - burst);
+  assert.equal(decisions.flush(), 80 - burst);
+  clock.advance(1200); // the user stays
+  assert.equal(sent.length, 45 + 80);
+});
+
+test("several decisions together are sent no faster than one", () => {
+  const { sent, approve, clock } = inbox();
+  for (let first = 0; first < 5; first++) approve(...Array.from({ length: 20 }, (_, index) => `1:${first}.${index}`));
+  clock.advance(graceTime);
+  assert.equal(sent.length, 20);
+  clock.advance(4 * 600);
+  assert.equal(sent.length, 100);
+});
+
 test("patterns of the inbox", () => {
   assert.ok(matchesPattern("wsn-1.*", "wsn-1.7"));
   assert.ok(matchesPattern("*.1_?", "knx.1_7"));
   assert.ok(!matchesPattern("wsn-1.7", "wsn-1.77"));
   assert.ok(!matchesPattern("wsn.1", "wsnx1"));
   assert.ok(matchesPattern("a(b.*", "a(b.c"));
+  assert.ok(matchesPattern("*", ""));
+  assert.ok(!matchesPattern("?", ""));
+  assert.ok(matchesPattern("*ab*b", "aabxab"));
+});
+
+test("a pattern of many stars takes no time", () => {
+  assert.ok(!matchesPattern("*a".repeat(12) + "b", "a".repeat(60)));
 });

@@ -5,7 +5,9 @@ export type Verb = "approve" | "ignore";
 
 /** Time to take a decision back before it is sent: the island itself cannot forget one. */
 export const graceTime = 10_000;
-/** The server takes 50 commands a second of a connection. */
+/** The server takes so many commands of a connection at once, and as many more each second. */
+export const burst = 50;
+/** Most of that is left to other commands while the page stays. */
 const batch = 20;
 const pause = 600;
 
@@ -34,6 +36,10 @@ export interface DecisionCalls {
 /** Decisions of the user about waiting devices, held for a while so that they can be taken back, then sent. */
 export class Decisions {
   private readonly open = new Map<Decision, () => void>();
+  private readonly queue: { step: Step; call: (answer: Answer) => void }[] = [];
+  private pausing = false;
+  private allowance = burst;
+  private allowanceAt = 0;
 
   constructor(
     private readonly clock: Clock,
@@ -59,13 +65,15 @@ export class Decisions {
     return known;
   }
 
-  /** The page is being left: what was decided is sent now. */
-  flush(): void {
+  /** The page is being left: what was decided is sent now, as much of it as the server takes. Says how many steps are left. */
+  flush(): number {
     for (const [decision, stop] of this.open) {
       if (decision.until === 0) continue;
       stop();
       this.send(decision);
     }
+    this.sendNow(burst);
+    return this.queue.length;
   }
 
   /** What was decided about a device and is not done yet. */
@@ -91,20 +99,52 @@ export class Decisions {
       this.calls.ended(decision, failures);
       this.calls.changed();
     };
-    const from = (first: number) => {
-      for (const step of decision.steps.slice(first, first + batch)) this.calls.send(step, answered(step));
-      if (first + batch < decision.steps.length) this.clock.after(pause, () => from(first + batch));
-    };
-    from(0);
+    for (const step of decision.steps) this.queue.push({ step, call: answered(step) });
+    this.pump();
     this.calls.changed();
+  }
+
+  /** One queue for all decisions: together they are no faster than one. */
+  private pump(): void {
+    if (this.pausing || this.queue.length === 0) return;
+    this.sendNow(batch);
+    this.pausing = true;
+    this.clock.after(pause, () => {
+      this.pausing = false;
+      this.pump();
+    });
+  }
+
+  private sendNow(most: number): void {
+    const now = this.clock.now();
+    this.allowance = Math.min(burst, this.allowance + ((now - this.allowanceAt) * burst) / 1000);
+    this.allowanceAt = now;
+    const steps = this.queue.splice(0, Math.min(most, Math.floor(this.allowance)));
+    this.allowance -= steps.length;
+    for (const { step, call } of steps) this.calls.send(step, call);
   }
 }
 
-/** A pattern of the inbox: `*` is any text, `?` one character, all else itself. */
+/** A pattern of the inbox: `*` is any text, `?` one character, all else itself. Takes time by the product of both lengths at most. */
 export function matchesPattern(pattern: string, name: string): boolean {
-  const source = pattern
-    .replace(/[.+^${}()|[\]\\]/g, "\\$&")
-    .replaceAll("*", ".*")
-    .replaceAll("?", ".");
-  return new RegExp(`^${source}$`, "s").test(name);
+  let at = 0; // in the pattern
+  let star = -1; // the last `*` passed
+  let tried = 0; // where the text after that `*` was tried last
+  for (let index = 0; index < name.length;) {
+    const sign = pattern[at];
+    if (sign === "*") {
+      star = at++;
+      tried = index;
+    } else if (sign === "?" || sign === name[index]) {
+      at++;
+      index++;
+    } else if (star >= 0) {
+      at = star + 1;
+      index = ++tried;
+    } else {
+      return false;
+    }
+  }
+  while (pattern[at] === "*") at++;
+  return at === pattern.length;
 }

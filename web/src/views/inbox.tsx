@@ -121,7 +121,7 @@ function Inbox({ route }: { route: Route }) {
         <span class="count">{words.table.shown(rows.length, catalog.waiting.size)}</span>
       </div>
       <Pending />
-      {mayDecide && <PatternForm waiting={rows} ignored={countIn("ignored")} decisions={decisions} />}
+      {mayDecide && <PatternForm waiting={catalog.waiting.values()} ignored={countIn("ignored")} decisions={decisions} />}
       <Loaded state={loadingOf(feeds)} empty={rows.length === 0 && <NobodyWaits filtered={catalog.waiting.size > 0 && q !== ""} />}>
         <Table
           label={text.title}
@@ -206,6 +206,10 @@ function NobodyWaits({ filtered }: { filtered: boolean }) {
 }
 
 addEventListener("pagehide", () => decisions.flush());
+// The browser asks whether to leave when the server could not take all of them at once.
+addEventListener("beforeunload", (event) => {
+  if (decisions.flush() > 0) event.preventDefault();
+});
 
 export const inboxView: View = {
   id: "inbox",

@@ -1,3 +1,4 @@
+import { useLayoutEffect, useRef } from "preact/hooks";
 import { list, number, text as textOf } from "../core/catalog";
 import type { Decision, Decisions, Verb } from "../core/decisions";
 import type { Tuple } from "../core/store";
@@ -115,15 +116,27 @@ function addressOf(tuple: Tuple): string {
   return address && !nameOf(tuple).endsWith(`.${address}`) ? words.device.address(address) : "";
 }
 
+/** The device whose button was used: the button that takes its place gets the focus. */
+let used = "";
+
 function Deciding({ tuple, use }: { tuple: Tuple; use: Use }) {
   const decision = use.decisions.of(tuple.id);
   const name = nameOf(tuple);
+  const button = useRef<HTMLButtonElement>(null);
+  useLayoutEffect(() => {
+    if (used === tuple.id) button.current?.focus({ preventScroll: true });
+    if (used === tuple.id) used = "";
+  }, [decision]);
+  const uses = (call: () => void) => () => {
+    used = tuple.id;
+    call();
+  };
   if (decision) {
     return (
       <span class="decide">
         <span class="muted">{decision.until > 0 ? text.decided[decision.verb] : text.sending}</span>
         {decision.until > 0 && (
-          <button type="button" class="small" aria-label={`${text.undo} ${name}`} onClick={() => use.undo(decision)}>
+          <button ref={button} type="button" class="small" aria-label={`${text.undo} ${name}`} onClick={uses(() => use.undo(decision))}>
             {text.undo}
           </button>
         )}
@@ -132,10 +145,16 @@ function Deciding({ tuple, use }: { tuple: Tuple; use: Use }) {
   }
   return (
     <span class="decide">
-      <button type="button" class="small accent" aria-label={`${text.approve} ${name}`} onClick={() => use.decide("approve", [tuple])}>
+      <button
+        ref={button}
+        type="button"
+        class="small accent"
+        aria-label={`${text.approve} ${name}`}
+        onClick={uses(() => use.decide("approve", [tuple]))}
+      >
         {text.approve}
       </button>
-      <button type="button" class="small" aria-label={`${text.ignore} ${name}`} onClick={() => use.decide("ignore", [tuple])}>
+      <button type="button" class="small" aria-label={`${text.ignore} ${name}`} onClick={uses(() => use.decide("ignore", [tuple]))}>
         {text.ignore}
       </button>
     </span>

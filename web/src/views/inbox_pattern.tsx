@@ -20,19 +20,24 @@ function fits(pattern: string, tuple: Tuple): boolean {
 }
 
 interface Props {
-  waiting: Tuple[];
+  /** All that wait, of all islands. */
+  waiting: Iterable<Tuple>;
   ignored: number;
   decisions: Decisions;
 }
 
-/** Decides about all that a pattern names; an exact address also names an ignored device. */
+/**
+ * Decides about all that a pattern names, whatever the filter of the list shows; an exact address also names an ignored
+ * device.
+ */
 export function PatternForm({ waiting, ignored, decisions }: Props) {
   const [pattern, setPattern] = useState("");
   const [inbox, setInbox] = useState("");
   const inboxes = inboxesOf(chosenIsland());
   const target = inboxes.find(({ id }) => id === inbox) ?? inboxes[0];
-  if (!target || (waiting.length === 0 && ignored === 0)) return null;
-  const own = waiting.filter(({ owner }) => owner === target.owner);
+  if (!target) return null;
+  const own = [...waiting].filter(({ id }) => id.startsWith(`${target.id}.`));
+  if (own.length === 0 && ignored === 0) return null;
   const matching = pattern === "" ? [] : own.filter((tuple) => !decisions.of(tuple.id) && fits(pattern, tuple));
   const exact = pattern.includes(".") && !/[*?]/.test(pattern);
   const decide = (verb: Verb) => {
