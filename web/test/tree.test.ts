@@ -39,6 +39,18 @@ test("branches count the tuples at and below them, and go with the last", () => 
   assert.equal(tree.find("7:a.b"), undefined);
 });
 
+test("leaves are small: they have no map, order or path of their own", () => {
+  const { store, tree } = setUp("7:a.b", "7:a.c");
+  const members = (path: string) => {
+    const branch = tree.find(path);
+    assert.ok(branch);
+    return Object.values(branch).filter((member) => member instanceof Map || Array.isArray(member) || String(member).includes(":"));
+  };
+  assert.deepEqual(members("7:a.b"), [store.get("7:a.b")].slice(1));
+  assert.equal(tree.find("7:a.b")?.path, "7:a.b");
+  assert.equal(members("7:a").length, 1);
+});
+
 test("keys with odd parts have their place too", () => {
   const { tree } = setUp("7:", "7:..", "7:a:b.c", "7:a");
   assert.equal(tree.find("7")?.count, 4);

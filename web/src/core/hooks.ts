@@ -27,10 +27,10 @@ function usePace(version: string, urgent: string): (work: () => void) => void {
   };
 }
 
-/** What `make` makes of `version`, made again at most as often as it is cheap. */
-export function usePaced<T>(version: string, make: () => T): T {
+/** What `make` makes of `version`, made again at most as often as it is cheap; at once for another `urgent`. */
+export function usePaced<T>(version: string, make: () => T, urgent = ""): T {
   const made = useRef<{ value: T } | null>(null);
-  const pace = usePace(version, "");
+  const pace = usePace(`${version} ${urgent}`, urgent);
   pace(() => (made.current = { value: make() }));
   made.current ??= { value: make() };
   return made.current.value;

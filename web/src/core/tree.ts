@@ -2,9 +2,11 @@ import type { Rates } from "./rates";
 import type { Store, Tuple } from "./store";
 import { compareNatural } from "./text";
 
-/** An owner, or a part of a key with all that is below it. */
+const noChildren: ReadonlyMap<string, Branch> = new Map();
+
+/** An owner, or a part of a key with all that is below it. Most are leaves: what only branches with children have is made with the first. */
 export class Branch {
-  readonly children = new Map<string, Branch>();
+  private made: Map<string, Branch> | null = null;
   tuple?: Tuple;
   /** Tuples here and below. */
   count = 0;
@@ -17,9 +19,30 @@ export class Branch {
 
   constructor(
     readonly part: string,
-    readonly path: string, // OWNER or OWNER:KEY
     readonly parent: Branch | null,
   ) {}
+
+  /** OWNER or OWNER:KEY. */
+  get path(): string {
+    if (!this.parent) return this.part;
+    return `${this.parent.path}${this.parent.parent ? "." : ":"}${this.part}`;
+  }
+
+  get children(): ReadonlyMap<string, Branch> {
+    return this.made ?? noChildren;
+  }
+
+  put(child: Branch): void {
+    this.made ??= new Map();
+    this.made.set(child.part, child);
+    this.sorted = null;
+  }
+
+  drop(child: Branch): void {
+    this.made?.delete(child.part);
+    if (this.made?.size === 0) this.made = null;
+    this.sorted = null;
+  }
 
   childrenBy(order: TreeOrder, turn: number): Branch[] {
     const by = `${order} ${turn}`;
@@ -28,10 +51,6 @@ export class Branch {
     const byKey = (a: Branch, b: Branch) => compareNatural(a.part, b.part);
     this.sorted = [...this.children.values()].sort(order === "rate" ? (a, b) => b.rank - a.rank || byKey(a, b) : byKey);
     return this.sorted;
-  }
-
-  changed(): void {
-    this.sorted = null;
   }
 }
 
@@ -70,7 +89,7 @@ export class Tree {
   owner(id: number): Branch {
     let branch = this.owners.get(id);
     if (!branch) {
-      branch = new Branch(String(id), String(id), null);
+      branch = new Branch(String(id), null);
       this.owners.set(id, branch);
       this.structure++;
     }
@@ -126,14 +145,11 @@ export class Tree {
   private add(tuple: Tuple): void {
     let branch = this.owner(tuple.owner);
     branch.count++;
-    let path = `${tuple.owner}:`;
     for (const part of tuple.key.split(".")) {
-      path += path.endsWith(":") ? part : `.${part}`;
       let child = branch.children.get(part);
       if (!child) {
-        child = new Branch(part, path, branch);
-        branch.children.set(part, child);
-        branch.changed();
+        child = new Branch(part, branch);
+        branch.put(child);
         this.structure++;
       }
       child.count++;
@@ -149,8 +165,7 @@ export class Tree {
     for (let branch: Branch | null = leaf; branch; branch = branch.parent) {
       branch.count--;
       if (branch.count > 0 || !branch.parent) continue;
-      branch.parent.children.delete(branch.part);
-      branch.parent.changed();
+      branch.parent.drop(branch);
       this.structure++;
     }
   }

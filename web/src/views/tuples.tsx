@@ -1,6 +1,7 @@
 import { useEffect, useMemo, useRef, useState } from "preact/hooks";
-import { baseFeeds, chosenIsland, components, feed, islands, islandsKnown, loadingOf, store, useFeeds } from "../app";
+import { baseFeeds, catalog, chosenIsland, components, feed, islands, islandsKnown, loadingOf, store, useFeeds } from "../app";
 import type { Want } from "../core/feed";
+import { usePaced } from "../core/hooks";
 import { Rates } from "../core/rates";
 import { second, useFrame } from "../core/redraw";
 import { go, type Route, setQuery } from "../core/router";
@@ -12,6 +13,7 @@ import { NoIsland } from "../parts/no_island";
 import { phone } from "../parts/screen";
 import { Empty, Loaded } from "../parts/state";
 import { words } from "../words";
+import { fewDevices } from "./devices";
 import { FoundTuples, TupleTree } from "./tuple_tree";
 import { TuplePanel } from "./tuple_panel";
 import type { View } from "./views";
@@ -67,9 +69,10 @@ function Tuples({ route }: { route: Route }) {
   const wanted = search ? owners : owners.filter((branch) => openBranches.has(branch.path));
   const feeds = useFeeds(wanted.map((branch) => everythingOf(branch.part)));
   const loading = owners.filter((branch) => isLoading(branch));
-  const rows = useMemo(
+  const rows = usePaced(
+    String(tree.structure),
     () => tree.rows(openBranches, order, owners, isLoading),
-    [tree.structure, version, order, owners.length, loading.length, chosenIsland()],
+    [version, order, owners.length, loading.length, chosenIsland()].join(),
   );
   const pins = pinnedBranches.value;
   const toggle = (branch: Branch, open = !openBranches.has(branch.path)) => {
@@ -127,10 +130,11 @@ function Tuples({ route }: { route: Route }) {
   );
 }
 
-/** Opens what is around the chosen tuple, and the only owner there is. */
+/** Opens what is around the chosen tuple, and the only owner there is, unless that means very many tuples. */
 function useOpenAround(chosen: string, owners: Branch[], opened: () => void): void {
   const only = owners.length === 1 ? owners[0]?.path : undefined;
-  const first = islands.value.length === 1 ? String(islands.value[0]?.id) : only;
+  const few = catalog.devices.size <= fewDevices;
+  const first = !few ? undefined : islands.value.length === 1 ? String(islands.value[0]?.id) : only;
   useEffect(() => {
     const paths = [...pathsAbove(chosen), ...(openBranches.size === 0 && first ? [first, `${first}:proxy`] : [])];
     for (const path of paths) openBranches.add(path);
