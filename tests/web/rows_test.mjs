@@ -11,12 +11,14 @@ async function addDevices(page) {
         super.onmessage = (event) => {
           call(event);
           const frame = JSON.parse(event.data);
+          if (frame.error?.code === "busy") window.busy = (window.busy ?? 0) + 1;
           if (frame.ok && frame.subscription && this.wanted?.get(frame.id)) this.wanted.get(frame.id)(frame.subscription, call);
         };
       }
       send(text) {
         const request = JSON.parse(text);
         this.wanted ??= new Map();
+        window.patterns = [...(window.patterns ?? []), request.pattern];
         const leaf = /^\*:\*\.\*\.\*\.(description|status)$/.exec(request.pattern ?? "")?.[1];
         if (request.do === "subscribe" && leaf) this.wanted.set(request.id, (number, call) => deliver(number, leaf, call));
         super.send(text);
@@ -58,6 +60,22 @@ async function onlyVisibleRowsExist({ page, open }) {
   const last = await list.getAttribute("aria-rowcount");
   await page.locator(`.row.active[aria-rowindex="${last}"]`).waitFor();
   assert.ok((await rowsIn(page)) <= room);
+}
+
+/** Each pause in a large list asks for the rows that are shown then; those of before are given back. */
+async function scrollingHasSubscriptionsForAllRows({ page, open }) {
+  await addDevices(page);
+  await open("devices?q=Device");
+  await page.waitForFunction((count) => Number(document.querySelector(".list")?.getAttribute("aria-rowcount")) > count, devices);
+  await page.locator(".list").focus();
+  for (let pages = 0; pages < 6; pages++) {
+    await page.keyboard.press("PageDown");
+    await page.waitForFunction(() => {
+      const name = document.querySelector(".row.active")?.textContent.match(/Device (\d+)/)?.[1];
+      return name !== undefined && window.patterns.includes(`7:proxy.big.${name}.*.*.*`);
+    });
+  }
+  assert.equal(await page.evaluate(() => window.busy ?? 0), 0);
 }
 
 /** Changes of the document come in at most one batch an animation frame, beside those of the ages once a second. */
@@ -109,6 +127,11 @@ async function theLastValueArrives({ page, open }) {
 
 export const tests = () => [
   { name: "rows: of ten thousand devices only the visible ones are in the document", body: onlyVisibleRowsExist },
+  {
+    name: "rows: scrolling a large list on a large screen",
+    settings: { context: { viewport: { width: 3840, height: 2160 } } },
+    body: scrollingHasSubscriptionsForAllRows,
+  },
   { name: "rows: one redraw an animation frame", body: oneRedrawAFrame },
   { name: "rows: the last of many values arrives", body: theLastValueArrives },
 ];

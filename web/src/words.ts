@@ -54,7 +54,7 @@ export const words = {
     waking: (count: number) => `waking ${many(count, "sensor", "sensors")}`,
     title: "Passive: nothing is woken. Active: sensors of this view measure for you.",
   },
-  failed: { title: "This cannot be shown." },
+  failed: { title: "This cannot be shown.", retry: "Try again" },
   table: {
     sort: "Sort",
     outdated: (count: number) => `${many(count, "row", "rows")} out of order`,

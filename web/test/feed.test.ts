@@ -181,6 +181,44 @@ test("a refused subscription says why", () => {
   assert.equal(subscription.error?.text, "no role");
 });
 
+test("a brief subscription ends with its last user", () => {
+  const { clock, feed, server, verbs } = setUp();
+  const row = feed.want({ pattern: "7:a.*", brief: true });
+  answerLast(server, 1);
+  feed.drop(row);
+  clock.advance(0);
+  assert.deepEqual(verbs(), ["subscribe", "unsubscribe"]);
+});
+
+test("what the server was too busy for is asked again, as long as it is wanted", () => {
+  const { clock, server, feed } = setUp();
+  const busy = (id: unknown) => server.say({ id, ok: false, error: { code: "busy", text: "256 subscriptions" } });
+  const wanted = feed.want({ pattern: "7:a.*" });
+  const left = feed.want({ pattern: "7:b.*", brief: true });
+  for (const { id } of [...server.last.sent]) busy(id);
+  assert.equal(wanted.state, "failed");
+  feed.drop(left);
+  clock.advance(3_000);
+  assert.equal(server.last.sent.length, 3);
+  answerLast(server, 4);
+  assert.equal(wanted.state, "loading");
+  assert.equal(wanted.error, null);
+  clock.advance(10_000);
+  assert.equal(server.last.sent.length, 3);
+});
+
+test("the user can ask again for what failed", () => {
+  const { server, feed } = setUp();
+  const failed = feed.want({ pattern: "7:a.*" });
+  feed.want({ pattern: "7:b.*" });
+  server.say({ id: 1, ok: false, error: { code: "failed", text: "" } });
+  server.say({ id: 2, ok: true, subscription: 2 });
+  feed.retry();
+  assert.equal(server.last.sent.length, 3);
+  answerLast(server, 3);
+  assert.equal(failed.state, "loading");
+});
+
 test("an owner that is absent is marked", () => {
   const { server, store, feed } = setUp();
   feed.want({ pattern: "7:**", full: true });

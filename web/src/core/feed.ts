@@ -8,6 +8,7 @@ export interface Want {
   full?: boolean; // also media type, creator, times
   min?: number; // milliseconds between two values of a tuple
   active?: boolean; // creates demand: wakes sensors
+  brief?: boolean; // ends with its last user: one of many, such as those of the rows that are shown
 }
 
 export type WantState = "asked" | "loading" | "ready" | "failed";
@@ -19,6 +20,8 @@ interface Subscriber {
 
 /** How long a subscription outlives its last user, so that going back shows values at once. */
 const linger = 10_000;
+/** A server that is busy is asked again after that. */
+const busyPause = 3_000;
 /** After a reconnection, owners that have not sent a snapshot by then are gone. */
 const patience = 5_000;
 
@@ -82,7 +85,7 @@ export class Feed {
 
   /** The subscription for `want`; call `drop` once when it is not needed any more. */
   want(want: Want): Subscription {
-    const name = JSON.stringify([want.pattern, want.full ?? false, want.min ?? 0, want.active ?? false]);
+    const name = JSON.stringify([want.pattern, want.full ?? false, want.min ?? 0, want.active ?? false, want.brief ?? false]);
     let subscription = this.wanted.get(name);
     if (!subscription) {
       subscription = new Subscription(want, this.store);
@@ -97,8 +100,15 @@ export class Feed {
   drop(subscription: Subscription): void {
     if (--subscription.users > 0) return;
     // Demand ends at once: it costs battery.
-    const wait = subscription.want.active ? 0 : linger;
-    subscription.stopLinger = this.clock.after(wait, () => this.end(subscription));
+    const { active, brief } = subscription.want;
+    subscription.stopLinger = this.clock.after(active || brief ? 0 : linger, () => this.end(subscription));
+  }
+
+  /** Asks again for what failed. */
+  retry(): void {
+    for (const subscription of this.wanted.values()) {
+      if (subscription.state === "failed") this.subscribe(subscription);
+    }
   }
 
   /** Every subscription that exists. */
@@ -172,6 +182,10 @@ export class Feed {
   private fail(subscription: Subscription, error: FrameError): void {
     subscription.state = "failed";
     subscription.error = error;
+    if (error.code === "busy") {
+      const { turn } = subscription;
+      this.clock.after(busyPause, () => turn === subscription.turn && this.subscribe(subscription));
+    }
     this.dirty();
   }
 

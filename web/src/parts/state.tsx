@@ -1,5 +1,5 @@
 import type { ComponentChildren } from "preact";
-import type { Loading } from "../app";
+import { feed, type Loading } from "../app";
 import type { Tone } from "../core/commands";
 import { words } from "../words";
 
@@ -51,6 +51,11 @@ export function Loaded({ state, empty, children }: { state: Loading; empty?: Com
       <Empty title={words.failed.title}>
         <p>
           {state.code}: {state.text}
+        </p>
+        <p>
+          <button type="button" onClick={() => feed.retry()}>
+            {words.failed.retry}
+          </button>
         </p>
       </Empty>
     );

@@ -18,7 +18,9 @@ import type { View } from "./views";
 
 const text = words.devices;
 /** Up to so many devices, states and descriptions of all points come along; beyond, only those of the rows that are shown. */
-const fewDevices = 1000;
+export const fewDevices = 1000;
+/** Each shown row is a subscription then; a connection has 256. */
+const mostRows = 100;
 
 function keeps(filters: Filters, island: number): (device: Device) => boolean {
   const { search, network, type, quality } = filters;
@@ -66,7 +68,9 @@ function usePoints(filters: Filters, shown: Device[]) {
         { pattern: `${owner}:*.*.*.*.*.description`, min: 1000 },
         { pattern: `${owner}:*.*.*.*.*.status`, min: 1000 },
       ]
-    : shown.map((device) => ({ pattern: `${device.owner}:${device.prefix}.${device.network}.${device.id}.*.*.*`, min: 500 }));
+    : shown
+        .slice(0, mostRows)
+        .map(({ owner, prefix, network, id }) => ({ pattern: `${owner}:${prefix}.${network}.${id}.*.*.*`, min: 500, brief: true }));
   useFeeds([{ pattern: `${owner}:*.*.*.*.*.value`, min: 100 }]);
   useFeeds(states);
 }
@@ -139,7 +143,7 @@ function NoDevices({ filtered }: { filtered: boolean }) {
   }
   return (
     <Empty title={text.filtered(catalog.devices.size)}>
-      <button type="button" onClick={() => setQuery({ q: "", network: "", type: "", quality: "" })}>
+      <button type="button" onClick={() => setQuery({ q: "", network: "", type: "", quality: "", island: "" })}>
         {words.table.clear}
       </button>
     </Empty>

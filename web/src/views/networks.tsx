@@ -218,7 +218,7 @@ function NoNetworks({ filtered }: { filtered: boolean }) {
   }
   return (
     <Empty title={text.filtered(catalog.networks.size)}>
-      <button type="button" onClick={() => setQuery({ q: "" })}>
+      <button type="button" onClick={() => setQuery({ q: "", island: "" })}>
         {words.table.clear}
       </button>
     </Empty>
