@@ -66,6 +66,21 @@ async function pinByKey({ page, open }) {
   await page.locator(".row.group", { hasText: "Pinned" }).waitFor();
 }
 
+/** The row goes to the top, and stays the one that keys act on. */
+async function theActiveRowStays({ page, open }) {
+  await open("devices");
+  const remote = page.locator(".row", { hasText: "Remote control" });
+  await remote.waitFor();
+  const active = page.locator(".row.active");
+  for (let step = 0; step < 12 && !/Remote control/.test(await active.innerText()); step++) await press(page, "j");
+  await page.keyboard.press("Space");
+  await page.locator(".row.group", { hasText: "Pinned" }).waitFor();
+  await page.locator(".row.active", { hasText: "Remote control" }).waitFor();
+  await page.keyboard.press("Space");
+  await page.locator(".row.group", { hasText: "Pinned" }).waitFor({ state: "detached" });
+  await page.locator(".row.active", { hasText: "Remote control" }).waitFor();
+}
+
 async function wakingByKey({ page, open }) {
   await open("devices/6541/dummy-rooms/living");
   await page.locator(".row", { hasText: "light-1" }).waitFor();
@@ -123,6 +138,7 @@ export const tests = () => [
   { name: "keyboard: list, search, device, control and back", body: aCommandByKeys },
   { name: "keyboard: the control of the row", body: theControlOfTheRow },
   { name: "keyboard: pin a device", body: pinByKey },
+  { name: "keyboard: the active row stays when it is pinned", body: theActiveRowStays },
   { name: "keyboard: wake sensors and let them sleep", body: wakingByKey },
   { name: "keyboard: the tree by arrows", body: treeByArrows },
   { name: "keyboard: Tab reaches every control and shows where it is", body: tabShowsTheFocus },

@@ -1,5 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
+import { activeNow } from "../src/core/active_row";
 import { highest, layoutOf, margin, shownRows } from "../src/core/layout";
 import { FrozenOrder, type OrderSpec } from "../src/core/order";
 import { formatRoute, parseRoute } from "../src/core/router";
@@ -39,7 +40,7 @@ interface Row {
 }
 
 function byValue(live: boolean): OrderSpec<Row> {
-  return { name: "value", keep: (row) => row.value >= 0, compare: (a, b) => a.value - b.value, live };
+  return { name: "value", keep: (row) => row.value >= 0, compare: (a, b) => a.value - b.value, live, complete: true };
 }
 
 test("rows never move by themselves when the order is by a live column", () => {
@@ -56,10 +57,11 @@ test("rows never move by themselves when the order is by a live column", () => {
   assert.deepEqual(order.rows, [a, b]);
   order.update([a, b, c], 2, spec);
   assert.deepEqual(order.rows, [a, b, c]);
-  assert.equal(order.outdated([a, b, c], spec), 2);
+  order.count([a, b, c], spec);
+  assert.equal(order.outdated, 2);
   order.refresh([a, b, c], spec);
   assert.deepEqual(order.rows, [c, b, a]);
-  assert.equal(order.outdated([a, b, c], spec), 0);
+  assert.equal(order.outdated, 0);
   order.update([a, c], 3, spec);
   assert.deepEqual(order.rows, [c, a]);
 });
@@ -71,19 +73,47 @@ test("a row that no longer fits a live filter stays until asked again", () => {
   row.value = -1;
   order.update([row], 1, byValue(true));
   assert.deepEqual(order.rows, [row]);
-  assert.equal(order.outdated([row], byValue(true)), 1);
+  order.count([row], byValue(true));
+  assert.equal(order.outdated, 1);
 });
 
-test("an order by constant columns takes new rows in their place", () => {
-  const [a, b, c] = [
-    { name: "a", value: 1 },
-    { name: "b", value: 3 },
-    { name: "c", value: 2 },
-  ];
+test("while a list is loading, rows come in their place; then new ones come at the end until asked", () => {
+  const [a, b, c, d] = [4, 3, 2, 1].map((value) => ({ name: String(value), value })) as [Row, Row, Row, Row];
+  const complete = byValue(false);
+  const loading = { ...complete, complete: false };
   const order = new FrozenOrder<Row>();
+  order.update([a], 1, loading);
+  order.update([a, b], 2, loading);
+  assert.deepEqual(order.rows, [b, a]);
+  order.update([a, b, c], 3, complete);
+  assert.deepEqual(order.rows, [c, b, a]);
+  order.update([a, b, c, d], 4, complete);
+  assert.deepEqual(order.rows, [c, b, a, d]);
+  order.count([a, b, c, d], complete);
+  assert.equal(order.outdated, 1);
+  order.update([a, b, d], 5, loading); // the line was lost
+  assert.deepEqual(order.rows, [b, a, d]);
+  order.refresh([a, b, d], complete);
+  assert.deepEqual([order.rows, order.outdated], [[d, b, a], 0]);
+});
+
+test("the end of loading puts the rows in order, though none came or went", () => {
+  const [a, b] = [2, 1].map((value) => ({ name: String(value), value })) as [Row, Row];
+  const order = new FrozenOrder<Row>();
+  order.update([a, b], 1, { ...byValue(false), complete: false });
+  a.value = 0;
   order.update([a, b], 1, byValue(false));
-  order.update([a, b, c], 2, byValue(false));
-  assert.deepEqual(order.rows, [a, c, b]);
+  assert.deepEqual(order.rows, [a, b]);
+});
+
+test("the active row stays the same one while others come, go and move", () => {
+  const at = (names: string) => (index: number) => names[index] ?? "";
+  assert.deepEqual(activeNow({ index: 0 }, 3, at("xab")), { index: 0, name: undefined });
+  assert.deepEqual(activeNow({ index: 1, name: "b" }, 3, at("xab")), { index: 2, name: "b" });
+  assert.deepEqual(activeNow({ index: 1, name: "b" }, 0, at("")), { index: 0, name: "b" });
+  assert.deepEqual(activeNow({ index: 1, name: "b" }, 2, at("ac")), { index: 1, name: "c" });
+  assert.deepEqual(activeNow({ index: 2, name: "c" }, 2, at("ab")), { index: 1, name: "b" });
+  assert.deepEqual(activeNow({ index: 5, name: "c" }, 2), { index: 1, name: "c" });
 });
 
 test("another filter or order is taken at once", () => {

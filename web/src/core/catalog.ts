@@ -177,6 +177,8 @@ export class Catalog {
   structure = 0;
   /** Grows when points come, go, or describe themselves anew. */
   points = 0;
+  /** Grows when waiting devices come or go. */
+  arrivals = 0;
 
   constructor(store: Store) {
     store.listen({
@@ -213,6 +215,7 @@ export class Catalog {
         break;
       case "waiting":
         setOrDelete(this.waiting, tuple.id, now);
+        this.arrivals++;
         break;
       case "inbox":
         setOrDelete(this.inboxes, tuple.id, now);

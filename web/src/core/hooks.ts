@@ -36,23 +36,32 @@ export function usePaced<T>(version: string, make: () => T, urgent = ""): T {
   return made.current.value;
 }
 
-/**
- * The rows of a list that never move by themselves, and how many are out of date where filter or order depend on
- * values that change.
- */
+/** Every other second: what sorts all rows again is not worth more. */
+function everyOther(seconds: number): number {
+  return seconds >> 1;
+}
+
+/** The rows of a list that never move by themselves, and how many are out of date. */
 export function useOrder<T>(all: () => Iterable<T>, structure: number, spec: OrderSpec<T>) {
-  const order = useRef<FrozenOrder<T> | null>(null);
-  order.current ??= new FrozenOrder<T>();
-  const [outdated, setOutdated] = useState(0);
-  const [, setRefreshed] = useState(0);
-  const pace = usePace(`${structure} ${spec.name}`, spec.name);
-  pace(() => order.current?.update(all(), structure, spec));
-  const tick = second.value;
-  useEffect(() => setOutdated(order.current?.outdated(all(), spec) ?? 0), [spec.live && tick % 2, spec.name]);
+  const kept = useRef<FrozenOrder<T> | null>(null);
+  kept.current ??= new FrozenOrder<T>();
+  const order = kept.current;
+  const [, setDrawn] = useState(0);
+  const drawAgain = () => setDrawn((count) => count + 1);
+  const pace = usePace(`${structure} ${spec.complete} ${spec.name}`, spec.name);
+  pace(() => {
+    order.update(all(), structure, spec);
+    order.count(all(), spec);
+  });
+  const tick = everyOther(second.value);
+  useEffect(() => {
+    if (!spec.live) return;
+    order.count(all(), spec);
+    drawAgain();
+  }, [spec.live && tick, spec.name]);
   const refresh = () => {
-    order.current?.refresh(all(), spec);
-    setOutdated(0);
-    setRefreshed((count) => count + 1);
+    order.refresh(all(), spec);
+    drawAgain();
   };
-  return { rows: order.current.rows, version: order.current.version, outdated, refresh };
+  return { rows: order.rows, version: order.version, outdated: order.outdated, refresh };
 }

@@ -4,24 +4,31 @@ export interface OrderSpec<T> {
   name: string;
   keep(row: T): boolean;
   compare(a: T, b: T): number;
-  /** Filter or order depend on values that change by themselves: the list then stays as it is until asked again. */
+  /** Filter or order depend on values that change by themselves. */
   live: boolean;
+  /** All rows have come: from then on, rows stay where they are until asked again. */
+  complete: boolean;
 }
 
-/** The rows of a list. They never move by themselves. */
+/** The rows of a list. Once it is complete, they never move by themselves. */
 export class FrozenOrder<T> {
   rows: T[] = [];
   /** Grows with each change of `rows`. */
   version = 0;
+  /** How many rows would move, come or go by a refresh, as counted last. */
+  outdated = 0;
+  private frozen = false;
   private name: string | null = null;
   private structure = -1;
   private members = new Set<T>();
 
   /** `structure` changes when `all` has other members, or their constant columns changed. */
   update(all: Iterable<T>, structure: number, spec: OrderSpec<T>): void {
-    if (this.name === spec.name && this.structure === structure) return;
-    if (this.name === spec.name && spec.live) this.patch(all, spec);
+    const same = this.name === spec.name;
+    if (same && this.structure === structure && (this.frozen || !spec.complete)) return;
+    if (same && this.frozen) this.patch(all, spec);
     else this.take(sorted(all, spec));
+    this.frozen = spec.complete || (same && this.frozen);
     this.name = spec.name;
     this.structure = structure;
   }
@@ -29,17 +36,15 @@ export class FrozenOrder<T> {
   /** Takes filter and order anew. */
   refresh(all: Iterable<T>, spec: OrderSpec<T>): void {
     this.take(sorted(all, spec));
+    this.outdated = 0;
   }
 
-  /** How many rows would move, come or go by a refresh. */
-  outdated(all: Iterable<T>, spec: OrderSpec<T>): number {
-    if (!spec.live) return 0;
-    const fresh = sorted(all, spec);
-    let different = Math.abs(fresh.length - this.rows.length);
-    for (let index = 0; index < Math.min(fresh.length, this.rows.length); index++) {
-      if (fresh[index] !== this.rows[index]) different++;
-    }
-    return different;
+  /** Counts what is out of date. */
+  count(all: Iterable<T>, spec: OrderSpec<T>): void {
+    if (!this.frozen) return;
+    const places = new Map(sorted(all, spec).map((row, index) => [row, index]));
+    const kept = this.rows.flatMap((row) => places.get(row) ?? []);
+    this.outdated = this.rows.length + places.size - kept.length - longestRise(kept);
   }
 
   /** Rows that went go, new ones come at the end, all others stay. */
@@ -64,4 +69,20 @@ function sorted<T>(all: Iterable<T>, spec: OrderSpec<T>): T[] {
     if (spec.keep(row)) rows.push(row);
   }
   return rows.sort(spec.compare);
+}
+
+/** The length of the longest part of the numbers that rises, with others between: rows that need not move. */
+function longestRise(numbers: number[]): number {
+  const ends: number[] = []; // the least end of a rise of each length
+  for (const number of numbers) {
+    let low = 0;
+    let high = ends.length;
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if ((ends[middle] ?? 0) < number) low = middle + 1;
+      else high = middle;
+    }
+    ends[low] = number;
+  }
+  return ends.length;
 }

@@ -28,7 +28,7 @@ export interface Sorting {
 
 export type TableRow<T> = { row: T } | { group: string; count: number };
 
-interface TableProps<T> extends Pick<ListProps, "label" | "place" | "active" | "onActive"> {
+interface TableProps<T> extends Pick<ListProps, "label" | "place"> {
   columns: Column<T>[];
   rows: TableRow<T>[];
   rowsVersion: unknown;
@@ -46,6 +46,10 @@ interface TableProps<T> extends Pick<ListProps, "label" | "place" | "active" | "
 
 const groupHeight = 34;
 
+function groupName(group: string): string {
+  return `group ${group}`;
+}
+
 /** A table of fixed columns; on a narrow screen each row has two lines. */
 export function Table<T>(props: TableProps<T>) {
   const { columns, rows, onOpen } = props;
@@ -57,6 +61,11 @@ export function Table<T>(props: TableProps<T>) {
     const entry = rows[index];
     if (entry && "group" in entry) return groupHeight;
     return (entry && props.heightOf?.(entry.row)) ?? height;
+  };
+  const nameAt = (index: number) => {
+    const entry = rows[index];
+    if (!entry) return "";
+    return "group" in entry ? groupName(entry.group) : props.nameOf(entry.row);
   };
   const at = (call: ((row: T) => void) | undefined) => (index: number) => {
     const entry = rows[index];
@@ -78,8 +87,7 @@ export function Table<T>(props: TableProps<T>) {
         heights={grouped ? heightOf : height}
         heightsVersion={heightsVersion}
         place={props.place}
-        active={props.active}
-        onActive={props.onActive}
+        nameAt={nameAt}
         onOpen={onOpen ? open : undefined}
         onWindow={props.onWindow && ((first, end) => props.onWindow?.(rowsIn(first, end)))}
         keys={keys}
@@ -91,7 +99,7 @@ export function Table<T>(props: TableProps<T>) {
           if ("group" in entry) {
             return (
               <div
-                key={`group ${entry.group}`}
+                key={groupName(entry.group)}
                 role="row"
                 aria-rowindex={index + 2}
                 class={`row group${active ? " active" : ""}`}
@@ -165,6 +173,19 @@ function Head<T>({ columns, sorting }: { columns: Column<T>[]; sorting?: Sorting
         })}
       </div>
     </div>
+  );
+}
+
+/** Says that rows are out of order, and puts them in order when asked. */
+export function Outdated({ order }: { order: { outdated: number; refresh(): void } }) {
+  if (order.outdated === 0) return null;
+  return (
+    <span class="outdated">
+      {words.table.outdated(order.outdated)}
+      <button type="button" onClick={order.refresh}>
+        {words.table.update}
+      </button>
+    </span>
   );
 }
 

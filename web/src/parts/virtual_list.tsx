@@ -1,5 +1,6 @@
 import type { ComponentChildren } from "preact";
 import { useEffect, useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
+import { type ActiveRow, activeNow } from "../core/active_row";
 import { addShortcuts } from "../core/keyboard";
 import { layoutOf, shownRows } from "../core/layout";
 
@@ -9,6 +10,8 @@ export interface ListProps {
   heights: number | ((index: number) => number);
   /** Changes when the heights of rows changed. */
   heightsVersion?: unknown;
+  /** With names, the active row stays the same one where rows come, go or move. */
+  nameAt?(index: number): string;
   row(index: number, attributes: RowAttributes): ComponentChildren;
   label: string;
   role: "grid" | "tree" | "listbox";
@@ -32,7 +35,7 @@ export interface RowAttributes {
   onPointerDown(): void;
 }
 
-const places = new Map<string, { top: number; active: number }>();
+const places = new Map<string, { top: number; active: ActiveRow }>();
 let lists = 0;
 
 /** A list of which only the visible rows exist in the document. Rows that do not exist are still counted. */
@@ -42,8 +45,11 @@ export function VirtualList(props: ListProps) {
   const name = useMemo(() => `list${++lists}`, []);
   const before = place ? places.get(place) : undefined;
   const [view, setView] = useState({ top: before?.top ?? 0, height: 600 });
-  const [own, setOwn] = useState(before?.active ?? 0);
-  const active = Math.min(props.active ?? own, Math.max(count - 1, 0));
+  const own = useRef<ActiveRow>(before?.active ?? { index: 0 });
+  const [, setDrawn] = useState(0);
+  if (props.active !== undefined) own.current = { index: props.active };
+  own.current = activeNow(own.current, count, props.nameAt);
+  const active = own.current.index;
   const layout = useMemo(() => layoutOf(count, heights), [count, typeof heights === "number" ? heights : null, props.heightsVersion]);
 
   const headHeight = () => (box.current?.querySelector(".list-head") as HTMLElement | null)?.offsetHeight ?? 0;
@@ -61,8 +67,14 @@ export function VirtualList(props: ListProps) {
     return () => observer.disconnect();
   }, []);
   useEffect(() => {
-    if (place) places.set(place, { top: view.top, active });
-  }, [place, view.top, active]);
+    if (place) places.set(place, { top: view.top, active: own.current });
+  }, [place, view.top, active, own.current.name]);
+
+  const choose = (index: number) => {
+    own.current = { index, name: index < count ? props.nameAt?.(index) : undefined };
+    setDrawn((drawn) => drawn + 1);
+    props.onActive?.(index);
+  };
 
   const show = (index: number) => {
     const element = box.current;
@@ -74,14 +86,13 @@ export function VirtualList(props: ListProps) {
   };
   const move = (index: number) => {
     const next = Math.max(0, Math.min(count - 1, index));
-    setOwn(next);
-    props.onActive?.(next);
+    choose(next);
     show(next);
     if (!box.current?.contains(document.activeElement)) box.current?.focus({ preventScroll: true });
   };
   const page = Math.max(1, Math.floor(view.height / layout.height(0)) - 1);
-  const latest = useRef({ move, active, page, props });
-  latest.current = { move, active, page, props };
+  const latest = useRef({ move, choose, active, page, props });
+  latest.current = { move, choose, active, page, props };
   useListKeys(latest);
 
   const shown = shownRows(layout, view.top, view.height);
@@ -97,10 +108,7 @@ export function VirtualList(props: ListProps) {
         id: `${name}-${index}`,
         style: `transform:translateY(${shown.shift + layout.offset(index)}px);height:${layout.height(index)}px`,
         active: index === active,
-        onPointerDown: () => {
-          setOwn(index);
-          props.onActive?.(index);
-        },
+        onPointerDown: () => choose(index),
       }),
     );
   }
@@ -126,6 +134,7 @@ export function VirtualList(props: ListProps) {
 
 interface Latest {
   move(index: number): void;
+  choose(index: number): void;
   active: number;
   page: number;
   props: ListProps;
@@ -144,8 +153,10 @@ function useListKeys(latest: { current: Latest }): void {
       keys,
       what,
       run: () => {
-        const { props, active } = latest.current;
-        if (active < props.count) props.keys?.[keys]?.run(active);
+        const { props, active, choose } = latest.current;
+        if (active >= props.count) return;
+        choose(active);
+        props.keys?.[keys]?.run(active);
       },
     }));
     return addShortcuts([

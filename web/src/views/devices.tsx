@@ -62,7 +62,9 @@ function grouped(devices: Device[], group: string, pins: string[]): TableRow<Dev
 function usePoints(filters: Filters, shown: Device[]) {
   const owner = ownerPattern();
   const live = filters.quality !== "" || /heard|quality/.test(filters.sort);
-  const all = catalog.devices.size <= fewDevices || live;
+  // How many devices there are is known when the lists of all islands have come.
+  const few = loadingOf(baseFeeds) === "ready" && catalog.devices.size <= fewDevices;
+  const all = few || live;
   const states = all
     ? [
         { pattern: `${owner}:*.*.*.*.*.description`, min: 1000 },
@@ -88,17 +90,18 @@ function DeviceList({ route }: { route: Route }) {
     setChosen(next);
   };
   const columns = useMemo(() => deviceColumns(chosen, toggle), [chosen]);
+  const state = loadingOf(baseFeeds);
   const live = filters.quality !== "" || columns.some((column) => column.live && column.id === filters.sort.replace(/^-/, ""));
   const spec = {
     name: JSON.stringify([filters, island]),
     keep: keeps(filters, island),
     compare: compareBy(columns, filters.sort, byName),
     live,
+    complete: state === "ready",
   };
   const order = useOrder(() => catalog.devices.values(), catalog.structure, spec);
   const pins = pinnedDevices.value;
   const rows = useMemo(() => grouped(order.rows, filters.group, pins), [order.rows, filters.group, pins]);
-  const state = loadingOf(baseFeeds);
   if (islandsKnown.value && islands.value.length === 0 && catalog.devices.size === 0) return <NoIsland />;
   return (
     <section class="view">

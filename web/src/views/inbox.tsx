@@ -3,6 +3,7 @@ import { catalog, chosenIsland, connection, islands, islandsKnown, loadingOf, ma
 import { number } from "../core/catalog";
 import { browserClock } from "../core/clock";
 import { type Decision, Decisions, type Verb } from "../core/decisions";
+import { useOrder } from "../core/hooks";
 import { redraw, second, useFrame } from "../core/redraw";
 import { type Route, setQuery } from "../core/router";
 import type { Tuple } from "../core/store";
@@ -11,7 +12,7 @@ import { NoIsland } from "../parts/no_island";
 import { notify } from "../parts/notices";
 import { phone } from "../parts/screen";
 import { Empty, Loaded } from "../parts/state";
-import { compareBy, SortSelect, Table } from "../parts/table";
+import { compareBy, Outdated, SortSelect, Table } from "../parts/table";
 import { words } from "../words";
 import { inboxColumns, nameOf, searchedOf } from "./inbox_columns";
 import { inboxesOf, PatternForm } from "./inbox_pattern";
@@ -52,17 +53,6 @@ function countIn(what: "count" | "ignored"): number {
   return sum;
 }
 
-/** Waiting devices in a steady order; drawn again when devices come or go, and once a second. */
-function useWaiting(search: string, sort: string, compare: (a: Tuple, b: Tuple) => number): Tuple[] {
-  const island = chosenIsland();
-  return useMemo(() => {
-    const all = [...catalog.waiting.values()].filter(
-      (tuple) => (!island || tuple.owner === island) && (search === "" || matches(search, searchedOf(tuple))),
-    );
-    return all.sort(compare);
-  }, [search, sort, island, catalog.waiting.size, second.value]);
-}
-
 function Inbox({ route }: { route: Route }) {
   useFrame();
   const owner = ownerPattern();
@@ -79,11 +69,18 @@ function Inbox({ route }: { route: Route }) {
   };
   const mayDecide = mayBe("admin");
   const columns = useMemo(() => inboxColumns({ chosen, toggle, decide, undo, decisions, mayDecide }), [chosen, mayDecide]);
-  const rows = useWaiting(
-    q,
-    sort,
-    compareBy(columns, sort, (a, b) => compareNatural(nameOf(a), nameOf(b))),
-  );
+  const island = chosenIsland();
+  const order = useOrder(() => catalog.waiting.values(), catalog.arrivals, {
+    name: JSON.stringify([q, sort, island]),
+    keep: (tuple) => (!island || tuple.owner === island) && (q === "" || matches(q, searchedOf(tuple))),
+    compare: compareBy(columns, sort, (a, b) => compareNatural(nameOf(a), nameOf(b))),
+    live: columns.some((column) => column.live && column.id === sort.replace(/^-/, "")),
+    complete: loadingOf(feeds) === "ready",
+  });
+  const rows = order.rows;
+  const tableRows = useMemo(() => rows.map((row) => ({ row })), [rows]);
+  const height = phone.value ? (mayDecide ? 156 : 92) : 44;
+  const heightOf = useMemo(() => () => height, [height]);
   useEffect(() => setChosen(new Set([...chosen].filter((id) => catalog.waiting.has(id)))), [catalog.waiting.size]);
   const picked = rows.filter(({ id }) => chosen.has(id));
   const decidePicked = (verb: Verb) => {
@@ -119,6 +116,7 @@ function Inbox({ route }: { route: Route }) {
           </>
         )}
         <span class="count">{words.table.shown(rows.length, catalog.waiting.size)}</span>
+        <Outdated order={order} />
       </div>
       <Pending />
       {mayDecide && <PatternForm waiting={catalog.waiting.values()} ignored={countIn("ignored")} decisions={decisions} />}
@@ -126,9 +124,9 @@ function Inbox({ route }: { route: Route }) {
         <Table
           label={text.title}
           columns={columns}
-          rows={rows.map((row) => ({ row }))}
+          rows={tableRows}
           rowsVersion={rows}
-          heightOf={() => (phone.value ? (mayDecide ? 156 : 92) : 44)}
+          heightOf={heightOf}
           nameOf={({ id }) => id}
           place={`inbox ${q} ${sort}`}
           sorting={{ by: sort, set: (by) => setQuery({ sort: by === "name" ? "" : by }) }}

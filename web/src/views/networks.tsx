@@ -11,7 +11,7 @@ import { Age } from "../parts/age";
 import { NoIsland } from "../parts/no_island";
 import { phone } from "../parts/screen";
 import { Empty, Loaded, State } from "../parts/state";
-import { type Column, compareBy, SortSelect, Table } from "../parts/table";
+import { type Column, compareBy, Outdated, SortSelect, Table } from "../parts/table";
 import { words } from "../words";
 import { NetworkPanel, NextAttempt } from "./network_panel";
 import type { View } from "./views";
@@ -161,8 +161,9 @@ function Networks({ route }: { route: Route }) {
     keep: (network) => (!island || network.owner === island) && (q === "" || matches(q, `${network.id} ${network.line} ${network.owner}`)),
     compare: compareBy(columns, sort, (a, b) => compareNatural(a.id, b.id) || a.owner - b.owner),
     live: sorted?.live ?? false,
+    complete: loadingOf([...baseFeeds, ...feeds]) === "ready",
   });
-  const rows = order.rows.map((row) => ({ row }));
+  const rows = useMemo(() => order.rows.map((row) => ({ row })), [order.rows]);
   if (islandsKnown.value && islands.value.length === 0 && catalog.networks.size === 0) return <NoIsland />;
   if (chosen && phone.value) return <NetworkPanel network={chosen} rates={rates} />;
   return (
@@ -178,14 +179,7 @@ function Networks({ route }: { route: Route }) {
         />
         {phone.value && <SortSelect columns={columns} sorting={{ by: sort, set: (by) => setQuery({ sort: by }) }} />}
         <span class="count">{words.table.shown(order.rows.length, catalog.networks.size)}</span>
-        {order.outdated > 0 && (
-          <span class="outdated">
-            {words.table.outdated(order.outdated)}
-            <button type="button" onClick={order.refresh}>
-              {words.table.update}
-            </button>
-          </span>
-        )}
+        <Outdated order={order} />
       </div>
       <Loaded state={loadingOf([...baseFeeds, ...feeds])} empty={rows.length === 0 && <NoNetworks filtered={catalog.networks.size > 0} />}>
         <div class="split">
