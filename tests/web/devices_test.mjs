@@ -1,4 +1,5 @@
 import assert from "node:assert/strict";
+import { publisher } from "./island.mjs";
 
 const names = (page) => page.locator(".list-rows .device-name").allTextContents();
 
@@ -45,7 +46,22 @@ async function compares({ page, open }) {
   assert.equal(await page.locator(".list-rows .row").count(), 2);
 }
 
+/** What a program publishes in the shape of a line or a device is neither. */
+async function otherTuples({ page, open, island }) {
+  island.publish("robot.arm.status", "idle");
+  island.publish("robot.arm.left.status", '{"status":"unreachable"}');
+  await open(`tuples/${publisher}:robot.arm.left.status`);
+  await page.locator(".panel .content", { hasText: "unreachable" }).waitFor();
+  await open("networks");
+  await page.locator(".row", { hasText: "dummy-rooms" }).waitFor();
+  assert.equal(await page.locator(".row", { hasText: "arm" }).count(), 0);
+  await open("devices");
+  await page.locator(".row", { hasText: "Hot water tank" }).waitFor();
+  assert.equal(await page.locator(".row", { hasText: "left" }).count(), 0);
+}
+
 export const tests = () => [
+  { name: "devices: other tuples of their shape are none", body: otherTuples },
   { name: "devices: filtered to nothing", body: filteredToNothing },
   { name: "devices: sorted, by an address that can be sent", body: sorts },
   { name: "devices: grouped", body: groups },

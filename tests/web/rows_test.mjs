@@ -19,12 +19,17 @@ async function addDevices(page) {
         const request = JSON.parse(text);
         this.wanted ??= new Map();
         window.patterns = [...(window.patterns ?? []), request.pattern];
-        const leaf = /^\*:\*\.\*\.\*\.(description|status)$/.exec(request.pattern ?? "")?.[1];
+        const leaf = /^\*:\*\.(?:\*\.\*\.(description|status)|(island))$/.exec(request.pattern ?? "")?.slice(1).find(Boolean);
         if (request.do === "subscribe" && leaf) this.wanted.set(request.id, (number, call) => deliver(number, leaf, call));
         super.send(text);
       }
     };
     function deliver(number, leaf, call) {
+      if (leaf === "island") {
+        const set = [[1_000_000, '{"id":7,"name":"big"}', 1, 1]];
+        call({ data: JSON.stringify({ s: number, k: { 1_000_000: "7:proxy.island" }, set }) });
+        return;
+      }
       const keys = {};
       const set = [];
       for (let index = 0; index < count; index++) {

@@ -33,6 +33,7 @@ export const feed = new Feed(store, () => connection, browserClock, redraw);
 
 /** What the frame of the page shows everywhere: devices for the search, lines and inbox for the marks of the rail. */
 const always: Want[] = [
+  { pattern: "*:*.island", min: 1000 }, // the prefix of each island
   { pattern: "*:*.*.*.description", min: 250 },
   { pattern: "*:*.*.*.status", min: 250 },
   { pattern: "*:*.*.status", min: 250 },

@@ -14,7 +14,9 @@ function setUp() {
     store.set(tuple, value, tuple.sequence + 1, 1);
     return tuple;
   };
-  return { store, catalog, put };
+  const island = (id: number, prefix = "proxy") => put(`${id}:${prefix}.island`, JSON.stringify({ id, name: "home" }));
+  island(7);
+  return { store, catalog, put, island };
 }
 
 test("keys of points, devices, networks, counters and the inbox differ", () => {
@@ -90,8 +92,40 @@ test("the structure changes with devices and descriptions, not with values", () 
 });
 
 test("a device of two islands is two devices", () => {
-  const { catalog, put } = setUp();
+  const { catalog, put, island } = setUp();
+  island(8);
   put("7:proxy.wsn.3.status", "{}");
   put("8:proxy.wsn.3.status", "{}");
   assert.deepEqual([...catalog.devices.keys()], ["7/wsn/3", "8/wsn/3"]);
+});
+
+test("only what an island publishes below its prefix is a device, a line or waits", () => {
+  const { catalog, put, island } = setUp();
+  for (const name of ["9:robot.arm.status", "9:robot.arm.left.status", "9:robot.inbox.arm.left", "7:house.kitchen.oven.status"])
+    put(name, "{}");
+  for (const [name, value] of [
+    ["9:robot.island", '{"id":7,"name":"arm"}'],
+    ["9:robot.island", "idle"],
+    ["7:house.island", '{"id":7,"name":"me too"}'],
+    ["9:robot.arm.island", '{"id":9,"name":"arm"}'],
+  ] as const)
+    put(name, value);
+  assert.deepEqual([catalog.devices.size, catalog.networks.size, catalog.waiting.size], [0, 0, 0]);
+  put("8:flat.wsn.3.status", "{}");
+  put("8:flat.inbox.wsn.4", "{}");
+  assert.equal(catalog.devices.size, 0);
+  island(8, "flat");
+  assert.deepEqual([[...catalog.devices.keys()], [...catalog.waiting.keys()]], [["8/wsn/3"], ["8:flat.inbox.wsn.4"]]);
+});
+
+test("devices go with their island, and come again with another prefix", () => {
+  const { store, catalog, put, island } = setUp();
+  put("7:proxy.wsn.3.status", "{}");
+  put("7:flat.wsn.4.status", "{}");
+  const named = store.get("7:proxy.island");
+  assert.ok(named);
+  store.release(named);
+  assert.deepEqual([catalog.devices.size, catalog.networks.size], [0, 0]);
+  island(7, "flat");
+  assert.deepEqual([...catalog.devices.keys()], ["7/wsn/4"]);
 });

@@ -165,6 +165,14 @@ export class Network {
   }
 }
 
+const islandKey = ".island";
+
+/** An island publishes its own id and name at PREFIX.island. */
+function namesIsland(tuple: Tuple): boolean {
+  if (!tuple.key.endsWith(islandKey) || tuple.key.indexOf(".") !== tuple.key.length - islandKey.length) return false;
+  return tuple.json.id === tuple.owner && typeof tuple.json.name === "string";
+}
+
 /** Devices and networks of all islands, put together from the tuples of the store as they come and go. */
 export class Catalog {
   readonly devices = new Map<string, Device>();
@@ -180,11 +188,14 @@ export class Catalog {
   /** Grows when waiting devices come or go. */
   arrivals = 0;
 
-  constructor(store: Store) {
+  /** The prefixes of the islands, by owner. Other components, and other keys of an island, are none of its devices. */
+  private readonly prefixes = new Map<number, string>();
+
+  constructor(private readonly store: Store) {
     store.listen({
       added: (tuple) => this.put(tuple, tuple),
       changed: (tuple) => this.changed(tuple),
-      removed: (tuple) => this.put(tuple, undefined),
+      removed: (tuple) => this.removed(tuple),
     });
   }
 
@@ -193,12 +204,38 @@ export class Catalog {
   }
 
   private changed(tuple: Tuple): void {
-    if (!tuple.key.endsWith(".description")) return;
+    if (namesIsland(tuple)) this.learnPrefix(tuple.owner, tuple.key.slice(0, -islandKey.length));
+    if (!tuple.key.endsWith(".description") || !this.isOfIsland(tuple)) return;
     if (readKey(tuple.key).what === "device") this.structure++;
     else this.points++;
   }
 
+  private removed(tuple: Tuple): void {
+    this.put(tuple, undefined);
+    const prefix = this.prefixes.get(tuple.owner);
+    if (prefix === undefined || tuple.key !== prefix + islandKey) return;
+    this.putAllOf(tuple.owner, (other) => this.put(other, undefined));
+    this.prefixes.delete(tuple.owner);
+  }
+
+  private isOfIsland(tuple: Tuple): boolean {
+    const prefix = this.prefixes.get(tuple.owner);
+    return prefix !== undefined && tuple.key.startsWith(`${prefix}.`);
+  }
+
+  /** Takes what came before it. */
+  private learnPrefix(owner: number, prefix: string): void {
+    if (this.prefixes.has(owner)) return;
+    this.prefixes.set(owner, prefix);
+    this.putAllOf(owner, (tuple) => this.put(tuple, tuple));
+  }
+
+  private putAllOf(owner: number, put: (tuple: Tuple) => void): void {
+    for (const tuple of this.store.tuples.values()) if (tuple.owner === owner) put(tuple);
+  }
+
   private put(tuple: Tuple, now: Tuple | undefined): void {
+    if (!this.isOfIsland(tuple)) return;
     const key = readKey(tuple.key);
     switch (key.what) {
       case "point":

@@ -17,7 +17,7 @@ export function reachableOf(catalog: Catalog, owner: number): { reachable: numbe
 /** Networks whose line is not up; a recording that ended is no trouble. */
 export function linesNotUp(catalog: Catalog): Network[] {
   return [...catalog.networks.values()]
-    .filter((network) => network.status && network.line !== "up" && network.line !== "ended")
+    .filter(({ line }) => line !== "unknown" && line !== "up" && line !== "ended")
     .sort((a, b) => a.owner - b.owner || compareNatural(a.id, b.id));
 }
 
