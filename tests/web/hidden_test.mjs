@@ -42,4 +42,40 @@ async function aHiddenPageIsSilent({ page, open }) {
   );
 }
 
-export const tests = () => [{ name: "hidden: a hidden tab has no subscriptions and wakes nothing", body: aHiddenPageIsSilent }];
+/** What was plotted is still there when the tab is shown again, and when another point is added. */
+async function aPlotKeepsItsCurve({ page, open }) {
+  await open("plots?k=6541:proxy.dummy-rooms.living.sensor.light-1");
+  const plot = page.getByRole("slider");
+  const readingAt = (time) =>
+    plot.evaluate(async (element, at) => {
+      element.focus();
+      const step = async (key) => {
+        element.dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true, cancelable: true }));
+        await new Promise(requestAnimationFrame);
+      };
+      await step("End");
+      for (let left = 0; left < 100 && Number(element.getAttribute("aria-valuenow")) > at; left++) await step("ArrowLeft");
+      return element.getAttribute("aria-valuetext");
+    }, time);
+  await page.getByRole("switch", { name: "Passive" }).click();
+  await page.waitForFunction(() => /light-1 [\d.,]+ lx/.test(document.querySelector(".plot").getAttribute("aria-valuetext")));
+  await page.goto(page.url().replace("plots?", "plots?span=20&"));
+  await page.waitForTimeout(4000);
+  const known = Date.now() / 1000 - 1.5;
+  const reading = /light-1 [\d.,]+ lx/;
+  assert.match(await readingAt(known), reading);
+  await hide(page, true);
+  await page.waitForTimeout(300);
+  await hide(page, false);
+  await page.waitForTimeout(1500);
+  assert.match(await readingAt(known), reading);
+  await page.goto(page.url().replace("light-1", "light-1,6541:proxy.dummy-rooms.bedroom.sensor.temperature-1"));
+  await page.locator(".plot-legend", { hasText: "temperature-1" }).waitFor();
+  await page.waitForTimeout(500);
+  assert.match(await readingAt(known), reading);
+}
+
+export const tests = () => [
+  { name: "hidden: a hidden tab has no subscriptions and wakes nothing", body: aHiddenPageIsSilent },
+  { name: "hidden: a plot keeps its curve", body: aPlotKeepsItsCurve },
+];

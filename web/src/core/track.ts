@@ -66,7 +66,7 @@ export class Track {
   /** Where the answer of the history ended. */
   private known = 0;
 
-  constructor(readonly kind: "number" | "state") {}
+  constructor(public kind: "number" | "state") {}
 
   get empty(): boolean {
     return this.samples.length === 0;
@@ -109,6 +109,12 @@ export class Track {
     const last = this.samples[this.samples.length - 1];
     if (!last || last.gap) return;
     this.samples.push(gapAt(Math.max(t, last.t)));
+  }
+
+  /** The last value is known to hold since `since`: if that was before the gap, there was none. */
+  resume(since: number): void {
+    const last = this.samples[this.samples.length - 1];
+    if (last?.gap && since <= last.t) this.samples.pop();
   }
 
   private folds(last: Sample, next: Sample): boolean {

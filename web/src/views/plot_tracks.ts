@@ -1,20 +1,13 @@
 import { useEffect, useMemo, useRef, useState } from "preact/hooks";
 import { active, catalog, line, server, store, useFeeds, wokenSensors } from "../app";
-import { list, number, type Point, text } from "../core/catalog";
 import { boundsOf, type TimeRange } from "../core/plot_time";
+import { type Plotted, PlottedPoints } from "../core/plotted";
 import { frameNumber, second } from "../core/redraw";
 import { askJson, RestError } from "../core/rest";
 import type { Tuple } from "../core/store";
-import { type PastSeries, Track } from "../core/track";
+import type { PastSeries } from "../core/track";
 
-/** One of the points of the plot, by `OWNER:KEY` without `.value`. */
-export interface Plotted {
-  path: string;
-  point?: Point;
-  track: Track;
-  /** Words in the order of their type; colours follow it. */
-  words: string[];
-}
+export type { Plotted };
 
 export type Past = "none" | "loading" | "ready" | { code: string; text: string };
 
@@ -25,20 +18,6 @@ const settling = 120;
 const busyPause = 1000;
 /** Milliseconds between two drawings: a plot of thousands of points takes some of them. */
 const redrawPause = 200;
-const goodQualities = new Set(["", "good", "assumed"]);
-
-function pointAt(path: string): Point | undefined {
-  const [owner = "", key = ""] = path.split(":", 2);
-  const [, network = "", device = "", kind = "", id = ""] = key.split(".");
-  return catalog.device(Number(owner), network, device)?.points.get(`${kind}.${id}`);
-}
-
-function kindOf(point: Point | undefined, value: string): "number" | "state" {
-  const type = text(point?.description?.json.data_type);
-  if (type === "real" || type === "integer") return "number";
-  if (type !== "") return "state";
-  return value === "" || Number.isNaN(Number(value)) ? "state" : "number";
-}
 
 function now(): number {
   return Date.now() / 1000;
@@ -55,20 +34,16 @@ export function useTracks(paths: string[], range: TimeRange): { plotted: Plotted
   }, [active.value, sensors.length]);
   const ready = feeds.every(({ state }) => state === "ready" || state === "failed");
   if (!ready) void frameNumber.value; // drawn again in each frame until all is there
-  const plotted = useMemo(() => paths.map(begin), [name, ready]);
-  useLive(plotted);
+  const points = useMemo(() => new PlottedPoints(catalog, store, now), []);
+  const plotted = useMemo(() => points.of(paths), [name, ready]);
+  points.describe();
+  useLive(points, plotted);
   const { past, retry } = usePast(plotted, range, ready);
   return { plotted, past, retry };
 }
 
-function begin(path: string): Plotted {
-  const point = pointAt(path);
-  const value = store.get(`${path}.value`);
-  return { path, point, track: new Track(kindOf(point, value?.value ?? "")), words: list(point?.description?.json.words) };
-}
-
 /** Tuples of the points as they change; ends of knowledge once a second. */
-function useLive(plotted: Plotted[]): void {
+function useLive(points: PlottedPoints, plotted: Plotted[]): void {
   const [, setVersion] = useState(0);
   useEffect(() => {
     let timer = 0;
@@ -78,15 +53,18 @@ function useLive(plotted: Plotted[]): void {
     };
     const byTuple = new Map<string, { one: Plotted; leaf: string }>();
     for (const one of plotted) for (const leaf of ["value", "status", "command"]) byTuple.set(`${one.path}.${leaf}`, { one, leaf });
-    const changed = (tuple: Tuple) => {
+    const take = (tuple: Tuple, delivered: boolean) => {
       const target = byTuple.get(tuple.id);
       if (!target) return;
-      take(target.one, target.leaf, tuple);
+      points.take(target.one, target.leaf, tuple, delivered);
       timer ||= window.setTimeout(draw, redrawPause);
     };
-    const stop = store.listen({ added: changed, changed });
+    const stop = store.listen({ added: (tuple) => take(tuple, false), changed: (tuple) => take(tuple, true) });
+    const hidden = () => document.hidden && points.lose();
+    document.addEventListener("visibilitychange", hidden);
     return () => {
       clearTimeout(timer);
+      document.removeEventListener("visibilitychange", hidden);
       stop();
     };
   }, [plotted]);
@@ -97,21 +75,6 @@ function useLive(plotted: Plotted[]): void {
       if (line.value === "lost" || (value && !value.present)) track.lose(now());
     }
   }, [tick, plotted]);
-}
-
-function take({ path, track }: Plotted, leaf: string, tuple: Tuple): void {
-  const value = leaf === "value" ? tuple : store.get(`${path}.value`);
-  const status = store.get(`${path}.status`)?.json ?? {};
-  const good = goodQualities.has(text(status.quality));
-  if (leaf === "command") {
-    if (tuple.sequence > 0) track.command(tuple.time, tuple.value ?? "");
-  } else if (!good) {
-    if (value?.value) track.add(value.time, value.value); // what it was before
-    track.lose(number(status.since) || now());
-  } else if (value?.value) {
-    const afterGap = track.at(now())?.gap ?? false;
-    track.add(afterGap && leaf === "status" ? Math.max(number(status.since), value.time) : value.time, value.value);
-  }
 }
 
 /** Asks the history when points or range change, and when live values were missed. */
