@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <atomic>
+#include <deque>
 
 #include "base/lifetime.h"
 #include "base/limited_log.h"
@@ -45,6 +46,7 @@ struct History::Impl {
   void subscribe();
   void observe(const tuples::Event& event);
 
+  void run_question();
   template <class Value>
   Handle ask(std::function<Result<Value>(Store&)> work, std::function<void(Result<Value>)> call);
 
@@ -59,8 +61,9 @@ struct History::Impl {
   Counters counters;
   std::string reason;
   bool opened = false;
-  bool writing = false;  ///< a job of the worker
-  std::size_t questions = 0;
+  bool writing = false;                          ///< a job of the worker
+  std::deque<transport::Worker::Job> questions;  ///< that wait
+  bool asking = false;                           ///< one of them is a job of the worker
   std::uint64_t reported_drops = 0, reported_refusals = 0;
   Timer timer;
   base::Lifetime lifetime;
@@ -164,25 +167,35 @@ Handle History::Impl::ask(std::function<Result<Value>(Store&)> work, std::functi
     const auto last = std::exchange(asked->call, nullptr);
     last(std::move(result));
   };
-  if (questions == kMostQuestions) {
+  if (questions.size() + (asking ? 1 : 0) >= kMostQuestions) {
     lifetime.post(context.scheduler, [finish] {
       finish(fail(ErrorCode::kBusy, fmt::format("history: {} questions wait already", kMostQuestions)));
     });
     return handle;
   }
-  ++questions;
   auto done = std::make_shared<std::function<void(Result<Value>)>>(lifetime.guard([this, finish](Result<Value> result) {
-    --questions;
+    asking = false;
+    run_question();
     finish(std::move(result));
   }));
-  context.worker->run([asked, keeper = keeper, work = std::move(work), done, &scheduler = context.scheduler] {
+  questions.push_back([asked, keeper = keeper, work = std::move(work), done, &scheduler = context.scheduler] {
     auto* store = keeper->store();
     auto result = std::make_shared<Result<Value>>(asked->cancelled ? Result<Value>(Value())
                                                   : store          ? work(*store)
                                                                    : Result<Value>(fail(keeper->why())));
     scheduler.post([done, result] { (*done)(std::move(*result)); });
   });
+  run_question();
   return handle;
+}
+
+/// One at a time: a batch waits for one question, not for all.
+void History::Impl::run_question() {
+  if (asking || questions.empty()) return;
+  asking = true;
+  auto job = std::move(questions.front());
+  questions.pop_front();
+  context.worker->run(std::move(job));
 }
 
 History::History(config::HistorySetup setup, Context context)

@@ -215,17 +215,30 @@ Result<void> check(const Question& question) {
   return {};
 }
 
-/// One of several orders of time: the first and the last value of a series.
-Result<std::optional<std::int64_t>> time_of(Store& store, const char* sql, SeriesRow row) {
-  auto statement = store.database().prepare(sql, kReading);
-  if (!statement) return fail(statement.error());
-  Query query(*statement);
+/// What finds the first and the last times of a series.
+Result<std::vector<Statement>> time_statements(Store& store) {
+  std::vector<Statement> statements;
+  for (const auto* sql : {"SELECT start FROM block WHERE series=? ORDER BY start LIMIT 1",
+                          "SELECT until FROM block WHERE series=? ORDER BY start DESC LIMIT 1",
+                          "SELECT start FROM hour WHERE series=? ORDER BY start LIMIT 1",
+                          "SELECT until FROM hour WHERE series=? ORDER BY start DESC LIMIT 1",
+                          "SELECT time FROM text WHERE series=? ORDER BY time LIMIT 1",
+                          "SELECT time FROM text WHERE series=? ORDER BY time DESC LIMIT 1"}) {
+    auto statement = store.database().prepare(sql, kReading);
+    if (!statement) return fail(statement.error());
+    statements.push_back(std::move(*statement));
+  }
+  return statements;
+}
+
+Result<std::optional<std::int64_t>> time_of(Statement& statement, SeriesRow row) {
+  Query query(statement);
   const auto there = query.integer(row).next();
   if (!there) return fail(there.error());
   return *there ? std::optional(query.integer_at(0)) : std::nullopt;
 }
 
-Result<void> find_times(Store& store, SeriesRow row, SeriesEntry& entry) {
+Result<void> find_times(Store& store, std::vector<Statement>& statements, SeriesRow row, SeriesEntry& entry) {
   const auto& open = store.series().at(row).open;
   std::optional<std::int64_t> first, last;
   const auto look = [&](std::int64_t time) {
@@ -236,13 +249,8 @@ Result<void> find_times(Store& store, SeriesRow row, SeriesEntry& entry) {
     look(open.start());
     look(open.end());
   }
-  for (const auto* sql : {"SELECT start FROM block WHERE series=? ORDER BY start LIMIT 1",
-                          "SELECT until FROM block WHERE series=? ORDER BY start DESC LIMIT 1",
-                          "SELECT start FROM hour WHERE series=? ORDER BY start LIMIT 1",
-                          "SELECT until FROM hour WHERE series=? ORDER BY start DESC LIMIT 1",
-                          "SELECT time FROM text WHERE series=? ORDER BY time LIMIT 1",
-                          "SELECT time FROM text WHERE series=? ORDER BY time DESC LIMIT 1"}) {
-    const auto time = time_of(store, sql, row);
+  for (auto& statement : statements) {
+    const auto time = time_of(statement, row);
     if (!time) return fail(time.error());
     if (*time) look(**time);
   }
@@ -285,12 +293,14 @@ Result<std::vector<SeriesEntry>> list_series(Store& store, const Pattern& patter
     const auto& name = one.declaration.name;
     if (pattern.matches(name.owner, name.key)) found.emplace(name, row);
   }
+  auto statements = time_statements(store);
+  if (!statements) return fail(statements.error());
   std::vector<SeriesEntry> entries;
   for (const auto& [name, row] : found) {
     if (entries.size() == most) break;
     const auto& declaration = store.series().at(row).declaration;
     SeriesEntry entry{name, declaration.kind, declaration.unit, declaration.words, {}, {}};
-    if (auto done = find_times(store, row, entry); !done) return fail(done.error());
+    if (auto done = find_times(store, *statements, row, entry); !done) return fail(done.error());
     entries.push_back(std::move(entry));
   }
   return entries;

@@ -227,6 +227,21 @@ TEST_F(HistoryTest, RefusesTooManyQuestions) {
   EXPECT_EQ(busy, 8U);
 }
 
+TEST_F(HistoryTest, WritesBeforeTheQuestionsThatWait) {
+  open();
+  run(5);
+  worker_->hold();
+  std::vector<Handle> handles;
+  std::size_t answered = 0;
+  for (int i = 0; i < 20; ++i)
+    handles.push_back(history_->ask(last_hours(1), [&](const Result<Answer>&) { ++answered; }));
+  run(2, 100);
+  EXPECT_EQ(worker_->waiting(), 2U);  // one question, then the batch
+  worker_->release();
+  scheduler_.run_for(seconds(1));
+  EXPECT_EQ(answered, 20U);
+}
+
 TEST_F(HistoryTest, ListsItsSeries) {
   open();
   run(5);
