@@ -38,7 +38,8 @@ std::optional<HistorySetup> read_history(ConfigReader& root) {
   if (history.has("file") && setup.file.empty()) history.error("file", "empty path, expected a file");
   if (auto patterns = patterns_in(history, "patterns"); history.has("patterns")) {
     setup.patterns = std::move(patterns);
-    if (history.texts("patterns").empty()) history.error("patterns", "is empty, expected for example [\"proxy.**\"]");
+    if (history.texts("patterns").empty())
+      history.error("patterns", "is empty, expected for example [\"*:*.*.*.*.*.value\"]");
   }
   setup.exclude = patterns_in(history, "exclude");
   setup.minimum = history.duration("minimum", setup.minimum);

@@ -232,9 +232,10 @@ Handle History::series(Pattern pattern, SeriesCall call) {
       std::move(call));
 }
 
-History::Counters History::counters() const {
+Counters History::counters() const {
   auto counters = impl_->counters;
   counters.dropped += impl_->intake.dropped();
+  counters.recording = impl_->opened && impl_->reason.empty();
   return counters;
 }
 

@@ -9,6 +9,7 @@
 #include "base/scheduler.h"
 #include "config/history_config.h"
 #include "history/answer.h"
+#include "history/counters.h"
 #include "rubicon/key.hpp"
 #include "rubicon/tuple_space.hpp"
 #include "transport/worker.h"
@@ -44,13 +45,6 @@ class History final {
   /// The series whose tuples match, by owner and key, at most 10,000.
   [[nodiscard]] Handle series(Pattern pattern, SeriesCall call);
 
-  /// Since the start.
-  struct Counters {
-    std::uint64_t points = 0;    ///< written
-    std::uint64_t dropped = 0;   ///< that could not be written
-    std::uint64_t failures = 0;  ///< to open, write and read the file
-    std::uint64_t bytes = 0;     ///< present size of the file
-  };
   Counters counters() const;
   /// `opening`, `recording`, or `not written: ` and the reason.
   std::string state() const;

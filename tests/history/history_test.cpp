@@ -91,6 +91,7 @@ TEST_F(HistoryTest, AnswersWhatThePointsWere) {
   EXPECT_EQ(series.buckets.back().last, 99);
   EXPECT_EQ(history_->state(), "recording");
   EXPECT_GE(history_->counters().points, 99U);
+  EXPECT_TRUE(history_->counters().recording);
 }
 
 TEST_F(HistoryTest, CreatesNoDemand) {
@@ -155,6 +156,7 @@ TEST_F(HistoryTest, TriesAgainWhenItCannotOpenTheFile) {
   std::filesystem::create_directory(folder_ / "h");
   open();
   EXPECT_THAT(history_->state(), HasSubstr("not written: "));
+  EXPECT_FALSE(history_->counters().recording);
   EXPECT_FALSE(ask(last_hours(1)));
   run(10);
   std::filesystem::remove(folder_ / "h");

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "history/answer.h"
+#include "history/counters.h"
 #include "rubicon/key.hpp"
 #include "rubicon/tuple_space.hpp"
 
@@ -17,6 +18,7 @@ class HistorySource {
   [[nodiscard]] virtual Handle ask(history::Question question, std::function<void(Result<history::Answer>)> call) = 0;
   [[nodiscard]] virtual Handle series(Pattern pattern,
                                       std::function<void(Result<std::vector<history::SeriesEntry>>)> call) = 0;
+  virtual history::Counters counters() const = 0;
 };
 
 /// Of a history::History, or what has the same calls. It must outlive this.
@@ -31,6 +33,7 @@ class HistoryOf final : public HistorySource {
   Handle series(Pattern pattern, std::function<void(Result<std::vector<history::SeriesEntry>>)> call) override {
     return history_.series(std::move(pattern), std::move(call));
   }
+  history::Counters counters() const override { return history_.counters(); }
 
  private:
   History& history_;

@@ -35,6 +35,15 @@ void add_own(const Context::Counters& counters, const TupleSpace::Stats& stats, 
     text.add(fmt::format("rubicon_web_{}", name), "gauge", {}, std::to_string(count));
 }
 
+void add_history(const history::Counters& counters, MetricsText& text) {
+  const std::array<std::pair<std::string_view, std::uint64_t>, 3> totals{
+      {{"points", counters.points}, {"dropped_points", counters.dropped}, {"failures", counters.failures}}};
+  for (const auto& [name, count] : totals)
+    text.add(fmt::format("rubicon_history_{}_total", name), "counter", {}, std::to_string(count));
+  text.add("rubicon_history_bytes", "gauge", {}, std::to_string(counters.bytes));
+  text.add("rubicon_history_recording", "gauge", {}, counters.recording ? "1" : "0");
+}
+
 /// Numbers as they are; switches as 1 and 0. Empty: the value has no number.
 std::string number_of_value(std::string_view value) {
   if (base::parse_number<double>(value)) return std::string(value);
@@ -83,6 +92,7 @@ std::unique_ptr<Exchange> metrics(Call& call) {
     add_island_metrics(tuples, text);
     add_values(tuples, context.options.metrics_patterns, text);
     add_own(context.counters, context.space.stats(), text);
+    if (context.options.history) add_history(context.options.history->counters(), text);
     return Response{.status = 200, .content_type = kMediaType, .body = text.text(), .headers = {}, .stream = {}};
   });
 }

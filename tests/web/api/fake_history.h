@@ -28,6 +28,9 @@ class FakeHistory final : public HistorySource {
     return later([call = std::move(call), result = known] { call(result); });
   }
 
+  history::Counters counters() const override { return counted; }
+
+  history::Counters counted;
   Result<history::Answer> answer;
   std::vector<history::SeriesEntry> known;
   std::vector<history::Question> questions;

@@ -92,6 +92,15 @@ TEST_F(Histories, AnErrorOfTheHistoryIsAnswered) {
   EXPECT_THAT(response.body, HasSubstr("too many questions wait"));
 }
 
+TEST_F(Histories, MetricsShowWhetherAllIsWritten) {
+  history.counted = {1000, 3, 2, 65'536, false};
+  const auto response = ask("GET", "/metrics");
+  for (const auto* line : {"rubicon_history_points_total 1000\n", "rubicon_history_dropped_points_total 3\n",
+                           "rubicon_history_failures_total 2\n", "rubicon_history_bytes 65536\n",
+                           "# TYPE rubicon_history_recording gauge\nrubicon_history_recording 0\n"})
+    EXPECT_THAT(response.body, HasSubstr(line));
+}
+
 TEST_F(Histories, MoreThanFiveReadsInASecondAreBusy) {
   std::vector<unsigned> statuses;
   std::vector<std::unique_ptr<Exchange>> exchanges;
