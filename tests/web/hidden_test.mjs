@@ -58,7 +58,7 @@ async function aPlotKeepsItsCurve({ page, open }) {
       return element.getAttribute("aria-valuetext");
     }, time);
   await page.getByRole("switch", { name: "Passive" }).click();
-  await page.waitForFunction(() => /light-1 [\d.,]+ lx/.test(document.querySelector(".plot").getAttribute("aria-valuetext")));
+  await page.locator(".plot-legend td.reading", { hasText: /^[\d.,]+ lx$/ }).waitFor();
   await page.goto(page.url().replace("plots?", "plots?span=20&"));
   await page.waitForTimeout(4000);
   const known = Date.now() / 1000 - 1.5;

@@ -8,7 +8,7 @@ import { Island } from "./island.mjs";
 
 const here = dirname(fileURLToPath(import.meta.url));
 const root = join(here, "../..");
-const files = ["rows", "keyboard", "accessible", "narrow", "devices", "commands", "tuples", "steering", "hostile", "lines", "settings", "log", "islands", "login", "hidden", "reconnect"];
+const files = ["rows", "keyboard", "accessible", "narrow", "devices", "commands", "tuples", "steering", "plots", "hostile", "lines", "settings", "log", "islands", "login", "hidden", "reconnect"];
 
 const words = process.argv.slice(2);
 const long = words.includes("--long");

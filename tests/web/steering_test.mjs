@@ -121,8 +121,11 @@ async function aPlotByKeys({ page, open }) {
   await page.locator(".plot canvas").first().waitFor();
   await page.keyboard.press("a");
   const plot = page.getByRole("slider", { name: /light-1/ });
-  await page.waitForFunction(() => /light-1 [\d.,]+ lx/.test(document.querySelector(".plot").getAttribute("aria-valuetext")));
+  await page.locator(".plot-legend td.reading", { hasText: /^[\d.,]+ lx$/ }).waitFor();
+  assert.equal(await plot.getAttribute("aria-valuetext"), "no crosshair");
   await plot.focus();
+  await page.keyboard.press("End");
+  await page.waitForFunction(() => /light-1 [\d.,]+ lx/.test(document.querySelector(".plot").getAttribute("aria-valuetext")));
   const end = Number(await plot.getAttribute("aria-valuenow"));
   await page.keyboard.press("Shift+ArrowLeft");
   await page.waitForFunction((time) => Number(document.querySelector(".plot").getAttribute("aria-valuenow")) < time - 100, end);

@@ -9,6 +9,7 @@ import type { Answer, Component, Frame, Message } from "./core/frames";
 import { redraw } from "./core/redraw";
 import { ask, askJson, RestError, type ServerInfo } from "./core/rest";
 import { route, setQuery } from "./core/router";
+import { heardFrame, serverTime } from "./core/server_time";
 import { Store } from "./core/store";
 import { announce, notify } from "./parts/notices";
 import { words } from "./words";
@@ -71,14 +72,30 @@ function greeted(answer: Answer): void {
 /** Learns who we are to the server, and whether it wants a token. */
 async function learnServer(): Promise<void> {
   try {
+    const before = server.value?.release;
     server.value = await askJson<ServerInfo>("");
+    if (before !== undefined && before !== server.value.release) notify(words.line.released, "waiting", reloading);
+    tellClock();
     loginNeeded.value = server.value.tokens && (server.value.caller.role === "none" || server.value.caller.role === "");
   } catch (error) {
     if (error instanceof RestError && (error.status === 401 || error.status === 403)) loginNeeded.value = true;
   }
 }
 
+/** The page of another release may be other files than those that are still to come. */
+const reloading = { label: words.line.reload, run: () => location.reload() };
+
+let clockTold = false;
+const clockMatters = 5;
+
+function tellClock(): void {
+  const wrong = Math.abs(serverTime.offset) > clockMatters;
+  if (wrong && !clockTold) notify(words.line.clock(serverTime.offset), "waiting");
+  clockTold = wrong;
+}
+
 function framed(frame: Frame): void {
+  if (frame.alive !== undefined) heardFrame(frame.alive);
   if (frame.s !== undefined) feed.take(frame);
   if (frame.islands) {
     islands.value = frame.islands;

@@ -1,4 +1,5 @@
 // All texts of the page: here those of its frame and of what shows values, in words_of_work.ts those of the other views.
+import { formatAge } from "./core/format";
 import { many } from "./core/text";
 import { wordsOfWork } from "./words_of_work";
 
@@ -15,6 +16,10 @@ export const words = {
     live: "connected",
     lost: "connection lost, trying again",
     lostFor: (age: string) => `connection lost ${age} ago, trying again`,
+    clock: (ahead: number) =>
+      `The clock of this browser is ${formatAge(Math.abs(ahead))} ${ahead > 0 ? "behind" : "ahead of"} the server's. Times of day are the browser's, ages the server's.`,
+    released: "The server has another release. Load the page anew to have its page, too.",
+    reload: "Load anew",
     slow: "Updates are merged: this connection takes fewer than arrive.",
     eventsLost: (count: number) => `${many(count, "event was", "events were")} lost: this connection is too slow.`,
   },

@@ -72,6 +72,8 @@ export const wordsOfWork = {
   plots: {
     title: "Plots",
     role: "plot",
+    noCrosshair: "no crosshair",
+    notLoaded: "The part of the page that draws plots could not be loaded.",
     label: (names: string, from: string, to: string) => `${names}, ${from} to ${to}. Arrows move the crosshair, plus and minus zoom.`,
     none: "No point is chosen.",
     noneText: (most: number) => `Choose up to ${most} points. Numbers are drawn as curves, states as bands, commands as ticks.`,

@@ -56,6 +56,22 @@ test("after a time without the server, an unchanged value was in force all the t
   assert.equal(track.at(40)?.value, 290);
 });
 
+test("what is not known ends where it was known last", () => {
+  const { points, put, wait } = setUp();
+  const track = put("value", 10, "310");
+  wait(5);
+  points.endUnknown();
+  assert.equal(track.at(15)?.value, 310);
+  put("status", 15, '{"quality":"stale"}');
+  const [gone] = points.of([path, "7:gone.a.b.sensor.c"]).slice(1);
+  assert.ok(gone);
+  gone.track.fill({ key: gone.path, kind: "number", t: [3], v: [1] }, 14, 1);
+  points.endUnknown();
+  assert.ok(track.at(16)?.gap);
+  assert.equal(gone.track.at(2), undefined);
+  assert.ok(gone.track.at(4)?.gap);
+});
+
 test("a value is not known to have held while the device was away", () => {
   const { points, put, wait } = setUp();
   put("status", 5, '{"quality":"good","since":5}');

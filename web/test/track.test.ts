@@ -33,6 +33,40 @@ test("a curve ends where the value was not known, and begins again after it", ()
   assert.equal(track.at(5), undefined);
 });
 
+test("a long series of live values keeps its beginning", () => {
+  const track = numbers();
+  for (let second = 0; second < 20_000; second++) track.add(second, String(second % 100));
+  const curve = track.curve(0, 20_000, 20_000);
+  assert.equal(curve.t[0], 0);
+  assert.ok(curve.t.length <= 6001);
+  assert.equal(Math.min(...curve.low.map(Number)), 0);
+  assert.equal(Math.max(...curve.high.map(Number)), 99);
+});
+
+test("a file begins with what held at its beginning, and words are no formulas", () => {
+  const track = numbers();
+  track.add(10, "1");
+  track.add(30, "2");
+  const states = new Track("state");
+  states.add(20, "=1+1");
+  states.add(25, "-5");
+  const [head, ...lines] = csvOf(
+    [
+      { name: "a", track },
+      { name: "b", track: states },
+    ],
+    15,
+    40,
+  ).split("\n");
+  assert.equal(head, "time,a,b");
+  assert.deepEqual(
+    lines.filter(Boolean).map((line) => line.replace(/^1970-01-01T00:00:/, "")),
+    ["15.000Z,1,", "20.000Z,,'=1+1", "25.000Z,,-5", "30.000Z,2,"],
+  );
+  track.lose(30);
+  assert.match(csvOf([{ name: "a", track }], 25, 40), /30.000Z,2\n.*30.001Z,gap\n$/);
+});
+
 test("a lost line leaves no gap where the history knows better", () => {
   const track = numbers();
   track.add(10, "1");

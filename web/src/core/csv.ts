@@ -1,5 +1,12 @@
 import type { Track } from "./track";
 
+/** Programs for tables take what begins like that for a formula; words come from devices. */
+const formula = /^[=+\-@\t\r]/;
+
+function word(text: string): string {
+  return formula.test(text) && Number.isNaN(Number(text)) ? `'${text}` : text;
+}
+
 function cell(text: string): string {
   return /[",\n\r]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
 }
@@ -17,10 +24,12 @@ export function csvOf(points: { name: string; track: Track }[], from: number, to
     const banded = samples.some(({ low, high }) => high > low);
     const at = head.length;
     head.push(name, ...(banded ? [`${name} minimum`, `${name} maximum`] : []));
-    for (const { t, gap, text, value, low, high } of samples) {
+    for (const { t: time, gap, text, value, low, high } of samples) {
+      // A gap may begin at the time of the value before it.
+      const t = gap && lines.get(time)?.[at] ? time + 0.001 : time;
       const line = lines.get(t) ?? [];
       lines.set(t, line);
-      line[at] = gap ? "gap" : track.kind === "state" ? text : numberText(value);
+      line[at] = gap ? "gap" : track.kind === "state" ? word(text) : numberText(value);
       if (!banded || gap) continue;
       line[at + 1] = numberText(low);
       line[at + 2] = numberText(high);

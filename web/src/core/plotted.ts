@@ -9,6 +9,9 @@ export interface Plotted {
   track: Track;
   /** Words in the order of their type; colours follow it. */
   words: string[];
+  unit: string;
+  /** When its value was known last; 0 = not since the plot was opened. */
+  seen: number;
 }
 
 const goodQualities = new Set(["", "good", "assumed"]);
@@ -31,7 +34,7 @@ export class PlottedPoints {
   ) {}
 
   of(paths: string[]): Plotted[] {
-    const plotted = paths.map((path) => this.kept.get(path) ?? { path, track: new Track("state"), words: [] });
+    const plotted = paths.map((path) => this.kept.get(path) ?? { path, track: new Track("state"), words: [], unit: "", seen: 0 });
     this.kept = new Map(plotted.map((one) => [one.path, one]));
     this.describe();
     return plotted;
@@ -48,6 +51,7 @@ export class PlottedPoints {
     const known = point?.description !== undefined;
     if (known || track.empty) track.kind = kindOf(point, this.store.get(`${path}.value`)?.value ?? "");
     one.point = point ?? one.point;
+    if (known) one.unit = point.unit;
     const words = list(point?.description?.json.words);
     if (words.length > 0) one.words = words;
   }
@@ -73,6 +77,20 @@ export class PlottedPoints {
       const afterGap = track.at(this.now())?.gap ?? false;
       track.add(afterGap && leaf === "status" ? Math.max(since, value.time) : value.time, value.value);
     }
+  }
+
+  /** What is not known at present ends where it was known last. */
+  endUnknown(): void {
+    for (const one of this.kept.values()) {
+      if (this.isKnown(one.path)) one.seen = this.now();
+      else one.track.lose(one.seen);
+    }
+  }
+
+  private isKnown(path: string): boolean {
+    const value = this.store.get(`${path}.value`);
+    const quality = text(this.store.get(`${path}.status`)?.json.quality);
+    return value?.present === true && value.value !== "" && goodQualities.has(quality);
   }
 
   /** From now on, the page hears nothing of them. */

@@ -1,4 +1,5 @@
 import type { FrameError } from "./frames";
+import { heardAnswer } from "./server_time";
 
 /** What `GET /api/v1` says. */
 export interface ServerInfo {
@@ -33,11 +34,13 @@ async function failure(response: Response): Promise<RestError> {
 /** A request to the API of the page's own server; errors carry its code and text. */
 export async function ask(path: string, init: RequestInit = {}): Promise<Response> {
   let response: Response;
+  const since = Date.now() / 1000;
   try {
     response = await fetch(`/api/v1${path}`, { cache: "no-store", ...init });
   } catch {
     throw new RestError("unreachable", "the server does not answer", 0);
   }
+  heardAnswer(response.headers.get("date"), since);
   if (!response.ok) throw await failure(response);
   return response;
 }

@@ -1,4 +1,5 @@
 import type { Delivery, Extra } from "./frames";
+import { serverNow } from "./server_time";
 
 /** A tuple as the page knows it; the store changes it in place. */
 export class Tuple {
@@ -180,7 +181,7 @@ export class Store {
 
   mark(tuple: Tuple, present: boolean): void {
     tuple.present = present;
-    tuple.absentSince = present ? 0 : Date.now() / 1000;
+    tuple.absentSince = present ? 0 : serverNow();
     this.dirty();
   }
 }

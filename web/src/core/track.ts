@@ -4,6 +4,7 @@
 export interface PastSeries {
   key: string;
   kind?: "number" | "words" | "text";
+  unit?: string;
   words?: string[];
   before?: [number, number];
   t?: number[];
@@ -101,7 +102,21 @@ export class Track {
     const sample = sampleAt(t, text);
     if (last && this.folds(last, sample)) fold(last, sample);
     else this.samples.push(sample);
-    if (this.samples.length > most) this.samples.splice(0, most / 2);
+    if (this.samples.length > most) this.thin();
+  }
+
+  /** Draws two neighbours of the older half as one; of states, the oldest go. */
+  private thin(): void {
+    const older = this.samples.splice(0, most / 2);
+    if (this.kind !== "number") return;
+    const kept: Sample[] = [];
+    for (let index = 0; index < older.length; index += 2) {
+      const [one, next] = older.slice(index, index + 2);
+      if (one) kept.push(one);
+      if (one && next && !one.gap && !next.gap) fold(one, next);
+      else if (next) kept.push(next);
+    }
+    this.samples.unshift(...kept);
   }
 
   /** From now on the value is not known. */
@@ -182,9 +197,11 @@ export class Track {
     return spans.filter((span) => span.to > span.from);
   }
 
-  /** Times, values and words within `[from, to]`, for a file. */
+  /** Times, values and words within `[from, to]`, for a file; what held at its beginning is there, too. */
   within(from: number, to: number): Sample[] {
-    return this.samples.filter(({ t }) => t >= from && t <= to);
+    const before = this.at(from);
+    const samples = this.samples.filter(({ t }) => t >= from && t <= to);
+    return before && !before.gap && before.t < from ? [{ ...before, t: from }, ...samples] : samples;
   }
 
   private shown(from: number, to: number): Sample[] {
@@ -202,10 +219,11 @@ function flat(sample: Sample): Sample {
 }
 
 function fold(into: Sample, next: Sample): void {
-  into.value = (into.value * into.count + next.value) / (into.count + 1);
+  const count = into.count + next.count;
+  into.value = (into.value * into.count + next.value * next.count) / count;
   into.low = Math.min(into.low, next.low);
   into.high = Math.max(into.high, next.high);
-  into.count++;
+  into.count = count;
 }
 
 /** A bucket in which a state had several words shows them all; after it, the last one holds. */

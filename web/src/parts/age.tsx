@@ -1,5 +1,6 @@
 import { formatAge, formatFullTime } from "../core/format";
 import { second } from "../core/redraw";
+import { serverNow } from "../core/server_time";
 
 /** How long ago that was; the exact time as tooltip. Nothing for 0. */
 export function Age({ time }: { time: number }) {
@@ -7,7 +8,7 @@ export function Age({ time }: { time: number }) {
   if (time <= 0) return <span class="muted">–</span>;
   return (
     <time class="age" title={formatFullTime(time)}>
-      {formatAge(Date.now() / 1000 - time)}
+      {formatAge(serverNow() - time)}
     </time>
   );
 }

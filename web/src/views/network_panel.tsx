@@ -10,6 +10,7 @@ import { Icon } from "../parts/icons";
 import { phone } from "../parts/screen";
 import { State } from "../parts/state";
 import { words } from "../words";
+import { serverNow } from "../core/server_time";
 
 const text = words.networks;
 
@@ -17,7 +18,7 @@ const text = words.networks;
 export function NextAttempt({ network }: { network: Network }) {
   void second.value;
   const at = number(network.status?.json.next_attempt);
-  const seconds = Math.ceil(at - Date.now() / 1000);
+  const seconds = Math.ceil(at - serverNow());
   if (at === 0 || network.line === "up") return null;
   return <span class="attempt">{`${seconds > 0 ? text.nextIn(seconds) : text.nextNow} · `}</span>;
 }

@@ -4,6 +4,8 @@ import { unitSign } from "../core/format";
 import { timeLabels } from "../core/plot_time";
 import { usePlotting } from "../parts/plotting";
 import { phone } from "../parts/screen";
+import { Empty } from "../parts/state";
+import { words } from "../words";
 import { type Bounds, colourOf, dashOf, inkOf, useInk } from "./plot_colours";
 import type { Plotted } from "./plot_tracks";
 
@@ -23,8 +25,13 @@ interface Props {
 /** Units beyond get a scale of their own, but no axis. */
 const mostAxes = 4;
 
-function unitOf({ point }: Plotted): string {
-  return point?.unit || "1";
+function unitOf({ unit }: Plotted): string {
+  return unit || "1";
+}
+
+/** Between two values of a real number there are others; a point that does not describe itself has a unit if it is one. */
+function isReal({ point, unit }: Plotted): boolean {
+  return point?.description ? point.description.json.data_type === "real" : unit !== "";
 }
 
 type Library = typeof uPlot;
@@ -32,6 +39,17 @@ type Library = typeof uPlot;
 /** Numbers over time. Three series a point: the value, and the bounds of the band behind it. */
 export function PlotCanvas(props: Props) {
   const library = usePlotting();
+  if (library === "failed") {
+    return (
+      <div class="plot-canvas">
+        <Empty title={words.plots.notLoaded}>
+          <button type="button" onClick={() => location.reload()}>
+            {words.line.reload}
+          </button>
+        </Empty>
+      </div>
+    );
+  }
   return library ? <Canvas {...props} library={library} /> : <div class="plot-canvas" aria-busy="true" />;
 }
 
@@ -99,7 +117,7 @@ function optionsOf(library: Library, numbers: Plotted[], latest: { current: Prop
   for (const one of numbers) {
     const colour = colourOf(plottedAt(one));
     const first = series.length;
-    const paths = one.point?.description?.json.data_type === "real" ? library.paths.linear?.() : library.paths.stepped?.({ align: 1 });
+    const paths = isReal(one) ? library.paths.linear?.() : library.paths.stepped?.({ align: 1 });
     const edge = { scale: unitOf(one), stroke: "transparent", width: 0, paths, points: { show: false } };
     series.push({ scale: unitOf(one), stroke: colour, width: 1.6, dash: dashOf(plottedAt(one)), paths, points: { show: false } }, edge, {
       ...edge,

@@ -17,10 +17,10 @@ function numberText(value: number, count = 1): string {
 }
 
 /** What a point was at that time, with its unit; with the band where several values are drawn as one. */
-export function readingOf({ point, track }: Plotted, sample: Sample | undefined): string {
+export function readingOf({ unit, track }: Plotted, sample: Sample | undefined): string {
   if (!sample || sample.gap) return text.gap;
   if (track.kind === "state") return sample.text;
-  const sign = unitSign(point?.unit ?? "");
+  const sign = unitSign(unit);
   const value = Number.isNaN(sample.value) ? sample.text : numberText(sample.value, sample.count);
   return sign ? `${value} ${sign}` : value;
 }

@@ -1,9 +1,10 @@
 import { useEffect, useMemo, useRef, useState } from "preact/hooks";
-import { active, catalog, line, server, store, useFeeds, wokenSensors } from "../app";
+import { active, catalog, components, islands, islandsKnown, line, server, store, useFeeds, wokenSensors } from "../app";
 import { boundsOf, type TimeRange } from "../core/plot_time";
 import { type Plotted, PlottedPoints } from "../core/plotted";
 import { frameNumber, second } from "../core/redraw";
 import { askJson, RestError } from "../core/rest";
+import { serverNow } from "../core/server_time";
 import type { Tuple } from "../core/store";
 import type { PastSeries } from "../core/track";
 
@@ -19,10 +20,6 @@ const busyPause = 1000;
 /** Milliseconds between two drawings: a plot of thousands of points takes some of them. */
 const redrawPause = 200;
 
-function now(): number {
-  return Date.now() / 1000;
-}
-
 /** The points with their past, kept up to date: history and subscription joined. */
 export function useTracks(paths: string[], range: TimeRange): { plotted: Plotted[]; past: Past; retry(): void } {
   const name = paths.join();
@@ -32,18 +29,20 @@ export function useTracks(paths: string[], range: TimeRange): { plotted: Plotted
   useEffect(() => {
     wokenSensors.value = active.value ? sensors.length : 0;
   }, [active.value, sensors.length]);
-  const ready = feeds.every(({ state }) => state === "ready" || state === "failed");
+  // Of an owner that is gone there is no snapshot: its points have a past only.
+  const owners = [...islands.value, ...components.value].map(({ id }) => id);
+  const ready = islandsKnown.value && feeds.every((feed) => feed.complete(owners));
   if (!ready) void frameNumber.value; // drawn again in each frame until all is there
-  const points = useMemo(() => new PlottedPoints(catalog, store, now), []);
+  const points = useMemo(() => new PlottedPoints(catalog, store, serverNow), []);
   const plotted = useMemo(() => points.of(paths), [name, ready]);
   points.describe();
-  useLive(points, plotted);
-  const { past, retry } = usePast(plotted, range, ready);
+  useLive(points, plotted, ready);
+  const { past, retry } = usePast(points, plotted, range, ready);
   return { plotted, past, retry };
 }
 
 /** Tuples of the points as they change; ends of knowledge once a second. */
-function useLive(points: PlottedPoints, plotted: Plotted[]): void {
+function useLive(points: PlottedPoints, plotted: Plotted[], ready: boolean): void {
   const [, setVersion] = useState(0);
   useEffect(() => {
     let timer = 0;
@@ -70,15 +69,13 @@ function useLive(points: PlottedPoints, plotted: Plotted[]): void {
   }, [plotted]);
   const tick = second.value;
   useEffect(() => {
-    for (const { path, track } of plotted) {
-      const value = store.get(`${path}.value`);
-      if (line.value === "lost" || (value && !value.present)) track.lose(now());
-    }
-  }, [tick, plotted]);
+    if (line.value === "lost") points.lose();
+    else if (ready) points.endUnknown();
+  }, [tick, plotted, ready]);
 }
 
 /** Asks the history when points or range change, and when live values were missed. */
-function usePast(plotted: Plotted[], range: TimeRange, ready: boolean): { past: Past; retry(): void } {
+function usePast(points: PlottedPoints, plotted: Plotted[], range: TimeRange, ready: boolean): { past: Past; retry(): void } {
   const known = server.value?.history ?? false;
   const [past, setPast] = useState<Past>("none");
   const [turn, setTurn] = useState(0);
@@ -98,10 +95,11 @@ function usePast(plotted: Plotted[], range: TimeRange, ready: boolean): { past: 
       else setPast(error instanceof RestError ? { code: error.code, text: error.message } : { code: "failed", text: String(error) });
     };
     const ask = () => {
-      const { from, to } = boundsOf(range, now());
+      const { from, to } = boundsOf(range, serverNow());
       askJson<Answer>(historyPath(plotted, from, to), { signal: cancel.signal }).then(({ bucket, series }) => {
         if (mine !== asked.current) return;
-        fill(plotted, series, Math.min(to, now()), bucket);
+        fill(plotted, series, Math.min(to, serverNow()), bucket);
+        points.endUnknown();
         setPast("ready");
       }, failed);
     };
@@ -129,12 +127,20 @@ function fill(plotted: Plotted[], series: PastSeries[], to: number, bucket: numb
   for (const one of plotted) {
     for (const past of series) {
       if (past.key === `${one.path}.value`) {
+        describe(one, past);
         one.track.fill(past, to, bucket);
-        if (one.words.length === 0) one.words = past.words ?? [];
       }
       if (past.key === `${one.path}.command`) one.track.fillTicks(past);
     }
   }
+}
+
+/** What the history knows of a point that does not describe itself, such as one that is gone. */
+function describe(one: Plotted, past: PastSeries): void {
+  if (one.words.length === 0) one.words = past.words ?? [];
+  if (one.point?.description) return;
+  one.track.kind = past.kind === "number" ? "number" : "state";
+  one.unit = past.unit === "1" ? "" : (past.unit ?? "");
 }
 
 /** Grows when values were missed: the line was lost, or the page was hidden. */

@@ -1,4 +1,4 @@
-import { useEffect, useRef, useState } from "preact/hooks";
+import { useEffect, useMemo, useRef, useState } from "preact/hooks";
 import { server } from "../app";
 import { csvOf } from "../core/csv";
 import { formatTime, zoneName } from "../core/format";
@@ -6,6 +6,7 @@ import { addShortcuts } from "../core/keyboard";
 import { boundsOf, moved, rangeQuery, readRange, type TimeRange, zoomed } from "../core/plot_time";
 import { second } from "../core/redraw";
 import { type Route, setQuery } from "../core/router";
+import { serverNow } from "../core/server_time";
 import { CopyButton } from "../parts/copy";
 import { download, fileStamp } from "../parts/download";
 import { Empty } from "../parts/state";
@@ -19,10 +20,6 @@ import { type Past, type Plotted, useTracks } from "./plot_tracks";
 import type { View } from "./views";
 
 const text = words.plots;
-
-function now(): number {
-  return Date.now() / 1000;
-}
 
 function Plots({ route }: { route: Route }) {
   const paths = (route.query.k ?? "").split(",").filter(Boolean).slice(0, mostPoints);
@@ -95,7 +92,7 @@ function Plot({ route, paths, choose, onPick }: PlotProps) {
   const { plotted, past, retry } = useTracks(paths, range);
   const [at, setAt] = useState(0);
   const [box, setBox] = useState({ left: 0, width: 0 });
-  const present = now();
+  const present = serverNow();
   const bounds = boundsOf(range, present);
   // The live edge moves by whole pixels: a second, or more where a pixel is more.
   const step = range.span ? Math.max(1, range.span / 1000) : 1;
@@ -111,6 +108,8 @@ function Plot({ route, paths, choose, onPick }: PlotProps) {
       ),
       "text/csv",
     );
+  // What is said at the crosshair changes with the crosshair only: a screen reader reads each change aloud.
+  const said = useMemo(() => spoken(plotted, at), [at, paths.join()]);
   const keys = usePlotKeys({ bounds: steady, at, setAt, set, back, plotted });
   return (
     <>
@@ -122,10 +121,10 @@ function Plot({ route, paths, choose, onPick }: PlotProps) {
         role="slider"
         aria-label={text.label(plotted.map(nameOf).join(", "), formatTime(steady.from), formatTime(steady.to))}
         aria-roledescription={text.role}
-        aria-valuemin={Math.round(steady.from)}
+        aria-valuemin={0}
         aria-valuemax={Math.round(steady.to)}
-        aria-valuenow={Math.round(crossed ? at : steady.to)}
-        aria-valuetext={spoken(plotted, crossed ? at : steady.to)}
+        aria-valuenow={crossed ? Math.round(at) : 0}
+        aria-valuetext={crossed ? said : text.noCrosshair}
         onKeyDown={keys}
       >
         <PlotCanvas

@@ -3,6 +3,7 @@ import { server } from "../app";
 import { type Device, list, type Point } from "../core/catalog";
 import { numberIn, pairsOf, type Series, sinceTime } from "../core/hour";
 import { askJson } from "../core/rest";
+import { serverNow } from "../core/server_time";
 
 const seconds = 3600;
 const width = 120;
@@ -26,7 +27,7 @@ export function useHourOf(device: Device, points: Point[]): Hour {
     if (!known || name === "") return undefined;
     const pointOf = (key: string) => points.find((point) => `${point.path}.value` === key);
     const cancel = new AbortController();
-    const to = Date.now() / 1000;
+    const to = serverNow();
     const query = keys.slice(0, mostAsked).map((key) => `key=${encodeURIComponent(key)}`);
     const path = `/history?${query.join("&")}&from=${to - seconds}&to=${to}&buckets=${width / 2}`;
     askJson<{ series: Series[] }>(path, { signal: cancel.signal }).then(
@@ -65,7 +66,7 @@ function withLive(point: Point, hour: Hour): [number, number][] {
 /** The curve of the last hour; gaps stay gaps. The number beside it says the same in words. */
 export function Sparkline({ point, hour }: { point: Point; hour: Hour }) {
   if (point.kind === "property") return null;
-  const now = Date.now() / 1000;
+  const now = serverNow();
   const pairs = sinceTime(withLive(point, hour), now - seconds);
   const values = pairs.map(([, value]) => value).filter((value) => !Number.isNaN(value));
   if (values.length === 0) return null;

@@ -13,6 +13,7 @@ import { CopyButton } from "../parts/copy";
 import { Icon } from "../parts/icons";
 import { words } from "../words";
 import { TupleForm } from "./tuple_form";
+import { serverNow } from "../core/server_time";
 
 const text = words.tuples;
 
@@ -97,7 +98,7 @@ function Time({ name, time }: { name: string; time: number }) {
 }
 
 function Expiry({ time }: { time: number }) {
-  const left = time - Date.now() / 1000;
+  const left = time - serverNow();
   return (
     <>
       {formatFullTime(time)} {left > 0 && <span class="muted">(in {formatAge(left)})</span>}
