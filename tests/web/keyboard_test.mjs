@@ -133,7 +133,33 @@ async function tabShowsTheFocus({ page, open }) {
     );
 }
 
+/** The way back leads to the list as it was: filtered, grouped, in its order, with what was chosen. */
+async function backToTheList({ page, open }) {
+  const at = (hash) => page.waitForFunction((wanted) => location.hash === wanted, hash);
+  await open("devices?q=room&group=network&sort=-name");
+  const living = page.locator(".row", { hasText: "Living room" });
+  await living.waitFor();
+  await living.getByRole("checkbox").check();
+  await page.locator(".row", { hasText: "Bedroom" }).getByRole("checkbox").check();
+  await living.getByText("Living room").click();
+  await page.getByRole("heading", { name: "Living room" }).waitFor();
+  await press(page, "Escape");
+  await at("#/devices?q=room&group=network&sort=-name");
+  assert.equal(await page.getByRole("checkbox", { checked: true }).count(), 2);
+  await open("devices?q=room");
+  await open("tuples?q=motto");
+  await page.locator("[role=option]", { hasText: "house.motto" }).click();
+  await page.locator(".panel").getByRole("link", { name: "Close" }).click();
+  await at("#/tuples?q=motto");
+  await open("networks?q=dummy");
+  await page.locator(".row", { hasText: "dummy-rooms" }).click();
+  await page.locator(".panel").waitFor();
+  await press(page, "Escape Escape");
+  await at("#/networks?q=dummy");
+}
+
 export const tests = () => [
+  { name: "keyboard: back to the list as it was", body: backToTheList },
   { name: "keyboard: every view is reached", body: everyViewIsReached },
   { name: "keyboard: list, search, device, control and back", body: aCommandByKeys },
   { name: "keyboard: the control of the row", body: theControlOfTheRow },

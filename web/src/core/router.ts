@@ -44,6 +44,22 @@ export function go(view: string, parts: string[] = [], query: Record<string, str
   location.hash = hrefTo(view, parts, query);
 }
 
+const lists = new Map<string, Record<string, string>>();
+
+/** A view calls it while it shows its list: the way back from one thing leads to the list as it was. */
+export function rememberList(view: string, query: Record<string, string>): void {
+  lists.set(view, Object.fromEntries(Object.entries(query).filter(([name]) => !lasting.includes(name))));
+}
+
+/** The address of the list of a view, with filter and order as they were. */
+export function hrefToList(view: string): string {
+  return hrefTo(view, [], lists.get(view));
+}
+
+export function goToList(view: string): void {
+  location.hash = hrefToList(view);
+}
+
 /** Changes members of the query in place: filters and sorting make no steps of the history. */
 export function setQuery(changes: Record<string, string>): void {
   const { view, parts, query } = route.value;

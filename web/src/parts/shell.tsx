@@ -4,7 +4,7 @@ import { active, chooseIsland, chosenIsland, islands, line, logout, lostSince, m
 import { formatAge } from "../core/format";
 import { addShortcuts } from "../core/keyboard";
 import { second } from "../core/redraw";
-import { go, hrefTo, route } from "../core/router";
+import { go, goToList, hrefTo, route } from "../core/router";
 import { type Theme, theme } from "../core/settings";
 import type { View } from "../views/views";
 import { words } from "../words";
@@ -204,7 +204,7 @@ function back(): void {
     return;
   }
   const { view, parts } = route.value;
-  if (parts.length > 0) go(view);
+  if (parts.length > 0) goToList(view);
 }
 
 /** The control of the active row, else the first one of the view. */

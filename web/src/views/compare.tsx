@@ -3,7 +3,7 @@ import { baseFeeds, catalog, loadingOf, useFeeds } from "../app";
 import type { Device, Point } from "../core/catalog";
 import { typeWords, unitSign } from "../core/format";
 import { useFrame } from "../core/redraw";
-import { go, hrefTo } from "../core/router";
+import { go, hrefToList } from "../core/router";
 import { compareNatural } from "../core/text";
 import { Empty, Loaded, State } from "../parts/state";
 import { type Column, Table } from "../parts/table";
@@ -28,7 +28,7 @@ export function Compare({ paths }: { paths: string[] }) {
     <section class="view">
       <div class="toolbar">
         <h1>{text.compared}</h1>
-        <a href={hrefTo("devices")}>{text.all}</a>
+        <a href={hrefToList("devices")}>{text.all}</a>
         <span class="count">
           {devices.length < paths.length ? words.table.shown(devices.length, paths.length) : text.count(devices.length)}
         </span>

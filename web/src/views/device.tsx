@@ -3,7 +3,7 @@ import { active, baseFeeds, catalog, loadingOf, useFeeds, wokenSensors } from ".
 import type { Device, Point } from "../core/catalog";
 import { prettyJson } from "../core/format";
 import { redraw, useFrame } from "../core/redraw";
-import { hrefTo } from "../core/router";
+import { hrefTo, hrefToList } from "../core/router";
 import { pinnedDevices, togglePin } from "../core/settings";
 import { Age } from "../parts/age";
 import { patience } from "../parts/command";
@@ -42,7 +42,7 @@ export function DevicePage({ parts }: { parts: string[] }) {
     if (state === "loading") return <Skeleton />;
     return (
       <Empty title={text.missing(`${network}.${id}`)} whole>
-        <a href={hrefTo("devices")}>{text.all}</a>
+        <a href={hrefToList("devices")}>{text.all}</a>
       </Empty>
     );
   }

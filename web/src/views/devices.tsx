@@ -1,9 +1,10 @@
+import { signal } from "@preact/signals";
 import { useMemo, useState } from "preact/hooks";
 import { baseFeeds, catalog, chosenIsland, islands, islandsKnown, loadingOf, ownerPattern, useFeeds } from "../app";
 import type { Device } from "../core/catalog";
 import { useOrder } from "../core/hooks";
 import { useFrame } from "../core/redraw";
-import { go, type Route, setQuery } from "../core/router";
+import { go, rememberList, type Route, setQuery } from "../core/router";
 import { pinnedDevices, togglePin } from "../core/settings";
 import { compareNatural, matches } from "../core/text";
 import { Empty, Loaded } from "../parts/state";
@@ -21,6 +22,9 @@ const text = words.devices;
 export const fewDevices = 1000;
 /** Each shown row is a subscription then; a connection has 256. */
 const mostRows = 100;
+
+/** Those to compare; the choice outlives the view. */
+const chosenDevices = signal<ReadonlySet<string>>(new Set());
 
 function keeps(filters: Filters, island: number): (device: Device) => boolean {
   const { search, network, type, quality } = filters;
@@ -79,15 +83,16 @@ function usePoints(filters: Filters, shown: Device[]) {
 
 function DeviceList({ route }: { route: Route }) {
   useFrame();
+  rememberList("devices", route.query);
   const filters = readFilters(route.query);
+  const chosen = chosenDevices.value;
   const island = chosenIsland();
-  const [chosen, setChosen] = useState<ReadonlySet<string>>(new Set());
   const [window, setWindow] = useState<Device[]>([]);
   usePoints(filters, window);
   const toggle = (device: Device) => {
     const next = new Set(chosen);
     if (!next.delete(device.path)) next.add(device.path);
-    setChosen(next);
+    chosenDevices.value = next;
   };
   const columns = useMemo(() => deviceColumns(chosen, toggle), [chosen]);
   const state = loadingOf(baseFeeds);
@@ -112,7 +117,7 @@ function DeviceList({ route }: { route: Route }) {
         outdated={order.outdated}
         onUpdate={order.refresh}
         chosen={chosen}
-        onClear={() => setChosen(new Set())}
+        onClear={() => (chosenDevices.value = new Set())}
       />
       <Loaded state={state} empty={rows.length === 0 && <NoDevices filtered={catalog.devices.size > 0} />}>
         <Table

@@ -2,7 +2,7 @@ import { type Network, number, text as textOf } from "../core/catalog";
 import { type CounterKind, type CounterRates, kindOf } from "../core/counters";
 import { formatFullTime, formatNumber, formatRate, prettyJson } from "../core/format";
 import { second } from "../core/redraw";
-import { hrefTo } from "../core/router";
+import { hrefTo, hrefToList } from "../core/router";
 import type { Tuple } from "../core/store";
 import { compareNatural } from "../core/text";
 import { Age } from "../parts/age";
@@ -48,7 +48,7 @@ export function NetworkPanel({ network, rates }: { network: Network; rates: Coun
   return (
     <aside class="panel" aria-label={network.id}>
       <header>
-        <a class="button plain" href={hrefTo("networks")} aria-label={words.close}>
+        <a class="button plain" href={hrefToList("networks")} aria-label={words.close}>
           <Icon name="back" size={16} />
         </a>
         <Heading>{network.id}</Heading>

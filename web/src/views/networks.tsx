@@ -5,7 +5,7 @@ import { arrivalsOf, CounterRates, lossesOf } from "../core/counters";
 import { formatCount, formatRate } from "../core/format";
 import { useOrder } from "../core/hooks";
 import { second } from "../core/redraw";
-import { go, type Route, setQuery } from "../core/router";
+import { go, rememberList, type Route, setQuery } from "../core/router";
 import { compareNatural, matches } from "../core/text";
 import { Age } from "../parts/age";
 import { NoIsland } from "../parts/no_island";
@@ -141,6 +141,7 @@ function Lost({ network }: { network: Network }) {
 
 /** One row a network; the chosen one with all its counters. Drawn once a second. */
 function Networks({ route }: { route: Route }) {
+  rememberList("networks", route.query);
   const tick = second.value;
   const feeds = useFeeds([{ pattern: `${ownerPattern()}:*.*.property.*.value`, min: 1000 }]);
   const rates = useMemo(() => new CounterRates(), []);

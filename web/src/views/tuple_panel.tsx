@@ -4,7 +4,7 @@ import { formatAge, formatBytes, formatCount, formatFullTime, formatRate, hexDum
 import type { Rates } from "../core/rates";
 import { useFrame } from "../core/redraw";
 import { RestError, tupleBytes } from "../core/rest";
-import { hrefTo } from "../core/router";
+import { hrefToList } from "../core/router";
 import { pinnedBranches, togglePin } from "../core/settings";
 import type { Tuple } from "../core/store";
 import type { Branch } from "../core/tree";
@@ -26,7 +26,7 @@ export function TuplePanel({ id, rates, branch }: { id: string; rates: Rates; br
   return (
     <aside class="panel" aria-label={text.key}>
       <header>
-        <a class="button" href={hrefTo("tuples")} aria-label={words.close} title={words.close}>
+        <a class="button" href={hrefToList("tuples")} aria-label={words.close} title={words.close}>
           <Icon name="back" size={16} />
         </a>
         <h2 class="key">{id}</h2>

@@ -4,7 +4,7 @@ import type { Want } from "../core/feed";
 import { usePaced } from "../core/hooks";
 import { Rates } from "../core/rates";
 import { second, useFrame } from "../core/redraw";
-import { go, type Route, setQuery } from "../core/router";
+import { go, rememberList, type Route, setQuery } from "../core/router";
 import { pinnedBranches, togglePin } from "../core/settings";
 import type { Tuple } from "../core/store";
 import { compareNatural, matches } from "../core/text";
@@ -59,6 +59,7 @@ function everythingOf(owner: string): Want {
 
 function Tuples({ route }: { route: Route }) {
   useFrame();
+  rememberList("tuples", route.query);
   const { tree, rates, samples } = useTree();
   const [version, setVersion] = useState(0);
   const chosen = route.parts[0] ?? "";
