@@ -31,6 +31,11 @@ async function packetsAreShown({ page, open, island }) {
   await open("traffic");
   await page.getByRole("button", { name: "Watch" }).first().click();
   await page.locator(".list-rows .row").first().waitFor();
+  await page.goto(page.url().replace("#/traffic", "#/overview"));
+  await page.getByRole("heading", { name: "Overview" }).waitFor();
+  await page.goBack();
+  await page.locator(".strip", { hasText: "wsn-hall" }).waitFor();
+  assert.ok((await page.locator(".list-rows .row").count()) > 0, "what passed is still there");
   await page.getByRole("button", { name: "Stop" }).first().click();
 }
 

@@ -137,20 +137,23 @@ export async function logout(): Promise<void> {
   connection.restart();
 }
 
+/** Calls for each message of a type until the result is called. */
+export function listenTo(type: string, call: MessageCall): () => void {
+  const calls = listeners.get(type) ?? new Set<MessageCall>();
+  if (calls.size === 0) connection.request({ do: "listen", type });
+  calls.add(call);
+  listeners.set(type, calls);
+  return () => {
+    calls.delete(call);
+    if (calls.size > 0) return;
+    listeners.delete(type);
+    connection.request({ do: "unlisten", type });
+  };
+}
+
 /** Messages of a type while the view is shown. */
 export function useMessages(type: string, call: MessageCall): void {
-  useEffect(() => {
-    const calls = listeners.get(type) ?? new Set<MessageCall>();
-    if (calls.size === 0) connection.request({ do: "listen", type });
-    calls.add(call);
-    listeners.set(type, calls);
-    return () => {
-      calls.delete(call);
-      if (calls.size > 0) return;
-      listeners.delete(type);
-      connection.request({ do: "unlisten", type });
-    };
-  }, [type, call]);
+  useEffect(() => listenTo(type, call), [type, call]);
 }
 
 /** Subscribes while the view is shown; the component draws from store or catalogue. */

@@ -7,6 +7,7 @@ import { useFrame } from "../core/redraw";
 import { type Route, setQuery } from "../core/router";
 import { compareNatural, matches } from "../core/text";
 import { bytesOf, jsonLines, kept, type Passing, searchedOf, type TrafficKind } from "../core/traffic";
+import type { Watch } from "../core/watch";
 import { CopyButton } from "../parts/copy";
 import { download, fileStamp } from "../parts/download";
 import { useFollowing } from "../parts/following";
@@ -16,7 +17,7 @@ import { Empty, Loaded, State } from "../parts/state";
 import { Table } from "../parts/table";
 import { words } from "../words";
 import { trafficColumns } from "./traffic_columns";
-import { kindOf, type Monitor, useMonitor } from "./traffic_monitor";
+import { kindOf, watchOf } from "./traffic_monitor";
 import { CaptureButton, WriteDialog } from "./traffic_tools";
 import type { View } from "./views";
 
@@ -35,21 +36,21 @@ function Traffic({ route }: { route: Route }) {
   return (
     <section class="view traffic">
       <Loaded state={network ? "ready" : loadingOf([...baseFeeds, ...feeds])} empty={!network && <Empty title={text.none} whole />}>
-        {network && kind && <Watch key={network.path} network={network} kind={kind} networks={networks} search={route.query.q ?? ""} />}
+        {network && kind && <Monitor key={network.path} network={network} kind={kind} networks={networks} search={route.query.q ?? ""} />}
       </Loaded>
     </section>
   );
 }
 
-interface WatchProps {
+interface MonitorProps {
   network: Network;
   kind: TrafficKind;
   networks: Network[];
   search: string;
 }
 
-function Watch({ network, kind, networks, search }: WatchProps) {
-  const monitor = useMonitor(network, kind);
+function Monitor({ network, kind, networks, search }: MonitorProps) {
+  const monitor = watchOf(network, kind);
   const [paused, setPaused] = useState<Passing[] | null>(null);
   const [following, setFollowing] = useState(true);
   const [chosen, setChosen] = useState<Passing | null>(null);
@@ -60,7 +61,7 @@ function Watch({ network, kind, networks, search }: WatchProps) {
   const columns = useMemo(() => trafficColumns(kind), [kind, phone.value]);
   const box = useFollowing(shown.length > 0, shown, following && !paused, setFollowing);
   const maySend = mayBe("command");
-  const toggle = monitor.running ? monitor.stop : monitor.start;
+  const toggle = () => (monitor.running ? monitor.stop() : monitor.start());
   const togglePause = () => setPaused(paused ? null : monitor.passing);
   useKeys(maySend ? toggle : undefined, togglePause);
   return (
@@ -154,7 +155,7 @@ function useKeys(toggle: (() => void) | undefined, pause: () => void): void {
   );
 }
 
-function Nothing({ monitor, filtered, maySend }: { monitor: Monitor; filtered: number; maySend: boolean }) {
+function Nothing({ monitor, filtered, maySend }: { monitor: Watch; filtered: number; maySend: boolean }) {
   if (filtered > 0) {
     return (
       <Empty title={text.filtered(filtered)}>

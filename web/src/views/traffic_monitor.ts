@@ -1,25 +1,20 @@
-import { useCallback, useEffect, useRef, useState } from "preact/hooks";
-import { connection, line, useMessages } from "../app";
+import { effect } from "@preact/signals";
+import { useCallback, useRef } from "preact/hooks";
+import { connection, line, listenTo, useMessages } from "../app";
 import type { Network } from "../core/catalog";
+import { browserClock } from "../core/clock";
 import type { Message } from "../core/frames";
-import { kept, type Passing, readPassing, type TrafficKind, types } from "../core/traffic";
+import { redraw } from "../core/redraw";
+import { type TrafficKind, types } from "../core/traffic";
+import { replyOf, Watch } from "../core/watch";
 import { notify } from "../parts/notices";
 import { words } from "../words";
 
 const text = words.traffic;
-/** The network stops by itself when nobody renews within this time. */
-const lease = 60;
-const renewal = 25_000;
-/** The same for every page of this server: the network then sends each telegram once. */
-const name = "page";
 
 export function kindOf(network: Network): TrafficKind | null {
   if (network.counters.has("telegrams-received")) return "knx";
   return network.counters.has("packets-read") ? "wsn" : null;
-}
-
-function isFrom(message: Message, network: Network): boolean {
-  return message.from === network.owner && (!message.network || message.network === network.id);
 }
 
 /** Sends a request to the tools of a network. */
@@ -32,82 +27,32 @@ export function requestOf(network: Network, kind: TrafficKind, request: Record<s
   );
 }
 
-export interface Monitor {
-  running: boolean;
-  /** The network has its line. */
-  up: boolean;
-  passing: Passing[];
-  start(): void;
-  stop(): void;
-  clear(): void;
+/** By the path of the network. They outlive the view: one may watch, go to a device, command it and come back. */
+const watches = new Map<string, Watch>();
+
+function renewAll(): void {
+  for (const watch of watches.values()) watch.renew();
 }
 
-/** Watches a network while it is asked to; renews before the lease ends, but not while the page is hidden. */
-export function useMonitor(network: Network, kind: TrafficKind): Monitor {
-  const [running, setRunning] = useState(false);
-  const [up, setUp] = useState(true);
-  const [passing, setPassing] = useState<Passing[]>([]);
-  const incoming = useRef<Passing[]>([]);
-  const lastId = useRef(0);
-  const runningNow = useRef(false);
-  runningNow.current = running;
-  const took = useCallback(
-    (message: Message) => {
-      if (!runningNow.current || !isFrom(message, network)) return;
-      const one = readPassing(kind, message.value ?? "", ++lastId.current);
-      if (one) incoming.current.push(one);
-    },
-    [network, kind],
-  );
-  useMessages(types[kind].message, took);
-  const stop = useCallback((why: string) => {
-    setRunning(false);
-    notify(why, "waiting");
-  }, []);
-  useReplies(network, kind, (reply) => {
-    if (reply.id !== name) return;
-    if (reply.ok === true) setUp(reply.line !== false);
-    else stop(text.refused(String(reply.why ?? "")));
+effect(() => {
+  if (line.value === "live") renewAll();
+});
+document.addEventListener("visibilitychange", () => !document.hidden && renewAll());
+
+export function watchOf(network: Network, kind: TrafficKind): Watch {
+  const known = watches.get(network.path);
+  if (known) return known;
+  const watch = new Watch(network.owner, network.id, kind, browserClock, {
+    listen: listenTo,
+    send: (request, failed) => requestOf(network, kind, request, failed),
+    live: () => line.value === "live",
+    hidden: () => document.hidden,
+    changed: redraw,
+    refused: (why) => notify(text.refused(why), "waiting"),
+    ended: () => notify(text.ended, "waiting"),
   });
-  useBatches(incoming, setPassing);
-  useRenewal(
-    running && line.value === "live",
-    () => requestOf(network, kind, { id: name, do: "monitor", seconds: lease }, (why) => stop(text.refused(why))),
-    () => stop(text.ended),
-  );
-  return { running, up, passing, start: () => setRunning(true), stop: () => setRunning(false), clear: () => setPassing([]) };
-}
-
-/** Takes what came over some frames together: a busy bus would draw for each telegram. */
-function useBatches(incoming: { current: Passing[] }, setPassing: (change: (before: Passing[]) => Passing[]) => void): void {
-  useEffect(() => {
-    const timer = setInterval(() => {
-      const fresh = incoming.current;
-      if (fresh.length === 0) return;
-      incoming.current = [];
-      setPassing((before) => [...before, ...fresh].slice(-kept));
-    }, 200);
-    return () => clearInterval(timer);
-  }, []);
-}
-
-function useRenewal(running: boolean, renew: () => void, ended: () => void): void {
-  const latest = useRef({ renew, ended });
-  latest.current = { renew, ended };
-  useEffect(() => {
-    if (!running) return undefined;
-    let renewed = Date.now();
-    latest.current.renew();
-    const timer = setInterval(() => {
-      if (!document.hidden) {
-        renewed = Date.now();
-        latest.current.renew();
-      } else if (Date.now() - renewed > lease * 1000) {
-        latest.current.ended();
-      }
-    }, renewal);
-    return () => clearInterval(timer);
-  }, [running]);
+  watches.set(network.path, watch);
+  return watch;
 }
 
 /** Replies of the tools of a network; `id` says to which request. */
@@ -116,12 +61,9 @@ export function useReplies(network: Network, kind: TrafficKind, call: (reply: Re
   latest.current = call;
   const took = useCallback(
     (message: Message) => {
-      if (!isFrom(message, network)) return;
-      try {
-        latest.current(JSON.parse(message.value ?? "") as Record<string, unknown>);
-      } catch {
-        return; // no reply of a tool
-      }
+      if (message.from !== network.owner || (message.network && message.network !== network.id)) return;
+      const reply = replyOf(message);
+      if (reply) latest.current(reply);
     },
     [network],
   );
