@@ -3,8 +3,10 @@ import { test } from "node:test";
 import { activeNow } from "../src/core/active_row";
 import { highest, layoutOf, margin, shownRows } from "../src/core/layout";
 import { FrozenOrder, type OrderSpec } from "../src/core/order";
+import { Paced } from "../src/core/paced";
 import { formatRoute, parseRoute } from "../src/core/router";
 import { compareNatural, matches } from "../src/core/text";
+import { TestClock } from "./support";
 
 test("only the rows of the window and a margin are drawn", () => {
   const layout = layoutOf(10_000, 30);
@@ -139,4 +141,27 @@ test("a search finds all its words in any order and case", () => {
   assert.ok(!matches("lamp kitchen", "Hall lamp"));
   assert.ok(matches("", "anything"));
   assert.deepEqual(["b", "a10", "A2"].sort(compareNatural), ["A2", "a10", "b"]);
+});
+
+test("an address that changes often is written now and then, the last one always", () => {
+  const clock = new TestClock();
+  const written: string[] = [];
+  const address = new Paced(clock, 150, (text) => written.push(text));
+  for (let step = 0; step < 30; step++) {
+    address.put(String(step));
+    clock.advance(33);
+  }
+  clock.advance(150);
+  assert.equal(written[0], "0");
+  assert.equal(written[written.length - 1], "29");
+  assert.ok(written.length <= 8, `${written.length} writes in a second`);
+  clock.advance(1000);
+  address.put("a");
+  address.put("b");
+  address.flush();
+  address.flush();
+  address.put("c");
+  address.drop();
+  clock.advance(1000);
+  assert.deepEqual(written.slice(-2), ["a", "b"]);
 });

@@ -1,4 +1,6 @@
 import { signal } from "@preact/signals";
+import { browserClock } from "./clock";
+import { Paced } from "./paced";
 
 /** An address within the page: `#/devices/6541/wsn-1/7?q=lamp`. */
 export interface Route {
@@ -41,6 +43,7 @@ export function hrefTo(view: string, parts: string[] = [], query: Record<string,
 }
 
 export function go(view: string, parts: string[] = [], query: Record<string, string> = {}): void {
+  address.flush();
   location.hash = hrefTo(view, parts, query);
 }
 
@@ -57,17 +60,24 @@ export function hrefToList(view: string): string {
 }
 
 export function goToList(view: string): void {
+  address.flush();
   location.hash = hrefToList(view);
 }
+
+/** Browsers refuse an address that changes a hundred times in ten seconds, as a held key would have it. */
+const addressPause = 150;
+const address = new Paced(browserClock, addressPause, (next) => history.replaceState(null, "", next));
 
 /** Changes members of the query in place: filters and sorting make no steps of the history. */
 export function setQuery(changes: Record<string, string>): void {
   const { view, parts, query } = route.value;
-  history.replaceState(null, "", formatRoute(view, parts, { ...query, ...changes }));
-  read();
+  const next = formatRoute(view, parts, { ...query, ...changes });
+  address.put(next);
+  route.value = parseRoute(next);
 }
 
 function read(): void {
+  address.drop(); // the user went elsewhere
   route.value = parseRoute(location.hash);
 }
 

@@ -2,11 +2,11 @@ import { useState } from "preact/hooks";
 import { words } from "../words";
 import { announce } from "./notices";
 
-/** Copies a text as it is. Browsers offer the clipboard only under TLS and on loopback; elsewhere a selection has to do. */
-export function CopyButton({ text, label = words.copy }: { text: string; label?: string }) {
+/** Copies a text as it is. Browsers offer the clipboard only under TLS and on loopback; elsewhere a selection has to do. A long text may be made when it is wanted. */
+export function CopyButton({ text, label = words.copy }: { text: string | (() => string); label?: string }) {
   const [done, setDone] = useState(false);
   const copy = async () => {
-    await copyText(text);
+    await copyText(typeof text === "string" ? text : text());
     announce(words.copied);
     setDone(true);
     setTimeout(() => setDone(false), 1500);

@@ -135,7 +135,7 @@ function Log({ route }: { route: Route }) {
         <button type="button" aria-pressed={paused !== null} onClick={togglePause}>
           {paused ? text.resume(book.lines.length - paused.length) : text.pause}
         </button>
-        <CopyButton text={shown.map(lineText).join("\n")} label={text.copy(shown.length)} />
+        <CopyButton text={() => shown.map(lineText).join("\n")} label={text.copy(shown.length)} />
         {!following && !paused && (
           <button type="button" class="small accent" onClick={() => setFollowing(true)}>
             {text.toEnd}

@@ -15,7 +15,7 @@ export type Past = "none" | "loading" | "ready" | { code: string; text: string }
 /** At most so many points a pixel column of a large screen. */
 const buckets = 1000;
 /** A key that is held zooms many times; the server answers five questions a second. */
-const settling = 120;
+const settling = 150;
 const busyPause = 1000;
 /** Milliseconds between two drawings: a plot of thousands of points takes some of them. */
 const redrawPause = 200;

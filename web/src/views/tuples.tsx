@@ -4,7 +4,7 @@ import type { Want } from "../core/feed";
 import { usePaced } from "../core/hooks";
 import { Rates } from "../core/rates";
 import { second, useFrame } from "../core/redraw";
-import { go, rememberList, type Route, setQuery } from "../core/router";
+import { go, rememberList, route, type Route, setQuery } from "../core/router";
 import { pinnedBranches, togglePin } from "../core/settings";
 import type { Tuple } from "../core/store";
 import { compareNatural, matches } from "../core/text";
@@ -183,7 +183,7 @@ function Branches({ rows, chosen, toggle, tree }: BranchesProps) {
 
 /** What the address says about filter and order stays when another tuple is chosen. */
 function queryOfNow(): Record<string, string> {
-  return Object.fromEntries(new URLSearchParams(location.hash.split("?")[1] ?? ""));
+  return route.value.query;
 }
 
 /** An open owner whose tuples are still on their way. */
