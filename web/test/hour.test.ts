@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { numberIn, pairsOf, sinceTime } from "../src/core/hour";
+import { addLive, numberIn, pairsOf, sinceTime } from "../src/core/hour";
 
 const asIs = (word: string) => numberIn([], word);
 
@@ -15,6 +15,24 @@ test("a series gives its values in order of time, and gaps", () => {
     [10, 1.5],
   ]);
   assert.deepEqual(pairsOf({ key: "7:a" }, asIs), []);
+});
+
+test("live values are added, and a gap where nothing is known, though the value stays", () => {
+  const pairs: [number, number][] = [[10, 1]];
+  addLive(pairs, 101, 100, 2, 30);
+  addLive(pairs, 112, 111, 3, 30); // the same pixel
+  addLive(pairs, 120, 111, Number.NaN, 30); // the device is gone
+  addLive(pairs, 121, 111, Number.NaN, 30);
+  assert.deepEqual(pairs, [
+    [10, 1],
+    [100, 3],
+    [120, Number.NaN],
+  ]);
+  addLive(pairs, 130, 111, 3, 30); // it is back with the same value
+  assert.deepEqual(pairs[3], [130, 3]);
+  const none: [number, number][] = [];
+  addLive(none, 5, 0, Number.NaN, 30);
+  assert.deepEqual(none, []);
 });
 
 test("words of the history count as those of the point", () => {

@@ -34,6 +34,19 @@ export function numberIn(words: string[], value: string): number {
   return value === "" ? Number.NaN : Number(value);
 }
 
+/** Adds what is known now; NaN where that is nothing. Values that follow within `step` seconds, a pixel, replace the last one. */
+export function addLive(pairs: [number, number][], now: number, time: number, value: number, step: number): void {
+  const last = pairs[pairs.length - 1];
+  const known = !Number.isNaN(value);
+  if (known !== (last !== undefined && !Number.isNaN(last[1]))) {
+    if (known) pairs.push([last && time <= last[0] ? Math.max(now, last[0]) : time, value]);
+    else if (last) pairs.push([Math.max(now, last[0]), Number.NaN]);
+  } else if (known && last && time > last[0]) {
+    if (time > last[0] + step) pairs.push([time, value]);
+    else last[1] = value;
+  }
+}
+
 /** The pairs from `start` on; what was before holds at its beginning. */
 export function sinceTime(pairs: [number, number][], start: number): [number, number][] {
   const first = pairs.findIndex(([time]) => time >= start);

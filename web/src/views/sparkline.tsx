@@ -1,7 +1,7 @@
 import { useEffect, useState } from "preact/hooks";
-import { server } from "../app";
+import { line, server } from "../app";
 import { type Device, list, type Point } from "../core/catalog";
-import { numberIn, pairsOf, type Series, sinceTime } from "../core/hour";
+import { addLive, numberIn, pairsOf, type Series, sinceTime } from "../core/hour";
 import { askJson } from "../core/rest";
 import { serverNow } from "../core/server_time";
 
@@ -50,15 +50,9 @@ function withLive(point: Point, hour: Hour): [number, number][] {
   const key = `${point.path}.value`;
   let pairs = hour.get(key);
   if (!pairs) hour.set(key, (pairs = []));
-  const time = point.value?.time ?? 0;
-  const last = pairs[pairs.length - 1]?.[0] ?? 0;
-  const value =
-    point.quality && point.quality !== "good" && point.quality !== "assumed"
-      ? Number.NaN
-      : numberIn(wordsOf(point), point.value?.value ?? "");
-  // One point a pixel is enough: values that follow within it replace the last one.
-  if (time > last + seconds / width) pairs.push([time, value]);
-  else if (time > last && pairs.length > 0) pairs[pairs.length - 1] = [last, value];
+  const good = line.value !== "lost" && point.value?.present && ["", "good", "assumed"].includes(point.quality);
+  const value = good ? numberIn(wordsOf(point), point.value?.value ?? "") : Number.NaN;
+  addLive(pairs, serverNow(), point.value?.time ?? 0, value, seconds / width);
   if (pairs.length > most) pairs.splice(0, pairs.length - most);
   return pairs;
 }
