@@ -9,6 +9,7 @@ export const wordsOfWork = {
     example:
       "networks:\n  wsn-1: {type: wsn, source: serial@/dev/ttyUSB0:telosb}\n  knx-hall: {type: knx, host: 192.168.1.20}\n  zigbee: {type: zigbee, broker: 127.0.0.1:1883}",
     filtered: (all: number) => `None of ${many(all, "network", "networks")} matches.`,
+    noSuch: (path: string) => `There is no network ${path}.`,
     line: "Line",
     network: "Network",
     island: "Island",
@@ -142,7 +143,8 @@ export const wordsOfWork = {
     missed: (count: number) => `${many(count, "line", "lines")} before it missed. `,
     whole: "The whole line",
     none: "No line yet.",
-    noneText: (kept: number) => `The last ${kept.toLocaleString()} lines of the islands are shown as they are written.`,
+    noneText: (kept: number) => `The last hundred lines of each island are shown, and up to ${kept.toLocaleString()} as they are written.`,
+    notRead: (island: number, why: string) => `The log of ${island} cannot be read. ${why}`,
     filtered: (all: number) => `None of ${many(all, "line", "lines")} matches.`,
   },
   recordings: {
@@ -191,6 +193,7 @@ export const wordsOfWork = {
     reloadTitle: "Shows first what would be touched.",
     reloadNow: "Reload now",
     cancel: "Cancel",
+    noOutcome: "The island did not say what came of it. Its log may.",
     busy: "The island reads its file …",
     preview: (count: number) => `A reload makes ${many(count, "change", "changes")}`,
     equal: "The file equals what is in force.",
@@ -231,7 +234,7 @@ export const wordsOfWork = {
     stopped: "Nobody watches.",
     startText: (kept: number) =>
       `Watch shows the traffic as it passes, at most ${kept.toLocaleString()} lines. It ends by itself a minute after this page is closed or hidden.`,
-    mayNot: "Your role does not permit to watch: it needs the role command.",
+    mayNot: "Your role does not permit watching: that needs the role command.",
     waiting: "Nothing has passed yet.",
     ended: "Watching ended: the page was hidden.",
     refused: (why: string) => `The network refuses: ${why}`,

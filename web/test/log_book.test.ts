@@ -25,6 +25,13 @@ test("each line is taken once, and missing ones are counted", () => {
   assert.equal(book.version, 3);
 });
 
+test("lines are counted beyond those that are kept", () => {
+  const book = new LogBook();
+  for (let first = 1; first <= 3 * kept; first += 100) book.take(1, lines(first, first + 99));
+  assert.equal(book.lines.length, kept);
+  assert.equal(book.taken, 3 * kept);
+});
+
 test("an island that is started again counts from 1", () => {
   const book = new LogBook();
   book.take(1, lines(50, 52));

@@ -29,6 +29,8 @@ export class LogBook {
   lines: LogLine[] = [];
   /** Grows with each change of `lines`. */
   version = 0;
+  /** Lines taken so far, also those that are not kept any more. */
+  taken = 0;
   private readonly seen = new Map<number, Seen>();
 
   /** Takes what a tuple says now: those lines that are new. */
@@ -58,6 +60,7 @@ export class LogBook {
     if (!inOrder) lines.sort((a, b) => a.time - b.time); // stable: lines of one island stay in order
     this.lines = lines.slice(-(reading ? keptWhileReading : kept));
     this.version++;
+    this.taken += fresh.length;
   }
 }
 

@@ -11,9 +11,12 @@ export function useFollowing(some: boolean, version: unknown, following: boolean
   useEffect(() => {
     const element = list();
     if (!element) return undefined;
+    let before = element.scrollTop;
     const scrolled = () => {
       const atEnd = element.scrollTop + element.clientHeight >= element.scrollHeight - 40;
       if (atEnd) setFollowing(true);
+      else if (element.scrollTop < before) setFollowing(false); // by the scrollbar: there is no other event
+      before = element.scrollTop;
     };
     const left = (event: Event) => {
       if (!(event instanceof WheelEvent) || event.deltaY < 0) setFollowing(false);

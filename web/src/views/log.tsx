@@ -64,7 +64,7 @@ function columnsOf(several: boolean): Column<LogLine>[] {
 
 /** One island's lines, taken into the book as they come. */
 function Source({ tuple, reading, taken }: { tuple: Tuple; reading: boolean; taken(): void }) {
-  const { text: list } = useWhole(tuple);
+  const { text: list, error } = useWhole(tuple);
   useEffect(() => {
     if (list === null || list === "") return;
     try {
@@ -74,7 +74,7 @@ function Source({ tuple, reading, taken }: { tuple: Tuple; reading: boolean; tak
     }
     taken();
   }, [list]);
-  return null;
+  return error ? <div class="strip bad">{text.notRead(tuple.owner, error)}</div> : null;
 }
 
 function Log({ route }: { route: Route }) {
@@ -82,12 +82,12 @@ function Log({ route }: { route: Route }) {
   // An active subscription has the present lines at once; it wakes no sensor.
   const feeds = useFeeds([{ pattern: `${ownerPattern()}:*.log.lines`, min: 250, active: true }]);
   const [, setVersion] = useState(0);
-  const [paused, setPaused] = useState<LogLine[] | null>(null);
+  const [paused, setPaused] = useState<{ lines: LogLine[]; taken: number } | null>(null);
   const [following, setFollowing] = useState(true);
   const [chosen, setChosen] = useState<LogLine | null>(null);
   const { q = "", level = "" } = route.query;
   const island = chosenIsland();
-  const all = paused ?? book.lines;
+  const all = paused?.lines ?? book.lines;
   const shown = useMemo(
     () =>
       all.filter(
@@ -102,7 +102,7 @@ function Log({ route }: { route: Route }) {
   const sources = feeds.flatMap((feed) => [...feed.held.tuples]).filter((tuple) => store.get(tuple.id) === tuple);
   const columns = useMemo(() => columnsOf(islands.value.length > 1 && !island), [islands.value.length > 1 && !island, phone.value]);
   const box = useFollowing(shown.length > 0, shown, following && !paused, setFollowing);
-  const togglePause = () => setPaused(paused ? null : book.lines);
+  const togglePause = () => setPaused(paused ? null : { lines: book.lines, taken: book.taken });
   const latest = useRef(togglePause);
   latest.current = togglePause;
   useEffect(() => addShortcuts([{ keys: "f", what: text.pauseKey, run: () => latest.current() }]), []);
@@ -133,7 +133,7 @@ function Log({ route }: { route: Route }) {
           </select>
         </label>
         <button type="button" aria-pressed={paused !== null} onClick={togglePause}>
-          {paused ? text.resume(book.lines.length - paused.length) : text.pause}
+          {paused ? text.resume(book.taken - paused.taken) : text.pause}
         </button>
         <CopyButton text={() => shown.map(lineText).join("\n")} label={text.copy(shown.length)} />
         {!following && !paused && (
