@@ -132,7 +132,12 @@ export async function login(token: string): Promise<void> {
 
 /** Ends the session; the page asks for a token again. */
 export async function logout(): Promise<void> {
-  await ask("/session", { method: "DELETE" });
+  try {
+    await ask("/session", { method: "DELETE" });
+  } catch (error) {
+    notify(words.login.notEnded(error instanceof RestError ? error.message : String(error)), "bad");
+    return;
+  }
   loginNeeded.value = true;
   connection.restart();
 }

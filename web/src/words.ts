@@ -28,6 +28,7 @@ export const words = {
     text: "This server wants a token. It is in the file of tokens on the server.",
     field: "Token",
     button: "Log in",
+    notEnded: (why: string) => `The session is not ended: ${why}.`,
     logout: (name: string, role: string) => `Log out ${name} (${role})`,
   },
   islands: { all: "All islands", label: "Island" },

@@ -15,6 +15,11 @@ export function nameOf(tuple: Tuple): string {
   return tuple.key.split(".").slice(2).join(".");
 }
 
+/** What the row says first. */
+export function shownNameOf(tuple: Tuple): string {
+  return textOf(tuple.json.name) || nameOf(tuple);
+}
+
 export function searchedOf(tuple: Tuple): string {
   const about = tuple.json;
   return [nameOf(tuple), about.name, about.model, about.type, about.address, about.why].map(textOf).join(" ") + ` ${nameOf(tuple)}`;
@@ -58,12 +63,12 @@ export function inboxColumns(use: Use): Column<Tuple>[] {
       title: text.device,
       width: "minmax(160px,1.2fr)",
       phone: "main",
-      compare: (a, b) => compareNatural(nameOf(a), nameOf(b)),
+      compare: (a, b) => compareNatural(shownNameOf(a), shownNameOf(b)) || compareNatural(nameOf(a), nameOf(b)),
       cell: (tuple) => (
         <span class="point-name">
           <span>
             {phone.value && mayDecide && <Pick tuple={tuple} use={use} />}
-            {about(tuple, "name") || nameOf(tuple)}
+            {shownNameOf(tuple)}
           </span>
           <span class="muted">{[about(tuple, "name") && nameOf(tuple), addressOf(tuple)].filter(Boolean).join(" · ")}</span>
         </span>

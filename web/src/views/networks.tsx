@@ -196,9 +196,22 @@ function Networks({ route }: { route: Route }) {
             onOpen={(network) => go("networks", [network.path], { q, sort: route.query.sort ?? "" })}
           />
           {chosen && <NetworkPanel network={chosen} rates={rates} />}
+          {path && !chosen && <NoSuchNetwork path={path} />}
         </div>
       </Loaded>
     </section>
+  );
+}
+
+function NoSuchNetwork({ path }: { path: string }) {
+  return (
+    <aside class="panel" aria-label={path}>
+      <Empty title={text.noSuch(path)}>
+        <button type="button" onClick={() => go("networks")}>
+          {words.close}
+        </button>
+      </Empty>
+    </aside>
   );
 }
 

@@ -62,6 +62,9 @@ function nameOf(owner: number): string {
   return name ? `${name} · ${owner}` : String(owner);
 }
 
+/** Milliseconds within which an island has read its file. */
+const patience = 30_000;
+
 type Asked = { what: "try" | "reload"; preview: boolean; after: number } | null;
 
 /** Sends `try` and `reload`, and follows the status until it has their outcome. */
@@ -87,6 +90,14 @@ function useSettingsCommands(status: Tuple | undefined, command: string) {
     else if (count === 0) notify(text.equal, "good");
     else if (asked.preview) setPreview(true);
   }, [status?.sequence, asked]);
+  useEffect(() => {
+    if (!asked) return undefined;
+    const timer = setTimeout(() => {
+      setAsked(null);
+      notify(text.noOutcome, "bad");
+    }, patience);
+    return () => clearTimeout(timer);
+  }, [asked]);
   return { busy: asked !== null, preview, endPreview: () => setPreview(false), send };
 }
 

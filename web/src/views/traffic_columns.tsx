@@ -24,7 +24,7 @@ function Direction({ out }: { out: boolean }) {
 }
 
 export function trafficColumns(kind: TrafficKind): Column<Passing>[] {
-  const time: Column<Passing> = { id: "time", title: text.time, width: "106px", phone: "side", cell: (one) => <Time time={one.time} /> };
+  const time: Column<Passing> = { id: "time", title: text.time, width: "150px", phone: "side", cell: (one) => <Time time={one.time} /> };
   const direction: Column<Passing> = { id: "direction", title: text.direction, width: "58px", cell: (one) => <Direction out={one.out} /> };
   const hex: Column<Passing> = {
     id: "hex",
