@@ -1,3 +1,5 @@
+import assert from "node:assert/strict";
+
 /** What the island logs appears while one looks. */
 async function linesArrive({ page, open, context, island }) {
   await open("log");
@@ -10,4 +12,23 @@ async function linesArrive({ page, open, context, island }) {
   await page.locator(".list-rows .row", { hasText: "dimmer-1" }).filter({ hasText: "assumed" }).first().waitFor();
 }
 
-export const tests = () => [{ name: "log: lines arrive", body: linesArrive }];
+/** The lines that are shown are copied, as they are at that time. */
+async function linesAreCopied({ page, open }) {
+  await open("log");
+  const row = page.locator(".list-rows .row").first();
+  await row.waitFor();
+  await page.getByRole("button", { name: /^Copy/ }).click();
+  const lines = (await page.evaluate(() => navigator.clipboard.readText())).split("\n");
+  const shown = await row.locator(".log-text").innerText();
+  assert.ok(
+    lines.some((line) => line.includes(shown)),
+    lines.join("\n"),
+  );
+}
+
+const clipboard = { context: { permissions: ["clipboard-read", "clipboard-write"] } };
+
+export const tests = () => [
+  { name: "log: lines arrive", body: linesArrive },
+  { name: "log: lines are copied", body: linesAreCopied, settings: clipboard },
+];
