@@ -158,8 +158,24 @@ async function backToTheList({ page, open }) {
   await at("#/networks?q=dummy");
 }
 
+/** What is beside a list scrolls by its own keys, and the list stays where it is. */
+async function thePanelScrolls({ page, open }) {
+  await open("networks/6541%2Fdummy-rooms");
+  const panel = page.getByRole("complementary", { name: "dummy-rooms" });
+  await panel.locator(".counters").first().waitFor();
+  const active = () => page.locator(".row.active").textContent();
+  const before = await active();
+  await panel.focus();
+  await press(page, "End");
+  await page.waitForFunction(() => document.querySelector("aside.panel").scrollTop > 0);
+  await press(page, "ArrowUp ArrowDown");
+  assert.equal((await active()).slice(0, 8), before.slice(0, 8));
+  assert.ok(await panel.evaluate((element) => element === document.activeElement));
+}
+
 export const tests = () => [
   { name: "keyboard: back to the list as it was", body: backToTheList },
+  { name: "keyboard: a panel scrolls", settings: { context: { viewport: { width: 1280, height: 360 } } }, body: thePanelScrolls },
   { name: "keyboard: every view is reached", body: everyViewIsReached },
   { name: "keyboard: list, search, device, control and back", body: aCommandByKeys },
   { name: "keyboard: the control of the row", body: theControlOfTheRow },

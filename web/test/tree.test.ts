@@ -89,6 +89,24 @@ test("rates come from sequence numbers, also of sets that were merged", () => {
   assert.equal(tree.find("7")?.rate, 0);
 });
 
+test("what was set while the line was lost is no rate of the second after it", () => {
+  const { store, set } = setUp("7:a");
+  const rates = new Rates(store, 0);
+  const tuple = store.get("7:a");
+  assert.ok(tuple);
+  for (let second = 1; second <= 30; second++) {
+    set("7:a", second);
+    rates.sample(1000 * second);
+  }
+  rates.interrupt();
+  for (let second = 31; second < 90; second++) rates.sample(1000 * second);
+  set("7:a", 90);
+  rates.sample(90_000);
+  set("7:a", 91);
+  rates.sample(91_000);
+  assert.ok(rates.of(tuple) <= 1, String(rates.of(tuple)));
+});
+
 test("the order by rate stays until it is asked for again", () => {
   const { store, tree, set } = setUp("7:a", "7:b");
   const rates = new Rates(store, 0);

@@ -1,6 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import type { Message } from "../src/core/frames";
+import { kept } from "../src/core/traffic";
 import { Watch } from "../src/core/watch";
 import { TestClock } from "./support";
 
@@ -64,4 +65,21 @@ test("a watch that the network refuses ends with the reason", () => {
   assert.ok(watch.running);
   say("knx.reply", '{"id":"page","ok":false,"why":"busy"}');
   assert.deepEqual([watch.running, at.said], [false, "busy"]);
+});
+
+test("rows stay longer while the user reads", () => {
+  const { clock, watch, say } = setUp();
+  watch.start();
+  const pass = (count: number) => {
+    for (let one = 0; one < count; one++) say("knx.telegram", '{"address":"1/0/1"}');
+    clock.advance(200);
+  };
+  pass(10);
+  watch.reading = true;
+  const first = watch.passing[0];
+  pass(kept);
+  assert.equal(watch.passing[0], first);
+  watch.reading = false;
+  pass(1);
+  assert.equal(watch.passing.length, kept);
 });

@@ -38,9 +38,17 @@ function find(keys: string): Shortcut | undefined {
   return undefined;
 }
 
+const scrollKeys = new Set(["ArrowDown", "ArrowUp", "PageDown", "PageUp", "Home", "End"]);
+
+/** What is beside a list scrolls by its own keys while the focus is in it. */
+function scrolls(event: KeyboardEvent): boolean {
+  return scrollKeys.has(event.key) && event.target instanceof HTMLElement && event.target.closest("aside, dialog, [role=region]") !== null;
+}
+
 function pressed(event: KeyboardEvent): void {
   if (event.defaultPrevented || event.ctrlKey || event.metaKey || event.altKey) return;
   if (typing(event.target) && event.key !== "Escape") return;
+  if (scrolls(event)) return;
   if (!singleKeys.value && event.key.length === 1) return;
   const native = event.target instanceof HTMLElement && event.target.closest("button, a, summary, input");
   if (native && (event.key === "Enter" || event.key === " ")) return;

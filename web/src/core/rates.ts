@@ -36,6 +36,11 @@ export class Rates {
     this.touched.clear();
   }
 
+  /** What comes next tells of a time that is not known: the line was lost. */
+  interrupt(): void {
+    for (const entry of this.last.values()) entry.sequence = 0;
+  }
+
   of(tuple: Tuple): number {
     return this.last.get(tuple)?.rate ?? 0;
   }

@@ -24,6 +24,8 @@ export interface Passing {
 
 /** As many as a busy bus sends in some minutes. */
 export const kept = 5000;
+/** Nothing moves while the user reads, until there are so many. */
+export const keptWhileReading = 15_000;
 
 export function readPassing(kind: TrafficKind, raw: string, id: number): Passing | null {
   let json: unknown;

@@ -1,6 +1,6 @@
 import type { Clock } from "./clock";
 import type { Message } from "./frames";
-import { kept, type Passing, readPassing, type TrafficKind, types } from "./traffic";
+import { kept, keptWhileReading, type Passing, readPassing, type TrafficKind, types } from "./traffic";
 
 /** A network stops by itself when no tool renews within this time. */
 const lease = 60;
@@ -27,6 +27,8 @@ export class Watch {
   running = false;
   /** The network has its line. */
   up = true;
+  /** The user reads: rows stay longer. */
+  reading = false;
   passing: Passing[] = [];
   private incoming: Passing[] = [];
   private lastId = 0;
@@ -93,7 +95,7 @@ export class Watch {
   }
 
   private show(): void {
-    this.passing = [...this.passing, ...this.incoming].slice(-kept);
+    this.passing = [...this.passing, ...this.incoming].slice(-(this.reading ? keptWhileReading : kept));
     this.incoming = [];
     this.ports.changed();
   }

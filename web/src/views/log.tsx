@@ -166,7 +166,7 @@ function Log({ route }: { route: Route }) {
 
 function WholeLine({ line, onClose }: { line: LogLine; onClose(): void }) {
   return (
-    <aside class="whole-line" aria-label={text.whole}>
+    <aside class="whole-line" tabIndex={0} aria-label={text.whole}>
       <p>
         <span class="muted">{formatFullTime(line.time)}</span> <State word={line.level} tone={tones[line.level] ?? "neutral"} />{" "}
         <strong>{line.subject}</strong>

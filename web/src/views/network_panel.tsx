@@ -46,7 +46,7 @@ export function NetworkPanel({ network, rates }: { network: Network; rates: Coun
   const reason = textOf(status?.reason);
   const Heading = phone.value ? "h1" : "h2"; // on a narrow screen it is the whole view
   return (
-    <aside class="panel" aria-label={network.id}>
+    <aside class="panel" tabIndex={0} aria-label={network.id}>
       <header>
         <a class="button plain" href={hrefToList("networks")} aria-label={words.close}>
           <Icon name="back" size={16} />

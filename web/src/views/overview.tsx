@@ -1,6 +1,6 @@
 import type { ComponentChildren } from "preact";
 import { useEffect, useMemo, useState } from "preact/hooks";
-import { baseFeeds, catalog, chosenIsland, islands, islandsKnown, loadingOf, ownerPattern, store, useFeeds } from "../app";
+import { baseFeeds, catalog, chosenIsland, islands, islandsKnown, line, loadingOf, ownerPattern, store, useFeeds } from "../app";
 import { type Device, number, text as textOf } from "../core/catalog";
 import { formatCount, formatRate } from "../core/format";
 import type { Component } from "../core/frames";
@@ -210,6 +210,9 @@ function Floods({ ready }: { ready: boolean }) {
     rates.sample(performance.now());
     if (ready && samples < settled) setSamples(samples + 1);
   }, [second.value]);
+  useEffect(() => {
+    if (line.value === "lost") rates.interrupt();
+  }, [line.value]);
   const island = chosenIsland();
   const top = rates
     .top(island ? 200 : floods)

@@ -60,6 +60,8 @@ function Monitor({ network, kind, networks, search }: MonitorProps) {
   const rows = useMemo(() => shown.map((row) => ({ row })), [shown]);
   const columns = useMemo(() => trafficColumns(kind), [kind, phone.value]);
   const box = useFollowing(shown.length > 0, shown, following && !paused, setFollowing);
+  monitor.reading = paused !== null || !following;
+  useEffect(() => () => void (monitor.reading = false), [monitor]);
   const maySend = mayBe("command");
   const toggle = () => (monitor.running ? monitor.stop() : monitor.start());
   const togglePause = () => setPaused(paused ? null : monitor.passing);
@@ -84,7 +86,7 @@ function Monitor({ network, kind, networks, search }: MonitorProps) {
           </button>
         )}
         <button type="button" aria-pressed={paused !== null} disabled={all.length === 0} onClick={togglePause}>
-          {paused ? text.resume(monitor.passing.length - paused.length) : text.pause}
+          {paused ? text.resume(lastOf(monitor.passing) - lastOf(paused)) : text.pause}
         </button>
         <input
           type="search"
@@ -142,6 +144,11 @@ function Monitor({ network, kind, networks, search }: MonitorProps) {
   );
 }
 
+/** Its number; 0 if there is none. */
+function lastOf(passing: Passing[]): number {
+  return passing[passing.length - 1]?.id ?? 0;
+}
+
 function useKeys(toggle: (() => void) | undefined, pause: () => void): void {
   const latest = useRef({ toggle, pause });
   latest.current = { toggle, pause };
@@ -176,7 +183,7 @@ function Nothing({ monitor, filtered, maySend }: { monitor: Watch; filtered: num
 /** One telegram or packet whole: its bytes, and everything that was decoded. */
 function Whole({ one, onClose }: { one: Passing; onClose(): void }) {
   return (
-    <aside class="whole-line" aria-label={text.whole}>
+    <aside class="whole-line" tabIndex={0} aria-label={text.whole}>
       <p>
         <span class="muted">{formatFullTime(one.time)}</span> <strong>{[one.kind, one.to || one.from].filter(Boolean).join(" ")}</strong>{" "}
         {one.name}

@@ -111,7 +111,7 @@ export function WriteDialog({ network, seen, onClose }: { network: Network; seen
           {outcome && <p role="status">{outcome}</p>}
           <div class="actions">
             {stage === "confirm" && (
-              <button type="button" class="primary" onClick={send}>
+              <button ref={(button) => button?.focus()} type="button" class="primary" onClick={send}>
                 {text.confirm}
               </button>
             )}

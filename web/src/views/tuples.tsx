@@ -1,5 +1,5 @@
 import { useEffect, useMemo, useRef, useState } from "preact/hooks";
-import { baseFeeds, catalog, chosenIsland, components, feed, islands, islandsKnown, loadingOf, store, useFeeds } from "../app";
+import { baseFeeds, catalog, chosenIsland, components, feed, islands, islandsKnown, line, loadingOf, store, useFeeds } from "../app";
 import type { Want } from "../core/feed";
 import { usePaced } from "../core/hooks";
 import { Rates } from "../core/rates";
@@ -41,6 +41,9 @@ function useTree(): { tree: Tree; rates: Rates; samples: number } {
     both.tree.takeRates(both.rates);
     samples.current = Math.min(samples.current + 1, settled);
   }, [second.value]);
+  useEffect(() => {
+    if (line.value === "lost") both.rates.interrupt();
+  }, [line.value]);
   return { ...both, samples: samples.current };
 }
 
