@@ -64,7 +64,7 @@ async function pointThatIsGone({ page, open, island }) {
     const answer = await fetch(`/api/v1/history?key=${key}&from=${now - 600}&to=${now + 10}&buckets=1000`);
     return (await answer.json()).series?.[0]?.v?.length > 0;
   };
-  await page.waitForFunction(known, `${path}.value`, { polling: 300 });
+  while (!(await page.evaluate(known, `${path}.value`))) await page.waitForTimeout(300);
   await island.endOthers();
   await open(`tuples?q=kitchen.oven`);
   await page.waitForFunction(() => document.querySelectorAll(".leaf").length === 0 || document.querySelector(".leaf .tone-bad") !== null);

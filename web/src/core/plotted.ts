@@ -49,7 +49,8 @@ export class PlottedPoints {
     const { path, track } = one;
     const point = this.pointAt(path);
     const known = point?.description !== undefined;
-    if (known || track.empty) track.kind = kindOf(point, this.store.get(`${path}.value`)?.value ?? "");
+    const value = this.store.get(`${path}.value`)?.value ?? "";
+    if (known || (track.empty && value !== "")) track.kind = kindOf(point, value);
     one.point = point ?? one.point;
     if (known) one.unit = point.unit;
     const words = list(point?.description?.json.words);
