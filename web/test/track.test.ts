@@ -162,3 +162,14 @@ test("the axis says the day where it changes", () => {
   assert.deepEqual(timeLabels([at("2026-11-22T01:00:05Z")], 5, "UTC"), ["01:00:05"]);
   assert.deepEqual(timeLabels(splits.slice(0, 1), 86_400, "UTC"), ["11-21"]);
 });
+
+test("a gap that begins with the value before it has a time of its own in a file", () => {
+  for (let millisecond = 0; millisecond < 100; millisecond++) {
+    const track = numbers();
+    const time = (1_795_378_036_000 + millisecond) / 1000;
+    track.add(time, "5");
+    track.lose(time);
+    const [, value = "", gap = ""] = csvOf([{ name: "one", track }], 0, time + 1).split("\n");
+    assert.equal(Date.parse(gap.split(",")[0] ?? "") - Date.parse(value.split(",")[0] ?? ""), 1, `${time}`);
+  }
+});

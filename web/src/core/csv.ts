@@ -38,7 +38,7 @@ export function csvOf(points: { name: string; track: Track }[], from: number, to
   const times = [...lines.keys()].sort((a, b) => a - b);
   const rows = times.map((time) => {
     const line = lines.get(time) ?? [];
-    return csvLine([new Date(time * 1000).toISOString(), ...head.slice(1).map((_, index) => line[index + 1] ?? "")]);
+    return csvLine([new Date(Math.round(time * 1000)).toISOString(), ...head.slice(1).map((_, index) => line[index + 1] ?? "")]);
   });
   return csvLine(head) + rows.join("");
 }
