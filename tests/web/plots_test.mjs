@@ -3,7 +3,8 @@ import assert from "node:assert/strict";
 import { readFile } from "node:fs/promises";
 import { publisher } from "./island.mjs";
 
-const light = "6541:proxy.dummy-rooms.living.sensor.light-1";
+/** No lamp of another test drives it. */
+const temperature = "6541:proxy.dummy-rooms.bedroom.sensor.temperature-1";
 const reading = (page) => page.locator(".plot-legend td.reading").first();
 const settled = (page) => page.locator(".strip.loading").waitFor({ state: "detached" });
 
@@ -17,13 +18,13 @@ async function rowsOfFile(page) {
 
 /** Values of before the page was loaded come from the history, those of after it live, each once. */
 async function joinsHistoryAndLive({ page, open }) {
-  await open(`plots?k=${light}&span=900`);
+  await open(`plots?k=${temperature}&span=900`);
   await page.locator(".plot canvas").first().waitFor();
   await page.keyboard.press("a");
   const seen = new Set();
   while (seen.size < 3) {
     const before = await reading(page).textContent();
-    if (/ lx$/.test(before)) seen.add(before);
+    if (/ °C$/.test(before)) seen.add(before);
     await page.waitForFunction((text) => document.querySelector(".plot-legend td.reading").textContent !== text, before);
   }
   const answered = page.waitForResponse(/\/api\/v1\/history\?/);
@@ -34,7 +35,7 @@ async function joinsHistoryAndLive({ page, open }) {
   const past = (await rowsOfFile(page)).length;
   assert.ok(past >= 2, `${past} values of before; without history there is the last one`);
   await page.keyboard.press("a");
-  await page.waitForFunction(() => / lx$/.test(document.querySelector(".plot-legend td.reading").textContent));
+  await page.waitForFunction(() => / °C$/.test(document.querySelector(".plot-legend td.reading").textContent));
   const now = await reading(page).textContent();
   await page.waitForFunction((text) => document.querySelector(".plot-legend td.reading").textContent !== text, now);
   const rows = await rowsOfFile(page);
@@ -44,11 +45,11 @@ async function joinsHistoryAndLive({ page, open }) {
     times,
     [...new Set(times)].sort((a, b) => a - b),
   );
-  const plot = page.getByRole("slider", { name: /light-1/ });
+  const plot = page.getByRole("slider", { name: /temperature-1/ });
   await plot.focus();
   await page.keyboard.press("End");
   for (let steps = 0; steps < 5; steps++) {
-    if (/light-1 [\d.,]+ lx/.test(await plot.getAttribute("aria-valuetext"))) return;
+    if (/temperature-1 [\d.,]+ °C/.test(await plot.getAttribute("aria-valuetext"))) return;
     await page.keyboard.press("ArrowLeft");
   }
   assert.fail("no value of before at the crosshair");
