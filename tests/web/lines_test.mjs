@@ -34,7 +34,7 @@ async function packetsAreShown({ page, open, island }) {
   await page.goto(page.url().replace("#/traffic", "#/overview"));
   await page.getByRole("heading", { name: "Overview" }).waitFor();
   await page.goBack();
-  await page.locator(".strip", { hasText: "wsn-hall" }).waitFor();
+  await page.getByRole("button", { name: "Stop" }).first().waitFor();
   assert.ok((await page.locator(".list-rows .row").count()) > 0, "what passed is still there");
   await page.getByRole("button", { name: "Stop" }).first().click();
 }
