@@ -104,7 +104,7 @@ void Intake::gone(OwnerId owner, std::string_view key, WallTime now) {
 
 /// A first value may arrive before the status and the description of its point.
 bool Intake::early(Series& series, WallTime now) {
-  if (now < series.seen) series.seen = now;  // the clock was set back: the patience begins anew by the new one
+  if (now < series.seen) series.seen = now;  // the clock was set back: the patience restarts by the new one
   return now - series.seen < kPatience;
 }
 

@@ -126,7 +126,7 @@ void Store::replay(std::int64_t row, ByteView data) {
   }
 }
 
-/// The process before this one ended: nobody observed what came after its last batch.
+/// The process before this one ended: what came after its last batch was not observed.
 void Store::mark_gaps() {
   for (const auto& [row, one] : series_) {
     if (one.open.empty() || one.open.last().gap()) continue;

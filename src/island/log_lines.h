@@ -31,7 +31,7 @@ class LogLines final : public base::LogSink {
 
   void write(base::LogLevel level, std::string_view who, std::string_view text) override;
 
-  /// Called after each line that is kept; it may only ask for a later turn. Empty = nobody is called.
+  /// Called after each line that is kept; it may only ask for a later turn. Empty = no call.
   void on_line(std::function<void()> call) { call_ = std::move(call); }
   const std::deque<Line>& lines() const { return lines_; }
   /// JSON list of {number, time, level, subject, text}, the oldest first.

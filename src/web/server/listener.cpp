@@ -27,7 +27,7 @@ void set_option(tcp::socket& socket, int level, int option, Value value) {
   ::setsockopt(socket.native_handle(), level, option, &value, sizeof value);
 }
 
-/// A client that vanished without a word is noticed by the system (tcp(7)); the connection works without this, too.
+/// The system notices a client that vanished without closing (tcp(7)); the connection works without this, too.
 void tune(tcp::socket& socket) {
   set_option(socket, IPPROTO_TCP, TCP_NODELAY, 1);
   set_option(socket, IPPROTO_TCP, TCP_USER_TIMEOUT, kUserTimeoutMillis);

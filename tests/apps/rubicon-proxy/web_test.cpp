@@ -57,7 +57,7 @@ class IslandPage : public testing::Test {
     }
     return 0;
   }
-  /// The whole answer to a request; empty if nobody listens.
+  /// The whole answer to a request; empty if no server listens.
   static std::string ask(int port, const std::string& request, const std::string& fields = {}) {
     const int socket = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
     sockaddr_in address{};

@@ -18,7 +18,7 @@ namespace rubicon::web::api {
 using Json = nlohmann::json;
 using namespace std::chrono_literals;
 
-/// The other end of a conversation: takes each frame at once, unless it is told to read nothing.
+/// The other end of a conversation: takes each frame at once, unless read(false) was called.
 class Page {
  public:
   Page(Scheduler& scheduler, Api& api, const Caller& caller) : pump_(scheduler, [this] { take(); }) {
