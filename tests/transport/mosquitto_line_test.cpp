@@ -271,7 +271,7 @@ TEST_F(LiveBroker, SubscriptionsFitIntoThePacketsOfTheBroker) {
 
 TEST_F(LiveBroker, ABrokerThatWasKilledIsReachedAgain) {
   start({.persistent = true});
-  ASSERT_EQ(broker->publish("kept", "1", {"-r"}).code, 0);
+  ASSERT_EQ(broker->publish("kept", "1", {"-r", "-q", "1"}).code, 0);
   broker->stop();
   for (int i = 0; i < 3; ++i) {
     EXPECT_THAT(failure(options()).text, HasSubstr("Connection refused"));
