@@ -59,7 +59,7 @@ void read_tls(ConfigReader& web, WebSetup& setup) {
   tls.finish();
   auto tokens = web.map("tokens");
   if (web.has("tokens")) setup.tokens = tokens.required_text("file");
-  if (tokens.has("file") && setup.tokens->empty()) tokens.error("file", "is empty, expected the path of a file");
+  if (tokens.has("file") && setup.tokens->empty()) tokens.error("file", "empty path, expected a file");
   tokens.finish();
 }
 

@@ -81,7 +81,7 @@ TEST(WebConfig, WhatIsWrongIsSaidWithItsPlace) {
       {"{listen: hall}", "home.yaml:2:15: web.listen: expected an IP address and a port"},
       {"{tls: {certificate: a}}", "web.tls: 'key' is missing"},
       {"{tokens: {}}", "web.tokens: 'file' is missing"},
-      {"{tokens: {file: \"\"}}", "web.tokens.file: is empty, expected the path of a file"},
+      {"{tokens: {file: \"\"}}", "web.tokens.file: empty path, expected a file"},
       {"{hosts: [\"a b\"]}", "web.hosts: 'a b': expected a name of this host"},
       {"{origins: [hall.lan]}", "web.origins: 'hall.lan': expected the beginning of an address"},
       {"{metrics: {patterns: [\"a..b\"]}}", "web.metrics.patterns: "},
