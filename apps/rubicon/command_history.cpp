@@ -52,17 +52,6 @@ std::string check_time(const std::string& text) {
   return text + ": expected now, a span before it (2h), seconds since 1970, or 2026-01-31T12:00:00Z";
 }
 
-std::string check_pattern(const std::string& text) {
-  const auto pattern = Pattern::parse(text);
-  return pattern ? std::string() : pattern.error().text;
-}
-
-std::vector<Pattern> patterns_in(const std::vector<std::string>& texts) {
-  std::vector<Pattern> patterns;
-  for (const auto& text : texts) patterns.push_back(*Pattern::parse(text));
-  return patterns;
-}
-
 int failed(const Error& error) {
   print_error(error.text);
   return kFailed;

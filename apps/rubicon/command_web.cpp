@@ -4,6 +4,7 @@
 
 #include "apps/rubicon/cli.h"
 #include "apps/rubicon/tuple_text.h"
+#include "base/config_reader.h"
 #include "client/ecology_options.h"
 #include "config/web_config.h"
 #include "history/history.h"
@@ -20,11 +21,15 @@ namespace rubicon::cli {
 
 namespace {
 
+constexpr std::string_view kNever = "never";
+
 struct WebOptions {
   std::string listen = "127.0.0.1:8642";
   config::WebTls tls;
   config::WebSetup setup;
-  std::string history;  ///< file; empty = none
+  config::HistorySetup history;  ///< no file = none
+  std::vector<std::string> patterns, exclude, metrics;
+  std::string raw, size;
 };
 
 struct TokenOptions {
@@ -59,7 +64,7 @@ class WebProgram {
     const model::Summary summary{"rubicon web", transport::host_name(), transport::own_process(), "",
                                  loop_.scheduler().wall_now()};
     if (auto named = space_->describe(model::to_json(summary)); !named) return named;
-    if (!wanted.history.empty()) keep(wanted.history);
+    if (!wanted.history.file.empty()) keep(wanted.history);
     auto service =
         web::WebService::open({loop_.context(), loop_.scheduler(), *space_, transports_, log_, history_.get()},
                               wanted.setup, "", "rubicon web");
@@ -83,11 +88,9 @@ class WebProgram {
 
  private:
   /// A history of all that this component sees.
-  void keep(const std::string& file) {
-    config::HistorySetup setup;
-    setup.file = file;
+  void keep(const config::HistorySetup& setup) {
     history_ = std::make_unique<history::History>(
-        std::move(setup), history::History::Context{loop_.scheduler(), transport::start_worker("history"), log_});
+        setup, history::History::Context{loop_.scheduler(), transport::start_worker("history"), log_});
     history_->follow(*space_);
   }
 
@@ -103,7 +106,29 @@ class WebProgram {
   std::unique_ptr<web::WebService> service_;
 };
 
+std::string check_raw(const std::string& text) {
+  if (text == kNever) return {};
+  const auto age = base::parse_duration(text);
+  return age && *age >= config::kShortestRaw ? std::string() : text + ": expected at least 1h, or never";
+}
+
+std::string check_size(const std::string& text) {
+  const auto size = base::parse_size(text);
+  return size && *size >= config::kSmallestHistory ? std::string() : text + ": expected a size of at least 1MB";
+}
+
+/// The texts, which were checked, become the setup.
+void take_texts(WebOptions& options) {
+  auto& history = options.history;
+  if (!options.patterns.empty()) history.patterns = patterns_in(options.patterns);
+  history.exclude = patterns_in(options.exclude);
+  if (!options.raw.empty()) history.raw = base::parse_duration(options.raw);  // never: nullopt
+  history.size = base::parse_size(options.size).value_or(history.size);
+  options.setup.metrics = patterns_in(options.metrics);
+}
+
 int serve(const Settings& settings, WebOptions options) {
+  take_texts(options);
   const auto listen = config::parse_web_listen(options.listen);
   if (!listen) {
     print_error(fmt::format("--listen {}: expected an IP address and a port, such as 127.0.0.1:8642", options.listen));
@@ -137,6 +162,27 @@ int make_token(const Settings& settings, const TokenOptions& options) {
 
 }  // namespace
 
+namespace {
+
+void add_history_options(CLI::App* app, WebOptions& options) {
+  auto* file = app->add_option("--history", options.history.file,
+                               "file of a history of all islands; created if it does not exist");
+  app->add_option("--pattern", options.patterns, "values to keep in it (may be repeated); default: all of points")
+      ->check(check_pattern)
+      ->allow_extra_args(false)
+      ->needs(file);
+  app->add_option("--exclude", options.exclude, "but not these, such as presence (may be repeated)")
+      ->check(check_pattern)
+      ->allow_extra_args(false)
+      ->needs(file);
+  app->add_option("--raw", options.raw, "how long each value stays, or never to remove it; default: 30d")
+      ->check(check_raw)
+      ->needs(file);
+  app->add_option("--size", options.size, "of its file; default: 8GB")->check(check_size)->needs(file);
+}
+
+}  // namespace
+
 void add_web(Cli& cli) {
   const auto options = std::make_shared<WebOptions>();
   auto* app = cli.command({"web", "Serve the page and its API for the islands that this host finds",
@@ -149,7 +195,11 @@ void add_web(Cli& cli) {
   auto* key = app->add_option("--key", options->tls.key, "PEM file with the key of the certificate");
   certificate->needs(key);
   key->needs(certificate);
-  app->add_option("--history", options->history, "file of a history of all islands; created if it does not exist");
+  add_history_options(app, *options);
+  app->add_option("--metrics", options->metrics, "values to show in /metrics (may be repeated)")
+      ->check(check_pattern)
+      ->allow_extra_args(false);
+  app->add_flag("--compress", options->setup.compress, "compress WebSockets, for slow lines");
   app->add_option("--tokens", options->setup.tokens, "file with the tokens, which `rubicon token` makes");
   app->add_option("--host", options->setup.hosts, "name of this host in addresses (may be repeated)")
       ->allow_extra_args(false);

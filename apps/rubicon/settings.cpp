@@ -123,4 +123,15 @@ Settings AsOptions::applied(Settings settings) const {
   return settings;
 }
 
+std::string check_pattern(const std::string& text) {
+  const auto pattern = Pattern::parse(text);
+  return pattern ? std::string() : pattern.error().text;
+}
+
+std::vector<Pattern> patterns_in(const std::vector<std::string>& texts) {
+  std::vector<Pattern> patterns;
+  for (const auto& text : texts) patterns.push_back(*Pattern::parse(text));
+  return patterns;
+}
+
 }  // namespace rubicon::cli

@@ -49,5 +49,9 @@ class AsOptions {
 std::string check_duration(const std::string& text);
 /// The duration in a text that check_duration() accepted; `otherwise` for an empty text.
 Duration parse_duration_or(const std::string& text, Duration otherwise = Duration(0));
+/// The error in the text of a pattern; empty if it is correct.
+std::string check_pattern(const std::string& text);
+/// The patterns in texts that check_pattern() accepted.
+std::vector<Pattern> patterns_in(const std::vector<std::string>& texts);
 
 }  // namespace rubicon::cli

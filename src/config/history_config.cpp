@@ -8,9 +8,6 @@ namespace rubicon::config {
 
 namespace {
 
-constexpr std::uint64_t kSmallestHistory = 1'000'000;
-constexpr Duration kShortestRaw = std::chrono::hours(1);
-
 std::vector<Pattern> patterns_in(ConfigReader& history, const std::string& key) {
   std::vector<Pattern> patterns;
   for (const auto& text : history.texts(key)) {

@@ -9,6 +9,9 @@
 
 namespace rubicon::config {
 
+inline constexpr std::uint64_t kSmallestHistory = 1'000'000;  ///< bytes
+inline constexpr Duration kShortestRaw = std::chrono::hours(1);
+
 /// The values of all sensors, actuators and properties of devices.
 std::vector<Pattern> usual_history();
 
