@@ -325,5 +325,16 @@ TEST_F(Sockets, TheEndOfAConnectionLeavesNothingBehind) {
   EXPECT_EQ(devices_of(1).commands.size(), 1U) << "what was accepted is executed";
 }
 
+TEST_F(Sockets, AValueOfTheLargestSizeIsAnswered) {
+  auto& owner = component(70000);
+  ASSERT_TRUE(owner.set("big", std::string(1'000'000, '\xff')));
+  auto& page = Sites::page();
+  scheduler.run_for(1s);
+  const auto id = page.ask({{"do", "get"}, {"key", "70000:big"}});
+  scheduler.run_for(1s);
+  EXPECT_EQ(page.closed, "");
+  EXPECT_EQ(page.answer(id)["tuple"]["b64"].get<std::string>().size(), 1'333'336U);
+}
+
 }  // namespace
 }  // namespace rubicon::web::api
