@@ -99,6 +99,24 @@ TEST_F(SecureService, AReloadTakesBothOrNeither) {
   EXPECT_EQ(ask("first"), Answer("200", 1));
 }
 
+TEST_F(SecureService, TheMetricsHaveTheValuesOfTheSetup) {
+  service_.reset();
+  setup_.metrics = {{std::nullopt, "own.*"}};
+  setup_.tokens.reset();
+  setup_.tls.reset();
+  open();
+  ASSERT_TRUE(space_.set("own.load", "7"));
+  const auto address = service_->address();
+  const auto port = static_cast<std::uint16_t>(std::stoi(address.substr(address.rfind(':') + 1)));
+  server::RawClient program(world_, {"127.0.0.1", port});
+  program.send("GET /metrics HTTP/1.1\r\nHost: localhost\r\n\r\n");
+  EXPECT_TRUE(world_.until([&] {
+    world_.time.run_for(100ms);
+    return program.received.find("\r\n\r\n") != std::string::npos;
+  }));
+  EXPECT_TRUE(program.gets("rubicon_value{island=\"65536\",key=\"own.load\"} 7")) << program.received;
+}
+
 TEST_F(SecureService, AFileOfTokensWithoutANameOpensNothing) {
   service_.reset();
   setup_.tokens = "";
