@@ -22,6 +22,8 @@ void HistoryPart::take(const std::optional<config::HistorySetup>& setup, const s
 }
 
 Result<void> HistoryPart::open(const config::HistorySetup& setup, const std::string& directory) {
+  auto worker = transport::start_worker("history");
+  if (!worker) return fail(worker.error());
   auto link = host_.ecology.join(id_);
   if (!link) return fail(link.error());
   link_ = std::move(*link);
@@ -30,7 +32,7 @@ Result<void> HistoryPart::open(const config::HistorySetup& setup, const std::str
                                host_.scheduler.wall_now()};
   if (auto named = space_->describe(model::to_json(summary)); !named) return named;
   history_ = std::make_unique<history::History>(
-      setup, history::History::Context{host_.scheduler, transport::start_worker("history"), host_.log, directory});
+      setup, history::History::Context{host_.scheduler, std::move(*worker), host_.log, directory});
   history_->follow(*space_);
   return {};
 }

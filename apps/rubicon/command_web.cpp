@@ -64,7 +64,9 @@ class WebProgram {
     const model::Summary summary{"rubicon web", transport::host_name(), transport::own_process(), "",
                                  loop_.scheduler().wall_now()};
     if (auto named = space_->describe(model::to_json(summary)); !named) return named;
-    if (!wanted.history.file.empty()) keep(wanted.history);
+    if (!wanted.history.file.empty()) {
+      if (auto kept = keep(wanted.history); !kept) return kept;
+    }
     auto service =
         web::WebService::open({loop_.context(), loop_.scheduler(), *space_, transports_, log_, history_.get()},
                               wanted.setup, "", "rubicon web");
@@ -88,10 +90,13 @@ class WebProgram {
 
  private:
   /// A history of all that this component sees.
-  void keep(const config::HistorySetup& setup) {
+  Result<void> keep(const config::HistorySetup& setup) {
+    auto worker = transport::start_worker("history");
+    if (!worker) return fail(worker.error());
     history_ = std::make_unique<history::History>(
-        setup, history::History::Context{loop_.scheduler(), transport::start_worker("history"), log_});
+        setup, history::History::Context{loop_.scheduler(), std::move(*worker), log_});
     history_->follow(*space_);
+    return {};
   }
 
   const Settings& settings_;

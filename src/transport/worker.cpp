@@ -1,5 +1,6 @@
 #include "transport/worker.h"
 
+#include <fmt/format.h>
 #include <pthread.h>
 #include <sys/resource.h>
 #include <sys/syscall.h>
@@ -8,6 +9,7 @@
 #include <condition_variable>
 #include <deque>
 #include <mutex>
+#include <system_error>
 #include <thread>
 #include <utility>
 
@@ -65,8 +67,12 @@ class ThreadWorker final : public Worker {
 
 }  // namespace
 
-std::unique_ptr<Worker> start_worker(const std::string& name) {
-  return std::make_unique<ThreadWorker>(name);
+Result<std::unique_ptr<Worker>> start_worker(const std::string& name) {
+  try {
+    return std::make_unique<ThreadWorker>(name);
+  } catch (const std::system_error& error) {
+    return fail(ErrorCode::kIo, fmt::format("starting the thread {}: {}", name, error.code().message()));
+  }
 }
 
 }  // namespace rubicon::transport

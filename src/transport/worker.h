@@ -4,6 +4,8 @@
 #include <memory>
 #include <string>
 
+#include "rubicon/result.hpp"
+
 namespace rubicon::transport {
 
 /// Does one job after the other apart from the loop, for work that waits for a disk or computes long.
@@ -18,7 +20,8 @@ class Worker {
   virtual void run(Job job) = 0;
 };
 
-/// A thread of its own, of low priority. `name` shows it in lists of threads: at most 15 characters.
-std::unique_ptr<Worker> start_worker(const std::string& name);
+/// A thread of its own, of low priority. `name` shows it in lists of threads: at most 15 characters. kIo: the system
+/// has no room for one more.
+Result<std::unique_ptr<Worker>> start_worker(const std::string& name);
 
 }  // namespace rubicon::transport

@@ -1,6 +1,9 @@
 #include "transport/worker.h"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <thread>
@@ -12,7 +15,7 @@ namespace {
 
 TEST(Worker, RunsJobsInTheirOrderOnAThreadOfItsOwn) {
   Loop loop;
-  const auto worker = start_worker("test");
+  const auto worker = start_worker("test").value();
   std::vector<int> order;
   std::thread::id thread;
   for (int i = 0; i < 100; ++i) {
@@ -31,7 +34,7 @@ TEST(Worker, RunsJobsInTheirOrderOnAThreadOfItsOwn) {
 TEST(Worker, RunsWhatWaitsBeforeItEnds) {
   std::atomic<int> done = 0;
   {
-    const auto worker = start_worker("test");
+    const auto worker = start_worker("test").value();
     for (int i = 0; i < 1000; ++i) worker->run([&] { ++done; });
   }
   EXPECT_EQ(done, 1000);
@@ -40,12 +43,35 @@ TEST(Worker, RunsWhatWaitsBeforeItEnds) {
 TEST(Worker, AJobMayAppendAnother) {
   std::atomic<int> done = 0;
   {
-    const auto worker = start_worker("a name that is longer than the system allows");
+    const auto worker = start_worker("a name that is longer than the system allows").value();
     auto* same = worker.get();
     worker->run([&, same] { same->run([&] { ++done; }); });
   }
   EXPECT_EQ(done, 1);
 }
+
+// The sanitizers need memory of their own for each thread.
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+TEST(Worker, AThreadThatTheSystemRefusesIsAnError) {
+  const auto child = ::fork();
+  if (child == 0) {
+    const rlimit none{1 << 20, 1 << 20};
+    ::setrlimit(RLIMIT_AS, &none);
+    std::vector<std::unique_ptr<Worker>> workers;
+    workers.reserve(10);  // some may use the memory of threads that ended
+    while (workers.size() < 10) {
+      auto worker = start_worker("test");
+      if (!worker) ::_exit(worker.error().code == ErrorCode::kIo ? 0 : 2);
+      workers.push_back(std::move(*worker));
+    }
+    ::_exit(3);
+  }
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  EXPECT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 0);
+}
+#endif
 
 }  // namespace
 }  // namespace rubicon::transport
