@@ -109,18 +109,18 @@ Result<std::string> Retention::shrink(const std::string& why) {
       Part{"texts", "SELECT time FROM text WHERE series=? ORDER BY time LIMIT 1", raw, texts_before_},
       Part{"summaries of hours", "SELECT start FROM hour WHERE series=? ORDER BY start LIMIT 1", hours, hours_before_}};
   const Part* oldest_part = nullptr;
-  std::pair<double, std::int64_t> highest_age;  // relative; absolute where the clock is behind all
+  std::pair<double, std::int64_t> highest_age;  // as a part of how long it lasts; of equal ones the earlier time
   std::int64_t begin = 0;
   for (const auto& part : parts) {
     const auto first = oldest(part.first);
     if (!first) return fail(first.error());
     if (!*first) continue;
     const auto age = std::max<std::int64_t>(to_milliseconds(clock_) - **first, 0);
-    const std::pair relative(static_cast<double>(age) / static_cast<double>(std::max<std::int64_t>(part.lasts, 1)),
-                             -**first);
-    if (oldest_part && relative <= highest_age) continue;
+    const std::pair relative_age(static_cast<double>(age) / static_cast<double>(std::max<std::int64_t>(part.lasts, 1)),
+                                 -**first);
+    if (oldest_part && relative_age <= highest_age) continue;
     oldest_part = &part;
-    highest_age = relative;
+    highest_age = relative_age;
     begin = **first;
   }
   if (!oldest_part) return why + ", and nothing is left to remove";
@@ -133,7 +133,6 @@ Result<std::string> Retention::shrink(const std::string& why) {
 
 Result<void> Retention::slice() {
   auto next = store_.series().lower_bound(next_row_);
-  std::vector<SeriesRow> empty;
   for (std::size_t i = 0; i < kSeriesAtOnce && next != store_.series().end(); ++i) {
     const auto row = next->first;
     const auto more = slice_of(row);
