@@ -12,7 +12,7 @@ import { route, setQuery } from "./core/router";
 import { heardFrame, serverTime } from "./core/server_time";
 import { Store } from "./core/store";
 import { announce, notify } from "./parts/notices";
-import { words } from "./words";
+import * as words from "./words/frame";
 
 export const line = signal<LineState>("connecting");
 /** When the line was lost, in ms of Date.now(); 0 while it is up. */
@@ -49,7 +49,7 @@ function lineChanged(state: LineState): void {
   line.value = state;
   if (state === "live") {
     lostSince.value = 0;
-    announce(words.line.live);
+    announce(words.lineLive);
     void learnServer();
     connection.request({ do: "islands" }, greeted);
     connection.request({ do: "components" });
@@ -59,7 +59,7 @@ function lineChanged(state: LineState): void {
   }
   if (state === "lost") {
     lostSince.value = Date.now();
-    announce(words.line.lost);
+    announce(words.lineLost);
     feed.disconnected();
     void learnServer();
   }
@@ -74,7 +74,7 @@ async function learnServer(): Promise<void> {
   try {
     const before = server.value?.release;
     server.value = await askJson<ServerInfo>("");
-    if (before !== undefined && before !== server.value.release) notify(words.line.released, "waiting", reloading);
+    if (before !== undefined && before !== server.value.release) notify(words.lineReleased, "waiting", reloading);
     tellClock();
     loginNeeded.value = server.value.tokens && (server.value.caller.role === "none" || server.value.caller.role === "");
   } catch (error) {
@@ -83,14 +83,14 @@ async function learnServer(): Promise<void> {
 }
 
 /** The page of another release may be other files than those that are still to come. */
-const reloading = { label: words.line.reload, run: () => location.reload() };
+const reloading = { label: words.lineReload, run: () => location.reload() };
 
 let clockTold = false;
 const clockMatters = 5;
 
 function tellClock(): void {
   const wrong = Math.abs(serverTime.offset) > clockMatters;
-  if (wrong && !clockTold) notify(words.line.clock(serverTime.offset), "waiting");
+  if (wrong && !clockTold) notify(words.lineClock(serverTime.offset), "waiting");
   clockTold = wrong;
 }
 
@@ -109,8 +109,8 @@ function framed(frame: Frame): void {
   if (frame.message) {
     for (const call of listeners.get(frame.message.type) ?? []) call(frame.message);
   }
-  if (frame.slow) notify(words.line.slow, "waiting");
-  if (frame.lost) notify(words.line.eventsLost(frame.lost.events), "bad");
+  if (frame.slow) notify(words.lineSlow, "waiting");
+  if (frame.lost) notify(words.lineEventsLost(frame.lost.events), "bad");
 }
 
 export function startApp(): void {
@@ -135,7 +135,7 @@ export async function logout(): Promise<void> {
   try {
     await ask("/session", { method: "DELETE" });
   } catch (error) {
-    notify(words.login.notEnded(error instanceof RestError ? error.message : String(error)), "bad");
+    notify(words.loginNotEnded(error instanceof RestError ? error.message : String(error)), "bad");
     return;
   }
   loginNeeded.value = true;

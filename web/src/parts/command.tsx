@@ -6,12 +6,10 @@ import { formatTime, unitSign } from "../core/format";
 import type { Answer } from "../core/frames";
 import { Patience } from "../core/patience";
 import { redraw } from "../core/redraw";
-import { words } from "../words";
+import * as text from "../words/command";
 import { Age } from "./age";
 import { announce } from "./notices";
 import { State } from "./state";
-
-const text = words.command;
 
 export const patience = new Patience();
 const drafts = new Drafts();

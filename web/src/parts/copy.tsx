@@ -1,5 +1,5 @@
 import { useState } from "preact/hooks";
-import { words } from "../words";
+import * as words from "../words/frame";
 import { announce } from "./notices";
 
 /** Copies a text as it is. Browsers offer the clipboard only under TLS and on loopback; elsewhere a selection has to do. A long text may be made when it is wanted. */

@@ -1,6 +1,6 @@
 import type { ComponentChildren } from "preact";
 import { useLayoutEffect, useRef } from "preact/hooks";
-import { words } from "../words";
+import * as words from "../words/frame";
 
 /** A modal dialog as long as it is in the document; Escape and a click beside it close it. */
 export function Dialog({

@@ -1,7 +1,7 @@
 import { signal } from "@preact/signals";
 import { shortcutsInForce } from "../core/keyboard";
 import { singleKeys } from "../core/settings";
-import { words } from "../words";
+import * as words from "../words/frame";
 import { Dialog } from "./dialog";
 
 const open = signal(false);
@@ -25,13 +25,13 @@ const signs: Record<string, string> = {
 export function KeyboardHelp() {
   if (!open.value) return null;
   return (
-    <Dialog title={words.keyboard.title} onClose={() => (open.value = false)}>
+    <Dialog title={words.keyboardTitle} onClose={() => (open.value = false)}>
       <dl class="shortcuts">
         {byMeaning().map(([what, all]) => (
           <div key={what}>
             <dt>
               {all.flatMap((keys, index) => [
-                index > 0 && <span key={`or ${keys}`}>{words.keyboard.or}</span>,
+                index > 0 && <span key={`or ${keys}`}>{words.keyboardOr}</span>,
                 <Keys key={keys} keys={keys} />,
               ])}
             </dt>
@@ -41,7 +41,7 @@ export function KeyboardHelp() {
       </dl>
       <label class="check">
         <input type="checkbox" checked={singleKeys.value} onChange={(event) => (singleKeys.value = event.currentTarget.checked)} />
-        {words.keyboard.single}
+        {words.keyboardSingle}
       </label>
     </Dialog>
   );

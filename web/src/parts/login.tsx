@@ -1,7 +1,7 @@
 import { useState } from "preact/hooks";
 import { login } from "../app";
 import { RestError } from "../core/rest";
-import { words } from "../words";
+import * as words from "../words/frame";
 
 /** Asks for the token; the server answers with a cookie that scripts cannot read. */
 export function Login() {
@@ -20,9 +20,9 @@ export function Login() {
     <main class="login">
       <form onSubmit={(event) => void send(event)}>
         <h1>{words.product}</h1>
-        <p>{words.login.text}</p>
+        <p>{words.loginText}</p>
         <label class="field">
-          <span>{words.login.field}</span>
+          <span>{words.loginField}</span>
           <input
             type="password"
             autocomplete="current-password"
@@ -36,7 +36,7 @@ export function Login() {
           {error}
         </p>
         <button type="submit" class="primary">
-          {words.login.button}
+          {words.loginButton}
         </button>
       </form>
     </main>

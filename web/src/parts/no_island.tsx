@@ -1,14 +1,14 @@
-import { words } from "../words";
+import * as words from "../words/frame";
 import { CopyButton } from "./copy";
 import { Empty } from "./state";
 
 /** No island is there: the command that says why. */
 export function NoIsland() {
   return (
-    <Empty title={words.noIsland.title} whole>
-      <p>{words.noIsland.text}</p>
+    <Empty title={words.noIslandTitle} whole>
+      <p>{words.noIslandText}</p>
       <p>
-        <code>{words.noIsland.command}</code> <CopyButton text={words.noIsland.command} />
+        <code>{words.noIslandCommand}</code> <CopyButton text={words.noIslandCommand} />
       </p>
     </Empty>
   );

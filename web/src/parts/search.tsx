@@ -4,7 +4,7 @@ import { catalog, chosenIsland } from "../app";
 import { hrefTo } from "../core/router";
 import { matches } from "../core/text";
 import { views } from "../views/views";
-import { words } from "../words";
+import * as words from "../words/frame";
 import { Dialog } from "./dialog";
 
 const open = signal(false);
@@ -27,7 +27,7 @@ function find(search: string): Found[] {
   const found: Found[] = [];
   for (const view of views) {
     if (matches(search, view.title))
-      found.push({ key: view.id, what: words.search.view, name: view.title, more: "", href: hrefTo(view.id) });
+      found.push({ key: view.id, what: words.searchView, name: view.title, more: "", href: hrefTo(view.id) });
   }
   if (search.trim() === "") return found;
   const island = chosenIsland();
@@ -36,7 +36,7 @@ function find(search: string): Found[] {
     if (island && device.owner !== island) continue;
     const more = [device.network, device.area, device.model].filter(Boolean).join(" · ");
     if (!matches(search, `${device.name} ${device.id} ${more} ${device.owner}`)) continue;
-    found.push({ key: device.path, what: words.search.device, name: device.name, more, href: hrefTo("devices", device.path.split("/")) });
+    found.push({ key: device.path, what: words.searchDevice, name: device.name, more, href: hrefTo("devices", device.path.split("/")) });
   }
   return found;
 }
@@ -70,15 +70,15 @@ function SearchDialog() {
     event.preventDefault();
   };
   return (
-    <Dialog title={words.search.label} onClose={close} bare>
+    <Dialog title={words.searchLabel} onClose={close} bare>
       <input
         type="text"
         role="combobox"
         aria-expanded="true"
         aria-controls="search-results"
         aria-activedescendant={found.length > 0 ? `search-${at}` : undefined}
-        aria-label={words.search.label}
-        placeholder={words.search.hint}
+        aria-label={words.searchLabel}
+        placeholder={words.searchHint}
         autofocus
         value={text}
         onInput={(event) => {
@@ -87,8 +87,8 @@ function SearchDialog() {
         }}
         onKeyDown={keys}
       />
-      {found.length === 0 && <p class="muted">{words.search.nothing}</p>}
-      <ul ref={box} id="search-results" role="listbox" aria-label={words.search.results} class="results">
+      {found.length === 0 && <p class="muted">{words.searchNothing}</p>}
+      <ul ref={box} id="search-results" role="listbox" aria-label={words.searchResults} class="results">
         {found.map((entry, index) => (
           <li key={entry.key} id={`search-${index}`} role="option" aria-selected={index === at} onClick={() => choose(index)}>
             <span class="what">{entry.what}</span>

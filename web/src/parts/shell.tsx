@@ -7,7 +7,7 @@ import { second } from "../core/redraw";
 import { go, goToList, hrefTo, route } from "../core/router";
 import { type Theme, theme } from "../core/settings";
 import type { View } from "../views/views";
-import { words } from "../words";
+import * as words from "../words/frame";
 import { Icon } from "./icons";
 import { showHelp } from "./keyboard_help";
 import { Notices } from "./notices";
@@ -63,11 +63,11 @@ function IslandChooser() {
   return (
     <select
       class="islands"
-      aria-label={words.islands.label}
+      aria-label={words.islandsLabel}
       value={String(chosenIsland())}
       onChange={(event) => chooseIsland(Number(event.currentTarget.value))}
     >
-      <option value="0">{words.islands.all}</option>
+      <option value="0">{words.islandsAll}</option>
       {islands.value.map((island) => (
         <option key={island.id} value={String(island.id)}>
           {`${island.name || "island"} · ${island.id}`}
@@ -82,7 +82,7 @@ function LineState() {
   void second.value;
   const tone = state === "live" ? "good" : state === "lost" ? "bad" : "waiting";
   const age = lostSince.value ? formatAge((Date.now() - lostSince.value) / 1000) : "";
-  const text = state === "lost" ? words.line.lostFor(age) : words.line[state];
+  const text = state === "lost" ? words.lineLostFor(age) : state === "live" ? words.lineLive : words.lineConnecting;
   return (
     <span class={`line state tone-${tone}`} title={text}>
       <span class="dot" aria-hidden="true" />
@@ -95,13 +95,13 @@ function ActiveSwitch({ view }: { view: View }) {
   const on = active.value;
   const turn = () => (active.value = !active.value);
   const wakes = view.wakes?.(route.value) ?? false;
-  useEffect(() => (wakes ? addShortcuts([{ keys: "a", what: words.keyboard.active, run: turn }]) : undefined), [wakes]);
+  useEffect(() => (wakes ? addShortcuts([{ keys: "a", what: words.keyboardActive, run: turn }]) : undefined), [wakes]);
   if (!wakes || !mayBe("view")) return null;
   return (
-    <button type="button" class="active-switch" role="switch" aria-checked={on} title={words.active.title} onClick={turn}>
+    <button type="button" class="active-switch" role="switch" aria-checked={on} title={words.activeTitle} onClick={turn}>
       <span class="knob" aria-hidden="true" />
-      {on ? words.active.active : words.active.passive}
-      {on && <span class="waking">{words.active.waking(wokenSensors.value)}</span>}
+      {on ? words.activeActive : words.activePassive}
+      {on && <span class="waking">{words.activeWaking(wokenSensors.value)}</span>}
     </button>
   );
 }
@@ -110,7 +110,7 @@ function ActiveSwitch({ view }: { view: View }) {
 function LogoutButton() {
   const known = server.value;
   if (!known?.tokens) return null;
-  const label = words.login.logout(known.caller.name, known.caller.role);
+  const label = words.loginLogout(known.caller.name, known.caller.role);
   return (
     <button type="button" class="plain" aria-label={label} title={label} onClick={() => void logout()}>
       <Icon name="logout" />
@@ -150,9 +150,9 @@ export function Shell({ views }: { views: View[] }) {
           {words.product}
         </a>
         <IslandChooser />
-        <button type="button" class="search-button" aria-label={words.search.label} onClick={showSearch}>
+        <button type="button" class="search-button" aria-label={words.searchLabel} onClick={showSearch}>
           <Icon name="search" size={16} />
-          <span>{words.search.label}</span>
+          <span>{words.searchLabel}</span>
           <kbd>/</kbd>
         </button>
         <span class="space" />
@@ -160,7 +160,7 @@ export function Shell({ views }: { views: View[] }) {
         <LineState />
         <LogoutButton />
         <ThemeButton />
-        <button type="button" class="plain" aria-label={words.keyboard.title} title={words.keyboard.title} onClick={showHelp}>
+        <button type="button" class="plain" aria-label={words.keyboardTitle} title={words.keyboardTitle} onClick={showHelp}>
           <Icon name="help" />
         </button>
       </header>
@@ -186,11 +186,11 @@ function useShellKeys(views: View[]): void {
   useEffect(
     () =>
       addShortcuts([
-        { keys: "/", what: words.keyboard.search, run: showSearch },
-        { keys: "?", what: words.keyboard.help, run: showHelp },
-        { keys: "Escape", what: words.keyboard.back, run: back },
-        { keys: "c", what: words.keyboard.command, run: focusControl },
-        ...views.map((view) => ({ keys: `g ${view.key}`, what: words.keyboard.goTo(view.title), run: () => go(view.id) })),
+        { keys: "/", what: words.keyboardSearch, run: showSearch },
+        { keys: "?", what: words.keyboardHelp, run: showHelp },
+        { keys: "Escape", what: words.keyboardBack, run: back },
+        { keys: "c", what: words.keyboardCommand, run: focusControl },
+        ...views.map((view) => ({ keys: `g ${view.key}`, what: words.keyboardGoTo(view.title), run: () => go(view.id) })),
       ]),
     [views],
   );

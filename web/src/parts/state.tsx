@@ -1,7 +1,7 @@
 import type { ComponentChildren } from "preact";
 import { feed, type Loading } from "../app";
 import type { Tone } from "../core/commands";
-import { words } from "../words";
+import * as words from "../words/frame";
 
 const tones: Record<string, Tone> = {
   reachable: "good",
@@ -48,13 +48,13 @@ export function Empty({ title, whole, children }: { title: string; whole?: boole
 export function Loaded({ state, empty, children }: { state: Loading; empty?: ComponentChildren; children: ComponentChildren }) {
   if (typeof state === "object") {
     return (
-      <Empty title={words.failed.title}>
+      <Empty title={words.failedTitle}>
         <p>
           {state.code}: {state.text}
         </p>
         <p>
           <button type="button" onClick={() => feed.retry()}>
-            {words.failed.retry}
+            {words.failedRetry}
           </button>
         </p>
       </Empty>

@@ -1,6 +1,6 @@
 import type { ComponentChildren } from "preact";
 import { useMemo } from "preact/hooks";
-import { words } from "../words";
+import * as words from "../words/frame";
 import { phone, rowHeight, wide } from "./screen";
 import { type ListProps, VirtualList } from "./virtual_list";
 
@@ -181,9 +181,9 @@ export function Outdated({ order }: { order: { outdated: number; refresh(): void
   if (order.outdated === 0) return null;
   return (
     <span class="outdated">
-      {words.table.outdated(order.outdated)}
+      {words.tableOutdated(order.outdated)}
       <button type="button" onClick={order.refresh}>
-        {words.table.update}
+        {words.tableUpdate}
       </button>
     </span>
   );
@@ -205,7 +205,7 @@ export function compareBy<T>(columns: Column<T>[], by: string, otherwise: (a: T,
 export function SortSelect<T>({ columns, sorting }: { columns: Column<T>[]; sorting: Sorting }) {
   return (
     <label class="field">
-      <span>{words.table.sort}</span>
+      <span>{words.tableSort}</span>
       <select value={sorting.by} onChange={(event) => sorting.set(event.currentTarget.value)}>
         {columns
           .filter((column) => column.compare)

@@ -8,9 +8,9 @@ import { compareNatural } from "../core/text";
 import { Empty, Loaded, State } from "../parts/state";
 import { type Column, Table } from "../parts/table";
 import { Value } from "../parts/value";
-import { words } from "../words";
+import * as text from "../words/devices";
+import * as words from "../words/frame";
 
-const text = words.devices;
 /** Each device is one subscription of the connection. */
 const most = 100;
 
@@ -30,7 +30,7 @@ export function Compare({ paths }: { paths: string[] }) {
         <h1>{text.compared}</h1>
         <a href={hrefToList("devices")}>{text.all}</a>
         <span class="count">
-          {devices.length < paths.length ? words.table.shown(devices.length, paths.length) : text.count(devices.length)}
+          {devices.length < paths.length ? words.tableShown(devices.length, paths.length) : text.count(devices.length)}
         </span>
       </div>
       <Loaded state={loadingOf([...baseFeeds, ...feeds])} empty={devices.length === 0 && <Empty title={text.none} />}>

@@ -11,12 +11,13 @@ import { CopyButton } from "../parts/copy";
 import { coarse, phone } from "../parts/screen";
 import { Empty, Loaded, Skeleton, State } from "../parts/state";
 import { Table, type TableRow } from "../parts/table";
-import { words } from "../words";
+import * as text from "../words/device";
+import * as commandText from "../words/command";
+import * as plotsText from "../words/plots";
+import * as words from "../words/frame";
 import { mostPoints } from "./plot_picker";
 import { pointColumns } from "./point_columns";
 import { useHourOf } from "./sparkline";
-
-const text = words.device;
 
 /** One device: its points with values and controls, and what it says about itself. */
 export function DevicePage({ parts }: { parts: string[] }) {
@@ -85,7 +86,7 @@ function Header({ device }: { device: Device }) {
           </button>
           {plotted.length > 0 && (
             <a class="button" href={hrefTo("plots", [], { k: plotted.join() })}>
-              {words.plots.title}
+              {plotsText.title}
             </a>
           )}
           <a class="button" href={hrefTo("tuples", [`${device.owner}:${device.prefix}.${device.network}.${device.id}`])}>
@@ -113,7 +114,7 @@ function TimeToLive({ device: { path } }: { device: Device }) {
   };
   return (
     <label class="field ttl" title={text.ttlTitle}>
-      <span>{words.command.waits}</span>
+      <span>{commandText.waits}</span>
       <select value={String(patience.of(path))} onChange={(event) => choose(Number(event.currentTarget.value))}>
         {spans.map((seconds) => (
           <option key={seconds} value={String(seconds)}>

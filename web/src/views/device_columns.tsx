@@ -7,9 +7,7 @@ import { Icon } from "../parts/icons";
 import { State } from "../parts/state";
 import type { Column } from "../parts/table";
 import { Value } from "../parts/value";
-import { words } from "../words";
-
-const text = words.devices;
+import * as text from "../words/devices";
 
 /** The quality of what stands for the device in the list. */
 export function qualityOf(device: Device): string {

@@ -7,9 +7,9 @@ import { hrefTo, setQuery } from "../core/router";
 import { compareNatural } from "../core/text";
 import { phone } from "../parts/screen";
 import { type Column, SortSelect } from "../parts/table";
-import { words } from "../words";
+import * as text from "../words/devices";
+import * as words from "../words/frame";
 
-const text = words.devices;
 export const qualities = ["good", "assumed", "stored", "stale", "unknown", "bad", "device-offline", "network-down"];
 
 export interface Filters {
@@ -45,8 +45,8 @@ export function DeviceFilters({ filters, columns, shown, outdated, onUpdate, cho
       <h1>{text.title}</h1>
       <input
         type="search"
-        aria-label={words.table.filter}
-        placeholder={words.table.filter}
+        aria-label={words.tableFilter}
+        placeholder={words.tableFilter}
         value={filters.search}
         onInput={(event) => setQuery({ q: event.currentTarget.value })}
       />
@@ -65,12 +65,12 @@ export function DeviceFilters({ filters, columns, shown, outdated, onUpdate, cho
         />
         {phone.value && <SortSelect columns={columns} sorting={{ by: filters.sort, set: set("sort") }} />}
       </Fold>
-      <span class="count">{words.table.shown(shown, catalog.devices.size)}</span>
+      <span class="count">{words.tableShown(shown, catalog.devices.size)}</span>
       {outdated > 0 && (
         <span class="outdated">
-          {words.table.outdated(outdated)}
+          {words.tableOutdated(outdated)}
           <button type="button" onClick={onUpdate}>
-            {words.table.update}
+            {words.tableUpdate}
           </button>
         </span>
       )}
@@ -93,7 +93,7 @@ function Fold({ children }: { children: ComponentChildren }) {
   if (!phone.value) return <>{children}</>;
   return (
     <details class="fold">
-      <summary>{words.table.more}</summary>
+      <summary>{words.tableMore}</summary>
       <div>{children}</div>
     </details>
   );

@@ -9,7 +9,8 @@ import { pinnedDevices, togglePin } from "../core/settings";
 import { compareNatural, matches } from "../core/text";
 import { Empty, Loaded } from "../parts/state";
 import { compareBy, Table, type TableRow } from "../parts/table";
-import { words } from "../words";
+import * as text from "../words/devices";
+import * as words from "../words/frame";
 import { NoIsland } from "../parts/no_island";
 import { Compare } from "./compare";
 import { DevicePage } from "./device";
@@ -17,7 +18,6 @@ import { deviceColumns, groupOf, qualityOf } from "./device_columns";
 import { DeviceFilters, type Filters, readFilters } from "./device_filters";
 import type { View } from "./views";
 
-const text = words.devices;
 /** Up to so many devices, states and descriptions of all points come along; beyond, only those of the rows that are shown. */
 export const fewDevices = 1000;
 /** Each shown row is a subscription then; a connection has 256. */
@@ -132,7 +132,7 @@ function DeviceList({ route }: { route: Route }) {
           onOpen={(device) => go("devices", device.path.split("/"))}
           onWindow={(devices) => setWindow(devices)}
           keys={{
-            " ": { what: words.keyboard.pin, run: (device) => togglePin(pinnedDevices, device.path) },
+            " ": { what: words.keyboardPin, run: (device) => togglePin(pinnedDevices, device.path) },
             x: { what: text.select, run: toggle },
           }}
         />
@@ -152,7 +152,7 @@ function NoDevices({ filtered }: { filtered: boolean }) {
   return (
     <Empty title={text.filtered(catalog.devices.size)}>
       <button type="button" onClick={() => setQuery({ q: "", network: "", type: "", quality: "", island: "" })}>
-        {words.table.clear}
+        {words.tableClear}
       </button>
     </Empty>
   );

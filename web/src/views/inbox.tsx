@@ -13,12 +13,12 @@ import { notify } from "../parts/notices";
 import { phone } from "../parts/screen";
 import { Empty, Loaded } from "../parts/state";
 import { compareBy, Outdated, SortSelect, Table } from "../parts/table";
-import { words } from "../words";
+import * as text from "../words/inbox";
+import * as devicesText from "../words/devices";
+import * as words from "../words/frame";
 import { inboxColumns, nameOf, searchedOf } from "./inbox_columns";
 import { inboxesOf, PatternForm } from "./inbox_pattern";
 import type { View } from "./views";
-
-const text = words.inbox;
 
 /** Decisions outlive the view: who goes on to another one has decided all the same. */
 export const decisions = new Decisions(browserClock, {
@@ -27,7 +27,7 @@ export const decisions = new Decisions(browserClock, {
   ended(decision, failures) {
     const [first] = failures;
     if (first) notify(text.failed(failures.length, decision.steps.length, first.answer.error?.text ?? ""), "bad");
-    else notify(text.done[decision.verb](decision.devices.size), "good");
+    else notify(text.done(decision.verb, decision.devices.size), "good");
   },
 });
 
@@ -94,8 +94,8 @@ function Inbox({ route }: { route: Route }) {
         <h1>{text.title}</h1>
         <input
           type="search"
-          aria-label={words.table.filter}
-          placeholder={words.table.filter}
+          aria-label={words.tableFilter}
+          placeholder={words.tableFilter}
           value={q}
           onInput={(event) => setQuery({ q: event.currentTarget.value })}
         />
@@ -115,7 +115,7 @@ function Inbox({ route }: { route: Route }) {
             </button>
           </>
         )}
-        <span class="count">{words.table.shown(rows.length, catalog.waiting.size)}</span>
+        <span class="count">{words.tableShown(rows.length, catalog.waiting.size)}</span>
         <Outdated order={order} />
       </div>
       <Pending />
@@ -134,8 +134,8 @@ function Inbox({ route }: { route: Route }) {
           keys={
             mayDecide
               ? {
-                  x: { what: words.devices.select, run: toggle },
-                  " ": { what: words.devices.select, run: toggle },
+                  x: { what: devicesText.select, run: toggle },
+                  " ": { what: devicesText.select, run: toggle },
                   y: { what: text.approve, run: (tuple) => decide("approve", [tuple]) },
                   e: { what: text.ignore, run: (tuple) => decide("ignore", [tuple]) },
                   u: { what: text.undo, run: undoLast },
@@ -164,7 +164,7 @@ function Pending() {
         const seconds = Math.max(0, Math.ceil((decision.until - browserClock.now()) / 1000));
         return (
           <li key={[...decision.devices].join() + decision.steps[0]?.value} class="pending-decision">
-            <span>{decision.until > 0 ? text.in[decision.verb](decision.devices.size, seconds) : text.sending}</span>
+            <span>{decision.until > 0 ? text.pending(decision.verb, decision.devices.size, seconds) : text.sending}</span>
             {decision.until > 0 && (
               <button type="button" class="small" onClick={() => undo(decision)}>
                 {text.undo}
@@ -183,7 +183,7 @@ function NobodyWaits({ filtered }: { filtered: boolean }) {
     return (
       <Empty title={text.filtered(catalog.waiting.size)}>
         <button type="button" onClick={() => setQuery({ q: "" })}>
-          {words.table.clear}
+          {words.tableClear}
         </button>
       </Empty>
     );

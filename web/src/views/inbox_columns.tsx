@@ -6,9 +6,9 @@ import { compareNatural } from "../core/text";
 import { Age } from "../parts/age";
 import { phone } from "../parts/screen";
 import type { Column } from "../parts/table";
-import { words } from "../words";
-
-const text = words.inbox;
+import * as text from "../words/inbox";
+import * as deviceText from "../words/device";
+import * as devicesText from "../words/devices";
 
 /** `wsn-1.7`: how decisions name a waiting device. */
 export function nameOf(tuple: Tuple): string {
@@ -54,7 +54,7 @@ export function inboxColumns(use: Use): Column<Tuple>[] {
   const columns: Column<Tuple>[] = [
     {
       id: "chosen",
-      title: <span class="spoken">{words.devices.select}</span>,
+      title: <span class="spoken">{devicesText.select}</span>,
       width: "34px",
       cell: (tuple) => <Pick tuple={tuple} use={use} />,
     },
@@ -109,7 +109,7 @@ function Pick({ tuple, use }: { tuple: Tuple; use: Use }) {
     <input
       type="checkbox"
       tabIndex={-1}
-      aria-label={`${words.devices.select} ${nameOf(tuple)}`}
+      aria-label={`${devicesText.select} ${nameOf(tuple)}`}
       checked={use.chosen.has(tuple.id)}
       onChange={() => use.toggle(tuple)}
     />
@@ -118,7 +118,7 @@ function Pick({ tuple, use }: { tuple: Tuple; use: Use }) {
 
 function addressOf(tuple: Tuple): string {
   const address = textOf(tuple.json.address);
-  return address && !nameOf(tuple).endsWith(`.${address}`) ? words.device.address(address) : "";
+  return address && !nameOf(tuple).endsWith(`.${address}`) ? deviceText.address(address) : "";
 }
 
 /** The device whose button was used: the button that takes its place gets the focus. */

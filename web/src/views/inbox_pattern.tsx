@@ -4,10 +4,9 @@ import { text as textOf } from "../core/catalog";
 import { type Decisions, matchesPattern, type Verb } from "../core/decisions";
 import type { Tuple } from "../core/store";
 import { phone } from "../parts/screen";
-import { words } from "../words";
+import * as text from "../words/inbox";
+import * as words from "../words/frame";
 import { nameOf } from "./inbox_columns";
-
-const text = words.inbox;
 
 export function inboxesOf(island: number): Tuple[] {
   return [...catalog.inboxes.values()].filter(({ owner }) => !island || owner === island);
@@ -72,7 +71,7 @@ export function PatternForm({ waiting, ignored, decisions }: Props) {
         </label>
         {inboxes.length > 1 && (
           <label class="field">
-            <span>{words.islands.label}</span>
+            <span>{words.islandsLabel}</span>
             <select value={target.id} onChange={(event) => setInbox(event.currentTarget.value)}>
               {inboxes.map(({ id, owner }) => (
                 <option key={id} value={id}>

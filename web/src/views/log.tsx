@@ -15,10 +15,10 @@ import { phone } from "../parts/screen";
 import { Empty, Loaded, State } from "../parts/state";
 import { type Column, Table } from "../parts/table";
 import { useWhole } from "../parts/whole";
-import { words } from "../words";
+import * as text from "../words/log";
+import * as words from "../words/frame";
 import type { View } from "./views";
 
-const text = words.log;
 /** Lines stay while the user is in another view. */
 const book = new LogBook();
 
@@ -116,8 +116,8 @@ function Log({ route }: { route: Route }) {
         <h1>{text.title}</h1>
         <input
           type="search"
-          aria-label={words.table.filter}
-          placeholder={words.table.filter}
+          aria-label={words.tableFilter}
+          placeholder={words.tableFilter}
           value={q}
           onInput={(event) => setQuery({ q: event.currentTarget.value })}
         />
@@ -141,7 +141,7 @@ function Log({ route }: { route: Route }) {
             {text.toEnd}
           </button>
         )}
-        <span class="count">{words.table.shown(shown.length, all.length)}</span>
+        <span class="count">{words.tableShown(shown.length, all.length)}</span>
       </div>
       <Loaded state={book.lines.length > 0 ? "ready" : loadingOf(feeds)} empty={rows.length === 0 && <NoLines all={all.length} />}>
         <div class="log-lines" ref={box}>
@@ -193,7 +193,7 @@ function NoLines({ all }: { all: number }) {
   return (
     <Empty title={text.filtered(all)}>
       <button type="button" onClick={() => setQuery({ q: "", level: "" })}>
-        {words.table.clear}
+        {words.tableClear}
       </button>
     </Empty>
   );

@@ -9,10 +9,10 @@ import { Age } from "../parts/age";
 import { Icon } from "../parts/icons";
 import { phone } from "../parts/screen";
 import { State } from "../parts/state";
-import { words } from "../words";
+import * as text from "../words/networks";
+import * as tuplesText from "../words/tuples";
+import * as words from "../words/frame";
 import { serverNow } from "../core/server_time";
-
-const text = words.networks;
 
 /** When the island tries again to open the line. */
 export function NextAttempt({ network }: { network: Network }) {
@@ -69,7 +69,7 @@ export function NetworkPanel({ network, rates }: { network: Network; rates: Coun
           {text.itsDevices(network.devices)}
         </a>
         <a class="button" href={hrefTo("tuples", [`${network.owner}:${network.prefix}.${network.id}`])}>
-          {words.tuples.title}
+          {tuplesText.title}
         </a>
       </div>
       {order.map((kind) => (

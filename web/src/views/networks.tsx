@@ -12,11 +12,10 @@ import { NoIsland } from "../parts/no_island";
 import { phone } from "../parts/screen";
 import { Empty, Loaded, State } from "../parts/state";
 import { type Column, compareBy, Outdated, SortSelect, Table } from "../parts/table";
-import { words } from "../words";
+import * as text from "../words/networks";
+import * as words from "../words/frame";
 import { NetworkPanel, NextAttempt } from "./network_panel";
 import type { View } from "./views";
-
-const text = words.networks;
 
 interface Members {
   all: number;
@@ -173,13 +172,13 @@ function Networks({ route }: { route: Route }) {
         <h1>{text.title}</h1>
         <input
           type="search"
-          aria-label={words.table.filter}
-          placeholder={words.table.filter}
+          aria-label={words.tableFilter}
+          placeholder={words.tableFilter}
           value={q}
           onInput={(event) => setQuery({ q: event.currentTarget.value })}
         />
         {phone.value && <SortSelect columns={columns} sorting={{ by: sort, set: (by) => setQuery({ sort: by }) }} />}
-        <span class="count">{words.table.shown(order.rows.length, catalog.networks.size)}</span>
+        <span class="count">{words.tableShown(order.rows.length, catalog.networks.size)}</span>
         <Outdated order={order} />
       </div>
       <Loaded state={loadingOf([...baseFeeds, ...feeds])} empty={rows.length === 0 && <NoNetworks filtered={catalog.networks.size > 0} />}>
@@ -227,7 +226,7 @@ function NoNetworks({ filtered }: { filtered: boolean }) {
   return (
     <Empty title={text.filtered(catalog.networks.size)}>
       <button type="button" onClick={() => setQuery({ q: "", island: "" })}>
-        {words.table.clear}
+        {words.tableClear}
       </button>
     </Empty>
   );

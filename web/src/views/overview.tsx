@@ -10,11 +10,11 @@ import { hrefTo } from "../core/router";
 import { Age } from "../parts/age";
 import { NoIsland } from "../parts/no_island";
 import { Loaded, State } from "../parts/state";
-import { words } from "../words";
+import * as text from "../words/overview";
+import * as commandText from "../words/command";
 import { failingCommands, gone, linesNotUp, reachableOf, waitingIn } from "./overview_facts";
 import type { View } from "./views";
 
-const text = words.overview;
 /** Rows of a section; the rest is behind its link. */
 const shown = 8;
 const floods = 5;
@@ -186,7 +186,7 @@ function Commands() {
           <a href={hrefTo("devices", point.device.path.split("/"))}>{`${point.device.name} · ${point.id}`}</a>
           <State word={outcome.state} tone="bad" />
           <Age time={outcome.since} />
-          <p class="muted">{[words.command.commanded(outcome.value), outcome.reason].filter(Boolean).join(" · ")}</p>
+          <p class="muted">{[commandText.commanded(outcome.value), outcome.reason].filter(Boolean).join(" · ")}</p>
         </li>
       ))}
     </Card>

@@ -5,7 +5,8 @@ import { timeLabels } from "../core/plot_time";
 import { usePlotting } from "../parts/plotting";
 import { phone } from "../parts/screen";
 import { Empty } from "../parts/state";
-import { words } from "../words";
+import * as plotsText from "../words/plots";
+import * as words from "../words/frame";
 import { type Bounds, colourOf, dashOf, inkOf, useInk } from "./plot_colours";
 import type { Plotted } from "./plot_tracks";
 
@@ -42,9 +43,9 @@ export function PlotCanvas(props: Props) {
   if (library === "failed") {
     return (
       <div class="plot-canvas">
-        <Empty title={words.plots.notLoaded}>
+        <Empty title={plotsText.notLoaded}>
           <button type="button" onClick={() => location.reload()}>
-            {words.line.reload}
+            {words.lineReload}
           </button>
         </Empty>
       </div>

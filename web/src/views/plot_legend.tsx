@@ -1,11 +1,9 @@
 import { formatTime, formatNumber, unitSign } from "../core/format";
 import { hrefTo } from "../core/router";
 import type { Sample } from "../core/track";
-import { words } from "../words";
+import * as text from "../words/plots";
 import { type Bounds, colourOf, dashOf } from "./plot_colours";
 import type { Plotted } from "./plot_tracks";
-
-const text = words.plots;
 
 export function nameOf({ point, path }: Plotted): string {
   return point ? `${point.device.name} · ${point.id}` : (path.split(":")[1] ?? path);

@@ -7,9 +7,9 @@ import { compareNatural, matches } from "../core/text";
 import { Dialog } from "../parts/dialog";
 import { Empty, Loaded } from "../parts/state";
 import { Value } from "../parts/value";
-import { words } from "../words";
+import * as text from "../words/plots";
+import * as words from "../words/frame";
 
-const text = words.plots;
 export const mostPoints = 8;
 /** Rows of the list; more words find the others. */
 const shown = 100;
@@ -55,7 +55,7 @@ export function PlotPicker({ chosen, onChange, onClose }: Props) {
       <input
         type="search"
         autofocus
-        aria-label={words.table.filter}
+        aria-label={words.tableFilter}
         placeholder={text.searchHint}
         value={search}
         onInput={(event) => setSearch(event.currentTarget.value)}

@@ -1,9 +1,7 @@
 import { useState } from "preact/hooks";
 import { fromLocalInput, localInput, spans, type TimeRange, zoomed } from "../core/plot_time";
-import { words } from "../words";
+import * as text from "../words/plots";
 import type { Bounds } from "./plot_colours";
-
-const text = words.plots;
 
 interface Props {
   range: TimeRange;

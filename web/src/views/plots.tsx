@@ -10,7 +10,7 @@ import { serverNow } from "../core/server_time";
 import { CopyButton } from "../parts/copy";
 import { download, fileStamp } from "../parts/download";
 import { Empty } from "../parts/state";
-import { words } from "../words";
+import * as text from "../words/plots";
 import { PlotCanvas } from "./plot_canvas";
 import { PlotLanes } from "./plot_lanes";
 import { nameOf, PlotLegend, readingOf } from "./plot_legend";
@@ -18,8 +18,6 @@ import { mostPoints, PlotPicker } from "./plot_picker";
 import { PlotToolbar } from "./plot_toolbar";
 import { type Past, type Plotted, useTracks } from "./plot_tracks";
 import type { View } from "./views";
-
-const text = words.plots;
 
 function Plots({ route }: { route: Route }) {
   const paths = (route.query.k ?? "").split(",").filter(Boolean).slice(0, mostPoints);

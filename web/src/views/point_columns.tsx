@@ -6,10 +6,8 @@ import { CommandControl, OutcomeMark } from "../parts/command";
 import { State } from "../parts/state";
 import type { Column } from "../parts/table";
 import { Value } from "../parts/value";
-import { words } from "../words";
+import * as text from "../words/device";
 import { type Hour, Sparkline } from "./sparkline";
-
-const text = words.device;
 
 function Name({ point }: { point: Point }) {
   const about = point.description?.json;

@@ -13,11 +13,11 @@ import { setTuple } from "../parts/command";
 import { NoIsland } from "../parts/no_island";
 import { notify } from "../parts/notices";
 import { Empty, Loaded, State } from "../parts/state";
-import { words } from "../words";
+import * as text from "../words/recordings";
+import * as commandText from "../words/command";
+import * as networksText from "../words/networks";
 import { ReplayCard } from "./replay_card";
 import type { View } from "./views";
-
-const text = words.recordings;
 
 /** Sets a command of the island itself; its status shows the outcome, a refusal is shown at once. */
 export function steer(key: string, value: string): void {
@@ -108,7 +108,7 @@ function Recorder({ tuple }: { tuple: Tuple }) {
       {outcome && (
         <p class="muted">
           {text.last(outcome.value)} <State word={outcome.state} tone={toneOf(outcome.state)} /> <Age time={outcome.since} />
-          {[outcome.reason, outcome.commander && words.command.by(outcome.commander)].filter(Boolean).map((part) => ` · ${part}`)}
+          {[outcome.reason, outcome.commander && commandText.by(outcome.commander)].filter(Boolean).map((part) => ` · ${part}`)}
         </p>
       )}
       {mayBe("admin") && <RecorderControls name={name} command={tuple.id.replace(/status$/, "command")} running={state !== "stopped"} />}
@@ -124,7 +124,7 @@ function RecordRate({ records, running }: { records: number; running: boolean })
   const counter = own.current as Parameters<CounterRates["of"]>[0];
   if (counter) rates.sample([counter], Date.now() / 1000);
   const rate = rates.of(counter);
-  return running && !Number.isNaN(rate) ? <span class="muted">{words.networks.perSecond(formatRate(rate))}</span> : null;
+  return running && !Number.isNaN(rate) ? <span class="muted">{networksText.perSecond(formatRate(rate))}</span> : null;
 }
 
 function RecorderControls({ name, command, running }: { name: string; command: string; running: boolean }) {

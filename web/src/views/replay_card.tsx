@@ -6,10 +6,10 @@ import { commandOf, formatOffset, readSeek, type Replay } from "../core/replay";
 import { hrefTo } from "../core/router";
 import { Age } from "../parts/age";
 import { State } from "../parts/state";
-import { words } from "../words";
+import * as text from "../words/recordings";
+import * as commandText from "../words/command";
 import { steer } from "./recordings";
 
-const text = words.recordings;
 const tones: Record<string, Tone> = { playing: "good", paused: "waiting", ended: "neutral" };
 const speeds = ["0.1", "0.5", "1", "2", "5", "10", "100", "1000", "max"];
 
@@ -149,7 +149,7 @@ function Outcomes({ replay: { network } }: { replay: Replay }) {
     <>
       {outcomes.map(({ name, outcome }) => (
         <p key={name} class="muted">
-          {text[name]} {words.command.commanded(outcome.value)}: <State word={outcome.state} tone={toneOf(outcome.state)} />{" "}
+          {text[name]} {commandText.commanded(outcome.value)}: <State word={outcome.state} tone={toneOf(outcome.state)} />{" "}
           <Age time={outcome.since} />
           {outcome.reason && ` · ${outcome.reason}`}
         </p>

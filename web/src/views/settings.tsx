@@ -14,10 +14,9 @@ import { NoIsland } from "../parts/no_island";
 import { notify } from "../parts/notices";
 import { Empty, Loaded, Skeleton, State } from "../parts/state";
 import { useWhole } from "../parts/whole";
-import { words } from "../words";
+import * as text from "../words/settings";
+import * as words from "../words/frame";
 import type { View } from "./views";
-
-const text = words.settings;
 
 interface Fault {
   file: string;
@@ -113,7 +112,7 @@ function IslandSettings({ value, all, search }: { value: Tuple; all: Tuple[]; se
         <h1>{text.title}</h1>
         {all.length > 1 && (
           <label class="field">
-            <span>{words.islands.label}</span>
+            <span>{words.islandsLabel}</span>
             <select value={String(value.owner)} onChange={(event) => setQuery({ of: event.currentTarget.value })}>
               {all.map(({ owner }) => (
                 <option key={owner} value={String(owner)}>
@@ -125,8 +124,8 @@ function IslandSettings({ value, all, search }: { value: Tuple; all: Tuple[]; se
         )}
         <input
           type="search"
-          aria-label={words.table.filter}
-          placeholder={words.table.filter}
+          aria-label={words.tableFilter}
+          placeholder={words.tableFilter}
           value={search}
           onInput={(event) => setQuery({ q: event.currentTarget.value })}
         />
@@ -151,7 +150,7 @@ function IslandSettings({ value, all, search }: { value: Tuple; all: Tuple[]; se
         <Empty title={whole ? text.filtered((whole.match(/\n/g) ?? []).length) : text.empty}>
           {whole && (
             <button type="button" onClick={() => setQuery({ q: "" })}>
-              {words.table.clear}
+              {words.tableClear}
             </button>
           )}
         </Empty>

@@ -15,13 +15,13 @@ import { NoIsland } from "../parts/no_island";
 import { phone } from "../parts/screen";
 import { Empty, Loaded, State } from "../parts/state";
 import { Table } from "../parts/table";
-import { words } from "../words";
+import * as text from "../words/traffic";
+import * as logText from "../words/log";
+import * as words from "../words/frame";
 import { trafficColumns } from "./traffic_columns";
 import { kindOf, watchOf } from "./traffic_monitor";
 import { CaptureButton, WriteDialog } from "./traffic_tools";
 import type { View } from "./views";
-
-const text = words.traffic;
 
 function Traffic({ route }: { route: Route }) {
   useFrame();
@@ -90,8 +90,8 @@ function Monitor({ network, kind, networks, search }: MonitorProps) {
         </button>
         <input
           type="search"
-          aria-label={words.table.filter}
-          placeholder={words.table.filter}
+          aria-label={words.tableFilter}
+          placeholder={words.tableFilter}
           value={search}
           onInput={(event) => setQuery({ q: event.currentTarget.value })}
         />
@@ -110,10 +110,10 @@ function Monitor({ network, kind, networks, search }: MonitorProps) {
         )}
         {!following && !paused && (
           <button type="button" class="small accent" onClick={() => setFollowing(true)}>
-            {words.log.toEnd}
+            {logText.toEnd}
           </button>
         )}
-        <span class="count">{words.table.shown(shown.length, all.length)}</span>
+        <span class="count">{words.tableShown(shown.length, all.length)}</span>
       </div>
       {monitor.running && (
         <div class="strip">
@@ -156,7 +156,7 @@ function useKeys(toggle: (() => void) | undefined, pause: () => void): void {
     () =>
       addShortcuts([
         { keys: "w", what: text.toggleKey, run: () => latest.current.toggle?.() },
-        { keys: "f", what: words.log.pauseKey, run: () => latest.current.pause() },
+        { keys: "f", what: logText.pauseKey, run: () => latest.current.pause() },
       ]),
     [],
   );
@@ -167,7 +167,7 @@ function Nothing({ monitor, filtered, maySend }: { monitor: Watch; filtered: num
     return (
       <Empty title={text.filtered(filtered)}>
         <button type="button" onClick={() => setQuery({ q: "" })}>
-          {words.table.clear}
+          {words.tableClear}
         </button>
       </Empty>
     );

@@ -2,9 +2,7 @@ import { formatFullTime, formatTime } from "../core/format";
 import type { Passing, TrafficKind } from "../core/traffic";
 import { phone } from "../parts/screen";
 import type { Column } from "../parts/table";
-import { words } from "../words";
-
-const text = words.traffic;
+import * as text from "../words/traffic";
 
 /** 12:04:31.047 */
 function Time({ time }: { time: number }) {
@@ -18,7 +16,7 @@ function Direction({ out }: { out: boolean }) {
       <span aria-hidden="true" class="muted">
         {out ? "→ " : "← "}
       </span>
-      {out ? text.out : text.in}
+      {out ? text.outwards : text.inwards}
     </span>
   );
 }

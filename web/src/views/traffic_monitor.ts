@@ -8,9 +8,7 @@ import { redraw } from "../core/redraw";
 import { type TrafficKind, types } from "../core/traffic";
 import { replyOf, Watch } from "../core/watch";
 import { notify } from "../parts/notices";
-import { words } from "../words";
-
-const text = words.traffic;
+import * as text from "../words/traffic";
 
 export function kindOf(network: Network): TrafficKind | null {
   if (network.counters.has("telegrams-received")) return "knx";

@@ -4,10 +4,10 @@ import { type CapturedFrame, isGroup, type Passing, pcapOf } from "../core/traff
 import { announce, notify } from "../parts/notices";
 import { Dialog } from "../parts/dialog";
 import { download, fileStamp } from "../parts/download";
-import { words } from "../words";
+import * as text from "../words/traffic";
+import * as words from "../words/frame";
 import { requestOf, useReplies } from "./traffic_monitor";
 
-const text = words.traffic;
 const patience = 12_000;
 
 let lastRequest = 0;

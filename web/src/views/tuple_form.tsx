@@ -3,9 +3,7 @@ import { connection } from "../app";
 import type { Answer } from "../core/frames";
 import { announce } from "../parts/notices";
 import type { Tuple } from "../core/store";
-import { words } from "../words";
-
-const text = words.tuples;
+import * as text from "../words/tuples";
 
 interface Draft {
   value: string;

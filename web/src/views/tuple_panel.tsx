@@ -11,11 +11,10 @@ import type { Branch } from "../core/tree";
 import { Age } from "../parts/age";
 import { CopyButton } from "../parts/copy";
 import { Icon } from "../parts/icons";
-import { words } from "../words";
+import * as text from "../words/tuples";
+import * as words from "../words/frame";
 import { TupleForm } from "./tuple_form";
 import { serverNow } from "../core/server_time";
-
-const text = words.tuples;
 
 /** One tuple whole: value, times, who made it, and a form to set it. */
 export function TuplePanel({ id, rates, branch }: { id: string; rates: Rates; branch?: Branch }) {

@@ -9,9 +9,9 @@ import { Icon } from "../parts/icons";
 import { phone, rowHeight } from "../parts/screen";
 import { State } from "../parts/state";
 import { VirtualList } from "../parts/virtual_list";
-import { words } from "../words";
+import * as text from "../words/tuples";
+import * as words from "../words/frame";
 
-const text = words.tuples;
 const longest = 200;
 
 interface Props {
@@ -63,7 +63,7 @@ export function TupleTree({ rows, chosen, openBranches, onToggle, onOpen, onPin 
       keys={{
         ArrowRight: { what: text.expand, run: right },
         ArrowLeft: { what: text.collapse, run: left },
-        " ": { what: words.keyboard.pin, run: on(onPin) },
+        " ": { what: words.keyboardPin, run: on(onPin) },
       }}
       row={(index, attributes) => {
         const row = rowAt(index);

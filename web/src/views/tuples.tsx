@@ -12,13 +12,13 @@ import { type Branch, pathsAbove, Tree, type TreeOrder, type TreeRow } from "../
 import { NoIsland } from "../parts/no_island";
 import { phone } from "../parts/screen";
 import { Empty, Loaded } from "../parts/state";
-import { words } from "../words";
+import * as text from "../words/tuples";
+import * as words from "../words/frame";
 import { fewDevices } from "./devices";
 import { FoundTuples, TupleTree } from "./tuple_tree";
 import { TuplePanel } from "./tuple_panel";
 import type { View } from "./views";
 
-const text = words.tuples;
 /** The open branches outlive the view. */
 const openBranches = new Set<string>();
 
@@ -112,7 +112,7 @@ function Tuples({ route }: { route: Route }) {
         </label>
         {order === "rate" && (
           <button type="button" onClick={() => setOrder("rate")}>
-            {words.table.update}
+            {words.tableUpdate}
           </button>
         )}
         <span class="count">{text.count(owners.reduce((sum, branch) => sum + branch.count, 0))}</span>
@@ -213,7 +213,7 @@ function Found({ search, rates, chosen }: { search: string; rates: Rates; chosen
   return (
     <Empty title={text.filtered(store.tuples.size)}>
       <button type="button" onClick={() => setQuery({ q: "" })}>
-        {words.table.clear}
+        {words.tableClear}
       </button>
     </Empty>
   );

@@ -1,0 +1,12 @@
+// Texts of controls and outcomes of commands.
+
+export const set = "Set";
+export const commanded = (value: string) => `set to ${value}`;
+export const by = (commander: string) => `by ${commander}`;
+export const range = (minimum?: number, maximum?: number) =>
+  minimum === undefined && maximum === undefined ? "" : `${minimum ?? "…"} to ${maximum ?? "…"}`;
+export const spoken = (point: string, value: string, state: string, reason: string) =>
+  `${point} set to ${value}: ${state}${reason ? `, ${reason}` : ""}`;
+export const waits = "Commands wait";
+export const until = (time: string) => `waits until ${time}`;
+export const discard = (point: string) => `Discard what was entered for ${point}`;

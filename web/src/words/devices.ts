@@ -1,0 +1,31 @@
+// Texts of the list of devices.
+import { many } from "../core/text";
+
+export const compared = "Compared devices";
+export const all = "All devices";
+export const title = "Devices";
+export const label = "Devices";
+export const none = "No device has joined.";
+export const noneText = (islands: number) =>
+  `${many(islands, "island is", "islands are")} here. A device is listed as soon as it announces itself.`;
+export const filtered = (all: number) => `0 of ${all.toLocaleString()} devices match.`;
+export const group = "Group";
+export const groups = { none: "none", network: "by network", place: "by place", type: "by type" };
+export const anyNetwork = "Any network";
+export const anyType = "Any type";
+export const anyQuality = "Any quality";
+export const network = "Network";
+export const type = "Type";
+export const quality = "Quality";
+export const state = "State";
+export const name = "Name";
+export const model = "Model";
+export const place = "Place";
+export const value = "Value";
+export const heard = "Heard";
+export const noPlace = "no place";
+export const pinned = "Pinned";
+export const select = "select";
+export const compare = (count: number) => `Compare ${count}`;
+export const unselect = "Clear selection";
+export const count = (count: number) => many(count, "device", "devices");

@@ -1,0 +1,28 @@
+// Texts of the overview.
+import { many } from "../core/text";
+
+export const title = "Overview";
+export const island = "Island";
+export const host = "Host";
+export const program = "Program";
+export const up = "Up for";
+export const devices = "Devices reachable";
+export const reachable = (reachable: number, all: number) => `${reachable.toLocaleString()} of ${all.toLocaleString()}`;
+export const lines = "Lines that are not up";
+export const allUp = (count: number) => (count === 1 ? "The line of 1 network is up." : `All lines of ${count} networks are up.`);
+export const networks = "Networks";
+export const gone = "Devices gone";
+export const noneGone = "No device is unreachable.";
+export const all = "All";
+export const commands = "Commands that failed";
+export const noneFailing = "The last command of every actuator ended well.";
+export const inbox = "Inbox";
+export const noneWaiting = (ignored: number) => `Nobody waits.${ignored > 0 ? ` ${ignored.toLocaleString()} are ignored.` : ""}`;
+export const waiting = (waiting: number, ignored: number) =>
+  `${many(waiting, "device waits", "devices wait")} for a decision.${ignored > 0 ? ` ${ignored.toLocaleString()} are ignored.` : ""}`;
+export const decide = "Decide";
+export const floods = "Set most often";
+export const quiet = "Nothing is being set.";
+export const measuring = "Counting …";
+export const perSecond = (rate: string) => `${rate}/s`;
+export const tuples = "Tuples";

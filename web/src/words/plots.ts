@@ -1,0 +1,52 @@
+// Texts of plots.
+import { many } from "../core/text";
+
+export const title = "Plots";
+export const role = "plot";
+export const noCrosshair = "no crosshair";
+export const notLoaded = "The part of the page that draws plots could not be loaded.";
+export const label = (names: string, from: string, to: string) =>
+  `${names}, ${from} to ${to}. Arrows move the crosshair, plus and minus zoom.`;
+export const none = "No point is chosen.";
+export const noneText = (most: number) => `Choose up to ${most} points. Numbers are drawn as curves, states as bands, commands as ticks.`;
+export const pick = "Choose points";
+export const points = "Points …";
+export const choose = (count: number, most: number) => `Points (${count} of ${most})`;
+export const searchHint = "Device, place, network, type …";
+export const noneFound = "No point matches.";
+export const noPoints = "No device has a point.";
+export const more = (count: number) => `${many(count, "more point", "more points")}: type more words.`;
+export const noHistory = "Only live values: the server keeps no history. This line of the configuration turns it on:";
+export const historyLine = "history: {file: home.history}";
+export const loading = "The history is being read …";
+export const failed = (code: string, reason: string) => `History: ${code}: ${reason}`;
+export const retry = "Try again";
+export const range = "Range";
+export const span = (seconds: number) =>
+  seconds < 3600 ? `${seconds / 60} min` : seconds < 86_400 ? `${seconds / 3600} h` : seconds === 86_400 ? "24 h" : `${seconds / 86_400} d`;
+export const own = "Own …";
+export const from = "From";
+export const to = "To";
+export const show = "Show";
+export const wrongRange = "The end is not after the beginning.";
+export const pause = "Pause";
+export const live = "Live";
+export const zoom = "Zoom";
+export const zoomIn = "zoom in";
+export const zoomOut = "zoom out";
+export const back = "Back";
+export const csv = "CSV";
+export const crossLeft = "crosshair to the left";
+export const crossRight = "crosshair to the right";
+export const earlier = "earlier";
+export const later = "later";
+export const point = "Point";
+export const latest = "Latest";
+export const between = "Between";
+export const commands = "Commands";
+export const remove = "Remove";
+export const gap = "no good value";
+export const band = (low: string, high: string) => `${low} … ${high}`;
+export const commanded = (value: string, time: string) => `set to ${value} at ${time}`;
+export const count = (count: number) => many(count, "command", "commands");
+export const zone = (zone: string, short: string) => `Times are those of ${zone === short ? zone : `${zone} (${short})`}.`;

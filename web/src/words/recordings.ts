@@ -1,0 +1,34 @@
+// Texts of recorders and replays.
+
+export const title = "Recordings";
+export const recorders = "Recorders";
+export const replays = "Replays";
+export const recorder = (name: string) => `Recorder ${name}`;
+export const replay = (name: string) => `Replay ${name}`;
+export const none = "No island records or plays.";
+export const noneText = "Recorders and networks that play a recording are in the configuration of the island:";
+export const example = 'recorders:\n  all: {file: home.rec, patterns: ["proxy.**"]}\nnetworks:\n  log-rooms: {type: log, file: home.rec}';
+export const file = "File";
+export const size = "Size";
+export const records = "Records";
+export const dropped = "Dropped";
+export const failures = "Failures";
+export const last = (value: string) => `Last command ${value}:`;
+export const start = "Start";
+export const stop = "Stop";
+export const mark = "Mark";
+export const markOf = (name: string) => `Text of a mark in ${name}`;
+export const markText = "Text of the mark";
+export const refused = (value: string, reason: string) => `${value}: ${reason}`;
+export const times = (speed: string) => (speed === "max" ? "as fast as possible" : `× ${speed}`);
+export const until = (end: string) => `of ${end}`;
+export const play = "Play";
+export const pause = "Pause";
+export const again = "Play again";
+export const jump = "Jump";
+export const speed = "Speed";
+export const state = "State";
+export const position = "Position";
+export const seek = "Seek";
+export const seekTo = "Seek to";
+export const seekHint = "90s, +30s, 2026-01-31T12:00:00Z";

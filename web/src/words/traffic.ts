@@ -1,0 +1,57 @@
+// Texts of traffic.
+import { many } from "../core/text";
+
+export const title = "Traffic";
+export const network = "Network";
+export const none = "Monitoring needs a network of type knx or wsn.";
+export const start = "Watch";
+export const stop = "Stop";
+export const toggleKey = "watch, or stop";
+export const pause = "Pause";
+export const resume = (count: number) => (count > 0 ? `Go on (${count} new)` : "Go on");
+export const save = "Save JSON lines";
+export const capture = "Save pcap";
+export const captureTitle = "What the network kept of the last minutes, for Wireshark";
+export const nothingKept = "The network has kept no telegram yet.";
+export const write = "Write …";
+export const watching = (network: string) => `watching ${network}`;
+export const lineDown = "watching; the line of the network is down";
+export const stopped = "Nobody watches.";
+export const startText = (kept: number) =>
+  `Watch shows the traffic as it passes, at most ${kept.toLocaleString()} lines. It ends by itself a minute after this page is closed or hidden.`;
+export const mayNot = "Your role does not permit watching: that needs the role command.";
+export const waiting = "Nothing has passed yet.";
+export const ended = "Watching ended: the page was hidden.";
+export const refused = (why: string) => `The network refuses: ${why}`;
+export const filtered = (all: number) => `None of ${many(all, "line", "lines")} matches.`;
+export const time = "Time";
+export const direction = "Way";
+export const inwards = "in";
+export const outwards = "out";
+export const kind = "Kind";
+export const service = "Service";
+export const mote = "Mote";
+export const source = "Source";
+export const group = "Group";
+export const name = "Name";
+export const decoded = "Decoded";
+export const hex = "Hex";
+export const unknownGroup = "not configured";
+export const whole = "The whole telegram or packet";
+export const writeTitle = (network: string) => `Write to a group of ${network}`;
+export const value = "Value";
+export const valueHint = "on, 21.5, 50 …";
+export const dpt = "Type";
+export const dptHint = "as configured; or 1.001, 9.001 …";
+export const wrongGroup = "A group address is 1/2/7, 1/519 or a number.";
+export const next = "Next";
+export const question = (value: string, address: string, name: string, network: string) =>
+  `Write ${value} to ${address}${name ? ` (${name})` : ""} of ${network}?`;
+export const consequence = "Every device on the bus that listens to this group acts on it.";
+export const confirm = "Write";
+export const change = "Change";
+export const another = "Write another";
+export const sending = "Sending …";
+export const noReply = "the network does not reply";
+export const written = (address: string, hex: string) => `Written to ${address}: ${hex}`;
+export const notWritten = (why: string) => `Not written: ${why}`;
