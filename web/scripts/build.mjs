@@ -6,10 +6,13 @@ import { mkdir, readFile, readdir, rm, writeFile } from "node:fs/promises";
 import { basename, dirname, join } from "node:path";
 import { fileURLToPath } from "node:url";
 import * as esbuild from "esbuild";
+import { plotsWithoutNeverCalled, smaller } from "./smaller.mjs";
 
 const web = join(dirname(fileURLToPath(import.meta.url)), "..");
 const outAt = process.argv.indexOf("--out");
 const out = outAt > 0 ? process.argv[outAt + 1] : join(web, "dist");
+
+const watching = process.argv.includes("--watch");
 
 const common = {
   absWorkingDir: web,
@@ -35,8 +38,10 @@ function hashed(path, contents) {
 const plots = await esbuild.build({
   ...common,
   stdin: { contents: 'export { default } from "uplot";', resolveDir: web, sourcefile: "uplot.js" },
+  plugins: [plotsWithoutNeverCalled],
 });
-const plotsFile = { path: hashed(join(out, "uplot.js"), plots.outputFiles[0].contents), contents: plots.outputFiles[0].contents };
+const plotsScript = await smaller(plots.outputFiles[0].text);
+const plotsFile = { path: hashed(join(out, "uplot.js"), plotsScript), contents: plotsScript };
 const plotsApart = {
   name: "plots apart",
   setup: (build) => build.onResolve({ filter: /^uplot$/ }, () => ({ path: `./${basename(plotsFile.path)}`, external: true })),
@@ -77,8 +82,9 @@ async function write(result) {
   await mkdir(out, { recursive: true });
   let page = await readFile(join(web, "src/index.html"), "utf8");
   for (const file of result.outputFiles) {
-    const path = hashed(file.path, file.contents);
-    await writeFile(path, file.contents);
+    const contents = watching || !file.path.endsWith(".js") ? file.contents : await smaller(file.text);
+    const path = hashed(file.path, contents);
+    await writeFile(path, contents);
     page = page.replace(file.path.endsWith(".js") ? "page.js" : "page.css", path.slice(out.length + 1));
   }
   await writeFile(plotsFile.path, plotsFile.contents);
@@ -88,7 +94,7 @@ async function write(result) {
 
 const writer = { name: "write", setup: (build) => build.onEnd((result) => (result.errors.length === 0 ? write(result) : undefined)) };
 
-if (process.argv.includes("--watch")) {
+if (watching) {
   const context = await esbuild.context({ ...options, plugins: [plotsApart, writer] });
   await context.watch();
 } else {

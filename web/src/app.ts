@@ -25,6 +25,11 @@ export const components = signal<Component[]>([]);
 /** The lists of islands and components have arrived. */
 export const islandsKnown = signal(false);
 
+/** The server sees no island at all. */
+export function noIslands(): boolean {
+  return islandsKnown.value && islands.value.length === 0;
+}
+
 export const store = new Store(redraw);
 export const catalog = new Catalog(store);
 

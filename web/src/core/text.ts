@@ -15,6 +15,6 @@ export function matches(search: string, where: string): boolean {
 }
 
 /** `1 device`, `12 devices`. */
-export function many(count: number, one: string, more: string): string {
+export function many(count: number, one: string, more = `${one}s`): string {
   return `${count.toLocaleString()} ${count === 1 ? one : more}`;
 }

@@ -1,6 +1,7 @@
 import type { ComponentChildren } from "preact";
 import { feed, type Loading } from "../app";
 import type { Tone } from "../core/commands";
+import { setQuery } from "../core/router";
 import * as words from "../words/frame";
 
 const tones: Record<string, Tone> = {
@@ -72,5 +73,16 @@ export function Skeleton({ rows = 8 }: { rows?: number }) {
         <div key={index} style={`width:${60 + ((index * 37) % 35)}%`} />
       ))}
     </div>
+  );
+}
+
+/** Filtered to nothing, with the way back. */
+export function NoneMatch({ title, clear = { q: "" } }: { title: string; clear?: Record<string, string> }) {
+  return (
+    <Empty title={title}>
+      <button type="button" onClick={() => setQuery(clear)}>
+        {words.tableClear}
+      </button>
+    </Empty>
   );
 }

@@ -1,6 +1,7 @@
 import type { ComponentChildren } from "preact";
 import { useMemo } from "preact/hooks";
 import * as words from "../words/frame";
+import { Choice } from "./fields";
 import { phone, rowHeight, wide } from "./screen";
 import { type ListProps, VirtualList } from "./virtual_list";
 
@@ -203,21 +204,15 @@ export function compareBy<T>(columns: Column<T>[], by: string, otherwise: (a: T,
 
 /** The choice of an order where there are no column heads: on a narrow screen and for the keyboard. */
 export function SortSelect<T>({ columns, sorting }: { columns: Column<T>[]; sorting: Sorting }) {
+  const sorted = columns.filter((column) => column.compare);
+  const name = (by: string) => `${sorted.find(({ id }) => id === by.replace(/^-/, ""))?.title} ${by.startsWith("-") ? "↓" : "↑"}`;
   return (
-    <label class="field">
-      <span>{words.tableSort}</span>
-      <select value={sorting.by} onChange={(event) => sorting.set(event.currentTarget.value)}>
-        {columns
-          .filter((column) => column.compare)
-          .flatMap((column) => [
-            <option key={column.id} value={column.id}>
-              {column.title} ↑
-            </option>,
-            <option key={`-${column.id}`} value={`-${column.id}`}>
-              {column.title} ↓
-            </option>,
-          ])}
-      </select>
-    </label>
+    <Choice
+      label={words.tableSort}
+      value={sorting.by}
+      values={sorted.flatMap(({ id }) => [id, `-${id}`])}
+      name={name}
+      onChange={sorting.set}
+    />
   );
 }

@@ -5,8 +5,9 @@ import { typeWords } from "../core/format";
 import { usePaced } from "../core/hooks";
 import { hrefTo, setQuery } from "../core/router";
 import { compareNatural } from "../core/text";
+import { FilterField, Choice } from "../parts/fields";
 import { phone } from "../parts/screen";
-import { type Column, SortSelect } from "../parts/table";
+import { type Column, Outdated, SortSelect } from "../parts/table";
 import * as text from "../words/devices";
 import * as words from "../words/frame";
 
@@ -30,30 +31,38 @@ interface Props {
   filters: Filters;
   columns: Column<Device>[];
   shown: number;
-  outdated: number;
-  onUpdate(): void;
+  order: { outdated: number; refresh(): void };
   chosen: ReadonlySet<string>;
   onClear(): void;
 }
 
 /** Filter, groups, order, and what is done with the chosen devices. */
-export function DeviceFilters({ filters, columns, shown, outdated, onUpdate, chosen, onClear }: Props) {
+export function DeviceFilters({ filters, columns, shown, order, chosen, onClear }: Props) {
   const choices = usePaced(`${catalog.structure} ${catalog.points} ${chosenIsland()}`, () => choicesOf(chosenIsland()));
   const set = (name: string) => (value: string) => setQuery({ [name]: value });
   return (
     <div class="toolbar">
       <h1>{text.title}</h1>
-      <input
-        type="search"
-        aria-label={words.tableFilter}
-        placeholder={words.tableFilter}
-        value={filters.search}
-        onInput={(event) => setQuery({ q: event.currentTarget.value })}
-      />
+      <FilterField value={filters.search} />
       <Fold>
-        <Choice label={text.network} none={text.anyNetwork} value={filters.network} values={choices.networks} onChange={set("network")} />
-        <Choice label={text.type} none={text.anyType} value={filters.type} values={choices.types} name={typeWords} onChange={set("type")} />
-        <Choice label={text.quality} none={text.anyQuality} value={filters.quality} values={qualities} onChange={set("quality")} />
+        <Choice
+          label={text.network}
+          none={text.anyNetwork}
+          value={filters.network}
+          values={choices.networks}
+          onChange={set("network")}
+          spoken
+        />
+        <Choice
+          label={text.type}
+          none={text.anyType}
+          value={filters.type}
+          values={choices.types}
+          name={typeWords}
+          onChange={set("type")}
+          spoken
+        />
+        <Choice label={text.quality} none={text.anyQuality} value={filters.quality} values={qualities} onChange={set("quality")} spoken />
         <Choice
           label={text.group}
           none={text.groups.none}
@@ -61,19 +70,11 @@ export function DeviceFilters({ filters, columns, shown, outdated, onUpdate, cho
           values={["network", "place", "type"]}
           name={groupName}
           onChange={set("group")}
-          labelled
         />
         {phone.value && <SortSelect columns={columns} sorting={{ by: filters.sort, set: set("sort") }} />}
       </Fold>
       <span class="count">{words.tableShown(shown, catalog.devices.size)}</span>
-      {outdated > 0 && (
-        <span class="outdated">
-          {words.tableOutdated(outdated)}
-          <button type="button" onClick={onUpdate}>
-            {words.tableUpdate}
-          </button>
-        </span>
-      )}
+      <Outdated order={order} />
       {chosen.size > 0 && (
         <span class="chosen">
           <a class="button primary" href={hrefTo("devices", ["compare"], { d: [...chosen].join(",") })}>
@@ -112,31 +113,4 @@ function choicesOf(island: number): { networks: string[]; types: string[] } {
     for (const point of device.points.values()) types.add(point.type);
   }
   return { networks: [...networks].sort(compareNatural), types: [...types].sort(compareNatural) };
-}
-
-interface ChoiceProps {
-  label: string;
-  none: string;
-  value: string;
-  values: string[];
-  name?(value: string): string;
-  onChange(value: string): void;
-  labelled?: boolean;
-}
-
-function Choice({ label, none, value, values, name = (own) => own, onChange, labelled }: ChoiceProps) {
-  return (
-    <label class="field">
-      <span class={labelled ? "" : "spoken"}>{label}</span>
-      <select value={value} onChange={(event) => onChange(event.currentTarget.value)}>
-        <option value="">{none}</option>
-        {values.map((own) => (
-          <option key={own} value={own}>
-            {name(own)}
-          </option>
-        ))}
-        {value && !values.includes(value) && <option value={value}>{name(value)}</option>}
-      </select>
-    </label>
-  );
 }

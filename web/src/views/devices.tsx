@@ -1,13 +1,13 @@
 import { signal } from "@preact/signals";
 import { useMemo, useState } from "preact/hooks";
-import { baseFeeds, catalog, chosenIsland, islands, islandsKnown, loadingOf, ownerPattern, useFeeds } from "../app";
+import { baseFeeds, catalog, chosenIsland, islands, loadingOf, noIslands, ownerPattern, useFeeds } from "../app";
 import type { Device } from "../core/catalog";
 import { useOrder } from "../core/hooks";
 import { useFrame } from "../core/redraw";
 import { go, rememberList, type Route, setQuery } from "../core/router";
 import { pinnedDevices, togglePin } from "../core/settings";
 import { compareNatural, matches } from "../core/text";
-import { Empty, Loaded } from "../parts/state";
+import { Empty, Loaded, NoneMatch } from "../parts/state";
 import { compareBy, Table, type TableRow } from "../parts/table";
 import * as text from "../words/devices";
 import * as words from "../words/frame";
@@ -107,15 +107,14 @@ function DeviceList({ route }: { route: Route }) {
   const order = useOrder(() => catalog.devices.values(), catalog.structure, spec);
   const pins = pinnedDevices.value;
   const rows = useMemo(() => grouped(order.rows, filters.group, pins), [order.rows, filters.group, pins]);
-  if (islandsKnown.value && islands.value.length === 0 && catalog.devices.size === 0) return <NoIsland />;
+  if (noIslands() && catalog.devices.size === 0) return <NoIsland />;
   return (
     <section class="view">
       <DeviceFilters
         filters={filters}
         columns={columns}
         shown={order.rows.length}
-        outdated={order.outdated}
-        onUpdate={order.refresh}
+        order={order}
         chosen={chosen}
         onClear={() => (chosenDevices.value = new Set())}
       />
@@ -149,13 +148,7 @@ function NoDevices({ filtered }: { filtered: boolean }) {
       </Empty>
     );
   }
-  return (
-    <Empty title={text.filtered(catalog.devices.size)}>
-      <button type="button" onClick={() => setQuery({ q: "", network: "", type: "", quality: "", island: "" })}>
-        {words.tableClear}
-      </button>
-    </Empty>
-  );
+  return <NoneMatch title={text.filtered(catalog.devices.size)} clear={{ q: "", network: "", type: "", quality: "", island: "" }} />;
 }
 
 export const devicesView: View = {

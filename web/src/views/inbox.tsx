@@ -1,5 +1,5 @@
 import { useEffect, useMemo, useState } from "preact/hooks";
-import { catalog, chosenIsland, connection, islands, islandsKnown, loadingOf, mayBe, ownerPattern, useFeeds } from "../app";
+import { catalog, chosenIsland, connection, loadingOf, mayBe, noIslands, ownerPattern, useFeeds } from "../app";
 import { number } from "../core/catalog";
 import { browserClock } from "../core/clock";
 import { type Decision, Decisions, type Verb } from "../core/decisions";
@@ -8,10 +8,11 @@ import { redraw, second, useFrame } from "../core/redraw";
 import { type Route, setQuery } from "../core/router";
 import type { Tuple } from "../core/store";
 import { compareNatural, matches } from "../core/text";
+import { FilterField } from "../parts/fields";
 import { NoIsland } from "../parts/no_island";
 import { notify } from "../parts/notices";
 import { phone } from "../parts/screen";
-import { Empty, Loaded } from "../parts/state";
+import { Empty, Loaded, NoneMatch } from "../parts/state";
 import { compareBy, Outdated, SortSelect, Table } from "../parts/table";
 import * as text from "../words/inbox";
 import * as devicesText from "../words/devices";
@@ -87,18 +88,12 @@ function Inbox({ route }: { route: Route }) {
     decide(verb, picked);
     setChosen(new Set());
   };
-  if (islandsKnown.value && islands.value.length === 0 && catalog.waiting.size === 0) return <NoIsland />;
+  if (noIslands() && catalog.waiting.size === 0) return <NoIsland />;
   return (
     <section class="view inbox">
       <div class="toolbar">
         <h1>{text.title}</h1>
-        <input
-          type="search"
-          aria-label={words.tableFilter}
-          placeholder={words.tableFilter}
-          value={q}
-          onInput={(event) => setQuery({ q: event.currentTarget.value })}
-        />
+        <FilterField value={q} />
         {phone.value && <SortSelect columns={columns} sorting={{ by: sort, set: (by) => setQuery({ sort: by }) }} />}
         {mayDecide && rows.length > 0 && (
           <button type="button" onClick={() => setChosen(new Set(picked.length === rows.length ? [] : rows.map(({ id }) => id)))}>
@@ -180,13 +175,7 @@ function Pending() {
 function NobodyWaits({ filtered }: { filtered: boolean }) {
   const ignored = countIn("ignored");
   if (filtered) {
-    return (
-      <Empty title={text.filtered(catalog.waiting.size)}>
-        <button type="button" onClick={() => setQuery({ q: "" })}>
-          {words.tableClear}
-        </button>
-      </Empty>
-    );
+    return <NoneMatch title={text.filtered(catalog.waiting.size)} />;
   }
   return (
     <Empty title={text.none(ignored)}>

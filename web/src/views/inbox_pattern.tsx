@@ -3,6 +3,7 @@ import { catalog, chosenIsland } from "../app";
 import { text as textOf } from "../core/catalog";
 import { type Decisions, matchesPattern, type Verb } from "../core/decisions";
 import type { Tuple } from "../core/store";
+import { Choice } from "../parts/fields";
 import { phone } from "../parts/screen";
 import * as text from "../words/inbox";
 import * as words from "../words/frame";
@@ -70,16 +71,13 @@ export function PatternForm({ waiting, ignored, decisions }: Props) {
           />
         </label>
         {inboxes.length > 1 && (
-          <label class="field">
-            <span>{words.islandsLabel}</span>
-            <select value={target.id} onChange={(event) => setInbox(event.currentTarget.value)}>
-              {inboxes.map(({ id, owner }) => (
-                <option key={id} value={id}>
-                  {owner}
-                </option>
-              ))}
-            </select>
-          </label>
+          <Choice
+            label={words.islandsLabel}
+            value={target.id}
+            values={inboxes.map(({ id }) => id)}
+            name={(id) => id.split(":", 1)[0] ?? ""}
+            onChange={setInbox}
+          />
         )}
         <button type="submit" disabled={!usable}>
           {matching.length > 0 ? text.approveMany(matching.length) : text.approve}

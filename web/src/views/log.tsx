@@ -1,5 +1,5 @@
 import { useEffect, useMemo, useRef, useState } from "preact/hooks";
-import { chosenIsland, islands, islandsKnown, loadingOf, ownerPattern, store, useFeeds } from "../app";
+import { chosenIsland, islands, loadingOf, noIslands, ownerPattern, store, useFeeds } from "../app";
 import type { Tone } from "../core/commands";
 import { formatFullTime, formatTime } from "../core/format";
 import { addShortcuts } from "../core/keyboard";
@@ -8,11 +8,12 @@ import { useFrame } from "../core/redraw";
 import { type Route, setQuery } from "../core/router";
 import type { Tuple } from "../core/store";
 import { matches } from "../core/text";
+import { FilterField, Choice } from "../parts/fields";
 import { CopyButton } from "../parts/copy";
 import { useFollowing } from "../parts/following";
 import { NoIsland } from "../parts/no_island";
 import { phone } from "../parts/screen";
-import { Empty, Loaded, State } from "../parts/state";
+import { Empty, Loaded, State, NoneMatch } from "../parts/state";
 import { type Column, Table } from "../parts/table";
 import { useWhole } from "../parts/whole";
 import * as text from "../words/log";
@@ -106,7 +107,7 @@ function Log({ route }: { route: Route }) {
   const latest = useRef(togglePause);
   latest.current = togglePause;
   useEffect(() => addShortcuts([{ keys: "f", what: text.pauseKey, run: () => latest.current() }]), []);
-  if (islandsKnown.value && islands.value.length === 0 && book.lines.length === 0) return <NoIsland />;
+  if (noIslands() && book.lines.length === 0) return <NoIsland />;
   return (
     <section class="view log">
       {sources.map((tuple) => (
@@ -114,24 +115,15 @@ function Log({ route }: { route: Route }) {
       ))}
       <div class="toolbar">
         <h1>{text.title}</h1>
-        <input
-          type="search"
-          aria-label={words.tableFilter}
-          placeholder={words.tableFilter}
-          value={q}
-          onInput={(event) => setQuery({ q: event.currentTarget.value })}
+        <FilterField value={q} />
+        <Choice
+          label={text.level}
+          none={text.anyLevel}
+          value={level}
+          values={levels.slice(1)}
+          name={text.atLeast}
+          onChange={(next) => setQuery({ level: next })}
         />
-        <label class="field">
-          <span>{text.level}</span>
-          <select value={level} onChange={(event) => setQuery({ level: event.currentTarget.value })}>
-            <option value="">{text.anyLevel}</option>
-            {levels.slice(1).map((name) => (
-              <option key={name} value={name}>
-                {text.atLeast(name)}
-              </option>
-            ))}
-          </select>
-        </label>
         <button type="button" aria-pressed={paused !== null} onClick={togglePause}>
           {paused ? text.resume(book.taken - paused.taken) : text.pause}
         </button>
@@ -190,13 +182,7 @@ function NoLines({ all }: { all: number }) {
       </Empty>
     );
   }
-  return (
-    <Empty title={text.filtered(all)}>
-      <button type="button" onClick={() => setQuery({ q: "", level: "" })}>
-        {words.tableClear}
-      </button>
-    </Empty>
-  );
+  return <NoneMatch title={text.filtered(all)} clear={{ q: "", level: "" }} />;
 }
 
 export const logView: View = { id: "log", title: text.title, key: "l", icon: "log", show: (route) => <Log route={route} /> };

@@ -1,5 +1,5 @@
 import { useMemo, useRef } from "preact/hooks";
-import { baseFeeds, catalog, chosenIsland, islands, islandsKnown, loadingOf, ownerPattern, useFeeds } from "../app";
+import { baseFeeds, catalog, chosenIsland, loadingOf, noIslands, ownerPattern, useFeeds } from "../app";
 import { type Network, number, text as textOf } from "../core/catalog";
 import { arrivalsOf, CounterRates, lossesOf } from "../core/counters";
 import { formatCount, formatRate } from "../core/format";
@@ -7,10 +7,11 @@ import { useOrder } from "../core/hooks";
 import { second } from "../core/redraw";
 import { go, rememberList, type Route, setQuery } from "../core/router";
 import { compareNatural, matches } from "../core/text";
+import { FilterField } from "../parts/fields";
 import { Age } from "../parts/age";
 import { NoIsland } from "../parts/no_island";
 import { phone } from "../parts/screen";
-import { Empty, Loaded, State } from "../parts/state";
+import { Empty, Loaded, State, NoneMatch } from "../parts/state";
 import { type Column, compareBy, Outdated, SortSelect, Table } from "../parts/table";
 import * as text from "../words/networks";
 import * as words from "../words/frame";
@@ -164,19 +165,13 @@ function Networks({ route }: { route: Route }) {
     complete: loadingOf([...baseFeeds, ...feeds]) === "ready",
   });
   const rows = useMemo(() => order.rows.map((row) => ({ row })), [order.rows]);
-  if (islandsKnown.value && islands.value.length === 0 && catalog.networks.size === 0) return <NoIsland />;
+  if (noIslands() && catalog.networks.size === 0) return <NoIsland />;
   if (chosen && phone.value) return <NetworkPanel network={chosen} rates={rates} />;
   return (
     <section class="view networks">
       <div class="toolbar">
         <h1>{text.title}</h1>
-        <input
-          type="search"
-          aria-label={words.tableFilter}
-          placeholder={words.tableFilter}
-          value={q}
-          onInput={(event) => setQuery({ q: event.currentTarget.value })}
-        />
+        <FilterField value={q} />
         {phone.value && <SortSelect columns={columns} sorting={{ by: sort, set: (by) => setQuery({ sort: by }) }} />}
         <span class="count">{words.tableShown(order.rows.length, catalog.networks.size)}</span>
         <Outdated order={order} />
@@ -223,13 +218,7 @@ function NoNetworks({ filtered }: { filtered: boolean }) {
       </Empty>
     );
   }
-  return (
-    <Empty title={text.filtered(catalog.networks.size)}>
-      <button type="button" onClick={() => setQuery({ q: "", island: "" })}>
-        {words.tableClear}
-      </button>
-    </Empty>
-  );
+  return <NoneMatch title={text.filtered(catalog.networks.size)} clear={{ q: "", island: "" }} />;
 }
 
 export const networksView: View = {

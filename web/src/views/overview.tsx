@@ -1,6 +1,6 @@
 import type { ComponentChildren } from "preact";
 import { useEffect, useMemo, useState } from "preact/hooks";
-import { baseFeeds, catalog, chosenIsland, islands, islandsKnown, line, loadingOf, ownerPattern, store, useFeeds } from "../app";
+import { baseFeeds, catalog, chosenIsland, islands, line, loadingOf, noIslands, ownerPattern, store, useFeeds } from "../app";
 import { type Device, number, text as textOf } from "../core/catalog";
 import { formatCount, formatRate } from "../core/format";
 import type { Component } from "../core/frames";
@@ -30,7 +30,7 @@ function Overview() {
     { pattern: `${owner}:*.*.*.*.*.value`, min: 1000 },
   ]);
   const state = loadingOf(baseFeeds);
-  if (islandsKnown.value && islands.value.length === 0) return <NoIsland />;
+  if (noIslands()) return <NoIsland />;
   return (
     <section class="overview">
       <h1>{text.title}</h1>

@@ -1,5 +1,5 @@
 import { useMemo, useRef, useState } from "preact/hooks";
-import { baseFeeds, catalog, chosenIsland, islands, islandsKnown, loadingOf, mayBe, ownerPattern, useFeeds } from "../app";
+import { baseFeeds, catalog, chosenIsland, islands, loadingOf, mayBe, noIslands, ownerPattern, useFeeds } from "../app";
 import { number, text as textOf } from "../core/catalog";
 import { outcomeOf, toneOf, type Tone } from "../core/commands";
 import { CounterRates } from "../core/counters";
@@ -41,7 +41,7 @@ function Recordings() {
     .map(replayOf)
     .filter((replay): replay is Replay => replay !== null)
     .sort((a, b) => compareNatural(a.network.id, b.network.id));
-  if (islandsKnown.value && islands.value.length === 0) return <NoIsland />;
+  if (noIslands()) return <NoIsland />;
   return (
     <section class="overview recordings">
       <h1>{text.title}</h1>

@@ -4,6 +4,7 @@ import { outcomeOf, toneOf, type Tone } from "../core/commands";
 import { formatFullTime, formatTime } from "../core/format";
 import { commandOf, formatOffset, readSeek, type Replay } from "../core/replay";
 import { hrefTo } from "../core/router";
+import { Choice } from "../parts/fields";
 import { Age } from "../parts/age";
 import { State } from "../parts/state";
 import * as text from "../words/recordings";
@@ -67,17 +68,13 @@ function Controls({ replay }: { replay: Replay }) {
             </button>
           ))}
         </span>
-        <label class="field">
-          <span>{text.speed}</span>
-          <select value={speed} onChange={(event) => steer(commandOf(network, "speed"), event.currentTarget.value)}>
-            {!speeds.includes(speed) && <option value={speed}>{text.times(speed)}</option>}
-            {speeds.map((one) => (
-              <option key={one} value={one}>
-                {text.times(one)}
-              </option>
-            ))}
-          </select>
-        </label>
+        <Choice
+          label={text.speed}
+          value={speed}
+          values={speeds}
+          name={text.times}
+          onChange={(next) => steer(commandOf(network, "speed"), next)}
+        />
       </div>
       <SeekForm replay={replay} />
     </>

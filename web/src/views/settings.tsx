@@ -1,11 +1,12 @@
 import { useEffect, useState } from "preact/hooks";
-import { chosenIsland, islands, islandsKnown, loadingOf, mayBe, ownerPattern, store, useFeeds } from "../app";
+import { chosenIsland, islands, loadingOf, mayBe, noIslands, ownerPattern, store, useFeeds } from "../app";
 import { list, number, text as textOf } from "../core/catalog";
 import { findLines } from "../core/find_lines";
 import { useFrame } from "../core/redraw";
 import { type Route, setQuery } from "../core/router";
 import type { Tuple } from "../core/store";
 import { compareNatural } from "../core/text";
+import { FilterField, Choice } from "../parts/fields";
 import { Age } from "../parts/age";
 import { setTuple } from "../parts/command";
 import { CopyButton } from "../parts/copy";
@@ -46,7 +47,7 @@ function Settings({ route }: { route: Route }) {
     .sort((a, b) => a.owner - b.owner || compareNatural(a.key, b.key));
   const wanted = Number(route.query.of) || chosenIsland();
   const value = values.find(({ owner }) => owner === wanted) ?? values[0];
-  if (islandsKnown.value && islands.value.length === 0) return <NoIsland />;
+  if (noIslands()) return <NoIsland />;
   return (
     <section class="view settings">
       <Loaded state={loadingOf(feeds)} empty={!value && <Empty title={text.none} />}>
@@ -56,8 +57,8 @@ function Settings({ route }: { route: Route }) {
   );
 }
 
-function nameOf(owner: number): string {
-  const name = islands.value.find(({ id }) => id === owner)?.name;
+function nameOf(owner: number | string): string {
+  const name = islands.value.find(({ id }) => id === Number(owner))?.name;
   return name ? `${name} · ${owner}` : String(owner);
 }
 
@@ -111,24 +112,15 @@ function IslandSettings({ value, all, search }: { value: Tuple; all: Tuple[]; se
       <div class="toolbar">
         <h1>{text.title}</h1>
         {all.length > 1 && (
-          <label class="field">
-            <span>{words.islandsLabel}</span>
-            <select value={String(value.owner)} onChange={(event) => setQuery({ of: event.currentTarget.value })}>
-              {all.map(({ owner }) => (
-                <option key={owner} value={String(owner)}>
-                  {nameOf(owner)}
-                </option>
-              ))}
-            </select>
-          </label>
+          <Choice
+            label={words.islandsLabel}
+            value={String(value.owner)}
+            values={all.map(({ owner }) => String(owner))}
+            name={nameOf}
+            onChange={(of) => setQuery({ of })}
+          />
         )}
-        <input
-          type="search"
-          aria-label={words.tableFilter}
-          placeholder={words.tableFilter}
-          value={search}
-          onInput={(event) => setQuery({ q: event.currentTarget.value })}
-        />
+        <FilterField value={search} />
         {admin && (
           <>
             <button type="button" disabled={busy} title={text.checkTitle} onClick={() => send("try")}>

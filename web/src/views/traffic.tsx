@@ -1,5 +1,5 @@
 import { useEffect, useMemo, useRef, useState } from "preact/hooks";
-import { baseFeeds, catalog, chosenIsland, islands, islandsKnown, loadingOf, mayBe, ownerPattern, useFeeds } from "../app";
+import { baseFeeds, catalog, chosenIsland, islands, loadingOf, mayBe, noIslands, ownerPattern, useFeeds } from "../app";
 import type { Network } from "../core/catalog";
 import { formatFullTime, hexDump, prettyJson } from "../core/format";
 import { addShortcuts } from "../core/keyboard";
@@ -8,12 +8,13 @@ import { type Route, setQuery } from "../core/router";
 import { compareNatural, matches } from "../core/text";
 import { bytesOf, jsonLines, kept, type Passing, searchedOf, type TrafficKind } from "../core/traffic";
 import type { Watch } from "../core/watch";
+import { FilterField, Choice } from "../parts/fields";
 import { CopyButton } from "../parts/copy";
 import { download, fileStamp } from "../parts/download";
 import { useFollowing } from "../parts/following";
 import { NoIsland } from "../parts/no_island";
 import { phone } from "../parts/screen";
-import { Empty, Loaded, State } from "../parts/state";
+import { Empty, Loaded, State, NoneMatch } from "../parts/state";
 import { Table } from "../parts/table";
 import * as text from "../words/traffic";
 import * as logText from "../words/log";
@@ -32,7 +33,7 @@ function Traffic({ route }: { route: Route }) {
     .sort((a, b) => compareNatural(a.path, b.path));
   const network = networks.find(({ path }) => path === route.query.network) ?? networks[0];
   const kind = network && kindOf(network);
-  if (islandsKnown.value && islands.value.length === 0) return <NoIsland />;
+  if (noIslands()) return <NoIsland />;
   return (
     <section class="view traffic">
       <Loaded state={network ? "ready" : loadingOf([...baseFeeds, ...feeds])} empty={!network && <Empty title={text.none} whole />}>
@@ -70,16 +71,14 @@ function Monitor({ network, kind, networks, search }: MonitorProps) {
     <>
       <div class="toolbar">
         <h1>{text.title}</h1>
-        <label class="field">
-          <span class="spoken">{text.network}</span>
-          <select value={network.path} onChange={(event) => setQuery({ network: event.currentTarget.value })}>
-            {networks.map(({ path, id, owner }) => (
-              <option key={path} value={path}>
-                {islands.value.length > 1 ? `${id} · ${owner}` : id}
-              </option>
-            ))}
-          </select>
-        </label>
+        <Choice
+          label={text.network}
+          value={network.path}
+          values={networks.map(({ path }) => path)}
+          name={(path) => nameIn(networks, path)}
+          onChange={(path) => setQuery({ network: path })}
+          spoken
+        />
         {maySend && (
           <button type="button" class={monitor.running ? "" : "primary"} onClick={toggle}>
             {monitor.running ? text.stop : text.start}
@@ -88,13 +87,7 @@ function Monitor({ network, kind, networks, search }: MonitorProps) {
         <button type="button" aria-pressed={paused !== null} disabled={all.length === 0} onClick={togglePause}>
           {paused ? text.resume(lastOf(monitor.passing) - lastOf(paused)) : text.pause}
         </button>
-        <input
-          type="search"
-          aria-label={words.tableFilter}
-          placeholder={words.tableFilter}
-          value={search}
-          onInput={(event) => setQuery({ q: event.currentTarget.value })}
-        />
+        <FilterField value={search} />
         <button
           type="button"
           disabled={shown.length === 0}
@@ -144,6 +137,11 @@ function Monitor({ network, kind, networks, search }: MonitorProps) {
   );
 }
 
+function nameIn(networks: Network[], path: string): string {
+  const network = networks.find((one) => one.path === path);
+  return islands.value.length > 1 ? `${network?.id} · ${network?.owner}` : (network?.id ?? "");
+}
+
 /** Its number; 0 if there is none. */
 function lastOf(passing: Passing[]): number {
   return passing[passing.length - 1]?.id ?? 0;
@@ -164,13 +162,7 @@ function useKeys(toggle: (() => void) | undefined, pause: () => void): void {
 
 function Nothing({ monitor, filtered, maySend }: { monitor: Watch; filtered: number; maySend: boolean }) {
   if (filtered > 0) {
-    return (
-      <Empty title={text.filtered(filtered)}>
-        <button type="button" onClick={() => setQuery({ q: "" })}>
-          {words.tableClear}
-        </button>
-      </Empty>
-    );
+    return <NoneMatch title={text.filtered(filtered)} />;
   }
   if (monitor.running) return <Empty title={text.waiting} />;
   return (

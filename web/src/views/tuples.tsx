@@ -9,9 +9,10 @@ import { pinnedBranches, togglePin } from "../core/settings";
 import type { Tuple } from "../core/store";
 import { compareNatural, matches } from "../core/text";
 import { type Branch, pathsAbove, Tree, type TreeOrder, type TreeRow } from "../core/tree";
+import { FilterField, Choice } from "../parts/fields";
 import { NoIsland } from "../parts/no_island";
 import { phone } from "../parts/screen";
-import { Empty, Loaded } from "../parts/state";
+import { Loaded, NoneMatch } from "../parts/state";
 import * as text from "../words/tuples";
 import * as words from "../words/frame";
 import { fewDevices } from "./devices";
@@ -96,20 +97,14 @@ function Tuples({ route }: { route: Route }) {
     <section class="view tuples">
       <div class="toolbar">
         <h1>{text.title}</h1>
-        <input
-          type="search"
-          aria-label={text.filter}
-          placeholder={text.filter}
-          value={search}
-          onInput={(event) => setQuery({ q: event.currentTarget.value })}
+        <FilterField value={search} label={text.filter} />
+        <Choice
+          label={text.order}
+          value={order}
+          values={["key", "rate"]}
+          name={(own) => text.orders[own as TreeOrder]}
+          onChange={setOrder}
         />
-        <label class="field">
-          <span>{text.order}</span>
-          <select value={order} onChange={(event) => setOrder(event.currentTarget.value)}>
-            <option value="key">{text.orders.key}</option>
-            <option value="rate">{text.orders.rate}</option>
-          </select>
-        </label>
         {order === "rate" && (
           <button type="button" onClick={() => setOrder("rate")}>
             {words.tableUpdate}
@@ -210,13 +205,7 @@ function Found({ search, rates, chosen }: { search: string; rates: Rates; chosen
   }, [search, island, store.tuples.size]);
   if (found.length > 0)
     return <FoundTuples tuples={found} rates={rates} chosen={chosen} onOpen={(tuple) => go("tuples", [tuple.id], queryOfNow())} />;
-  return (
-    <Empty title={text.filtered(store.tuples.size)}>
-      <button type="button" onClick={() => setQuery({ q: "" })}>
-        {words.tableClear}
-      </button>
-    </Empty>
-  );
+  return <NoneMatch title={text.filtered(store.tuples.size)} />;
 }
 
 export const tuplesView: View = { id: "tuples", title: text.title, key: "t", icon: "tuples", show: (route) => <Tuples route={route} /> };

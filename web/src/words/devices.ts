@@ -28,4 +28,4 @@ export const pinned = "Pinned";
 export const select = "select";
 export const compare = (count: number) => `Compare ${count}`;
 export const unselect = "Clear selection";
-export const count = (count: number) => many(count, "device", "devices");
+export const count = (count: number) => many(count, "device");

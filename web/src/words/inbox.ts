@@ -22,14 +22,14 @@ export const none = (ignored: number) =>
 export const noneText = "A device waits here when the configuration says discovery: {new-devices: ask}, or when the island cannot list it.";
 export const noInbox = "No island shows its inbox.";
 export const backFromIgnored = "Approve an ignored device";
-export const filtered = (all: number) => `None of ${many(all, "waiting device", "waiting devices")} matches.`;
+export const filtered = (all: number) => `None of ${many(all, "waiting device")} matches.`;
 export const pattern = "By pattern";
 export const patternHint = "NETWORK.DEVICE; * is any text, ? one character. The exact address of an ignored device approves it again.";
 export const matching = (count: number) => `${many(count, "waiting device matches", "waiting devices match")}.`;
 export const noMatch = "No waiting device matches.";
 export const exactly = "No waiting device has this address; an ignored one may have it.";
 export const decided = { approve: "approved", ignore: "ignored" };
-const devices = (count: number) => many(Math.max(count, 1), "device", "devices");
+const devices = (count: number) => many(Math.max(count, 1), "device");
 export const pending = (verb: Verb, count: number, seconds: number) => `${devices(count)} will be ${decided[verb]} in ${seconds} s.`;
 export const done = (verb: Verb, count: number) => `${devices(count)} ${decided[verb]}.`;
 export const sending = "sending";

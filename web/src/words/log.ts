@@ -12,12 +12,12 @@ export const atLeast = (level: string) => (level === "error" ? "error" : `${leve
 export const pause = "Pause";
 export const pauseKey = "pause, or go on";
 export const resume = (count: number) => (count > 0 ? `Go on (${count} new)` : "Go on");
-export const copy = (count: number) => `Copy ${many(count, "line", "lines")}`;
+export const copy = (count: number) => `Copy ${many(count, "line")}`;
 export const toEnd = "To the end";
-export const missed = (count: number) => `${many(count, "line", "lines")} before it missed. `;
+export const missed = (count: number) => `${many(count, "line")} before it missed. `;
 export const whole = "The whole line";
 export const none = "No line yet.";
 export const noneText = (kept: number) =>
   `The last hundred lines of each island are shown, and up to ${kept.toLocaleString()} as they are written.`;
 export const notRead = (island: number, why: string) => `The log of ${island} cannot be read. ${why}`;
-export const filtered = (all: number) => `None of ${many(all, "line", "lines")} matches.`;
+export const filtered = (all: number) => `None of ${many(all, "line")} matches.`;

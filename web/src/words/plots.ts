@@ -15,7 +15,7 @@ export const choose = (count: number, most: number) => `Points (${count} of ${mo
 export const searchHint = "Device, place, network, type …";
 export const noneFound = "No point matches.";
 export const noPoints = "No device has a point.";
-export const more = (count: number) => `${many(count, "more point", "more points")}: type more words.`;
+export const more = (count: number) => `${many(count, "more point")}: type more words.`;
 export const noHistory = "Only live values: the server keeps no history. This line of the configuration turns it on:";
 export const historyLine = "history: {file: home.history}";
 export const loading = "The history is being read …";
@@ -48,5 +48,5 @@ export const remove = "Remove";
 export const gap = "no good value";
 export const band = (low: string, high: string) => `${low} … ${high}`;
 export const commanded = (value: string, time: string) => `set to ${value} at ${time}`;
-export const count = (count: number) => many(count, "command", "commands");
+export const count = (count: number) => many(count, "command");
 export const zone = (zone: string, short: string) => `Times are those of ${zone === short ? zone : `${zone} (${short})`}.`;
