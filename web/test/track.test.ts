@@ -21,6 +21,17 @@ test("history and live values are one curve, none twice", () => {
   });
 });
 
+test("a value is there once, though the history keeps milliseconds only", () => {
+  const track = numbers();
+  track.add(95.0674, "5");
+  track.fill({ key: "1:a", t: [20, 95.067], v: [2, 5] }, 100, 0);
+  track.add(95.0674, "5");
+  assert.deepEqual(
+    track.within(0, 100).map(({ t }) => t),
+    [20, 95.067],
+  );
+});
+
 test("a curve ends where the value was not known, and begins again after it", () => {
   const track = numbers();
   track.fill({ key: "1:a", t: [10, 50], v: [1, 3], gaps: [[20, 45]] }, 60, 1);

@@ -56,6 +56,9 @@ function sampleAt(t: number, text: string, value = text === "" ? Number.NaN : Nu
   return { t, gap: false, value, low: value, high: value, text, count: 1 };
 }
 
+/** The history keeps times in milliseconds, so that a value that arrived live is there under a time that is a little different. */
+const resolution = 0.001;
+
 /** Samples that never reach the plot again are dropped when so many more were added. */
 const most = 6000;
 
@@ -77,7 +80,7 @@ export class Track {
   fill(past: PastSeries, to: number, width: number): void {
     const samples = samplesOf(past, width).sort((a, b) => a.t - b.t || Number(a.gap) - Number(b.gap));
     const last = samples[samples.length - 1]?.t ?? Number.NEGATIVE_INFINITY;
-    const newer = this.samples.filter((sample) => (sample.gap ? sample.t >= to : sample.t > last));
+    const newer = this.samples.filter((sample) => (sample.gap ? sample.t >= to : sample.t > last + resolution));
     this.samples = [...samples, ...newer];
     this.width = width;
     this.known = to;
@@ -98,7 +101,7 @@ export class Track {
   /** A value arrived. Values older than the newest one are known already. */
   add(t: number, text: string): void {
     const last = this.samples[this.samples.length - 1];
-    if (text === "" || (last && t <= last.t && !(last.gap && t === last.t))) return;
+    if (text === "" || (last && (last.gap ? t < last.t : t <= last.t + resolution))) return;
     const sample = sampleAt(t, text);
     if (last && this.folds(last, sample)) fold(last, sample);
     else this.samples.push(sample);
