@@ -8,16 +8,30 @@ const more = [
   "tuples/6541:proxy.dummy-rooms.living.status",
   "tuples?q=living",
 ];
-const standards = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa", "best-practice"];
+const standards = [
+  "wcag2a",
+  "wcag2aa",
+  "wcag21a",
+  "wcag21aa",
+  "wcag22aa",
+  "best-practice",
+];
 
 /** What axe finds on the page as it is; empty if nothing. */
 async function findingsOf(page, axe) {
   await page.evaluate(axe);
-  const { violations } = await page.evaluate((values) => globalThis.axe.run(document, { runOnly: { type: "tag", values } }), standards);
+  const { violations } = await page.evaluate(
+    (values) =>
+      globalThis.axe.run(document, { runOnly: { type: "tag", values } }),
+    standards,
+  );
   return violations.map(
     ({ id, nodes }) =>
       `${id}: ${nodes
-        .map(({ html, failureSummary }) => `${html.slice(0, 160)} (${failureSummary.split("\n").slice(1).join(" ").trim()})`)
+        .map(
+          ({ html, failureSummary }) =>
+            `${html.slice(0, 160)} (${failureSummary.split("\n").slice(1).join(" ").trim()})`,
+        )
         .slice(0, 3)
         .join("; ")}`,
   );
@@ -35,20 +49,27 @@ const noFindings =
       await settled(page);
       await page.waitForTimeout(300); // for the picture: values arrive
       await picture(`${theme}-${size}-${address.replace(/\W+/g, "-")}`);
-      for (const finding of await findingsOf(page, axe)) found.push(`${address}: ${finding}`);
+      for (const finding of await findingsOf(page, axe))
+        found.push(`${address}: ${finding}`);
     }
     await page.keyboard.press("?");
-    for (const finding of await findingsOf(page, axe)) found.push(`the list of keys: ${finding}`);
+    for (const finding of await findingsOf(page, axe))
+      found.push(`the list of keys: ${finding}`);
     await page.keyboard.press("Escape");
     await page.keyboard.press("/");
     await page.keyboard.type("liv");
-    for (const finding of await findingsOf(page, axe)) found.push(`the search: ${finding}`);
+    for (const finding of await findingsOf(page, axe))
+      found.push(`the search: ${finding}`);
     assert.deepEqual(found, []);
   };
 
 const sizes = {
   desk: { viewport: { width: 1280, height: 800 } },
-  phone: { viewport: { width: 360, height: 740 }, hasTouch: true, isMobile: true },
+  phone: {
+    viewport: { width: 360, height: 740 },
+    hasTouch: true,
+    isMobile: true,
+  },
   wall: { viewport: { width: 3840, height: 2160 } },
 };
 

@@ -1,16 +1,24 @@
 import assert from "node:assert/strict";
 
 function rowOf(page, point) {
-  return page.locator(".row", { has: page.locator(".point-name", { hasText: point }) });
+  return page.locator(".row", {
+    has: page.locator(".point-name", { hasText: point }),
+  });
 }
 
 async function outcomeIs(page, point, state) {
-  await rowOf(page, point).locator(".outcome .state", { hasText: state }).waitFor();
+  await rowOf(page, point)
+    .locator(".outcome .state", { hasText: state })
+    .waitFor();
 }
 
 /** Turns an actuator of two words: a switch where its value is known, else a button for each word. */
 async function turn(row) {
-  await row.getByRole("button", { name: "on", exact: true }).or(row.getByRole("switch")).first().click();
+  await row
+    .getByRole("button", { name: "on", exact: true })
+    .or(row.getByRole("switch"))
+    .first()
+    .click();
 }
 
 async function confirmed({ page, open }) {
@@ -44,7 +52,9 @@ async function superseded({ page, open, context, island }) {
   await other.goto(`${island.url}#/devices/6541/dummy-rooms/living`);
   await rowOf(other, "blindPosition-1").locator("input[type=number]").waitFor();
   await set(rowOf(other, "blindPosition-1"), "20");
-  await page.locator(".spoken", { hasText: "superseded" }).waitFor({ state: "attached" });
+  await page
+    .locator(".spoken", { hasText: "superseded" })
+    .waitFor({ state: "attached" });
   await outcomeIs(other, "blindPosition-1", /confirmed|timed-out/);
 }
 
@@ -62,14 +72,41 @@ async function timedOut({ page, open }) {
   await turn(rowOf(page, "boiler-1"));
   await outcomeIs(page, "boiler-1", "timed-out");
   await page.goto(`${page.url().split("#")[0]}#/overview`);
-  await page.locator(".card", { hasText: "Commands that failed" }).locator("li", { hasText: "boiler-1" }).waitFor();
+  await page
+    .locator(".card", { hasText: "Commands that failed" })
+    .locator("li", { hasText: "boiler-1" })
+    .waitFor();
+}
+
+async function failed({ page, open }) {
+  await open("devices/6541/dummy-rooms/tank");
+  const valve = rowOf(page, "valve-1");
+  await valve.locator("input[type=number]").fill("50");
+  await valve.getByRole("button", { name: "Set" }).click();
+  await outcomeIs(page, "valve-1", "failed");
+  await page.goto(`${page.url().split("#")[0]}#/overview`);
+  await page
+    .locator(".card", { hasText: "Commands that failed" })
+    .locator("li", { hasText: "valve-1" })
+    .waitFor();
+}
+
+/** The device has it and has not reported yet. */
+async function sent({ page, open }) {
+  await open("devices/6541/dummy-rooms/living");
+  const blind = rowOf(page, "blindPosition-1");
+  await blind.locator("input[type=number]").fill("35");
+  await blind.getByRole("button", { name: "Set" }).click();
+  await outcomeIs(page, "blindPosition-1", /^sent$/);
 }
 
 /** The field accepts it, the island does not: the page shows the island's reason. */
 async function refused({ page, open }) {
   await open("devices/6541/dummy-rooms/bedroom");
   const dimmer = rowOf(page, "dimmer-1");
-  await dimmer.locator("input[type=number]").evaluate((field) => field.removeAttribute("max"));
+  await dimmer
+    .locator("input[type=number]")
+    .evaluate((field) => field.removeAttribute("max"));
   await dimmer.locator("input[type=number]").fill("900");
   await dimmer.getByRole("button", { name: "Set" }).click();
   await outcomeIs(page, "dimmer-1", "refused");
@@ -95,13 +132,20 @@ async function theDraftStays({ page, open }) {
   await field.evaluate((element) => element.removeAttribute("max"));
   await field.fill("901");
   await dimmer.getByRole("button", { name: "Set" }).click();
-  await dimmer.locator(".outcome", { hasText: "set to 901" }).locator(".state", { hasText: "refused" }).waitFor();
+  await dimmer
+    .locator(".outcome", { hasText: "set to 901" })
+    .locator(".state", { hasText: "refused" })
+    .waitFor();
   assert.equal(await field.inputValue(), "901");
   await page.goto(`${page.url().split("#")[0]}#/overview`);
   await page.goBack();
   assert.equal(await field.inputValue(), "901");
   await dimmer.getByRole("button", { name: /^Discard/ }).click();
-  await page.waitForFunction(() => document.activeElement?.matches(".control input") && document.activeElement.value !== "901");
+  await page.waitForFunction(
+    () =>
+      document.activeElement?.matches(".control input") &&
+      document.activeElement.value !== "901",
+  );
 }
 
 /** The choice is shown beside the command that waits, and ends with the page of the device. */
@@ -130,8 +174,16 @@ export const tests = () => [
   { name: "commands: superseded by another page", body: superseded },
   { name: "commands: assumed", body: assumed },
   { name: "commands: timed-out, and on the overview", body: timedOut },
+  { name: "commands: failed, and on the overview", body: failed },
+  { name: "commands: sent", body: sent },
   { name: "commands: refused, with the reason of the island", body: refused },
   { name: "commands: queued and expired", body: expired },
-  { name: "commands: what was refused stays in its field", body: theDraftStays },
-  { name: "commands: how long they wait is chosen for one device", body: patienceIsPerDevice },
+  {
+    name: "commands: what was refused stays in its field",
+    body: theDraftStays,
+  },
+  {
+    name: "commands: how long they wait is chosen for one device",
+    body: patienceIsPerDevice,
+  },
 ];

@@ -1,7 +1,8 @@
 import assert from "node:assert/strict";
 import { publisher } from "./island.mjs";
 
-const names = (page) => page.locator(".list-rows .device-name").allTextContents();
+const names = (page) =>
+  page.locator(".list-rows .device-name").allTextContents();
 
 async function filteredToNothing({ page, open }) {
   await open("devices?q=nosuchdevice");
@@ -16,7 +17,10 @@ async function sorts({ page, open, island }) {
   await open("devices");
   await page.locator(".row", { hasText: "Hot water tank" }).waitFor();
   const up = await names(page);
-  await page.getByRole("columnheader", { name: "Name" }).getByRole("button").click();
+  await page
+    .getByRole("columnheader", { name: "Name" })
+    .getByRole("button")
+    .click();
   await page.locator('[role=columnheader][aria-sort="descending"]').waitFor();
   assert.deepEqual(await names(page), [...up].reverse());
   const address = page.url();
@@ -39,10 +43,12 @@ async function groups({ page, open }) {
 
 async function compares({ page, open }) {
   await open("devices");
-  for (const name of ["Living room", "Bedroom"]) await page.getByLabel(`select ${name}`).check();
+  for (const name of ["Living room", "Bedroom"])
+    await page.getByLabel(`select ${name}`).check();
   await page.getByRole("link", { name: "Compare 2" }).click();
   await page.getByRole("heading", { name: "Compared devices" }).waitFor();
-  for (const column of [/^dimmer/, /^lamp/, /^light/, /^temperature/]) await page.getByRole("columnheader", { name: column }).waitFor();
+  for (const column of [/^dimmer/, /^lamp/, /^light/, /^temperature/])
+    await page.getByRole("columnheader", { name: column }).waitFor();
   assert.equal(await page.locator(".list-rows .row").count(), 2);
 }
 

@@ -11,7 +11,9 @@ async function twoIslands({ page, open, island }) {
   await page.locator(".row", { hasText: "Lawn mower" }).waitFor();
   await page.locator(".row", { hasText: "Hot water tank" }).waitFor();
   await page.getByLabel("Island").selectOption({ label: "shed · 6542" });
-  await page.locator(".row", { hasText: "Hot water tank" }).waitFor({ state: "detached" });
+  await page
+    .locator(".row", { hasText: "Hot water tank" })
+    .waitFor({ state: "detached" });
   assert.match(page.url(), /island=6542/);
   await page.locator(".row", { hasText: "Lawn mower" }).click();
   await page.getByRole("heading", { name: "Lawn mower" }).waitFor();

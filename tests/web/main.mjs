@@ -8,7 +8,26 @@ import { Island } from "./island.mjs";
 
 const here = dirname(fileURLToPath(import.meta.url));
 const root = join(here, "../..");
-const files = ["rows", "keyboard", "accessible", "narrow", "devices", "commands", "tuples", "steering", "plots", "hostile", "lines", "settings", "log", "islands", "login", "hidden", "reconnect"];
+const files = [
+  "rows",
+  "keyboard",
+  "accessible",
+  "narrow",
+  "devices",
+  "commands",
+  "tuples",
+  "steering",
+  "plots",
+  "replay",
+  "hostile",
+  "lines",
+  "settings",
+  "log",
+  "islands",
+  "login",
+  "hidden",
+  "reconnect",
+];
 
 const words = process.argv.slice(2);
 const long = words.includes("--long");
@@ -32,7 +51,11 @@ async function run(browser, name, settings, body) {
     console.log(`passed: ${name}`);
   } catch (error) {
     failed++;
-    await session.page.screenshot({ path: join(screens, `failed-${name.replace(/\W+/g, "-")}.png`) }).catch(() => {});
+    await session.page
+      .screenshot({
+        path: join(screens, `failed-${name.replace(/\W+/g, "-")}.png`),
+      })
+      .catch(() => {});
     console.log(`FAILED: ${name}\n${error.stack}`);
   } finally {
     await session.context.close();
@@ -46,7 +69,8 @@ try {
   browser = await openBrowser(root, screens);
   for (const file of files) {
     const { tests } = await import(`./${file}_test.mjs`);
-    for (const test of tests(long)) await run(browser, test.name, test.settings ?? {}, test.body);
+    for (const test of tests(long))
+      await run(browser, test.name, test.settings ?? {}, test.body);
   }
 } catch (error) {
   failed++;

@@ -10,7 +10,10 @@ async function anErrorHasItsPlace({ page, open, island }) {
   await fault.waitFor();
   assert.match(await fault.locator("td").first().innerText(), /\d+:\d+/);
   await page.getByRole("button", { name: "Reload …" }).click();
-  await page.getByText(/^Refused: 1 error/).first().waitFor();
+  await page
+    .getByText(/^Refused: 1 error/)
+    .first()
+    .waitFor();
   await island.edit((file) => file.replace("silence: often", "silence: 4s"));
 }
 
@@ -18,17 +21,25 @@ async function anErrorHasItsPlace({ page, open, island }) {
 async function reloadsWithPreview({ page, open, island }) {
   await open("settings");
   await page.locator(".configuration").waitFor();
-  await island.edit((file) => file.replace("area: \"<b>Lab</b>\"", "area: Cellar"));
+  await island.edit((file) =>
+    file.replace('area: "<b>Lab</b>"', "area: Cellar"),
+  );
   await page.getByRole("button", { name: "Reload …" }).click();
   const preview = page.getByRole("dialog");
   await preview.locator(".changes li", { hasText: "evil" }).waitFor();
   await preview.getByRole("button", { name: "Reload now" }).click();
-  await page.getByText(/^Reload(ed)?: 1 change/).first().waitFor();
+  await page
+    .getByText(/^Reload(ed)?: 1 change/)
+    .first()
+    .waitFor();
   await open("devices?q=Cellar");
   await page.locator(".row", { hasText: "Cellar" }).waitFor();
 }
 
 export const tests = () => [
-  { name: "settings: an error has its place, and nothing changes", body: anErrorHasItsPlace },
+  {
+    name: "settings: an error has its place, and nothing changes",
+    body: anErrorHasItsPlace,
+  },
   { name: "settings: a reload with preview", body: reloadsWithPreview },
 ];
