@@ -69,7 +69,7 @@ class WebProgram {
     }
     auto service =
         web::WebService::open({loop_.context(), loop_.scheduler(), *space_, transports_, log_, history_.get()},
-                              wanted.setup, "", "rubicon web");
+                              wanted.setup, "", "rubicon web", {place_text(options), place_options(options)});
     if (!service) return fail(service.error());
     service_ = std::move(*service);
     return {};

@@ -55,6 +55,14 @@ std::string place_text(const client::Options& options) {
   return text;
 }
 
+std::string place_options(const client::Options& options) {
+  auto text = fmt::format("--domain {} --interfaces {}", options.domain, fmt::join(options.interfaces, ","));
+  if (options.tcp) text += " --tcp";
+  if (!options.tag.empty()) text += " --tag " + options.tag;
+  if (!options.peers.empty()) text += fmt::format(" --peers {}", fmt::join(options.peers, ","));
+  return text;
+}
+
 void SettingsOptions::add_to(CLI::App& app) {
   app_ = &app;
   const auto group = "Options of all commands";

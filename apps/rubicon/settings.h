@@ -18,6 +18,8 @@ struct Settings {
 
 /// `domain 3 on eth0, peers 10.0.0.2`.
 std::string place_text(const client::Options& options);
+/// The same as options of the command line: `--domain 3 --interfaces eth0 --peers 10.0.0.2`.
+std::string place_options(const client::Options& options);
 
 /// The options of the command line; each has an environment variable (RUBICON_DOMAIN, ...).
 class SettingsOptions {

@@ -54,15 +54,18 @@ struct WebService::Impl {
         access(p.scheduler, rules_of(s)),
         page(page_of(s, directory)) {}
 
-  Result<void> open(const std::string& name) {
+  Result<void> open(const std::string& name, const Place& place) {
     if (const auto wrong = config::web_exposure(setup); !wrong.empty()) return fail(ErrorCode::kInvalid, wrong);
     auto tokens = tokens_of_setup();
     if (!tokens) return fail(tokens.error());
     access.take(std::move(*tokens));
     if (parts.history != nullptr) past.emplace(*parts.history);
-    site = std::make_unique<api::Api>(
-        parts.scheduler, parts.space, parts.log, access,
-        api::ApiOptions{.name = name, .metrics_patterns = setup.metrics, .history = past ? &*past : nullptr});
+    site = std::make_unique<api::Api>(parts.scheduler, parts.space, parts.log, access,
+                                      api::ApiOptions{.name = name,
+                                                      .place = place.text,
+                                                      .place_options = place.options,
+                                                      .metrics_patterns = setup.metrics,
+                                                      .history = past ? &*past : nullptr});
     auto opened = server::Server::open({parts.context, parts.scheduler, access, *site, *page, Log(parts.log, "web")},
                                        options_of(setup, directory));
     if (!opened) return fail(opened.error());
@@ -96,9 +99,10 @@ struct WebService::Impl {
 };
 
 Result<std::unique_ptr<WebService>> WebService::open(const Parts& parts, const config::WebSetup& setup,
-                                                     const std::string& directory, const std::string& name) {
+                                                     const std::string& directory, const std::string& name,
+                                                     const Place& place) {
   auto impl = std::make_unique<Impl>(parts, setup, directory);
-  if (auto opened = impl->open(name); !opened) return fail(opened.error());
+  if (auto opened = impl->open(name, place); !opened) return fail(opened.error());
   return std::unique_ptr<WebService>(new WebService(std::move(impl)));
 }
 

@@ -32,10 +32,17 @@ class WebService {
     history::History* history = nullptr;  ///< nullptr = there is none
   };
 
+  /// Where a component that belongs to no island looks for islands.
+  struct Place {
+    std::string text;     ///< for people: `domain 3 on eth0`
+    std::string options;  ///< of the command line: `--domain 3 --interfaces eth0`
+  };
+
   /// Relative paths start at `directory`. kBusy: the port is in use; otherwise what is wrong with a file that the setup
   /// names, or why nothing can listen.
   static Result<std::unique_ptr<WebService>> open(const Parts& parts, const config::WebSetup& setup,
-                                                  const std::string& directory, const std::string& name);
+                                                  const std::string& directory, const std::string& name,
+                                                  const Place& place = {});
   ~WebService();
 
   /// Reads tokens and certificate again. On an error those before stay.

@@ -18,6 +18,8 @@ namespace rubicon::web::api {
 /// How the API describes itself, and what it shows.
 struct ApiOptions {
   std::string name{};                       ///< of the component, for people
+  std::string place{};                      ///< where it looks for islands, for people; empty: it belongs to one
+  std::string place_options{};              ///< the same as options of the command line
   std::vector<Pattern> metrics_patterns{};  ///< points whose values `/metrics` shows
   HistorySource* history = nullptr;         ///< must outlive the API; nullptr = there is none
 };

@@ -15,6 +15,8 @@ std::unique_ptr<Exchange> describe_site(Call& call) {
   tree["tokens"] = context.access.rules().needs_token;
   tree["caller"] = {{"name", caller.name}, {"role", access::to_string(caller.role)}};
   tree["release"] = RUBICON_VERSION;
+  if (!context.options.place.empty())
+    tree["place"] = {{"text", context.options.place}, {"options", context.options.place_options}};
   return call.answer(json_response(tree));
 }
 

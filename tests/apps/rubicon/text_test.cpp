@@ -191,11 +191,14 @@ TEST(CliRates, GroupsByDeviceNetworkAndIsland) {
 TEST(CliSettings, SaysWhereItLooks) {
   client::Options options;
   EXPECT_EQ(place_text(options), "domain 0 on lo");
+  EXPECT_EQ(place_options(options), "--domain 0 --interfaces lo");
   options.domain = 3;
   options.interfaces = {"eth0", "eth1"};
   options.tag = "home";
   options.peers = {"10.0.0.2"};
   EXPECT_EQ(place_text(options), "domain 3 on eth0, eth1, tag home, peers 10.0.0.2");
+  options.tcp = true;
+  EXPECT_EQ(place_options(options), "--domain 3 --interfaces eth0,eth1 --tcp --tag home --peers 10.0.0.2");
 }
 
 TEST(CliSettings, ASpanNeedsItsUnit) {

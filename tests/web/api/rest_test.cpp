@@ -29,6 +29,12 @@ TEST_F(Rest, TheSiteTellsWhatItIs) {
   EXPECT_EQ(ask("GET", "/healthz", "", {}, Role::kNone).body, "ok\n");
 }
 
+TEST_F(Rest, ASiteOfNoIslandTellsWhereItLooks) {
+  options.place = "domain 7 on eth0";
+  options.place_options = "--domain 7 --interfaces eth0";
+  EXPECT_EQ(get("/api/v1")["place"], Json({{"text", "domain 7 on eth0"}, {"options", "--domain 7 --interfaces eth0"}}));
+}
+
 TEST_F(Rest, IslandsAreThoseThatArePresent) {
   site();
   start_island(1);
