@@ -3,6 +3,7 @@ import { readFile } from "node:fs/promises";
 import { settled, viewsOf } from "./browser.mjs";
 
 const more = [
+  "devices/6541/dummy-rooms/remote",
   "devices/6541/dummy-rooms/living",
   "devices/compare?d=6541/dummy-rooms/living,6541/dummy-rooms/bedroom",
   "tuples/6541:proxy.dummy-rooms.living.status",
@@ -63,6 +64,32 @@ const noFindings =
     assert.deepEqual(found, []);
   };
 
+/** Values are not current while the line is lost, but readable. */
+async function lostAndReadable({ page, open, browser, island, picture }) {
+  const axe = await readFile(browser.axe, "utf8");
+  const found = [];
+  for (const address of [
+    "overview",
+    "devices",
+    "devices/6541/dummy-rooms/living",
+    "tuples?q=living",
+  ]) {
+    await open(address);
+    await settled(page);
+    await page.waitForTimeout(300); // values arrive
+    await island.kill();
+    try {
+      await page.locator(".shell.line-lost").waitFor();
+      await picture(`lost-${address.replace(/\W+/g, "-")}`);
+      for (const finding of await findingsOf(page, axe))
+        found.push(`${address}: ${finding}`);
+    } finally {
+      await island.start();
+    }
+  }
+  assert.deepEqual(found, []);
+}
+
 const sizes = {
   desk: { viewport: { width: 1280, height: 800 } },
   phone: {
@@ -73,7 +100,16 @@ const sizes = {
   wall: { viewport: { width: 3840, height: 2160 } },
 };
 
-export const tests = (long) =>
+const lost = (long) =>
+  (long ? ["light", "dark"] : ["light"]).map((theme) => ({
+    name: `accessible: axe finds nothing while the connection is lost, ${theme}`,
+    settings: { axe: true, lines: true, context: { colorScheme: theme } },
+    body: lostAndReadable,
+  }));
+
+export const tests = (long) => [...views(long), ...lost(long)];
+
+const views = (long) =>
   (long ? Object.keys(sizes) : ["desk"]).flatMap((size) =>
     (long ? ["light", "dark"] : ["light"]).map((theme) => ({
       name: `accessible: axe finds nothing in any view, ${theme}, ${size}`,

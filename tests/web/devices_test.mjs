@@ -6,7 +6,7 @@ const names = (page) =>
 
 async function filteredToNothing({ page, open }) {
   await open("devices?q=nosuchdevice");
-  await page.getByText(/^0 of \d+ devices match/).waitFor();
+  await page.getByText(/^None of \d+ devices matches/).waitFor();
   await page.getByRole("button", { name: "Clear filter" }).click();
   await page.locator(".row", { hasText: "Hot water tank" }).waitFor();
   assert.ok(!page.url().includes("nosuchdevice"));

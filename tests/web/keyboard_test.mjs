@@ -143,6 +143,40 @@ async function treeByArrows({ page, open }) {
   assert.equal(await active.getAttribute("aria-level"), "1");
 }
 
+/** A row of the tree that keys or an address choose is in sight. */
+async function treeRowsAreInSight({ page, open }) {
+  const inSight = (text) =>
+    page.waitForFunction((wanted) => {
+      const row = document.querySelector("[role=treeitem].active");
+      const list = document.querySelector("[role=tree]");
+      if (!row || row.querySelector(".part").textContent !== wanted)
+        return false;
+      const [box, around] = [
+        row.getBoundingClientRect(),
+        list.getBoundingClientRect(),
+      ];
+      return (
+        list.getAttribute("aria-activedescendant") === row.id &&
+        box.top >= around.top &&
+        box.bottom <= around.bottom
+      );
+    }, text);
+  await open("tuples/6541:proxy.dummy-rooms.tank");
+  await page
+    .locator("[role=treeitem][aria-selected=true][aria-expanded=true]", {
+      hasText: "tank",
+    })
+    .waitFor();
+  await inSight("tank");
+  await page.locator("[role=tree]").focus();
+  await press(page, "ArrowRight ArrowLeft");
+  await inSight("tank");
+  await press(page, "ArrowLeft ArrowLeft"); // closes it, then to what is around it
+  await inSight("dummy-rooms");
+  await open("tuples/6541:proxy.wsn-hall.status");
+  await inSight("status");
+}
+
 /** Tab reaches each control of the frame of the page, and shows where it is. */
 async function tabShowsTheFocus({ page, open }) {
   await open("overview");
@@ -239,6 +273,11 @@ export const tests = () => [
   },
   { name: "keyboard: wake sensors and let them sleep", body: wakingByKey },
   { name: "keyboard: the tree by arrows", body: treeByArrows },
+  {
+    name: "keyboard: the chosen row of the tree is in sight",
+    settings: { context: { viewport: { width: 1280, height: 320 } } },
+    body: treeRowsAreInSight,
+  },
   {
     name: "keyboard: Tab reaches every control and shows where it is",
     body: tabShowsTheFocus,

@@ -13,6 +13,7 @@ const files = [
   "keyboard",
   "accessible",
   "narrow",
+  "sizes",
   "devices",
   "commands",
   "tuples",

@@ -57,16 +57,98 @@ async function fits({ page, open, picture }) {
   }
 }
 
+const phone = {
+  context: {
+    viewport: { width: 320, height: 640 },
+    hasTouch: true,
+    isMobile: true,
+  },
+};
+
+async function widthOf(locator) {
+  return (await locator.boundingBox()).width;
+}
+
+/** With tokens, a chooser and a switch, the head has room for each; the rest is behind `More`. */
+async function theHeadFits({ page, island }) {
+  const { tokens, url } = await island.startGuarded();
+  await page.goto(`${url}#/devices/6541/dummy-rooms/living`);
+  await page.getByLabel("Token").fill(tokens.command);
+  await page.getByRole("button", { name: "Log in" }).click();
+  await page.locator(".row", { hasText: "light-1" }).waitFor();
+  const turn = page.locator(".active-switch");
+  await turn.click();
+  await page.getByRole("switch", { name: "Active waking 1 sensor" }).waitFor();
+  assert.match(await turn.innerText(), /Active\s*1/);
+  assert.ok((await widthOf(page.getByLabel("Island"))) >= 75);
+  assert.ok(
+    (await widthOf(page.getByRole("button", { name: "Search" }))) >= 40,
+  );
+  assert.deepEqual(await page.evaluate(beyondTheEdge), []);
+  await page.getByRole("button", { name: "More" }).click();
+  await page.getByRole("button", { name: /^Theme/ }).waitFor();
+  await page.getByRole("button", { name: /^Log out command-/ }).click();
+  await page.getByLabel("Token").waitFor();
+}
+
+/** The state of the connection is a word, not only a colour: always for screen readers, and to be seen when it is lost. */
+async function theConnectionIsAWord({ page, open, island }) {
+  await open("devices/6541/dummy-rooms/living");
+  const word = page.locator(".line-text");
+  assert.equal(await word.innerText(), "connected");
+  await island.kill();
+  try {
+    await page.locator(".shell.line-lost").waitFor();
+    assert.match(await word.innerText(), /^connection lost/);
+    assert.ok((await widthOf(word)) > 150);
+    assert.deepEqual(await page.evaluate(beyondTheEdge), []);
+  } finally {
+    await island.start();
+  }
+}
+
+/** Devices are chosen on a phone, and compared in a table that scrolls beside their names. */
+async function devicesAreCompared({ page, open }) {
+  await open("devices?q=room");
+  for (const name of ["Living room", "Bedroom"])
+    await page.getByRole("checkbox", { name: `select ${name}` }).check();
+  await page.getByRole("link", { name: "Compare 2" }).click();
+  await page
+    .getByRole("columnheader", { name: "illuminance (lx)" })
+    .or(page.getByRole("columnheader", { name: "light (lx)" }))
+    .waitFor();
+  const name = page.getByRole("gridcell", { name: "Bedroom" }).first();
+  const list = page.locator(".list");
+  assert.ok(
+    await list.evaluate((element) => element.scrollWidth > element.clientWidth),
+  );
+  await list.evaluate((element) => element.scrollTo(200, 0));
+  await page.waitForFunction(
+    () => document.querySelector(".list").scrollLeft > 0,
+  );
+  assert.ok((await name.boundingBox()).x >= 0);
+  assert.ok((await page.getByRole("columnheader").count()) > 4);
+}
+
 export const tests = () => [
   {
+    name: "narrow: the head with tokens",
+    settings: { ...phone, lines: true },
+    body: theHeadFits,
+  },
+  {
+    name: "narrow: the connection is a word",
+    settings: { ...phone, lines: true },
+    body: theConnectionIsAWord,
+  },
+  {
+    name: "narrow: devices are compared",
+    settings: phone,
+    body: devicesAreCompared,
+  },
+  {
     name: "narrow: every view fits into 320 pixels, targets are 44",
-    settings: {
-      context: {
-        viewport: { width: 320, height: 640 },
-        hasTouch: true,
-        isMobile: true,
-      },
-    },
+    settings: phone,
     body: fits,
   },
 ];

@@ -166,12 +166,13 @@ test("the range of an address, zooming and moving", () => {
   assert.deepEqual(moved({ from: 0, to: 100 }, -0.25), { span: 0, from: -25, to: 75 });
 });
 
-test("the axis says the day where it changes", () => {
+test("the axis says the day where it changes, and the year once", () => {
   const at = (text: string) => Date.parse(text) / 1000;
   const splits = [at("2026-11-21T23:00Z"), at("2026-11-22T00:00Z"), at("2026-11-22T01:00Z")];
-  assert.deepEqual(timeLabels(splits, 3600, "UTC"), ["23:00\n11-21", "00:00\n11-22", "01:00"]);
+  assert.deepEqual(timeLabels(splits, 3600, "UTC"), ["23:00\n2026-11-21", "00:00\n11-22", "01:00"]);
   assert.deepEqual(timeLabels([at("2026-11-22T01:00:05Z")], 5, "UTC"), ["01:00:05"]);
-  assert.deepEqual(timeLabels(splits.slice(0, 1), 86_400, "UTC"), ["11-21"]);
+  const days = ["2026-12-30T00:00Z", "2026-12-31T00:00Z", "2027-01-01T00:00Z", "2027-01-02T00:00Z"].map(at);
+  assert.deepEqual(timeLabels(days, 86_400, "UTC"), ["12-30\n2026", "12-31", "01-01\n2027", "01-02"]);
 });
 
 test("a gap that begins with the value before it has a time of its own in a file", () => {

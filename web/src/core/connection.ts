@@ -1,4 +1,5 @@
 import type { Clock } from "./clock";
+import * as words from "../words/frame";
 import { type Answer, type Frame, parseFrame } from "./frames";
 
 /** An open WebSocket, or what stands for one in a test. */
@@ -132,7 +133,7 @@ export class Connection {
 }
 
 function unreachable(id: number): Answer {
-  return { id, ok: false, error: { code: "unreachable", text: "the connection to the server is lost" } };
+  return { id, ok: false, error: { code: "unreachable", text: words.lineUnreachable } };
 }
 
 /** The WebSocket of the page's own server. */

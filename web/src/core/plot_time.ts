@@ -50,20 +50,22 @@ export function moved(bounds: { from: number; to: number }, share: number): Time
 
 const day = 86_400;
 
-/** What the axis of time says at each split: the day where it changes, seconds only where they matter. */
+/** What the axis of time says at each split: the day where it changes, the year once, seconds only where they matter. */
 export function timeLabels(splits: number[], step: number, zone?: string): string[] {
   const part = (options: Intl.DateTimeFormatOptions) => new Intl.DateTimeFormat("en-CA", { timeZone: zone, hourCycle: "h23", ...options });
-  const dayOf = part({ month: "2-digit", day: "2-digit" });
+  const dayOf = part({ year: "numeric", month: "2-digit", day: "2-digit" });
   const timeOf = part({ hour: "2-digit", minute: "2-digit", ...(step < 60 ? { second: "2-digit" } : {}) });
   let before = "";
   return splits.map((split) => {
     const date = new Date(split * 1000);
     const today = dayOf.format(date);
+    const yearStays = today.slice(0, 4) === before.slice(0, 4);
     const changed = before !== "" && today !== before;
     before = today;
-    if (step >= day) return today;
+    const short = today.slice(5);
+    if (step >= day) return yearStays ? short : `${short}\n${today.slice(0, 4)}`;
     const time = timeOf.format(date);
-    return changed || (split === splits[0] && step >= 3600) ? `${time}\n${today}` : time;
+    return changed || (split === splits[0] && step >= 3600) ? `${time}\n${yearStays ? short : today}` : time;
   });
 }
 

@@ -1,4 +1,5 @@
 import type { FrameError } from "./frames";
+import * as words from "../words/frame";
 import { heardAnswer } from "./server_time";
 
 /** What `GET /api/v1` says. */
@@ -7,6 +8,8 @@ export interface ServerInfo {
   name: string;
   id: number;
   release: string;
+  /** Where a server that belongs to no island looks for islands. */
+  place?: { text: string; options: string };
   history: boolean;
   tokens: boolean;
   caller: { name: string; role: string };
@@ -27,7 +30,7 @@ async function failure(response: Response): Promise<RestError> {
     const { error } = (await response.json()) as { error: FrameError };
     return new RestError(error.code, error.text, response.status);
   } catch {
-    return new RestError("failed", `the server answered ${response.status}`, response.status);
+    return new RestError("failed", words.lineAnswered(response.status), response.status);
   }
 }
 
@@ -38,7 +41,7 @@ export async function ask(path: string, init: RequestInit = {}): Promise<Respons
   try {
     response = await fetch(`/api/v1${path}`, { cache: "no-store", ...init });
   } catch {
-    throw new RestError("unreachable", "the server does not answer", 0);
+    throw new RestError("unreachable", words.lineNoAnswer, 0);
   }
   heardAnswer(response.headers.get("date"), since);
   if (!response.ok) throw await failure(response);

@@ -1,5 +1,6 @@
 import { signal } from "@preact/signals";
 import type { Tone } from "../core/commands";
+import * as words from "../words/frame";
 
 interface Notice {
   id: number;
@@ -8,21 +9,22 @@ interface Notice {
   action?: { label: string; run(): void };
 }
 
-const spoken = signal("");
-const notices = signal<Notice[]>([]);
+export const spoken = signal("");
+export const notices = signal<Notice[]>([]);
 let lastId = 0;
+const shownFor = 6000;
 
-/** Says a text to screen readers: the connection, outcomes of commands. Never values. */
+/** Says a text to screen readers: the connection, outcomes of commands. Never values. They speak what changes: the same text twice differs by a space. */
 export function announce(text: string): void {
-  spoken.value = text;
+  spoken.value = spoken.value === text ? `${text}\u00a0` : text;
 }
 
-/** Shows a line that goes away by itself, and says it. An equal line is shown once. */
-export function notify(text: string, tone: Tone = "neutral", action?: Notice["action"], milliseconds = 6000): void {
+/** Shows a line, and says it. It goes away by itself unless it is bad or asks for something. An equal line is shown once. */
+export function notify(text: string, tone: Tone = "neutral", action?: Notice["action"]): void {
   const notice = { id: ++lastId, text, tone, action };
   notices.value = [...notices.value.filter((other) => other.text !== text), notice].slice(-4);
   announce(text);
-  setTimeout(() => dismiss(notice), milliseconds);
+  if (tone !== "bad" && !action) setTimeout(() => dismiss(notice), shownFor);
 }
 
 function dismiss(notice: Notice): void {
@@ -50,6 +52,9 @@ export function Notices() {
                 {notice.action.label}
               </button>
             )}
+            <button type="button" class="plain" aria-label={words.close} title={words.close} onClick={() => dismiss(notice)}>
+              ×
+            </button>
           </div>
         ))}
       </div>

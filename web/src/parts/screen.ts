@@ -14,7 +14,22 @@ export const wide = media("(min-width: 1100px)");
 /** Fingers instead of a mouse. */
 export const coarse = media("(pointer: coarse)");
 
+/** The size of letters for which the heights of rows are given. */
+export const normalSize = 13;
+
+const letters = signal(sizeOfLetters());
+addEventListener("resize", () => (letters.value = sizeOfLetters()));
+
+function sizeOfLetters(): number {
+  return Number.parseFloat(getComputedStyle(document.documentElement).fontSize) || normalSize;
+}
+
+/** As many pixels as these are with letters of the size that the user has. */
+export function scaled(pixels: number): number {
+  return Math.round((pixels * letters.value) / normalSize);
+}
+
 /** Pixels of a row of a table. */
-export function rowHeight(): number {
-  return phone.value ? 60 : coarse.value ? 44 : 30;
+export function rowHeight(twoLines = phone.value): number {
+  return scaled(twoLines ? 60 : coarse.value ? 44 : 30);
 }

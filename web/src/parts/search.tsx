@@ -23,22 +23,25 @@ interface Found {
 }
 
 /** Views, devices and networks whose texts contain all words of the search. */
-function find(search: string): Found[] {
-  const found: Found[] = [];
+function find(search: string): { found: Found[]; more: number } {
+  const all: Found[] = [];
   for (const view of views) {
-    if (matches(search, view.title))
-      found.push({ key: view.id, what: words.searchView, name: view.title, more: "", href: hrefTo(view.id) });
+    if (matches(search, view.title)) all.push({ key: view.id, what: words.searchView, name: view.title, more: "", href: hrefTo(view.id) });
   }
-  if (search.trim() === "") return found;
-  const island = chosenIsland();
-  for (const device of catalog.devices.values()) {
-    if (found.length >= longest) break;
-    if (island && device.owner !== island) continue;
-    const more = [device.network, device.area, device.model].filter(Boolean).join(" · ");
-    if (!matches(search, `${device.name} ${device.id} ${more} ${device.owner}`)) continue;
-    found.push({ key: device.path, what: words.searchDevice, name: device.name, more, href: hrefTo("devices", device.path.split("/")) });
+  if (search.trim() !== "") {
+    const island = chosenIsland();
+    const there = ({ owner }: { owner: number }) => !island || owner === island;
+    for (const { id, owner, path, line } of [...catalog.networks.values()].filter(there)) {
+      if (matches(search, `${id} ${owner}`))
+        all.push({ key: `n ${path}`, what: words.searchNetwork, name: id, more: line, href: hrefTo("networks", [path]) });
+    }
+    for (const { id, owner, path, name, network, area, model } of [...catalog.devices.values()].filter(there)) {
+      const more = [network, area, model].filter(Boolean).join(" · ");
+      if (matches(search, `${name} ${id} ${more} ${owner}`))
+        all.push({ key: path, what: words.searchDevice, name, more, href: hrefTo("devices", path.split("/")) });
+    }
   }
-  return found;
+  return { found: all.slice(0, longest), more: all.length - longest };
 }
 
 export function Search() {
@@ -49,7 +52,7 @@ function SearchDialog() {
   const [text, setText] = useState("");
   const [at, setAt] = useState(0);
   const box = useRef<HTMLUListElement>(null);
-  const found = find(text);
+  const { found, more } = find(text);
   const close = () => (open.value = false);
   const choose = (index: number) => {
     const entry = found[index];
@@ -97,6 +100,7 @@ function SearchDialog() {
           </li>
         ))}
       </ul>
+      {more > 0 && <p class="muted">{words.searchRest(more)}</p>}
     </Dialog>
   );
 }

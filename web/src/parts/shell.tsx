@@ -38,7 +38,7 @@ function Rail({ views, current }: { views: View[]; current: string }) {
   const bar = phone.value ? views.slice(0, barRoom) : views;
   const rest = phone.value ? views.slice(barRoom) : [];
   return (
-    <nav class="rail" aria-label="Views">
+    <nav class="rail" aria-label={words.viewsLabel}>
       {bar.map((view) => (
         <Entry key={view.id} view={view} current={view.id === current} />
       ))}
@@ -53,6 +53,7 @@ function Rail({ views, current }: { views: View[]; current: string }) {
           {rest.map((view) => (
             <Entry key={view.id} view={view} current={view.id === current} />
           ))}
+          <Tools />
         </div>
       )}
     </nav>
@@ -93,40 +94,65 @@ function LineState() {
 
 function ActiveSwitch({ view }: { view: View }) {
   const on = active.value;
+  const waking = words.activeWaking(wokenSensors.value);
   const turn = () => (active.value = !active.value);
   const wakes = view.wakes?.(route.value) ?? false;
   useEffect(() => (wakes ? addShortcuts([{ keys: "a", what: words.keyboardActive, run: turn }]) : undefined), [wakes]);
   if (!wakes || !mayBe("view")) return null;
   return (
-    <button type="button" class="active-switch" role="switch" aria-checked={on} title={words.activeTitle} onClick={turn}>
+    <button
+      type="button"
+      class="active-switch"
+      role="switch"
+      aria-checked={on}
+      aria-label={on ? `${words.activeActive} ${waking}` : words.activePassive}
+      title={words.activeTitle}
+      onClick={turn}
+    >
       <span class="knob" aria-hidden="true" />
       {on ? words.activeActive : words.activePassive}
-      {on && <span class="waking">{words.activeWaking(wokenSensors.value)}</span>}
-    </button>
-  );
-}
-
-/** Who the server takes us for, where it asks. */
-function LogoutButton() {
-  const known = server.value;
-  if (!known?.tokens) return null;
-  const label = words.loginLogout(known.caller.name, known.caller.role);
-  return (
-    <button type="button" class="plain" aria-label={label} title={label} onClick={() => void logout()}>
-      <Icon name="logout" />
+      {on && <span class="waking">{phone.value ? wokenSensors.value : waking}</span>}
     </button>
   );
 }
 
 const themes: Theme[] = ["system", "light", "dark"];
 
-function ThemeButton() {
-  const next = themes[(themes.indexOf(theme.value) + 1) % themes.length] ?? "system";
-  const label = `${words.theme.label}: ${words.theme[theme.value]}`;
+interface ToolProps {
+  icon: string;
+  label: string;
+  run(): void;
+  /** What stands below the icon among the views of a narrow screen. */
+  short: string;
+}
+
+function Tool({ icon, label, run, short }: ToolProps) {
   return (
-    <button type="button" class="plain" aria-label={label} title={label} onClick={() => (theme.value = next)}>
-      <Icon name="theme" />
+    <button type="button" class="plain" aria-label={label} title={label} onClick={run}>
+      <Icon name={icon} />
+      {phone.value && <span>{short}</span>}
     </button>
+  );
+}
+
+/** Theme, keys, and whom the server takes us for, where it asks: in the head, or behind `More`. */
+function Tools() {
+  const known = server.value;
+  const next = themes[(themes.indexOf(theme.value) + 1) % themes.length] ?? "system";
+  const chosen = words.theme[theme.value];
+  return (
+    <>
+      {known?.tokens && (
+        <Tool
+          icon="logout"
+          label={words.loginLogout(known.caller.name, known.caller.role)}
+          short={words.loginOut}
+          run={() => void logout()}
+        />
+      )}
+      <Tool icon="theme" label={`${words.theme.label}: ${chosen}`} short={chosen} run={() => (theme.value = next)} />
+      <Tool icon="help" label={words.keyboardTitle} short={words.keyboardTitle} run={showHelp} />
+    </>
   );
 }
 
@@ -158,14 +184,10 @@ export function Shell({ views }: { views: View[] }) {
         <span class="space" />
         <ActiveSwitch view={view} />
         <LineState />
-        <LogoutButton />
-        <ThemeButton />
-        <button type="button" class="plain" aria-label={words.keyboardTitle} title={words.keyboardTitle} onClick={showHelp}>
-          <Icon name="help" />
-        </button>
+        {!phone.value && <Tools />}
       </header>
       <Rail views={views} current={view.id} />
-      <main ref={main} tabIndex={-1}>
+      <main ref={main} tabIndex={-1} onPointerDown={() => (moreOpen.value = false)}>
         {view.show(current)}
       </main>
       <Notices />
@@ -198,6 +220,7 @@ function useShellKeys(views: View[]): void {
 
 /** Leaves a field first, then the page of one thing for its list. */
 function back(): void {
+  moreOpen.value = false;
   const focused = document.activeElement;
   if (focused instanceof HTMLElement && focused !== document.body && focused.matches("input, textarea, select, button, a")) {
     focused.blur();

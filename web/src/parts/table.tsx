@@ -2,7 +2,7 @@ import type { ComponentChildren } from "preact";
 import { useMemo } from "preact/hooks";
 import * as words from "../words/frame";
 import { Choice } from "./fields";
-import { phone, rowHeight, wide } from "./screen";
+import { normalSize, phone, rowHeight, scaled, wide } from "./screen";
 import { type ListProps, VirtualList } from "./virtual_list";
 
 export interface Column<T> {
@@ -33,6 +33,8 @@ interface TableProps<T> extends Pick<ListProps, "label" | "place"> {
   columns: Column<T>[];
   rows: TableRow<T>[];
   rowsVersion: unknown;
+  /** Keeps its columns on a narrow screen, where it scrolls sideways beside the first one. */
+  sideways?: boolean;
   /** Pixels of a row; all alike without. */
   heightOf?(row: T): number;
   nameOf(row: T): string;
@@ -54,14 +56,16 @@ function groupName(group: string): string {
 /** A table of fixed columns; on a narrow screen each row has two lines. */
 export function Table<T>(props: TableProps<T>) {
   const { columns, rows, onOpen } = props;
-  const shown = columns.filter((column) => (phone.value ? column.phone : wide.value || !column.wide));
+  const twoLines = phone.value && !props.sideways;
+  const shown = columns.filter((column) => (twoLines ? column.phone : wide.value || !column.wide));
   const grouped = useMemo(() => props.heightOf || rows.some((entry) => "group" in entry), [rows, props.heightOf]);
-  const height = rowHeight();
+  const height = rowHeight(twoLines);
   const heightsVersion = useMemo(() => ({}), [props.rowsVersion, height, props.heightOf]);
   const heightOf = (index: number) => {
     const entry = rows[index];
-    if (entry && "group" in entry) return groupHeight;
-    return (entry && props.heightOf?.(entry.row)) ?? height;
+    if (entry && "group" in entry) return scaled(groupHeight);
+    const own = entry && props.heightOf?.(entry.row);
+    return own ? scaled(own) : height;
   };
   const nameAt = (index: number) => {
     const entry = rows[index];
@@ -77,8 +81,8 @@ export function Table<T>(props: TableProps<T>) {
   const rowsIn = (first: number, end: number) => rows.slice(first, end).flatMap((entry) => ("row" in entry ? [entry.row] : []));
   return (
     <div
-      class={`table${phone.value ? " two-lines" : ""}`}
-      style={`--columns:${shown.map((column) => column.width).join(" ")};--least:${leastWidth(shown)}px`}
+      class={`table${twoLines ? " two-lines" : ""}${props.sideways ? " sideways" : ""}`}
+      style={`--columns:${inRem(shown.map((column) => column.width).join(" "))};--least:${inRem(`${leastWidth(shown)}px`)}`}
     >
       <VirtualList
         role="grid"
@@ -144,6 +148,11 @@ export function Table<T>(props: TableProps<T>) {
 
 const gap = 12;
 const padding = 16;
+
+/** Columns grow with the letters. */
+function inRem(widths: string): string {
+  return widths.replace(/([\d.]+)px/g, (_, pixels) => `${pixels / normalSize}rem`);
+}
 
 /** Pixels below which the table scrolls sideways. */
 function leastWidth<T>(columns: Column<T>[]): number {

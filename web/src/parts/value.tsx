@@ -1,5 +1,6 @@
 import { type Point, text } from "../core/catalog";
 import { formatValue, unitSign } from "../core/format";
+import * as words from "../words/frame";
 
 const longest = 80;
 
@@ -7,7 +8,7 @@ const longest = 80;
 export function Value({ point, unit = true }: { point: Point | undefined; unit?: boolean }) {
   const value = point?.value?.value;
   if (!point || value === undefined) return <span class="muted">…</span>;
-  if (value === null) return <span class="muted">{`${point.value?.size ?? 0} bytes`}</span>;
+  if (value === null) return <span class="muted">{words.bytes(point.value?.size ?? 0)}</span>;
   if (value === "") return <span class="muted">–</span>;
   const sign = unit ? unitSign(point.unit) : "";
   const cut = value.length > longest;

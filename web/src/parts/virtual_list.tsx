@@ -3,6 +3,7 @@ import { useEffect, useLayoutEffect, useMemo, useRef, useState } from "preact/ho
 import { type ActiveRow, activeNow } from "../core/active_row";
 import { addShortcuts } from "../core/keyboard";
 import { layoutOf, shownRows } from "../core/layout";
+import * as words from "../words/frame";
 
 export interface ListProps {
   count: number;
@@ -19,6 +20,7 @@ export interface ListProps {
   head?: ComponentChildren;
   /** The list keeps its place under this name when the user comes back. */
   place?: string;
+  /** The active row, if the view knows it; where it is another one, the list scrolls there. */
   active?: number;
   onActive?(index: number): void;
   onOpen?(index: number): void;
@@ -70,7 +72,9 @@ export function VirtualList(props: ListProps) {
     if (place) places.set(place, { top: view.top, active: own.current });
   }, [place, view.top, active, own.current.name]);
 
+  const drawn = useRef(props.active);
   const choose = (index: number) => {
+    drawn.current = index; // it is in sight: rows must not move under the pointer
     own.current = { index, name: index < count ? props.nameAt?.(index) : undefined };
     setDrawn((drawn) => drawn + 1);
     props.onActive?.(index);
@@ -90,6 +94,10 @@ export function VirtualList(props: ListProps) {
     show(next);
     if (!box.current?.contains(document.activeElement)) box.current?.focus({ preventScroll: true });
   };
+  useLayoutEffect(() => {
+    if (props.active !== undefined && props.active !== drawn.current) show(props.active);
+    drawn.current = props.active;
+  }, [props.active]);
   const page = Math.max(1, Math.floor(view.height / layout.height(0)) - 1);
   const latest = useRef({ move, choose, active, page, props });
   latest.current = { move, choose, active, page, props };
@@ -160,15 +168,15 @@ function useListKeys(latest: { current: Latest }): void {
       },
     }));
     return addShortcuts([
-      { keys: "j", what: "next row", run: step(() => 1) },
-      { keys: "k", what: "row before", run: step(() => -1) },
-      { keys: "ArrowDown", what: "next row", run: step(() => 1) },
-      { keys: "ArrowUp", what: "row before", run: step(() => -1) },
-      { keys: "PageDown", what: "a page down", run: step((now) => now.page) },
-      { keys: "PageUp", what: "a page up", run: step((now) => -now.page) },
-      { keys: "Home", what: "first row", run: () => latest.current.move(0) },
-      { keys: "End", what: "last row", run: () => latest.current.move(latest.current.props.count - 1) },
-      ...(latest.current.props.onOpen ? [{ keys: "Enter", what: "open the row", run: open }] : []),
+      { keys: "j", what: words.keyboardRowNext, run: step(() => 1) },
+      { keys: "k", what: words.keyboardRowBefore, run: step(() => -1) },
+      { keys: "ArrowDown", what: words.keyboardRowNext, run: step(() => 1) },
+      { keys: "ArrowUp", what: words.keyboardRowBefore, run: step(() => -1) },
+      { keys: "PageDown", what: words.keyboardPageDown, run: step((now) => now.page) },
+      { keys: "PageUp", what: words.keyboardPageUp, run: step((now) => -now.page) },
+      { keys: "Home", what: words.keyboardFirst, run: () => latest.current.move(0) },
+      { keys: "End", what: words.keyboardLast, run: () => latest.current.move(latest.current.props.count - 1) },
+      ...(latest.current.props.onOpen ? [{ keys: "Enter", what: words.keyboardOpen, run: open }] : []),
       ...more,
     ]);
   }, [own]);

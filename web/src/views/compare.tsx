@@ -40,6 +40,7 @@ export function Compare({ paths }: { paths: string[] }) {
           rows={rows}
           rowsVersion={rows}
           nameOf={(device) => device.path}
+          sideways
           onOpen={(device) => go("devices", device.path.split("/"))}
         />
       </Loaded>
@@ -57,8 +58,8 @@ function columnsOf(devices: Device[]): Column<Device>[] {
     for (const point of device.points.values()) types.set(point.type, unitSign(point.unit) || (types.get(point.type) ?? ""));
   }
   const columns: Column<Device>[] = [
-    { id: "name", title: text.name, width: "minmax(140px,1fr)", phone: "main", cell: (device) => device.name },
-    { id: "state", title: text.state, width: "110px", phone: "side", cell: (device) => <State word={device.state} /> },
+    { id: "name", title: text.name, width: "minmax(110px,1fr)", cell: (device) => device.name },
+    { id: "state", title: text.state, width: "110px", cell: (device) => <State word={device.state} /> },
   ];
   for (const [type, unit] of [...types].sort(([a], [b]) => compareNatural(a, b))) {
     columns.push({
@@ -66,7 +67,6 @@ function columnsOf(devices: Device[]): Column<Device>[] {
       title: `${typeWords(type)}${unit ? ` (${unit})` : ""}`,
       width: `${Math.max(90, 8 * type.length + 8 * unit.length + 16)}px`,
       numeric: true,
-      phone: columns.length === 2 ? "sub" : columns.length === 3 ? "end" : undefined,
       cell: (device) =>
         pointsOf(device, type).map((point, index) => (
           <span key={point.id}>

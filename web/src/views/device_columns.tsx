@@ -4,6 +4,7 @@ import { typeWords } from "../core/format";
 import { pinnedDevices } from "../core/settings";
 import { compareNatural } from "../core/text";
 import { Icon } from "../parts/icons";
+import { phone } from "../parts/screen";
 import { State } from "../parts/state";
 import type { Column } from "../parts/table";
 import { Value } from "../parts/value";
@@ -27,10 +28,29 @@ function firstNumber(device: Device): number {
   return Number.isNaN(value) ? Number.NEGATIVE_INFINITY : value;
 }
 
-function Name({ device }: { device: Device }) {
+interface Choice {
+  chosen: ReadonlySet<string>;
+  toggle(device: Device): void;
+}
+
+function Choose({ device, chosen, toggle }: Choice & { device: Device }) {
+  return (
+    <input
+      type="checkbox"
+      tabIndex={-1}
+      aria-label={`${text.select} ${device.name}`}
+      checked={chosen.has(device.path)}
+      onChange={() => toggle(device)}
+    />
+  );
+}
+
+/** On a narrow screen with what chooses it. */
+function Name({ device, ...choice }: Choice & { device: Device }) {
   const pinned = pinnedDevices.value.includes(device.path);
   return (
     <span class="device-name">
+      {phone.value && <Choose device={device} {...choice} />}
       <a href={`#/devices/${device.path.split("/").map(encodeURIComponent).join("/")}`} tabIndex={-1}>
         {device.name}
       </a>
@@ -59,15 +79,7 @@ export function deviceColumns(chosen: ReadonlySet<string>, toggle: (device: Devi
       id: "chosen",
       title: <span class="spoken">{text.select}</span>,
       width: "34px",
-      cell: (device) => (
-        <input
-          type="checkbox"
-          tabIndex={-1}
-          aria-label={`${text.select} ${device.name}`}
-          checked={chosen.has(device.path)}
-          onChange={() => toggle(device)}
-        />
-      ),
+      cell: (device) => <Choose device={device} chosen={chosen} toggle={toggle} />,
     },
     {
       id: "state",
@@ -84,7 +96,7 @@ export function deviceColumns(chosen: ReadonlySet<string>, toggle: (device: Devi
       width: "minmax(150px,1.6fr)",
       phone: "main",
       compare: (a, b) => compareNatural(a.name, b.name),
-      cell: (device) => <Name device={device} />,
+      cell: (device) => <Name device={device} chosen={chosen} toggle={toggle} />,
     },
     {
       id: "network",

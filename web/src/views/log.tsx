@@ -1,7 +1,7 @@
 import { useEffect, useMemo, useRef, useState } from "preact/hooks";
 import { chosenIsland, islands, loadingOf, noIslands, ownerPattern, store, useFeeds } from "../app";
 import type { Tone } from "../core/commands";
-import { formatFullTime, formatTime } from "../core/format";
+import { formatFullTime, formatTime, zoneName } from "../core/format";
 import { addShortcuts } from "../core/keyboard";
 import { atLeast, kept, levels, LogBook, type LogLine, lineText } from "../core/log_book";
 import { useFrame } from "../core/redraw";
@@ -29,7 +29,7 @@ function columnsOf(several: boolean): Column<LogLine>[] {
   return [
     {
       id: "time",
-      title: text.time,
+      title: `${text.time}, ${zoneName()}`,
       width: phone.value ? "0" : "150px",
       phone: "side",
       cell: ({ time }) => <time title={formatFullTime(time)}>{formatTime(time)}</time>,

@@ -20,7 +20,7 @@ export function NextAttempt({ network }: { network: Network }) {
   const at = number(network.status?.json.next_attempt);
   const seconds = Math.ceil(at - serverNow());
   if (at === 0 || network.line === "up") return null;
-  return <span class="attempt">{`${seconds > 0 ? text.nextIn(seconds) : text.nextNow} · `}</span>;
+  return <span class="attempt">{seconds > 0 ? text.nextIn(seconds) : text.nextNow}</span>;
 }
 
 interface Counter {

@@ -106,7 +106,7 @@ function columnsOf(rates: CounterRates, members: Map<string, Members>): Column<N
       title: text.reason,
       width: "minmax(200px,2.4fr)",
       cell: (network) => (
-        <span class="muted" title={textOf(network.status?.json.reason)}>
+        <span class="muted reason" title={textOf(network.status?.json.reason)}>
           <NextAttempt network={network} />
           {textOf(network.status?.json.reason)}
         </span>
@@ -139,6 +139,8 @@ function Lost({ network }: { network: Network }) {
   return <span class={lost > 0 ? "loss" : "muted"}>{formatCount(lost)}</span>;
 }
 
+const besides = new Set(["island", "since", "arriving", "lost"]);
+
 /** One row a network; the chosen one with all its counters. Drawn once a second. */
 function Networks({ route }: { route: Route }) {
   rememberList("networks", route.query);
@@ -167,6 +169,8 @@ function Networks({ route }: { route: Route }) {
   const rows = useMemo(() => order.rows.map((row) => ({ row })), [order.rows]);
   if (noIslands() && catalog.networks.size === 0) return <NoIsland />;
   if (chosen && phone.value) return <NetworkPanel network={chosen} rates={rates} />;
+  // Beside the panel there is room for what says how the networks are.
+  const beside = path ? columns.filter(({ id }) => !besides.has(id)) : columns;
   return (
     <section class="view networks">
       <div class="toolbar">
@@ -180,7 +184,7 @@ function Networks({ route }: { route: Route }) {
         <div class="split">
           <Table
             label={text.title}
-            columns={columns}
+            columns={beside}
             rows={rows}
             rowsVersion={order.version}
             nameOf={(network) => network.path}

@@ -1,4 +1,4 @@
-import { formatFullTime, formatTime } from "../core/format";
+import { formatFullTime, formatTime, zoneName } from "../core/format";
 import type { Passing, TrafficKind } from "../core/traffic";
 import { phone } from "../parts/screen";
 import type { Column } from "../parts/table";
@@ -22,8 +22,14 @@ function Direction({ out }: { out: boolean }) {
 }
 
 export function trafficColumns(kind: TrafficKind): Column<Passing>[] {
-  const time: Column<Passing> = { id: "time", title: text.time, width: "150px", phone: "side", cell: (one) => <Time time={one.time} /> };
-  const direction: Column<Passing> = { id: "direction", title: text.direction, width: "58px", cell: (one) => <Direction out={one.out} /> };
+  const time: Column<Passing> = {
+    id: "time",
+    title: `${text.time}, ${zoneName()}`,
+    width: "150px",
+    phone: "side",
+    cell: (one) => <Time time={one.time} />,
+  };
+  const direction: Column<Passing> = { id: "direction", title: text.direction, width: "72px", cell: (one) => <Direction out={one.out} /> };
   const hex: Column<Passing> = {
     id: "hex",
     title: text.hex,

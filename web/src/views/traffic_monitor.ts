@@ -46,8 +46,8 @@ export function watchOf(network: Network, kind: TrafficKind): Watch {
     live: () => line.value === "live",
     hidden: () => document.hidden,
     changed: redraw,
-    refused: (why) => notify(text.refused(why), "waiting"),
-    ended: () => notify(text.ended, "waiting"),
+    refused: (why) => notify(text.refused(why), "bad"),
+    ended: () => notify(text.ended, "bad"),
   });
   watches.set(network.path, watch);
   return watch;

@@ -1,4 +1,4 @@
-import { useState } from "preact/hooks";
+import { useEffect, useMemo, useRef, useState } from "preact/hooks";
 import { components } from "../app";
 import { formatCount, formatRate, formatTime } from "../core/format";
 import type { Rates } from "../core/rates";
@@ -6,7 +6,7 @@ import { pinnedBranches } from "../core/settings";
 import type { Tuple } from "../core/store";
 import type { Branch, Tree, TreeRow } from "../core/tree";
 import { Icon } from "../parts/icons";
-import { phone, rowHeight } from "../parts/screen";
+import { phone, rowHeight, scaled } from "../parts/screen";
 import { State } from "../parts/state";
 import { VirtualList } from "../parts/virtual_list";
 import * as text from "../words/tuples";
@@ -25,26 +25,37 @@ interface Props {
 }
 
 /** The tree by the WAI-ARIA tree pattern; rows that are not in the document are still counted. */
-export function TupleTree({ rows, chosen, openBranches, onToggle, onOpen, onPin }: Props) {
-  const [active, setActive] = useState(0);
+export function TupleTree({ rows, chosen, openBranches, onToggle, onOpen, onPin, tree }: Props) {
+  const [at, setAt] = useState<Branch | undefined>(undefined);
+  const active = useMemo(
+    () =>
+      Math.max(
+        0,
+        rows.findIndex(({ branch }) => branch === at),
+      ),
+    [rows, at],
+  );
+  // What the address names is shown once it is there.
+  const shown = useRef("");
+  useEffect(() => {
+    const branch = tree.find(chosen);
+    if (shown.current === chosen || !branch || !rows.some((row) => row.branch === branch)) return;
+    shown.current = chosen;
+    setAt(branch);
+  }, [chosen, rows]);
   const rowAt = (index: number) => rows[index];
+  const choose = (index: number) => setAt(rowAt(index)?.branch);
   const right = (index: number) => {
     const row = rowAt(index);
     if (!row || isLeaf(row.branch)) return;
-    if (openBranches.has(row.branch.path)) setActive(Math.min(index + 1, rows.length - 1));
+    if (openBranches.has(row.branch.path)) choose(Math.min(index + 1, rows.length - 1));
     else onToggle(row.branch, true);
   };
   const left = (index: number) => {
     const row = rowAt(index);
     if (!row) return;
-    if (openBranches.has(row.branch.path)) onToggle(row.branch, false);
-    else if (row.branch.parent)
-      setActive(
-        Math.max(
-          0,
-          rows.findIndex(({ branch }) => branch === row.branch.parent),
-        ),
-      );
+    if (!isLeaf(row.branch) && openBranches.has(row.branch.path)) onToggle(row.branch, false);
+    else if (row.branch.parent) setAt(row.branch.parent);
   };
   const on = (call: (branch: Branch) => void) => (index: number) => {
     const row = rowAt(index);
@@ -55,10 +66,10 @@ export function TupleTree({ rows, chosen, openBranches, onToggle, onOpen, onPin 
       role="tree"
       label={text.label}
       count={rows.length}
-      heights={phone.value ? 48 : rowHeight()}
+      heights={phone.value ? scaled(48) : rowHeight()}
       place="tuples"
       active={active}
-      onActive={setActive}
+      onActive={choose}
       onOpen={on(onOpen)}
       keys={{
         ArrowRight: { what: text.expand, run: right },
@@ -159,7 +170,7 @@ export function FoundTuples({ tuples, rates, chosen, onOpen }: FoundProps) {
       role="listbox"
       label={text.found}
       count={tuples.length}
-      heights={phone.value ? 48 : rowHeight()}
+      heights={phone.value ? scaled(48) : rowHeight()}
       onOpen={open}
       row={(index, attributes) => {
         const tuple = tuples[index];

@@ -135,7 +135,11 @@ function useOpenAround(chosen: string, owners: Branch[], opened: () => void): vo
   const few = catalog.devices.size <= fewDevices;
   const first = !few ? undefined : islands.value.length === 1 ? String(islands.value[0]?.id) : only;
   useEffect(() => {
-    const paths = [...pathsAbove(chosen), ...(openBranches.size === 0 && first ? [first, `${first}:proxy`] : [])];
+    const paths = [
+      ...pathsAbove(chosen),
+      ...(chosen ? [chosen] : []),
+      ...(openBranches.size === 0 && first ? [first, `${first}:proxy`] : []),
+    ];
     for (const path of paths) openBranches.add(path);
     if (paths.length > 0) opened();
   }, [chosen, first]);

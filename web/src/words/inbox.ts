@@ -17,8 +17,8 @@ export const selectAll = (count: number) => `Select all ${count.toLocaleString()
 export const selectNone = "Clear selection";
 export const has = (kind: "sensors" | "actuators" | "properties", count: number) =>
   many(count, { sensors: "sensor", actuators: "actuator", properties: "property" }[kind], kind);
-export const none = (ignored: number) =>
-  ignored === 0 ? "Nobody waits." : `Nobody waits. ${ignored.toLocaleString()} ${ignored === 1 ? "is" : "are"} ignored.`;
+export const ignoredToo = (count: number) => (count > 0 ? ` ${count.toLocaleString()} ${count === 1 ? "is" : "are"} ignored.` : "");
+export const none = (ignored: number) => `No device waits.${ignoredToo(ignored)}`;
 export const noneText = "A device waits here when the configuration says discovery: {new-devices: ask}, or when the island cannot list it.";
 export const noInbox = "No island shows its inbox.";
 export const backFromIgnored = "Approve an ignored device";

@@ -21,7 +21,7 @@ export const lost = "Lost";
 export const reason = "Reason";
 export const attempts = "Attempts";
 export const nextIn = (seconds: number) => `next attempt in ${seconds} s`;
-export const nextNow = "tries now";
+export const nextNow = "trying now";
 export const perSecond = (rate: string) => `${rate}/s`;
 export const itsDevices = (count: number) => many(count, "device");
 export const kinds = { loss: "Lost or refused", oddity: "Unusual", flow: "Traffic", fact: "State" };

@@ -1,5 +1,6 @@
 // Texts of the overview.
 import { many } from "../core/text";
+import { ignoredToo } from "./inbox";
 
 export const title = "Overview";
 export const island = "Island";
@@ -17,9 +18,9 @@ export const all = "All";
 export const commands = "Commands that failed";
 export const noneFailing = "The last command of every actuator ended well.";
 export const inbox = "Inbox";
-export const noneWaiting = (ignored: number) => `Nobody waits.${ignored > 0 ? ` ${ignored.toLocaleString()} are ignored.` : ""}`;
+export { none as noneWaiting } from "./inbox";
 export const waiting = (waiting: number, ignored: number) =>
-  `${many(waiting, "device waits", "devices wait")} for a decision.${ignored > 0 ? ` ${ignored.toLocaleString()} are ignored.` : ""}`;
+  `${many(waiting, "device waits", "devices wait")} for a decision.${ignoredToo(ignored)}`;
 export const decide = "Decide";
 export const floods = "Set most often";
 export const quiet = "Nothing is being set.";

@@ -24,7 +24,7 @@ export const retry = "Try again";
 export const range = "Range";
 export const span = (seconds: number) =>
   seconds < 3600 ? `${seconds / 60} min` : seconds < 86_400 ? `${seconds / 3600} h` : seconds === 86_400 ? "24 h" : `${seconds / 86_400} d`;
-export const own = "Own …";
+export const own = "Dates …";
 export const from = "From";
 export const to = "To";
 export const show = "Show";

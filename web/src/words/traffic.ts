@@ -16,7 +16,7 @@ export const nothingKept = "The network has kept no telegram yet.";
 export const write = "Write …";
 export const watching = (network: string) => `watching ${network}`;
 export const lineDown = "watching; the line of the network is down";
-export const stopped = "Nobody watches.";
+export const stopped = "The traffic is not watched.";
 export const startText = (kept: number) =>
   `Watch shows the traffic as it passes, at most ${kept.toLocaleString()} lines. It ends by itself a minute after this page is closed or hidden.`;
 export const mayNot = "Your role does not permit watching: that needs the role command.";
@@ -25,7 +25,7 @@ export const ended = "Watching ended: the page was hidden.";
 export const refused = (why: string) => `The network refuses: ${why}`;
 export const filtered = (all: number) => `None of ${many(all, "line")} matches.`;
 export const time = "Time";
-export const direction = "Way";
+export const direction = "Direction";
 export const inwards = "in";
 export const outwards = "out";
 export const kind = "Kind";

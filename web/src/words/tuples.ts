@@ -8,7 +8,7 @@ export const filter = "Key or value";
 export const order = "Order";
 export const orders = { key: "by key", rate: "by rate" };
 export const none = "No component is there.";
-export const filtered = (all: number) => `None of ${all.toLocaleString()} tuples match.`;
+export const filtered = (all: number) => `None of ${many(all, "tuple")} matches.`;
 export const count = (count: number) => many(count, "tuple");
 export const absent = (since: string) => (since ? `owner absent since ${since}` : "owner absent");
 export const pinned = "Pinned";
