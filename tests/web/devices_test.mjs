@@ -66,8 +66,29 @@ async function otherTuples({ page, open, island }) {
   assert.equal(await page.locator(".row", { hasText: "left" }).count(), 0);
 }
 
+/** A long list is not held up by the values of all its points. */
+async function listComesFirst({ page, open }) {
+  const frames = [];
+  const before = new Promise((asked) => {
+    const take = ({ payload }) => {
+      const frame = JSON.parse(payload);
+      if (frame.pattern === "*:*.*.*.*.*.value") asked([...frames]);
+      frames.push(frame);
+    };
+    page.on("websocket", (socket) => {
+      socket.on("framesent", take);
+      socket.on("framereceived", take);
+    });
+  });
+  await open("devices");
+  const { id } = (await before).find((frame) => frame.pattern === "*:*.*.*.description");
+  const devices = (await before).find((frame) => frame.id === id && frame.ok)?.subscription;
+  assert.ok((await before).some((frame) => frame.s === devices && frame.snapshot !== undefined));
+}
+
 export const tests = () => [
   { name: "devices: other tuples of their shape are none", body: otherTuples },
+  { name: "devices: the list comes before the values", body: listComesFirst },
   { name: "devices: filtered to nothing", body: filteredToNothing },
   { name: "devices: sorted, by an address that can be sent", body: sorts },
   { name: "devices: grouped", body: groups },

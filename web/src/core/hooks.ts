@@ -48,11 +48,9 @@ export function useOrder<T>(all: () => Iterable<T>, structure: number, spec: Ord
   const order = kept.current;
   const [, setDrawn] = useState(0);
   const drawAgain = () => setDrawn((count) => count + 1);
-  const pace = usePace(`${structure} ${spec.complete} ${spec.name}`, spec.name);
-  pace(() => {
-    order.update(all(), structure, spec);
-    order.count(all(), spec);
-  });
+  const urgent = `${spec.complete} ${spec.name}`;
+  const pace = usePace(`${structure} ${urgent}`, urgent);
+  pace(() => order.update(all(), structure, spec));
   const tick = everyOther(second.value);
   useEffect(() => {
     if (!spec.live) return;

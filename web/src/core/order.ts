@@ -22,12 +22,17 @@ export class FrozenOrder<T> {
   private structure = -1;
   private members = new Set<T>();
 
-  /** `structure` changes when `all` has other members, or their constant columns changed. */
+  /** `structure` changes when `all` has other members, or their constant columns changed. Counts what is out of date. */
   update(all: Iterable<T>, structure: number, spec: OrderSpec<T>): void {
     const same = this.name === spec.name;
     if (same && this.structure === structure && (this.frozen || !spec.complete)) return;
-    if (same && this.frozen) this.patch(all, spec);
-    else this.take(sorted(all, spec));
+    if (same && this.frozen) {
+      const rows = [...all];
+      this.patch(rows, spec);
+      this.count(rows, spec);
+    } else {
+      this.refresh(all, spec);
+    }
     this.frozen = spec.complete || (same && this.frozen);
     this.name = spec.name;
     this.structure = structure;

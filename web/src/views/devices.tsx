@@ -1,5 +1,5 @@
 import { signal } from "@preact/signals";
-import { useMemo, useState } from "preact/hooks";
+import { useEffect, useMemo, useRef, useState } from "preact/hooks";
 import { baseFeeds, catalog, chosenIsland, islands, loadingOf, noIslands, ownerPattern, useFeeds } from "../app";
 import type { Device } from "../core/catalog";
 import { useOrder } from "../core/hooks";
@@ -22,6 +22,8 @@ import type { View } from "./views";
 export const fewDevices = 1000;
 /** Each shown row is a subscription then; a connection has 256. */
 const mostRows = 100;
+/** The values of all points wait for the list of devices, but not longer: an island may send nothing. */
+const listTime = 2000;
 
 /** Those to compare; the choice outlives the view. */
 const chosenDevices = signal<ReadonlySet<string>>(new Set());
@@ -62,6 +64,18 @@ function grouped(devices: Device[], group: string, pins: string[]): TableRow<Dev
   });
 }
 
+/** The list of devices has come, or takes too long. */
+function useListed(): boolean {
+  const listed = useRef(false);
+  const [late, setLate] = useState(false);
+  useEffect(() => {
+    const timer = setTimeout(() => setLate(true), listTime);
+    return () => clearTimeout(timer);
+  }, []);
+  listed.current ||= late || loadingOf(baseFeeds) !== "loading";
+  return listed.current;
+}
+
 /** All points' values; states and descriptions of as many as are needed. */
 function usePoints(filters: Filters, shown: Device[]) {
   const owner = ownerPattern();
@@ -77,7 +91,7 @@ function usePoints(filters: Filters, shown: Device[]) {
     : shown
         .slice(0, mostRows)
         .map(({ owner, prefix, network, id }) => ({ pattern: `${owner}:${prefix}.${network}.${id}.*.*.*`, min: 500, brief: true }));
-  useFeeds([{ pattern: `${owner}:*.*.*.*.*.value`, min: 100 }]);
+  useFeeds(useListed() ? [{ pattern: `${owner}:*.*.*.*.*.value`, min: 100 }] : []);
   useFeeds(states);
 }
 
