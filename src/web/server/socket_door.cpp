@@ -103,6 +103,7 @@ class SocketConnection final : public Connection, public std::enable_shared_from
   void accepted() {
     deadline_.clear();
     socket_.text(true);
+    socket_.auto_fragment(false);  // a frame of 64 KiB would be sixteen writes
     ConversationCalls calls;
     calls.wake = lifetime_.guard([this] { pump_.request(); });
     calls.close = [this, watch = lifetime_.watch()](std::string_view reason) {

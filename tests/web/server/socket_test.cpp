@@ -38,6 +38,14 @@ TEST_F(WebSockets, PutTheFragmentsOfAMessageTogether) {
   EXPECT_THAT(page->received, HasSubstr(std::string("\x8a\x0cstill there?")));
 }
 
+TEST_F(WebSockets, ALongFrameIsSentInOnePiece) {
+  serve();
+  const auto page = opened();
+  site.conversation->say(std::string(60'000, 'x'));
+  ASSERT_TRUE(world.until([&] { return page->received.size() >= 60'004; }));
+  EXPECT_EQ(page->received.substr(0, 4), "\x81\x7e\xea\x60");
+}
+
 struct BrokenFrames {
   const char* name;
   std::string bytes;
