@@ -5,12 +5,13 @@
 
 namespace rubicon::web::api {
 
-bool EventTypes::holds_events(OwnerId owner, std::string_view key) {
-  if (!key.ends_with(".value") || !model::point_of(key)) return false;
+Sets EventTypes::sets_of(OwnerId owner, std::string_view key) {
+  if (!key.ends_with(".value") || !model::point_of(key)) return Sets::kStates;
   const auto id = model::last_part(model::parent_key(key));
   const auto type = id.substr(0, id.find('-'));
-  if (const auto* known = catalogue_.find(type)) return known->report == model::Report::kEvent;
-  return is_open_event(owner, key, type);
+  if (const auto* known = catalogue_.find(type))
+    return known->report == model::Report::kEvent ? Sets::kEvents : Sets::kStates;
+  return is_open_event(owner, key, type) ? Sets::kEvents : Sets::kUnknown;
 }
 
 bool EventTypes::is_open_event(OwnerId owner, std::string_view key, std::string_view type) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <map>
 #include <string>
 #include <string_view>
@@ -10,13 +11,21 @@
 
 namespace rubicon::web::api {
 
-/// Tells which tuples hold events: values of points of which each one counts (button, scene), not only the latest.
+/// What the sets of a tuple are.
+enum class Sets : std::uint8_t {
+  kUnknown,  ///< an open type without a description of events so far: they count as states
+  kStates,   ///< only the latest counts
+  kEvents,   ///< each one counts (button, scene)
+};
+
+/// Tells which tuples hold events and which states; only the values of points may hold events.
 /// Learns open types, which the catalogue does not know, from the description of one point of each.
 class EventTypes {
  public:
   explicit EventTypes(TupleSpace& space) : space_(space) {}
 
-  bool holds_events(OwnerId owner, std::string_view key);
+  /// Other than kUnknown, the answer for a key is final.
+  Sets sets_of(OwnerId owner, std::string_view key);
 
  private:
   /// Open types that are known at a time; the points of others count as states.

@@ -72,8 +72,8 @@ void Feed::set(const TupleView& tuple) {
   if (is_heartbeat && options_.maximum == Duration(0)) return;
   entry.sequence = tuple.sequence;
   entry.written = tuple.write_time;
-  entry.is_event = entry.is_event || context_.event_types.holds_events(tuple.owner, tuple.key);
-  if (entry.is_event) return keep_event(node, tuple);
+  if (entry.sets == Sets::kUnknown) entry.sets = context_.event_types.sets_of(tuple.owner, tuple.key);
+  if (entry.sets == Sets::kEvents) return keep_event(node, tuple);
   if (entry.waits) return calls_.merged();
   entry.waits = true;
   push(items_, {&node, tuple.owner});

@@ -86,7 +86,7 @@ class Feed {
   struct Entry {
     std::uint32_t number = 0;
     bool introduced = false;  ///< the client knows the number
-    bool is_event = false;
+    Sets sets = Sets::kUnknown;
     bool waits = false;          ///< its state is among the items
     std::uint32_t items = 0;     ///< how many items name it
     std::uint64_t sequence = 0;  ///< of the newest set that is known
