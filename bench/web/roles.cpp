@@ -73,6 +73,7 @@ class GeneratedIsland {
   GeneratedIsland(TupleSpace& space, WallTime now, int devices) : space_(space), now_(seconds(now)) {
     model::Summary summary{"generated", "bench", "rubicon-bench-web", "proxy", now, {{"hall", devices}}};
     must(space.describe(model::to_json(summary)));
+    set_json("proxy.island", R"({{"id":{},"name":"generated"}})", kIsland);
     set_json("proxy.hall.status", R"({{"line":"up","since":{:.3f},"reason":""}})", now_);
     for (int device = 0; device < devices; ++device) add_device(device);
   }

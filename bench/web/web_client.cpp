@@ -17,6 +17,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr auto kHandshakeTime = 60s;
+constexpr useconds_t kBusyPause = 100'000;
 
 int connect_to(int port) {
   const int socket = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
@@ -33,6 +34,20 @@ std::size_t big_endian(std::string_view bytes) {
   std::size_t number = 0;
   for (const char byte : bytes) number = number << 8U | static_cast<unsigned char>(byte);
   return number;
+}
+
+/// The answer, with its head.
+std::string answer_to(int port, const std::string& target) {
+  const int socket = connect_to(port);
+  const auto request = fmt::format("GET {} HTTP/1.1\r\nHost: 127.0.0.1:{}\r\nConnection: close\r\n\r\n", target, port);
+  std::string answer;
+  std::array<char, 65536> piece;
+  if (::send(socket, request.data(), request.size(), MSG_NOSIGNAL) > 0) {
+    for (ssize_t count = 0; (count = ::recv(socket, piece.data(), piece.size(), 0)) > 0;)
+      answer.append(piece.data(), static_cast<std::size_t>(count));
+  }
+  ::close(socket);
+  return answer;
 }
 
 }  // namespace
@@ -128,15 +143,8 @@ std::size_t WebClient::discard() {
 }
 
 std::string http_get(int port, const std::string& target) {
-  const int socket = connect_to(port);
-  const auto request = fmt::format("GET {} HTTP/1.1\r\nHost: 127.0.0.1:{}\r\nConnection: close\r\n\r\n", target, port);
-  std::string answer;
-  std::array<char, 65536> piece;
-  if (::send(socket, request.data(), request.size(), MSG_NOSIGNAL) > 0) {
-    for (ssize_t count = 0; (count = ::recv(socket, piece.data(), piece.size(), 0)) > 0;)
-      answer.append(piece.data(), static_cast<std::size_t>(count));
-  }
-  ::close(socket);
+  auto answer = answer_to(port, target);
+  for (; answer.starts_with("HTTP/1.1 429 "); answer = answer_to(port, target)) ::usleep(kBusyPause);
   const auto head = answer.find("\r\n\r\n");
   if (!answer.starts_with("HTTP/1.1 200 ") || head == answer.npos)
     throw std::runtime_error(fmt::format("{}: {}", target, answer.substr(0, answer.find("\r\n"))));

@@ -41,7 +41,8 @@ class WebClient {
   bool complete_ = false;
 };
 
-/// The body of the answer to `GET target`; throws unless its status is 200.
+/// The body of the answer to `GET target`; throws unless its status is 200. Asks again when the server
+/// limits the rate (429).
 std::string http_get(int port, const std::string& target);
 
 }  // namespace rubicon::bench::web
